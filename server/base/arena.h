@@ -1,0 +1,35 @@
+// All memory of a scene, taken before the first tick and listed by name, so that --explain can print
+// what each feature costs. Load time only; the step thread never calls this.
+#ifndef PLIANT_BASE_ARENA_H
+#define PLIANT_BASE_ARENA_H
+
+#include <stddef.h>
+
+typedef enum ArenaUse {
+    ARENA_STEP,     // read or written by every step
+    ARENA_CONTACT,  // read or written while a tool is near
+    ARENA_TOPOLOGY, // meshes and tables of connectivity
+    ARENA_OUTPUT,   // snapshots, message buffers, checkpoint space
+} ArenaUse;
+
+typedef struct ArenaBlock {
+    void *memory;
+    size_t bytes;
+    ArenaUse use;
+    char name[48];
+} ArenaBlock;
+
+typedef struct Arena {
+    ArenaBlock *block; // [count], in the order of allocation
+    int count, capacity;
+} Arena;
+
+// `count` zeroed elements of `size` bytes, 64-byte aligned, owned by the arena. Aborts when the machine
+// has no memory left (sizes are validated by the caller). The name is "body/array", cut at 47 bytes.
+void *arena_allocate(Arena *arena, ArenaUse use, size_t count, size_t size, const char *format, ...)
+    __attribute__((format(printf, 5, 6)));
+size_t arena_bytes(const Arena *arena);
+size_t arena_bytes_of(const Arena *arena, ArenaUse use);
+void arena_destroy(Arena *arena);
+
+#endif

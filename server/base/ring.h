@@ -1,0 +1,26 @@
+// A bounded queue between two threads: one producer, one consumer, no lock, no allocation. A full
+// ring refuses, and the producer counts what it could not send.
+#ifndef PLIANT_BASE_RING_H
+#define PLIANT_BASE_RING_H
+
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+typedef struct Ring {
+    unsigned char *memory; // capacity * stride bytes, owned by whoever called ring_init
+    size_t stride;
+    unsigned capacity;     // a power of two
+    _Alignas(64) atomic_uint head; // next to write; only the producer changes it
+    _Alignas(64) atomic_uint tail; // next to read; only the consumer changes it
+    _Alignas(64) unsigned high_water; // most entries ever waiting; the producer's
+} Ring;
+
+void ring_init(Ring *ring, void *memory, unsigned capacity, size_t stride);
+// Producer: copies one entry in; false when the ring is full.
+bool ring_push(Ring *ring, const void *entry);
+// Consumer: the oldest entry or NULL; it stays valid until ring_pop.
+const void *ring_peek(Ring *ring);
+void ring_pop(Ring *ring);
+
+#endif

@@ -1,0 +1,32 @@
+// The one list of arrays that change while a scene runs. Each owner adds its arrays once, at load;
+// checkpoint, resume, reset and hash all walk this list, so that none can forget an array.
+#ifndef PLIANT_BASE_STATE_H
+#define PLIANT_BASE_STATE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct StateArray {
+    char name[64]; // unique, "body/array"
+    void *memory;
+    size_t bytes;
+} StateArray;
+
+typedef struct StateList {
+    StateArray *array; // [count]
+    int count, capacity;
+} StateList;
+
+// Load time. `memory` must stay where it is; the name is unique and at most 63 bytes.
+void state_add(StateList *list, void *memory, size_t bytes, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+size_t state_bytes(const StateList *list);
+// Copies every array to or from one block of state_bytes(). No allocation: fit for the step thread.
+void state_copy_out(const StateList *list, void *block);
+void state_copy_in(const StateList *list, const void *block);
+// FNV-1a over all arrays in their order: equal states have equal hashes.
+uint64_t state_hash(const StateList *list);
+void state_destroy(StateList *list);
+
+#endif

@@ -1,0 +1,24 @@
+// The result of an operation that can fail because of the outside world: files, options, messages.
+#ifndef PLIANT_BASE_STATUS_H
+#define PLIANT_BASE_STATUS_H
+
+#include <stdbool.h>
+
+typedef enum StatusCode {
+    STATUS_OK = 0,
+    STATUS_FAILED = 1,  // run-time failure: exit code 1
+    STATUS_INVALID = 2, // bad usage, scene, mesh or file: exit code 2
+} StatusCode;
+
+// One sentence that names the thing, the value and the limit: "press.cfg:12: rate_hz 0 outside ...".
+typedef struct Status {
+    StatusCode code;
+    char text[512];
+} Status;
+
+// Sets code and text (printf style, cut at the buffer's end) and returns false, so that callers can
+// write `return status_fail(status, ...)`. A status that already holds a failure keeps the first one.
+bool status_fail(Status *status, StatusCode code, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+#endif

@@ -1,0 +1,129 @@
+// The seam between the pipeline and the models of bodies: a table of operations. Nothing here knows
+// springs or elements. An operation that a body does not need is NULL.
+#ifndef PLIANT_DYNAMICS_BODY_H
+#define PLIANT_DYNAMICS_BODY_H
+
+#include "base/arena.h"
+#include "base/vec.h"
+#include "dynamics/integrator.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+enum { BODY_NAME_MAX = 32 };
+
+// The faces that tools and loads meet. Constant between changes of topology; owned by the model.
+typedef struct BodySurface {
+    int node_count, face_count;
+    const int (*face)[3];          // counter-clockwise seen from outside
+    const double *face_area;       // at rest [m2]
+    const int (*face_neighbor)[3]; // face across edge (k, k+1), -1 at a border
+    const int *node_face_start;    // faces of node i: node_face[start[i] .. start[i+1])
+    const int *node_face;
+    const double *node_area;       // a third of the faces around [m2]
+    double longest_edge;           // at rest [m]
+} BodySurface;
+
+// A region of space for find_nodes.
+typedef enum RegionKind { REGION_CAPSULE, REGION_BELOW_PLANE } RegionKind;
+typedef struct Region {
+    RegionKind kind;
+    Vec3 from, to;  // axis of the capsule; or point and unit normal of the plane
+    double radius;  // [m]; for the plane: signed height below which nodes are found
+} Region;
+
+// Figures for status and summary; computed when asked.
+typedef struct BodyMeasure {
+    double kinetic;          // [J]
+    double elastic;          // [J]
+    double max_displacement; // from rest [m]
+} BodyMeasure;
+
+// What a client's mesh looks like (lcmtypes/mesh_t.lcm); all arrays by node or triangle slot.
+typedef struct BodyMesh {
+    int topology;
+    int node_count, triangle_count;
+    const int (*triangle)[3];
+    const int *id;
+    const int *origin;
+    const int (*parent)[2];
+    const int *piece;
+    const signed char *level;
+} BodyMesh;
+
+typedef struct BodyOps {
+    const char *model; // "surface"
+
+    // --- a tick, in this order; called by the step thread ---
+    // Remembers the present state as the last good one; picks the kernel for the loads in force.
+    void (*begin_tick)(void *model);
+    // Moves positions by dt [s] with the present velocities.
+    void (*drift)(void *model, double dt);
+    // One evaluation of all forces at the present rows, fused with the stage's algebra.
+    void (*evaluate)(void *model, const Stage *stage, double h);
+    // Finite and within bounds? Otherwise the caller restores.
+    bool (*check)(void *model);
+    // Back to the state of begin_tick with zero velocity; to_start: to the state of the first tick.
+    void (*restore)(void *model, bool to_start);
+
+    // --- nodes by their index in BodySurface ---
+    // Positions [m] and velocities [m/s] of the present rows; velocity may be NULL.
+    void (*read_nodes)(const void *model, const int *node, int count, Vec3 *position,
+                       Vec3 *velocity);
+    // Adds forces [N] for the next evaluation only.
+    void (*add_forces)(void *model, const int *node, int count, const Vec3 *force);
+    // Nodes inside a region, ascending; returns how many, writes at most `capacity`.
+    int (*find_nodes)(const void *model, const Region *region, int *node, int capacity);
+    // Replaces the constant load of one node [N]; kept until changed.
+    void (*set_load)(void *model, int node, Vec3 force);
+
+    // --- out ---
+    // Float positions (and velocities unless NULL) of all nodes, in the order of BodyMesh.
+    void (*snapshot)(const void *model, float *position, float *velocity);
+    void (*measure)(const void *model, BodyMeasure *measure);
+    // Whether the node is held by the scene (does not move).
+    bool (*is_fixed)(const void *model, int node);
+
+    // --- changes while running (SET); false with a sentence in `why` ---
+    bool (*set)(void *model, const char *key, double value, char *why, size_t why_size);
+
+    // --- load time ---
+    // Kernel variant and what was left out, one line each, for --explain.
+    void (*explain)(const void *model, FILE *out);
+} BodyOps;
+
+// One body of a scene.
+typedef struct Body {
+    char name[BODY_NAME_MAX];
+    const BodyOps *ops;
+    void *model;          // owned by the arena of the scene
+    BodySurface surface;  // valid after creation
+    BodyMesh mesh;        // valid after creation
+    IntegratorKind integrator;
+    double mass;          // [kg]
+    int spring_count, element_count;
+    int finest_level;     // finest level in use
+
+    // Bounds of the body alone, for the step and for the stiffness of contacts.
+    double lambda; // of M^-1 K [1/s2]
+    double damping; // of M^-1 C [1/s]
+
+    // Contact law (contact.md 2.1), set by sim_create from `lambda`.
+    double contact_kappa;    // stiffness per rest area [N/m3]
+    double contact_ratio;    // a: share of the body's own stiffness
+    double contact_damping;  // b_c: damping time [s]
+    double friction;         // mu
+
+    // The time step, set by sim_create.
+    double time_step_limit;  // of the stability bound, contacts included [s]
+    double time_step_wanted; // of the scene; 0: none
+    bool unsafe_time_step;
+    int substeps;            // a tick
+    double h;                // tick / substeps [s]
+
+    int64_t resets;          // restores of the last good state
+    int bad_in_a_row;
+} Body;
+
+#endif

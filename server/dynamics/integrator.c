@@ -1,0 +1,39 @@
+#include "dynamics/integrator.h"
+
+#include <string.h>
+
+static const char *const names[INTEGRATOR_COUNT] = {"rk4", "leapfrog", "symplectic_euler"};
+
+static const Integrator integrators[INTEGRATOR_COUNT] = {
+    [INTEGRATOR_RK4] = {.stage_count = 4,
+                        .stage = {{STAGE_RK4_FIRST, 0.0, 1.0 / 6.0, 0.5},
+                                  {STAGE_RK4_MIDDLE, 0.5, 1.0 / 3.0, 0.5},
+                                  {STAGE_RK4_MIDDLE, 0.5, 1.0 / 3.0, 1.0},
+                                  {STAGE_RK4_LAST, 1.0, 1.0 / 6.0, 0.0}}},
+    [INTEGRATOR_LEAPFROG] = {.stage_count = 1,
+                             .stage = {{STAGE_KICK, 0.5, 1.0, 1.0}},
+                             .first_drift = 0.5,
+                             .last_drift = 0.5},
+    [INTEGRATOR_SYMPLECTIC_EULER] = {.stage_count = 1, .stage = {{STAGE_KICK, 0.0, 1.0, 1.0}}},
+};
+
+const char *integrator_name(IntegratorKind kind)
+{
+    return names[kind];
+}
+
+bool integrator_parse(const char *name, IntegratorKind *kind)
+{
+    for (int i = 0; i < INTEGRATOR_COUNT; i++) {
+        if (strcmp(name, names[i]) == 0) {
+            *kind = (IntegratorKind)i;
+            return true;
+        }
+    }
+    return false;
+}
+
+const Integrator *integrator_get(IntegratorKind kind)
+{
+    return &integrators[kind];
+}

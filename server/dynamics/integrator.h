@@ -1,0 +1,45 @@
+// Time integration schemes as lists of stages. A body evaluates its forces once a stage and advances
+// its own rows in the same pass; this file only says with which coefficients.
+#ifndef PLIANT_DYNAMICS_INTEGRATOR_H
+#define PLIANT_DYNAMICS_INTEGRATOR_H
+
+#include <stdbool.h>
+
+typedef enum IntegratorKind {
+    INTEGRATOR_RK4,              // classic Runge-Kutta, 4 evaluations, order 4 (Choi et al. 2005)
+    INTEGRATOR_LEAPFROG,         // drift-kick-drift, 1 evaluation, order 2
+    INTEGRATOR_SYMPLECTIC_EULER, // kick-drift, 1 evaluation, order 1
+    INTEGRATOR_COUNT,
+} IntegratorKind;
+
+// "rk4", "leapfrog", "symplectic_euler".
+const char *integrator_name(IntegratorKind kind);
+bool integrator_parse(const char *name, IntegratorKind *kind);
+
+// What a body does with the accelerations a(x, v) of one evaluation. k = (v, a) is the derivative of
+// the row y = (x, v); y0 is the row at the start of the substep, ys the row evaluated.
+typedef enum StageRule {
+    STAGE_RK4_FIRST,  // sum = y0 + weight h k;   next = y0 + advance h k
+    STAGE_RK4_MIDDLE, // sum += weight h k;       next = y0 + advance h k
+    STAGE_RK4_LAST,   // next = sum + weight h k
+    STAGE_KICK,       // v += h a;                x += advance h v (the new v)
+} StageRule;
+
+typedef struct Stage {
+    StageRule rule;
+    double at;      // time of the evaluation, as a fraction of the substep
+    double weight;  // share of this evaluation in the substep's impulse
+    double advance; // see StageRule
+} Stage;
+
+typedef struct Integrator {
+    int stage_count;
+    Stage stage[4];
+    // Leapfrog: positions are moved by half a substep before the tick's first kick, whole drifts lie
+    // between kicks, and the last kick is followed by half a drift. Zero for the other schemes.
+    double first_drift, last_drift;
+} Integrator;
+
+const Integrator *integrator_get(IntegratorKind kind);
+
+#endif

@@ -1,0 +1,105 @@
+// The bodies and tools of one scene, and one tick of them. Knows nothing of threads, messages, files
+// or wall-clock time: whoever owns a Sim calls it from one thread.
+#ifndef PLIANT_DYNAMICS_SIM_H
+#define PLIANT_DYNAMICS_SIM_H
+
+#include "base/arena.h"
+#include "base/state.h"
+#include "base/status.h"
+#include "dynamics/body.h"
+#include "dynamics/contact.h"
+#include "dynamics/tool.h"
+
+// The stages of a tick, in their order. Timers, status, --explain and the benchmark use this list.
+typedef enum StageId {
+    STAGE_INPUTS,        // take poses, loads and commands (the runner's)
+    STAGE_TOOLS,         // place tools, withdraw stale ones
+    STAGE_LOADS,         // start and end loads
+    STAGE_FIND_CONTACTS, // candidates, sides
+    STAGE_FORCES,        // all forces and the integration, substep by substep
+    STAGE_CONTACT,       // contact forces inside the substeps
+    STAGE_WRENCHES,      // impulses to wrenches
+    STAGE_CHECK,         // numbers finite; else restore
+    STAGE_SNAPSHOT,      // hand positions to the bus (the runner's)
+    STAGE_COUNT,
+} StageId;
+
+const char *stage_name(StageId stage);
+
+enum { SIM_LOADS = 64 }; // loads in force at a time, scene's and messages' together
+
+// A force shared by the nodes found inside a sphere when it starts (load_t, or a scene's load).
+typedef struct LoadOptions {
+    int body;        // index; -1: all bodies together
+    Vec3 center;     // [m]
+    double radius;   // [m]
+    Vec3 force;      // [N] total
+    double start;    // simulated time [s]
+    double duration; // [s]
+} LoadOptions;
+
+// What one tool felt in the last tick: contact_t without its envelope.
+typedef struct ToolWrench {
+    bool contact;
+    Vec3 position; // of the proxy at the end of the tick
+    Vec3 force, torque; // on the tool; torque about `position`
+    Vec3 point, normal;
+    double depth;
+} ToolWrench;
+
+typedef struct SimOptions {
+    double rate_hz;
+    Vec3 gravity;
+    double tool_timeout_s;
+    bool may_load; // loads can come at run time (by message or log)
+} SimOptions;
+
+typedef struct Sim Sim;
+
+// Load time, in this order: sim_create, sim_add_body..., sim_add_tool..., sim_add_load..., sim_seal.
+// Everything is allocated from `arena`, all that changes is listed in `state`; both outlive the Sim.
+Sim *sim_create(const SimOptions *options, Arena *arena, StateList *state);
+// Takes a body made by a model (surface_create). The returned body is owned by the sim.
+Body *sim_add_body(Sim *sim, const Body *body);
+void sim_add_tool(Sim *sim, const ToolOptions *options);
+void sim_add_load(Sim *sim, const LoadOptions *options);
+// Chooses the stages, contact stiffness, time steps; settles for `settle_s` simulated seconds; the
+// state after it is the one that RESET returns to. False: a time step beyond its bound, too many
+// substeps, or a settling that ended in bad numbers.
+bool sim_seal(Sim *sim, double settle_s, Status *status);
+
+// One tick. No allocation, no lock, no system call but the clock.
+void sim_step(Sim *sim);
+
+// Inputs, between two ticks. `tool` is the index in the order of sim_add_tool.
+void sim_apply_pose(Sim *sim, int tool, const ToolPose *pose, bool hold);
+// Starts a load now (options->start is ignored). False with a sentence in `why`: no free node inside, no
+// room.
+bool sim_apply_load(Sim *sim, const LoadOptions *options, char *why, size_t why_size);
+// "gravity_x|y|z", "<body>.stiffness_scale", "<body>.damping_scale", "<body>.friction", ...
+bool sim_apply_set(Sim *sim, const char *key, double value, char *why, size_t why_size);
+// Bodies return to the state after settling, tools are withdrawn, loads end; step and time go on.
+void sim_reset(Sim *sim);
+// In lockstep tools do not become stale.
+void sim_set_lockstep(Sim *sim, bool lockstep);
+
+int64_t sim_steps(const Sim *sim); // ticks completed
+double sim_time(const Sim *sim);   // simulated [s] = steps / rate
+double sim_tick(const Sim *sim);   // [s]
+int sim_body_count(const Sim *sim);
+Body *sim_body(Sim *sim, int index);
+const Body *sim_find_body(const Sim *sim, const char *name); // or NULL
+int sim_tool_count(const Sim *sim);
+const ToolOptions *sim_tool(const Sim *sim, int index);
+const ToolMotion *sim_tool_motion(const Sim *sim, int index);
+const ToolWrench *sim_wrench(const Sim *sim, int index); // of the last tick
+int64_t sim_resets(const Sim *sim);
+
+// The stages of this scene in order, and the time spent in each since the start [ns].
+int sim_stage_count(const Sim *sim);
+StageId sim_stage(const Sim *sim, int index);
+int64_t sim_stage_ns(const Sim *sim, StageId stage);
+// For the runner's own stages.
+void sim_add_stage_ns(Sim *sim, StageId stage, int64_t ns);
+
+#endif

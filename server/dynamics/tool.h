@@ -1,0 +1,73 @@
+// Tools: what a scene says of them, and where they are at any time of a tick.
+#ifndef PLIANT_DYNAMICS_TOOL_H
+#define PLIANT_DYNAMICS_TOOL_H
+
+#include "base/vec.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum { TOOL_SHAPES = 8 };
+
+typedef enum ToolKind {
+    TOOL_PROBE,  // moved by poses; spheres and capsules
+    TOOL_STATIC, // never moves; planes and capsules in the world frame
+    TOOL_KIND_COUNT,
+} ToolKind;
+
+typedef struct Capsule {
+    Vec3 from, to; // axis in the tool frame [m]; a sphere when equal
+    double radius; // [m] > 0
+} Capsule;
+
+typedef struct Plane {
+    Vec3 point;  // [m]
+    Vec3 normal; // unit, towards the free side
+} Plane;
+
+// As the scene describes it; constant.
+typedef struct ToolOptions {
+    int id; // unique in the scene; tool_pose_t.tool
+    ToolKind kind;
+    int capsule_count;
+    Capsule capsule[TOOL_SHAPES];
+    bool has_plane; // static tools only
+    Plane plane;
+    double max_force; // [N], on probes: the proxy yields beyond it; > 0
+} ToolOptions;
+
+// One accepted tool_pose_t.
+typedef struct ToolPose {
+    int64_t utime; // of the sender [us]
+    Vec3 position; // world [m]
+    Quat orientation;
+    Vec3 linear, angular; // twist, world [m/s], [rad/s]
+    bool twist_valid;
+    bool active;
+    double grip;
+} ToolPose;
+
+// Where a tool is and how it moves. Between two poses it moves over one measured pose period (towards
+// the newest pose, or along its twist from it), never further. Plain data: part of the state.
+typedef struct ToolMotion {
+    int64_t active;       // 0 or 1 (whole words: no padding in the state)
+    int64_t pose_utime;   // of the newest pose
+    int64_t pose_step;    // tick at which it was applied
+    int64_t follow_twist; // 0 or 1
+    double period;        // measured time between poses [s]; 0: hold at once
+    Vec3 from_position;   // where the tool was when the newest pose arrived
+    Quat from_orientation;
+    Vec3 to_position; // the newest pose
+    Quat to_orientation;
+    Vec3 linear, angular;
+} ToolMotion;
+
+void tool_motion_init(ToolMotion *motion);
+// A pose applied at the start of tick `step`; tick length [s]. `hold`: lockstep, the pose is taken at
+// once. An inactive pose withdraws the tool.
+void tool_motion_apply(ToolMotion *motion, const ToolPose *pose, int64_t step, double tick,
+                       bool hold);
+// The tool's pose `time` seconds after the tick in which the newest pose was applied began.
+void tool_motion_at(const ToolMotion *motion, double time, Vec3 *position, Quat *orientation);
+
+#endif

@@ -1,0 +1,29 @@
+// From a scene as written to a Sim ready for its first tick: meshes made or imported, initial states
+// read, bodies, tools and loads created, settled.
+#ifndef PLIANT_FILES_BUILD_H
+#define PLIANT_FILES_BUILD_H
+
+#include "base/arena.h"
+#include "base/state.h"
+#include "files/scene.h"
+
+typedef struct BuildOptions {
+    const char *isa; // "auto" or a level
+    bool may_load;   // loads can come at run time: false only off line without an input log
+    bool settle;     // false when a checkpoint will replace the state anyway
+} BuildOptions;
+
+// A scene built. The arena owns the sim; destroy in one call.
+typedef struct World {
+    Arena arena;
+    StateList state;
+    Sim *sim;
+    TriMesh *mesh; // [body_count] of the scene: nodes in file order, for checkpoints
+    int mesh_count;
+} World;
+
+// False with `status` naming scene file and line, or mesh file and element.
+bool world_build(World *world, const Scene *scene, const BuildOptions *options, Status *status);
+void world_destroy(World *world);
+
+#endif

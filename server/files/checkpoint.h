@@ -1,0 +1,35 @@
+// Checkpoints (design: files) and initial states, in HDF5.
+#ifndef PLIANT_FILES_CHECKPOINT_H
+#define PLIANT_FILES_CHECKPOINT_H
+
+#include "files/build.h"
+
+// What is copied at the end of a tick, into space reserved at load. `block` holds state_bytes().
+typedef struct CheckpointImage {
+    void *block;
+    Vec3 **position; // [body][node_count]
+    Vec3 **velocity; // [body][node_count]
+    double time;
+    int64_t step;
+} CheckpointImage;
+
+// Load time: reserves the image from the world's arena.
+void checkpoint_reserve(CheckpointImage *image, World *world);
+// Step thread, between two ticks: copies, nothing else.
+void checkpoint_take(CheckpointImage *image, const World *world);
+
+// Writes FILE.tmp, flushes, renames, flushes the folder. Root attributes format, version, scene,
+// created_by; /time, /step; /bodies/<name>/{id, position, velocity} float64 in ascending id;
+// /state/<array> as bytes, with attribute isa; every dataset with attribute unit.
+bool checkpoint_write(const char *path, const CheckpointImage *image, const World *world,
+                      const Scene *scene, Status *status);
+// Validates everything against the scene and the world (format, version, names, sizes, hash of the
+// scene's physics) and replaces the world's state: the run continues with the same bits.
+bool checkpoint_read(const char *path, World *world, const Scene *scene, Status *status);
+
+// /position and /velocity [n][3] float64 of an `initial` file; n must be mesh->node_count, or
+// mesh->file_node_count (then rows of welded nodes are skipped). Arrays are malloc'ed for the caller.
+bool initial_read(const char *path, const TriMesh *mesh, Vec3 **position, Vec3 **velocity,
+                  Status *status);
+
+#endif

@@ -1,0 +1,85 @@
+// A scene as written: every value checked for type, range and meaning, nothing built yet.
+#ifndef PLIANT_FILES_SCENE_H
+#define PLIANT_FILES_SCENE_H
+
+#include "base/status.h"
+#include "dynamics/sim.h"
+#include "geometry/mesh.h"
+#include "surface/surface.h"
+
+enum { SCENE_NAME_MAX = 64 };
+
+typedef enum MeshSourceKind {
+    MESH_FILE,
+    MESH_SPHERE,
+    MESH_UV_SPHERE,
+    MESH_ICO_SPHERE,
+    MESH_SHEET,
+    MESH_STOMACH,
+} MeshSourceKind;
+
+// Where a body's mesh comes from.
+typedef struct MeshSource {
+    MeshSourceKind kind;
+    char *file;  // resolved against the scene file's folder; owned by the scene
+    int nodes;   // sphere, stomach; ico_sphere: 10 * 4^s + 2
+    int rings, segments; // uv_sphere
+    int columns, rows;   // sheet
+    double radius, width, height, length; // [m]
+    double scale;        // file coordinates to metres
+    Vec3 rotation;       // rotation vector [rad], applied after scale
+    Vec3 translation;    // [m], applied last
+} MeshSource;
+
+// One body. `surface` is complete but for the pointers that need the mesh (initial_*), the gravity
+// and the isa, which scene_build fills in.
+typedef struct SceneBody {
+    char name[BODY_NAME_MAX];
+    char model[16]; // "surface"
+    int line;       // of the group in the scene file, for later errors
+    MeshSource mesh;
+    SurfaceOptions surface;
+    FixedRegion *fixed; // owned; surface.fixed points here
+    int fixed_count;
+    char *initial;      // file, resolved, or NULL; owned
+} SceneBody;
+
+typedef struct ScenePublish {
+    double nodes_hz, mesh_hz, contact_hz, status_hz; // 0: never
+    bool all_nodes; // nodes = "all"
+    bool velocity;
+} ScenePublish;
+
+typedef struct SceneLoad {
+    LoadOptions load; // body index resolved
+} SceneLoad;
+
+typedef struct Scene {
+    char *path;  // of the scene file
+    char *text;  // its text, includes not expanded; kept for files that we write
+    char name[SCENE_NAME_MAX];
+    double rate_hz;
+    Vec3 gravity;
+    int threads;
+    char prefix[SCENE_NAME_MAX];       // of the channels that the daemon publishes on
+    char input_prefix[SCENE_NAME_MAX]; // of the channels that it listens to
+    char *lcm_url;       // or NULL
+    bool start_paused;   // start = "paused"
+    double tool_timeout_s, settle_s;
+    ScenePublish publish;
+    int body_count;
+    SceneBody *body;
+    int tool_count;
+    ToolOptions *tool;
+    int load_count;
+    SceneLoad *load;
+} Scene;
+
+// Reads and checks a scene. Every error is one sentence "file:line: key value why".
+bool scene_read(const char *path, Scene *scene, Status *status);
+void scene_destroy(Scene *scene);
+
+// The reference of all keys, as Markdown (config/README.md is this text).
+void scene_print_reference(FILE *out);
+
+#endif

@@ -1,0 +1,44 @@
+// Winged-edge table of a valid triangle mesh (Baumgart's structure as listed by Choi et al. 2005,
+// implementation section): each edge knows its two nodes, its two faces, and in each face the edge
+// before and after it.
+#ifndef PLIANT_GEOMETRY_WINGED_EDGE_H
+#define PLIANT_GEOMETRY_WINGED_EDGE_H
+
+#include "geometry/mesh.h"
+
+typedef struct WingedEdge {
+    int node[2];     // start and end; node[0] < node[1]
+    int face[2];     // left (in which it runs from start to end) and right; -1 at a boundary
+    int previous[2]; // edge before this one when walking round face[i]; -1 without a face
+    int next[2];     // edge after this one when walking round face[i]; -1 without a face
+} WingedEdge;
+
+typedef struct WingedMesh {
+    int node_count, edge_count, face_count;
+    WingedEdge *edge;     // [edge_count], sorted by (node[0], node[1])
+    int (*face_edge)[3];  // [face_count]; edge k joins corners k and (k + 1) % 3
+    int (*face_neighbor)[3]; // [face_count]; face across edge k, -1 at a boundary
+    int *node_edge_start; // [node_count + 1]; edges of node i: node_edge[start[i] .. start[i+1])
+    int *node_edge;       // [2 edge_count], in turning order round the node (counter-clockwise seen
+                          // from outside; from boundary to boundary at a border node)
+    int *node_face_start; // [node_count + 1]
+    int *node_face;       // [3 face_count], ascending for each node
+} WingedMesh;
+
+// The mesh must have passed mesh_validate. Arrays are owned by `winged`.
+void winged_create(WingedMesh *winged, const TriMesh *mesh);
+void winged_destroy(WingedMesh *winged);
+
+int winged_valence(const WingedMesh *winged, int node);
+// The other end of an edge of `node`.
+int winged_other(const WingedMesh *winged, int edge, int node);
+// The edge between two nodes, or -1.
+int winged_find_edge(const WingedMesh *winged, int a, int b);
+bool winged_is_boundary_edge(const WingedMesh *winged, int edge);
+bool winged_is_boundary_node(const WingedMesh *winged, int node);
+// Boundary loops, connected components, and the Euler characteristic V - E + F.
+int winged_boundary_loops(const WingedMesh *winged);
+int winged_components(const WingedMesh *winged);
+int winged_euler(const WingedMesh *winged);
+
+#endif

@@ -1,0 +1,80 @@
+// Surface bodies: hollow organs as triangle mass-spring meshes with shape-preserving springs
+// (Choi et al. 2005), at one level of detail.
+#ifndef PLIANT_SURFACE_SURFACE_H
+#define PLIANT_SURFACE_SURFACE_H
+
+#include "base/arena.h"
+#include "base/state.h"
+#include "base/status.h"
+#include "dynamics/body.h"
+#include "geometry/mesh.h"
+
+// Material in physical units, or the paper's uniform values.
+typedef struct SurfaceMaterial {
+    bool uniform;
+    // physical: k_e = E2D (A_1 + A_2)/L^2 (Van Gelder 1998), m_i = rho_A A_i, k_d = damping_time k_e
+    double youngs_modulus_2d; // E2D [N/m]
+    double areal_density;     // rho_A [kg/m2]
+    double damping_time;      // beta [s]
+    // uniform: the same for every spring and node
+    double spring_stiffness; // k_s [N/m]
+    double spring_damping;   // k_d [N s/m]
+    double node_mass;        // [kg]
+    // both: gamma of eq 1, the same for every node
+    double node_damping; // [N s/m]
+} SurfaceMaterial;
+
+typedef enum ShapeFrame { SHAPE_WORLD, SHAPE_BODY } ShapeFrame;
+
+// Shape-preserving springs (eq 10, damping on the full velocity vector).
+typedef struct SurfaceShape {
+    bool wanted;
+    bool per_node; // stiffness and damping given for each node instead of angular_frequency
+    double angular_frequency; // w_s [rad/s]: k'_s = m w_s^2
+    double damping_ratio;     // z_s: k'_d = 2 z_s w_s m
+    double stiffness;         // k'_s [N/m] a node
+    double damping;           // k'_d [N s/m] a node
+    ShapeFrame frame;         // where the virtual nodes live
+} SurfaceShape;
+
+typedef enum FixedKind { FIXED_BOX, FIXED_SPHERE, FIXED_NODES } FixedKind;
+typedef struct FixedRegion {
+    FixedKind kind;
+    Vec3 low, high;  // box [m]
+    Vec3 center;     // sphere [m]
+    double radius;   // [m]
+    const int *node; // indices in the mesh file [node_count], owned by the scene
+    int node_count;
+} FixedRegion;
+
+typedef struct SurfaceOptions {
+    const char *name;
+    SurfaceMaterial material;
+    SurfaceShape shape;
+    double prestress; // rest lengths shortened by this fraction, [0, 0.9]
+    IntegratorKind integrator;
+    double time_step; // [s]; 0: from the stability bound
+    bool unsafe_time_step;
+    int fixed_count;
+    const FixedRegion *fixed;
+    // initial state in mesh order [node_count], or NULL: at rest
+    const Vec3 *initial_position, *initial_velocity;
+    Vec3 gravity;
+    double contact_ratio, contact_damping, friction; // see dynamics/body.h
+    const char *isa; // "auto" or a level of surface_isa_*
+} SurfaceOptions;
+
+// Builds a body from a valid mesh (mesh_validate). Allocates from `arena`, lists its state. Warnings
+// (a clamped damping) go to the log. False with `status`: what does not fit the options.
+bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *options, Arena *arena,
+                    StateList *state, Status *status);
+
+// Double-precision readers for checkpoints and tests: [node_count] in mesh order.
+void surface_read_state(const Body *body, Vec3 *position, Vec3 *velocity);
+
+// Instruction-set levels of the kernels that this machine can run, best first; NULL at the end.
+const char *const *surface_isa_levels(void);
+// The level in use by a body.
+const char *surface_isa(const Body *body);
+
+#endif
