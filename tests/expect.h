@@ -1,0 +1,42 @@
+// What cmocka lacks: comparisons of doubles that print both values, with a tolerance in doubles.
+#ifndef PLIANT_TESTS_EXPECT_H
+#define PLIANT_TESTS_EXPECT_H
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <cmocka.h>
+
+// |actual - expected| <= tolerance, absolute; fails for NaN.
+#define expect_near(actual, expected, tolerance)                                                   \
+    expect_near_at((actual), (expected), (tolerance), #actual, __FILE__, __LINE__)
+// actual <= limit and actual >= limit; fail for NaN.
+#define expect_at_most(actual, limit)                                                              \
+    expect_order((actual), (limit), (actual) <= (limit), #actual " <= " #limit, __FILE__, __LINE__)
+#define expect_at_least(actual, limit)                                                             \
+    expect_order((actual), (limit), (actual) >= (limit), #actual " >= " #limit, __FILE__, __LINE__)
+
+static inline void expect_near_at(double actual, double expected, double tolerance,
+                                  const char *what, const char *file, int line)
+{
+    if (!(fabs(actual - expected) <= tolerance)) {
+        print_error("%s = %.17g, expected %.17g within %g (off by %g)\n", what, actual, expected,
+                    tolerance, actual - expected);
+        _fail(file, line);
+    }
+}
+
+static inline void expect_order(double actual, double limit, bool holds, const char *what,
+                                const char *file, int line)
+{
+    if (!holds) {
+        print_error("%s does not hold: %.17g against %.17g\n", what, actual, limit);
+        _fail(file, line);
+    }
+}
+
+#endif
