@@ -1,7 +1,7 @@
 # The demo's pictures, from what pliant-monitor and pliant-probe wrote of the messages.
 # gnuplot -e "out='FOLDER'; t0=START; t1=END" clients/demo.gp; times are simulated seconds.
 set terminal pngcairo size 1200,700 enhanced font 'DejaVu Sans,15' linewidth 2
-set grid lc rgb '#d0d0d0'
+set grid lc rgb '#b0b0b0' lw 0.5
 set xlabel 'simulated time since the probe began [s]'
 set xrange [-0.5:t1 - t0]
 
@@ -27,12 +27,12 @@ plot out.'/probe.tsv' using ($2 - t0):(sqrt($6**2 + $7**2 + $8**2)) with lines l
 reset
 set terminal pngcairo size 1100,1000 enhanced font 'DejaVu Sans,15'
 set output out.'/shape.png'
-set title 'The body at its largest displacement'
+set title 'The body at its largest displacement' offset 0,-3
 set xlabel 'x [mm]' offset 0,-1
 set ylabel 'y [mm]' offset 0,-1
 set zlabel 'z [mm]' rotate parallel
 set cblabel 'displacement [mm]'
-set view 65,25
+set view 65,25,1.15
 set view equal xyz
 set xyplane relative 0.05
 set ticslevel 0
