@@ -1,0 +1,46 @@
+// The reference of every key of a scene file, printed from the tables that read it.
+#include "files/scene_parts.h"
+
+#include "base/check.h"
+
+const OptionTable *scene_table(int index)
+{
+    static const OptionTable *const TABLES[SCENE_TABLE_COUNT] = {
+        &SCENE_TABLE, &PUBLISH_TABLE,  &CAPACITY_TABLE, &BODY_TABLE,    &MESH_TABLE,
+        &PLACE_TABLE, &MATERIAL_TABLE, &SHAPE_TABLE,    &CONTACT_TABLE, &FIXED_TABLE,
+        &TOOL_TABLE,  &CAPSULE_TABLE,  &PLANE_TABLE,    &LOAD_TABLE,
+    };
+    ASSERT(index >= 0 && index < SCENE_TABLE_COUNT);
+    return TABLES[index];
+}
+
+void scene_print_reference(FILE *out)
+{
+    fputs(
+        "# Scene files\n"
+        "\n"
+        "This page is printed from the tables that read scene files; a test keeps the two equal. "
+        "The\n"
+        "annotated scenes beside it show every group at work: start from `minimal.cfg`.\n"
+        "\n"
+        "A scene is a [libconfig](https://hyperrealm.github.io/libconfig/) file: `key = value;`, "
+        "groups\n"
+        "`{ }`, lists `( )`, arrays `[ ]`, comments `#`, `//` and `/* */`, and `@include \"file\"` "
+        "on a\n"
+        "line of its own. Units are SI: metres, seconds, kilograms, newtons, radians.\n"
+        "\n"
+        "- A real may be written as an integer; an integer may not be written with a point.\n"
+        "- A vector is three numbers in `[ ]` or `( )`. An array `[ ]` holds numbers of one kind, "
+        "so write\n"
+        "  `[0.0, 0.0, -9.81]`; a list `( )` mixes them: `(0, 0, -9.81)`. No comma after the "
+        "last.\n"
+        "- A name is made of letters, digits, `_` and `-`.\n"
+        "- File names are relative to the folder of the scene file; so are includes.\n"
+        "- In ranges, `(` excludes its bound and `[` includes it. The range of a vector is that of "
+        "its\n"
+        "  length.\n"
+        "- Unknown keys, wrong types and values out of range are errors that name file and line.\n",
+        out);
+    for (int i = 0; i < SCENE_TABLE_COUNT; i++)
+        option_print_reference(scene_table(i), out);
+}
