@@ -77,8 +77,10 @@ static void print_default(const Option *option, FILE *out)
 
 void option_print_reference(const OptionTable *table, FILE *out)
 {
-    fprintf(out, "\n## `%s`\n\n%s\n\n", table->path[0] != '\0' ? table->path : "The scene itself",
-            table->about);
+    if (table->path[0] != '\0')
+        fprintf(out, "\n## `%s`\n\n%s\n\n", table->path, table->about);
+    else
+        fprintf(out, "\n## The scene itself\n\n%s\n\n", table->about);
     fprintf(out, "| key | type | unit | range | default | meaning |\n|---|---|---|---|---|---|\n");
     for (int i = 0; i < table->count; i++) {
         const Option *option = &table->option[i];

@@ -20,6 +20,7 @@ enum {
     LINE_LIMIT = 65535,
     DEPTH_LIMIT = 10, // libconfig's own
     LINE_SHOWN = 60,  // characters of an offending line
+    WHY_MAX = 120,
 };
 
 // One file being looked through.
@@ -53,22 +54,22 @@ char *scene_source_resolve(const char *folder, const char *name)
 }
 
 // The whole of a regular file with a zero behind it, or NULL and why not.
-static char *read_text(const char *path, size_t *bytes, const char **why)
+static char *read_text(const char *path, size_t *bytes, char why[WHY_MAX])
 {
     struct stat info;
     if (stat(path, &info) != 0) {
-        *why = strerror(errno);
+        snprintf(why, WHY_MAX, ": %s", strerror(errno));
         return NULL;
     }
-    *why = "is not a regular file";
+    snprintf(why, WHY_MAX, " is not a regular file");
     if (!S_ISREG(info.st_mode))
         return NULL;
-    *why = "is too much: a scene and its includes hold at most 16 MiB";
+    snprintf(why, WHY_MAX, " is too much: a scene and its includes hold at most 16 MiB");
     if (info.st_size > BYTE_LIMIT || *bytes + (size_t)info.st_size + BYTES_A_FILE > BYTE_LIMIT)
         return NULL;
     FILE *file = fopen(path, "rb");
     if (file == NULL) {
-        *why = strerror(errno);
+        snprintf(why, WHY_MAX, ": %s", strerror(errno));
         return NULL;
     }
     char *text = malloc((size_t)info.st_size + 1);
@@ -79,7 +80,7 @@ static char *read_text(const char *path, size_t *bytes, const char **why)
     *bytes += length + BYTES_A_FILE;
     if (strlen(text) == length)
         return text;
-    *why = "holds a zero byte: it is not text";
+    snprintf(why, WHY_MAX, " holds a zero byte: it is not text");
     free(text);
     return NULL;
 }
@@ -95,7 +96,7 @@ scan_fail(const Scan *scan, const char *format, ...)
     return status_fail(scan->status, STATUS_INVALID, "%s:%d: %s", scan->shown, scan->line, text);
 }
 
-static bool scan_text(Scan *scan, const char *text);
+static bool scan_text(Scan *scan, char *text);
 
 // At a line that begins with @include: looks through the file it names.
 static bool scan_include(Scan *scan, const char *at)
@@ -108,20 +109,19 @@ static bool scan_include(Scan *scan, const char *at)
     ASSERT(file != NULL);
     char *path = scene_source_resolve(scan->folder, file);
 
-    const char *why = NULL;
-    char *text = NULL;
+    char why[WHY_MAX] = "", *text = NULL;
     if (file[0] == '/' || strchr(file, '\\') != NULL)
-        why = "must be a path from the scene file's folder, written with /";
+        snprintf(why, sizeof why, " must be a path from the scene file's folder, written with /");
     else if (scan->depth == DEPTH_LIMIT)
-        why = "is nested deeper than 10 files";
+        snprintf(why, sizeof why, " is nested deeper than %d files", DEPTH_LIMIT);
     else
-        text = read_text(path, scan->bytes, &why);
+        text = read_text(path, scan->bytes, why);
     bool ok = text != NULL;
     if (ok) {
         Scan inner = {scan->folder, file, 1, scan->depth + 1, scan->bytes, scan->status};
         ok = scan_text(&inner, text);
     } else {
-        scan_fail(scan, "@include \"%.120s\" %s", file, why);
+        scan_fail(scan, "@include \"%.120s\"%s", file, why);
     }
     free(text);
     free(path);
@@ -152,10 +152,9 @@ static const char *scan_number(const Scan *scan, const char *at)
     long long value = strtoll(at, NULL, hex ? 16 : 10);
     if (errno != ERANGE && (wide || (value >= INT_MIN && value <= INT_MAX)))
         return end;
-    scan_fail(scan, "integer %.*s%s does not fit %s: write it as a real, %.*s%s.0",
+    scan_fail(scan, "integer %.*s%s does not fit %s bits",
               length < LINE_SHOWN ? length : LINE_SHOWN, at, length < LINE_SHOWN ? "" : "...",
-              wide ? "64 bits" : "32 bits", length < LINE_SHOWN ? length : LINE_SHOWN, at,
-              length < LINE_SHOWN ? "" : "...");
+              wide ? "64" : "32");
     return NULL;
 }
 
@@ -182,24 +181,26 @@ static const char *skip_opaque(const char *at)
     return NULL;
 }
 
-static bool scan_text(Scan *scan, const char *text)
+// Looks through a file. Turns [ ] into ( ), of which libconfig lets only the latter hold integers
+// and reals together; their readers take both.
+static bool scan_text(Scan *scan, char *text)
 {
     bool line_start = true;
-    for (const char *at = text; *at != '\0';) {
+    for (char *at = text; *at != '\0';) {
         const char *end = skip_opaque(at);
-        if (end == NULL && line_start && strncmp(at, "@include", 8) == 0) {
+        bool sign = (*at == '+' || *at == '-') && isdigit((unsigned char)at[1]);
+        if (line_start && strncmp(at, "@include", 8) == 0) {
             if (!scan_include(scan, at))
                 return false;
             end = at + strcspn(at, "\n");
-        }
-        bool sign = (*at == '+' || *at == '-') && isdigit((unsigned char)at[1]);
-        if (end == NULL && (isdigit((unsigned char)*at) || sign)) {
+        } else if (sign || isdigit((unsigned char)*at)) {
             end = scan_number(scan, at);
             if (end == NULL)
                 return false;
-        }
-        if (end == NULL)
+        } else if (end == NULL) {
+            *at = *at == '[' ? '(' : *at == ']' ? ')' : *at;
             end = at + 1;
+        }
         for (; at < end; at++) {
             line_start = *at == '\n' || (line_start && (*at == ' ' || *at == '\t'));
             scan->line += *at == '\n';
@@ -224,7 +225,7 @@ static bool fail_parse(const char *path, const char *text, const config_t *confi
 {
     const char *file = config_error_file(config), *said = config_error_text(config);
     char shown[LINE_SHOWN + 1] = "";
-    if (file == NULL || strcmp(file, path) == 0)
+    if (file == NULL)
         find_line(text, config_error_line(config), shown);
     bool mixed = said != NULL && strstr(said, "mismatched element type") != NULL;
     return status_fail(status, STATUS_INVALID, "%s:%d: %s%s%s%s", file != NULL ? file : path,
@@ -236,20 +237,22 @@ static bool fail_parse(const char *path, const char *text, const config_t *confi
 char *scene_source_read(const char *path, config_t *config, Status *status)
 {
     size_t bytes = 0;
-    const char *why = NULL;
-    char *text = read_text(path, &bytes, &why);
+    char why[WHY_MAX] = "";
+    char *text = read_text(path, &bytes, why);
     if (text == NULL) {
-        status_fail(status, STATUS_INVALID, "%s: %s", path, why);
+        status_fail(status, STATUS_INVALID, "%s%s", path, why);
         return NULL;
     }
-    char *folder = scene_source_folder(path);
+    char *folder = scene_source_folder(path), *parsed = strdup(text);
+    ASSERT(parsed != NULL);
     Scan scan = {folder, path, 1, 0, &bytes, status};
-    bool ok = scan_text(&scan, text);
+    bool ok = scan_text(&scan, parsed);
     if (ok) {
         config_set_include_dir(config, folder);
-        ok =
-            config_read_file(config, path) == CONFIG_TRUE || fail_parse(path, text, config, status);
+        ok = config_read_string(config, parsed) == CONFIG_TRUE ||
+             fail_parse(path, text, config, status);
     }
+    free(parsed);
     free(folder);
     if (ok)
         return text;
