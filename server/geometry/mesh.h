@@ -1,4 +1,5 @@
-// A triangle mesh as it comes from a file or a generator: nodes, triangles, and where they came from.
+// A triangle mesh as it comes from a file or a generator: nodes, triangles, and where they came
+// from.
 #ifndef PLIANT_GEOMETRY_MESH_H
 #define PLIANT_GEOMETRY_MESH_H
 
@@ -9,9 +10,9 @@
 typedef struct TriMesh {
     int node_count;
     int triangle_count;
-    Vec3 *position;     // [node_count], m
-    int (*triangle)[3]; // [triangle_count], counter-clockwise seen from outside
-    int *file_index;    // [node_count], index in the source before welding, ascending
+    Vec3 *position;      // [node_count], m
+    int (*triangle)[3];  // [triangle_count], counter-clockwise seen from outside
+    int *file_index;     // [node_count], index in the source before welding, ascending
     int file_node_count; // nodes in the source before welding
 } TriMesh;
 
@@ -33,8 +34,8 @@ double mesh_area(const TriMesh *mesh);
 
 // What is wrong with a mesh: the first fault found, in element order.
 typedef struct MeshFault {
-    int node;     // or -1
-    int triangle; // or -1
+    int node;       // or -1
+    int triangle;   // or -1
     char text[160]; // "edge between nodes 3 and 7 belongs to more than two triangles"
 } MeshFault;
 
