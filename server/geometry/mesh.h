@@ -7,6 +7,8 @@
 
 #include <stdbool.h>
 
+enum { MESH_COUNT_MAX = 1 << 28 }; // most nodes or triangles: 3 triangles still count in an int
+
 typedef struct TriMesh {
     int node_count;
     int triangle_count;
@@ -16,7 +18,8 @@ typedef struct TriMesh {
     int file_node_count; // nodes in the source before welding
 } TriMesh;
 
-// Zero-filled arrays owned by the mesh; file_index is the identity. Counts must be in [0, 2^28].
+// Zero-filled arrays owned by the mesh; file_index is the identity. Counts must be in
+// [0, MESH_COUNT_MAX].
 void mesh_create(TriMesh *mesh, int node_count, int triangle_count);
 void mesh_destroy(TriMesh *mesh);
 
@@ -34,9 +37,10 @@ double mesh_area(const TriMesh *mesh);
 
 // What is wrong with a mesh: the first fault found, in element order.
 typedef struct MeshFault {
-    int node;       // or -1
-    int triangle;   // or -1
-    char text[160]; // "edge between nodes 3 and 7 belongs to more than two triangles"
+    int node;     // or -1
+    int triangle; // or -1
+    // "edge between nodes 3 and 7 belongs to 3 triangles, more than two": nodes by their file_index
+    char text[160];
 } MeshFault;
 
 // A mesh fit for simulation: at least one triangle, finite positions, indices in range, no triangle
