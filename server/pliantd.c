@@ -125,8 +125,8 @@ static error_t parse_option(int key, char *text, struct argp_state *state)
         break;
     case OPTION_RECORD:
         status_fail(status, STATUS_INVALID,
-                    "pliantd: --record is not in this version; pliant-record records a running "
-                    "daemon's messages");
+                    "pliantd: --record is not in this version; lcm-logger records the messages of "
+                    "a running daemon");
         break;
     case OPTION_CHECKPOINT:
         a->checkpoint = text;
@@ -335,6 +335,12 @@ static bool run_world(World *world, Scene *scene, const Arguments *arguments, In
                       sigset_t signals, Status *status)
 {
     if (arguments->explain) {
+        // With what a live run adds for its threads to exchange.
+        ExchangeOptions reserved = {.velocity = scene->publish.velocity,
+                                    .checkpoints = arguments->checkpoint != NULL,
+                                    .logs_inputs = arguments->log_inputs != NULL};
+        Exchange exchange;
+        exchange_create(&exchange, world, &reserved);
         explain_plan(world, scene, stdout);
         return true;
     }

@@ -24,11 +24,11 @@ static bool name_channels(Bus *bus, Status *status)
                                "prefix '%s' and body '%s' make a channel longer than %d characters",
                                prefix, body, CHANNEL_MAX - 1);
     }
-    snprintf(bus->reply_channel, CHANNEL_MAX, "%.50s_REPLY", prefix);
-    snprintf(bus->event_channel, CHANNEL_MAX, "%.50s_EVENT", prefix);
-    snprintf(bus->contact_channel, CHANNEL_MAX, "%.50s_CONTACT", prefix);
-    snprintf(bus->status_channel, CHANNEL_MAX, "%.50s_STATUS", prefix);
-    snprintf(bus->claim_channel, CHANNEL_MAX, "%.50s_CLAIM", prefix);
+    snprintf(bus->reply_channel, 2 * CHANNEL_MAX, "%s_REPLY", prefix);
+    snprintf(bus->event_channel, 2 * CHANNEL_MAX, "%s_EVENT", prefix);
+    snprintf(bus->contact_channel, 2 * CHANNEL_MAX, "%s_CONTACT", prefix);
+    snprintf(bus->status_channel, 2 * CHANNEL_MAX, "%s_STATUS", prefix);
+    snprintf(bus->claim_channel, 2 * CHANNEL_MAX, "%s_CLAIM", prefix);
     return true;
 }
 

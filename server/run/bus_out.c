@@ -54,9 +54,9 @@ void bus_create_streams(Bus *bus, Arena *arena)
     for (int i = 0; i < bodies; i++) {
         BodyStream *stream = &bus->body[i];
         const char *name = sim_body(bus->sim, i)->name;
-        snprintf(stream->nodes_channel, CHANNEL_MAX, "%.32s_NODES_%s", prefix, name);
-        snprintf(stream->velocity_channel, CHANNEL_MAX, "%.22s_VELOCITY_%s", prefix, name);
-        snprintf(stream->mesh_channel, CHANNEL_MAX, "%.32s_MESH_%s", prefix, name);
+        snprintf(stream->nodes_channel, 2 * CHANNEL_MAX, "%s_NODES_%s", prefix, name);
+        snprintf(stream->velocity_channel, 2 * CHANNEL_MAX, "%s_VELOCITY_%s", prefix, name);
+        snprintf(stream->mesh_channel, 2 * CHANNEL_MAX, "%s_MESH_%s", prefix, name);
     }
 }
 

@@ -10,7 +10,7 @@
 #include <pthread.h>
 
 enum {
-    CHANNEL_MAX = 64,
+    CHANNEL_MAX = 64, // with its NUL; buffers are longer so that the compiler sees that all fits
     NODES_IN_CHUNK = 4096,     // 49 kB: below one datagram
     TRIANGLES_IN_CHUNK = 2048, // with NODES_IN_MESH_CHUNK 46 kB
     NODES_IN_MESH_CHUNK = 1024,
@@ -24,7 +24,8 @@ typedef struct Pace {
 } Pace;
 
 typedef struct BodyStream {
-    char nodes_channel[CHANNEL_MAX], velocity_channel[CHANNEL_MAX], mesh_channel[CHANNEL_MAX];
+    char nodes_channel[2 * CHANNEL_MAX], velocity_channel[2 * CHANNEL_MAX];
+    char mesh_channel[2 * CHANNEL_MAX];
     const Frame *frame; // the newest taken, or NULL
     Pace nodes, mesh;
     int32_t nodes_sequence, mesh_sequence;
@@ -55,8 +56,9 @@ struct Bus {
     // out
     BodyStream *body;
     int64_t next_mesh_ns, next_status_ns;
-    char reply_channel[CHANNEL_MAX], event_channel[CHANNEL_MAX], contact_channel[CHANNEL_MAX];
-    char status_channel[CHANNEL_MAX], claim_channel[CHANNEL_MAX];
+    char reply_channel[2 * CHANNEL_MAX], event_channel[2 * CHANNEL_MAX];
+    char contact_channel[2 * CHANNEL_MAX], status_channel[2 * CHANNEL_MAX];
+    char claim_channel[2 * CHANNEL_MAX];
     int32_t *contact_sequence;
     int32_t event_sequence, status_sequence;
     const StatusOut *status;          // the newest taken, or NULL

@@ -48,9 +48,10 @@ bool event_log_next(EventLog *log, LogEvent *event, Status *status)
     if (got == 0 && feof(log->file))
         return false;
     if (got < 4 || big_endian(header, 4) != SYNC)
-        return status_fail(status, STATUS_INVALID, "%s: %s after %lld events", log->path,
-                           log->events == 0 ? "not an LCM event log" : "no LCM event",
-                           (long long)log->events);
+        return log->events == 0
+                   ? status_fail(status, STATUS_INVALID, "%s: not an LCM event log", log->path)
+                   : status_fail(status, STATUS_INVALID, "%s: no LCM event after %lld of them",
+                                 log->path, (long long)log->events);
     if (got < sizeof header)
         return cut_off(log, status);
 

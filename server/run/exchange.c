@@ -23,8 +23,7 @@ static void create_ring(Ring *ring, Arena *arena, unsigned capacity, size_t stri
               stride);
 }
 
-bool exchange_create(Exchange *exchange, World *world, const ExchangeOptions *options,
-                     Status *status)
+void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *options)
 {
     memset(exchange, 0, sizeof *exchange);
     Arena *arena = &world->arena;
@@ -63,6 +62,11 @@ bool exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
                     "files_events");
     }
 
+    exchange->step_fd = exchange->bus_fd = exchange->files_fd = -1;
+}
+
+bool exchange_open(Exchange *exchange, Status *status)
+{
     exchange->step_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
     exchange->bus_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
     exchange->files_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
@@ -72,11 +76,11 @@ bool exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
     return true;
 }
 
-void exchange_destroy(Exchange *exchange)
+void exchange_close(Exchange *exchange)
 {
     int fds[] = {exchange->step_fd, exchange->bus_fd, exchange->files_fd};
     for (int i = 0; i < 3; i++)
-        if (fds[i] > 0)
+        if (fds[i] >= 0)
             close(fds[i]);
 }
 

@@ -100,11 +100,11 @@ typedef struct ExchangeOptions {
     bool logs_inputs;
 } ExchangeOptions;
 
-// Load time; memory comes from the world's arena. False: no descriptors left.
-bool exchange_create(Exchange *exchange, World *world, const ExchangeOptions *options,
-                     Status *status);
-// Closes the descriptors; the memory goes with the arena.
-void exchange_destroy(Exchange *exchange);
+// Load time; memory comes from the world's arena and goes with it.
+void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *options);
+// The wake-up descriptors. False: none left.
+bool exchange_open(Exchange *exchange, Status *status);
+void exchange_close(Exchange *exchange);
 // One write to an eventfd, and reading it empty.
 void exchange_wake(int fd);
 void exchange_clear(int fd);

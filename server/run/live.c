@@ -38,14 +38,15 @@ static bool open_input_log(Live *live, Status *status)
 static bool prepare(Live *live, Status *status)
 {
     const LiveOptions *options = live->options;
+    ExchangeOptions exchange = {.velocity = live->scene->publish.velocity,
+                                .checkpoints = options->checkpoint_path != NULL,
+                                .logs_inputs = options->input_log_path != NULL};
+    exchange_create(&live->exchange, live->world, &exchange);
     live->done_fd = eventfd(0, EFD_CLOEXEC);
     live->signal_fd = signalfd(-1, &options->signals, SFD_CLOEXEC);
     if (live->done_fd < 0 || live->signal_fd < 0)
         return status_fail(status, STATUS_FAILED, "cannot wait for signals: %s", strerror(errno));
-    ExchangeOptions exchange = {.velocity = live->scene->publish.velocity,
-                                .checkpoints = options->checkpoint_path != NULL,
-                                .logs_inputs = options->input_log_path != NULL};
-    if (!exchange_create(&live->exchange, live->world, &exchange, status))
+    if (!exchange_open(&live->exchange, status))
         return false;
     live->files.checkpoint_path = options->checkpoint_path;
     live->files.world = live->world;
@@ -112,7 +113,7 @@ static void destroy(Live *live)
     if (live->bus != NULL)
         bus_destroy(live->bus);
     free(live->describe);
-    exchange_destroy(&live->exchange);
+    exchange_close(&live->exchange);
     if (live->done_fd > 0)
         close(live->done_fd);
     if (live->signal_fd > 0)
