@@ -1,0 +1,108 @@
+// Finds where to press a body. One thread.
+#include "aim.h"
+#include "frames.h"
+
+#include <string.h>
+
+#include "pliant_command_t.h"
+
+enum { AIM_QUEUE = 4096, AIM_WAIT_S = 3 }; // the queue holds every chunk of the largest mesh
+
+typedef struct Search {
+    Client *client;
+    Aim *aim;
+    MeshFrame mesh;
+    NodesFrame nodes;
+    bool ready; // both whole and of the same topology
+} Search;
+
+static void update_ready(Search *search)
+{
+    search->ready = search->mesh.whole && search->nodes.whole &&
+                    search->mesh.topology == search->nodes.topology &&
+                    search->mesh.node_count == search->nodes.node_count;
+}
+
+static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    Search *search = user;
+    const char *body = client_body_of(search->client, "MESH", channel);
+    // "_MESH_DELTA_<body>" fits the pattern too, but is another type.
+    if (search->ready || !body || strncmp(body, "DELTA_", 6) == 0)
+        return;
+    if (search->aim->body[0] == '\0')
+        snprintf(search->aim->body, sizeof search->aim->body, "%s", body);
+    if (strcmp(search->aim->body, body) == 0)
+        mesh_frame_add(&search->mesh, buffer->data, buffer->data_size);
+    update_ready(search);
+}
+
+static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    Search *search = user;
+    const char *body = client_body_of(search->client, "NODES", channel);
+    if (!search->ready && body && strcmp(search->aim->body, body) == 0)
+        nodes_frame_add(&search->nodes, buffer->data, buffer->data_size);
+    update_ready(search);
+}
+
+static void choose_node(const Search *search, const double direction[3], double node[3])
+{
+    double first = 0.0;
+    bool found = false;
+    for (int i = 0; i < search->nodes.node_count; i++) {
+        const float *x = search->nodes.position + 3 * (size_t)i;
+        double along =
+            direction[0] * (double)x[0] + direction[1] * (double)x[1] + direction[2] * (double)x[2];
+        if (search->mesh.id[i] < 0 || (found && along >= first))
+            continue;
+        found = true;
+        first = along;
+        for (int k = 0; k < 3; k++)
+            node[k] = (double)x[k];
+    }
+}
+
+static bool search_wait(Search *search, ClientError *error)
+{
+    Client *client = search->client;
+    ClientError why;
+    bool answered = client_request(client, PLIANT_COMMAND_T_DESCRIBE, 0, "", 1.0, 3, &why);
+    if (!answered)
+        return client_fail(error, "%s", why.text);
+    int64_t deadline = client_now_ns() + (int64_t)AIM_WAIT_S * 1000000000;
+    if (!client_wait(client, deadline, &search->ready))
+        return client_fail(error, client->broken ? "the LCM connection failed" : "interrupted");
+    if (search->ready)
+        return true;
+    const char *body = search->aim->body;
+    if (!search->mesh.whole)
+        return client_fail(error,
+                           "the daemon answers, but no whole mesh came on %s_MESH_%s within 3 s "
+                           "(body's name? receive buffer? LCM sends it on DESCRIBE)",
+                           client->prefix, body[0] ? body : "*");
+    return client_fail(error,
+                       "the mesh of '%s' came, but no positions on %s_NODES_%s within 3 s: is "
+                       "publish.nodes_hz 0, or the daemon paused?",
+                       body, client->prefix, body);
+}
+
+bool aim_find(Client *client, const double direction[3], Aim *aim, ClientError *error)
+{
+    Search search = {.client = client, .aim = aim};
+    const char *body = aim->body[0] ? aim->body : ".+";
+    lcm_subscription_t *mesh = client_subscribe(client, "MESH", body, AIM_QUEUE, on_mesh, &search);
+    lcm_subscription_t *nodes =
+        client_subscribe(client, "NODES", body, AIM_QUEUE, on_nodes, &search);
+    bool ok = mesh && nodes ? search_wait(&search, error)
+                            : client_fail(error, "LCM refuses to subscribe to the meshes");
+    if (mesh)
+        lcm_unsubscribe(client->lcm, mesh);
+    if (nodes)
+        lcm_unsubscribe(client->lcm, nodes);
+    if (ok)
+        choose_node(&search, direction, aim->node);
+    mesh_frame_destroy(&search.mesh);
+    nodes_frame_destroy(&search.nodes);
+    return ok;
+}

@@ -1,0 +1,381 @@
+// What every client program shares: options, connection, waiting, requests. One thread.
+#include "client.h"
+#include "wire.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <math.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/random.h>
+#include <sys/socket.h>
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "pliant_command_t.h"
+
+#define DEFAULT_GROUP "239.255.76.67"
+#define DEFAULT_PORT  7667
+#define DEFAULT_URL   "udpm://239.255.76.67:7667?ttl=0"
+
+bool client_fail(ClientError *error, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(error->text, sizeof error->text, format, arguments);
+    va_end(arguments);
+    return false;
+}
+
+// --- options ---
+
+bool client_name_valid(const char *name, size_t max)
+{
+    size_t length = strlen(name);
+    if (length < 1 || length > max)
+        return false;
+    for (const char *c = name; *c; c++) {
+        if (!isalnum((unsigned char)*c) && *c != '_' && *c != '-')
+            return false;
+    }
+    return true;
+}
+
+static error_t parse_option(int key, char *argument, struct argp_state *state)
+{
+    ClientOptions *options = state->input;
+    switch (key) {
+    case 'l':
+        options->url = argument;
+        return 0;
+    case 0x500:
+        if (!client_name_valid(argument, CLIENT_PREFIX_MAX - 1))
+            argp_error(state, "--prefix '%s': 1 to %d letters, digits, '_' or '-'", argument,
+                       CLIENT_PREFIX_MAX - 1);
+        options->prefix = argument;
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
+static const struct argp_option OPTIONS[] = {
+    {"lcm-url", 'l', "URL", 0, "LCM network (default: LCM_DEFAULT_URL, else LCM's own default)",
+     90},
+    {"prefix", 0x500, "NAME", 0, "prefix of the channels (default: PLIANT)", 90},
+    {0},
+};
+
+const struct argp CLIENT_ARGP = {.options = OPTIONS, .parser = parse_option};
+
+bool client_parse_number(const char *text, double low, double high, double *number)
+{
+    char *end;
+    errno = 0;
+    double value = strtod(text, &end);
+    if (end == text || *end || !isfinite(value) || value < low || value > high)
+        return false;
+    *number = value;
+    return true;
+}
+
+bool client_parse_integer(const char *text, long low, long high, long *number)
+{
+    char *end;
+    errno = 0;
+    long value = strtol(text, &end, 10);
+    if (end == text || *end || errno || value < low || value > high)
+        return false;
+    *number = value;
+    return true;
+}
+
+bool client_parse_vector(const char *text, double limit, double vector[3])
+{
+    for (int k = 0; k < 3; k++) {
+        char *end;
+        vector[k] = strtod(text, &end);
+        if (end == text || *end != (k < 2 ? ',' : '\0') || !(fabs(vector[k]) <= limit))
+            return false;
+        text = end + 1;
+    }
+    return true;
+}
+
+bool client_url(const char *url, const char *fallback, int receive_bytes, char *out, size_t size)
+{
+    if (!url || !*url)
+        url = fallback && *fallback ? fallback : DEFAULT_URL;
+    int length;
+    if (strncmp(url, "udpm://", 7) != 0 || strstr(url, "recv_buf_size="))
+        length = snprintf(out, size, "%s", url);
+    else
+        length = snprintf(out, size, "%s%crecv_buf_size=%d", url, strchr(url, '?') ? '&' : '?',
+                          receive_bytes);
+    return length >= 0 && (size_t)length < size;
+}
+
+// --- connection ---
+
+// The largest receive buffer up to CLIENT_RECEIVE_BYTES that the kernel grants: asking LCM for more
+// makes it print a warning at every start.
+static int granted_receive_bytes(void)
+{
+    int granted = CLIENT_RECEIVE_BYTES, wanted = CLIENT_RECEIVE_BYTES;
+    socklen_t size = sizeof granted;
+    int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    if (fd < 0)
+        return wanted;
+    setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &wanted, sizeof wanted);
+    if (getsockopt(fd, SOL_SOCKET, SO_RCVBUF, &granted, &size) != 0 || granted > wanted)
+        granted = wanted;
+    close(fd);
+    return granted;
+}
+
+// Address and port of a udpm URL, each of which may be left out.
+static bool parse_group(const char *url, struct sockaddr_in *address)
+{
+    char group[64] = DEFAULT_GROUP;
+    long port = DEFAULT_PORT;
+    const char *network = url + strlen("udpm://");
+    size_t length = strcspn(network, "?");
+    char text[64];
+    if (length >= sizeof text)
+        return false;
+    memcpy(text, network, length);
+    text[length] = '\0';
+    char *colon = strchr(text, ':');
+    if (colon) {
+        *colon = '\0';
+        if (colon[1] && !client_parse_integer(colon + 1, 1, 65535, &port))
+            return false;
+    }
+    if (text[0])
+        memcpy(group, text, sizeof text);
+    *address = (struct sockaddr_in){.sin_family = AF_INET, .sin_port = htons((uint16_t)port)};
+    return inet_pton(AF_INET, group, &address->sin_addr) == 1 &&
+           IN_MULTICAST(ntohl(address->sin_addr.s_addr));
+}
+
+static bool check_route(const char *url, ClientError *error)
+{
+    struct sockaddr_in address;
+    if (!parse_group(url, &address))
+        return client_fail(error,
+                           "--lcm-url %s: want udpm://GROUP:PORT?ttl=N with a multicast address "
+                           "(224.0.0.0 to 239.255.255.255) and a port in [1, 65535]",
+                           url);
+    int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    bool routed = fd < 0 || connect(fd, (struct sockaddr *)&address, sizeof address) == 0;
+    if (fd >= 0)
+        close(fd);
+    if (routed)
+        return true;
+    return client_fail(
+        error,
+        "%s: this machine has no route for multicast. As root run\n"
+        "  ip link set lo up; ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo\n"
+        "or choose another network with --lcm-url: udpm://GROUP:PORT?ttl=1 over an interface that "
+        "has such a route, or tcpq://HOST:PORT with LCM's Java server (slow: not for control)",
+        url);
+}
+
+bool client_connect(Client *client, const ClientOptions *options, ClientError *error)
+{
+    *client = (Client){0};
+    snprintf(client->prefix, sizeof client->prefix, "%s",
+             options->prefix ? options->prefix : "PLIANT");
+    // A number of our own: the daemon tells senders apart by it. 31 bits, never 0.
+    uint32_t random;
+    if (getrandom(&random, sizeof random, 0) != sizeof random)
+        random = (uint32_t)client_now_ns() ^ (uint32_t)getpid() << 16;
+    client->sender = (int32_t)(random >> 1 | 1u);
+    if (!client_url(options->url, getenv("LCM_DEFAULT_URL"), granted_receive_bytes(), client->url,
+                    sizeof client->url))
+        return client_fail(error, "--lcm-url: longer than %d characters", CLIENT_URL_MAX - 40);
+    if (strncmp(client->url, "udpm://", 7) == 0 && !check_route(client->url, error))
+        return false;
+    client->lcm = lcm_create(client->url);
+    if (!client->lcm)
+        return client_fail(error, "--lcm-url %s: LCM cannot open it", client->url);
+    return true;
+}
+
+void client_disconnect(Client *client)
+{
+    if (client->reply)
+        pliant_reply_t_destroy(client->reply);
+    if (client->lcm)
+        lcm_destroy(client->lcm);
+    *client = (Client){0};
+}
+
+void client_channel(const Client *client, const char *name, const char *body,
+                    char channel[CLIENT_CHANNEL_MAX])
+{
+    snprintf(channel, CLIENT_CHANNEL_MAX, "%s_%s%s%s", client->prefix, name, body ? "_" : "",
+             body ? body : "");
+}
+
+lcm_subscription_t *client_subscribe(Client *client, const char *name, const char *body, int queue,
+                                     lcm_msg_handler_t handler, void *user)
+{
+    char channel[CLIENT_CHANNEL_MAX];
+    client_channel(client, name, body, channel);
+    lcm_subscription_t *subscription = lcm_subscribe(client->lcm, channel, handler, user);
+    if (subscription)
+        lcm_subscription_set_queue_capacity(subscription, queue);
+    return subscription;
+}
+
+const char *client_body_of(const Client *client, const char *name, const char *channel)
+{
+    char head[CLIENT_CHANNEL_MAX];
+    client_channel(client, name, "", head);
+    size_t length = strlen(head);
+    return strncmp(channel, head, length) == 0 && channel[length] ? channel + length : NULL;
+}
+
+// --- waiting ---
+
+static volatile sig_atomic_t stop_signal;
+
+static void note_signal(int signal)
+{
+    stop_signal = signal;
+}
+
+// The signals stay blocked but inside ppoll, so that none can slip in between a test and the wait.
+void client_catch_signals(void)
+{
+    struct sigaction action = {.sa_handler = note_signal};
+    sigset_t mask;
+    sigemptyset(&mask);
+    for (int k = 0; k < 3; k++) {
+        int signal = (const int[]){SIGINT, SIGTERM, SIGHUP}[k];
+        sigaction(signal, &action, NULL);
+        sigaddset(&mask, signal);
+    }
+    sigprocmask(SIG_BLOCK, &mask, NULL);
+}
+
+bool client_stopped(void)
+{
+    return stop_signal != 0;
+}
+
+int64_t client_now_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
+}
+
+int64_t client_utime(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_REALTIME, &t);
+    return (int64_t)t.tv_sec * 1000000 + t.tv_nsec / 1000;
+}
+
+bool client_wait(Client *client, int64_t deadline_ns, const bool *done)
+{
+    sigset_t open;
+    sigemptyset(&open);
+    while (!client->broken) {
+        if (done && *done)
+            return true;
+        int64_t left = deadline_ns - client_now_ns();
+        if (left < 0)
+            left = 0;
+        struct timespec timeout = {left / 1000000000, left % 1000000000};
+        struct pollfd poll = {.fd = lcm_get_fileno(client->lcm), .events = POLLIN};
+        int ready = ppoll(&poll, 1, &timeout, &open);
+        if (client_stopped())
+            return false;
+        if (ready > 0)
+            client->broken = lcm_handle(client->lcm) < 0;
+        else if (ready < 0 && errno != EINTR)
+            client->broken = true;
+        // Also when messages keep coming, a deadline that has passed ends the wait.
+        if ((ready == 0 || left == 0) && !client->broken)
+            return true;
+    }
+    return false;
+}
+
+// --- requests ---
+
+static void on_reply(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    Client *client = user;
+    pliant_reply_t reply;
+    if (!wire_check(&WIRE_REPLY, buffer->data, buffer->data_size) ||
+        pliant_reply_t_decode(buffer->data, 0, (int)buffer->data_size, &reply) < 0)
+        return;
+    if (reply.sender == client->sender && reply.id == client->last_id && !client->reply_come) {
+        client->reply = pliant_reply_t_copy(&reply);
+        client->reply_come = client->reply != NULL;
+    }
+    pliant_reply_t_decode_cleanup(&reply);
+}
+
+bool client_request(Client *client, int32_t kind, int64_t value, const char *argument,
+                    double timeout_s, int tries, ClientError *error)
+{
+    char channel[CLIENT_CHANNEL_MAX], text[256];
+    if (!client->subscribed && !client_subscribe(client, "REPLY", NULL, 64, on_reply, client))
+        return client_fail(error, "LCM refuses to subscribe to %s_REPLY", client->prefix);
+    client->subscribed = true;
+    if (client->reply)
+        pliant_reply_t_destroy(client->reply);
+    client->reply = NULL;
+    client->reply_come = false;
+    client->last_id++;
+    snprintf(text, sizeof text, "%s", argument);
+    client_channel(client, "COMMAND", NULL, channel);
+    for (int k = 0; k < tries && !client->reply_come; k++) {
+        pliant_command_t command = {.utime = client_utime(),
+                                    .sender = client->sender,
+                                    .id = client->last_id,
+                                    .kind = kind,
+                                    .value = value,
+                                    .argument = text};
+        pliant_command_t_publish(client->lcm, channel, &command);
+        int64_t deadline = client_now_ns() + (int64_t)(timeout_s * 1e9);
+        if (!client_wait(client, deadline, &client->reply_come))
+            return client_fail(error, client->broken ? "the LCM connection failed" : "interrupted");
+    }
+    if (!client->reply_come)
+        return client_fail(error, "no reply on %s_REPLY within %g s: is pliantd running on %s?",
+                           client->prefix, timeout_s * tries, client->url);
+    if (!client->reply->ok)
+        return client_fail(error, "the daemon refuses: %s", client->reply->text);
+    return true;
+}
+
+// --- printing ---
+
+void client_print_text(FILE *out, const char *text, bool lines)
+{
+    for (; *text; text++) {
+        unsigned char c = (unsigned char)*text;
+        // C1 controls come as c2 80 .. c2 9f in UTF-8; c2 is masked there.
+        bool control = c < 0x20 || c == 0x7f || (c == 0xc2 && (unsigned char)text[1] < 0xa0);
+        putc(control && !(lines && (c == '\n' || c == '\t')) ? '?' : c, out);
+    }
+}
+
+void client_print_error(const char *program, const ClientError *error)
+{
+    fprintf(stderr, "%s: ", program);
+    client_print_text(stderr, error->text, true); // it may quote the daemon
+    fputc('\n', stderr);
+}

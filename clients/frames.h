@@ -1,0 +1,64 @@
+// Puts chunked meshes and frames of node positions together again. One thread; the sizes on the
+// wire are bounded, chunks that contradict their frame are refused, chunks of other frames dropped.
+#ifndef PLIANT_CLIENTS_FRAMES_H
+#define PLIANT_CLIENTS_FRAMES_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum {
+    FRAMES_NODES_MAX = 1 << 22, // a frame that claims more is refused
+    FRAMES_TRIANGLES_MAX = 1 << 23,
+};
+
+// What became of a chunk.
+typedef enum FramesResult {
+    FRAMES_MORE,    // taken, others are missing
+    FRAMES_WHOLE,   // taken, and now the frame is whole
+    FRAMES_STALE,   // of an earlier frame: dropped
+    FRAMES_REFUSED, // not a message of this type, or it contradicts its own frame or the bounds
+} FramesResult;
+
+// Which slots of an array have arrived.
+typedef struct FramesParts {
+    unsigned char *seen; // [count]
+    int count, arrived;
+} FramesParts;
+
+// Node positions of one body.
+typedef struct NodesFrame {
+    // of the frame in the making, or of the last whole one
+    int64_t utime; // of the server [us]
+    int64_t step;
+    double time; // simulated [s]
+    int32_t sequence, topology, chunk_count;
+    int node_count;
+    float *position; // [3 node_count], world frame [m]
+    // bookkeeping
+    bool started, whole;
+    FramesParts nodes;
+    int64_t lost;    // frames given up because a newer one began
+    int64_t refused; // chunks
+} NodesFrame;
+
+// Triangles of one body.
+typedef struct MeshFrame {
+    int64_t utime; // of the server [us]
+    int32_t sequence, topology, chunk_count;
+    int node_count, triangle_count;
+    int32_t *triangle; // [3 triangle_count], node slots; 0 0 0: a free slot
+    int32_t *id;       // [node_count]; -1: a free slot
+    bool started, whole;
+    FramesParts nodes, triangles;
+    int64_t lost, refused;
+} MeshFrame;
+
+// Takes one raw message. After FRAMES_WHOLE the arrays hold the frame until the next call. A frame
+// starts zeroed; the arrays are owned by it.
+FramesResult nodes_frame_add(NodesFrame *frame, const void *data, size_t size);
+FramesResult mesh_frame_add(MeshFrame *frame, const void *data, size_t size);
+void nodes_frame_destroy(NodesFrame *frame);
+void mesh_frame_destroy(MeshFrame *frame);
+
+#endif

@@ -1,0 +1,312 @@
+// pliant-monitor: shows how a running daemon is doing, in place on a terminal and line by line
+// elsewhere, and records what a body does. One thread; only listens, but for one DESCRIBE when it
+// needs a mesh.
+#include "client.h"
+#include "curve.h"
+#include "view.h"
+#include "wire.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "pliant_command_t.h"
+
+enum { MONITOR_PATIENCE_S = 3 }; // within which a daemon's first status comes
+
+typedef struct Options {
+    ClientOptions client;
+    bool once;
+    double duration; // [s]; 0: until a signal
+    const char *body, *write, *shape, *peak;
+} Options;
+
+typedef struct Monitor {
+    Options options;
+    Client client;
+    View view;
+    Curve curve;
+    bool terminal; // redraw in place
+    bool come;     // the first status
+} Monitor;
+
+// --- options ---
+
+static const struct argp_option OPTIONS[] = {
+    {"once", '1', 0, 0, "print one status and exit (1 when none comes within 3 s)", 1},
+    {"duration", 'd', "S", 0, "exit after so many seconds", 1},
+    {"nodes", 'n', "BODY", 0, "record this body, with:", 2},
+    {"write", 'w', "FILE", 0, "its largest displacement over time, as a table", 2},
+    {"shape", 's', "FILE", 0, "its triangles in the last frame, for gnuplot's pm3d", 2},
+    {"peak", 'p', "FILE", 0, "the same for the frame of the largest displacement", 2},
+    {0},
+};
+
+static error_t parse_option(int key, char *argument, struct argp_state *state)
+{
+    Options *options = state->input;
+    switch (key) {
+    case ARGP_KEY_INIT:
+        state->child_inputs[0] = &options->client;
+        return 0;
+    case '1':
+        options->once = true;
+        return 0;
+    case 'd':
+        if (!client_parse_number(argument, 0.01, 1e7, &options->duration))
+            argp_error(state, "--duration '%s' outside [0.01, 1e7] s", argument);
+        return 0;
+    case 'n':
+        if (!client_name_valid(argument, 31))
+            argp_error(state, "--nodes '%s': 1 to 31 letters, digits, '_' or '-'", argument);
+        options->body = argument;
+        return 0;
+    case 'w':
+        options->write = argument;
+        return 0;
+    case 's':
+        options->shape = argument;
+        return 0;
+    case 'p':
+        options->peak = argument;
+        return 0;
+    case ARGP_KEY_ARG:
+        argp_error(state, "'%s' is not an option", argument);
+        return 0;
+    case ARGP_KEY_END:
+        if (!options->body != !(options->write || options->shape || options->peak))
+            argp_error(state,
+                       "--nodes BODY goes with --write, --shape or --peak, and they with it");
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
+// --- what comes ---
+
+static void on_status(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    Monitor *monitor = user;
+    pliant_status_t status;
+    if (!wire_check(&WIRE_STATUS, buffer->data, buffer->data_size) ||
+        pliant_status_t_decode(buffer->data, 0, (int)buffer->data_size, &status) < 0)
+        return;
+    view_take_status(&monitor->view, &status, client_now_ns());
+    pliant_status_t_decode_cleanup(&status);
+    monitor->come = true;
+    if (!monitor->terminal && !monitor->options.once) {
+        view_print_line(&monitor->view, stdout);
+        fflush(stdout);
+    }
+}
+
+static void on_event(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    Monitor *monitor = user;
+    pliant_event_t event;
+    if (!wire_check(&WIRE_EVENT, buffer->data, buffer->data_size) ||
+        pliant_event_t_decode(buffer->data, 0, (int)buffer->data_size, &event) < 0)
+        return;
+    view_take_event(&monitor->view, &event);
+    pliant_event_t_decode_cleanup(&event);
+    if (!monitor->terminal && !monitor->options.once) {
+        view_print_last_event(&monitor->view, stdout);
+        fflush(stdout);
+    }
+}
+
+static void on_contact(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    Monitor *monitor = user;
+    pliant_contact_t contact;
+    if (wire_check(&WIRE_CONTACT, buffer->data, buffer->data_size) &&
+        pliant_contact_t_decode(buffer->data, 0, (int)buffer->data_size, &contact) >= 0)
+        view_take_contact(&monitor->view, &contact, client_now_ns());
+}
+
+static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    curve_take_nodes(&((Monitor *)user)->curve, buffer->data, buffer->data_size);
+}
+
+static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    curve_take_mesh(&((Monitor *)user)->curve, buffer->data, buffer->data_size);
+}
+
+static bool subscribe(Monitor *monitor, ClientError *error)
+{
+    Client *client = &monitor->client;
+    const char *body = monitor->options.body;
+    bool ok = client_subscribe(client, "STATUS", NULL, 16, on_status, monitor) &&
+              client_subscribe(client, "EVENT", NULL, 256, on_event, monitor) &&
+              client_subscribe(client, "CONTACT", NULL, 1024, on_contact, monitor);
+    if (ok && body)
+        ok = client_subscribe(client, "NODES", body, 4096, on_nodes, monitor) &&
+             client_subscribe(client, "MESH", body, 4096, on_mesh, monitor);
+    return ok ? true : client_fail(error, "LCM refuses to subscribe to %s_*", client->prefix);
+}
+
+// --- terminal ---
+
+static void redraw(const Monitor *monitor)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *memory = open_memstream(&text, &size);
+    if (!memory)
+        return;
+    view_print(&monitor->view, memory, client_now_ns());
+    fclose(memory);
+    // Home; each line cleared to its end; the rest of the screen cleared: no flicker.
+    fputs("\033[H", stdout);
+    for (const char *c = text; c && *c; c++) {
+        if (*c == '\n')
+            fputs("\033[K", stdout);
+        putchar(*c);
+    }
+    fputs("\033[J", stdout);
+    fflush(stdout);
+    free(text);
+}
+
+// Long lines are cut at the margin instead of wrapping, which would shift what is drawn in place.
+static void terminal_begin(void)
+{
+    fputs("\033[2J\033[?7l\033[?25l", stdout);
+}
+
+static void terminal_end(void)
+{
+    fputs("\033[?7h\033[?25h", stdout);
+    fflush(stdout);
+}
+
+// --- the loop ---
+
+static bool none_came(const Monitor *monitor, ClientError *error)
+{
+    return client_fail(error,
+                       "no %s_STATUS within %d s: no pliantd on %s, or one with another prefix?",
+                       monitor->client.prefix, MONITOR_PATIENCE_S, monitor->client.url);
+}
+
+static bool watch_once(Monitor *monitor, ClientError *error)
+{
+    int64_t deadline = client_now_ns() + (int64_t)MONITOR_PATIENCE_S * 1000000000;
+    client_wait(&monitor->client, deadline, &monitor->come);
+    if (!monitor->come)
+        return none_came(monitor, error);
+    view_print(&monitor->view, stdout, client_now_ns());
+    return true;
+}
+
+static bool watch(Monitor *monitor, ClientError *error)
+{
+    const Options *options = &monitor->options;
+    const int64_t start = client_now_ns();
+    const int64_t end =
+        options->duration > 0.0 ? start + (int64_t)(options->duration * 1e9) : INT64_MAX;
+    if (monitor->terminal)
+        terminal_begin();
+    bool waited = true, warned = false;
+    for (int64_t next = start; waited && client_now_ns() < end;) {
+        next += 200000000;
+        waited = client_wait(&monitor->client, next < end ? next : end, NULL);
+        if (monitor->terminal)
+            redraw(monitor);
+        bool silent = !monitor->come && client_now_ns() - start > MONITOR_PATIENCE_S * 1000000000LL;
+        if (silent && !warned) { // keep waiting: the daemon may start later
+            none_came(monitor, error);
+            warned = true;
+            client_print_error("pliant-monitor", error);
+        }
+    }
+    if (monitor->terminal)
+        terminal_end();
+    if (monitor->client.broken)
+        return client_fail(error, "the LCM connection failed");
+    return monitor->come ? true : none_came(monitor, error);
+}
+
+static bool open_curve(Monitor *monitor, ClientError *error)
+{
+    const Options *options = &monitor->options;
+    ClientError ignored; // the daemon may start later, and sends its mesh once a second too
+    if (options->write) {
+        monitor->curve.out = fopen(options->write, "w");
+        if (!monitor->curve.out)
+            return client_fail(error, "%s: %s", options->write, strerror(errno));
+        fputs("# simulated_s\tlargest_displacement_m\tnode\n", monitor->curve.out);
+    }
+    if (options->shape || options->peak)
+        client_request(&monitor->client, PLIANT_COMMAND_T_DESCRIBE, 0, "", 0.5, 2, &ignored);
+    return true;
+}
+
+// Writes what was asked for; the first failure is kept, the others are still tried.
+static bool close_curve(Monitor *monitor, ClientError *error)
+{
+    const Options *options = &monitor->options;
+    const char *path[CURVE_FRAMES] = {[CURVE_LAST] = options->shape, [CURVE_PEAK] = options->peak};
+    bool ok = true;
+    ClientError why;
+    if (monitor->curve.out) {
+        bool failed = ferror(monitor->curve.out) != 0;
+        if (fclose(monitor->curve.out) != 0 || failed)
+            ok = client_fail(error, "%s: not all could be written", options->write);
+        else if (!monitor->curve.frames)
+            ok = client_fail(error, "no whole frame came on %s_NODES_%s", monitor->client.prefix,
+                             options->body);
+    }
+    for (int k = 0; k < CURVE_FRAMES; k++) {
+        if (path[k] && !curve_write_shape(&monitor->curve, (CurveFrame)k, path[k], &why) && ok)
+            ok = client_fail(error, "%s", why.text);
+    }
+    return ok;
+}
+
+static bool run(Monitor *monitor, ClientError *error)
+{
+    if (!subscribe(monitor, error) || !open_curve(monitor, error))
+        return false;
+    bool ok = monitor->options.once ? watch_once(monitor, error) : watch(monitor, error);
+    ClientError late;
+    if (!close_curve(monitor, &late) && ok)
+        ok = client_fail(error, "%s", late.text);
+    return ok;
+}
+
+int main(int argc, char **argv)
+{
+    static const struct argp_child children[] = {{&CLIENT_ARGP, 0, "Where:", 3}, {0}};
+    static const struct argp argp = {
+        .options = OPTIONS,
+        .parser = parse_option,
+        .children = children,
+        .doc =
+            "Shows how a running pliantd is doing and records what a body does.\v"
+            "Exit status: 0 done, 1 no status came or a file could not be written, 2 bad usage."};
+    static Monitor monitor;
+    argp_err_exit_status = 2;
+    argp_parse(&argp, argc, argv, 0, NULL, &monitor.options);
+    monitor.terminal = isatty(STDOUT_FILENO) && !monitor.options.once;
+    client_catch_signals();
+
+    ClientError error = {0};
+    bool ok =
+        client_connect(&monitor.client, &monitor.options.client, &error) && run(&monitor, &error);
+    if (!ok)
+        client_print_error("pliant-monitor", &error);
+    client_disconnect(&monitor.client);
+    view_destroy(&monitor.view);
+    curve_destroy(&monitor.curve);
+    return ok ? 0 : 1;
+}

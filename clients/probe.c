@@ -1,0 +1,604 @@
+// pliant-probe: drives one tool along a path, by a press that finds the body, or from the keyboard,
+// and shows what the tool feels. One thread, poses at absolute deadlines, the tool withdrawn at the
+// end.
+#include "aim.h"
+#include "client.h"
+#include "keys.h"
+#include "round_trip.h"
+#include "track.h"
+#include "wire.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "pliant_contact_t.h"
+#include "pliant_event_t.h"
+#include "pliant_status_t.h"
+#include "pliant_tool_pose_t.h"
+
+enum { OTHER_TOOLS = 8 };
+#define AUTO_REACH 0.1 // how far --auto looks for the body beyond its nearest node [m]
+
+typedef enum Mode { MODE_NONE, MODE_POSES, MODE_PRESS, MODE_AUTO, MODE_KEYS } Mode;
+
+typedef struct Options {
+    ClientOptions client;
+    Mode mode;
+    bool keys, has_start, aim;
+    long tool, repeat;
+    const char *poses, *body, *log;
+    double start[3], direction[3];      // [m], unit
+    double rate_hz, depth, speed, hold; // [Hz], [m], [m/s], [s]
+    double clearance, step, timeout_s;  // [m], [m], [s]
+} Options;
+
+typedef struct Probe {
+    Options options;
+    Client client;
+    Track track;
+    FILE *log;
+    int64_t start_ns; // of the path
+    // what is sent
+    TrackPose pose;
+    bool active;
+    int32_t sequence;
+    int64_t last_utime, poses, missed; // missed: deadlines that had passed altogether
+    RoundTrips trips;
+    // what comes back
+    pliant_contact_t contact;  // the last one computed with a pose of ours
+    int64_t contact_ns;        // when it came; 0: none yet
+    int64_t contacts, foreign; // foreign: of our tool, but with somebody else's pose
+    bool touched, deepened;    // --auto deepens its press at the first touch
+    double force_max, force_sum, depth_max;
+    int64_t touching;
+    long other_tool[OTHER_TOOLS];
+    int other_tools;
+    char state[16], refusal[256];
+    // keyboard
+    double target[3];
+    bool leave;
+} Probe;
+
+// --- options ---
+
+static const struct argp_option OPTIONS[] = {
+    {0, 0, 0, 0, "What to do (one of):", 1},
+    {"auto", 'a', 0, 0, "press the first body where it lies nearest along --direction", 1},
+    {"press", 'p', "X,Y,Z", 0, "press from this point [m] along --direction", 1},
+    {"poses", 'f', "FILE", 0, "follow the lines 't x y z [qw qx qy qz]' of a text file", 1},
+    {"keys", 'k', 0, 0,
+     "w/s, a/d, q/e or arrows move by --step, space withdraws, x ends; starts at --press or --auto",
+     1},
+    {0, 0, 0, 0, "How:", 2},
+    {"tool", 't', "ID", 0, "id of the tool in the scene (1)", 2},
+    {"rate", 'r', "HZ", 0, "poses a second (1000)", 2},
+    {"direction", 'd', "X,Y,Z", 0, "of the press (0,0,-1: downwards)", 2},
+    {"depth", 'D', "M", 0, "of the press; with --auto from the first touch on (0.01)", 2},
+    {"speed", 's', "M/S", 0, "of the tool (0.02)", 2},
+    {"hold", 'H', "S", 0, "rest at the deepest point (1)", 2},
+    {"repeat", 'n', "N", 0, "presses (1)", 2},
+    {"clearance", 'c', "M", 0, "of --auto: where it starts before the body (0.01)", 2},
+    {"body", 'b', "NAME", 0, "of --auto: the body (the first that answers)", 2},
+    {"step", 'S', "MM", 0, "of --keys, in millimetres (1)", 2},
+    {"log", 'o', "FILE", 0, "write pose, force, torque, depth and round trip as a table", 2},
+    {"timeout", 'T', "S", 0, "give up when no force comes for so long (3)", 2},
+    {0},
+};
+
+static void want_number(struct argp_state *state, const char *name, const char *text, double low,
+                        double high, double *number)
+{
+    if (!client_parse_number(text, low, high, number))
+        argp_error(state, "--%s '%s' outside [%g, %g]", name, text, low, high);
+}
+
+static void want_integer(struct argp_state *state, const char *name, const char *text, long low,
+                         long high, long *number)
+{
+    if (!client_parse_integer(text, low, high, number))
+        argp_error(state, "--%s '%s' outside [%ld, %ld]", name, text, low, high);
+}
+
+static void want_vector(struct argp_state *state, const char *name, const char *text,
+                        double vector[3])
+{
+    if (!client_parse_vector(text, TRACK_REACH, vector))
+        argp_error(state, "--%s '%s': want X,Y,Z, each inside [-%g, %g]", name, text, TRACK_REACH,
+                   TRACK_REACH);
+}
+
+static void check_options(Options *options, struct argp_state *state)
+{
+    int ways = (options->poses != NULL) + options->has_start + options->aim;
+    if (ways > 1 || (options->poses && options->keys))
+        argp_error(state, "give one of --auto, --press, --poses (--keys goes with the first two)");
+    if (ways == 0 && !options->keys)
+        argp_error(state, "give one of --auto, --press X,Y,Z, --poses FILE, --keys");
+    options->mode = options->keys    ? MODE_KEYS
+                    : options->poses ? MODE_POSES
+                    : options->aim   ? MODE_AUTO
+                                     : MODE_PRESS;
+    double *d = options->direction, length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    if (!(length > 1e-9))
+        argp_error(state, "--direction %g,%g,%g has no length", d[0], d[1], d[2]);
+    for (int k = 0; k < 3; k++)
+        d[k] /= length;
+}
+
+static error_t parse_option(int key, char *argument, struct argp_state *state)
+{
+    Options *options = state->input;
+    switch (key) {
+    case ARGP_KEY_INIT:
+        state->child_inputs[0] = &options->client;
+        return 0;
+    case 'a':
+        options->aim = true;
+        return 0;
+    case 'p':
+        want_vector(state, "press", argument, options->start);
+        options->has_start = true;
+        return 0;
+    case 'f':
+        options->poses = argument;
+        return 0;
+    case 'k':
+        options->keys = true;
+        return 0;
+    case 't':
+        want_integer(state, "tool", argument, INT32_MIN, INT32_MAX, &options->tool);
+        return 0;
+    case 'r':
+        want_number(state, "rate", argument, 1.0, 10000.0, &options->rate_hz);
+        return 0;
+    case 'd':
+        want_vector(state, "direction", argument, options->direction);
+        return 0;
+    case 'D':
+        want_number(state, "depth", argument, 0.0, 10.0, &options->depth);
+        return 0;
+    case 's':
+        want_number(state, "speed", argument, 1e-5, 10.0, &options->speed);
+        return 0;
+    case 'H':
+        want_number(state, "hold", argument, 0.0, 1e5, &options->hold);
+        return 0;
+    case 'n':
+        want_integer(state, "repeat", argument, 1, 100000, &options->repeat);
+        return 0;
+    case 'c':
+        want_number(state, "clearance", argument, 0.0, 10.0, &options->clearance);
+        return 0;
+    case 'b':
+        if (!client_name_valid(argument, 31))
+            argp_error(state, "--body '%s': 1 to 31 letters, digits, '_' or '-'", argument);
+        options->body = argument;
+        return 0;
+    case 'S':
+        want_number(state, "step", argument, 0.01, 100.0, &options->step);
+        options->step *= 1e-3;
+        return 0;
+    case 'o':
+        options->log = argument;
+        return 0;
+    case 'T':
+        want_number(state, "timeout", argument, 0.1, 3600.0, &options->timeout_s);
+        return 0;
+    case ARGP_KEY_ARG:
+        argp_error(state, "'%s' is not an option", argument);
+        return 0;
+    case ARGP_KEY_END:
+        check_options(options, state);
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
+// --- what comes back ---
+
+static double length_of(const double v[3])
+{
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+static void write_log_row(Probe *probe, double trip_us)
+{
+    const pliant_contact_t *c = &probe->contact;
+    const double *x = probe->pose.position;
+    fprintf(probe->log,
+            "%.6f\t%.6f\t%.9g\t%.9g\t%.9g\t%.9g\t%.9g\t%.9g\t%.9g\t%.9g\t%.9g\t%.9g\t%d\t%.0f\n",
+            (double)(probe->contact_ns - probe->start_ns) * 1e-9, c->time, x[0], x[1], x[2],
+            c->force[0], c->force[1], c->force[2], c->torque[0], c->torque[1], c->torque[2],
+            c->depth, c->contact != 0, trip_us);
+}
+
+static void note_other_tool(Probe *probe, long tool)
+{
+    for (int k = 0; k < probe->other_tools; k++) {
+        if (probe->other_tool[k] == tool)
+            return;
+    }
+    if (probe->other_tools < OTHER_TOOLS)
+        probe->other_tool[probe->other_tools++] = tool;
+}
+
+static void take_contact(Probe *probe, const pliant_contact_t *contact)
+{
+    int64_t trip;
+    if (contact->tool != probe->options.tool) {
+        note_other_tool(probe, contact->tool);
+        return;
+    }
+    if (!round_trip_received(&probe->trips, contact->pose_utime, client_utime(), &trip)) {
+        probe->foreign++;
+        return;
+    }
+    probe->contact = *contact;
+    probe->contact_ns = client_now_ns();
+    probe->contacts++;
+    double force = length_of(contact->force);
+    if (contact->contact) {
+        probe->touched = true;
+        probe->touching++;
+        probe->force_sum += force;
+        probe->force_max = fmax(probe->force_max, force);
+        probe->depth_max = fmax(probe->depth_max, contact->depth);
+    }
+    if (probe->log)
+        write_log_row(probe, trip < 0 ? (double)NAN : (double)trip);
+}
+
+static void on_contact(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    pliant_contact_t contact;
+    if (wire_check(&WIRE_CONTACT, buffer->data, buffer->data_size) &&
+        pliant_contact_t_decode(buffer->data, 0, (int)buffer->data_size, &contact) >= 0)
+        take_contact(user, &contact);
+}
+
+static void on_status(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    Probe *probe = user;
+    pliant_status_t status;
+    if (!wire_check(&WIRE_STATUS, buffer->data, buffer->data_size) ||
+        pliant_status_t_decode(buffer->data, 0, (int)buffer->data_size, &status) < 0)
+        return;
+    snprintf(probe->state, sizeof probe->state, "%s", status.state);
+    pliant_status_t_decode_cleanup(&status);
+}
+
+static void on_event(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    Probe *probe = user;
+    pliant_event_t event;
+    if (!wire_check(&WIRE_EVENT, buffer->data, buffer->data_size) ||
+        pliant_event_t_decode(buffer->data, 0, (int)buffer->data_size, &event) < 0)
+        return;
+    if (strcmp(event.kind, "refused") == 0)
+        snprintf(probe->refusal, sizeof probe->refusal, "%s", event.text);
+    pliant_event_t_decode_cleanup(&event);
+}
+
+// --- what is sent ---
+
+static void send_pose(Probe *probe)
+{
+    char channel[CLIENT_CHANNEL_MAX];
+    // Each utime is unique, so that a contact names the pose it was computed with.
+    int64_t utime = client_utime();
+    if (utime <= probe->last_utime)
+        utime = probe->last_utime + 1;
+    probe->last_utime = utime;
+    const TrackPose *pose = &probe->pose;
+    pliant_tool_pose_t message = {.utime = utime,
+                                  .sender = probe->client.sender,
+                                  .sequence = probe->sequence++,
+                                  .tool = (int32_t)probe->options.tool,
+                                  .twist_valid = 1,
+                                  .active = probe->active};
+    memcpy(message.position, pose->position, sizeof message.position);
+    memcpy(message.orientation, pose->orientation, sizeof message.orientation);
+    memcpy(message.twist, pose->linear, sizeof pose->linear);
+    memcpy(message.twist + 3, pose->angular, sizeof pose->angular);
+    client_channel(&probe->client, "TOOL_POSE", NULL, channel);
+    round_trip_sent(&probe->trips, utime);
+    pliant_tool_pose_t_publish(probe->client.lcm, channel, &message);
+    probe->poses++;
+}
+
+// Three times, because one lost datagram must not leave the tool in the tissue until its time-out.
+static void withdraw(Probe *probe)
+{
+    probe->active = false;
+    memset(probe->pose.linear, 0, sizeof probe->pose.linear);
+    memset(probe->pose.angular, 0, sizeof probe->pose.angular);
+    for (int k = 0; k < 3; k++)
+        send_pose(probe);
+}
+
+// --- paths ---
+
+// --auto, at the first touch: the press that was on its way goes on to the wanted depth from here.
+// It starts where it did and has the same speed, so the tool does not jump.
+static void deepen(Probe *probe, double time)
+{
+    const Options *options = &probe->options;
+    double gone = time * options->speed;
+    track_destroy(&probe->track);
+    track_press(&probe->track, options->start, options->direction, gone + options->depth,
+                options->speed, options->hold, (int)options->repeat);
+    probe->deepened = true;
+    printf("touched after %.1f mm; pressing %.1f mm deeper\n", 1e3 * gone, 1e3 * options->depth);
+}
+
+static void handle_key(Probe *probe, int key)
+{
+    static const struct {
+        int key, arrow, axis, sign;
+    } MOVES[] = {{'w', KEY_UP, 1, 1},    {'s', KEY_DOWN, 1, -1}, {'a', KEY_LEFT, 0, -1},
+                 {'d', KEY_RIGHT, 0, 1}, {'e', KEY_NONE, 2, 1},  {'q', KEY_NONE, 2, -1}};
+    for (size_t k = 0; k < sizeof MOVES / sizeof MOVES[0]; k++) {
+        if (key == MOVES[k].key || (key == MOVES[k].arrow && key != KEY_NONE)) {
+            double *x = &probe->target[MOVES[k].axis];
+            *x = fmax(-TRACK_REACH, fmin(TRACK_REACH, *x + MOVES[k].sign * probe->options.step));
+        }
+    }
+    if (key == ' ')
+        probe->active = !probe->active;
+    probe->leave |= key == 'x';
+}
+
+// The tool follows the point that the keys have moved to, at most with --speed.
+static void follow_keys(Probe *probe, double period)
+{
+    for (int key = keys_read(); key != KEY_NONE; key = keys_read())
+        handle_key(probe, key);
+    double way[3], *x = probe->pose.position;
+    for (int k = 0; k < 3; k++)
+        way[k] = probe->target[k] - x[k];
+    double left = length_of(way), move = fmin(left, probe->options.speed * period);
+    for (int k = 0; k < 3; k++) {
+        double share = left > 0.0 ? way[k] / left : 0.0;
+        x[k] += move * share;
+        probe->pose.linear[k] = move * share / period;
+    }
+}
+
+// The pose at `time`; false when the path has ended.
+static bool next_pose(Probe *probe, double time, double period)
+{
+    if (probe->options.mode == MODE_KEYS) {
+        follow_keys(probe, period);
+        return !probe->leave;
+    }
+    if (probe->options.mode == MODE_AUTO && probe->touched && !probe->deepened)
+        deepen(probe, time);
+    track_at(&probe->track, time, &probe->pose);
+    return time <= track_duration(&probe->track);
+}
+
+static bool prepare_path(Probe *probe, ClientError *error)
+{
+    Options *options = &probe->options;
+    if (options->mode == MODE_POSES)
+        return true; // read before connecting
+    if (options->aim) {
+        Aim aim = {.body = ""};
+        snprintf(aim.body, sizeof aim.body, "%s", options->body ? options->body : "");
+        if (!aim_find(&probe->client, options->direction, &aim, error))
+            return false;
+        for (int k = 0; k < 3; k++)
+            options->start[k] = aim.node[k] - options->clearance * options->direction[k];
+        printf("body '");
+        client_print_text(stdout, aim.body, false);
+        printf("': nearest node at %.4f %.4f %.4f m, starting %.1f mm before it\n", aim.node[0],
+               aim.node[1], aim.node[2], 1e3 * options->clearance);
+    }
+    bool automatic = options->mode == MODE_AUTO; // how deep is known at the first touch
+    track_press(&probe->track, options->start, options->direction,
+                automatic ? options->clearance + AUTO_REACH : options->depth, options->speed,
+                automatic ? 0.0 : options->hold, automatic ? 1 : (int)options->repeat);
+    memcpy(probe->target, options->start, sizeof probe->target);
+    track_at(&probe->track, 0.0, &probe->pose);
+    if (options->mode == MODE_KEYS && !keys_open())
+        return client_fail(error, "--keys: standard input is not a terminal");
+    return true;
+}
+
+// --- the loop ---
+
+static void print_line(const Probe *probe, double time, const char *end)
+{
+    const pliant_contact_t *c = &probe->contact;
+    const double *x = probe->pose.position;
+    printf("%7.2f s  pose %8.4f %8.4f %8.4f m  force %7.3f %7.3f %7.3f N  |F| %6.3f N  depth %6.2f "
+           "mm  %s%s",
+           time, x[0], x[1], x[2], c->force[0], c->force[1], c->force[2], length_of(c->force),
+           1e3 * c->depth,
+           !probe->active ? "withdrawn"
+           : c->contact   ? "contact  "
+                          : "free     ",
+           end);
+    fflush(stdout);
+}
+
+// Why no contact of ours comes, as far as can be told from what else comes.
+static bool explain_silence(const Probe *probe, ClientError *error)
+{
+    const Options *options = &probe->options;
+    char tools[128] = "";
+    for (int k = 0; k < probe->other_tools; k++) {
+        size_t used = strlen(tools);
+        snprintf(tools + used, sizeof tools - used, "%s%ld", k ? ", " : "", probe->other_tool[k]);
+    }
+    const char *prefix = probe->client.prefix;
+    if (probe->foreign)
+        return client_fail(error,
+                           "the daemon has tool %ld, but does not use our poses: another sender "
+                           "drives it, or they are refused%s%s",
+                           options->tool, probe->refusal[0] ? ": " : "", probe->refusal);
+    if (probe->other_tools)
+        return client_fail(error, "no %s_CONTACT of tool %ld: the daemon has tools %s (--tool ID)",
+                           prefix, options->tool, tools);
+    if (probe->refusal[0])
+        return client_fail(error, "the daemon refuses the poses: %s", probe->refusal);
+    if (probe->state[0])
+        return client_fail(error,
+                           "the daemon (%s) sends %s_STATUS but no %s_CONTACT: has its scene tool "
+                           "%ld, is publish.contact_hz 0, or is it paused?",
+                           probe->state, prefix, prefix, options->tool);
+    return client_fail(error,
+                       "no %s_CONTACT within %g s: no pliantd on %s, or one with another prefix "
+                       "(--prefix)?",
+                       prefix, options->timeout_s, probe->client.url);
+}
+
+static bool drive(Probe *probe, ClientError *error)
+{
+    const Options *options = &probe->options;
+    const double period = 1.0 / options->rate_hz;
+    const int64_t period_ns = (int64_t)llround(period * 1e9);
+    const bool live = options->mode == MODE_KEYS;
+    const double print_every = live ? 0.1 : 1.0;
+    double printed = 0.0;
+    probe->active = true;
+    probe->start_ns = client_now_ns();
+    for (int64_t tick = 0;; tick++) {
+        int64_t now = client_now_ns();
+        int64_t behind = (now - probe->start_ns) / period_ns - tick;
+        if (behind > 1) { // we were stopped for a while: go on from here, not in a burst
+            probe->missed += behind;
+            tick += behind;
+        }
+        double time = (double)tick * (double)period_ns * 1e-9;
+        if (!next_pose(probe, time, period))
+            break;
+        send_pose(probe);
+        if (time >= printed + print_every) {
+            print_line(probe, time, live ? "\r" : "\n");
+            printed = time;
+        }
+        int64_t heard = probe->contact_ns ? probe->contact_ns : probe->start_ns;
+        if ((double)(now - heard) * 1e-9 > options->timeout_s)
+            return explain_silence(probe, error);
+        if (!client_wait(&probe->client, probe->start_ns + (tick + 1) * period_ns, NULL))
+            break;
+    }
+    if (live)
+        putchar('\n');
+    if (probe->client.broken)
+        return client_fail(error, "the LCM connection failed");
+    if (!probe->contacts)
+        return explain_silence(probe, error);
+    if (options->mode == MODE_AUTO && !probe->touched && !client_stopped())
+        return client_fail(error, "the tool went %.0f mm and never touched the body",
+                           1e3 * (options->clearance + AUTO_REACH));
+    return true;
+}
+
+static void print_summary(const Probe *probe)
+{
+    const RoundTrips *trips = &probe->trips;
+    printf("poses sent %lld (%lld deadlines missed), contacts received %lld, touching %lld\n",
+           (long long)probe->poses, (long long)probe->missed, (long long)probe->contacts,
+           (long long)probe->touching);
+    printf("force max %.4f N, mean while touching %.4f N, depth max %.2f mm\n", probe->force_max,
+           probe->touching ? probe->force_sum / (double)probe->touching : 0.0,
+           1e3 * probe->depth_max);
+    if (trips->count)
+        printf("round trip min %lld us, p50 %lld us, p99 %lld us (%lld measured)\n",
+               (long long)round_trip_quantile(trips, 0.0),
+               (long long)round_trip_quantile(trips, 0.5),
+               (long long)round_trip_quantile(trips, 0.99), (long long)trips->count);
+}
+
+static bool open_log(Probe *probe, ClientError *error)
+{
+    const char *path = probe->options.log;
+    if (!path)
+        return true;
+    probe->log = fopen(path, "w");
+    if (!probe->log)
+        return client_fail(error, "%s: %s", path, strerror(errno));
+    fputs("# time_s\tsimulated_s\tx_m\ty_m\tz_m\tfx_n\tfy_n\tfz_n\ttx_nm\tty_nm\ttz_nm\tdepth_m\t"
+          "contact\tround_trip_us\n",
+          probe->log);
+    return true;
+}
+
+static bool close_log(Probe *probe, ClientError *error)
+{
+    bool failed = probe->log && ferror(probe->log);
+    if (probe->log && fclose(probe->log) != 0)
+        failed = true;
+    probe->log = NULL;
+    return failed ? client_fail(error, "%s: not all could be written", probe->options.log) : true;
+}
+
+static bool subscribe(Probe *probe, ClientError *error)
+{
+    Client *client = &probe->client;
+    if (!client_subscribe(client, "CONTACT", NULL, 1024, on_contact, probe) ||
+        !client_subscribe(client, "STATUS", NULL, 4, on_status, probe) ||
+        !client_subscribe(client, "EVENT", NULL, 64, on_event, probe))
+        return client_fail(error, "LCM refuses to subscribe to %s_CONTACT", client->prefix);
+    return true;
+}
+
+static bool run(Probe *probe, ClientError *error)
+{
+    if (!subscribe(probe, error) || !prepare_path(probe, error) || !open_log(probe, error))
+        return false;
+    bool ok = drive(probe, error);
+    withdraw(probe);
+    keys_close();
+    if (ok)
+        print_summary(probe);
+    ClientError late;
+    if (!close_log(probe, &late) && ok)
+        ok = client_fail(error, "%s", late.text);
+    return ok;
+}
+
+int main(int argc, char **argv)
+{
+    static const struct argp_child children[] = {{&CLIENT_ARGP, 0, "Where:", 3}, {0}};
+    static const struct argp argp = {
+        .options = OPTIONS,
+        .parser = parse_option,
+        .children = children,
+        .doc = "Drives one tool of a running pliantd and shows what it feels.\v"
+               "Exit status: 0 done, 1 no answer from the daemon, 2 bad usage."};
+    static Probe probe = {.options = {.tool = 1,
+                                      .repeat = 1,
+                                      .direction = {0.0, 0.0, -1.0},
+                                      .rate_hz = 1000.0,
+                                      .depth = 0.01,
+                                      .speed = 0.02,
+                                      .hold = 1.0,
+                                      .clearance = 0.01,
+                                      .step = 0.001,
+                                      .timeout_s = 3.0}};
+    argp_err_exit_status = 2;
+    argp_parse(&argp, argc, argv, 0, NULL, &probe.options);
+    client_catch_signals();
+
+    ClientError error = {0};
+    const char *poses = probe.options.poses;
+    if (poses && !track_read(&probe.track, poses, &error)) {
+        client_print_error("pliant-probe", &error);
+        return 2;
+    }
+    bool ok = client_connect(&probe.client, &probe.options.client, &error) && run(&probe, &error);
+    if (!ok)
+        client_print_error("pliant-probe", &error);
+    client_disconnect(&probe.client);
+    track_destroy(&probe.track);
+    return ok ? 0 : 1;
+}

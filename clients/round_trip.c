@@ -1,0 +1,45 @@
+// Round trips of poses. One thread.
+#include "round_trip.h"
+
+#include <math.h>
+
+void round_trip_sent(RoundTrips *trips, int64_t utime)
+{
+    trips->sent[trips->next++ % ROUND_TRIP_SENT] = utime;
+}
+
+bool round_trip_received(RoundTrips *trips, int64_t pose_utime, int64_t now, int64_t *us)
+{
+    *us = -1;
+    // The answered pose is nearly always among the last few.
+    for (unsigned k = 1; k <= ROUND_TRIP_SENT; k++) {
+        int64_t *sent = &trips->sent[(trips->next - k) % ROUND_TRIP_SENT];
+        int64_t utime = *sent < 0 ? -*sent : *sent;
+        if (utime == 0 || utime < pose_utime)
+            return false; // older ones are older still
+        if (utime != pose_utime)
+            continue;
+        if (*sent > 0) {
+            int64_t trip = now > pose_utime ? now - pose_utime : 0;
+            trips->bin[trip < ROUND_TRIP_BINS ? trip : ROUND_TRIP_BINS - 1]++;
+            trips->count++;
+            *us = trip;
+        }
+        *sent = -pose_utime; // measured; still ours
+        return true;
+    }
+    return false;
+}
+
+int64_t round_trip_quantile(const RoundTrips *trips, double fraction)
+{
+    int64_t wanted = (int64_t)ceil(fraction * (double)trips->count), below = 0;
+    if (wanted < 1)
+        wanted = 1;
+    for (int us = 0; us < ROUND_TRIP_BINS; us++) {
+        below += trips->bin[us];
+        if (below >= wanted)
+            return us;
+    }
+    return -1;
+}

@@ -1,0 +1,248 @@
+// A tool's path in time. One thread.
+#include "track.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static bool track_add(Track *track, const TrackPose *pose)
+{
+    if (track->count == track->capacity) {
+        int capacity = track->capacity ? 2 * track->capacity : 64;
+        TrackPose *grown = realloc(track->pose, sizeof *grown * (size_t)capacity);
+        if (!grown)
+            return false;
+        track->pose = grown;
+        track->capacity = capacity;
+    }
+    track->pose[track->count++] = *pose;
+    return true;
+}
+
+// a b, quaternions w x y z
+static void quat_multiply(const double a[4], const double b[4], double out[4])
+{
+    out[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3];
+    out[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2];
+    out[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1];
+    out[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0];
+}
+
+// The angular velocity [rad/s] that turns `from` into `to` the short way within `dt`.
+static void angular_between(const double from[4], const double to[4], double dt, double angular[3])
+{
+    const double inverse[4] = {from[0], -from[1], -from[2], -from[3]};
+    double turn[4];
+    quat_multiply(to, inverse, turn);
+    double sine = sqrt(turn[1] * turn[1] + turn[2] * turn[2] + turn[3] * turn[3]);
+    double sign = turn[0] < 0.0 ? -1.0 : 1.0; // q and -q are the same orientation
+    double scale = sine > 1e-12 ? 2.0 * atan2(sine, fabs(turn[0])) / sine : 2.0;
+    for (int k = 0; k < 3; k++)
+        angular[k] = sign * scale * turn[k + 1] / dt;
+}
+
+// Velocities from each pose to the next; the last one rests.
+static void find_velocities(Track *track)
+{
+    for (int i = 0; i < track->count; i++) {
+        TrackPose *pose = &track->pose[i];
+        memset(pose->linear, 0, sizeof pose->linear);
+        memset(pose->angular, 0, sizeof pose->angular);
+        if (i + 1 == track->count)
+            break;
+        const TrackPose *next = &track->pose[i + 1];
+        double dt = next->time - pose->time;
+        for (int k = 0; k < 3; k++)
+            pose->linear[k] = (next->position[k] - pose->position[k]) / dt;
+        angular_between(pose->orientation, next->orientation, dt, pose->angular);
+    }
+}
+
+// The numbers of a line up to its comment: how many, or -1 for something else or more than 8.
+static int read_numbers(char *line, double number[8])
+{
+    int count = 0;
+    line[strcspn(line, "#")] = '\0';
+    for (char *at = line;;) {
+        while (isspace((unsigned char)*at))
+            at++;
+        if (!*at)
+            return count;
+        char *end;
+        double value = strtod(at, &end);
+        if (end == at || (*end && !isspace((unsigned char)*end)) || !isfinite(value) || count == 8)
+            return -1;
+        number[count++] = value;
+        at = end;
+    }
+}
+
+static bool read_pose(char *line, double last_time, TrackPose *pose, char why[160])
+{
+    double number[8];
+    int count = read_numbers(line, number);
+    if (count != 4 && count != 8) {
+        snprintf(why, 160, "want t x y z or t x y z qw qx qy qz, all finite numbers");
+        return false;
+    }
+    *pose = (TrackPose){.time = number[0], .orientation = {1.0, 0.0, 0.0, 0.0}};
+    memcpy(pose->position, number + 1, sizeof pose->position);
+    if (!(pose->time >= 0.0 && pose->time <= TRACK_TIME)) {
+        snprintf(why, 160, "time %g outside [0, %g] s", pose->time, TRACK_TIME);
+        return false;
+    }
+    if (!(pose->time >= last_time + 1e-6)) { // closer together, velocities would be absurd
+        snprintf(why, 160, "time %.9g is not at least 1 us after the pose before (%.9g s)",
+                 pose->time, last_time);
+        return false;
+    }
+    for (int k = 0; k < 3; k++) {
+        if (fabs(pose->position[k]) > TRACK_REACH) {
+            snprintf(why, 160, "position %g outside [-%g, %g] m", pose->position[k], TRACK_REACH,
+                     TRACK_REACH);
+            return false;
+        }
+    }
+    if (count == 4)
+        return true;
+    const double *q = number + 4;
+    double length = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    if (!(fabs(length - 1.0) <= 1e-3)) { // what the daemon accepts
+        snprintf(why, 160, "quaternion of length %g, want 1 within 0.001", length);
+        return false;
+    }
+    for (int k = 0; k < 4; k++)
+        pose->orientation[k] = q[k] / length;
+    return true;
+}
+
+static bool read_lines(Track *track, FILE *file, const char *path, ClientError *error)
+{
+    char *line = NULL;
+    size_t size = 0;
+    bool ok = true;
+    for (long number = 1; ok && getline(&line, &size, file) >= 0; number++) {
+        TrackPose pose;
+        char why[160];
+        double last = track->count ? track->pose[track->count - 1].time : -1.0;
+        if (line[strspn(line, " \t\r\n")] == '\0' || line[strspn(line, " \t")] == '#')
+            continue;
+        if (!read_pose(line, last, &pose, why))
+            ok = client_fail(error, "%s:%ld: %s", path, number, why);
+        else if (track->count == TRACK_POSES_MAX || !track_add(track, &pose))
+            ok = client_fail(error, "%s:%ld: more than %d poses", path, number, track->count);
+    }
+    if (ok && ferror(file))
+        ok = client_fail(error, "%s: %s", path, strerror(errno));
+    else if (ok && track->count == 0)
+        ok = client_fail(error, "%s: no pose in it", path);
+    free(line);
+    return ok;
+}
+
+bool track_read(Track *track, const char *path, ClientError *error)
+{
+    *track = (Track){0};
+    FILE *file = fopen(path, "r");
+    if (!file)
+        return client_fail(error, "%s: %s", path, strerror(errno));
+    bool ok = read_lines(track, file, path, error);
+    fclose(file);
+    if (!ok) {
+        track_destroy(track);
+        return false;
+    }
+    double start = track->pose[0].time;
+    for (int i = 0; i < track->count; i++)
+        track->pose[i].time -= start;
+    find_velocities(track);
+    return true;
+}
+
+// The shortest turn of the z axis to -direction.
+static void orient_shaft(const double direction[3], double q[4])
+{
+    const double back[3] = {-direction[0], -direction[1], -direction[2]};
+    const double w = 1.0 + back[2];
+    if (w < 1e-9) { // opposite: half a turn about x
+        memcpy(q, (const double[4]){0.0, 1.0, 0.0, 0.0}, 4 * sizeof *q);
+        return;
+    }
+    const double length = sqrt(w * w + back[0] * back[0] + back[1] * back[1]);
+    q[0] = w / length;
+    q[1] = -back[1] / length; // z cross back = (-y, x, 0)
+    q[2] = back[0] / length;
+    q[3] = 0.0;
+}
+
+void track_press(Track *track, const double start[3], const double direction[3], double depth,
+                 double speed, double hold, int repeat)
+{
+    *track = (Track){0};
+    double time = 0.0;
+    const double travel = depth / speed;
+    for (int n = 0; n < repeat; n++) {
+        const double after[4] = {0.0, travel, hold, travel}; // how long after the pose before
+        for (int k = n > 0; k < 4; k++) {
+            TrackPose pose = {0};
+            orient_shaft(direction, pose.orientation);
+            double along = k == 1 || k == 2 ? depth : 0.0;
+            time += after[k];
+            pose.time = time;
+            for (int axis = 0; axis < 3; axis++)
+                pose.position[axis] = start[axis] + along * direction[axis];
+            // Poses at one time (no hold, no depth) are one pose.
+            bool same = track->count > 0 && !(time > track->pose[track->count - 1].time);
+            if (!same && !track_add(track, &pose))
+                abort(); // a handful of poses: the machine itself is out of memory
+        }
+    }
+    find_velocities(track);
+}
+
+double track_duration(const Track *track)
+{
+    return track->count ? track->pose[track->count - 1].time : 0.0;
+}
+
+void track_at(const Track *track, double time, TrackPose *out)
+{
+    int low = 0, high = track->count; // pose[low].time <= time < pose[high].time
+    while (high - low > 1) {
+        int middle = low + (high - low) / 2;
+        if (track->pose[middle].time <= time)
+            low = middle;
+        else
+            high = middle;
+    }
+    *out = track->pose[low];
+    out->time = time;
+    double dt = time - track->pose[low].time;
+    if (dt < 0.0) { // before the start: rest there
+        memset(out->linear, 0, sizeof out->linear);
+        memset(out->angular, 0, sizeof out->angular);
+        return;
+    }
+    if (low + 1 == track->count)
+        return;
+    double angle = 0.0;
+    for (int k = 0; k < 3; k++) {
+        out->position[k] += dt * out->linear[k];
+        angle += out->angular[k] * out->angular[k];
+    }
+    angle = sqrt(angle) * dt;
+    if (angle > 1e-12) {
+        double s = sin(0.5 * angle) * dt / angle;
+        const double turn[4] = {cos(0.5 * angle), s * out->angular[0], s * out->angular[1],
+                                s * out->angular[2]};
+        quat_multiply(turn, track->pose[low].orientation, out->orientation);
+    }
+}
+
+void track_destroy(Track *track)
+{
+    free(track->pose);
+    *track = (Track){0};
+}

@@ -1,0 +1,39 @@
+// A tool's path in time: read from a text file of poses, or made for a press. Between two poses the
+// tool moves and turns evenly. One thread.
+#ifndef PLIANT_CLIENTS_TRACK_H
+#define PLIANT_CLIENTS_TRACK_H
+
+#include "client.h"
+
+enum { TRACK_POSES_MAX = 10000000 };
+#define TRACK_REACH 1000.0 // positions are within this of the origin [m]
+#define TRACK_TIME  1e6    // times are within [0, this] [s]
+
+typedef struct TrackPose {
+    double time;           // [s] from the start
+    double position[3];    // world [m]
+    double orientation[4]; // unit quaternion w x y z, tool frame to world frame
+    double linear[3];      // [m/s], towards the next pose
+    double angular[3];     // [rad/s], world frame
+} TrackPose;
+
+typedef struct Track {
+    TrackPose *pose; // [count], times ascending, the first at 0; owned
+    int count, capacity;
+} Track;
+
+// Lines "t x y z [qw qx qy qz]": seconds, metres, a unit quaternion (default: none turned); '#'
+// starts a comment. Times are taken from the first one on. Errors name file and line. At least one
+// pose.
+bool track_read(Track *track, const char *path, ClientError *error);
+// From `start` by `depth` [m] along the unit vector `direction` at `speed` [m/s], rest for `hold`
+// [s], and back; `repeat` times. The tool's z axis, along which scenes lay its shaft, points
+// backwards.
+void track_press(Track *track, const double start[3], const double direction[3], double depth,
+                 double speed, double hold, int repeat);
+double track_duration(const Track *track); // [s]
+// The pose at `time`, with its velocities (zero outside the track).
+void track_at(const Track *track, double time, TrackPose *pose);
+void track_destroy(Track *track);
+
+#endif

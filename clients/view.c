@@ -1,0 +1,179 @@
+// The text that pliant-monitor shows. One thread.
+#include "view.h"
+
+#include <math.h>
+#include <string.h>
+
+// A tool without news for so long is not shown as touching.
+#define STALE_NS 500000000
+
+void view_take_status(View *view, const pliant_status_t *status, int64_t now_ns)
+{
+    pliant_status_t *copy = pliant_status_t_copy(status);
+    if (!copy)
+        return;
+    if (view->status) {
+        view->late_before = view->status->late_ticks;
+        pliant_status_t_destroy(view->status);
+    } else {
+        view->late_before = status->late_ticks;
+    }
+    view->status = copy;
+    view->status_ns = now_ns;
+}
+
+void view_take_contact(View *view, const pliant_contact_t *contact, int64_t now_ns)
+{
+    int k = 0;
+    while (k < view->tools && view->tool[k].contact.tool != contact->tool)
+        k++;
+    if (k == VIEW_TOOLS)
+        return;
+    if (k == view->tools)
+        view->tools++;
+    view->tool[k] = (ViewTool){*contact, now_ns};
+}
+
+void view_take_event(View *view, const pliant_event_t *event)
+{
+    int at = (int)(view->events++ % VIEW_EVENTS);
+    view->event[at].step = event->step;
+    snprintf(view->event[at].text, sizeof view->event[at].text, "%s%s%s: %s", event->body,
+             event->body[0] ? " " : "", event->kind, event->text);
+}
+
+static void print_head(const pliant_status_t *s, FILE *out)
+{
+    client_print_text(out, s->scene, false);
+    fputs("  ", out);
+    client_print_text(out, s->state, false);
+    fprintf(out, "  tick %lld  simulated %.2f s  %g Hz  real-time factor %.3f\n",
+            (long long)s->step, s->time, s->rate_hz, s->real_time_factor);
+}
+
+static void print_timing(const View *view, FILE *out)
+{
+    const pliant_status_t *s = view->status;
+    fprintf(out, "late ticks %lld (+%lld)  resets %lld  refused inputs %lld",
+            (long long)s->late_ticks, (long long)(s->late_ticks - view->late_before),
+            (long long)s->resets, (long long)s->rejected);
+    for (int k = 0; k < s->num_reasons; k++) {
+        fputs(k ? ", " : " (", out);
+        client_print_text(out, s->reason[k], false);
+        fprintf(out, " %lld%s", (long long)s->count[k], k + 1 == s->num_reasons ? ")" : "");
+    }
+    fprintf(out, "\n\n%10s %9s %9s %9s %9s\n", "[us]", "p50", "p99", "p99.9", "max");
+    fprintf(out, "%10s %9.1f %9.1f %9.1f %9.1f\n", "step", s->step_us[0], s->step_us[1],
+            s->step_us[2], s->step_us[3]);
+    fprintf(out, "%10s %9.1f %9.1f %9.1f %9.1f\n", "wake-up", s->wake_us[0], s->wake_us[1],
+            s->wake_us[2], s->wake_us[3]);
+    fputs("\nstages [us a tick]", out);
+    for (int k = 0; k < s->num_stages; k++) {
+        fputs("  ", out);
+        client_print_text(out, s->stage[k], false);
+        fprintf(out, " %.2f", s->stage_us[k]);
+    }
+    fputs("\n", out);
+}
+
+static void print_bodies(const pliant_status_t *s, FILE *out)
+{
+    for (int k = 0; k < s->num_bodies; k++) {
+        const pliant_body_status_t *b = &s->body[k];
+        fputs("\nbody ", out);
+        client_print_text(out, b->name, false);
+        fputs("  ", out);
+        client_print_text(out, b->model, false);
+        fputs("  ", out);
+        client_print_text(out, b->integrator, false);
+        fprintf(out, "  step %.1f us\n", 1e6 * b->time_step);
+        fprintf(out, "  nodes %d  springs %d  elements %d  pieces %d  level %d  mass %.4g kg\n",
+                b->nodes, b->springs, b->elements, b->pieces, b->finest_level, b->mass);
+        fprintf(out, "  kinetic %.3e J  elastic %.3e J  largest displacement %.3f mm\n", b->kinetic,
+                b->elastic, 1e3 * b->max_displacement);
+    }
+}
+
+static double force_of(const pliant_contact_t *c)
+{
+    return sqrt(c->force[0] * c->force[0] + c->force[1] * c->force[1] + c->force[2] * c->force[2]);
+}
+
+static void print_tools(const View *view, FILE *out, int64_t now_ns)
+{
+    for (int k = 0; k < view->tools; k++) {
+        const pliant_contact_t *c = &view->tool[k].contact;
+        bool stale = now_ns - view->tool[k].come_ns > STALE_NS;
+        fprintf(out, "%stool %d  %-9s force %8.4f %8.4f %8.4f N  |F| %7.4f N  depth %6.2f mm\n",
+                k ? "" : "\n", c->tool,
+                stale        ? "no news"
+                : c->contact ? "touching"
+                             : "free",
+                c->force[0], c->force[1], c->force[2], force_of(c), 1e3 * c->depth);
+    }
+}
+
+static void print_event(const View *view, int64_t number, FILE *out)
+{
+    int at = (int)(number % VIEW_EVENTS);
+    fprintf(out, "event at tick %lld: ", (long long)view->event[at].step);
+    client_print_text(out, view->event[at].text, false);
+    fputc('\n', out);
+}
+
+void view_print(const View *view, FILE *out, int64_t now_ns)
+{
+    if (!view->status) {
+        fputs("no status yet\n", out);
+    } else {
+        print_head(view->status, out);
+        double age = (double)(now_ns - view->status_ns) * 1e-9;
+        if (age > 3.0)
+            fprintf(out, "NO STATUS FOR %.0f s: what follows is old\n", age);
+        print_timing(view, out);
+        print_bodies(view->status, out);
+    }
+    print_tools(view, out, now_ns);
+    int64_t first = view->events > VIEW_EVENTS ? view->events - VIEW_EVENTS : 0;
+    for (int64_t k = first; k < view->events; k++) {
+        if (k == first)
+            fputc('\n', out);
+        print_event(view, k, out);
+    }
+}
+
+void view_print_line(const View *view, FILE *out)
+{
+    const pliant_status_t *s = view->status;
+    fprintf(out, "%.2f s  ", s->time);
+    client_print_text(out, s->state, false);
+    fprintf(
+        out,
+        "  x%.3f  late %lld (+%lld)  resets %lld  refused %lld  step p50 %.0f p99 %.0f max %.0f "
+        "us  wake-up p99 %.0f us",
+        s->real_time_factor, (long long)s->late_ticks,
+        (long long)(s->late_ticks - view->late_before), (long long)s->resets,
+        (long long)s->rejected, s->step_us[0], s->step_us[1], s->step_us[3], s->wake_us[1]);
+    for (int k = 0; k < s->num_bodies; k++) {
+        fputs("  | ", out);
+        client_print_text(out, s->body[k].name, false);
+        fprintf(out, " displacement %.3f mm", 1e3 * s->body[k].max_displacement);
+    }
+    for (int k = 0; k < view->tools; k++)
+        fprintf(out, "  | tool %d %.4f N", view->tool[k].contact.tool,
+                force_of(&view->tool[k].contact));
+    fputc('\n', out);
+}
+
+void view_print_last_event(const View *view, FILE *out)
+{
+    if (view->events)
+        print_event(view, view->events - 1, out);
+}
+
+void view_destroy(View *view)
+{
+    if (view->status)
+        pliant_status_t_destroy(view->status);
+    *view = (View){0};
+}

@@ -1,0 +1,121 @@
+// Checks raw messages before they are decoded. Any thread; never allocates.
+#include "wire.h"
+
+#include <ctype.h>
+#include <string.h>
+
+#include "pliant_command_t.h"
+#include "pliant_contact_t.h"
+#include "pliant_event_t.h"
+#include "pliant_mesh_t.h"
+#include "pliant_nodes_t.h"
+#include "pliant_reply_t.h"
+#include "pliant_status_t.h"
+#include "pliant_tool_pose_t.h"
+
+const WireType WIRE_TOOL_POSE = {"l iii 3d 4d 6d b d b", __pliant_tool_pose_t_get_hash};
+const WireType WIRE_COMMAND = {"l iii l s", __pliant_command_t_get_hash};
+const WireType WIRE_REPLY = {"l ii b l iii ss", __pliant_reply_t_get_hash};
+const WireType WIRE_NODES = {"l i l d iiiii n *0f", __pliant_nodes_t_get_hash};
+const WireType WIRE_MESH = {"l iiiiiii n *0i i nn *1i *1i *2i *1i *1b", __pliant_mesh_t_get_hash};
+const WireType WIRE_CONTACT = {"l ii l d ll b 3d 3d 3d 3d 3d d 9d d", __pliant_contact_t_get_hash};
+const WireType WIRE_STATUS = {"l i ss l ddd lll 4d 4d n *0s *0d n *1(sss iiiiii dddddd) n *2s *2l",
+                              __pliant_status_t_get_hash};
+const WireType WIRE_EVENT = {"l i l sss", __pliant_event_t_get_hash};
+
+enum { WALK_COUNTS = 4 };
+
+typedef struct Walk {
+    const unsigned char *data;
+    size_t size, at;
+    uint32_t count[WALK_COUNTS]; // values of the n's met so far
+    int counts;
+} Walk;
+
+// LCM sends big-endian words.
+static uint64_t word_at(const Walk *walk, size_t bytes)
+{
+    uint64_t word = 0;
+    for (size_t k = 0; k < bytes; k++)
+        word = word << 8 | walk->data[walk->at + k];
+    return word;
+}
+
+static size_t item_bytes(char kind)
+{
+    switch (kind) {
+    case 'b':
+        return 1;
+    case 'l':
+    case 'd':
+        return 8;
+    default:
+        return 4; // i, f, n, and the length of s
+    }
+}
+
+// One number or string; false when it does not fit or is not what it should be.
+static bool walk_item(Walk *walk, char kind)
+{
+    size_t bytes = item_bytes(kind);
+    if (walk->size - walk->at < bytes)
+        return false;
+    uint64_t word = word_at(walk, bytes);
+    walk->at += bytes;
+    switch (kind) {
+    case 'f': // finite: the exponent is not all ones
+        return (word & 0x7f800000u) != 0x7f800000u;
+    case 'd':
+        return (word & 0x7ff0000000000000u) != 0x7ff0000000000000u;
+    case 'n':
+        // Every element has at least one byte, so a count beyond the rest cannot be true.
+        if (walk->counts == WALK_COUNTS || word > walk->size - walk->at)
+            return false;
+        walk->count[walk->counts++] = (uint32_t)word;
+        return true;
+    case 's':
+        // The length counts the terminating zero, which must be the only one.
+        if (word < 1 || word > walk->size - walk->at)
+            return false;
+        walk->at += word;
+        return memchr(walk->data + walk->at - word, 0, word) == walk->data + walk->at - 1;
+    default:
+        return true;
+    }
+}
+
+// Walks the fields of `shape` up to its end or its closing bracket.
+static bool walk_shape(Walk *walk, const char *shape)
+{
+    for (; *shape && *shape != ')'; shape++) {
+        if (*shape == ' ')
+            continue;
+        uint32_t times = 1;
+        if (*shape == '*') {
+            int index = shape[1] - '0';
+            if (index >= walk->counts)
+                return false;
+            times = walk->count[index];
+            shape += 2;
+        } else if (isdigit((unsigned char)*shape)) {
+            for (times = 0; isdigit((unsigned char)*shape); shape++)
+                times = 10 * times + (uint32_t)(*shape - '0');
+        }
+        for (uint32_t k = 0; k < times; k++) {
+            if (*shape == '(' ? !walk_shape(walk, shape + 1) : !walk_item(walk, *shape))
+                return false;
+        }
+        if (*shape == '(')
+            shape = strchr(shape, ')');
+    }
+    return true;
+}
+
+bool wire_check(const WireType *type, const void *data, size_t size)
+{
+    Walk walk = {.data = data, .size = size};
+    if (size < 8 || word_at(&walk, 8) != (uint64_t)type->fingerprint())
+        return false;
+    walk.at = 8;
+    return walk_shape(&walk, type->shape) && walk.at == walk.size;
+}

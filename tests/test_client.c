@@ -1,0 +1,136 @@
+// What every client shares, as far as it needs no network.
+#include "client.h"
+#include "expect.h"
+
+#include <string.h>
+
+static void receive_buffer_is_added_to_udpm_urls_that_do_not_set_it(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *url, *fallback, *expected;
+    } cases[] = {
+        {NULL, NULL, "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152"},
+        {NULL, "", "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152"},
+        {NULL, "udpm://239.1.1.1:9000", "udpm://239.1.1.1:9000?recv_buf_size=2097152"},
+        {"udpm://?ttl=1", "udpm://239.1.1.1:9000", "udpm://?ttl=1&recv_buf_size=2097152"},
+        {"udpm://?recv_buf_size=5", NULL, "udpm://?recv_buf_size=5"},
+        {"tcpq://localhost:7700", NULL, "tcpq://localhost:7700"},
+    };
+    char out[CLIENT_URL_MAX];
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        assert_true(client_url(cases[k].url, cases[k].fallback, 2097152, out, sizeof out));
+        assert_string_equal(out, cases[k].expected);
+    }
+}
+
+static void url_that_does_not_fit_is_refused(void **state)
+{
+    (void)state;
+    char url[CLIENT_URL_MAX + 10] = "udpm://", out[CLIENT_URL_MAX];
+    memset(url + 7, '1', sizeof url - 8);
+    assert_false(client_url(url, NULL, 2097152, out, sizeof out));
+}
+
+static void addresses_that_are_no_multicast_group_are_refused_with_the_form_wanted(void **state)
+{
+    (void)state;
+    static const char *const urls[] = {"udpm://127.0.0.1:7667", "udpm://nonsense:1",
+                                       "udpm://239.255.76.67:70000", "udpm://239.255.76.67:x"};
+    for (size_t k = 0; k < sizeof urls / sizeof urls[0]; k++) {
+        Client client;
+        ClientError error;
+        ClientOptions options = {.url = urls[k]};
+        assert_false(client_connect(&client, &options, &error));
+        assert_non_null(strstr(error.text, "udpm://GROUP:PORT"));
+    }
+}
+
+static void numbers_must_be_whole_finite_and_inside(void **state)
+{
+    (void)state;
+    static const char *const bad[] = {"", "x", "1x", "nan", "inf", "-1", "11", "1e999", "1 2"};
+    double number = 5.0;
+    for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++)
+        assert_false(client_parse_number(bad[k], 0.0, 10.0, &number));
+    expect_near(number, 5.0, 0.0);
+    assert_true(client_parse_number("2.5e0", 0.0, 10.0, &number));
+    expect_near(number, 2.5, 0.0);
+    long integer = 5;
+    static const char *const bad_integers[] = {"", "1.5", "99999999999999999999", "-1", "11", "0x"};
+    for (size_t k = 0; k < sizeof bad_integers / sizeof bad_integers[0]; k++)
+        assert_false(client_parse_integer(bad_integers[k], 0, 10, &integer));
+    assert_int_equal(integer, 5);
+    assert_true(client_parse_integer("10", 0, 10, &integer));
+    assert_int_equal(integer, 10);
+}
+
+static void vectors_have_three_numbers(void **state)
+{
+    (void)state;
+    double v[3];
+    static const char *const bad[] = {"",        "1",     "1,2",     "1,2,",   "1,2,3,", "1,2,3,4",
+                                      "1,nan,3", "1 2 3", "1,2,inf", "1,2,99", ",1,2"};
+    for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++)
+        assert_false(client_parse_vector(bad[k], 10.0, v));
+    assert_true(client_parse_vector("0.5,-1e-3,10", 10.0, v));
+    expect_near(v[0], 0.5, 0.0);
+    expect_near(v[1], -1e-3, 0.0);
+    expect_near(v[2], 10.0, 0.0);
+}
+
+static void names_hold_nothing_that_a_pattern_would_read(void **state)
+{
+    (void)state;
+    assert_true(client_name_valid("left_kidney-2", 31));
+    static const char *const bad[] = {"",    "a.b", "a*",  "a b",
+                                      "a/b", "a\n", "(a)", "0123456789012345678901234567890123"};
+    for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++)
+        assert_false(client_name_valid(bad[k], 31));
+}
+
+static void channels_name_prefix_message_and_body(void **state)
+{
+    (void)state;
+    Client client = {.prefix = "LAB"};
+    char channel[CLIENT_CHANNEL_MAX];
+    client_channel(&client, "NODES", "liver", channel);
+    assert_string_equal(channel, "LAB_NODES_liver");
+    client_channel(&client, "STATUS", NULL, channel);
+    assert_string_equal(channel, "LAB_STATUS");
+    assert_string_equal(client_body_of(&client, "NODES", "LAB_NODES_liver"), "liver");
+    assert_null(client_body_of(&client, "NODES", "LAB_NODES_"));
+    assert_null(client_body_of(&client, "NODES", "LAB_MESH_liver"));
+}
+
+static void text_from_the_network_cannot_steer_the_terminal(void **state)
+{
+    (void)state;
+    char *text = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&text, &size);
+    assert_non_null(out);
+    client_print_text(out,
+                      "a\033[2Jb\nc\x7f\xc2\x9b"
+                      "d \xc3\xb6",
+                      false);
+    fclose(out);
+    assert_string_equal(text, "a?[2Jb?c??\x9b"
+                              "d \xc3\xb6");
+    free(text);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(receive_buffer_is_added_to_udpm_urls_that_do_not_set_it),
+        cmocka_unit_test(url_that_does_not_fit_is_refused),
+        cmocka_unit_test(addresses_that_are_no_multicast_group_are_refused_with_the_form_wanted),
+        cmocka_unit_test(numbers_must_be_whole_finite_and_inside),
+        cmocka_unit_test(vectors_have_three_numbers),
+        cmocka_unit_test(names_hold_nothing_that_a_pattern_would_read),
+        cmocka_unit_test(channels_name_prefix_message_and_body),
+        cmocka_unit_test(text_from_the_network_cannot_steer_the_terminal),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

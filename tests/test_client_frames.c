@@ -1,0 +1,281 @@
+// Chunked frames and meshes come together again whatever their order, and hostile chunks do
+// nothing.
+#include "expect.h"
+#include "frames.h"
+
+#include <stdlib.h>
+
+#include "pliant_mesh_t.h"
+#include "pliant_nodes_t.h"
+
+enum { NODES = 7, PER_CHUNK = 3, CHUNKS = 3 };
+
+static FramesResult add_nodes(NodesFrame *frame, const pliant_nodes_t *chunk)
+{
+    size_t size = (size_t)pliant_nodes_t_encoded_size(chunk);
+    void *data = malloc(size);
+    assert_non_null(data);
+    assert_int_equal(pliant_nodes_t_encode(data, 0, (int)size, chunk), size);
+    FramesResult result = nodes_frame_add(frame, data, size);
+    free(data);
+    return result;
+}
+
+static FramesResult add_mesh(MeshFrame *frame, const pliant_mesh_t *chunk)
+{
+    size_t size = (size_t)pliant_mesh_t_encoded_size(chunk);
+    void *data = malloc(size);
+    assert_non_null(data);
+    assert_int_equal(pliant_mesh_t_encode(data, 0, (int)size, chunk), size);
+    FramesResult result = mesh_frame_add(frame, data, size);
+    free(data);
+    return result;
+}
+
+// Chunk `k` of frame `sequence`; coordinate c of node i is 10 i + c + 100 sequence. Valid until the
+// next call.
+static pliant_nodes_t nodes_chunk(int sequence, int k)
+{
+    static float position[3 * PER_CHUNK];
+    int first = k * PER_CHUNK, count = NODES - first < PER_CHUNK ? NODES - first : PER_CHUNK;
+    for (int i = 0; i < 3 * count; i++)
+        position[i] = (float)(10 * (first + i / 3) + i % 3 + 100 * sequence);
+    return (pliant_nodes_t){.utime = 1000 + sequence,
+                            .sequence = sequence,
+                            .step = 16 * sequence,
+                            .time = 0.016 * sequence,
+                            .topology = 4,
+                            .node_count = NODES,
+                            .chunk = k,
+                            .chunk_count = CHUNKS,
+                            .first = first,
+                            .num_values = 3 * count,
+                            .position = position};
+}
+
+static FramesResult add_nodes_chunk(NodesFrame *frame, int sequence, int k)
+{
+    pliant_nodes_t chunk = nodes_chunk(sequence, k);
+    return add_nodes(frame, &chunk);
+}
+
+static void check_frame(const NodesFrame *frame, int sequence)
+{
+    assert_true(frame->whole);
+    assert_int_equal(frame->node_count, NODES);
+    assert_int_equal(frame->topology, 4);
+    assert_int_equal(frame->step, 16 * sequence);
+    for (int i = 0; i < 3 * NODES; i++) // small integers: exact in float
+        expect_near((double)frame->position[i], 10.0 * (i / 3) + i % 3 + 100.0 * sequence, 0.0);
+}
+
+static void chunks_in_any_order_make_the_frame(void **state)
+{
+    (void)state;
+    static const int order[6][CHUNKS] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
+                                         {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+    NodesFrame frame = {0};
+    for (int n = 0; n < 6; n++) {
+        assert_int_equal(add_nodes_chunk(&frame, n, order[n][0]), FRAMES_MORE);
+        assert_int_equal(add_nodes_chunk(&frame, n, order[n][1]), FRAMES_MORE);
+        assert_int_equal(add_nodes_chunk(&frame, n, order[n][2]), FRAMES_WHOLE);
+        check_frame(&frame, n);
+    }
+    assert_int_equal(frame.lost, 0);
+    nodes_frame_destroy(&frame);
+}
+
+static void repeated_chunks_do_not_complete_a_frame(void **state)
+{
+    (void)state;
+    NodesFrame frame = {0};
+    for (int k = 0; k < 2 * CHUNKS; k++)
+        assert_int_equal(add_nodes_chunk(&frame, 0, k % 2), FRAMES_MORE);
+    assert_int_equal(add_nodes_chunk(&frame, 0, 2), FRAMES_WHOLE);
+    assert_int_equal(add_nodes_chunk(&frame, 0, 2), FRAMES_STALE); // already handed out
+    nodes_frame_destroy(&frame);
+}
+
+static void newer_frame_replaces_an_unfinished_one_and_late_chunks_are_dropped(void **state)
+{
+    (void)state;
+    NodesFrame frame = {0};
+    add_nodes_chunk(&frame, 1, 0);
+    add_nodes_chunk(&frame, 1, 1);
+    assert_int_equal(add_nodes_chunk(&frame, 2, 0), FRAMES_MORE);
+    assert_int_equal(frame.lost, 1);
+    assert_int_equal(add_nodes_chunk(&frame, 1, 2), FRAMES_STALE);
+    add_nodes_chunk(&frame, 2, 1);
+    assert_int_equal(add_nodes_chunk(&frame, 2, 2), FRAMES_WHOLE);
+    check_frame(&frame, 2);
+    nodes_frame_destroy(&frame);
+}
+
+static void daemon_that_starts_anew_is_followed_at_once(void **state)
+{
+    (void)state;
+    NodesFrame frame = {0};
+    for (int k = 0; k < CHUNKS; k++)
+        add_nodes_chunk(&frame, 20, k);
+    for (int k = 0; k < CHUNKS; k++) { // counts from 0 again, but later by the clock
+        pliant_nodes_t chunk = nodes_chunk(0, k);
+        chunk.utime = 5000;
+        assert_int_equal(add_nodes(&frame, &chunk), k + 1 < CHUNKS ? FRAMES_MORE : FRAMES_WHOLE);
+    }
+    check_frame(&frame, 0);
+    nodes_frame_destroy(&frame);
+}
+
+static void hostile_sizes_are_refused_and_leave_the_frame_alone(void **state)
+{
+    (void)state;
+    NodesFrame frame = {0};
+    add_nodes_chunk(&frame, 3, 0);
+    for (int fault = 0; fault < 12; fault++) {
+        pliant_nodes_t chunk = nodes_chunk(3, 1);
+        switch (fault) {
+        case 0:
+            chunk.node_count = 0;
+            break;
+        case 1:
+            chunk.node_count = -1;
+            break;
+        case 2:
+            chunk.node_count = FRAMES_NODES_MAX + 1;
+            break;
+        case 3:
+            chunk.node_count = INT32_MAX;
+            break;
+        case 4:
+            chunk.chunk = -1;
+            break;
+        case 5:
+            chunk.chunk = CHUNKS;
+            break;
+        case 6:
+            chunk.chunk_count = INT32_MAX;
+            break;
+        case 7:
+            chunk.first = -1;
+            break;
+        case 8:
+            chunk.first = NODES - 1;
+            break;
+        case 9:
+            chunk.first = INT32_MAX;
+            break;
+        case 10:
+            chunk.num_values = 8;
+            break;
+        default:
+            chunk.topology = 5;
+            break; // contradicts its own frame
+        }
+        assert_int_equal(add_nodes(&frame, &chunk), FRAMES_REFUSED);
+    }
+    assert_int_equal(frame.refused, 12);
+    assert_int_equal(frame.lost, 0);
+    add_nodes_chunk(&frame, 3, 1);
+    assert_int_equal(add_nodes_chunk(&frame, 3, 2), FRAMES_WHOLE);
+    check_frame(&frame, 3);
+    nodes_frame_destroy(&frame);
+}
+
+// A tetrahedron in two chunks: triangles first, then the rest with the nodes.
+static pliant_mesh_t mesh_chunk(int k)
+{
+    static int32_t triangle[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
+    static int32_t id[4] = {10, 11, 12, -1}, parent[8];
+    static int8_t level[4];
+    pliant_mesh_t chunk = {.topology = 2, .node_count = 4, .triangle_count = 4, .chunk_count = 2};
+    chunk.chunk = k;
+    chunk.first_triangle = k ? 3 : 0;
+    chunk.num_indices = k ? 3 : 9;
+    chunk.triangle = triangle[chunk.first_triangle];
+    chunk.num_nodes = k ? 4 : 0;
+    chunk.num_parents = 2 * chunk.num_nodes;
+    chunk.id = chunk.origin = chunk.piece = id;
+    chunk.parent = parent;
+    chunk.level = level;
+    return chunk;
+}
+
+static void mesh_chunks_make_the_mesh(void **state)
+{
+    (void)state;
+    for (int first = 0; first < 2; first++) {
+        MeshFrame frame = {0};
+        pliant_mesh_t chunk = mesh_chunk(first);
+        assert_int_equal(add_mesh(&frame, &chunk), FRAMES_MORE);
+        chunk = mesh_chunk(1 - first);
+        assert_int_equal(add_mesh(&frame, &chunk), FRAMES_WHOLE);
+        assert_int_equal(frame.triangle[5], 3);
+        assert_int_equal(frame.triangle[9], 0);
+        assert_int_equal(frame.id[0], 10);
+        assert_int_equal(frame.id[3], -1);
+        mesh_frame_destroy(&frame);
+    }
+}
+
+static void mesh_with_an_index_outside_is_refused(void **state)
+{
+    (void)state;
+    MeshFrame frame = {0};
+    for (int fault = 0; fault < 6; fault++) {
+        int32_t triangle[9] = {0, 1, 2, 0, 1, 3, 0, 2, 3};
+        pliant_mesh_t chunk = mesh_chunk(0);
+        chunk.triangle = triangle;
+        switch (fault) {
+        case 0:
+            triangle[4] = 4;
+            break;
+        case 1:
+            triangle[8] = -1;
+            break;
+        case 2:
+            chunk.first_triangle = 2;
+            break;
+        case 3:
+            chunk.num_indices = 8;
+            break;
+        case 4:
+            chunk.num_parents = 2;
+            break;
+        default:
+            chunk.triangle_count = FRAMES_TRIANGLES_MAX + 1;
+            break;
+        }
+        assert_int_equal(add_mesh(&frame, &chunk), FRAMES_REFUSED);
+        assert_false(frame.started);
+    }
+    mesh_frame_destroy(&frame);
+}
+
+static void garbage_is_refused(void **state)
+{
+    (void)state;
+    unsigned char data[64] = {1, 2, 3};
+    NodesFrame nodes = {0};
+    MeshFrame mesh = {0};
+    for (size_t size = 0; size <= sizeof data; size++) {
+        assert_int_equal(nodes_frame_add(&nodes, data, size), FRAMES_REFUSED);
+        assert_int_equal(mesh_frame_add(&mesh, data, size), FRAMES_REFUSED);
+    }
+    nodes_frame_destroy(&nodes);
+    mesh_frame_destroy(&mesh);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(chunks_in_any_order_make_the_frame),
+        cmocka_unit_test(repeated_chunks_do_not_complete_a_frame),
+        cmocka_unit_test(newer_frame_replaces_an_unfinished_one_and_late_chunks_are_dropped),
+        cmocka_unit_test(daemon_that_starts_anew_is_followed_at_once),
+        cmocka_unit_test(hostile_sizes_are_refused_and_leave_the_frame_alone),
+        cmocka_unit_test(mesh_chunks_make_the_mesh),
+        cmocka_unit_test(mesh_with_an_index_outside_is_refused),
+        cmocka_unit_test(garbage_is_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,195 @@
+// Raw messages are refused unless lcm-gen's decoder is safe with them.
+#include "expect.h"
+#include "wire.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "pliant_command_t.h"
+#include "pliant_contact_t.h"
+#include "pliant_event_t.h"
+#include "pliant_mesh_t.h"
+#include "pliant_nodes_t.h"
+#include "pliant_reply_t.h"
+#include "pliant_status_t.h"
+#include "pliant_tool_pose_t.h"
+
+// One encoded message in a block of exactly its size, so that the sanitizer sees a read beyond it.
+typedef struct Raw {
+    const WireType *type;
+    unsigned char *data;
+    size_t size;
+    bool (*decode)(const void *data, size_t size); // decodes and cleans up
+} Raw;
+
+#define DEFINE_CODEC(name)                                                                         \
+    static bool decode_##name(const void *data, size_t size)                                       \
+    {                                                                                              \
+        pliant_##name##_t message;                                                                 \
+        if (pliant_##name##_t_decode(data, 0, (int)size, &message) < 0)                            \
+            return false;                                                                          \
+        pliant_##name##_t_decode_cleanup(&message);                                                \
+        return true;                                                                               \
+    }                                                                                              \
+    static Raw encode_##name(const WireType *type, const pliant_##name##_t *message)               \
+    {                                                                                              \
+        Raw raw = {.type = type, .decode = decode_##name};                                         \
+        raw.size = (size_t)pliant_##name##_t_encoded_size(message);                                \
+        raw.data = malloc(raw.size);                                                               \
+        assert_non_null(raw.data);                                                                 \
+        assert_int_equal(pliant_##name##_t_encode(raw.data, 0, (int)raw.size, message), raw.size); \
+        return raw;                                                                                \
+    }
+
+DEFINE_CODEC(tool_pose)
+DEFINE_CODEC(command)
+DEFINE_CODEC(reply)
+DEFINE_CODEC(nodes)
+DEFINE_CODEC(mesh)
+DEFINE_CODEC(contact)
+DEFINE_CODEC(status)
+DEFINE_CODEC(event)
+
+enum { TYPES = 8 };
+
+static void make_all(Raw raw[TYPES])
+{
+    float position[6] = {0.5f, -1.0f, 2.0f, 0.0f, 1e-3f, 3.0f};
+    int32_t triangle[3] = {0, 1, 1}, id[2] = {0, 1}, parent[4] = {0, 0, 1, 1};
+    int8_t level[2] = {0, 0};
+    char *stages[2] = {(char *)"forces", (char *)"contact"}, *reasons[1] = {(char *)"size"};
+    double stage_us[2] = {1.0, 2.0};
+    int64_t counts[1] = {7};
+    pliant_body_status_t bodies[2] = {
+        {.name = (char *)"a", .model = (char *)"surface", .integrator = (char *)"rk4", .mass = 1.0},
+        {.name = (char *)"b", .model = (char *)"surface", .integrator = (char *)"", .nodes = 9}};
+    raw[0] = encode_tool_pose(&WIRE_TOOL_POSE, &(pliant_tool_pose_t){.tool = 1});
+    raw[1] = encode_command(&WIRE_COMMAND, &(pliant_command_t){.argument = (char *)"a.b=1"});
+    raw[2] = encode_reply(
+        &WIRE_REPLY, &(pliant_reply_t){.channel = (char *)"X_COMMAND", .text = (char *)"done"});
+    raw[3] = encode_nodes(
+        &WIRE_NODES, &(pliant_nodes_t){
+                         .node_count = 2, .chunk_count = 1, .num_values = 6, .position = position});
+    raw[4] = encode_mesh(&WIRE_MESH, &(pliant_mesh_t){.node_count = 2,
+                                                      .triangle_count = 1,
+                                                      .chunk_count = 1,
+                                                      .num_indices = 3,
+                                                      .triangle = triangle,
+                                                      .num_nodes = 2,
+                                                      .num_parents = 4,
+                                                      .id = id,
+                                                      .origin = id,
+                                                      .parent = parent,
+                                                      .piece = id,
+                                                      .level = level});
+    raw[5] = encode_contact(&WIRE_CONTACT, &(pliant_contact_t){.tool = 1, .depth = 1e-3});
+    raw[6] = encode_status(&WIRE_STATUS, &(pliant_status_t){.scene = (char *)"s",
+                                                            .state = (char *)"running",
+                                                            .num_stages = 2,
+                                                            .stage = stages,
+                                                            .stage_us = stage_us,
+                                                            .num_bodies = 2,
+                                                            .body = bodies,
+                                                            .num_reasons = 1,
+                                                            .reason = reasons,
+                                                            .count = counts});
+    raw[7] = encode_event(&WIRE_EVENT, &(pliant_event_t){.body = (char *)"",
+                                                         .kind = (char *)"reset",
+                                                         .text = (char *)"bad numbers"});
+}
+
+static void free_all(Raw raw[TYPES])
+{
+    for (int k = 0; k < TYPES; k++)
+        free(raw[k].data);
+}
+
+static void whole_messages_of_every_type_pass(void **state)
+{
+    (void)state;
+    Raw raw[TYPES];
+    make_all(raw);
+    for (int k = 0; k < TYPES; k++) {
+        assert_true(wire_check(raw[k].type, raw[k].data, raw[k].size));
+        assert_true(raw[k].decode(raw[k].data, raw[k].size));
+    }
+    free_all(raw);
+}
+
+static void messages_of_another_type_are_refused(void **state)
+{
+    (void)state;
+    Raw raw[TYPES];
+    make_all(raw);
+    for (int k = 0; k < TYPES; k++) {
+        for (int j = 0; j < TYPES; j++)
+            assert_int_equal(wire_check(raw[j].type, raw[k].data, raw[k].size), j == k);
+    }
+    free_all(raw);
+}
+
+static void shortened_and_lengthened_messages_are_refused(void **state)
+{
+    (void)state;
+    Raw raw[TYPES];
+    make_all(raw);
+    for (int k = 0; k < TYPES; k++) {
+        for (size_t size = 0; size < raw[k].size; size++) {
+            unsigned char *part = malloc(size ? size : 1);
+            memcpy(part, raw[k].data, size);
+            assert_false(wire_check(raw[k].type, part, size));
+            free(part);
+        }
+        unsigned char *longer = calloc(raw[k].size + 1, 1);
+        memcpy(longer, raw[k].data, raw[k].size);
+        assert_false(wire_check(raw[k].type, longer, raw[k].size + 1));
+        free(longer);
+    }
+    free_all(raw);
+}
+
+// Whatever one byte is turned into: either refused, or decoded without harm (the sanitizers watch).
+static void messages_with_a_corrupt_byte_are_refused_or_decode_safely(void **state)
+{
+    (void)state;
+    static const unsigned char values[] = {0x00, 0x01, 0x40, 0x7f, 0x80, 0xff};
+    Raw raw[TYPES];
+    make_all(raw);
+    for (int k = 0; k < TYPES; k++) {
+        for (size_t at = 0; at < raw[k].size; at++) {
+            unsigned char kept = raw[k].data[at];
+            for (size_t v = 0; v < sizeof values; v++) {
+                raw[k].data[at] = values[v];
+                if (wire_check(raw[k].type, raw[k].data, raw[k].size))
+                    assert_true(raw[k].decode(raw[k].data, raw[k].size));
+            }
+            raw[k].data[at] = kept;
+        }
+    }
+    free_all(raw);
+}
+
+static void non_finite_numbers_are_refused(void **state)
+{
+    (void)state;
+    float position[3] = {0.0f, (float)NAN, 0.0f};
+    Raw raw = encode_nodes(&WIRE_NODES, &(pliant_nodes_t){.num_values = 3, .position = position});
+    assert_false(wire_check(raw.type, raw.data, raw.size));
+    free(raw.data);
+    raw =
+        encode_contact(&WIRE_CONTACT, &(pliant_contact_t){.force = {0.0, -(double)INFINITY, 0.0}});
+    assert_false(wire_check(raw.type, raw.data, raw.size));
+    free(raw.data);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(whole_messages_of_every_type_pass),
+        cmocka_unit_test(messages_of_another_type_are_refused),
+        cmocka_unit_test(shortened_and_lengthened_messages_are_refused),
+        cmocka_unit_test(messages_with_a_corrupt_byte_are_refused_or_decode_safely),
+        cmocka_unit_test(non_finite_numbers_are_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
