@@ -1,5 +1,5 @@
-// All memory of a scene, taken before the first tick and listed by name, so that --explain can print
-// what each feature costs. Load time only; the step thread never calls this.
+// All memory of a scene, taken before the first tick and listed by name, so that --explain can
+// print what each feature costs. Load time only; the step thread never calls this.
 #ifndef PLIANT_BASE_ARENA_H
 #define PLIANT_BASE_ARENA_H
 
@@ -24,8 +24,9 @@ typedef struct Arena {
     int count, capacity;
 } Arena;
 
-// `count` zeroed elements of `size` bytes, 64-byte aligned, owned by the arena. Aborts when the machine
-// has no memory left (sizes are validated by the caller). The name is "body/array", cut at 47 bytes.
+// `count` zeroed elements of `size` bytes, 64-byte aligned, owned by the arena. Aborts when the
+// machine has no memory left (sizes are validated by the caller). The name is "body/array", cut at
+// 47 bytes.
 void *arena_allocate(Arena *arena, ArenaUse use, size_t count, size_t size, const char *format, ...)
     __attribute__((format(printf, 5, 6)));
 size_t arena_bytes(const Arena *arena);

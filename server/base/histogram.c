@@ -22,8 +22,8 @@ static double upper_edge(const Histogram *histogram, int bin)
     double max_us = (double)histogram->max_ns * 1e-3;
     if (bin == HISTOGRAM_BINS - 1)
         return max_us;
-    double edge = bin < HISTOGRAM_FINE ? bin + 1.0
-                                       : HISTOGRAM_FINE + (bin - HISTOGRAM_FINE + 1) * 100.0;
+    double edge =
+        bin < HISTOGRAM_FINE ? bin + 1.0 : HISTOGRAM_FINE + (bin - HISTOGRAM_FINE + 1) * 100.0;
     return edge < max_us ? edge : max_us;
 }
 

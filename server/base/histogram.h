@@ -1,5 +1,5 @@
-// Histogram of durations with fixed bins and an overflow bucket, for percentiles of step and wake-up
-// times. No allocation: fit for the step thread.
+// Histogram of durations with fixed bins and an overflow bucket, for percentiles of step and
+// wake-up times. No allocation: fit for the step thread.
 #ifndef PLIANT_BASE_HISTOGRAM_H
 #define PLIANT_BASE_HISTOGRAM_H
 

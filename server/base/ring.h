@@ -10,9 +10,9 @@
 typedef struct Ring {
     unsigned char *memory; // capacity * stride bytes, owned by whoever called ring_init
     size_t stride;
-    unsigned capacity;     // a power of two
-    _Alignas(64) atomic_uint head; // next to write; only the producer changes it
-    _Alignas(64) atomic_uint tail; // next to read; only the consumer changes it
+    unsigned capacity;                // a power of two
+    _Alignas(64) atomic_uint head;    // next to write; only the producer changes it
+    _Alignas(64) atomic_uint tail;    // next to read; only the consumer changes it
     _Alignas(64) unsigned high_water; // most entries ever waiting; the producer's
 } Ring;
 

@@ -16,9 +16,10 @@ void *slot_back(Slot *slot)
 
 void slot_publish(Slot *slot)
 {
-    // Release our writes with the index; acquire, so that we do not write a buffer still being read.
-    unsigned old = atomic_exchange_explicit(&slot->middle, slot->back | SLOT_FRESH,
-                                            memory_order_acq_rel);
+    // Release our writes with the index; acquire, so that we do not write a buffer still being
+    // read.
+    unsigned old =
+        atomic_exchange_explicit(&slot->middle, slot->back | SLOT_FRESH, memory_order_acq_rel);
     slot->back = old & 3;
 }
 

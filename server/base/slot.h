@@ -8,10 +8,10 @@
 #include <stddef.h>
 
 typedef struct Slot {
-    unsigned char *memory;   // 3 values of `stride` bytes, owned by whoever called slot_init
+    unsigned char *memory; // 3 values of `stride` bytes, owned by whoever called slot_init
     size_t stride;
-    atomic_uint middle;      // index of the exchanged buffer, plus SLOT_FRESH when unread
-    unsigned back, front;    // private to the writer and to the reader
+    atomic_uint middle;   // index of the exchanged buffer, plus SLOT_FRESH when unread
+    unsigned back, front; // private to the writer and to the reader
 } Slot;
 
 enum { SLOT_FRESH = 4 };

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-void state_add(StateList *list, void *memory, size_t bytes, const char *format, ...)
+static StateArray *append(StateList *list, const char *format, va_list arguments)
 {
     if (list->count == list->capacity) {
         list->capacity = list->capacity == 0 ? 32 : 2 * list->capacity;
@@ -15,15 +15,41 @@ void state_add(StateList *list, void *memory, size_t bytes, const char *format, 
         ASSERT(list->array != NULL);
     }
     StateArray *array = &list->array[list->count];
-    *array = (StateArray){.memory = memory, .bytes = bytes};
-    va_list arguments;
-    va_start(arguments, format);
+    *array = (StateArray){0};
     int length = vsnprintf(array->name, sizeof array->name, format, arguments);
-    va_end(arguments);
     ASSERT(length > 0 && length < (int)sizeof array->name);
     for (int i = 0; i < list->count; i++)
         ASSERT(strcmp(list->array[i].name, array->name) != 0);
     list->count++;
+    return array;
+}
+
+void state_add(StateList *list, void *memory, size_t bytes, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    StateArray *array = append(list, format, arguments);
+    va_end(arguments);
+    array->memory[0] = memory;
+    array->bytes = bytes;
+}
+
+void state_add_pair(StateList *list, void *first, void *second, const int *current, size_t bytes,
+                    const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    StateArray *array = append(list, format, arguments);
+    va_end(arguments);
+    array->memory[0] = first;
+    array->memory[1] = second;
+    array->current = current;
+    array->bytes = bytes;
+}
+
+void *state_memory(const StateArray *array)
+{
+    return array->memory[array->current == NULL ? 0 : *array->current];
 }
 
 size_t state_bytes(const StateList *list)
@@ -38,7 +64,7 @@ void state_copy_out(const StateList *list, void *block)
 {
     unsigned char *to = block;
     for (int i = 0; i < list->count; i++) {
-        memcpy(to, list->array[i].memory, list->array[i].bytes);
+        memcpy(to, state_memory(&list->array[i]), list->array[i].bytes);
         to += list->array[i].bytes;
     }
 }
@@ -47,7 +73,7 @@ void state_copy_in(const StateList *list, const void *block)
 {
     const unsigned char *from = block;
     for (int i = 0; i < list->count; i++) {
-        memcpy(list->array[i].memory, from, list->array[i].bytes);
+        memcpy(state_memory(&list->array[i]), from, list->array[i].bytes);
         from += list->array[i].bytes;
     }
 }
@@ -56,7 +82,7 @@ uint64_t state_hash(const StateList *list)
 {
     uint64_t hash = UINT64_C(0xcbf29ce484222325);
     for (int i = 0; i < list->count; i++) {
-        const unsigned char *byte = list->array[i].memory;
+        const unsigned char *byte = state_memory(&list->array[i]);
         for (size_t k = 0; k < list->array[i].bytes; k++)
             hash = (hash ^ byte[k]) * UINT64_C(0x100000001b3);
     }

@@ -9,7 +9,8 @@
 
 typedef struct StateArray {
     char name[64]; // unique, "body/array"
-    void *memory;
+    void *memory[2];
+    const int *current; // which of the two holds the state now; NULL: the first, always
     size_t bytes;
 } StateArray;
 
@@ -21,6 +22,12 @@ typedef struct StateList {
 // Load time. `memory` must stay where it is; the name is unique and at most 63 bytes.
 void state_add(StateList *list, void *memory, size_t bytes, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
+// The same for an array whose owner writes two buffers in turn: *current (0 or 1) says which is
+// valid.
+void state_add_pair(StateList *list, void *first, void *second, const int *current, size_t bytes,
+                    const char *format, ...) __attribute__((format(printf, 6, 7)));
+// The memory that holds an array's state now.
+void *state_memory(const StateArray *array);
 size_t state_bytes(const StateList *list);
 // Copies every array to or from one block of state_bytes(). No allocation: fit for the step thread.
 void state_copy_out(const StateList *list, void *block);

@@ -21,16 +21,17 @@ typedef struct BodySurface {
     const int (*face_neighbor)[3]; // face across edge (k, k+1), -1 at a border
     const int *node_face_start;    // faces of node i: node_face[start[i] .. start[i+1])
     const int *node_face;
-    const double *node_area;       // a third of the faces around [m2]
-    double longest_edge;           // at rest [m]
+    const double *node_area; // a third of the faces around [m2]
+    const double *node_mass; // [kg]
+    double longest_edge;     // at rest [m]
 } BodySurface;
 
 // A region of space for find_nodes.
 typedef enum RegionKind { REGION_CAPSULE, REGION_BELOW_PLANE } RegionKind;
 typedef struct Region {
     RegionKind kind;
-    Vec3 from, to;  // axis of the capsule; or point and unit normal of the plane
-    double radius;  // [m]; for the plane: signed height below which nodes are found
+    Vec3 from, to; // axis of the capsule; or point and unit normal of the plane
+    double radius; // [m]; for the plane: signed height below which nodes are found
 } Region;
 
 // Figures for status and summary; computed when asked.
@@ -52,19 +53,30 @@ typedef struct BodyMesh {
     const signed char *level;
 } BodyMesh;
 
+// What can be changed while a scene runs.
+typedef enum BodyParameter {
+    BODY_GRAVITY_X,
+    BODY_GRAVITY_Y,
+    BODY_GRAVITY_Z,       // [m/s2]
+    BODY_STIFFNESS_SCALE, // times the stiffness of springs, as loaded
+    BODY_DAMPING_SCALE,   // times the damping of springs, as loaded
+} BodyParameter;
+
 typedef struct BodyOps {
     const char *model; // "surface"
 
     // --- a tick, in this order; called by the step thread ---
-    // Remembers the present state as the last good one; picks the kernel for the loads in force.
-    void (*begin_tick)(void *model);
-    // Moves positions by dt [s] with the present velocities.
+    // Kicks only: moves positions by dt [s] with the present velocities.
     void (*drift)(void *model, double dt);
     // One evaluation of all forces at the present rows, fused with the stage's algebra.
     void (*evaluate)(void *model, const Stage *stage, double h);
-    // Finite and within bounds? Otherwise the caller restores.
-    bool (*check)(void *model);
-    // Back to the state of begin_tick with zero velocity; to_start: to the state of the first tick.
+    // After the last stage: true when every number is finite and in bounds; the result becomes the
+    // present state. Otherwise false, and the state before the tick is still whole: restore it.
+    bool (*commit)(void *model);
+    // Whether every number of the present state is finite and in bounds: after a checkpoint was
+    // read.
+    bool (*check)(const void *model);
+    // Back to the state before the tick, at rest; to_start: to the rest shape instead.
     void (*restore)(void *model, bool to_start);
 
     // --- nodes by their index in BodySurface ---
@@ -73,10 +85,12 @@ typedef struct BodyOps {
                        Vec3 *velocity);
     // Adds forces [N] for the next evaluation only.
     void (*add_forces)(void *model, const int *node, int count, const Vec3 *force);
-    // Nodes inside a region, ascending; returns how many, writes at most `capacity`.
+    // Nodes inside a region, in an order that depends on the topology alone; returns how many there
+    // are, writes at most `capacity` of them.
     int (*find_nodes)(const void *model, const Region *region, int *node, int capacity);
-    // Replaces the constant load of one node [N]; kept until changed.
-    void (*set_load)(void *model, int node, Vec3 force);
+    // Constant forces on nodes [N], kept until cleared.
+    void (*add_load)(void *model, int node, Vec3 force);
+    void (*clear_loads)(void *model);
 
     // --- out ---
     // Float positions (and velocities unless NULL) of all nodes, in the order of BodyMesh.
@@ -85,45 +99,51 @@ typedef struct BodyOps {
     // Whether the node is held by the scene (does not move).
     bool (*is_fixed)(const void *model, int node);
 
-    // --- changes while running (SET); false with a sentence in `why` ---
-    bool (*set)(void *model, const char *key, double value, char *why, size_t why_size);
+    // --- changes while running (SET): false when the model has no such parameter ---
+    bool (*set)(void *model, BodyParameter parameter, double value);
 
     // --- load time ---
     // Kernel variant and what was left out, one line each, for --explain.
     void (*explain)(const void *model, FILE *out);
 } BodyOps;
 
+// What SET and the check of numbers change; plain data, part of the state.
+typedef struct BodyTuning {
+    double friction; // mu
+    double stiffness_scale, damping_scale;
+    int64_t bad_in_a_row; // ticks that ended in bad numbers, without a good one between
+} BodyTuning;
+
 // One body of a scene.
 typedef struct Body {
     char name[BODY_NAME_MAX];
     const BodyOps *ops;
-    void *model;          // owned by the arena of the scene
-    BodySurface surface;  // valid after creation
-    BodyMesh mesh;        // valid after creation
+    void *model;         // owned by the arena of the scene
+    BodySurface surface; // valid after creation
+    BodyMesh mesh;       // valid after creation
     IntegratorKind integrator;
-    double mass;          // [kg]
+    double mass; // [kg]
     int spring_count, element_count;
-    int finest_level;     // finest level in use
+    int finest_level; // finest level in use
 
     // Bounds of the body alone, for the step and for the stiffness of contacts.
-    double lambda; // of M^-1 K [1/s2]
+    double lambda;  // of M^-1 K [1/s2]
     double damping; // of M^-1 C [1/s]
 
     // Contact law (contact.md 2.1), set by sim_create from `lambda`.
-    double contact_kappa;    // stiffness per rest area [N/m3]
-    double contact_ratio;    // a: share of the body's own stiffness
-    double contact_damping;  // b_c: damping time [s]
-    double friction;         // mu
+    double contact_kappa;   // stiffness per rest area [N/m3]
+    double contact_ratio;   // a: share of the body's own stiffness
+    double contact_damping; // b_c: damping time [s]
+    BodyTuning tuning;
 
     // The time step, set by sim_create.
     double time_step_limit;  // of the stability bound, contacts included [s]
     double time_step_wanted; // of the scene; 0: none
     bool unsafe_time_step;
-    int substeps;            // a tick
-    double h;                // tick / substeps [s]
+    int substeps; // a tick
+    double h;     // tick / substeps [s]
 
-    int64_t resets;          // restores of the last good state
-    int bad_in_a_row;
+    int64_t resets; // restores of the last good state
 } Body;
 
 #endif

@@ -1,5 +1,7 @@
-// Contact of one tool with one body: a penalty on faces, with remembered sides, a proxy and bristle
-// friction. Contact owns no physics of the body: it reads node rows and adds node forces.
+// Contact of one tool with one body (contact.md): a penalty on faces with one closest pair each,
+// soft minimum for capsules, remembered sides, a proxy that yields beyond max_force, bristle
+// friction. Contact knows no physics of the body: it reads node rows and adds node forces. Step
+// thread.
 #ifndef PLIANT_DYNAMICS_CONTACT_H
 #define PLIANT_DYNAMICS_CONTACT_H
 
@@ -9,5 +11,47 @@
 #include "dynamics/tool.h"
 
 typedef struct Contact Contact;
+
+// What a contact gathers over a tick; read when the tick ends, cleared by contact_begin_tick.
+typedef struct ContactSums {
+    Vec3 impulse;  // on the tool [N s]
+    Vec3 about;    // the proxy's position when the tick began [m]
+    Vec3 moment;   // of the impulse about that point [N m s]
+    Vec3 point;    // impulse-weighted contact point, times `weight`
+    Vec3 normal;   // impulse-weighted normal out of the body, times `weight`
+    double weight; // [N s]
+    double depth;  // largest [m]
+} ContactSums;
+
+// The law of contact with this body: sets contact_kappa so that the stiffness of a contact stays in
+// the given share of the body's own (contact.md 2.1).
+void contact_set_stiffness(Body *body);
+// What one tool adds to the bounds of the body: of M^-1 K [1/s2] and M^-1 C [1/s].
+void contact_bounds(const Body *body, const ToolOptions *tool, double *lambda, double *damping);
+
+// Load time. Either the tool's capsules or its plane; a tool with both has two contacts. `name` is
+// "body/tool7" in lists of arrays. The body and the options outlive the contact.
+Contact *contact_create(const char *name, const ToolOptions *tool, bool plane, Body *body,
+                        Arena *arena, StateList *state);
+
+// Once a tick: clears the sums; finds the faces (or nodes) that the tool can reach while it moves
+// from `begin` to `end`, and the side on which it stands.
+void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation, double tick);
+// False when the tool cannot reach the body in this tick: contact_apply is not needed.
+bool contact_is_near(const Contact *contact);
+// Before the first stage of each substep: chooses where the proxy goes in it, towards the tool's
+// pose.
+void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, double h);
+// At every stage, with the proxy a `fraction` of its way along: adds the contact's forces to the
+// body's nodes, for that evaluation; `weight` is the stage's share of the substep's impulse.
+void contact_apply(Contact *contact, double fraction, double weight, double h);
+// After the last stage of a substep: the friction's memory moves on.
+void contact_end_substep(Contact *contact);
+// The tool was withdrawn, or the body was restored: forget sides, friction and proxy.
+void contact_clear(Contact *contact);
+
+const ContactSums *contact_sums(const Contact *contact);
+// Where the proxy is.
+void contact_proxy(const Contact *contact, Vec3 *position, Quat *orientation);
 
 #endif

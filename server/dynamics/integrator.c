@@ -6,15 +6,20 @@ static const char *const names[INTEGRATOR_COUNT] = {"rk4", "leapfrog", "symplect
 
 static const Integrator integrators[INTEGRATOR_COUNT] = {
     [INTEGRATOR_RK4] = {.stage_count = 4,
-                        .stage = {{STAGE_RK4_FIRST, 0.0, 1.0 / 6.0, 0.5},
-                                  {STAGE_RK4_MIDDLE, 0.5, 1.0 / 3.0, 0.5},
-                                  {STAGE_RK4_MIDDLE, 0.5, 1.0 / 3.0, 1.0},
-                                  {STAGE_RK4_LAST, 1.0, 1.0 / 6.0, 0.0}}},
+                        .stage = {{STAGE_RK4_FIRST, 0.0, 1.0 / 6.0, 0.5, false},
+                                  {STAGE_RK4_MIDDLE, 0.5, 1.0 / 3.0, 0.5, false},
+                                  {STAGE_RK4_MIDDLE, 0.5, 1.0 / 3.0, 1.0, false},
+                                  {STAGE_RK4_LAST, 1.0, 1.0 / 6.0, 0.0, false}}},
     [INTEGRATOR_LEAPFROG] = {.stage_count = 1,
-                             .stage = {{STAGE_KICK, 0.5, 1.0, 1.0}},
+                             .stage = {{STAGE_KICK, 0.5, 1.0, 1.0, false}},
+                             .kicks = true,
                              .first_drift = 0.5,
                              .last_drift = 0.5},
-    [INTEGRATOR_SYMPLECTIC_EULER] = {.stage_count = 1, .stage = {{STAGE_KICK, 0.0, 1.0, 1.0}}},
+    [INTEGRATOR_SYMPLECTIC_EULER] = {.stage_count = 1,
+                                     .stage = {{STAGE_KICK, 0.0, 1.0, 1.0, false}},
+                                     .kicks = true,
+                                     .first_drift = 0.0,
+                                     .last_drift = 1.0},
 };
 
 const char *integrator_name(IntegratorKind kind)

@@ -1,5 +1,5 @@
-// Time integration schemes as lists of stages. A body evaluates its forces once a stage and advances
-// its own rows in the same pass; this file only says with which coefficients.
+// Time integration schemes as lists of stages. A body evaluates its forces once a stage and
+// advances its own rows in the same pass; this file only says with which coefficients.
 #ifndef PLIANT_DYNAMICS_INTEGRATOR_H
 #define PLIANT_DYNAMICS_INTEGRATOR_H
 
@@ -16,8 +16,8 @@ typedef enum IntegratorKind {
 const char *integrator_name(IntegratorKind kind);
 bool integrator_parse(const char *name, IntegratorKind *kind);
 
-// What a body does with the accelerations a(x, v) of one evaluation. k = (v, a) is the derivative of
-// the row y = (x, v); y0 is the row at the start of the substep, ys the row evaluated.
+// What a body does with the accelerations a(x, v) of one evaluation. k = (v, a) is the derivative
+// of the row y = (x, v); y0 is the row at the start of the substep, ys the row evaluated.
 typedef enum StageRule {
     STAGE_RK4_FIRST,  // sum = y0 + weight h k;   next = y0 + advance h k
     STAGE_RK4_MIDDLE, // sum += weight h k;       next = y0 + advance h k
@@ -30,14 +30,17 @@ typedef struct Stage {
     double at;      // time of the evaluation, as a fraction of the substep
     double weight;  // share of this evaluation in the substep's impulse
     double advance; // see StageRule
+    bool last;      // of the tick: set by the pipeline, the result is the tick's
 } Stage;
 
 typedef struct Integrator {
     int stage_count;
     Stage stage[4];
-    // Leapfrog: positions are moved by half a substep before the tick's first kick, whole drifts lie
-    // between kicks, and the last kick is followed by half a drift. Zero for the other schemes.
-    double first_drift, last_drift;
+    // Kicks only. Leapfrog: positions are moved by half a substep before the tick's first kick,
+    // whole drifts lie between kicks, and half a drift follows the last.
+    bool kicks;
+    double first_drift; // before the first kick, in substeps
+    double last_drift;  // after the last kick, instead of stage.advance
 } Integrator;
 
 const Integrator *integrator_get(IntegratorKind kind);

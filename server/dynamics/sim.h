@@ -1,5 +1,5 @@
-// The bodies and tools of one scene, and one tick of them. Knows nothing of threads, messages, files
-// or wall-clock time: whoever owns a Sim calls it from one thread.
+// The bodies and tools of one scene, and one tick of them. Knows nothing of threads, messages,
+// files or wall-clock time: whoever owns a Sim calls it from one thread.
 #ifndef PLIANT_DYNAMICS_SIM_H
 #define PLIANT_DYNAMICS_SIM_H
 
@@ -41,7 +41,7 @@ typedef struct LoadOptions {
 // What one tool felt in the last tick: contact_t without its envelope.
 typedef struct ToolWrench {
     bool contact;
-    Vec3 position; // of the proxy at the end of the tick
+    Vec3 position;      // of the proxy at the end of the tick
     Vec3 force, torque; // on the tool; torque about `position`
     Vec3 point, normal;
     double depth;
@@ -56,8 +56,9 @@ typedef struct SimOptions {
 
 typedef struct Sim Sim;
 
-// Load time, in this order: sim_create, sim_add_body..., sim_add_tool..., sim_add_load..., sim_seal.
-// Everything is allocated from `arena`, all that changes is listed in `state`; both outlive the Sim.
+// Load time, in this order: sim_create, sim_add_body..., sim_add_tool..., sim_add_load...,
+// sim_seal. Everything is allocated from `arena`, all that changes is listed in `state`; both
+// outlive the Sim.
 Sim *sim_create(const SimOptions *options, Arena *arena, StateList *state);
 // Takes a body made by a model (surface_create). The returned body is owned by the sim.
 Body *sim_add_body(Sim *sim, const Body *body);
@@ -73,8 +74,8 @@ void sim_step(Sim *sim);
 
 // Inputs, between two ticks. `tool` is the index in the order of sim_add_tool.
 void sim_apply_pose(Sim *sim, int tool, const ToolPose *pose, bool hold);
-// Starts a load now (options->start is ignored). False with a sentence in `why`: no free node inside, no
-// room.
+// Starts a load now (options->start is ignored). False with a sentence in `why`: no free node
+// inside, no room.
 bool sim_apply_load(Sim *sim, const LoadOptions *options, char *why, size_t why_size);
 // "gravity_x|y|z", "<body>.stiffness_scale", "<body>.damping_scale", "<body>.friction", ...
 bool sim_apply_set(Sim *sim, const char *key, double value, char *why, size_t why_size);

@@ -6,9 +6,9 @@
 #include "dynamics/integrator.h"
 
 // lambda [1/s2] >= 0, c [1/s] >= 0; infinity when both are zero.
-// RK4: 2.6 min(1/sqrt(lambda), 1/c), the smallest radius of its region over the left half plane being
-// 2.616. Leapfrog and symplectic Euler: (sqrt(c^2 + 4 lambda) - c)/lambda, exact for damping taken
-// explicitly. Both times the safety factor 0.9.
+// RK4: 2.6 min(1/sqrt(lambda), 1/c), the smallest radius of its region over the left half plane
+// being 2.616. Leapfrog and symplectic Euler: (sqrt(c^2 + 4 lambda) - c)/lambda, exact for damping
+// taken explicitly. Both times the safety factor 0.9.
 double stability_time_step(IntegratorKind kind, double lambda, double c);
 
 // Substeps of a tick [s] for steps of at most `time_step` [s]: ceil, forgiving rounding of 1e-9.

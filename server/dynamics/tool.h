@@ -47,8 +47,9 @@ typedef struct ToolPose {
     double grip;
 } ToolPose;
 
-// Where a tool is and how it moves. Between two poses it moves over one measured pose period (towards
-// the newest pose, or along its twist from it), never further. Plain data: part of the state.
+// Where a tool is and how it moves. Between two poses it moves over one measured pose period
+// (towards the newest pose, or along its twist from it), never further. Plain data: part of the
+// state.
 typedef struct ToolMotion {
     int64_t active;       // 0 or 1 (whole words: no padding in the state)
     int64_t pose_utime;   // of the newest pose
@@ -63,8 +64,8 @@ typedef struct ToolMotion {
 } ToolMotion;
 
 void tool_motion_init(ToolMotion *motion);
-// A pose applied at the start of tick `step`; tick length [s]. `hold`: lockstep, the pose is taken at
-// once. An inactive pose withdraws the tool.
+// A pose applied at the start of tick `step`; tick length [s]. `hold`: lockstep, the pose is taken
+// at once. An inactive pose withdraws the tool.
 void tool_motion_apply(ToolMotion *motion, const ToolPose *pose, int64_t step, double tick,
                        bool hold);
 // The tool's pose `time` seconds after the tick in which the newest pose was applied began.

@@ -1,5 +1,5 @@
-// From a scene as written to a Sim ready for its first tick: meshes made or imported, initial states
-// read, bodies, tools and loads created, settled.
+// From a scene as written to a Sim ready for its first tick: meshes made or imported, initial
+// states read, bodies, tools and loads created, settled.
 #ifndef PLIANT_FILES_BUILD_H
 #define PLIANT_FILES_BUILD_H
 

@@ -21,14 +21,14 @@ typedef enum MeshSourceKind {
 // Where a body's mesh comes from.
 typedef struct MeshSource {
     MeshSourceKind kind;
-    char *file;  // resolved against the scene file's folder; owned by the scene
-    int nodes;   // sphere, stomach; ico_sphere: 10 * 4^s + 2
+    char *file;          // resolved against the scene file's folder; owned by the scene
+    int nodes;           // sphere, stomach; ico_sphere: 10 * 4^s + 2
     int rings, segments; // uv_sphere
     int columns, rows;   // sheet
     double radius, width, height, length; // [m]
-    double scale;        // file coordinates to metres
-    Vec3 rotation;       // rotation vector [rad], applied after scale
-    Vec3 translation;    // [m], applied last
+    double scale;                         // file coordinates to metres
+    Vec3 rotation;                        // rotation vector [rad], applied after scale
+    Vec3 translation;                     // [m], applied last
 } MeshSource;
 
 // One body. `surface` is complete but for the pointers that need the mesh (initial_*), the gravity
@@ -41,12 +41,12 @@ typedef struct SceneBody {
     SurfaceOptions surface;
     FixedRegion *fixed; // owned; surface.fixed points here
     int fixed_count;
-    char *initial;      // file, resolved, or NULL; owned
+    char *initial; // file, resolved, or NULL; owned
 } SceneBody;
 
 typedef struct ScenePublish {
     double nodes_hz, mesh_hz, contact_hz, status_hz; // 0: never
-    bool all_nodes; // nodes = "all"
+    bool all_nodes;                                  // nodes = "all"
     bool velocity;
 } ScenePublish;
 
@@ -55,16 +55,16 @@ typedef struct SceneLoad {
 } SceneLoad;
 
 typedef struct Scene {
-    char *path;  // of the scene file
-    char *text;  // its text, includes not expanded; kept for files that we write
+    char *path; // of the scene file
+    char *text; // its text, includes not expanded; kept for files that we write
     char name[SCENE_NAME_MAX];
     double rate_hz;
     Vec3 gravity;
     int threads;
     char prefix[SCENE_NAME_MAX];       // of the channels that the daemon publishes on
     char input_prefix[SCENE_NAME_MAX]; // of the channels that it listens to
-    char *lcm_url;       // or NULL
-    bool start_paused;   // start = "paused"
+    char *lcm_url;                     // or NULL
+    bool start_paused;                 // start = "paused"
     double tool_timeout_s, settle_s;
     ScenePublish publish;
     int body_count;

@@ -1,4 +1,5 @@
-// A triangle mesh as it comes from a file or a generator: nodes, triangles, and where they came from.
+// A triangle mesh as it comes from a file or a generator: nodes, triangles, and where they came
+// from.
 #ifndef PLIANT_GEOMETRY_MESH_H
 #define PLIANT_GEOMETRY_MESH_H
 
@@ -6,16 +7,19 @@
 
 #include <stdbool.h>
 
+enum { MESH_COUNT_MAX = 1 << 28 }; // most nodes or triangles: 3 triangles still count in an int
+
 typedef struct TriMesh {
     int node_count;
     int triangle_count;
-    Vec3 *position;     // [node_count], m
-    int (*triangle)[3]; // [triangle_count], counter-clockwise seen from outside
-    int *file_index;    // [node_count], index in the source before welding, ascending
+    Vec3 *position;      // [node_count], m
+    int (*triangle)[3];  // [triangle_count], counter-clockwise seen from outside
+    int *file_index;     // [node_count], index in the source before welding, ascending
     int file_node_count; // nodes in the source before welding
 } TriMesh;
 
-// Zero-filled arrays owned by the mesh; file_index is the identity. Counts must be in [0, 2^28].
+// Zero-filled arrays owned by the mesh; file_index is the identity. Counts must be in
+// [0, MESH_COUNT_MAX].
 void mesh_create(TriMesh *mesh, int node_count, int triangle_count);
 void mesh_destroy(TriMesh *mesh);
 
@@ -35,7 +39,8 @@ double mesh_area(const TriMesh *mesh);
 typedef struct MeshFault {
     int node;     // or -1
     int triangle; // or -1
-    char text[160]; // "edge between nodes 3 and 7 belongs to more than two triangles"
+    // "edge between nodes 3 and 7 belongs to 3 triangles, more than two": nodes by their file_index
+    char text[160];
 } MeshFault;
 
 // A mesh fit for simulation: at least one triangle, finite positions, indices in range, no triangle

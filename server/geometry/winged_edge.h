@@ -15,10 +15,10 @@ typedef struct WingedEdge {
 
 typedef struct WingedMesh {
     int node_count, edge_count, face_count;
-    WingedEdge *edge;     // [edge_count], sorted by (node[0], node[1])
-    int (*face_edge)[3];  // [face_count]; edge k joins corners k and (k + 1) % 3
+    WingedEdge *edge;        // [edge_count], sorted by (node[0], node[1])
+    int (*face_edge)[3];     // [face_count]; edge k joins corners k and (k + 1) % 3
     int (*face_neighbor)[3]; // [face_count]; face across edge k, -1 at a boundary
-    int *node_edge_start; // [node_count + 1]; edges of node i: node_edge[start[i] .. start[i+1])
+    int *node_edge_start;    // [node_count + 1]; edges of node i: node_edge[start[i] .. start[i+1])
     int *node_edge;       // [2 edge_count], in turning order round the node (counter-clockwise seen
                           // from outside; from boundary to boundary at a border node)
     int *node_face_start; // [node_count + 1]

@@ -12,7 +12,8 @@
 // Material in physical units, or the paper's uniform values.
 typedef struct SurfaceMaterial {
     bool uniform;
-    // physical: k_e = E2D (A_1 + A_2)/L^2 (Van Gelder 1998), m_i = rho_A A_i, k_d = damping_time k_e
+    // physical: k_e = E2D (A_1 + A_2)/L^2 (Van Gelder 1998), m_i = rho_A A_i, k_d = damping_time
+    // k_e
     double youngs_modulus_2d; // E2D [N/m]
     double areal_density;     // rho_A [kg/m2]
     double damping_time;      // beta [s]
@@ -61,11 +62,13 @@ typedef struct SurfaceOptions {
     const Vec3 *initial_position, *initial_velocity;
     Vec3 gravity;
     double contact_ratio, contact_damping, friction; // see dynamics/body.h
-    const char *isa; // "auto" or a level of surface_isa_*
+    bool without_contacts; // no tool can touch it: no arrays for contact forces
+    bool without_loads;    // no load can act on it either: no array for outside forces
+    const char *isa;       // "auto" or a level of surface_isa_*
 } SurfaceOptions;
 
-// Builds a body from a valid mesh (mesh_validate). Allocates from `arena`, lists its state. Warnings
-// (a clamped damping) go to the log. False with `status`: what does not fit the options.
+// Builds a body from a valid mesh (mesh_validate). Allocates from `arena`, lists its state.
+// Warnings (a clamped damping) go to the log. False with `status`: what does not fit the options.
 bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *options, Arena *arena,
                     StateList *state, Status *status);
 

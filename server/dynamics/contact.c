@@ -1,0 +1,464 @@
+// Candidates, proxy and bookkeeping of a contact; the law is in contact_force.c. Step thread but
+// for contact_create.
+#include "dynamics/contact_data.h"
+
+#include "base/check.h"
+#include "geometry/distance.h"
+
+#include <string.h>
+
+static const double STEP_CAP = 0.25; // of the radius: the proxy's largest step in a substep
+enum { RETREATS = 8 };               // steps back in a substep before forces are scaled instead
+static const double AWAY_TIME = 0.1; // [s] after which a tool caught behind a wall is let go
+// A face is found by its nodes: none of its points is farther than 0.58 of its longest edge from
+// one (the circumradius of an equilateral face); faces may be stretched to twice their rest length.
+// Faces that already are candidates stay so until they are too far, however stretched.
+static const double FACE_REACH = 2.0 * 0.58;
+
+// ---------------------------------------------------------------------------------------------
+// Stiffness and creation
+
+void contact_set_stiffness(Body *body)
+{
+    // kappa = a lambda_b min_i (m_i / sum of the face areas at i), so that contact adds at most
+    // a lambda_b to the bound (contact.md 2.1). node_area is a third of that sum.
+    double least = (double)INFINITY;
+    bool any_free = false;
+    for (int i = 0; i < body->surface.node_count; i++)
+        any_free |= !body->ops->is_fixed(body->model, i);
+    for (int i = 0; i < body->surface.node_count; i++)
+        if (!any_free || !body->ops->is_fixed(body->model, i))
+            least = fmin(least, body->surface.node_mass[i] / (3.0 * body->surface.node_area[i]));
+    body->contact_kappa = body->contact_ratio * body->lambda * least;
+}
+
+void contact_bounds(const Body *body, const ToolOptions *tool, double *lambda, double *damping)
+{
+    // A face penalty adds at most a lambda_b a capsule; a plane acts on nodes: a third of that.
+    double count = tool->capsule_count + (tool->has_plane ? 1.0 / 3.0 : 0.0);
+    *lambda = count * body->contact_ratio * body->lambda;
+    *damping = body->contact_damping * *lambda;
+}
+
+#define ALLOCATE(count, type, label)                                                               \
+    (type *)arena_allocate(arena, ARENA_CONTACT, (size_t)(count), sizeof(type), "%s/%s", name,     \
+                           label)
+
+Contact *contact_create(const char *name, const ToolOptions *tool, bool plane, Body *body,
+                        Arena *arena, StateList *state)
+{
+    Contact *contact = ALLOCATE(1, Contact, "contact");
+    contact->is_plane = plane;
+    int nodes = body->surface.node_count, faces = body->surface.face_count;
+    contact->tool = tool;
+    contact->body = body;
+    contact->smallest_radius = (double)INFINITY;
+    for (int k = 0; k < tool->capsule_count && !plane; k++) {
+        const Capsule *capsule = &tool->capsule[k];
+        contact->largest_radius = fmax(contact->largest_radius, capsule->radius);
+        contact->smallest_radius = fmin(contact->smallest_radius, capsule->radius);
+        contact->lever =
+            fmax(contact->lever, fmax(vec3_length(capsule->from), vec3_length(capsule->to)));
+        contact->side[k] = ALLOCATE(faces, signed char, "sides");
+        state_add(state, contact->side[k], (size_t)faces, "%s/sides%d", name, k);
+    }
+    contact->proxy = ALLOCATE(1, Proxy, "proxy");
+    state_add(state, contact->proxy, sizeof *contact->proxy, "%s/proxy", name);
+    contact->proxy->orientation.w = 1.0;
+    if (plane) {
+        contact->plane_bristle = ALLOCATE(nodes, Vec3, "plane bristles");
+        contact->plane_trial = ALLOCATE(nodes, Vec3, "plane bristles, trial");
+        state_add(state, contact->plane_bristle, (size_t)nodes * sizeof(Vec3), "%s/bristles", name);
+    }
+    contact->node = ALLOCATE(nodes, int, "nodes");
+    contact->x = ALLOCATE(nodes, Vec3, "positions");
+    contact->v = ALLOCATE(nodes, Vec3, "velocities");
+    contact->f = ALLOCATE(nodes, Vec3, "forces");
+    if (!plane) {
+        contact->candidate = ALLOCATE(faces, Candidate, "candidates");
+        contact->local = ALLOCATE(nodes, int, "local numbers");
+        contact->mark = ALLOCATE((faces + 63) / 64, uint64_t, "face marks");
+        contact->node_normal = ALLOCATE(nodes, Vec3, "node normals");
+        contact->distance = ALLOCATE(faces, double, "distances");
+        contact->geometric_side = ALLOCATE(faces, signed char, "new sides");
+        contact->push = ALLOCATE(CONTACT_PUSHES, Push, "pushes");
+        for (int i = 0; i < nodes; i++)
+            contact->local[i] = -1;
+    }
+    return contact;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Candidates, once a tick
+
+static void mark_face(Contact *contact, int face)
+{
+    contact->mark[face / 64] |= UINT64_C(1) << (face % 64);
+}
+
+// Marks the faces around every node near a capsule, and those that are candidates already.
+static void mark_faces(Contact *contact, const ToolPlacement *at, double margin)
+{
+    const BodySurface *surface = &contact->body->surface;
+    memset(contact->mark, 0, (size_t)((surface->face_count + 63) / 64) * sizeof *contact->mark);
+    for (int shape = 0; shape < contact->tool->capsule_count; shape++) {
+        Region region = {.kind = REGION_CAPSULE};
+        contact_axis(&contact->tool->capsule[shape], at, &region.from, &region.to);
+        region.radius =
+            contact->tool->capsule[shape].radius + margin + FACE_REACH * surface->longest_edge;
+        int count = contact->body->ops->find_nodes(contact->body->model, &region, contact->node,
+                                                   surface->node_count);
+        for (int i = 0; i < count; i++) {
+            int node = contact->node[i];
+            for (int k = surface->node_face_start[node]; k < surface->node_face_start[node + 1];
+                 k++)
+                mark_face(contact, surface->node_face[k]);
+        }
+        const signed char *side = contact->side[shape];
+        for (int f = 0; f < surface->face_count; f++)
+            if (side[f] != 0)
+                mark_face(contact, f);
+    }
+}
+
+static int local_number(Contact *contact, int node)
+{
+    if (contact->local[node] < 0) {
+        contact->local[node] = contact->local_count;
+        contact->node[contact->local_count++] = node;
+    }
+    return contact->local[node];
+}
+
+static bool within_reach(const Contact *contact, const ToolPlacement *at, const Vec3 x[3],
+                         double margin)
+{
+    for (int shape = 0; shape < contact->tool->capsule_count; shape++) {
+        const Capsule *capsule = &contact->tool->capsule[shape];
+        const double reach = capsule->radius + margin;
+        Vec3 p, q;
+        contact_axis(capsule, at, &p, &q);
+        double lower, upper;
+        contact_face_bounds(x, p, q, &lower, &upper);
+        if (upper <= reach)
+            return true;
+        if (lower > reach)
+            continue;
+        ClosestPair pair[DISTANCE_PAIRS];
+        distance_segment_triangle_pairs(p, q, x, pair);
+        for (int j = 0; j < DISTANCE_PAIRS; j++)
+            if (pair[j].distance <= reach)
+                return true;
+        double along, weight[3];
+        if (distance_segment_crosses(p, q, x, &along, weight))
+            return true;
+    }
+    return false;
+}
+
+// Turns the marked faces within exact reach into candidates, ascending; the others lose their side.
+static void keep_candidates(Contact *contact, const ToolPlacement *at, double margin)
+{
+    const BodySurface *surface = &contact->body->surface;
+    const Body *body = contact->body;
+    for (int word = 0; word < (surface->face_count + 63) / 64; word++) {
+        for (uint64_t bits = contact->mark[word]; bits != 0; bits &= bits - 1) {
+            int face = word * 64 + __builtin_ctzll(bits);
+            Vec3 x[3];
+            body->ops->read_nodes(body->model, surface->face[face], 3, x, NULL);
+            if (!within_reach(contact, at, x, margin)) {
+                for (int shape = 0; shape < contact->tool->capsule_count; shape++)
+                    contact->side[shape][face] = 0;
+                continue;
+            }
+            Candidate *candidate = &contact->candidate[contact->candidate_count++];
+            candidate->face = face;
+            candidate->area = surface->face_area[face];
+            for (int k = 0; k < 3; k++)
+                candidate->border[k] = surface->face_neighbor[face][k] < 0;
+        }
+    }
+    for (int i = 0; i < contact->candidate_count; i++)
+        for (int k = 0; k < 3; k++)
+            contact->candidate[i].node[k] =
+                local_number(contact, surface->face[contact->candidate[i].face][k]);
+}
+
+// Area-weighted normals at the candidates' nodes, from all faces around them.
+static void compute_node_normals(Contact *contact)
+{
+    const BodySurface *surface = &contact->body->surface;
+    const Body *body = contact->body;
+    int own = contact->local_count;
+    for (int i = 0; i < own; i++)
+        for (int k = surface->node_face_start[contact->node[i]];
+             k < surface->node_face_start[contact->node[i] + 1]; k++)
+            for (int c = 0; c < 3; c++)
+                local_number(contact, surface->face[surface->node_face[k]][c]);
+    body->ops->read_nodes(body->model, contact->node, contact->local_count, contact->x, NULL);
+    for (int i = 0; i < own; i++) {
+        Vec3 sum = {0.0, 0.0, 0.0};
+        for (int k = surface->node_face_start[contact->node[i]];
+             k < surface->node_face_start[contact->node[i] + 1]; k++) {
+            const int *corner = surface->face[surface->node_face[k]];
+            Vec3 a = contact->x[contact->local[corner[0]]],
+                 b = contact->x[contact->local[corner[1]]],
+                 c = contact->x[contact->local[corner[2]]];
+            sum = vec3_add(sum, vec3_cross(vec3_sub(b, a), vec3_sub(c, a)));
+        }
+        contact->node_normal[i] = sum;
+    }
+    for (int i = 0; i < contact->local_count; i++)
+        contact->local[contact->node[i]] = -1;
+    contact->local_count = own; // the ring was needed for the normals only
+}
+
+static void find_candidates(Contact *contact, const ToolPlacement *at, double margin)
+{
+    contact->candidate_count = contact->local_count = 0;
+    if (contact->is_plane) {
+        const Body *body = contact->body;
+        Region region = {.kind = REGION_BELOW_PLANE,
+                         .from = contact->tool->plane.point,
+                         .to = contact->tool->plane.normal,
+                         .radius = margin};
+        contact->local_count =
+            body->ops->find_nodes(body->model, &region, contact->node, body->surface.node_count);
+        return;
+    }
+    mark_faces(contact, at, margin);
+    keep_candidates(contact, at, margin);
+    compute_node_normals(contact);
+    contact_update_sides(contact, at);
+}
+
+// A tool caught behind a wall: only crossed faces act while the hand itself is clear of the body.
+// Let go after a while, otherwise it would pull for ever.
+static void watch_caught(Contact *contact, Vec3 pose, double margin, double tick)
+{
+    Proxy *proxy = contact->proxy;
+    bool caught = contact->forces.acting > 0 && contact->forces.acting == contact->forces.crossed;
+    if (caught) {
+        Region region = {.kind = REGION_CAPSULE, .from = pose, .to = pose};
+        region.radius = contact->lever + contact->largest_radius + margin +
+                        FACE_REACH * contact->body->surface.longest_edge;
+        int node; // only the count is wanted
+        caught = contact->body->ops->find_nodes(contact->body->model, &region, &node, 0) == 0;
+    }
+    proxy->away = caught ? proxy->away + tick : 0.0;
+    if (proxy->away > AWAY_TIME)
+        contact_clear(contact);
+}
+
+// Whether any node lies so near that a capsule could meet a face when it moves by `travel`.
+static bool may_meet(const Contact *contact, const ToolPlacement *at, double travel)
+{
+    const Body *body = contact->body;
+    for (int shape = 0; shape < contact->tool->capsule_count; shape++) {
+        Region region = {.kind = REGION_CAPSULE};
+        contact_axis(&contact->tool->capsule[shape], at, &region.from, &region.to);
+        region.radius = contact->tool->capsule[shape].radius + contact->smallest_radius + travel +
+                        FACE_REACH * body->surface.longest_edge;
+        int node; // only the count is wanted
+        if (body->ops->find_nodes(body->model, &region, &node, 0) > 0)
+            return true;
+    }
+    return false;
+}
+
+// Moves a proxy towards a pose, by at most `cap` [m] at any point of the tool.
+static void move_towards(Proxy *proxy, Vec3 target, Quat orientation, double lever, double cap)
+{
+    Vec3 step = vec3_sub(target, proxy->position);
+    Vec3 turn = quat_to_rotation(quat_multiply(orientation, quat_conjugate(proxy->orientation)));
+    double distance = vec3_length(step), swing = vec3_length(turn) * lever;
+    if (distance <= cap && swing <= cap) {
+        proxy->position = target;
+        proxy->orientation = orientation;
+        return;
+    }
+    proxy->position = vec3_madd(proxy->position, distance > cap ? cap / distance : 1.0, step);
+    turn = vec3_scale(swing > cap ? cap / swing : 1.0, turn);
+    proxy->orientation = quat_unit(quat_multiply(quat_from_rotation(turn), proxy->orientation));
+}
+
+static void begin_tick_plane(Contact *contact)
+{
+    // Nodes just above the plane may reach it within the tick.
+    contact->sums = (ContactSums){.about = contact->tool->plane.point};
+    ToolPlacement unmoved = {.orientation = {1.0, 0.0, 0.0, 0.0}};
+    find_candidates(contact, &unmoved, 0.25 * contact->body->surface.longest_edge);
+}
+
+void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation, double tick)
+{
+    if (contact->is_plane) {
+        begin_tick_plane(contact);
+        return;
+    }
+    Proxy *proxy = contact->proxy;
+    const double r = contact->smallest_radius;
+    if (contact->tool->kind != TOOL_STATIC && proxy->valid)
+        watch_caught(contact, begin, r, tick);
+    if (!proxy->valid) {
+        proxy->valid = 1;
+        proxy->position = begin;
+        proxy->orientation = orientation;
+    }
+    contact->forces = (ContactForces){0};
+
+    ToolPlacement at = {.position = proxy->position, .orientation = proxy->orientation};
+    Quat turn = quat_multiply(orientation, quat_conjugate(proxy->orientation));
+    double travel = vec3_length(vec3_sub(end, proxy->position)) +
+                    vec3_length(quat_to_rotation(turn)) * contact->lever;
+    double cap = contact->body->substeps * STEP_CAP * r;
+    contact->candidate_count = contact->local_count = 0;
+    bool clear = travel > cap && !may_meet(contact, &at, travel);
+    if (!clear)
+        find_candidates(contact, &at, r + fmin(travel, cap));
+    // Near a body the proxy walks in small steps, substep by substep; in free air it follows at
+    // once, or as far as was searched.
+    if (contact->local_count == 0)
+        move_towards(proxy, end, orientation, contact->lever, clear ? (double)INFINITY : cap);
+    contact->sums = (ContactSums){.about = proxy->position};
+    contact->next = *proxy;
+}
+
+bool contact_is_near(const Contact *contact)
+{
+    return contact->local_count > 0;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Proxy, once a substep
+
+static double limited(double size, double cap)
+{
+    return size > cap ? cap / size : 1.0;
+}
+
+// The proxy's motion over the substep from where it is to `next`.
+static ToolPlacement placement(const Contact *contact, double fraction, double h)
+{
+    const Proxy *from = contact->proxy, *to = &contact->next;
+    Quat turn = quat_multiply(to->orientation, quat_conjugate(from->orientation));
+    Vec3 rotation = quat_to_rotation(turn);
+    Vec3 move = vec3_sub(to->position, from->position);
+    ToolPlacement at = {.linear = vec3_scale(1.0 / h, move),
+                        .angular = vec3_scale(1.0 / h, rotation)};
+    if (fraction == 1.0) {
+        at.position = to->position;
+        at.orientation = to->orientation;
+    } else {
+        at.position = vec3_madd(from->position, fraction, move);
+        at.orientation = quat_unit(
+            quat_multiply(quat_from_rotation(vec3_scale(fraction, rotation)), from->orientation));
+    }
+    return at;
+}
+
+static void read_local_nodes(Contact *contact)
+{
+    const Body *body = contact->body;
+    body->ops->read_nodes(body->model, contact->node, contact->local_count, contact->x, contact->v);
+}
+
+void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, double h)
+{
+    contact->next = *contact->proxy;
+    contact->fresh = false;
+    if (contact->tool->kind == TOOL_STATIC)
+        return;
+    const double r = contact->smallest_radius;
+    Proxy *next = &contact->next;
+    move_towards(next, target, orientation, contact->lever, STEP_CAP * r);
+
+    // Step back along the force until it is at most max_force and the axis is clear of the wall.
+    read_local_nodes(contact);
+    for (int retreat = 0;; retreat++) {
+        ToolPlacement at = placement(contact, 1.0, h);
+        contact_evaluate(contact, &at, h);
+        contact->fresh = true;
+        const ContactForces *f = &contact->forces;
+        double size = vec3_length(f->force);
+        double excess = size - contact->tool->max_force;
+        if ((excess <= 0.0 && f->floor >= 0.0) || retreat == RETREATS || !(size > 0.0))
+            return;
+        Vec3 n = vec3_scale(1.0 / size, f->force);
+        const double *K = f->stiffness;
+        double along = K[0] * n.x * n.x + K[1] * n.y * n.y + K[2] * n.z * n.z +
+                       2.0 * (K[3] * n.x * n.y + K[4] * n.x * n.z + K[5] * n.y * n.z);
+        double back = fmax(along > 0.0 ? excess / along : 0.0, -f->floor);
+        next->position = vec3_madd(next->position, fmin(0.5 * r, fmax(0.0, back)), n);
+    }
+}
+
+void contact_apply(Contact *contact, double fraction, double weight, double h)
+{
+    if (!contact->fresh || fraction != 1.0) {
+        read_local_nodes(contact);
+        ToolPlacement at = placement(contact, fraction, h);
+        contact_evaluate(contact, &at, fraction * h);
+    }
+    contact->fresh = false;
+    ContactForces *f = &contact->forces;
+    contact->sums.depth = fmax(contact->sums.depth, f->depth);
+    if (f->acting == 0)
+        return;
+
+    // Where stepping back was not enough, body and tool feel the same share of the force.
+    double scale = 1.0;
+    if (contact->tool->kind != TOOL_STATIC)
+        scale = limited(vec3_length(f->force), contact->tool->max_force);
+    if (scale < 1.0)
+        for (int i = 0; i < contact->local_count; i++)
+            contact->f[i] = vec3_scale(scale, contact->f[i]);
+    contact->body->ops->add_forces(contact->body->model, contact->node, contact->local_count,
+                                   contact->f);
+    double share = scale * weight * h;
+    ContactSums *sums = &contact->sums;
+    sums->impulse = vec3_madd(sums->impulse, share, f->force);
+    sums->moment = vec3_madd(sums->moment, share, f->moment);
+    sums->point = vec3_madd(sums->point, share, f->point);
+    sums->normal = vec3_madd(sums->normal, share, f->normal);
+    sums->weight += share * f->weight;
+}
+
+void contact_end_substep(Contact *contact)
+{
+    if (contact->is_plane) {
+        for (int i = 0; i < contact->local_count; i++)
+            contact->plane_bristle[contact->node[i]] = contact->plane_trial[i];
+        return;
+    }
+    for (int shape = 0; shape < contact->tool->capsule_count && contact->local_count > 0; shape++)
+        contact->next.bristle[shape] = contact->trial[shape];
+    contact->next.away = contact->proxy->away;
+    *contact->proxy = contact->next;
+}
+
+void contact_clear(Contact *contact)
+{
+    if (contact->is_plane) {
+        memset(contact->plane_bristle, 0,
+               (size_t)contact->body->surface.node_count * sizeof *contact->plane_bristle);
+    } else if (contact->proxy->valid) {
+        memset(contact->proxy, 0, sizeof *contact->proxy);
+        contact->proxy->orientation.w = 1.0;
+        for (int shape = 0; shape < contact->tool->capsule_count; shape++)
+            memset(contact->side[shape], 0, (size_t)contact->body->surface.face_count);
+    }
+    contact->candidate_count = contact->local_count = 0;
+    contact->sums = (ContactSums){.about = contact->proxy->position};
+}
+
+const ContactSums *contact_sums(const Contact *contact)
+{
+    return &contact->sums;
+}
+
+void contact_proxy(const Contact *contact, Vec3 *position, Quat *orientation)
+{
+    *position = contact->proxy->position;
+    *orientation = contact->proxy->orientation;
+}

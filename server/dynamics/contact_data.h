@@ -1,0 +1,114 @@
+// Private to the dynamics room: what a contact of one tool with one body holds. contact.c finds the
+// candidates and moves the proxy, contact_side.c remembers sides, contact_force.c is the law.
+#ifndef PLIANT_DYNAMICS_CONTACT_DATA_H
+#define PLIANT_DYNAMICS_CONTACT_DATA_H
+
+#include "dynamics/contact.h"
+
+// A face that the tool can reach in this tick.
+typedef struct Candidate {
+    int face;
+    int node[3];    // local
+    double area;    // at rest [m2]
+    bool border[3]; // edge (k, k + 1) belongs to this face alone
+} Candidate;
+
+// Where the tool is for this body; plain data, part of the state.
+typedef struct Proxy {
+    int64_t valid; // 0 or 1
+    Vec3 position;
+    Quat orientation;
+    Vec3 bristle[TOOL_SHAPES]; // tangential memory of each capsule's friction [m]
+    double away; // time that only crossed faces acted while the pose was clear of the body [s]
+} Proxy;
+
+// A rigid motion of the tool at one instant.
+typedef struct ToolPlacement {
+    Vec3 position;
+    Quat orientation;
+    Vec3 linear, angular; // [m/s], [rad/s] about `position`
+} ToolPlacement;
+
+// One push between a capsule and a face, kept until friction has had its share.
+typedef struct Push {
+    int candidate;
+    double weight[3]; // barycentric, on the candidate's nodes
+    Vec3 at;          // point of application [m]
+    Vec3 normal;      // unit, on the tool
+    double force;     // normal force >= 0 [N]
+    double stiffness; // of the face [N/m]
+    Vec3 slip;        // tangential velocity of the tool relative to the face [m/s]
+} Push;
+
+enum { CONTACT_PUSHES = 2048 }; // with friction; more pushes act without it
+
+// The result of one evaluation at one placement.
+typedef struct ContactForces {
+    Vec3 force;          // on the tool [N]
+    Vec3 moment;         // on the tool, about ContactSums.about [N m]
+    Vec3 point, normal;  // force-weighted sums
+    double weight;       // sum of normal forces [N]
+    double stiffness[6]; // sum k n n^T: xx yy zz xy xz yz [N/m]
+    double floor;        // smallest (signed distance - least allowed) of an acting face [m]
+    double depth;        // largest overlap [m]
+    int acting, crossed; // faces that act, and those among them that the axis has crossed
+} ContactForces;
+
+struct Contact {
+    const ToolOptions *tool;
+    Body *body;
+    bool is_plane;                          // the tool's plane, else its capsules
+    double smallest_radius, largest_radius; // of the capsules [m]
+    double lever;                           // farthest point of an axis from the tool's origin [m]
+
+    // --- part of the state ---
+    Proxy *proxy;
+    signed char *side[TOOL_SHAPES]; // [face_count] per capsule: +1, -1, or 0: not a candidate
+    Vec3 *plane_bristle;            // [node_count], planes only
+
+    // --- of the tick: filled by contact_begin_tick ---
+    int candidate_count, local_count, ring_count;
+    Candidate *candidate; // [face_count], by face number
+    int *node;            // [node_count] of a local node; candidates' nodes first, then their ring
+    int *local;           // [node_count] of a node; -1
+    uint64_t *mark;       // bit a face
+    Vec3 *x, *v, *f;      // [node_count] position, velocity, force; by local node
+    Vec3 *node_normal;    // [node_count] area-weighted, not unit; by local node
+    signed char *geometric_side; // [face_count] of new candidates
+    double *distance;  // [face_count] of each candidate in the present evaluation, unsigned
+    Vec3 *plane_trial; // [node_count] by local node: bristles of the present evaluation
+
+    // --- of the substep ---
+    Proxy next; // where the proxy goes
+    bool fresh; // `forces` and `f` hold the evaluation at `next`
+    ContactForces forces;
+    Vec3 trial[TOOL_SHAPES]; // bristles of the present evaluation
+    int push_count;
+    Push *push;
+
+    ContactSums sums;
+};
+
+// Cheap bounds of the distance between a face and an axis: from the face's centre, which lies on
+// it.
+void contact_face_bounds(const Vec3 x[3], Vec3 p, Vec3 q, double *lower, double *upper);
+
+// The capsule's axis at a placement.
+void contact_axis(const Capsule *capsule, const ToolPlacement *at, Vec3 *p, Vec3 *q);
+// Unit normal of a candidate's face at the present positions; zero for a face without area.
+Vec3 contact_face_normal(const Contact *contact, const Candidate *candidate);
+
+// contact_side.c: after the candidates are known, decides the side of new ones and releases old
+// ones.
+void contact_update_sides(Contact *contact, const ToolPlacement *at);
+
+// contact_force.c: forces on the tool and, in `f`, on the local nodes, at a placement and the
+// present x and v. `dt` is how far friction's memory moves [s].
+void contact_evaluate(Contact *contact, const ToolPlacement *at, double dt);
+
+// Sign of (c - z) . N for a pair: +1 in front of the face, -1 behind; 0 on a free border, where
+// there is no side. `weight` and `on_face` as in ClosestPair.
+int contact_sign(const Contact *contact, const Candidate *candidate, const double weight[3],
+                 Vec3 on_face, Vec3 on_axis);
+
+#endif

@@ -1,0 +1,395 @@
+// The law of contact (contact.md 1.3, 2): every face with depth > 0 pushes with its own stiffness
+// kappa * rest area along the gradient of its distance; nothing is shared or merged at edges, so
+// the sum is continuous and conservative. Step thread.
+#include "dynamics/contact_data.h"
+
+#include "geometry/distance.h"
+
+#include <string.h>
+
+// Soft minimum over a capsule's pairs: its width as a share of the radius. At 0.01 the torque of a
+// capsule that tilts over an edge changes by under 1 % per 0.005 degrees.
+static const double SOFT = 0.01;
+static const double AXIS_FLOOR = 0.1; // of the radius: how near an axis may come to a wall
+static const double TOUCHING = 1e-9;  // [m] closer, a pair has no direction of its own
+
+void contact_face_bounds(const Vec3 x[3], Vec3 p, Vec3 q, double *lower, double *upper)
+{
+    Vec3 center = vec3_scale(1.0 / 3.0, vec3_add(vec3_add(x[0], x[1]), x[2]));
+    double radius2 = 0.0;
+    for (int k = 0; k < 3; k++) {
+        Vec3 arm = vec3_sub(x[k], center);
+        radius2 = fmax(radius2, vec3_dot(arm, arm));
+    }
+    *upper = distance_point_segment(center, p, q);
+    *lower = *upper - sqrt(radius2);
+}
+
+Vec3 contact_face_normal(const Contact *contact, const Candidate *candidate)
+{
+    const Vec3 *x = contact->x;
+    Vec3 a = x[candidate->node[0]], b = x[candidate->node[1]], c = x[candidate->node[2]];
+    return vec3_unit(vec3_cross(vec3_sub(b, a), vec3_sub(c, a)));
+}
+
+void contact_axis(const Capsule *capsule, const ToolPlacement *at, Vec3 *p, Vec3 *q)
+{
+    *p = vec3_add(at->position, quat_rotate(at->orientation, capsule->from));
+    *q = vec3_add(at->position, quat_rotate(at->orientation, capsule->to));
+}
+
+int contact_sign(const Contact *contact, const Candidate *candidate, const double weight[3],
+                 Vec3 on_face, Vec3 on_axis)
+{
+    Vec3 normal = {0.0, 0.0, 0.0};
+    if (weight[0] > 0.0 && weight[1] > 0.0 && weight[2] > 0.0) {
+        normal = contact_face_normal(contact, candidate);
+    } else {
+        for (int k = 0; k < 3; k++) { // on edge k, or at one of its ends
+            bool on_edge = weight[(k + 2) % 3] <= 0.0;
+            if (on_edge && candidate->border[k])
+                return 0;
+        }
+        for (int k = 0; k < 3; k++)
+            normal = vec3_madd(normal, weight[k], contact->node_normal[candidate->node[k]]);
+    }
+    return vec3_dot(vec3_sub(on_axis, on_face), normal) < 0.0 ? -1 : 1;
+}
+
+// --- what pushes where ---
+
+static Vec3 node_velocity(const Contact *contact, const Candidate *candidate,
+                          const double weight[3])
+{
+    Vec3 v = {0.0, 0.0, 0.0};
+    for (int k = 0; k < 3; k++)
+        v = vec3_madd(v, weight[k], contact->v[candidate->node[k]]);
+    return v;
+}
+
+static Vec3 tool_velocity(const ToolPlacement *at, Vec3 point)
+{
+    return vec3_add(at->linear, vec3_cross(at->angular, vec3_sub(point, at->position)));
+}
+
+// Adds a force on the tool at a point, and its opposite on the nodes of a face.
+static void add_force(Contact *contact, const Candidate *candidate, const double weight[3], Vec3 at,
+                      Vec3 force)
+{
+    ContactForces *sum = &contact->forces;
+    sum->force = vec3_add(sum->force, force);
+    sum->moment = vec3_add(sum->moment, vec3_cross(vec3_sub(at, contact->sums.about), force));
+    for (int k = 0; k < 3; k++)
+        contact->f[candidate->node[k]] =
+            vec3_madd(contact->f[candidate->node[k]], -weight[k], force);
+}
+
+// The push of one pair: `share` of the face's stiffness, along `normal`, for an overlap `depth`.
+static void add_push(Contact *contact, const ToolPlacement *at, int index, const double weight[3],
+                     Vec3 point, Vec3 normal, double depth, double share)
+{
+    const Candidate *candidate = &contact->candidate[index];
+    ContactForces *sum = &contact->forces;
+    double stiffness = contact->body->contact_kappa * candidate->area;
+    Vec3 relative = vec3_sub(tool_velocity(at, point), node_velocity(contact, candidate, weight));
+    double separating = vec3_dot(relative, normal);
+    // Damped, but never adhesive.
+    double force =
+        share * stiffness * fmax(0.0, depth - contact->body->contact_damping * separating);
+    add_force(contact, candidate, weight, point, vec3_scale(force, normal));
+
+    double k = share * stiffness;
+    sum->stiffness[0] += k * normal.x * normal.x;
+    sum->stiffness[1] += k * normal.y * normal.y;
+    sum->stiffness[2] += k * normal.z * normal.z;
+    sum->stiffness[3] += k * normal.x * normal.y;
+    sum->stiffness[4] += k * normal.x * normal.z;
+    sum->stiffness[5] += k * normal.y * normal.z;
+    sum->weight += force;
+    sum->point = vec3_madd(sum->point, force, point);
+    sum->normal = vec3_madd(sum->normal, force, normal);
+    if (force > 0.0 && contact->body->tuning.friction > 0.0 &&
+        contact->push_count < CONTACT_PUSHES) {
+        Push *push = &contact->push[contact->push_count++];
+        *push = (Push){.candidate = index,
+                       .weight = {weight[0], weight[1], weight[2]},
+                       .at = point,
+                       .normal = normal,
+                       .force = force,
+                       .stiffness = stiffness,
+                       .slip = vec3_madd(relative, -separating, normal)};
+    }
+}
+
+// --- one face and one capsule ---
+
+static void face_corners(const Contact *contact, const Candidate *candidate, Vec3 x[3])
+{
+    for (int k = 0; k < 3; k++)
+        x[k] = contact->x[candidate->node[k]];
+}
+
+// Signed distance of a capsule's axis to a face, and the pairs that carry its gradient.
+typedef struct FaceDistance {
+    double phi;      // [m]
+    double distance; // unsigned, of the nearest pair [m]
+    bool crossed;    // the axis passes through the face: a single pair along the face's normal
+    int turn;        // +1: along (c - z), -1: against it
+    int pair_count;
+    ClosestPair pair[DISTANCE_PAIRS];
+} FaceDistance;
+
+static void measure_crossed(const Contact *contact, const Candidate *candidate, Vec3 p, Vec3 q,
+                            int side, FaceDistance *out)
+{
+    Vec3 x[3];
+    face_corners(contact, candidate, x);
+    Vec3 normal = contact_face_normal(contact, candidate);
+    double at_p = side * vec3_dot(vec3_sub(p, x[0]), normal);
+    double at_q = side * vec3_dot(vec3_sub(q, x[0]), normal);
+    distance_point_triangle(at_p < at_q ? p : q, x, &out->pair[0]);
+    out->pair_count = 1;
+    out->crossed = true;
+    out->turn = 1;
+    out->phi = fmin(at_p, at_q);
+    out->distance = 0.0;
+}
+
+static void measure_face(const Contact *contact, const Candidate *candidate, Vec3 p, Vec3 q,
+                         bool sphere, int side, FaceDistance *out)
+{
+    Vec3 x[3];
+    face_corners(contact, candidate, x);
+    out->crossed = false;
+    if (sphere) {
+        distance_point_triangle(p, x, &out->pair[0]);
+        out->pair[0].on_segment = p;
+        out->pair_count = 1;
+    } else {
+        double along, weight[3];
+        if (distance_segment_crosses(p, q, x, &along, weight)) {
+            measure_crossed(contact, candidate, p, q, side, out);
+            return;
+        }
+        distance_segment_triangle_pairs(p, q, x, out->pair);
+        out->pair_count = DISTANCE_PAIRS;
+    }
+    const ClosestPair *nearest = &out->pair[0];
+    for (int j = 1; j < out->pair_count; j++)
+        if (out->pair[j].distance < nearest->distance)
+            nearest = &out->pair[j];
+    int sign = contact_sign(contact, candidate, nearest->weight, nearest->on_triangle,
+                            nearest->on_segment);
+    out->distance = nearest->distance;
+    out->turn = sign == 0 ? 1 : side * sign;
+    out->phi = out->turn * nearest->distance;
+}
+
+// Pushes of one acting face. Soft minimum of the pairs: d = d_min - eps log sum exp(-(d_j -
+// d_min)/eps), whose gradient shares the force among the pairs by their exponentials.
+static void push_face(Contact *contact, const ToolPlacement *at, int index,
+                      const FaceDistance *face, int side, double radius)
+{
+    const Candidate *candidate = &contact->candidate[index];
+    const double eps = SOFT * radius;
+    double share[DISTANCE_PAIRS], sum = 0.0;
+    for (int j = 0; j < face->pair_count; j++) {
+        double farther = face->pair[j].distance - face->distance;
+        share[j] = face->crossed ? 1.0 : farther > 20.0 * eps ? 0.0 : exp(-farther / eps);
+        sum += share[j];
+    }
+    double phi = face->crossed ? face->phi : face->turn * (face->distance - eps * log(sum));
+    double depth = radius - phi;
+    if (!(depth > 0.0))
+        return;
+    ContactForces *forces = &contact->forces;
+    forces->acting++;
+    forces->crossed += face->crossed || face->turn < 0;
+    forces->depth = fmax(forces->depth, depth);
+    forces->floor = fmin(forces->floor, phi - AXIS_FLOOR * radius);
+    for (int j = 0; j < face->pair_count; j++) {
+        if (share[j] == 0.0)
+            continue;
+        const ClosestPair *pair = &face->pair[j];
+        Vec3 normal;
+        if (face->crossed || pair->distance < TOUCHING)
+            normal = vec3_scale(side, contact_face_normal(contact, candidate));
+        else
+            normal = vec3_scale(face->turn / pair->distance,
+                                vec3_sub(pair->on_segment, pair->on_triangle));
+        add_push(contact, at, index, pair->weight, pair->on_triangle, normal, depth,
+                 share[j] / sum);
+    }
+}
+
+// A face that the axis has crossed acts only where no candidate that shares a node with it is
+// nearer; otherwise neighbours would count their growing distance as depth (contact.md 3, rule 3).
+static bool is_locally_nearest(const Contact *contact, int index)
+{
+    const Candidate *own = &contact->candidate[index];
+    double distance = contact->distance[index];
+    for (int i = 0; i < contact->candidate_count; i++) {
+        if (i == index || contact->distance[i] > distance)
+            continue;
+        if (contact->distance[i] == distance && i > index)
+            continue;
+        const Candidate *other = &contact->candidate[i];
+        for (int a = 0; a < 3; a++)
+            for (int b = 0; b < 3; b++)
+                if (own->node[a] == other->node[b])
+                    return false;
+    }
+    return true;
+}
+
+// Whether the face is surely out of touch. Only for tools with a proxy, whose axis stays in front
+// of the walls that it can meet: a far face cannot be a crossed one.
+static bool is_out_of_touch(const Contact *contact, int index, Vec3 p, Vec3 q, double radius)
+{
+    if (contact->tool->kind == TOOL_STATIC)
+        return false;
+    Vec3 x[3];
+    face_corners(contact, &contact->candidate[index], x);
+    double lower, upper;
+    contact_face_bounds(x, p, q, &lower, &upper);
+    return lower > radius;
+}
+
+static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shape)
+{
+    const Capsule *capsule = &contact->tool->capsule[shape];
+    Vec3 p, q;
+    contact_axis(capsule, at, &p, &q);
+    bool sphere = vec3_length(vec3_sub(capsule->to, capsule->from)) < TOUCHING;
+    bool crossed = false;
+    FaceDistance face;
+    for (int i = 0; i < contact->candidate_count; i++) {
+        const Candidate *candidate = &contact->candidate[i];
+        int side = contact->side[shape][candidate->face];
+        if (side == 0 || is_out_of_touch(contact, i, p, q, capsule->radius))
+            continue;
+        measure_face(contact, candidate, p, q, sphere, side, &face);
+        if (face.phi < 0.0)
+            crossed = true; // needs everyone's distance: below
+        else if (face.phi < capsule->radius)
+            push_face(contact, at, i, &face, side, capsule->radius);
+    }
+    if (!crossed)
+        return;
+    for (int i = 0; i < contact->candidate_count; i++) {
+        int side = contact->side[shape][contact->candidate[i].face];
+        measure_face(contact, &contact->candidate[i], p, q, sphere, side == 0 ? 1 : side, &face);
+        contact->distance[i] = face.distance;
+    }
+    for (int i = 0; i < contact->candidate_count; i++) {
+        int side = contact->side[shape][contact->candidate[i].face];
+        if (side == 0 || is_out_of_touch(contact, i, p, q, capsule->radius))
+            continue;
+        measure_face(contact, &contact->candidate[i], p, q, sphere, side, &face);
+        if (face.phi < 0.0 && is_locally_nearest(contact, i))
+            push_face(contact, at, i, &face, side, capsule->radius);
+    }
+}
+
+// Bristle friction (contact.md 2.3): one tangential spring a capsule with a Coulomb cap, shared by
+// the pushes in proportion to their normal forces.
+static void add_friction(Contact *contact, int first, Vec3 *bristle, double dt)
+{
+    double normal_force = 0.0;
+    for (int i = first; i < contact->push_count; i++)
+        normal_force += contact->push[i].force;
+    if (!(normal_force > 0.0)) {
+        *bristle = (Vec3){0.0, 0.0, 0.0};
+        return;
+    }
+    Vec3 normal = {0.0, 0.0, 0.0}, slip = {0.0, 0.0, 0.0};
+    double stiffness = 0.0;
+    for (int i = first; i < contact->push_count; i++) {
+        const Push *push = &contact->push[i];
+        double part = push->force / normal_force;
+        normal = vec3_madd(normal, part, push->normal);
+        slip = vec3_madd(slip, part, push->slip);
+        stiffness += part * push->stiffness;
+    }
+    normal = vec3_unit(normal);
+    Vec3 s = vec3_madd(*bristle, dt, slip);
+    s = vec3_madd(s, -vec3_dot(s, normal), normal);
+    const double cap = contact->body->tuning.friction * normal_force;
+    double stretch = stiffness * vec3_length(s);
+    Vec3 force;
+    if (stretch > cap) { // sliding
+        s = vec3_scale(cap / stretch, s);
+        force = vec3_scale(-stiffness, s);
+    } else {
+        force = vec3_scale(-stiffness, vec3_madd(s, contact->body->contact_damping, slip));
+        double size = vec3_length(force);
+        if (size > cap)
+            force = vec3_scale(cap / size, force);
+    }
+    *bristle = s;
+    for (int i = first; i < contact->push_count; i++) {
+        const Push *push = &contact->push[i];
+        add_force(contact, &contact->candidate[push->candidate], push->weight, push->at,
+                  vec3_scale(push->force / normal_force, force));
+    }
+}
+
+// A plane against flat faces: the deepest point of a face is a node, so nodes are exact. Each node
+// carries its own friction.
+static void evaluate_plane(Contact *contact, double dt)
+{
+    const Plane *plane = &contact->tool->plane;
+    const Body *body = contact->body;
+    ContactForces *sum = &contact->forces;
+    for (int i = 0; i < contact->local_count; i++) {
+        double height = vec3_dot(vec3_sub(contact->x[i], plane->point), plane->normal);
+        Vec3 bristle = {0.0, 0.0, 0.0};
+        if (height < 0.0) {
+            double stiffness = body->contact_kappa * body->surface.node_area[contact->node[i]];
+            double leaving = vec3_dot(contact->v[i], plane->normal);
+            double push = stiffness * fmax(0.0, -height - body->contact_damping * leaving);
+            Vec3 force = vec3_scale(push, plane->normal); // on the node
+            const double cap = body->tuning.friction * push;
+            if (cap > 0.0) {
+                Vec3 slip = vec3_madd(contact->v[i], -leaving, plane->normal);
+                bristle = vec3_madd(contact->plane_bristle[contact->node[i]], dt, slip);
+                double stretch = stiffness * vec3_length(bristle);
+                Vec3 hold = vec3_madd(bristle, body->contact_damping, slip);
+                if (stretch > cap) {
+                    bristle = vec3_scale(cap / stretch, bristle);
+                    hold = bristle;
+                }
+                double size = stiffness * vec3_length(hold);
+                force = vec3_madd(force, size > cap ? -cap / size * stiffness : -stiffness, hold);
+            }
+            contact->f[i] = vec3_add(contact->f[i], force);
+            Vec3 on_tool = vec3_scale(-1.0, force);
+            sum->force = vec3_add(sum->force, on_tool);
+            sum->moment = vec3_add(
+                sum->moment, vec3_cross(vec3_sub(contact->x[i], contact->sums.about), on_tool));
+            sum->weight += push;
+            sum->point = vec3_madd(sum->point, push, contact->x[i]);
+            sum->normal = vec3_madd(sum->normal, -push, plane->normal);
+            sum->depth = fmax(sum->depth, -height);
+            sum->acting++;
+        }
+        contact->plane_trial[i] = bristle;
+    }
+}
+
+void contact_evaluate(Contact *contact, const ToolPlacement *at, double dt)
+{
+    contact->forces = (ContactForces){.floor = (double)INFINITY};
+    contact->push_count = 0;
+    memset(contact->f, 0, (size_t)contact->local_count * sizeof *contact->f);
+    if (contact->is_plane) {
+        evaluate_plane(contact, dt);
+        return;
+    }
+    for (int shape = 0; shape < contact->tool->capsule_count; shape++) {
+        int first = contact->push_count;
+        evaluate_capsule(contact, at, shape);
+        contact->trial[shape] = contact->proxy->bristle[shape];
+        add_friction(contact, first, &contact->trial[shape], dt);
+    }
+}

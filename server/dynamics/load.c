@@ -1,0 +1,100 @@
+#include "dynamics/load.h"
+
+#include <stdio.h>
+#include <string.h>
+
+void loads_create(LoadSet *set, int node_count, Arena *arena, StateList *state)
+{
+    // Room for two loads that each take every node, or many small ones.
+    set->pool_capacity = 2 * node_count;
+    set->found_capacity = node_count;
+    size_t capacity = (size_t)set->pool_capacity;
+    set->count = arena_allocate(arena, ARENA_STEP, 1, sizeof *set->count, "loads/count");
+    set->used = arena_allocate(arena, ARENA_STEP, 1, sizeof *set->used, "loads/used");
+    set->load = arena_allocate(arena, ARENA_STEP, LOAD_CAPACITY, sizeof *set->load, "loads/load");
+    set->pool = arena_allocate(arena, ARENA_STEP, capacity, sizeof *set->pool, "loads/pool");
+    set->found =
+        arena_allocate(arena, ARENA_STEP, (size_t)node_count, sizeof *set->found, "loads/found");
+    state_add(state, set->count, sizeof *set->count, "loads/count");
+    state_add(state, set->used, sizeof *set->used, "loads/used");
+    state_add(state, set->load, LOAD_CAPACITY * sizeof *set->load, "loads/load");
+    state_add(state, set->pool, capacity * sizeof *set->pool, "loads/pool");
+}
+
+// Sums the forces anew in the order of the loads, so that they depend on the loads in force alone
+// and not on those that came and went.
+static void apply_all(const LoadSet *set, Body *bodies, int body_count)
+{
+    for (int b = 0; b < body_count; b++)
+        bodies[b].ops->clear_loads(bodies[b].model);
+    for (int64_t k = 0; k < *set->count; k++) {
+        const Load *load = &set->load[k];
+        for (int64_t i = load->first; i < load->first + load->count; i++) {
+            Body *body = &bodies[set->pool[i].body];
+            int node = set->pool[i].node;
+            double share = body->surface.node_area[node] / load->area;
+            body->ops->add_load(body->model, node, vec3_scale(share, load->force));
+        }
+    }
+}
+
+bool loads_start(LoadSet *set, Body *bodies, int body_count, int body, Vec3 center, double radius,
+                 Vec3 force, int64_t end_step, char *why, size_t why_size)
+{
+    if (*set->count == LOAD_CAPACITY) {
+        snprintf(why, why_size, "%d loads are in force, no room for more", LOAD_CAPACITY);
+        return false;
+    }
+    Load load = {.end_step = end_step, .force = force, .first = *set->used};
+    Region region = {.kind = REGION_CAPSULE, .from = center, .to = center, .radius = radius};
+    int first_body = body < 0 ? 0 : body, last_body = body < 0 ? body_count - 1 : body;
+    for (int b = first_body; b <= last_body; b++) {
+        const Body *at = &bodies[b];
+        int count = at->ops->find_nodes(at->model, &region, set->found, set->found_capacity);
+        if (load.first + load.count + count > set->pool_capacity) {
+            snprintf(why, why_size, "the loads in force hold too many nodes (room for %d)",
+                     set->pool_capacity);
+            return false;
+        }
+        for (int i = 0; i < count; i++) {
+            set->pool[load.first + load.count++] = (LoadNode){b, set->found[i]};
+            load.area += at->surface.node_area[set->found[i]];
+        }
+    }
+    if (load.count == 0) {
+        snprintf(why, why_size, "no node within %g m of (%g, %g, %g)", radius, center.x, center.y,
+                 center.z);
+        return false;
+    }
+    *set->used += load.count;
+    set->load[(*set->count)++] = load;
+    apply_all(set, bodies, body_count);
+    return true;
+}
+
+void loads_expire(LoadSet *set, Body *bodies, int body_count, int64_t step)
+{
+    bool ended = false;
+    int64_t kept = 0, used = 0;
+    for (int64_t k = 0; k < *set->count; k++) {
+        Load load = set->load[k];
+        if (load.end_step <= step) {
+            ended = true;
+            continue;
+        }
+        memmove(&set->pool[used], &set->pool[load.first], (size_t)load.count * sizeof *set->pool);
+        load.first = used;
+        used += load.count;
+        set->load[kept++] = load;
+    }
+    *set->count = kept;
+    *set->used = used;
+    if (ended)
+        apply_all(set, bodies, body_count);
+}
+
+void loads_clear(LoadSet *set, Body *bodies, int body_count)
+{
+    *set->count = *set->used = 0;
+    apply_all(set, bodies, body_count);
+}

@@ -1,0 +1,41 @@
+// Constant forces on sets of nodes for a while: a scene's loads and load_t messages. Called by
+// sim.c.
+#ifndef PLIANT_DYNAMICS_LOAD_H
+#define PLIANT_DYNAMICS_LOAD_H
+
+#include "base/arena.h"
+#include "base/state.h"
+#include "dynamics/body.h"
+
+enum { LOAD_CAPACITY = 64 }; // in force at a time
+
+// A load in force: plain data, part of the state. Its nodes lie in the pool.
+typedef struct Load {
+    int64_t end_step;     // first tick without it
+    Vec3 force;           // total [N]
+    double area;          // sum of the nodal areas taken [m2]
+    int64_t first, count; // in the pool
+} Load;
+
+typedef struct LoadNode {
+    int body, node;
+} LoadNode;
+
+typedef struct LoadSet {
+    int64_t *count; // loads in force
+    int64_t *used;  // pool entries in use
+    Load *load;     // [LOAD_CAPACITY]
+    LoadNode *pool; // [pool_capacity]
+    int *found;     // scratch [found_capacity]
+    int pool_capacity, found_capacity;
+} LoadSet;
+
+void loads_create(LoadSet *set, int node_count, Arena *arena, StateList *state);
+// Takes the nodes inside the sphere now, of one body or (body < 0) of all. False with a sentence.
+bool loads_start(LoadSet *set, Body *bodies, int body_count, int body, Vec3 center, double radius,
+                 Vec3 force, int64_t end_step, char *why, size_t why_size);
+// Ends the loads whose time has come.
+void loads_expire(LoadSet *set, Body *bodies, int body_count, int64_t step);
+void loads_clear(LoadSet *set, Body *bodies, int body_count);
+
+#endif

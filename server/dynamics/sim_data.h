@@ -1,0 +1,48 @@
+// Private to the dynamics room: what a Sim holds. sim.c makes it, step.c runs it.
+#ifndef PLIANT_DYNAMICS_SIM_DATA_H
+#define PLIANT_DYNAMICS_SIM_DATA_H
+
+#include "dynamics/load.h"
+#include "dynamics/sim.h"
+
+enum { SIM_BODIES = 64, SIM_TOOLS = 32, SIM_SCENE_LOADS = 64 };
+
+// Where a scene stands in time; plain data, part of the state.
+typedef struct SimClock {
+    int64_t step;      // ticks completed
+    int64_t lockstep;  // 0 or 1: tools do not become stale
+    int64_t next_load; // first of the scene's loads not yet started
+} SimClock;
+
+struct Sim {
+    // --- constant after sim_seal ---
+    SimOptions options;
+    Arena *arena;
+    StateList *state;
+    double tick; // [s]
+    int body_count, tool_count, scene_load_count, contact_count;
+    ToolOptions tool[SIM_TOOLS];
+    LoadOptions scene_load[SIM_SCENE_LOADS]; // by start
+    int stage_count;
+    StageId stage[STAGE_COUNT];
+    void *start_state; // copy of the state that sim_reset returns to
+
+    // --- changes while running; what `state` lists ---
+    SimClock *clock;
+    Body body[SIM_BODIES];
+    ToolMotion *motion; // [tool_count]
+    Contact **contact;  // [contact_count], tool by tool for each body
+    int *contact_tool;  // [contact_count]
+    int *contact_start; // [body_count + 1]
+    LoadSet loads;
+
+    // --- results of the last tick ---
+    ToolWrench *wrench; // [tool_count]
+    bool settling;      // loads wait, stale tools cannot be
+
+    // --- accounting, since the start ---
+    int64_t stage_ns[STAGE_COUNT];
+    int64_t resets, lost_loads;
+};
+
+#endif

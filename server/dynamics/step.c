@@ -1,0 +1,214 @@
+// One tick of a scene, from the tools' poses to the wrenches on them: read sim_step first.
+// Step thread. No allocation, no lock, no log, no system call but the clock.
+#include "dynamics/sim_data.h"
+
+#include "base/clock.h"
+
+static void place_tools(Sim *sim);
+static void start_and_end_loads(Sim *sim);
+static void find_contacts(Sim *sim);
+static void advance_bodies(Sim *sim);
+static void take_wrenches(Sim *sim);
+static void check_numbers(Sim *sim);
+
+typedef void StageFunction(Sim *sim);
+
+// A scene's list of stages holds only what the scene has (sim_seal). Contact forces are part of the
+// substeps and timed there; inputs and snapshots belong to the runner, before and after the tick.
+static StageFunction *const stage_function[STAGE_COUNT] = {
+    [STAGE_TOOLS] = place_tools,           [STAGE_LOADS] = start_and_end_loads,
+    [STAGE_FIND_CONTACTS] = find_contacts, [STAGE_FORCES] = advance_bodies,
+    [STAGE_WRENCHES] = take_wrenches,      [STAGE_CHECK] = check_numbers,
+};
+
+void sim_step(Sim *sim)
+{
+    int64_t begin = clock_now_ns();
+    for (int i = 0; i < sim->stage_count; i++) {
+        StageFunction *run = stage_function[sim->stage[i]];
+        if (run == NULL)
+            continue;
+        run(sim);
+        int64_t end = clock_now_ns();
+        sim->stage_ns[sim->stage[i]] += end - begin;
+        begin = end;
+    }
+    sim->clock->step++;
+}
+
+// Simulated time since a tool's newest pose was applied, at the start of this tick [s].
+static double pose_age(const Sim *sim, const ToolMotion *motion)
+{
+    return (double)(sim->clock->step - motion->pose_step) * sim->tick;
+}
+
+// Stale tools are withdrawn: no force from a hand that went silent.
+static void place_tools(Sim *sim)
+{
+    if (sim->clock->lockstep || sim->settling)
+        return;
+    for (int t = 0; t < sim->tool_count; t++) {
+        ToolMotion *motion = &sim->motion[t];
+        if (sim->tool[t].kind != TOOL_STATIC && motion->active &&
+            pose_age(sim, motion) > sim->options.tool_timeout_s)
+            tool_motion_init(motion);
+    }
+}
+
+static void start_and_end_loads(Sim *sim)
+{
+    if (sim->settling)
+        return;
+    loads_expire(&sim->loads, sim->body, sim->body_count, sim->clock->step);
+    while (sim->clock->next_load < sim->scene_load_count) {
+        const LoadOptions *load = &sim->scene_load[sim->clock->next_load];
+        if (load->start > ((double)sim->clock->step + 0.5) * sim->tick)
+            break;
+        char why[128];
+        sim->clock->next_load++;
+        if (!sim_apply_load(sim, load, why, sizeof why))
+            sim->lost_loads++; // nothing was inside any more when its time came
+    }
+}
+
+// Candidates for the whole tick: what the tool can reach from where its proxy is.
+static void find_contacts(Sim *sim)
+{
+    for (int k = 0; k < sim->contact_count; k++) {
+        const ToolMotion *motion = &sim->motion[sim->contact_tool[k]];
+        Contact *contact = sim->contact[k];
+        if (!motion->active) {
+            contact_clear(contact);
+            continue;
+        }
+        Vec3 begin, end;
+        Quat orientation;
+        double age = pose_age(sim, motion);
+        tool_motion_at(motion, age + sim->tick, &end, &orientation);
+        tool_motion_at(motion, age, &begin, &orientation);
+        contact_begin_tick(contact, begin, end, orientation, sim->tick);
+    }
+}
+
+// Contact forces of one evaluation. `begins`: the proxy moves first, towards the tool's pose at the
+// time of the substep's (last) evaluation.
+static void add_contacts(Sim *sim, int b, const Stage *stage, double substep_time, double h,
+                         bool begins)
+{
+    int64_t begin = clock_now_ns();
+    const Integrator *integrator = integrator_get(sim->body[b].integrator);
+    double target_at = integrator->stage[integrator->stage_count - 1].at;
+    double fraction = target_at > 0.0 ? stage->at / target_at : 1.0;
+    for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++) {
+        Contact *contact = sim->contact[k];
+        if (!contact_is_near(contact))
+            continue;
+        if (begins) {
+            const ToolMotion *motion = &sim->motion[sim->contact_tool[k]];
+            Vec3 target;
+            Quat orientation;
+            tool_motion_at(motion, pose_age(sim, motion) + substep_time + target_at * h, &target,
+                           &orientation);
+            contact_begin_substep(contact, target, orientation, h);
+        }
+        contact_apply(contact, fraction, stage->weight, h);
+    }
+    int64_t spent = clock_now_ns() - begin;
+    sim->stage_ns[STAGE_CONTACT] += spent;
+    sim->stage_ns[STAGE_FORCES] -= spent;
+}
+
+static void advance_body(Sim *sim, int b)
+{
+    Body *body = &sim->body[b];
+    const Integrator *integrator = integrator_get(body->integrator);
+    bool contacts = sim->contact_count > 0 && sim->contact_start[b] < sim->contact_start[b + 1];
+    if (integrator->kicks)
+        body->ops->drift(body->model, integrator->first_drift * body->h);
+    for (int substep = 0; substep < body->substeps; substep++) {
+        for (int s = 0; s < integrator->stage_count; s++) {
+            Stage stage = integrator->stage[s];
+            stage.last = substep == body->substeps - 1;
+            if (integrator->kicks && stage.last)
+                stage.advance = integrator->last_drift;
+            if (contacts)
+                add_contacts(sim, b, &stage, substep * body->h, body->h, s == 0);
+            body->ops->evaluate(body->model, &stage, body->h);
+        }
+        if (contacts)
+            for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
+                contact_end_substep(sim->contact[k]);
+    }
+}
+
+static void advance_bodies(Sim *sim)
+{
+    for (int b = 0; b < sim->body_count; b++)
+        advance_body(sim, b);
+}
+
+// The wrench on a tool is the impulse of all bodies over the tick.
+static void take_wrenches(Sim *sim)
+{
+    ContactSums sums[SIM_TOOLS] = {0};
+    for (int t = 0; t < sim->tool_count; t++) {
+        Quat orientation;
+        tool_motion_at(&sim->motion[t], pose_age(sim, &sim->motion[t]) + sim->tick,
+                       &sim->wrench[t].position, &orientation);
+    }
+    for (int k = 0; k < sim->contact_count; k++) {
+        int t = sim->contact_tool[k];
+        const ContactSums *part = contact_sums(sim->contact[k]);
+        if (!contact_is_near(sim->contact[k]) || !(part->weight > 0.0))
+            continue;
+        Quat orientation;
+        contact_proxy(sim->contact[k], &sim->wrench[t].position, &orientation);
+        sums[t].impulse = vec3_add(sums[t].impulse, part->impulse);
+        Vec3 arm = vec3_sub(part->about, sim->wrench[t].position);
+        sums[t].moment =
+            vec3_add(sums[t].moment, vec3_add(part->moment, vec3_cross(arm, part->impulse)));
+        sums[t].point = vec3_add(sums[t].point, part->point);
+        sums[t].normal = vec3_add(sums[t].normal, part->normal);
+        sums[t].weight += part->weight;
+        sums[t].depth = fmax(sums[t].depth, part->depth);
+    }
+    for (int t = 0; t < sim->tool_count; t++) {
+        const ContactSums *sum = &sums[t];
+        ToolWrench *wrench = &sim->wrench[t];
+        bool contact = sum->weight > 0.0;
+        *wrench = (ToolWrench){
+            .contact = contact,
+            .position = wrench->position,
+            .force = vec3_scale(1.0 / sim->tick, sum->impulse),
+            .torque = vec3_scale(1.0 / sim->tick, sum->moment),
+            .point = vec3_scale(contact ? 1.0 / sum->weight : 0.0, sum->point),
+            .normal = vec3_unit(sum->normal),
+            .depth = sum->depth,
+        };
+    }
+}
+
+enum { BAD_TICKS = 10 }; // in a row, before a body goes back to its rest shape
+
+// A body whose numbers went bad returns to the state before the tick, at rest; its contacts forget.
+static void check_numbers(Sim *sim)
+{
+    for (int b = 0; b < sim->body_count; b++) {
+        Body *body = &sim->body[b];
+        if (body->ops->commit(body->model)) {
+            body->tuning.bad_in_a_row = 0;
+            continue;
+        }
+        body->tuning.bad_in_a_row++;
+        body->ops->restore(body->model, body->tuning.bad_in_a_row >= BAD_TICKS);
+        body->resets++;
+        sim->resets++;
+        if (sim->contact_count == 0)
+            continue;
+        for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++) {
+            contact_clear(sim->contact[k]);
+            ToolWrench *wrench = &sim->wrench[sim->contact_tool[k]];
+            *wrench = (ToolWrench){.position = wrench->position};
+        }
+    }
+}

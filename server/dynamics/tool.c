@@ -1,0 +1,64 @@
+// Motion of a tool between poses. Step thread; pure arithmetic on plain data.
+#include "dynamics/tool.h"
+
+#include <string.h>
+
+void tool_motion_init(ToolMotion *motion)
+{
+    memset(motion, 0, sizeof *motion);
+    motion->from_orientation = motion->to_orientation = (Quat){1.0, 0.0, 0.0, 0.0};
+}
+
+// The period follows slow changes of the sender's rate and jumps with sudden ones. Arrivals are
+// counted in ticks, so that a logged run repeats exactly.
+static double measured_period(double period, double since, double tick)
+{
+    if (since < tick)
+        return period > tick ? period : tick; // several poses in one tick
+    if (period > 0.0 && since > 0.5 * period && since < 2.0 * period)
+        return period + 0.25 * (since - period);
+    return since;
+}
+
+void tool_motion_apply(ToolMotion *motion, const ToolPose *pose, int64_t step, double tick,
+                       bool hold)
+{
+    if (!pose->active) {
+        tool_motion_init(motion);
+        return;
+    }
+    double since = (double)(step - motion->pose_step) * tick;
+    if (motion->active && !hold) {
+        tool_motion_at(motion, since, &motion->from_position, &motion->from_orientation);
+        motion->period = measured_period(motion->period, since, tick);
+    } else {
+        motion->from_position = pose->position;
+        motion->from_orientation = pose->orientation;
+        motion->period = 0.0;
+    }
+    motion->active = 1;
+    motion->pose_utime = pose->utime;
+    motion->pose_step = step;
+    motion->follow_twist = pose->twist_valid && !hold;
+    motion->to_position = pose->position;
+    motion->to_orientation = pose->orientation;
+    motion->linear = pose->linear;
+    motion->angular = pose->angular;
+}
+
+void tool_motion_at(const ToolMotion *motion, double time, Vec3 *position, Quat *orientation)
+{
+    if (motion->follow_twist) {
+        double t = time < motion->period ? time : motion->period;
+        *position = vec3_madd(motion->to_position, t, motion->linear);
+        *orientation = quat_unit(quat_multiply(quat_from_rotation(vec3_scale(t, motion->angular)),
+                                               motion->to_orientation));
+        return;
+    }
+    double s = time < motion->period ? time / motion->period : 1.0;
+    *position =
+        vec3_madd(motion->from_position, s, vec3_sub(motion->to_position, motion->from_position));
+    Quat turn = quat_multiply(motion->to_orientation, quat_conjugate(motion->from_orientation));
+    *orientation = quat_unit(quat_multiply(
+        quat_from_rotation(vec3_scale(s, quat_to_rotation(turn))), motion->from_orientation));
+}

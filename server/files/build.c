@@ -1,0 +1,155 @@
+// Builds the world of a scene: meshes, initial states, bodies, tools, loads. Called once, at load,
+// by the thread that starts the daemon; every pass over a mesh is linear in its size.
+#include "files/build.h"
+
+#include "base/check.h"
+#include "files/checkpoint.h"
+#include "files/mesh_import.h"
+#include "geometry/generator.h"
+
+#include <stdlib.h>
+
+// Puts the place in the scene file in front of what a lower room has said.
+static bool fail_at(const Scene *scene, const SceneBody *body, const Status *said, Status *status)
+{
+    return status_fail(status, said->code, "%s:%d: %s", scene->path, body->line, said->text);
+}
+
+static bool make_mesh(const MeshSource *source, TriMesh *mesh, Status *status)
+{
+    switch (source->kind) {
+    case MESH_FILE:
+        return mesh_import(source->file, mesh, status);
+    case MESH_SPHERE:
+        return generate_sphere(mesh, source->nodes, source->radius, status);
+    case MESH_UV_SPHERE:
+        return generate_uv_sphere(mesh, source->rings, source->segments, source->radius, status);
+    case MESH_ICO_SPHERE: {
+        int subdivisions = 0;
+        for (int nodes = 12; nodes < source->nodes; nodes = 4 * nodes - 6)
+            subdivisions++;
+        return generate_ico_sphere(mesh, subdivisions, source->radius, status);
+    }
+    case MESH_SHEET:
+        return generate_sheet(mesh, source->columns, source->rows, source->width, source->height,
+                              status);
+    case MESH_STOMACH:
+        return generate_stomach(mesh, source->nodes, source->length, status);
+    }
+    return status_fail(status, STATUS_INVALID, "unknown source of a mesh");
+}
+
+// The mesh of a body where it stands in the world, fit for simulation.
+static bool build_mesh(const SceneBody *body, TriMesh *mesh, Status *status)
+{
+    const MeshSource *source = &body->mesh;
+    if (!make_mesh(source, mesh, status))
+        return false;
+    mesh_place(mesh, source->scale, source->rotation, source->translation);
+    MeshFault fault;
+    if (mesh_validate(mesh, &fault))
+        return true;
+    char element[48] = "";
+    if (fault.triangle >= 0)
+        snprintf(element, sizeof element, "triangle %d: ", fault.triangle);
+    else if (fault.node >= 0)
+        snprintf(element, sizeof element, "node %d: ", mesh->file_index[fault.node]);
+    return status_fail(status, STATUS_INVALID, "%s: %s%s",
+                       source->kind == MESH_FILE ? source->file : "mesh", element, fault.text);
+}
+
+static bool check_fixed_nodes(const SceneBody *body, const TriMesh *mesh, Status *status)
+{
+    for (int i = 0; i < body->fixed_count; i++)
+        for (int k = 0; k < body->fixed[i].node_count; k++)
+            if (body->fixed[i].node[k] >= mesh->file_node_count)
+                return status_fail(status, STATUS_INVALID, "fixed nodes %d outside [0, %d]",
+                                   body->fixed[i].node[k], mesh->file_node_count - 1);
+    return true;
+}
+
+#ifdef PLIANT_WITH_SURFACE
+static bool create_body(World *world, const Scene *scene, int index, const BuildOptions *options,
+                        Status *status)
+{
+    const SceneBody *described = &scene->body[index];
+    TriMesh *mesh = &world->mesh[index];
+    if (!build_mesh(described, mesh, status) || !check_fixed_nodes(described, mesh, status))
+        return false;
+
+    Vec3 *position = NULL, *velocity = NULL;
+    if (described->initial != NULL &&
+        !initial_read(described->initial, mesh, &position, &velocity, status))
+        return false;
+    SurfaceOptions surface = described->surface;
+    surface.name = described->name;
+    surface.fixed = described->fixed;
+    surface.fixed_count = described->fixed_count;
+    surface.gravity = scene->gravity;
+    surface.isa = options->isa != NULL ? options->isa : "auto";
+    surface.without_contacts = scene->tool_count == 0;
+    surface.without_loads = scene->load_count == 0 && !options->may_load;
+    surface.initial_position = position;
+    surface.initial_velocity = velocity;
+
+    Body body = {0};
+    bool ok = surface_create(&body, mesh, &surface, &world->arena, &world->state, status);
+    free(position);
+    free(velocity);
+    if (ok)
+        sim_add_body(world->sim, &body);
+    return ok;
+}
+#else
+static bool create_body(World *world, const Scene *scene, int index, const BuildOptions *options,
+                        Status *status)
+{
+    (void)options;
+    return build_mesh(&scene->body[index], &world->mesh[index], status) &&
+           check_fixed_nodes(&scene->body[index], &world->mesh[index], status) &&
+           status_fail(status, STATUS_INVALID,
+                       "this pliantd was built without surface bodies (PLIANT_SURFACE)");
+}
+#endif
+
+bool world_build(World *world, const Scene *scene, const BuildOptions *options, Status *status)
+{
+    *world = (World){0};
+    world->mesh_count = scene->body_count;
+    world->mesh = calloc((size_t)scene->body_count, sizeof *world->mesh);
+    ASSERT(world->mesh != NULL);
+    SimOptions sim = {.rate_hz = scene->rate_hz,
+                      .gravity = scene->gravity,
+                      .tool_timeout_s = scene->tool_timeout_s,
+                      .may_load = options->may_load};
+    world->sim = sim_create(&sim, &world->arena, &world->state);
+
+    bool ok = true;
+    for (int i = 0; i < scene->body_count && ok; i++) {
+        Status said = {0};
+        ok = create_body(world, scene, i, options, &said) ||
+             fail_at(scene, &scene->body[i], &said, status);
+    }
+    for (int i = 0; i < scene->tool_count && ok; i++)
+        sim_add_tool(world->sim, &scene->tool[i]);
+    for (int i = 0; i < scene->load_count && ok; i++)
+        sim_add_load(world->sim, &scene->load[i].load);
+    if (ok) {
+        Status said = {0};
+        ok = sim_seal(world->sim, options->settle ? scene->settle_s : 0.0, &said) ||
+             status_fail(status, said.code, "%s: %s", scene->path, said.text);
+    }
+    if (!ok)
+        world_destroy(world);
+    return ok;
+}
+
+void world_destroy(World *world)
+{
+    for (int i = 0; i < world->mesh_count; i++)
+        mesh_destroy(&world->mesh[i]);
+    free(world->mesh);
+    state_destroy(&world->state);
+    arena_destroy(&world->arena);
+    *world = (World){0};
+}

@@ -1,0 +1,55 @@
+// The little of HDF5 that our files need, with errors as one sentence naming file and object.
+// Private to files/. Without PLIANT_WITH_HDF5 nothing of it exists.
+#ifndef PLIANT_FILES_HDF_H
+#define PLIANT_FILES_HDF_H
+
+#include "base/status.h"
+#include "base/vec.h"
+
+#define HDF_NOT_BUILT "built without HDF5 (PLIANT_HDF5)"
+
+#ifdef PLIANT_WITH_HDF5
+#include <hdf5.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct HdfFile {
+    hid_t id;
+    const char *path;
+    Status *status;
+} HdfFile;
+
+// Opens a file for reading, or says what it is instead.
+bool hdf_open(HdfFile *file, const char *path, Status *status);
+// Begins a file in memory; hdf_save writes it to its path.
+bool hdf_create(HdfFile *file, const char *path, Status *status);
+// PATH.tmp, flushed to the disk, renamed to PATH, the folder flushed: there is always a whole file.
+bool hdf_save(HdfFile *file);
+void hdf_close(HdfFile *file);
+
+// STATUS_INVALID "path: object text".
+bool hdf_fail(const HdfFile *file, const char *object, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+bool hdf_exists(const HdfFile *file, const char *name);
+// Rows of a float data set of shape [n][3], or -1 with a status.
+int64_t hdf_count_vectors(const HdfFile *file, const char *name);
+// Reads `count` rows, which must be all; refuses numbers that are not finite.
+bool hdf_read_vectors(const HdfFile *file, const char *name, int64_t count, Vec3 *to);
+// Reads exactly `bytes` bytes (unsigned, one dimension).
+bool hdf_read_bytes(const HdfFile *file, const char *name, size_t bytes, void *to);
+// Reads `count` numbers of one dimension (count 0: one number, no dimension), converted to `type`.
+bool hdf_read_numbers(const HdfFile *file, const char *name, hid_t type, size_t count, void *to);
+// A string or an integer at an object; text that does not fit `size` is refused.
+bool hdf_read_text(const HdfFile *file, const char *object, const char *name, char *text,
+                   size_t size);
+bool hdf_read_int(const HdfFile *file, const char *object, const char *name, int *value);
+
+// Writes a data set with its attribute unit, making the groups on the way. rank 0: one number.
+bool hdf_write(const HdfFile *file, const char *name, hid_t type, int rank, const hsize_t *size,
+               const void *data, const char *unit);
+bool hdf_write_text(const HdfFile *file, const char *object, const char *name, const char *text);
+bool hdf_write_int(const HdfFile *file, const char *object, const char *name, int value);
+#endif
+
+#endif

@@ -1,0 +1,277 @@
+// Reads a scene file: the keys of the scene itself, then its bodies, tools and loads. Called once,
+// at load; builds nothing and opens no file but the scene's.
+#include "files/scene.h"
+
+#include "base/check.h"
+#include "files/scene_parts.h"
+#include "files/scene_source.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { CHANNEL_MAX = 63 }; // characters of a channel name that LCM accepts
+
+typedef struct SceneGroup {
+    const char *name, *prefix, *input_prefix, *lcm_url;
+    double rate_hz, tool_timeout_s, settle_s;
+    Vec3 gravity;
+    int threads, precision, late, start;
+    const config_setting_t *publish, *capacity, *bodies, *tools, *loads;
+} SceneGroup;
+
+enum { ONLY_WORD, START_RUNNING = 0, START_PAUSED, NODES_SURFACE = 0, NODES_ALL };
+
+static const OptionWord PRECISION_WORDS[] = {
+    {"double", ONLY_WORD, NULL}, {"single", ONLY_WORD, LATER_SINGLE}, {NULL, 0, NULL}};
+static const OptionWord LATE_WORDS[] = {{"skip", ONLY_WORD, NULL}, {NULL, 0, NULL}};
+static const OptionWord START_WORDS[] = {
+    {"running", START_RUNNING, NULL}, {"paused", START_PAUSED, NULL}, {NULL, 0, NULL}};
+static const OptionWord NODES_WORDS[] = {
+    {"surface", NODES_SURFACE, NULL}, {"all", NODES_ALL, NULL}, {NULL, 0, NULL}};
+
+#define AT(member) offsetof(SceneGroup, member)
+static const Option SCENE_OPTIONS[] = {
+    {"name", OPTION_NAME, AT(name), "", .low = 1, .high = SCENE_WORD_MAX, .preset_text = "scene",
+     .about = "Name of the scene in status messages and files."},
+    {"rate_hz", OPTION_REAL, AT(rate_hz), "Hz", 1.0, 10000.0, .preset = 1000.0,
+     .about = "Ticks a second: how often tools move and contacts are found."},
+    {"gravity", OPTION_VECTOR, AT(gravity), "m/s2", 0.0, 1e4,
+     .about = "Acceleration of every node, world frame."},
+    {"threads", OPTION_INT, AT(threads), "", 1.0, 64.0, .preset = 1.0, .later = LATER_THREADS,
+     .about = "Threads that compute one step."},
+    {"precision", OPTION_WORD, AT(precision), "", .words = PRECISION_WORDS,
+     .about = "Numbers in which the bodies are computed."},
+    {"prefix", OPTION_NAME, AT(prefix), "", .low = 1, .high = SCENE_WORD_MAX,
+     .preset_text = "PLIANT",
+     .about = "Begins the name of every channel that the daemon publishes on."},
+    {"input_prefix", OPTION_NAME, AT(input_prefix), "", .low = 1, .high = SCENE_WORD_MAX,
+     .preset_text = "as prefix",
+     .about = "Begins the name of every channel that the daemon listens to; several daemons may "
+              "share it."},
+    {"lcm_url", OPTION_STRING, AT(lcm_url), "", .low = 1, .high = 255, .preset_text = "LCM's own",
+     .about = "Network to join, unless the command line names one."},
+    {"publish", OPTION_GROUP, AT(publish), "", .preset_text = "its defaults",
+     .about = "What is published, and how often."},
+    {"late", OPTION_WORD, AT(late), "", .words = LATE_WORDS,
+     .about = "What becomes of a tick that could not begin in time: it is skipped and counted."},
+    {"start", OPTION_WORD, AT(start), "", .words = START_WORDS,
+     .about = "Whether time runs at once or waits for a RESUME or STEP command."},
+    {"tool_timeout_s", OPTION_REAL, AT(tool_timeout_s), "s", 0.0, 3600.0, .open = true,
+     .preset = 0.2, .about = "A tool whose newest pose is older is withdrawn."},
+    {"settle_s", OPTION_REAL, AT(settle_s), "s", 0.0, 3600.0,
+     .about = "Simulated before the first tick, so that gravity and prestress are at rest."},
+    {"capacity", OPTION_GROUP, AT(capacity), "", .preset_text = "from the meshes",
+     .about = "Room for nodes and faces that are added while the scene runs."},
+    {"bodies", OPTION_LIST, AT(bodies), "", .required = true,
+     .about = "The soft bodies: 1 to 64 groups."},
+    {"tools", OPTION_LIST, AT(tools), "", .about = "The tools that touch them: up to 32 groups."},
+    {"loads", OPTION_LIST, AT(loads), "", .about = "Forces at given times: up to 64 groups."},
+};
+#undef AT
+const OptionTable SCENE_TABLE =
+    OPTION_TABLE("", "Keys at the top level of the file.", SCENE_OPTIONS);
+
+#define AT(member) offsetof(PublishGroup, member)
+typedef struct PublishGroup {
+    double nodes_hz, mesh_hz, contact_hz, status_hz;
+    int nodes;
+    bool velocity;
+} PublishGroup;
+static const Option PUBLISH_OPTIONS[] = {
+    {"nodes_hz", OPTION_REAL, AT(nodes_hz), "Hz", 0.0, 10000.0, .preset = 60.0,
+     .about = "Frames of node positions a second; 0: never."},
+    {"mesh_hz", OPTION_REAL, AT(mesh_hz), "Hz", 0.0, 10000.0, .preset = 1.0,
+     .about = "Whole meshes a second, for clients that join late; 0: only when asked."},
+    {"contact_hz", OPTION_REAL, AT(contact_hz), "Hz", 0.0, 10000.0, .preset = 1000.0,
+     .about = "Contact messages a second and tool; 0: never."},
+    {"status_hz", OPTION_REAL, AT(status_hz), "Hz", 0.0, 10000.0, .preset = 2.0,
+     .about = "Status messages a second; 0: never."},
+    {"nodes", OPTION_WORD, AT(nodes), "", .words = NODES_WORDS,
+     .about = "Which nodes: those of the surface, or all (the same for surface bodies)."},
+    {"velocity", OPTION_BOOL, AT(velocity), "", .about = "Whether velocities are published too."},
+};
+#undef AT
+const OptionTable PUBLISH_TABLE = OPTION_TABLE(
+    "publish",
+    "Rates of the outgoing messages. None may exceed `rate_hz`; a default that does is "
+    "lowered to it.",
+    PUBLISH_OPTIONS);
+
+typedef struct CapacityGroup {
+    int nodes, faces;
+} CapacityGroup;
+static const Option CAPACITY_OPTIONS[] = {
+    {"nodes", OPTION_INT, offsetof(CapacityGroup, nodes), "", 0.0, 1e8, .later = LATER_CAPACITY,
+     .about = "Nodes of a body; 0: those of its mesh."},
+    {"faces", OPTION_INT, offsetof(CapacityGroup, faces), "", 0.0, 1e8, .later = LATER_CAPACITY,
+     .about = "Faces of a body; 0: those of its mesh."},
+};
+const OptionTable CAPACITY_TABLE =
+    OPTION_TABLE("capacity", "What does not fit is refused and counted.", CAPACITY_OPTIONS);
+
+static bool read_publish(const SceneReader *reader, const config_setting_t *group)
+{
+    PublishGroup raw = {0};
+    if (!option_read(&PUBLISH_TABLE, group, &reader->source, &raw))
+        return false;
+    double *rates[] = {&raw.nodes_hz, &raw.mesh_hz, &raw.contact_hz, &raw.status_hz};
+    static const char *const KEYS[] = {"nodes_hz", "mesh_hz", "contact_hz", "status_hz"};
+    for (int i = 0; i < 4; i++) {
+        if (*rates[i] <= reader->scene->rate_hz)
+            continue;
+        char rate[OPTION_NUMBER_TEXT], limit[OPTION_NUMBER_TEXT];
+        if (option_given(group, KEYS[i]))
+            return option_fail(&reader->source, option_find(group, KEYS[i]),
+                               "%s %s exceeds rate_hz %s", KEYS[i],
+                               option_number_text(rate, *rates[i]),
+                               option_number_text(limit, reader->scene->rate_hz));
+        *rates[i] = reader->scene->rate_hz;
+    }
+    reader->scene->publish = (ScenePublish){.nodes_hz = raw.nodes_hz,
+                                            .mesh_hz = raw.mesh_hz,
+                                            .contact_hz = raw.contact_hz,
+                                            .status_hz = raw.status_hz,
+                                            .all_nodes = raw.nodes == NODES_ALL,
+                                            .velocity = raw.velocity};
+    return true;
+}
+
+// Zeroed room for the groups of a list; NULL for none or, with a status, for too many.
+static void *allocate_groups(const SceneReader *reader, const config_setting_t *list, int limit,
+                             size_t size)
+{
+    int count = option_length(list);
+    if (count > limit)
+        option_fail(&reader->source, list, "%s has %d entries, at most %d",
+                    config_setting_name(list), count, limit);
+    if (count > limit || count == 0)
+        return NULL;
+    void *memory = calloc((size_t)count, size);
+    ASSERT(memory != NULL);
+    return memory;
+}
+
+static bool read_bodies(const SceneReader *reader, const config_setting_t *list)
+{
+    Scene *scene = reader->scene;
+    if (option_length(list) == 0)
+        return option_fail(&reader->source, list, "bodies is empty: at least one body");
+    scene->body = allocate_groups(reader, list, SCENE_BODIES, sizeof *scene->body);
+    if (scene->body == NULL)
+        return false;
+    for (int i = 0; i < option_length(list); i++) {
+        const config_setting_t *group = option_group_at(list, i, &reader->source);
+        SceneBody *body = &scene->body[scene->body_count++];
+        if (group == NULL || !scene_read_body(reader, group, body))
+            return false;
+        for (int k = 0; k < i; k++)
+            if (strcmp(scene->body[k].name, body->name) == 0)
+                return option_fail(&reader->source, option_find(group, "name"),
+                                   "name \"%s\" is taken by the body at line %d", body->name,
+                                   scene->body[k].line);
+        size_t length = strlen(scene->prefix) + strlen("_MESH_DELTA_") + strlen(body->name);
+        if (length > CHANNEL_MAX)
+            return option_fail(
+                &reader->source, option_find(group, "name"),
+                "name \"%s\" makes channel %s_MESH_DELTA_%s longer than %d characters", body->name,
+                scene->prefix, body->name, CHANNEL_MAX);
+    }
+    return true;
+}
+
+static bool read_tools(const SceneReader *reader, const config_setting_t *list)
+{
+    Scene *scene = reader->scene;
+    scene->tool = allocate_groups(reader, list, SCENE_TOOLS, sizeof *scene->tool);
+    if (scene->tool == NULL)
+        return option_length(list) == 0;
+    for (int i = 0; i < option_length(list); i++) {
+        const config_setting_t *group = option_group_at(list, i, &reader->source);
+        ToolOptions *tool = &scene->tool[scene->tool_count++];
+        if (group == NULL || !scene_read_tool(reader, group, tool))
+            return false;
+        for (int k = 0; k < i; k++)
+            if (scene->tool[k].id == tool->id)
+                return option_fail(&reader->source, option_find(group, "id"),
+                                   "id %d is taken by another tool", tool->id);
+    }
+    return true;
+}
+
+static bool read_loads(const SceneReader *reader, const config_setting_t *list)
+{
+    Scene *scene = reader->scene;
+    scene->load = allocate_groups(reader, list, SIM_LOADS, sizeof *scene->load);
+    if (scene->load == NULL)
+        return option_length(list) == 0;
+    for (int i = 0; i < option_length(list); i++) {
+        const config_setting_t *group = option_group_at(list, i, &reader->source);
+        if (group == NULL ||
+            !scene_read_load(reader, group, &scene->load[scene->load_count++].load))
+            return false;
+    }
+    return true;
+}
+
+static bool read_root(const SceneReader *reader, const config_setting_t *root)
+{
+    SceneGroup raw = {0};
+    CapacityGroup capacity = {0};
+    if (!option_read(&SCENE_TABLE, root, &reader->source, &raw))
+        return false;
+    Scene *scene = reader->scene;
+    scene->rate_hz = raw.rate_hz;
+    scene->gravity = raw.gravity;
+    scene->threads = raw.threads;
+    scene->start_paused = raw.start == START_PAUSED;
+    scene->tool_timeout_s = raw.tool_timeout_s;
+    scene->settle_s = raw.settle_s;
+    const char *input = option_given(root, "input_prefix") ? raw.input_prefix : raw.prefix;
+    snprintf(scene->name, sizeof scene->name, "%s", raw.name);
+    snprintf(scene->prefix, sizeof scene->prefix, "%s", raw.prefix);
+    snprintf(scene->input_prefix, sizeof scene->input_prefix, "%s", input);
+    if (option_given(root, "lcm_url")) {
+        scene->lcm_url = strdup(raw.lcm_url);
+        ASSERT(scene->lcm_url != NULL);
+    }
+    return read_publish(reader, raw.publish) &&
+           option_read(&CAPACITY_TABLE, raw.capacity, &reader->source, &capacity) &&
+           read_bodies(reader, raw.bodies) && read_tools(reader, raw.tools) &&
+           read_loads(reader, raw.loads);
+}
+
+bool scene_read(const char *path, Scene *scene, Status *status)
+{
+    *scene = (Scene){0};
+    config_t config;
+    config_init(&config);
+    scene->path = strdup(path);
+    scene->text = scene_source_read(path, &config, status);
+    char *folder = scene_source_folder(path);
+    SceneReader reader = {{path, status}, folder, scene};
+    bool ok = scene->text != NULL && read_root(&reader, config_root_setting(&config));
+    free(folder);
+    config_destroy(&config);
+    if (!ok)
+        scene_destroy(scene);
+    return ok;
+}
+
+void scene_destroy(Scene *scene)
+{
+    for (int i = 0; i < scene->body_count; i++) {
+        SceneBody *body = &scene->body[i];
+        for (int k = 0; k < body->fixed_count; k++)
+            free((void *)body->fixed[k].node);
+        free(body->fixed);
+        free(body->initial);
+        free(body->mesh.file);
+    }
+    free(scene->body);
+    free(scene->tool);
+    free(scene->load);
+    free(scene->lcm_url);
+    free(scene->text);
+    free(scene->path);
+    *scene = (Scene){0};
+}

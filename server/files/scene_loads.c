@@ -1,0 +1,53 @@
+// Reads one entry of `loads`.
+#include "files/scene_parts.h"
+
+#include <string.h>
+
+typedef struct LoadGroup {
+    const char *body;
+    LoadOptions load;
+} LoadGroup;
+
+#define AT(member) offsetof(LoadGroup, load.member)
+static const Option LOAD_OPTIONS[] = {
+    {"body", OPTION_NAME, offsetof(LoadGroup, body), "", .high = SCENE_WORD_MAX,
+     .preset_text = "all bodies", .about = "The body that it acts on."},
+    {"center", OPTION_VECTOR, AT(center), "m", 0.0, POSITION_LIMIT, .required = true,
+     .about = "Of the sphere whose nodes carry the load, world frame."},
+    {"radius", OPTION_REAL, AT(radius), "m", 0.0, POSITION_LIMIT, .open = true, .required = true,
+     .about = "Of that sphere; the nodes inside are taken when the load starts."},
+    {"force", OPTION_VECTOR, AT(force), "N", 0.0, FORCE_LIMIT, .required = true,
+     .about = "In total, shared by the nodes by area, world frame."},
+    {"start", OPTION_REAL, AT(start), "s", 0.0, TIME_LIMIT,
+     .about = "Simulated time of its start."},
+    {"duration", OPTION_REAL, AT(duration), "s", 0.0, TIME_LIMIT, .open = true, .required = true,
+     .about = "Simulated time for which it lasts."},
+};
+#undef AT
+const OptionTable LOAD_TABLE =
+    OPTION_TABLE("loads", "A force on the nodes inside a sphere, for a while.", LOAD_OPTIONS);
+
+bool scene_read_load(const SceneReader *reader, const config_setting_t *group, LoadOptions *load)
+{
+    LoadGroup raw = {0};
+    const Scene *scene = reader->scene;
+    const config_setting_t *name = option_find(group, "body");
+    if (!option_read(&LOAD_TABLE, group, &reader->source, &raw))
+        return false;
+    *load = raw.load;
+    load->body = -1;
+    if (name == NULL || raw.body[0] == '\0')
+        return true;
+    const char *nearest = NULL;
+    for (int i = 0; i < scene->body_count; i++) {
+        if (strcmp(scene->body[i].name, raw.body) == 0)
+            load->body = i;
+        if (option_is_near(raw.body, scene->body[i].name))
+            nearest = scene->body[i].name;
+    }
+    if (load->body >= 0)
+        return true;
+    return option_fail(&reader->source, name, "body \"%s\" is not in the scene%s%s%s", raw.body,
+                       nearest != NULL ? ": did you mean \"" : "", nearest != NULL ? nearest : "",
+                       nearest != NULL ? "\"?" : "");
+}

@@ -1,0 +1,119 @@
+// Reads the groups `material` and `shape` of a surface body: each can be said in physical units or
+// as the paper's values a spring and node, never in both.
+#include "files/scene_parts.h"
+
+#include <string.h>
+
+#define AT(member) offsetof(SurfaceMaterial, member)
+static const Option MATERIAL_OPTIONS[] = {
+    {"youngs_modulus_2d", OPTION_REAL, AT(youngs_modulus_2d), "N/m", 0.0, 1e9, .open = true,
+     .preset = 80.0,
+     .about = "Young's modulus times thickness; springs get k = E (A1 + A2) / L^2 (Van Gelder "
+              "1998)."},
+    {"areal_density", OPTION_REAL, AT(areal_density), "kg/m2", 0.0, 1e6, .open = true,
+     .preset = 4.2,
+     .about = "Mass of the wall an area; a node has a third of the faces around it."},
+    {"damping_time", OPTION_REAL, AT(damping_time), "s", 0.0, 10.0, .preset = 2e-4,
+     .about = "Damping of a spring over its stiffness."},
+    {"spring_stiffness", OPTION_REAL, AT(spring_stiffness), "N/m", 0.0, 1e9, .open = true,
+     .preset_text = "none", .about = "Uniform: stiffness of every spring."},
+    {"spring_damping", OPTION_REAL, AT(spring_damping), "N s/m", 0.0, 1e6,
+     .about = "Uniform: damping of every spring."},
+    {"node_mass", OPTION_REAL, AT(node_mass), "kg", 0.0, 1e6, .open = true, .preset_text = "none",
+     .about = "Uniform: mass of every node."},
+    {"node_damping", OPTION_REAL, AT(node_damping), "N s/m", 0.0, 1e6,
+     .about = "Both: drag on every node's velocity."},
+};
+#undef AT
+const OptionTable MATERIAL_TABLE = OPTION_TABLE(
+    "bodies.material",
+    "Either physical (`youngs_modulus_2d`, `areal_density`, `damping_time`) or uniform "
+    "(`spring_stiffness` and `node_mass`, and `spring_damping`); `node_damping` goes "
+    "with both.",
+    MATERIAL_OPTIONS);
+
+enum { NO_KEYS = 4 };
+static const char *const PHYSICAL_KEYS[NO_KEYS] = {"youngs_modulus_2d", "areal_density",
+                                                   "damping_time"};
+static const char *const UNIFORM_KEYS[NO_KEYS] = {"spring_stiffness", "spring_damping",
+                                                  "node_mass"};
+static const char *const FREQUENCY_KEYS[NO_KEYS] = {"angular_frequency", "damping_ratio"};
+static const char *const NODE_KEYS[NO_KEYS] = {"stiffness", "damping"};
+
+// The first of `keys` that the group has, or NULL.
+static const char *first_given(const config_setting_t *group, const char *const *keys)
+{
+    for (; *keys != NULL; keys++)
+        if (option_given(group, *keys))
+            return *keys;
+    return NULL;
+}
+
+// Whether the group speaks in `special` keys; false with a status when it mixes them with `usual`.
+static bool choose(const SceneReader *reader, const config_setting_t *group,
+                   const char *const *usual, const char *const *special, bool *chosen)
+{
+    const char *a = first_given(group, usual), *b = first_given(group, special);
+    *chosen = b != NULL;
+    if (a != NULL && b != NULL)
+        return option_fail(&reader->source, option_find(group, b), "%s cannot be mixed with %s", b,
+                           a);
+    return true;
+}
+
+static bool require(const SceneReader *reader, const config_setting_t *group, const char *place,
+                    const char *key, const char *because)
+{
+    if (option_given(group, key))
+        return true;
+    return option_fail(&reader->source, group, "%s.%s is missing: it goes with %s", place, key,
+                       because);
+}
+
+bool scene_read_material(const SceneReader *reader, const config_setting_t *group,
+                         SurfaceMaterial *material)
+{
+    if (!option_read(&MATERIAL_TABLE, group, &reader->source, material) ||
+        !choose(reader, group, PHYSICAL_KEYS, UNIFORM_KEYS, &material->uniform))
+        return false;
+    if (!material->uniform)
+        return true;
+    const char *because = first_given(group, UNIFORM_KEYS);
+    return require(reader, group, MATERIAL_TABLE.path, "spring_stiffness", because) &&
+           require(reader, group, MATERIAL_TABLE.path, "node_mass", because);
+}
+
+static const OptionWord FRAME_WORDS[] = {
+    {"world", SHAPE_WORLD, NULL}, {"body", SHAPE_BODY, NULL}, {NULL, 0, NULL}};
+
+#define AT(member) offsetof(SurfaceShape, member)
+static const Option SHAPE_OPTIONS[] = {
+    {"angular_frequency", OPTION_REAL, AT(angular_frequency), "rad/s", 0.0, 1e6, .preset = 50.0,
+     .about = "Of a node on its shape spring: k = m w^2."},
+    {"damping_ratio", OPTION_REAL, AT(damping_ratio), "", 0.0, 100.0, .preset = 0.1,
+     .about = "Share of critical damping of that oscillation."},
+    {"stiffness", OPTION_REAL, AT(stiffness), "N/m", 0.0, 1e9, .preset_text = "none",
+     .about = "Instead: stiffness of every node's shape spring."},
+    {"damping", OPTION_REAL, AT(damping), "N s/m", 0.0, 1e6,
+     .about = "With `stiffness`: its damping."},
+    {"frame", OPTION_WORD, AT(frame), "", .words = FRAME_WORDS, .preset = SHAPE_WORLD,
+     .about = "Whether the shape stands in the world or follows the body's rigid motion."},
+};
+#undef AT
+const OptionTable SHAPE_TABLE = OPTION_TABLE(
+    "bodies.shape",
+    "Shape-preserving springs (Choi et al. 2005, eq 10). Either `angular_frequency` and "
+    "`damping_ratio`, or `stiffness` and `damping` a node.",
+    SHAPE_OPTIONS);
+
+bool scene_read_shape(const SceneReader *reader, const config_setting_t *group, SurfaceShape *shape)
+{
+    shape->wanted = group != NULL;
+    if (group == NULL)
+        return true;
+    if (!option_read(&SHAPE_TABLE, group, &reader->source, shape) ||
+        !choose(reader, group, FREQUENCY_KEYS, NODE_KEYS, &shape->per_node))
+        return false;
+    return !shape->per_node ||
+           require(reader, group, SHAPE_TABLE.path, "stiffness", first_given(group, NODE_KEYS));
+}

@@ -1,0 +1,156 @@
+// Reads the group `mesh` of a body: a file or a generator, and how it is placed in the world.
+#include "files/scene_parts.h"
+#include "files/scene_source.h"
+
+#include <string.h>
+
+typedef struct MeshGroup {
+    const char *file;
+    int generator, nodes, subdivisions, rings, segments, columns, rows;
+    double radius, width, height, length, scale;
+    const config_setting_t *place;
+} MeshGroup;
+
+static const OptionWord GENERATOR_WORDS[] = {
+    {"sphere", MESH_SPHERE, NULL},         {"uv_sphere", MESH_UV_SPHERE, NULL},
+    {"ico_sphere", MESH_ICO_SPHERE, NULL}, {"sheet", MESH_SHEET, NULL},
+    {"stomach", MESH_STOMACH, NULL},       {NULL, 0, NULL}};
+
+enum { ICO_DEEPEST = 8, ICO_USUAL = 3, ICO_MOST = 655362 };
+
+#define AT(member) offsetof(MeshGroup, member)
+static const Option MESH_OPTIONS[] = {
+    {"file", OPTION_STRING, AT(file), "", .low = 1, .high = SCENE_FILE_MAX, .preset_text = "none",
+     .about = "OBJ or STL file, seen from the scene's folder. Either this or `generator`."},
+    {"generator", OPTION_WORD, AT(generator), "", .words = GENERATOR_WORDS, .preset = -1,
+     .preset_text = "none", .about = "Formula that makes the mesh."},
+    {"nodes", OPTION_INT, AT(nodes), "", 4.0, ICO_MOST,
+     .preset_text = "`sphere` 114, `stomach` 188",
+     .about =
+         "Number of nodes: `sphere` 4 to 20000, `stomach` 60 to 20000, `ico_sphere` 10 * 4^s + "
+         "2."},
+    {"subdivisions", OPTION_INT, AT(subdivisions), "", 0.0, ICO_DEEPEST, .preset = ICO_USUAL,
+     .about = "`ico_sphere`: how often every triangle of the icosahedron is split in four."},
+    {"rings", OPTION_INT, AT(rings), "", 1.0, 2000.0, .preset = 8.0,
+     .about = "`uv_sphere`: rings of nodes between the poles."},
+    {"segments", OPTION_INT, AT(segments), "", 3.0, 4000.0, .preset = 14.0,
+     .about = "`uv_sphere`: nodes of a ring."},
+    {"columns", OPTION_INT, AT(columns), "", 2.0, 4000.0, .preset = 21.0,
+     .about = "`sheet`: nodes along x."},
+    {"rows", OPTION_INT, AT(rows), "", 2.0, 4000.0, .preset = 21.0,
+     .about = "`sheet`: nodes along y."},
+    {"radius", OPTION_REAL, AT(radius), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.05,
+     .about = "Of the spheres."},
+    {"width", OPTION_REAL, AT(width), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.1,
+     .about = "`sheet`: extent along x."},
+    {"height", OPTION_REAL, AT(height), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.1,
+     .about = "`sheet`: extent along y."},
+    {"length", OPTION_REAL, AT(length), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.25,
+     .about = "`stomach`: its largest extent."},
+    {"scale", OPTION_REAL, AT(scale), "", 0.0, 1e6, .open = true, .preset = 1.0,
+     .about = "Metres a unit of the file or generator; 0.001 for millimetres."},
+    {"place", OPTION_GROUP, AT(place), "", .preset_text = "as it is",
+     .about = "Where the scaled mesh stands."},
+};
+#undef AT
+const OptionTable MESH_TABLE = OPTION_TABLE(
+    "bodies.mesh", "A closed or open triangle mesh, from a file or a generator.", MESH_OPTIONS);
+
+static const Option PLACE_OPTIONS[] = {
+    {"translation", OPTION_VECTOR, offsetof(MeshSource, translation), "m", 0.0, POSITION_LIMIT,
+     .about = "Applied last."},
+    {"rotation", OPTION_VECTOR, offsetof(MeshSource, rotation), "rad", 0.0, 100.0,
+     .about = "Rotation vector: axis times angle, about the mesh's origin; applied after `scale`."},
+};
+const OptionTable PLACE_TABLE =
+    OPTION_TABLE("bodies.mesh.place", "A rigid motion of the mesh.", PLACE_OPTIONS);
+
+#define FROM(kind) (1u << (kind))
+static const struct {
+    const char *key;
+    unsigned sources; // that know the key
+} MEANT_FOR[] = {
+    {"nodes", FROM(MESH_SPHERE) | FROM(MESH_ICO_SPHERE) | FROM(MESH_STOMACH)},
+    {"subdivisions", FROM(MESH_ICO_SPHERE)},
+    {"rings", FROM(MESH_UV_SPHERE)},
+    {"segments", FROM(MESH_UV_SPHERE)},
+    {"columns", FROM(MESH_SHEET)},
+    {"rows", FROM(MESH_SHEET)},
+    {"radius", FROM(MESH_SPHERE) | FROM(MESH_UV_SPHERE) | FROM(MESH_ICO_SPHERE)},
+    {"width", FROM(MESH_SHEET)},
+    {"height", FROM(MESH_SHEET)},
+    {"length", FROM(MESH_STOMACH)},
+};
+
+// A key that the chosen source would ignore is a mistake.
+static bool check_meant(const SceneReader *reader, const config_setting_t *group,
+                        MeshSourceKind kind)
+{
+    const char *name = "a file";
+    for (const OptionWord *word = GENERATOR_WORDS; word->word != NULL; word++)
+        if (word->value == (int)kind)
+            name = word->word;
+    for (size_t i = 0; i < sizeof MEANT_FOR / sizeof MEANT_FOR[0]; i++)
+        if (option_given(group, MEANT_FOR[i].key) && !(MEANT_FOR[i].sources & FROM(kind)))
+            return option_fail(&reader->source, option_find(group, MEANT_FOR[i].key),
+                               "%s means nothing for a mesh from %s", MEANT_FOR[i].key, name);
+    return true;
+}
+
+// The number of nodes, which each generator limits in its own way; 0 for those that have none.
+static bool choose_nodes(const SceneReader *reader, const config_setting_t *group,
+                         const MeshGroup *raw, MeshSource *mesh)
+{
+    const OptionSource *source = &reader->source;
+    const config_setting_t *at = option_find(group, "nodes");
+    if (mesh->kind == MESH_ICO_SPHERE) {
+        if (at != NULL && option_given(group, "subdivisions"))
+            return option_fail(source, at, "nodes and subdivisions are two ways to say the same");
+        int nodes = 12, wanted = raw->nodes, subdivisions = 0;
+        while (at != NULL ? nodes < wanted : subdivisions < raw->subdivisions) {
+            nodes = 4 * nodes - 6;
+            subdivisions++;
+        }
+        if (at != NULL && nodes != wanted)
+            return option_fail(source, at,
+                               "nodes %d is no ico_sphere: 10 * 4^s + 2, as 12, 42, 162, 642, 2562",
+                               wanted);
+        mesh->nodes = nodes;
+        return true;
+    }
+    bool sphere = mesh->kind == MESH_SPHERE;
+    if (!sphere && mesh->kind != MESH_STOMACH)
+        return true;
+    mesh->nodes = at != NULL ? raw->nodes : sphere ? 114 : 188;
+    int low = sphere ? 4 : 60;
+    if (mesh->nodes < low || mesh->nodes > 20000)
+        return option_fail(source, at, "nodes %d outside [%d, 20000]", mesh->nodes, low);
+    return true;
+}
+
+bool scene_read_mesh(const SceneReader *reader, const config_setting_t *group, MeshSource *mesh)
+{
+    MeshGroup raw = {0};
+    const OptionSource *source = &reader->source;
+    if (!option_read(&MESH_TABLE, group, source, &raw))
+        return false;
+    bool file = option_given(group, "file");
+    if (file == option_given(group, "generator"))
+        return option_fail(source, group, "mesh needs %s file or generator",
+                           file ? "only one of" : "a");
+    mesh->kind = file ? MESH_FILE : (MeshSourceKind)raw.generator;
+    if (!check_meant(reader, group, mesh->kind) || !choose_nodes(reader, group, &raw, mesh))
+        return false;
+    if (file)
+        mesh->file = scene_source_resolve(reader->folder, raw.file);
+    mesh->rings = raw.rings;
+    mesh->segments = raw.segments;
+    mesh->columns = raw.columns;
+    mesh->rows = raw.rows;
+    mesh->radius = raw.radius;
+    mesh->width = raw.width;
+    mesh->height = raw.height;
+    mesh->length = raw.length;
+    mesh->scale = raw.scale;
+    return option_read(&PLACE_TABLE, raw.place, source, mesh);
+}

@@ -1,0 +1,99 @@
+// Reads one entry of `tools`.
+#include "files/scene_parts.h"
+
+#include <limits.h>
+
+typedef struct ToolGroup {
+    int id, kind;
+    const config_setting_t *capsules, *plane;
+    double max_force;
+} ToolGroup;
+
+enum { KIND_LATER = TOOL_KIND_COUNT };
+static const OptionWord KIND_WORDS[] = {{"probe", TOOL_PROBE, NULL},
+                                        {"static", TOOL_STATIC, NULL},
+                                        {"blade", KIND_LATER, LATER_CUTTING},
+                                        {"grasper", KIND_LATER, LATER_GRASPER},
+                                        {NULL, 0, NULL}};
+
+#define AT(member) offsetof(ToolGroup, member)
+static const Option TOOL_OPTIONS[] = {
+    {"id", OPTION_INT, AT(id), "", 0.0, INT_MAX, .required = true,
+     .about = "Number by which messages name the tool; unique."},
+    {"kind", OPTION_WORD, AT(kind), "", .words = KIND_WORDS, .required = true,
+     .about = "Probe: moved by messages. Static: stands in the world."},
+    {"capsules", OPTION_LIST, AT(capsules), "",
+     .about = "Its shape: up to 8 groups, at least one for a probe."},
+    {"plane", OPTION_GROUP, AT(plane), "", .about = "A half space; static tools only."},
+    {"max_force", OPTION_REAL, AT(max_force), "N", 0.0, FORCE_LIMIT, .open = true, .preset = 3.3,
+     .about = "A probe pushed harder yields: the bodies and its user feel no more than this."},
+    {"edge", OPTION_LATER, 0, "m", .later = LATER_CUTTING, .about = "The two ends of a blade."},
+};
+#undef AT
+const OptionTable TOOL_TABLE = OPTION_TABLE("tools", "One tool.", TOOL_OPTIONS);
+
+static const Option CAPSULE_OPTIONS[] = {
+    {"from", OPTION_VECTOR, offsetof(Capsule, from), "m", 0.0, POSITION_LIMIT,
+     .about = "One end of the axis, in the tool's frame (of a static tool: the world)."},
+    {"to", OPTION_VECTOR, offsetof(Capsule, to), "m", 0.0, POSITION_LIMIT,
+     .preset_text = "as `from`", .about = "The other end; equal ends make a ball."},
+    {"radius", OPTION_REAL, offsetof(Capsule, radius), "m", 0.0, 10.0, .open = true,
+     .required = true, .about = "Around the axis."},
+};
+const OptionTable CAPSULE_TABLE =
+    OPTION_TABLE("tools.capsules", "A cylinder with round ends.", CAPSULE_OPTIONS);
+
+static const Option PLANE_OPTIONS[] = {
+    {"point", OPTION_VECTOR, offsetof(Plane, point), "m", 0.0, POSITION_LIMIT,
+     .about = "Any point of the plane, world frame."},
+    {"normal", OPTION_VECTOR, offsetof(Plane, normal), "", 1e-6, 1e6, .required = true,
+     .about = "Towards the free side; any length."},
+};
+const OptionTable PLANE_TABLE = OPTION_TABLE("tools.plane", "A table, a wall.", PLANE_OPTIONS);
+
+static bool read_capsules(const SceneReader *reader, const config_setting_t *list,
+                          ToolOptions *tool)
+{
+    int count = option_length(list);
+    if (count > TOOL_SHAPES)
+        return option_fail(&reader->source, list, "capsules has %d entries, at most %d", count,
+                           TOOL_SHAPES);
+    for (int i = 0; i < count; i++) {
+        const config_setting_t *group = option_group_at(list, i, &reader->source);
+        Capsule *capsule = &tool->capsule[tool->capsule_count++];
+        if (group == NULL || !option_read(&CAPSULE_TABLE, group, &reader->source, capsule))
+            return false;
+        if (!option_given(group, "to"))
+            capsule->to = capsule->from;
+    }
+    return true;
+}
+
+bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, ToolOptions *tool)
+{
+    ToolGroup raw = {0};
+    const OptionSource *source = &reader->source;
+    if (!option_read(&TOOL_TABLE, group, source, &raw) ||
+        !read_capsules(reader, raw.capsules, tool))
+        return false;
+    tool->id = raw.id;
+    tool->kind = (ToolKind)raw.kind;
+    tool->max_force = raw.max_force;
+    tool->has_plane = raw.plane != NULL;
+    if (raw.plane != NULL) {
+        if (!option_read(&PLANE_TABLE, raw.plane, source, &tool->plane))
+            return false;
+        tool->plane.normal = vec3_unit(tool->plane.normal);
+    }
+    bool probe = tool->kind == TOOL_PROBE;
+    if (probe && tool->has_plane)
+        return option_fail(source, raw.plane,
+                           "plane means nothing for a probe, only for kind static");
+    if (!probe && option_given(group, "max_force"))
+        return option_fail(source, option_find(group, "max_force"),
+                           "max_force means nothing for a static tool: it never yields");
+    if (tool->capsule_count == 0 && !tool->has_plane)
+        return option_fail(source, group, "tool %d has no shape: give it capsules%s", tool->id,
+                           probe ? "" : " or a plane");
+    return true;
+}

@@ -1,0 +1,248 @@
+// Incremental hull in shuffled order. Each point not yet inserted waits at one face that it sees,
+// so that finding the first visible face is free; O(n log n) expected.
+#include "geometry/hull.h"
+
+#include "base/check.h"
+
+#include <stdint.h>
+#include <stdlib.h>
+
+// A point sees a face from more than this above it: far above rounding for points of size 1, far
+// below what 20000 even points on a sphere show (about 1e-6).
+static const double VISIBLE = 1e-13;
+
+typedef struct Face {
+    int corner[3];
+    int neighbor[3]; // across the edge from corner k to corner k + 1
+    int waiting;     // first of the points that wait here, or -1
+    int stamp;       // of the insertion that removed it
+} Face;
+
+// An edge of the rim between what the new point sees and what it does not.
+typedef struct RimEdge {
+    int from, to;
+    int outside; // the face that stays
+} RimEdge;
+
+typedef struct Hull {
+    const Vec3 *point;
+    Face *face;   // [2 count - 4] slots
+    int *next;    // [count] next point that waits at the same face, or -1
+    int *wait;    // [count] the face where a point waits; -1 for corners of the hull
+    int *fan;     // [count] the new face that starts at a rim node
+    int *seen;    // [2 count - 4] faces that the new point sees
+    RimEdge *rim; // [2 count]
+    int face_count;
+    int seen_count, rim_count;
+} Hull;
+
+// Six volumes of the face's tetrahedron with the point: positive above the face.
+static double height_above(const Hull *hull, int face, int point)
+{
+    const int *corner = hull->face[face].corner;
+    Vec3 a = hull->point[corner[0]];
+    Vec3 u = vec3_sub(hull->point[corner[1]], a), v = vec3_sub(hull->point[corner[2]], a);
+    return vec3_dot(vec3_cross(u, v), vec3_sub(hull->point[point], a));
+}
+
+// Lets a point wait at the highest-standing of some faces.
+static void wait_at_best(Hull *hull, int point, const int *face, int count)
+{
+    int best = face[0];
+    double height = height_above(hull, best, point);
+    for (int i = 1; i < count; i++) {
+        double other = height_above(hull, face[i], point);
+        if (other > height) {
+            height = other;
+            best = face[i];
+        }
+    }
+    hull->wait[point] = best;
+    hull->next[point] = hull->face[best].waiting;
+    hull->face[best].waiting = point;
+}
+
+// Four points far from one plane: the longest way, then the widest triangle, then the highest apex.
+static void pick_first(const Vec3 *point, int count, int first[4])
+{
+    for (int i = 0; i < 4; i++)
+        first[i] = 0;
+    for (int stage = 1; stage < 4; stage++) {
+        double best = -1.0;
+        for (int i = 0; i < count; i++) {
+            Vec3 x = vec3_sub(point[i], point[first[0]]);
+            Vec3 u = vec3_sub(point[first[1]], point[first[0]]);
+            Vec3 v = vec3_sub(point[first[2]], point[first[0]]);
+            double size = stage == 1   ? vec3_length(x)
+                          : stage == 2 ? vec3_length(vec3_cross(u, x))
+                                       : fabs(vec3_dot(vec3_cross(u, v), x));
+            if (size > best) {
+                best = size;
+                first[stage] = i;
+            }
+        }
+    }
+}
+
+// The tetrahedron of the first four points, outward.
+static void start_tetrahedron(Hull *hull, const int first[4])
+{
+    static const int corners[4][3] = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}};
+    static const int neighbors[4][3] = {{1, 2, 3}, {3, 2, 0}, {1, 3, 0}, {2, 1, 0}};
+    for (int f = 0; f < 4; f++) {
+        hull->face[f] = (Face){.waiting = -1, .stamp = -1};
+        for (int k = 0; k < 3; k++) {
+            hull->face[f].corner[k] = first[corners[f][k]];
+            hull->face[f].neighbor[k] = neighbors[f][k];
+        }
+    }
+    hull->face_count = 4;
+}
+
+// Faces that the point sees, connected to the one where it waits, and their rim.
+static void find_visible(Hull *hull, int point)
+{
+    hull->seen_count = hull->rim_count = 0;
+    hull->seen[hull->seen_count++] = hull->wait[point];
+    hull->face[hull->wait[point]].stamp = point;
+    for (int i = 0; i < hull->seen_count; i++) {
+        const Face *face = &hull->face[hull->seen[i]];
+        for (int k = 0; k < 3; k++) {
+            int other = face->neighbor[k];
+            if (hull->face[other].stamp == point)
+                continue;
+            if (height_above(hull, other, point) > VISIBLE) {
+                hull->face[other].stamp = point;
+                hull->seen[hull->seen_count++] = other;
+            }
+        }
+    }
+    for (int i = 0; i < hull->seen_count; i++) {
+        const Face *face = &hull->face[hull->seen[i]];
+        for (int k = 0; k < 3; k++)
+            if (hull->face[face->neighbor[k]].stamp != point)
+                hull->rim[hull->rim_count++] =
+                    (RimEdge){face->corner[k], face->corner[(k + 1) % 3], face->neighbor[k]};
+    }
+}
+
+// Replaces the visible faces by a fan from the rim to the point. False if a point already inserted
+// would be buried, which is when the points are not in convex position.
+static bool insert_point(Hull *hull, int point)
+{
+    // Rounding may have let it wait where it sees nothing (four points in one plane): look
+    // everywhere.
+    for (int f = 0; f < hull->face_count && height_above(hull, hull->wait[point], point) <= VISIBLE;
+         f++)
+        hull->wait[point] = f;
+    if (height_above(hull, hull->wait[point], point) <= VISIBLE)
+        return false;
+    find_visible(hull, point);
+    if (hull->rim_count != hull->seen_count + 2)
+        return false;
+    // Points that waited at what goes away, in one list.
+    int orphans = -1;
+    for (int i = 0; i < hull->seen_count; i++) {
+        int at = hull->face[hull->seen[i]].waiting;
+        while (at >= 0) {
+            int after = hull->next[at];
+            if (at != point) {
+                hull->next[at] = orphans;
+                orphans = at;
+            }
+            at = after;
+        }
+    }
+    hull->wait[point] = -1;
+
+    // Two more faces than were removed: the slots of those, and two new ones.
+    hull->seen[hull->seen_count] = hull->face_count;
+    hull->seen[hull->seen_count + 1] = hull->face_count + 1;
+    hull->face_count += 2;
+    for (int i = 0; i < hull->rim_count; i++) {
+        const RimEdge *rim = &hull->rim[i];
+        int f = hull->seen[i];
+        hull->face[f] = (Face){.corner = {rim->from, rim->to, point},
+                               .neighbor = {rim->outside, -1, -1},
+                               .waiting = -1,
+                               .stamp = -1};
+        hull->fan[rim->from] = f;
+        Face *outside = &hull->face[rim->outside];
+        for (int k = 0; k < 3; k++)
+            if (outside->corner[k] == rim->to)
+                outside->neighbor[k] = f;
+    }
+    for (int i = 0; i < hull->rim_count; i++) {
+        int f = hull->seen[i], g = hull->fan[hull->rim[i].to];
+        hull->face[f].neighbor[1] = g;
+        hull->face[g].neighbor[2] = f;
+    }
+    while (orphans >= 0) {
+        int after = hull->next[orphans];
+        wait_at_best(hull, orphans, hull->seen, hull->rim_count);
+        orphans = after;
+    }
+    return true;
+}
+
+// The same pseudo-random order on every machine.
+static void shuffle(int *order, int count)
+{
+    uint64_t state = 1;
+    for (int i = 0; i < count; i++)
+        order[i] = i;
+    for (int i = count - 1; i > 0; i--) {
+        state = state * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+        int other = (int)((state >> 33) % (uint64_t)(i + 1));
+        int swap = order[i];
+        order[i] = order[other];
+        order[other] = swap;
+    }
+}
+
+bool hull_triangulate(const Vec3 *point, int count, int (*triangle)[3])
+{
+    size_t n = (size_t)count;
+    Hull hull = {.point = point,
+                 .face = malloc(2 * n * sizeof *hull.face),
+                 .next = malloc(n * sizeof *hull.next),
+                 .wait = malloc(n * sizeof *hull.wait),
+                 .fan = malloc(n * sizeof *hull.fan),
+                 .seen = malloc(2 * n * sizeof *hull.seen),
+                 .rim = malloc(6 * n * sizeof *hull.rim)};
+    int *order = malloc(n * sizeof *order);
+    ASSERT(hull.face != NULL && hull.next != NULL && hull.wait != NULL && hull.fan != NULL &&
+           hull.seen != NULL && hull.rim != NULL && order != NULL);
+
+    int first[4];
+    static const int all[4] = {0, 1, 2, 3};
+    pick_first(point, count, first);
+    start_tetrahedron(&hull, first);
+    if (height_above(&hull, 0, first[3]) > 0.0) { // the apex must be below the base
+        int swap = first[0];
+        first[0] = first[1];
+        first[1] = swap;
+        start_tetrahedron(&hull, first);
+    }
+    bool convex = true;
+    for (int i = 0; i < count; i++) {
+        hull.wait[i] = -1;
+        if (i != first[0] && i != first[1] && i != first[2] && i != first[3])
+            wait_at_best(&hull, i, all, 4);
+    }
+    shuffle(order, count);
+    for (int i = 0; i < count && convex; i++)
+        if (hull.wait[order[i]] >= 0)
+            convex = insert_point(&hull, order[i]);
+    for (int f = 0; f < hull.face_count; f++)
+        for (int k = 0; k < 3; k++)
+            triangle[f][k] = hull.face[f].corner[k];
+    free(hull.face);
+    free(hull.next);
+    free(hull.wait);
+    free(hull.fan);
+    free(hull.seen);
+    free(hull.rim);
+    free(order);
+    return convex;
+}

@@ -1,0 +1,218 @@
+// Winged-edge tables, built once at load from sorted half-edges, then only read.
+#include "geometry/winged_edge.h"
+
+#include "base/check.h"
+#include "geometry/half_edge.h"
+
+#include <stdlib.h>
+
+static int *new_ints(size_t count)
+{
+    int *array = malloc((count + 1) * sizeof *array);
+    ASSERT(array != NULL);
+    return array;
+}
+
+// Edges in their order, faces on both sides, and the edges and neighbours of each face.
+static void link_edges(WingedMesh *winged, const TriMesh *mesh, const HalfEdges *half)
+{
+    int(*face_edge)[3] = winged->face_edge;
+    for (int first = 0; first < half->count;) {
+        int end = half_edge_group_end(half, mesh, first);
+        ASSERT(end - first <= 2);
+        WingedEdge *edge = &winged->edge[winged->edge_count];
+        int h = half->order[first];
+        int a = half_edge_from(mesh, h), b = half_edge_to(mesh, h);
+        *edge = (WingedEdge){.node = {a < b ? a : b, a < b ? b : a},
+                             .face = {-1, -1},
+                             .previous = {-1, -1},
+                             .next = {-1, -1}};
+        for (int i = first; i < end; i++) {
+            h = half->order[i];
+            edge->face[half_edge_from(mesh, h) == edge->node[0] ? 0 : 1] = h / 3;
+            face_edge[h / 3][h % 3] = winged->edge_count;
+            winged->face_neighbor[h / 3][h % 3] = half->twin[h] >= 0 ? half->twin[h] / 3 : -1;
+        }
+        winged->edge_count++;
+        first = end;
+    }
+    for (int h = 0; h < half->count; h++) {
+        WingedEdge *edge = &winged->edge[face_edge[h / 3][h % 3]];
+        int side = half_edge_from(mesh, h) == edge->node[0] ? 0 : 1;
+        edge->previous[side] = face_edge[h / 3][half_edge_previous(h) % 3];
+        edge->next[side] = face_edge[h / 3][half_edge_next(h) % 3];
+    }
+}
+
+static void link_node_faces(WingedMesh *winged, const TriMesh *mesh)
+{
+    int *start = winged->node_face_start;
+    for (int i = 0; i <= mesh->node_count; i++)
+        start[i] = 0;
+    for (int t = 0; t < mesh->triangle_count; t++)
+        for (int k = 0; k < 3; k++)
+            start[mesh->triangle[t][k] + 1]++;
+    for (int i = 0; i < mesh->node_count; i++)
+        start[i + 1] += start[i];
+    // Filling moves each start to its end; shifting back is cheaper than a second array.
+    for (int t = 0; t < mesh->triangle_count; t++)
+        for (int k = 0; k < 3; k++)
+            winged->node_face[start[mesh->triangle[t][k]]++] = t;
+    for (int i = mesh->node_count; i > 0; i--)
+        start[i] = start[i - 1];
+    start[0] = 0;
+}
+
+// The edges round each node. A border node starts at its border edge, any other at its first edge.
+static void link_node_edges(WingedMesh *winged, const TriMesh *mesh, const HalfEdges *half)
+{
+    int *first = new_ints((size_t)mesh->node_count); // half-edge where the turn starts
+    for (int i = 0; i < mesh->node_count; i++)
+        first[i] = -1;
+    for (int i = 0; i < half->count; i++) {
+        int h = half->order[i], from = half_edge_from(mesh, h);
+        if (first[from] < 0 || half->twin[h] < 0)
+            first[from] = h;
+    }
+    int count = 0;
+    for (int i = 0; i < mesh->node_count; i++) {
+        winged->node_edge_start[i] = count;
+        int h = first[i];
+        while (h >= 0) {
+            winged->node_edge[count++] = winged->face_edge[h / 3][h % 3];
+            int back = half_edge_previous(h); // ends at the node: the next edge of the turn
+            h = half->twin[back];
+            if (h < 0)
+                winged->node_edge[count++] = winged->face_edge[back / 3][back % 3];
+            if (h == first[i])
+                break;
+        }
+    }
+    winged->node_edge_start[mesh->node_count] = count;
+    ASSERT(count == 2 * winged->edge_count);
+    free(first);
+}
+
+void winged_create(WingedMesh *winged, const TriMesh *mesh)
+{
+    HalfEdges half;
+    half_edge_create(&half, mesh);
+    size_t edge_count = 0;
+    for (int first = 0; first < half.count; first = half_edge_group_end(&half, mesh, first))
+        edge_count++;
+    size_t faces = (size_t)mesh->triangle_count, nodes = (size_t)mesh->node_count;
+    *winged = (WingedMesh){.node_count = mesh->node_count,
+                           .face_count = mesh->triangle_count,
+                           .edge = malloc((edge_count + 1) * sizeof *winged->edge),
+                           .face_edge = malloc((faces + 1) * sizeof *winged->face_edge),
+                           .face_neighbor = malloc((faces + 1) * sizeof *winged->face_neighbor),
+                           .node_edge_start = new_ints(nodes + 1),
+                           .node_edge = new_ints(2 * edge_count),
+                           .node_face_start = new_ints(nodes + 1),
+                           .node_face = new_ints(3 * faces)};
+    ASSERT(winged->edge != NULL && winged->face_edge != NULL && winged->face_neighbor != NULL);
+    link_edges(winged, mesh, &half);
+    link_node_faces(winged, mesh);
+    link_node_edges(winged, mesh, &half);
+    half_edge_destroy(&half);
+}
+
+void winged_destroy(WingedMesh *winged)
+{
+    free(winged->edge);
+    free(winged->face_edge);
+    free(winged->face_neighbor);
+    free(winged->node_edge_start);
+    free(winged->node_edge);
+    free(winged->node_face_start);
+    free(winged->node_face);
+    *winged = (WingedMesh){0};
+}
+
+int winged_valence(const WingedMesh *winged, int node)
+{
+    return winged->node_edge_start[node + 1] - winged->node_edge_start[node];
+}
+
+int winged_other(const WingedMesh *winged, int edge, int node)
+{
+    const int *end = winged->edge[edge].node;
+    return end[0] == node ? end[1] : end[0];
+}
+
+int winged_find_edge(const WingedMesh *winged, int a, int b)
+{
+    int start = a < b ? a : b, end = a < b ? b : a;
+    int low = 0, high = winged->edge_count; // the edge is in [low, high)
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        const int *node = winged->edge[middle].node;
+        if (node[0] == start && node[1] == end)
+            return middle;
+        if (node[0] < start || (node[0] == start && node[1] < end))
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return -1;
+}
+
+bool winged_is_boundary_edge(const WingedMesh *winged, int edge)
+{
+    return winged->edge[edge].face[0] < 0 || winged->edge[edge].face[1] < 0;
+}
+
+bool winged_is_boundary_node(const WingedMesh *winged, int node)
+{
+    // The turn round a border node starts at the border.
+    int start = winged->node_edge_start[node];
+    return start < winged->node_edge_start[node + 1] &&
+           winged_is_boundary_edge(winged, winged->node_edge[start]);
+}
+
+// The root of i in a forest of parents; halves the path on its way.
+static int find_root(int *parent, int i)
+{
+    while (parent[i] != i) {
+        parent[i] = parent[parent[i]];
+        i = parent[i];
+    }
+    return i;
+}
+
+// Trees left after joining nodes along all edges, or only border nodes along border edges.
+static int count_trees(const WingedMesh *winged, bool boundary_only)
+{
+    int *parent = new_ints((size_t)winged->node_count);
+    int trees = 0;
+    for (int i = 0; i < winged->node_count; i++) {
+        parent[i] = i;
+        trees += !boundary_only || winged_is_boundary_node(winged, i);
+    }
+    for (int e = 0; e < winged->edge_count; e++) {
+        if (boundary_only && !winged_is_boundary_edge(winged, e))
+            continue;
+        int a = find_root(parent, winged->edge[e].node[0]);
+        int b = find_root(parent, winged->edge[e].node[1]);
+        trees -= a != b;
+        parent[a > b ? a : b] = a > b ? b : a;
+    }
+    free(parent);
+    return trees;
+}
+
+int winged_boundary_loops(const WingedMesh *winged)
+{
+    // In a valid mesh a border node has exactly two border edges: each tree of them is one loop.
+    return count_trees(winged, true);
+}
+
+int winged_components(const WingedMesh *winged)
+{
+    return count_trees(winged, false);
+}
+
+int winged_euler(const WingedMesh *winged)
+{
+    return winged->node_count - winged->edge_count + winged->face_count;
+}

@@ -1,0 +1,424 @@
+// pliantd: the daemon's command line. Reads and builds the scene, then runs it live, off line, or
+// prints what it is.
+#include "base/log.h"
+#include "files/checkpoint.h"
+#include "run/explain.h"
+#include "run/live.h"
+#include "run/offline.h"
+#include "run/realtime.h"
+
+#include <argp.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char *argp_program_version = "pliantd " PLIANT_VERSION;
+
+enum {
+    OPTION_CHECK = 256,
+    OPTION_EXPLAIN,
+    OPTION_OFFLINE,
+    OPTION_INPUT,
+    OPTION_LOG_INPUTS,
+    OPTION_RECORD,
+    OPTION_CHECKPOINT,
+    OPTION_CHECKPOINT_EVERY,
+    OPTION_RESUME,
+    OPTION_RATE,
+    OPTION_DURATION,
+    OPTION_SEED,
+    OPTION_LOG_LEVEL,
+    OPTION_ISA,
+    OPTION_PREFIX,
+};
+
+typedef struct Arguments {
+    const char *scene, *lcm_url, *input, *log_inputs, *checkpoint, *resume, *isa, *prefix;
+    bool check, explain, offline;
+    double offline_s, checkpoint_s, duration_s, rate_hz; // 0: not given
+    int parsed; // arguments that were understood, for the message about the one that was not
+    Status status;
+} Arguments;
+
+static const struct argp_option options[] = {
+    {"lcm-url", 'l', "URL", 0, "Where messages travel (else the scene's, LCM_DEFAULT_URL, ttl 0)",
+     1},
+    {"prefix", OPTION_PREFIX, "NAME", 0,
+     "First part of the channels' names, instead of the scene's", 1},
+    {"check", OPTION_CHECK, 0, 0, "Read and validate everything, print a summary, exit", 2},
+    {"explain", OPTION_EXPLAIN, 0, 0,
+     "Print stages, kernels, bytes of every array and what is left out, exit", 2},
+    {"offline", OPTION_OFFLINE, "SECONDS", 0,
+     "Simulate that long as fast as possible, without network", 3},
+    {"input", OPTION_INPUT, "LOG", 0, "Off line: apply the inputs of an LCM event log", 3},
+    {"log-inputs", OPTION_LOG_INPUTS, "FILE", 0,
+     "Write every accepted input with its tick; --input of it repeats the run bit for bit", 3},
+    {"record", OPTION_RECORD, "FILE", 0, "Not in this version", 4},
+    {"checkpoint", OPTION_CHECKPOINT, "FILE", 0,
+     "Write a checkpoint at the end, on SIGUSR1 and on command", 4},
+    {"checkpoint-every", OPTION_CHECKPOINT_EVERY, "S", 0, "And every S simulated seconds", 4},
+    {"resume", OPTION_RESUME, "FILE", 0, "Start from a checkpoint", 4},
+    {"rate", OPTION_RATE, "HZ", 0, "Ticks a second, instead of the scene's", 5},
+    {"duration", OPTION_DURATION, "S", 0, "End after S seconds (late ticks included)", 5},
+    {"seed", OPTION_SEED, "N", 0, "Accepted; nothing is random in this version", 5},
+    {"isa", OPTION_ISA, "LEVEL", 0, "Instruction-set level of the kernels: auto or a level's name",
+     5},
+    {"log-level", OPTION_LOG_LEVEL, "L", 0, "error, warning, info or debug", 6},
+    {0}};
+
+static void bad_usage(Arguments *arguments, const char *name, const char *value, const char *why)
+{
+    status_fail(&arguments->status, STATUS_INVALID, "pliantd: %s '%s' %s (see pliantd --help)",
+                name, value, why);
+}
+
+static double parse_number(Arguments *arguments, const char *name, const char *text, double low,
+                           double high)
+{
+    char *end, why[64];
+    double value = strtod(text, &end);
+    if (end == text || *end != '\0' || !(value >= low && value <= high)) {
+        snprintf(why, sizeof why, "is not a number in [%g, %g]", low, high);
+        bad_usage(arguments, name, text, why);
+    }
+    return value;
+}
+
+// Channels are matched as regular expressions and hold at most 63 characters.
+static void check_prefix(Arguments *arguments, const char *text)
+{
+    static const char letters[] =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-";
+    if (text[0] == '\0' || strlen(text) > 32 || strspn(text, letters) != strlen(text))
+        bad_usage(arguments, "--prefix", text, "is not 1 to 32 letters, digits, _ or -");
+}
+
+static error_t parse_option(int key, char *text, struct argp_state *state)
+{
+    Arguments *a = state->input;
+    Status *status = &a->status;
+    char *end;
+    LogLevel level;
+    switch (key) {
+    case 'l':
+        a->lcm_url = text;
+        break;
+    case OPTION_PREFIX:
+        check_prefix(a, text);
+        a->prefix = text;
+        break;
+    case OPTION_CHECK:
+        a->check = true;
+        break;
+    case OPTION_EXPLAIN:
+        a->explain = true;
+        break;
+    case OPTION_OFFLINE:
+        a->offline = true;
+        a->offline_s = parse_number(a, "--offline", text, 0.0, 1e7);
+        break;
+    case OPTION_INPUT:
+        a->input = text;
+        break;
+    case OPTION_LOG_INPUTS:
+        a->log_inputs = text;
+        break;
+    case OPTION_RECORD:
+        status_fail(status, STATUS_INVALID,
+                    "pliantd: --record is not in this version; lcm-logger records the messages of "
+                    "a running daemon");
+        break;
+    case OPTION_CHECKPOINT:
+        a->checkpoint = text;
+        break;
+    case OPTION_CHECKPOINT_EVERY:
+        a->checkpoint_s = parse_number(a, "--checkpoint-every", text, 1e-3, 1e7);
+        break;
+    case OPTION_RESUME:
+        a->resume = text;
+        break;
+    case OPTION_RATE:
+        a->rate_hz = parse_number(a, "--rate", text, 1.0, 10000.0);
+        break;
+    case OPTION_DURATION:
+        a->duration_s = parse_number(a, "--duration", text, 1e-3, 1e9);
+        break;
+    case OPTION_SEED:
+        strtoll(text, &end, 0);
+        if (end == text || *end != '\0')
+            bad_usage(a, "--seed", text, "is not an integer");
+        break;
+    case OPTION_ISA:
+        a->isa = text;
+        break;
+    case OPTION_LOG_LEVEL:
+        if (log_parse_level(text, &level))
+            log_set_level(level);
+        else
+            bad_usage(a, "--log-level", text, "is not error, warning, info or debug");
+        break;
+    case ARGP_KEY_ARG:
+        if (a->scene != NULL)
+            status_fail(status, STATUS_INVALID,
+                        "pliantd: one scene at a time, got '%s' and '%s' (see pliantd --help)",
+                        a->scene, text);
+        a->scene = text;
+        break;
+    case ARGP_KEY_INIT:
+    case ARGP_KEY_SUCCESS:
+    case ARGP_KEY_END:
+    case ARGP_KEY_FINI:
+    case ARGP_KEY_NO_ARGS:
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+    a->parsed = state->next;
+    return 0;
+}
+
+// Options that only make sense together.
+static void check_together(Arguments *a)
+{
+    Status *status = &a->status;
+    if (a->scene == NULL)
+        status_fail(status, STATUS_INVALID, "pliantd: no scene given (see pliantd --help)");
+    if (a->input != NULL && !a->offline)
+        status_fail(status, STATUS_INVALID, "pliantd: --input needs --offline SECONDS");
+    if (a->log_inputs != NULL && a->offline)
+        status_fail(status, STATUS_INVALID, "pliantd: --log-inputs logs a live run, not --offline");
+    if (a->duration_s > 0.0 && a->offline)
+        status_fail(status, STATUS_INVALID,
+                    "pliantd: --offline SECONDS has its own duration, drop --duration");
+    if (a->checkpoint_s > 0.0 && a->checkpoint == NULL)
+        status_fail(status, STATUS_INVALID, "pliantd: --checkpoint-every needs --checkpoint FILE");
+}
+
+// argp would print two lines and exit with a code of its own.
+static void parse_arguments(int argc, char **argv, Arguments *arguments)
+{
+    static const struct argp argp = {
+        options,
+        parse_option,
+        "SCENE.cfg",
+        "Simulates the soft bodies of a scene in real time and serves them over LCM.\v"
+        "Exit code 0: done; 1: failure while running; 2: bad usage, scene, mesh or file.",
+        NULL,
+        NULL,
+        NULL};
+    arguments->parsed = 1;
+    if (argp_parse(&argp, argc, argv, ARGP_NO_ERRS, NULL, arguments) != 0)
+        status_fail(&arguments->status, STATUS_INVALID,
+                    "pliantd: '%s' is no option or lacks its value (see pliantd --help)",
+                    arguments->parsed < argc ? argv[arguments->parsed] : "?");
+    check_together(arguments);
+}
+
+// --- the scene ---
+
+static void apply_overrides(Scene *scene, const Arguments *arguments)
+{
+    if (arguments->rate_hz > 0.0)
+        scene->rate_hz = arguments->rate_hz;
+    if (arguments->prefix != NULL) {
+        // A scene that listens elsewhere on purpose goes on doing so.
+        if (strcmp(scene->input_prefix, scene->prefix) == 0)
+            snprintf(scene->input_prefix, sizeof scene->input_prefix, "%s", arguments->prefix);
+        snprintf(scene->prefix, sizeof scene->prefix, "%s", arguments->prefix);
+    }
+}
+
+#ifndef PLIANT_WITH_SURFACE
+static const char *const *surface_isa_levels(void)
+{
+    static const char *const none[] = {NULL};
+    return none;
+}
+
+static const char *surface_isa(const Body *body)
+{
+    (void)body;
+    return "auto";
+}
+#endif
+
+static bool isa_is_known(const char *name)
+{
+    for (const char *const *level = surface_isa_levels(); *level != NULL; level++)
+        if (strcmp(*level, name) == 0)
+            return true;
+    return strcmp(name, "auto") == 0;
+}
+
+// The level asked for, else that of the log to be repeated, else the best.
+static const char *choose_isa(const Arguments *arguments, const InputLogReader *input,
+                              Status *status)
+{
+    if (arguments->isa != NULL) {
+        char levels[128] = "auto";
+        for (const char *const *level = surface_isa_levels(); *level != NULL; level++)
+            snprintf(levels + strlen(levels), sizeof levels - strlen(levels), ", %s", *level);
+        if (!isa_is_known(arguments->isa))
+            status_fail(status, STATUS_INVALID, "pliantd: --isa '%s' is not one of %s here",
+                        arguments->isa, levels);
+        return arguments->isa;
+    }
+    if (input == NULL || !input->exact)
+        return "auto";
+    if (isa_is_known(input->header.isa))
+        return input->header.isa;
+    log_line(LOG_WARNING, "%s: made with the kernels '%s', which this machine cannot run",
+             arguments->input, input->header.isa);
+    return "auto";
+}
+
+// --- the end ---
+
+static void print_times(const char *name, const Histogram *histogram)
+{
+    double us[4];
+    histogram_summarize(histogram, us);
+    printf("%s: p50 %.0f, p99 %.0f, p99.9 %.0f, max %.0f us\n", name, us[0], us[1], us[2], us[3]);
+}
+
+static void print_live(const LiveResult *result)
+{
+    printf("ticks: %lld\nlate ticks: %lld\nresets: %lld\n", (long long)result->ticks,
+           (long long)result->late_ticks, (long long)result->resets);
+    print_times("step", &result->step);
+    print_times("wake-up", &result->wake);
+    printf("messages: in %lld, out %lld, rejected %lld\n", (long long)result->bus.received,
+           (long long)result->bus.published, (long long)result->bus.rejected);
+    for (int i = ACCEPTED + 1; i < REFUSAL_COUNT; i++)
+        if (result->bus.reason[i] > 0)
+            printf("  rejected %s: %lld\n", refusal_name((Refusal)i),
+                   (long long)result->bus.reason[i]);
+    if (result->bus.failed > 0 || result->lost > 0)
+        printf("  not published: %lld, lost on the way to the bus: %lld\n",
+               (long long)result->bus.failed, (long long)result->lost);
+    printf("high water: requests %u, answers %u, contacts %u, events %u, logged inputs %u\n",
+           result->requests_high, result->answers_high, result->contacts_high, result->events_high,
+           result->applied_high);
+    if (result->checkpoints > 0)
+        printf("checkpoints: %lld\n", (long long)result->checkpoints);
+}
+
+static void print_end(World *world)
+{
+    printf("step: %lld, time: %.9g s\nstate: %016llx\n", (long long)sim_steps(world->sim),
+           sim_time(world->sim), (unsigned long long)state_hash(&world->state));
+}
+
+static void print_offline(World *world, const OfflineResult *result)
+{
+    printf("ticks: %lld\nresets: %lld\n", (long long)result->ticks,
+           (long long)sim_resets(world->sim));
+    print_times("step", &result->step);
+    printf("inputs: applied %lld, rejected %lld\n", (long long)result->applied,
+           (long long)result->rejected);
+}
+
+static sigset_t block_signals(void)
+{
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGINT);
+    sigaddset(&signals, SIGTERM);
+    sigaddset(&signals, SIGHUP);
+    sigaddset(&signals, SIGUSR1);
+    pthread_sigmask(SIG_BLOCK, &signals, NULL);
+    signal(SIGPIPE, SIG_IGN);
+    return signals;
+}
+
+static bool run_world(World *world, Scene *scene, const Arguments *arguments, InputLogReader *input,
+                      sigset_t signals, Status *status)
+{
+    if (arguments->explain) {
+        // With what a live run adds for its threads to exchange.
+        ExchangeOptions reserved = {.velocity = scene->publish.velocity,
+                                    .checkpoints = arguments->checkpoint != NULL,
+                                    .logs_inputs = arguments->log_inputs != NULL};
+        Exchange exchange;
+        exchange_create(&exchange, world, &reserved);
+        explain_plan(world, scene, stdout);
+        return true;
+    }
+    if (arguments->check) {
+        explain_summary(world, scene, stdout);
+        return true;
+    }
+    if (arguments->offline) {
+        OfflineOptions offline = {.seconds = arguments->offline_s,
+                                  .input = input,
+                                  .checkpoint_path = arguments->checkpoint,
+                                  .checkpoint_s = arguments->checkpoint_s,
+                                  .signals = signals};
+        OfflineResult result;
+        if (!offline_run(world, scene, &offline, &result, status))
+            return false;
+        print_offline(world, &result);
+        print_end(world);
+        return true;
+    }
+    LiveOptions live = {.lcm_url = arguments->lcm_url,
+                        .isa = surface_isa(sim_body(world->sim, 0)),
+                        .duration_s = arguments->duration_s,
+                        .checkpoint_path = arguments->checkpoint,
+                        .checkpoint_s = arguments->checkpoint_s,
+                        .input_log_path = arguments->log_inputs,
+                        .signals = signals};
+    LiveResult result = {0};
+    bool whole = live_run(world, scene, &live, &result, status);
+    if (result.ticks > 0 || whole) {
+        print_live(&result);
+        print_end(world);
+    }
+    return whole;
+}
+
+static bool run(const Arguments *arguments, Status *status)
+{
+    sigset_t signals = block_signals();
+    realtime_flush_denormals();
+    Scene scene = {0};
+    World world = {0};
+    InputLogReader *input = NULL;
+    bool whole = true;
+    if (arguments->input != NULL) {
+        input = calloc(1, sizeof *input);
+        whole = input != NULL && input_log_open(input, arguments->input, status);
+    }
+    const char *isa = whole ? choose_isa(arguments, input, status) : "auto";
+    whole = status->code == STATUS_OK && scene_read(arguments->scene, &scene, status);
+    if (whole) {
+        apply_overrides(&scene, arguments);
+        BuildOptions build = {.isa = isa,
+                              .may_load = !arguments->offline || input != NULL,
+                              .settle = arguments->resume == NULL};
+        whole = world_build(&world, &scene, &build, status) &&
+                (arguments->resume == NULL ||
+                 checkpoint_read(arguments->resume, &world, &scene, status)) &&
+                run_world(&world, &scene, arguments, input, signals, status);
+        world_destroy(&world);
+    }
+    scene_destroy(&scene);
+    if (input != NULL)
+        input_log_close_reader(input);
+    free(input);
+    return whole;
+}
+
+int main(int argc, char **argv)
+{
+    log_set_program("pliantd");
+    static Arguments arguments;
+    parse_arguments(argc, argv, &arguments);
+    Status *status = &arguments.status;
+    if (status->code == STATUS_OK)
+        run(&arguments, status);
+    fflush(stdout);
+    if (status->code != STATUS_OK)
+        fprintf(stderr, "%s\n", status->text);
+    return (int)status->code;
+}

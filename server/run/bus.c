@@ -1,0 +1,172 @@
+#include "run/bus_parts.h"
+
+#include "base/check.h"
+#include "base/clock.h"
+#include "run/lcm_url.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+// --- start ---
+
+// Channels: at most 63 characters; the longest of a body is that of its velocities.
+static bool name_channels(Bus *bus, Status *status)
+{
+    const char *prefix = bus->scene->prefix;
+    for (int i = 0; i < sim_body_count(bus->sim); i++) {
+        const char *body = sim_body(bus->sim, i)->name;
+        if (strlen(prefix) + strlen("_VELOCITY_") + strlen(body) >= CHANNEL_MAX ||
+            strlen(bus->scene->input_prefix) + strlen("_TOOL_POSE") >= CHANNEL_MAX)
+            return status_fail(status, STATUS_INVALID,
+                               "prefix '%s' and body '%s' make a channel longer than %d characters",
+                               prefix, body, CHANNEL_MAX - 1);
+    }
+    snprintf(bus->reply_channel, 2 * CHANNEL_MAX, "%s_REPLY", prefix);
+    snprintf(bus->event_channel, 2 * CHANNEL_MAX, "%s_EVENT", prefix);
+    snprintf(bus->contact_channel, 2 * CHANNEL_MAX, "%s_CONTACT", prefix);
+    snprintf(bus->status_channel, 2 * CHANNEL_MAX, "%s_STATUS", prefix);
+    snprintf(bus->claim_channel, 2 * CHANNEL_MAX, "%s_CLAIM", prefix);
+    return true;
+}
+
+static void on_answer_to_claim(const lcm_recv_buf_t *message, const char *channel, void *user)
+{
+    (void)message;
+    (void)channel;
+    *(bool *)user = true;
+}
+
+// Two daemons on one output prefix would mix their meshes. A daemon answers a message on its claim
+// channel with a status at once, so that asking takes a moment and not a status period.
+static bool claim_prefix(Bus *bus, const char *url, Status *status)
+{
+    enum { WAIT_MS = 250 };
+    if (url != NULL && strncmp(url, "memq://", 7) == 0)
+        return true;
+    bool taken = false;
+    lcm_subscription_t *answers =
+        lcm_subscribe(bus->lcm, bus->status_channel, on_answer_to_claim, &taken);
+    if (answers == NULL)
+        return status_fail(status, STATUS_FAILED,
+                           "LCM cannot receive: are multicast packets filtered?");
+    int64_t utime = clock_utime();
+    lcm_publish(bus->lcm, bus->claim_channel, &utime, sizeof utime);
+    int64_t end_ns = clock_now_ns() + WAIT_MS * INT64_C(1000000);
+    int64_t left_ms;
+    while (!taken && (left_ms = (end_ns - clock_now_ns()) / 1000000) > 0)
+        lcm_handle_timeout(bus->lcm, (int)left_ms);
+    lcm_unsubscribe(bus->lcm, answers);
+    if (taken)
+        return status_fail(status, STATUS_FAILED,
+                           "another daemon publishes on %s: give this one another --prefix",
+                           bus->status_channel);
+    return true;
+}
+
+static bool connect_bus(Bus *bus, const char *url, Status *status)
+{
+    if (!lcm_url_check(url, status))
+        return false;
+    bus->lcm = lcm_create(url);
+    if (bus->lcm == NULL)
+        return status_fail(status, STATUS_FAILED, "LCM cannot use '%s'",
+                           url != NULL ? url : "its default URL");
+    return claim_prefix(bus, url, status) && bus_subscribe(bus, status);
+}
+
+Bus *bus_create(World *world, const Scene *scene, Exchange *exchange, const char *describe,
+                const char *lcm_url, Status *status)
+{
+    Bus *bus = calloc(1, sizeof *bus);
+    ASSERT(bus != NULL);
+    bus->sim = world->sim;
+    bus->scene = scene;
+    bus->exchange = exchange;
+    bus->describe = describe;
+    gate_init(&bus->gate, world->sim, scene->tool_timeout_s, &world->arena);
+    const char *url = lcm_url != NULL ? lcm_url : scene->lcm_url;
+    if (!name_channels(bus, status) || !connect_bus(bus, url, status)) {
+        bus_destroy(bus);
+        return NULL;
+    }
+    bus_create_streams(bus, &world->arena);
+    return bus;
+}
+
+// --- the thread ---
+
+static void send_all(Bus *bus)
+{
+    int64_t now_ns = clock_now_ns();
+    bus_tell(bus, now_ns);
+    bus_send_contacts(bus);
+    bus_send_frames(bus, now_ns, false);
+    bus_send_meshes(bus, now_ns);
+    bus_tell_status(bus, now_ns);
+}
+
+// Until the next chunk or status is due, something arrives or the step thread wakes us. A step
+// thread that has no contacts to publish does not wake us: then we look often enough by ourselves.
+static void wait_for_something(Bus *bus)
+{
+    int64_t now_ns = clock_now_ns();
+    int64_t wait_ns = bus->scene->publish.contact_hz > 0.0 ? 100000000 : 5000000;
+    int64_t due_ns = bus_next_chunk_ns(bus);
+    if (due_ns != INT64_MAX && due_ns - now_ns < wait_ns)
+        wait_ns = due_ns > now_ns ? due_ns - now_ns : 0;
+    struct pollfd fds[2] = {{.fd = lcm_get_fileno(bus->lcm), .events = POLLIN},
+                            {.fd = bus->exchange->bus_fd, .events = POLLIN}};
+    struct timespec wait = {.tv_sec = wait_ns / 1000000000, .tv_nsec = wait_ns % 1000000000};
+    ppoll(fds, 2, &wait, NULL);
+    exchange_clear(bus->exchange->bus_fd);
+}
+
+static void *bus_main(void *argument)
+{
+    Bus *bus = argument;
+    bool more = false;
+    while (!atomic_load(&bus->finish)) {
+        if (!more)
+            wait_for_something(bus);
+        more = bus_receive(bus);
+        send_all(bus);
+    }
+    send_all(bus);
+    bus_send_frames(bus, clock_now_ns(), true);
+    return NULL;
+}
+
+bool bus_start(Bus *bus, Status *status)
+{
+    int error = pthread_create(&bus->thread, NULL, bus_main, bus);
+    if (error != 0)
+        return status_fail(status, STATUS_FAILED, "cannot start the bus thread: %s",
+                           strerror(error));
+    pthread_setname_np(bus->thread, "pliant-bus");
+    return true;
+}
+
+void bus_stop(Bus *bus)
+{
+    atomic_store(&bus->finish, true);
+    exchange_wake(bus->exchange->bus_fd);
+    pthread_join(bus->thread, NULL);
+}
+
+BusCounts bus_counts(const Bus *bus)
+{
+    BusCounts counts = bus->counts;
+    counts.rejected = gate_refused(&bus->gate);
+    memcpy(counts.reason, bus->gate.refused, sizeof counts.reason);
+    return counts;
+}
+
+void bus_destroy(Bus *bus)
+{
+    if (bus->lcm != NULL)
+        lcm_destroy(bus->lcm);
+    free(bus);
+}

@@ -1,0 +1,28 @@
+// Messages in and out: the only files that know LCM's sockets. The bus thread takes what arrives,
+// checks it and hands it to the step thread; encodes, chunks and paces what the step thread hands
+// out. It never touches the simulation's state.
+#ifndef PLIANT_RUN_BUS_H
+#define PLIANT_RUN_BUS_H
+
+#include "files/scene.h"
+#include "run/exchange.h"
+
+typedef struct Bus Bus;
+
+typedef struct BusCounts {
+    int64_t received, published, rejected, failed; // failed: publishing that the system refused
+    int64_t reason[REFUSAL_COUNT];
+} BusCounts;
+
+// Main thread: connects, refuses an output prefix that another daemon uses, subscribes. `describe`
+// is the answer to DESCRIBE; everything outlives the bus. NULL with `status`.
+Bus *bus_create(World *world, const Scene *scene, Exchange *exchange, const char *describe,
+                const char *lcm_url, Status *status);
+// The thread "pliant-bus".
+bool bus_start(Bus *bus, Status *status);
+// After the other threads have ended: publishes what they left and ends.
+void bus_stop(Bus *bus);
+BusCounts bus_counts(const Bus *bus);
+void bus_destroy(Bus *bus);
+
+#endif

@@ -1,0 +1,157 @@
+// Messages in: checks, the newest pose into its tool's slot, requests into the ring.
+#include "run/bus_parts.h"
+
+#include "base/clock.h"
+#include "base/log.h"
+
+#include "pliant_command_t.h"
+
+#include <poll.h>
+#include <stdio.h>
+#include <string.h>
+
+// One event a second for each reason at most; the counters miss nothing.
+static void tell_refusal(Bus *bus, Refusal refusal, const char *why)
+{
+    int64_t now = clock_now_ns();
+    if (bus->refusal_told_ns[refusal] != 0 && now - bus->refusal_told_ns[refusal] < 1000000000)
+        return;
+    bus->refusal_told_ns[refusal] = now;
+    EventOut event = {
+        .step = bus->status != NULL ? bus->status->step : 0, .body = -1, .kind = "refused"};
+    snprintf(event.text, sizeof event.text, "%s", why);
+    bus_send_event(bus, &event);
+    log_line(LOG_DEBUG, "refused: %s", why);
+}
+
+static void answer_refusal(Bus *bus, const GateResult *result)
+{
+    Answer answer = {.kind = result->input.kind,
+                     .sender = result->input.sender,
+                     .id = result->input.id,
+                     .step = bus->status != NULL ? bus->status->step : 0};
+    memcpy(answer.text, result->why, sizeof answer.text);
+    gate_answer(&bus->gate, &answer);
+    bus_send_answer(bus, &answer);
+}
+
+static bool ends_a_step(const Input *input)
+{
+    return input->kind == INPUT_COMMAND && (input->command.kind == PLIANT_COMMAND_T_PAUSE ||
+                                            input->command.kind == PLIANT_COMMAND_T_STOP);
+}
+
+static void hand_over(Bus *bus, GateResult *result)
+{
+    Exchange *exchange = bus->exchange;
+    if (!input_is_request(&result->input)) {
+        Slot *slot = &exchange->pose[result->input.index];
+        memcpy(slot_back(slot), &result->input, sizeof result->input);
+        slot_publish(slot);
+        return;
+    }
+    // As many answers fit into their ring as requests may wait.
+    if (bus->outstanding == EXCHANGE_REQUESTS) {
+        snprintf(result->why, sizeof result->why, "%d requests wait already", EXCHANGE_REQUESTS);
+        gate_count(&bus->gate, REFUSED_FULL);
+        tell_refusal(bus, REFUSED_FULL, result->why);
+        answer_refusal(bus, result);
+        return;
+    }
+    if (ends_a_step(&result->input))
+        atomic_fetch_add(&exchange->interrupts, 1);
+    if (ring_push(&exchange->request, &result->input))
+        bus->outstanding++;
+    exchange_wake(exchange->step_fd);
+}
+
+static void on_input(const lcm_recv_buf_t *message, const char *channel, void *user)
+{
+    (void)channel;
+    const Subscription *subscription = user;
+    Bus *bus = subscription->bus;
+    bus->counts.received++;
+    GateResult result;
+    gate_pass(&bus->gate, subscription->kind, message->data, message->data_size,
+              clock_now_ns() / 1000, &result);
+    switch (result.passage) {
+    case PASSAGE_OPEN:
+        hand_over(bus, &result);
+        break;
+    case PASSAGE_REFUSED:
+        tell_refusal(bus, result.refusal, result.why);
+        if (result.known && input_is_request(&result.input))
+            answer_refusal(bus, &result);
+        break;
+    case PASSAGE_ANSWERED:
+        bus_send_answer(bus, result.answer);
+        break;
+    case PASSAGE_PENDING:
+        break;
+    }
+}
+
+// A status on our channel that we did not send: somebody else publishes there. The time stamp
+// behind the fingerprint is enough to know our own.
+static void on_status(const lcm_recv_buf_t *message, const char *channel, void *user)
+{
+    Bus *bus = user;
+    int64_t utime = 0;
+    if (message->data_size >= 16)
+        for (int i = 8; i < 16; i++)
+            utime = (int64_t)((uint64_t)utime << 8 | ((const unsigned char *)message->data)[i]);
+    for (int i = 0; i < OWN_STATUSES; i++)
+        if (bus->own_status[i] == utime)
+            return;
+    int64_t now = clock_now_ns();
+    if (bus->foreign_told_ns != 0 && now - bus->foreign_told_ns < 10000000000)
+        return;
+    bus->foreign_told_ns = now;
+    log_line(LOG_WARNING, "another daemon publishes on %s too: its clients mix both", channel);
+}
+
+static void on_claim(const lcm_recv_buf_t *message, const char *channel, void *user)
+{
+    (void)message;
+    (void)channel;
+    ((Bus *)user)->claimed = true;
+}
+
+static bool subscribe(Bus *bus, const char *channel, lcm_msg_handler_t handler, void *user,
+                      int queue, Status *status)
+{
+    lcm_subscription_t *subscription = lcm_subscribe(bus->lcm, channel, handler, user);
+    if (subscription == NULL)
+        return status_fail(status, STATUS_FAILED,
+                           "LCM cannot receive on %s: are multicast packets filtered?", channel);
+    lcm_subscription_set_queue_capacity(subscription, queue);
+    return true;
+}
+
+bool bus_subscribe(Bus *bus, Status *status)
+{
+    // The queues keep the oldest and drop the newest: long enough never to fill between two looks.
+    enum { QUEUE = 4096, SHORT_QUEUE = 16 };
+    for (int k = 0; k < INPUT_KINDS; k++) {
+        char channel[2 * CHANNEL_MAX];
+        snprintf(channel, sizeof channel, "%s_%s", bus->scene->input_prefix,
+                 input_channel((InputKind)k));
+        bus->subscription[k] = (Subscription){.bus = bus, .kind = (InputKind)k};
+        if (!subscribe(bus, channel, on_input, &bus->subscription[k], QUEUE, status))
+            return false;
+    }
+    return subscribe(bus, bus->status_channel, on_status, bus, SHORT_QUEUE, status) &&
+           subscribe(bus, bus->claim_channel, on_claim, bus, SHORT_QUEUE, status);
+}
+
+bool bus_receive(Bus *bus)
+{
+    enum { MOST = 1024 }; // a flood of messages must not stop what goes out
+    struct pollfd in = {.fd = lcm_get_fileno(bus->lcm), .events = POLLIN};
+    for (int i = 0; i < MOST; i++) {
+        if (poll(&in, 1, 0) <= 0 || (in.revents & POLLIN) == 0)
+            return false;
+        lcm_handle(bus->lcm);
+    }
+    return true;
+}

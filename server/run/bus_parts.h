@@ -1,0 +1,98 @@
+// What the bus's files share: bus.c (thread and start), bus_in.c (messages in), bus_out.c (frames,
+// meshes, contacts), bus_tell.c (replies, events, status). Bus thread only.
+#ifndef PLIANT_RUN_BUS_PARTS_H
+#define PLIANT_RUN_BUS_PARTS_H
+
+#include "run/bus.h"
+
+#include <lcm/lcm.h>
+
+#include <pthread.h>
+
+enum {
+    CHANNEL_MAX = 64, // with its NUL; buffers are longer so that the compiler sees that all fits
+    NODES_IN_CHUNK = 4096,     // 49 kB: below one datagram
+    TRIANGLES_IN_CHUNK = 2048, // with NODES_IN_MESH_CHUNK 46 kB
+    NODES_IN_MESH_CHUNK = 1024,
+    OWN_STATUSES = 8,
+};
+
+// Chunks of one frame or mesh, spread over a period.
+typedef struct Pace {
+    int next, count;
+    int64_t start_ns, interval_ns;
+} Pace;
+
+typedef struct BodyStream {
+    char nodes_channel[2 * CHANNEL_MAX], velocity_channel[2 * CHANNEL_MAX];
+    char mesh_channel[2 * CHANNEL_MAX];
+    const Frame *frame; // the newest taken, or NULL
+    Pace nodes, mesh;
+    int32_t nodes_sequence, mesh_sequence;
+} BodyStream;
+
+typedef struct Subscription {
+    Bus *bus;
+    InputKind kind;
+} Subscription;
+
+struct Bus {
+    lcm_t *lcm;
+    Sim *sim; // only what is constant in it is read
+    const Scene *scene;
+    Exchange *exchange;
+    const char *describe;
+    pthread_t thread;
+    atomic_bool finish;
+    bool claimed; // another daemon asks whether this prefix is in use
+
+    // in
+    Gate gate;
+    Subscription subscription[INPUT_KINDS];
+    int outstanding; // requests handed to the step thread and not answered
+    int64_t refusal_told_ns[REFUSAL_COUNT];
+    int64_t foreign_told_ns;
+
+    // out
+    BodyStream *body;
+    int64_t next_mesh_ns, next_status_ns;
+    char reply_channel[2 * CHANNEL_MAX], event_channel[2 * CHANNEL_MAX];
+    char contact_channel[2 * CHANNEL_MAX], status_channel[2 * CHANNEL_MAX];
+    char claim_channel[2 * CHANNEL_MAX];
+    int32_t *contact_sequence;
+    int32_t event_sequence, status_sequence;
+    const StatusOut *status;          // the newest taken, or NULL
+    int64_t own_status[OWN_STATUSES]; // utimes of the newest statuses that we sent
+
+    BusCounts counts;
+};
+
+// bus_in.c
+bool bus_subscribe(Bus *bus, Status *status);
+// Handles what has arrived; true when there may be more.
+bool bus_receive(Bus *bus);
+
+// bus_out.c
+void bus_create_streams(Bus *bus, Arena *arena);
+void bus_send_contacts(Bus *bus);
+// Takes new frames, sends the chunks that are due; at_once: all of the newest frame now.
+void bus_send_frames(Bus *bus, int64_t now_ns, bool at_once);
+void bus_send_meshes(Bus *bus, int64_t now_ns);
+// Whole meshes and the last frames again, soon.
+void bus_restart_streams(Bus *bus, int64_t now_ns);
+// When the next chunk is due [ns], INT64_MAX: nothing is under way.
+int64_t bus_next_chunk_ns(const Bus *bus);
+
+// bus_tell.c
+void bus_send_answer(Bus *bus, const Answer *answer);
+void bus_send_event(Bus *bus, const EventOut *event);
+void bus_send_status(Bus *bus, bool fresh);
+// Answers and events that the other threads have left.
+void bus_tell(Bus *bus, int64_t now_ns);
+// Status when it is new, or long ago, or asked for by a claim.
+void bus_tell_status(Bus *bus, int64_t now_ns);
+
+// Counts what publishing returned.
+void bus_count_published(Bus *bus, int result);
+
+#endif

@@ -1,0 +1,206 @@
+// Replies, events and status out.
+#include "run/bus_parts.h"
+
+#include "base/check.h"
+#include "base/clock.h"
+#include "base/log.h"
+#include "run/loop.h"
+#include "run/requests.h"
+
+#include "pliant_command_t.h"
+#include "pliant_event_t.h"
+#include "pliant_reply_t.h"
+#include "pliant_status_t.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+void bus_count_published(Bus *bus, int result)
+{
+    if (result == 0)
+        bus->counts.published++;
+    else
+        bus->counts.failed++;
+}
+
+void bus_send_answer(Bus *bus, const Answer *answer)
+{
+    char channel[2 * CHANNEL_MAX];
+    snprintf(channel, sizeof channel, "%s_%s", bus->scene->input_prefix,
+             input_channel(answer->kind));
+    bool describes =
+        answer->ok && answer->kind == INPUT_COMMAND && answer->command == PLIANT_COMMAND_T_DESCRIBE;
+    const char *text = describes ? bus->describe : answer->text;
+    pliant_reply_t message = {.utime = clock_utime(),
+                              .sender = answer->sender,
+                              .id = answer->id,
+                              .ok = answer->ok,
+                              .step = answer->step,
+                              .pieces = answer->pieces,
+                              .channel = channel,
+                              .text = (char *)(uintptr_t)text};
+    bus_count_published(bus, pliant_reply_t_publish(bus->lcm, bus->reply_channel, &message));
+    if (describes)
+        bus_restart_streams(bus, clock_now_ns());
+}
+
+void bus_send_event(Bus *bus, const EventOut *event)
+{
+    const char *body = event->body >= 0 ? sim_body(bus->sim, event->body)->name : "";
+    pliant_event_t message = {.utime = clock_utime(),
+                              .sequence = ++bus->event_sequence,
+                              .step = event->step,
+                              .body = (char *)(uintptr_t)body,
+                              .kind = (char *)(uintptr_t)event->kind,
+                              .text = (char *)(uintptr_t)event->text};
+    bus_count_published(bus, pliant_event_t_publish(bus->lcm, bus->event_channel, &message));
+}
+
+// --- status ---
+
+static void fill_bodies(const Bus *bus, pliant_body_status_t *out)
+{
+    for (int i = 0; i < sim_body_count(bus->sim); i++) {
+        Body *body = sim_body(bus->sim, i);
+        const BodyMeasure *measure = &bus->status->measure[i];
+        out[i] = (pliant_body_status_t){
+            .name = body->name,
+            .model = (char *)(uintptr_t)body->ops->model,
+            .integrator = (char *)(uintptr_t)integrator_name(body->integrator),
+            .topology = body->mesh.topology,
+            .nodes = body->mesh.node_count,
+            .springs = body->spring_count,
+            .elements = body->element_count > 0 ? body->element_count : body->surface.face_count,
+            .pieces = requests_pieces(bus->sim, i),
+            .finest_level = body->finest_level,
+            .time_step = body->h,
+            .kinetic = measure->kinetic,
+            .elastic = measure->elastic,
+            .mass = body->mass,
+            .max_displacement = measure->max_displacement};
+    }
+}
+
+static int fill_stages(const Bus *bus, char *name[STAGE_COUNT], double us[STAGE_COUNT])
+{
+    int count = sim_stage_count(bus->sim);
+    for (int i = 0; i < count; i++) {
+        StageId stage = sim_stage(bus->sim, i);
+        name[i] = (char *)(uintptr_t)stage_name(stage);
+        us[i] = bus->status->stage_us[stage];
+    }
+    return count;
+}
+
+static int fill_reasons(const Bus *bus, char *name[REFUSAL_COUNT], int64_t count[REFUSAL_COUNT])
+{
+    int reasons = 0;
+    for (int i = ACCEPTED + 1; i < REFUSAL_COUNT; i++) {
+        if (bus->gate.refused[i] == 0)
+            continue;
+        name[reasons] = (char *)(uintptr_t)refusal_name((Refusal)i);
+        count[reasons++] = bus->gate.refused[i];
+    }
+    return reasons;
+}
+
+// Not fresh: sent before, so its figures "since the last status" are zero now.
+void bus_send_status(Bus *bus, bool fresh)
+{
+    const StatusOut *from = bus->status;
+    char *stage[STAGE_COUNT], *reason[REFUSAL_COUNT];
+    double stage_us[STAGE_COUNT];
+    int64_t count[REFUSAL_COUNT];
+    int bodies = sim_body_count(bus->sim);
+    pliant_body_status_t *body = calloc((size_t)bodies + 1, sizeof *body);
+    ASSERT(body != NULL);
+    fill_bodies(bus, body);
+    pliant_status_t message = {.utime = clock_utime(),
+                               .sequence = ++bus->status_sequence,
+                               .scene = (char *)(uintptr_t)bus->scene->name,
+                               .state = (char *)(uintptr_t)loop_state_name(from->state),
+                               .step = from->step,
+                               .time = from->time,
+                               .rate_hz = bus->scene->rate_hz,
+                               .real_time_factor = fresh ? from->real_time_factor : 0.0,
+                               .late_ticks = from->late_ticks,
+                               .resets = from->resets,
+                               .rejected = gate_refused(&bus->gate),
+                               .num_stages = fill_stages(bus, stage, stage_us),
+                               .stage = stage,
+                               .stage_us = stage_us,
+                               .num_bodies = bodies,
+                               .body = body,
+                               .num_reasons = fill_reasons(bus, reason, count),
+                               .reason = reason,
+                               .count = count};
+    if (fresh) {
+        memcpy(message.step_us, from->step_us, sizeof message.step_us);
+        memcpy(message.wake_us, from->wake_us, sizeof message.wake_us);
+    } else {
+        memset(stage_us, 0, sizeof stage_us);
+    }
+    bus->own_status[bus->status_sequence % OWN_STATUSES] = message.utime;
+    bus_count_published(bus, pliant_status_t_publish(bus->lcm, bus->status_channel, &message));
+    free(body);
+}
+
+void bus_tell_status(Bus *bus, int64_t now_ns)
+{
+    double hz = bus->scene->publish.status_hz;
+    const StatusOut *newest = slot_take(&bus->exchange->status);
+    if (newest != NULL)
+        bus->status = newest;
+    if (bus->status == NULL)
+        return;
+    bool overdue = hz > 0.0 && now_ns >= bus->next_status_ns;
+    if (newest == NULL && !overdue && !bus->claimed)
+        return;
+    bus_send_status(bus, newest != NULL);
+    bus->claimed = false;
+    // The step thread's own beat comes first; only when it rests do we repeat the last one.
+    if (hz > 0.0)
+        bus->next_status_ns = now_ns + (int64_t)(1.5e9 / hz);
+}
+
+// --- what the other threads have left ---
+
+static void tell_answers(Bus *bus, Ring *ring, int64_t now_ns)
+{
+    const Answer *answer;
+    while ((answer = ring_peek(ring)) != NULL) {
+        // Whoever steps sees the nodes and contacts of the last tick before the reply.
+        if (answer->after_frame) {
+            bus_send_frames(bus, now_ns, true);
+            bus_send_contacts(bus);
+        }
+        if (!answer->ok)
+            gate_count(&bus->gate, REFUSED_NOT_POSSIBLE);
+        gate_answer(&bus->gate, answer);
+        bus_send_answer(bus, answer);
+        bus->outstanding--;
+        ring_pop(ring);
+    }
+}
+
+static void tell_events(Bus *bus, Ring *ring)
+{
+    const EventOut *event;
+    while ((event = ring_peek(ring)) != NULL) {
+        log_line(LOG_DEBUG, "%s: %s", event->kind, event->text);
+        bus_send_event(bus, event);
+        ring_pop(ring);
+    }
+}
+
+void bus_tell(Bus *bus, int64_t now_ns)
+{
+    Exchange *exchange = bus->exchange;
+    tell_events(bus, &exchange->event);
+    tell_answers(bus, &exchange->answer, now_ns);
+    if (exchange->checkpoints) {
+        tell_answers(bus, &exchange->written, now_ns);
+        tell_events(bus, &exchange->files_event);
+    }
+}

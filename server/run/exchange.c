@@ -1,0 +1,100 @@
+#include "run/exchange.h"
+
+#include <errno.h>
+#include <string.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+static size_t round_up(size_t bytes)
+{
+    return (bytes + 63) / 64 * 64;
+}
+
+static void create_slot(Slot *slot, Arena *arena, size_t stride, const char *name)
+{
+    size_t rounded = round_up(stride);
+    slot_init(slot, arena_allocate(arena, ARENA_OUTPUT, 3, rounded, "run/%s", name), rounded);
+}
+
+static void create_ring(Ring *ring, Arena *arena, unsigned capacity, size_t stride,
+                        const char *name)
+{
+    ring_init(ring, arena_allocate(arena, ARENA_OUTPUT, capacity, stride, "run/%s", name), capacity,
+              stride);
+}
+
+void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *options)
+{
+    memset(exchange, 0, sizeof *exchange);
+    Arena *arena = &world->arena;
+    Sim *sim = world->sim;
+    exchange->tool_count = sim_tool_count(sim);
+    exchange->body_count = sim_body_count(sim);
+    exchange->velocity = options->velocity;
+    exchange->checkpoints = options->checkpoints;
+    exchange->logs_inputs = options->logs_inputs;
+
+    exchange->pose = arena_allocate(arena, ARENA_OUTPUT, (size_t)exchange->tool_count,
+                                    sizeof *exchange->pose, "run/pose_slots");
+    for (int i = 0; i < exchange->tool_count; i++)
+        create_slot(&exchange->pose[i], arena, sizeof(Input), "pose");
+    exchange->frame = arena_allocate(arena, ARENA_OUTPUT, (size_t)exchange->body_count,
+                                     sizeof *exchange->frame, "run/frame_slots");
+    for (int i = 0; i < exchange->body_count; i++) {
+        const Body *body = sim_body(sim, i);
+        size_t values = (size_t)body->mesh.node_count * (options->velocity ? 6 : 3);
+        char name[64];
+        snprintf(name, sizeof name, "frame_%s", body->name);
+        create_slot(&exchange->frame[i], arena, sizeof(Frame) + values * sizeof(float), name);
+    }
+    create_slot(&exchange->status, arena,
+                sizeof(StatusOut) + (size_t)exchange->body_count * sizeof(BodyMeasure), "status");
+    create_ring(&exchange->request, arena, EXCHANGE_REQUESTS, sizeof(Input), "requests");
+    create_ring(&exchange->contact, arena, EXCHANGE_CONTACTS, sizeof(ContactOut), "contacts");
+    create_ring(&exchange->answer, arena, EXCHANGE_REQUESTS, sizeof(Answer), "answers");
+    create_ring(&exchange->event, arena, EXCHANGE_EVENTS, sizeof(EventOut), "events");
+    if (options->logs_inputs)
+        create_ring(&exchange->applied, arena, EXCHANGE_APPLIED, sizeof(AppliedInput), "applied");
+    if (options->checkpoints) {
+        checkpoint_reserve(&exchange->image, world);
+        create_ring(&exchange->written, arena, EXCHANGE_REQUESTS, sizeof(Answer), "written");
+        create_ring(&exchange->files_event, arena, EXCHANGE_EVENTS, sizeof(EventOut),
+                    "files_events");
+    }
+
+    exchange->step_fd = exchange->bus_fd = exchange->files_fd = -1;
+}
+
+bool exchange_open(Exchange *exchange, Status *status)
+{
+    exchange->step_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+    exchange->bus_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+    exchange->files_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+    if (exchange->step_fd < 0 || exchange->bus_fd < 0 || exchange->files_fd < 0)
+        return status_fail(status, STATUS_FAILED, "cannot create a wake-up descriptor: %s",
+                           strerror(errno));
+    return true;
+}
+
+void exchange_close(Exchange *exchange)
+{
+    int fds[] = {exchange->step_fd, exchange->bus_fd, exchange->files_fd};
+    for (int i = 0; i < 3; i++)
+        if (fds[i] >= 0)
+            close(fds[i]);
+}
+
+void exchange_wake(int fd)
+{
+    uint64_t one = 1;
+    // A full counter means that a wake-up is already waiting.
+    if (write(fd, &one, sizeof one) < 0)
+        return;
+}
+
+void exchange_clear(int fd)
+{
+    uint64_t count;
+    if (read(fd, &count, sizeof count) < 0)
+        return; // nothing was waiting
+}

@@ -1,0 +1,112 @@
+// Everything that the step thread shares with the bus and files threads: latest-value slots,
+// bounded rings, two wake-up descriptors and a few flags. All memory is taken at load; nobody waits
+// for anybody. For each member: who writes, who reads.
+#ifndef PLIANT_RUN_EXCHANGE_H
+#define PLIANT_RUN_EXCHANGE_H
+
+#include "base/ring.h"
+#include "base/slot.h"
+#include "files/build.h"
+#include "files/checkpoint.h"
+#include "run/gate.h"
+
+#include <stdatomic.h>
+
+enum {
+    EXCHANGE_REQUESTS = 128, // requests waiting; as many answers fit, so that none is ever lost
+    EXCHANGE_CONTACTS = 1024,
+    EXCHANGE_EVENTS = 256,
+    EXCHANGE_APPLIED = 4096,
+    EXCHANGE_CHECKPOINTS = 16, // requests that one checkpoint file answers
+};
+
+typedef enum RunState { RUN_RUNNING, RUN_PAUSED, RUN_LOCKSTEP } RunState;
+
+// Positions (and velocities) of one body after a tick.
+typedef struct Frame {
+    int64_t utime; // [us]
+    int64_t step;
+    double time;     // [s]
+    int64_t at_once; // 1: lockstep, all chunks leave before the reply
+    float value[];   // positions [3 n], then velocities [3 n] if they are published
+} Frame;
+
+typedef struct ContactOut {
+    int tool; // index
+    int64_t utime, step, pose_utime;
+    double time;
+    ToolWrench wrench;
+} ContactOut;
+
+typedef struct EventOut {
+    int64_t step;
+    int body; // index or -1
+    char kind[16];
+    char text[INPUT_WHY_MAX];
+} EventOut;
+
+// status_t as the step thread sees it.
+typedef struct StatusOut {
+    RunState state;
+    int64_t step, late_ticks, resets;
+    double time, real_time_factor;
+    double step_us[4], wake_us[4];
+    double stage_us[STAGE_COUNT];
+    BodyMeasure measure[]; // [body_count]
+} StatusOut;
+
+// An input with the tick at whose start it was applied.
+typedef struct AppliedInput {
+    int64_t step;
+    Input input;
+} AppliedInput;
+
+typedef struct Exchange {
+    // bus -> step
+    Slot *pose;            // [tool_count] of Input
+    Ring request;          // of Input
+    atomic_int interrupts; // PAUSEs and STOPs that wait: they end a STEP early
+    // step -> bus
+    Slot *frame;       // [body_count] of Frame
+    Slot status;       // of StatusOut
+    Ring contact;      // of ContactOut
+    Ring answer;       // of Answer
+    Ring event;        // of EventOut
+    atomic_llong lost; // contacts and events that found their ring full
+    // step -> files, only with a files thread
+    bool logs_inputs, checkpoints;
+    Ring applied; // of AppliedInput
+    atomic_llong applied_lost;
+    CheckpointImage image;
+    atomic_bool image_full;             // set by the step thread, cleared by the files thread
+    Answer asked[EXCHANGE_CHECKPOINTS]; // whom the image answers; owned like the image
+    int asked_count;
+    // files -> bus
+    Ring written;     // of Answer
+    Ring files_event; // of EventOut
+    // main -> step
+    atomic_bool stop;
+    atomic_bool checkpoint_wanted;
+    // wake-ups (eventfd)
+    int step_fd, bus_fd, files_fd;
+    // constant
+    int tool_count, body_count;
+    bool velocity;
+} Exchange;
+
+typedef struct ExchangeOptions {
+    bool velocity;    // frames carry velocities
+    bool checkpoints; // space for a checkpoint image
+    bool logs_inputs;
+} ExchangeOptions;
+
+// Load time; memory comes from the world's arena and goes with it.
+void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *options);
+// The wake-up descriptors. False: none left.
+bool exchange_open(Exchange *exchange, Status *status);
+void exchange_close(Exchange *exchange);
+// One write to an eventfd, and reading it empty.
+void exchange_wake(int fd);
+void exchange_clear(int fd);
+
+#endif

@@ -1,0 +1,149 @@
+#include "run/explain.h"
+
+#include "base/check.h"
+#include "run/exchange.h"
+#include "run/requests.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+static void print_body(World *world, int index, FILE *out)
+{
+    const Body *body = sim_body(world->sim, index);
+    const TriMesh *mesh = &world->mesh[index];
+    Vec3 low = mesh->position[0], high = low;
+    for (int i = 1; i < mesh->node_count; i++) {
+        Vec3 p = mesh->position[i];
+        low = vec3(fmin(low.x, p.x), fmin(low.y, p.y), fmin(low.z, p.z));
+        high = vec3(fmax(high.x, p.x), fmax(high.y, p.y), fmax(high.z, p.z));
+    }
+    int fixed = 0;
+    for (int i = 0; i < body->surface.node_count; i++)
+        fixed += body->ops->is_fixed != NULL && body->ops->is_fixed(body->model, i);
+
+    fprintf(out, "body %s: model %s, %s\n", body->name, body->ops->model,
+            integrator_name(body->integrator));
+    fprintf(out, "  nodes %d (%d fixed), springs %d, faces %d, pieces %d, mass %.6g kg\n",
+            body->mesh.node_count, fixed, body->spring_count, body->surface.face_count,
+            requests_pieces(world->sim, index), body->mass);
+    fprintf(out, "  box [%.6g, %.6g, %.6g] to [%.6g, %.6g, %.6g] m\n", low.x, low.y, low.z, high.x,
+            high.y, high.z);
+    fprintf(out, "  time step %.6g s, %d substeps a tick, stability limit %.6g s%s\n", body->h,
+            body->substeps, body->time_step_limit,
+            body->unsafe_time_step ? " (unsafe_time_step)" : "");
+}
+
+static void print_tool(const ToolOptions *tool, FILE *out)
+{
+    if (tool->kind == TOOL_STATIC)
+        fprintf(out, "tool %d: static, %d capsules%s\n", tool->id, tool->capsule_count,
+                tool->has_plane ? ", a plane" : "");
+    else
+        fprintf(out, "tool %d: probe, %d capsules, max_force %.6g N\n", tool->id,
+                tool->capsule_count, tool->max_force);
+}
+
+void explain_summary(World *world, const Scene *scene, FILE *out)
+{
+    Sim *sim = world->sim;
+    fprintf(out, "scene %s: %.10g Hz, gravity [%g, %g, %g] m/s2, %d bodies, %d tools, %d loads\n",
+            scene->name, scene->rate_hz, scene->gravity.x, scene->gravity.y, scene->gravity.z,
+            sim_body_count(sim), sim_tool_count(sim), scene->load_count);
+    for (int i = 0; i < sim_body_count(sim); i++)
+        print_body(world, i, out);
+    for (int i = 0; i < sim_tool_count(sim); i++)
+        print_tool(sim_tool(sim, i), out);
+    const ScenePublish *publish = &scene->publish;
+    fprintf(out, "publish on %s_...: nodes %g Hz, mesh %g Hz, contact %g Hz, status %g Hz%s\n",
+            scene->prefix, publish->nodes_hz, publish->mesh_hz, publish->contact_hz,
+            publish->status_hz, publish->velocity ? ", velocities" : "");
+    fprintf(out, "listen on %s_...: tool timeout %g s\n", scene->input_prefix,
+            scene->tool_timeout_s);
+}
+
+static int node_total(World *world)
+{
+    int nodes = 0;
+    for (int i = 0; i < sim_body_count(world->sim); i++)
+        nodes += sim_body(world->sim, i)->mesh.node_count;
+    return nodes;
+}
+
+static void print_arrays(World *world, FILE *out)
+{
+    static const struct {
+        ArenaUse use;
+        const char *name;
+    } uses[] = {{ARENA_STEP, "every step"},
+                {ARENA_CONTACT, "while a tool is near"},
+                {ARENA_TOPOLOGY, "meshes and connectivity"},
+                {ARENA_OUTPUT, "messages and files"}};
+    const Arena *arena = &world->arena;
+    for (size_t u = 0; u < sizeof uses / sizeof *uses; u++) {
+        fprintf(out, "arrays, %s: %zu bytes\n", uses[u].name, arena_bytes_of(arena, uses[u].use));
+        for (int i = 0; i < arena->count; i++)
+            if (arena->block[i].use == uses[u].use)
+                fprintf(out, "  %-47s %12zu\n", arena->block[i].name, arena->block[i].bytes);
+    }
+    int nodes = node_total(world);
+    fprintf(out, "total: %zu bytes, %.1f a node, of which %.1f read or written by every step\n",
+            arena_bytes(arena), (double)arena_bytes(arena) / nodes,
+            (double)arena_bytes_of(arena, ARENA_STEP) / nodes);
+}
+
+// Features of the whole scene; each body prints its own.
+static void print_left_out(World *world, const Scene *scene, FILE *out)
+{
+    const ScenePublish *publish = &scene->publish;
+    fprintf(out, "left out, and the key that switches it on:\n");
+    if (sim_tool_count(world->sim) == 0)
+        fprintf(out, "  contact: tools = ( ... )\n");
+    if (scene->load_count == 0)
+        fprintf(out, "  loads of the scene: loads = ( ... ) (loads also come by message)\n");
+    if (!(scene->settle_s > 0.0))
+        fprintf(out, "  settling before the first tick: settle_s\n");
+    if (scene->gravity.x == 0.0 && scene->gravity.y == 0.0 && scene->gravity.z == 0.0)
+        fprintf(out, "  gravity: gravity = [ ... ]\n");
+    if (!publish->velocity)
+        fprintf(out, "  velocities in messages: publish.velocity = true\n");
+    if (!(publish->nodes_hz > 0.0))
+        fprintf(out, "  positions in messages: publish.nodes_hz\n");
+    if (!(publish->mesh_hz > 0.0))
+        fprintf(out, "  meshes in messages: publish.mesh_hz\n");
+    if (!(publish->contact_hz > 0.0))
+        fprintf(out, "  contacts in messages: publish.contact_hz\n");
+    fprintf(out, "  checkpoints and the files thread: option --checkpoint FILE\n");
+    fprintf(out, "  log of applied inputs: option --log-inputs FILE\n");
+}
+
+void explain_plan(World *world, const Scene *scene, FILE *out)
+{
+    explain_summary(world, scene, out);
+    Sim *sim = world->sim;
+    fprintf(out, "stages:");
+    for (int i = 0; i < sim_stage_count(sim); i++)
+        fprintf(out, " %s", stage_name(sim_stage(sim, i)));
+    fprintf(out, "\n");
+    for (int i = 0; i < sim_body_count(sim); i++) {
+        const Body *body = sim_body(sim, i);
+        fprintf(out, "kernel of body %s:\n", body->name);
+        body->ops->explain(body->model, out);
+    }
+    print_arrays(world, out);
+    print_left_out(world, scene, out);
+}
+
+char *explain_describe(World *world, const Scene *scene)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&text, &size);
+    ASSERT(out != NULL);
+    explain_summary(world, scene, out);
+    fprintf(out, "capacity: %d nodes, %d loads at a time, %d requests waiting\n", node_total(world),
+            SIM_LOADS, EXCHANGE_REQUESTS);
+    fprintf(out, "units: m, kg, s, N, rad; world frame of the scene\n");
+    fclose(out);
+    ASSERT(text != NULL);
+    return text;
+}

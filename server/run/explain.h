@@ -1,0 +1,18 @@
+// What a scene is and what it costs, as text: --check, --explain and the answer to DESCRIBE. Before
+// the first tick, main thread.
+#ifndef PLIANT_RUN_EXPLAIN_H
+#define PLIANT_RUN_EXPLAIN_H
+
+#include "files/build.h"
+
+#include <stdio.h>
+
+// Bodies, tools and publishing of a valid scene.
+void explain_summary(World *world, const Scene *scene, FILE *out);
+// Stages, kernel variants, bytes of every array, and each feature left out with the key that would
+// switch it on.
+void explain_plan(World *world, const Scene *scene, FILE *out);
+// The summary with units and capacities, for clients. malloc'ed for the caller.
+char *explain_describe(World *world, const Scene *scene);
+
+#endif

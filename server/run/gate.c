@@ -1,0 +1,101 @@
+#include "run/gate.h"
+
+#include <stdio.h>
+#include <string.h>
+
+void gate_init(Gate *gate, Sim *sim, double timeout_s, Arena *arena)
+{
+    memset(gate, 0, sizeof *gate);
+    gate->sim = sim;
+    gate->timeout_us = (int64_t)(timeout_s * 1e6);
+    gate->owner = arena_allocate(arena, ARENA_OUTPUT, (size_t)sim_tool_count(sim),
+                                 sizeof *gate->owner, "run/tool_owners");
+}
+
+// Requests of one sender count for each channel on their own: clients may number them either way.
+static GateEntry *find_entry(Gate *gate, InputKind kind, int32_t sender, int32_t id)
+{
+    for (int i = 0; i < GATE_ANSWERS; i++) {
+        GateEntry *entry = &gate->entry[i];
+        if (entry->used && entry->answer.sender == sender && entry->answer.id == id &&
+            entry->answer.kind == kind)
+            return entry;
+    }
+    return NULL;
+}
+
+// The oldest entry makes room: no more requests wait at a time than there are entries.
+static GateEntry *new_entry(Gate *gate, const Input *input)
+{
+    GateEntry *entry = &gate->entry[gate->next];
+    gate->next = (gate->next + 1) % GATE_ANSWERS;
+    *entry = (GateEntry){.used = true,
+                         .pending = true,
+                         .answer = {.kind = input->kind, .sender = input->sender, .id = input->id}};
+    return entry;
+}
+
+// The first sender that makes a tool active owns it until it is stale or given up.
+static Refusal check_owner(Gate *gate, const Input *input, int64_t now_us, char *why)
+{
+    ToolOwner *owner = &gate->owner[input->index];
+    bool fresh = owner->owned && now_us - owner->last_us <= gate->timeout_us;
+    if (fresh && owner->sender != input->sender) {
+        snprintf(why, INPUT_WHY_MAX, "tool %d belongs to sender %d, pose of sender %d refused",
+                 input->pose.tool, owner->sender, input->sender);
+        return REFUSED_OWNER;
+    }
+    *owner = (ToolOwner){.owned = input->pose.active, .sender = input->sender, .last_us = now_us};
+    return ACCEPTED;
+}
+
+void gate_pass(Gate *gate, InputKind kind, const void *data, size_t size, int64_t now_us,
+               GateResult *result)
+{
+    result->answer = NULL;
+    result->why[0] = '\0';
+    Input *input = &result->input;
+    Refusal refusal = input_decode(kind, data, size, input, result->why);
+    result->known = refusal == ACCEPTED;
+    if (result->known && input_is_request(input)) {
+        GateEntry *entry = find_entry(gate, kind, input->sender, input->id);
+        if (entry != NULL) {
+            result->passage = entry->pending ? PASSAGE_PENDING : PASSAGE_ANSWERED;
+            result->refusal = ACCEPTED;
+            result->answer = &entry->answer;
+            return;
+        }
+        new_entry(gate, input);
+    }
+    if (refusal == ACCEPTED)
+        refusal = input_validate(input, gate->sim, result->why);
+    if (refusal == ACCEPTED && kind == INPUT_POSE)
+        refusal = check_owner(gate, input, now_us, result->why);
+    result->refusal = refusal;
+    result->passage = refusal == ACCEPTED ? PASSAGE_OPEN : PASSAGE_REFUSED;
+    if (refusal != ACCEPTED)
+        gate_count(gate, refusal);
+}
+
+void gate_answer(Gate *gate, const Answer *answer)
+{
+    GateEntry *entry = find_entry(gate, answer->kind, answer->sender, answer->id);
+    if (entry == NULL)
+        return; // pushed out by newer ones
+    entry->pending = false;
+    entry->answer = *answer;
+    entry->answer.after_frame = false; // a repeat is answered at once
+}
+
+void gate_count(Gate *gate, Refusal refusal)
+{
+    gate->refused[refusal]++;
+}
+
+int64_t gate_refused(const Gate *gate)
+{
+    int64_t count = 0;
+    for (int i = ACCEPTED + 1; i < REFUSAL_COUNT; i++)
+        count += gate->refused[i];
+    return count;
+}

@@ -1,0 +1,442 @@
+#include "run/input.h"
+
+#include "base/check.h"
+
+#include "pliant_command_t.h"
+#include "pliant_cut_t.h"
+#include "pliant_load_t.h"
+#include "pliant_tool_pose_t.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double POSITION_MAX = 1e3;  // [m]
+static const double SPEED_MAX = 1e3;     // [m/s]
+static const double SPIN_MAX = 1e4;      // [rad/s]
+static const double FORCE_MAX = 1e6;     // [N]
+static const double DURATION_MAX = 3600; // [s]
+static const int64_t STEPS_MAX = 10000000;
+
+static const char *const refusal_names[REFUSAL_COUNT] = {
+    [ACCEPTED] = "accepted",
+    [REFUSED_SIZE] = "wrong_size",
+    [REFUSED_TYPE] = "wrong_type",
+    [REFUSED_STRING] = "bad_string",
+    [REFUSED_NOT_FINITE] = "not_finite",
+    [REFUSED_QUATERNION] = "not_unit_quaternion",
+    [REFUSED_TOOL] = "unknown_tool",
+    [REFUSED_BODY] = "unknown_body",
+    [REFUSED_RANGE] = "out_of_range",
+    [REFUSED_COMMAND] = "unknown_command",
+    [REFUSED_OWNER] = "tool_owned_by_other",
+    [REFUSED_FULL] = "queue_full",
+    [REFUSED_NOT_POSSIBLE] = "not_possible",
+};
+
+static const char *const channels[INPUT_KINDS] = {"TOOL_POSE", "CUT", "LOAD", "COMMAND"};
+
+const char *refusal_name(Refusal refusal)
+{
+    return refusal_names[refusal];
+}
+
+const char *input_channel(InputKind kind)
+{
+    return channels[kind];
+}
+
+bool input_is_request(const Input *input)
+{
+    return input->kind != INPUT_POSE;
+}
+
+#define REFUSE(refusal, ...) (snprintf(why, INPUT_WHY_MAX, __VA_ARGS__), (refusal))
+
+// --- the wire ---
+
+// What each type looks like on the wire before its string.
+typedef struct WireType {
+    uint64_t fingerprint;
+    size_t fixed_size; // with the fingerprint, without the string's characters
+    bool has_string;
+} WireType;
+
+static WireType wire_type(InputKind kind)
+{
+    char nothing[] = "";
+    switch (kind) {
+    case INPUT_POSE:
+        return (WireType){(uint64_t)__pliant_tool_pose_t_get_hash(),
+                          (size_t)pliant_tool_pose_t_encoded_size(&(pliant_tool_pose_t){0}), false};
+    case INPUT_CUT:
+        return (WireType){(uint64_t)__pliant_cut_t_get_hash(),
+                          (size_t)pliant_cut_t_encoded_size(&(pliant_cut_t){.body = nothing}) - 1,
+                          true};
+    case INPUT_LOAD:
+        return (WireType){(uint64_t)__pliant_load_t_get_hash(),
+                          (size_t)pliant_load_t_encoded_size(&(pliant_load_t){.body = nothing}) - 1,
+                          true};
+    default:
+        return (WireType){
+            (uint64_t)__pliant_command_t_get_hash(),
+            (size_t)pliant_command_t_encoded_size(&(pliant_command_t){.argument = nothing}) - 1,
+            true};
+    }
+}
+
+static uint64_t read_big_endian(const unsigned char *byte, int count)
+{
+    uint64_t value = 0;
+    for (int i = 0; i < count; i++)
+        value = value << 8 | byte[i];
+    return value;
+}
+
+// The generated decoder trusts counts: a corrupt one makes it read or copy out of bounds. So the
+// raw length must be exactly what the type and its one string need, before the decoder runs.
+static Refusal check_wire(InputKind kind, const unsigned char *data, size_t size, char *why)
+{
+    WireType type = wire_type(kind);
+    if (size < 8)
+        return REFUSE(REFUSED_SIZE, "%s of %zu bytes, shorter than a fingerprint", channels[kind],
+                      size);
+    if (read_big_endian(data, 8) != type.fingerprint)
+        return REFUSE(REFUSED_TYPE, "%s with the fingerprint of another type", channels[kind]);
+    if (!type.has_string)
+        return size == type.fixed_size ? ACCEPTED
+                                       : REFUSE(REFUSED_SIZE, "%s of %zu bytes, not %zu",
+                                                channels[kind], size, type.fixed_size);
+
+    if (size <= type.fixed_size)
+        return REFUSE(REFUSED_SIZE, "%s of %zu bytes, at least %zu needed", channels[kind], size,
+                      type.fixed_size + 1);
+    size_t length = size - type.fixed_size; // with the closing NUL
+    uint64_t stated = read_big_endian(data + type.fixed_size - 4, 4);
+    if (stated != length)
+        return REFUSE(REFUSED_SIZE, "%s whose string states %llu bytes and has %zu", channels[kind],
+                      (unsigned long long)stated, length);
+    if (length > INPUT_TEXT_MAX)
+        return REFUSE(REFUSED_STRING, "%s with a string of %zu bytes, at most %d", channels[kind],
+                      length, INPUT_TEXT_MAX);
+    if (memchr(data + type.fixed_size, 0, length) != data + size - 1)
+        return REFUSE(REFUSED_STRING, "%s whose string does not end at its last byte",
+                      channels[kind]);
+    return ACCEPTED;
+}
+
+static void decode_pose(const void *data, int size, Input *input)
+{
+    pliant_tool_pose_t m;
+    int used = pliant_tool_pose_t_decode(data, 0, size, &m);
+    ASSERT(used == size);
+    input->sender = m.sender;
+    input->id = m.sequence;
+    input->utime = m.utime;
+    input->pose.tool = m.tool;
+    memcpy(input->pose.position, m.position, sizeof m.position);
+    memcpy(input->pose.orientation, m.orientation, sizeof m.orientation);
+    memcpy(input->pose.twist, m.twist, sizeof m.twist);
+    input->pose.grip = m.grip;
+    input->pose.twist_valid = m.twist_valid != 0;
+    input->pose.active = m.active != 0;
+    pliant_tool_pose_t_decode_cleanup(&m);
+}
+
+static void decode_cut(const void *data, int size, Input *input)
+{
+    pliant_cut_t m;
+    int used = pliant_cut_t_decode(data, 0, size, &m);
+    ASSERT(used == size);
+    input->sender = m.sender;
+    input->id = m.id;
+    input->utime = m.utime;
+    memcpy(input->cut.before, m.before, sizeof m.before);
+    memcpy(input->cut.after, m.after, sizeof m.after);
+    snprintf(input->text, sizeof input->text, "%s", m.body);
+    pliant_cut_t_decode_cleanup(&m);
+}
+
+static void decode_load(const void *data, int size, Input *input)
+{
+    pliant_load_t m;
+    int used = pliant_load_t_decode(data, 0, size, &m);
+    ASSERT(used == size);
+    input->sender = m.sender;
+    input->id = m.id;
+    input->utime = m.utime;
+    memcpy(input->load.center, m.center, sizeof m.center);
+    memcpy(input->load.force, m.force, sizeof m.force);
+    input->load.radius = m.radius;
+    input->load.duration = m.duration;
+    snprintf(input->text, sizeof input->text, "%s", m.body);
+    pliant_load_t_decode_cleanup(&m);
+}
+
+static void decode_command(const void *data, int size, Input *input)
+{
+    pliant_command_t m;
+    int used = pliant_command_t_decode(data, 0, size, &m);
+    ASSERT(used == size);
+    input->sender = m.sender;
+    input->id = m.id;
+    input->utime = m.utime;
+    input->command.kind = m.kind;
+    input->command.value = m.value;
+    snprintf(input->text, sizeof input->text, "%s", m.argument);
+    pliant_command_t_decode_cleanup(&m);
+}
+
+Refusal input_decode(InputKind kind, const void *data, size_t size, Input *input, char *why)
+{
+    *input = (Input){.kind = kind, .index = -1};
+    Refusal refusal = check_wire(kind, data, size, why);
+    if (refusal != ACCEPTED)
+        return refusal;
+    static void (*const decode[INPUT_KINDS])(const void *, int, Input *) = {
+        decode_pose, decode_cut, decode_load, decode_command};
+    decode[kind](data, (int)size, input);
+    return ACCEPTED;
+}
+
+size_t input_encode(const Input *input, void *data)
+{
+    char text[2 * INPUT_TEXT_MAX];
+    snprintf(text, sizeof text, "%s", input->text);
+    int size = -1;
+    switch (input->kind) {
+    case INPUT_POSE: {
+        pliant_tool_pose_t m = {.utime = input->utime,
+                                .sender = input->sender,
+                                .sequence = input->id,
+                                .tool = input->pose.tool,
+                                .twist_valid = input->pose.twist_valid,
+                                .grip = input->pose.grip,
+                                .active = input->pose.active};
+        memcpy(m.position, input->pose.position, sizeof m.position);
+        memcpy(m.orientation, input->pose.orientation, sizeof m.orientation);
+        memcpy(m.twist, input->pose.twist, sizeof m.twist);
+        size = pliant_tool_pose_t_encode(data, 0, INPUT_WIRE_MAX, &m);
+        break;
+    }
+    case INPUT_CUT: {
+        pliant_cut_t m = {
+            .utime = input->utime, .sender = input->sender, .id = input->id, .body = text};
+        memcpy(m.before, input->cut.before, sizeof m.before);
+        memcpy(m.after, input->cut.after, sizeof m.after);
+        size = pliant_cut_t_encode(data, 0, INPUT_WIRE_MAX, &m);
+        break;
+    }
+    case INPUT_LOAD: {
+        pliant_load_t m = {.utime = input->utime,
+                           .sender = input->sender,
+                           .id = input->id,
+                           .radius = input->load.radius,
+                           .duration = input->load.duration,
+                           .body = text};
+        memcpy(m.center, input->load.center, sizeof m.center);
+        memcpy(m.force, input->load.force, sizeof m.force);
+        size = pliant_load_t_encode(data, 0, INPUT_WIRE_MAX, &m);
+        break;
+    }
+    default: {
+        // 17 digits give the same double back.
+        if (input->command.kind == PLIANT_COMMAND_T_SET)
+            snprintf(text, sizeof text, "%s=%.17g", input->text, input->command.set_value);
+        pliant_command_t m = {.utime = input->utime,
+                              .sender = input->sender,
+                              .id = input->id,
+                              .kind = input->command.kind,
+                              .value = input->command.value,
+                              .argument = text};
+        size = pliant_command_t_encode(data, 0, INPUT_WIRE_MAX, &m);
+        break;
+    }
+    }
+    ASSERT(size > 0);
+    return (size_t)size;
+}
+
+// --- the values ---
+
+static bool all_finite(const double *value, int count)
+{
+    for (int i = 0; i < count; i++)
+        if (!isfinite(value[i]))
+            return false;
+    return true;
+}
+
+static bool all_within(const double *value, int count, double limit)
+{
+    for (int i = 0; i < count; i++)
+        if (!(fabs(value[i]) <= limit))
+            return false;
+    return true;
+}
+
+static Refusal validate_pose(Input *input, Sim *sim, char *why)
+{
+    int tool = input->pose.tool;
+    for (int i = 0; i < sim_tool_count(sim); i++)
+        if (sim_tool(sim, i)->id == tool)
+            input->index = i;
+    if (input->index < 0)
+        return REFUSE(REFUSED_TOOL, "pose of tool %d, which is not in the scene", tool);
+    if (sim_tool(sim, input->index)->kind == TOOL_STATIC)
+        return REFUSE(REFUSED_TOOL, "pose of tool %d, which is static", tool);
+
+    const double *q = input->pose.orientation;
+    if (!all_finite(input->pose.position, 3) || !all_finite(q, 4) ||
+        !all_finite(input->pose.twist, 6) || !isfinite(input->pose.grip))
+        return REFUSE(REFUSED_NOT_FINITE, "pose of tool %d holds a number that is not finite",
+                      tool);
+    if (!all_within(input->pose.position, 3, POSITION_MAX))
+        return REFUSE(REFUSED_RANGE, "pose of tool %d is farther than %g m from the origin", tool,
+                      POSITION_MAX);
+    double length = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    if (!(fabs(length - 1.0) <= 1e-3))
+        return REFUSE(REFUSED_QUATERNION, "orientation of tool %d has length %g, not 1 within 1e-3",
+                      tool, length);
+    if (!all_within(input->pose.twist, 3, SPEED_MAX) ||
+        !all_within(input->pose.twist + 3, 3, SPIN_MAX))
+        return REFUSE(REFUSED_RANGE, "twist of tool %d is beyond %g m/s or %g rad/s", tool,
+                      SPEED_MAX, SPIN_MAX);
+    if (!(input->pose.grip >= 0.0 && input->pose.grip <= 1.0))
+        return REFUSE(REFUSED_RANGE, "grip %g of tool %d outside [0, 1]", input->pose.grip, tool);
+    return ACCEPTED;
+}
+
+// "" means all bodies. The name is printed short and without control characters.
+static Refusal find_body(Input *input, Sim *sim, char *why)
+{
+    input->index = -1;
+    if (input->text[0] == '\0')
+        return ACCEPTED;
+    for (int i = 0; i < sim_body_count(sim); i++)
+        if (strcmp(sim_body(sim, i)->name, input->text) == 0)
+            input->index = i;
+    if (input->index >= 0)
+        return ACCEPTED;
+    for (char *c = input->text; *c != '\0'; c++)
+        if (*c < ' ' || *c > '~')
+            *c = '?';
+    return REFUSE(REFUSED_BODY, "body '%.40s' is not in the scene", input->text);
+}
+
+static Refusal validate_cut(Input *input, Sim *sim, char *why)
+{
+    if (!all_finite(&input->cut.before[0][0], 6) || !all_finite(&input->cut.after[0][0], 6))
+        return REFUSE(REFUSED_NOT_FINITE, "cut holds a number that is not finite");
+    if (!all_within(&input->cut.before[0][0], 6, POSITION_MAX) ||
+        !all_within(&input->cut.after[0][0], 6, POSITION_MAX))
+        return REFUSE(REFUSED_RANGE, "cut is farther than %g m from the origin", POSITION_MAX);
+    return find_body(input, sim, why);
+}
+
+static Refusal validate_load(Input *input, Sim *sim, char *why)
+{
+    if (!all_finite(input->load.center, 3) || !all_finite(input->load.force, 3) ||
+        !isfinite(input->load.radius) || !isfinite(input->load.duration))
+        return REFUSE(REFUSED_NOT_FINITE, "load holds a number that is not finite");
+    if (!all_within(input->load.center, 3, POSITION_MAX))
+        return REFUSE(REFUSED_RANGE, "load is farther than %g m from the origin", POSITION_MAX);
+    if (!(input->load.radius > 0.0 && input->load.radius <= POSITION_MAX))
+        return REFUSE(REFUSED_RANGE, "load radius %g outside (0, %g] m", input->load.radius,
+                      POSITION_MAX);
+    const double *f = input->load.force;
+    if (!(sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) <= FORCE_MAX))
+        return REFUSE(REFUSED_RANGE, "load force beyond %g N", FORCE_MAX);
+    if (!(input->load.duration > 0.0 && input->load.duration <= DURATION_MAX))
+        return REFUSE(REFUSED_RANGE, "load duration %g outside (0, %g] s", input->load.duration,
+                      DURATION_MAX);
+    return find_body(input, sim, why);
+}
+
+// "key=value" becomes the key in `text` and the number.
+static Refusal split_setting(Input *input, char *why)
+{
+    char *equals = strchr(input->text, '=');
+    char *end = NULL;
+    double value = equals != NULL ? strtod(equals + 1, &end) : 0.0;
+    if (equals == NULL || equals == input->text || end == equals + 1 || *end != '\0')
+        return REFUSE(REFUSED_COMMAND, "SET wants \"key=number\"");
+    if (!isfinite(value))
+        return REFUSE(REFUSED_NOT_FINITE, "SET to a number that is not finite");
+    // A key must leave room for its number when it is written back as text.
+    if (equals - input->text > INPUT_TEXT_MAX - 32)
+        return REFUSE(REFUSED_COMMAND, "SET with a key longer than %d bytes", INPUT_TEXT_MAX - 32);
+    *equals = '\0';
+    input->command.set_value = value;
+    return ACCEPTED;
+}
+
+static Refusal validate_command(Input *input, char *why)
+{
+    switch (input->command.kind) {
+    case PLIANT_COMMAND_T_STEP:
+        if (input->command.value < 1 || input->command.value > STEPS_MAX)
+            return REFUSE(REFUSED_RANGE, "STEP %lld outside [1, %lld]",
+                          (long long)input->command.value, (long long)STEPS_MAX);
+        return ACCEPTED;
+    case PLIANT_COMMAND_T_CHECKPOINT:
+        if (input->text[0] != '\0')
+            return REFUSE(REFUSED_COMMAND,
+                          "CHECKPOINT takes no argument: the file is given on the command line");
+        return ACCEPTED;
+    case PLIANT_COMMAND_T_SET:
+        return split_setting(input, why);
+    case PLIANT_COMMAND_T_PAUSE:
+    case PLIANT_COMMAND_T_RESUME:
+    case PLIANT_COMMAND_T_RESET:
+    case PLIANT_COMMAND_T_DESCRIBE:
+    case PLIANT_COMMAND_T_STOP:
+        return ACCEPTED;
+    default:
+        return REFUSE(REFUSED_COMMAND, "command of unknown kind %d", input->command.kind);
+    }
+}
+
+Refusal input_validate(Input *input, Sim *sim, char *why)
+{
+    switch (input->kind) {
+    case INPUT_POSE:
+        return validate_pose(input, sim, why);
+    case INPUT_CUT:
+        return validate_cut(input, sim, why);
+    case INPUT_LOAD:
+        return validate_load(input, sim, why);
+    default:
+        return validate_command(input, why);
+    }
+}
+
+// --- as the simulation takes them ---
+
+static Vec3 vec3_of(const double v[3])
+{
+    return vec3(v[0], v[1], v[2]);
+}
+
+ToolPose input_pose(const Input *input)
+{
+    const double *q = input->pose.orientation;
+    return (ToolPose){.utime = input->utime,
+                      .position = vec3_of(input->pose.position),
+                      .orientation = quat_unit((Quat){q[0], q[1], q[2], q[3]}),
+                      .linear = vec3_of(input->pose.twist),
+                      .angular = vec3_of(input->pose.twist + 3),
+                      .twist_valid = input->pose.twist_valid,
+                      .active = input->pose.active,
+                      .grip = input->pose.grip};
+}
+
+LoadOptions input_load(const Input *input)
+{
+    return (LoadOptions){.body = input->index,
+                         .center = vec3_of(input->load.center),
+                         .radius = input->load.radius,
+                         .force = vec3_of(input->load.force),
+                         .duration = input->load.duration};
+}

@@ -1,0 +1,238 @@
+#include "run/input_log.h"
+
+#include "base/check.h"
+
+#include <lcm/lcm.h>
+
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char CHANNEL[] = "PLIANT_INPUT_LOG";
+
+// --- writing ---
+
+struct InputLogWriter {
+    lcm_eventlog_t *log;
+    char *path;
+    InputLogHeader header;
+    bool failed;
+};
+
+static bool write_event(InputLogWriter *writer, const char *channel, int64_t step, const void *data,
+                        size_t size)
+{
+    char name[128];
+    snprintf(name, sizeof name, "%s", channel);
+    lcm_eventlog_event_t event = {.timestamp = llround((double)step * 1e6 / writer->header.rate_hz),
+                                  .channellen = (int32_t)strlen(name),
+                                  .datalen = (int32_t)size,
+                                  .channel = name,
+                                  .data = (void *)(uintptr_t)data};
+    if (!writer->failed && lcm_eventlog_write_event(writer->log, &event) != 0)
+        writer->failed = true;
+    return !writer->failed;
+}
+
+static bool write_text(InputLogWriter *writer, int64_t step, const char *text)
+{
+    return write_event(writer, CHANNEL, step, text, strlen(text));
+}
+
+InputLogWriter *input_log_create(const char *path, const InputLogHeader *header, Status *status)
+{
+    lcm_eventlog_t *log = lcm_eventlog_create(path, "w");
+    if (log == NULL) {
+        status_fail(status, STATUS_FAILED, "%s: cannot write: %s", path, strerror(errno));
+        return NULL;
+    }
+    InputLogWriter *writer = malloc(sizeof *writer);
+    ASSERT(writer != NULL);
+    *writer = (InputLogWriter){.log = log, .path = strdup(path), .header = *header};
+    char text[512];
+    snprintf(text, sizeof text,
+             "format = pliant-input-log\nversion = 1\nscene = %s\nprefix = %s\nisa = %s\n"
+             "rate_hz = %.17g\nstep = %lld\n",
+             header->scene, header->prefix, header->isa, header->rate_hz, (long long)header->step);
+    write_text(writer, header->step, text);
+    input_log_flush(writer);
+    return writer;
+}
+
+bool input_log_write(InputLogWriter *writer, const AppliedInput *applied)
+{
+    unsigned char data[INPUT_WIRE_MAX];
+    size_t size = input_encode(&applied->input, data);
+    char channel[128];
+    snprintf(channel, sizeof channel, "%s_%s", writer->header.prefix,
+             input_channel(applied->input.kind));
+    return write_event(writer, channel, applied->step, data, size);
+}
+
+void input_log_flush(InputLogWriter *writer)
+{
+    if (fflush(writer->log->f) != 0)
+        writer->failed = true;
+}
+
+bool input_log_close(InputLogWriter *writer, int64_t step, int64_t lost, Status *status)
+{
+    char text[128];
+    snprintf(text, sizeof text, "end\nstep = %lld\nlost = %lld\n", (long long)step,
+             (long long)lost);
+    write_text(writer, step, text);
+    input_log_flush(writer);
+    bool whole = !writer->failed;
+    if (!whole)
+        status_fail(status, STATUS_FAILED, "%s: could not write every input: %s", writer->path,
+                    strerror(errno));
+    lcm_eventlog_destroy(writer->log);
+    free(writer->path);
+    free(writer);
+    return whole;
+}
+
+// --- reading ---
+
+// The value behind "\nkey = " in a header's text, up to the end of its line.
+static bool find_value(const char *text, const char *key, char *value, size_t size)
+{
+    char pattern[64];
+    snprintf(pattern, sizeof pattern, "\n%s = ", key);
+    const char *at = strstr(text, pattern);
+    if (at == NULL)
+        return false;
+    at += strlen(pattern);
+    size_t length = strcspn(at, "\n");
+    if (length >= size)
+        return false;
+    memcpy(value, at, length);
+    value[length] = '\0';
+    return true;
+}
+
+static bool find_integer(const char *text, const char *key, int64_t *value)
+{
+    char number[64], *end;
+    if (!find_value(text, key, number, sizeof number))
+        return false;
+    *value = strtoll(number, &end, 10);
+    return end != number && *end == '\0' && *value >= 0;
+}
+
+// The text of a header or end event, with a line break in front so that find_value works.
+static void event_text(const LogEvent *event, char text[EVENT_LOG_DATA_MAX + 2])
+{
+    size_t size = event->size < EVENT_LOG_DATA_MAX ? event->size : EVENT_LOG_DATA_MAX;
+    text[0] = '\n';
+    memcpy(text + 1, event->data, size);
+    text[size + 1] = '\0';
+}
+
+static bool read_header(InputLogReader *reader, Status *status)
+{
+    char text[EVENT_LOG_DATA_MAX + 2], value[64], *end;
+    event_text(&reader->event, text);
+    InputLogHeader *header = &reader->header;
+    if (!find_value(text, "format", value, sizeof value) ||
+        strcmp(value, "pliant-input-log") != 0 ||
+        !find_value(text, "version", value, sizeof value) || strcmp(value, "1") != 0)
+        return status_fail(status, STATUS_INVALID, "%s: not an input log of version 1",
+                           reader->log.path);
+    if (!find_value(text, "scene", header->scene, sizeof header->scene) ||
+        !find_value(text, "prefix", header->prefix, sizeof header->prefix) ||
+        !find_value(text, "isa", header->isa, sizeof header->isa) ||
+        !find_value(text, "rate_hz", value, sizeof value) ||
+        !find_integer(text, "step", &header->step))
+        return status_fail(status, STATUS_INVALID, "%s: header without %s", reader->log.path,
+                           "scene, prefix, isa, rate_hz or step");
+    header->rate_hz = strtod(value, &end);
+    if (*end != '\0' || !(header->rate_hz > 0.0) || !isfinite(header->rate_hz))
+        return status_fail(status, STATUS_INVALID, "%s: header with rate_hz '%s'", reader->log.path,
+                           value);
+    snprintf(reader->prefix, sizeof reader->prefix, "%s", header->prefix);
+    return true;
+}
+
+bool input_log_open(InputLogReader *reader, const char *path, Status *status)
+{
+    memset(reader, 0, sizeof *reader);
+    if (!event_log_open(&reader->log, path, status))
+        return false;
+    reader->has_event = event_log_next(&reader->log, &reader->event, status);
+    if (!reader->has_event)
+        return status->code == STATUS_OK
+                   ? status_fail(status, STATUS_INVALID, "%s: holds no event", path)
+                   : false;
+    if (strcmp(reader->event.channel, CHANNEL) != 0)
+        return true;
+    reader->exact = true;
+    reader->has_event = false;
+    return read_header(reader, status);
+}
+
+static bool match_channel(const char *channel, const char *prefix, InputKind *kind)
+{
+    size_t length = strlen(prefix);
+    if (strncmp(channel, prefix, length) != 0 || channel[length] != '_')
+        return false;
+    for (int k = 0; k < INPUT_KINDS; k++) {
+        if (strcmp(channel + length + 1, input_channel((InputKind)k)) == 0) {
+            *kind = (InputKind)k;
+            return true;
+        }
+    }
+    return false;
+}
+
+// The tick of a time stamp; false for one that no run can have.
+static bool find_step(InputLogReader *reader, double rate_hz, int64_t first_step, int64_t *step,
+                      Status *status)
+{
+    int64_t stamp = reader->event.timestamp;
+    double since = reader->exact ? (double)stamp : (double)stamp - (double)reader->first_us;
+    if (!(fabs(since) <= 1e15))
+        return status_fail(status, STATUS_INVALID, "%s: event %lld has the time stamp %lld us",
+                           reader->log.path, (long long)reader->log.events, (long long)stamp);
+    if (reader->exact)
+        *step = llround(since * rate_hz / 1e6);
+    else // forgiving rounding of a millionth of a tick
+        *step = first_step + (int64_t)ceil(fmax(since, 0.0) * rate_hz / 1e6 - 1e-6);
+    return true;
+}
+
+bool input_log_next(InputLogReader *reader, double rate_hz, int64_t first_step, InputKind *kind,
+                    int64_t *step, Status *status)
+{
+    for (;;) {
+        if (!reader->has_event && !event_log_next(&reader->log, &reader->event, status))
+            return false;
+        reader->has_event = false;
+        const LogEvent *event = &reader->event;
+        if (reader->exact && strcmp(event->channel, CHANNEL) == 0) {
+            char text[EVENT_LOG_DATA_MAX + 2];
+            event_text(event, text);
+            reader->ended = find_integer(text, "step", &reader->end_step) &&
+                            find_integer(text, "lost", &reader->lost);
+            continue;
+        }
+        // lcm-logger's own test message may come first and is no part of the recording.
+        if (strcmp(event->channel, "LCM_SELF_TEST") == 0)
+            continue;
+        if (!reader->started) {
+            reader->started = true;
+            reader->first_us = event->timestamp;
+        }
+        if (match_channel(event->channel, reader->prefix, kind)) {
+            reader->used++;
+            return find_step(reader, rate_hz, first_step, step, status);
+        }
+        reader->skipped++;
+    }
+}
+
+void input_log_close_reader(InputLogReader *reader)
+{
+    event_log_close(&reader->log);
+}

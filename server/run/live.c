@@ -1,0 +1,157 @@
+#include "run/live.h"
+
+#include "base/log.h"
+#include "run/explain.h"
+#include "run/files_thread.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/eventfd.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+typedef struct Live {
+    World *world;
+    const Scene *scene;
+    const LiveOptions *options;
+    Exchange exchange;
+    Loop loop;
+    Bus *bus;
+    FilesThread files;
+    int done_fd, signal_fd;
+    char *describe;
+} Live;
+
+static bool open_input_log(Live *live, Status *status)
+{
+    InputLogHeader header = {.rate_hz = live->scene->rate_hz, .step = sim_steps(live->world->sim)};
+    snprintf(header.scene, sizeof header.scene, "%s", live->scene->name);
+    snprintf(header.prefix, sizeof header.prefix, "%s", live->scene->input_prefix);
+    snprintf(header.isa, sizeof header.isa, "%s", live->options->isa);
+    live->files.log = input_log_create(live->options->input_log_path, &header, status);
+    return live->files.log != NULL;
+}
+
+// Everything that can fail for reasons outside, before the first thread starts.
+static bool prepare(Live *live, Status *status)
+{
+    const LiveOptions *options = live->options;
+    ExchangeOptions exchange = {.velocity = live->scene->publish.velocity,
+                                .checkpoints = options->checkpoint_path != NULL,
+                                .logs_inputs = options->input_log_path != NULL};
+    exchange_create(&live->exchange, live->world, &exchange);
+    live->done_fd = eventfd(0, EFD_CLOEXEC);
+    live->signal_fd = signalfd(-1, &options->signals, SFD_CLOEXEC);
+    if (live->done_fd < 0 || live->signal_fd < 0)
+        return status_fail(status, STATUS_FAILED, "cannot wait for signals: %s", strerror(errno));
+    if (!exchange_open(&live->exchange, status))
+        return false;
+    live->files.checkpoint_path = options->checkpoint_path;
+    live->files.world = live->world;
+    live->files.scene = live->scene;
+    live->files.exchange = &live->exchange;
+    if (exchange.logs_inputs && !open_input_log(live, status))
+        return false;
+
+    LoopOptions loop = {.rate_hz = live->scene->rate_hz,
+                        .publish = live->scene->publish,
+                        .start_paused = live->scene->start_paused,
+                        .duration_s = options->duration_s,
+                        .checkpoint_s = options->checkpoint_s};
+    loop_init(&live->loop, live->world, &live->exchange, &loop, live->done_fd);
+    live->describe = explain_describe(live->world, live->scene);
+    live->bus = bus_create(live->world, live->scene, &live->exchange, live->describe,
+                           options->lcm_url, status);
+    return live->bus != NULL;
+}
+
+// Until the loop ends by itself or a signal ends it.
+static void wait_for_end(Live *live)
+{
+    struct pollfd fds[2] = {{.fd = live->done_fd, .events = POLLIN},
+                            {.fd = live->signal_fd, .events = POLLIN}};
+    while ((fds[0].revents & POLLIN) == 0) {
+        if (poll(fds, 2, -1) < 0 || (fds[1].revents & POLLIN) == 0)
+            continue;
+        struct signalfd_siginfo signal;
+        if (read(live->signal_fd, &signal, sizeof signal) != sizeof signal)
+            continue;
+        if (signal.ssi_signo != SIGUSR1)
+            atomic_store(&live->exchange.stop, true);
+        else if (live->options->checkpoint_path != NULL)
+            atomic_store(&live->exchange.checkpoint_wanted, true);
+        else
+            log_line(LOG_WARNING, "SIGUSR1 without --checkpoint does nothing");
+        exchange_wake(live->exchange.step_fd);
+    }
+}
+
+static void collect(Live *live, LiveResult *result)
+{
+    const Exchange *exchange = &live->exchange;
+    *result = (LiveResult){.ticks = live->loop.ticks,
+                           .late_ticks = live->loop.late_ticks,
+                           .resets = sim_resets(live->world->sim),
+                           .step = live->loop.step_total,
+                           .wake = live->loop.wake_total,
+                           .bus = bus_counts(live->bus),
+                           .requests_high = exchange->request.high_water,
+                           .contacts_high = exchange->contact.high_water,
+                           .events_high = exchange->event.high_water,
+                           .answers_high = exchange->answer.high_water,
+                           .applied_high = exchange->applied.high_water,
+                           .lost = atomic_load(&exchange->lost),
+                           .checkpoints = live->files.checkpoints};
+}
+
+static void destroy(Live *live)
+{
+    if (live->files.log != NULL)
+        input_log_close(live->files.log, sim_steps(live->world->sim), 0, &(Status){0});
+    if (live->bus != NULL)
+        bus_destroy(live->bus);
+    free(live->describe);
+    exchange_close(&live->exchange);
+    if (live->done_fd > 0)
+        close(live->done_fd);
+    if (live->signal_fd > 0)
+        close(live->signal_fd);
+    free(live);
+}
+
+// The bus outlives the others, so that their last words go out.
+static bool run(Live *live, Status *status)
+{
+    bool with_files = live->options->checkpoint_path != NULL || live->files.log != NULL;
+    if (!bus_start(live->bus, status))
+        return false;
+    bool whole = !with_files || files_thread_start(&live->files, status);
+    if (whole && loop_start(&live->loop, status)) {
+        wait_for_end(live);
+        loop_join(&live->loop);
+    } else {
+        whole = false;
+    }
+    if (live->files.running && !files_thread_finish(&live->files, sim_steps(live->world->sim)))
+        whole = status_fail(status, live->files.status.code, "%s", live->files.status.text);
+    bus_stop(live->bus);
+    return whole;
+}
+
+bool live_run(World *world, const Scene *scene, const LiveOptions *options, LiveResult *result,
+              Status *status)
+{
+    Live *live = calloc(1, sizeof *live);
+    if (live == NULL)
+        return status_fail(status, STATUS_FAILED, "out of memory");
+    live->world = world;
+    live->scene = scene;
+    live->options = options;
+    bool whole = prepare(live, status) && run(live, status);
+    if (live->bus != NULL)
+        collect(live, result);
+    destroy(live);
+    return whole;
+}

@@ -1,0 +1,35 @@
+// The running daemon: starts and ends the step, bus and files threads and handles signals. Main
+// thread.
+#ifndef PLIANT_RUN_LIVE_H
+#define PLIANT_RUN_LIVE_H
+
+#include "files/scene.h"
+#include "run/bus.h"
+#include "run/loop.h"
+
+#include <signal.h>
+
+typedef struct LiveOptions {
+    const char *lcm_url;         // or NULL: the scene's, else LCM's default
+    const char *isa;             // level of the kernels in use
+    double duration_s;           // 0: until a signal or STOP
+    const char *checkpoint_path; // or NULL
+    double checkpoint_s;         // 0: only at the end and when asked
+    const char *input_log_path;  // or NULL
+    sigset_t signals;            // blocked before any thread started
+} LiveOptions;
+
+typedef struct LiveResult {
+    int64_t ticks, late_ticks, resets;
+    Histogram step, wake;
+    BusCounts bus;
+    unsigned requests_high, contacts_high, events_high, answers_high, applied_high;
+    int64_t lost;
+    int64_t checkpoints;
+} LiveResult;
+
+// Runs until it is told to end. False with `status` for what could not be started or written.
+bool live_run(World *world, const Scene *scene, const LiveOptions *options, LiveResult *result,
+              Status *status);
+
+#endif

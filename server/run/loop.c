@@ -1,0 +1,298 @@
+#include "run/loop.h"
+
+#include "base/check.h"
+#include "base/clock.h"
+#include "run/realtime.h"
+#include "run/requests.h"
+
+#include <errno.h>
+#include <math.h>
+#include <poll.h>
+#include <string.h>
+
+const char *loop_state_name(RunState state)
+{
+    static const char *const names[] = {"running", "paused", "lockstep"};
+    return names[state];
+}
+
+bool loop_due(int64_t step, double hz, double rate_hz)
+{
+    int64_t events = llround(hz * 1000.0);
+    int64_t ticks = llround(rate_hz * 1000.0);
+    if (events <= 0 || ticks <= 0)
+        return false;
+    if (events >= ticks)
+        return true;
+    // Split, so that no product overflows however long the daemon runs.
+    int64_t inside = step % ticks;
+    return inside == 0 || inside * events / ticks != (inside - 1) * events / ticks;
+}
+
+// --- out ---
+
+static void push_frames(Loop *loop, bool at_once)
+{
+    Exchange *exchange = loop->exchange;
+    for (int i = 0; i < exchange->body_count; i++) {
+        const Body *body = sim_body(loop->sim, i);
+        Frame *frame = slot_back(&exchange->frame[i]);
+        frame->utime = clock_utime();
+        frame->step = sim_steps(loop->sim);
+        frame->time = sim_time(loop->sim);
+        frame->at_once = at_once;
+        float *velocity = exchange->velocity ? frame->value + 3 * body->mesh.node_count : NULL;
+        body->ops->snapshot(body->model, frame->value, velocity);
+        slot_publish(&exchange->frame[i]);
+    }
+    loop->handed_over = true;
+}
+
+static void push_contacts(Loop *loop)
+{
+    Exchange *exchange = loop->exchange;
+    int64_t utime = exchange->tool_count > 0 ? clock_utime() : 0;
+    for (int i = 0; i < exchange->tool_count; i++) {
+        ContactOut contact = {.tool = i,
+                              .utime = utime,
+                              .step = sim_steps(loop->sim),
+                              .time = sim_time(loop->sim),
+                              .pose_utime = sim_tool_motion(loop->sim, i)->pose_utime,
+                              .wrench = *sim_wrench(loop->sim, i)};
+        if (!ring_push(&exchange->contact, &contact))
+            atomic_fetch_add_explicit(&exchange->lost, 1, memory_order_relaxed);
+        loop->handed_over = true;
+    }
+}
+
+// Timings since the last status, figures of the bodies, counters.
+void loop_push_status(Loop *loop)
+{
+    Sim *sim = loop->sim;
+    StatusOut *out = slot_back(&loop->exchange->status);
+    int64_t now = clock_now_ns();
+    int64_t steps = sim_steps(sim) - loop->window_start_step;
+    *out = (StatusOut){.state = loop->state,
+                       .step = sim_steps(sim),
+                       .late_ticks = loop->late_ticks,
+                       .resets = sim_resets(sim),
+                       .time = sim_time(sim)};
+    if (now > loop->window_start_ns)
+        out->real_time_factor =
+            (double)steps * sim_tick(sim) * 1e9 / (double)(now - loop->window_start_ns);
+    histogram_summarize(&loop->step_window, out->step_us);
+    histogram_summarize(&loop->wake_window, out->wake_us);
+    for (int s = 0; s < STAGE_COUNT; s++) {
+        int64_t ns = sim_stage_ns(sim, (StageId)s);
+        if (steps > 0)
+            out->stage_us[s] = (double)(ns - loop->window_stage_ns[s]) * 1e-3 / (double)steps;
+        loop->window_stage_ns[s] = ns;
+    }
+    for (int i = 0; i < loop->exchange->body_count; i++) {
+        const Body *body = sim_body(sim, i);
+        body->ops->measure(body->model, &out->measure[i]);
+    }
+    histogram_clear(&loop->step_window);
+    histogram_clear(&loop->wake_window);
+    loop->window_start_ns = now;
+    loop->window_start_step = sim_steps(sim);
+    slot_publish(&loop->exchange->status);
+    loop->handed_over = true;
+}
+
+// A restore of the last good state is reported at most once a simulated second.
+static void report_resets(Loop *loop)
+{
+    int64_t resets = sim_resets(loop->sim);
+    int64_t step = sim_steps(loop->sim);
+    if (resets == loop->resets_seen)
+        return;
+    if (loop->resets_seen > 0 && step - loop->reset_reported_step < llround(loop->options.rate_hz))
+        return;
+    requests_event(loop, -1, "restored", "bad numbers: %lld restores of the last good state so far",
+                   (long long)resets);
+    loop->resets_seen = resets;
+    loop->reset_reported_step = step;
+}
+
+static void wake_bus(Loop *loop)
+{
+    // Without contacts the bus looks by itself, so that a tick makes no system call for it.
+    if (loop->handed_over && (loop->options.publish.contact_hz > 0.0 || loop->state != RUN_RUNNING))
+        exchange_wake(loop->exchange->bus_fd);
+    loop->handed_over = false;
+}
+
+// --- one tick ---
+
+static void take_poses(Loop *loop)
+{
+    Exchange *exchange = loop->exchange;
+    for (int i = 0; i < exchange->tool_count; i++) {
+        const Input *input = slot_take(&exchange->pose[i]);
+        if (input == NULL)
+            continue;
+        ToolPose pose = input_pose(input);
+        sim_apply_pose(loop->sim, i, &pose, loop->state == RUN_LOCKSTEP);
+        requests_log(loop, input);
+    }
+}
+
+static void tick(Loop *loop, int64_t begin_ns)
+{
+    Sim *sim = loop->sim;
+    take_poses(loop);
+    int64_t taken_ns = clock_now_ns();
+    sim_add_stage_ns(sim, STAGE_INPUTS, taken_ns - begin_ns);
+    sim_step(sim);
+    loop->ticks++;
+
+    // In lockstep only the last tick of a STEP is published, before its reply.
+    int64_t stepped_ns = clock_now_ns();
+    int64_t step = sim_steps(sim);
+    const ScenePublish *publish = &loop->options.publish;
+    double rate = loop->options.rate_hz;
+    if (loop->state == RUN_RUNNING) {
+        if (loop_due(step, publish->contact_hz, rate))
+            push_contacts(loop);
+        if (loop_due(step, publish->nodes_hz, rate))
+            push_frames(loop, false);
+    }
+    report_resets(loop);
+    if (loop->checkpoint_ticks > 0 && step % loop->checkpoint_ticks == 0)
+        atomic_store_explicit(&loop->exchange->checkpoint_wanted, true, memory_order_relaxed);
+    int64_t end_ns = clock_now_ns();
+    sim_add_stage_ns(sim, STAGE_SNAPSHOT, end_ns - stepped_ns);
+    histogram_add(&loop->step_total, end_ns - begin_ns);
+    histogram_add(&loop->step_window, end_ns - begin_ns);
+    if (loop_due(step, publish->status_hz, rate))
+        loop_push_status(loop);
+}
+
+static bool is_over(const Loop *loop)
+{
+    return atomic_load_explicit(&loop->exchange->stop, memory_order_relaxed) ||
+           (loop->duration_ticks > 0 && loop->ticks + loop->late_ticks >= loop->duration_ticks);
+}
+
+// The ticks of a STEP, at once; a PAUSE or STOP that arrives meanwhile ends them early.
+static void run_steps(Loop *loop)
+{
+    while (loop->stepped < loop->stepping.command.value && !is_over(loop) &&
+           atomic_load_explicit(&loop->exchange->interrupts, memory_order_relaxed) == 0) {
+        tick(loop, clock_now_ns());
+        loop->stepped++;
+        requests_checkpoint(loop);
+    }
+    push_contacts(loop);
+    push_frames(loop, true);
+    loop_push_status(loop);
+    requests_finish_step(loop);
+    wake_bus(loop);
+}
+
+// --- time ---
+
+static int64_t deadline(const Loop *loop, int64_t slot)
+{
+    return loop->epoch_ns + (int64_t)((double)slot * 1e9 / loop->options.rate_hz);
+}
+
+static void start_clock(Loop *loop)
+{
+    loop->epoch_ns = clock_now_ns();
+    loop->slot = 1;
+}
+
+// Sleeps until the next deadline that has not passed; those that have are counted as late.
+static void wait_for_deadline(Loop *loop)
+{
+    int64_t now = clock_now_ns();
+    while (deadline(loop, loop->slot) < now) {
+        loop->slot++;
+        loop->late_ticks++;
+    }
+    int64_t until = deadline(loop, loop->slot++);
+    struct timespec time = {.tv_sec = until / 1000000000, .tv_nsec = until % 1000000000};
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &time, NULL) == EINTR) {
+    }
+    int64_t lateness = clock_now_ns() - until;
+    histogram_add(&loop->wake_total, lateness);
+    histogram_add(&loop->wake_window, lateness);
+}
+
+static void wait_for_request(Loop *loop)
+{
+    struct pollfd wake = {.fd = loop->exchange->step_fd, .events = POLLIN};
+    while (poll(&wake, 1, -1) < 0 && errno == EINTR) {
+    }
+    exchange_clear(loop->exchange->step_fd);
+}
+
+static void *loop_main(void *argument)
+{
+    Loop *loop = argument;
+    realtime_flush_denormals();
+    loop->window_start_ns = clock_now_ns();
+    push_frames(loop, false);
+    loop_push_status(loop);
+    exchange_wake(loop->exchange->bus_fd);
+    start_clock(loop);
+
+    while (!is_over(loop)) {
+        RunState before = loop->state;
+        if (before == RUN_RUNNING)
+            wait_for_deadline(loop);
+        else
+            wait_for_request(loop);
+        int64_t begin_ns = clock_now_ns();
+        while (requests_take(loop))
+            run_steps(loop);
+        if (before != RUN_RUNNING)
+            start_clock(loop); // the first deadline after a RESUME
+        else if (loop->state == RUN_RUNNING && !is_over(loop))
+            tick(loop, begin_ns);
+        requests_checkpoint(loop);
+        wake_bus(loop);
+    }
+    requests_last_checkpoint(loop);
+    loop->state = loop->state == RUN_RUNNING ? RUN_PAUSED : loop->state;
+    loop_push_status(loop);
+    exchange_wake(loop->exchange->bus_fd);
+    exchange_wake(loop->done_fd);
+    return NULL;
+}
+
+void loop_init(Loop *loop, World *world, Exchange *exchange, const LoopOptions *options,
+               int done_fd)
+{
+    memset(loop, 0, sizeof *loop);
+    loop->options = *options;
+    loop->world = world;
+    loop->sim = world->sim;
+    loop->exchange = exchange;
+    loop->done_fd = done_fd;
+    loop->state = options->start_paused ? RUN_PAUSED : RUN_RUNNING;
+    loop->duration_ticks = llround(options->duration_s * options->rate_hz);
+    loop->checkpoint_ticks = llround(options->checkpoint_s * options->rate_hz);
+    loop->window_start_step = sim_steps(loop->sim);
+    loop->resets_seen = sim_resets(loop->sim);
+    loop->pieces = requests_pieces(loop->sim, -1);
+    sim_set_lockstep(loop->sim, false);
+}
+
+bool loop_start(Loop *loop, Status *status)
+{
+    int error = pthread_create(&loop->thread, NULL, loop_main, loop);
+    if (error != 0)
+        return status_fail(status, STATUS_FAILED, "cannot start the step thread: %s",
+                           strerror(error));
+    pthread_setname_np(loop->thread, "pliant-step");
+    realtime_request(loop->thread);
+    return true;
+}
+
+void loop_join(Loop *loop)
+{
+    pthread_join(loop->thread, NULL);
+}

@@ -1,0 +1,40 @@
+#include "run/realtime.h"
+
+#include "base/log.h"
+
+#include <errno.h>
+#include <sched.h>
+#include <string.h>
+#include <sys/mman.h>
+
+#if defined(__x86_64__)
+#include <xmmintrin.h>
+#endif
+
+enum { PRIORITY = 60 }; // above the threaded interrupts' 50
+
+void realtime_flush_denormals(void)
+{
+#if defined(__x86_64__)
+    _mm_setcsr(_mm_getcsr() | 0x8040); // FTZ and DAZ
+#elif defined(__aarch64__)
+    unsigned long fpcr;
+    __asm__ volatile("mrs %0, fpcr" : "=r"(fpcr));
+    __asm__ volatile("msr fpcr, %0" ::"r"(fpcr | 1ul << 24)); // FZ
+#endif
+}
+
+void realtime_request(pthread_t thread)
+{
+    int locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0 ? 0 : errno;
+    struct sched_param parameter = {.sched_priority = PRIORITY};
+    int scheduled = pthread_setschedparam(thread, SCHED_FIFO, &parameter);
+    if (locked == 0 && scheduled == 0)
+        return;
+    log_line(LOG_WARNING,
+             "not real-time, ticks will be late under load: %s%s%s%s%s"
+             " (grant CAP_SYS_NICE and CAP_IPC_LOCK, or LimitRTPRIO=%d and LimitMEMLOCK=infinity)",
+             scheduled != 0 ? "SCHED_FIFO: " : "", scheduled != 0 ? strerror(scheduled) : "",
+             scheduled != 0 && locked != 0 ? ", " : "", locked != 0 ? "mlockall: " : "",
+             locked != 0 ? strerror(locked) : "", PRIORITY);
+}

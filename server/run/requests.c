@@ -1,0 +1,244 @@
+#include "run/requests.h"
+
+#include "base/clock.h"
+
+#include "pliant_command_t.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+int requests_pieces(Sim *sim, int body)
+{
+    int pieces = 0;
+    for (int b = 0; b < sim_body_count(sim); b++) {
+        if (body >= 0 && b != body)
+            continue;
+        const BodyMesh *mesh = &sim_body(sim, b)->mesh;
+        int last = -1;
+        for (int i = 0; i < mesh->node_count; i++)
+            if (mesh->id[i] >= 0 && mesh->piece[i] > last)
+                last = mesh->piece[i];
+        pieces += last + 1;
+    }
+    return pieces;
+}
+
+// --- what a request does to the scene ---
+
+bool requests_execute(Sim *sim, const Input *input, char *text)
+{
+    if (input->kind == INPUT_CUT) {
+        const char *name = input->index >= 0          ? sim_body(sim, input->index)->name
+                           : sim_body_count(sim) == 1 ? sim_body(sim, 0)->name
+                                                      : "";
+        if (name[0] != '\0')
+            snprintf(text, INPUT_WHY_MAX, "body '%s' is not cuttable", name);
+        else
+            snprintf(text, INPUT_WHY_MAX, "no body is cuttable");
+        return false;
+    }
+    if (input->kind == INPUT_LOAD) {
+        LoadOptions load = input_load(input);
+        if (!sim_apply_load(sim, &load, text, INPUT_WHY_MAX))
+            return false;
+        snprintf(text, INPUT_WHY_MAX, "load of (%g, %g, %g) N for %g s", load.force.x, load.force.y,
+                 load.force.z, load.duration);
+        return true;
+    }
+    if (input->command.kind == PLIANT_COMMAND_T_SET) {
+        double value = input->command.set_value;
+        if (!sim_apply_set(sim, input->text, value, text, INPUT_WHY_MAX))
+            return false;
+        snprintf(text, INPUT_WHY_MAX, "%s = %g", input->text, value);
+        return true;
+    }
+    sim_reset(sim);
+    snprintf(text, INPUT_WHY_MAX, "bodies returned to their start");
+    return true;
+}
+
+// --- out ---
+
+void requests_log(Loop *loop, const Input *input)
+{
+    Exchange *exchange = loop->exchange;
+    if (!exchange->logs_inputs)
+        return;
+    AppliedInput applied = {.step = sim_steps(loop->sim), .input = *input};
+    if (!ring_push(&exchange->applied, &applied))
+        atomic_fetch_add_explicit(&exchange->applied_lost, 1, memory_order_relaxed);
+}
+
+void requests_event(Loop *loop, int body, const char *kind, const char *format, ...)
+{
+    EventOut event = {.step = sim_steps(loop->sim), .body = body};
+    snprintf(event.kind, sizeof event.kind, "%s", kind);
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(event.text, sizeof event.text, format, arguments);
+    va_end(arguments);
+    if (!ring_push(&loop->exchange->event, &event))
+        atomic_fetch_add_explicit(&loop->exchange->lost, 1, memory_order_relaxed);
+    loop->handed_over = true;
+}
+
+static Answer answer_to(const Loop *loop, const Input *input)
+{
+    bool on_body = input->kind == INPUT_LOAD || input->kind == INPUT_CUT;
+    return (Answer){.kind = input->kind,
+                    .command = input->kind == INPUT_COMMAND ? input->command.kind : 0,
+                    .sender = input->sender,
+                    .id = input->id,
+                    .ok = true,
+                    .step = sim_steps(loop->sim),
+                    .pieces = on_body && input->index >= 0
+                                  ? requests_pieces(loop->sim, input->index)
+                                  : loop->pieces};
+}
+
+// The answers' ring has room for every request that the bus lets wait.
+static void push_answer(Loop *loop, const Answer *answer)
+{
+    if (!ring_push(&loop->exchange->answer, answer))
+        atomic_fetch_add_explicit(&loop->exchange->lost, 1, memory_order_relaxed);
+    loop->handed_over = true;
+}
+
+// --- commands of the loop itself ---
+
+static void enter(Loop *loop, RunState state, Answer *answer)
+{
+    static const char *const kinds[] = {"resumed", "paused", "lockstep"};
+    if (loop->state != state)
+        requests_event(loop, -1, kinds[state], "%s at step %lld", kinds[state],
+                       (long long)answer->step);
+    loop->state = state;
+    sim_set_lockstep(loop->sim, state == RUN_LOCKSTEP);
+    snprintf(answer->text, sizeof answer->text, "%s", kinds[state]);
+}
+
+static bool ask_for_checkpoint(Loop *loop, Answer *answer)
+{
+    if (!loop->exchange->checkpoints) {
+        snprintf(answer->text, sizeof answer->text,
+                 "no checkpoint file: the daemon was started without --checkpoint");
+        return false;
+    }
+    if (loop->asked_count == EXCHANGE_CHECKPOINTS) {
+        snprintf(answer->text, sizeof answer->text, "%d requests wait for a checkpoint already",
+                 EXCHANGE_CHECKPOINTS);
+        return false;
+    }
+    loop->asked[loop->asked_count++] = *answer;
+    atomic_store_explicit(&loop->exchange->checkpoint_wanted, true, memory_order_relaxed);
+    return true;
+}
+
+// False: the answer comes from elsewhere, once the checkpoint's file is whole.
+static bool command(Loop *loop, const Input *input, Answer *answer)
+{
+    switch (input->command.kind) {
+    case PLIANT_COMMAND_T_PAUSE:
+        atomic_fetch_sub_explicit(&loop->exchange->interrupts, 1, memory_order_relaxed);
+        enter(loop, RUN_PAUSED, answer);
+        return true;
+    case PLIANT_COMMAND_T_RESUME:
+        enter(loop, RUN_RUNNING, answer);
+        return true;
+    case PLIANT_COMMAND_T_STOP:
+        atomic_fetch_sub_explicit(&loop->exchange->interrupts, 1, memory_order_relaxed);
+        atomic_store_explicit(&loop->exchange->stop, true, memory_order_relaxed);
+        snprintf(answer->text, sizeof answer->text, "stopping");
+        return true;
+    case PLIANT_COMMAND_T_CHECKPOINT:
+        answer->ok = ask_for_checkpoint(loop, answer);
+        return !answer->ok;
+    case PLIANT_COMMAND_T_DESCRIBE:
+        return true; // the bus knows the text
+    default:
+        answer->ok = requests_execute(loop->sim, input, answer->text);
+        if (answer->ok)
+            requests_event(loop, -1, input->command.kind == PLIANT_COMMAND_T_SET ? "set" : "reset",
+                           "%s", answer->text);
+        return true;
+    }
+}
+
+bool requests_take(Loop *loop)
+{
+    Ring *ring = &loop->exchange->request;
+    const Input *input;
+    while ((input = ring_peek(ring)) != NULL) {
+        requests_log(loop, input);
+        Answer answer = answer_to(loop, input);
+        if (input->kind == INPUT_COMMAND && input->command.kind == PLIANT_COMMAND_T_STEP) {
+            loop->stepping = *input;
+            loop->stepped = 0;
+            enter(loop, RUN_LOCKSTEP, &answer);
+            ring_pop(ring);
+            return true;
+        }
+        bool answered = true;
+        RunState before = loop->state;
+        if (input->kind == INPUT_COMMAND) {
+            answered = command(loop, input, &answer);
+        } else {
+            answer.ok = requests_execute(loop->sim, input, answer.text);
+            if (answer.ok)
+                requests_event(loop, input->index, "load", "%s", answer.text);
+        }
+        if (loop->state != before)
+            loop_push_status(loop);
+        if (answered)
+            push_answer(loop, &answer);
+        ring_pop(ring);
+    }
+    return false;
+}
+
+void requests_finish_step(Loop *loop)
+{
+    Answer answer = answer_to(loop, &loop->stepping);
+    int64_t wanted = loop->stepping.command.value;
+    answer.ok = loop->stepped == wanted;
+    answer.after_frame = true;
+    snprintf(answer.text, sizeof answer.text,
+             answer.ok ? "%lld of %lld ticks" : "ended early after %lld of %lld ticks",
+             (long long)loop->stepped, (long long)wanted);
+    push_answer(loop, &answer);
+}
+
+// --- checkpoints ---
+
+static void take_image(Loop *loop)
+{
+    Exchange *exchange = loop->exchange;
+    checkpoint_take(&exchange->image, loop->world);
+    memcpy(exchange->asked, loop->asked, sizeof loop->asked);
+    exchange->asked_count = loop->asked_count;
+    loop->asked_count = 0;
+    atomic_store_explicit(&exchange->image_full, true, memory_order_release);
+}
+
+void requests_checkpoint(Loop *loop)
+{
+    Exchange *exchange = loop->exchange;
+    if (!exchange->checkpoints ||
+        !atomic_load_explicit(&exchange->checkpoint_wanted, memory_order_relaxed) ||
+        atomic_load_explicit(&exchange->image_full, memory_order_acquire))
+        return;
+    atomic_store_explicit(&exchange->checkpoint_wanted, false, memory_order_relaxed);
+    take_image(loop);
+}
+
+void requests_last_checkpoint(Loop *loop)
+{
+    Exchange *exchange = loop->exchange;
+    if (!exchange->checkpoints)
+        return;
+    const struct timespec pause = {.tv_nsec = 2000000};
+    while (atomic_load_explicit(&exchange->image_full, memory_order_acquire))
+        nanosleep(&pause, NULL);
+    take_image(loop);
+}

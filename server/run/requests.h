@@ -1,0 +1,30 @@
+// What the requests of other programs do to a running scene. Called by the step thread between two
+// ticks; requests_execute also by the off-line runner. Allocates nothing.
+#ifndef PLIANT_RUN_REQUESTS_H
+#define PLIANT_RUN_REQUESTS_H
+
+#include "run/loop.h"
+
+// Executes the waiting requests in their order and answers each. True: the next one is a STEP, its
+// ticks are to be run now, then requests_finish_step.
+bool requests_take(Loop *loop);
+void requests_finish_step(Loop *loop);
+
+// Takes a checkpoint image if one is wanted and the last one has been written.
+void requests_checkpoint(Loop *loop);
+// At the end of the loop: waits for the last one to be written and takes the final image.
+void requests_last_checkpoint(Loop *loop);
+
+// Notes an input as applied at the present tick, for --log-inputs.
+void requests_log(Loop *loop, const Input *input);
+// Tells the bus of something that happened once; body -1: none in particular.
+void requests_event(Loop *loop, int body, const char *kind, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+
+// A cut, load, RESET or SET on the scene, live or off line. False with a sentence in `text`
+// (INPUT_WHY_MAX bytes): nothing was changed; true with what was done.
+bool requests_execute(Sim *sim, const Input *input, char *text);
+// Connected pieces of a body, -1: of all bodies.
+int requests_pieces(Sim *sim, int body);
+
+#endif

@@ -1,0 +1,191 @@
+// With weights k'_s the forces of the shape-preserving springs sum to zero, and so do their
+// moments: f = -(w (x - c) - R w (X - C)) has no moment about c exactly when R maximises tr(R^T A)
+// with A = sum w (x - c)(X - C)^T. Damping against v_c + omega x (x - c), the weighted rigid
+// velocity, has neither force nor moment by construction.
+#include "surface/rigid_frame.h"
+
+#include "base/check.h"
+#include "base/vec.h"
+
+#include <string.h>
+
+RigidFrame *rigid_frame_create(const char *name, int slot_count, const double *rest,
+                               const double *weight, Arena *arena, StateList *state)
+{
+    RigidFrame *frame = arena_allocate(arena, ARENA_STEP, 1, sizeof *frame, "%s/rigid frame", name);
+    size_t slots = (size_t)slot_count;
+    frame->slot_count = slot_count;
+    frame->weight = weight;
+    frame->arm =
+        arena_allocate(arena, ARENA_STEP, 3 * slots, sizeof(double), "%s/frame arms", name);
+    frame->rotation =
+        arena_allocate(arena, ARENA_STEP, 4, sizeof(double), "%s/frame rotation", name);
+    frame->rotation[0] = 1.0;
+    state_add(state, frame->rotation, 4 * sizeof(double), "%s/frame_rotation", name);
+
+    double center[3] = {0.0, 0.0, 0.0};
+    for (int s = 0; s < slot_count; s++) {
+        frame->total_weight += weight[s];
+        for (int c = 0; c < 3; c++)
+            center[c] += weight[s] * rest[(s / LANES * 3 + c) * LANES + s % LANES];
+    }
+    ASSERT(frame->total_weight > 0.0);
+    for (int c = 0; c < 3; c++)
+        frame->pose.rest_center[c] = center[c] / frame->total_weight;
+    for (int s = 0; s < slot_count; s++)
+        for (int c = 0; c < 3; c++)
+            frame->arm[3 * s + c] = weight[s] * (rest[(s / LANES * 3 + c) * LANES + s % LANES] -
+                                                 frame->pose.rest_center[c]);
+    return frame;
+}
+
+static void rotation_matrix(const double q[4], double r[3][3])
+{
+    double w = q[0], x = q[1], y = q[2], z = q[3];
+    r[0][0] = 1.0 - 2.0 * (y * y + z * z);
+    r[0][1] = 2.0 * (x * y - w * z);
+    r[0][2] = 2.0 * (x * z + w * y);
+    r[1][0] = 2.0 * (x * y + w * z);
+    r[1][1] = 1.0 - 2.0 * (x * x + z * z);
+    r[1][2] = 2.0 * (y * z - w * x);
+    r[2][0] = 2.0 * (x * z - w * y);
+    r[2][1] = 2.0 * (y * z + w * x);
+    r[2][2] = 1.0 - 2.0 * (x * x + y * y);
+}
+
+// Solves the symmetric system m s = b by Cramer's rule; false when m is not safely positive
+// definite.
+static bool solve_positive(const double m[3][3], const double b[3], double s[3])
+{
+    double trace = m[0][0] + m[1][1] + m[2][2];
+    double minor = m[0][0] * m[1][1] - m[0][1] * m[0][1];
+    double c00 = m[1][1] * m[2][2] - m[1][2] * m[1][2];
+    double c01 = m[0][2] * m[1][2] - m[0][1] * m[2][2];
+    double c02 = m[0][1] * m[1][2] - m[0][2] * m[1][1];
+    double determinant = m[0][0] * c00 + m[0][1] * c01 + m[0][2] * c02;
+    if (!(m[0][0] > 0.0 && minor > 0.0 && determinant > 1e-9 * trace * trace * trace))
+        return false;
+    double c11 = m[0][0] * m[2][2] - m[0][2] * m[0][2];
+    double c12 = m[0][1] * m[0][2] - m[0][0] * m[1][2];
+    s[0] = (c00 * b[0] + c01 * b[1] + c02 * b[2]) / determinant;
+    s[1] = (c01 * b[0] + c11 * b[1] + c12 * b[2]) / determinant;
+    s[2] = (c02 * b[0] + c12 * b[1] + minor * b[2]) / determinant;
+    return true;
+}
+
+// Turns the rotation to the maximum of tr(R^T A). Newton's step where the maximum is near (there
+// tr(S) I - S with S = sym(A R^T) is positive definite); elsewhere the damped step of
+// Mueller et al. 2016, "A robust method to extract the rotational part of deformations", which
+// leaves any state, inverted ones too.
+static void fit_rotation(double q[4], const double a[3][3])
+{
+    for (int iteration = 0; iteration < 60; iteration++) {
+        double r[3][3], m[3][3];
+        rotation_matrix(q, r);
+        for (int i = 0; i < 3; i++)
+            for (int j = 0; j < 3; j++)
+                m[i][j] = a[i][0] * r[j][0] + a[i][1] * r[j][1] + a[i][2] * r[j][2]; // A R^T
+        double trace = m[0][0] + m[1][1] + m[2][2];
+        // Turning R by the small vector s adds s . g - s . (tr(S) I - S) s / 2 to the trace.
+        double g[3] = {m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]};
+        double hessian[3][3], step[3];
+        for (int i = 0; i < 3; i++)
+            for (int j = 0; j < 3; j++)
+                hessian[i][j] = (i == j ? trace : 0.0) - 0.5 * (m[i][j] + m[j][i]);
+        if (!solve_positive((const double(*)[3])hessian, g, step)) {
+            double scale =
+                1.0 / (fabs(trace) + 1e-9 * (fabs(g[0]) + fabs(g[1]) + fabs(g[2])) + 1e-300);
+            for (int i = 0; i < 3; i++)
+                step[i] = scale * g[i];
+        }
+        double size = sqrt(step[0] * step[0] + step[1] * step[1] + step[2] * step[2]);
+        if (!(size < 1e6))
+            return; // no shape to fit: keep the rotation
+        Quat turn = quat_from_rotation((Vec3){step[0], step[1], step[2]});
+        Quat turned = quat_unit(quat_multiply(turn, (Quat){q[0], q[1], q[2], q[3]}));
+        q[0] = turned.w;
+        q[1] = turned.x;
+        q[2] = turned.y;
+        q[3] = turned.z;
+        if (size < 1e-15)
+            return;
+    }
+}
+
+void rigid_frame_fit(RigidFrame *frame, const double *rows)
+{
+    FramePose *pose = &frame->pose;
+    const double *w = frame->weight;
+    double sum[6] = {0.0};
+    for (int s = 0; s < frame->slot_count; s++) {
+        const double *row = rows + (long)s * ROW;
+        for (int c = 0; c < 3; c++) {
+            sum[c] += w[s] * row[c];
+            sum[3 + c] += w[s] * row[4 + c];
+        }
+    }
+    for (int c = 0; c < 3; c++) {
+        pose->center[c] = sum[c] / frame->total_weight;
+        pose->velocity[c] = sum[3 + c] / frame->total_weight;
+    }
+
+    // A, the weighted inertia and the weighted angular momentum about the center.
+    double a[3][3] = {{0.0}}, xx = 0.0, yy = 0.0, zz = 0.0, xy = 0.0, xz = 0.0, yz = 0.0;
+    double momentum[3] = {0.0, 0.0, 0.0};
+    for (int s = 0; s < frame->slot_count; s++) {
+        const double *row = rows + (long)s * ROW;
+        const double *arm = frame->arm + 3L * s;
+        double x = row[0] - pose->center[0], y = row[1] - pose->center[1],
+               z = row[2] - pose->center[2];
+        double vx = row[4] - pose->velocity[0], vy = row[5] - pose->velocity[1],
+               vz = row[6] - pose->velocity[2];
+        for (int j = 0; j < 3; j++) {
+            a[0][j] += x * arm[j];
+            a[1][j] += y * arm[j];
+            a[2][j] += z * arm[j];
+        }
+        xx += w[s] * x * x;
+        yy += w[s] * y * y;
+        zz += w[s] * z * z;
+        xy += w[s] * x * y;
+        xz += w[s] * x * z;
+        yz += w[s] * y * z;
+        momentum[0] += w[s] * (y * vz - z * vy);
+        momentum[1] += w[s] * (z * vx - x * vz);
+        momentum[2] += w[s] * (x * vy - y * vx);
+    }
+    fit_rotation(frame->rotation, (const double(*)[3])a);
+    rotation_matrix(frame->rotation, pose->rotation);
+
+    // omega = I^-1 L. A body collapsed to a line or point has directions without inertia: a trace
+    // of isotropic inertia keeps omega finite there and changes nothing elsewhere.
+    double trace = xx + yy + zz;
+    double soft = 1e-15 * trace + 1e-300;
+    double inertia[3][3] = {
+        {yy + zz + soft, -xy, -xz}, {-xy, xx + zz + soft, -yz}, {-xz, -yz, xx + yy + soft}};
+    if (!solve_positive((const double(*)[3])inertia, momentum, pose->angular))
+        pose->angular[0] = pose->angular[1] = pose->angular[2] = 0.0;
+}
+
+double rigid_frame_energy(const RigidFrame *frame, const double *rows)
+{
+    RigidFrame fit = *frame; // of its own, so that asking does not change the next step's bits
+    double rotation[4];
+    memcpy(rotation, frame->rotation, sizeof rotation);
+    fit.rotation = rotation;
+    rigid_frame_fit(&fit, rows);
+    const FramePose *pose = &fit.pose;
+    double energy = 0.0;
+    for (int s = 0; s < frame->slot_count; s++) {
+        if (!(frame->weight[s] > 0.0))
+            continue;
+        const double *arm = frame->arm + 3L * s;
+        for (int c = 0; c < 3; c++) {
+            const double *r = pose->rotation[c];
+            double rotated = (r[0] * arm[0] + r[1] * arm[1] + r[2] * arm[2]) / frame->weight[s];
+            double u = rows[(long)s * ROW + c] - pose->center[c] - rotated;
+            energy += 0.5 * frame->weight[s] * u * u;
+        }
+    }
+    return energy;
+}
