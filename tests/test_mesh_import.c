@@ -352,8 +352,8 @@ static void binary_stl_faults_name_file_and_triangle(void **state)
     memset(bytes + 80, 0xff, 4);
     memset(bytes, 'x', 5); // does not say solid
     write_bytes(bytes, size);
-    expect_error(
-        ": not text, and a binary STL of 4294967295 triangles has 214748364834 bytes, not 84");
+    expect_error(": neither text nor a binary STL: its 4294967295 triangles take 214748364834 "
+                 "bytes, the file has 84");
     write_bytes(bytes, 60);
     expect_error(": neither text nor a binary STL, which has at least 84 bytes");
     free(bytes);
