@@ -102,6 +102,18 @@ static bool surface_commit(void *self)
     return good;
 }
 
+static bool surface_check(const void *self)
+{
+    const SurfaceModel *model = self;
+    const double *rows = model->rows[model->current];
+    for (long s = 0; s < model->slot_count; s++)
+        for (int c = 0; c < 3; c++)
+            if (!(fabs(rows[s * ROW + c]) <= model->position_limit) ||
+                !(fabs(rows[s * ROW + 4 + c]) <= SPEED_LIMIT))
+                return false;
+    return true;
+}
+
 static void surface_restore(void *self, bool to_start)
 {
     SurfaceModel *model = self;
@@ -296,6 +308,7 @@ static const BodyOps surface_ops = {
     .drift = surface_drift,
     .evaluate = surface_evaluate,
     .commit = surface_commit,
+    .check = surface_check,
     .restore = surface_restore,
     .read_nodes = surface_read_nodes,
     .add_forces = surface_add_forces,
