@@ -112,7 +112,7 @@ bool client_url(const char *url, const char *fallback, int receive_bytes, char *
     if (!url || !*url)
         url = fallback && *fallback ? fallback : DEFAULT_URL;
     int length;
-    if (strncmp(url, "udpm://", 7) != 0 || strstr(url, "recv_buf_size="))
+    if (receive_bytes == 0 || strncmp(url, "udpm://", 7) != 0 || strstr(url, "recv_buf_size="))
         length = snprintf(out, size, "%s", url);
     else
         length = snprintf(out, size, "%s%crecv_buf_size=%d", url, strchr(url, '?') ? '&' : '?',
@@ -196,12 +196,15 @@ bool client_connect(Client *client, const ClientOptions *options, ClientError *e
     if (getrandom(&random, sizeof random, 0) != sizeof random)
         random = (uint32_t)client_now_ns() ^ (uint32_t)getpid() << 16;
     client->sender = (int32_t)(random >> 1 | 1u);
-    if (!client_url(options->url, getenv("LCM_DEFAULT_URL"), granted_receive_bytes(), client->url,
-                    sizeof client->url))
+    // Messages name the URL as the user knows it: the size 0 adds nothing.
+    char url[CLIENT_URL_MAX];
+    const char *fallback = getenv("LCM_DEFAULT_URL");
+    if (!client_url(options->url, fallback, 0, client->url, sizeof client->url) ||
+        !client_url(options->url, fallback, granted_receive_bytes(), url, sizeof url))
         return client_fail(error, "--lcm-url: longer than %d characters", CLIENT_URL_MAX - 40);
-    if (strncmp(client->url, "udpm://", 7) == 0 && !check_route(client->url, error))
+    if (strncmp(url, "udpm://", 7) == 0 && !check_route(client->url, error))
         return false;
-    client->lcm = lcm_create(client->url);
+    client->lcm = lcm_create(url);
     if (!client->lcm)
         return client_fail(error, "--lcm-url %s: LCM cannot open it", client->url);
     return true;

@@ -49,14 +49,14 @@ bool client_parse_integer(const char *text, long low, long high, long *number);
 bool client_parse_vector(const char *text, double limit, double vector[3]);
 
 // The URL that a client opens: `url`, else `fallback` (LCM_DEFAULT_URL), else LCM's default; with
-// recv_buf_size added to a udpm URL that does not set it. False when it does not fit.
+// recv_buf_size added to a udpm URL that does not set it (unless 0). False when it does not fit.
 bool client_url(const char *url, const char *fallback, int receive_bytes, char *out, size_t size);
 
 // --- connection ---
 
 typedef struct Client {
     lcm_t *lcm;
-    char url[CLIENT_URL_MAX];
+    char url[CLIENT_URL_MAX]; // as the user gave it
     char prefix[CLIENT_PREFIX_MAX];
     int32_t sender; // drawn at random
     int32_t last_id;

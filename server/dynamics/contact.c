@@ -135,19 +135,21 @@ static bool within_reach(const Contact *contact, const ToolPlacement *at, const 
 {
     for (int shape = 0; shape < contact->tool->capsule_count; shape++) {
         const Capsule *capsule = &contact->tool->capsule[shape];
+        const double reach = capsule->radius + margin;
         Vec3 p, q;
         contact_axis(capsule, at, &p, &q);
-        ClosestPair pair[DISTANCE_PAIRS];
-        double along, weight[3];
-        distance_point_triangle(p, x, &pair[0]);
-        if (pair[0].distance <= capsule->radius + margin)
+        double lower, upper;
+        contact_face_bounds(x, p, q, &lower, &upper);
+        if (upper <= reach)
             return true;
-        if (vec3_length(vec3_sub(q, p)) == 0.0)
+        if (lower > reach)
             continue;
+        ClosestPair pair[DISTANCE_PAIRS];
         distance_segment_triangle_pairs(p, q, x, pair);
-        for (int j = 1; j < DISTANCE_PAIRS; j++)
-            if (pair[j].distance <= capsule->radius + margin)
+        for (int j = 0; j < DISTANCE_PAIRS; j++)
+            if (pair[j].distance <= reach)
                 return true;
+        double along, weight[3];
         if (distance_segment_crosses(p, q, x, &along, weight))
             return true;
     }

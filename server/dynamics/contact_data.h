@@ -89,6 +89,10 @@ struct Contact {
     ContactSums sums;
 };
 
+// Cheap bounds of the distance between a face and an axis: from the face's centre, which lies on
+// it.
+void contact_face_bounds(const Vec3 x[3], Vec3 p, Vec3 q, double *lower, double *upper);
+
 // The capsule's axis at a placement.
 void contact_axis(const Capsule *capsule, const ToolPlacement *at, Vec3 *p, Vec3 *q);
 // Unit normal of a candidate's face at the present positions; zero for a face without area.

@@ -13,6 +13,18 @@ static const double SOFT = 0.01;
 static const double AXIS_FLOOR = 0.1; // of the radius: how near an axis may come to a wall
 static const double TOUCHING = 1e-9;  // [m] closer, a pair has no direction of its own
 
+void contact_face_bounds(const Vec3 x[3], Vec3 p, Vec3 q, double *lower, double *upper)
+{
+    Vec3 center = vec3_scale(1.0 / 3.0, vec3_add(vec3_add(x[0], x[1]), x[2]));
+    double radius2 = 0.0;
+    for (int k = 0; k < 3; k++) {
+        Vec3 arm = vec3_sub(x[k], center);
+        radius2 = fmax(radius2, vec3_dot(arm, arm));
+    }
+    *upper = distance_point_segment(center, p, q);
+    *lower = *upper - sqrt(radius2);
+}
+
 Vec3 contact_face_normal(const Contact *contact, const Candidate *candidate)
 {
     const Vec3 *x = contact->x;
@@ -111,6 +123,12 @@ static void add_push(Contact *contact, const ToolPlacement *at, int index, const
 
 // --- one face and one capsule ---
 
+static void face_corners(const Contact *contact, const Candidate *candidate, Vec3 x[3])
+{
+    for (int k = 0; k < 3; k++)
+        x[k] = contact->x[candidate->node[k]];
+}
+
 // Signed distance of a capsule's axis to a face, and the pairs that carry its gradient.
 typedef struct FaceDistance {
     double phi;      // [m]
@@ -124,8 +142,8 @@ typedef struct FaceDistance {
 static void measure_crossed(const Contact *contact, const Candidate *candidate, Vec3 p, Vec3 q,
                             int side, FaceDistance *out)
 {
-    Vec3 x[3] = {contact->x[candidate->node[0]], contact->x[candidate->node[1]],
-                 contact->x[candidate->node[2]]};
+    Vec3 x[3];
+    face_corners(contact, candidate, x);
     Vec3 normal = contact_face_normal(contact, candidate);
     double at_p = side * vec3_dot(vec3_sub(p, x[0]), normal);
     double at_q = side * vec3_dot(vec3_sub(q, x[0]), normal);
@@ -140,8 +158,8 @@ static void measure_crossed(const Contact *contact, const Candidate *candidate, 
 static void measure_face(const Contact *contact, const Candidate *candidate, Vec3 p, Vec3 q,
                          bool sphere, int side, FaceDistance *out)
 {
-    Vec3 x[3] = {contact->x[candidate->node[0]], contact->x[candidate->node[1]],
-                 contact->x[candidate->node[2]]};
+    Vec3 x[3];
+    face_corners(contact, candidate, x);
     out->crossed = false;
     if (sphere) {
         distance_point_triangle(p, x, &out->pair[0]);
@@ -224,37 +242,51 @@ static bool is_locally_nearest(const Contact *contact, int index)
     return true;
 }
 
+// Whether the face is surely out of touch. Only for tools with a proxy, whose axis stays in front
+// of the walls that it can meet: a far face cannot be a crossed one.
+static bool is_out_of_touch(const Contact *contact, int index, Vec3 p, Vec3 q, double radius)
+{
+    if (contact->tool->kind == TOOL_STATIC)
+        return false;
+    Vec3 x[3];
+    face_corners(contact, &contact->candidate[index], x);
+    double lower, upper;
+    contact_face_bounds(x, p, q, &lower, &upper);
+    return lower > radius;
+}
+
 static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shape)
 {
     const Capsule *capsule = &contact->tool->capsule[shape];
     Vec3 p, q;
     contact_axis(capsule, at, &p, &q);
     bool sphere = vec3_length(vec3_sub(capsule->to, capsule->from)) < TOUCHING;
-    int crossed = 0;
+    bool crossed = false;
+    FaceDistance face;
     for (int i = 0; i < contact->candidate_count; i++) {
         const Candidate *candidate = &contact->candidate[i];
         int side = contact->side[shape][candidate->face];
-        FaceDistance face;
-        measure_face(contact, candidate, p, q, sphere, side == 0 ? 1 : side, &face);
-        contact->distance[i] = face.distance;
-        if (side == 0)
+        if (side == 0 || is_out_of_touch(contact, i, p, q, capsule->radius))
             continue;
+        measure_face(contact, candidate, p, q, sphere, side, &face);
         if (face.phi < 0.0)
-            crossed++; // needs everyone's distance: second pass
+            crossed = true; // needs everyone's distance: below
         else if (face.phi < capsule->radius)
             push_face(contact, at, i, &face, side, capsule->radius);
     }
-    for (int i = 0; crossed > 0 && i < contact->candidate_count; i++) {
-        const Candidate *candidate = &contact->candidate[i];
-        int side = contact->side[shape][candidate->face];
-        if (side == 0)
+    if (!crossed)
+        return;
+    for (int i = 0; i < contact->candidate_count; i++) {
+        int side = contact->side[shape][contact->candidate[i].face];
+        measure_face(contact, &contact->candidate[i], p, q, sphere, side == 0 ? 1 : side, &face);
+        contact->distance[i] = face.distance;
+    }
+    for (int i = 0; i < contact->candidate_count; i++) {
+        int side = contact->side[shape][contact->candidate[i].face];
+        if (side == 0 || is_out_of_touch(contact, i, p, q, capsule->radius))
             continue;
-        FaceDistance face;
-        measure_face(contact, candidate, p, q, sphere, side, &face);
-        if (!(face.phi < 0.0))
-            continue;
-        crossed--;
-        if (is_locally_nearest(contact, i))
+        measure_face(contact, &contact->candidate[i], p, q, sphere, side, &face);
+        if (face.phi < 0.0 && is_locally_nearest(contact, i))
             push_face(contact, at, i, &face, side, capsule->radius);
     }
 }

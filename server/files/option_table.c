@@ -333,7 +333,9 @@ static bool check_key(const OptionTable *table, const config_setting_t *setting,
         const char *known = table->option[i].key;
         if (strcmp(known, key) == 0)
             return true;
-        size_t distance = edit_distance(key, known);
+        // A key cut short comes before one that is misspelt.
+        bool cut = strncmp(key, known, strlen(key)) == 0;
+        size_t distance = cut ? 0 : edit_distance(key, known);
         if (option_is_near(key, known) && (nearest == NULL || distance < nearest_distance)) {
             nearest = known;
             nearest_distance = distance;

@@ -158,7 +158,16 @@ static const char *scan_number(const Scan *scan, const char *at)
     return NULL;
 }
 
-// Past a comment, a string or a word that begins at `at`; NULL when none does.
+// Past a string; NULL when it does not end (libconfig would leak it).
+static const char *skip_string(const char *at)
+{
+    for (at++; *at != '\0' && *at != '"'; at++)
+        if (*at == '\\' && at[1] != '\0')
+            at++;
+    return *at == '"' ? at + 1 : NULL;
+}
+
+// Past a comment or a word that begins at `at`; NULL when none does.
 static const char *skip_opaque(const char *at)
 {
     if (*at == '#' || (at[0] == '/' && at[1] == '/'))
@@ -166,12 +175,6 @@ static const char *skip_opaque(const char *at)
     if (at[0] == '/' && at[1] == '*') {
         const char *end = strstr(at + 2, "*/");
         return end != NULL ? end + 2 : at + strlen(at);
-    }
-    if (*at == '"') {
-        for (at++; *at != '\0' && *at != '"'; at++)
-            if (*at == '\\' && at[1] != '\0')
-                at++;
-        return at + (*at == '"');
     }
     if (isalpha((unsigned char)*at) || *at == '*') {
         while (isalnum((unsigned char)*at) || *at == '_' || *at == '-' || *at == '*')
@@ -197,6 +200,10 @@ static bool scan_text(Scan *scan, char *text)
             end = scan_number(scan, at);
             if (end == NULL)
                 return false;
+        } else if (*at == '"') {
+            end = skip_string(at);
+            if (end == NULL)
+                return scan_fail(scan, "a string begins here and does not end");
         } else if (end == NULL) {
             *at = *at == '[' ? '(' : *at == ']' ? ')' : *at;
             end = at + 1;

@@ -47,6 +47,10 @@ typedef struct FramePose {
     double angular[3];  // [rad/s]
 } FramePose;
 
+// A |component| of a velocity beyond this is a bad number: far above any physics, far below
+// overflow of its square [m/s].
+#define SPEED_LIMIT 1e100
+
 // One pass over all chunks.
 typedef struct SpringPass {
     const SpringTable *springs;

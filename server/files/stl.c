@@ -1,0 +1,143 @@
+// STL, ASCII and binary. Normals are passed over: the order of corners says which side is out. Load
+// time only.
+#include "files/stl.h"
+
+#include "files/mesh_draft.h"
+
+#include <stdint.h>
+#include <string.h>
+
+enum { HEADER_SIZE = 84, RECORD_SIZE = 50 };
+
+// The next word must be `name`; `line` is where it stands.
+static bool expect_word(Text *text, const char *name, int *line, Status *status)
+{
+    Word word = text_word_anywhere(text);
+    *line = word.line;
+    if (word.size == 0)
+        return status_fail(status, STATUS_INVALID, "%s:%d: file ends where '%s' is expected",
+                           text->path, word.line, name);
+    if (!word_is(word, name))
+        return status_fail(status, STATUS_INVALID, "%s:%d: '%s' where '%s' is expected", text->path,
+                           word.line, word_show(word).text, name);
+    return true;
+}
+
+static bool read_vertex(Text *text, MeshDraft *draft, Status *status)
+{
+    int line;
+    if (!expect_word(text, "vertex", &line, status))
+        return false;
+    double x[3];
+    for (int k = 0; k < 3; k++) {
+        Word word = text_word_anywhere(text);
+        if (word.size == 0)
+            return status_fail(status, STATUS_INVALID, "%s:%d: file ends inside a vertex",
+                               text->path, word.line);
+        if (!word_number(word, &x[k]))
+            return status_fail(status, STATUS_INVALID,
+                               "%s:%d: coordinate '%s' is not a finite number", text->path,
+                               word.line, word_show(word).text);
+    }
+    mesh_draft_add_node(draft, vec3(x[0], x[1], x[2]));
+    return true;
+}
+
+// What follows 'facet'.
+static bool read_facet(Text *text, MeshDraft *draft, Status *status)
+{
+    int line = text->line, unused;
+    if (!expect_word(text, "normal", &unused, status))
+        return false;
+    for (int k = 0; k < 3; k++) // some writers give nan for thin triangles
+        text_word_anywhere(text);
+    if (!expect_word(text, "outer", &unused, status) || !expect_word(text, "loop", &unused, status))
+        return false;
+    int first = draft->node_count;
+    for (int k = 0; k < 3; k++)
+        if (!read_vertex(text, draft, status))
+            return false;
+    if (!expect_word(text, "endloop", &unused, status) ||
+        !expect_word(text, "endfacet", &unused, status))
+        return false;
+    mesh_draft_add_triangle(draft, (int[3]){first, first + 1, first + 2}, line);
+    return true;
+}
+
+// Any number of solids, each 'solid name', facets, 'endsolid name'.
+static bool read_solids(Text *text, MeshDraft *draft, Status *status)
+{
+    int line;
+    bool inside = false;
+    for (Word word = text_word_anywhere(text); word.size > 0; word = text_word_anywhere(text)) {
+        if (inside && word_is(word, "facet")) {
+            if (!read_facet(text, draft, status))
+                return false;
+        } else if (word_is(word, inside ? "endsolid" : "solid")) {
+            inside = !inside;
+            text_next_line(text); // a name may be anything
+        } else {
+            return status_fail(status, STATUS_INVALID, "%s:%d: '%s' where '%s' is expected",
+                               text->path, word.line, word_show(word).text,
+                               inside ? "facet' or 'endsolid" : "solid");
+        }
+    }
+    return !inside || expect_word(text, "endsolid", &line, status);
+}
+
+bool stl_read_ascii(const FileBytes *file, TriMesh *mesh, Status *status)
+{
+    Text text = text_start(file);
+    MeshDraft draft = {0};
+    bool ok = read_solids(&text, &draft, status);
+    if (ok && draft.triangle_count == 0)
+        ok = status_fail(status, STATUS_INVALID, "%s: no triangles", file->path);
+    if (ok)
+        mesh_draft_finish(&draft, mesh);
+    mesh_draft_destroy(&draft);
+    return ok;
+}
+
+static uint32_t little_endian(const char *bytes)
+{
+    uint32_t value = 0;
+    for (int i = 3; i >= 0; i--)
+        value = value << 8 | (unsigned char)bytes[i];
+    return value;
+}
+
+size_t stl_binary_count(const FileBytes *file)
+{
+    return file->size < HEADER_SIZE ? 0 : little_endian(file->bytes + HEADER_SIZE - 4);
+}
+
+size_t stl_binary_size(size_t triangles)
+{
+    return HEADER_SIZE + RECORD_SIZE * triangles;
+}
+
+bool stl_read_binary(const FileBytes *file, TriMesh *mesh, Status *status)
+{
+    size_t count = stl_binary_count(file);
+    if (count == 0)
+        return status_fail(status, STATUS_INVALID, "%s: no triangles", file->path);
+    mesh_create(mesh, 3 * (int)count, (int)count);
+    for (int h = 0; h < 3 * (int)count; h++) {
+        // A record is a normal, three corners of three floats, and two bytes of attributes.
+        const char *record = file->bytes + stl_binary_size((size_t)(h / 3));
+        float x[3];
+        for (int k = 0; k < 3; k++) {
+            uint32_t bits = little_endian(record + 12 * (1 + h % 3) + 4 * k);
+            memcpy(&x[k], &bits, sizeof bits);
+        }
+        mesh->position[h] = vec3((double)x[0], (double)x[1], (double)x[2]);
+        mesh->triangle[h / 3][h % 3] = h;
+        if (!vec3_finite(mesh->position[h])) {
+            mesh_destroy(mesh);
+            return status_fail(status, STATUS_INVALID,
+                               "%s: triangle %d: corner %d (%g, %g, %g) is not finite", file->path,
+                               h / 3, h % 3, (double)x[0], (double)x[1], (double)x[2]);
+        }
+    }
+    return true;
+}

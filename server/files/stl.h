@@ -1,0 +1,19 @@
+// STL, ASCII and binary. Load time only; private to files.
+#ifndef PLIANT_FILES_STL_H
+#define PLIANT_FILES_STL_H
+
+#include "files/text.h"
+#include "geometry/mesh.h"
+
+// Each creates an unwelded mesh with three nodes a triangle, or fails naming file and line or
+// triangle and creates nothing.
+bool stl_read_ascii(const FileBytes *file, TriMesh *mesh, Status *status);
+// The file's size must be stl_binary_size(stl_binary_count(file)).
+bool stl_read_binary(const FileBytes *file, TriMesh *mesh, Status *status);
+
+// Triangles that a binary STL announces (0 if the file is shorter than a header), and the size of
+// one with so many.
+size_t stl_binary_count(const FileBytes *file);
+size_t stl_binary_size(size_t triangles);
+
+#endif
