@@ -207,6 +207,14 @@ static void parse_arguments(int argc, char **argv, Arguments *arguments)
         NULL,
         NULL};
     arguments->parsed = 1;
+    // Without its own error lines argp prints no help either.
+    for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; i++) {
+        bool usage = strcmp(argv[i], "--usage") == 0;
+        if (!usage && strcmp(argv[i], "--help") != 0 && strcmp(argv[i], "-?") != 0)
+            continue;
+        argp_help(&argp, stdout, usage ? ARGP_HELP_USAGE : ARGP_HELP_STD_HELP, "pliantd");
+        exit(0);
+    }
     if (argp_parse(&argp, argc, argv, ARGP_NO_ERRS, NULL, arguments) != 0)
         status_fail(&arguments->status, STATUS_INVALID,
                     "pliantd: '%s' is no option or lacks its value (see pliantd --help)",

@@ -73,7 +73,8 @@ typedef struct BodyOps {
     // After the last stage: true when every number is finite and in bounds; the result becomes the
     // present state. Otherwise false, and the state before the tick is still whole: restore it.
     bool (*commit)(void *model);
-    // Whether every number of the present state is finite and in bounds: after a checkpoint was read.
+    // Whether every number of the present state is finite and in bounds: after a checkpoint was
+    // read.
     bool (*check)(const void *model);
     // Back to the state before the tick, at rest; to_start: to the rest shape instead.
     void (*restore)(void *model, bool to_start);

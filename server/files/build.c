@@ -72,6 +72,8 @@ static bool create_body(World *world, const Scene *scene, int index, const Build
     surface.fixed_count = described->fixed_count;
     surface.gravity = scene->gravity;
     surface.isa = options->isa != NULL ? options->isa : "auto";
+    surface.without_contacts = scene->tool_count == 0;
+    surface.without_loads = scene->load_count == 0 && !options->may_load;
     surface.initial_position = position;
     surface.initial_velocity = velocity;
 
