@@ -602,7 +602,7 @@ static void initial_files_that_do_not_fit_are_refused(void **unused)
     write_initial("i.h5", H5T_NATIVE_DOUBLE, 4, 3, NULL, rows);
     assert_string_equal(read_initial("i.h5", &mesh, &position, &velocity),
                         "i.h5: /position is missing or no data set");
-    rows[2][1] = NAN;
+    rows[2][1] = (double)NAN;
     write_initial("i.h5", H5T_NATIVE_DOUBLE, 4, 3, rows, NULL);
     assert_string_equal(read_initial("i.h5", &mesh, &position, &velocity),
                         "i.h5: /position row 2 is not finite");
