@@ -28,13 +28,12 @@ enum {
     OPTION_LOG_LEVEL,
     OPTION_ISA,
     OPTION_PREFIX,
-    OPTION_VERSION,
-    OPTION_HELP,
+    OPTION_USAGE,
 };
 
 typedef struct Arguments {
     const char *scene, *lcm_url, *input, *log_inputs, *checkpoint, *resume, *isa, *prefix;
-    bool check, explain, offline, help, version;
+    bool check, explain, offline, help, usage, version;
     double offline_s, checkpoint_s, duration_s, rate_hz; // 0: not given
     int parsed; // arguments that were understood, for the message about the one that was not
     Status status;
@@ -64,8 +63,9 @@ static const struct argp_option options[] = {
     {"isa", OPTION_ISA, "LEVEL", 0, "Instruction-set level of the kernels: auto or a level's name",
      5},
     {"log-level", OPTION_LOG_LEVEL, "L", 0, "error, warning, info or debug", 6},
-    {"version", OPTION_VERSION, 0, 0, "Print the version, exit", 7},
-    {"help", OPTION_HELP, 0, 0, "Print this list, exit", 7},
+    {"version", 'V', 0, 0, "Print the version, exit", 7},
+    {"help", '?', 0, 0, "Print this list, exit", 7},
+    {"usage", OPTION_USAGE, 0, 0, "Print the options in short, exit", 7},
     {0}};
 
 static void bad_usage(Arguments *arguments, const char *name, const char *value, const char *why)
@@ -166,11 +166,14 @@ static error_t parse_option(int key, char *text, struct argp_state *state)
                         a->scene, text);
         a->scene = text;
         break;
-    case OPTION_VERSION:
+    case 'V':
         a->version = true;
         break;
-    case OPTION_HELP:
+    case '?':
         a->help = true;
+        break;
+    case OPTION_USAGE:
+        a->usage = true;
         break;
     case ARGP_KEY_INIT:
     case ARGP_KEY_SUCCESS:
@@ -220,9 +223,12 @@ static void parse_arguments(int argc, char **argv, Arguments *arguments)
         status_fail(&arguments->status, STATUS_INVALID,
                     "pliantd: '%s' is no option or lacks its value (see pliantd --help)",
                     arguments->parsed < argc ? argv[arguments->parsed] : "?");
-    if (arguments->help)
-        argp_help(&argp, stdout, ARGP_HELP_SHORT_USAGE | ARGP_HELP_LONG | ARGP_HELP_DOC,
-                  (char *)(uintptr_t) "pliantd");
+    char name[] = "pliantd";
+    if (arguments->help || arguments->usage)
+        argp_help(&argp, stdout,
+                  arguments->help ? ARGP_HELP_SHORT_USAGE | ARGP_HELP_LONG | ARGP_HELP_DOC
+                                  : ARGP_HELP_USAGE,
+                  name);
     else if (arguments->version)
         puts("pliantd " PLIANT_VERSION);
     else
@@ -424,13 +430,18 @@ static bool run(const Arguments *arguments, Status *status)
     return whole;
 }
 
+static bool only_prints(const Arguments *arguments)
+{
+    return arguments->help || arguments->usage || arguments->version;
+}
+
 int main(int argc, char **argv)
 {
     log_set_program("pliantd");
     static Arguments arguments;
     parse_arguments(argc, argv, &arguments);
     Status *status = &arguments.status;
-    if (status->code == STATUS_OK && !arguments.help && !arguments.version)
+    if (status->code == STATUS_OK && !only_prints(&arguments))
         run(&arguments, status);
     fflush(stdout);
     if (status->code != STATUS_OK)
