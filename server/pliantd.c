@@ -398,6 +398,13 @@ static bool run_world(World *world, Scene *scene, const Arguments *arguments, In
     return whole;
 }
 
+// A checkpoint holds the loads in force, so both sides of it must have room for them.
+static bool may_load(const Arguments *arguments)
+{
+    return !arguments->offline || arguments->input != NULL || arguments->checkpoint != NULL ||
+           arguments->resume != NULL;
+}
+
 static bool run(const Arguments *arguments, Status *status)
 {
     sigset_t signals = block_signals();
@@ -414,9 +421,8 @@ static bool run(const Arguments *arguments, Status *status)
     whole = status->code == STATUS_OK && scene_read(arguments->scene, &scene, status);
     if (whole) {
         apply_overrides(&scene, arguments);
-        BuildOptions build = {.isa = isa,
-                              .may_load = !arguments->offline || input != NULL,
-                              .settle = arguments->resume == NULL};
+        BuildOptions build = {
+            .isa = isa, .may_load = may_load(arguments), .settle = arguments->resume == NULL};
         whole = world_build(&world, &scene, &build, status) &&
                 (arguments->resume == NULL ||
                  checkpoint_read(arguments->resume, &world, &scene, status)) &&
