@@ -139,8 +139,8 @@ static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, const pli
         seen->whole++;
 }
 
-static void on_contact(const lcm_recv_buf_t *buffer, const char *channel,
-                       const pliant_contact_t *m, void *user)
+static void on_contact(const lcm_recv_buf_t *buffer, const char *channel, const pliant_contact_t *m,
+                       void *user)
 {
     (void)buffer;
     (void)channel;
@@ -286,7 +286,8 @@ int64_t refused(const Client *client, const char *reason)
 
 void client_fresh_status(Client *client)
 {
-    // The reply comes after all that was sent before; the second status from then on was made later.
+    // The reply comes after all that was sent before; the second status from then on was made
+    // later.
     command(client, PLIANT_COMMAND_T_DESCRIBE, 0, "");
     int seen = client->status.count;
     wait_until(client, client->status.count >= seen + 2);

@@ -36,13 +36,13 @@ typedef struct StatusSeen {
 } StatusSeen;
 
 typedef struct FramesSeen {
-    int chunks, whole;    // chunks received, frames whose every chunk came
-    int parts;            // chunks of the present frame
+    int chunks, whole; // chunks received, frames whose every chunk came
+    int parts;         // chunks of the present frame
     int32_t sequence, topology;
     int node_count, gaps; // sequences that were skipped
     int64_t step;         // of the newest whole frame
     int64_t previous_step;
-    bool ordered;         // steps always grew
+    bool ordered; // steps always grew
     float position[3 * NODES_MAX];
 } FramesSeen;
 

@@ -79,8 +79,7 @@ static void count(Call call)
         counts[call]++;
 }
 
-int clock_nanosleep(clockid_t clock, int flags, const struct timespec *until,
-                    struct timespec *rest)
+int clock_nanosleep(clockid_t clock, int flags, const struct timespec *until, struct timespec *rest)
 {
     watched = 1;
     counts[CALL_SLEEP]++;

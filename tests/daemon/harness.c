@@ -18,6 +18,7 @@ static char folder[PATH_TEXT];
 static const char *program;
 static const char *environment;
 static int started;
+static pid_t running[16]; // daemons that have not been waited for
 
 void harness_start(int argc, char **argv)
 {
@@ -32,6 +33,29 @@ void harness_start(int argc, char **argv)
         perror(folder);
         exit(2);
     }
+}
+
+static void replace_running(pid_t from, pid_t to)
+{
+    for (int i = 0; i < 16; i++) {
+        if (running[i] == from) {
+            running[i] = to;
+            return;
+        }
+    }
+}
+
+int harness_teardown(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 16; i++) {
+        if (running[i] > 0) {
+            kill(running[i], SIGKILL);
+            waitpid(running[i], NULL, 0);
+        }
+        running[i] = 0;
+    }
+    return 0;
 }
 
 static int remove_entry(const char *path, const struct stat *facts, int flag, struct FTW *where)
@@ -50,9 +74,9 @@ int harness_end(int result)
 
 const char *scratch(const char *name)
 {
-    static char paths[8][PATH_TEXT * 2];
+    static char paths[32][PATH_TEXT * 2];
     static int next;
-    char *path = paths[next++ % 8];
+    char *path = paths[next++ % 32];
     snprintf(path, sizeof paths[0], "%s/%s", folder, name);
     return path;
 }
@@ -87,11 +111,16 @@ void daemon_environment(const char *assignment)
     environment = assignment;
 }
 
+static void output_path(int number, const char *kind, char path[PATH_TEXT * 2])
+{
+    snprintf(path, PATH_TEXT * 2, "%s/daemon-%d.%s", folder, number, kind);
+}
+
 static void redirect(int number, const char *kind, int fd)
 {
-    char name[64];
-    snprintf(name, sizeof name, "daemon-%d.%s", number, kind);
-    int file = open(scratch(name), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    char path[PATH_TEXT * 2];
+    output_path(number, kind, path);
+    int file = open(path, O_WRONLY | O_CREAT | O_TRUNC, 0600);
     if (file < 0 || dup2(file, fd) < 0)
         _exit(126);
 }
@@ -117,6 +146,7 @@ static void start(Daemon *daemon, const char *arguments)
         execv(program, argv);
         _exit(127);
     }
+    replace_running(0, daemon->pid);
 }
 
 void daemon_start(Daemon *daemon, const char *format, ...)
@@ -147,9 +177,9 @@ void daemon_signal(const Daemon *daemon, int number)
 
 static void read_output(const Daemon *daemon, const char *kind, char text[OUTPUT_MAX])
 {
-    char name[64];
-    snprintf(name, sizeof name, "daemon-%d.%s", daemon->number, kind);
-    FILE *file = fopen(scratch(name), "r");
+    char path[PATH_TEXT * 2];
+    output_path(daemon->number, kind, path);
+    FILE *file = fopen(path, "r");
     assert_non_null(file);
     size_t size = fread(text, 1, OUTPUT_MAX - 1, file);
     text[size] = '\0';
@@ -170,6 +200,7 @@ void daemon_wait(Daemon *daemon)
         kill(daemon->pid, SIGKILL);
         waitpid(daemon->pid, &status, 0);
     }
+    replace_running(daemon->pid, 0);
     read_output(daemon, "out", daemon->out);
     read_output(daemon, "err", daemon->err);
     daemon->code = WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
@@ -179,12 +210,14 @@ void daemon_wait(Daemon *daemon)
 
 static const char *find_printed(const Daemon *daemon, const char *name)
 {
-    const char *at = strstr(daemon->out, name);
-    if (at == NULL || strncmp(at + strlen(name), ": ", 2) != 0) {
-        fail_msg("no '%s: ' (exit %d) in: %s%s", name, daemon->code, daemon->out, daemon->err);
-        return "";
+    size_t length = strlen(name);
+    for (const char *line = daemon->out; line != NULL; line = strchr(line, '\n')) {
+        line += *line == '\n';
+        if (strncmp(line, name, length) == 0 && strncmp(line + length, ": ", 2) == 0)
+            return line + length + 2;
     }
-    return at + strlen(name) + 2;
+    fail_msg("no '%s: ' (exit %d) in: %s%s", name, daemon->code, daemon->out, daemon->err);
+    return "";
 }
 
 long long printed(const Daemon *daemon, const char *name)

@@ -12,7 +12,9 @@ enum { OUTPUT_MAX = 65536, PATH_TEXT = 512 };
 void harness_start(int argc, char **argv);
 // Removes the folder; returns `result`, for main.
 int harness_end(int result);
-// A path in the scratch folder, valid for the next seven calls.
+// For cmocka: ends the daemon that a failed test has left behind.
+int harness_teardown(void **state);
+// A path in the scratch folder, valid for the next 31 calls.
 const char *scratch(const char *name);
 // Writes a scene: `head` are keys of the scene, `tail` goes behind the body (tools, loads).
 const char *write_scene(const char *name, const char *head, const char *tail);
@@ -44,5 +46,7 @@ void run_daemon(Daemon *daemon, const char *format, ...) __attribute__((format(p
 long long printed(const Daemon *daemon, const char *name);
 // The hash of the final state, as printed.
 void printed_state(const Daemon *daemon, char state[32]);
+
+#define daemon_test(function) cmocka_unit_test_teardown(function, harness_teardown)
 
 #endif

@@ -76,7 +76,7 @@ static void a_checkpoint_reply_comes_when_the_file_is_whole(void **state)
     const Reply *reply = command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "");
     assert_true(reply->ok);
     assert_int_equal(checkpoint_step(path, scene), reply->step);
-    assert_true(saw_event(client, "checkpoint"));
+    wait_until(client, saw_event(client, "checkpoint"));
 
     // SIGUSR1 writes another one, the end a last one.
     int64_t before = checkpoint_step(path, scene);
@@ -264,15 +264,15 @@ static void a_plain_log_is_applied_at_its_times(void **state)
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(offline_runs_are_the_same_every_time),
-        cmocka_unit_test(a_resumed_run_matches_the_uninterrupted_one),
-        cmocka_unit_test(a_checkpoint_reply_comes_when_the_file_is_whole),
-        cmocka_unit_test(checkpoints_come_every_so_often),
-        cmocka_unit_test(a_checkpoint_that_cannot_be_written_exits_1),
-        cmocka_unit_test(an_input_log_repeats_the_live_run_bit_for_bit),
-        cmocka_unit_test(a_log_of_another_rate_or_start_is_refused),
-        cmocka_unit_test(a_cut_off_log_is_used_as_far_as_it_goes),
-        cmocka_unit_test(a_plain_log_is_applied_at_its_times),
+        daemon_test(offline_runs_are_the_same_every_time),
+        daemon_test(a_resumed_run_matches_the_uninterrupted_one),
+        daemon_test(a_checkpoint_reply_comes_when_the_file_is_whole),
+        daemon_test(checkpoints_come_every_so_often),
+        daemon_test(a_checkpoint_that_cannot_be_written_exits_1),
+        daemon_test(an_input_log_repeats_the_live_run_bit_for_bit),
+        daemon_test(a_log_of_another_rate_or_start_is_refused),
+        daemon_test(a_cut_off_log_is_used_as_far_as_it_goes),
+        daemon_test(a_plain_log_is_applied_at_its_times),
     };
     harness_start(argc, argv);
     return harness_end(cmocka_run_group_tests(tests, NULL, NULL));

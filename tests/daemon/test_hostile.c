@@ -13,9 +13,9 @@ static Daemon the_daemon;
 static int start_daemon(void **state)
 {
     Client *client = client_create();
-    daemon_start(&the_daemon, "%s",
-                 write_scene("hostile.cfg", "publish = { status_hz = 20.0; nodes_hz = 5.0; };",
-                             PROBE_TOOL));
+    daemon_start(
+        &the_daemon, "%s",
+        write_scene("hostile.cfg", "publish = { status_hz = 20.0; nodes_hz = 5.0; };", PROBE_TOOL));
     client_wait_for_daemon(client);
     *state = client;
     return 0;

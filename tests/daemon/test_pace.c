@@ -1,5 +1,5 @@
-// The loop's accounting and what it publishes without being asked. No test demands that a tick is in
-// time: they look at what the daemon says of itself and at the steps in its messages.
+// The loop's accounting and what it publishes without being asked. No test demands that a tick is
+// in time: they look at what the daemon says of itself and at the steps in its messages.
 #include "client.h"
 
 #include <signal.h>
@@ -173,14 +173,14 @@ static void no_route_is_explained(void **state)
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(ticks_and_late_ticks_add_up_to_the_duration),
-        cmocka_unit_test(late_ticks_are_skipped_not_replayed),
-        cmocka_unit_test(nodes_come_at_the_steps_when_they_are_due),
-        cmocka_unit_test(frames_larger_than_a_datagram_come_in_chunks),
-        cmocka_unit_test(a_late_joiner_gets_the_mesh),
-        cmocka_unit_test(without_mesh_hz_describe_brings_the_mesh_and_the_last_nodes),
-        cmocka_unit_test(a_second_daemon_on_the_prefix_is_refused),
-        cmocka_unit_test(no_route_is_explained),
+        daemon_test(ticks_and_late_ticks_add_up_to_the_duration),
+        daemon_test(late_ticks_are_skipped_not_replayed),
+        daemon_test(nodes_come_at_the_steps_when_they_are_due),
+        daemon_test(frames_larger_than_a_datagram_come_in_chunks),
+        daemon_test(a_late_joiner_gets_the_mesh),
+        daemon_test(without_mesh_hz_describe_brings_the_mesh_and_the_last_nodes),
+        daemon_test(a_second_daemon_on_the_prefix_is_refused),
+        daemon_test(no_route_is_explained),
     };
     harness_start(argc, argv);
     return harness_end(cmocka_run_group_tests(tests, NULL, NULL));

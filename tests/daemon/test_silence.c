@@ -1,5 +1,5 @@
-// The step thread allocates nothing, locks nothing and asks nothing of the kernel but the clock, the
-// sleep and, while contacts are published, one eventfd write a tick.
+// The step thread allocates nothing, locks nothing and asks nothing of the kernel but the clock,
+// the sleep and, while contacts are published, one eventfd write a tick.
 #include "client.h"
 
 #include <signal.h>
@@ -52,7 +52,8 @@ static long run_watched(const char *counts, double contact_hz, Daemon *daemon)
     client_destroy(client);
     assert_int_equal(daemon->code, 0);
     long sleeps = counted(counts, "sleep");
-    assert_int_equal(sleeps, printed(daemon, "ticks") + 0);
+    // The end may fall between a sleep and its tick.
+    assert_in_range(sleeps - printed(daemon, "ticks"), 0, 1);
     return sleeps;
 }
 
@@ -90,8 +91,8 @@ static void without_contacts_a_tick_writes_nothing(void **state)
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(with_contacts_a_tick_writes_one_eventfd),
-        cmocka_unit_test(without_contacts_a_tick_writes_nothing),
+        daemon_test(with_contacts_a_tick_writes_one_eventfd),
+        daemon_test(without_contacts_a_tick_writes_nothing),
     };
     if (argc < 3)
         return 2;

@@ -127,13 +127,13 @@ static void rate_replaces_the_scenes(void **state)
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bad_usage_exits_2_with_one_line),
-        cmocka_unit_test(bad_files_exit_2_and_are_named),
-        cmocka_unit_test(a_bad_scene_names_file_line_and_value),
-        cmocka_unit_test(a_missing_folder_for_the_input_log_exits_1),
-        cmocka_unit_test(check_and_explain_print_and_exit_0),
-        cmocka_unit_test(version_and_help_exit_0),
-        cmocka_unit_test(rate_replaces_the_scenes),
+        daemon_test(bad_usage_exits_2_with_one_line),
+        daemon_test(bad_files_exit_2_and_are_named),
+        daemon_test(a_bad_scene_names_file_line_and_value),
+        daemon_test(a_missing_folder_for_the_input_log_exits_1),
+        daemon_test(check_and_explain_print_and_exit_0),
+        daemon_test(version_and_help_exit_0),
+        daemon_test(rate_replaces_the_scenes),
     };
     harness_start(argc, argv);
     return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
