@@ -12,8 +12,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *argp_program_version = "pliantd " PLIANT_VERSION;
-
 enum {
     OPTION_CHECK = 256,
     OPTION_EXPLAIN,
@@ -30,11 +28,12 @@ enum {
     OPTION_LOG_LEVEL,
     OPTION_ISA,
     OPTION_PREFIX,
+    OPTION_USAGE,
 };
 
 typedef struct Arguments {
     const char *scene, *lcm_url, *input, *log_inputs, *checkpoint, *resume, *isa, *prefix;
-    bool check, explain, offline;
+    bool check, explain, offline, help, usage, version;
     double offline_s, checkpoint_s, duration_s, rate_hz; // 0: not given
     int parsed; // arguments that were understood, for the message about the one that was not
     Status status;
@@ -64,6 +63,9 @@ static const struct argp_option options[] = {
     {"isa", OPTION_ISA, "LEVEL", 0, "Instruction-set level of the kernels: auto or a level's name",
      5},
     {"log-level", OPTION_LOG_LEVEL, "L", 0, "error, warning, info or debug", 6},
+    {"version", 'V', 0, 0, "Print the version, exit", 7},
+    {"help", '?', 0, 0, "Print this list, exit", 7},
+    {"usage", OPTION_USAGE, 0, 0, "Print the options in short, exit", 7},
     {0}};
 
 static void bad_usage(Arguments *arguments, const char *name, const char *value, const char *why)
@@ -164,6 +166,15 @@ static error_t parse_option(int key, char *text, struct argp_state *state)
                         a->scene, text);
         a->scene = text;
         break;
+    case 'V':
+        a->version = true;
+        break;
+    case '?':
+        a->help = true;
+        break;
+    case OPTION_USAGE:
+        a->usage = true;
+        break;
     case ARGP_KEY_INIT:
     case ARGP_KEY_SUCCESS:
     case ARGP_KEY_END:
@@ -194,7 +205,8 @@ static void check_together(Arguments *a)
         status_fail(status, STATUS_INVALID, "pliantd: --checkpoint-every needs --checkpoint FILE");
 }
 
-// argp would print two lines and exit with a code of its own.
+// argp itself would print two lines about an error and exit with a code of its own; told not to, it
+// prints no help either.
 static void parse_arguments(int argc, char **argv, Arguments *arguments)
 {
     static const struct argp argp = {
@@ -207,11 +219,20 @@ static void parse_arguments(int argc, char **argv, Arguments *arguments)
         NULL,
         NULL};
     arguments->parsed = 1;
-    if (argp_parse(&argp, argc, argv, ARGP_NO_ERRS, NULL, arguments) != 0)
+    if (argp_parse(&argp, argc, argv, ARGP_NO_ERRS | ARGP_NO_HELP, NULL, arguments) != 0)
         status_fail(&arguments->status, STATUS_INVALID,
                     "pliantd: '%s' is no option or lacks its value (see pliantd --help)",
                     arguments->parsed < argc ? argv[arguments->parsed] : "?");
-    check_together(arguments);
+    char name[] = "pliantd";
+    if (arguments->help || arguments->usage)
+        argp_help(&argp, stdout,
+                  arguments->help ? ARGP_HELP_SHORT_USAGE | ARGP_HELP_LONG | ARGP_HELP_DOC
+                                  : ARGP_HELP_USAGE,
+                  name);
+    else if (arguments->version)
+        puts("pliantd " PLIANT_VERSION);
+    else
+        check_together(arguments);
 }
 
 // --- the scene ---
@@ -285,7 +306,7 @@ static void print_live(const LiveResult *result)
 {
     printf("ticks: %lld\nlate ticks: %lld\nresets: %lld\n", (long long)result->ticks,
            (long long)result->late_ticks, (long long)result->resets);
-    print_times("step", &result->step);
+    print_times("step time", &result->step);
     print_times("wake-up", &result->wake);
     printf("messages: in %lld, out %lld, rejected %lld\n", (long long)result->bus.received,
            (long long)result->bus.published, (long long)result->bus.rejected);
@@ -313,7 +334,7 @@ static void print_offline(World *world, const OfflineResult *result)
 {
     printf("ticks: %lld\nresets: %lld\n", (long long)result->ticks,
            (long long)sim_resets(world->sim));
-    print_times("step", &result->step);
+    print_times("step time", &result->step);
     printf("inputs: applied %lld, rejected %lld\n", (long long)result->applied,
            (long long)result->rejected);
 }
@@ -377,6 +398,13 @@ static bool run_world(World *world, Scene *scene, const Arguments *arguments, In
     return whole;
 }
 
+// A checkpoint holds the loads in force, so both sides of it must have room for them.
+static bool may_load(const Arguments *arguments)
+{
+    return !arguments->offline || arguments->input != NULL || arguments->checkpoint != NULL ||
+           arguments->resume != NULL;
+}
+
 static bool run(const Arguments *arguments, Status *status)
 {
     sigset_t signals = block_signals();
@@ -393,9 +421,8 @@ static bool run(const Arguments *arguments, Status *status)
     whole = status->code == STATUS_OK && scene_read(arguments->scene, &scene, status);
     if (whole) {
         apply_overrides(&scene, arguments);
-        BuildOptions build = {.isa = isa,
-                              .may_load = !arguments->offline || input != NULL,
-                              .settle = arguments->resume == NULL};
+        BuildOptions build = {
+            .isa = isa, .may_load = may_load(arguments), .settle = arguments->resume == NULL};
         whole = world_build(&world, &scene, &build, status) &&
                 (arguments->resume == NULL ||
                  checkpoint_read(arguments->resume, &world, &scene, status)) &&
@@ -409,13 +436,18 @@ static bool run(const Arguments *arguments, Status *status)
     return whole;
 }
 
+static bool only_prints(const Arguments *arguments)
+{
+    return arguments->help || arguments->usage || arguments->version;
+}
+
 int main(int argc, char **argv)
 {
     log_set_program("pliantd");
     static Arguments arguments;
     parse_arguments(argc, argv, &arguments);
     Status *status = &arguments.status;
-    if (status->code == STATUS_OK)
+    if (status->code == STATUS_OK && !only_prints(&arguments))
         run(&arguments, status);
     fflush(stdout);
     if (status->code != STATUS_OK)
