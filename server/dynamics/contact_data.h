@@ -73,10 +73,11 @@ struct Contact {
     int *local;           // [node_count] of a node; -1
     uint64_t *mark;       // bit a face
     Vec3 *x, *v, *f;      // [node_count] position, velocity, force; by local node
-    Vec3 *node_normal;    // [node_count] area-weighted, not unit; by local node
-    signed char *geometric_side; // [face_count] of new candidates
-    double *distance;  // [face_count] of each candidate in the present evaluation, unsigned
-    Vec3 *plane_trial; // [node_count] by local node: bristles of the present evaluation
+    Vec3 *node_normal;    // [node_count] area-weighted, not unit; zero on a border; by local node
+    bool at_border;       // a candidate's node lies on a free border
+    signed char *seen_side; // [face_count] of new candidates
+    double *distance;       // [face_count] of each candidate in the present evaluation, unsigned
+    Vec3 *plane_trial;      // [node_count] by local node: bristles of the present evaluation
 
     // --- of the substep ---
     Proxy next; // where the proxy goes
