@@ -80,7 +80,10 @@ Contact *contact_create(const char *name, const ToolOptions *tool, bool plane, B
         contact->mark = ALLOCATE((faces + 63) / 64, uint64_t, "face marks");
         contact->node_normal = ALLOCATE(nodes, Vec3, "node normals");
         contact->distance = ALLOCATE(faces, double, "distances");
-        contact->seen_side = ALLOCATE(faces, signed char, "new sides");
+        contact->nearest = ALLOCATE(faces, ClosestPair, "nearest pairs");
+        contact->seen_side = ALLOCATE(faces, signed char, "seen sides");
+        contact->has_side = ALLOCATE(faces, bool, "sides at all");
+        contact->teller = ALLOCATE(faces, int, "tellers");
         contact->push = ALLOCATE(CONTACT_PUSHES, Push, "pushes");
         for (int i = 0; i < nodes; i++)
             contact->local[i] = -1;
@@ -215,11 +218,8 @@ static void compute_node_normals(Contact *contact)
             for (int c = 0; c < 3; c++)
                 local_number(contact, surface->face[surface->node_face[k]][c]);
     body->ops->read_nodes(body->model, contact->node, contact->local_count, contact->x, NULL);
-    contact->at_border = false;
-    for (int i = 0; i < own; i++) {
-        Vec3 normal = contact->node_normal[i] = node_normal(contact, contact->node[i]);
-        contact->at_border |= vec3_dot(normal, normal) == 0.0;
-    }
+    for (int i = 0; i < own; i++)
+        contact->node_normal[i] = node_normal(contact, contact->node[i]);
     for (int i = 0; i < contact->local_count; i++)
         contact->local[contact->node[i]] = -1;
     contact->local_count = own; // the ring was needed for the normals only
