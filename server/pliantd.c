@@ -238,42 +238,9 @@ static void parse_arguments(int argc, char **argv, Arguments *arguments)
 
 // --- the scene ---
 
-static void apply_overrides(Scene *scene, const Arguments *arguments)
-{
-    if (arguments->rate_hz > 0.0)
-        scene->rate_hz = arguments->rate_hz;
-    if (arguments->prefix != NULL) {
-        // A scene that listens elsewhere on purpose goes on doing so.
-        if (strcmp(scene->input_prefix, scene->prefix) == 0)
-            snprintf(scene->input_prefix, sizeof scene->input_prefix, "%s", arguments->prefix);
-        snprintf(scene->prefix, sizeof scene->prefix, "%s", arguments->prefix);
-    }
-}
-
-// A build without surface bodies has no kernels to choose from.
-static const char *const *isa_levels(void)
-{
-#ifdef PLIANT_WITH_SURFACE
-    return surface_isa_levels();
-#else
-    static const char *const none[] = {NULL};
-    return none;
-#endif
-}
-
-static const char *isa_in_use(World *world)
-{
-#ifdef PLIANT_WITH_SURFACE
-    return surface_isa(sim_body(world->sim, 0));
-#else
-    (void)world;
-    return "auto";
-#endif
-}
-
 static bool isa_is_known(const char *name)
 {
-    for (const char *const *level = isa_levels(); *level != NULL; level++)
+    for (const char *const *level = build_isa_levels(); *level != NULL; level++)
         if (strcmp(*level, name) == 0)
             return true;
     return strcmp(name, "auto") == 0;
@@ -285,7 +252,7 @@ static const char *choose_isa(const Arguments *arguments, const InputLogReader *
 {
     if (arguments->isa != NULL) {
         char levels[128] = "auto";
-        for (const char *const *level = isa_levels(); *level != NULL; level++)
+        for (const char *const *level = build_isa_levels(); *level != NULL; level++)
             snprintf(levels + strlen(levels), sizeof levels - strlen(levels), ", %s", *level);
         if (!isa_is_known(arguments->isa))
             status_fail(status, STATUS_INVALID, "pliantd: --isa '%s' is not one of %s here",
@@ -345,8 +312,9 @@ static bool run_world(World *world, Scene *scene, const Arguments *arguments, In
         report_offline(world, &result, stdout);
         return true;
     }
+    const Body *body = sim_body(world->sim, 0); // every scene has a body
     LiveOptions live = {.lcm_url = arguments->lcm_url,
-                        .isa = isa_in_use(world),
+                        .isa = body->ops->isa(body->model),
                         .duration_s = arguments->duration_s,
                         .checkpoint_path = arguments->checkpoint,
                         .checkpoint_s = arguments->checkpoint_s,
@@ -379,11 +347,10 @@ static bool run(const Arguments *arguments, Status *status)
         whole = input != NULL && input_log_open(input, arguments->input, status);
     }
     const char *isa = whole ? choose_isa(arguments, input, status) : "auto";
-    whole = status->code == STATUS_OK && scene_read(arguments->scene, &scene, status);
+    whole = status->code == STATUS_OK && scene_read(arguments->scene, &scene, status) &&
+            scene_override(&scene, arguments->rate_hz, arguments->prefix, status);
     if (whole) {
-        apply_overrides(&scene, arguments);
-        BuildOptions build = {
-            .isa = isa, .may_load = may_load(arguments), .settle = arguments->resume == NULL};
+        BuildOptions build = {.isa = isa, .may_load = may_load(arguments)};
         whole = world_build(&world, &scene, &build, status) &&
                 (arguments->resume == NULL ||
                  checkpoint_read(arguments->resume, &world, &scene, status)) &&

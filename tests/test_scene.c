@@ -219,7 +219,7 @@ static void every_number_refuses_what_is_outside_its_range(void **unused)
                 snprintf(value, sizeof value, "%.17e",
                          option->open ? option->low : nextafter(option->low, -1.0));
                 expect_refused(table, option->key, value, "outside");
-                snprintf(value, sizeof value, "%.17e", nextafter(option->high, INFINITY));
+                snprintf(value, sizeof value, "%.17e", nextafter(option->high, HUGE_VAL));
                 expect_refused(table, option->key, value, "outside");
                 expect_refused(table, option->key, "1e999", "inf outside");
                 break;

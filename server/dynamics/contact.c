@@ -309,13 +309,13 @@ void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation
 
     ToolPlacement at = {.position = proxy->position, .orientation = proxy->orientation};
     Quat turn = quat_multiply(orientation, quat_conjugate(proxy->orientation));
-    double travel = vec3_length(vec3_sub(end, proxy->position)) +
-                    vec3_length(quat_to_rotation(turn)) * contact->lever;
-    double cap = contact->body->substeps * STEP_CAP * r;
+    double way = vec3_length(vec3_sub(end, proxy->position));
+    double swing = vec3_length(quat_to_rotation(turn)) * contact->lever;
+    double cap = contact->body->substeps * STEP_CAP * r; // of the way and of the swing
     contact->candidate_count = contact->local_count = 0;
-    bool clear = travel > cap && !may_meet(contact, &at, travel);
+    bool clear = way + swing > cap && !may_meet(contact, &at, way + swing);
     if (!clear)
-        find_candidates(contact, &at, r + fmin(travel, cap));
+        find_candidates(contact, &at, r + fmin(way, cap) + fmin(swing, cap));
     // Near a body the proxy walks in small steps, substep by substep; in free air it follows at
     // once, or as far as was searched.
     if (contact->local_count == 0)
@@ -388,6 +388,7 @@ void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, doub
         const double *K = f->stiffness;
         double along = K[0] * n.x * n.x + K[1] * n.y * n.y + K[2] * n.z * n.z +
                        2.0 * (K[3] * n.x * n.y + K[4] * n.x * n.z + K[5] * n.y * n.z);
+        along *= 1.0 + contact->body->contact_damping / h; // a step back also slows the approach
         double back = fmax(along > 0.0 ? excess / along : 0.0, -f->floor);
         next->position = vec3_madd(next->position, fmin(0.5 * r, fmax(0.0, back)), n);
     }
@@ -450,6 +451,7 @@ void contact_clear(Contact *contact)
     }
     contact->candidate_count = contact->local_count = 0;
     contact->sums = (ContactSums){.about = contact->proxy->position};
+    contact->next = *contact->proxy; // a substep that ends must not bring the old proxy back
 }
 
 const ContactSums *contact_sums(const Contact *contact)

@@ -10,6 +10,8 @@
 // Soft minimum over a capsule's pairs: its width as a share of the radius. At 0.01 the torque of a
 // capsule that tilts over an edge changes by under 1 % per 0.005 degrees.
 static const double SOFT = 0.01;
+// log 5, a little more: that far, in widths, the soft minimum of five pairs may lie below them all.
+static const double SOFT_REACH = 1.61;
 static const double AXIS_FLOOR = 0.1; // of the radius: how near an axis may come to a wall
 static const double TOUCHING = 1e-9;  // [m] closer, a pair has no direction of its own
 
@@ -252,7 +254,7 @@ static bool is_out_of_touch(const Contact *contact, int index, Vec3 p, Vec3 q, d
     face_corners(contact, &contact->candidate[index], x);
     double lower, upper;
     contact_face_bounds(x, p, q, &lower, &upper);
-    return lower > radius;
+    return lower > (1.0 + SOFT_REACH * SOFT) * radius;
 }
 
 static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shape)
@@ -271,7 +273,7 @@ static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shap
         measure_face(contact, candidate, p, q, sphere, side, &face);
         if (face.phi < 0.0)
             crossed = true; // needs everyone's distance: below
-        else if (face.phi < capsule->radius)
+        else if (face.phi < (1.0 + SOFT_REACH * SOFT) * capsule->radius)
             push_face(contact, at, i, &face, side, capsule->radius);
     }
     if (!crossed)

@@ -1,0 +1,260 @@
+#include "contact_bench.h"
+
+#include "base/check.h"
+#include "geometry/generator.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#ifdef __SSE2__
+#include <xmmintrin.h>
+#endif
+
+static const double SEAT = -0.5 * BENCH_RADIUS;
+
+static void need(bool good, const Status *status)
+{
+    if (!good) {
+        fprintf(stderr, "%s\n", status->text);
+        abort();
+    }
+}
+
+BenchOptions bench_options(void)
+{
+    return (BenchOptions){
+        .fixing = BENCH_SEATED,
+        .youngs_modulus_2d = 80.0,
+        .contact_ratio = 0.5,
+        .contact_damping = 2e-4,
+        .friction = 0.3,
+        .shape_frequency = 50.0,
+        .shape_damping = 0.3,
+        .integrator = INTEGRATOR_LEAPFROG,
+        .rate_hz = 1000.0,
+        .tool_timeout_s = 0.2,
+    };
+}
+
+// ---------------------------------------------------------------------------------------------
+// Meshes and tools
+
+TriMesh bench_ico_sphere(int subdivisions)
+{
+    TriMesh mesh;
+    Status status = {0};
+    need(generate_ico_sphere(&mesh, subdivisions, BENCH_RADIUS, &status), &status);
+    return mesh;
+}
+
+TriMesh bench_uv_sphere(void)
+{
+    TriMesh mesh;
+    Status status = {0};
+    need(generate_uv_sphere(&mesh, 8, 14, BENCH_RADIUS, &status), &status);
+    return mesh;
+}
+
+// A sheet of right-angled faces, sheared until they are equilateral, with its middle node moved to
+// the origin.
+TriMesh bench_sheet(double edge, int cells)
+{
+    TriMesh mesh;
+    Status status = {0};
+    need(generate_sheet(&mesh, cells + 1, cells + 1, cells, cells, &status), &status);
+    // Which way the diagonals run decides the way to shear.
+    const int *t = mesh.triangle[0];
+    double lean = 0.0;
+    for (int k = 0; k < 3; k++) {
+        Vec3 side = vec3_sub(mesh.position[t[(k + 1) % 3]], mesh.position[t[k]]);
+        if (fabs(side.x) > 0.5 && fabs(side.y) > 0.5)
+            lean = side.x * side.y > 0.0 ? -0.5 : 0.5;
+    }
+    Vec3 middle = {HUGE_VAL, 0.0, 0.0};
+    for (int i = 0; i < mesh.node_count; i++) {
+        Vec3 *x = &mesh.position[i];
+        *x = vec3(edge * (x->x + lean * x->y), edge * sqrt(0.75) * x->y, 0.0);
+        if (vec3_length(*x) < vec3_length(middle))
+            middle = *x;
+    }
+    for (int i = 0; i < mesh.node_count; i++)
+        mesh.position[i] = vec3_sub(mesh.position[i], middle);
+    return mesh;
+}
+
+int bench_node_towards(const TriMesh *mesh, Vec3 direction)
+{
+    int best = 0;
+    for (int i = 1; i < mesh->node_count; i++)
+        if (vec3_dot(mesh->position[i], direction) > vec3_dot(mesh->position[best], direction))
+            best = i;
+    return best;
+}
+
+Vec3 bench_face_center(const TriMesh *mesh, int face)
+{
+    const int *t = mesh->triangle[face];
+    return vec3_scale(1.0 / 3.0, vec3_add(vec3_add(mesh->position[t[0]], mesh->position[t[1]]),
+                                          mesh->position[t[2]]));
+}
+
+int bench_face_near(const TriMesh *mesh, Vec3 point)
+{
+    int best = 0;
+    double least = HUGE_VAL;
+    for (int f = 0; f < mesh->triangle_count; f++) {
+        double distance = vec3_length(vec3_sub(bench_face_center(mesh, f), point));
+        if (distance < least) {
+            least = distance;
+            best = f;
+        }
+    }
+    return best;
+}
+
+ToolOptions bench_capsule(double length, double radius)
+{
+    return (ToolOptions){
+        .id = 1,
+        .kind = TOOL_PROBE,
+        .capsule_count = 1,
+        .capsule = {{{-0.5 * length, 0.0, 0.0}, {0.5 * length, 0.0, 0.0}, radius}},
+        .max_force = 3.3,
+    };
+}
+
+ToolOptions bench_ball(double radius)
+{
+    return bench_capsule(0.0, radius);
+}
+
+ToolOptions bench_table(Vec3 point, Vec3 normal)
+{
+    return (ToolOptions){
+        .id = 9, .kind = TOOL_STATIC, .has_plane = true, .plane = {point, vec3_unit(normal)}};
+}
+
+// ---------------------------------------------------------------------------------------------
+// Scenes
+
+void bench_create(Bench *bench, const BenchOptions *options)
+{
+    memset(bench, 0, sizeof *bench);
+    bench->mesh = options->mesh;
+#ifdef __SSE2__
+    _mm_setcsr(_mm_getcsr() | 0x8040); // flush to zero, denormals are zero
+#endif
+    bool frozen = options->fixing == BENCH_FROZEN; // nothing moves: one substep will do
+    double top = frozen ? 1.0 : SEAT;
+    double time_step = frozen ? 1.0 / options->rate_hz : options->time_step;
+    FixedRegion seat = {.kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, top}};
+    SurfaceOptions surface = {
+        .name = "body",
+        .material = {.youngs_modulus_2d = options->youngs_modulus_2d,
+                     .areal_density = 4.2,
+                     .damping_time = 2e-4},
+        .shape = {.wanted = options->shape_frequency > 0.0,
+                  .angular_frequency = options->shape_frequency,
+                  .damping_ratio = options->shape_damping,
+                  .frame = options->body_frame ? SHAPE_BODY : SHAPE_WORLD},
+        .integrator = options->integrator,
+        .time_step = time_step,
+        .unsafe_time_step = time_step > 0.0,
+        .fixed_count = options->fixing == BENCH_FREE ? 0 : 1,
+        .fixed = &seat,
+        .initial_position = options->initial_position,
+        .gravity = options->gravity,
+        .contact_ratio = options->contact_ratio,
+        .contact_damping = options->contact_damping,
+        .friction = options->friction,
+    };
+    SimOptions sim = {.rate_hz = options->rate_hz,
+                      .gravity = options->gravity,
+                      .tool_timeout_s = options->tool_timeout_s};
+    Status status = {0};
+    Body body;
+    bench->sim = sim_create(&sim, &bench->arena, &bench->state);
+    need(surface_create(&body, &bench->mesh, &surface, &bench->arena, &bench->state, &status),
+         &status);
+    bench->body = sim_add_body(bench->sim, &body);
+    for (int t = 0; t < options->tool_count; t++)
+        sim_add_tool(bench->sim, &options->tool[t]);
+    need(sim_seal(bench->sim, 0.0, &status), &status);
+    sim_set_lockstep(bench->sim, true); // a held tool does not become stale
+    bench->x = calloc((size_t)bench->mesh.node_count, sizeof *bench->x);
+    bench->v = calloc((size_t)bench->mesh.node_count, sizeof *bench->v);
+    ASSERT(bench->x != NULL && bench->v != NULL);
+    bench_read(bench);
+}
+
+void bench_destroy(Bench *bench)
+{
+    mesh_destroy(&bench->mesh);
+    state_destroy(&bench->state);
+    arena_destroy(&bench->arena);
+    free(bench->x);
+    free(bench->v);
+}
+
+void bench_place(Bench *bench, int tool, Vec3 position, Quat orientation)
+{
+    ToolPose pose = {.position = position, .orientation = orientation, .active = true};
+    sim_apply_pose(bench->sim, tool, &pose, true);
+}
+
+void bench_move(Bench *bench, int tool, Vec3 position)
+{
+    bench_place(bench, tool, position, (Quat){1.0, 0.0, 0.0, 0.0});
+}
+
+void bench_withdraw(Bench *bench, int tool)
+{
+    ToolPose pose = {.orientation = {1.0, 0.0, 0.0, 0.0}, .active = false};
+    sim_apply_pose(bench->sim, tool, &pose, true);
+}
+
+void bench_run(Bench *bench, double seconds)
+{
+    long ticks = lround(seconds / sim_tick(bench->sim));
+    for (long i = 0; i < ticks; i++)
+        sim_step(bench->sim);
+}
+
+Vec3 bench_touch(Bench *bench, int tool, Vec3 position)
+{
+    bench_move(bench, tool, position);
+    sim_step(bench->sim);
+    return sim_wrench(bench->sim, tool)->force;
+}
+
+// ---------------------------------------------------------------------------------------------
+// What came of it
+
+void bench_read(Bench *bench)
+{
+    surface_read_state(bench->body, bench->x, bench->v);
+}
+
+double bench_energy(const Bench *bench)
+{
+    BodyMeasure measure;
+    bench->body->ops->measure(bench->body->model, &measure);
+    return measure.kinetic + measure.elastic;
+}
+
+double bench_kinetic(const Bench *bench)
+{
+    BodyMeasure measure;
+    bench->body->ops->measure(bench->body->model, &measure);
+    return measure.kinetic;
+}
+
+void bench_momentum(const Bench *bench, Vec3 *linear, Vec3 *angular)
+{
+    *linear = *angular = (Vec3){0.0, 0.0, 0.0};
+    for (int i = 0; i < bench->mesh.node_count; i++) {
+        double mass = bench->body->surface.node_mass[i];
+        *linear = vec3_madd(*linear, mass, bench->v[i]);
+        *angular = vec3_madd(*angular, mass, vec3_cross(bench->x[i], bench->v[i]));
+    }
+}
