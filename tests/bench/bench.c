@@ -70,12 +70,14 @@ double samples_median(const Samples *samples)
 typedef struct Arguments {
     const char *table;
     const char *prefix;
+    const char *isa;
     bool quick;
 } Arguments;
 
 static const struct argp_option OPTIONS[] = {
     {"tsv", 't', "FILE", 0, "write the rows there, tab-separated, with a header line", 0},
     {"case", 'c', "PREFIX", 0, "only cases whose name begins so", 0},
+    {"isa", 'i', "LEVEL", 0, "run the springs with the kernels of this level (pliantd --isa)", 0},
     {"quick", 'q', NULL, 0, "few repeats of small sizes: shows that it works, not how fast", 0},
     {0},
 };
@@ -89,6 +91,9 @@ static error_t parse(int key, char *value, struct argp_state *state)
         return 0;
     case 'c':
         arguments->prefix = value;
+        return 0;
+    case 'i':
+        arguments->isa = value;
         return 0;
     case 'q':
         arguments->quick = true;
@@ -113,14 +118,14 @@ static const char DOC[] =
 int main(int argc, char **argv)
 {
     const struct argp argp = {OPTIONS, parse, NULL, DOC, NULL, NULL, NULL};
-    Arguments arguments = {.prefix = ""};
+    Arguments arguments = {.prefix = "", .isa = "auto"};
     argp_err_exit_status = 2;
     argp_parse(&argp, argc, argv, 0, NULL, &arguments);
     log_set_program("pliant-bench");
 #if defined(__x86_64__)
     _mm_setcsr(_mm_getcsr() | 0x8040); // flush denormals, as the daemon does
 #endif
-    Bench bench = {.prefix = arguments.prefix, .quick = arguments.quick};
+    Bench bench = {.prefix = arguments.prefix, .isa = arguments.isa, .quick = arguments.quick};
     if (arguments.table != NULL) {
         bench.table = fopen(arguments.table, "w");
         if (bench.table == NULL) {

@@ -11,6 +11,7 @@ enum { BENCH_REPEATS_MAX = 64 };
 typedef struct Bench {
     FILE *table;        // tab-separated, or NULL: rows are only printed
     const char *prefix; // cases to run; "" for all
+    const char *isa;    // instruction-set level of the server's kernels; "auto" for the best
     bool quick;         // few repeats of small sizes: checks the program, not the speed
     bool failed;
 } Bench;

@@ -93,7 +93,7 @@ static void create_textbook(Textbook *textbook, const TriMesh *mesh, const Body 
         }
 }
 
-static bool create(SpringBench *b, int subdivisions, Status *status)
+static bool create(SpringBench *b, int subdivisions, const char *isa, Status *status)
 {
     *b = (SpringBench){0};
     if (!generate_ico_sphere(&b->mesh, subdivisions, RADIUS, status))
@@ -103,7 +103,8 @@ static bool create(SpringBench *b, int subdivisions, Status *status)
     BenchWorldOptions options = {.integrator = INTEGRATOR_LEAPFROG,
                                  .rate_hz = 1000.0,
                                  .initial_velocity = velocity,
-                                 .may_load = true};
+                                 .may_load = true,
+                                 .isa = isa};
     bool whole = bench_world_create(&b->leapfrog, &b->mesh, &options, status);
     if (whole) {
         b->h = fmin(b->leapfrog.body->h, 1e-3);
@@ -184,7 +185,7 @@ static void run_size(Bench *bench, int subdivisions)
 {
     SpringBench b;
     Status status = {0};
-    if (!create(&b, subdivisions, &status)) {
+    if (!create(&b, subdivisions, bench->isa, &status)) {
         bench_fail(bench, "spring", status.text);
         destroy(&b);
         return;

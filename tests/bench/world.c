@@ -29,6 +29,7 @@ bool bench_world_create(BenchWorld *world, const TriMesh *mesh, const BenchWorld
         .contact_ratio = 0.5,
         .contact_damping = 1e-3,
         .friction = 0.3,
+        .isa = options->isa,
     };
     SimOptions sim = {
         .rate_hz = options->rate_hz, .tool_timeout_s = 1e6, .may_load = options->may_load};

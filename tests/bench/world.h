@@ -13,6 +13,7 @@ typedef struct BenchWorldOptions {
     const ToolOptions *tool;      // or NULL
     bool held_below;              // nodes below half the radius (0.2 m) are held
     bool may_load;
+    const char *isa; // NULL: best
 } BenchWorldOptions;
 
 typedef struct BenchWorld {
