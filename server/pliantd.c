@@ -6,6 +6,7 @@
 #include "run/live.h"
 #include "run/offline.h"
 #include "run/realtime.h"
+#include "run/report.h"
 
 #include <argp.h>
 #include <math.h>
@@ -91,8 +92,8 @@ static void check_prefix(Arguments *arguments, const char *text)
 {
     static const char letters[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-";
-    if (text[0] == '\0' || strlen(text) > 32 || strspn(text, letters) != strlen(text))
-        bad_usage(arguments, "--prefix", text, "is not 1 to 32 letters, digits, _ or -");
+    if (text[0] == '\0' || strlen(text) > 31 || strspn(text, letters) != strlen(text))
+        bad_usage(arguments, "--prefix", text, "is not 1 to 31 letters, digits, _ or -");
 }
 
 static error_t parse_option(int key, char *text, struct argp_state *state)
@@ -237,35 +238,9 @@ static void parse_arguments(int argc, char **argv, Arguments *arguments)
 
 // --- the scene ---
 
-static void apply_overrides(Scene *scene, const Arguments *arguments)
-{
-    if (arguments->rate_hz > 0.0)
-        scene->rate_hz = arguments->rate_hz;
-    if (arguments->prefix != NULL) {
-        // A scene that listens elsewhere on purpose goes on doing so.
-        if (strcmp(scene->input_prefix, scene->prefix) == 0)
-            snprintf(scene->input_prefix, sizeof scene->input_prefix, "%s", arguments->prefix);
-        snprintf(scene->prefix, sizeof scene->prefix, "%s", arguments->prefix);
-    }
-}
-
-#ifndef PLIANT_WITH_SURFACE
-static const char *const *surface_isa_levels(void)
-{
-    static const char *const none[] = {NULL};
-    return none;
-}
-
-static const char *surface_isa(const Body *body)
-{
-    (void)body;
-    return "auto";
-}
-#endif
-
 static bool isa_is_known(const char *name)
 {
-    for (const char *const *level = surface_isa_levels(); *level != NULL; level++)
+    for (const char *const *level = build_isa_levels(); *level != NULL; level++)
         if (strcmp(*level, name) == 0)
             return true;
     return strcmp(name, "auto") == 0;
@@ -277,7 +252,7 @@ static const char *choose_isa(const Arguments *arguments, const InputLogReader *
 {
     if (arguments->isa != NULL) {
         char levels[128] = "auto";
-        for (const char *const *level = surface_isa_levels(); *level != NULL; level++)
+        for (const char *const *level = build_isa_levels(); *level != NULL; level++)
             snprintf(levels + strlen(levels), sizeof levels - strlen(levels), ", %s", *level);
         if (!isa_is_known(arguments->isa))
             status_fail(status, STATUS_INVALID, "pliantd: --isa '%s' is not one of %s here",
@@ -293,51 +268,7 @@ static const char *choose_isa(const Arguments *arguments, const InputLogReader *
     return "auto";
 }
 
-// --- the end ---
-
-static void print_times(const char *name, const Histogram *histogram)
-{
-    double us[4];
-    histogram_summarize(histogram, us);
-    printf("%s: p50 %.0f, p99 %.0f, p99.9 %.0f, max %.0f us\n", name, us[0], us[1], us[2], us[3]);
-}
-
-static void print_live(const LiveResult *result)
-{
-    printf("ticks: %lld\nlate ticks: %lld\nresets: %lld\n", (long long)result->ticks,
-           (long long)result->late_ticks, (long long)result->resets);
-    print_times("step time", &result->step);
-    print_times("wake-up", &result->wake);
-    printf("messages: in %lld, out %lld, rejected %lld\n", (long long)result->bus.received,
-           (long long)result->bus.published, (long long)result->bus.rejected);
-    for (int i = ACCEPTED + 1; i < REFUSAL_COUNT; i++)
-        if (result->bus.reason[i] > 0)
-            printf("  rejected %s: %lld\n", refusal_name((Refusal)i),
-                   (long long)result->bus.reason[i]);
-    if (result->bus.failed > 0 || result->lost > 0)
-        printf("  not published: %lld, lost on the way to the bus: %lld\n",
-               (long long)result->bus.failed, (long long)result->lost);
-    printf("high water: requests %u, answers %u, contacts %u, events %u, logged inputs %u\n",
-           result->requests_high, result->answers_high, result->contacts_high, result->events_high,
-           result->applied_high);
-    if (result->checkpoints > 0)
-        printf("checkpoints: %lld\n", (long long)result->checkpoints);
-}
-
-static void print_end(World *world)
-{
-    printf("step: %lld, time: %.9g s\nstate: %016llx\n", (long long)sim_steps(world->sim),
-           sim_time(world->sim), (unsigned long long)state_hash(&world->state));
-}
-
-static void print_offline(World *world, const OfflineResult *result)
-{
-    printf("ticks: %lld\nresets: %lld\n", (long long)result->ticks,
-           (long long)sim_resets(world->sim));
-    print_times("step time", &result->step);
-    printf("inputs: applied %lld, rejected %lld\n", (long long)result->applied,
-           (long long)result->rejected);
-}
+// --- the run ---
 
 static sigset_t block_signals(void)
 {
@@ -378,12 +309,12 @@ static bool run_world(World *world, Scene *scene, const Arguments *arguments, In
         OfflineResult result;
         if (!offline_run(world, scene, &offline, &result, status))
             return false;
-        print_offline(world, &result);
-        print_end(world);
+        report_offline(world, &result, stdout);
         return true;
     }
+    const Body *body = sim_body(world->sim, 0); // every scene has a body
     LiveOptions live = {.lcm_url = arguments->lcm_url,
-                        .isa = surface_isa(sim_body(world->sim, 0)),
+                        .isa = body->ops->isa(body->model),
                         .duration_s = arguments->duration_s,
                         .checkpoint_path = arguments->checkpoint,
                         .checkpoint_s = arguments->checkpoint_s,
@@ -391,10 +322,8 @@ static bool run_world(World *world, Scene *scene, const Arguments *arguments, In
                         .signals = signals};
     LiveResult result = {0};
     bool whole = live_run(world, scene, &live, &result, status);
-    if (result.ticks > 0 || whole) {
-        print_live(&result);
-        print_end(world);
-    }
+    if (result.ticks > 0 || whole)
+        report_live(world, &result, stdout);
     return whole;
 }
 
@@ -418,11 +347,10 @@ static bool run(const Arguments *arguments, Status *status)
         whole = input != NULL && input_log_open(input, arguments->input, status);
     }
     const char *isa = whole ? choose_isa(arguments, input, status) : "auto";
-    whole = status->code == STATUS_OK && scene_read(arguments->scene, &scene, status);
+    whole = status->code == STATUS_OK && scene_read(arguments->scene, &scene, status) &&
+            scene_override(&scene, arguments->rate_hz, arguments->prefix, status);
     if (whole) {
-        apply_overrides(&scene, arguments);
-        BuildOptions build = {
-            .isa = isa, .may_load = may_load(arguments), .settle = arguments->resume == NULL};
+        BuildOptions build = {.isa = isa, .may_load = may_load(arguments)};
         whole = world_build(&world, &scene, &build, status) &&
                 (arguments->resume == NULL ||
                  checkpoint_read(arguments->resume, &world, &scene, status)) &&

@@ -17,7 +17,7 @@ static const char *build_text(const char *text, World *world)
     char path[SCRATCH_PATH];
     Scene scene;
     Status status = {0};
-    const BuildOptions options = {.isa = "auto", .may_load = true, .settle = true};
+    const BuildOptions options = {.isa = "auto", .may_load = true};
     scratch_write(&scratch, "x.cfg", text, strlen(text));
     assert_true(scene_read(scratch_path(&scratch, "x.cfg", path), &scene, &status));
     bool ok = world_build(world, &scene, &options, &status);

@@ -262,7 +262,7 @@ static void instruction_set_level_does_not_change_a_bit(void **state)
         options.isa = levels[k];
         Fixture fixture;
         create(&fixture, &options);
-        assert_string_equal(surface_isa(fixture.body), levels[k]);
+        assert_string_equal(fixture.body->ops->isa(fixture.body->model), levels[k]);
         for (int tick = 0; tick < 200; tick++) {
             char why[128];
             if (tick == 10)

@@ -95,6 +95,8 @@ typedef struct BodyOps {
     // --- out ---
     // Float positions (and velocities unless NULL) of all nodes, in the order of BodyMesh.
     void (*snapshot)(const void *model, float *position, float *velocity);
+    // The exact state of all nodes, for checkpoints.
+    void (*read_state)(const void *model, Vec3 *position, Vec3 *velocity);
     void (*measure)(const void *model, BodyMeasure *measure);
     // Whether the node is held by the scene (does not move).
     bool (*is_fixed)(const void *model, int node);
@@ -105,6 +107,8 @@ typedef struct BodyOps {
     // --- load time ---
     // Kernel variant and what was left out, one line each, for --explain.
     void (*explain)(const void *model, FILE *out);
+    // The instruction-set level of its kernels.
+    const char *(*isa)(const void *model);
 } BodyOps;
 
 // What SET and the check of numbers change; plain data, part of the state.

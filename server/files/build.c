@@ -85,6 +85,11 @@ static bool create_body(World *world, const Scene *scene, int index, const Build
         sim_add_body(world->sim, &body);
     return ok;
 }
+
+const char *const *build_isa_levels(void)
+{
+    return surface_isa_levels();
+}
 #else
 static bool create_body(World *world, const Scene *scene, int index, const BuildOptions *options,
                         Status *status)
@@ -93,6 +98,12 @@ static bool create_body(World *world, const Scene *scene, int index, const Build
     return build_mesh(&scene->body[index], &world->mesh[index], status) &&
            status_fail(status, STATUS_INVALID,
                        "this pliantd was built without surface bodies (PLIANT_SURFACE)");
+}
+
+const char *const *build_isa_levels(void)
+{
+    static const char *const none[] = {NULL};
+    return none;
 }
 #endif
 
@@ -120,7 +131,7 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
         sim_add_load(world->sim, &scene->load[i].load);
     if (ok) {
         Status said = {0};
-        ok = sim_seal(world->sim, options->settle ? scene->settle_s : 0.0, &said) ||
+        ok = sim_seal(world->sim, scene->settle_s, &said) ||
              status_fail(status, said.code, "%s: %s", scene->path, said.text);
     }
     if (!ok)

@@ -17,13 +17,8 @@ enum { CHECKPOINT_VERSION = 1, HASH_TEXT = 17, NAME_TEXT = 160 };
 
 static void read_body(const World *world, int index, Vec3 *position, Vec3 *velocity)
 {
-#ifdef PLIANT_WITH_SURFACE
-    surface_read_state(sim_body(world->sim, index), position, velocity);
-#else
-    // Without a model of bodies no world can be built, so nobody asks.
-    memset(position, 0, (size_t)world->mesh[index].node_count * sizeof *position);
-    memset(velocity, 0, (size_t)world->mesh[index].node_count * sizeof *velocity);
-#endif
+    const Body *body = sim_body(world->sim, index);
+    body->ops->read_state(body->model, position, velocity);
 }
 
 static void reserve(CheckpointImage *image, Arena *arena, const World *world)
@@ -64,12 +59,8 @@ void checkpoint_take(CheckpointImage *image, const World *world)
 
 static const char *isa_of(const World *world)
 {
-#ifdef PLIANT_WITH_SURFACE
-    if (sim_body_count(world->sim) > 0)
-        return surface_isa(sim_body(world->sim, 0));
-#endif
-    (void)world;
-    return "none";
+    const Body *body = sim_body(world->sim, 0); // every scene has a body
+    return body->ops->isa(body->model);
 }
 
 static void hash_text(char text[HASH_TEXT], uint64_t hash)

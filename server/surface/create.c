@@ -328,9 +328,3 @@ const char *const *surface_isa_levels(void)
         levels[i] = available[i]->level;
     return levels;
 }
-
-const char *surface_isa(const Body *body)
-{
-    const SurfaceModel *model = body->model;
-    return model->kernels->level;
-}

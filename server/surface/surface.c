@@ -297,6 +297,23 @@ static void surface_explain(const void *self, FILE *out)
     fprintf(out, "    outside forces: read only while a load or a tool acts\n");
 }
 
+static void surface_read_rows(const void *self, Vec3 *position, Vec3 *velocity)
+{
+    const SurfaceModel *model = self;
+    const double *rows = model->rows[model->current];
+    for (int i = 0; i < model->node_count; i++) {
+        const double *row = rows + (long)model->slot[i] * ROW;
+        position[i] = (Vec3){row[0], row[1], row[2]};
+        velocity[i] = (Vec3){row[4], row[5], row[6]};
+    }
+}
+
+static const char *surface_level(const void *self)
+{
+    const SurfaceModel *model = self;
+    return model->kernels->level;
+}
+
 const BodyOps surface_ops = {
     .model = "surface",
     .drift = surface_drift,
@@ -310,19 +327,15 @@ const BodyOps surface_ops = {
     .add_load = surface_add_load,
     .clear_loads = surface_clear_loads,
     .snapshot = surface_snapshot,
+    .read_state = surface_read_rows,
     .measure = surface_measure,
     .is_fixed = surface_is_fixed,
     .set = surface_set,
     .explain = surface_explain,
+    .isa = surface_level,
 };
 
 void surface_read_state(const Body *body, Vec3 *position, Vec3 *velocity)
 {
-    const SurfaceModel *model = body->model;
-    const double *rows = model->rows[model->current];
-    for (int i = 0; i < model->node_count; i++) {
-        const double *row = rows + (long)model->slot[i] * ROW;
-        position[i] = (Vec3){row[0], row[1], row[2]};
-        velocity[i] = (Vec3){row[4], row[5], row[6]};
-    }
+    surface_read_rows(body->model, position, velocity);
 }

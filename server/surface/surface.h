@@ -77,7 +77,5 @@ void surface_read_state(const Body *body, Vec3 *position, Vec3 *velocity);
 
 // Instruction-set levels of the kernels that this machine can run, best first; NULL at the end.
 const char *const *surface_isa_levels(void);
-// The level in use by a body.
-const char *surface_isa(const Body *body);
 
 #endif
