@@ -74,8 +74,8 @@ static bool solve_positive(const double m[3][3], const double b[3], double s[3])
 }
 
 // Where the gradient vanishes at a rotation that is not the best one (a half turn off), no gradient
-// leads away: adds a turn of 0.5 rad along the axis of the most negative curvature to a step that is
-// too short to leave.
+// leads away: adds a turn of 0.5 rad along the axis of the most negative curvature to a step that
+// is too short to leave.
 static void leave_saddle(const double hessian[3][3], double step[3])
 {
     if (step[0] * step[0] + step[1] * step[1] + step[2] * step[2] > 0.01)

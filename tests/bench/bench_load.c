@@ -70,7 +70,7 @@ static int start_from_file(const char *folder, double *ms, Status *status)
     int64_t begin = clock_now_ns();
     Scene scene = {0};
     World world = {0};
-    BuildOptions options = {.isa = "auto", .settle = true};
+    BuildOptions options = {.isa = "auto"};
     int nodes = 0;
     if (scene_read(path, &scene, status) && world_build(&world, &scene, &options, status)) {
         sim_step(world.sim);
