@@ -350,7 +350,7 @@ static void coincident_nodes_pull_nowhere(void **state)
     Problem *p = malloc(sizeof *p);
     make_problem(p, 19, 0.05, 2);
     for (int i = 0; i < p->node_count; i++)
-        memcpy(p->present + i * ROW, p->present, 3 * sizeof);
+        memcpy(p->present + i * ROW, p->present, 3 * sizeof(double));
     each_variant(p, check_both);
     free(p);
 }
