@@ -44,16 +44,17 @@ int contact_sign(const Contact *contact, const Candidate *candidate, const doubl
                  Vec3 on_face, Vec3 on_axis)
 {
     Vec3 normal = {0.0, 0.0, 0.0};
-    if (weight[0] > 0.0 && weight[1] > 0.0 && weight[2] > 0.0) {
+    int corners = (weight[0] > 0.0) + (weight[1] > 0.0) + (weight[2] > 0.0);
+    for (int k = 0; k < 3 && corners < 3; k++) {
+        bool on_edge = weight[(k + 2) % 3] <= 0.0; // on edge k, or at one of its ends
+        if (on_edge && candidate->border[k])
+            return 0;
+        normal = vec3_madd(normal, weight[k], contact->node_normal[candidate->node[k]]);
+    }
+    if (vec3_dot(normal, normal) == 0.0) { // inside the face, or border nodes only
+        if (corners == 1)
+            return 0;
         normal = contact_face_normal(contact, candidate);
-    } else {
-        for (int k = 0; k < 3; k++) { // on edge k, or at one of its ends
-            bool on_edge = weight[(k + 2) % 3] <= 0.0;
-            if (on_edge && candidate->border[k])
-                return 0;
-        }
-        for (int k = 0; k < 3; k++)
-            normal = vec3_madd(normal, weight[k], contact->node_normal[candidate->node[k]]);
     }
     return vec3_dot(vec3_sub(on_axis, on_face), normal) < 0.0 ? -1 : 1;
 }

@@ -275,8 +275,10 @@ static bool surface_set(void *self, BodyParameter parameter, double value)
         p->stiffness_scale = value;
         return true;
     case BODY_DAMPING_SCALE:
+        if (!model->damped)
+            return false; // its kernel has no damping to scale
         p->damping_scale = value;
-        return model->damped;
+        return true;
     }
     return false;
 }
