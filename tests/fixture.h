@@ -13,7 +13,8 @@ typedef struct FixtureOptions {
     SurfaceShape shape;
     double prestress;
     IntegratorKind integrator;
-    double time_step; // 0: from the bound
+    Precision precision; // double when zeroed
+    double time_step;    // 0: from the bound
     bool unsafe_time_step;
     double rate_hz; // 0: 1000
     Vec3 gravity;

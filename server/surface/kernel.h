@@ -58,9 +58,9 @@ typedef struct FramePose {
     double angular[3];  // [rad/s]
 } FramePose;
 
-// A |component| of a velocity beyond this is a bad number: far above any physics, far below
-// overflow in single precision [m/s].
-#define SPEED_LIMIT 1e15
+// A |component| of a velocity beyond this is a bad number: far above any physics, and its square
+// does not overflow [m/s].
+#define SPEED_LIMIT(precision) ((precision) == PRECISION_SINGLE ? 1e15 : 1e100)
 
 // One pass over all chunks.
 typedef struct SpringPass {

@@ -69,8 +69,8 @@ typedef struct SurfaceModel {
 
     // --- parameters that SET can change; part of the state ---
     SurfaceParameters *parameters;
-    RigidFrame *rigid; // the best fit of the rest shape, for frame = "body" and for floating
-                       // bodies; its rotation is part of the state
+    RigidFrame *rigid;       // the best fit of the rest shape, for frame = "body" and for floating
+                             // bodies; its rotation is part of the state
     BaseFrame *frame;        // single precision; part of the state
     double (*world_load)[3]; // [slot_count] floating bodies: constant loads in the world frame [N]
     bool floating;           // nothing holds it in the world: the base frame follows it

@@ -55,7 +55,7 @@ bool model_is_sound(const SurfaceModel *model)
 {
     const void *rows = model->rows[model->current];
     for (long i = 0; i < (long)model->slot_count * ROW; i++) {
-        double limit = i % ROW < 4 ? model->position_limit : SPEED_LIMIT;
+        double limit = i % ROW < 4 ? model->position_limit : SPEED_LIMIT(model->precision);
         if (!(fabs(model_get(model, rows, i)) <= limit))
             return false;
     }

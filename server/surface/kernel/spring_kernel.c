@@ -194,7 +194,8 @@ static inline __attribute__((always_inline)) void
 evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bool external, bool prestressed)
 {
     const Vector zero = vector_set(0.0), position_limit = vector_set(pass->position_limit),
-                 velocity_limit = vector_set(SPEED_LIMIT),
+                 velocity_limit =
+                     vector_set(SPEED_LIMIT(KERNEL_SINGLE ? PRECISION_SINGLE : PRECISION_DOUBLE)),
                  scale = vector_set(pass->stiffness_scale);
     Vector bad = zero;
     for (int chunk = 0; chunk < pass->springs->chunk_count; chunk++) {
