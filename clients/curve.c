@@ -102,9 +102,10 @@ bool curve_write_shape(const Curve *curve, CurveFrame which, const char *path, C
         const int32_t *corner = mesh->triangle + 3 * (size_t)t;
         if (corner[0] == corner[1])
             continue; // a free slot
-        // pm3d draws quadrilaterals: a triangle is one whose last two corners coincide.
+        // pm3d draws quadrilaterals: a triangle is one whose first two corners coincide (with the
+        // last two it loses its shading).
         for (int k = 0; k < 4; k++) {
-            write_corner(out, curve, shape->position, corner[k < 3 ? k : 2]);
+            write_corner(out, curve, shape->position, corner[k ? k - 1 : 0]);
             if (k == 1)
                 fputc('\n', out);
         }

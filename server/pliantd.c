@@ -6,13 +6,12 @@
 #include "run/live.h"
 #include "run/offline.h"
 #include "run/realtime.h"
+#include "run/report.h"
 
 #include <argp.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-const char *argp_program_version = "pliantd " PLIANT_VERSION;
 
 enum {
     OPTION_CHECK = 256,
@@ -30,11 +29,12 @@ enum {
     OPTION_LOG_LEVEL,
     OPTION_ISA,
     OPTION_PREFIX,
+    OPTION_USAGE,
 };
 
 typedef struct Arguments {
     const char *scene, *lcm_url, *input, *log_inputs, *checkpoint, *resume, *isa, *prefix;
-    bool check, explain, offline;
+    bool check, explain, offline, help, usage, version;
     double offline_s, checkpoint_s, duration_s, rate_hz; // 0: not given
     int parsed; // arguments that were understood, for the message about the one that was not
     Status status;
@@ -64,6 +64,9 @@ static const struct argp_option options[] = {
     {"isa", OPTION_ISA, "LEVEL", 0, "Instruction-set level of the kernels: auto or a level's name",
      5},
     {"log-level", OPTION_LOG_LEVEL, "L", 0, "error, warning, info or debug", 6},
+    {"version", 'V', 0, 0, "Print the version, exit", 7},
+    {"help", '?', 0, 0, "Print this list, exit", 7},
+    {"usage", OPTION_USAGE, 0, 0, "Print the options in short, exit", 7},
     {0}};
 
 static void bad_usage(Arguments *arguments, const char *name, const char *value, const char *why)
@@ -89,8 +92,8 @@ static void check_prefix(Arguments *arguments, const char *text)
 {
     static const char letters[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-";
-    if (text[0] == '\0' || strlen(text) > 32 || strspn(text, letters) != strlen(text))
-        bad_usage(arguments, "--prefix", text, "is not 1 to 32 letters, digits, _ or -");
+    if (text[0] == '\0' || strlen(text) > 31 || strspn(text, letters) != strlen(text))
+        bad_usage(arguments, "--prefix", text, "is not 1 to 31 letters, digits, _ or -");
 }
 
 static error_t parse_option(int key, char *text, struct argp_state *state)
@@ -164,6 +167,15 @@ static error_t parse_option(int key, char *text, struct argp_state *state)
                         a->scene, text);
         a->scene = text;
         break;
+    case 'V':
+        a->version = true;
+        break;
+    case '?':
+        a->help = true;
+        break;
+    case OPTION_USAGE:
+        a->usage = true;
+        break;
     case ARGP_KEY_INIT:
     case ARGP_KEY_SUCCESS:
     case ARGP_KEY_END:
@@ -194,7 +206,8 @@ static void check_together(Arguments *a)
         status_fail(status, STATUS_INVALID, "pliantd: --checkpoint-every needs --checkpoint FILE");
 }
 
-// argp would print two lines and exit with a code of its own.
+// argp itself would print two lines about an error and exit with a code of its own; told not to, it
+// prints no help either.
 static void parse_arguments(int argc, char **argv, Arguments *arguments)
 {
     static const struct argp argp = {
@@ -207,44 +220,27 @@ static void parse_arguments(int argc, char **argv, Arguments *arguments)
         NULL,
         NULL};
     arguments->parsed = 1;
-    if (argp_parse(&argp, argc, argv, ARGP_NO_ERRS, NULL, arguments) != 0)
+    if (argp_parse(&argp, argc, argv, ARGP_NO_ERRS | ARGP_NO_HELP, NULL, arguments) != 0)
         status_fail(&arguments->status, STATUS_INVALID,
                     "pliantd: '%s' is no option or lacks its value (see pliantd --help)",
                     arguments->parsed < argc ? argv[arguments->parsed] : "?");
-    check_together(arguments);
+    char name[] = "pliantd";
+    if (arguments->help || arguments->usage)
+        argp_help(&argp, stdout,
+                  arguments->help ? ARGP_HELP_SHORT_USAGE | ARGP_HELP_LONG | ARGP_HELP_DOC
+                                  : ARGP_HELP_USAGE,
+                  name);
+    else if (arguments->version)
+        puts("pliantd " PLIANT_VERSION);
+    else
+        check_together(arguments);
 }
 
 // --- the scene ---
 
-static void apply_overrides(Scene *scene, const Arguments *arguments)
-{
-    if (arguments->rate_hz > 0.0)
-        scene->rate_hz = arguments->rate_hz;
-    if (arguments->prefix != NULL) {
-        // A scene that listens elsewhere on purpose goes on doing so.
-        if (strcmp(scene->input_prefix, scene->prefix) == 0)
-            snprintf(scene->input_prefix, sizeof scene->input_prefix, "%s", arguments->prefix);
-        snprintf(scene->prefix, sizeof scene->prefix, "%s", arguments->prefix);
-    }
-}
-
-#ifndef PLIANT_WITH_SURFACE
-static const char *const *surface_isa_levels(void)
-{
-    static const char *const none[] = {NULL};
-    return none;
-}
-
-static const char *surface_isa(const Body *body)
-{
-    (void)body;
-    return "auto";
-}
-#endif
-
 static bool isa_is_known(const char *name)
 {
-    for (const char *const *level = surface_isa_levels(); *level != NULL; level++)
+    for (const char *const *level = build_isa_levels(); *level != NULL; level++)
         if (strcmp(*level, name) == 0)
             return true;
     return strcmp(name, "auto") == 0;
@@ -256,7 +252,7 @@ static const char *choose_isa(const Arguments *arguments, const InputLogReader *
 {
     if (arguments->isa != NULL) {
         char levels[128] = "auto";
-        for (const char *const *level = surface_isa_levels(); *level != NULL; level++)
+        for (const char *const *level = build_isa_levels(); *level != NULL; level++)
             snprintf(levels + strlen(levels), sizeof levels - strlen(levels), ", %s", *level);
         if (!isa_is_known(arguments->isa))
             status_fail(status, STATUS_INVALID, "pliantd: --isa '%s' is not one of %s here",
@@ -272,51 +268,7 @@ static const char *choose_isa(const Arguments *arguments, const InputLogReader *
     return "auto";
 }
 
-// --- the end ---
-
-static void print_times(const char *name, const Histogram *histogram)
-{
-    double us[4];
-    histogram_summarize(histogram, us);
-    printf("%s: p50 %.0f, p99 %.0f, p99.9 %.0f, max %.0f us\n", name, us[0], us[1], us[2], us[3]);
-}
-
-static void print_live(const LiveResult *result)
-{
-    printf("ticks: %lld\nlate ticks: %lld\nresets: %lld\n", (long long)result->ticks,
-           (long long)result->late_ticks, (long long)result->resets);
-    print_times("step", &result->step);
-    print_times("wake-up", &result->wake);
-    printf("messages: in %lld, out %lld, rejected %lld\n", (long long)result->bus.received,
-           (long long)result->bus.published, (long long)result->bus.rejected);
-    for (int i = ACCEPTED + 1; i < REFUSAL_COUNT; i++)
-        if (result->bus.reason[i] > 0)
-            printf("  rejected %s: %lld\n", refusal_name((Refusal)i),
-                   (long long)result->bus.reason[i]);
-    if (result->bus.failed > 0 || result->lost > 0)
-        printf("  not published: %lld, lost on the way to the bus: %lld\n",
-               (long long)result->bus.failed, (long long)result->lost);
-    printf("high water: requests %u, answers %u, contacts %u, events %u, logged inputs %u\n",
-           result->requests_high, result->answers_high, result->contacts_high, result->events_high,
-           result->applied_high);
-    if (result->checkpoints > 0)
-        printf("checkpoints: %lld\n", (long long)result->checkpoints);
-}
-
-static void print_end(World *world)
-{
-    printf("step: %lld, time: %.9g s\nstate: %016llx\n", (long long)sim_steps(world->sim),
-           sim_time(world->sim), (unsigned long long)state_hash(&world->state));
-}
-
-static void print_offline(World *world, const OfflineResult *result)
-{
-    printf("ticks: %lld\nresets: %lld\n", (long long)result->ticks,
-           (long long)sim_resets(world->sim));
-    print_times("step", &result->step);
-    printf("inputs: applied %lld, rejected %lld\n", (long long)result->applied,
-           (long long)result->rejected);
-}
+// --- the run ---
 
 static sigset_t block_signals(void)
 {
@@ -357,12 +309,12 @@ static bool run_world(World *world, Scene *scene, const Arguments *arguments, In
         OfflineResult result;
         if (!offline_run(world, scene, &offline, &result, status))
             return false;
-        print_offline(world, &result);
-        print_end(world);
+        report_offline(world, &result, stdout);
         return true;
     }
+    const Body *body = sim_body(world->sim, 0); // every scene has a body
     LiveOptions live = {.lcm_url = arguments->lcm_url,
-                        .isa = surface_isa(sim_body(world->sim, 0)),
+                        .isa = body->ops->isa(body->model),
                         .duration_s = arguments->duration_s,
                         .checkpoint_path = arguments->checkpoint,
                         .checkpoint_s = arguments->checkpoint_s,
@@ -370,11 +322,16 @@ static bool run_world(World *world, Scene *scene, const Arguments *arguments, In
                         .signals = signals};
     LiveResult result = {0};
     bool whole = live_run(world, scene, &live, &result, status);
-    if (result.ticks > 0 || whole) {
-        print_live(&result);
-        print_end(world);
-    }
+    if (result.ticks > 0 || whole)
+        report_live(world, &result, stdout);
     return whole;
+}
+
+// A checkpoint holds the loads in force, so both sides of it must have room for them.
+static bool may_load(const Arguments *arguments)
+{
+    return !arguments->offline || arguments->input != NULL || arguments->checkpoint != NULL ||
+           arguments->resume != NULL;
 }
 
 static bool run(const Arguments *arguments, Status *status)
@@ -390,12 +347,10 @@ static bool run(const Arguments *arguments, Status *status)
         whole = input != NULL && input_log_open(input, arguments->input, status);
     }
     const char *isa = whole ? choose_isa(arguments, input, status) : "auto";
-    whole = status->code == STATUS_OK && scene_read(arguments->scene, &scene, status);
+    whole = status->code == STATUS_OK && scene_read(arguments->scene, &scene, status) &&
+            scene_override(&scene, arguments->rate_hz, arguments->prefix, status);
     if (whole) {
-        apply_overrides(&scene, arguments);
-        BuildOptions build = {.isa = isa,
-                              .may_load = !arguments->offline || input != NULL,
-                              .settle = arguments->resume == NULL};
+        BuildOptions build = {.isa = isa, .may_load = may_load(arguments)};
         whole = world_build(&world, &scene, &build, status) &&
                 (arguments->resume == NULL ||
                  checkpoint_read(arguments->resume, &world, &scene, status)) &&
@@ -409,13 +364,18 @@ static bool run(const Arguments *arguments, Status *status)
     return whole;
 }
 
+static bool only_prints(const Arguments *arguments)
+{
+    return arguments->help || arguments->usage || arguments->version;
+}
+
 int main(int argc, char **argv)
 {
     log_set_program("pliantd");
     static Arguments arguments;
     parse_arguments(argc, argv, &arguments);
     Status *status = &arguments.status;
-    if (status->code == STATUS_OK)
+    if (status->code == STATUS_OK && !only_prints(&arguments))
         run(&arguments, status);
     fflush(stdout);
     if (status->code != STATUS_OK)

@@ -73,7 +73,8 @@ typedef struct BodyOps {
     // After the last stage: true when every number is finite and in bounds; the result becomes the
     // present state. Otherwise false, and the state before the tick is still whole: restore it.
     bool (*commit)(void *model);
-    // Whether every number of the present state is finite and in bounds: after a checkpoint was read.
+    // Whether every number of the present state is finite and in bounds: after a checkpoint was
+    // read.
     bool (*check)(const void *model);
     // Back to the state before the tick, at rest; to_start: to the rest shape instead.
     void (*restore)(void *model, bool to_start);
@@ -94,6 +95,8 @@ typedef struct BodyOps {
     // --- out ---
     // Float positions (and velocities unless NULL) of all nodes, in the order of BodyMesh.
     void (*snapshot)(const void *model, float *position, float *velocity);
+    // The exact state of all nodes, for checkpoints.
+    void (*read_state)(const void *model, Vec3 *position, Vec3 *velocity);
     void (*measure)(const void *model, BodyMeasure *measure);
     // Whether the node is held by the scene (does not move).
     bool (*is_fixed)(const void *model, int node);
@@ -104,6 +107,8 @@ typedef struct BodyOps {
     // --- load time ---
     // Kernel variant and what was left out, one line each, for --explain.
     void (*explain)(const void *model, FILE *out);
+    // The instruction-set level of its kernels.
+    const char *(*isa)(const void *model);
 } BodyOps;
 
 // What SET and the check of numbers change; plain data, part of the state.

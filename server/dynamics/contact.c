@@ -400,6 +400,7 @@ void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, doub
         const double *K = f->stiffness;
         double along = K[0] * n.x * n.x + K[1] * n.y * n.y + K[2] * n.z * n.z +
                        2.0 * (K[3] * n.x * n.y + K[4] * n.x * n.z + K[5] * n.y * n.z);
+        along *= 1.0 + contact->body->contact_damping / h; // a step back also slows the approach
         double back = fmax(along > 0.0 ? excess / along : 0.0, -f->floor);
         next->position = vec3_madd(next->position, fmin(0.5 * r, fmax(0.0, back)), n);
     }

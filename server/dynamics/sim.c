@@ -120,7 +120,7 @@ static void create_contacts(Sim *sim)
             if (plane ? !tool->has_plane : tool->capsule_count == 0)
                 continue;
             char name[48];
-            snprintf(name, sizeof name, "%.30s/tool%d%s", sim->body[b].name, k / 2,
+            snprintf(name, sizeof name, "%.31s/tool%d%s", sim->body[b].name, k / 2,
                      plane ? "p" : "");
             sim->contact_tool[sim->contact_count] = k / 2;
             sim->contact[sim->contact_count++] =

@@ -49,23 +49,8 @@ static bool build_mesh(const SceneBody *body, TriMesh *mesh, Status *status)
     MeshFault fault;
     if (mesh_validate(mesh, &fault))
         return true;
-    char element[48] = "";
-    if (fault.triangle >= 0)
-        snprintf(element, sizeof element, "triangle %d: ", fault.triangle);
-    else if (fault.node >= 0)
-        snprintf(element, sizeof element, "node %d: ", mesh->file_index[fault.node]);
-    return status_fail(status, STATUS_INVALID, "%s: %s%s",
-                       source->kind == MESH_FILE ? source->file : "mesh", element, fault.text);
-}
-
-static bool check_fixed_nodes(const SceneBody *body, const TriMesh *mesh, Status *status)
-{
-    for (int i = 0; i < body->fixed_count; i++)
-        for (int k = 0; k < body->fixed[i].node_count; k++)
-            if (body->fixed[i].node[k] >= mesh->file_node_count)
-                return status_fail(status, STATUS_INVALID, "fixed nodes %d outside [0, %d]",
-                                   body->fixed[i].node[k], mesh->file_node_count - 1);
-    return true;
+    return status_fail(status, STATUS_INVALID, "%s: %s",
+                       source->kind == MESH_FILE ? source->file : "mesh", fault.text);
 }
 
 #ifdef PLIANT_WITH_SURFACE
@@ -74,7 +59,7 @@ static bool create_body(World *world, const Scene *scene, int index, const Build
 {
     const SceneBody *described = &scene->body[index];
     TriMesh *mesh = &world->mesh[index];
-    if (!build_mesh(described, mesh, status) || !check_fixed_nodes(described, mesh, status))
+    if (!build_mesh(described, mesh, status))
         return false;
 
     Vec3 *position = NULL, *velocity = NULL;
@@ -87,6 +72,8 @@ static bool create_body(World *world, const Scene *scene, int index, const Build
     surface.fixed_count = described->fixed_count;
     surface.gravity = scene->gravity;
     surface.isa = options->isa != NULL ? options->isa : "auto";
+    surface.without_contacts = scene->tool_count == 0;
+    surface.without_loads = scene->load_count == 0 && !options->may_load;
     surface.initial_position = position;
     surface.initial_velocity = velocity;
 
@@ -98,15 +85,25 @@ static bool create_body(World *world, const Scene *scene, int index, const Build
         sim_add_body(world->sim, &body);
     return ok;
 }
+
+const char *const *build_isa_levels(void)
+{
+    return surface_isa_levels();
+}
 #else
 static bool create_body(World *world, const Scene *scene, int index, const BuildOptions *options,
                         Status *status)
 {
     (void)options;
     return build_mesh(&scene->body[index], &world->mesh[index], status) &&
-           check_fixed_nodes(&scene->body[index], &world->mesh[index], status) &&
            status_fail(status, STATUS_INVALID,
                        "this pliantd was built without surface bodies (PLIANT_SURFACE)");
+}
+
+const char *const *build_isa_levels(void)
+{
+    static const char *const none[] = {NULL};
+    return none;
 }
 #endif
 
@@ -134,7 +131,7 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
         sim_add_load(world->sim, &scene->load[i].load);
     if (ok) {
         Status said = {0};
-        ok = sim_seal(world->sim, options->settle ? scene->settle_s : 0.0, &said) ||
+        ok = sim_seal(world->sim, scene->settle_s, &said) ||
              status_fail(status, said.code, "%s: %s", scene->path, said.text);
     }
     if (!ok)

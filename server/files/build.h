@@ -10,7 +10,6 @@
 typedef struct BuildOptions {
     const char *isa; // "auto" or a level
     bool may_load;   // loads can come at run time: false only off line without an input log
-    bool settle;     // false when a checkpoint will replace the state anyway
 } BuildOptions;
 
 // A scene built. The arena owns the sim; destroy in one call.
@@ -25,5 +24,9 @@ typedef struct World {
 // False with `status` naming scene file and line, or mesh file and element.
 bool world_build(World *world, const Scene *scene, const BuildOptions *options, Status *status);
 void world_destroy(World *world);
+
+// Instruction-set levels of the kernels that were built in and run here, best first; NULL at the
+// end.
+const char *const *build_isa_levels(void);
 
 #endif

@@ -17,13 +17,8 @@ enum { CHECKPOINT_VERSION = 1, HASH_TEXT = 17, NAME_TEXT = 160 };
 
 static void read_body(const World *world, int index, Vec3 *position, Vec3 *velocity)
 {
-#ifdef PLIANT_WITH_SURFACE
-    surface_read_state(sim_body(world->sim, index), position, velocity);
-#else
-    // Without a model of bodies no world can be built, so nobody asks.
-    memset(position, 0, (size_t)world->mesh[index].node_count * sizeof *position);
-    memset(velocity, 0, (size_t)world->mesh[index].node_count * sizeof *velocity);
-#endif
+    const Body *body = sim_body(world->sim, index);
+    body->ops->read_state(body->model, position, velocity);
 }
 
 static void reserve(CheckpointImage *image, Arena *arena, const World *world)
@@ -64,12 +59,8 @@ void checkpoint_take(CheckpointImage *image, const World *world)
 
 static const char *isa_of(const World *world)
 {
-#ifdef PLIANT_WITH_SURFACE
-    if (sim_body_count(world->sim) > 0)
-        return surface_isa(sim_body(world->sim, 0));
-#endif
-    (void)world;
-    return "none";
+    const Body *body = sim_body(world->sim, 0); // every scene has a body
+    return body->ops->isa(body->model);
 }
 
 static void hash_text(char text[HASH_TEXT], uint64_t hash)
@@ -77,32 +68,16 @@ static void hash_text(char text[HASH_TEXT], uint64_t hash)
     snprintf(text, HASH_TEXT, "%016" PRIx64, hash);
 }
 
-// Over everything that is read back: a file altered anywhere does not match.
-static uint64_t image_hash(const CheckpointImage *image, const World *world)
-{
-    uint64_t hash =
-        physics_hash_bytes(PHYSICS_HASH_START, image->block, state_bytes(&world->state));
-    for (int i = 0; i < world->mesh_count; i++) {
-        size_t bytes = (size_t)world->mesh[i].node_count * sizeof(Vec3);
-        hash = physics_hash_bytes(hash, image->position[i], bytes);
-        hash = physics_hash_bytes(hash, image->velocity[i], bytes);
-    }
-    hash = physics_hash_bytes(hash, &image->time, sizeof image->time);
-    return physics_hash_bytes(hash, &image->step, sizeof image->step);
-}
-
 static bool write_head(const HdfFile *file, const CheckpointImage *image, const World *world,
                        const Scene *scene)
 {
-    char physics[HASH_TEXT], hash[HASH_TEXT];
+    char physics[HASH_TEXT];
     hash_text(physics, physics_hash(scene, world));
-    hash_text(hash, image_hash(image, world));
     return hdf_write_text(file, "/", "format", CHECKPOINT_FORMAT) &&
            hdf_write_int(file, "/", "version", CHECKPOINT_VERSION) &&
            hdf_write_text(file, "/", "scene", scene->text) &&
            hdf_write_text(file, "/", "created_by", "pliantd " PLIANT_VERSION) &&
            hdf_write_text(file, "/", "physics", physics) &&
-           hdf_write_text(file, "/", "hash", hash) &&
            hdf_write(file, "/time", H5T_NATIVE_DOUBLE, 0, NULL, &image->time, "s") &&
            hdf_write(file, "/step", H5T_NATIVE_INT64, 0, NULL, &image->step, "ticks");
 }
@@ -219,14 +194,8 @@ static bool read_image(const HdfFile *file, CheckpointImage *image, const World 
             return false;
         to += array->bytes;
     }
-    char stored[64], computed[HASH_TEXT];
-    if (!hdf_read_numbers(file, "/time", H5T_NATIVE_DOUBLE, 0, &image->time) ||
-        !hdf_read_numbers(file, "/step", H5T_NATIVE_INT64, 0, &image->step) ||
-        !hdf_read_text(file, "/", "hash", stored, sizeof stored))
-        return false;
-    hash_text(computed, image_hash(image, world));
-    return strcmp(stored, computed) == 0 ||
-           hdf_fail(file, "/", "hash %.20s does not match the data: the file was altered", stored);
+    return hdf_read_numbers(file, "/time", H5T_NATIVE_DOUBLE, 0, &image->time) &&
+           hdf_read_numbers(file, "/step", H5T_NATIVE_INT64, 0, &image->step);
 }
 
 // Whether the state now in force is the one that the file shows, and one that can be stepped on.
@@ -270,7 +239,7 @@ static bool apply_image(const HdfFile *file, const CheckpointImage *image, World
 bool checkpoint_read(const char *path, World *world, const Scene *scene, Status *status)
 {
     HdfFile file;
-    if (!hdf_open(&file, path, status))
+    if (!hdf_check_seal(path, status) || !hdf_open(&file, path, status))
         return false;
     Arena arena = {0};
     CheckpointImage image;

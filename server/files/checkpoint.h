@@ -20,7 +20,8 @@ void checkpoint_take(CheckpointImage *image, const World *world);
 
 // Writes FILE.tmp, flushes, renames, flushes the folder. Root attributes format, version, scene,
 // created_by; /time, /step; /bodies/<name>/{id, position, velocity} float64 in ascending id;
-// /state/<array> as bytes, with attribute isa; every dataset with attribute unit.
+// /state/<array> as bytes, with attribute isa; every dataset with attribute unit. The first 512
+// bytes, which HDF5 leaves to its user, hold a seal: the hash of the rest.
 bool checkpoint_write(const char *path, const CheckpointImage *image, const World *world,
                       const Scene *scene, Status *status);
 // Validates everything against the scene and the world (format, version, names, sizes, hash of the

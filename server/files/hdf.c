@@ -7,6 +7,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <inttypes.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,7 +15,16 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { ROW_LIMIT = 1 << 28, CORE_INCREMENT = 1 << 20 };
+enum {
+    ROW_LIMIT = 1 << 28,
+    CORE_INCREMENT = 1 << 20,
+    SEAL_BYTES = 512,
+    PIECE_BYTES = 1 << 16,
+    FIXED_TEXT = 256
+};
+
+#define SEAL_FORMAT "pliant: %zu bytes follow, fnv1a %016" PRIx64 "\n"
+#define FNV_START   UINT64_C(0xcbf29ce484222325)
 
 bool hdf_fail(const HdfFile *file, const char *object, const char *format, ...)
 {
@@ -28,24 +38,28 @@ bool hdf_fail(const HdfFile *file, const char *object, const char *format, ...)
 
 // --- files -------------------------------------------------------------------------------------
 
-bool hdf_open(HdfFile *file, const char *path, Status *status)
+static bool check_readable(const char *path, Status *status)
 {
-    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-    *file = (HdfFile){.id = -1, .path = path, .status = status};
     struct stat info;
     if (stat(path, &info) != 0)
         return status_fail(status, STATUS_INVALID, "%s: %s", path, strerror(errno));
     if (!S_ISREG(info.st_mode))
         return status_fail(status, STATUS_INVALID, "%s: is not a regular file", path);
-    if (access(path, R_OK) != 0)
-        return status_fail(status, STATUS_INVALID, "%s: %s", path, strerror(errno));
+    return access(path, R_OK) == 0 ||
+           status_fail(status, STATUS_INVALID, "%s: %s", path, strerror(errno));
+}
+
+bool hdf_open(HdfFile *file, const char *path, Status *status)
+{
+    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    *file = (HdfFile){.id = -1, .path = path, .status = status};
+    if (!check_readable(path, status))
+        return false;
     if (H5Fis_hdf5(path) <= 0)
         return status_fail(status, STATUS_INVALID, "%s: is not an HDF5 file", path);
     file->id = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
-    if (file->id < 0)
-        return status_fail(status, STATUS_INVALID, "%s: is truncated, damaged or being written",
-                           path);
-    return true;
+    return file->id >= 0 ||
+           status_fail(status, STATUS_INVALID, "%s: is truncated, damaged or being written", path);
 }
 
 bool hdf_create(HdfFile *file, const char *path, Status *status)
@@ -79,7 +93,7 @@ static bool write_all(int fd, const unsigned char *data, size_t size)
         data += written;
         size -= (size_t)written;
     }
-    return fsync(fd) == 0;
+    return true;
 }
 
 // A rename is safe once the folder is on the disk too.
@@ -96,6 +110,29 @@ static void flush_folder(const char *path)
     free(folder);
 }
 
+static uint64_t hash_bytes(uint64_t hash, const unsigned char *byte, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        hash = (hash ^ byte[i]) * UINT64_C(0x100000001b3);
+    return hash;
+}
+
+// The whole content of a file on the disk, or errno set.
+static bool write_sealed(const char *path, const unsigned char *image, size_t size)
+{
+    unsigned char seal[SEAL_BYTES] = {0};
+    snprintf((char *)seal, sizeof seal, SEAL_FORMAT, size, hash_bytes(FNV_START, image, size));
+    int fd = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (fd < 0)
+        return false;
+    bool ok = write_all(fd, seal, sizeof seal) && write_all(fd, image, size) && fsync(fd) == 0;
+    int error = errno;
+    if (close(fd) != 0 && ok)
+        return false;
+    errno = error;
+    return ok;
+}
+
 bool hdf_save(HdfFile *file)
 {
     ssize_t size =
@@ -109,25 +146,40 @@ bool hdf_save(HdfFile *file)
     char *temporary = malloc(length);
     ASSERT(temporary != NULL);
     snprintf(temporary, length, "%s.tmp", file->path);
-
-    int fd = open(temporary, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    bool ok = fd >= 0 && write_all(fd, image, (size_t)size);
+    bool ok = write_sealed(temporary, image, (size_t)size) && rename(temporary, file->path) == 0;
     int error = errno;
-    if (fd >= 0 && close(fd) != 0 && ok) {
-        ok = false;
-        error = errno;
-    }
-    if (ok && rename(temporary, file->path) != 0) {
-        ok = false;
-        error = errno;
-    }
     if (ok)
         flush_folder(file->path);
-    else if (fd >= 0)
+    else
         unlink(temporary);
     free(temporary);
     free(image);
     return ok || status_fail(file->status, STATUS_FAILED, "%s: %s", file->path, strerror(error));
+}
+
+bool hdf_check_seal(const char *path, Status *status)
+{
+    if (!check_readable(path, status))
+        return false;
+    FILE *file = fopen(path, "rb");
+    if (file == NULL)
+        return status_fail(status, STATUS_INVALID, "%s: %s", path, strerror(errno));
+    unsigned char piece[PIECE_BYTES];
+    char found[SEAL_BYTES] = "", expected[SEAL_BYTES] = "";
+    size_t size = 0, count = fread(found, 1, sizeof found, file);
+    bool sealed = count == sizeof found && strncmp(found, "pliant: ", 8) == 0;
+    uint64_t hash = FNV_START;
+    while (sealed && (count = fread(piece, 1, sizeof piece, file)) > 0) {
+        hash = hash_bytes(hash, piece, count);
+        size += count;
+    }
+    fclose(file);
+    if (!sealed)
+        return status_fail(status, STATUS_INVALID, "%s: is no file written by pliantd", path);
+    snprintf(expected, sizeof expected, SEAL_FORMAT, size, hash);
+    return memcmp(found, expected, sizeof found) == 0 ||
+           status_fail(status, STATUS_INVALID,
+                       "%s: is truncated or was altered: it differs from its seal", path);
 }
 
 // --- reading -----------------------------------------------------------------------------------
@@ -282,21 +334,10 @@ bool hdf_read_text(const HdfFile *file, const char *object, const char *name, ch
     if (attribute < 0)
         return false;
     hid_t type = H5Aget_type(attribute);
-    bool ok = false;
     memset(text, 0, size);
-    if (H5Tis_variable_str(type) > 0) {
-        char *string = NULL;
-        hid_t memory = H5Tcopy(H5T_C_S1);
-        H5Tset_size(memory, H5T_VARIABLE);
-        H5Tset_cset(memory, H5Tget_cset(type));
-        ok = H5Aread(attribute, memory, &string) >= 0 && string != NULL && strlen(string) < size;
-        if (ok)
-            strcpy(text, string);
-        H5free_memory(string);
-        H5Tclose(memory);
-    } else {
-        ok = H5Tget_size(type) < size && H5Aread(attribute, type, text) >= 0;
-    }
+    // Strings of variable length are left alone: HDF5 reads damaged ones without looking.
+    bool ok = H5Tis_variable_str(type) == 0 && H5Tget_size(type) < size &&
+              H5Aread(attribute, type, text) >= 0;
     H5Tclose(type);
     H5Aclose(attribute);
     return ok || hdf_fail(file, object, "attribute %s cannot be read or is too long", name);
@@ -307,12 +348,16 @@ bool hdf_read_text(const HdfFile *file, const char *object, const char *name, ch
 // A new string attribute of an open object.
 static bool attach_text(hid_t object, const char *name, const char *text)
 {
-    // Of variable length: a fixed string of more than 64 kB does not fit an attribute, a scene may.
+    // More than 64 kB do not fit a string of fixed length in an attribute; a scene's text may be
+    // more.
+    size_t size = strlen(text) + 1;
+    bool fixed = size <= FIXED_TEXT;
+    const void *data = fixed ? (const void *)text : &text;
     hid_t type = H5Tcopy(H5T_C_S1), space = H5Screate(H5S_SCALAR);
-    H5Tset_size(type, H5T_VARIABLE);
+    H5Tset_size(type, fixed ? size : H5T_VARIABLE);
     H5Tset_cset(type, H5T_CSET_UTF8);
     hid_t attribute = H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT);
-    bool ok = attribute >= 0 && H5Awrite(attribute, type, &text) >= 0;
+    bool ok = attribute >= 0 && H5Awrite(attribute, type, data) >= 0;
     H5Aclose(attribute);
     H5Sclose(space);
     H5Tclose(type);

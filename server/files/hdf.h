@@ -23,8 +23,13 @@ typedef struct HdfFile {
 bool hdf_open(HdfFile *file, const char *path, Status *status);
 // Begins a file in memory; hdf_save writes it to its path.
 bool hdf_create(HdfFile *file, const char *path, Status *status);
-// PATH.tmp, flushed to the disk, renamed to PATH, the folder flushed: there is always a whole file.
+// Writes PATH.tmp, flushes it to the disk, renames it to PATH and flushes the folder: there is
+// always a whole file. In front of the data stands a seal, in a block that HDF5 leaves to its user:
+// their number of bytes and a hash of them.
 bool hdf_save(HdfFile *file);
+// Whether a file is as hdf_save wrote it. Asked before HDF5 reads a file of ours: its library does
+// not survive every damage.
+bool hdf_check_seal(const char *path, Status *status);
 void hdf_close(HdfFile *file);
 
 // STATUS_INVALID "path: object text".

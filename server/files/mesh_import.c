@@ -88,7 +88,8 @@ static bool read_format(FileBytes *file, TriMesh *mesh, Status *status)
                                "%s: neither text nor a binary STL, which has at least %zu bytes",
                                file->path, stl_binary_size(0));
         return status_fail(status, STATUS_INVALID,
-                           "%s: not text, and a binary STL of %zu triangles has %zu bytes, not %zu",
+                           "%s: neither text nor a binary STL: its %zu triangles take %zu bytes, "
+                           "the file has %zu",
                            file->path, count, stl_binary_size(count), file->size);
     }
     if (strncmp(file->bytes, "\xEF\xBB\xBF", 3) == 0)

@@ -4,7 +4,8 @@
 
 #include <string.h>
 
-uint64_t physics_hash_bytes(uint64_t hash, const void *memory, size_t bytes)
+// FNV-1a, continued.
+static uint64_t add_bytes(uint64_t hash, const void *memory, size_t bytes)
 {
     const unsigned char *byte = memory;
     for (size_t i = 0; i < bytes; i++)
@@ -14,12 +15,12 @@ uint64_t physics_hash_bytes(uint64_t hash, const void *memory, size_t bytes)
 
 static void add_real(uint64_t *hash, double value)
 {
-    *hash = physics_hash_bytes(*hash, &value, sizeof value);
+    *hash = add_bytes(*hash, &value, sizeof value);
 }
 
 static void add_int(uint64_t *hash, int64_t value)
 {
-    *hash = physics_hash_bytes(*hash, &value, sizeof value);
+    *hash = add_bytes(*hash, &value, sizeof value);
 }
 
 static void add_vector(uint64_t *hash, Vec3 v)
@@ -74,18 +75,16 @@ static void add_fixed(uint64_t *hash, const FixedRegion *region)
 
 static void add_body(uint64_t *hash, const SceneBody *body, const TriMesh *mesh)
 {
-    *hash = physics_hash_bytes(*hash, body->name, strlen(body->name) + 1);
-    *hash = physics_hash_bytes(*hash, body->model, strlen(body->model) + 1);
+    *hash = add_bytes(*hash, body->name, strlen(body->name) + 1);
+    *hash = add_bytes(*hash, body->model, strlen(body->model) + 1);
     add_surface(hash, &body->surface);
     add_int(hash, body->fixed_count);
     for (int i = 0; i < body->fixed_count; i++)
         add_fixed(hash, &body->fixed[i]);
     add_int(hash, mesh->node_count);
     add_int(hash, mesh->triangle_count);
-    *hash = physics_hash_bytes(*hash, mesh->position,
-                               (size_t)mesh->node_count * sizeof *mesh->position);
-    *hash = physics_hash_bytes(*hash, mesh->triangle,
-                               (size_t)mesh->triangle_count * sizeof *mesh->triangle);
+    *hash = add_bytes(*hash, mesh->position, (size_t)mesh->node_count * sizeof *mesh->position);
+    *hash = add_bytes(*hash, mesh->triangle, (size_t)mesh->triangle_count * sizeof *mesh->triangle);
 }
 
 static void add_tool(uint64_t *hash, const ToolOptions *tool)
@@ -116,7 +115,7 @@ static void add_load(uint64_t *hash, const LoadOptions *load)
 
 uint64_t physics_hash(const Scene *scene, const World *world)
 {
-    uint64_t hash = PHYSICS_HASH_START;
+    uint64_t hash = UINT64_C(0xcbf29ce484222325);
     add_real(&hash, scene->rate_hz);
     add_vector(&hash, scene->gravity);
     add_real(&hash, scene->tool_timeout_s);

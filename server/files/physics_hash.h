@@ -4,10 +4,6 @@
 
 #include "files/build.h"
 
-// FNV-1a, continued over `bytes` bytes.
-#define PHYSICS_HASH_START UINT64_C(0xcbf29ce484222325)
-uint64_t physics_hash_bytes(uint64_t hash, const void *memory, size_t bytes);
-
 // Over everything that moves the bodies: rate, gravity, meshes, materials, tools and loads. What is
 // published, how the daemon is reached and how the start was settled do not count.
 uint64_t physics_hash(const Scene *scene, const World *world);

@@ -151,6 +151,11 @@ static void *allocate_groups(const SceneReader *reader, const config_setting_t *
     return memory;
 }
 
+static size_t longest_channel(const char *prefix, const char *body)
+{
+    return strlen(prefix) + strlen("_MESH_DELTA_") + strlen(body);
+}
+
 static bool read_bodies(const SceneReader *reader, const config_setting_t *list)
 {
     Scene *scene = reader->scene;
@@ -169,8 +174,7 @@ static bool read_bodies(const SceneReader *reader, const config_setting_t *list)
                 return option_fail(&reader->source, option_find(group, "name"),
                                    "name \"%s\" is taken by the body at line %d", body->name,
                                    scene->body[k].line);
-        size_t length = strlen(scene->prefix) + strlen("_MESH_DELTA_") + strlen(body->name);
-        if (length > CHANNEL_MAX)
+        if (longest_channel(scene->prefix, body->name) > CHANNEL_MAX)
             return option_fail(
                 &reader->source, option_find(group, "name"),
                 "name \"%s\" makes channel %s_MESH_DELTA_%s longer than %d characters", body->name,
@@ -274,4 +278,28 @@ void scene_destroy(Scene *scene)
     free(scene->text);
     free(scene->path);
     *scene = (Scene){0};
+}
+
+bool scene_override(Scene *scene, double rate_hz, const char *prefix, Status *status)
+{
+    if (rate_hz > 0.0) {
+        ScenePublish *publish = &scene->publish;
+        double *rates[] = {&publish->nodes_hz, &publish->mesh_hz, &publish->contact_hz,
+                           &publish->status_hz};
+        scene->rate_hz = rate_hz;
+        for (int i = 0; i < 4; i++)
+            if (*rates[i] > rate_hz)
+                *rates[i] = rate_hz;
+    }
+    if (prefix == NULL)
+        return true;
+    for (int i = 0; i < scene->body_count; i++)
+        if (longest_channel(prefix, scene->body[i].name) > CHANNEL_MAX)
+            return status_fail(status, STATUS_INVALID,
+                               "prefix %s makes channel %s_MESH_DELTA_%s longer than %d characters",
+                               prefix, prefix, scene->body[i].name, CHANNEL_MAX);
+    if (strcmp(scene->input_prefix, scene->prefix) == 0)
+        snprintf(scene->input_prefix, sizeof scene->input_prefix, "%s", prefix);
+    snprintf(scene->prefix, sizeof scene->prefix, "%s", prefix);
+    return true;
 }

@@ -79,6 +79,11 @@ typedef struct Scene {
 bool scene_read(const char *path, Scene *scene, Status *status);
 void scene_destroy(Scene *scene);
 
+// Replaces the rate [Hz] (0: keep) and the prefix (NULL: keep) of a scene that was read, and checks
+// what depends on them: publish rates above the new rate come down to it; a prefix that makes a
+// channel's name too long is refused. A scene that listens on a prefix of its own goes on doing so.
+bool scene_override(Scene *scene, double rate_hz, const char *prefix, Status *status);
+
 // The reference of all keys, as Markdown (config/README.md is this text).
 void scene_print_reference(FILE *out);
 

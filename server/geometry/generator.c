@@ -24,7 +24,7 @@ static bool check_length(const char *name, double value, Status *status)
     // Squares and cubes of lengths stay far from the ends of double's range.
     if (value >= 1e-30 && value <= 1e30)
         return true;
-    return status_fail(status, STATUS_INVALID, "%s %g outside [1e-30, 1e30] m", name, value);
+    return status_fail(status, STATUS_INVALID, "%s %g outside [1e-30, 1e+30] m", name, value);
 }
 
 static Vec3 to_unit_sphere(Vec3 x)

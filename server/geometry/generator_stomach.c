@@ -189,7 +189,7 @@ bool generate_stomach(TriMesh *mesh, int nodes, double length, Status *status)
     if (nodes < 60 || nodes > 20000)
         return status_fail(status, STATUS_INVALID, "nodes %d outside [60, 20000]", nodes);
     if (!(length >= 1e-30 && length <= 1e30))
-        return status_fail(status, STATUS_INVALID, "length %g outside [1e-30, 1e30] m", length);
+        return status_fail(status, STATUS_INVALID, "length %g outside [1e-30, 1e+30] m", length);
     mesh_create(mesh, nodes, 2 * nodes - 4);
     make_spiral(mesh);
     relax_mesh(mesh, to_stomach, relax_sweeps(nodes));

@@ -47,8 +47,8 @@ typedef struct FramePose {
     double angular[3];  // [rad/s]
 } FramePose;
 
-// A |component| of a velocity beyond this is a bad number: far above any physics, far below overflow
-// of its square [m/s].
+// A |component| of a velocity beyond this is a bad number: far above any physics, far below
+// overflow of its square [m/s].
 #define SPEED_LIMIT 1e100
 
 // One pass over all chunks.

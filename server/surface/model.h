@@ -71,4 +71,7 @@ typedef struct SurfaceModel {
     const SpringKernels *kernels;
 } SurfaceModel;
 
+// The operations of surface.c.
+extern const BodyOps surface_ops;
+
 #endif

@@ -73,6 +73,40 @@ static bool solve_positive(const double m[3][3], const double b[3], double s[3])
     return true;
 }
 
+// Where the gradient vanishes at a rotation that is not the best one (a half turn off), no gradient
+// leads away: adds a turn of 0.5 rad along the axis of the most negative curvature to a step that is
+// too short to leave.
+static void leave_saddle(const double hessian[3][3], double step[3])
+{
+    if (step[0] * step[0] + step[1] * step[1] + step[2] * step[2] > 0.01)
+        return;
+    double shift = 0.0, axis[3] = {0.8, 0.5, 0.3}, along[3];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            shift += fabs(hessian[i][j]);
+    double curvature = 0.0;
+    for (int iteration = 0; iteration < 30; iteration++) { // power iteration of shift I - H
+        curvature = 0.0;
+        for (int i = 0; i < 3; i++) {
+            along[i] = hessian[i][0] * axis[0] + hessian[i][1] * axis[1] + hessian[i][2] * axis[2];
+            curvature += axis[i] * along[i];
+        }
+        for (int i = 0; i < 3; i++)
+            along[i] = shift * axis[i] - along[i];
+        double size = sqrt(along[0] * along[0] + along[1] * along[1] + along[2] * along[2]);
+        if (!(size > 0.0))
+            return;
+        for (int i = 0; i < 3; i++)
+            axis[i] = along[i] / size;
+    }
+    // A line or a point has no curvature about its axis: nothing to leave, nothing to fit.
+    if (!(curvature < -1e-6 * shift))
+        return;
+    double slope = axis[0] * step[0] + axis[1] * step[1] + axis[2] * step[2];
+    for (int i = 0; i < 3; i++)
+        step[i] += (slope < 0.0 ? -0.5 : 0.5) * axis[i];
+}
+
 // Turns the rotation to the maximum of tr(R^T A). Newton's step where the maximum is near (there
 // tr(S) I - S with S = sym(A R^T) is positive definite); elsewhere the damped step of
 // Mueller et al. 2016, "A robust method to extract the rotational part of deformations", which
@@ -97,6 +131,7 @@ static void fit_rotation(double q[4], const double a[3][3])
                 1.0 / (fabs(trace) + 1e-9 * (fabs(g[0]) + fabs(g[1]) + fabs(g[2])) + 1e-300);
             for (int i = 0; i < 3; i++)
                 step[i] = scale * g[i];
+            leave_saddle((const double(*)[3])hessian, step);
         }
         double size = sqrt(step[0] * step[0] + step[1] * step[1] + step[2] * step[2]);
         if (!(size < 1e6))

@@ -1,14 +1,6 @@
-// Surface bodies: creation and the operations that the pipeline calls (dynamics/body.h).
-#include "surface/surface.h"
-
-#include "base/check.h"
-#include "base/log.h"
-#include "geometry/winged_edge.h"
+// What the pipeline asks of a surface body (dynamics/body.h). Step thread: no allocation, no lock.
 #include "surface/model.h"
-#include "surface/network.h"
-#include "surface/order.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 // ---------------------------------------------------------------------------------------------
@@ -283,8 +275,10 @@ static bool surface_set(void *self, BodyParameter parameter, double value)
         p->stiffness_scale = value;
         return true;
     case BODY_DAMPING_SCALE:
+        if (!model->damped)
+            return false; // its kernel has no damping to scale
         p->damping_scale = value;
-        return model->damped;
+        return true;
     }
     return false;
 }
@@ -303,7 +297,24 @@ static void surface_explain(const void *self, FILE *out)
     fprintf(out, "    outside forces: read only while a load or a tool acts\n");
 }
 
-static const BodyOps surface_ops = {
+static void surface_read_rows(const void *self, Vec3 *position, Vec3 *velocity)
+{
+    const SurfaceModel *model = self;
+    const double *rows = model->rows[model->current];
+    for (int i = 0; i < model->node_count; i++) {
+        const double *row = rows + (long)model->slot[i] * ROW;
+        position[i] = (Vec3){row[0], row[1], row[2]};
+        velocity[i] = (Vec3){row[4], row[5], row[6]};
+    }
+}
+
+static const char *surface_level(const void *self)
+{
+    const SurfaceModel *model = self;
+    return model->kernels->level;
+}
+
+const BodyOps surface_ops = {
     .model = "surface",
     .drift = surface_drift,
     .evaluate = surface_evaluate,
@@ -316,341 +327,15 @@ static const BodyOps surface_ops = {
     .add_load = surface_add_load,
     .clear_loads = surface_clear_loads,
     .snapshot = surface_snapshot,
+    .read_state = surface_read_rows,
     .measure = surface_measure,
     .is_fixed = surface_is_fixed,
     .set = surface_set,
     .explain = surface_explain,
+    .isa = surface_level,
 };
-
-// ---------------------------------------------------------------------------------------------
-// Creation
-
-#define ALLOCATE(use, count, type, label)                                                          \
-    (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
-
-static int compare_ints(const void *a, const void *b)
-{
-    int x = *(const int *)a, y = *(const int *)b;
-    return (x > y) - (x < y);
-}
-
-// Springs by chunk and entry; a node's springs in ascending order of the neighbour's slot.
-static void create_springs(SurfaceModel *model, const WingedMesh *winged,
-                           const SpringNetwork *network, const char *name, Arena *arena)
-{
-    int chunk_count = model->slot_count / LANES;
-    int *start = ALLOCATE(ARENA_STEP, chunk_count + 1, int, "spring start");
-    for (int c = 0; c < chunk_count; c++) {
-        int most = 0;
-        for (int lane = 0; lane < LANES; lane++) {
-            int node = model->node[c * LANES + lane];
-            if (node >= 0 && winged_valence(winged, node) > most)
-                most = winged_valence(winged, node);
-        }
-        start[c + 1] = start[c] + most;
-    }
-    size_t entries = (size_t)start[chunk_count] * LANES;
-    int *neighbour = ALLOCATE(ARENA_STEP, entries, int, "spring neighbours");
-    double *rest_length = ALLOCATE(ARENA_STEP, entries, double, "spring rest lengths");
-    double *stiffness = ALLOCATE(ARENA_STEP, entries, double, "spring stiffness");
-
-    int(*around)[2] = calloc((size_t)winged->edge_count + 1, sizeof *around); // slot, edge
-    ASSERT(around != NULL);
-    for (int s = 0; s < model->slot_count; s++) {
-        int node = model->node[s], count = 0;
-        if (node >= 0)
-            for (int k = winged->node_edge_start[node]; k < winged->node_edge_start[node + 1];
-                 k++) {
-                int edge = winged->node_edge[k];
-                around[count][0] = model->slot[winged_other(winged, edge, node)];
-                around[count++][1] = edge;
-            }
-        qsort(around, (size_t)count, sizeof *around, compare_ints);
-        int chunk = s / LANES;
-        for (int e = start[chunk], i = 0; e < start[chunk + 1]; e++, i++) {
-            size_t at = (size_t)e * LANES + (size_t)(s % LANES);
-            neighbour[at] = i < count ? around[i][0] : s;
-            rest_length[at] = i < count ? network->rest_length[around[i][1]] : 0.0;
-            stiffness[at] = i < count ? network->stiffness[around[i][1]] : 0.0;
-        }
-    }
-    free(around);
-    model->springs = (SpringTable){chunk_count, start, neighbour, rest_length, stiffness};
-}
-
-static void create_nodes(SurfaceModel *model, const TriMesh *mesh, const SpringNetwork *network,
-                         const SurfaceOptions *options, Arena *arena, StateList *state)
-{
-    const char *name = options->name;
-    bool uses_drag = options->shape.wanted || options->material.node_damping > 0.0;
-    model->shape = !uses_drag ? SHAPE_FRAME_NONE
-                   : options->shape.wanted && options->shape.frame == SHAPE_BODY
-                       ? SHAPE_FRAME_BODY
-                       : SHAPE_FRAME_WORLD;
-    bool body_frame = model->shape == SHAPE_FRAME_BODY;
-    int slots = model->slot_count;
-    NodeTable *nodes = &model->nodes;
-    nodes->inverse_mass = ALLOCATE(ARENA_STEP, slots, double, "inverse mass");
-    model->mass = ALLOCATE(ARENA_TOPOLOGY, mesh->node_count, double, "node masses");
-    nodes->rest = ALLOCATE(ARENA_STEP, 3 * slots, double, "rest positions");
-    if (uses_drag) {
-        nodes->shape_rate = ALLOCATE(ARENA_STEP, slots, double, "shape rate");
-        nodes->drag = ALLOCATE(ARENA_STEP, slots, double, "drag");
-    }
-    double *weight = NULL;
-    if (body_frame) {
-        nodes->shape_drag = ALLOCATE(ARENA_STEP, slots, double, "shape drag");
-        weight = ALLOCATE(ARENA_STEP, slots, double, "frame weights");
-    }
-
-    for (int i = 0; i < mesh->node_count; i++) {
-        int s = model->slot[i];
-        Vec3 x = mesh->position[i];
-        double *rest = nodes->rest + (s / LANES) * 3L * LANES + s % LANES;
-        rest[0] = x.x;
-        rest[LANES] = x.y;
-        rest[2 * LANES] = x.z;
-        double m = network->mass[i], share = network->fixed[i] ? 0.0 : 1.0 / m;
-        model->mass[i] = m;
-        nodes->inverse_mass[s] = share;
-        if (uses_drag) {
-            nodes->shape_rate[s] = share * network->shape_stiffness[i];
-            nodes->drag[s] = share * (options->material.node_damping +
-                                      (body_frame ? 0.0 : network->shape_damping[i]));
-        }
-        if (body_frame) {
-            nodes->shape_drag[s] = share * network->shape_damping[i];
-            weight[s] = network->shape_stiffness[i];
-        }
-    }
-    if (body_frame)
-        model->rigid = rigid_frame_create(name, slots, nodes->rest, weight, arena, state);
-}
-
-static void create_rows(SurfaceModel *model, const TriMesh *mesh, const SpringNetwork *network,
-                        const SurfaceOptions *options, Arena *arena, StateList *state)
-{
-    const char *name = options->name;
-    size_t values = (size_t)model->slot_count * ROW;
-    for (int k = 0; k < 2; k++) {
-        model->rows[k] =
-            ALLOCATE(ARENA_STEP, values, double, k == 0 ? "rows" : "rows of next tick");
-        model->stage[k] =
-            ALLOCATE(ARENA_STEP, values, double, k == 0 ? "stage rows" : "stage rows 2");
-    }
-    if (options->integrator == INTEGRATOR_RK4)
-        model->sum = ALLOCATE(ARENA_STEP, (size_t)model->slot_count * 6, double, "stage sums");
-    model->external = ALLOCATE(ARENA_STEP, (size_t)model->slot_count * 3, double, "outside forces");
-    model->touched = ALLOCATE(ARENA_CONTACT, model->slot_count, TouchedSlot, "touched slots");
-    model->is_touched = ALLOCATE(ARENA_CONTACT, model->slot_count, bool, "touched marks");
-    model->loaded = ALLOCATE(ARENA_STEP, 1, int64_t, "loaded");
-    model->parameters = ALLOCATE(ARENA_STEP, 1, SurfaceParameters, "parameters");
-    *model->parameters = (SurfaceParameters){
-        .gravity = {options->gravity.x, options->gravity.y, options->gravity.z},
-        .stiffness_scale = 1.0,
-        .damping_scale = 1.0,
-    };
-
-    double farthest = 0.0;
-    for (int i = 0; i < model->node_count; i++) {
-        Vec3 x =
-            options->initial_position != NULL ? options->initial_position[i] : mesh->position[i];
-        Vec3 v = {0.0, 0.0, 0.0};
-        if (options->initial_velocity != NULL && !network->fixed[i])
-            v = options->initial_velocity[i];
-        double *row = model->rows[0] + (long)model->slot[i] * ROW;
-        row[0] = x.x, row[1] = x.y, row[2] = x.z;
-        row[4] = v.x, row[5] = v.y, row[6] = v.z;
-        farthest = fmax(farthest, fmax(vec3_length(x), vec3_length(mesh->position[i])));
-    }
-    // Far beyond any use of a scene, and small enough for single precision.
-    model->position_limit = 1e6 * farthest;
-    model->present = model->rows[0];
-
-    state_add_pair(state, model->rows[0], model->rows[1], &model->current, values * sizeof(double),
-                   "%s/rows", name);
-    state_add(state, model->external, (size_t)model->slot_count * 3 * sizeof(double), "%s/loads",
-              name);
-    state_add(state, model->loaded, sizeof *model->loaded, "%s/loaded", name);
-    state_add(state, model->parameters, sizeof *model->parameters, "%s/parameters", name);
-}
-
-// The piece of each node: connected parts of the mesh, numbered by their lowest node.
-static void label_pieces(const TriMesh *mesh, int *piece)
-{
-    for (int i = 0; i < mesh->node_count; i++)
-        piece[i] = i;
-    for (bool changed = true; changed;) { // sweeps both ways: few even for long chains
-        changed = false;
-        for (int pass = 0; pass < 2; pass++)
-            for (int k = 0; k < mesh->triangle_count; k++) {
-                const int *t = mesh->triangle[pass == 0 ? k : mesh->triangle_count - 1 - k];
-                int low = piece[t[0]];
-                for (int c = 1; c < 3; c++)
-                    low = piece[t[c]] < low ? piece[t[c]] : low;
-                for (int c = 0; c < 3; c++) {
-                    changed |= piece[t[c]] != low;
-                    piece[t[c]] = low;
-                }
-            }
-    }
-    int count = 0;
-    for (int i = 0; i < mesh->node_count; i++)
-        piece[i] = piece[i] == i ? count++ : piece[piece[i]];
-}
-
-static void create_surface(SurfaceModel *model, Body *body, const TriMesh *mesh,
-                           const WingedMesh *winged, const SpringNetwork *network,
-                           const SurfaceOptions *options, Arena *arena)
-{
-    const char *name = options->name;
-    int nodes = mesh->node_count, faces = mesh->triangle_count;
-    model->face =
-        arena_allocate(arena, ARENA_TOPOLOGY, (size_t)faces, sizeof *model->face, "%s/faces", name);
-    model->face_neighbor = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)faces,
-                                          sizeof *model->face_neighbor, "%s/face neighbours", name);
-    model->face_area = ALLOCATE(ARENA_TOPOLOGY, faces, double, "face areas");
-    model->node_area = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "node areas");
-    model->node_face_start = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, int, "node face start");
-    model->node_face = ALLOCATE(ARENA_TOPOLOGY, 3 * faces, int, "node faces");
-    memcpy(model->face, mesh->triangle, (size_t)faces * sizeof *model->face);
-    memcpy(model->face_neighbor, winged->face_neighbor,
-           (size_t)faces * sizeof *model->face_neighbor);
-    memcpy(model->face_area, network->face_area, (size_t)faces * sizeof(double));
-    memcpy(model->node_area, network->node_area, (size_t)nodes * sizeof(double));
-    memcpy(model->node_face_start, winged->node_face_start, (size_t)(nodes + 1) * sizeof(int));
-    memcpy(model->node_face, winged->node_face, 3 * (size_t)faces * sizeof(int));
-    double longest = 0.0;
-    for (int e = 0; e < winged->edge_count; e++)
-        longest = fmax(longest, vec3_length(vec3_sub(mesh->position[winged->edge[e].node[0]],
-                                                     mesh->position[winged->edge[e].node[1]])));
-    body->surface = (BodySurface){
-        .node_count = nodes,
-        .face_count = faces,
-        .face = (const int(*)[3])model->face,
-        .face_area = model->face_area,
-        .face_neighbor = (const int(*)[3])model->face_neighbor,
-        .node_face_start = model->node_face_start,
-        .node_face = model->node_face,
-        .node_area = model->node_area,
-        .node_mass = model->mass,
-        .longest_edge = longest,
-    };
-
-    model->id = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "node ids");
-    model->parent = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)nodes, sizeof *model->parent,
-                                   "%s/node parents", name);
-    model->piece = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "node pieces");
-    model->level = ALLOCATE(ARENA_TOPOLOGY, nodes, signed char, "node levels");
-    for (int i = 0; i < nodes; i++) {
-        model->id[i] = mesh->file_index[i];
-        model->parent[i][0] = model->parent[i][1] = mesh->file_index[i];
-    }
-    label_pieces(mesh, model->piece);
-    body->mesh = (BodyMesh){
-        .topology = 1,
-        .node_count = nodes,
-        .triangle_count = faces,
-        .triangle = (const int(*)[3])model->face,
-        .id = model->id,
-        .origin = model->id,
-        .parent = (const int(*)[2])model->parent,
-        .piece = model->piece,
-        .level = model->level,
-    };
-}
-
-bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *options, Arena *arena,
-                    StateList *state, Status *status)
-{
-    const char *name = options->name;
-    const SpringKernels *kernels = kernels_find(options->isa == NULL ? "auto" : options->isa);
-    if (kernels == NULL)
-        return status_fail(status, STATUS_INVALID,
-                           "isa %s is not a level that this machine can run", options->isa);
-    bool per_node = options->shape.wanted && options->shape.per_node;
-    double frame_weight = per_node ? options->shape.stiffness : options->shape.angular_frequency;
-    if (options->shape.wanted && options->shape.frame == SHAPE_BODY && !(frame_weight > 0.0))
-        return status_fail(status, STATUS_INVALID,
-                           "shape: frame \"body\" needs a stiffness above 0 to fit the frame with");
-
-    WingedMesh winged;
-    winged_create(&winged, mesh);
-    SpringNetwork network;
-    if (!network_create(&network, mesh, &winged, options, status)) {
-        winged_destroy(&winged);
-        return false;
-    }
-    if (network.clamped)
-        log_line(LOG_WARNING,
-                 "body %s: damping_time %g s shortened to %g s: longer, it would dictate "
-                 "the time step",
-                 name, options->material.damping_time, network.damping_time);
-
-    SurfaceModel *model = arena_allocate(arena, ARENA_STEP, 1, sizeof *model, "%s/model", name);
-    model->kernels = kernels;
-    model->node_count = mesh->node_count;
-    model->edge_count = winged.edge_count;
-    model->face_count = mesh->triangle_count;
-    model->slot_count = (mesh->node_count + LANES - 1) / LANES * LANES;
-    model->damping_time = network.damping_time;
-    model->damped = network.damping_time > 0.0;
-    model->slot = ALLOCATE(ARENA_TOPOLOGY, mesh->node_count, int, "slot of node");
-    model->node = ALLOCATE(ARENA_TOPOLOGY, model->slot_count, int, "node of slot");
-    order_nodes(&winged, model->slot);
-    for (int s = 0; s < model->slot_count; s++)
-        model->node[s] = -1;
-    for (int i = 0; i < mesh->node_count; i++)
-        model->node[model->slot[i]] = i;
-
-    create_springs(model, &winged, &network, name, arena);
-    create_nodes(model, mesh, &network, options, arena, state);
-    create_rows(model, mesh, &network, options, arena, state);
-
-    *body = (Body){
-        .ops = &surface_ops,
-        .model = model,
-        .integrator = options->integrator,
-        .mass = network.total_mass,
-        .spring_count = winged.edge_count,
-        .element_count = mesh->triangle_count,
-        .lambda = network.lambda,
-        .damping = network.damping,
-        .contact_ratio = options->contact_ratio,
-        .contact_damping = options->contact_damping,
-        .tuning = {.friction = options->friction, .stiffness_scale = 1.0, .damping_scale = 1.0},
-        .time_step_wanted = options->time_step,
-        .unsafe_time_step = options->unsafe_time_step,
-    };
-    snprintf(body->name, sizeof body->name, "%s", name);
-    create_surface(model, body, mesh, &winged, &network, options, arena);
-    network_destroy(&network);
-    winged_destroy(&winged);
-    return true;
-}
 
 void surface_read_state(const Body *body, Vec3 *position, Vec3 *velocity)
 {
-    const SurfaceModel *model = body->model;
-    const double *rows = model->rows[model->current];
-    for (int i = 0; i < model->node_count; i++) {
-        const double *row = rows + (long)model->slot[i] * ROW;
-        position[i] = (Vec3){row[0], row[1], row[2]};
-        velocity[i] = (Vec3){row[4], row[5], row[6]};
-    }
-}
-
-const char *const *surface_isa_levels(void)
-{
-    static const char *levels[8];
-    const SpringKernels *const *available = kernels_available();
-    for (int i = 0; i < 7 && available[i] != NULL; i++)
-        levels[i] = available[i]->level;
-    return levels;
-}
-
-const char *surface_isa(const Body *body)
-{
-    const SurfaceModel *model = body->model;
-    return model->kernels->level;
+    surface_read_rows(body->model, position, velocity);
 }

@@ -62,7 +62,9 @@ typedef struct SurfaceOptions {
     const Vec3 *initial_position, *initial_velocity;
     Vec3 gravity;
     double contact_ratio, contact_damping, friction; // see dynamics/body.h
-    const char *isa;                                 // "auto" or a level of surface_isa_*
+    bool without_contacts; // no tool can touch it: no arrays for contact forces
+    bool without_loads;    // no load can act on it either: no array for outside forces
+    const char *isa;       // "auto" or a level of surface_isa_*
 } SurfaceOptions;
 
 // Builds a body from a valid mesh (mesh_validate). Allocates from `arena`, lists its state.
@@ -75,7 +77,5 @@ void surface_read_state(const Body *body, Vec3 *position, Vec3 *velocity);
 
 // Instruction-set levels of the kernels that this machine can run, best first; NULL at the end.
 const char *const *surface_isa_levels(void);
-// The level in use by a body.
-const char *surface_isa(const Body *body);
 
 #endif

@@ -153,7 +153,8 @@ static inline __attribute__((always_inline)) void evaluate(const SpringPass *pas
                                                            ShapeVariant shape, bool external)
 {
     const Vector zero = vector_set(0.0), position_limit = vector_set(pass->position_limit),
-                 velocity_limit = vector_set(SPEED_LIMIT), scale = vector_set(pass->stiffness_scale);
+                 velocity_limit = vector_set(SPEED_LIMIT),
+                 scale = vector_set(pass->stiffness_scale);
     Vector bad = zero;
     for (int chunk = 0; chunk < pass->springs->chunk_count; chunk++) {
         for (int lane = 0; lane < LANES; lane += WIDTH) {

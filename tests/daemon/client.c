@@ -1,0 +1,316 @@
+#include "client.h"
+
+#include "pliant_event_t.h"
+#include "pliant_mesh_t.h"
+#include "pliant_nodes_t.h"
+#include "pliant_reply_t.h"
+#include "pliant_status_t.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+double client_now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static int64_t utime_now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_REALTIME, &t);
+    return (int64_t)t.tv_sec * 1000000 + t.tv_nsec / 1000;
+}
+
+// --- what came ---
+
+static void on_reply(const lcm_recv_buf_t *buffer, const char *channel, const pliant_reply_t *m,
+                     void *user)
+{
+    (void)buffer;
+    (void)channel;
+    Client *client = user;
+    assert_true(client->replies < REPLIES_MAX);
+    Reply *reply = &client->reply[client->replies++];
+    *reply = (Reply){.sender = m->sender,
+                     .id = m->id,
+                     .ok = m->ok != 0,
+                     .step = m->step,
+                     .pieces = m->pieces,
+                     .frame_step = client->frames.step,
+                     .contact_step = client->contact.step};
+    snprintf(reply->channel, sizeof reply->channel, "%s", m->channel);
+    snprintf(reply->text, sizeof reply->text, "%s", m->text);
+}
+
+static void on_event(const lcm_recv_buf_t *buffer, const char *channel, const pliant_event_t *m,
+                     void *user)
+{
+    (void)buffer;
+    (void)channel;
+    Client *client = user;
+    if (client->events == EVENTS_MAX)
+        return;
+    Event *event = &client->event[client->events++];
+    snprintf(event->kind, sizeof event->kind, "%s", m->kind);
+    snprintf(event->text, sizeof event->text, "%s", m->text);
+}
+
+static void on_status(const lcm_recv_buf_t *buffer, const char *channel, const pliant_status_t *m,
+                      void *user)
+{
+    (void)buffer;
+    (void)channel;
+    StatusSeen *seen = &((Client *)user)->status;
+    seen->count++;
+    snprintf(seen->state, sizeof seen->state, "%s", m->state);
+    seen->step = m->step;
+    seen->late_ticks = m->late_ticks;
+    seen->resets = m->resets;
+    seen->rejected = m->rejected;
+    seen->reasons = m->num_reasons < REASONS_MAX ? m->num_reasons : REASONS_MAX;
+    for (int i = 0; i < seen->reasons; i++) {
+        snprintf(seen->reason[i], sizeof seen->reason[i], "%s", m->reason[i]);
+        seen->reason_count[i] = m->count[i];
+    }
+    if (m->num_bodies > 0) {
+        seen->max_displacement = m->body[0].max_displacement;
+        seen->kinetic = m->body[0].kinetic;
+    }
+}
+
+static void see_chunk(FramesSeen *seen, const pliant_nodes_t *m)
+{
+    seen->chunks++;
+    if (m->sequence != seen->sequence) {
+        if (seen->sequence != 0 && m->sequence != seen->sequence + 1)
+            seen->gaps++;
+        seen->parts = 0;
+    }
+    seen->sequence = m->sequence;
+    seen->topology = m->topology;
+    seen->node_count = m->node_count;
+    assert_in_range(m->first + m->num_values / 3, 0, NODES_MAX);
+    memcpy(seen->position + 3 * m->first, m->position, (size_t)m->num_values * sizeof(float));
+    if (++seen->parts == m->chunk_count) {
+        seen->ordered = seen->whole == 0 || (seen->ordered && m->step >= seen->step);
+        seen->previous_step = seen->step;
+        seen->step = m->step;
+        seen->whole++;
+    }
+}
+
+static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, const pliant_nodes_t *m,
+                     void *user)
+{
+    (void)buffer;
+    (void)channel;
+    see_chunk(&((Client *)user)->frames, m);
+}
+
+static void on_velocities(const lcm_recv_buf_t *buffer, const char *channel,
+                          const pliant_nodes_t *m, void *user)
+{
+    (void)buffer;
+    (void)channel;
+    see_chunk(&((Client *)user)->velocities, m);
+}
+
+static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, const pliant_mesh_t *m,
+                    void *user)
+{
+    (void)buffer;
+    (void)channel;
+    MeshSeen *seen = &((Client *)user)->mesh;
+    if (m->sequence != seen->sequence)
+        seen->parts = seen->nodes = seen->triangles = 0;
+    seen->sequence = m->sequence;
+    seen->topology = m->topology;
+    seen->in_range = seen->parts == 0 || seen->in_range;
+    for (int i = 0; i < m->num_indices; i++)
+        if (m->triangle[i] < 0 || m->triangle[i] >= m->node_count)
+            seen->in_range = false;
+    seen->nodes += m->num_nodes;
+    seen->triangles += m->num_indices / 3;
+    if (++seen->parts == m->chunk_count && seen->nodes == m->node_count &&
+        seen->triangles == m->triangle_count)
+        seen->whole++;
+}
+
+static void on_contact(const lcm_recv_buf_t *buffer, const char *channel, const pliant_contact_t *m,
+                       void *user)
+{
+    (void)buffer;
+    (void)channel;
+    Client *client = user;
+    client->contact = *m;
+    client->contacts++;
+}
+
+// --- the connection ---
+
+// The generated ones are allocated and freed by unsubscribing alone.
+struct Subscriptions {
+    pliant_reply_t_subscription_t *reply;
+    pliant_event_t_subscription_t *event;
+    pliant_status_t_subscription_t *status;
+    pliant_nodes_t_subscription_t *nodes, *velocity;
+    pliant_mesh_t_subscription_t *mesh;
+    pliant_contact_t_subscription_t *contact;
+};
+
+Client *client_create(void)
+{
+    static int32_t senders = 1000;
+    Client *client = calloc(1, sizeof *client);
+    assert_non_null(client);
+    client->reply = calloc(REPLIES_MAX, sizeof *client->reply);
+    client->event = calloc(EVENTS_MAX, sizeof *client->event);
+    client->sender = ++senders;
+    client->lcm = lcm_create(NULL);
+    assert_non_null(client->lcm);
+    Subscriptions *on = client->on = calloc(1, sizeof *on);
+    assert_non_null(on);
+    on->reply = pliant_reply_t_subscribe(client->lcm, "PLIANT_REPLY", on_reply, client);
+    on->event = pliant_event_t_subscribe(client->lcm, "PLIANT_EVENT", on_event, client);
+    on->status = pliant_status_t_subscribe(client->lcm, "PLIANT_STATUS", on_status, client);
+    on->nodes = pliant_nodes_t_subscribe(client->lcm, "PLIANT_NODES_sphere", on_nodes, client);
+    on->velocity =
+        pliant_nodes_t_subscribe(client->lcm, "PLIANT_VELOCITY_sphere", on_velocities, client);
+    on->mesh = pliant_mesh_t_subscribe(client->lcm, "PLIANT_MESH_sphere", on_mesh, client);
+    on->contact = pliant_contact_t_subscribe(client->lcm, "PLIANT_CONTACT", on_contact, client);
+    pliant_reply_t_subscription_set_queue_capacity(on->reply, 4096);
+    pliant_contact_t_subscription_set_queue_capacity(on->contact, 4096);
+    return client;
+}
+
+void client_destroy(Client *client)
+{
+    Subscriptions *on = client->on;
+    pliant_reply_t_unsubscribe(client->lcm, on->reply);
+    pliant_event_t_unsubscribe(client->lcm, on->event);
+    pliant_status_t_unsubscribe(client->lcm, on->status);
+    pliant_nodes_t_unsubscribe(client->lcm, on->nodes);
+    pliant_nodes_t_unsubscribe(client->lcm, on->velocity);
+    pliant_mesh_t_unsubscribe(client->lcm, on->mesh);
+    pliant_contact_t_unsubscribe(client->lcm, on->contact);
+    lcm_destroy(client->lcm);
+    free(on);
+    free(client->reply);
+    free(client->event);
+    free(client);
+}
+
+void client_listen(Client *client, int ms)
+{
+    if (lcm_handle_timeout(client->lcm, ms) > 0)
+        while (lcm_handle_timeout(client->lcm, 0) > 0) {
+        }
+}
+
+void client_wait_for_daemon(Client *client)
+{
+    wait_until(client, client->status.count > 0);
+}
+
+// --- what goes out ---
+
+void send_bytes(Client *client, const char *channel, const void *data, size_t size)
+{
+    assert_int_equal(lcm_publish(client->lcm, channel, data, (unsigned)size), 0);
+}
+
+int32_t send_command(Client *client, int kind, int64_t value, const char *argument)
+{
+    pliant_command_t m = {.utime = utime_now(),
+                          .sender = client->sender,
+                          .id = ++client->next_id,
+                          .kind = kind,
+                          .value = value,
+                          .argument = (char *)(uintptr_t)argument};
+    assert_int_equal(pliant_command_t_publish(client->lcm, "PLIANT_COMMAND", &m), 0);
+    return m.id;
+}
+
+int32_t send_load(Client *client, const double center[3], double radius, const double force[3],
+                  double duration, const char *body)
+{
+    pliant_load_t m = {.utime = utime_now(),
+                       .sender = client->sender,
+                       .id = ++client->next_id,
+                       .radius = radius,
+                       .duration = duration,
+                       .body = (char *)(uintptr_t)body};
+    memcpy(m.center, center, sizeof m.center);
+    memcpy(m.force, force, sizeof m.force);
+    assert_int_equal(pliant_load_t_publish(client->lcm, "PLIANT_LOAD", &m), 0);
+    return m.id;
+}
+
+pliant_tool_pose_t make_pose(Client *client, const double position[3])
+{
+    pliant_tool_pose_t m = {.utime = utime_now(),
+                            .sender = client->sender,
+                            .sequence = ++client->pose_sequence,
+                            .tool = 1,
+                            .orientation = {1.0, 0.0, 0.0, 0.0},
+                            .active = 1};
+    memcpy(m.position, position, sizeof m.position);
+    return m;
+}
+
+int64_t send_pose(Client *client, const pliant_tool_pose_t *pose)
+{
+    assert_int_equal(pliant_tool_pose_t_publish(client->lcm, "PLIANT_TOOL_POSE", pose), 0);
+    return pose->utime;
+}
+
+const Reply *find_reply(const Client *client, int32_t id)
+{
+    for (int i = client->replies - 1; i >= 0; i--)
+        if (client->reply[i].id == id && client->reply[i].sender == client->sender)
+            return &client->reply[i];
+    return NULL;
+}
+
+int count_replies(const Client *client, int32_t id)
+{
+    int count = 0;
+    for (int i = 0; i < client->replies; i++)
+        count += client->reply[i].id == id && client->reply[i].sender == client->sender;
+    return count;
+}
+
+const Reply *command(Client *client, int kind, int64_t value, const char *argument)
+{
+    int32_t id = send_command(client, kind, value, argument);
+    wait_until(client, find_reply(client, id) != NULL);
+    return find_reply(client, id);
+}
+
+bool saw_event(const Client *client, const char *kind)
+{
+    for (int i = 0; i < client->events; i++)
+        if (strcmp(client->event[i].kind, kind) == 0)
+            return true;
+    return false;
+}
+
+int64_t refused(const Client *client, const char *reason)
+{
+    for (int i = 0; i < client->status.reasons; i++)
+        if (strcmp(client->status.reason[i], reason) == 0)
+            return client->status.reason_count[i];
+    return 0;
+}
+
+void client_fresh_status(Client *client)
+{
+    // The reply comes after all that was sent before; the second status from then on was made
+    // later.
+    command(client, PLIANT_COMMAND_T_DESCRIBE, 0, "");
+    int seen = client->status.count;
+    wait_until(client, client->status.count >= seen + 2);
+}

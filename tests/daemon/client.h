@@ -1,0 +1,111 @@
+// The other end of the daemon's messages: sends inputs, remembers what came back.
+#ifndef PLIANT_TESTS_DAEMON_CLIENT_H
+#define PLIANT_TESTS_DAEMON_CLIENT_H
+
+#include "harness.h"
+
+#include "pliant_command_t.h"
+#include "pliant_contact_t.h"
+#include "pliant_cut_t.h"
+#include "pliant_load_t.h"
+#include "pliant_tool_pose_t.h"
+
+enum { REPLIES_MAX = 512, EVENTS_MAX = 512, REASONS_MAX = 32, NODES_MAX = 12000 };
+
+typedef struct Reply {
+    int32_t sender, id;
+    bool ok;
+    int64_t step;
+    int pieces;
+    char channel[64], text[4096];
+    int64_t frame_step, contact_step; // of the newest frame and contact received before it
+} Reply;
+
+typedef struct Event {
+    char kind[32], text[256];
+} Event;
+
+typedef struct StatusSeen {
+    int count;
+    char state[32];
+    int64_t step, late_ticks, resets, rejected;
+    int reasons;
+    char reason[REASONS_MAX][64];
+    int64_t reason_count[REASONS_MAX];
+    double max_displacement, kinetic;
+} StatusSeen;
+
+typedef struct FramesSeen {
+    int chunks, whole; // chunks received, frames whose every chunk came
+    int parts;         // chunks of the present frame
+    int32_t sequence, topology;
+    int node_count, gaps; // sequences that were skipped
+    int64_t step;         // of the newest whole frame
+    int64_t previous_step;
+    bool ordered; // steps always grew
+    float position[3 * NODES_MAX];
+} FramesSeen;
+
+typedef struct MeshSeen {
+    int whole, parts, nodes, triangles;
+    int32_t sequence, topology;
+    bool in_range; // every index named a node
+} MeshSeen;
+
+typedef struct Subscriptions Subscriptions;
+
+typedef struct Client {
+    lcm_t *lcm;
+    Subscriptions *on;
+    int32_t sender, next_id, pose_sequence;
+    Reply *reply; // [REPLIES_MAX]
+    int replies;
+    Event *event; // [EVENTS_MAX]
+    int events;
+    StatusSeen status;
+    FramesSeen frames, velocities;
+    MeshSeen mesh;
+    pliant_contact_t contact; // the newest
+    int contacts;
+} Client;
+
+// Connects on the default URL and prefix PLIANT; waits for nothing.
+Client *client_create(void);
+void client_destroy(Client *client);
+// Handles messages for at most `ms` milliseconds, or until the first ones have been handled.
+void client_listen(Client *client, int ms);
+double client_now(void); // [s]
+
+// Listens until the condition holds; fails the test after half a minute.
+#define wait_until(client, condition)                                                              \
+    do {                                                                                           \
+        double limit_ = client_now() + 30.0;                                                       \
+        while (!(condition) && client_now() < limit_)                                              \
+            client_listen(client, 20);                                                             \
+        if (!(condition))                                                                          \
+            fail_msg("waited in vain for: %s", #condition);                                        \
+    } while (0)
+
+// The daemon is up when its first status has come.
+void client_wait_for_daemon(Client *client);
+
+// Requests return their id; poses their sequence.
+int32_t send_command(Client *client, int kind, int64_t value, const char *argument);
+int32_t send_load(Client *client, const double center[3], double radius, const double force[3],
+                  double duration, const char *body);
+// A pose of tool 1 at `position`, upright.
+pliant_tool_pose_t make_pose(Client *client, const double position[3]);
+int64_t send_pose(Client *client, const pliant_tool_pose_t *pose);
+void send_bytes(Client *client, const char *channel, const void *data, size_t size);
+
+// The newest reply to a request, or NULL; and how many came.
+const Reply *find_reply(const Client *client, int32_t id);
+int count_replies(const Client *client, int32_t id);
+// Sends a command and waits for its reply.
+const Reply *command(Client *client, int kind, int64_t value, const char *argument);
+bool saw_event(const Client *client, const char *kind);
+int64_t refused(const Client *client, const char *reason);
+// A status that was sent after everything before this call had been handled.
+void client_fresh_status(Client *client);
+
+#endif

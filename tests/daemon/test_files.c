@@ -1,0 +1,279 @@
+// Checkpoints and input logs: whole files, and runs that continue or repeat with the same bits.
+#include "client.h"
+
+#include <lcm/lcm.h>
+
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+static const char HEAD[] = "publish = { nodes_hz = 20.0; status_hz = 20.0; };\n"
+                           "gravity = [0.0, 0.0, -9.81];";
+static const char LOADS[] = "loads = ( { body = \"sphere\"; center = [0.0, 0.0, 0.05];\n"
+                            "  radius = 0.03; force = [0.1, 0.0, -0.2]; start = 0.05;\n"
+                            "  duration = 0.6; } );";
+static const double TOP[3] = {0.0, 0.0, 0.05}, DOWN[3] = {0.0, 0.02, -0.2};
+
+static bool exists(const char *path)
+{
+    struct stat facts;
+    return stat(path, &facts) == 0;
+}
+
+// The step that a checkpoint continues from.
+static long long checkpoint_step(const char *path, const char *scene)
+{
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 0 --resume %s %s", path, scene);
+    assert_int_equal(daemon.code, 0);
+    return printed(&daemon, "step");
+}
+
+static void offline_runs_are_the_same_every_time(void **state)
+{
+    (void)state;
+    const char *scene = write_scene("same.cfg", HEAD, LOADS);
+    char first[32], second[32];
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 1 %s", scene);
+    printed_state(&daemon, first);
+    run_daemon(&daemon, "--offline 1 %s", scene);
+    printed_state(&daemon, second);
+    assert_string_equal(first, second);
+    run_daemon(&daemon, "--offline 1.001 %s", scene);
+    printed_state(&daemon, second);
+    assert_string_not_equal(first, second); // the hash sees a single tick
+}
+
+static void a_resumed_run_matches_the_uninterrupted_one(void **state)
+{
+    (void)state;
+    const char *scene = write_scene("resume.cfg", HEAD, LOADS);
+    const char *part = scratch("part.h5");
+    char whole[32], resumed[32];
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 1 %s", scene);
+    printed_state(&daemon, whole);
+    run_daemon(&daemon, "--offline 0.4 --checkpoint %s %s", part, scene);
+    assert_int_equal(daemon.code, 0);
+    run_daemon(&daemon, "--offline 0.6 --resume %s %s", part, scene);
+    assert_int_equal(printed(&daemon, "step"), 1000);
+    printed_state(&daemon, resumed);
+    assert_string_equal(resumed, whole);
+}
+
+static void a_checkpoint_reply_comes_when_the_file_is_whole(void **state)
+{
+    (void)state;
+    const char *scene = write_scene("command.cfg", HEAD, LOADS);
+    const char *path = scratch("command.h5");
+    Client *client = client_create();
+    Daemon daemon;
+    daemon_start(&daemon, "--checkpoint %s %s", path, scene);
+    client_wait_for_daemon(client);
+    assert_false(exists(path));
+    const Reply *reply = command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "");
+    assert_true(reply->ok);
+    assert_int_equal(checkpoint_step(path, scene), reply->step);
+    wait_until(client, saw_event(client, "checkpoint"));
+
+    // SIGUSR1 writes another one, the end a last one.
+    int64_t before = checkpoint_step(path, scene);
+    client->events = 0;
+    daemon_signal(&daemon, SIGUSR1);
+    wait_until(client, saw_event(client, "checkpoint"));
+    expect_at_least((double)checkpoint_step(path, scene), (double)before + 1.0);
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    assert_int_equal(printed(&daemon, "checkpoints"), 3);
+    assert_int_equal(checkpoint_step(path, scene), printed(&daemon, "step"));
+    client_destroy(client);
+}
+
+static void checkpoints_come_every_so_often(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    run_daemon(&daemon, "--duration 1 --checkpoint-every 0.2 --checkpoint %s %s",
+               scratch("every.h5"), write_scene("every.cfg", HEAD, ""));
+    assert_int_equal(daemon.code, 0);
+    // At 0.2, 0.4, 0.6, 0.8 s and the end, one more if no tick was late; fewer on a slow disk.
+    expect_at_least((double)printed(&daemon, "checkpoints"), 2.0);
+    expect_at_most((double)printed(&daemon, "checkpoints"), 6.0);
+}
+
+static void a_checkpoint_that_cannot_be_written_exits_1(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 0.1 --checkpoint %s %s", scratch("no/folder.h5"),
+               write_scene("folder.cfg", HEAD, ""));
+    assert_int_equal(daemon.code, 1);
+    assert_non_null(strstr(daemon.err, "folder.h5"));
+    run_daemon(&daemon, "--duration 0.1 --checkpoint %s %s", scratch("no/folder.h5"),
+               scratch("folder.cfg"));
+    assert_int_equal(daemon.code, 1);
+}
+
+// A live run with everything that can be sent; returns with the daemon ended.
+static void run_with_inputs(Daemon *daemon, const char *log, const char *checkpoint,
+                            const char *scene)
+{
+    Client *client = client_create();
+    daemon_start(daemon, "--log-inputs %s --checkpoint %s %s", log, checkpoint, scene);
+    client_wait_for_daemon(client);
+    for (int i = 0; i < 200; i++) {
+        double position[3] = {1e-5 * i, -2e-5 * i, 0.055 - 3e-5 * i};
+        pliant_tool_pose_t pose = make_pose(client, position);
+        pose.orientation[0] = 0.99999; // not quite unit: normalised the same way again
+        pose.twist_valid = i % 3 == 0;
+        pose.twist[2] = -0.01;
+        send_pose(client, &pose);
+        client_listen(client, 2);
+        if (i == 50)
+            send_load(client, TOP, 0.03, DOWN, 0.1, "");
+        if (i == 80)
+            command(client, PLIANT_COMMAND_T_SET, 0, "gravity_x=1.1");
+        if (i == 100)
+            command(client, PLIANT_COMMAND_T_STEP, 5, "");
+        if (i == 120)
+            command(client, PLIANT_COMMAND_T_RESUME, 0, "");
+        if (i == 140)
+            command(client, PLIANT_COMMAND_T_PAUSE, 0, "");
+        if (i == 145)
+            command(client, PLIANT_COMMAND_T_RESET, 0, "");
+        if (i == 150)
+            command(client, PLIANT_COMMAND_T_RESUME, 0, "");
+    }
+    command(client, PLIANT_COMMAND_T_STOP, 0, "");
+    daemon_wait(daemon);
+    assert_int_equal(daemon->code, 0);
+    client_destroy(client);
+}
+
+static void an_input_log_repeats_the_live_run_bit_for_bit(void **state)
+{
+    (void)state;
+    const char *scene = write_scene("log.cfg", HEAD, PROBE_TOOL);
+    const char *log = scratch("inputs.log"), *checkpoint = scratch("live.h5");
+    char live[32], repeated[32], resumed[32];
+    Daemon daemon;
+    run_with_inputs(&daemon, log, checkpoint, scene);
+    printed_state(&daemon, live);
+    long long step = printed(&daemon, "step");
+
+    run_daemon(&daemon, "--offline 1000 --input %s %s", log, scene);
+    assert_int_equal(daemon.code, 0);
+    assert_int_equal(printed(&daemon, "step"), step); // the log knows where the run ended
+    assert_non_null(strstr(daemon.out, "rejected 0"));
+    printed_state(&daemon, repeated);
+    assert_string_equal(repeated, live);
+
+    // The live run's last checkpoint holds the same state.
+    run_daemon(&daemon, "--offline 0 --resume %s %s", checkpoint, scene);
+    printed_state(&daemon, resumed);
+    assert_string_equal(resumed, live);
+}
+
+static void a_log_of_another_rate_or_start_is_refused(void **state)
+{
+    (void)state;
+    const char *scene = write_scene("log.cfg", HEAD, PROBE_TOOL);
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 1 --rate 500 --input %s %s", scratch("inputs.log"), scene);
+    assert_int_equal(daemon.code, 2);
+    assert_non_null(strstr(daemon.err, "rate_hz 1000"));
+    run_daemon(&daemon, "--offline 1 --resume %s --input %s %s", scratch("live.h5"),
+               scratch("inputs.log"), scene);
+    assert_int_equal(daemon.code, 2);
+    assert_non_null(strstr(daemon.err, "begins at step 0"));
+}
+
+static void a_cut_off_log_is_used_as_far_as_it_goes(void **state)
+{
+    (void)state;
+    const char *scene = write_scene("log.cfg", HEAD, PROBE_TOOL);
+    FILE *from = fopen(scratch("inputs.log"), "rb"), *to = fopen(scratch("short.log"), "wb");
+    assert_true(from != NULL && to != NULL);
+    char bytes[3000];
+    assert_int_equal(fread(bytes, 1, sizeof bytes, from), sizeof bytes);
+    fwrite(bytes, 1, sizeof bytes, to);
+    fclose(from);
+    fclose(to);
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 0.5 --input %s %s", scratch("short.log"), scene);
+    assert_int_equal(daemon.code, 0);
+    assert_non_null(strstr(daemon.err, "cut off after"));
+    assert_int_equal(printed(&daemon, "ticks"), 500);
+}
+
+static void write_log_event(lcm_eventlog_t *log, const char *channel, int64_t utime,
+                            const void *data, int size)
+{
+    char name[64];
+    snprintf(name, sizeof name, "%s", channel);
+    lcm_eventlog_event_t event = {.timestamp = utime,
+                                  .channellen = (int32_t)strlen(name),
+                                  .datalen = size,
+                                  .channel = name,
+                                  .data = (void *)(uintptr_t)data};
+    assert_int_equal(lcm_eventlog_write_event(log, &event), 0);
+}
+
+static void a_plain_log_is_applied_at_its_times(void **state)
+{
+    (void)state;
+    // As lcm-logger writes: its own test first, other channels between, any epoch.
+    const char *scene = write_scene("plain.cfg", "", PROBE_TOOL), *path = scratch("plain.log");
+    lcm_eventlog_t *log = lcm_eventlog_create(path, "w");
+    assert_non_null(log);
+    char name[] = "sphere";
+    unsigned char data[512];
+    const int64_t epoch = INT64_C(1700000000000000);
+    write_log_event(log, "LCM_SELF_TEST", epoch - 5000000, "x", 1);
+    write_log_event(log, "CAMERA", epoch, "image", 5);
+    pliant_load_t load = {.sender = 1,
+                          .id = 1,
+                          .center = {0.0, 0.0, 0.05},
+                          .radius = 0.03,
+                          .force = {0.0, 0.0, -0.2},
+                          .duration = 0.1,
+                          .body = name};
+    int size = pliant_load_t_encode(data, 0, sizeof data, &load);
+    write_log_event(log, "PLIANT_LOAD", epoch + 299500, data, size);
+    write_log_event(log, "PLIANT_LOAD", epoch + 300500, data, size); // a repeat
+    load.id = 2;
+    load.radius = (double)NAN;
+    size = pliant_load_t_encode(data, 0, sizeof data, &load);
+    write_log_event(log, "PLIANT_LOAD", epoch + 300500, data, size);
+    lcm_eventlog_destroy(log);
+
+    // Nothing moves up to 0.3 s; the load is in force from the tick that begins there.
+    Daemon before, after;
+    run_daemon(&before, "--offline 0.299 --input %s %s", path, scene);
+    run_daemon(&after, "--offline 0.301 --checkpoint %s --input %s %s", scratch("plain.h5"), path,
+               scene);
+    assert_int_equal(before.code, 0);
+    assert_int_equal(after.code, 0);
+    assert_non_null(strstr(before.out, "applied 0, rejected 0"));
+    assert_non_null(strstr(after.out, "applied 1, rejected 1"));
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(offline_runs_are_the_same_every_time),
+        daemon_test(a_resumed_run_matches_the_uninterrupted_one),
+        daemon_test(a_checkpoint_reply_comes_when_the_file_is_whole),
+        daemon_test(checkpoints_come_every_so_often),
+        daemon_test(a_checkpoint_that_cannot_be_written_exits_1),
+        daemon_test(an_input_log_repeats_the_live_run_bit_for_bit),
+        daemon_test(a_log_of_another_rate_or_start_is_refused),
+        daemon_test(a_cut_off_log_is_used_as_far_as_it_goes),
+        daemon_test(a_plain_log_is_applied_at_its_times),
+    };
+    harness_start(argc, argv);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}

@@ -1,0 +1,197 @@
+// The loop's accounting and what it publishes without being asked. No test demands that a tick is
+// in time: they look at what the daemon says of itself and at the steps in its messages.
+#include "client.h"
+
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void ticks_and_late_ticks_add_up_to_the_duration(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    run_daemon(&daemon, "--duration 1 %s", write_scene("duration.cfg", "rate_hz = 1000.0;", ""));
+    assert_int_equal(daemon.code, 0);
+    // A tick that is late at the very end can pass it by a few.
+    expect_at_least((double)(printed(&daemon, "ticks") + printed(&daemon, "late ticks")), 1000);
+    assert_int_equal(printed(&daemon, "step"), printed(&daemon, "ticks"));
+}
+
+static void late_ticks_are_skipped_not_replayed(void **state)
+{
+    (void)state;
+    // A stopped process wakes with hundreds of deadlines behind it.
+    Daemon daemon;
+    Client *client = client_create();
+    const char *scene =
+        write_scene("late.cfg", "publish = { status_hz = 20.0; nodes_hz = 0.0; };", "");
+    daemon_start(&daemon, "--duration 3 %s", scene);
+    client_wait_for_daemon(client);
+    daemon_signal(&daemon, SIGSTOP);
+    double stopped = client_now();
+    while (client_now() < stopped + 0.5)
+        client_listen(client, 20);
+    daemon_signal(&daemon, SIGCONT);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    long long ticks = printed(&daemon, "ticks"), late = printed(&daemon, "late ticks");
+    expect_at_least((double)late, 450); // nearly all deadlines of the half second
+    expect_at_most((double)ticks, 2550);
+    expect_at_least((double)(ticks + late), 3000);
+    client_destroy(client);
+}
+
+static void nodes_come_at_the_steps_when_they_are_due(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    Client *client = client_create();
+    daemon_start(&daemon, "--duration 2 %s",
+                 write_scene("nodes.cfg",
+                             "publish = { nodes_hz = 40.0; status_hz = 10.0; velocity = true; };",
+                             ""));
+    wait_until(client, client->frames.whole >= 30);
+    assert_true(client->frames.ordered);
+    assert_int_equal(client->frames.node_count, SPHERE_NODES);
+    assert_int_equal(client->frames.step % 25, 0); // 1000 Hz / 40 Hz
+    assert_int_equal(client->frames.gaps, 0);      // sequences count frames without holes
+    wait_until(client, client->velocities.whole >= 30);
+    assert_int_equal(client->velocities.node_count, SPHERE_NODES);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    client_destroy(client);
+}
+
+static void frames_larger_than_a_datagram_come_in_chunks(void **state)
+{
+    (void)state;
+    const char *path = scratch("large.cfg");
+    write_text(path, "name = \"large\"; rate_hz = 100.0;\n"
+                     "publish = { nodes_hz = 10.0; mesh_hz = 2.0; };\n"
+                     "bodies = ( { name = \"sphere\"; model = \"surface\";\n"
+                     "  mesh = { generator = \"ico_sphere\"; nodes = 10242; radius = 0.1; };\n"
+                     "  material = { youngs_modulus_2d = 20.0; areal_density = 4.0; };\n"
+                     "  shape = { angular_frequency = 50.0; damping_ratio = 0.1; }; } );\n");
+    Daemon daemon;
+    Client *client = client_create();
+    daemon_start(&daemon, "%s", path);
+    wait_until(client, client->frames.whole >= 3 && client->mesh.whole >= 2);
+    assert_int_equal(client->frames.node_count, 10242);
+    expect_at_least(client->frames.chunks, 3.0 * client->frames.whole); // 4096 nodes a chunk
+    assert_true(client->mesh.in_range);
+    assert_int_equal(client->mesh.triangles, 20480);
+    // The last node of the last chunk lies on the sphere: nothing moves here. Float positions.
+    const float *p = client->frames.position + 3 * 10241;
+    expect_near(sqrt((double)(p[0] * p[0] + p[1] * p[1] + p[2] * p[2])), 0.1, 1e-6);
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    client_destroy(client);
+}
+
+static void a_late_joiner_gets_the_mesh(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    Client *early = client_create();
+    daemon_start(&daemon, "%s", write_scene("mesh.cfg", "publish = { mesh_hz = 5.0; };", ""));
+    client_wait_for_daemon(early);
+    client_destroy(early);
+    Client *late = client_create();
+    wait_until(late, late->mesh.whole > 0 && late->frames.whole > 0);
+    assert_true(late->mesh.in_range);
+    assert_int_equal(late->mesh.nodes, SPHERE_NODES);
+    assert_int_equal(late->mesh.triangles, SPHERE_TRIANGLES);
+    assert_int_equal(late->mesh.topology, late->frames.topology);
+    daemon_signal(&daemon, SIGINT);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    client_destroy(late);
+}
+
+static void without_mesh_hz_describe_brings_the_mesh_and_the_last_nodes(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    Client *client = client_create();
+    daemon_start(&daemon, "%s",
+                 write_scene("describe.cfg",
+                             "start = \"paused\";\n"
+                             "publish = { mesh_hz = 0.0; status_hz = 20.0; };",
+                             PROBE_TOOL));
+    client_wait_for_daemon(client);
+    client_destroy(client);
+    client = client_create();
+    client_wait_for_daemon(client);
+    assert_int_equal(client->mesh.whole, 0);
+    const Reply *reply = command(client, PLIANT_COMMAND_T_DESCRIBE, 0, "");
+    assert_true(reply->ok);
+    assert_non_null(strstr(reply->text, "sphere"));
+    assert_non_null(strstr(reply->text, "nodes 42"));
+    assert_non_null(strstr(reply->text, "tool 1"));
+    assert_non_null(strstr(reply->text, "capacity"));
+    wait_until(client, client->mesh.whole > 0 && client->frames.whole > 0);
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    client_destroy(client);
+}
+
+static void a_second_daemon_on_the_prefix_is_refused(void **state)
+{
+    (void)state;
+    Daemon first, second, third;
+    Client *client = client_create();
+    const char *scene = write_scene("prefix.cfg", "publish = { status_hz = 1.0; };", "");
+    daemon_start(&first, "%s", scene);
+    client_wait_for_daemon(client);
+    run_daemon(&second, "--duration 1 %s", scene);
+    assert_int_equal(second.code, 1);
+    assert_non_null(strstr(second.err, "PLIANT_STATUS"));
+    run_daemon(&third, "--duration 0.2 --prefix OTHER %s", scene);
+    assert_int_equal(third.code, 0);
+    daemon_signal(&first, SIGTERM);
+    daemon_wait(&first);
+    assert_int_equal(first.code, 0);
+    client_destroy(client);
+}
+
+static void a_daemon_runs_without_a_network(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    run_daemon(&daemon, "--lcm-url memq:// --duration 0.3 %s", write_scene("memq.cfg", "", ""));
+    assert_int_equal(daemon.code, 0);
+    expect_at_least((double)printed(&daemon, "ticks"), 1.0);
+}
+
+static void no_route_is_explained(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    // The group's network is routed away for this daemon only.
+    if (system("ip route del 224.0.0.0/4 dev lo") != 0)
+        skip();
+    run_daemon(&daemon, "--duration 1 %s", write_scene("route.cfg", "", ""));
+    assert_int_equal(system("ip route add 224.0.0.0/4 dev lo"), 0);
+    assert_int_equal(daemon.code, 1);
+    assert_non_null(strstr(daemon.err, "ip route add 224.0.0.0/4 dev lo"));
+    assert_null(strchr(strchr(daemon.err, '\n') + 1, '\n'));
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(ticks_and_late_ticks_add_up_to_the_duration),
+        daemon_test(late_ticks_are_skipped_not_replayed),
+        daemon_test(nodes_come_at_the_steps_when_they_are_due),
+        daemon_test(frames_larger_than_a_datagram_come_in_chunks),
+        daemon_test(a_late_joiner_gets_the_mesh),
+        daemon_test(without_mesh_hz_describe_brings_the_mesh_and_the_last_nodes),
+        daemon_test(a_second_daemon_on_the_prefix_is_refused),
+        daemon_test(a_daemon_runs_without_a_network),
+        daemon_test(no_route_is_explained),
+    };
+    harness_start(argc, argv);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}

@@ -1,0 +1,246 @@
+// Loads, cuts and commands: what they do, that each is answered, and once only.
+#include "client.h"
+
+#include <signal.h>
+#include <string.h>
+
+static const char HEAD[] = "publish = { nodes_hz = 20.0; contact_hz = 100.0; status_hz = 20.0; };";
+static const double TOP[3] = {0.0, 0.0, 0.05}, DOWN[3] = {0.0, 0.0, -0.2};
+
+typedef struct Fixture {
+    Daemon daemon;
+    Client *client;
+} Fixture;
+
+static int start(void **state, const char *head)
+{
+    static Fixture fixture;
+    fixture.client = client_create();
+    daemon_start(&fixture.daemon, "%s", write_scene("requests.cfg", head, PROBE_TOOL));
+    client_wait_for_daemon(fixture.client);
+    *state = &fixture;
+    return 0;
+}
+
+static int start_running(void **state)
+{
+    return start(state, HEAD);
+}
+
+static int start_paused(void **state)
+{
+    char head[512];
+    snprintf(head, sizeof head, "start = \"paused\";\n%s", HEAD);
+    return start(state, head);
+}
+
+static int stop(void **state)
+{
+    Fixture *fixture = *state;
+    daemon_signal(&fixture->daemon, SIGTERM);
+    daemon_wait(&fixture->daemon);
+    client_destroy(fixture->client);
+    return fixture->daemon.code;
+}
+
+static void a_load_moves_the_body_and_ends(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    int32_t id = send_load(client, TOP, 0.03, DOWN, 0.5, "sphere");
+    wait_until(client, find_reply(client, id) != NULL);
+    assert_true(find_reply(client, id)->ok);
+    assert_string_equal(find_reply(client, id)->channel, "PLIANT_LOAD");
+    assert_int_equal(find_reply(client, id)->pieces, 1);
+    wait_until(client, client->status.max_displacement > 1e-3);
+    assert_true(saw_event(client, "load"));
+    // Damped shape springs bring it back; a hundredth of the push is enough to tell.
+    wait_until(client, client->status.max_displacement < 1e-5);
+}
+
+static void a_load_on_no_free_node_is_refused(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    const double far[3] = {5.0, 0.0, 0.0};
+    int64_t before = refused(client, "not_possible");
+    int32_t id = send_load(client, far, 0.03, DOWN, 0.5, "");
+    wait_until(client, find_reply(client, id) != NULL);
+    assert_false(find_reply(client, id)->ok);
+    wait_until(client, refused(client, "not_possible") == before + 1);
+}
+
+static void a_cut_is_answered_but_not_made(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    char name[] = "sphere";
+    pliant_cut_t cut = {.sender = client->sender,
+                        .id = ++client->next_id,
+                        .before = {{-0.1, 0.0, 0.1}, {0.1, 0.0, 0.1}},
+                        .after = {{-0.1, 0.0, 0.0}, {0.1, 0.0, 0.0}},
+                        .body = name};
+    pliant_cut_t_publish(client->lcm, "PLIANT_CUT", &cut);
+    wait_until(client, find_reply(client, cut.id) != NULL);
+    assert_false(find_reply(client, cut.id)->ok);
+    assert_string_equal(find_reply(client, cut.id)->text, "body 'sphere' is not cuttable");
+    assert_string_equal(find_reply(client, cut.id)->channel, "PLIANT_CUT");
+}
+
+static void a_repeated_request_is_answered_again_and_not_executed(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    int64_t step = command(client, PLIANT_COMMAND_T_PAUSE, 0, "")->step;
+    int32_t id = send_command(client, PLIANT_COMMAND_T_STEP, 10, "");
+    wait_until(client, find_reply(client, id) != NULL);
+    assert_int_equal(find_reply(client, id)->step, step + 10);
+    client->next_id = id - 1; // the same id again
+    for (int i = 2; i <= 3; i++) {
+        client->next_id = id - 1;
+        send_command(client, PLIANT_COMMAND_T_STEP, 10, "");
+        wait_until(client, count_replies(client, id) == i);
+        assert_int_equal(find_reply(client, id)->step, step + 10);
+        assert_true(find_reply(client, id)->ok);
+    }
+    assert_int_equal(command(client, PLIANT_COMMAND_T_STEP, 1, "")->step, step + 11);
+    command(client, PLIANT_COMMAND_T_RESUME, 0, "");
+}
+
+static void pause_stops_and_resume_goes_on(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    const Reply *reply = command(client, PLIANT_COMMAND_T_PAUSE, 0, "");
+    assert_true(reply->ok);
+    int64_t step = reply->step;
+    client_fresh_status(client);
+    assert_string_equal(client->status.state, "paused");
+    assert_int_equal(client->status.step, step);
+    assert_true(saw_event(client, "paused"));
+    assert_true(command(client, PLIANT_COMMAND_T_RESUME, 0, "")->ok);
+    wait_until(client, client->status.step > step + 100);
+    assert_string_equal(client->status.state, "running");
+    assert_true(saw_event(client, "resumed"));
+}
+
+static void set_changes_gravity_and_reset_brings_the_start_back(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "gravity_z=-9.81")->ok);
+    wait_until(client, client->status.max_displacement > 1e-4);
+    assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "gravity_z=0")->ok);
+    command(client, PLIANT_COMMAND_T_PAUSE, 0, "");
+    const Reply *reset = command(client, PLIANT_COMMAND_T_RESET, 0, "");
+    assert_true(reset->ok);
+    assert_true(reset->step > 0); // time goes on
+    const Reply *step = command(client, PLIANT_COMMAND_T_STEP, 1, "");
+    assert_true(step->ok);
+    client_fresh_status(client);
+    // At the start nothing is strained; a tick from there moves nothing beyond rounding of 0.05 m.
+    expect_near(client->status.max_displacement, 0.0, 1e-12);
+    command(client, PLIANT_COMMAND_T_RESUME, 0, "");
+}
+
+static void step_runs_exactly_n_ticks_with_nodes_and_contacts_before_the_reply(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    assert_string_equal(client->status.state, "paused");
+    int64_t done = client->status.step;
+    assert_int_equal(done, 0);
+    const int64_t counts[] = {1, 2, 7, 100, 1, 333};
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
+        // From just above the top downwards, in steps that no proxy shortens.
+        const double position[3] = {0.0, 0.0, 0.056 - 0.001 * (double)i};
+        pliant_tool_pose_t pose = make_pose(client, position);
+        int64_t utime = send_pose(client, &pose);
+        const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, counts[i], "");
+        done += counts[i];
+        assert_true(reply->ok);
+        assert_int_equal(reply->step, done);
+        assert_int_equal(reply->frame_step, done);
+        assert_int_equal(reply->contact_step, done);
+        assert_int_equal(client->contact.pose_utime, utime);
+        // The tool is there at once, not on its way.
+        if (!client->contact.contact)
+            expect_near(client->contact.position[2], position[2], 1e-12);
+    }
+    assert_true(client->contact.contact);
+    expect_at_least(client->contact.force[2], 1e-6);
+    client_fresh_status(client);
+    assert_string_equal(client->status.state, "lockstep");
+    assert_int_equal(client->status.step, done);
+}
+
+static void in_lockstep_tools_do_not_become_stale(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    assert_true(client->contact.contact);             // from the test before
+    command(client, PLIANT_COMMAND_T_STEP, 2000, ""); // ten times tool_timeout_s
+    assert_true(client->contact.contact);
+}
+
+static void a_pause_ends_a_long_step_early(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    int32_t id = send_command(client, PLIANT_COMMAND_T_STEP, 10000000, "");
+    client_listen(client, 50);
+    assert_true(command(client, PLIANT_COMMAND_T_PAUSE, 0, "")->ok);
+    wait_until(client, find_reply(client, id) != NULL);
+    assert_false(find_reply(client, id)->ok);
+    assert_non_null(strstr(find_reply(client, id)->text, "of 10000000 ticks"));
+}
+
+static void more_requests_than_fit_are_refused_and_all_are_answered(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    enum { MANY = 300 };
+    client->replies = 0;
+    // A long STEP keeps the others waiting.
+    send_command(client, PLIANT_COMMAND_T_STEP, 200000, "");
+    for (int i = 0; i < MANY; i++) {
+        send_command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, ""); // a short answer: no file
+        if (i % 8 == 0) // a kernel buffer holds some two hundred messages
+            client_listen(client, 2);
+    }
+    wait_until(client, client->replies == MANY + 1);
+    int full = 0;
+    for (int i = 0; i < client->replies; i++)
+        full += strstr(client->reply[i].text, "requests wait already") != NULL;
+    expect_at_least(full, 1.0);
+    client_fresh_status(client);
+    assert_int_equal(refused(client, "queue_full"), full);
+}
+
+static void stop_ends_the_daemon_cleanly(void **state)
+{
+    (void)state;
+    Client *client = client_create();
+    Daemon daemon;
+    daemon_start(&daemon, "%s", write_scene("stop.cfg", HEAD, ""));
+    wait_until(client, client->status.step > 0);
+    assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    expect_at_least((double)printed(&daemon, "ticks"), 1.0);
+    client_destroy(client);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest running[] = {
+        cmocka_unit_test(a_load_moves_the_body_and_ends),
+        cmocka_unit_test(a_load_on_no_free_node_is_refused),
+        cmocka_unit_test(a_cut_is_answered_but_not_made),
+        cmocka_unit_test(a_repeated_request_is_answered_again_and_not_executed),
+        cmocka_unit_test(pause_stops_and_resume_goes_on),
+        cmocka_unit_test(set_changes_gravity_and_reset_brings_the_start_back),
+    };
+    const struct CMUnitTest lockstep[] = {
+        cmocka_unit_test(step_runs_exactly_n_ticks_with_nodes_and_contacts_before_the_reply),
+        cmocka_unit_test(in_lockstep_tools_do_not_become_stale),
+        cmocka_unit_test(a_pause_ends_a_long_step_early),
+        cmocka_unit_test(more_requests_than_fit_are_refused_and_all_are_answered),
+    };
+    const struct CMUnitTest ending[] = {daemon_test(stop_ends_the_daemon_cleanly)};
+    harness_start(argc, argv);
+    int failed = cmocka_run_group_tests(running, start_running, stop);
+    failed += cmocka_run_group_tests(lockstep, start_paused, stop);
+    failed += cmocka_run_group_tests(ending, NULL, NULL);
+    return harness_end(failed);
+}

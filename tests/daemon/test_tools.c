@@ -1,0 +1,147 @@
+// Poses: what a tool feels, whose it is, when it is withdrawn.
+#include "client.h"
+
+#include <signal.h>
+#include <string.h>
+
+static const char HEAD[] = "publish = { nodes_hz = 20.0; contact_hz = 1000.0; status_hz = 20.0; };";
+// The ball of 5 mm pressed 3 mm into the top of the sphere at z = 0.05 m, and away from it.
+static const double PRESS[3] = {0.0, 0.0, 0.052}, AWAY[3] = {0.0, 0.0, 0.2};
+
+typedef struct Fixture {
+    Daemon daemon;
+    Client *client;
+} Fixture;
+
+static int start_daemon(void **state)
+{
+    static Fixture fixture;
+    fixture.client = client_create();
+    daemon_start(&fixture.daemon, "%s", write_scene("tools.cfg", HEAD, PROBE_TOOL));
+    client_wait_for_daemon(fixture.client);
+    *state = &fixture;
+    return 0;
+}
+
+static int stop_daemon(void **state)
+{
+    Fixture *fixture = *state;
+    daemon_signal(&fixture->daemon, SIGTERM);
+    daemon_wait(&fixture->daemon);
+    client_destroy(fixture->client);
+    if (fixture->daemon.code != 0)
+        print_error("exit %d: %s\n", fixture->daemon.code, fixture->daemon.err);
+    return fixture->daemon.code;
+}
+
+// Sends the pose again and again until the condition holds.
+#define hold_pose_until(client, position, condition)                                               \
+    do {                                                                                           \
+        double limit_ = client_now() + 30.0;                                                       \
+        while (!(condition) && client_now() < limit_) {                                            \
+            pliant_tool_pose_t pose_ = make_pose((client), (position));                            \
+            send_pose((client), &pose_);                                                           \
+            client_listen((client), 2);                                                            \
+        }                                                                                          \
+        if (!(condition))                                                                          \
+            fail_msg("held the tool in vain for: %s", #condition);                                 \
+    } while (0)
+
+static void a_pressed_tool_feels_a_force_away_from_the_body(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    hold_pose_until(client, AWAY, client->contact.pose_utime != 0);
+    assert_false(client->contact.contact);
+    hold_pose_until(client, PRESS, client->contact.depth > 1e-5);
+    const pliant_contact_t *contact = &client->contact;
+    assert_int_equal(contact->tool, 1);
+    expect_at_least(contact->force[2], 1e-6); // upwards, out of the top
+    expect_at_most(contact->force[2], 5.0);   // max_force
+    expect_at_least(contact->normal[2], 0.5);
+    expect_at_least((double)(contact->valid_until - contact->utime), 1000.0);
+    assert_true(contact->pose_utime <= contact->utime);
+    int contacts = client->contacts;
+    int64_t step = contact->step;
+    hold_pose_until(client, PRESS, client->contacts > contacts + 50);
+    // One a tick: between two messages lie as many steps as messages, but for lost or late ones.
+    expect_at_least((double)(client->contact.step - step), 50.0);
+}
+
+static void a_stale_tool_is_withdrawn(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    hold_pose_until(client, PRESS, client->contact.contact);
+    // No pose any more: tool_timeout_s later there is no force.
+    wait_until(client, !client->contact.contact);
+    for (int k = 0; k < 3; k++) {
+        expect_near(client->contact.force[k], 0.0, 0.0);
+        expect_near(client->contact.torque[k], 0.0, 0.0);
+    }
+}
+
+static void the_first_sender_owns_the_tool_until_it_gives_it_up(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    int64_t before = refused(client, "tool_owned_by_other");
+    pliant_tool_pose_t mine = make_pose(client, AWAY), other = mine;
+    other.sender = mine.sender + 5000;
+    double limit = client_now() + 30.0;
+    while (refused(client, "tool_owned_by_other") < before + 10 && client_now() < limit) {
+        mine.utime++;
+        send_pose(client, &mine);
+        send_pose(client, &other);
+        client_listen(client, 2);
+    }
+    expect_at_least((double)refused(client, "tool_owned_by_other"), (double)before + 10.0);
+    wait_until(client, saw_event(client, "refused"));
+    // Inactive gives it up: the other's next pose is taken at once.
+    mine.active = 0;
+    send_pose(client, &mine);
+    other.utime = 424242;
+    send_pose(client, &other);
+    wait_until(client, client->contact.pose_utime == 424242);
+    other.active = 0;
+    send_pose(client, &other);
+}
+
+static void ten_thousand_poses_a_second_keep_the_newest(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    int64_t step = client->status.step;
+    double start = client_now();
+    int64_t last = 0;
+    for (int i = 0; i < 10000; i++) {
+        pliant_tool_pose_t pose = make_pose(client, AWAY);
+        pose.utime = last = 1000000 + i;
+        send_pose(client, &pose);
+        while (client_now() < start + (i + 1) * 1e-4)
+            client_listen(client, 0);
+    }
+    // The last one arrives whatever was lost before, and the loop went on all the time.
+    wait_until(client, client->contact.pose_utime == last);
+    client_fresh_status(client);
+    expect_at_least((double)(client->status.step - step + client->status.late_ticks), 1000.0);
+}
+
+static void poses_of_tools_that_are_not_there_are_refused(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    int64_t before = refused(client, "unknown_tool");
+    pliant_tool_pose_t pose = make_pose(client, AWAY);
+    pose.tool = 77;
+    send_pose(client, &pose);
+    wait_until(client, refused(client, "unknown_tool") == before + 1);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_pressed_tool_feels_a_force_away_from_the_body),
+        cmocka_unit_test(a_stale_tool_is_withdrawn),
+        cmocka_unit_test(the_first_sender_owns_the_tool_until_it_gives_it_up),
+        cmocka_unit_test(ten_thousand_poses_a_second_keep_the_newest),
+        cmocka_unit_test(poses_of_tools_that_are_not_there_are_refused),
+    };
+    harness_start(argc, argv);
+    return harness_end(cmocka_run_group_tests(tests, start_daemon, stop_daemon));
+}

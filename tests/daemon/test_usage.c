@@ -1,0 +1,140 @@
+// The command line: what is refused, with which exit code, and that one line says why.
+#include "harness.h"
+
+#include <string.h>
+
+static void expect_refusal(const Daemon *daemon, int code, const char *needle)
+{
+    if (daemon->code != code || strstr(daemon->err, needle) == NULL)
+        fail_msg("exit %d, expected %d, with '%s' in: %s", daemon->code, code, needle, daemon->err);
+    const char *end = strchr(daemon->err, '\n');
+    assert_true(end != NULL && end[1] == '\0'); // one line
+    assert_string_equal(daemon->out, "");
+}
+
+static void bad_usage_exits_2_with_one_line(void **state)
+{
+    (void)state;
+    const char *scene = write_scene("usage.cfg", "", "");
+    const struct {
+        const char *arguments, *needle;
+        bool with_scene;
+    } cases[] = {
+        {"", "no scene", false},
+        {"--no-such-option", "--no-such-option", true},
+        {"--rate", "--rate", false},
+        {"--rate fast", "fast", true},
+        {"--rate nan", "nan", true},
+        {"--rate 0.5", "0.5", true},
+        {"--duration -1", "-1", true},
+        {"--offline 1 --duration 1", "--duration", true},
+        {"--offline soon", "soon", true},
+        {"--input x.log", "--offline", true},
+        {"--offline 1 --log-inputs x.log", "--log-inputs", true},
+        {"--checkpoint-every 1", "--checkpoint", true},
+        {"--record x.h5", "--record is not in this version", true},
+        {"--isa sse9", "sse9", true},
+        {"--seed many", "many", true},
+        {"--log-level loud", "loud", true},
+        {"--prefix a.*b", "a.*b", true},
+        {"second.cfg", "second.cfg", true},
+        {"--lcm-url http://x", "http://x", true},
+        {"--lcm-url udpm://127.0.0.1:7667", "127.0.0.1", true},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        Daemon daemon;
+        run_daemon(&daemon, "%s %s", cases[i].arguments, cases[i].with_scene ? scene : "");
+        expect_refusal(&daemon, 2, cases[i].needle);
+    }
+}
+
+static void bad_files_exit_2_and_are_named(void **state)
+{
+    (void)state;
+    const char *scene = write_scene("files.cfg", "", "");
+    const char *text = scratch("text.log");
+    write_text(text, "this is no log and no checkpoint\n");
+    Daemon daemon;
+    run_daemon(&daemon, "--check %s", scratch("missing.cfg"));
+    expect_refusal(&daemon, 2, "missing.cfg");
+    run_daemon(&daemon, "--offline 1 --input %s %s", text, scene);
+    expect_refusal(&daemon, 2, "text.log");
+    run_daemon(&daemon, "--offline 1 --input %s %s", scratch("missing.log"), scene);
+    expect_refusal(&daemon, 2, "missing.log");
+    run_daemon(&daemon, "--offline 1 --resume %s %s", text, scene);
+    expect_refusal(&daemon, 2, "text.log");
+}
+
+static void a_bad_scene_names_file_line_and_value(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    run_daemon(&daemon, "--check %s", write_scene("bad.cfg", "rate_hz = 20000.0;", ""));
+    expect_refusal(&daemon, 2, "bad.cfg:2:");
+    assert_non_null(strstr(daemon.err, "20000"));
+}
+
+static void a_missing_folder_for_the_input_log_exits_1(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    run_daemon(&daemon, "--duration 1 --log-inputs %s %s", scratch("no/such/folder.log"),
+               write_scene("log.cfg", "", ""));
+    expect_refusal(&daemon, 1, "folder.log");
+}
+
+static void check_and_explain_print_and_exit_0(void **state)
+{
+    (void)state;
+    const char *scene = write_scene("check.cfg", "", PROBE_TOOL);
+    Daemon daemon;
+    run_daemon(&daemon, "--check %s", scene);
+    assert_int_equal(daemon.code, 0);
+    assert_non_null(strstr(daemon.out, "nodes 42"));
+    assert_non_null(strstr(daemon.out, "stability limit"));
+    assert_non_null(strstr(daemon.out, "tool 1: probe"));
+    assert_string_equal(daemon.err, "");
+    run_daemon(&daemon, "--explain %s", scene);
+    assert_int_equal(daemon.code, 0);
+    assert_non_null(strstr(daemon.out, "stages: inputs tools"));
+    assert_non_null(strstr(daemon.out, "kernel of body sphere:"));
+    assert_non_null(strstr(daemon.out, "bytes"));
+    assert_non_null(strstr(daemon.out, "settle_s"));
+    assert_null(strstr(daemon.out, "tools = ( ... )")); // the scene has one
+}
+
+static void version_and_help_exit_0(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    run_daemon(&daemon, "--version");
+    assert_int_equal(daemon.code, 0);
+    assert_non_null(strstr(daemon.out, "pliantd 0."));
+    run_daemon(&daemon, "--help");
+    assert_int_equal(daemon.code, 0);
+    assert_non_null(strstr(daemon.out, "--log-inputs"));
+}
+
+static void rate_replaces_the_scenes(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 1 --rate 500 %s", write_scene("rate.cfg", "", ""));
+    assert_int_equal(daemon.code, 0);
+    assert_int_equal(printed(&daemon, "ticks"), 500);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(bad_usage_exits_2_with_one_line),
+        daemon_test(bad_files_exit_2_and_are_named),
+        daemon_test(a_bad_scene_names_file_line_and_value),
+        daemon_test(a_missing_folder_for_the_input_log_exits_1),
+        daemon_test(check_and_explain_print_and_exit_0),
+        daemon_test(version_and_help_exit_0),
+        daemon_test(rate_replaces_the_scenes),
+    };
+    harness_start(argc, argv);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}

@@ -1,0 +1,218 @@
+// Worlds built from scene files: the meshes asked for, and refusals that name the scene's line.
+#include "expect.h"
+#include "scratch.h"
+
+#include "files/build.h"
+#include "surface/surface.h"
+
+#include <string.h>
+
+#ifdef PLIANT_WITH_SURFACE
+static Scratch scratch;
+
+// Builds a scene text; returns what was wrong, "" if nothing, without the folder's name in front.
+static const char *build_text(const char *text, World *world)
+{
+    static char said[512];
+    char path[SCRATCH_PATH];
+    Scene scene;
+    Status status = {0};
+    const BuildOptions options = {.isa = "auto", .may_load = true};
+    scratch_write(&scratch, "x.cfg", text, strlen(text));
+    assert_true(scene_read(scratch_path(&scratch, "x.cfg", path), &scene, &status));
+    bool ok = world_build(world, &scene, &options, &status);
+    assert_int_equal(ok, status.code == STATUS_OK);
+    scene_destroy(&scene);
+    size_t folder = strlen(scratch.folder) + 1;
+    bool own = strncmp(status.text, scratch.folder, folder - 1) == 0;
+    snprintf(said, sizeof said, "%s", status.text + (own ? folder : 0));
+    assert_null(strchr(said, '\n'));
+    return said;
+}
+
+static void expect_part(const char *text, const char *start, const char *part)
+{
+    World world;
+    const char *said = build_text(text, &world);
+    if (strncmp(said, start, strlen(start)) != 0 || strstr(said, part) == NULL) {
+        print_error("\"%s\" must begin with \"%s\" and hold \"%s\"\n", said, start, part);
+        fail();
+    }
+}
+
+#define MESH(text) "bodies = (\n{ name = \"a\"; mesh = { " text " }; } );\n"
+
+static void generators_give_the_meshes_that_scenes_ask_for(void **unused)
+{
+    (void)unused;
+    // Counts from the generators' formulas: edges are springs.
+    static const struct {
+        const char *text;
+        int nodes, springs;
+    } cases[] = {
+        {MESH("generator = \"uv_sphere\"; rings = 8; segments = 14;"), 114, 336},
+        {MESH("generator = \"sphere\"; nodes = 100;"), 100, 294},
+        {MESH("generator = \"ico_sphere\"; nodes = 162;"), 162, 480},
+        {MESH("generator = \"ico_sphere\"; subdivisions = 1;"), 42, 120},
+        {MESH("generator = \"stomach\";"), 188, 558},
+        {MESH("generator = \"sheet\"; columns = 4; rows = 3;"), 12, 23},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        World world;
+        assert_string_equal(build_text(cases[i].text, &world), "");
+        const Body *body = sim_body(world.sim, 0);
+        assert_string_equal(body->name, "a");
+        assert_int_equal(body->surface.node_count, cases[i].nodes);
+        assert_int_equal(body->spring_count, cases[i].springs);
+        assert_int_equal(world.mesh[0].node_count, cases[i].nodes);
+        world_destroy(&world);
+    }
+}
+
+static void meshes_are_scaled_turned_and_moved(void **unused)
+{
+    (void)unused;
+    // A quarter turn about x takes +z to -y.
+    World world;
+    assert_string_equal(build_text(MESH("generator = \"uv_sphere\"; radius = 2; scale = 0.01; "
+                                        "place = { rotation = [1.5707963267948966, 0, 0]; "
+                                        "translation = [1, 2, 3]; };"),
+                                   &world),
+                        "");
+    const TriMesh *mesh = &world.mesh[0];
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (int i = 0; i < mesh->node_count; i++) {
+        low = fmin(low, mesh->position[i].y);
+        high = fmax(high, mesh->position[i].y);
+    }
+    // Rounding of coordinates of size 3.
+    expect_near(low, 1.98, 1e-14);
+    expect_near(high, 2.02, 1e-14);
+    world_destroy(&world);
+}
+
+static void mesh_files_are_read_and_their_faults_named(void **unused)
+{
+    (void)unused;
+    World world;
+    const char *scene = MESH("file = \"organ.obj\"; scale = 0.1;");
+    expect_part(scene, "x.cfg:2: ", "organ.obj: ");
+
+    const char *tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+                              "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+    scratch_write(&scratch, "organ.obj", tetrahedron, strlen(tetrahedron));
+    assert_string_equal(build_text(scene, &world), "");
+    assert_int_equal(world.mesh[0].node_count, 4);
+    expect_near(world.mesh[0].position[1].x, 0.1, 0.0);
+    world_destroy(&world);
+
+    const char *twice = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 2\n";
+    scratch_write(&scratch, "organ.obj", twice, strlen(twice));
+    expect_part(scene, "x.cfg:2: ", "organ.obj");
+    // Finite in the file, not in the world.
+    const char *far = "v 0 0 0\nv 1e308 0 0\nv 0 1e308 0\nf 1 2 3\n";
+    scratch_write(&scratch, "organ.obj", far, strlen(far));
+    expect_part(MESH("file = \"organ.obj\"; scale = 1e6;"), "x.cfg:2: ", "organ.obj: ");
+}
+
+static void fixed_nodes_must_exist(void **unused)
+{
+    (void)unused;
+    expect_part("bodies = (\n{ name = \"a\"; mesh = { generator = \"uv_sphere\"; };\n"
+                "fixed = ( { nodes = [3, 114]; } ); } );",
+                "x.cfg:2: ", "114");
+}
+
+static void time_steps_beyond_the_bound_are_refused_unless_wanted(void **unused)
+{
+    (void)unused;
+    World world;
+#define STEP(text)                                                                                 \
+    "rate_hz = 10;\nbodies = ( { name = \"a\"; mesh = { generator = \"uv_sphere\"; };\n"           \
+    "time_step = 0.1; " text " } );"
+    expect_part(STEP(""), "x.cfg: ", "time_step");
+    assert_string_equal(build_text(STEP("unsafe_time_step = true;"), &world), "");
+    assert_int_equal(sim_body(world.sim, 0)->substeps, 1);
+    world_destroy(&world);
+}
+
+static void settling_ends_before_the_first_tick(void **unused)
+{
+    (void)unused;
+    // Free fall for 0.1 s: drift-kick-drift is exact for a constant acceleration.
+    World world;
+    assert_string_equal(build_text("settle_s = 0.1; gravity = [0, 0, -10];\n"
+                                   "bodies = ( { name = \"a\"; mesh = { generator = "
+                                   "\"uv_sphere\"; radius = 0.05; }; } );",
+                                   &world),
+                        "");
+    assert_int_equal(sim_steps(world.sim), 0);
+    BodyMeasure measure;
+    const Body *body = sim_body(world.sim, 0);
+    body->ops->measure(body->model, &measure);
+    // 1/2 g t^2; the springs stay at rest but for rounding.
+    expect_near(measure.max_displacement, 0.05, 1e-9);
+    world_destroy(&world);
+}
+
+static void tools_and_loads_reach_the_simulation(void **unused)
+{
+    (void)unused;
+    World world;
+    assert_string_equal(
+        build_text(MESH("generator = \"uv_sphere\";") //
+                   "tools = ( { id = 7; kind = \"probe\"; capsules = ( { radius = 0.01; } ); } );\n"
+                   "loads = ( { center = [0, 0, 0.05]; radius = 0.02; force = [0, 0, 2]; duration "
+                   "= 1; } );",
+                   &world),
+        "");
+    assert_int_equal(sim_tool_count(world.sim), 1);
+    assert_int_equal(sim_tool(world.sim, 0)->id, 7);
+    for (int i = 0; i < 10; i++)
+        sim_step(world.sim);
+    // Nothing else acts on the free body: its momentum is force times time.
+    const Body *body = sim_body(world.sim, 0);
+    int count = body->surface.node_count;
+    Vec3 position[200], velocity[200];
+    surface_read_state(body, position, velocity);
+    double momentum = 0.0;
+    for (int i = 0; i < count; i++)
+        momentum += body->surface.node_mass[i] * velocity[i].z;
+    // 2 N for 10 ms; rounding over ten ticks.
+    expect_near(momentum, 0.02, 1e-12);
+    world_destroy(&world);
+}
+
+static int begin(void **unused)
+{
+    (void)unused;
+    return scratch_create(&scratch);
+}
+
+static int end(void **unused)
+{
+    (void)unused;
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(generators_give_the_meshes_that_scenes_ask_for),
+        cmocka_unit_test(meshes_are_scaled_turned_and_moved),
+        cmocka_unit_test(mesh_files_are_read_and_their_faults_named),
+        cmocka_unit_test(fixed_nodes_must_exist),
+        cmocka_unit_test(time_steps_beyond_the_bound_are_refused_unless_wanted),
+        cmocka_unit_test(settling_ends_before_the_first_tick),
+        cmocka_unit_test(tools_and_loads_reach_the_simulation),
+    };
+    return cmocka_run_group_tests(tests, begin, end);
+}
+#else
+// Without a model of bodies there is no world to build.
+int main(void)
+{
+    return 77;
+}
+#endif

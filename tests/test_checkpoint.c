@@ -1,0 +1,704 @@
+// Checkpoints and initial states: the layout as HDF5's own functions see it, runs that go on with
+// the same bits, and files that are damaged or meant for something else.
+#include "expect.h"
+#include "scratch.h"
+
+#include "files/checkpoint.h"
+#include "surface/surface.h"
+
+#include <signal.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+static Scratch scratch;
+
+#if defined(PLIANT_WITH_HDF5) && defined(PLIANT_WITH_SURFACE)
+#include <hdf5.h>
+
+// A body that everything acts on: a table, a probe, gravity, friction and a load.
+#define SCENE(integrator, more)                                                                    \
+    "gravity = [0.0, 0.0, -9.81];\n"                                                               \
+    "bodies = ( { name = \"ball\"; mesh = { generator = \"uv_sphere\"; place = { translation = "   \
+    "[0.0, 0.0, 0.051]; }; }; shape = { frame = \"body\"; };\n"                                    \
+    "integrator = \"" integrator "\"; " more " } );\n"                                             \
+    "tools = ( { id = 1; kind = \"static\"; plane = { normal = [0.0, 0.0, 1.0]; }; },\n"           \
+    "{ id = 2; kind = \"probe\"; capsules = ( { radius = 0.01; } ); } );\n"                        \
+    "loads = ( { center = [0.05, 0.0, 0.05]; radius = 0.03; force = [0.0, 0.5, 0.0]; "             \
+    "start = 0.02; duration = 0.05; } );\n"
+
+typedef struct Run {
+    Scene scene;
+    World world;
+} Run;
+
+static void run_create(Run *run, const char *text)
+{
+    char path[SCRATCH_PATH];
+    Status status = {0};
+    const BuildOptions options = {.isa = "auto", .may_load = true};
+    scratch_write(&scratch, "x.cfg", text, strlen(text));
+    bool ok = scene_read(scratch_path(&scratch, "x.cfg", path), &run->scene, &status) &&
+              world_build(&run->world, &run->scene, &options, &status);
+    if (!ok)
+        print_error("%s\n", status.text);
+    assert_true(ok);
+}
+
+static void run_destroy(Run *run)
+{
+    world_destroy(&run->world);
+    scene_destroy(&run->scene);
+}
+
+// Ticks in which the probe is pushed down on the ball's top, a pose every fifth tick.
+static void run_step(Run *run, int ticks)
+{
+    for (int i = 0; i < ticks; i++) {
+        int64_t step = sim_steps(run->world.sim);
+        if (step % 5 == 0 && sim_tool_count(run->world.sim) > 1) {
+            ToolPose pose = {.utime = 1000 * (step + 1),
+                             .position = {0.005, 0.0, 0.115 - 1e-4 * (double)(step % 200)},
+                             .orientation = {1.0, 0.0, 0.0, 0.0},
+                             .active = true};
+            sim_apply_pose(run->world.sim, 1, &pose, false);
+        }
+        sim_step(run->world.sim);
+    }
+}
+
+static void save(Run *run, const char *name)
+{
+    char path[SCRATCH_PATH];
+    Status status = {0};
+    CheckpointImage image;
+    checkpoint_reserve(&image, &run->world);
+    checkpoint_take(&image, &run->world);
+    bool ok = checkpoint_write(scratch_path(&scratch, name, path), &image, &run->world, &run->scene,
+                               &status);
+    if (!ok)
+        print_error("%s\n", status.text);
+    assert_true(ok);
+}
+
+// Reads a checkpoint; returns what was wrong, "" if nothing, without the folder's name in front.
+static const char *load(Run *run, const char *name)
+{
+    static char said[512];
+    char path[SCRATCH_PATH];
+    Status status = {0};
+    bool ok =
+        checkpoint_read(scratch_path(&scratch, name, path), &run->world, &run->scene, &status);
+    assert_int_equal(ok, status.code == STATUS_OK);
+    snprintf(said, sizeof said, "%s", ok ? "" : status.text + strlen(scratch.folder) + 1);
+    assert_null(strchr(said, '\n'));
+    return said;
+}
+
+static unsigned char *read_file(const char *name, size_t *size)
+{
+    char path[SCRATCH_PATH];
+    FILE *file = fopen(scratch_path(&scratch, name, path), "rb");
+    assert_non_null(file);
+    fseek(file, 0, SEEK_END);
+    *size = (size_t)ftell(file);
+    rewind(file);
+    unsigned char *data = malloc(*size);
+    assert_int_equal(fread(data, 1, *size, file), *size);
+    fclose(file);
+    return data;
+}
+
+// Makes the seal of a changed file valid again: FNV-1a over all behind its first 512 bytes.
+static void seal_again(const char *name)
+{
+    size_t size = 0;
+    unsigned char *data = read_file(name, &size);
+    uint64_t hash = 14695981039346656037u;
+    for (size_t i = 512; i < size; i++)
+        hash = (hash ^ data[i]) * 1099511628211u;
+    memset(data, 0, 512);
+    snprintf((char *)data, 512, "pliant: %zu bytes follow, fnv1a %016llx\n", size - 512,
+             (unsigned long long)hash);
+    scratch_write(&scratch, name, data, size);
+    free(data);
+}
+
+// --- layout --------------------------------------------------------------------------------------
+
+static hid_t open_plain(const char *name, unsigned mode)
+{
+    char path[SCRATCH_PATH];
+    hid_t file = H5Fopen(scratch_path(&scratch, name, path), mode, H5P_DEFAULT);
+    assert_true(file >= 0);
+    return file;
+}
+
+static void expect_text(hid_t object, const char *name, const char *expected)
+{
+    hid_t attribute = H5Aopen(object, name, H5P_DEFAULT), type = H5Aget_type(attribute);
+    char *text = NULL;
+    if (H5Tis_variable_str(type) > 0) {
+        assert_true(H5Aread(attribute, type, &text) >= 0);
+        assert_string_equal(text, expected);
+        H5free_memory(text);
+    } else {
+        text = calloc(H5Tget_size(type) + 1, 1);
+        assert_true(H5Aread(attribute, type, text) >= 0);
+        assert_string_equal(text, expected);
+        free(text);
+    }
+    H5Tclose(type);
+    H5Aclose(attribute);
+}
+
+static void expect_rows(hid_t file, const char *name, const Vec3 *row, int count, const char *unit)
+{
+    hid_t set = H5Dopen2(file, name, H5P_DEFAULT), space = H5Dget_space(set);
+    hid_t type = H5Dget_type(set);
+    hsize_t size[2] = {0, 0};
+    assert_true(H5Tequal(type, H5T_IEEE_F64LE) > 0);
+    assert_int_equal(H5Sget_simple_extent_dims(space, size, NULL), 2);
+    assert_int_equal(size[0], count);
+    assert_int_equal(size[1], 3);
+    Vec3 *stored = calloc((size_t)count, sizeof *stored);
+    assert_true(H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, stored) >= 0);
+    assert_memory_equal(stored, row, (size_t)count * sizeof *row);
+    free(stored);
+    expect_text(set, "unit", unit);
+    H5Tclose(type);
+    H5Sclose(space);
+    H5Dclose(set);
+}
+
+static void checkpoint_has_the_documented_layout(void **unused)
+{
+    (void)unused;
+    Run run;
+    run_create(&run, SCENE("leapfrog", ""));
+    run_step(&run, 40);
+    save(&run, "a.h5");
+    hid_t file = open_plain("a.h5", H5F_ACC_RDONLY);
+    expect_text(file, "format", "pliant-checkpoint");
+    expect_text(file, "created_by", "pliantd " PLIANT_VERSION);
+    expect_text(file, "scene", run.scene.text);
+    int version = 0;
+    hid_t attribute = H5Aopen(file, "version", H5P_DEFAULT);
+    assert_true(H5Aread(attribute, H5T_NATIVE_INT, &version) >= 0);
+    assert_int_equal(version, 1);
+    H5Aclose(attribute);
+
+    Vec3 position[114], velocity[114];
+    surface_read_state(sim_body(run.world.sim, 0), position, velocity);
+    expect_rows(file, "/bodies/ball/position", position, 114, "m");
+    expect_rows(file, "/bodies/ball/velocity", velocity, 114, "m/s");
+
+    int id[114];
+    double time = 0.0;
+    int64_t step = 0;
+    hid_t set = H5Dopen2(file, "/bodies/ball/id", H5P_DEFAULT);
+    assert_true(H5Dread(set, H5T_NATIVE_INT, H5S_ALL, H5S_ALL, H5P_DEFAULT, id) >= 0);
+    for (int i = 0; i < 114; i++)
+        assert_int_equal(id[i], i);
+    H5Dclose(set);
+    set = H5Dopen2(file, "/time", H5P_DEFAULT);
+    assert_true(H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, &time) >= 0);
+    expect_near(time, 0.04, 1e-15); // 40 / 1000, rounded once
+    expect_text(set, "unit", "s");
+    H5Dclose(set);
+    set = H5Dopen2(file, "/step", H5P_DEFAULT);
+    assert_true(H5Dread(set, H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, &step) >= 0);
+    assert_int_equal(step, 40);
+    H5Dclose(set);
+    for (int i = 0; i < run.world.state.count; i++) {
+        char name[128];
+        snprintf(name, sizeof name, "/state/%s", run.world.state.array[i].name);
+        set = H5Dopen2(file, name, H5P_DEFAULT);
+        assert_true(set >= 0);
+        expect_text(set, "unit", "bytes");
+        H5Dclose(set);
+    }
+    hid_t state = H5Gopen2(file, "/state", H5P_DEFAULT);
+    const Body *body = sim_body(run.world.sim, 0);
+    expect_text(state, "isa", body->ops->isa(body->model));
+    H5Gclose(state);
+    H5Fclose(file);
+    run_destroy(&run);
+}
+
+static void scenes_longer_than_64_kilobytes_are_stored_whole(void **unused)
+{
+    (void)unused;
+    enum { LONG = 200000 };
+    static char text[LONG + 2000];
+    Run run;
+    memset(text, '#', LONG);
+    text[LONG] = '\n';
+    strcpy(text + LONG + 1, SCENE("leapfrog", ""));
+    run_create(&run, text);
+    save(&run, "a.h5");
+    hid_t file = open_plain("a.h5", H5F_ACC_RDONLY);
+    expect_text(file, "scene", text);
+    H5Fclose(file);
+    assert_string_equal(load(&run, "a.h5"), "");
+    run_destroy(&run);
+}
+
+// --- the run goes on -----------------------------------------------------------------------------
+
+static void expect_same_run(const char *text)
+{
+    Run whole, resumed;
+    run_create(&whole, text);
+    run_step(&whole, 60);
+    save(&whole, "a.h5");
+    run_step(&whole, 100);
+    run_create(&resumed, text);
+    run_step(&resumed, 7); // whatever came before is replaced
+    assert_string_equal(load(&resumed, "a.h5"), "");
+    assert_int_equal(sim_steps(resumed.world.sim), 60);
+    run_step(&resumed, 100);
+    assert_true(state_hash(&whole.world.state) == state_hash(&resumed.world.state));
+    assert_int_equal(sim_resets(resumed.world.sim), 0);
+    // And once more from the same file: reading it twice gives the same.
+    assert_string_equal(load(&resumed, "a.h5"), "");
+    run_step(&resumed, 100);
+    assert_true(state_hash(&whole.world.state) == state_hash(&resumed.world.state));
+    run_destroy(&resumed);
+    run_destroy(&whole);
+}
+
+static void restored_run_matches_uninterrupted_run(void **unused)
+{
+    (void)unused;
+    expect_same_run(SCENE("leapfrog", ""));
+    expect_same_run(SCENE("rk4", ""));
+    expect_same_run(SCENE("symplectic_euler", "prestress = 0.05; cuttable = false;"));
+}
+
+static void restored_state_survives_a_change_of_what_is_published(void **unused)
+{
+    (void)unused;
+    Run run;
+    run_create(&run, SCENE("leapfrog", ""));
+    run_step(&run, 30);
+    uint64_t hash = state_hash(&run.world.state);
+    save(&run, "a.h5");
+    run_destroy(&run);
+    run_create(&run, "publish = { nodes_hz = 5; }; prefix = \"OTHER\";\n" SCENE("leapfrog", ""));
+    assert_string_equal(load(&run, "a.h5"), "");
+    assert_true(state_hash(&run.world.state) == hash);
+    run_destroy(&run);
+}
+
+// --- files that do not fit -----------------------------------------------------------------------
+
+static void other_physics_are_refused(void **unused)
+{
+    (void)unused;
+    static const char *const others[] = {
+        SCENE("rk4", ""),
+        SCENE("leapfrog", "prestress = 0.01;"),
+        SCENE("leapfrog", "material = { youngs_modulus_2d = 81.0; };"),
+        SCENE("leapfrog", "contact = { friction = 0.3; };"),
+        SCENE("leapfrog", "fixed = ( { nodes = [0]; } );"),
+        "rate_hz = 500;\n" SCENE("leapfrog", ""),
+        "tool_timeout_s = 0.1;\n" SCENE("leapfrog", ""),
+    };
+    Run run;
+    run_create(&run, SCENE("leapfrog", ""));
+    save(&run, "a.h5");
+    run_destroy(&run);
+    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
+        run_create(&run, others[i]);
+        uint64_t before = state_hash(&run.world.state);
+        assert_non_null(strstr(load(&run, "a.h5"), "a.h5: / was written for other physics"));
+        assert_true(state_hash(&run.world.state) == before);
+        run_destroy(&run);
+    }
+}
+
+static void other_bodies_are_refused_by_name_and_size(void **unused)
+{
+    (void)unused;
+    Run run;
+    run_create(&run, SCENE("leapfrog", ""));
+    save(&run, "a.h5");
+    run_destroy(&run);
+    run_create(&run, "bodies = ( { name = \"ball\"; mesh = { generator = \"stomach\"; }; } );");
+    assert_string_equal(load(&run, "a.h5"),
+                        "a.h5: /bodies/ball/position has 114 rows, the body 188 nodes");
+    run_destroy(&run);
+    run_create(&run, "bodies = ( { name = \"egg\"; mesh = { generator = \"uv_sphere\"; }; } );");
+    assert_string_equal(load(&run, "a.h5"), "a.h5: /bodies/egg/position is missing or no data set");
+    run_destroy(&run);
+}
+
+static void other_formats_and_versions_are_refused(void **unused)
+{
+    (void)unused;
+    Run run;
+    run_create(&run, SCENE("leapfrog", ""));
+    save(&run, "a.h5");
+    hid_t file = open_plain("a.h5", H5F_ACC_RDWR);
+    int version = 2;
+    hid_t attribute = H5Aopen(file, "version", H5P_DEFAULT);
+    assert_true(H5Awrite(attribute, H5T_NATIVE_INT, &version) >= 0);
+    H5Aclose(attribute);
+    H5Fclose(file);
+    seal_again("a.h5");
+    assert_string_equal(load(&run, "a.h5"), "a.h5: / version 2 must be 1");
+    file = open_plain("a.h5", H5F_ACC_RDWR);
+    H5Adelete(file, "format");
+    H5Fclose(file);
+    seal_again("a.h5");
+    assert_string_equal(load(&run, "a.h5"), "a.h5: / has no attribute format");
+    scratch_write(&scratch, "a.h5", "no HDF5", 7);
+    assert_string_equal(load(&run, "a.h5"), "a.h5: is no file written by pliantd");
+    assert_string_equal(load(&run, "none.h5"), "none.h5: No such file or directory");
+    assert_string_equal(load(&run, "../"), "../: is not a regular file");
+    run_destroy(&run);
+}
+
+static void changed_numbers_are_refused(void **unused)
+{
+    (void)unused;
+    static const char *const names[] = {"/bodies/ball/position", "/bodies/ball/velocity",
+                                        "/state/ball/rows"};
+    Run run;
+    run_create(&run, SCENE("leapfrog", ""));
+    for (int i = 0; i < 3; i++) {
+        save(&run, "a.h5");
+        hid_t file = open_plain("a.h5", H5F_ACC_RDWR);
+        hid_t set = H5Dopen2(file, names[i], H5P_DEFAULT);
+        size_t size = (size_t)H5Dget_storage_size(set);
+        hid_t type = H5Dget_type(set);
+        unsigned char *data = malloc(size);
+        assert_true(H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0);
+        data[size / 2] ^= 1;
+        assert_true(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0);
+        free(data);
+        H5Tclose(type);
+        H5Dclose(set);
+        H5Fclose(file);
+        uint64_t before = state_hash(&run.world.state);
+        assert_string_equal(load(&run, "a.h5"),
+                            "a.h5: is truncated or was altered: it differs from its seal");
+        // With a seal made anew the rows for everyone still contradict those of the run.
+        seal_again("a.h5");
+        assert_string_equal(load(&run, "a.h5"), "a.h5: /bodies/ball does not match the state");
+        assert_true(state_hash(&run.world.state) == before);
+    }
+    run_destroy(&run);
+}
+
+static void truncated_files_are_refused(void **unused)
+{
+    (void)unused;
+    Run run;
+    size_t size = 0;
+    run_create(&run, SCENE("leapfrog", ""));
+    run_step(&run, 10);
+    save(&run, "a.h5");
+    unsigned char *data = read_file("a.h5", &size);
+    uint64_t before = state_hash(&run.world.state);
+    for (int i = 0; i < 50; i++) {
+        scratch_write(&scratch, "b.h5", data, size * (size_t)i / 50);
+        assert_string_not_equal(load(&run, "b.h5"), "");
+        assert_true(state_hash(&run.world.state) == before);
+    }
+    free(data);
+    run_destroy(&run);
+}
+
+static void altered_files_are_refused_wherever_the_change_is(void **unused)
+{
+    (void)unused;
+    Run run;
+    size_t size = 0;
+    run_create(&run, SCENE("leapfrog", ""));
+    run_step(&run, 10);
+    save(&run, "a.h5");
+    unsigned char *data = read_file("a.h5", &size);
+    uint64_t before = state_hash(&run.world.state);
+    // An odd stride meets all parts of blocks of even size.
+    for (size_t at = 0; at < size; at += size / 200 | 1) {
+        data[at] ^= 0x55;
+        scratch_write(&scratch, "b.h5", data, size);
+        data[at] ^= 0x55;
+        assert_string_not_equal(load(&run, "b.h5"), "");
+        assert_true(state_hash(&run.world.state) == before);
+    }
+    free(data);
+    run_destroy(&run);
+}
+
+// --- writing -------------------------------------------------------------------------------------
+
+static void files_that_cannot_be_written_are_named(void **unused)
+{
+    (void)unused;
+    Run run;
+    Status status = {0};
+    char path[SCRATCH_PATH];
+    CheckpointImage image;
+    run_create(&run, SCENE("leapfrog", ""));
+    checkpoint_reserve(&image, &run.world);
+    checkpoint_take(&image, &run.world);
+    scratch_path(&scratch, "none/a.h5", path);
+    assert_false(checkpoint_write(path, &image, &run.world, &run.scene, &status));
+    assert_int_equal(status.code, STATUS_FAILED);
+    assert_non_null(strstr(status.text, "none/a.h5: No such file or directory"));
+    run_destroy(&run);
+}
+
+static void a_full_disk_leaves_the_previous_file_whole(void **unused)
+{
+    (void)unused;
+    Run run;
+    Status status = {0};
+    char path[SCRATCH_PATH];
+    CheckpointImage image;
+    run_create(&run, SCENE("leapfrog", ""));
+    save(&run, "a.h5");
+    run_step(&run, 5);
+    checkpoint_reserve(&image, &run.world);
+    checkpoint_take(&image, &run.world);
+
+    // A limit on the size of files stands in for a full disk.
+    struct rlimit before, tight;
+    assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
+    tight = before;
+    tight.rlim_cur = 4096;
+    signal(SIGXFSZ, SIG_IGN);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &tight), 0);
+    scratch_path(&scratch, "a.h5", path);
+    bool ok = checkpoint_write(path, &image, &run.world, &run.scene, &status);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
+    assert_false(ok);
+    assert_int_equal(status.code, STATUS_FAILED);
+    assert_non_null(strstr(status.text, "a.h5: File too large"));
+
+    struct stat info;
+    assert_int_not_equal(stat(scratch_path(&scratch, "a.h5.tmp", path), &info), 0);
+    assert_string_equal(load(&run, "a.h5"), "");
+    assert_int_equal(sim_steps(run.world.sim), 0);
+    run_destroy(&run);
+}
+
+// --- initial states ------------------------------------------------------------------------------
+
+// A file with one data set, or two when `velocity` is not NULL.
+static void write_initial(const char *name, hid_t type, hsize_t rows, hsize_t columns,
+                          const void *position, const void *velocity)
+{
+    char path[SCRATCH_PATH];
+    const hsize_t size[2] = {rows, columns};
+    hid_t file =
+        H5Fcreate(scratch_path(&scratch, name, path), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    hid_t space = H5Screate_simple(2, size, NULL);
+    const void *const data[2] = {position, velocity};
+    static const char *const names[2] = {"/position", "/velocity"};
+    for (int i = 0; i < 2; i++) {
+        if (data[i] == NULL)
+            continue;
+        hid_t set = H5Dcreate2(file, names[i], type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+        assert_true(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data[i]) >= 0);
+        H5Dclose(set);
+    }
+    H5Sclose(space);
+    H5Fclose(file);
+}
+
+// Two triangles as a file of six corners, of which two pairs are the same.
+static void square(TriMesh *mesh)
+{
+    static const Vec3 corner[6] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0},
+                                   {0, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+    mesh_create(mesh, 6, 2);
+    memcpy(mesh->position, corner, sizeof corner);
+    for (int i = 0; i < 6; i++)
+        mesh->triangle[i / 3][i % 3] = i;
+    mesh_weld(mesh);
+    assert_int_equal(mesh->node_count, 4);
+}
+
+static const char *read_initial(const char *name, const TriMesh *mesh, Vec3 **position,
+                                Vec3 **velocity)
+{
+    static char said[512];
+    char path[SCRATCH_PATH];
+    Status status = {0};
+    bool ok = initial_read(scratch_path(&scratch, name, path), mesh, position, velocity, &status);
+    assert_int_equal(ok, status.code == STATUS_OK);
+    snprintf(said, sizeof said, "%s", ok ? "" : status.text + strlen(scratch.folder) + 1);
+    return said;
+}
+
+static void initial_state_takes_rows_of_nodes_or_of_the_file(void **unused)
+{
+    (void)unused;
+    TriMesh mesh;
+    Vec3 *position, *velocity;
+    square(&mesh);
+    double rows[6][3], speeds[6][3];
+    for (int i = 0; i < 18; i++) {
+        rows[i / 3][i % 3] = i;
+        speeds[i / 3][i % 3] = -i;
+    }
+    write_initial("i.h5", H5T_NATIVE_DOUBLE, 4, 3, rows, speeds);
+    assert_string_equal(read_initial("i.h5", &mesh, &position, &velocity), "");
+    for (int i = 0; i < 4; i++) {
+        expect_near(position[i].y, 3 * i + 1, 0.0);
+        expect_near(velocity[i].z, -(3 * i + 2), 0.0);
+    }
+    free(position);
+    free(velocity);
+
+    // Rows of the file: those of the corners 0, 1, 2 and 5, which welding has kept.
+    static const int kept[4] = {0, 1, 2, 5};
+    write_initial("i.h5", H5T_NATIVE_DOUBLE, 6, 3, rows, NULL);
+    assert_string_equal(read_initial("i.h5", &mesh, &position, &velocity), "");
+    for (int i = 0; i < 4; i++) {
+        expect_near(position[i].x, 3 * kept[i], 0.0);
+        expect_near(vec3_length(velocity[i]), 0.0, 0.0);
+    }
+    free(position);
+    free(velocity);
+    mesh_destroy(&mesh);
+}
+
+static void initial_state_is_converted_from_single_precision(void **unused)
+{
+    (void)unused;
+    TriMesh mesh;
+    Vec3 *position, *velocity;
+    square(&mesh);
+    float rows[4][3] = {{0.1f, 0.2f, 0.3f}};
+    write_initial("i.h5", H5T_NATIVE_FLOAT, 4, 3, rows, NULL);
+    assert_string_equal(read_initial("i.h5", &mesh, &position, &velocity), "");
+    expect_near(position[0].y, (double)0.2f, 0.0);
+    free(position);
+    free(velocity);
+    mesh_destroy(&mesh);
+}
+
+static void initial_files_that_do_not_fit_are_refused(void **unused)
+{
+    (void)unused;
+    TriMesh mesh;
+    Vec3 *position, *velocity;
+    square(&mesh);
+    double rows[6][3] = {{0.0}};
+    int whole[4][3] = {{0}};
+    write_initial("i.h5", H5T_NATIVE_DOUBLE, 5, 3, rows, NULL);
+    assert_string_equal(read_initial("i.h5", &mesh, &position, &velocity),
+                        "i.h5: /position has 5 rows, the mesh file 6 nodes (4 after welding)");
+    write_initial("i.h5", H5T_NATIVE_DOUBLE, 4, 2, rows, NULL);
+    assert_string_equal(read_initial("i.h5", &mesh, &position, &velocity),
+                        "i.h5: /position must have the shape [n][3]");
+    write_initial("i.h5", H5T_NATIVE_INT, 4, 3, whole, NULL);
+    assert_string_equal(read_initial("i.h5", &mesh, &position, &velocity),
+                        "i.h5: /position must hold floating-point numbers");
+    write_initial("i.h5", H5T_NATIVE_DOUBLE, 4, 3, NULL, rows);
+    assert_string_equal(read_initial("i.h5", &mesh, &position, &velocity),
+                        "i.h5: /position is missing or no data set");
+    rows[2][1] = (double)NAN;
+    write_initial("i.h5", H5T_NATIVE_DOUBLE, 4, 3, rows, NULL);
+    assert_string_equal(read_initial("i.h5", &mesh, &position, &velocity),
+                        "i.h5: /position row 2 is not finite");
+    double good[4][3] = {{0.0}};
+    write_initial("i.h5", H5T_NATIVE_DOUBLE, 4, 3, good, rows);
+    assert_string_equal(read_initial("i.h5", &mesh, &position, &velocity),
+                        "i.h5: /velocity row 2 is not finite");
+    assert_null(position);
+    assert_null(velocity);
+    mesh_destroy(&mesh);
+}
+
+static void bodies_start_from_their_initial_state(void **unused)
+{
+    (void)unused;
+    static double rows[114][3], speeds[114][3];
+    for (int i = 0; i < 114 * 3; i++) {
+        rows[i / 3][i % 3] = 0.001 * i;
+        speeds[i / 3][i % 3] = -0.5 * i;
+    }
+    write_initial("i.h5", H5T_NATIVE_DOUBLE, 114, 3, rows, speeds);
+    Run run;
+    run_create(&run, "bodies = ( { name = \"a\"; mesh = { generator = \"uv_sphere\"; }; initial = "
+                     "\"i.h5\"; } );");
+    Vec3 position[114], velocity[114];
+    surface_read_state(sim_body(run.world.sim, 0), position, velocity);
+    assert_memory_equal(position, rows, sizeof rows);
+    assert_memory_equal(velocity, speeds, sizeof speeds);
+    run_destroy(&run);
+}
+
+static int begin(void **unused)
+{
+    (void)unused;
+    return scratch_create(&scratch);
+}
+
+static int end(void **unused)
+{
+    (void)unused;
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(checkpoint_has_the_documented_layout),
+        cmocka_unit_test(scenes_longer_than_64_kilobytes_are_stored_whole),
+        cmocka_unit_test(restored_run_matches_uninterrupted_run),
+        cmocka_unit_test(restored_state_survives_a_change_of_what_is_published),
+        cmocka_unit_test(other_physics_are_refused),
+        cmocka_unit_test(other_bodies_are_refused_by_name_and_size),
+        cmocka_unit_test(other_formats_and_versions_are_refused),
+        cmocka_unit_test(changed_numbers_are_refused),
+        cmocka_unit_test(truncated_files_are_refused),
+        cmocka_unit_test(altered_files_are_refused_wherever_the_change_is),
+        cmocka_unit_test(files_that_cannot_be_written_are_named),
+        cmocka_unit_test(a_full_disk_leaves_the_previous_file_whole),
+        cmocka_unit_test(initial_state_takes_rows_of_nodes_or_of_the_file),
+        cmocka_unit_test(initial_state_is_converted_from_single_precision),
+        cmocka_unit_test(initial_files_that_do_not_fit_are_refused),
+        cmocka_unit_test(bodies_start_from_their_initial_state),
+    };
+    return cmocka_run_group_tests(tests, begin, end);
+}
+
+#else
+
+// Without HDF5 or without bodies: the files are refused in words, nothing else is there to test.
+static void what_is_not_built_in_is_refused(void **unused)
+{
+    (void)unused;
+#ifndef PLIANT_WITH_HDF5
+    Status status = {0};
+    Vec3 *position, *velocity;
+    TriMesh mesh = {0};
+    assert_false(initial_read("start.h5", &mesh, &position, &velocity, &status));
+    assert_string_equal(status.text, "start.h5: built without HDF5 (PLIANT_HDF5)");
+    status = (Status){0};
+    assert_false(checkpoint_read("a.h5", NULL, NULL, &status));
+    assert_string_equal(status.text, "a.h5: built without HDF5 (PLIANT_HDF5)");
+    status = (Status){0};
+    assert_false(checkpoint_write("a.h5", NULL, NULL, NULL, &status));
+    assert_string_equal(status.text, "a.h5: built without HDF5 (PLIANT_HDF5)");
+#else
+    skip();
+#endif
+}
+
+int main(void)
+{
+    (void)scratch;
+    const struct CMUnitTest tests[] = {cmocka_unit_test(what_is_not_built_in_is_refused)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+
+#endif

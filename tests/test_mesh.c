@@ -1,0 +1,344 @@
+#include "expect.h"
+#include "random.h"
+
+#include "geometry/generator.h"
+#include "geometry/mesh.h"
+#include "geometry/winged_edge.h"
+
+#include <string.h>
+
+// A mesh from literal arrays.
+static void make_mesh(TriMesh *mesh, int nodes, const Vec3 *position, int triangles,
+                      const int (*triangle)[3])
+{
+    mesh_create(mesh, nodes, triangles);
+    if (nodes > 0)
+        memcpy(mesh->position, position, (size_t)nodes * sizeof *position);
+    if (triangles > 0)
+        memcpy(mesh->triangle, triangle, (size_t)triangles * sizeof *triangle);
+}
+
+static const Vec3 TETRAHEDRON[4] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+static const int TETRAHEDRON_FACES[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+
+static void weld_keeps_the_first_of_equal_nodes(void **state)
+{
+    (void)state;
+    const Vec3 x[6] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 0, 0}, {0, -0.0, 0}, {0, 0, 1}};
+    const int t[2][3] = {{0, 1, 2}, {3, 4, 5}};
+    TriMesh mesh;
+    make_mesh(&mesh, 6, x, 2, t);
+    mesh_weld(&mesh);
+    assert_int_equal(mesh.node_count, 4);
+    assert_int_equal(mesh.file_node_count, 6);
+    assert_int_equal(mesh.triangle_count, 2);
+    const int kept[4] = {0, 1, 2, 5}, welded[3] = {1, 0, 3};
+    assert_memory_equal(mesh.file_index, kept, sizeof kept);
+    assert_memory_equal(mesh.triangle[0], t[0], sizeof t[0]);
+    assert_memory_equal(mesh.triangle[1], welded, sizeof welded);
+    expect_near(mesh.position[3].z, 1.0, 0.0);
+    mesh_destroy(&mesh);
+}
+
+static void weld_joins_only_bit_equal_nodes(void **state)
+{
+    (void)state;
+    // Neighbouring doubles stay apart; a second weld finds nothing more to do.
+    const Vec3 x[4] = {{1, 0, 0}, {nextafter(1, 2), 0, 0}, {1, 0, 5e-324}, {1, 0, 0}};
+    const int t[1][3] = {{0, 1, 2}};
+    TriMesh mesh;
+    make_mesh(&mesh, 4, x, 1, t);
+    mesh_weld(&mesh);
+    mesh_weld(&mesh);
+    assert_int_equal(mesh.node_count, 3);
+    assert_int_equal(mesh.file_node_count, 4);
+    mesh_destroy(&mesh);
+}
+
+static void weld_agrees_with_comparing_all_pairs(void **state)
+{
+    (void)state;
+    uint64_t random = 1;
+    TriMesh mesh;
+    mesh_create(&mesh, 600, 200);
+    Vec3 before[600];
+    for (int i = 0; i < 600; i++) {
+        // few different values, so that many nodes coincide
+        mesh.position[i] = vec3(random_below(&random, 6), random_below(&random, 6) * 1e-3,
+                                random_below(&random, 6) * -1e5);
+        before[i] = mesh.position[i];
+        mesh.triangle[i / 3][i % 3] = i;
+    }
+    mesh_weld(&mesh);
+    int count = 0;
+    for (int i = 0; i < 600; i++) {
+        int first = 0;
+        while (before[first].x != before[i].x || before[first].y != before[i].y ||
+               before[first].z != before[i].z)
+            first++;
+        assert_int_equal(mesh.file_index[mesh.triangle[i / 3][i % 3]], first);
+        count += first == i;
+    }
+    assert_int_equal(mesh.node_count, count);
+    mesh_destroy(&mesh);
+}
+
+static void place_scales_then_turns_then_moves(void **state)
+{
+    (void)state;
+    const Vec3 x[1] = {{1, 2, 3}};
+    TriMesh mesh;
+    make_mesh(&mesh, 1, x, 0, NULL);
+    mesh_place(&mesh, 2.0, vec3(0, 0, 2 * atan(1.0)), vec3(10, 20, 30));
+    // a quarter turn about z takes (2, 4, 6) to (-4, 2, 6); two roundings of numbers below 64
+    expect_near(mesh.position[0].x, 6.0, 2e-14);
+    expect_near(mesh.position[0].y, 22.0, 2e-14);
+    expect_near(mesh.position[0].z, 36.0, 2e-14);
+    mesh_destroy(&mesh);
+}
+
+static void place_by_nothing_keeps_every_bit(void **state)
+{
+    (void)state;
+    const Vec3 x[1] = {{0.1, 1.0 / 3.0, 1e-300}};
+    TriMesh mesh;
+    make_mesh(&mesh, 1, x, 0, NULL);
+    mesh_place(&mesh, 1.0, vec3(0, 0, 0), vec3(0, 0, 0));
+    assert_memory_equal(mesh.position, x, sizeof x);
+    mesh_destroy(&mesh);
+}
+
+static void volume_and_area_of_a_tetrahedron_wherever_it_is(void **state)
+{
+    (void)state;
+    TriMesh mesh;
+    make_mesh(&mesh, 4, TETRAHEDRON, 4, TETRAHEDRON_FACES);
+    expect_near(mesh_volume(&mesh), 1.0 / 6.0, 1e-16);
+    expect_near(mesh_area(&mesh), 1.5 + 0.5 * sqrt(3.0), 1e-15);
+    // At 1e6 the nodes are whole numbers still, so only the sums round.
+    mesh_place(&mesh, 1.0, vec3(0, 0, 0), vec3(1e6, -1e6, 1e6));
+    expect_near(mesh_volume(&mesh), 1.0 / 6.0, 1e-16);
+    mesh_destroy(&mesh);
+}
+
+static void expect_fault(TriMesh *mesh, const char *text, int node, int triangle)
+{
+    MeshFault fault;
+    assert_false(mesh_validate(mesh, &fault));
+    assert_string_equal(fault.text, text);
+    assert_int_equal(fault.node, node);
+    assert_int_equal(fault.triangle, triangle);
+    mesh_destroy(mesh);
+}
+
+static void closed_and_open_meshes_are_valid(void **state)
+{
+    (void)state;
+    TriMesh mesh;
+    MeshFault fault;
+    make_mesh(&mesh, 4, TETRAHEDRON, 4, TETRAHEDRON_FACES);
+    assert_true(mesh_validate(&mesh, &fault));
+    mesh.triangle_count = 1;
+    mesh.node_count = 3; // one triangle alone
+    assert_true(mesh_validate(&mesh, &fault));
+    mesh_destroy(&mesh);
+}
+
+static void tiny_and_huge_triangles_have_area(void **state)
+{
+    (void)state;
+    const double scales[] = {1e-300, 1e-160, 1.0, 1e160, 1e300};
+    for (int i = 0; i < 5; i++) {
+        TriMesh mesh;
+        MeshFault fault;
+        make_mesh(&mesh, 4, TETRAHEDRON, 4, TETRAHEDRON_FACES);
+        mesh_place(&mesh, scales[i], vec3(0, 0, 0), vec3(0, 0, 0));
+        assert_true(mesh_validate(&mesh, &fault));
+        mesh_destroy(&mesh);
+    }
+}
+
+static void mesh_without_triangles_is_refused(void **state)
+{
+    (void)state;
+    TriMesh mesh;
+    make_mesh(&mesh, 4, TETRAHEDRON, 0, NULL);
+    expect_fault(&mesh, "the mesh has no triangles", -1, -1);
+}
+
+static void nonfinite_position_is_refused_by_its_file_index(void **state)
+{
+    (void)state;
+    TriMesh mesh;
+    make_mesh(&mesh, 4, TETRAHEDRON, 4, TETRAHEDRON_FACES);
+    mesh.position[2].y = (double)NAN;
+    mesh.file_index[2] = 77;
+    expect_fault(&mesh, "node 77 has a position (0, nan, 0) that is not finite", 2, -1);
+}
+
+static void index_out_of_range_is_refused(void **state)
+{
+    (void)state;
+    const int wrong[2] = {-1, 4};
+    const char *text[2] = {"triangle 3 names node -1 outside [0, 3]",
+                           "triangle 3 names node 4 outside [0, 3]"};
+    for (int i = 0; i < 2; i++) {
+        TriMesh mesh;
+        make_mesh(&mesh, 4, TETRAHEDRON, 4, TETRAHEDRON_FACES);
+        mesh.triangle[3][1] = wrong[i];
+        expect_fault(&mesh, text[i], -1, 3);
+    }
+}
+
+static void repeated_node_is_refused(void **state)
+{
+    (void)state;
+    TriMesh mesh;
+    make_mesh(&mesh, 4, TETRAHEDRON, 4, TETRAHEDRON_FACES);
+    mesh.triangle[1][2] = mesh.triangle[1][0];
+    expect_fault(&mesh, "triangle 1 has node 0 twice", 0, 1);
+}
+
+static void triangle_without_area_is_refused(void **state)
+{
+    (void)state;
+    // In line but for rounding: 0.1, 0.2 and 0.3 are not exact.
+    const Vec3 x[3] = {{0.1, 0.1, 0.1}, {0.2, 0.2, 0.2}, {0.3, 0.3, 0.3}};
+    const int t[1][3] = {{0, 1, 2}};
+    TriMesh mesh;
+    make_mesh(&mesh, 3, x, 1, t);
+    expect_fault(&mesh, "triangle 0 (nodes 0, 1, 2) has no area", -1, 0);
+    const Vec3 huge[3] = {{1.7e308, 0, 0}, {-1.7e308, 0, 0}, {0, 1, 0}};
+    make_mesh(&mesh, 3, huge, 1, t);
+    expect_fault(&mesh, "triangle 0 is too large to measure", -1, 0);
+}
+
+static void unused_node_is_refused(void **state)
+{
+    (void)state;
+    TriMesh mesh;
+    make_mesh(&mesh, 4, TETRAHEDRON, 1, TETRAHEDRON_FACES);
+    expect_fault(&mesh, "node 3 belongs to no triangle", 3, -1);
+}
+
+static void edge_of_three_triangles_is_refused(void **state)
+{
+    (void)state;
+    const Vec3 x[5] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}};
+    const int t[3][3] = {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}};
+    TriMesh mesh;
+    make_mesh(&mesh, 5, x, 3, t);
+    expect_fault(&mesh, "edge between nodes 0 and 1 belongs to 3 triangles, more than two", 0, 2);
+}
+
+static void opposite_orientations_are_refused(void **state)
+{
+    (void)state;
+    const Vec3 x[4] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}};
+    const int t[2][3] = {{0, 1, 2}, {0, 1, 3}};
+    TriMesh mesh;
+    make_mesh(&mesh, 4, x, 2, t);
+    expect_fault(&mesh, "triangles 0 and 1 both run from node 0 to node 1: opposite orientations",
+                 0, 1);
+}
+
+static void bow_tie_is_refused(void **state)
+{
+    (void)state;
+    // Two triangles that share one corner; then two closed tetrahedra that do.
+    const Vec3 x[5] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}};
+    const int t[2][3] = {{0, 1, 2}, {0, 3, 4}};
+    TriMesh mesh;
+    make_mesh(&mesh, 5, x, 2, t);
+    expect_fault(
+        &mesh, "the 2 triangles round node 0 touch only in that node: they form more than one fan",
+        0, 0);
+    mesh_create(&mesh, 7, 8);
+    for (int i = 0; i < 4; i++) {
+        mesh.position[i] = TETRAHEDRON[i];
+        if (i > 0)
+            mesh.position[3 + i] = vec3_scale(-1.0, TETRAHEDRON[i]);
+        for (int k = 0; k < 3; k++) {
+            int corner = TETRAHEDRON_FACES[i][2 - k]; // a mirrored one turns the other way
+            mesh.triangle[i][k] = TETRAHEDRON_FACES[i][k];
+            mesh.triangle[4 + i][k] = corner == 0 ? 0 : 3 + corner;
+        }
+    }
+    expect_fault(
+        &mesh, "the 6 triangles round node 0 touch only in that node: they form more than one fan",
+        0, 0);
+}
+
+static void fault_in_a_large_mesh_is_found(void **state)
+{
+    (void)state;
+    TriMesh mesh;
+    MeshFault fault;
+    Status status = {0};
+    assert_true(generate_ico_sphere(&mesh, 6, 1.0, &status)); // 81920 triangles
+    assert_true(mesh_validate(&mesh, &fault));
+    int swap = mesh.triangle[70000][0];
+    mesh.triangle[70000][0] = mesh.triangle[70000][1];
+    mesh.triangle[70000][1] = swap;
+    assert_false(mesh_validate(&mesh, &fault));
+    assert_non_null(strstr(fault.text, "70000"));
+    mesh_destroy(&mesh);
+}
+
+static void random_triangles_never_crash(void **state)
+{
+    (void)state;
+    // Every soup is judged; what passes must link into a winged-edge table without holes.
+    uint64_t random = 7;
+    int valid = 0;
+    for (int i = 0; i < 50000; i++) {
+        TriMesh mesh;
+        int nodes = 3 + random_below(&random, 4);
+        mesh_create(&mesh, nodes, 1 + random_below(&random, 5));
+        for (int k = 0; k < nodes; k++)
+            mesh.position[k] = random_vec3(&random);
+        for (int h = 0; h < 3 * mesh.triangle_count; h++)
+            mesh.triangle[h / 3][h % 3] = random_below(&random, nodes + 1) - (i % 50 == 0);
+        MeshFault fault;
+        if (mesh_validate(&mesh, &fault)) {
+            WingedMesh winged;
+            winged_create(&winged, &mesh);
+            int corners = 0;
+            for (int k = 0; k < nodes; k++)
+                corners += winged_valence(&winged, k);
+            assert_int_equal(corners, 2 * winged.edge_count);
+            winged_destroy(&winged);
+            valid++;
+        } else {
+            assert_true(fault.text[0] != 0);
+        }
+        mesh_destroy(&mesh);
+    }
+    assert_true(valid > 100); // both ways were taken
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(weld_keeps_the_first_of_equal_nodes),
+        cmocka_unit_test(weld_joins_only_bit_equal_nodes),
+        cmocka_unit_test(weld_agrees_with_comparing_all_pairs),
+        cmocka_unit_test(place_scales_then_turns_then_moves),
+        cmocka_unit_test(place_by_nothing_keeps_every_bit),
+        cmocka_unit_test(volume_and_area_of_a_tetrahedron_wherever_it_is),
+        cmocka_unit_test(closed_and_open_meshes_are_valid),
+        cmocka_unit_test(tiny_and_huge_triangles_have_area),
+        cmocka_unit_test(mesh_without_triangles_is_refused),
+        cmocka_unit_test(nonfinite_position_is_refused_by_its_file_index),
+        cmocka_unit_test(index_out_of_range_is_refused),
+        cmocka_unit_test(repeated_node_is_refused),
+        cmocka_unit_test(triangle_without_area_is_refused),
+        cmocka_unit_test(unused_node_is_refused),
+        cmocka_unit_test(edge_of_three_triangles_is_refused),
+        cmocka_unit_test(opposite_orientations_are_refused),
+        cmocka_unit_test(bow_tie_is_refused),
+        cmocka_unit_test(fault_in_a_large_mesh_is_found),
+        cmocka_unit_test(random_triangles_never_crash),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
