@@ -41,6 +41,11 @@ typedef struct Push {
     Vec3 slip;        // tangential velocity of the tool relative to the face [m/s]
 } Push;
 
+// How far behind a tool with a proxy a wall may be that it has crossed, as a share of the radius:
+// the proxy steps back before its axis comes to a wall, so what shows its back farther off was not
+// crossed but seen through another wall.
+#define CONTACT_CROSSED_REACH 0.5
+
 enum { CONTACT_PUSHES = 2048 }; // with friction; more pushes act without it
 
 // The result of one evaluation at one placement.
