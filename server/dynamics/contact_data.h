@@ -20,6 +20,7 @@ typedef struct Proxy {
     Vec3 position;
     Quat orientation;
     Vec3 bristle[TOOL_SHAPES]; // tangential memory of each capsule's friction [m]
+    int64_t crossed_only;      // 1: in the last substep only faces that the axis has crossed acted
     double away; // time that only crossed faces acted while the pose was clear of the body [s]
 } Proxy;
 
