@@ -412,6 +412,54 @@ static void two_tools_share_a_body(void **state)
     bench_destroy(&bench);
 }
 
+// Each body has its own proxy; force and torque on the tool are those of both.
+static void wrench_sums_over_bodies(void **state)
+{
+    (void)state;
+    BenchOptions options = with_tool(bench_ico_sphere(2), bench_capsule(0.02, 0.006));
+    options.fixing = BENCH_FREE;
+    options.shape_frequency = 0.0; // exact in angular momentum too
+    options.tool[0].max_force = 0.01;
+    options.has_twin = true;
+    options.twin_at = vec3(0.0, 0.02, 0.107);
+    Bench bench;
+    bench_create(&bench, &options);
+    Body *twin = sim_body(bench.sim, 1);
+    Vec3 x[162], v[162], before[2] = {{0, 0, 0}, {0, 0, 0}}; // momentum of both: at rest
+    int apart = 0;
+    for (int i = 0; i < 300; i++) {
+        double t = i * 1e-3;
+        bench_place(&bench, 0, vec3(0.004, 0.01, 0.0545 + 0.004 * sin(40.0 * t)),
+                    quat_from_rotation(vec3(0.1 * sin(15.0 * t), 0.2 * sin(11.0 * t), t)));
+        sim_step(bench.sim);
+        const ToolWrench *wrench = sim_wrench(bench.sim, 0);
+        Momentum now = momentum_of(&bench);
+        surface_read_state(twin, x, v);
+        for (int n = 0; n < 162; n++) {
+            double mass = twin->surface.node_mass[n];
+            now.linear = vec3_madd(now.linear, mass, v[n]);
+            now.angular = vec3_madd(now.angular, mass, vec3_cross(x[n], v[n]));
+        }
+        Vec3 moment = vec3_add(wrench->torque, vec3_cross(wrench->position, wrench->force));
+        Vec3 rest = vec3_madd(vec3_sub(now.linear, before[0]), 1e-3, wrench->force);
+        Vec3 turn = vec3_madd(vec3_sub(now.angular, before[1]), 1e-3, moment);
+        // Rounding of momenta around 1e-3 N s, and of arms of 0.1 m.
+        expect_near(vec3_length(rest), 0.0, 1e-16);
+        expect_near(vec3_length(turn), 0.0, 1e-17);
+        before[0] = now.linear;
+        before[1] = now.angular;
+        Vec3 here, there;
+        Quat orientation;
+        contact_proxy(bench.sim->contact[0], &here, &orientation);
+        contact_proxy(bench.sim->contact[1], &there, &orientation);
+        apart += contact_sums(bench.sim->contact[0])->weight > 0.0 &&
+                 contact_sums(bench.sim->contact[1])->weight > 0.0 &&
+                 vec3_length(vec3_sub(here, there)) > 1e-5;
+    }
+    assert_true(apart > 0); // both touched, at different proxies
+    bench_destroy(&bench);
+}
+
 // The proxy turns by at most a quarter radius at the capsule's ends a substep.
 static void turning_capsule_sweeps_no_wall_away(void **state)
 {
@@ -542,6 +590,7 @@ static void contact_continues_from_a_copy_of_its_state(void **state)
     }
     // Pushed through at once and left: the hand is clear of the body, the proxy perhaps caught.
     uint64_t random = 34;
+    Contact *contact = bench[0].sim->contact[0];
     for (int i = 0; i < 1200; i++) {
         if (i % 60 == 0)
             bench_move(&bench[0], 0, vec3_scale(0.09, random_vec3(&random)));
@@ -551,6 +600,11 @@ static void contact_continues_from_a_copy_of_its_state(void **state)
             state_copy_out(&bench[0].state, copy);
             state_copy_in(&bench[1].state, copy);
             free(copy);
+            // What is not in the state must not matter, whatever it says.
+            contact->forces = (ContactForces){.acting = 3, .crossed = 3, .depth = 1.0};
+            contact->next = (Proxy){.valid = 1, .away = 1.0};
+            contact->fresh = true;
+            contact->push_count = 7;
         }
         if (i > 777) {
             bench[1].sim->motion[0] = bench[0].sim->motion[0];
@@ -574,6 +628,7 @@ int main(void)
         cmocka_unit_test(withdrawn_tool_gives_no_force),
         cmocka_unit_test(silent_tool_is_withdrawn_after_its_timeout),
         cmocka_unit_test(two_tools_share_a_body),
+        cmocka_unit_test(wrench_sums_over_bodies),
         cmocka_unit_test(turning_capsule_sweeps_no_wall_away),
         cmocka_unit_test(tool_may_come_to_life_inside),
         cmocka_unit_test(static_capsule_holds_a_falling_body),

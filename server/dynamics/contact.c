@@ -249,7 +249,7 @@ static void find_candidates(Contact *contact, const ToolPlacement *at, double ma
 static void watch_caught(Contact *contact, Vec3 pose, double margin, double tick)
 {
     Proxy *proxy = contact->proxy;
-    bool caught = contact->forces.acting > 0 && contact->forces.acting == contact->forces.crossed;
+    bool caught = proxy->crossed_only != 0;
     if (caught) {
         Region region = {.kind = REGION_CAPSULE, .from = pose, .to = pose};
         region.radius = contact->lever + contact->largest_radius + margin +
@@ -446,6 +446,8 @@ void contact_end_substep(Contact *contact)
     }
     for (int shape = 0; shape < contact->tool->capsule_count && contact->local_count > 0; shape++)
         contact->next.bristle[shape] = contact->trial[shape];
+    const ContactForces *last = &contact->forces;
+    contact->next.crossed_only = last->acting > 0 && last->acting == last->crossed;
     contact->next.away = contact->proxy->away;
     *contact->proxy = contact->next;
 }

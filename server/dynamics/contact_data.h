@@ -20,6 +20,7 @@ typedef struct Proxy {
     Vec3 position;
     Quat orientation;
     Vec3 bristle[TOOL_SHAPES]; // tangential memory of each capsule's friction [m]
+    int64_t crossed_only;      // 1: in the last substep only faces that the axis has crossed acted
     double away; // time that only crossed faces acted while the pose was clear of the body [s]
 } Proxy;
 
@@ -40,6 +41,11 @@ typedef struct Push {
     double stiffness; // of the face [N/m]
     Vec3 slip;        // tangential velocity of the tool relative to the face [m/s]
 } Push;
+
+// How far behind a tool with a proxy a wall may be that it has crossed, as a share of the radius:
+// the proxy steps back before its axis comes to a wall, so what shows its back farther off was not
+// crossed but seen through another wall.
+#define CONTACT_CROSSED_REACH 0.5
 
 enum { CONTACT_PUSHES = 2048 }; // with friction; more pushes act without it
 

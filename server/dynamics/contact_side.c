@@ -110,9 +110,10 @@ static void update_shape(Contact *contact, const ToolPlacement *at, int shape)
     const Capsule *capsule = &contact->tool->capsule[shape];
     signed char *side = contact->side[shape];
     // Static tools have no proxy that keeps them in front: whatever they meet lies on the same
-    // side.
-    const double inherit_within =
-        contact->tool->kind == TOOL_STATIC ? (double)INFINITY : capsule->radius;
+    // side, however far behind.
+    const double remember_within = contact->tool->kind == TOOL_STATIC
+                                       ? (double)INFINITY
+                                       : CONTACT_CROSSED_REACH * capsule->radius;
     int count = contact->candidate_count;
     Vec3 p, q;
     contact_axis(capsule, at, &p, &q);
@@ -126,9 +127,10 @@ static void update_shape(Contact *contact, const ToolPlacement *at, int shape)
         const Candidate *candidate = &contact->candidate[i];
         if (contact->teller[i] != i)
             continue;
-        if (!contact->has_side[i])
+        // A wall out of touch is not one that the tool has crossed.
+        if (!contact->has_side[i] || contact->distance[i] > remember_within)
             side[candidate->face] = contact->seen_side[i];
-        if (side[candidate->face] == 0 && contact->distance[i] < inherit_within)
+        if (side[candidate->face] == 0 && contact->distance[i] < remember_within)
             side[candidate->face] = inherited_side(contact, candidate, side);
         if (side[candidate->face] == 0)
             side[candidate->face] = contact->seen_side[i];
