@@ -111,7 +111,9 @@ static const char DOC[] =
     "Cases: spring.textbook.rk4 (an array of structures, springs scattered to their two nodes, in "
     "double; compiled with the project's flags and -O3 for the compiler's default instruction "
     "set), "
-    "spring.double.rk4 and spring.double.leapfrog (the server's step), contact.sphere, "
+    "spring.double.rk4, spring.single.rk4 and their leapfrogs (the server's step), "
+    "spring.bullet.1 and spring.bullet.10 (Bullet's btSoftBody, iterations of its position "
+    "solver), contact.sphere, "
     "contact.capsule (a press, with and without the tool), load.start (from nothing to the first "
     "tick, 100 000 triangles), live.loop (the real pliantd at 1 kHz in a private network).";
 
