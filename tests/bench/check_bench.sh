@@ -5,6 +5,8 @@ set -u
 table=$(mktemp) || exit 1
 trap 'rm -f "$table"' EXIT
 "$1" --quick --tsv "$table" >/dev/null || { echo "pliant-bench failed"; exit 1; }
+"$1" --compare "$table" "$table" | awk -F '\t' 'NR > 1 && $6 != "1.000" { print; bad = 1 }
+    END { exit bad || NR < 30 }' || { echo "a table differs from itself"; exit 1; }
 awk -F '\t' '
     NR == 1 { if ($0 != "case\tsize\tmetric\tvalue\tunit") { print "header: " $0; bad = 1 }; next }
     NF != 5 || $1 == "" || $2 !~ /^[1-9][0-9]*$/ || $3 == "" || $5 == "" ||
