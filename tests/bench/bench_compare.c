@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ROWS_MAX = 1024, KEY_MAX = 96 };
+enum { ROWS_MAX = 1024, KEY_MAX = 112 };
 
 typedef struct Row {
     char key[KEY_MAX]; // case, size and metric, with tabs
