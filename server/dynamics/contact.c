@@ -83,7 +83,10 @@ Contact *contact_create(const char *name, const ToolOptions *tool, bool plane, B
         contact->nearest = ALLOCATE(faces, ClosestPair, "nearest pairs");
         contact->seen_side = ALLOCATE(faces, signed char, "seen sides");
         contact->has_side = ALLOCATE(faces, bool, "sides at all");
+        contact->candidate_of = ALLOCATE(faces, int, "candidate numbers");
         contact->teller = ALLOCATE(faces, int, "tellers");
+        for (int f = 0; f < faces; f++)
+            contact->candidate_of[f] = -1;
         contact->push = ALLOCATE(CONTACT_PUSHES, Push, "pushes");
         for (int i = 0; i < nodes; i++)
             contact->local[i] = -1;
@@ -148,6 +151,12 @@ static bool within_reach(const Contact *contact, const ToolPlacement *at, const 
         if (lower > reach)
             continue;
         ClosestPair pair[DISTANCE_PAIRS];
+        if (contact_is_sphere(capsule)) {
+            distance_point_triangle(p, x, pair);
+            if (pair[0].distance <= reach)
+                return true;
+            continue;
+        }
         distance_segment_triangle_pairs(p, q, x, pair);
         for (int j = 0; j < DISTANCE_PAIRS; j++)
             if (pair[j].distance <= reach)
@@ -174,6 +183,7 @@ static void keep_candidates(Contact *contact, const ToolPlacement *at, double ma
                     contact->side[shape][face] = 0;
                 continue;
             }
+            contact->candidate_of[face] = contact->candidate_count;
             Candidate *candidate = &contact->candidate[contact->candidate_count++];
             candidate->face = face;
             candidate->area = surface->face_area[face];
@@ -225,9 +235,16 @@ static void compute_node_normals(Contact *contact)
     contact->local_count = own; // the ring was needed for the normals only
 }
 
+static void forget_candidates(Contact *contact)
+{
+    for (int i = 0; i < contact->candidate_count; i++)
+        contact->candidate_of[contact->candidate[i].face] = -1;
+    contact->candidate_count = contact->local_count = 0;
+}
+
 static void find_candidates(Contact *contact, const ToolPlacement *at, double margin)
 {
-    contact->candidate_count = contact->local_count = 0;
+    forget_candidates(contact);
     if (contact->is_plane) {
         const Body *body = contact->body;
         Region region = {.kind = REGION_BELOW_PLANE,
@@ -324,7 +341,7 @@ void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation
     double way = vec3_length(vec3_sub(end, proxy->position));
     double swing = vec3_length(quat_to_rotation(turn)) * contact->lever;
     double cap = contact->body->substeps * STEP_CAP * r; // of the way and of the swing
-    contact->candidate_count = contact->local_count = 0;
+    forget_candidates(contact);
     bool clear = way + swing > cap && !may_meet(contact, &at, way + swing);
     if (!clear)
         find_candidates(contact, &at, r + fmin(way, cap) + fmin(swing, cap));
@@ -463,7 +480,7 @@ void contact_clear(Contact *contact)
         for (int shape = 0; shape < contact->tool->capsule_count; shape++)
             memset(contact->side[shape], 0, (size_t)contact->body->surface.face_count);
     }
-    contact->candidate_count = contact->local_count = 0;
+    forget_candidates(contact);
     contact->sums = (ContactSums){.about = contact->proxy->position};
     contact->next = *contact->proxy; // a substep that ends must not bring the old proxy back
 }

@@ -84,6 +84,7 @@ struct Contact {
     ClosestPair *nearest; // [face_count] of each candidate when the tick began
     signed char *seen_side; // [face_count] of each candidate when the tick began
     bool *has_side;         // [face_count] false where the nearest point lies on a free border
+    int *candidate_of;      // [face_count] of a face; -1
     int *teller;            // [face_count] the candidate that tells a candidate's side
     double *distance;       // [face_count] of each candidate in the present evaluation, unsigned
     Vec3 *plane_trial;      // [node_count] by local node: bristles of the present evaluation
@@ -103,6 +104,8 @@ struct Contact {
 // it.
 void contact_face_bounds(const Vec3 x[3], Vec3 p, Vec3 q, double *lower, double *upper);
 
+// A capsule without length.
+bool contact_is_sphere(const Capsule *capsule);
 // The capsule's axis at a placement.
 void contact_axis(const Capsule *capsule, const ToolPlacement *at, Vec3 *p, Vec3 *q);
 // Unit normal of a candidate's face at the present positions; zero for a face without area.

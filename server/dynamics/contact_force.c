@@ -34,6 +34,11 @@ Vec3 contact_face_normal(const Contact *contact, const Candidate *candidate)
     return vec3_unit(vec3_cross(vec3_sub(b, a), vec3_sub(c, a)));
 }
 
+bool contact_is_sphere(const Capsule *capsule)
+{
+    return vec3_length(vec3_sub(capsule->to, capsule->from)) < TOUCHING;
+}
+
 void contact_axis(const Capsule *capsule, const ToolPlacement *at, Vec3 *p, Vec3 *q)
 {
     *p = vec3_add(at->position, quat_rotate(at->orientation, capsule->from));
@@ -266,7 +271,7 @@ static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shap
                                      : CONTACT_CROSSED_REACH * capsule->radius;
     Vec3 p, q;
     contact_axis(capsule, at, &p, &q);
-    bool sphere = vec3_length(vec3_sub(capsule->to, capsule->from)) < TOUCHING;
+    bool sphere = contact_is_sphere(capsule);
     bool crossed = false;
     FaceDistance face;
     for (int i = 0; i < contact->candidate_count; i++) {

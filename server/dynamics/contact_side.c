@@ -10,37 +10,26 @@
 
 #include "geometry/distance.h"
 
-// Nearest pair of a capsule's axis and a candidate; at no distance when the axis passes through.
+// Nearest pair of an axis and a candidate; at no distance when the axis passes through.
 static void nearest_pair(const Contact *contact, const Candidate *candidate, Vec3 p, Vec3 q,
-                         ClosestPair *nearest)
+                         bool sphere, ClosestPair *nearest)
 {
     Vec3 x[3] = {contact->x[candidate->node[0]], contact->x[candidate->node[1]],
                  contact->x[candidate->node[2]]};
+    if (sphere) {
+        distance_point_triangle(p, x, nearest);
+        return;
+    }
     ClosestPair pair[DISTANCE_PAIRS];
     double along, weight[3];
     distance_segment_triangle_pairs(p, q, x, pair);
-    *nearest = pair[0];
+    int best = 0;
     for (int j = 1; j < DISTANCE_PAIRS; j++)
-        if (pair[j].distance < nearest->distance)
-            *nearest = pair[j];
+        if (pair[j].distance < pair[best].distance)
+            best = j;
+    *nearest = pair[best];
     if (distance_segment_crosses(p, q, x, &along, weight))
         nearest->distance = 0.0;
-}
-
-// The candidate of a face, or -1.
-static int find_candidate(const Contact *contact, int face)
-{
-    int low = 0, high = contact->candidate_count - 1;
-    while (low <= high) {
-        int middle = (low + high) / 2, found = contact->candidate[middle].face;
-        if (found == face)
-            return middle;
-        if (found < face)
-            low = middle + 1;
-        else
-            high = middle - 1;
-    }
-    return -1;
 }
 
 static bool is_nearer(const Contact *contact, int a, int b)
@@ -63,13 +52,13 @@ static int nearest_around(const Contact *contact, int index, const double weight
     if (corners == 2) {
         int edge = weight[0] <= 0.0 ? 1 : weight[1] <= 0.0 ? 2 : 0;
         int across = surface->face_neighbor[face][edge];
-        int other = across >= 0 ? find_candidate(contact, across) : -1;
+        int other = across >= 0 ? contact->candidate_of[across] : -1;
         return other >= 0 && is_nearer(contact, other, index) ? other : index;
     }
     if (corners == 1) {
         int node = surface->face[face][corner];
         for (int k = surface->node_face_start[node]; k < surface->node_face_start[node + 1]; k++) {
-            int other = find_candidate(contact, surface->node_face[k]);
+            int other = contact->candidate_of[surface->node_face[k]];
             if (other >= 0 && is_nearer(contact, other, best))
                 best = other;
         }
@@ -89,10 +78,11 @@ static signed char inherited_side(const Contact *contact, const Candidate *candi
 }
 
 // Measures a candidate: its distance, the side that is seen, and who tells its side.
-static void look_at(Contact *contact, int index, Vec3 p, Vec3 q, ClosestPair *nearest)
+static void look_at(Contact *contact, int index, Vec3 p, Vec3 q, bool sphere)
 {
     const Candidate *candidate = &contact->candidate[index];
-    nearest_pair(contact, candidate, p, q, nearest);
+    ClosestPair *nearest = &contact->nearest[index];
+    nearest_pair(contact, candidate, p, q, sphere, nearest);
     int sign = contact_sign(contact, candidate, nearest->weight, nearest->on_triangle,
                             nearest->on_segment);
     contact->has_side[index] = sign != 0;
@@ -118,7 +108,7 @@ static void update_shape(Contact *contact, const ToolPlacement *at, int shape)
     Vec3 p, q;
     contact_axis(capsule, at, &p, &q);
     for (int i = 0; i < count; i++)
-        look_at(contact, i, p, q, &contact->nearest[i]);
+        look_at(contact, i, p, q, contact_is_sphere(capsule));
     for (int i = 0; i < count; i++)
         contact->teller[i] = nearest_around(contact, i, contact->nearest[i].weight);
 
