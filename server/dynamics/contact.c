@@ -60,6 +60,7 @@ Contact *contact_create(const char *name, const ToolOptions *tool, bool plane, B
         contact->lever =
             fmax(contact->lever, fmax(vec3_length(capsule->from), vec3_length(capsule->to)));
         contact->side[k] = ALLOCATE(faces, signed char, "sides");
+        contact->gap_begin[k] = ALLOCATE(faces, double, "distances before");
         state_add(state, contact->side[k], (size_t)faces, "%s/sides%d", name, k);
     }
     contact->proxy = ALLOCATE(1, Proxy, "proxy");
@@ -80,6 +81,7 @@ Contact *contact_create(const char *name, const ToolOptions *tool, bool plane, B
         contact->mark = ALLOCATE((faces + 63) / 64, uint64_t, "face marks");
         contact->node_normal = ALLOCATE(nodes, Vec3, "node normals");
         contact->distance = ALLOCATE(faces, double, "distances");
+        contact->x_begin = ALLOCATE(nodes, Vec3, "positions before");
         contact->nearest = ALLOCATE(faces, ClosestPair, "nearest pairs");
         contact->seen_side = ALLOCATE(faces, signed char, "seen sides");
         contact->has_side = ALLOCATE(faces, bool, "sides at all");
@@ -136,6 +138,20 @@ static int local_number(Contact *contact, int node)
     return contact->local[node];
 }
 
+// Cheap bounds of the distance between a face and an axis: from the face's centre, which lies on
+// it.
+static void face_bounds(const Vec3 x[3], Vec3 p, Vec3 q, double *lower, double *upper)
+{
+    Vec3 center = vec3_scale(1.0 / 3.0, vec3_add(vec3_add(x[0], x[1]), x[2]));
+    double radius2 = 0.0;
+    for (int k = 0; k < 3; k++) {
+        Vec3 arm = vec3_sub(x[k], center);
+        radius2 = fmax(radius2, vec3_dot(arm, arm));
+    }
+    *upper = distance_point_segment(center, p, q);
+    *lower = *upper - sqrt(radius2);
+}
+
 static bool within_reach(const Contact *contact, const ToolPlacement *at, const Vec3 x[3],
                          double margin)
 {
@@ -145,7 +161,7 @@ static bool within_reach(const Contact *contact, const ToolPlacement *at, const 
         Vec3 p, q;
         contact_axis(capsule, at, &p, &q);
         double lower, upper;
-        contact_face_bounds(x, p, q, &lower, &upper);
+        face_bounds(x, p, q, &lower, &upper);
         if (upper <= reach)
             return true;
         if (lower > reach)
@@ -233,6 +249,7 @@ static void compute_node_normals(Contact *contact)
     for (int i = 0; i < contact->local_count; i++)
         contact->local[contact->node[i]] = -1;
     contact->local_count = own; // the ring was needed for the normals only
+    memcpy(contact->x_begin, contact->x, (size_t)own * sizeof *contact->x);
 }
 
 static void forget_candidates(Contact *contact)
@@ -258,6 +275,7 @@ static void find_candidates(Contact *contact, const ToolPlacement *at, double ma
     mark_faces(contact, at, margin);
     keep_candidates(contact, at, margin);
     compute_node_normals(contact);
+    contact->begin = *at;
     contact_update_sides(contact, at);
 }
 
@@ -390,6 +408,14 @@ static void read_local_nodes(Contact *contact)
 {
     const Body *body = contact->body;
     body->ops->read_nodes(body->model, contact->node, contact->local_count, contact->x, contact->v);
+    if (contact->is_plane)
+        return;
+    double farthest = 0.0;
+    for (int i = 0; i < contact->local_count; i++) {
+        Vec3 moved = vec3_sub(contact->x[i], contact->x_begin[i]);
+        farthest = fmax(farthest, vec3_dot(moved, moved));
+    }
+    contact->yielded = sqrt(farthest);
 }
 
 void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, double h)

@@ -107,8 +107,10 @@ static void update_shape(Contact *contact, const ToolPlacement *at, int shape)
     int count = contact->candidate_count;
     Vec3 p, q;
     contact_axis(capsule, at, &p, &q);
-    for (int i = 0; i < count; i++)
+    for (int i = 0; i < count; i++) {
         look_at(contact, i, p, q, contact_is_sphere(capsule));
+        contact->gap_begin[shape][i] = contact->distance[i];
+    }
     for (int i = 0; i < count; i++)
         contact->teller[i] = nearest_around(contact, i, contact->nearest[i].weight);
 
