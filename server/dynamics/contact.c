@@ -123,9 +123,13 @@ static void mark_faces(Contact *contact, const ToolPlacement *at, double margin)
                 mark_face(contact, surface->node_face[k]);
         }
         const signed char *side = contact->side[shape];
-        for (int f = 0; f < surface->face_count; f++)
-            if (side[f] != 0)
+        for (int f = 0; f < surface->face_count; f++) {
+            uint64_t eight; // nearly all are 0: look at eight at a time
+            while (f + 8 <= surface->face_count && (memcpy(&eight, side + f, 8), eight == 0))
+                f += 8;
+            if (f < surface->face_count && side[f] != 0)
                 mark_face(contact, f);
+        }
     }
 }
 
@@ -166,19 +170,12 @@ static bool within_reach(const Contact *contact, const ToolPlacement *at, const 
             return true;
         if (lower > reach)
             continue;
-        ClosestPair pair[DISTANCE_PAIRS];
-        if (contact_is_sphere(capsule)) {
-            distance_point_triangle(p, x, pair);
-            if (pair[0].distance <= reach)
+        for (int k = 0; k < 3; k++)
+            if (distance_point_segment(x[k], p, q) <= reach)
                 return true;
-            continue;
-        }
-        distance_segment_triangle_pairs(p, q, x, pair);
-        for (int j = 0; j < DISTANCE_PAIRS; j++)
-            if (pair[j].distance <= reach)
-                return true;
-        double along, weight[3];
-        if (distance_segment_crosses(p, q, x, &along, weight))
+        ClosestPair nearest;
+        contact_nearest_pair(x, p, q, contact_is_sphere(capsule), &nearest);
+        if (nearest.distance <= reach)
             return true;
     }
     return false;

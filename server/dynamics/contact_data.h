@@ -111,7 +111,9 @@ void contact_axis(const Capsule *capsule, const ToolPlacement *at, Vec3 *p, Vec3
 // Unit normal of a candidate's face at the present positions; zero for a face without area.
 Vec3 contact_face_normal(const Contact *contact, const Candidate *candidate);
 
-// contact_side.c: after the candidates are known, decides the side of new ones and releases old
+// contact_side.c: nearest pair of a face and an axis; at no distance when the axis passes through.
+void contact_nearest_pair(const Vec3 x[3], Vec3 p, Vec3 q, bool sphere, ClosestPair *nearest);
+// After the candidates are known, decides the side of new ones and releases old
 // ones.
 void contact_update_sides(Contact *contact, const ToolPlacement *at);
 

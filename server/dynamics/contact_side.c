@@ -10,24 +10,38 @@
 
 #include "geometry/distance.h"
 
-// Nearest pair of an axis and a candidate; at no distance when the axis passes through.
-static void nearest_pair(const Contact *contact, const Candidate *candidate, Vec3 p, Vec3 q,
-                         bool sphere, ClosestPair *nearest)
+void contact_nearest_pair(const Vec3 x[3], Vec3 p, Vec3 q, bool sphere, ClosestPair *nearest)
 {
-    Vec3 x[3] = {contact->x[candidate->node[0]], contact->x[candidate->node[1]],
-                 contact->x[candidate->node[2]]};
-    if (sphere) {
-        distance_point_triangle(p, x, nearest);
+    distance_point_triangle(p, x, nearest);
+    if (sphere)
         return;
+    for (int k = 0; k < 3; k++) {
+        int to = (k + 1) % 3;
+        double s, t;
+        distance_segment_segment(p, q, x[k], x[to], &s, &t);
+        Vec3 on_segment = s == 1.0 ? q : vec3_madd(p, s, vec3_sub(q, p));
+        Vec3 on_side = t == 1.0 ? x[to] : vec3_madd(x[k], t, vec3_sub(x[to], x[k]));
+        double distance = vec3_length(vec3_sub(on_segment, on_side));
+        if (distance < nearest->distance) {
+            *nearest = (ClosestPair){
+                .distance = distance, .along = s, .on_triangle = on_side, .on_segment = on_segment};
+            nearest->weight[k] = 1.0 - t;
+            nearest->weight[to] = t;
+        }
     }
-    ClosestPair pair[DISTANCE_PAIRS];
+    // The other end is nearest only above the inside: then it is nearer to the corners than far
+    // ends are.
+    Vec3 to_corner = vec3_sub(q, x[0]);
+    double reach =
+        nearest->distance + vec3_length(vec3_sub(x[1], x[0])) + vec3_length(vec3_sub(x[2], x[0]));
+    if (vec3_dot(to_corner, to_corner) < reach * reach) {
+        ClosestPair end;
+        distance_point_triangle(q, x, &end);
+        end.along = 1.0;
+        if (end.distance < nearest->distance)
+            *nearest = end;
+    }
     double along, weight[3];
-    distance_segment_triangle_pairs(p, q, x, pair);
-    int best = 0;
-    for (int j = 1; j < DISTANCE_PAIRS; j++)
-        if (pair[j].distance < pair[best].distance)
-            best = j;
-    *nearest = pair[best];
     if (distance_segment_crosses(p, q, x, &along, weight))
         nearest->distance = 0.0;
 }
@@ -82,7 +96,9 @@ static void look_at(Contact *contact, int index, Vec3 p, Vec3 q, bool sphere)
 {
     const Candidate *candidate = &contact->candidate[index];
     ClosestPair *nearest = &contact->nearest[index];
-    nearest_pair(contact, candidate, p, q, sphere, nearest);
+    Vec3 x[3] = {contact->x[candidate->node[0]], contact->x[candidate->node[1]],
+                 contact->x[candidate->node[2]]};
+    contact_nearest_pair(x, p, q, sphere, nearest);
     int sign = contact_sign(contact, candidate, nearest->weight, nearest->on_triangle,
                             nearest->on_segment);
     contact->has_side[index] = sign != 0;
