@@ -33,6 +33,7 @@ bool fixture_try(Fixture *fixture, TriMesh *mesh, const FixtureOptions *options,
         .shape = options->shape,
         .prestress = options->prestress,
         .integrator = options->integrator,
+        .precision = options->precision,
         .time_step = options->time_step,
         .unsafe_time_step = options->unsafe_time_step,
         .fixed_count = options->fixed_count,
@@ -89,6 +90,32 @@ void fixture_run(Fixture *fixture, int ticks)
     for (int i = 0; i < ticks; i++)
         sim_step(fixture->sim);
     fixture_read(fixture);
+}
+
+const LoadOptions fixture_everywhere = {
+    .body = 0, .radius = 1.0, .force = {0.3, -0.2, 0.1}, .duration = 0.01};
+
+FixtureOptions fixture_loadable(void)
+{
+    return (FixtureOptions){.material = fixture_material(2e-4),
+                            .shape = fixture_shape(SHAPE_WORLD),
+                            .integrator = INTEGRATOR_SYMPLECTIC_EULER,
+                            .may_load = true};
+}
+
+void fixture_create_sphere(Fixture *fixture, const FixtureOptions *options)
+{
+    TriMesh mesh;
+    fixture_sphere(&mesh);
+    fixture_create(fixture, &mesh, options);
+}
+
+bool fixture_is_finite(const Fixture *fixture)
+{
+    for (int i = 0; i < fixture->mesh.node_count; i++)
+        if (!vec3_finite(fixture->x[i]) || !vec3_finite(fixture->v[i]))
+            return false;
+    return true;
 }
 
 static void copy_vec3(Vec3 from, double to[3])

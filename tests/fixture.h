@@ -13,7 +13,8 @@ typedef struct FixtureOptions {
     SurfaceShape shape;
     double prestress;
     IntegratorKind integrator;
-    double time_step; // 0: from the bound
+    Precision precision; // double when zeroed
+    double time_step;    // 0: from the bound
     bool unsafe_time_step;
     double rate_hz; // 0: 1000
     Vec3 gravity;
@@ -51,6 +52,15 @@ void fixture_destroy(Fixture *fixture);
 // Positions and velocities after the last tick.
 void fixture_read(Fixture *fixture);
 void fixture_run(Fixture *fixture, int ticks);
+
+// A damped sphere on shape springs, one kick a tick, that takes loads.
+FixtureOptions fixture_loadable(void);
+// On the mesh of fixture_sphere.
+void fixture_create_sphere(Fixture *fixture, const FixtureOptions *options);
+// Takes every node of it for 10 ms; 0.3 N along x.
+extern const LoadOptions fixture_everywhere;
+// Whether all numbers that fixture_read gave are finite.
+bool fixture_is_finite(const Fixture *fixture);
 
 // The same body for the reference: material, shape, gravity, prestress, fixed nodes and initial
 // state; loads are the test's.

@@ -4,7 +4,7 @@
 #include "fixture.h"
 #include "geometry/generator.h"
 
-static const double RADIUS = 0.05;
+static const double RADIUS = 0.05; // [m]
 
 // Root mean square distance from the rest shape over the radius, 2 s after the release.
 static double residual(const SurfaceShape *shape, double force, double *pressed)

@@ -51,3 +51,15 @@ void realtime_request(pthread_t thread)
              scheduled != 0 && locked != 0 ? ", " : "", locked != 0 ? "mlockall: " : "",
              locked != 0 ? strerror(locked) : "", PRIORITY);
 }
+
+void realtime_pause(void)
+{
+    struct sched_param parameter = {0};
+    pthread_setschedparam(pthread_self(), SCHED_OTHER, &parameter);
+}
+
+void realtime_resume(void)
+{
+    struct sched_param parameter = {.sched_priority = PRIORITY};
+    pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
+}
