@@ -12,10 +12,9 @@ static bool fail(const HdfFile *file, const char *what)
                        reason);
 }
 
-// HDF5 prints by itself unless told not to, on each thread anew.
 static void begin(void)
 {
-    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    hdf_begin();
     errno = 0;
 }
 

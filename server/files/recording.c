@@ -17,45 +17,53 @@
 #define RECORDING_FORMAT "pliant-recording"
 enum {
     RECORDING_VERSION = 1,
-    FRAME_ROWS = 512, // of the short columns, stored together
+    CHUNK_KEPT = 1 << 14,   // [bytes]
+    SPACE_MARGIN = 1 << 18, // [bytes], more than HDF5 ever adds to one append
+    FRAME_ROWS = 512,       // of the short columns, stored together
     TOPOLOGY_ROWS = 16,
     EVENT_ROWS = 16,
     NAME_TEXT = 160,
     XDMF_LAG = 16,       // the sidecar is rewritten when this part of its frames is missing, ...
-    XDMF_AT_ONCE = 8192, // ... or at every flush while it has less frames (3 MB)
+    XDMF_AT_ONCE = 4096, // ... or at every flush while it has less frames (4 MB)
 };
 
 static const int64_t FLUSH_EVERY_NS = 1000000000;
 
 // --- creation ------------------------------------------------------------------------------------
 
+static bool refuse(const char *path, const char *why, Status *status)
+{
+    return status_fail(status, STATUS_INVALID, "%s: cannot record: %s", path, why);
+}
+
 // A recording never replaces what somebody may still want. What HDF5 would only call a failure gets
-// its reason here.
-static bool claim(const char *path, Status *status)
+// its reason here. Returns a descriptor, or -1.
+static int claim(const char *path, Status *status)
 {
     struct stat facts;
     int fd = open(path, O_WRONLY | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666);
-    if (fd < 0)
-        return status_fail(status, STATUS_INVALID, "%s: cannot record: %s", path, strerror(errno));
-    int error = fstat(fd, &facts) == 0 ? 0 : errno;
-    close(fd);
-    if (error != 0)
-        return status_fail(status, STATUS_INVALID, "%s: cannot record: %s", path, strerror(error));
-    if (!S_ISREG(facts.st_mode))
-        return status_fail(status, STATUS_INVALID, "%s: cannot record: is not a regular file",
-                           path);
-    return facts.st_size == 0 ||
-           status_fail(status, STATUS_INVALID,
-                       "%s: exists already: a recording replaces no file, remove it or name "
-                       "another",
-                       path);
+    if (fd < 0 || fstat(fd, &facts) != 0)
+        refuse(path, strerror(errno), status);
+    else if (!S_ISREG(facts.st_mode))
+        refuse(path, "is not a regular file", status);
+    else if (facts.st_size > 0)
+        refuse(path, "exists already, and a recording replaces no file: remove it or name another",
+               status);
+    else
+        return fd;
+    if (fd >= 0)
+        close(fd);
+    return -1;
 }
 
 static bool create_file(Recording *recording)
 {
-    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    hdf_begin();
     hid_t access_list = H5Pcreate(H5P_FILE_ACCESS);
     H5Pset_libver_bounds(access_list, H5F_LIBVER_V110, H5F_LIBVER_V110);
+    // One small chunk of each data set waits in memory until it is full or the file is flushed,
+    // larger ones are written at once: so the file's size tells what it needs of the disk.
+    H5Pset_cache(access_list, 0, 1, CHUNK_KEPT, 1.0);
     errno = 0;
     recording->file.id = H5Fcreate(recording->path, H5F_ACC_TRUNC, H5P_DEFAULT, access_list);
     H5Pclose(access_list);
@@ -166,9 +174,24 @@ static bool write_head(Recording *recording, const RecordingOptions *options)
            hdf_write_text(file, "/", "created_by", options->created_by);
 }
 
+// Room for so many bytes more, and for what HDF5 notes about them.
+static bool reserve(Recording *recording, size_t bytes)
+{
+    hsize_t size = 0;
+    size_t tables =
+        (size_t)(recording->body_count * BODY_TABLES + recording->tool_count * TOOL_TABLES + 1);
+    size_t margin = SPACE_MARGIN + tables * CHUNK_KEPT;
+    if (H5Fget_filesize(recording->file.id, &size) < 0 ||
+        disk_space_reserve(&recording->space, (int64_t)(size + bytes + margin)))
+        return true;
+    return status_fail(&recording->status, STATUS_FAILED, "%s: cannot be written: %s",
+                       recording->path, strerror(errno));
+}
+
 static bool create_all(Recording *recording, const RecordingOptions *options)
 {
-    if (!create_file(recording) || !write_head(recording, options))
+    if (!create_file(recording) || !reserve(recording, strlen(options->scene)) ||
+        !write_head(recording, options))
         return false;
     for (int i = 0; i < options->body_count; i++)
         if (!create_body(recording, i, &options->body[i]))
@@ -185,11 +208,16 @@ static bool create_all(Recording *recording, const RecordingOptions *options)
 
 // --- appending -----------------------------------------------------------------------------------
 
-// One row into a table; false, and nothing written, once something has failed.
-static bool append(const Recording *recording, HdfTable *table, hsize_t rows, const void *data)
+// False, and nothing written, once something has failed.
+static bool append(Recording *recording, HdfTable *table, hsize_t rows, const void *data)
 {
-    return recording->status.code == STATUS_OK &&
-           hdf_table_append(&recording->file, table, rows, data);
+    size_t bytes =
+        (size_t)rows * H5Tget_size(table->type) * (size_t)(table->columns > 0 ? table->columns : 1);
+    if (recording->status.code != STATUS_OK || !reserve(recording, bytes))
+        return false;
+    bool ok = hdf_table_append(&recording->file, table, rows, data);
+    recording->broken = !ok;
+    return ok;
 }
 
 static void remember_topology(RecordedBody *body, const TopologyRows *rows)
@@ -279,11 +307,12 @@ static bool write_sidecar(Recording *recording)
 
 static bool flush_file(Recording *recording)
 {
-    if (recording->status.code != STATUS_OK)
+    if (recording->broken)
         return false;
-    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    hdf_begin();
     errno = 0;
-    return H5Fflush(recording->file.id, H5F_SCOPE_GLOBAL) >= 0 ||
+    recording->broken = H5Fflush(recording->file.id, H5F_SCOPE_GLOBAL) < 0;
+    return !recording->broken ||
            status_fail(&recording->status, STATUS_FAILED, "%s: cannot be flushed: %s",
                        recording->path, errno != 0 ? strerror(errno) : "HDF5 refuses");
 }
@@ -314,7 +343,7 @@ const Status *recording_status(const Recording *recording)
 
 static void close_file(Recording *recording)
 {
-    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    hdf_begin();
     for (int i = 0; i < recording->body_count; i++)
         for (int t = 0; t < BODY_TABLES; t++)
             hdf_table_close(&recording->body[i].table[t]);
@@ -331,6 +360,7 @@ static void destroy(Recording *recording)
 {
     for (int i = 0; i < recording->body_count; i++)
         free(recording->body[i].topology);
+    close(recording->space.fd);
     free(recording->body);
     free(recording->tool);
     free(recording->path);
@@ -339,10 +369,12 @@ static void destroy(Recording *recording)
 
 Recording *recording_create(const char *path, const RecordingOptions *options, Status *status)
 {
-    if (!claim(path, status))
+    int fd = claim(path, status);
+    if (fd < 0)
         return NULL;
     Recording *recording = calloc(1, sizeof *recording);
     ASSERT(recording != NULL);
+    recording->space.fd = fd;
     recording->path = strdup(path);
     recording->body_count = options->body_count;
     recording->tool_count = options->tool_count;
@@ -365,13 +397,14 @@ Recording *recording_create(const char *path, const RecordingOptions *options, S
 bool recording_close(Recording *recording, Status *status)
 {
     bool flushed = flush_file(recording);
-    bool ok = flushed && write_sidecar(recording);
-    if (!ok)
-        status_fail(status, STATUS_FAILED, "%s",
-                    flushed ? recording->sidecar.text : recording->status.text);
+    disk_space_release(&recording->space);
+    if (flushed && !write_sidecar(recording))
+        status_fail(&recording->status, STATUS_FAILED, "%s", recording->sidecar.text);
     // HDF5 cannot close a file that it cannot write; it is left as after a kill.
     if (flushed)
         close_file(recording);
+    bool ok = recording->status.code == STATUS_OK ||
+              status_fail(status, STATUS_FAILED, "%s", recording->status.text);
     destroy(recording);
     return ok;
 }

@@ -61,8 +61,8 @@ typedef struct Recording Recording;
 // it is empty; a sidecar is replaced. NULL with `status` (STATUS_INVALID), and no file.
 Recording *recording_create(const char *path, const RecordingOptions *options, Status *status);
 
-// Each appends; bodies and tools by their index in the options. False from the first failure on
-// (a full disk): the file then ends with its last flush.
+// Each appends; bodies and tools by their index in the options. False from the first failure on: a
+// full disk leaves the file whole, whatever else goes wrong leaves it as its last flush made it.
 bool recording_add_topology(Recording *recording, int body, const RecordingTopology *topology);
 // The frame's topology must have been added.
 bool recording_add_frame(Recording *recording, int body, const RecordingFrame *frame);
@@ -79,7 +79,7 @@ bool recording_flush_if_due(Recording *recording, int64_t now_ns);
 const Status *recording_status(const Recording *recording);
 
 // Flushes, brings the sidecar up to date, closes and frees. False with `status` if not everything
-// was written. A file whose disk was full is left as its last flush made it.
+// was written.
 bool recording_close(Recording *recording, Status *status);
 
 #endif

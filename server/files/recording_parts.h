@@ -3,6 +3,7 @@
 #ifndef PLIANT_FILES_RECORDING_PARTS_H
 #define PLIANT_FILES_RECORDING_PARTS_H
 
+#include "files/disk_space.h"
 #include "files/hdf_table.h"
 #include "files/recording.h"
 
@@ -55,8 +56,10 @@ typedef struct RecordedTool {
 struct Recording {
     HdfFile file;
     char *path;
-    Status status;  // the first failure
-    Status sidecar; // of its newest writing
+    DiskSpace space; // taken in advance
+    bool broken;     // HDF5 has failed to write: it must not touch the file any more
+    Status status;   // the first failure
+    Status sidecar;  // of its newest writing
     int body_count, tool_count;
     RecordedBody *body;
     RecordedTool *tool;
