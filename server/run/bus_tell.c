@@ -103,7 +103,7 @@ static int fill_reasons(const Bus *bus, char *name[REASONS], int64_t count[REASO
     int reasons = 0;
     int64_t lost = atomic_load_explicit(&bus->exchange->recorded_lost, memory_order_relaxed);
     if (lost > 0) {
-        name[reasons] = (char *)(uintptr_t) "frame not recorded";
+        name[reasons] = (char *)(uintptr_t) "frames_not_recorded";
         count[reasons++] = lost;
     }
     for (int i = ACCEPTED + 1; i < REFUSAL_COUNT; i++) {
