@@ -6,6 +6,7 @@
 #include "run/live.h"
 #include "run/offline.h"
 #include "run/realtime.h"
+#include "run/report.h"
 
 #include <argp.h>
 #include <math.h>
@@ -94,8 +95,8 @@ static void check_prefix(Arguments *arguments, const char *text)
 {
     static const char letters[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-";
-    if (text[0] == '\0' || strlen(text) > 32 || strspn(text, letters) != strlen(text))
-        bad_usage(arguments, "--prefix", text, "is not 1 to 32 letters, digits, _ or -");
+    if (text[0] == '\0' || strlen(text) > 31 || strspn(text, letters) != strlen(text))
+        bad_usage(arguments, "--prefix", text, "is not 1 to 31 letters, digits, _ or -");
 }
 
 static error_t parse_option(int key, char *text, struct argp_state *state)
@@ -272,56 +273,7 @@ static const char *choose_isa(const Arguments *arguments, const InputLogReader *
     return "auto";
 }
 
-// --- the end ---
-
-static void print_times(const char *name, const Histogram *histogram)
-{
-    double us[4];
-    histogram_summarize(histogram, us);
-    printf("%s: p50 %.0f, p99 %.0f, p99.9 %.0f, max %.0f us\n", name, us[0], us[1], us[2], us[3]);
-}
-
-static void print_live(const LiveResult *result)
-{
-    printf("ticks: %lld\nlate ticks: %lld\nresets: %lld\n", (long long)result->ticks,
-           (long long)result->late_ticks, (long long)result->resets);
-    print_times("step time", &result->step);
-    print_times("wake-up", &result->wake);
-    printf("messages: in %lld, out %lld, rejected %lld\n", (long long)result->bus.received,
-           (long long)result->bus.published, (long long)result->bus.rejected);
-    for (int i = ACCEPTED + 1; i < REFUSAL_COUNT; i++)
-        if (result->bus.reason[i] > 0)
-            printf("  rejected %s: %lld\n", refusal_name((Refusal)i),
-                   (long long)result->bus.reason[i]);
-    if (result->bus.failed > 0 || result->lost > 0)
-        printf("  not published: %lld, lost on the way to the bus: %lld\n",
-               (long long)result->bus.failed, (long long)result->lost);
-    printf("high water: requests %u, answers %u, contacts %u, events %u, logged inputs %u\n",
-           result->requests_high, result->answers_high, result->contacts_high, result->events_high,
-           result->applied_high);
-    if (result->checkpoints > 0)
-        printf("checkpoints: %lld\n", (long long)result->checkpoints);
-    if (result->recorded + result->recorded_lost > 0)
-        printf("recorded frames: %lld, dropped %lld, high water %u\n", (long long)result->recorded,
-               (long long)result->recorded_lost, result->recorded_high);
-}
-
-static void print_end(World *world)
-{
-    printf("step: %lld, time: %.9g s\nstate: %016llx\n", (long long)sim_steps(world->sim),
-           sim_time(world->sim), (unsigned long long)state_hash(&world->state));
-}
-
-static void print_offline(World *world, const OfflineResult *result)
-{
-    printf("ticks: %lld\nresets: %lld\n", (long long)result->ticks,
-           (long long)sim_resets(world->sim));
-    print_times("step time", &result->step);
-    printf("inputs: applied %lld, rejected %lld\n", (long long)result->applied,
-           (long long)result->rejected);
-    if (result->recorded > 0)
-        printf("recorded frames: %lld, dropped 0\n", (long long)result->recorded);
-}
+// --- the run ---
 
 static sigset_t block_signals(void)
 {
@@ -365,8 +317,7 @@ static bool run_world(World *world, Scene *scene, const Arguments *arguments, In
         OfflineResult result;
         if (!offline_run(world, scene, &offline, &result, status))
             return false;
-        print_offline(world, &result);
-        print_end(world);
+        report_offline(world, &result, stdout);
         return true;
     }
     const Body *body = sim_body(world->sim, 0); // every scene has a body
@@ -380,10 +331,8 @@ static bool run_world(World *world, Scene *scene, const Arguments *arguments, In
                         .signals = signals};
     LiveResult result = {0};
     bool whole = live_run(world, scene, &live, &result, status);
-    if (result.ticks > 0 || whole) {
-        print_live(&result);
-        print_end(world);
-    }
+    if (result.ticks > 0 || whole)
+        report_live(world, &result, stdout);
     return whole;
 }
 

@@ -177,6 +177,14 @@ void bench_create(Bench *bench, const BenchOptions *options)
     need(surface_create(&body, &bench->mesh, &surface, &bench->arena, &bench->state, &status),
          &status);
     bench->body = sim_add_body(bench->sim, &body);
+    if (options->has_twin) {
+        mesh_place(&bench->mesh, 1.0, vec3(0, 0, 0), options->twin_at);
+        surface.name = "twin";
+        need(surface_create(&body, &bench->mesh, &surface, &bench->arena, &bench->state, &status),
+             &status);
+        sim_add_body(bench->sim, &body);
+        mesh_place(&bench->mesh, 1.0, vec3(0, 0, 0), vec3_scale(-1.0, options->twin_at));
+    }
     for (int t = 0; t < options->tool_count; t++)
         sim_add_tool(bench->sim, &options->tool[t]);
     need(sim_seal(bench->sim, 0.0, &status), &status);

@@ -20,6 +20,8 @@ typedef enum BenchFixing {
 typedef struct BenchOptions {
     TriMesh mesh; // taken over by bench_create
     const Vec3 *initial_position;
+    bool has_twin; // a second body of the same mesh, moved by twin_at
+    Vec3 twin_at;
     BenchFixing fixing;
     double youngs_modulus_2d; // [N/m]
     double contact_ratio;     // a
@@ -42,8 +44,8 @@ typedef struct Bench {
     Arena arena;
     StateList state;
     Sim *sim;
-    Body *body;
-    Vec3 *x, *v; // [node_count] filled by bench_read
+    Body *body;  // the first
+    Vec3 *x, *v; // [node_count] of the first body, filled by bench_read
 } Bench;
 
 // Soft wall, leapfrog at 1 kHz, a = 0.5, mu = 0.3, no tool, no mesh.

@@ -141,11 +141,12 @@ static void settling_ends_before_the_first_tick(void **unused)
     (void)unused;
     // Free fall for 0.1 s: drift-kick-drift is exact for a constant acceleration.
     World world;
-    assert_string_equal(build_text("settle_s = 0.1; gravity = [0, 0, -10];\n"
-                                   "bodies = ( { name = \"a\"; mesh = { generator = "
-                                   "\"uv_sphere\"; radius = 0.05; }; } );",
-                                   &world),
-                        "");
+    assert_string_equal(
+        build_text("precision = \"double\"; settle_s = 0.1; gravity = [0, 0, -10];\n"
+                   "bodies = ( { name = \"a\"; mesh = { generator = "
+                   "\"uv_sphere\"; radius = 0.05; }; } );",
+                   &world),
+        "");
     assert_int_equal(sim_steps(world.sim), 0);
     BodyMeasure measure;
     const Body *body = sim_body(world.sim, 0);
@@ -160,7 +161,7 @@ static void tools_and_loads_reach_the_simulation(void **unused)
     (void)unused;
     World world;
     assert_string_equal(
-        build_text(MESH("generator = \"uv_sphere\";") //
+        build_text("precision = \"double\";\n" MESH("generator = \"uv_sphere\";") //
                    "tools = ( { id = 7; kind = \"probe\"; capsules = ( { radius = 0.01; } ); } );\n"
                    "loads = ( { center = [0, 0, 0.05]; radius = 0.02; force = [0, 0, 2]; duration "
                    "= 1; } );",

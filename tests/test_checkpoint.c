@@ -366,7 +366,8 @@ static void changed_numbers_are_refused(void **unused)
     static const char *const names[] = {"/bodies/ball/position", "/bodies/ball/velocity",
                                         "/state/ball/rows"};
     Run run;
-    run_create(&run, SCENE("leapfrog", ""));
+    // In double, where a bit of a row is a bit of a position.
+    run_create(&run, "precision = \"double\";\n" SCENE("leapfrog", ""));
     for (int i = 0; i < 3; i++) {
         save(&run, "a.h5");
         hid_t file = open_plain("a.h5", H5F_ACC_RDWR);
@@ -626,8 +627,8 @@ static void bodies_start_from_their_initial_state(void **unused)
     }
     write_initial("i.h5", H5T_NATIVE_DOUBLE, 114, 3, rows, speeds);
     Run run;
-    run_create(&run, "bodies = ( { name = \"a\"; mesh = { generator = \"uv_sphere\"; }; initial = "
-                     "\"i.h5\"; } );");
+    run_create(&run, "precision = \"double\"; bodies = ( { name = \"a\"; mesh = { generator = "
+                     "\"uv_sphere\"; }; initial = \"i.h5\"; } );");
     Vec3 position[114], velocity[114];
     surface_read_state(sim_body(run.world.sim, 0), position, velocity);
     assert_memory_equal(position, rows, sizeof rows);

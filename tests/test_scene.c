@@ -370,9 +370,6 @@ static void later_features_read_as_in_the_manual(void **unused)
                  "x.cfg:2: levels 2: refinement is not built into this version; only 0");
     expect_error(IN_BODY("cuttable = true;"),
                  "x.cfg:2: cuttable true: cutting is not built into this version; only false");
-    expect_error("precision = \"single\";\n" BODY,
-                 "x.cfg:1: precision \"single\": single precision is not built into this version; "
-                 "only \"double\"");
     expect_error("bodies = ( { name = \"liver\"; model = \"voxel\";\n"
                  "voxels = { file = \"liver.nrrd\"; label = 1; }; law = \"affine\"; } );",
                  "x.cfg:1: model \"voxel\": voxel bodies are not built into this version; only "

@@ -80,7 +80,10 @@ Contact *contact_create(const char *name, const ToolOptions *tool, bool plane, B
         contact->mark = ALLOCATE((faces + 63) / 64, uint64_t, "face marks");
         contact->node_normal = ALLOCATE(nodes, Vec3, "node normals");
         contact->distance = ALLOCATE(faces, double, "distances");
-        contact->geometric_side = ALLOCATE(faces, signed char, "new sides");
+        contact->nearest = ALLOCATE(faces, ClosestPair, "nearest pairs");
+        contact->seen_side = ALLOCATE(faces, signed char, "seen sides");
+        contact->has_side = ALLOCATE(faces, bool, "sides at all");
+        contact->teller = ALLOCATE(faces, int, "tellers");
         contact->push = ALLOCATE(CONTACT_PUSHES, Push, "pushes");
         for (int i = 0; i < nodes; i++)
             contact->local[i] = -1;
@@ -184,7 +187,26 @@ static void keep_candidates(Contact *contact, const ToolPlacement *at, double ma
                 local_number(contact, surface->face[contact->candidate[i].face][k]);
 }
 
-// Area-weighted normals at the candidates' nodes, from all faces around them.
+// Area-weighted normal at a node, from all faces around it; zero at a node of a free border, where
+// there is no side.
+static Vec3 node_normal(const Contact *contact, int node)
+{
+    const BodySurface *surface = &contact->body->surface;
+    Vec3 sum = {0.0, 0.0, 0.0};
+    for (int k = surface->node_face_start[node]; k < surface->node_face_start[node + 1]; k++) {
+        int face = surface->node_face[k];
+        const int *corner = surface->face[face];
+        for (int c = 0; c < 3; c++)
+            if (surface->face_neighbor[face][c] < 0 &&
+                (corner[c] == node || corner[(c + 1) % 3] == node))
+                return (Vec3){0.0, 0.0, 0.0};
+        Vec3 a = contact->x[contact->local[corner[0]]], b = contact->x[contact->local[corner[1]]],
+             c = contact->x[contact->local[corner[2]]];
+        sum = vec3_add(sum, vec3_cross(vec3_sub(b, a), vec3_sub(c, a)));
+    }
+    return sum;
+}
+
 static void compute_node_normals(Contact *contact)
 {
     const BodySurface *surface = &contact->body->surface;
@@ -196,18 +218,8 @@ static void compute_node_normals(Contact *contact)
             for (int c = 0; c < 3; c++)
                 local_number(contact, surface->face[surface->node_face[k]][c]);
     body->ops->read_nodes(body->model, contact->node, contact->local_count, contact->x, NULL);
-    for (int i = 0; i < own; i++) {
-        Vec3 sum = {0.0, 0.0, 0.0};
-        for (int k = surface->node_face_start[contact->node[i]];
-             k < surface->node_face_start[contact->node[i] + 1]; k++) {
-            const int *corner = surface->face[surface->node_face[k]];
-            Vec3 a = contact->x[contact->local[corner[0]]],
-                 b = contact->x[contact->local[corner[1]]],
-                 c = contact->x[contact->local[corner[2]]];
-            sum = vec3_add(sum, vec3_cross(vec3_sub(b, a), vec3_sub(c, a)));
-        }
-        contact->node_normal[i] = sum;
-    }
+    for (int i = 0; i < own; i++)
+        contact->node_normal[i] = node_normal(contact, contact->node[i]);
     for (int i = 0; i < contact->local_count; i++)
         contact->local[contact->node[i]] = -1;
     contact->local_count = own; // the ring was needed for the normals only
@@ -237,7 +249,7 @@ static void find_candidates(Contact *contact, const ToolPlacement *at, double ma
 static void watch_caught(Contact *contact, Vec3 pose, double margin, double tick)
 {
     Proxy *proxy = contact->proxy;
-    bool caught = contact->forces.acting > 0 && contact->forces.acting == contact->forces.crossed;
+    bool caught = proxy->crossed_only != 0;
     if (caught) {
         Region region = {.kind = REGION_CAPSULE, .from = pose, .to = pose};
         region.radius = contact->lever + contact->largest_radius + margin +
@@ -434,6 +446,8 @@ void contact_end_substep(Contact *contact)
     }
     for (int shape = 0; shape < contact->tool->capsule_count && contact->local_count > 0; shape++)
         contact->next.bristle[shape] = contact->trial[shape];
+    const ContactForces *last = &contact->forces;
+    contact->next.crossed_only = last->acting > 0 && last->acting == last->crossed;
     contact->next.away = contact->proxy->away;
     *contact->proxy = contact->next;
 }

@@ -4,6 +4,7 @@
 #define PLIANT_DYNAMICS_CONTACT_DATA_H
 
 #include "dynamics/contact.h"
+#include "geometry/distance.h"
 
 // A face that the tool can reach in this tick.
 typedef struct Candidate {
@@ -19,6 +20,7 @@ typedef struct Proxy {
     Vec3 position;
     Quat orientation;
     Vec3 bristle[TOOL_SHAPES]; // tangential memory of each capsule's friction [m]
+    int64_t crossed_only;      // 1: in the last substep only faces that the axis has crossed acted
     double away; // time that only crossed faces acted while the pose was clear of the body [s]
 } Proxy;
 
@@ -39,6 +41,11 @@ typedef struct Push {
     double stiffness; // of the face [N/m]
     Vec3 slip;        // tangential velocity of the tool relative to the face [m/s]
 } Push;
+
+// How far behind a tool with a proxy a wall may be that it has crossed, as a share of the radius:
+// the proxy steps back before its axis comes to a wall, so what shows its back farther off was not
+// crossed but seen through another wall.
+#define CONTACT_CROSSED_REACH 0.5
 
 enum { CONTACT_PUSHES = 2048 }; // with friction; more pushes act without it
 
@@ -73,10 +80,13 @@ struct Contact {
     int *local;           // [node_count] of a node; -1
     uint64_t *mark;       // bit a face
     Vec3 *x, *v, *f;      // [node_count] position, velocity, force; by local node
-    Vec3 *node_normal;    // [node_count] area-weighted, not unit; by local node
-    signed char *geometric_side; // [face_count] of new candidates
-    double *distance;  // [face_count] of each candidate in the present evaluation, unsigned
-    Vec3 *plane_trial; // [node_count] by local node: bristles of the present evaluation
+    Vec3 *node_normal;    // [node_count] area-weighted, not unit; zero on a border; by local node
+    ClosestPair *nearest; // [face_count] of each candidate when the tick began
+    signed char *seen_side; // [face_count] of each candidate when the tick began
+    bool *has_side;         // [face_count] false where the nearest point lies on a free border
+    int *teller;            // [face_count] the candidate that tells a candidate's side
+    double *distance;       // [face_count] of each candidate in the present evaluation, unsigned
+    Vec3 *plane_trial;      // [node_count] by local node: bristles of the present evaluation
 
     // --- of the substep ---
     Proxy next; // where the proxy goes

@@ -44,16 +44,17 @@ int contact_sign(const Contact *contact, const Candidate *candidate, const doubl
                  Vec3 on_face, Vec3 on_axis)
 {
     Vec3 normal = {0.0, 0.0, 0.0};
-    if (weight[0] > 0.0 && weight[1] > 0.0 && weight[2] > 0.0) {
+    int corners = (weight[0] > 0.0) + (weight[1] > 0.0) + (weight[2] > 0.0);
+    for (int k = 0; k < 3 && corners < 3; k++) {
+        bool on_edge = weight[(k + 2) % 3] <= 0.0; // on edge k, or at one of its ends
+        if (on_edge && candidate->border[k])
+            return 0;
+        normal = vec3_madd(normal, weight[k], contact->node_normal[candidate->node[k]]);
+    }
+    if (vec3_dot(normal, normal) == 0.0) { // inside the face, or border nodes only
+        if (corners == 1)
+            return 0;
         normal = contact_face_normal(contact, candidate);
-    } else {
-        for (int k = 0; k < 3; k++) { // on edge k, or at one of its ends
-            bool on_edge = weight[(k + 2) % 3] <= 0.0;
-            if (on_edge && candidate->border[k])
-                return 0;
-        }
-        for (int k = 0; k < 3; k++)
-            normal = vec3_madd(normal, weight[k], contact->node_normal[candidate->node[k]]);
     }
     return vec3_dot(vec3_sub(on_axis, on_face), normal) < 0.0 ? -1 : 1;
 }
@@ -244,22 +245,25 @@ static bool is_locally_nearest(const Contact *contact, int index)
     return true;
 }
 
-// Whether the face is surely out of touch. Only for tools with a proxy, whose axis stays in front
-// of the walls that it can meet: a far face cannot be a crossed one.
-static bool is_out_of_touch(const Contact *contact, int index, Vec3 p, Vec3 q, double radius)
+// Whether the face is surely farther than `reach` from the axis.
+static bool is_out_of_touch(const Contact *contact, int index, Vec3 p, Vec3 q, double reach)
 {
-    if (contact->tool->kind == TOOL_STATIC)
+    if (isinf(reach))
         return false;
     Vec3 x[3];
     face_corners(contact, &contact->candidate[index], x);
     double lower, upper;
     contact_face_bounds(x, p, q, &lower, &upper);
-    return lower > (1.0 + SOFT_REACH * SOFT) * radius;
+    return lower > reach;
 }
 
 static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shape)
 {
     const Capsule *capsule = &contact->tool->capsule[shape];
+    const double reach = (1.0 + SOFT_REACH * SOFT) * capsule->radius;
+    const double crossed_reach = contact->tool->kind == TOOL_STATIC
+                                     ? (double)INFINITY
+                                     : CONTACT_CROSSED_REACH * capsule->radius;
     Vec3 p, q;
     contact_axis(capsule, at, &p, &q);
     bool sphere = vec3_length(vec3_sub(capsule->to, capsule->from)) < TOUCHING;
@@ -268,12 +272,12 @@ static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shap
     for (int i = 0; i < contact->candidate_count; i++) {
         const Candidate *candidate = &contact->candidate[i];
         int side = contact->side[shape][candidate->face];
-        if (side == 0 || is_out_of_touch(contact, i, p, q, capsule->radius))
+        if (side == 0 || is_out_of_touch(contact, i, p, q, fmax(reach, crossed_reach)))
             continue;
         measure_face(contact, candidate, p, q, sphere, side, &face);
-        if (face.phi < 0.0)
+        if (face.phi < 0.0 && face.distance < crossed_reach)
             crossed = true; // needs everyone's distance: below
-        else if (face.phi < (1.0 + SOFT_REACH * SOFT) * capsule->radius)
+        else if (face.phi >= 0.0 && face.phi < reach)
             push_face(contact, at, i, &face, side, capsule->radius);
     }
     if (!crossed)
@@ -285,7 +289,7 @@ static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shap
     }
     for (int i = 0; i < contact->candidate_count; i++) {
         int side = contact->side[shape][contact->candidate[i].face];
-        if (side == 0 || is_out_of_touch(contact, i, p, q, capsule->radius))
+        if (side == 0 || contact->distance[i] >= crossed_reach)
             continue;
         measure_face(contact, &contact->candidate[i], p, q, sphere, side, &face);
         if (face.phi < 0.0 && is_locally_nearest(contact, i))

@@ -1,21 +1,80 @@
 // On which side of each face a tool stands (contact.md 3): a hollow wall pushes the tool back to
 // the side from which it came, even after the axis has crossed it. Step thread, once a tick.
+//
+// Only a face whose own inside is nearest can be crossed. Where the nearest point of a face lies on
+// an edge or a corner, a neighbour that is nearer there tells: in front of that one, the tool
+// stands where it is seen, because it went round the edge; behind that one, it has crossed both.
+// Faces beyond a fold are seen from behind, through the wall, until the tool comes round to them,
+// so what was once seen from afar must not be held against it.
 #include "dynamics/contact_data.h"
 
 #include "geometry/distance.h"
 
-// Nearest pair of a capsule's axis and a candidate.
+// Nearest pair of a capsule's axis and a candidate; at no distance when the axis passes through.
 static void nearest_pair(const Contact *contact, const Candidate *candidate, Vec3 p, Vec3 q,
                          ClosestPair *nearest)
 {
     Vec3 x[3] = {contact->x[candidate->node[0]], contact->x[candidate->node[1]],
                  contact->x[candidate->node[2]]};
     ClosestPair pair[DISTANCE_PAIRS];
+    double along, weight[3];
     distance_segment_triangle_pairs(p, q, x, pair);
     *nearest = pair[0];
     for (int j = 1; j < DISTANCE_PAIRS; j++)
         if (pair[j].distance < nearest->distance)
             *nearest = pair[j];
+    if (distance_segment_crosses(p, q, x, &along, weight))
+        nearest->distance = 0.0;
+}
+
+// The candidate of a face, or -1.
+static int find_candidate(const Contact *contact, int face)
+{
+    int low = 0, high = contact->candidate_count - 1;
+    while (low <= high) {
+        int middle = (low + high) / 2, found = contact->candidate[middle].face;
+        if (found == face)
+            return middle;
+        if (found < face)
+            low = middle + 1;
+        else
+            high = middle - 1;
+    }
+    return -1;
+}
+
+static bool is_nearer(const Contact *contact, int a, int b)
+{
+    double da = contact->distance[a], db = contact->distance[b];
+    return da < db || (da == db && a < b);
+}
+
+// The nearest candidate around the edge or corner on which the nearest point of candidate `index`
+// lies; itself when that point is inside the face, or nobody there is nearer.
+static int nearest_around(const Contact *contact, int index, const double weight[3])
+{
+    const BodySurface *surface = &contact->body->surface;
+    int face = contact->candidate[index].face, best = index, corner = -1, corners = 0;
+    for (int k = 0; k < 3; k++)
+        if (weight[k] > 0.0) {
+            corners++;
+            corner = k;
+        }
+    if (corners == 2) {
+        int edge = weight[0] <= 0.0 ? 1 : weight[1] <= 0.0 ? 2 : 0;
+        int across = surface->face_neighbor[face][edge];
+        int other = across >= 0 ? find_candidate(contact, across) : -1;
+        return other >= 0 && is_nearer(contact, other, index) ? other : index;
+    }
+    if (corners == 1) {
+        int node = surface->face[face][corner];
+        for (int k = surface->node_face_start[node]; k < surface->node_face_start[node + 1]; k++) {
+            int other = find_candidate(contact, surface->node_face[k]);
+            if (other >= 0 && is_nearer(contact, other, best))
+                best = other;
+        }
+    }
+    return best;
 }
 
 // Neighbours across edges that already have a side give it to a new candidate.
@@ -29,38 +88,63 @@ static signed char inherited_side(const Contact *contact, const Candidate *candi
     return 0;
 }
 
+// Measures a candidate: its distance, the side that is seen, and who tells its side.
+static void look_at(Contact *contact, int index, Vec3 p, Vec3 q, ClosestPair *nearest)
+{
+    const Candidate *candidate = &contact->candidate[index];
+    nearest_pair(contact, candidate, p, q, nearest);
+    int sign = contact_sign(contact, candidate, nearest->weight, nearest->on_triangle,
+                            nearest->on_segment);
+    contact->has_side[index] = sign != 0;
+    if (sign == 0) { // at a free border: of the face's plane
+        Vec3 normal = contact_face_normal(contact, candidate);
+        Vec3 away = vec3_sub(nearest->on_segment, nearest->on_triangle);
+        sign = vec3_dot(away, normal) < 0.0 ? -1 : 1;
+    }
+    contact->seen_side[index] = (signed char)sign;
+    contact->distance[index] = nearest->distance;
+}
+
 static void update_shape(Contact *contact, const ToolPlacement *at, int shape)
 {
     const Capsule *capsule = &contact->tool->capsule[shape];
     signed char *side = contact->side[shape];
+    // Static tools have no proxy that keeps them in front: whatever they meet lies on the same
+    // side, however far behind.
+    const double remember_within = contact->tool->kind == TOOL_STATIC
+                                       ? (double)INFINITY
+                                       : CONTACT_CROSSED_REACH * capsule->radius;
+    int count = contact->candidate_count;
     Vec3 p, q;
     contact_axis(capsule, at, &p, &q);
-    // Static tools have no proxy that keeps them in front: whatever they meet lies on the same
-    // side.
-    bool always_inherit = contact->tool->kind == TOOL_STATIC;
-    bool any_new = false;
-    for (int i = 0; i < contact->candidate_count; i++) {
+    for (int i = 0; i < count; i++)
+        look_at(contact, i, p, q, &contact->nearest[i]);
+    for (int i = 0; i < count; i++)
+        contact->teller[i] = nearest_around(contact, i, contact->nearest[i].weight);
+
+    // First those that nobody tells: what is remembered, or inherited, or seen.
+    for (int i = 0; i < count; i++) {
         const Candidate *candidate = &contact->candidate[i];
-        if (side[candidate->face] != 0)
+        if (contact->teller[i] != i)
             continue;
-        ClosestPair nearest;
-        nearest_pair(contact, candidate, p, q, &nearest);
-        int sign = contact_sign(contact, candidate, nearest.weight, nearest.on_triangle,
-                                nearest.on_segment);
-        contact->distance[i] = nearest.distance;
-        contact->geometric_side[i] = sign < 0 ? -1 : 1;
-        any_new = true;
+        // A wall out of touch is not one that the tool has crossed.
+        if (!contact->has_side[i] || contact->distance[i] > remember_within)
+            side[candidate->face] = contact->seen_side[i];
+        if (side[candidate->face] == 0 && contact->distance[i] < remember_within)
+            side[candidate->face] = inherited_side(contact, candidate, side);
+        if (side[candidate->face] == 0)
+            side[candidate->face] = contact->seen_side[i];
     }
-    for (int sweep = 0; any_new && sweep < 3; sweep++) {
-        for (int i = 0; i < contact->candidate_count; i++) {
-            const Candidate *candidate = &contact->candidate[i];
-            if (side[candidate->face] != 0)
-                continue;
-            if (sweep == 2)
-                side[candidate->face] = contact->geometric_side[i];
-            else if (always_inherit || contact->distance[i] < capsule->radius)
-                side[candidate->face] = inherited_side(contact, candidate, side);
-        }
+    for (int i = 0; i < count; i++) {
+        int root = i;
+        while (contact->teller[root] != root) // ever nearer: it ends
+            root = contact->teller[root];
+        if (root == i)
+            continue;
+        signed char *own = &side[contact->candidate[i].face];
+        signed char told = side[contact->candidate[root].face];
+        if (contact->distance[root] > 0.0 || *own == 0)
+            *own = (signed char)(told * contact->seen_side[root] * contact->seen_side[i]);
     }
 }
 

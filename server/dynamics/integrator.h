@@ -7,7 +7,8 @@
 
 typedef enum IntegratorKind {
     INTEGRATOR_RK4,              // classic Runge-Kutta, 4 evaluations, order 4 (Choi et al. 2005)
-    INTEGRATOR_LEAPFROG,         // drift-kick-drift, 1 evaluation, order 2
+    INTEGRATOR_LEAPFROG,         // drift-kick-drift, 1 evaluation, order 2; damping, taken from
+                                 // the velocity before the kick, is right to order 1
     INTEGRATOR_SYMPLECTIC_EULER, // kick-drift, 1 evaluation, order 1
     INTEGRATOR_COUNT,
 } IntegratorKind;

@@ -48,6 +48,7 @@ bool loads_start(LoadSet *set, Body *bodies, int body_count, int body, Vec3 cent
     Load load = {.end_step = end_step, .force = force, .first = *set->used};
     Region region = {.kind = REGION_CAPSULE, .from = center, .to = center, .radius = radius};
     int first_body = body < 0 ? 0 : body, last_body = body < 0 ? body_count - 1 : body;
+    bool any_free = false; // held nodes take their share of the area, and the scene holds them
     for (int b = first_body; b <= last_body; b++) {
         const Body *at = &bodies[b];
         int count = at->ops->find_nodes(at->model, &region, set->found, set->found_capacity);
@@ -59,11 +60,17 @@ bool loads_start(LoadSet *set, Body *bodies, int body_count, int body, Vec3 cent
         for (int i = 0; i < count; i++) {
             set->pool[load.first + load.count++] = (LoadNode){b, set->found[i]};
             load.area += at->surface.node_area[set->found[i]];
+            any_free |= !at->ops->is_fixed(at->model, set->found[i]);
         }
     }
     if (load.count == 0) {
         snprintf(why, why_size, "no node within %g m of (%g, %g, %g)", radius, center.x, center.y,
                  center.z);
+        return false;
+    }
+    if (!any_free) {
+        snprintf(why, why_size, "no free node within %g m of (%g, %g, %g): all %lld are held",
+                 radius, center.x, center.y, center.z, (long long)load.count);
         return false;
     }
     *set->used += load.count;

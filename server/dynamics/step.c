@@ -162,7 +162,8 @@ static void take_wrenches(Sim *sim)
         if (!contact_is_near(sim->contact[k]) || !(part->weight > 0.0))
             continue;
         Quat orientation;
-        contact_proxy(sim->contact[k], &sim->wrench[t].position, &orientation);
+        if (!(sums[t].weight > 0.0)) // of several bodies the first says where the tool is
+            contact_proxy(sim->contact[k], &sim->wrench[t].position, &orientation);
         sums[t].impulse = vec3_add(sums[t].impulse, part->impulse);
         Vec3 arm = vec3_sub(part->about, sim->wrench[t].position);
         sums[t].moment =

@@ -71,6 +71,7 @@ static bool create_body(World *world, const Scene *scene, int index, const Build
     surface.fixed = described->fixed;
     surface.fixed_count = described->fixed_count;
     surface.gravity = scene->gravity;
+    surface.precision = scene->precision;
     surface.isa = options->isa != NULL ? options->isa : "auto";
     surface.without_contacts = scene->tool_count == 0;
     surface.without_loads = scene->load_count == 0 && !options->may_load;

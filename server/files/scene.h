@@ -61,6 +61,7 @@ typedef struct Scene {
     double rate_hz;
     Vec3 gravity;
     int threads;
+    Precision precision;
     char prefix[SCENE_NAME_MAX];       // of the channels that the daemon publishes on
     char input_prefix[SCENE_NAME_MAX]; // of the channels that it listens to
     char *lcm_url;                     // or NULL

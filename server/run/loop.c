@@ -30,6 +30,12 @@ bool loop_due(int64_t step, double hz, double rate_hz)
     return inside == 0 || inside * events / ticks != (inside - 1) * events / ticks;
 }
 
+int64_t loop_ticks(double seconds, double rate_hz)
+{
+    int64_t ticks = llround(seconds * rate_hz);
+    return seconds > 0.0 && ticks < 1 ? 1 : ticks;
+}
+
 // --- out ---
 
 static bool is_over(const Loop *loop)
@@ -296,8 +302,8 @@ void loop_init(Loop *loop, World *world, Exchange *exchange, const LoopOptions *
     loop->exchange = exchange;
     loop->done_fd = done_fd;
     loop->state = options->start_paused ? RUN_PAUSED : RUN_RUNNING;
-    loop->duration_ticks = llround(options->duration_s * options->rate_hz);
-    loop->checkpoint_ticks = llround(options->checkpoint_s * options->rate_hz);
+    loop->duration_ticks = loop_ticks(options->duration_s, options->rate_hz);
+    loop->checkpoint_ticks = loop_ticks(options->checkpoint_s, options->rate_hz);
     loop->window_start_step = sim_steps(loop->sim);
     loop->resets_seen = sim_resets(loop->sim);
     loop->recorded_step = -1;

@@ -57,6 +57,8 @@ void loop_join(Loop *loop);
 // Whether something that happens hz times a simulated second is due at the end of tick `step`.
 // Integer arithmetic on millihertz: the same ticks in every run.
 bool loop_due(int64_t step, double hz, double rate_hz);
+// Whole ticks of a time; at least one for any time but 0.
+int64_t loop_ticks(double seconds, double rate_hz);
 // The step thread's own: hands the figures since the last status to the bus.
 void loop_push_status(Loop *loop);
 // "running", "paused", "lockstep".

@@ -224,7 +224,7 @@ static bool run_ticks(Offline *run)
 {
     enum { LOOK_FOR_SIGNALS_EVERY = 16 };
     double rate = run->scene->rate_hz;
-    int64_t checkpoint_ticks = llround(run->options->checkpoint_s * rate);
+    int64_t checkpoint_ticks = loop_ticks(run->options->checkpoint_s, rate);
     for (;;) {
         apply_due(run);
         if (run->stopped || sim_steps(run->sim) >= run->end_step)

@@ -4,8 +4,11 @@
 
 #include <errno.h>
 #include <sched.h>
+#include <stdbool.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #if defined(__x86_64__)
 #include <xmmintrin.h>
@@ -24,9 +27,19 @@ void realtime_flush_denormals(void)
 #endif
 }
 
+// What comes later is locked only where no limit can refuse it: an allocation that a limit made
+// fail would end the daemon.
+static int lock_memory(void)
+{
+    struct rlimit limit = {0};
+    getrlimit(RLIMIT_MEMLOCK, &limit);
+    bool unlimited = geteuid() == 0 || limit.rlim_cur == RLIM_INFINITY;
+    return mlockall(unlimited ? MCL_CURRENT | MCL_FUTURE : MCL_CURRENT) == 0 ? 0 : errno;
+}
+
 void realtime_request(pthread_t thread)
 {
-    int locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0 ? 0 : errno;
+    int locked = lock_memory();
     struct sched_param parameter = {.sched_priority = PRIORITY};
     int scheduled = pthread_setschedparam(thread, SCHED_FIFO, &parameter);
     if (locked == 0 && scheduled == 0)
@@ -37,4 +50,16 @@ void realtime_request(pthread_t thread)
              scheduled != 0 ? "SCHED_FIFO: " : "", scheduled != 0 ? strerror(scheduled) : "",
              scheduled != 0 && locked != 0 ? ", " : "", locked != 0 ? "mlockall: " : "",
              locked != 0 ? strerror(locked) : "", PRIORITY);
+}
+
+void realtime_pause(void)
+{
+    struct sched_param parameter = {0};
+    pthread_setschedparam(pthread_self(), SCHED_OTHER, &parameter);
+}
+
+void realtime_resume(void)
+{
+    struct sched_param parameter = {.sched_priority = PRIORITY};
+    pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
 }

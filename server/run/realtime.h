@@ -10,5 +10,8 @@ void realtime_flush_denormals(void);
 // Locks all memory and gives `thread` SCHED_FIFO. Where that is not permitted: goes on and logs one
 // warning that says what to grant.
 void realtime_request(pthread_t thread);
+// The calling thread gives up SCHED_FIFO, or takes it again where that is permitted.
+void realtime_pause(void);
+void realtime_resume(void);
 
 #endif

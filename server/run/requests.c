@@ -1,6 +1,6 @@
 #include "run/requests.h"
 
-#include "base/clock.h"
+#include "run/realtime.h"
 
 #include "pliant_command_t.h"
 
@@ -113,6 +113,12 @@ static void enter(Loop *loop, RunState state, Answer *answer)
     if (loop->state != state)
         requests_event(loop, -1, kinds[state], "%s at step %lld", kinds[state],
                        (long long)answer->step);
+    // The ticks of a STEP run without pause: in real time they would keep a core, and with it the
+    // threads that receive messages, for as long as they last.
+    if (loop->state != state && state == RUN_RUNNING)
+        realtime_resume();
+    else if (loop->state != state && state == RUN_LOCKSTEP)
+        realtime_pause();
     loop->state = state;
     sim_set_lockstep(loop->sim, state == RUN_LOCKSTEP);
     snprintf(answer->text, sizeof answer->text, "%s", kinds[state]);

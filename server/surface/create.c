@@ -21,6 +21,34 @@ static int compare_ints(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
+static void *allocate_reals(const SurfaceModel *model, size_t count, const char *name,
+                            const char *label, Arena *arena)
+{
+    return arena_allocate(arena, ARENA_STEP, count, model_real_size(model), "%s/%s", name, label);
+}
+
+// One end of a spring: the entry `at` of the node in `slot`.
+static void put_spring(SurfaceModel *model, const SpringNetwork *network, long at, int edge,
+                       int slot)
+{
+    SpringTable *springs = &model->springs;
+    double r = network->rest_length[edge];
+    model_put(model, springs->rest_length, at, r);
+    model_put(model, springs->stiffness, at, network->stiffness[edge]);
+    if (model->precision == PRECISION_DOUBLE)
+        return;
+    const double *own = model->place[slot], *other = model->place[springs->neighbour[at]];
+    double square = 0.0;
+    long vector = at / LANES * 3 * LANES + at % LANES;
+    for (int c = 0; c < 3; c++) {
+        double e = own[c] - other[c];
+        square += e * e;
+        model_put(model, springs->rest_vector, vector + c * LANES, e);
+    }
+    if (model->prestressed)
+        model_put(model, springs->preload, at, square - r * r);
+}
+
 // Springs by chunk and entry; a node's springs in ascending order of the neighbour's slot.
 static void create_springs(SurfaceModel *model, const WingedMesh *winged,
                            const SpringNetwork *network, const char *name, Arena *arena)
@@ -38,8 +66,15 @@ static void create_springs(SurfaceModel *model, const WingedMesh *winged,
     }
     size_t entries = (size_t)start[chunk_count] * LANES;
     int *neighbour = ALLOCATE(ARENA_STEP, entries, int, "spring neighbours");
-    double *rest_length = ALLOCATE(ARENA_STEP, entries, double, "spring rest lengths");
-    double *stiffness = ALLOCATE(ARENA_STEP, entries, double, "spring stiffness");
+    SpringTable *springs = &model->springs;
+    *springs = (SpringTable){chunk_count, start, neighbour, NULL, NULL, NULL, NULL};
+    springs->rest_length = allocate_reals(model, entries, name, "spring rest lengths", arena);
+    springs->stiffness = allocate_reals(model, entries, name, "spring stiffness", arena);
+    if (model->precision == PRECISION_SINGLE) {
+        springs->rest_vector = allocate_reals(model, 3 * entries, name, "spring vectors", arena);
+        if (model->prestressed)
+            springs->preload = allocate_reals(model, entries, name, "spring preloads", arena);
+    }
 
     int(*around)[2] = calloc((size_t)winged->edge_count + 1, sizeof *around); // slot, edge
     ASSERT(around != NULL);
@@ -55,14 +90,13 @@ static void create_springs(SurfaceModel *model, const WingedMesh *winged,
         qsort(around, (size_t)count, sizeof *around, compare_ints);
         int chunk = s / LANES;
         for (int e = start[chunk], i = 0; e < start[chunk + 1]; e++, i++) {
-            size_t at = (size_t)e * LANES + (size_t)(s % LANES);
+            long at = (long)e * LANES + s % LANES;
             neighbour[at] = i < count ? around[i][0] : s;
-            rest_length[at] = i < count ? network->rest_length[around[i][1]] : 0.0;
-            stiffness[at] = i < count ? network->stiffness[around[i][1]] : 0.0;
+            if (i < count)
+                put_spring(model, network, at, around[i][1], s);
         }
     }
     free(around);
-    model->springs = (SpringTable){chunk_count, start, neighbour, rest_length, stiffness};
 }
 
 static void create_nodes(SurfaceModel *model, const TriMesh *mesh, const SpringNetwork *network,
@@ -75,58 +109,91 @@ static void create_nodes(SurfaceModel *model, const TriMesh *mesh, const SpringN
                        ? SHAPE_FRAME_BODY
                        : SHAPE_FRAME_WORLD;
     bool body_frame = model->shape == SHAPE_FRAME_BODY;
-    int slots = model->slot_count;
+    bool single = model->precision == PRECISION_SINGLE;
+    model->floating =
+        single && model->shape != SHAPE_FRAME_WORLD && network->free_count == mesh->node_count;
+    size_t slots = (size_t)model->slot_count;
     NodeTable *nodes = &model->nodes;
-    nodes->inverse_mass = ALLOCATE(ARENA_STEP, slots, double, "inverse mass");
+    nodes->inverse_mass = allocate_reals(model, slots, name, "inverse mass", arena);
     model->mass = ALLOCATE(ARENA_TOPOLOGY, mesh->node_count, double, "node masses");
-    nodes->rest = ALLOCATE(ARENA_STEP, 3 * slots, double, "rest positions");
+    if (body_frame || (uses_drag && !single))
+        nodes->rest = allocate_reals(model, 3 * slots, name, "rest positions", arena);
     if (uses_drag) {
-        nodes->shape_rate = ALLOCATE(ARENA_STEP, slots, double, "shape rate");
-        nodes->drag = ALLOCATE(ARENA_STEP, slots, double, "drag");
+        nodes->shape_rate = allocate_reals(model, slots, name, "shape rate", arena);
+        nodes->drag = allocate_reals(model, slots, name, "drag", arena);
     }
+    if (body_frame)
+        nodes->shape_drag = allocate_reals(model, slots, name, "shape drag", arena);
     double *weight = NULL;
-    if (body_frame) {
-        nodes->shape_drag = ALLOCATE(ARENA_STEP, slots, double, "shape drag");
+    if (body_frame || model->floating)
         weight = ALLOCATE(ARENA_STEP, slots, double, "frame weights");
-    }
 
     for (int i = 0; i < mesh->node_count; i++) {
         int s = model->slot[i];
-        Vec3 x = mesh->position[i];
-        double *rest = nodes->rest + (s / LANES) * 3L * LANES + s % LANES;
-        rest[0] = x.x;
-        rest[LANES] = x.y;
-        rest[2 * LANES] = x.z;
         double m = network->mass[i], share = network->fixed[i] ? 0.0 : 1.0 / m;
         model->mass[i] = m;
-        nodes->inverse_mass[s] = share;
+        model_put(model, nodes->inverse_mass, s, share);
         if (uses_drag) {
-            nodes->shape_rate[s] = share * network->shape_stiffness[i];
-            nodes->drag[s] = share * (options->material.node_damping +
-                                      (body_frame ? 0.0 : network->shape_damping[i]));
+            double drag = options->material.node_damping;
+            drag += body_frame ? 0.0 : network->shape_damping[i];
+            model_put(model, nodes->shape_rate, s, share * network->shape_stiffness[i]);
+            model_put(model, nodes->drag, s, share * drag);
         }
-        if (body_frame) {
-            nodes->shape_drag[s] = share * network->shape_damping[i];
-            weight[s] = network->shape_stiffness[i];
-        }
+        if (body_frame)
+            model_put(model, nodes->shape_drag, s, share * network->shape_damping[i]);
+        if (weight != NULL)
+            weight[s] = body_frame ? network->shape_stiffness[i] : m;
     }
-    if (body_frame)
-        model->rigid = rigid_frame_create(name, slots, nodes->rest, weight, arena, state);
+    if (weight != NULL)
+        model->rigid = rigid_frame_create(name, model->precision, model->slot_count,
+                                          (const double(*)[3])model->place, weight, arena, state);
+    if (nodes->rest == NULL)
+        return;
+    for (int i = 0; i < mesh->node_count; i++)
+        for (int c = 0; c < 3; c++) {
+            int s = model->slot[i];
+            double center = single ? model->rigid->pose.rest_center[c] : 0.0;
+            model_put(model, nodes->rest, model_lane(s) + c * LANES, model->place[s][c] - center);
+        }
+}
+
+// Where nodes are at rest: in single precision from the middle of the body, so that a body far from
+// the origin is held as exactly as one near it.
+static void create_places(SurfaceModel *model, const TriMesh *mesh, const char *name, Arena *arena,
+                          StateList *state)
+{
+    model->place = arena_allocate(arena, ARENA_STEP, (size_t)model->slot_count,
+                                  sizeof *model->place, "%s/places", name);
+    if (model->precision == PRECISION_SINGLE) {
+        Vec3 sum = {0.0, 0.0, 0.0};
+        for (int i = 0; i < mesh->node_count; i++)
+            sum = vec3_add(sum, mesh->position[i]);
+        model->rest_origin = vec3_scale(1.0 / mesh->node_count, sum);
+        model->frame = ALLOCATE(ARENA_STEP, 1, BaseFrame, "base frame");
+        *model->frame = (BaseFrame){.origin = model->rest_origin, .turn = {1.0, 0.0, 0.0, 0.0}};
+        state_add(state, model->frame, sizeof *model->frame, "%s/base_frame", name);
+    }
+    for (int i = 0; i < mesh->node_count; i++) {
+        Vec3 place = vec3_sub(mesh->position[i], model->rest_origin);
+        double *to = model->place[model->slot[i]];
+        to[0] = place.x, to[1] = place.y, to[2] = place.z;
+    }
 }
 
 static void create_rows(SurfaceModel *model, const TriMesh *mesh, const SpringNetwork *network,
                         const SurfaceOptions *options, Arena *arena, StateList *state)
 {
     const char *name = options->name;
-    size_t values = (size_t)model->slot_count * ROW;
+    static const char *const labels[2][2] = {{"rows", "rows of next tick"},
+                                             {"stage rows", "stage rows 2"}};
+    size_t values = (size_t)model->slot_count * ROW, bytes = values * model_real_size(model);
     for (int k = 0; k < 2; k++) {
-        model->rows[k] =
-            ALLOCATE(ARENA_STEP, values, double, k == 0 ? "rows" : "rows of next tick");
-        model->stage[k] =
-            ALLOCATE(ARENA_STEP, values, double, k == 0 ? "stage rows" : "stage rows 2");
+        model->rows[k] = allocate_reals(model, values, name, labels[0][k], arena);
+        model->stage[k] = allocate_reals(model, values, name, labels[1][k], arena);
     }
     if (options->integrator == INTEGRATOR_RK4)
-        model->sum = ALLOCATE(ARENA_STEP, (size_t)model->slot_count * 6, double, "stage sums");
+        model->sum =
+            allocate_reals(model, (size_t)model->slot_count * 6, name, "stage sums", arena);
     if (!options->without_contacts) {
         model->touched = ALLOCATE(ARENA_CONTACT, model->slot_count, TouchedSlot, "touched slots");
         model->is_touched = ALLOCATE(ARENA_CONTACT, model->slot_count, bool, "touched marks");
@@ -146,21 +213,25 @@ static void create_rows(SurfaceModel *model, const TriMesh *mesh, const SpringNe
         Vec3 v = {0.0, 0.0, 0.0};
         if (options->initial_velocity != NULL && !network->fixed[i])
             v = options->initial_velocity[i];
-        double *row = model->rows[0] + (long)model->slot[i] * ROW;
-        row[0] = x.x, row[1] = x.y, row[2] = x.z;
-        row[4] = v.x, row[5] = v.y, row[6] = v.z;
+        model_write_row(model, model->rows[0], model->slot[i], x, v);
         farthest = fmax(farthest, fmax(vec3_length(x), vec3_length(mesh->position[i])));
     }
     // Far beyond any use of a scene, and small enough for single precision.
     model->position_limit = 1e6 * farthest;
     model->present = model->rows[0];
 
-    state_add_pair(state, model->rows[0], model->rows[1], &model->current, values * sizeof(double),
-                   "%s/rows", name);
+    state_add_pair(state, model->rows[0], model->rows[1], &model->current, bytes, "%s/rows", name);
     if (!options->without_contacts || !options->without_loads) {
         size_t forces = (size_t)model->slot_count * 3;
-        model->external = ALLOCATE(ARENA_STEP, forces, double, "outside forces");
-        state_add(state, model->external, forces * sizeof(double), "%s/loads", name);
+        model->external = allocate_reals(model, forces, name, "outside forces", arena);
+        state_add(state, model->external, forces * model_real_size(model), "%s/loads", name);
+    }
+    if (model->floating && !options->without_loads) {
+        size_t slots = (size_t)model->slot_count;
+        model->world_load = arena_allocate(arena, ARENA_STEP, slots, sizeof *model->world_load,
+                                           "%s/loads in the world", name);
+        state_add(state, model->world_load, slots * sizeof *model->world_load, "%s/world_loads",
+                  name);
     }
     state_add(state, model->loaded, sizeof *model->loaded, "%s/loaded", name);
     state_add(state, model->parameters, sizeof *model->parameters, "%s/parameters", name);
@@ -215,6 +286,7 @@ static void create_surface(SurfaceModel *model, Body *body, const TriMesh *mesh,
     for (int e = 0; e < winged->edge_count; e++)
         longest = fmax(longest, vec3_length(vec3_sub(mesh->position[winged->edge[e].node[0]],
                                                      mesh->position[winged->edge[e].node[1]])));
+    model->longest_edge = longest;
     body->surface = (BodySurface){
         .node_count = nodes,
         .face_count = faces,
@@ -255,7 +327,8 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *optio
                     StateList *state, Status *status)
 {
     const char *name = options->name;
-    const SpringKernels *kernels = kernels_find(options->isa == NULL ? "auto" : options->isa);
+    const SpringKernels *kernels =
+        kernels_find(options->precision, options->isa == NULL ? "auto" : options->isa);
     if (kernels == NULL)
         return status_fail(status, STATUS_INVALID,
                            "isa %s is not a level that this machine can run", options->isa);
@@ -280,6 +353,8 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *optio
 
     SurfaceModel *model = arena_allocate(arena, ARENA_STEP, 1, sizeof *model, "%s/model", name);
     model->kernels = kernels;
+    model->precision = options->precision;
+    model->prestressed = options->prestress > 0.0;
     model->node_count = mesh->node_count;
     model->edge_count = winged.edge_count;
     model->face_count = mesh->triangle_count;
@@ -294,6 +369,7 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *optio
     for (int i = 0; i < mesh->node_count; i++)
         model->node[model->slot[i]] = i;
 
+    create_places(model, mesh, name, arena, state);
     create_springs(model, &winged, &network, name, arena);
     create_nodes(model, mesh, &network, options, arena, state);
     create_rows(model, mesh, &network, options, arena, state);
@@ -323,7 +399,7 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *optio
 const char *const *surface_isa_levels(void)
 {
     static const char *levels[8];
-    const SpringKernels *const *available = kernels_available();
+    const SpringKernels *const *available = kernels_available(PRECISION_DOUBLE);
     for (int i = 0; i < 7 && available[i] != NULL; i++)
         levels[i] = available[i]->level;
     return levels;

@@ -4,14 +4,17 @@
 #include <stddef.h>
 #include <string.h>
 
-extern const SpringKernels spring_kernels_base;
+extern const SpringKernels spring_kernels_double_base, spring_kernels_single_base;
 #if defined(__x86_64__)
-extern const SpringKernels spring_kernels_v3, spring_kernels_v4;
+extern const SpringKernels spring_kernels_double_v3, spring_kernels_single_v3;
+extern const SpringKernels spring_kernels_double_v4, spring_kernels_single_v4;
 #endif
 
-const SpringKernels *const *kernels_available(void)
+const SpringKernels *const *kernels_available(Precision precision)
 {
-    static const SpringKernels *available[4];
+    static const SpringKernels *available[PRECISION_COUNT][4];
+    const bool single = precision == PRECISION_SINGLE;
+    const SpringKernels **list = available[precision];
     int count = 0;
 #if defined(__x86_64__)
     __builtin_cpu_init();
@@ -21,18 +24,18 @@ const SpringKernels *const *kernels_available(void)
               __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
               __builtin_cpu_supports("avx512vl");
     if (v4)
-        available[count++] = &spring_kernels_v4;
+        list[count++] = single ? &spring_kernels_single_v4 : &spring_kernels_double_v4;
     if (v3)
-        available[count++] = &spring_kernels_v3;
+        list[count++] = single ? &spring_kernels_single_v3 : &spring_kernels_double_v3;
 #endif
-    available[count++] = &spring_kernels_base;
-    available[count] = NULL;
-    return available;
+    list[count++] = single ? &spring_kernels_single_base : &spring_kernels_double_base;
+    list[count] = NULL;
+    return list;
 }
 
-const SpringKernels *kernels_find(const char *level)
+const SpringKernels *kernels_find(Precision precision, const char *level)
 {
-    const SpringKernels *const *available = kernels_available();
+    const SpringKernels *const *available = kernels_available(precision);
     if (strcmp(level, "auto") == 0)
         return available[0];
     for (int i = 0; available[i] != NULL; i++)

@@ -1,35 +1,46 @@
 // The spring kernel's seam: what one evaluation of all forces reads and writes. The kernel is one
-// source (kernel/spring_kernel.c) compiled once for each instruction-set level; additions keep one
-// order at every width and nothing is contracted, so that every level gives the same bits.
+// source (kernel/spring_kernel.c) compiled once for each precision and instruction-set level;
+// additions keep one order at every width and nothing is contracted, so that every level of a
+// precision gives the same bits.
+//
+// Double precision holds positions as they are. Single precision holds displacements u = x - X, so
+// that rounding is relative to the deformation and not to the place: a spring's extension is
+// ((2 e + du) . du + |e|^2 - r^2) / (l + r) with its rest vector e (performance.md). X may move
+// along with the body as a whole (BaseFrame in model.h): the kernel works in those coordinates.
 #ifndef PLIANT_SURFACE_KERNEL_H
 #define PLIANT_SURFACE_KERNEL_H
 
 #include "dynamics/integrator.h"
+#include "surface/precision.h"
 
 #include <stdbool.h>
 
 enum {
-    LANES = 8, // nodes in a chunk
-    ROW = 8,   // doubles in a node's row: x y z 0 vx vy vz 0
+    LANES = 16, // nodes in a chunk
+    ROW = 8,    // numbers in a node's row: x y z 0 vx vy vz 0, or u in place of x
 };
 
-// The springs of all chunks. Entries of chunk c: start[c] .. start[c + 1), 8 lanes each.
+// Real below is float or double, by the kernel's precision.
+
+// The springs of all chunks. Entries of chunk c: start[c] .. start[c + 1), LANES springs each.
 typedef struct SpringTable {
     int chunk_count;
-    const int *start; // [chunk_count + 1]
-    const int
-        *neighbour;      // [entry][LANES] slot of the other end; a padding entry names its own node
-    double *rest_length; // [entry][LANES] r [m]
-    double *stiffness;   // [entry][LANES] k_s [N/m]; 0 for padding
+    const int *start;     // [chunk_count + 1]
+    const int *neighbour; // [entry][LANES] slot of the other end; padding names its own node
+    void *rest_length;    // Real [entry][LANES] r [m]
+    void *stiffness;      // Real [entry][LANES] k_s [N/m]; 0 for padding
+    void *rest_vector;    // single: Real [entry][3][LANES] e = X_own - X_other [m]
+    void *preload;        // single with prestress: Real [entry][LANES] |e|^2 - r^2 [m2]
 } SpringTable;
 
 // What a chunk knows of its own nodes, by slot unless said.
 typedef struct NodeTable {
-    double *inverse_mass; // [1/kg]; 0: fixed
-    double *rest;         // [chunk][3][LANES] rest position, of the virtual node [m]
-    double *shape_rate;   // k'_s / m [1/s2]; 0: fixed
-    double *shape_drag;   // k'_d / m [1/s], against the frame's velocity; 0: fixed
-    double *drag;         // gamma / m (and k'_d / m in the world frame) [1/s]; 0: fixed
+    void *inverse_mass; // Real [1/kg]; 0: fixed
+    void *rest;         // Real [chunk][3][LANES] [m]; double: rest position of the virtual node;
+                        // single: its arm from the frame's rest centre, SHAPE_FRAME_BODY only
+    void *shape_rate;   // Real k'_s / m [1/s2]; 0: fixed
+    void *shape_drag;   // Real k'_d / m [1/s], against the frame's velocity; 0: fixed
+    void *drag;         // Real gamma / m (and k'_d / m in the world frame) [1/s]; 0: fixed
 } NodeTable;
 
 // Parameters that may change between ticks; plain data, part of the state.
@@ -47,19 +58,19 @@ typedef struct FramePose {
     double angular[3];  // [rad/s]
 } FramePose;
 
-// A |component| of a velocity beyond this is a bad number: far above any physics, far below
-// overflow of its square [m/s].
-#define SPEED_LIMIT 1e100
+// A |component| of a velocity beyond this is a bad number: far above any physics, and its square
+// does not overflow [m/s].
+#define SPEED_LIMIT(precision) ((precision) == PRECISION_SINGLE ? 1e15 : 1e100)
 
 // One pass over all chunks.
 typedef struct SpringPass {
     const SpringTable *springs;
     const NodeTable *nodes;
-    const double *present;  // rows evaluated
-    const double *base;     // rows at the start of the substep (RK4)
-    double *sum;            // [chunk][6][LANES] (RK4)
-    double *next;           // rows written; never `present`
-    const double *external; // [chunk][3][LANES] forces from outside [N]
+    const void *present;    // Real rows evaluated
+    const void *base;       // Real rows at the start of the substep (RK4)
+    void *sum;              // Real [chunk][6][LANES] (RK4)
+    void *next;             // Real rows written; never `present`
+    const void *external;   // Real [chunk][3][LANES] forces from outside [N]
     const FramePose *frame; // SHAPE_FRAME_BODY
     Stage stage;
     double h;            // substep [s]
@@ -80,15 +91,20 @@ typedef enum ShapeVariant {
     SHAPE_VARIANTS
 } ShapeVariant;
 
-// The variants of one instruction-set level.
+// Positions (and nothing else) moved by dt with the present velocities: `next` from `present`.
+typedef void DriftKernel(const void *present, void *next, int slot_count, double dt);
+
+// The variants of one precision at one instruction-set level.
 typedef struct SpringKernels {
-    const char *level;                            // "x86-64-v4" ...
-    SpringKernel *evaluate[2][SHAPE_VARIANTS][2]; // [damped][shape][external]
+    const char *level; // "x86-64-v4" ...
+    Precision precision;
+    SpringKernel *evaluate[2][SHAPE_VARIANTS][2][2]; // [damped][shape][external][prestressed]
+    DriftKernel *drift;
 } SpringKernels;
 
 // The levels that this machine can run, best first, NULL at the end.
-const SpringKernels *const *kernels_available(void);
+const SpringKernels *const *kernels_available(Precision precision);
 // By name, or the best for "auto"; NULL when unknown or not runnable here.
-const SpringKernels *kernels_find(const char *level);
+const SpringKernels *kernels_find(Precision precision, const char *level);
 
 #endif

@@ -1,11 +1,16 @@
 // Private to the surface room: the arrays of one surface body. Constant after creation unless said.
 //
 // Layout (performance.md): nodes live in slots, breadth first and then sorted by valence within
-// windows, so that 8 consecutive slots (a chunk) have neighbours close in memory and equally many.
-// Each node has a 64-byte row (x y z 0 vx vy vz 0) that neighbours read whole; every spring is
+// windows, so that 16 consecutive slots (a chunk) have neighbours close in memory and equally many.
+// Each node has a row of 8 numbers (x y z 0 vx vy vz 0) that neighbours read whole; every spring is
 // stored at both ends, so that a chunk's forces are sums in registers, with no scatter. Springs of
-// a chunk lie slot-major: entry e holds the e-th neighbour of its 8 nodes; short nodes are padded
+// a chunk lie slot-major: entry e holds the e-th neighbour of its 16 nodes; short nodes are padded
 // with themselves and stiffness 0.
+//
+// Real is float or double, by the body's precision. In double a row holds the position. In single
+// it holds the displacement u from the node's place: x = origin + turn (place + u). The base frame
+// (origin, turn) is still for bodies that the world holds; for floating ones it is moved along with
+// them every few ticks, so that u stays as small as the deformation.
 #ifndef PLIANT_SURFACE_MODEL_H
 #define PLIANT_SURFACE_MODEL_H
 
@@ -16,47 +21,62 @@
 // A slot of `external` to which contact forces were added for one evaluation.
 typedef struct TouchedSlot {
     int slot;
-    double load[3]; // the constant load to put back [N]
+    double load[3]; // the constant load to put back, in the rows' frame [N]
 } TouchedSlot;
+
+// Where the coordinates of single-precision rows lie in the world; plain data, part of the state.
+typedef struct BaseFrame {
+    Vec3 origin; // [m]
+    Quat turn;
+    int64_t ticks; // since it was last moved
+} BaseFrame;
 
 typedef struct SurfaceModel {
     int node_count, edge_count, face_count;
     int slot_count; // node_count rounded up to whole chunks
     int *slot;      // [node_count] of a node
     int *node;      // [slot_count] of a slot; -1 for padding
+    Precision precision;
 
     // --- springs; by entry and lane ---
     SpringTable springs;
     double damping_time; // beta: k_d = beta k [s], as loaded
-    bool damped;
+    bool damped, prestressed;
 
     // --- nodes; by slot ---
     NodeTable nodes;
-    double *mass; // [node_count] of every node, fixed ones too [kg]
+    double *mass;       // [node_count] of every node, fixed ones too [kg]
+    double (*place)[3]; // [slot_count] rest position, in single precision less `rest_origin` [m]
+    Vec3 rest_origin;   // zero in double precision
     ShapeVariant shape;
 
     // --- rows; `current` says which of the two is the present state ---
-    double *rows[2]; // [slot_count][ROW]
+    void *rows[2]; // Real [slot_count][ROW]
     int current;
-    double *stage[2];      // rows between stages
-    double *sum;           // RK4 only: [slot_count / LANES][6][LANES]
-    const double *base;    // row at the start of the substep
-    const double *present; // row to be evaluated next
-    int next_stage;        // which of `stage` is free
+    void *stage[2];      // Real rows between stages
+    void *sum;           // RK4 only: Real [slot_count / LANES][6][LANES]
+    const void *base;    // rows at the start of the substep
+    const void *present; // rows to be evaluated next
+    int next_stage;      // which of `stage` is free
 
     // --- forces from outside ---
-    double *external;     // [chunk][3][LANES] constant loads [N]; part of the state between ticks
-    int64_t *loaded;      // 1 while there are constant loads; part of the state
+    void *external;  // Real [chunk][3][LANES] constant loads in the base frame [N]; part of the
+                     // state between ticks
+    int64_t *loaded; // 1 while there are constant loads; part of the state
     TouchedSlot *touched; // [touched_count] what contact has added to, and what was there before
     bool *is_touched;     // [slot_count]
     int touched_count;
 
     // --- parameters that SET can change; part of the state ---
     SurfaceParameters *parameters;
-    RigidFrame *rigid; // frame = "body": the best fit of the rest shape, else NULL; its
-                       // rotation is part of the state
+    RigidFrame *rigid;       // the best fit of the rest shape, for frame = "body" and for floating
+                             // bodies; its rotation is part of the state
+    BaseFrame *frame;        // single precision; part of the state
+    double (*world_load)[3]; // [slot_count] floating bodies: constant loads in the world frame [N]
+    bool floating;           // nothing holds it in the world: the base frame follows it
+    double longest_edge;     // at rest [m]
 
-    double position_limit; // [m] from the origin: beyond it a number is bad
+    double position_limit; // [m] a coordinate beyond it is a bad number
     bool bad;              // the last pass wrote a number out of bounds
 
     // --- what others see ---
@@ -70,6 +90,50 @@ typedef struct SurfaceModel {
 
     const SpringKernels *kernels;
 } SurfaceModel;
+
+// An element of an array of Real.
+static inline double model_get(const SurfaceModel *model, const void *array, long index)
+{
+    return model->precision == PRECISION_SINGLE ? (double)((const float *)array)[index]
+                                                : ((const double *)array)[index];
+}
+
+static inline void model_put(const SurfaceModel *model, void *array, long index, double value)
+{
+    if (model->precision == PRECISION_SINGLE)
+        ((float *)array)[index] = (float)value;
+    else
+        ((double *)array)[index] = value;
+}
+
+static inline size_t model_real_size(const SurfaceModel *model)
+{
+    return model->precision == PRECISION_SINGLE ? sizeof(float) : sizeof(double);
+}
+
+// Index of component 0 of a slot in an array [chunk][3][LANES]; the next components follow by
+// LANES.
+static inline long model_lane(int slot)
+{
+    return (long)(slot / LANES) * 3 * LANES + slot % LANES;
+}
+
+// --- rows.c: between rows and the world ---
+
+// Position [m] and velocity [m/s] of a slot in the world frame; velocity may be NULL.
+void model_read_row(const SurfaceModel *model, const void *rows, int slot, Vec3 *position,
+                    Vec3 *velocity);
+void model_write_row(const SurfaceModel *model, void *rows, int slot, Vec3 position, Vec3 velocity);
+// A direction of the world frame in the rows' frame.
+Vec3 model_to_rows(const SurfaceModel *model, Vec3 direction);
+// Whether all present numbers are finite and in bounds.
+bool model_is_sound(const SurfaceModel *model);
+// After a tick of a floating body: moves the base frame along when it is time.
+void model_follow(SurfaceModel *model);
+// Back to the rest shape where the scene placed it, at rest.
+void model_return_to_rest(SurfaceModel *model);
+// Adds a force of the world frame to a slot's entry in `external`.
+void model_add_external(SurfaceModel *model, int slot, Vec3 force);
 
 // The operations of surface.c.
 extern const BodyOps surface_ops;

@@ -9,15 +9,15 @@
 
 #include <string.h>
 
-RigidFrame *rigid_frame_create(const char *name, int slot_count, const double *rest,
-                               const double *weight, Arena *arena, StateList *state)
+RigidFrame *rigid_frame_create(const char *name, Precision precision, int slot_count,
+                               const double (*place)[3], const double *weight, Arena *arena,
+                               StateList *state)
 {
     RigidFrame *frame = arena_allocate(arena, ARENA_STEP, 1, sizeof *frame, "%s/rigid frame", name);
-    size_t slots = (size_t)slot_count;
+    frame->precision = precision;
     frame->slot_count = slot_count;
+    frame->place = place;
     frame->weight = weight;
-    frame->arm =
-        arena_allocate(arena, ARENA_STEP, 3 * slots, sizeof(double), "%s/frame arms", name);
     frame->rotation =
         arena_allocate(arena, ARENA_STEP, 4, sizeof(double), "%s/frame rotation", name);
     frame->rotation[0] = 1.0;
@@ -27,16 +27,31 @@ RigidFrame *rigid_frame_create(const char *name, int slot_count, const double *r
     for (int s = 0; s < slot_count; s++) {
         frame->total_weight += weight[s];
         for (int c = 0; c < 3; c++)
-            center[c] += weight[s] * rest[(s / LANES * 3 + c) * LANES + s % LANES];
+            center[c] += weight[s] * place[s][c];
     }
     ASSERT(frame->total_weight > 0.0);
     for (int c = 0; c < 3; c++)
         frame->pose.rest_center[c] = center[c] / frame->total_weight;
-    for (int s = 0; s < slot_count; s++)
-        for (int c = 0; c < 3; c++)
-            frame->arm[3 * s + c] = weight[s] * (rest[(s / LANES * 3 + c) * LANES + s % LANES] -
-                                                 frame->pose.rest_center[c]);
     return frame;
+}
+
+// Position and velocity of a slot, in the rows' coordinates.
+static inline void read_row(const RigidFrame *frame, const void *rows, int slot, double x[3],
+                            double v[3])
+{
+    if (frame->precision == PRECISION_DOUBLE) {
+        const double *row = (const double *)rows + (long)slot * ROW;
+        for (int c = 0; c < 3; c++) {
+            x[c] = row[c];
+            v[c] = row[4 + c];
+        }
+        return;
+    }
+    const float *row = (const float *)rows + (long)slot * ROW;
+    for (int c = 0; c < 3; c++) {
+        x[c] = frame->place[slot][c] + (double)row[c];
+        v[c] = (double)row[4 + c];
+    }
 }
 
 static void rotation_matrix(const double q[4], double r[3][3])
@@ -73,6 +88,40 @@ static bool solve_positive(const double m[3][3], const double b[3], double s[3])
     return true;
 }
 
+// Where the gradient vanishes at a rotation that is not the best one (a half turn off), no gradient
+// leads away: adds a turn of 0.5 rad along the axis of the most negative curvature to a step that
+// is too short to leave.
+static void leave_saddle(const double hessian[3][3], double step[3])
+{
+    if (step[0] * step[0] + step[1] * step[1] + step[2] * step[2] > 0.01)
+        return;
+    double shift = 0.0, axis[3] = {0.8, 0.5, 0.3}, along[3];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            shift += fabs(hessian[i][j]);
+    double curvature = 0.0;
+    for (int iteration = 0; iteration < 30; iteration++) { // power iteration of shift I - H
+        curvature = 0.0;
+        for (int i = 0; i < 3; i++) {
+            along[i] = hessian[i][0] * axis[0] + hessian[i][1] * axis[1] + hessian[i][2] * axis[2];
+            curvature += axis[i] * along[i];
+        }
+        for (int i = 0; i < 3; i++)
+            along[i] = shift * axis[i] - along[i];
+        double size = sqrt(along[0] * along[0] + along[1] * along[1] + along[2] * along[2]);
+        if (!(size > 0.0))
+            return;
+        for (int i = 0; i < 3; i++)
+            axis[i] = along[i] / size;
+    }
+    // A line or a point has no curvature about its axis: nothing to leave, nothing to fit.
+    if (!(curvature < -1e-6 * shift))
+        return;
+    double slope = axis[0] * step[0] + axis[1] * step[1] + axis[2] * step[2];
+    for (int i = 0; i < 3; i++)
+        step[i] += (slope < 0.0 ? -0.5 : 0.5) * axis[i];
+}
+
 // Turns the rotation to the maximum of tr(R^T A). Newton's step where the maximum is near (there
 // tr(S) I - S with S = sym(A R^T) is positive definite); elsewhere the damped step of
 // Mueller et al. 2016, "A robust method to extract the rotational part of deformations", which
@@ -97,6 +146,7 @@ static void fit_rotation(double q[4], const double a[3][3])
                 1.0 / (fabs(trace) + 1e-9 * (fabs(g[0]) + fabs(g[1]) + fabs(g[2])) + 1e-300);
             for (int i = 0; i < 3; i++)
                 step[i] = scale * g[i];
+            leave_saddle((const double(*)[3])hessian, step);
         }
         double size = sqrt(step[0] * step[0] + step[1] * step[1] + step[2] * step[2]);
         if (!(size < 1e6))
@@ -112,16 +162,17 @@ static void fit_rotation(double q[4], const double a[3][3])
     }
 }
 
-void rigid_frame_fit(RigidFrame *frame, const double *rows)
+void rigid_frame_fit(RigidFrame *frame, const void *rows)
 {
     FramePose *pose = &frame->pose;
     const double *w = frame->weight;
     double sum[6] = {0.0};
     for (int s = 0; s < frame->slot_count; s++) {
-        const double *row = rows + (long)s * ROW;
+        double x[3], v[3];
+        read_row(frame, rows, s, x, v);
         for (int c = 0; c < 3; c++) {
-            sum[c] += w[s] * row[c];
-            sum[3 + c] += w[s] * row[4 + c];
+            sum[c] += w[s] * x[c];
+            sum[3 + c] += w[s] * v[c];
         }
     }
     for (int c = 0; c < 3; c++) {
@@ -133,16 +184,16 @@ void rigid_frame_fit(RigidFrame *frame, const double *rows)
     double a[3][3] = {{0.0}}, xx = 0.0, yy = 0.0, zz = 0.0, xy = 0.0, xz = 0.0, yz = 0.0;
     double momentum[3] = {0.0, 0.0, 0.0};
     for (int s = 0; s < frame->slot_count; s++) {
-        const double *row = rows + (long)s * ROW;
-        const double *arm = frame->arm + 3L * s;
-        double x = row[0] - pose->center[0], y = row[1] - pose->center[1],
-               z = row[2] - pose->center[2];
-        double vx = row[4] - pose->velocity[0], vy = row[5] - pose->velocity[1],
-               vz = row[6] - pose->velocity[2];
+        double p[3], q[3];
+        read_row(frame, rows, s, p, q);
+        double x = p[0] - pose->center[0], y = p[1] - pose->center[1], z = p[2] - pose->center[2];
+        double vx = q[0] - pose->velocity[0], vy = q[1] - pose->velocity[1],
+               vz = q[2] - pose->velocity[2];
         for (int j = 0; j < 3; j++) {
-            a[0][j] += x * arm[j];
-            a[1][j] += y * arm[j];
-            a[2][j] += z * arm[j];
+            double arm = w[s] * (frame->place[s][j] - pose->rest_center[j]);
+            a[0][j] += x * arm;
+            a[1][j] += y * arm;
+            a[2][j] += z * arm;
         }
         xx += w[s] * x * x;
         yy += w[s] * y * y;
@@ -167,7 +218,7 @@ void rigid_frame_fit(RigidFrame *frame, const double *rows)
         pose->angular[0] = pose->angular[1] = pose->angular[2] = 0.0;
 }
 
-double rigid_frame_energy(const RigidFrame *frame, const double *rows)
+double rigid_frame_energy(const RigidFrame *frame, const void *rows)
 {
     RigidFrame fit = *frame; // of its own, so that asking does not change the next step's bits
     double rotation[4];
@@ -177,13 +228,13 @@ double rigid_frame_energy(const RigidFrame *frame, const double *rows)
     const FramePose *pose = &fit.pose;
     double energy = 0.0;
     for (int s = 0; s < frame->slot_count; s++) {
-        if (!(frame->weight[s] > 0.0))
-            continue;
-        const double *arm = frame->arm + 3L * s;
+        double x[3], v[3], arm[3];
+        read_row(frame, rows, s, x, v);
+        for (int c = 0; c < 3; c++)
+            arm[c] = frame->place[s][c] - pose->rest_center[c];
         for (int c = 0; c < 3; c++) {
             const double *r = pose->rotation[c];
-            double rotated = (r[0] * arm[0] + r[1] * arm[1] + r[2] * arm[2]) / frame->weight[s];
-            double u = rows[(long)s * ROW + c] - pose->center[c] - rotated;
+            double u = x[c] - pose->center[c] - (r[0] * arm[0] + r[1] * arm[1] + r[2] * arm[2]);
             energy += 0.5 * frame->weight[s] * u * u;
         }
     }

@@ -9,13 +9,14 @@
 static void fill_pass(const SurfaceModel *model, SpringPass *pass)
 {
     const SurfaceParameters *p = model->parameters;
+    Vec3 gravity = model_to_rows(model, (Vec3){p->gravity[0], p->gravity[1], p->gravity[2]});
     *pass = (SpringPass){
         .springs = &model->springs,
         .nodes = &model->nodes,
         .external = model->external,
         .damping_time = model->damping_time * p->damping_scale,
         .stiffness_scale = p->stiffness_scale,
-        .gravity = {p->gravity[0], p->gravity[1], p->gravity[2]},
+        .gravity = {gravity.x, gravity.y, gravity.z},
         .position_limit = model->position_limit,
     };
 }
@@ -23,28 +24,19 @@ static void fill_pass(const SurfaceModel *model, SpringPass *pass)
 static void surface_drift(void *self, double dt)
 {
     SurfaceModel *model = self;
-    const double *from = model->rows[model->current];
-    double *to = model->stage[0];
-    for (long s = 0; s < model->slot_count; s++) {
-        const double *row = from + s * ROW;
-        double *next = to + s * ROW;
-        for (int c = 0; c < 4; c++) {
-            next[c] = row[c] + dt * row[4 + c];
-            next[4 + c] = row[4 + c];
-        }
-    }
-    model->present = to;
+    model->kernels->drift(model->rows[model->current], model->stage[0], model->slot_count, dt);
+    model->present = model->stage[0];
     model->next_stage = 1;
 }
 
 // Takes the contact forces of one evaluation back, leaving the constant loads as they were.
 static void clear_touched(SurfaceModel *model)
 {
-    for (int k = model->touched_count - 1; k >= 0; k--) {
+    for (int k = 0; k < model->touched_count; k++) {
         const TouchedSlot *touched = &model->touched[k];
-        double *external = model->external + (touched->slot / LANES) * 3L * LANES;
         for (int c = 0; c < 3; c++)
-            external[c * LANES + touched->slot % LANES] = touched->load[c];
+            model_put(model, model->external, model_lane(touched->slot) + c * LANES,
+                      touched->load[c]);
         model->is_touched[touched->slot] = false;
     }
     model->touched_count = 0;
@@ -61,7 +53,7 @@ static void surface_evaluate(void *self, const Stage *stage, double h)
 
     // Which rows are read and written: the tick's result goes to the rows that are not current, so
     // that the state before the tick stays whole until commit.
-    double *result = model->rows[1 - model->current];
+    void *result = model->rows[1 - model->current];
     if (stage->rule == STAGE_RK4_FIRST) {
         model->base = model->present;
         model->next_stage = 0;
@@ -71,13 +63,13 @@ static void surface_evaluate(void *self, const Stage *stage, double h)
     pass.base = model->base;
     pass.sum = model->sum;
     pass.next = ends ? result : model->stage[model->next_stage];
-    if (model->rigid != NULL) {
+    if (model->shape == SHAPE_FRAME_BODY) {
         rigid_frame_fit(model->rigid, pass.present);
         pass.frame = &model->rigid->pose;
     }
 
     bool external = *model->loaded != 0 || model->touched_count > 0;
-    model->kernels->evaluate[model->damped][model->shape][external](&pass);
+    model->kernels->evaluate[model->damped][model->shape][external][model->prestressed](&pass);
     clear_touched(model);
     model->present = pass.next;
     model->next_stage = 1 - model->next_stage;
@@ -88,35 +80,29 @@ static bool surface_commit(void *self)
     SurfaceModel *model = self;
     bool good = !model->bad;
     model->bad = false;
-    if (good)
+    if (good) {
         model->current = 1 - model->current;
+        if (model->floating)
+            model_follow(model);
+    }
     model->present = model->rows[model->current];
     return good;
 }
 
 static bool surface_check(const void *self)
 {
-    const SurfaceModel *model = self;
-    const double *rows = model->rows[model->current];
-    for (long s = 0; s < model->slot_count; s++)
-        for (int c = 0; c < 3; c++)
-            if (!(fabs(rows[s * ROW + c]) <= model->position_limit) ||
-                !(fabs(rows[s * ROW + 4 + c]) <= SPEED_LIMIT))
-                return false;
-    return true;
+    return model_is_sound(self);
 }
 
 static void surface_restore(void *self, bool to_start)
 {
     SurfaceModel *model = self;
-    double *rows = model->rows[model->current];
-    for (long s = 0; s < model->slot_count; s++) {
-        double *row = rows + s * ROW;
-        row[4] = row[5] = row[6] = 0.0;
-        if (to_start)
-            for (int c = 0; c < 3; c++)
-                row[c] = model->nodes.rest[(s / LANES * 3 + c) * LANES + s % LANES];
-    }
+    void *rows = model->rows[model->current];
+    if (to_start)
+        model_return_to_rest(model);
+    for (long s = 0; s < model->slot_count; s++)
+        for (int c = 4; c < 7; c++)
+            model_put(model, rows, s * ROW + c, 0.0);
     model->present = rows;
 }
 
@@ -127,12 +113,9 @@ static void surface_read_nodes(const void *self, const int *node, int count, Vec
                                Vec3 *velocity)
 {
     const SurfaceModel *model = self;
-    for (int i = 0; i < count; i++) {
-        const double *row = model->present + (long)model->slot[node[i]] * ROW;
-        position[i] = (Vec3){row[0], row[1], row[2]};
-        if (velocity != NULL)
-            velocity[i] = (Vec3){row[4], row[5], row[6]};
-    }
+    for (int i = 0; i < count; i++)
+        model_read_row(model, model->present, model->slot[node[i]], &position[i],
+                       velocity == NULL ? NULL : &velocity[i]);
 }
 
 static void surface_add_forces(void *self, const int *node, int count, const Vec3 *force)
@@ -140,40 +123,39 @@ static void surface_add_forces(void *self, const int *node, int count, const Vec
     SurfaceModel *model = self;
     for (int i = 0; i < count; i++) {
         int slot = model->slot[node[i]];
-        double *external = model->external + (slot / LANES) * 3L * LANES + slot % LANES;
         if (!model->is_touched[slot]) {
             model->is_touched[slot] = true;
-            model->touched[model->touched_count++] =
-                (TouchedSlot){slot, {external[0], external[LANES], external[2 * LANES]}};
+            TouchedSlot *touched = &model->touched[model->touched_count++];
+            touched->slot = slot;
+            for (int c = 0; c < 3; c++)
+                touched->load[c] = model_get(model, model->external, model_lane(slot) + c * LANES);
         }
-        external[0] += force[i].x;
-        external[LANES] += force[i].y;
-        external[2 * LANES] += force[i].z;
+        model_add_external(model, slot, force[i]);
     }
+}
+
+static bool is_inside(const Region *region, Vec3 axis, double square, Vec3 d)
+{
+    if (region->kind == REGION_BELOW_PLANE)
+        return vec3_dot(d, region->to) < region->radius;
+    double t = square > 0.0 ? vec3_dot(d, axis) / square : 0.0;
+    t = t < 0.0 ? 0.0 : t > 1.0 ? 1.0 : t;
+    d = vec3_madd(d, -t, axis);
+    return vec3_dot(d, d) <= region->radius * region->radius;
 }
 
 static int surface_find_nodes(const void *self, const Region *region, int *node, int capacity)
 {
     const SurfaceModel *model = self;
     const Vec3 axis = vec3_sub(region->to, region->from);
-    const double square = vec3_dot(axis, axis), radius2 = region->radius * region->radius;
-    const bool plane = region->kind == REGION_BELOW_PLANE;
+    const double square = vec3_dot(axis, axis);
     int found = 0;
     for (int s = 0; s < model->slot_count; s++) {
         if (model->node[s] < 0)
             continue;
-        const double *row = model->present + (long)s * ROW;
-        Vec3 d = {row[0] - region->from.x, row[1] - region->from.y, row[2] - region->from.z};
-        bool inside;
-        if (plane) {
-            inside = vec3_dot(d, region->to) < region->radius;
-        } else {
-            double t = square > 0.0 ? vec3_dot(d, axis) / square : 0.0;
-            t = t < 0.0 ? 0.0 : t > 1.0 ? 1.0 : t;
-            d = vec3_madd(d, -t, axis);
-            inside = vec3_dot(d, d) <= radius2;
-        }
-        if (inside) {
+        Vec3 x;
+        model_read_row(model, model->present, s, &x, NULL);
+        if (is_inside(region, axis, square, vec3_sub(x, region->from))) {
             if (found < capacity)
                 node[found] = model->node[s];
             found++;
@@ -186,18 +168,24 @@ static void surface_add_load(void *self, int node, Vec3 force)
 {
     SurfaceModel *model = self;
     int slot = model->slot[node];
-    double *external = model->external + (slot / LANES) * 3L * LANES + slot % LANES;
-    external[0] += force.x;
-    external[LANES] += force.y;
-    external[2 * LANES] += force.z;
+    if (model->world_load != NULL) {
+        model->world_load[slot][0] += force.x;
+        model->world_load[slot][1] += force.y;
+        model->world_load[slot][2] += force.z;
+    }
+    model_add_external(model, slot, force);
     *model->loaded = 1;
 }
 
 static void surface_clear_loads(void *self)
 {
     SurfaceModel *model = self;
-    if (*model->loaded != 0)
-        memset(model->external, 0, (size_t)model->slot_count * 3 * sizeof *model->external);
+    if (*model->loaded != 0) {
+        size_t slots = (size_t)model->slot_count;
+        memset(model->external, 0, slots * 3 * model_real_size(model));
+        if (model->world_load != NULL)
+            memset(model->world_load, 0, slots * sizeof *model->world_load);
+    }
     *model->loaded = 0;
 }
 
@@ -207,48 +195,58 @@ static void surface_clear_loads(void *self)
 static void surface_snapshot(const void *self, float *position, float *velocity)
 {
     const SurfaceModel *model = self;
-    const double *rows = model->rows[model->current];
+    const void *rows = model->rows[model->current];
     for (long i = 0; i < model->node_count; i++) {
-        const double *row = rows + (long)model->slot[i] * ROW;
-        for (int c = 0; c < 3; c++) {
-            position[3 * i + c] = (float)row[c];
-            if (velocity != NULL)
-                velocity[3 * i + c] = (float)row[4 + c];
+        Vec3 x, v;
+        model_read_row(model, rows, model->slot[i], &x, &v);
+        position[3 * i] = (float)x.x;
+        position[3 * i + 1] = (float)x.y;
+        position[3 * i + 2] = (float)x.z;
+        if (velocity != NULL) {
+            velocity[3 * i] = (float)v.x;
+            velocity[3 * i + 1] = (float)v.y;
+            velocity[3 * i + 2] = (float)v.z;
         }
     }
+}
+
+// Elastic energy of a slot's springs, half of each: the other half is at the other end.
+static double spring_energy(const SurfaceModel *model, const void *rows, int slot, Vec3 x)
+{
+    const SpringTable *springs = &model->springs;
+    double energy = 0.0;
+    for (int e = springs->start[slot / LANES]; e < springs->start[slot / LANES + 1]; e++) {
+        long at = (long)e * LANES + slot % LANES;
+        Vec3 other;
+        model_read_row(model, rows, springs->neighbour[at], &other, NULL);
+        double stretch =
+            vec3_length(vec3_sub(x, other)) - model_get(model, springs->rest_length, at);
+        energy += 0.25 * model_get(model, springs->stiffness, at) * stretch * stretch;
+    }
+    return energy;
 }
 
 static void surface_measure(const void *self, BodyMeasure *measure)
 {
     const SurfaceModel *model = self;
-    const double *rows = model->rows[model->current];
-    const SpringTable *springs = &model->springs;
+    const void *rows = model->rows[model->current];
     double kinetic = 0.0, elastic = 0.0, shape = 0.0, farthest = 0.0;
     for (int s = 0; s < model->slot_count; s++) {
         if (model->node[s] < 0)
             continue;
-        const double *row = rows + (long)s * ROW;
-        const long chunk = s / LANES, lane = s % LANES;
-        kinetic += 0.5 * model->mass[model->node[s]] *
-                   (row[4] * row[4] + row[5] * row[5] + row[6] * row[6]);
-        for (int e = springs->start[chunk]; e < springs->start[chunk + 1]; e++) {
-            long at = (long)e * LANES + lane;
-            const double *other = rows + (long)springs->neighbour[at] * ROW;
-            double d[3] = {row[0] - other[0], row[1] - other[1], row[2] - other[2]};
-            double stretch =
-                sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) - springs->rest_length[at];
-            elastic += 0.25 * springs->stiffness[at] * stretch * stretch; // half at each end
-        }
-        double away = 0.0;
-        for (int c = 0; c < 3; c++) {
-            double u = row[c] - model->nodes.rest[(chunk * 3 + c) * LANES + lane];
-            away += u * u;
-        }
+        Vec3 x, v;
+        model_read_row(model, rows, s, &x, &v);
+        const double *place = model->place[s];
+        Vec3 rest = vec3_add(model->rest_origin, (Vec3){place[0], place[1], place[2]});
+        Vec3 u = vec3_sub(x, rest);
+        double mass = model->mass[model->node[s]], away = vec3_dot(u, u);
+        kinetic += 0.5 * mass * vec3_dot(v, v);
+        elastic += spring_energy(model, rows, s, x);
         farthest = fmax(farthest, away);
         if (model->shape == SHAPE_FRAME_WORLD)
-            shape += 0.5 * model->nodes.shape_rate[s] * model->mass[model->node[s]] * away;
+            shape += 0.5 * model_get(model, model->nodes.shape_rate, s) * mass * away;
     }
-    if (model->rigid != NULL)
+    if (model->shape == SHAPE_FRAME_BODY)
         shape = rigid_frame_energy(model->rigid, rows);
     measure->kinetic = kinetic;
     measure->elastic = model->parameters->stiffness_scale * elastic + shape;
@@ -258,7 +256,7 @@ static void surface_measure(const void *self, BodyMeasure *measure)
 static bool surface_is_fixed(const void *self, int node)
 {
     const SurfaceModel *model = self;
-    return model->nodes.inverse_mass[model->slot[node]] == 0.0;
+    return model_get(model, model->nodes.inverse_mass, model->slot[node]) == 0.0;
 }
 
 static bool surface_set(void *self, BodyParameter parameter, double value)
@@ -275,8 +273,10 @@ static bool surface_set(void *self, BodyParameter parameter, double value)
         p->stiffness_scale = value;
         return true;
     case BODY_DAMPING_SCALE:
+        if (!model->damped)
+            return false; // its kernel has no damping to scale
         p->damping_scale = value;
-        return model->damped;
+        return true;
     }
     return false;
 }
@@ -286,8 +286,9 @@ static void surface_explain(const void *self, FILE *out)
     static const char *const shapes[] = {"none", "virtual nodes fixed in the world",
                                          "virtual nodes on a best-fit rigid frame"};
     const SurfaceModel *model = self;
-    fprintf(out, "    kernel: double, %s, %d lanes a chunk, %d nodes, %d springs\n",
-            model->kernels->level, LANES, model->node_count, model->edge_count);
+    fprintf(out, "    kernel: %s, %s, %d lanes a chunk, %d nodes, %d springs\n",
+            model->precision == PRECISION_SINGLE ? "single" : "double", model->kernels->level,
+            LANES, model->node_count, model->edge_count);
     fprintf(out, "    spring damping: %s\n",
             model->damped ? "in the kernel" : "left out (material.damping_time, spring_damping)");
     fprintf(out, "    shape-preserving springs: %s%s\n", shapes[model->shape],
@@ -298,12 +299,9 @@ static void surface_explain(const void *self, FILE *out)
 static void surface_read_rows(const void *self, Vec3 *position, Vec3 *velocity)
 {
     const SurfaceModel *model = self;
-    const double *rows = model->rows[model->current];
-    for (int i = 0; i < model->node_count; i++) {
-        const double *row = rows + (long)model->slot[i] * ROW;
-        position[i] = (Vec3){row[0], row[1], row[2]};
-        velocity[i] = (Vec3){row[4], row[5], row[6]};
-    }
+    const void *rows = model->rows[model->current];
+    for (int i = 0; i < model->node_count; i++)
+        model_read_row(model, rows, model->slot[i], &position[i], &velocity[i]);
 }
 
 static const char *surface_level(const void *self)

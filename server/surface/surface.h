@@ -8,6 +8,7 @@
 #include "base/status.h"
 #include "dynamics/body.h"
 #include "geometry/mesh.h"
+#include "surface/precision.h"
 
 // Material in physical units, or the paper's uniform values.
 typedef struct SurfaceMaterial {
@@ -54,7 +55,8 @@ typedef struct SurfaceOptions {
     SurfaceShape shape;
     double prestress; // rest lengths shortened by this fraction, [0, 0.9]
     IntegratorKind integrator;
-    double time_step; // [s]; 0: from the stability bound
+    Precision precision; // of the kernels: single is for speed, double is the reference
+    double time_step;    // [s]; 0: from the stability bound
     bool unsafe_time_step;
     int fixed_count;
     const FixedRegion *fixed;

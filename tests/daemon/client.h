@@ -52,8 +52,11 @@ typedef struct MeshSeen {
     bool in_range; // every index named a node
 } MeshSeen;
 
+typedef struct Subscriptions Subscriptions;
+
 typedef struct Client {
     lcm_t *lcm;
+    Subscriptions *on;
     int32_t sender, next_id, pose_sequence;
     Reply *reply; // [REPLIES_MAX]
     int replies;

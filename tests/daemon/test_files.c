@@ -245,7 +245,7 @@ static void a_plain_log_is_applied_at_its_times(void **state)
     write_log_event(log, "PLIANT_LOAD", epoch + 299500, data, size);
     write_log_event(log, "PLIANT_LOAD", epoch + 300500, data, size); // a repeat
     load.id = 2;
-    load.radius = NAN;
+    load.radius = (double)NAN;
     size = pliant_load_t_encode(data, 0, sizeof data, &load);
     write_log_event(log, "PLIANT_LOAD", epoch + 300500, data, size);
     lcm_eventlog_destroy(log);

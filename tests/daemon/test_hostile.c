@@ -137,7 +137,7 @@ static void bad_values_are_refused_by_their_reason(void **state)
     int64_t finite = refused(client, "not_finite"), unit = refused(client, "not_unit_quaternion");
     int64_t range = refused(client, "out_of_range");
 
-    const double bad[] = {NAN, INFINITY, -INFINITY};
+    const double bad[] = {(double)NAN, (double)INFINITY, -(double)INFINITY};
     for (int i = 0; i < 3; i++) {
         pliant_tool_pose_t pose = make_pose(client, origin);
         double *fields[] = {&pose.position[i], &pose.orientation[i], &pose.twist[2 * i],
@@ -167,7 +167,7 @@ static void bad_requests_are_answered_with_the_reason(void **state)
 {
     Client *client = *state;
     const double top[3] = {0.0, 0.0, 0.05}, down[3] = {0.0, 0.0, -0.1};
-    const double infinite[3] = {0.0, INFINITY, 0.0}, huge[3] = {0.0, 2e6, 0.0};
+    const double infinite[3] = {0.0, (double)INFINITY, 0.0}, huge[3] = {0.0, 2e6, 0.0};
     const struct {
         const double *center, *force;
         double radius, duration;
@@ -175,7 +175,7 @@ static void bad_requests_are_answered_with_the_reason(void **state)
     } loads[] = {
         {infinite, down, 0.02, 1.0, "sphere", "finite"},
         {top, infinite, 0.02, 1.0, "sphere", "finite"},
-        {top, down, NAN, 1.0, "sphere", "finite"},
+        {top, down, (double)NAN, 1.0, "sphere", "finite"},
         {top, huge, 0.02, 1.0, "sphere", "1e+06"},
         {top, down, 0.0, 1.0, "sphere", "radius"},
         {top, down, -1.0, 1.0, "sphere", "radius"},

@@ -156,6 +156,15 @@ static void a_second_daemon_on_the_prefix_is_refused(void **state)
     client_destroy(client);
 }
 
+static void a_daemon_runs_without_a_network(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    run_daemon(&daemon, "--lcm-url memq:// --duration 0.3 %s", write_scene("memq.cfg", "", ""));
+    assert_int_equal(daemon.code, 0);
+    expect_at_least((double)printed(&daemon, "ticks"), 1.0);
+}
+
 static void no_route_is_explained(void **state)
 {
     (void)state;
@@ -180,6 +189,7 @@ int main(int argc, char **argv)
         daemon_test(a_late_joiner_gets_the_mesh),
         daemon_test(without_mesh_hz_describe_brings_the_mesh_and_the_last_nodes),
         daemon_test(a_second_daemon_on_the_prefix_is_refused),
+        daemon_test(a_daemon_runs_without_a_network),
         daemon_test(no_route_is_explained),
     };
     harness_start(argc, argv);

@@ -213,7 +213,7 @@ static void stop_ends_the_daemon_cleanly(void **state)
     Client *client = client_create();
     Daemon daemon;
     daemon_start(&daemon, "%s", write_scene("stop.cfg", HEAD, ""));
-    client_wait_for_daemon(client);
+    wait_until(client, client->status.step > 0);
     assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
     daemon_wait(&daemon);
     assert_int_equal(daemon.code, 0);

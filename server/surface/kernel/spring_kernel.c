@@ -2,11 +2,11 @@
 // stage, in one pass over the nodes (Choi et al. 2005, eq 1, 2 and 10; damping of eq 10 on the full
 // vector).
 //
-// Compiled once a level with KERNEL_NAME, KERNEL_LEVEL and KERNEL_WIDTH (doubles in a vector). A
-// lane is a node: its neighbours' rows are loaded whole and transposed in registers, so that all
-// arithmetic runs across nodes and each node adds its springs in the order of its entries, whatever
-// the width. Branch-free where data decides (select, not if): gcc 12 miscompiles masked conditional
-// loops.
+// Compiled once a precision and level with KERNEL_NAME, KERNEL_LEVEL, KERNEL_SINGLE and
+// KERNEL_WIDTH. A lane is a node: its neighbours' rows are loaded whole and transposed in
+// registers, so that all arithmetic runs across nodes and each node adds its springs in the order
+// of its entries, whatever the width. Branch-free where data decides (select, not if): gcc 12
+// miscompiles masked conditional loops.
 #include "surface/kernel.h"
 
 #include "kernel/vector.h"
@@ -18,9 +18,9 @@ typedef struct Nodes {
     Vector x, y, z, vx, vy, vz;
 } Nodes;
 
-static inline void load_nodes(const double *rows, const int *slot, bool velocities, Nodes *out)
+static inline void load_nodes(const Real *rows, const int *slot, bool velocities, Nodes *out)
 {
-    const double *row[WIDTH];
+    const Real *row[WIDTH];
     for (int i = 0; i < WIDTH; i++)
         row[i] = rows + (long)slot[i] * ROW;
     vector_load_transposed(row, 0, &out->x, &out->y, &out->z);
@@ -28,7 +28,7 @@ static inline void load_nodes(const double *rows, const int *slot, bool velociti
         vector_load_transposed(row, 4, &out->vx, &out->vy, &out->vz);
 }
 
-static inline void store_nodes(double *rows, const Nodes *nodes)
+static inline void store_nodes(Real *rows, const Nodes *nodes)
 {
     vector_store_transposed(rows, nodes->x, nodes->y, nodes->z);
     vector_store_transposed(rows + 4, nodes->vx, nodes->vy, nodes->vz);
@@ -36,28 +36,54 @@ static inline void store_nodes(double *rows, const Nodes *nodes)
 
 // Sum of the spring forces on WIDTH nodes, before the stiffness scale.
 static inline void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int lane,
-                               bool damped, Vector force[3])
+                               bool damped, bool prestressed, Vector force[3])
 {
     const SpringTable *table = pass->springs;
+    const Real *present = pass->present, *rest_length = table->rest_length,
+               *stiffness = table->stiffness;
     const Vector one = vector_set(1.0), tiny = vector_set(1e-24); // (1e-12 m)^2
-    const Vector beta = vector_set(pass->damping_time);
-    Vector fx = vector_set(0.0), fy = fx, fz = fx;
+    const Vector zero = vector_set(0.0), beta = vector_set(pass->damping_time);
+    Vector fx = zero, fy = zero, fz = zero;
     for (int entry = table->start[chunk]; entry < table->start[chunk + 1]; entry++) {
         long at = (long)entry * LANES + lane;
         Nodes other;
-        load_nodes(pass->present, table->neighbour + at, damped, &other);
+        load_nodes(present, table->neighbour + at, damped, &other);
         Vector dx = own->x - other.x, dy = own->y - other.y, dz = own->z - other.z;
+        Vector r = vector_load(rest_length + at);
+#if KERNEL_SINGLE
+        const Real *e = (const Real *)table->rest_vector + (long)entry * 3 * LANES + lane;
+        Vector ex = vector_load(e), ey = vector_load(e + LANES), ez = vector_load(e + 2 * LANES);
+        Vector ux = dx, uy = dy, uz = dz;
+        dx = ex + ux;
+        dy = ey + uy;
+        dz = ez + uz;
+        Vector growth = (ex + dx) * ux + (ey + dy) * uy + (ez + dz) * uz; // of the squared length
+        if (prestressed)
+            growth += vector_load((const Real *)table->preload + at);
+#endif
         Vector length2 = dx * dx + dy * dy + dz * dz;
+        Vector k = vector_load(stiffness + at);
+#if KERNEL_SINGLE
+        // A spring without length has no direction: with (1e-12 m)^2 added, far below the rounding
+        // of any other, its force fades to 0 without a test. One division serves 1/((l + r) l) and
+        // 1/l^2.
+        length2 += tiny;
+        Vector length = vector_sqrt(length2), both = length + r;
+        Vector inverse = one / (both * length2);
+        Vector pull = growth * (length * inverse);
+        Vector inverse2 = both * inverse;
+#else
+        (void)prestressed; // the rest length says all
         // A spring without length has no direction: force 0 (its stiffness is masked away).
-        Vector usable = vector_select_greater(length2, tiny, length2, one);
-        Vector k = vector_select_greater(length2, tiny, vector_load(table->stiffness + at),
-                                         vector_set(0.0));
-        Vector inverse = one / vector_sqrt(usable);
-        Vector pull = one - vector_load(table->rest_length + at) * inverse;
+        k = vector_select_greater(length2, tiny, k, zero);
+        Vector inverse = one / vector_sqrt(vector_select_greater(length2, tiny, length2, one));
+        Vector pull = one - r * inverse;
+        Vector inverse2 = inverse * inverse;
+#endif
         if (damped) {
             Vector approach =
                 (own->vx - other.vx) * dx + (own->vy - other.vy) * dy + (own->vz - other.vz) * dz;
-            pull += beta * (approach * (inverse * inverse));
+            pull += beta * (approach * inverse2);
         }
         Vector factor = k * pull;
         fx -= factor * dx;
@@ -73,39 +99,54 @@ static inline void add_springs(const SpringPass *pass, const Nodes *own, int chu
 static inline void add_shape(const SpringPass *pass, const Nodes *own, int chunk, int lane,
                              ShapeVariant shape, Vector a[3])
 {
+    const NodeTable *nodes = pass->nodes;
     long slot = (long)chunk * LANES + lane;
-    const double *rest = pass->nodes->rest + (long)chunk * 3 * LANES + lane;
-    Vector rate = vector_load(pass->nodes->shape_rate + slot);
-    Vector drag = vector_load(pass->nodes->drag + slot);
-    Vector X = vector_load(rest), Y = vector_load(rest + LANES), Z = vector_load(rest + 2 * LANES);
+    const Real *rest = (const Real *)nodes->rest + (long)chunk * 3 * LANES + lane;
+    Vector rate = vector_load((const Real *)nodes->shape_rate + slot);
+    Vector drag = vector_load((const Real *)nodes->drag + slot);
+    Vector x[3] = {own->x, own->y, own->z}, v[3] = {own->vx, own->vy, own->vz};
     if (shape == SHAPE_FRAME_WORLD) {
-        a[0] -= rate * (own->x - X) + drag * own->vx;
-        a[1] -= rate * (own->y - Y) + drag * own->vy;
-        a[2] -= rate * (own->z - Z) + drag * own->vz;
+        for (int c = 0; c < 3; c++) {
+#if KERNEL_SINGLE
+            a[c] -= rate * x[c] + drag * v[c];
+#else
+            a[c] -= rate * (x[c] - vector_load(rest + c * LANES)) + drag * v[c];
+#endif
+        }
         return;
     }
     // The virtual node moves with the body's rigid motion: x - c - R (X - C), v - v_c - w x (x -
     // c).
     const FramePose *f = pass->frame;
-    Vector shape_drag = vector_load(pass->nodes->shape_drag + slot);
-    Vector qx = X - vector_set(f->rest_center[0]), qy = Y - vector_set(f->rest_center[1]),
-           qz = Z - vector_set(f->rest_center[2]);
-    Vector px = own->x - vector_set(f->center[0]), py = own->y - vector_set(f->center[1]),
-           pz = own->z - vector_set(f->center[2]);
+    Vector shape_drag = vector_load((const Real *)nodes->shape_drag + slot);
+    Vector arm[3], away[3], p[3]; // X - C; x - c - (X - C) or x - c; x - c
+    for (int c = 0; c < 3; c++) {
+        arm[c] = vector_load(rest + c * LANES);
+#if KERNEL_SINGLE
+        away[c] = x[c] - vector_set(f->center[c] - f->rest_center[c]);
+        p[c] = arm[c] + away[c];
+#else
+        arm[c] -= vector_set(f->rest_center[c]);
+        away[c] = x[c] - vector_set(f->center[c]);
+        p[c] = away[c];
+#endif
+    }
     Vector wx = vector_set(f->angular[0]), wy = vector_set(f->angular[1]),
            wz = vector_set(f->angular[2]);
-    Vector p[3] = {px, py, pz}, v[3] = {own->vx, own->vy, own->vz};
-    Vector spin[3] = {wy * pz - wz * py, wz * px - wx * pz, wx * py - wy * px};
+    Vector spin[3] = {wy * p[2] - wz * p[1], wz * p[0] - wx * p[2], wx * p[1] - wy * p[0]};
     for (int c = 0; c < 3; c++) {
-        Vector target = vector_set(f->rotation[c][0]) * qx + vector_set(f->rotation[c][1]) * qy +
-                        vector_set(f->rotation[c][2]) * qz;
+        double turn[3]; // row of R, or of R - I against a displacement
+        for (int k = 0; k < 3; k++)
+            turn[k] = f->rotation[c][k] - (KERNEL_SINGLE && c == k ? 1.0 : 0.0);
+        Vector target = vector_set(turn[0]) * arm[0] + vector_set(turn[1]) * arm[1] +
+                        vector_set(turn[2]) * arm[2];
         Vector slip = v[c] - vector_set(f->velocity[c]) - spin[c];
-        a[c] -= rate * (p[c] - target) + shape_drag * slip + drag * v[c];
+        a[c] -= rate * (away[c] - target) + shape_drag * slip + drag * v[c];
     }
 }
 
 // next = y0 + advance h k, sum = (y0 or sum) + weight h k, for one component.
-static inline Vector advance_rk4(const SpringPass *pass, Vector base, Vector slope, double *sum)
+static inline Vector advance_rk4(const SpringPass *pass, Vector base, Vector slope, Real *sum)
 {
     Vector step = vector_set(pass->h) * slope;
     Vector weighted = vector_set(pass->stage.weight) * step;
@@ -140,7 +181,7 @@ static inline void advance(const SpringPass *pass, const Nodes *own, const Vecto
         slots[i] = chunk * LANES + lane + i;
     Nodes base;
     load_nodes(pass->base, slots, true, &base);
-    double *sum = pass->sum + (long)chunk * 6 * LANES + lane;
+    Real *sum = (Real *)pass->sum + (long)chunk * 6 * LANES + lane;
     next->x = advance_rk4(pass, base.x, own->vx, sum);
     next->y = advance_rk4(pass, base.y, own->vy, sum + LANES);
     next->z = advance_rk4(pass, base.z, own->vz, sum + 2 * LANES);
@@ -149,11 +190,12 @@ static inline void advance(const SpringPass *pass, const Nodes *own, const Vecto
     next->vz = advance_rk4(pass, base.vz, a[2], sum + 5 * LANES);
 }
 
-static inline __attribute__((always_inline)) void evaluate(const SpringPass *pass, bool damped,
-                                                           ShapeVariant shape, bool external)
+static inline __attribute__((always_inline)) void
+evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bool external, bool prestressed)
 {
     const Vector zero = vector_set(0.0), position_limit = vector_set(pass->position_limit),
-                 velocity_limit = vector_set(SPEED_LIMIT),
+                 velocity_limit =
+                     vector_set(SPEED_LIMIT(KERNEL_SINGLE ? PRECISION_SINGLE : PRECISION_DOUBLE)),
                  scale = vector_set(pass->stiffness_scale);
     Vector bad = zero;
     for (int chunk = 0; chunk < pass->springs->chunk_count; chunk++) {
@@ -166,12 +208,13 @@ static inline __attribute__((always_inline)) void evaluate(const SpringPass *pas
             load_nodes(pass->present, slots, true, &own);
 
             Vector force[3], a[3];
-            add_springs(pass, &own, chunk, lane, damped, force);
-            Vector inverse_mass = vector_load(pass->nodes->inverse_mass + slot);
+            add_springs(pass, &own, chunk, lane, damped, prestressed, force);
+            Vector inverse_mass = vector_load((const Real *)pass->nodes->inverse_mass + slot);
             for (int c = 0; c < 3; c++) {
                 force[c] *= scale;
                 if (external)
-                    force[c] += vector_load(pass->external + ((long)chunk * 3 + c) * LANES + lane);
+                    force[c] += vector_load((const Real *)pass->external +
+                                            ((long)chunk * 3 + c) * LANES + lane);
                 Vector gravity = vector_set(pass->gravity[c]);
                 a[c] = force[c] * inverse_mass +
                        vector_select_greater(inverse_mass, zero, gravity, zero);
@@ -187,38 +230,57 @@ static inline __attribute__((always_inline)) void evaluate(const SpringPass *pas
             bad = vector_or(bad, vector_not_within(next.vx, velocity_limit));
             bad = vector_or(bad, vector_not_within(next.vy, velocity_limit));
             bad = vector_or(bad, vector_not_within(next.vz, velocity_limit));
-            store_nodes(pass->next + slot * ROW, &next);
+            store_nodes((Real *)pass->next + slot * ROW, &next);
         }
     }
     if (vector_any(bad))
         *pass->bad = true;
 }
 
-#define VARIANT(name, damped, shape, external)                                                     \
+static void drift(const void *present, void *next, int slot_count, double dt)
+{
+    const Real *from = present;
+    Real *to = next;
+    const Real step = REAL(dt);
+    for (long i = 0; i < (long)slot_count * ROW; i += ROW)
+        for (int c = 0; c < 4; c++) {
+            to[i + c] = from[i + c] + step * from[i + 4 + c];
+            to[i + 4 + c] = from[i + 4 + c];
+        }
+}
+
+// The variants: what a scene leaves out is not in its kernel.
+#define VARIANT(name, damped, shape, external, prestressed)                                        \
     static void name(const SpringPass *pass)                                                       \
     {                                                                                              \
-        evaluate(pass, damped, shape, external);                                                   \
+        evaluate(pass, damped, shape, external, prestressed);                                      \
     }
-VARIANT(plain_none, false, SHAPE_FRAME_NONE, false)
-VARIANT(plain_none_external, false, SHAPE_FRAME_NONE, true)
-VARIANT(plain_world, false, SHAPE_FRAME_WORLD, false)
-VARIANT(plain_world_external, false, SHAPE_FRAME_WORLD, true)
-VARIANT(plain_body, false, SHAPE_FRAME_BODY, false)
-VARIANT(plain_body_external, false, SHAPE_FRAME_BODY, true)
-VARIANT(damped_none, true, SHAPE_FRAME_NONE, false)
-VARIANT(damped_none_external, true, SHAPE_FRAME_NONE, true)
-VARIANT(damped_world, true, SHAPE_FRAME_WORLD, false)
-VARIANT(damped_world_external, true, SHAPE_FRAME_WORLD, true)
-VARIANT(damped_body, true, SHAPE_FRAME_BODY, false)
-VARIANT(damped_body_external, true, SHAPE_FRAME_BODY, true)
+#define SHAPE_VARIANT_SET(name, damped, shape)                                                     \
+    VARIANT(name, damped, shape, false, false)                                                     \
+    VARIANT(name##_prestressed, damped, shape, false, true)                                        \
+    VARIANT(name##_external, damped, shape, true, false)                                           \
+    VARIANT(name##_external_prestressed, damped, shape, true, true)
+#define SHAPE_VARIANT_NAMES(name)                                                                  \
+    {                                                                                              \
+        {name, name##_prestressed},                                                                \
+        {                                                                                          \
+            name##_external, name##_external_prestressed                                           \
+        }                                                                                          \
+    }
+SHAPE_VARIANT_SET(plain_none, false, SHAPE_FRAME_NONE)
+SHAPE_VARIANT_SET(plain_world, false, SHAPE_FRAME_WORLD)
+SHAPE_VARIANT_SET(plain_body, false, SHAPE_FRAME_BODY)
+SHAPE_VARIANT_SET(damped_none, true, SHAPE_FRAME_NONE)
+SHAPE_VARIANT_SET(damped_world, true, SHAPE_FRAME_WORLD)
+SHAPE_VARIANT_SET(damped_body, true, SHAPE_FRAME_BODY)
 
 extern const SpringKernels KERNEL_NAME;
 const SpringKernels KERNEL_NAME = {
     .level = KERNEL_LEVEL,
-    .evaluate = {{{plain_none, plain_none_external},
-                  {plain_world, plain_world_external},
-                  {plain_body, plain_body_external}},
-                 {{damped_none, damped_none_external},
-                  {damped_world, damped_world_external},
-                  {damped_body, damped_body_external}}},
+    .precision = KERNEL_SINGLE ? PRECISION_SINGLE : PRECISION_DOUBLE,
+    .evaluate = {{SHAPE_VARIANT_NAMES(plain_none), SHAPE_VARIANT_NAMES(plain_world),
+                  SHAPE_VARIANT_NAMES(plain_body)},
+                 {SHAPE_VARIANT_NAMES(damped_none), SHAPE_VARIANT_NAMES(damped_world),
+                  SHAPE_VARIANT_NAMES(damped_body)}},
+    .drift = drift,
 };

@@ -1,5 +1,6 @@
-// Private to the kernels: a vector of KERNEL_WIDTH doubles in gcc's and clang's portable vector
-// types, with the few operations that these lack. Widths 2, 4 and 8.
+// Private to the kernels: a vector of KERNEL_WIDTH numbers of type Real in gcc's and clang's
+// portable vector types, with the few operations that these lack. Real is float (KERNEL_SINGLE)
+// with widths 4, 8, 16, or double with widths 2, 4, 8.
 #ifndef PLIANT_SURFACE_KERNEL_VECTOR_H
 #define PLIANT_SURFACE_KERNEL_VECTOR_H
 
@@ -12,39 +13,54 @@
 
 enum { WIDTH = KERNEL_WIDTH };
 
-typedef double Vector __attribute__((vector_size(8 * KERNEL_WIDTH)));
-typedef long long Mask __attribute__((vector_size(8 * KERNEL_WIDTH)));
+#if KERNEL_SINGLE
+typedef float Real;
+typedef int Bits;
+#else
+typedef double Real;
+typedef long long Bits;
+#endif
+#define REAL(value) ((Real)(value))
 
-static inline Vector vector_load(const double *from)
+typedef Real Vector __attribute__((vector_size(sizeof(Real) * KERNEL_WIDTH)));
+typedef Bits Mask __attribute__((vector_size(sizeof(Real) * KERNEL_WIDTH)));
+
+static inline Vector vector_load(const Real *from)
 {
     Vector v;
     memcpy(&v, from, sizeof v);
     return v;
 }
 
-static inline void vector_store(double *to, Vector v)
+static inline void vector_store(Real *to, Vector v)
 {
     memcpy(to, &v, sizeof v);
 }
 
 static inline Vector vector_set(double value)
 {
-    return value - (Vector){0};
+    return REAL(value) - (Vector){0};
 }
 
 // Exact square root of each lane.
 static inline Vector vector_sqrt(Vector v)
 {
-#if defined(__x86_64__) && KERNEL_WIDTH == 8
-    return (Vector)_mm512_sqrt_pd((__m512d)v);
-#elif defined(__x86_64__) && KERNEL_WIDTH == 4
-    return (Vector)_mm256_sqrt_pd((__m256d)v);
-#elif defined(__x86_64__) && KERNEL_WIDTH == 2
-    return (Vector)_mm_sqrt_pd((__m128d)v);
-#else
+#if !defined(__x86_64__)
     for (int i = 0; i < WIDTH; i++)
-        v[i] = sqrt(v[i]);
+        v[i] = REAL(sqrt((double)v[i])); // rounded twice, still exact for float
     return v;
+#elif KERNEL_SINGLE && KERNEL_WIDTH == 16
+    return (Vector)_mm512_sqrt_ps((__m512)v);
+#elif KERNEL_SINGLE && KERNEL_WIDTH == 8
+    return (Vector)_mm256_sqrt_ps((__m256)v);
+#elif KERNEL_SINGLE
+    return (Vector)_mm_sqrt_ps((__m128)v);
+#elif KERNEL_WIDTH == 8
+    return (Vector)_mm512_sqrt_pd((__m512d)v);
+#elif KERNEL_WIDTH == 4
+    return (Vector)_mm256_sqrt_pd((__m256d)v);
+#else
+    return (Vector)_mm_sqrt_pd((__m128d)v);
 #endif
 }
 
@@ -70,14 +86,83 @@ static inline Vector vector_or(Vector a, Vector b)
 static inline bool vector_any(Vector mask)
 {
     Mask bits = (Mask)mask;
-    long long any = 0;
+    Bits any = 0;
     for (int i = 0; i < WIDTH; i++)
         any |= bits[i];
     return any != 0;
 }
 
+// Rows are transposed in blocks of four: block b of the i-th vector holds four numbers of row 4 b +
+// i, so that a transposition inside the blocks puts row 4 b + i into lane 4 b + i. The shuffles
+// below never cross the 128 (float) or 256 bits (double) of a block.
+#if KERNEL_SINGLE
+typedef float Block __attribute__((vector_size(16)));
+#else
+typedef double Block __attribute__((vector_size(32)));
+#endif
+
+#if KERNEL_SINGLE && KERNEL_WIDTH == 16
+#define INTERLEAVE_LOW(a, b)                                                                       \
+    __builtin_shufflevector(a, b, 0, 16, 1, 17, 4, 20, 5, 21, 8, 24, 9, 25, 12, 28, 13, 29)
+#define INTERLEAVE_HIGH(a, b)                                                                      \
+    __builtin_shufflevector(a, b, 2, 18, 3, 19, 6, 22, 7, 23, 10, 26, 11, 27, 14, 30, 15, 31)
+#define PAIRS_LOW(a, b)                                                                            \
+    __builtin_shufflevector(a, b, 0, 1, 16, 17, 4, 5, 20, 21, 8, 9, 24, 25, 12, 13, 28, 29)
+#define PAIRS_HIGH(a, b)                                                                           \
+    __builtin_shufflevector(a, b, 2, 3, 18, 19, 6, 7, 22, 23, 10, 11, 26, 27, 14, 15, 30, 31)
+#elif KERNEL_SINGLE && KERNEL_WIDTH == 8
+#define INTERLEAVE_LOW(a, b)  __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13)
+#define INTERLEAVE_HIGH(a, b) __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15)
+#define PAIRS_LOW(a, b)       __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13)
+#define PAIRS_HIGH(a, b)      __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15)
+#elif KERNEL_SINGLE && KERNEL_WIDTH == 4
+#define INTERLEAVE_LOW(a, b)  __builtin_shufflevector(a, b, 0, 4, 1, 5)
+#define INTERLEAVE_HIGH(a, b) __builtin_shufflevector(a, b, 2, 6, 3, 7)
+#define PAIRS_LOW(a, b)       __builtin_shufflevector(a, b, 0, 1, 4, 5)
+#define PAIRS_HIGH(a, b)      __builtin_shufflevector(a, b, 2, 3, 6, 7)
+#elif KERNEL_WIDTH == 8
+#define EVENS(a, b)      __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14)
+#define ODDS(a, b)       __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15)
+#define PAIRS_LOW(a, b)  __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13)
+#define PAIRS_HIGH(a, b) __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15)
+#elif KERNEL_WIDTH == 4
+#define EVENS(a, b)      __builtin_shufflevector(a, b, 0, 4, 2, 6)
+#define ODDS(a, b)       __builtin_shufflevector(a, b, 1, 5, 3, 7)
+#define PAIRS_LOW(a, b)  __builtin_shufflevector(a, b, 0, 1, 4, 5)
+#define PAIRS_HIGH(a, b) __builtin_shufflevector(a, b, 2, 3, 6, 7)
+#endif
+
+#if KERNEL_WIDTH > 2
+// Rows first, 4 + first, 8 + first ... side by side. Inserting from memory needs no shuffle unit,
+// which the transpositions keep busy; gcc does not find that form by itself.
+static inline Vector gather_blocks(const Real *const row[WIDTH], int first, int offset)
+{
+    Block block[WIDTH / 4];
+    for (int b = 0; b < WIDTH / 4; b++)
+        memcpy(&block[b], row[4 * b + first] + offset, sizeof block[b]);
+#if KERNEL_WIDTH == 16
+    typedef float Half __attribute__((vector_size(32)));
+    Half low = __builtin_shufflevector(block[0], block[1], 0, 1, 2, 3, 4, 5, 6, 7);
+    Half high = __builtin_shufflevector(block[2], block[3], 0, 1, 2, 3, 4, 5, 6, 7);
+    return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+#elif KERNEL_WIDTH == 8
+    return __builtin_shufflevector(block[0], block[1], 0, 1, 2, 3, 4, 5, 6, 7);
+#else
+    return block[0];
+#endif
+}
+
+static inline void scatter_blocks(Real *rows, int first, Vector v)
+{
+    Block block[WIDTH / 4];
+    memcpy(block, &v, sizeof v);
+    for (int b = 0; b < WIDTH / 4; b++)
+        memcpy(rows + 8 * (4 * b + first), &block[b], sizeof block[b]);
+}
+#endif
+
 // x, y, z of WIDTH rows: row[i][offset], [offset + 1], [offset + 2].
-static inline void vector_load_transposed(const double *const row[WIDTH], int offset, Vector *x,
+static inline void vector_load_transposed(const Real *const row[WIDTH], int offset, Vector *x,
                                           Vector *y, Vector *z)
 {
 #if KERNEL_WIDTH == 2
@@ -85,37 +170,25 @@ static inline void vector_load_transposed(const double *const row[WIDTH], int of
     *x = __builtin_shufflevector(a, b, 0, 2);
     *y = __builtin_shufflevector(a, b, 1, 3);
     *z = (Vector){row[0][offset + 2], row[1][offset + 2]};
-#elif KERNEL_WIDTH == 4
-    Vector a = vector_load(row[0] + offset), b = vector_load(row[1] + offset),
-           c = vector_load(row[2] + offset), d = vector_load(row[3] + offset);
-    Vector ab = __builtin_shufflevector(a, b, 0, 4, 2, 6),
-           cd = __builtin_shufflevector(c, d, 0, 4, 2, 6);
-    *x = __builtin_shufflevector(ab, cd, 0, 1, 4, 5);
-    *z = __builtin_shufflevector(ab, cd, 2, 3, 6, 7);
-    ab = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-    cd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
-    *y = __builtin_shufflevector(ab, cd, 0, 1, 4, 5);
 #else
-    typedef double Half __attribute__((vector_size(32)));
-    Half low[4], high[4];
-    Vector v[4]; // row i below row i + 4
-    for (int i = 0; i < 4; i++) {
-        memcpy(&low[i], row[i] + offset, sizeof low[i]);
-        memcpy(&high[i], row[i + 4] + offset, sizeof high[i]);
-        v[i] = __builtin_shufflevector(low[i], high[i], 0, 1, 2, 3, 4, 5, 6, 7);
-    }
-    Vector ab = __builtin_shufflevector(v[0], v[1], 0, 8, 2, 10, 4, 12, 6, 14);
-    Vector cd = __builtin_shufflevector(v[2], v[3], 0, 8, 2, 10, 4, 12, 6, 14);
-    *x = __builtin_shufflevector(ab, cd, 0, 1, 8, 9, 4, 5, 12, 13);
-    *z = __builtin_shufflevector(ab, cd, 2, 3, 10, 11, 6, 7, 14, 15);
-    ab = __builtin_shufflevector(v[0], v[1], 1, 9, 3, 11, 5, 13, 7, 15);
-    cd = __builtin_shufflevector(v[2], v[3], 1, 9, 3, 11, 5, 13, 7, 15);
-    *y = __builtin_shufflevector(ab, cd, 0, 1, 8, 9, 4, 5, 12, 13);
+    Vector a = gather_blocks(row, 0, offset), b = gather_blocks(row, 1, offset),
+           c = gather_blocks(row, 2, offset), d = gather_blocks(row, 3, offset);
+#if KERNEL_SINGLE
+    Vector ab = INTERLEAVE_LOW(a, b), cd = INTERLEAVE_LOW(c, d);
+    *x = PAIRS_LOW(ab, cd);
+    *y = PAIRS_HIGH(ab, cd);
+    *z = PAIRS_LOW(INTERLEAVE_HIGH(a, b), INTERLEAVE_HIGH(c, d));
+#else
+    Vector ab = EVENS(a, b), cd = EVENS(c, d);
+    *x = PAIRS_LOW(ab, cd);
+    *y = PAIRS_LOW(ODDS(a, b), ODDS(c, d));
+    *z = PAIRS_HIGH(ab, cd);
+#endif
 #endif
 }
 
-// The reverse: rows of 8 doubles, x y z 0 written at the start of each.
-static inline void vector_store_transposed(double *rows, Vector x, Vector y, Vector z)
+// The reverse: rows of 8 numbers, x y z 0 written at the start of each.
+static inline void vector_store_transposed(Real *rows, Vector x, Vector y, Vector z)
 {
     const Vector zero = {0};
 #if KERNEL_WIDTH == 2
@@ -123,31 +196,19 @@ static inline void vector_store_transposed(double *rows, Vector x, Vector y, Vec
     vector_store(rows + 8, __builtin_shufflevector(x, y, 1, 3));
     vector_store(rows + 2, __builtin_shufflevector(z, zero, 0, 2));
     vector_store(rows + 10, __builtin_shufflevector(z, zero, 1, 3));
-#elif KERNEL_WIDTH == 4
-    Vector low = __builtin_shufflevector(x, y, 0, 4, 2, 6),
-           high = __builtin_shufflevector(x, y, 1, 5, 3, 7);
-    Vector zlow = __builtin_shufflevector(z, zero, 0, 4, 2, 6),
-           zhigh = __builtin_shufflevector(z, zero, 1, 5, 3, 7);
-    vector_store(rows, __builtin_shufflevector(low, zlow, 0, 1, 4, 5));
-    vector_store(rows + 8, __builtin_shufflevector(high, zhigh, 0, 1, 4, 5));
-    vector_store(rows + 16, __builtin_shufflevector(low, zlow, 2, 3, 6, 7));
-    vector_store(rows + 24, __builtin_shufflevector(high, zhigh, 2, 3, 6, 7));
+#elif KERNEL_SINGLE
+    Vector low = INTERLEAVE_LOW(x, y), high = INTERLEAVE_HIGH(x, y);
+    Vector zlow = INTERLEAVE_LOW(z, zero), zhigh = INTERLEAVE_HIGH(z, zero);
+    scatter_blocks(rows, 0, PAIRS_LOW(low, zlow));
+    scatter_blocks(rows, 1, PAIRS_HIGH(low, zlow));
+    scatter_blocks(rows, 2, PAIRS_LOW(high, zhigh));
+    scatter_blocks(rows, 3, PAIRS_HIGH(high, zhigh));
 #else
-    typedef double Half __attribute__((vector_size(32)));
-    Vector low = __builtin_shufflevector(x, y, 0, 8, 2, 10, 4, 12, 6, 14);
-    Vector high = __builtin_shufflevector(x, y, 1, 9, 3, 11, 5, 13, 7, 15);
-    Vector zlow = __builtin_shufflevector(z, zero, 0, 8, 2, 10, 4, 12, 6, 14);
-    Vector zhigh = __builtin_shufflevector(z, zero, 1, 9, 3, 11, 5, 13, 7, 15);
-    Vector row[4] = {__builtin_shufflevector(low, zlow, 0, 1, 8, 9, 4, 5, 12, 13),
-                     __builtin_shufflevector(high, zhigh, 0, 1, 8, 9, 4, 5, 12, 13),
-                     __builtin_shufflevector(low, zlow, 2, 3, 10, 11, 6, 7, 14, 15),
-                     __builtin_shufflevector(high, zhigh, 2, 3, 10, 11, 6, 7, 14, 15)};
-    for (int i = 0; i < 4; i++) {
-        Half first = __builtin_shufflevector(row[i], row[i], 0, 1, 2, 3);
-        Half second = __builtin_shufflevector(row[i], row[i], 4, 5, 6, 7);
-        memcpy(rows + 8 * i, &first, sizeof first);
-        memcpy(rows + 8 * (i + 4), &second, sizeof second);
-    }
+    Vector evens = EVENS(x, y), odds = ODDS(x, y), zevens = EVENS(z, zero), zodds = ODDS(z, zero);
+    scatter_blocks(rows, 0, PAIRS_LOW(evens, zevens));
+    scatter_blocks(rows, 1, PAIRS_LOW(odds, zodds));
+    scatter_blocks(rows, 2, PAIRS_HIGH(evens, zevens));
+    scatter_blocks(rows, 3, PAIRS_HIGH(odds, zodds));
 #endif
 }
 

@@ -1,0 +1,61 @@
+#include "run/report.h"
+
+static void print_times(const char *name, const Histogram *histogram, FILE *out)
+{
+    double us[4];
+    histogram_summarize(histogram, us);
+    fprintf(out, "%s: p50 %.0f, p99 %.0f, p99.9 %.0f, max %.0f us\n", name, us[0], us[1], us[2],
+            us[3]);
+}
+
+// The hash lets two runs be compared at a glance: the same bits, the same hash.
+static void print_end(World *world, FILE *out)
+{
+    fprintf(out, "step: %lld, time: %.9g s\nstate: %016llx\n", (long long)sim_steps(world->sim),
+            sim_time(world->sim), (unsigned long long)state_hash(&world->state));
+}
+
+static void print_messages(const LiveResult *result, FILE *out)
+{
+    const BusCounts *bus = &result->bus;
+    fprintf(out, "messages: in %lld, out %lld, rejected %lld\n", (long long)bus->received,
+            (long long)bus->published, (long long)bus->rejected);
+    for (int i = ACCEPTED + 1; i < REFUSAL_COUNT; i++)
+        if (bus->reason[i] > 0)
+            fprintf(out, "  rejected %s: %lld\n", refusal_name((Refusal)i),
+                    (long long)bus->reason[i]);
+    if (bus->failed > 0 || result->lost > 0)
+        fprintf(out, "  not published: %lld, lost on the way to the bus: %lld\n",
+                (long long)bus->failed, (long long)result->lost);
+    fprintf(out, "high water: requests %u, answers %u, contacts %u, events %u, logged inputs %u\n",
+            result->requests_high, result->answers_high, result->contacts_high, result->events_high,
+            result->applied_high);
+}
+
+void report_live(World *world, const LiveResult *result, FILE *out)
+{
+    fprintf(out, "ticks: %lld\nlate ticks: %lld\nresets: %lld\n", (long long)result->ticks,
+            (long long)result->late_ticks, (long long)result->resets);
+    print_times("step time", &result->step, out);
+    print_times("wake-up", &result->wake, out);
+    print_messages(result, out);
+    if (result->checkpoints > 0)
+        fprintf(out, "checkpoints: %lld\n", (long long)result->checkpoints);
+    if (result->recorded + result->recorded_lost > 0)
+        fprintf(out, "recorded frames: %lld, dropped %lld, high water %u\n",
+                (long long)result->recorded, (long long)result->recorded_lost,
+                result->recorded_high);
+    print_end(world, out);
+}
+
+void report_offline(World *world, const OfflineResult *result, FILE *out)
+{
+    fprintf(out, "ticks: %lld\nresets: %lld\n", (long long)result->ticks,
+            (long long)sim_resets(world->sim));
+    print_times("step time", &result->step, out);
+    fprintf(out, "inputs: applied %lld, rejected %lld\n", (long long)result->applied,
+            (long long)result->rejected);
+    if (result->recorded > 0)
+        fprintf(out, "recorded frames: %lld, dropped 0\n", (long long)result->recorded);
+    print_end(world, out);
+}

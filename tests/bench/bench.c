@@ -1,0 +1,147 @@
+// pliant-bench: one row a figure (case, size, metric, value, unit). Times are thread CPU times
+// unless the metric says otherwise; cases that are compared run interleaved; denormals are flushed
+// to zero, as in the daemon.
+#include "bench.h"
+
+#include "base/log.h"
+
+#include <argp.h>
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#if defined(__x86_64__)
+#include <xmmintrin.h>
+#endif
+
+bool bench_wants(const Bench *bench, const char *name)
+{
+    return strncmp(name, bench->prefix, strlen(bench->prefix)) == 0;
+}
+
+void bench_row(const Bench *bench, const char *name, int size, const char *metric, double value,
+               const char *unit)
+{
+    printf("%-22s %7d  %-22s %12.6g  %s\n", name, size, metric, value, unit);
+    fflush(stdout);
+    if (bench->table != NULL)
+        fprintf(bench->table, "%s\t%d\t%s\t%.6g\t%s\n", name, size, metric, value, unit);
+}
+
+void bench_skip(const Bench *bench, const char *name, const char *why)
+{
+    (void)bench;
+    fprintf(stderr, "pliant-bench: %s skipped: %s\n", name, why);
+}
+
+void bench_fail(Bench *bench, const char *name, const char *why)
+{
+    fprintf(stderr, "pliant-bench: %s failed: %s\n", name, why);
+    bench->failed = true;
+}
+
+void samples_add(Samples *samples, double us)
+{
+    if (samples->count < BENCH_REPEATS_MAX)
+        samples->us[samples->count++] = us;
+}
+
+static int compare(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+double samples_min(const Samples *samples)
+{
+    double least = samples->us[0];
+    for (int i = 1; i < samples->count; i++)
+        least = samples->us[i] < least ? samples->us[i] : least;
+    return least;
+}
+
+double samples_median(const Samples *samples)
+{
+    double sorted[BENCH_REPEATS_MAX];
+    memcpy(sorted, samples->us, (size_t)samples->count * sizeof *sorted);
+    qsort(sorted, (size_t)samples->count, sizeof *sorted, compare);
+    return sorted[samples->count / 2];
+}
+
+typedef struct Arguments {
+    const char *table;
+    const char *prefix;
+    const char *isa;
+    bool quick;
+} Arguments;
+
+static const struct argp_option OPTIONS[] = {
+    {"tsv", 't', "FILE", 0, "write the rows there, tab-separated, with a header line", 0},
+    {"case", 'c', "PREFIX", 0, "only cases whose name begins so", 0},
+    {"isa", 'i', "LEVEL", 0, "run the springs with the kernels of this level (pliantd --isa)", 0},
+    {"quick", 'q', NULL, 0, "few repeats of small sizes: shows that it works, not how fast", 0},
+    {0},
+};
+
+static error_t parse(int key, char *value, struct argp_state *state)
+{
+    Arguments *arguments = state->input;
+    switch (key) {
+    case 't':
+        arguments->table = value;
+        return 0;
+    case 'c':
+        arguments->prefix = value;
+        return 0;
+    case 'i':
+        arguments->isa = value;
+        return 0;
+    case 'q':
+        arguments->quick = true;
+        return 0;
+    case ARGP_KEY_ARG:
+        argp_error(state, "what is '%s'?", value);
+        return EINVAL;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
+static const char DOC[] =
+    "Measures what Pliant's steps cost.\v"
+    "Cases: spring.textbook.rk4 (an array of structures, springs scattered to their two nodes, in "
+    "double; compiled with the project's flags and -O3 for the compiler's default instruction "
+    "set), "
+    "spring.double.rk4 and spring.double.leapfrog (the server's step), contact.sphere, "
+    "contact.capsule (a press, with and without the tool), load.start (from nothing to the first "
+    "tick, 100 000 triangles), live.loop (the real pliantd at 1 kHz in a private network).";
+
+int main(int argc, char **argv)
+{
+    const struct argp argp = {OPTIONS, parse, NULL, DOC, NULL, NULL, NULL};
+    Arguments arguments = {.prefix = "", .isa = "auto"};
+    argp_err_exit_status = 2;
+    argp_parse(&argp, argc, argv, 0, NULL, &arguments);
+    log_set_program("pliant-bench");
+#if defined(__x86_64__)
+    _mm_setcsr(_mm_getcsr() | 0x8040); // flush denormals, as the daemon does
+#endif
+    Bench bench = {.prefix = arguments.prefix, .isa = arguments.isa, .quick = arguments.quick};
+    if (arguments.table != NULL) {
+        bench.table = fopen(arguments.table, "w");
+        if (bench.table == NULL) {
+            fprintf(stderr, "pliant-bench: cannot write %s: %s\n", arguments.table,
+                    strerror(errno));
+            return 1;
+        }
+        fprintf(bench.table, "case\tsize\tmetric\tvalue\tunit\n");
+    }
+    bench_springs(&bench);
+    bench_contacts(&bench);
+    bench_load(&bench);
+    bench_live(&bench);
+    if (bench.table != NULL && fclose(bench.table) != 0) {
+        fprintf(stderr, "pliant-bench: cannot write %s: %s\n", arguments.table, strerror(errno));
+        return 1;
+    }
+    return bench.failed ? 1 : 0;
+}

@@ -1,0 +1,80 @@
+// Contact: a sphere and a capsule pressed 10 mm into a held sphere of 0.2 m at 1 kHz, against the
+// same ticks without the tool.
+#include "bench.h"
+#include "world.h"
+
+#include "base/clock.h"
+#include "geometry/generator.h"
+
+static const double RADIUS = 0.2; // of the body [m]
+
+static double time_ticks(Sim *sim, int ticks)
+{
+    int64_t begin = clock_thread_ns();
+    for (int i = 0; i < ticks; i++)
+        sim_step(sim);
+    return (double)(clock_thread_ns() - begin) * 1e-3 / ticks;
+}
+
+static void run_case(Bench *bench, const char *name, const ToolOptions *tool, int subdivisions)
+{
+    TriMesh mesh;
+    Status status = {0};
+    BenchWorld world = {0}, free_world = {0};
+    // The body that no tool can touch runs the same substeps.
+    BenchWorldOptions options = {
+        .integrator = INTEGRATOR_LEAPFROG, .rate_hz = 1000.0, .held_below = true, .tool = tool};
+    bool whole = generate_ico_sphere(&mesh, subdivisions, RADIUS, &status) &&
+                 bench_world_create(&world, &mesh, &options, &status);
+    if (whole) {
+        options.tool = NULL;
+        options.time_step = world.body->h;
+        whole = bench_world_create(&free_world, &mesh, &options, &status);
+    }
+    if (!whole) {
+        bench_fail(bench, name, status.text);
+    } else {
+        ToolPose pose = {.position = {0.0, 0.0, RADIUS + tool->capsule[0].radius - 0.010},
+                         .orientation = {1.0, 0.0, 0.0, 0.0},
+                         .active = true};
+        sim_apply_pose(world.sim, 0, &pose, true);
+        time_ticks(world.sim, bench->quick ? 50 : 500); // until it rests
+        Samples pressed = {0}, free_ticks = {0};
+        for (int r = 0; r < (bench->quick ? 3 : 25); r++) {
+            samples_add(&pressed, time_ticks(world.sim, 20));
+            samples_add(&free_ticks, time_ticks(free_world.sim, 20));
+        }
+        if (!sim_wrench(world.sim, 0)->contact)
+            bench_fail(bench, name, "the tool does not touch the body");
+        double us = samples_min(&pressed), us_free = samples_min(&free_ticks);
+        bench_row(bench, name, mesh.node_count, "us_per_tick", us, "us");
+        bench_row(bench, name, mesh.node_count, "us_per_tick_median", samples_median(&pressed),
+                  "us");
+        bench_row(bench, name, mesh.node_count, "us_per_tick_without_tool", us_free, "us");
+        bench_row(bench, name, mesh.node_count, "us_contact", us - us_free, "us");
+    }
+    bench_world_destroy(&world);
+    bench_world_destroy(&free_world);
+    mesh_destroy(&mesh);
+}
+
+void bench_contacts(Bench *bench)
+{
+    static const ToolOptions sphere = {.id = 1,
+                                       .kind = TOOL_PROBE,
+                                       .capsule_count = 1,
+                                       .capsule = {{.radius = 0.02}},
+                                       .max_force = 100.0};
+    static const ToolOptions capsule = {
+        .id = 1,
+        .kind = TOOL_PROBE,
+        .capsule_count = 1,
+        .capsule = {{.from = {-0.1, 0.0, 0.0}, .to = {0.1, 0.0, 0.0}, .radius = 0.01}},
+        .max_force = 100.0};
+    for (int subdivisions = 3; subdivisions <= (bench->quick ? 3 : 4); subdivisions++) {
+        if (bench_wants(bench, "contact.sphere"))
+            run_case(bench, "contact.sphere", &sphere, subdivisions);
+        if (bench_wants(bench, "contact.capsule"))
+            run_case(bench, "contact.capsule", &capsule, subdivisions);
+    }
+}

@@ -1,0 +1,18 @@
+#!/bin/sh
+# The benchmark runs and its table has the form that others read: five tab-separated columns, a
+# header, finite values, every case that can run here. Says nothing of speed.
+set -u
+table=$(mktemp) || exit 1
+trap 'rm -f "$table"' EXIT
+"$1" --quick --tsv "$table" >/dev/null || { echo "pliant-bench failed"; exit 1; }
+awk -F '\t' '
+    NR == 1 { if ($0 != "case\tsize\tmetric\tvalue\tunit") { print "header: " $0; bad = 1 }; next }
+    NF != 5 || $1 == "" || $2 !~ /^[1-9][0-9]*$/ || $3 == "" || $5 == "" ||
+        $4 !~ /^-?[0-9]+(\.[0-9]+)?(e[-+]?[0-9]+)?$/ { print "row " NR ": " $0; bad = 1 }
+    { seen[$1]++ }
+    END {
+        n = split("spring.textbook.rk4 spring.double.rk4 spring.double.leapfrog contact.sphere " \
+                  "contact.capsule load.start", wanted, " ")
+        for (i = 1; i <= n; i++) if (!seen[wanted[i]]) { print "no row of " wanted[i]; bad = 1 }
+        exit bad
+    }' "$table"

@@ -1,0 +1,216 @@
+// What is let in, with a clock of our own: ownership, repeats, counters. And when things are due.
+#include "expect.h"
+#include "run/event_log.h"
+#include "run/gate.h"
+#include "run/lcm_url.h"
+#include "run/loop.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+typedef struct Fixture {
+    Arena arena;
+    StateList state;
+    Sim *sim;
+    Gate gate;
+} Fixture;
+
+// A scene of tools alone: a probe (id 1) and a static one (id 4).
+static int set_up(void **state)
+{
+    Fixture *fixture = calloc(1, sizeof *fixture);
+    SimOptions options = {.rate_hz = 1000.0, .tool_timeout_s = 0.2};
+    fixture->sim = sim_create(&options, &fixture->arena, &fixture->state);
+    ToolOptions probe = {.id = 1, .kind = TOOL_PROBE, .capsule_count = 1, .max_force = 1.0};
+    probe.capsule[0].radius = 0.01;
+    ToolOptions table = {
+        .id = 4, .kind = TOOL_STATIC, .has_plane = true, .plane = {.normal = {0.0, 0.0, 1.0}}};
+    sim_add_tool(fixture->sim, &probe);
+    sim_add_tool(fixture->sim, &table);
+    gate_init(&fixture->gate, fixture->sim, 0.2, &fixture->arena);
+    *state = fixture;
+    return 0;
+}
+
+static int tear_down(void **state)
+{
+    Fixture *fixture = *state;
+    arena_destroy(&fixture->arena);
+    state_destroy(&fixture->state);
+    free(fixture);
+    return 0;
+}
+
+static Refusal pass_pose(Fixture *fixture, int sender, int tool, bool active, int64_t now_us)
+{
+    Input input = {.kind = INPUT_POSE,
+                   .sender = sender,
+                   .pose = {.tool = tool, .orientation = {1.0}, .active = active}};
+    unsigned char data[INPUT_WIRE_MAX];
+    size_t size = input_encode(&input, data);
+    static GateResult result;
+    gate_pass(&fixture->gate, INPUT_POSE, data, size, now_us, &result);
+    return result.refusal;
+}
+
+static Passage pass_request(Fixture *fixture, int sender, int id, const Answer **answer)
+{
+    Input input = {.kind = INPUT_COMMAND, .sender = sender, .id = id, .command = {.kind = 1}};
+    unsigned char data[INPUT_WIRE_MAX];
+    size_t size = input_encode(&input, data);
+    static GateResult result;
+    gate_pass(&fixture->gate, INPUT_COMMAND, data, size, 0, &result);
+    if (answer != NULL)
+        *answer = result.answer;
+    return result.passage;
+}
+
+static void a_tool_belongs_to_its_first_sender_until_stale_or_given_up(void **state)
+{
+    Fixture *fixture = *state;
+    assert_int_equal(pass_pose(fixture, 1, 1, true, 1000), ACCEPTED);
+    assert_int_equal(pass_pose(fixture, 2, 1, true, 2000), REFUSED_OWNER);
+    assert_int_equal(pass_pose(fixture, 2, 1, false, 2000), REFUSED_OWNER); // nor withdrawn
+    assert_int_equal(pass_pose(fixture, 1, 1, true, 100000), ACCEPTED);
+    assert_int_equal(pass_pose(fixture, 2, 1, true, 300000), REFUSED_OWNER); // exactly 0.2 s
+    assert_int_equal(pass_pose(fixture, 2, 1, true, 300001), ACCEPTED);      // stale: taken over
+    assert_int_equal(pass_pose(fixture, 1, 1, true, 300002), REFUSED_OWNER);
+    assert_int_equal(pass_pose(fixture, 2, 1, false, 300003), ACCEPTED); // given up
+    assert_int_equal(pass_pose(fixture, 1, 1, true, 300004), ACCEPTED);
+    assert_int_equal(fixture->gate.refused[REFUSED_OWNER], 4);
+    assert_int_equal(gate_refused(&fixture->gate), 4);
+}
+
+static void static_and_unknown_tools_take_no_poses(void **state)
+{
+    Fixture *fixture = *state;
+    assert_int_equal(pass_pose(fixture, 1, 4, true, 0), REFUSED_TOOL);
+    assert_int_equal(pass_pose(fixture, 1, 2, true, 0), REFUSED_TOOL);
+}
+
+static void a_repeat_is_pending_then_answered_from_the_store(void **state)
+{
+    Fixture *fixture = *state;
+    const Answer *stored;
+    assert_int_equal(pass_request(fixture, 5, 1, NULL), PASSAGE_OPEN);
+    assert_int_equal(pass_request(fixture, 5, 1, NULL), PASSAGE_PENDING);
+    assert_int_equal(pass_request(fixture, 6, 1, NULL), PASSAGE_OPEN); // another sender
+    Answer answer = {
+        .kind = INPUT_COMMAND, .sender = 5, .id = 1, .ok = true, .step = 42, .after_frame = true};
+    gate_answer(&fixture->gate, &answer);
+    assert_int_equal(pass_request(fixture, 5, 1, &stored), PASSAGE_ANSWERED);
+    assert_int_equal(stored->step, 42);
+    assert_false(stored->after_frame);
+    assert_int_equal(pass_request(fixture, 6, 1, NULL), PASSAGE_PENDING);
+}
+
+static void the_newest_256_answers_are_kept(void **state)
+{
+    Fixture *fixture = *state;
+    for (int id = 0; id <= GATE_ANSWERS; id++) {
+        assert_int_equal(pass_request(fixture, 5, id, NULL), PASSAGE_OPEN);
+        Answer answer = {.kind = INPUT_COMMAND, .sender = 5, .id = id};
+        gate_answer(&fixture->gate, &answer);
+    }
+    assert_int_equal(pass_request(fixture, 5, 1, NULL), PASSAGE_ANSWERED);
+    assert_int_equal(pass_request(fixture, 5, GATE_ANSWERS, NULL), PASSAGE_ANSWERED);
+    assert_int_equal(pass_request(fixture, 5, 0, NULL), PASSAGE_OPEN); // the oldest went
+}
+
+static void what_is_due_is_evenly_spread_and_counted_exactly(void **state)
+{
+    (void)state;
+    const struct {
+        double hz, rate_hz;
+        int expected; // in ten simulated seconds
+    } cases[] = {{60.0, 1000.0, 600},  {1000.0, 1000.0, 10000}, {2000.0, 1000.0, 10000},
+                 {0.5, 1000.0, 5},     {0.0, 1000.0, 0},        {2.0, 333.0, 20},
+                 {29.97, 1000.0, 299}, {1000.0, 1.0, 10}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        int64_t last = 0, widest = 0;
+        int count = 0;
+        for (int64_t step = 1; step <= (int64_t)(10.0 * cases[i].rate_hz); step++) {
+            if (!loop_due(step, cases[i].hz, cases[i].rate_hz))
+                continue;
+            widest = step - last > widest ? step - last : widest;
+            last = step;
+            count++;
+        }
+        assert_int_equal(count, cases[i].expected);
+        if (count > 1) // neighbours differ by one tick at most
+            expect_at_most((double)widest, ceil(cases[i].rate_hz / cases[i].hz) + 0.0);
+    }
+    assert_int_equal(loop_ticks(0.0001, 100.0), 1);
+    assert_int_equal(loop_ticks(0.0, 100.0), 0);
+}
+
+static void urls_that_lcm_lacks_are_named(void **state)
+{
+    (void)state;
+    const char *const bad[] = {"http://x",
+                               "udpm://10.0.0.1:7667",
+                               "udpm://239.1.1.1:0",
+                               "udpm://239.1.1.1:99999",
+                               "udpm://239.1.1.1:1x",
+                               "file://a.log"};
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        Status status = {0};
+        assert_false(lcm_url_check(bad[i], &status));
+        assert_int_equal(status.code, STATUS_INVALID);
+        assert_non_null(strstr(status.text, bad[i]));
+    }
+    Status status = {0};
+    assert_true(lcm_url_check("memq://", &status));
+    assert_true(lcm_url_check("tcpq://localhost:7700", &status));
+}
+
+// Events with hostile lengths, each file read to its end or its fault.
+static void hostile_event_logs_end_with_a_sentence(void **state)
+{
+    (void)state;
+    char path[] = "/tmp/pliant-log-XXXXXX";
+    int fd = mkstemp(path);
+    assert_true(fd >= 0);
+    close(fd);
+    const unsigned char good[] = {0xED, 0xA1, 0xDA, 0x01, 0, 0, 0, 0, 0, 0, 0, 0, 0,   0,   0,  0,
+                                  0,    0,    0,    9,    0, 0, 0, 1, 0, 0, 0, 2, 'c', 'x', 'y'};
+    for (size_t at = 0; at < sizeof good; at++) {
+        for (int value = 0; value < 256; value += 17) {
+            unsigned char bytes[2 * sizeof good];
+            memcpy(bytes, good, sizeof good);
+            memcpy(bytes + sizeof good, good, sizeof good);
+            bytes[at] = (unsigned char)value;
+            FILE *file = fopen(path, "wb");
+            assert_non_null(file);
+            fwrite(bytes, 1, sizeof bytes, file);
+            fclose(file);
+            EventLog log;
+            Status status = {0};
+            static LogEvent event;
+            assert_true(event_log_open(&log, path, &status));
+            int events = 0;
+            while (event_log_next(&log, &event, &status))
+                events++;
+            assert_true(events <= 2 && (events == 2 || status.code == STATUS_INVALID));
+            event_log_close(&log);
+        }
+    }
+    unlink(path);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(a_tool_belongs_to_its_first_sender_until_stale_or_given_up,
+                                        set_up, tear_down),
+        cmocka_unit_test_setup_teardown(static_and_unknown_tools_take_no_poses, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_repeat_is_pending_then_answered_from_the_store, set_up,
+                                        tear_down),
+        cmocka_unit_test_setup_teardown(the_newest_256_answers_are_kept, set_up, tear_down),
+        cmocka_unit_test(what_is_due_is_evenly_spread_and_counted_exactly),
+        cmocka_unit_test(urls_that_lcm_lacks_are_named),
+        cmocka_unit_test(hostile_event_logs_end_with_a_sentence),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,74 @@
+#!/bin/sh
+# Each room of the server sees itself and the rooms above it, and no other: a wrong include does not
+# compile. Compiles one line a pair of rooms with the include folders of the build.
+#
+# check_rooms.sh COMPILER ROOMS.txt SERVER-FOLDER
+set -u
+compiler=$1 rooms=$2 server=$3
+failed=0 compiled=0 refused=0
+
+header_of() {
+    case $1 in
+    base) echo base/vec.h ;;
+    geometry) echo geometry/mesh.h ;;
+    dynamics) echo dynamics/sim.h ;;
+    surface) echo surface/surface.h ;;
+    files) echo files/scene.h ;;
+    run) echo run/bus.h ;;
+    esac
+}
+
+rank_of() {
+    case $1 in
+    base) echo 1 ;;
+    geometry) echo 2 ;;
+    dynamics) echo 3 ;;
+    surface) echo 4 ;;
+    files) echo 5 ;;
+    run) echo 6 ;;
+    esac
+}
+
+complain() {
+    echo "rooms: $*" >&2
+    failed=1
+}
+
+while read -r room folders; do
+    options=
+    for folder in $folders; do
+        options="$options -I$folder"
+    done
+    for other in base geometry dynamics surface files run; do
+        header=$(header_of "$other")
+        [ -f "$server/$header" ] || complain "there is no $header to try"
+        # shellcheck disable=SC2086 # one option a word
+        if printf '#include "%s"\nextern int used;\n' "$header" |
+            "$compiler" -std=c17 -D_GNU_SOURCE $options -fsyntax-only -x c - 2>/dev/null; then
+            compiled=$((compiled + 1))
+            [ "$(rank_of "$other")" -le "$(rank_of "$room")" ] ||
+                complain "room $room can include $header"
+        else
+            refused=$((refused + 1))
+            [ "$(rank_of "$other")" -gt "$(rank_of "$room")" ] ||
+                complain "room $room cannot include $header"
+        fi
+    done
+done <"$rooms"
+
+# System headers are within every room's reach, so these are looked for by name.
+only_in() {
+    pattern=$1
+    shift
+    found=$(cd "$server" && grep -rlE "#include [<\"]$pattern" --include='*.[ch]' . |
+        grep -vE "^\./($(echo "$*" | tr ' ' '|'))/")
+    [ -z "$found" ] || complain "$pattern is included by" $found
+}
+only_in 'hdf5' files
+only_in 'libconfig' files
+only_in 'lcm/' run
+only_in 'pliant_[a-z_]*_t\.h' run
+
+echo "rooms: $compiled includes compile, $refused do not"
+[ "$compiled" -gt 0 ] && [ "$refused" -gt 0 ] || complain "nothing was tried"
+exit $failed

@@ -1,0 +1,171 @@
+// Loads: who shares them, how long they last, when they are refused.
+#include "expect.h"
+#include "fixture.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static void load_is_shared_by_nodal_area_and_sums_to_its_force(void **state)
+{
+    (void)state;
+    FixtureOptions options = fixture_loadable();
+    Fixture fixture;
+    fixture_create_sphere(&fixture, &options);
+    LoadOptions load = {
+        .center = {0.0, 0.0, 0.05}, .radius = 0.03, .force = {0.1, 0.2, -0.3}, .duration = 0.001};
+    char why[128];
+    assert_true(sim_apply_load(fixture.sim, &load, why, sizeof why));
+    int inside = 0, substeps = fixture.body->substeps;
+    double area = 0.0;
+    const BodySurface *surface = &fixture.body->surface;
+    for (int i = 0; i < surface->node_count; i++)
+        if (vec3_length(vec3_sub(fixture.mesh.position[i], load.center)) <= load.radius) {
+            area += surface->node_area[i];
+            inside++;
+        }
+    assert_true(inside > 3 && inside < surface->node_count / 2);
+    assert_int_equal(substeps, 1);
+    fixture_run(&fixture, 1);
+    // The first kick from rest: the momentum of a node is its share of the force times the tick.
+    Vec3 sum = {0.0, 0.0, 0.0};
+    for (int i = 0; i < surface->node_count; i++) {
+        Vec3 p = vec3_scale(surface->node_mass[i], fixture.v[i]);
+        bool takes = vec3_length(vec3_sub(fixture.mesh.position[i], load.center)) <= load.radius;
+        Vec3 share = vec3_scale(takes ? 1e-3 * surface->node_area[i] / area : 0.0, load.force);
+        // Rounding of the springs' forces (1 N) over the tick.
+        expect_at_most(vec3_length(vec3_sub(p, share)), 1e-16);
+        sum = vec3_add(sum, p);
+    }
+    expect_at_most(vec3_length(vec3_sub(sum, vec3_scale(1e-3, load.force))), 1e-16);
+    fixture_destroy(&fixture);
+}
+
+// Momentum gained in one tick by a body that nothing else acts on [N s].
+static double gain_of_a_tick(Fixture *fixture)
+{
+    double before = 0.0, after = 0.0;
+    const double *mass = fixture->body->surface.node_mass;
+    fixture_read(fixture);
+    for (int i = 0; i < fixture->mesh.node_count; i++)
+        before += mass[i] * fixture->v[i].x;
+    fixture_run(fixture, 1);
+    for (int i = 0; i < fixture->mesh.node_count; i++)
+        after += mass[i] * fixture->v[i].x;
+    return after - before;
+}
+
+static void load_lasts_its_duration_in_ticks(void **state)
+{
+    (void)state;
+    static const struct {
+        double duration;
+        int ticks;
+    } cases[] = {{0.0, 1}, {0.0004, 1}, {0.001, 1}, {0.0149, 15}, {0.015, 15}, {0.0154, 15}};
+    for (int k = 0; k < 6; k++) {
+        FixtureOptions options = fixture_loadable();
+        options.shape.wanted = false;
+        Fixture fixture;
+        fixture_create_sphere(&fixture, &options);
+        fixture_run(&fixture, 5);
+        LoadOptions load = fixture_everywhere;
+        load.duration = cases[k].duration;
+        char why[128];
+        assert_true(sim_apply_load(fixture.sim, &load, why, sizeof why));
+        for (int tick = 0; tick < 20; tick++) // 1 ms of 0.3 N, or rounding
+            expect_near(gain_of_a_tick(&fixture), tick < cases[k].ticks ? 3e-4 : 0.0, 1e-15);
+        fixture_destroy(&fixture);
+    }
+}
+
+static void scene_loads_start_at_their_time_and_add_up(void **state)
+{
+    (void)state;
+    FixtureOptions options = fixture_loadable();
+    options.shape.wanted = false;
+    options.may_load = false;
+    LoadOptions load[2] = {fixture_everywhere, fixture_everywhere};
+    load[0].start = 0.008; // given out of order
+    load[0].duration = 0.002;
+    load[1].start = 0.005;
+    load[1].duration = 0.004;
+    options.load = load;
+    options.load_count = 2;
+    Fixture fixture;
+    fixture_create_sphere(&fixture, &options);
+    static const int expected[12] = {0, 0, 0, 0, 0, 1, 1, 1, 2, 1, 0, 0};
+    for (int tick = 0; tick < 12; tick++)
+        expect_near(gain_of_a_tick(&fixture), 3e-4 * expected[tick], 1e-15); // rounding
+    fixture_destroy(&fixture);
+}
+
+static void load_on_nothing_is_refused(void **state)
+{
+    (void)state;
+    FixtureOptions options = fixture_loadable();
+    Fixture fixture;
+    fixture_create_sphere(&fixture, &options);
+    uint64_t before = state_hash(&fixture.state);
+    LoadOptions load = fixture_everywhere;
+    load.center = vec3(1.0, 2.0, 3.0);
+    load.radius = 0.5;
+    char why[128] = "";
+    assert_false(sim_apply_load(fixture.sim, &load, why, sizeof why));
+    assert_non_null(strstr(why, "no node within 0.5 m of (1, 2, 3)"));
+    assert_true(state_hash(&fixture.state) == before);
+    fixture_destroy(&fixture);
+}
+
+static void load_on_held_nodes_alone_is_refused(void **state)
+{
+    (void)state;
+    const FixedRegion top = {.kind = FIXED_BOX, .low = {-1.0, -1.0, 0.02}, .high = {1.0, 1.0, 1.0}};
+    FixtureOptions options = fixture_loadable();
+    options.fixed_count = 1;
+    options.fixed = &top;
+    Fixture fixture;
+    fixture_create_sphere(&fixture, &options);
+    LoadOptions load = fixture_everywhere;
+    load.center = vec3(0.0, 0.0, 0.05);
+    load.radius = 0.02;
+    char why[128] = "";
+    assert_false(sim_apply_load(fixture.sim, &load, why, sizeof why));
+    assert_non_null(strstr(why, "free"));
+    fixture_destroy(&fixture);
+}
+
+static void full_set_of_loads_refuses_and_takes_again_when_one_ended(void **state)
+{
+    (void)state;
+    FixtureOptions options = fixture_loadable();
+    Fixture fixture;
+    fixture_create_sphere(&fixture, &options);
+    LoadOptions load = fixture_everywhere;
+    load.center = fixture.mesh.position[5];
+    load.radius = 1e-3; // one node
+    char why[128] = "";
+    for (int k = 0; k < SIM_LOADS; k++)
+        assert_true(sim_apply_load(fixture.sim, &load, why, sizeof why));
+    assert_false(sim_apply_load(fixture.sim, &load, why, sizeof why));
+    assert_non_null(strstr(why, "64 loads"));
+    fixture_run(&fixture, 11);
+    load.radius = 0.2;
+    assert_true(sim_apply_load(fixture.sim, &load, why, sizeof why));
+    assert_true(sim_apply_load(fixture.sim, &load, why, sizeof why));
+    // Room for two loads of all nodes, not for three.
+    assert_false(sim_apply_load(fixture.sim, &load, why, sizeof why));
+    assert_non_null(strstr(why, "too many nodes"));
+    fixture_destroy(&fixture);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(load_is_shared_by_nodal_area_and_sums_to_its_force),
+        cmocka_unit_test(load_lasts_its_duration_in_ticks),
+        cmocka_unit_test(scene_loads_start_at_their_time_and_add_up),
+        cmocka_unit_test(load_on_nothing_is_refused),
+        cmocka_unit_test(load_on_held_nodes_alone_is_refused),
+        cmocka_unit_test(full_set_of_loads_refuses_and_takes_again_when_one_ended),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,154 @@
+// SET: what it changes while a scene runs, and what it refuses.
+#include "expect.h"
+#include "fixture.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static void set_changes_what_it_names(void **state)
+{
+    (void)state;
+    FixtureOptions options = fixture_loadable();
+    options.shape.wanted = false;
+    Fixture fixture;
+    fixture_create_sphere(&fixture, &options);
+    char why[256];
+    assert_true(sim_apply_set(fixture.sim, "gravity_x", 2.0, why, sizeof why));
+    assert_true(sim_apply_set(fixture.sim, "gravity_y", -1.0, why, sizeof why));
+    assert_true(sim_apply_set(fixture.sim, "gravity_z", 0.5, why, sizeof why));
+    fixture_run(&fixture, 1);
+    expect_near(fixture.v[4].x, 2e-3, 1e-15); // rounding
+    expect_near(fixture.v[4].y, -1e-3, 1e-15);
+    expect_near(fixture.v[4].z, 0.5e-3, 1e-15);
+    assert_true(sim_apply_set(fixture.sim, "body.friction", 0.3, why, sizeof why));
+    expect_near(fixture.body->tuning.friction, 0.3, 0.0);
+    fixture_destroy(&fixture);
+}
+
+// First kick of one displaced node, which springs alone pull [m/s].
+static double first_kick(const char *key, double value)
+{
+    TriMesh mesh;
+    fixture_sphere(&mesh);
+    Vec3 *x = malloc((size_t)mesh.node_count * sizeof *x);
+    Vec3 *v = calloc((size_t)mesh.node_count, sizeof *v);
+    memcpy(x, mesh.position, (size_t)mesh.node_count * sizeof *x);
+    x[9].z += 0.002;
+    if (strcmp(key, "body.damping_scale") == 0) {
+        x[9] = mesh.position[9]; // the dampers alone
+        v[9].z = 0.1;
+    }
+    FixtureOptions options = fixture_loadable();
+    options.shape.wanted = false;
+    options.rate_hz = 1e5;
+    options.initial_position = x;
+    options.initial_velocity = v;
+    Fixture fixture;
+    fixture_create(&fixture, &mesh, &options);
+    char why[256];
+    assert_true(sim_apply_set(fixture.sim, key, value, why, sizeof why));
+    fixture_run(&fixture, 1);
+    double kick = fixture.v[9].z - v[9].z;
+    fixture_destroy(&fixture);
+    free(x);
+    free(v);
+    return kick;
+}
+
+static void scales_multiply_stiffness_and_damping(void **state)
+{
+    (void)state;
+    double whole = first_kick("body.stiffness_scale", 1.0);
+    expect_at_least(fabs(whole), 1e-6);
+    expect_near(first_kick("body.stiffness_scale", 0.25), 0.25 * whole, 1e-12 * fabs(whole));
+    expect_near(first_kick("body.stiffness_scale", 4.0), 4.0 * whole, 1e-12 * fabs(whole));
+    whole = first_kick("body.damping_scale", 1.0);
+    expect_at_least(fabs(whole), 1e-6);
+    // The kick is the difference of velocities near 0.1 m/s: rounded to 1e-17 m/s.
+    expect_near(first_kick("body.damping_scale", 3.0), 3.0 * whole, 1e-15);
+    expect_near(first_kick("body.damping_scale", 0.0), 0.0, 1e-15);
+}
+
+static void set_beyond_the_bound_or_the_range_is_refused(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *key;
+        double value;
+        const char *says;
+    } cases[] = {
+        {"body.stiffness_scale", 1e4, "time step"},
+        {"body.damping_scale", 1e5, "time step"},
+        {"body.stiffness_scale", -1.0, "outside [0, 1e6]"},
+        {"body.stiffness_scale", (double)NAN, "outside"},
+        {"body.damping_scale", 2e6, "outside"},
+        {"body.friction", -0.1, "outside [0, 10]"},
+        {"body.friction", (double)NAN, "outside"},
+        {"gravity_x", 2e4, "outside [-1e4, 1e4]"},
+        {"gravity_z", (double)INFINITY, "outside"},
+        {"gravity_w", 1.0, "unknown key gravity_w"},
+        {"", 1.0, "unknown key"},
+        {"body", 1.0, "unknown key body"},
+        {"body.", 1.0, "unknown key"},
+        {"body.mass", 1.0, "unknown key mass"},
+        {"bodyx.friction", 1.0, "unknown key"},
+    };
+    FixtureOptions options = fixture_loadable();
+    Fixture fixture;
+    fixture_create_sphere(&fixture, &options);
+    uint64_t before = state_hash(&fixture.state);
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char why[256] = "";
+        assert_false(sim_apply_set(fixture.sim, cases[k].key, cases[k].value, why, sizeof why));
+        if (strstr(why, cases[k].says) == NULL)
+            print_error("%s %g: %s\n", cases[k].key, cases[k].value, why);
+        assert_non_null(strstr(why, cases[k].says));
+        assert_true(state_hash(&fixture.state) == before);
+    }
+    fixture_destroy(&fixture);
+}
+
+static void damping_of_an_undamped_body_cannot_be_scaled(void **state)
+{
+    (void)state;
+    FixtureOptions options = fixture_loadable();
+    options.material.damping_time = 0.0;
+    Fixture fixture;
+    fixture_create_sphere(&fixture, &options);
+    uint64_t before = state_hash(&fixture.state);
+    char why[256] = "";
+    assert_false(sim_apply_set(fixture.sim, "body.damping_scale", 0.5, why, sizeof why));
+    assert_non_null(strstr(why, "no such parameter"));
+    assert_true(state_hash(&fixture.state) == before);
+    fixture_destroy(&fixture);
+}
+
+static void unsafe_body_takes_any_scale_in_range(void **state)
+{
+    (void)state;
+    FixtureOptions options = fixture_loadable();
+    options.unsafe_time_step = true;
+    Fixture fixture;
+    fixture_create_sphere(&fixture, &options);
+    char why[256];
+    assert_true(sim_apply_set(fixture.sim, "body.stiffness_scale", 1e5, why, sizeof why));
+    assert_true(sim_apply_load(fixture.sim, &fixture_everywhere, why, sizeof why));
+    for (int tick = 0; tick < 200; tick++) {
+        fixture_run(&fixture, 1);
+        assert_true(fixture_is_finite(&fixture));
+    }
+    assert_true(sim_resets(fixture.sim) > 0);
+    fixture_destroy(&fixture);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(set_changes_what_it_names),
+        cmocka_unit_test(scales_multiply_stiffness_and_damping),
+        cmocka_unit_test(set_beyond_the_bound_or_the_range_is_refused),
+        cmocka_unit_test(damping_of_an_undamped_body_cannot_be_scaled),
+        cmocka_unit_test(unsafe_body_takes_any_scale_in_range),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
