@@ -4,6 +4,7 @@
 #include "scratch.h"
 
 #include "files/checkpoint.h"
+#include "geometry/mesh_repair.h"
 #include "surface/surface.h"
 
 #include <signal.h>
@@ -515,12 +516,18 @@ static void square(TriMesh *mesh)
 {
     static const Vec3 corner[6] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0},
                                    {0, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-    mesh_create(mesh, 6, 2);
-    memcpy(mesh->position, corner, sizeof corner);
-    for (int i = 0; i < 6; i++)
-        mesh->triangle[i / 3][i % 3] = i;
-    mesh_weld(mesh);
+    MeshDraft draft = {0};
+    MeshRepairs repairs;
+    MeshFault fault;
+    for (int i = 0; i < 6; i++) {
+        mesh_draft_add_node(&draft, corner[i]);
+        mesh_draft_add_corner(&draft, i, -1);
+        if (i % 3 == 2)
+            mesh_draft_end_polygon(&draft, 0);
+    }
+    assert_true(mesh_repair(&draft, mesh, &repairs, &fault));
     assert_int_equal(mesh->node_count, 4);
+    mesh_draft_destroy(&draft);
 }
 
 static const char *read_initial(const char *name, const TriMesh *mesh, Vec3 **position,
@@ -593,7 +600,7 @@ static void initial_files_that_do_not_fit_are_refused(void **unused)
     int whole[4][3] = {{0}};
     write_initial("i.h5", H5T_NATIVE_DOUBLE, 5, 3, rows, NULL);
     assert_string_equal(read_initial("i.h5", &mesh, &position, &velocity),
-                        "i.h5: /position has 5 rows, the mesh file 6 nodes (4 after welding)");
+                        "i.h5: /position has 5 rows, the mesh file 6 nodes (4 after repairs)");
     write_initial("i.h5", H5T_NATIVE_DOUBLE, 4, 2, rows, NULL);
     assert_string_equal(read_initial("i.h5", &mesh, &position, &velocity),
                         "i.h5: /position must have the shape [n][3]");
