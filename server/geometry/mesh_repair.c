@@ -188,7 +188,7 @@ static void take_mesh(Repair *repair, TriMesh *mesh)
     mesh->copy_of = repair->mesh.copy_of;
     repair->mesh.copy_of = NULL;
     take_file_nodes(repair, number, mesh);
-    if (repair->draft->uv_count > 0)
+    if (repair->draft->uv_count > 0 && repair->draft->corner_uv != NULL)
         take_texture(repair, number, mesh);
     free(number);
 }

@@ -69,18 +69,18 @@ static bool check_edges(Repair *repair)
     TriMesh *mesh = &repair->mesh;
     HalfEdges half;
     half_edge_create(&half, mesh);
-    bool ok = true;
-    for (int i = 0; ok && i < half.count;) {
+    for (int i = 0; i < half.count && !repair->edges_overfull;) {
         int end = half_edge_group_end(&half, mesh, i), h = half.order[i];
+        int a = half_edge_from(mesh, h), b = half_edge_to(mesh, h);
         repair->edges_overfull = end - i > 2;
         if (repair->edges_overfull)
-            ok = repair_fail(repair, half_edge_from(mesh, h), half.order[i + 2] / 3,
-                             "edge between nodes %d and %d belongs to %d faces, more than two",
-                             half_edge_from(mesh, h), half_edge_to(mesh, h), end - i);
+            repair_fail(repair, a, half.order[i + 2] / 3,
+                        "edge between nodes %d and %d belongs to %d faces, more than two",
+                        a < b ? a : b, a < b ? b : a, end - i);
         i = end;
     }
     half_edge_destroy(&half);
-    return ok;
+    return !repair->edges_overfull;
 }
 
 bool repair_edges(Repair *repair)
