@@ -104,7 +104,8 @@ static void parse_arguments(int argc, char **argv, Arguments *arguments)
         NULL,
         NULL};
     arguments->parsed = 1;
-    if (argp_parse(&argp, argc, argv, ARGP_NO_ERRS | ARGP_NO_HELP, NULL, arguments) != 0)
+    if (argp_parse(&argp, argc, argv, ARGP_IN_ORDER | ARGP_NO_ERRS | ARGP_NO_HELP, NULL,
+                   arguments) != 0)
         status_fail(&arguments->status, STATUS_INVALID,
                     "pliant-prepare: '%s' is no option or lacks its value (see pliant-prepare "
                     "--help)",

@@ -568,7 +568,8 @@ static void an_edge_of_three_faces_is_refused(void **state)
     add_cube(&draft, vec3(0, 0, 0));
     mesh_draft_add_node(&draft, vec3(0.5, -1, 0.5));
     FACE(&draft, 0, 1, 8);
-    expect_refusal(&draft, 6, "edge between nodes 0 and 1 belongs to 3 faces, more than two");
+    expect_refusal(&draft, 6,
+                   "edge between nodes 0 and 1 belongs to 3 faces, more than two: 0, 2, 6");
 }
 
 static void closed_surfaces_drawn_with_a_common_edge_are_refused(void **state)
@@ -583,7 +584,8 @@ static void closed_surfaces_drawn_with_a_common_edge_are_refused(void **state)
     MeshRepairs repairs;
     MeshFault fault;
     assert_false(mesh_repair(&draft, &mesh, &repairs, &fault));
-    assert_string_equal(fault.text, "edge between nodes 0 and 1 belongs to 4 faces, more than two");
+    assert_string_equal(
+        fault.text, "edge between nodes 0 and 1 belongs to 4 faces, more than two: 1, 3, 5 ...");
     mesh_draft_destroy(&draft);
 }
 

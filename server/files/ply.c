@@ -67,8 +67,10 @@ typedef struct Ply {
 
 bool ply_is(const FileBytes *file)
 {
-    return file->size > 4 && memcmp(file->bytes, "ply", 3) == 0 &&
-           (file->bytes[3] == '\n' || file->bytes[3] == '\r' || file->bytes[3] == ' ');
+    if (strncmp(file->bytes, "ply", 3) != 0)
+        return false;
+    const char *at = file->bytes + 3 + strspn(file->bytes + 3, " \t");
+    return *at == '\n' || *at == '\r';
 }
 
 // --- header ---

@@ -75,8 +75,11 @@ static bool check_edges(Repair *repair)
         repair->edges_overfull = end - i > 2;
         if (repair->edges_overfull)
             repair_fail(repair, a, half.order[i + 2] / 3,
-                        "edge between nodes %d and %d belongs to %d faces, more than two",
-                        a < b ? a : b, a < b ? b : a, end - i);
+                        "edge between nodes %d and %d belongs to %d faces, more than two: %d, %d, "
+                        "%d%s",
+                        a < b ? a : b, a < b ? b : a, end - i, repair->polygon[h / 3],
+                        repair->polygon[half.order[i + 1] / 3],
+                        repair->polygon[half.order[i + 2] / 3], end - i > 3 ? " ..." : "");
         i = end;
     }
     half_edge_destroy(&half);
