@@ -230,10 +230,15 @@ static bool run(const MeshDraft *draft, bool ties_borders, TriMesh *mesh, MeshRe
     Repair repair = {
         .draft = draft, .repairs = repairs, .fault = fault, .ties_borders = ties_borders};
     repair_create(&repair, draft);
-    bool ok = repair_faces(&repair) && repair_edges(&repair) && repair_orientation(&repair) &&
-              repair_flat_faces(&repair);
+    bool ok = repair_faces(&repair) && repair_edges(&repair) && repair_orientation(&repair);
     if (ok) {
         repair_fans(&repair);
+        ok = repair_flat_faces(&repair);
+    }
+    if (ok) {
+        // A face without area that has gone from a border may have been all that held two fans.
+        if (repairs->flat_faces > 0)
+            repair_fans(&repair);
         take_mesh(&repair, mesh);
         // Proof that the repairs have left nothing over.
         ok = mesh_validate(mesh, fault);

@@ -41,9 +41,10 @@ bool repair_faces(Repair *repair);
 bool repair_edges(Repair *repair);
 // repair_orientation.c: one orientation a component, closed ones outward.
 bool repair_orientation(Repair *repair);
-// repair_flat.c: no triangle without area. The mesh is oriented.
-bool repair_flat_faces(Repair *repair);
 // repair_fans.c: one fan a node.
 void repair_fans(Repair *repair);
+// repair_flat.c: no triangle without area. Wants an oriented mesh with one fan a node, and may leave
+// nodes with more at borders.
+bool repair_flat_faces(Repair *repair);
 
 #endif

@@ -96,8 +96,10 @@ static void split_nodes(Repair *repair, Fans *fans)
         int own = own_node(repair, fans, fan);
         bool is_free = !taken[own] && own != node;
         repair->repairs->split_nodes++;
-        if (is_free)
+        if (is_free) {
             taken[own] = true;
+            repair->kept[own] = own; // stands for itself again
+        }
         rename_fan(repair, fans, fan, is_free ? own : add_copy(repair, node));
     }
     free(taken);
