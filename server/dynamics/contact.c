@@ -1,5 +1,4 @@
-// Candidates, proxy and bookkeeping of a contact; the law is in contact_force.c. Step thread but
-// for contact_create.
+// Candidates, proxy and bookkeeping of a contact; the law is in contact_force.c. Step thread.
 #include "dynamics/contact_data.h"
 
 #include "base/check.h"
@@ -7,94 +6,12 @@
 
 #include <string.h>
 
-static const double STEP_CAP = 0.25; // of the radius: the proxy's largest step in a substep
 enum { RETREATS = 8 };               // steps back in a substep before forces are scaled instead
 static const double AWAY_TIME = 0.1; // [s] after which a tool caught behind a wall is let go
 // A face is found by its nodes: none of its points is farther than 0.58 of its longest edge from
 // one (the circumradius of an equilateral face); faces may be stretched to twice their rest length.
 // Faces that already are candidates stay so until they are too far, however stretched.
 static const double FACE_REACH = 2.0 * 0.58;
-
-// ---------------------------------------------------------------------------------------------
-// Stiffness and creation
-
-void contact_set_stiffness(Body *body)
-{
-    // kappa = a lambda_b min_i (m_i / sum of the face areas at i), so that contact adds at most
-    // a lambda_b to the bound (contact.md 2.1). node_area is a third of that sum.
-    double least = (double)INFINITY;
-    bool any_free = false;
-    for (int i = 0; i < body->surface.node_count; i++)
-        any_free |= !body->ops->is_fixed(body->model, i);
-    for (int i = 0; i < body->surface.node_count; i++)
-        if (!any_free || !body->ops->is_fixed(body->model, i))
-            least = fmin(least, body->surface.node_mass[i] / (3.0 * body->surface.node_area[i]));
-    body->contact_kappa = body->contact_ratio * body->lambda * least;
-}
-
-void contact_bounds(const Body *body, const ToolOptions *tool, double *lambda, double *damping)
-{
-    // A face penalty adds at most a lambda_b a capsule; a plane acts on nodes: a third of that.
-    double count = tool->capsule_count + (tool->has_plane ? 1.0 / 3.0 : 0.0);
-    *lambda = count * body->contact_ratio * body->lambda;
-    *damping = body->contact_damping * *lambda;
-}
-
-#define ALLOCATE(count, type, label)                                                               \
-    (type *)arena_allocate(arena, ARENA_CONTACT, (size_t)(count), sizeof(type), "%s/%s", name,     \
-                           label)
-
-Contact *contact_create(const char *name, const ToolOptions *tool, bool plane, Body *body,
-                        Arena *arena, StateList *state)
-{
-    Contact *contact = ALLOCATE(1, Contact, "contact");
-    contact->is_plane = plane;
-    int nodes = body->surface.node_count, faces = body->surface.face_count;
-    contact->tool = tool;
-    contact->body = body;
-    contact->smallest_radius = (double)INFINITY;
-    for (int k = 0; k < tool->capsule_count && !plane; k++) {
-        const Capsule *capsule = &tool->capsule[k];
-        contact->largest_radius = fmax(contact->largest_radius, capsule->radius);
-        contact->smallest_radius = fmin(contact->smallest_radius, capsule->radius);
-        contact->lever =
-            fmax(contact->lever, fmax(vec3_length(capsule->from), vec3_length(capsule->to)));
-        contact->side[k] = ALLOCATE(faces, signed char, "sides");
-        contact->gap_begin[k] = ALLOCATE(faces, double, "distances before");
-        state_add(state, contact->side[k], (size_t)faces, "%s/sides%d", name, k);
-    }
-    contact->proxy = ALLOCATE(1, Proxy, "proxy");
-    state_add(state, contact->proxy, sizeof *contact->proxy, "%s/proxy", name);
-    contact->proxy->orientation.w = 1.0;
-    if (plane) {
-        contact->plane_bristle = ALLOCATE(nodes, Vec3, "plane bristles");
-        contact->plane_trial = ALLOCATE(nodes, Vec3, "plane bristles, trial");
-        state_add(state, contact->plane_bristle, (size_t)nodes * sizeof(Vec3), "%s/bristles", name);
-    }
-    contact->node = ALLOCATE(nodes, int, "nodes");
-    contact->x = ALLOCATE(nodes, Vec3, "positions");
-    contact->v = ALLOCATE(nodes, Vec3, "velocities");
-    contact->f = ALLOCATE(nodes, Vec3, "forces");
-    if (!plane) {
-        contact->candidate = ALLOCATE(faces, Candidate, "candidates");
-        contact->local = ALLOCATE(nodes, int, "local numbers");
-        contact->mark = ALLOCATE((faces + 63) / 64, uint64_t, "face marks");
-        contact->node_normal = ALLOCATE(nodes, Vec3, "node normals");
-        contact->distance = ALLOCATE(faces, double, "distances");
-        contact->x_begin = ALLOCATE(nodes, Vec3, "positions before");
-        contact->nearest = ALLOCATE(faces, ClosestPair, "nearest pairs");
-        contact->seen_side = ALLOCATE(faces, signed char, "seen sides");
-        contact->has_side = ALLOCATE(faces, bool, "sides at all");
-        contact->candidate_of = ALLOCATE(faces, int, "candidate numbers");
-        contact->teller = ALLOCATE(faces, int, "tellers");
-        for (int f = 0; f < faces; f++)
-            contact->candidate_of[f] = -1;
-        contact->push = ALLOCATE(CONTACT_PUSHES, Push, "pushes");
-        for (int i = 0; i < nodes; i++)
-            contact->local[i] = -1;
-    }
-    return contact;
-}
 
 // ---------------------------------------------------------------------------------------------
 // Candidates, once a tick
@@ -181,33 +98,53 @@ static bool within_reach(const Contact *contact, const ToolPlacement *at, const 
     return false;
 }
 
-// Turns the marked faces within exact reach into candidates, ascending; the others lose their side.
+// Makes a face the next candidate; false when it or its nodes do not fit.
+static bool add_candidate(Contact *contact, int face)
+{
+    const BodySurface *surface = &contact->body->surface;
+    int fresh = 0;
+    for (int k = 0; k < 3; k++)
+        fresh += contact->local[surface->face[face][k]] < 0;
+    if (contact->candidate_count == contact->face_capacity ||
+        contact->local_count + fresh > contact->node_capacity)
+        return false;
+    Candidate *candidate = &contact->candidate[contact->candidate_count++];
+    candidate->face = face;
+    for (int k = 0; k < 3; k++) {
+        candidate->border[k] = surface->face_neighbor[face][k] < 0;
+        candidate->node[k] = local_number(contact, surface->face[face][k]);
+    }
+    return true;
+}
+
+// Turns the marked faces within exact reach into candidates, ascending; the others lose their mark
+// and their side.
 static void keep_candidates(Contact *contact, const ToolPlacement *at, double margin)
 {
     const BodySurface *surface = &contact->body->surface;
     const Body *body = contact->body;
     for (int word = 0; word < (surface->face_count + 63) / 64; word++) {
+        contact->rank[word] = contact->candidate_count;
         for (uint64_t bits = contact->mark[word]; bits != 0; bits &= bits - 1) {
             int face = word * 64 + __builtin_ctzll(bits);
             Vec3 x[3];
             body->ops->read_nodes(body->model, surface->face[face], 3, x, NULL);
-            if (!within_reach(contact, at, x, margin)) {
-                for (int shape = 0; shape < contact->tool->capsule_count; shape++)
-                    contact->side[shape][face] = 0;
+            bool reached = within_reach(contact, at, x, margin);
+            if (reached && add_candidate(contact, face))
                 continue;
-            }
-            contact->candidate_of[face] = contact->candidate_count;
-            Candidate *candidate = &contact->candidate[contact->candidate_count++];
-            candidate->face = face;
-            candidate->area = surface->face_area[face];
-            for (int k = 0; k < 3; k++)
-                candidate->border[k] = surface->face_neighbor[face][k] < 0;
+            contact->refused += reached;
+            contact->mark[word] &= ~(bits & -bits);
+            for (int shape = 0; shape < contact->tool->capsule_count; shape++)
+                contact->side[shape][face] = 0;
         }
     }
-    for (int i = 0; i < contact->candidate_count; i++)
-        for (int k = 0; k < 3; k++)
-            contact->candidate[i].node[k] =
-                local_number(contact, surface->face[contact->candidate[i].face][k]);
+}
+
+int contact_find_candidate(const Contact *contact, int face)
+{
+    uint64_t bit = UINT64_C(1) << (face % 64), word = contact->mark[face / 64];
+    return (word & bit) == 0 ? -1
+                             : contact->rank[face / 64] + __builtin_popcountll(word & (bit - 1));
 }
 
 // Area-weighted normal at a node, from all faces around it; zero at a node of a free border, where
@@ -234,31 +171,31 @@ static void compute_node_normals(Contact *contact)
 {
     const BodySurface *surface = &contact->body->surface;
     const Body *body = contact->body;
-    int own = contact->local_count;
-    for (int i = 0; i < own; i++)
+    int own = contact->local_count, whole = own; // nodes whose ring fits
+    for (int i = 0; i < own && whole == own; i++)
         for (int k = surface->node_face_start[contact->node[i]];
-             k < surface->node_face_start[contact->node[i] + 1]; k++)
+             k < surface->node_face_start[contact->node[i] + 1]; k++) {
+            if (contact->local_count + 3 > contact->ring_capacity) {
+                whole = i;
+                contact->refused += own - i;
+                break;
+            }
             for (int c = 0; c < 3; c++)
                 local_number(contact, surface->face[surface->node_face[k]][c]);
+        }
     body->ops->read_nodes(body->model, contact->node, contact->local_count, contact->x, NULL);
-    for (int i = 0; i < own; i++)
-        contact->node_normal[i] = node_normal(contact, contact->node[i]);
+    for (int i = 0; i < own; i++) // without a ring, as on a border: the face's own normal decides
+        contact->node_normal[i] =
+            i < whole ? node_normal(contact, contact->node[i]) : (Vec3){0.0, 0.0, 0.0};
     for (int i = 0; i < contact->local_count; i++)
         contact->local[contact->node[i]] = -1;
     contact->local_count = own; // the ring was needed for the normals only
     memcpy(contact->x_begin, contact->x, (size_t)own * sizeof *contact->x);
 }
 
-static void forget_candidates(Contact *contact)
-{
-    for (int i = 0; i < contact->candidate_count; i++)
-        contact->candidate_of[contact->candidate[i].face] = -1;
-    contact->candidate_count = contact->local_count = 0;
-}
-
 static void find_candidates(Contact *contact, const ToolPlacement *at, double margin)
 {
-    forget_candidates(contact);
+    contact->candidate_count = contact->local_count = 0;
     if (contact->is_plane) {
         const Body *body = contact->body;
         Region region = {.kind = REGION_BELOW_PLANE,
@@ -355,8 +292,8 @@ void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation
     Quat turn = quat_multiply(orientation, quat_conjugate(proxy->orientation));
     double way = vec3_length(vec3_sub(end, proxy->position));
     double swing = vec3_length(quat_to_rotation(turn)) * contact->lever;
-    double cap = contact->body->substeps * STEP_CAP * r; // of the way and of the swing
-    forget_candidates(contact);
+    double cap = contact->body->substeps * CONTACT_STEP_CAP * r; // of the way and of the swing
+    contact->candidate_count = contact->local_count = 0;
     bool clear = way + swing > cap && !may_meet(contact, &at, way + swing);
     if (!clear)
         find_candidates(contact, &at, r + fmin(way, cap) + fmin(swing, cap));
@@ -423,7 +360,7 @@ void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, doub
         return;
     const double r = contact->smallest_radius;
     Proxy *next = &contact->next;
-    move_towards(next, target, orientation, contact->lever, STEP_CAP * r);
+    move_towards(next, target, orientation, contact->lever, CONTACT_STEP_CAP * r);
 
     // Step back along the force until it is at most max_force and the axis is clear of the wall.
     read_local_nodes(contact);
@@ -503,7 +440,7 @@ void contact_clear(Contact *contact)
         for (int shape = 0; shape < contact->tool->capsule_count; shape++)
             memset(contact->side[shape], 0, (size_t)contact->body->surface.face_count);
     }
-    forget_candidates(contact);
+    contact->candidate_count = contact->local_count = 0;
     contact->sums = (ContactSums){.about = contact->proxy->position};
     contact->next = *contact->proxy; // a substep that ends must not bring the old proxy back
 }
@@ -517,4 +454,9 @@ void contact_proxy(const Contact *contact, Vec3 *position, Quat *orientation)
 {
     *position = contact->proxy->position;
     *orientation = contact->proxy->orientation;
+}
+
+int64_t contact_refused(const Contact *contact)
+{
+    return contact->refused;
 }
