@@ -4,11 +4,14 @@
 #include "bench.h"
 
 #include "base/log.h"
+#include "surface/kernel.h"
 
 #include <argp.h>
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
+#include <unistd.h>
 #if defined(__x86_64__)
 #include <xmmintrin.h>
 #endif
@@ -72,13 +75,14 @@ typedef struct Arguments {
     const char *prefix;
     const char *isa;
     const char *older, *newer; // tables to compare
-    bool quick;
+    bool quick, facts;
 } Arguments;
 
 static const struct argp_option OPTIONS[] = {
     {"tsv", 't', "FILE", 0, "write the rows there, tab-separated, with a header line", 0},
     {"case", 'c', "PREFIX", 0, "only cases whose name begins so", 0},
     {"isa", 'i', "LEVEL", 0, "run the springs with the kernels of this level (pliantd --isa)", 0},
+    {"facts", 'f', NULL, 0, "begin the table with comment lines: machine, compiler, date", 0},
     {"compare", 'C', "OLD.tsv", 0, "measure nothing: compare that table with the one named last",
      0},
     {"quick", 'q', NULL, 0, "few repeats of small sizes: shows that it works, not how fast", 0},
@@ -101,6 +105,9 @@ static error_t parse(int key, char *value, struct argp_state *state)
     case 'q':
         arguments->quick = true;
         return 0;
+    case 'f':
+        arguments->facts = true;
+        return 0;
     case 'C':
         arguments->older = value;
         return 0;
@@ -118,6 +125,31 @@ static error_t parse(int key, char *value, struct argp_state *state)
     default:
         return ARGP_ERR_UNKNOWN;
     }
+}
+
+#if defined(__clang__)
+static const char COMPILER[] = ""; // its version names it
+#else
+static const char COMPILER[] = "gcc ";
+#endif
+
+// What figures depend on besides this program.
+static void print_facts(FILE *out, const char *isa)
+{
+    char line[256], date[16] = "";
+    const time_t now = time(NULL);
+    FILE *file = fopen("/proc/cpuinfo", "r");
+    while (file != NULL && fgets(line, sizeof line, file) != NULL)
+        if (strncmp(line, "model name", 10) == 0 && strchr(line, ':') != NULL) {
+            fprintf(out, "# processor%s", strchr(line, ':'));
+            break;
+        }
+    if (file != NULL)
+        fclose(file);
+    strftime(date, sizeof date, "%Y-%m-%d", gmtime(&now));
+    fprintf(out, "# processors: %ld\n# kernels: %s\n# compiler: %s%s\n# date: %s\n",
+            sysconf(_SC_NPROCESSORS_ONLN), kernels_find(PRECISION_SINGLE, isa)->level, COMPILER,
+            __VERSION__, date);
 }
 
 static const char DOC[] =
@@ -146,6 +178,11 @@ int main(int argc, char **argv)
 #if defined(__x86_64__)
     _mm_setcsr(_mm_getcsr() | 0x8040); // flush denormals, as the daemon does
 #endif
+    if (kernels_find(PRECISION_SINGLE, arguments.isa) == NULL) {
+        fprintf(stderr, "pliant-bench: --isa %s is not a level that this machine can run\n",
+                arguments.isa);
+        return 2;
+    }
     Bench bench = {.prefix = arguments.prefix, .isa = arguments.isa, .quick = arguments.quick};
     if (arguments.table != NULL) {
         bench.table = fopen(arguments.table, "w");
@@ -154,6 +191,8 @@ int main(int argc, char **argv)
                     strerror(errno));
             return 1;
         }
+        if (arguments.facts)
+            print_facts(bench.table, arguments.isa);
         fprintf(bench.table, "case\tsize\tmetric\tvalue\tunit\n");
     }
     bench_springs(&bench);
