@@ -33,7 +33,7 @@ enum {
 };
 
 typedef struct Arguments {
-    const char *scene, *lcm_url, *input, *log_inputs, *checkpoint, *resume, *isa, *prefix;
+    const char *scene, *lcm_url, *input, *log_inputs, *record, *checkpoint, *resume, *isa, *prefix;
     bool check, explain, offline, help, usage, version;
     double offline_s, checkpoint_s, duration_s, rate_hz; // 0: not given
     int parsed; // arguments that were understood, for the message about the one that was not
@@ -53,7 +53,10 @@ static const struct argp_option options[] = {
     {"input", OPTION_INPUT, "LOG", 0, "Off line: apply the inputs of an LCM event log", 3},
     {"log-inputs", OPTION_LOG_INPUTS, "FILE", 0,
      "Write every accepted input with its tick; --input of it repeats the run bit for bit", 3},
-    {"record", OPTION_RECORD, "FILE", 0, "Not in this version", 4},
+    {"record", OPTION_RECORD, "FILE", 0,
+     "Record node positions at publish.nodes_hz into a new HDF5 file (one that exists is refused "
+     "unless it is empty), with FILE.xdmf beside it for ParaView",
+     4},
     {"checkpoint", OPTION_CHECKPOINT, "FILE", 0,
      "Write a checkpoint at the end, on SIGUSR1 and on command", 4},
     {"checkpoint-every", OPTION_CHECKPOINT_EVERY, "S", 0, "And every S simulated seconds", 4},
@@ -127,9 +130,7 @@ static error_t parse_option(int key, char *text, struct argp_state *state)
         a->log_inputs = text;
         break;
     case OPTION_RECORD:
-        status_fail(status, STATUS_INVALID,
-                    "pliantd: --record is not in this version; lcm-logger records the messages of "
-                    "a running daemon");
+        a->record = text;
         break;
     case OPTION_CHECKPOINT:
         a->checkpoint = text;
@@ -202,6 +203,10 @@ static void check_together(Arguments *a)
     if (a->duration_s > 0.0 && a->offline)
         status_fail(status, STATUS_INVALID,
                     "pliantd: --offline SECONDS has its own duration, drop --duration");
+    if (a->record != NULL && ((a->checkpoint != NULL && strcmp(a->record, a->checkpoint) == 0) ||
+                              (a->log_inputs != NULL && strcmp(a->record, a->log_inputs) == 0)))
+        status_fail(status, STATUS_INVALID, "pliantd: --record '%s' needs a file of its own",
+                    a->record);
     if (a->checkpoint_s > 0.0 && a->checkpoint == NULL)
         status_fail(status, STATUS_INVALID, "pliantd: --checkpoint-every needs --checkpoint FILE");
 }
@@ -290,10 +295,12 @@ static bool run_world(World *world, Scene *scene, const Arguments *arguments, In
         // With what a live run adds for its threads to exchange.
         ExchangeOptions reserved = {.velocity = scene->publish.velocity,
                                     .checkpoints = arguments->checkpoint != NULL,
-                                    .logs_inputs = arguments->log_inputs != NULL};
+                                    .logs_inputs = arguments->log_inputs != NULL,
+                                    .records = arguments->record != NULL,
+                                    .nodes_hz = scene->publish.nodes_hz};
         Exchange exchange;
         exchange_create(&exchange, world, &reserved);
-        explain_plan(world, scene, stdout);
+        explain_plan(world, scene, &reserved, stdout);
         return true;
     }
     if (arguments->check) {
@@ -305,6 +312,7 @@ static bool run_world(World *world, Scene *scene, const Arguments *arguments, In
                                   .input = input,
                                   .checkpoint_path = arguments->checkpoint,
                                   .checkpoint_s = arguments->checkpoint_s,
+                                  .record_path = arguments->record,
                                   .signals = signals};
         OfflineResult result;
         if (!offline_run(world, scene, &offline, &result, status))
@@ -319,6 +327,7 @@ static bool run_world(World *world, Scene *scene, const Arguments *arguments, In
                         .checkpoint_path = arguments->checkpoint,
                         .checkpoint_s = arguments->checkpoint_s,
                         .input_log_path = arguments->log_inputs,
+                        .record_path = arguments->record,
                         .signals = signals};
     LiveResult result = {0};
     bool whole = live_run(world, scene, &live, &result, status);
@@ -332,6 +341,13 @@ static bool may_load(const Arguments *arguments)
 {
     return !arguments->offline || arguments->input != NULL || arguments->checkpoint != NULL ||
            arguments->resume != NULL;
+}
+
+static bool may_record(const Scene *scene, const Arguments *arguments, Status *status)
+{
+    return arguments->record == NULL || scene->publish.nodes_hz > 0.0 ||
+           status_fail(status, STATUS_INVALID,
+                       "%s: --record records at publish.nodes_hz, which is 0", scene->path);
 }
 
 static bool run(const Arguments *arguments, Status *status)
@@ -348,7 +364,8 @@ static bool run(const Arguments *arguments, Status *status)
     }
     const char *isa = whole ? choose_isa(arguments, input, status) : "auto";
     whole = status->code == STATUS_OK && scene_read(arguments->scene, &scene, status) &&
-            scene_override(&scene, arguments->rate_hz, arguments->prefix, status);
+            scene_override(&scene, arguments->rate_hz, arguments->prefix, status) &&
+            may_record(&scene, arguments, status);
     if (whole) {
         BuildOptions build = {.isa = isa, .may_load = may_load(arguments)};
         whole = world_build(&world, &scene, &build, status) &&

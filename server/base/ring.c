@@ -15,17 +15,31 @@ void ring_init(Ring *ring, void *memory, unsigned capacity, size_t stride)
     atomic_init(&ring->tail, 0);
 }
 
-bool ring_push(Ring *ring, const void *entry)
+void *ring_back(Ring *ring)
 {
     unsigned head = atomic_load_explicit(&ring->head, memory_order_relaxed);
     unsigned tail = atomic_load_explicit(&ring->tail, memory_order_acquire);
-    unsigned waiting = head - tail;
-    if (waiting == ring->capacity)
+    if (head - tail == ring->capacity)
+        return NULL;
+    return ring->memory + (head & (ring->capacity - 1)) * ring->stride;
+}
+
+void ring_publish(Ring *ring)
+{
+    unsigned head = atomic_load_explicit(&ring->head, memory_order_relaxed) + 1;
+    unsigned waiting = head - atomic_load_explicit(&ring->tail, memory_order_relaxed);
+    atomic_store_explicit(&ring->head, head, memory_order_release);
+    if (waiting > ring->high_water)
+        ring->high_water = waiting;
+}
+
+bool ring_push(Ring *ring, const void *entry)
+{
+    void *back = ring_back(ring);
+    if (back == NULL)
         return false;
-    memcpy(ring->memory + (head & (ring->capacity - 1)) * ring->stride, entry, ring->stride);
-    atomic_store_explicit(&ring->head, head + 1, memory_order_release);
-    if (waiting + 1 > ring->high_water)
-        ring->high_water = waiting + 1;
+    memcpy(back, entry, ring->stride);
+    ring_publish(ring);
     return true;
 }
 

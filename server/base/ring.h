@@ -19,6 +19,10 @@ typedef struct Ring {
 void ring_init(Ring *ring, void *memory, unsigned capacity, size_t stride);
 // Producer: copies one entry in; false when the ring is full.
 bool ring_push(Ring *ring, const void *entry);
+// Producer, for entries too large to copy twice: the next entry to fill or NULL when the ring is
+// full, then publish it.
+void *ring_back(Ring *ring);
+void ring_publish(Ring *ring);
 // Consumer: the oldest entry or NULL; it stays valid until ring_pop.
 const void *ring_peek(Ring *ring);
 void ring_pop(Ring *ring);

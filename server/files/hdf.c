@@ -49,9 +49,15 @@ static bool check_readable(const char *path, Status *status)
            status_fail(status, STATUS_INVALID, "%s: %s", path, strerror(errno));
 }
 
+void hdf_begin(void)
+{
+    H5dont_atexit();
+    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+}
+
 bool hdf_open(HdfFile *file, const char *path, Status *status)
 {
-    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    hdf_begin();
     *file = (HdfFile){.id = -1, .path = path, .status = status};
     if (!check_readable(path, status))
         return false;
@@ -66,7 +72,7 @@ bool hdf_create(HdfFile *file, const char *path, Status *status)
 {
     // In memory first: a full disk then fails in our own write, which can be undone, and not inside
     // the library, which cannot close such a file.
-    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    hdf_begin();
     *file = (HdfFile){.id = -1, .path = path, .status = status};
     hid_t access_list = H5Pcreate(H5P_FILE_ACCESS);
     if (H5Pset_fapl_core(access_list, CORE_INCREMENT, 0) >= 0)

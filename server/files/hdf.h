@@ -19,6 +19,10 @@ typedef struct HdfFile {
     Status *status;
 } HdfFile;
 
+// To be called before HDF5 is used, on each thread anew: it prints nothing, and does nothing by
+// itself at the program's end, when it would write the rest of files that could not be written.
+void hdf_begin(void);
+
 // Opens a file for reading, or says what it is instead.
 bool hdf_open(HdfFile *file, const char *path, Status *status);
 // Begins a file in memory; hdf_save writes it to its path.

@@ -16,6 +16,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { REASONS = REFUSAL_COUNT + 1 };
+
 void bus_count_published(Bus *bus, int result)
 {
     if (result == 0)
@@ -55,6 +57,8 @@ void bus_send_event(Bus *bus, const EventOut *event)
                               .kind = (char *)(uintptr_t)event->kind,
                               .text = (char *)(uintptr_t)event->text};
     bus_count_published(bus, pliant_event_t_publish(bus->lcm, bus->event_channel, &message));
+    if (bus->exchange->records && !ring_push(&bus->exchange->told, event))
+        atomic_fetch_add_explicit(&bus->exchange->lost, 1, memory_order_relaxed);
 }
 
 // --- status ---
@@ -93,9 +97,15 @@ static int fill_stages(const Bus *bus, char *name[STAGE_COUNT], double us[STAGE_
     return count;
 }
 
-static int fill_reasons(const Bus *bus, char *name[REFUSAL_COUNT], int64_t count[REFUSAL_COUNT])
+// What was refused or dropped, and how often.
+static int fill_reasons(const Bus *bus, char *name[REASONS], int64_t count[REASONS])
 {
     int reasons = 0;
+    int64_t lost = atomic_load_explicit(&bus->exchange->recorded_lost, memory_order_relaxed);
+    if (lost > 0) {
+        name[reasons] = (char *)(uintptr_t) "frames_not_recorded";
+        count[reasons++] = lost;
+    }
     for (int i = ACCEPTED + 1; i < REFUSAL_COUNT; i++) {
         if (bus->gate.refused[i] == 0)
             continue;
@@ -109,9 +119,9 @@ static int fill_reasons(const Bus *bus, char *name[REFUSAL_COUNT], int64_t count
 void bus_send_status(Bus *bus, bool fresh)
 {
     const StatusOut *from = bus->status;
-    char *stage[STAGE_COUNT], *reason[REFUSAL_COUNT];
+    char *stage[STAGE_COUNT], *reason[REASONS];
     double stage_us[STAGE_COUNT];
-    int64_t count[REFUSAL_COUNT];
+    int64_t count[REASONS];
     int bodies = sim_body_count(bus->sim);
     pliant_body_status_t *body = calloc((size_t)bodies + 1, sizeof *body);
     ASSERT(body != NULL);
@@ -199,8 +209,8 @@ void bus_tell(Bus *bus, int64_t now_ns)
     Exchange *exchange = bus->exchange;
     tell_events(bus, &exchange->event);
     tell_answers(bus, &exchange->answer, now_ns);
-    if (exchange->checkpoints) {
+    if (exchange->checkpoints)
         tell_answers(bus, &exchange->written, now_ns);
+    if (exchange->checkpoints || exchange->records)
         tell_events(bus, &exchange->files_event);
-    }
 }

@@ -1,5 +1,7 @@
 #include "run/exchange.h"
 
+#include "run/recorder.h"
+
 #include <errno.h>
 #include <string.h>
 #include <sys/eventfd.h>
@@ -23,6 +25,22 @@ static void create_ring(Ring *ring, Arena *arena, unsigned capacity, size_t stri
               stride);
 }
 
+// A second of frames: so long may a busy disk or a checkpoint keep the files thread.
+static unsigned frames_waiting(double nodes_hz)
+{
+    unsigned frames = EXCHANGE_FRAMES_LEAST;
+    while (frames < EXCHANGE_FRAMES_MOST && (double)frames < nodes_hz)
+        frames *= 2;
+    return frames;
+}
+
+static void create_recording(Exchange *exchange, World *world, double nodes_hz)
+{
+    create_ring(&exchange->recorded, &world->arena, frames_waiting(nodes_hz),
+                round_up(record_frame_bytes(world->sim)), "recorded");
+    create_ring(&exchange->told, &world->arena, EXCHANGE_EVENTS, sizeof(EventOut), "told");
+}
+
 void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *options)
 {
     memset(exchange, 0, sizeof *exchange);
@@ -33,6 +51,7 @@ void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
     exchange->velocity = options->velocity;
     exchange->checkpoints = options->checkpoints;
     exchange->logs_inputs = options->logs_inputs;
+    exchange->records = options->records;
 
     exchange->pose = arena_allocate(arena, ARENA_OUTPUT, (size_t)exchange->tool_count,
                                     sizeof *exchange->pose, "run/pose_slots");
@@ -58,9 +77,12 @@ void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
     if (options->checkpoints) {
         checkpoint_reserve(&exchange->image, world);
         create_ring(&exchange->written, arena, EXCHANGE_REQUESTS, sizeof(Answer), "written");
+    }
+    if (options->records)
+        create_recording(exchange, world, options->nodes_hz);
+    if (options->checkpoints || options->records)
         create_ring(&exchange->files_event, arena, EXCHANGE_EVENTS, sizeof(EventOut),
                     "files_events");
-    }
 
     exchange->step_fd = exchange->bus_fd = exchange->files_fd = -1;
 }

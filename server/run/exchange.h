@@ -18,6 +18,8 @@ enum {
     EXCHANGE_EVENTS = 256,
     EXCHANGE_APPLIED = 4096,
     EXCHANGE_CHECKPOINTS = 16, // requests that one checkpoint file answers
+    EXCHANGE_FRAMES_LEAST = 8, // to be recorded
+    EXCHANGE_FRAMES_MOST = 64,
 };
 
 typedef enum RunState { RUN_RUNNING, RUN_PAUSED, RUN_LOCKSTEP } RunState;
@@ -30,6 +32,8 @@ typedef struct Frame {
     int64_t at_once; // 1: lockstep, all chunks leave before the reply
     float value[];   // positions [3 n], then velocities [3 n] if they are published
 } Frame;
+
+typedef struct RecordFrame RecordFrame; // run/recorder.h
 
 typedef struct ContactOut {
     int tool; // index
@@ -81,7 +85,13 @@ typedef struct Exchange {
     atomic_bool image_full;             // set by the step thread, cleared by the files thread
     Answer asked[EXCHANGE_CHECKPOINTS]; // whom the image answers; owned like the image
     int asked_count;
-    // files -> bus
+    // step -> files, only when recording
+    bool records;
+    Ring recorded;              // of RecordFrame
+    atomic_llong recorded_lost; // frames that found their ring full, or the disk
+    // bus -> files, only when recording
+    Ring told; // of EventOut: every event that was published
+    // files -> bus, only with a files thread that has something to tell
     Ring written;     // of Answer
     Ring files_event; // of EventOut
     // main -> step
@@ -98,6 +108,8 @@ typedef struct ExchangeOptions {
     bool velocity;    // frames carry velocities
     bool checkpoints; // space for a checkpoint image
     bool logs_inputs;
+    bool records;
+    double nodes_hz; // frames a second to be recorded
 } ExchangeOptions;
 
 // Load time; memory comes from the world's arena and goes with it.

@@ -1,7 +1,6 @@
 #include "run/explain.h"
 
 #include "base/check.h"
-#include "run/exchange.h"
 #include "run/requests.h"
 
 #include <math.h>
@@ -92,7 +91,8 @@ static void print_arrays(World *world, FILE *out)
 }
 
 // Features of the whole scene; each body prints its own.
-static void print_left_out(World *world, const Scene *scene, FILE *out)
+static void print_left_out(World *world, const Scene *scene, const ExchangeOptions *asked,
+                           FILE *out)
 {
     const ScenePublish *publish = &scene->publish;
     fprintf(out, "left out, and the key that switches it on:\n");
@@ -112,11 +112,17 @@ static void print_left_out(World *world, const Scene *scene, FILE *out)
         fprintf(out, "  meshes in messages: publish.mesh_hz\n");
     if (!(publish->contact_hz > 0.0))
         fprintf(out, "  contacts in messages: publish.contact_hz\n");
-    fprintf(out, "  checkpoints and the files thread: option --checkpoint FILE\n");
-    fprintf(out, "  log of applied inputs: option --log-inputs FILE\n");
+    if (!asked->checkpoints)
+        fprintf(out, "  checkpoints: option --checkpoint FILE\n");
+    if (!asked->logs_inputs)
+        fprintf(out, "  log of applied inputs: option --log-inputs FILE\n");
+    if (!asked->records)
+        fprintf(out, "  recording: option --record FILE\n");
+    if (!asked->checkpoints && !asked->logs_inputs && !asked->records)
+        fprintf(out, "  files thread: any of these three\n");
 }
 
-void explain_plan(World *world, const Scene *scene, FILE *out)
+void explain_plan(World *world, const Scene *scene, const ExchangeOptions *asked, FILE *out)
 {
     explain_summary(world, scene, out);
     Sim *sim = world->sim;
@@ -130,7 +136,7 @@ void explain_plan(World *world, const Scene *scene, FILE *out)
         body->ops->explain(body->model, out);
     }
     print_arrays(world, out);
-    print_left_out(world, scene, out);
+    print_left_out(world, scene, asked, out);
 }
 
 char *explain_describe(World *world, const Scene *scene)

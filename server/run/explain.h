@@ -3,15 +3,15 @@
 #ifndef PLIANT_RUN_EXPLAIN_H
 #define PLIANT_RUN_EXPLAIN_H
 
-#include "files/build.h"
+#include "run/exchange.h"
 
 #include <stdio.h>
 
 // Bodies, tools and publishing of a valid scene.
 void explain_summary(World *world, const Scene *scene, FILE *out);
-// Stages, kernel variants, bytes of every array, and each feature left out with the key that would
-// switch it on.
-void explain_plan(World *world, const Scene *scene, FILE *out);
+// Stages, kernel variants, bytes of every array, and each feature left out with the key or option
+// that would switch it on.
+void explain_plan(World *world, const Scene *scene, const ExchangeOptions *asked, FILE *out);
 // The summary with units and capacities, for clients. malloc'ed for the caller.
 char *explain_describe(World *world, const Scene *scene);
 

@@ -1,5 +1,6 @@
 #include "run/files_thread.h"
 
+#include "base/clock.h"
 #include "base/log.h"
 
 #include <errno.h>
@@ -9,6 +10,16 @@
 
 // The step thread wakes nobody for a file (that would be a system call more in its tick).
 enum { LOOK_EVERY_MS = 10 };
+
+static void tell(FilesThread *files, const EventOut *event)
+{
+    Exchange *exchange = files->exchange;
+    if (!ring_push(&exchange->files_event, event))
+        atomic_fetch_add_explicit(&exchange->lost, 1, memory_order_relaxed);
+    exchange_wake(exchange->bus_fd);
+}
+
+// --- checkpoints and inputs ---
 
 static void report(FilesThread *files, const Status *result, int64_t step)
 {
@@ -29,9 +40,7 @@ static void report(FilesThread *files, const Status *result, int64_t step)
             atomic_fetch_add_explicit(&exchange->lost, 1, memory_order_relaxed);
     }
     exchange->asked_count = 0;
-    if (!ring_push(&exchange->files_event, &event))
-        atomic_fetch_add_explicit(&exchange->lost, 1, memory_order_relaxed);
-    exchange_wake(exchange->bus_fd);
+    tell(files, &event);
 }
 
 static void write_checkpoint(FilesThread *files)
@@ -66,16 +75,78 @@ static void write_inputs(FilesThread *files)
         input_log_flush(files->log);
 }
 
+// --- recording ---
+
+// The first failure ends the recording, not the run.
+static void check_recording(FilesThread *files)
+{
+    const Status *said = recording_status(files->recorder->recording);
+    if (files->recording_failed || said->code == STATUS_OK)
+        return;
+    files->recording_failed = true;
+    log_line(LOG_ERROR, "%s; recording ends", said->text);
+    EventOut event = {.step = files->step, .body = -1, .kind = "recording"};
+    snprintf(event.text, sizeof event.text, "%.180s; ends", said->text);
+    tell(files, &event);
+}
+
+// Dropped frames are told at most once a second.
+static void tell_lost(FilesThread *files, int64_t now_ns)
+{
+    int64_t lost = atomic_load_explicit(&files->exchange->recorded_lost, memory_order_relaxed);
+    if (lost == files->lost_told || files->recording_failed ||
+        (files->lost_told > 0 && now_ns - files->lost_told_ns < 1000000000))
+        return;
+    files->lost_told = lost;
+    files->lost_told_ns = now_ns;
+    EventOut event = {.step = files->step, .body = -1, .kind = "recording"};
+    snprintf(event.text, sizeof event.text, "%lld frames dropped so far: the disk is too slow",
+             (long long)lost);
+    tell(files, &event);
+}
+
+static void write_events(FilesThread *files)
+{
+    Ring *ring = &files->exchange->told;
+    const EventOut *event;
+    while ((event = ring_peek(ring)) != NULL) {
+        recorder_write_event(files->recorder, event);
+        ring_pop(ring);
+    }
+}
+
+static void write_frames(FilesThread *files)
+{
+    if (files->recorder == NULL)
+        return;
+    Exchange *exchange = files->exchange;
+    const RecordFrame *frame;
+    while ((frame = ring_peek(&exchange->recorded)) != NULL) {
+        files->step = frame->step;
+        if (!recorder_write_frame(files->recorder, frame))
+            atomic_fetch_add_explicit(&exchange->recorded_lost, 1, memory_order_relaxed);
+        ring_pop(&exchange->recorded);
+    }
+    write_events(files);
+    int64_t now_ns = clock_now_ns();
+    recording_flush_if_due(files->recorder->recording, now_ns);
+    check_recording(files);
+    tell_lost(files, now_ns);
+}
+
+// --- the thread ---
+
 static void *files_main(void *argument)
 {
     FilesThread *files = argument;
     struct pollfd wake = {.fd = files->exchange->files_fd, .events = POLLIN};
     bool last = false;
     while (!last) {
-        poll(&wake, 1, LOOK_EVERY_MS);
+        poll(&wake, 1, files->look_ms);
         exchange_clear(files->exchange->files_fd);
         last = atomic_load(&files->finish);
         write_inputs(files);
+        write_frames(files);
         write_checkpoint(files);
     }
     return NULL;
@@ -84,6 +155,14 @@ static void *files_main(void *argument)
 bool files_thread_start(FilesThread *files, Status *status)
 {
     atomic_init(&files->finish, false);
+    files->look_ms = LOOK_EVERY_MS;
+    // Before half of the frames that may wait do.
+    if (files->recorder != NULL) {
+        double half_ms =
+            500.0 * files->exchange->recorded.capacity / files->scene->publish.nodes_hz;
+        if (half_ms < LOOK_EVERY_MS)
+            files->look_ms = half_ms < 1.0 ? 1 : (int)half_ms;
+    }
     int error = pthread_create(&files->thread, NULL, files_main, files);
     if (error != 0)
         return status_fail(status, STATUS_FAILED, "cannot start the files thread: %s",
@@ -108,4 +187,14 @@ bool files_thread_finish(FilesThread *files, int64_t step)
         files->log = NULL;
     }
     return files->status.code == STATUS_OK;
+}
+
+bool files_thread_close(FilesThread *files, Status *status)
+{
+    if (files->recorder == NULL)
+        return true;
+    write_events(files);
+    Status result = {0};
+    bool whole = recorder_close(files->recorder, &result);
+    return whole || status_fail(status, result.code, "%s", result.text);
 }

@@ -20,6 +20,7 @@ typedef struct Live {
     Loop loop;
     Bus *bus;
     FilesThread files;
+    Recorder recorder;
     int done_fd, signal_fd;
     char *describe;
 } Live;
@@ -34,13 +35,23 @@ static bool open_input_log(Live *live, Status *status)
     return live->files.log != NULL;
 }
 
+// Last of all that can fail, so that no file is left of a daemon that did not start.
+static bool open_recording(Live *live, Status *status)
+{
+    live->files.recorder = &live->recorder;
+    return recorder_create(&live->recorder, live->options->record_path, live->world, live->scene,
+                           status);
+}
+
 // Everything that can fail for reasons outside, before the first thread starts.
 static bool prepare(Live *live, Status *status)
 {
     const LiveOptions *options = live->options;
     ExchangeOptions exchange = {.velocity = live->scene->publish.velocity,
                                 .checkpoints = options->checkpoint_path != NULL,
-                                .logs_inputs = options->input_log_path != NULL};
+                                .logs_inputs = options->input_log_path != NULL,
+                                .records = options->record_path != NULL,
+                                .nodes_hz = live->scene->publish.nodes_hz};
     exchange_create(&live->exchange, live->world, &exchange);
     live->done_fd = eventfd(0, EFD_CLOEXEC);
     live->signal_fd = signalfd(-1, &options->signals, SFD_CLOEXEC);
@@ -64,7 +75,7 @@ static bool prepare(Live *live, Status *status)
     live->describe = explain_describe(live->world, live->scene);
     live->bus = bus_create(live->world, live->scene, &live->exchange, live->describe,
                            options->lcm_url, status);
-    return live->bus != NULL;
+    return live->bus != NULL && (!exchange.records || open_recording(live, status));
 }
 
 // Until the loop ends by itself or a signal ends it.
@@ -103,13 +114,17 @@ static void collect(Live *live, LiveResult *result)
                            .answers_high = exchange->answer.high_water,
                            .applied_high = exchange->applied.high_water,
                            .lost = atomic_load(&exchange->lost),
-                           .checkpoints = live->files.checkpoints};
+                           .checkpoints = live->files.checkpoints,
+                           .recorded = live->recorder.frames,
+                           .recorded_lost = atomic_load(&exchange->recorded_lost),
+                           .recorded_high = exchange->recorded.high_water};
 }
 
 static void destroy(Live *live)
 {
     if (live->files.log != NULL)
         input_log_close(live->files.log, sim_steps(live->world->sim), 0, &(Status){0});
+    recorder_close(&live->recorder, &(Status){0});
     if (live->bus != NULL)
         bus_destroy(live->bus);
     free(live->describe);
@@ -124,7 +139,8 @@ static void destroy(Live *live)
 // The bus outlives the others, so that their last words go out.
 static bool run(Live *live, Status *status)
 {
-    bool with_files = live->options->checkpoint_path != NULL || live->files.log != NULL;
+    bool with_files = live->options->checkpoint_path != NULL || live->files.log != NULL ||
+                      live->files.recorder != NULL;
     if (!bus_start(live->bus, status))
         return false;
     bool whole = !with_files || files_thread_start(&live->files, status);
@@ -137,7 +153,7 @@ static bool run(Live *live, Status *status)
     if (live->files.running && !files_thread_finish(&live->files, sim_steps(live->world->sim)))
         whole = status_fail(status, live->files.status.code, "%s", live->files.status.text);
     bus_stop(live->bus);
-    return whole;
+    return files_thread_close(&live->files, status) && whole;
 }
 
 bool live_run(World *world, const Scene *scene, const LiveOptions *options, LiveResult *result,

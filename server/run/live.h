@@ -16,6 +16,7 @@ typedef struct LiveOptions {
     const char *checkpoint_path; // or NULL
     double checkpoint_s;         // 0: only at the end and when asked
     const char *input_log_path;  // or NULL
+    const char *record_path;     // or NULL
     sigset_t signals;            // blocked before any thread started
 } LiveOptions;
 
@@ -26,6 +27,8 @@ typedef struct LiveResult {
     unsigned requests_high, contacts_high, events_high, answers_high, applied_high;
     int64_t lost;
     int64_t checkpoints;
+    int64_t recorded, recorded_lost; // frames
+    unsigned recorded_high;
 } LiveResult;
 
 // Runs until it is told to end. False with `status` for what could not be started or written.

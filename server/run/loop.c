@@ -3,6 +3,7 @@
 #include "base/check.h"
 #include "base/clock.h"
 #include "run/realtime.h"
+#include "run/recorder.h"
 #include "run/requests.h"
 
 #include <errno.h>
@@ -37,6 +38,33 @@ int64_t loop_ticks(double seconds, double rate_hz)
 
 // --- out ---
 
+static bool is_over(const Loop *loop)
+{
+    return atomic_load_explicit(&loop->exchange->stop, memory_order_relaxed) ||
+           (loop->duration_ticks > 0 && loop->ticks + loop->late_ticks >= loop->duration_ticks);
+}
+
+// A frame for the recording. In lockstep no clock runs: then it waits for room instead of dropping.
+static void push_record(Loop *loop, bool waits)
+{
+    Exchange *exchange = loop->exchange;
+    if (!exchange->records || sim_steps(loop->sim) == loop->recorded_step)
+        return;
+    const struct timespec pause = {.tv_nsec = 1000000};
+    RecordFrame *frame = ring_back(&exchange->recorded);
+    while (frame == NULL && waits && !is_over(loop)) {
+        nanosleep(&pause, NULL);
+        frame = ring_back(&exchange->recorded);
+    }
+    if (frame == NULL) {
+        atomic_fetch_add_explicit(&exchange->recorded_lost, 1, memory_order_relaxed);
+        return;
+    }
+    record_frame_take(frame, loop->sim);
+    ring_publish(&exchange->recorded);
+    loop->recorded_step = frame->step;
+}
+
 static void push_frames(Loop *loop, bool at_once)
 {
     Exchange *exchange = loop->exchange;
@@ -51,6 +79,7 @@ static void push_frames(Loop *loop, bool at_once)
         body->ops->snapshot(body->model, frame->value, velocity);
         slot_publish(&exchange->frame[i]);
     }
+    push_record(loop, at_once);
     loop->handed_over = true;
 }
 
@@ -175,12 +204,6 @@ static void tick(Loop *loop, int64_t begin_ns)
         loop_push_status(loop);
 }
 
-static bool is_over(const Loop *loop)
-{
-    return atomic_load_explicit(&loop->exchange->stop, memory_order_relaxed) ||
-           (loop->duration_ticks > 0 && loop->ticks + loop->late_ticks >= loop->duration_ticks);
-}
-
 // The ticks of a STEP, at once; a PAUSE or STOP that arrives meanwhile ends them early.
 static void run_steps(Loop *loop)
 {
@@ -283,6 +306,7 @@ void loop_init(Loop *loop, World *world, Exchange *exchange, const LoopOptions *
     loop->checkpoint_ticks = loop_ticks(options->checkpoint_s, options->rate_hz);
     loop->window_start_step = sim_steps(loop->sim);
     loop->resets_seen = sim_resets(loop->sim);
+    loop->recorded_step = -1;
     loop->pieces = requests_pieces(loop->sim, -1);
     sim_set_lockstep(loop->sim, false);
 }

@@ -37,6 +37,7 @@ typedef struct Loop {
     Answer asked[EXCHANGE_CHECKPOINTS]; // who waits for the next checkpoint
     int asked_count;
     int64_t resets_seen, reset_reported_step;
+    int64_t recorded_step; // newest frame handed to the recording
 
     // results, valid after loop_join (the windows only inside the thread)
     int64_t ticks, late_ticks;

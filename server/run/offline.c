@@ -2,6 +2,8 @@
 
 #include "base/clock.h"
 #include "base/log.h"
+#include "run/loop.h"
+#include "run/recorder.h"
 #include "run/requests.h"
 
 #include "pliant_command_t.h"
@@ -27,7 +29,20 @@ typedef struct Offline {
     InputKind kind;
     int64_t waiting_step;
     CheckpointImage image;
+    Recorder recorder;
+    RecordFrame *frame; // to be recorded, or NULL
 } Offline;
+
+// What is an event in a live run, for the recording.
+static void record_event(Offline *run, int body, const char *kind, const char *text)
+{
+    if (run->frame == NULL)
+        return;
+    EventOut event = {.step = sim_steps(run->sim), .body = body};
+    snprintf(event.kind, sizeof event.kind, "%s", kind);
+    snprintf(event.text, sizeof event.text, "%s", text);
+    recorder_write_event(&run->recorder, &event);
+}
 
 // --- the log ---
 
@@ -44,10 +59,21 @@ static void read_ahead(Offline *run)
         run->end_step = input->end_step;
 }
 
+// Changes the scene, or says why not.
+static void execute(Offline *run, const Input *input, const char *kind)
+{
+    char text[INPUT_WHY_MAX];
+    bool done = requests_execute(run->sim, input, text);
+    record_event(run, input->kind == INPUT_LOAD ? input->index : -1, done ? kind : "refused", text);
+    if (done)
+        return;
+    gate_count(&run->gate, REFUSED_NOT_POSSIBLE);
+    log_line(LOG_WARNING, "step %lld: %s", (long long)sim_steps(run->sim), text);
+}
+
 // Pacing means nothing off line; what STEP and RESUME say of poses does.
 static void apply_command(Offline *run, const Input *input)
 {
-    char text[INPUT_WHY_MAX];
     switch (input->command.kind) {
     case PLIANT_COMMAND_T_STEP:
     case PLIANT_COMMAND_T_RESUME:
@@ -66,25 +92,20 @@ static void apply_command(Offline *run, const Input *input)
     case PLIANT_COMMAND_T_DESCRIBE:
         break;
     default:
-        if (!requests_execute(run->sim, input, text)) {
-            gate_count(&run->gate, REFUSED_NOT_POSSIBLE);
-            log_line(LOG_WARNING, "step %lld: %s", (long long)sim_steps(run->sim), text);
-        }
+        execute(run, input, input->command.kind == PLIANT_COMMAND_T_SET ? "set" : "reset");
     }
 }
 
 static void apply(Offline *run, const Input *input)
 {
-    char text[INPUT_WHY_MAX];
     run->result->applied++;
     if (input->kind == INPUT_POSE) {
         ToolPose pose = input_pose(input);
         sim_apply_pose(run->sim, input->index, &pose, run->lockstep);
     } else if (input->kind == INPUT_COMMAND) {
         apply_command(run, input);
-    } else if (!requests_execute(run->sim, input, text)) {
-        gate_count(&run->gate, REFUSED_NOT_POSSIBLE);
-        log_line(LOG_WARNING, "step %lld: %s", (long long)sim_steps(run->sim), text);
+    } else {
+        execute(run, input, input->kind == INPUT_CUT ? "cut" : "load");
     }
 }
 
@@ -104,10 +125,12 @@ static void apply_waiting(Offline *run)
     } else {
         gate_pass(&run->gate, run->kind, event->data, event->size, event->timestamp, &result);
     }
-    if (result.passage == PASSAGE_OPEN)
+    if (result.passage == PASSAGE_OPEN) {
         apply(run, &result.input);
-    else if (result.passage == PASSAGE_REFUSED)
+    } else if (result.passage == PASSAGE_REFUSED) {
+        record_event(run, -1, "refused", result.why);
         log_line(LOG_WARNING, "step %lld: refused: %s", (long long)sim_steps(run->sim), result.why);
+    }
 }
 
 // All inputs due at the start of the next tick.
@@ -150,6 +173,38 @@ static bool write_checkpoint(Offline *run)
                             run->status);
 }
 
+static bool open_recording(Offline *run)
+{
+    if (run->options->record_path == NULL)
+        return true;
+    run->frame = malloc(record_frame_bytes(run->sim));
+    return run->frame == NULL ? status_fail(run->status, STATUS_FAILED, "out of memory")
+                              : recorder_create(&run->recorder, run->options->record_path,
+                                                run->world, run->scene, run->status);
+}
+
+// Nobody waits for a tick here, so the file may take its time; one that takes no more ends the run.
+static bool record(Offline *run)
+{
+    if (run->frame == NULL)
+        return true;
+    record_frame_take(run->frame, run->sim);
+    if (recorder_write_frame(&run->recorder, run->frame) &&
+        recording_flush_if_due(run->recorder.recording, clock_now_ns()))
+        return true;
+    const Status *said = recording_status(run->recorder.recording);
+    return status_fail(run->status, said->code, "%s", said->text);
+}
+
+static bool close_recording(Offline *run)
+{
+    run->result->recorded = run->recorder.frames;
+    free(run->frame);
+    Status result = {0};
+    return recorder_close(&run->recorder, &result) ||
+           status_fail(run->status, result.code, "%s", result.text);
+}
+
 static bool take_signals(Offline *run)
 {
     const struct timespec at_once = {0};
@@ -178,6 +233,8 @@ static bool run_ticks(Offline *run)
         sim_step(run->sim);
         histogram_add(&run->result->step, clock_now_ns() - begin_ns);
         run->result->ticks++;
+        if (loop_due(sim_steps(run->sim), run->scene->publish.nodes_hz, rate) && !record(run))
+            return false;
         if (checkpoint_ticks > 0 && sim_steps(run->sim) % checkpoint_ticks == 0 &&
             !write_checkpoint(run))
             return false;
@@ -221,10 +278,12 @@ bool offline_run(World *world, const Scene *scene, const OfflineOptions *options
     if (options->checkpoint_path != NULL)
         checkpoint_reserve(&run->image, world);
 
-    bool whole = options->input == NULL || check_log(run);
+    bool whole = (options->input == NULL || check_log(run)) && open_recording(run);
     if (whole && options->input != NULL)
         read_ahead(run);
-    whole = whole && run_ticks(run) && (options->checkpoint_path == NULL || write_checkpoint(run));
+    whole = whole && record(run) && run_ticks(run) &&
+            (options->checkpoint_path == NULL || write_checkpoint(run));
+    whole = close_recording(run) && whole;
     if (whole && options->input != NULL)
         report_log(run);
     result->rejected = gate_refused(&run->gate);

@@ -14,12 +14,14 @@ typedef struct OfflineOptions {
     InputLogReader *input;       // opened, or NULL
     const char *checkpoint_path; // or NULL
     double checkpoint_s;         // simulated time between checkpoints; 0: only at the end
-    sigset_t signals; // blocked: SIGINT, SIGTERM end the run, SIGUSR1 writes a checkpoint
+    const char *record_path; // or NULL; written in step with the run, so that nothing is dropped
+    sigset_t signals;        // blocked: SIGINT, SIGTERM end the run, SIGUSR1 writes a checkpoint
 } OfflineOptions;
 
 typedef struct OfflineResult {
     int64_t ticks;
     int64_t applied, rejected; // inputs of the log
+    int64_t recorded;          // frames
     Histogram step;
 } OfflineResult;
 

@@ -41,6 +41,10 @@ void report_live(World *world, const LiveResult *result, FILE *out)
     print_messages(result, out);
     if (result->checkpoints > 0)
         fprintf(out, "checkpoints: %lld\n", (long long)result->checkpoints);
+    if (result->recorded + result->recorded_lost > 0)
+        fprintf(out, "recorded frames: %lld, dropped %lld, high water %u\n",
+                (long long)result->recorded, (long long)result->recorded_lost,
+                result->recorded_high);
     print_end(world, out);
 }
 
@@ -51,5 +55,7 @@ void report_offline(World *world, const OfflineResult *result, FILE *out)
     print_times("step time", &result->step, out);
     fprintf(out, "inputs: applied %lld, rejected %lld\n", (long long)result->applied,
             (long long)result->rejected);
+    if (result->recorded > 0)
+        fprintf(out, "recorded frames: %lld, dropped 0\n", (long long)result->recorded);
     print_end(world, out);
 }

@@ -23,7 +23,7 @@ static long counted(const char *path, const char *name)
 }
 
 // Runs the daemon with poses and loads for about a second; returns the sleeps, that is its ticks.
-static long run_watched(const char *counts, double contact_hz, Daemon *daemon)
+static long run_watched(const char *counts, double contact_hz, const char *options, Daemon *daemon)
 {
     char head[256], preload[1024];
     snprintf(head, sizeof head,
@@ -35,7 +35,7 @@ static long run_watched(const char *counts, double contact_hz, Daemon *daemon)
     snprintf(assignment, sizeof assignment, "LD_PRELOAD=%s", preload);
     daemon_environment(assignment);
     Client *client = client_create();
-    daemon_start(daemon, "%s", write_scene("silence.cfg", head, PROBE_TOOL));
+    daemon_start(daemon, "%s %s", options, write_scene("silence.cfg", head, PROBE_TOOL));
     daemon_environment(NULL);
     client_wait_for_daemon(client);
     const double top[3] = {0.0, 0.0, 0.05}, down[3] = {0.0, 0.0, -0.1};
@@ -72,7 +72,7 @@ static void with_contacts_a_tick_writes_one_eventfd(void **state)
     (void)state;
     Daemon daemon;
     const char *counts = scratch("contacts.txt");
-    long ticks = run_watched(counts, 1000.0, &daemon);
+    long ticks = run_watched(counts, 1000.0, "", &daemon);
     expect_silence(counts);
     expect_at_most((double)counted(counts, "write"), (double)ticks);
     expect_at_least((double)counted(counts, "write"), 1.0); // the counting works
@@ -83,9 +83,24 @@ static void without_contacts_a_tick_writes_nothing(void **state)
     (void)state;
     Daemon daemon;
     const char *counts = scratch("quiet.txt");
-    run_watched(counts, 0.0, &daemon);
+    run_watched(counts, 0.0, "", &daemon);
     expect_silence(counts);
     assert_int_equal(counted(counts, "write"), 0);
+}
+
+static void files_add_nothing_to_a_tick(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    const char *counts = scratch("files.txt");
+    char options[2500];
+    snprintf(options, sizeof options,
+             "--record %s --checkpoint %s --checkpoint-every 0.1 --log-inputs %s",
+             scratch("silence.h5"), scratch("checkpoint.h5"), scratch("inputs.log"));
+    run_watched(counts, 0.0, options, &daemon);
+    expect_silence(counts);
+    assert_int_equal(counted(counts, "write"), 0);
+    assert_non_null(strstr(daemon.out, "recorded frames: "));
 }
 
 int main(int argc, char **argv)
@@ -93,6 +108,7 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         daemon_test(with_contacts_a_tick_writes_one_eventfd),
         daemon_test(without_contacts_a_tick_writes_nothing),
+        daemon_test(files_add_nothing_to_a_tick),
     };
     if (argc < 3)
         return 2;

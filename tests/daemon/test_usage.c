@@ -32,7 +32,7 @@ static void bad_usage_exits_2_with_one_line(void **state)
         {"--input x.log", "--offline", true},
         {"--offline 1 --log-inputs x.log", "--log-inputs", true},
         {"--checkpoint-every 1", "--checkpoint", true},
-        {"--record x.h5", "--record is not in this version", true},
+        {"--record a.h5 --checkpoint a.h5", "a file of its own", true},
         {"--isa sse9", "sse9", true},
         {"--seed many", "many", true},
         {"--log-level loud", "loud", true},

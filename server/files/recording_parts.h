@@ -1,0 +1,77 @@
+// What the recording's files share: recording.c (the HDF5 file), recording_xdmf.c (the sidecar).
+// Private to files/.
+#ifndef PLIANT_FILES_RECORDING_PARTS_H
+#define PLIANT_FILES_RECORDING_PARTS_H
+
+#include "files/disk_space.h"
+#include "files/hdf_table.h"
+#include "files/recording.h"
+
+#ifdef PLIANT_WITH_HDF5
+
+// The data sets of a body: columns of its frames and topologies, and the flat arrays into which
+// `first` and `count` point.
+typedef enum BodyTable {
+    FRAME_TIME,
+    FRAME_STEP,
+    FRAME_TOPOLOGY,
+    FRAME_FIRST,
+    FRAME_COUNT,
+    POSITION,
+    TOPOLOGY_NUMBER,
+    TOPOLOGY_FIRST,
+    TOPOLOGY_COUNT,
+    TOPOLOGY_NODE_FIRST,
+    TOPOLOGY_NODE_COUNT,
+    TRIANGLES,
+    NODE_ID,
+    BODY_TABLES,
+} BodyTable;
+
+typedef enum ToolTable {
+    TOOL_TIME,
+    TOOL_POSITION,
+    TOOL_ORIENTATION,
+    TOOL_FORCE,
+    TOOL_TABLES
+} ToolTable;
+
+// Where a topology lies among the rows of triangles and node_id.
+typedef struct TopologyRows {
+    int number, triangle_count, node_count;
+    int64_t first_triangle, first_node;
+} TopologyRows;
+
+typedef struct RecordedBody {
+    char name[RECORDING_BODY_TEXT];
+    HdfTable table[BODY_TABLES];
+    TopologyRows *topology; // [topology_count], the same as in the file
+    int topology_count, topology_capacity;
+} RecordedBody;
+
+typedef struct RecordedTool {
+    HdfTable table[TOOL_TABLES];
+} RecordedTool;
+
+struct Recording {
+    HdfFile file;
+    char *path;
+    DiskSpace space; // taken in advance
+    bool broken;     // HDF5 has failed to write: it must not touch the file any more
+    Status status;   // the first failure
+    Status sidecar;  // of its newest writing
+    int body_count, tool_count;
+    RecordedBody *body;
+    RecordedTool *tool;
+    HdfTable event;
+    hid_t event_type;
+    int64_t flushed_ns;
+    int64_t frames, frames_in_sidecar; // of all bodies
+};
+
+// Writes FILE.xdmf for the frames up to now, which must have been flushed: a temporary file,
+// renamed, so that there is always a whole one.
+bool recording_write_xdmf(const Recording *recording, Status *status);
+#endif
+
+#endif

@@ -1,0 +1,418 @@
+// --record: what is in the file is what was simulated and published, live, in lockstep and off
+// line; what is left after kill -9 and on a full disk; and that nothing of it exists without it.
+#include "client.h"
+#include "recording_view.h"
+
+#include "pliant_load_t.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+static const char HEAD[] = "publish = { nodes_hz = 60.0; contact_hz = 100.0; status_hz = 20.0; };";
+static const char PAUSED[] =
+    "start = \"paused\"; publish = { nodes_hz = 60.0; contact_hz = 100.0; status_hz = 20.0; };";
+static const char LOADS[] = "loads = ( { body = \"sphere\"; center = [0.0, 0.0, 0.05];\n"
+                            "  radius = 0.03; force = [0.1, 0.0, -0.2]; start = 0.05;\n"
+                            "  duration = 0.6; } );";
+static const double TOP[3] = {0.0, 0.0, 0.05}, DOWN[3] = {0.0, 0.02, -0.2};
+
+// Reads the body of a recording; plain, or of a daemon that runs or was killed.
+static void read_recording(const char *path, bool while_written, BodyView *view)
+{
+    hid_t file = view_open(path, while_written);
+    if (file < 0)
+        fail_msg("%s cannot be opened", path);
+    view_body(view, file, "sphere");
+    H5Fclose(file);
+}
+
+// The frames that the sidecar lists; all of them are in `view`.
+static int sidecar_frames(const char *path, const BodyView *view)
+{
+    char xdmf[1100];
+    int count;
+    snprintf(xdmf, sizeof xdmf, "%s.xdmf", path);
+    SidecarFrame *frame = view_sidecar(xdmf, &count);
+    if (view != NULL)
+        expect_sidecar_matches(frame, count, view, "sphere");
+    free(frame);
+    return count;
+}
+
+// Listens until the recording of a running daemon has that many frames in its sidecar, which is
+// written after each flush.
+static void wait_for_frames(Client *client, const char *path, int frames)
+{
+    wait_until(client, sidecar_frames(path, NULL) >= frames);
+}
+
+static long long recorded_frames(const Daemon *daemon, long long *dropped)
+{
+    const char *line = strstr(daemon->out, "recorded frames: ");
+    long long frames = -1;
+    if (line == NULL || sscanf(line, "recorded frames: %lld, dropped %lld", &frames, dropped) != 2)
+        fail_msg("no recorded frames in: %s%s", daemon->out, daemon->err);
+    return frames;
+}
+
+static void every_published_frame_of_a_lockstep_run_is_recorded(void **state)
+{
+    (void)state;
+    enum { STEPS = 50 };
+    const char *path = scratch("lockstep.h5");
+    static float seen[STEPS][3 * SPHERE_NODES];
+    int64_t step[STEPS];
+    Client *client = client_create();
+    Daemon daemon;
+    daemon_start(&daemon, "--record %s %s", path, write_scene("lockstep.cfg", PAUSED, PROBE_TOOL));
+    client_wait_for_daemon(client);
+    send_load(client, TOP, 0.03, DOWN, 1.0, "");
+    for (int i = 0; i < STEPS; i++) {
+        const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, 1 + i % 4, "");
+        assert_true(reply->ok);
+        wait_until(client, client->frames.step == reply->step);
+        step[i] = client->frames.step;
+        memcpy(seen[i], client->frames.position, sizeof seen[i]);
+    }
+    command(client, PLIANT_COMMAND_T_STOP, 0, "");
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    long long dropped;
+    assert_int_equal(recorded_frames(&daemon, &dropped), STEPS + 1); // and the start
+    assert_int_equal(dropped, 0);
+
+    BodyView view;
+    read_recording(path, false, &view);
+    assert_int_equal(view.frames, STEPS + 1);
+    assert_int_equal(view.step[0], 0);
+    for (int i = 0; i < STEPS; i++) {
+        assert_int_equal(view.step[i + 1], step[i]);
+        expect_near(view.time[i + 1], 1e-3 * (double)step[i], 1e-12); // one rounding
+        assert_memory_equal(view.position[view.first[i + 1]], seen[i], sizeof seen[i]);
+    }
+    // Moved by the load: the comparison above was not one of a body at rest.
+    assert_true(memcmp(seen[0], seen[STEPS - 1], sizeof seen[0]) != 0);
+    assert_int_equal(sidecar_frames(path, &view), STEPS + 1);
+    view_free(&view);
+    client_destroy(client);
+}
+
+static void a_live_recording_is_read_while_it_runs_and_after_kill_9(void **state)
+{
+    (void)state;
+    const char *path = scratch("live.h5");
+    Client *client = client_create();
+    Daemon daemon;
+    daemon_start(&daemon, "--record %s %s", path, write_scene("live.cfg", HEAD, LOADS));
+    client_wait_for_daemon(client);
+    for (int round = 0; round < 2; round++) {
+        wait_for_frames(client, path, 40 * (round + 1));
+        int listed = sidecar_frames(path, NULL);
+        BodyView view;
+        read_recording(path, true, &view);
+        expect_at_least(view.frames, listed);
+        view_free(&view);
+    }
+    client_listen(client, rand() % 300);
+    int flushed = sidecar_frames(path, NULL);
+    daemon_signal(&daemon, SIGKILL);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 1000 + SIGKILL);
+
+    BodyView view;
+    read_recording(path, true, &view);
+    expect_at_least(view.frames, flushed);
+    expect_at_least(sidecar_frames(path, &view), flushed);
+    for (int i = 0; i < view.rows; i++)
+        for (int k = 0; k < 3; k++)
+            assert_true(isfinite(view.position[i][k]));
+    for (int i = 0; i < view.frames; i++) // nothing of a frame is missing: the sphere is there
+        expect_at_least(
+            (double)hypotf(view.position[view.first[i]][0], view.position[view.first[i]][2]), 0.01);
+    // Plain readers open it once its flag is cleared.
+    char clear[1200];
+    snprintf(clear, sizeof clear, "h5clear -s %s", path);
+    if (system("command -v h5clear >/dev/null") == 0) {
+        assert_int_equal(system(clear), 0);
+        BodyView cleared;
+        read_recording(path, false, &cleared);
+        assert_int_equal(cleared.frames, view.frames);
+        view_free(&cleared);
+    }
+    view_free(&view);
+    client_destroy(client);
+}
+
+static void tools_and_events_are_recorded(void **state)
+{
+    (void)state;
+    const char *path = scratch("tools.h5");
+    Client *client = client_create();
+    Daemon daemon;
+    daemon_start(&daemon, "--record %s %s", path, write_scene("tools.cfg", PAUSED, PROBE_TOOL));
+    client_wait_for_daemon(client);
+    command(client, PLIANT_COMMAND_T_SET, 0, "gravity_z=-2");
+    command(client, PLIANT_COMMAND_T_STEP, 1, ""); // no pose yet: no row
+    double force[5][3], place[5][3];
+    for (int i = 0; i < 5; i++) {
+        const double position[3] = {0.0, 0.0, 0.053 - 1e-3 * i};
+        pliant_tool_pose_t pose = make_pose(client, position);
+        send_pose(client, &pose);
+        const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, 2, "");
+        wait_until(client, client->contact.step == reply->step);
+        memcpy(force[i], client->contact.force, sizeof force[i]);
+        memcpy(place[i], client->contact.position, sizeof place[i]);
+    }
+    command(client, PLIANT_COMMAND_T_STOP, 0, "");
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+
+    hid_t file = view_open(path, false);
+    int rows;
+    double(*stored)[3] = view_rows(file, "/tools/1/force", H5T_NATIVE_DOUBLE, &rows);
+    assert_int_equal(rows, 5);
+    assert_memory_equal(stored, force, sizeof force);
+    assert_true(force[0][2] > 0.0); // it did push
+    free(stored);
+    stored = view_rows(file, "/tools/1/position", H5T_NATIVE_DOUBLE, &rows);
+    assert_memory_equal(stored, place, sizeof place);
+    free(stored);
+
+    typedef struct EventRow {
+        char kind[16], text[192];
+    } EventRow;
+    hid_t kind = H5Tcopy(H5T_C_S1), text = H5Tcopy(H5T_C_S1);
+    H5Tset_size(kind, 16);
+    H5Tset_size(text, 192);
+    H5Tset_cset(kind, H5T_CSET_UTF8);
+    H5Tset_cset(text, H5T_CSET_UTF8);
+    hid_t type = H5Tcreate(H5T_COMPOUND, sizeof(EventRow));
+    H5Tinsert(type, "kind", 0, kind);
+    H5Tinsert(type, "text", 16, text);
+    EventRow *event = view_rows(file, "/events", type, &rows);
+    assert_int_equal(rows, 2);
+    assert_string_equal(event[0].kind, "set");
+    assert_string_equal(event[0].text, "gravity_z = -2");
+    assert_string_equal(event[1].kind, "lockstep");
+    free(event);
+    H5Tclose(type);
+    H5Tclose(text);
+    H5Tclose(kind);
+    H5Fclose(file);
+    client_destroy(client);
+}
+
+static void offline_records_every_due_frame_with_the_exact_state(void **state)
+{
+    (void)state;
+    const char *scene = write_scene("offline.cfg", HEAD, LOADS);
+    const char *path = scratch("offline.h5"), *checkpoint = scratch("end.h5");
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 2 --record %s --checkpoint %s --checkpoint-every 0.25 %s", path,
+               checkpoint, scene);
+    assert_int_equal(daemon.code, 0);
+    long long dropped;
+    assert_int_equal(recorded_frames(&daemon, &dropped), 121); // 60 a second and the start
+    assert_int_equal(dropped, 0);
+    char recorded[32], plain[32];
+    printed_state(&daemon, recorded);
+
+    BodyView view;
+    read_recording(path, false, &view);
+    assert_int_equal(view.frames, 121);
+    for (int i = 0; i < 121; i++) // the first tick at or after i / 60 s
+        assert_int_equal(view.step[i], (1000 * i + 59) / 60);
+    assert_int_equal(sidecar_frames(path, &view), 121);
+
+    // The last frame is the state of the last checkpoint, in single precision.
+    hid_t file = view_open(checkpoint, false);
+    int rows;
+    double(*exact)[3] = view_rows(file, "/bodies/sphere/position", H5T_NATIVE_DOUBLE, &rows);
+    assert_int_equal(rows, SPHERE_NODES);
+    for (int i = 0; i < SPHERE_NODES; i++)
+        for (int k = 0; k < 3; k++)
+            assert_true(view.position[view.first[120] + i][k] == (float)exact[i][k]);
+    free(exact);
+    H5Fclose(file);
+    view_free(&view);
+
+    // And recording changes nothing of what is simulated.
+    run_daemon(&daemon, "--offline 2 %s", scene);
+    printed_state(&daemon, plain);
+    assert_string_equal(recorded, plain);
+}
+
+static void a_recording_and_checkpoints_share_the_files_thread(void **state)
+{
+    (void)state;
+    const char *path = scratch("shared.h5"), *checkpoint = scratch("shared-end.h5");
+    const char *scene = write_scene("shared.cfg", HEAD, LOADS);
+    Daemon daemon;
+    run_daemon(&daemon, "--duration 1 --record %s --checkpoint %s --checkpoint-every 0.05 %s", path,
+               checkpoint, scene);
+    assert_int_equal(daemon.code, 0);
+    expect_at_least((double)printed(&daemon, "checkpoints"), 2.0);
+    long long dropped, frames = recorded_frames(&daemon, &dropped), step = printed(&daemon, "step");
+    BodyView view;
+    read_recording(path, false, &view);
+    assert_int_equal(view.frames, frames);
+    // Due frames of the ticks that were run, and the start; each was recorded or counted.
+    assert_int_equal(frames + dropped, 1 + step * 60 / 1000);
+    view_free(&view);
+    run_daemon(&daemon, "--offline 0 --resume %s %s", checkpoint, scene);
+    assert_int_equal(printed(&daemon, "step"), step);
+}
+
+static void a_full_disk_ends_the_recording_and_not_the_run(void **state)
+{
+    (void)state;
+    const char *path = scratch("full.h5");
+    // A limit on the size of files stands in for a full disk.
+    struct rlimit before, tight;
+    assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
+    tight = before;
+    tight.rlim_cur = 600000;
+    Client *client = client_create();
+    Daemon daemon;
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &tight), 0);
+    daemon_start(&daemon, "--record %s %s", path,
+                 write_scene("full.cfg", "publish = { nodes_hz = 500.0; status_hz = 20.0; };", ""));
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
+    client_wait_for_daemon(client);
+    wait_until(client, saw_event(client, "recording"));
+    int64_t step = client->status.step;
+    wait_until(client, client->status.step > step + 200); // the loop goes on
+    wait_until(client, refused(client, "frames_not_recorded") > 0);
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 1);
+    assert_non_null(strstr(daemon.err, "full.h5"));
+    assert_non_null(strstr(daemon.err, strerror(EFBIG)));
+    long long dropped, frames = recorded_frames(&daemon, &dropped);
+    expect_at_least((double)dropped, 1.0);
+    BodyView view;
+    read_recording(path, false, &view);
+    assert_int_equal(view.frames, frames);
+    view_free(&view);
+    client_destroy(client);
+}
+
+static void expect_refusal(const char *arguments, const char *scene, const char *needle)
+{
+    Daemon daemon;
+    run_daemon(&daemon, "%s %s", arguments, scene);
+    if (daemon.code != 2 || strstr(daemon.err, needle) == NULL)
+        fail_msg("exit %d, expected 2, with '%s' in: %s", daemon.code, needle, daemon.err);
+    const char *end = strchr(daemon.err, '\n');
+    assert_true(end != NULL && end[1] == '\0'); // one line
+}
+
+static void what_cannot_be_recorded_is_refused_at_the_start(void **state)
+{
+    (void)state;
+    const char *scene = write_scene("refused.cfg", HEAD, "");
+    const char *still = write_scene("still.cfg", "publish = { nodes_hz = 0.0; };", "");
+    const char *kept = scratch("kept.h5");
+    write_text(kept, "precious");
+    char line[1200];
+    static const char *const modes[] = {"--offline 1", "--duration 1"};
+    for (int i = 0; i < 2; i++) {
+        snprintf(line, sizeof line, "%s --record %s", modes[i], kept);
+        expect_refusal(line, scene, "exists already");
+        snprintf(line, sizeof line, "%s --record %s", modes[i], scratch("no/folder.h5"));
+        expect_refusal(line, scene, "folder.h5");
+        snprintf(line, sizeof line, "%s --record /dev/full", modes[i]);
+        expect_refusal(line, scene, "regular file");
+        snprintf(line, sizeof line, "%s --record %s", modes[i], scratch("still.h5"));
+        expect_refusal(line, still, "nodes_hz");
+    }
+    assert_int_equal(access(scratch("still.h5"), F_OK), -1);
+    snprintf(line, sizeof line, "--record %s --checkpoint %s", scratch("x.h5"), scratch("x.h5"));
+    expect_refusal(line, scene, "a file of its own");
+    expect_refusal("--record", "", "--record");
+}
+
+// Whether a directory of /proc/PID has an entry that `holds` finds.
+static bool in_proc(pid_t pid, const char *folder, bool (*holds)(const char *path))
+{
+    char path[600];
+    snprintf(path, sizeof path, "/proc/%d/%s", (int)pid, folder);
+    DIR *directory = opendir(path);
+    assert_non_null(directory);
+    bool found = false;
+    for (struct dirent *entry; (entry = readdir(directory)) != NULL;) {
+        snprintf(path, sizeof path, "/proc/%d/%s/%.255s", (int)pid, folder, entry->d_name);
+        found |= holds(path);
+    }
+    closedir(directory);
+    return found;
+}
+
+static bool is_files_thread(const char *path)
+{
+    char name[700], text[64] = "";
+    snprintf(name, sizeof name, "%s/comm", path);
+    FILE *file = fopen(name, "r");
+    if (file == NULL)
+        return false;
+    bool read = fgets(text, sizeof text, file) != NULL;
+    fclose(file);
+    return read && strcmp(text, "pliant-files\n") == 0;
+}
+
+static bool is_recording(const char *path)
+{
+    char target[600];
+    ssize_t length = readlink(path, target, sizeof target - 1);
+    target[length > 0 ? length : 0] = '\0';
+    return strstr(target, ".h5") != NULL;
+}
+
+static void nothing_of_it_exists_in_a_scene_that_does_not_record(void **state)
+{
+    (void)state;
+    const char *scene = write_scene("none.cfg", HEAD, "");
+    Daemon daemon;
+    run_daemon(&daemon, "--explain %s", scene);
+    assert_non_null(strstr(daemon.out, "recording: option --record FILE"));
+    assert_null(strstr(daemon.out, "run/recorded"));
+    run_daemon(&daemon, "--explain --record %s %s", scratch("none.h5"), scene);
+    assert_null(strstr(daemon.out, "option --record FILE"));
+    assert_non_null(strstr(daemon.out, "run/recorded"));
+    assert_int_equal(access(scratch("none.h5"), F_OK), -1); // explained, not begun
+
+    for (int records = 0; records < 2; records++) {
+        Client *client = client_create();
+        daemon_start(&daemon, "%s%s %s", records ? "--record " : "",
+                     records ? scratch("some.h5") : "", scene);
+        client_wait_for_daemon(client);
+        assert_int_equal(in_proc(daemon.pid, "task", is_files_thread), records);
+        assert_int_equal(in_proc(daemon.pid, "fd", is_recording), records);
+        daemon_signal(&daemon, SIGTERM);
+        daemon_wait(&daemon);
+        assert_int_equal(daemon.code, 0);
+        assert_int_equal(strstr(daemon.out, "recorded frames") != NULL, records);
+        client_destroy(client);
+    }
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(every_published_frame_of_a_lockstep_run_is_recorded),
+        daemon_test(a_live_recording_is_read_while_it_runs_and_after_kill_9),
+        daemon_test(tools_and_events_are_recorded),
+        daemon_test(offline_records_every_due_frame_with_the_exact_state),
+        daemon_test(a_recording_and_checkpoints_share_the_files_thread),
+        daemon_test(a_full_disk_ends_the_recording_and_not_the_run),
+        daemon_test(what_cannot_be_recorded_is_refused_at_the_start),
+        daemon_test(nothing_of_it_exists_in_a_scene_that_does_not_record),
+    };
+    harness_start(argc, argv);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}

@@ -1,0 +1,53 @@
+// Recordings as anybody may read them: the HDF5 file through the library's own functions, the
+// sidecar through a small XML parser that knows nothing of how it was written.
+#ifndef PLIANT_TESTS_RECORDING_VIEW_H
+#define PLIANT_TESTS_RECORDING_VIEW_H
+
+#include "expect.h"
+
+#include <hdf5.h>
+
+// What a reader may trust of one body: the frames that every column has.
+typedef struct BodyView {
+    int frames;
+    double *time;
+    int64_t *step, *first;
+    int32_t *topology, *count;
+    int rows; // of position
+    float (*position)[3];
+    int topologies;
+    int32_t *number, *triangle_count, *node_count;
+    int64_t *first_triangle, *first_node;
+    int triangles, nodes; // of all topologies
+    int32_t (*triangle)[3], *node_id;
+} BodyView;
+
+// Plain, or as a file that is being written or whose writer was killed. Negative: cannot be opened.
+hid_t view_open(const char *path, bool while_written);
+// Reads all of a body and checks that every index points at something that is there.
+void view_body(BodyView *view, hid_t file, const char *body);
+void view_free(BodyView *view);
+// Rows of a data set, converted to `type`; malloc'ed.
+void *view_rows(hid_t file, const char *name, hid_t type, int *rows);
+
+typedef struct SidecarRows {
+    long first, rows; // what the hyperslab selects
+    long of;          // rows that the data set has, as the sidecar knows it
+    int columns;
+    char file[64], set[128];
+} SidecarRows;
+
+typedef struct SidecarFrame {
+    char collection[64]; // the body
+    double time;
+    SidecarRows triangles, position, node_id;
+} SidecarFrame;
+
+// The frames of a sidecar in their order, malloc'ed; fails the test when it is not well-formed XML
+// or not shaped as XDMF 2 wants it.
+SidecarFrame *view_sidecar(const char *path, int *count);
+// Whether a body's frames in the sidecar are the first frames of the file.
+void expect_sidecar_matches(const SidecarFrame *frame, int count, const BodyView *view,
+                            const char *body);
+
+#endif
