@@ -115,6 +115,52 @@ static void mesh_files_are_read_and_their_faults_named(void **unused)
     expect_part(MESH("file = \"organ.obj\"; scale = 1e6;"), "x.cfg:2: ", "organ.obj: ");
 }
 
+static void meshes_of_absurd_size_are_refused_with_a_hint(void **unused)
+{
+    (void)unused;
+    World world;
+    const char *tetrahedron = "v 0 0 0\nv 250 0 0\nv 0 120 0\nv 0 0 90\n"
+                              "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+    scratch_write(&scratch, "organ.obj", tetrahedron, strlen(tetrahedron));
+    assert_string_equal(build_text(MESH("file = \"organ.obj\"; scale = 0.001;"), &world), "");
+    world_destroy(&world);
+    expect_part(MESH("file = \"organ.obj\"; scale = 1000.0;"), "x.cfg:2: ",
+                "organ.obj: measures 250000 m after scale 1000, outside [1e-06, 10000] m; scale is "
+                "metres a unit of the file, 0.001 for millimetres");
+    expect_part(MESH("file = \"organ.obj\"; scale = 1.0e-9;"),
+                "x.cfg:2: ", "organ.obj: measures 2.5e-07 m after scale 1e-09, outside");
+}
+
+static void fixed_nodes_are_those_of_the_file_whatever_was_repaired(void **unused)
+{
+    (void)unused;
+    // Two tetrahedra that share vertex 1 (node 0 of the file, which is split), with vertex 3 a
+    // double of vertex 2, and vertex 4 of no face.
+    World world;
+    const char *text = "v 0 0 0\nv 1 0 0\nv 1 0 0\nv 9 9 9\nv 0 1 0\nv 0 0 1\n"
+                       "v -1 0 0\nv 0 -1 0\nv 0 0 -1\n"
+                       "f 1 5 2\nf 1 3 6\nf 3 5 6\nf 5 1 6\n"
+                       "f 1 7 8\nf 1 8 9\nf 8 7 9\nf 7 1 9\n";
+    scratch_write(&scratch, "organ.obj", text, strlen(text));
+#define FIXED(nodes)                                                                               \
+    "bodies = (\n{ name = \"a\"; mesh = { file = \"organ.obj\"; };\n"                              \
+    "fixed = ( { nodes = " nodes "; } ); } );"
+    assert_string_equal(build_text(FIXED("[0, 2]"), &world), "");
+    const Body *body = sim_body(world.sim, 0);
+    const int ids[8] = {0, 1, 4, 5, 6, 7, 8, 9};
+    const int origins[8] = {0, 1, 4, 5, 6, 7, 8, 0}; // the last is what was split off node 0
+    const bool fixed[8] = {true, true, false, false, false, false, false, true};
+    assert_int_equal(body->mesh.node_count, 8);
+    for (int i = 0; i < 8; i++) {
+        assert_int_equal(body->mesh.id[i], ids[i]);
+        assert_int_equal(body->mesh.origin[i], origins[i]);
+        assert_int_equal(body->ops->is_fixed(body->model, i), fixed[i]);
+    }
+    world_destroy(&world);
+    expect_part(FIXED("[3]"), "x.cfg:2: ", "node 3 is not a node of the mesh (9 in its file)");
+    expect_part(FIXED("[9]"), "x.cfg:2: ", "node 9 is not a node of the mesh (9 in its file)");
+}
+
 static void fixed_nodes_must_exist(void **unused)
 {
     (void)unused;
@@ -203,6 +249,8 @@ int main(void)
         cmocka_unit_test(generators_give_the_meshes_that_scenes_ask_for),
         cmocka_unit_test(meshes_are_scaled_turned_and_moved),
         cmocka_unit_test(mesh_files_are_read_and_their_faults_named),
+        cmocka_unit_test(meshes_of_absurd_size_are_refused_with_a_hint),
+        cmocka_unit_test(fixed_nodes_are_those_of_the_file_whatever_was_repaired),
         cmocka_unit_test(fixed_nodes_must_exist),
         cmocka_unit_test(time_steps_beyond_the_bound_are_refused_unless_wanted),
         cmocka_unit_test(settling_ends_before_the_first_tick),

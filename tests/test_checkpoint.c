@@ -4,6 +4,7 @@
 #include "scratch.h"
 
 #include "files/checkpoint.h"
+#include "geometry/mesh_repair.h"
 #include "surface/surface.h"
 
 #include <signal.h>
@@ -516,12 +517,18 @@ static void square(TriMesh *mesh)
 {
     static const Vec3 corner[6] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0},
                                    {0, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-    mesh_create(mesh, 6, 2);
-    memcpy(mesh->position, corner, sizeof corner);
-    for (int i = 0; i < 6; i++)
-        mesh->triangle[i / 3][i % 3] = i;
-    mesh_weld(mesh);
+    MeshDraft draft = {0};
+    MeshRepairs repairs;
+    MeshFault fault;
+    for (int i = 0; i < 6; i++) {
+        mesh_draft_add_node(&draft, corner[i]);
+        mesh_draft_add_corner(&draft, i, -1);
+        if (i % 3 == 2)
+            mesh_draft_end_polygon(&draft, 0);
+    }
+    assert_true(mesh_repair(&draft, mesh, &repairs, &fault));
     assert_int_equal(mesh->node_count, 4);
+    mesh_draft_destroy(&draft);
 }
 
 static const char *read_initial(const char *name, const TriMesh *mesh, Vec3 **position,
@@ -569,6 +576,37 @@ static void initial_state_takes_rows_of_nodes_or_of_the_file(void **unused)
     mesh_destroy(&mesh);
 }
 
+static void initial_rows_of_the_file_reach_nodes_that_were_split(void **unused)
+{
+    (void)unused;
+    // Two triangles that touch in node 1 of the file; its copy is the last node and has its row.
+    static const Vec3 x[6] = {{9, 9, 9}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
+    static const int corner[6] = {1, 2, 3, 1, 4, 5}, row_of[6] = {1, 2, 3, 4, 5, 1};
+    MeshDraft draft = {0};
+    MeshRepairs repairs;
+    MeshFault fault;
+    TriMesh mesh;
+    Vec3 *position, *velocity;
+    double rows[6][3];
+    for (int i = 0; i < 6; i++) {
+        mesh_draft_add_node(&draft, x[i]);
+        mesh_draft_add_corner(&draft, corner[i], -1);
+        if (i % 3 == 2)
+            mesh_draft_end_polygon(&draft, 0);
+        rows[i][0] = rows[i][1] = rows[i][2] = i;
+    }
+    assert_true(mesh_repair(&draft, &mesh, &repairs, &fault));
+    assert_int_equal(mesh.node_count, 6);
+    write_initial("i.h5", H5T_NATIVE_DOUBLE, 6, 3, rows, NULL);
+    assert_string_equal(read_initial("i.h5", &mesh, &position, &velocity), "");
+    for (int i = 0; i < 6; i++)
+        expect_near(position[i].x, row_of[i], 0.0);
+    free(position);
+    free(velocity);
+    mesh_draft_destroy(&draft);
+    mesh_destroy(&mesh);
+}
+
 static void initial_state_is_converted_from_single_precision(void **unused)
 {
     (void)unused;
@@ -594,7 +632,7 @@ static void initial_files_that_do_not_fit_are_refused(void **unused)
     int whole[4][3] = {{0}};
     write_initial("i.h5", H5T_NATIVE_DOUBLE, 5, 3, rows, NULL);
     assert_string_equal(read_initial("i.h5", &mesh, &position, &velocity),
-                        "i.h5: /position has 5 rows, the mesh file 6 nodes (4 after welding)");
+                        "i.h5: /position has 5 rows, the mesh file 6 nodes (4 after repairs)");
     write_initial("i.h5", H5T_NATIVE_DOUBLE, 4, 2, rows, NULL);
     assert_string_equal(read_initial("i.h5", &mesh, &position, &velocity),
                         "i.h5: /position must have the shape [n][3]");
@@ -665,6 +703,7 @@ int main(void)
         cmocka_unit_test(files_that_cannot_be_written_are_named),
         cmocka_unit_test(a_full_disk_leaves_the_previous_file_whole),
         cmocka_unit_test(initial_state_takes_rows_of_nodes_or_of_the_file),
+        cmocka_unit_test(initial_rows_of_the_file_reach_nodes_that_were_split),
         cmocka_unit_test(initial_state_is_converted_from_single_precision),
         cmocka_unit_test(initial_files_that_do_not_fit_are_refused),
         cmocka_unit_test(bodies_start_from_their_initial_state),

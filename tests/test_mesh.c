@@ -21,66 +21,33 @@ static void make_mesh(TriMesh *mesh, int nodes, const Vec3 *position, int triang
 static const Vec3 TETRAHEDRON[4] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 static const int TETRAHEDRON_FACES[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
 
-static void weld_keeps_the_first_of_equal_nodes(void **state)
+static void equal_nodes_are_those_with_equal_bits_but_for_the_sign_of_zero(void **state)
 {
     (void)state;
-    const Vec3 x[6] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 0, 0}, {0, -0.0, 0}, {0, 0, 1}};
-    const int t[2][3] = {{0, 1, 2}, {3, 4, 5}};
-    TriMesh mesh;
-    make_mesh(&mesh, 6, x, 2, t);
-    mesh_weld(&mesh);
-    assert_int_equal(mesh.node_count, 4);
-    assert_int_equal(mesh.file_node_count, 6);
-    assert_int_equal(mesh.triangle_count, 2);
-    const int kept[4] = {0, 1, 2, 5}, welded[3] = {1, 0, 3};
-    assert_memory_equal(mesh.file_index, kept, sizeof kept);
-    assert_memory_equal(mesh.triangle[0], t[0], sizeof t[0]);
-    assert_memory_equal(mesh.triangle[1], welded, sizeof welded);
-    expect_near(mesh.position[3].z, 1.0, 0.0);
-    mesh_destroy(&mesh);
+    const Vec3 x[7] = {{0, 0, 0},      {1, 0, 0}, {nextafter(1, 2), 0, 0}, {1, 0, 0}, {0, -0., 0},
+                       {1, 0, 5e-324}, {1, 0, 0}};
+    const int expected[7] = {0, 1, 2, 1, 0, 5, 1};
+    int first[7];
+    mesh_find_equal(x, 7, first);
+    assert_memory_equal(first, expected, sizeof first);
 }
 
-static void weld_joins_only_bit_equal_nodes(void **state)
-{
-    (void)state;
-    // Neighbouring doubles stay apart; a second weld finds nothing more to do.
-    const Vec3 x[4] = {{1, 0, 0}, {nextafter(1, 2), 0, 0}, {1, 0, 5e-324}, {1, 0, 0}};
-    const int t[1][3] = {{0, 1, 2}};
-    TriMesh mesh;
-    make_mesh(&mesh, 4, x, 1, t);
-    mesh_weld(&mesh);
-    mesh_weld(&mesh);
-    assert_int_equal(mesh.node_count, 3);
-    assert_int_equal(mesh.file_node_count, 4);
-    mesh_destroy(&mesh);
-}
-
-static void weld_agrees_with_comparing_all_pairs(void **state)
+static void equal_nodes_are_those_that_comparing_all_pairs_finds(void **state)
 {
     (void)state;
     uint64_t random = 1;
-    TriMesh mesh;
-    mesh_create(&mesh, 600, 200);
-    Vec3 before[600];
-    for (int i = 0; i < 600; i++) {
-        // few different values, so that many nodes coincide
-        mesh.position[i] = vec3(random_below(&random, 6), random_below(&random, 6) * 1e-3,
-                                random_below(&random, 6) * -1e5);
-        before[i] = mesh.position[i];
-        mesh.triangle[i / 3][i % 3] = i;
-    }
-    mesh_weld(&mesh);
-    int count = 0;
+    Vec3 x[600];
+    int found[600];
+    for (int i = 0; i < 600; i++) // few different values, so that many nodes coincide
+        x[i] = vec3(random_below(&random, 6), random_below(&random, 6) * 1e-3,
+                    random_below(&random, 6) * -1e5);
+    mesh_find_equal(x, 600, found);
     for (int i = 0; i < 600; i++) {
         int first = 0;
-        while (before[first].x != before[i].x || before[first].y != before[i].y ||
-               before[first].z != before[i].z)
+        while (x[first].x != x[i].x || x[first].y != x[i].y || x[first].z != x[i].z)
             first++;
-        assert_int_equal(mesh.file_index[mesh.triangle[i / 3][i % 3]], first);
-        count += first == i;
+        assert_int_equal(found[i], first);
     }
-    assert_int_equal(mesh.node_count, count);
-    mesh_destroy(&mesh);
 }
 
 static void place_scales_then_turns_then_moves(void **state)
@@ -320,9 +287,8 @@ static void random_triangles_never_crash(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(weld_keeps_the_first_of_equal_nodes),
-        cmocka_unit_test(weld_joins_only_bit_equal_nodes),
-        cmocka_unit_test(weld_agrees_with_comparing_all_pairs),
+        cmocka_unit_test(equal_nodes_are_those_with_equal_bits_but_for_the_sign_of_zero),
+        cmocka_unit_test(equal_nodes_are_those_that_comparing_all_pairs_finds),
         cmocka_unit_test(place_scales_then_turns_then_moves),
         cmocka_unit_test(place_by_nothing_keeps_every_bit),
         cmocka_unit_test(volume_and_area_of_a_tetrahedron_wherever_it_is),

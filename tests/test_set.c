@@ -22,6 +22,9 @@ static void set_changes_what_it_names(void **state)
     expect_near(fixture.v[4].z, 0.5e-3, 1e-15);
     assert_true(sim_apply_set(fixture.sim, "body.friction", 0.3, why, sizeof why));
     expect_near(fixture.body->tuning.friction, 0.3, 0.0);
+    assert_true(sim_apply_set(fixture.sim, "friction", 0.4, why, sizeof why)); // of every body
+    expect_near(fixture.body->tuning.friction, 0.4, 0.0);
+    assert_false(sim_apply_gravity(fixture.sim, (Vec3){0.0, (double)NAN, 0.0}, why, sizeof why));
     fixture_destroy(&fixture);
 }
 

@@ -60,6 +60,7 @@ Contact *contact_create(const char *name, const ToolOptions *tool, bool plane, B
         contact->lever =
             fmax(contact->lever, fmax(vec3_length(capsule->from), vec3_length(capsule->to)));
         contact->side[k] = ALLOCATE(faces, signed char, "sides");
+        contact->gap_begin[k] = ALLOCATE(faces, double, "distances before");
         state_add(state, contact->side[k], (size_t)faces, "%s/sides%d", name, k);
     }
     contact->proxy = ALLOCATE(1, Proxy, "proxy");
@@ -80,10 +81,14 @@ Contact *contact_create(const char *name, const ToolOptions *tool, bool plane, B
         contact->mark = ALLOCATE((faces + 63) / 64, uint64_t, "face marks");
         contact->node_normal = ALLOCATE(nodes, Vec3, "node normals");
         contact->distance = ALLOCATE(faces, double, "distances");
+        contact->x_begin = ALLOCATE(nodes, Vec3, "positions before");
         contact->nearest = ALLOCATE(faces, ClosestPair, "nearest pairs");
         contact->seen_side = ALLOCATE(faces, signed char, "seen sides");
         contact->has_side = ALLOCATE(faces, bool, "sides at all");
+        contact->candidate_of = ALLOCATE(faces, int, "candidate numbers");
         contact->teller = ALLOCATE(faces, int, "tellers");
+        for (int f = 0; f < faces; f++)
+            contact->candidate_of[f] = -1;
         contact->push = ALLOCATE(CONTACT_PUSHES, Push, "pushes");
         for (int i = 0; i < nodes; i++)
             contact->local[i] = -1;
@@ -118,9 +123,13 @@ static void mark_faces(Contact *contact, const ToolPlacement *at, double margin)
                 mark_face(contact, surface->node_face[k]);
         }
         const signed char *side = contact->side[shape];
-        for (int f = 0; f < surface->face_count; f++)
-            if (side[f] != 0)
+        for (int f = 0; f < surface->face_count; f++) {
+            uint64_t eight; // nearly all are 0: look at eight at a time
+            while (f + 8 <= surface->face_count && (memcpy(&eight, side + f, 8), eight == 0))
+                f += 8;
+            if (f < surface->face_count && side[f] != 0)
                 mark_face(contact, f);
+        }
     }
 }
 
@@ -133,6 +142,20 @@ static int local_number(Contact *contact, int node)
     return contact->local[node];
 }
 
+// Cheap bounds of the distance between a face and an axis: from the face's centre, which lies on
+// it.
+static void face_bounds(const Vec3 x[3], Vec3 p, Vec3 q, double *lower, double *upper)
+{
+    Vec3 center = vec3_scale(1.0 / 3.0, vec3_add(vec3_add(x[0], x[1]), x[2]));
+    double radius2 = 0.0;
+    for (int k = 0; k < 3; k++) {
+        Vec3 arm = vec3_sub(x[k], center);
+        radius2 = fmax(radius2, vec3_dot(arm, arm));
+    }
+    *upper = distance_point_segment(center, p, q);
+    *lower = *upper - sqrt(radius2);
+}
+
 static bool within_reach(const Contact *contact, const ToolPlacement *at, const Vec3 x[3],
                          double margin)
 {
@@ -142,18 +165,17 @@ static bool within_reach(const Contact *contact, const ToolPlacement *at, const 
         Vec3 p, q;
         contact_axis(capsule, at, &p, &q);
         double lower, upper;
-        contact_face_bounds(x, p, q, &lower, &upper);
+        face_bounds(x, p, q, &lower, &upper);
         if (upper <= reach)
             return true;
         if (lower > reach)
             continue;
-        ClosestPair pair[DISTANCE_PAIRS];
-        distance_segment_triangle_pairs(p, q, x, pair);
-        for (int j = 0; j < DISTANCE_PAIRS; j++)
-            if (pair[j].distance <= reach)
+        for (int k = 0; k < 3; k++)
+            if (distance_point_segment(x[k], p, q) <= reach)
                 return true;
-        double along, weight[3];
-        if (distance_segment_crosses(p, q, x, &along, weight))
+        ClosestPair nearest;
+        contact_nearest_pair(x, p, q, contact_is_sphere(capsule), &nearest);
+        if (nearest.distance <= reach)
             return true;
     }
     return false;
@@ -174,6 +196,7 @@ static void keep_candidates(Contact *contact, const ToolPlacement *at, double ma
                     contact->side[shape][face] = 0;
                 continue;
             }
+            contact->candidate_of[face] = contact->candidate_count;
             Candidate *candidate = &contact->candidate[contact->candidate_count++];
             candidate->face = face;
             candidate->area = surface->face_area[face];
@@ -223,11 +246,19 @@ static void compute_node_normals(Contact *contact)
     for (int i = 0; i < contact->local_count; i++)
         contact->local[contact->node[i]] = -1;
     contact->local_count = own; // the ring was needed for the normals only
+    memcpy(contact->x_begin, contact->x, (size_t)own * sizeof *contact->x);
+}
+
+static void forget_candidates(Contact *contact)
+{
+    for (int i = 0; i < contact->candidate_count; i++)
+        contact->candidate_of[contact->candidate[i].face] = -1;
+    contact->candidate_count = contact->local_count = 0;
 }
 
 static void find_candidates(Contact *contact, const ToolPlacement *at, double margin)
 {
-    contact->candidate_count = contact->local_count = 0;
+    forget_candidates(contact);
     if (contact->is_plane) {
         const Body *body = contact->body;
         Region region = {.kind = REGION_BELOW_PLANE,
@@ -241,6 +272,7 @@ static void find_candidates(Contact *contact, const ToolPlacement *at, double ma
     mark_faces(contact, at, margin);
     keep_candidates(contact, at, margin);
     compute_node_normals(contact);
+    contact->begin = *at;
     contact_update_sides(contact, at);
 }
 
@@ -324,7 +356,7 @@ void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation
     double way = vec3_length(vec3_sub(end, proxy->position));
     double swing = vec3_length(quat_to_rotation(turn)) * contact->lever;
     double cap = contact->body->substeps * STEP_CAP * r; // of the way and of the swing
-    contact->candidate_count = contact->local_count = 0;
+    forget_candidates(contact);
     bool clear = way + swing > cap && !may_meet(contact, &at, way + swing);
     if (!clear)
         find_candidates(contact, &at, r + fmin(way, cap) + fmin(swing, cap));
@@ -373,6 +405,14 @@ static void read_local_nodes(Contact *contact)
 {
     const Body *body = contact->body;
     body->ops->read_nodes(body->model, contact->node, contact->local_count, contact->x, contact->v);
+    if (contact->is_plane)
+        return;
+    double farthest = 0.0;
+    for (int i = 0; i < contact->local_count; i++) {
+        Vec3 moved = vec3_sub(contact->x[i], contact->x_begin[i]);
+        farthest = fmax(farthest, vec3_dot(moved, moved));
+    }
+    contact->yielded = sqrt(farthest);
 }
 
 void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, double h)
@@ -463,7 +503,7 @@ void contact_clear(Contact *contact)
         for (int shape = 0; shape < contact->tool->capsule_count; shape++)
             memset(contact->side[shape], 0, (size_t)contact->body->surface.face_count);
     }
-    contact->candidate_count = contact->local_count = 0;
+    forget_candidates(contact);
     contact->sums = (ContactSums){.about = contact->proxy->position};
     contact->next = *contact->proxy; // a substep that ends must not bring the old proxy back
 }

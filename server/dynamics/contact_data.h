@@ -81,16 +81,21 @@ struct Contact {
     uint64_t *mark;       // bit a face
     Vec3 *x, *v, *f;      // [node_count] position, velocity, force; by local node
     Vec3 *node_normal;    // [node_count] area-weighted, not unit; zero on a border; by local node
-    ClosestPair *nearest; // [face_count] of each candidate when the tick began
-    signed char *seen_side; // [face_count] of each candidate when the tick began
-    bool *has_side;         // [face_count] false where the nearest point lies on a free border
-    int *teller;            // [face_count] the candidate that tells a candidate's side
-    double *distance;       // [face_count] of each candidate in the present evaluation, unsigned
-    Vec3 *plane_trial;      // [node_count] by local node: bristles of the present evaluation
+    ToolPlacement begin;  // of the proxy
+    Vec3 *x_begin;        // [node_count] by local node [m]
+    double *gap_begin[TOOL_SHAPES]; // [face_count] distance of each candidate per capsule [m]
+    ClosestPair *nearest;           // [face_count] of each candidate when the tick began
+    signed char *seen_side;         // [face_count] of each candidate when the tick began
+    bool *has_side;    // [face_count] false where the nearest point lies on a free border
+    int *candidate_of; // [face_count] of a face; -1
+    int *teller;       // [face_count] the candidate that tells a candidate's side
+    double *distance;  // [face_count] of each candidate in the present evaluation, unsigned
+    Vec3 *plane_trial; // [node_count] by local node: bristles of the present evaluation
 
     // --- of the substep ---
-    Proxy next; // where the proxy goes
-    bool fresh; // `forces` and `f` hold the evaluation at `next`
+    double yielded; // farthest that a local node has moved since the tick began [m]
+    Proxy next;     // where the proxy goes
+    bool fresh;     // `forces` and `f` hold the evaluation at `next`
     ContactForces forces;
     Vec3 trial[TOOL_SHAPES]; // bristles of the present evaluation
     int push_count;
@@ -99,16 +104,16 @@ struct Contact {
     ContactSums sums;
 };
 
-// Cheap bounds of the distance between a face and an axis: from the face's centre, which lies on
-// it.
-void contact_face_bounds(const Vec3 x[3], Vec3 p, Vec3 q, double *lower, double *upper);
-
+// A capsule without length.
+bool contact_is_sphere(const Capsule *capsule);
 // The capsule's axis at a placement.
 void contact_axis(const Capsule *capsule, const ToolPlacement *at, Vec3 *p, Vec3 *q);
 // Unit normal of a candidate's face at the present positions; zero for a face without area.
 Vec3 contact_face_normal(const Contact *contact, const Candidate *candidate);
 
-// contact_side.c: after the candidates are known, decides the side of new ones and releases old
+// contact_side.c: nearest pair of a face and an axis; at no distance when the axis passes through.
+void contact_nearest_pair(const Vec3 x[3], Vec3 p, Vec3 q, bool sphere, ClosestPair *nearest);
+// After the candidates are known, decides the side of new ones and releases old
 // ones.
 void contact_update_sides(Contact *contact, const ToolPlacement *at);
 

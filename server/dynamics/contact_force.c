@@ -15,23 +15,16 @@ static const double SOFT_REACH = 1.61;
 static const double AXIS_FLOOR = 0.1; // of the radius: how near an axis may come to a wall
 static const double TOUCHING = 1e-9;  // [m] closer, a pair has no direction of its own
 
-void contact_face_bounds(const Vec3 x[3], Vec3 p, Vec3 q, double *lower, double *upper)
-{
-    Vec3 center = vec3_scale(1.0 / 3.0, vec3_add(vec3_add(x[0], x[1]), x[2]));
-    double radius2 = 0.0;
-    for (int k = 0; k < 3; k++) {
-        Vec3 arm = vec3_sub(x[k], center);
-        radius2 = fmax(radius2, vec3_dot(arm, arm));
-    }
-    *upper = distance_point_segment(center, p, q);
-    *lower = *upper - sqrt(radius2);
-}
-
 Vec3 contact_face_normal(const Contact *contact, const Candidate *candidate)
 {
     const Vec3 *x = contact->x;
     Vec3 a = x[candidate->node[0]], b = x[candidate->node[1]], c = x[candidate->node[2]];
     return vec3_unit(vec3_cross(vec3_sub(b, a), vec3_sub(c, a)));
+}
+
+bool contact_is_sphere(const Capsule *capsule)
+{
+    return vec3_length(vec3_sub(capsule->to, capsule->from)) < TOUCHING;
 }
 
 void contact_axis(const Capsule *capsule, const ToolPlacement *at, Vec3 *p, Vec3 *q)
@@ -245,16 +238,13 @@ static bool is_locally_nearest(const Contact *contact, int index)
     return true;
 }
 
-// Whether the face is surely farther than `reach` from the axis.
-static bool is_out_of_touch(const Contact *contact, int index, Vec3 p, Vec3 q, double reach)
+// How much nearer any face may have come to any point of the tool's axes since the tick began.
+static double approach(const Contact *contact, const ToolPlacement *at)
 {
-    if (isinf(reach))
-        return false;
-    Vec3 x[3];
-    face_corners(contact, &contact->candidate[index], x);
-    double lower, upper;
-    contact_face_bounds(x, p, q, &lower, &upper);
-    return lower > reach;
+    const ToolPlacement *begin = &contact->begin;
+    Quat turn = quat_multiply(at->orientation, quat_conjugate(begin->orientation));
+    return contact->yielded + vec3_length(vec3_sub(at->position, begin->position)) +
+           vec3_length(quat_to_rotation(turn)) * contact->lever;
 }
 
 static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shape)
@@ -266,13 +256,14 @@ static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shap
                                      : CONTACT_CROSSED_REACH * capsule->radius;
     Vec3 p, q;
     contact_axis(capsule, at, &p, &q);
-    bool sphere = vec3_length(vec3_sub(capsule->to, capsule->from)) < TOUCHING;
+    bool sphere = contact_is_sphere(capsule);
     bool crossed = false;
+    const double may_act = fmax(reach, crossed_reach) + approach(contact, at);
     FaceDistance face;
     for (int i = 0; i < contact->candidate_count; i++) {
         const Candidate *candidate = &contact->candidate[i];
         int side = contact->side[shape][candidate->face];
-        if (side == 0 || is_out_of_touch(contact, i, p, q, fmax(reach, crossed_reach)))
+        if (side == 0 || contact->gap_begin[shape][i] > may_act)
             continue;
         measure_face(contact, candidate, p, q, sphere, side, &face);
         if (face.phi < 0.0 && face.distance < crossed_reach)

@@ -10,37 +10,40 @@
 
 #include "geometry/distance.h"
 
-// Nearest pair of a capsule's axis and a candidate; at no distance when the axis passes through.
-static void nearest_pair(const Contact *contact, const Candidate *candidate, Vec3 p, Vec3 q,
-                         ClosestPair *nearest)
+void contact_nearest_pair(const Vec3 x[3], Vec3 p, Vec3 q, bool sphere, ClosestPair *nearest)
 {
-    Vec3 x[3] = {contact->x[candidate->node[0]], contact->x[candidate->node[1]],
-                 contact->x[candidate->node[2]]};
-    ClosestPair pair[DISTANCE_PAIRS];
+    distance_point_triangle(p, x, nearest);
+    if (sphere)
+        return;
+    for (int k = 0; k < 3; k++) {
+        int to = (k + 1) % 3;
+        double s, t;
+        distance_segment_segment(p, q, x[k], x[to], &s, &t);
+        Vec3 on_segment = s == 1.0 ? q : vec3_madd(p, s, vec3_sub(q, p));
+        Vec3 on_side = t == 1.0 ? x[to] : vec3_madd(x[k], t, vec3_sub(x[to], x[k]));
+        double distance = vec3_length(vec3_sub(on_segment, on_side));
+        if (distance < nearest->distance) {
+            *nearest = (ClosestPair){
+                .distance = distance, .along = s, .on_triangle = on_side, .on_segment = on_segment};
+            nearest->weight[k] = 1.0 - t;
+            nearest->weight[to] = t;
+        }
+    }
+    // The other end is nearest only above the inside: then it is nearer to the corners than far
+    // ends are.
+    Vec3 to_corner = vec3_sub(q, x[0]);
+    double reach =
+        nearest->distance + vec3_length(vec3_sub(x[1], x[0])) + vec3_length(vec3_sub(x[2], x[0]));
+    if (vec3_dot(to_corner, to_corner) < reach * reach) {
+        ClosestPair end;
+        distance_point_triangle(q, x, &end);
+        end.along = 1.0;
+        if (end.distance < nearest->distance)
+            *nearest = end;
+    }
     double along, weight[3];
-    distance_segment_triangle_pairs(p, q, x, pair);
-    *nearest = pair[0];
-    for (int j = 1; j < DISTANCE_PAIRS; j++)
-        if (pair[j].distance < nearest->distance)
-            *nearest = pair[j];
     if (distance_segment_crosses(p, q, x, &along, weight))
         nearest->distance = 0.0;
-}
-
-// The candidate of a face, or -1.
-static int find_candidate(const Contact *contact, int face)
-{
-    int low = 0, high = contact->candidate_count - 1;
-    while (low <= high) {
-        int middle = (low + high) / 2, found = contact->candidate[middle].face;
-        if (found == face)
-            return middle;
-        if (found < face)
-            low = middle + 1;
-        else
-            high = middle - 1;
-    }
-    return -1;
 }
 
 static bool is_nearer(const Contact *contact, int a, int b)
@@ -63,13 +66,13 @@ static int nearest_around(const Contact *contact, int index, const double weight
     if (corners == 2) {
         int edge = weight[0] <= 0.0 ? 1 : weight[1] <= 0.0 ? 2 : 0;
         int across = surface->face_neighbor[face][edge];
-        int other = across >= 0 ? find_candidate(contact, across) : -1;
+        int other = across >= 0 ? contact->candidate_of[across] : -1;
         return other >= 0 && is_nearer(contact, other, index) ? other : index;
     }
     if (corners == 1) {
         int node = surface->face[face][corner];
         for (int k = surface->node_face_start[node]; k < surface->node_face_start[node + 1]; k++) {
-            int other = find_candidate(contact, surface->node_face[k]);
+            int other = contact->candidate_of[surface->node_face[k]];
             if (other >= 0 && is_nearer(contact, other, best))
                 best = other;
         }
@@ -89,10 +92,13 @@ static signed char inherited_side(const Contact *contact, const Candidate *candi
 }
 
 // Measures a candidate: its distance, the side that is seen, and who tells its side.
-static void look_at(Contact *contact, int index, Vec3 p, Vec3 q, ClosestPair *nearest)
+static void look_at(Contact *contact, int index, Vec3 p, Vec3 q, bool sphere)
 {
     const Candidate *candidate = &contact->candidate[index];
-    nearest_pair(contact, candidate, p, q, nearest);
+    ClosestPair *nearest = &contact->nearest[index];
+    Vec3 x[3] = {contact->x[candidate->node[0]], contact->x[candidate->node[1]],
+                 contact->x[candidate->node[2]]};
+    contact_nearest_pair(x, p, q, sphere, nearest);
     int sign = contact_sign(contact, candidate, nearest->weight, nearest->on_triangle,
                             nearest->on_segment);
     contact->has_side[index] = sign != 0;
@@ -117,8 +123,10 @@ static void update_shape(Contact *contact, const ToolPlacement *at, int shape)
     int count = contact->candidate_count;
     Vec3 p, q;
     contact_axis(capsule, at, &p, &q);
-    for (int i = 0; i < count; i++)
-        look_at(contact, i, p, q, &contact->nearest[i]);
+    for (int i = 0; i < count; i++) {
+        look_at(contact, i, p, q, contact_is_sphere(capsule));
+        contact->gap_begin[shape][i] = contact->distance[i];
+    }
     for (int i = 0; i < count; i++)
         contact->teller[i] = nearest_around(contact, i, contact->nearest[i].weight);
 

@@ -253,6 +253,40 @@ static bool set_body(Sim *sim, Body *body, const char *key, double value, char *
     return false;
 }
 
+// A key without a body's name changes every body, or none when one refuses.
+static bool set_every_body(Sim *sim, const char *key, double value, char *why, size_t why_size)
+{
+    BodyTuning before[SIM_BODIES];
+    for (int b = 0; b < sim->body_count; b++) {
+        before[b] = sim->body[b].tuning;
+        if (set_body(sim, &sim->body[b], key, value, why, why_size))
+            continue;
+        for (int k = 0; k < b; k++) {
+            Body *body = &sim->body[k];
+            body->tuning = before[k];
+            body->ops->set(body->model, BODY_STIFFNESS_SCALE, before[k].stiffness_scale);
+            body->ops->set(body->model, BODY_DAMPING_SCALE, before[k].damping_scale);
+        }
+        return false;
+    }
+    return true;
+}
+
+bool sim_apply_gravity(Sim *sim, Vec3 gravity, char *why, size_t why_size)
+{
+    if (!(vec3_length(gravity) <= 1e4)) {
+        snprintf(why, why_size, "gravity (%g, %g, %g) is longer than 1e4", gravity.x, gravity.y,
+                 gravity.z);
+        return false;
+    }
+    const double part[3] = {gravity.x, gravity.y, gravity.z};
+    for (int b = 0; b < sim->body_count; b++)
+        for (int axis = 0; axis < 3; axis++)
+            sim->body[b].ops->set(sim->body[b].model, (BodyParameter)(BODY_GRAVITY_X + axis),
+                                  part[axis]);
+    return true;
+}
+
 bool sim_apply_set(Sim *sim, const char *key, double value, char *why, size_t why_size)
 {
     static const char *const axes[3] = {"gravity_x", "gravity_y", "gravity_z"};
@@ -273,10 +307,15 @@ bool sim_apply_set(Sim *sim, const char *key, double value, char *why, size_t wh
         if (strncmp(key, sim->body[b].name, length) == 0 && key[length] == '.')
             return set_body(sim, &sim->body[b], key + length + 1, value, why, why_size);
     }
-    snprintf(why, why_size,
-             "unknown key %.80s; known: gravity_x, gravity_y, gravity_z, <body>.stiffness_scale, "
-             "<body>.damping_scale, <body>.friction",
-             key);
+    static const char *const common[3] = {"stiffness_scale", "damping_scale", "friction"};
+    for (int k = 0; k < 3; k++)
+        if (strcmp(key, common[k]) == 0)
+            return set_every_body(sim, key, value, why, why_size);
+    snprintf(
+        why, why_size,
+        "unknown key %.80s; known: gravity, gravity_x, gravity_y, gravity_z, and for all bodies "
+        "or as <body>.key: stiffness_scale, damping_scale, friction",
+        key);
     return false;
 }
 

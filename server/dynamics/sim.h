@@ -77,8 +77,13 @@ void sim_apply_pose(Sim *sim, int tool, const ToolPose *pose, bool hold);
 // Starts a load now (options->start is ignored). False with a sentence in `why`: no free node
 // inside, no room.
 bool sim_apply_load(Sim *sim, const LoadOptions *options, char *why, size_t why_size);
-// "gravity_x|y|z", "<body>.stiffness_scale", "<body>.damping_scale", "<body>.friction", ...
+// "gravity_x|y|z" [m/s2]; "stiffness_scale", "damping_scale", "friction" of all bodies, or of one
+// as
+// "<body>.key". False with a sentence in `why`: an unknown key, a value out of range, or a scale
+// that the body's time step does not allow; then nothing was changed.
 bool sim_apply_set(Sim *sim, const char *key, double value, char *why, size_t why_size);
+// All three components [m/s2].
+bool sim_apply_gravity(Sim *sim, Vec3 gravity, char *why, size_t why_size);
 // Bodies return to the state after settling, tools are withdrawn, loads end; step and time go on.
 void sim_reset(Sim *sim);
 // In lockstep tools do not become stale.

@@ -3,6 +3,7 @@
 #include "files/build.h"
 
 #include "base/check.h"
+#include "base/log.h"
 #include "files/checkpoint.h"
 #include "files/mesh_import.h"
 #include "geometry/generator.h"
@@ -15,11 +16,37 @@ static bool fail_at(const Scene *scene, const SceneBody *body, const Status *sai
     return status_fail(status, said->code, "%s:%d: %s", scene->path, body->line, said->text);
 }
 
+// Imports a mesh and logs what had to be repaired.
+static bool import_mesh(const char *path, TriMesh *mesh, Status *status)
+{
+    MeshImport import;
+    char repairs[512];
+    if (!mesh_import(path, mesh, &import, status))
+        return false;
+    mesh_repairs_text(&import.repairs, repairs, sizeof repairs);
+    if (repairs[0] != '\0')
+        log_line(LOG_INFO, "%s: %s", path, repairs);
+    return true;
+}
+
+// What is not of the size of an organ, by orders of magnitude, was given in other units.
+static bool check_extent(const MeshSource *source, const TriMesh *mesh, Status *status)
+{
+    double extent = mesh_extent(mesh);
+    if (extent >= MESH_SMALLEST_EXTENT && extent <= MESH_LARGEST_EXTENT)
+        return true;
+    return status_fail(status, STATUS_INVALID,
+                       "%s: measures %g m after scale %g, outside [%g, %g] m; scale is metres a "
+                       "unit of the file, 0.001 for millimetres",
+                       source->file, extent, source->scale, MESH_SMALLEST_EXTENT,
+                       MESH_LARGEST_EXTENT);
+}
+
 static bool make_mesh(const MeshSource *source, TriMesh *mesh, Status *status)
 {
     switch (source->kind) {
     case MESH_FILE:
-        return mesh_import(source->file, mesh, status);
+        return import_mesh(source->file, mesh, status);
     case MESH_SPHERE:
         return generate_sphere(mesh, source->nodes, source->radius, status);
     case MESH_UV_SPHERE:
@@ -46,6 +73,8 @@ static bool build_mesh(const SceneBody *body, TriMesh *mesh, Status *status)
     if (!make_mesh(source, mesh, status))
         return false;
     mesh_place(mesh, source->scale, source->rotation, source->translation);
+    if (source->kind == MESH_FILE && !check_extent(source, mesh, status))
+        return false;
     MeshFault fault;
     if (mesh_validate(mesh, &fault))
         return true;

@@ -29,7 +29,7 @@ bool checkpoint_write(const char *path, const CheckpointImage *image, const Worl
 bool checkpoint_read(const char *path, World *world, const Scene *scene, Status *status);
 
 // /position and /velocity [n][3] float64 of an `initial` file; n must be mesh->node_count, or
-// mesh->file_node_count (then rows of welded nodes are skipped). Arrays are malloc'ed for the
+// mesh->file_node_count (then each node takes its row of the file). Arrays are malloc'ed for the
 // caller.
 bool initial_read(const char *path, const TriMesh *mesh, Vec3 **position, Vec3 **velocity,
                   Status *status);

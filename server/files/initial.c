@@ -8,14 +8,15 @@
 
 #ifdef PLIANT_WITH_HDF5
 
-// Rows of the source mesh to rows of the welded one.
-static void keep_welded(const TriMesh *mesh, int64_t rows, Vec3 *row)
+// Rows of the mesh file to rows of its nodes as they are now; frees the former.
+static Vec3 *pick_rows(const TriMesh *mesh, Vec3 *row)
 {
-    if (rows == mesh->node_count)
-        return;
-    // file_index ascends and is never below its own index: rows move down over rows already read.
+    Vec3 *picked = malloc((size_t)mesh->node_count * sizeof *picked + 1);
+    ASSERT(picked != NULL);
     for (int i = 0; i < mesh->node_count; i++)
-        row[i] = row[mesh->file_index[i]];
+        picked[i] = row[mesh_file_row(mesh, i)];
+    free(row);
+    return picked;
 }
 
 static Vec3 *read_rows(const HdfFile *file, const char *name, const TriMesh *mesh)
@@ -28,7 +29,7 @@ static Vec3 *read_rows(const HdfFile *file, const char *name, const TriMesh *mes
             hdf_fail(file, name, "has %lld rows, the mesh %d nodes", (long long)rows,
                      mesh->node_count);
         else
-            hdf_fail(file, name, "has %lld rows, the mesh file %d nodes (%d after welding)",
+            hdf_fail(file, name, "has %lld rows, the mesh file %d nodes (%d after repairs)",
                      (long long)rows, mesh->file_node_count, mesh->node_count);
         return NULL;
     }
@@ -38,8 +39,7 @@ static Vec3 *read_rows(const HdfFile *file, const char *name, const TriMesh *mes
         free(row);
         return NULL;
     }
-    keep_welded(mesh, rows, row);
-    return row;
+    return rows == mesh->file_node_count ? pick_rows(mesh, row) : row;
 }
 
 bool initial_read(const char *path, const TriMesh *mesh, Vec3 **position, Vec3 **velocity,

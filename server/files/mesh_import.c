@@ -1,8 +1,10 @@
-// Reads a mesh file into memory at once, tells its format by its content, and welds what it holds.
-// Load time only; never writes, never follows other files that the mesh file names.
+// Reads a mesh file into memory at once, tells its format by its content, and repairs what it
+// holds. Load time only; never writes, never follows other files that the mesh file names.
 #include "files/mesh_import.h"
 
 #include "files/obj.h"
+#include "files/off.h"
+#include "files/ply.h"
 #include "files/stl.h"
 
 #include <errno.h>
@@ -75,37 +77,84 @@ static bool starts_with_solid(const FileBytes *file)
     return strncasecmp(at, "solid", 5) == 0 && (at[5] == 0 || strchr(" \t\r\n", at[5]) != NULL);
 }
 
-static bool read_format(FileBytes *file, TriMesh *mesh, Status *status)
+// Text as the readers know it: no byte order mark, lines that end in a newline.
+static void normalize_text(FileBytes *file)
 {
-    // Binary first: its header may begin with 'solid', but no text has just this size, because four
-    // characters read as a count announce more than 25 GB.
-    size_t count = stl_binary_count(file);
-    if (file->size == stl_binary_size(count))
-        return stl_read_binary(file, mesh, status);
-    if (memchr(file->bytes, 0, file->size) != NULL) {
-        if (file->size < stl_binary_size(0))
-            return status_fail(status, STATUS_INVALID,
-                               "%s: neither text nor a binary STL, which has at least %zu bytes",
-                               file->path, stl_binary_size(0));
-        return status_fail(status, STATUS_INVALID,
-                           "%s: neither text nor a binary STL: its %zu triangles take %zu bytes, "
-                           "the file has %zu",
-                           file->path, count, stl_binary_size(count), file->size);
-    }
     if (strncmp(file->bytes, "\xEF\xBB\xBF", 3) == 0)
         memset(file->bytes, ' ', 3);
-    return starts_with_solid(file) ? stl_read_ascii(file, mesh, status)
-                                   : obj_read(file, mesh, status);
+    if (memchr(file->bytes, '\n', file->size) != NULL)
+        return;
+    for (char *at = file->bytes; (at = strchr(at, '\r')) != NULL;)
+        *at = '\n';
 }
 
-bool mesh_import(const char *path, TriMesh *mesh, Status *status)
+static bool refuse_binary(const FileBytes *file, size_t triangles, Status *status)
+{
+    if (file->size < stl_binary_size(0))
+        return status_fail(status, STATUS_INVALID,
+                           "%s: neither text nor a binary STL, which has at least %zu bytes",
+                           file->path, stl_binary_size(0));
+    return status_fail(status, STATUS_INVALID,
+                       "%s: neither text nor a binary STL: its %zu triangles take %zu bytes, "
+                       "the file has %zu",
+                       file->path, triangles, stl_binary_size(triangles), file->size);
+}
+
+static bool read_draft(FileBytes *file, MeshDraft *draft, const char **format, Status *status)
+{
+    if (ply_is(file))
+        return ply_read(file, draft, format, status);
+    // A binary STL may begin with 'solid' like a text, but no text has just this size, because four
+    // characters read as a count announce more than 25 GB.
+    size_t count = stl_binary_count(file);
+    *format = "binary STL";
+    if (file->size == stl_binary_size(count))
+        return stl_read_binary(file, draft, status);
+    if (memchr(file->bytes, 0, file->size) != NULL)
+        return refuse_binary(file, count, status);
+    normalize_text(file);
+    if (starts_with_solid(file)) {
+        *format = "ASCII STL";
+        return stl_read_ascii(file, draft, status);
+    }
+    if (off_is(file)) {
+        *format = "OFF";
+        return off_read(file, draft, status);
+    }
+    *format = "OBJ";
+    return obj_read(file, draft, status);
+}
+
+static bool repair(const FileBytes *file, const MeshDraft *draft, TriMesh *mesh, MeshImport *import,
+                   Status *status)
+{
+    MeshFault fault;
+    import->node_count = draft->node_count;
+    import->face_count = draft->polygon_count;
+    if (mesh_repair(draft, mesh, &import->repairs, &fault))
+        return true;
+    int line = fault.triangle >= 0 ? draft->line[fault.triangle] : 0;
+    if (line > 0)
+        return status_fail(status, STATUS_INVALID, "%s:%d: %s", file->path, line, fault.text);
+    return status_fail(status, STATUS_INVALID, "%s: %s", file->path, fault.text);
+}
+
+bool mesh_import(const char *path, TriMesh *mesh, MeshImport *import, Status *status)
 {
     FileBytes file;
+    *import = (MeshImport){0};
     if (!read_file(path, &file, status))
         return false;
-    bool ok = read_format(&file, mesh, status);
+    MeshDraft draft = {0};
+    Status said = {0};
+    bool ok = read_draft(&file, &draft, &import->format, &said);
+    if (draft.full)
+        ok = status_fail(status, STATUS_INVALID, "%s: more than %d nodes, corners or faces", path,
+                         MESH_COUNT_MAX);
+    else if (!ok)
+        status_fail(status, said.code, "%s", said.text);
+    ok = ok && repair(&file, &draft, mesh, import, status);
+    mesh_draft_destroy(&draft);
     free(file.bytes);
-    if (ok)
-        mesh_weld(mesh);
     return ok;
 }

@@ -1,12 +1,21 @@
-// Mesh files to TriMesh: OBJ and STL (ASCII and binary), told apart by content, not by name.
+// Mesh files to TriMesh: OBJ, STL and PLY (ASCII and binary), OFF, told apart by content, not by
+// name.
 #ifndef PLIANT_FILES_MESH_IMPORT_H
 #define PLIANT_FILES_MESH_IMPORT_H
 
 #include "base/status.h"
-#include "geometry/mesh.h"
+#include "geometry/mesh_repair.h"
 
-// Reads a mesh: nodes with bit-equal positions welded, order kept; not scaled, not validated beyond
-// what the format says. Errors name the file and its line (ASCII) or triangle (binary).
-bool mesh_import(const char *path, TriMesh *mesh, Status *status);
+// What was in a file and what had to be repaired.
+typedef struct MeshImport {
+    const char *format; // "binary STL"
+    int node_count, face_count;
+    MeshRepairs repairs;
+} MeshImport;
+
+// Reads a mesh and makes it fit for simulation (geometry/mesh_repair.h): nodes in the order of the
+// file, not scaled. Errors are one sentence that names the file and its line or element; faces and
+// nodes count from 0 in the order of the file.
+bool mesh_import(const char *path, TriMesh *mesh, MeshImport *import, Status *status);
 
 #endif

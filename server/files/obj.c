@@ -1,9 +1,8 @@
-// Wavefront OBJ: v and f lines; every other keyword is passed over. Load time only.
+// Wavefront OBJ: v, vt and f lines; every other keyword is passed over. Load time only.
 #include "files/obj.h"
 
-#include "files/mesh_draft.h"
-
 #include <limits.h>
+#include <math.h>
 
 static bool read_vertex(Text *text, MeshDraft *draft, int line, Status *status)
 {
@@ -14,12 +13,28 @@ static bool read_vertex(Text *text, MeshDraft *draft, int line, Status *status)
             return status_fail(status, STATUS_INVALID, "%s:%d: vertex has %d coordinates, not 3",
                                text->path, line, k);
         if (!word_number(word, &x[k]))
-            return status_fail(status, STATUS_INVALID,
-                               "%s:%d: coordinate '%s' is not a finite number", text->path,
-                               word.line, word_show(word).text);
+            return status_fail(status, STATUS_INVALID, "%s:%d: coordinate '%s' is not a number",
+                               text->path, word.line, word_show(word).text);
     }
     // A weight or a colour may follow; neither says anything about shape.
     mesh_draft_add_node(draft, vec3(x[0], x[1], x[2]));
+    return true;
+}
+
+// One to three numbers, of which the first two count.
+static bool read_texture(Text *text, MeshDraft *draft, Status *status)
+{
+    double uv[2] = {0.0, 0.0};
+    for (int k = 0; k < 2; k++) {
+        Word word = text_word(text);
+        if (k == 1 && word.size == 0)
+            break;
+        if (!word_number(word, &uv[k]) || !isfinite(uv[k]))
+            return status_fail(status, STATUS_INVALID,
+                               "%s:%d: texture coordinate '%s' is not a finite number", text->path,
+                               word.line, word_show(word).text);
+    }
+    mesh_draft_add_uv(draft, uv[0], uv[1]);
     return true;
 }
 
@@ -39,40 +54,44 @@ static bool read_integer(const char **at, const char *end, int *value)
     return true;
 }
 
-// The vertex of a corner written v, v/vt, v//vn or v/vt/vn.
-static bool parse_corner(Word word, int *vertex)
+// The indices of a corner written v, v/vt, v//vn or v/vt/vn; texture 0 where there is none.
+static bool parse_corner(Word word, int *vertex, int *texture)
 {
     const char *at = word.at, *end = word.at + word.size;
-    int unused;
+    int normal;
+    *texture = 0;
     if (!read_integer(&at, end, vertex))
         return false;
     if (at < end && *at == '/') {
         at++;
-        bool texture = at < end && *at != '/';
-        if (texture && !read_integer(&at, end, &unused))
+        bool textured = at < end && *at != '/';
+        if (textured && !read_integer(&at, end, texture))
             return false;
         if (at < end && *at == '/') {
             at++;
-            if (!read_integer(&at, end, &unused))
+            if (!read_integer(&at, end, &normal))
                 return false;
-        } else if (!texture) {
+        } else if (!textured) {
             return false;
         }
     }
     return at == end;
 }
 
+// Negative indices count back from the last of `count` elements so far; -1 for none of them.
+static int resolve(int index, int count)
+{
+    return index > 0 ? index - 1 : index < 0 && index >= -count ? count + index : -1;
+}
+
 static bool read_face(Text *text, MeshDraft *draft, int line, Status *status)
 {
-    int corner[3], count = 0;
-    for (Word word = text_word(text); word.size > 0; word = text_word(text), count++) {
-        int vertex;
-        if (!parse_corner(word, &vertex))
+    for (Word word = text_word(text); word.size > 0; word = text_word(text)) {
+        int vertex, texture;
+        if (!parse_corner(word, &vertex, &texture))
             return status_fail(status, STATUS_INVALID,
                                "%s:%d: '%s' is not a corner v, v/vt or v/vt/vn", text->path,
                                word.line, word_show(word).text);
-        // Negative ones count back from the last vertex so far. Positive ones may name vertices
-        // that follow: they are checked at the end.
         if (vertex == 0)
             return status_fail(status, STATUS_INVALID, "%s:%d: vertex index 0; the first is 1",
                                text->path, word.line);
@@ -80,50 +99,44 @@ static bool read_face(Text *text, MeshDraft *draft, int line, Status *status)
             return status_fail(status, STATUS_INVALID,
                                "%s:%d: vertex index %d with only %d vertices before it", text->path,
                                word.line, vertex, draft->node_count);
-        if (count < 3)
-            corner[count] = vertex < 0 ? draft->node_count + vertex : vertex - 1;
+        mesh_draft_add_corner(draft, resolve(vertex, draft->node_count),
+                              resolve(texture, draft->uv_count));
     }
-    if (count != 3)
-        return status_fail(status, STATUS_INVALID,
-                           "%s:%d: face has %d corners; only triangles are read", text->path, line,
-                           count);
-    mesh_draft_add_triangle(draft, corner, line);
+    mesh_draft_end_polygon(draft, line);
     return true;
 }
 
+// Positive indices may name vertices that follow: they are checked at the end.
 static bool check_indices(const char *path, const MeshDraft *draft, Status *status)
 {
-    for (int t = 0; t < draft->triangle_count; t++)
-        for (int k = 0; k < 3; k++)
-            if (draft->triangle[t][k] >= draft->node_count)
+    for (int p = 0; p < draft->polygon_count; p++)
+        for (int c = mesh_draft_start(draft, p); c < draft->end[p]; c++)
+            if (draft->corner[c] >= draft->node_count)
                 return status_fail(status, STATUS_INVALID, "%s:%d: vertex index %d outside [1, %d]",
-                                   path, draft->line[t], draft->triangle[t][k] + 1,
-                                   draft->node_count);
-    if (draft->triangle_count == 0)
+                                   path, draft->line[p], draft->corner[c] + 1, draft->node_count);
+    if (draft->polygon_count == 0)
         return status_fail(status, STATUS_INVALID,
-                           "%s: no triangles; expected an OBJ file (v, f) or an STL file", path);
+                           "%s: no faces; expected an OBJ (v, f), STL, PLY or OFF file", path);
     return true;
 }
 
-bool obj_read(const FileBytes *file, TriMesh *mesh, Status *status)
+bool obj_read(const FileBytes *file, MeshDraft *draft, Status *status)
 {
     Text text = text_start(file);
-    MeshDraft draft = {0};
     bool ok = true;
-    while (ok && text.at < text.end) {
+    draft->keeps_uv = true;
+    while (ok && !draft->full && text.at < text.end) {
         Word word = text_word(&text);
-        if (word.size == 1 && word.at[0] == 'v')
-            ok = read_vertex(&text, &draft, word.line, status);
-        else if (word.size == 1 && word.at[0] == 'f')
-            ok = read_face(&text, &draft, word.line, status);
+        if (word_is(word, "v"))
+            ok = read_vertex(&text, draft, word.line, status);
+        else if (word_is(word, "vt"))
+            ok = read_texture(&text, draft, status);
+        else if (word_is(word, "f"))
+            ok = read_face(&text, draft, word.line, status);
         // Other keywords may be continued over lines as well.
         while (ok && word.size > 0)
             word = text_word(&text);
         text_next_line(&text);
     }
-    ok = ok && check_indices(file->path, &draft, status);
-    if (ok)
-        mesh_draft_finish(&draft, mesh);
-    mesh_draft_destroy(&draft);
-    return ok;
+    return ok && !draft->full && check_indices(file->path, draft, status);
 }

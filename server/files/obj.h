@@ -3,9 +3,10 @@
 #define PLIANT_FILES_OBJ_H
 
 #include "files/text.h"
-#include "geometry/mesh.h"
+#include "geometry/mesh_draft.h"
 
-// Creates an unwelded mesh from v and f lines, or fails naming file and line and creates nothing.
-bool obj_read(const FileBytes *file, TriMesh *mesh, Status *status);
+// Adds what v, vt and f lines say to a draft, or fails naming file and line. Faces that name
+// vertices that are not there are refused, texture coordinates that are not there are passed over.
+bool obj_read(const FileBytes *file, MeshDraft *draft, Status *status);
 
 #endif

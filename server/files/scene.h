@@ -85,6 +85,10 @@ void scene_destroy(Scene *scene);
 // channel's name too long is refused. A scene that listens on a prefix of its own goes on doing so.
 bool scene_override(Scene *scene, double rate_hz, const char *prefix, Status *status);
 
+// The material and the shape springs of a body whose scene says nothing more of them than
+// `shape = {}`; the rest of `surface` stays as it is.
+void scene_preset_surface(SurfaceOptions *surface);
+
 // The reference of all keys, as Markdown (config/README.md is this text).
 void scene_print_reference(FILE *out);
 

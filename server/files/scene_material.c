@@ -117,3 +117,13 @@ bool scene_read_shape(const SceneReader *reader, const config_setting_t *group, 
     return !shape->per_node ||
            require(reader, group, SHAPE_TABLE.path, "stiffness", first_given(group, NODE_KEYS));
 }
+
+void scene_preset_surface(SurfaceOptions *surface)
+{
+    Status status = {0};
+    const OptionSource nowhere = {.path = "", .status = &status};
+    // Presets cannot fail.
+    option_read(&MATERIAL_TABLE, NULL, &nowhere, &surface->material);
+    option_read(&SHAPE_TABLE, NULL, &nowhere, &surface->shape);
+    surface->shape.wanted = true;
+}

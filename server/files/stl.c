@@ -2,8 +2,6 @@
 // time only.
 #include "files/stl.h"
 
-#include "files/mesh_draft.h"
-
 #include <stdint.h>
 #include <string.h>
 
@@ -35,9 +33,8 @@ static bool read_vertex(Text *text, MeshDraft *draft, Status *status)
             return status_fail(status, STATUS_INVALID, "%s:%d: file ends inside a vertex",
                                text->path, word.line);
         if (!word_number(word, &x[k]))
-            return status_fail(status, STATUS_INVALID,
-                               "%s:%d: coordinate '%s' is not a finite number", text->path,
-                               word.line, word_show(word).text);
+            return status_fail(status, STATUS_INVALID, "%s:%d: coordinate '%s' is not a number",
+                               text->path, word.line, word_show(word).text);
     }
     mesh_draft_add_node(draft, vec3(x[0], x[1], x[2]));
     return true;
@@ -53,14 +50,15 @@ static bool read_facet(Text *text, MeshDraft *draft, Status *status)
         text_word_anywhere(text);
     if (!expect_word(text, "outer", &unused, status) || !expect_word(text, "loop", &unused, status))
         return false;
-    int first = draft->node_count;
-    for (int k = 0; k < 3; k++)
+    for (int k = 0; k < 3; k++) {
+        mesh_draft_add_corner(draft, draft->node_count, -1);
         if (!read_vertex(text, draft, status))
             return false;
+    }
     if (!expect_word(text, "endloop", &unused, status) ||
         !expect_word(text, "endfacet", &unused, status))
         return false;
-    mesh_draft_add_triangle(draft, (int[3]){first, first + 1, first + 2}, line);
+    mesh_draft_end_polygon(draft, line);
     return true;
 }
 
@@ -69,7 +67,8 @@ static bool read_solids(Text *text, MeshDraft *draft, Status *status)
 {
     int line;
     bool inside = false;
-    for (Word word = text_word_anywhere(text); word.size > 0; word = text_word_anywhere(text)) {
+    for (Word word = text_word_anywhere(text); word.size > 0 && !draft->full;
+         word = text_word_anywhere(text)) {
         if (inside && word_is(word, "facet")) {
             if (!read_facet(text, draft, status))
                 return false;
@@ -85,17 +84,13 @@ static bool read_solids(Text *text, MeshDraft *draft, Status *status)
     return !inside || expect_word(text, "endsolid", &line, status);
 }
 
-bool stl_read_ascii(const FileBytes *file, TriMesh *mesh, Status *status)
+bool stl_read_ascii(const FileBytes *file, MeshDraft *draft, Status *status)
 {
     Text text = text_start(file);
-    MeshDraft draft = {0};
-    bool ok = read_solids(&text, &draft, status);
-    if (ok && draft.triangle_count == 0)
-        ok = status_fail(status, STATUS_INVALID, "%s: no triangles", file->path);
-    if (ok)
-        mesh_draft_finish(&draft, mesh);
-    mesh_draft_destroy(&draft);
-    return ok;
+    if (!read_solids(&text, draft, status))
+        return false;
+    return draft->polygon_count > 0 ||
+           status_fail(status, STATUS_INVALID, "%s: no triangles", file->path);
 }
 
 static uint32_t little_endian(const char *bytes)
@@ -116,28 +111,24 @@ size_t stl_binary_size(size_t triangles)
     return HEADER_SIZE + RECORD_SIZE * triangles;
 }
 
-bool stl_read_binary(const FileBytes *file, TriMesh *mesh, Status *status)
+bool stl_read_binary(const FileBytes *file, MeshDraft *draft, Status *status)
 {
     size_t count = stl_binary_count(file);
     if (count == 0)
         return status_fail(status, STATUS_INVALID, "%s: no triangles", file->path);
-    mesh_create(mesh, 3 * (int)count, (int)count);
-    for (int h = 0; h < 3 * (int)count; h++) {
+    for (size_t t = 0; t < count; t++) {
         // A record is a normal, three corners of three floats, and two bytes of attributes.
-        const char *record = file->bytes + stl_binary_size((size_t)(h / 3));
-        float x[3];
-        for (int k = 0; k < 3; k++) {
-            uint32_t bits = little_endian(record + 12 * (1 + h % 3) + 4 * k);
-            memcpy(&x[k], &bits, sizeof bits);
+        const char *record = file->bytes + stl_binary_size(t);
+        for (int c = 1; c <= 3; c++) {
+            float x[3];
+            for (int k = 0; k < 3; k++) {
+                uint32_t bits = little_endian(record + 12 * c + 4 * k);
+                memcpy(&x[k], &bits, sizeof bits);
+            }
+            mesh_draft_add_corner(draft, draft->node_count, -1);
+            mesh_draft_add_node(draft, vec3((double)x[0], (double)x[1], (double)x[2]));
         }
-        mesh->position[h] = vec3((double)x[0], (double)x[1], (double)x[2]);
-        mesh->triangle[h / 3][h % 3] = h;
-        if (!vec3_finite(mesh->position[h])) {
-            mesh_destroy(mesh);
-            return status_fail(status, STATUS_INVALID,
-                               "%s: triangle %d: corner %d (%g, %g, %g) is not finite", file->path,
-                               h / 3, h % 3, (double)x[0], (double)x[1], (double)x[2]);
-        }
+        mesh_draft_end_polygon(draft, 0);
     }
     return true;
 }

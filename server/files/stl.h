@@ -3,13 +3,12 @@
 #define PLIANT_FILES_STL_H
 
 #include "files/text.h"
-#include "geometry/mesh.h"
+#include "geometry/mesh_draft.h"
 
-// Each creates an unwelded mesh with three nodes a triangle, or fails naming file and line or
-// triangle and creates nothing.
-bool stl_read_ascii(const FileBytes *file, TriMesh *mesh, Status *status);
+// Each adds triangles to a draft, three nodes each, or fails naming file and line.
+bool stl_read_ascii(const FileBytes *file, MeshDraft *draft, Status *status);
 // The file's size must be stl_binary_size(stl_binary_count(file)).
-bool stl_read_binary(const FileBytes *file, TriMesh *mesh, Status *status);
+bool stl_read_binary(const FileBytes *file, MeshDraft *draft, Status *status);
 
 // Triangles that a binary STL announces (0 if the file is shorter than a header), and the size of
 // one with so many.

@@ -1,6 +1,5 @@
 #include "files/text.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -77,7 +76,7 @@ bool word_number(Word word, double *value)
     if (word.size == 0)
         return false;
     *value = strtod(word.at, &end);
-    return end == word.at + word.size && isfinite(*value);
+    return end == word.at + word.size;
 }
 
 Shown word_show(Word word)

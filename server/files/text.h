@@ -40,7 +40,7 @@ Word text_word_anywhere(Text *text);
 
 // Whether a word is `name`, capitals or not.
 bool word_is(Word word, const char *name);
-// Reads a whole word as a finite number; false for anything else.
+// Reads a whole word as a number, nan and inf included; false for anything else.
 bool word_number(Word word, double *value);
 
 // A word as an error text may show it: printable, at most 30 characters.

@@ -1,5 +1,5 @@
-// Triangle meshes: life, placement, welding, measures. Load time only; never on the step thread.
-// The rules of a valid mesh are in mesh_validate.c.
+// Triangle meshes: life, placement, equal nodes, measures. Load time only; never on the step
+// thread. The rules of a valid mesh are in mesh_validate.c.
 #include "geometry/mesh.h"
 
 #include "base/check.h"
@@ -12,9 +12,8 @@ void mesh_create(TriMesh *mesh, int node_count, int triangle_count)
 {
     ASSERT(node_count >= 0 && node_count <= MESH_COUNT_MAX);
     ASSERT(triangle_count >= 0 && triangle_count <= MESH_COUNT_MAX);
-    mesh->node_count = node_count;
-    mesh->triangle_count = triangle_count;
-    mesh->file_node_count = node_count;
+    *mesh = (TriMesh){
+        .node_count = node_count, .triangle_count = triangle_count, .file_node_count = node_count};
     // One element more than asked, so that an empty mesh has arrays too.
     mesh->position = calloc((size_t)node_count + 1, sizeof *mesh->position);
     mesh->triangle = calloc((size_t)triangle_count + 1, sizeof *mesh->triangle);
@@ -29,6 +28,9 @@ void mesh_destroy(TriMesh *mesh)
     free(mesh->position);
     free(mesh->triangle);
     free(mesh->file_index);
+    free(mesh->file_node);
+    free(mesh->copy_of);
+    free(mesh->uv);
     *mesh = (TriMesh){0};
 }
 
@@ -62,41 +64,42 @@ static uint64_t hash_key(const uint64_t key[3])
     return hash * UINT64_C(0xbf58476d1ce4e5b9) >> 20;
 }
 
-void mesh_weld(TriMesh *mesh)
+void mesh_find_equal(const Vec3 *position, int count, int *first)
 {
     size_t slots = 16; // at least twice as many as nodes: short chains
-    while (slots < 2 * (size_t)mesh->node_count)
+    while (slots < 2 * (size_t)count)
         slots *= 2;
-    int *slot = malloc(slots * sizeof *slot); // the kept node that lives here, or -1
-    int *kept = malloc(((size_t)mesh->node_count + 1) * sizeof *kept);
-    ASSERT(slot != NULL && kept != NULL);
+    int *slot = malloc(slots * sizeof *slot); // the first node that lives here, or -1
+    ASSERT(slot != NULL);
     memset(slot, 0xff, slots * sizeof *slot);
-
-    int count = 0;
-    for (int i = 0; i < mesh->node_count; i++) {
+    for (int i = 0; i < count; i++) {
         uint64_t key[3], other[3];
-        position_key(mesh->position[i], key);
+        position_key(position[i], key);
         size_t at = (size_t)hash_key(key) & (slots - 1);
         while (slot[at] >= 0) {
-            position_key(mesh->position[slot[at]], other);
+            position_key(position[slot[at]], other);
             if (memcmp(key, other, sizeof key) == 0)
                 break;
             at = (at + 1) & (slots - 1);
         }
-        if (slot[at] < 0) {
-            // count <= i: what is overwritten has been read already.
-            mesh->position[count] = mesh->position[i];
-            mesh->file_index[count] = mesh->file_index[i];
-            slot[at] = count++;
-        }
-        kept[i] = slot[at];
+        if (slot[at] < 0)
+            slot[at] = i;
+        first[i] = slot[at];
     }
-    for (int t = 0; t < mesh->triangle_count; t++)
-        for (int k = 0; k < 3; k++)
-            mesh->triangle[t][k] = kept[mesh->triangle[t][k]];
-    mesh->node_count = count;
     free(slot);
-    free(kept);
+}
+
+int mesh_node_of_file(const TriMesh *mesh, int file_index)
+{
+    if (file_index < 0 || file_index >= mesh->file_node_count)
+        return -1;
+    return mesh->file_node != NULL ? mesh->file_node[file_index] : file_index;
+}
+
+int mesh_file_row(const TriMesh *mesh, int node)
+{
+    int index = mesh->file_index[node];
+    return index < mesh->file_node_count ? index : mesh->copy_of[index - mesh->file_node_count];
 }
 
 double mesh_volume(const TriMesh *mesh)
@@ -124,4 +127,16 @@ double mesh_area(const TriMesh *mesh)
         area += 0.5 * vec3_length(vec3_cross(u, v));
     }
     return area;
+}
+
+double mesh_extent(const TriMesh *mesh)
+{
+    Vec3 low = mesh->position[0], high = low;
+    for (int i = 0; i < mesh->node_count; i++) {
+        Vec3 x = mesh->position[i];
+        low = vec3(fmin(low.x, x.x), fmin(low.y, x.y), fmin(low.z, x.z));
+        high = vec3(fmax(high.x, x.x), fmax(high.y, x.y), fmax(high.z, x.z));
+    }
+    Vec3 size = vec3_sub(high, low);
+    return fmax(size.x, fmax(size.y, size.z));
 }

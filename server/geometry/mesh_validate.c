@@ -9,10 +9,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-// A triangle lower than this fraction of its longest edge has no area: its normal would be rounding
-// error. Coordinates in a file carry at least 6 digits, so a real sliver is far above.
-static const double SMALLEST_HEIGHT = 1e-9;
-
 static bool fault_set(MeshFault *fault, int node, int triangle, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 
@@ -44,14 +40,13 @@ static bool nodes_are_finite(const TriMesh *mesh, MeshFault *fault)
     return true;
 }
 
-// Height over the longest edge, relative to that edge; 0 without area, NaN when out of range.
-// Scaled first: neither tiny nor huge triangles may under- or overflow.
-static double relative_height(const TriMesh *mesh, const int corner[3])
+double mesh_relative_height(const Vec3 *position, const int corner[3])
 {
+    // Scaled first: neither tiny nor huge triangles may under- or overflow.
     Vec3 edge[3];
     double scale = 0.0;
     for (int k = 0; k < 3; k++) {
-        edge[k] = vec3_sub(mesh->position[corner[(k + 1) % 3]], mesh->position[corner[k]]);
+        edge[k] = vec3_sub(position[corner[(k + 1) % 3]], position[corner[k]]);
         scale = fmax(scale, fmax(fabs(edge[k].x), fmax(fabs(edge[k].y), fabs(edge[k].z))));
     }
     if (scale == 0.0)
@@ -80,10 +75,10 @@ static bool triangles_are_sound(const TriMesh *mesh, MeshFault *fault)
             if (corner[k] == corner[(k + 1) % 3])
                 return fault_set(fault, corner[k], t, "triangle %d has node %d twice", t,
                                  name_of(mesh, corner[k]));
-        double height = relative_height(mesh, corner);
+        double height = mesh_relative_height(mesh->position, corner);
         if (isnan(height))
             return fault_set(fault, -1, t, "triangle %d is too large to measure", t);
-        if (!(height > SMALLEST_HEIGHT))
+        if (!(height > MESH_SMALLEST_HEIGHT))
             return fault_set(fault, -1, t, "triangle %d (nodes %d, %d, %d) has no area", t,
                              name_of(mesh, corner[0]), name_of(mesh, corner[1]),
                              name_of(mesh, corner[2]));

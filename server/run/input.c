@@ -242,8 +242,12 @@ size_t input_encode(const Input *input, void *data)
     }
     default: {
         // 17 digits give the same double back.
-        if (input->command.kind == PLIANT_COMMAND_T_SET)
-            snprintf(text, sizeof text, "%s=%.17g", input->text, input->command.set_value);
+        if (input->command.kind == PLIANT_COMMAND_T_SET) {
+            int length = snprintf(text, sizeof text, "%s=", input->text);
+            for (int i = 0; i < input->command.set_count; i++)
+                length += snprintf(text + length, sizeof text - (size_t)length, " %.17g",
+                                   input->command.set_value[i]);
+        }
         pliant_command_t m = {.utime = input->utime,
                               .sender = input->sender,
                               .id = input->id,
@@ -358,17 +362,31 @@ static Refusal validate_load(Input *input, Sim *sim, char *why)
 static Refusal split_setting(Input *input, char *why)
 {
     char *equals = strchr(input->text, '=');
-    char *end = NULL;
-    double value = equals != NULL ? strtod(equals + 1, &end) : 0.0;
-    if (equals == NULL || equals == input->text || end == equals + 1 || *end != '\0')
+    if (equals == NULL || equals == input->text)
         return REFUSE(REFUSED_COMMAND, "SET wants \"key=number\"");
-    if (!isfinite(value))
-        return REFUSE(REFUSED_NOT_FINITE, "SET to a number that is not finite");
-    // A key must leave room for its number when it is written back as text.
-    if (equals - input->text > INPUT_TEXT_MAX - 32)
-        return REFUSE(REFUSED_COMMAND, "SET with a key longer than %d bytes", INPUT_TEXT_MAX - 32);
+    // One number, or three of a vector: "0 0 -9.81", "0, 0, -9.81" or "[0, 0, -9.81]".
+    static const char between[] = " ,[]";
+    double value[3] = {0.0, 0.0, 0.0};
+    int count = 0;
+    const char *at = equals + 1;
+    for (at += strspn(at, between); *at != '\0'; at += strspn(at, between)) {
+        char *end;
+        double number = strtod(at, &end);
+        if (end == at || count == 3)
+            return REFUSE(REFUSED_COMMAND, "SET wants \"key=number\" or three numbers");
+        if (!isfinite(number))
+            return REFUSE(REFUSED_NOT_FINITE, "SET to a number that is not finite");
+        value[count++] = number;
+        at = end;
+    }
+    if (count != 1 && count != 3)
+        return REFUSE(REFUSED_COMMAND, "SET wants \"key=number\" or three numbers");
+    // A key must leave room for its numbers when it is written back as text.
+    if (equals - input->text > INPUT_TEXT_MAX - 96)
+        return REFUSE(REFUSED_COMMAND, "SET with a key longer than %d bytes", INPUT_TEXT_MAX - 96);
     *equals = '\0';
-    input->command.set_value = value;
+    memcpy(input->command.set_value, value, sizeof value);
+    input->command.set_count = count;
     return ACCEPTED;
 }
 

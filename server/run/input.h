@@ -60,7 +60,8 @@ typedef struct Input {
         struct {
             int32_t kind; // PLIANT_COMMAND_T_...
             int64_t value;
-            double set_value; // SET: the number behind "="
+            double set_value[3]; // SET: the numbers behind "="
+            int32_t set_count;   // 1 or 3
         } command;
     };
     char text[INPUT_TEXT_MAX]; // cut and load: name of the body; SET: the key; else the argument

@@ -47,10 +47,20 @@ bool requests_execute(Sim *sim, const Input *input, char *text)
         return true;
     }
     if (input->command.kind == PLIANT_COMMAND_T_SET) {
-        double value = input->command.set_value;
-        if (!sim_apply_set(sim, input->text, value, text, INPUT_WHY_MAX))
+        const double *value = input->command.set_value;
+        bool vector = input->command.set_count == 3;
+        if (vector && strcmp(input->text, "gravity") != 0) {
+            snprintf(text, INPUT_WHY_MAX, "%.80s wants one number", input->text);
             return false;
-        snprintf(text, INPUT_WHY_MAX, "%s = %g", input->text, value);
+        }
+        Vec3 gravity = {value[0], value[1], value[2]};
+        if (vector ? !sim_apply_gravity(sim, gravity, text, INPUT_WHY_MAX)
+                   : !sim_apply_set(sim, input->text, value[0], text, INPUT_WHY_MAX))
+            return false;
+        if (vector)
+            snprintf(text, INPUT_WHY_MAX, "gravity = (%g, %g, %g)", value[0], value[1], value[2]);
+        else
+            snprintf(text, INPUT_WHY_MAX, "%s = %g", input->text, value[0]);
         return true;
     }
     sim_reset(sim);

@@ -309,6 +309,13 @@ static void create_surface(SurfaceModel *model, Body *body, const TriMesh *mesh,
         model->id[i] = mesh->file_index[i];
         model->parent[i][0] = model->parent[i][1] = mesh->file_index[i];
     }
+    const int *origin = model->id;
+    if (mesh->copy_count > 0) {
+        int *row = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "node origins");
+        for (int i = 0; i < nodes; i++)
+            row[i] = mesh->file_index[mesh_node_of_file(mesh, mesh_file_row(mesh, i))];
+        origin = row;
+    }
     label_pieces(mesh, model->piece);
     body->mesh = (BodyMesh){
         .topology = 1,
@@ -316,7 +323,7 @@ static void create_surface(SurfaceModel *model, Body *body, const TriMesh *mesh,
         .triangle_count = faces,
         .triangle = (const int(*)[3])model->face,
         .id = model->id,
-        .origin = model->id,
+        .origin = origin,
         .parent = (const int(*)[2])model->parent,
         .piece = model->piece,
         .level = model->level,

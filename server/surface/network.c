@@ -65,22 +65,6 @@ static void set_nodes(SpringNetwork *network, const SurfaceOptions *options, int
     }
 }
 
-// The mesh node that a scene means by the index of a node in the mesh file, or -1.
-static int node_of_file_index(const TriMesh *mesh, int file_index)
-{
-    int low = 0, high = mesh->node_count - 1;
-    while (low <= high) {
-        int middle = (low + high) / 2;
-        if (mesh->file_index[middle] == file_index)
-            return middle;
-        if (mesh->file_index[middle] < file_index)
-            low = middle + 1;
-        else
-            high = middle - 1;
-    }
-    return -1;
-}
-
 static bool contains(const FixedRegion *region, Vec3 x)
 {
     if (region->kind == FIXED_BOX)
@@ -96,7 +80,7 @@ static bool fix_nodes(SpringNetwork *network, const TriMesh *mesh, const Surface
         const FixedRegion *region = &options->fixed[r];
         if (region->kind == FIXED_NODES) {
             for (int k = 0; k < region->node_count; k++) {
-                int node = node_of_file_index(mesh, region->node[k]);
+                int node = mesh_node_of_file(mesh, region->node[k]);
                 if (node < 0)
                     return status_fail(status, STATUS_INVALID,
                                        "fixed: node %d is not a node of the mesh (%d in its file)",
@@ -109,6 +93,10 @@ static bool fix_nodes(SpringNetwork *network, const TriMesh *mesh, const Surface
             if (contains(region, mesh->position[i]))
                 network->fixed[i] = true;
     }
+    // Copies, the last nodes, have no number of their own in the file.
+    for (int c = 0; c < mesh->copy_count; c++)
+        if (network->fixed[mesh_node_of_file(mesh, mesh->copy_of[c])])
+            network->fixed[mesh->node_count - mesh->copy_count + c] = true;
     return true;
 }
 

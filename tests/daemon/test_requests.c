@@ -122,7 +122,7 @@ static void pause_stops_and_resume_goes_on(void **state)
 static void set_changes_gravity_and_reset_brings_the_start_back(void **state)
 {
     Client *client = ((Fixture *)*state)->client;
-    assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "gravity_z=-9.81")->ok);
+    assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "gravity=0 0 -9.81")->ok);
     wait_until(client, client->status.max_displacement > 1e-4);
     assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "gravity_z=0")->ok);
     command(client, PLIANT_COMMAND_T_PAUSE, 0, "");

@@ -1,0 +1,165 @@
+#include "files/mesh_report.h"
+
+#include "dynamics/stability.h"
+#include "files/mesh_import.h"
+#include "files/scene.h"
+#include "geometry/mesh_quality.h"
+
+enum { COMPONENTS_SHOWN = 20 };
+
+// A body longer than this is more likely one whose unit is the millimetre [m].
+static const double LARGE_ORGAN = 2.0;
+
+static double degrees(double angle)
+{
+    return angle * 180.0 / 3.14159265358979323846;
+}
+
+static int name_of(const TriMesh *mesh, int node)
+{
+    return mesh->file_index[node];
+}
+
+static void print_source(const MeshImport *import, FILE *out)
+{
+    char repairs[512];
+    mesh_repairs_text(&import->repairs, repairs, sizeof repairs);
+    fprintf(out, "  file: %s, %d nodes, %d faces\n", import->format, import->node_count,
+            import->face_count);
+    fprintf(out, "  repairs: %s\n", repairs[0] != '\0' ? repairs : "none");
+}
+
+static void print_components(const MeshQuality *quality, FILE *out)
+{
+    int closed = 0;
+    for (int i = 0; i < quality->component_count; i++)
+        closed += quality->component[i].border_loops == 0;
+    fprintf(out, "  components: %d, of them closed: %d, boundary loops: %d, boundary edges: %d\n",
+            quality->component_count, closed, quality->border_loops, quality->border_edges);
+    for (int i = 0; i < quality->component_count && i < COMPONENTS_SHOWN; i++) {
+        const MeshComponent *component = &quality->component[i];
+        fprintf(out, "    %d: nodes %d, triangles %d, ", i + 1, component->node_count,
+                component->triangle_count);
+        if (component->border_loops == 0)
+            fprintf(out, "closed, genus %d, volume %.6g m3\n", component->genus, component->volume);
+        else
+            fprintf(out, "open, boundary loops %d, genus %d\n", component->border_loops,
+                    component->genus);
+    }
+    if (quality->component_count > COMPONENTS_SHOWN)
+        fprintf(out, "    and %d more\n", quality->component_count - COMPONENTS_SHOWN);
+}
+
+static void print_shape(const TriMesh *mesh, const MeshQuality *quality, FILE *out)
+{
+    fprintf(out, "  box: [%.6g, %.6g, %.6g] to [%.6g, %.6g, %.6g] m\n", quality->low.x,
+            quality->low.y, quality->low.z, quality->high.x, quality->high.y, quality->high.z);
+    fprintf(out, "  area: %.6g m2, enclosed volume: %.6g m3\n", quality->area, quality->volume);
+    fprintf(out, "  edge lengths: min %.6g, mean %.6g, max %.6g m\n", quality->edge_min,
+            quality->edge_mean, quality->edge_max);
+    fprintf(out, "    shortest: nodes %d and %d; longest: nodes %d and %d\n",
+            name_of(mesh, quality->shortest[0]), name_of(mesh, quality->shortest[1]),
+            name_of(mesh, quality->longest[0]), name_of(mesh, quality->longest[1]));
+    const int *corner = mesh->triangle[quality->sharpest];
+    fprintf(out,
+            "  angles: min %.4g, mean of the smallest %.4g, max %.4g degrees; "
+            "triangles with one below 20 degrees: %d\n",
+            degrees(quality->angle_min), degrees(quality->angle_mean), degrees(quality->angle_max),
+            quality->sharp_triangles);
+    fprintf(out, "    sharpest triangle: nodes %d, %d, %d\n", name_of(mesh, corner[0]),
+            name_of(mesh, corner[1]), name_of(mesh, corner[2]));
+}
+
+#ifdef PLIANT_WITH_SURFACE
+// The bounds of a body of this mesh as a scene makes it that says nothing but `shape = {}`.
+static bool print_time_step(const TriMesh *mesh, FILE *out, Status *status)
+{
+    SurfaceOptions options = {.name = "mesh", .without_contacts = true, .without_loads = true};
+    scene_preset_surface(&options);
+    Arena arena = {0};
+    StateList state = {0};
+    Body body = {0};
+    bool ok = surface_create(&body, mesh, &options, &arena, &state, status);
+    if (ok) {
+        fprintf(out, "  stable time step (default material, shape springs, no contact):");
+        const IntegratorKind kinds[] = {INTEGRATOR_RK4, INTEGRATOR_LEAPFROG};
+        for (int i = 0; i < 2; i++) {
+            double step = stability_time_step(kinds[i], body.lambda, body.damping);
+            fprintf(out, "%s %s %.4g s (%d substeps at 1000 Hz)", i > 0 ? "," : "",
+                    integrator_name(kinds[i]), step, stability_substeps(1e-3, step));
+        }
+        fprintf(out, "\n");
+    }
+    state_destroy(&state);
+    arena_destroy(&arena);
+    return ok;
+}
+#else
+static bool print_time_step(const TriMesh *mesh, FILE *out, Status *status)
+{
+    (void)mesh;
+    (void)status;
+    fprintf(out, "  stable time step: not known, built without surface bodies\n");
+    return true;
+}
+#endif
+
+// Whether a scene would take the mesh at this scale; without a scale it is for the user to say.
+static bool check_extent(const char *path, double scale, const TriMesh *mesh, Status *status)
+{
+    double extent = mesh_extent(mesh);
+    if (scale == 0.0 || (extent >= MESH_SMALLEST_EXTENT && extent <= MESH_LARGEST_EXTENT))
+        return true;
+    return status_fail(status, STATUS_INVALID,
+                       "%s: measures %g m after scale %g, outside [%g, %g] m; scale is metres a "
+                       "unit of the file, 0.001 for millimetres",
+                       path, extent, scale, MESH_SMALLEST_EXTENT, MESH_LARGEST_EXTENT);
+}
+
+static void print_unit(const TriMesh *mesh, double scale, FILE *out)
+{
+    double extent = mesh_extent(mesh);
+    if (scale != 0.0)
+        fprintf(out, "  scale: %g m a unit of the file, extent %.6g m\n", scale, extent);
+    else if (extent > LARGE_ORGAN || extent < MESH_SMALLEST_EXTENT)
+        fprintf(out,
+                "  scale: not given, extent %.6g m if the unit were the metre; if it is the "
+                "millimetre, scale = 0.001\n",
+                extent);
+    else
+        fprintf(out, "  scale: not given, unit taken as the metre, extent %.6g m\n", extent);
+}
+
+static bool print_mesh(const char *path, double scale, const MeshImport *import,
+                       const TriMesh *mesh, FILE *out, Status *status)
+{
+    MeshFault fault;
+    if (!check_extent(path, scale, mesh, status))
+        return false;
+    if (!mesh_validate(mesh, &fault))
+        return status_fail(status, STATUS_INVALID, "%s: %s", path, fault.text);
+    MeshQuality quality;
+    mesh_quality_measure(mesh, &quality);
+    fprintf(out, "%s: usable\n", path);
+    print_source(import, out);
+    print_unit(mesh, scale, out);
+    fprintf(out, "  nodes: %d, edges: %d, triangles: %d%s\n", mesh->node_count, quality.edge_count,
+            mesh->triangle_count, mesh->uv != NULL ? ", with texture coordinates" : "");
+    print_components(&quality, out);
+    print_shape(mesh, &quality, out);
+    mesh_quality_destroy(&quality);
+    return print_time_step(mesh, out, status);
+}
+
+bool mesh_report_print(const char *path, double scale, FILE *out, Status *status)
+{
+    TriMesh mesh;
+    MeshImport import;
+    if (!mesh_import(path, &mesh, &import, status))
+        return false;
+    if (scale != 0.0)
+        mesh_place(&mesh, scale, vec3(0.0, 0.0, 0.0), vec3(0.0, 0.0, 0.0));
+    bool ok = print_mesh(path, scale, &import, &mesh, out, status);
+    mesh_destroy(&mesh);
+    return ok;
+}

@@ -1,0 +1,14 @@
+// Stanford PLY: ASCII, binary little and big endian. Load time only; private to files.
+#ifndef PLIANT_FILES_PLY_H
+#define PLIANT_FILES_PLY_H
+
+#include "files/text.h"
+#include "geometry/mesh_draft.h"
+
+// Whether the file begins as a PLY file does.
+bool ply_is(const FileBytes *file);
+// Adds the elements vertex and face to a draft, or fails naming file and line or element. `format`
+// becomes "ASCII PLY" and the like.
+bool ply_read(const FileBytes *file, MeshDraft *draft, const char **format, Status *status);
+
+#endif

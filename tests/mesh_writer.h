@@ -1,0 +1,182 @@
+// Writes polygons in every mesh format that is read, for tests. Formats without shared nodes (STL)
+// get each polygon as a fan of triangles with nodes of their own.
+#ifndef PLIANT_TESTS_MESH_WRITER_H
+#define PLIANT_TESTS_MESH_WRITER_H
+
+#include "geometry/mesh_draft.h"
+
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef enum MeshFormat {
+    WRITE_OBJ,
+    WRITE_STL_ASCII,
+    WRITE_STL_BINARY,
+    WRITE_PLY_ASCII,
+    WRITE_PLY_LITTLE,
+    WRITE_PLY_BIG,
+    WRITE_OFF,
+    WRITE_FORMATS
+} MeshFormat;
+
+static const char *const MESH_FORMAT_NAMES[WRITE_FORMATS] = {"OBJ",
+                                                             "ASCII STL",
+                                                             "binary STL",
+                                                             "ASCII PLY",
+                                                             "binary little-endian PLY",
+                                                             "binary big-endian PLY",
+                                                             "OFF"};
+
+static inline bool mesh_format_is_stl(MeshFormat format)
+{
+    return format == WRITE_STL_ASCII || format == WRITE_STL_BINARY;
+}
+
+typedef struct Bytes {
+    char *at;
+    size_t size;
+} Bytes;
+
+static inline void write_number(FILE *out, const void *number, int size, bool big)
+{
+    const unsigned char *byte = number; // tests run on little-endian machines
+    for (int i = 0; i < size; i++)
+        fputc(byte[big ? size - 1 - i : i], out);
+}
+
+static inline void write_facets(FILE *out, const MeshDraft *draft, bool ascii)
+{
+    for (int p = 0; p < draft->polygon_count; p++)
+        for (int c = mesh_draft_start(draft, p); c + 2 < draft->end[p]; c++) {
+            const int corner[3] = {draft->corner[mesh_draft_start(draft, p)], draft->corner[c + 1],
+                                   draft->corner[c + 2]};
+            const float nothing[3] = {0, 0, 0};
+            if (ascii)
+                fprintf(out, "facet normal 0 0 0\nouter loop\n");
+            else
+                fwrite(nothing, 4, 3, out);
+            for (int k = 0; k < 3; k++) {
+                Vec3 x = draft->position[corner[k]];
+                const float single[3] = {(float)x.x, (float)x.y, (float)x.z};
+                if (ascii)
+                    fprintf(out, "vertex %.17g %.17g %.17g\n", x.x, x.y, x.z);
+                else
+                    fwrite(single, 4, 3, out);
+            }
+            if (ascii)
+                fprintf(out, "endloop\nendfacet\n");
+            else
+                fwrite(nothing, 1, 2, out);
+        }
+}
+
+static inline void write_stl(FILE *out, const MeshDraft *draft, bool ascii)
+{
+    uint32_t triangles = 0;
+    for (int p = 0; p < draft->polygon_count; p++) {
+        int corners = draft->end[p] - mesh_draft_start(draft, p);
+        triangles += corners > 2 ? (uint32_t)corners - 2 : 0;
+    }
+    if (ascii)
+        fprintf(out, "solid test\n");
+    else {
+        fprintf(out, "%-80s", "solid, says the header");
+        fwrite(&triangles, 4, 1, out);
+    }
+    write_facets(out, draft, ascii);
+    if (ascii)
+        fprintf(out, "endsolid test\n");
+}
+
+// With an element and properties that mean nothing to us, before and between.
+static inline void write_ply(FILE *out, const MeshDraft *draft, MeshFormat format)
+{
+    bool ascii = format == WRITE_PLY_ASCII, big = format == WRITE_PLY_BIG;
+    const char *const names[] = {"ascii", "binary_little_endian", "binary_big_endian"};
+    fprintf(out, "ply\nformat %s 1.0\ncomment C:\\\nobj_info none\n",
+            names[format - WRITE_PLY_ASCII]);
+    fprintf(out, "element camera 1\nproperty list uchar short angles\nproperty uchar on\n");
+    fprintf(out,
+            "element vertex %d\nproperty uchar red\nproperty double x\nproperty double y\n"
+            "property double z\nproperty float32 quality\n",
+            draft->node_count);
+    fprintf(out, "element face %d\nproperty list uint8 int32 vertex_indices\nend_header\n",
+            draft->polygon_count);
+    const int16_t angle = -2;
+    const float quality = 0.5f;
+    if (ascii)
+        fprintf(out, "2 -2 -2 1\n");
+    else {
+        fputc(2, out);
+        write_number(out, &angle, 2, big);
+        write_number(out, &angle, 2, big);
+        fputc(1, out);
+    }
+    for (int i = 0; i < draft->node_count; i++) {
+        const Vec3 *x = &draft->position[i];
+        if (ascii) {
+            fprintf(out, "255 %.17g %.17g %.17g 0.5\n", x->x, x->y, x->z);
+            continue;
+        }
+        fputc(255, out);
+        write_number(out, &x->x, 8, big);
+        write_number(out, &x->y, 8, big);
+        write_number(out, &x->z, 8, big);
+        write_number(out, &quality, 4, big);
+    }
+    for (int p = 0; p < draft->polygon_count; p++) {
+        int start = mesh_draft_start(draft, p), corners = draft->end[p] - start;
+        if (ascii)
+            fprintf(out, "%d", corners);
+        else
+            fputc(corners, out);
+        for (int c = start; c < draft->end[p]; c++) {
+            if (ascii)
+                fprintf(out, " %d", draft->corner[c]);
+            else
+                write_number(out, &draft->corner[c], 4, big);
+        }
+        if (ascii)
+            fprintf(out, "\n");
+    }
+}
+
+static inline void write_obj_or_off(FILE *out, const MeshDraft *draft, bool off)
+{
+    if (off)
+        fprintf(out, "OFF # test\n\n%d %d 0\n", draft->node_count, draft->polygon_count);
+    for (int i = 0; i < draft->node_count; i++)
+        fprintf(out, "%s%.17g %.17g %.17g\n", off ? "" : "v ", draft->position[i].x,
+                draft->position[i].y, draft->position[i].z);
+    for (int p = 0; p < draft->polygon_count; p++) {
+        int start = mesh_draft_start(draft, p);
+        if (off)
+            fprintf(out, "%d", draft->end[p] - start);
+        else
+            fprintf(out, "f");
+        for (int c = start; c < draft->end[p]; c++)
+            fprintf(out, " %d", draft->corner[c] + (off ? 0 : 1));
+        fprintf(out, "%s\n", off ? " 255 0 0" : "");
+    }
+}
+
+// The file as it would stand on disk; the caller frees bytes.at.
+static inline Bytes mesh_write(const MeshDraft *draft, MeshFormat format)
+{
+    Bytes bytes = {0};
+    FILE *out = open_memstream(&bytes.at, &bytes.size);
+    if (out == NULL)
+        abort();
+    if (mesh_format_is_stl(format))
+        write_stl(out, draft, format == WRITE_STL_ASCII);
+    else if (format == WRITE_OBJ || format == WRITE_OFF)
+        write_obj_or_off(out, draft, format == WRITE_OFF);
+    else
+        write_ply(out, draft, format);
+    fclose(out);
+    return bytes;
+}
+
+#endif

@@ -1,0 +1,258 @@
+// pliant-prepare --check as a user runs it: exit codes, the report's figures against closed forms,
+// and one line on stderr for what is not usable.
+#include "expect.h"
+#include "scratch.h"
+
+#include "geometry/generator.h"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+
+static const char *program;
+static Scratch scratch;
+
+typedef struct Run {
+    int code; // exit code; -1: killed
+    char out[16384], err[4096];
+} Run;
+
+static void read_back(const char *name, char *text, size_t size)
+{
+    char path[SCRATCH_PATH];
+    FILE *file = fopen(scratch_path(&scratch, name, path), "r");
+    assert_non_null(file);
+    text[fread(text, 1, size - 1, file)] = '\0';
+    fclose(file);
+}
+
+// Runs the program in the scratch folder; `arguments` as typed in a shell.
+static void run(Run *result, const char *arguments)
+{
+    char command[1024];
+    snprintf(command, sizeof command, "cd '%s' && '%s' %s >out 2>err", scratch.folder, program,
+             arguments);
+    int status = system(command);
+    result->code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    read_back("out", result->out, sizeof result->out);
+    read_back("err", result->err, sizeof result->err);
+}
+
+static void expect_line(const Run *result, const char *line)
+{
+    if (strstr(result->out, line) == NULL)
+        fail_msg("'%s' is not in:\n%s%s", line, result->out, result->err);
+}
+
+// Exit code 2, one line on stderr that holds `needle`.
+static void expect_refusal(const Run *result, const char *needle)
+{
+    const char *end = strchr(result->err, '\n');
+    if (result->code != 2 || strstr(result->err, needle) == NULL || end == NULL || end[1] != '\0')
+        fail_msg("exit %d, expected 2 with '%s' in one line:\n%s", result->code, needle,
+                 result->err);
+}
+
+static void write_text(const char *name, const char *text)
+{
+    scratch_write(&scratch, name, text, strlen(text));
+}
+
+static const char CUBE[] =
+    "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 0 0 2\nv 2 0 2\nv 2 2 2\nv 0 2 2\n"
+    "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+static void a_cube_is_reported_with_its_figures(void **state)
+{
+    (void)state;
+    Run result;
+    write_text("cube.obj", CUBE);
+    run(&result, "--check --scale 0.01 cube.obj");
+    assert_int_equal(result.code, 0);
+    assert_string_equal(result.err, "");
+    expect_line(&result, "cube.obj: usable\n");
+    expect_line(&result, "file: OBJ, 8 nodes, 6 faces\n");
+    expect_line(&result, "repairs: cut 6 polygons into triangles\n");
+    expect_line(&result, "scale: 0.01 m a unit of the file, extent 0.02 m\n");
+    expect_line(&result, "nodes: 8, edges: 18, triangles: 12\n");
+    expect_line(&result,
+                "components: 1, of them closed: 1, boundary loops: 0, boundary edges: 0\n");
+    expect_line(&result, "1: nodes 8, triangles 12, closed, genus 0, volume 8e-06 m3\n");
+    expect_line(&result, "box: [0, 0, 0] to [0.02, 0.02, 0.02] m\n");
+    expect_line(&result, "area: 0.0024 m2, enclosed volume: 8e-06 m3\n");
+    // 12 edges of 0.02 and 6 diagonals: mean 0.02 (12 + 6 sqrt 2) / 18
+    expect_line(&result, "edge lengths: min 0.02, mean 0.0227614, max 0.0282843 m\n");
+    expect_line(&result, "angles: min 45, mean of the smallest 45, max 90 degrees; triangles with "
+                         "one below 20 degrees: 0\n");
+    expect_line(&result, "stable time step (default material, shape springs, no contact): rk4 ");
+}
+
+// A torus of 12 x 8 quads; `turns` closed round, else one ring of quads left out.
+static void write_torus(const char *name, bool closed)
+{
+    enum { AROUND = 12, ACROSS = 8 };
+    char path[SCRATCH_PATH];
+    FILE *file = fopen(scratch_path(&scratch, name, path), "w");
+    assert_non_null(file);
+    fprintf(file, "OFF\n%d %d 0\n", AROUND * ACROSS, (closed ? AROUND : AROUND - 1) * ACROSS);
+    for (int i = 0; i < AROUND * ACROSS; i++) {
+        double u = 6.283185307 * (i / ACROSS) / AROUND, v = 6.283185307 * (i % ACROSS) / ACROSS;
+        fprintf(file, "%.17g %.17g %.17g\n", (1.0 + 0.4 * cos(v)) * cos(u),
+                (1.0 + 0.4 * cos(v)) * sin(u), 0.4 * sin(v));
+    }
+    for (int i = 0; i < (closed ? AROUND : AROUND - 1) * ACROSS; i++) {
+        int a = i / ACROSS, b = (a + 1) % AROUND, c = i % ACROSS, d = (c + 1) % ACROSS;
+        fprintf(file, "4 %d %d %d %d\n", a * ACROSS + c, b * ACROSS + c, b * ACROSS + d,
+                a * ACROSS + d);
+    }
+    fclose(file);
+}
+
+static void handles_and_boundaries_are_counted(void **state)
+{
+    (void)state;
+    Run result;
+    write_torus("torus.off", true);
+    write_torus("tube.off", false);
+    run(&result, "--check torus.off tube.off");
+    assert_int_equal(result.code, 0);
+    expect_line(&result, "torus.off: usable\n");
+    expect_line(&result, "1: nodes 96, triangles 192, closed, genus 1, volume ");
+    expect_line(&result, "tube.off: usable\n");
+    expect_line(&result, "1: nodes 96, triangles 176, open, boundary loops 2, genus 0\n");
+    expect_line(&result, "boundary loops: 2, boundary edges: 16\n");
+}
+
+// What a regular tetrahedron of side s allows, by hand: see surface/network.c for the rule.
+static void the_time_step_is_that_of_the_stiffest_node(void **state)
+{
+    (void)state;
+    Run result;
+    write_text("tetrahedron.obj", "v 1 1 1\nv 1 -1 -1\nv -1 1 -1\nv -1 -1 1\n"
+                                  "f 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n");
+    run(&result, "--check --scale 0.01 tetrahedron.obj");
+    assert_int_equal(result.code, 0);
+    double side = 0.01 * sqrt(8.0), area = sqrt(3.0) / 4.0 * side * side;
+    double stiffness = 80.0 * 2.0 * area / (side * side); // of each edge, two faces beside it
+    double mass = 4.2 * area;                             // three thirds of a face
+    double w = 50.0, springs = 2.0 * 3.0 * stiffness / mass;
+    double lambda = springs + w * w;
+    // neither is clamped: 2e-4 s is shorter than 0.8 / sqrt(springs)
+    assert_true(2e-4 < 0.8 / sqrt(springs));
+    double c = 2e-4 * springs + 2.0 * 0.1 * w;
+    double leapfrog = 0.9 * (sqrt(c * c + 4.0 * lambda) - c) / lambda;
+    double rk4 = 0.9 * 2.6 * fmin(1.0 / sqrt(lambda), 1.0 / c);
+    double found[2];
+    const char *at = strstr(result.out, "no contact): rk4 ");
+    assert_non_null(at);
+    assert_int_equal(sscanf(at, "no contact): rk4 %lf s (%*d substeps at 1000 Hz), leapfrog %lf s",
+                            &found[0], &found[1]),
+                     2);
+    // printed with four digits
+    expect_near(found[0], rk4, 1e-3 * rk4);
+    expect_near(found[1], leapfrog, 1e-3 * leapfrog);
+}
+
+static void what_is_not_usable_exits_2_with_one_line(void **state)
+{
+    (void)state;
+    Run result;
+    write_text("cube.obj", CUBE);
+    write_text("empty.stl", "");
+    write_text("nan.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    write_text("fan.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n"
+                          "f 1 2 5\n");
+    run(&result, "--check empty.stl");
+    expect_refusal(&result, "empty.stl: the file is empty");
+    run(&result, "--check missing.stl");
+    expect_refusal(&result, "missing.stl: No such file or directory");
+    run(&result, "--check nan.obj");
+    expect_refusal(&result, "nan.obj:4: face 0 uses node 0, whose position (0, 0, nan)");
+    run(&result, "--check fan.obj");
+    expect_refusal(&result, "fan.obj:8: edge between nodes 0 and 1 belongs to 3 faces");
+    run(&result, "--check --scale 1e6 cube.obj");
+    expect_refusal(&result, "cube.obj: measures 2e+06 m after scale 1e+06, outside");
+    // The others are still looked at.
+    run(&result, "--check nan.obj cube.obj");
+    expect_refusal(&result, "nan.obj:4:");
+    expect_line(&result, "cube.obj: usable\n");
+}
+
+static void a_size_that_suggests_millimetres_is_said_not_refused(void **state)
+{
+    (void)state;
+    Run result;
+    write_text("large.obj", "v 0 0 0\nv 250 0 0\nv 0 90000 0\nv 0 0 1\n"
+                            "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+    run(&result, "--check large.obj");
+    assert_int_equal(result.code, 0);
+    expect_line(&result,
+                "scale: not given, extent 90000 m if the unit were the metre; if it is the "
+                "millimetre, scale = 0.001\n");
+}
+
+static void bad_usage_exits_2_with_one_line(void **state)
+{
+    (void)state;
+    static const char *const cases[][2] = {
+        {"", "no mesh given"},
+        {"--check", "no mesh given"},
+        {"scene.cfg -o model.h5", "prepared models are not in this version"},
+        {"scene.cfg", "prepared models are not in this version"},
+        {"--check --frobnicate cube.obj", "--frobnicate"},
+        {"--check --scale cube.obj", "--scale 'cube.obj' is not a number in (0, 1e+06]"},
+        {"--check --scale nan cube.obj", "--scale 'nan'"},
+        {"--check --scale -1 cube.obj", "--scale '-1'"},
+        {"--check cube.obj --scale", "--scale"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        Run result;
+        run(&result, cases[i][0]);
+        expect_refusal(&result, cases[i][1]);
+        assert_string_equal(result.out, "");
+    }
+}
+
+static void help_and_version_exit_0(void **state)
+{
+    (void)state;
+    Run result;
+    run(&result, "--help");
+    assert_int_equal(result.code, 0);
+    expect_line(&result, "--check");
+    expect_line(&result, "--scale");
+    run(&result, "--version");
+    assert_int_equal(result.code, 0);
+    expect_line(&result, "pliant-prepare 0.");
+}
+
+static int begin(void **state)
+{
+    (void)state;
+    return scratch_create(&scratch);
+}
+
+static int end(void **state)
+{
+    (void)state;
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_cube_is_reported_with_its_figures),
+        cmocka_unit_test(handles_and_boundaries_are_counted),
+        cmocka_unit_test(the_time_step_is_that_of_the_stiffest_node),
+        cmocka_unit_test(what_is_not_usable_exits_2_with_one_line),
+        cmocka_unit_test(a_size_that_suggests_millimetres_is_said_not_refused),
+        cmocka_unit_test(bad_usage_exits_2_with_one_line),
+        cmocka_unit_test(help_and_version_exit_0),
+    };
+    if (argc != 2) {
+        fprintf(stderr, "usage: %s PLIANT-PREPARE\n", argv[0]);
+        return 2;
+    }
+    program = argv[1];
+    return cmocka_run_group_tests(tests, begin, end);
+}
