@@ -5,10 +5,11 @@
 #include "base/check.h"
 #include "files/recording_parts.h"
 
+#include <stddef.h>
+
 #ifdef PLIANT_WITH_HDF5
 #include <errno.h>
 #include <fcntl.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
