@@ -105,6 +105,8 @@ typedef struct BodyOps {
     bool (*set)(void *model, BodyParameter parameter, double value);
 
     // --- load time ---
+    // Before the first add_forces: memory for forces on so many nodes in one evaluation.
+    void (*reserve_forces)(void *model, const char *name, int count, Arena *arena);
     // Kernel variant and what was left out, one line each, for --explain.
     void (*explain)(const void *model, FILE *out);
     // The instruction-set level of its kernels.

@@ -1,93 +1,10 @@
-// Proxy and bookkeeping of a contact; the law is in contact_force.c. Step thread but for
-// contact_create.
+// Proxy and bookkeeping of a contact; the law is in contact_force.c. Step thread.
 #include "dynamics/contact_data.h"
 
 #include <string.h>
 
-static const double STEP_CAP = 0.25; // of the radius: the proxy's largest step in a substep
 enum { RETREATS = 8 };               // steps back in a substep before forces are scaled instead
 static const double AWAY_TIME = 0.1; // [s] after which a tool caught behind a wall is let go
-
-// ---------------------------------------------------------------------------------------------
-// Stiffness and creation
-
-void contact_set_stiffness(Body *body)
-{
-    // kappa = a lambda_b min_i (m_i / sum of the face areas at i), so that contact adds at most
-    // a lambda_b to the bound (contact.md 2.1). node_area is a third of that sum.
-    double least = (double)INFINITY;
-    bool any_free = false;
-    for (int i = 0; i < body->surface.node_count; i++)
-        any_free |= !body->ops->is_fixed(body->model, i);
-    for (int i = 0; i < body->surface.node_count; i++)
-        if (!any_free || !body->ops->is_fixed(body->model, i))
-            least = fmin(least, body->surface.node_mass[i] / (3.0 * body->surface.node_area[i]));
-    body->contact_kappa = body->contact_ratio * body->lambda * least;
-}
-
-void contact_bounds(const Body *body, const ToolOptions *tool, double *lambda, double *damping)
-{
-    // A face penalty adds at most a lambda_b a capsule; a plane acts on nodes: a third of that.
-    double count = tool->capsule_count + (tool->has_plane ? 1.0 / 3.0 : 0.0);
-    *lambda = count * body->contact_ratio * body->lambda;
-    *damping = body->contact_damping * *lambda;
-}
-
-#define ALLOCATE(count, type, label)                                                               \
-    (type *)arena_allocate(arena, ARENA_CONTACT, (size_t)(count), sizeof(type), "%s/%s", name,     \
-                           label)
-
-Contact *contact_create(const char *name, const ToolOptions *tool, bool plane, Body *body,
-                        Arena *arena, StateList *state)
-{
-    Contact *contact = ALLOCATE(1, Contact, "contact");
-    contact->is_plane = plane;
-    int nodes = body->surface.node_count, faces = body->surface.face_count;
-    contact->tool = tool;
-    contact->body = body;
-    contact->smallest_radius = (double)INFINITY;
-    for (int k = 0; k < tool->capsule_count && !plane; k++) {
-        const Capsule *capsule = &tool->capsule[k];
-        contact->largest_radius = fmax(contact->largest_radius, capsule->radius);
-        contact->smallest_radius = fmin(contact->smallest_radius, capsule->radius);
-        contact->lever =
-            fmax(contact->lever, fmax(vec3_length(capsule->from), vec3_length(capsule->to)));
-        contact->side[k] = ALLOCATE(faces, signed char, "sides");
-        contact->gap_begin[k] = ALLOCATE(faces, double, "distances before");
-        state_add(state, contact->side[k], (size_t)faces, "%s/sides%d", name, k);
-    }
-    contact->proxy = ALLOCATE(1, Proxy, "proxy");
-    state_add(state, contact->proxy, sizeof *contact->proxy, "%s/proxy", name);
-    contact->proxy->orientation.w = 1.0;
-    if (plane) {
-        contact->plane_bristle = ALLOCATE(nodes, Vec3, "plane bristles");
-        contact->plane_trial = ALLOCATE(nodes, Vec3, "plane bristles, trial");
-        state_add(state, contact->plane_bristle, (size_t)nodes * sizeof(Vec3), "%s/bristles", name);
-    }
-    contact->node = ALLOCATE(nodes, int, "nodes");
-    contact->x = ALLOCATE(nodes, Vec3, "positions");
-    contact->v = ALLOCATE(nodes, Vec3, "velocities");
-    contact->f = ALLOCATE(nodes, Vec3, "forces");
-    if (!plane) {
-        contact->candidate = ALLOCATE(faces, Candidate, "candidates");
-        contact->local = ALLOCATE(nodes, int, "local numbers");
-        contact->mark = ALLOCATE((faces + 63) / 64, uint64_t, "face marks");
-        contact->node_normal = ALLOCATE(nodes, Vec3, "node normals");
-        contact->distance = ALLOCATE(faces, double, "distances");
-        contact->x_begin = ALLOCATE(nodes, Vec3, "positions before");
-        contact->nearest = ALLOCATE(faces, ClosestPair, "nearest pairs");
-        contact->seen_side = ALLOCATE(faces, signed char, "seen sides");
-        contact->has_side = ALLOCATE(faces, bool, "sides at all");
-        contact->candidate_of = ALLOCATE(faces, int, "candidate numbers");
-        contact->teller = ALLOCATE(faces, int, "tellers");
-        for (int f = 0; f < faces; f++)
-            contact->candidate_of[f] = -1;
-        contact->push = ALLOCATE(CONTACT_PUSHES, Push, "pushes");
-        for (int i = 0; i < nodes; i++)
-            contact->local[i] = -1;
-    }
-    return contact;
-}
 
 // ---------------------------------------------------------------------------------------------
 // The beginning of a tick
@@ -171,7 +88,7 @@ void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation
     Quat turn = quat_multiply(orientation, quat_conjugate(proxy->orientation));
     double way = vec3_length(vec3_sub(end, proxy->position));
     double swing = vec3_length(quat_to_rotation(turn)) * contact->lever;
-    double cap = contact->body->substeps * STEP_CAP * r; // of the way and of the swing
+    double cap = contact->body->substeps * CONTACT_STEP_CAP * r; // of the way and of the swing
     contact_forget_candidates(contact);
     bool clear = way + swing > cap && !may_meet(contact, &at, way + swing);
     if (!clear)
@@ -239,7 +156,7 @@ void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, doub
         return;
     const double r = contact->smallest_radius;
     Proxy *next = &contact->next;
-    move_towards(next, target, orientation, contact->lever, STEP_CAP * r);
+    move_towards(next, target, orientation, contact->lever, CONTACT_STEP_CAP * r);
 
     // Step back along the force until it is at most max_force and the axis is clear of the wall.
     read_local_nodes(contact);
@@ -333,4 +250,9 @@ void contact_proxy(const Contact *contact, Vec3 *position, Quat *orientation)
 {
     *position = contact->proxy->position;
     *orientation = contact->proxy->orientation;
+}
+
+int64_t contact_refused(const Contact *contact)
+{
+    return contact->refused;
 }

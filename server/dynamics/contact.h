@@ -50,6 +50,12 @@ void contact_end_substep(Contact *contact);
 // The tool was withdrawn, or the body was restored: forget sides, friction and proxy.
 void contact_clear(Contact *contact);
 
+// The most nodes that one evaluation can push, for BodyOps.reserve_forces.
+int contact_node_capacity(const Contact *contact);
+// Faces within the tool's reach that had no room among the candidates, since the start: they act as
+// if they were not there.
+int64_t contact_refused(const Contact *contact);
+
 const ContactSums *contact_sums(const Contact *contact);
 // Where the proxy is.
 void contact_proxy(const Contact *contact, Vec3 *position, Quat *orientation);

@@ -11,7 +11,6 @@
 typedef struct Candidate {
     int face;
     int node[3];    // local
-    double area;    // at rest [m2]
     bool border[3]; // edge (k, k + 1) belongs to this face alone
 } Candidate;
 
@@ -36,12 +35,19 @@ typedef struct ToolPlacement {
 typedef struct Push {
     int candidate;
     double weight[3]; // barycentric, on the candidate's nodes
-    Vec3 at;          // point of application [m]
-    Vec3 normal;      // unit, on the tool
     double force;     // normal force >= 0 [N]
-    double stiffness; // of the face [N/m]
-    Vec3 slip;        // tangential velocity of the tool relative to the face [m/s]
 } Push;
+
+// The pushes of one capsule together, each weighted with its normal force.
+typedef struct PushSums {
+    double force;     // [N]
+    double stiffness; // [N/m] times [N]
+    Vec3 normal;      // on the tool, times [N]
+    Vec3 slip;        // tangential velocity of the tool relative to the faces [m/s] times [N]
+} PushSums;
+
+// Of the radius: the proxy's largest step in a substep.
+#define CONTACT_STEP_CAP 0.25
 
 // How far behind a tool with a proxy a wall may be that it has crossed, as a share of the radius:
 // the proxy steps back before its axis comes to a wall, so what shows its back farther off was not
@@ -53,7 +59,7 @@ typedef struct Push {
 // Faces that already are candidates stay so until they are too far, however stretched.
 #define CONTACT_FACE_REACH (2.0 * 0.58)
 
-enum { CONTACT_PUSHES = 2048 }; // with friction; more pushes act without it
+enum { CONTACT_PUSHES = 2048 }; // at most, with friction; more pushes act without it
 
 // The result of one evaluation at one placement.
 typedef struct ContactForces {
@@ -80,23 +86,28 @@ struct Contact {
     Vec3 *plane_bristle;            // [node_count], planes only
 
     // --- of the tick: filled by contact_begin_tick ---
-    int candidate_count, local_count, ring_count;
-    Candidate *candidate; // [face_count], by face number
+    // By candidate [face_capacity] or local node [node_capacity] unless said.
+    int candidate_count, local_count;
+    int face_capacity, node_capacity, push_capacity;
+    int ring_capacity;    // of x: local nodes and the nodes around them
+    int64_t refused;      // faces within reach, and rings, that did not fit, since the start
+    Candidate *candidate; // by face number
     int *node;            // [node_count] of a local node; candidates' nodes first, then their ring
     int *local;           // [node_count] of a node; -1
-    uint64_t *mark;       // bit a face
-    Vec3 *x, *v, *f;      // [node_count] position, velocity, force; by local node
-    Vec3 *node_normal;    // [node_count] area-weighted, not unit; zero on a border; by local node
+    uint64_t *mark;       // bit a face: marked, then those that are candidates
+    int *rank;            // candidates before each word of `mark`
+    Vec3 *x;              // [ring_capacity] position [m]
+    Vec3 *v, *f;          // velocity [m/s], force [N]
+    Vec3 *node_normal;    // area-weighted, not unit; zero on a border
     ToolPlacement begin;  // of the proxy
-    Vec3 *x_begin;        // [node_count] by local node [m]
-    double *gap_begin[TOOL_SHAPES]; // [face_count] distance of each candidate per capsule [m]
-    ClosestPair *nearest;           // [face_count] of each candidate when the tick began
-    signed char *seen_side;         // [face_count] of each candidate when the tick began
-    bool *has_side;    // [face_count] false where the nearest point lies on a free border
-    int *candidate_of; // [face_count] of a face; -1
-    int *teller;       // [face_count] the candidate that tells a candidate's side
-    double *distance;  // [face_count] of each candidate in the present evaluation, unsigned
-    Vec3 *plane_trial; // [node_count] by local node: bristles of the present evaluation
+    Vec3 *x_begin;        // [m]
+    double *gap_begin[TOOL_SHAPES]; // distance per capsule [m]
+    unsigned char *corners;         // bit a corner that carries the nearest point, at the begin
+    signed char *seen_side;         // when the tick began
+    bool *has_side;                 // false where the nearest point lies on a free border
+    int *teller;                    // the candidate that tells a candidate's side
+    double *distance;               // in the present evaluation, unsigned
+    Vec3 *plane_trial;              // planes only: bristles of the present evaluation
 
     // --- of the substep ---
     double yielded; // farthest that a local node has moved since the tick began [m]
@@ -105,7 +116,8 @@ struct Contact {
     ContactForces forces;
     Vec3 trial[TOOL_SHAPES]; // bristles of the present evaluation
     int push_count;
-    Push *push;
+    Push *push;         // [push_capacity]
+    PushSums push_sums; // of the capsule under evaluation
 
     ContactSums sums;
 };
@@ -121,6 +133,8 @@ Vec3 contact_face_normal(const Contact *contact, const Candidate *candidate);
 // in ascending order, their local nodes and normals; then their sides.
 void contact_find_candidates(Contact *contact, const ToolPlacement *at, double margin);
 void contact_forget_candidates(Contact *contact);
+// The number of a face among the candidates, or -1; once they are known.
+int contact_find_candidate(const Contact *contact, int face);
 
 // contact_side.c: nearest pair of a face and an axis; at no distance when the axis passes through.
 void contact_nearest_pair(const Vec3 x[3], Vec3 p, Vec3 q, bool sphere, ClosestPair *nearest);

@@ -88,33 +88,53 @@ static bool within_reach(const Contact *contact, const ToolPlacement *at, const 
     return false;
 }
 
-// Turns the marked faces within exact reach into candidates, ascending; the others lose their side.
+// Makes a face the next candidate; false when it or its nodes do not fit.
+static bool add_candidate(Contact *contact, int face)
+{
+    const BodySurface *surface = &contact->body->surface;
+    int fresh = 0;
+    for (int k = 0; k < 3; k++)
+        fresh += contact->local[surface->face[face][k]] < 0;
+    if (contact->candidate_count == contact->face_capacity ||
+        contact->local_count + fresh > contact->node_capacity)
+        return false;
+    Candidate *candidate = &contact->candidate[contact->candidate_count++];
+    candidate->face = face;
+    for (int k = 0; k < 3; k++) {
+        candidate->border[k] = surface->face_neighbor[face][k] < 0;
+        candidate->node[k] = local_number(contact, surface->face[face][k]);
+    }
+    return true;
+}
+
+// Turns the marked faces within exact reach into candidates, ascending; the others lose their mark
+// and their side.
 static void keep_candidates(Contact *contact, const ToolPlacement *at, double margin)
 {
     const BodySurface *surface = &contact->body->surface;
     const Body *body = contact->body;
     for (int word = 0; word < (surface->face_count + 63) / 64; word++) {
+        contact->rank[word] = contact->candidate_count;
         for (uint64_t bits = contact->mark[word]; bits != 0; bits &= bits - 1) {
             int face = word * 64 + __builtin_ctzll(bits);
             Vec3 x[3];
             body->ops->read_nodes(body->model, surface->face[face], 3, x, NULL);
-            if (!within_reach(contact, at, x, margin)) {
-                for (int shape = 0; shape < contact->tool->capsule_count; shape++)
-                    contact->side[shape][face] = 0;
+            bool reached = within_reach(contact, at, x, margin);
+            if (reached && add_candidate(contact, face))
                 continue;
-            }
-            contact->candidate_of[face] = contact->candidate_count;
-            Candidate *candidate = &contact->candidate[contact->candidate_count++];
-            candidate->face = face;
-            candidate->area = surface->face_area[face];
-            for (int k = 0; k < 3; k++)
-                candidate->border[k] = surface->face_neighbor[face][k] < 0;
+            contact->refused += reached;
+            contact->mark[word] &= ~(bits & -bits);
+            for (int shape = 0; shape < contact->tool->capsule_count; shape++)
+                contact->side[shape][face] = 0;
         }
     }
-    for (int i = 0; i < contact->candidate_count; i++)
-        for (int k = 0; k < 3; k++)
-            contact->candidate[i].node[k] =
-                local_number(contact, surface->face[contact->candidate[i].face][k]);
+}
+
+int contact_find_candidate(const Contact *contact, int face)
+{
+    uint64_t bit = UINT64_C(1) << (face % 64), word = contact->mark[face / 64];
+    return (word & bit) == 0 ? -1
+                             : contact->rank[face / 64] + __builtin_popcountll(word & (bit - 1));
 }
 
 // Area-weighted normal at a node, from all faces around it; zero at a node of a free border, where
@@ -141,15 +161,22 @@ static void compute_node_normals(Contact *contact)
 {
     const BodySurface *surface = &contact->body->surface;
     const Body *body = contact->body;
-    int own = contact->local_count;
-    for (int i = 0; i < own; i++)
+    int own = contact->local_count, whole = own; // nodes whose ring fits
+    for (int i = 0; i < own && whole == own; i++)
         for (int k = surface->node_face_start[contact->node[i]];
-             k < surface->node_face_start[contact->node[i] + 1]; k++)
+             k < surface->node_face_start[contact->node[i] + 1]; k++) {
+            if (contact->local_count + 3 > contact->ring_capacity) {
+                whole = i;
+                contact->refused += own - i;
+                break;
+            }
             for (int c = 0; c < 3; c++)
                 local_number(contact, surface->face[surface->node_face[k]][c]);
+        }
     body->ops->read_nodes(body->model, contact->node, contact->local_count, contact->x, NULL);
-    for (int i = 0; i < own; i++)
-        contact->node_normal[i] = node_normal(contact, contact->node[i]);
+    for (int i = 0; i < own; i++) // without a ring, as on a border: the face's own normal decides
+        contact->node_normal[i] =
+            i < whole ? node_normal(contact, contact->node[i]) : (Vec3){0.0, 0.0, 0.0};
     for (int i = 0; i < contact->local_count; i++)
         contact->local[contact->node[i]] = -1;
     contact->local_count = own; // the ring was needed for the normals only
@@ -158,8 +185,6 @@ static void compute_node_normals(Contact *contact)
 
 void contact_forget_candidates(Contact *contact)
 {
-    for (int i = 0; i < contact->candidate_count; i++)
-        contact->candidate_of[contact->candidate[i].face] = -1;
     contact->candidate_count = contact->local_count = 0;
 }
 

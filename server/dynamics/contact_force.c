@@ -86,7 +86,8 @@ static void add_push(Contact *contact, const ToolPlacement *at, int index, const
 {
     const Candidate *candidate = &contact->candidate[index];
     ContactForces *sum = &contact->forces;
-    double stiffness = contact->body->contact_kappa * candidate->area;
+    double stiffness =
+        contact->body->contact_kappa * contact->body->surface.face_area[candidate->face];
     Vec3 relative = vec3_sub(tool_velocity(at, point), node_velocity(contact, candidate, weight));
     double separating = vec3_dot(relative, normal);
     // Damped, but never adhesive.
@@ -105,15 +106,14 @@ static void add_push(Contact *contact, const ToolPlacement *at, int index, const
     sum->point = vec3_madd(sum->point, force, point);
     sum->normal = vec3_madd(sum->normal, force, normal);
     if (force > 0.0 && contact->body->tuning.friction > 0.0 &&
-        contact->push_count < CONTACT_PUSHES) {
-        Push *push = &contact->push[contact->push_count++];
-        *push = (Push){.candidate = index,
-                       .weight = {weight[0], weight[1], weight[2]},
-                       .at = point,
-                       .normal = normal,
-                       .force = force,
-                       .stiffness = stiffness,
-                       .slip = vec3_madd(relative, -separating, normal)};
+        contact->push_count < contact->push_capacity) {
+        contact->push[contact->push_count++] =
+            (Push){.candidate = index, .weight = {weight[0], weight[1], weight[2]}, .force = force};
+        PushSums *sums = &contact->push_sums;
+        sums->force += force;
+        sums->stiffness += force * stiffness;
+        sums->normal = vec3_madd(sums->normal, force, normal);
+        sums->slip = vec3_madd(sums->slip, force, vec3_madd(relative, -separating, normal));
     }
 }
 
@@ -292,23 +292,14 @@ static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shap
 // the pushes in proportion to their normal forces.
 static void add_friction(Contact *contact, int first, Vec3 *bristle, double dt)
 {
-    double normal_force = 0.0;
-    for (int i = first; i < contact->push_count; i++)
-        normal_force += contact->push[i].force;
+    const PushSums *sums = &contact->push_sums;
+    const double normal_force = sums->force;
     if (!(normal_force > 0.0)) {
         *bristle = (Vec3){0.0, 0.0, 0.0};
         return;
     }
-    Vec3 normal = {0.0, 0.0, 0.0}, slip = {0.0, 0.0, 0.0};
-    double stiffness = 0.0;
-    for (int i = first; i < contact->push_count; i++) {
-        const Push *push = &contact->push[i];
-        double part = push->force / normal_force;
-        normal = vec3_madd(normal, part, push->normal);
-        slip = vec3_madd(slip, part, push->slip);
-        stiffness += part * push->stiffness;
-    }
-    normal = vec3_unit(normal);
+    Vec3 normal = vec3_unit(sums->normal), slip = vec3_scale(1.0 / normal_force, sums->slip);
+    double stiffness = sums->stiffness / normal_force;
     Vec3 s = vec3_madd(*bristle, dt, slip);
     s = vec3_madd(s, -vec3_dot(s, normal), normal);
     const double cap = contact->body->tuning.friction * normal_force;
@@ -326,7 +317,11 @@ static void add_friction(Contact *contact, int first, Vec3 *bristle, double dt)
     *bristle = s;
     for (int i = first; i < contact->push_count; i++) {
         const Push *push = &contact->push[i];
-        add_force(contact, &contact->candidate[push->candidate], push->weight, push->at,
+        const Candidate *candidate = &contact->candidate[push->candidate];
+        Vec3 at = {0.0, 0.0, 0.0};
+        for (int k = 0; k < 3; k++)
+            at = vec3_madd(at, push->weight[k], contact->x[candidate->node[k]]);
+        add_force(contact, candidate, push->weight, at,
                   vec3_scale(push->force / normal_force, force));
     }
 }
@@ -385,6 +380,7 @@ void contact_evaluate(Contact *contact, const ToolPlacement *at, double dt)
     }
     for (int shape = 0; shape < contact->tool->capsule_count; shape++) {
         int first = contact->push_count;
+        contact->push_sums = (PushSums){0};
         evaluate_capsule(contact, at, shape);
         contact->trial[shape] = contact->proxy->bristle[shape];
         add_friction(contact, first, &contact->trial[shape], dt);

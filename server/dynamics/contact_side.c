@@ -54,25 +54,25 @@ static bool is_nearer(const Contact *contact, int a, int b)
 
 // The nearest candidate around the edge or corner on which the nearest point of candidate `index`
 // lies; itself when that point is inside the face, or nobody there is nearer.
-static int nearest_around(const Contact *contact, int index, const double weight[3])
+static int nearest_around(const Contact *contact, int index)
 {
     const BodySurface *surface = &contact->body->surface;
     int face = contact->candidate[index].face, best = index, corner = -1, corners = 0;
     for (int k = 0; k < 3; k++)
-        if (weight[k] > 0.0) {
+        if (contact->corners[index] >> k & 1) {
             corners++;
             corner = k;
         }
     if (corners == 2) {
-        int edge = weight[0] <= 0.0 ? 1 : weight[1] <= 0.0 ? 2 : 0;
+        int edge = contact->corners[index] == 6 ? 1 : contact->corners[index] == 5 ? 2 : 0;
         int across = surface->face_neighbor[face][edge];
-        int other = across >= 0 ? contact->candidate_of[across] : -1;
+        int other = across >= 0 ? contact_find_candidate(contact, across) : -1;
         return other >= 0 && is_nearer(contact, other, index) ? other : index;
     }
     if (corners == 1) {
         int node = surface->face[face][corner];
         for (int k = surface->node_face_start[node]; k < surface->node_face_start[node + 1]; k++) {
-            int other = contact->candidate_of[surface->node_face[k]];
+            int other = contact_find_candidate(contact, surface->node_face[k]);
             if (other >= 0 && is_nearer(contact, other, best))
                 best = other;
         }
@@ -95,20 +95,23 @@ static signed char inherited_side(const Contact *contact, const Candidate *candi
 static void look_at(Contact *contact, int index, Vec3 p, Vec3 q, bool sphere)
 {
     const Candidate *candidate = &contact->candidate[index];
-    ClosestPair *nearest = &contact->nearest[index];
+    ClosestPair nearest;
     Vec3 x[3] = {contact->x[candidate->node[0]], contact->x[candidate->node[1]],
                  contact->x[candidate->node[2]]};
-    contact_nearest_pair(x, p, q, sphere, nearest);
-    int sign = contact_sign(contact, candidate, nearest->weight, nearest->on_triangle,
-                            nearest->on_segment);
+    contact_nearest_pair(x, p, q, sphere, &nearest);
+    int sign =
+        contact_sign(contact, candidate, nearest.weight, nearest.on_triangle, nearest.on_segment);
     contact->has_side[index] = sign != 0;
     if (sign == 0) { // at a free border: of the face's plane
         Vec3 normal = contact_face_normal(contact, candidate);
-        Vec3 away = vec3_sub(nearest->on_segment, nearest->on_triangle);
+        Vec3 away = vec3_sub(nearest.on_segment, nearest.on_triangle);
         sign = vec3_dot(away, normal) < 0.0 ? -1 : 1;
     }
     contact->seen_side[index] = (signed char)sign;
-    contact->distance[index] = nearest->distance;
+    contact->distance[index] = nearest.distance;
+    contact->corners[index] = 0;
+    for (int k = 0; k < 3; k++)
+        contact->corners[index] |= (unsigned char)((nearest.weight[k] > 0.0) << k);
 }
 
 static void update_shape(Contact *contact, const ToolPlacement *at, int shape)
@@ -128,7 +131,7 @@ static void update_shape(Contact *contact, const ToolPlacement *at, int shape)
         contact->gap_begin[shape][i] = contact->distance[i];
     }
     for (int i = 0; i < count; i++)
-        contact->teller[i] = nearest_around(contact, i, contact->nearest[i].weight);
+        contact->teller[i] = nearest_around(contact, i);
 
     // First those that nobody tells: what is remembered, or inherited, or seen.
     for (int i = 0; i < count; i++) {

@@ -7,14 +7,11 @@ void loads_create(LoadSet *set, int node_count, Arena *arena, StateList *state)
 {
     // Room for two loads that each take every node, or many small ones.
     set->pool_capacity = 2 * node_count;
-    set->found_capacity = node_count;
     size_t capacity = (size_t)set->pool_capacity;
     set->count = arena_allocate(arena, ARENA_STEP, 1, sizeof *set->count, "loads/count");
     set->used = arena_allocate(arena, ARENA_STEP, 1, sizeof *set->used, "loads/used");
     set->load = arena_allocate(arena, ARENA_STEP, LOAD_CAPACITY, sizeof *set->load, "loads/load");
     set->pool = arena_allocate(arena, ARENA_STEP, capacity, sizeof *set->pool, "loads/pool");
-    set->found =
-        arena_allocate(arena, ARENA_STEP, (size_t)node_count, sizeof *set->found, "loads/found");
     state_add(state, set->count, sizeof *set->count, "loads/count");
     state_add(state, set->used, sizeof *set->used, "loads/used");
     state_add(state, set->load, LOAD_CAPACITY * sizeof *set->load, "loads/load");
@@ -29,9 +26,12 @@ static void apply_all(const LoadSet *set, Body *bodies, int body_count)
         bodies[b].ops->clear_loads(bodies[b].model);
     for (int64_t k = 0; k < *set->count; k++) {
         const Load *load = &set->load[k];
+        Body *body = bodies; // a load's nodes are in the order of the bodies
+        int first_node = 0;  // of that body
         for (int64_t i = load->first; i < load->first + load->count; i++) {
-            Body *body = &bodies[set->pool[i].body];
-            int node = set->pool[i].node;
+            for (; set->pool[i] - first_node >= body->surface.node_count; body++)
+                first_node += body->surface.node_count;
+            int node = set->pool[i] - first_node;
             double share = body->surface.node_area[node] / load->area;
             body->ops->add_load(body->model, node, vec3_scale(share, load->force));
         }
@@ -47,21 +47,31 @@ bool loads_start(LoadSet *set, Body *bodies, int body_count, int body, Vec3 cent
     }
     Load load = {.end_step = end_step, .force = force, .first = *set->used};
     Region region = {.kind = REGION_CAPSULE, .from = center, .to = center, .radius = radius};
-    int first_body = body < 0 ? 0 : body, last_body = body < 0 ? body_count - 1 : body;
     bool any_free = false; // held nodes take their share of the area, and the scene holds them
-    for (int b = first_body; b <= last_body; b++) {
+    bool fits = true;
+    int first_node = 0;
+    for (int b = 0; b < body_count && fits; first_node += bodies[b++].surface.node_count) {
+        if (body >= 0 && b != body)
+            continue;
         const Body *at = &bodies[b];
-        int count = at->ops->find_nodes(at->model, &region, set->found, set->found_capacity);
-        if (load.first + load.count + count > set->pool_capacity) {
-            snprintf(why, why_size, "the loads in force hold too many nodes (room for %d)",
-                     set->pool_capacity);
-            return false;
-        }
+        int *found = &set->pool[load.first + load.count];
+        int room = set->pool_capacity - (int)(load.first + load.count);
+        int count = at->ops->find_nodes(at->model, &region, found, room);
+        fits = count <= room;
+        count = fits ? count : room;
         for (int i = 0; i < count; i++) {
-            set->pool[load.first + load.count++] = (LoadNode){b, set->found[i]};
-            load.area += at->surface.node_area[set->found[i]];
-            any_free |= !at->ops->is_fixed(at->model, set->found[i]);
+            load.area += at->surface.node_area[found[i]];
+            any_free |= !at->ops->is_fixed(at->model, found[i]);
+            found[i] += first_node;
         }
+        load.count += count;
+    }
+    if (!fits || !any_free)
+        memset(&set->pool[load.first], 0, (size_t)load.count * sizeof *set->pool);
+    if (!fits) {
+        snprintf(why, why_size, "the loads in force hold too many nodes (room for %d)",
+                 set->pool_capacity);
+        return false;
     }
     if (load.count == 0) {
         snprintf(why, why_size, "no node within %g m of (%g, %g, %g)", radius, center.x, center.y,
@@ -94,6 +104,7 @@ void loads_expire(LoadSet *set, Body *bodies, int body_count, int64_t step)
         used += load.count;
         set->load[kept++] = load;
     }
+    memset(&set->pool[used], 0, (size_t)(*set->used - used) * sizeof *set->pool);
     *set->count = kept;
     *set->used = used;
     if (ended)
@@ -102,6 +113,7 @@ void loads_expire(LoadSet *set, Body *bodies, int body_count, int64_t step)
 
 void loads_clear(LoadSet *set, Body *bodies, int body_count)
 {
+    memset(set->pool, 0, (size_t)*set->used * sizeof *set->pool);
     *set->count = *set->used = 0;
     apply_all(set, bodies, body_count);
 }

@@ -17,17 +17,12 @@ typedef struct Load {
     int64_t first, count; // in the pool
 } Load;
 
-typedef struct LoadNode {
-    int body, node;
-} LoadNode;
-
 typedef struct LoadSet {
     int64_t *count; // loads in force
     int64_t *used;  // pool entries in use
     Load *load;     // [LOAD_CAPACITY]
-    LoadNode *pool; // [pool_capacity]
-    int *found;     // scratch [found_capacity]
-    int pool_capacity, found_capacity;
+    int *pool;      // [pool_capacity] nodes, counted on from body to body; 0 beyond `used`
+    int pool_capacity;
 } LoadSet;
 
 void loads_create(LoadSet *set, int node_count, Arena *arena, StateList *state);

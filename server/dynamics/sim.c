@@ -114,6 +114,7 @@ static void create_contacts(Sim *sim)
     state_add(sim->state, sim->motion, (size_t)sim->tool_count * sizeof *sim->motion,
               "tools/motion");
     for (int b = 0; b < sim->body_count; b++) {
+        int pushed = 0; // nodes, in one evaluation
         for (int k = 0; k < 2 * sim->tool_count; k++) {
             const ToolOptions *tool = &sim->tool[k / 2];
             bool plane = k % 2 == 1;
@@ -122,10 +123,14 @@ static void create_contacts(Sim *sim)
             char name[48];
             snprintf(name, sizeof name, "%.31s/tool%d%s", sim->body[b].name, k / 2,
                      plane ? "p" : "");
-            sim->contact_tool[sim->contact_count] = k / 2;
-            sim->contact[sim->contact_count++] =
+            Contact *contact =
                 contact_create(name, tool, plane, &sim->body[b], sim->arena, sim->state);
+            pushed += contact_node_capacity(contact);
+            sim->contact_tool[sim->contact_count] = k / 2;
+            sim->contact[sim->contact_count++] = contact;
         }
+        Body *body = &sim->body[b];
+        body->ops->reserve_forces(body->model, body->name, pushed, sim->arena);
         sim->contact_start[b + 1] = sim->contact_count;
     }
 }
@@ -390,6 +395,14 @@ const ToolWrench *sim_wrench(const Sim *sim, int index)
 int64_t sim_resets(const Sim *sim)
 {
     return sim->resets;
+}
+
+int64_t sim_refused_faces(const Sim *sim)
+{
+    int64_t refused = 0;
+    for (int k = 0; k < sim->contact_count; k++)
+        refused += contact_refused(sim->contact[k]);
+    return refused;
 }
 
 int sim_stage_count(const Sim *sim)

@@ -100,6 +100,8 @@ const ToolOptions *sim_tool(const Sim *sim, int index);
 const ToolMotion *sim_tool_motion(const Sim *sim, int index);
 const ToolWrench *sim_wrench(const Sim *sim, int index); // of the last tick
 int64_t sim_resets(const Sim *sim);
+// Faces within a tool's reach that had no room among its candidates, tick by tick.
+int64_t sim_refused_faces(const Sim *sim);
 
 // The stages of this scene in order, and the time spent in each since the start [ns].
 int sim_stage_count(const Sim *sim);

@@ -85,9 +85,12 @@ static void print_arrays(World *world, FILE *out)
                 fprintf(out, "  %-47s %12zu\n", arena->block[i].name, arena->block[i].bytes);
     }
     int nodes = node_total(world);
-    fprintf(out, "total: %zu bytes, %.1f a node, of which %.1f read or written by every step\n",
+    fprintf(out,
+            "total: %zu bytes, %.1f a node, of which %.1f read or written by every step and %.1f "
+            "while a tool is near\n",
             arena_bytes(arena), (double)arena_bytes(arena) / nodes,
-            (double)arena_bytes_of(arena, ARENA_STEP) / nodes);
+            (double)arena_bytes_of(arena, ARENA_STEP) / nodes,
+            (double)arena_bytes_of(arena, ARENA_CONTACT) / nodes);
 }
 
 // Features of the whole scene; each body prints its own.

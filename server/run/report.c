@@ -15,6 +15,14 @@ static void print_end(World *world, FILE *out)
             sim_time(world->sim), (unsigned long long)state_hash(&world->state));
 }
 
+static void print_refused(World *world, FILE *out)
+{
+    int64_t refused = sim_refused_faces(world->sim);
+    if (refused > 0)
+        fprintf(out, "faces near tools without room in the contact arrays: %lld\n",
+                (long long)refused);
+}
+
 static void print_messages(const LiveResult *result, FILE *out)
 {
     const BusCounts *bus = &result->bus;
@@ -38,6 +46,7 @@ void report_live(World *world, const LiveResult *result, FILE *out)
             (long long)result->late_ticks, (long long)result->resets);
     print_times("step time", &result->step, out);
     print_times("wake-up", &result->wake, out);
+    print_refused(world, out);
     print_messages(result, out);
     if (result->checkpoints > 0)
         fprintf(out, "checkpoints: %lld\n", (long long)result->checkpoints);
@@ -53,6 +62,7 @@ void report_offline(World *world, const OfflineResult *result, FILE *out)
     fprintf(out, "ticks: %lld\nresets: %lld\n", (long long)result->ticks,
             (long long)sim_resets(world->sim));
     print_times("step time", &result->step, out);
+    print_refused(world, out);
     fprintf(out, "inputs: applied %lld, rejected %lld\n", (long long)result->applied,
             (long long)result->rejected);
     if (result->recorded > 0)

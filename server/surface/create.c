@@ -194,10 +194,6 @@ static void create_rows(SurfaceModel *model, const TriMesh *mesh, const SpringNe
     if (options->integrator == INTEGRATOR_RK4)
         model->sum =
             allocate_reals(model, (size_t)model->slot_count * 6, name, "stage sums", arena);
-    if (!options->without_contacts) {
-        model->touched = ALLOCATE(ARENA_CONTACT, model->slot_count, TouchedSlot, "touched slots");
-        model->is_touched = ALLOCATE(ARENA_CONTACT, model->slot_count, bool, "touched marks");
-    }
     model->loaded = ALLOCATE(ARENA_STEP, 1, int64_t, "loaded");
     model->parameters = ALLOCATE(ARENA_STEP, 1, SurfaceParameters, "parameters");
     *model->parameters = (SurfaceParameters){

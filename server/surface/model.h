@@ -18,12 +18,6 @@
 #include "surface/kernel.h"
 #include "surface/rigid_frame.h"
 
-// A slot of `external` to which contact forces were added for one evaluation.
-typedef struct TouchedSlot {
-    int slot;
-    double load[3]; // the constant load to put back, in the rows' frame [N]
-} TouchedSlot;
-
 // Where the coordinates of single-precision rows lie in the world; plain data, part of the state.
 typedef struct BaseFrame {
     Vec3 origin; // [m]
@@ -60,12 +54,13 @@ typedef struct SurfaceModel {
     int next_stage;      // which of `stage` is free
 
     // --- forces from outside ---
-    void *external;  // Real [chunk][3][LANES] constant loads in the base frame [N]; part of the
-                     // state between ticks
-    int64_t *loaded; // 1 while there are constant loads; part of the state
-    TouchedSlot *touched; // [touched_count] what contact has added to, and what was there before
-    bool *is_touched;     // [slot_count]
-    int touched_count;
+    void *external;   // Real [chunk][3][LANES] constant loads in the base frame [N]; part of the
+                      // state between ticks
+    int64_t *loaded;  // 1 while there are constant loads; part of the state
+    int *touched;     // [touched_count] slots of `external` that contact has added to
+    void *untouched;  // Real [touched_count][3] what was there before
+    bool *is_touched; // [slot_count]
+    int touched_count, touched_capacity;
 
     // --- parameters that SET can change; part of the state ---
     SurfaceParameters *parameters;

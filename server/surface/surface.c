@@ -1,6 +1,8 @@
 // What the pipeline asks of a surface body (dynamics/body.h). Step thread: no allocation, no lock.
 #include "surface/model.h"
 
+#include "base/check.h"
+
 #include <string.h>
 
 // ---------------------------------------------------------------------------------------------
@@ -33,11 +35,11 @@ static void surface_drift(void *self, double dt)
 static void clear_touched(SurfaceModel *model)
 {
     for (int k = 0; k < model->touched_count; k++) {
-        const TouchedSlot *touched = &model->touched[k];
+        int slot = model->touched[k];
         for (int c = 0; c < 3; c++)
-            model_put(model, model->external, model_lane(touched->slot) + c * LANES,
-                      touched->load[c]);
-        model->is_touched[touched->slot] = false;
+            model_put(model, model->external, model_lane(slot) + c * LANES,
+                      model_get(model, model->untouched, 3L * k + c));
+        model->is_touched[slot] = false;
     }
     model->touched_count = 0;
 }
@@ -125,13 +127,28 @@ static void surface_add_forces(void *self, const int *node, int count, const Vec
         int slot = model->slot[node[i]];
         if (!model->is_touched[slot]) {
             model->is_touched[slot] = true;
-            TouchedSlot *touched = &model->touched[model->touched_count++];
-            touched->slot = slot;
+            int k = model->touched_count++;
+            ASSERT(k < model->touched_capacity);
+            model->touched[k] = slot;
             for (int c = 0; c < 3; c++)
-                touched->load[c] = model_get(model, model->external, model_lane(slot) + c * LANES);
+                model_put(model, model->untouched, 3L * k + c,
+                          model_get(model, model->external, model_lane(slot) + c * LANES));
         }
         model_add_external(model, slot, force[i]);
     }
+}
+
+static void surface_reserve_forces(void *self, const char *name, int count, Arena *arena)
+{
+    SurfaceModel *model = self;
+    size_t slots = (size_t)(count < model->slot_count ? count : model->slot_count);
+    model->touched_capacity = (int)slots;
+    model->touched = arena_allocate(arena, ARENA_CONTACT, slots, sizeof *model->touched,
+                                    "%s/touched slots", name);
+    model->untouched = arena_allocate(arena, ARENA_CONTACT, 3 * slots, model_real_size(model),
+                                      "%s/touched loads", name);
+    model->is_touched = arena_allocate(arena, ARENA_CONTACT, (size_t)model->slot_count,
+                                       sizeof *model->is_touched, "%s/touched marks", name);
 }
 
 static bool is_inside(const Region *region, Vec3 axis, double square, Vec3 d)
@@ -318,6 +335,7 @@ const BodyOps surface_ops = {
     .check = surface_check,
     .restore = surface_restore,
     .read_nodes = surface_read_nodes,
+    .reserve_forces = surface_reserve_forces,
     .add_forces = surface_add_forces,
     .find_nodes = surface_find_nodes,
     .add_load = surface_add_load,

@@ -21,7 +21,7 @@ bool bench_wants(const Bench *bench, const char *name)
 void bench_row(const Bench *bench, const char *name, int size, const char *metric, double value,
                const char *unit)
 {
-    printf("%-22s %7d  %-22s %12.6g  %s\n", name, size, metric, value, unit);
+    printf("%-27s %7d  %-22s %12.6g  %s\n", name, size, metric, value, unit);
     fflush(stdout);
     if (bench->table != NULL)
         fprintf(bench->table, "%s\t%d\t%s\t%.6g\t%s\n", name, size, metric, value, unit);
@@ -71,6 +71,7 @@ typedef struct Arguments {
     const char *table;
     const char *prefix;
     const char *isa;
+    const char *older, *newer; // tables to compare
     bool quick;
 } Arguments;
 
@@ -78,6 +79,8 @@ static const struct argp_option OPTIONS[] = {
     {"tsv", 't', "FILE", 0, "write the rows there, tab-separated, with a header line", 0},
     {"case", 'c', "PREFIX", 0, "only cases whose name begins so", 0},
     {"isa", 'i', "LEVEL", 0, "run the springs with the kernels of this level (pliantd --isa)", 0},
+    {"compare", 'C', "OLD.tsv", 0, "measure nothing: compare that table with the one named last",
+     0},
     {"quick", 'q', NULL, 0, "few repeats of small sizes: shows that it works, not how fast", 0},
     {0},
 };
@@ -98,9 +101,20 @@ static error_t parse(int key, char *value, struct argp_state *state)
     case 'q':
         arguments->quick = true;
         return 0;
+    case 'C':
+        arguments->older = value;
+        return 0;
     case ARGP_KEY_ARG:
+        if (arguments->older != NULL && arguments->newer == NULL) {
+            arguments->newer = value;
+            return 0;
+        }
         argp_error(state, "what is '%s'?", value);
         return EINVAL;
+    case ARGP_KEY_END:
+        if (arguments->older != NULL && arguments->newer == NULL)
+            argp_error(state, "--compare needs two tables: --compare OLD.tsv NEW.tsv");
+        return 0;
     default:
         return ARGP_ERR_UNKNOWN;
     }
@@ -111,17 +125,24 @@ static const char DOC[] =
     "Cases: spring.textbook.rk4 (an array of structures, springs scattered to their two nodes, in "
     "double; compiled with the project's flags and -O3 for the compiler's default instruction "
     "set), "
-    "spring.double.rk4 and spring.double.leapfrog (the server's step), contact.sphere, "
-    "contact.capsule (a press, with and without the tool), load.start (from nothing to the first "
-    "tick, 100 000 triangles), live.loop (the real pliantd at 1 kHz in a private network).";
+    "spring.double.rk4, spring.single.rk4 and their leapfrogs (the server's step), "
+    "spring.bullet.1 and spring.bullet.10 (Bullet's btSoftBody, iterations of its position "
+    "solver), contact.sphere, "
+    "contact.capsule (a press, with and without the tool), pair.FEATURE.with and .without (what a "
+    "feature costs), bytes.rk4, "
+    "load.start (from nothing to the first tick, 100 000 triangles), live.loop, live.rk4 and "
+    "live.largest.* (the real pliantd at 1 kHz in a private network).";
 
 int main(int argc, char **argv)
 {
-    const struct argp argp = {OPTIONS, parse, NULL, DOC, NULL, NULL, NULL};
+    const struct argp argp = {OPTIONS, parse, "[NEW.tsv]", DOC, NULL, NULL, NULL};
     Arguments arguments = {.prefix = "", .isa = "auto"};
     argp_err_exit_status = 2;
     argp_parse(&argp, argc, argv, 0, NULL, &arguments);
     log_set_program("pliant-bench");
+    log_set_level(LOG_ERROR); // the damping of fine meshes is shortened: known
+    if (arguments.older != NULL)
+        return bench_compare(arguments.older, arguments.newer) ? 0 : 2;
 #if defined(__x86_64__)
     _mm_setcsr(_mm_getcsr() | 0x8040); // flush denormals, as the daemon does
 #endif
@@ -137,6 +158,7 @@ int main(int argc, char **argv)
     }
     bench_springs(&bench);
     bench_contacts(&bench);
+    bench_pairs(&bench);
     bench_load(&bench);
     bench_live(&bench);
     if (bench.table != NULL && fclose(bench.table) != 0) {

@@ -36,8 +36,13 @@ void samples_add(Samples *samples, double us);
 double samples_min(const Samples *samples);
 double samples_median(const Samples *samples);
 
+// Prints two tables that were written before, row by row, and their ratios. False, with a sentence
+// on stderr, when one is no such table.
+bool bench_compare(const char *old_path, const char *new_path);
+
 void bench_springs(Bench *bench);
 void bench_contacts(Bench *bench);
+void bench_pairs(Bench *bench);
 void bench_load(Bench *bench);
 void bench_live(Bench *bench);
 

@@ -22,8 +22,11 @@ static void run_case(Bench *bench, const char *name, const ToolOptions *tool, in
     Status status = {0};
     BenchWorld world = {0}, free_world = {0};
     // The body that no tool can touch runs the same substeps.
-    BenchWorldOptions options = {
-        .integrator = INTEGRATOR_LEAPFROG, .rate_hz = 1000.0, .held_below = true, .tool = tool};
+    BenchWorldOptions options = {.integrator = INTEGRATOR_LEAPFROG,
+                                 .precision = PRECISION_SINGLE,
+                                 .rate_hz = 1000.0,
+                                 .held_below = true,
+                                 .tool = tool};
     bool whole = generate_ico_sphere(&mesh, subdivisions, RADIUS, &status) &&
                  bench_world_create(&world, &mesh, &options, &status);
     if (whole) {

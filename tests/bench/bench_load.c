@@ -20,7 +20,8 @@ static int start_in_memory(int columns, int rows, double *ms, Status *status)
     int64_t begin = clock_now_ns();
     TriMesh mesh;
     BenchWorld world = {0};
-    BenchWorldOptions options = {.integrator = INTEGRATOR_LEAPFROG, .rate_hz = 1000.0};
+    BenchWorldOptions options = {
+        .integrator = INTEGRATOR_LEAPFROG, .precision = PRECISION_SINGLE, .rate_hz = 1000.0};
     if (!generate_sheet(&mesh, columns, rows, 1.0, 1.0, status))
         return 0;
     bool whole = bench_world_create(&world, &mesh, &options, status);

@@ -1,9 +1,9 @@
-// Springs: the textbook's RK4 against the server's RK4 and leapfrog, on spheres of 642 to 40962
-// nodes with spring damping, shape-preserving springs and a force on every node. All three do the
-// same work from the same state with the same step; the two RK4s must end in the same place.
+// Springs: the server's RK4 and leapfrog in both precisions against the textbook's RK4 and, where
+// it was built in, Bullet's soft body, on spheres of 642 to 40962 nodes with spring damping,
+// shape-preserving springs and a force on every node. All do one step of the same length from the
+// same state, interleaved; the RK4s must end in the same place.
 #include "bench.h"
-#include "textbook.h"
-#include "world.h"
+#include "twin.h"
 
 #include "base/check.h"
 #include "base/clock.h"
@@ -12,22 +12,45 @@
 #include <math.h>
 #include <stdlib.h>
 
-static const double RADIUS = 0.2; // [m]
+static const double RADIUS = 0.2;           // [m]
+static const Vec3 FORCE = {0.4, -0.3, 0.2}; // on all nodes together [N]
 
-typedef enum Contender { TEXTBOOK_RK4, DOUBLE_RK4, DOUBLE_LEAPFROG, CONTENDERS } Contender;
+typedef enum Contender {
+    TEXTBOOK_RK4,
+    DOUBLE_RK4,
+    DOUBLE_LEAPFROG,
+    SINGLE_RK4,
+    SINGLE_LEAPFROG,
+    BULLET_1,
+    BULLET_10,
+    CONTENDERS
+} Contender;
 
-static const char *const names[CONTENDERS] = {"spring.textbook.rk4", "spring.double.rk4",
-                                              "spring.double.leapfrog"};
-static const int evaluations[CONTENDERS] = {4, 4, 1}; // a step
+typedef struct Rules {
+    const char *name;
+    int evaluations; // a step: of all forces, or passes over all links
+    IntegratorKind integrator;
+    Precision precision;
+} Rules;
+
+static const Rules rules[CONTENDERS] = {
+    [TEXTBOOK_RK4] = {.name = "spring.textbook.rk4", .evaluations = 4},
+    [DOUBLE_RK4] = {"spring.double.rk4", 4, INTEGRATOR_RK4, PRECISION_DOUBLE},
+    [DOUBLE_LEAPFROG] = {"spring.double.leapfrog", 1, INTEGRATOR_LEAPFROG, PRECISION_DOUBLE},
+    [SINGLE_RK4] = {"spring.single.rk4", 4, INTEGRATOR_RK4, PRECISION_SINGLE},
+    [SINGLE_LEAPFROG] = {"spring.single.leapfrog", 1, INTEGRATOR_LEAPFROG, PRECISION_SINGLE},
+    [BULLET_1] = {.name = "spring.bullet.1", .evaluations = 1},
+    [BULLET_10] = {.name = "spring.bullet.10", .evaluations = 10},
+};
+enum { FIRST_SERVER = DOUBLE_RK4, LAST_SERVER = SINGLE_LEAPFROG };
 
 typedef struct SpringBench {
     TriMesh mesh;
-    double h; // step of all three [s]
-    BenchWorld rk4, leapfrog;
+    double h;                     // step of all [s]
+    BenchWorld world[CONTENDERS]; // those of the server
     Textbook textbook;
+    BulletBody *bullet[CONTENDERS]; // NULL when Bullet was not built in
 } SpringBench;
-
-static const Vec3 FORCE = {0.4, -0.3, 0.2}; // on all nodes together [N]
 
 // Neighbours move against each other by up to 5 mm/s: enough that every spring works, and so little
 // that nothing buckles.
@@ -40,57 +63,16 @@ static Vec3 *velocities(const TriMesh *mesh)
     return v;
 }
 
-static int compare_springs(const void *a, const void *b)
+// The step that fits leapfrog, the shorter one, for all; one substep a tick.
+static bool choose_step(SpringBench *b, BenchWorldOptions *options, Status *status)
 {
-    const TextbookSpring *x = a, *y = b;
-    return x->a != y->a ? (x->a > y->a) - (x->a < y->a) : (x->b > y->b) - (x->b < y->b);
-}
-
-// The twin of the body `like`, from the same rules.
-static void create_textbook(Textbook *textbook, const TriMesh *mesh, const Body *like,
-                            const Vec3 *velocity)
-{
-    const SurfaceMaterial material = bench_material();
-    const SurfaceShape shape = bench_shape();
-    textbook_create(textbook, mesh->node_count, like->spring_count);
-    double area = 0.0;
-    for (int i = 0; i < mesh->node_count; i++)
-        area += like->surface.node_area[i];
-    for (int i = 0; i < mesh->node_count; i++) {
-        TextbookNode *n = &textbook->node[i];
-        Vec3 x = mesh->position[i], v = velocity[i];
-        Vec3 f = vec3_scale(like->surface.node_area[i] / area, FORCE);
-        double m = like->surface.node_mass[i], w = shape.angular_frequency;
-        *n = (TextbookNode){.x = {x.x, x.y, x.z},
-                            .v = {v.x, v.y, v.z},
-                            .rest = {x.x, x.y, x.z},
-                            .external = {f.x, f.y, f.z},
-                            .mass = m,
-                            .shape_stiffness = m * w * w,
-                            .shape_damping = 2.0 * shape.damping_ratio * w * m};
-    }
-    // Every edge of a closed mesh is met twice: once from its lower node.
-    int count = 0;
-    for (int t = 0; t < mesh->triangle_count; t++)
-        for (int k = 0; k < 3; k++) {
-            int a = mesh->triangle[t][k], b = mesh->triangle[t][(k + 1) % 3];
-            if (a < b)
-                textbook->spring[count++] = (TextbookSpring){.a = a, .b = b};
-        }
-    ASSERT(count == like->spring_count);
-    qsort(textbook->spring, (size_t)count, sizeof *textbook->spring, compare_springs);
-    for (int f = 0; f < mesh->triangle_count; f++)
-        for (int k = 0; k < 3; k++) {
-            int a = mesh->triangle[f][k], b = mesh->triangle[f][(k + 1) % 3];
-            TextbookSpring key = {.a = a < b ? a : b, .b = a < b ? b : a};
-            TextbookSpring *spring = bsearch(&key, textbook->spring, (size_t)count,
-                                             sizeof *textbook->spring, compare_springs);
-            double length = vec3_length(vec3_sub(mesh->position[a], mesh->position[b]));
-            spring->rest_length = length;
-            spring->stiffness +=
-                material.youngs_modulus_2d * like->surface.face_area[f] / (length * length);
-            spring->damping = material.damping_time * spring->stiffness;
-        }
+    BenchWorld world;
+    bool whole = bench_world_create(&world, &b->mesh, options, status);
+    if (whole)
+        b->h = fmin(world.body->h, 1e-3);
+    options->rate_hz = whole ? 1.0 / b->h : 0.0;
+    bench_world_destroy(&world);
+    return whole;
 }
 
 static bool create(SpringBench *b, int subdivisions, const char *isa, Status *status)
@@ -99,28 +81,28 @@ static bool create(SpringBench *b, int subdivisions, const char *isa, Status *st
     if (!generate_ico_sphere(&b->mesh, subdivisions, RADIUS, status))
         return false;
     Vec3 *velocity = velocities(&b->mesh);
-    // The step that fits leapfrog, the shorter one, for all three; one substep a tick.
     BenchWorldOptions options = {.integrator = INTEGRATOR_LEAPFROG,
                                  .rate_hz = 1000.0,
                                  .initial_velocity = velocity,
                                  .may_load = true,
                                  .isa = isa};
-    bool whole = bench_world_create(&b->leapfrog, &b->mesh, &options, status);
-    if (whole) {
-        b->h = fmin(b->leapfrog.body->h, 1e-3);
-        options.rate_hz = 1.0 / b->h;
-        bench_world_destroy(&b->leapfrog);
-        whole = bench_world_create(&b->leapfrog, &b->mesh, &options, status);
+    const LoadOptions load = {.radius = 2.0 * RADIUS, .force = FORCE, .duration = 1e6};
+    char why[128] = "";
+    bool whole = choose_step(b, &options, status);
+    for (int k = FIRST_SERVER; k <= LAST_SERVER && whole; k++) {
+        options.integrator = rules[k].integrator;
+        options.precision = rules[k].precision;
+        whole = bench_world_create(&b->world[k], &b->mesh, &options, status) &&
+                (sim_apply_load(b->world[k].sim, &load, why, sizeof why) ||
+                 status_fail(status, STATUS_FAILED, "%s", why));
+        ASSERT(!whole || b->world[k].body->substeps == 1);
     }
-    options.integrator = INTEGRATOR_RK4;
-    whole = whole && bench_world_create(&b->rk4, &b->mesh, &options, status);
     if (whole) {
-        ASSERT(b->rk4.body->substeps == 1 && b->leapfrog.body->substeps == 1);
-        create_textbook(&b->textbook, &b->mesh, b->rk4.body, velocity);
-        LoadOptions load = {.radius = 2.0 * RADIUS, .force = FORCE, .duration = 1e6};
-        char why[128];
-        whole = sim_apply_load(b->rk4.sim, &load, why, sizeof why) &&
-                sim_apply_load(b->leapfrog.sim, &load, why, sizeof why);
+        twin_textbook(&b->textbook, &b->mesh, b->world[DOUBLE_RK4].body, velocity, FORCE);
+#ifdef PLIANT_BENCH_BULLET
+        b->bullet[BULLET_1] = twin_bullet(&b->textbook, 1);
+        b->bullet[BULLET_10] = twin_bullet(&b->textbook, 10);
+#endif
     }
     free(velocity);
     return whole;
@@ -128,19 +110,23 @@ static bool create(SpringBench *b, int subdivisions, const char *isa, Status *st
 
 static void destroy(SpringBench *b)
 {
-    bench_world_destroy(&b->rk4);
-    bench_world_destroy(&b->leapfrog);
+    for (int k = FIRST_SERVER; k <= LAST_SERVER; k++)
+        bench_world_destroy(&b->world[k]);
+#ifdef PLIANT_BENCH_BULLET
+    bullet_destroy(b->bullet[BULLET_1]);
+    bullet_destroy(b->bullet[BULLET_10]);
+#endif
     textbook_destroy(&b->textbook);
     mesh_destroy(&b->mesh);
 }
 
-// Largest distance between the two RK4s over the largest displacement.
-static double disagreement(const SpringBench *b)
+// Largest distance between the textbook and a server's RK4 over the largest displacement.
+static double disagreement(const SpringBench *b, Contender contender)
 {
     size_t count = (size_t)b->mesh.node_count;
     Vec3 *x = calloc(count, sizeof *x), *v = calloc(count, sizeof *v);
     ASSERT(x != NULL && v != NULL);
-    surface_read_state(b->rk4.body, x, v);
+    surface_read_state(b->world[contender].body, x, v);
     double worst = 0.0, farthest = 0.0;
     for (size_t i = 0; i < count; i++) {
         const double *t = b->textbook.node[i].x;
@@ -152,6 +138,23 @@ static double disagreement(const SpringBench *b)
     return worst / farthest;
 }
 
+// Bullet's nodes still lie about where they began: it solved the same body.
+static bool bullet_is_sane(const SpringBench *b)
+{
+#ifdef PLIANT_BENCH_BULLET
+    for (int k = BULLET_1; k <= BULLET_10; k++)
+        for (int i = 0; i < b->mesh.node_count; i++) {
+            double x[3];
+            bullet_position(b->bullet[k], i, x);
+            if (!(vec3_length(vec3_sub(vec3(x[0], x[1], x[2]), b->mesh.position[i])) < RADIUS))
+                return false;
+        }
+#else
+    (void)b;
+#endif
+    return true;
+}
+
 // Thread CPU time a step [us].
 static double time_steps(SpringBench *b, Contender contender, int steps)
 {
@@ -159,25 +162,49 @@ static double time_steps(SpringBench *b, Contender contender, int steps)
     for (int i = 0; i < steps; i++) {
         if (contender == TEXTBOOK_RK4)
             textbook_step(&b->textbook, b->h);
+        else if ((int)contender <= LAST_SERVER)
+            sim_step(b->world[contender].sim);
+#ifdef PLIANT_BENCH_BULLET
         else
-            sim_step(contender == DOUBLE_RK4 ? b->rk4.sim : b->leapfrog.sim);
+            bullet_step(b->bullet[contender], b->h);
+#endif
     }
     return (double)(clock_thread_ns() - begin) * 1e-3 / steps;
 }
 
+static bool is_built(Contender contender)
+{
+#ifdef PLIANT_BENCH_BULLET
+    return contender < CONTENDERS;
+#else
+    return (int)contender <= LAST_SERVER;
+#endif
+}
+
 static void print(const Bench *bench, int nodes, int springs, const Samples samples[CONTENDERS])
 {
-    double textbook = samples_min(&samples[TEXTBOOK_RK4]) / evaluations[TEXTBOOK_RK4];
+    double least[CONTENDERS] = {0};
+    for (int k = 0; k < CONTENDERS; k++)
+        least[k] = is_built((Contender)k) ? samples_min(&samples[k]) : 0.0;
     for (int k = 0; k < CONTENDERS; k++) {
-        if (!bench_wants(bench, names[k]))
+        const char *name = rules[k].name;
+        if (!bench_wants(bench, name) || !is_built((Contender)k))
             continue;
-        double us = samples_min(&samples[k]), evaluation = us / evaluations[k];
-        bench_row(bench, names[k], nodes, "us_per_step", us, "us");
-        bench_row(bench, names[k], nodes, "us_per_step_median", samples_median(&samples[k]), "us");
-        bench_row(bench, names[k], nodes, "ns_per_spring_eval", 1e3 * evaluation / springs, "ns");
-        // Times faster than the textbook, an evaluation of all forces.
+        bench_row(bench, name, nodes, "us_per_step", least[k], "us");
+        bench_row(bench, name, nodes, "us_per_step_median", samples_median(&samples[k]), "us");
+        bench_row(bench, name, nodes, "ns_per_spring_eval",
+                  1e3 * least[k] / (rules[k].evaluations * springs), "ns");
+        // Times faster than the textbook, a pass over all springs.
         if (k != TEXTBOOK_RK4)
-            bench_row(bench, names[k], nodes, "ratio_to_textbook", textbook / evaluation, "1");
+            bench_row(bench, name, nodes, "ratio_to_textbook",
+                      least[TEXTBOOK_RK4] / 4 * rules[k].evaluations / least[k], "1");
+        // Shares of another's whole step.
+        if (k == SINGLE_LEAPFROG || k == DOUBLE_LEAPFROG)
+            bench_row(bench, name, nodes, "step_share_of_rk4",
+                      least[k] / least[k == SINGLE_LEAPFROG ? SINGLE_RK4 : DOUBLE_RK4], "1");
+        if (k == SINGLE_RK4 && is_built(BULLET_1))
+            bench_row(bench, name, nodes, "step_share_of_bullet_1", least[k] / least[BULLET_1],
+                      "1");
     }
 }
 
@@ -190,18 +217,23 @@ static void run_size(Bench *bench, int subdivisions)
         destroy(&b);
         return;
     }
-    // About 4 ms a sample of the textbook; both RK4s take equally many steps.
+    // About 5 ms a sample of the textbook; all RK4s take equally many steps.
     int steps = 40000 / b.mesh.node_count + 1, repeats = bench->quick ? 3 : 25;
     Samples samples[CONTENDERS] = {0};
-    for (int k = 0; k < CONTENDERS; k++) // warm
-        time_steps(&b, (Contender)k, steps);
-    for (int r = 0; r < repeats; r++)
-        for (int k = 0; k < CONTENDERS; k++)
-            samples_add(&samples[k], time_steps(&b, (Contender)k, k == 2 ? 4 * steps : steps));
-    // Rounding in another order, over some hundred steps.
-    if (!(disagreement(&b) < 1e-7))
+    for (int r = -1; r < repeats; r++) // the first round warms up
+        for (int k = 0; k < CONTENDERS; k++) {
+            if (!is_built((Contender)k))
+                continue;
+            double us = time_steps(&b, (Contender)k, rules[k].evaluations == 1 ? 4 * steps : steps);
+            if (r >= 0)
+                samples_add(&samples[k], us);
+        }
+    // Rounding in another order, over some hundred steps; in single precision of displacements.
+    if (!(disagreement(&b, DOUBLE_RK4) < 1e-7) || !(disagreement(&b, SINGLE_RK4) < 1e-4))
         bench_fail(bench, "spring", "textbook and server moved differently");
-    print(bench, b.mesh.node_count, b.rk4.body->spring_count, samples);
+    if (!bullet_is_sane(&b))
+        bench_fail(bench, "spring.bullet", "Bullet's nodes went astray");
+    print(bench, b.mesh.node_count, b.world[DOUBLE_RK4].body->spring_count, samples);
     destroy(&b);
 }
 
@@ -209,7 +241,9 @@ void bench_springs(Bench *bench)
 {
     bool wanted = false;
     for (int k = 0; k < CONTENDERS; k++)
-        wanted |= bench_wants(bench, names[k]);
+        wanted |= bench_wants(bench, rules[k].name);
+    if (!is_built(BULLET_1) && (bench_wants(bench, "spring.bullet.1")))
+        bench_skip(bench, "spring.bullet", "built without Bullet (libbullet-dev, PLIANT_BULLET)");
     for (int subdivisions = 3; wanted && subdivisions <= (bench->quick ? 3 : 6); subdivisions++)
         run_size(bench, subdivisions);
 }

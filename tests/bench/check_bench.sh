@@ -5,6 +5,8 @@ set -u
 table=$(mktemp) || exit 1
 trap 'rm -f "$table"' EXIT
 "$1" --quick --tsv "$table" >/dev/null || { echo "pliant-bench failed"; exit 1; }
+"$1" --compare "$table" "$table" | awk -F '\t' 'NR > 1 && $6 != "1.000" { print; bad = 1 }
+    END { exit bad || NR < 30 }' || { echo "a table differs from itself"; exit 1; }
 awk -F '\t' '
     NR == 1 { if ($0 != "case\tsize\tmetric\tvalue\tunit") { print "header: " $0; bad = 1 }; next }
     NF != 5 || $1 == "" || $2 !~ /^[1-9][0-9]*$/ || $3 == "" || $5 == "" ||
@@ -12,7 +14,7 @@ awk -F '\t' '
     { seen[$1]++ }
     END {
         n = split("spring.textbook.rk4 spring.double.rk4 spring.double.leapfrog contact.sphere " \
-                  "contact.capsule load.start", wanted, " ")
+                  "contact.capsule load.start spring.single.rk4 spring.single.leapfrog", wanted, " ")
         for (i = 1; i <= n; i++) if (!seen[wanted[i]]) { print "no row of " wanted[i]; bad = 1 }
         exit bad
     }' "$table"

@@ -22,6 +22,7 @@ bool bench_world_create(BenchWorld *world, const TriMesh *mesh, const BenchWorld
         .material = bench_material(),
         .shape = bench_shape(),
         .integrator = options->integrator,
+        .precision = options->precision,
         .time_step = options->time_step,
         .fixed_count = options->held_below ? 1 : 0,
         .fixed = &below,

@@ -8,6 +8,7 @@
 typedef struct BenchWorldOptions {
     IntegratorKind integrator;
     double rate_hz;
+    Precision precision;
     double time_step;             // [s]; 0: from the bound
     const Vec3 *initial_velocity; // [node_count] or NULL
     const ToolOptions *tool;      // or NULL
