@@ -20,12 +20,16 @@ typedef struct Nodes {
 
 static inline void load_nodes(const Real *rows, const int *slot, bool velocities, Nodes *out)
 {
-    const Real *row[WIDTH];
-    for (int i = 0; i < WIDTH; i++)
-        row[i] = rows + (long)slot[i] * ROW;
-    vector_load_transposed(row, 0, &out->x, &out->y, &out->z);
-    if (velocities)
-        vector_load_transposed(row, 4, &out->vx, &out->vy, &out->vz);
+    Vector p[3], v[3];
+    vector_load_rows(rows, slot, velocities, p, v);
+    out->x = p[0];
+    out->y = p[1];
+    out->z = p[2];
+    if (velocities) {
+        out->vx = v[0];
+        out->vy = v[1];
+        out->vz = v[2];
+    }
 }
 
 static inline void store_nodes(Real *rows, const Nodes *nodes)

@@ -161,18 +161,10 @@ static inline void scatter_blocks(Real *rows, int first, Vector v)
 }
 #endif
 
-// x, y, z of WIDTH rows: row[i][offset], [offset + 1], [offset + 2].
-static inline void vector_load_transposed(const Real *const row[WIDTH], int offset, Vector *x,
-                                          Vector *y, Vector *z)
+#if KERNEL_WIDTH > 2
+static inline void transpose(Vector a, Vector b, Vector c, Vector d, Vector *x, Vector *y,
+                             Vector *z)
 {
-#if KERNEL_WIDTH == 2
-    Vector a = vector_load(row[0] + offset), b = vector_load(row[1] + offset);
-    *x = __builtin_shufflevector(a, b, 0, 2);
-    *y = __builtin_shufflevector(a, b, 1, 3);
-    *z = (Vector){row[0][offset + 2], row[1][offset + 2]};
-#else
-    Vector a = gather_blocks(row, 0, offset), b = gather_blocks(row, 1, offset),
-           c = gather_blocks(row, 2, offset), d = gather_blocks(row, 3, offset);
 #if KERNEL_SINGLE
     Vector ab = INTERLEAVE_LOW(a, b), cd = INTERLEAVE_LOW(c, d);
     *x = PAIRS_LOW(ab, cd);
@@ -184,6 +176,39 @@ static inline void vector_load_transposed(const Real *const row[WIDTH], int offs
     *y = PAIRS_LOW(ODDS(a, b), ODDS(c, d));
     *z = PAIRS_HIGH(ab, cd);
 #endif
+}
+#endif
+
+// x, y, z of the rows that begin at rows + ROW * slot[i], and with `both` the same four numbers on.
+// Row by row, so that few addresses are alive at a time.
+static inline void vector_load_rows(const Real *rows, const int *slot, bool both, Vector first[3],
+                                    Vector second[3])
+{
+#if KERNEL_WIDTH == 2
+    const Real *r0 = rows + 8L * slot[0], *r1 = rows + 8L * slot[1];
+    Vector a = vector_load(r0), b = vector_load(r1);
+    first[0] = __builtin_shufflevector(a, b, 0, 2);
+    first[1] = __builtin_shufflevector(a, b, 1, 3);
+    first[2] = (Vector){r0[2], r1[2]};
+    if (both) {
+        a = vector_load(r0 + 4), b = vector_load(r1 + 4);
+        second[0] = __builtin_shufflevector(a, b, 0, 2);
+        second[1] = __builtin_shufflevector(a, b, 1, 3);
+        second[2] = (Vector){r0[6], r1[6]};
+    }
+#else
+    Vector p[4], v[4];
+    for (int i = 0; i < 4; i++) {
+        const Real *row[WIDTH];
+        for (int b = 0; b < WIDTH / 4; b++)
+            row[4 * b + i] = rows + 8L * slot[4 * b + i];
+        p[i] = gather_blocks(row, i, 0);
+        if (both)
+            v[i] = gather_blocks(row, i, 4);
+    }
+    transpose(p[0], p[1], p[2], p[3], &first[0], &first[1], &first[2]);
+    if (both)
+        transpose(v[0], v[1], v[2], v[3], &second[0], &second[1], &second[2]);
 #endif
 }
 
