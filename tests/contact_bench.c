@@ -36,6 +36,15 @@ BenchOptions bench_options(void)
     };
 }
 
+BenchOptions bench_with_tool(TriMesh mesh, ToolOptions tool)
+{
+    BenchOptions options = bench_options();
+    options.mesh = mesh;
+    options.tool_count = 1;
+    options.tool[0] = tool;
+    return options;
+}
+
 // ---------------------------------------------------------------------------------------------
 // Meshes and tools
 
@@ -233,6 +242,14 @@ Vec3 bench_touch(Bench *bench, int tool, Vec3 position)
     bench_move(bench, tool, position);
     sim_step(bench->sim);
     return sim_wrench(bench->sim, tool)->force;
+}
+
+void bench_travel(Bench *bench, int tool, Vec3 from, Vec3 to, double speed)
+{
+    double length = vec3_length(vec3_sub(to, from)), step = speed * sim_tick(bench->sim);
+    for (double way = step; way < length; way += step)
+        bench_touch(bench, tool, vec3_madd(from, way / length, vec3_sub(to, from)));
+    bench_touch(bench, tool, to);
 }
 
 // ---------------------------------------------------------------------------------------------

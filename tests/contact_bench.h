@@ -50,6 +50,8 @@ typedef struct Bench {
 
 // Soft wall, leapfrog at 1 kHz, a = 0.5, mu = 0.3, no tool, no mesh.
 BenchOptions bench_options(void);
+// The same with a mesh and one tool.
+BenchOptions bench_with_tool(TriMesh mesh, ToolOptions tool);
 // Aborts the test when the scene is refused. Sets flush-to-zero, as the daemon does.
 void bench_create(Bench *bench, const BenchOptions *options);
 void bench_destroy(Bench *bench);
@@ -77,6 +79,8 @@ void bench_withdraw(Bench *bench, int tool);
 void bench_run(Bench *bench, double seconds);
 // One tick with the tool at a position; the force on it [N].
 Vec3 bench_touch(Bench *bench, int tool, Vec3 position);
+// In a straight line at constant speed [m/s], one pose a tick.
+void bench_travel(Bench *bench, int tool, Vec3 from, Vec3 to, double speed);
 
 // x and v of now.
 void bench_read(Bench *bench);

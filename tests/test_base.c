@@ -100,6 +100,25 @@ static void *push_entries(void *argument)
     return NULL;
 }
 
+static void ring_entries_are_filled_in_place(void **state)
+{
+    (void)state;
+    uint64_t memory[2], pushed = 7;
+    Ring ring;
+    ring_init(&ring, memory, 2, sizeof memory[0]);
+    uint64_t *back = ring_back(&ring);
+    *back = 6;
+    assert_null(ring_peek(&ring)); // not yet published
+    ring_publish(&ring);
+    assert_true(ring_push(&ring, &pushed));
+    assert_null(ring_back(&ring)); // full
+    assert_int_equal(*(const uint64_t *)ring_peek(&ring), 6);
+    ring_pop(&ring);
+    assert_ptr_equal(ring_back(&ring), back);
+    assert_int_equal(*(const uint64_t *)ring_peek(&ring), 7);
+    assert_int_equal(ring.high_water, 2);
+}
+
 static void ring_keeps_the_order_between_two_threads(void **state)
 {
     (void)state;
@@ -429,6 +448,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(slot_is_never_torn_and_never_goes_back),
         cmocka_unit_test(slot_gives_the_newest_value_once),
+        cmocka_unit_test(ring_entries_are_filled_in_place),
         cmocka_unit_test(ring_keeps_the_order_between_two_threads),
         cmocka_unit_test(full_ring_refuses),
         cmocka_unit_test(ring_counts_on_when_its_counters_wrap),

@@ -4,8 +4,12 @@
 #include "contact_bench.h"
 #include "random.h"
 
-// Instrumented builds are twenty times slower: every third seed there.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+// Instrumented builds are many times slower: every third seed there.
+#ifndef __has_feature // gcc defines macros instead
+#define __has_feature(x) 0
+#endif
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) ||                               \
+    __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
 enum { EVERY = 3 };
 #else
 enum { EVERY = 1 };

@@ -559,6 +559,12 @@ static void a_full_disk_leaves_a_whole_file(void **unused)
     assert_int_equal(status.code, STATUS_FAILED);
     int in_sidecar;
     assert_int_equal(check_recording("full.h5", false, &in_sidecar), frames);
+    hid_t file = open_view("full.h5", false);
+    BodyView view;
+    view_body(&view, file, "strip");
+    assert_int_equal(view.rows, frames * STRIP_NODES); // no part of a frame
+    view_free(&view);
+    H5Fclose(file);
     expect_at_least(in_sidecar, 2 * frames);
 }
 

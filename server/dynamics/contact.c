@@ -1,217 +1,13 @@
-// Candidates, proxy and bookkeeping of a contact; the law is in contact_force.c. Step thread.
+// Proxy and bookkeeping of a contact; the law is in contact_force.c. Step thread.
 #include "dynamics/contact_data.h"
-
-#include "base/check.h"
-#include "geometry/distance.h"
 
 #include <string.h>
 
 enum { RETREATS = 8 };               // steps back in a substep before forces are scaled instead
 static const double AWAY_TIME = 0.1; // [s] after which a tool caught behind a wall is let go
-// A face is found by its nodes: none of its points is farther than 0.58 of its longest edge from
-// one (the circumradius of an equilateral face); faces may be stretched to twice their rest length.
-// Faces that already are candidates stay so until they are too far, however stretched.
-static const double FACE_REACH = 2.0 * 0.58;
 
 // ---------------------------------------------------------------------------------------------
-// Candidates, once a tick
-
-static void mark_face(Contact *contact, int face)
-{
-    contact->mark[face / 64] |= UINT64_C(1) << (face % 64);
-}
-
-// Marks the faces around every node near a capsule, and those that are candidates already.
-static void mark_faces(Contact *contact, const ToolPlacement *at, double margin)
-{
-    const BodySurface *surface = &contact->body->surface;
-    memset(contact->mark, 0, (size_t)((surface->face_count + 63) / 64) * sizeof *contact->mark);
-    for (int shape = 0; shape < contact->tool->capsule_count; shape++) {
-        Region region = {.kind = REGION_CAPSULE};
-        contact_axis(&contact->tool->capsule[shape], at, &region.from, &region.to);
-        region.radius =
-            contact->tool->capsule[shape].radius + margin + FACE_REACH * surface->longest_edge;
-        int count = contact->body->ops->find_nodes(contact->body->model, &region, contact->node,
-                                                   surface->node_count);
-        for (int i = 0; i < count; i++) {
-            int node = contact->node[i];
-            for (int k = surface->node_face_start[node]; k < surface->node_face_start[node + 1];
-                 k++)
-                mark_face(contact, surface->node_face[k]);
-        }
-        const signed char *side = contact->side[shape];
-        for (int f = 0; f < surface->face_count; f++) {
-            uint64_t eight; // nearly all are 0: look at eight at a time
-            while (f + 8 <= surface->face_count && (memcpy(&eight, side + f, 8), eight == 0))
-                f += 8;
-            if (f < surface->face_count && side[f] != 0)
-                mark_face(contact, f);
-        }
-    }
-}
-
-static int local_number(Contact *contact, int node)
-{
-    if (contact->local[node] < 0) {
-        contact->local[node] = contact->local_count;
-        contact->node[contact->local_count++] = node;
-    }
-    return contact->local[node];
-}
-
-// Cheap bounds of the distance between a face and an axis: from the face's centre, which lies on
-// it.
-static void face_bounds(const Vec3 x[3], Vec3 p, Vec3 q, double *lower, double *upper)
-{
-    Vec3 center = vec3_scale(1.0 / 3.0, vec3_add(vec3_add(x[0], x[1]), x[2]));
-    double radius2 = 0.0;
-    for (int k = 0; k < 3; k++) {
-        Vec3 arm = vec3_sub(x[k], center);
-        radius2 = fmax(radius2, vec3_dot(arm, arm));
-    }
-    *upper = distance_point_segment(center, p, q);
-    *lower = *upper - sqrt(radius2);
-}
-
-static bool within_reach(const Contact *contact, const ToolPlacement *at, const Vec3 x[3],
-                         double margin)
-{
-    for (int shape = 0; shape < contact->tool->capsule_count; shape++) {
-        const Capsule *capsule = &contact->tool->capsule[shape];
-        const double reach = capsule->radius + margin;
-        Vec3 p, q;
-        contact_axis(capsule, at, &p, &q);
-        double lower, upper;
-        face_bounds(x, p, q, &lower, &upper);
-        if (upper <= reach)
-            return true;
-        if (lower > reach)
-            continue;
-        for (int k = 0; k < 3; k++)
-            if (distance_point_segment(x[k], p, q) <= reach)
-                return true;
-        ClosestPair nearest;
-        contact_nearest_pair(x, p, q, contact_is_sphere(capsule), &nearest);
-        if (nearest.distance <= reach)
-            return true;
-    }
-    return false;
-}
-
-// Makes a face the next candidate; false when it or its nodes do not fit.
-static bool add_candidate(Contact *contact, int face)
-{
-    const BodySurface *surface = &contact->body->surface;
-    int fresh = 0;
-    for (int k = 0; k < 3; k++)
-        fresh += contact->local[surface->face[face][k]] < 0;
-    if (contact->candidate_count == contact->face_capacity ||
-        contact->local_count + fresh > contact->node_capacity)
-        return false;
-    Candidate *candidate = &contact->candidate[contact->candidate_count++];
-    candidate->face = face;
-    for (int k = 0; k < 3; k++) {
-        candidate->border[k] = surface->face_neighbor[face][k] < 0;
-        candidate->node[k] = local_number(contact, surface->face[face][k]);
-    }
-    return true;
-}
-
-// Turns the marked faces within exact reach into candidates, ascending; the others lose their mark
-// and their side.
-static void keep_candidates(Contact *contact, const ToolPlacement *at, double margin)
-{
-    const BodySurface *surface = &contact->body->surface;
-    const Body *body = contact->body;
-    for (int word = 0; word < (surface->face_count + 63) / 64; word++) {
-        contact->rank[word] = contact->candidate_count;
-        for (uint64_t bits = contact->mark[word]; bits != 0; bits &= bits - 1) {
-            int face = word * 64 + __builtin_ctzll(bits);
-            Vec3 x[3];
-            body->ops->read_nodes(body->model, surface->face[face], 3, x, NULL);
-            bool reached = within_reach(contact, at, x, margin);
-            if (reached && add_candidate(contact, face))
-                continue;
-            contact->refused += reached;
-            contact->mark[word] &= ~(bits & -bits);
-            for (int shape = 0; shape < contact->tool->capsule_count; shape++)
-                contact->side[shape][face] = 0;
-        }
-    }
-}
-
-int contact_find_candidate(const Contact *contact, int face)
-{
-    uint64_t bit = UINT64_C(1) << (face % 64), word = contact->mark[face / 64];
-    return (word & bit) == 0 ? -1
-                             : contact->rank[face / 64] + __builtin_popcountll(word & (bit - 1));
-}
-
-// Area-weighted normal at a node, from all faces around it; zero at a node of a free border, where
-// there is no side.
-static Vec3 node_normal(const Contact *contact, int node)
-{
-    const BodySurface *surface = &contact->body->surface;
-    Vec3 sum = {0.0, 0.0, 0.0};
-    for (int k = surface->node_face_start[node]; k < surface->node_face_start[node + 1]; k++) {
-        int face = surface->node_face[k];
-        const int *corner = surface->face[face];
-        for (int c = 0; c < 3; c++)
-            if (surface->face_neighbor[face][c] < 0 &&
-                (corner[c] == node || corner[(c + 1) % 3] == node))
-                return (Vec3){0.0, 0.0, 0.0};
-        Vec3 a = contact->x[contact->local[corner[0]]], b = contact->x[contact->local[corner[1]]],
-             c = contact->x[contact->local[corner[2]]];
-        sum = vec3_add(sum, vec3_cross(vec3_sub(b, a), vec3_sub(c, a)));
-    }
-    return sum;
-}
-
-static void compute_node_normals(Contact *contact)
-{
-    const BodySurface *surface = &contact->body->surface;
-    const Body *body = contact->body;
-    int own = contact->local_count, whole = own; // nodes whose ring fits
-    for (int i = 0; i < own && whole == own; i++)
-        for (int k = surface->node_face_start[contact->node[i]];
-             k < surface->node_face_start[contact->node[i] + 1]; k++) {
-            if (contact->local_count + 3 > contact->ring_capacity) {
-                whole = i;
-                contact->refused += own - i;
-                break;
-            }
-            for (int c = 0; c < 3; c++)
-                local_number(contact, surface->face[surface->node_face[k]][c]);
-        }
-    body->ops->read_nodes(body->model, contact->node, contact->local_count, contact->x, NULL);
-    for (int i = 0; i < own; i++) // without a ring, as on a border: the face's own normal decides
-        contact->node_normal[i] =
-            i < whole ? node_normal(contact, contact->node[i]) : (Vec3){0.0, 0.0, 0.0};
-    for (int i = 0; i < contact->local_count; i++)
-        contact->local[contact->node[i]] = -1;
-    contact->local_count = own; // the ring was needed for the normals only
-    memcpy(contact->x_begin, contact->x, (size_t)own * sizeof *contact->x);
-}
-
-static void find_candidates(Contact *contact, const ToolPlacement *at, double margin)
-{
-    contact->candidate_count = contact->local_count = 0;
-    if (contact->is_plane) {
-        const Body *body = contact->body;
-        Region region = {.kind = REGION_BELOW_PLANE,
-                         .from = contact->tool->plane.point,
-                         .to = contact->tool->plane.normal,
-                         .radius = margin};
-        contact->local_count =
-            body->ops->find_nodes(body->model, &region, contact->node, body->surface.node_count);
-        return;
-    }
-    mark_faces(contact, at, margin);
-    keep_candidates(contact, at, margin);
-    compute_node_normals(contact);
-    contact->begin = *at;
-    contact_update_sides(contact, at);
-}
+// The beginning of a tick
 
 // A tool caught behind a wall: only crossed faces act while the hand itself is clear of the body.
 // Let go after a while, otherwise it would pull for ever.
@@ -222,7 +18,7 @@ static void watch_caught(Contact *contact, Vec3 pose, double margin, double tick
     if (caught) {
         Region region = {.kind = REGION_CAPSULE, .from = pose, .to = pose};
         region.radius = contact->lever + contact->largest_radius + margin +
-                        FACE_REACH * contact->body->surface.longest_edge;
+                        CONTACT_FACE_REACH * contact->body->surface.longest_edge;
         int node; // only the count is wanted
         caught = contact->body->ops->find_nodes(contact->body->model, &region, &node, 0) == 0;
     }
@@ -239,7 +35,7 @@ static bool may_meet(const Contact *contact, const ToolPlacement *at, double tra
         Region region = {.kind = REGION_CAPSULE};
         contact_axis(&contact->tool->capsule[shape], at, &region.from, &region.to);
         region.radius = contact->tool->capsule[shape].radius + contact->smallest_radius + travel +
-                        FACE_REACH * body->surface.longest_edge;
+                        CONTACT_FACE_REACH * body->surface.longest_edge;
         int node; // only the count is wanted
         if (body->ops->find_nodes(body->model, &region, &node, 0) > 0)
             return true;
@@ -268,7 +64,7 @@ static void begin_tick_plane(Contact *contact)
     // Nodes just above the plane may reach it within the tick.
     contact->sums = (ContactSums){.about = contact->tool->plane.point};
     ToolPlacement unmoved = {.orientation = {1.0, 0.0, 0.0, 0.0}};
-    find_candidates(contact, &unmoved, 0.25 * contact->body->surface.longest_edge);
+    contact_find_candidates(contact, &unmoved, 0.25 * contact->body->surface.longest_edge);
 }
 
 void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation, double tick)
@@ -293,10 +89,10 @@ void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation
     double way = vec3_length(vec3_sub(end, proxy->position));
     double swing = vec3_length(quat_to_rotation(turn)) * contact->lever;
     double cap = contact->body->substeps * CONTACT_STEP_CAP * r; // of the way and of the swing
-    contact->candidate_count = contact->local_count = 0;
+    contact_forget_candidates(contact);
     bool clear = way + swing > cap && !may_meet(contact, &at, way + swing);
     if (!clear)
-        find_candidates(contact, &at, r + fmin(way, cap) + fmin(swing, cap));
+        contact_find_candidates(contact, &at, r + fmin(way, cap) + fmin(swing, cap));
     // Near a body the proxy walks in small steps, substep by substep; in free air it follows at
     // once, or as far as was searched.
     if (contact->local_count == 0)
@@ -440,7 +236,7 @@ void contact_clear(Contact *contact)
         for (int shape = 0; shape < contact->tool->capsule_count; shape++)
             memset(contact->side[shape], 0, (size_t)contact->body->surface.face_count);
     }
-    contact->candidate_count = contact->local_count = 0;
+    contact_forget_candidates(contact);
     contact->sums = (ContactSums){.about = contact->proxy->position};
     contact->next = *contact->proxy; // a substep that ends must not bring the old proxy back
 }

@@ -1,5 +1,6 @@
-// Private to the dynamics room: what a contact of one tool with one body holds. contact.c finds the
-// candidates and moves the proxy, contact_side.c remembers sides, contact_force.c is the law.
+// Private to the dynamics room: what a contact of one tool with one body holds. contact.c moves
+// the proxy, contact_find.c finds candidates, contact_side.c remembers sides, contact_force.c is
+// the law.
 #ifndef PLIANT_DYNAMICS_CONTACT_DATA_H
 #define PLIANT_DYNAMICS_CONTACT_DATA_H
 
@@ -52,6 +53,11 @@ typedef struct PushSums {
 // the proxy steps back before its axis comes to a wall, so what shows its back farther off was not
 // crossed but seen through another wall.
 #define CONTACT_CROSSED_REACH 0.5
+
+// A face is found by its nodes: none of its points is farther than 0.58 of its longest edge from
+// one (the circumradius of an equilateral face); faces may be stretched to twice their rest length.
+// Faces that already are candidates stay so until they are too far, however stretched.
+#define CONTACT_FACE_REACH (2.0 * 0.58)
 
 enum { CONTACT_PUSHES = 2048 }; // at most, with friction; more pushes act without it
 
@@ -123,6 +129,10 @@ void contact_axis(const Capsule *capsule, const ToolPlacement *at, Vec3 *p, Vec3
 // Unit normal of a candidate's face at the present positions; zero for a face without area.
 Vec3 contact_face_normal(const Contact *contact, const Candidate *candidate);
 
+// contact_find.c: the faces within `margin` of touch at a placement (or the nodes below a plane),
+// in ascending order, their local nodes and normals; then their sides.
+void contact_find_candidates(Contact *contact, const ToolPlacement *at, double margin);
+void contact_forget_candidates(Contact *contact);
 // The number of a face among the candidates, or -1; once they are known.
 int contact_find_candidate(const Contact *contact, int face);
 

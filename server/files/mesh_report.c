@@ -121,11 +121,16 @@ static void print_unit(const TriMesh *mesh, double scale, FILE *out)
     double extent = mesh_extent(mesh);
     if (scale != 0.0)
         fprintf(out, "  scale: %g m a unit of the file, extent %.6g m\n", scale, extent);
-    else if (extent > LARGE_ORGAN || extent < MESH_SMALLEST_EXTENT)
+    else if (extent > LARGE_ORGAN)
         fprintf(out,
                 "  scale: not given, extent %.6g m if the unit were the metre; if it is the "
                 "millimetre, scale = 0.001\n",
                 extent);
+    else if (extent < MESH_SMALLEST_EXTENT)
+        fprintf(out,
+                "  scale: not given, extent %.6g m if the unit were the metre; a scene wants at "
+                "least %g m\n",
+                extent, MESH_SMALLEST_EXTENT);
     else
         fprintf(out, "  scale: not given, unit taken as the metre, extent %.6g m\n", extent);
 }

@@ -5,10 +5,11 @@
 #include "base/check.h"
 #include "files/recording_parts.h"
 
+#include <stddef.h>
+
 #ifdef PLIANT_WITH_HDF5
 #include <errno.h>
 #include <fcntl.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -208,16 +209,19 @@ static bool create_all(Recording *recording, const RecordingOptions *options)
 
 // --- appending -----------------------------------------------------------------------------------
 
-// False, and nothing written, once something has failed.
-static bool append(Recording *recording, HdfTable *table, hsize_t rows, const void *data)
+// Before each addition, which is then made as a whole. False once something has failed. `rows` of
+// the long table that is added to; what goes into short ones is small change.
+static bool begin(Recording *recording, const HdfTable *table, int rows)
 {
-    size_t bytes =
-        (size_t)rows * H5Tget_size(table->type) * (size_t)(table->columns > 0 ? table->columns : 1);
-    if (recording->status.code != STATUS_OK || !reserve(recording, bytes))
-        return false;
-    bool ok = hdf_table_append(&recording->file, table, rows, data);
-    recording->broken = !ok;
-    return ok;
+    size_t columns = table->columns > 0 ? (size_t)table->columns : 1;
+    return recording->status.code == STATUS_OK &&
+           reserve(recording, (size_t)rows * H5Tget_size(table->type) * columns);
+}
+
+static bool append(Recording *recording, HdfTable *table, int rows, const void *data)
+{
+    recording->broken = !hdf_table_append(&recording->file, table, (hsize_t)rows, data);
+    return !recording->broken;
 }
 
 static void remember_topology(RecordedBody *body, const TopologyRows *rows)
@@ -241,14 +245,14 @@ bool recording_add_topology(Recording *recording, int index, const RecordingTopo
                                .node_count = topology->node_count,
                                .first_triangle = (int64_t)table[TRIANGLES].count,
                                .first_node = (int64_t)table[NODE_ID].count};
-    bool ok =
-        append(recording, &table[TRIANGLES], (hsize_t)rows.triangle_count, topology->triangle) &&
-        append(recording, &table[NODE_ID], (hsize_t)rows.node_count, topology->node_id) &&
-        append(recording, &table[TOPOLOGY_FIRST], 1, &rows.first_triangle) &&
-        append(recording, &table[TOPOLOGY_COUNT], 1, &rows.triangle_count) &&
-        append(recording, &table[TOPOLOGY_NODE_FIRST], 1, &rows.first_node) &&
-        append(recording, &table[TOPOLOGY_NODE_COUNT], 1, &rows.node_count) &&
-        append(recording, &table[TOPOLOGY_NUMBER], 1, &rows.number);
+    bool ok = begin(recording, &table[TRIANGLES], rows.triangle_count + rows.node_count) &&
+              append(recording, &table[TRIANGLES], rows.triangle_count, topology->triangle) &&
+              append(recording, &table[NODE_ID], rows.node_count, topology->node_id) &&
+              append(recording, &table[TOPOLOGY_FIRST], 1, &rows.first_triangle) &&
+              append(recording, &table[TOPOLOGY_COUNT], 1, &rows.triangle_count) &&
+              append(recording, &table[TOPOLOGY_NODE_FIRST], 1, &rows.first_node) &&
+              append(recording, &table[TOPOLOGY_NODE_COUNT], 1, &rows.node_count) &&
+              append(recording, &table[TOPOLOGY_NUMBER], 1, &rows.number);
     if (ok)
         remember_topology(body, &rows);
     return ok;
@@ -259,7 +263,8 @@ bool recording_add_frame(Recording *recording, int index, const RecordingFrame *
     ASSERT(index >= 0 && index < recording->body_count);
     HdfTable *table = recording->body[index].table;
     const int64_t first = (int64_t)table[POSITION].count;
-    bool ok = append(recording, &table[POSITION], (hsize_t)frame->node_count, frame->position) &&
+    bool ok = begin(recording, &table[POSITION], frame->node_count) &&
+              append(recording, &table[POSITION], frame->node_count, frame->position) &&
               append(recording, &table[FRAME_FIRST], 1, &first) &&
               append(recording, &table[FRAME_COUNT], 1, &frame->node_count) &&
               append(recording, &table[FRAME_TOPOLOGY], 1, &frame->topology) &&
@@ -273,7 +278,8 @@ bool recording_add_tool(Recording *recording, int index, double time, const Reco
 {
     ASSERT(index >= 0 && index < recording->tool_count);
     HdfTable *table = recording->tool[index].table;
-    return append(recording, &table[TOOL_POSITION], 1, &sample->position) &&
+    return begin(recording, &table[TOOL_POSITION], 1) &&
+           append(recording, &table[TOOL_POSITION], 1, &sample->position) &&
            append(recording, &table[TOOL_ORIENTATION], 1, &sample->orientation) &&
            append(recording, &table[TOOL_FORCE], 1, &sample->force) &&
            append(recording, &table[TOOL_TIME], 1, &time);
@@ -281,7 +287,7 @@ bool recording_add_tool(Recording *recording, int index, double time, const Reco
 
 bool recording_add_event(Recording *recording, const RecordingEvent *event)
 {
-    return append(recording, &recording->event, 1, event);
+    return begin(recording, &recording->event, 1) && append(recording, &recording->event, 1, event);
 }
 
 // --- flushing ------------------------------------------------------------------------------------

@@ -43,8 +43,8 @@ bool repair_edges(Repair *repair);
 bool repair_orientation(Repair *repair);
 // repair_fans.c: one fan a node.
 void repair_fans(Repair *repair);
-// repair_flat.c: no triangle without area. Wants an oriented mesh with one fan a node, and may leave
-// nodes with more at borders.
+// repair_flat.c: no triangle without area. Wants an oriented mesh with one fan a node, and may
+// leave nodes with more at borders.
 bool repair_flat_faces(Repair *repair);
 
 #endif

@@ -25,11 +25,11 @@ static void create_ring(Ring *ring, Arena *arena, unsigned capacity, size_t stri
               stride);
 }
 
-// Half a second of frames: so long may a checkpoint keep the files thread busy.
+// A second of frames: so long may a busy disk or a checkpoint keep the files thread.
 static unsigned frames_waiting(double nodes_hz)
 {
     unsigned frames = EXCHANGE_FRAMES_LEAST;
-    while (frames < EXCHANGE_FRAMES_MOST && (double)frames < 0.5 * nodes_hz)
+    while (frames < EXCHANGE_FRAMES_MOST && (double)frames < nodes_hz)
         frames *= 2;
     return frames;
 }

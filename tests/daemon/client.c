@@ -135,8 +135,11 @@ static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, const pli
     seen->nodes += m->num_nodes;
     seen->triangles += m->num_indices / 3;
     if (++seen->parts == m->chunk_count && seen->nodes == m->node_count &&
-        seen->triangles == m->triangle_count)
+        seen->triangles == m->triangle_count) {
         seen->whole++;
+        seen->whole_nodes = seen->nodes;
+        seen->whole_triangles = seen->triangles;
+    }
 }
 
 static void on_contact(const lcm_recv_buf_t *buffer, const char *channel, const pliant_contact_t *m,

@@ -50,6 +50,7 @@ typedef struct MeshSeen {
     int whole, parts, nodes, triangles;
     int32_t sequence, topology;
     bool in_range; // every index named a node
+    int whole_nodes, whole_triangles; // of the last whole mesh
 } MeshSeen;
 
 typedef struct Subscriptions Subscriptions;
