@@ -49,7 +49,7 @@ typedef struct FramesSeen {
 typedef struct MeshSeen {
     int whole, parts, nodes, triangles;
     int32_t sequence, topology;
-    bool in_range; // every index named a node
+    bool in_range;                    // every index named a node
     int whole_nodes, whole_triangles; // of the last whole mesh
 } MeshSeen;
 
