@@ -105,7 +105,8 @@ static inline void add_shape(const SpringPass *pass, const Nodes *own, int chunk
 {
     const NodeTable *nodes = pass->nodes;
     long slot = (long)chunk * LANES + lane;
-    const Real *rest = (const Real *)nodes->rest + (long)chunk * 3 * LANES + lane;
+    const long at = (long)chunk * 3 * LANES + lane;
+    const Real *rest = nodes->rest; // NULL for displacements in the world's frame
     Vector rate = vector_load((const Real *)nodes->shape_rate + slot);
     Vector drag = vector_load((const Real *)nodes->drag + slot);
     Vector x[3] = {own->x, own->y, own->z}, v[3] = {own->vx, own->vy, own->vz};
@@ -114,7 +115,7 @@ static inline void add_shape(const SpringPass *pass, const Nodes *own, int chunk
 #if KERNEL_SINGLE
             a[c] -= rate * x[c] + drag * v[c];
 #else
-            a[c] -= rate * (x[c] - vector_load(rest + c * LANES)) + drag * v[c];
+            a[c] -= rate * (x[c] - vector_load(rest + at + c * LANES)) + drag * v[c];
 #endif
         }
         return;
@@ -125,7 +126,7 @@ static inline void add_shape(const SpringPass *pass, const Nodes *own, int chunk
     Vector shape_drag = vector_load((const Real *)nodes->shape_drag + slot);
     Vector arm[3], away[3], p[3]; // X - C; x - c - (X - C) or x - c; x - c
     for (int c = 0; c < 3; c++) {
-        arm[c] = vector_load(rest + c * LANES);
+        arm[c] = vector_load(rest + at + c * LANES);
 #if KERNEL_SINGLE
         away[c] = x[c] - vector_set(f->center[c] - f->rest_center[c]);
         p[c] = arm[c] + away[c];
