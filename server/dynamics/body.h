@@ -13,13 +13,18 @@
 
 enum { BODY_NAME_MAX = 32 };
 
-// The faces that tools and loads meet. Constant between changes of topology; owned by the model.
+// The faces that tools and loads meet: a conforming mesh. Owned by the model, constant between
+// changes of topology. A body with levels has places for all nodes and faces that it may ever have;
+// those that are not in use belong to nobody's list of faces.
 typedef struct BodySurface {
-    int node_count, face_count;
+    int node_count, face_count;    // places
     const int (*face)[3];          // counter-clockwise seen from outside
     const double *face_area;       // at rest [m2]
+    const double *finest_area;     // [face_count] for capacities: the smallest that faces can be;
+                                   // read at load only
     const int (*face_neighbor)[3]; // face across edge (k, k+1), -1 at a border
-    const int *node_face_start;    // faces of node i: node_face[start[i] .. start[i+1])
+    const int *node_face_start;    // faces of node i: node_face[start[i] .. end[i])
+    const int *node_face_end;
     const int *node_face;
     const double *node_area; // a third of the faces around [m2]
     const double *node_mass; // [kg]
@@ -41,10 +46,12 @@ typedef struct BodyMeasure {
     double max_displacement; // from rest [m]
 } BodyMeasure;
 
-// What a client's mesh looks like (lcmtypes/mesh_t.lcm); all arrays by node or triangle slot.
+// What a client's mesh looks like (lcmtypes/mesh_t.lcm); all arrays by node or triangle slot. A
+// free node slot has id -1, a free triangle is 0 0 0. Constant between changes of topology.
 typedef struct BodyMesh {
-    int topology;
-    int node_count, triangle_count;
+    int topology;                   // goes up by one with every change
+    int node_count, triangle_count; // slots in use so far
+    int node_capacity, triangle_capacity;
     const int (*triangle)[3];
     const int *id;
     const int *origin;
@@ -53,6 +60,25 @@ typedef struct BodyMesh {
     const signed char *level;
 } BodyMesh;
 
+// A place for a face that changed hands. The face there takes over from the one in place `from`,
+// which lay (at least partly) where it lies; -1: the place is free now.
+typedef struct FaceChange {
+    int face, from;
+} FaceChange;
+
+// A node that came, and the two between which it lies.
+typedef struct NodeBirth {
+    int node, parent[2];
+} NodeBirth;
+
+// What one change of topology did to BodySurface; owned by the model, valid until the next change.
+typedef struct TopologyChange {
+    int face_count, born_count, gone_count;
+    const FaceChange *face; // each place once; `from` speaks of the places before the change
+    const NodeBirth *born;  // parents before their children
+    const int *gone;
+} TopologyChange;
+
 // What can be changed while a scene runs.
 typedef enum BodyParameter {
     BODY_GRAVITY_X,
@@ -60,12 +86,23 @@ typedef enum BodyParameter {
     BODY_GRAVITY_Z,       // [m/s2]
     BODY_STIFFNESS_SCALE, // times the stiffness of springs, as loaded
     BODY_DAMPING_SCALE,   // times the damping of springs, as loaded
+    BODY_ADAPT_FORCE,     // thresholds of refinement (surface.md section 6)
+    BODY_ADAPT_SPEED,
+    BODY_ADAPT_CURVATURE,
+    BODY_ADAPT_SCALE, // times all three thresholds: the time budget's
+    BODY_ADAPT_LEVEL, // finest level that may be used: the time budget's
 } BodyParameter;
+
+typedef struct Body Body;
 
 typedef struct BodyOps {
     const char *model; // "surface"
 
     // --- a tick, in this order; called by the step thread ---
+    // Refines and coarsens where the present state asks for it; NULL: the body has one level of
+    // detail. True when the topology changed: `change` says how, and the body's surface, mesh,
+    // mass, bounds and counts have changed with it.
+    bool (*adapt)(Body *body, int64_t step, double tick, TopologyChange *change);
     // Kicks only: moves positions by dt [s] with the present velocities.
     void (*drift)(void *model, double dt);
     // One evaluation of all forces at the present rows, fused with the stage's algebra.
@@ -95,7 +132,7 @@ typedef struct BodyOps {
     // --- out ---
     // Float positions (and velocities unless NULL) of all nodes, in the order of BodyMesh.
     void (*snapshot)(const void *model, float *position, float *velocity);
-    // The exact state of all nodes, for checkpoints.
+    // The exact state of all nodes in the order of BodyMesh, for checkpoints; 0 in free slots.
     void (*read_state)(const void *model, Vec3 *position, Vec3 *velocity);
     void (*measure)(const void *model, BodyMeasure *measure);
     // Whether the node is held by the scene (does not move).
@@ -103,6 +140,9 @@ typedef struct BodyOps {
 
     // --- changes while running (SET): false when the model has no such parameter ---
     bool (*set)(void *model, BodyParameter parameter, double value);
+
+    // After the state list was restored (checkpoint, reset): whatever follows from it; may be NULL.
+    void (*restored)(Body *body);
 
     // --- load time ---
     // Before the first add_forces: memory for forces on so many nodes in one evaluation.
@@ -121,7 +161,7 @@ typedef struct BodyTuning {
 } BodyTuning;
 
 // One body of a scene.
-typedef struct Body {
+struct Body {
     char name[BODY_NAME_MAX];
     const BodyOps *ops;
     void *model;         // owned by the arena of the scene
@@ -133,8 +173,9 @@ typedef struct Body {
     int finest_level; // finest level in use
 
     // Bounds of the body alone, for the step and for the stiffness of contacts.
-    double lambda;  // of M^-1 K [1/s2]
-    double damping; // of M^-1 C [1/s]
+    double lambda;         // of M^-1 K [1/s2]
+    double damping;        // of M^-1 C [1/s]
+    double contact_lambda; // lambda of the coarsest level: contact is as stiff at every level
 
     // Contact law (contact.md 2.1), set by sim_create from `lambda`.
     double contact_kappa;   // stiffness per rest area [N/m3]
@@ -150,6 +191,6 @@ typedef struct Body {
     double h;     // tick / substeps [s]
 
     int64_t resets; // restores of the last good state
-} Body;
+};
 
 #endif

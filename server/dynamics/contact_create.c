@@ -17,14 +17,14 @@ void contact_set_stiffness(Body *body)
     for (int i = 0; i < body->surface.node_count; i++)
         if (!any_free || !body->ops->is_fixed(body->model, i))
             least = fmin(least, body->surface.node_mass[i] / (3.0 * body->surface.node_area[i]));
-    body->contact_kappa = body->contact_ratio * body->lambda * least;
+    body->contact_kappa = body->contact_ratio * body->contact_lambda * least;
 }
 
 void contact_bounds(const Body *body, const ToolOptions *tool, double *lambda, double *damping)
 {
     // A face penalty adds at most a lambda_b a capsule; a plane acts on nodes: a third of that.
     double count = tool->capsule_count + (tool->has_plane ? 1.0 / 3.0 : 0.0);
-    *lambda = count * body->contact_ratio * body->lambda;
+    *lambda = count * body->contact_ratio * body->contact_lambda;
     *damping = body->contact_damping * *lambda;
 }
 
@@ -43,7 +43,7 @@ static int count_faces(const BodySurface *surface, double area)
     size_t faces = (size_t)surface->face_count;
     double *sorted = calloc(faces + 1, sizeof *sorted);
     ASSERT(sorted != NULL);
-    memcpy(sorted, surface->face_area, faces * sizeof *sorted);
+    memcpy(sorted, surface->finest_area, faces * sizeof *sorted);
     qsort(sorted, faces, sizeof *sorted, compare);
     int count = 0;
     for (double sum = sorted[0]; count < surface->face_count && sum <= area; sum += sorted[count])

@@ -25,8 +25,7 @@ static void mark_faces(Contact *contact, const ToolPlacement *at, double margin)
                                                    surface->node_count);
         for (int i = 0; i < count; i++) {
             int node = contact->node[i];
-            for (int k = surface->node_face_start[node]; k < surface->node_face_start[node + 1];
-                 k++)
+            for (int k = surface->node_face_start[node]; k < surface->node_face_end[node]; k++)
                 mark_face(contact, surface->node_face[k]);
         }
         const signed char *side = contact->side[shape];
@@ -143,7 +142,7 @@ static Vec3 node_normal(const Contact *contact, int node)
 {
     const BodySurface *surface = &contact->body->surface;
     Vec3 sum = {0.0, 0.0, 0.0};
-    for (int k = surface->node_face_start[node]; k < surface->node_face_start[node + 1]; k++) {
+    for (int k = surface->node_face_start[node]; k < surface->node_face_end[node]; k++) {
         int face = surface->node_face[k];
         const int *corner = surface->face[face];
         for (int c = 0; c < 3; c++)
@@ -164,7 +163,7 @@ static void compute_node_normals(Contact *contact)
     int own = contact->local_count, whole = own; // nodes whose ring fits
     for (int i = 0; i < own && whole == own; i++)
         for (int k = surface->node_face_start[contact->node[i]];
-             k < surface->node_face_start[contact->node[i] + 1]; k++) {
+             k < surface->node_face_end[contact->node[i]]; k++) {
             if (contact->local_count + 3 > contact->ring_capacity) {
                 whole = i;
                 contact->refused += own - i;

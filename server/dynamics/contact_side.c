@@ -71,7 +71,7 @@ static int nearest_around(const Contact *contact, int index)
     }
     if (corners == 1) {
         int node = surface->face[face][corner];
-        for (int k = surface->node_face_start[node]; k < surface->node_face_start[node + 1]; k++) {
+        for (int k = surface->node_face_start[node]; k < surface->node_face_end[node]; k++) {
             int other = contact_find_candidate(contact, surface->node_face[k]);
             if (other >= 0 && is_nearer(contact, other, best))
                 best = other;

@@ -294,6 +294,12 @@ static bool surface_set(void *self, BodyParameter parameter, double value)
             return false; // its kernel has no damping to scale
         p->damping_scale = value;
         return true;
+    case BODY_ADAPT_FORCE:
+    case BODY_ADAPT_SPEED:
+    case BODY_ADAPT_CURVATURE:
+    case BODY_ADAPT_SCALE:
+    case BODY_ADAPT_LEVEL:
+        return false; // one level of detail
     }
     return false;
 }
