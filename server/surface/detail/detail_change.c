@@ -1,0 +1,229 @@
+// Refining and coarsening single faces: the bits, the nodes that come and go, and the marks of what
+// has to be packed and drawn again. Step thread.
+#include "surface/detail/detail.h"
+
+#include "base/check.h"
+
+static int edge_across(const Level *level, int edge, int face)
+{
+    return level->edge_face[edge][level->edge_face[edge][0] == face];
+}
+
+void detail_mark(SurfaceModel *model, int node)
+{
+    Detail *detail = model->detail;
+    detail->stale_window[model->slot[node] / WINDOW] = true;
+    if (detail->status[node] == NODE_HANGING) { // its mass and springs count for its masters
+        int parent[2];
+        levels_parents(&detail->levels, node, parent);
+        detail_mark(model, parent[0]);
+        detail_mark(model, parent[1]);
+    }
+}
+
+// The rest place of a node has changed: so have the springs at it, and the places of nodes that
+// hang on it.
+static void follow_place(SurfaceModel *model, int node, int depth)
+{
+    Detail *detail = model->detail;
+    Leaf *leaf = detail->ring[depth];
+    int count = detail_leaves_around(detail, node, leaf);
+    for (int i = 0; i < count; i++) {
+        const Level *level = &detail->levels.level[leaf[i].level];
+        for (int k = 0; k < 3; k++)
+            detail_mark(model, level->face[leaf[i].face][k]);
+        const int side[2] = {leaf[i].corner, (leaf[i].corner + 2) % 3};
+        for (int s = 0; s < 2; s++) {
+            int middle =
+                detail_midpoint(detail, leaf[i].level, level->face_edge[leaf[i].face][side[s]]);
+            if (middle >= 0 && detail->status[middle] == NODE_HANGING) {
+                detail_set_place(model, middle);
+                ASSERT(depth < LEVELS_MAX);
+                follow_place(model, middle, depth + 1);
+            }
+        }
+    }
+}
+
+void detail_begin_change(SurfaceModel *model)
+{
+    Detail *detail = model->detail;
+    detail->change = (TopologyChange){
+        .face = detail->face_change, .born = detail->born, .gone = detail->gone};
+    if (model->rigid != NULL)
+        rigid_frame_fit(model->rigid, model->rows[model->current]);
+}
+
+static void touch_leaf_across(Detail *detail, int level, int edge, int face)
+{
+    int across = edge_across(&detail->levels.level[level], edge, face);
+    if (across >= 0 && detail_is_leaf(detail, level, across))
+        detail_touch(detail, level, across);
+}
+
+// Divides a leaf whose neighbours exist.
+static void divide(SurfaceModel *model, int level, int face)
+{
+    Detail *detail = model->detail;
+    const Level *at = &detail->levels.level[level];
+    detail->refined[detail->face_base[level] + face] = 1;
+    detail->leaf_count[level]--;
+    detail->leaf_count[level + 1] += 4;
+    for (int k = 0; k < 3; k++) {
+        int edge = at->face_edge[face][k], node = at->node_count + edge;
+        NodeStatus before = detail->status[node], now = detail_status_of_midpoint(detail, level, edge);
+        detail->status[node] = (unsigned char)now;
+        if (before == NODE_OFF) {
+            detail_set_place(model, node);
+            detail_give_birth(model, node);
+            slots_take_node(detail->slots, node);
+            detail->born[detail->change.born_count++] =
+                (NodeBirth){node, {at->edge[edge][0], at->edge[edge][1]}};
+        } else if (before != now) {
+            detail_release(model, node);
+            follow_place(model, node, 0);
+        }
+        touch_leaf_across(detail, level, edge, face);
+    }
+    for (int k = 0; k < 3; k++) {
+        detail_mark(model, at->face[face][k]);
+        detail_mark(model, at->node_count + at->face_edge[face][k]);
+    }
+    detail_touch(detail, level, face);
+    for (int k = 0; k < 4; k++)
+        detail_touch(detail, level + 1, 4 * face + k);
+    detail->sweep->counts.refined++;
+}
+
+bool detail_refine(SurfaceModel *model, int level, int face)
+{
+    Detail *detail = model->detail;
+    if (!detail_exists(detail, level, face) && !detail_refine(model, level - 1, face / 4))
+        return false;
+    if (detail_is_refined(detail, level, face))
+        return true;
+    const Level *at = &detail->levels.level[level];
+    for (int k = 0; k < 3; k++) { // 2:1 across edges
+        int across = edge_across(at, at->face_edge[face][k], face);
+        if (across >= 0 && !detail_exists(detail, level, across) &&
+            !detail_refine(model, level - 1, across / 4))
+            return false;
+    }
+    if (!slots_have_room(detail->slots)) {
+        detail->sweep->counts.refused++;
+        return false;
+    }
+    divide(model, level, face);
+    return true;
+}
+
+bool detail_may_coarsen(const Detail *detail, int level, int face)
+{
+    for (int k = 0; k < 4; k++)
+        if (detail_is_refined(detail, level + 1, 4 * face + k))
+            return false;
+    const Level *at = &detail->levels.level[level];
+    for (int k = 0; k < 3; k++) {
+        int half[2];
+        levels_halves(&detail->levels, level, at->face_edge[face][k], half);
+        if (detail_midpoint(detail, level + 1, half[0]) >= 0 ||
+            detail_midpoint(detail, level + 1, half[1]) >= 0)
+            return false;
+    }
+    return true;
+}
+
+// The momentum that the nodes of a face would lose when it is coarsened, by node that takes it up:
+// each corner gets its share of the midpoints' masses at their velocities, and a midpoint that
+// hangs from now on hands over what it had beyond the mean of its masters (surface.md 2a).
+typedef struct Impulse {
+    int node;
+    Vec3 impulse;
+} Impulse;
+
+static int lost_momentum(const SurfaceModel *model, int level, int face, Impulse out[9])
+{
+    const Detail *detail = model->detail;
+    const Level *at = &detail->levels.level[level];
+    double area = ldexp(detail->root_area[face >> (2 * level)], -2 * level);
+    double mass = detail->areal_density * area;
+    Vec3 corner[3], middle[3];
+    int count = 0;
+    for (int k = 0; k < 3; k++) {
+        corner[k] = detail_velocity(model, at->face[face][k]);
+        middle[k] = detail_velocity(model, at->node_count + at->face_edge[face][k]);
+    }
+    for (int k = 0; k < 3; k++) {
+        Vec3 sum = vec3_add(middle[k], middle[(k + 2) % 3]);
+        out[count++] = (Impulse){at->face[face][k],
+                                 vec3_scale(mass / 8.0, vec3_madd(sum, -2.0, corner[k]))};
+    }
+    for (int k = 0; k < 3; k++) {
+        int edge = at->face_edge[face][k], node = at->node_count + edge;
+        int across = edge_across(at, edge, face);
+        if (across < 0 || !detail_is_refined(detail, level, across))
+            continue;
+        int a = at->face[face][k], b = at->face[face][(k + 1) % 3];
+        Vec3 mean = vec3_scale(0.5, vec3_add(corner[k], corner[(k + 1) % 3]));
+        double left = detail_mass(detail, node) - mass / 4.0;
+        Vec3 half = vec3_scale(0.5 * left, vec3_sub(middle[k], mean));
+        out[count++] = (Impulse){a, half};
+        out[count++] = (Impulse){b, half};
+    }
+    return count;
+}
+
+void detail_coarsen(SurfaceModel *model, int level, int face)
+{
+    Detail *detail = model->detail;
+    const Level *at = &detail->levels.level[level];
+    Impulse impulse[9];
+    int impulses = detail->constrained ? lost_momentum(model, level, face, impulse) : 0;
+
+    detail->refined[detail->face_base[level] + face] = 0;
+    detail->calm_since[detail->face_base[level] + face] = 0;
+    detail->leaf_count[level]++;
+    detail->leaf_count[level + 1] -= 4;
+    for (int k = 0; k < 4; k++)
+        detail_touch(detail, level + 1, 4 * face + k);
+    detail_touch(detail, level, face);
+    for (int k = 0; k < 3; k++) {
+        int edge = at->face_edge[face][k], node = at->node_count + edge;
+        NodeStatus now = detail_status_of_midpoint(detail, level, edge);
+        detail->stale_window[model->slot[node] / WINDOW] = true;
+        if (now == NODE_OFF) {
+            detail->status[node] = NODE_OFF;
+            detail_switch_off(model, node);
+            slots_free_node(detail->slots, node);
+            detail->gone[detail->change.gone_count++] = node;
+        } else if (now != detail->status[node]) {
+            detail->status[node] = (unsigned char)now;
+            detail_set_place(model, node);
+            follow_place(model, node, 0);
+        }
+        touch_leaf_across(detail, level, edge, face);
+        detail_mark(model, at->face[face][k]);
+    }
+    for (int k = 0; k < 3; k++) {
+        int node = at->node_count + at->face_edge[face][k];
+        if (detail->status[node] != NODE_OFF)
+            detail_mark(model, node);
+    }
+    for (int i = 0; i < impulses; i++)
+        detail_push(model, impulse[i].node, impulse[i].impulse);
+    detail->sweep->counts.coarsened++;
+}
+
+bool detail_end_change(Body *body)
+{
+    SurfaceModel *model = body->model;
+    Detail *detail = model->detail;
+    if (detail->touched_count == 0)
+        return false;
+    detail_pack(model);
+    detail_hang(model, model->rows[model->current]);
+    detail_draw(detail);
+    detail->sweep->topology++;
+    detail_publish(body);
+    return true;
+}

@@ -1,0 +1,155 @@
+// Rows of nodes that hang, come and go: displacements and velocities carried over so that neither
+// momentum nor a body at rest notices (surface.md sections 2a and 2c). All in the rows' coordinates.
+#include "surface/detail/detail.h"
+
+#include <string.h>
+
+static void *present_rows(const SurfaceModel *model)
+{
+    return model->rows[model->current];
+}
+
+// A node's row, through its masters when it hangs.
+static void read_carried(const SurfaceModel *model, int node, double row[ROW])
+{
+    const Detail *detail = model->detail;
+    if (detail->status[node] != NODE_HANGING) {
+        for (int c = 0; c < ROW; c++)
+            row[c] = model_get(model, present_rows(model), (long)model->slot[node] * ROW + c);
+        return;
+    }
+    int parent[2];
+    double other[ROW];
+    levels_parents(&detail->levels, node, parent);
+    read_carried(model, parent[0], row);
+    read_carried(model, parent[1], other);
+    for (int c = 0; c < ROW; c++)
+        row[c] = 0.5 * (row[c] + other[c]);
+}
+
+Vec3 detail_velocity(const SurfaceModel *model, int node)
+{
+    double row[ROW];
+    read_carried(model, node, row);
+    return (Vec3){row[4], row[5], row[6]};
+}
+
+void detail_push(SurfaceModel *model, int node, Vec3 impulse)
+{
+    const Detail *detail = model->detail;
+    if (detail->status[node] == NODE_HANGING) {
+        int parent[2];
+        levels_parents(&detail->levels, node, parent);
+        detail_push(model, parent[0], vec3_scale(0.5, impulse));
+        detail_push(model, parent[1], vec3_scale(0.5, impulse));
+        return;
+    }
+    if (detail->fixed[node])
+        return;
+    const double share = 1.0 / detail_mass(detail, node);
+    const double change[3] = {share * impulse.x, share * impulse.y, share * impulse.z};
+    for (int c = 0; c < 3; c++) {
+        long at = (long)model->slot[node] * ROW + 4 + c;
+        model_put(model, present_rows(model), at,
+                  model_get(model, present_rows(model), at) + change[c]);
+    }
+}
+
+// How a step in the rest place shows in a row: positions take it, turned as the body is; in
+// displacements only what the turn adds.
+static Vec3 shift_of_row(const SurfaceModel *model, Vec3 step)
+{
+    bool single = model->precision == PRECISION_SINGLE;
+    if (model->rigid == NULL)
+        return single ? (Vec3){0.0, 0.0, 0.0} : step;
+    const double(*r)[3] = (const double(*)[3])model->rigid->pose.rotation;
+    Vec3 turned = {r[0][0] * step.x + r[0][1] * step.y + r[0][2] * step.z,
+                   r[1][0] * step.x + r[1][1] * step.y + r[1][2] * step.z,
+                   r[2][0] * step.x + r[2][1] * step.y + r[2][2] * step.z};
+    return single ? vec3_sub(turned, step) : turned;
+}
+
+static Vec3 place_of(const SurfaceModel *model, int node)
+{
+    const double *place = model->place[model->slot[node]];
+    return (Vec3){place[0], place[1], place[2]};
+}
+
+static Vec3 middle_of_parents(const SurfaceModel *model, int node)
+{
+    int parent[2];
+    levels_parents(&model->detail->levels, node, parent);
+    return vec3_scale(0.5, vec3_add(place_of(model, parent[0]), place_of(model, parent[1])));
+}
+
+bool detail_set_place(SurfaceModel *model, int node)
+{
+    const Detail *detail = model->detail;
+    Vec3 place = detail->status[node] == NODE_HANGING
+                     ? middle_of_parents(model, node)
+                     : vec3_sub(detail->levels.position[node], model->rest_origin);
+    double *to = model->place[model->slot[node]];
+    bool moved = to[0] != place.x || to[1] != place.y || to[2] != place.z;
+    to[0] = place.x, to[1] = place.y, to[2] = place.z;
+    return moved;
+}
+
+void detail_release(SurfaceModel *model, int node)
+{
+    Vec3 before = place_of(model, node);
+    detail_set_place(model, node);
+    Vec3 step = shift_of_row(model, vec3_sub(place_of(model, node), before));
+    const double shift[3] = {step.x, step.y, step.z};
+    for (int c = 0; c < 3; c++) {
+        long at = (long)model->slot[node] * ROW + c;
+        model_put(model, present_rows(model), at,
+                  model_get(model, present_rows(model), at) + shift[c]);
+    }
+}
+
+// The mean displacement of its parents from their rest places to its own (erratum 12), and their
+// mean velocity, which keeps the momentum.
+void detail_give_birth(SurfaceModel *model, int node)
+{
+    int parent[2];
+    double row[ROW], other[ROW];
+    levels_parents(&model->detail->levels, node, parent);
+    read_carried(model, parent[0], row);
+    read_carried(model, parent[1], other);
+    Vec3 step =
+        shift_of_row(model, vec3_sub(place_of(model, node), middle_of_parents(model, node)));
+    const double shift[ROW] = {step.x, step.y, step.z};
+    for (int c = 0; c < ROW; c++)
+        model_put(model, present_rows(model), (long)model->slot[node] * ROW + c,
+                  0.5 * (row[c] + other[c]) + shift[c]);
+    model->node[model->slot[node]] = node;
+}
+
+// Rows out of use are zero, so that the state is a function of what is on.
+void detail_switch_off(SurfaceModel *model, int node)
+{
+    int slot = model->slot[node];
+    size_t bytes = ROW * model_real_size(model);
+    for (int k = 0; k < 2; k++)
+        memset((char *)model->rows[k] + (size_t)slot * bytes, 0, bytes);
+    memset(model->place[slot], 0, sizeof model->place[slot]);
+    model->node[slot] = -1;
+}
+
+void detail_hang(const SurfaceModel *model, void *rows)
+{
+    const Detail *detail = model->detail;
+    for (int i = detail->hanging_count - 1; i >= 0; i--) { // coarsest first
+        long to = (long)detail->hanging[i] * ROW, a = (long)detail->master[i][0] * ROW,
+             b = (long)detail->master[i][1] * ROW;
+        if (model->precision == PRECISION_SINGLE) {
+            float *row = rows;
+            for (int c = 0; c < ROW; c++)
+                row[to + c] = 0.5F * (row[a + c] + row[b + c]);
+        } else {
+            double *row = rows;
+            for (int c = 0; c < ROW; c++)
+                row[to + c] = 0.5 * (row[a + c] + row[b + c]);
+        }
+    }
+}

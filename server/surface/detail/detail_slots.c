@@ -1,0 +1,195 @@
+#include "surface/detail/detail_slots.h"
+
+#include "base/check.h"
+
+#include <string.h>
+
+static int take(SlotTable *table, int thing)
+{
+    int slot = table->lowest;
+    while (table->thing[slot] >= 0) {
+        slot++;
+        ASSERT(slot < table->capacity);
+    }
+    table->thing[slot] = thing;
+    table->slot[thing] = slot;
+    table->lowest = slot + 1;
+    table->used++;
+    if (slot >= table->high)
+        table->high = slot + 1;
+    return slot;
+}
+
+static int release(SlotTable *table, int thing)
+{
+    int slot = table->slot[thing];
+    table->slot[thing] = -1;
+    table->thing[slot] = -1;
+    table->used--;
+    if (slot < table->lowest)
+        table->lowest = slot;
+    while (table->high > 0 && table->thing[table->high - 1] < 0)
+        table->high--;
+    return slot;
+}
+
+// Everything but `thing`, from it.
+static void restore(SlotTable *table)
+{
+    table->used = table->high = 0;
+    table->lowest = table->capacity;
+    for (int i = 0; i < table->thing_count; i++)
+        table->slot[i] = -1;
+    for (int s = 0; s < table->capacity; s++) {
+        if (table->thing[s] < 0) {
+            table->lowest = s < table->lowest ? s : table->lowest;
+            continue;
+        }
+        table->slot[table->thing[s]] = s;
+        table->used++;
+        table->high = s + 1;
+    }
+}
+
+static void create_table(SlotTable *table, const char *name, const char *what, int capacity,
+                         int thing_count, Arena *arena, StateList *state)
+{
+    table->capacity = capacity;
+    table->thing_count = thing_count;
+    table->thing = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)capacity, sizeof(int),
+                                  "%s/%s slots", name, what);
+    table->slot = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)thing_count, sizeof(int),
+                                 "%s/slot of %s", name, what);
+    for (int s = 0; s < capacity; s++)
+        table->thing[s] = -1;
+    for (int i = 0; i < thing_count; i++)
+        table->slot[i] = -1;
+    state_add(state, table->thing, (size_t)capacity * sizeof(int), "%s/%s_slots", name, what);
+}
+
+#define ALLOCATE(count, type, label)                                                               \
+    arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof(type), "%s/" label, name)
+
+MeshSlots *slots_create(const char *name, const Levels *levels, const int capacity[2],
+                        const int *root_id, const int *root_origin, const int *root_piece,
+                        int first_id, Arena *arena, StateList *state)
+{
+    MeshSlots *slots = ALLOCATE(1, MeshSlots, "mesh slots");
+    const Level *finest = &levels->level[levels->finest];
+    int nodes = capacity[0] > 0 && capacity[0] < finest->node_count ? capacity[0]
+                                                                    : finest->node_count;
+    int faces = capacity[1] > 0 && capacity[1] < finest->face_count ? capacity[1]
+                                                                    : finest->face_count;
+    create_table(&slots->node, name, "node", nodes, finest->node_count, arena, state);
+    create_table(&slots->face, name, "face", faces, finest->face_count, arena, state);
+    slots->levels = levels;
+    slots->root_id = root_id;
+    slots->root_origin = root_origin;
+    slots->root_piece = root_piece;
+    slots->first_id = first_id;
+    slots->triangle = ALLOCATE(faces, *slots->triangle, "triangles");
+    slots->id = ALLOCATE(nodes, int, "node ids");
+    slots->origin = ALLOCATE(nodes, int, "node origins");
+    slots->parent = ALLOCATE(nodes, *slots->parent, "node parents");
+    slots->piece = ALLOCATE(nodes, int, "node pieces");
+    slots->level = ALLOCATE(nodes, signed char, "node levels");
+    for (int s = 0; s < nodes; s++)
+        slots->id[s] = -1;
+    return slots;
+}
+
+bool slots_reserve(MeshSlots *slots)
+{
+    // Four faces for one, and in each of three neighbours one more.
+    enum { NODES = 3, FACES = 6 };
+    if (slots->node.used + NODES > slots->node.capacity ||
+        slots->face.used + slots->face_reserve + FACES > slots->face.capacity)
+        return slots->node.capacity == slots->node.thing_count &&
+               slots->face.capacity == slots->face.thing_count; // all that can be has its slot
+    slots->face_reserve += FACES;
+    return true;
+}
+
+static int id_of(const MeshSlots *slots, int node)
+{
+    int roots = slots->levels->level[0].node_count;
+    return node < roots ? slots->root_id[node] : slots->first_id + node - roots;
+}
+
+static void describe_node(MeshSlots *slots, int slot)
+{
+    int node = slots->node.thing[slot], parent[2], root = node;
+    slots->id[slot] = id_of(slots, node);
+    levels_parents(slots->levels, node, parent);
+    for (int k = 0; k < 2; k++)
+        slots->parent[slot][k] = id_of(slots, parent[k]);
+    slots->level[slot] = (signed char)levels_of_node(slots->levels, node);
+    slots->origin[slot] = slots->level[slot] == 0 ? slots->root_origin[node] : slots->id[slot];
+    while (levels_of_node(slots->levels, root) > 0) {
+        levels_parents(slots->levels, root, parent);
+        root = parent[0];
+    }
+    slots->piece[slot] = slots->root_piece[root];
+}
+
+static void forget_node(MeshSlots *slots, int slot)
+{
+    slots->id[slot] = slots->origin[slot] = -1;
+    slots->parent[slot][0] = slots->parent[slot][1] = -1;
+    slots->piece[slot] = -1;
+    slots->level[slot] = 0;
+}
+
+void slots_take_node(MeshSlots *slots, int node)
+{
+    describe_node(slots, take(&slots->node, node));
+}
+
+void slots_free_node(MeshSlots *slots, int node)
+{
+    forget_node(slots, release(&slots->node, node));
+}
+
+void slots_put_face(MeshSlots *slots, int place, const int corner[3])
+{
+    int slot = slots->face.slot[place];
+    if (slot < 0)
+        slot = take(&slots->face, place);
+    for (int k = 0; k < 3; k++)
+        slots->triangle[slot][k] = slots->node.slot[corner[k]];
+    slots->face_reserve = 0; // drawing has begun: what was reserved is being used
+}
+
+void slots_free_face(MeshSlots *slots, int place)
+{
+    memset(slots->triangle[release(&slots->face, place)], 0, sizeof *slots->triangle);
+}
+
+void slots_restore(MeshSlots *slots)
+{
+    restore(&slots->node);
+    restore(&slots->face);
+    memset(slots->triangle, 0, (size_t)slots->face.capacity * sizeof *slots->triangle);
+    for (int s = 0; s < slots->node.capacity; s++)
+        if (slots->node.thing[s] >= 0)
+            describe_node(slots, s);
+        else
+            forget_node(slots, s);
+}
+
+void slots_describe(const MeshSlots *slots, int topology, BodyMesh *mesh)
+{
+    *mesh = (BodyMesh){
+        .topology = topology,
+        .node_count = slots->node.high,
+        .triangle_count = slots->face.high,
+        .node_capacity = slots->node.capacity,
+        .triangle_capacity = slots->face.capacity,
+        .triangle = (const int(*)[3])slots->triangle,
+        .id = slots->id,
+        .origin = slots->origin,
+        .parent = (const int(*)[2])slots->parent,
+        .piece = slots->piece,
+        .level = slots->level,
+    };
+}
