@@ -18,7 +18,8 @@ typedef struct Level {
     int (*face)[3];      // [face_count] corners, counter-clockwise seen from outside
     int (*face_edge)[3]; // [face_count] edge k joins corners k and (k + 1) % 3
     int (*edge)[2];      // [edge_count] ends
-    int (*edge_face)[2]; // [edge_count] the one or two faces; -1: none
+    int (*edge_face)[2]; // [edge_count] faces in which it runs from its first end to its second,
+                         // and the other way; -1: none
 } Level;
 
 typedef struct Levels {
@@ -28,8 +29,10 @@ typedef struct Levels {
 } Levels;
 
 // Divides a valid mesh (mesh_validate) `finest` times. Nodes and faces of level 0 are those of the
-// mesh. Arrays belong to the arena, named "name/...". False with `status`: more than
-// MESH_COUNT_MAX nodes or faces, or `finest` out of range.
+// mesh, edges of each level sorted by their nodes, the smaller one first: the table of
+// winged_create for levels_mesh. Arrays belong to the arena, named "name/...". False with `status`:
+// more than MESH_COUNT_MAX nodes or faces, `finest` out of range, or a face that division leaves
+// without area (MESH_SMALLEST_HEIGHT).
 bool levels_create(Levels *levels, const TriMesh *mesh, int finest, const char *name, Arena *arena,
                    Status *status);
 

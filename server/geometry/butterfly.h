@@ -1,0 +1,25 @@
+// Modified butterfly subdivision: where the midpoints of edges lie on the smooth surface that
+// interpolates a mesh (Zorin, Schroeder, Sweldens 1996; Choi et al. 2005, eqs 4 and 5, with the own
+// weight 3/4 of an extraordinary node and the sign of the boundary rule set right).
+#ifndef PLIANT_GEOMETRY_BUTTERFLY_H
+#define PLIANT_GEOMETRY_BUTTERFLY_H
+
+#include "geometry/winged_edge.h"
+
+// Fills middle[edge_count] with the new point of every edge. `position` [node_count] are those of
+// the nodes; `face` [face_count] the triangles that the table was made from. A node is regular when
+// it has 6 edges or lies on the boundary; then, for the edge (a, b):
+//  - on the boundary: 9/16 (a + b) - 1/16 (the next nodes along the boundary on either side). Where
+//    the boundary turns by more than 60 degrees, the node beyond is the reflection 2 a - b, so that
+//    corners stay sharp and straight sides straight;
+//  - both ends regular: 1/2 (a + b) + 1/8 (the two nodes opposite) - 1/16 (the four wings). A wing
+//    missing across a boundary edge (u, v), seen from w, is u + v - w;
+//  - one end v extraordinary, K edges: 3/4 v + sum s_j p_j over its neighbours in order, p_0 the
+//    other end: s = (5, -1, -1)/12 for K = 3, (3, 0, -1, 0)/8 for K = 4, else
+//    s_j = (1/4 + cos(2 pi j/K) + 1/2 cos(4 pi j/K))/K. K = 2: the middle;
+//  - both extraordinary: the mean of the two.
+// Takes O(nodes + edges) whatever the valences. Planes, and all coordinates, map on their own.
+void butterfly_midpoints(const WingedMesh *winged, const int (*face)[3], const Vec3 *position,
+                         Vec3 *middle);
+
+#endif
