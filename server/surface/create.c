@@ -21,23 +21,22 @@ static int compare_ints(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static void *allocate_reals(const SurfaceModel *model, size_t count, const char *name,
+void *model_allocate_reals(const SurfaceModel *model, size_t count, const char *name,
                             const char *label, Arena *arena)
 {
     return arena_allocate(arena, ARENA_STEP, count, model_real_size(model), "%s/%s", name, label);
 }
 
-// One end of a spring: the entry `at` of the node in `slot`.
-static void put_spring(SurfaceModel *model, const SpringNetwork *network, long at, int edge,
-                       int slot)
+void model_put_spring(SurfaceModel *model, long at, int slot, int other_slot, double r,
+                      double stiffness)
 {
     SpringTable *springs = &model->springs;
-    double r = network->rest_length[edge];
+    springs->neighbour[at] = other_slot;
     model_put(model, springs->rest_length, at, r);
-    model_put(model, springs->stiffness, at, network->stiffness[edge]);
+    model_put(model, springs->stiffness, at, stiffness);
     if (model->precision == PRECISION_DOUBLE)
         return;
-    const double *own = model->place[slot], *other = model->place[springs->neighbour[at]];
+    const double *own = model->place[slot], *other = model->place[other_slot];
     double square = 0.0;
     long vector = at / LANES * 3 * LANES + at % LANES;
     for (int c = 0; c < 3; c++) {
@@ -67,13 +66,13 @@ static void create_springs(SurfaceModel *model, const WingedMesh *winged,
     size_t entries = (size_t)start[chunk_count] * LANES;
     int *neighbour = ALLOCATE(ARENA_STEP, entries, int, "spring neighbours");
     SpringTable *springs = &model->springs;
-    *springs = (SpringTable){chunk_count, start, neighbour, NULL, NULL, NULL, NULL};
-    springs->rest_length = allocate_reals(model, entries, name, "spring rest lengths", arena);
-    springs->stiffness = allocate_reals(model, entries, name, "spring stiffness", arena);
+    *springs = (SpringTable){.chunk_count = chunk_count, .start = start, .neighbour = neighbour};
+    springs->rest_length = model_allocate_reals(model, entries, name, "spring rest lengths", arena);
+    springs->stiffness = model_allocate_reals(model, entries, name, "spring stiffness", arena);
     if (model->precision == PRECISION_SINGLE) {
-        springs->rest_vector = allocate_reals(model, 3 * entries, name, "spring vectors", arena);
+        springs->rest_vector = model_allocate_reals(model, 3 * entries, name, "spring vectors", arena);
         if (model->prestressed)
-            springs->preload = allocate_reals(model, entries, name, "spring preloads", arena);
+            springs->preload = model_allocate_reals(model, entries, name, "spring preloads", arena);
     }
 
     int(*around)[2] = calloc((size_t)winged->edge_count + 1, sizeof *around); // slot, edge
@@ -91,9 +90,10 @@ static void create_springs(SurfaceModel *model, const WingedMesh *winged,
         int chunk = s / LANES;
         for (int e = start[chunk], i = 0; e < start[chunk + 1]; e++, i++) {
             long at = (long)e * LANES + s % LANES;
-            neighbour[at] = i < count ? around[i][0] : s;
+            neighbour[at] = s;
             if (i < count)
-                put_spring(model, network, at, around[i][1], s);
+                model_put_spring(model, at, s, around[i][0], network->rest_length[around[i][1]],
+                                 network->stiffness[around[i][1]]);
         }
     }
     free(around);
@@ -114,19 +114,19 @@ static void create_nodes(SurfaceModel *model, const TriMesh *mesh, const SpringN
         single && model->shape != SHAPE_FRAME_WORLD && network->free_count == mesh->node_count;
     size_t slots = (size_t)model->slot_count;
     NodeTable *nodes = &model->nodes;
-    nodes->inverse_mass = allocate_reals(model, slots, name, "inverse mass", arena);
+    nodes->inverse_mass = model_allocate_reals(model, slots, name, "inverse mass", arena);
     model->mass = ALLOCATE(ARENA_TOPOLOGY, mesh->node_count, double, "node masses");
     if (body_frame || (uses_drag && !single))
-        nodes->rest = allocate_reals(model, 3 * slots, name, "rest positions", arena);
+        nodes->rest = model_allocate_reals(model, 3 * slots, name, "rest positions", arena);
     if (uses_drag) {
-        nodes->shape_rate = allocate_reals(model, slots, name, "shape rate", arena);
-        nodes->drag = allocate_reals(model, slots, name, "drag", arena);
+        nodes->shape_rate = model_allocate_reals(model, slots, name, "shape rate", arena);
+        nodes->drag = model_allocate_reals(model, slots, name, "drag", arena);
     }
     if (body_frame)
-        nodes->shape_drag = allocate_reals(model, slots, name, "shape drag", arena);
+        nodes->shape_drag = model_allocate_reals(model, slots, name, "shape drag", arena);
     double *weight = NULL;
     if (body_frame || model->floating)
-        weight = ALLOCATE(ARENA_STEP, slots, double, "frame weights");
+        weight = model->rigid_weight = ALLOCATE(ARENA_STEP, slots, double, "frame weights");
 
     for (int i = 0; i < mesh->node_count; i++) {
         int s = model->slot[i];
@@ -159,8 +159,8 @@ static void create_nodes(SurfaceModel *model, const TriMesh *mesh, const SpringN
 
 // Where nodes are at rest: in single precision from the middle of the body, so that a body far from
 // the origin is held as exactly as one near it.
-static void create_places(SurfaceModel *model, const TriMesh *mesh, const char *name, Arena *arena,
-                          StateList *state)
+void model_create_places(SurfaceModel *model, const TriMesh *mesh, const char *name, Arena *arena,
+                         StateList *state)
 {
     model->place = arena_allocate(arena, ARENA_STEP, (size_t)model->slot_count,
                                   sizeof *model->place, "%s/places", name);
@@ -180,20 +180,20 @@ static void create_places(SurfaceModel *model, const TriMesh *mesh, const char *
     }
 }
 
-static void create_rows(SurfaceModel *model, const TriMesh *mesh, const SpringNetwork *network,
-                        const SurfaceOptions *options, Arena *arena, StateList *state)
+void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fixed,
+                       const SurfaceOptions *options, Arena *arena, StateList *state)
 {
     const char *name = options->name;
     static const char *const labels[2][2] = {{"rows", "rows of next tick"},
                                              {"stage rows", "stage rows 2"}};
     size_t values = (size_t)model->slot_count * ROW, bytes = values * model_real_size(model);
     for (int k = 0; k < 2; k++) {
-        model->rows[k] = allocate_reals(model, values, name, labels[0][k], arena);
-        model->stage[k] = allocate_reals(model, values, name, labels[1][k], arena);
+        model->rows[k] = model_allocate_reals(model, values, name, labels[0][k], arena);
+        model->stage[k] = model_allocate_reals(model, values, name, labels[1][k], arena);
     }
     if (options->integrator == INTEGRATOR_RK4)
         model->sum =
-            allocate_reals(model, (size_t)model->slot_count * 6, name, "stage sums", arena);
+            model_allocate_reals(model, (size_t)model->lane_count * 6, name, "stage sums", arena);
     model->loaded = ALLOCATE(ARENA_STEP, 1, int64_t, "loaded");
     model->parameters = ALLOCATE(ARENA_STEP, 1, SurfaceParameters, "parameters");
     *model->parameters = (SurfaceParameters){
@@ -203,11 +203,11 @@ static void create_rows(SurfaceModel *model, const TriMesh *mesh, const SpringNe
     };
 
     double farthest = 0.0;
-    for (int i = 0; i < model->node_count; i++) {
+    for (int i = 0; i < mesh->node_count; i++) {
         Vec3 x =
             options->initial_position != NULL ? options->initial_position[i] : mesh->position[i];
         Vec3 v = {0.0, 0.0, 0.0};
-        if (options->initial_velocity != NULL && !network->fixed[i])
+        if (options->initial_velocity != NULL && !fixed[i])
             v = options->initial_velocity[i];
         model_write_row(model, model->rows[0], model->slot[i], x, v);
         farthest = fmax(farthest, fmax(vec3_length(x), vec3_length(mesh->position[i])));
@@ -217,9 +217,10 @@ static void create_rows(SurfaceModel *model, const TriMesh *mesh, const SpringNe
     model->present = model->rows[0];
 
     state_add_pair(state, model->rows[0], model->rows[1], &model->current, bytes, "%s/rows", name);
-    if (!options->without_contacts || !options->without_loads) {
-        size_t forces = (size_t)model->slot_count * 3;
-        model->external = allocate_reals(model, forces, name, "outside forces", arena);
+    // Forces of hanging nodes come to their masters from outside, too.
+    if (!options->without_contacts || !options->without_loads || model->detail != NULL) {
+        size_t forces = (size_t)model->lane_count * 3;
+        model->external = model_allocate_reals(model, forces, name, "outside forces", arena);
         state_add(state, model->external, forces * model_real_size(model), "%s/loads", name);
     }
     if (model->floating && !options->without_loads) {
@@ -234,7 +235,7 @@ static void create_rows(SurfaceModel *model, const TriMesh *mesh, const SpringNe
 }
 
 // The piece of each node: connected parts of the mesh, numbered by their lowest node.
-static void label_pieces(const TriMesh *mesh, int *piece)
+void model_label_pieces(const TriMesh *mesh, int *piece)
 {
     for (int i = 0; i < mesh->node_count; i++)
         piece[i] = i;
@@ -314,7 +315,7 @@ static void create_surface(SurfaceModel *model, Body *body, const TriMesh *mesh,
             row[i] = mesh->file_index[mesh_node_of_file(mesh, mesh_file_row(mesh, i))];
         origin = row;
     }
-    label_pieces(mesh, model->piece);
+    model_label_pieces(mesh, model->piece);
     body->mesh = (BodyMesh){
         .topology = 1,
         .node_count = nodes,
@@ -366,6 +367,7 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *optio
     model->edge_count = winged.edge_count;
     model->face_count = mesh->triangle_count;
     model->slot_count = (mesh->node_count + LANES - 1) / LANES * LANES;
+    model->lane_count = model->slot_count;
     model->damping_time = network.damping_time;
     model->damped = network.damping_time > 0.0;
     model->slot = ALLOCATE(ARENA_TOPOLOGY, mesh->node_count, int, "slot of node");
@@ -376,10 +378,10 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *optio
     for (int i = 0; i < mesh->node_count; i++)
         model->node[model->slot[i]] = i;
 
-    create_places(model, mesh, name, arena, state);
+    model_create_places(model, mesh, name, arena, state);
     create_springs(model, &winged, &network, name, arena);
     create_nodes(model, mesh, &network, options, arena, state);
-    create_rows(model, mesh, &network, options, arena, state);
+    model_create_rows(model, mesh, network.fixed, options, arena, state);
 
     *body = (Body){
         .ops = &surface_ops,

@@ -25,19 +25,22 @@ enum {
 // The springs of all chunks. Entries of chunk c: start[c] .. start[c + 1), LANES springs each.
 typedef struct SpringTable {
     int chunk_count;
-    const int *start;     // [chunk_count + 1]
-    const int *neighbour; // [entry][LANES] slot of the other end; padding names its own node
-    void *rest_length;    // Real [entry][LANES] r [m]
-    void *stiffness;      // Real [entry][LANES] k_s [N/m]; 0 for padding
-    void *rest_vector;    // single: Real [entry][3][LANES] e = X_own - X_other [m]
-    void *preload;        // single with prestress: Real [entry][LANES] |e|^2 - r^2 [m2]
+    int *start;        // [chunk_count + 1]
+    int *end;          // [chunk_count] scattered only: a chunk's entries end here
+    int *own;          // scattered only: [chunk][LANES] slot of the rows of a lane
+    int *neighbour;    // [entry][LANES] slot of the other end; padding names its own node
+    void *rest_length; // Real [entry][LANES] r [m]
+    void *stiffness;   // Real [entry][LANES] k_s [N/m]; 0 for padding
+    void *rest_vector; // single: Real [entry][3][LANES] e = X_own - X_other [m]
+    void *preload;     // single with prestress: Real [entry][LANES] |e|^2 - r^2 [m2]
 } SpringTable;
 
 // What a chunk knows of its own nodes, by slot unless said.
 typedef struct NodeTable {
     void *inverse_mass; // Real [1/kg]; 0: fixed
     void *rest;         // Real [chunk][3][LANES] [m]; double: rest position of the virtual node;
-                        // single: its arm from the frame's rest centre, SHAPE_FRAME_BODY only
+                        // single: its arm from the frame's rest centre (scattered: its place),
+                        // SHAPE_FRAME_BODY only
     void *shape_rate;   // Real k'_s / m [1/s2]; 0: fixed
     void *shape_drag;   // Real k'_d / m [1/s], against the frame's velocity; 0: fixed
     void *drag;         // Real gamma / m (and k'_d / m in the world frame) [1/s]; 0: fixed
@@ -78,7 +81,10 @@ typedef struct SpringPass {
     double stiffness_scale;
     double gravity[3];
     double position_limit; // a |component| beyond it counts as bad [m]
-    bool *bad;             // set, never cleared, when a written row is not finite or out of bounds
+    const int *chunk;      // scattered only: the chunks to go over, [chunk_count]
+    int chunk_count;
+    void *force; // sums only: Real [chunk][3][LANES] [N]
+    bool *bad;   // set, never cleared, when a written row is not finite or out of bounds
 } SpringPass;
 
 typedef void SpringKernel(const SpringPass *pass);
@@ -99,6 +105,10 @@ typedef struct SpringKernels {
     const char *level; // "x86-64-v4" ...
     Precision precision;
     SpringKernel *evaluate[2][SHAPE_VARIANTS][2][2]; // [damped][shape][external][prestressed]
+    // For bodies whose nodes come and go: over a list of chunks whose nodes may have their rows
+    // anywhere; the sums store forces and move nothing.
+    SpringKernel *scattered[2][SHAPE_VARIANTS][2]; // [damped][shape][prestressed]
+    SpringKernel *sum[2][2];                       // [damped][prestressed]
     DriftKernel *drift;
 } SpringKernels;
 

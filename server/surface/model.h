@@ -30,6 +30,9 @@ typedef struct SurfaceModel {
     int slot_count; // node_count rounded up to whole chunks
     int *slot;      // [node_count] of a node
     int *node;      // [slot_count] of a slot; -1 for padding
+    int lane_count; // of the tables by chunk and lane: slot_count, unless there is `lane`
+    int *lane;      // [slot_count] bodies with levels: where in the tables; else NULL: at the slot
+    struct Detail *detail; // bodies with levels, else NULL
     Precision precision;
 
     // --- springs; by entry and lane ---
@@ -64,6 +67,7 @@ typedef struct SurfaceModel {
 
     // --- parameters that SET can change; part of the state ---
     SurfaceParameters *parameters;
+    double *rigid_weight;    // [slot_count] of `rigid`
     RigidFrame *rigid;       // the best fit of the rest shape, for frame = "body" and for floating
                              // bodies; its rotation is part of the state
     BaseFrame *frame;        // single precision; part of the state
@@ -113,6 +117,11 @@ static inline long model_lane(int slot)
     return (long)(slot / LANES) * 3 * LANES + slot % LANES;
 }
 
+static inline int model_lane_of(const SurfaceModel *model, int slot)
+{
+    return model->lane == NULL ? slot : model->lane[slot];
+}
+
 // --- rows.c: between rows and the world ---
 
 // Position [m] and velocity [m/s] of a slot in the world frame; velocity may be NULL.
@@ -130,7 +139,31 @@ void model_return_to_rest(SurfaceModel *model);
 // Adds a force of the world frame to a slot's entry in `external`.
 void model_add_external(SurfaceModel *model, int slot, Vec3 force);
 
-// The operations of surface.c.
+// --- surface.c: the operations, and what bodies with levels share of them ---
 extern const BodyOps surface_ops;
+
+// Remembers what a lane of `external` holds until the next evaluation ends.
+void model_touch(SurfaceModel *model, int lane);
+// What one evaluation reads and writes; then, after the kernel.
+void model_fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringPass *pass);
+void model_end_pass(SurfaceModel *model, const SpringPass *pass);
+void model_add_load(SurfaceModel *model, int slot, Vec3 force);
+void model_reserve_touched(SurfaceModel *model, const char *name, int count, Arena *arena);
+void model_explain_kernel(const SurfaceModel *model, FILE *out);
+
+// --- create.c ---
+// Rest places and rows of the nodes of a mesh, which come first in model->slot; memory for all
+// slots.
+void model_create_places(SurfaceModel *model, const TriMesh *mesh, const char *name, Arena *arena,
+                         StateList *state);
+void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fixed,
+                       const SurfaceOptions *options, Arena *arena, StateList *state);
+void *model_allocate_reals(const SurfaceModel *model, size_t count, const char *name,
+                           const char *label, Arena *arena);
+// The piece of each node: connected parts of the mesh, numbered by their lowest node.
+void model_label_pieces(const TriMesh *mesh, int *piece);
+// Fills the entry `at` of the spring table: a spring of the node in `slot` to the one in `other`.
+void model_put_spring(SurfaceModel *model, long at, int slot, int other, double rest_length,
+                      double stiffness);
 
 #endif

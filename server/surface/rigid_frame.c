@@ -15,7 +15,9 @@ RigidFrame *rigid_frame_create(const char *name, Precision precision, int slot_c
 {
     RigidFrame *frame = arena_allocate(arena, ARENA_STEP, 1, sizeof *frame, "%s/rigid frame", name);
     frame->precision = precision;
-    frame->slot_count = slot_count;
+    frame->whole[0][1] = slot_count;
+    frame->run = frame->whole;
+    frame->run_count = 1;
     frame->place = place;
     frame->weight = weight;
     frame->rotation =
@@ -23,16 +25,26 @@ RigidFrame *rigid_frame_create(const char *name, Precision precision, int slot_c
     frame->rotation[0] = 1.0;
     state_add(state, frame->rotation, 4 * sizeof(double), "%s/frame_rotation", name);
 
-    double center[3] = {0.0, 0.0, 0.0};
-    for (int s = 0; s < slot_count; s++) {
-        frame->total_weight += weight[s];
-        for (int c = 0; c < 3; c++)
-            center[c] += weight[s] * place[s][c];
-    }
-    ASSERT(frame->total_weight > 0.0);
-    for (int c = 0; c < 3; c++)
-        frame->pose.rest_center[c] = center[c] / frame->total_weight;
+    rigid_frame_weigh(frame);
     return frame;
+}
+
+#define FOR_EACH_SLOT(frame, s)                                                                    \
+    for (int run_ = 0; run_ < (frame)->run_count; run_++)                                          \
+        for (int s = (frame)->run[run_][0]; s < (frame)->run[run_][1]; s++)
+
+void rigid_frame_weigh(RigidFrame *frame)
+{
+    double total = 0.0, center[3] = {0.0, 0.0, 0.0};
+    FOR_EACH_SLOT(frame, s)
+    {
+        total += frame->weight[s];
+        for (int c = 0; c < 3; c++)
+            center[c] += frame->weight[s] * frame->place[s][c];
+    }
+    frame->total_weight = total;
+    for (int c = 0; c < 3; c++)
+        frame->pose.rest_center[c] = total > 0.0 ? center[c] / total : 0.0;
 }
 
 // Position and velocity of a slot, in the rows' coordinates.
@@ -167,7 +179,8 @@ void rigid_frame_fit(RigidFrame *frame, const void *rows)
     FramePose *pose = &frame->pose;
     const double *w = frame->weight;
     double sum[6] = {0.0};
-    for (int s = 0; s < frame->slot_count; s++) {
+    FOR_EACH_SLOT(frame, s)
+    {
         double x[3], v[3];
         read_row(frame, rows, s, x, v);
         for (int c = 0; c < 3; c++) {
@@ -183,7 +196,8 @@ void rigid_frame_fit(RigidFrame *frame, const void *rows)
     // A, the weighted inertia and the weighted angular momentum about the center.
     double a[3][3] = {{0.0}}, xx = 0.0, yy = 0.0, zz = 0.0, xy = 0.0, xz = 0.0, yz = 0.0;
     double momentum[3] = {0.0, 0.0, 0.0};
-    for (int s = 0; s < frame->slot_count; s++) {
+    FOR_EACH_SLOT(frame, s)
+    {
         double p[3], q[3];
         read_row(frame, rows, s, p, q);
         double x = p[0] - pose->center[0], y = p[1] - pose->center[1], z = p[2] - pose->center[2];
@@ -227,7 +241,8 @@ double rigid_frame_energy(const RigidFrame *frame, const void *rows)
     rigid_frame_fit(&fit, rows);
     const FramePose *pose = &fit.pose;
     double energy = 0.0;
-    for (int s = 0; s < frame->slot_count; s++) {
+    FOR_EACH_SLOT(frame, s)
+    {
         double x[3], v[3], arm[3];
         read_row(frame, rows, s, x, v);
         for (int c = 0; c < 3; c++)

@@ -8,7 +8,9 @@
 #include "surface/kernel.h"
 
 typedef struct RigidFrame {
-    int slot_count;
+    int (*run)[2]; // [run_count] first slot and end of the slots that count; of a body without
+    int run_count; // levels one run, all
+    int whole[1][2];
     Precision precision;      // of the rows: displacements from `place`, or positions
     const double (*place)[3]; // [slot_count] rest positions [m]
     const double *weight;     // [slot_count] k'_s [N/m]; 0 for padding
@@ -17,10 +19,13 @@ typedef struct RigidFrame {
     FramePose pose;   // valid after rigid_frame_fit
 } RigidFrame;
 
-// Places and weights are kept by reference; weights must sum to more than 0.
+// Places and weights are kept by reference; weights must sum to more than 0 (those of a body with
+// levels may come later: rigid_frame_weigh).
 RigidFrame *rigid_frame_create(const char *name, Precision precision, int slot_count,
                                const double (*place)[3], const double *weight, Arena *arena,
                                StateList *state);
+// After places, weights or runs have changed: the rest centre anew.
+void rigid_frame_weigh(RigidFrame *frame);
 // Fits position, rotation and velocities to rows of the given precision [slot_count][ROW].
 void rigid_frame_fit(RigidFrame *frame, const void *rows);
 

@@ -8,21 +8,6 @@
 // ---------------------------------------------------------------------------------------------
 // A tick
 
-static void fill_pass(const SurfaceModel *model, SpringPass *pass)
-{
-    const SurfaceParameters *p = model->parameters;
-    Vec3 gravity = model_to_rows(model, (Vec3){p->gravity[0], p->gravity[1], p->gravity[2]});
-    *pass = (SpringPass){
-        .springs = &model->springs,
-        .nodes = &model->nodes,
-        .external = model->external,
-        .damping_time = model->damping_time * p->damping_scale,
-        .stiffness_scale = p->stiffness_scale,
-        .gravity = {gravity.x, gravity.y, gravity.z},
-        .position_limit = model->position_limit,
-    };
-}
-
 static void surface_drift(void *self, double dt)
 {
     SurfaceModel *model = self;
@@ -31,28 +16,48 @@ static void surface_drift(void *self, double dt)
     model->next_stage = 1;
 }
 
+void model_touch(SurfaceModel *model, int lane)
+{
+    if (model->is_touched[lane])
+        return;
+    model->is_touched[lane] = true;
+    int k = model->touched_count++;
+    ASSERT(k < model->touched_capacity);
+    model->touched[k] = lane;
+    for (int c = 0; c < 3; c++)
+        model_put(model, model->untouched, 3L * k + c,
+                  model_get(model, model->external, model_lane(lane) + c * LANES));
+}
+
 // Takes the contact forces of one evaluation back, leaving the constant loads as they were.
 static void clear_touched(SurfaceModel *model)
 {
     for (int k = 0; k < model->touched_count; k++) {
-        int slot = model->touched[k];
+        int lane = model->touched[k];
         for (int c = 0; c < 3; c++)
-            model_put(model, model->external, model_lane(slot) + c * LANES,
+            model_put(model, model->external, model_lane(lane) + c * LANES,
                       model_get(model, model->untouched, 3L * k + c));
-        model->is_touched[slot] = false;
+        model->is_touched[lane] = false;
     }
     model->touched_count = 0;
 }
 
-static void surface_evaluate(void *self, const Stage *stage, double h)
+void model_fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringPass *pass)
 {
-    SurfaceModel *model = self;
-    SpringPass pass;
-    fill_pass(model, &pass);
-    pass.stage = *stage;
-    pass.h = h;
-    pass.bad = &model->bad;
-
+    const SurfaceParameters *p = model->parameters;
+    Vec3 gravity = model_to_rows(model, (Vec3){p->gravity[0], p->gravity[1], p->gravity[2]});
+    *pass = (SpringPass){
+        .springs = &model->springs,
+        .nodes = &model->nodes,
+        .external = model->external,
+        .stage = *stage,
+        .h = h,
+        .damping_time = model->damping_time * p->damping_scale,
+        .stiffness_scale = p->stiffness_scale,
+        .gravity = {gravity.x, gravity.y, gravity.z},
+        .position_limit = model->position_limit,
+        .bad = &model->bad,
+    };
     // Which rows are read and written: the tick's result goes to the rows that are not current, so
     // that the state before the tick stays whole until commit.
     void *result = model->rows[1 - model->current];
@@ -61,20 +66,31 @@ static void surface_evaluate(void *self, const Stage *stage, double h)
         model->next_stage = 0;
     }
     bool ends = stage->rule == STAGE_RK4_LAST || (stage->rule == STAGE_KICK && stage->last);
-    pass.present = model->present;
-    pass.base = model->base;
-    pass.sum = model->sum;
-    pass.next = ends ? result : model->stage[model->next_stage];
+    pass->present = model->present;
+    pass->base = model->base;
+    pass->sum = model->sum;
+    pass->next = ends ? result : model->stage[model->next_stage];
     if (model->shape == SHAPE_FRAME_BODY) {
-        rigid_frame_fit(model->rigid, pass.present);
-        pass.frame = &model->rigid->pose;
+        rigid_frame_fit(model->rigid, pass->present);
+        pass->frame = &model->rigid->pose;
     }
+}
 
+void model_end_pass(SurfaceModel *model, const SpringPass *pass)
+{
+    clear_touched(model);
+    model->present = pass->next;
+    model->next_stage = 1 - model->next_stage;
+}
+
+static void surface_evaluate(void *self, const Stage *stage, double h)
+{
+    SurfaceModel *model = self;
+    SpringPass pass;
+    model_fill_pass(model, stage, h, &pass);
     bool external = *model->loaded != 0 || model->touched_count > 0;
     model->kernels->evaluate[model->damped][model->shape][external][model->prestressed](&pass);
-    clear_touched(model);
-    model->present = pass.next;
-    model->next_stage = 1 - model->next_stage;
+    model_end_pass(model, &pass);
 }
 
 static bool surface_commit(void *self)
@@ -125,30 +141,26 @@ static void surface_add_forces(void *self, const int *node, int count, const Vec
     SurfaceModel *model = self;
     for (int i = 0; i < count; i++) {
         int slot = model->slot[node[i]];
-        if (!model->is_touched[slot]) {
-            model->is_touched[slot] = true;
-            int k = model->touched_count++;
-            ASSERT(k < model->touched_capacity);
-            model->touched[k] = slot;
-            for (int c = 0; c < 3; c++)
-                model_put(model, model->untouched, 3L * k + c,
-                          model_get(model, model->external, model_lane(slot) + c * LANES));
-        }
+        model_touch(model, slot);
         model_add_external(model, slot, force[i]);
     }
 }
 
+void model_reserve_touched(SurfaceModel *model, const char *name, int count, Arena *arena)
+{
+    size_t lanes = (size_t)(count < model->lane_count ? count : model->lane_count);
+    model->touched_capacity = (int)lanes;
+    model->touched = arena_allocate(arena, ARENA_CONTACT, lanes, sizeof *model->touched,
+                                    "%s/touched slots", name);
+    model->untouched = arena_allocate(arena, ARENA_CONTACT, 3 * lanes, model_real_size(model),
+                                      "%s/touched loads", name);
+    model->is_touched = arena_allocate(arena, ARENA_CONTACT, (size_t)model->lane_count,
+                                       sizeof *model->is_touched, "%s/touched marks", name);
+}
+
 static void surface_reserve_forces(void *self, const char *name, int count, Arena *arena)
 {
-    SurfaceModel *model = self;
-    size_t slots = (size_t)(count < model->slot_count ? count : model->slot_count);
-    model->touched_capacity = (int)slots;
-    model->touched = arena_allocate(arena, ARENA_CONTACT, slots, sizeof *model->touched,
-                                    "%s/touched slots", name);
-    model->untouched = arena_allocate(arena, ARENA_CONTACT, 3 * slots, model_real_size(model),
-                                      "%s/touched loads", name);
-    model->is_touched = arena_allocate(arena, ARENA_CONTACT, (size_t)model->slot_count,
-                                       sizeof *model->is_touched, "%s/touched marks", name);
+    model_reserve_touched(self, name, count, arena);
 }
 
 static bool is_inside(const Region *region, Vec3 axis, double square, Vec3 d)
@@ -181,10 +193,8 @@ static int surface_find_nodes(const void *self, const Region *region, int *node,
     return found;
 }
 
-static void surface_add_load(void *self, int node, Vec3 force)
+void model_add_load(SurfaceModel *model, int slot, Vec3 force)
 {
-    SurfaceModel *model = self;
-    int slot = model->slot[node];
     if (model->world_load != NULL) {
         model->world_load[slot][0] += force.x;
         model->world_load[slot][1] += force.y;
@@ -194,14 +204,19 @@ static void surface_add_load(void *self, int node, Vec3 force)
     *model->loaded = 1;
 }
 
+static void surface_add_load(void *self, int node, Vec3 force)
+{
+    SurfaceModel *model = self;
+    model_add_load(model, model->slot[node], force);
+}
+
 static void surface_clear_loads(void *self)
 {
     SurfaceModel *model = self;
     if (*model->loaded != 0) {
-        size_t slots = (size_t)model->slot_count;
-        memset(model->external, 0, slots * 3 * model_real_size(model));
+        memset(model->external, 0, (size_t)model->lane_count * 3 * model_real_size(model));
         if (model->world_load != NULL)
-            memset(model->world_load, 0, slots * sizeof *model->world_load);
+            memset(model->world_load, 0, (size_t)model->slot_count * sizeof *model->world_load);
     }
     *model->loaded = 0;
 }
@@ -232,8 +247,10 @@ static double spring_energy(const SurfaceModel *model, const void *rows, int slo
 {
     const SpringTable *springs = &model->springs;
     double energy = 0.0;
-    for (int e = springs->start[slot / LANES]; e < springs->start[slot / LANES + 1]; e++) {
-        long at = (long)e * LANES + slot % LANES;
+    int lane = model_lane_of(model, slot), chunk = lane / LANES;
+    int end = model->lane == NULL ? springs->start[chunk + 1] : springs->end[chunk];
+    for (int e = springs->start[chunk]; e < end; e++) {
+        long at = (long)e * LANES + lane % LANES;
         Vec3 other;
         model_read_row(model, rows, springs->neighbour[at], &other, NULL);
         double stretch =
@@ -261,7 +278,8 @@ static void surface_measure(const void *self, BodyMeasure *measure)
         elastic += spring_energy(model, rows, s, x);
         farthest = fmax(farthest, away);
         if (model->shape == SHAPE_FRAME_WORLD)
-            shape += 0.5 * model_get(model, model->nodes.shape_rate, s) * mass * away;
+            shape += 0.5 * mass * away *
+                     model_get(model, model->nodes.shape_rate, model_lane_of(model, s));
     }
     if (model->shape == SHAPE_FRAME_BODY)
         shape = rigid_frame_energy(model->rigid, rows);
@@ -304,11 +322,10 @@ static bool surface_set(void *self, BodyParameter parameter, double value)
     return false;
 }
 
-static void surface_explain(const void *self, FILE *out)
+void model_explain_kernel(const SurfaceModel *model, FILE *out)
 {
     static const char *const shapes[] = {"none", "virtual nodes fixed in the world",
                                          "virtual nodes on a best-fit rigid frame"};
-    const SurfaceModel *model = self;
     fprintf(out, "    kernel: %s, %s, %d lanes a chunk, %d nodes, %d springs\n",
             model->precision == PRECISION_SINGLE ? "single" : "double", model->kernels->level,
             LANES, model->node_count, model->edge_count);
@@ -317,6 +334,11 @@ static void surface_explain(const void *self, FILE *out)
     fprintf(out, "    shape-preserving springs: %s%s\n", shapes[model->shape],
             model->shape == SHAPE_FRAME_NONE ? " (shape)" : "");
     fprintf(out, "    outside forces: read only while a load or a tool acts\n");
+}
+
+static void surface_explain(const void *self, FILE *out)
+{
+    model_explain_kernel(self, out);
 }
 
 static void surface_read_rows(const void *self, Vec3 *position, Vec3 *velocity)

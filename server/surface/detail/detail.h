@@ -8,57 +8,56 @@
 // is a midpoint of an edge of the level above; when only one of the faces at that edge is refined it
 // hangs: with adjust = "continuum" it is held in the middle of the edge's ends, its masters, and its
 // forces and mass are theirs; with "choi2005" it moves freely.
-#ifndef PLIANT_SURFACE_DETAIL_H
-#define PLIANT_SURFACE_DETAIL_H
+//
+// A node has a slot for its rows, in an order of the hierarchy that keeps neighbours together, level
+// by level, and, while it is on, a lane in the kernel's tables.
+#ifndef PLIANT_SURFACE_DETAIL_DETAIL_H
+#define PLIANT_SURFACE_DETAIL_DETAIL_H
 
 #include "geometry/levels.h"
+#include "surface/detail/detail_slots.h"
+#include "surface/level_rules.h"
 #include "surface/model.h"
 
 enum {
-    WINDOW = 64,                             // slots that are packed together
-    WINDOW_CHUNKS = WINDOW / LANES + 1,      // the last of the free nodes and the first of the
-                                             // hanging ones may both be short
-    WINDOW_LANES = WINDOW_CHUNKS * LANES,
+    WINDOW = 64, // slots that are packed together
+    // The last chunk of the free nodes and that of the hanging ones may both be short.
+    WINDOW_CHUNKS = WINDOW / LANES + 1,
 };
 
 typedef enum NodeStatus { NODE_OFF, NODE_FREE, NODE_HANGING } NodeStatus;
 
-// A leaf and which of its corners a node is.
+// A leaf, or another face; and which of its corners a node is.
 typedef struct Leaf {
     int level, face, corner;
 } Leaf;
 
-// The springs of a node, and what it stands for in the bounds.
+// The springs of a node: slots of the other ends, ascending.
 typedef struct NodeSprings {
     int count;
-    int *neighbour;    // [2 valence] slots, ascending
+    int *neighbour;
     double *stiffness; // [N/m]
 } NodeSprings;
 
-// What is constant for a window, and what of it is in use.
+// What is packed of one window; sums and largest values over its free nodes.
 typedef struct Window {
-    int first_slot;
     int free_count, hanging_count;
-    int free_chunks;         // the hanging nodes' chunks follow
-    double mass;             // [kg] of its free nodes
-    double lambda, damping;  // largest of its free nodes
-    int springs;             // ends of springs at its nodes
+    int free_chunks; // the hanging nodes' chunks follow
+    double mass;     // [kg]
+    double lambda, damping;
+    int spring_ends;
 } Window;
-
-typedef struct DetailCounts {
-    int64_t refined, coarsened, refused; // faces, since the start
-} DetailCounts;
 
 // Where the sweep of the criteria stands; plain data, part of the state.
 typedef struct Sweep {
-    int64_t root;       // next face of level 0
-    int64_t urgent;     // roots to sweep at once, whatever the rate: loads have changed
-    int64_t topology;
+    int64_t root;         // next face of level 0
+    int64_t urgent;       // roots to sweep at once: loads have changed
+    double credit;        // roots that may be swept by now
     double thresholds[3]; // force, speed, curvature
     double scale;         // of all three
     int64_t level;        // finest that may be used
-    double credit;        // roots that may be swept by now
-    DetailCounts counts;
+    int64_t topology;     // changes since the start
+    int64_t refined, coarsened, refused; // faces, since the start
 } Sweep;
 
 // A force that a tool put on a node in the last evaluation of a tick; part of the state.
@@ -68,144 +67,140 @@ typedef struct Felt {
 } Felt;
 
 typedef struct Detail {
-    const SurfaceOptions *options; // a copy
-    bool constrained;              // hanging nodes are (adjust = "continuum")
-    int finest;
+    // --- constant ---
+    SurfaceOptions options;
     Levels levels;
-    int face_base[LEVELS_MAX + 2]; // number of the first face of each level in `refined`
-    int *root_ring_start;          // [level[0].node_count + 1] faces of level 0 around a node
-    int *root_ring;
-    double *root_area;             // [level[0].face_count] at rest [m2]
-    bool *fixed;                   // [node_count]
-    int node_count;                // of the finest level
-    int place_count;               // faces of the finest level: places of BodySurface
-
-    // --- rules by level (level_rules.h) ---
-    double areal_density; // [kg/m2]
-    double modulus;       // E2D [N/m]
-    double level_mass[LEVELS_MAX + 1];      // choi2005: of a node [kg]
-    double level_stiffness[LEVELS_MAX + 1]; // choi2005: of a spring [N/m]
-    double shape_rate, shape_drag, node_drag; // by mass: [1/s2], [1/s], [1/s]
-    double edge_length;                       // mean of level 0 [m]
-    double wave_speed;                        // sqrt(E2D / rho_A) [m/s]
+    LevelRules rules;
+    bool constrained; // hanging nodes are: adjust = "continuum"
+    int finest;
+    int face_base[LEVELS_MAX + 2];         // number of the first face of each level
+    int *root_ring_start, *root_ring;      // faces of level 0 around each of its nodes
+    bool *fixed;                           // [node_count]
+    int node_count, place_count;           // nodes and faces of the finest level
+    double modulus;                        // E2D [N/m]
+    double shape_rate, shape_drag, node_drag; // by mass [1/s2], [1/s], [1/s]
+    double edge_length;                    // mean of level 0 [m]
+    double wave_speed;                     // sqrt(E2D / rho_A) [m/s]
+    double least_lambda, least_damping;    // of level 0: bounds of a body wholly held
+    int *of_slot;     // [window_count * WINDOW] node of a slot, on or off; -1: padding
+    int window_count;
+    int spare_slot;   // + window: the rows of lanes without a node
 
     // --- part of the state ---
-    unsigned char *refined; // [faces of all levels above the finest]
-    int *calm_since;        // the same: tick since which its children are calm; 0: they are not
+    unsigned char *refined; // [faces above the finest level]
+    int64_t *calm_since;    // the same: tick since which its four are calm, plus 1; 0: not calm
     Sweep *sweep;
-    Felt *felt;             // [felt_capacity]
+    Felt *felt; // [felt_capacity]
     int64_t *felt_count;
     int felt_capacity;
-    bool felt_whole;        // the next add_forces begins a new list
 
     // --- follows from the bits ---
     unsigned char *status; // [node_count] NodeStatus
-    int *of_slot;          // [slot_count] node of a slot whether on or off; -1: padding
-    int window_count;
-    Window *window;
-    int *lane;             // [slot_count] of a slot in the tables; -1 when off
-    int *hanging;          // [hanging_count] slots of constrained nodes, finest level first
-    int (*master)[2];      // [node_count..] slots of a hanging slot's masters, by index in `hanging`
-    int hanging_count, hanging_capacity;
-    void *hanging_force;   // Real [chunk][3][LANES]
-    int *free_chunk, *hanging_chunk; // [window_count * WINDOW_CHUNKS] chunks in use, ascending
+    Window *window;        // [window_count]
+    bool *stale_window;    // [window_count] to be packed again
+    int hanging_count;
+    int *hanging;     // [node_count] slots of hanging nodes, finest level first
+    int (*master)[2]; // [node_count] slots of their masters
+    int *free_chunk, *hanging_chunk; // [window_count * WINDOW_CHUNKS] in use, ascending
     int free_chunk_count, hanging_chunk_count;
-    int (*run)[2];         // [window_count] first slot and end of neighbouring windows in use
+    int (*run)[2]; // [window_count] first slot and end of neighbouring windows in use
     int run_count;
     int leaf_count[LEVELS_MAX + 1];
+    double mass, lambda, damping;
+    int spring_ends, on_count;
 
-    // --- the change under way ---
-    int *dirty;           // [node_count] nodes to pack again
-    bool *is_dirty;       // [node_count]
-    int dirty_count;
-    bool *stale_window;   // [window_count]
-    int *touched;         // [place_count] leaves by their first place, whose triangles may change
-    signed char *touched_level;
-    bool *is_touched;     // [place_count]
-    int touched_count;
-    TopologyChange change;
-    FaceChange *face_change; // [place_count]
-    NodeBirth *born;         // [node_count]
-    int *gone;               // [node_count]
-
-    // --- faces that are touched and drawn; by place ---
+    // --- faces that are touched and drawn; by place (BodySurface) ---
     int (*face)[3];
     int (*face_neighbor)[3];
-    double *face_area;
-    double *finest_area;
+    double *face_area, *finest_area;
     int *node_face_start, *node_face_end, *node_face;
     double *node_area;
+    MeshSlots *slots;
 
-    // --- slots of the mesh in messages (detail_slots.c) ---
-    struct MeshSlots *slots;
+    // --- the change under way ---
+    TopologyChange change;
+    FaceChange *face_change; // [2 place_count]
+    NodeBirth *born;         // [node_count]
+    int *gone;               // [node_count]
+    Leaf *touched;           // [faces of all levels] to be drawn again
+    bool *is_touched;
+    int *cleared, *drawn;    // [place_count] places
+    bool *was_used;          // [place_count]
+    int *redrawn;            // [node_count]
+    bool *is_redrawn;
+    int touched_count, cleared_count, drawn_count, redrawn_count;
+    Leaf *calm; // [calm_capacity] refined faces whose four have been calm for long
+    int calm_count, calm_capacity;
 
-    Leaf *ring[2];     // scratch [most leaves around a node], one for each depth of use
-    NodeSprings springs; // scratch
-    int most_leaves;
+    // --- scratch ---
+    void *hanging_force;          // Real [chunk][3][LANES]
+    double *felt_force;           // [node_count] zero but during a sweep [N]
+    Leaf *ring[LEVELS_MAX + 4];   // leaves around a node, by depth of use
+    NodeSprings springs[WINDOW];
+    int packed[WINDOW];
 } Detail;
 
 // --- detail_set.c: what the bits say ---
 bool detail_is_refined(const Detail *detail, int level, int face);
 bool detail_exists(const Detail *detail, int level, int face);
 bool detail_is_leaf(const Detail *detail, int level, int face);
-// Leaves that have the node as a corner, in an order that depends on the hierarchy alone; at most
-// detail->most_leaves.
+// Leaves that have the node as a corner, in an order that depends on the hierarchy alone.
 int detail_leaves_around(const Detail *detail, int node, Leaf *leaf);
 // The midpoint of an edge when it is on, else -1.
 int detail_midpoint(const Detail *detail, int level, int edge);
-// What the bits say of a midpoint of an edge of `level`.
+// What the bits say of the midpoint of an edge of `level`.
 NodeStatus detail_status_of_midpoint(const Detail *detail, int level, int edge);
 // First of the places of a face.
 int detail_place(const Detail *detail, int level, int face);
 
 // --- detail_pack.c: from the bits to the kernel's tables ---
 // Mass that moves with a node [kg]: its own third of the leaves around, and half of each hanging
-// node's that it is master of.
-double detail_mass(const Detail *detail, int node);
-// Packs the stale windows, then everything that sums over windows.
+// node's that it is master of; with choi2005 eq 7.
+double detail_mass(const SurfaceModel *model, int node);
+// Packs the stale windows, then what sums over windows.
 void detail_pack(SurfaceModel *model);
-// Everything that follows from the bits, from nothing.
-void detail_rebuild(Body *body);
-// Figures of the body that follow from the bits: mass, bounds, counts.
-void detail_publish(Body *body);
-
-// --- detail_change.c ---
-// Begins and ends a change: between them faces are refined and coarsened.
-void detail_begin_change(SurfaceModel *model);
-void detail_refine(SurfaceModel *model, int level, int face);
-bool detail_may_coarsen(const Detail *detail, int level, int face);
-void detail_coarsen(SurfaceModel *model, int level, int face);
-// True when something changed.
-bool detail_end_change(Body *body);
-// Faces that detail_refine would refine, with those that balance asks for.
-int detail_refine_cost(const Detail *detail, int level, int face);
-// Marks a node, and the masters that carry it, to be packed again.
-void detail_mark(SurfaceModel *model, int node);
 
 // --- detail_rows.c: rows of nodes that hang, come and go ---
 // Velocity of a node that is on, through its masters when it hangs [m/s].
 Vec3 detail_velocity(const SurfaceModel *model, int node);
 // Changes the velocity of what carries a node by an impulse [N s].
 void detail_push(SurfaceModel *model, int node, Vec3 impulse);
-// Rest place of a node from its status; returns whether it moved.
-bool detail_set_place(SurfaceModel *model, int node);
+// Puts a node where its status says that it rests.
+void detail_set_place(SurfaceModel *model, int node);
+// The same for a node that hangs no longer: its displacement stays.
+void detail_release(SurfaceModel *model, int node);
 void detail_give_birth(SurfaceModel *model, int node);
 void detail_switch_off(SurfaceModel *model, int node);
 // Puts hanging rows in the middle of their masters.
 void detail_hang(const SurfaceModel *model, void *rows);
 
-// --- detail_faces.c ---
-void detail_touch_leaf(Detail *detail, int level, int face);
-// Draws the touched leaves anew and lists what changed.
-void detail_draw(Body *body);
+// --- detail_change.c: refining and coarsening ---
+// Between the beginning and the end of a change faces are refined and coarsened.
+void detail_begin_change(SurfaceModel *model);
+// A leaf, after whatever balance asks for. False: it does not fit.
+bool detail_refine(SurfaceModel *model, int level, int face);
+// A refined face, whose four must be leaves: whether balance allows it; then do it.
+bool detail_may_coarsen(const Detail *detail, int level, int face);
+void detail_coarsen(SurfaceModel *model, int level, int face);
+// True when something changed.
+bool detail_end_change(Body *body);
 
-// --- detail_slots.c ---
-typedef struct MeshSlots MeshSlots;
+// --- detail_faces.c: what is touched and drawn ---
+void detail_touch(Detail *detail, int level, int face);
+void detail_draw(Detail *detail);
+void detail_draw_all(Detail *detail);
 
 // --- detail_sweep.c ---
-// Criteria of the next roots; refines and coarsens. True when the topology changed.
+// Looks at the next faces, refines and coarsens. True when the topology changed.
 bool detail_sweep(Body *body, int64_t step, double tick);
 
-extern const BodyOps detail_ops;
+// --- detail_create.c ---
+// Everything that follows from the bits, from nothing.
+void detail_rebuild(Body *body);
+// The figures of the body that follow from them: mass, bounds, counts, mesh.
+void detail_publish(Body *body);
+
+// --- detail_body.c ---
+const BodyOps *detail_ops(void);
 
 #endif

@@ -48,8 +48,8 @@ static void follow_place(SurfaceModel *model, int node, int depth)
 void detail_begin_change(SurfaceModel *model)
 {
     Detail *detail = model->detail;
-    detail->change = (TopologyChange){
-        .face = detail->face_change, .born = detail->born, .gone = detail->gone};
+    detail->change =
+        (TopologyChange){.face = detail->face_change, .born = detail->born, .gone = detail->gone};
     if (model->rigid != NULL)
         rigid_frame_fit(model->rigid, model->rows[model->current]);
 }
@@ -71,7 +71,8 @@ static void divide(SurfaceModel *model, int level, int face)
     detail->leaf_count[level + 1] += 4;
     for (int k = 0; k < 3; k++) {
         int edge = at->face_edge[face][k], node = at->node_count + edge;
-        NodeStatus before = detail->status[node], now = detail_status_of_midpoint(detail, level, edge);
+        NodeStatus before = detail->status[node],
+                   now = detail_status_of_midpoint(detail, level, edge);
         detail->status[node] = (unsigned char)now;
         if (before == NODE_OFF) {
             detail_set_place(model, node);
@@ -109,7 +110,7 @@ bool detail_refine(SurfaceModel *model, int level, int face)
             !detail_refine(model, level - 1, across / 4))
             return false;
     }
-    if (!slots_have_room(detail->slots)) {
+    if (!slots_reserve(detail->slots)) {
         detail->sweep->counts.refused++;
         return false;
     }
@@ -145,8 +146,8 @@ static int lost_momentum(const SurfaceModel *model, int level, int face, Impulse
 {
     const Detail *detail = model->detail;
     const Level *at = &detail->levels.level[level];
-    double area = ldexp(detail->root_area[face >> (2 * level)], -2 * level);
-    double mass = detail->areal_density * area;
+    double area = level_rules_area(&detail->rules, level, face);
+    double mass = detail->rules.areal_density * area;
     Vec3 corner[3], middle[3];
     int count = 0;
     for (int k = 0; k < 3; k++) {
@@ -155,8 +156,8 @@ static int lost_momentum(const SurfaceModel *model, int level, int face, Impulse
     }
     for (int k = 0; k < 3; k++) {
         Vec3 sum = vec3_add(middle[k], middle[(k + 2) % 3]);
-        out[count++] = (Impulse){at->face[face][k],
-                                 vec3_scale(mass / 8.0, vec3_madd(sum, -2.0, corner[k]))};
+        out[count++] =
+            (Impulse){at->face[face][k], vec3_scale(mass / 8.0, vec3_madd(sum, -2.0, corner[k]))};
     }
     for (int k = 0; k < 3; k++) {
         int edge = at->face_edge[face][k], node = at->node_count + edge;
@@ -165,7 +166,7 @@ static int lost_momentum(const SurfaceModel *model, int level, int face, Impulse
             continue;
         int a = at->face[face][k], b = at->face[face][(k + 1) % 3];
         Vec3 mean = vec3_scale(0.5, vec3_add(corner[k], corner[(k + 1) % 3]));
-        double left = detail_mass(detail, node) - mass / 4.0;
+        double left = detail_mass(model, node) - mass / 4.0;
         Vec3 half = vec3_scale(0.5 * left, vec3_sub(middle[k], mean));
         out[count++] = (Impulse){a, half};
         out[count++] = (Impulse){b, half};

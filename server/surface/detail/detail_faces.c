@@ -102,7 +102,7 @@ static void draw_leaf(Detail *detail, int level, int face)
 {
     Piece piece[4];
     int count = divide_leaf(detail, level, face, piece);
-    double area = ldexp(detail->root_area[face >> (2 * level)], -2 * level);
+    double area = level_rules_area(&detail->rules, level, face);
     for (int k = 0; k < count; k++) {
         int place = quarter(detail, level, face, k);
         memcpy(detail->face[place], piece[k].corner, sizeof piece[k].corner);
@@ -163,9 +163,9 @@ static void measure_node(Detail *detail, int node)
         Leaf *leaf = detail->ring[0];
         int count = detail_leaves_around(detail, node, leaf);
         for (int i = 0; i < count; i++)
-            area += ldexp(detail->root_area[leaf[i].face >> (2 * leaf[i].level)],
-                          -2 * leaf[i].level) /
-                    3.0;
+            area +=
+                level_rules_area(&detail->rules, leaf[i].level, leaf[i].face) /
+                3.0;
     }
     detail->node_area[node] = area;
 }
@@ -197,8 +197,7 @@ static void list_changes(Detail *detail)
     }
     for (int i = 0; i < detail->drawn_count; i++) {
         int place = detail->drawn[i];
-        detail->face_change[change->face_count++] =
-            (FaceChange){place, predecessor(detail, place)};
+        detail->face_change[change->face_count++] = (FaceChange){place, predecessor(detail, place)};
         slots_put_face(detail->slots, place, detail->face[place]);
     }
 }
@@ -237,7 +236,7 @@ void detail_draw_all(Detail *detail)
             if (detail_is_leaf(detail, level, face))
                 detail_touch(detail, level, face);
     memset(detail->node_area, 0, (size_t)detail->node_count * sizeof *detail->node_area);
-    detail->change = (TopologyChange){
-        .face = detail->face_change, .born = detail->born, .gone = detail->gone};
+    detail->change =
+        (TopologyChange){.face = detail->face_change, .born = detail->born, .gone = detail->gone};
     detail_draw(detail);
 }

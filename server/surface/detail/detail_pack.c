@@ -13,7 +13,7 @@
 
 static double leaf_area(const Detail *detail, const Leaf *leaf)
 {
-    return ldexp(detail->root_area[leaf->face >> (2 * leaf->level)], -2 * leaf->level);
+    return level_rules_area(&detail->rules, leaf->level, leaf->face);
 }
 
 // What a leaf adds to the spring at one of its edges. Continuum: Van Gelder's E2D A / L^2 of this
@@ -22,16 +22,15 @@ static double leaf_area(const Detail *detail, const Leaf *leaf)
 static double share_of_leaf(const SurfaceModel *model, const Leaf *leaf, int edge, int a, int b)
 {
     const Detail *detail = model->detail;
-    if (!detail->constrained)
-        return detail->level_stiffness[leaf->level];
-    if (detail->options.material.uniform) {
+    const LevelRules *rules = &detail->rules;
+    if (rules->same_springs) {
         const int *sides = detail->levels.level[leaf->level].edge_face[edge];
-        double k = detail->options.material.spring_stiffness;
-        return sides[0] >= 0 && sides[1] >= 0 ? 0.5 * k : k;
+        double k = rules->stiffness[leaf->level];
+        return detail->constrained && sides[0] >= 0 && sides[1] >= 0 ? 0.5 * k : k;
     }
     const double *p = model->place[a], *q = model->place[b];
     double x = p[0] - q[0], y = p[1] - q[1], z = p[2] - q[2];
-    return detail->modulus * leaf_area(detail, leaf) / (x * x + y * y + z * z);
+    return level_rules_face_stiffness(rules, leaf_area(detail, leaf), sqrt(x * x + y * y + z * z));
 }
 
 static void add_spring(NodeSprings *springs, int neighbour, double stiffness, bool sum)
@@ -89,7 +88,7 @@ static Carried carried_by(const SurfaceModel *model, int node, int depth)
     const Detail *detail = model->detail;
     Leaf *leaf = detail->ring[depth];
     ASSERT(depth < LEVELS_MAX + 3);
-    int count = detail_leaves_around(detail, node, leaf), springs = 0;
+    int count = detail_leaves_around(detail, node, leaf), ends[LEVELS_MAX + 1] = {0};
     Carried sum = {0.0, 0.0};
     for (int i = 0; i < count; i++) {
         const Level *level = &detail->levels.level[leaf[i].level];
@@ -98,23 +97,21 @@ static Carried carried_by(const SurfaceModel *model, int node, int depth)
         const int k = leaf[i].corner, side[2] = {k, (k + 2) % 3};
         const int other[2] = {corner[(k + 1) % 3], corner[(k + 2) % 3]};
         if (detail->constrained)
-            sum.mass += detail->areal_density * leaf_area(detail, &leaf[i]) / 3.0;
+            sum.mass += detail->rules.areal_density * leaf_area(detail, &leaf[i]) / 3.0;
         for (int s = 0; s < 2; s++) {
             int edge = edges[side[s]];
             int middle = detail_midpoint(detail, leaf[i].level, edge);
             if (!detail->constrained) {
                 if (middle >= 0)
                     continue;
-                // Of a spring inside, which two leaves have, each adds half.
+                // A spring between two leaves is seen from both: half of it each time.
                 const int *faces = level->edge_face[edge];
-                double half = faces[0] >= 0 && faces[1] >= 0 &&
-                                      detail_is_leaf(detail, leaf[i].level, faces[0]) &&
-                                      detail_is_leaf(detail, leaf[i].level, faces[1])
-                                  ? 0.5
-                                  : 1.0;
-                sum.mass += half * detail->level_mass[leaf[i].level];
-                sum.stiffness += half * 2.0 * detail->level_stiffness[leaf[i].level];
-                springs += half < 1.0 ? 1 : 2;
+                bool both = faces[0] >= 0 && faces[1] >= 0 &&
+                            detail_is_leaf(detail, leaf[i].level, faces[0]) &&
+                            detail_is_leaf(detail, leaf[i].level, faces[1]);
+                double k = detail->rules.stiffness[leaf[i].level];
+                sum.stiffness += both ? k : 2.0 * k;
+                ends[leaf[i].level] += both ? 1 : 2;
                 continue;
             }
             sum.stiffness += 2.0 * share_of_leaf(model, &leaf[i], edge, model->slot[node],
@@ -126,8 +123,8 @@ static Carried carried_by(const SurfaceModel *model, int node, int depth)
             }
         }
     }
-    if (!detail->constrained) // eq 7: the mean over its springs of the masses of their levels
-        sum.mass *= 2.0 / springs;
+    if (!detail->constrained)
+        sum.mass = level_rules_mixed_mass(&detail->rules, ends);
     return sum;
 }
 
@@ -196,8 +193,7 @@ static int pack_nodes(SurfaceModel *model, int w, NodeStatus status, int first_c
         window->springs += detail->springs[count].count;
         int at = count++;
         // `found` lists indices into springs[], sorted by their count.
-        while (at > 0 &&
-               detail->springs[found[at - 1]].count > detail->springs[count - 1].count) {
+        while (at > 0 && detail->springs[found[at - 1]].count > detail->springs[count - 1].count) {
             found[at] = found[at - 1];
             at--;
         }

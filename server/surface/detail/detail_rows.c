@@ -1,5 +1,6 @@
 // Rows of nodes that hang, come and go: displacements and velocities carried over so that neither
-// momentum nor a body at rest notices (surface.md sections 2a and 2c). All in the rows' coordinates.
+// momentum nor a body at rest notices (surface.md sections 2a and 2c). All in the rows'
+// coordinates.
 #include "surface/detail/detail.h"
 
 #include <string.h>
@@ -46,7 +47,7 @@ void detail_push(SurfaceModel *model, int node, Vec3 impulse)
     }
     if (detail->fixed[node])
         return;
-    const double share = 1.0 / detail_mass(detail, node);
+    const double share = 1.0 / detail_mass(model, node);
     const double change[3] = {share * impulse.x, share * impulse.y, share * impulse.z};
     for (int c = 0; c < 3; c++) {
         long at = (long)model->slot[node] * ROW + 4 + c;

@@ -76,10 +76,10 @@ MeshSlots *slots_create(const char *name, const Levels *levels, const int capaci
 {
     MeshSlots *slots = ALLOCATE(1, MeshSlots, "mesh slots");
     const Level *finest = &levels->level[levels->finest];
-    int nodes = capacity[0] > 0 && capacity[0] < finest->node_count ? capacity[0]
-                                                                    : finest->node_count;
-    int faces = capacity[1] > 0 && capacity[1] < finest->face_count ? capacity[1]
-                                                                    : finest->face_count;
+    int nodes =
+        capacity[0] > 0 && capacity[0] < finest->node_count ? capacity[0] : finest->node_count;
+    int faces =
+        capacity[1] > 0 && capacity[1] < finest->face_count ? capacity[1] : finest->face_count;
     create_table(&slots->node, name, "node", nodes, finest->node_count, arena, state);
     create_table(&slots->face, name, "face", faces, finest->face_count, arena, state);
     slots->levels = levels;

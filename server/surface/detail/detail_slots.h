@@ -11,8 +11,8 @@
 // One kind of thing that takes slots.
 typedef struct SlotTable {
     int capacity, thing_count;
-    int *thing; // [capacity] what is in a slot, -1: free; part of the state
-    int *slot;  // [thing_count] of a thing, -1: none
+    int *thing;     // [capacity] what is in a slot, -1: free; part of the state
+    int *slot;      // [thing_count] of a thing, -1: none
     int used, high; // slots in use; one past the highest slot in use
     int lowest;     // no slot below it is free
 } SlotTable;

@@ -38,9 +38,17 @@ static inline void store_nodes(Real *rows, const Nodes *nodes)
     vector_store_transposed(rows + 4, nodes->vx, nodes->vy, nodes->vz);
 }
 
+static inline void store_scattered(Real *rows, const int *slot, const Nodes *nodes)
+{
+    Real row[WIDTH * ROW];
+    store_nodes(row, nodes);
+    for (int i = 0; i < WIDTH; i++)
+        memcpy(rows + (long)slot[i] * ROW, row + (long)i * ROW, ROW * sizeof *row);
+}
+
 // Sum of the spring forces on WIDTH nodes, before the stiffness scale.
 static inline void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int lane,
-                               bool damped, bool prestressed, Vector force[3])
+                               bool damped, bool prestressed, bool scattered, Vector force[3])
 {
     const SpringTable *table = pass->springs;
     const Real *present = pass->present, *rest_length = table->rest_length,
@@ -48,7 +56,8 @@ static inline void add_springs(const SpringPass *pass, const Nodes *own, int chu
     const Vector one = vector_set(1.0), tiny = vector_set(1e-24); // (1e-12 m)^2
     const Vector zero = vector_set(0.0), beta = vector_set(pass->damping_time);
     Vector fx = zero, fy = zero, fz = zero;
-    for (int entry = table->start[chunk]; entry < table->start[chunk + 1]; entry++) {
+    const int end = scattered ? table->end[chunk] : table->start[chunk + 1];
+    for (int entry = table->start[chunk]; entry < end; entry++) {
         long at = (long)entry * LANES + lane;
         Nodes other;
         load_nodes(present, table->neighbour + at, damped, &other);
@@ -101,7 +110,7 @@ static inline void add_springs(const SpringPass *pass, const Nodes *own, int chu
 
 // Adds the acceleration of the shape-preserving springs and of nodal damping.
 static inline void add_shape(const SpringPass *pass, const Nodes *own, int chunk, int lane,
-                             ShapeVariant shape, Vector a[3])
+                             ShapeVariant shape, bool scattered, Vector a[3])
 {
     const NodeTable *nodes = pass->nodes;
     long slot = (long)chunk * LANES + lane;
@@ -128,9 +137,12 @@ static inline void add_shape(const SpringPass *pass, const Nodes *own, int chunk
     for (int c = 0; c < 3; c++) {
         arm[c] = vector_load(rest + at + c * LANES);
 #if KERNEL_SINGLE
+        if (scattered)
+            arm[c] -= vector_set(f->rest_center[c]);
         away[c] = x[c] - vector_set(f->center[c] - f->rest_center[c]);
         p[c] = arm[c] + away[c];
 #else
+        (void)scattered;
         arm[c] -= vector_set(f->rest_center[c]);
         away[c] = x[c] - vector_set(f->center[c]);
         p[c] = away[c];
@@ -169,7 +181,7 @@ static inline Vector advance_rk4(const SpringPass *pass, Vector base, Vector slo
 }
 
 static inline void advance(const SpringPass *pass, const Nodes *own, const Vector a[3], int chunk,
-                           int lane, Nodes *next)
+                           int lane, const int *slots, Nodes *next)
 {
     if (pass->stage.rule == STAGE_KICK) {
         Vector h = vector_set(pass->h), drift = vector_set(pass->stage.advance * pass->h);
@@ -181,9 +193,6 @@ static inline void advance(const SpringPass *pass, const Nodes *own, const Vecto
         next->z = own->z + drift * next->vz;
         return;
     }
-    int slots[WIDTH];
-    for (int i = 0; i < WIDTH; i++)
-        slots[i] = chunk * LANES + lane + i;
     Nodes base;
     load_nodes(pass->base, slots, true, &base);
     Real *sum = (Real *)pass->sum + (long)chunk * 6 * LANES + lane;
@@ -195,25 +204,28 @@ static inline void advance(const SpringPass *pass, const Nodes *own, const Vecto
     next->vz = advance_rk4(pass, base.vz, a[2], sum + 5 * LANES);
 }
 
-static inline __attribute__((always_inline)) void
-evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bool external, bool prestressed)
+static inline __attribute__((always_inline)) void evaluate(const SpringPass *pass, bool damped,
+                                                           ShapeVariant shape, bool external,
+                                                           bool prestressed, bool scattered)
 {
     const Vector zero = vector_set(0.0), position_limit = vector_set(pass->position_limit),
                  velocity_limit =
                      vector_set(SPEED_LIMIT(KERNEL_SINGLE ? PRECISION_SINGLE : PRECISION_DOUBLE)),
                  scale = vector_set(pass->stiffness_scale);
     Vector bad = zero;
-    for (int chunk = 0; chunk < pass->springs->chunk_count; chunk++) {
+    const int count = scattered ? pass->chunk_count : pass->springs->chunk_count;
+    for (int k = 0; k < count; k++) {
+        const int chunk = scattered ? pass->chunk[k] : k;
         for (int lane = 0; lane < LANES; lane += WIDTH) {
-            long slot = (long)chunk * LANES + lane;
+            long slot = (long)chunk * LANES + lane; // of the tables; rows may lie elsewhere
             int slots[WIDTH];
             for (int i = 0; i < WIDTH; i++)
-                slots[i] = (int)slot + i;
+                slots[i] = scattered ? pass->springs->own[slot + i] : (int)slot + i;
             Nodes own;
             load_nodes(pass->present, slots, true, &own);
 
             Vector force[3], a[3];
-            add_springs(pass, &own, chunk, lane, damped, prestressed, force);
+            add_springs(pass, &own, chunk, lane, damped, prestressed, scattered, force);
             Vector inverse_mass = vector_load((const Real *)pass->nodes->inverse_mass + slot);
             for (int c = 0; c < 3; c++) {
                 force[c] *= scale;
@@ -225,21 +237,42 @@ evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bool external,
                        vector_select_greater(inverse_mass, zero, gravity, zero);
             }
             if (shape != SHAPE_FRAME_NONE)
-                add_shape(pass, &own, chunk, lane, shape, a);
+                add_shape(pass, &own, chunk, lane, shape, scattered, a);
 
             Nodes next;
-            advance(pass, &own, a, chunk, lane, &next);
+            advance(pass, &own, a, chunk, lane, slots, &next);
             bad = vector_or(bad, vector_not_within(next.x, position_limit));
             bad = vector_or(bad, vector_not_within(next.y, position_limit));
             bad = vector_or(bad, vector_not_within(next.z, position_limit));
             bad = vector_or(bad, vector_not_within(next.vx, velocity_limit));
             bad = vector_or(bad, vector_not_within(next.vy, velocity_limit));
             bad = vector_or(bad, vector_not_within(next.vz, velocity_limit));
-            store_nodes((Real *)pass->next + slot * ROW, &next);
+            if (scattered)
+                store_scattered(pass->next, slots, &next);
+            else
+                store_nodes((Real *)pass->next + slot * ROW, &next);
         }
     }
     if (vector_any(bad))
         *pass->bad = true;
+}
+
+// Spring forces alone, of nodes that do not move by themselves.
+static inline __attribute__((always_inline)) void add_up(const SpringPass *pass, bool damped,
+                                                         bool prestressed)
+{
+    const Vector scale = vector_set(pass->stiffness_scale);
+    for (int k = 0; k < pass->chunk_count; k++)
+        for (int lane = 0; lane < LANES; lane += WIDTH) {
+            const int chunk = pass->chunk[k];
+            Nodes own;
+            load_nodes(pass->present, pass->springs->own + (long)chunk * LANES + lane, true, &own);
+            Vector force[3];
+            add_springs(pass, &own, chunk, lane, damped, prestressed, true, force);
+            for (int c = 0; c < 3; c++)
+                vector_store((Real *)pass->force + ((long)chunk * 3 + c) * LANES + lane,
+                             scale * force[c]);
+        }
 }
 
 static void drift(const void *present, void *next, int slot_count, double dt)
@@ -258,13 +291,26 @@ static void drift(const void *present, void *next, int slot_count, double dt)
 #define VARIANT(name, damped, shape, external, prestressed)                                        \
     static void name(const SpringPass *pass)                                                       \
     {                                                                                              \
-        evaluate(pass, damped, shape, external, prestressed);                                      \
+        evaluate(pass, damped, shape, external, prestressed, false);                               \
+    }
+// Over chosen chunks, always with outside forces: those of hanging nodes come that way.
+#define SCATTERED_VARIANT(name, damped, shape, prestressed)                                        \
+    static void name(const SpringPass *pass)                                                       \
+    {                                                                                              \
+        evaluate(pass, damped, shape, true, prestressed, true);                                    \
+    }
+#define SUM_VARIANT(name, damped, prestressed)                                                     \
+    static void name(const SpringPass *pass)                                                       \
+    {                                                                                              \
+        add_up(pass, damped, prestressed);                                                         \
     }
 #define SHAPE_VARIANT_SET(name, damped, shape)                                                     \
     VARIANT(name, damped, shape, false, false)                                                     \
     VARIANT(name##_prestressed, damped, shape, false, true)                                        \
     VARIANT(name##_external, damped, shape, true, false)                                           \
-    VARIANT(name##_external_prestressed, damped, shape, true, true)
+    VARIANT(name##_external_prestressed, damped, shape, true, true)                                \
+    SCATTERED_VARIANT(name##_scattered, damped, shape, false)                                      \
+    SCATTERED_VARIANT(name##_scattered_prestressed, damped, shape, true)
 #define SHAPE_VARIANT_NAMES(name)                                                                  \
     {                                                                                              \
         {name, name##_prestressed},                                                                \
@@ -278,6 +324,14 @@ SHAPE_VARIANT_SET(plain_body, false, SHAPE_FRAME_BODY)
 SHAPE_VARIANT_SET(damped_none, true, SHAPE_FRAME_NONE)
 SHAPE_VARIANT_SET(damped_world, true, SHAPE_FRAME_WORLD)
 SHAPE_VARIANT_SET(damped_body, true, SHAPE_FRAME_BODY)
+#define SCATTERED_NAMES(name)                                                                      \
+    {                                                                                              \
+        name##_scattered, name##_scattered_prestressed                                             \
+    }
+SUM_VARIANT(sum_plain, false, false)
+SUM_VARIANT(sum_plain_prestressed, false, true)
+SUM_VARIANT(sum_damped, true, false)
+SUM_VARIANT(sum_damped_prestressed, true, true)
 
 extern const SpringKernels KERNEL_NAME;
 const SpringKernels KERNEL_NAME = {
@@ -287,5 +341,10 @@ const SpringKernels KERNEL_NAME = {
                   SHAPE_VARIANT_NAMES(plain_body)},
                  {SHAPE_VARIANT_NAMES(damped_none), SHAPE_VARIANT_NAMES(damped_world),
                   SHAPE_VARIANT_NAMES(damped_body)}},
+    .scattered = {{SCATTERED_NAMES(plain_none), SCATTERED_NAMES(plain_world),
+                   SCATTERED_NAMES(plain_body)},
+                  {SCATTERED_NAMES(damped_none), SCATTERED_NAMES(damped_world),
+                   SCATTERED_NAMES(damped_body)}},
+    .sum = {{sum_plain, sum_plain_prestressed}, {sum_damped, sum_damped_prestressed}},
     .drift = drift,
 };

@@ -1,0 +1,233 @@
+// What the pipeline asks of a body with levels: the operations of surface.c where they serve, and
+// those that know of nodes that hang, come and go. Step thread.
+#include "surface/detail/detail.h"
+
+#include "base/check.h"
+
+#include <string.h>
+
+static Detail *detail_of(const void *self)
+{
+    return ((const SurfaceModel *)self)->detail;
+}
+
+static bool detail_adapt(Body *body, int64_t step, double tick, TopologyChange *change)
+{
+    if (!detail_sweep(body, step, tick))
+        return false;
+    *change = detail_of(body->model)->change;
+    return true;
+}
+
+static void drift(void *self, double dt)
+{
+    SurfaceModel *model = self;
+    const Detail *detail = model->detail;
+    size_t row = ROW * model_real_size(model);
+    const char *from = model->rows[model->current];
+    char *to = model->stage[0];
+    for (int r = 0; r < detail->run_count; r++) {
+        int first = detail->run[r][0], count = detail->run[r][1] - first;
+        model->kernels->drift(from + (size_t)first * row, to + (size_t)first * row, count, dt);
+    }
+    model->present = to;
+    model->next_stage = 1;
+}
+
+// A force in the rows' frame on what carries a slot, for the next evaluation.
+static void touch_force(SurfaceModel *model, int slot, const double force[3])
+{
+    int lane = model->lane[slot];
+    model_touch(model, lane);
+    for (int c = 0; c < 3; c++) {
+        long at = model_lane(lane) + c * LANES;
+        model_put(model, model->external, at, model_get(model, model->external, at) + force[c]);
+    }
+}
+
+// The forces of hanging nodes, half to each master, finest level first: a master that hangs itself
+// hands on what it gets.
+static void hand_over(SurfaceModel *model)
+{
+    const Detail *detail = model->detail;
+    for (int i = 0; i < detail->hanging_count; i++) {
+        long from = model_lane(model->lane[detail->hanging[i]]);
+        double half[3];
+        for (int c = 0; c < 3; c++)
+            half[c] = 0.5 * model_get(model, detail->hanging_force, from + c * LANES);
+        for (int k = 0; k < 2; k++) {
+            int master = detail->master[i][k];
+            if (detail->status[model->node[master]] != NODE_HANGING) {
+                touch_force(model, master, half);
+                continue;
+            }
+            long to = model_lane(model->lane[master]);
+            for (int c = 0; c < 3; c++)
+                model_put(model, detail->hanging_force, to + c * LANES,
+                          model_get(model, detail->hanging_force, to + c * LANES) + half[c]);
+        }
+    }
+}
+
+static void evaluate(void *self, const Stage *stage, double h)
+{
+    SurfaceModel *model = self;
+    Detail *detail = model->detail;
+    SpringPass pass;
+    model_fill_pass(model, stage, h, &pass);
+    if (detail->hanging_count > 0) {
+        pass.chunk = detail->hanging_chunk;
+        pass.chunk_count = detail->hanging_chunk_count;
+        pass.force = detail->hanging_force;
+        model->kernels->sum[model->damped][model->prestressed](&pass);
+        hand_over(model);
+    }
+    pass.chunk = detail->free_chunk;
+    pass.chunk_count = detail->free_chunk_count;
+    model->kernels->scattered[model->damped][model->shape][model->prestressed](&pass);
+    if (detail->hanging_count > 0)
+        detail_hang(model, pass.next);
+    if (pass.next != model->rows[1 - model->current])
+        *detail->felt_count = 0; // only what the last evaluation felt is of interest
+    model_end_pass(model, &pass);
+}
+
+// Spreads a force of the world frame over the free nodes that carry a node.
+static void spread(SurfaceModel *model, int node, Vec3 force,
+                   void (*add)(SurfaceModel *model, int slot, Vec3 force))
+{
+    const Detail *detail = model->detail;
+    if (detail->status[node] == NODE_HANGING) {
+        int parent[2];
+        levels_parents(&detail->levels, node, parent);
+        spread(model, parent[0], vec3_scale(0.5, force), add);
+        spread(model, parent[1], vec3_scale(0.5, force), add);
+        return;
+    }
+    if (detail->status[node] == NODE_FREE)
+        add(model, model->slot[node], force);
+}
+
+static void add_touching(SurfaceModel *model, int slot, Vec3 force)
+{
+    model_touch(model, model->lane[slot]);
+    model_add_external(model, slot, force);
+}
+
+static void add_forces(void *self, const int *node, int count, const Vec3 *force)
+{
+    SurfaceModel *model = self;
+    Detail *detail = model->detail;
+    for (int i = 0; i < count; i++) {
+        spread(model, node[i], force[i], add_touching);
+        if (*detail->felt_count < detail->felt_capacity)
+            detail->felt[(*detail->felt_count)++] = (Felt){node[i], force[i]};
+    }
+}
+
+static void reserve_forces(void *self, const char *name, int count, Arena *arena)
+{
+    Detail *detail = detail_of(self);
+    detail->felt_capacity = count;
+    detail->felt = arena_allocate(arena, ARENA_CONTACT, (size_t)count, sizeof *detail->felt,
+                                  "%s/felt forces", name);
+}
+
+static void add_load(void *self, int node, Vec3 force)
+{
+    spread(self, node, force, model_add_load);
+    detail_of(self)->sweep->urgent = detail_of(self)->levels.level[0].face_count;
+}
+
+// --- out ---
+
+static void snapshot(const void *self, float *position, float *velocity)
+{
+    const SurfaceModel *model = self;
+    const SlotTable *table = &model->detail->slots->node;
+    const void *rows = model->rows[model->current];
+    for (long s = 0; s < table->high; s++) {
+        Vec3 x = {0.0, 0.0, 0.0}, v = x;
+        if (table->thing[s] >= 0)
+            model_read_row(model, rows, model->slot[table->thing[s]], &x, &v);
+        position[3 * s] = (float)x.x;
+        position[3 * s + 1] = (float)x.y;
+        position[3 * s + 2] = (float)x.z;
+        if (velocity != NULL) {
+            velocity[3 * s] = (float)v.x;
+            velocity[3 * s + 1] = (float)v.y;
+            velocity[3 * s + 2] = (float)v.z;
+        }
+    }
+}
+
+static void read_state(const void *self, Vec3 *position, Vec3 *velocity)
+{
+    const SurfaceModel *model = self;
+    const SlotTable *table = &model->detail->slots->node;
+    const void *rows = model->rows[model->current];
+    for (int s = 0; s < table->high; s++) {
+        position[s] = velocity[s] = (Vec3){0.0, 0.0, 0.0};
+        if (table->thing[s] >= 0)
+            model_read_row(model, rows, model->slot[table->thing[s]], &position[s], &velocity[s]);
+    }
+}
+
+static bool is_fixed(const void *self, int node)
+{
+    return detail_of(self)->fixed[node];
+}
+
+static bool set(void *self, BodyParameter parameter, double value)
+{
+    Detail *detail = detail_of(self);
+    Sweep *sweep = detail->sweep;
+    switch (parameter) {
+    case BODY_ADAPT_FORCE:
+    case BODY_ADAPT_SPEED:
+    case BODY_ADAPT_CURVATURE:
+        sweep->thresholds[parameter - BODY_ADAPT_FORCE] = value;
+        return true;
+    case BODY_ADAPT_SCALE:
+        sweep->scale = value;
+        return true;
+    case BODY_ADAPT_LEVEL:
+        sweep->level = (int64_t)fmin(fmax(value, 0.0), detail->finest);
+        return true;
+    default:
+        return surface_ops.set(self, parameter, value);
+    }
+}
+
+static void explain(const void *self, FILE *out)
+{
+    const SurfaceModel *model = self;
+    const Detail *detail = model->detail;
+    model_explain_kernel(model, out);
+    fprintf(out,
+            "    levels: 0 to %d, %s; at most %d nodes, %d faces; faces checked %g times a second\n",
+            detail->finest,
+            detail->constrained ? "continuum rule, hanging nodes held by their masters"
+                                : "the paper's rule, hanging nodes free",
+            detail->slots->node.capacity, detail->slots->face.capacity,
+            detail->options.adapt.check_hz);
+}
+
+const BodyOps *detail_ops(void)
+{
+    static BodyOps ops;
+    ops = surface_ops;
+    ops.adapt = detail_adapt;
+    ops.restored = detail_rebuild;
+    ops.drift = drift;
+    ops.evaluate = evaluate;
+    ops.reserve_forces = reserve_forces;
+    ops.add_forces = add_forces;
+    ops.add_load = add_load;
+    ops.snapshot = snapshot;
+    ops.read_state = read_state;
+    ops.is_fixed = is_fixed;
+    ops.set = set;
+    ops.explain = explain;
+    return &ops;
+}

@@ -1,0 +1,452 @@
+// Makes a body with levels, and everything that follows from which faces are refined. Load time;
+// detail_rebuild also after the state was restored.
+#include "surface/detail/detail_create.h"
+
+#include "base/check.h"
+#include "base/log.h"
+#include "geometry/winged_edge.h"
+#include "surface/detail/detail.h"
+#include "surface/network.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define ALLOCATE(use, count, type, label)                                                          \
+    arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
+
+// --- the order of slots ---
+
+// Interleaves the bits of a point's coordinates in the box, 10 of each: neighbours in this order are
+// neighbours in space (Morton 1966).
+static uint32_t morton(Vec3 x, Vec3 low, double extent)
+{
+    const double part[3] = {x.x - low.x, x.y - low.y, x.z - low.z};
+    uint32_t code = 0;
+    for (int c = 0; c < 3; c++) {
+        uint32_t cell = (uint32_t)fmin(1023.0, fmax(0.0, part[c] / extent * 1024.0));
+        for (int bit = 0; bit < 10; bit++)
+            code |= (cell >> bit & 1U) << (3 * bit + c);
+    }
+    return code;
+}
+
+typedef struct RootKey {
+    uint32_t code;
+    int face;
+} RootKey;
+
+static int compare_keys(const void *a, const void *b)
+{
+    const RootKey *x = a, *y = b;
+    return x->code != y->code ? (x->code > y->code) - (x->code < y->code)
+                              : (x->face > y->face) - (x->face < y->face);
+}
+
+static RootKey *order_roots(const TriMesh *mesh)
+{
+    RootKey *key = calloc((size_t)mesh->triangle_count, sizeof *key);
+    ASSERT(key != NULL);
+    Vec3 low = mesh->position[0];
+    for (int i = 1; i < mesh->node_count; i++) {
+        low.x = fmin(low.x, mesh->position[i].x);
+        low.y = fmin(low.y, mesh->position[i].y);
+        low.z = fmin(low.z, mesh->position[i].z);
+    }
+    double extent = mesh_extent(mesh);
+    for (int f = 0; f < mesh->triangle_count; f++) {
+        const int *t = mesh->triangle[f];
+        Vec3 sum = vec3_add(vec3_add(mesh->position[t[0]], mesh->position[t[1]]),
+                            mesh->position[t[2]]);
+        key[f] = (RootKey){morton(vec3_scale(1.0 / 3.0, sum), low, extent), f};
+    }
+    qsort(key, (size_t)mesh->triangle_count, sizeof *key, compare_keys);
+    return key;
+}
+
+// Level by level, whole windows each: the nodes of level 0, then the midpoints of each level's
+// edges, in the order in which the faces, root by root, first have them.
+static void order_slots(SurfaceModel *model, const RootKey *root, int root_count)
+{
+    Detail *detail = model->detail;
+    const Levels *levels = &detail->levels;
+    int next = 0;
+    for (int i = 0; i < detail->node_count; i++)
+        model->slot[i] = -1;
+    for (int level = 0; level <= detail->finest; level++) {
+        // Level 0 by its own faces' corners, the others by the edges of the faces above.
+        const Level *at = &levels->level[level > 0 ? level - 1 : 0];
+        int children = 1 << (2 * (level > 0 ? level - 1 : 0));
+        for (int r = 0; r < root_count; r++)
+            for (int c = 0; c < children; c++) {
+                int face = root[r].face * children + c;
+                for (int k = 0; k < 3; k++) {
+                    int node = level > 0 ? at->node_count + at->face_edge[face][k]
+                                         : at->face[face][k];
+                    if (model->slot[node] >= 0)
+                        continue;
+                    detail->of_slot[next] = node;
+                    model->slot[node] = next++;
+                }
+            }
+        next = (next + WINDOW - 1) / WINDOW * WINDOW;
+    }
+}
+
+// --- tables ---
+
+static int count_windows(const Levels *levels)
+{
+    int windows = 0, before = 0;
+    for (int l = 0; l <= levels->finest; l++) {
+        windows += (levels->level[l].node_count - before + WINDOW - 1) / WINDOW;
+        before = levels->level[l].node_count;
+    }
+    return windows;
+}
+
+// Most leaves that can be around a node.
+static int most_leaves(const Detail *detail, int node)
+{
+    enum { AROUND_MIDPOINT = 6 };
+    return node < detail->levels.level[0].node_count
+               ? detail->root_ring_start[node + 1] - detail->root_ring_start[node]
+               : AROUND_MIDPOINT;
+}
+
+static void create_springs(SurfaceModel *model, const char *name, Arena *arena)
+{
+    Detail *detail = model->detail;
+    int chunks = detail->window_count * WINDOW_CHUNKS, most = 0;
+    SpringTable *springs = &model->springs;
+    springs->chunk_count = chunks;
+    springs->start = ALLOCATE(ARENA_STEP, chunks + 1, int, "spring start");
+    springs->end = ALLOCATE(ARENA_STEP, chunks, int, "spring end");
+    springs->own = ALLOCATE(ARENA_STEP, chunks * LANES, int, "slots of lanes");
+    for (int w = 0; w < detail->window_count; w++) {
+        int leaves = 0;
+        for (int s = w * WINDOW; s < (w + 1) * WINDOW; s++)
+            if (detail->of_slot[s] >= 0 && most_leaves(detail, detail->of_slot[s]) > leaves)
+                leaves = most_leaves(detail, detail->of_slot[s]);
+        most = leaves > most ? leaves : most;
+        // Towards each neighbour there can be a whole edge and a half of it; at a border there is
+        // one more edge than faces.
+        for (int k = 0; k < WINDOW_CHUNKS; k++)
+            springs->start[w * WINDOW_CHUNKS + k + 1] =
+                springs->start[w * WINDOW_CHUNKS + k] + 2 * leaves + 2;
+    }
+    size_t entries = (size_t)springs->start[chunks] * LANES;
+    springs->neighbour = ALLOCATE(ARENA_STEP, entries, int, "spring neighbours");
+    springs->rest_length = model_allocate_reals(model, entries, name, "spring rest lengths", arena);
+    springs->stiffness = model_allocate_reals(model, entries, name, "spring stiffness", arena);
+    if (model->precision == PRECISION_SINGLE) {
+        springs->rest_vector =
+            model_allocate_reals(model, 3 * entries, name, "spring vectors", arena);
+        if (model->prestressed)
+            springs->preload =
+                model_allocate_reals(model, entries, name, "spring preloads", arena);
+    }
+    for (int d = 0; d < LEVELS_MAX + 4; d++)
+        detail->ring[d] = ALLOCATE(ARENA_TOPOLOGY, most, Leaf, "leaves around");
+    for (int i = 0; i < WINDOW; i++) {
+        detail->springs[i].neighbour =
+            ALLOCATE(ARENA_TOPOLOGY, 2 * most + 2, int, "springs of a node");
+        detail->springs[i].stiffness =
+            ALLOCATE(ARENA_TOPOLOGY, 2 * most + 2, double, "stiffness of a node");
+    }
+}
+
+static void create_nodes(SurfaceModel *model, const SurfaceOptions *options, int free_count,
+                         Arena *arena, StateList *state)
+{
+    const char *name = options->name;
+    Detail *detail = model->detail;
+    size_t lanes = (size_t)model->lane_count;
+    bool uses_drag = options->shape.wanted || options->material.node_damping > 0.0;
+    bool single = model->precision == PRECISION_SINGLE;
+    bool body_frame = options->shape.wanted && options->shape.frame == SHAPE_BODY;
+    model->shape = !uses_drag ? SHAPE_FRAME_NONE : body_frame ? SHAPE_FRAME_BODY : SHAPE_FRAME_WORLD;
+    model->floating = single && model->shape != SHAPE_FRAME_WORLD &&
+                      free_count == detail->levels.level[0].node_count;
+    NodeTable *nodes = &model->nodes;
+    nodes->inverse_mass = model_allocate_reals(model, lanes, name, "inverse mass", arena);
+    if (body_frame || (uses_drag && !single))
+        nodes->rest = model_allocate_reals(model, 3 * lanes, name, "rest positions", arena);
+    if (uses_drag) {
+        nodes->shape_rate = model_allocate_reals(model, lanes, name, "shape rate", arena);
+        nodes->drag = model_allocate_reals(model, lanes, name, "drag", arena);
+    }
+    if (body_frame)
+        nodes->shape_drag = model_allocate_reals(model, lanes, name, "shape drag", arena);
+    model->mass = ALLOCATE(ARENA_TOPOLOGY, detail->node_count, double, "node masses");
+    if (body_frame || model->floating) {
+        model->rigid_weight = ALLOCATE(ARENA_STEP, model->slot_count, double, "frame weights");
+        model->rigid = rigid_frame_create(name, model->precision, model->slot_count,
+                                          (const double(*)[3])model->place, model->rigid_weight,
+                                          arena, state);
+    }
+    // Values by mass: of a node of 1 kg.
+    detail->shape_rate = level_rules_shape_stiffness(&detail->rules, 1.0);
+    detail->shape_drag = level_rules_shape_damping(&detail->rules, 1.0);
+    detail->node_drag = level_rules_node_damping(&detail->rules, 1.0);
+}
+
+static void create_faces(SurfaceModel *model, const TriMesh *mesh, const char *name, Arena *arena)
+{
+    Detail *detail = model->detail;
+    int nodes = detail->node_count, places = detail->place_count;
+    detail->face = ALLOCATE(ARENA_TOPOLOGY, places, *detail->face, "faces");
+    detail->face_neighbor =
+        ALLOCATE(ARENA_TOPOLOGY, places, *detail->face_neighbor, "face neighbours");
+    detail->face_area = ALLOCATE(ARENA_TOPOLOGY, places, double, "face areas");
+    detail->finest_area = ALLOCATE(ARENA_TOPOLOGY, places, double, "finest face areas");
+    for (int f = 0; f < places; f++)
+        detail->finest_area[f] = level_rules_area(&detail->rules, detail->finest, f);
+    detail->node_area = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "node areas");
+    detail->node_face_start = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, int, "node face start");
+    detail->node_face_end = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "node face end");
+    for (int i = 0; i < nodes; i++) // each leaf at a node is in at most two triangles there; a node
+                                    // that hangs is in three more of the whole face
+        detail->node_face_start[i + 1] =
+            detail->node_face_start[i] + 2 * most_leaves(detail, i) + 3;
+    detail->node_face =
+        ALLOCATE(ARENA_TOPOLOGY, detail->node_face_start[nodes], int, "node faces");
+
+    detail->face_change = ALLOCATE(ARENA_TOPOLOGY, 2 * places, FaceChange, "face changes");
+    detail->born = ALLOCATE(ARENA_TOPOLOGY, nodes, NodeBirth, "births");
+    detail->gone = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "nodes gone");
+    int faces = detail->face_base[detail->finest + 1];
+    detail->touched = ALLOCATE(ARENA_TOPOLOGY, faces, Leaf, "touched faces");
+    detail->is_touched = ALLOCATE(ARENA_TOPOLOGY, faces, bool, "touched marks");
+    detail->cleared = ALLOCATE(ARENA_TOPOLOGY, places, int, "cleared faces");
+    detail->drawn = ALLOCATE(ARENA_TOPOLOGY, places, int, "drawn faces");
+    detail->was_used = ALLOCATE(ARENA_TOPOLOGY, places, bool, "cleared marks");
+    detail->redrawn = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "redrawn nodes");
+    detail->is_redrawn = ALLOCATE(ARENA_TOPOLOGY, nodes, bool, "redrawn marks");
+    (void)mesh;
+}
+
+static void create_slots(SurfaceModel *model, const TriMesh *mesh, const SurfaceOptions *options,
+                         Arena *arena, StateList *state)
+{
+    const char *name = options->name;
+    int nodes = mesh->node_count;
+    int *piece = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "root pieces");
+    int *id = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "root ids");
+    int *origin = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "root origins");
+    model_label_pieces(mesh, piece);
+    memcpy(id, mesh->file_index, (size_t)nodes * sizeof *id);
+    for (int i = 0; i < nodes; i++)
+        origin[i] = mesh->copy_count == 0
+                        ? id[i]
+                        : id[mesh_node_of_file(mesh, mesh_file_row(mesh, i))];
+    const int capacity[2] = {options->node_capacity, options->face_capacity};
+    model->detail->slots = slots_create(name, &model->detail->levels, capacity, id, origin, piece,
+                                        mesh->file_node_count + mesh->copy_count, arena, state);
+}
+
+static void create_sets(SurfaceModel *model, const SurfaceOptions *options, Arena *arena,
+                        StateList *state)
+{
+    const char *name = options->name;
+    Detail *detail = model->detail;
+    int nodes = detail->node_count, coarse = detail->face_base[detail->finest];
+    int chunks = detail->window_count * WINDOW_CHUNKS;
+    detail->refined = ALLOCATE(ARENA_TOPOLOGY, coarse, unsigned char, "refined faces");
+    detail->calm_since = ALLOCATE(ARENA_TOPOLOGY, coarse, int64_t, "calm faces");
+    detail->sweep = ALLOCATE(ARENA_TOPOLOGY, 1, Sweep, "sweep");
+    *detail->sweep = (Sweep){
+        .thresholds = {options->adapt.force, options->adapt.speed, options->adapt.curvature},
+        .scale = 1.0,
+        .level = detail->finest,
+    };
+    detail->felt_count = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "felt count");
+    state_add(state, detail->refined, (size_t)coarse, "%s/refined", name);
+    state_add(state, detail->calm_since, (size_t)coarse * sizeof *detail->calm_since,
+              "%s/calm_since", name);
+    state_add(state, detail->sweep, sizeof *detail->sweep, "%s/sweep", name);
+    state_add(state, detail->felt_count, sizeof *detail->felt_count, "%s/felt_count", name);
+
+    detail->status = ALLOCATE(ARENA_TOPOLOGY, nodes, unsigned char, "node status");
+    detail->window = ALLOCATE(ARENA_TOPOLOGY, detail->window_count, Window, "windows");
+    detail->stale_window = ALLOCATE(ARENA_TOPOLOGY, detail->window_count, bool, "stale windows");
+    detail->hanging = ALLOCATE(ARENA_STEP, nodes, int, "hanging nodes");
+    detail->master = ALLOCATE(ARENA_STEP, nodes, *detail->master, "masters");
+    detail->free_chunk = ALLOCATE(ARENA_STEP, chunks, int, "chunks");
+    detail->hanging_chunk = ALLOCATE(ARENA_STEP, chunks, int, "hanging chunks");
+    detail->run = ALLOCATE(ARENA_STEP, detail->window_count, *detail->run, "runs of slots");
+    detail->hanging_force = model_allocate_reals(model, (size_t)model->lane_count * 3, name,
+                                                 "forces of hanging nodes", arena);
+    detail->felt_force = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "felt forces");
+    detail->calm_capacity = coarse < 4096 ? coarse : 4096;
+    detail->calm = ALLOCATE(ARENA_TOPOLOGY, detail->calm_capacity, Leaf, "calm for long");
+}
+
+// --- from the bits ---
+
+void detail_publish(Body *body)
+{
+    SurfaceModel *model = body->model;
+    Detail *detail = model->detail;
+    body->mass = detail->mass;
+    body->lambda = detail->lambda > 0.0 ? detail->lambda : detail->least_lambda;
+    body->damping = detail->lambda > 0.0 ? detail->damping : detail->least_damping;
+    // Each spring is at two nodes; of a hanging one both ends count as well.
+    body->spring_count = detail->spring_ends / 2;
+    body->element_count = 0;
+    for (int l = 0; l <= detail->finest; l++) {
+        body->element_count += detail->leaf_count[l];
+        if (detail->leaf_count[l] > 0)
+            body->finest_level = l;
+    }
+    slots_describe(detail->slots, 1 + (int)detail->sweep->topology, &body->mesh);
+}
+
+static void set_statuses(SurfaceModel *model)
+{
+    Detail *detail = model->detail;
+    memset(detail->leaf_count, 0, sizeof detail->leaf_count);
+    for (int l = 0; l <= detail->finest; l++)
+        for (int f = 0; f < detail->levels.level[l].face_count; f++)
+            detail->leaf_count[l] += detail_is_leaf(detail, l, f);
+    for (int s = 0; s < model->slot_count; s++)
+        model->node[s] = -1;
+    memset(model->place, 0, (size_t)model->slot_count * sizeof *model->place);
+    for (int i = 0; i < detail->node_count; i++) { // parents have lower numbers
+        int born = levels_of_node(&detail->levels, i);
+        detail->status[i] = (unsigned char)(
+            born == 0 ? NODE_FREE
+                      : detail_status_of_midpoint(
+                            detail, born - 1,
+                            i - detail->levels.level[born - 1].node_count));
+        if (detail->status[i] == NODE_OFF)
+            continue;
+        model->node[model->slot[i]] = i;
+        detail_set_place(model, i);
+    }
+}
+
+void detail_rebuild(Body *body)
+{
+    SurfaceModel *model = body->model;
+    Detail *detail = model->detail;
+    set_statuses(model);
+    for (int w = 0; w < detail->window_count; w++)
+        detail->stale_window[w] = true;
+    detail_pack(model);
+    slots_restore(detail->slots);
+    detail_draw_all(detail);
+    detail_publish(body);
+}
+
+// All faces above start_level divided; midpoints move with their parents.
+static void start_at_level(SurfaceModel *model, int level)
+{
+    Detail *detail = model->detail;
+    for (int f = 0; f < detail->face_base[level]; f++)
+        detail->refined[f] = 1;
+    set_statuses(model);
+    for (int i = 0; i < detail->node_count; i++) {
+        if (detail->status[i] == NODE_OFF)
+            continue;
+        if (i >= detail->levels.level[0].node_count)
+            detail_give_birth(model, i);
+        slots_take_node(detail->slots, i);
+    }
+}
+
+static void create_roots(Detail *detail, const WingedMesh *winged, const char *name, Arena *arena)
+{
+    int nodes = winged->node_count, faces = winged->face_count;
+    detail->root_ring_start = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, int, "ring start");
+    detail->root_ring = ALLOCATE(ARENA_TOPOLOGY, 3 * faces, int, "rings");
+    memcpy(detail->root_ring_start, winged->node_face_start, (size_t)(nodes + 1) * sizeof(int));
+    memcpy(detail->root_ring, winged->node_face, 3 * (size_t)faces * sizeof(int));
+}
+
+static void create_rules(Detail *detail, const TriMesh *mesh, const SpringNetwork *network,
+                         const char *name, Arena *arena)
+{
+    level_rules_create(&detail->rules, mesh, &detail->options);
+    double *area = ALLOCATE(ARENA_TOPOLOGY, mesh->triangle_count, double, "root areas");
+    memcpy(area, detail->rules.area, (size_t)mesh->triangle_count * sizeof *area);
+    free(detail->rules.area);
+    detail->rules.area = area;
+    detail->fixed = ALLOCATE(ARENA_TOPOLOGY, detail->node_count, bool, "fixed nodes");
+    memcpy(detail->fixed, network->fixed, (size_t)detail->node_count * sizeof *detail->fixed);
+    // A sheet of equilateral faces with springs k has E2D = 2 k / sqrt(3) (surface.md).
+    const SurfaceMaterial *material = &detail->options.material;
+    detail->modulus = material->uniform ? material->spring_stiffness * 2.0 / sqrt(3.0)
+                                        : material->youngs_modulus_2d;
+    detail->wave_speed = sqrt(detail->modulus / detail->rules.areal_density);
+    detail->least_lambda = network->lambda;
+    detail->least_damping = network->damping;
+}
+
+void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const WingedMesh *winged,
+                   const SpringNetwork *network, const SurfaceOptions *options, Arena *arena,
+                   StateList *state)
+{
+    const char *name = options->name;
+    Detail *detail = model->detail = ALLOCATE(ARENA_TOPOLOGY, 1, Detail, "detail");
+    detail->options = *options;
+    detail->levels = *options->hierarchy;
+    detail->options.hierarchy = &detail->levels;
+    detail->finest = detail->levels.finest;
+    detail->constrained = options->adjust == ADJUST_CONTINUUM;
+    const Level *finest = &detail->levels.level[detail->finest];
+    detail->node_count = finest->node_count;
+    detail->place_count = finest->face_count;
+    for (int l = 0; l <= detail->finest; l++)
+        detail->face_base[l + 1] = detail->face_base[l] + detail->levels.level[l].face_count;
+    double length = 0.0;
+    for (int e = 0; e < winged->edge_count; e++) {
+        const int *end = winged->edge[e].node;
+        double edge = vec3_length(vec3_sub(mesh->position[end[0]], mesh->position[end[1]]));
+        model->longest_edge = fmax(model->longest_edge, edge);
+        length += edge;
+    }
+    detail->edge_length = length / winged->edge_count;
+    create_roots(detail, winged, name, arena);
+    create_rules(detail, mesh, network, name, arena);
+
+    detail->window_count = count_windows(&detail->levels);
+    detail->spare_slot = detail->window_count * WINDOW;
+    model->node_count = detail->node_count;
+    model->slot_count = (detail->spare_slot + detail->window_count + LANES - 1) / LANES * LANES;
+    model->lane_count = detail->window_count * WINDOW_CHUNKS * LANES;
+    model->slot = ALLOCATE(ARENA_TOPOLOGY, detail->node_count, int, "slot of node");
+    model->node = ALLOCATE(ARENA_TOPOLOGY, model->slot_count, int, "node of slot");
+    model->lane = ALLOCATE(ARENA_TOPOLOGY, model->slot_count, int, "lane of slot");
+    detail->of_slot = ALLOCATE(ARENA_TOPOLOGY, model->slot_count, int, "node of slot, if on");
+    for (int s = 0; s < model->slot_count; s++)
+        detail->of_slot[s] = model->node[s] = model->lane[s] = -1;
+    RootKey *root = order_roots(mesh);
+    order_slots(model, root, mesh->triangle_count);
+    free(root);
+
+    model_create_places(model, mesh, name, arena, state);
+    create_springs(model, name, arena);
+    create_nodes(model, options, network->free_count, arena, state);
+    create_faces(model, mesh, name, arena);
+    create_slots(model, mesh, options, arena, state);
+    create_sets(model, options, arena, state);
+    model_create_rows(model, mesh, network->fixed, options, arena, state);
+    start_at_level(model, options->start_level);
+
+    body->ops = detail_ops();
+    detail_rebuild(body);
+    body->surface = (BodySurface){
+        .node_count = detail->node_count,
+        .face_count = detail->place_count,
+        .face = (const int(*)[3])detail->face,
+        .face_area = detail->face_area,
+        .finest_area = detail->finest_area,
+        .face_neighbor = (const int(*)[3])detail->face_neighbor,
+        .node_face_start = detail->node_face_start,
+        .node_face_end = detail->node_face_end,
+        .node_face = detail->node_face,
+        .node_area = detail->node_area,
+        .node_mass = model->mass,
+        .longest_edge = model->longest_edge,
+    };
+}

@@ -1,0 +1,295 @@
+// The criteria of refinement and simplification (Choi et al. 2005, "Criterion for Refinement and
+// Simplification", as the dimensionless indicators of surface.md section 6): force concentration,
+// velocity, change of curvature. A leaf is divided when one of them is above 1; a face takes back
+// its four when all of theirs have been below CALM for HOLD seconds. Step thread.
+//
+// The faces of level 0 are swept check_hz times a second, a share of them each tick; what a tool
+// presses and what a new load acts on is looked at in the same tick.
+#include "surface/detail/detail.h"
+
+#include <math.h>
+
+#define CALM 0.35 // below a half, for an indicator doubles when its leaf is coarsened
+#define HOLD 0.05 // [s]
+
+enum {
+    FACES_PER_SECOND = 16000, // divided, and as many taken back: bounds the work of a tick
+    FACES_LEAST = 16,         // a tick
+};
+
+// What a sweep compares with, from the thresholds.
+typedef struct Marks {
+    double force;  // [N/m3]: |f| / A * L_l above it
+    double speed2; // of level 0 [m2/s2]
+    double cos_divide, cos_calm;
+    double calm2;                   // square of CALM
+    int level;                      // finest to be used
+    int64_t step, hold;             // [ticks]
+    Vec3 center, velocity, angular; // of the body as a whole
+} Marks;
+
+typedef enum Verdict { VERDICT_CALM, VERDICT_KEEP, VERDICT_DIVIDE } Verdict;
+
+static Vec3 read_row(const SurfaceModel *model, int slot, int first)
+{
+    const void *rows = model->rows[model->current];
+    long at = (long)slot * ROW + first;
+    if (model->precision == PRECISION_SINGLE) {
+        const float *row = (const float *)rows + at;
+        return (Vec3){(double)row[0], (double)row[1], (double)row[2]};
+    }
+    const double *row = (const double *)rows + at;
+    return (Vec3){row[0], row[1], row[2]};
+}
+
+static Vec3 read_place(const SurfaceModel *model, int slot)
+{
+    return (Vec3){model->place[slot][0], model->place[slot][1], model->place[slot][2]};
+}
+
+static Vec3 read_position(const SurfaceModel *model, int slot)
+{
+    Vec3 row = read_row(model, slot, 0);
+    return model->precision == PRECISION_SINGLE ? vec3_add(row, read_place(model, slot)) : row;
+}
+
+// Cosine of the angle by which two faces at an edge have turned against each other since rest:
+// cos(theta - theta_0) with the dihedral angles between the faces (a, b, c) and (b, a, d).
+static double cos_of_turn(const Vec3 now[4], const Vec3 rest[4])
+{
+    double cosine[2], sine[2];
+    for (int k = 0; k < 2; k++) {
+        const Vec3 *x = k == 0 ? now : rest;
+        Vec3 edge = vec3_sub(x[1], x[0]);
+        Vec3 n = vec3_cross(edge, vec3_sub(x[2], x[0]));
+        Vec3 m = vec3_cross(vec3_sub(x[3], x[0]), edge);
+        double along = vec3_dot(edge, vec3_cross(n, m));
+        double size = vec3_dot(n, n) * vec3_dot(m, m), length2 = vec3_dot(edge, edge);
+        if (!(size > 0.0))
+            return 1.0; // a face without area has no direction
+        cosine[k] = vec3_dot(n, m) / sqrt(size);
+        sine[k] = along / sqrt(size * length2);
+    }
+    return cosine[0] * cosine[1] + sine[0] * sine[1];
+}
+
+static Verdict judge_curvature(const SurfaceModel *model, int level, int face, const Vec3 now[3],
+                               const Vec3 rest[3], const Marks *marks)
+{
+    const Detail *detail = model->detail;
+    const Level *at = &detail->levels.level[level];
+    Verdict verdict = VERDICT_CALM;
+    for (int k = 0; k < 3; k++) {
+        int edge = at->face_edge[face][k];
+        int across = at->edge_face[edge][at->edge_face[edge][0] == face];
+        if (across < 0 || !detail_is_leaf(detail, level, across))
+            continue;
+        int opposite = 0;
+        while (at->face_edge[across][opposite] != edge)
+            opposite++;
+        int slot = model->slot[at->face[across][(opposite + 2) % 3]];
+        const Vec3 x[4] = {now[k], now[(k + 1) % 3], now[(k + 2) % 3], read_position(model, slot)};
+        const Vec3 y[4] = {rest[k], rest[(k + 1) % 3], rest[(k + 2) % 3], read_place(model, slot)};
+        double cosine = cos_of_turn(x, y);
+        if (cosine < marks->cos_divide)
+            return VERDICT_DIVIDE;
+        if (cosine < marks->cos_calm)
+            verdict = VERDICT_KEEP;
+    }
+    return verdict;
+}
+
+// |f| over the area that a node stands for, times the leaf's edge length [N/m] ... against E2D.
+static double force_indicator(const SurfaceModel *model, int node, double force, int level,
+                              const Marks *marks)
+{
+    const Detail *detail = model->detail;
+    double area = detail->status[node] == NODE_HANGING ? detail->node_area[node]
+                                                       : model->mass[node] / detail->rules.areal_density;
+    return area > 0.0 ? force / area * ldexp(detail->edge_length, -level) / marks->force : 0.0;
+}
+
+static double load_on(const SurfaceModel *model, int slot)
+{
+    double square = 0.0;
+    for (int c = 0; c < 3; c++) {
+        double f = model_get(model, model->external, model_lane(model->lane[slot]) + c * LANES);
+        square += f * f;
+    }
+    return sqrt(square);
+}
+
+static Verdict worse(Verdict a, Verdict b)
+{
+    return a > b ? a : b;
+}
+
+static Verdict judge_number(double eta)
+{
+    return eta > 1.0 ? VERDICT_DIVIDE : eta > CALM ? VERDICT_KEEP : VERDICT_CALM;
+}
+
+static Verdict judge(const SurfaceModel *model, int level, int face, const Marks *marks)
+{
+    const Detail *detail = model->detail;
+    const int *corner = detail->levels.level[level].face[face];
+    Vec3 now[3], rest[3];
+    Verdict verdict = VERDICT_CALM;
+    for (int k = 0; k < 3; k++) {
+        int slot = model->slot[corner[k]];
+        now[k] = read_position(model, slot);
+        rest[k] = read_place(model, slot);
+        Vec3 slip = vec3_sub(read_row(model, slot, 4), marks->velocity);
+        slip = vec3_sub(slip, vec3_cross(marks->angular, vec3_sub(now[k], marks->center)));
+        double eta2 = ldexp(vec3_dot(slip, slip) / marks->speed2, -2 * level);
+        verdict = worse(verdict, eta2 > 1.0           ? VERDICT_DIVIDE
+                                 : eta2 > CALM * CALM ? VERDICT_KEEP
+                                                      : VERDICT_CALM);
+        double force = detail->felt_force[corner[k]];
+        if (*model->loaded != 0 && detail->status[corner[k]] == NODE_FREE)
+            force += load_on(model, slot);
+        if (force > 0.0)
+            verdict = worse(verdict,
+                            judge_number(force_indicator(model, corner[k], force, level, marks)));
+    }
+    return verdict == VERDICT_DIVIDE
+               ? verdict
+               : worse(verdict, judge_curvature(model, level, face, now, rest, marks));
+}
+
+// --- the sweep ---
+
+typedef struct SweepPass {
+    SurfaceModel *model;
+    Marks marks;
+    int64_t left; // faces that may still be divided in this tick
+} SweepPass;
+
+static void divide_leaf(SweepPass *pass, int level, int face)
+{
+    Detail *detail = pass->model->detail;
+    int64_t before = detail->sweep->counts.refined;
+    detail_refine(pass->model, level, face);
+    pass->left -= detail->sweep->counts.refined - before;
+}
+
+// Judges the leaves of a face, divides those that ask for it, and keeps watch over how long the
+// four of a face have been calm. Returns the verdict on a leaf, KEEP for others.
+static Verdict sweep_face(SweepPass *pass, int level, int face)
+{
+    SurfaceModel *model = pass->model;
+    Detail *detail = model->detail;
+    const Marks *marks = &pass->marks;
+    if (!detail_is_refined(detail, level, face)) {
+        if (level > marks->level)
+            return VERDICT_CALM; // it may not be there at all
+        Verdict verdict = judge(model, level, face, marks);
+        if (verdict == VERDICT_DIVIDE && level < marks->level && pass->left > 0)
+            divide_leaf(pass, level, face);
+        return verdict;
+    }
+    bool leaves = true, calm = true;
+    for (int k = 0; k < 4; k++) {
+        leaves &= !detail_is_refined(detail, level + 1, 4 * face + k);
+        calm &= sweep_face(pass, level + 1, 4 * face + k) == VERDICT_CALM;
+    }
+    int64_t *since = &detail->calm_since[detail->face_base[level] + face];
+    if (!leaves || !calm) {
+        *since = 0;
+        return VERDICT_KEEP;
+    }
+    if (*since == 0)
+        *since = marks->step + 1;
+    bool held = marks->step + 1 - *since >= marks->hold || level >= marks->level;
+    if (held && detail->calm_count < detail->calm_capacity)
+        detail->calm[detail->calm_count++] = (Leaf){level, face, 0};
+    return VERDICT_KEEP;
+}
+
+static void set_marks(const SurfaceModel *model, int64_t step, double tick, Marks *marks)
+{
+    const Detail *detail = model->detail;
+    const Sweep *sweep = detail->sweep;
+    const double pi = 3.14159265358979323846;
+    double turn = sweep->thresholds[2] * sweep->scale, speed = sweep->thresholds[1] * sweep->scale;
+    *marks = (Marks){
+        .force = sweep->thresholds[0] * sweep->scale * detail->modulus,
+        .speed2 = speed * speed * detail->wave_speed * detail->wave_speed,
+        .cos_divide = turn < pi ? cos(turn) : -2.0,
+        .cos_calm = CALM * turn < pi ? cos(CALM * turn) : -2.0,
+        .level = (int)sweep->level,
+        .step = step,
+        .hold = (int64_t)ceil(HOLD / tick),
+    };
+    if (model->rigid != NULL) {
+        const FramePose *pose = &model->rigid->pose;
+        marks->center = (Vec3){pose->center[0], pose->center[1], pose->center[2]};
+        marks->velocity = (Vec3){pose->velocity[0], pose->velocity[1], pose->velocity[2]};
+        marks->angular = (Vec3){pose->angular[0], pose->angular[1], pose->angular[2]};
+    }
+}
+
+// Where a tool presses, the leaves are divided at once.
+static void look_at_felt(SweepPass *pass)
+{
+    SurfaceModel *model = pass->model;
+    Detail *detail = model->detail;
+    for (int64_t i = 0; i < *detail->felt_count; i++) {
+        int node = (int)detail->felt[i].node;
+        if (detail->status[node] == NODE_OFF)
+            continue;
+        Leaf *leaf = detail->ring[LEVELS_MAX];
+        int count = detail_leaves_around(detail, node, leaf);
+        for (int k = 0; k < count && pass->left > 0; k++)
+            if (leaf[k].level < pass->marks.level &&
+                detail_is_leaf(detail, leaf[k].level, leaf[k].face) &&
+                force_indicator(model, node, detail->felt_force[node], leaf[k].level,
+                                &pass->marks) > 1.0)
+                divide_leaf(pass, leaf[k].level, leaf[k].face);
+    }
+}
+
+static void coarsen_calm(SweepPass *pass)
+{
+    Detail *detail = pass->model->detail;
+    for (int i = 0; i < detail->calm_count; i++) {
+        const Leaf *calm = &detail->calm[i];
+        if (pass->left > 0 && detail_is_refined(detail, calm->level, calm->face) &&
+            detail_may_coarsen(detail, calm->level, calm->face)) {
+            detail_coarsen(pass->model, calm->level, calm->face);
+            pass->left--;
+        }
+    }
+    detail->calm_count = 0;
+}
+
+bool detail_sweep(Body *body, int64_t step, double tick)
+{
+    SurfaceModel *model = body->model;
+    Detail *detail = model->detail;
+    Sweep *sweep = detail->sweep;
+    const int roots = detail->levels.level[0].face_count;
+    const int64_t budget = (int64_t)fmax(FACES_LEAST, ceil((double)FACES_PER_SECOND * tick));
+    SweepPass pass = {.model = model, .left = budget};
+
+    detail_begin_change(model);
+    set_marks(model, step, tick, &pass.marks);
+    for (int64_t i = 0; i < *detail->felt_count; i++)
+        detail->felt_force[detail->felt[i].node] += vec3_length(detail->felt[i].force);
+    look_at_felt(&pass);
+
+    sweep->credit = fmin(sweep->credit + roots * detail->options.adapt.check_hz * tick, roots);
+    int64_t quota = (int64_t)fmax(floor(sweep->credit), (double)sweep->urgent);
+    for (int64_t i = 0; i < quota && pass.left > 0; i++) { // else it goes on here in the next tick
+        sweep_face(&pass, 0, (int)sweep->root);
+        sweep->root = (sweep->root + 1) % roots;
+        sweep->credit = fmax(sweep->credit - 1.0, 0.0);
+        sweep->urgent -= sweep->urgent > 0;
+    }
+    pass.left = budget;
+    coarsen_calm(&pass);
+    for (int64_t i = 0; i < *detail->felt_count; i++)
+        detail->felt_force[detail->felt[i].node] = 0.0;
+    *detail->felt_count = 0;
+    return detail_end_change(body);
+}
