@@ -130,6 +130,12 @@ void model_return_to_rest(SurfaceModel *model);
 // Adds a force of the world frame to a slot's entry in `external`.
 void model_add_external(SurfaceModel *model, int slot, Vec3 force);
 
+// --- create_mesh.c ---
+
+// Load time: the tables behind body->mesh, once model->face is there.
+void model_create_mesh(SurfaceModel *model, Body *body, const TriMesh *mesh,
+                       const SurfaceOptions *options, Arena *arena);
+
 // The operations of surface.c.
 extern const BodyOps surface_ops;
 
