@@ -43,6 +43,10 @@ static const Line SCENE[] = {
     {"bodies.mesh.place", NULL, ""},
     {"bodies.mesh", "place", "};"},
     {"bodies", "mesh", "};"},
+    {"bodies", "levels", "levels = 8;"},
+    {"bodies", "adapt", "adapt = {"},
+    {"bodies.adapt", NULL, ""},
+    {"bodies", "adapt", "};"},
     {"bodies", "material", "material = {"},
     {"bodies.material", NULL, ""},
     {"bodies", "material", "};"},
@@ -355,9 +359,8 @@ static void known_words_of_later_features_are_accepted_at_their_defaults(void **
     (void)unused;
     Scene scene;
     assert_string_equal(
-        read_as_scene("precision = \"double\"; threads = 1; late = \"skip\";\n"
-                      "capacity = { nodes = 0; faces = 0; };\n" IN_BODY(
-                          "levels = 0; start_level = 0; cuttable = false; adjust = \"choi2005\";"),
+        read_as_scene("precision = \"double\"; threads = 1; late = \"skip\";\n" IN_BODY(
+                          "cuttable = false; split_budget = 0;"),
                       &scene),
         "");
     scene_destroy(&scene);
@@ -366,14 +369,82 @@ static void known_words_of_later_features_are_accepted_at_their_defaults(void **
 static void later_features_read_as_in_the_manual(void **unused)
 {
     (void)unused;
-    expect_error(IN_BODY("levels = 2;"),
-                 "x.cfg:2: levels 2: refinement is not built into this version; only 0");
     expect_error(IN_BODY("cuttable = true;"),
                  "x.cfg:2: cuttable true: cutting is not built into this version; only false");
     expect_error("bodies = ( { name = \"liver\"; model = \"voxel\";\n"
                  "voxels = { file = \"liver.nrrd\"; label = 1; }; law = \"affine\"; } );",
                  "x.cfg:1: model \"voxel\": voxel bodies are not built into this version; only "
                  "\"surface\"");
+}
+
+static void levels_are_read_as_written(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    assert_string_equal(
+        read_as_scene("rate_hz = 500; capacity = { nodes = 9000; faces = 8000; };\n" IN_BODY(
+                          "levels = 3; start_level = 1; adjust = \"choi2005\"; "
+                          "adapt = { force = 0.01; speed = 2; curvature = 0.25; "
+                          "check_hz = 62.5; };"),
+                      &scene),
+        "");
+    const SurfaceOptions *surface = &scene.body[0].surface;
+    assert_int_equal(surface->levels, 3);
+    assert_int_equal(surface->start_level, 1);
+    assert_int_equal(surface->adjust, ADJUST_CHOI2005);
+    assert_true(surface->adaptive);
+    expect_near(surface->adapt.force, 0.01, 0.0);
+    expect_near(surface->adapt.speed, 2.0, 0.0);
+    expect_near(surface->adapt.curvature, 0.25, 0.0);
+    expect_near(surface->adapt.check_hz, 62.5, 0.0);
+    assert_int_equal(surface->node_capacity, 9000);
+    assert_int_equal(surface->face_capacity, 8000);
+    scene_destroy(&scene);
+
+    assert_string_equal(read_as_scene(IN_BODY("levels = 1; adapt = {};"), &scene), "");
+    surface = &scene.body[0].surface;
+    assert_int_equal(surface->start_level, 0);
+    assert_int_equal(surface->adjust, ADJUST_CONTINUUM);
+    expect_near(surface->adapt.force, 0.005, 0.0);
+    expect_near(surface->adapt.speed, 0.3, 0.0);
+    expect_near(surface->adapt.curvature, 0.4, 0.0);
+    expect_near(surface->adapt.check_hz, 100.0, 0.0);
+    assert_int_equal(surface->node_capacity, 0);
+    scene_destroy(&scene);
+
+    assert_string_equal(read_as_scene(IN_BODY("levels = 1;"), &scene), "");
+    assert_false(scene.body[0].surface.adaptive);
+    scene_destroy(&scene);
+}
+
+static void levels_that_do_not_go_together_are_refused(void **unused)
+{
+    (void)unused;
+    expect_error(IN_BODY("levels = 9;"), "x.cfg:2: levels 9 outside [0, 8]");
+    expect_error(IN_BODY("start_level = 1;"), "x.cfg:2: start_level 1 exceeds levels 0");
+    expect_error(IN_BODY("levels = 2;\nstart_level = 3;"),
+                 "x.cfg:3: start_level 3 exceeds levels 2");
+    expect_error(IN_BODY("adapt = {};"),
+                 "x.cfg:2: adapt needs levels, the finest level of detail: set it to 1 or more");
+    expect_error(IN_BODY("levels = 1; adapt = { force = 0; };"),
+                 "x.cfg:2: force 0 outside (0, 1e+09]");
+    expect_error("rate_hz = 50;\n" IN_BODY("levels = 1; adapt = { check_hz = 60; };"),
+                 "x.cfg:3: check_hz 60 exceeds rate_hz 50");
+    expect_error(IN_BODY("levels = 1; adjust = \"choi\";"),
+                 "x.cfg:2: adjust \"choi\" must be one of \"continuum\", \"choi2005\"");
+}
+
+static void checks_follow_a_lower_rate(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    Status status = {0};
+    assert_string_equal(read_as_scene("rate_hz = 50;\n" IN_BODY("levels = 1; adapt = {};"), &scene),
+                        "");
+    expect_near(scene.body[0].surface.adapt.check_hz, 50.0, 0.0);
+    assert_true(scene_override(&scene, 20.0, NULL, &status));
+    expect_near(scene.body[0].surface.adapt.check_hz, 20.0, 0.0);
+    scene_destroy(&scene);
 }
 
 static void generators_take_their_own_keys_only(void **unused)
@@ -815,6 +886,9 @@ int main(int argc, char **argv)
         cmocka_unit_test(a_bare_body_takes_all_defaults),
         cmocka_unit_test(known_words_of_later_features_are_accepted_at_their_defaults),
         cmocka_unit_test(later_features_read_as_in_the_manual),
+        cmocka_unit_test(levels_are_read_as_written),
+        cmocka_unit_test(levels_that_do_not_go_together_are_refused),
+        cmocka_unit_test(checks_follow_a_lower_rate),
         cmocka_unit_test(generators_take_their_own_keys_only),
         cmocka_unit_test(ico_sphere_counts_nodes_or_subdivisions),
         cmocka_unit_test(mesh_files_are_seen_from_the_scenes_folder),

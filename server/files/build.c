@@ -83,18 +83,87 @@ static bool build_mesh(const SceneBody *body, TriMesh *mesh, Status *status)
 }
 
 #ifdef PLIANT_WITH_SURFACE
+// Rows of the mesh to rows of a level of it: midpoints lie beside their place at rest as their
+// parents do, on average.
+static Vec3 *spread_position(const Levels *levels, int level, Vec3 *position)
+{
+    int given = levels->level[0].node_count, nodes = levels->level[level].node_count;
+    position = realloc(position, (size_t)nodes * sizeof *position);
+    Vec3 *moved = malloc((size_t)nodes * sizeof *moved);
+    ASSERT(position != NULL && moved != NULL);
+    for (int i = 0; i < given; i++)
+        moved[i] = vec3_sub(position[i], levels->position[i]);
+    levels_spread(levels, level, moved);
+    for (int i = given; i < nodes; i++)
+        position[i] = vec3_add(levels->position[i], moved[i]);
+    free(moved);
+    return position;
+}
+
+static Vec3 *spread_velocity(const Levels *levels, int level, Vec3 *velocity)
+{
+    velocity = realloc(velocity, (size_t)levels->level[level].node_count * sizeof *velocity);
+    ASSERT(velocity != NULL);
+    levels_spread(levels, level, velocity);
+    return velocity;
+}
+
+static bool check_capacity(const SurfaceOptions *surface, const TriMesh *mesh, Status *status)
+{
+    const char *key = NULL;
+    int have = 0, room = 0;
+    if (surface->node_capacity > 0 && mesh->node_count > surface->node_capacity)
+        key = "nodes", have = mesh->node_count, room = surface->node_capacity;
+    else if (surface->face_capacity > 0 && mesh->triangle_count > surface->face_capacity)
+        key = "faces", have = mesh->triangle_count, room = surface->face_capacity;
+    return key == NULL ||
+           status_fail(status, STATUS_INVALID, "body %s has %d %s to start with, capacity.%s is %d",
+                       surface->name, have, key, key, room);
+}
+
+// Makes the body of a mesh, which is that of level 0 and becomes that of start_level.
+static bool create_surface(World *world, const SceneBody *described, SurfaceOptions *surface,
+                           TriMesh *mesh, Status *status)
+{
+    Vec3 *position = NULL, *velocity = NULL;
+    if (described->initial != NULL &&
+        !initial_read(described->initial, mesh, &position, &velocity, status))
+        return false;
+    Levels levels;
+    Arena arena = {0}; // a body that stays at its level needs the hierarchy no longer
+    bool ok = true;
+    if (surface->levels > 0) {
+        Arena *keeper = surface->adaptive ? &world->arena : &arena;
+        ok = levels_create(&levels, mesh, surface->levels, surface->name, keeper, status);
+        surface->hierarchy = ok ? &levels : NULL;
+    }
+    if (surface->hierarchy != NULL && !surface->adaptive) {
+        TriMesh coarse = *mesh;
+        levels_mesh(&levels, surface->start_level, &coarse, mesh);
+        mesh_destroy(&coarse);
+        if (position != NULL) {
+            position = spread_position(&levels, surface->start_level, position);
+            velocity = spread_velocity(&levels, surface->start_level, velocity);
+        }
+    }
+    surface->initial_position = position;
+    surface->initial_velocity = velocity;
+    Body body = {0};
+    ok = ok && check_capacity(surface, mesh, status) &&
+         surface_create(&body, mesh, surface, &world->arena, &world->state, status);
+    if (ok)
+        sim_add_body(world->sim, &body);
+    free(position);
+    free(velocity);
+    arena_destroy(&arena);
+    return ok;
+}
+
 static bool create_body(World *world, const Scene *scene, int index, const BuildOptions *options,
                         Status *status)
 {
     const SceneBody *described = &scene->body[index];
     TriMesh *mesh = &world->mesh[index];
-    if (!build_mesh(described, mesh, status))
-        return false;
-
-    Vec3 *position = NULL, *velocity = NULL;
-    if (described->initial != NULL &&
-        !initial_read(described->initial, mesh, &position, &velocity, status))
-        return false;
     SurfaceOptions surface = described->surface;
     surface.name = described->name;
     surface.fixed = described->fixed;
@@ -104,16 +173,8 @@ static bool create_body(World *world, const Scene *scene, int index, const Build
     surface.isa = options->isa != NULL ? options->isa : "auto";
     surface.without_contacts = scene->tool_count == 0;
     surface.without_loads = scene->load_count == 0 && !options->may_load;
-    surface.initial_position = position;
-    surface.initial_velocity = velocity;
-
-    Body body = {0};
-    bool ok = surface_create(&body, mesh, &surface, &world->arena, &world->state, status);
-    free(position);
-    free(velocity);
-    if (ok)
-        sim_add_body(world->sim, &body);
-    return ok;
+    return build_mesh(described, mesh, status) &&
+           create_surface(world, described, &surface, mesh, status);
 }
 
 const char *const *build_isa_levels(void)

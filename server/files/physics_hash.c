@@ -53,6 +53,19 @@ static void add_surface(uint64_t *hash, const SurfaceOptions *surface)
         add_real(hash, shape->per_node ? shape->damping : shape->damping_ratio);
         add_int(hash, shape->frame);
     }
+    if (surface->levels > 0) {
+        add_int(hash, surface->levels);
+        add_int(hash, surface->start_level);
+        add_int(hash, surface->adjust);
+    }
+    if (surface->adaptive) {
+        add_real(hash, surface->adapt.force);
+        add_real(hash, surface->adapt.speed);
+        add_real(hash, surface->adapt.curvature);
+        add_real(hash, surface->adapt.check_hz);
+        add_int(hash, surface->node_capacity);
+        add_int(hash, surface->face_capacity);
+    }
     add_real(hash, surface->prestress);
     add_int(hash, surface->integrator);
     add_real(hash, surface->time_step);

@@ -62,8 +62,8 @@ static const Option SCENE_OPTIONS[] = {
      .preset = 0.2, .about = "A tool whose newest pose is older is withdrawn."},
     {"settle_s", OPTION_REAL, AT(settle_s), "s", 0.0, 3600.0,
      .about = "Simulated before the first tick, so that gravity and prestress are at rest."},
-    {"capacity", OPTION_GROUP, AT(capacity), "", .preset_text = "from the meshes",
-     .about = "Room for nodes and faces that are added while the scene runs."},
+    {"capacity", OPTION_GROUP, AT(capacity), "", .preset_text = "from the meshes and levels",
+     .about = "Most nodes and faces that a body may have at a time."},
     {"bodies", OPTION_LIST, AT(bodies), "", .required = true,
      .about = "The soft bodies: 1 to 64 groups."},
     {"tools", OPTION_LIST, AT(tools), "", .about = "The tools that touch them: up to 32 groups."},
@@ -103,13 +103,16 @@ typedef struct CapacityGroup {
     int nodes, faces;
 } CapacityGroup;
 static const Option CAPACITY_OPTIONS[] = {
-    {"nodes", OPTION_INT, offsetof(CapacityGroup, nodes), "", 0.0, 1e8, .later = LATER_CAPACITY,
-     .about = "Nodes of a body; 0: those of its mesh."},
-    {"faces", OPTION_INT, offsetof(CapacityGroup, faces), "", 0.0, 1e8, .later = LATER_CAPACITY,
-     .about = "Faces of a body; 0: those of its mesh."},
+    {"nodes", OPTION_INT, offsetof(CapacityGroup, nodes), "", 0.0, 1e8,
+     .about = "Most nodes of a body; 0: as many as its mesh and levels can give."},
+    {"faces", OPTION_INT, offsetof(CapacityGroup, faces), "", 0.0, 1e8,
+     .about = "Most faces of a body; 0: as many as its mesh and levels can give."},
 };
 const OptionTable CAPACITY_TABLE =
-    OPTION_TABLE("capacity", "What does not fit is refused and counted.", CAPACITY_OPTIONS);
+    OPTION_TABLE("capacity",
+                 "A body that does not fit when it is made is an error; what does not fit later is "
+                 "refused and counted.",
+                 CAPACITY_OPTIONS);
 
 static bool read_publish(const SceneReader *reader, const config_setting_t *group)
 {
@@ -241,9 +244,12 @@ static bool read_root(const SceneReader *reader, const config_setting_t *root)
         scene->lcm_url = strdup(raw.lcm_url);
         ASSERT(scene->lcm_url != NULL);
     }
-    return read_publish(reader, raw.publish) &&
-           option_read(&CAPACITY_TABLE, raw.capacity, &reader->source, &capacity) &&
-           read_bodies(reader, raw.bodies) && read_tools(reader, raw.tools) &&
+    if (!read_publish(reader, raw.publish) ||
+        !option_read(&CAPACITY_TABLE, raw.capacity, &reader->source, &capacity))
+        return false;
+    scene->node_capacity = capacity.nodes;
+    scene->face_capacity = capacity.faces;
+    return read_bodies(reader, raw.bodies) && read_tools(reader, raw.tools) &&
            read_loads(reader, raw.loads);
 }
 
@@ -293,6 +299,10 @@ bool scene_override(Scene *scene, double rate_hz, const char *prefix, Status *st
         for (int i = 0; i < 4; i++)
             if (*rates[i] > rate_hz)
                 *rates[i] = rate_hz;
+        for (int i = 0; i < scene->body_count; i++) {
+            SurfaceAdapt *adapt = &scene->body[i].surface.adapt;
+            adapt->check_hz = fmin(adapt->check_hz, rate_hz);
+        }
     }
     if (prefix == NULL)
         return true;

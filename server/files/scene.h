@@ -67,6 +67,7 @@ typedef struct Scene {
     char *lcm_url;                     // or NULL
     bool start_paused;                 // start = "paused"
     double tool_timeout_s, settle_s;
+    int node_capacity, face_capacity; // of each body; 0: from its mesh and levels
     ScenePublish publish;
     int body_count;
     SceneBody *body;
@@ -81,8 +82,9 @@ bool scene_read(const char *path, Scene *scene, Status *status);
 void scene_destroy(Scene *scene);
 
 // Replaces the rate [Hz] (0: keep) and the prefix (NULL: keep) of a scene that was read, and checks
-// what depends on them: publish rates above the new rate come down to it; a prefix that makes a
-// channel's name too long is refused. A scene that listens on a prefix of its own goes on doing so.
+// what depends on them: rates of publishing and checking above the new rate come down to it; a
+// prefix that makes a channel's name too long is refused. A scene that listens on a prefix of its
+// own goes on doing so.
 bool scene_override(Scene *scene, double rate_hz, const char *prefix, Status *status);
 
 // The material and the shape springs of a body whose scene says nothing more of them than

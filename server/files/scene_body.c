@@ -10,15 +10,16 @@
 typedef struct BodyGroup {
     const char *name, *initial;
     int model, integrator;
-    const config_setting_t *mesh, *material, *shape, *contact, *fixed;
+    int levels, start_level, adjust;
+    const config_setting_t *mesh, *adapt, *material, *shape, *contact, *fixed;
     double prestress, time_step;
     bool unsafe_time_step;
     // Read, checked against their only value, and of no further use.
-    int levels, start_level, adjust, split_budget;
+    int split_budget;
     bool cuttable;
 } BodyGroup;
 
-enum { MODEL_SURFACE, MODEL_VOXEL, ADJUST_CONTINUUM = 0, ADJUST_CHOI2005 };
+enum { MODEL_SURFACE, MODEL_VOXEL };
 
 static const OptionWord MODEL_WORDS[] = {
     {"surface", MODEL_SURFACE, NULL}, {"voxel", MODEL_VOXEL, LATER_VOXEL}, {NULL, 0, NULL}};
@@ -39,13 +40,14 @@ static const Option BODY_OPTIONS[] = {
      .about = "Surface: a hollow organ as a mesh of springs (Choi et al. 2005)."},
     {"mesh", OPTION_GROUP, AT(mesh), "", .required = true,
      .about = "Where its triangles come from."},
-    {"levels", OPTION_INT, AT(levels), "", 0.0, 8.0, .later = LATER_REFINEMENT,
-     .about = "Finest level of detail; 0: never refined."},
-    {"start_level", OPTION_INT, AT(start_level), "", 0.0, 8.0, .later = LATER_REFINEMENT,
-     .about = "Level at which the body starts."},
+    {"levels", OPTION_INT, AT(levels), "", 0.0, LEVELS_MAX,
+     .about = "Finest level of detail: each divides every face into four. 0: the mesh as it is."},
+    {"start_level", OPTION_INT, AT(start_level), "", 0.0, LEVELS_MAX,
+     .about = "Level at which the body starts, and stays without `adapt`; at most `levels`."},
     {"adjust", OPTION_WORD, AT(adjust), "", .words = ADJUST_WORDS, .preset = ADJUST_CONTINUUM,
-     .about = "How properties follow the level; of no effect while there is one."},
-    {"adapt", OPTION_LATER, 0, "", .later = LATER_REFINEMENT,
+     .about = "How properties follow the level: `continuum` as an elastic wall asks, `choi2005` by "
+              "the paper's eqs 6 to 8. Of no effect with `levels = 0`."},
+    {"adapt", OPTION_GROUP, AT(adapt), "", .preset_text = "stays at start_level",
      .about = "When faces are refined and coarsened."},
     {"material", OPTION_GROUP, AT(material), "", .preset_text = "its defaults",
      .about = "Stiffness, mass and damping."},
@@ -97,6 +99,60 @@ static const Option CONTACT_OPTIONS[] = {
 const OptionTable CONTACT_TABLE = OPTION_TABLE(
     "bodies.contact", "The penalty force between the body's faces and tools.", CONTACT_OPTIONS);
 
+#define AT(member) offsetof(SurfaceAdapt, member)
+static const Option ADAPT_OPTIONS[] = {
+    {"force", OPTION_REAL, AT(force), "", 0.0, 1e9, .open = true, .preset = 0.005,
+     .about = "Load an area times the edge length over `youngs_modulus_2d` beyond which a face is "
+              "refined."},
+    {"speed", OPTION_REAL, AT(speed), "", 0.0, 1e9, .open = true, .preset = 0.3,
+     .about =
+         "Speed against the body's rigid motion, over that of waves in the wall times 2^level, "
+         "beyond which a face is refined."},
+    {"curvature", OPTION_REAL, AT(curvature), "rad", 0.0, 1e9, .open = true, .preset = 0.4,
+     .about = "Change of the angle between two faces beyond which they are refined."},
+    {"check_hz", OPTION_REAL, AT(check_hz), "Hz", 0.0, 10000.0, .open = true, .preset = 100.0,
+     .about = "How often all faces are looked at; at most, and by default lowered to, `rate_hz`."},
+};
+#undef AT
+const OptionTable ADAPT_TABLE = OPTION_TABLE(
+    "bodies.adapt",
+    "The body refines where it is loaded, moves or bends, up to `levels`, and coarsens where it is "
+    "at ease. A criterion is switched off by a large value.",
+    ADAPT_OPTIONS);
+
+// What of the levels can be said before the mesh is known.
+static bool read_levels(const SceneReader *reader, const config_setting_t *group,
+                        const BodyGroup *raw, SurfaceOptions *surface)
+{
+    const OptionSource *source = &reader->source;
+    surface->levels = raw->levels;
+    surface->start_level = raw->start_level;
+    surface->adjust = (SurfaceAdjust)raw->adjust;
+    surface->adaptive = raw->adapt != NULL;
+    surface->node_capacity = reader->scene->node_capacity;
+    surface->face_capacity = reader->scene->face_capacity;
+    if (raw->start_level > raw->levels)
+        return option_fail(source, option_find(group, "start_level"),
+                           "start_level %d exceeds levels %d", raw->start_level, raw->levels);
+    if (raw->adapt == NULL)
+        return true;
+    if (raw->levels == 0)
+        return option_fail(source, raw->adapt,
+                           "adapt needs levels, the finest level of detail: set it to 1 or more");
+    if (!option_read(&ADAPT_TABLE, raw->adapt, source, &surface->adapt))
+        return false;
+    if (surface->adapt.check_hz <= reader->scene->rate_hz)
+        return true;
+    char rate[OPTION_NUMBER_TEXT], limit[OPTION_NUMBER_TEXT];
+    if (option_given(raw->adapt, "check_hz"))
+        return option_fail(source, option_find(raw->adapt, "check_hz"),
+                           "check_hz %s exceeds rate_hz %s",
+                           option_number_text(rate, surface->adapt.check_hz),
+                           option_number_text(limit, reader->scene->rate_hz));
+    surface->adapt.check_hz = reader->scene->rate_hz;
+    return true;
+}
+
 static char *copy_resolved(const SceneReader *reader, const char *file)
 {
     return file != NULL ? scene_source_resolve(reader->folder, file) : NULL;
@@ -125,6 +181,7 @@ bool scene_read_body(const SceneReader *reader, const config_setting_t *group, S
     surface->time_step = option_given(group, "time_step") ? raw.time_step : 0.0;
     surface->unsafe_time_step = raw.unsafe_time_step;
     return scene_read_mesh(reader, raw.mesh, &body->mesh) &&
+           read_levels(reader, group, &raw, surface) &&
            scene_read_material(reader, raw.material, &surface->material) &&
            scene_read_shape(reader, raw.shape, &surface->shape) &&
            option_read(&CONTACT_TABLE, raw.contact, source, surface) &&

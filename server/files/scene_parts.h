@@ -14,13 +14,11 @@ enum {
 };
 
 // Why known keys of features that are not built in are refused.
-#define LATER_REFINEMENT "refinement is not built into this version"
-#define LATER_CUTTING    "cutting is not built into this version"
-#define LATER_VOXEL      "voxel bodies are not built into this version"
-#define LATER_THREADS    "parallel steps are not built into this version"
-#define LATER_CAPACITY   "bodies that grow are not built into this version"
-#define LATER_IMPLICIT   "implicit integration is not built into this version"
-#define LATER_GRASPER    "graspers are not built into this version"
+#define LATER_CUTTING  "cutting is not built into this version"
+#define LATER_VOXEL    "voxel bodies are not built into this version"
+#define LATER_THREADS  "parallel steps are not built into this version"
+#define LATER_IMPLICIT "implicit integration is not built into this version"
+#define LATER_GRASPER  "graspers are not built into this version"
 
 #define POSITION_LIMIT 1e6 // [m] from the origin
 #define SIZE_LIMIT     1e3 // [m] of generated meshes
@@ -34,14 +32,14 @@ enum {
     }
 
 extern const OptionTable SCENE_TABLE, PUBLISH_TABLE, CAPACITY_TABLE;
-extern const OptionTable BODY_TABLE, CONTACT_TABLE, FIXED_TABLE;
+extern const OptionTable BODY_TABLE, ADAPT_TABLE, CONTACT_TABLE, FIXED_TABLE;
 extern const OptionTable MESH_TABLE, PLACE_TABLE;
 extern const OptionTable MATERIAL_TABLE, SHAPE_TABLE;
 extern const OptionTable TOOL_TABLE, CAPSULE_TABLE, PLANE_TABLE;
 extern const OptionTable LOAD_TABLE;
 
 // All of them, in the order of the reference.
-enum { SCENE_TABLE_COUNT = 14 };
+enum { SCENE_TABLE_COUNT = 15 };
 const OptionTable *scene_table(int index);
 
 typedef struct SceneReader {

@@ -159,6 +159,17 @@ void levels_halves(const Levels *levels, int level, int edge, int half[2])
     half[1 - side] = face_edge[4 * face + (k + 1) % 3][k];
 }
 
+void levels_spread(const Levels *levels, int level, Vec3 *row)
+{
+    for (int l = 0; l < level; l++) {
+        const Level *coarse = &levels->level[l];
+        for (int e = 0; e < coarse->edge_count; e++) {
+            const int *end = coarse->edge[e];
+            row[coarse->node_count + e] = vec3_scale(0.5, vec3_add(row[end[0]], row[end[1]]));
+        }
+    }
+}
+
 static int *copy_ints(const int *from, int count)
 {
     if (from == NULL)

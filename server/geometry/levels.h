@@ -43,6 +43,10 @@ void levels_parents(const Levels *levels, int node, int parent[2]);
 // The two halves of edge `edge` of `level`, as edges of level + 1: half[k] ends at edge[edge][k].
 void levels_halves(const Levels *levels, int level, int edge, int half[2]);
 
+// Fills a field given on level 0, row[nodes of level 0], up to `level`: every midpoint gets the
+// mean of its parents.
+void levels_spread(const Levels *levels, int level, Vec3 *row);
+
 // All faces of one level as a mesh of its own: node i is node i of the hierarchy. file_index and
 // what maps nodes to the source follow `mesh`, from which the hierarchy was made; nodes that the
 // source does not have count on from there. Owned by the caller (mesh_destroy).

@@ -1,10 +1,11 @@
 // Makes a surface body from a mesh: springs and masses, the order of nodes, the tables of the
-// kernel, what tools and clients see. Load time only.
+// kernel, what tools see. Load time only.
 #include "surface/surface.h"
 
 #include "base/check.h"
 #include "base/log.h"
 #include "geometry/winged_edge.h"
+#include "surface/detail/detail_create.h"
 #include "surface/model.h"
 #include "surface/network.h"
 #include "surface/order.h"
@@ -134,7 +135,7 @@ static void create_nodes(SurfaceModel *model, const TriMesh *mesh, const SpringN
         model->mass[i] = m;
         model_put(model, nodes->inverse_mass, s, share);
         if (uses_drag) {
-            double drag = options->material.node_damping;
+            double drag = network->node_damping[i];
             drag += body_frame ? 0.0 : network->shape_damping[i];
             model_put(model, nodes->shape_rate, s, share * network->shape_stiffness[i]);
             model_put(model, nodes->drag, s, share * drag);
@@ -234,30 +235,6 @@ void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fix
     state_add(state, model->parameters, sizeof *model->parameters, "%s/parameters", name);
 }
 
-// The piece of each node: connected parts of the mesh, numbered by their lowest node.
-void model_label_pieces(const TriMesh *mesh, int *piece)
-{
-    for (int i = 0; i < mesh->node_count; i++)
-        piece[i] = i;
-    for (bool changed = true; changed;) { // sweeps both ways: few even for long chains
-        changed = false;
-        for (int pass = 0; pass < 2; pass++)
-            for (int k = 0; k < mesh->triangle_count; k++) {
-                const int *t = mesh->triangle[pass == 0 ? k : mesh->triangle_count - 1 - k];
-                int low = piece[t[0]];
-                for (int c = 1; c < 3; c++)
-                    low = piece[t[c]] < low ? piece[t[c]] : low;
-                for (int c = 0; c < 3; c++) {
-                    changed |= piece[t[c]] != low;
-                    piece[t[c]] = low;
-                }
-            }
-    }
-    int count = 0;
-    for (int i = 0; i < mesh->node_count; i++)
-        piece[i] = piece[i] == i ? count++ : piece[piece[i]];
-}
-
 static void create_surface(SurfaceModel *model, Body *body, const TriMesh *mesh,
                            const WingedMesh *winged, const SpringNetwork *network,
                            const SurfaceOptions *options, Arena *arena)
@@ -298,37 +275,33 @@ static void create_surface(SurfaceModel *model, Body *body, const TriMesh *mesh,
         .node_mass = model->mass,
         .longest_edge = longest,
     };
+}
 
-    model->id = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "node ids");
-    model->parent = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)nodes, sizeof *model->parent,
-                                   "%s/node parents", name);
-    model->piece = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "node pieces");
-    model->level = ALLOCATE(ARENA_TOPOLOGY, nodes, signed char, "node levels");
-    for (int i = 0; i < nodes; i++) {
-        model->id[i] = mesh->file_index[i];
-        model->parent[i][0] = model->parent[i][1] = mesh->file_index[i];
-    }
-    const int *origin = model->id;
-    if (mesh->copy_count > 0) {
-        int *row = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "node origins");
-        for (int i = 0; i < nodes; i++)
-            row[i] = mesh->file_index[mesh_node_of_file(mesh, mesh_file_row(mesh, i))];
-        origin = row;
-    }
-    model_label_pieces(mesh, model->piece);
-    body->mesh = (BodyMesh){
-        .topology = 1,
-        .node_count = nodes,
-        .triangle_count = faces,
-        .node_capacity = nodes,
-        .triangle_capacity = faces,
-        .triangle = (const int(*)[3])model->face,
-        .id = model->id,
-        .origin = origin,
-        .parent = (const int(*)[2])model->parent,
-        .piece = model->piece,
-        .level = model->level,
-    };
+// A body of one level: a slot a node, everything in use.
+static void create_dense(Body *body, SurfaceModel *model, const TriMesh *mesh,
+                         const WingedMesh *winged, const SpringNetwork *network,
+                         const SurfaceOptions *options, Arena *arena, StateList *state)
+{
+    const char *name = options->name;
+    model->node_count = mesh->node_count;
+    model->edge_count = winged->edge_count;
+    model->face_count = mesh->triangle_count;
+    model->slot_count = (mesh->node_count + LANES - 1) / LANES * LANES;
+    model->lane_count = model->slot_count;
+    model->slot = ALLOCATE(ARENA_TOPOLOGY, mesh->node_count, int, "slot of node");
+    model->node = ALLOCATE(ARENA_TOPOLOGY, model->slot_count, int, "node of slot");
+    order_nodes(winged, model->slot);
+    for (int s = 0; s < model->slot_count; s++)
+        model->node[s] = -1;
+    for (int i = 0; i < mesh->node_count; i++)
+        model->node[model->slot[i]] = i;
+
+    model_create_places(model, mesh, name, arena, state);
+    create_springs(model, winged, network, name, arena);
+    create_nodes(model, mesh, network, options, arena, state);
+    model_create_rows(model, mesh, network->fixed, options, arena, state);
+    create_surface(model, body, mesh, winged, network, options, arena);
+    model_create_mesh(model, body, mesh, options, arena);
 }
 
 bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *options, Arena *arena,
@@ -349,7 +322,9 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *optio
     WingedMesh winged;
     winged_create(&winged, mesh);
     SpringNetwork network;
-    if (!network_create(&network, mesh, &winged, options, status)) {
+    SurfaceOptions coarse = *options; // what a body that adapts is made from
+    coarse.start_level = options->adaptive ? 0 : options->start_level;
+    if (!network_create(&network, mesh, &winged, &coarse, status)) {
         winged_destroy(&winged);
         return false;
     }
@@ -363,26 +338,8 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *optio
     model->kernels = kernels;
     model->precision = options->precision;
     model->prestressed = options->prestress > 0.0;
-    model->node_count = mesh->node_count;
-    model->edge_count = winged.edge_count;
-    model->face_count = mesh->triangle_count;
-    model->slot_count = (mesh->node_count + LANES - 1) / LANES * LANES;
-    model->lane_count = model->slot_count;
     model->damping_time = network.damping_time;
     model->damped = network.damping_time > 0.0;
-    model->slot = ALLOCATE(ARENA_TOPOLOGY, mesh->node_count, int, "slot of node");
-    model->node = ALLOCATE(ARENA_TOPOLOGY, model->slot_count, int, "node of slot");
-    order_nodes(&winged, model->slot);
-    for (int s = 0; s < model->slot_count; s++)
-        model->node[s] = -1;
-    for (int i = 0; i < mesh->node_count; i++)
-        model->node[model->slot[i]] = i;
-
-    model_create_places(model, mesh, name, arena, state);
-    create_springs(model, &winged, &network, name, arena);
-    create_nodes(model, mesh, &network, options, arena, state);
-    model_create_rows(model, mesh, network.fixed, options, arena, state);
-
     *body = (Body){
         .ops = &surface_ops,
         .model = model,
@@ -390,9 +347,10 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *optio
         .mass = network.total_mass,
         .spring_count = winged.edge_count,
         .element_count = mesh->triangle_count,
+        .finest_level = options->start_level,
         .lambda = network.lambda,
         .damping = network.damping,
-        .contact_lambda = network.lambda,
+        .contact_lambda = network.contact_lambda,
         .contact_ratio = options->contact_ratio,
         .contact_damping = options->contact_damping,
         .tuning = {.friction = options->friction, .stiffness_scale = 1.0, .damping_scale = 1.0},
@@ -400,7 +358,10 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *optio
         .unsafe_time_step = options->unsafe_time_step,
     };
     snprintf(body->name, sizeof body->name, "%s", name);
-    create_surface(model, body, mesh, &winged, &network, options, arena);
+    if (options->adaptive)
+        detail_create(body, model, mesh, &winged, &network, options, arena, state);
+    else
+        create_dense(body, model, mesh, &winged, &network, options, arena, state);
     network_destroy(&network);
     winged_destroy(&winged);
     return true;

@@ -139,6 +139,14 @@ void model_return_to_rest(SurfaceModel *model);
 // Adds a force of the world frame to a slot's entry in `external`.
 void model_add_external(SurfaceModel *model, int slot, Vec3 force);
 
+// --- create_mesh.c ---
+
+// Load time: the tables behind body->mesh, once model->face is there.
+void model_create_mesh(SurfaceModel *model, Body *body, const TriMesh *mesh,
+                       const SurfaceOptions *options, Arena *arena);
+// The piece of each node: connected parts of the mesh, numbered by their lowest node.
+void model_label_pieces(const TriMesh *mesh, int *piece);
+
 // --- surface.c: the operations, and what bodies with levels share of them ---
 extern const BodyOps surface_ops;
 
@@ -160,8 +168,6 @@ void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fix
                        const SurfaceOptions *options, Arena *arena, StateList *state);
 void *model_allocate_reals(const SurfaceModel *model, size_t count, const char *name,
                            const char *label, Arena *arena);
-// The piece of each node: connected parts of the mesh, numbered by their lowest node.
-void model_label_pieces(const TriMesh *mesh, int *piece);
 // Fills the entry `at` of the spring table: a spring of the node in `slot` to the one in `other`.
 void model_put_spring(SurfaceModel *model, long at, int slot, int other, double rest_length,
                       double stiffness);

@@ -1,11 +1,12 @@
-// Load time. Masses by area lumping, stiffness by the areas beside an edge (Van Gelder 1998), or
-// the paper's uniform values; bounds for the time step.
+// Load time. Gives every spring and node of a mesh what level_rules.h says; bounds for the time
+// step.
 #include "surface/network.h"
 
 #include "base/check.h"
+#include "surface/fixed.h"
+#include "surface/level_rules.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 static void *zeroed(int count, size_t size)
 {
@@ -14,99 +15,52 @@ static void *zeroed(int count, size_t size)
     return memory;
 }
 
-static void measure_areas(SpringNetwork *network, const TriMesh *mesh)
+static void measure_areas(SpringNetwork *network, const TriMesh *mesh, const LevelRules *rules,
+                          int level)
 {
     for (int f = 0; f < mesh->triangle_count; f++) {
-        const int *node = mesh->triangle[f];
-        const Vec3 *x = mesh->position;
-        Vec3 normal =
-            vec3_cross(vec3_sub(x[node[1]], x[node[0]]), vec3_sub(x[node[2]], x[node[0]]));
-        network->face_area[f] = 0.5 * vec3_length(normal);
+        network->face_area[f] = level_rules_area(rules, level, f);
         for (int k = 0; k < 3; k++)
-            network->node_area[node[k]] += network->face_area[f] / 3.0;
+            network->node_area[mesh->triangle[f][k]] += network->face_area[f] / 3.0;
     }
 }
 
 static void set_springs(SpringNetwork *network, const TriMesh *mesh, const WingedMesh *winged,
-                        const SurfaceOptions *options)
+                        const LevelRules *rules, int level)
 {
-    const SurfaceMaterial *material = &options->material;
     for (int e = 0; e < winged->edge_count; e++) {
         const WingedEdge *edge = &winged->edge[e];
         double length =
             vec3_length(vec3_sub(mesh->position[edge->node[0]], mesh->position[edge->node[1]]));
-        network->rest_length[e] = length * (1.0 - options->prestress);
-        if (material->uniform) {
-            network->stiffness[e] = material->spring_stiffness;
+        network->rest_length[e] = length * (1.0 - rules->options->prestress);
+        if (rules->same_springs) {
+            network->stiffness[e] = rules->stiffness[level];
             continue;
         }
         for (int side = 0; side < 2; side++)
             if (edge->face[side] >= 0)
-                network->stiffness[e] += material->youngs_modulus_2d *
-                                         network->face_area[edge->face[side]] / (length * length);
+                network->stiffness[e] +=
+                    level_rules_face_stiffness(rules, network->face_area[edge->face[side]], length);
     }
 }
 
-static void set_nodes(SpringNetwork *network, const SurfaceOptions *options, int node_count)
+static void set_nodes(SpringNetwork *network, const LevelRules *rules, int level, int node_count)
 {
-    const SurfaceMaterial *material = &options->material;
-    const SurfaceShape *shape = &options->shape;
-    double w = shape->angular_frequency;
     for (int i = 0; i < node_count; i++) {
-        double m = material->uniform ? material->node_mass
-                                     : material->areal_density * network->node_area[i];
+        double m = level_rules_node_mass(rules, level, network->node_area[i]);
         network->mass[i] = m;
         network->total_mass += m;
-        if (!shape->wanted)
-            continue;
-        network->shape_stiffness[i] = shape->per_node ? shape->stiffness : m * w * w;
-        network->shape_damping[i] =
-            shape->per_node ? shape->damping : 2.0 * shape->damping_ratio * w * m;
+        network->shape_stiffness[i] = level_rules_shape_stiffness(rules, m);
+        network->shape_damping[i] = level_rules_shape_damping(rules, m);
+        network->node_damping[i] = level_rules_node_damping(rules, m);
     }
-}
-
-static bool contains(const FixedRegion *region, Vec3 x)
-{
-    if (region->kind == FIXED_BOX)
-        return x.x >= region->low.x && x.y >= region->low.y && x.z >= region->low.z &&
-               x.x <= region->high.x && x.y <= region->high.y && x.z <= region->high.z;
-    return vec3_length(vec3_sub(x, region->center)) <= region->radius;
-}
-
-static bool fix_nodes(SpringNetwork *network, const TriMesh *mesh, const SurfaceOptions *options,
-                      Status *status)
-{
-    for (int r = 0; r < options->fixed_count; r++) {
-        const FixedRegion *region = &options->fixed[r];
-        if (region->kind == FIXED_NODES) {
-            for (int k = 0; k < region->node_count; k++) {
-                int node = mesh_node_of_file(mesh, region->node[k]);
-                if (node < 0)
-                    return status_fail(status, STATUS_INVALID,
-                                       "fixed: node %d is not a node of the mesh (%d in its file)",
-                                       region->node[k], mesh->file_node_count);
-                network->fixed[node] = true;
-            }
-            continue;
-        }
-        for (int i = 0; i < mesh->node_count; i++)
-            if (contains(region, mesh->position[i]))
-                network->fixed[i] = true;
-    }
-    // Copies, the last nodes, have no number of their own in the file.
-    for (int c = 0; c < mesh->copy_count; c++)
-        if (network->fixed[mesh_node_of_file(mesh, mesh->copy_of[c])])
-            network->fixed[mesh->node_count - mesh->copy_count + c] = true;
-    return true;
 }
 
 // lambda = max over free nodes of (2 sum k_e + k'_s) / m_i bounds M^-1 K by its row sums
 // (surface.md section 3); c likewise. The springs' damping time is k_d / k_s, so their share of c
-// is its multiple.
-static void set_bounds(SpringNetwork *network, const WingedMesh *winged,
-                       const SurfaceOptions *options)
+// is its multiple. With levels it is that of the finest, at whichever the body stays.
+static void set_bounds(SpringNetwork *network, const WingedMesh *winged, const LevelRules *rules)
 {
-    const SurfaceMaterial *material = &options->material;
     double springs = 0.0, drag = 0.0;
     for (int i = 0; i < winged->node_count; i++)
         network->free_count += !network->fixed[i];
@@ -121,25 +75,26 @@ static void set_bounds(SpringNetwork *network, const WingedMesh *winged,
         double m = network->mass[i];
         springs = fmax(springs, 2.0 * sum / m);
         network->lambda = fmax(network->lambda, (2.0 * sum + network->shape_stiffness[i]) / m);
-        drag = fmax(drag, (network->shape_damping[i] + material->node_damping) / m);
+        drag = fmax(drag, (network->shape_damping[i] + network->node_damping[i]) / m);
     }
-
-    if (material->uniform) {
-        network->damping_time = material->spring_stiffness > 0.0
-                                    ? material->spring_damping / material->spring_stiffness
-                                    : 0.0;
-    } else {
-        // Longer than 0.8 of the stiffest vibration's time, damping alone would dictate the step.
-        double longest = springs > 0.0 ? 0.8 / sqrt(springs) : material->damping_time;
-        network->clamped = material->damping_time > longest;
-        network->damping_time = network->clamped ? longest : material->damping_time;
+    double stiffest = springs;
+    network->contact_lambda = network->lambda;
+    if (rules->levels != NULL) {
+        stiffest = level_rules_bounds(rules, rules->levels->finest, network->fixed).springs;
+        network->contact_lambda = level_rules_bounds(rules, 0, network->fixed).lambda;
     }
+    network->damping_time = level_rules_damping_time(rules, stiffest);
+    const SurfaceMaterial *material = &rules->options->material;
+    network->clamped = !material->uniform && network->damping_time < material->damping_time;
     network->damping = network->damping_time * springs + drag;
 }
 
 bool network_create(SpringNetwork *network, const TriMesh *mesh, const WingedMesh *winged,
                     const SurfaceOptions *options, Status *status)
 {
+    const Levels *levels = options->hierarchy;
+    int level = levels != NULL ? options->start_level : 0;
+    int most_nodes = levels != NULL ? levels->level[levels->finest].node_count : mesh->node_count;
     *network = (SpringNetwork){
         .rest_length = zeroed(winged->edge_count, sizeof(double)),
         .stiffness = zeroed(winged->edge_count, sizeof(double)),
@@ -148,16 +103,20 @@ bool network_create(SpringNetwork *network, const TriMesh *mesh, const WingedMes
         .mass = zeroed(mesh->node_count, sizeof(double)),
         .shape_stiffness = zeroed(mesh->node_count, sizeof(double)),
         .shape_damping = zeroed(mesh->node_count, sizeof(double)),
-        .fixed = zeroed(mesh->node_count, sizeof(bool)),
+        .node_damping = zeroed(mesh->node_count, sizeof(double)),
+        .fixed = zeroed(most_nodes, sizeof(bool)),
     };
-    measure_areas(network, mesh);
-    set_springs(network, mesh, winged, options);
-    set_nodes(network, options, mesh->node_count);
-    if (!fix_nodes(network, mesh, options, status)) {
+    if (!fixed_mark(mesh, options, network->fixed, status)) {
         network_destroy(network);
         return false;
     }
-    set_bounds(network, winged, options);
+    LevelRules rules;
+    level_rules_create(&rules, mesh, options);
+    measure_areas(network, mesh, &rules, level);
+    set_springs(network, mesh, winged, &rules, level);
+    set_nodes(network, &rules, level, mesh->node_count);
+    set_bounds(network, winged, &rules);
+    level_rules_destroy(&rules);
     return true;
 }
 
@@ -170,6 +129,7 @@ void network_destroy(SpringNetwork *network)
     free(network->mass);
     free(network->shape_stiffness);
     free(network->shape_damping);
+    free(network->node_damping);
     free(network->fixed);
     *network = (SpringNetwork){0};
 }

@@ -14,16 +14,19 @@ typedef struct SpringNetwork {
     double *mass;            // [node_count] [kg]
     double *shape_stiffness; // [node_count] k'_s [N/m]; zero without shape springs
     double *shape_damping;   // [node_count] k'_d [N s/m]
-    bool *fixed;             // [node_count]
+    double *node_damping;    // [node_count] gamma of eq 1 [N s/m]
+    bool *fixed;             // [node_count], and on to the finest level if there are levels
     double damping_time;     // k_d / k_s, clamped [s]
     bool clamped;            // the material's damping time was too long for its stiffness
     double lambda;           // bound of M^-1 K over free nodes [1/s2]
     double damping;          // bound of M^-1 C over free nodes [1/s]
+    double contact_lambda;   // lambda of level 0
     double total_mass;       // [kg]
     int free_count;
 } SpringNetwork;
 
-// False for fixed nodes that the mesh does not have.
+// Of the mesh, which is options->start_level of options->hierarchy if there are levels. False for
+// fixed nodes that the mesh does not have.
 bool network_create(SpringNetwork *network, const TriMesh *mesh, const WingedMesh *winged,
                     const SurfaceOptions *options, Status *status);
 void network_destroy(SpringNetwork *network);

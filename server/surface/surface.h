@@ -1,5 +1,5 @@
 // Surface bodies: hollow organs as triangle mass-spring meshes with shape-preserving springs
-// (Choi et al. 2005), at one level of detail.
+// (Choi et al. 2005), at one level of detail or at several.
 #ifndef PLIANT_SURFACE_SURFACE_H
 #define PLIANT_SURFACE_SURFACE_H
 
@@ -7,6 +7,7 @@
 #include "base/state.h"
 #include "base/status.h"
 #include "dynamics/body.h"
+#include "geometry/levels.h"
 #include "geometry/mesh.h"
 #include "surface/precision.h"
 
@@ -49,11 +50,30 @@ typedef struct FixedRegion {
     int node_count;
 } FixedRegion;
 
+// How the properties of springs and nodes follow the level of detail (level_rules.h).
+typedef enum SurfaceAdjust { ADJUST_CONTINUUM, ADJUST_CHOI2005 } SurfaceAdjust;
+
+// When a body refines: each is the value at which the criterion asks for the next level (surface.md
+// section 6).
+typedef struct SurfaceAdapt {
+    double force; // traction on a node times the edge length of its level, over E2D
+    double speed; // of a node against the body's rigid motion, over the speed of waves times 2^l
+    double curvature; // change of the angle between two faces [rad]
+    double check_hz;  // how often all faces are looked at
+} SurfaceAdapt;
+
 typedef struct SurfaceOptions {
     const char *name;
     SurfaceMaterial material;
     SurfaceShape shape;
-    double prestress; // rest lengths shortened by this fraction, [0, 0.9]
+    int levels;                       // finest level of detail; 0: the mesh and nothing finer
+    int start_level;                  // in [0, levels]
+    SurfaceAdjust adjust;             // of no effect with levels = 0
+    bool adaptive;                    // refines and coarsens; else it stays at start_level
+    SurfaceAdapt adapt;               // if adaptive
+    int node_capacity, face_capacity; // most that may be in use at a time; 0: what levels can give
+    const Levels *hierarchy;          // of the mesh, `levels` deep; NULL with levels = 0
+    double prestress;                 // rest lengths shortened by this fraction, [0, 0.9]
     IntegratorKind integrator;
     Precision precision; // of the kernels: single is for speed, double is the reference
     double time_step;    // [s]; 0: from the stability bound
@@ -69,7 +89,9 @@ typedef struct SurfaceOptions {
     const char *isa;       // "auto" or a level of surface_isa_*
 } SurfaceOptions;
 
-// Builds a body from a valid mesh (mesh_validate). Allocates from `arena`, lists its state.
+// Builds a body from a valid mesh (mesh_validate); with levels, from that of start_level
+// (levels_mesh), and the hierarchy is needed no longer afterwards. Initial rows are those of this
+// mesh. Allocates from `arena`, lists its state.
 // Warnings (a clamped damping) go to the log. False with `status`: what does not fit the options.
 bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *options, Arena *arena,
                     StateList *state, Status *status);

@@ -69,6 +69,7 @@ typedef struct Felt {
 typedef struct Detail {
     // --- constant ---
     SurfaceOptions options;
+    StateList *state; // load time only
     Levels levels;
     LevelRules rules;
     bool constrained; // hanging nodes are: adjust = "continuum"

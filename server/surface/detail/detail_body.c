@@ -131,6 +131,7 @@ static void reserve_forces(void *self, const char *name, int count, Arena *arena
     detail->felt_capacity = count;
     detail->felt = arena_allocate(arena, ARENA_CONTACT, (size_t)count, sizeof *detail->felt,
                                   "%s/felt forces", name);
+    state_add(detail->state, detail->felt, (size_t)count * sizeof *detail->felt, "%s/felt", name);
 }
 
 static void add_load(void *self, int node, Vec3 force)

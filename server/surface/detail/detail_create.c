@@ -190,7 +190,7 @@ static void create_nodes(SurfaceModel *model, const SurfaceOptions *options, int
     detail->node_drag = level_rules_node_damping(&detail->rules, 1.0);
 }
 
-static void create_faces(SurfaceModel *model, const TriMesh *mesh, const char *name, Arena *arena)
+static void create_faces(SurfaceModel *model, const char *name, Arena *arena)
 {
     Detail *detail = model->detail;
     int nodes = detail->node_count, places = detail->place_count;
@@ -222,7 +222,6 @@ static void create_faces(SurfaceModel *model, const TriMesh *mesh, const char *n
     detail->was_used = ALLOCATE(ARENA_TOPOLOGY, places, bool, "cleared marks");
     detail->redrawn = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "redrawn nodes");
     detail->is_redrawn = ALLOCATE(ARENA_TOPOLOGY, nodes, bool, "redrawn marks");
-    (void)mesh;
 }
 
 static void create_slots(SurfaceModel *model, const TriMesh *mesh, const SurfaceOptions *options,
@@ -388,6 +387,7 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
 {
     const char *name = options->name;
     Detail *detail = model->detail = ALLOCATE(ARENA_TOPOLOGY, 1, Detail, "detail");
+    detail->state = state;
     detail->options = *options;
     detail->levels = *options->hierarchy;
     detail->options.hierarchy = &detail->levels;
@@ -427,10 +427,11 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     model_create_places(model, mesh, name, arena, state);
     create_springs(model, name, arena);
     create_nodes(model, options, network->free_count, arena, state);
-    create_faces(model, mesh, name, arena);
+    create_faces(model, name, arena);
     create_slots(model, mesh, options, arena, state);
     create_sets(model, options, arena, state);
     model_create_rows(model, mesh, network->fixed, options, arena, state);
+    model_reserve_touched(model, name, model->lane_count, arena); // hanging nodes hand over forces
     start_at_level(model, options->start_level);
 
     body->ops = detail_ops();

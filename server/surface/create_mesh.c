@@ -1,0 +1,78 @@
+// The mesh of a surface body as clients see it: names, parents, pieces and levels of its nodes.
+// Load time only.
+#include "surface/model.h"
+
+#include <string.h>
+
+#define ALLOCATE(count, type, label)                                                               \
+    (type *)arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof(type), "%s/%s", name,    \
+                           label)
+
+// The piece of each node: connected parts of the mesh, numbered by their lowest node.
+void model_label_pieces(const TriMesh *mesh, int *piece)
+{
+    for (int i = 0; i < mesh->node_count; i++)
+        piece[i] = i;
+    for (bool changed = true; changed;) { // sweeps both ways: few even for long chains
+        changed = false;
+        for (int pass = 0; pass < 2; pass++)
+            for (int k = 0; k < mesh->triangle_count; k++) {
+                const int *t = mesh->triangle[pass == 0 ? k : mesh->triangle_count - 1 - k];
+                int low = piece[t[0]];
+                for (int c = 1; c < 3; c++)
+                    low = piece[t[c]] < low ? piece[t[c]] : low;
+                for (int c = 0; c < 3; c++) {
+                    changed |= piece[t[c]] != low;
+                    piece[t[c]] = low;
+                }
+            }
+    }
+    int count = 0;
+    for (int i = 0; i < mesh->node_count; i++)
+        piece[i] = piece[i] == i ? count++ : piece[piece[i]];
+}
+
+void model_create_mesh(SurfaceModel *model, Body *body, const TriMesh *mesh,
+                       const SurfaceOptions *options, Arena *arena)
+{
+    const char *name = options->name;
+    int nodes = mesh->node_count, faces = mesh->triangle_count;
+    model->id = ALLOCATE(nodes, int, "node ids");
+    model->parent = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)nodes, sizeof *model->parent,
+                                   "%s/node parents", name);
+    model->piece = ALLOCATE(nodes, int, "node pieces");
+    model->level = ALLOCATE(nodes, signed char, "node levels");
+    const Levels *levels = options->hierarchy;
+    int file_nodes = levels != NULL ? levels->level[0].node_count : nodes;
+    for (int i = 0; i < nodes; i++) {
+        int parent[2] = {i, i};
+        if (i >= file_nodes)
+            levels_parents(levels, i, parent);
+        model->id[i] = mesh->file_index[i];
+        for (int k = 0; k < 2; k++)
+            model->parent[i][k] = mesh->file_index[parent[k]];
+        model->level[i] = (signed char)(levels != NULL ? levels_of_node(levels, i) : 0);
+    }
+    const int *origin = model->id;
+    if (mesh->copy_count > 0) {
+        int *row = ALLOCATE(nodes, int, "node origins");
+        memcpy(row, model->id, (size_t)nodes * sizeof *row);
+        for (int i = file_nodes - mesh->copy_count; i < file_nodes; i++)
+            row[i] = mesh->file_index[mesh_node_of_file(mesh, mesh_file_row(mesh, i))];
+        origin = row;
+    }
+    model_label_pieces(mesh, model->piece);
+    body->mesh = (BodyMesh){
+        .topology = 1,
+        .node_count = nodes,
+        .triangle_count = faces,
+        .node_capacity = nodes,
+        .triangle_capacity = faces,
+        .triangle = (const int(*)[3])model->face,
+        .id = model->id,
+        .origin = origin,
+        .parent = (const int(*)[2])model->parent,
+        .piece = model->piece,
+        .level = model->level,
+    };
+}
