@@ -23,6 +23,8 @@ RigidFrame *rigid_frame_create(const char *name, Precision precision, int slot_c
     frame->rotation =
         arena_allocate(arena, ARENA_STEP, 4, sizeof(double), "%s/frame rotation", name);
     frame->rotation[0] = 1.0;
+    for (int c = 0; c < 3; c++)
+        frame->pose.rotation[c][c] = 1.0;
     state_add(state, frame->rotation, 4 * sizeof(double), "%s/frame_rotation", name);
 
     rigid_frame_weigh(frame);

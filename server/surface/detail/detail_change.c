@@ -9,15 +9,15 @@ static int edge_across(const Level *level, int edge, int face)
     return level->edge_face[edge][level->edge_face[edge][0] == face];
 }
 
-void detail_mark(SurfaceModel *model, int node)
+static void mark(SurfaceModel *model, int node)
 {
     Detail *detail = model->detail;
     detail->stale_window[model->slot[node] / WINDOW] = true;
     if (detail->status[node] == NODE_HANGING) { // its mass and springs count for its masters
         int parent[2];
         levels_parents(&detail->levels, node, parent);
-        detail_mark(model, parent[0]);
-        detail_mark(model, parent[1]);
+        mark(model, parent[0]);
+        mark(model, parent[1]);
     }
 }
 
@@ -31,7 +31,7 @@ static void follow_place(SurfaceModel *model, int node, int depth)
     for (int i = 0; i < count; i++) {
         const Level *level = &detail->levels.level[leaf[i].level];
         for (int k = 0; k < 3; k++)
-            detail_mark(model, level->face[leaf[i].face][k]);
+            mark(model, level->face[leaf[i].face][k]);
         const int side[2] = {leaf[i].corner, (leaf[i].corner + 2) % 3};
         for (int s = 0; s < 2; s++) {
             int middle =
@@ -87,13 +87,13 @@ static void divide(SurfaceModel *model, int level, int face)
         touch_leaf_across(detail, level, edge, face);
     }
     for (int k = 0; k < 3; k++) {
-        detail_mark(model, at->face[face][k]);
-        detail_mark(model, at->node_count + at->face_edge[face][k]);
+        mark(model, at->face[face][k]);
+        mark(model, at->node_count + at->face_edge[face][k]);
     }
     detail_touch(detail, level, face);
     for (int k = 0; k < 4; k++)
         detail_touch(detail, level + 1, 4 * face + k);
-    detail->sweep->counts.refined++;
+    detail->sweep->refined++;
 }
 
 bool detail_refine(SurfaceModel *model, int level, int face)
@@ -111,7 +111,7 @@ bool detail_refine(SurfaceModel *model, int level, int face)
             return false;
     }
     if (!slots_reserve(detail->slots)) {
-        detail->sweep->counts.refused++;
+        detail->sweep->refused++;
         return false;
     }
     divide(model, level, face);
@@ -203,16 +203,16 @@ void detail_coarsen(SurfaceModel *model, int level, int face)
             follow_place(model, node, 0);
         }
         touch_leaf_across(detail, level, edge, face);
-        detail_mark(model, at->face[face][k]);
+        mark(model, at->face[face][k]);
     }
     for (int k = 0; k < 3; k++) {
         int node = at->node_count + at->face_edge[face][k];
         if (detail->status[node] != NODE_OFF)
-            detail_mark(model, node);
+            mark(model, node);
     }
     for (int i = 0; i < impulses; i++)
         detail_push(model, impulse[i].node, impulse[i].impulse);
-    detail->sweep->counts.coarsened++;
+    detail->sweep->coarsened++;
 }
 
 bool detail_end_change(Body *body)

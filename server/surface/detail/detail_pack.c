@@ -109,8 +109,8 @@ static Carried carried_by(const SurfaceModel *model, int node, int depth)
                 bool both = faces[0] >= 0 && faces[1] >= 0 &&
                             detail_is_leaf(detail, leaf[i].level, faces[0]) &&
                             detail_is_leaf(detail, leaf[i].level, faces[1]);
-                double k = detail->rules.stiffness[leaf[i].level];
-                sum.stiffness += both ? k : 2.0 * k;
+                double stiffness = detail->rules.stiffness[leaf[i].level];
+                sum.stiffness += both ? stiffness : 2.0 * stiffness;
                 ends[leaf[i].level] += both ? 1 : 2;
                 continue;
             }
@@ -185,12 +185,12 @@ static int pack_nodes(SurfaceModel *model, int w, NodeStatus status, int first_c
     Detail *detail = model->detail;
     Window *window = &detail->window[w];
     int found[WINDOW], count = 0;
-    for (int s = window->first_slot; s < window->first_slot + WINDOW; s++) {
+    for (int s = w * WINDOW; s < (w + 1) * WINDOW; s++) {
         int node = detail->of_slot[s];
         if (node < 0 || detail->status[node] != status)
             continue;
         gather_springs(model, node, 0, &detail->springs[count]);
-        window->springs += detail->springs[count].count;
+        window->spring_ends += detail->springs[count].count;
         int at = count++;
         // `found` lists indices into springs[], sorted by their count.
         while (at > 0 && detail->springs[found[at - 1]].count > detail->springs[count - 1].count) {
@@ -241,8 +241,8 @@ static void pack_window(SurfaceModel *model, int w)
 {
     Detail *detail = model->detail;
     Window *window = &detail->window[w];
-    *window = (Window){.first_slot = window->first_slot};
-    for (int s = window->first_slot; s < window->first_slot + WINDOW; s++) {
+    *window = (Window){0};
+    for (int s = w * WINDOW; s < (w + 1) * WINDOW; s++) {
         model->lane[s] = -1;
         int node = detail->of_slot[s];
         if (node < 0 || detail->status[node] != NODE_OFF)
@@ -264,7 +264,7 @@ static void list_hanging(SurfaceModel *model)
     detail->hanging_count = 0;
     for (int w = detail->window_count - 1; w >= 0; w--) {
         const Window *window = &detail->window[w];
-        for (int s = window->first_slot, left = window->hanging_count; left > 0; s++) {
+        for (int s = w * WINDOW, left = window->hanging_count; left > 0; s++) {
             int node = detail->of_slot[s], parent[2];
             if (node < 0 || detail->status[node] != NODE_HANGING)
                 continue;
@@ -293,14 +293,14 @@ static void list_chunks(SurfaceModel *model)
             detail->free_chunk[detail->free_chunk_count++] = chunk++;
         for (int k = 0; k < window->hanging_count; k += LANES)
             detail->hanging_chunk[detail->hanging_chunk_count++] = chunk++;
-        int first = window->first_slot;
+        int first = w * WINDOW;
         if (detail->run_count == 0 || detail->run[detail->run_count - 1][1] != first)
             detail->run[detail->run_count++][0] = first;
         detail->run[detail->run_count - 1][1] = first + WINDOW;
         detail->mass += window->mass;
         detail->lambda = fmax(detail->lambda, window->lambda);
         detail->damping = fmax(detail->damping, window->damping);
-        detail->spring_ends += window->springs;
+        detail->spring_ends += window->spring_ends;
         detail->on_count += window->free_count + window->hanging_count;
     }
 }
@@ -317,6 +317,9 @@ void detail_pack(SurfaceModel *model)
     list_chunks(model);
     if (detail->constrained)
         list_hanging(model);
-    if (model->rigid != NULL)
+    if (model->rigid != NULL) {
+        model->rigid->run = detail->run;
+        model->rigid->run_count = detail->run_count;
         rigid_frame_weigh(model->rigid);
+    }
 }

@@ -83,16 +83,14 @@ static Vec3 middle_of_parents(const SurfaceModel *model, int node)
     return vec3_scale(0.5, vec3_add(place_of(model, parent[0]), place_of(model, parent[1])));
 }
 
-bool detail_set_place(SurfaceModel *model, int node)
+void detail_set_place(SurfaceModel *model, int node)
 {
     const Detail *detail = model->detail;
     Vec3 place = detail->status[node] == NODE_HANGING
                      ? middle_of_parents(model, node)
                      : vec3_sub(detail->levels.position[node], model->rest_origin);
     double *to = model->place[model->slot[node]];
-    bool moved = to[0] != place.x || to[1] != place.y || to[2] != place.z;
     to[0] = place.x, to[1] = place.y, to[2] = place.z;
-    return moved;
 }
 
 void detail_release(SurfaceModel *model, int node)

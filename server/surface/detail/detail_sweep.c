@@ -168,9 +168,9 @@ typedef struct SweepPass {
 static void divide_leaf(SweepPass *pass, int level, int face)
 {
     Detail *detail = pass->model->detail;
-    int64_t before = detail->sweep->counts.refined;
+    int64_t before = detail->sweep->refined;
     detail_refine(pass->model, level, face);
-    pass->left -= detail->sweep->counts.refined - before;
+    pass->left -= detail->sweep->refined - before;
 }
 
 // Judges the leaves of a face, divides those that ask for it, and keeps watch over how long the

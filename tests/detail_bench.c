@@ -1,0 +1,270 @@
+#include "detail_bench.h"
+
+#include "mesh_check.h"
+#include "random.h"
+
+#include "base/check.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include <setjmp.h>
+#include <stdarg.h>
+
+#include <cmocka.h>
+
+SurfaceOptions bench_options(int levels, int start_level)
+{
+    return (SurfaceOptions){
+        .name = "body",
+        .material = {.youngs_modulus_2d = 80.0, .areal_density = 4.2, .damping_time = 2e-4},
+        .shape = {.wanted = true, .angular_frequency = 50.0, .damping_ratio = 0.1},
+        .levels = levels,
+        .start_level = start_level,
+        .adapt = {.force = 0.005, .speed = 0.3, .curvature = 0.4, .check_hz = 1e-9},
+        .integrator = INTEGRATOR_RK4,
+        .precision = PRECISION_DOUBLE,
+        .contact_ratio = 0.5,
+        .contact_damping = 2e-4,
+    };
+}
+
+void bench_create(DetailBench *bench, BenchKind kind, TriMesh *mesh, const SurfaceOptions *options,
+                  const ToolOptions *tool, const LoadOptions *load)
+{
+    *bench = (DetailBench){.mesh = *mesh};
+    *mesh = (TriMesh){0};
+    Status status = {0};
+    if (!levels_create(&bench->levels, &bench->mesh, options->levels, "body", &bench->arena,
+                       &status))
+        fail_msg("%s", status.text);
+    SurfaceOptions own = *options;
+    own.hierarchy = &bench->levels;
+    own.adaptive = kind == BENCH_ADAPTIVE;
+    const TriMesh *from = &bench->mesh;
+    if (kind == BENCH_DENSE) {
+        levels_mesh(&bench->levels, options->start_level, &bench->mesh, &bench->dense);
+        from = &bench->dense;
+    }
+    Body body;
+    if (!surface_create(&body, from, &own, &bench->arena, &bench->state, &status))
+        fail_msg("%s", status.text);
+    SimOptions sim = {.rate_hz = 1000.0, .tool_timeout_s = 0.2};
+    bench->sim = sim_create(&sim, &bench->arena, &bench->state);
+    bench->body = sim_add_body(bench->sim, &body);
+    if (tool != NULL)
+        sim_add_tool(bench->sim, tool);
+    if (load != NULL)
+        sim_add_load(bench->sim, load);
+    if (!sim_seal(bench->sim, 0.0, &status))
+        fail_msg("%s", status.text);
+    bench->model = bench->body->model;
+    bench->detail = bench->model->detail;
+}
+
+void bench_destroy(DetailBench *bench)
+{
+    mesh_destroy(&bench->mesh);
+    mesh_destroy(&bench->dense);
+    state_destroy(&bench->state);
+    arena_destroy(&bench->arena);
+}
+
+static int pick(const Detail *detail, uint64_t *random, bool leaf, int *level)
+{
+    for (int tries = 0; tries < 1000; tries++) {
+        *level = random_below(random, detail->finest);
+        int face = random_below(random, detail->levels.level[*level].face_count);
+        if (leaf ? detail_is_leaf(detail, *level, face)
+                 : detail_is_refined(detail, *level, face) &&
+                       detail_may_coarsen(detail, *level, face))
+            return face;
+    }
+    return -1;
+}
+
+void bench_change_at_random(DetailBench *bench, uint64_t *random, int more)
+{
+    int level;
+    bool divide = random_below(random, 10) < more;
+    int face = pick(bench->detail, random, divide, &level);
+    if (face < 0)
+        return;
+    detail_begin_change(bench->model);
+    if (divide)
+        detail_refine(bench->model, level, face);
+    else
+        detail_coarsen(bench->model, level, face);
+    assert_true(detail_end_change(bench->body));
+}
+
+// --- invariants ---
+
+static int edge_of(const Level *level, int face, int k, int *across)
+{
+    int edge = level->face_edge[face][k];
+    const int *sides = level->edge_face[edge];
+    *across = sides[0] == face ? sides[1] : sides[0];
+    return edge;
+}
+
+static void expect_balance(const Detail *detail)
+{
+    for (int l = 0; l <= detail->finest; l++)
+        for (int f = 0; f < detail->levels.level[l].face_count; f++) {
+            if (!detail_exists(detail, l, f))
+                continue;
+            if (detail_is_refined(detail, l, f))
+                for (int k = 0; k < 3; k++) { // what is across a refined face's edge exists
+                    int across;
+                    edge_of(&detail->levels.level[l], f, k, &across);
+                    assert_true(across < 0 || detail_exists(detail, l, across));
+                }
+        }
+}
+
+// Who is a corner of a leaf, found face by face; who hangs: a corner of leaves on one side of an
+// edge of a leaf on the other.
+static void expect_statuses(const DetailBench *bench)
+{
+    const Detail *detail = bench->detail;
+    unsigned char *on = calloc((size_t)detail->node_count, 1);
+    double *mass = calloc((size_t)detail->node_count, sizeof *mass);
+    for (int l = 0; l <= detail->finest; l++)
+        for (int f = 0; f < detail->levels.level[l].face_count; f++)
+            if (detail_is_leaf(detail, l, f))
+                for (int k = 0; k < 3; k++)
+                    on[detail->levels.level[l].face[f][k]] = NODE_FREE;
+    for (int l = 0; l < detail->finest; l++)
+        for (int f = 0; f < detail->levels.level[l].face_count; f++)
+            if (detail_is_leaf(detail, l, f))
+                for (int k = 0; k < 3; k++) {
+                    int middle = detail->levels.level[l].node_count +
+                                 detail->levels.level[l].face_edge[f][k];
+                    if (on[middle] && detail->constrained)
+                        on[middle] = NODE_HANGING;
+                }
+    for (int i = 0; i < detail->node_count; i++)
+        assert_int_equal(on[i], detail->status[i]);
+    if (detail->constrained) {
+        // Masses: thirds of the leaves, then those of hanging nodes to their masters, finest first.
+        for (int l = 0; l <= detail->finest; l++)
+            for (int f = 0; f < detail->levels.level[l].face_count; f++)
+                if (detail_is_leaf(detail, l, f))
+                    for (int k = 0; k < 3; k++)
+                        mass[detail->levels.level[l].face[f][k]] +=
+                            4.2 * level_rules_area(&detail->rules, l, f) / 3.0;
+        for (int i = detail->node_count - 1; i >= 0; i--)
+            if (on[i] == NODE_HANGING) {
+                int parent[2];
+                levels_parents(&detail->levels, i, parent);
+                mass[parent[0]] += 0.5 * mass[i];
+                mass[parent[1]] += 0.5 * mass[i];
+                mass[i] = 0.0;
+            }
+        // A few additions in another order.
+        for (int i = 0; i < detail->node_count; i++)
+            if (on[i] == NODE_FREE)
+                assert_true(fabs(mass[i] - bench->model->mass[i]) <= 1e-14 * mass[i]);
+    }
+    free(on);
+    free(mass);
+}
+
+static void expect_published(DetailBench *bench)
+{
+    const BodyMesh *mesh = &bench->body->mesh;
+    Vec3 *position = calloc((size_t)mesh->node_count, sizeof *position);
+    Vec3 *velocity = calloc((size_t)mesh->node_count, sizeof *velocity);
+    bench->body->ops->read_state(bench->model, position, velocity);
+    expect_crack_free(mesh, &bench->mesh, position);
+    free(position);
+    free(velocity);
+}
+
+// What the kernel reads for every lane in use, and what contacts see, as one number.
+static uint64_t mix(uint64_t hash, const void *data, size_t bytes)
+{
+    const unsigned char *byte = data;
+    for (size_t i = 0; i < bytes; i++)
+        hash = (hash ^ byte[i]) * UINT64_C(1099511628211);
+    return hash;
+}
+
+static uint64_t hash_tables(const DetailBench *bench)
+{
+    const SurfaceModel *model = bench->model;
+    const Detail *detail = bench->detail;
+    const SpringTable *springs = &model->springs;
+    size_t real = model_real_size(model);
+    uint64_t hash = UINT64_C(14695981039346656037);
+    for (int list = 0; list < 2; list++) {
+        int count = list == 0 ? detail->free_chunk_count : detail->hanging_chunk_count;
+        const int *chunks = list == 0 ? detail->free_chunk : detail->hanging_chunk;
+        for (int i = 0; i < count; i++) {
+            int chunk = chunks[i];
+            hash = mix(hash, &chunk, sizeof chunk);
+            hash = mix(hash, springs->own + (long)chunk * LANES, LANES * sizeof(int));
+            for (int e = springs->start[chunk]; e < springs->end[chunk]; e++) {
+                long at = (long)e * LANES;
+                hash = mix(hash, springs->neighbour + at, LANES * sizeof(int));
+                hash = mix(hash, (char *)springs->rest_length + (size_t)at * real, LANES * real);
+                hash = mix(hash, (char *)springs->stiffness + (size_t)at * real, LANES * real);
+            }
+            hash = mix(hash, (char *)model->nodes.inverse_mass + (size_t)chunk * LANES * real,
+                       LANES * real);
+            if (model->nodes.rest != NULL)
+                hash = mix(hash, (char *)model->nodes.rest + (size_t)chunk * 3 * LANES * real,
+                           3 * LANES * real);
+        }
+    }
+    hash = mix(hash, detail->hanging, (size_t)detail->hanging_count * sizeof *detail->hanging);
+    hash = mix(hash, detail->master, (size_t)detail->hanging_count * sizeof *detail->master);
+    hash = mix(hash, detail->run, (size_t)detail->run_count * sizeof *detail->run);
+    hash = mix(hash, model->place, (size_t)model->slot_count * sizeof *model->place);
+    for (int p = 0; p < detail->place_count; p++)
+        if (detail->face[p][0] != detail->face[p][1]) {
+            hash = mix(hash, detail->face[p], sizeof detail->face[p]);
+            hash = mix(hash, detail->face_neighbor[p], sizeof detail->face_neighbor[p]);
+            hash = mix(hash, &detail->face_area[p], sizeof(double));
+        }
+    for (int i = 0; i < detail->node_count; i++)
+        hash = mix(hash, &detail->node_face[detail->node_face_start[i]],
+                   (size_t)(detail->node_face_end[i] - detail->node_face_start[i]) * sizeof(int));
+    hash = mix(hash, detail->node_area, (size_t)detail->node_count * sizeof(double));
+    hash = mix(hash, &bench->body->lambda, sizeof(double));
+    hash = mix(hash, &bench->body->damping, sizeof(double));
+    hash = mix(hash, &bench->body->mass, sizeof(double));
+    const BodyMesh *mesh = &bench->body->mesh;
+    hash = mix(hash, mesh->triangle, (size_t)mesh->triangle_count * sizeof *mesh->triangle);
+    hash = mix(hash, mesh->id, (size_t)mesh->node_count * sizeof *mesh->id);
+    return mix(hash, mesh->parent, (size_t)mesh->node_count * sizeof *mesh->parent);
+}
+
+void bench_expect_sound(DetailBench *bench)
+{
+    expect_balance(bench->detail);
+    expect_statuses(bench);
+    expect_published(bench);
+    uint64_t grown = hash_tables(bench), state = state_hash(&bench->state);
+    detail_rebuild(bench->body);
+    assert_true(hash_tables(bench) == grown);
+    assert_true(state_hash(&bench->state) == state);
+}
+
+double bench_mass(const DetailBench *bench)
+{
+    double sum = 0.0;
+    for (int i = 0; i < bench->detail->node_count; i++)
+        sum += bench->detail->status[i] == NODE_FREE ? bench->model->mass[i] : 0.0;
+    return sum;
+}
+
+Vec3 bench_momentum(const DetailBench *bench)
+{
+    Vec3 sum = {0.0, 0.0, 0.0};
+    for (int i = 0; i < bench->detail->node_count; i++)
+        if (bench->detail->status[i] == NODE_FREE)
+            sum = vec3_madd(sum, bench->model->mass[i], detail_velocity(bench->model, i));
+    return sum;
+}

@@ -1,0 +1,193 @@
+// How a body with levels moves: as one of a single level where it has one, with its momentum and
+// mass kept through every change, without a start of its own, in patches as in whole.
+#include "detail_bench.h"
+
+#include "fixture.h"
+#include "geometry/generator.h"
+#include "random.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+static const LoadOptions PRESS = {.body = 0, .center = {0.0, 0.0, 0.05}, .radius = 0.025,
+                                  .force = {0.0005, 0.0002, -0.002}, .start = 0.0, .duration = 0.05};
+
+// Position of the node with an id.
+static Vec3 find(const Body *body, const Vec3 *position, int id)
+{
+    for (int i = 0; i < body->mesh.node_count; i++)
+        if (body->mesh.id[i] == id)
+            return position[i];
+    fail_msg("no node %d", id);
+    return (Vec3){0};
+}
+
+static void compare_with_dense(const SurfaceOptions *options, const LoadOptions *load,
+                               double tolerance)
+{
+    TriMesh mesh;
+    DetailBench adaptive, dense;
+    fixture_sphere(&mesh);
+    bench_create(&adaptive, BENCH_ADAPTIVE, &mesh, options, NULL, load);
+    fixture_sphere(&mesh);
+    bench_create(&dense, BENCH_DENSE, &mesh, options, NULL, load);
+    assert_int_equal(adaptive.body->mesh.node_count, dense.body->mesh.node_count);
+    assert_int_equal(adaptive.body->spring_count, dense.body->spring_count);
+    assert_true(fabs(adaptive.body->mass / dense.body->mass - 1.0) < 1e-13);
+    // Substeps must be alike, bounds may differ by rounding.
+    assert_int_equal(adaptive.body->substeps, dense.body->substeps);
+    for (int i = 0; i < 60; i++) {
+        sim_step(adaptive.sim);
+        sim_step(dense.sim);
+    }
+    size_t nodes = (size_t)dense.body->mesh.node_count;
+    Vec3 *x[2], *v[2];
+    for (int k = 0; k < 2; k++) {
+        const DetailBench *bench = k == 0 ? &adaptive : &dense;
+        x[k] = calloc(nodes, sizeof **x);
+        v[k] = calloc(nodes, sizeof **v);
+        bench->body->ops->read_state(bench->model, x[k], v[k]);
+    }
+    double most = 0.0, worst = 0.0;
+    for (size_t i = 0; i < nodes; i++) {
+        Vec3 other = find(adaptive.body, x[0], dense.body->mesh.id[i]);
+        worst = fmax(worst, vec3_length(vec3_sub(other, x[1][i])));
+        most = fmax(most, vec3_length(vec3_sub(x[1][i], dense.dense.position[i])));
+    }
+    assert_true(most > 1e-5);
+    if (!(worst <= tolerance * most))
+        fail_msg("level %d, %s, frame %d: differs by %g of %g m", options->start_level,
+                 options->precision == PRECISION_SINGLE ? "single" : "double",
+                 (int)adaptive.model->shape, worst, most);
+    for (int k = 0; k < 2; k++) {
+        free(x[k]);
+        free(v[k]);
+    }
+    bench_destroy(&adaptive);
+    bench_destroy(&dense);
+}
+
+static void a_body_wholly_of_one_level_moves_as_one_without_levels(void **unused)
+{
+    (void)unused;
+    for (int level = 0; level <= 2; level++)
+        for (int adjust = 0; adjust < 2; adjust++)
+            for (int variant = 0; variant < 6; variant++) {
+                SurfaceOptions options = bench_options(2, level);
+                options.adjust = (SurfaceAdjust)adjust;
+                options.integrator = (IntegratorKind)(variant % 3);
+                options.prestress = variant == 3 ? 0.001 : 0.0; // more and the shell buckles at once
+                if (variant == 4)
+                    options.shape.frame = SHAPE_BODY;
+                if (variant == 5)
+                    options.shape = (SurfaceShape){.wanted = false};
+                options.time_step = 1e-4; // short enough for all: the same substeps
+                // Order of additions differs: rounding, grown by 60 ticks of motion.
+                compare_with_dense(&options, &PRESS, 1e-10);
+                options.precision = PRECISION_SINGLE;
+                // In single precision 1e-5 is what either keeps to double (test_single).
+                compare_with_dense(&options, &PRESS, 2e-5);
+            }
+}
+
+static void shake(DetailBench *bench, uint64_t *random)
+{
+    for (int i = 0; i < bench->detail->node_count; i++)
+        if (bench->detail->status[i] == NODE_FREE && !bench->detail->fixed[i])
+            for (int c = 0; c < 3; c++)
+                model_put(bench->model, bench->model->rows[bench->model->current],
+                          (long)bench->model->slot[i] * ROW + 4 + c,
+                          random_between(random, -1.0, 1.0));
+    detail_hang(bench->model, bench->model->rows[bench->model->current]);
+}
+
+// The velocity averaged on refinement, shared out on coarsening (surface.md 2a): M c is the scale
+// of momenta, c the speed of waves.
+static void changes_keep_mass_and_momentum(void **unused)
+{
+    (void)unused;
+    uint64_t random = 99;
+    for (int kind = 0; kind < 2; kind++) {
+        TriMesh mesh;
+        SurfaceOptions options = bench_options(3, 0);
+        if (kind == 0)
+            fixture_organ(&mesh);
+        else
+            fixture_sheet(&mesh);
+        DetailBench bench;
+        bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
+        double mass = bench_mass(&bench), scale = mass * bench.detail->wave_speed;
+        double worst_mass = 0.0, worst_jump = 0.0;
+        for (int i = 0; i < 3000; i++) {
+            shake(&bench, &random);
+            Vec3 before = bench_momentum(&bench);
+            bench_change_at_random(&bench, &random, i / 200 % 2 == 0 ? 8 : 3);
+            worst_jump = fmax(worst_jump,
+                              vec3_length(vec3_sub(bench_momentum(&bench), before)) / scale);
+            worst_mass = fmax(worst_mass, fabs(bench_mass(&bench) / mass - 1.0));
+            worst_mass = fmax(worst_mass, fabs(bench.body->mass / mass - 1.0));
+        }
+        // Sums of some thousand terms in double: 1e-13 of rounding.
+        if (!(worst_mass < 1e-12 && worst_jump < 1e-12))
+            fail_msg("mass %g, momentum %g", worst_mass, worst_jump);
+        bench_destroy(&bench);
+    }
+}
+
+// Largest |u| and |v| of nodes in use.
+static void measure(const DetailBench *bench, double *moved, double *speed)
+{
+    *moved = *speed = 0.0;
+    const SurfaceModel *model = bench->model;
+    for (int i = 0; i < bench->detail->node_count; i++) {
+        if (bench->detail->status[i] == NODE_OFF)
+            continue;
+        Vec3 x, v;
+        model_read_row(model, model->rows[model->current], model->slot[i], &x, &v);
+        const double *place = model->place[model->slot[i]];
+        Vec3 rest = vec3_add(model->rest_origin, (Vec3){place[0], place[1], place[2]});
+        *moved = fmax(*moved, vec3_length(vec3_sub(x, rest)));
+        *speed = fmax(*speed, vec3_length(v));
+    }
+}
+
+static void a_body_at_rest_stays_at_rest_whatever_its_levels(void **unused)
+{
+    (void)unused;
+    uint64_t random = 4;
+    for (int variant = 0; variant < 8; variant++) {
+        TriMesh mesh;
+        SurfaceOptions options = bench_options(3, 0);
+        options.adjust = variant & 1 ? ADJUST_CHOI2005 : ADJUST_CONTINUUM;
+        options.precision = variant & 2 ? PRECISION_SINGLE : PRECISION_DOUBLE;
+        options.shape.frame = variant & 4 ? SHAPE_BODY : SHAPE_WORLD;
+        fixture_organ(&mesh);
+        DetailBench bench;
+        bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
+        for (int i = 0; i < 120; i++) {
+            bench_change_at_random(&bench, &random, i < 80 ? 9 : 3);
+            sim_step(bench.sim);
+        }
+        double moved, speed;
+        measure(&bench, &moved, &speed);
+        // Displacements in single are zero exactly; positions round to 1e-17 m, and 50 rad/s of
+        // shape springs make some 1e-15 m/s of that.
+        if (!(moved < 1e-14 && speed < 1e-12))
+            fail_msg("variant %d: %g m, %g m/s", variant, moved, speed);
+        bench_destroy(&bench);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_body_wholly_of_one_level_moves_as_one_without_levels),
+        cmocka_unit_test(changes_keep_mass_and_momentum),
+        cmocka_unit_test(a_body_at_rest_stays_at_rest_whatever_its_levels),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,60 @@
+// Refining and coarsening faces at random, with everything re-derived after each change.
+#include "detail_bench.h"
+
+#include "fixture.h"
+#include "geometry/generator.h"
+#include "random.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+static void fuzz(TriMesh *mesh, const SurfaceOptions *options, uint64_t random, int changes)
+{
+    DetailBench bench;
+    bench_create(&bench, BENCH_ADAPTIVE, mesh, options, NULL, NULL);
+    bench_expect_sound(&bench);
+    int most_hanging = 0;
+    for (int i = 0; i < changes; i++) {
+        // Grows for a while, then shrinks, over and over.
+        bench_change_at_random(&bench, &random, i / 60 % 2 == 0 ? 9 : 2);
+        bench_expect_sound(&bench);
+        if (bench.detail->hanging_count > most_hanging)
+            most_hanging = bench.detail->hanging_count;
+    }
+    assert_true(bench.detail->sweep->refined > changes / 4);
+    assert_true(bench.detail->sweep->coarsened > changes / 10);
+    assert_true(!bench.detail->constrained || most_hanging > 10);
+    bench_destroy(&bench);
+}
+
+static void random_changes_keep_every_invariant(void **unused)
+{
+    (void)unused;
+    TriMesh mesh;
+    for (int adjust = 0; adjust < 2; adjust++) {
+        for (int levels = 1; levels <= 4; levels++) {
+            SurfaceOptions options = bench_options(levels, 0);
+            options.adjust = (SurfaceAdjust)adjust;
+            fixture_sphere(&mesh);
+            fuzz(&mesh, &options, 17 + (uint64_t)levels, 120);
+            fixture_sheet(&mesh);
+            fuzz(&mesh, &options, 170 + (uint64_t)levels, 120);
+        }
+        SurfaceOptions options = bench_options(2, 1);
+        options.adjust = (SurfaceAdjust)adjust;
+        options.precision = PRECISION_SINGLE;
+        fixture_organ(&mesh);
+        fuzz(&mesh, &options, 5, 120);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(random_changes_keep_every_invariant),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
