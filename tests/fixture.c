@@ -20,18 +20,40 @@ SurfaceShape fixture_shape(ShapeFrame frame)
         .wanted = true, .angular_frequency = 50.0, .damping_ratio = 0.1, .frame = frame};
 }
 
+// Makes the body and puts the mesh of its level in place of that of level 0.
+static bool create_body(Fixture *fixture, SurfaceOptions *surface, Body *body, Status *status)
+{
+    Arena arena = {0};
+    Levels levels;
+    if (surface->levels > 0) {
+        TriMesh coarse = fixture->mesh;
+        if (!levels_create(&levels, &coarse, surface->levels, "body", &arena, status))
+            return false;
+        levels_mesh(&levels, surface->start_level, &coarse, &fixture->mesh);
+        mesh_destroy(&coarse);
+        surface->hierarchy = &levels;
+    }
+    bool ok =
+        surface_create(body, &fixture->mesh, surface, &fixture->arena, &fixture->state, status);
+    arena_destroy(&arena);
+    size_t nodes = (size_t)fixture->mesh.node_count;
+    fixture->x = calloc(nodes, sizeof *fixture->x);
+    fixture->v = calloc(nodes, sizeof *fixture->v);
+    return ok;
+}
+
 bool fixture_try(Fixture *fixture, TriMesh *mesh, const FixtureOptions *options, Status *status)
 {
     *fixture = (Fixture){.mesh = *mesh};
     *mesh = (TriMesh){0};
-    size_t nodes = (size_t)fixture->mesh.node_count;
-    fixture->x = calloc(nodes, sizeof *fixture->x);
-    fixture->v = calloc(nodes, sizeof *fixture->v);
     SurfaceOptions surface = {
         .name = "body",
         .material = options->material,
         .shape = options->shape,
         .prestress = options->prestress,
+        .levels = options->levels,
+        .start_level = options->start_level,
+        .adjust = options->adjust,
         .integrator = options->integrator,
         .precision = options->precision,
         .time_step = options->time_step,
@@ -51,7 +73,7 @@ bool fixture_try(Fixture *fixture, TriMesh *mesh, const FixtureOptions *options,
         .may_load = options->may_load,
     };
     Body body;
-    if (!surface_create(&body, &fixture->mesh, &surface, &fixture->arena, &fixture->state, status))
+    if (!create_body(fixture, &surface, &body, status))
         return false;
     fixture->sim = sim_create(&sim, &fixture->arena, &fixture->state);
     fixture->body = sim_add_body(fixture->sim, &body);

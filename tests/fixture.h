@@ -12,6 +12,8 @@ typedef struct FixtureOptions {
     SurfaceMaterial material;
     SurfaceShape shape;
     double prestress;
+    int levels, start_level;
+    SurfaceAdjust adjust;
     IntegratorKind integrator;
     Precision precision; // double when zeroed
     double time_step;    // 0: from the bound
@@ -21,7 +23,7 @@ typedef struct FixtureOptions {
     double settle_s;
     int fixed_count;
     const FixedRegion *fixed;
-    const Vec3 *initial_position, *initial_velocity; // in mesh order, or NULL
+    const Vec3 *initial_position, *initial_velocity; // in the order of the body's nodes, or NULL
     bool may_load;
     int load_count;
     const LoadOptions *load;
@@ -33,7 +35,7 @@ typedef struct FixtureOptions {
 typedef struct Fixture {
     Arena arena;
     StateList state;
-    TriMesh mesh;
+    TriMesh mesh; // of start_level
     Sim *sim;
     Body *body;
     Vec3 *x, *v; // [node_count], filled by fixture_read

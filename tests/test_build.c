@@ -161,6 +161,102 @@ static void fixed_nodes_are_those_of_the_file_whatever_was_repaired(void **unuse
     expect_part(FIXED("[9]"), "x.cfg:2: ", "node 9 is not a node of the mesh (9 in its file)");
 }
 
+#define LEVELLED(more)                                                                             \
+    "bodies = (\n{ name = \"a\"; mesh = { generator = \"stomach\"; }; " more " } );\n"
+
+static void bodies_stay_at_the_level_where_they_start(void **unused)
+{
+    (void)unused;
+    static const struct {
+        const char *text;
+        int nodes, springs, faces;
+    } cases[] = {
+        // Choi et al. 2005, Table 1.
+        {LEVELLED("levels = 2;"), 188, 558, 372},
+        {LEVELLED("levels = 2; start_level = 1;"), 746, 2232, 1488},
+        {LEVELLED("levels = 2; start_level = 2; adjust = \"choi2005\";"), 2978, 8928, 5952},
+    };
+    for (int i = 0; i < 3; i++) {
+        World world;
+        assert_string_equal(build_text(cases[i].text, &world), "");
+        const Body *body = sim_body(world.sim, 0);
+        assert_int_equal(body->mesh.node_count, cases[i].nodes);
+        assert_int_equal(world.mesh[0].node_count, cases[i].nodes);
+        assert_int_equal(body->spring_count, cases[i].springs);
+        assert_int_equal(body->surface.face_count, cases[i].faces);
+        assert_int_equal(body->finest_level, i);
+        for (int k = 0; k < 100; k++)
+            sim_step(world.sim);
+        assert_int_equal(sim_resets(world.sim), 0);
+        world_destroy(&world);
+    }
+}
+
+static void a_body_at_its_level_keeps_no_hierarchy(void **unused)
+{
+    (void)unused;
+    World plain, levelled;
+    assert_string_equal(build_text(LEVELLED(""), &plain), "");
+    assert_string_equal(build_text(LEVELLED("levels = 3;"), &levelled), "");
+    assert_int_equal(arena_bytes(&plain.arena), arena_bytes(&levelled.arena));
+    assert_int_equal(plain.arena.count, levelled.arena.count);
+    world_destroy(&plain);
+    world_destroy(&levelled);
+}
+
+static void midpoints_are_named_after_all_nodes_of_the_file(void **unused)
+{
+    (void)unused;
+    // Two tetrahedra that share vertex 1, which is split: 9 vertices, of which 2 are not used.
+    World world;
+    const char *text = "v 0 0 0\nv 1 0 0\nv 9 9 9\nv 9 9 8\nv 0 1 0\nv 0 0 1\n"
+                       "v -1 0 0\nv 0 -1 0\nv 0 0 -1\n"
+                       "f 1 5 2\nf 1 2 6\nf 2 5 6\nf 5 1 6\n"
+                       "f 1 7 8\nf 1 8 9\nf 8 7 9\nf 7 1 9\n";
+    scratch_write(&scratch, "organ.obj", text, strlen(text));
+    assert_string_equal(
+        build_text("bodies = (\n{ name = \"a\"; mesh = { file = \"organ.obj\"; };\n"
+                   "levels = 1; start_level = 1; fixed = ( { nodes = [0, 1]; } ); } );",
+                   &world),
+        "");
+    const Body *body = sim_body(world.sim, 0);
+    const BodyMesh *mesh = &body->mesh;
+    const int ids[8] = {0, 1, 4, 5, 6, 7, 8, 9};
+    assert_int_equal(mesh->node_count, 8 + 12);
+    int held = 0;
+    for (int i = 0; i < 20; i++) {
+        assert_int_equal(mesh->id[i], i < 8 ? ids[i] : 9 + 1 + i - 8);
+        assert_int_equal(mesh->origin[i], i == 7 ? 0 : mesh->id[i]);
+        assert_int_equal(mesh->level[i], i >= 8);
+        bool between = i >= 8 && mesh->parent[i][0] == 0 && mesh->parent[i][1] == 1;
+        bool fixed = body->ops->is_fixed(body->model, i);
+        assert_int_equal(fixed, i == 0 || i == 1 || i == 7 || between);
+        held += fixed;
+        if (i >= 8)
+            assert_true(mesh->parent[i][0] < mesh->parent[i][1]);
+        else
+            assert_true(mesh->parent[i][0] == ids[i] && mesh->parent[i][1] == ids[i]);
+    }
+    assert_int_equal(held, 4); // nodes 0 and 1, what was split off 0, the middle of 0 and 1
+    world_destroy(&world);
+}
+
+static void bodies_that_do_not_fit_are_refused(void **unused)
+{
+    (void)unused;
+    World world;
+    assert_string_equal(
+        build_text("capacity = { nodes = 188; faces = 372; };" LEVELLED(""), &world), "");
+    world_destroy(&world);
+    expect_part("capacity = { nodes = 745; };" LEVELLED("levels = 1; start_level = 1;"),
+                "x.cfg:2: ", "body a has 746 nodes to start with, capacity.nodes is 745");
+    expect_part("capacity = { faces = 371; };" LEVELLED("levels = 1;"),
+                "x.cfg:2: ", "body a has 372 faces to start with, capacity.faces is 371");
+    expect_part("bodies = (\n{ name = \"a\"; mesh = { generator = \"sphere\"; nodes = 5000; };\n"
+                "levels = 8; } );",
+                "x.cfg:2: ", "level 8 has");
+}
+
 static void fixed_nodes_must_exist(void **unused)
 {
     (void)unused;
@@ -251,6 +347,10 @@ int main(void)
         cmocka_unit_test(mesh_files_are_read_and_their_faults_named),
         cmocka_unit_test(meshes_of_absurd_size_are_refused_with_a_hint),
         cmocka_unit_test(fixed_nodes_are_those_of_the_file_whatever_was_repaired),
+        cmocka_unit_test(bodies_stay_at_the_level_where_they_start),
+        cmocka_unit_test(a_body_at_its_level_keeps_no_hierarchy),
+        cmocka_unit_test(midpoints_are_named_after_all_nodes_of_the_file),
+        cmocka_unit_test(bodies_that_do_not_fit_are_refused),
         cmocka_unit_test(fixed_nodes_must_exist),
         cmocka_unit_test(time_steps_beyond_the_bound_are_refused_unless_wanted),
         cmocka_unit_test(settling_ends_before_the_first_tick),

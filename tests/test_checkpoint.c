@@ -1,6 +1,7 @@
 // Checkpoints and initial states: the layout as HDF5's own functions see it, runs that go on with
 // the same bits, and files that are damaged or meant for something else.
 #include "expect.h"
+#include "random.h"
 #include "scratch.h"
 
 #include "files/checkpoint.h"
@@ -275,6 +276,7 @@ static void restored_run_matches_uninterrupted_run(void **unused)
     expect_same_run(SCENE("leapfrog", ""));
     expect_same_run(SCENE("rk4", ""));
     expect_same_run(SCENE("symplectic_euler", "prestress = 0.05; cuttable = false;"));
+    expect_same_run(SCENE("leapfrog", "levels = 2; start_level = 1;"));
 }
 
 static void restored_state_survives_a_change_of_what_is_published(void **unused)
@@ -303,6 +305,7 @@ static void other_physics_are_refused(void **unused)
         SCENE("leapfrog", "material = { youngs_modulus_2d = 81.0; };"),
         SCENE("leapfrog", "contact = { friction = 0.3; };"),
         SCENE("leapfrog", "fixed = ( { nodes = [0]; } );"),
+        SCENE("leapfrog", "levels = 1;"),
         "rate_hz = 500;\n" SCENE("leapfrog", ""),
         "tool_timeout_s = 0.1;\n" SCENE("leapfrog", ""),
     };
@@ -674,6 +677,50 @@ static void bodies_start_from_their_initial_state(void **unused)
     run_destroy(&run);
 }
 
+static void midpoints_start_as_their_parents_do(void **unused)
+{
+    (void)unused;
+    Run run;
+    const char *text =
+        "precision = \"double\"; bodies = ( { name = \"a\"; levels = 2; start_level = 2; "
+        "mesh = { generator = \"uv_sphere\"; }; %s } );";
+    char scene[512];
+    snprintf(scene, sizeof scene, text, "");
+    run_create(&run, scene);
+    enum { NODES = 1794, GIVEN = 114 };
+    static Vec3 rest[NODES], position[NODES], velocity[NODES];
+    static double rows[GIVEN][3], speeds[GIVEN][3];
+    const Body *body = sim_body(run.world.sim, 0);
+    assert_int_equal(body->mesh.node_count, NODES);
+    surface_read_state(body, rest, velocity);
+    uint64_t seed = 5;
+    for (int i = 0; i < GIVEN; i++) {
+        Vec3 x = vec3_madd(rest[i], 0.01, random_vec3(&seed)), v = random_vec3(&seed);
+        memcpy(rows[i], &x, sizeof rows[i]);
+        memcpy(speeds[i], &v, sizeof speeds[i]);
+    }
+    run_destroy(&run);
+
+    write_initial("i.h5", H5T_NATIVE_DOUBLE, GIVEN, 3, rows, speeds);
+    snprintf(scene, sizeof scene, text, "initial = \"i.h5\";");
+    run_create(&run, scene);
+    body = sim_body(run.world.sim, 0);
+    surface_read_state(body, position, velocity);
+    assert_memory_equal(position, rows, sizeof rows);
+    assert_memory_equal(velocity, speeds, sizeof speeds);
+    for (int i = GIVEN; i < NODES; i++) { // ids are node numbers here
+        const int *parent = body->mesh.parent[i];
+        Vec3 a = vec3_sub(position[parent[0]], rest[parent[0]]);
+        Vec3 b = vec3_sub(position[parent[1]], rest[parent[1]]);
+        Vec3 own = vec3_sub(position[i], rest[i]);
+        Vec3 mean = vec3_scale(0.5, vec3_add(velocity[parent[0]], velocity[parent[1]]));
+        // Differences of coordinates of the order of 0.1.
+        expect_near(vec3_length(vec3_sub(own, vec3_scale(0.5, vec3_add(a, b)))), 0.0, 1e-16);
+        expect_near(vec3_length(vec3_sub(velocity[i], mean)), 0.0, 0.0);
+    }
+    run_destroy(&run);
+}
+
 static int begin(void **unused)
 {
     (void)unused;
@@ -707,6 +754,7 @@ int main(void)
         cmocka_unit_test(initial_state_is_converted_from_single_precision),
         cmocka_unit_test(initial_files_that_do_not_fit_are_refused),
         cmocka_unit_test(bodies_start_from_their_initial_state),
+        cmocka_unit_test(midpoints_start_as_their_parents_do),
     };
     return cmocka_run_group_tests(tests, begin, end);
 }

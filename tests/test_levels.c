@@ -357,6 +357,103 @@ static void faces_that_vanish_are_refused(void **state)
         "the triangle of nodes 10, 18 and 17 is divided into one without area at level 1");
 }
 
+// --- hierarchies from outside ---
+
+// A copy of a hierarchy's tables, as if read from a file.
+static void copy_tables(const Divided *from, Divided *to)
+{
+    Status status = {0};
+    const Levels *levels = &from->levels;
+    const int count[3] = {levels->level[0].node_count, levels->level[0].edge_count,
+                          levels->level[0].face_count};
+    *to = (Divided){.mesh = from->mesh};
+    assert_true(levels_reserve(&to->levels, count, levels->finest, "body", &to->arena, &status));
+    int nodes = levels->level[levels->finest].node_count;
+    memcpy(to->levels.position, levels->position, (size_t)nodes * sizeof *levels->position);
+    for (int l = 0; l <= levels->finest; l++) {
+        const Level *a = &levels->level[l], *b = &to->levels.level[l];
+        assert_int_equal(a->edge_count, b->edge_count);
+        memcpy(b->face_edge, a->face_edge, (size_t)a->face_count * sizeof *a->face_edge);
+        memcpy(b->edge, a->edge, (size_t)a->edge_count * sizeof *a->edge);
+        memcpy(b->edge_face, a->edge_face, (size_t)a->edge_count * sizeof *a->edge_face);
+    }
+}
+
+static void tables_that_come_back_are_the_same_hierarchy(void **state)
+{
+    (void)state;
+    Divided one = {0}, two;
+    Status status = {0};
+    assert_true(generate_sheet(&one.mesh, 5, 4, 1.0, 1.0, &status));
+    divide(&one, 3);
+    copy_tables(&one, &two);
+    assert_true(levels_validate(&two.levels, &two.mesh, &status));
+    assert_int_equal(one.arena.count, two.arena.count);
+    for (int i = 0; i < one.arena.count; i++) {
+        assert_string_equal(one.arena.block[i].name, two.arena.block[i].name);
+        assert_memory_equal(one.arena.block[i].memory, two.arena.block[i].memory,
+                            one.arena.block[i].bytes);
+    }
+    arena_destroy(&two.arena);
+    drop(&one);
+}
+
+static void any_other_number_in_a_table_is_refused(void **state)
+{
+    (void)state;
+    // Every entry of every table, changed to every kind of value: nothing else makes a hierarchy.
+    Divided one = {0};
+    Status status = {0};
+    assert_true(generate_sheet(&one.mesh, 3, 3, 1.0, 1.0, &status));
+    divide(&one, 2);
+    int tried = 0;
+    for (int l = 0; l <= 2; l++)
+        for (int table = 0; table < 3; table++) {
+            Divided two;
+            copy_tables(&one, &two);
+            const Level *level = &two.levels.level[l];
+            int *entry = table == 0   ? &level->face_edge[0][0]
+                         : table == 1 ? &level->edge[0][0]
+                                      : &level->edge_face[0][0];
+            int count = table == 0 ? 3 * level->face_count : 2 * level->edge_count;
+            for (int i = 0; i < count; i++) {
+                const int others[] = {-2, -1, 0, entry[i] + 1, entry[i] - 1, 1 << 30, INT32_MIN};
+                for (size_t k = 0; k < sizeof others / sizeof *others; k++) {
+                    int right = entry[i];
+                    if (others[k] == right)
+                        continue;
+                    entry[i] = others[k];
+                    status = (Status){0};
+                    assert_false(levels_validate(&two.levels, &two.mesh, &status));
+                    assert_int_equal(status.code, STATUS_INVALID);
+                    entry[i] = right;
+                    tried++;
+                }
+            }
+            arena_destroy(&two.arena);
+        }
+    assert_true(tried > 4000);
+    drop(&one);
+}
+
+static void positions_that_do_not_fit_are_refused(void **state)
+{
+    (void)state;
+    Divided one = {0}, two;
+    Status status = {0};
+    assert_true(generate_sphere(&one.mesh, 20, 1.0, &status));
+    divide(&one, 1);
+    copy_tables(&one, &two);
+    two.levels.position[30].y = NAN;
+    assert_false(levels_validate(&two.levels, &two.mesh, &status));
+    status = (Status){0};
+    two.levels.position[30] = two.levels.position[one.levels.level[0].edge[30 - 20][0]];
+    assert_false(levels_validate(&two.levels, &two.mesh, &status));
+    assert_non_null(strstr(status.text, "without area at level 1"));
+    arena_destroy(&two.arena);
+    drop(&one);
+}
+
 static void same_mesh_gives_the_same_levels(void **state)
 {
     (void)state;
@@ -385,6 +482,9 @@ int main(void)
         cmocka_unit_test(midpoints_count_on_from_the_source),
         cmocka_unit_test(what_cannot_be_divided_is_refused),
         cmocka_unit_test(faces_that_vanish_are_refused),
+        cmocka_unit_test(tables_that_come_back_are_the_same_hierarchy),
+        cmocka_unit_test(any_other_number_in_a_table_is_refused),
+        cmocka_unit_test(positions_that_do_not_fit_are_refused),
         cmocka_unit_test(same_mesh_gives_the_same_levels),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,4 +1,5 @@
-// Builds the hierarchy from the coarsest level down, once at load; then it is only read.
+// Builds the hierarchy from the coarsest level down, or checks one that was built before, once at
+// load; then it is only read.
 #include "geometry/levels.h"
 
 #include "base/check.h"
@@ -8,46 +9,46 @@
 #include <stdlib.h>
 #include <string.h>
 
-// Whether all levels can be counted; nodes of the finest.
-static bool count_nodes(const TriMesh *mesh, int edge_count, int finest, size_t *node_count,
-                        Status *status)
-{
-    int64_t nodes = mesh->node_count, edges = edge_count, faces = mesh->triangle_count;
-    for (int l = 1; l <= finest; l++) {
-        nodes += edges;
-        edges = 2 * edges + 3 * faces;
-        faces *= 4;
-        if (nodes > MESH_COUNT_MAX || faces > MESH_COUNT_MAX)
-            return status_fail(status, STATUS_INVALID,
-                               "level %d has %lld nodes and %lld faces, more than %d", l,
-                               (long long)nodes, (long long)faces, MESH_COUNT_MAX);
-    }
-    *node_count = (size_t)nodes;
-    return true;
-}
-
 #define ALLOCATE(count, array, label)                                                              \
     ((array) = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof *(array),             \
                               "%s/level %d " label, name, l))
 
-static void create_faces(Level *level, const int (*face)[3], int face_count, int l,
-                         const char *name, Arena *arena)
+bool levels_reserve(Levels *levels, const int count[3], int finest, const char *name, Arena *arena,
+                    Status *status)
 {
-    level->face_count = face_count;
-    ALLOCATE(face_count, level->face, "faces");
-    if (face != NULL)
-        memcpy(level->face, face, (size_t)face_count * sizeof *level->face);
+    *levels = (Levels){.finest = finest};
+    if (finest < 0 || finest > LEVELS_MAX)
+        return status_fail(status, STATUS_INVALID, "levels %d outside [0, %d]", finest, LEVELS_MAX);
+    int64_t nodes = count[0], edges = count[1], faces = count[2];
+    for (int l = 0;; l++) {
+        if (nodes > MESH_COUNT_MAX || faces > MESH_COUNT_MAX)
+            return status_fail(status, STATUS_INVALID,
+                               "level %d has %lld nodes and %lld faces, more than %d", l,
+                               (long long)nodes, (long long)faces, MESH_COUNT_MAX);
+        levels->level[l] =
+            (Level){.node_count = (int)nodes, .edge_count = (int)edges, .face_count = (int)faces};
+        if (l == finest)
+            break;
+        nodes += edges;
+        edges = 2 * edges + 3 * faces;
+        faces *= 4;
+    }
+    levels->position = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)nodes,
+                                      sizeof *levels->position, "%s/level positions", name);
+    for (int l = 0; l <= finest; l++) {
+        Level *level = &levels->level[l];
+        ALLOCATE(level->face_count, level->face, "faces");
+        ALLOCATE(level->face_count, level->face_edge, "face edges");
+        ALLOCATE(level->edge_count, level->edge, "edges");
+        ALLOCATE(level->edge_count, level->edge_face, "edge faces");
+    }
+    return true;
 }
 
-// Edges of a level whose faces are there, in the order of its winged-edge table.
-static void create_edges(Level *level, const WingedMesh *winged, int l, const char *name,
-                         Arena *arena)
+// Edges of a level whose faces are there.
+static void copy_edges(Level *level, const WingedMesh *winged)
 {
-    level->node_count = winged->node_count;
-    level->edge_count = winged->edge_count;
-    ALLOCATE(level->face_count, level->face_edge, "face edges");
-    ALLOCATE(level->edge_count, level->edge, "edges");
-    ALLOCATE(level->edge_count, level->edge_face, "edge faces");
+    ASSERT(winged->edge_count == level->edge_count);
     memcpy(level->face_edge, winged->face_edge,
            (size_t)level->face_count * sizeof *level->face_edge);
     for (int e = 0; e < level->edge_count; e++)
@@ -73,6 +74,13 @@ static void divide_faces(const Level *coarse, int (*fine)[3])
     }
 }
 
+static void set_coarsest(Levels *levels, const TriMesh *mesh)
+{
+    memcpy(levels->level[0].face, mesh->triangle,
+           (size_t)mesh->triangle_count * sizeof *mesh->triangle);
+    memcpy(levels->position, mesh->position, (size_t)mesh->node_count * sizeof *levels->position);
+}
+
 // Smooth as the butterfly is, it can fold the faces of a very irregular mesh down to nothing.
 static bool check_faces(const Levels *levels, int l, const TriMesh *mesh, Status *status)
 {
@@ -93,39 +101,79 @@ static bool check_faces(const Levels *levels, int l, const TriMesh *mesh, Status
 bool levels_create(Levels *levels, const TriMesh *mesh, int finest, const char *name, Arena *arena,
                    Status *status)
 {
-    *levels = (Levels){.finest = finest};
-    if (finest < 0 || finest > LEVELS_MAX)
-        return status_fail(status, STATUS_INVALID, "levels %d outside [0, %d]", finest, LEVELS_MAX);
     WingedMesh winged;
     winged_create(&winged, mesh);
-    size_t nodes = 0;
-    bool ok = count_nodes(mesh, winged.edge_count, finest, &nodes, status);
+    const int count[3] = {mesh->node_count, winged.edge_count, mesh->triangle_count};
+    bool ok = levels_reserve(levels, count, finest, name, arena, status);
     if (ok) {
-        levels->position = arena_allocate(arena, ARENA_TOPOLOGY, nodes, sizeof *levels->position,
-                                          "%s/level positions", name);
-        memcpy(levels->position, mesh->position,
-               (size_t)mesh->node_count * sizeof *levels->position);
-        create_faces(&levels->level[0], (const int(*)[3])mesh->triangle, mesh->triangle_count, 0,
-                     name, arena);
-        create_edges(&levels->level[0], &winged, 0, name, arena);
+        set_coarsest(levels, mesh);
+        copy_edges(&levels->level[0], &winged);
     }
     for (int l = 1; l <= finest && ok; l++) {
         const Level *coarse = &levels->level[l - 1];
         Level *fine = &levels->level[l];
         butterfly_midpoints(&winged, (const int(*)[3])coarse->face, levels->position,
                             levels->position + coarse->node_count);
-        create_faces(fine, NULL, 4 * coarse->face_count, l, name, arena);
         divide_faces(coarse, fine->face);
-        TriMesh view = {.node_count = coarse->node_count + coarse->edge_count,
+        TriMesh view = {.node_count = fine->node_count,
                         .triangle_count = fine->face_count,
                         .triangle = fine->face};
         winged_destroy(&winged);
         winged_create(&winged, &view);
-        create_edges(fine, &winged, l, name, arena);
+        copy_edges(fine, &winged);
         ok = check_faces(levels, l, mesh, status);
     }
     winged_destroy(&winged);
     return ok;
+}
+
+// Whether the edges of a level are those of its faces, each once, and sorted: then they are what
+// winged_create makes of them, number for number.
+static bool check_edges(const Level *level, int l, Status *status)
+{
+    int sides = 0, both = 0;
+    for (int e = 0; e < level->edge_count; e++) {
+        const int *end = level->edge[e], *before = e > 0 ? level->edge[e - 1] : NULL;
+        bool sorted =
+            before == NULL || before[0] < end[0] || (before[0] == end[0] && before[1] < end[1]);
+        if (!sorted || end[0] < 0 || end[0] >= end[1] || end[1] >= level->node_count)
+            return status_fail(status, STATUS_INVALID, "level %d: edge %d joins nodes %d and %d", l,
+                               e, end[0], end[1]);
+        const int *beside = level->edge_face[e];
+        if (beside[0] < -1 || beside[1] < -1 || (beside[0] < 0 && beside[1] < 0))
+            return status_fail(status, STATUS_INVALID, "level %d: edge %d lies at faces %d and %d",
+                               l, e, beside[0], beside[1]);
+        both += (beside[0] >= 0) + (beside[1] >= 0);
+    }
+    for (int f = 0; f < level->face_count; f++)
+        for (int k = 0; k < 3; k++) {
+            int e = level->face_edge[f][k], from = level->face[f][k];
+            int to = level->face[f][(k + 1) % 3];
+            bool inside = e >= 0 && e < level->edge_count;
+            int side = inside && level->edge[e][0] == from ? 0 : 1;
+            if (!inside || level->edge[e][side] != from || level->edge[e][1 - side] != to ||
+                level->edge_face[e][side] != f)
+                return status_fail(status, STATUS_INVALID,
+                                   "level %d: face %d does not lie at its edge %d", l, f, e);
+            sides++;
+        }
+    // Every side of an edge that names a face was met above, unless there are more of them.
+    return sides == both ||
+           status_fail(status, STATUS_INVALID, "level %d: edges have %d faces beside them, not %d",
+                       l, both, sides);
+}
+
+bool levels_validate(Levels *levels, const TriMesh *mesh, Status *status)
+{
+    set_coarsest(levels, mesh);
+    for (int l = 0; l <= levels->finest; l++) {
+        const Level *level = &levels->level[l];
+        if (l > 0)
+            divide_faces(level - 1, levels->level[l].face);
+        if (!check_edges(level, l, status) || (l > 0 && !check_faces(levels, l, mesh, status)))
+            return false;
+    }
+    return true;
 }
 
 int levels_of_node(const Levels *levels, int node)

@@ -36,6 +36,16 @@ typedef struct Levels {
 bool levels_create(Levels *levels, const TriMesh *mesh, int finest, const char *name, Arena *arena,
                    Status *status);
 
+// A hierarchy that was divided before and comes back from outside: levels_reserve makes room for a
+// mesh of count = {nodes, edges, faces}; the caller fills positions, and of every level edge,
+// edge_face and face_edge with whatever it was given; levels_validate takes level 0 from the mesh,
+// derives the other faces, and is false with `status` unless all tables are, number for number,
+// what levels_create makes of this mesh, and all faces fit for simulation. Rest positions may be
+// others.
+bool levels_reserve(Levels *levels, const int count[3], int finest, const char *name, Arena *arena,
+                    Status *status);
+bool levels_validate(Levels *levels, const TriMesh *mesh, Status *status);
+
 // The level at which a node first exists; 0 for those of the mesh.
 int levels_of_node(const Levels *levels, int node);
 // The two ends of the edge in whose middle the node lies; the node itself twice at level 0.
