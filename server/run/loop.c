@@ -44,42 +44,50 @@ static bool is_over(const Loop *loop)
            (loop->duration_ticks > 0 && loop->ticks + loop->late_ticks >= loop->duration_ticks);
 }
 
-// A frame for the recording. In lockstep no clock runs: then it waits for room instead of dropping.
-static void push_record(Loop *loop, bool waits)
+// Room for a frame of the recording, or NULL when none is to be taken. In lockstep no clock runs:
+// then it waits for room instead of dropping.
+static RecordFrame *find_record(Loop *loop, bool waits)
 {
     Exchange *exchange = loop->exchange;
     if (!exchange->records || sim_steps(loop->sim) == loop->recorded_step)
-        return;
+        return NULL;
     const struct timespec pause = {.tv_nsec = 1000000};
     RecordFrame *frame = ring_back(&exchange->recorded);
     while (frame == NULL && waits && !is_over(loop)) {
         nanosleep(&pause, NULL);
         frame = ring_back(&exchange->recorded);
     }
-    if (frame == NULL) {
+    if (frame == NULL)
         atomic_fetch_add_explicit(&exchange->recorded_lost, 1, memory_order_relaxed);
-        return;
-    }
-    record_frame_take(frame, loop->sim);
-    ring_publish(&exchange->recorded);
-    loop->recorded_step = frame->step;
+    return frame;
 }
 
+// The bus and the recording get the same numbers, converted once.
 static void push_frames(Loop *loop, bool at_once)
 {
     Exchange *exchange = loop->exchange;
+    RecordFrame *record = find_record(loop, at_once);
+    float *recorded = record == NULL ? NULL : record_frame_begin(record, loop->sim);
     for (int i = 0; i < exchange->body_count; i++) {
         const Body *body = sim_body(loop->sim, i);
+        const size_t values = 3 * (size_t)body->mesh.node_count;
         Frame *frame = slot_back(&exchange->frame[i]);
         frame->utime = clock_utime();
         frame->step = sim_steps(loop->sim);
         frame->time = sim_time(loop->sim);
         frame->at_once = at_once;
-        float *velocity = exchange->velocity ? frame->value + 3 * body->mesh.node_count : NULL;
-        body->ops->snapshot(body->model, frame->value, velocity);
+        body->ops->snapshot(body->model, frame->value,
+                            exchange->velocity ? frame->value + values : NULL);
+        if (record != NULL) {
+            memcpy(recorded, frame->value, values * sizeof *recorded);
+            recorded += values;
+        }
         slot_publish(&exchange->frame[i]);
     }
-    push_record(loop, at_once);
+    if (record != NULL) {
+        ring_publish(&exchange->recorded);
+        loop->recorded_step = sim_steps(loop->sim);
+    }
     loop->handed_over = true;
 }
 

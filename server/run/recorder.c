@@ -26,14 +26,19 @@ static void take_tool(RecordTool *tool, Sim *sim, int index)
     tool->sample.force = wrench->force;
 }
 
-void record_frame_take(RecordFrame *frame, Sim *sim)
+float *record_frame_begin(RecordFrame *frame, Sim *sim)
 {
     int tools = sim_tool_count(sim);
     frame->step = sim_steps(sim);
     frame->time = sim_time(sim);
     for (int i = 0; i < tools; i++)
         take_tool(&frame->tool[i], sim, i);
-    float *position = (float *)(frame->tool + tools);
+    return (float *)(frame->tool + tools);
+}
+
+void record_frame_take(RecordFrame *frame, Sim *sim)
+{
+    float *position = record_frame_begin(frame, sim);
     for (int i = 0; i < sim_body_count(sim); i++) {
         const Body *body = sim_body(sim, i);
         body->ops->snapshot(body->model, position, NULL);

@@ -1,5 +1,5 @@
 // Recording of a running scene (--record): what the step thread copies for each frame, and how it
-// gets into the file. record_frame_take: the step thread. The rest: load time, then the files
+// gets into the file. record_frame_…: the step thread. The rest: load time, then the files
 // thread, or whoever runs off line.
 #ifndef PLIANT_RUN_RECORDER_H
 #define PLIANT_RUN_RECORDER_H
@@ -22,7 +22,10 @@ struct RecordFrame {
 
 // Bytes of a frame of this scene.
 size_t record_frame_bytes(Sim *sim);
-// Copies the state between two ticks. No allocation, no system call.
+// Between two ticks: copies all but the positions and returns where these belong, body after body,
+// [node_count][3]. No allocation, no system call.
+float *record_frame_begin(RecordFrame *frame, Sim *sim);
+// The same with the positions.
 void record_frame_take(RecordFrame *frame, Sim *sim);
 
 typedef struct Recorder {

@@ -130,6 +130,11 @@ void model_return_to_rest(SurfaceModel *model);
 // Adds a force of the world frame to a slot's entry in `external`.
 void model_add_external(SurfaceModel *model, int slot, Vec3 force);
 
+// --- snapshot.c ---
+
+// All nodes in mesh order: [node_count][3] positions [m] and, unless NULL, velocities [m/s].
+void model_snapshot(const SurfaceModel *model, float *position, float *velocity);
+
 // The operations of surface.c.
 extern const BodyOps surface_ops;
 
