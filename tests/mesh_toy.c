@@ -415,7 +415,6 @@ Body mesh_toy_body(MeshToy *toy, const char *name, bool adapts, StateList *state
     Body body = {.ops = adapts ? &changing : &still,
                  .model = toy,
                  .mesh = mesh_toy_mesh(toy),
-                 .surface = {.node_count = toy->nodes},
                  .mass = 1.0,
                  .integrator = INTEGRATOR_LEAPFROG,
                  .lambda = 1.0,
