@@ -1,5 +1,6 @@
-// Puts chunked meshes and frames of node positions together again. One thread; the sizes on the
-// wire are bounded, chunks that contradict their frame are refused, chunks of other frames dropped.
+// Puts chunked meshes, their deltas and frames of node positions together again. One thread; the
+// sizes on the wire are bounded, chunks that contradict their frame are refused, chunks of other
+// frames dropped.
 #ifndef PLIANT_CLIENTS_FRAMES_H
 #define PLIANT_CLIENTS_FRAMES_H
 
@@ -17,6 +18,7 @@ typedef enum FramesResult {
     FRAMES_MORE,    // taken, others are missing
     FRAMES_WHOLE,   // taken, and now the frame is whole
     FRAMES_STALE,   // of an earlier frame: dropped
+    FRAMES_MISSED,  // a whole delta of a mesh that is not ours: wait for a mesh, or DESCRIBE
     FRAMES_REFUSED, // not a message of this type, or it contradicts its own frame or the bounds
 } FramesResult;
 
@@ -42,22 +44,52 @@ typedef struct NodesFrame {
     int64_t refused; // chunks
 } NodesFrame;
 
-// Triangles of one body.
-typedef struct MeshFrame {
-    int64_t utime; // of the server [us]
+// The whole mesh under way.
+typedef struct MeshParts {
+    int64_t utime; // of its newest chunk
     int32_t sequence, topology, chunk_count;
+    int node_count, triangle_count;
+    int32_t *triangle, *id, *parent;
+    FramesParts nodes, triangles;
+    bool started, done; // done: whole, or given up
+} MeshParts;
+
+// The delta under way: what it will change.
+typedef struct MeshChange {
+    int64_t utime; // of its newest chunk
+    int32_t sequence, from_topology, topology, chunk_count;
+    int node_count, triangle_count; // of the resulting mesh
+    FramesParts chunks;
+    int32_t (*node)[4];     // [nodes] slot, id, parents
+    int32_t (*triangle)[4]; // [triangles] slot, corners
+    int nodes, triangles, node_capacity, triangle_capacity;
+    bool started, done;
+} MeshChange;
+
+// Triangles of one body, kept up to date by deltas.
+typedef struct MeshFrame {
+    // the mesh, once `whole`; it stays so while the next one arrives
+    bool whole;
+    int64_t utime; // of the message that made it what it is [us], the server's
+    int32_t topology;
     int node_count, triangle_count;
     int32_t *triangle; // [3 triangle_count], node slots; 0 0 0: a free slot
     int32_t *id;       // [node_count]; -1: a free slot
-    bool started, whole;
-    FramesParts nodes, triangles;
-    int64_t lost, refused;
+    int32_t *parent;   // [2 node_count] ids
+    // bookkeeping
+    MeshParts next;
+    MeshChange change;
+    int64_t lost;    // whole meshes and deltas given up because a newer one began
+    int64_t missed;  // deltas of meshes that we do not have
+    int64_t refused; // chunks
 } MeshFrame;
 
 // Takes one raw message. After FRAMES_WHOLE the arrays hold the frame until the next call. A frame
 // starts zeroed; the arrays are owned by it.
 FramesResult nodes_frame_add(NodesFrame *frame, const void *data, size_t size);
 FramesResult mesh_frame_add(MeshFrame *frame, const void *data, size_t size);
+// A delta: FRAMES_WHOLE when all of it came and the mesh is now that of its topology.
+FramesResult mesh_frame_add_delta(MeshFrame *frame, const void *data, size_t size);
 void nodes_frame_destroy(NodesFrame *frame);
 void mesh_frame_destroy(MeshFrame *frame);
 

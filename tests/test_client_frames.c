@@ -246,7 +246,7 @@ static void mesh_with_an_index_outside_is_refused(void **state)
             break;
         }
         assert_int_equal(add_mesh(&frame, &chunk), FRAMES_REFUSED);
-        assert_false(frame.started);
+        assert_false(frame.next.started);
     }
     mesh_frame_destroy(&frame);
 }

@@ -8,6 +8,7 @@
 #include "pliant_command_t.h"
 #include "pliant_contact_t.h"
 #include "pliant_event_t.h"
+#include "pliant_mesh_delta_t.h"
 #include "pliant_mesh_t.h"
 #include "pliant_nodes_t.h"
 #include "pliant_reply_t.h"
@@ -46,11 +47,12 @@ DEFINE_CODEC(command)
 DEFINE_CODEC(reply)
 DEFINE_CODEC(nodes)
 DEFINE_CODEC(mesh)
+DEFINE_CODEC(mesh_delta)
 DEFINE_CODEC(contact)
 DEFINE_CODEC(status)
 DEFINE_CODEC(event)
 
-enum { TYPES = 8 };
+enum { TYPES = 9 };
 
 static void make_all(Raw raw[TYPES])
 {
@@ -96,6 +98,21 @@ static void make_all(Raw raw[TYPES])
     raw[7] = encode_event(&WIRE_EVENT, &(pliant_event_t){.body = (char *)"",
                                                          .kind = (char *)"reset",
                                                          .text = (char *)"bad numbers"});
+    raw[8] = encode_mesh_delta(&WIRE_MESH_DELTA, &(pliant_mesh_delta_t){.node_count = 2,
+                                                                        .triangle_count = 1,
+                                                                        .chunk_count = 1,
+                                                                        .num_triangles = 1,
+                                                                        .num_indices = 3,
+                                                                        .triangle_slot = id,
+                                                                        .triangle = triangle,
+                                                                        .num_nodes = 2,
+                                                                        .num_parents = 4,
+                                                                        .node_slot = id,
+                                                                        .id = id,
+                                                                        .origin = id,
+                                                                        .parent = parent,
+                                                                        .piece = id,
+                                                                        .level = level});
 }
 
 static void free_all(Raw raw[TYPES])

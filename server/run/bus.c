@@ -12,13 +12,14 @@
 
 // --- start ---
 
-// Channels: at most 63 characters; the longest of a body is that of its velocities.
+// Channels: at most 63 characters; the longest of a body is that of its velocities or mesh deltas.
 static bool name_channels(Bus *bus, Status *status)
 {
     const char *prefix = bus->scene->prefix;
     for (int i = 0; i < sim_body_count(bus->sim); i++) {
         const char *body = sim_body(bus->sim, i)->name;
-        if (strlen(prefix) + strlen("_VELOCITY_") + strlen(body) >= CHANNEL_MAX ||
+        const char *longest = mesh_changes(sim_body(bus->sim, i)) ? "_MESH_DELTA_" : "_VELOCITY_";
+        if (strlen(prefix) + strlen(longest) + strlen(body) >= CHANNEL_MAX ||
             strlen(bus->scene->input_prefix) + strlen("_TOOL_POSE") >= CHANNEL_MAX)
             return status_fail(status, STATUS_INVALID,
                                "prefix '%s' and body '%s' make a channel longer than %d characters",

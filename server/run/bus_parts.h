@@ -1,9 +1,11 @@
-// What the bus's files share: bus.c (thread and start), bus_in.c (messages in), bus_out.c (frames,
-// meshes, contacts), bus_tell.c (replies, events, status). Bus thread only.
+// What the bus's files share: bus.c (thread and start), bus_in.c (messages in), bus_out.c (frames
+// and contacts), bus_mesh.c (meshes), bus_tell.c (replies, events, status). Bus thread only.
 #ifndef PLIANT_RUN_BUS_PARTS_H
 #define PLIANT_RUN_BUS_PARTS_H
 
 #include "run/bus.h"
+#include "run/mesh_delta.h"
+#include "run/pace.h"
 
 #include <lcm/lcm.h>
 
@@ -17,18 +19,19 @@ enum {
     OWN_STATUSES = 8,
 };
 
-// Chunks of one frame or mesh, spread over a period.
-typedef struct Pace {
-    int next, count;
-    int64_t start_ns, interval_ns;
-} Pace;
-
+// Of a body whose mesh changes, the nodes, the delta and the whole mesh under way are always of one
+// topology: that of `mesh`, which is what its listeners were told.
 typedef struct BodyStream {
     char nodes_channel[2 * CHANNEL_MAX], velocity_channel[2 * CHANNEL_MAX];
-    char mesh_channel[2 * CHANNEL_MAX];
+    char mesh_channel[2 * CHANNEL_MAX], delta_channel[2 * CHANNEL_MAX];
     const Frame *frame; // the newest taken, or NULL
-    Pace nodes, mesh;
-    int32_t nodes_sequence, mesh_sequence;
+    bool frame_waits;   // for its mesh to be told
+    bool whole_wanted;  // as soon as the delta under way has left
+    Pace nodes, whole, delta_pace;
+    int32_t nodes_sequence, mesh_sequence, delta_sequence;
+    BodyMesh mesh; // of the body itself when it never changes, else of `copy`
+    MeshCopy *copy;
+    MeshDelta delta;
 } BodyStream;
 
 typedef struct Subscription {
@@ -59,6 +62,7 @@ struct Bus {
     char reply_channel[2 * CHANNEL_MAX], event_channel[2 * CHANNEL_MAX];
     char contact_channel[2 * CHANNEL_MAX], status_channel[2 * CHANNEL_MAX];
     char claim_channel[2 * CHANNEL_MAX];
+    MeshDeltaChunk *delta_chunk; // scratch; NULL when no mesh changes
     int32_t *contact_sequence;
     int32_t event_sequence, status_sequence;
     const StatusOut *status;          // the newest taken, or NULL
@@ -77,11 +81,20 @@ void bus_create_streams(Bus *bus, Arena *arena);
 void bus_send_contacts(Bus *bus);
 // Takes new frames, sends the chunks that are due; at_once: all of the newest frame now.
 void bus_send_frames(Bus *bus, int64_t now_ns, bool at_once);
-void bus_send_meshes(Bus *bus, int64_t now_ns);
 // Whole meshes and the last frames again, soon.
 void bus_restart_streams(Bus *bus, int64_t now_ns);
 // When the next chunk is due [ns], INT64_MAX: nothing is under way.
 int64_t bus_next_chunk_ns(const Bus *bus);
+
+// bus_mesh.c
+void bus_create_mesh_stream(Bus *bus, int body, Arena *arena);
+void bus_send_meshes(Bus *bus, int64_t now_ns);
+void bus_restart_meshes(Bus *bus, int64_t now_ns);
+// Makes the mesh told that of the newest frame taken, its delta under way; false: not yet, because
+// the whole mesh before it has not left. At once: the rest of that leaves now.
+bool bus_follow_mesh(Bus *bus, int body, int64_t now_ns, bool at_once);
+// Sends the chunks of the delta that are due, or all `now`; true when none is left.
+bool bus_send_delta(Bus *bus, int body, int64_t now_ns, bool now);
 
 // bus_tell.c
 void bus_send_answer(Bus *bus, const Answer *answer);

@@ -5,7 +5,6 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "run/loop.h"
-#include "run/requests.h"
 
 #include "pliant_command_t.h"
 #include "pliant_event_t.h"
@@ -66,23 +65,23 @@ void bus_send_event(Bus *bus, const EventOut *event)
 static void fill_bodies(const Bus *bus, pliant_body_status_t *out)
 {
     for (int i = 0; i < sim_body_count(bus->sim); i++) {
-        Body *body = sim_body(bus->sim, i);
-        const BodyMeasure *measure = &bus->status->measure[i];
-        out[i] = (pliant_body_status_t){
-            .name = body->name,
-            .model = (char *)(uintptr_t)body->ops->model,
-            .integrator = (char *)(uintptr_t)integrator_name(body->integrator),
-            .topology = body->mesh.topology,
-            .nodes = body->mesh.node_count,
-            .springs = body->spring_count,
-            .elements = body->element_count > 0 ? body->element_count : body->surface.face_count,
-            .pieces = requests_pieces(bus->sim, i),
-            .finest_level = body->finest_level,
-            .time_step = body->h,
-            .kinetic = measure->kinetic,
-            .elastic = measure->elastic,
-            .mass = body->mass,
-            .max_displacement = measure->max_displacement};
+        Body *body = sim_body(bus->sim, i); // only what is constant in it is read
+        const BodyOut *from = &bus->status->body[i];
+        out[i] = (pliant_body_status_t){.name = body->name,
+                                        .model = (char *)(uintptr_t)body->ops->model,
+                                        .integrator =
+                                            (char *)(uintptr_t)integrator_name(body->integrator),
+                                        .topology = from->topology,
+                                        .nodes = from->nodes,
+                                        .springs = from->springs,
+                                        .elements = from->elements,
+                                        .pieces = mesh_pieces(&bus->body[i].mesh),
+                                        .finest_level = from->finest_level,
+                                        .time_step = from->time_step,
+                                        .kinetic = from->measure.kinetic,
+                                        .elastic = from->measure.elastic,
+                                        .mass = from->mass,
+                                        .max_displacement = from->measure.max_displacement};
     }
 }
 

@@ -1,5 +1,6 @@
 #include "run/exchange.h"
 
+#include "base/clock.h"
 #include "run/recorder.h"
 
 #include <errno.h>
@@ -25,6 +26,44 @@ static void create_ring(Ring *ring, Arena *arena, unsigned capacity, size_t stri
               stride);
 }
 
+static void create_frames(Exchange *exchange, int index, const Body *body, Arena *arena)
+{
+    size_t values = (size_t)mesh_most_nodes(body) * (exchange->velocity ? 6 : 3);
+    size_t bytes = sizeof(Frame) + values * sizeof(float);
+    if (mesh_changes(body)) {
+        exchange->mesh_at[index] = round_up(bytes);
+        bytes = exchange->mesh_at[index] + mesh_copy_bytes(&body->mesh);
+    }
+    char name[64];
+    snprintf(name, sizeof name, "frame_%s", body->name);
+    create_slot(&exchange->frame[index], arena, bytes, name);
+}
+
+MeshCopy *exchange_frame_mesh(const Exchange *exchange, int body, const Frame *frame)
+{
+    size_t at = exchange->mesh_at[body];
+    return at == 0 ? NULL : (MeshCopy *)((uintptr_t)frame + at);
+}
+
+const float *exchange_push_frame(Exchange *exchange, Sim *sim, int index, bool at_once)
+{
+    const Body *body = sim_body(sim, index);
+    Frame *frame = slot_back(&exchange->frame[index]);
+    frame->utime = clock_utime();
+    frame->step = sim_steps(sim);
+    frame->time = sim_time(sim);
+    frame->at_once = at_once;
+    frame->topology = body->mesh.topology;
+    frame->node_count = body->mesh.node_count;
+    MeshCopy *mesh = exchange_frame_mesh(exchange, index, frame);
+    if (mesh != NULL)
+        mesh_copy_follow(mesh, &body->mesh);
+    body->ops->snapshot(body->model, frame->value,
+                        exchange->velocity ? frame->value + 3 * frame->node_count : NULL);
+    slot_publish(&exchange->frame[index]);
+    return frame->value; // the reader does not write
+}
+
 // A second of frames: so long may a busy disk or a checkpoint keep the files thread.
 static unsigned frames_waiting(double nodes_hz)
 {
@@ -38,6 +77,19 @@ static void create_recording(Exchange *exchange, World *world, double nodes_hz)
 {
     create_ring(&exchange->recorded, &world->arena, frames_waiting(nodes_hz),
                 round_up(record_frame_bytes(world->sim)), "recorded");
+    exchange->recorded_mesh =
+        arena_allocate(&world->arena, ARENA_OUTPUT, (size_t)exchange->body_count,
+                       sizeof *exchange->recorded_mesh, "run/recorded_mesh_rings");
+    exchange->recorded_topology =
+        arena_allocate(&world->arena, ARENA_OUTPUT, (size_t)exchange->body_count,
+                       sizeof *exchange->recorded_topology, "run/recorded_topologies");
+    for (int i = 0; i < exchange->body_count; i++) {
+        const Body *body = sim_body(world->sim, i);
+        exchange->recorded_topology[i] = body->mesh.topology; // recorder_create writes this one
+        if (mesh_changes(body))
+            create_ring(&exchange->recorded_mesh[i], &world->arena, EXCHANGE_MESHES,
+                        mesh_copy_bytes(&body->mesh), "recorded_meshes");
+    }
     create_ring(&exchange->told, &world->arena, EXCHANGE_EVENTS, sizeof(EventOut), "told");
 }
 
@@ -59,15 +111,12 @@ void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
         create_slot(&exchange->pose[i], arena, sizeof(Input), "pose");
     exchange->frame = arena_allocate(arena, ARENA_OUTPUT, (size_t)exchange->body_count,
                                      sizeof *exchange->frame, "run/frame_slots");
-    for (int i = 0; i < exchange->body_count; i++) {
-        const Body *body = sim_body(sim, i);
-        size_t values = (size_t)body->mesh.node_count * (options->velocity ? 6 : 3);
-        char name[64];
-        snprintf(name, sizeof name, "frame_%s", body->name);
-        create_slot(&exchange->frame[i], arena, sizeof(Frame) + values * sizeof(float), name);
-    }
+    exchange->mesh_at = arena_allocate(arena, ARENA_OUTPUT, (size_t)exchange->body_count,
+                                       sizeof *exchange->mesh_at, "run/frame_meshes");
+    for (int i = 0; i < exchange->body_count; i++)
+        create_frames(exchange, i, sim_body(sim, i), arena);
     create_slot(&exchange->status, arena,
-                sizeof(StatusOut) + (size_t)exchange->body_count * sizeof(BodyMeasure), "status");
+                sizeof(StatusOut) + (size_t)exchange->body_count * sizeof(BodyOut), "status");
     create_ring(&exchange->request, arena, EXCHANGE_REQUESTS, sizeof(Input), "requests");
     create_ring(&exchange->contact, arena, EXCHANGE_CONTACTS, sizeof(ContactOut), "contacts");
     create_ring(&exchange->answer, arena, EXCHANGE_REQUESTS, sizeof(Answer), "answers");

@@ -9,6 +9,7 @@
 #include "files/build.h"
 #include "files/checkpoint.h"
 #include "run/gate.h"
+#include "run/mesh_copy.h"
 
 #include <stdatomic.h>
 
@@ -20,16 +21,21 @@ enum {
     EXCHANGE_CHECKPOINTS = 16, // requests that one checkpoint file answers
     EXCHANGE_FRAMES_LEAST = 8, // to be recorded
     EXCHANGE_FRAMES_MOST = 64,
+    EXCHANGE_MESHES = 16, // of one changing body, to be recorded
 };
 
 typedef enum RunState { RUN_RUNNING, RUN_PAUSED, RUN_LOCKSTEP } RunState;
 
-// Positions (and velocities) of one body after a tick.
+// Positions (and velocities) of one body after a tick. Behind them, of a body whose mesh changes, a
+// copy of the mesh to which they belong: so a frame and its mesh always come together, however many
+// frames are never taken.
 typedef struct Frame {
     int64_t utime; // [us]
     int64_t step;
     double time;     // [s]
     int64_t at_once; // 1: lockstep, all chunks leave before the reply
+    int topology;    // of the mesh
+    int node_count;  // n, slots
     float value[];   // positions [3 n], then velocities [3 n] if they are published
 } Frame;
 
@@ -49,6 +55,13 @@ typedef struct EventOut {
     char text[INPUT_WHY_MAX];
 } EventOut;
 
+// What changes of body_status_t, as the step thread sees it.
+typedef struct BodyOut {
+    BodyMeasure measure;
+    int topology, nodes, springs, elements, finest_level;
+    double time_step, mass; // [s], [kg]
+} BodyOut;
+
 // status_t as the step thread sees it.
 typedef struct StatusOut {
     RunState state;
@@ -56,7 +69,7 @@ typedef struct StatusOut {
     double time, real_time_factor;
     double step_us[4], wake_us[4];
     double stage_us[STAGE_COUNT];
-    BodyMeasure measure[]; // [body_count]
+    BodyOut body[]; // [body_count]
 } StatusOut;
 
 // An input with the tick at whose start it was applied.
@@ -72,6 +85,7 @@ typedef struct Exchange {
     atomic_int interrupts; // PAUSEs and STOPs that wait: they end a STEP early
     // step -> bus
     Slot *frame;       // [body_count] of Frame
+    size_t *mesh_at;   // [body_count] where the mesh lies in such a Frame; 0: it never changes
     Slot status;       // of StatusOut
     Ring contact;      // of ContactOut
     Ring answer;       // of Answer
@@ -88,6 +102,8 @@ typedef struct Exchange {
     // step -> files, only when recording
     bool records;
     Ring recorded;              // of RecordFrame
+    Ring *recorded_mesh;        // [body_count] of MeshCopy: before the first frame of a topology
+    int *recorded_topology;     // [body_count] handed over last; the step thread's own
     atomic_llong recorded_lost; // frames that found their ring full, or the disk
     // bus -> files, only when recording
     Ring told; // of EventOut: every event that was published
@@ -114,6 +130,12 @@ typedef struct ExchangeOptions {
 
 // Load time; memory comes from the world's arena and goes with it.
 void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *options);
+// Step thread, between two ticks: hands the state of a body to the bus. At once: all chunks leave
+// before the reply. Returns the positions handed over, valid until the next call for this body.
+const float *exchange_push_frame(Exchange *exchange, Sim *sim, int body, bool at_once);
+// The mesh copied behind a frame; NULL for a body whose mesh never changes. The step thread writes
+// it, whoever has taken the frame reads it.
+MeshCopy *exchange_frame_mesh(const Exchange *exchange, int body, const Frame *frame);
 // The wake-up descriptors. False: none left.
 bool exchange_open(Exchange *exchange, Status *status);
 void exchange_close(Exchange *exchange);

@@ -1,7 +1,6 @@
 #include "run/explain.h"
 
 #include "base/check.h"
-#include "run/requests.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -24,7 +23,7 @@ static void print_body(World *world, int index, FILE *out)
             integrator_name(body->integrator));
     fprintf(out, "  nodes %d (%d fixed), springs %d, faces %d, pieces %d, mass %.6g kg\n",
             body->mesh.node_count, fixed, body->spring_count, body->surface.face_count,
-            requests_pieces(world->sim, index), body->mass);
+            mesh_pieces(&body->mesh), body->mass);
     fprintf(out, "  box [%.6g, %.6g, %.6g] to [%.6g, %.6g, %.6g] m\n", low.x, low.y, low.z, high.x,
             high.y, high.z);
     fprintf(out, "  time step %.6g s, %d substeps a tick, stability limit %.6g s%s\n", body->h,

@@ -123,7 +123,8 @@ static void write_frames(FilesThread *files)
     const RecordFrame *frame;
     while ((frame = ring_peek(&exchange->recorded)) != NULL) {
         files->step = frame->step;
-        if (!recorder_write_frame(files->recorder, frame))
+        if (!recorder_take_meshes(files->recorder, exchange, frame) ||
+            !recorder_write_frame(files->recorder, frame))
             atomic_fetch_add_explicit(&exchange->recorded_lost, 1, memory_order_relaxed);
         ring_pop(&exchange->recorded);
     }

@@ -44,42 +44,39 @@ static bool is_over(const Loop *loop)
            (loop->duration_ticks > 0 && loop->ticks + loop->late_ticks >= loop->duration_ticks);
 }
 
-// A frame for the recording. In lockstep no clock runs: then it waits for room instead of dropping.
-static void push_record(Loop *loop, bool waits)
+// Room for a frame of the recording, its meshes handed over, or NULL when none is to be taken. In
+// lockstep no clock runs: then it waits for room instead of dropping.
+static RecordFrame *find_record(Loop *loop, bool waits)
 {
     Exchange *exchange = loop->exchange;
     if (!exchange->records || sim_steps(loop->sim) == loop->recorded_step)
-        return;
+        return NULL;
     const struct timespec pause = {.tv_nsec = 1000000};
-    RecordFrame *frame = ring_back(&exchange->recorded);
+    RecordFrame *frame = record_find_room(exchange, loop->sim);
     while (frame == NULL && waits && !is_over(loop)) {
         nanosleep(&pause, NULL);
-        frame = ring_back(&exchange->recorded);
+        frame = record_find_room(exchange, loop->sim);
     }
-    if (frame == NULL) {
+    if (frame == NULL)
         atomic_fetch_add_explicit(&exchange->recorded_lost, 1, memory_order_relaxed);
-        return;
-    }
-    record_frame_take(frame, loop->sim);
-    ring_publish(&exchange->recorded);
-    loop->recorded_step = frame->step;
+    return frame;
 }
 
+// The bus and the recording get the same numbers, converted once.
 static void push_frames(Loop *loop, bool at_once)
 {
     Exchange *exchange = loop->exchange;
+    RecordFrame *record = find_record(loop, at_once);
+    RecordBody *recorded = record == NULL ? NULL : record_frame_begin(record, loop->sim);
     for (int i = 0; i < exchange->body_count; i++) {
-        const Body *body = sim_body(loop->sim, i);
-        Frame *frame = slot_back(&exchange->frame[i]);
-        frame->utime = clock_utime();
-        frame->step = sim_steps(loop->sim);
-        frame->time = sim_time(loop->sim);
-        frame->at_once = at_once;
-        float *velocity = exchange->velocity ? frame->value + 3 * body->mesh.node_count : NULL;
-        body->ops->snapshot(body->model, frame->value, velocity);
-        slot_publish(&exchange->frame[i]);
+        const float *position = exchange_push_frame(exchange, loop->sim, i, at_once);
+        if (record != NULL)
+            recorded = record_body(recorded, sim_body(loop->sim, i), position);
     }
-    push_record(loop, at_once);
+    if (record != NULL) {
+        ring_publish(&exchange->recorded);
+        loop->recorded_step = sim_steps(loop->sim);
+    }
     loop->handed_over = true;
 }
 
@@ -98,6 +95,19 @@ static void push_contacts(Loop *loop)
             atomic_fetch_add_explicit(&exchange->lost, 1, memory_order_relaxed);
         loop->handed_over = true;
     }
+}
+
+static void push_body(BodyOut *out, const Body *body)
+{
+    *out = (BodyOut){
+        .topology = body->mesh.topology,
+        .nodes = mesh_changes(body) ? mesh_live_nodes(&body->mesh) : body->mesh.node_count,
+        .springs = body->spring_count,
+        .elements = body->element_count > 0 ? body->element_count : body->surface.face_count,
+        .finest_level = body->finest_level,
+        .time_step = body->h,
+        .mass = body->mass};
+    body->ops->measure(body->model, &out->measure);
 }
 
 // Timings since the last status, figures of the bodies, counters.
@@ -124,8 +134,7 @@ void loop_push_status(Loop *loop)
         loop->window_stage_ns[s] = ns;
     }
     for (int i = 0; i < loop->exchange->body_count; i++) {
-        const Body *body = sim_body(sim, i);
-        body->ops->measure(body->model, &out->measure[i]);
+        push_body(&out->body[i], sim_body(sim, i));
     }
     histogram_clear(&loop->step_window);
     histogram_clear(&loop->wake_window);
@@ -307,7 +316,8 @@ void loop_init(Loop *loop, World *world, Exchange *exchange, const LoopOptions *
     loop->window_start_step = sim_steps(loop->sim);
     loop->resets_seen = sim_resets(loop->sim);
     loop->recorded_step = -1;
-    loop->pieces = requests_pieces(loop->sim, -1);
+    for (int i = 0; i < sim_body_count(loop->sim); i++)
+        loop->pieces += mesh_pieces(&sim_body(loop->sim, i)->mesh);
     sim_set_lockstep(loop->sim, false);
 }
 

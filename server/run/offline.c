@@ -189,7 +189,10 @@ static bool record(Offline *run)
     if (run->frame == NULL)
         return true;
     record_frame_take(run->frame, run->sim);
-    if (recorder_write_frame(&run->recorder, run->frame) &&
+    bool ok = true;
+    for (int i = 0; i < sim_body_count(run->sim) && ok; i++)
+        ok = recorder_follow_mesh(&run->recorder, i, &sim_body(run->sim, i)->mesh);
+    if (ok && recorder_write_frame(&run->recorder, run->frame) &&
         recording_flush_if_due(run->recorder.recording, clock_now_ns()))
         return true;
     const Status *said = recording_status(run->recorder.recording);

@@ -5,12 +5,31 @@
 #include <stdlib.h>
 #include <string.h>
 
+// --- the step thread -----------------------------------------------------------------------------
+
 size_t record_frame_bytes(Sim *sim)
 {
     size_t bytes = sizeof(RecordFrame) + (size_t)sim_tool_count(sim) * sizeof(RecordTool);
     for (int i = 0; i < sim_body_count(sim); i++)
-        bytes += 3 * (size_t)sim_body(sim, i)->mesh.node_count * sizeof(float);
+        bytes += sizeof(RecordBody) + 3 * (size_t)mesh_most_nodes(sim_body(sim, i)) * sizeof(float);
     return bytes;
+}
+
+RecordFrame *record_find_room(Exchange *exchange, Sim *sim)
+{
+    RecordFrame *frame = ring_back(&exchange->recorded);
+    for (int i = 0; i < exchange->body_count && frame != NULL; i++) {
+        const Body *body = sim_body(sim, i);
+        if (exchange->recorded_topology[i] == body->mesh.topology)
+            continue;
+        MeshCopy *mesh = ring_back(&exchange->recorded_mesh[i]);
+        if (mesh == NULL)
+            return NULL;
+        mesh_copy_follow(mesh, &body->mesh);
+        ring_publish(&exchange->recorded_mesh[i]);
+        exchange->recorded_topology[i] = body->mesh.topology;
+    }
+    return frame;
 }
 
 static void take_tool(RecordTool *tool, Sim *sim, int index)
@@ -26,36 +45,167 @@ static void take_tool(RecordTool *tool, Sim *sim, int index)
     tool->sample.force = wrench->force;
 }
 
-void record_frame_take(RecordFrame *frame, Sim *sim)
+RecordBody *record_frame_begin(RecordFrame *frame, Sim *sim)
 {
     int tools = sim_tool_count(sim);
     frame->step = sim_steps(sim);
     frame->time = sim_time(sim);
     for (int i = 0; i < tools; i++)
         take_tool(&frame->tool[i], sim, i);
-    float *position = (float *)(frame->tool + tools);
+    return (RecordBody *)(frame->tool + tools);
+}
+
+static RecordBody *next_body(const RecordBody *body)
+{
+    return (RecordBody *)(uintptr_t)(body->position + 3 * (size_t)body->node_count);
+}
+
+static void begin_body(RecordBody *to, const Body *body)
+{
+    to->topology = body->mesh.topology;
+    to->node_count = body->mesh.node_count;
+}
+
+RecordBody *record_body(RecordBody *to, const Body *body, const float *position)
+{
+    begin_body(to, body);
+    memcpy(to->position, position, 3 * (size_t)to->node_count * sizeof *position);
+    return next_body(to);
+}
+
+void record_frame_take(RecordFrame *frame, Sim *sim)
+{
+    RecordBody *to = record_frame_begin(frame, sim);
     for (int i = 0; i < sim_body_count(sim); i++) {
         const Body *body = sim_body(sim, i);
-        body->ops->snapshot(body->model, position, NULL);
-        position += 3 * (size_t)body->mesh.node_count;
+        begin_body(to, body);
+        body->ops->snapshot(body->model, to->position, NULL);
+        to = next_body(to);
     }
 }
 
-// --- writing ---
+// --- meshes --------------------------------------------------------------------------------------
+
+static void *allocate(int count, size_t size)
+{
+    void *memory = calloc((size_t)count + 1, size);
+    ASSERT(memory != NULL);
+    return memory;
+}
+
+static void create_mesh(RecorderMesh *mesh, const BodyMesh *largest)
+{
+    int nodes = largest->node_capacity;
+    mesh->live = allocate(nodes, sizeof *mesh->live);
+    mesh->row = allocate(nodes, sizeof *mesh->row);
+    mesh->id = allocate(nodes, sizeof *mesh->id);
+    mesh->triangle = allocate(largest->triangle_capacity, sizeof *mesh->triangle);
+    mesh->position = allocate(3 * nodes, sizeof *mesh->position);
+}
+
+static void destroy_meshes(Recorder *recorder)
+{
+    for (int i = 0; i < sim_body_count(recorder->sim); i++) {
+        RecorderMesh *mesh = &recorder->mesh[i];
+        free(mesh->live);
+        free(mesh->row);
+        free(mesh->id);
+        free(mesh->triangle);
+        free(mesh->position);
+    }
+    free(recorder->mesh);
+    recorder->mesh = NULL;
+}
+
+// The mesh without its free slots.
+static RecordingTopology compact(RecorderMesh *to, const BodyMesh *mesh)
+{
+    int triangles = 0;
+    to->topology = mesh->topology;
+    to->live_count = 0;
+    for (int i = 0; i < mesh->node_count; i++) {
+        if (mesh->id[i] < 0)
+            continue;
+        to->row[i] = to->live_count;
+        to->id[to->live_count] = mesh->id[i];
+        to->live[to->live_count++] = i;
+    }
+    for (int t = 0; t < mesh->triangle_count; t++) {
+        const int *corner = mesh->triangle[t];
+        if (corner[0] == corner[1])
+            continue;
+        for (int k = 0; k < 3; k++)
+            to->triangle[triangles][k] = to->row[corner[k]];
+        triangles++;
+    }
+    return (RecordingTopology){.number = mesh->topology,
+                               .node_count = to->live_count,
+                               .triangle_count = triangles,
+                               .node_id = to->id,
+                               .triangle = (const int(*)[3])to->triangle};
+}
+
+static RecordingTopology whole(const BodyMesh *mesh)
+{
+    return (RecordingTopology){.number = mesh->topology,
+                               .node_count = mesh->node_count,
+                               .triangle_count = mesh->triangle_count,
+                               .node_id = mesh->id,
+                               .triangle = mesh->triangle};
+}
+
+bool recorder_follow_mesh(Recorder *recorder, int body, const BodyMesh *mesh)
+{
+    RecorderMesh *to = &recorder->mesh[body];
+    if (to->live == NULL || to->topology == mesh->topology)
+        return true;
+    const RecordingTopology topology = compact(to, mesh);
+    return recording_add_topology(recorder->recording, body, &topology);
+}
+
+bool recorder_take_meshes(Recorder *recorder, Exchange *exchange, const RecordFrame *frame)
+{
+    const RecordBody *body = (const RecordBody *)(frame->tool + sim_tool_count(recorder->sim));
+    bool ok = true;
+    for (int i = 0; i < exchange->body_count; i++) {
+        Ring *ring = &exchange->recorded_mesh[i];
+        RecorderMesh *mesh = &recorder->mesh[i];
+        const MeshCopy *copy;
+        // Those of frames that were dropped come first.
+        while (mesh->live != NULL && mesh->topology != body->topology &&
+               (copy = ring_peek(ring)) != NULL) {
+            const BodyMesh view = mesh_copy_view(copy);
+            if (view.topology == body->topology)
+                ok &= recorder_follow_mesh(recorder, i, &view);
+            ring_pop(ring);
+        }
+        ASSERT(mesh->live == NULL || mesh->topology == body->topology);
+        body = next_body(body);
+    }
+    return ok;
+}
 
 static bool write_topologies(Recorder *recorder)
 {
     bool ok = true;
     for (int i = 0; i < sim_body_count(recorder->sim) && ok; i++) {
         const BodyMesh *mesh = &sim_body(recorder->sim, i)->mesh;
-        const RecordingTopology topology = {.number = mesh->topology,
-                                            .node_count = mesh->node_count,
-                                            .triangle_count = mesh->triangle_count,
-                                            .node_id = mesh->id,
-                                            .triangle = mesh->triangle};
+        RecorderMesh *changing = &recorder->mesh[i];
+        const RecordingTopology topology =
+            changing->live != NULL ? compact(changing, mesh) : whole(mesh);
         ok = recording_add_topology(recorder->recording, i, &topology);
     }
     return ok && recording_flush(recorder->recording);
+}
+
+// --- writing -------------------------------------------------------------------------------------
+
+// What HDF5 keeps together: a whole frame, or, of a body that grows and shrinks, 48 kB of it.
+static int kept_together(bool changes, int count, int capacity)
+{
+    enum { ROWS = 4096 };
+    int rows = changes && count < ROWS ? ROWS : count;
+    return rows < capacity ? rows : capacity;
 }
 
 bool recorder_create(Recorder *recorder, const char *path, World *world, const Scene *scene,
@@ -63,14 +213,19 @@ bool recorder_create(Recorder *recorder, const char *path, World *world, const S
 {
     Sim *sim = world->sim;
     int bodies = sim_body_count(sim), tools = sim_tool_count(sim);
-    RecordingBody *body = calloc((size_t)bodies + 1, sizeof *body);
-    int *tool = calloc((size_t)tools + 1, sizeof *tool);
-    ASSERT(body != NULL && tool != NULL);
+    RecordingBody *body = allocate(bodies, sizeof *body);
+    int *tool = allocate(tools, sizeof *tool);
+    *recorder = (Recorder){.sim = sim, .mesh = allocate(bodies, sizeof *recorder->mesh)};
     for (int i = 0; i < bodies; i++) {
         const Body *from = sim_body(sim, i);
-        body[i] = (RecordingBody){.name = from->name,
-                                  .nodes = from->mesh.node_count,
-                                  .triangles = from->mesh.triangle_count};
+        const BodyMesh *mesh = &from->mesh;
+        bool changes = mesh_changes(from);
+        body[i] = (RecordingBody){
+            .name = from->name,
+            .nodes = kept_together(changes, mesh->node_count, mesh->node_capacity),
+            .triangles = kept_together(changes, mesh->triangle_count, mesh->triangle_capacity)};
+        if (changes)
+            create_mesh(&recorder->mesh[i], mesh);
     }
     for (int i = 0; i < tools; i++)
         tool[i] = sim_tool(sim, i)->id;
@@ -80,13 +235,34 @@ bool recorder_create(Recorder *recorder, const char *path, World *world, const S
                                       .tool_count = tools,
                                       .body = body,
                                       .tool = tool};
-    *recorder = (Recorder){.sim = sim, .recording = recording_create(path, &options, status)};
+    recorder->recording = recording_create(path, &options, status);
     free(body);
     free(tool);
-    if (recorder->recording == NULL)
+    if (recorder->recording == NULL) {
+        destroy_meshes(recorder);
         return false;
+    }
     return write_topologies(recorder) ||
            status_fail(status, STATUS_INVALID, "%s", recording_status(recorder->recording)->text);
+}
+
+// The positions of live nodes.
+static RecordingFrame frame_of(const RecordFrame *frame, const RecordBody *body,
+                               const RecorderMesh *mesh)
+{
+    RecordingFrame out = {.step = frame->step,
+                          .time = frame->time,
+                          .topology = body->topology,
+                          .node_count = body->node_count,
+                          .position = body->position};
+    if (mesh->live == NULL)
+        return out;
+    for (int i = 0; i < mesh->live_count; i++)
+        memcpy(mesh->position + 3 * (size_t)i, body->position + 3 * (size_t)mesh->live[i],
+               3 * sizeof *mesh->position);
+    out.node_count = mesh->live_count;
+    out.position = mesh->position;
+    return out;
 }
 
 bool recorder_write_frame(Recorder *recorder, const RecordFrame *frame)
@@ -98,16 +274,11 @@ bool recorder_write_frame(Recorder *recorder, const RecordFrame *frame)
     for (int i = 0; i < tools && ok; i++)
         if (frame->tool[i].active)
             ok = recording_add_tool(recording, i, frame->time, &frame->tool[i].sample);
-    const float *position = (const float *)(frame->tool + tools);
+    const RecordBody *body = (const RecordBody *)(frame->tool + tools);
     for (int i = 0; i < sim_body_count(sim) && ok; i++) {
-        const BodyMesh *mesh = &sim_body(sim, i)->mesh;
-        const RecordingFrame of_body = {.step = frame->step,
-                                        .time = frame->time,
-                                        .topology = mesh->topology,
-                                        .node_count = mesh->node_count,
-                                        .position = position};
+        const RecordingFrame of_body = frame_of(frame, body, &recorder->mesh[i]);
         ok = recording_add_frame(recording, i, &of_body);
-        position += 3 * (size_t)mesh->node_count;
+        body = next_body(body);
     }
     recorder->frames += ok;
     return ok;
@@ -127,6 +298,8 @@ bool recorder_write_event(Recorder *recorder, const EventOut *event)
 bool recorder_close(Recorder *recorder, Status *status)
 {
     Recording *recording = recorder->recording;
+    if (recorder->mesh != NULL)
+        destroy_meshes(recorder);
     recorder->recording = NULL;
     return recording == NULL || recording_close(recording, status);
 }

@@ -1,6 +1,6 @@
 // Recording of a running scene (--record): what the step thread copies for each frame, and how it
-// gets into the file. record_frame_take: the step thread. The rest: load time, then the files
-// thread, or whoever runs off line.
+// gets into the file. record_…: the step thread. recorder_…: load time, then the files thread, or
+// whoever runs off line.
 #ifndef PLIANT_RUN_RECORDER_H
 #define PLIANT_RUN_RECORDER_H
 
@@ -17,24 +17,55 @@ typedef struct RecordTool {
 struct RecordFrame {
     int64_t step;
     double time;       // [s]
-    RecordTool tool[]; // [tool_count], then the float positions of every body
+    RecordTool tool[]; // [tool_count], then a RecordBody for every body
 };
 
-// Bytes of a frame of this scene.
+// The next body follows the positions.
+typedef struct RecordBody {
+    int topology, node_count; // slots
+    float position[];         // [3 node_count], m
+} RecordBody;
+
+// Most bytes of a frame of this scene.
 size_t record_frame_bytes(Sim *sim);
-// Copies the state between two ticks. No allocation, no system call.
+// Room for a frame, after the meshes that changed since the last one were handed over; NULL: no
+// room for it or for a mesh.
+RecordFrame *record_find_room(Exchange *exchange, Sim *sim);
+// Between two ticks: copies all but the bodies and returns where the first of them belongs. No
+// allocation, no system call.
+RecordBody *record_frame_begin(RecordFrame *frame, Sim *sim);
+// Copies one body, whose positions are given; returns where the next one belongs.
+RecordBody *record_body(RecordBody *to, const Body *body, const float *position);
+// All of a frame.
 void record_frame_take(RecordFrame *frame, Sim *sim);
+
+// What a recorder knows of a body whose mesh changes. A recording has no free slots: its nodes are
+// the live ones in the order of their slots.
+typedef struct RecorderMesh {
+    int topology; // written last
+    int live_count;
+    int *live;          // [node_capacity] slots
+    int *row;           // [node_capacity] of the file by slot; of live ones only
+    int *id;            // [node_capacity] of live nodes
+    int (*triangle)[3]; // [triangle_capacity] rows
+    float *position;    // [3 node_capacity]
+} RecorderMesh;
 
 typedef struct Recorder {
     Recording *recording;
-    Sim *sim;       // only what is constant in it is read
-    int64_t frames; // written
+    Sim *sim;           // only what is constant in it is read
+    RecorderMesh *mesh; // [body_count]; zero where the mesh never changes
+    int64_t frames;     // written
 } Recorder;
 
 // Creates the files (recording_create) and describes the bodies in them.
 bool recorder_create(Recorder *recorder, const char *path, World *world, const Scene *scene,
                      Status *status);
-// False from the first failure on; recording_status says which.
+// Writes the mesh of the frames that follow, if it is another than before. Each returns false from
+// the first failure on; recording_status says which.
+bool recorder_follow_mesh(Recorder *recorder, int body, const BodyMesh *mesh);
+// The meshes that were handed over before the frame.
+bool recorder_take_meshes(Recorder *recorder, Exchange *exchange, const RecordFrame *frame);
 bool recorder_write_frame(Recorder *recorder, const RecordFrame *frame);
 bool recorder_write_event(Recorder *recorder, const EventOut *event);
 // recording_close; nothing to do without a recording.

@@ -8,22 +8,6 @@
 #include <stdio.h>
 #include <string.h>
 
-int requests_pieces(Sim *sim, int body)
-{
-    int pieces = 0;
-    for (int b = 0; b < sim_body_count(sim); b++) {
-        if (body >= 0 && b != body)
-            continue;
-        const BodyMesh *mesh = &sim_body(sim, b)->mesh;
-        int last = -1;
-        for (int i = 0; i < mesh->node_count; i++)
-            if (mesh->id[i] >= 0 && mesh->piece[i] > last)
-                last = mesh->piece[i];
-        pieces += last + 1;
-    }
-    return pieces;
-}
-
 // --- what a request does to the scene ---
 
 bool requests_execute(Sim *sim, const Input *input, char *text)
@@ -103,7 +87,7 @@ static Answer answer_to(const Loop *loop, const Input *input)
                     .ok = true,
                     .step = sim_steps(loop->sim),
                     .pieces = on_body && input->index >= 0
-                                  ? requests_pieces(loop->sim, input->index)
+                                  ? mesh_pieces(&sim_body(loop->sim, input->index)->mesh)
                                   : loop->pieces};
 }
 

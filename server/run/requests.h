@@ -24,7 +24,5 @@ void requests_event(Loop *loop, int body, const char *kind, const char *format, 
 // A cut, load, RESET or SET on the scene, live or off line. False with a sentence in `text`
 // (INPUT_WHY_MAX bytes): nothing was changed; true with what was done.
 bool requests_execute(Sim *sim, const Input *input, char *text);
-// Connected pieces of a body, -1: of all bodies.
-int requests_pieces(Sim *sim, int body);
 
 #endif

@@ -139,6 +139,11 @@ void model_return_to_rest(SurfaceModel *model);
 // Adds a force of the world frame to a slot's entry in `external`.
 void model_add_external(SurfaceModel *model, int slot, Vec3 force);
 
+// --- snapshot.c ---
+
+// All nodes in mesh order: [node_count][3] positions [m] and, unless NULL, velocities [m/s].
+void model_snapshot(const SurfaceModel *model, float *position, float *velocity);
+
 // --- create_mesh.c ---
 
 // Load time: the tables behind body->mesh, once model->face is there.

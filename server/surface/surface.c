@@ -226,20 +226,7 @@ static void surface_clear_loads(void *self)
 
 static void surface_snapshot(const void *self, float *position, float *velocity)
 {
-    const SurfaceModel *model = self;
-    const void *rows = model->rows[model->current];
-    for (long i = 0; i < model->node_count; i++) {
-        Vec3 x, v;
-        model_read_row(model, rows, model->slot[i], &x, &v);
-        position[3 * i] = (float)x.x;
-        position[3 * i + 1] = (float)x.y;
-        position[3 * i + 2] = (float)x.z;
-        if (velocity != NULL) {
-            velocity[3 * i] = (float)v.x;
-            velocity[3 * i + 1] = (float)v.y;
-            velocity[3 * i + 2] = (float)v.z;
-        }
-    }
+    model_snapshot(self, position, velocity);
 }
 
 // Elastic energy of a slot's springs, half of each: the other half is at the other end.

@@ -1,0 +1,309 @@
+// Puts chunked meshes together again and follows their deltas. One thread.
+#include "frames_parts.h"
+#include "wire.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "pliant_mesh_delta_t.h"
+#include "pliant_mesh_t.h"
+
+static bool counts_valid(int32_t node_count, int32_t triangle_count, int32_t chunk,
+                         int32_t chunk_count)
+{
+    return node_count >= 1 && node_count <= FRAMES_NODES_MAX && triangle_count >= 0 &&
+           triangle_count <= FRAMES_TRIANGLES_MAX && chunk >= 0 && chunk < chunk_count &&
+           chunk_count <= node_count + triangle_count;
+}
+
+// Whether all of `count` numbers are in [low, high).
+static bool all_inside(const int32_t *number, int32_t count, int32_t low, int32_t high)
+{
+    for (int k = 0; k < count; k++) {
+        if (number[k] < low || number[k] >= high)
+            return false;
+    }
+    return true;
+}
+
+// --- whole meshes ---
+
+static bool mesh_valid(const pliant_mesh_t *chunk)
+{
+    return counts_valid(chunk->node_count, chunk->triangle_count, chunk->chunk,
+                        chunk->chunk_count) &&
+           chunk->num_indices % 3 == 0 && chunk->num_parents == 2 * (int64_t)chunk->num_nodes &&
+           range_inside(chunk->first_triangle, chunk->num_indices / 3, chunk->triangle_count) &&
+           range_inside(chunk->first_node, chunk->num_nodes, chunk->node_count) &&
+           all_inside(chunk->triangle, chunk->num_indices, 0, chunk->node_count);
+}
+
+static void free_arrays(int32_t *triangle, int32_t *id, int32_t *parent)
+{
+    free(triangle);
+    free(id);
+    free(parent);
+}
+
+static void mesh_begin(MeshFrame *frame, const pliant_mesh_t *chunk)
+{
+    MeshParts *next = &frame->next;
+    frame->lost += next->started && !next->done;
+    free_arrays(next->triangle, next->id, next->parent);
+    next->triangle = frames_allocate(3 * (size_t)chunk->triangle_count, sizeof(int32_t));
+    next->id = frames_allocate((size_t)chunk->node_count, sizeof(int32_t));
+    next->parent = frames_allocate(2 * (size_t)chunk->node_count, sizeof(int32_t));
+    parts_begin(&next->nodes, chunk->node_count);
+    parts_begin(&next->triangles, chunk->triangle_count);
+    next->sequence = chunk->sequence;
+    next->topology = chunk->topology;
+    next->chunk_count = chunk->chunk_count;
+    next->node_count = chunk->node_count;
+    next->triangle_count = chunk->triangle_count;
+    next->started = true;
+    next->done = false;
+}
+
+// The mesh that has come together becomes the mesh.
+static void mesh_replace(MeshFrame *frame)
+{
+    MeshParts *next = &frame->next;
+    free_arrays(frame->triangle, frame->id, frame->parent);
+    frame->triangle = next->triangle;
+    frame->id = next->id;
+    frame->parent = next->parent;
+    next->triangle = next->id = next->parent = NULL;
+    frame->utime = next->utime;
+    frame->topology = next->topology;
+    frame->node_count = next->node_count;
+    frame->triangle_count = next->triangle_count;
+    frame->whole = next->done = true;
+}
+
+// An empty array's pointer may be null, which memcpy must not see.
+static void copy(int32_t *to, const int32_t *from, int32_t count)
+{
+    if (count)
+        memcpy(to, from, sizeof *to * (size_t)count);
+}
+
+static FramesResult mesh_take(MeshFrame *frame, const pliant_mesh_t *chunk)
+{
+    MeshParts *next = &frame->next;
+    if (!mesh_valid(chunk))
+        return FRAMES_REFUSED;
+    if (next->started && frames_stale(chunk->sequence, chunk->utime, next->sequence, next->utime))
+        return FRAMES_STALE;
+    if (!next->started || chunk->sequence != next->sequence)
+        mesh_begin(frame, chunk);
+    else if (chunk->node_count != next->node_count ||
+             chunk->triangle_count != next->triangle_count || chunk->topology != next->topology ||
+             chunk->chunk_count != next->chunk_count)
+        return FRAMES_REFUSED;
+    else if (next->done)
+        return FRAMES_STALE; // a repeated chunk must not change a mesh already handed out
+    next->utime = chunk->utime;
+    copy(next->triangle + 3 * (size_t)chunk->first_triangle, chunk->triangle, chunk->num_indices);
+    copy(next->id + chunk->first_node, chunk->id, chunk->num_nodes);
+    copy(next->parent + 2 * (size_t)chunk->first_node, chunk->parent, chunk->num_parents);
+    parts_mark(&next->triangles, chunk->first_triangle, chunk->num_indices / 3);
+    parts_mark(&next->nodes, chunk->first_node, chunk->num_nodes);
+    if (!parts_whole(&next->nodes) || !parts_whole(&next->triangles))
+        return FRAMES_MORE;
+    mesh_replace(frame);
+    return FRAMES_WHOLE;
+}
+
+FramesResult mesh_frame_add(MeshFrame *frame, const void *data, size_t size)
+{
+    pliant_mesh_t chunk;
+    FramesResult result = FRAMES_REFUSED;
+    if (wire_check(&WIRE_MESH, data, size) &&
+        pliant_mesh_t_decode(data, 0, (int)size, &chunk) >= 0) {
+        result = mesh_take(frame, &chunk);
+        pliant_mesh_t_decode_cleanup(&chunk);
+    }
+    frame->refused += result == FRAMES_REFUSED;
+    return result;
+}
+
+// --- deltas ---
+
+static bool delta_valid(const pliant_mesh_delta_t *chunk)
+{
+    return counts_valid(chunk->node_count, chunk->triangle_count, chunk->chunk,
+                        chunk->chunk_count) &&
+           chunk->num_indices == 3 * (int64_t)chunk->num_triangles &&
+           chunk->num_parents == 2 * (int64_t)chunk->num_nodes &&
+           all_inside(chunk->triangle_slot, chunk->num_triangles, 0, chunk->triangle_count) &&
+           all_inside(chunk->triangle, chunk->num_indices, 0, chunk->node_count) &&
+           all_inside(chunk->node_slot, chunk->num_nodes, 0, chunk->node_count) &&
+           all_inside(chunk->id, chunk->num_nodes, -1, INT32_MAX);
+}
+
+static void change_begin(MeshFrame *frame, const pliant_mesh_delta_t *chunk)
+{
+    MeshChange *change = &frame->change;
+    frame->lost += change->started && !change->done;
+    parts_begin(&change->chunks, chunk->chunk_count);
+    change->sequence = chunk->sequence;
+    change->from_topology = chunk->from_topology;
+    change->topology = chunk->topology;
+    change->chunk_count = chunk->chunk_count;
+    change->node_count = chunk->node_count;
+    change->triangle_count = chunk->triangle_count;
+    change->nodes = change->triangles = 0;
+    change->started = true;
+    change->done = false;
+}
+
+static void *make_room(void *rows, int count, int *capacity)
+{
+    if (count <= *capacity)
+        return rows;
+    *capacity = 2 * count;
+    rows = realloc(rows, sizeof(int32_t[4]) * (size_t)*capacity);
+    if (!rows)
+        abort(); // the counts are bounded: the machine itself is out of memory
+    return rows;
+}
+
+static void change_add(MeshChange *change, const pliant_mesh_delta_t *chunk)
+{
+    change->node = make_room(change->node, change->nodes + chunk->num_nodes, //
+                             &change->node_capacity);
+    for (int k = 0; k < chunk->num_nodes; k++) {
+        int32_t *row = change->node[change->nodes++];
+        row[0] = chunk->node_slot[k];
+        row[1] = chunk->id[k];
+        row[2] = chunk->parent[2 * k];
+        row[3] = chunk->parent[2 * k + 1];
+    }
+    change->triangle = make_room(change->triangle, change->triangles + chunk->num_triangles,
+                                 &change->triangle_capacity);
+    for (int k = 0; k < chunk->num_triangles; k++) {
+        int32_t *row = change->triangle[change->triangles++];
+        row[0] = chunk->triangle_slot[k];
+        memcpy(row + 1, chunk->triangle + 3 * k, 3 * sizeof *row);
+    }
+    change->utime = chunk->utime;
+    parts_mark(&change->chunks, chunk->chunk, 1);
+}
+
+// Where nodes go, no triangle that stays may want them.
+static bool change_fits(const MeshFrame *frame)
+{
+    const MeshChange *change = &frame->change;
+    if (change->node_count >= frame->node_count)
+        return true;
+    unsigned char *replaced = frames_allocate((size_t)change->triangle_count, 1);
+    bool fits = true;
+    for (int k = 0; k < change->triangles; k++)
+        replaced[change->triangle[k][0]] = 1;
+    for (int t = 0; t < frame->triangle_count && t < change->triangle_count; t++)
+        fits = fits && (replaced[t] ||
+                        all_inside(frame->triangle + 3 * (size_t)t, 3, 0, change->node_count));
+    free(replaced);
+    return fits;
+}
+
+// `old` rows of `columns` numbers become `count`; new ones are `fill`.
+static int32_t *resize(int32_t *rows, int columns, int old, int count, int32_t fill)
+{
+    if (old == count)
+        return rows;
+    size_t width = (size_t)columns;
+    int32_t *more = frames_allocate(width * (size_t)count, sizeof *more);
+    memcpy(more, rows, width * (size_t)(old < count ? old : count) * sizeof *more);
+    for (size_t k = width * (size_t)old; k < width * (size_t)count; k++)
+        more[k] = fill;
+    free(rows);
+    return more;
+}
+
+static void change_apply(MeshFrame *frame)
+{
+    const MeshChange *change = &frame->change;
+    int nodes = change->node_count, triangles = change->triangle_count;
+    frame->id = resize(frame->id, 1, frame->node_count, nodes, -1);
+    frame->parent = resize(frame->parent, 2, frame->node_count, nodes, -1);
+    frame->triangle = resize(frame->triangle, 3, frame->triangle_count, triangles, 0);
+    frame->node_count = nodes;
+    frame->triangle_count = triangles;
+    for (int k = 0; k < change->nodes; k++) {
+        const int32_t *row = change->node[k];
+        frame->id[row[0]] = row[1];
+        memcpy(frame->parent + 2 * (size_t)row[0], row + 2, 2 * sizeof *row);
+    }
+    for (int k = 0; k < change->triangles; k++) {
+        const int32_t *row = change->triangle[k];
+        memcpy(frame->triangle + 3 * (size_t)row[0], row + 1, 3 * sizeof *row);
+    }
+    frame->topology = change->topology;
+    frame->utime = change->utime;
+    // A mesh still under way is older than this one.
+    if (frame->next.started && !frame->next.done) {
+        frame->lost++;
+        frame->next.done = true;
+    }
+}
+
+static FramesResult delta_take(MeshFrame *frame, const pliant_mesh_delta_t *chunk)
+{
+    MeshChange *change = &frame->change;
+    if (!delta_valid(chunk))
+        return FRAMES_REFUSED;
+    if (change->started &&
+        frames_stale(chunk->sequence, chunk->utime, change->sequence, change->utime))
+        return FRAMES_STALE;
+    if (!change->started || chunk->sequence != change->sequence)
+        change_begin(frame, chunk);
+    else if (chunk->from_topology != change->from_topology || chunk->topology != change->topology ||
+             chunk->node_count != change->node_count ||
+             chunk->triangle_count != change->triangle_count ||
+             chunk->chunk_count != change->chunk_count)
+        return FRAMES_REFUSED;
+    else if (change->done || change->chunks.seen[chunk->chunk])
+        return FRAMES_STALE;
+    // Each slot changes once.
+    if (chunk->num_nodes > change->node_count - change->nodes ||
+        chunk->num_triangles > change->triangle_count - change->triangles)
+        return FRAMES_REFUSED;
+    change_add(change, chunk);
+    if (!parts_whole(&change->chunks))
+        return FRAMES_MORE;
+    change->done = true;
+    if (!frame->whole || frame->topology != change->from_topology) {
+        frame->missed++;
+        return FRAMES_MISSED;
+    }
+    if (!change_fits(frame))
+        return FRAMES_REFUSED;
+    change_apply(frame);
+    return FRAMES_WHOLE;
+}
+
+FramesResult mesh_frame_add_delta(MeshFrame *frame, const void *data, size_t size)
+{
+    pliant_mesh_delta_t chunk;
+    FramesResult result = FRAMES_REFUSED;
+    if (wire_check(&WIRE_MESH_DELTA, data, size) &&
+        pliant_mesh_delta_t_decode(data, 0, (int)size, &chunk) >= 0) {
+        result = delta_take(frame, &chunk);
+        pliant_mesh_delta_t_decode_cleanup(&chunk);
+    }
+    frame->refused += result == FRAMES_REFUSED;
+    return result;
+}
+
+void mesh_frame_destroy(MeshFrame *frame)
+{
+    free_arrays(frame->triangle, frame->id, frame->parent);
+    free_arrays(frame->next.triangle, frame->next.id, frame->next.parent);
+    free(frame->next.nodes.seen);
+    free(frame->next.triangles.seen);
+    free(frame->change.chunks.seen);
+    free(frame->change.node);
+    free(frame->change.triangle);
+    *frame = (MeshFrame){0};
+}

@@ -1,0 +1,152 @@
+// Meshes out, whole and as deltas. Whole ones are sent over time from memory that does not change
+// meanwhile: the body's own if it never does, else the bus's copy of the mesh last told.
+#include "run/bus_parts.h"
+
+#include "base/clock.h"
+
+#include "pliant_mesh_t.h"
+
+#include <stdio.h>
+
+// While a whole mesh is under way frames of newer topologies wait, so it leaves faster than one
+// that nothing waits for: 46 MB/s, 5 chunks in the smallest default receive buffer.
+enum { CHUNKS_A_SECOND = 1000 };
+
+void bus_create_mesh_stream(Bus *bus, int index, Arena *arena)
+{
+    BodyStream *stream = &bus->body[index];
+    const Body *body = sim_body(bus->sim, index);
+    const char *prefix = bus->scene->prefix;
+    snprintf(stream->mesh_channel, 2 * CHANNEL_MAX, "%s_MESH_%s", prefix, body->name);
+    stream->mesh = body->mesh;
+    if (!mesh_changes(body))
+        return;
+    snprintf(stream->delta_channel, 2 * CHANNEL_MAX, "%s_MESH_DELTA_%s", prefix, body->name);
+    stream->copy = arena_allocate(arena, ARENA_OUTPUT, 1, mesh_copy_bytes(&body->mesh),
+                                  "run/mesh_%s", body->name);
+    mesh_copy_follow(stream->copy, &body->mesh);
+    stream->mesh = mesh_copy_view(stream->copy);
+    stream->delta.node = arena_allocate(arena, ARENA_OUTPUT, (size_t)body->mesh.node_capacity,
+                                        sizeof(int), "run/delta_nodes_%s", body->name);
+    stream->delta.triangle =
+        arena_allocate(arena, ARENA_OUTPUT, (size_t)body->mesh.triangle_capacity, sizeof(int),
+                       "run/delta_triangles_%s", body->name);
+    if (bus->delta_chunk == NULL)
+        bus->delta_chunk =
+            arena_allocate(arena, ARENA_OUTPUT, 1, sizeof *bus->delta_chunk, "run/delta_chunk");
+}
+
+// --- whole meshes ---
+
+static void send_mesh_chunk(Bus *bus, int index)
+{
+    BodyStream *stream = &bus->body[index];
+    const BodyMesh *mesh = &stream->mesh;
+    Pace *pace = &stream->whole;
+    int triangle = chunk_begin(mesh->triangle_count, pace->next, pace->count);
+    int triangle_end = chunk_begin(mesh->triangle_count, pace->next + 1, pace->count);
+    int node = chunk_begin(mesh->node_count, pace->next, pace->count);
+    int node_end = chunk_begin(mesh->node_count, pace->next + 1, pace->count);
+    // The generated type has no const; encoding only reads.
+    pliant_mesh_t message = {.utime = clock_utime(),
+                             .sequence = stream->mesh_sequence,
+                             .topology = mesh->topology,
+                             .node_count = mesh->node_count,
+                             .triangle_count = mesh->triangle_count,
+                             .chunk = pace->next,
+                             .chunk_count = pace->count,
+                             .first_triangle = triangle,
+                             .num_indices = 3 * (triangle_end - triangle),
+                             .triangle = (int32_t *)(uintptr_t)mesh->triangle[triangle],
+                             .first_node = node,
+                             .num_nodes = node_end - node,
+                             .num_parents = 2 * (node_end - node),
+                             .id = (int32_t *)(uintptr_t)(mesh->id + node),
+                             .origin = (int32_t *)(uintptr_t)(mesh->origin + node),
+                             .parent = (int32_t *)(uintptr_t)mesh->parent[node],
+                             .piece = (int32_t *)(uintptr_t)(mesh->piece + node),
+                             .level = (int8_t *)(uintptr_t)(mesh->level + node)};
+    bus_count_published(bus, pliant_mesh_t_publish(bus->lcm, stream->mesh_channel, &message));
+    pace->next++;
+}
+
+static void start_mesh(Bus *bus, int index, int64_t now_ns)
+{
+    BodyStream *stream = &bus->body[index];
+    int by_triangles = chunks_of(stream->mesh.triangle_count, TRIANGLES_IN_CHUNK);
+    int by_nodes = chunks_of(stream->mesh.node_count, NODES_IN_MESH_CHUNK);
+    int count = by_triangles > by_nodes ? by_triangles : by_nodes;
+    stream->whole_wanted = false;
+    stream->mesh_sequence++;
+    pace_start(&stream->whole, count,
+               stream->copy == NULL ? bus->scene->publish.mesh_hz : (double)CHUNKS_A_SECOND / count,
+               now_ns);
+}
+
+void bus_send_meshes(Bus *bus, int64_t now_ns)
+{
+    double hz = bus->scene->publish.mesh_hz;
+    bool all_due = hz > 0.0 && now_ns >= bus->next_mesh_ns;
+    if (all_due)
+        bus->next_mesh_ns = now_ns + (int64_t)(1e9 / hz);
+    for (int i = 0; i < sim_body_count(bus->sim); i++) {
+        BodyStream *stream = &bus->body[i];
+        stream->whole_wanted |= all_due && !pace_is_under_way(&stream->whole);
+        if (stream->whole_wanted && !pace_is_under_way(&stream->whole) &&
+            !pace_is_under_way(&stream->delta_pace))
+            start_mesh(bus, i, now_ns);
+        while (pace_is_due(&stream->whole, now_ns))
+            send_mesh_chunk(bus, i);
+    }
+}
+
+// From their start at once, or, where a newer topology may wait for the end of the one under way,
+// after that: asking again and again must not keep it waiting.
+void bus_restart_meshes(Bus *bus, int64_t now_ns)
+{
+    for (int i = 0; i < sim_body_count(bus->sim); i++) {
+        if (bus->body[i].copy == NULL)
+            start_mesh(bus, i, now_ns);
+        else
+            bus->body[i].whole_wanted = true;
+    }
+}
+
+// --- deltas ---
+
+bool bus_follow_mesh(Bus *bus, int index, int64_t now_ns, bool at_once)
+{
+    BodyStream *stream = &bus->body[index];
+    if (stream->frame->topology == stream->mesh.topology)
+        return true;
+    while (at_once && pace_is_under_way(&stream->whole))
+        send_mesh_chunk(bus, index);
+    if (pace_is_under_way(&stream->whole))
+        return false;
+    const MeshCopy *newest = exchange_frame_mesh(bus->exchange, index, stream->frame);
+    BodyMesh mesh = mesh_copy_view(newest);
+    mesh_delta_find(&stream->delta, &stream->mesh, &mesh);
+    mesh_copy_follow(stream->copy, &mesh);
+    stream->mesh = mesh_copy_view(stream->copy);
+    stream->delta_sequence++;
+    // In a quarter of the time to the next frame: the nodes still want theirs.
+    pace_start(&stream->delta_pace, mesh_delta_chunks(&stream->delta),
+               4.0 * bus->scene->publish.nodes_hz, now_ns);
+    return true;
+}
+
+bool bus_send_delta(Bus *bus, int index, int64_t now_ns, bool now)
+{
+    BodyStream *stream = &bus->body[index];
+    Pace *pace = &stream->delta_pace;
+    while (pace_is_due(pace, now_ns) || (pace_is_under_way(pace) && now)) {
+        pliant_mesh_delta_t message =
+            mesh_delta_chunk(&stream->delta, &stream->mesh, pace->next, bus->delta_chunk);
+        message.utime = clock_utime();
+        message.sequence = stream->delta_sequence;
+        bus_count_published(bus,
+                            pliant_mesh_delta_t_publish(bus->lcm, stream->delta_channel, &message));
+        pace->next++;
+    }
+    return !pace_is_under_way(pace);
+}

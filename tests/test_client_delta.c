@@ -1,0 +1,341 @@
+// Deltas of a mesh: what a client that has the mesh makes of good, late, lost and hostile ones.
+// Long random sequences are with the bus that sends them (daemon/test_stream.c).
+#include "expect.h"
+#include "frames.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "pliant_mesh_delta_t.h"
+#include "pliant_mesh_t.h"
+
+enum { NODES = 4, TRIANGLES = 3, DATA = 1024 };
+
+static const int32_t id[NODES] = {10, 11, 12, 13}, parent[2 * NODES] = {10, 10, 11, 11, 12, 12};
+static const int32_t triangle[3 * TRIANGLES] = {0, 1, 2, 0, 2, 3, 0, 0, 0};
+static const int8_t level[NODES] = {0};
+
+// The mesh of topology 5: two triangles, one free slot.
+static FramesResult take_mesh(MeshFrame *frame, int sequence, int64_t utime)
+{
+    pliant_mesh_t mesh = {.utime = utime,
+                          .sequence = sequence,
+                          .topology = 5,
+                          .node_count = NODES,
+                          .triangle_count = TRIANGLES,
+                          .chunk_count = 1,
+                          .num_indices = 3 * TRIANGLES,
+                          .triangle = (int32_t *)(uintptr_t)triangle,
+                          .num_nodes = NODES,
+                          .num_parents = 2 * NODES,
+                          .id = (int32_t *)(uintptr_t)id,
+                          .origin = (int32_t *)(uintptr_t)id,
+                          .parent = (int32_t *)(uintptr_t)parent,
+                          .piece = (int32_t *)(uintptr_t)id,
+                          .level = (int8_t *)(uintptr_t)level};
+    unsigned char data[DATA];
+    int size = pliant_mesh_t_encode(data, 0, DATA, &mesh);
+    assert_true(size > 0);
+    return mesh_frame_add(frame, data, (size_t)size);
+}
+
+// A midpoint of nodes 0 and 2 comes in a fifth slot: 0-1-2 becomes 0-1-m and, in the free slot,
+// m-1-2; 0-2-3 becomes 0-m-3 and, in a new slot, m-2-3.
+typedef struct Delta {
+    pliant_mesh_delta_t message;
+    int32_t triangle_slot[4], triangle[12], node_slot[1], id[1], origin[1], parent[2], piece[1];
+    int8_t level[1];
+} Delta;
+
+static void make_delta(Delta *delta)
+{
+    *delta = (Delta){.triangle_slot = {0, 1, 2, 3},
+                     .triangle = {0, 1, 4, 0, 4, 3, 4, 1, 2, 4, 2, 3},
+                     .node_slot = {4},
+                     .id = {70},
+                     .origin = {70},
+                     .parent = {10, 12},
+                     .level = {1}};
+    delta->message = (pliant_mesh_delta_t){.utime = 100,
+                                           .sequence = 1,
+                                           .from_topology = 5,
+                                           .topology = 6,
+                                           .node_count = 5,
+                                           .triangle_count = 4,
+                                           .chunk_count = 1,
+                                           .num_triangles = 4,
+                                           .num_indices = 12,
+                                           .triangle_slot = delta->triangle_slot,
+                                           .triangle = delta->triangle,
+                                           .num_nodes = 1,
+                                           .num_parents = 2,
+                                           .node_slot = delta->node_slot,
+                                           .id = delta->id,
+                                           .origin = delta->origin,
+                                           .parent = delta->parent,
+                                           .piece = delta->piece,
+                                           .level = delta->level};
+}
+
+static FramesResult take(MeshFrame *frame, const pliant_mesh_delta_t *message)
+{
+    unsigned char data[DATA];
+    int size = pliant_mesh_delta_t_encode(data, 0, DATA, message);
+    assert_true(size > 0);
+    return mesh_frame_add_delta(frame, data, (size_t)size);
+}
+
+static void expect_before(const MeshFrame *frame)
+{
+    assert_true(frame->whole);
+    assert_int_equal(frame->topology, 5);
+    assert_int_equal(frame->node_count, NODES);
+    assert_int_equal(frame->triangle_count, TRIANGLES);
+    assert_memory_equal(frame->id, id, sizeof id);
+    assert_memory_equal(frame->triangle, triangle, sizeof triangle);
+}
+
+static void expect_after(const MeshFrame *frame)
+{
+    static const int32_t ids[5] = {10, 11, 12, 13, 70}, born_of[2] = {10, 12};
+    static const int32_t triangles[12] = {0, 1, 4, 0, 4, 3, 4, 1, 2, 4, 2, 3};
+    assert_true(frame->whole);
+    assert_int_equal(frame->topology, 6);
+    assert_int_equal(frame->node_count, 5);
+    assert_int_equal(frame->triangle_count, 4);
+    assert_memory_equal(frame->id, ids, sizeof ids);
+    assert_memory_equal(frame->parent + 8, born_of, sizeof born_of);
+    assert_memory_equal(frame->triangle, triangles, sizeof triangles);
+}
+
+static void a_delta_makes_the_next_mesh(void **state)
+{
+    (void)state;
+    MeshFrame frame = {0};
+    Delta delta;
+    make_delta(&delta);
+    take_mesh(&frame, 1, 0);
+    expect_before(&frame);
+    assert_int_equal(take(&frame, &delta.message), FRAMES_WHOLE);
+    expect_after(&frame);
+    assert_int_equal(take(&frame, &delta.message), FRAMES_STALE);
+    expect_after(&frame);
+    mesh_frame_destroy(&frame);
+}
+
+static void nothing_changes_before_the_last_chunk(void **state)
+{
+    (void)state;
+    for (int first = 0; first < 2; first++) {
+        MeshFrame frame = {0};
+        Delta delta;
+        make_delta(&delta);
+        pliant_mesh_delta_t part[2] = {delta.message, delta.message};
+        for (int k = 0; k < 2; k++) {
+            part[k].chunk = k;
+            part[k].chunk_count = 2;
+            part[k].num_triangles = 2;
+            part[k].num_indices = 6;
+            part[k].triangle_slot = delta.triangle_slot + 2 * k;
+            part[k].triangle = delta.triangle + 6 * k;
+            part[k].num_nodes = k;
+            part[k].num_parents = 2 * k;
+        }
+        take_mesh(&frame, 1, 0);
+        assert_int_equal(take(&frame, &part[first]), FRAMES_MORE);
+        expect_before(&frame);
+        assert_int_equal(take(&frame, &part[1 - first]), FRAMES_WHOLE);
+        expect_after(&frame);
+        mesh_frame_destroy(&frame);
+    }
+}
+
+static void a_delta_of_another_mesh_is_missed_and_a_whole_mesh_heals(void **state)
+{
+    (void)state;
+    MeshFrame frame = {0};
+    Delta delta;
+    make_delta(&delta);
+    assert_int_equal(take(&frame, &delta.message), FRAMES_MISSED); // joined late
+    assert_false(frame.whole);
+    take_mesh(&frame, 1, 200);
+    delta.message.sequence = 2;
+    delta.message.from_topology = 4;
+    assert_int_equal(take(&frame, &delta.message), FRAMES_MISSED);
+    expect_before(&frame);
+    delta.message.sequence = 3;
+    delta.message.from_topology = 5;
+    assert_int_equal(take(&frame, &delta.message), FRAMES_WHOLE);
+    expect_after(&frame);
+    assert_int_equal(frame.missed, 2);
+    mesh_frame_destroy(&frame);
+}
+
+// The mesh stays in use while a whole one arrives, and an older whole one does not undo a delta.
+static void a_mesh_that_a_delta_overtook_is_given_up(void **state)
+{
+    (void)state;
+    MeshFrame frame = {0};
+    Delta delta;
+    make_delta(&delta);
+    take_mesh(&frame, 1, 0);
+    pliant_mesh_t half = {.utime = 50,
+                          .sequence = 2,
+                          .topology = 5,
+                          .node_count = NODES,
+                          .triangle_count = TRIANGLES,
+                          .chunk_count = 2,
+                          .num_nodes = NODES,
+                          .num_parents = 2 * NODES,
+                          .id = (int32_t *)(uintptr_t)id,
+                          .origin = (int32_t *)(uintptr_t)id,
+                          .parent = (int32_t *)(uintptr_t)parent,
+                          .piece = (int32_t *)(uintptr_t)id,
+                          .level = (int8_t *)(uintptr_t)level};
+    unsigned char data[DATA];
+    int size = pliant_mesh_t_encode(data, 0, DATA, &half);
+    assert_int_equal(mesh_frame_add(&frame, data, (size_t)size), FRAMES_MORE);
+    expect_before(&frame);
+    assert_int_equal(take(&frame, &delta.message), FRAMES_WHOLE);
+    half.chunk = 1;
+    half.num_nodes = half.num_parents = 0;
+    half.num_indices = 3 * TRIANGLES;
+    half.triangle = (int32_t *)(uintptr_t)triangle;
+    size = pliant_mesh_t_encode(data, 0, DATA, &half);
+    assert_int_equal(mesh_frame_add(&frame, data, (size_t)size), FRAMES_STALE);
+    expect_after(&frame);
+    assert_int_equal(take_mesh(&frame, 3, 300), FRAMES_WHOLE); // a newer one counts
+    expect_before(&frame);
+    mesh_frame_destroy(&frame);
+}
+
+static void hostile_deltas_are_refused_and_leave_the_mesh_alone(void **state)
+{
+    (void)state;
+    enum { FAULTS = 22 };
+    for (int fault = 0; fault < FAULTS; fault++) {
+        MeshFrame frame = {0};
+        Delta delta;
+        make_delta(&delta);
+        pliant_mesh_delta_t *m = &delta.message;
+        take_mesh(&frame, 1, 0);
+        int32_t *const field[] = {&m->node_count, &m->triangle_count, &m->chunk, &m->chunk_count};
+        static const struct {
+            int field;
+            int32_t value;
+        } bad[] = {{0, 0},         {0, -1}, {0, FRAMES_NODES_MAX + 1},
+                   {0, INT32_MAX}, {1, -1}, {1, FRAMES_TRIANGLES_MAX + 1},
+                   {2, -1},        {2, 1},  {3, 0},
+                   {3, INT32_MAX}};
+        switch (fault) {
+        case 10:
+            delta.triangle[7] = 5;
+            break;
+        case 11:
+            delta.triangle[0] = -1;
+            break;
+        case 12:
+            delta.triangle_slot[3] = 4;
+            break;
+        case 13:
+            delta.triangle_slot[0] = -1;
+            break;
+        case 14:
+            delta.node_slot[0] = 5;
+            break;
+        case 15:
+            delta.node_slot[0] = INT32_MIN;
+            break;
+        case 16:
+            delta.id[0] = -2;
+            break;
+        case 17:
+            m->num_indices = 9;
+            break;
+        case 18:
+            m->num_parents = 1;
+            break;
+        case 19: // more changes than slots
+            m->triangle_count = 3;
+            delta.triangle_slot[3] = 2;
+            break;
+        case 20: // a node goes that a triangle needs
+            m->node_count = 3;
+            m->num_nodes = m->num_parents = 0;
+            m->num_triangles = 1;
+            m->num_indices = 3;
+            delta.triangle[2] = 2;
+            break;
+        case 21: // a triangle that comes needs it
+            m->node_count = 3;
+            m->num_nodes = m->num_parents = 0;
+            break;
+        default:
+            *field[bad[fault].field] = bad[fault].value;
+            break;
+        }
+        if (take(&frame, m) != FRAMES_REFUSED)
+            fail_msg("fault %d", fault);
+        expect_before(&frame);
+        assert_int_equal(frame.refused, 1);
+        // And the next good one is followed.
+        make_delta(&delta);
+        delta.message.sequence = 2;
+        assert_int_equal(take(&frame, &delta.message), FRAMES_WHOLE);
+        expect_after(&frame);
+        mesh_frame_destroy(&frame);
+    }
+}
+
+static void slots_beyond_a_smaller_mesh_are_gone(void **state)
+{
+    (void)state;
+    MeshFrame frame = {0};
+    Delta delta;
+    make_delta(&delta);
+    take_mesh(&frame, 1, 0);
+    pliant_mesh_delta_t *m = &delta.message;
+    m->node_count = 3; // node 3 goes with its triangle, which is slot 1
+    m->triangle_count = 1;
+    m->num_nodes = m->num_parents = m->num_triangles = m->num_indices = 0;
+    assert_int_equal(take(&frame, m), FRAMES_WHOLE);
+    assert_int_equal(frame.node_count, 3);
+    assert_int_equal(frame.triangle_count, 1);
+    assert_memory_equal(frame.triangle, triangle, 3 * sizeof *triangle);
+    // What grows again is free until it is told.
+    m->sequence = 2;
+    m->from_topology = 6;
+    m->topology = 7;
+    m->node_count = 5;
+    m->triangle_count = 2;
+    assert_int_equal(take(&frame, m), FRAMES_WHOLE);
+    assert_int_equal(frame.id[2], 12);
+    assert_int_equal(frame.id[3], -1);
+    assert_int_equal(frame.id[4], -1);
+    assert_int_equal(frame.triangle[3] | frame.triangle[4] | frame.triangle[5], 0);
+    mesh_frame_destroy(&frame);
+}
+
+static void garbage_is_no_delta(void **state)
+{
+    (void)state;
+    unsigned char data[64] = {1, 2, 3};
+    MeshFrame frame = {0};
+    for (size_t size = 0; size <= sizeof data; size++)
+        assert_int_equal(mesh_frame_add_delta(&frame, data, size), FRAMES_REFUSED);
+    mesh_frame_destroy(&frame);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_delta_makes_the_next_mesh),
+        cmocka_unit_test(nothing_changes_before_the_last_chunk),
+        cmocka_unit_test(a_delta_of_another_mesh_is_missed_and_a_whole_mesh_heals),
+        cmocka_unit_test(a_mesh_that_a_delta_overtook_is_given_up),
+        cmocka_unit_test(hostile_deltas_are_refused_and_leave_the_mesh_alone),
+        cmocka_unit_test(slots_beyond_a_smaller_mesh_are_gone),
+        cmocka_unit_test(garbage_is_no_delta),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
