@@ -67,7 +67,7 @@ typedef struct SpringPass {
     const SpringTable *springs;
     const NodeTable *nodes;
     const void *present;    // Real rows evaluated
-    const void *base;       // Real rows at the start of the substep (RK4)
+    const void *base;       // Real rows at the start of the substep (STAGE_RK4_MIDDLE)
     void *sum;              // Real [chunk][6][LANES] (RK4)
     void *next;             // Real rows written; never `present`
     const void *external;   // Real [chunk][3][LANES] forces from outside [N]
@@ -78,7 +78,7 @@ typedef struct SpringPass {
     double stiffness_scale;
     double gravity[3];
     double position_limit; // a |component| beyond it counts as bad [m]
-    bool *bad;             // set, never cleared, when a written row is not finite or out of bounds
+    bool *bad; // set, never cleared, when a row that ends a substep is not finite or out of bounds
 } SpringPass;
 
 typedef void SpringKernel(const SpringPass *pass);
