@@ -1,7 +1,7 @@
 // Private to the kernels: a vector of KERNEL_WIDTH numbers of type Real in gcc's and clang's
 // portable vector types, with the few operations that these lack. Real is float (KERNEL_SINGLE)
-// with widths 4, 8, 16, or double with widths 2, 4, 8. Rows are loaded and stored at width 16,
-// which only AVX-512 has, by its intrinsics: there the shuffle unit is the bottleneck, and
+// with widths 4, 8, 16, or double with widths 2, 4, 8. The widths of float that only
+// x86-64 has load and store rows by its intrinsics: the shuffle unit is the bottleneck, and
 // compilers do not find the forms that spare it.
 #ifndef PLIANT_SURFACE_KERNEL_VECTOR_H
 #define PLIANT_SURFACE_KERNEL_VECTOR_H
