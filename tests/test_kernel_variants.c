@@ -133,7 +133,6 @@ static void make_problem(Problem *p, int node_count, double size, uint64_t seed)
         .springs = &p->springs,
         .nodes = &p->nodes,
         .present = p->present,
-        .base = p->base,
         .external = p->external,
         .frame = &p->frame,
         .h = 1e-3,
@@ -154,6 +153,7 @@ static void run(const SpringKernels *kernels, const Problem *p, StageRule rule, 
     pass.sum = result->sum;
     pass.next = result->next;
     pass.bad = &result->bad;
+    pass.base = rule == STAGE_RK4_FIRST ? NULL : p->base; // the first stage starts at its own rows
     kernels->evaluate[damped][shape][external][0](&pass);
 }
 
@@ -252,7 +252,8 @@ static void check_node(const Problem *p, const Result *result, int node, StageRu
         plain_shape(p, node, shape, a);
 
     const double h = p->pass.h, weight = (1.0 / 3.0), ahead = 0.5, close = 1e-12;
-    const double *row = p->present + node * ROW, *base = p->base + node * ROW;
+    const double *row = p->present + node * ROW;
+    const double *base = rule == STAGE_RK4_FIRST ? row : p->base + node * ROW;
     const double *next = result->next + node * ROW;
     assert_true(next[3] == 0.0 && next[7] == 0.0);
     for (int c = 0; c < 3; c++) {
@@ -365,7 +366,12 @@ static void check_bad(const Problem *p, StageRule rule, int damped, int shape, i
     for (int k = 0; levels[k] != NULL; k++) {
         Result result;
         run(levels[k], p, rule, damped, shape, external, &result);
-        assert_true(result.bad);
+        bool spreads = false; // into the sum, and with it into the last stage's result
+        for (int at = 0; at < 6; at++) {
+            double sum = result.sum[20 / LANES * 6 * LANES + at * LANES + 20 % LANES];
+            spreads |= !(fabs(sum) <= 1e110);
+        }
+        assert_true(rule == STAGE_RK4_FIRST || rule == STAGE_RK4_MIDDLE ? spreads : result.bad);
     }
 }
 

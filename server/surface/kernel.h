@@ -70,7 +70,7 @@ typedef struct SpringPass {
     const SpringTable *springs;
     const NodeTable *nodes;
     const void *present;    // Real rows evaluated
-    const void *base;       // Real rows at the start of the substep (RK4)
+    const void *base;       // Real rows at the start of the substep (STAGE_RK4_MIDDLE)
     void *sum;              // Real [chunk][6][LANES] (RK4)
     void *next;             // Real rows written; never `present`
     const void *external;   // Real [chunk][3][LANES] forces from outside [N]
@@ -84,7 +84,7 @@ typedef struct SpringPass {
     const int *chunk;      // scattered only: the chunks to go over, [chunk_count]
     int chunk_count;
     void *force; // sums only: Real [chunk][3][LANES] [N]
-    bool *bad;   // set, never cleared, when a written row is not finite or out of bounds
+    bool *bad; // set, never cleared, when a row that ends a substep is not finite or out of bounds
 } SpringPass;
 
 typedef void SpringKernel(const SpringPass *pass);

@@ -18,7 +18,7 @@ typedef struct Nodes {
     Vector x, y, z, vx, vy, vz;
 } Nodes;
 
-static inline void load_nodes(const Real *rows, const int *slot, bool velocities, Nodes *out)
+INLINE void load_nodes(const Real *rows, const int *slot, bool velocities, Nodes *out)
 {
     Vector p[3], v[3];
     vector_load_rows(rows, slot, velocities, p, v);
@@ -32,13 +32,26 @@ static inline void load_nodes(const Real *rows, const int *slot, bool velocities
     }
 }
 
-static inline void store_nodes(Real *rows, const Nodes *nodes)
+// The rows of WIDTH lanes from `lane` of the tables on; `scattered`: wherever they lie.
+INLINE void load_own_nodes(const SpringPass *pass, const void *rows, long lane, bool scattered,
+                           Nodes *out)
+{
+    int slots[WIDTH];
+    for (int i = 0; i < WIDTH; i++)
+        slots[i] = i;
+    if (scattered)
+        load_nodes(rows, pass->springs->own + lane, true, out);
+    else
+        load_nodes((const Real *)rows + lane * ROW, slots, true, out);
+}
+
+INLINE void store_nodes(Real *rows, const Nodes *nodes)
 {
     vector_store_transposed(rows, nodes->x, nodes->y, nodes->z);
     vector_store_transposed(rows + 4, nodes->vx, nodes->vy, nodes->vz);
 }
 
-static inline void store_scattered(Real *rows, const int *slot, const Nodes *nodes)
+INLINE void store_scattered(Real *rows, const int *slot, const Nodes *nodes)
 {
     Real row[WIDTH * ROW];
     store_nodes(row, nodes);
@@ -47,8 +60,8 @@ static inline void store_scattered(Real *rows, const int *slot, const Nodes *nod
 }
 
 // Sum of the spring forces on WIDTH nodes, before the stiffness scale.
-static inline void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int lane,
-                               bool damped, bool prestressed, bool scattered, Vector force[3])
+INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int lane, bool damped,
+                        bool prestressed, bool scattered, Vector force[3])
 {
     const SpringTable *table = pass->springs;
     const Real *present = pass->present, *rest_length = table->rest_length,
@@ -78,27 +91,30 @@ static inline void add_springs(const SpringPass *pass, const Nodes *own, int chu
         Vector k = vector_load(stiffness + at);
 #if KERNEL_SINGLE
         // A spring without length has no direction: with (1e-12 m)^2 added, far below the rounding
-        // of any other, its force fades to 0 without a test. One division serves 1/((l + r) l) and
-        // 1/l^2.
+        // of any other, its force fades to 0 without a test. One division serves
+        // growth / ((l + r) l) and beta approach / l^2.
         length2 += tiny;
         Vector length = vector_sqrt(length2), both = length + r;
-        Vector inverse = one / (both * length2);
-        Vector pull = growth * (length * inverse);
-        Vector inverse2 = both * inverse;
+        Vector pull = growth * length;
+        if (damped) {
+            Vector approach =
+                (own->vx - other.vx) * dx + (own->vy - other.vy) * dy + (own->vz - other.vz) * dz;
+            pull += (beta * both) * approach;
+        }
+        Vector factor = k * (pull * (one / (both * length2)));
 #else
         (void)prestressed; // the rest length says all
         // A spring without length has no direction: force 0 (its stiffness is masked away).
         k = vector_select_greater(length2, tiny, k, zero);
         Vector inverse = one / vector_sqrt(vector_select_greater(length2, tiny, length2, one));
         Vector pull = one - r * inverse;
-        Vector inverse2 = inverse * inverse;
-#endif
         if (damped) {
             Vector approach =
                 (own->vx - other.vx) * dx + (own->vy - other.vy) * dy + (own->vz - other.vz) * dz;
-            pull += beta * (approach * inverse2);
+            pull += beta * (approach * (inverse * inverse));
         }
         Vector factor = k * pull;
+#endif
         fx -= factor * dx;
         fy -= factor * dy;
         fz -= factor * dz;
@@ -109,8 +125,8 @@ static inline void add_springs(const SpringPass *pass, const Nodes *own, int chu
 }
 
 // Adds the acceleration of the shape-preserving springs and of nodal damping.
-static inline void add_shape(const SpringPass *pass, const Nodes *own, int chunk, int lane,
-                             ShapeVariant shape, bool scattered, Vector a[3])
+INLINE void add_shape(const SpringPass *pass, const Nodes *own, int chunk, int lane,
+                      ShapeVariant shape, bool scattered, Vector a[3])
 {
     const NodeTable *nodes = pass->nodes;
     long slot = (long)chunk * LANES + lane;
@@ -162,67 +178,82 @@ static inline void add_shape(const SpringPass *pass, const Nodes *own, int chunk
     }
 }
 
-// next = y0 + advance h k, sum = (y0 or sum) + weight h k, for one component.
-static inline Vector advance_rk4(const SpringPass *pass, Vector base, Vector slope, Real *sum)
+// The integrator's coefficients, times the substep.
+typedef struct Coefficients {
+    StageRule rule;
+    Vector h, weight, advance;
+} Coefficients;
+
+// One component of the two sums of an RK4 stage but the last: see StageRule.
+static inline Vector advance_rk4(const Coefficients *by, Vector base, Vector from, Vector slope,
+                                 Real *sum)
 {
-    Vector step = vector_set(pass->h) * slope;
-    Vector weighted = vector_set(pass->stage.weight) * step;
-    switch (pass->stage.rule) {
-    case STAGE_RK4_FIRST:
-        vector_store(sum, base + weighted);
-        break;
-    case STAGE_RK4_MIDDLE:
-        vector_store(sum, vector_load(sum) + weighted);
-        break;
-    default:
-        return vector_load(sum) + weighted;
-    }
-    return base + vector_set(pass->stage.advance) * step;
+    vector_store(sum, from + by->weight * slope);
+    return base + by->advance * slope;
 }
 
-static inline void advance(const SpringPass *pass, const Nodes *own, const Vector a[3], int chunk,
-                           int lane, const int *slots, Nodes *next)
+INLINE void advance(const SpringPass *pass, const Coefficients *by, const Nodes *own,
+                    const Vector a[3], int chunk, int lane, bool scattered, Nodes *next)
 {
-    if (pass->stage.rule == STAGE_KICK) {
-        Vector h = vector_set(pass->h), drift = vector_set(pass->stage.advance * pass->h);
-        next->vx = own->vx + h * a[0];
-        next->vy = own->vy + h * a[1];
-        next->vz = own->vz + h * a[2];
-        next->x = own->x + drift * next->vx;
-        next->y = own->y + drift * next->vy;
-        next->z = own->z + drift * next->vz;
+    if (by->rule == STAGE_KICK) {
+        next->vx = own->vx + by->h * a[0];
+        next->vy = own->vy + by->h * a[1];
+        next->vz = own->vz + by->h * a[2];
+        next->x = own->x + by->advance * next->vx;
+        next->y = own->y + by->advance * next->vy;
+        next->z = own->z + by->advance * next->vz;
         return;
     }
-    Nodes base;
-    load_nodes(pass->base, slots, true, &base);
     Real *sum = (Real *)pass->sum + (long)chunk * 6 * LANES + lane;
-    next->x = advance_rk4(pass, base.x, own->vx, sum);
-    next->y = advance_rk4(pass, base.y, own->vy, sum + LANES);
-    next->z = advance_rk4(pass, base.z, own->vz, sum + 2 * LANES);
-    next->vx = advance_rk4(pass, base.vx, a[0], sum + 3 * LANES);
-    next->vy = advance_rk4(pass, base.vy, a[1], sum + 4 * LANES);
-    next->vz = advance_rk4(pass, base.vz, a[2], sum + 5 * LANES);
+    Real *sums[6];
+    for (int c = 0; c < 6; c++)
+        sums[c] = sum + c * LANES;
+    if (by->rule == STAGE_RK4_LAST) {
+        next->x = vector_load(sums[0]) + by->weight * own->vx;
+        next->y = vector_load(sums[1]) + by->weight * own->vy;
+        next->z = vector_load(sums[2]) + by->weight * own->vz;
+        next->vx = vector_load(sums[3]) + by->weight * a[0];
+        next->vy = vector_load(sums[4]) + by->weight * a[1];
+        next->vz = vector_load(sums[5]) + by->weight * a[2];
+        return;
+    }
+    Nodes base = *own, from = *own;
+    if (by->rule == STAGE_RK4_MIDDLE) {
+        load_own_nodes(pass, pass->base, (long)chunk * LANES + lane, scattered, &base);
+        from = (Nodes){vector_load(sums[0]), vector_load(sums[1]), vector_load(sums[2]),
+                       vector_load(sums[3]), vector_load(sums[4]), vector_load(sums[5])};
+    }
+    next->x = advance_rk4(by, base.x, from.x, own->vx, sums[0]);
+    next->y = advance_rk4(by, base.y, from.y, own->vy, sums[1]);
+    next->z = advance_rk4(by, base.z, from.z, own->vz, sums[2]);
+    next->vx = advance_rk4(by, base.vx, from.vx, a[0], sums[3]);
+    next->vy = advance_rk4(by, base.vy, from.vy, a[1], sums[4]);
+    next->vz = advance_rk4(by, base.vz, from.vz, a[2], sums[5]);
 }
 
-static inline __attribute__((always_inline)) void evaluate(const SpringPass *pass, bool damped,
-                                                           ShapeVariant shape, bool external,
-                                                           bool prestressed, bool scattered)
+INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bool external,
+                     bool prestressed, bool scattered)
 {
     const Vector zero = vector_set(0.0), position_limit = vector_set(pass->position_limit),
                  velocity_limit =
                      vector_set(SPEED_LIMIT(KERNEL_SINGLE ? PRECISION_SINGLE : PRECISION_DOUBLE)),
                  scale = vector_set(pass->stiffness_scale);
+    const Vector gravity[3] = {vector_set(pass->gravity[0]), vector_set(pass->gravity[1]),
+                               vector_set(pass->gravity[2])};
+    const Coefficients by = {.rule = pass->stage.rule,
+                             .h = vector_set(pass->h),
+                             .weight = vector_set(pass->stage.weight * pass->h),
+                             .advance = vector_set(pass->stage.advance * pass->h)};
+    // Bad numbers of a stage spread into the sum, and so into the substep's result.
+    const bool ends = by.rule == STAGE_RK4_LAST || by.rule == STAGE_KICK;
     Vector bad = zero;
     const int count = scattered ? pass->chunk_count : pass->springs->chunk_count;
     for (int k = 0; k < count; k++) {
         const int chunk = scattered ? pass->chunk[k] : k;
         for (int lane = 0; lane < LANES; lane += WIDTH) {
-            long slot = (long)chunk * LANES + lane; // of the tables; rows may lie elsewhere
-            int slots[WIDTH];
-            for (int i = 0; i < WIDTH; i++)
-                slots[i] = scattered ? pass->springs->own[slot + i] : (int)slot + i;
+            long slot = (long)chunk * LANES + lane; // of the tables
             Nodes own;
-            load_nodes(pass->present, slots, true, &own);
+            load_own_nodes(pass, pass->present, slot, scattered, &own);
 
             Vector force[3], a[3];
             add_springs(pass, &own, chunk, lane, damped, prestressed, scattered, force);
@@ -232,23 +263,24 @@ static inline __attribute__((always_inline)) void evaluate(const SpringPass *pas
                 if (external)
                     force[c] += vector_load((const Real *)pass->external +
                                             ((long)chunk * 3 + c) * LANES + lane);
-                Vector gravity = vector_set(pass->gravity[c]);
                 a[c] = force[c] * inverse_mass +
-                       vector_select_greater(inverse_mass, zero, gravity, zero);
+                       vector_select_greater(inverse_mass, zero, gravity[c], zero);
             }
             if (shape != SHAPE_FRAME_NONE)
                 add_shape(pass, &own, chunk, lane, shape, scattered, a);
 
             Nodes next;
-            advance(pass, &own, a, chunk, lane, slots, &next);
-            bad = vector_or(bad, vector_not_within(next.x, position_limit));
-            bad = vector_or(bad, vector_not_within(next.y, position_limit));
-            bad = vector_or(bad, vector_not_within(next.z, position_limit));
-            bad = vector_or(bad, vector_not_within(next.vx, velocity_limit));
-            bad = vector_or(bad, vector_not_within(next.vy, velocity_limit));
-            bad = vector_or(bad, vector_not_within(next.vz, velocity_limit));
+            advance(pass, &by, &own, a, chunk, lane, scattered, &next);
+            if (ends) {
+                bad = vector_or(bad, vector_not_within(next.x, position_limit));
+                bad = vector_or(bad, vector_not_within(next.y, position_limit));
+                bad = vector_or(bad, vector_not_within(next.z, position_limit));
+                bad = vector_or(bad, vector_not_within(next.vx, velocity_limit));
+                bad = vector_or(bad, vector_not_within(next.vy, velocity_limit));
+                bad = vector_or(bad, vector_not_within(next.vz, velocity_limit));
+            }
             if (scattered)
-                store_scattered(pass->next, slots, &next);
+                store_scattered(pass->next, pass->springs->own + slot, &next);
             else
                 store_nodes((Real *)pass->next + slot * ROW, &next);
         }
@@ -258,15 +290,14 @@ static inline __attribute__((always_inline)) void evaluate(const SpringPass *pas
 }
 
 // Spring forces alone, of nodes that do not move by themselves.
-static inline __attribute__((always_inline)) void add_up(const SpringPass *pass, bool damped,
-                                                         bool prestressed)
+INLINE void add_up(const SpringPass *pass, bool damped, bool prestressed)
 {
     const Vector scale = vector_set(pass->stiffness_scale);
     for (int k = 0; k < pass->chunk_count; k++)
         for (int lane = 0; lane < LANES; lane += WIDTH) {
             const int chunk = pass->chunk[k];
             Nodes own;
-            load_nodes(pass->present, pass->springs->own + (long)chunk * LANES + lane, true, &own);
+            load_own_nodes(pass, pass->present, (long)chunk * LANES + lane, true, &own);
             Vector force[3];
             add_springs(pass, &own, chunk, lane, damped, prestressed, true, force);
             for (int c = 0; c < 3; c++)

@@ -1,6 +1,8 @@
 // Private to the kernels: a vector of KERNEL_WIDTH numbers of type Real in gcc's and clang's
 // portable vector types, with the few operations that these lack. Real is float (KERNEL_SINGLE)
-// with widths 4, 8, 16, or double with widths 2, 4, 8.
+// with widths 4, 8, 16, or double with widths 2, 4, 8. The widths of float that only
+// x86-64 has load and store rows by its intrinsics: the shuffle unit is the bottleneck, and
+// compilers do not find the forms that spare it.
 #ifndef PLIANT_SURFACE_KERNEL_VECTOR_H
 #define PLIANT_SURFACE_KERNEL_VECTOR_H
 
@@ -10,6 +12,9 @@
 #if defined(__x86_64__)
 #include <immintrin.h>
 #endif
+
+// gcc 12 would otherwise call the larger functions, with all vectors in memory.
+#define INLINE static inline __attribute__((always_inline))
 
 enum { WIDTH = KERNEL_WIDTH };
 
@@ -101,16 +106,7 @@ typedef float Block __attribute__((vector_size(16)));
 typedef double Block __attribute__((vector_size(32)));
 #endif
 
-#if KERNEL_SINGLE && KERNEL_WIDTH == 16
-#define INTERLEAVE_LOW(a, b)                                                                       \
-    __builtin_shufflevector(a, b, 0, 16, 1, 17, 4, 20, 5, 21, 8, 24, 9, 25, 12, 28, 13, 29)
-#define INTERLEAVE_HIGH(a, b)                                                                      \
-    __builtin_shufflevector(a, b, 2, 18, 3, 19, 6, 22, 7, 23, 10, 26, 11, 27, 14, 30, 15, 31)
-#define PAIRS_LOW(a, b)                                                                            \
-    __builtin_shufflevector(a, b, 0, 1, 16, 17, 4, 5, 20, 21, 8, 9, 24, 25, 12, 13, 28, 29)
-#define PAIRS_HIGH(a, b)                                                                           \
-    __builtin_shufflevector(a, b, 2, 3, 18, 19, 6, 7, 22, 23, 10, 11, 26, 27, 14, 15, 30, 31)
-#elif KERNEL_SINGLE && KERNEL_WIDTH == 8
+#if KERNEL_SINGLE && KERNEL_WIDTH == 8
 #define INTERLEAVE_LOW(a, b)  __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13)
 #define INTERLEAVE_HIGH(a, b) __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15)
 #define PAIRS_LOW(a, b)       __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13)
@@ -137,18 +133,24 @@ typedef double Block __attribute__((vector_size(32)));
 // which the transpositions keep busy; gcc does not find that form by itself.
 static inline Vector gather_blocks(const Real *const row[WIDTH], int first, int offset)
 {
+#if KERNEL_WIDTH == 16
+    __m512 v = _mm512_castps128_ps512(_mm_loadu_ps(row[first] + offset));
+    v = _mm512_mask_broadcast_f32x4(v, 0x00f0, _mm_loadu_ps(row[4 + first] + offset));
+    v = _mm512_mask_broadcast_f32x4(v, 0x0f00, _mm_loadu_ps(row[8 + first] + offset));
+    v = _mm512_mask_broadcast_f32x4(v, 0xf000, _mm_loadu_ps(row[12 + first] + offset));
+    return (Vector)v;
+#elif KERNEL_SINGLE && KERNEL_WIDTH == 8
+    __m256 v = _mm256_castps128_ps256(_mm_loadu_ps(row[first] + offset));
+    return (Vector)_mm256_insertf128_ps(v, _mm_loadu_ps(row[4 + first] + offset), 1);
+#else
     Block block[WIDTH / 4];
     for (int b = 0; b < WIDTH / 4; b++)
         memcpy(&block[b], row[4 * b + first] + offset, sizeof block[b]);
-#if KERNEL_WIDTH == 16
-    typedef float Half __attribute__((vector_size(32)));
-    Half low = __builtin_shufflevector(block[0], block[1], 0, 1, 2, 3, 4, 5, 6, 7);
-    Half high = __builtin_shufflevector(block[2], block[3], 0, 1, 2, 3, 4, 5, 6, 7);
-    return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-#elif KERNEL_WIDTH == 8
+#if KERNEL_WIDTH == 8
     return __builtin_shufflevector(block[0], block[1], 0, 1, 2, 3, 4, 5, 6, 7);
 #else
     return block[0];
+#endif
 #endif
 }
 
@@ -162,10 +164,19 @@ static inline void scatter_blocks(Real *rows, int first, Vector v)
 #endif
 
 #if KERNEL_WIDTH > 2
-static inline void transpose(Vector a, Vector b, Vector c, Vector d, Vector *x, Vector *y,
-                             Vector *z)
+// First, second and third numbers of the rows a b c d, in this order in every block.
+INLINE void transpose(Vector a, Vector b, Vector c, Vector d, Vector *x, Vector *y, Vector *z)
 {
-#if KERNEL_SINGLE
+#if KERNEL_WIDTH == 16
+    // a a c c, then b and d over its odd places: two shuffles for each result.
+#define MERGED(n)                                                                                  \
+    (Vector) _mm512_mask_shuffle_ps(_mm512_shuffle_ps((__m512)a, (__m512)c, (n)*0x55), 0xaaaa,     \
+                                    (__m512)b, (__m512)d, (n)*0x55)
+    *x = MERGED(0);
+    *y = MERGED(1);
+    *z = MERGED(2);
+#undef MERGED
+#elif KERNEL_SINGLE
     Vector ab = INTERLEAVE_LOW(a, b), cd = INTERLEAVE_LOW(c, d);
     *x = PAIRS_LOW(ab, cd);
     *y = PAIRS_HIGH(ab, cd);
@@ -179,10 +190,33 @@ static inline void transpose(Vector a, Vector b, Vector c, Vector d, Vector *x, 
 }
 #endif
 
+#if KERNEL_WIDTH == 16
+// Whole rows, two to a vector: half the loads and a third of the insertions of the blocks' way.
+INLINE void load_whole_rows(const float *rows, const int *slot, Vector first[3], Vector second[3])
+{
+    Vector part[2][3]; // of rows 0 to 7 and 8 to 15: four of `first`, four of `second`, twice
+    for (int half = 0; half < 2; half++) {
+        Vector pair[4]; // row i of four and row i of the next four
+        for (int i = 0; i < 4; i++) {
+            const float *a = rows + 8L * slot[8 * half + i],
+                        *b = rows + 8L * slot[8 * half + 4 + i];
+            __m512 v = _mm512_castps256_ps512(_mm256_loadu_ps(a));
+            pair[i] = (Vector)_mm512_insertf32x8(v, _mm256_loadu_ps(b), 1);
+        }
+        transpose(pair[0], pair[1], pair[2], pair[3], &part[half][0], &part[half][1],
+                  &part[half][2]);
+    }
+    for (int c = 0; c < 3; c++) {
+        first[c] = (Vector)_mm512_shuffle_f32x4((__m512)part[0][c], (__m512)part[1][c], 0x88);
+        second[c] = (Vector)_mm512_shuffle_f32x4((__m512)part[0][c], (__m512)part[1][c], 0xdd);
+    }
+}
+#endif
+
 // x, y, z of the rows that begin at rows + ROW * slot[i], and with `both` the same four numbers on.
 // Row by row, so that few addresses are alive at a time.
-static inline void vector_load_rows(const Real *rows, const int *slot, bool both, Vector first[3],
-                                    Vector second[3])
+INLINE void vector_load_rows(const Real *rows, const int *slot, bool both, Vector first[3],
+                             Vector second[3])
 {
 #if KERNEL_WIDTH == 2
     const Real *r0 = rows + 8L * slot[0], *r1 = rows + 8L * slot[1];
@@ -197,6 +231,12 @@ static inline void vector_load_rows(const Real *rows, const int *slot, bool both
         second[2] = (Vector){r0[6], r1[6]};
     }
 #else
+#if KERNEL_WIDTH == 16
+    if (both) {
+        load_whole_rows(rows, slot, first, second);
+        return;
+    }
+#endif
     Vector p[4], v[4];
     for (int i = 0; i < 4; i++) {
         const Real *row[WIDTH];
@@ -213,15 +253,23 @@ static inline void vector_load_rows(const Real *rows, const int *slot, bool both
 }
 
 // The reverse: rows of 8 numbers, x y z 0 written at the start of each.
-static inline void vector_store_transposed(Real *rows, Vector x, Vector y, Vector z)
+INLINE void vector_store_transposed(Real *rows, Vector x, Vector y, Vector z)
 {
-    const Vector zero = {0};
 #if KERNEL_WIDTH == 2
+    const Vector zero = {0};
     vector_store(rows, __builtin_shufflevector(x, y, 0, 2));
     vector_store(rows + 8, __builtin_shufflevector(x, y, 1, 3));
     vector_store(rows + 2, __builtin_shufflevector(z, zero, 0, 2));
     vector_store(rows + 10, __builtin_shufflevector(z, zero, 1, 3));
+#elif KERNEL_WIDTH == 16
+    __m512 low = _mm512_unpacklo_ps((__m512)x, (__m512)y),
+           high = _mm512_unpackhi_ps((__m512)x, (__m512)y), last = (__m512)z;
+    scatter_blocks(rows, 0, (Vector)_mm512_maskz_shuffle_ps(0x7777, low, last, 0x04));
+    scatter_blocks(rows, 1, (Vector)_mm512_maskz_shuffle_ps(0x7777, low, last, 0x5e));
+    scatter_blocks(rows, 2, (Vector)_mm512_maskz_shuffle_ps(0x7777, high, last, 0xa4));
+    scatter_blocks(rows, 3, (Vector)_mm512_maskz_shuffle_ps(0x7777, high, last, 0xfe));
 #elif KERNEL_SINGLE
+    const Vector zero = {0};
     Vector low = INTERLEAVE_LOW(x, y), high = INTERLEAVE_HIGH(x, y);
     Vector zlow = INTERLEAVE_LOW(z, zero), zhigh = INTERLEAVE_HIGH(z, zero);
     scatter_blocks(rows, 0, PAIRS_LOW(low, zlow));
@@ -229,6 +277,7 @@ static inline void vector_store_transposed(Real *rows, Vector x, Vector y, Vecto
     scatter_blocks(rows, 2, PAIRS_LOW(high, zhigh));
     scatter_blocks(rows, 3, PAIRS_HIGH(high, zhigh));
 #else
+    const Vector zero = {0};
     Vector evens = EVENS(x, y), odds = ODDS(x, y), zevens = EVENS(z, zero), zodds = ODDS(z, zero);
     scatter_blocks(rows, 0, PAIRS_LOW(evens, zevens));
     scatter_blocks(rows, 1, PAIRS_LOW(odds, zodds));
