@@ -83,8 +83,9 @@ typedef struct SpringPass {
     double position_limit; // a |component| beyond it counts as bad [m]
     const int *chunk;      // scattered only: the chunks to go over, [chunk_count]
     int chunk_count;
-    void *force; // sums only: Real [chunk][3][LANES] [N]
-    bool *bad; // set, never cleared, when a row that ends a substep is not finite or out of bounds
+    void *
+        handed; // scattered: Real [chunk][3][LANES] forces by way of other nodes [N]; sums write it
+    bool *bad;  // set, never cleared, when a row that ends a substep is not finite or out of bounds
 } SpringPass;
 
 typedef void SpringKernel(const SpringPass *pass);
@@ -107,8 +108,8 @@ typedef struct SpringKernels {
     SpringKernel *evaluate[2][SHAPE_VARIANTS][2][2]; // [damped][shape][external][prestressed]
     // For bodies whose nodes come and go: over a list of chunks whose nodes may have their rows
     // anywhere; the sums store forces and move nothing.
-    SpringKernel *scattered[2][SHAPE_VARIANTS][2]; // [damped][shape][prestressed]
-    SpringKernel *sum[2][2];                       // [damped][prestressed]
+    SpringKernel *scattered[2][SHAPE_VARIANTS][2][2]; // as `evaluate`
+    SpringKernel *sum[2][2];                          // [damped][prestressed]
     DriftKernel *drift;
 } SpringKernels;
 

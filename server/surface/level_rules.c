@@ -88,7 +88,9 @@ void level_rules_destroy(LevelRules *rules)
 
 double level_rules_area(const LevelRules *rules, int level, int face)
 {
-    return ldexp(rules->area[face >> 2 * level], -2 * level);
+    static const double quarter[LEVELS_MAX + 1] = {1.0,     0x1p-2,  0x1p-4,  0x1p-6, 0x1p-8,
+                                                   0x1p-10, 0x1p-12, 0x1p-14, 0x1p-16};
+    return quarter[level] * rules->area[face >> 2 * level];
 }
 
 double level_rules_face_stiffness(const LevelRules *rules, double area, double length)

@@ -1,16 +1,16 @@
 // Private to the surface room: a body whose faces are refined and simplified while it runs (Choi et
-// al. 2005, with the rules of surface.md). Everything here follows from one set of bits, which faces
-// are refined: tables, masses, sums and their order are a pure function of it, and every local
-// update gives the same bits as building all of it anew (detail_rebuild).
+// al. 2005, with the rules of surface.md). Everything here follows from one set of bits, which
+// faces are refined: tables, masses, sums and their order are a pure function of it, and every
+// local update gives the same bits as building all of it anew (detail_rebuild).
 //
 // Words: a face exists when its parent is refined, and is a leaf when it is not refined itself.
-// Leaves across an edge differ by at most one level. A node is on when a leaf has it as a corner. It
-// is a midpoint of an edge of the level above; when only one of the faces at that edge is refined it
-// hangs: with adjust = "continuum" it is held in the middle of the edge's ends, its masters, and its
-// forces and mass are theirs; with "choi2005" it moves freely.
+// Leaves across an edge differ by at most one level. A node is on when a leaf has it as a corner.
+// It is a midpoint of an edge of the level above; when only one of the faces at that edge is
+// refined it hangs: with adjust = "continuum" it is held in the middle of the edge's ends, its
+// masters, and its forces and mass are theirs; with "choi2005" it moves freely.
 //
-// A node has a slot for its rows, in an order of the hierarchy that keeps neighbours together, level
-// by level, and, while it is on, a lane in the kernel's tables.
+// A node has a slot for its rows, in an order of the hierarchy that keeps neighbours together,
+// level by level, and, while it is on, a lane in the kernel's tables.
 #ifndef PLIANT_SURFACE_DETAIL_DETAIL_H
 #define PLIANT_SURFACE_DETAIL_DETAIL_H
 
@@ -20,7 +20,7 @@
 #include "surface/model.h"
 
 enum {
-    WINDOW = 64, // slots that are packed together
+    WINDOW = 256, // slots that are packed together
     // The last chunk of the free nodes and that of the hanging ones may both be short.
     WINDOW_CHUNKS = WINDOW / LANES + 1,
 };
@@ -50,13 +50,13 @@ typedef struct Window {
 
 // Where the sweep of the criteria stands; plain data, part of the state.
 typedef struct Sweep {
-    int64_t root;         // next face of level 0
-    int64_t urgent;       // roots to sweep at once: loads have changed
-    double credit;        // roots that may be swept by now
-    double thresholds[3]; // force, speed, curvature
-    double scale;         // of all three
-    int64_t level;        // finest that may be used
-    int64_t topology;     // changes since the start
+    int64_t root;                        // next face of level 0
+    int64_t urgent;                      // roots to sweep at once: loads have changed
+    double credit;                       // roots that may be swept by now
+    double thresholds[3];                // force, speed, curvature
+    double scale;                        // of all three
+    int64_t level;                       // finest that may be used
+    int64_t topology;                    // changes since the start
     int64_t refined, coarsened, refused; // faces, since the start
 } Sweep;
 
@@ -74,18 +74,18 @@ typedef struct Detail {
     LevelRules rules;
     bool constrained; // hanging nodes are: adjust = "continuum"
     int finest;
-    int face_base[LEVELS_MAX + 2];         // number of the first face of each level
-    int *root_ring_start, *root_ring;      // faces of level 0 around each of its nodes
-    bool *fixed;                           // [node_count]
-    int node_count, place_count;           // nodes and faces of the finest level
-    double modulus;                        // E2D [N/m]
+    int face_base[LEVELS_MAX + 2];            // number of the first face of each level
+    int *root_ring_start, *root_ring;         // faces of level 0 around each of its nodes
+    bool *fixed;                              // [node_count]
+    int node_count, place_count;              // nodes and faces of the finest level
+    double modulus;                           // E2D [N/m]
     double shape_rate, shape_drag, node_drag; // by mass [1/s2], [1/s], [1/s]
-    double edge_length;                    // mean of level 0 [m]
-    double wave_speed;                     // sqrt(E2D / rho_A) [m/s]
-    double least_lambda, least_damping;    // of level 0: bounds of a body wholly held
-    int *of_slot;     // [window_count * WINDOW] node of a slot, on or off; -1: padding
+    double edge_length;                       // mean of level 0 [m]
+    double wave_speed;                        // sqrt(E2D / rho_A) [m/s]
+    double least_lambda, least_damping;       // of level 0: bounds of a body wholly held
+    int *of_slot; // [window_count * WINDOW] node of a slot, on or off; -1: padding
     int window_count;
-    int spare_slot;   // + window: the rows of lanes without a node
+    int spare_slot; // + window: the rows of lanes without a node
 
     // --- part of the state ---
     unsigned char *refined; // [faces above the finest level]
@@ -98,10 +98,15 @@ typedef struct Detail {
     // --- follows from the bits ---
     unsigned char *status; // [node_count] NodeStatus
     Window *window;        // [window_count]
-    bool *stale_window;    // [window_count] to be packed again
+    double *bound;         // [node_count] Carried.stiffness
+    bool *is_dirty;        // [node_count] its springs or its mass have changed: to be packed again
+    bool *stale_window;    // [window_count] has such a node, or one that came or went
     int hanging_count;
-    int *hanging;     // [node_count] slots of hanging nodes, finest level first
-    int (*master)[2]; // [node_count] slots of their masters
+    int *hanging;          // [node_count] slots of hanging nodes, finest level first
+    int (*master)[2];      // [node_count] slots of their masters
+    int (*master_lane)[3]; // [node_count] lanes of the node, and of its masters
+    int *carrier;          // [carrier_count] lanes of free masters, once for each time
+    int carrier_count;
     int *free_chunk, *hanging_chunk; // [window_count * WINDOW_CHUNKS] in use, ascending
     int free_chunk_count, hanging_chunk_count;
     int (*run)[2]; // [window_count] first slot and end of neighbouring windows in use
@@ -125,20 +130,20 @@ typedef struct Detail {
     int *gone;               // [node_count]
     Leaf *touched;           // [faces of all levels] to be drawn again
     bool *is_touched;
-    int *cleared, *drawn;    // [place_count] places
-    bool *was_used;          // [place_count]
-    int *redrawn;            // [node_count]
+    int *cleared, *drawn; // [place_count] places
+    bool *was_used;       // [place_count]
+    int *redrawn;         // [node_count]
     bool *is_redrawn;
     int touched_count, cleared_count, drawn_count, redrawn_count;
     Leaf *calm; // [calm_capacity] refined faces whose four have been calm for long
     int calm_count, calm_capacity;
 
     // --- scratch ---
-    void *hanging_force;          // Real [chunk][3][LANES]
-    double *felt_force;           // [node_count] zero but during a sweep [N]
-    Leaf *ring[LEVELS_MAX + 4];   // leaves around a node, by depth of use
-    NodeSprings springs[WINDOW];
-    int packed[WINDOW];
+    void *handed; // Real [chunk][3][LANES] forces of hanging nodes, and of these what their masters
+                  // get [N]; zero at other lanes in use
+    double *felt_force;          // [node_count] zero but during a sweep [N]
+    Leaf *ring[LEVELS_MAX + 4];  // leaves around a node, by depth of use
+    NodeSprings springs[WINDOW]; // by slot
 } Detail;
 
 // --- detail_set.c: what the bits say ---

@@ -34,39 +34,32 @@ static void drift(void *self, double dt)
     model->next_stage = 1;
 }
 
-// A force in the rows' frame on what carries a slot, for the next evaluation.
-static void touch_force(SurfaceModel *model, int slot, const double force[3])
-{
-    int lane = model->lane[slot];
-    model_touch(model, lane);
-    for (int c = 0; c < 3; c++) {
-        long at = model_lane(lane) + c * LANES;
-        model_put(model, model->external, at, model_get(model, model->external, at) + force[c]);
+// Halves of the forces of hanging nodes to their masters, finest level first: a master that hangs
+// itself hands on what it gets.
+#define HAND_OVER(Real)                                                                            \
+    {                                                                                              \
+        Real *force = detail->handed;                                                              \
+        for (int i = 0; i < detail->carrier_count; i++)                                            \
+            for (int c = 0; c < 3; c++)                                                            \
+                force[model_lane(detail->carrier[i]) + c * LANES] = 0;                             \
+        for (int i = 0; i < detail->hanging_count; i++) {                                          \
+            const int *lane = detail->master_lane[i];                                              \
+            long from = model_lane(lane[0]), a = model_lane(lane[1]), b = model_lane(lane[2]);     \
+            for (int c = 0; c < 3 * LANES; c += LANES) {                                           \
+                Real half = force[from + c] / 2;                                                   \
+                force[a + c] += half;                                                              \
+                force[b + c] += half;                                                              \
+            }                                                                                      \
+        }                                                                                          \
     }
-}
 
-// The forces of hanging nodes, half to each master, finest level first: a master that hangs itself
-// hands on what it gets.
-static void hand_over(SurfaceModel *model)
+static void hand_over(const SurfaceModel *model)
 {
     const Detail *detail = model->detail;
-    for (int i = 0; i < detail->hanging_count; i++) {
-        long from = model_lane(model->lane[detail->hanging[i]]);
-        double half[3];
-        for (int c = 0; c < 3; c++)
-            half[c] = 0.5 * model_get(model, detail->hanging_force, from + c * LANES);
-        for (int k = 0; k < 2; k++) {
-            int master = detail->master[i][k];
-            if (detail->status[model->node[master]] != NODE_HANGING) {
-                touch_force(model, master, half);
-                continue;
-            }
-            long to = model_lane(model->lane[master]);
-            for (int c = 0; c < 3; c++)
-                model_put(model, detail->hanging_force, to + c * LANES,
-                          model_get(model, detail->hanging_force, to + c * LANES) + half[c]);
-        }
-    }
+    if (model->precision == PRECISION_SINGLE)
+        HAND_OVER(float)
+    else
+        HAND_OVER(double)
 }
 
 static void evaluate(void *self, const Stage *stage, double h)
@@ -75,16 +68,17 @@ static void evaluate(void *self, const Stage *stage, double h)
     Detail *detail = model->detail;
     SpringPass pass;
     model_fill_pass(model, stage, h, &pass);
+    pass.handed = detail->handed;
     if (detail->hanging_count > 0) {
         pass.chunk = detail->hanging_chunk;
         pass.chunk_count = detail->hanging_chunk_count;
-        pass.force = detail->hanging_force;
         model->kernels->sum[model->damped][model->prestressed](&pass);
         hand_over(model);
     }
     pass.chunk = detail->free_chunk;
     pass.chunk_count = detail->free_chunk_count;
-    model->kernels->scattered[model->damped][model->shape][model->prestressed](&pass);
+    bool external = *model->loaded != 0 || model->touched_count > 0;
+    model->kernels->scattered[model->damped][model->shape][external][model->prestressed](&pass);
     if (detail->hanging_count > 0)
         detail_hang(model, pass.next);
     if (pass.next != model->rows[1 - model->current])
@@ -128,6 +122,7 @@ static void add_forces(void *self, const int *node, int count, const Vec3 *force
 static void reserve_forces(void *self, const char *name, int count, Arena *arena)
 {
     Detail *detail = detail_of(self);
+    model_reserve_touched(self, name, count, arena);
     detail->felt_capacity = count;
     detail->felt = arena_allocate(arena, ARENA_CONTACT, (size_t)count, sizeof *detail->felt,
                                   "%s/felt forces", name);
@@ -205,13 +200,13 @@ static void explain(const void *self, FILE *out)
     const SurfaceModel *model = self;
     const Detail *detail = model->detail;
     model_explain_kernel(model, out);
-    fprintf(out,
-            "    levels: 0 to %d, %s; at most %d nodes, %d faces; faces checked %g times a second\n",
-            detail->finest,
-            detail->constrained ? "continuum rule, hanging nodes held by their masters"
-                                : "the paper's rule, hanging nodes free",
-            detail->slots->node.capacity, detail->slots->face.capacity,
-            detail->options.adapt.check_hz);
+    fprintf(
+        out,
+        "    levels: 0 to %d, %s; at most %d nodes, %d faces; faces checked %g times a second\n",
+        detail->finest,
+        detail->constrained ? "continuum rule, hanging nodes held by their masters"
+                            : "the paper's rule, hanging nodes free",
+        detail->slots->node.capacity, detail->slots->face.capacity, detail->options.adapt.check_hz);
 }
 
 const BodyOps *detail_ops(void)

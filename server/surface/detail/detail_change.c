@@ -13,6 +13,7 @@ static void mark(SurfaceModel *model, int node)
 {
     Detail *detail = model->detail;
     detail->stale_window[model->slot[node] / WINDOW] = true;
+    detail->is_dirty[node] = true;
     if (detail->status[node] == NODE_HANGING) { // its mass and springs count for its masters
         int parent[2];
         levels_parents(&detail->levels, node, parent);

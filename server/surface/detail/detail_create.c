@@ -16,8 +16,8 @@
 
 // --- the order of slots ---
 
-// Interleaves the bits of a point's coordinates in the box, 10 of each: neighbours in this order are
-// neighbours in space (Morton 1966).
+// Interleaves the bits of a point's coordinates in the box, 10 of each: neighbours in this order
+// are neighbours in space (Morton 1966).
 static uint32_t morton(Vec3 x, Vec3 low, double extent)
 {
     const double part[3] = {x.x - low.x, x.y - low.y, x.z - low.z};
@@ -55,8 +55,8 @@ static RootKey *order_roots(const TriMesh *mesh)
     double extent = mesh_extent(mesh);
     for (int f = 0; f < mesh->triangle_count; f++) {
         const int *t = mesh->triangle[f];
-        Vec3 sum = vec3_add(vec3_add(mesh->position[t[0]], mesh->position[t[1]]),
-                            mesh->position[t[2]]);
+        Vec3 sum =
+            vec3_add(vec3_add(mesh->position[t[0]], mesh->position[t[1]]), mesh->position[t[2]]);
         key[f] = (RootKey){morton(vec3_scale(1.0 / 3.0, sum), low, extent), f};
     }
     qsort(key, (size_t)mesh->triangle_count, sizeof *key, compare_keys);
@@ -80,8 +80,8 @@ static void order_slots(SurfaceModel *model, const RootKey *root, int root_count
             for (int c = 0; c < children; c++) {
                 int face = root[r].face * children + c;
                 for (int k = 0; k < 3; k++) {
-                    int node = level > 0 ? at->node_count + at->face_edge[face][k]
-                                         : at->face[face][k];
+                    int node =
+                        level > 0 ? at->node_count + at->face_edge[face][k] : at->face[face][k];
                     if (model->slot[node] >= 0)
                         continue;
                     detail->of_slot[next] = node;
@@ -142,8 +142,7 @@ static void create_springs(SurfaceModel *model, const char *name, Arena *arena)
         springs->rest_vector =
             model_allocate_reals(model, 3 * entries, name, "spring vectors", arena);
         if (model->prestressed)
-            springs->preload =
-                model_allocate_reals(model, entries, name, "spring preloads", arena);
+            springs->preload = model_allocate_reals(model, entries, name, "spring preloads", arena);
     }
     for (int d = 0; d < LEVELS_MAX + 4; d++)
         detail->ring[d] = ALLOCATE(ARENA_TOPOLOGY, most, Leaf, "leaves around");
@@ -164,7 +163,9 @@ static void create_nodes(SurfaceModel *model, const SurfaceOptions *options, int
     bool uses_drag = options->shape.wanted || options->material.node_damping > 0.0;
     bool single = model->precision == PRECISION_SINGLE;
     bool body_frame = options->shape.wanted && options->shape.frame == SHAPE_BODY;
-    model->shape = !uses_drag ? SHAPE_FRAME_NONE : body_frame ? SHAPE_FRAME_BODY : SHAPE_FRAME_WORLD;
+    model->shape = !uses_drag   ? SHAPE_FRAME_NONE
+                   : body_frame ? SHAPE_FRAME_BODY
+                                : SHAPE_FRAME_WORLD;
     model->floating = single && model->shape != SHAPE_FRAME_WORLD &&
                       free_count == detail->levels.level[0].node_count;
     NodeTable *nodes = &model->nodes;
@@ -180,9 +181,9 @@ static void create_nodes(SurfaceModel *model, const SurfaceOptions *options, int
     model->mass = ALLOCATE(ARENA_TOPOLOGY, detail->node_count, double, "node masses");
     if (body_frame || model->floating) {
         model->rigid_weight = ALLOCATE(ARENA_STEP, model->slot_count, double, "frame weights");
-        model->rigid = rigid_frame_create(name, model->precision, model->slot_count,
-                                          (const double(*)[3])model->place, model->rigid_weight,
-                                          arena, state);
+        model->rigid =
+            rigid_frame_create(name, model->precision, model->slot_count,
+                               (const double(*)[3])model->place, model->rigid_weight, arena, state);
     }
     // Values by mass: of a node of 1 kg.
     detail->shape_rate = level_rules_shape_stiffness(&detail->rules, 1.0);
@@ -208,8 +209,7 @@ static void create_faces(SurfaceModel *model, const char *name, Arena *arena)
                                     // that hangs is in three more of the whole face
         detail->node_face_start[i + 1] =
             detail->node_face_start[i] + 2 * most_leaves(detail, i) + 3;
-    detail->node_face =
-        ALLOCATE(ARENA_TOPOLOGY, detail->node_face_start[nodes], int, "node faces");
+    detail->node_face = ALLOCATE(ARENA_TOPOLOGY, detail->node_face_start[nodes], int, "node faces");
 
     detail->face_change = ALLOCATE(ARENA_TOPOLOGY, 2 * places, FaceChange, "face changes");
     detail->born = ALLOCATE(ARENA_TOPOLOGY, nodes, NodeBirth, "births");
@@ -235,9 +235,8 @@ static void create_slots(SurfaceModel *model, const TriMesh *mesh, const Surface
     model_label_pieces(mesh, piece);
     memcpy(id, mesh->file_index, (size_t)nodes * sizeof *id);
     for (int i = 0; i < nodes; i++)
-        origin[i] = mesh->copy_count == 0
-                        ? id[i]
-                        : id[mesh_node_of_file(mesh, mesh_file_row(mesh, i))];
+        origin[i] =
+            mesh->copy_count == 0 ? id[i] : id[mesh_node_of_file(mesh, mesh_file_row(mesh, i))];
     const int capacity[2] = {options->node_capacity, options->face_capacity};
     model->detail->slots = slots_create(name, &model->detail->levels, capacity, id, origin, piece,
                                         mesh->file_node_count + mesh->copy_count, arena, state);
@@ -267,14 +266,18 @@ static void create_sets(SurfaceModel *model, const SurfaceOptions *options, Aren
 
     detail->status = ALLOCATE(ARENA_TOPOLOGY, nodes, unsigned char, "node status");
     detail->window = ALLOCATE(ARENA_TOPOLOGY, detail->window_count, Window, "windows");
+    detail->bound = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "node bounds");
+    detail->is_dirty = ALLOCATE(ARENA_TOPOLOGY, nodes, bool, "dirty nodes");
     detail->stale_window = ALLOCATE(ARENA_TOPOLOGY, detail->window_count, bool, "stale windows");
     detail->hanging = ALLOCATE(ARENA_STEP, nodes, int, "hanging nodes");
     detail->master = ALLOCATE(ARENA_STEP, nodes, *detail->master, "masters");
+    detail->master_lane = ALLOCATE(ARENA_STEP, nodes, *detail->master_lane, "lanes of masters");
+    detail->carrier = ALLOCATE(ARENA_STEP, 2 * nodes, int, "lanes of free masters");
     detail->free_chunk = ALLOCATE(ARENA_STEP, chunks, int, "chunks");
     detail->hanging_chunk = ALLOCATE(ARENA_STEP, chunks, int, "hanging chunks");
     detail->run = ALLOCATE(ARENA_STEP, detail->window_count, *detail->run, "runs of slots");
-    detail->hanging_force = model_allocate_reals(model, (size_t)model->lane_count * 3, name,
-                                                 "forces of hanging nodes", arena);
+    detail->handed = model_allocate_reals(model, (size_t)model->lane_count * 3, name,
+                                          "forces of hanging nodes", arena);
     detail->felt_force = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "felt forces");
     detail->calm_capacity = coarse < 4096 ? coarse : 4096;
     detail->calm = ALLOCATE(ARENA_TOPOLOGY, detail->calm_capacity, Leaf, "calm for long");
@@ -312,11 +315,11 @@ static void set_statuses(SurfaceModel *model)
     memset(model->place, 0, (size_t)model->slot_count * sizeof *model->place);
     for (int i = 0; i < detail->node_count; i++) { // parents have lower numbers
         int born = levels_of_node(&detail->levels, i);
-        detail->status[i] = (unsigned char)(
-            born == 0 ? NODE_FREE
-                      : detail_status_of_midpoint(
-                            detail, born - 1,
-                            i - detail->levels.level[born - 1].node_count));
+        detail->status[i] =
+            (unsigned char)(born == 0 ? NODE_FREE
+                                      : detail_status_of_midpoint(
+                                            detail, born - 1,
+                                            i - detail->levels.level[born - 1].node_count));
         if (detail->status[i] == NODE_OFF)
             continue;
         model->node[model->slot[i]] = i;
@@ -331,6 +334,7 @@ void detail_rebuild(Body *body)
     set_statuses(model);
     for (int w = 0; w < detail->window_count; w++)
         detail->stale_window[w] = true;
+    memset(detail->is_dirty, true, (size_t)detail->node_count);
     detail_pack(model);
     slots_restore(detail->slots);
     detail_draw_all(detail);
@@ -431,7 +435,6 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     create_slots(model, mesh, options, arena, state);
     create_sets(model, options, arena, state);
     model_create_rows(model, mesh, network->fixed, options, arena, state);
-    model_reserve_touched(model, name, model->lane_count, arena); // hanging nodes hand over forces
     start_at_level(model, options->start_level);
 
     body->ops = detail_ops();

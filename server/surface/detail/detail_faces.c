@@ -163,9 +163,7 @@ static void measure_node(Detail *detail, int node)
         Leaf *leaf = detail->ring[0];
         int count = detail_leaves_around(detail, node, leaf);
         for (int i = 0; i < count; i++)
-            area +=
-                level_rules_area(&detail->rules, leaf[i].level, leaf[i].face) /
-                3.0;
+            area += level_rules_area(&detail->rules, leaf[i].level, leaf[i].face) / 3.0;
     }
     detail->node_area[node] = area;
 }

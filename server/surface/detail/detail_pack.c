@@ -52,89 +52,77 @@ static void add_spring(NodeSprings *springs, int neighbour, double stiffness, bo
     springs->count++;
 }
 
-// The springs of a node, by ascending slot of the other end.
-static void gather_springs(const SurfaceModel *model, int node, int depth, NodeSprings *springs)
-{
-    const Detail *detail = model->detail;
-    Leaf *leaf = detail->ring[depth];
-    int count = detail_leaves_around(detail, node, leaf), slot = model->slot[node];
-    springs->count = 0;
-    for (int i = 0; i < count; i++) {
-        const Level *level = &detail->levels.level[leaf[i].level];
-        const int *corner = level->face[leaf[i].face];
-        const int *edges = level->face_edge[leaf[i].face];
-        const int k = leaf[i].corner, side[2] = {k, (k + 2) % 3};
-        const int other[2] = {corner[(k + 1) % 3], corner[(k + 2) % 3]};
-        for (int s = 0; s < 2; s++) {
-            int edge = edges[side[s]], neighbour = model->slot[other[s]];
-            // The paper's rule: an edge that its other side has divided carries no force.
-            if (!detail->constrained && detail_midpoint(detail, leaf[i].level, edge) >= 0)
-                continue;
-            add_spring(springs, neighbour, share_of_leaf(model, &leaf[i], edge, slot, neighbour),
-                       detail->constrained);
-        }
-    }
-}
-
-// What moves with a node: mass, and twice the stiffness of its springs for the bound on M^-1 K. A
-// hanging node's are shared by its masters, and a spring (h, x) with h = (a + b) / 2 adds to a row
-// sum of a at most half of what it would add to one of h.
+// What moves with a node: mass [kg], and twice the stiffness of its springs [N/m] for the bound on
+// M^-1 K. A hanging node's are shared by its masters: a spring (h, x) with h = (a + b) / 2 adds to
+// a row sum of a at most half of what it would add to one of h.
 typedef struct Carried {
     double mass, stiffness;
 } Carried;
 
-static Carried carried_by(const SurfaceModel *model, int node, int depth)
+// Sums up what a node carries, and lists its springs unless NULL, by ascending slot of the other
+// end.
+static Carried survey(const SurfaceModel *model, int node, int depth, NodeSprings *springs)
 {
     const Detail *detail = model->detail;
-    Leaf *leaf = detail->ring[depth];
+    const LevelRules *rules = &detail->rules;
     ASSERT(depth < LEVELS_MAX + 3);
-    int count = detail_leaves_around(detail, node, leaf), ends[LEVELS_MAX + 1] = {0};
+    Leaf *leaf = detail->ring[depth];
+    int count = detail_leaves_around(detail, node, leaf), slot = model->slot[node];
+    int ends[LEVELS_MAX + 1] = {0}; // of springs, by level; one between two leaves is seen twice
     Carried sum = {0.0, 0.0};
+    if (springs != NULL)
+        springs->count = 0;
     for (int i = 0; i < count; i++) {
         const Level *level = &detail->levels.level[leaf[i].level];
         const int *corner = level->face[leaf[i].face];
         const int *edges = level->face_edge[leaf[i].face];
         const int k = leaf[i].corner, side[2] = {k, (k + 2) % 3};
         const int other[2] = {corner[(k + 1) % 3], corner[(k + 2) % 3]};
-        if (detail->constrained)
-            sum.mass += detail->rules.areal_density * leaf_area(detail, &leaf[i]) / 3.0;
+        sum.mass += rules->areal_density * leaf_area(detail, &leaf[i]) / 3.0;
         for (int s = 0; s < 2; s++) {
-            int edge = edges[side[s]];
+            int edge = edges[side[s]], neighbour = model->slot[other[s]];
             int middle = detail_midpoint(detail, leaf[i].level, edge);
-            if (!detail->constrained) {
-                if (middle >= 0)
-                    continue;
-                // A spring between two leaves is seen from both: half of it each time.
+            if (detail->constrained) {
+                double stiffness = share_of_leaf(model, &leaf[i], edge, slot, neighbour);
+                sum.stiffness += 2.0 * stiffness;
+                if (springs != NULL)
+                    add_spring(springs, neighbour, stiffness, true);
+                if (middle >= 0) {
+                    Carried half = survey(model, middle, depth + 1, NULL);
+                    sum.mass += 0.5 * half.mass;
+                    sum.stiffness += 0.5 * half.stiffness;
+                }
+            } else if (middle < 0) { // the paper: an edge that its other side has divided is off
                 const int *faces = level->edge_face[edge];
                 bool both = faces[0] >= 0 && faces[1] >= 0 &&
                             detail_is_leaf(detail, leaf[i].level, faces[0]) &&
                             detail_is_leaf(detail, leaf[i].level, faces[1]);
-                double stiffness = detail->rules.stiffness[leaf[i].level];
+                double stiffness = rules->stiffness[leaf[i].level];
                 sum.stiffness += both ? stiffness : 2.0 * stiffness;
                 ends[leaf[i].level] += both ? 1 : 2;
-                continue;
-            }
-            sum.stiffness += 2.0 * share_of_leaf(model, &leaf[i], edge, model->slot[node],
-                                                 model->slot[other[s]]);
-            if (middle >= 0) {
-                Carried half = carried_by(model, middle, depth + 1);
-                sum.mass += 0.5 * half.mass;
-                sum.stiffness += 0.5 * half.stiffness;
+                if (springs != NULL)
+                    add_spring(springs, neighbour, stiffness, false);
             }
         }
     }
     if (!detail->constrained)
-        sum.mass = level_rules_mixed_mass(&detail->rules, ends);
+        sum.mass = level_rules_mixed_mass(rules, ends);
     return sum;
 }
 
 double detail_mass(const SurfaceModel *model, int node)
 {
-    return carried_by(model, node, 0).mass;
+    return survey(model, node, 0, NULL).mass;
 }
 
 // ---------------------------------------------------------------------------------------------
 // A window
+
+// Slots of nodes.
+typedef struct PackList {
+    int count;
+    int slot[WINDOW];
+} PackList;
 
 // Fills one lane of the spring table.
 static void pack_springs(SurfaceModel *model, int lane, int slot, int entries,
@@ -157,13 +145,15 @@ static void pack_springs(SurfaceModel *model, int lane, int slot, int entries,
     }
 }
 
-// Fills one lane of what the kernel knows of nodes; slot -1 or a hanging node: nothing moves there.
-static void pack_node(SurfaceModel *model, int lane, int node, double mass)
+// Fills one lane of what the kernel knows of nodes; -1: a hanging node, or none: nothing moves.
+static void pack_node(SurfaceModel *model, int lane, int node)
 {
     const Detail *detail = model->detail;
     const NodeTable *nodes = &model->nodes;
-    bool moves = node >= 0 && !detail->fixed[node] && mass > 0.0;
-    model_put(model, nodes->inverse_mass, lane, moves ? 1.0 / mass : 0.0);
+    for (int c = 0; c < 3; c++)
+        model_put(model, detail->handed, model_lane(lane) + c * LANES, 0.0);
+    bool moves = node >= 0 && !detail->fixed[node];
+    model_put(model, nodes->inverse_mass, lane, moves ? 1.0 / model->mass[node] : 0.0);
     if (nodes->shape_rate != NULL) {
         bool body = model->shape == SHAPE_FRAME_BODY;
         model_put(model, nodes->shape_rate, lane, moves ? detail->shape_rate : 0.0);
@@ -178,81 +168,114 @@ static void pack_node(SurfaceModel *model, int lane, int node, double mass)
                       node >= 0 ? model->place[model->slot[node]][c] : 0.0);
 }
 
-// Nodes of one status, packed from `first_chunk` on, those with fewest springs first (stable);
-// returns the chunks used.
-static int pack_nodes(SurfaceModel *model, int w, NodeStatus status, int first_chunk)
+// The springs of a node as its lane has them: what has not changed is not looked for again.
+static void recall(const SurfaceModel *model, int slot, NodeSprings *springs)
+{
+    const SpringTable *table = &model->springs;
+    int lane = model->lane[slot], chunk = lane / LANES;
+    springs->count = 0;
+    for (int e = table->start[chunk]; e < table->end[chunk]; e++) {
+        long at = (long)e * LANES + lane % LANES;
+        if (table->neighbour[at] == slot)
+            break; // padding
+        springs->neighbour[springs->count] = table->neighbour[at];
+        springs->stiffness[springs->count++] = model_get(model, table->stiffness, at);
+    }
+}
+
+// Lists the nodes of a window that have a status, and their springs; those with fewest springs
+// first, else by slot.
+static void list_nodes(SurfaceModel *model, int w, NodeStatus status, PackList *list)
 {
     Detail *detail = model->detail;
-    Window *window = &detail->window[w];
-    int found[WINDOW], count = 0;
+    list->count = 0;
     for (int s = w * WINDOW; s < (w + 1) * WINDOW; s++) {
-        int node = detail->of_slot[s];
+        int node = detail->of_slot[s], at = list->count;
         if (node < 0 || detail->status[node] != status)
             continue;
-        gather_springs(model, node, 0, &detail->springs[count]);
-        window->spring_ends += detail->springs[count].count;
-        int at = count++;
-        // `found` lists indices into springs[], sorted by their count.
-        while (at > 0 && detail->springs[found[at - 1]].count > detail->springs[count - 1].count) {
-            found[at] = found[at - 1];
+        NodeSprings *springs = &detail->springs[s % WINDOW];
+        if (detail->is_dirty[node]) {
+            Carried carried = survey(model, node, 0, springs);
+            model->mass[node] = status == NODE_FREE ? carried.mass : 0.0;
+            detail->bound[node] = carried.stiffness;
+        } else {
+            recall(model, s, springs);
+        }
+        while (at > 0 && detail->springs[list->slot[at - 1] % WINDOW].count > springs->count) {
+            list->slot[at] = list->slot[at - 1];
             at--;
         }
-        found[at] = count - 1;
-        detail->packed[count - 1] = node;
+        list->slot[at] = s;
+        list->count++;
     }
-    int chunks = (count + LANES - 1) / LANES;
+}
+
+// What a free node adds to the figures of its window.
+static void count_node(const SurfaceModel *model, int node, Window *window)
+{
+    const Detail *detail = model->detail;
+    window->mass += model->mass[node];
+    if (detail->fixed[node])
+        return;
+    double springs = detail->bound[node] / model->mass[node];
+    window->lambda = fmax(window->lambda, springs + detail->shape_rate);
+    window->damping = fmax(window->damping,
+                           model->damping_time * springs + detail->shape_drag + detail->node_drag);
+}
+
+// Fills the chunks from `chunk` on with the nodes of a list; returns how many it takes.
+static int pack_nodes(SurfaceModel *model, int w, NodeStatus status, int chunk,
+                      const PackList *list)
+{
+    static const NodeSprings none = {0};
+    Detail *detail = model->detail;
+    int chunks = (list->count + LANES - 1) / LANES;
     for (int i = 0; i < chunks * LANES; i++) {
-        int chunk = w * WINDOW_CHUNKS + first_chunk + i / LANES, lane = chunk * LANES + i % LANES;
-        int last = i / LANES * LANES + LANES - 1;
-        int entries = detail->springs[found[last < count ? last : count - 1]].count;
-        model->springs.end[chunk] = model->springs.start[chunk] + entries;
-        const NodeSprings none = {0};
-        int node = i < count ? detail->packed[found[i]] : -1;
-        int slot = node >= 0 ? model->slot[node] : detail->spare_slot + w;
-        pack_springs(model, lane, slot, entries, node >= 0 ? &detail->springs[found[i]] : &none);
-        Carried carried = {0.0, 0.0};
-        if (node >= 0)
-            model->lane[slot] = lane;
-        if (node >= 0 && status == NODE_FREE) {
-            carried = carried_by(model, node, 0);
-            window->mass += carried.mass;
-            if (!detail->fixed[node]) {
-                double springs = carried.stiffness / carried.mass;
-                window->lambda = fmax(window->lambda, springs + detail->shape_rate);
-                window->damping = fmax(window->damping, model->damping_time * springs +
-                                                            detail->shape_drag + detail->node_drag);
-            }
+        int lane = chunk * LANES + i, last = i / LANES * LANES + LANES - 1;
+        last = last < list->count ? last : list->count - 1;
+        int entries = detail->springs[list->slot[last] % WINDOW].count;
+        int at = lane / LANES;
+        model->springs.end[at] = model->springs.start[at] + entries;
+        if (i >= list->count) {
+            pack_springs(model, lane, detail->spare_slot + w, entries, &none);
+            pack_node(model, lane, -1);
+            continue;
         }
-        if (node >= 0)
-            model->mass[node] = carried.mass;
-        if (model->rigid_weight != NULL && node >= 0)
+        int slot = list->slot[i], node = detail->of_slot[slot];
+        const NodeSprings *springs = &detail->springs[slot % WINDOW];
+        pack_springs(model, lane, slot, entries, springs);
+        pack_node(model, lane, status == NODE_FREE ? node : -1);
+        model->lane[slot] = lane;
+        detail->is_dirty[node] = false;
+        detail->window[w].spring_ends += springs->count;
+        if (status == NODE_FREE)
+            count_node(model, node, &detail->window[w]);
+        if (model->rigid_weight != NULL)
             model->rigid_weight[slot] =
-                model->shape == SHAPE_FRAME_BODY ? carried.mass * detail->shape_rate : carried.mass;
-        pack_node(model, lane, status == NODE_FREE ? node : -1, carried.mass);
+                model->mass[node] * (model->shape == SHAPE_FRAME_BODY ? detail->shape_rate : 1.0);
     }
-    if (status == NODE_FREE)
-        window->free_count = count;
-    else
-        window->hanging_count = count;
     return chunks;
 }
 
 static void pack_window(SurfaceModel *model, int w)
 {
     Detail *detail = model->detail;
-    Window *window = &detail->window[w];
-    *window = (Window){0};
+    PackList free_nodes, hanging;
+    list_nodes(model, w, NODE_FREE, &free_nodes); // all of them before lanes are written
+    list_nodes(model, w, NODE_HANGING, &hanging);
     for (int s = w * WINDOW; s < (w + 1) * WINDOW; s++) {
-        model->lane[s] = -1;
         int node = detail->of_slot[s];
+        model->lane[s] = -1;
         if (node < 0 || detail->status[node] != NODE_OFF)
             continue;
-        model->mass[node] = 0.0;
+        model->mass[node] = detail->bound[node] = 0.0;
         if (model->rigid_weight != NULL)
             model->rigid_weight[s] = 0.0;
     }
-    window->free_chunks = pack_nodes(model, w, NODE_FREE, 0);
-    pack_nodes(model, w, NODE_HANGING, window->free_chunks);
+    int first = w * WINDOW_CHUNKS;
+    detail->window[w] = (Window){.free_count = free_nodes.count, .hanging_count = hanging.count};
+    detail->window[w].free_chunks = pack_nodes(model, w, NODE_FREE, first, &free_nodes);
+    pack_nodes(model, w, NODE_HANGING, first + detail->window[w].free_chunks, &hanging);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -261,7 +284,7 @@ static void pack_window(SurfaceModel *model, int w)
 static void list_hanging(SurfaceModel *model)
 {
     Detail *detail = model->detail;
-    detail->hanging_count = 0;
+    detail->hanging_count = detail->carrier_count = 0;
     for (int w = detail->window_count - 1; w >= 0; w--) {
         const Window *window = &detail->window[w];
         for (int s = w * WINDOW, left = window->hanging_count; left > 0; s++) {
@@ -270,8 +293,15 @@ static void list_hanging(SurfaceModel *model)
                 continue;
             levels_parents(&detail->levels, node, parent);
             detail->hanging[detail->hanging_count] = s;
-            detail->master[detail->hanging_count][0] = model->slot[parent[0]];
-            detail->master[detail->hanging_count++][1] = model->slot[parent[1]];
+            int *master = detail->master[detail->hanging_count];
+            int *lane = detail->master_lane[detail->hanging_count++];
+            lane[0] = model->lane[s];
+            for (int k = 0; k < 2; k++) {
+                master[k] = model->slot[parent[k]];
+                lane[k + 1] = model->lane[master[k]];
+                if (detail->status[parent[k]] == NODE_FREE)
+                    detail->carrier[detail->carrier_count++] = lane[k + 1];
+            }
             left--;
         }
     }

@@ -19,8 +19,8 @@ enum {
 
 // What a sweep compares with, from the thresholds.
 typedef struct Marks {
-    double force;  // [N/m3]: |f| / A * L_l above it
-    double speed2; // of level 0 [m2/s2]
+    double force[LEVELS_MAX + 1];      // |f| / A that asks for more [N/m2]
+    double per_speed2[LEVELS_MAX + 1]; // one over the square of such a speed [s2/m2]
     double cos_divide, cos_calm;
     double calm2;                   // square of CALM
     int level;                      // finest to be used
@@ -53,24 +53,29 @@ static Vec3 read_position(const SurfaceModel *model, int slot)
     return model->precision == PRECISION_SINGLE ? vec3_add(row, read_place(model, slot)) : row;
 }
 
-// Cosine of the angle by which two faces at an edge have turned against each other since rest:
-// cos(theta - theta_0) with the dihedral angles between the faces (a, b, c) and (b, a, d).
+// Of two faces (a, b, c) and (b, a, d) at an edge: the product of their normals' lengths, squared,
+// and the cosine and sine of the angle between them, times it.
+typedef struct Fold {
+    double size2, cosine, sine;
+} Fold;
+
+static Fold fold_of(const Vec3 x[4])
+{
+    Vec3 edge = vec3_sub(x[1], x[0]);
+    Vec3 n = vec3_cross(edge, vec3_sub(x[2], x[0])), m = vec3_cross(vec3_sub(x[3], x[0]), edge);
+    // n x m lies along the edge.
+    double along = vec3_dot(edge, vec3_cross(n, m));
+    return (Fold){vec3_dot(n, n) * vec3_dot(m, m), vec3_dot(n, m),
+                  along / sqrt(vec3_dot(edge, edge))};
+}
+
+// Cosine of the angle by which two faces have turned against each other since rest; 1 when one of
+// them has no area, and so no direction.
 static double cos_of_turn(const Vec3 now[4], const Vec3 rest[4])
 {
-    double cosine[2], sine[2];
-    for (int k = 0; k < 2; k++) {
-        const Vec3 *x = k == 0 ? now : rest;
-        Vec3 edge = vec3_sub(x[1], x[0]);
-        Vec3 n = vec3_cross(edge, vec3_sub(x[2], x[0]));
-        Vec3 m = vec3_cross(vec3_sub(x[3], x[0]), edge);
-        double along = vec3_dot(edge, vec3_cross(n, m));
-        double size = vec3_dot(n, n) * vec3_dot(m, m), length2 = vec3_dot(edge, edge);
-        if (!(size > 0.0))
-            return 1.0; // a face without area has no direction
-        cosine[k] = vec3_dot(n, m) / sqrt(size);
-        sine[k] = along / sqrt(size * length2);
-    }
-    return cosine[0] * cosine[1] + sine[0] * sine[1];
+    Fold a = fold_of(now), b = fold_of(rest);
+    double size2 = a.size2 * b.size2;
+    return size2 > 0.0 ? (a.cosine * b.cosine + a.sine * b.sine) / sqrt(size2) : 1.0;
 }
 
 static Verdict judge_curvature(const SurfaceModel *model, int level, int face, const Vec3 now[3],
@@ -104,9 +109,10 @@ static double force_indicator(const SurfaceModel *model, int node, double force,
                               const Marks *marks)
 {
     const Detail *detail = model->detail;
-    double area = detail->status[node] == NODE_HANGING ? detail->node_area[node]
-                                                       : model->mass[node] / detail->rules.areal_density;
-    return area > 0.0 ? force / area * ldexp(detail->edge_length, -level) / marks->force : 0.0;
+    double area = detail->status[node] == NODE_HANGING
+                      ? detail->node_area[node]
+                      : model->mass[node] / detail->rules.areal_density;
+    return area > 0.0 ? force / (area * marks->force[level]) : 0.0;
 }
 
 static double load_on(const SurfaceModel *model, int slot)
@@ -141,7 +147,7 @@ static Verdict judge(const SurfaceModel *model, int level, int face, const Marks
         rest[k] = read_place(model, slot);
         Vec3 slip = vec3_sub(read_row(model, slot, 4), marks->velocity);
         slip = vec3_sub(slip, vec3_cross(marks->angular, vec3_sub(now[k], marks->center)));
-        double eta2 = ldexp(vec3_dot(slip, slip) / marks->speed2, -2 * level);
+        double eta2 = vec3_dot(slip, slip) * marks->per_speed2[level];
         verdict = worse(verdict, eta2 > 1.0           ? VERDICT_DIVIDE
                                  : eta2 > CALM * CALM ? VERDICT_KEEP
                                                       : VERDICT_CALM);
@@ -211,16 +217,20 @@ static void set_marks(const SurfaceModel *model, int64_t step, double tick, Mark
     const Detail *detail = model->detail;
     const Sweep *sweep = detail->sweep;
     const double pi = 3.14159265358979323846;
-    double turn = sweep->thresholds[2] * sweep->scale, speed = sweep->thresholds[1] * sweep->scale;
+    double turn = sweep->thresholds[2] * sweep->scale;
+    double speed = sweep->thresholds[1] * sweep->scale * detail->wave_speed;
+    double force = sweep->thresholds[0] * sweep->scale * detail->modulus / detail->edge_length;
     *marks = (Marks){
-        .force = sweep->thresholds[0] * sweep->scale * detail->modulus,
-        .speed2 = speed * speed * detail->wave_speed * detail->wave_speed,
         .cos_divide = turn < pi ? cos(turn) : -2.0,
         .cos_calm = CALM * turn < pi ? cos(CALM * turn) : -2.0,
         .level = (int)sweep->level,
         .step = step,
         .hold = (int64_t)ceil(HOLD / tick),
     };
+    for (int l = 0; l <= detail->finest; l++) {
+        marks->force[l] = ldexp(force, l);
+        marks->per_speed2[l] = ldexp(1.0 / (speed * speed), -2 * l);
+    }
     if (model->rigid != NULL) {
         const FramePose *pose = &model->rigid->pose;
         marks->center = (Vec3){pose->center[0], pose->center[1], pose->center[2]};

@@ -263,6 +263,9 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
                 if (external)
                     force[c] += vector_load((const Real *)pass->external +
                                             ((long)chunk * 3 + c) * LANES + lane);
+                if (scattered)
+                    force[c] += vector_load((const Real *)pass->handed +
+                                            ((long)chunk * 3 + c) * LANES + lane);
                 a[c] = force[c] * inverse_mass +
                        vector_select_greater(inverse_mass, zero, gravity[c], zero);
             }
@@ -301,7 +304,7 @@ INLINE void add_up(const SpringPass *pass, bool damped, bool prestressed)
             Vector force[3];
             add_springs(pass, &own, chunk, lane, damped, prestressed, true, force);
             for (int c = 0; c < 3; c++)
-                vector_store((Real *)pass->force + ((long)chunk * 3 + c) * LANES + lane,
+                vector_store((Real *)pass->handed + ((long)chunk * 3 + c) * LANES + lane,
                              scale * force[c]);
         }
 }
@@ -324,11 +327,10 @@ static void drift(const void *present, void *next, int slot_count, double dt)
     {                                                                                              \
         evaluate(pass, damped, shape, external, prestressed, false);                               \
     }
-// Over chosen chunks, always with outside forces: those of hanging nodes come that way.
-#define SCATTERED_VARIANT(name, damped, shape, prestressed)                                        \
+#define SCATTERED_VARIANT(name, damped, shape, external, prestressed)                              \
     static void name(const SpringPass *pass)                                                       \
     {                                                                                              \
-        evaluate(pass, damped, shape, true, prestressed, true);                                    \
+        evaluate(pass, damped, shape, external, prestressed, true);                                \
     }
 #define SUM_VARIANT(name, damped, prestressed)                                                     \
     static void name(const SpringPass *pass)                                                       \
@@ -340,8 +342,10 @@ static void drift(const void *present, void *next, int slot_count, double dt)
     VARIANT(name##_prestressed, damped, shape, false, true)                                        \
     VARIANT(name##_external, damped, shape, true, false)                                           \
     VARIANT(name##_external_prestressed, damped, shape, true, true)                                \
-    SCATTERED_VARIANT(name##_scattered, damped, shape, false)                                      \
-    SCATTERED_VARIANT(name##_scattered_prestressed, damped, shape, true)
+    SCATTERED_VARIANT(name##_scattered, damped, shape, false, false)                               \
+    SCATTERED_VARIANT(name##_scattered_prestressed, damped, shape, false, true)                    \
+    SCATTERED_VARIANT(name##_scattered_external, damped, shape, true, false)                       \
+    SCATTERED_VARIANT(name##_scattered_external_prestressed, damped, shape, true, true)
 #define SHAPE_VARIANT_NAMES(name)                                                                  \
     {                                                                                              \
         {name, name##_prestressed},                                                                \
@@ -355,10 +359,6 @@ SHAPE_VARIANT_SET(plain_body, false, SHAPE_FRAME_BODY)
 SHAPE_VARIANT_SET(damped_none, true, SHAPE_FRAME_NONE)
 SHAPE_VARIANT_SET(damped_world, true, SHAPE_FRAME_WORLD)
 SHAPE_VARIANT_SET(damped_body, true, SHAPE_FRAME_BODY)
-#define SCATTERED_NAMES(name)                                                                      \
-    {                                                                                              \
-        name##_scattered, name##_scattered_prestressed                                             \
-    }
 SUM_VARIANT(sum_plain, false, false)
 SUM_VARIANT(sum_plain_prestressed, false, true)
 SUM_VARIANT(sum_damped, true, false)
@@ -372,10 +372,12 @@ const SpringKernels KERNEL_NAME = {
                   SHAPE_VARIANT_NAMES(plain_body)},
                  {SHAPE_VARIANT_NAMES(damped_none), SHAPE_VARIANT_NAMES(damped_world),
                   SHAPE_VARIANT_NAMES(damped_body)}},
-    .scattered = {{SCATTERED_NAMES(plain_none), SCATTERED_NAMES(plain_world),
-                   SCATTERED_NAMES(plain_body)},
-                  {SCATTERED_NAMES(damped_none), SCATTERED_NAMES(damped_world),
-                   SCATTERED_NAMES(damped_body)}},
+    .scattered = {{SHAPE_VARIANT_NAMES(plain_none_scattered),
+                   SHAPE_VARIANT_NAMES(plain_world_scattered),
+                   SHAPE_VARIANT_NAMES(plain_body_scattered)},
+                  {SHAPE_VARIANT_NAMES(damped_none_scattered),
+                   SHAPE_VARIANT_NAMES(damped_world_scattered),
+                   SHAPE_VARIANT_NAMES(damped_body_scattered)}},
     .sum = {{sum_plain, sum_plain_prestressed}, {sum_damped, sum_damped_prestressed}},
     .drift = drift,
 };
