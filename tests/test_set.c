@@ -95,6 +95,8 @@ static void set_beyond_the_bound_or_the_range_is_refused(void **state)
         {"body.", 1.0, "unknown key"},
         {"body.mass", 1.0, "unknown key mass"},
         {"bodyx.friction", 1.0, "unknown key"},
+        {"adapt_force", 1.0, "the scene does not adapt"},
+        {"body.adapt_level", 1.0, "body body does not adapt"},
     };
     FixtureOptions options = fixture_loadable();
     Fixture fixture;

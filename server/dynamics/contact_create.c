@@ -111,6 +111,18 @@ static void create_for_plane(Contact *contact, const char *name, Arena *arena, S
     contact->x = ALLOCATE(nodes, Vec3, "positions");
 }
 
+// What it takes to follow faces that are divided and merged.
+static void create_memory(Contact *contact, const char *name, Arena *arena, StateList *state)
+{
+    int faces = contact->body->surface.face_count;
+    contact->old_side = ALLOCATE(faces, signed char, "sides before");
+    contact->old_gap = ALLOCATE(faces, float, "gaps before");
+    for (int k = 0; k < contact->tool->capsule_count; k++) {
+        contact->gap[k] = ALLOCATE(faces, float, "gaps");
+        state_add(state, contact->gap[k], (size_t)faces * sizeof(float), "%s/gaps%d", name, k);
+    }
+}
+
 static void create_for_capsules(Contact *contact, const char *name, Arena *arena, StateList *state)
 {
     int nodes = contact->body->surface.node_count, faces = contact->body->surface.face_count;
@@ -126,7 +138,7 @@ static void create_for_capsules(Contact *contact, const char *name, Arena *arena
         state_add(state, contact->side[k], (size_t)faces, "%s/sides%d", name, k);
     }
     if (contact->body->ops->adapt != NULL)
-        contact->old_side = ALLOCATE(faces, signed char, "sides before");
+        create_memory(contact, name, arena, state);
     contact->node = ALLOCATE(nodes, int, "nodes");
     contact->local = ALLOCATE(nodes, int, "local numbers");
     for (int i = 0; i < nodes; i++)

@@ -85,8 +85,10 @@ struct Contact {
     signed char *side[TOOL_SHAPES]; // [face_count] per capsule: +1, -1, or 0: not a candidate
     Vec3 *plane_bristle;            // [node_count], planes only
 
-    signed char
-        *old_side; // [face_count] scratch of a change of topology; only on bodies that adapt
+    // Only on bodies that adapt, else NULL. By face [face_count]: its distance [m] when it was a
+    // candidate last, part of the state; and scratch.
+    float *gap[TOOL_SHAPES], *old_gap;
+    signed char *old_side;
 
     // --- of the tick: filled by contact_begin_tick ---
     // By candidate [face_capacity] or local node [node_capacity] unless said.

@@ -3,21 +3,27 @@
 #include "dynamics/contact_data.h"
 
 // A tool does not cross a wall by its being divided: faces stand where those that lay there stood.
-// Where several merge, the first that was a candidate tells.
-static void follow_faces(Contact *contact, signed char *side, const TopologyChange *change)
+// Where several merge, the one that was nearest to the tool tells: others may have been seen across
+// a fold.
+static void follow_faces(Contact *contact, int shape, const TopologyChange *change)
 {
-    signed char *old = contact->old_side;
+    signed char *side = contact->side[shape], *old_side = contact->old_side;
+    float *gap = contact->gap[shape], *old_gap = contact->old_gap;
     for (int i = 0; i < change->face_count; i++) {
-        const FaceChange *face = &change->face[i];
-        if (face->from >= 0)
-            old[face->from] = side[face->from];
+        int from = change->face[i].from;
+        if (from < 0)
+            continue;
+        old_side[from] = side[from];
+        old_gap[from] = gap[from];
     }
     for (int i = 0; i < change->face_count; i++)
         side[change->face[i].face] = 0;
     for (int i = 0; i < change->face_count; i++) {
-        const FaceChange *face = &change->face[i];
-        if (face->from >= 0 && side[face->face] == 0)
-            side[face->face] = old[face->from];
+        int face = change->face[i].face, from = change->face[i].from;
+        if (from < 0 || old_side[from] == 0 || (side[face] != 0 && gap[face] <= old_gap[from]))
+            continue;
+        side[face] = old_side[from];
+        gap[face] = old_gap[from];
     }
 }
 
@@ -39,6 +45,6 @@ void contact_topology_changed(Contact *contact, const TopologyChange *change)
         follow_nodes(contact->plane_bristle, change);
     else
         for (int shape = 0; shape < contact->tool->capsule_count; shape++)
-            follow_faces(contact, contact->side[shape], change);
+            follow_faces(contact, shape, change);
     contact_forget_candidates(contact);
 }

@@ -157,6 +157,9 @@ static void update_shape(Contact *contact, const ToolPlacement *at, int shape)
         if (contact->distance[root] > 0.0 || *own == 0)
             *own = (signed char)(told * contact->seen_side[root] * contact->seen_side[i]);
     }
+    float *gap = contact->gap[shape];
+    for (int i = 0; i < count && gap != NULL; i++)
+        gap[contact->candidate[i].face] = (float)contact->distance[i];
 }
 
 void contact_update_sides(Contact *contact, const ToolPlacement *at)

@@ -24,10 +24,10 @@ void loads_create(LoadSet *set, const Body *bodies, int body_count, Arena *arena
     state_add(state, set->pool, capacity * sizeof *set->pool, "loads/pool");
     if (most == 0)
         return;
-    set->weight = arena_allocate(arena, ARENA_STEP, capacity, sizeof *set->weight, "loads/weight");
-    state_add(state, set->weight, capacity * sizeof *set->weight, "loads/weight");
-    set->node_weight = arena_allocate(arena, ARENA_STEP, (size_t)most, sizeof *set->node_weight,
-                                      "loads/weights of nodes");
+    set->node = arena_allocate(arena, ARENA_STEP, capacity, sizeof *set->node, "loads/nodes");
+    state_add(state, set->node, capacity * sizeof *set->node, "loads/nodes");
+    set->given = arena_allocate(arena, ARENA_STEP, (size_t)most, sizeof *set->given,
+                                "loads/nodes of a body");
     set->mark = arena_allocate(arena, ARENA_STEP, (size_t)(most + 63) / 64, sizeof *set->mark,
                                "loads/marks of nodes");
 }
@@ -39,15 +39,15 @@ void loads_create(LoadSet *set, const Body *bodies, int body_count, Arena *arena
 static void move_entries(LoadSet *set, int64_t to, int64_t from, int64_t count)
 {
     memmove(&set->pool[to], &set->pool[from], (size_t)count * sizeof *set->pool);
-    if (set->weight != NULL)
-        memmove(&set->weight[to], &set->weight[from], (size_t)count * sizeof *set->weight);
+    if (set->node != NULL)
+        memmove(&set->node[to], &set->node[from], (size_t)count * sizeof *set->node);
 }
 
 static void clear_entries(LoadSet *set, int64_t first, int64_t count)
 {
     memset(&set->pool[first], 0, (size_t)count * sizeof *set->pool);
-    if (set->weight != NULL)
-        memset(&set->weight[first], 0, (size_t)count * sizeof *set->weight);
+    if (set->node != NULL)
+        memset(&set->node[first], 0, (size_t)count * sizeof *set->node);
 }
 
 // Goes through the nodes of a load in the pool, which are in the order of the bodies.
@@ -55,7 +55,7 @@ typedef struct Walk {
     const Body *body;
     int first_node; // of that body
     int node;       // in that body
-    double weight;
+    double share;
 } Walk;
 
 static void walk_to(const LoadSet *set, Walk *walk, int64_t i)
@@ -63,7 +63,7 @@ static void walk_to(const LoadSet *set, Walk *walk, int64_t i)
     for (; set->pool[i] - walk->first_node >= walk->body->surface.node_count; walk->body++)
         walk->first_node += walk->body->surface.node_count;
     walk->node = set->pool[i] - walk->first_node;
-    walk->weight = set->weight != NULL ? set->weight[i] : 1.0;
+    walk->share = set->node != NULL ? set->node[i].share : 1.0;
 }
 
 static void measure_area(const LoadSet *set, const Body *bodies, Load *load)
@@ -72,7 +72,7 @@ static void measure_area(const LoadSet *set, const Body *bodies, Load *load)
     load->area = 0.0;
     for (int64_t i = load->first; i < load->first + load->count; i++) {
         walk_to(set, &walk, i);
-        load->area += walk.weight * walk.body->surface.node_area[walk.node];
+        load->area += walk.share * walk.body->surface.node_area[walk.node];
     }
 }
 
@@ -88,8 +88,9 @@ static void apply_all(const LoadSet *set, Body *bodies, int body_count)
         for (int64_t i = load->first; i < load->first + load->count && load->area > 0.0; i++) {
             walk_to(set, &walk, i);
             const Body *body = walk.body;
-            double share = walk.weight * body->surface.node_area[walk.node] / load->area;
-            body->ops->add_load(body->model, walk.node, vec3_scale(share, load->force));
+            double share = walk.share * body->surface.node_area[walk.node] / load->area;
+            if (walk.share > 0.0)
+                body->ops->add_load(body->model, walk.node, vec3_scale(share, load->force));
         }
     }
 }
@@ -102,16 +103,15 @@ static bool is_marked(const LoadSet *set, int node)
     return (set->mark[node / 64] >> (node % 64) & 1) != 0;
 }
 
-static void give_weight(LoadSet *set, int node, double weight)
+static void give(LoadSet *set, int node, const LoadNode *what)
 {
     set->mark[node / 64] |= UINT64_C(1) << (node % 64);
-    set->node_weight[node] = weight;
+    set->given[node] = *what;
 }
 
-static void take_weight(LoadSet *set, int node)
+static void take_back(LoadSet *set, int node)
 {
     set->mark[node / 64] &= ~(UINT64_C(1) << (node % 64));
-    set->node_weight[node] = 0.0;
 }
 
 // Writes the marked nodes from entry `at` on, ascending, at most `room` of them, and clears the
@@ -124,9 +124,8 @@ static int64_t write_marked(LoadSet *set, int64_t at, int64_t room, int node_cou
             int node = word * 64 + __builtin_ctzll(bits);
             if (count < room) {
                 set->pool[at + count] = first_node + node;
-                set->weight[at + count++] = set->node_weight[node];
+                set->node[at + count++] = set->given[node];
             }
-            set->node_weight[node] = 0.0;
         }
         set->mark[word] = 0;
     }
@@ -141,28 +140,42 @@ static int64_t count_marked(const LoadSet *set, int node_count)
     return count;
 }
 
-// The marked nodes after a change. Where nothing would be left, the parents of those that went
-// carry on.
-static void change_weights(LoadSet *set, int node_count, const TopologyChange *change)
+// A node of a load that began when the node was at `start`.
+static LoadNode judge_node(const Load *load, Vec3 start)
 {
-    int64_t left = count_marked(set, node_count);
+    bool inside = vec3_length(vec3_sub(start, load->center)) <= load->radius;
+    return (LoadNode){start, inside ? 1.0 : 0.0};
+}
+
+// The marked nodes after a change. Where nobody would be left inside, the parents of those that
+// went carry on.
+static void change_nodes(LoadSet *set, const Load *load, int64_t inside,
+                         const TopologyChange *change)
+{
     for (int i = 0; i < change->gone_count; i++)
-        left -= is_marked(set, change->gone[i]);
+        if (is_marked(set, change->gone[i]))
+            inside -= set->given[change->gone[i]].share > 0.0;
     for (int i = 0; i < change->gone_count; i++) {
         int node = change->gone[i];
-        double weight = set->node_weight[node];
-        take_weight(set, node);
-        for (int k = 0; k < 2 && left == 0 && weight > 0.0; k++) {
+        if (!is_marked(set, node))
+            continue;
+        take_back(set, node);
+        for (int k = 0; k < 2 && inside == 0 && set->given[node].share > 0.0; k++) {
             int parent = change->gone_parent[i][k];
-            give_weight(set, parent, fmax(weight, set->node_weight[parent]));
+            LoadNode heir = {set->given[node].start, 1.0};
+            if (is_marked(set, parent))
+                heir.start = set->given[parent].start;
+            give(set, parent, &heir);
         }
     }
     for (int i = 0; i < change->born_count; i++) {
         const NodeBirth *born = &change->born[i];
-        double weight =
-            0.5 * (set->node_weight[born->parent[0]] + set->node_weight[born->parent[1]]);
-        if (weight > 0.0)
-            give_weight(set, born->node, weight);
+        const int *parent = born->parent;
+        if (!is_marked(set, parent[0]) || !is_marked(set, parent[1]))
+            continue;
+        Vec3 sum = vec3_add(set->given[parent[0]].start, set->given[parent[1]].start);
+        LoadNode child = judge_node(load, vec3_scale(0.5, sum));
+        give(set, born->node, &child);
     }
 }
 
@@ -174,13 +187,15 @@ static void follow_load(LoadSet *set, int k, int first_node, int node_count,
     int64_t begin = load->first, load_end = load->first + load->count;
     while (begin < load_end && set->pool[begin] < first_node)
         begin++;
-    int64_t end = begin;
-    for (; end < load_end && set->pool[end] < first_node + node_count; end++)
-        give_weight(set, set->pool[end] - first_node, set->weight[end]);
+    int64_t end = begin, inside = 0;
+    for (; end < load_end && set->pool[end] < first_node + node_count; end++) {
+        give(set, set->pool[end] - first_node, &set->node[end]);
+        inside += set->node[end].share > 0.0;
+    }
     if (begin == end)
         return;
 
-    change_weights(set, node_count, change);
+    change_nodes(set, load, inside, change);
     int64_t room = set->pool_capacity - *set->used + (end - begin);
     int64_t marked = count_marked(set, node_count);
     int64_t more = (marked < room ? marked : room) - (end - begin);
@@ -215,22 +230,32 @@ void loads_follow(LoadSet *set, Body *bodies, int body_count, int changed,
 // Appends the nodes of a body within a region to the load that is last in the pool. Returns how
 // many there are; those that do not fit are not written.
 static int64_t take_nodes(LoadSet *set, const Load *load, const Body *body, int first_node,
-                          const Region *region, bool *any_free)
+                          bool *any_free, bool *any)
 {
+    // On a body that adapts, with the nodes around: what comes between lies between two of these.
+    bool adapts = body->ops->adapt != NULL;
+    Region region = {.kind = REGION_CAPSULE, .from = load->center, .to = load->center};
+    region.radius = load->radius + (adapts ? 2.0 * body->surface.longest_edge : 0.0);
     int64_t at = load->first + load->count;
     int *found = &set->pool[at];
     int room = set->pool_capacity - (int)at;
-    int count = body->ops->find_nodes(body->model, region, found, room);
+    int count = body->ops->find_nodes(body->model, &region, found, room);
     int written = count < room ? count : room;
     for (int i = 0; i < written; i++) {
-        *any_free |= !body->ops->is_fixed(body->model, found[i]);
-        if (body->ops->adapt != NULL)
-            give_weight(set, found[i], 1.0);
+        LoadNode node = {.share = 1.0};
+        if (adapts) {
+            Vec3 start;
+            body->ops->read_nodes(body->model, &found[i], 1, &start, NULL);
+            node = judge_node(load, start);
+            give(set, found[i], &node);
+        }
+        *any |= node.share > 0.0;
+        *any_free |= node.share > 0.0 && !body->ops->is_fixed(body->model, found[i]);
         found[i] += first_node;
-        if (set->weight != NULL)
-            set->weight[at + i] = 1.0;
+        if (set->node != NULL)
+            set->node[at + i] = node;
     }
-    if (body->ops->adapt != NULL)
+    if (adapts)
         write_marked(set, at, written, body->surface.node_count, first_node);
     return count;
 }
@@ -242,8 +267,12 @@ bool loads_start(LoadSet *set, Body *bodies, int body_count, int body, Vec3 cent
         snprintf(why, why_size, "%d loads are in force, no room for more", LOAD_CAPACITY);
         return false;
     }
-    Load load = {.end_step = end_step, .force = force, .first = *set->used};
-    Region region = {.kind = REGION_CAPSULE, .from = center, .to = center, .radius = radius};
+    Load load = {.end_step = end_step,
+                 .force = force,
+                 .center = center,
+                 .radius = radius,
+                 .first = *set->used};
+    bool any = false;
     bool any_free = false; // held nodes take their share of the area, and the scene holds them
     bool fits = true;
     int first_node = 0;
@@ -251,7 +280,7 @@ bool loads_start(LoadSet *set, Body *bodies, int body_count, int body, Vec3 cent
         if (body >= 0 && b != body)
             continue;
         int64_t room = set->pool_capacity - (load.first + load.count);
-        int64_t count = take_nodes(set, &load, &bodies[b], first_node, &region, &any_free);
+        int64_t count = take_nodes(set, &load, &bodies[b], first_node, &any_free, &any);
         fits = count <= room;
         load.count += fits ? count : room;
     }
@@ -262,7 +291,7 @@ bool loads_start(LoadSet *set, Body *bodies, int body_count, int body, Vec3 cent
                  set->pool_capacity);
         return false;
     }
-    if (load.count == 0) {
+    if (!any) {
         snprintf(why, why_size, "no node within %g m of (%g, %g, %g)", radius, center.x, center.y,
                  center.z);
         return false;

@@ -13,13 +13,22 @@ enum { LOAD_CAPACITY = 64 }; // in force at a time
 typedef struct Load {
     int64_t end_step;     // first tick without it
     Vec3 force;           // total [N]
-    double area;          // sum of weight times area of the nodes taken [m2]
+    Vec3 center;          // of the sphere in which it found its nodes [m]
+    double radius;        // [m]
+    double area;          // of the nodes taken [m2]
     int64_t first, count; // in the pool
 } Load;
 
-// A load is a traction: its force is shared in proportion to weight times nodal area. On bodies
-// that adapt, nodes that come take the mean of their parents' weights, and those that go leave
-// their share to the others; the sum of the forces stays.
+// What a load knows of a node that may have a part in it.
+typedef struct LoadNode {
+    Vec3 start;   // where it was when the load began [m]
+    double share; // 1: inside, or 0
+} LoadNode;
+
+// A load is a traction: its force is shared in proportion to nodal area. On bodies that adapt it
+// acts on a patch of the surface, whatever the level: a node that comes is taken when it would have
+// lain inside the sphere at the start, between its parents, so the pool also holds the nodes
+// around. Those that go leave their share to the others; the sum of the forces stays.
 typedef struct LoadSet {
     int64_t *count; // loads in force
     int64_t *used;  // pool entries in use
@@ -29,9 +38,9 @@ typedef struct LoadSet {
     int pool_capacity;
 
     // Only where a body adapts, else NULL.
-    double *weight;      // [pool_capacity] of the pool's nodes: part of the state, 0 beyond `used`
-    double *node_weight; // [node places of the largest body] scratch, all 0 between calls
-    uint64_t *mark;      // a bit a node: likewise
+    LoadNode *node;  // [pool_capacity] of the pool's nodes: part of the state, 0 beyond `used`
+    LoadNode *given; // [node places of the largest body] scratch
+    uint64_t *mark;  // a bit a node that has been `given`: all 0 between calls
 } LoadSet;
 
 void loads_create(LoadSet *set, const Body *bodies, int body_count, Arena *arena, StateList *state);

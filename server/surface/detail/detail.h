@@ -128,6 +128,7 @@ typedef struct Detail {
     FaceChange *face_change; // [2 place_count]
     NodeBirth *born;         // [node_count]
     int *gone;               // [node_count]
+    int (*gone_parent)[2];   // [node_count]
     Leaf *touched;           // [faces of all levels] to be drawn again
     bool *is_touched;
     int *cleared, *drawn; // [place_count] places

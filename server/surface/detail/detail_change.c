@@ -49,8 +49,10 @@ static void follow_place(SurfaceModel *model, int node, int depth)
 void detail_begin_change(SurfaceModel *model)
 {
     Detail *detail = model->detail;
-    detail->change =
-        (TopologyChange){.face = detail->face_change, .born = detail->born, .gone = detail->gone};
+    detail->change = (TopologyChange){.face = detail->face_change,
+                                      .born = detail->born,
+                                      .gone = detail->gone,
+                                      .gone_parent = (const int(*)[2])detail->gone_parent};
     if (model->rigid != NULL)
         rigid_frame_fit(model->rigid, model->rows[model->current]);
 }
@@ -197,6 +199,8 @@ void detail_coarsen(SurfaceModel *model, int level, int face)
             detail->status[node] = NODE_OFF;
             detail_switch_off(model, node);
             slots_free_node(detail->slots, node);
+            for (int e = 0; e < 2; e++)
+                detail->gone_parent[detail->change.gone_count][e] = at->edge[edge][e];
             detail->gone[detail->change.gone_count++] = node;
         } else if (now != detail->status[node]) {
             detail->status[node] = (unsigned char)now;

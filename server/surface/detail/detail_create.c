@@ -214,6 +214,8 @@ static void create_faces(SurfaceModel *model, const char *name, Arena *arena)
     detail->face_change = ALLOCATE(ARENA_TOPOLOGY, 2 * places, FaceChange, "face changes");
     detail->born = ALLOCATE(ARENA_TOPOLOGY, nodes, NodeBirth, "births");
     detail->gone = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "nodes gone");
+    detail->gone_parent =
+        ALLOCATE(ARENA_TOPOLOGY, nodes, *detail->gone_parent, "parents of nodes gone");
     int faces = detail->face_base[detail->finest + 1];
     detail->touched = ALLOCATE(ARENA_TOPOLOGY, faces, Leaf, "touched faces");
     detail->is_touched = ALLOCATE(ARENA_TOPOLOGY, faces, bool, "touched marks");

@@ -1,0 +1,318 @@
+// Loads on a body whose topology changes: a load is a traction carried by nodes, and the sum of the
+// forces is what was asked for at every tick.
+#include "expect.h"
+#include "dynamics/sim_data.h"
+#include "random.h"
+#include "split_toy.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static const double CELL = 0.01; // [m]
+enum { CELLS = 8 };
+
+static void create(ToyScene *scene, int bodies)
+{
+    ToySceneOptions options = {
+        .mesh = toy_sheet(CELLS, CELL), .count = bodies, .rate_hz = 1000.0, .may_load = true};
+    toy_scene_create(scene, &options);
+}
+
+static LoadOptions load_within(double radius)
+{
+    return (LoadOptions){.body = -1,
+                         .center = {0.003, -0.002, 0.0},
+                         .radius = radius,
+                         .force = {0.3, -0.2, 0.7},
+                         .duration = 1000.0};
+}
+
+static void start(ToyScene *scene, LoadOptions load)
+{
+    char why[256];
+    assert_true(sim_apply_load(scene->sim, &load, why, sizeof why));
+}
+
+static Vec3 sum_of_loads(const ToyScene *scene)
+{
+    Vec3 sum = {0.0, 0.0, 0.0};
+    for (int b = 0; b < scene->count; b++)
+        for (int i = 0; i < scene->body[b]->surface.node_count; i++)
+            sum = vec3_add(sum, scene->toy[b]->load[i]);
+    return sum;
+}
+
+// A few hundred shares, each rounded to 1e-16 of itself and added with as much: 1e-13 of the force.
+static void expect_sum(const ToyScene *scene, Vec3 force)
+{
+    expect_at_most(vec3_length(vec3_sub(sum_of_loads(scene), force)), 1e-13 * vec3_length(force));
+}
+
+static void total_force_is_kept_through_any_change(void **state)
+{
+    (void)state;
+    ToyScene scene;
+    create(&scene, 1);
+    uint64_t random = 5;
+    split_toy_want_some(scene.toy[0], 2, &random);
+    toy_scene_step(&scene);
+    LoadOptions load = load_within(0.025);
+    start(&scene, load);
+    expect_sum(&scene, load.force);
+    for (int k = 0; k < 300; k++) {
+        split_toy_want_some(scene.toy[0], k % 3 == 0 ? 2 : 20, &random);
+        toy_scene_step(&scene);
+        expect_sum(&scene, load.force);
+    }
+    assert_true(scene.toy[0]->changes > 250);
+    toy_scene_destroy(&scene);
+}
+
+// A linear interpolation of the weights does not change when edges are split, and a third of the
+// faces around each node integrates it exactly: so does the area on which the traction acts not.
+static void splitting_does_not_change_the_traction(void **state)
+{
+    (void)state;
+    ToyScene scene;
+    create(&scene, 1);
+    LoadOptions load = load_within(0.035);
+    start(&scene, load);
+    double area = scene.sim->loads.load[0].area;
+    uint64_t random = 9;
+    for (int k = 0; k < 30; k++) {
+        for (int e = 0; e < scene.toy[0]->edges; e++)
+            if (random_below(&random, 20) == 0)
+                split_toy_want(scene.toy[0], e, true);
+        toy_scene_step(&scene);
+        expect_near(scene.sim->loads.load[0].area, area, 1e-13 * area); // rounding of 300 terms
+    }
+    // Where all around is loaded, a node takes the traction times its own area.
+    int whole = 0;
+    const BodySurface *surface = &scene.body[0]->surface;
+    for (int i = 0; i < surface->node_count; i++) {
+        Vec3 away = vec3_sub(scene.toy[0]->rest[i], load.center);
+        if (vec3_length(away) > load.radius - 2.0 * CELL || !(surface->node_area[i] > 0.0))
+            continue;
+        expect_near(scene.toy[0]->load[i].z, load.force.z * surface->node_area[i] / area, 1e-14);
+        whole++;
+    }
+    assert_true(whole > 5);
+    toy_scene_destroy(&scene);
+}
+
+// The body that was changed many times and one that went there in a single step carry the same
+// bits: weights of midpoints follow from those of the coarse nodes, and nodes are in ascending
+// order.
+static void loads_do_not_depend_on_the_way_to_a_topology(void **state)
+{
+    (void)state;
+    ToyScene wandering, direct;
+    create(&wandering, 1);
+    create(&direct, 1);
+    LoadOptions load = load_within(0.025);
+    start(&wandering, load);
+    start(&direct, load);
+    uint64_t random = 21;
+    for (int k = 0; k < 100; k++) {
+        split_toy_want_some(wandering.toy[0], 6, &random);
+        toy_scene_step(&wandering);
+    }
+    memcpy(direct.toy[0]->wanted, wandering.toy[0]->wanted, (size_t)direct.toy[0]->edges);
+    toy_scene_step(&direct);
+    const LoadSet *a = &wandering.sim->loads, *b = &direct.sim->loads;
+    assert_int_equal(*a->used, *b->used);
+    assert_memory_equal(a->pool, b->pool, (size_t)a->pool_capacity * sizeof *a->pool);
+    assert_memory_equal(a->weight, b->weight, (size_t)a->pool_capacity * sizeof *a->weight);
+    assert_memory_equal(wandering.toy[0]->load, direct.toy[0]->load,
+                        (size_t)wandering.body[0]->surface.node_count * sizeof(Vec3));
+    for (int64_t i = 1; i < *a->used; i++)
+        assert_true(a->pool[i - 1] < a->pool[i]);
+    toy_scene_destroy(&wandering);
+    toy_scene_destroy(&direct);
+}
+
+// A sphere around nothing but a midpoint: when it goes, the nodes between which it lay carry on.
+static void last_node_leaves_its_load_to_its_parents(void **state)
+{
+    (void)state;
+    ToyScene scene;
+    create(&scene, 1);
+    SplitToy *toy = scene.toy[0];
+    const int edge = toy->edges / 2;
+    split_toy_want_all(toy, true);
+    toy_scene_step(&scene);
+    LoadOptions load = load_within(0.3 * CELL);
+    load.center = toy->rest[split_toy_node_of(toy, edge)];
+    start(&scene, load);
+    assert_int_equal(*scene.sim->loads.used, 1);
+    expect_sum(&scene, load.force);
+    split_toy_want_all(toy, false);
+    toy_scene_step(&scene);
+    expect_sum(&scene, load.force);
+    const int *parent = toy->parent[edge];
+    const double *area = scene.body[0]->surface.node_area;
+    for (int k = 0; k < 2; k++)
+        expect_near(toy->load[parent[k]].z,
+                    load.force.z * area[parent[k]] / (area[parent[0]] + area[parent[1]]), 1e-15);
+    split_toy_want(toy, edge, true);
+    toy_scene_step(&scene);
+    expect_sum(&scene, load.force);
+    assert_true(toy->load[split_toy_node_of(toy, edge)].z > 0.0);
+    toy_scene_destroy(&scene);
+}
+
+// Three levels in one change, by hand: the weight goes from child to parent as far as it must.
+static void weight_of_the_last_nodes_passes_through_parents_that_go_too(void **state)
+{
+    (void)state;
+    ToyScene scene;
+    create(&scene, 1);
+    SplitToy *toy = scene.toy[0];
+    split_toy_want_all(toy, true);
+    toy_scene_step(&scene);
+    LoadOptions load = load_within(0.3 * CELL);
+    const int top = split_toy_node_of(toy, 40), below = split_toy_node_of(toy, 7);
+    load.center = toy->rest[below];
+    start(&scene, load);
+    const int gone[2] = {below, top};
+    const int parent[2][2] = {{top, 3}, {5, 6}};
+    TopologyChange change = {.gone_count = 2, .gone = gone, .gone_parent = parent};
+    loads_follow(&scene.sim->loads, scene.sim->body, 1, 0, &change);
+    assert_int_equal(*scene.sim->loads.used, 3);
+    for (int i = 0; i < 3; i++) {
+        assert_int_equal(scene.sim->loads.pool[i], i == 0 ? 3 : i + 4);
+        expect_near(scene.sim->loads.weight[i], 1.0, 0.0);
+    }
+    expect_sum(&scene, load.force);
+    toy_scene_destroy(&scene);
+}
+
+static void several_loads_on_two_bodies_follow_each_change(void **state)
+{
+    (void)state;
+    ToyScene scene;
+    create(&scene, 2);
+    uint64_t random = 33;
+    Vec3 force = {0.0, 0.0, 0.0};
+    for (int k = 0; k < 40; k++) {
+        split_toy_want_some(scene.toy[k % 2], 5, &random);
+        if (k % 3 == 1)
+            split_toy_want_some(scene.toy[0], 5, &random);
+        toy_scene_step(&scene);
+        if (k % 8 == 0) { // two of five end before the test does
+            LoadOptions load = load_within(0.005 + 0.004 * k / 8);
+            load.body = k / 8 % 3 - 1;
+            load.force.x = 0.1 * k;
+            load.duration = k < 16 ? 0.02 : 1000.0;
+            start(&scene, load);
+        }
+        force = (Vec3){0.0, 0.0, 0.0};
+        int64_t used = 0;
+        const LoadSet *set = &scene.sim->loads;
+        for (int64_t l = 0; l < *set->count; l++) {
+            assert_int_equal(set->load[l].first, used); // without gaps, in order
+            used += set->load[l].count;
+            force = vec3_add(force, set->load[l].force);
+        }
+        assert_int_equal(*set->used, used);
+        for (int64_t i = used; i < set->pool_capacity; i++)
+            assert_true(set->pool[i] == 0 && set->weight[i] == 0.0);
+        expect_sum(&scene, force);
+    }
+    assert_int_equal(*scene.sim->loads.count, 3);
+    expect_at_least(force.x, 1.0);
+    toy_scene_destroy(&scene);
+}
+
+static void load_of_one_body_stays_on_it(void **state)
+{
+    (void)state;
+    ToyScene scene;
+    create(&scene, 2);
+    LoadOptions load = load_within(0.02);
+    load.body = 1;
+    start(&scene, load);
+    uint64_t random = 3;
+    for (int k = 0; k < 20; k++) {
+        split_toy_want_some(scene.toy[k % 2], 4, &random);
+        toy_scene_step(&scene);
+        for (int i = 0; i < scene.body[0]->surface.node_count; i++)
+            expect_near(vec3_length(scene.toy[0]->load[i]), 0.0, 0.0);
+        expect_sum(&scene, load.force);
+    }
+    toy_scene_destroy(&scene);
+}
+
+// Seven loads on every coarse node leave no room for the midpoints: some do without, and no force
+// is lost.
+static void full_pool_loses_no_force(void **state)
+{
+    (void)state;
+    ToyScene scene;
+    create(&scene, 1);
+    LoadOptions load = load_within(1.0);
+    for (int k = 0; k < 7; k++)
+        start(&scene, load);
+    const LoadSet *set = &scene.sim->loads;
+    split_toy_want_all(scene.toy[0], true);
+    toy_scene_step(&scene);
+    assert_int_equal(*set->used, set->pool_capacity);
+    expect_sum(&scene, vec3_scale(7.0, load.force));
+    split_toy_want_all(scene.toy[0], false);
+    toy_scene_step(&scene);
+    assert_int_equal(*set->used, 7 * scene.toy[0]->base_nodes);
+    expect_sum(&scene, vec3_scale(7.0, load.force));
+    toy_scene_destroy(&scene);
+}
+
+static void reset_brings_back_loads_and_topology(void **state)
+{
+    (void)state;
+    ToyScene scene;
+    create(&scene, 1);
+    uint64_t random = 8;
+    LoadOptions load = load_within(0.02);
+    start(&scene, load);
+    split_toy_want_some(scene.toy[0], 2, &random);
+    toy_scene_step(&scene);
+    void *before = malloc(state_bytes(&scene.state));
+    state_copy_out(&scene.state, before);
+    const uint64_t hash = state_hash(&scene.state);
+    const double area = scene.body[0]->mass, h = scene.body[0]->h;
+    split_toy_want_some(scene.toy[0], 2, &random);
+    toy_scene_step(&scene);
+    assert_true(state_hash(&scene.state) != hash);
+    state_copy_in(&scene.state, before);
+    sim_restored(scene.sim);
+    expect_near(scene.body[0]->mass, area, 0.0);
+    expect_near(scene.body[0]->h, h, 0.0);
+    expect_sum(&scene, load.force);
+    split_toy_want_all(scene.toy[0], true); // goes on from there
+    toy_scene_step(&scene);
+    expect_sum(&scene, load.force);
+    free(before);
+
+    sim_reset(scene.sim);
+    assert_int_equal(*scene.sim->loads.count, 0);
+    for (int e = 0; e < scene.toy[0]->edges; e++)
+        assert_false(scene.toy[0]->split[e]);
+    expect_near(vec3_length(sum_of_loads(&scene)), 0.0, 0.0);
+    expect_near(scene.body[0]->lambda, SPLIT_TOY_LAMBDA, 0.0); // `restored` was called
+    toy_scene_destroy(&scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(total_force_is_kept_through_any_change),
+        cmocka_unit_test(splitting_does_not_change_the_traction),
+        cmocka_unit_test(loads_do_not_depend_on_the_way_to_a_topology),
+        cmocka_unit_test(last_node_leaves_its_load_to_its_parents),
+        cmocka_unit_test(weight_of_the_last_nodes_passes_through_parents_that_go_too),
+        cmocka_unit_test(several_loads_on_two_bodies_follow_each_change),
+        cmocka_unit_test(load_of_one_body_stays_on_it),
+        cmocka_unit_test(full_pool_loses_no_force),
+        cmocka_unit_test(reset_brings_back_loads_and_topology),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

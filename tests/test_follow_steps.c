@@ -1,0 +1,226 @@
+// The time step of a body whose bounds change with its topology, and what can be set on it.
+#include "expect.h"
+#include "dynamics/sim_data.h"
+#include "dynamics/stability.h"
+#include "split_toy.h"
+
+#include <string.h>
+
+static const double RATE = 100.0; // [Hz]: several substeps at every level
+
+static const ToolOptions ball = {.id = 1,
+                                 .kind = TOOL_PROBE,
+                                 .capsule_count = 1,
+                                 .capsule = {{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.005}},
+                                 .max_force = 3.3};
+
+static ToySceneOptions options_with(double time_step, bool unsafe)
+{
+    return (ToySceneOptions){.mesh = toy_sheet(4, 0.01),
+                             .rate_hz = RATE,
+                             .time_step = time_step,
+                             .unsafe_time_step = unsafe,
+                             .may_load = true};
+}
+
+// Of symplectic Euler, as stability.h states it: times 4 where anything is split; the ball adds
+// its contact, a = 0.5 of the coarse body's stiffness.
+static double limit_of(bool split, bool touched, double stiffness_scale, double damping_scale)
+{
+    double times = split ? 4.0 : 1.0;
+    double lambda = times * SPLIT_TOY_LAMBDA * fmax(1.0, stiffness_scale);
+    double c = times * SPLIT_TOY_DAMPING * fmax(1.0, stiffness_scale * damping_scale);
+    lambda += touched ? 0.5 * SPLIT_TOY_LAMBDA : 0.0;
+    return 0.9 * (sqrt(c * c + 4.0 * lambda) - c) / lambda;
+}
+
+static void expect_step(const ToyScene *scene, double step)
+{
+    const Body *body = scene->body[0];
+    int substeps = (int)ceil(1.0 / (RATE * step));
+    assert_int_equal(body->substeps, substeps);
+    expect_near(body->h, 1.0 / RATE / substeps, 1e-16); // rounding
+}
+
+static void split(ToyScene *scene, bool wanted)
+{
+    split_toy_want_all(scene->toy[0], wanted);
+    toy_scene_step(scene);
+}
+
+static void step_follows_the_bounds_of_the_present_level(void **state)
+{
+    (void)state;
+    for (int touched = 0; touched < 2; touched++) {
+        ToySceneOptions options = options_with(0.0, false);
+        options.tool = &ball;
+        options.tool_count = touched;
+        ToyScene scene;
+        toy_scene_create(&scene, &options);
+        for (int k = 0; k < 4; k++) {
+            bool fine = k % 2 == 1;
+            split(&scene, fine);
+            // The same formula, rounded differently.
+            double limit = limit_of(fine, touched, 1.0, 1.0);
+            expect_near(scene.body[0]->time_step_limit, limit, 1e-12 * limit);
+            expect_step(&scene, limit);
+        }
+        // The two levels do differ.
+        assert_true(limit_of(true, touched, 1.0, 1.0) < 0.7 * limit_of(false, touched, 1.0, 1.0));
+        toy_scene_destroy(&scene);
+    }
+}
+
+// Within the finest level's bound it stays; beyond it is refused at load, when it still can be.
+static void wanted_step_holds_at_every_level_or_is_refused_at_load(void **state)
+{
+    (void)state;
+    double fine = limit_of(true, false, 1.0, 1.0);
+    ToySceneOptions options = options_with(0.4 * fine, false);
+    ToyScene scene;
+    toy_scene_create(&scene, &options);
+    for (int k = 0; k < 4; k++) {
+        expect_step(&scene, 0.4 * fine);
+        split(&scene, k % 2 == 0);
+    }
+    toy_scene_destroy(&scene);
+
+    options = options_with(1.6 * fine, false); // fit for the coarse level
+    assert_true(1.6 * fine < limit_of(false, false, 1.0, 1.0));
+    Status status = {0};
+    assert_false(toy_scene_try(&scene, &options, &status));
+    assert_non_null(strstr(status.text, "at the finest level"));
+    toy_scene_destroy(&scene);
+}
+
+static void unsafe_step_stays_as_wanted(void **state)
+{
+    (void)state;
+    double step = 2.0 * limit_of(false, false, 1.0, 1.0);
+    ToySceneOptions options = options_with(step, true);
+    ToyScene scene;
+    toy_scene_create(&scene, &options);
+    for (int k = 0; k < 3; k++) {
+        expect_step(&scene, step);
+        split(&scene, k % 2 == 0);
+    }
+    toy_scene_destroy(&scene);
+}
+
+// A body that came to be stiffer than was known at load: the bound wins over the scene's step, and
+// a tick never takes more than 100000 substeps.
+static void bound_wins_over_the_wanted_step(void **state)
+{
+    (void)state;
+    double fine = limit_of(true, false, 1.0, 1.0);
+    ToySceneOptions options = options_with(0.9 * fine, false);
+    ToyScene scene;
+    toy_scene_create(&scene, &options);
+    Body *body = scene.body[0];
+    body->lambda = 1e9;
+    time_step_follow(scene.sim, body);
+    double limit = stability_time_step(INTEGRATOR_SYMPLECTIC_EULER, 1e9, SPLIT_TOY_DAMPING);
+    expect_step(&scene, limit);
+    expect_near(body->time_step_limit, limit, 0.0);
+    body->lambda = 1e30;
+    time_step_follow(scene.sim, body);
+    assert_int_equal(body->substeps, 100000);
+    toy_scene_destroy(&scene);
+}
+
+// The answer to SET does not depend on the level of the moment: what the finest level does not
+// allow is refused at any, and what is granted enters the step at once.
+static void scales_enter_the_step_at_every_level(void **state)
+{
+    (void)state;
+    double fine = limit_of(true, false, 1.0, 1.0);
+    for (int now = 0; now < 2; now++) {
+        ToySceneOptions options = options_with(0.4 * fine, false);
+        ToyScene scene;
+        toy_scene_create(&scene, &options);
+        split(&scene, now == 1);
+        char why[256];
+        // 1/0.4 of the step, squared: 6.25; damping takes a little.
+        assert_true(sim_apply_set(scene.sim, "stiffness_scale", 4.0, why, sizeof why));
+        assert_false(sim_apply_set(scene.sim, "wall.stiffness_scale", 7.0, why, sizeof why));
+        assert_non_null(strstr(why, "time step"));
+        expect_near(scene.body[0]->tuning.stiffness_scale, 4.0, 0.0);
+        double limit = limit_of(now == 1, false, 4.0, 1.0);
+        expect_near(scene.body[0]->time_step_limit, limit, 1e-12 * limit);
+        expect_step(&scene, 0.4 * fine);
+        toy_scene_destroy(&scene);
+    }
+    // Without a step of the scene's, the finest level has no room for more than its own stiffness.
+    ToySceneOptions options = options_with(0.0, false);
+    ToyScene scene;
+    toy_scene_create(&scene, &options);
+    char why[256];
+    assert_false(sim_apply_set(scene.sim, "stiffness_scale", 3.0, why, sizeof why));
+    toy_scene_destroy(&scene);
+}
+
+static void bodies_are_asked_after_loads_and_before_contacts(void **state)
+{
+    (void)state;
+    ToySceneOptions options = options_with(0.0, false);
+    options.tool = &ball;
+    options.tool_count = 1;
+    ToyScene scene;
+    toy_scene_create(&scene, &options);
+    const StageId expected[] = {STAGE_INPUTS,        STAGE_TOOLS,   STAGE_LOADS,   STAGE_ADAPT,
+                                STAGE_FIND_CONTACTS, STAGE_FORCES,  STAGE_CONTACT, STAGE_WRENCHES,
+                                STAGE_CHECK,         STAGE_SNAPSHOT};
+    assert_int_equal(sim_stage_count(scene.sim), 10);
+    for (int k = 0; k < 10; k++)
+        assert_int_equal(sim_stage(scene.sim, k), expected[k]);
+    assert_string_equal(stage_name(STAGE_ADAPT), "adapt");
+    assert_string_equal(stage_name(STAGE_SNAPSHOT), "snapshot");
+    toy_scene_destroy(&scene);
+}
+
+static void thresholds_are_set_on_one_body_or_all(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *key;
+        BodyParameter parameter;
+    } keys[] = {{"adapt_force", BODY_ADAPT_FORCE},
+                {"adapt_speed", BODY_ADAPT_SPEED},
+                {"adapt_curvature", BODY_ADAPT_CURVATURE},
+                {"adapt_scale", BODY_ADAPT_SCALE},
+                {"adapt_level", BODY_ADAPT_LEVEL}};
+    ToySceneOptions options = options_with(0.0, false);
+    options.count = 2;
+    ToyScene scene;
+    toy_scene_create(&scene, &options);
+    char why[256], key[64];
+    for (int k = 0; k < 5; k++) {
+        assert_true(sim_apply_set(scene.sim, keys[k].key, 3.0, why, sizeof why));
+        snprintf(key, sizeof key, "twin.%s", keys[k].key);
+        assert_true(sim_apply_set(scene.sim, key, 5.0, why, sizeof why));
+        expect_near(scene.toy[0]->parameter[keys[k].parameter], 3.0, 0.0);
+        expect_near(scene.toy[1]->parameter[keys[k].parameter], 5.0, 0.0);
+        assert_false(sim_apply_set(scene.sim, keys[k].key, -1.0, why, sizeof why));
+        assert_false(sim_apply_set(scene.sim, keys[k].key, (double)NAN, why, sizeof why));
+        assert_false(sim_apply_set(scene.sim, key, 2e6, why, sizeof why));
+    }
+    assert_false(sim_apply_set(scene.sim, "adapt_level", 1.5, why, sizeof why));
+    assert_non_null(strstr(why, "whole number"));
+    assert_false(sim_apply_set(scene.sim, "adapt_level", 9.0, why, sizeof why));
+    expect_near(scene.toy[1]->parameter[BODY_ADAPT_LEVEL], 5.0, 0.0);
+    toy_scene_destroy(&scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(step_follows_the_bounds_of_the_present_level),
+        cmocka_unit_test(wanted_step_holds_at_every_level_or_is_refused_at_load),
+        cmocka_unit_test(unsafe_step_stays_as_wanted),
+        cmocka_unit_test(bound_wins_over_the_wanted_step),
+        cmocka_unit_test(scales_enter_the_step_at_every_level),
+        cmocka_unit_test(bodies_are_asked_after_loads_and_before_contacts),
+        cmocka_unit_test(thresholds_are_set_on_one_body_or_all),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
