@@ -79,6 +79,7 @@ typedef struct TopologyChange {
     const NodeBirth *born;       // parents before their children
     const int *gone;             // children before their parents
     const int (*gone_parent)[2]; // [gone_count] between which they lay
+    bool again; // ask once more in this tick: what came may have to be divided in turn
 } TopologyChange;
 
 // What can be changed while a scene runs.

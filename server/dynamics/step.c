@@ -78,15 +78,14 @@ static void adapt_bodies(Sim *sim)
 {
     for (int b = 0; b < sim->body_count; b++) {
         Body *body = &sim->body[b];
-        TopologyChange change;
-        if (body->ops->adapt == NULL ||
-            !body->ops->adapt(body, sim->clock->step, sim->tick, &change))
-            continue;
-        if (sim->contact_count > 0)
-            for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
-                contact_topology_changed(sim->contact[k], &change);
-        loads_follow(&sim->loads, sim->body, sim->body_count, b, &change);
-        time_step_follow(sim, body);
+        TopologyChange change = {.again = body->ops->adapt != NULL};
+        while (change.again && body->ops->adapt(body, sim->clock->step, sim->tick, &change)) {
+            if (sim->contact_count > 0)
+                for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
+                    contact_topology_changed(sim->contact[k], &change);
+            loads_follow(&sim->loads, sim->body, sim->body_count, b, &change);
+            time_step_follow(sim, body);
+        }
     }
 }
 

@@ -138,6 +138,8 @@ typedef struct Detail {
     int touched_count, cleared_count, drawn_count, redrawn_count;
     Leaf *calm; // [calm_capacity] refined faces whose four have been calm for long
     int calm_count, calm_capacity;
+    bool again; // of TopologyChange
+    int again_count;
 
     // --- scratch ---
     void *handed; // Real [chunk][3][LANES] forces of hanging nodes, and of these what their masters

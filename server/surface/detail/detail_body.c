@@ -16,6 +16,7 @@ static bool detail_adapt(Body *body, int64_t step, double tick, TopologyChange *
     if (!detail_sweep(body, step, tick))
         return false;
     *change = detail_of(body->model)->change;
+    change->again = detail_of(body->model)->again;
     return true;
 }
 

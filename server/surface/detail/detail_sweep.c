@@ -281,6 +281,7 @@ bool detail_sweep(Body *body, int64_t step, double tick)
     const int roots = detail->levels.level[0].face_count;
     const int64_t budget = (int64_t)fmax(FACES_LEAST, ceil((double)FACES_PER_SECOND * tick));
     SweepPass pass = {.model = model, .left = budget};
+    const int64_t before = sweep->refined;
 
     detail_begin_change(model);
     set_marks(model, step, tick, &pass.marks);
@@ -289,6 +290,8 @@ bool detail_sweep(Body *body, int64_t step, double tick)
     look_at_felt(&pass);
 
     sweep->credit = fmin(sweep->credit + roots * detail->options.adapt.check_hz * tick, roots);
+    if (detail->again_count > 0)
+        sweep->credit = roots;
     int64_t quota = (int64_t)fmax(floor(sweep->credit), (double)sweep->urgent);
     for (int64_t i = 0; i < quota && pass.left > 0; i++) { // else it goes on here in the next tick
         sweep_face(&pass, 0, (int)sweep->root);
@@ -301,5 +304,10 @@ bool detail_sweep(Body *body, int64_t step, double tick)
     for (int64_t i = 0; i < *detail->felt_count; i++)
         detail->felt_force[detail->felt[i].node] = 0.0;
     *detail->felt_count = 0;
+    // Where a tick is no shorter than the time between two sweeps, all levels come in one tick.
+    bool whole = detail->options.adapt.check_hz * tick >= 1.0;
+    bool divided = sweep->refined > before;
+    detail->again = whole && divided && detail->again_count < detail->finest;
+    detail->again_count = detail->again ? detail->again_count + 1 : 0;
     return detail_end_change(body);
 }
