@@ -92,7 +92,8 @@ typedef enum BodyParameter {
     BODY_ADAPT_SPEED,
     BODY_ADAPT_CURVATURE,
     BODY_ADAPT_SCALE, // times all three thresholds: the time budget's
-    BODY_ADAPT_LEVEL, // finest level that may be used: the time budget's
+    BODY_ADAPT_LEVEL, // finest level that may be used: the time budget's. May be more than there
+                      // are
 } BodyParameter;
 
 typedef struct Body Body;
