@@ -195,6 +195,8 @@ static bool toy_adapt(Body *body, int64_t step, double tick, TopologyChange *cha
 {
     (void)step, (void)tick;
     SplitToy *toy = body->model;
+    if (toy->decide != NULL)
+        toy->decide(toy);
     *change = (TopologyChange){.face = toy->change,
                                .born = toy->born,
                                .gone = toy->gone,
@@ -237,7 +239,10 @@ static void toy_drift(void *self, double dt)
 
 static void toy_evaluate(void *self, const Stage *stage, double h)
 {
-    (void)self, (void)stage, (void)h;
+    (void)stage, (void)h;
+    const SplitToy *toy = self;
+    if (toy->labour != NULL)
+        toy->labour(toy);
 }
 
 static bool toy_commit(void *self)
@@ -327,6 +332,11 @@ static bool toy_set(void *self, BodyParameter parameter, double value)
     return true;
 }
 
+static void toy_snapshot(const void *self, float *position, float *velocity)
+{
+    (void)self, (void)position, (void)velocity; // it publishes no mesh
+}
+
 static void toy_measure(const void *self, BodyMeasure *measure)
 {
     (void)self;
@@ -345,6 +355,7 @@ static const BodyOps toy_ops = {
     .find_nodes = toy_find_nodes,
     .add_load = toy_add_load,
     .clear_loads = toy_clear_loads,
+    .snapshot = toy_snapshot,
     .measure = toy_measure,
     .is_fixed = toy_is_fixed,
     .set = toy_set,

@@ -13,7 +13,8 @@
 
 // Node i of the mesh is node i; the midpoint of edge e is node mesh.node_count + e. Face f of the
 // mesh owns face places 4 f .. 4 f + 3 and uses as many as it is drawn with.
-typedef struct SplitToy {
+typedef struct SplitToy SplitToy;
+struct SplitToy {
     // constant
     int base_nodes, base_faces, edges;
     int (*corner)[3];    // [base_faces]
@@ -40,7 +41,9 @@ typedef struct SplitToy {
     // for the test to look at and to clear
     Vec3 *load, *force; // [base_nodes + edges], as added; `force` since the last tick began
     int changes;        // of topology, since the creation
-} SplitToy;
+    // what the body does of itself, or NULL: before it adapts, and in each evaluation
+    void (*decide)(SplitToy *toy), (*labour)(const SplitToy *toy);
+};
 
 // A body on a mesh, nothing split; what it has belongs to the arena.
 Body split_toy_body(SplitToy **toy, const char *name, const TriMesh *mesh, Arena *arena,

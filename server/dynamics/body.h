@@ -93,7 +93,8 @@ typedef enum BodyParameter {
     BODY_ADAPT_SPEED,
     BODY_ADAPT_CURVATURE,
     BODY_ADAPT_SCALE, // times all three thresholds: the time budget's
-    BODY_ADAPT_LEVEL, // finest level that may be used: the time budget's
+    BODY_ADAPT_LEVEL, // finest level that may be used: the time budget's. May be more than there
+                      // are
 } BodyParameter;
 
 typedef struct Body Body;
@@ -104,7 +105,7 @@ typedef struct BodyOps {
     // --- a tick, in this order; called by the step thread ---
     // Refines and coarsens where the present state asks for it; NULL: the body has one level of
     // detail. True when the topology changed: `change` says how, and the body's surface, mesh,
-    // mass, bounds and counts have changed with it.
+    // mass, bounds and counts have changed with it. `step` counts from 0 again after settling.
     bool (*adapt)(Body *body, int64_t step, double tick, TopologyChange *change);
     // Kicks only: moves positions by dt [s] with the present velocities.
     void (*drift)(void *model, double dt);
@@ -146,6 +147,7 @@ typedef struct BodyOps {
     bool (*set)(void *model, BodyParameter parameter, double value);
 
     // After the state list was restored (checkpoint, reset): whatever follows from it; may be NULL.
+    // The bytes may come from any file: of a state that cannot be, check says so afterwards.
     void (*restored)(Body *body);
 
     // --- load time ---

@@ -15,7 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { REASONS = REFUSAL_COUNT + 1 };
+enum { REASONS = REFUSAL_COUNT + 3 };
 
 void bus_count_published(Bus *bus, int result)
 {
@@ -96,7 +96,7 @@ static int fill_stages(const Bus *bus, char *name[STAGE_COUNT], double us[STAGE_
     return count;
 }
 
-// What was refused or dropped, and how often.
+// What was refused, dropped or held back, and how often.
 static int fill_reasons(const Bus *bus, char *name[REASONS], int64_t count[REASONS])
 {
     int reasons = 0;
@@ -104,6 +104,12 @@ static int fill_reasons(const Bus *bus, char *name[REASONS], int64_t count[REASO
     if (lost > 0) {
         name[reasons] = (char *)(uintptr_t) "frames_not_recorded";
         count[reasons++] = lost;
+    }
+    if (bus->status->governor_actions > 0) {
+        name[reasons] = (char *)(uintptr_t) "governor_stage";
+        count[reasons++] = bus->status->governor_stage;
+        name[reasons] = (char *)(uintptr_t) "governor_actions";
+        count[reasons++] = bus->status->governor_actions;
     }
     for (int i = ACCEPTED + 1; i < REFUSAL_COUNT; i++) {
         if (bus->gate.refused[i] == 0)

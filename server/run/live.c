@@ -105,6 +105,8 @@ static void collect(Live *live, LiveResult *result)
     *result = (LiveResult){.ticks = live->loop.ticks,
                            .late_ticks = live->loop.late_ticks,
                            .resets = sim_resets(live->world->sim),
+                           .governor_actions = live->loop.governor.actions,
+                           .governor_stage = live->loop.governor.stage,
                            .step = live->loop.step_total,
                            .wake = live->loop.wake_total,
                            .bus = bus_counts(live->bus),

@@ -22,6 +22,7 @@ typedef struct LiveOptions {
 
 typedef struct LiveResult {
     int64_t ticks, late_ticks, resets;
+    int64_t governor_actions, governor_stage;
     Histogram step, wake;
     BusCounts bus;
     unsigned requests_high, contacts_high, events_high, answers_high, applied_high;

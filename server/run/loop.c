@@ -121,6 +121,8 @@ void loop_push_status(Loop *loop)
                        .step = sim_steps(sim),
                        .late_ticks = loop->late_ticks,
                        .resets = sim_resets(sim),
+                       .governor_stage = loop->governor.stage,
+                       .governor_actions = loop->governor.actions,
                        .time = sim_time(sim)};
     if (now > loop->window_start_ns)
         out->real_time_factor =
@@ -209,6 +211,8 @@ static void tick(Loop *loop, int64_t begin_ns)
     sim_add_stage_ns(sim, STAGE_SNAPSHOT, end_ns - stepped_ns);
     histogram_add(&loop->step_total, end_ns - begin_ns);
     histogram_add(&loop->step_window, end_ns - begin_ns);
+    if (loop->governs && loop->state == RUN_RUNNING)
+        requests_govern(loop, end_ns - begin_ns);
     if (loop_due(step, publish->status_hz, rate))
         loop_push_status(loop);
 }
@@ -275,6 +279,8 @@ static void *loop_main(void *argument)
     push_frames(loop, false);
     loop_push_status(loop);
     exchange_wake(loop->exchange->bus_fd);
+    if (loop->governs && sim_steps(loop->sim) > 0)
+        requests_release(loop); // what a checkpoint of a governed run holds back
     start_clock(loop);
 
     while (!is_over(loop)) {
@@ -316,8 +322,11 @@ void loop_init(Loop *loop, World *world, Exchange *exchange, const LoopOptions *
     loop->window_start_step = sim_steps(loop->sim);
     loop->resets_seen = sim_resets(loop->sim);
     loop->recorded_step = -1;
-    for (int i = 0; i < sim_body_count(loop->sim); i++)
+    for (int i = 0; i < sim_body_count(loop->sim); i++) {
         loop->pieces += mesh_pieces(&sim_body(loop->sim, i)->mesh);
+        loop->governs |= sim_body(loop->sim, i)->ops->adapt != NULL;
+    }
+    governor_init(&loop->governor, options->rate_hz);
     sim_set_lockstep(loop->sim, false);
 }
 

@@ -7,6 +7,7 @@
 #include "base/histogram.h"
 #include "files/scene.h"
 #include "run/exchange.h"
+#include "run/governor.h"
 
 #include <pthread.h>
 
@@ -25,8 +26,9 @@ typedef struct Loop {
     Sim *sim;
     Exchange *exchange;
     int64_t duration_ticks, checkpoint_ticks;
-    int pieces;  // of all bodies
-    int done_fd; // written once when the loop ends
+    int pieces;   // of all bodies
+    int done_fd;  // written once when the loop ends
+    bool governs; // some body adapts its level of detail
 
     // the thread's own
     RunState state;
@@ -38,6 +40,7 @@ typedef struct Loop {
     int asked_count;
     int64_t resets_seen, reset_reported_step;
     int64_t recorded_step; // newest frame handed to the recording
+    Governor governor;
 
     // results, valid after loop_join (the windows only inside the thread)
     int64_t ticks, late_ticks;

@@ -47,6 +47,9 @@ void report_live(World *world, const LiveResult *result, FILE *out)
     print_times("step time", &result->step, out);
     print_times("wake-up", &result->wake, out);
     print_refused(world, out);
+    if (result->governor_actions > 0)
+        fprintf(out, "governor: %lld actions, stage %lld at the end\n",
+                (long long)result->governor_actions, (long long)result->governor_stage);
     print_messages(result, out);
     if (result->checkpoints > 0)
         fprintf(out, "checkpoints: %lld\n", (long long)result->checkpoints);

@@ -99,6 +99,50 @@ static void push_answer(Loop *loop, const Answer *answer)
     loop->handed_over = true;
 }
 
+// --- the time budget ---
+
+static void set(Loop *loop, const char *key, double value)
+{
+    Input input = {.kind = INPUT_COMMAND,
+                   .command = {.kind = PLIANT_COMMAND_T_SET, .set_value = {value}, .set_count = 1}};
+    snprintf(input.text, sizeof input.text, "%s", key);
+    requests_log(loop, &input);
+    char text[INPUT_WHY_MAX];
+    if (!requests_execute(loop->sim, &input, text))
+        requests_event(loop, -1, "governor", "%s", text);
+}
+
+void requests_govern(Loop *loop, int64_t tick_ns)
+{
+    int finest = 0;
+    for (int i = 0; i < sim_body_count(loop->sim); i++) {
+        const Body *body = sim_body(loop->sim, i);
+        if (body->ops->adapt != NULL && body->finest_level > finest)
+            finest = body->finest_level;
+    }
+    Governor *governor = &loop->governor;
+    GovernorSetting before = governor_setting(governor);
+    GovernorAct act = governor_tick(governor, tick_ns, finest);
+    if (act == GOVERNOR_RESTS)
+        return;
+    GovernorSetting after = governor_setting(governor);
+    if (after.scale != before.scale)
+        set(loop, "adapt_scale", after.scale);
+    if (after.level != before.level)
+        set(loop, "adapt_level", after.level);
+    char text[INPUT_WHY_MAX];
+    governor_describe(governor, act, text, sizeof text);
+    requests_event(loop, -1, "governor", "%s", text);
+}
+
+void requests_release(Loop *loop)
+{
+    governor_restart(&loop->governor);
+    GovernorSetting all = governor_setting(&loop->governor);
+    set(loop, "adapt_scale", all.scale);
+    set(loop, "adapt_level", all.level);
+}
+
 // --- commands of the loop itself ---
 
 static void enter(Loop *loop, RunState state, Answer *answer)
@@ -113,6 +157,9 @@ static void enter(Loop *loop, RunState state, Answer *answer)
         realtime_resume();
     else if (loop->state != state && state == RUN_LOCKSTEP)
         realtime_pause();
+    if (loop->state != RUN_LOCKSTEP && state == RUN_LOCKSTEP && loop->governor.stage > 0)
+        requests_release(loop);
+    governor_forget(&loop->governor);
     loop->state = state;
     sim_set_lockstep(loop->sim, state == RUN_LOCKSTEP);
     snprintf(answer->text, sizeof answer->text, "%s", kinds[state]);
@@ -158,6 +205,8 @@ static bool command(Loop *loop, const Input *input, Answer *answer)
         return true; // the bus knows the text
     default:
         answer->ok = requests_execute(loop->sim, input, answer->text);
+        if (answer->ok && input->command.kind == PLIANT_COMMAND_T_RESET)
+            governor_restart(&loop->governor);
         if (answer->ok)
             requests_event(loop, -1, input->command.kind == PLIANT_COMMAND_T_SET ? "set" : "reset",
                            "%s", answer->text);

@@ -17,6 +17,11 @@ void requests_last_checkpoint(Loop *loop);
 
 // Notes an input as applied at the present tick, for --log-inputs.
 void requests_log(Loop *loop, const Input *input);
+// The governor of the time budget, where some body adapts: at the end of each tick in real time,
+// which took `tick_ns`; and all detail again, as it must be where no time is measured. What they
+// change they change by SET, logged like anybody's.
+void requests_govern(Loop *loop, int64_t tick_ns);
+void requests_release(Loop *loop);
 // Tells the bus of something that happened once; body -1: none in particular.
 void requests_event(Loop *loop, int body, const char *kind, const char *format, ...)
     __attribute__((format(printf, 4, 5)));

@@ -1,0 +1,118 @@
+#include "run/governor.h"
+
+#include "geometry/levels.h"
+
+#include <stdio.h>
+#include <string.h>
+
+// Thresholds first, since they take detail where it matters least; then whole levels.
+static const double scales[] = {1.0, 2.0, 4.0, 8.0};
+enum { LAST_SCALE = sizeof scales / sizeof *scales - 1 };
+
+// One decision a window, which gives a stage time to show in the times.
+static const double WINDOW = 0.25; // [s] of ticks
+enum { LEAST_WINDOW = 20 };
+static const double LATE = 0.05; // share of ticks that may be longer: the limits are for the p95
+static const double BUSY = 0.9;  // of the period: beyond, ticks do not end in time
+// Below, there is room. Far from BUSY, since a stage back may cost half as much again or more.
+static const double ROOM = 0.5;
+// Windows with room before a stage back; twice as many each time that one had to be taken back at
+// once, up to half a minute.
+enum { PATIENCE = 8, MOST_PATIENCE = 128 };
+
+void governor_init(Governor *governor, double rate_hz)
+{
+    memset(governor, 0, sizeof *governor);
+    governor->window = (int)(WINDOW * rate_hz);
+    if (governor->window < LEAST_WINDOW)
+        governor->window = LEAST_WINDOW;
+    governor->busy_ns = (int64_t)(BUSY * 1e9 / rate_hz);
+    governor->room_ns = (int64_t)(ROOM * 1e9 / rate_hz);
+    governor_restart(governor);
+}
+
+void governor_forget(Governor *governor)
+{
+    governor->ticks = governor->busy = governor->tight = 0;
+}
+
+void governor_restart(Governor *governor)
+{
+    governor_forget(governor);
+    governor->stage = governor->calm = 0;
+    governor->patience = PATIENCE;
+    governor->returned = MOST_PATIENCE;
+    governor->spent = false;
+}
+
+GovernorSetting governor_setting(const Governor *governor)
+{
+    int lowered = governor->stage - LAST_SCALE;
+    if (lowered <= 0)
+        return (GovernorSetting){.scale = scales[governor->stage], .level = LEVELS_MAX};
+    return (GovernorSetting){.scale = scales[LAST_SCALE], .level = governor->top_level - lowered};
+}
+
+static GovernorAct lower(Governor *governor, int finest_level)
+{
+    governor->calm = 0;
+    if (governor->returned <= PATIENCE && governor->patience < MOST_PATIENCE)
+        governor->patience *= 2;
+    governor->returned = MOST_PATIENCE;
+    if (governor->stage == LAST_SCALE)
+        governor->top_level = finest_level;
+    if (governor->stage >= LAST_SCALE &&
+        governor->stage - LAST_SCALE == governor->top_level) { // level 0 is all that is left
+        bool again = governor->spent;
+        governor->spent = true;
+        return again ? GOVERNOR_RESTS : GOVERNOR_SPENT;
+    }
+    governor->stage++;
+    governor->actions++;
+    return GOVERNOR_LOWERS;
+}
+
+static GovernorAct raise(Governor *governor)
+{
+    governor->calm = 0;
+    governor->returned = 0;
+    governor->spent = false;
+    governor->stage--;
+    governor->actions++;
+    return GOVERNOR_RAISES;
+}
+
+GovernorAct governor_tick(Governor *governor, int64_t ns, int finest_level)
+{
+    governor->ticks++;
+    governor->busy += ns > governor->busy_ns;
+    governor->tight += ns > governor->room_ns;
+    if (governor->ticks < governor->window)
+        return GOVERNOR_RESTS;
+    int may_be_late = (int)(LATE * governor->window);
+    bool busy = governor->busy > may_be_late, room = governor->tight <= may_be_late;
+    governor_forget(governor);
+
+    if (governor->returned < MOST_PATIENCE && ++governor->returned == MOST_PATIENCE)
+        governor->patience = PATIENCE; // the stage back has proved itself
+    if (busy)
+        return lower(governor, finest_level);
+    governor->calm = room ? governor->calm + 1 : 0;
+    return governor->stage > 0 && governor->calm >= governor->patience ? raise(governor)
+                                                                       : GOVERNOR_RESTS;
+}
+
+void governor_describe(const Governor *governor, GovernorAct act, char *text, size_t size)
+{
+    GovernorSetting setting = governor_setting(governor);
+    double limit = 1e-6 * (double)(act == GOVERNOR_RAISES ? governor->room_ns : governor->busy_ns);
+    const char *relation = act == GOVERNOR_RAISES ? "within" : "over";
+    char what[64];
+    if (act == GOVERNOR_SPENT)
+        snprintf(what, sizeof what, "nothing is left to lower");
+    else if (setting.level < LEVELS_MAX)
+        snprintf(what, sizeof what, "finest level %d", setting.level);
+    else
+        snprintf(what, sizeof what, "thresholds times %g", setting.scale);
+    snprintf(text, size, "p95 of %d ticks %s %.3g ms: %s", governor->window, relation, limit, what);
+}

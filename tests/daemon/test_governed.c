@@ -1,0 +1,235 @@
+// A loop in real time over a body whose ticks take longer than their period until its thresholds
+// are raised: the governor raises them, its actions are inputs like any other, and a run without
+// clock that gets these inputs ends in the same state.
+#include "expect.h"
+#include "geometry/levels.h"
+#include "run/loop.h"
+#include "run/requests.h"
+#include "split_toy.h"
+
+#include "pliant_command_t.h"
+
+#include <string.h>
+#include <sys/eventfd.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { RATE = 100 }; // [Hz]
+
+typedef struct Rig {
+    World world;
+    TriMesh mesh;
+    SplitToy *toy;
+    Exchange exchange;
+    Loop loop;
+    int done_fd;
+} Rig;
+
+// Where the thresholds are low everything is split.
+static void decide(SplitToy *toy)
+{
+    split_toy_want_all(toy, toy->parameter[BODY_ADAPT_SCALE] < 4.0);
+}
+
+// Half as long again as a tick may take, or hardly anything.
+static void labour(const SplitToy *toy)
+{
+    const struct timespec slow = {.tv_nsec = 15000000};
+    if (toy->split[0])
+        nanosleep(&slow, NULL);
+}
+
+static void create(Rig *rig)
+{
+    memset(rig, 0, sizeof *rig);
+    rig->mesh = toy_sheet(2, 0.01);
+    SimOptions options = {.rate_hz = RATE, .tool_timeout_s = 0.2, .may_load = true};
+    rig->world.sim = sim_create(&options, &rig->world.arena, &rig->world.state);
+    Body body = split_toy_body(&rig->toy, "wall", &rig->mesh, &rig->world.arena, &rig->world.state);
+    body.time_step_wanted = 1.0 / RATE; // one evaluation a tick
+    body.unsafe_time_step = true;
+    rig->toy->parameter[BODY_ADAPT_SCALE] = 1.0;
+    rig->toy->parameter[BODY_ADAPT_LEVEL] = LEVELS_MAX;
+    rig->toy->decide = decide;
+    sim_add_body(rig->world.sim, &body);
+    Status status = {0};
+    assert_true(sim_seal(rig->world.sim, 0.0, &status));
+}
+
+static void destroy(Rig *rig)
+{
+    mesh_destroy(&rig->mesh);
+    state_destroy(&rig->world.state);
+    arena_destroy(&rig->world.arena);
+}
+
+static void create_loop(Rig *rig, double duration_s)
+{
+    Status status = {0};
+    ExchangeOptions exchange = {.logs_inputs = true};
+    exchange_create(&rig->exchange, &rig->world, &exchange);
+    assert_true(exchange_open(&rig->exchange, &status));
+    rig->done_fd = eventfd(0, EFD_CLOEXEC);
+    LoopOptions loop = {.rate_hz = RATE, .duration_s = duration_s};
+    loop_init(&rig->loop, &rig->world, &rig->exchange, &loop, rig->done_fd);
+}
+
+static void close_loop(Rig *rig)
+{
+    exchange_close(&rig->exchange);
+    close(rig->done_fd);
+}
+
+static void run_loop(Rig *rig)
+{
+    Status status = {0};
+    assert_true(loop_start(&rig->loop, &status));
+    loop_join(&rig->loop);
+}
+
+static int count_events(Rig *rig, const char *kind)
+{
+    int count = 0;
+    for (const EventOut *event; (event = ring_peek(&rig->exchange.event)) != NULL;) {
+        count += strcmp(event->kind, kind) == 0;
+        ring_pop(&rig->exchange.event);
+    }
+    return count;
+}
+
+// Through the bytes of the log and back, as a run off line gets it.
+static void replay_input(Sim *sim, const Input *input)
+{
+    unsigned char data[INPUT_WIRE_MAX];
+    Input read;
+    char text[INPUT_WHY_MAX];
+    size_t size = input_encode(input, data);
+    assert_int_equal(input_decode(INPUT_COMMAND, data, size, &read, text), ACCEPTED);
+    assert_int_equal(input_validate(&read, sim, text), ACCEPTED);
+    assert_true(requests_execute(sim, &read, text));
+}
+
+static void replay(Rig *live, Rig *twin)
+{
+    Ring *applied = &live->exchange.applied;
+    int64_t end = sim_steps(live->world.sim);
+    for (;;) {
+        const AppliedInput *next;
+        while ((next = ring_peek(applied)) != NULL && next->step == sim_steps(twin->world.sim)) {
+            replay_input(twin->world.sim, &next->input);
+            ring_pop(applied);
+        }
+        if (sim_steps(twin->world.sim) == end)
+            break;
+        sim_step(twin->world.sim);
+    }
+    assert_null(ring_peek(applied));
+}
+
+static void overrun_raises_thresholds_and_the_log_repeats_it(void **state)
+{
+    (void)state;
+    Rig live, twin;
+    create(&live);
+    live.toy->labour = labour;
+    create_loop(&live,
+                4.0); // two windows of 25 slow ticks, each with one skipped, and as long again
+    run_loop(&live);
+    // At least until the ticks were short; a busy machine may have made it go on.
+    assert_true(live.loop.governor.actions >= 2);
+    assert_true(live.toy->changes >= 2); // split, then joined again
+    assert_int_equal(count_events(&live, "governor"), live.loop.governor.actions);
+    const StatusOut *status = slot_take(&live.exchange.status);
+    assert_non_null(status);
+    assert_int_equal(status->governor_stage, live.loop.governor.stage);
+    assert_int_equal(status->governor_actions, live.loop.governor.actions);
+
+    create(&twin);
+    replay(&live, &twin);
+    assert_true(state_hash(&live.world.state) == state_hash(&twin.world.state));
+    destroy(&twin);
+    close_loop(&live);
+    destroy(&live);
+}
+
+static void push_command(Rig *rig, int kind, int64_t value)
+{
+    Input input = {.kind = INPUT_COMMAND, .command = {.kind = kind, .value = value}};
+    assert_true(ring_push(&rig->exchange.request, &input));
+    exchange_wake(rig->exchange.step_fd);
+}
+
+// Ticks of a STEP are as slow as before, and nobody minds.
+static void lockstep_is_not_governed(void **state)
+{
+    (void)state;
+    Rig rig;
+    create(&rig);
+    rig.toy->labour = labour;
+    create_loop(&rig, 0.0);
+    push_command(&rig, PLIANT_COMMAND_T_STEP, 80);
+    push_command(&rig, PLIANT_COMMAND_T_STOP, 0);
+    run_loop(&rig);
+    assert_int_equal(sim_steps(rig.world.sim), 80);
+    assert_int_equal(rig.loop.governor.actions, 0);
+    assert_int_equal(count_events(&rig, "governor"), 0);
+    expect_near(rig.toy->parameter[BODY_ADAPT_SCALE], 1.0, 0.0);
+    close_loop(&rig);
+    destroy(&rig);
+}
+
+// What the governor holds back comes back when no time is measured any more, by inputs again.
+static void lockstep_begins_with_all_detail(void **state)
+{
+    (void)state;
+    Rig rig;
+    create(&rig);
+    create_loop(&rig, 0.0);
+    for (int stage = 1; stage <= 5; stage++)
+        for (int tick = 0; tick < 25; tick++) {
+            sim_body(rig.world.sim, 0)->finest_level = 3;
+            requests_govern(&rig.loop, 15000000);
+        }
+    expect_near(rig.toy->parameter[BODY_ADAPT_SCALE], 8.0, 0.0);
+    expect_near(rig.toy->parameter[BODY_ADAPT_LEVEL], 1.0, 0.0);
+    push_command(&rig, PLIANT_COMMAND_T_STEP, 1);
+    assert_true(requests_take(&rig.loop));
+    expect_near(rig.toy->parameter[BODY_ADAPT_SCALE], 1.0, 0.0);
+    expect_near(rig.toy->parameter[BODY_ADAPT_LEVEL], LEVELS_MAX, 0.0);
+    assert_int_equal(rig.loop.governor.stage, 0);
+    int logged = 0;
+    for (const AppliedInput *next; (next = ring_peek(&rig.exchange.applied)) != NULL; logged++)
+        ring_pop(&rig.exchange.applied);
+    assert_int_equal(logged, 5 + 1 + 2); // actions, STEP, both keys
+    close_loop(&rig);
+    destroy(&rig);
+}
+
+// RESET brings the thresholds back with the rest of the state; the governor begins anew.
+static void reset_restarts_the_governor(void **state)
+{
+    (void)state;
+    Rig rig;
+    create(&rig);
+    create_loop(&rig, 0.0);
+    for (int tick = 0; tick < 25; tick++)
+        requests_govern(&rig.loop, 15000000);
+    expect_near(rig.toy->parameter[BODY_ADAPT_SCALE], 2.0, 0.0);
+    push_command(&rig, PLIANT_COMMAND_T_RESET, 0);
+    assert_false(requests_take(&rig.loop));
+    expect_near(rig.toy->parameter[BODY_ADAPT_SCALE], 1.0, 0.0);
+    assert_int_equal(rig.loop.governor.stage, 0);
+    close_loop(&rig);
+    destroy(&rig);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(overrun_raises_thresholds_and_the_log_repeats_it),
+        cmocka_unit_test(lockstep_is_not_governed),
+        cmocka_unit_test(lockstep_begins_with_all_detail),
+        cmocka_unit_test(reset_restarts_the_governor),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

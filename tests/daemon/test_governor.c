@@ -1,0 +1,207 @@
+// The governor of the time budget, as a function of measured times.
+#include "expect.h"
+#include "geometry/levels.h"
+#include "run/governor.h"
+
+#include <string.h>
+
+enum { RATE = 1000, WINDOW = 250 }; // ticks; of 1 ms
+
+static const int64_t FAST = 300000, MIDDLING = 700000, SLOW = 1500000; // [ns]
+
+// A window of ticks, `slow` of them slow and the others as given; the last act, the only one that
+// may not be rest.
+static GovernorAct run_window(Governor *governor, int64_t ns, int slow, int finest)
+{
+    for (int i = 0; i < WINDOW - 1; i++)
+        assert_int_equal(governor_tick(governor, i < slow ? SLOW : ns, finest), GOVERNOR_RESTS);
+    return governor_tick(governor, ns, finest);
+}
+
+static void expect_setting(const Governor *governor, double scale, int level)
+{
+    GovernorSetting setting = governor_setting(governor);
+    expect_near(setting.scale, scale, 0.0);
+    assert_int_equal(setting.level, level);
+}
+
+static void rest_while_ticks_end_in_time(void **state)
+{
+    (void)state;
+    Governor governor;
+    governor_init(&governor, RATE);
+    for (int k = 0; k < 50; k++) {
+        // One in twenty may be late: 12 of 250.
+        assert_int_equal(run_window(&governor, k % 2 ? FAST : MIDDLING, 12, 3), GOVERNOR_RESTS);
+        expect_setting(&governor, 1.0, LEVELS_MAX);
+    }
+    assert_int_equal(governor.actions, 0);
+    assert_int_equal(run_window(&governor, FAST, 13, 3), GOVERNOR_LOWERS);
+}
+
+static void thresholds_rise_first_then_levels_fall_one_a_window(void **state)
+{
+    (void)state;
+    Governor governor;
+    governor_init(&governor, RATE);
+    static const double scale[] = {2.0, 4.0, 8.0, 8.0, 8.0};
+    static const int level[] = {LEVELS_MAX, LEVELS_MAX, LEVELS_MAX, 1, 0};
+    for (int k = 0; k < 5; k++) {
+        assert_int_equal(run_window(&governor, SLOW, 0, 2), GOVERNOR_LOWERS);
+        expect_setting(&governor, scale[k], level[k]);
+    }
+    // The coarsest: it says so once and stays.
+    assert_int_equal(run_window(&governor, SLOW, 0, 0), GOVERNOR_SPENT);
+    for (int k = 0; k < 3; k++)
+        assert_int_equal(run_window(&governor, SLOW, 0, 0), GOVERNOR_RESTS);
+    expect_setting(&governor, 8.0, 0);
+    // And all the way back.
+    for (int k = 4; k >= 0; k--) {
+        GovernorAct act = GOVERNOR_RESTS;
+        for (int w = 0; w < 8 && act == GOVERNOR_RESTS; w++)
+            act = run_window(&governor, FAST, 0, 0);
+        assert_int_equal(act, GOVERNOR_RAISES);
+        expect_setting(&governor, k == 0 ? 1.0 : scale[k - 1], k == 0 ? LEVELS_MAX : level[k - 1]);
+    }
+    assert_int_equal(governor.actions, 10);
+}
+
+static void coarse_body_has_no_level_to_lower(void **state)
+{
+    (void)state;
+    Governor governor;
+    governor_init(&governor, RATE);
+    for (int k = 0; k < 3; k++)
+        assert_int_equal(run_window(&governor, SLOW, 0, 0), GOVERNOR_LOWERS);
+    assert_int_equal(run_window(&governor, SLOW, 0, 0), GOVERNOR_SPENT);
+    expect_setting(&governor, 8.0, LEVELS_MAX);
+    // Once it has refined there is.
+    assert_int_equal(run_window(&governor, SLOW, 0, 1), GOVERNOR_LOWERS);
+    expect_setting(&governor, 8.0, 0);
+}
+
+// Between the limits nothing happens: what is not late has no room to spare either.
+static void stage_holds_between_the_limits(void **state)
+{
+    (void)state;
+    Governor governor;
+    governor_init(&governor, RATE);
+    assert_int_equal(run_window(&governor, SLOW, 0, 2), GOVERNOR_LOWERS);
+    for (int k = 0; k < 100; k++)
+        assert_int_equal(run_window(&governor, MIDDLING, 0, 2), GOVERNOR_RESTS);
+    for (int k = 0; k < 7; k++)
+        assert_int_equal(run_window(&governor, FAST, 0, 2), GOVERNOR_RESTS);
+    assert_int_equal(run_window(&governor, MIDDLING, 0, 2), GOVERNOR_RESTS); // counts anew
+    for (int k = 0; k < 7; k++)
+        assert_int_equal(run_window(&governor, FAST, 0, 2), GOVERNOR_RESTS);
+    assert_int_equal(run_window(&governor, FAST, 0, 2), GOVERNOR_RAISES);
+}
+
+// A load that fits one stage up and not at all below: it tries ever less often, and again sooner
+// once a stage back has lasted.
+static void vain_returns_become_rare(void **state)
+{
+    (void)state;
+    Governor governor;
+    governor_init(&governor, RATE);
+    assert_int_equal(run_window(&governor, SLOW, 0, 2), GOVERNOR_LOWERS);
+    int waited[7];
+    for (int k = 0; k < 7; k++) {
+        waited[k] = 1;
+        while (run_window(&governor, FAST, 0, 2) == GOVERNOR_RESTS)
+            waited[k]++;
+        assert_int_equal(governor.stage, 0);
+        assert_int_equal(run_window(&governor, SLOW, 0, 2), GOVERNOR_LOWERS);
+    }
+    static const int expected[7] = {8, 16, 32, 64, 128, 128, 128}; // windows
+    for (int k = 0; k < 7; k++)
+        assert_int_equal(waited[k], expected[k]);
+    while (run_window(&governor, FAST, 0, 2) == GOVERNOR_RESTS) {
+    }
+    for (int k = 0; k < 128; k++)
+        assert_int_equal(run_window(&governor, FAST, 0, 2), GOVERNOR_RESTS);
+    assert_int_equal(run_window(&governor, SLOW, 0, 2), GOVERNOR_LOWERS);
+    int again = 1;
+    while (run_window(&governor, FAST, 0, 2) == GOVERNOR_RESTS)
+        again++;
+    assert_int_equal(again, 8);
+}
+
+// A model of the thing governed: each stage costs half of the one before. It settles at the first
+// stage that ends in time and stays there.
+static void governed_load_settles(void **state)
+{
+    (void)state;
+    for (int heavy = 1; heavy <= 5; heavy++) {
+        Governor governor;
+        governor_init(&governor, RATE);
+        int moves = 0;
+        for (int w = 0; w < 40; w++) {
+            int64_t ns = (int64_t)(0.8e6 * (double)(1 << heavy)) >> governor.stage;
+            moves += run_window(&governor, ns, 0, 2) != GOVERNOR_RESTS;
+        }
+        assert_int_equal(governor.stage, heavy); // 0.8 ms: neither late nor with room
+        assert_int_equal(moves, heavy);
+    }
+}
+
+static void low_rates_have_windows_of_twenty_ticks(void **state)
+{
+    (void)state;
+    Governor governor;
+    governor_init(&governor, 10.0);
+    for (int i = 0; i < 19; i++)
+        assert_int_equal(governor_tick(&governor, 100000000, 2), GOVERNOR_RESTS);
+    assert_int_equal(governor_tick(&governor, 100000000, 2), GOVERNOR_LOWERS);
+}
+
+static void forgotten_ticks_do_not_count(void **state)
+{
+    (void)state;
+    Governor governor;
+    governor_init(&governor, RATE);
+    for (int i = 0; i < WINDOW - 1; i++)
+        governor_tick(&governor, SLOW, 2);
+    governor_forget(&governor);
+    assert_int_equal(run_window(&governor, FAST, 0, 2), GOVERNOR_RESTS);
+    assert_int_equal(run_window(&governor, SLOW, 0, 2), GOVERNOR_LOWERS);
+    governor_restart(&governor);
+    expect_setting(&governor, 1.0, LEVELS_MAX);
+}
+
+static void says_what_it_did_and_why(void **state)
+{
+    (void)state;
+    Governor governor;
+    governor_init(&governor, RATE);
+    char text[192];
+    run_window(&governor, SLOW, 0, 1);
+    governor_describe(&governor, GOVERNOR_LOWERS, text, sizeof text);
+    assert_string_equal(text, "p95 of 250 ticks over 0.9 ms: thresholds times 2");
+    for (int k = 0; k < 3; k++)
+        run_window(&governor, SLOW, 0, 1);
+    governor_describe(&governor, GOVERNOR_LOWERS, text, sizeof text);
+    assert_string_equal(text, "p95 of 250 ticks over 0.9 ms: finest level 0");
+    governor_describe(&governor, GOVERNOR_SPENT, text, sizeof text);
+    assert_string_equal(text, "p95 of 250 ticks over 0.9 ms: nothing is left to lower");
+    for (int k = 0; k < 8; k++)
+        run_window(&governor, FAST, 0, 0);
+    governor_describe(&governor, GOVERNOR_RAISES, text, sizeof text);
+    assert_string_equal(text, "p95 of 250 ticks within 0.5 ms: thresholds times 8");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(rest_while_ticks_end_in_time),
+        cmocka_unit_test(thresholds_rise_first_then_levels_fall_one_a_window),
+        cmocka_unit_test(coarse_body_has_no_level_to_lower),
+        cmocka_unit_test(stage_holds_between_the_limits),
+        cmocka_unit_test(vain_returns_become_rare),
+        cmocka_unit_test(governed_load_settles),
+        cmocka_unit_test(low_rates_have_windows_of_twenty_ticks),
+        cmocka_unit_test(forgotten_ticks_do_not_count),
+        cmocka_unit_test(says_what_it_did_and_why),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
