@@ -5,15 +5,15 @@
 
 #include "base/check.h"
 #include "base/log.h"
+#include "files/fnv.h"
 #include "files/hdf.h"
 #include "files/physics_hash.h"
 
-#include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define CHECKPOINT_FORMAT "pliant-checkpoint"
-enum { CHECKPOINT_VERSION = 1, HASH_TEXT = 17, NAME_TEXT = 160 };
+enum { CHECKPOINT_VERSION = 1, NAME_TEXT = 160 };
 
 static void read_body(const World *world, int index, Vec3 *position, Vec3 *velocity)
 {
@@ -63,16 +63,11 @@ static const char *isa_of(const World *world)
     return body->ops->isa(body->model);
 }
 
-static void hash_text(char text[HASH_TEXT], uint64_t hash)
-{
-    snprintf(text, HASH_TEXT, "%016" PRIx64, hash);
-}
-
 static bool write_head(const HdfFile *file, const CheckpointImage *image, const World *world,
                        const Scene *scene)
 {
-    char physics[HASH_TEXT];
-    hash_text(physics, physics_hash(scene, world));
+    char physics[FNV_TEXT];
+    fnv_text(physics, physics_hash(scene, world));
     return hdf_write_text(file, "/", "format", CHECKPOINT_FORMAT) &&
            hdf_write_int(file, "/", "version", CHECKPOINT_VERSION) &&
            hdf_write_text(file, "/", "scene", scene->text) &&
@@ -129,7 +124,7 @@ bool checkpoint_write(const char *path, const CheckpointImage *image, const Worl
 // Format, version and scene: what a file must be before any of its numbers is looked at.
 static bool check_head(const HdfFile *file, const World *world, const Scene *scene)
 {
-    char text[64], physics[HASH_TEXT];
+    char text[64], physics[FNV_TEXT];
     int version = 0;
     if (!hdf_read_text(file, "/", "format", text, sizeof text))
         return false;
@@ -149,7 +144,7 @@ static bool check_head(const HdfFile *file, const World *world, const Scene *sce
             return hdf_fail(file, name, "has %lld rows, the body %d nodes", (long long)count,
                             world->mesh[i].node_count);
     }
-    hash_text(physics, physics_hash(scene, world));
+    fnv_text(physics, physics_hash(scene, world));
     if (!hdf_read_text(file, "/", "physics", text, sizeof text))
         return false;
     return strcmp(text, physics) == 0 ||
