@@ -166,7 +166,7 @@ bool hdf_check_seal(const char *path, Status *status)
     }
     fclose(file);
     if (!sealed)
-        return status_fail(status, STATUS_INVALID, "%s: is no file written by pliantd", path);
+        return status_fail(status, STATUS_INVALID, "%s: is no file that Pliant wrote", path);
     snprintf(expected, sizeof expected, SEAL_FORMAT, size, hash);
     return memcmp(found, expected, sizeof found) == 0 ||
            status_fail(status, STATUS_INVALID,
