@@ -1,6 +1,8 @@
-// pliant-prepare: looks at mesh files before a scene uses them.
+// pliant-prepare: looks at mesh files before a scene uses them, and makes the meshes and levels of
+// a scene once, so that daemons start without.
 #include "base/log.h"
 #include "files/mesh_report.h"
+#include "files/prepared.h"
 
 #include <argp.h>
 #include <stdlib.h>
@@ -9,7 +11,7 @@
 enum { OPTION_CHECK = 256, OPTION_SCALE, OPTION_USAGE };
 
 typedef struct Arguments {
-    char **file; // [file_count] of the command line, in its order
+    char **file; // [file_count] meshes or scene of the command line, in its order
     int file_count;
     const char *output;
     double scale; // 0: not given
@@ -24,7 +26,10 @@ static const struct argp_option options[] = {
      "triangles, the stable time step it allows",
      1},
     {"scale", OPTION_SCALE, "S", 0, "Metres a unit of the files; 0.001 for millimetres", 1},
-    {"output", 'o', "FILE", 0, "Prepared models are not in this version", 2},
+    {"output", 'o', "FILE", 0,
+     "Make the meshes and levels of all bodies of SCENE.cfg and write them to FILE (HDF5), for "
+     "pliantd --prepared FILE SCENE.cfg",
+     2},
     {"version", 'V', 0, 0, "Print the version, exit", 3},
     {"help", '?', 0, 0, "Print this list, exit", 3},
     {"usage", OPTION_USAGE, 0, 0, "Print the options in short, exit", 3},
@@ -83,11 +88,20 @@ static void check_together(Arguments *a)
     Status *status = &a->status;
     if (a->file_count == 0)
         status_fail(status, STATUS_INVALID,
-                    "pliant-prepare: no mesh given (see pliant-prepare --help)");
-    if (!a->check || a->output != NULL)
+                    "pliant-prepare: no %s given (see pliant-prepare --help)",
+                    a->output != NULL ? "scene" : "mesh");
+    if (a->check == (a->output != NULL))
         status_fail(status, STATUS_INVALID,
-                    "pliant-prepare: prepared models are not in this version; --check MESH reports "
-                    "on a mesh");
+                    "pliant-prepare: needs either --check MESH... or SCENE.cfg -o FILE (see "
+                    "pliant-prepare --help)");
+    if (a->output != NULL && a->scale > 0.0)
+        status_fail(status, STATUS_INVALID,
+                    "pliant-prepare: --scale goes with --check: a scene "
+                    "has its own");
+    if (a->output != NULL && a->file_count > 1)
+        status_fail(status, STATUS_INVALID,
+                    "pliant-prepare: one scene at a time, got '%s' and '%s'", a->file[0],
+                    a->file[1]);
 }
 
 // argp's own errors take two lines and an exit code of their own; told to leave them, it prints no
@@ -97,9 +111,12 @@ static void parse_arguments(int argc, char **argv, Arguments *arguments)
     static const struct argp argp = {
         options,
         parse_option,
-        "--check MESH...",
-        "Says what a mesh file holds and whether a scene can use it.\v"
-        "Exit code 0: every mesh is usable; 2: bad usage, or a mesh that is not.",
+        "--check MESH...\nSCENE.cfg -o FILE",
+        "Says what a mesh file holds and whether a scene can use it, or does for a scene what "
+        "needs "
+        "to be done once.\v"
+        "Exit code 0: every mesh is usable, the file is written; 1: it cannot be written; 2: bad "
+        "usage, scene or mesh.",
         NULL,
         NULL,
         NULL};
@@ -137,6 +154,20 @@ static StatusCode check_meshes(const Arguments *arguments)
     return worst;
 }
 
+static StatusCode prepare(const Arguments *arguments)
+{
+    Status status = {0};
+    Scene scene = {0};
+    log_set_level(LOG_INFO); // of repairs
+    if (scene_read(arguments->file[0], &scene, &status))
+        prepared_write(arguments->output, &scene, stdout, &status);
+    scene_destroy(&scene);
+    fflush(stdout);
+    if (status.code != STATUS_OK)
+        fprintf(stderr, "%s\n", status.text);
+    return status.code;
+}
+
 int main(int argc, char **argv)
 {
     log_set_program("pliant-prepare");
@@ -149,7 +180,7 @@ int main(int argc, char **argv)
     if (code != STATUS_OK)
         fprintf(stderr, "%s\n", arguments.status.text);
     else if (!arguments.help && !arguments.usage && !arguments.version)
-        code = check_meshes(&arguments);
+        code = arguments.check ? check_meshes(&arguments) : prepare(&arguments);
     free(arguments.file);
     return fflush(stdout) == 0 ? (int)code : STATUS_FAILED;
 }

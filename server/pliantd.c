@@ -23,6 +23,7 @@ enum {
     OPTION_CHECKPOINT,
     OPTION_CHECKPOINT_EVERY,
     OPTION_RESUME,
+    OPTION_PREPARED,
     OPTION_RATE,
     OPTION_DURATION,
     OPTION_SEED,
@@ -34,6 +35,7 @@ enum {
 
 typedef struct Arguments {
     const char *scene, *lcm_url, *input, *log_inputs, *record, *checkpoint, *resume, *isa, *prefix;
+    const char *prepared;
     bool check, explain, offline, help, usage, version;
     double offline_s, checkpoint_s, duration_s, rate_hz; // 0: not given
     int parsed; // arguments that were understood, for the message about the one that was not
@@ -61,6 +63,11 @@ static const struct argp_option options[] = {
      "Write a checkpoint at the end, on SIGUSR1 and on command", 4},
     {"checkpoint-every", OPTION_CHECKPOINT_EVERY, "S", 0, "And every S simulated seconds", 4},
     {"resume", OPTION_RESUME, "FILE", 0, "Start from a checkpoint", 4},
+    {"prepared", OPTION_PREPARED, "FILE", 0,
+     "Read meshes and levels from FILE, which pliant-prepare SCENE.cfg -o FILE made, instead of "
+     "the "
+     "scene's",
+     4},
     {"rate", OPTION_RATE, "HZ", 0, "Ticks a second, instead of the scene's", 5},
     {"duration", OPTION_DURATION, "S", 0, "End after S seconds (late ticks included)", 5},
     {"seed", OPTION_SEED, "N", 0, "Accepted; nothing is random in this version", 5},
@@ -140,6 +147,9 @@ static error_t parse_option(int key, char *text, struct argp_state *state)
         break;
     case OPTION_RESUME:
         a->resume = text;
+        break;
+    case OPTION_PREPARED:
+        a->prepared = text;
         break;
     case OPTION_RATE:
         a->rate_hz = parse_number(a, "--rate", text, 1.0, 10000.0);
@@ -367,7 +377,8 @@ static bool run(const Arguments *arguments, Status *status)
             scene_override(&scene, arguments->rate_hz, arguments->prefix, status) &&
             may_record(&scene, arguments, status);
     if (whole) {
-        BuildOptions build = {.isa = isa, .may_load = may_load(arguments)};
+        BuildOptions build = {
+            .isa = isa, .prepared = arguments->prepared, .may_load = may_load(arguments)};
         whole = world_build(&world, &scene, &build, status) &&
                 (arguments->resume == NULL ||
                  checkpoint_read(arguments->resume, &world, &scene, status)) &&

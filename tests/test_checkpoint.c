@@ -97,35 +97,6 @@ static const char *load(Run *run, const char *name)
     return said;
 }
 
-static unsigned char *read_file(const char *name, size_t *size)
-{
-    char path[SCRATCH_PATH];
-    FILE *file = fopen(scratch_path(&scratch, name, path), "rb");
-    assert_non_null(file);
-    fseek(file, 0, SEEK_END);
-    *size = (size_t)ftell(file);
-    rewind(file);
-    unsigned char *data = malloc(*size);
-    assert_int_equal(fread(data, 1, *size, file), *size);
-    fclose(file);
-    return data;
-}
-
-// Makes the seal of a changed file valid again: FNV-1a over all behind its first 512 bytes.
-static void seal_again(const char *name)
-{
-    size_t size = 0;
-    unsigned char *data = read_file(name, &size);
-    uint64_t hash = 14695981039346656037u;
-    for (size_t i = 512; i < size; i++)
-        hash = (hash ^ data[i]) * 1099511628211u;
-    memset(data, 0, 512);
-    snprintf((char *)data, 512, "pliant: %zu bytes follow, fnv1a %016llx\n", size - 512,
-             (unsigned long long)hash);
-    scratch_write(&scratch, name, data, size);
-    free(data);
-}
-
 // --- layout --------------------------------------------------------------------------------------
 
 static hid_t open_plain(const char *name, unsigned mode)
@@ -350,15 +321,15 @@ static void other_formats_and_versions_are_refused(void **unused)
     assert_true(H5Awrite(attribute, H5T_NATIVE_INT, &version) >= 0);
     H5Aclose(attribute);
     H5Fclose(file);
-    seal_again("a.h5");
+    scratch_seal(&scratch, "a.h5");
     assert_string_equal(load(&run, "a.h5"), "a.h5: / version 2 must be 1");
     file = open_plain("a.h5", H5F_ACC_RDWR);
     H5Adelete(file, "format");
     H5Fclose(file);
-    seal_again("a.h5");
+    scratch_seal(&scratch, "a.h5");
     assert_string_equal(load(&run, "a.h5"), "a.h5: / has no attribute format");
     scratch_write(&scratch, "a.h5", "no HDF5", 7);
-    assert_string_equal(load(&run, "a.h5"), "a.h5: is no file written by pliantd");
+    assert_string_equal(load(&run, "a.h5"), "a.h5: is no file that Pliant wrote");
     assert_string_equal(load(&run, "none.h5"), "none.h5: No such file or directory");
     assert_string_equal(load(&run, "../"), "../: is not a regular file");
     run_destroy(&run);
@@ -390,7 +361,7 @@ static void changed_numbers_are_refused(void **unused)
         assert_string_equal(load(&run, "a.h5"),
                             "a.h5: is truncated or was altered: it differs from its seal");
         // With a seal made anew the rows for everyone still contradict those of the run.
-        seal_again("a.h5");
+        scratch_seal(&scratch, "a.h5");
         assert_string_equal(load(&run, "a.h5"), "a.h5: /bodies/ball does not match the state");
         assert_true(state_hash(&run.world.state) == before);
     }
@@ -405,7 +376,7 @@ static void truncated_files_are_refused(void **unused)
     run_create(&run, SCENE("leapfrog", ""));
     run_step(&run, 10);
     save(&run, "a.h5");
-    unsigned char *data = read_file("a.h5", &size);
+    unsigned char *data = scratch_read(&scratch, "a.h5", &size);
     uint64_t before = state_hash(&run.world.state);
     for (int i = 0; i < 50; i++) {
         scratch_write(&scratch, "b.h5", data, size * (size_t)i / 50);
@@ -424,7 +395,7 @@ static void altered_files_are_refused_wherever_the_change_is(void **unused)
     run_create(&run, SCENE("leapfrog", ""));
     run_step(&run, 10);
     save(&run, "a.h5");
-    unsigned char *data = read_file("a.h5", &size);
+    unsigned char *data = scratch_read(&scratch, "a.h5", &size);
     uint64_t before = state_hash(&run.world.state);
     // An odd stride meets all parts of blocks of even size.
     for (size_t at = 0; at < size; at += size / 200 | 1) {

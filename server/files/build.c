@@ -3,10 +3,9 @@
 #include "files/build.h"
 
 #include "base/check.h"
-#include "base/log.h"
+#include "files/body_mesh.h"
 #include "files/checkpoint.h"
-#include "files/mesh_import.h"
-#include "geometry/generator.h"
+#include "files/prepared.h"
 
 #include <stdlib.h>
 
@@ -14,72 +13,6 @@
 static bool fail_at(const Scene *scene, const SceneBody *body, const Status *said, Status *status)
 {
     return status_fail(status, said->code, "%s:%d: %s", scene->path, body->line, said->text);
-}
-
-// Imports a mesh and logs what had to be repaired.
-static bool import_mesh(const char *path, TriMesh *mesh, Status *status)
-{
-    MeshImport import;
-    char repairs[512];
-    if (!mesh_import(path, mesh, &import, status))
-        return false;
-    mesh_repairs_text(&import.repairs, repairs, sizeof repairs);
-    if (repairs[0] != '\0')
-        log_line(LOG_INFO, "%s: %s", path, repairs);
-    return true;
-}
-
-// What is not of the size of an organ, by orders of magnitude, was given in other units.
-static bool check_extent(const MeshSource *source, const TriMesh *mesh, Status *status)
-{
-    double extent = mesh_extent(mesh);
-    if (extent >= MESH_SMALLEST_EXTENT && extent <= MESH_LARGEST_EXTENT)
-        return true;
-    return status_fail(status, STATUS_INVALID,
-                       "%s: measures %g m after scale %g, outside [%g, %g] m; scale is metres a "
-                       "unit of the file, 0.001 for millimetres",
-                       source->file, extent, source->scale, MESH_SMALLEST_EXTENT,
-                       MESH_LARGEST_EXTENT);
-}
-
-static bool make_mesh(const MeshSource *source, TriMesh *mesh, Status *status)
-{
-    switch (source->kind) {
-    case MESH_FILE:
-        return import_mesh(source->file, mesh, status);
-    case MESH_SPHERE:
-        return generate_sphere(mesh, source->nodes, source->radius, status);
-    case MESH_UV_SPHERE:
-        return generate_uv_sphere(mesh, source->rings, source->segments, source->radius, status);
-    case MESH_ICO_SPHERE: {
-        int subdivisions = 0;
-        for (int nodes = 12; nodes < source->nodes; nodes = 4 * nodes - 6)
-            subdivisions++;
-        return generate_ico_sphere(mesh, subdivisions, source->radius, status);
-    }
-    case MESH_SHEET:
-        return generate_sheet(mesh, source->columns, source->rows, source->width, source->height,
-                              status);
-    case MESH_STOMACH:
-        return generate_stomach(mesh, source->nodes, source->length, status);
-    }
-    return status_fail(status, STATUS_INVALID, "unknown source of a mesh");
-}
-
-// The mesh of a body where it stands in the world, fit for simulation.
-static bool build_mesh(const SceneBody *body, TriMesh *mesh, Status *status)
-{
-    const MeshSource *source = &body->mesh;
-    if (!make_mesh(source, mesh, status))
-        return false;
-    mesh_place(mesh, source->scale, source->rotation, source->translation);
-    if (source->kind == MESH_FILE && !check_extent(source, mesh, status))
-        return false;
-    MeshFault fault;
-    if (mesh_validate(mesh, &fault))
-        return true;
-    return status_fail(status, STATUS_INVALID, "%s: %s",
-                       source->kind == MESH_FILE ? source->file : "mesh", fault.text);
 }
 
 #ifdef PLIANT_WITH_SURFACE
@@ -110,61 +43,68 @@ static Vec3 *spread_velocity(const Levels *levels, int level, Vec3 *velocity)
 
 static bool check_capacity(const SurfaceOptions *surface, const TriMesh *mesh, Status *status)
 {
+    const Levels *levels = surface->hierarchy;
+    const Level *start = levels != NULL ? &levels->level[surface->start_level] : NULL;
+    int nodes = start != NULL ? start->node_count : mesh->node_count;
+    int faces = start != NULL ? start->face_count : mesh->triangle_count;
     const char *key = NULL;
     int have = 0, room = 0;
-    if (surface->node_capacity > 0 && mesh->node_count > surface->node_capacity)
-        key = "nodes", have = mesh->node_count, room = surface->node_capacity;
-    else if (surface->face_capacity > 0 && mesh->triangle_count > surface->face_capacity)
-        key = "faces", have = mesh->triangle_count, room = surface->face_capacity;
+    if (surface->node_capacity > 0 && nodes > surface->node_capacity)
+        key = "nodes", have = nodes, room = surface->node_capacity;
+    else if (surface->face_capacity > 0 && faces > surface->face_capacity)
+        key = "faces", have = faces, room = surface->face_capacity;
     return key == NULL ||
            status_fail(status, STATUS_INVALID, "body %s has %d %s to start with, capacity.%s is %d",
                        surface->name, have, key, key, room);
 }
 
-// Makes the body of a mesh, which is that of level 0 and becomes that of start_level.
-static bool create_surface(World *world, const SceneBody *described, SurfaceOptions *surface,
-                           TriMesh *mesh, Status *status)
+// Initial rows of the mesh that the body is made from, owned by the caller; NULL when it starts at rest.
+static bool read_initial(const SceneBody *described, const TriMesh *mesh, const Levels *levels,
+                         Vec3 **position, Vec3 **velocity, Status *status)
 {
-    Vec3 *position = NULL, *velocity = NULL;
-    if (described->initial != NULL &&
-        !initial_read(described->initial, mesh, &position, &velocity, status))
+    *position = *velocity = NULL;
+    if (described->initial == NULL)
+        return true;
+    if (!initial_read(described->initial, mesh, position, velocity, status))
         return false;
-    Levels levels;
-    Arena arena = {0}; // a body that stays at its level needs the hierarchy no longer
-    bool ok = true;
-    if (surface->levels > 0) {
-        Arena *keeper = surface->adaptive ? &world->arena : &arena;
-        ok = levels_create(&levels, mesh, surface->levels, surface->name, keeper, status);
-        surface->hierarchy = ok ? &levels : NULL;
+    if (levels != NULL && !described->surface.adaptive) {
+        *position = spread_position(levels, described->surface.start_level, *position);
+        *velocity = spread_velocity(levels, described->surface.start_level, *velocity);
     }
-    if (surface->hierarchy != NULL && !surface->adaptive) {
-        TriMesh coarse = *mesh;
-        levels_mesh(&levels, surface->start_level, &coarse, mesh);
-        mesh_destroy(&coarse);
-        if (position != NULL) {
-            position = spread_position(&levels, surface->start_level, position);
-            velocity = spread_velocity(&levels, surface->start_level, velocity);
-        }
-    }
-    surface->initial_position = position;
-    surface->initial_velocity = velocity;
-    Body body = {0};
-    ok = ok && check_capacity(surface, mesh, status) &&
-         surface_create(&body, mesh, surface, &world->arena, &world->state, status);
-    if (ok)
-        sim_add_body(world->sim, &body);
-    free(position);
-    free(velocity);
-    arena_destroy(&arena);
-    return ok;
+    return true;
 }
 
-static bool create_body(World *world, const Scene *scene, int index, const BuildOptions *options,
-                        Status *status)
+// Makes a body from the mesh of level 0, which becomes that of its level when it stays there.
+static bool create_surface(World *world, SurfaceOptions *surface, TriMesh *mesh, Status *status)
+{
+    if (surface->hierarchy != NULL && !surface->adaptive) {
+        TriMesh coarse = *mesh;
+        levels_mesh(surface->hierarchy, surface->start_level, &coarse, mesh);
+        mesh_destroy(&coarse);
+    }
+    Body body = {0};
+    if (!check_capacity(surface, mesh, status) ||
+        !surface_create(&body, mesh, surface, &world->arena, &world->state, status))
+        return false;
+    sim_add_body(world->sim, &body);
+    return true;
+}
+
+static bool create_body(World *world, const Scene *scene, int index, const Prepared *prepared,
+                        const BuildOptions *options, Status *status)
 {
     const SceneBody *described = &scene->body[index];
     TriMesh *mesh = &world->mesh[index];
+    Vec3 *position = NULL, *velocity = NULL;
     SurfaceOptions surface = described->surface;
+    Arena arena = {0}; // a body that stays at its level needs the hierarchy no longer
+    Arena *keeper = surface.adaptive ? &world->arena : &arena;
+    Levels levels;
+    bool ok = prepared != NULL ? prepared_read(prepared, described, mesh, &levels, keeper, status)
+                               : body_mesh_make(described, mesh, &levels, keeper, status);
+    if (ok && surface.levels > 0)
+        surface.hierarchy = &levels;
+    ok = ok && read_initial(described, mesh, surface.hierarchy, &position, &velocity, status);
     surface.name = described->name;
     surface.fixed = described->fixed;
     surface.fixed_count = described->fixed_count;
@@ -173,8 +113,13 @@ static bool create_body(World *world, const Scene *scene, int index, const Build
     surface.isa = options->isa != NULL ? options->isa : "auto";
     surface.without_contacts = scene->tool_count == 0;
     surface.without_loads = scene->load_count == 0 && !options->may_load;
-    return build_mesh(described, mesh, status) &&
-           create_surface(world, described, &surface, mesh, status);
+    surface.initial_position = position;
+    surface.initial_velocity = velocity;
+    ok = ok && create_surface(world, &surface, mesh, status);
+    free(position);
+    free(velocity);
+    arena_destroy(&arena);
+    return ok;
 }
 
 const char *const *build_isa_levels(void)
@@ -182,12 +127,11 @@ const char *const *build_isa_levels(void)
     return surface_isa_levels();
 }
 #else
-static bool create_body(World *world, const Scene *scene, int index, const BuildOptions *options,
-                        Status *status)
+static bool create_body(World *world, const Scene *scene, int index, const Prepared *prepared,
+                        const BuildOptions *options, Status *status)
 {
-    (void)options;
-    return build_mesh(&scene->body[index], &world->mesh[index], status) &&
-           status_fail(status, STATUS_INVALID,
+    (void)world, (void)scene, (void)index, (void)prepared, (void)options;
+    return status_fail(status, STATUS_INVALID,
                        "this pliantd was built without surface bodies (PLIANT_SURFACE)");
 }
 
@@ -210,12 +154,15 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
                       .may_load = options->may_load};
     world->sim = sim_create(&sim, &world->arena, &world->state);
 
-    bool ok = true;
+    const char *path = options->prepared != NULL ? options->prepared : scene->prepared;
+    Prepared *prepared = NULL;
+    bool ok = path == NULL || prepared_open(&prepared, path, status);
     for (int i = 0; i < scene->body_count && ok; i++) {
         Status said = {0};
-        ok = create_body(world, scene, i, options, &said) ||
+        ok = create_body(world, scene, i, prepared, options, &said) ||
              fail_at(scene, &scene->body[i], &said, status);
     }
+    prepared_close(prepared);
     for (int i = 0; i < scene->tool_count && ok; i++)
         sim_add_tool(world->sim, &scene->tool[i]);
     for (int i = 0; i < scene->load_count && ok; i++)

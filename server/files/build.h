@@ -8,8 +8,9 @@
 #include "files/scene.h"
 
 typedef struct BuildOptions {
-    const char *isa; // "auto" or a level
-    bool may_load;   // loads can come at run time: false only off line without an input log
+    const char *isa;      // "auto" or a level
+    const char *prepared; // file of prepared models, or NULL: the scene's, if it names one
+    bool may_load;        // loads can come at run time: false only off line without an input log
 } BuildOptions;
 
 // A scene built. The arena owns the sim; destroy in one call.
@@ -17,7 +18,8 @@ typedef struct World {
     Arena arena;
     StateList state;
     Sim *sim;
-    TriMesh *mesh; // [body_count] of the scene: nodes in file order, for checkpoints
+    TriMesh *mesh; // [body_count] of the scene, at the level of the body: nodes in file order, for
+                   // checkpoints
     int mesh_count;
 } World;
 

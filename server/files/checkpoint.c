@@ -6,14 +6,14 @@
 #include "base/check.h"
 #include "base/log.h"
 #include "files/checkpoint_rows.h"
+#include "files/fnv.h"
 #include "files/physics_hash.h"
 
-#include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define CHECKPOINT_FORMAT "pliant-checkpoint"
-enum { CHECKPOINT_VERSION = 1, HASH_TEXT = 17, NAME_TEXT = 160 };
+enum { CHECKPOINT_VERSION = 1, NAME_TEXT = 160 };
 
 static void reserve(CheckpointImage *image, Arena *arena, const World *world)
 {
@@ -70,16 +70,11 @@ static const char *isa_of(const World *world)
     return body->ops->isa(body->model);
 }
 
-static void hash_text(char text[HASH_TEXT], uint64_t hash)
-{
-    snprintf(text, HASH_TEXT, "%016" PRIx64, hash);
-}
-
 static bool write_head(const HdfFile *file, const CheckpointImage *image, const World *world,
                        const Scene *scene)
 {
-    char physics[HASH_TEXT];
-    hash_text(physics, physics_hash(scene, world));
+    char physics[FNV_TEXT];
+    fnv_text(physics, physics_hash(scene, world));
     return hdf_write_text(file, "/", "format", CHECKPOINT_FORMAT) &&
            hdf_write_int(file, "/", "version", CHECKPOINT_VERSION) &&
            hdf_write_text(file, "/", "scene", scene->text) &&
@@ -135,7 +130,7 @@ bool checkpoint_write(const char *path, const CheckpointImage *image, const Worl
 // Format, version and scene: what a file must be before any of its numbers is looked at.
 static bool check_head(const HdfFile *file, const World *world, const Scene *scene)
 {
-    char text[64], physics[HASH_TEXT];
+    char text[64], physics[FNV_TEXT];
     int version = 0;
     if (!hdf_read_text(file, "/", "format", text, sizeof text))
         return false;
@@ -148,7 +143,7 @@ static bool check_head(const HdfFile *file, const World *world, const Scene *sce
     for (int i = 0; i < sim_body_count(world->sim); i++)
         if (!rows_check_count(file, sim_body(world->sim, i)))
             return false;
-    hash_text(physics, physics_hash(scene, world));
+    fnv_text(physics, physics_hash(scene, world));
     if (!hdf_read_text(file, "/", "physics", text, sizeof text))
         return false;
     return strcmp(text, physics) == 0 ||

@@ -49,6 +49,12 @@ bool hdf_read_vectors(const HdfFile *file, const char *name, int64_t count, Vec3
 bool hdf_read_bytes(const HdfFile *file, const char *name, size_t bytes, void *to);
 // Reads `count` numbers of one dimension (count 0: one number, no dimension), converted to `type`.
 bool hdf_read_numbers(const HdfFile *file, const char *name, hid_t type, size_t count, void *to);
+// Rows of a data set of integers of shape [n][columns], columns 1 for [n], whose numbers all stand
+// in the file as they are; or -1 with a status. The file is at least that large: a size to be
+// trusted before memory is taken.
+int64_t hdf_count_ints(const HdfFile *file, const char *name, int columns);
+// Reads `rows` such rows, which must be all.
+bool hdf_read_ints(const HdfFile *file, const char *name, int columns, int64_t rows, int *to);
 // A string or an integer at an object; text that does not fit `size` is refused.
 bool hdf_read_text(const HdfFile *file, const char *object, const char *name, char *text,
                    size_t size);

@@ -12,7 +12,7 @@
 enum { CHANNEL_MAX = 63 }; // characters of a channel name that LCM accepts
 
 typedef struct SceneGroup {
-    const char *name, *prefix, *input_prefix, *lcm_url;
+    const char *name, *prefix, *input_prefix, *lcm_url, *prepared;
     double rate_hz, tool_timeout_s, settle_s;
     Vec3 gravity;
     int threads, precision, late, start;
@@ -64,6 +64,11 @@ static const Option SCENE_OPTIONS[] = {
      .about = "Simulated before the first tick, so that gravity and prestress are at rest."},
     {"capacity", OPTION_GROUP, AT(capacity), "", .preset_text = "from the meshes and levels",
      .about = "Most nodes and faces that a body may have at a time."},
+    {"prepared", OPTION_STRING, AT(prepared), "", .low = 1, .high = SCENE_FILE_MAX,
+     .preset_text = "meshes are made anew",
+     .about =
+         "File that `pliant-prepare` made of this scene: meshes and their levels are read from "
+         "it. Of this scene only `mesh` and `levels` of the bodies must be as they were."},
     {"bodies", OPTION_LIST, AT(bodies), "", .required = true,
      .about = "The soft bodies: 1 to 64 groups."},
     {"tools", OPTION_LIST, AT(tools), "", .about = "The tools that touch them: up to 32 groups."},
@@ -244,6 +249,8 @@ static bool read_root(const SceneReader *reader, const config_setting_t *root)
         scene->lcm_url = strdup(raw.lcm_url);
         ASSERT(scene->lcm_url != NULL);
     }
+    if (option_given(root, "prepared"))
+        scene->prepared = scene_source_resolve(reader->folder, raw.prepared);
     if (!read_publish(reader, raw.publish) ||
         !option_read(&CAPACITY_TABLE, raw.capacity, &reader->source, &capacity))
         return false;
@@ -283,6 +290,7 @@ void scene_destroy(Scene *scene)
     free(scene->body);
     free(scene->tool);
     free(scene->load);
+    free(scene->prepared);
     free(scene->lcm_url);
     free(scene->text);
     free(scene->path);

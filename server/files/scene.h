@@ -65,6 +65,7 @@ typedef struct Scene {
     char prefix[SCENE_NAME_MAX];       // of the channels that the daemon publishes on
     char input_prefix[SCENE_NAME_MAX]; // of the channels that it listens to
     char *lcm_url;                     // or NULL
+    char *prepared;                    // file of prepared models, resolved, or NULL
     bool start_paused;                 // start = "paused"
     double tool_timeout_s, settle_s;
     int node_capacity, face_capacity; // of each body; 0: from its mesh and levels

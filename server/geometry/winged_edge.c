@@ -18,8 +18,7 @@ static void link_edges(WingedMesh *winged, const TriMesh *mesh, const HalfEdges 
 {
     int(*face_edge)[3] = winged->face_edge;
     for (int first = 0; first < half->count;) {
-        int end = half_edge_group_end(half, mesh, first);
-        ASSERT(end - first <= 2);
+        int end = first + (half->twin[half->order[first]] >= 0 ? 2 : 1); // of a valid mesh
         WingedEdge *edge = &winged->edge[winged->edge_count];
         int h = half->order[first];
         int a = half_edge_from(mesh, h), b = half_edge_to(mesh, h);
@@ -97,9 +96,9 @@ void winged_create(WingedMesh *winged, const TriMesh *mesh)
 {
     HalfEdges half;
     half_edge_create(&half, mesh);
-    size_t edge_count = 0;
-    for (int first = 0; first < half.count; first = half_edge_group_end(&half, mesh, first))
-        edge_count++;
+    size_t edge_count = 0; // of a valid mesh: each half-edge is one, or half of one
+    for (int h = 0; h < half.count; h++)
+        edge_count += half.twin[h] < h;
     size_t faces = (size_t)mesh->triangle_count, nodes = (size_t)mesh->node_count;
     *winged = (WingedMesh){.node_count = mesh->node_count,
                            .face_count = mesh->triangle_count,

@@ -1,10 +1,12 @@
-// From nothing to the end of the first tick for a sheet of 99904 triangles: made by a generator in
-// memory, and read from a scene with an OBJ file. Wall time.
+// From nothing to the end of the first tick, in wall time: of a sheet of 99904 triangles, made by a
+// generator in memory, and read from a scene with an OBJ file; of an evenly spread sphere with two
+// finer levels, made and divided, and read from a prepared model.
 #include "bench.h"
 #include "world.h"
 
 #include "base/clock.h"
 #include "files/build.h"
+#include "files/prepared.h"
 #include "geometry/generator.h"
 
 #include <errno.h>
@@ -12,7 +14,7 @@
 #include <string.h>
 #include <unistd.h>
 
-static const char NAME[] = "load.start";
+static const char NAME[] = "load.start", LEVELS_NAME[] = "load.levels";
 
 // Returns the number of nodes, 0 after a failure.
 static int start_in_memory(int columns, int rows, double *ms, Status *status)
@@ -64,14 +66,17 @@ static bool write_files(const char *folder, int columns, int rows, Status *statu
            status_fail(status, STATUS_FAILED, "cannot write %s: %s", path, strerror(errno));
 }
 
-static int start_from_file(const char *folder, double *ms, Status *status)
+// Nodes of the only body after the first tick, 0 after a failure.
+static int start_scene(const char *folder, const char *name, const char *prepared, double *ms,
+                       Status *status)
 {
-    char path[128];
-    snprintf(path, sizeof path, "%s/sheet.cfg", folder);
+    char path[128], model[128];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    snprintf(model, sizeof model, "%s/%s", folder, prepared != NULL ? prepared : "");
     int64_t begin = clock_now_ns();
     Scene scene = {0};
     World world = {0};
-    BuildOptions options = {.isa = "auto"};
+    BuildOptions options = {.isa = "auto", .prepared = prepared != NULL ? model : NULL};
     int nodes = 0;
     if (scene_read(path, &scene, status) && world_build(&world, &scene, &options, status)) {
         sim_step(world.sim);
@@ -85,19 +90,17 @@ static int start_from_file(const char *folder, double *ms, Status *status)
 
 static void remove_files(const char *folder)
 {
-    static const char *const files[] = {"sheet.obj", "sheet.cfg"};
+    static const char *const files[] = {"sheet.obj", "sheet.cfg", "levels.cfg", "levels.h5"};
     char path[128];
-    for (int i = 0; i < 2; i++) {
+    for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
         snprintf(path, sizeof path, "%s/%s", folder, files[i]);
         unlink(path);
     }
     rmdir(folder);
 }
 
-void bench_load(Bench *bench)
+static void bench_sheet(Bench *bench)
 {
-    if (!bench_wants(bench, NAME))
-        return;
     // 2 (columns - 1) (rows - 1) triangles.
     int columns = bench->quick ? 24 : 224, rows = bench->quick ? 25 : 225;
     int repeats = bench->quick ? 1 : 5;
@@ -110,7 +113,7 @@ void bench_load(Bench *bench)
         double ms = 0.0;
         nodes = start_in_memory(columns, rows, &ms, &status);
         samples_add(&memory, ms);
-        whole = nodes > 0 && start_from_file(folder, &ms, &status) == nodes;
+        whole = nodes > 0 && start_scene(folder, "sheet.cfg", NULL, &ms, &status) == nodes;
         samples_add(&file, ms);
     }
     remove_files(folder);
@@ -120,4 +123,73 @@ void bench_load(Bench *bench)
     }
     bench_row(bench, NAME, nodes, "wall_ms_generator", samples_min(&memory), "ms");
     bench_row(bench, NAME, nodes, "wall_ms_file", samples_min(&file), "ms");
+}
+
+#ifdef PLIANT_WITH_HDF5
+// Writes the scene of a sphere that starts at `level`, and its prepared model.
+static bool prepare_levels(const char *folder, int nodes, int level, Status *status)
+{
+    char path[128], model[128];
+    snprintf(path, sizeof path, "%s/levels.cfg", folder);
+    snprintf(model, sizeof model, "%s/levels.h5", folder);
+    FILE *file = fopen(path, "w"), *report = fopen("/dev/null", "w");
+    Scene scene = {0};
+    bool whole =
+        file != NULL && report != NULL &&
+        fprintf(file,
+                "bodies = ( { name = \"sphere\";  levels = 2;  start_level = %d;  shape = {};\n"
+                "    material = { damping_time = 0.0; };\n"
+                "    mesh = { generator = \"sphere\";  nodes = %d; }; } );\n",
+                level, nodes) > 0;
+    if (file != NULL)
+        whole = fclose(file) == 0 && whole;
+    whole = whole
+                ? scene_read(path, &scene, status) && prepared_write(model, &scene, report, status)
+                : status_fail(status, STATUS_FAILED, "cannot write %s: %s", path, strerror(errno));
+    scene_destroy(&scene);
+    if (report != NULL)
+        fclose(report);
+    return whole;
+}
+
+static void bench_levels(Bench *bench)
+{
+    int given = bench->quick ? 642 : 10242, repeats = bench->quick ? 1 : 5;
+    for (int level = 0; level <= 2; level += 2) {
+        char folder[64] = "/tmp/pliant-bench-XXXXXX";
+        Status status = {0};
+        bool whole = mkdtemp(folder) != NULL && prepare_levels(folder, given, level, &status);
+        Samples made = {0}, read = {0};
+        int nodes = 0;
+        for (int r = 0; whole && r < repeats; r++) {
+            double ms = 0.0;
+            nodes = start_scene(folder, "levels.cfg", NULL, &ms, &status);
+            samples_add(&made, ms);
+            whole =
+                nodes > 0 && start_scene(folder, "levels.cfg", "levels.h5", &ms, &status) == nodes;
+            samples_add(&read, ms);
+        }
+        remove_files(folder);
+        if (!whole) {
+            bench_fail(bench, LEVELS_NAME,
+                       status.code != STATUS_OK ? status.text : "another node count");
+            return;
+        }
+        bench_row(bench, LEVELS_NAME, nodes, "wall_ms_made", samples_min(&made), "ms");
+        bench_row(bench, LEVELS_NAME, nodes, "wall_ms_prepared", samples_min(&read), "ms");
+    }
+}
+#else
+static void bench_levels(Bench *bench)
+{
+    (void)bench; // prepared models are HDF5 files
+}
+#endif
+
+void bench_load(Bench *bench)
+{
+    if (bench_wants(bench, NAME))
+        bench_sheet(bench);
+    if (bench_wants(bench, LEVELS_NAME))
+        bench_levels(bench);
 }

@@ -1,0 +1,79 @@
+// Meshes from generators and files, and their levels. Called once a body, at load.
+#include "files/body_mesh.h"
+
+#include "base/log.h"
+#include "files/mesh_import.h"
+#include "geometry/generator.h"
+
+// Imports a mesh and logs what had to be repaired.
+static bool import_mesh(const char *path, TriMesh *mesh, Status *status)
+{
+    MeshImport import;
+    char repairs[512];
+    if (!mesh_import(path, mesh, &import, status))
+        return false;
+    mesh_repairs_text(&import.repairs, repairs, sizeof repairs);
+    if (repairs[0] != '\0')
+        log_line(LOG_INFO, "%s: %s", path, repairs);
+    return true;
+}
+
+// What is not of the size of an organ, by orders of magnitude, was given in other units.
+static bool check_extent(const MeshSource *source, const TriMesh *mesh, Status *status)
+{
+    double extent = mesh_extent(mesh);
+    if (extent >= MESH_SMALLEST_EXTENT && extent <= MESH_LARGEST_EXTENT)
+        return true;
+    return status_fail(status, STATUS_INVALID,
+                       "%s: measures %g m after scale %g, outside [%g, %g] m; scale is metres a "
+                       "unit of the file, 0.001 for millimetres",
+                       source->file, extent, source->scale, MESH_SMALLEST_EXTENT,
+                       MESH_LARGEST_EXTENT);
+}
+
+static bool make_mesh(const MeshSource *source, TriMesh *mesh, Status *status)
+{
+    switch (source->kind) {
+    case MESH_FILE:
+        return import_mesh(source->file, mesh, status);
+    case MESH_SPHERE:
+        return generate_sphere(mesh, source->nodes, source->radius, status);
+    case MESH_UV_SPHERE:
+        return generate_uv_sphere(mesh, source->rings, source->segments, source->radius, status);
+    case MESH_ICO_SPHERE: {
+        int subdivisions = 0;
+        for (int nodes = 12; nodes < source->nodes; nodes = 4 * nodes - 6)
+            subdivisions++;
+        return generate_ico_sphere(mesh, subdivisions, source->radius, status);
+    }
+    case MESH_SHEET:
+        return generate_sheet(mesh, source->columns, source->rows, source->width, source->height,
+                              status);
+    case MESH_STOMACH:
+        return generate_stomach(mesh, source->nodes, source->length, status);
+    }
+    return status_fail(status, STATUS_INVALID, "unknown source of a mesh");
+}
+
+static bool place_mesh(const SceneBody *body, TriMesh *mesh, Status *status)
+{
+    const MeshSource *source = &body->mesh;
+    if (!make_mesh(source, mesh, status))
+        return false;
+    mesh_place(mesh, source->scale, source->rotation, source->translation);
+    if (source->kind == MESH_FILE && !check_extent(source, mesh, status))
+        return false;
+    MeshFault fault;
+    if (mesh_validate(mesh, &fault))
+        return true;
+    return status_fail(status, STATUS_INVALID, "%s: %s",
+                       source->kind == MESH_FILE ? source->file : "mesh", fault.text);
+}
+
+bool body_mesh_make(const SceneBody *body, TriMesh *mesh, Levels *levels, Arena *arena,
+                    Status *status)
+{
+    int finest = body->surface.levels;
+    return place_mesh(body, mesh, status) &&
+           (finest == 0 || levels_create(levels, mesh, finest, body->name, arena, status));
+}

@@ -1,0 +1,15 @@
+// The mesh that a scene asks for, where the body stands in the world, and its levels.
+#ifndef PLIANT_FILES_BODY_MESH_H
+#define PLIANT_FILES_BODY_MESH_H
+
+#include "base/arena.h"
+#include "files/scene.h"
+
+// Generates or imports (and repairs, which is logged) the mesh, places it, checks that it is fit
+// for simulation (mesh_validate), and, with levels > 0, divides it; the hierarchy belongs to the
+// arena. False with `status` naming the mesh file and what is wrong; the mesh belongs to the caller
+// in any case.
+bool body_mesh_make(const SceneBody *body, TriMesh *mesh, Levels *levels, Arena *arena,
+                    Status *status);
+
+#endif

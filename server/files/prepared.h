@@ -1,0 +1,34 @@
+// Prepared models: what the off-line phase (Choi et al. 2005, section 3) makes of the meshes of a
+// scene, in HDF5, so that a daemon starts without generating, repairing and dividing them. Only
+// what follows from the bodies' `mesh` and `levels` is stored: all other keys of the scene may
+// change.
+//
+// Root attributes format, version, scene, created_by. For each body /bodies/<name> with attributes
+// `source` (hash of the group `mesh` and of the mesh file's bytes), `levels`, `file_nodes` and
+// `copies`; triangle [faces][3] and file_index [nodes] of level 0, file_node [file_nodes] if nodes
+// of the file were joined or dropped, copy_of [copies] if any were split; position [nodes of the
+// finest level][3] at rest; and with levels > 0, for each level l, level<l>/edge [edges][2],
+// edge_face [edges][2] and face_edge [faces][3] (geometry/levels.h). Sealed like checkpoints.
+#ifndef PLIANT_FILES_PREPARED_H
+#define PLIANT_FILES_PREPARED_H
+
+#include "base/arena.h"
+#include "files/scene.h"
+
+// Makes the meshes and levels of all bodies of a scene and writes them; prints one line a body.
+// False with `status` naming scene file and line, or the file that cannot be written.
+bool prepared_write(const char *path, const Scene *scene, FILE *report, Status *status);
+
+typedef struct Prepared Prepared; // a file open for reading
+
+// False with `status`: no such file, not whole, altered, of another format or version.
+bool prepared_open(Prepared **prepared, const char *path, Status *status);
+// Reads the mesh of a body (owned by the caller, also after a failure) and, if it has levels, the
+// hierarchy, which belongs to the arena. Every size and index is checked: what comes out is fit for
+// simulation, and numbered as body_mesh_make and levels_create do. False with `status`: prepared
+// for another mesh, other levels, or not consistent.
+bool prepared_read(const Prepared *prepared, const SceneBody *body, TriMesh *mesh, Levels *levels,
+                   Arena *arena, Status *status);
+void prepared_close(Prepared *prepared);
+
+#endif

@@ -1,0 +1,146 @@
+// pliant-prepare SCENE.cfg -o FILE and pliantd --prepared FILE as a user runs them, one process
+// after the other.
+#include "expect.h"
+#include "scratch.h"
+
+#include <hdf5.h>
+#include <sys/wait.h>
+
+static const char *prepare_program, *daemon_program;
+static Scratch scratch;
+
+static const char SCENE[] =
+    "gravity = [0, 0, -9.81]; bodies = ( { name = \"organ\"; mesh = { generator = \"stomach\"; };\n"
+    "shape = {}; levels = 2; start_level = 1; } );\n";
+
+typedef struct Run {
+    int code; // exit code; -1: killed
+    char out[8192], err[2048];
+} Run;
+
+static void read_back(const char *name, char *text, size_t limit)
+{
+    size_t size = 0;
+    unsigned char *data = scratch_read(&scratch, name, &size);
+    size = size < limit - 1 ? size : limit - 1;
+    memcpy(text, data, size);
+    text[size] = '\0';
+    free(data);
+}
+
+// Runs a program in the scratch folder; `arguments` as typed in a shell.
+static void run(Run *result, const char *program, const char *arguments)
+{
+    char command[1024];
+    snprintf(command, sizeof command, "cd '%s' && '%s' %s >out 2>err", scratch.folder, program,
+             arguments);
+    int status = system(command);
+    result->code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    read_back("out", result->out, sizeof result->out);
+    read_back("err", result->err, sizeof result->err);
+}
+
+// Positions in a checkpoint, malloc'ed.
+static double *read_positions(const char *name, size_t *bytes)
+{
+    char path[SCRATCH_PATH];
+    hid_t file = H5Fopen(scratch_path(&scratch, name, path), H5F_ACC_RDONLY, H5P_DEFAULT);
+    hid_t set = H5Dopen2(file, "/bodies/organ/position", H5P_DEFAULT);
+    assert_true(set >= 0);
+    *bytes = (size_t)H5Dget_storage_size(set);
+    double *data = malloc(*bytes + 1);
+    assert_non_null(data);
+    assert_true(H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0);
+    H5Dclose(set);
+    H5Fclose(file);
+    return data;
+}
+
+static void daemon_runs_alike_from_the_prepared_model(void **state)
+{
+    (void)state;
+    Run result;
+    scratch_write(&scratch, "x.cfg", SCENE, strlen(SCENE));
+    run(&result, prepare_program, "x.cfg -o x.h5");
+    assert_string_equal(result.err, "");
+    assert_int_equal(result.code, 0);
+    assert_string_equal(
+        result.out, "body organ: 188 nodes, 372 faces; finest level 2: 2978 nodes, 5952 faces\n");
+    run(&result, daemon_program, "--offline 0.05 --checkpoint made.h5 x.cfg");
+    assert_int_equal(result.code, 0);
+    run(&result, daemon_program, "--offline 0.05 --checkpoint read.h5 --prepared x.h5 x.cfg");
+    assert_int_equal(result.code, 0);
+    size_t one_size = 0, two_size = 0;
+    double *one = read_positions("made.h5", &one_size), *two = read_positions("read.h5", &two_size);
+    assert_int_equal(one_size, 746 * 3 * sizeof *one); // level 1
+    assert_int_equal(two_size, one_size);
+    assert_memory_equal(one, two, one_size);
+    free(one);
+    free(two);
+    // A checkpoint of either goes on from the other.
+    run(&result, daemon_program, "--offline 0.05 --resume made.h5 --prepared x.h5 x.cfg");
+    assert_int_equal(result.code, 0);
+}
+
+static void daemon_refuses_what_does_not_fit_in_one_line(void **state)
+{
+    (void)state;
+    Run result;
+    size_t size = 0;
+    scratch_write(&scratch, "x.cfg", SCENE, strlen(SCENE));
+    run(&result, prepare_program, "x.cfg -o x.h5");
+    assert_int_equal(result.code, 0);
+    unsigned char *data = scratch_read(&scratch, "x.h5", &size);
+    data[size / 2] ^= 1;
+    scratch_write(&scratch, "bad.h5", data, size);
+    free(data);
+    run(&result, daemon_program, "--check --prepared bad.h5 x.cfg");
+    assert_int_equal(result.code, 2);
+    assert_string_equal(result.err,
+                        "bad.h5: is truncated or was altered: it differs from its seal\n");
+    run(&result, daemon_program, "--check --prepared none.h5 x.cfg");
+    assert_int_equal(result.code, 2);
+    assert_string_equal(result.err, "none.h5: No such file or directory\n");
+    run(&result, daemon_program, "--offline 0.01 --checkpoint c.h5 x.cfg");
+    run(&result, daemon_program, "--check --prepared c.h5 x.cfg");
+    assert_int_equal(result.code, 2);
+    assert_string_equal(result.err,
+                        "c.h5: / format \"pliant-checkpoint\" must be \"pliant-prepared\"\n");
+}
+
+static void a_file_that_cannot_be_written_exits_1(void **state)
+{
+    (void)state;
+    Run result;
+    scratch_write(&scratch, "x.cfg", SCENE, strlen(SCENE));
+    run(&result, prepare_program, "x.cfg -o none/x.h5");
+    assert_int_equal(result.code, 1);
+    assert_string_equal(result.err, "none/x.h5: No such file or directory\n");
+}
+
+static int begin(void **state)
+{
+    (void)state;
+    return scratch_create(&scratch);
+}
+
+static int end(void **state)
+{
+    (void)state;
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+int main(int argc, char **argv)
+{
+    if (argc < 3)
+        return 2;
+    prepare_program = argv[1];
+    daemon_program = argv[2];
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(daemon_runs_alike_from_the_prepared_model),
+        cmocka_unit_test(daemon_refuses_what_does_not_fit_in_one_line),
+        cmocka_unit_test(a_file_that_cannot_be_written_exits_1),
+    };
+    return cmocka_run_group_tests(tests, begin, end);
+}
