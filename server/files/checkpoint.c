@@ -5,7 +5,7 @@
 
 #include "base/check.h"
 #include "base/log.h"
-#include "files/hdf.h"
+#include "files/checkpoint_rows.h"
 #include "files/physics_hash.h"
 
 #include <inttypes.h>
@@ -15,29 +15,29 @@
 #define CHECKPOINT_FORMAT "pliant-checkpoint"
 enum { CHECKPOINT_VERSION = 1, HASH_TEXT = 17, NAME_TEXT = 160 };
 
-static void read_body(const World *world, int index, Vec3 *position, Vec3 *velocity)
-{
-    const Body *body = sim_body(world->sim, index);
-    body->ops->read_state(body->model, position, velocity);
-}
-
 static void reserve(CheckpointImage *image, Arena *arena, const World *world)
 {
-    size_t bodies = (size_t)world->mesh_count;
+    size_t bodies = (size_t)sim_body_count(world->sim);
     *image = (CheckpointImage){0};
     image->block =
         arena_allocate(arena, ARENA_OUTPUT, state_bytes(&world->state), 1, "checkpoint/state");
+    image->node_count =
+        arena_allocate(arena, ARENA_OUTPUT, bodies, sizeof *image->node_count, "checkpoint/counts");
+    image->id = arena_allocate(arena, ARENA_OUTPUT, bodies, sizeof *image->id, "checkpoint/ids");
     image->position = arena_allocate(arena, ARENA_OUTPUT, bodies, sizeof *image->position,
                                      "checkpoint/positions");
     image->velocity = arena_allocate(arena, ARENA_OUTPUT, bodies, sizeof *image->velocity,
                                      "checkpoint/velocities");
-    for (int i = 0; i < world->mesh_count; i++) {
-        const char *name = sim_body(world->sim, i)->name;
-        size_t nodes = (size_t)world->mesh[i].node_count;
+    for (size_t i = 0; i < bodies; i++) {
+        const Body *body = sim_body(world->sim, (int)i);
+        size_t nodes = (size_t)rows_most(body);
+        if (body->ops->adapt != NULL)
+            image->id[i] = arena_allocate(arena, ARENA_OUTPUT, nodes, sizeof(int),
+                                          "checkpoint/%s/id", body->name);
         image->position[i] = arena_allocate(arena, ARENA_OUTPUT, nodes, sizeof(Vec3),
-                                            "checkpoint/%s/position", name);
+                                            "checkpoint/%s/position", body->name);
         image->velocity[i] = arena_allocate(arena, ARENA_OUTPUT, nodes, sizeof(Vec3),
-                                            "checkpoint/%s/velocity", name);
+                                            "checkpoint/%s/velocity", body->name);
     }
 }
 
@@ -49,13 +49,20 @@ void checkpoint_reserve(CheckpointImage *image, World *world)
 void checkpoint_take(CheckpointImage *image, const World *world)
 {
     state_copy_out(&world->state, image->block);
-    for (int i = 0; i < world->mesh_count; i++)
-        read_body(world, i, image->position[i], image->velocity[i]);
+    for (int i = 0; i < sim_body_count(world->sim); i++) {
+        const Body *body = sim_body(world->sim, i);
+        image->node_count[i] = body->mesh.node_count;
+        if (image->id[i] != NULL)
+            memcpy(image->id[i], body->mesh.id, (size_t)body->mesh.node_count * sizeof(int));
+        body->ops->read_state(body->model, image->position[i], image->velocity[i]);
+    }
     image->time = sim_time(world->sim);
     image->step = sim_steps(world->sim);
 }
 
 #ifdef PLIANT_WITH_HDF5
+
+// --- writing -------------------------------------------------------------------------------------
 
 static const char *isa_of(const World *world)
 {
@@ -82,19 +89,16 @@ static bool write_head(const HdfFile *file, const CheckpointImage *image, const 
            hdf_write(file, "/step", H5T_NATIVE_INT64, 0, NULL, &image->step, "ticks");
 }
 
-static bool write_body(const HdfFile *file, const CheckpointImage *image, const World *world,
+static bool write_body(const HdfFile *file, const CheckpointImage *image, const Body *body,
                        int index)
 {
-    const TriMesh *mesh = &world->mesh[index];
-    const char *name = sim_body(world->sim, index)->name;
-    const hsize_t size[2] = {(hsize_t)mesh->node_count, 3};
-    char id[NAME_TEXT], position[NAME_TEXT], velocity[NAME_TEXT];
-    snprintf(id, sizeof id, "/bodies/%s/id", name);
-    snprintf(position, sizeof position, "/bodies/%s/position", name);
-    snprintf(velocity, sizeof velocity, "/bodies/%s/velocity", name);
-    return hdf_write(file, id, H5T_NATIVE_INT, 1, size, mesh->file_index, "1") &&
-           hdf_write(file, position, H5T_NATIVE_DOUBLE, 2, size, image->position[index], "m") &&
-           hdf_write(file, velocity, H5T_NATIVE_DOUBLE, 2, size, image->velocity[index], "m/s");
+    BodyRows rows;
+    rows_sort(&rows, image->node_count[index],
+              image->id[index] != NULL ? image->id[index] : body->mesh.id, image->position[index],
+              image->velocity[index]);
+    bool ok = rows_write(file, body, &rows);
+    rows_destroy(&rows);
+    return ok;
 }
 
 static bool write_state(const HdfFile *file, const CheckpointImage *image, const World *world)
@@ -119,12 +123,14 @@ bool checkpoint_write(const char *path, const CheckpointImage *image, const Worl
     if (!hdf_create(&file, path, status))
         return false;
     bool ok = write_head(&file, image, world, scene);
-    for (int i = 0; i < world->mesh_count && ok; i++)
-        ok = write_body(&file, image, world, i);
+    for (int i = 0; i < sim_body_count(world->sim) && ok; i++)
+        ok = write_body(&file, image, sim_body(world->sim, i), i);
     ok = ok && write_state(&file, image, world) && hdf_save(&file);
     hdf_close(&file);
     return ok;
 }
+
+// --- reading -------------------------------------------------------------------------------------
 
 // Format, version and scene: what a file must be before any of its numbers is looked at.
 static bool check_head(const HdfFile *file, const World *world, const Scene *scene)
@@ -139,16 +145,9 @@ static bool check_head(const HdfFile *file, const World *world, const Scene *sce
         return false;
     if (version != CHECKPOINT_VERSION)
         return hdf_fail(file, "/", "version %d must be %d", version, CHECKPOINT_VERSION);
-    for (int i = 0; i < world->mesh_count; i++) {
-        char name[NAME_TEXT];
-        snprintf(name, sizeof name, "/bodies/%s/position", sim_body(world->sim, i)->name);
-        int64_t count = hdf_count_vectors(file, name);
-        if (count < 0)
+    for (int i = 0; i < sim_body_count(world->sim); i++)
+        if (!rows_check_count(file, sim_body(world->sim, i)))
             return false;
-        if (count != world->mesh[i].node_count)
-            return hdf_fail(file, name, "has %lld rows, the body %d nodes", (long long)count,
-                            world->mesh[i].node_count);
-    }
     hash_text(physics, physics_hash(scene, world));
     if (!hdf_read_text(file, "/", "physics", text, sizeof text))
         return false;
@@ -159,32 +158,12 @@ static bool check_head(const HdfFile *file, const World *world, const Scene *sce
                     scene->path);
 }
 
-static bool read_body_rows(const HdfFile *file, const CheckpointImage *image, const World *world,
-                           int index)
-{
-    const TriMesh *mesh = &world->mesh[index];
-    const char *name = sim_body(world->sim, index)->name;
-    size_t nodes = (size_t)mesh->node_count;
-    char id[NAME_TEXT], position[NAME_TEXT], velocity[NAME_TEXT];
-    snprintf(id, sizeof id, "/bodies/%s/id", name);
-    snprintf(position, sizeof position, "/bodies/%s/position", name);
-    snprintf(velocity, sizeof velocity, "/bodies/%s/velocity", name);
-    int *ids = calloc(nodes + 1, sizeof *ids);
-    ASSERT(ids != NULL);
-    bool ok = hdf_read_numbers(file, id, H5T_NATIVE_INT, nodes, ids) &&
-              (memcmp(ids, mesh->file_index, nodes * sizeof *ids) == 0 ||
-               hdf_fail(file, id, "differ from the nodes of the mesh")) &&
-              hdf_read_vectors(file, position, mesh->node_count, image->position[index]) &&
-              hdf_read_vectors(file, velocity, mesh->node_count, image->velocity[index]);
-    free(ids);
-    return ok;
-}
-
+// The rows are the caller's to destroy, also after a failure.
 static bool read_image(const HdfFile *file, CheckpointImage *image, const World *world)
 {
     unsigned char *to = image->block;
-    for (int i = 0; i < world->mesh_count; i++)
-        if (!read_body_rows(file, image, world, i))
+    for (int i = 0; i < sim_body_count(world->sim); i++)
+        if (!rows_read(file, sim_body(world->sim, i), &image->rows[i]))
             return false;
     for (int i = 0; i < world->state.count; i++) {
         const StateArray *array = &world->state.array[i];
@@ -203,23 +182,18 @@ static bool check_state(const HdfFile *file, const CheckpointImage *image, const
 {
     if (sim_steps(world->sim) != image->step)
         return hdf_fail(file, "/step", "%lld does not match the state", (long long)image->step);
-    bool ok = true;
-    for (int i = 0; i < world->mesh_count && ok; i++) {
+    for (int i = 0; i < sim_body_count(world->sim); i++) {
         Body *body = sim_body(world->sim, i);
-        size_t nodes = (size_t)world->mesh[i].node_count, bytes = nodes * sizeof(Vec3);
-        Vec3 *row = calloc(2 * nodes + 1, sizeof *row);
-        ASSERT(row != NULL);
-        read_body(world, i, row, row + nodes);
+        bool sound = body->ops->check == NULL || body->ops->check(body->model);
         char name[NAME_TEXT];
         snprintf(name, sizeof name, "/bodies/%s", body->name);
-        if (memcmp(row, image->position[i], bytes) != 0 ||
-            memcmp(row + nodes, image->velocity[i], bytes) != 0)
-            ok = hdf_fail(file, name, "does not match the state");
-        else if (body->ops->check != NULL && !body->ops->check(body->model))
-            ok = hdf_fail(file, name, "is beyond what can be simulated");
-        free(row);
+        // Of a mesh that changes the check comes first: it says whether there is one to look at.
+        if ((sound || body->ops->adapt == NULL) && !rows_shown(body, &image->rows[i]))
+            return hdf_fail(file, name, "does not match the state");
+        if (!sound)
+            return hdf_fail(file, name, "is beyond what can be simulated");
     }
-    return ok;
+    return true;
 }
 
 // Replaces the world's state, or leaves it as it was.
@@ -244,10 +218,14 @@ bool checkpoint_read(const char *path, World *world, const Scene *scene, Status 
     Arena arena = {0};
     CheckpointImage image;
     reserve(&image, &arena, world);
+    image.rows = arena_allocate(&arena, ARENA_OUTPUT, (size_t)sim_body_count(world->sim),
+                                sizeof *image.rows, "checkpoint/rows");
     char isa[64];
     bool ok = check_head(&file, world, scene) && read_image(&file, &image, world) &&
               hdf_read_text(&file, "/state", "isa", isa, sizeof isa) &&
               apply_image(&file, &image, world);
+    for (int i = 0; i < sim_body_count(world->sim); i++)
+        rows_destroy(&image.rows[i]);
     if (ok && strcmp(isa, isa_of(world)) != 0)
         log_line(LOG_INFO, "%s: was written with %.32s kernels, the run goes on with %s", path, isa,
                  isa_of(world));

@@ -4,13 +4,17 @@
 
 #include "files/build.h"
 
-// What is copied at the end of a tick, into space reserved at load. `block` holds state_bytes().
+// What is copied at the end of a tick, into space reserved at load. `block` holds state_bytes();
+// the rest is by node slot (BodyMesh).
 typedef struct CheckpointImage {
     void *block;
+    int *node_count; // [body]
+    int **id;        // [body][node_count] of bodies whose mesh changes, else NULL: the body's own
     Vec3 **position; // [body][node_count]
     Vec3 **velocity; // [body][node_count]
     double time;
     int64_t step;
+    struct BodyRows *rows; // [body] what the file says, while one is read
 } CheckpointImage;
 
 // Load time: reserves the image from the world's arena.
@@ -19,7 +23,8 @@ void checkpoint_reserve(CheckpointImage *image, World *world);
 void checkpoint_take(CheckpointImage *image, const World *world);
 
 // Writes FILE.tmp, flushes, renames, flushes the folder. Root attributes format, version, scene,
-// created_by; /time, /step; /bodies/<name>/{id, position, velocity} float64 in ascending id;
+// created_by; /time, /step; /bodies/<name>/{id, position, velocity} float64 of the nodes alive, in
+// ascending id;
 // /state/<array> as bytes, with attribute isa; every dataset with attribute unit. The first 512
 // bytes, which HDF5 leaves to its user, hold a seal: the hash of the rest.
 bool checkpoint_write(const char *path, const CheckpointImage *image, const World *world,
