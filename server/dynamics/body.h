@@ -28,7 +28,7 @@ typedef struct BodySurface {
     const int *node_face;
     const double *node_area; // a third of the faces around [m2]
     const double *node_mass; // [kg]
-    double longest_edge;     // at rest [m]
+    double longest_edge;     // at rest, of the coarsest level [m]: constant
 } BodySurface;
 
 // A region of space for find_nodes.
@@ -61,7 +61,8 @@ typedef struct BodyMesh {
 } BodyMesh;
 
 // A place for a face that changed hands. The face there takes over from the one in place `from`,
-// which lay (at least partly) where it lies; -1: the place is free now.
+// which lay (at least partly) where it lies; -1: the place is free now. A face that takes over from
+// several has an entry for each.
 typedef struct FaceChange {
     int face, from;
 } FaceChange;
@@ -74,9 +75,10 @@ typedef struct NodeBirth {
 // What one change of topology did to BodySurface; owned by the model, valid until the next change.
 typedef struct TopologyChange {
     int face_count, born_count, gone_count;
-    const FaceChange *face; // each place once; `from` speaks of the places before the change
-    const NodeBirth *born;  // parents before their children
-    const int *gone;
+    const FaceChange *face;      // `from` speaks of the places before the change
+    const NodeBirth *born;       // parents before their children
+    const int *gone;             // children before their parents
+    const int (*gone_parent)[2]; // [gone_count] between which they lay
 } TopologyChange;
 
 // What can be changed while a scene runs.
@@ -125,7 +127,8 @@ typedef struct BodyOps {
     // Nodes inside a region, in an order that depends on the topology alone; returns how many there
     // are, writes at most `capacity` of them.
     int (*find_nodes)(const void *model, const Region *region, int *node, int capacity);
-    // Constant forces on nodes [N], kept until cleared.
+    // Constant forces on nodes [N], kept until cleared and part of the model's state; after a
+    // change of topology they are cleared and added anew.
     void (*add_load)(void *model, int node, Vec3 force);
     void (*clear_loads)(void *model);
 
@@ -176,6 +179,7 @@ struct Body {
     double lambda;         // of M^-1 K [1/s2]
     double damping;        // of M^-1 C [1/s]
     double contact_lambda; // lambda of the coarsest level: contact is as stiff at every level
+    double finest_lambda, finest_damping; // of the finest level at rest; 0: one level, or not known
 
     // Contact law (contact.md 2.1), set by sim_create from `lambda`.
     double contact_kappa;   // stiffness per rest area [N/m3]
@@ -183,12 +187,13 @@ struct Body {
     double contact_damping; // b_c: damping time [s]
     BodyTuning tuning;
 
-    // The time step, set by sim_create.
+    // The time step, set by sim_seal and again whenever the bounds change.
     double time_step_limit;  // of the stability bound, contacts included [s]
     double time_step_wanted; // of the scene; 0: none
     bool unsafe_time_step;
-    int substeps; // a tick
-    double h;     // tick / substeps [s]
+    int substeps;        // a tick
+    int finest_substeps; // at the finest level as loaded, where that is known: the most
+    double h;            // tick / substeps [s]
 
     int64_t resets; // restores of the last good state
 };

@@ -47,6 +47,10 @@ void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, doub
 void contact_apply(Contact *contact, double fraction, double weight, double h);
 // After the last stage of a substep: the friction's memory moves on.
 void contact_end_substep(Contact *contact);
+// After the body's topology has changed, before the next contact_begin_tick: faces that took over
+// from others stand on the same side of the tool; nodes that came hold the plane as their parents
+// do. The proxy and its friction stay.
+void contact_topology_changed(Contact *contact, const TopologyChange *change);
 // The tool was withdrawn, or the body was restored: forget sides, friction and proxy.
 void contact_clear(Contact *contact);
 

@@ -9,14 +9,16 @@
 void contact_set_stiffness(Body *body)
 {
     // kappa = a lambda_b min_i (m_i / sum of the face areas at i), so that contact adds at most
-    // a lambda_b to the bound (contact.md 2.1). node_area is a third of that sum.
+    // a lambda_b to the bound (contact.md 2.1). node_area is a third of that sum; it is 0 where no
+    // face is.
+    const double *area = body->surface.node_area;
     double least = (double)INFINITY;
     bool any_free = false;
     for (int i = 0; i < body->surface.node_count; i++)
-        any_free |= !body->ops->is_fixed(body->model, i);
+        any_free |= area[i] > 0.0 && !body->ops->is_fixed(body->model, i);
     for (int i = 0; i < body->surface.node_count; i++)
-        if (!any_free || !body->ops->is_fixed(body->model, i))
-            least = fmin(least, body->surface.node_mass[i] / (3.0 * body->surface.node_area[i]));
+        if (area[i] > 0.0 && (!any_free || !body->ops->is_fixed(body->model, i)))
+            least = fmin(least, body->surface.node_mass[i] / (3.0 * area[i]));
     body->contact_kappa = body->contact_ratio * body->contact_lambda * least;
 }
 
@@ -60,7 +62,7 @@ static int choose_face_capacity(const Contact *contact)
     enum { LEAST = 512 }; // a tool that is small against the faces
     const double pi = 3.14159265358979323846;
     const BodySurface *surface = &contact->body->surface;
-    double step = contact->body->substeps * CONTACT_STEP_CAP * contact->smallest_radius;
+    double step = contact->body->finest_substeps * CONTACT_STEP_CAP * contact->smallest_radius;
     double area = 0.0;
     for (int k = 0; k < contact->tool->capsule_count; k++) {
         const Capsule *capsule = &contact->tool->capsule[k];
@@ -123,6 +125,8 @@ static void create_for_capsules(Contact *contact, const char *name, Arena *arena
         contact->side[k] = ALLOCATE(faces, signed char, "sides");
         state_add(state, contact->side[k], (size_t)faces, "%s/sides%d", name, k);
     }
+    if (contact->body->ops->adapt != NULL)
+        contact->old_side = ALLOCATE(faces, signed char, "sides before");
     contact->node = ALLOCATE(nodes, int, "nodes");
     contact->local = ALLOCATE(nodes, int, "local numbers");
     for (int i = 0; i < nodes; i++)

@@ -1,6 +1,6 @@
 // Private to the dynamics room: what a contact of one tool with one body holds. contact.c moves
-// the proxy, contact_find.c finds candidates, contact_side.c remembers sides, contact_force.c is
-// the law.
+// the proxy, contact_find.c finds candidates, contact_side.c remembers sides, contact_follow.c
+// keeps them when faces change, contact_force.c is the law.
 #ifndef PLIANT_DYNAMICS_CONTACT_DATA_H
 #define PLIANT_DYNAMICS_CONTACT_DATA_H
 
@@ -84,6 +84,9 @@ struct Contact {
     Proxy *proxy;
     signed char *side[TOOL_SHAPES]; // [face_count] per capsule: +1, -1, or 0: not a candidate
     Vec3 *plane_bristle;            // [node_count], planes only
+
+    signed char
+        *old_side; // [face_count] scratch of a change of topology; only on bodies that adapt
 
     // --- of the tick: filled by contact_begin_tick ---
     // By candidate [face_capacity] or local node [node_capacity] unless said.

@@ -3,10 +3,16 @@
 #include <stdio.h>
 #include <string.h>
 
-void loads_create(LoadSet *set, int node_count, Arena *arena, StateList *state)
+void loads_create(LoadSet *set, const Body *bodies, int body_count, Arena *arena, StateList *state)
 {
+    int nodes = 0, most = 0; // of all bodies, and of the largest that adapts
+    for (int b = 0; b < body_count; b++) {
+        int own = bodies[b].surface.node_count;
+        nodes += own;
+        most = bodies[b].ops->adapt != NULL && own > most ? own : most;
+    }
     // Room for two loads that each take every node, or many small ones.
-    set->pool_capacity = 2 * node_count;
+    set->pool_capacity = 2 * nodes;
     size_t capacity = (size_t)set->pool_capacity;
     set->count = arena_allocate(arena, ARENA_STEP, 1, sizeof *set->count, "loads/count");
     set->used = arena_allocate(arena, ARENA_STEP, 1, sizeof *set->used, "loads/used");
@@ -16,6 +22,58 @@ void loads_create(LoadSet *set, int node_count, Arena *arena, StateList *state)
     state_add(state, set->used, sizeof *set->used, "loads/used");
     state_add(state, set->load, LOAD_CAPACITY * sizeof *set->load, "loads/load");
     state_add(state, set->pool, capacity * sizeof *set->pool, "loads/pool");
+    if (most == 0)
+        return;
+    set->weight = arena_allocate(arena, ARENA_STEP, capacity, sizeof *set->weight, "loads/weight");
+    state_add(state, set->weight, capacity * sizeof *set->weight, "loads/weight");
+    set->node_weight = arena_allocate(arena, ARENA_STEP, (size_t)most, sizeof *set->node_weight,
+                                      "loads/weights of nodes");
+    set->mark = arena_allocate(arena, ARENA_STEP, (size_t)(most + 63) / 64, sizeof *set->mark,
+                               "loads/marks of nodes");
+}
+
+// ---------------------------------------------------------------------------------------------
+// The pool
+
+// Moves `count` entries within the pool.
+static void move_entries(LoadSet *set, int64_t to, int64_t from, int64_t count)
+{
+    memmove(&set->pool[to], &set->pool[from], (size_t)count * sizeof *set->pool);
+    if (set->weight != NULL)
+        memmove(&set->weight[to], &set->weight[from], (size_t)count * sizeof *set->weight);
+}
+
+static void clear_entries(LoadSet *set, int64_t first, int64_t count)
+{
+    memset(&set->pool[first], 0, (size_t)count * sizeof *set->pool);
+    if (set->weight != NULL)
+        memset(&set->weight[first], 0, (size_t)count * sizeof *set->weight);
+}
+
+// Goes through the nodes of a load in the pool, which are in the order of the bodies.
+typedef struct Walk {
+    const Body *body;
+    int first_node; // of that body
+    int node;       // in that body
+    double weight;
+} Walk;
+
+static void walk_to(const LoadSet *set, Walk *walk, int64_t i)
+{
+    for (; set->pool[i] - walk->first_node >= walk->body->surface.node_count; walk->body++)
+        walk->first_node += walk->body->surface.node_count;
+    walk->node = set->pool[i] - walk->first_node;
+    walk->weight = set->weight != NULL ? set->weight[i] : 1.0;
+}
+
+static void measure_area(const LoadSet *set, const Body *bodies, Load *load)
+{
+    Walk walk = {.body = bodies};
+    load->area = 0.0;
+    for (int64_t i = load->first; i < load->first + load->count; i++) {
+        walk_to(set, &walk, i);
+        load->area += walk.weight * walk.body->surface.node_area[walk.node];
+    }
 }
 
 // Sums the forces anew in the order of the loads, so that they depend on the loads in force alone
@@ -26,16 +84,155 @@ static void apply_all(const LoadSet *set, Body *bodies, int body_count)
         bodies[b].ops->clear_loads(bodies[b].model);
     for (int64_t k = 0; k < *set->count; k++) {
         const Load *load = &set->load[k];
-        Body *body = bodies; // a load's nodes are in the order of the bodies
-        int first_node = 0;  // of that body
-        for (int64_t i = load->first; i < load->first + load->count; i++) {
-            for (; set->pool[i] - first_node >= body->surface.node_count; body++)
-                first_node += body->surface.node_count;
-            int node = set->pool[i] - first_node;
-            double share = body->surface.node_area[node] / load->area;
-            body->ops->add_load(body->model, node, vec3_scale(share, load->force));
+        Walk walk = {.body = bodies};
+        for (int64_t i = load->first; i < load->first + load->count && load->area > 0.0; i++) {
+            walk_to(set, &walk, i);
+            const Body *body = walk.body;
+            double share = walk.weight * body->surface.node_area[walk.node] / load->area;
+            body->ops->add_load(body->model, walk.node, vec3_scale(share, load->force));
         }
     }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Nodes that come and go
+
+static bool is_marked(const LoadSet *set, int node)
+{
+    return (set->mark[node / 64] >> (node % 64) & 1) != 0;
+}
+
+static void give_weight(LoadSet *set, int node, double weight)
+{
+    set->mark[node / 64] |= UINT64_C(1) << (node % 64);
+    set->node_weight[node] = weight;
+}
+
+static void take_weight(LoadSet *set, int node)
+{
+    set->mark[node / 64] &= ~(UINT64_C(1) << (node % 64));
+    set->node_weight[node] = 0.0;
+}
+
+// Writes the marked nodes from entry `at` on, ascending, at most `room` of them, and clears the
+// marks. Returns how many.
+static int64_t write_marked(LoadSet *set, int64_t at, int64_t room, int node_count, int first_node)
+{
+    int64_t count = 0;
+    for (int word = 0; word < (node_count + 63) / 64; word++) {
+        for (uint64_t bits = set->mark[word]; bits != 0; bits &= bits - 1) {
+            int node = word * 64 + __builtin_ctzll(bits);
+            if (count < room) {
+                set->pool[at + count] = first_node + node;
+                set->weight[at + count++] = set->node_weight[node];
+            }
+            set->node_weight[node] = 0.0;
+        }
+        set->mark[word] = 0;
+    }
+    return count;
+}
+
+static int64_t count_marked(const LoadSet *set, int node_count)
+{
+    int64_t count = 0;
+    for (int word = 0; word < (node_count + 63) / 64; word++)
+        count += __builtin_popcountll(set->mark[word]);
+    return count;
+}
+
+// The marked nodes after a change. Where nothing would be left, the parents of those that went
+// carry on.
+static void change_weights(LoadSet *set, int node_count, const TopologyChange *change)
+{
+    int64_t left = count_marked(set, node_count);
+    for (int i = 0; i < change->gone_count; i++)
+        left -= is_marked(set, change->gone[i]);
+    for (int i = 0; i < change->gone_count; i++) {
+        int node = change->gone[i];
+        double weight = set->node_weight[node];
+        take_weight(set, node);
+        for (int k = 0; k < 2 && left == 0 && weight > 0.0; k++) {
+            int parent = change->gone_parent[i][k];
+            give_weight(set, parent, fmax(weight, set->node_weight[parent]));
+        }
+    }
+    for (int i = 0; i < change->born_count; i++) {
+        const NodeBirth *born = &change->born[i];
+        double weight =
+            0.5 * (set->node_weight[born->parent[0]] + set->node_weight[born->parent[1]]);
+        if (weight > 0.0)
+            give_weight(set, born->node, weight);
+    }
+}
+
+// Replaces the entries of one body, `first_node` its first, in one load.
+static void follow_load(LoadSet *set, int k, int first_node, int node_count,
+                        const TopologyChange *change)
+{
+    Load *load = &set->load[k];
+    int64_t begin = load->first, load_end = load->first + load->count;
+    while (begin < load_end && set->pool[begin] < first_node)
+        begin++;
+    int64_t end = begin;
+    for (; end < load_end && set->pool[end] < first_node + node_count; end++)
+        give_weight(set, set->pool[end] - first_node, set->weight[end]);
+    if (begin == end)
+        return;
+
+    change_weights(set, node_count, change);
+    int64_t room = set->pool_capacity - *set->used + (end - begin);
+    int64_t marked = count_marked(set, node_count);
+    int64_t more = (marked < room ? marked : room) - (end - begin);
+    move_entries(set, end + more, end, *set->used - end);
+    if (more < 0)
+        clear_entries(set, *set->used + more, -more);
+    write_marked(set, begin, end - begin + more, node_count, first_node);
+    *set->used += more;
+    load->count += more;
+    for (int64_t later = k + 1; later < *set->count; later++)
+        set->load[later].first += more;
+}
+
+void loads_follow(LoadSet *set, Body *bodies, int body_count, int changed,
+                  const TopologyChange *change)
+{
+    if (set->count == NULL || *set->count == 0)
+        return; // a scene without loads, or none in force
+    int first_node = 0;
+    for (int b = 0; b < changed; b++)
+        first_node += bodies[b].surface.node_count;
+    for (int k = 0; k < *set->count; k++) {
+        follow_load(set, k, first_node, bodies[changed].surface.node_count, change);
+        measure_area(set, bodies, &set->load[k]);
+    }
+    apply_all(set, bodies, body_count);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Start and end
+
+// Appends the nodes of a body within a region to the load that is last in the pool. Returns how
+// many there are; those that do not fit are not written.
+static int64_t take_nodes(LoadSet *set, const Load *load, const Body *body, int first_node,
+                          const Region *region, bool *any_free)
+{
+    int64_t at = load->first + load->count;
+    int *found = &set->pool[at];
+    int room = set->pool_capacity - (int)at;
+    int count = body->ops->find_nodes(body->model, region, found, room);
+    int written = count < room ? count : room;
+    for (int i = 0; i < written; i++) {
+        *any_free |= !body->ops->is_fixed(body->model, found[i]);
+        if (body->ops->adapt != NULL)
+            give_weight(set, found[i], 1.0);
+        found[i] += first_node;
+        if (set->weight != NULL)
+            set->weight[at + i] = 1.0;
+    }
+    if (body->ops->adapt != NULL)
+        write_marked(set, at, written, body->surface.node_count, first_node);
+    return count;
 }
 
 bool loads_start(LoadSet *set, Body *bodies, int body_count, int body, Vec3 center, double radius,
@@ -53,21 +250,13 @@ bool loads_start(LoadSet *set, Body *bodies, int body_count, int body, Vec3 cent
     for (int b = 0; b < body_count && fits; first_node += bodies[b++].surface.node_count) {
         if (body >= 0 && b != body)
             continue;
-        const Body *at = &bodies[b];
-        int *found = &set->pool[load.first + load.count];
-        int room = set->pool_capacity - (int)(load.first + load.count);
-        int count = at->ops->find_nodes(at->model, &region, found, room);
+        int64_t room = set->pool_capacity - (load.first + load.count);
+        int64_t count = take_nodes(set, &load, &bodies[b], first_node, &region, &any_free);
         fits = count <= room;
-        count = fits ? count : room;
-        for (int i = 0; i < count; i++) {
-            load.area += at->surface.node_area[found[i]];
-            any_free |= !at->ops->is_fixed(at->model, found[i]);
-            found[i] += first_node;
-        }
-        load.count += count;
+        load.count += fits ? count : room;
     }
     if (!fits || !any_free)
-        memset(&set->pool[load.first], 0, (size_t)load.count * sizeof *set->pool);
+        clear_entries(set, load.first, load.count);
     if (!fits) {
         snprintf(why, why_size, "the loads in force hold too many nodes (room for %d)",
                  set->pool_capacity);
@@ -83,6 +272,7 @@ bool loads_start(LoadSet *set, Body *bodies, int body_count, int body, Vec3 cent
                  radius, center.x, center.y, center.z, (long long)load.count);
         return false;
     }
+    measure_area(set, bodies, &load);
     *set->used += load.count;
     set->load[(*set->count)++] = load;
     apply_all(set, bodies, body_count);
@@ -99,12 +289,12 @@ void loads_expire(LoadSet *set, Body *bodies, int body_count, int64_t step)
             ended = true;
             continue;
         }
-        memmove(&set->pool[used], &set->pool[load.first], (size_t)load.count * sizeof *set->pool);
+        move_entries(set, used, load.first, load.count);
         load.first = used;
         used += load.count;
         set->load[kept++] = load;
     }
-    memset(&set->pool[used], 0, (size_t)(*set->used - used) * sizeof *set->pool);
+    clear_entries(set, used, *set->used - used);
     *set->count = kept;
     *set->used = used;
     if (ended)
@@ -113,7 +303,7 @@ void loads_expire(LoadSet *set, Body *bodies, int body_count, int64_t step)
 
 void loads_clear(LoadSet *set, Body *bodies, int body_count)
 {
-    memset(set->pool, 0, (size_t)*set->used * sizeof *set->pool);
+    clear_entries(set, 0, *set->used);
     *set->count = *set->used = 0;
     apply_all(set, bodies, body_count);
 }

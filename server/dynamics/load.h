@@ -13,22 +13,35 @@ enum { LOAD_CAPACITY = 64 }; // in force at a time
 typedef struct Load {
     int64_t end_step;     // first tick without it
     Vec3 force;           // total [N]
-    double area;          // sum of the nodal areas taken [m2]
+    double area;          // sum of weight times area of the nodes taken [m2]
     int64_t first, count; // in the pool
 } Load;
 
+// A load is a traction: its force is shared in proportion to weight times nodal area. On bodies
+// that adapt, nodes that come take the mean of their parents' weights, and those that go leave
+// their share to the others; the sum of the forces stays.
 typedef struct LoadSet {
     int64_t *count; // loads in force
     int64_t *used;  // pool entries in use
     Load *load;     // [LOAD_CAPACITY]
-    int *pool;      // [pool_capacity] nodes, counted on from body to body; 0 beyond `used`
+    int *pool; // [pool_capacity] nodes, counted on from body to body; 0 beyond `used`. On bodies
+               // that adapt they ascend
     int pool_capacity;
+
+    // Only where a body adapts, else NULL.
+    double *weight;      // [pool_capacity] of the pool's nodes: part of the state, 0 beyond `used`
+    double *node_weight; // [node places of the largest body] scratch, all 0 between calls
+    uint64_t *mark;      // a bit a node: likewise
 } LoadSet;
 
-void loads_create(LoadSet *set, int node_count, Arena *arena, StateList *state);
+void loads_create(LoadSet *set, const Body *bodies, int body_count, Arena *arena, StateList *state);
 // Takes the nodes inside the sphere now, of one body or (body < 0) of all. False with a sentence.
 bool loads_start(LoadSet *set, Body *bodies, int body_count, int body, Vec3 center, double radius,
                  Vec3 force, int64_t end_step, char *why, size_t why_size);
+// After the topology of a body has changed: nodes that came and went, areas. A load that finds the
+// pool full does without the nodes of the highest numbers.
+void loads_follow(LoadSet *set, Body *bodies, int body_count, int changed,
+                  const TopologyChange *change);
 // Ends the loads whose time has come.
 void loads_expire(LoadSet *set, Body *bodies, int body_count, int64_t step);
 void loads_clear(LoadSet *set, Body *bodies, int body_count);

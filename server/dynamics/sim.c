@@ -1,16 +1,15 @@
-// Makes and changes a scene's bodies, tools and loads; step.c runs them.
+// Makes a scene's bodies, tools and loads; step.c runs them, set.c changes what can be set.
 #include "dynamics/sim_data.h"
 
 #include "base/check.h"
-#include "dynamics/stability.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 static const char *const stage_names[STAGE_COUNT] = {
-    "inputs",  "tools",    "loads", "find contacts", "forces",
-    "contact", "wrenches", "check", "snapshot",
+    "inputs", "tools",   "loads",    "adapt", "find contacts",
+    "forces", "contact", "wrenches", "check", "snapshot",
 };
 
 const char *stage_name(StageId stage)
@@ -54,43 +53,6 @@ void sim_add_load(Sim *sim, const LoadOptions *options)
 
 // ---------------------------------------------------------------------------------------------
 // Sealing
-
-// Bounds of a body with every tool that may touch it.
-static void total_bounds(const Sim *sim, const Body *body, double stiffness_scale,
-                         double damping_scale, double *lambda, double *damping)
-{
-    *lambda = body->lambda * fmax(1.0, stiffness_scale);
-    *damping = body->damping * fmax(1.0, stiffness_scale * damping_scale);
-    for (int t = 0; t < sim->tool_count; t++) {
-        double more_lambda, more_damping;
-        contact_bounds(body, &sim->tool[t], &more_lambda, &more_damping);
-        *lambda += more_lambda;
-        *damping += more_damping;
-    }
-}
-
-static bool choose_time_step(Sim *sim, Body *body, Status *status)
-{
-    enum { MOST_SUBSTEPS = 100000 };
-    double lambda, damping;
-    total_bounds(sim, body, 1.0, 1.0, &lambda, &damping);
-    body->time_step_limit = stability_time_step(body->integrator, lambda, damping);
-    double wanted = body->time_step_wanted > 0.0 ? body->time_step_wanted : body->time_step_limit;
-    if (!(sim->tick / wanted <= MOST_SUBSTEPS))
-        return status_fail(
-            status, STATUS_INVALID,
-            "body %s: a time step of %.3g s needs more than %d substeps a tick of %g s", body->name,
-            wanted, MOST_SUBSTEPS, sim->tick);
-    body->substeps = stability_substeps(sim->tick, wanted);
-    body->h = sim->tick / body->substeps;
-    if (body->h > body->time_step_limit * (1.0 + 1e-9) && !body->unsafe_time_step)
-        return status_fail(
-            status, STATUS_INVALID,
-            "body %s: time_step %.6g s is above the stability bound %.6g s of %s; take "
-            "at most that, or set unsafe_time_step = true",
-            body->name, body->h, body->time_step_limit, integrator_name(body->integrator));
-    return true;
-}
 
 static void create_contacts(Sim *sim)
 {
@@ -137,13 +99,16 @@ static void create_contacts(Sim *sim)
 
 static void list_stages(Sim *sim)
 {
-    bool tools = sim->tool_count > 0, probes = false;
+    bool tools = sim->tool_count > 0, probes = false, adapts = false;
     for (int t = 0; t < sim->tool_count; t++)
         probes |= sim->tool[t].kind != TOOL_STATIC;
+    for (int b = 0; b < sim->body_count; b++)
+        adapts |= sim->body[b].ops->adapt != NULL;
     const bool wanted[STAGE_COUNT] = {
         [STAGE_INPUTS] = sim->options.may_load,
         [STAGE_TOOLS] = probes,
         [STAGE_LOADS] = sim->options.may_load || sim->scene_load_count > 0,
+        [STAGE_ADAPT] = adapts,
         [STAGE_FIND_CONTACTS] = tools,
         [STAGE_FORCES] = true,
         [STAGE_CONTACT] = tools,
@@ -158,19 +123,17 @@ static void list_stages(Sim *sim)
 
 bool sim_seal(Sim *sim, double settle_s, Status *status)
 {
-    int nodes = 0;
     for (int b = 0; b < sim->body_count; b++) {
         contact_set_stiffness(&sim->body[b]);
-        if (!choose_time_step(sim, &sim->body[b], status))
+        if (!time_step_choose(sim, &sim->body[b], status))
             return false;
-        nodes += sim->body[b].surface.node_count;
         state_add(sim->state, &sim->body[b].tuning, sizeof sim->body[b].tuning, "%s/tuning",
                   sim->body[b].name);
     }
     list_stages(sim);
     create_contacts(sim);
     if (sim->options.may_load || sim->scene_load_count > 0)
-        loads_create(&sim->loads, nodes, sim->arena, sim->state);
+        loads_create(&sim->loads, sim->body, sim->body_count, sim->arena, sim->state);
 
     sim->settling = true;
     int64_t ticks = (int64_t)llround(settle_s / sim->tick);
@@ -207,128 +170,23 @@ bool sim_apply_load(Sim *sim, const LoadOptions *options, char *why, size_t why_
                        options->radius, options->force, end, why, why_size);
 }
 
-// stiffness_scale and damping_scale of one body: only within the stability bound of its step.
-static bool set_scale(Sim *sim, Body *body, BodyParameter parameter, double value, char *why,
-                      size_t why_size)
-{
-    double *scale = parameter == BODY_STIFFNESS_SCALE ? &body->tuning.stiffness_scale
-                                                      : &body->tuning.damping_scale;
-    double before = *scale, lambda, damping;
-    *scale = value;
-    total_bounds(sim, body, body->tuning.stiffness_scale, body->tuning.damping_scale, &lambda,
-                 &damping);
-    double limit = stability_time_step(body->integrator, lambda, damping);
-    if (body->h > limit * (1.0 + 1e-9) && !body->unsafe_time_step) {
-        *scale = before;
-        snprintf(why, why_size,
-                 "%g needs a time step of at most %.4g s, and body %s runs at %.4g s", value, limit,
-                 body->name, body->h);
-        return false;
-    }
-    if (!body->ops->set(body->model, parameter, value)) {
-        *scale = before;
-        snprintf(why, why_size, "body %s has no such parameter", body->name);
-        return false;
-    }
-    return true;
-}
-
-static bool set_body(Sim *sim, Body *body, const char *key, double value, char *why,
-                     size_t why_size)
-{
-    bool stiffness = strcmp(key, "stiffness_scale") == 0;
-    if (stiffness || strcmp(key, "damping_scale") == 0) {
-        if (!(value >= 0.0 && value <= 1e6)) {
-            snprintf(why, why_size, "%s %g outside [0, 1e6]", key, value);
-            return false;
-        }
-        return set_scale(sim, body, stiffness ? BODY_STIFFNESS_SCALE : BODY_DAMPING_SCALE, value,
-                         why, why_size);
-    }
-    if (strcmp(key, "friction") == 0) {
-        if (!(value >= 0.0 && value <= 10.0)) {
-            snprintf(why, why_size, "friction %g outside [0, 10]", value);
-            return false;
-        }
-        body->tuning.friction = value;
-        return true;
-    }
-    snprintf(why, why_size, "unknown key %s; of a body: stiffness_scale, damping_scale, friction",
-             key);
-    return false;
-}
-
-// A key without a body's name changes every body, or none when one refuses.
-static bool set_every_body(Sim *sim, const char *key, double value, char *why, size_t why_size)
-{
-    BodyTuning before[SIM_BODIES];
-    for (int b = 0; b < sim->body_count; b++) {
-        before[b] = sim->body[b].tuning;
-        if (set_body(sim, &sim->body[b], key, value, why, why_size))
-            continue;
-        for (int k = 0; k < b; k++) {
-            Body *body = &sim->body[k];
-            body->tuning = before[k];
-            body->ops->set(body->model, BODY_STIFFNESS_SCALE, before[k].stiffness_scale);
-            body->ops->set(body->model, BODY_DAMPING_SCALE, before[k].damping_scale);
-        }
-        return false;
-    }
-    return true;
-}
-
-bool sim_apply_gravity(Sim *sim, Vec3 gravity, char *why, size_t why_size)
-{
-    if (!(vec3_length(gravity) <= 1e4)) {
-        snprintf(why, why_size, "gravity (%g, %g, %g) is longer than 1e4", gravity.x, gravity.y,
-                 gravity.z);
-        return false;
-    }
-    const double part[3] = {gravity.x, gravity.y, gravity.z};
-    for (int b = 0; b < sim->body_count; b++)
-        for (int axis = 0; axis < 3; axis++)
-            sim->body[b].ops->set(sim->body[b].model, (BodyParameter)(BODY_GRAVITY_X + axis),
-                                  part[axis]);
-    return true;
-}
-
-bool sim_apply_set(Sim *sim, const char *key, double value, char *why, size_t why_size)
-{
-    static const char *const axes[3] = {"gravity_x", "gravity_y", "gravity_z"};
-    for (int axis = 0; axis < 3; axis++) {
-        if (strcmp(key, axes[axis]) != 0)
-            continue;
-        if (!(fabs(value) <= 1e4)) {
-            snprintf(why, why_size, "%s %g outside [-1e4, 1e4]", key, value);
-            return false;
-        }
-        for (int b = 0; b < sim->body_count; b++)
-            sim->body[b].ops->set(sim->body[b].model, (BodyParameter)(BODY_GRAVITY_X + axis),
-                                  value);
-        return true;
-    }
-    for (int b = 0; b < sim->body_count; b++) {
-        size_t length = strlen(sim->body[b].name);
-        if (strncmp(key, sim->body[b].name, length) == 0 && key[length] == '.')
-            return set_body(sim, &sim->body[b], key + length + 1, value, why, why_size);
-    }
-    static const char *const common[3] = {"stiffness_scale", "damping_scale", "friction"};
-    for (int k = 0; k < 3; k++)
-        if (strcmp(key, common[k]) == 0)
-            return set_every_body(sim, key, value, why, why_size);
-    snprintf(
-        why, why_size,
-        "unknown key %.80s; known: gravity, gravity_x, gravity_y, gravity_z, and for all bodies "
-        "or as <body>.key: stiffness_scale, damping_scale, friction",
-        key);
-    return false;
-}
-
 void sim_reset(Sim *sim)
 {
     SimClock clock = *sim->clock;
     state_copy_in(sim->state, sim->start_state);
     *sim->clock = clock;
+    sim_restored(sim);
+}
+
+void sim_restored(Sim *sim)
+{
+    for (int b = 0; b < sim->body_count; b++) {
+        Body *body = &sim->body[b];
+        if (body->ops->restored != NULL)
+            body->ops->restored(body);
+        if (body->ops->adapt != NULL)
+            time_step_follow(sim, body);
+    }
 }
 
 void sim_set_lockstep(Sim *sim, bool lockstep)

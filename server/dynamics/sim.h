@@ -15,6 +15,7 @@ typedef enum StageId {
     STAGE_INPUTS,        // take poses, loads and commands (the runner's)
     STAGE_TOOLS,         // place tools, withdraw stale ones
     STAGE_LOADS,         // start and end loads
+    STAGE_ADAPT,         // refine and coarsen
     STAGE_FIND_CONTACTS, // candidates, sides
     STAGE_FORCES,        // all forces and the integration, substep by substep
     STAGE_CONTACT,       // contact forces inside the substeps
@@ -78,14 +79,18 @@ void sim_apply_pose(Sim *sim, int tool, const ToolPose *pose, bool hold);
 // inside, no room.
 bool sim_apply_load(Sim *sim, const LoadOptions *options, char *why, size_t why_size);
 // "gravity_x|y|z" [m/s2]; "stiffness_scale", "damping_scale", "friction" of all bodies, or of one
-// as
-// "<body>.key". False with a sentence in `why`: an unknown key, a value out of range, or a scale
-// that the body's time step does not allow; then nothing was changed.
+// as "<body>.key"; "adapt_force", "adapt_speed", "adapt_curvature", "adapt_scale" and "adapt_level"
+// (the finest that may be used) of one body, or of all that adapt. False with a sentence in `why`:
+// an unknown key, a value out of range, or a scale that the body's time step does not allow; then
+// nothing was changed.
 bool sim_apply_set(Sim *sim, const char *key, double value, char *why, size_t why_size);
 // All three components [m/s2].
 bool sim_apply_gravity(Sim *sim, Vec3 gravity, char *why, size_t why_size);
 // Bodies return to the state after settling, tools are withdrawn, loads end; step and time go on.
 void sim_reset(Sim *sim);
+// After the state list was overwritten from outside (checkpoint): what follows from it is made
+// anew.
+void sim_restored(Sim *sim);
 // In lockstep tools do not become stale.
 void sim_set_lockstep(Sim *sim, bool lockstep);
 

@@ -1,4 +1,5 @@
-// Private to the dynamics room: what a Sim holds. sim.c makes it, step.c runs it.
+// Private to the dynamics room: what a Sim holds. sim.c makes it, set.c changes it, step.c runs it,
+// time_step.c chooses how finely.
 #ifndef PLIANT_DYNAMICS_SIM_DATA_H
 #define PLIANT_DYNAMICS_SIM_DATA_H
 
@@ -44,5 +45,17 @@ struct Sim {
     int64_t stage_ns[STAGE_COUNT];
     int64_t resets, lost_loads;
 };
+
+// time_step.c
+// At load. False: a wanted time step that is above the bound of the body's finest level, or too
+// many substeps.
+bool time_step_choose(const Sim *sim, Body *body, Status *status);
+// After the body's bounds or scales have changed: sets time_step_limit, substeps and h. A wanted
+// time step that is longer than the bound gives way, unless it was called unsafe.
+void time_step_follow(const Sim *sim, Body *body);
+// Whether the step that the body takes at its finest level allows these scales; what they allow
+// and what it takes [s].
+bool time_step_allows(const Sim *sim, const Body *body, double stiffness_scale,
+                      double damping_scale, double *limit, double *step);
 
 #endif

@@ -6,6 +6,7 @@
 
 static void place_tools(Sim *sim);
 static void start_and_end_loads(Sim *sim);
+static void adapt_bodies(Sim *sim);
 static void find_contacts(Sim *sim);
 static void advance_bodies(Sim *sim);
 static void take_wrenches(Sim *sim);
@@ -16,9 +17,10 @@ typedef void StageFunction(Sim *sim);
 // A scene's list of stages holds only what the scene has (sim_seal). Contact forces are part of the
 // substeps and timed there; inputs and snapshots belong to the runner, before and after the tick.
 static StageFunction *const stage_function[STAGE_COUNT] = {
-    [STAGE_TOOLS] = place_tools,           [STAGE_LOADS] = start_and_end_loads,
-    [STAGE_FIND_CONTACTS] = find_contacts, [STAGE_FORCES] = advance_bodies,
-    [STAGE_WRENCHES] = take_wrenches,      [STAGE_CHECK] = check_numbers,
+    [STAGE_TOOLS] = place_tools,     [STAGE_LOADS] = start_and_end_loads,
+    [STAGE_ADAPT] = adapt_bodies,    [STAGE_FIND_CONTACTS] = find_contacts,
+    [STAGE_FORCES] = advance_bodies, [STAGE_WRENCHES] = take_wrenches,
+    [STAGE_CHECK] = check_numbers,
 };
 
 void sim_step(Sim *sim)
@@ -68,6 +70,23 @@ static void start_and_end_loads(Sim *sim)
         sim->clock->next_load++;
         if (!sim_apply_load(sim, load, why, sizeof why))
             sim->lost_loads++; // nothing was inside any more when its time came
+    }
+}
+
+// Bodies refine and coarsen; whatever knows their nodes and faces follows.
+static void adapt_bodies(Sim *sim)
+{
+    for (int b = 0; b < sim->body_count; b++) {
+        Body *body = &sim->body[b];
+        TopologyChange change;
+        if (body->ops->adapt == NULL ||
+            !body->ops->adapt(body, sim->clock->step, sim->tick, &change))
+            continue;
+        if (sim->contact_count > 0)
+            for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
+                contact_topology_changed(sim->contact[k], &change);
+        loads_follow(&sim->loads, sim->body, sim->body_count, b, &change);
+        time_step_follow(sim, body);
     }
 }
 

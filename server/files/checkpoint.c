@@ -203,9 +203,12 @@ static bool apply_image(const HdfFile *file, const CheckpointImage *image, World
     ASSERT(before != NULL);
     state_copy_out(&world->state, before);
     state_copy_in(&world->state, image->block);
+    sim_restored(world->sim);
     bool ok = check_state(file, image, world);
-    if (!ok)
+    if (!ok) {
         state_copy_in(&world->state, before);
+        sim_restored(world->sim);
+    }
     free(before);
     return ok;
 }

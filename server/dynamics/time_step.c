@@ -1,0 +1,73 @@
+// The time step of each body: from its own bounds, those of every tool that may touch it, and the
+// scales of its stiffness and damping. No allocation: fit for the step thread.
+#include "dynamics/sim_data.h"
+
+#include "dynamics/stability.h"
+
+enum { MOST_SUBSTEPS = 100000 };
+static const double ROUNDING = 1.0 + 1e-9; // forgiven, as in stability_substeps
+
+// Largest stable step of a body with bounds `lambda` and `damping` of its own and every tool.
+static double bound(const Sim *sim, const Body *body, double lambda, double damping,
+                    double stiffness_scale, double damping_scale)
+{
+    lambda *= fmax(1.0, stiffness_scale);
+    damping *= fmax(1.0, stiffness_scale * damping_scale);
+    for (int t = 0; t < sim->tool_count; t++) {
+        double more_lambda, more_damping;
+        contact_bounds(body, &sim->tool[t], &more_lambda, &more_damping);
+        lambda += more_lambda;
+        damping += more_damping;
+    }
+    return stability_time_step(body->integrator, lambda, damping);
+}
+
+static double finest_bound(const Sim *sim, const Body *body, double stiffness_scale,
+                           double damping_scale)
+{
+    return bound(sim, body, fmax(body->lambda, body->finest_lambda),
+                 fmax(body->damping, body->finest_damping), stiffness_scale, damping_scale);
+}
+
+void time_step_follow(const Sim *sim, Body *body)
+{
+    body->time_step_limit = bound(sim, body, body->lambda, body->damping,
+                                  body->tuning.stiffness_scale, body->tuning.damping_scale);
+    double wanted = body->time_step_limit;
+    if (body->time_step_wanted > 0.0)
+        wanted =
+            body->unsafe_time_step ? body->time_step_wanted : fmin(wanted, body->time_step_wanted);
+    int substeps = stability_substeps(sim->tick, wanted);
+    body->substeps = substeps < MOST_SUBSTEPS ? substeps : MOST_SUBSTEPS;
+    body->h = sim->tick / body->substeps;
+}
+
+bool time_step_choose(const Sim *sim, Body *body, Status *status)
+{
+    double limit = finest_bound(sim, body, 1.0, 1.0);
+    double wanted = body->time_step_wanted > 0.0 ? body->time_step_wanted : limit;
+    if (!(sim->tick / wanted <= MOST_SUBSTEPS))
+        return status_fail(
+            status, STATUS_INVALID,
+            "body %s: a time step of %.3g s needs more than %d substeps a tick of %g s", body->name,
+            wanted, MOST_SUBSTEPS, sim->tick);
+    body->finest_substeps = stability_substeps(sim->tick, wanted);
+    double h = sim->tick / body->finest_substeps;
+    if (h > limit * ROUNDING && !body->unsafe_time_step)
+        return status_fail(
+            status, STATUS_INVALID,
+            "body %s: time_step %.6g s is above the stability bound %.6g s of %s%s; take "
+            "at most that, or set unsafe_time_step = true",
+            body->name, h, limit, integrator_name(body->integrator),
+            body->finest_lambda > 0.0 ? " at the finest level" : "");
+    time_step_follow(sim, body);
+    return true;
+}
+
+bool time_step_allows(const Sim *sim, const Body *body, double stiffness_scale,
+                      double damping_scale, double *limit, double *step)
+{
+    *limit = finest_bound(sim, body, stiffness_scale, damping_scale);
+    *step = sim->tick / body->finest_substeps;
+    return *step <= *limit * ROUNDING || body->unsafe_time_step;
+}
