@@ -158,12 +158,13 @@ static bool check_head(const HdfFile *file, const World *world, const Scene *sce
                     scene->path);
 }
 
-// The rows are the caller's to destroy, also after a failure.
-static bool read_image(const HdfFile *file, CheckpointImage *image, const World *world)
+// `rows` [body_count] are the caller's to destroy, also after a failure.
+static bool read_image(const HdfFile *file, CheckpointImage *image, BodyRows *rows,
+                       const World *world)
 {
     unsigned char *to = image->block;
     for (int i = 0; i < sim_body_count(world->sim); i++)
-        if (!rows_read(file, sim_body(world->sim, i), &image->rows[i]))
+        if (!rows_read(file, sim_body(world->sim, i), &rows[i]))
             return false;
     for (int i = 0; i < world->state.count; i++) {
         const StateArray *array = &world->state.array[i];
@@ -178,7 +179,8 @@ static bool read_image(const HdfFile *file, CheckpointImage *image, const World 
 }
 
 // Whether the state now in force is the one that the file shows, and one that can be stepped on.
-static bool check_state(const HdfFile *file, const CheckpointImage *image, const World *world)
+static bool check_state(const HdfFile *file, const CheckpointImage *image, const BodyRows *rows,
+                        const World *world)
 {
     if (sim_steps(world->sim) != image->step)
         return hdf_fail(file, "/step", "%lld does not match the state", (long long)image->step);
@@ -188,7 +190,7 @@ static bool check_state(const HdfFile *file, const CheckpointImage *image, const
         char name[NAME_TEXT];
         snprintf(name, sizeof name, "/bodies/%s", body->name);
         // Of a mesh that changes the check comes first: it says whether there is one to look at.
-        if ((sound || body->ops->adapt == NULL) && !rows_shown(body, &image->rows[i]))
+        if ((sound || body->ops->adapt == NULL) && !rows_shown(body, &rows[i]))
             return hdf_fail(file, name, "does not match the state");
         if (!sound)
             return hdf_fail(file, name, "is beyond what can be simulated");
@@ -197,14 +199,15 @@ static bool check_state(const HdfFile *file, const CheckpointImage *image, const
 }
 
 // Replaces the world's state, or leaves it as it was.
-static bool apply_image(const HdfFile *file, const CheckpointImage *image, World *world)
+static bool apply_image(const HdfFile *file, const CheckpointImage *image, const BodyRows *rows,
+                        World *world)
 {
     void *before = malloc(state_bytes(&world->state) + 1);
     ASSERT(before != NULL);
     state_copy_out(&world->state, before);
     state_copy_in(&world->state, image->block);
     sim_restored(world->sim);
-    bool ok = check_state(file, image, world);
+    bool ok = check_state(file, image, rows, world);
     if (!ok) {
         state_copy_in(&world->state, before);
         sim_restored(world->sim);
@@ -221,14 +224,15 @@ bool checkpoint_read(const char *path, World *world, const Scene *scene, Status 
     Arena arena = {0};
     CheckpointImage image;
     reserve(&image, &arena, world);
-    image.rows = arena_allocate(&arena, ARENA_OUTPUT, (size_t)sim_body_count(world->sim),
-                                sizeof *image.rows, "checkpoint/rows");
+    BodyRows *rows = calloc((size_t)sim_body_count(world->sim) + 1, sizeof *rows);
+    ASSERT(rows != NULL);
     char isa[64];
-    bool ok = check_head(&file, world, scene) && read_image(&file, &image, world) &&
+    bool ok = check_head(&file, world, scene) && read_image(&file, &image, rows, world) &&
               hdf_read_text(&file, "/state", "isa", isa, sizeof isa) &&
-              apply_image(&file, &image, world);
+              apply_image(&file, &image, rows, world);
     for (int i = 0; i < sim_body_count(world->sim); i++)
-        rows_destroy(&image.rows[i]);
+        rows_destroy(&rows[i]);
+    free(rows);
     if (ok && strcmp(isa, isa_of(world)) != 0)
         log_line(LOG_INFO, "%s: was written with %.32s kernels, the run goes on with %s", path, isa,
                  isa_of(world));

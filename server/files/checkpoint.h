@@ -14,7 +14,6 @@ typedef struct CheckpointImage {
     Vec3 **velocity; // [body][node_count]
     double time;
     int64_t step;
-    struct BodyRows *rows; // [body] what the file says, while one is read
 } CheckpointImage;
 
 // Load time: reserves the image from the world's arena.
