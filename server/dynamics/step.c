@@ -79,8 +79,12 @@ static void adapt_bodies(Sim *sim)
     for (int b = 0; b < sim->body_count; b++) {
         Body *body = &sim->body[b];
         TopologyChange change;
-        if (body->ops->adapt == NULL ||
-            !body->ops->adapt(body, sim->clock->step, sim->tick, &change))
+        if (body->ops->adapt == NULL)
+            continue;
+        int topology = body->mesh.topology;
+        bool changed = body->ops->adapt(body, sim->clock->step, sim->tick, &change);
+        body->mesh.topology = topology + changed;
+        if (!changed)
             continue;
         if (sim->contact_count > 0)
             for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
