@@ -180,11 +180,11 @@ static void a_client_follows_a_body_that_refines_and_coarsens(void **state)
     daemon_start(&daemon, "%s", scene);
     client_wait_for_daemon(client);
     wait_until(client, first->wholes > 0);
-    press(client, 1.0, 0.5);
+    press(client, 0.3, 0.5);
     wait_until(client, first->deltas >= 5 && first->most_nodes > 200);
     Follower *late = follower_create(client->lcm);
     wait_until(client, late->wholes > 0);
-    press(client, 1.0, 0.5);
+    press(client, 0.3, 0.5);
     int deltas = late->deltas, frames = late->frames, matched = late->matched;
     wait_until(client, late->deltas >= deltas + 5 && late->frames >= frames + 30);
     // Once it has the mesh it has all frames.
@@ -193,7 +193,7 @@ static void a_client_follows_a_body_that_refines_and_coarsens(void **state)
     // At rest the body returns to its coarse mesh.
     wait_until(client, first->mesh.whole && first->least_nodes == 162 && first->deltas > 20);
     // RESET goes back to the mesh of the start under a new number.
-    press(client, 1.0, 5.0);
+    press(client, 0.3, 5.0);
     int before = first->mesh.topology;
     wait_until(client, first->mesh.topology > before + 5);
     before = first->mesh.topology;
@@ -222,7 +222,7 @@ static void a_step_shows_its_mesh_before_it_is_answered(void **state)
     daemon_start(&daemon, "%s", scene);
     client_wait_for_daemon(client);
     wait_until(client, follower->wholes > 0);
-    press(client, 1.0, 10.0);
+    press(client, 0.3, 10.0);
     for (int n = 0; n < 60; n++) {
         const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, 10, "");
         assert_true(reply->ok);
@@ -249,7 +249,7 @@ static void a_recording_has_the_meshes_of_its_frames(void **state)
     Client *client = client_create();
     daemon_start(&daemon, "--record %s --duration 2 %s", path, scene);
     client_wait_for_daemon(client);
-    press(client, 1.0, 0.5);
+    press(client, 0.3, 0.5);
     daemon_wait(&daemon);
     assert_int_equal(daemon.code, 0);
     hid_t file = view_open(path, false);
