@@ -37,6 +37,15 @@ static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, void *use
     update_ready(search);
 }
 
+static void on_delta(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    Search *search = user;
+    const char *body = client_body_of(search->client, "MESH_DELTA", channel);
+    if (!search->ready && body && strcmp(search->aim->body, body) == 0)
+        mesh_frame_add_delta(&search->mesh, buffer->data, buffer->data_size);
+    update_ready(search);
+}
+
 static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *user)
 {
     Search *search = user;
@@ -92,12 +101,16 @@ bool aim_find(Client *client, const double direction[3], Aim *aim, ClientError *
     Search search = {.client = client, .aim = aim};
     const char *body = aim->body[0] ? aim->body : ".+";
     lcm_subscription_t *mesh = client_subscribe(client, "MESH", body, AIM_QUEUE, on_mesh, &search);
+    lcm_subscription_t *delta =
+        client_subscribe(client, "MESH_DELTA", body, AIM_QUEUE, on_delta, &search);
     lcm_subscription_t *nodes =
         client_subscribe(client, "NODES", body, AIM_QUEUE, on_nodes, &search);
-    bool ok = mesh && nodes ? search_wait(&search, error)
-                            : client_fail(error, "LCM refuses to subscribe to the meshes");
+    bool ok = mesh && delta && nodes ? search_wait(&search, error)
+                                     : client_fail(error, "LCM refuses to subscribe to the meshes");
     if (mesh)
         lcm_unsubscribe(client->lcm, mesh);
+    if (delta)
+        lcm_unsubscribe(client->lcm, delta);
     if (nodes)
         lcm_unsubscribe(client->lcm, nodes);
     if (ok)

@@ -6,43 +6,184 @@
 #include <stdlib.h>
 #include <string.h>
 
-static double displacement_of(const Curve *curve, const float *position, int node)
+enum { DEEPEST = 16 }; // nodes between nodes between nodes ..., in one change of topology
+
+static double displacement_of(const float *first, const float *position, int node)
 {
     double sum = 0.0;
     for (int k = 0; k < 3; k++) {
         size_t at = 3 * (size_t)node + (size_t)k;
-        double d = (double)position[at] - (double)curve->first[at];
+        double d = (double)position[at] - (double)first[at];
         sum += d * d;
     }
     return sqrt(sum);
 }
 
-static float *copy_positions(const NodesFrame *nodes)
+// Room for `count` rows of `size` bytes in the place of `old`.
+static void *make_rows(void *old, int count, size_t size)
 {
-    const size_t bytes = 3 * sizeof(float) * (size_t)nodes->node_count;
-    float *copy = malloc(bytes);
-    if (!copy)
+    void *rows = realloc(old, size * (size_t)count + 1);
+    if (!rows)
         abort(); // the counts are bounded: the machine itself is out of memory
-    memcpy(copy, nodes->position, bytes);
-    return copy;
+    return rows;
 }
 
-// Another mesh: its nodes cannot be compared with those of the last one.
-static void begin_topology(Curve *curve)
+static void *copy_rows(void *old, const void *from, int count, size_t size)
 {
-    free(curve->first);
-    curve->first = copy_positions(&curve->nodes);
-    curve->node_count = curve->nodes.node_count;
-    curve->topology = curve->nodes.topology;
-    for (int k = 0; k < CURVE_FRAMES; k++) {
-        free(curve->shape[k].position);
-        curve->shape[k] = (CurveShape){copy_positions(&curve->nodes), curve->nodes.time, 0.0};
+    return memcpy(make_rows(old, count, size), from, size * (size_t)count);
+}
+
+// Whether the mesh is that of the frame in hand.
+static bool mesh_known(const Curve *curve)
+{
+    const MeshFrame *mesh = &curve->mesh;
+    return mesh->whole && mesh->topology == curve->nodes.topology &&
+           mesh->node_count == curve->nodes.node_count;
+}
+
+// --- from one topology to the next ---
+
+typedef struct IdSlot {
+    int32_t id;
+    int slot;
+} IdSlot;
+
+static int compare_ids(const void *left, const void *right)
+{
+    const IdSlot *a = left, *b = right;
+    return (a->id > b->id) - (a->id < b->id);
+}
+
+// The slot of a node, or -1.
+static int find_slot(const IdSlot *order, int count, int32_t id)
+{
+    const IdSlot key = {.id = id};
+    const IdSlot *found = bsearch(&key, order, (size_t)count, sizeof *order, compare_ids);
+    return found ? found->slot : -1;
+}
+
+// Where a node would have begun that comes between two whose beginnings are known.
+static void set_first(Curve *curve, int node, const int parent[2])
+{
+    const float *position = curve->nodes.position;
+    for (size_t k = 0; k < 3; k++) {
+        size_t at = 3 * (size_t)node + k;
+        size_t a = 3 * (size_t)parent[0] + k, b = 3 * (size_t)parent[1] + k;
+        float moved = (position[a] - curve->first[a]) + (position[b] - curve->first[b]);
+        curve->first[at] = position[at] - 0.5f * moved;
     }
 }
 
-static void keep(CurveShape *shape, const NodesFrame *nodes, double displacement)
+// Nodes that came: those between known ones become known, and then those between them.
+static void begin_births(Curve *curve, unsigned char *known)
 {
-    memcpy(shape->position, nodes->position, 3 * sizeof(float) * (size_t)nodes->node_count);
+    const MeshFrame *mesh = &curve->mesh;
+    int count = mesh->node_count;
+    IdSlot *order = make_rows(NULL, count, sizeof *order);
+    for (int i = 0; i < count; i++)
+        order[i] = (IdSlot){mesh->id[i], i};
+    qsort(order, (size_t)count, sizeof *order, compare_ids);
+    bool more = true;
+    for (int pass = 0; pass < DEEPEST && more; pass++) {
+        more = false;
+        for (int i = 0; i < count; i++) {
+            if (known[i] || mesh->id[i] < 0)
+                continue;
+            int parent[2];
+            for (size_t k = 0; k < 2; k++)
+                parent[k] = find_slot(order, count, mesh->parent[2 * (size_t)i + k]);
+            if (parent[0] < 0 || parent[1] < 0 || !known[parent[0]] || !known[parent[1]])
+                continue;
+            set_first(curve, i, parent);
+            known[i] = 1;
+            more = true;
+        }
+    }
+    free(order);
+}
+
+// The mesh before and this one are known: a slot whose node is another begins anew.
+static void follow_topology(Curve *curve)
+{
+    const int32_t *id = curve->mesh.id;
+    int before = curve->node_count, count = curve->nodes.node_count, born = 0;
+    float *old = curve->first;
+    unsigned char *known = calloc((size_t)count, 1);
+    if (!known)
+        abort();
+    curve->first = copy_rows(NULL, curve->nodes.position, count, 3 * sizeof(float));
+    for (int i = 0; i < count; i++) {
+        known[i] = i < before && curve->id[i] == id[i] && id[i] >= 0;
+        if (known[i])
+            memcpy(curve->first + 3 * (size_t)i, old + 3 * (size_t)i, 3 * sizeof(float));
+        born += !known[i] && id[i] >= 0;
+    }
+    if (born)
+        begin_births(curve, known);
+    free(known);
+    free(old);
+}
+
+static void free_shape(CurveShape *shape)
+{
+    free(shape->position);
+    free(shape->first);
+    free(shape->triangle);
+    *shape = (CurveShape){0};
+}
+
+// Another mesh whose nodes cannot be compared with those of the last one.
+static void begin_topology(Curve *curve)
+{
+    curve->first =
+        copy_rows(curve->first, curve->nodes.position, curve->nodes.node_count, 3 * sizeof(float));
+    for (int k = 0; k < CURVE_FRAMES; k++)
+        free_shape(&curve->shape[k]);
+}
+
+static void take_topology(Curve *curve)
+{
+    const NodesFrame *nodes = &curve->nodes;
+    bool known = mesh_known(curve);
+    bool same = curve->first && curve->topology == nodes->topology &&
+                curve->node_count == nodes->node_count;
+    if (same && (curve->id || !known))
+        return;
+    if (!same && curve->id && known)
+        follow_topology(curve);
+    else if (!same)
+        begin_topology(curve);
+    curve->topology = nodes->topology;
+    curve->node_count = nodes->node_count;
+    if (known) {
+        curve->id = copy_rows(curve->id, curve->mesh.id, nodes->node_count, sizeof *curve->id);
+    } else {
+        free(curve->id);
+        curve->id = NULL;
+    }
+}
+
+// --- frames ---
+
+static void keep(CurveShape *shape, const Curve *curve, double displacement)
+{
+    const NodesFrame *nodes = &curve->nodes;
+    const MeshFrame *mesh = &curve->mesh;
+    bool same = shape->position && shape->topology == nodes->topology;
+    if (!same || !shape->triangle) {
+        free(shape->triangle);
+        shape->triangle = NULL;
+        if (mesh_known(curve)) {
+            shape->triangle_count = mesh->triangle_count;
+            shape->triangle =
+                copy_rows(NULL, mesh->triangle, mesh->triangle_count, 3 * sizeof *mesh->triangle);
+        }
+    }
+    shape->topology = nodes->topology;
+    shape->node_count = nodes->node_count;
+    shape->position =
+        copy_rows(shape->position, nodes->position, nodes->node_count, 3 * sizeof(float));
+    shape->first = copy_rows(shape->first, curve->first, nodes->node_count, 3 * sizeof(float));
     shape->time = nodes->time;
     shape->displacement = displacement;
 }
@@ -52,21 +193,22 @@ void curve_take_nodes(Curve *curve, const void *data, size_t size)
     const NodesFrame *nodes = &curve->nodes;
     if (nodes_frame_add(&curve->nodes, data, size) != FRAMES_WHOLE)
         return;
-    if (!curve->first || curve->topology != nodes->topology ||
-        curve->node_count != nodes->node_count)
-        begin_topology(curve);
+    take_topology(curve);
     double largest = 0.0;
     int largest_node = 0;
     for (int i = 0; i < nodes->node_count; i++) {
-        double displacement = displacement_of(curve, nodes->position, i);
+        if (curve->id && curve->id[i] < 0)
+            continue; // a free slot
+        double displacement = displacement_of(curve->first, nodes->position, i);
         if (displacement > largest) {
             largest = displacement;
             largest_node = i;
         }
     }
-    keep(&curve->shape[CURVE_LAST], nodes, largest);
-    if (largest > curve->shape[CURVE_PEAK].displacement)
-        keep(&curve->shape[CURVE_PEAK], nodes, largest);
+    keep(&curve->shape[CURVE_LAST], curve, largest);
+    CurveShape *peak = &curve->shape[CURVE_PEAK];
+    if (!peak->position || largest > peak->displacement)
+        keep(peak, curve, largest);
     curve->frames++;
     if (curve->out)
         fprintf(curve->out, "%.6f\t%.9g\t%d\n", nodes->time, largest, largest_node);
@@ -77,11 +219,35 @@ void curve_take_mesh(Curve *curve, const void *data, size_t size)
     mesh_frame_add(&curve->mesh, data, size);
 }
 
-static void write_corner(FILE *out, const Curve *curve, const float *position, int node)
+void curve_take_delta(Curve *curve, const void *data, size_t size)
 {
-    const float *x = position + 3 * (size_t)node;
+    mesh_frame_add_delta(&curve->mesh, data, size);
+}
+
+// --- shapes ---
+
+static void write_corner(FILE *out, const CurveShape *shape, int node)
+{
+    const float *x = shape->position + 3 * (size_t)node;
     fprintf(out, "%.7g %.7g %.7g %.7g\n", (double)x[0], (double)x[1], (double)x[2],
-            displacement_of(curve, position, node));
+            displacement_of(shape->first, shape->position, node));
+}
+
+static void write_triangles(FILE *out, const CurveShape *shape, const int32_t *triangle, int count)
+{
+    for (int t = 0; t < count; t++) {
+        const int32_t *corner = triangle + 3 * (size_t)t;
+        if (corner[0] == corner[1])
+            continue; // a free slot
+        // pm3d draws quadrilaterals: a triangle is one whose first two corners coincide (with the
+        // last two it loses its shading).
+        for (int k = 0; k < 4; k++) {
+            write_corner(out, shape, corner[k ? k - 1 : 0]);
+            if (k == 1)
+                fputc('\n', out);
+        }
+        fputs("\n\n", out);
+    }
 }
 
 bool curve_write_shape(const Curve *curve, CurveFrame which, const char *path, ClientError *error)
@@ -90,27 +256,21 @@ bool curve_write_shape(const Curve *curve, CurveFrame which, const char *path, C
     const CurveShape *shape = &curve->shape[which];
     if (!curve->frames)
         return client_fail(error, "%s not written: no whole frame of positions came", path);
-    if (!mesh->whole || mesh->topology != curve->topology || mesh->node_count != curve->node_count)
+    // Its own, or one that came later.
+    bool late =
+        mesh->whole && mesh->topology == shape->topology && mesh->node_count == shape->node_count;
+    if (!shape->triangle && !late)
         return client_fail(error, "%s not written: no whole mesh of topology %d came", path,
-                           curve->topology);
+                           shape->topology);
     FILE *out = fopen(path, "w");
     if (!out)
         return client_fail(error, "%s: %s", path, strerror(errno));
     fprintf(out, "# x_m y_m z_m displacement_m at %.6f s, largest %.9g m\n", shape->time,
             shape->displacement);
-    for (int t = 0; t < mesh->triangle_count; t++) {
-        const int32_t *corner = mesh->triangle + 3 * (size_t)t;
-        if (corner[0] == corner[1])
-            continue; // a free slot
-        // pm3d draws quadrilaterals: a triangle is one whose first two corners coincide (with the
-        // last two it loses its shading).
-        for (int k = 0; k < 4; k++) {
-            write_corner(out, curve, shape->position, corner[k ? k - 1 : 0]);
-            if (k == 1)
-                fputc('\n', out);
-        }
-        fputs("\n\n", out);
-    }
+    if (shape->triangle)
+        write_triangles(out, shape, shape->triangle, shape->triangle_count);
+    else
+        write_triangles(out, shape, mesh->triangle, mesh->triangle_count);
     bool failed = ferror(out) != 0;
     if (fclose(out) != 0 || failed)
         return client_fail(error, "%s: not all could be written", path);
@@ -119,9 +279,10 @@ bool curve_write_shape(const Curve *curve, CurveFrame which, const char *path, C
 
 void curve_destroy(Curve *curve)
 {
+    free(curve->id);
     free(curve->first);
     for (int k = 0; k < CURVE_FRAMES; k++)
-        free(curve->shape[k].position);
+        free_shape(&curve->shape[k]);
     nodes_frame_destroy(&curve->nodes);
     mesh_frame_destroy(&curve->mesh);
     *curve = (Curve){0};

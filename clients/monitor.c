@@ -141,6 +141,12 @@ static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, void *use
     curve_take_mesh(&((Monitor *)user)->curve, buffer->data, buffer->data_size);
 }
 
+static void on_delta(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    curve_take_delta(&((Monitor *)user)->curve, buffer->data, buffer->data_size);
+}
+
 static bool subscribe(Monitor *monitor, ClientError *error)
 {
     Client *client = &monitor->client;
@@ -150,7 +156,8 @@ static bool subscribe(Monitor *monitor, ClientError *error)
               client_subscribe(client, "CONTACT", NULL, 1024, on_contact, monitor);
     if (ok && body)
         ok = client_subscribe(client, "NODES", body, 4096, on_nodes, monitor) &&
-             client_subscribe(client, "MESH", body, 4096, on_mesh, monitor);
+             client_subscribe(client, "MESH", body, 4096, on_mesh, monitor) &&
+             client_subscribe(client, "MESH_DELTA", body, 4096, on_delta, monitor);
     return ok ? true : client_fail(error, "LCM refuses to subscribe to %s_*", client->prefix);
 }
 

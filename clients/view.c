@@ -87,8 +87,10 @@ static void print_bodies(const pliant_status_t *s, FILE *out)
         fputs("  ", out);
         client_print_text(out, b->integrator, false);
         fprintf(out, "  step %.1f us\n", 1e6 * b->time_step);
-        fprintf(out, "  nodes %d  springs %d  elements %d  pieces %d  level %d  mass %.4g kg\n",
-                b->nodes, b->springs, b->elements, b->pieces, b->finest_level, b->mass);
+        fprintf(out, "  in use: nodes %d  %s %d  springs %d  finest level %d  (topology %d)\n",
+                b->nodes, b->springs > 0 ? "triangles" : "elements", b->elements, b->springs,
+                b->finest_level, b->topology);
+        fprintf(out, "  pieces %d  mass %.4g kg\n", b->pieces, b->mass);
         fprintf(out, "  kinetic %.3e J  elastic %.3e J  largest displacement %.3f mm\n", b->kinetic,
                 b->elastic, 1e3 * b->max_displacement);
     }
@@ -157,7 +159,9 @@ void view_print_line(const View *view, FILE *out)
     for (int k = 0; k < s->num_bodies; k++) {
         fputs("  | ", out);
         client_print_text(out, s->body[k].name, false);
-        fprintf(out, " displacement %.3f mm", 1e3 * s->body[k].max_displacement);
+        fprintf(out, " displacement %.3f mm  nodes %d  triangles %d  level %d",
+                1e3 * s->body[k].max_displacement, s->body[k].nodes, s->body[k].elements,
+                s->body[k].finest_level);
     }
     for (int k = 0; k < view->tools; k++)
         fprintf(out, "  | tool %d %.4f N", view->tool[k].contact.tool,

@@ -111,12 +111,129 @@ static void shape_is_written_of_the_last_frame_and_of_the_peak(void **state)
     curve_destroy(&curve);
 }
 
+// --- a mesh that changes ---
+
+// Positions on a line; slot i at x[i].
+static void take_line(Curve *curve, int sequence, int topology, int count, const float *x)
+{
+    float position[3 * 8] = {0};
+    for (int i = 0; i < count; i++)
+        position[3 * i] = x[i];
+    pliant_nodes_t chunk = {.utime = 10 + sequence,
+                            .sequence = sequence,
+                            .time = 0.5 * sequence,
+                            .topology = topology,
+                            .node_count = count,
+                            .chunk_count = 1,
+                            .num_values = 3 * count,
+                            .position = position};
+    unsigned char data[512];
+    int size = pliant_nodes_t_encode(data, 0, sizeof data, &chunk);
+    assert_true(size > 0);
+    curve_take_nodes(curve, data, (size_t)size);
+}
+
+// One triangle of slots 0, 1, 2.
+static void take_ids(Curve *curve, int sequence, int topology, int count, const int32_t *id,
+                     const int32_t *parent)
+{
+    int32_t triangle[3] = {0, 1, 2};
+    int8_t level[8] = {0};
+    pliant_mesh_t chunk = {.utime = 10 + sequence,
+                           .sequence = sequence,
+                           .topology = topology,
+                           .node_count = count,
+                           .triangle_count = 1,
+                           .chunk_count = 1,
+                           .num_indices = 3,
+                           .triangle = triangle,
+                           .num_nodes = count,
+                           .num_parents = 2 * count,
+                           .id = (int32_t *)(uintptr_t)id,
+                           .origin = (int32_t *)(uintptr_t)id,
+                           .parent = (int32_t *)(uintptr_t)parent,
+                           .piece = (int32_t *)(uintptr_t)id,
+                           .level = level};
+    unsigned char data[512];
+    int size = pliant_mesh_t_encode(data, 0, sizeof data, &chunk);
+    assert_true(size > 0);
+    curve_take_mesh(curve, data, (size_t)size);
+}
+
+// All numbers are small binary fractions: exact.
+static void nodes_are_told_by_their_ids(void **state)
+{
+    (void)state;
+    Curve curve = {0};
+    const int32_t parent[10] = {5, 5, 6, 6, 7, 7, 8, 8, 6, 7};
+    take_ids(&curve, 0, 1, 4, (const int32_t[]){5, 6, 7, 8}, parent);
+    take_line(&curve, 0, 1, 4, (const float[]){0.0f, 1.0f, 2.0f, 4.0f});
+    take_line(&curve, 1, 1, 4, (const float[]){0.0f, 1.25f, 2.5f, 4.0f});
+    expect_near(curve.shape[CURVE_LAST].displacement, 0.5, 0.0);
+    // Slot 3 is another node now, between 6 and 7: it starts with the mean of their displacements,
+    // however far it is from where node 8 was.
+    const int32_t born[8] = {5, 5, 6, 6, 7, 7, 6, 7};
+    take_ids(&curve, 1, 2, 4, (const int32_t[]){5, 6, 7, 70}, born);
+    take_line(&curve, 2, 2, 4, (const float[]){0.0f, 1.25f, 2.5f, 1.875f});
+    expect_near(curve.shape[CURVE_LAST].displacement, 0.5, 0.0);
+    expect_near((double)curve.first[9], 1.5, 0.0); // in the middle of 1 and 2
+    take_line(&curve, 3, 2, 4, (const float[]){0.0f, 1.25f, 2.5f, 2.5f});
+    expect_near(curve.shape[CURVE_LAST].displacement, 1.0, 0.0);
+    // A free slot moves nothing; the peak is kept with the mesh that it belongs to.
+    take_ids(&curve, 2, 3, 5, (const int32_t[]){5, 6, 7, -1, 8}, parent);
+    take_line(&curve, 4, 3, 5, (const float[]){0.0f, 1.25f, 2.5f, 99.0f, 4.0f});
+    expect_near(curve.shape[CURVE_LAST].displacement, 0.5, 0.0);
+    expect_near(curve.shape[CURVE_PEAK].displacement, 1.0, 0.0);
+    assert_int_equal(curve.shape[CURVE_PEAK].topology, 2);
+    assert_non_null(curve.shape[CURVE_PEAK].triangle);
+    curve_destroy(&curve);
+}
+
+static void births_between_births_have_their_beginnings_too(void **state)
+{
+    (void)state;
+    Curve curve = {0};
+    take_ids(&curve, 0, 1, 3, (const int32_t[]){5, 6, -1}, (const int32_t[]){5, 5, 6, 6, 0, 0});
+    take_line(&curve, 0, 1, 3, (const float[]){0.0f, 1.0f, 0.0f});
+    take_line(&curve, 1, 1, 3, (const float[]){1.0f, 2.0f, 0.0f}); // all by 1
+    // Node 90 between 5 and 80, which itself is between 5 and 6 and comes in a later slot.
+    const int32_t parent[8] = {5, 5, 6, 6, 5, 80, 5, 6};
+    take_ids(&curve, 1, 2, 4, (const int32_t[]){5, 6, 90, 80}, parent);
+    take_line(&curve, 2, 2, 4, (const float[]){1.0f, 2.0f, 1.25f, 1.5f});
+    expect_near((double)curve.first[6], 0.25, 0.0);
+    expect_near((double)curve.first[9], 0.5, 0.0);
+    expect_near(curve.shape[CURVE_LAST].displacement, 1.0, 0.0);
+    curve_destroy(&curve);
+}
+
+static void a_change_that_was_missed_begins_anew(void **state)
+{
+    (void)state;
+    Curve curve = {0};
+    const int32_t parent[6] = {5, 5, 6, 6, 7, 7}, id[3] = {5, 6, 7};
+    take_ids(&curve, 0, 1, 3, id, parent);
+    take_line(&curve, 0, 1, 3, (const float[]){0.0f, 1.0f, 2.0f});
+    take_line(&curve, 1, 1, 3, (const float[]){3.0f, 1.0f, 2.0f});
+    take_line(&curve, 2, 2, 3, (const float[]){4.0f, 1.0f, 2.0f}); // no mesh of topology 2 came
+    expect_near(curve.shape[CURVE_LAST].displacement, 0.0, 0.0);
+    take_ids(&curve, 1, 2, 3, (const int32_t[]){6, 5, 7}, parent); // late
+    take_line(&curve, 3, 2, 3, (const float[]){4.5f, 1.0f, 2.0f});
+    expect_near(curve.shape[CURVE_LAST].displacement, 0.5, 0.0);
+    take_ids(&curve, 2, 3, 3, (const int32_t[]){6, 5, -1}, parent);
+    take_line(&curve, 4, 3, 3, (const float[]){4.75f, 1.0f, 0.0f});
+    expect_near(curve.shape[CURVE_LAST].displacement, 0.75, 0.0);
+    curve_destroy(&curve);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(rows_hold_the_largest_displacement_against_the_first_frame),
         cmocka_unit_test(another_topology_begins_anew),
         cmocka_unit_test(shape_is_written_of_the_last_frame_and_of_the_peak),
+        cmocka_unit_test(nodes_are_told_by_their_ids),
+        cmocka_unit_test(births_between_births_have_their_beginnings_too),
+        cmocka_unit_test(a_change_that_was_missed_begins_anew),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

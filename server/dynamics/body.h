@@ -49,7 +49,8 @@ typedef struct BodyMeasure {
 // What a client's mesh looks like (lcmtypes/mesh_t.lcm); all arrays by node or triangle slot. A
 // free node slot has id -1, a free triangle is 0 0 0. Constant between changes of topology.
 typedef struct BodyMesh {
-    int topology;                   // goes up by one with every change
+    int topology; // goes up by one with every change and every restore of the state, so that no
+                  // number ever names two meshes of a run; the pipeline counts, and no state has it
     int node_count, triangle_count; // slots in use so far
     int node_capacity, triangle_capacity;
     const int (*triangle)[3];

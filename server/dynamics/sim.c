@@ -182,10 +182,13 @@ void sim_restored(Sim *sim)
 {
     for (int b = 0; b < sim->body_count; b++) {
         Body *body = &sim->body[b];
+        int topology = body->mesh.topology;
         if (body->ops->restored != NULL)
             body->ops->restored(body);
-        if (body->ops->adapt != NULL)
-            time_step_follow(sim, body);
+        if (body->ops->adapt == NULL)
+            continue;
+        body->mesh.topology = topology + 1;
+        time_step_follow(sim, body);
     }
 }
 

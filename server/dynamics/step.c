@@ -79,7 +79,12 @@ static void adapt_bodies(Sim *sim)
     for (int b = 0; b < sim->body_count; b++) {
         Body *body = &sim->body[b];
         TopologyChange change = {.again = body->ops->adapt != NULL};
-        while (change.again && body->ops->adapt(body, sim->clock->step, sim->tick, &change)) {
+        while (change.again) {
+            int topology = body->mesh.topology;
+            bool changed = body->ops->adapt(body, sim->clock->step, sim->tick, &change);
+            body->mesh.topology = topology + changed;
+            if (!changed)
+                break;
             if (sim->contact_count > 0)
                 for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
                     contact_topology_changed(sim->contact[k], &change);

@@ -612,6 +612,44 @@ static void a_whole_mesh_under_way_is_of_one_topology(void **state)
     free(rig);
 }
 
+// RESET brings meshes back, but no number: whoever has seen one knows its mesh.
+static void no_number_ever_names_two_meshes(void **state)
+{
+    (void)state;
+    enum { TICKS = 400, NUMBERS = TICKS + 50 };
+    Rig *rig = malloc(sizeof *rig);
+    rig_create(rig, true, 1.0);
+    Sim *sim = rig->world.sim;
+    Status status = {0};
+    assert_true(sim_seal(sim, 0.0, &status));
+    uint64_t random = 6, *seen = calloc(NUMBERS, sizeof *seen);
+    int last = 0;
+    for (int n = 0; n < TICKS; n++) {
+        if (random_below(&random, 20) == 0)
+            sim_reset(sim);
+        sim_step(sim);
+        const BodyMesh *mesh = &sim_body(sim, 0)->mesh;
+        assert_in_range(mesh->topology, last, NUMBERS - 1);
+        last = mesh->topology;
+        uint64_t hash = 14695981039346656037u; // of slots in use
+        for (int i = 0; i < mesh->node_count; i++)
+            hash = (hash ^ (uint64_t)(unsigned)mesh->id[i]) * 1099511628211u;
+        for (int t = 0; t < 3 * mesh->triangle_count; t++)
+            hash = (hash ^ (uint64_t)(unsigned)mesh->triangle[t / 3][t % 3]) * 1099511628211u;
+        assert_true(seen[last] == 0 || seen[last] == hash);
+        seen[last] = hash;
+        rig_push(rig, true);
+        rig_turn(rig, true);
+        assert_int_equal(rig->mesh.topology, last);
+        assert_int_equal(rig->mesh.node_count, mesh->node_count);
+        assert_memory_equal(rig->mesh.id, mesh->id, (size_t)mesh->node_count * sizeof(int));
+    }
+    assert_in_range(last, TICKS / 4, NUMBERS);
+    free(seen);
+    rig_destroy(rig);
+    free(rig);
+}
+
 static size_t bytes_for_meshes(const Rig *rig)
 {
     size_t bytes = 0;
@@ -658,6 +696,7 @@ int main(void)
         cmocka_unit_test(lockstep_tells_all_before_it_returns),
         cmocka_unit_test(asking_without_end_starves_nobody),
         cmocka_unit_test(a_whole_mesh_under_way_is_of_one_topology),
+        cmocka_unit_test(no_number_ever_names_two_meshes),
         cmocka_unit_test(a_body_that_never_changes_pays_for_no_copy),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,290 @@
+// A real daemon with a body that refines and coarsens while it is pressed: what it publishes and
+// records is followed by a client that was there from the start, one that came late, and one in
+// lockstep.
+#include "client.h"
+#include "frames.h"
+#include "mesh_check.h"
+#ifdef WITH_HDF5
+#include "recording_view.h"
+#endif
+
+#include "pliant_mesh_delta_t.h"
+#include "pliant_mesh_t.h"
+
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SLOTS = 20000 };
+
+// A listener that keeps what a front end would.
+typedef struct Follower {
+    lcm_t *lcm;
+    lcm_subscription_t *on[3];
+    MeshFrame mesh;
+    NodesFrame nodes;
+    // all of the mesh, for the checker
+    int origin[SLOTS], piece[SLOTS];
+    signed char level[SLOTS];
+    int wholes, deltas, missed, frames, matched; // matched: frames whose mesh was there
+    int most_nodes, least_nodes, deepest;
+} Follower;
+
+static void keep_node(Follower *follower, int slot, int origin, int piece, int level)
+{
+    assert_in_range(slot, 0, SLOTS - 1);
+    follower->origin[slot] = origin;
+    follower->piece[slot] = piece;
+    follower->level[slot] = (signed char)level;
+    follower->deepest = level > follower->deepest ? level : follower->deepest;
+}
+
+static void expect_whole(Follower *follower)
+{
+    const MeshFrame *frame = &follower->mesh;
+    const BodyMesh mesh = {.topology = frame->topology,
+                           .node_count = frame->node_count,
+                           .triangle_count = frame->triangle_count,
+                           .node_capacity = SLOTS,
+                           .triangle_capacity = 2 * SLOTS,
+                           .triangle = (const int(*)[3])frame->triangle,
+                           .id = frame->id,
+                           .origin = follower->origin,
+                           .parent = (const int(*)[2])frame->parent,
+                           .piece = follower->piece,
+                           .level = follower->level};
+    expect_crack_free(&mesh, NULL, NULL);
+    int nodes = 0;
+    for (int i = 0; i < mesh.node_count; i++)
+        nodes += mesh.id[i] >= 0;
+    follower->most_nodes = nodes > follower->most_nodes ? nodes : follower->most_nodes;
+    if (follower->least_nodes == 0 || nodes < follower->least_nodes)
+        follower->least_nodes = nodes;
+}
+
+static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    Follower *follower = user;
+    pliant_mesh_t mesh;
+    assert_true(buffer->data_size <= 65499);
+    assert_true(pliant_mesh_t_decode(buffer->data, 0, (int)buffer->data_size, &mesh) >= 0);
+    for (int k = 0; k < mesh.num_nodes; k++)
+        keep_node(follower, mesh.first_node + k, mesh.origin[k], mesh.piece[k], mesh.level[k]);
+    pliant_mesh_t_decode_cleanup(&mesh);
+    if (mesh_frame_add(&follower->mesh, buffer->data, buffer->data_size) != FRAMES_WHOLE)
+        return;
+    follower->wholes++;
+    expect_whole(follower);
+}
+
+static void on_delta(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    Follower *follower = user;
+    pliant_mesh_delta_t delta;
+    assert_true(buffer->data_size <= 65499);
+    assert_true(pliant_mesh_delta_t_decode(buffer->data, 0, (int)buffer->data_size, &delta) >= 0);
+    for (int k = 0; k < delta.num_nodes; k++)
+        keep_node(follower, delta.node_slot[k], delta.origin[k], delta.piece[k], delta.level[k]);
+    pliant_mesh_delta_t_decode_cleanup(&delta);
+    FramesResult result = mesh_frame_add_delta(&follower->mesh, buffer->data, buffer->data_size);
+    follower->deltas += result == FRAMES_WHOLE;
+    follower->missed += result == FRAMES_MISSED;
+    if (result == FRAMES_WHOLE)
+        expect_whole(follower);
+}
+
+static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    Follower *follower = user;
+    const NodesFrame *nodes = &follower->nodes;
+    if (nodes_frame_add(&follower->nodes, buffer->data, buffer->data_size) != FRAMES_WHOLE)
+        return;
+    follower->frames++;
+    if (!follower->mesh.whole || follower->mesh.topology != nodes->topology)
+        return;
+    follower->matched++;
+    assert_int_equal(follower->mesh.node_count, nodes->node_count);
+    for (int i = 0; i < nodes->node_count; i++) {
+        const float *x = nodes->position + 3 * i;
+        double r = sqrt((double)(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]));
+        if (follower->mesh.id[i] >= 0) // a sphere of 5 cm, pressed
+            assert_true(r > 0.01 && r < 0.08);
+    }
+}
+
+static Follower *follower_create(lcm_t *lcm)
+{
+    Follower *follower = calloc(1, sizeof *follower);
+    assert_non_null(follower);
+    follower->lcm = lcm;
+    follower->on[0] = lcm_subscribe(lcm, "PLIANT_MESH_sphere", on_mesh, follower);
+    follower->on[1] = lcm_subscribe(lcm, "PLIANT_MESH_DELTA_sphere", on_delta, follower);
+    follower->on[2] = lcm_subscribe(lcm, "PLIANT_NODES_sphere", on_nodes, follower);
+    for (int k = 0; k < 3; k++)
+        lcm_subscription_set_queue_capacity(follower->on[k], 4096);
+    return follower;
+}
+
+static void follower_destroy(Follower *follower)
+{
+    for (int k = 0; k < 3; k++)
+        lcm_unsubscribe(follower->lcm, follower->on[k]);
+    mesh_frame_destroy(&follower->mesh);
+    nodes_frame_destroy(&follower->nodes);
+    free(follower);
+}
+
+// A sphere of two more levels, pressed for a while at its top.
+static const char *write_levels(const char *name, const char *head)
+{
+    char text[2048];
+    snprintf(text, sizeof text,
+             "name = \"levels\"; %s\n"
+             "publish = { nodes_hz = 60.0; mesh_hz = 2.0; contact_hz = 0.0; status_hz = 10.0; };\n"
+             "bodies = ( { name = \"sphere\"; mesh = { generator = \"ico_sphere\"; nodes = 162;\n"
+             "  radius = 0.05; }; levels = 2; shape = { };\n"
+             "  adapt = { force = 0.005; speed = 0.3; curvature = 0.4; check_hz = 100.0; };\n"
+             "  fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.03]); } ); } );\n",
+             head);
+    const char *path = scratch(name);
+    write_text(path, text);
+    return path;
+}
+
+// A build or a version that refines nothing refuses the scene.
+static void need_levels(const char *scene)
+{
+    static Daemon daemon;
+    run_daemon(&daemon, "--check %s", scene);
+    if (daemon.code != 0)
+        skip();
+}
+
+static void press(Client *client, double newton, double seconds)
+{
+    const double top[3] = {0.0, 0.0, 0.05}, force[3] = {0.1 * newton, 0.0, -newton};
+    send_load(client, top, 0.02, force, seconds, "sphere");
+}
+
+static void a_client_follows_a_body_that_refines_and_coarsens(void **state)
+{
+    (void)state;
+    const char *scene = write_levels("live.cfg", "");
+    need_levels(scene);
+    static Daemon daemon;
+    Client *client = client_create();
+    Follower *first = follower_create(client->lcm);
+    daemon_start(&daemon, "%s", scene);
+    client_wait_for_daemon(client);
+    wait_until(client, first->wholes > 0);
+    press(client, 0.3, 0.5);
+    wait_until(client, first->deltas >= 5 && first->most_nodes > 200);
+    Follower *late = follower_create(client->lcm);
+    wait_until(client, late->wholes > 0);
+    press(client, 0.3, 0.5);
+    int deltas = late->deltas, frames = late->frames, matched = late->matched;
+    wait_until(client, late->deltas >= deltas + 5 && late->frames >= frames + 30);
+    // Once it has the mesh it has all frames.
+    assert_int_equal(late->matched - matched, late->frames - frames);
+    assert_int_equal(late->mesh.topology, first->mesh.topology);
+    // At rest the body returns to its coarse mesh.
+    wait_until(client, first->mesh.whole && first->least_nodes == 162 && first->deltas > 20);
+    // RESET goes back to the mesh of the start under a new number.
+    press(client, 0.3, 5.0);
+    int before = first->mesh.topology;
+    wait_until(client, first->mesh.topology > before + 5);
+    before = first->mesh.topology;
+    assert_true(command(client, PLIANT_COMMAND_T_RESET, 0, "")->ok);
+    wait_until(client, first->mesh.topology > before);
+    assert_int_equal(first->missed, 0);
+    assert_int_equal(first->mesh.refused, 0);
+    assert_in_range(first->deepest, 1, 2);
+    client_fresh_status(client);
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    follower_destroy(late);
+    follower_destroy(first);
+    client_destroy(client);
+}
+
+static void a_step_shows_its_mesh_before_it_is_answered(void **state)
+{
+    (void)state;
+    const char *scene = write_levels("lockstep.cfg", "start = \"paused\";");
+    need_levels(scene);
+    static Daemon daemon;
+    Client *client = client_create();
+    Follower *follower = follower_create(client->lcm);
+    daemon_start(&daemon, "%s", scene);
+    client_wait_for_daemon(client);
+    wait_until(client, follower->wholes > 0);
+    press(client, 0.3, 10.0);
+    for (int n = 0; n < 60; n++) {
+        const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, 10, "");
+        assert_true(reply->ok);
+        assert_int_equal(follower->nodes.step, reply->step);
+        assert_true(follower->nodes.whole);
+        assert_int_equal(follower->mesh.topology, follower->nodes.topology);
+    }
+    assert_true(follower->deltas > 5);
+    assert_int_equal(follower->missed, 0);
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    follower_destroy(follower);
+    client_destroy(client);
+}
+
+#ifdef WITH_HDF5
+static void a_recording_has_the_meshes_of_its_frames(void **state)
+{
+    (void)state;
+    const char *scene = write_levels("record.cfg", "");
+    need_levels(scene);
+    static Daemon daemon;
+    const char *path = scratch("levels.h5");
+    Client *client = client_create();
+    daemon_start(&daemon, "--record %s --duration 2 %s", path, scene);
+    client_wait_for_daemon(client);
+    press(client, 0.3, 0.5);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    hid_t file = view_open(path, false);
+    assert_true(file >= 0);
+    BodyView view;
+    view_body(&view, file, "sphere"); // every index points at something
+    assert_true(view.frames > 30);
+    assert_true(view.topologies > 5);
+    for (int t = 0; t < view.topologies; t++) {
+        // A closed surface without handles (Euler): twice the nodes but two pairs of triangles.
+        assert_int_equal(view.triangle_count[t], 2 * view.node_count[t] - 4);
+        assert_true(t == 0 || view.number[t] > view.number[t - 1]);
+    }
+    char xdmf[1100];
+    int count;
+    snprintf(xdmf, sizeof xdmf, "%s.xdmf", path);
+    SidecarFrame *frame = view_sidecar(xdmf, &count);
+    assert_int_equal(count, view.frames);
+    expect_sidecar_matches(frame, count, &view, "sphere");
+    free(frame);
+    view_free(&view);
+    H5Fclose(file);
+    client_destroy(client);
+}
+#endif
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(a_client_follows_a_body_that_refines_and_coarsens),
+        daemon_test(a_step_shows_its_mesh_before_it_is_answered),
+#ifdef WITH_HDF5
+        daemon_test(a_recording_has_the_meshes_of_its_frames),
+#endif
+    };
+    harness_start(argc, argv);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}
