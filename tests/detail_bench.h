@@ -9,7 +9,7 @@
 typedef struct DetailBench {
     Arena arena;
     StateList state;
-    TriMesh mesh; // of level 0
+    TriMesh mesh;  // of level 0
     TriMesh dense; // bench_create_dense: of start_level
     Levels levels;
     Sim *sim;

@@ -13,8 +13,12 @@
 
 #include <cmocka.h>
 
-static const LoadOptions PRESS = {.body = 0, .center = {0.0, 0.0, 0.05}, .radius = 0.025,
-                                  .force = {0.0005, 0.0002, -0.002}, .start = 0.0, .duration = 0.05};
+static const LoadOptions PRESS = {.body = 0,
+                                  .center = {0.0, 0.0, 0.05},
+                                  .radius = 0.025,
+                                  .force = {0.0005, 0.0002, -0.002},
+                                  .start = 0.0,
+                                  .duration = 0.05};
 
 // Position of the node with an id.
 static Vec3 find(const Body *body, const Vec3 *position, int id)
@@ -80,7 +84,8 @@ static void a_body_wholly_of_one_level_moves_as_one_without_levels(void **unused
                 SurfaceOptions options = bench_options(2, level);
                 options.adjust = (SurfaceAdjust)adjust;
                 options.integrator = (IntegratorKind)(variant % 3);
-                options.prestress = variant == 3 ? 0.001 : 0.0; // more and the shell buckles at once
+                options.prestress =
+                    variant == 3 ? 0.001 : 0.0; // more and the shell buckles at once
                 if (variant == 4)
                     options.shape.frame = SHAPE_BODY;
                 if (variant == 5)
@@ -126,8 +131,8 @@ static void changes_keep_mass_and_momentum(void **unused)
             shake(&bench, &random);
             Vec3 before = bench_momentum(&bench);
             bench_change_at_random(&bench, &random, i / 200 % 2 == 0 ? 8 : 3);
-            worst_jump = fmax(worst_jump,
-                              vec3_length(vec3_sub(bench_momentum(&bench), before)) / scale);
+            worst_jump =
+                fmax(worst_jump, vec3_length(vec3_sub(bench_momentum(&bench), before)) / scale);
             worst_mass = fmax(worst_mass, fabs(bench_mass(&bench) / mass - 1.0));
             worst_mass = fmax(worst_mass, fabs(bench.body->mass / mass - 1.0));
         }

@@ -58,7 +58,8 @@ static bool check_capacity(const SurfaceOptions *surface, const TriMesh *mesh, S
                        surface->name, have, key, key, room);
 }
 
-// Initial rows of the mesh that the body is made from, owned by the caller; NULL when it starts at rest.
+// Initial rows of the mesh that the body is made from, owned by the caller; NULL when it starts at
+// rest.
 static bool read_initial(const SceneBody *described, const TriMesh *mesh, const Levels *levels,
                          Vec3 **position, Vec3 **velocity, Status *status)
 {

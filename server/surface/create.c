@@ -23,7 +23,7 @@ static int compare_ints(const void *a, const void *b)
 }
 
 void *model_allocate_reals(const SurfaceModel *model, size_t count, const char *name,
-                            const char *label, Arena *arena)
+                           const char *label, Arena *arena)
 {
     return arena_allocate(arena, ARENA_STEP, count, model_real_size(model), "%s/%s", name, label);
 }
@@ -71,7 +71,8 @@ static void create_springs(SurfaceModel *model, const WingedMesh *winged,
     springs->rest_length = model_allocate_reals(model, entries, name, "spring rest lengths", arena);
     springs->stiffness = model_allocate_reals(model, entries, name, "spring stiffness", arena);
     if (model->precision == PRECISION_SINGLE) {
-        springs->rest_vector = model_allocate_reals(model, 3 * entries, name, "spring vectors", arena);
+        springs->rest_vector =
+            model_allocate_reals(model, 3 * entries, name, "spring vectors", arena);
         if (model->prestressed)
             springs->preload = model_allocate_reals(model, entries, name, "spring preloads", arena);
     }
