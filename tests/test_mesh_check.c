@@ -134,7 +134,7 @@ static void every_damage_is_found(void **state)
             s->piece[corner[0]] = 1;
             break;
         case 11:
-            d.position[corner[2]].y = NAN;
+            d.position[corner[2]].y = (double)NAN;
             break;
         case 12:
             d.position[corner[2]] = d.position[corner[1]];
