@@ -17,7 +17,6 @@ enum {
 #define LATER_REFINEMENT "refinement is not built into this version"
 #define LATER_CUTTING    "cutting is not built into this version"
 #define LATER_VOXEL      "voxel bodies are not built into this version"
-#define LATER_THREADS    "parallel steps are not built into this version"
 #define LATER_CAPACITY   "bodies that grow are not built into this version"
 #define LATER_IMPLICIT   "implicit integration is not built into this version"
 #define LATER_GRASPER    "graspers are not built into this version"

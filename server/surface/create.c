@@ -15,6 +15,9 @@
 #define ALLOCATE(use, count, type, label)                                                          \
     (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
 
+// Nodes: with fewer, calling another thread costs more than it saves.
+enum { SHARED_LEAST = 1000 };
+
 static int compare_ints(const void *a, const void *b)
 {
     int x = *(const int *)a, y = *(const int *)b;
@@ -366,6 +369,7 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *optio
     model->edge_count = winged.edge_count;
     model->face_count = mesh->triangle_count;
     model->slot_count = (mesh->node_count + LANES - 1) / LANES * LANES;
+    model->team = mesh->node_count < SHARED_LEAST ? NULL : options->team;
     model->damping_time = network.damping_time;
     model->damped = network.damping_time > 0.0;
     model->slot = ALLOCATE(ARENA_TOPOLOGY, mesh->node_count, int, "slot of node");

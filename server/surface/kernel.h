@@ -62,8 +62,9 @@ typedef struct FramePose {
 // does not overflow [m/s].
 #define SPEED_LIMIT(precision) ((precision) == PRECISION_SINGLE ? 1e15 : 1e100)
 
-// One pass over all chunks.
+// One pass over chunks first_chunk to last_chunk - 1.
 typedef struct SpringPass {
+    int first_chunk, last_chunk;
     const SpringTable *springs;
     const NodeTable *nodes;
     const void *present;    // Real rows evaluated

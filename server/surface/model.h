@@ -14,6 +14,7 @@
 #ifndef PLIANT_SURFACE_MODEL_H
 #define PLIANT_SURFACE_MODEL_H
 
+#include "base/team.h"
 #include "surface/surface.h"
 #include "surface/kernel.h"
 #include "surface/rigid_frame.h"
@@ -84,6 +85,7 @@ typedef struct SurfaceModel {
     signed char *level;
 
     const SpringKernels *kernels;
+    Team *team; // shares the passes; NULL: one thread
 } SurfaceModel;
 
 // An element of an array of Real.

@@ -3,6 +3,7 @@
 
 #include "base/check.h"
 
+#include <stdatomic.h>
 #include <string.h>
 
 // ---------------------------------------------------------------------------------------------
@@ -15,6 +16,7 @@ static void fill_pass(const SurfaceModel *model, SpringPass *pass)
     *pass = (SpringPass){
         .springs = &model->springs,
         .nodes = &model->nodes,
+        .last_chunk = model->springs.chunk_count,
         .external = model->external,
         .damping_time = model->damping_time * p->damping_scale,
         .stiffness_scale = p->stiffness_scale,
@@ -44,6 +46,33 @@ static void clear_touched(SurfaceModel *model)
     model->touched_count = 0;
 }
 
+// A pass that several threads share; each has its own note of bad numbers.
+typedef struct SharedPass {
+    const SpringPass *pass;
+    SpringKernel *evaluate;
+    atomic_bool bad;
+} SharedPass;
+
+static void evaluate_part(void *context, int first, int last)
+{
+    SharedPass *shared = context;
+    bool bad = false;
+    SpringPass pass = *shared->pass;
+    pass.first_chunk = first;
+    pass.last_chunk = last;
+    pass.bad = &bad;
+    shared->evaluate(&pass);
+    if (bad)
+        atomic_store_explicit(&shared->bad, true, memory_order_relaxed);
+}
+
+static void evaluate_shared(SurfaceModel *model, SpringKernel *evaluate, const SpringPass *pass)
+{
+    SharedPass shared = {.pass = pass, .evaluate = evaluate};
+    team_run(model->team, evaluate_part, &shared, model->springs.chunk_count);
+    model->bad |= atomic_load_explicit(&shared.bad, memory_order_relaxed);
+}
+
 static void surface_evaluate(void *self, const Stage *stage, double h)
 {
     SurfaceModel *model = self;
@@ -71,7 +100,12 @@ static void surface_evaluate(void *self, const Stage *stage, double h)
     }
 
     bool external = *model->loaded != 0 || model->touched_count > 0;
-    model->kernels->evaluate[model->damped][model->shape][external][model->prestressed](&pass);
+    SpringKernel *evaluate =
+        model->kernels->evaluate[model->damped][model->shape][external][model->prestressed];
+    if (model->team == NULL)
+        evaluate(&pass);
+    else
+        evaluate_shared(model, evaluate, &pass);
     clear_touched(model);
     model->present = pass.next;
     model->next_stage = 1 - model->next_stage;
@@ -299,6 +333,8 @@ static void surface_explain(const void *self, FILE *out)
     fprintf(out, "    kernel: %s, %s, %d lanes a chunk, %d nodes, %d springs\n",
             model->precision == PRECISION_SINGLE ? "single" : "double", model->kernels->level,
             LANES, model->node_count, model->edge_count);
+    if (model->team != NULL)
+        fprintf(out, "    shared by %d threads\n", team_threads(model->team));
     fprintf(out, "    spring damping: %s\n",
             model->damped ? "in the kernel" : "left out (material.damping_time, spring_damping)");
     fprintf(out, "    shape-preserving springs: %s%s\n", shapes[model->shape],

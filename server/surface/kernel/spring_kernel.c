@@ -231,7 +231,7 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
     // Bad numbers of a stage spread into the sum, and so into the substep's result.
     const bool ends = by.rule == STAGE_RK4_LAST || by.rule == STAGE_KICK;
     Vector bad = zero;
-    for (int chunk = 0; chunk < pass->springs->chunk_count; chunk++) {
+    for (int chunk = pass->first_chunk; chunk < pass->last_chunk; chunk++) {
         for (int lane = 0; lane < LANES; lane += WIDTH) {
             long slot = (long)chunk * LANES + lane;
             Nodes own;
