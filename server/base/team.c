@@ -3,7 +3,6 @@
 #include "base/check.h"
 #include "base/clock.h"
 
-#include <errno.h>
 #include <linux/futex.h>
 #include <stdatomic.h>
 #include <stdbool.h>
