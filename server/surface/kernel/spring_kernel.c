@@ -273,11 +273,15 @@ static void drift(const void *present, void *next, int slot_count, double dt)
     const Real *from = present;
     Real *to = next;
     const Real step = REAL(dt);
-    for (long i = 0; i < (long)slot_count * ROW; i += ROW)
-        for (int c = 0; c < 4; c++) {
-            to[i + c] = from[i + c] + step * from[i + 4 + c];
-            to[i + 4 + c] = from[i + 4 + c];
-        }
+    for (long i = 0; i < (long)slot_count * ROW; i += ROW) {
+        Block position,
+            velocity; // left to itself, gcc 12 takes twice as long
+        memcpy(&position, from + i, sizeof position);
+        memcpy(&velocity, from + i + 4, sizeof velocity);
+        position += step * velocity;
+        memcpy(to + i, &position, sizeof position);
+        memcpy(to + i + 4, &velocity, sizeof velocity);
+    }
 }
 
 // The variants: what a scene leaves out is not in its kernel.
