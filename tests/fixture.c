@@ -65,6 +65,7 @@ bool fixture_try(Fixture *fixture, TriMesh *mesh, const FixtureOptions *options,
         .gravity = options->gravity,
         .contact_ratio = 1.0,
         .isa = options->isa,
+        .team = options->team,
     };
     SimOptions sim = {
         .rate_hz = options->rate_hz > 0.0 ? options->rate_hz : 1000.0,

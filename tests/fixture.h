@@ -30,6 +30,7 @@ typedef struct FixtureOptions {
     int tool_count;
     const ToolOptions *tool;
     const char *isa; // NULL: best
+    Team *team;      // NULL: one thread
 } FixtureOptions;
 
 typedef struct Fixture {

@@ -130,6 +130,7 @@ static void make_problem(Problem *p, int node_count, double size, uint64_t seed)
             p->frame.rotation[c][k] = random_between(&random, -1.0, 1.0);
     }
     p->pass = (SpringPass){
+        .last_chunk = p->springs.chunk_count,
         .springs = &p->springs,
         .nodes = &p->nodes,
         .present = p->present,

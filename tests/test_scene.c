@@ -366,6 +366,17 @@ static void known_words_of_later_features_are_accepted_at_their_defaults(void **
     scene_destroy(&scene);
 }
 
+static void step_may_have_several_threads(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    assert_string_equal(read_as_scene("threads = 8;\n" BODY, &scene), "");
+    assert_int_equal(scene.threads, 8);
+    scene_destroy(&scene);
+    expect_error("threads = 9;\n" BODY, "x.cfg:1: threads 9 outside [1, 8]");
+    expect_error("threads = 0;\n" BODY, "x.cfg:1: threads 0 outside [1, 8]");
+}
+
 static void later_features_read_as_in_the_manual(void **unused)
 {
     (void)unused;
@@ -885,6 +896,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(every_required_key_is_missed),
         cmocka_unit_test(a_bare_body_takes_all_defaults),
         cmocka_unit_test(known_words_of_later_features_are_accepted_at_their_defaults),
+        cmocka_unit_test(step_may_have_several_threads),
         cmocka_unit_test(later_features_read_as_in_the_manual),
         cmocka_unit_test(levels_are_read_as_written),
         cmocka_unit_test(levels_that_do_not_go_together_are_refused),

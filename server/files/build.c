@@ -112,6 +112,7 @@ static bool create_body(World *world, const Scene *scene, int index, const Prepa
     surface.gravity = scene->gravity;
     surface.precision = scene->precision;
     surface.isa = options->isa != NULL ? options->isa : "auto";
+    surface.team = world->team;
     surface.without_contacts = scene->tool_count == 0;
     surface.without_loads = scene->load_count == 0 && !options->may_load;
     surface.initial_position = position;
@@ -149,6 +150,10 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
     world->mesh_count = scene->body_count;
     world->mesh = calloc((size_t)scene->body_count, sizeof *world->mesh);
     ASSERT(world->mesh != NULL);
+    if (scene->threads > 1) {
+        world->team = team_create(scene->threads);
+        ASSERT(world->team != NULL);
+    }
     SimOptions sim = {.rate_hz = scene->rate_hz,
                       .gravity = scene->gravity,
                       .tool_timeout_s = scene->tool_timeout_s,
@@ -180,6 +185,7 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
 
 void world_destroy(World *world)
 {
+    team_destroy(world->team);
     for (int i = 0; i < world->mesh_count; i++)
         mesh_destroy(&world->mesh[i]);
     free(world->mesh);

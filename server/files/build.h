@@ -5,6 +5,7 @@
 
 #include "base/arena.h"
 #include "base/state.h"
+#include "base/team.h"
 #include "files/scene.h"
 
 typedef struct BuildOptions {
@@ -18,6 +19,7 @@ typedef struct World {
     Arena arena;
     StateList state;
     Sim *sim;
+    Team *team;    // shares the step; without workers until team_start; NULL: scene.threads is 1
     TriMesh *mesh; // [body_count] of the scene, at the level of the body: nodes in file order, for
                    // checkpoints
     int mesh_count;

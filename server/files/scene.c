@@ -37,8 +37,10 @@ static const Option SCENE_OPTIONS[] = {
      .about = "Ticks a second: how often tools move and contacts are found."},
     {"gravity", OPTION_VECTOR, AT(gravity), "m/s2", 0.0, 1e4,
      .about = "Acceleration of every node, world frame."},
-    {"threads", OPTION_INT, AT(threads), "", 1.0, 64.0, .preset = 1.0, .later = LATER_THREADS,
-     .about = "Threads that compute one step."},
+    {"threads", OPTION_INT, AT(threads), "", 1.0, TEAM_THREADS_MOST, .preset = 1.0,
+     .about = "Threads that compute one step, each on a processor of its own: worth it from some "
+              "thousand nodes and only where nothing else needs these processors. The results are "
+              "the same for any number."},
     {"precision", OPTION_WORD, AT(precision), "", .words = PRECISION_WORDS,
      .preset = PRECISION_SINGLE,
      .about = "Numbers in which the bodies are computed: single is fast and holds displacements to "

@@ -16,7 +16,6 @@ enum {
 // Why known keys of features that are not built in are refused.
 #define LATER_CUTTING  "cutting is not built into this version"
 #define LATER_VOXEL    "voxel bodies are not built into this version"
-#define LATER_THREADS  "parallel steps are not built into this version"
 #define LATER_IMPLICIT "implicit integration is not built into this version"
 #define LATER_GRASPER  "graspers are not built into this version"
 

@@ -47,6 +47,8 @@ void explain_summary(World *world, const Scene *scene, FILE *out)
     fprintf(out, "scene %s: %.10g Hz, gravity [%g, %g, %g] m/s2, %d bodies, %d tools, %d loads\n",
             scene->name, scene->rate_hz, scene->gravity.x, scene->gravity.y, scene->gravity.z,
             sim_body_count(sim), sim_tool_count(sim), scene->load_count);
+    if (world->team != NULL)
+        fprintf(out, "threads: %d\n", team_threads(world->team));
     for (int i = 0; i < sim_body_count(sim); i++)
         print_body(world, i, out);
     for (int i = 0; i < sim_tool_count(sim); i++)
@@ -106,6 +108,8 @@ static void print_left_out(World *world, const Scene *scene, const ExchangeOptio
         fprintf(out, "  settling before the first tick: settle_s\n");
     if (scene->gravity.x == 0.0 && scene->gravity.y == 0.0 && scene->gravity.z == 0.0)
         fprintf(out, "  gravity: gravity = [ ... ]\n");
+    if (world->team == NULL)
+        fprintf(out, "  more threads for a step: threads\n");
     if (!publish->velocity)
         fprintf(out, "  velocities in messages: publish.velocity = true\n");
     if (!(publish->nodes_hz > 0.0))

@@ -332,12 +332,16 @@ void loop_init(Loop *loop, World *world, Exchange *exchange, const LoopOptions *
 
 bool loop_start(Loop *loop, Status *status)
 {
+    Team *team = loop->world->team;
+    if (!realtime_start_team(team, true, status))
+        return false;
     int error = pthread_create(&loop->thread, NULL, loop_main, loop);
     if (error != 0)
         return status_fail(status, STATUS_FAILED, "cannot start the step thread: %s",
                            strerror(error));
     pthread_setname_np(loop->thread, "pliant-step");
     realtime_request(loop->thread);
+    realtime_pin_step(team, loop->thread);
     return true;
 }
 

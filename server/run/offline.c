@@ -3,6 +3,7 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "run/loop.h"
+#include "run/realtime.h"
 #include "run/recorder.h"
 #include "run/requests.h"
 
@@ -281,7 +282,9 @@ bool offline_run(World *world, const Scene *scene, const OfflineOptions *options
     if (options->checkpoint_path != NULL)
         checkpoint_reserve(&run->image, world);
 
-    bool whole = (options->input == NULL || check_log(run)) && open_recording(run);
+    bool whole = (options->input == NULL || check_log(run)) && open_recording(run) &&
+                 realtime_start_team(world->team, false, status);
+    realtime_pin_step(world->team, pthread_self());
     if (whole && options->input != NULL)
         read_ahead(run);
     whole = whole && record(run) && run_ticks(run) &&

@@ -52,6 +52,57 @@ void realtime_request(pthread_t thread)
              locked != 0 ? strerror(locked) : "", PRIORITY);
 }
 
+// The processors that this process may use, the last first: the first often has the interrupts.
+static int find_processors(int processor[TEAM_THREADS_MOST])
+{
+    cpu_set_t allowed;
+    CPU_ZERO(&allowed);
+    int count = 0;
+    if (sched_getaffinity(0, sizeof allowed, &allowed) == 0)
+        for (int i = CPU_SETSIZE - 1; i >= 0 && count < TEAM_THREADS_MOST; i--)
+            if (CPU_ISSET(i, &allowed))
+                processor[count++] = i;
+    return count;
+}
+
+// Member 0 is the step thread. Where pinning fails the scheduler finds a place.
+static void pin(pthread_t thread, int member)
+{
+    int processor[TEAM_THREADS_MOST];
+    if (member >= find_processors(processor))
+        return;
+    cpu_set_t one;
+    CPU_ZERO(&one);
+    CPU_SET(processor[member], &one);
+    pthread_setaffinity_np(thread, sizeof one, &one);
+}
+
+static void place_live(pthread_t thread, int worker)
+{
+    struct sched_param parameter = {.sched_priority = PRIORITY};
+    pin(thread, worker);
+    pthread_setschedparam(thread, SCHED_FIFO, &parameter); // refused for the step thread too, which
+                                                           // tells it
+}
+
+bool realtime_start_team(Team *team, bool live, Status *status)
+{
+    if (team == NULL)
+        return true;
+    int processor[TEAM_THREADS_MOST];
+    int processors = find_processors(processor), wanted = team_threads(team);
+    if (processors < wanted)
+        log_line(LOG_WARNING, "threads = %d, but only %d processors may be used: as many threads",
+                 wanted, processors);
+    return team_start(team, processors, live ? place_live : pin, status);
+}
+
+void realtime_pin_step(const Team *team, pthread_t step)
+{
+    if (team != NULL)
+        pin(step, 0);
+}
+
 void realtime_pause(void)
 {
     struct sched_param parameter = {0};

@@ -15,6 +15,13 @@ static void print_end(World *world, FILE *out)
             sim_time(world->sim), (unsigned long long)state_hash(&world->state));
 }
 
+static void print_team(const World *world, FILE *out)
+{
+    if (world->team != NULL)
+        fprintf(out, "threads: %d, late workers: %lld\n", team_threads(world->team),
+                (long long)team_late(world->team));
+}
+
 static void print_refused(World *world, FILE *out)
 {
     int64_t refused = sim_refused_faces(world->sim);
@@ -46,6 +53,7 @@ void report_live(World *world, const LiveResult *result, FILE *out)
             (long long)result->late_ticks, (long long)result->resets);
     print_times("step time", &result->step, out);
     print_times("wake-up", &result->wake, out);
+    print_team(world, out);
     print_refused(world, out);
     if (result->governor_actions > 0)
         fprintf(out, "governor: %lld actions, stage %lld at the end\n",
@@ -65,6 +73,7 @@ void report_offline(World *world, const OfflineResult *result, FILE *out)
     fprintf(out, "ticks: %lld\nresets: %lld\n", (long long)result->ticks,
             (long long)sim_resets(world->sim));
     print_times("step time", &result->step, out);
+    print_team(world, out);
     print_refused(world, out);
     fprintf(out, "inputs: applied %lld, rejected %lld\n", (long long)result->applied,
             (long long)result->rejected);

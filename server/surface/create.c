@@ -16,6 +16,9 @@
 #define ALLOCATE(use, count, type, label)                                                          \
     (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
 
+// Nodes: with fewer, calling another thread costs more than it saves.
+enum { SHARED_LEAST = 1000 };
+
 static int compare_ints(const void *a, const void *b)
 {
     int x = *(const int *)a, y = *(const int *)b;
@@ -338,6 +341,7 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *optio
     model->kernels = kernels;
     model->precision = options->precision;
     model->prestressed = options->prestress > 0.0;
+    model->team = mesh->node_count < SHARED_LEAST && !options->adaptive ? NULL : options->team;
     model->damping_time = network.damping_time;
     model->damped = network.damping_time > 0.0;
     *body = (Body){

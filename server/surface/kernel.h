@@ -65,8 +65,9 @@ typedef struct FramePose {
 // does not overflow [m/s].
 #define SPEED_LIMIT(precision) ((precision) == PRECISION_SINGLE ? 1e15 : 1e100)
 
-// One pass over all chunks.
+// One pass over chunks first_chunk to last_chunk - 1.
 typedef struct SpringPass {
+    int first_chunk, last_chunk;
     const SpringTable *springs;
     const NodeTable *nodes;
     const void *present;    // Real rows evaluated
@@ -81,8 +82,7 @@ typedef struct SpringPass {
     double stiffness_scale;
     double gravity[3];
     double position_limit; // a |component| beyond it counts as bad [m]
-    const int *chunk;      // scattered only: the chunks to go over, [chunk_count]
-    int chunk_count;
+    const int *chunk;      // scattered only: the chunks to go over; first and last count in it
     void *
         handed; // scattered: Real [chunk][3][LANES] forces by way of other nodes [N]; sums write it
     bool *bad;  // set, never cleared, when a row that ends a substep is not finite or out of bounds

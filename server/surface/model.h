@@ -14,6 +14,7 @@
 #ifndef PLIANT_SURFACE_MODEL_H
 #define PLIANT_SURFACE_MODEL_H
 
+#include "base/team.h"
 #include "surface/surface.h"
 #include "surface/kernel.h"
 #include "surface/rigid_frame.h"
@@ -88,6 +89,7 @@ typedef struct SurfaceModel {
     signed char *level;
 
     const SpringKernels *kernels;
+    Team *team; // shares the passes; NULL: one thread
 } SurfaceModel;
 
 // An element of an array of Real.
@@ -159,6 +161,8 @@ extern const BodyOps surface_ops;
 void model_touch(SurfaceModel *model, int lane);
 // What one evaluation reads and writes; then, after the kernel.
 void model_fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringPass *pass);
+// Over all chunks of the pass, by all threads that share the step.
+void model_run_kernel(SurfaceModel *model, SpringKernel *evaluate, const SpringPass *pass);
 void model_end_pass(SurfaceModel *model, const SpringPass *pass);
 void model_add_load(SurfaceModel *model, int slot, Vec3 force);
 void model_reserve_touched(SurfaceModel *model, const char *name, int count, Arena *arena);

@@ -3,6 +3,7 @@
 
 #include "base/check.h"
 
+#include <stdatomic.h>
 #include <string.h>
 
 // ---------------------------------------------------------------------------------------------
@@ -42,6 +43,37 @@ static void clear_touched(SurfaceModel *model)
     model->touched_count = 0;
 }
 
+// A pass that several threads share; each has its own note of bad numbers.
+typedef struct SharedPass {
+    const SpringPass *pass;
+    SpringKernel *evaluate;
+    atomic_bool bad;
+} SharedPass;
+
+static void evaluate_part(void *context, int first, int last)
+{
+    SharedPass *shared = context;
+    bool bad = false;
+    SpringPass pass = *shared->pass;
+    pass.first_chunk = first;
+    pass.last_chunk = last;
+    pass.bad = &bad;
+    shared->evaluate(&pass);
+    if (bad)
+        atomic_store_explicit(&shared->bad, true, memory_order_relaxed);
+}
+
+void model_run_kernel(SurfaceModel *model, SpringKernel *evaluate, const SpringPass *pass)
+{
+    if (model->team == NULL) {
+        evaluate(pass);
+        return;
+    }
+    SharedPass shared = {.pass = pass, .evaluate = evaluate};
+    team_run(model->team, evaluate_part, &shared, pass->last_chunk);
+    model->bad |= atomic_load_explicit(&shared.bad, memory_order_relaxed);
+}
+
 void model_fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringPass *pass)
 {
     const SurfaceParameters *p = model->parameters;
@@ -49,6 +81,7 @@ void model_fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringPa
     *pass = (SpringPass){
         .springs = &model->springs,
         .nodes = &model->nodes,
+        .last_chunk = model->springs.chunk_count,
         .external = model->external,
         .stage = *stage,
         .h = h,
@@ -89,7 +122,9 @@ static void surface_evaluate(void *self, const Stage *stage, double h)
     SpringPass pass;
     model_fill_pass(model, stage, h, &pass);
     bool external = *model->loaded != 0 || model->touched_count > 0;
-    model->kernels->evaluate[model->damped][model->shape][external][model->prestressed](&pass);
+    model_run_kernel(
+        model, model->kernels->evaluate[model->damped][model->shape][external][model->prestressed],
+        &pass);
     model_end_pass(model, &pass);
 }
 
@@ -316,6 +351,8 @@ void model_explain_kernel(const SurfaceModel *model, FILE *out)
     fprintf(out, "    kernel: %s, %s, %d lanes a chunk, %d nodes, %d springs\n",
             model->precision == PRECISION_SINGLE ? "single" : "double", model->kernels->level,
             LANES, model->node_count, model->edge_count);
+    if (model->team != NULL)
+        fprintf(out, "    shared by %d threads\n", team_threads(model->team));
     fprintf(out, "    spring damping: %s\n",
             model->damped ? "in the kernel" : "left out (material.damping_time, spring_damping)");
     fprintf(out, "    shape-preserving springs: %s%s\n", shapes[model->shape],

@@ -4,6 +4,7 @@
 #define PLIANT_SURFACE_SURFACE_H
 
 #include "base/arena.h"
+#include "base/team.h"
 #include "base/state.h"
 #include "base/status.h"
 #include "dynamics/body.h"
@@ -87,6 +88,7 @@ typedef struct SurfaceOptions {
     bool without_contacts; // no tool can touch it: no arrays for contact forces
     bool without_loads;    // no load can act on it either: no array for outside forces
     const char *isa;       // "auto" or a level of surface_isa_*
+    Team *team;            // shares the evaluation of forces; NULL: one thread; outlives the body
 } SurfaceOptions;
 
 // Builds a body from a valid mesh (mesh_validate); with levels, from that of start_level

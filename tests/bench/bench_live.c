@@ -17,16 +17,17 @@ typedef struct Ball {
     int nodes;
     double radius; // [m]
     const char *integrator;
+    int threads;
 } Ball;
 
 static void describe(const Ball *ball, char *text, size_t size)
 {
     snprintf(text, size,
-             "name = \"bench\";\nrate_hz = 1000.0;\n"
+             "name = \"bench\";\nrate_hz = 1000.0;\nthreads = %d;\n"
              "bodies = ( { name = \"ball\";  integrator = \"%s\";\n"
              "    mesh = { generator = \"%s\";  nodes = %d;  radius = %g; };\n"
              "    shape = { angular_frequency = 50.0;  damping_ratio = 0.1; }; } );\n",
-             ball->integrator, ball->generator, ball->nodes, ball->radius);
+             ball->threads, ball->integrator, ball->generator, ball->nodes, ball->radius);
 }
 
 static void run_live(Bench *bench, const char *name, const Ball *ball)
@@ -116,7 +117,7 @@ static void run_offline(Bench *bench, const char *name, const Ball *ball)
 static void run_largest(Bench *bench, const char *name, const char *integrator, double radius)
 {
     enum { LEAST = 500, MOST = 20000 }; // nodes; the second is the generator's own limit
-    Ball ball = {"sphere", LEAST, radius, integrator};
+    Ball ball = {"sphere", LEAST, radius, integrator, 1};
     Status status = {0};
     int holds = 0, fails = MOST + 1, next = MOST;
     double best_us = 0.0;
@@ -153,8 +154,9 @@ void bench_live(Bench *bench)
     static const struct {
         const char *name;
         Ball ball;
-    } cases[] = {{"live.loop", {"ico_sphere", 2562, 0.2, "leapfrog"}},
-                 {"live.rk4", {"sphere", 10242, 0.2, "rk4"}}};
+    } cases[] = {{"live.loop", {"ico_sphere", 2562, 0.2, "leapfrog", 1}},
+                 {"live.rk4", {"sphere", 10242, 0.2, "rk4", 1}},
+                 {"live.threads.2", {"sphere", 10242, 0.2, "rk4", 2}}};
     static const struct {
         const char *name, *integrator;
         double radius;
@@ -164,7 +166,8 @@ void bench_live(Bench *bench)
                     {"live.largest.rk4.5cm", "rk4", 0.05}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++)
         if (bench_wants(bench, cases[k].name)) {
-            run_offline(bench, cases[k].name, &cases[k].ball);
+            if (cases[k].ball.threads == 1)
+                run_offline(bench, cases[k].name, &cases[k].ball);
             run_live(bench, cases[k].name, &cases[k].ball);
         }
     for (size_t k = 0; k < sizeof searches / sizeof *searches; k++)

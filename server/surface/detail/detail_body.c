@@ -63,6 +63,17 @@ static void hand_over(const SurfaceModel *model)
         HAND_OVER(double)
 }
 
+// Chunks: with fewer, calling another thread costs more than it saves.
+enum { SHARED_LEAST = 64 };
+
+static void run(SurfaceModel *model, SpringKernel *kernel, const SpringPass *pass)
+{
+    if (pass->last_chunk < SHARED_LEAST)
+        kernel(pass);
+    else
+        model_run_kernel(model, kernel, pass);
+}
+
 static void evaluate(void *self, const Stage *stage, double h)
 {
     SurfaceModel *model = self;
@@ -72,14 +83,15 @@ static void evaluate(void *self, const Stage *stage, double h)
     pass.handed = detail->handed;
     if (detail->hanging_count > 0) {
         pass.chunk = detail->hanging_chunk;
-        pass.chunk_count = detail->hanging_chunk_count;
-        model->kernels->sum[model->damped][model->prestressed](&pass);
+        pass.last_chunk = detail->hanging_chunk_count;
+        run(model, model->kernels->sum[model->damped][model->prestressed], &pass);
         hand_over(model);
     }
     pass.chunk = detail->free_chunk;
-    pass.chunk_count = detail->free_chunk_count;
+    pass.last_chunk = detail->free_chunk_count;
     bool external = *model->loaded != 0 || model->touched_count > 0;
-    model->kernels->scattered[model->damped][model->shape][external][model->prestressed](&pass);
+    run(model, model->kernels->scattered[model->damped][model->shape][external][model->prestressed],
+        &pass);
     if (detail->hanging_count > 0)
         detail_hang(model, pass.next);
     if (pass.next != model->rows[1 - model->current])
