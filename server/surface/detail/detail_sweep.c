@@ -282,6 +282,7 @@ bool detail_sweep(Body *body, int64_t step, double tick)
     const int64_t budget = (int64_t)fmax(FACES_LEAST, ceil((double)FACES_PER_SECOND * tick));
     SweepPass pass = {.model = model, .left = budget};
     const int64_t before = sweep->refined;
+    const bool urgent = sweep->urgent > 0;
 
     detail_begin_change(model);
     set_marks(model, step, tick, &pass.marks);
@@ -304,10 +305,11 @@ bool detail_sweep(Body *body, int64_t step, double tick)
     for (int64_t i = 0; i < *detail->felt_count; i++)
         detail->felt_force[detail->felt[i].node] = 0.0;
     *detail->felt_count = 0;
-    // Where a tick is no shorter than the time between two sweeps, all levels come in one tick.
+    // Where a tick is no shorter than the time between two sweeps, what a new load needs comes in
+    // one tick.
     bool whole = detail->options.adapt.check_hz * tick >= 1.0;
     bool divided = sweep->refined > before;
-    detail->again = whole && divided && detail->again_count < detail->finest;
+    detail->again = whole && divided && urgent && detail->again_count < detail->finest;
     detail->again_count = detail->again ? detail->again_count + 1 : 0;
     return detail_end_change(body);
 }
