@@ -49,7 +49,7 @@ void bench_create(DetailBench *bench, BenchKind kind, TriMesh *mesh, const Surfa
     Body body;
     if (!surface_create(&body, from, &own, &bench->arena, &bench->state, &status))
         fail_msg("%s", status.text);
-    SimOptions sim = {.rate_hz = 1000.0, .tool_timeout_s = 0.2};
+    SimOptions sim = {.rate_hz = 1000.0, .tool_timeout_s = 0.2, .may_load = true};
     bench->sim = sim_create(&sim, &bench->arena, &bench->state);
     bench->body = sim_add_body(bench->sim, &body);
     if (tool != NULL)

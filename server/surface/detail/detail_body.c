@@ -148,6 +148,16 @@ static void add_load(void *self, int node, Vec3 force)
     detail_of(self)->sweep->urgent = detail_of(self)->levels.level[0].face_count;
 }
 
+// A mesh of long ago comes back under a number of its own: clients and recordings know another one
+// by the old number.
+static void restored(Body *body)
+{
+    int64_t *topology = &detail_of(body->model)->sweep->topology;
+    if (1 + *topology < body->mesh.topology)
+        *topology = body->mesh.topology;
+    detail_rebuild(body);
+}
+
 // --- out ---
 
 static void snapshot(const void *self, float *position, float *velocity)
@@ -227,7 +237,7 @@ const BodyOps *detail_ops(void)
     static BodyOps ops;
     ops = surface_ops;
     ops.adapt = detail_adapt;
-    ops.restored = detail_rebuild;
+    ops.restored = restored;
     ops.drift = drift;
     ops.evaluate = evaluate;
     ops.reserve_forces = reserve_forces;

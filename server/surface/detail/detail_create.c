@@ -166,8 +166,10 @@ static void create_nodes(SurfaceModel *model, const SurfaceOptions *options, int
     model->shape = !uses_drag   ? SHAPE_FRAME_NONE
                    : body_frame ? SHAPE_FRAME_BODY
                                 : SHAPE_FRAME_WORLD;
-    model->floating = single && model->shape != SHAPE_FRAME_WORLD &&
-                      free_count == detail->levels.level[0].node_count;
+    bool all_free = free_count == detail->levels.level[0].node_count;
+    model->floating = single && model->shape != SHAPE_FRAME_WORLD && all_free;
+    // Nothing ties it to the world: speeds count against the motion of the whole (surface.md 6).
+    bool roams = all_free && (body_frame || !options->shape.wanted);
     NodeTable *nodes = &model->nodes;
     nodes->inverse_mass = model_allocate_reals(model, lanes, name, "inverse mass", arena);
     if (body_frame || (uses_drag && !single))
@@ -179,7 +181,7 @@ static void create_nodes(SurfaceModel *model, const SurfaceOptions *options, int
     if (body_frame)
         nodes->shape_drag = model_allocate_reals(model, lanes, name, "shape drag", arena);
     model->mass = ALLOCATE(ARENA_TOPOLOGY, detail->node_count, double, "node masses");
-    if (body_frame || model->floating) {
+    if (body_frame || roams) {
         model->rigid_weight = ALLOCATE(ARENA_STEP, model->slot_count, double, "frame weights");
         model->rigid =
             rigid_frame_create(name, model->precision, model->slot_count,

@@ -78,8 +78,14 @@ static double cos_of_turn(const Vec3 now[4], const Vec3 rest[4])
     return size2 > 0.0 ? (a.cosine * b.cosine + a.sine * b.sine) / sqrt(size2) : 1.0;
 }
 
+// Leaves across the edges of a leaf at which both ask for refinement: when it is divided, the edge
+// is one of two levels, and they would not see its angle any more.
+typedef struct Bent {
+    int count, face[3];
+} Bent;
+
 static Verdict judge_curvature(const SurfaceModel *model, int level, int face, const Vec3 now[3],
-                               const Vec3 rest[3], const Marks *marks)
+                               const Vec3 rest[3], const Marks *marks, Bent *bent)
 {
     const Detail *detail = model->detail;
     const Level *at = &detail->levels.level[level];
@@ -97,11 +103,11 @@ static Verdict judge_curvature(const SurfaceModel *model, int level, int face, c
         const Vec3 y[4] = {rest[k], rest[(k + 1) % 3], rest[(k + 2) % 3], read_place(model, slot)};
         double cosine = cos_of_turn(x, y);
         if (cosine < marks->cos_divide)
-            return VERDICT_DIVIDE;
-        if (cosine < marks->cos_calm)
+            bent->face[bent->count++] = across;
+        else if (cosine < marks->cos_calm)
             verdict = VERDICT_KEEP;
     }
-    return verdict;
+    return bent->count > 0 ? VERDICT_DIVIDE : verdict;
 }
 
 // |f| over the area that a node stands for, times the leaf's edge length [N/m] ... against E2D.
@@ -118,7 +124,7 @@ static double force_indicator(const SurfaceModel *model, int node, double force,
 static double load_on(const SurfaceModel *model, int slot)
 {
     double square = 0.0;
-    for (int c = 0; c < 3; c++) {
+    for (int c = 0; c < 3 && model->lane[slot] >= 0; c++) { // one born in this sweep has none yet
         double f = model_get(model, model->external, model_lane(model->lane[slot]) + c * LANES);
         square += f * f;
     }
@@ -135,7 +141,7 @@ static Verdict judge_number(double eta)
     return eta > 1.0 ? VERDICT_DIVIDE : eta > CALM ? VERDICT_KEEP : VERDICT_CALM;
 }
 
-static Verdict judge(const SurfaceModel *model, int level, int face, const Marks *marks)
+static Verdict judge(const SurfaceModel *model, int level, int face, const Marks *marks, Bent *bent)
 {
     const Detail *detail = model->detail;
     const int *corner = detail->levels.level[level].face[face];
@@ -158,9 +164,7 @@ static Verdict judge(const SurfaceModel *model, int level, int face, const Marks
             verdict = worse(verdict,
                             judge_number(force_indicator(model, corner[k], force, level, marks)));
     }
-    return verdict == VERDICT_DIVIDE
-               ? verdict
-               : worse(verdict, judge_curvature(model, level, face, now, rest, marks));
+    return worse(verdict, judge_curvature(model, level, face, now, rest, marks, bent));
 }
 
 // --- the sweep ---
@@ -189,9 +193,13 @@ static Verdict sweep_face(SweepPass *pass, int level, int face)
     if (!detail_is_refined(detail, level, face)) {
         if (level > marks->level)
             return VERDICT_CALM; // it may not be there at all
-        Verdict verdict = judge(model, level, face, marks);
-        if (verdict == VERDICT_DIVIDE && level < marks->level && pass->left > 0)
-            divide_leaf(pass, level, face);
+        Bent bent = {0};
+        Verdict verdict = judge(model, level, face, marks, &bent);
+        if (verdict != VERDICT_DIVIDE || level >= marks->level || pass->left <= 0)
+            return verdict;
+        divide_leaf(pass, level, face);
+        for (int k = 0; k < bent.count; k++)
+            divide_leaf(pass, level, bent.face[k]); // unless balance already has
         return verdict;
     }
     bool leaves = true, calm = true;

@@ -1,0 +1,170 @@
+// The same bits: of a scene run twice, continued from the middle of a refined state in another
+// process's memory, after a reset, looked at or not, and with every instruction set.
+#include "detail_bench.h"
+
+#include "expect.h"
+#include "fixture.h"
+#include "surface/surface.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static const ToolOptions BALL = {.id = 1,
+                                 .kind = TOOL_PROBE,
+                                 .capsule_count = 1,
+                                 .capsule = {{.radius = 0.006}},
+                                 .max_force = 3.3};
+static const LoadOptions PRESS = {.center = {0.0, 0.0, -0.05},
+                                  .radius = 0.02,
+                                  .force = {0.0, 0.05, 0.3},
+                                  .start = 0.05,
+                                  .duration = 0.35};
+
+enum { KINDS = 4, TICKS = 600, MIDDLE = 290 };
+
+static void create(DetailBench *bench, int kind, const char *isa)
+{
+    SurfaceOptions options = bench_options(2, 0);
+    options.adapt.check_hz = 100.0;
+    options.precision = kind % 2 == 0 ? PRECISION_SINGLE : PRECISION_DOUBLE;
+    options.integrator = kind < 2 ? INTEGRATOR_LEAPFROG : INTEGRATOR_RK4;
+    options.shape.frame = kind < 2 ? SHAPE_WORLD : SHAPE_BODY; // the latter free: it floats
+    options.isa = isa;
+    TriMesh mesh;
+    fixture_sphere(&mesh);
+    bench_create(bench, BENCH_ADAPTIVE, &mesh, &options, &BALL, &PRESS);
+}
+
+// The probe circles on the body and is gone for the last third.
+static void run_to(DetailBench *bench, int tick, bool look)
+{
+    while (sim_steps(bench->sim) < tick) {
+        double t = 1e-3 * (double)sim_steps(bench->sim);
+        ToolPose pose = {.position = {0.02 * cos(20.0 * t), 0.02 * sin(20.0 * t), 0.053 - 0.02 * t},
+                         .orientation = {1.0, 0.0, 0.0, 0.0},
+                         .active = t < 0.4};
+        sim_apply_pose(bench->sim, 0, &pose, true);
+        sim_step(bench->sim);
+        if (look)
+            bench_expect_sound(bench);
+    }
+}
+
+static void a_scene_run_twice_has_the_same_bits(void **unused)
+{
+    (void)unused;
+    for (int kind = 0; kind < KINDS; kind++) {
+        DetailBench bench[2];
+        for (int k = 0; k < 2; k++) {
+            create(&bench[k], kind, NULL);
+            run_to(&bench[k], MIDDLE, false);
+            run_to(&bench[k], MIDDLE + 60, k == 1); // building all anew changes nothing
+            run_to(&bench[k], TICKS, false);
+        }
+        assert_true(bench[0].detail->sweep->coarsened > 20);
+        assert_true(state_hash(&bench[0].state) == state_hash(&bench[1].state));
+        assert_int_equal(bench[0].body->mesh.topology, bench[1].body->mesh.topology);
+        bench_destroy(&bench[0]);
+        bench_destroy(&bench[1]);
+    }
+}
+
+static void a_refined_state_goes_on_elsewhere_with_the_same_bits(void **unused)
+{
+    (void)unused;
+    for (int kind = 0; kind < KINDS; kind++) {
+        DetailBench whole, rest;
+        create(&whole, kind, NULL);
+        create(&rest, kind, NULL);
+        run_to(&rest, 37, false); // whatever it was before
+        run_to(&whole, MIDDLE, false);
+        assert_true(whole.detail->hanging_count > 5);
+        void *block = malloc(state_bytes(&whole.state));
+        state_copy_out(&whole.state, block);
+        state_copy_in(&rest.state, block);
+        sim_restored(rest.sim);
+        bench_expect_sound(&rest);
+        assert_true(state_hash(&rest.state) == state_hash(&whole.state));
+        assert_int_equal(rest.body->substeps, whole.body->substeps);
+        assert_int_equal(rest.body->mesh.node_count, whole.body->mesh.node_count);
+        assert_int_equal(rest.body->mesh.topology, whole.body->mesh.topology);
+        run_to(&whole, TICKS, false);
+        run_to(&rest, TICKS, false);
+        assert_true(state_hash(&rest.state) == state_hash(&whole.state));
+        free(block);
+        bench_destroy(&whole);
+        bench_destroy(&rest);
+    }
+}
+
+// All that moves; not the clock, nor the numbers that go on counting.
+static uint64_t hash_of_body(const DetailBench *bench)
+{
+    uint64_t hash = 1;
+    for (int i = 0; i < bench->state.count; i++) {
+        const StateArray *array = &bench->state.array[i];
+        if (strcmp(array->name, "sim/clock") == 0 || strcmp(array->name, "body/sweep") == 0)
+            continue;
+        const unsigned char *byte = state_memory(array);
+        for (size_t b = 0; b < array->bytes; b++)
+            hash = (hash ^ byte[b]) * UINT64_C(1099511628211);
+    }
+    return hash;
+}
+
+static void a_reset_returns_to_the_start_and_counts_topologies_on(void **unused)
+{
+    (void)unused;
+    for (int kind = 0; kind < KINDS; kind++) {
+        DetailBench bench;
+        create(&bench, kind, NULL);
+        uint64_t start = hash_of_body(&bench);
+        int topology = bench.body->mesh.topology;
+        for (int round = 0; round < 2; round++) {
+            run_to(&bench, MIDDLE * (round + 1), false);
+            assert_true(hash_of_body(&bench) != start);
+            int before = bench.body->mesh.topology;
+            assert_true(before > topology);
+            sim_reset(bench.sim);
+            assert_true(hash_of_body(&bench) == start);
+            assert_int_equal(bench.body->finest_level, 0);
+            assert_int_equal(bench.body->mesh.node_count, 114);
+            // Another mesh than that before it: whoever has one of the same number must not take
+            // it for this one (mesh_t.topology goes up by one with every change).
+            topology = bench.body->mesh.topology;
+            assert_int_equal(topology, before + 1);
+            bench_expect_sound(&bench);
+        }
+        bench_destroy(&bench);
+    }
+}
+
+static void every_instruction_set_gives_the_same_bits(void **unused)
+{
+    (void)unused;
+    for (int kind = 0; kind < KINDS; kind++) {
+        uint64_t hash = 0;
+        for (const char *const *isa = surface_isa_levels(); *isa != NULL; isa++) {
+            DetailBench bench;
+            create(&bench, kind, *isa);
+            assert_string_equal(bench.body->ops->isa(bench.model), *isa);
+            run_to(&bench, MIDDLE, false);
+            if (isa == surface_isa_levels())
+                hash = state_hash(&bench.state);
+            if (state_hash(&bench.state) != hash)
+                fail_msg("kind %d: %s differs from %s", kind, *isa, surface_isa_levels()[0]);
+            bench_destroy(&bench);
+        }
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_scene_run_twice_has_the_same_bits),
+        cmocka_unit_test(a_refined_state_goes_on_elsewhere_with_the_same_bits),
+        cmocka_unit_test(a_reset_returns_to_the_start_and_counts_topologies_on),
+        cmocka_unit_test(every_instruction_set_gives_the_same_bits),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
