@@ -26,15 +26,15 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
     fprintf(out, "  nodes %d (%d fixed), springs %d, faces %d, pieces %d, mass %.6g kg\n",
             body->mesh.node_count, fixed, body->spring_count, body->surface.face_count,
             requests_pieces(world->sim, index), body->mass);
-    if (surface->levels > 0)
-        fprintf(out, "  level %d of %d, %s, adjust \"%s\"\n", body->finest_level, surface->levels,
-                surface->adaptive ? "adaptive" : "for good",
-                surface->adjust == ADJUST_CHOI2005 ? "choi2005" : "continuum");
     fprintf(out, "  box [%.6g, %.6g, %.6g] to [%.6g, %.6g, %.6g] m\n", low.x, low.y, low.z, high.x,
             high.y, high.z);
     fprintf(out, "  time step %.6g s, %d substeps a tick, stability limit %.6g s%s\n", body->h,
             body->substeps, body->time_step_limit,
             body->unsafe_time_step ? " (unsafe_time_step)" : "");
+    if (surface->levels > 0)
+        fprintf(out, "  level %d of %d, %s, adjust \"%s\"\n", body->finest_level, surface->levels,
+                surface->adaptive ? "adaptive" : "for good",
+                surface->adjust == ADJUST_CHOI2005 ? "choi2005" : "continuum");
 }
 
 static void print_tool(const ToolOptions *tool, FILE *out)
