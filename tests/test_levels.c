@@ -184,13 +184,13 @@ static Shape shape_of(const Divided *divided, int l)
 {
     TriMesh mesh;
     levels_mesh(&divided->levels, l, &divided->mesh, &mesh);
-    Shape shape = {INFINITY, 0.0, mesh_area(&mesh), 0.0};
+    Shape shape = {HUGE_VAL, 0.0, mesh_area(&mesh), 0.0};
     for (int i = 0; i < mesh.node_count; i++) {
         double r = vec3_length(mesh.position[i]);
         shape.nearest = fmin(shape.nearest, r);
         shape.farthest = fmax(shape.farthest, r);
     }
-    double shortest = INFINITY, longest = 0.0;
+    double shortest = HUGE_VAL, longest = 0.0;
     const Level *level = &divided->levels.level[l];
     for (int e = 0; e < level->edge_count; e++) {
         double length = vec3_length(
@@ -444,7 +444,7 @@ static void positions_that_do_not_fit_are_refused(void **state)
     assert_true(generate_sphere(&one.mesh, 20, 1.0, &status));
     divide(&one, 1);
     copy_tables(&one, &two);
-    two.levels.position[30].y = NAN;
+    two.levels.position[30].y = (double)NAN;
     assert_false(levels_validate(&two.levels, &two.mesh, &status));
     status = (Status){0};
     two.levels.position[30] = two.levels.position[one.levels.level[0].edge[30 - 20][0]];

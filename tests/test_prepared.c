@@ -418,7 +418,7 @@ static void positions_that_do_not_fit_are_refused(void **unused)
 {
     (void)unused;
     const char *scene = SCENE(STOMACH, "levels = 1;");
-    static const double others[] = {NAN, INFINITY, 1e308};
+    static const double others[] = {(double)NAN, HUGE_VAL, 1e308};
     enum { NODES = 100 + 294 };
     size_t size = 0;
     prepare(scene, "a.h5");

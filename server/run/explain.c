@@ -5,8 +5,9 @@
 #include <math.h>
 #include <stdlib.h>
 
-static void print_body(World *world, int index, FILE *out)
+static void print_body(World *world, const Scene *scene, int index, FILE *out)
 {
+    const SurfaceOptions *surface = &scene->body[index].surface;
     const Body *body = sim_body(world->sim, index);
     const TriMesh *mesh = &world->mesh[index];
     Vec3 low = mesh->position[0], high = low;
@@ -29,6 +30,10 @@ static void print_body(World *world, int index, FILE *out)
     fprintf(out, "  time step %.6g s, %d substeps a tick, stability limit %.6g s%s\n", body->h,
             body->substeps, body->time_step_limit,
             body->unsafe_time_step ? " (unsafe_time_step)" : "");
+    if (surface->levels > 0)
+        fprintf(out, "  level %d of %d, %s, adjust \"%s\"\n", body->finest_level, surface->levels,
+                surface->adaptive ? "adaptive" : "for good",
+                surface->adjust == ADJUST_CHOI2005 ? "choi2005" : "continuum");
 }
 
 static void print_tool(const ToolOptions *tool, FILE *out)
@@ -50,7 +55,7 @@ void explain_summary(World *world, const Scene *scene, FILE *out)
     if (world->team != NULL)
         fprintf(out, "threads: %d\n", team_threads(world->team));
     for (int i = 0; i < sim_body_count(sim); i++)
-        print_body(world, i, out);
+        print_body(world, scene, i, out);
     for (int i = 0; i < sim_tool_count(sim); i++)
         print_tool(sim_tool(sim, i), out);
     const ScenePublish *publish = &scene->publish;
@@ -99,7 +104,16 @@ static void print_left_out(World *world, const Scene *scene, const ExchangeOptio
                            FILE *out)
 {
     const ScenePublish *publish = &scene->publish;
+    bool levels = false, adaptive = false;
+    for (int i = 0; i < scene->body_count; i++) {
+        levels |= scene->body[i].surface.levels > 0;
+        adaptive |= scene->body[i].surface.adaptive;
+    }
     fprintf(out, "left out, and the key that switches it on:\n");
+    if (!levels)
+        fprintf(out, "  finer levels of detail: levels\n");
+    if (!adaptive)
+        fprintf(out, "  refinement at run time: adapt = { ... }\n");
     if (sim_tool_count(world->sim) == 0)
         fprintf(out, "  contact: tools = ( ... )\n");
     if (scene->load_count == 0)
