@@ -83,9 +83,11 @@ typedef struct SpringPass {
     double gravity[3];
     double position_limit; // a |component| beyond it counts as bad [m]
     const int *chunk;      // scattered only: the chunks to go over; first and last count in it
-    void *
-        handed; // scattered: Real [chunk][3][LANES] forces by way of other nodes [N]; sums write it
-    bool *bad;  // set, never cleared, when a row that ends a substep is not finite or out of bounds
+    // scattered only: rows of forces that come by way of other nodes, Real x y z 0 and four unused
+    // [N]; sums write them
+    void *handed;
+    const unsigned char *carries; // [chunk] whether any of its nodes gets such a force
+    bool *bad; // set, never cleared, when a row that ends a substep is not finite or out of bounds
 } SpringPass;
 
 typedef void SpringKernel(const SpringPass *pass);

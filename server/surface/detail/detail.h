@@ -19,11 +19,8 @@
 #include "surface/level_rules.h"
 #include "surface/model.h"
 
-enum {
-    WINDOW = 256, // slots that are packed together
-    // The last chunk of the free nodes and that of the hanging ones may both be short.
-    WINDOW_CHUNKS = WINDOW / LANES + 1,
-};
+// Slots that are packed together: more of them leave fewer lanes empty, fewer are packed sooner.
+enum { WINDOW_MOST = 1024, WINDOW_LEAST = 256 };
 
 typedef enum NodeStatus { NODE_OFF, NODE_FREE, NODE_HANGING } NodeStatus;
 
@@ -66,6 +63,14 @@ typedef struct Felt {
     Vec3 force; // [N]
 } Felt;
 
+// What a sweep has found out about a node.
+typedef struct NodeLook {
+    int64_t pass;    // in which; 0: never
+    Vec3 position;   // [m]
+    double slip2;    // square of its speed against the body's motion [m2/s2]
+    double traction; // force from outside over its area [N/m2]
+} NodeLook;
+
 typedef struct Detail {
     // --- constant ---
     SurfaceOptions options;
@@ -74,7 +79,9 @@ typedef struct Detail {
     LevelRules rules;
     bool constrained; // hanging nodes are: adjust = "continuum"
     int finest;
-    int face_base[LEVELS_MAX + 2];            // number of the first face of each level
+    int face_base[LEVELS_MAX + 2]; // number of the first face of each level
+    int edge_base[LEVELS_MAX + 2]; // likewise of its edges
+    float (*rest_fold)[2]; // [edges of all levels] cosine and sine of the angle between the faces
     int *root_ring_start, *root_ring;         // faces of level 0 around each of its nodes
     bool *fixed;                              // [node_count]
     int node_count, place_count;              // nodes and faces of the finest level
@@ -83,15 +90,20 @@ typedef struct Detail {
     double edge_length;                       // mean of level 0 [m]
     double wave_speed;                        // sqrt(E2D / rho_A) [m/s]
     double least_lambda, least_damping;       // of level 0: bounds of a body wholly held
-    int *of_slot; // [window_count * WINDOW] node of a slot, on or off; -1: padding
+    int *of_slot; // [window_count * width] node of a slot, on or off; -1: padding
     int window_count;
-    int spare_slot; // + window: the rows of lanes without a node
+    int width;         // slots of a window
+    int window_chunks; // chunks of a window: the last of the free nodes and the last of the hanging
+                       // ones may both be short
+    int spare_slot;    // + window: the rows of lanes without a node
 
     // --- part of the state ---
     unsigned char *refined; // [faces above the finest level]
     int64_t *calm_since;    // the same: tick since which its four are calm, plus 1; 0: not calm
     Sweep *sweep;
-    Felt *felt; // [felt_capacity]
+    unsigned char *crease; // [faces of all levels] what the sweep has found out about a face from
+                           // the other side of its edges
+    Felt *felt;            // [felt_capacity]
     int64_t *felt_count;
     int felt_capacity;
 
@@ -102,12 +114,12 @@ typedef struct Detail {
     bool *is_dirty;        // [node_count] its springs or its mass have changed: to be packed again
     bool *stale_window;    // [window_count] has such a node, or one that came or went
     int hanging_count;
-    int *hanging;          // [node_count] slots of hanging nodes, finest level first
-    int (*master)[2];      // [node_count] slots of their masters
-    int (*master_lane)[3]; // [node_count] lanes of the node, and of its masters
-    int *carrier;          // [carrier_count] lanes of free masters, once for each time
+    int *hanging;     // [node_count] slots of hanging nodes, finest level first
+    int (*master)[2]; // [node_count] slots of their masters
+    int *carrier;     // [carrier_count] slots of free masters, once for each time
     int carrier_count;
-    int *free_chunk, *hanging_chunk; // [window_count * WINDOW_CHUNKS] in use, ascending
+    unsigned char *carries;          // [window_count * window_chunks] whether a chunk has one
+    int *free_chunk, *hanging_chunk; // [window_count * window_chunks] in use, ascending
     int free_chunk_count, hanging_chunk_count;
     int (*run)[2]; // [window_count] first slot and end of neighbouring windows in use
     int run_count;
@@ -142,11 +154,13 @@ typedef struct Detail {
     int again_count;
 
     // --- scratch ---
-    void *handed; // Real [chunk][3][LANES] forces of hanging nodes, and of these what their masters
-                  // get [N]; zero at other lanes in use
-    double *felt_force;          // [node_count] zero but during a sweep [N]
-    Leaf *ring[LEVELS_MAX + 4];  // leaves around a node, by depth of use
-    NodeSprings springs[WINDOW]; // by slot
+    void *handed; // Real [slot_count][ROW], half of it used: forces of hanging nodes, and of these
+                  // what their masters get [N]; zero for other nodes that are on
+    NodeLook *look; // [node_count]
+    int64_t look_passes;
+    double *felt_force;               // [node_count] zero but during a sweep [N]
+    Leaf *ring[LEVELS_MAX + 4];       // leaves around a node, by depth of use
+    NodeSprings springs[WINDOW_MOST]; // by slot
 } Detail;
 
 // --- detail_set.c: what the bits say ---
@@ -200,6 +214,8 @@ void detail_draw(Detail *detail);
 void detail_draw_all(Detail *detail);
 
 // --- detail_sweep.c ---
+// Load time: fills rest_fold.
+void detail_measure_folds(Detail *detail);
 // Looks at the next faces, refines and coarsens. True when the topology changed.
 bool detail_sweep(Body *body, int64_t step, double tick);
 

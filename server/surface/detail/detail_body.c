@@ -36,21 +36,17 @@ static void drift(void *self, double dt)
 }
 
 // Halves of the forces of hanging nodes to their masters, finest level first: a master that hangs
-// itself hands on what it gets.
+// itself hands on what it gets. Four numbers at a time.
 #define HAND_OVER(Real)                                                                            \
     {                                                                                              \
-        Real *force = detail->handed;                                                              \
+        typedef Real Force __attribute__((vector_size(4 * sizeof(Real))));                         \
+        Force *force = detail->handed;                                                             \
         for (int i = 0; i < detail->carrier_count; i++)                                            \
-            for (int c = 0; c < 3; c++)                                                            \
-                force[model_lane(detail->carrier[i]) + c * LANES] = 0;                             \
+            force[2 * detail->carrier[i]] = (Force){0};                                            \
         for (int i = 0; i < detail->hanging_count; i++) {                                          \
-            const int *lane = detail->master_lane[i];                                              \
-            long from = model_lane(lane[0]), a = model_lane(lane[1]), b = model_lane(lane[2]);     \
-            for (int c = 0; c < 3 * LANES; c += LANES) {                                           \
-                Real half = force[from + c] / 2;                                                   \
-                force[a + c] += half;                                                              \
-                force[b + c] += half;                                                              \
-            }                                                                                      \
+            Force half = force[2 * detail->hanging[i]] / 2;                                        \
+            force[2 * detail->master[i][0]] += half;                                               \
+            force[2 * detail->master[i][1]] += half;                                               \
         }                                                                                          \
     }
 
@@ -81,6 +77,7 @@ static void evaluate(void *self, const Stage *stage, double h)
     SpringPass pass;
     model_fill_pass(model, stage, h, &pass);
     pass.handed = detail->handed;
+    pass.carries = detail->carries;
     if (detail->hanging_count > 0) {
         pass.chunk = detail->hanging_chunk;
         pass.last_chunk = detail->hanging_chunk_count;

@@ -12,7 +12,7 @@ static int edge_across(const Level *level, int edge, int face)
 static void mark(SurfaceModel *model, int node)
 {
     Detail *detail = model->detail;
-    detail->stale_window[model->slot[node] / WINDOW] = true;
+    detail->stale_window[model->slot[node] / detail->width] = true;
     detail->is_dirty[node] = true;
     if (detail->status[node] == NODE_HANGING) { // its mass and springs count for its masters
         int parent[2];
@@ -194,7 +194,7 @@ void detail_coarsen(SurfaceModel *model, int level, int face)
     for (int k = 0; k < 3; k++) {
         int edge = at->face_edge[face][k], node = at->node_count + edge;
         NodeStatus now = detail_status_of_midpoint(detail, level, edge);
-        detail->stale_window[model->slot[node] / WINDOW] = true;
+        detail->stale_window[model->slot[node] / detail->width] = true;
         if (now == NODE_OFF) {
             detail->status[node] = NODE_OFF;
             detail_switch_off(model, node);

@@ -63,7 +63,7 @@ static RootKey *order_roots(const TriMesh *mesh)
     return key;
 }
 
-// Level by level, whole windows each: the nodes of level 0, then the midpoints of each level's
+// Level by level: the nodes of level 0, then the midpoints of each level's
 // edges, in the order in which the faces, root by root, first have them.
 static void order_slots(SurfaceModel *model, const RootKey *root, int root_count)
 {
@@ -88,21 +88,10 @@ static void order_slots(SurfaceModel *model, const RootKey *root, int root_count
                     model->slot[node] = next++;
                 }
             }
-        next = (next + WINDOW - 1) / WINDOW * WINDOW;
     }
 }
 
 // --- tables ---
-
-static int count_windows(const Levels *levels)
-{
-    int windows = 0, before = 0;
-    for (int l = 0; l <= levels->finest; l++) {
-        windows += (levels->level[l].node_count - before + WINDOW - 1) / WINDOW;
-        before = levels->level[l].node_count;
-    }
-    return windows;
-}
 
 // Most leaves that can be around a node.
 static int most_leaves(const Detail *detail, int node)
@@ -116,7 +105,7 @@ static int most_leaves(const Detail *detail, int node)
 static void create_springs(SurfaceModel *model, const char *name, Arena *arena)
 {
     Detail *detail = model->detail;
-    int chunks = detail->window_count * WINDOW_CHUNKS, most = 0;
+    int chunks = detail->window_count * detail->window_chunks, most = 0;
     SpringTable *springs = &model->springs;
     springs->chunk_count = chunks;
     springs->start = ALLOCATE(ARENA_STEP, chunks + 1, int, "spring start");
@@ -124,15 +113,15 @@ static void create_springs(SurfaceModel *model, const char *name, Arena *arena)
     springs->own = ALLOCATE(ARENA_STEP, chunks * LANES, int, "slots of lanes");
     for (int w = 0; w < detail->window_count; w++) {
         int leaves = 0;
-        for (int s = w * WINDOW; s < (w + 1) * WINDOW; s++)
+        for (int s = w * detail->width; s < (w + 1) * detail->width; s++)
             if (detail->of_slot[s] >= 0 && most_leaves(detail, detail->of_slot[s]) > leaves)
                 leaves = most_leaves(detail, detail->of_slot[s]);
         most = leaves > most ? leaves : most;
         // Towards each neighbour there can be a whole edge and a half of it; at a border there is
         // one more edge than faces.
-        for (int k = 0; k < WINDOW_CHUNKS; k++)
-            springs->start[w * WINDOW_CHUNKS + k + 1] =
-                springs->start[w * WINDOW_CHUNKS + k] + 2 * leaves + 2;
+        for (int k = 0; k < detail->window_chunks; k++)
+            springs->start[w * detail->window_chunks + k + 1] =
+                springs->start[w * detail->window_chunks + k] + 2 * leaves + 2;
     }
     size_t entries = (size_t)springs->start[chunks] * LANES;
     springs->neighbour = ALLOCATE(ARENA_STEP, entries, int, "spring neighbours");
@@ -146,7 +135,7 @@ static void create_springs(SurfaceModel *model, const char *name, Arena *arena)
     }
     for (int d = 0; d < LEVELS_MAX + 4; d++)
         detail->ring[d] = ALLOCATE(ARENA_TOPOLOGY, most, Leaf, "leaves around");
-    for (int i = 0; i < WINDOW; i++) {
+    for (int i = 0; i < detail->width; i++) {
         detail->springs[i].neighbour =
             ALLOCATE(ARENA_TOPOLOGY, 2 * most + 2, int, "springs of a node");
         detail->springs[i].stiffness =
@@ -252,7 +241,7 @@ static void create_sets(SurfaceModel *model, const SurfaceOptions *options, Aren
     const char *name = options->name;
     Detail *detail = model->detail;
     int nodes = detail->node_count, coarse = detail->face_base[detail->finest];
-    int chunks = detail->window_count * WINDOW_CHUNKS;
+    int chunks = detail->window_count * detail->window_chunks;
     detail->refined = ALLOCATE(ARENA_TOPOLOGY, coarse, unsigned char, "refined faces");
     detail->calm_since = ALLOCATE(ARENA_TOPOLOGY, coarse, int64_t, "calm faces");
     detail->sweep = ALLOCATE(ARENA_TOPOLOGY, 1, Sweep, "sweep");
@@ -261,6 +250,9 @@ static void create_sets(SurfaceModel *model, const SurfaceOptions *options, Aren
         .scale = 1.0,
         .level = detail->finest,
     };
+    int faces = detail->face_base[detail->finest + 1];
+    detail->crease = ALLOCATE(ARENA_TOPOLOGY, faces, unsigned char, "creases");
+    state_add(state, detail->crease, (size_t)faces, "%s/creases", name);
     detail->felt_count = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "felt count");
     state_add(state, detail->refined, (size_t)coarse, "%s/refined", name);
     state_add(state, detail->calm_since, (size_t)coarse * sizeof *detail->calm_since,
@@ -275,13 +267,14 @@ static void create_sets(SurfaceModel *model, const SurfaceOptions *options, Aren
     detail->stale_window = ALLOCATE(ARENA_TOPOLOGY, detail->window_count, bool, "stale windows");
     detail->hanging = ALLOCATE(ARENA_STEP, nodes, int, "hanging nodes");
     detail->master = ALLOCATE(ARENA_STEP, nodes, *detail->master, "masters");
-    detail->master_lane = ALLOCATE(ARENA_STEP, nodes, *detail->master_lane, "lanes of masters");
-    detail->carrier = ALLOCATE(ARENA_STEP, 2 * nodes, int, "lanes of free masters");
+    detail->carrier = ALLOCATE(ARENA_STEP, 2 * nodes, int, "free masters");
     detail->free_chunk = ALLOCATE(ARENA_STEP, chunks, int, "chunks");
     detail->hanging_chunk = ALLOCATE(ARENA_STEP, chunks, int, "hanging chunks");
+    detail->carries = ALLOCATE(ARENA_STEP, chunks, unsigned char, "carrying chunks");
     detail->run = ALLOCATE(ARENA_STEP, detail->window_count, *detail->run, "runs of slots");
-    detail->handed = model_allocate_reals(model, (size_t)model->lane_count * 3, name,
+    detail->handed = model_allocate_reals(model, (size_t)model->slot_count * ROW, name,
                                           "forces of hanging nodes", arena);
+    detail->look = ALLOCATE(ARENA_TOPOLOGY, nodes, NodeLook, "looks at nodes");
     detail->felt_force = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "felt forces");
     detail->calm_capacity = coarse < 4096 ? coarse : 4096;
     detail->calm = ALLOCATE(ARENA_TOPOLOGY, detail->calm_capacity, Leaf, "calm for long");
@@ -404,8 +397,13 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     const Level *finest = &detail->levels.level[detail->finest];
     detail->node_count = finest->node_count;
     detail->place_count = finest->face_count;
-    for (int l = 0; l <= detail->finest; l++)
+    for (int l = 0; l <= detail->finest; l++) {
         detail->face_base[l + 1] = detail->face_base[l] + detail->levels.level[l].face_count;
+        detail->edge_base[l + 1] = detail->edge_base[l] + detail->levels.level[l].edge_count;
+    }
+    detail->rest_fold = ALLOCATE(ARENA_TOPOLOGY, detail->edge_base[detail->finest + 1],
+                                 *detail->rest_fold, "rest angles");
+    detail_measure_folds(detail);
     double length = 0.0;
     for (int e = 0; e < winged->edge_count; e++) {
         const int *end = winged->edge[e].node;
@@ -417,11 +415,14 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     create_roots(detail, winged, name, arena);
     create_rules(detail, mesh, network, name, arena);
 
-    detail->window_count = count_windows(&detail->levels);
-    detail->spare_slot = detail->window_count * WINDOW;
+    // Small bodies are packed whole, quickly enough.
+    detail->width = detail->node_count <= 4 * WINDOW_MOST ? WINDOW_MOST : WINDOW_LEAST;
+    detail->window_chunks = detail->width / LANES + 1;
+    detail->window_count = (detail->node_count + detail->width - 1) / detail->width;
+    detail->spare_slot = detail->window_count * detail->width;
     model->node_count = detail->node_count;
     model->slot_count = (detail->spare_slot + detail->window_count + LANES - 1) / LANES * LANES;
-    model->lane_count = detail->window_count * WINDOW_CHUNKS * LANES;
+    model->lane_count = detail->window_count * detail->window_chunks * LANES;
     model->slot = ALLOCATE(ARENA_TOPOLOGY, detail->node_count, int, "slot of node");
     model->node = ALLOCATE(ARENA_TOPOLOGY, model->slot_count, int, "node of slot");
     model->lane = ALLOCATE(ARENA_TOPOLOGY, model->slot_count, int, "lane of slot");

@@ -121,7 +121,7 @@ double detail_mass(const SurfaceModel *model, int node)
 // Slots of nodes.
 typedef struct PackList {
     int count;
-    int slot[WINDOW];
+    int slot[WINDOW_MOST];
 } PackList;
 
 // Fills one lane of the spring table.
@@ -150,8 +150,6 @@ static void pack_node(SurfaceModel *model, int lane, int node)
 {
     const Detail *detail = model->detail;
     const NodeTable *nodes = &model->nodes;
-    for (int c = 0; c < 3; c++)
-        model_put(model, detail->handed, model_lane(lane) + c * LANES, 0.0);
     bool moves = node >= 0 && !detail->fixed[node];
     model_put(model, nodes->inverse_mass, lane, moves ? 1.0 / model->mass[node] : 0.0);
     if (nodes->shape_rate != NULL) {
@@ -189,11 +187,11 @@ static void list_nodes(SurfaceModel *model, int w, NodeStatus status, PackList *
 {
     Detail *detail = model->detail;
     list->count = 0;
-    for (int s = w * WINDOW; s < (w + 1) * WINDOW; s++) {
+    for (int s = w * detail->width; s < (w + 1) * detail->width; s++) {
         int node = detail->of_slot[s], at = list->count;
         if (node < 0 || detail->status[node] != status)
             continue;
-        NodeSprings *springs = &detail->springs[s % WINDOW];
+        NodeSprings *springs = &detail->springs[s % detail->width];
         if (detail->is_dirty[node]) {
             Carried carried = survey(model, node, 0, springs);
             model->mass[node] = status == NODE_FREE ? carried.mass : 0.0;
@@ -201,7 +199,8 @@ static void list_nodes(SurfaceModel *model, int w, NodeStatus status, PackList *
         } else {
             recall(model, s, springs);
         }
-        while (at > 0 && detail->springs[list->slot[at - 1] % WINDOW].count > springs->count) {
+        while (at > 0 &&
+               detail->springs[list->slot[at - 1] % detail->width].count > springs->count) {
             list->slot[at] = list->slot[at - 1];
             at--;
         }
@@ -233,7 +232,7 @@ static int pack_nodes(SurfaceModel *model, int w, NodeStatus status, int chunk,
     for (int i = 0; i < chunks * LANES; i++) {
         int lane = chunk * LANES + i, last = i / LANES * LANES + LANES - 1;
         last = last < list->count ? last : list->count - 1;
-        int entries = detail->springs[list->slot[last] % WINDOW].count;
+        int entries = detail->springs[list->slot[last] % detail->width].count;
         int at = lane / LANES;
         model->springs.end[at] = model->springs.start[at] + entries;
         if (i >= list->count) {
@@ -242,9 +241,11 @@ static int pack_nodes(SurfaceModel *model, int w, NodeStatus status, int chunk,
             continue;
         }
         int slot = list->slot[i], node = detail->of_slot[slot];
-        const NodeSprings *springs = &detail->springs[slot % WINDOW];
+        const NodeSprings *springs = &detail->springs[slot % detail->width];
         pack_springs(model, lane, slot, entries, springs);
         pack_node(model, lane, status == NODE_FREE ? node : -1);
+        for (int c = 0; c < 4; c++)
+            model_put(model, detail->handed, (long)slot * ROW + c, 0.0);
         model->lane[slot] = lane;
         detail->is_dirty[node] = false;
         detail->window[w].spring_ends += springs->count;
@@ -263,7 +264,7 @@ static void pack_window(SurfaceModel *model, int w)
     PackList free_nodes, hanging;
     list_nodes(model, w, NODE_FREE, &free_nodes); // all of them before lanes are written
     list_nodes(model, w, NODE_HANGING, &hanging);
-    for (int s = w * WINDOW; s < (w + 1) * WINDOW; s++) {
+    for (int s = w * detail->width; s < (w + 1) * detail->width; s++) {
         int node = detail->of_slot[s];
         model->lane[s] = -1;
         if (node < 0 || detail->status[node] != NODE_OFF)
@@ -272,7 +273,7 @@ static void pack_window(SurfaceModel *model, int w)
         if (model->rigid_weight != NULL)
             model->rigid_weight[s] = 0.0;
     }
-    int first = w * WINDOW_CHUNKS;
+    int first = w * detail->window_chunks;
     detail->window[w] = (Window){.free_count = free_nodes.count, .hanging_count = hanging.count};
     detail->window[w].free_chunks = pack_nodes(model, w, NODE_FREE, first, &free_nodes);
     pack_nodes(model, w, NODE_HANGING, first + detail->window[w].free_chunks, &hanging);
@@ -285,22 +286,24 @@ static void list_hanging(SurfaceModel *model)
 {
     Detail *detail = model->detail;
     detail->hanging_count = detail->carrier_count = 0;
+    for (int k = 0; k < detail->free_chunk_count; k++)
+        detail->carries[detail->free_chunk[k]] = 0;
     for (int w = detail->window_count - 1; w >= 0; w--) {
         const Window *window = &detail->window[w];
-        for (int s = w * WINDOW, left = window->hanging_count; left > 0; s++) {
+        // Slots go level by level: from the last to the first the finest comes first.
+        for (int s = (w + 1) * detail->width - 1, left = window->hanging_count; left > 0; s--) {
             int node = detail->of_slot[s], parent[2];
             if (node < 0 || detail->status[node] != NODE_HANGING)
                 continue;
             levels_parents(&detail->levels, node, parent);
             detail->hanging[detail->hanging_count] = s;
-            int *master = detail->master[detail->hanging_count];
-            int *lane = detail->master_lane[detail->hanging_count++];
-            lane[0] = model->lane[s];
+            int *master = detail->master[detail->hanging_count++];
             for (int k = 0; k < 2; k++) {
                 master[k] = model->slot[parent[k]];
-                lane[k + 1] = model->lane[master[k]];
                 if (detail->status[parent[k]] == NODE_FREE)
-                    detail->carrier[detail->carrier_count++] = lane[k + 1];
+                    detail->carrier[detail->carrier_count++] = master[k];
+                if (detail->status[parent[k]] == NODE_FREE)
+                    detail->carries[model->lane[master[k]] / LANES] = 1;
             }
             left--;
         }
@@ -318,15 +321,15 @@ static void list_chunks(SurfaceModel *model)
         const Window *window = &detail->window[w];
         if (window->free_count + window->hanging_count == 0)
             continue;
-        int chunk = w * WINDOW_CHUNKS;
+        int chunk = w * detail->window_chunks;
         for (int k = 0; k < window->free_chunks; k++)
             detail->free_chunk[detail->free_chunk_count++] = chunk++;
         for (int k = 0; k < window->hanging_count; k += LANES)
             detail->hanging_chunk[detail->hanging_chunk_count++] = chunk++;
-        int first = w * WINDOW;
+        int first = w * detail->width;
         if (detail->run_count == 0 || detail->run[detail->run_count - 1][1] != first)
             detail->run[detail->run_count++][0] = first;
-        detail->run[detail->run_count - 1][1] = first + WINDOW;
+        detail->run[detail->run_count - 1][1] = first + detail->width;
         detail->mass += window->mass;
         detail->lambda = fmax(detail->lambda, window->lambda);
         detail->damping = fmax(detail->damping, window->damping);

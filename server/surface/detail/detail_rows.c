@@ -135,20 +135,22 @@ void detail_switch_off(SurfaceModel *model, int node)
     model->node[slot] = -1;
 }
 
+// Four numbers at a time, coarsest level first.
+#define HANG(Real)                                                                                 \
+    {                                                                                              \
+        typedef Real Half __attribute__((vector_size(ROW / 2 * sizeof(Real))));                    \
+        Half *row = rows;                                                                          \
+        for (int i = detail->hanging_count - 1; i >= 0; i--)                                       \
+            for (int k = 0; k < 2; k++)                                                            \
+                row[2 * detail->hanging[i] + k] =                                                  \
+                    (row[2 * detail->master[i][0] + k] + row[2 * detail->master[i][1] + k]) / 2;   \
+    }
+
 void detail_hang(const SurfaceModel *model, void *rows)
 {
     const Detail *detail = model->detail;
-    for (int i = detail->hanging_count - 1; i >= 0; i--) { // coarsest first
-        long to = (long)detail->hanging[i] * ROW, a = (long)detail->master[i][0] * ROW,
-             b = (long)detail->master[i][1] * ROW;
-        if (model->precision == PRECISION_SINGLE) {
-            float *row = rows;
-            for (int c = 0; c < ROW; c++)
-                row[to + c] = 0.5F * (row[a + c] + row[b + c]);
-        } else {
-            double *row = rows;
-            for (int c = 0; c < ROW; c++)
-                row[to + c] = 0.5 * (row[a + c] + row[b + c]);
-        }
-    }
+    if (model->precision == PRECISION_SINGLE)
+        HANG(float)
+    else
+        HANG(double)
 }

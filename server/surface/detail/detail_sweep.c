@@ -19,10 +19,10 @@ enum {
 
 // What a sweep compares with, from the thresholds.
 typedef struct Marks {
-    double force[LEVELS_MAX + 1];      // |f| / A that asks for more [N/m2]
+    double per_force[LEVELS_MAX + 1];  // one over the traction that asks for more [m2/N]
     double per_speed2[LEVELS_MAX + 1]; // one over the square of such a speed [s2/m2]
     double cos_divide, cos_calm;
-    double calm2;                   // square of CALM
+    int64_t pass;                   // number of this look at the body
     int level;                      // finest to be used
     int64_t step, hold;             // [ticks]
     Vec3 center, velocity, angular; // of the body as a whole
@@ -59,7 +59,7 @@ typedef struct Fold {
     double size2, cosine, sine;
 } Fold;
 
-static Fold fold_of(const Vec3 x[4])
+static inline Fold fold_of(const Vec3 x[4])
 {
     Vec3 edge = vec3_sub(x[1], x[0]);
     Vec3 n = vec3_cross(edge, vec3_sub(x[2], x[0])), m = vec3_cross(vec3_sub(x[3], x[0]), edge);
@@ -71,54 +71,66 @@ static Fold fold_of(const Vec3 x[4])
 
 // Cosine of the angle by which two faces have turned against each other since rest; 1 when one of
 // them has no area, and so no direction.
-static double cos_of_turn(const Vec3 now[4], const Vec3 rest[4])
+static inline double cos_of_turn(const Fold *now, const Fold *rest)
 {
-    Fold a = fold_of(now), b = fold_of(rest);
-    double size2 = a.size2 * b.size2;
-    return size2 > 0.0 ? (a.cosine * b.cosine + a.sine * b.sine) / sqrt(size2) : 1.0;
+    double size2 = now->size2 * rest->size2;
+    return size2 > 0.0 ? (now->cosine * rest->cosine + now->sine * rest->sine) / sqrt(size2) : 1.0;
 }
 
-// Leaves across the edges of a leaf at which both ask for refinement: when it is divided, the edge
-// is one of two levels, and they would not see its angle any more.
-typedef struct Bent {
-    int count, face[3];
-} Bent;
+// At rest, of two leaves whose corners lie where the butterfly has put them: known since load.
+void detail_measure_folds(Detail *detail)
+{
+    for (int l = 0; l <= detail->finest; l++) {
+        const Level *at = &detail->levels.level[l];
+        for (int e = 0; e < at->edge_count; e++) {
+            const int *side = at->edge_face[e];
+            if (side[0] < 0 || side[1] < 0)
+                continue;
+            Vec3 x[4];
+            for (int s = 0; s < 2; s++) {
+                int k = 0;
+                while (at->face_edge[side[s]][k] != e)
+                    k++;
+                const int *corner = at->face[side[s]];
+                if (s == 0) {
+                    x[0] = detail->levels.position[corner[k]];
+                    x[1] = detail->levels.position[corner[(k + 1) % 3]];
+                }
+                x[2 + s] = detail->levels.position[corner[(k + 2) % 3]];
+            }
+            Fold fold = fold_of(x);
+            double size = fold.size2 > 0.0 ? 1.0 / sqrt(fold.size2) : 0.0;
+            detail->rest_fold[detail->edge_base[l] + e][0] = (float)(size * fold.cosine);
+            detail->rest_fold[detail->edge_base[l] + e][1] = (float)(size * fold.sine);
+        }
+    }
+}
 
-static Verdict judge_curvature(const SurfaceModel *model, int level, int face, const Vec3 now[3],
-                               const Vec3 rest[3], const Marks *marks, Bent *bent)
+// At rest as the leaves lie now: nodes that hang are not where the butterfly would have them.
+static Fold rest_fold(const SurfaceModel *model, int level, int edge, const int node[4])
 {
     const Detail *detail = model->detail;
-    const Level *at = &detail->levels.level[level];
-    Verdict verdict = VERDICT_CALM;
-    for (int k = 0; k < 3; k++) {
-        int edge = at->face_edge[face][k];
-        int across = at->edge_face[edge][at->edge_face[edge][0] == face];
-        if (across < 0 || !detail_is_leaf(detail, level, across))
-            continue;
-        int opposite = 0;
-        while (at->face_edge[across][opposite] != edge)
-            opposite++;
-        int slot = model->slot[at->face[across][(opposite + 2) % 3]];
-        const Vec3 x[4] = {now[k], now[(k + 1) % 3], now[(k + 2) % 3], read_position(model, slot)};
-        const Vec3 y[4] = {rest[k], rest[(k + 1) % 3], rest[(k + 2) % 3], read_place(model, slot)};
-        double cosine = cos_of_turn(x, y);
-        if (cosine < marks->cos_divide)
-            bent->face[bent->count++] = across;
-        else if (cosine < marks->cos_calm)
-            verdict = VERDICT_KEEP;
+    bool smooth = true;
+    Vec3 rest[4];
+    for (int k = 0; k < 4; k++)
+        smooth &= detail->status[node[k]] == NODE_FREE;
+    if (smooth) {
+        const float *known = detail->rest_fold[detail->edge_base[level] + edge];
+        return (Fold){1.0, (double)known[0], (double)known[1]};
     }
-    return bent->count > 0 ? VERDICT_DIVIDE : verdict;
+    for (int k = 0; k < 4; k++)
+        rest[k] = read_place(model, model->slot[node[k]]);
+    return fold_of(rest);
 }
 
-// |f| over the area that a node stands for, times the leaf's edge length [N/m] ... against E2D.
-static double force_indicator(const SurfaceModel *model, int node, double force, int level,
-                              const Marks *marks)
+// |f| over the area that a node stands for [N/m2].
+static double traction_of(const SurfaceModel *model, int node, double force)
 {
     const Detail *detail = model->detail;
     double area = detail->status[node] == NODE_HANGING
                       ? detail->node_area[node]
                       : model->mass[node] / detail->rules.areal_density;
-    return area > 0.0 ? force / (area * marks->force[level]) : 0.0;
+    return area > 0.0 ? force / area : 0.0;
 }
 
 static double load_on(const SurfaceModel *model, int slot)
@@ -131,6 +143,68 @@ static double load_on(const SurfaceModel *model, int slot)
     return sqrt(square);
 }
 
+// What the criteria want to know of a node, found out once in a pass for all leaves around it.
+static const NodeLook *look_at(const SurfaceModel *model, int node, const Marks *marks)
+{
+    const Detail *detail = model->detail;
+    NodeLook *look = &detail->look[node];
+    if (look->pass == marks->pass)
+        return look;
+    int slot = model->slot[node];
+    look->pass = marks->pass;
+    look->position = read_position(model, slot);
+    Vec3 slip = vec3_sub(read_row(model, slot, 4), marks->velocity);
+    slip = vec3_sub(slip, vec3_cross(marks->angular, vec3_sub(look->position, marks->center)));
+    look->slip2 = vec3_dot(slip, slip);
+    double force = detail->felt_force[node];
+    if (*model->loaded != 0 && detail->status[node] == NODE_FREE)
+        force += load_on(model, slot);
+    look->traction = force > 0.0 ? traction_of(model, node, force) : 0.0;
+    return look;
+}
+
+// Leaves across the edges of a leaf at which both ask for refinement: when it is divided, the edge
+// is one of two levels, and they would not see its angle any more.
+typedef struct Bent {
+    int count, face[3];
+} Bent;
+
+// Each pair of leaves is looked at once, from the one of the lower number, which the sweep comes to
+// first; it leaves a note for the other.
+static Verdict judge_curvature(SurfaceModel *model, int level, int face, const Vec3 now[3],
+                               const Marks *marks, Bent *bent)
+{
+    Detail *detail = model->detail;
+    const Level *at = &detail->levels.level[level];
+    const int *corner = at->face[face];
+    unsigned char *note = &detail->crease[detail->face_base[level]];
+    Verdict verdict = (Verdict)note[face];
+    note[face] = VERDICT_CALM;
+    for (int k = 0; k < 3; k++) {
+        int edge = at->face_edge[face][k];
+        int across = at->edge_face[edge][at->edge_face[edge][0] == face];
+        if (across < face || !detail_is_leaf(detail, level, across))
+            continue;
+        int opposite = 0;
+        while (at->face_edge[across][opposite] != edge)
+            opposite++;
+        const int node[4] = {corner[k], corner[(k + 1) % 3], corner[(k + 2) % 3],
+                             at->face[across][(opposite + 2) % 3]};
+        const Vec3 x[4] = {now[k], now[(k + 1) % 3], now[(k + 2) % 3],
+                           look_at(model, node[3], marks)->position};
+        Fold present = fold_of(x), rest = rest_fold(model, level, edge, node);
+        double cosine = cos_of_turn(&present, &rest);
+        if (cosine >= marks->cos_calm)
+            continue;
+        Verdict pair = cosine < marks->cos_divide ? VERDICT_DIVIDE : VERDICT_KEEP;
+        if (pair == VERDICT_DIVIDE)
+            bent->face[bent->count++] = across;
+        verdict = verdict > pair ? verdict : pair;
+        note[across] = note[across] > pair ? note[across] : (unsigned char)pair;
+    }
+    return verdict;
+}
+
 static Verdict worse(Verdict a, Verdict b)
 {
     return a > b ? a : b;
@@ -141,30 +215,22 @@ static Verdict judge_number(double eta)
     return eta > 1.0 ? VERDICT_DIVIDE : eta > CALM ? VERDICT_KEEP : VERDICT_CALM;
 }
 
-static Verdict judge(const SurfaceModel *model, int level, int face, const Marks *marks, Bent *bent)
+static Verdict judge(SurfaceModel *model, int level, int face, const Marks *marks, Bent *bent)
 {
     const Detail *detail = model->detail;
     const int *corner = detail->levels.level[level].face[face];
-    Vec3 now[3], rest[3];
+    Vec3 now[3];
     Verdict verdict = VERDICT_CALM;
     for (int k = 0; k < 3; k++) {
-        int slot = model->slot[corner[k]];
-        now[k] = read_position(model, slot);
-        rest[k] = read_place(model, slot);
-        Vec3 slip = vec3_sub(read_row(model, slot, 4), marks->velocity);
-        slip = vec3_sub(slip, vec3_cross(marks->angular, vec3_sub(now[k], marks->center)));
-        double eta2 = vec3_dot(slip, slip) * marks->per_speed2[level];
+        const NodeLook *look = look_at(model, corner[k], marks);
+        now[k] = look->position;
+        double eta2 = look->slip2 * marks->per_speed2[level];
         verdict = worse(verdict, eta2 > 1.0           ? VERDICT_DIVIDE
                                  : eta2 > CALM * CALM ? VERDICT_KEEP
                                                       : VERDICT_CALM);
-        double force = detail->felt_force[corner[k]];
-        if (*model->loaded != 0 && detail->status[corner[k]] == NODE_FREE)
-            force += load_on(model, slot);
-        if (force > 0.0)
-            verdict = worse(verdict,
-                            judge_number(force_indicator(model, corner[k], force, level, marks)));
+        verdict = worse(verdict, judge_number(look->traction * marks->per_force[level]));
     }
-    return worse(verdict, judge_curvature(model, level, face, now, rest, marks, bent));
+    return worse(verdict, judge_curvature(model, level, face, now, marks, bent));
 }
 
 // --- the sweep ---
@@ -222,7 +288,7 @@ static Verdict sweep_face(SweepPass *pass, int level, int face)
 
 static void set_marks(const SurfaceModel *model, int64_t step, double tick, Marks *marks)
 {
-    const Detail *detail = model->detail;
+    Detail *detail = model->detail;
     const Sweep *sweep = detail->sweep;
     const double pi = 3.14159265358979323846;
     double turn = sweep->thresholds[2] * sweep->scale;
@@ -231,12 +297,13 @@ static void set_marks(const SurfaceModel *model, int64_t step, double tick, Mark
     *marks = (Marks){
         .cos_divide = turn < pi ? cos(turn) : -2.0,
         .cos_calm = CALM * turn < pi ? cos(CALM * turn) : -2.0,
+        .pass = ++detail->look_passes,
         .level = (int)sweep->level,
         .step = step,
         .hold = (int64_t)ceil(HOLD / tick),
     };
     for (int l = 0; l <= detail->finest; l++) {
-        marks->force[l] = ldexp(force, l);
+        marks->per_force[l] = ldexp(1.0 / force, -l);
         marks->per_speed2[l] = ldexp(1.0 / (speed * speed), -2 * l);
     }
     if (model->rigid != NULL) {
@@ -261,8 +328,9 @@ static void look_at_felt(SweepPass *pass)
         for (int k = 0; k < count && pass->left > 0; k++)
             if (leaf[k].level < pass->marks.level &&
                 detail_is_leaf(detail, leaf[k].level, leaf[k].face) &&
-                force_indicator(model, node, detail->felt_force[node], leaf[k].level,
-                                &pass->marks) > 1.0)
+                traction_of(model, node, detail->felt_force[node]) *
+                        pass->marks.per_force[leaf[k].level] >
+                    1.0)
                 divide_leaf(pass, leaf[k].level, leaf[k].face);
     }
 }

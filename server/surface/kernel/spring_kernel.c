@@ -256,14 +256,17 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
 
             Vector force[3], a[3];
             add_springs(pass, &own, chunk, lane, damped, prestressed, scattered, force);
+            if (scattered && pass->carries[chunk]) {
+                Vector handed[3], unused[3];
+                vector_load_rows(pass->handed, pass->springs->own + slot, false, handed, unused);
+                for (int c = 0; c < 3; c++)
+                    force[c] += handed[c];
+            }
             Vector inverse_mass = vector_load((const Real *)pass->nodes->inverse_mass + slot);
             for (int c = 0; c < 3; c++) {
                 force[c] *= scale;
                 if (external)
                     force[c] += vector_load((const Real *)pass->external +
-                                            ((long)chunk * 3 + c) * LANES + lane);
-                if (scattered)
-                    force[c] += vector_load((const Real *)pass->handed +
                                             ((long)chunk * 3 + c) * LANES + lane);
                 a[c] = force[c] * inverse_mass +
                        vector_select_greater(inverse_mass, zero, gravity[c], zero);
@@ -291,20 +294,22 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
         *pass->bad = true;
 }
 
-// Spring forces alone, of nodes that do not move by themselves.
+// Spring forces alone, before the stiffness scale, of nodes that do not move by themselves.
 INLINE void add_up(const SpringPass *pass, bool damped, bool prestressed)
 {
-    const Vector scale = vector_set(pass->stiffness_scale);
     for (int k = pass->first_chunk; k < pass->last_chunk; k++)
         for (int lane = 0; lane < LANES; lane += WIDTH) {
             const int chunk = pass->chunk[k];
+            const int *slot = pass->springs->own + (long)chunk * LANES + lane;
             Nodes own;
             load_own_nodes(pass, pass->present, (long)chunk * LANES + lane, true, &own);
             Vector force[3];
+            Real row[WIDTH * ROW];
             add_springs(pass, &own, chunk, lane, damped, prestressed, true, force);
-            for (int c = 0; c < 3; c++)
-                vector_store((Real *)pass->handed + ((long)chunk * 3 + c) * LANES + lane,
-                             scale * force[c]);
+            vector_store_transposed(row, force[0], force[1], force[2]);
+            for (int i = 0; i < WIDTH; i++)
+                memcpy((Real *)pass->handed + (long)slot[i] * ROW, row + (long)i * ROW,
+                       ROW / 2 * sizeof *row);
         }
 }
 
