@@ -4,6 +4,7 @@
 
 #include "expect.h"
 #include "fixture.h"
+#include "random.h"
 #include "surface/surface.h"
 
 #include <stdlib.h>
@@ -139,6 +140,63 @@ static void a_reset_returns_to_the_start_and_counts_topologies_on(void **unused)
     }
 }
 
+static StateArray *find_array(const DetailBench *bench, const char *name)
+{
+    for (int i = 0; i < bench->state.count; i++)
+        if (strcmp(bench->state.array[i].name, name) == 0)
+            return &bench->state.array[i];
+    fail_msg("no %s in the state", name);
+    return NULL;
+}
+
+// As a checkpoint that somebody has made up: indices everywhere, and none may be followed.
+static void a_state_that_no_run_can_have_is_refused(void **unused)
+{
+    (void)unused;
+    static const char *const arrays[] = {"body/refined",    "body/calm_since", "body/sweep",
+                                         "body/felt_count", "body/felt",       "body/node_slots",
+                                         "body/face_slots"};
+    uint64_t random = 12;
+    for (int kind = 0; kind < 2; kind++) {
+        DetailBench bench;
+        create(&bench, kind, NULL);
+        run_to(&bench, MIDDLE, false);
+        Body *body = bench.body;
+        sim_restored(bench.sim);
+        assert_true(body->ops->check(body->model));
+        void *good = malloc(state_bytes(&bench.state));
+        state_copy_out(&bench.state, good);
+        int refused = 0, tries = 0;
+        for (size_t a = 0; a < sizeof arrays / sizeof *arrays; a++)
+            for (int i = 0; i < 300; i++, tries++) {
+                const StateArray *array = find_array(&bench, arrays[a]);
+                unsigned char *byte = state_memory(array);
+                if (i < 200) // one byte
+                    byte[random_below(&random, (int)array->bytes)] ^=
+                        (unsigned char)(1 + random_below(&random, 255));
+                else // from somewhere on, in words of which some are small
+                    for (size_t b = (size_t)random_below(&random, (int)array->bytes);
+                         b < array->bytes; b++)
+                        byte[b] = b % 4 == 0 || i % 2 == 0
+                                      ? (unsigned char)random_below(&random, 256)
+                                      : 0;
+                sim_restored(bench.sim);
+                bool sound = body->ops->check(body->model);
+                refused += !sound;
+                for (int k = 0; k < 2 && sound; k++)
+                    sim_step(bench.sim); // what was let in can be stepped on
+                state_copy_in(&bench.state, good);
+                sim_restored(bench.sim);
+                assert_true(body->ops->check(body->model));
+            }
+        print_message("%d of %d refused\n", refused, tries);
+        assert_true(refused > tries / 2);
+        bench_expect_sound(&bench);
+        free(good);
+        bench_destroy(&bench);
+    }
+}
+
 static void every_instruction_set_gives_the_same_bits(void **unused)
 {
     (void)unused;
@@ -164,6 +222,7 @@ int main(void)
         cmocka_unit_test(a_scene_run_twice_has_the_same_bits),
         cmocka_unit_test(a_refined_state_goes_on_elsewhere_with_the_same_bits),
         cmocka_unit_test(a_reset_returns_to_the_start_and_counts_topologies_on),
+        cmocka_unit_test(a_state_that_no_run_can_have_is_refused),
         cmocka_unit_test(every_instruction_set_gives_the_same_bits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -106,6 +106,7 @@ typedef struct Detail {
     Felt *felt;            // [felt_capacity]
     int64_t *felt_count;
     int felt_capacity;
+    bool is_sound; // detail_check said so, or it was not asked
 
     // --- follows from the bits ---
     unsigned char *status; // [node_count] NodeStatus
@@ -218,6 +219,10 @@ void detail_draw_all(Detail *detail);
 void detail_measure_folds(Detail *detail);
 // Looks at the next faces, refines and coarsens. True when the topology changed.
 bool detail_sweep(Body *body, int64_t step, double tick);
+
+// --- detail_check.c ---
+// After the state list was overwritten: whether all else can follow from it.
+bool detail_check(const Detail *detail);
 
 // --- detail_create.c ---
 // Everything that follows from the bits, from nothing.

@@ -149,10 +149,19 @@ static void add_load(void *self, int node, Vec3 force)
 // by the old number.
 static void restored(Body *body)
 {
-    int64_t *topology = &detail_of(body->model)->sweep->topology;
+    Detail *detail = detail_of(body->model);
+    int64_t *topology = &detail->sweep->topology;
+    detail->is_sound = detail_check(detail);
+    if (!detail->is_sound) // whoever put it there asks check() and takes it back
+        return;
     if (1 + *topology < body->mesh.topology)
         *topology = body->mesh.topology;
     detail_rebuild(body);
+}
+
+static bool check(const void *self)
+{
+    return detail_of(self)->is_sound && surface_ops.check(self);
 }
 
 // --- out ---
@@ -235,6 +244,7 @@ const BodyOps *detail_ops(void)
     ops = surface_ops;
     ops.adapt = detail_adapt;
     ops.restored = restored;
+    ops.check = check;
     ops.drift = drift;
     ops.evaluate = evaluate;
     ops.reserve_forces = reserve_forces;

@@ -442,6 +442,7 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     model_create_rows(model, mesh, network->fixed, options, arena, state);
     start_at_level(model, options->start_level);
 
+    detail->is_sound = true;
     body->ops = detail_ops();
     detail_rebuild(body);
     body->surface = (BodySurface){

@@ -183,6 +183,21 @@ static int predecessor(const Detail *detail, int place)
     return -1;
 }
 
+// Where the face lies now that was drawn at a place which is free: the part of the leaf there that
+// has its quarter, or the first.
+static int successor(const Detail *detail, int place)
+{
+    for (int level = detail->finest - 1; level >= 0; level--) {
+        int shift = 2 * (detail->finest - level), face = place >> shift;
+        if (!detail_is_leaf(detail, level, face))
+            continue;
+        int part = quarter(detail, level, face, place >> (shift - 2) & 3);
+        return in_use(detail, part) ? part : face << shift;
+    }
+    ASSERT(false);
+    return place;
+}
+
 static void list_changes(Detail *detail)
 {
     TopologyChange *change = &detail->change;
@@ -191,6 +206,7 @@ static void list_changes(Detail *detail)
         if (in_use(detail, place))
             continue;
         detail->face_change[change->face_count++] = (FaceChange){place, -1};
+        detail->face_change[change->face_count++] = (FaceChange){successor(detail, place), place};
         slots_free_face(detail->slots, place);
     }
     for (int i = 0; i < detail->drawn_count; i++) {

@@ -1,0 +1,127 @@
+// Whether a state that came from outside (a checkpoint) is one that a body with levels can have:
+// asked before anything is made of it, for its numbers are indices. Load time.
+#include "surface/detail/detail.h"
+
+#include <limits.h>
+
+static bool is_within(int64_t number, int64_t low, int64_t high)
+{
+    return number >= low && number <= high;
+}
+
+static bool is_number(double number)
+{
+    return number >= 0.0 && number <= 1e300;
+}
+
+// Bits of faces that exist, with neighbours that are at most one level apart.
+static bool check_bits(const Detail *detail)
+{
+    for (int l = 0; l < detail->finest; l++) {
+        const Level *at = &detail->levels.level[l];
+        for (int f = 0; f < at->face_count; f++) {
+            int number = detail->face_base[l] + f;
+            if (detail->refined[number] > 1 || detail->calm_since[number] < 0)
+                return false;
+            if (detail->refined[number] == 0)
+                continue;
+            if (!detail_exists(detail, l, f))
+                return false;
+            for (int k = 0; k < 3; k++) {
+                const int *side = at->edge_face[at->face_edge[f][k]];
+                int across = side[side[0] == f];
+                if (across >= 0 && !detail_exists(detail, l, across))
+                    return false;
+            }
+        }
+    }
+    return true;
+}
+
+static bool check_sweep(const Detail *detail)
+{
+    const Sweep *sweep = detail->sweep;
+    int roots = detail->levels.level[0].face_count;
+    bool ok = is_within(sweep->root, 0, roots - 1) && is_within(sweep->urgent, 0, roots) &&
+              is_number(sweep->credit) && is_number(sweep->scale) &&
+              is_within(sweep->level, 0, detail->finest) &&
+              is_within(sweep->topology, 0, INT_MAX / 2) && sweep->refined >= 0 &&
+              sweep->coarsened >= 0 && sweep->refused >= 0;
+    for (int k = 0; k < 3; k++)
+        ok = ok && is_number(sweep->thresholds[k]);
+    ok = ok && is_within(*detail->felt_count, 0, detail->felt_capacity);
+    for (int64_t i = 0; ok && i < *detail->felt_count; i++)
+        ok = is_within(detail->felt[i].node, 0, detail->node_count - 1);
+    return ok;
+}
+
+// Notes in table->slot, which follows from table->thing, where each thing is; false when one has
+// two slots or is none. Returns how many there are in `used`.
+static bool find_slots(const SlotTable *table, int *used)
+{
+    *used = 0;
+    for (int i = 0; i < table->thing_count; i++)
+        table->slot[i] = -1;
+    for (int s = 0; s < table->capacity; s++) {
+        int thing = table->thing[s];
+        if (thing == -1)
+            continue;
+        if (!is_within(thing, 0, table->thing_count - 1) || table->slot[thing] >= 0)
+            return false;
+        table->slot[thing] = s;
+        ++*used;
+    }
+    return true;
+}
+
+static bool is_on(const Detail *detail, int node)
+{
+    int born = levels_of_node(&detail->levels, node);
+    return born == 0 ||
+           detail_status_of_midpoint(detail, born - 1,
+                                     node - detail->levels.level[born - 1].node_count) != NODE_OFF;
+}
+
+// Slots of the nodes that are on, and of no others.
+static bool check_node_slots(const Detail *detail)
+{
+    const SlotTable *table = &detail->slots->node;
+    int used;
+    if (!find_slots(table, &used))
+        return false;
+    for (int i = 0; i < detail->node_count; i++)
+        if ((table->slot[i] >= 0) != is_on(detail, i))
+            return false;
+    return true;
+}
+
+// Slots of the places at which leaves are drawn, in one triangle more than midpoints hang on them.
+static bool check_face_slots(const Detail *detail)
+{
+    const SlotTable *table = &detail->slots->face;
+    int used, drawn = 0;
+    if (!find_slots(table, &used))
+        return false;
+    for (int l = 0; l <= detail->finest; l++) {
+        const Level *at = &detail->levels.level[l];
+        for (int f = 0; f < at->face_count; f++) {
+            if (!detail_is_leaf(detail, l, f))
+                continue;
+            int pieces = 1;
+            for (int k = 0; k < 3 && l < detail->finest; k++)
+                pieces += detail_status_of_midpoint(detail, l, at->face_edge[f][k]) != NODE_OFF;
+            for (int k = 0; k < pieces; k++)
+                if (table->slot[l < detail->finest ? detail_place(detail, l + 1, 4 * f + k) : f] <
+                    0)
+                    return false;
+            drawn += pieces;
+        }
+    }
+    return drawn == used;
+}
+
+bool detail_check(const Detail *detail)
+{
+    return check_bits(detail) && check_sweep(detail) && check_node_slots(detail) &&
+           check_face_slots(detail);
+}
