@@ -17,8 +17,8 @@ FILE *experiment_open(const Experiment *experiment, const char *name);
 
 const char *rule_name(SurfaceAdjust rule);
 
-void masses_and_counts(const Experiment *experiment);     // Fig. 6, eqs 6 and 7, Table 1's counts
-void collapse_and_recovery(const Experiment *experiment); // Fig. 8
+void masses_and_counts(const Experiment *experiment);      // Fig. 6, eqs 6 and 7, Table 1's counts
+void collapse_and_recovery(const Experiment *experiment);  // Fig. 8
 void coarse_against_refined(const Experiment *experiment); // Figs. 9 and 10
 void displaced_region(const Experiment *experiment);       // Fig. 11
 void cost_and_curves(const Experiment *experiment);        // Fig. 12 and Table 1

@@ -5,28 +5,29 @@
 
 static double residual(const Scene *scene, double *pressed)
 {
-    Run run;
-    run_create(&run, scene, &MODEL_COARSE);
-    const Body *body = sim_body(run.world.sim, 0);
+    World world;
+    run_build(scene, &MODEL_COARSE, &world);
+    const Body *body = sim_body(world.sim, 0);
     BodyMeasure measure;
     const double radius = 0.05; // of the scene's sphere [m]
     for (int tick = 0; tick < lround(4.0 * scene->rate_hz); tick++) {
-        run_step(&run);
+        run_step(&world);
         if (tick + 1 == lround(2.0 * scene->rate_hz)) {
             body->ops->measure(body->model, &measure);
             *pressed = measure.max_displacement / radius;
         }
     }
-    const int nodes = run.levels.level[0].node_count;
+    const TriMesh *mesh = &world.mesh[0];
     double sum = 0.0;
-    for (int i = 0; i < nodes; i++) {
+    for (int i = 0; i < mesh->node_count; i++) {
         Vec3 x;
         body->ops->read_nodes(body->model, &i, 1, &x, NULL);
-        x = vec3_sub(x, run.levels.position[i]);
+        x = vec3_sub(x, mesh->position[i]);
         sum += vec3_dot(x, x);
     }
-    run_destroy(&run);
-    return sqrt(sum / nodes) / radius;
+    double rms = sqrt(sum / mesh->node_count);
+    world_destroy(&world);
+    return rms / radius;
 }
 
 void collapse_and_recovery(const Experiment *experiment)

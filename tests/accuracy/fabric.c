@@ -11,9 +11,9 @@ typedef struct Way {
     bool in_plane;
 } Way;
 
-static const Way WAYS[] = {
-    {"pressed", 50.0, false}, {"pressed, soft shape springs", 5.0, false},
-    {"pulled in its plane, soft shape springs", 5.0, true}};
+static const Way WAYS[] = {{"pressed", 50.0, false},
+                           {"pressed, soft shape springs", 5.0, false},
+                           {"pulled in its plane, soft shape springs", 5.0, true}};
 static const Model *const MODELS[] = {&MODEL_COARSE, &MODEL_REFINED_1, &MODEL_REFINED_2,
                                       &MODEL_ADAPTIVE_1, &MODEL_ADAPTIVE_2};
 enum { WAY_COUNT = 3, MODEL_COUNT = 5 };

@@ -10,21 +10,22 @@
 typedef struct MeshCase {
     const char *name, *scene;
 } MeshCase;
-static const MeshCase MESHES[] = {{"sphere", "sphere"}, {"stomach", "stomach"}, {"sheet", "fabric"}};
+static const MeshCase MESHES[] = {
+    {"sphere", "sphere"}, {"stomach", "stomach"}, {"sheet", "fabric"}};
 static const Model ADAPTIVE_3 = {"adaptive 3", MODEL_ADAPTIVE, 3};
 
-static void open_run(const Experiment *experiment, const char *name, SurfaceAdjust rule,
-                     const Model *model, Scene *scene, Run *run)
+static void open_world(const Experiment *experiment, const char *name, SurfaceAdjust rule,
+                       const Model *model, Scene *scene, World *world)
 {
     run_read(experiment->scenes, name, scene);
     scene->body[0].surface.adjust = rule;
     scene->body[0].fixed_count = 0; // every node counts
-    run_create(run, scene, model);
+    run_build(scene, model, world);
 }
 
-static void close_run(Scene *scene, Run *run)
+static void close_world(Scene *scene, World *world)
 {
-    run_destroy(run);
+    world_destroy(world);
     scene_destroy(scene);
 }
 
@@ -32,10 +33,10 @@ static void close_run(Scene *scene, Run *run)
 static void mixed_node(const Experiment *experiment)
 {
     Scene scene;
-    Run run;
-    open_run(experiment, "sphere", ADJUST_CHOI2005, &MODEL_ADAPTIVE_1, &scene, &run);
-    const Detail *detail = patch_detail(&run);
-    SurfaceModel *model = patch_body(&run)->model;
+    World world;
+    open_world(experiment, "sphere", ADJUST_CHOI2005, &MODEL_ADAPTIVE_1, &scene, &world);
+    const Detail *detail = patch_detail(&world);
+    SurfaceModel *model = patch_body(&world)->model;
     const int *start = detail->root_ring_start;
     int node = 0;
     while (start[node + 1] - start[node] != 5)
@@ -51,7 +52,7 @@ static void mixed_node(const Experiment *experiment)
     detail_begin_change(model);
     detail_refine(model, 0, ring[0]);
     detail_refine(model, 0, beside);
-    detail_end_change(patch_body(&run));
+    detail_end_change(patch_body(&world));
     const double *mass = detail->rules.mass;
     FILE *out = experiment_open(experiment, "fig6.tsv");
     fprintf(out, "what\tmass [g]\n");
@@ -61,22 +62,22 @@ static void mixed_node(const Experiment *experiment)
             1e3 * (2.0 * mass[0] + 3.0 * mass[1]) / 5.0);
     fprintf(out, "the same node in the running body\t%.9f\n", 1e3 * detail_mass(model, node));
     fclose(out);
-    close_run(&scene, &run);
+    close_world(&scene, &world);
 }
 
-static double drift(Run *run, double whole)
+static double drift(World *world, double whole)
 {
-    return fabs(patch_body(run)->mass / whole - 1.0);
+    return fabs(patch_body(world)->mass / whole - 1.0);
 }
 
 // Worst over all one-rings refined to a level.
-static double worst_ring(Run *run, int level)
+static double worst_ring(World *world, int level)
 {
-    double worst = 0.0, whole = patch_body(run)->mass;
-    for (int i = 0; i < patch_node_count(run); i++) {
-        patch_refine_around(run, &i, 1, level);
-        worst = fmax(worst, drift(run, whole));
-        patch_clear(run);
+    double worst = 0.0, whole = patch_body(world)->mass;
+    for (int i = 0; i < patch_node_count(world); i++) {
+        patch_refine_around(world, &i, 1, level);
+        worst = fmax(worst, drift(world, whole));
+        patch_clear(world);
     }
     return worst;
 }
@@ -93,11 +94,11 @@ static int nearer(const void *a, const void *b)
 }
 
 // Worst over patches of a tenth to three quarters of the nodes, those nearest to a seed.
-static double worst_patch(Run *run)
+static double worst_patch(World *world)
 {
-    double worst = 0.0, whole = patch_body(run)->mass;
-    const int nodes = patch_node_count(run);
-    const Vec3 *rest = patch_detail(run)->levels.position;
+    double worst = 0.0, whole = patch_body(world)->mass;
+    const int nodes = patch_node_count(world);
+    const Vec3 *rest = patch_detail(world)->levels.position;
     Near *near = malloc((size_t)nodes * sizeof *near);
     int *chosen = malloc((size_t)nodes * sizeof *chosen);
     ASSERT(near != NULL && chosen != NULL);
@@ -109,9 +110,9 @@ static double worst_patch(Run *run)
             chosen[i] = near[i].node;
         static const double shares[] = {0.1, 0.25, 0.5, 0.75};
         for (int k = 0; k < 4; k++) {
-            patch_refine_around(run, chosen, (int)(shares[k] * nodes), 1);
-            worst = fmax(worst, drift(run, whole));
-            patch_clear(run);
+            patch_refine_around(world, chosen, (int)(shares[k] * nodes), 1);
+            worst = fmax(worst, drift(world, whole));
+            patch_clear(world);
         }
     }
     free(near);
@@ -128,13 +129,13 @@ static void mass_drift(const Experiment *experiment)
         for (int r = 0; r < 2; r++) {
             SurfaceAdjust rule = r == 0 ? ADJUST_CHOI2005 : ADJUST_CONTINUUM;
             Scene scene;
-            Run run;
-            open_run(experiment, MESHES[m].scene, rule, &ADAPTIVE_3, &scene, &run);
+            World world;
+            open_world(experiment, MESHES[m].scene, rule, &ADAPTIVE_3, &scene, &world);
             fprintf(out, "%s\t%s", MESHES[m].name, rule_name(rule));
             for (int level = 1; level <= 3; level++)
-                fprintf(out, "\t%.2g", 100.0 * worst_ring(&run, level));
-            fprintf(out, "\t%.2g\n", 100.0 * worst_patch(&run));
-            close_run(&scene, &run);
+                fprintf(out, "\t%.2g", 100.0 * worst_ring(&world, level));
+            fprintf(out, "\t%.2g\n", 100.0 * worst_patch(&world));
+            close_world(&scene, &world);
         }
     fclose(out);
 }
@@ -142,27 +143,28 @@ static void mass_drift(const Experiment *experiment)
 static void counts(const Experiment *experiment)
 {
     FILE *out = experiment_open(experiment, "counts.tsv");
-    fprintf(out, "mesh\trule\tcoarse\tlevel 1\tlevel 2\tpatch around two neighbours of valence 6\n");
+    fprintf(out,
+            "mesh\trule\tcoarse\tlevel 1\tlevel 2\tpatch around two neighbours of valence 6\n");
     for (int m = 0; m < 2; m++)
         for (int r = 0; r < 2; r++) {
             static const Model *const held[] = {&MODEL_COARSE, &MODEL_REFINED_1, &MODEL_REFINED_2};
             SurfaceAdjust rule = r == 0 ? ADJUST_CHOI2005 : ADJUST_CONTINUUM;
             Scene scene;
-            Run run;
+            World world;
             fprintf(out, "%s\t%s", MESHES[m].name, rule_name(rule));
             for (int k = 0; k < 3; k++) {
-                open_run(experiment, MESHES[m].scene, rule, held[k], &scene, &run);
-                const Body *body = sim_body(run.world.sim, 0);
+                open_world(experiment, MESHES[m].scene, rule, held[k], &scene, &world);
+                const Body *body = sim_body(world.sim, 0);
                 fprintf(out, "\t%d / %d", body->mesh.node_count, body->spring_count);
-                close_run(&scene, &run);
+                close_world(&scene, &world);
             }
-            open_run(experiment, MESHES[m].scene, rule, &MODEL_ADAPTIVE_1, &scene, &run);
-            int pair[2], springs = patch_body(&run)->spring_count;
-            ASSERT(patch_find_pair(&run, pair));
-            patch_refine_around(&run, pair, 2, 1);
-            fprintf(out, "\t%+d / %+d\n", patch_detail(&run)->on_count - patch_node_count(&run),
-                    patch_body(&run)->spring_count - springs);
-            close_run(&scene, &run);
+            open_world(experiment, MESHES[m].scene, rule, &MODEL_ADAPTIVE_1, &scene, &world);
+            int pair[2], springs = patch_body(&world)->spring_count;
+            ASSERT(patch_find_pair(&world, pair));
+            patch_refine_around(&world, pair, 2, 1);
+            fprintf(out, "\t%+d / %+d\n", patch_detail(&world)->on_count - patch_node_count(&world),
+                    patch_body(&world)->spring_count - springs);
+            close_world(&scene, &world);
         }
     fclose(out);
 }

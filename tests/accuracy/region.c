@@ -14,10 +14,10 @@ static const Model *const MODELS[] = {&MODEL_REFINED_2, &MODEL_COARSE, &MODEL_AD
 enum { MODEL_COUNT = 4 };
 
 // x, y, z [mm] and whether it is displaced that far, of the nodes that the model has.
-static void write_points(const Experiment *experiment, const Run *run, const Levels *levels,
+static void write_points(const Experiment *experiment, const World *world, const Levels *levels,
                          const char *name)
 {
-    const Body *body = sim_body(run->world.sim, 0);
+    const Body *body = sim_body(world->sim, 0);
     const BodyMesh *mesh = &body->mesh;
     size_t slots = (size_t)mesh->node_count;
     Vec3 *x = calloc(slots, sizeof *x), *v = calloc(slots, sizeof *v);
@@ -66,28 +66,31 @@ static double jaccard(const Vec3 *u, const Vec3 *reference, const double *weight
 void displaced_region(const Experiment *experiment)
 {
     FILE *out = experiment_open(experiment, "fig11.tsv");
-    fprintf(out, "rule\tmodel\tnodes of the coarse mesh beyond 5 mm\toverlap with refined, nodes of "
-                 "the coarse mesh [%%]\tby area [%%]\n");
+    fprintf(out,
+            "rule\tmodel\tnodes of the coarse mesh beyond 5 mm\toverlap with refined, nodes of "
+            "the coarse mesh [%%]\tby area [%%]\n");
     for (int r = 0; r < 2; r++) {
         Scene scene;
         run_read(experiment->scenes, "spread", &scene);
         SurfaceAdjust rule = r == 0 ? ADJUST_CHOI2005 : ADJUST_CONTINUUM;
         scene.body[0].surface.adjust = rule;
+        Probe probe;
         Levels levels;
-        double *area = NULL;
+        Arena arena = {0};
+        Status status = {0};
         Vec3 *u[MODEL_COUNT];
-        Run runs[MODEL_COUNT];
+        probe_create(&scene, &probe);
+        bool ok = levels_create(&levels, &probe.mesh, 2, "levels", &arena, &status);
+        ASSERT(ok);
+        double *area = measure_areas(&levels);
         for (int m = 0; m < MODEL_COUNT; m++) {
-            run_create(&runs[m], &scene, MODELS[m]);
-            if (m == 0) { // the hierarchy of the wholly refined body serves all
-                levels = runs[0].levels;
-                area = measure_areas(&levels);
-            }
+            World world;
+            run_build(&scene, MODELS[m], &world);
             for (int tick = 0; tick < lround(TIME * scene.rate_hz); tick++)
-                run_step(&runs[m]);
+                run_step(&world);
             u[m] = calloc((size_t)levels.level[levels.finest].node_count, sizeof **u);
             ASSERT(u[m] != NULL);
-            run_displacements(&runs[m], &levels, u[m]);
+            run_displacements(&world, &levels, u[m]);
             int coarse = levels.level[0].node_count, beyond = 0;
             for (int i = 0; i < coarse; i++)
                 beyond += vec3_length(u[m][i]) > THRESHOLD;
@@ -96,13 +99,14 @@ void displaced_region(const Experiment *experiment)
                     100.0 * jaccard(u[m], u[0], area, levels.level[levels.finest].node_count));
             char name[32];
             snprintf(name, sizeof name, "fig11-%d-%d.dat", r, m);
-            write_points(experiment, &runs[m], &levels, name);
+            write_points(experiment, &world, &levels, name);
+            world_destroy(&world);
         }
-        for (int m = 0; m < MODEL_COUNT; m++) {
+        for (int m = 0; m < MODEL_COUNT; m++)
             free(u[m]);
-            run_destroy(&runs[m]);
-        }
         free(area);
+        arena_destroy(&arena);
+        probe_destroy(&probe);
         scene_destroy(&scene);
     }
     fclose(out);

@@ -35,86 +35,26 @@ void scene_scale_loads(Scene *scene, double factor)
         scene->load[k].load.force = vec3_scale(factor, scene->load[k].load.force);
 }
 
-void run_create(Run *run, const Scene *scene, const Model *model)
+void run_build(const Scene *scene, const Model *model, World *world)
 {
+    const BuildOptions options = {.isa = "auto"};
     const bool held = model->kind == MODEL_HELD;
-    const BuildOptions options = {.isa = "auto", .may_load = held};
     SceneBody body = scene->body[0];
     Scene changed = *scene;
     Status status = {0};
-    *run = (Run){.scene = scene};
     body.surface.adaptive = !held;
     body.surface.start_level = held ? model->levels : 0;
     // There are no rules of levels without levels, and a body held at level 0 shall have them.
     body.surface.levels = model->levels > 0 ? model->levels : 1;
     changed.body = &body;
-    changed.load_count = held ? 0 : scene->load_count;
-    if (!world_build(&run->world, &changed, &options, &status))
+    if (!world_build(world, &changed, &options, &status))
         give_up(&status);
-    if (!held)
-        return;
-    World coarse;
-    body.surface.start_level = 0;
-    if (!world_build(&coarse, &changed, &options, &status) ||
-        !levels_create(&run->levels, &coarse.mesh[0], model->levels, "run", &run->arena, &status))
-        give_up(&status);
-    world_destroy(&coarse);
 }
 
-void run_destroy(Run *run)
+int64_t run_step(World *world)
 {
-    world_destroy(&run->world);
-    arena_destroy(&run->arena);
-}
-
-// Adds a load of the scene to a held body, as the coarse mesh takes it.
-static void add_load(Run *run, const LoadOptions *load)
-{
-    const Body *body = sim_body(run->world.sim, 0);
-    const Levels *levels = &run->levels;
-    const double *area = body->surface.node_area;
-    int count = body->surface.node_count, coarse = levels->level[0].node_count;
-    Vec3 *weight = calloc((size_t)count, sizeof *weight);
-    ASSERT(weight != NULL);
-    for (int i = 0; i < coarse; i++)
-        weight[i].x =
-            vec3_length(vec3_sub(levels->position[i], load->center)) <= load->radius ? 1.0 : 0.0;
-    levels_spread(levels, levels->finest, weight);
-    double sum = 0.0;
-    for (int i = 0; i < count; i++)
-        sum += weight[i].x * area[i];
-    for (int i = 0; i < count; i++)
-        if (weight[i].x > 0.0)
-            body->ops->add_load(body->model, i,
-                                vec3_scale(weight[i].x * area[i] / sum, load->force));
-    free(weight);
-}
-
-static void follow_loads(Run *run)
-{
-    const Body *body = sim_body(run->world.sim, 0);
-    double time = sim_time(run->world.sim), half = 0.5 * sim_tick(run->world.sim);
-    uint64_t loads = 0;
-    for (int k = 0; k < run->scene->load_count; k++) {
-        const LoadOptions *load = &run->scene->load[k].load;
-        if (load->start <= time + half && time + half < load->start + load->duration)
-            loads |= UINT64_C(1) << k;
-    }
-    if (loads == run->loads)
-        return;
-    run->loads = loads;
-    body->ops->clear_loads(body->model);
-    for (int k = 0; k < run->scene->load_count; k++)
-        if ((loads >> k & 1) != 0)
-            add_load(run, &run->scene->load[k].load);
-}
-
-int64_t run_step(Run *run)
-{
-    if (run->levels.position != NULL)
-        follow_loads(run);
     int64_t begin = clock_thread_ns();
-    sim_step(run->world.sim);
+    sim_step(world->sim);
     return clock_thread_ns() - begin;
 }
 
@@ -123,10 +63,10 @@ int64_t run_step(Run *run)
 
 void probe_create(const Scene *scene, Probe *probe)
 {
-    Run run;
-    run_create(&run, scene, &MODEL_COARSE);
-    const TriMesh *mesh = &run.world.mesh[0];
-    const double *area = sim_body(run.world.sim, 0)->surface.node_area;
+    World world;
+    run_build(scene, &MODEL_COARSE, &world);
+    const TriMesh *mesh = &world.mesh[0];
+    const double *area = sim_body(world.sim, 0)->surface.node_area;
     *probe = (Probe){.mesh = *mesh, .weight = calloc((size_t)mesh->node_count, sizeof(double))};
     ASSERT(probe->weight != NULL);
     Vec3 force = {0};
@@ -150,8 +90,8 @@ void probe_create(const Scene *scene, Probe *probe)
     for (int i = 0; i < mesh->node_count; i++)
         probe->weight[i] /= total;
     probe->direction = vec3_scale(1.0 / vec3_length(force), force);
-    run.world.mesh[0] = (TriMesh){0}; // the probe's now
-    run_destroy(&run);
+    world.mesh[0] = (TriMesh){0}; // the probe's now
+    world_destroy(&world);
 }
 
 void probe_destroy(Probe *probe)
@@ -190,10 +130,10 @@ static void count(const Body *body, Trace *trace)
     widen(trace->springs, body->spring_count);
 }
 
-void run_steps(Run *run, const Probe *probe, double seconds, Trace *trace)
+void run_steps(World *world, const Probe *probe, double seconds, Trace *trace)
 {
-    const Sim *sim = run->world.sim;
-    const Body *body = sim_body(run->world.sim, 0);
+    const Sim *sim = world->sim;
+    const Body *body = sim_body(world->sim, 0);
     int ticks = (int)lround(seconds / sim_tick(sim));
     ASSERT(ticks <= TRACE_MOST);
     trace->nodes[0] = trace->springs[0] = body->surface.node_count + body->spring_count;
@@ -201,7 +141,7 @@ void run_steps(Run *run, const Probe *probe, double seconds, Trace *trace)
     trace->cpu_ns = 0;
     count(body, trace);
     for (trace->count = 0; trace->count < ticks; trace->count++) {
-        trace->cpu_ns += run_step(run);
+        trace->cpu_ns += run_step(world);
         trace->time[trace->count] = sim_time(sim);
         trace->displacement[trace->count] = read_probe(body, probe);
         count(body, trace);
@@ -212,10 +152,10 @@ void run_steps(Run *run, const Probe *probe, double seconds, Trace *trace)
 void run_trace(const Scene *scene, const Model *model, const Probe *probe, double seconds,
                Trace *trace)
 {
-    Run run;
-    run_create(&run, scene, model);
-    run_steps(&run, probe, seconds, trace);
-    run_destroy(&run);
+    World world;
+    run_build(scene, model, &world);
+    run_steps(&world, probe, seconds, trace);
+    world_destroy(&world);
 }
 
 double trace_difference(const Trace *trace, const Trace *reference)
@@ -229,9 +169,9 @@ double trace_difference(const Trace *trace, const Trace *reference)
     return sqrt(difference / size);
 }
 
-void run_displacements(const Run *run, const Levels *levels, Vec3 *displacement)
+void run_displacements(const World *world, const Levels *levels, Vec3 *displacement)
 {
-    const Body *body = sim_body(run->world.sim, 0);
+    const Body *body = sim_body(world->sim, 0);
     const BodyMesh *mesh = &body->mesh;
     int finest = levels->level[levels->finest].node_count;
     size_t slots = (size_t)mesh->node_count;

@@ -45,25 +45,12 @@ typedef struct Trace {
     int64_t resets;
 } Trace;
 
-// A world of the scene with its body as `model`. All models of a scene carry the same traction: the
-// nodes of level 0 inside a load's sphere have weight 1, nodes between them the mean of their
-// parents', and the force is shared by weight times area. Bodies that adapt do so by themselves
-// (dynamics/load.h); those held at a finer level would take nodes of that level, so here they get
-// the loads of the scene by hand.
-typedef struct Run {
-    World world;
-    const Scene *scene;
-    Levels levels;       // of a held body; else empty
-    Arena arena;         // of levels
-    uint64_t loads;      // held: bits of the scene's loads in force
-} Run;
-// Ends the program when it cannot be made.
-void run_create(Run *run, const Scene *scene, const Model *model);
-void run_destroy(Run *run);
-// One tick, and the CPU time of this thread in it [ns].
-int64_t run_step(Run *run);
+// A world of the scene with its body as `model`; ends the program when that fails.
+void run_build(const Scene *scene, const Model *model, World *world);
+// One tick; the CPU time of this thread in it [ns].
+int64_t run_step(World *world);
 // Steps it for so long.
-void run_steps(Run *run, const Probe *probe, double seconds, Trace *trace);
+void run_steps(World *world, const Probe *probe, double seconds, Trace *trace);
 // All of it.
 void run_trace(const Scene *scene, const Model *model, const Probe *probe, double seconds,
                Trace *trace);
@@ -71,7 +58,8 @@ void run_trace(const Scene *scene, const Model *model, const Probe *probe, doubl
 // sqrt(integral (u - reference)^2 / integral reference^2) over time.
 double trace_difference(const Trace *trace, const Trace *reference);
 
-// Displacements of all nodes of the finest level of `levels`, by hierarchical number: those that the body does not have move with the mean of their parents.
-void run_displacements(const Run *run, const Levels *levels, Vec3 *displacement);
+// Displacements of all nodes of the finest level of `levels`, by hierarchical number: those that
+// the body does not have move with the mean of their parents.
+void run_displacements(const World *world, const Levels *levels, Vec3 *displacement);
 
 #endif
