@@ -248,25 +248,51 @@ static void load_of_one_body_stays_on_it(void **state)
     toy_scene_destroy(&scene);
 }
 
-// Seven loads on every coarse node leave no room for the midpoints: some do without, and no force
-// is lost.
+// Loads on every coarse node that leave no room for the midpoints: some do without, and no force is
+// lost.
 static void full_pool_loses_no_force(void **state)
 {
     (void)state;
     ToyScene scene;
     create(&scene, 1);
     LoadOptions load = load_within(1.0);
-    for (int k = 0; k < 7; k++)
-        start(&scene, load);
     const LoadSet *set = &scene.sim->loads;
+    const int loads = set->pool_capacity / scene.toy[0]->base_nodes;
+    for (int k = 0; k < loads; k++)
+        start(&scene, load);
     split_toy_want_all(scene.toy[0], true);
     toy_scene_step(&scene);
     assert_int_equal(*set->used, set->pool_capacity);
-    expect_sum(&scene, vec3_scale(7.0, load.force));
+    expect_sum(&scene, vec3_scale(loads, load.force));
     split_toy_want_all(scene.toy[0], false);
     toy_scene_step(&scene);
-    assert_int_equal(*set->used, 7 * scene.toy[0]->base_nodes);
-    expect_sum(&scene, vec3_scale(7.0, load.force));
+    assert_int_equal(*set->used, loads * scene.toy[0]->base_nodes);
+    expect_sum(&scene, vec3_scale(loads, load.force));
+    toy_scene_destroy(&scene);
+}
+
+// A Gaussian patch made of eight spheres keeps its shape when all around it is divided: every node
+// inside a sphere takes that load's traction.
+static void eight_wide_loads_keep_their_patches(void **state)
+{
+    (void)state;
+    enum { LOADS = 8 };
+    ToyScene scene;
+    create(&scene, 1);
+    for (int k = 0; k < LOADS; k++)
+        start(&scene, load_within(0.03 + 0.005 * k));
+    split_toy_want_all(scene.toy[0], true);
+    toy_scene_step(&scene);
+    const BodySurface *surface = &scene.body[0]->surface;
+    for (int k = 0; k < LOADS; k++) {
+        LoadOptions load = load_within(0.03 + 0.005 * k);
+        double area = 0.0;
+        for (int i = 0; i < surface->node_count; i++)
+            if (vec3_length(vec3_sub(scene.toy[0]->rest[i], load.center)) <= load.radius)
+                area += surface->node_area[i];
+        // rounding of 300 terms
+        expect_near(scene.sim->loads.load[k].area, area, 1e-13 * area);
+    }
     toy_scene_destroy(&scene);
 }
 
@@ -317,6 +343,7 @@ int main(void)
         cmocka_unit_test(several_loads_on_two_bodies_follow_each_change),
         cmocka_unit_test(load_of_one_body_stays_on_it),
         cmocka_unit_test(full_pool_loses_no_force),
+        cmocka_unit_test(eight_wide_loads_keep_their_patches),
         cmocka_unit_test(reset_brings_back_loads_and_topology),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

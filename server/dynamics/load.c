@@ -11,8 +11,9 @@ void loads_create(LoadSet *set, const Body *bodies, int body_count, Arena *arena
         nodes += own;
         most = bodies[b].ops->adapt != NULL && own > most ? own : most;
     }
-    // Room for two loads that each take every node, or many small ones.
-    set->pool_capacity = 2 * nodes;
+    // Room for two loads that each take every node, or many small ones; where bodies adapt, for
+    // eight, since a load also holds the nodes around.
+    set->pool_capacity = (most > 0 ? 8 : 2) * nodes;
     size_t capacity = (size_t)set->pool_capacity;
     set->count = arena_allocate(arena, ARENA_STEP, 1, sizeof *set->count, "loads/count");
     set->used = arena_allocate(arena, ARENA_STEP, 1, sizeof *set->used, "loads/used");

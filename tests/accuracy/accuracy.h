@@ -1,0 +1,26 @@
+// The experiments of Choi et al. 2005; each writes tables and curves, tab-separated with a header
+// line, into one folder. tests/accuracy/report.sh makes the report of them.
+#ifndef PLIANT_TESTS_ACCURACY_ACCURACY_H
+#define PLIANT_TESTS_ACCURACY_ACCURACY_H
+
+#include "run.h"
+
+#include <stdio.h>
+
+typedef struct Experiment {
+    const char *scenes, *out; // folders
+    int repeats;              // of timed runs
+} Experiment;
+
+// A new file out/name, for writing; ends the program when that fails.
+FILE *experiment_open(const Experiment *experiment, const char *name);
+
+const char *rule_name(SurfaceAdjust rule);
+
+void masses_and_counts(const Experiment *experiment);      // Fig. 6, eqs 6 and 7, Table 1's counts
+void collapse_and_recovery(const Experiment *experiment);  // Fig. 8
+void coarse_against_refined(const Experiment *experiment); // Figs. 9 and 10
+void displaced_region(const Experiment *experiment);       // Fig. 11
+void cost_and_curves(const Experiment *experiment);        // Fig. 12 and Table 1
+
+#endif

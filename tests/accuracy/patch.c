@@ -1,0 +1,67 @@
+#include "patch.h"
+
+#include "base/check.h"
+
+Body *patch_body(World *world)
+{
+    return sim_body(world->sim, 0);
+}
+
+const Detail *patch_detail(World *world)
+{
+    return ((const SurfaceModel *)patch_body(world)->model)->detail;
+}
+
+// Leaves around a node: at most these at three levels of meshes with some eight faces a node.
+enum { LEAVES_MOST = 64 };
+
+void patch_refine_around(World *world, const int *node, int count, int level)
+{
+    const Detail *detail = patch_detail(world);
+    SurfaceModel *model = patch_body(world)->model;
+    for (int l = 0; l < level; l++) {
+        detail_begin_change(model);
+        for (int i = 0; i < count; i++) {
+            Leaf leaf[LEAVES_MOST];
+            int leaves = detail_leaves_around(detail, node[i], leaf);
+            ASSERT(leaves <= LEAVES_MOST);
+            for (int k = 0; k < leaves; k++)
+                if (leaf[k].level <= l && detail_is_leaf(detail, leaf[k].level, leaf[k].face))
+                    ASSERT(detail_refine(model, leaf[k].level, leaf[k].face));
+        }
+        detail_end_change(patch_body(world));
+    }
+}
+
+void patch_clear(World *world)
+{
+    const Detail *detail = patch_detail(world);
+    SurfaceModel *model = patch_body(world)->model;
+    for (int l = detail->finest - 1; l >= 0; l--) {
+        detail_begin_change(model);
+        for (int f = 0; f < detail->levels.level[l].face_count; f++)
+            if (detail_is_refined(detail, l, f))
+                detail_coarsen(model, l, f);
+        detail_end_change(patch_body(world));
+    }
+}
+
+int patch_node_count(World *world)
+{
+    return patch_detail(world)->levels.level[0].node_count;
+}
+
+bool patch_find_pair(World *world, int pair[2])
+{
+    const Detail *detail = patch_detail(world);
+    const Level *roots = &detail->levels.level[0];
+    const int *start = detail->root_ring_start;
+    for (int e = 0; e < roots->edge_count; e++) {
+        const int a = roots->edge[e][0], b = roots->edge[e][1];
+        if (start[a + 1] - start[a] != 6 || start[b + 1] - start[b] != 6)
+            continue;
+        pair[0] = a, pair[1] = b;
+        return true;
+    }
+    return false;
+}
