@@ -41,9 +41,7 @@ static Vec3 beyond(const Stencil *s, int a, int b, int edge)
 {
     Vec3 at = s->position[a], before = s->position[along_boundary(s->winged, a, edge)];
     Vec3 in = vec3_sub(at, before), out = vec3_sub(s->position[b], at);
-    // cos 60 degrees, less what rounding makes of a regular hexagon: all its corners count alike.
-    const double limit = 0.5 - 1e-9;
-    if (vec3_dot(in, out) < limit * vec3_length(in) * vec3_length(out))
+    if (vec3_dot(in, out) < BUTTERFLY_CORNER * vec3_length(in) * vec3_length(out))
         return vec3_sub(vec3_scale(2.0, at), s->position[b]);
     return before;
 }
@@ -94,14 +92,22 @@ static Vec3 spoke(const Stencil *s, int node, int i)
     return vec3_sub(s->position[winged_other(winged, edge, node)], s->position[node]);
 }
 
+double butterfly_weight(int valence, int j)
+{
+    static const double small[3][4] = {
+        {0.5, 0.0}, {5.0 / 12.0, -1.0 / 12.0, -1.0 / 12.0}, {3.0 / 8.0, 0.0, -1.0 / 8.0, 0.0}};
+    if (valence <= 4)
+        return small[valence - 2][j];
+    double angle = 2.0 * PI * j / valence;
+    return (0.25 + cos(angle) + 0.5 * cos(2.0 * angle)) / valence;
+}
+
 // Adds `share` of the offset of spoke i's new point to middle[] of that spoke, for K <= 4.
 static Vec3 small_offset(const Stencil *s, int node, int valence, int i)
 {
-    static const double weight[3][4] = {
-        {0.5, 0.0}, {5.0 / 12.0, -1.0 / 12.0, -1.0 / 12.0}, {3.0 / 8.0, 0.0, -1.0 / 8.0, 0.0}};
     Vec3 sum = {0.0, 0.0, 0.0};
     for (int j = 0; j < valence; j++)
-        sum = vec3_madd(sum, weight[valence - 2][j], spoke(s, node, (i + j) % valence));
+        sum = vec3_madd(sum, butterfly_weight(valence, j), spoke(s, node, (i + j) % valence));
     return sum;
 }
 

@@ -6,6 +6,14 @@
 
 #include "geometry/winged_edge.h"
 
+// A border is taken for sharp where it turns by more than 60 degrees: the cosine of its turn is
+// below 1/2, less what rounding makes of a regular hexagon, so that all its corners count alike.
+#define BUTTERFLY_CORNER (0.5 - 1e-9)
+
+// s_j of an extraordinary node with `valence` edges: the new point in the middle of its edge 0 lies
+// at v + sum s_j (p_j - v).
+double butterfly_weight(int valence, int j);
+
 // Fills middle[edge_count] with the new point of every edge. `position` [node_count] are those of
 // the nodes; `face` [face_count] the triangles that the table was made from. A node is regular when
 // it has 6 edges or lies on the boundary; then, for the edge (a, b):

@@ -198,6 +198,11 @@ void detail_switch_off(SurfaceModel *model, int node);
 // Puts hanging rows in the middle of their masters.
 void detail_hang(const SurfaceModel *model, void *rows);
 
+// --- detail_butterfly.c ---
+// Displacement, in the rows' coordinates, that the modified butterfly gives the midpoint of an
+// edge.
+Vec3 detail_butterfly(const SurfaceModel *model, int level, int edge);
+
 // --- detail_change.c: refining and coarsening ---
 // Between the beginning and the end of a change faces are refined and coarsened.
 void detail_begin_change(SurfaceModel *model);

@@ -106,22 +106,37 @@ void detail_release(SurfaceModel *model, int node)
     }
 }
 
-// The mean displacement of its parents from their rest places to its own (erratum 12), and their
-// mean velocity, which keeps the momentum.
+static void put_row(SurfaceModel *model, int node, const double row[ROW])
+{
+    for (int c = 0; c < ROW; c++)
+        model_put(model, present_rows(model), (long)model->slot[node] * ROW + c, row[c]);
+    model->node[model->slot[node]] = node;
+}
+
+// The mean velocity of its parents, which keeps the momentum, and the mean of their displacements
+// from their rest places (erratum 12); with choi2005 the butterfly's point.
 void detail_give_birth(SurfaceModel *model, int node)
 {
+    const Levels *levels = &model->detail->levels;
     int parent[2];
     double row[ROW], other[ROW];
-    levels_parents(&model->detail->levels, node, parent);
+    levels_parents(levels, node, parent);
     read_carried(model, parent[0], row);
     read_carried(model, parent[1], other);
-    Vec3 step =
-        shift_of_row(model, vec3_sub(place_of(model, node), middle_of_parents(model, node)));
-    const double shift[ROW] = {step.x, step.y, step.z};
     for (int c = 0; c < ROW; c++)
-        model_put(model, present_rows(model), (long)model->slot[node] * ROW + c,
-                  0.5 * (row[c] + other[c]) + shift[c]);
-    model->node[model->slot[node]] = node;
+        row[c] = 0.5 * (row[c] + other[c]);
+    Vec3 place = place_of(model, node);
+    if (model->detail->constrained) {
+        Vec3 step = shift_of_row(model, vec3_sub(place, middle_of_parents(model, node)));
+        row[0] += step.x, row[1] += step.y, row[2] += step.z;
+    } else {
+        int level = levels_of_node(levels, node) - 1;
+        Vec3 at = detail_butterfly(model, level, node - levels->level[level].node_count);
+        if (model->precision == PRECISION_DOUBLE)
+            at = vec3_add(at, place);
+        row[0] = at.x, row[1] = at.y, row[2] = at.z;
+    }
+    put_row(model, node, row);
 }
 
 // Rows out of use are zero, so that the state is a function of what is on.

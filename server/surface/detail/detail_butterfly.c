@@ -1,0 +1,166 @@
+// adjust = "choi2005": a new node lies where the modified butterfly of the present positions puts
+// it (section "Local spatial subdivision" of the paper; surface.md erratum 12). The rule is linear
+// and the rest places follow it, so it is applied to displacements; of nodes that are off the mean
+// of their parents'. Step thread, when a face is divided.
+#include "surface/detail/detail.h"
+
+#include "geometry/butterfly.h"
+
+enum { RING_MOST = 64 }; // more neighbours than these count as none: the middle of the edge
+
+// The neighbours of a node at one level, in turning order from one of them.
+typedef struct Ring {
+    int count;
+    int node[RING_MOST];
+    bool closed; // else the node lies on a border
+} Ring;
+
+typedef struct Walk {
+    const SurfaceModel *model;
+    const Level *level;
+} Walk;
+
+static Vec3 displacement(const SurfaceModel *model, int node)
+{
+    const Detail *detail = model->detail;
+    if (detail->status[node] == NODE_OFF) {
+        int parent[2];
+        levels_parents(&detail->levels, node, parent);
+        return vec3_scale(0.5,
+                          vec3_add(displacement(model, parent[0]), displacement(model, parent[1])));
+    }
+    const void *rows = model->rows[model->current];
+    long at = (long)model->slot[node] * ROW;
+    Vec3 u = {model_get(model, rows, at), model_get(model, rows, at + 1),
+              model_get(model, rows, at + 2)};
+    const double *place = model->place[model->slot[node]];
+    return model->precision == PRECISION_SINGLE ? u
+                                                : vec3_sub(u, (Vec3){place[0], place[1], place[2]});
+}
+
+static int other_end(const Level *level, int edge, int node)
+{
+    return level->edge[edge][level->edge[edge][0] == node];
+}
+
+// The face beyond an edge of a face, or -1.
+static int beyond(const Level *level, int edge, int face)
+{
+    return level->edge_face[edge][level->edge_face[edge][0] == face];
+}
+
+// The edge of a face at a node that is not `edge`.
+static int other_edge(const Level *level, int face, int node, int edge)
+{
+    for (int k = 0; k < 3; k++) {
+        int e = level->face_edge[face][k];
+        if (e != edge && (level->edge[e][0] == node || level->edge[e][1] == node))
+            return e;
+    }
+    return edge;
+}
+
+static void walk_round(const Level *level, int node, int edge, Ring *ring)
+{
+    *ring = (Ring){.count = 1, .node = {other_end(level, edge, node)}};
+    int face = level->edge_face[edge][0], at = edge;
+    for (int step = 0; step < RING_MOST && face >= 0; step++) {
+        at = other_edge(level, face, node, at);
+        if (at == edge) {
+            ring->closed = true;
+            return;
+        }
+        if (ring->count == RING_MOST)
+            return;
+        ring->node[ring->count++] = other_end(level, at, node);
+        face = beyond(level, at, face);
+    }
+}
+
+// The point beyond `node` along a border, seen from the other end of a border edge: the next one of
+// the border, or where it turns by more than 60 degrees at rest the reflection.
+static Vec3 along_border(const Walk *walk, int node, int edge)
+{
+    const Level *level = walk->level;
+    int face =
+        level->edge_face[edge][0] >= 0 ? level->edge_face[edge][0] : level->edge_face[edge][1];
+    int at = edge, to = other_end(level, edge, node);
+    for (int step = 0; face >= 0 && step < RING_MOST; step++) {
+        at = other_edge(level, face, node, at);
+        face = beyond(level, at, face);
+    }
+    const Vec3 *rest = walk->model->detail->levels.position;
+    int before = other_end(level, at, node);
+    Vec3 in = vec3_sub(rest[node], rest[before]), out = vec3_sub(rest[to], rest[node]);
+    Vec3 u = displacement(walk->model, node);
+    if (vec3_dot(in, out) < BUTTERFLY_CORNER * vec3_length(in) * vec3_length(out))
+        return vec3_sub(vec3_scale(2.0, u), displacement(walk->model, to));
+    return displacement(walk->model, before);
+}
+
+// Across the edge (u, v) of a face, whose third node is w.
+static Vec3 wing(const Walk *walk, int face, int edge, int w)
+{
+    const Level *level = walk->level;
+    const int *end = level->edge[edge];
+    int across = beyond(level, edge, face);
+    if (across < 0)
+        return vec3_sub(
+            vec3_add(displacement(walk->model, end[0]), displacement(walk->model, end[1])),
+            displacement(walk->model, w));
+    for (int k = 0; k < 3; k++) {
+        int node = level->face[across][k];
+        if (node != end[0] && node != end[1])
+            return displacement(walk->model, node);
+    }
+    return (Vec3){0.0, 0.0, 0.0};
+}
+
+static Vec3 regular(const Walk *walk, int edge)
+{
+    const Level *level = walk->level;
+    const int *end = level->edge[edge];
+    Vec3 sum = vec3_scale(
+        0.5, vec3_add(displacement(walk->model, end[0]), displacement(walk->model, end[1])));
+    for (int side = 0; side < 2; side++) {
+        int face = level->edge_face[edge][side];
+        int to_a = other_edge(level, face, end[0], edge),
+            to_b = other_edge(level, face, end[1], edge);
+        sum = vec3_madd(sum, 1.0 / 8.0, displacement(walk->model, other_end(level, to_a, end[0])));
+        sum = vec3_madd(sum, -1.0 / 16.0, wing(walk, face, to_a, end[1]));
+        sum = vec3_madd(sum, -1.0 / 16.0, wing(walk, face, to_b, end[0]));
+    }
+    return sum;
+}
+
+static Vec3 extraordinary(const Walk *walk, int node, const Ring *ring)
+{
+    Vec3 own = displacement(walk->model, node), sum = own;
+    for (int j = 0; j < ring->count; j++)
+        sum = vec3_madd(sum, butterfly_weight(ring->count, j),
+                        vec3_sub(displacement(walk->model, ring->node[j]), own));
+    return sum;
+}
+
+Vec3 detail_butterfly(const SurfaceModel *model, int level, int edge)
+{
+    const Level *at = &model->detail->levels.level[level];
+    const Walk walk = {model, at};
+    const int *end = at->edge[edge];
+    if (at->edge_face[edge][0] < 0 || at->edge_face[edge][1] < 0) {
+        Vec3 inner = vec3_add(displacement(model, end[0]), displacement(model, end[1]));
+        Vec3 outer = vec3_add(along_border(&walk, end[0], edge), along_border(&walk, end[1], edge));
+        return vec3_madd(vec3_scale(9.0 / 16.0, inner), -1.0 / 16.0, outer);
+    }
+    Vec3 sum = {0.0, 0.0, 0.0};
+    int count = 0;
+    for (int k = 0; k < 2; k++) {
+        Ring ring;
+        walk_round(at, end[k], edge, &ring);
+        if (!ring.closed || ring.count == 6)
+            continue;
+        sum = vec3_add(sum, extraordinary(&walk, end[k], &ring));
+        count++;
+    }
+    return count > 0 ? vec3_scale(1.0 / count, sum) : regular(&walk, edge);
+}
