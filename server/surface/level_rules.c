@@ -180,6 +180,15 @@ LevelBounds level_rules_bounds(const LevelRules *rules, int level, const bool *f
     return bounds;
 }
 
+void level_rules_raise_bounds(const LevelRules *rules, int level, double lambda_0, double damping_0,
+                              double *lambda, double *damping)
+{
+    if (rules->levels == NULL || rules->options->adjust != ADJUST_CHOI2005)
+        return;
+    *lambda = fmax(*lambda, ldexp(lambda_0, 2 * level)); // the step goes with 1 / sqrt(lambda)
+    *damping = fmax(*damping, ldexp(damping_0, level));
+}
+
 double level_rules_damping_time(const LevelRules *rules, double springs)
 {
     const SurfaceMaterial *material = &rules->options->material;

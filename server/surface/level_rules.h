@@ -56,6 +56,11 @@ typedef struct LevelBounds {
 } LevelBounds;
 LevelBounds level_rules_bounds(const LevelRules *rules, int level, const bool *fixed);
 
+// Eq 9: with ADJUST_CHOI2005 the time step of level 0 is halved with each level that is in use.
+// Raises the bounds of a body to those of such a step, where the stability bound asks for less.
+void level_rules_raise_bounds(const LevelRules *rules, int level, double lambda_0, double damping_0,
+                              double *lambda, double *damping);
+
 // The damping time of springs [s] where the stiffest of them have the bound `springs`: a physical
 // one is shortened to 0.8 / sqrt(springs), beyond which it would dictate the time step.
 double level_rules_damping_time(const LevelRules *rules, double springs);

@@ -297,6 +297,8 @@ void detail_publish(Body *body)
         if (detail->leaf_count[l] > 0)
             body->finest_level = l;
     }
+    level_rules_raise_bounds(&detail->rules, body->finest_level, detail->least_lambda,
+                             detail->least_damping, &body->lambda, &body->damping);
     slots_describe(detail->slots, 1 + (int)detail->sweep->topology, &body->mesh);
 }
 
