@@ -161,6 +161,40 @@ static void write_errors(FILE *out, const Experiment *experiment, const Case *wh
     fputc('\n', out);
 }
 
+// What the threshold of curvature buys: adaptive 2 by the continuum rule, RK4.
+static void thresholds(const Experiment *experiment)
+{
+    static const double curvatures[] = {0.2, 0.4, 0.8, 1.6};
+    static Trace refined, adaptive;
+    FILE *out = experiment_open(experiment, "thresholds.tsv");
+    fprintf(out, "case\tcurvature [rad]\tnodes, most\tsaved [%%]\tadaptive differs [%%]\n");
+    for (int c = 0; c < CASE_COUNT; c++)
+        for (int k = 0; k < 4; k++) {
+            const int places = CASES[c].place_count;
+            double cpu[2] = {0.0, 0.0}, mean = 0.0, worst = 0.0;
+            int nodes = 0;
+            for (int p = 0; p < places; p++) {
+                Scene scene;
+                Probe probe;
+                read_case(experiment, &CASES[c], p, ADJUST_CONTINUUM, INTEGRATOR_RK4, &scene,
+                          &probe);
+                scene.body[0].surface.adapt.curvature = curvatures[k];
+                run_trace(&scene, &MODEL_REFINED_2, &probe, SECONDS, &refined);
+                run_trace(&scene, &MODEL_ADAPTIVE_2, &probe, SECONDS, &adaptive);
+                cpu[0] += (double)refined.cpu_ns;
+                cpu[1] += (double)adaptive.cpu_ns;
+                mean += trace_difference(&adaptive, &refined) / places;
+                worst = fmax(worst, trace_difference(&adaptive, &refined));
+                nodes = adaptive.nodes[1] > nodes ? adaptive.nodes[1] : nodes;
+                probe_destroy(&probe);
+                scene_destroy(&scene);
+            }
+            fprintf(out, "%s\t%g\t%d\t%.0f\t%.1f (%.1f)\n", CASES[c].name, curvatures[k], nodes,
+                    100.0 * (1.0 - cpu[1] / cpu[0]), 100.0 * mean, 100.0 * worst);
+        }
+    fclose(out);
+}
+
 // The other reading of the paper: shape springs that every node has alike, whatever its level. By
 // its rule masses of a level are alike, so what a scene gives a node of level 0 can make up for
 // them.
@@ -243,5 +277,6 @@ void cost_and_curves(const Experiment *experiment)
             }
     fclose(errors);
     fclose(table);
+    thresholds(experiment);
     constant_shape_springs(experiment);
 }

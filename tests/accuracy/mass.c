@@ -37,22 +37,10 @@ static void mixed_node(const Experiment *experiment)
     open_world(experiment, "sphere", ADJUST_CHOI2005, &MODEL_ADAPTIVE_1, &scene, &world);
     const Detail *detail = patch_detail(&world);
     SurfaceModel *model = patch_body(&world)->model;
-    const int *start = detail->root_ring_start;
     int node = 0;
-    while (start[node + 1] - start[node] != 5)
+    while (patch_valence(&world, node) != 5)
         node++;
-    const int *ring = &detail->root_ring[start[node]];
-    const Level *roots = &detail->levels.level[0];
-    int beside = -1;
-    for (int k = 1; k < 5; k++) // shares an edge with the first
-        for (int e = 0; e < 9; e++)
-            if (roots->face_edge[ring[0]][e / 3] == roots->face_edge[ring[k]][e % 3])
-                beside = ring[k];
-    ASSERT(beside >= 0);
-    detail_begin_change(model);
-    detail_refine(model, 0, ring[0]);
-    detail_refine(model, 0, beside);
-    detail_end_change(patch_body(&world));
+    patch_refine_two_faces(&world, node);
     const double *mass = detail->rules.mass;
     FILE *out = experiment_open(experiment, "fig6.tsv");
     fprintf(out, "what\tmass [g]\n");

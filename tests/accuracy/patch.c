@@ -51,14 +51,36 @@ int patch_node_count(World *world)
     return patch_detail(world)->levels.level[0].node_count;
 }
 
+int patch_valence(World *world, int node)
+{
+    const int *start = patch_detail(world)->root_ring_start;
+    return start[node + 1] - start[node];
+}
+
+void patch_refine_two_faces(World *world, int node)
+{
+    const Detail *detail = patch_detail(world);
+    const Level *roots = &detail->levels.level[0];
+    const int *ring = &detail->root_ring[detail->root_ring_start[node]];
+    int beside = -1;
+    for (int k = 1; k < patch_valence(world, node); k++)
+        for (int e = 0; e < 9; e++)
+            if (roots->face_edge[ring[0]][e / 3] == roots->face_edge[ring[k]][e % 3])
+                beside = ring[k];
+    ASSERT(beside >= 0);
+    detail_begin_change(patch_body(world)->model);
+    ASSERT(detail_refine(patch_body(world)->model, 0, ring[0]));
+    ASSERT(detail_refine(patch_body(world)->model, 0, beside));
+    detail_end_change(patch_body(world));
+}
+
 bool patch_find_pair(World *world, int pair[2])
 {
     const Detail *detail = patch_detail(world);
     const Level *roots = &detail->levels.level[0];
-    const int *start = detail->root_ring_start;
     for (int e = 0; e < roots->edge_count; e++) {
         const int a = roots->edge[e][0], b = roots->edge[e][1];
-        if (start[a + 1] - start[a] != 6 || start[b + 1] - start[b] != 6)
+        if (patch_valence(world, a) != 6 || patch_valence(world, b) != 6)
             continue;
         pair[0] = a, pair[1] = b;
         return true;
