@@ -67,6 +67,7 @@ typedef struct Felt {
 typedef struct NodeLook {
     int64_t pass;    // in which; 0: never
     Vec3 position;   // [m]
+    Vec3 moved;      // from its rest place [m]
     double slip2;    // square of its speed against the body's motion [m2/s2]
     double traction; // force from outside over its area [N/m2]
 } NodeLook;
@@ -79,8 +80,9 @@ typedef struct Detail {
     LevelRules rules;
     bool constrained; // hanging nodes are: adjust = "continuum"
     int finest;
-    int face_base[LEVELS_MAX + 2]; // number of the first face of each level
-    int edge_base[LEVELS_MAX + 2]; // likewise of its edges
+    int face_base[LEVELS_MAX + 2];       // number of the first face of each level
+    int edge_base[LEVELS_MAX + 2];       // likewise of its edges
+    double least_height[LEVELS_MAX + 1]; // of the faces of a level at rest [m]
     float (*rest_fold)[2]; // [edges of all levels] cosine and sine of the angle between the faces
     int *root_ring_start, *root_ring;         // faces of level 0 around each of its nodes
     bool *fixed;                              // [node_count]

@@ -20,6 +20,7 @@ enum {
 // What a sweep compares with, from the thresholds.
 typedef struct Marks {
     double per_force[LEVELS_MAX + 1];  // one over the traction that asks for more [m2/N]
+    double still2[LEVELS_MAX + 1];     // square of displacements that bend no leaf enough [m2]
     double per_speed2[LEVELS_MAX + 1]; // one over the square of such a speed [s2/m2]
     double cos_divide, cos_calm;
     int64_t pass;                   // number of this look at the body
@@ -82,6 +83,17 @@ void detail_measure_folds(Detail *detail)
 {
     for (int l = 0; l <= detail->finest; l++) {
         const Level *at = &detail->levels.level[l];
+        detail->least_height[l] = (double)INFINITY;
+        for (int f = 0; f < at->face_count; f++) {
+            const Vec3 *x = detail->levels.position;
+            const int *corner = at->face[f];
+            for (int k = 0; k < 3; k++) {
+                Vec3 side = vec3_sub(x[corner[(k + 1) % 3]], x[corner[k]]);
+                Vec3 normal = vec3_cross(side, vec3_sub(x[corner[(k + 2) % 3]], x[corner[k]]));
+                detail->least_height[l] =
+                    fmin(detail->least_height[l], vec3_length(normal) / vec3_length(side));
+            }
+        }
         for (int e = 0; e < at->edge_count; e++) {
             const int *side = at->edge_face[e];
             if (side[0] < 0 || side[1] < 0)
@@ -153,6 +165,7 @@ static const NodeLook *look_at(const SurfaceModel *model, int node, const Marks 
     int slot = model->slot[node];
     look->pass = marks->pass;
     look->position = read_position(model, slot);
+    look->moved = vec3_sub(look->position, read_place(model, slot));
     Vec3 slip = vec3_sub(read_row(model, slot, 4), marks->velocity);
     slip = vec3_sub(slip, vec3_cross(marks->angular, vec3_sub(look->position, marks->center)));
     look->slip2 = vec3_dot(slip, slip);
@@ -190,6 +203,15 @@ static Verdict judge_curvature(SurfaceModel *model, int level, int face, const V
             opposite++;
         const int node[4] = {corner[k], corner[(k + 1) % 3], corner[(k + 2) % 3],
                              at->face[across][(opposite + 2) % 3]};
+        // Displacements that differ by less than a share of a leaf's height cannot turn it far.
+        const Vec3 u = look_at(model, node[0], marks)->moved;
+        double farthest = 0.0;
+        for (int i = 1; i < 4; i++) {
+            Vec3 apart = vec3_sub(look_at(model, node[i], marks)->moved, u);
+            farthest = fmax(farthest, vec3_dot(apart, apart));
+        }
+        if (farthest < marks->still2[level])
+            continue;
         const Vec3 x[4] = {now[k], now[(k + 1) % 3], now[(k + 2) % 3],
                            look_at(model, node[3], marks)->position};
         Fold present = fold_of(x), rest = rest_fold(model, level, edge, node);
@@ -304,6 +326,10 @@ static void set_marks(const SurfaceModel *model, int64_t step, double tick, Mark
     };
     for (int l = 0; l <= detail->finest; l++) {
         marks->per_force[l] = ldexp(1.0 / force, -l);
+        // A corner that moves by d tilts its leaf by at most asin(d / height): two corners of each
+        // of two leaves, and a tenth to spare for the asin.
+        double still = 0.9 / 4.0 * fmin(CALM * turn, 0.5) * detail->least_height[l];
+        marks->still2[l] = still * still;
         marks->per_speed2[l] = ldexp(1.0 / (speed * speed), -2 * l);
     }
     if (model->rigid != NULL) {

@@ -32,31 +32,29 @@ INLINE void load_nodes(const Real *rows, const int *slot, bool velocities, Nodes
     }
 }
 
+// WIDTH slots in a row.
+INLINE void count_slots(int slots[WIDTH])
+{
+    for (int i = 0; i < WIDTH; i++)
+        slots[i] = i;
+}
+
 // The rows of WIDTH lanes from `lane` of the tables on; `scattered`: wherever they lie.
 INLINE void load_own_nodes(const SpringPass *pass, const void *rows, long lane, bool scattered,
                            Nodes *out)
 {
     int slots[WIDTH];
-    for (int i = 0; i < WIDTH; i++)
-        slots[i] = i;
+    count_slots(slots);
     if (scattered)
         load_nodes(rows, pass->springs->own + lane, true, out);
     else
         load_nodes((const Real *)rows + lane * ROW, slots, true, out);
 }
 
-INLINE void store_nodes(Real *rows, const Nodes *nodes)
+INLINE void store_nodes(Real *rows, const int *slot, const Nodes *nodes)
 {
-    vector_store_transposed(rows, nodes->x, nodes->y, nodes->z);
-    vector_store_transposed(rows + 4, nodes->vx, nodes->vy, nodes->vz);
-}
-
-INLINE void store_scattered(Real *rows, const int *slot, const Nodes *nodes)
-{
-    Real row[WIDTH * ROW];
-    store_nodes(row, nodes);
-    for (int i = 0; i < WIDTH; i++)
-        memcpy(rows + (long)slot[i] * ROW, row + (long)i * ROW, ROW * sizeof *row);
+    vector_store_rows(rows, slot, nodes->x, nodes->y, nodes->z);
+    vector_store_rows(rows + 4, slot, nodes->vx, nodes->vy, nodes->vz);
 }
 
 // Sum of the spring forces on WIDTH nodes, before the stiffness scale.
@@ -284,10 +282,12 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
                 bad = vector_or(bad, vector_not_within(next.vy, velocity_limit));
                 bad = vector_or(bad, vector_not_within(next.vz, velocity_limit));
             }
+            int slots[WIDTH];
+            count_slots(slots);
             if (scattered)
-                store_scattered(pass->next, pass->springs->own + slot, &next);
+                store_nodes(pass->next, pass->springs->own + slot, &next);
             else
-                store_nodes((Real *)pass->next + slot * ROW, &next);
+                store_nodes((Real *)pass->next + slot * ROW, slots, &next);
         }
     }
     if (vector_any(bad))
@@ -304,12 +304,8 @@ INLINE void add_up(const SpringPass *pass, bool damped, bool prestressed)
             Nodes own;
             load_own_nodes(pass, pass->present, (long)chunk * LANES + lane, true, &own);
             Vector force[3];
-            Real row[WIDTH * ROW];
             add_springs(pass, &own, chunk, lane, damped, prestressed, true, force);
-            vector_store_transposed(row, force[0], force[1], force[2]);
-            for (int i = 0; i < WIDTH; i++)
-                memcpy((Real *)pass->handed + (long)slot[i] * ROW, row + (long)i * ROW,
-                       ROW / 2 * sizeof *row);
+            vector_store_rows(pass->handed, slot, force[0], force[1], force[2]);
         }
 }
 

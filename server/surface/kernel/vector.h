@@ -154,12 +154,12 @@ static inline Vector gather_blocks(const Real *const row[WIDTH], int first, int 
 #endif
 }
 
-static inline void scatter_blocks(Real *rows, int first, Vector v)
+INLINE void scatter_blocks(Real *rows, const int *slot, int first, Vector v)
 {
     Block block[WIDTH / 4];
     memcpy(block, &v, sizeof v);
     for (int b = 0; b < WIDTH / 4; b++)
-        memcpy(rows + 8 * (4 * b + first), &block[b], sizeof block[b]);
+        memcpy(rows + 8L * slot[4 * b + first], &block[b], sizeof block[b]);
 }
 #endif
 
@@ -252,37 +252,38 @@ INLINE void vector_load_rows(const Real *rows, const int *slot, bool both, Vecto
 #endif
 }
 
-// The reverse: rows of 8 numbers, x y z 0 written at the start of each.
-INLINE void vector_store_transposed(Real *rows, Vector x, Vector y, Vector z)
+// The reverse: x y z 0 written at the start of the rows.
+INLINE void vector_store_rows(Real *rows, const int *slot, Vector x, Vector y, Vector z)
 {
 #if KERNEL_WIDTH == 2
     const Vector zero = {0};
-    vector_store(rows, __builtin_shufflevector(x, y, 0, 2));
-    vector_store(rows + 8, __builtin_shufflevector(x, y, 1, 3));
-    vector_store(rows + 2, __builtin_shufflevector(z, zero, 0, 2));
-    vector_store(rows + 10, __builtin_shufflevector(z, zero, 1, 3));
+    Real *r0 = rows + 8L * slot[0], *r1 = rows + 8L * slot[1];
+    vector_store(r0, __builtin_shufflevector(x, y, 0, 2));
+    vector_store(r1, __builtin_shufflevector(x, y, 1, 3));
+    vector_store(r0 + 2, __builtin_shufflevector(z, zero, 0, 2));
+    vector_store(r1 + 2, __builtin_shufflevector(z, zero, 1, 3));
 #elif KERNEL_WIDTH == 16
     __m512 low = _mm512_unpacklo_ps((__m512)x, (__m512)y),
            high = _mm512_unpackhi_ps((__m512)x, (__m512)y), last = (__m512)z;
-    scatter_blocks(rows, 0, (Vector)_mm512_maskz_shuffle_ps(0x7777, low, last, 0x04));
-    scatter_blocks(rows, 1, (Vector)_mm512_maskz_shuffle_ps(0x7777, low, last, 0x5e));
-    scatter_blocks(rows, 2, (Vector)_mm512_maskz_shuffle_ps(0x7777, high, last, 0xa4));
-    scatter_blocks(rows, 3, (Vector)_mm512_maskz_shuffle_ps(0x7777, high, last, 0xfe));
+    scatter_blocks(rows, slot, 0, (Vector)_mm512_maskz_shuffle_ps(0x7777, low, last, 0x04));
+    scatter_blocks(rows, slot, 1, (Vector)_mm512_maskz_shuffle_ps(0x7777, low, last, 0x5e));
+    scatter_blocks(rows, slot, 2, (Vector)_mm512_maskz_shuffle_ps(0x7777, high, last, 0xa4));
+    scatter_blocks(rows, slot, 3, (Vector)_mm512_maskz_shuffle_ps(0x7777, high, last, 0xfe));
 #elif KERNEL_SINGLE
     const Vector zero = {0};
     Vector low = INTERLEAVE_LOW(x, y), high = INTERLEAVE_HIGH(x, y);
     Vector zlow = INTERLEAVE_LOW(z, zero), zhigh = INTERLEAVE_HIGH(z, zero);
-    scatter_blocks(rows, 0, PAIRS_LOW(low, zlow));
-    scatter_blocks(rows, 1, PAIRS_HIGH(low, zlow));
-    scatter_blocks(rows, 2, PAIRS_LOW(high, zhigh));
-    scatter_blocks(rows, 3, PAIRS_HIGH(high, zhigh));
+    scatter_blocks(rows, slot, 0, PAIRS_LOW(low, zlow));
+    scatter_blocks(rows, slot, 1, PAIRS_HIGH(low, zlow));
+    scatter_blocks(rows, slot, 2, PAIRS_LOW(high, zhigh));
+    scatter_blocks(rows, slot, 3, PAIRS_HIGH(high, zhigh));
 #else
     const Vector zero = {0};
     Vector evens = EVENS(x, y), odds = ODDS(x, y), zevens = EVENS(z, zero), zodds = ODDS(z, zero);
-    scatter_blocks(rows, 0, PAIRS_LOW(evens, zevens));
-    scatter_blocks(rows, 1, PAIRS_LOW(odds, zodds));
-    scatter_blocks(rows, 2, PAIRS_HIGH(evens, zevens));
-    scatter_blocks(rows, 3, PAIRS_HIGH(odds, zodds));
+    scatter_blocks(rows, slot, 0, PAIRS_LOW(evens, zevens));
+    scatter_blocks(rows, slot, 1, PAIRS_LOW(odds, zodds));
+    scatter_blocks(rows, slot, 2, PAIRS_HIGH(evens, zevens));
+    scatter_blocks(rows, slot, 3, PAIRS_HIGH(odds, zodds));
 #endif
 }
 
