@@ -351,6 +351,44 @@ static void a_tool_that_presses_refines_in_the_next_tick(void **unused)
     bench_destroy(&bench);
 }
 
+// A load is given to the nodes anew with every change of topology; only when it is new are all
+// faces looked at, which costs as much as hundreds of changes.
+static void a_load_that_follows_a_change_asks_for_no_look_at_all_faces(void **unused)
+{
+    (void)unused;
+    SurfaceOptions options = adapting(2, 0.005, NEVER, NEVER, 1e-9);
+    const ToolOptions ball = {.id = 1,
+                              .kind = TOOL_PROBE,
+                              .capsule_count = 1,
+                              .capsule = {{.radius = 0.008}},
+                              .max_force = 5.0};
+    const LoadOptions load = {// far below what refines, and far from the tool
+                              .center = {0.05, 0.05, 0.0},
+                              .radius = 0.03,
+                              .force = {0.0, 0.0, -1e-4},
+                              .duration = 10.0};
+    const int roots = 72; // faces of level 0
+    DetailBench bench;
+    char why[128];
+    create_sheet(&bench, &options, &ball);
+    assert_true(sim_apply_load(bench.sim, &load, why, sizeof why));
+    assert_int_equal(bench.detail->sweep->urgent, 2 * roots);
+    sim_step(bench.sim); // levels may come one by one: as many looks as there are levels
+    assert_int_equal(bench.detail->sweep->urgent, roots);
+    sim_step(bench.sim);
+    assert_int_equal(bench.detail->sweep->urgent, 0);
+    assert_int_equal(bench.detail->sweep->refined, 0);
+    ToolPose pose = {
+        .position = {0.0, 0.0, 0.004}, .orientation = {1.0, 0.0, 0.0, 0.0}, .active = true};
+    for (int i = 0; i < 100 && bench.detail->sweep->refined == 0; i++) {
+        sim_apply_pose(bench.sim, 0, &pose, true);
+        sim_step(bench.sim);
+    }
+    assert_true(bench.detail->sweep->refined > 0);
+    assert_int_equal(bench.detail->sweep->urgent, 0);
+    bench_destroy(&bench);
+}
+
 // ---------------------------------------------------------------------------------------------
 // What may be set
 
@@ -448,6 +486,7 @@ int main(void)
         cmocka_unit_test(faces_are_looked_at_check_hz_times_a_second),
         cmocka_unit_test(a_new_load_refines_in_its_own_tick),
         cmocka_unit_test(a_tool_that_presses_refines_in_the_next_tick),
+        cmocka_unit_test(a_load_that_follows_a_change_asks_for_no_look_at_all_faces),
         cmocka_unit_test(the_governors_level_lowers_and_raises_the_finest_one),
         cmocka_unit_test(the_governors_scale_raises_all_thresholds),
         cmocka_unit_test(what_cannot_be_set_changes_nothing),

@@ -134,6 +134,9 @@ typedef struct BodyOps {
     // change of topology they are cleared and added anew.
     void (*add_load)(void *model, int node, Vec3 force);
     void (*clear_loads)(void *model);
+    // A new load is among them: what it asks of a body that adapts is looked at in the next ticks.
+    // Not called for loads that only follow a change of topology. NULL: the body does not adapt.
+    void (*look)(void *model);
 
     // --- out ---
     // Float positions (and velocities unless NULL) of all nodes, in the order of BodyMesh.

@@ -306,6 +306,9 @@ bool loads_start(LoadSet *set, Body *bodies, int body_count, int body, Vec3 cent
     *set->used += load.count;
     set->load[(*set->count)++] = load;
     apply_all(set, bodies, body_count);
+    for (int b = 0; b < body_count; b++)
+        if ((body < 0 || b == body) && bodies[b].ops->look != NULL)
+            bodies[b].ops->look(bodies[b].model);
     return true;
 }
 

@@ -121,12 +121,17 @@ static void widen(int range[2], int value)
     range[1] = value > range[1] ? value : range[1];
 }
 
-static void count(const Body *body, Trace *trace)
+int run_node_count(const Body *body)
 {
     int nodes = 0;
     for (int s = 0; s < body->mesh.node_count; s++)
         nodes += body->mesh.id[s] >= 0;
-    widen(trace->nodes, nodes);
+    return nodes;
+}
+
+static void count(const Body *body, Trace *trace)
+{
+    widen(trace->nodes, run_node_count(body));
     widen(trace->springs, body->spring_count);
 }
 

@@ -45,6 +45,8 @@ typedef struct Trace {
     int64_t resets;
 } Trace;
 
+// Nodes that a body has at the moment.
+int run_node_count(const Body *body);
 // A world of the scene with its body as `model`; ends the program when that fails.
 void run_build(const Scene *scene, const Model *model, World *world);
 // One tick; the CPU time of this thread in it [ns].

@@ -54,6 +54,11 @@ static int compare(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
+void bench_sort(double *value, int count)
+{
+    qsort(value, (size_t)count, sizeof *value, compare);
+}
+
 double samples_min(const Samples *samples)
 {
     double least = samples->us[0];
@@ -66,7 +71,7 @@ double samples_median(const Samples *samples)
 {
     double sorted[BENCH_REPEATS_MAX];
     memcpy(sorted, samples->us, (size_t)samples->count * sizeof *sorted);
-    qsort(sorted, (size_t)samples->count, sizeof *sorted, compare);
+    bench_sort(sorted, samples->count);
     return sorted[samples->count / 2];
 }
 
@@ -162,7 +167,10 @@ static const char DOC[] =
     "solver), contact.sphere, "
     "contact.capsule (a press, with and without the tool), pair.FEATURE.with and .without (what a "
     "feature costs), bytes.rk4, "
-    "load.start (from nothing to the first tick, 100 000 triangles), live.loop, live.rk4 and "
+    "load.start (from nothing to the first tick, 100 000 triangles), load.levels (the same with "
+    "levels of detail, made and read), levels.sphere.1N, levels.sphere.0.2N and levels.stomach "
+    "(a body that adapts against the same wholly refined), levels.topology (what following a tool "
+    "costs a tick), live.loop, live.rk4 and "
     "live.largest.* (the real pliantd at 1 kHz in a private network).";
 
 int main(int argc, char **argv)
@@ -199,6 +207,7 @@ int main(int argc, char **argv)
     bench_contacts(&bench);
     bench_pairs(&bench);
     bench_load(&bench);
+    bench_levels(&bench);
     bench_live(&bench);
     if (bench.table != NULL && fclose(bench.table) != 0) {
         fprintf(stderr, "pliant-bench: cannot write %s: %s\n", arguments.table, strerror(errno));

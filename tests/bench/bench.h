@@ -35,6 +35,8 @@ typedef struct Samples {
 void samples_add(Samples *samples, double us);
 double samples_min(const Samples *samples);
 double samples_median(const Samples *samples);
+// Ascending.
+void bench_sort(double *value, int count);
 
 // Prints two tables that were written before, row by row, and their ratios. False, with a sentence
 // on stderr, when one is no such table.
@@ -44,6 +46,7 @@ void bench_springs(Bench *bench);
 void bench_contacts(Bench *bench);
 void bench_pairs(Bench *bench);
 void bench_load(Bench *bench);
+void bench_levels(Bench *bench);
 void bench_live(Bench *bench);
 
 #endif

@@ -152,7 +152,7 @@ static bool prepare_levels(const char *folder, int nodes, int level, Status *sta
     return whole;
 }
 
-static void bench_levels(Bench *bench)
+static void bench_start_levels(Bench *bench)
 {
     int given = bench->quick ? 642 : 10242, repeats = bench->quick ? 1 : 5;
     for (int level = 0; level <= 2; level += 2) {
@@ -180,7 +180,7 @@ static void bench_levels(Bench *bench)
     }
 }
 #else
-static void bench_levels(Bench *bench)
+static void bench_start_levels(Bench *bench)
 {
     (void)bench; // prepared models are HDF5 files
 }
@@ -191,5 +191,5 @@ void bench_load(Bench *bench)
     if (bench_wants(bench, NAME))
         bench_sheet(bench);
     if (bench_wants(bench, LEVELS_NAME))
-        bench_levels(bench);
+        bench_start_levels(bench);
 }

@@ -25,6 +25,8 @@ typedef struct Pair {
 #define FRAME  "shape = { angular_frequency = 50.0;  damping_ratio = 0.1;  frame = \"body\"; };"
 #define DAMPED "material = { damping_time = 1.0e-4; };"
 #define FREE   "material = { damping_time = 0.0; };"
+// At rest nothing is refined: what is left is looking.
+#define LEVELS " levels = 1;  adapt = {};"
 #define TOOL                                                                                       \
     "tools = ( { id = 1;  kind = \"probe\";  max_force = 3.3;  capsules = ( "                      \
     "{ from = [0.0, 0.0, 0.0];  to = [0.0, 0.0, 0.1];  radius = 0.005; } ); } );"
@@ -39,6 +41,7 @@ static const Pair pairs[] = {
     {"prestress", {DAMPED, DAMPED}, {SHAPE " prestress = 0.05;", SHAPE}, {"", ""}},
     {"tool", {DAMPED, DAMPED}, {SHAPE, SHAPE}, {TOOL, ""}},
     {"load", {DAMPED, DAMPED}, {SHAPE, SHAPE}, {LOAD, ""}},
+    {"levels", {DAMPED, DAMPED}, {SHAPE LEVELS, SHAPE}, {"", ""}},
 };
 
 // Builds one scene of a pair. `path` receives its file, to be unlinked by the caller, or is NULL.

@@ -48,7 +48,7 @@ typedef struct Window {
 // Where the sweep of the criteria stands; plain data, part of the state.
 typedef struct Sweep {
     int64_t root;                        // next face of level 0
-    int64_t urgent;                      // roots to sweep at once: loads have changed
+    int64_t urgent;                      // roots to sweep at once: a load is new
     double credit;                       // roots that may be swept by now
     double thresholds[3];                // force, speed, curvature
     double scale;                        // of all three

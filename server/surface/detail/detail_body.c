@@ -142,7 +142,13 @@ static void reserve_forces(void *self, const char *name, int count, Arena *arena
 static void add_load(void *self, int node, Vec3 force)
 {
     spread(self, node, force, model_add_load);
-    detail_of(self)->sweep->urgent = detail_of(self)->levels.level[0].face_count;
+}
+
+// What a new load asks for is there in as many sweeps as there are levels.
+static void look(void *self)
+{
+    Detail *detail = detail_of(self);
+    detail->sweep->urgent = (int64_t)detail->finest * detail->levels.level[0].face_count;
 }
 
 // A mesh of long ago comes back under a number of its own: clients and recordings know another one
@@ -250,6 +256,7 @@ const BodyOps *detail_ops(void)
     ops.reserve_forces = reserve_forces;
     ops.add_forces = add_forces;
     ops.add_load = add_load;
+    ops.look = look;
     ops.snapshot = snapshot;
     ops.read_state = read_state;
     ops.is_fixed = is_fixed;

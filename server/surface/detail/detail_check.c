@@ -42,7 +42,8 @@ static bool check_sweep(const Detail *detail)
 {
     const Sweep *sweep = detail->sweep;
     int roots = detail->levels.level[0].face_count;
-    bool ok = is_within(sweep->root, 0, roots - 1) && is_within(sweep->urgent, 0, roots) &&
+    bool ok = is_within(sweep->root, 0, roots - 1) &&
+              is_within(sweep->urgent, 0, (int64_t)detail->finest * roots) &&
               is_number(sweep->credit) && is_number(sweep->scale) &&
               is_within(sweep->level, 0, detail->finest) &&
               is_within(sweep->topology, 0, INT_MAX / 2) && sweep->refined >= 0 &&

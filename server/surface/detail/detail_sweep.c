@@ -395,7 +395,7 @@ bool detail_sweep(Body *body, int64_t step, double tick)
     sweep->credit = fmin(sweep->credit + roots * detail->options.adapt.check_hz * tick, roots);
     if (detail->again_count > 0)
         sweep->credit = roots;
-    int64_t quota = (int64_t)fmax(floor(sweep->credit), (double)sweep->urgent);
+    int64_t quota = (int64_t)fmax(floor(sweep->credit), fmin((double)sweep->urgent, roots));
     for (int64_t i = 0; i < quota && pass.left > 0; i++) { // else it goes on here in the next tick
         sweep_face(&pass, 0, (int)sweep->root);
         sweep->root = (sweep->root + 1) % roots;

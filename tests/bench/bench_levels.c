@@ -1,0 +1,200 @@
+// Bodies that adapt their level of detail. Against the same bodies wholly refined, with the scenes
+// of the paper's experiments: CPU time and how far the curves lie apart. And what looking and
+// changing cost a tick of a large body at 1 kHz while a tool is drawn over it.
+#include "bench.h"
+#include "daemon.h"
+#include "run.h"
+
+#include "base/clock.h"
+
+#include <limits.h>
+#include <math.h>
+#include <unistd.h>
+
+static const double SECONDS = 1.2; // pressed for one half, released for the other
+
+enum { COARSE, REFINED, ADAPTIVE, MODEL_COUNT };
+static const Model *const models[MODEL_COUNT] = {&MODEL_COARSE, &MODEL_REFINED_2,
+                                                 &MODEL_ADAPTIVE_2};
+
+// All stages of a tick; contacts are part of the forces.
+static double all_stages_ns(const Sim *sim)
+{
+    int64_t sum = 0;
+    for (int i = 0; i < sim_stage_count(sim); i++)
+        sum += sim_stage(sim, i) == STAGE_CONTACT ? 0 : sim_stage_ns(sim, sim_stage(sim, i));
+    return (double)sum;
+}
+
+// One press and release. Adds up the time of stage ADAPT and of all.
+static void run_model(const Scene *scene, const Model *model, const Probe *probe, Trace *trace,
+                      double ns[2])
+{
+    World world;
+    run_build(scene, model, &world);
+    run_steps(&world, probe, SECONDS, trace);
+    ns[0] += (double)sim_stage_ns(world.sim, STAGE_ADAPT);
+    ns[1] += all_stages_ns(world.sim);
+    world_destroy(&world);
+}
+
+static void run_press(Bench *bench, const char *name, const char *file, double force)
+{
+    static Trace trace[MODEL_COUNT];
+    Scene scene;
+    Probe probe;
+    Samples samples[MODEL_COUNT] = {0};
+    double ns[MODEL_COUNT][2] = {0};
+    if (!bench_wants(bench, name))
+        return;
+    run_read(PLIANT_BENCH_SCENES, file, &scene);
+    scene_scale_loads(&scene, force);
+    probe_create(&scene, &probe);
+    for (int r = 0; r < (bench->quick ? 1 : 15); r++)
+        for (int m = 0; m < MODEL_COUNT; m++) {
+            run_model(&scene, models[m], &probe, &trace[m], ns[m]);
+            samples_add(&samples[m], 1e-3 * (double)trace[m].cpu_ns);
+        }
+    const int nodes = probe.mesh.node_count;
+    const double refined = samples_min(&samples[REFINED]);
+    const double adaptive = samples_min(&samples[ADAPTIVE]);
+    bench_row(bench, name, nodes, "us_coarse", samples_min(&samples[COARSE]), "us");
+    bench_row(bench, name, nodes, "us_refined", refined, "us");
+    bench_row(bench, name, nodes, "us_adaptive", adaptive, "us");
+    bench_row(bench, name, nodes, "saved", 100.0 * (1.0 - adaptive / refined), "%");
+    bench_row(bench, name, nodes, "curve_difference",
+              100.0 * trace_difference(&trace[ADAPTIVE], &trace[REFINED]), "%");
+    bench_row(bench, name, nodes, "adapt_share", 100.0 * ns[ADAPTIVE][0] / ns[ADAPTIVE][1], "%");
+    bench_row(bench, name, nodes, "nodes_most", trace[ADAPTIVE].nodes[1], "1");
+    probe_destroy(&probe);
+    scene_destroy(&scene);
+}
+
+// ---------------------------------------------------------------------------------------------
+// One tick
+
+// The load holds a cap at the finest level; the probe, drawn over what is coarse, divides faces
+// before it and leaves calm ones behind.
+static const char TOPOLOGY[] = "levels.topology";
+static const char TOPOLOGY_SCENE[] =
+    "name = \"topology\";\n"
+    "rate_hz = 1000.0;  tool_timeout_s = 3600.0;\n"
+    "bodies = ( { name = \"ball\";\n"
+    "    mesh = { generator = \"ico_sphere\";  nodes = %d;  radius = 0.2; };\n"
+    "    levels = 2;  adapt = { force = 0.001;  check_hz = 100.0; };\n"
+    "    shape = { angular_frequency = 50.0;  damping_ratio = 0.1; }; } );\n"
+    "tools = ( { id = 1;  kind = \"probe\";  capsules = ( { radius = 0.01; } ); } );\n"
+    "loads = ( { center = [0.0, 0.0, 0.2];  radius = %g;  force = [0.0, 0.0, %g];\n"
+    "            duration = 1000.0; } );\n";
+static const double BALL = 0.2, TIP = 0.01;        // radii [m]
+static const double DEPTH = 0.01, SPEED = 0.2;     // of the probe [m], [m/s]
+static const double REACH = 0.17, TRACTION = 40.0; // of the load [m], [N/m2]
+
+enum { TICKS = 2000, WARM_UP = 1000 };
+
+// What one tick took, at its least over the repeats: ticks of the same number do the same work, so
+// what is above that belongs to other programs.
+typedef struct Ticks {
+    int count;
+    double adapt[TICKS], all[TICKS]; // [us]
+    int nodes[2];                    // least and most
+    int changes;                     // of topology
+} Ticks;
+
+static ToolPose pose_at(double time)
+{
+    const double angle = SPEED * time / BALL, away = BALL + TIP - DEPTH;
+    return (ToolPose){.position = {away * cos(angle), away * sin(angle), 0.0},
+                      .orientation = {1.0, 0.0, 0.0, 0.0},
+                      .active = true};
+}
+
+static void draw_over(Sim *sim, Ticks *ticks, bool first)
+{
+    const Body *body = sim_body(sim, 0);
+    const int topology = body->mesh.topology;
+    for (int i = 0; i < ticks->count; i++) {
+        const ToolPose pose = pose_at(i * sim_tick(sim));
+        sim_apply_pose(sim, 0, &pose, true);
+        const int64_t adapt = sim_stage_ns(sim, STAGE_ADAPT), begin = clock_now_ns();
+        sim_step(sim);
+        const double all_us = 1e-3 * (double)(clock_now_ns() - begin);
+        const double adapt_us = 1e-3 * (double)(sim_stage_ns(sim, STAGE_ADAPT) - adapt);
+        const int nodes = run_node_count(body);
+        ticks->adapt[i] = first ? adapt_us : fmin(ticks->adapt[i], adapt_us);
+        ticks->all[i] = first ? all_us : fmin(ticks->all[i], all_us);
+        ticks->nodes[0] = nodes < ticks->nodes[0] ? nodes : ticks->nodes[0];
+        ticks->nodes[1] = nodes > ticks->nodes[1] ? nodes : ticks->nodes[1];
+    }
+    ticks->changes = body->mesh.topology - topology;
+}
+
+static bool run_ticks(const Bench *bench, const char *path, Ticks *ticks, Status *status)
+{
+    const BuildOptions options = {.isa = bench->isa};
+    for (int r = 0; r < (bench->quick ? 1 : 5); r++) {
+        Scene scene = {0};
+        World world = {0};
+        bool whole =
+            scene_read(path, &scene, status) && world_build(&world, &scene, &options, status);
+        for (int i = 0; whole && i < (bench->quick ? 10 : WARM_UP); i++)
+            sim_step(world.sim);
+        if (whole)
+            draw_over(world.sim, ticks, r == 0);
+        if (whole && sim_resets(world.sim) > 0)
+            whole = status_fail(status, STATUS_FAILED, "the body was reset");
+        world_destroy(&world);
+        scene_destroy(&scene);
+        if (!whole)
+            return false;
+    }
+    return true;
+}
+
+static void run_topology(Bench *bench)
+{
+    static Ticks ticks;
+    const double pi = 3.14159265358979323846;
+    const int nodes = bench->quick ? 642 : 2562;
+    char text[1024], path[64];
+    Status status = {0};
+    ticks = (Ticks){.count = bench->quick ? 50 : TICKS, .nodes = {INT_MAX, 0}};
+    // A ball around a point of a sphere cuts out pi r^2 of its surface.
+    snprintf(text, sizeof text, TOPOLOGY_SCENE, nodes, REACH, -TRACTION * pi * REACH * REACH);
+    if (!daemon_write_scene(text, path, sizeof path)) {
+        bench_fail(bench, TOPOLOGY, "cannot write a scene");
+        return;
+    }
+    bool whole = run_ticks(bench, path, &ticks, &status);
+    unlink(path);
+    if (!whole) {
+        bench_fail(bench, TOPOLOGY, status.text);
+        return;
+    }
+    double adapt = 0.0, all = 0.0;
+    for (int i = 0; i < ticks.count; i++) {
+        adapt += ticks.adapt[i];
+        all += ticks.all[i];
+    }
+    bench_sort(ticks.adapt, ticks.count);
+    bench_sort(ticks.all, ticks.count);
+    const int last = ticks.count - 1, p99 = last * 99 / 100;
+    bench_row(bench, TOPOLOGY, nodes, "nodes_least", ticks.nodes[0], "1");
+    bench_row(bench, TOPOLOGY, nodes, "nodes_most", ticks.nodes[1], "1");
+    bench_row(bench, TOPOLOGY, nodes, "changes", ticks.changes, "1");
+    bench_row(bench, TOPOLOGY, nodes, "wall_us_adapt_p50", ticks.adapt[last / 2], "us");
+    bench_row(bench, TOPOLOGY, nodes, "wall_us_adapt_p99", ticks.adapt[p99], "us");
+    bench_row(bench, TOPOLOGY, nodes, "wall_us_adapt_max", ticks.adapt[last], "us");
+    bench_row(bench, TOPOLOGY, nodes, "wall_us_tick_p50", ticks.all[last / 2], "us");
+    bench_row(bench, TOPOLOGY, nodes, "wall_us_tick_p99", ticks.all[p99], "us");
+    bench_row(bench, TOPOLOGY, nodes, "adapt_share", 100.0 * adapt / all, "%");
+}
+
+void bench_levels(Bench *bench)
+{
+    run_press(bench, "levels.sphere.1N", "sphere", 1.0);
+    run_press(bench, "levels.sphere.0.2N", "sphere", 0.2);
+    run_press(bench, "levels.stomach", "stomach", 1.0);
+    if (bench_wants(bench, TOPOLOGY))
+        run_topology(bench);
+}
