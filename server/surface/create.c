@@ -104,31 +104,41 @@ static void create_springs(SurfaceModel *model, const WingedMesh *winged,
     free(around);
 }
 
+void model_create_node_table(SurfaceModel *model, const SurfaceOptions *options, bool all_free,
+                             Arena *arena)
+{
+    const char *name = options->name;
+    bool uses_drag = options->shape.wanted || options->material.node_damping > 0.0;
+    bool body_frame = options->shape.wanted && options->shape.frame == SHAPE_BODY;
+    bool single = model->precision == PRECISION_SINGLE;
+    model->shape = !uses_drag   ? SHAPE_FRAME_NONE
+                   : body_frame ? SHAPE_FRAME_BODY
+                                : SHAPE_FRAME_WORLD;
+    model->floating = single && model->shape != SHAPE_FRAME_WORLD && all_free;
+    size_t lanes = (size_t)model->lane_count;
+    NodeTable *nodes = &model->nodes;
+    nodes->inverse_mass = model_allocate_reals(model, lanes, name, "inverse mass", arena);
+    model->mass = ALLOCATE(ARENA_TOPOLOGY, model->node_count, double, "node masses");
+    if (body_frame || (uses_drag && !single))
+        nodes->rest = model_allocate_reals(model, 3 * lanes, name, "rest positions", arena);
+    if (uses_drag) {
+        nodes->shape_rate = model_allocate_reals(model, lanes, name, "shape rate", arena);
+        nodes->drag = model_allocate_reals(model, lanes, name, "drag", arena);
+    }
+    if (body_frame)
+        nodes->shape_drag = model_allocate_reals(model, lanes, name, "shape drag", arena);
+}
+
 static void create_nodes(SurfaceModel *model, const TriMesh *mesh, const SpringNetwork *network,
                          const SurfaceOptions *options, Arena *arena, StateList *state)
 {
     const char *name = options->name;
-    bool uses_drag = options->shape.wanted || options->material.node_damping > 0.0;
-    model->shape = !uses_drag ? SHAPE_FRAME_NONE
-                   : options->shape.wanted && options->shape.frame == SHAPE_BODY
-                       ? SHAPE_FRAME_BODY
-                       : SHAPE_FRAME_WORLD;
-    bool body_frame = model->shape == SHAPE_FRAME_BODY;
-    bool single = model->precision == PRECISION_SINGLE;
-    model->floating =
-        single && model->shape != SHAPE_FRAME_WORLD && network->free_count == mesh->node_count;
-    size_t slots = (size_t)model->slot_count;
+    model_create_node_table(model, options, network->free_count == mesh->node_count, arena);
+    const bool uses_drag = model->shape != SHAPE_FRAME_NONE;
+    const bool body_frame = model->shape == SHAPE_FRAME_BODY;
+    const bool single = model->precision == PRECISION_SINGLE;
+    const size_t slots = (size_t)model->slot_count;
     NodeTable *nodes = &model->nodes;
-    nodes->inverse_mass = model_allocate_reals(model, slots, name, "inverse mass", arena);
-    model->mass = ALLOCATE(ARENA_TOPOLOGY, mesh->node_count, double, "node masses");
-    if (body_frame || (uses_drag && !single))
-        nodes->rest = model_allocate_reals(model, 3 * slots, name, "rest positions", arena);
-    if (uses_drag) {
-        nodes->shape_rate = model_allocate_reals(model, slots, name, "shape rate", arena);
-        nodes->drag = model_allocate_reals(model, slots, name, "drag", arena);
-    }
-    if (body_frame)
-        nodes->shape_drag = model_allocate_reals(model, slots, name, "shape drag", arena);
     double *weight = NULL;
     if (body_frame || model->floating)
         weight = model->rigid_weight = ALLOCATE(ARENA_STEP, slots, double, "frame weights");

@@ -175,6 +175,9 @@ void model_create_places(SurfaceModel *model, const TriMesh *mesh, const char *n
                          StateList *state);
 void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fixed,
                        const SurfaceOptions *options, Arena *arena, StateList *state);
+// Decides model->shape and model->floating, and takes memory for what the kernel knows of nodes.
+void model_create_node_table(SurfaceModel *model, const SurfaceOptions *options, bool all_free,
+                             Arena *arena);
 void *model_allocate_reals(const SurfaceModel *model, size_t count, const char *name,
                            const char *label, Arena *arena);
 // Fills the entry `at` of the spring table: a spring of the node in `slot` to the one in `other`.

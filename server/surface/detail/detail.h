@@ -22,6 +22,8 @@
 // Slots that are packed together: more of them leave fewer lanes empty, fewer are packed sooner.
 enum { WINDOW_MOST = 1024, WINDOW_LEAST = 256 };
 
+enum { CREASE_SHARP = 2 }; // largest note in Detail.crease: that a leaf is to be divided
+
 typedef enum NodeStatus { NODE_OFF, NODE_FREE, NODE_HANGING } NodeStatus;
 
 // A leaf, or another face; and which of its corners a node is.

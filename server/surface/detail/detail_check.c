@@ -51,6 +51,8 @@ static bool check_sweep(const Detail *detail)
     for (int k = 0; k < 3; k++)
         ok = ok && is_number(sweep->thresholds[k]);
     ok = ok && is_within(*detail->felt_count, 0, detail->felt_capacity);
+    for (int f = 0; ok && f < detail->face_base[detail->finest + 1]; f++)
+        ok = detail->crease[f] <= CREASE_SHARP;
     for (int64_t i = 0; ok && i < *detail->felt_count; i++)
         ok = is_within(detail->felt[i].node, 0, detail->node_count - 1);
     return ok;

@@ -148,28 +148,11 @@ static void create_nodes(SurfaceModel *model, const SurfaceOptions *options, int
 {
     const char *name = options->name;
     Detail *detail = model->detail;
-    size_t lanes = (size_t)model->lane_count;
-    bool uses_drag = options->shape.wanted || options->material.node_damping > 0.0;
-    bool single = model->precision == PRECISION_SINGLE;
-    bool body_frame = options->shape.wanted && options->shape.frame == SHAPE_BODY;
-    model->shape = !uses_drag   ? SHAPE_FRAME_NONE
-                   : body_frame ? SHAPE_FRAME_BODY
-                                : SHAPE_FRAME_WORLD;
     bool all_free = free_count == detail->levels.level[0].node_count;
-    model->floating = single && model->shape != SHAPE_FRAME_WORLD && all_free;
+    model_create_node_table(model, options, all_free, arena);
     // Nothing ties it to the world: speeds count against the motion of the whole (surface.md 6).
+    bool body_frame = model->shape == SHAPE_FRAME_BODY;
     bool roams = all_free && (body_frame || !options->shape.wanted);
-    NodeTable *nodes = &model->nodes;
-    nodes->inverse_mass = model_allocate_reals(model, lanes, name, "inverse mass", arena);
-    if (body_frame || (uses_drag && !single))
-        nodes->rest = model_allocate_reals(model, 3 * lanes, name, "rest positions", arena);
-    if (uses_drag) {
-        nodes->shape_rate = model_allocate_reals(model, lanes, name, "shape rate", arena);
-        nodes->drag = model_allocate_reals(model, lanes, name, "drag", arena);
-    }
-    if (body_frame)
-        nodes->shape_drag = model_allocate_reals(model, lanes, name, "shape drag", arena);
-    model->mass = ALLOCATE(ARENA_TOPOLOGY, detail->node_count, double, "node masses");
     if (body_frame || roams) {
         model->rigid_weight = ALLOCATE(ARENA_STEP, model->slot_count, double, "frame weights");
         model->rigid =

@@ -29,7 +29,7 @@ typedef struct Marks {
     Vec3 center, velocity, angular; // of the body as a whole
 } Marks;
 
-typedef enum Verdict { VERDICT_CALM, VERDICT_KEEP, VERDICT_DIVIDE } Verdict;
+typedef enum Verdict { VERDICT_CALM, VERDICT_KEEP, VERDICT_DIVIDE = CREASE_SHARP } Verdict;
 
 static Vec3 read_row(const SurfaceModel *model, int slot, int first)
 {
