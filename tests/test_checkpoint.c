@@ -335,6 +335,54 @@ static void other_formats_and_versions_are_refused(void **unused)
     run_destroy(&run);
 }
 
+// Flips bits of one byte of a data set, counted from its start; from its middle when -1.
+static void alter(const char *path, const char *name, long at, unsigned char bits)
+{
+    hid_t file = open_plain(path, H5F_ACC_RDWR);
+    hid_t set = H5Dopen2(file, name, H5P_DEFAULT);
+    size_t size = (size_t)H5Dget_storage_size(set);
+    hid_t type = H5Dget_type(set);
+    unsigned char *data = malloc(size);
+    assert_true(H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0);
+    data[at < 0 ? size / 2 : (size_t)at] ^= bits;
+    assert_true(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0);
+    free(data);
+    H5Tclose(type);
+    H5Dclose(set);
+    H5Fclose(file);
+}
+
+// Numbers of loads are indices: a forged file must not reach beyond the nodes.
+static void loads_that_cannot_be_are_refused(void **unused)
+{
+    (void)unused;
+    static const struct {
+        const char *name;
+        long at;
+        unsigned char bits;
+    } forged[] = {
+        {"/state/loads/pool", 2, 0x40}, {"/state/loads/pool", 3, 0x80},
+        {"/state/loads/count", 1, 1},   {"/state/loads/used", 3, 1},
+        {"/state/loads/load", -1, 0},   {"/state/sim/clock", 20, 0x80},
+    };
+    Run run;
+    run_create(&run, SCENE("leapfrog", ""));
+    run_step(&run, 30); // its load acts
+    uint64_t before = state_hash(&run.world.state);
+    for (size_t i = 0; i < sizeof forged / sizeof *forged; i++) {
+        save(&run, "a.h5");
+        alter("a.h5", forged[i].name, forged[i].at, forged[i].bits);
+        scratch_seal(&scratch, "a.h5");
+        const char *said = load(&run, "a.h5");
+        if (forged[i].bits != 0)
+            assert_string_equal(said, "a.h5: /state holds loads that cannot be");
+        else
+            assert_string_equal(said, ""); // nothing was altered
+        assert_true(state_hash(&run.world.state) == before);
+    }
+    run_destroy(&run);
+}
+
 static void changed_numbers_are_refused(void **unused)
 {
     (void)unused;
@@ -345,18 +393,7 @@ static void changed_numbers_are_refused(void **unused)
     run_create(&run, "precision = \"double\";\n" SCENE("leapfrog", ""));
     for (int i = 0; i < 3; i++) {
         save(&run, "a.h5");
-        hid_t file = open_plain("a.h5", H5F_ACC_RDWR);
-        hid_t set = H5Dopen2(file, names[i], H5P_DEFAULT);
-        size_t size = (size_t)H5Dget_storage_size(set);
-        hid_t type = H5Dget_type(set);
-        unsigned char *data = malloc(size);
-        assert_true(H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0);
-        data[size / 2] ^= 1;
-        assert_true(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0);
-        free(data);
-        H5Tclose(type);
-        H5Dclose(set);
-        H5Fclose(file);
+        alter("a.h5", names[i], -1, 1);
         uint64_t before = state_hash(&run.world.state);
         assert_string_equal(load(&run, "a.h5"),
                             "a.h5: is truncated or was altered: it differs from its seal");
@@ -716,6 +753,7 @@ int main(void)
         cmocka_unit_test(other_bodies_are_refused_by_name_and_size),
         cmocka_unit_test(other_formats_and_versions_are_refused),
         cmocka_unit_test(changed_numbers_are_refused),
+        cmocka_unit_test(loads_that_cannot_be_are_refused),
         cmocka_unit_test(truncated_files_are_refused),
         cmocka_unit_test(altered_files_are_refused_wherever_the_change_is),
         cmocka_unit_test(files_that_cannot_be_written_are_named),

@@ -334,6 +334,31 @@ void loads_expire(LoadSet *set, Body *bodies, int body_count, int64_t step)
         apply_all(set, bodies, body_count);
 }
 
+bool loads_check(const LoadSet *set, int nodes)
+{
+    if (set->count == NULL)
+        return true;
+    int64_t used = 0;
+    if (*set->count < 0 || *set->count > LOAD_CAPACITY || *set->used < 0 ||
+        *set->used > set->pool_capacity)
+        return false;
+    for (int64_t k = 0; k < *set->count; k++) {
+        const Load *load = &set->load[k];
+        if (load->first != used || load->count < 0 || load->count > *set->used - used ||
+            !vec3_finite(load->force) || !(load->area >= 0.0 && load->area < 1e300))
+            return false;
+        used += load->count;
+    }
+    for (int64_t i = 0; i < used; i++) {
+        if (set->pool[i] < 0 || set->pool[i] >= nodes)
+            return false;
+        if (set->node != NULL && !(set->node[i].share >= 0.0 && set->node[i].share <= 1.0 &&
+                                   vec3_finite(set->node[i].start)))
+            return false;
+    }
+    return used == *set->used;
+}
+
 void loads_clear(LoadSet *set, Body *bodies, int body_count)
 {
     clear_entries(set, 0, *set->used);

@@ -53,6 +53,8 @@ void loads_follow(LoadSet *set, Body *bodies, int body_count, int changed,
                   const TopologyChange *change);
 // Ends the loads whose time has come.
 void loads_expire(LoadSet *set, Body *bodies, int body_count, int64_t step);
+// Whether what a checkpoint has brought can be: `nodes` places of all bodies together.
+bool loads_check(const LoadSet *set, int nodes);
 void loads_clear(LoadSet *set, Body *bodies, int body_count);
 
 #endif

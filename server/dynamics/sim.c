@@ -178,6 +178,15 @@ void sim_reset(Sim *sim)
     sim_restored(sim);
 }
 
+bool sim_check(const Sim *sim)
+{
+    int nodes = 0;
+    for (int b = 0; b < sim->body_count; b++)
+        nodes += sim->body[b].surface.node_count;
+    return sim->clock->step >= 0 && sim->clock->next_load >= 0 &&
+           sim->clock->next_load <= sim->scene_load_count && loads_check(&sim->loads, nodes);
+}
+
 void sim_restored(Sim *sim)
 {
     for (int b = 0; b < sim->body_count; b++) {
