@@ -830,7 +830,7 @@ static void every_scene_in_config_is_valid(void **unused)
         count++;
     }
     closedir(folder);
-    assert_true(count >= 6);
+    assert_true(count >= 7);
 }
 
 static void reference_in_config_is_the_printed_one(void **unused)

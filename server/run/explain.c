@@ -16,14 +16,16 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
         low = vec3(fmin(low.x, p.x), fmin(low.y, p.y), fmin(low.z, p.z));
         high = vec3(fmax(high.x, p.x), fmax(high.y, p.y), fmax(high.z, p.z));
     }
+    const BodySurface *places = &body->surface; // more than there are nodes, where a body adapts
     int fixed = 0;
-    for (int i = 0; i < body->surface.node_count; i++)
-        fixed += body->ops->is_fixed != NULL && body->ops->is_fixed(body->model, i);
+    for (int i = 0; i < places->node_count; i++)
+        fixed += places->node_face_end[i] > places->node_face_start[i] &&
+                 body->ops->is_fixed != NULL && body->ops->is_fixed(body->model, i);
 
     fprintf(out, "body %s: model %s, %s\n", body->name, body->ops->model,
             integrator_name(body->integrator));
     fprintf(out, "  nodes %d (%d fixed), springs %d, faces %d, pieces %d, mass %.6g kg\n",
-            body->mesh.node_count, fixed, body->spring_count, body->surface.face_count,
+            body->mesh.node_count, fixed, body->spring_count, body->mesh.triangle_count,
             mesh_pieces(&body->mesh), body->mass);
     fprintf(out, "  box [%.6g, %.6g, %.6g] to [%.6g, %.6g, %.6g] m\n", low.x, low.y, low.z, high.x,
             high.y, high.z);
@@ -34,6 +36,9 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
         fprintf(out, "  level %d of %d, %s, adjust \"%s\"\n", body->finest_level, surface->levels,
                 surface->adaptive ? "adaptive" : "for good",
                 surface->adjust == ADJUST_CHOI2005 ? "choi2005" : "continuum");
+    if (surface->adaptive)
+        fprintf(out, "  room for %d nodes, %d faces\n", body->mesh.node_capacity,
+                body->mesh.triangle_capacity);
 }
 
 static void print_tool(const ToolOptions *tool, FILE *out)
