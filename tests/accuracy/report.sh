@@ -1,11 +1,12 @@
 #!/bin/sh
 # report.sh PROGRAM DATA [REPEATS]: runs the experiments into the folder DATA, draws the pictures
-# beside this file and fills its template's tables in. ./dev report calls it.
+# beside this file and fills its template's tables in. PROGRAM "": with the figures that DATA has.
+# ./dev report calls it.
 set -eu
 here=$(dirname "$0")
 program=$1 data=$2
 mkdir -p "$data"
-"$program" "$here/scenes" "$data" "${3:-5}" 2>"$data/log" || { cat "$data/log" >&2; exit 1; }
+[ -z "$program" ] || "$program" "$here/scenes" "$data" "${3:-5}" 2>"$data/log" || { cat "$data/log" >&2; exit 1; }
 gnuplot -e "data='$data'; out='$here'" "$here/plots.gp"
 
 # A line "@table NAME" becomes the table DATA/NAME.tsv.
