@@ -4,6 +4,7 @@
 #include "detail_bench.h"
 
 #include "expect.h"
+#include "effort.h"
 #include "fixture.h"
 #include "geometry/generator.h"
 #include "random.h"
@@ -127,7 +128,7 @@ static void every_face_that_goes_has_a_successor(void **unused)
     const Detail *detail = bench.detail;
     bool *was = calloc((size_t)detail->place_count, sizeof *was);
     uint64_t random = 8;
-    for (int round = 0; round < 400; round++) {
+    for (int round = 0; round < EFFORT(400); round++) {
         for (int p = 0; p < detail->place_count; p++)
             was[p] = detail->face[p][0] != detail->face[p][1];
         bench_change_at_random(&bench, &random, round / 100 % 2 == 0 ? 8 : 2);

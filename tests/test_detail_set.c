@@ -1,6 +1,7 @@
 // Refining and coarsening faces at random, with everything re-derived after each change.
 #include "detail_bench.h"
 
+#include "effort.h"
 #include "fixture.h"
 #include "geometry/generator.h"
 #include "random.h"
@@ -18,8 +19,8 @@ static void fuzz(TriMesh *mesh, const SurfaceOptions *options, uint64_t random, 
     bench_expect_sound(&bench);
     int most_hanging = 0;
     for (int i = 0; i < changes; i++) {
-        // Grows for a while, then shrinks, over and over.
-        bench_change_at_random(&bench, &random, i / 60 % 2 == 0 ? 9 : 2);
+        // Grows for a while, then shrinks.
+        bench_change_at_random(&bench, &random, i < changes / 2 ? 9 : 2);
         bench_expect_sound(&bench);
         if (bench.detail->hanging_count > most_hanging)
             most_hanging = bench.detail->hanging_count;
@@ -39,15 +40,15 @@ static void random_changes_keep_every_invariant(void **unused)
             SurfaceOptions options = bench_options(levels, 0);
             options.adjust = (SurfaceAdjust)adjust;
             fixture_sphere(&mesh);
-            fuzz(&mesh, &options, 17 + (uint64_t)levels, 120);
+            fuzz(&mesh, &options, 17 + (uint64_t)levels, EFFORT(120));
             fixture_sheet(&mesh);
-            fuzz(&mesh, &options, 170 + (uint64_t)levels, 120);
+            fuzz(&mesh, &options, 170 + (uint64_t)levels, EFFORT(120));
         }
         SurfaceOptions options = bench_options(2, 1);
         options.adjust = (SurfaceAdjust)adjust;
         options.precision = PRECISION_SINGLE;
         fixture_organ(&mesh);
-        fuzz(&mesh, &options, 5, 120);
+        fuzz(&mesh, &options, 5, EFFORT(120));
     }
 }
 

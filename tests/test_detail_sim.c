@@ -3,6 +3,7 @@
 // tables are re-derived and the published mesh is looked at.
 #include "detail_bench.h"
 
+#include "effort.h"
 #include "expect.h"
 #include "fixture.h"
 #include "geometry/generator.h"
@@ -37,19 +38,19 @@ typedef struct Scene {
 
 static const Scene SCENES[] = {
     {"single leapfrog", PRECISION_SINGLE, INTEGRATOR_LEAPFROG, SHAPE_WORLD, ADJUST_CONTINUUM, false,
-     0.0, 0.0, 24},
+     0.0, 0.0, EFFORT(24)},
     {"double rk4", PRECISION_DOUBLE, INTEGRATOR_RK4, SHAPE_WORLD, ADJUST_CONTINUUM, false, 0.0, 0.0,
-     12},
+     EFFORT(12)},
     {"single leapfrog body frame", PRECISION_SINGLE, INTEGRATOR_LEAPFROG, SHAPE_BODY,
-     ADJUST_CONTINUUM, true, 0.0, 0.0, 12},
+     ADJUST_CONTINUUM, true, 0.0, 0.0, EFFORT(12)},
     {"double leapfrog body frame gravity", PRECISION_DOUBLE, INTEGRATOR_LEAPFROG, SHAPE_BODY,
-     ADJUST_CONTINUUM, true, 1.0, 0.0, 12},
+     ADJUST_CONTINUUM, true, 1.0, 0.0, EFFORT(12)},
     {"single rk4 gravity prestress", PRECISION_SINGLE, INTEGRATOR_RK4, SHAPE_WORLD,
-     ADJUST_CONTINUUM, true, 9.81, 0.05, 12},
+     ADJUST_CONTINUUM, true, 9.81, 0.05, EFFORT(12)},
     {"single symplectic euler", PRECISION_SINGLE, INTEGRATOR_SYMPLECTIC_EULER, SHAPE_WORLD,
-     ADJUST_CONTINUUM, true, 0.0, 0.0, 12},
+     ADJUST_CONTINUUM, true, 0.0, 0.0, EFFORT(12)},
     {"single leapfrog choi2005", PRECISION_SINGLE, INTEGRATOR_LEAPFROG, SHAPE_WORLD,
-     ADJUST_CHOI2005, false, 0.0, 0.0, 12},
+     ADJUST_CHOI2005, false, 0.0, 0.0, EFFORT(12)},
 };
 enum { SCENE_COUNT = sizeof SCENES / sizeof *SCENES };
 
