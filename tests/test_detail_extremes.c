@@ -220,7 +220,10 @@ static void what_does_not_fit_is_refused_and_counted(void **unused)
             if (i % 50 == 0)
                 bench_expect_sound(&bench);
         }
-        assert_true(bench.detail->sweep->refused > 0);
+        BodyMeasure measure;
+        bench.body->ops->measure(bench.model, &measure);
+        assert_true(measure.refused > 0);
+        assert_int_equal(measure.refused, bench.detail->sweep->refused);
         assert_true(kind == 2 ? bench.detail->sweep->refined == 0
                               : bench.detail->sweep->refined > 5);
         assert_int_equal(sim_resets(bench.sim), 0);
