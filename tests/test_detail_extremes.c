@@ -304,7 +304,7 @@ static void bad_numbers_are_never_published(void **unused)
             // A force that no number holds, in one round for many ticks in a row.
             for (int i = 0; i < (round == 20 ? 15 : 1); i++) {
                 int node = random_below(&random, 114);
-                const Vec3 force = {NAN, 0.0, INFINITY};
+                const Vec3 force = {(double)NAN, 0.0, (double)INFINITY};
                 bench.body->ops->add_load(bench.model, node, force);
                 sim_step(bench.sim);
                 bench.body->ops->clear_loads(bench.model);
