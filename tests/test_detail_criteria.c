@@ -452,7 +452,7 @@ static void what_cannot_be_set_changes_nothing(void **unused)
     DetailBench bench;
     create_sheet(&bench, &options, NULL);
     uint64_t before = state_hash(&bench.state);
-    const double bad[4] = {NAN, INFINITY, -1.0, 1e300};
+    const double bad[4] = {(double)NAN, (double)INFINITY, -1.0, 1e300};
     static const char *const keys[5] = {"adapt_force", "adapt_speed", "adapt_curvature",
                                         "adapt_scale", "adapt_level"};
     for (int k = 0; k < 5; k++)

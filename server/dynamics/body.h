@@ -44,6 +44,7 @@ typedef struct BodyMeasure {
     double kinetic;          // [J]
     double elastic;          // [J]
     double max_displacement; // from rest [m]
+    int64_t refused;         // divisions of faces that did not fit, since the start
 } BodyMeasure;
 
 // What a client's mesh looks like (lcmtypes/mesh_t.lcm); all arrays by node or triangle slot. A

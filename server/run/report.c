@@ -28,6 +28,14 @@ static void print_refused(World *world, FILE *out)
     if (refused > 0)
         fprintf(out, "faces near tools without room in the contact arrays: %lld\n",
                 (long long)refused);
+    for (int b = 0; b < sim_body_count(world->sim); b++) {
+        const Body *body = sim_body(world->sim, b);
+        BodyMeasure measure;
+        body->ops->measure(body->model, &measure);
+        if (measure.refused > 0)
+            fprintf(out, "body %s: divisions of faces without room (capacity): %lld\n", body->name,
+                    (long long)measure.refused);
+    }
 }
 
 static void print_messages(const LiveResult *result, FILE *out)

@@ -305,9 +305,11 @@ static void surface_measure(const void *self, BodyMeasure *measure)
     }
     if (model->shape == SHAPE_FRAME_BODY)
         shape = rigid_frame_energy(model->rigid, rows);
-    measure->kinetic = kinetic;
-    measure->elastic = model->parameters->stiffness_scale * elastic + shape;
-    measure->max_displacement = sqrt(farthest);
+    *measure = (BodyMeasure){
+        .kinetic = kinetic,
+        .elastic = model->parameters->stiffness_scale * elastic + shape,
+        .max_displacement = sqrt(farthest),
+    };
 }
 
 static bool surface_is_fixed(const void *self, int node)

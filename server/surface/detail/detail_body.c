@@ -204,6 +204,12 @@ static void read_state(const void *self, Vec3 *position, Vec3 *velocity)
     }
 }
 
+static void measure(const void *self, BodyMeasure *measure)
+{
+    surface_ops.measure(self, measure);
+    measure->refused = detail_of(self)->sweep->refused;
+}
+
 static bool is_fixed(const void *self, int node)
 {
     return detail_of(self)->fixed[node];
@@ -259,6 +265,7 @@ const BodyOps *detail_ops(void)
     ops.look = look;
     ops.snapshot = snapshot;
     ops.read_state = read_state;
+    ops.measure = measure;
     ops.is_fixed = is_fixed;
     ops.set = set;
     ops.explain = explain;
