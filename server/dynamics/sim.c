@@ -82,7 +82,7 @@ static void create_contacts(Sim *sim)
             bool plane = k % 2 == 1;
             if (plane ? !tool->has_plane : tool->capsule_count == 0)
                 continue;
-            char name[48];
+            char name[56];
             snprintf(name, sizeof name, "%.31s/tool%d%s", sim->body[b].name, k / 2,
                      plane ? "p" : "");
             Contact *contact =

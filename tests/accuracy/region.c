@@ -97,7 +97,7 @@ void displaced_region(const Experiment *experiment)
             fprintf(out, "%s\t%s\t%d\t%.1f\t%.1f\n", rule_name(rule), MODELS[m]->name, beyond,
                     100.0 * jaccard(u[m], u[0], NULL, coarse),
                     100.0 * jaccard(u[m], u[0], area, levels.level[levels.finest].node_count));
-            char name[32];
+            char name[48];
             snprintf(name, sizeof name, "fig11-%d-%d.dat", r, m);
             write_points(experiment, &world, &levels, name);
             world_destroy(&world);
