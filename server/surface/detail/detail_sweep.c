@@ -182,10 +182,17 @@ typedef struct Bent {
     int count, face[3];
 } Bent;
 
-// Each pair of leaves is looked at once, from the one of the lower number, which the sweep comes to
-// first; it leaves a note for the other.
+// Whether the corners of a leaf have moved so much alike that it cannot have tilted far.
+static bool is_still(Vec3 a, Vec3 b, Vec3 c, double still2)
+{
+    Vec3 ab = vec3_sub(b, a), ac = vec3_sub(c, a);
+    return vec3_dot(ab, ab) < still2 && vec3_dot(ac, ac) < still2;
+}
+
+// Two leaves that are still are calm. Any other pair is looked at once, from a leaf that is not
+// still, the one of the lower number if there are two; it leaves a note for the other.
 static Verdict judge_curvature(SurfaceModel *model, int level, int face, const Vec3 now[3],
-                               const Marks *marks, Bent *bent)
+                               const Vec3 moved[3], const Marks *marks, Bent *bent)
 {
     Detail *detail = model->detail;
     const Level *at = &detail->levels.level[level];
@@ -193,27 +200,23 @@ static Verdict judge_curvature(SurfaceModel *model, int level, int face, const V
     unsigned char *note = &detail->crease[detail->face_base[level]];
     Verdict verdict = (Verdict)note[face];
     note[face] = VERDICT_CALM;
+    if (is_still(moved[0], moved[1], moved[2], marks->still2[level]))
+        return verdict;
     for (int k = 0; k < 3; k++) {
         int edge = at->face_edge[face][k];
         int across = at->edge_face[edge][at->edge_face[edge][0] == face];
-        if (across < face || !detail_is_leaf(detail, level, across))
+        if (across < 0 || !detail_is_leaf(detail, level, across))
             continue;
         int opposite = 0;
         while (at->face_edge[across][opposite] != edge)
             opposite++;
         const int node[4] = {corner[k], corner[(k + 1) % 3], corner[(k + 2) % 3],
                              at->face[across][(opposite + 2) % 3]};
-        // Displacements that differ by less than a share of a leaf's height cannot turn it far.
-        const Vec3 u = look_at(model, node[0], marks)->moved;
-        double farthest = 0.0;
-        for (int i = 1; i < 4; i++) {
-            Vec3 apart = vec3_sub(look_at(model, node[i], marks)->moved, u);
-            farthest = fmax(farthest, vec3_dot(apart, apart));
-        }
-        if (farthest < marks->still2[level])
+        const NodeLook *beyond = look_at(model, node[3], marks);
+        if (across < face &&
+            !is_still(moved[k], moved[(k + 1) % 3], beyond->moved, marks->still2[level]))
             continue;
-        const Vec3 x[4] = {now[k], now[(k + 1) % 3], now[(k + 2) % 3],
-                           look_at(model, node[3], marks)->position};
+        const Vec3 x[4] = {now[k], now[(k + 1) % 3], now[(k + 2) % 3], beyond->position};
         Fold present = fold_of(x), rest = rest_fold(model, level, edge, node);
         double cosine = cos_of_turn(&present, &rest);
         if (cosine >= marks->cos_calm)
@@ -241,18 +244,19 @@ static Verdict judge(SurfaceModel *model, int level, int face, const Marks *mark
 {
     const Detail *detail = model->detail;
     const int *corner = detail->levels.level[level].face[face];
-    Vec3 now[3];
+    Vec3 now[3], moved[3];
     Verdict verdict = VERDICT_CALM;
     for (int k = 0; k < 3; k++) {
         const NodeLook *look = look_at(model, corner[k], marks);
         now[k] = look->position;
+        moved[k] = look->moved;
         double eta2 = look->slip2 * marks->per_speed2[level];
         verdict = worse(verdict, eta2 > 1.0           ? VERDICT_DIVIDE
                                  : eta2 > CALM * CALM ? VERDICT_KEEP
                                                       : VERDICT_CALM);
         verdict = worse(verdict, judge_number(look->traction * marks->per_force[level]));
     }
-    return worse(verdict, judge_curvature(model, level, face, now, marks, bent));
+    return worse(verdict, judge_curvature(model, level, face, now, moved, marks, bent));
 }
 
 // --- the sweep ---
@@ -326,8 +330,8 @@ static void set_marks(const SurfaceModel *model, int64_t step, double tick, Mark
     };
     for (int l = 0; l <= detail->finest; l++) {
         marks->per_force[l] = ldexp(1.0 / force, -l);
-        // A corner that moves by d tilts its leaf by at most asin(d / height): two corners of each
-        // of two leaves, and a tenth to spare for the asin.
+        // Against the third, a corner that moves by d tilts its leaf by at most asin(d / height):
+        // two corners of each of two leaves, and a tenth to spare for the asin.
         double still = 0.9 / 4.0 * fmin(CALM * turn, 0.5) * detail->least_height[l];
         marks->still2[l] = still * still;
         marks->per_speed2[l] = ldexp(1.0 / (speed * speed), -2 * l);
