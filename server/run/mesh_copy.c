@@ -56,7 +56,8 @@ BodyMesh mesh_copy_view(const MeshCopy *copy)
 
 static unsigned char *append(unsigned char *to, const void *from, size_t bytes)
 {
-    memcpy(to, from, bytes);
+    if (bytes > 0) // nothing may come from nowhere
+        memcpy(to, from, bytes);
     return to + bytes;
 }
 

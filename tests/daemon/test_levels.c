@@ -63,6 +63,10 @@ typedef struct Watch {
     int frames, frames_ahead; // whose mesh had not come
     int32_t finest_level, status_nodes, status_topology;
     lcm_t *lcm;
+    pliant_mesh_t_subscription_t *on_mesh;
+    pliant_mesh_delta_t_subscription_t *on_delta;
+    pliant_nodes_t_subscription_t *on_nodes;
+    pliant_status_t_subscription_t *on_status;
 } Watch;
 
 static int live_nodes(const Watch *watch)
@@ -195,20 +199,25 @@ static Watch *watch_create(void)
     watch->sequence = watch->delta_sequence = -1;
     watch->lcm = lcm_create(NULL);
     assert_non_null(watch->lcm);
-    pliant_mesh_t_subscription_set_queue_capacity(
-        pliant_mesh_t_subscribe(watch->lcm, "PLIANT_MESH_sphere", on_mesh, watch), 4096);
-    pliant_mesh_delta_t_subscription_set_queue_capacity(
-        pliant_mesh_delta_t_subscribe(watch->lcm, "PLIANT_MESH_DELTA_sphere", on_delta, watch),
-        4096);
-    pliant_nodes_t_subscription_set_queue_capacity(
-        pliant_nodes_t_subscribe(watch->lcm, "PLIANT_NODES_sphere", on_nodes, watch), 4096);
-    pliant_status_t_subscription_set_queue_capacity(
-        pliant_status_t_subscribe(watch->lcm, "PLIANT_STATUS", on_status, watch), 4096);
+    lcm_t *lcm = watch->lcm;
+    watch->on_mesh = pliant_mesh_t_subscribe(lcm, "PLIANT_MESH_sphere", on_mesh, watch);
+    watch->on_delta =
+        pliant_mesh_delta_t_subscribe(lcm, "PLIANT_MESH_DELTA_sphere", on_delta, watch);
+    watch->on_nodes = pliant_nodes_t_subscribe(lcm, "PLIANT_NODES_sphere", on_nodes, watch);
+    watch->on_status = pliant_status_t_subscribe(lcm, "PLIANT_STATUS", on_status, watch);
+    pliant_mesh_t_subscription_set_queue_capacity(watch->on_mesh, 4096);
+    pliant_mesh_delta_t_subscription_set_queue_capacity(watch->on_delta, 4096);
+    pliant_nodes_t_subscription_set_queue_capacity(watch->on_nodes, 4096);
+    pliant_status_t_subscription_set_queue_capacity(watch->on_status, 4096);
     return watch;
 }
 
 static void watch_destroy(Watch *watch)
 {
+    pliant_mesh_t_unsubscribe(watch->lcm, watch->on_mesh);
+    pliant_mesh_delta_t_unsubscribe(watch->lcm, watch->on_delta);
+    pliant_nodes_t_unsubscribe(watch->lcm, watch->on_nodes);
+    pliant_status_t_unsubscribe(watch->lcm, watch->on_status);
     lcm_destroy(watch->lcm);
     free(watch);
 }
