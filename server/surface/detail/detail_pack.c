@@ -182,13 +182,14 @@ static void recall(const SurfaceModel *model, int slot, NodeSprings *springs)
 }
 
 // Lists the nodes of a window that have a status, and their springs; those with fewest springs
-// first, else by slot.
+// first, else by slot: a stable counting sort.
 static void list_nodes(SurfaceModel *model, int w, NodeStatus status, PackList *list)
 {
+    enum { MOST = 32 }; // more springs count as so many
     Detail *detail = model->detail;
-    list->count = 0;
+    int found[WINDOW_MOST], count = 0, next[MOST + 1] = {0};
     for (int s = w * detail->width; s < (w + 1) * detail->width; s++) {
-        int node = detail->of_slot[s], at = list->count;
+        int node = detail->of_slot[s];
         if (node < 0 || detail->status[node] != status)
             continue;
         NodeSprings *springs = &detail->springs[s % detail->width];
@@ -199,14 +200,19 @@ static void list_nodes(SurfaceModel *model, int w, NodeStatus status, PackList *
         } else {
             recall(model, s, springs);
         }
-        while (at > 0 &&
-               detail->springs[list->slot[at - 1] % detail->width].count > springs->count) {
-            list->slot[at] = list->slot[at - 1];
-            at--;
-        }
-        list->slot[at] = s;
-        list->count++;
+        found[count++] = s;
+        next[springs->count < MOST ? springs->count : MOST]++;
     }
+    for (int k = 0, first = 0; k <= MOST; k++) {
+        int here = next[k];
+        next[k] = first;
+        first += here;
+    }
+    for (int i = 0; i < count; i++) {
+        int springs = detail->springs[found[i] % detail->width].count;
+        list->slot[next[springs < MOST ? springs : MOST]++] = found[i];
+    }
+    list->count = count;
 }
 
 // What a free node adds to the figures of its window.
@@ -222,18 +228,28 @@ static void count_node(const SurfaceModel *model, int node, Window *window)
                            model->damping_time * springs + detail->shape_drag + detail->node_drag);
 }
 
+// Of the chunk that begins with entry `first` of a list.
+static int most_springs(const Detail *detail, const PackList *list, int first)
+{
+    int most = 0;
+    for (int i = first; i < first + LANES && i < list->count; i++) {
+        int springs = detail->springs[list->slot[i] % detail->width].count;
+        most = springs > most ? springs : most;
+    }
+    return most;
+}
+
 // Fills the chunks from `chunk` on with the nodes of a list; returns how many it takes.
 static int pack_nodes(SurfaceModel *model, int w, NodeStatus status, int chunk,
                       const PackList *list)
 {
     static const NodeSprings none = {0};
     Detail *detail = model->detail;
-    int chunks = (list->count + LANES - 1) / LANES;
+    int chunks = (list->count + LANES - 1) / LANES, entries = 0;
     for (int i = 0; i < chunks * LANES; i++) {
-        int lane = chunk * LANES + i, last = i / LANES * LANES + LANES - 1;
-        last = last < list->count ? last : list->count - 1;
-        int entries = detail->springs[list->slot[last] % detail->width].count;
-        int at = lane / LANES;
+        int lane = chunk * LANES + i, at = lane / LANES;
+        if (i % LANES == 0)
+            entries = most_springs(detail, list, i);
         model->springs.end[at] = model->springs.start[at] + entries;
         if (i >= list->count) {
             pack_springs(model, lane, detail->spare_slot + w, entries, &none);
