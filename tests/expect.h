@@ -16,9 +16,9 @@
     expect_near_at((actual), (expected), (tolerance), #actual, __FILE__, __LINE__)
 // actual <= limit and actual >= limit; fail for NaN.
 #define expect_at_most(actual, limit)                                                              \
-    expect_order((actual), (limit), (actual) <= (limit), #actual " <= " #limit, __FILE__, __LINE__)
+    expect_order((actual), (limit), 1.0, #actual " <= " #limit, __FILE__, __LINE__)
 #define expect_at_least(actual, limit)                                                             \
-    expect_order((actual), (limit), (actual) >= (limit), #actual " >= " #limit, __FILE__, __LINE__)
+    expect_order((actual), (limit), -1.0, #actual " >= " #limit, __FILE__, __LINE__)
 
 static inline void expect_near_at(double actual, double expected, double tolerance,
                                   const char *what, const char *file, int line)
@@ -30,10 +30,11 @@ static inline void expect_near_at(double actual, double expected, double toleran
     }
 }
 
-static inline void expect_order(double actual, double limit, bool holds, const char *what,
+// sign 1: at most, -1: at least.
+static inline void expect_order(double actual, double limit, double sign, const char *what,
                                 const char *file, int line)
 {
-    if (!holds) {
+    if (!(sign * actual <= sign * limit)) {
         print_error("%s does not hold: %.17g against %.17g\n", what, actual, limit);
         _fail(file, line);
     }
