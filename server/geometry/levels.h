@@ -46,6 +46,12 @@ bool levels_reserve(Levels *levels, const int count[3], int finest, const char *
                     Status *status);
 bool levels_validate(Levels *levels, const TriMesh *mesh, Status *status);
 
+// The face on the other side of an edge of `face`, or -1.
+static inline int levels_beyond(const Level *level, int edge, int face)
+{
+    return level->edge_face[edge][level->edge_face[edge][0] == face];
+}
+
 // The level at which a node first exists; 0 for those of the mesh.
 int levels_of_node(const Levels *levels, int node);
 // The two ends of the edge in whose middle the node lies; the node itself twice at level 0.

@@ -8,7 +8,8 @@
 #include <pthread.h>
 
 // Denormal numbers become zero on the calling thread: a decaying body runs much slower without.
-// Every computing thread calls it, settling included, so that all of them give the same bits.
+// Every computing thread calls it, settling included, so that all of them give the same bits; the
+// workers of a team begin with the setting of the thread that starts them.
 void realtime_flush_denormals(void);
 // Locks all memory and gives `thread` SCHED_FIFO. Where that is not permitted: goes on and logs one
 // warning that says what to grant.

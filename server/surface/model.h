@@ -119,6 +119,12 @@ static inline long model_lane(int slot)
     return (long)(slot / LANES) * 3 * LANES + slot % LANES;
 }
 
+// Where a slot is at rest, less rest_origin [m].
+static inline Vec3 model_place(const SurfaceModel *model, int slot)
+{
+    return (Vec3){model->place[slot][0], model->place[slot][1], model->place[slot][2]};
+}
+
 static inline int model_lane_of(const SurfaceModel *model, int slot)
 {
     return model->lane == NULL ? slot : model->lane[slot];

@@ -292,8 +292,7 @@ static void surface_measure(const void *self, BodyMeasure *measure)
             continue;
         Vec3 x, v;
         model_read_row(model, rows, s, &x, &v);
-        const double *place = model->place[s];
-        Vec3 rest = vec3_add(model->rest_origin, (Vec3){place[0], place[1], place[2]});
+        Vec3 rest = vec3_add(model->rest_origin, model_place(model, s));
         Vec3 u = vec3_sub(x, rest);
         double mass = model->mass[model->node[s]], away = vec3_dot(u, u);
         kinetic += 0.5 * mass * vec3_dot(v, v);

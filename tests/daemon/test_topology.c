@@ -154,15 +154,6 @@ static const char *write_levels(const char *name, const char *head)
     return path;
 }
 
-// A build or a version that refines nothing refuses the scene.
-static void need_levels(const char *scene)
-{
-    static Daemon daemon;
-    run_daemon(&daemon, "--check %s", scene);
-    if (daemon.code != 0)
-        skip();
-}
-
 static void press(Client *client, double newton, double seconds)
 {
     const double top[3] = {0.0, 0.0, 0.05}, force[3] = {0.1 * newton, 0.0, -newton};
@@ -173,7 +164,6 @@ static void a_client_follows_a_body_that_refines_and_coarsens(void **state)
 {
     (void)state;
     const char *scene = write_levels("live.cfg", "");
-    need_levels(scene);
     static Daemon daemon;
     Client *client = client_create();
     Follower *first = follower_create(client->lcm);
@@ -215,7 +205,6 @@ static void a_step_shows_its_mesh_before_it_is_answered(void **state)
 {
     (void)state;
     const char *scene = write_levels("lockstep.cfg", "start = \"paused\";");
-    need_levels(scene);
     static Daemon daemon;
     Client *client = client_create();
     Follower *follower = follower_create(client->lcm);
@@ -243,7 +232,6 @@ static void a_recording_has_the_meshes_of_its_frames(void **state)
 {
     (void)state;
     const char *scene = write_levels("record.cfg", "");
-    need_levels(scene);
     static Daemon daemon;
     const char *path = scratch("levels.h5");
     Client *client = client_create();

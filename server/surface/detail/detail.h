@@ -223,9 +223,16 @@ void detail_touch(Detail *detail, int level, int face);
 void detail_draw(Detail *detail);
 void detail_draw_all(Detail *detail);
 
-// --- detail_sweep.c ---
-// Load time: fills rest_fold.
+// --- detail_fold.c: angles between leaves ---
+// Load time: fills rest_fold and least_height.
 void detail_measure_folds(Detail *detail);
+// Cosine of the angle by which two leaves at an edge have turned against each other since rest; 1
+// when one of them has no area, and so no direction. node: the edge's ends as one leaf has them in
+// turn, its third corner, and that of the other leaf; x [m] where they are.
+double detail_cos_of_turn(const SurfaceModel *model, int level, int edge, const int node[4],
+                          const Vec3 x[4]);
+
+// --- detail_sweep.c ---
 // Looks at the next faces, refines and coarsens. True when the topology changed.
 bool detail_sweep(Body *body, int64_t step, double tick);
 

@@ -6,15 +6,6 @@
 
 #include "geometry/butterfly.h"
 
-enum { RING_MOST = 64 }; // more neighbours than these count as none: the middle of the edge
-
-// The neighbours of a node at one level, in turning order from one of them.
-typedef struct Ring {
-    int count;
-    int node[RING_MOST];
-    bool closed; // else the node lies on a border
-} Ring;
-
 typedef struct Walk {
     const SurfaceModel *model;
     const Level *level;
@@ -33,20 +24,14 @@ static Vec3 displacement(const SurfaceModel *model, int node)
     long at = (long)model->slot[node] * ROW;
     Vec3 u = {model_get(model, rows, at), model_get(model, rows, at + 1),
               model_get(model, rows, at + 2)};
-    const double *place = model->place[model->slot[node]];
-    return model->precision == PRECISION_SINGLE ? u
-                                                : vec3_sub(u, (Vec3){place[0], place[1], place[2]});
+    return model->precision == PRECISION_SINGLE
+               ? u
+               : vec3_sub(u, model_place(model, model->slot[node]));
 }
 
 static int other_end(const Level *level, int edge, int node)
 {
     return level->edge[edge][level->edge[edge][0] == node];
-}
-
-// The face beyond an edge of a face, or -1.
-static int beyond(const Level *level, int edge, int face)
-{
-    return level->edge_face[edge][level->edge_face[edge][0] == face];
 }
 
 // The edge of a face at a node that is not `edge`.
@@ -60,21 +45,18 @@ static int other_edge(const Level *level, int face, int node, int edge)
     return edge;
 }
 
-static void walk_round(const Level *level, int node, int edge, Ring *ring)
+// How many edges a node has at this level, counted from one of them on; 0 on a border.
+static int count_edges(const Level *level, int node, int edge)
 {
-    *ring = (Ring){.count = 1, .node = {other_end(level, edge, node)}};
-    int face = level->edge_face[edge][0], at = edge;
-    for (int step = 0; step < RING_MOST && face >= 0; step++) {
+    int face = level->edge_face[edge][0], at = edge, count = 0;
+    while (face >= 0) {
         at = other_edge(level, face, node, at);
-        if (at == edge) {
-            ring->closed = true;
-            return;
-        }
-        if (ring->count == RING_MOST)
-            return;
-        ring->node[ring->count++] = other_end(level, at, node);
-        face = beyond(level, at, face);
+        count++;
+        if (at == edge)
+            return count;
+        face = levels_beyond(level, at, face);
     }
+    return 0;
 }
 
 // The point beyond `node` along a border, seen from the other end of a border edge: the next one of
@@ -85,9 +67,9 @@ static Vec3 along_border(const Walk *walk, int node, int edge)
     int face =
         level->edge_face[edge][0] >= 0 ? level->edge_face[edge][0] : level->edge_face[edge][1];
     int at = edge, to = other_end(level, edge, node);
-    for (int step = 0; face >= 0 && step < RING_MOST; step++) {
+    while (face >= 0) {
         at = other_edge(level, face, node, at);
-        face = beyond(level, at, face);
+        face = levels_beyond(level, at, face);
     }
     const Vec3 *rest = walk->model->detail->levels.position;
     int before = other_end(level, at, node);
@@ -103,7 +85,7 @@ static Vec3 wing(const Walk *walk, int face, int edge, int w)
 {
     const Level *level = walk->level;
     const int *end = level->edge[edge];
-    int across = beyond(level, edge, face);
+    int across = levels_beyond(level, edge, face);
     if (across < 0)
         return vec3_sub(
             vec3_add(displacement(walk->model, end[0]), displacement(walk->model, end[1])),
@@ -133,12 +115,18 @@ static Vec3 regular(const Walk *walk, int edge)
     return sum;
 }
 
-static Vec3 extraordinary(const Walk *walk, int node, const Ring *ring)
+// Of the edge from a node with `valence` edges that is not regular.
+static Vec3 extraordinary(const Walk *walk, int node, int edge, int valence)
 {
+    const Level *level = walk->level;
+    int face = level->edge_face[edge][0], at = edge;
     Vec3 own = displacement(walk->model, node), sum = own;
-    for (int j = 0; j < ring->count; j++)
-        sum = vec3_madd(sum, butterfly_weight(ring->count, j),
-                        vec3_sub(displacement(walk->model, ring->node[j]), own));
+    for (int j = 0; j < valence; j++) {
+        Vec3 spoke = vec3_sub(displacement(walk->model, other_end(level, at, node)), own);
+        sum = vec3_madd(sum, butterfly_weight(valence, j), spoke);
+        at = other_edge(level, face, node, at);
+        face = levels_beyond(level, at, face);
+    }
     return sum;
 }
 
@@ -155,11 +143,10 @@ Vec3 detail_butterfly(const SurfaceModel *model, int level, int edge)
     Vec3 sum = {0.0, 0.0, 0.0};
     int count = 0;
     for (int k = 0; k < 2; k++) {
-        Ring ring;
-        walk_round(at, end[k], edge, &ring);
-        if (!ring.closed || ring.count == 6)
+        int valence = count_edges(at, end[k], edge); // nodes of a border are regular
+        if (valence == 0 || valence == 6)
             continue;
-        sum = vec3_add(sum, extraordinary(&walk, end[k], &ring));
+        sum = vec3_add(sum, extraordinary(&walk, end[k], edge, valence));
         count++;
     }
     return count > 0 ? vec3_scale(1.0 / count, sum) : regular(&walk, edge);

@@ -4,11 +4,6 @@
 
 #include "base/check.h"
 
-static int edge_across(const Level *level, int edge, int face)
-{
-    return level->edge_face[edge][level->edge_face[edge][0] == face];
-}
-
 static void mark(SurfaceModel *model, int node)
 {
     Detail *detail = model->detail;
@@ -59,7 +54,7 @@ void detail_begin_change(SurfaceModel *model)
 
 static void touch_leaf_across(Detail *detail, int level, int edge, int face)
 {
-    int across = edge_across(&detail->levels.level[level], edge, face);
+    int across = levels_beyond(&detail->levels.level[level], edge, face);
     if (across >= 0 && detail_is_leaf(detail, level, across))
         detail_touch(detail, level, across);
 }
@@ -108,7 +103,7 @@ bool detail_refine(SurfaceModel *model, int level, int face)
         return true;
     const Level *at = &detail->levels.level[level];
     for (int k = 0; k < 3; k++) { // 2:1 across edges
-        int across = edge_across(at, at->face_edge[face][k], face);
+        int across = levels_beyond(at, at->face_edge[face][k], face);
         if (across >= 0 && !detail_exists(detail, level, across) &&
             !detail_refine(model, level - 1, across / 4))
             return false;
@@ -164,7 +159,7 @@ static int lost_momentum(const SurfaceModel *model, int level, int face, Impulse
     }
     for (int k = 0; k < 3; k++) {
         int edge = at->face_edge[face][k], node = at->node_count + edge;
-        int across = edge_across(at, edge, face);
+        int across = levels_beyond(at, edge, face);
         if (across < 0 || !detail_is_refined(detail, level, across))
             continue;
         int a = at->face[face][k], b = at->face[face][(k + 1) % 3];

@@ -28,8 +28,7 @@ static bool check_bits(const Detail *detail)
             if (!detail_exists(detail, l, f))
                 return false;
             for (int k = 0; k < 3; k++) {
-                const int *side = at->edge_face[at->face_edge[f][k]];
-                int across = side[side[0] == f];
+                int across = levels_beyond(at, at->face_edge[f][k], f);
                 if (across >= 0 && !detail_exists(detail, l, across))
                     return false;
             }

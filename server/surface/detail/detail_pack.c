@@ -316,10 +316,10 @@ static void list_hanging(SurfaceModel *model)
             int *master = detail->master[detail->hanging_count++];
             for (int k = 0; k < 2; k++) {
                 master[k] = model->slot[parent[k]];
-                if (detail->status[parent[k]] == NODE_FREE)
+                if (detail->status[parent[k]] == NODE_FREE) {
                     detail->carrier[detail->carrier_count++] = master[k];
-                if (detail->status[parent[k]] == NODE_FREE)
                     detail->carries[model->lane[master[k]] / LANES] = 1;
+                }
             }
             left--;
         }

@@ -72,8 +72,7 @@ static Vec3 shift_of_row(const SurfaceModel *model, Vec3 step)
 
 static Vec3 place_of(const SurfaceModel *model, int node)
 {
-    const double *place = model->place[model->slot[node]];
-    return (Vec3){place[0], place[1], place[2]};
+    return model_place(model, model->slot[node]);
 }
 
 static Vec3 middle_of_parents(const SurfaceModel *model, int node)

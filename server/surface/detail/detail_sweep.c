@@ -43,96 +43,10 @@ static Vec3 read_row(const SurfaceModel *model, int slot, int first)
     return (Vec3){row[0], row[1], row[2]};
 }
 
-static Vec3 read_place(const SurfaceModel *model, int slot)
-{
-    return (Vec3){model->place[slot][0], model->place[slot][1], model->place[slot][2]};
-}
-
 static Vec3 read_position(const SurfaceModel *model, int slot)
 {
     Vec3 row = read_row(model, slot, 0);
-    return model->precision == PRECISION_SINGLE ? vec3_add(row, read_place(model, slot)) : row;
-}
-
-// Of two faces (a, b, c) and (b, a, d) at an edge: the product of their normals' lengths, squared,
-// and the cosine and sine of the angle between them, times it.
-typedef struct Fold {
-    double size2, cosine, sine;
-} Fold;
-
-static inline Fold fold_of(const Vec3 x[4])
-{
-    Vec3 edge = vec3_sub(x[1], x[0]);
-    Vec3 n = vec3_cross(edge, vec3_sub(x[2], x[0])), m = vec3_cross(vec3_sub(x[3], x[0]), edge);
-    // n x m lies along the edge.
-    double along = vec3_dot(edge, vec3_cross(n, m));
-    return (Fold){vec3_dot(n, n) * vec3_dot(m, m), vec3_dot(n, m),
-                  along / sqrt(vec3_dot(edge, edge))};
-}
-
-// Cosine of the angle by which two faces have turned against each other since rest; 1 when one of
-// them has no area, and so no direction.
-static inline double cos_of_turn(const Fold *now, const Fold *rest)
-{
-    double size2 = now->size2 * rest->size2;
-    return size2 > 0.0 ? (now->cosine * rest->cosine + now->sine * rest->sine) / sqrt(size2) : 1.0;
-}
-
-// At rest, of two leaves whose corners lie where the butterfly has put them: known since load.
-void detail_measure_folds(Detail *detail)
-{
-    for (int l = 0; l <= detail->finest; l++) {
-        const Level *at = &detail->levels.level[l];
-        detail->least_height[l] = (double)INFINITY;
-        for (int f = 0; f < at->face_count; f++) {
-            const Vec3 *x = detail->levels.position;
-            const int *corner = at->face[f];
-            for (int k = 0; k < 3; k++) {
-                Vec3 side = vec3_sub(x[corner[(k + 1) % 3]], x[corner[k]]);
-                Vec3 normal = vec3_cross(side, vec3_sub(x[corner[(k + 2) % 3]], x[corner[k]]));
-                detail->least_height[l] =
-                    fmin(detail->least_height[l], vec3_length(normal) / vec3_length(side));
-            }
-        }
-        for (int e = 0; e < at->edge_count; e++) {
-            const int *side = at->edge_face[e];
-            if (side[0] < 0 || side[1] < 0)
-                continue;
-            Vec3 x[4];
-            for (int s = 0; s < 2; s++) {
-                int k = 0;
-                while (at->face_edge[side[s]][k] != e)
-                    k++;
-                const int *corner = at->face[side[s]];
-                if (s == 0) {
-                    x[0] = detail->levels.position[corner[k]];
-                    x[1] = detail->levels.position[corner[(k + 1) % 3]];
-                }
-                x[2 + s] = detail->levels.position[corner[(k + 2) % 3]];
-            }
-            Fold fold = fold_of(x);
-            double size = fold.size2 > 0.0 ? 1.0 / sqrt(fold.size2) : 0.0;
-            detail->rest_fold[detail->edge_base[l] + e][0] = (float)(size * fold.cosine);
-            detail->rest_fold[detail->edge_base[l] + e][1] = (float)(size * fold.sine);
-        }
-    }
-}
-
-// At rest as the leaves lie now: nodes that hang are not where the butterfly would have them.
-static Fold rest_fold(const SurfaceModel *model, int level, int edge, const int node[4])
-{
-    const Detail *detail = model->detail;
-    bool smooth = true;
-    Vec3 rest[4];
-    for (int k = 0; k < 4; k++)
-        smooth &= detail->status[node[k]] == NODE_FREE;
-    if (smooth) {
-        const float *known = detail->rest_fold[detail->edge_base[level] + edge];
-        return (Fold){1.0, (double)known[0], (double)known[1]};
-    }
-    for (int k = 0; k < 4; k++)
-        rest[k] = read_place(model, model->slot[node[k]]);
-    return fold_of(rest);
+    return model->precision == PRECISION_SINGLE ? vec3_add(row, model_place(model, slot)) : row;
 }
 
 // |f| over the area that a node stands for [N/m2].
@@ -165,7 +79,7 @@ static const NodeLook *look_at(const SurfaceModel *model, int node, const Marks 
     int slot = model->slot[node];
     look->pass = marks->pass;
     look->position = read_position(model, slot);
-    look->moved = vec3_sub(look->position, read_place(model, slot));
+    look->moved = vec3_sub(look->position, model_place(model, slot));
     Vec3 slip = vec3_sub(read_row(model, slot, 4), marks->velocity);
     slip = vec3_sub(slip, vec3_cross(marks->angular, vec3_sub(look->position, marks->center)));
     look->slip2 = vec3_dot(slip, slip);
@@ -204,7 +118,7 @@ static Verdict judge_curvature(SurfaceModel *model, int level, int face, const V
         return verdict;
     for (int k = 0; k < 3; k++) {
         int edge = at->face_edge[face][k];
-        int across = at->edge_face[edge][at->edge_face[edge][0] == face];
+        int across = levels_beyond(at, edge, face);
         if (across < 0 || !detail_is_leaf(detail, level, across))
             continue;
         int opposite = 0;
@@ -217,8 +131,7 @@ static Verdict judge_curvature(SurfaceModel *model, int level, int face, const V
             !is_still(moved[k], moved[(k + 1) % 3], beyond->moved, marks->still2[level]))
             continue;
         const Vec3 x[4] = {now[k], now[(k + 1) % 3], now[(k + 2) % 3], beyond->position};
-        Fold present = fold_of(x), rest = rest_fold(model, level, edge, node);
-        double cosine = cos_of_turn(&present, &rest);
+        double cosine = detail_cos_of_turn(model, level, edge, node, x);
         if (cosine >= marks->cos_calm)
             continue;
         Verdict pair = cosine < marks->cos_divide ? VERDICT_DIVIDE : VERDICT_KEEP;

@@ -1,0 +1,89 @@
+// The angles between leaves, now and at rest, for the criterion of curvature. Between leaves whose
+// corners lie where the butterfly has put them the angle at rest is known since load.
+#include "surface/detail/detail.h"
+
+#include <math.h>
+
+// Of two faces (a, b, c) and (b, a, d) at an edge: the product of their normals' lengths, squared,
+// and the cosine and sine of the angle between them, times it.
+typedef struct Fold {
+    double size2, cosine, sine;
+} Fold;
+
+static Fold fold_of(const Vec3 x[4])
+{
+    Vec3 edge = vec3_sub(x[1], x[0]);
+    Vec3 n = vec3_cross(edge, vec3_sub(x[2], x[0])), m = vec3_cross(vec3_sub(x[3], x[0]), edge);
+    // n x m lies along the edge.
+    double along = vec3_dot(edge, vec3_cross(n, m));
+    return (Fold){vec3_dot(n, n) * vec3_dot(m, m), vec3_dot(n, m),
+                  along / sqrt(vec3_dot(edge, edge))};
+}
+
+static double least_height(const Level *level, const Vec3 *x)
+{
+    double least = (double)INFINITY;
+    for (int f = 0; f < level->face_count; f++) {
+        const int *corner = level->face[f];
+        for (int k = 0; k < 3; k++) {
+            Vec3 side = vec3_sub(x[corner[(k + 1) % 3]], x[corner[k]]);
+            Vec3 normal = vec3_cross(side, vec3_sub(x[corner[(k + 2) % 3]], x[corner[k]]));
+            least = fmin(least, vec3_length(normal) / vec3_length(side));
+        }
+    }
+    return least;
+}
+
+// Which side of a face an edge is.
+static int side_of(const Level *level, int face, int edge)
+{
+    const int *edges = level->face_edge[face];
+    return edges[0] == edge ? 0 : edges[1] == edge ? 1 : 2;
+}
+
+void detail_measure_folds(Detail *detail)
+{
+    const Vec3 *rest = detail->levels.position;
+    for (int l = 0; l <= detail->finest; l++) {
+        const Level *at = &detail->levels.level[l];
+        detail->least_height[l] = least_height(at, rest);
+        for (int e = 0; e < at->edge_count; e++) {
+            const int *face = at->edge_face[e];
+            if (face[0] < 0 || face[1] < 0)
+                continue;
+            int k = side_of(at, face[0], e), j = side_of(at, face[1], e);
+            const int *corner = at->face[face[0]];
+            const Vec3 x[4] = {rest[corner[k]], rest[corner[(k + 1) % 3]],
+                               rest[corner[(k + 2) % 3]], rest[at->face[face[1]][(j + 2) % 3]]};
+            Fold fold = fold_of(x);
+            double size = fold.size2 > 0.0 ? 1.0 / sqrt(fold.size2) : 0.0;
+            detail->rest_fold[detail->edge_base[l] + e][0] = (float)(size * fold.cosine);
+            detail->rest_fold[detail->edge_base[l] + e][1] = (float)(size * fold.sine);
+        }
+    }
+}
+
+// At rest as the leaves lie now: nodes that hang are not where the butterfly would have them.
+static Fold rest_fold(const SurfaceModel *model, int level, int edge, const int node[4])
+{
+    const Detail *detail = model->detail;
+    bool smooth = true;
+    Vec3 rest[4];
+    for (int k = 0; k < 4; k++)
+        smooth &= detail->status[node[k]] == NODE_FREE;
+    if (smooth) {
+        const float *known = detail->rest_fold[detail->edge_base[level] + edge];
+        return (Fold){1.0, (double)known[0], (double)known[1]};
+    }
+    for (int k = 0; k < 4; k++)
+        rest[k] = model_place(model, model->slot[node[k]]);
+    return fold_of(rest);
+}
+
+double detail_cos_of_turn(const SurfaceModel *model, int level, int edge, const int node[4],
+                          const Vec3 x[4])
+{
+    Fold now = fold_of(x), rest = rest_fold(model, level, edge, node);
+    double size2 = now.size2 * rest.size2;
+    return size2 > 0.0 ? (now.cosine * rest.cosine + now.sine * rest.sine) / sqrt(size2) : 1.0;
+}
