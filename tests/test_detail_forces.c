@@ -1,0 +1,251 @@
+// One evaluation of a body with levels against a plain sum over its leaves, at random states: every
+// variant of the kernels for such bodies, at every instruction-set level and precision.
+#include "detail_bench.h"
+
+#include "expect.h"
+#include "fixture.h"
+#include "random.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+// A sum and the sizes of its terms, which rounding is relative to.
+typedef struct Sum {
+    Vec3 value;
+    double size;
+} Sum;
+
+static void add(Sum *sum, Vec3 term)
+{
+    sum->value = vec3_add(sum->value, term);
+    sum->size += vec3_length(term);
+}
+
+typedef struct Plain {
+    DetailBench *bench;
+    const SurfaceOptions *options;
+    Vec3 *rest, *x, *v; // of nodes that are on; hanging ones in the middle of their masters
+    Sum *force;
+} Plain;
+
+// By ascending number: masters come before what hangs on them.
+static void place_nodes(Plain *plain)
+{
+    const Detail *detail = plain->bench->detail;
+    const SurfaceModel *model = plain->bench->model;
+    for (int i = 0; i < detail->node_count; i++) {
+        if (detail->status[i] == NODE_OFF)
+            continue;
+        if (detail->status[i] == NODE_FREE) {
+            plain->rest[i] = detail->levels.position[i];
+            model_read_row(model, model->rows[model->current], model->slot[i], &plain->x[i],
+                           &plain->v[i]);
+            continue;
+        }
+        int parent[2];
+        levels_parents(&detail->levels, i, parent);
+        Vec3 *const field[3] = {plain->rest, plain->x, plain->v};
+        for (int k = 0; k < 3; k++)
+            field[k][i] = vec3_scale(0.5, vec3_add(field[k][parent[0]], field[k][parent[1]]));
+    }
+}
+
+// A spring between two nodes, pulling both.
+static void pull(Plain *plain, int a, int b, double k)
+{
+    double beta = plain->bench->model->damping_time;
+    double r =
+        vec3_length(vec3_sub(plain->rest[a], plain->rest[b])) * (1.0 - plain->options->prestress);
+    Vec3 d = vec3_sub(plain->x[a], plain->x[b]), u = vec3_sub(plain->v[a], plain->v[b]);
+    double length = vec3_length(d);
+    const Vec3 part[3] = {vec3_scale(-k, d), vec3_scale(k * r / length, d),
+                          vec3_scale(-k * beta * vec3_dot(u, d) / (length * length), d)};
+    for (int c = 0; c < 3; c++) {
+        add(&plain->force[a], part[c]);
+        add(&plain->force[b], vec3_scale(-1.0, part[c]));
+    }
+}
+
+// Every leaf pulls along its edges with what it adds to their springs; with choi2005 a spring
+// belongs to the edge, and to the first of its leaves here.
+static void pull_all(Plain *plain)
+{
+    const Detail *detail = plain->bench->detail;
+    for (int l = 0; l <= detail->finest; l++) {
+        const Level *level = &detail->levels.level[l];
+        for (int f = 0; f < level->face_count; f++) {
+            if (!detail_is_leaf(detail, l, f))
+                continue;
+            for (int k = 0; k < 3; k++) {
+                int a = level->face[f][k], b = level->face[f][(k + 1) % 3];
+                int edge = level->face_edge[f][k], across = levels_beyond(level, edge, f);
+                double length = vec3_length(vec3_sub(plain->rest[a], plain->rest[b]));
+                double area = level_rules_area(&detail->rules, l, f);
+                if (detail->constrained)
+                    pull(plain, a, b, 80.0 * area / (length * length));
+                else if (detail_midpoint(detail, l, edge) < 0 &&
+                         (across < f || !detail_is_leaf(detail, l, across)))
+                    pull(plain, a, b, detail->rules.stiffness[l]);
+            }
+        }
+    }
+    for (int i = detail->node_count - 1; i >= 0; i--) { // finest first
+        if (detail->status[i] != NODE_HANGING)
+            continue;
+        int parent[2];
+        levels_parents(&detail->levels, i, parent);
+        for (int k = 0; k < 2; k++) {
+            Sum *to = &plain->force[parent[k]];
+            to->value = vec3_madd(to->value, 0.5, plain->force[i].value);
+            to->size += 0.5 * plain->force[i].size;
+        }
+    }
+}
+
+// Shape springs of 50 rad/s and damping ratio 0.1, in the world or on the fitted frame.
+static void add_shape(const Plain *plain, int node, Sum *a)
+{
+    const SurfaceModel *model = plain->bench->model;
+    Vec3 target = plain->rest[node], follow = {0.0, 0.0, 0.0};
+    if (model->shape == SHAPE_FRAME_BODY) {
+        const FramePose *f = &model->rigid->pose;
+        const Vec3 origin = model->rest_origin; // the rows' coordinates
+        Vec3 center = {f->center[0], f->center[1], f->center[2]};
+        Vec3 from = {f->rest_center[0], f->rest_center[1], f->rest_center[2]};
+        Vec3 arm = vec3_sub(vec3_sub(plain->rest[node], origin), from);
+        const double part[3] = {arm.x, arm.y, arm.z};
+        double turned[3] = {0.0, 0.0, 0.0};
+        for (int i = 0; i < 3; i++)
+            for (int j = 0; j < 3; j++)
+                turned[i] += f->rotation[i][j] * part[j];
+        target = vec3_add(vec3_add(origin, center), (Vec3){turned[0], turned[1], turned[2]});
+        Vec3 spin = {f->angular[0], f->angular[1], f->angular[2]};
+        Vec3 away = vec3_sub(vec3_sub(plain->x[node], origin), center);
+        follow = vec3_add((Vec3){f->velocity[0], f->velocity[1], f->velocity[2]},
+                          vec3_cross(spin, away));
+    }
+    add(a, vec3_scale(-2500.0, vec3_sub(plain->x[node], target)));
+    add(a, vec3_scale(-2.0 * 0.1 * 50.0, vec3_sub(plain->v[node], follow)));
+}
+
+static void shake(Plain *plain, uint64_t *random)
+{
+    SurfaceModel *model = plain->bench->model;
+    const Detail *detail = plain->bench->detail;
+    for (int i = 0; i < detail->node_count; i++) {
+        if (detail->status[i] != NODE_FREE)
+            continue;
+        Vec3 x = vec3_madd(detail->levels.position[i], 0.0005, random_vec3(random));
+        Vec3 v = detail->fixed[i] ? (Vec3){0.0, 0.0, 0.0} : random_vec3(random);
+        model_write_row(model, model->rows[model->current], model->slot[i], x, v);
+    }
+    detail_hang(model, model->rows[model->current]);
+}
+
+// A kick of one second and no drift: the velocity gains the acceleration.
+static void check(DetailBench *bench, const SurfaceOptions *options, bool loaded, uint64_t *random)
+{
+    size_t nodes = (size_t)bench->detail->node_count;
+    Plain plain = {.bench = bench, .options = options};
+    plain.rest = calloc(nodes, sizeof *plain.rest);
+    plain.x = calloc(nodes, sizeof *plain.x);
+    plain.v = calloc(nodes, sizeof *plain.v);
+    plain.force = calloc(nodes, sizeof *plain.force);
+    shake(&plain, random);
+    place_nodes(&plain);
+    const Stage kick = {STAGE_KICK, 0.0, 1.0, 0.0, true};
+    const Vec3 push = {0.2, -0.1, 0.3}; // on every tenth node, also on those that hang
+    const BodyOps *ops = bench->body->ops;
+    SurfaceModel *model = bench->model;
+    ops->drift(model, 0.0);
+    for (int i = 0; loaded && i < bench->detail->node_count; i += 10)
+        if (bench->detail->status[i] != NODE_OFF) {
+            ops->add_forces(model, &i, 1, &push);
+            add(&plain.force[i], push);
+        }
+    pull_all(&plain);
+    ops->evaluate(model, &kick, 1.0);
+    assert_true(ops->commit(model));
+    double most = 0.0;
+    for (int i = 0; i < bench->detail->node_count; i++) {
+        if (bench->detail->status[i] != NODE_FREE)
+            continue;
+        Vec3 x, v;
+        model_read_row(model, model->rows[model->current], model->slot[i], &x, &v);
+        if (bench->detail->fixed[i]) {
+            assert_true(vec3_length(v) == 0.0);
+            continue;
+        }
+        double per_mass = 1.0 / model->mass[i];
+        Sum a = {vec3_scale(per_mass, plain.force[i].value), per_mass * plain.force[i].size};
+        add(&a, plain.v[i]);
+        if (options->shape.wanted)
+            add_shape(&plain, i, &a);
+        // Some ten terms of a dozen roundings each, of 1e-16 or 6e-8; in single precision
+        // extensions come from displacements, whose terms are smaller than those summed up here.
+        double close = options->precision == PRECISION_DOUBLE ? 1e-13 : 1e-5;
+        expect_at_most(vec3_length(vec3_sub(v, a.value)), close * a.size);
+        most = fmax(most, vec3_length(a.value));
+    }
+    assert_true(most > 10.0);
+    free(plain.rest);
+    free(plain.x);
+    free(plain.v);
+    free(plain.force);
+}
+
+static void check_variant(const SurfaceOptions *options, int organ, uint64_t seed)
+{
+    TriMesh mesh;
+    DetailBench bench;
+    uint64_t random = seed;
+    if (organ)
+        fixture_organ(&mesh);
+    else
+        fixture_sheet(&mesh);
+    const ToolOptions touch = {
+        .id = 1, .kind = TOOL_PROBE, .capsule_count = 1, .capsule = {{.radius = 0.5}}};
+    bench_create(&bench, BENCH_ADAPTIVE, &mesh, options, &touch, NULL);
+    for (int i = 0; i < 25; i++)
+        bench_change_at_random(&bench, &random, 9);
+    assert_true(!bench.detail->constrained || bench.detail->hanging_count > 16);
+    check(&bench, options, false, &random);
+    check(&bench, options, true, &random);
+    bench_destroy(&bench);
+}
+
+static void every_variant_agrees_with_a_plain_sum(void **unused)
+{
+    (void)unused;
+    const FixedRegion held = {.kind = FIXED_SPHERE, .center = {0.0, 0.0, 0.0}, .radius = 0.03};
+    const char *const *isa = surface_isa_levels();
+    for (int level = 0; isa[level] != NULL; level++)
+        for (int precision = 0; precision < 2; precision++)
+            for (int variant = 0; variant < 2 * 2 * SHAPE_VARIANTS; variant++)
+                for (int adjust = 0; adjust < 2; adjust++) {
+                    SurfaceOptions options = bench_options(3, 0);
+                    options.isa = isa[level];
+                    options.precision = (Precision)precision;
+                    options.adjust = (SurfaceAdjust)adjust;
+                    options.integrator = INTEGRATOR_SYMPLECTIC_EULER;
+                    options.prestress = variant & 1 ? 0.05 : 0.0;
+                    options.material.damping_time = variant & 2 ? 2e-4 : 0.0;
+                    options.shape.wanted = variant / 4 != SHAPE_FRAME_NONE;
+                    options.shape.frame =
+                        variant / 4 == SHAPE_FRAME_BODY ? SHAPE_BODY : SHAPE_WORLD;
+                    options.fixed = &held;
+                    options.fixed_count = variant / 4 != SHAPE_FRAME_NONE;
+                    check_variant(&options, variant % 3 > 0, 40 + (uint64_t)variant);
+                }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_variant_agrees_with_a_plain_sum),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
