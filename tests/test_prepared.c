@@ -296,17 +296,23 @@ static void list_sets(const char *file_name, Names *names)
     H5Fclose(file);
 }
 
+// a.h5, prepared from the organ: its bytes, owned by the caller, and its data sets.
+static unsigned char *prepare_organ(const char *scene, Names *names, size_t *size)
+{
+    write_organ("");
+    prepare(scene, "a.h5");
+    list_sets("a.h5", names);
+    return scratch_read(&scratch, "a.h5", size);
+}
+
 static void data_sets_that_are_missing_are_named(void **unused)
 {
     (void)unused;
-    write_organ("");
     const char *scene = SCENE(ORGAN, "levels = 1;");
     Names names;
     World world;
     size_t size = 0;
-    prepare(scene, "a.h5");
-    unsigned char *whole = scratch_read(&scratch, "a.h5", &size);
-    list_sets("a.h5", &names);
+    unsigned char *whole = prepare_organ(scene, &names, &size);
     assert_int_equal(names.count, 5 + 2 * 3);
     for (int i = 0; i < names.count; i++) {
         scratch_write(&scratch, "a.h5", whole, size);
@@ -327,14 +333,11 @@ static void data_sets_that_are_missing_are_named(void **unused)
 static void data_sets_of_other_sizes_are_refused(void **unused)
 {
     (void)unused;
-    write_organ("");
     const char *scene = SCENE(ORGAN, "levels = 1;");
     Names names;
     World world;
     size_t size = 0;
-    prepare(scene, "a.h5");
-    unsigned char *whole = scratch_read(&scratch, "a.h5", &size);
-    list_sets("a.h5", &names);
+    unsigned char *whole = prepare_organ(scene, &names, &size);
     static const hsize_t shapes[][2] = {{0, 3}, {1, 3}, {7, 2}, {1 << 20, 1}, {1 << 27, 3}};
     for (int i = 0; i < names.count; i++)
         for (size_t k = 0; k < sizeof shapes / sizeof *shapes; k++) {
@@ -363,14 +366,11 @@ static void data_sets_of_other_sizes_are_refused(void **unused)
 static void numbers_that_do_not_fit_are_refused_behind_a_right_seal(void **unused)
 {
     (void)unused;
-    write_organ("");
     const char *scene = SCENE(ORGAN, "levels = 1;");
     Names names;
     World world;
     size_t size = 0;
-    prepare(scene, "a.h5");
-    unsigned char *whole = scratch_read(&scratch, "a.h5", &size);
-    list_sets("a.h5", &names);
+    unsigned char *whole = prepare_organ(scene, &names, &size);
     static const int others[] = {-2, -1, 0, 1, 1000, 1 << 30, INT32_MIN};
     int tried = 0;
     for (int i = 0; i < names.count; i++) {

@@ -1,0 +1,510 @@
+// The meaning of the keys of scene files: defaults, what goes together and what does not, names,
+// places, includes and syntax.
+#include "expect.h"
+#include "scene_text.h"
+
+#include <stdlib.h>
+
+#define IN_BODY(text)                                                                              \
+    "bodies = ( { name = \"a\"; mesh = { generator = \"uv_sphere\"; };\n" text " } );\n"
+#define MESH(text) "bodies = ( { name = \"a\";\nmesh = { " text " }; } );\n"
+
+static void a_bare_body_takes_all_defaults(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    assert_string_equal(read_as_scene(BODY, &scene), "");
+    assert_string_equal(scene.name, "scene");
+    assert_string_equal(scene.prefix, "PLIANT");
+    assert_string_equal(scene.input_prefix, "PLIANT");
+    assert_string_equal(scene.text, BODY);
+    assert_null(scene.lcm_url);
+    assert_false(scene.start_paused);
+    assert_int_equal(scene.threads, 1);
+    expect_near(scene.rate_hz, 1000.0, 0.0);
+    expect_near(vec3_length(scene.gravity), 0.0, 0.0);
+    expect_near(scene.tool_timeout_s, 0.2, 0.0);
+    expect_near(scene.settle_s, 0.0, 0.0);
+    expect_near(scene.publish.nodes_hz, 60.0, 0.0);
+    expect_near(scene.publish.mesh_hz, 1.0, 0.0);
+    expect_near(scene.publish.contact_hz, 1000.0, 0.0);
+    expect_near(scene.publish.status_hz, 2.0, 0.0);
+    assert_int_equal(scene.tool_count + scene.load_count, 0);
+    const SurfaceOptions *surface = &scene.body[0].surface;
+    assert_false(surface->material.uniform);
+    expect_near(surface->material.youngs_modulus_2d, 80.0, 0.0);
+    expect_near(surface->material.areal_density, 4.2, 0.0);
+    expect_near(surface->material.damping_time, 2e-4, 0.0);
+    expect_near(surface->material.node_damping, 0.0, 0.0);
+    assert_false(surface->shape.wanted);
+    assert_int_equal(surface->integrator, INTEGRATOR_LEAPFROG);
+    expect_near(surface->time_step, 0.0, 0.0);
+    expect_near(surface->contact_ratio, 0.5, 0.0);
+    expect_near(surface->contact_damping, 2e-4, 0.0);
+    expect_near(surface->friction, 0.2, 0.0);
+    expect_near(scene.body[0].mesh.scale, 1.0, 0.0);
+    assert_int_equal(scene.body[0].mesh.rings, 8);
+    assert_int_equal(scene.body[0].mesh.segments, 14);
+    scene_destroy(&scene);
+}
+
+static void known_words_of_later_features_are_accepted_at_their_defaults(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    assert_string_equal(
+        read_as_scene("precision = \"double\"; threads = 1; late = \"skip\";\n" IN_BODY(
+                          "cuttable = false; split_budget = 0;"),
+                      &scene),
+        "");
+    scene_destroy(&scene);
+}
+
+static void step_may_have_several_threads(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    assert_string_equal(read_as_scene("threads = 8;\n" BODY, &scene), "");
+    assert_int_equal(scene.threads, 8);
+    scene_destroy(&scene);
+    expect_error("threads = 9;\n" BODY, "x.cfg:1: threads 9 outside [1, 8]");
+    expect_error("threads = 0;\n" BODY, "x.cfg:1: threads 0 outside [1, 8]");
+}
+
+static void later_features_read_as_in_the_manual(void **unused)
+{
+    (void)unused;
+    expect_error(IN_BODY("cuttable = true;"),
+                 "x.cfg:2: cuttable true: cutting is not built into this version; only false");
+    expect_error("bodies = ( { name = \"liver\"; model = \"voxel\";\n"
+                 "voxels = { file = \"liver.nrrd\"; label = 1; }; law = \"affine\"; } );",
+                 "x.cfg:1: model \"voxel\": voxel bodies are not built into this version; only "
+                 "\"surface\"");
+}
+
+static void levels_are_read_as_written(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    assert_string_equal(
+        read_as_scene("rate_hz = 500; capacity = { nodes = 9000; faces = 8000; };\n" IN_BODY(
+                          "levels = 3; start_level = 1; adjust = \"choi2005\"; "
+                          "adapt = { force = 0.01; speed = 2; curvature = 0.25; "
+                          "check_hz = 62.5; };"),
+                      &scene),
+        "");
+    const SurfaceOptions *surface = &scene.body[0].surface;
+    assert_int_equal(surface->levels, 3);
+    assert_int_equal(surface->start_level, 1);
+    assert_int_equal(surface->adjust, ADJUST_CHOI2005);
+    assert_true(surface->adaptive);
+    expect_near(surface->adapt.force, 0.01, 0.0);
+    expect_near(surface->adapt.speed, 2.0, 0.0);
+    expect_near(surface->adapt.curvature, 0.25, 0.0);
+    expect_near(surface->adapt.check_hz, 62.5, 0.0);
+    assert_int_equal(surface->node_capacity, 9000);
+    assert_int_equal(surface->face_capacity, 8000);
+    scene_destroy(&scene);
+
+    assert_string_equal(read_as_scene(IN_BODY("levels = 1; adapt = {};"), &scene), "");
+    surface = &scene.body[0].surface;
+    assert_int_equal(surface->start_level, 0);
+    assert_int_equal(surface->adjust, ADJUST_CONTINUUM);
+    expect_near(surface->adapt.force, 0.005, 0.0);
+    expect_near(surface->adapt.speed, 0.3, 0.0);
+    expect_near(surface->adapt.curvature, 0.4, 0.0);
+    expect_near(surface->adapt.check_hz, 100.0, 0.0);
+    assert_int_equal(surface->node_capacity, 0);
+    scene_destroy(&scene);
+
+    assert_string_equal(read_as_scene(IN_BODY("levels = 1;"), &scene), "");
+    assert_false(scene.body[0].surface.adaptive);
+    scene_destroy(&scene);
+}
+
+static void levels_that_do_not_go_together_are_refused(void **unused)
+{
+    (void)unused;
+    expect_error(IN_BODY("levels = 9;"), "x.cfg:2: levels 9 outside [0, 8]");
+    expect_error(IN_BODY("start_level = 1;"), "x.cfg:2: start_level 1 exceeds levels 0");
+    expect_error(IN_BODY("levels = 2;\nstart_level = 3;"),
+                 "x.cfg:3: start_level 3 exceeds levels 2");
+    expect_error(IN_BODY("adapt = {};"),
+                 "x.cfg:2: adapt needs levels, the finest level of detail: set it to 1 or more");
+    expect_error(IN_BODY("levels = 1; adapt = { force = 0; };"),
+                 "x.cfg:2: force 0 outside (0, 1e+09]");
+    expect_error("rate_hz = 50;\n" IN_BODY("levels = 1; adapt = { check_hz = 60; };"),
+                 "x.cfg:3: check_hz 60 exceeds rate_hz 50");
+    expect_error(IN_BODY("levels = 1; adjust = \"choi\";"),
+                 "x.cfg:2: adjust \"choi\" must be one of \"continuum\", \"choi2005\"");
+}
+
+static void checks_follow_a_lower_rate(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    Status status = {0};
+    assert_string_equal(read_as_scene("rate_hz = 50;\n" IN_BODY("levels = 1; adapt = {};"), &scene),
+                        "");
+    expect_near(scene.body[0].surface.adapt.check_hz, 50.0, 0.0);
+    assert_true(scene_override(&scene, 20.0, NULL, &status));
+    expect_near(scene.body[0].surface.adapt.check_hz, 20.0, 0.0);
+    scene_destroy(&scene);
+}
+
+static void generators_take_their_own_keys_only(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    assert_string_equal(
+        read_as_scene(MESH("generator = \"sphere\"; nodes = 60; radius = 1;"), &scene), "");
+    assert_int_equal(scene.body[0].mesh.nodes, 60);
+    scene_destroy(&scene);
+    assert_string_equal(read_as_scene(MESH("generator = \"stomach\";"), &scene), "");
+    assert_int_equal(scene.body[0].mesh.nodes, 188);
+    expect_near(scene.body[0].mesh.length, 0.25, 0.0);
+    scene_destroy(&scene);
+    expect_error(MESH("generator = \"sphere\"; rings = 3;"),
+                 "x.cfg:2: rings means nothing for a mesh from sphere");
+    expect_error(MESH("file = \"a.stl\"; nodes = 30;"),
+                 "x.cfg:2: nodes means nothing for a mesh from a file");
+    expect_error(MESH("generator = \"sphere\"; nodes = 20001;"),
+                 "x.cfg:2: nodes 20001 outside [4, 20000]");
+    expect_error(MESH("generator = \"stomach\"; nodes = 59;"),
+                 "x.cfg:2: nodes 59 outside [60, 20000]");
+    expect_error(MESH("scale = 1;"), "x.cfg:2: mesh needs a file or generator");
+    expect_error(MESH("generator = \"sphere\"; file = \"a.stl\";"),
+                 "x.cfg:2: mesh needs only one of file or generator");
+}
+
+static void ico_sphere_counts_nodes_or_subdivisions(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    assert_string_equal(read_as_scene(MESH("generator = \"ico_sphere\"; nodes = 642;"), &scene),
+                        "");
+    assert_int_equal(scene.body[0].mesh.nodes, 642);
+    scene_destroy(&scene);
+    assert_string_equal(
+        read_as_scene(MESH("generator = \"ico_sphere\"; subdivisions = 8;"), &scene), "");
+    assert_int_equal(scene.body[0].mesh.nodes, 655362);
+    scene_destroy(&scene);
+    expect_error(MESH("generator = \"ico_sphere\"; nodes = 100;"),
+                 "x.cfg:2: nodes 100 is no ico_sphere: 10 * 4^s + 2, as 12, 42, 162, 642, 2562");
+    expect_error(MESH("generator = \"ico_sphere\"; nodes = 42; subdivisions = 1;"),
+                 "x.cfg:2: nodes and subdivisions are two ways to say the same");
+}
+
+static void mesh_files_are_seen_from_the_scenes_folder(void **unused)
+{
+    (void)unused;
+    char expected[SCRATCH_PATH];
+    Scene scene;
+    assert_string_equal(
+        read_as_scene(MESH("file = \"organ.stl\"; scale = 0.001; "
+                           "place = { translation = (1, 2, 3.5); rotation = [0, 0, 1]; };"),
+                      &scene),
+        "");
+    const MeshSource *mesh = &scene.body[0].mesh;
+    assert_int_equal(mesh->kind, MESH_FILE);
+    assert_string_equal(mesh->file, scratch_path(&scratch, "organ.stl", expected));
+    expect_near(mesh->scale, 0.001, 0.0);
+    expect_near(mesh->translation.z, 3.5, 0.0);
+    expect_near(mesh->rotation.z, 1.0, 0.0);
+    scene_destroy(&scene);
+    assert_string_equal(read_as_scene(IN_BODY("initial = \"/data/start.h5\";"), &scene), "");
+    assert_string_equal(scene.body[0].initial, "/data/start.h5");
+    scene_destroy(&scene);
+}
+
+static void uniform_and_physical_material_do_not_mix(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    assert_string_equal(read_as_scene(IN_BODY("material = { spring_stiffness = 40; node_mass = "
+                                              "0.001; node_damping = 0.5; };"),
+                                      &scene),
+                        "");
+    const SurfaceMaterial *material = &scene.body[0].surface.material;
+    assert_true(material->uniform);
+    expect_near(material->spring_stiffness, 40.0, 0.0);
+    expect_near(material->spring_damping, 0.0, 0.0);
+    expect_near(material->node_mass, 0.001, 0.0);
+    expect_near(material->node_damping, 0.5, 0.0);
+    scene_destroy(&scene);
+    expect_error(
+        IN_BODY("material = { spring_stiffness = 40; node_mass = 1; areal_density = 1; };"),
+        "x.cfg:2: spring_stiffness cannot be mixed with areal_density");
+    expect_error(IN_BODY("material = { spring_damping = 1; node_mass = 1; };"),
+                 "x.cfg:2: bodies.material.spring_stiffness is missing: it goes with "
+                 "spring_damping");
+    expect_error(IN_BODY("material = { spring_stiffness = 1; };"),
+                 "x.cfg:2: bodies.material.node_mass is missing: it goes with spring_stiffness");
+}
+
+static void shape_is_a_frequency_or_a_stiffness_a_node(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    assert_string_equal(read_as_scene(IN_BODY("shape = { frame = \"body\"; };"), &scene), "");
+    const SurfaceShape *shape = &scene.body[0].surface.shape;
+    assert_true(shape->wanted && !shape->per_node);
+    expect_near(shape->angular_frequency, 50.0, 0.0);
+    expect_near(shape->damping_ratio, 0.1, 0.0);
+    assert_int_equal(shape->frame, SHAPE_BODY);
+    scene_destroy(&scene);
+    assert_string_equal(
+        read_as_scene(IN_BODY("shape = { stiffness = 3; damping = 0.5; };"), &scene), "");
+    assert_true(scene.body[0].surface.shape.per_node);
+    expect_near(scene.body[0].surface.shape.stiffness, 3.0, 0.0);
+    scene_destroy(&scene);
+    expect_error(IN_BODY("shape = { damping_ratio = 1; damping = 1; };"),
+                 "x.cfg:2: damping cannot be mixed with damping_ratio");
+    expect_error(IN_BODY("shape = { damping = 1; };"),
+                 "x.cfg:2: bodies.shape.stiffness is missing: it goes with damping");
+}
+
+static void fixed_takes_boxes_spheres_and_nodes(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    assert_string_equal(
+        read_as_scene(IN_BODY("fixed = ( { box = ([-1, -1, -1.5], [1, 1, 0]); },\n"
+                              "{ sphere = (0, 0, 1); radius = 2; }, { nodes = [4, 2]; } );"),
+                      &scene),
+        "");
+    const FixedRegion *fixed = scene.body[0].fixed;
+    assert_int_equal(scene.body[0].surface.fixed_count, 3);
+    assert_ptr_equal(scene.body[0].surface.fixed, fixed);
+    assert_int_equal(fixed[0].kind, FIXED_BOX);
+    expect_near(fixed[0].low.z, -1.5, 0.0);
+    expect_near(fixed[0].high.x, 1.0, 0.0);
+    assert_int_equal(fixed[1].kind, FIXED_SPHERE);
+    expect_near(fixed[1].center.z, 1.0, 0.0);
+    expect_near(fixed[1].radius, 2.0, 0.0);
+    assert_int_equal(fixed[2].kind, FIXED_NODES);
+    assert_int_equal(fixed[2].node_count, 2);
+    assert_int_equal(fixed[2].node[1], 2);
+    scene_destroy(&scene);
+    expect_error(IN_BODY("fixed = ( { } );"),
+                 "x.cfg:2: fixed entry must be one of { box }, { sphere; radius } and { nodes }");
+    expect_error(IN_BODY("fixed = ( { sphere = (0, 0, 0); } );"),
+                 "x.cfg:2: fixed radius is missing: a ball has a sphere and a radius");
+    expect_error(IN_BODY("fixed = ( { box = ([0, 0, 1], [1, 1, 0]); } );"),
+                 "x.cfg:2: box is empty: its first corner must be the lower one");
+    expect_error(IN_BODY("fixed = ( { nodes = [1, -2]; } );"),
+                 "x.cfg:2: nodes -2 outside [0, 268435456]");
+    expect_error(IN_BODY("fixed = ( 3 );"), "x.cfg:2: fixed entry 3 must be a group { ... }");
+}
+
+#define TOOL(text) BODY "tools = ( { id = 1; " text " } );"
+
+static void tools_have_the_shapes_of_their_kind(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    assert_string_equal(
+        read_as_scene(
+            TOOL("kind = \"probe\"; capsules = ( { from = (0, 0, 1); radius = 0.1; } ); "), &scene),
+        "");
+    assert_int_equal(scene.tool[0].capsule_count, 1);
+    // Without `to` the capsule is a ball.
+    expect_near(scene.tool[0].capsule[0].to.z, 1.0, 0.0);
+    expect_near(scene.tool[0].max_force, 3.3, 0.0);
+    scene_destroy(&scene);
+    assert_string_equal(
+        read_as_scene(TOOL("kind = \"static\"; plane = { normal = (0, 0, 5); }; "), &scene), "");
+    assert_true(scene.tool[0].has_plane);
+    expect_near(scene.tool[0].plane.normal.z, 1.0, 0.0);
+    scene_destroy(&scene);
+    expect_error(TOOL("kind = \"probe\"; "), "x.cfg:2: tool 1 has no shape: give it capsules");
+    expect_error(TOOL("kind = \"static\"; "),
+                 "x.cfg:2: tool 1 has no shape: give it capsules or a plane");
+    expect_error(TOOL("kind = \"probe\"; plane = { normal = (0, 0, 1); }; "),
+                 "x.cfg:2: plane means nothing for a probe, only for kind static");
+    expect_error(TOOL("kind = \"static\"; max_force = 2; plane = { normal = (0, 0, 1); }; "),
+                 "x.cfg:2: max_force means nothing for a static tool: it never yields");
+    expect_error(TOOL("kind = \"blade\"; edge = ( (0, 0, 0), (0, 0, 1) ); "),
+                 "x.cfg:2: kind \"blade\": cutting is not built into this version; only \"probe\", "
+                 "\"static\"");
+}
+
+static void loads_find_their_body(void **unused)
+{
+    (void)unused;
+#define LOAD(body)                                                                                 \
+    "bodies = ( { name = \"one\"; mesh = { generator = \"sheet\"; }; },\n"                         \
+    " { name = \"two\"; mesh = { generator = \"sheet\"; }; } );\n"                                 \
+    "loads = ( { " body "center = (0, 0, 0); radius = 1; force = (0, 0, -1); duration = 2; } );"
+    Scene scene;
+    assert_string_equal(read_as_scene(LOAD("body = \"two\"; "), &scene), "");
+    assert_int_equal(scene.load[0].load.body, 1);
+    expect_near(scene.load[0].load.force.z, -1.0, 0.0);
+    expect_near(scene.load[0].load.start, 0.0, 0.0);
+    expect_near(scene.load[0].load.duration, 2.0, 0.0);
+    scene_destroy(&scene);
+    assert_string_equal(read_as_scene(LOAD("body = \"\"; "), &scene), "");
+    assert_int_equal(scene.load[0].load.body, -1);
+    scene_destroy(&scene);
+    assert_string_equal(read_as_scene(LOAD(""), &scene), "");
+    assert_int_equal(scene.load[0].load.body, -1);
+    scene_destroy(&scene);
+    expect_error(LOAD("body = \"tow\"; "), "x.cfg:3: body \"tow\" is not in the scene");
+    expect_error(LOAD("body = \"twoo\"; "),
+                 "x.cfg:3: body \"twoo\" is not in the scene: did you mean \"two\"?");
+}
+
+static void names_and_ids_are_unique_and_fit_a_channel(void **unused)
+{
+    (void)unused;
+    expect_error("bodies = ( { name = \"a\"; mesh = { generator = \"sheet\"; }; },\n"
+                 " { name = \"a\"; mesh = { generator = \"sheet\"; }; } );\n",
+                 "x.cfg:2: name \"a\" is taken by the body at line 1");
+    expect_error(BODY "tools = ( { id = 1; kind = \"probe\"; capsules = ( { radius = 1; } ); },\n"
+                      "{ id = 1; kind = \"probe\"; capsules = ( { radius = 1; } ); } );",
+                 "x.cfg:3: id 1 is taken by another tool");
+    // 31 + 12 + 21 = 64 characters, one more than LCM carries.
+    expect_error(
+        "prefix = \"abcdefghijabcdefghijabcdefghij1\";\n"
+        "bodies = ( { name = \"abcdefghijabcdefghij1\"; mesh = { generator = \"sheet\"; }; } );",
+        "x.cfg:2: name \"abcdefghijabcdefghij1\" makes channel "
+        "abcdefghijabcdefghijabcdefghij1_MESH_DELTA_abcdefghijabcdefghij1 longer than 63 "
+        "characters");
+}
+
+static void publish_rates_do_not_exceed_the_tick_rate(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    assert_string_equal(read_as_scene("rate_hz = 30;\n" BODY, &scene), "");
+    expect_near(scene.publish.nodes_hz, 30.0, 0.0);
+    expect_near(scene.publish.contact_hz, 30.0, 0.0);
+    expect_near(scene.publish.mesh_hz, 1.0, 0.0);
+    scene_destroy(&scene);
+    expect_error("rate_hz = 30;\npublish = {\n nodes_hz = 60; };" BODY,
+                 "x.cfg:3: nodes_hz 60 exceeds rate_hz 30");
+}
+
+static void counts_are_limited(void **unused)
+{
+    (void)unused;
+    static char text[65536];
+    size_t length = (size_t)snprintf(text, sizeof text, "%sloads = (", BODY);
+    for (int i = 0; i < SIM_LOADS + 1; i++)
+        length += (size_t)snprintf(
+            text + length, sizeof text - length,
+            "%s{ center = (0, 0, 0); radius = 1; force = (0, 0, 1); duration = 1; }",
+            i > 0 ? "," : "");
+    snprintf(text + length, sizeof text - length, ");");
+    expect_error(text, "x.cfg:2: loads has 65 entries, at most 64");
+    expect_error("bodies = ( );", "x.cfg:1: bodies is empty: at least one body");
+    expect_error("", "x.cfg: bodies is missing (The soft bodies: 1 to 64 groups.)");
+}
+
+// --- files -------------------------------------------------------------------------------------
+
+static void duplicate_keys_and_syntax_errors_show_their_line(void **unused)
+{
+    (void)unused;
+    expect_error("rate_hz = 5;\nrate_hz = 6;\n" BODY,
+                 "x.cfg:2: duplicate setting name: rate_hz = 6;");
+    expect_error("rate_hz = ;\n", "x.cfg:1: syntax error: rate_hz = ;");
+    expect_error("\nname = \"x;\n", "x.cfg:2: a string begins here and does not end");
+    expect_error("gravity = [nan, 0.0, 0.0];\n",
+                 "x.cfg:1: syntax error: gravity = [nan, 0.0, 0.0];");
+}
+
+static void integers_beyond_32_bits_are_refused_not_cut(void **unused)
+{
+    (void)unused;
+    // libconfig would read 4294968296 as 1000, a valid rate.
+    expect_error("# 4294968296\nrate_hz = 4294968296;\n" BODY,
+                 "x.cfg:2: integer 4294968296 does not fit 32 bits");
+    expect_error("rate_hz = 0x1000003e8;\n" BODY,
+                 "x.cfg:1: integer 0x1000003e8 does not fit 32 bits");
+    Scene scene;
+    assert_string_equal(
+        read_as_scene("rate_hz = 0x3e8; # 4294968296\n/* 4294968296 */\n" BODY, &scene), "");
+    expect_near(scene.rate_hz, 1000.0, 0.0);
+    scene_destroy(&scene);
+}
+
+static void errors_in_included_files_name_the_included_file(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    const char *include = "\n@include \"part.inc\"\n" BODY;
+    scratch_write(&scratch, "part.inc", "rate_hz = 500;\n", 15);
+    assert_string_equal(read_as_scene(include, &scene), "");
+    expect_near(scene.rate_hz, 500.0, 0.0);
+    assert_string_equal(scene.text, include);
+    scene_destroy(&scene);
+    scratch_write(&scratch, "part.inc", "\nrate_hz = 0;\n", 14);
+    expect_error(include, "part.inc:2: rate_hz 0 outside [1, 10000]");
+    scratch_write(&scratch, "part.inc", "rate_hz = 99999999999;\n", 23);
+    expect_error(include, "part.inc:1: integer 99999999999 does not fit 32 bits");
+    scratch_write(&scratch, "part.inc", "\n\ngravity = [0, 1.0, 0];\n", 25);
+    expect_error(include, "part.inc:3: mismatched element type in array [ ]: write 0.0 for 0, or "
+                          "use ( )");
+}
+
+static void includes_that_cannot_be_read_are_named(void **unused)
+{
+    (void)unused;
+    expect_error("\n@include \"none.inc\"\n", "x.cfg:2: @include \"none.inc\": No such file or "
+                                              "directory");
+    // libconfig's scanner would end the process.
+    expect_error("@include \".\"\n", "x.cfg:1: @include \".\" is not a regular file");
+    expect_error("@include \"/dev/zero\"\n", "x.cfg:1: @include \"/dev/zero\" must be a path from "
+                                             "the scene file's folder, written with /");
+    Scene scene;
+    assert_non_null(strstr(read_as_scene("@include \"x.cfg\"\n", &scene),
+                           "x.cfg:1: @include \"x.cfg\" is nested deeper than 10 files"));
+}
+
+static void scene_files_that_cannot_be_read_are_named(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    Status status = {0};
+    assert_false(scene_read("no-such-scene.cfg", &scene, &status));
+    assert_string_equal(status.text, "no-such-scene.cfg: No such file or directory");
+    status = (Status){0};
+    assert_false(scene_read("/", &scene, &status));
+    assert_string_equal(status.text, "/ is not a regular file");
+    char path[SCRATCH_PATH];
+    scratch_write(&scratch, "zero.cfg", "a = 1;\0b", 8);
+    status = (Status){0};
+    assert_false(scene_read(scratch_path(&scratch, "zero.cfg", path), &scene, &status));
+    assert_non_null(strstr(status.text, "holds a zero byte: it is not text"));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_bare_body_takes_all_defaults),
+        cmocka_unit_test(known_words_of_later_features_are_accepted_at_their_defaults),
+        cmocka_unit_test(step_may_have_several_threads),
+        cmocka_unit_test(later_features_read_as_in_the_manual),
+        cmocka_unit_test(levels_are_read_as_written),
+        cmocka_unit_test(levels_that_do_not_go_together_are_refused),
+        cmocka_unit_test(checks_follow_a_lower_rate),
+        cmocka_unit_test(generators_take_their_own_keys_only),
+        cmocka_unit_test(ico_sphere_counts_nodes_or_subdivisions),
+        cmocka_unit_test(mesh_files_are_seen_from_the_scenes_folder),
+        cmocka_unit_test(uniform_and_physical_material_do_not_mix),
+        cmocka_unit_test(shape_is_a_frequency_or_a_stiffness_a_node),
+        cmocka_unit_test(fixed_takes_boxes_spheres_and_nodes),
+        cmocka_unit_test(tools_have_the_shapes_of_their_kind),
+        cmocka_unit_test(loads_find_their_body),
+        cmocka_unit_test(names_and_ids_are_unique_and_fit_a_channel),
+        cmocka_unit_test(publish_rates_do_not_exceed_the_tick_rate),
+        cmocka_unit_test(counts_are_limited),
+        cmocka_unit_test(duplicate_keys_and_syntax_errors_show_their_line),
+        cmocka_unit_test(integers_beyond_32_bits_are_refused_not_cut),
+        cmocka_unit_test(errors_in_included_files_name_the_included_file),
+        cmocka_unit_test(includes_that_cannot_be_read_are_named),
+        cmocka_unit_test(scene_files_that_cannot_be_read_are_named),
+    };
+    return cmocka_run_group_tests(tests, scene_text_begin, scene_text_end);
+}
