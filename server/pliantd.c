@@ -1,5 +1,6 @@
 // pliantd: the daemon's command line. Reads and builds the scene, then runs it live, off line, or
 // prints what it is.
+#include "base/isa.h"
 #include "base/log.h"
 #include "files/checkpoint.h"
 #include "run/explain.h"
@@ -255,7 +256,7 @@ static void parse_arguments(int argc, char **argv, Arguments *arguments)
 
 static bool isa_is_known(const char *name)
 {
-    for (const char *const *level = build_isa_levels(); *level != NULL; level++)
+    for (const char *const *level = isa_available(); *level != NULL; level++)
         if (strcmp(*level, name) == 0)
             return true;
     return strcmp(name, "auto") == 0;
@@ -267,7 +268,7 @@ static const char *choose_isa(const Arguments *arguments, const InputLogReader *
 {
     if (arguments->isa != NULL) {
         char levels[128] = "auto";
-        for (const char *const *level = build_isa_levels(); *level != NULL; level++)
+        for (const char *const *level = isa_available(); *level != NULL; level++)
             snprintf(levels + strlen(levels), sizeof levels - strlen(levels), ", %s", *level);
         if (!isa_is_known(arguments->isa))
             status_fail(status, STATUS_INVALID, "pliantd: --isa '%s' is not one of %s here",

@@ -1,5 +1,6 @@
 // One evaluation of a body with levels against a plain sum over its leaves, at random states: every
 // variant of the kernels for such bodies, at every instruction-set level and precision.
+#include "base/isa.h"
 #include "detail_bench.h"
 
 #include "expect.h"
@@ -221,7 +222,7 @@ static void every_variant_agrees_with_a_plain_sum(void **unused)
 {
     (void)unused;
     const FixedRegion held = {.kind = FIXED_SPHERE, .center = {0.0, 0.0, 0.0}, .radius = 0.03};
-    const char *const *isa = surface_isa_levels();
+    const char *const *isa = isa_available();
     for (int level = 0; isa[level] != NULL; level++)
         for (int precision = 0; precision < 2; precision++)
             for (int variant = 0; variant < 2 * 2 * SHAPE_VARIANTS; variant++)

@@ -1,5 +1,6 @@
 // The same bits: of a scene run twice, continued from the middle of a refined state in another
 // process's memory, after a reset, looked at or not, and with every instruction set.
+#include "base/isa.h"
 #include "detail_bench.h"
 
 #include "expect.h"
@@ -202,15 +203,15 @@ static void every_instruction_set_gives_the_same_bits(void **unused)
     (void)unused;
     for (int kind = 0; kind < KINDS; kind++) {
         uint64_t hash = 0;
-        for (const char *const *isa = surface_isa_levels(); *isa != NULL; isa++) {
+        for (const char *const *isa = isa_available(); *isa != NULL; isa++) {
             DetailBench bench;
             create(&bench, kind, *isa);
             assert_string_equal(bench.body->ops->isa(bench.model), *isa);
             run_to(&bench, MIDDLE, false);
-            if (isa == surface_isa_levels())
+            if (isa == isa_available())
                 hash = state_hash(&bench.state);
             if (state_hash(&bench.state) != hash)
-                fail_msg("kind %d: %s differs from %s", kind, *isa, surface_isa_levels()[0]);
+                fail_msg("kind %d: %s differs from %s", kind, *isa, isa_available()[0]);
             bench_destroy(&bench);
         }
     }

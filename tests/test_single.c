@@ -1,5 +1,6 @@
 // Single precision against double: the same bodies, the same inputs. Double precision itself is
 // checked against a plain solver in test_surface_trajectory.c and test_kernel_variants.c.
+#include "base/isa.h"
 #include "expect.h"
 #include "fixture.h"
 #include "random.h"
@@ -93,7 +94,7 @@ static void every_variant_at_every_level_follows_double(void **state)
             assert_true(sim_apply_load(reference.sim, &fixture_everywhere, why, sizeof why));
         fixture_run(&reference, 3);
 
-        const char *const *levels = surface_isa_levels();
+        const char *const *levels = isa_available();
         uint64_t hash = 0;
         for (int k = 0; levels[k] != NULL; k++) {
             Fixture single;

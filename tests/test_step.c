@@ -1,5 +1,6 @@
 // One tick and what comes between two: resets, bad numbers, settling, stages, and that
 // the same inputs give the same bits.
+#include "base/isa.h"
 #include "expect.h"
 #include "fixture.h"
 
@@ -80,7 +81,7 @@ static void same_inputs_give_the_same_bits(void **state)
 static void instruction_set_level_does_not_change_a_bit(void **state)
 {
     (void)state;
-    const char *const *levels = surface_isa_levels();
+    const char *const *levels = isa_available();
     uint64_t expected = 0;
     for (int k = 0; levels[k] != NULL; k++) {
         FixtureOptions options = fixture_loadable();

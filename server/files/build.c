@@ -124,10 +124,6 @@ static bool create_body(World *world, const Scene *scene, int index, const Prepa
     return ok;
 }
 
-const char *const *build_isa_levels(void)
-{
-    return surface_isa_levels();
-}
 #else
 static bool create_body(World *world, const Scene *scene, int index, const Prepared *prepared,
                         const BuildOptions *options, Status *status)
@@ -135,12 +131,6 @@ static bool create_body(World *world, const Scene *scene, int index, const Prepa
     (void)world, (void)scene, (void)index, (void)prepared, (void)options;
     return status_fail(status, STATUS_INVALID,
                        "this pliantd was built without surface bodies (PLIANT_SURFACE)");
-}
-
-const char *const *build_isa_levels(void)
-{
-    static const char *const none[] = {NULL};
-    return none;
 }
 #endif
 

@@ -29,8 +29,4 @@ typedef struct World {
 bool world_build(World *world, const Scene *scene, const BuildOptions *options, Status *status);
 void world_destroy(World *world);
 
-// Instruction-set levels of the kernels that were built in and run here, best first; NULL at the
-// end.
-const char *const *build_isa_levels(void);
-
 #endif

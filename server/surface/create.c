@@ -380,12 +380,3 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *optio
     winged_destroy(&winged);
     return true;
 }
-
-const char *const *surface_isa_levels(void)
-{
-    static const char *levels[8];
-    const SpringKernels *const *available = kernels_available(PRECISION_DOUBLE);
-    for (int i = 0; i < 7 && available[i] != NULL; i++)
-        levels[i] = available[i]->level;
-    return levels;
-}

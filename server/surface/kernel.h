@@ -11,7 +11,7 @@
 #define PLIANT_SURFACE_KERNEL_H
 
 #include "dynamics/integrator.h"
-#include "surface/precision.h"
+#include "base/precision.h"
 
 #include <stdbool.h>
 

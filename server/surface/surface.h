@@ -10,7 +10,7 @@
 #include "dynamics/body.h"
 #include "geometry/levels.h"
 #include "geometry/mesh.h"
-#include "surface/precision.h"
+#include "base/precision.h"
 
 // Material in physical units, or the paper's uniform values.
 typedef struct SurfaceMaterial {
@@ -100,8 +100,5 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *optio
 
 // Double-precision readers for checkpoints and tests: [node_count] in mesh order.
 void surface_read_state(const Body *body, Vec3 *position, Vec3 *velocity);
-
-// Instruction-set levels of the kernels that this machine can run, best first; NULL at the end.
-const char *const *surface_isa_levels(void);
 
 #endif

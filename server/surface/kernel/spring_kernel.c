@@ -9,7 +9,7 @@
 // miscompiles masked conditional loops.
 #include "surface/kernel.h"
 
-#include "kernel/vector.h"
+#include "base/vector.h"
 
 #include <string.h>
 

@@ -3,8 +3,8 @@
 // with widths 4, 8, 16, or double with widths 2, 4, 8. The widths of float that only
 // x86-64 has load and store rows by its intrinsics: the shuffle unit is the bottleneck, and
 // compilers do not find the forms that spare it.
-#ifndef PLIANT_SURFACE_KERNEL_VECTOR_H
-#define PLIANT_SURFACE_KERNEL_VECTOR_H
+#ifndef PLIANT_BASE_VECTOR_H
+#define PLIANT_BASE_VECTOR_H
 
 #include <math.h>
 #include <stdbool.h>

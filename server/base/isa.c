@@ -1,0 +1,48 @@
+#include "base/isa.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <string.h>
+
+static const char *const names[ISA_COUNT] = {"baseline", "x86-64-v3", "x86-64-v4"};
+
+const char *isa_name(IsaLevel level)
+{
+    return names[level];
+}
+
+IsaLevel isa_best(void)
+{
+#if defined(__x86_64__)
+    __builtin_cpu_init();
+    if (!(__builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi2") &&
+          __builtin_cpu_supports("fma")))
+        return ISA_BASE;
+    bool v4 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+              __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
+              __builtin_cpu_supports("avx512vl");
+    return v4 ? ISA_V4 : ISA_V3;
+#else
+    return ISA_BASE;
+#endif
+}
+
+IsaLevel isa_find(const char *name)
+{
+    if (strcmp(name, "auto") == 0)
+        return isa_best();
+    for (int level = 0; level <= (int)isa_best(); level++)
+        if (strcmp(name, names[level]) == 0)
+            return (IsaLevel)level;
+    return ISA_COUNT;
+}
+
+const char *const *isa_available(void)
+{
+    static const char *available[ISA_COUNT + 1];
+    int count = 0;
+    for (int level = (int)isa_best(); level >= 0; level--)
+        available[count++] = names[level];
+    available[count] = NULL;
+    return available;
+}

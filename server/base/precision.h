@@ -1,0 +1,7 @@
+// The precisions in which the kernels of bodies hold their numbers.
+#ifndef PLIANT_BASE_PRECISION_H
+#define PLIANT_BASE_PRECISION_H
+
+typedef enum Precision { PRECISION_DOUBLE, PRECISION_SINGLE, PRECISION_COUNT } Precision;
+
+#endif

@@ -1,0 +1,39 @@
+// The elastic element, for any number of vertices in any place: the reference in double precision
+// that the kernels are tested against, and what they do in readable form (voxel.md section 1).
+#ifndef PLIANT_VOXEL_ELEMENT_H
+#define PLIANT_VOXEL_ELEMENT_H
+
+#include "base/vec.h"
+
+typedef enum VoxelLaw {
+    VOXEL_AFFINE,       // area vectors for the uniform part, weighted residual for the rest
+    VOXEL_MIYAZAKI2004, // the paper's force k w_i (R R0_i - r_i)
+} VoxelLaw;
+
+// Rest shape; arrays of the caller.
+typedef struct Element {
+    int count;
+    const Vec3 *place;    // X_i [m]
+    const double *weight; // w_i > 0; any scale
+    const Vec3 *area;     // a_i [m2], sum 0, sum X_i a_i^T = volume * 1 (VOXEL_AFFINE)
+    double volume;        // [m3]
+} Element;
+
+// Area vectors and volume of a polyhedron with outward triangles: a_i = a third of the area vectors
+// of its triangles (exact for fields linear on each triangle).
+void element_polyhedron(const Vec3 *place, int count, const int (*triangle)[3], int triangle_count,
+                        Vec3 *area, double *volume);
+
+typedef struct ElementStiffness {
+    VoxelLaw law;
+    double mu, lambda; // Lame's [Pa] (VOXEL_AFFINE)
+    double residual;   // alpha k: of the residual (VOXEL_AFFINE), or k of the paper [N/m]
+    double damping;    // beta k: on the velocity without its rigid part [N s/m]
+} ElementStiffness;
+
+// Adds forces [N] to `force`; returns the energy [J]. velocity may be NULL (no damping). `last` as
+// in rotation_fit.
+double element_forces(const Element *element, const ElementStiffness *stiffness,
+                      const Vec3 *position, const Vec3 *velocity, Quat *last, Vec3 *force);
+
+#endif

@@ -1,0 +1,96 @@
+// The seam of the element kernels: batches of 16 elements of one kind, and what one evaluation of
+// all forces reads and writes. The kernel is one source (kernel/voxel_kernel.c) compiled once for
+// each precision and instruction-set level; additions keep one order at every width and nothing is
+// contracted, so that every level of a precision gives the same bits.
+//
+// Rows hold displacements u from the rest place, in the body's base frame, in both precisions: an
+// element's deformation is F = 1 + (1/V) sum u_i a_i^T, so that rounding is relative to the
+// deformation and not to the place.
+#ifndef PLIANT_VOXEL_KERNEL_H
+#define PLIANT_VOXEL_KERNEL_H
+
+#include "base/isa.h"
+#include "base/precision.h"
+#include "dynamics/rows.h"
+#include "voxel/element.h"
+#include "voxel/template.h"
+
+#include <stdbool.h>
+
+enum { LANES = 16 }; // elements in a batch
+
+// Real below is float or double, by the kernel's precision.
+
+// What all elements of a batch have in common, in the terms of their rest shape scaled to H.
+typedef struct ElementClass {
+    double size;     // H [m]
+    double mu;       // [Pa]
+    double lambda;   // [Pa]
+    double residual; // alpha k, k = mu H [N/m]; k of the paper's law
+    double damping;  // beta k [N s/m]; 0: none
+} ElementClass;
+
+// Cubes with 8 corners and no other vertex. Batches of one class follow one another; lanes left
+// over in a class's last batch hold the spare vertex eight times.
+typedef struct PlainBatches {
+    int batch_count;
+    const int *vertex;        // [batch][8][LANES], corners as in template.h
+    const int *element_class; // [batch]
+} PlainBatches;
+
+// Elements with hanging vertices, by template and then by class.
+typedef struct HangingBatches {
+    int batch_count;
+    const int *start;          // [batch + 1] of its rows of `vertex`
+    const int *vertex;         // [rows][LANES]
+    const int *template_index; // [batch]
+    const int *element_class;  // [batch]
+} HangingBatches;
+
+typedef struct VoxelPass {
+    const PlainBatches *plain;
+    const HangingBatches *hanging;
+    const Template *templates;
+    const ElementClass *classes;
+    VoxelLaw law;
+    bool damped;
+    const void *rows; // Real [vertex][ROW]: u and velocity in the base frame
+    void *force;      // Real [vertex][4]; added to
+    // Quaternions w x y z [plain batches, then hanging ones][LANES]: the rotation that an element
+    // had when it was last too flat or inverted for the fast path. Written by those only. State.
+    double (*last)[LANES][4];
+    double stiffness_scale, damping_scale;
+} VoxelPass;
+
+typedef void VoxelKernel(const VoxelPass *pass);
+
+// After all forces: v += h (f / m + g), u += advance h v, forces to zero. Vertices with inverse
+// mass 0 stay. `next` may be `present`. Returns whether every |u| stays within position_limit and
+// every |v| within the speed limit; if `check` is not set it may return true without having looked.
+typedef struct AdvancePass {
+    const void *present;      // Real [vertex][ROW]
+    void *next;               // Real [vertex][ROW]
+    void *force;              // Real [vertex][4]
+    const void *inverse_mass; // Real [vertex] [1/kg]
+    int vertex_count;         // with the spare one
+    double h, advance;
+    double gravity[3]; // in the base frame [m/s2]
+    double position_limit;
+    bool check;
+} AdvancePass;
+
+typedef bool AdvanceKernel(const AdvancePass *pass);
+typedef void VoxelDrift(const void *present, void *next, int vertex_count, double dt);
+
+typedef struct VoxelKernels {
+    const char *level;
+    Precision precision;
+    VoxelKernel *evaluate;
+    AdvanceKernel *advance;
+    VoxelDrift *drift;
+} VoxelKernels;
+
+// NULL when that level was not compiled in or does not run here.
+const VoxelKernels *voxel_kernels_find(Precision precision, const char *level);
+
+#endif

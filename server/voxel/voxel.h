@@ -1,0 +1,56 @@
+// Voxel bodies: solid organs as elements that pull their vertices back to a rotated reference
+// shape, small at the surface and large inside (Miyazaki et al. 2004).
+#ifndef PLIANT_VOXEL_VOXEL_H
+#define PLIANT_VOXEL_VOXEL_H
+
+#include "base/arena.h"
+#include "base/precision.h"
+#include "base/state.h"
+#include "base/status.h"
+#include "dynamics/body.h"
+#include "dynamics/fixed.h"
+#include "geometry/lattice.h"
+#include "geometry/mesh.h"
+#include "voxel/element.h"
+#include "voxel/layout.h"
+
+typedef struct VoxelMaterial {
+    double youngs_modulus; // E [Pa]
+    double poisson_ratio;  // nu, [0, 0.49]; 0 with VOXEL_MIYAZAKI2004
+    double density;        // rho [kg/m3]
+} VoxelMaterial;
+
+typedef struct VoxelOptions {
+    const char *name;
+    const Lattice *lattice; // not needed after creation
+    int dimensions;         // 3, or 2: the plane case
+    int levels;             // coarsest level of elements, [0, VOXEL_LEVELS_MAX]
+    VoxelLaw law;
+    int material_count;
+    const VoxelMaterial *material; // [material_count] by label - 1
+    double damping;                // beta in units of the critical step dt0 of the body
+    IntegratorKind integrator;     // symplectic_euler or leapfrog
+    Precision precision;
+    double time_step; // [s]; 0: from the stability bound
+    bool unsafe_time_step;
+    int fixed_count;
+    const FixedRegion *fixed; // nodes: indices of lattice points
+    // initial state by ascending vertex id, or NULL: at rest
+    int initial_count;
+    const Vec3 *initial_position, *initial_velocity;
+    Vec3 gravity;
+    double contact_ratio, contact_damping, friction; // see dynamics/body.h
+    bool without_loads;                              // no load can act on it
+    bool publish_all;                                // inner vertices too
+    const TriMesh *skin; // display surface in the place of the outer faces, or NULL
+    const char *isa;     // "auto" or a name of isa.h
+} VoxelOptions;
+
+// Builds a body. Allocates from `arena`, lists its state. False with `status`: what does not fit.
+bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
+                  Status *status);
+
+// The critical step dt0 of a cube of this material [s] (voxel.md 6.1): h sqrt(rho (1 - 2 nu) / E).
+double voxel_critical_step(const VoxelMaterial *material, double size);
+
+#endif
