@@ -1,13 +1,5 @@
 #include "surface/fixed.h"
 
-static bool contains(const FixedRegion *region, Vec3 x)
-{
-    if (region->kind == FIXED_BOX)
-        return x.x >= region->low.x && x.y >= region->low.y && x.z >= region->low.z &&
-               x.x <= region->high.x && x.y <= region->high.y && x.z <= region->high.z;
-    return vec3_length(vec3_sub(x, region->center)) <= region->radius;
-}
-
 bool fixed_mark(const TriMesh *mesh, const SurfaceOptions *options, bool *fixed, Status *status)
 {
     const Levels *levels = options->hierarchy;
@@ -26,7 +18,7 @@ bool fixed_mark(const TriMesh *mesh, const SurfaceOptions *options, bool *fixed,
             continue;
         }
         for (int i = 0; i < nodes; i++)
-            if (contains(region, mesh->position[i]))
+            if (fixed_contains(region, mesh->position[i]))
                 fixed[i] = true;
     }
     // Copies, the last nodes of the mesh, have no number of their own in the file.

@@ -4,13 +4,14 @@
 #define PLIANT_SURFACE_SURFACE_H
 
 #include "base/arena.h"
-#include "base/team.h"
+#include "base/precision.h"
 #include "base/state.h"
 #include "base/status.h"
+#include "base/team.h"
 #include "dynamics/body.h"
+#include "dynamics/fixed.h"
 #include "geometry/levels.h"
 #include "geometry/mesh.h"
-#include "base/precision.h"
 
 // Material in physical units, or the paper's uniform values.
 typedef struct SurfaceMaterial {
@@ -40,16 +41,6 @@ typedef struct SurfaceShape {
     double damping;           // k'_d [N s/m] a node
     ShapeFrame frame;         // where the virtual nodes live
 } SurfaceShape;
-
-typedef enum FixedKind { FIXED_BOX, FIXED_SPHERE, FIXED_NODES } FixedKind;
-typedef struct FixedRegion {
-    FixedKind kind;
-    Vec3 low, high;  // box [m]
-    Vec3 center;     // sphere [m]
-    double radius;   // [m]
-    const int *node; // indices in the mesh file [node_count], owned by the scene
-    int node_count;
-} FixedRegion;
 
 // How the properties of springs and nodes follow the level of detail (level_rules.h).
 typedef enum SurfaceAdjust { ADJUST_CONTINUUM, ADJUST_CHOI2005 } SurfaceAdjust;

@@ -13,6 +13,7 @@ header_of() {
     geometry) echo geometry/mesh.h ;;
     dynamics) echo dynamics/sim.h ;;
     surface) echo surface/surface.h ;;
+    voxel) echo voxel/voxel.h ;;
     files) echo files/scene.h ;;
     run) echo run/bus.h ;;
     esac
@@ -23,10 +24,15 @@ rank_of() {
     base) echo 1 ;;
     geometry) echo 2 ;;
     dynamics) echo 3 ;;
-    surface) echo 4 ;;
+    surface | voxel) echo 4 ;;
     files) echo 5 ;;
     run) echo 6 ;;
     esac
+}
+
+# Surface and voxel bodies see neither other.
+may_see() {
+    [ "$1" = "$2" ] || [ "$(rank_of "$2")" -lt "$(rank_of "$1")" ]
 }
 
 complain() {
@@ -39,19 +45,17 @@ while read -r room folders; do
     for folder in $folders; do
         options="$options -I$folder"
     done
-    for other in base geometry dynamics surface files run; do
+    for other in base geometry dynamics surface voxel files run; do
         header=$(header_of "$other")
         [ -f "$server/$header" ] || complain "there is no $header to try"
         # shellcheck disable=SC2086 # one option a word
         if printf '#include "%s"\nextern int used;\n' "$header" |
             "$compiler" -std=c17 -D_GNU_SOURCE $options -fsyntax-only -x c - 2>/dev/null; then
             compiled=$((compiled + 1))
-            [ "$(rank_of "$other")" -le "$(rank_of "$room")" ] ||
-                complain "room $room can include $header"
+            may_see "$room" "$other" || complain "room $room can include $header"
         else
             refused=$((refused + 1))
-            [ "$(rank_of "$other")" -gt "$(rank_of "$room")" ] ||
-                complain "room $room cannot include $header"
+            may_see "$room" "$other" && complain "room $room cannot include $header"
         fi
     done
 done <"$rooms"

@@ -1,0 +1,22 @@
+// Regions whose nodes the world holds.
+#ifndef PLIANT_DYNAMICS_FIXED_H
+#define PLIANT_DYNAMICS_FIXED_H
+
+#include "base/vec.h"
+
+#include <stdbool.h>
+
+typedef enum FixedKind { FIXED_BOX, FIXED_SPHERE, FIXED_NODES } FixedKind;
+typedef struct FixedRegion {
+    FixedKind kind;
+    Vec3 low, high;  // box [m]
+    Vec3 center;     // sphere [m]
+    double radius;   // [m]
+    const int *node; // indices in the mesh file [node_count], owned by the scene
+    int node_count;
+} FixedRegion;
+
+// Whether a point lies in a box or sphere, borders included.
+bool fixed_contains(const FixedRegion *region, Vec3 x);
+
+#endif
