@@ -12,8 +12,7 @@
 // A single quarter is a square of half the edge.
 static bool is_square(const PlaneForm *form)
 {
-    return form->shape->count == 4 &&
-           (form->shape->extent == 1.0 || form->shape->extent == 0.25);
+    return form->shape->count == 4 && (form->shape->extent == 1.0 || form->shape->extent == 0.25);
 }
 
 static void square_numbers(const PlaneForm *form, double number[SQUARE_NUMBERS])
@@ -183,7 +182,8 @@ void plane_create_batches(PlaneModel *model, const char *name, Arena *arena)
     model->batches.class = arena_allocate(arena, ARENA_STEP, (size_t)classes * SQUARE_NUMBERS,
                                           rows_real_size(&model->rows), "%s/square numbers", name);
     for (long k = 0; k < (long)classes * SQUARE_NUMBERS; k++)
-        rows_put(&model->rows, model->batches.class, k, class[k / SQUARE_NUMBERS][k % SQUARE_NUMBERS]);
+        rows_put(&model->rows, model->batches.class, k,
+                 class[k / SQUARE_NUMBERS][k % SQUARE_NUMBERS]);
     free(square);
     free(other);
     free(class);

@@ -120,8 +120,8 @@ static void move_frame(PlaneModel *model, void *row)
         // R^T (arm + u - shift) - arm, with R - 1 where it is small.
         double ux = number[0] - fit.shift[0], uy = number[1] - fit.shift[1];
         const double moved[4] = {less * x + s * y + c * ux + s * uy,
-                                 less * y - s * x + c * uy - s * ux,
-                                 c * number[4] + s * number[5], c * number[5] - s * number[4]};
+                                 less * y - s * x + c * uy - s * ux, c * number[4] + s * number[5],
+                                 c * number[5] - s * number[4]};
         for (int k = 0; k < 2; k++) {
             rows_put(rows, row, (long)v * ROW + k, moved[k]);
             rows_put(rows, row, (long)v * ROW + 4 + k, moved[2 + k]);

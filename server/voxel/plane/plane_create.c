@@ -214,8 +214,7 @@ static void create_vertices(PlaneModel *model, const Making *making, const char 
     const VoxelOptions *options = making->options;
     const Lattice *lattice = options->lattice;
     const size_t rows = (size_t)model->vertex_count + 1, real = rows_real_size(&model->rows);
-    model->inverse_mass =
-        arena_allocate(arena, ARENA_STEP, rows, real, "%s/inverse mass", name);
+    model->inverse_mass = arena_allocate(arena, ARENA_STEP, rows, real, "%s/inverse mass", name);
     model->force = arena_allocate(arena, ARENA_STEP, 4 * rows, real, "%s/forces", name);
     for (int k = 0; k < 2; k++)
         model->row[k] = arena_allocate(arena, ARENA_STEP, ROW * rows, real, "%s/%s", name,

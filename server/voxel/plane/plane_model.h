@@ -1,8 +1,8 @@
 // Private to the plane body: its arrays. Constant after creation unless said.
 //
-// Vertices have rows of displacements (dynamics/rows.h) in the lattice's axes, with z = 0; one spare
-// row at the end takes what the padding of batches writes. Forces gather in an array of their own,
-// which contacts, loads and elements add to and which the advance of vertices clears.
+// Vertices have rows of displacements (dynamics/rows.h) in the lattice's axes, with z = 0; one
+// spare row at the end takes what the padding of batches writes. Forces gather in an array of their
+// own, which contacts, loads and elements add to and which the advance of vertices clears.
 #ifndef PLIANT_VOXEL_PLANE_PLANE_MODEL_H
 #define PLIANT_VOXEL_PLANE_PLANE_MODEL_H
 

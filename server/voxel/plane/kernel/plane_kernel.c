@@ -1,7 +1,7 @@
 // Forces of plane elements and the advance of their vertices (Miyazaki et al. 2004, section 2.2;
 // the affine law of plane_shape.h). Compiled once a precision and level with KERNEL_NAME,
-// KERNEL_LEVEL, KERNEL_SINGLE and KERNEL_WIDTH. A lane is an element. Written in displacements: with
-// G = F - 1 the parts of a deformation are
+// KERNEL_LEVEL, KERNEL_SINGLE and KERNEL_WIDTH. A lane is an element. Written in displacements:
+// with G = F - 1 the parts of a deformation are
 //   p = 2 + G00 + G11, q = G10 - G01, n = |(p, q)|, R = (p, q) / n, tr D = n - 2,
 //   F - R = (tr D / 2) R + B, B = [b0 b1; b1 -b0], 2 b0 = G00 - G11, 2 b1 = G10 + G01,
 // so that P = R (2 mu D + lambda tr(D) 1) = (mu + lambda) tr D R + 2 mu B; and tr D itself is
@@ -91,8 +91,7 @@ INLINE void damp_square(const PlanePass *pass, const Real *class, const Nodes *n
 {
     const Vector quarter = vector_set(0.25), half = number(class, SQUARE_PLACE, 1.0);
     const Vector zero = vector_set(0.0);
-    const Vector c =
-        number(class, SQUARE_DAMPING, pass->stiffness_scale * pass->damping_scale);
+    const Vector c = number(class, SQUARE_DAMPING, pass->stiffness_scale * pass->damping_scale);
     Vector x = (nodes->x[0] + nodes->x[1]) + (nodes->x[2] + nodes->x[3]);
     Vector y = (nodes->y[0] + nodes->y[1]) + (nodes->y[2] + nodes->y[3]);
     Vector vx = (nodes->vx[0] + nodes->vx[1]) + (nodes->vx[2] + nodes->vx[3]);
@@ -119,8 +118,8 @@ INLINE void evaluate_squares(const PlanePass *pass, bool damped)
     const PlaneBatches *batches = pass->batches;
     for (int b = 0; b < batches->square_count; b++) {
         const int *vertex = batches->square + (long)b * 4 * LANES;
-        const Real *class = (const Real *)batches->class +
-                            (long)batches->square_class[b] * SQUARE_NUMBERS;
+        const Real *class =
+            (const Real *)batches->class + (long)batches->square_class[b] * SQUARE_NUMBERS;
         const double scale = pass->stiffness_scale;
         const Vector slope = number(class, SQUARE_GRADIENT, 1.0),
                      shear = number(class, SQUARE_SHEAR, scale),
@@ -166,8 +165,8 @@ INLINE void evaluate_other(const PlanePass *pass, int batch, int lane, bool pape
     const int numbers = paper ? NODE_PAPER_NUMBERS : NODE_NUMBERS;
     const Real *node = (const Real *)batches->node + (long)first * numbers * LANES + lane;
     const Real *whole = (const Real *)batches->whole + (long)batch * WHOLE_NUMBERS * LANES + lane;
-#define NODE(i, which)  vector_load(node + ((long)(i)*numbers + (which)) * LANES)
-#define WHOLE(which)    vector_load(whole + (which)*LANES)
+#define NODE(i, which) vector_load(node + ((long)(i)*numbers + (which)) * LANES)
+#define WHOLE(which)   vector_load(whole + (which)*LANES)
     const Vector zero = vector_set(0.0), scale = vector_set(pass->stiffness_scale);
     Nodes n;
     load_nodes(pass, batches->vertex + (long)first * LANES + lane, count, damped, &n);
@@ -203,8 +202,8 @@ INLINE void evaluate_other(const PlanePass *pass, int batch, int lane, bool pape
             fy[i] = k * (r.s * x + less * y - (n.y[i] - cy));
         }
     } else {
-        Stress p = stress_of(gxx, gxy, gyx, gyy, scale * WHOLE(WHOLE_SHEAR),
-                             scale * WHOLE(WHOLE_TRACE));
+        Stress p =
+            stress_of(gxx, gxy, gyx, gyy, scale * WHOLE(WHOLE_SHEAR), scale * WHOLE(WHOLE_TRACE));
         for (int i = 0; i < count; i++) {
             Vector x = NODE(i, NODE_X), y = NODE(i, NODE_Y), k = scale * NODE(i, NODE_RESIDUAL);
             Vector ax = NODE(i, NODE_AREA_X), ay = NODE(i, NODE_AREA_Y);
