@@ -199,8 +199,9 @@ static Vec3 along(const Vec3 axis[3], Vec3 a)
 // -beta k w_i (v_i - v_c - omega x r_i), I omega = sum w r x v: what of the velocities is no rigid
 // motion. As that is a projection, linear and angular momentum stay, and energy only falls. Without
 // a unique omega (a line, a point) any solution will do, as what it is multiplied with is zero;
-// nearly there the small moment of inertia must keep its digits, or a moment is left over. Hence
-// all in the body's own axes.
+// nearly there omega is so large that a small moment of inertia must keep its digits, or a moment
+// is left over, and a resultant from a centre that is out by rounding. Hence all in the body's own
+// axes and from the centre that its coordinates there have.
 static void damping_forces(const Element *element, double damping, const Vec3 *position,
                            Vec3 centre, const Vec3 *velocity, Vec3 *force)
 {
@@ -211,9 +212,16 @@ static void damping_forces(const Element *element, double damping, const Vec3 *p
         add_outer(spread, element->weight[i], r, r);
     }
     principal_axes((const double(*)[3])spread, axis, value);
+    Vec3 own = {0.0, 0.0, 0.0};
+    double total = 0.0;
+    for (int i = 0; i < element->count; i++) {
+        own = vec3_madd(own, element->weight[i], along(axis, vec3_sub(position[i], centre)));
+        total += element->weight[i];
+    }
+    own = vec3_scale(1.0 / total, own);
     for (int i = 0; i < element->count; i++) {
         double w = element->weight[i];
-        Vec3 r = along(axis, vec3_sub(position[i], centre));
+        Vec3 r = vec3_sub(along(axis, vec3_sub(position[i], centre)), own);
         moment = vec3_madd(moment, w, vec3_cross(r, along(axis, vec3_sub(velocity[i], drift))));
         inertia[0][0] += w * (r.y * r.y + r.z * r.z);
         inertia[1][1] += w * (r.z * r.z + r.x * r.x);
@@ -224,7 +232,8 @@ static void damping_forces(const Element *element, double damping, const Vec3 *p
     }
     Vec3 omega = solve_scaled((const double(*)[3])inertia, moment);
     for (int i = 0; i < element->count; i++) {
-        Vec3 turn = vec3_cross(omega, along(axis, vec3_sub(position[i], centre)));
+        Vec3 r = vec3_sub(along(axis, vec3_sub(position[i], centre)), own);
+        Vec3 turn = vec3_cross(omega, r);
         Vec3 v = vec3_sub(velocity[i], drift);
         for (int k = 0; k < 3; k++)
             v = vec3_madd(v, k == 0 ? -turn.x : k == 1 ? -turn.y : -turn.z, axis[k]);
