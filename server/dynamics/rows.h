@@ -19,6 +19,10 @@
 
 enum { ROW = 8 };
 
+// A |component| of a velocity beyond this is a bad number: far above any physics, and its square
+// does not overflow [m/s].
+#define SPEED_LIMIT(precision) ((precision) == PRECISION_SINGLE ? 1e15 : 1e100)
+
 // Where the coordinates of displacement rows lie in the world; plain data, part of the state.
 typedef struct BaseFrame {
     Vec3 origin; // [m]

@@ -1,5 +1,5 @@
 // The seam of the plane kernels: what one evaluation of all forces reads and writes. The kernel is
-// one source (kernel/plane_kernel.c) compiled once for each precision and instruction-set level;
+// one source (server/voxel/kernel/plane_kernel.c) compiled once for each precision and instruction-set level;
 // every level of a precision gives the same bits: elements of a batch are computed side by side and
 // added one after the other.
 //
