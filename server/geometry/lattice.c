@@ -1,0 +1,211 @@
+// Lattices: life, placement, pieces. Load time only; never on the step thread.
+#include "geometry/lattice.h"
+
+#include "base/check.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+bool lattice_create(Lattice *lattice, const int count[3], double size, Status *status)
+{
+    *lattice = (Lattice){.turn = {1.0, 0.0, 0.0, 0.0}};
+    if (count[0] < 1 || count[1] < 1 || count[2] < 1)
+        return status_fail(status, STATUS_INVALID, "a lattice of %d x %d x %d cells has none",
+                           count[0], count[1], count[2]);
+    double cells = (double)count[0] * (double)count[1] * (double)count[2];
+    if (cells > LATTICE_MOST_CELLS)
+        return status_fail(status, STATUS_INVALID,
+                           "a lattice of %d x %d x %d cells, void ones counted, has more than %d",
+                           count[0], count[1], count[2], LATTICE_MOST_CELLS);
+    if (!(size > 0.0) || !isfinite(size))
+        return status_fail(status, STATUS_INVALID, "cells of %g m are not possible", size);
+    lattice->label = calloc((size_t)cells, 1);
+    if (lattice->label == NULL)
+        return status_fail(status, STATUS_FAILED, "no memory for a lattice of %.0f cells", cells);
+    for (int i = 0; i < 3; i++)
+        lattice->count[i] = count[i];
+    lattice->size = size;
+    return true;
+}
+
+void lattice_destroy(Lattice *lattice)
+{
+    free(lattice->label);
+    *lattice = (Lattice){0};
+}
+
+int lattice_label(const Lattice *lattice, int i, int j, int k)
+{
+    if (i < 0 || i >= lattice->count[0] || j < 0 || j >= lattice->count[1] || k < 0 ||
+        k >= lattice->count[2])
+        return 0;
+    return lattice->label[lattice_index(lattice, i, j, k)];
+}
+
+// Not turning leaves every bit alone.
+static bool is_turned(const Lattice *lattice)
+{
+    return lattice->turn.x != 0.0 || lattice->turn.y != 0.0 || lattice->turn.z != 0.0;
+}
+
+Vec3 lattice_point(const Lattice *lattice, double i, double j, double k)
+{
+    Vec3 offset = vec3_scale(lattice->size, vec3(i, j, k));
+    if (is_turned(lattice))
+        offset = quat_rotate(lattice->turn, offset);
+    return vec3_add(lattice->origin, offset);
+}
+
+static size_t cell_count(const Lattice *lattice)
+{
+    return (size_t)lattice->count[0] * (size_t)lattice->count[1] * (size_t)lattice->count[2];
+}
+
+long lattice_solid(const Lattice *lattice)
+{
+    size_t cells = cell_count(lattice);
+    long solid = 0;
+    for (size_t i = 0; i < cells; i++)
+        solid += lattice->label[i] != 0;
+    return solid;
+}
+
+void lattice_place(Lattice *lattice, double scale, Vec3 rotation, Vec3 translation)
+{
+    ASSERT(scale > 0.0);
+    lattice->size *= scale;
+    lattice->origin = vec3_scale(scale, lattice->origin);
+    if (rotation.x != 0.0 || rotation.y != 0.0 || rotation.z != 0.0) {
+        Quat turn = quat_from_rotation(rotation);
+        lattice->origin = quat_rotate(turn, lattice->origin);
+        lattice->turn = quat_unit(quat_multiply(turn, lattice->turn));
+    }
+    lattice->origin = vec3_add(lattice->origin, translation);
+}
+
+// --- margins ---
+
+// The box of solid cells: low to high, high not in it. False when there are none.
+static bool solid_box(const Lattice *lattice, int low[3], int high[3])
+{
+    for (int a = 0; a < 3; a++) {
+        low[a] = lattice->count[a];
+        high[a] = 0;
+    }
+    for (int k = 0; k < lattice->count[2]; k++)
+        for (int j = 0; j < lattice->count[1]; j++) {
+            const unsigned char *row = &lattice->label[lattice_index(lattice, 0, j, k)];
+            int first = 0, end = lattice->count[0];
+            while (first < end && row[first] == 0)
+                first++;
+            if (first == end)
+                continue;
+            while (row[end - 1] == 0)
+                end--;
+            const int from[3] = {first, j, k}, to[3] = {end, j + 1, k + 1};
+            for (int a = 0; a < 3; a++) {
+                low[a] = from[a] < low[a] ? from[a] : low[a];
+                high[a] = to[a] > high[a] ? to[a] : high[a];
+            }
+        }
+    return high[0] > 0;
+}
+
+bool lattice_crop(Lattice *lattice, Status *status)
+{
+    int low[3], high[3], count[3];
+    if (!solid_box(lattice, low, high))
+        return status_fail(status, STATUS_INVALID, "no cell of the lattice is solid");
+    for (int a = 0; a < 3; a++)
+        count[a] = high[a] - low[a];
+    // Rows move towards the start, so that none is written over before it has moved.
+    unsigned char *to = lattice->label;
+    for (int k = low[2]; k < high[2]; k++)
+        for (int j = low[1]; j < high[1]; j++) {
+            memmove(to, &lattice->label[lattice_index(lattice, low[0], j, k)], (size_t)count[0]);
+            to += count[0];
+        }
+    lattice->origin = lattice_point(lattice, low[0], low[1], low[2]);
+    for (int a = 0; a < 3; a++)
+        lattice->count[a] = count[a];
+    unsigned char *label = realloc(lattice->label, cell_count(lattice));
+    ASSERT(label != NULL);
+    lattice->label = label;
+    return true;
+}
+
+// --- pieces ---
+
+// Solid cells of one row without a gap.
+typedef struct Run {
+    int first, end;
+    int parent; // another run of the same piece, or itself
+} Run;
+
+static int find_root(Run *run, int r)
+{
+    while (run[r].parent != r)
+        r = run[r].parent = run[run[r].parent].parent;
+    return r;
+}
+
+// Joins the runs of two rows that lie side by side; returns how many pieces became one with
+// another.
+static int join_rows(Run *run, int a, int a_end, int b, int b_end)
+{
+    int joined = 0;
+    while (a < a_end && b < b_end) {
+        if (run[a].first < run[b].end && run[b].first < run[a].end) {
+            int x = find_root(run, a), y = find_root(run, b);
+            run[x > y ? x : y].parent = x > y ? y : x;
+            joined += x != y;
+        }
+        if (run[a].end < run[b].end)
+            a++;
+        else
+            b++;
+    }
+    return joined;
+}
+
+// Appends the runs of a row to `run` (NULL: only counts them).
+static int find_runs(const unsigned char *row, int count, Run *run, int run_count)
+{
+    for (int i = 0; i < count; i++) {
+        if (row[i] == 0)
+            continue;
+        int first = i;
+        while (i < count && row[i] != 0)
+            i++;
+        if (run != NULL)
+            run[run_count] = (Run){first, i, run_count};
+        run_count++;
+    }
+    return run_count;
+}
+
+int lattice_pieces(const Lattice *lattice)
+{
+    int width = lattice->count[0], height = lattice->count[1];
+    size_t rows = (size_t)height * (size_t)lattice->count[2];
+    int run_count = 0;
+    for (size_t r = 0; r < rows; r++)
+        run_count = find_runs(&lattice->label[r * (size_t)width], width, NULL, run_count);
+    Run *run = malloc(((size_t)run_count + 1) * sizeof *run);
+    int *start = malloc((rows + 1) * sizeof *start); // [row] its first run
+    ASSERT(run != NULL && start != NULL);
+    int pieces = run_count;
+    start[0] = 0;
+    for (size_t r = 0; r < rows; r++) {
+        start[r + 1] = find_runs(&lattice->label[r * (size_t)width], width, run, start[r]);
+        if (r % (size_t)height > 0)
+            pieces -= join_rows(run, start[r - 1], start[r], start[r], start[r + 1]);
+        if (r >= (size_t)height) {
+            size_t below = r - (size_t)height;
+            pieces -= join_rows(run, start[below], start[below + 1], start[r], start[r + 1]);
+        }
+    }
+    free(run);
+    free(start);
+    return pieces;
+}
