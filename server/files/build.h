@@ -21,8 +21,9 @@ typedef struct World {
     Sim *sim;
     Team *team;    // shares the step; without workers until team_start; NULL: scene.threads is 1
     TriMesh *mesh; // [body_count] of the scene, at the level of the body: nodes in file order, for
-                   // checkpoints
+                   // checkpoints; empty for voxel bodies
     int mesh_count;
+    uint64_t *cells; // [body_count] of voxel bodies: a hash of the lattice in the world; else 0
 } World;
 
 // False with `status` naming scene file and line, or mesh file and element.
