@@ -16,9 +16,10 @@ typedef struct LatticeMesh {
     int vertex_count, surface_count; // those on the outer faces come first
     int (*point)[3];                 // [vertex] lattice point, in cells
     int *id;                         // [vertex] stable: index of the lattice point, x fastest, in
-                                     // (count[0]+1) (count[1]+1) (count[2]+1) points; a further
-                                     // vertex at the same point: + points * (its lowest slot among
-                                     // the 8 cells around, x + 2 y + 4 z)
+                                     // the (n + 1)^3 points of a lattice of n^3 cells (those of
+                                     // lattice_count, whatever the levels); a further vertex at
+                                     // the same point: + points * (its lowest slot among the 8
+                                     // cells around, x + 2 y + 4 z)
     int *piece;                      // [vertex] parts that no face joins, numbered by their
                                      // lowest element
     int piece_count;

@@ -18,16 +18,19 @@ typedef struct Leaf {
 } Leaf;
 
 typedef struct Layout {
-    int levels;   // coarsest level allowed
-    int count[3]; // cells, rounded up to multiples of 2^levels
+    int levels;           // coarsest level allowed; less than asked when the lattice is too narrow
+    int lattice_count[3]; // cells of the lattice
+    int count[3];         // the same rounded up to multiples of 2^levels
     int leaf_count;
     Leaf *leaf;                     // by level, then along z, y, x
     int *lut[VOXEL_LEVELS_MAX + 1]; // [level][block of 2^level cells, x fastest]: leaf or -1
 } Layout;
 
-// voxel.md 3.2: bottom up, a block becomes one leaf when all its children are leaves of the level
-// below and of one material, and all around it is solid and fine enough. malloc'ed; layout_destroy.
-// Cannot fail for a lattice made by the functions of lattice.h, but by memory (which aborts).
+// Bottom up: a block becomes one leaf when all its children are leaves of the level below and of
+// one material, and all blocks of their size around it are such leaves too (of any material). So
+// all cells that touch void, if only at a corner, stay leaves of level 0. O(cells) per level.
+// malloc'ed; layout_destroy. Cannot fail for a lattice made by the functions of lattice.h, but by
+// memory (which aborts).
 void layout_create(Layout *layout, const Lattice *lattice, int levels);
 void layout_destroy(Layout *layout);
 // The leaf that covers a cell; -1: void or outside.

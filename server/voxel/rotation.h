@@ -7,15 +7,18 @@
 #include <stdbool.h>
 
 // One element, double precision: what the kernels' fast path leaves over, and the reference. A by
-// rows. `last` is the rotation of the step before and the start where A alone does not decide (a
-// line, a point, a mirror image); it is replaced by the result.
-// FOAM (Markley 1993) with up to 12 Newton steps where zeta > 1e-6 lambda^3; otherwise up to 30
-// steps of R <- R exp(axial(skew(R^T A)) / (|tr R^T A| + eps)), each turn limited to 1 rad (Mueller
-// et al. 2016). Whatever A, the result is a rotation to rounding, and finite when A is.
+// rows, of any magnitude. `last` (any quaternion) is the rotation of the step before and decides
+// where A alone does not (a line, a point, a mirror image): of all best rotations the one nearest
+// to it. It is replaced by the result. FOAM (Markley 1993) with 12 Newton steps where zeta > 0.01
+// lambda^3; otherwise the eigenvector of Davenport's 4 x 4 matrix by Jacobi's method, which is
+// exact in every state (tried instead: Mueller et al. 2016, whose steps stop short of the best
+// rotation in nearly flat and inverted states and then leave a moment). Whatever A, the result is a
+// rotation to rounding and A R^T symmetric to rounding. An A that is not finite counts as zero.
 void rotation_fit(const double a[3][3], double rotation[3][3], Quat *last);
 
-// FOAM alone, as the kernels have it, with so many Newton steps. False when zeta < 0.1 lambda^3:
-// too near to a flat or inverted state for it to be exact.
+// FOAM alone, as the kernels have it, with so many Newton steps; tr(R^T A) for free. Entries of A
+// must be of a size whose fourth powers neither overflow nor vanish. False when zeta < 0.1
+// lambda^3: too near to a flat or inverted state for it to be exact.
 bool rotation_foam(const double a[3][3], int steps, double rotation[3][3], double *trace);
 
 // The plane: closed form; keeps `last` (cos, sin) where a says nothing.
