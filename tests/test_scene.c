@@ -106,16 +106,17 @@ static const char *table_name(const OptionTable *table)
     return table == &VOXEL_MATERIAL_TABLE ? table->title : table->path;
 }
 
+#ifdef PLIANT_WITH_VOXEL
+static const bool with_voxel = true;
+#else
+static const bool with_voxel = false;
+#endif
+
 // Without voxel bodies there is no place for what is theirs.
 static bool table_is_built(const OptionTable *table)
 {
-#ifdef PLIANT_WITH_VOXEL
-    (void)table;
-    return true;
-#else
-    return table != &VOXELS_TABLE && table != &VOXEL_MATERIAL_TABLE &&
-           table != &LABEL_MATERIAL_TABLE && table != &SKIN_TABLE;
-#endif
+    return with_voxel || (table != &VOXELS_TABLE && table != &VOXEL_MATERIAL_TABLE &&
+                          table != &LABEL_MATERIAL_TABLE && table != &SKIN_TABLE);
 }
 
 // The scene with `added` in a table and its line `key` left out (with all inside, for a group);
@@ -357,14 +358,17 @@ static void every_scene_in_config_is_valid(void **unused)
         Scene scene;
         Status status = {0};
         snprintf(path, sizeof path, "../config/%s", entry->d_name);
-        if (!scene_read(path, &scene, &status))
+        count++;
+        if (!scene_read(path, &scene, &status) && !with_voxel &&
+            strstr(status.text, "built without voxel bodies") != NULL)
+            continue;
+        if (status.code != STATUS_OK)
             print_error("%s\n", status.text);
         assert_int_equal(status.code, STATUS_OK);
         scene_destroy(&scene);
-        count++;
     }
     closedir(folder);
-    assert_true(count >= 7);
+    assert_true(count >= 11);
 }
 
 static void reference_in_config_is_the_printed_one(void **unused)
