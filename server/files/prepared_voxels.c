@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-#ifdef PLIANT_WITH_HDF5
+#if defined(PLIANT_WITH_HDF5) && defined(PLIANT_WITH_VOXEL)
 
 static bool hash_source(const VoxelSource *source, uint64_t *hash, Status *status)
 {
@@ -131,6 +131,15 @@ bool prepared_read_voxels(const Prepared *prepared, const SceneBody *body, Latti
 }
 
 #else
+
+// A scene with a voxel body cannot be read without them, and no prepared file without HDF5.
+#ifdef PLIANT_WITH_HDF5
+bool prepared_write_voxels(const HdfFile *file, const SceneBody *body, FILE *report)
+{
+    (void)file, (void)body, (void)report;
+    return false;
+}
+#endif
 
 bool prepared_read_voxels(const Prepared *prepared, const SceneBody *body, Lattice *lattice,
                           Status *status)

@@ -290,7 +290,6 @@ void scene_destroy(Scene *scene)
         free(body->initial);
         free(body->mesh.file);
         free(body->voxels.file);
-        free(body->voxels.label);
         free(body->material);
         free(body->skin.file);
     }

@@ -3,10 +3,6 @@
 #include "files/scene_parts.h"
 #include "files/scene_source.h"
 
-#include "base/check.h"
-
-#include <stdlib.h>
-
 typedef struct VoxelsGroup {
     const char *file, *mesh;
     int generator, dimensions;
@@ -117,10 +113,8 @@ static bool choose_labels(const SceneReader *reader, const VoxelsGroup *raw, Vox
         return option_fail(&reader->source, raw->label, "label has %d entries, at most %d", count,
                            LATTICE_MATERIALS);
     voxels->label_count = count > 0 ? count : 1;
-    voxels->label = calloc((size_t)voxels->label_count, sizeof *voxels->label);
-    ASSERT(voxels->label != NULL);
     voxels->label[0] = 1;
-    option_read_ints(raw->label, voxels->label, voxels->label_count);
+    option_read_ints(raw->label, voxels->label, LATTICE_MATERIALS);
     for (int i = 0; i < count; i++)
         for (int k = 0; k < i; k++)
             if (voxels->label[k] == voxels->label[i])

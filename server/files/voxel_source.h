@@ -3,30 +3,28 @@
 #define PLIANT_FILES_VOXEL_SOURCE_H
 
 #include "base/vec.h"
+#include "geometry/lattice.h"
 
 typedef enum VoxelSourceKind {
-    VOXELS_FILE, // label volume: NRRD or NIfTI
-    VOXELS_MESH, // inside of a closed mesh file
+    VOXELS_FILE, // a label volume
+    VOXELS_MESH, // the inside of a closed mesh
     VOXELS_BOX,
     VOXELS_BALL,
-    VOXELS_DISC, // the plane case
+    VOXELS_DISC, // one layer of cells in z = 0: the plane case
 } VoxelSourceKind;
 
 typedef struct VoxelSource {
     VoxelSourceKind kind;
-    char *file;       // volume or mesh, resolved against the scene file's folder; owned
-    int label_count;  // at most LATTICE_MATERIALS
-    int *label;       // [label_count] of the volume, from 1, no two equal: label[m - 1] becomes
-                      // material m of the lattice, all others are void; owned. { 1 } for all
-                      // sources but volumes
-    int count[3];     // box: cells
-    double radius;    // ball, disc [m]
-    double size;      // edge of a cell [m]: of generators before `scale`, else in the world;
-                      // 0: the volume's own spacing
-    double scale;     // of generators and volumes; metres a unit of a mesh file, which is scaled
-                      // before it is filled
-    Vec3 rotation;    // rotation vector [rad], applied after scale
-    Vec3 translation; // [m], applied last
+    char *file;                   // of a volume or a mesh, resolved; owned by the scene
+    int label_count;              // of a volume: at least one
+    int label[LATTICE_MATERIALS]; // material m is the m-th
+    double size;                  // edge of a cell [m] after scale, but that of a generator, which
+                                  // is scaled too; 0 (volumes only): the smallest spacing
+    int count[3];                 // box: cells
+    double radius;                // ball, disc [m]
+    double scale;                 // file coordinates to metres; of a volume on top of its units
+    Vec3 rotation;                // rotation vector [rad], applied after scale
+    Vec3 translation;             // [m], applied last
 } VoxelSource;
 
 #endif
