@@ -84,8 +84,8 @@ bool initial_read_rows(const char *path, int most, int *count, Vec3 **position, 
         return false;
     int64_t rows = hdf_count_vectors(&file, "/position");
     if (rows > most)
-        hdf_fail(&file, "/position", "has %lld rows, the body less than %d vertices",
-                 (long long)rows, most);
+        hdf_fail(&file, "/position", "has %lld rows, the body at most %d vertices", (long long)rows,
+                 most);
     else if (rows >= 0)
         *position = read_vectors(&file, "/position", rows);
     if (*position != NULL) {
