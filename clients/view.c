@@ -87,9 +87,13 @@ static void print_bodies(const pliant_status_t *s, FILE *out)
         fputs("  ", out);
         client_print_text(out, b->integrator, false);
         fprintf(out, "  step %.1f us\n", 1e6 * b->time_step);
-        fprintf(out, "  in use: nodes %d  %s %d  springs %d  finest level %d  (topology %d)\n",
-                b->nodes, b->springs > 0 ? "triangles" : "elements", b->elements, b->springs,
-                b->finest_level, b->topology);
+        fprintf(out, "  in use: nodes %d  ", b->nodes);
+        if (b->springs > 0)
+            fprintf(out, "triangles %d  springs %d  finest level %d", b->elements, b->springs,
+                    b->finest_level);
+        else
+            fprintf(out, "elements %d", b->elements);
+        fprintf(out, "  (topology %d)\n", b->topology);
         fprintf(out, "  pieces %d  mass %.4g kg\n", b->pieces, b->mass);
         fprintf(out, "  kinetic %.3e J  elastic %.3e J  largest displacement %.3f mm\n", b->kinetic,
                 b->elastic, 1e3 * b->max_displacement);

@@ -238,6 +238,54 @@ static void midpoints_start_as_their_parents_do(void **unused)
     run_destroy(&run);
 }
 
+// A voxel body's vertices are not known before its file is read: the file says how many rows.
+static const char *read_any(const char *name, int most, int *count, Vec3 **position,
+                            Vec3 **velocity)
+{
+    static char said[512];
+    char path[SCRATCH_PATH];
+    Status status = {0};
+    bool ok = initial_read_rows(scratch_path(&scratch, name, path), most, count, position, velocity,
+                                &status);
+    assert_int_equal(ok, status.code == STATUS_OK);
+    assert_int_equal(ok, *position != NULL && *velocity != NULL);
+    snprintf(said, sizeof said, "%s", ok ? "" : status.text + strlen(scratch.folder) + 1);
+    return said;
+}
+
+static void rows_of_an_unknown_body_are_as_many_as_the_file_has(void **unused)
+{
+    (void)unused;
+    const double row[3][3] = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}};
+    const double wrong[3][3] = {{0, 0, 0}, {0, (double)NAN, 0}, {0, 0, 0}};
+    Vec3 *position, *velocity;
+    int count = 0;
+    write_initial("a.h5", H5T_NATIVE_DOUBLE, 3, 3, row, row);
+    assert_string_equal(read_any("a.h5", 3, &count, &position, &velocity), "");
+    assert_int_equal(count, 3);
+    expect_near(position[1].y, 5.0, 0.0);
+    expect_near(velocity[2].z, 9.0, 0.0);
+    free(position);
+    free(velocity);
+    write_initial("a.h5", H5T_NATIVE_DOUBLE, 3, 3, row, NULL);
+    assert_string_equal(read_any("a.h5", 100, &count, &position, &velocity), "");
+    for (int i = 0; i < 3; i++)
+        expect_near(vec3_length(velocity[i]), 0.0, 0.0);
+    free(position);
+    free(velocity);
+    assert_string_equal(read_any("a.h5", 2, &count, &position, &velocity),
+                        "a.h5: /position has 3 rows, the body at most 2 vertices");
+    write_initial("a.h5", H5T_NATIVE_DOUBLE, 3, 3, row, wrong);
+    assert_string_equal(read_any("a.h5", 3, &count, &position, &velocity),
+                        "a.h5: /velocity row 1 is not finite");
+    write_initial("a.h5", H5T_NATIVE_DOUBLE, 3, 2, row, NULL);
+    assert_string_equal(read_any("a.h5", 3, &count, &position, &velocity),
+                        "a.h5: /position must have the shape [n][3]");
+    write_initial("a.h5", H5T_NATIVE_DOUBLE, 3, 3, NULL, row);
+    assert_string_equal(read_any("a.h5", 3, &count, &position, &velocity),
+                        "a.h5: /position is missing or no data set");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -247,6 +295,7 @@ int main(void)
         cmocka_unit_test(initial_files_that_do_not_fit_are_refused),
         cmocka_unit_test(bodies_start_from_their_initial_state),
         cmocka_unit_test(midpoints_start_as_their_parents_do),
+        cmocka_unit_test(rows_of_an_unknown_body_are_as_many_as_the_file_has),
     };
     return cmocka_run_group_tests(tests, run_begin, run_end);
 }

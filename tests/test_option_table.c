@@ -13,7 +13,7 @@ typedef struct Target {
     bool flag;
     Vec3 vector;
     const char *name, *string;
-    const config_setting_t *group, *list;
+    const config_setting_t *group, *list, *labels;
 } Target;
 
 static const OptionWord WORDS[] = {
@@ -34,9 +34,13 @@ static const Option OPTIONS[] = {
      .about = "File."},
     {"inner", OPTION_GROUP, AT(group), "", .about = "Group."},
     {"items", OPTION_LIST, AT(list), "", .about = "List."},
+    {"labels", OPTION_INTS, AT(labels), "", 1.0, 9.0, .about = "Labels."},
 };
 #undef AT
-static const OptionTable TABLE = {"things", "Things.", OPTIONS, sizeof OPTIONS / sizeof OPTIONS[0]};
+static const OptionTable TABLE = {.path = "things",
+                                  .about = "Things.",
+                                  .option = OPTIONS,
+                                  .count = sizeof OPTIONS / sizeof OPTIONS[0]};
 
 // Reads text; returns what was wrong, "" if nothing.
 static const char *read_text(const char *text, Target *target)
@@ -131,6 +135,34 @@ static void vectors_accept_arrays_and_lists(void **unused)
     expect_refused("gravity = (0, 0, -101);", "press.cfg:1: gravity length 101 outside [0, 100]");
 }
 
+static void integers_are_one_number_or_a_list(void **unused)
+{
+    (void)unused;
+    Target t;
+    int value[4] = {0};
+    assert_string_equal(read_text("", &t), "");
+    assert_int_equal(option_read_ints(t.labels, value, 4), 0);
+    assert_string_equal(read_text("labels = 7;", &t), "");
+    assert_int_equal(option_read_ints(t.labels, value, 4), 1);
+    assert_int_equal(value[0], 7);
+    assert_string_equal(read_text("labels = [1, 2];", &t), "");
+    assert_int_equal(option_read_ints(t.labels, value, 4), 2);
+    assert_string_equal(read_text("labels = (9, 8L, 5);", &t), "");
+    // No more are written than there is room for, and all are counted.
+    assert_int_equal(option_read_ints(t.labels, value, 2), 3);
+    assert_int_equal(value[0], 9);
+    assert_int_equal(value[1], 8);
+    assert_int_equal(value[2], 0);
+    expect_refused("labels = 0;", "press.cfg:1: labels 0 outside [1, 9]");
+    expect_refused("labels = (1,\n10);", "press.cfg:2: labels 10 outside [1, 9]");
+    expect_refused("labels = ();", "press.cfg:1: labels is empty");
+    expect_refused("labels = [1.0];",
+                   "press.cfg:1: labels 1 must be a whole number, written without a point");
+    expect_refused("labels = \"1\";",
+                   "press.cfg:1: labels \"1\" must be a whole number or a list of them");
+    expect_refused("labels = ((1));", "press.cfg:1: labels ( ... ) must be a whole number");
+}
+
 static void out_of_range_names_line_value_and_range(void **unused)
 {
     (void)unused;
@@ -204,15 +236,21 @@ static void missing_required_keys_are_named_at_their_group(void **unused)
     (void)unused;
     static const Option NEEDED[] = {
         {"id", OPTION_INT, 0, "", 0.0, 9.0, .required = true, .about = "Number."}};
-    static const OptionTable NEEDY = {"tools", "", NEEDED, 1};
+    static const OptionTable NEEDY = {.path = "tools", .about = "", .option = NEEDED, .count = 1};
     config_t config;
     config_init(&config);
-    assert_int_equal(config_read_string(&config, "\na = {\n};"), CONFIG_TRUE);
+    assert_int_equal(config_read_string(&config, "\na = {\n};\nb = { id = 3; };"), CONFIG_TRUE);
     Status status = {0};
     OptionSource source = {"press.cfg", &status};
     int id = 0;
     assert_false(option_read(&NEEDY, config_lookup(&config, "a"), &source, &id));
     assert_string_equal(status.text, "press.cfg:2: tools.id is missing (Number.)");
+    // The same sentence where only some groups need the key.
+    status = (Status){0};
+    assert_false(option_require(&NEEDY, config_lookup(&config, "a"), "id", &source));
+    assert_string_equal(status.text, "press.cfg:2: tools.id is missing (Number.)");
+    status = (Status){0};
+    assert_true(option_require(&NEEDY, config_lookup(&config, "b"), "id", &source));
     config_destroy(&config);
 }
 
@@ -251,6 +289,7 @@ int main(void)
         cmocka_unit_test(given_values_are_stored),
         cmocka_unit_test(reals_accept_integers_but_integers_refuse_reals),
         cmocka_unit_test(vectors_accept_arrays_and_lists),
+        cmocka_unit_test(integers_are_one_number_or_a_list),
         cmocka_unit_test(out_of_range_names_line_value_and_range),
         cmocka_unit_test(numbers_that_are_not_finite_are_out_of_range),
         cmocka_unit_test(wrong_types_are_named),

@@ -76,10 +76,27 @@ static void later_features_read_as_in_the_manual(void **unused)
     (void)unused;
     expect_error(IN_BODY("cuttable = true;"),
                  "x.cfg:2: cuttable true: cutting is not built into this version; only false");
-    expect_error("bodies = ( { name = \"liver\"; model = \"voxel\";\n"
-                 "voxels = { file = \"liver.nrrd\"; label = 1; }; law = \"affine\"; } );",
-                 "x.cfg:1: model \"voxel\": voxel bodies are not built into this version; only "
-                 "\"surface\"");
+    expect_error(IN_BODY("tear = { stress = 2000; };"),
+                 "x.cfg:2: tear: cutting is not built into this version");
+    expect_error(IN_BODY("integrator = \"implicit\";"),
+                 "x.cfg:2: integrator \"implicit\": implicit integration is not built into this "
+                 "version; only \"leapfrog\", \"rk4\", \"symplectic_euler\"");
+}
+
+static void surface_body_needs_a_mesh_and_no_key_of_a_voxel_body(void **unused)
+{
+    (void)unused;
+    expect_error("bodies = (\n{ name = \"a\"; } );",
+                 "x.cfg:2: bodies.mesh is missing (Where its triangles come from.)");
+    expect_error(IN_BODY("voxels = {};"), "x.cfg:2: voxels means nothing for a surface body");
+    expect_error(IN_BODY("law = \"affine\";"), "x.cfg:2: law means nothing for a surface body");
+    expect_error(IN_BODY("dimensions = 3;"),
+                 "x.cfg:2: dimensions means nothing for a surface body");
+    expect_error(IN_BODY("materials = ();"), "x.cfg:2: materials means nothing for a surface body");
+    expect_error(IN_BODY("skin = {};"), "x.cfg:2: skin means nothing for a surface body");
+    expect_error(IN_BODY("material = { youngs_modulus = 1e4; };"),
+                 "x.cfg:2: unknown key youngs_modulus in bodies.material: did you mean "
+                 "youngs_modulus_2d?");
 }
 
 static void levels_are_read_as_written(void **unused)
@@ -486,6 +503,7 @@ int main(void)
         cmocka_unit_test(known_words_of_later_features_are_accepted_at_their_defaults),
         cmocka_unit_test(step_may_have_several_threads),
         cmocka_unit_test(later_features_read_as_in_the_manual),
+        cmocka_unit_test(surface_body_needs_a_mesh_and_no_key_of_a_voxel_body),
         cmocka_unit_test(levels_are_read_as_written),
         cmocka_unit_test(levels_that_do_not_go_together_are_refused),
         cmocka_unit_test(checks_follow_a_lower_rate),

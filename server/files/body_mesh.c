@@ -55,9 +55,8 @@ static bool make_mesh(const MeshSource *source, TriMesh *mesh, Status *status)
     return status_fail(status, STATUS_INVALID, "unknown source of a mesh");
 }
 
-static bool place_mesh(const SceneBody *body, TriMesh *mesh, Status *status)
+static bool place_mesh(const MeshSource *source, TriMesh *mesh, Status *status)
 {
-    const MeshSource *source = &body->mesh;
     if (!make_mesh(source, mesh, status))
         return false;
     mesh_place(mesh, source->scale, source->rotation, source->translation);
@@ -74,6 +73,11 @@ bool body_mesh_make(const SceneBody *body, TriMesh *mesh, Levels *levels, Arena 
                     Status *status)
 {
     int finest = body->surface.levels;
-    return place_mesh(body, mesh, status) &&
+    return place_mesh(&body->mesh, mesh, status) &&
            (finest == 0 || levels_create(levels, mesh, finest, body->name, arena, status));
+}
+
+bool body_skin_make(const SceneBody *body, TriMesh *mesh, Status *status)
+{
+    return place_mesh(&body->skin, mesh, status);
 }

@@ -11,5 +11,7 @@
 // in any case.
 bool body_mesh_make(const SceneBody *body, TriMesh *mesh, Levels *levels, Arena *arena,
                     Status *status);
+// The skin of a voxel body in the same way, without levels.
+bool body_skin_make(const SceneBody *body, TriMesh *mesh, Status *status);
 
 #endif

@@ -1,11 +1,8 @@
-// Builds the world of a scene: meshes, initial states, bodies, tools, loads. Called once, at load,
+// Builds the world of a scene: bodies of either model, tools, loads. Called once, at load,
 // by the thread that starts the daemon; every pass over a mesh is linear in its size.
-#include "files/build.h"
+#include "files/build_parts.h"
 
 #include "base/check.h"
-#include "files/body_mesh.h"
-#include "files/checkpoint.h"
-#include "files/prepared.h"
 
 #include <stdlib.h>
 
@@ -15,131 +12,13 @@ static bool fail_at(const Scene *scene, const SceneBody *body, const Status *sai
     return status_fail(status, said->code, "%s:%d: %s", scene->path, body->line, said->text);
 }
 
-#ifdef PLIANT_WITH_SURFACE
-// Rows of the mesh to rows of a level of it: midpoints lie beside their place at rest as their
-// parents do, on average.
-static Vec3 *spread_position(const Levels *levels, int level, Vec3 *position)
-{
-    int given = levels->level[0].node_count, nodes = levels->level[level].node_count;
-    position = realloc(position, (size_t)nodes * sizeof *position);
-    Vec3 *moved = malloc((size_t)nodes * sizeof *moved);
-    ASSERT(position != NULL && moved != NULL);
-    for (int i = 0; i < given; i++)
-        moved[i] = vec3_sub(position[i], levels->position[i]);
-    levels_spread(levels, level, moved);
-    for (int i = given; i < nodes; i++)
-        position[i] = vec3_add(levels->position[i], moved[i]);
-    free(moved);
-    return position;
-}
-
-static Vec3 *spread_velocity(const Levels *levels, int level, Vec3 *velocity)
-{
-    velocity = realloc(velocity, (size_t)levels->level[level].node_count * sizeof *velocity);
-    ASSERT(velocity != NULL);
-    levels_spread(levels, level, velocity);
-    return velocity;
-}
-
-static bool check_capacity(const SurfaceOptions *surface, const TriMesh *mesh, Status *status)
-{
-    const Levels *levels = surface->hierarchy;
-    const Level *start = levels != NULL ? &levels->level[surface->start_level] : NULL;
-    int nodes = start != NULL ? start->node_count : mesh->node_count;
-    int faces = start != NULL ? start->face_count : mesh->triangle_count;
-    const char *key = NULL;
-    int have = 0, room = 0;
-    if (surface->node_capacity > 0 && nodes > surface->node_capacity)
-        key = "nodes", have = nodes, room = surface->node_capacity;
-    else if (surface->face_capacity > 0 && faces > surface->face_capacity)
-        key = "faces", have = faces, room = surface->face_capacity;
-    return key == NULL ||
-           status_fail(status, STATUS_INVALID, "body %s has %d %s to start with, capacity.%s is %d",
-                       surface->name, have, key, key, room);
-}
-
-// Initial rows of the mesh that the body is made from, owned by the caller; NULL when it starts at
-// rest.
-static bool read_initial(const SceneBody *described, const TriMesh *mesh, const Levels *levels,
-                         Vec3 **position, Vec3 **velocity, Status *status)
-{
-    *position = *velocity = NULL;
-    if (described->initial == NULL)
-        return true;
-    if (!initial_read(described->initial, mesh, position, velocity, status))
-        return false;
-    if (levels != NULL && !described->surface.adaptive) {
-        *position = spread_position(levels, described->surface.start_level, *position);
-        *velocity = spread_velocity(levels, described->surface.start_level, *velocity);
-    }
-    return true;
-}
-
-// Makes a body from the mesh of level 0, which becomes that of its level when it stays there.
-static bool create_surface(World *world, SurfaceOptions *surface, TriMesh *mesh, Status *status)
-{
-    if (surface->hierarchy != NULL && !surface->adaptive) {
-        TriMesh coarse = *mesh;
-        levels_mesh(surface->hierarchy, surface->start_level, &coarse, mesh);
-        mesh_destroy(&coarse);
-    }
-    Body body = {0};
-    if (!check_capacity(surface, mesh, status) ||
-        !surface_create(&body, mesh, surface, &world->arena, &world->state, status))
-        return false;
-    sim_add_body(world->sim, &body);
-    return true;
-}
-
-static bool create_body(World *world, const Scene *scene, int index, const Prepared *prepared,
-                        const BuildOptions *options, Status *status)
-{
-    const SceneBody *described = &scene->body[index];
-    TriMesh *mesh = &world->mesh[index];
-    Vec3 *position = NULL, *velocity = NULL;
-    SurfaceOptions surface = described->surface;
-    Arena arena = {0}; // a body that stays at its level needs the hierarchy no longer
-    Arena *keeper = surface.adaptive ? &world->arena : &arena;
-    Levels levels;
-    bool ok = prepared != NULL ? prepared_read(prepared, described, mesh, &levels, keeper, status)
-                               : body_mesh_make(described, mesh, &levels, keeper, status);
-    if (ok && surface.levels > 0)
-        surface.hierarchy = &levels;
-    ok = ok && read_initial(described, mesh, surface.hierarchy, &position, &velocity, status);
-    surface.name = described->name;
-    surface.fixed = described->fixed;
-    surface.fixed_count = described->fixed_count;
-    surface.gravity = scene->gravity;
-    surface.precision = scene->precision;
-    surface.isa = options->isa != NULL ? options->isa : "auto";
-    surface.team = world->team;
-    surface.without_contacts = scene->tool_count == 0;
-    surface.without_loads = scene->load_count == 0 && !options->may_load;
-    surface.initial_position = position;
-    surface.initial_velocity = velocity;
-    ok = ok && create_surface(world, &surface, mesh, status);
-    free(position);
-    free(velocity);
-    arena_destroy(&arena);
-    return ok;
-}
-
-#else
-static bool create_body(World *world, const Scene *scene, int index, const Prepared *prepared,
-                        const BuildOptions *options, Status *status)
-{
-    (void)world, (void)scene, (void)index, (void)prepared, (void)options;
-    return status_fail(status, STATUS_INVALID,
-                       "this pliantd was built without surface bodies (PLIANT_SURFACE)");
-}
-#endif
-
 bool world_build(World *world, const Scene *scene, const BuildOptions *options, Status *status)
 {
     *world = (World){0};
     world->mesh_count = scene->body_count;
     world->mesh = calloc((size_t)scene->body_count, sizeof *world->mesh);
-    ASSERT(world->mesh != NULL);
+    world->cells = calloc((size_t)scene->body_count, sizeof *world->cells);
+    ASSERT(world->mesh != NULL && world->cells != NULL);
     if (scene->threads > 1) {
         world->team = team_create(scene->threads);
         ASSERT(world->team != NULL);
@@ -155,7 +34,8 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
     bool ok = path == NULL || prepared_open(&prepared, path, status);
     for (int i = 0; i < scene->body_count && ok; i++) {
         Status said = {0};
-        ok = create_body(world, scene, i, prepared, options, &said) ||
+        bool voxel = scene->body[i].model == MODEL_VOXEL;
+        ok = (voxel ? build_voxel : build_surface)(world, scene, i, prepared, options, &said) ||
              fail_at(scene, &scene->body[i], &said, status);
     }
     prepared_close(prepared);
@@ -179,6 +59,7 @@ void world_destroy(World *world)
     for (int i = 0; i < world->mesh_count; i++)
         mesh_destroy(&world->mesh[i]);
     free(world->mesh);
+    free(world->cells);
     state_destroy(&world->state);
     arena_destroy(&world->arena);
     *world = (World){0};

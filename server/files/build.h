@@ -14,6 +14,15 @@ typedef struct BuildOptions {
     bool may_load;        // loads can come at run time: false only off line without an input log
 } BuildOptions;
 
+// What is kept of a voxel body's lattice, which stands in the world.
+typedef struct WorldCells {
+    uint64_t hash; // of everything that its elements follow from
+    int count[3];
+    long solid;
+    double size;    // of a cell [m]
+    Vec3 low, high; // box that holds its solid cells [m]
+} WorldCells;
+
 // A scene built. The arena owns the sim; destroy in one call.
 typedef struct World {
     Arena arena;
@@ -21,8 +30,9 @@ typedef struct World {
     Sim *sim;
     Team *team;    // shares the step; without workers until team_start; NULL: scene.threads is 1
     TriMesh *mesh; // [body_count] of the scene, at the level of the body: nodes in file order, for
-                   // checkpoints
+                   // checkpoints; empty for voxel bodies
     int mesh_count;
+    WorldCells *cells; // [body_count] of voxel bodies; else zero
 } World;
 
 // False with `status` naming scene file and line, or mesh file and element.

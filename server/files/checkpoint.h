@@ -37,5 +37,8 @@ bool checkpoint_read(const char *path, World *world, const Scene *scene, Status 
 // caller.
 bool initial_read(const char *path, const TriMesh *mesh, Vec3 **position, Vec3 **velocity,
                   Status *status);
+// The same for a body whose nodes are not known yet: as many rows as the file has, at most `most`.
+bool initial_read_rows(const char *path, int most, int *count, Vec3 **position, Vec3 **velocity,
+                       Status *status);
 
 #endif

@@ -19,6 +19,16 @@ static Vec3 *pick_rows(const TriMesh *mesh, Vec3 *row)
     return picked;
 }
 
+static Vec3 *read_vectors(const HdfFile *file, const char *name, int64_t rows)
+{
+    Vec3 *row = malloc((size_t)rows * sizeof *row + 1);
+    ASSERT(row != NULL);
+    if (hdf_read_vectors(file, name, rows, row))
+        return row;
+    free(row);
+    return NULL;
+}
+
 static Vec3 *read_rows(const HdfFile *file, const char *name, const TriMesh *mesh)
 {
     int64_t rows = hdf_count_vectors(file, name);
@@ -33,13 +43,18 @@ static Vec3 *read_rows(const HdfFile *file, const char *name, const TriMesh *mes
                      (long long)rows, mesh->file_node_count, mesh->node_count);
         return NULL;
     }
-    Vec3 *row = malloc((size_t)rows * sizeof *row + 1);
-    ASSERT(row != NULL);
-    if (!hdf_read_vectors(file, name, rows, row)) {
-        free(row);
-        return NULL;
-    }
-    return rows == mesh->file_node_count ? pick_rows(mesh, row) : row;
+    Vec3 *row = read_vectors(file, name, rows);
+    return row != NULL && rows == mesh->file_node_count ? pick_rows(mesh, row) : row;
+}
+
+// Both or none.
+static bool finish(Vec3 **position, Vec3 *const *velocity)
+{
+    if (*velocity != NULL)
+        return true;
+    free(*position);
+    *position = NULL;
+    return false;
 }
 
 bool initial_read(const char *path, const TriMesh *mesh, Vec3 **position, Vec3 **velocity,
@@ -57,11 +72,29 @@ bool initial_read(const char *path, const TriMesh *mesh, Vec3 **position, Vec3 *
             *velocity = calloc((size_t)mesh->node_count + 1, sizeof **velocity);
     }
     hdf_close(&file);
-    if (*velocity != NULL)
-        return true;
-    free(*position);
-    *position = NULL;
-    return false;
+    return finish(position, velocity);
+}
+
+bool initial_read_rows(const char *path, int most, int *count, Vec3 **position, Vec3 **velocity,
+                       Status *status)
+{
+    HdfFile file;
+    *position = *velocity = NULL;
+    if (!hdf_open(&file, path, status))
+        return false;
+    int64_t rows = hdf_count_vectors(&file, "/position");
+    if (rows > most)
+        hdf_fail(&file, "/position", "has %lld rows, the body at most %d vertices", (long long)rows,
+                 most);
+    else if (rows >= 0)
+        *position = read_vectors(&file, "/position", rows);
+    if (*position != NULL) {
+        *count = (int)rows;
+        *velocity = hdf_exists(&file, "/velocity") ? read_vectors(&file, "/velocity", rows)
+                                                   : calloc((size_t)rows + 1, sizeof **velocity);
+    }
+    hdf_close(&file);
+    return finish(position, velocity);
 }
 
 #else
@@ -70,6 +103,14 @@ bool initial_read(const char *path, const TriMesh *mesh, Vec3 **position, Vec3 *
                   Status *status)
 {
     (void)mesh;
+    *position = *velocity = NULL;
+    return status_fail(status, STATUS_INVALID, "%s: %s", path, HDF_NOT_BUILT);
+}
+
+bool initial_read_rows(const char *path, int most, int *count, Vec3 **position, Vec3 **velocity,
+                       Status *status)
+{
+    (void)most, (void)count;
     *position = *velocity = NULL;
     return status_fail(status, STATUS_INVALID, "%s: %s", path, HDF_NOT_BUILT);
 }

@@ -8,6 +8,8 @@ static const char *type_text(const Option *option)
         return "real";
     case OPTION_INT:
         return "integer";
+    case OPTION_INTS:
+        return "integers";
     case OPTION_BOOL:
         return "boolean";
     case OPTION_WORD:
@@ -34,6 +36,7 @@ static void print_range(const Option *option, FILE *out)
     switch (option->type) {
     case OPTION_REAL:
     case OPTION_INT:
+    case OPTION_INTS:
     case OPTION_VECTOR:
         fprintf(out, "%s%c%s, %s]", option->type == OPTION_VECTOR ? "length " : "",
                 option->open ? '(' : '[', option_number_text(low, option->low),
@@ -77,7 +80,9 @@ static void print_default(const Option *option, FILE *out)
 
 void option_print_reference(const OptionTable *table, FILE *out)
 {
-    if (table->path[0] != '\0')
+    if (table->title != NULL)
+        fprintf(out, "\n## %s\n\n%s\n\n", table->title, table->about);
+    else if (table->path[0] != '\0')
         fprintf(out, "\n## `%s`\n\n%s\n\n", table->path, table->about);
     else
         fprintf(out, "\n## The scene itself\n\n%s\n\n", table->about);

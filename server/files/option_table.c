@@ -131,11 +131,43 @@ bool option_read_int(const config_setting_t *setting, const Option *option,
     return true;
 }
 
+static bool is_list(const config_setting_t *setting)
+{
+    int type = config_setting_type(setting);
+    return type == CONFIG_TYPE_ARRAY || type == CONFIG_TYPE_LIST;
+}
+
+static bool check_ints(const config_setting_t *setting, const Option *option,
+                       const OptionSource *source, const config_setting_t **member)
+{
+    int value;
+    *member = setting;
+    if (is_number(setting))
+        return option_read_int(setting, option, source, &value);
+    if (!is_list(setting))
+        return fail_type(option, setting, source, "a whole number or a list of them");
+    int count = config_setting_length(setting);
+    for (int i = 0; i < count; i++)
+        if (!option_read_int(config_setting_get_elem(setting, (unsigned)i), option, source, &value))
+            return false;
+    return count > 0 || option_fail(source, setting, "%s is empty", option->key);
+}
+
+int option_read_ints(const config_setting_t *setting, int *value, int capacity)
+{
+    if (setting == NULL)
+        return 0;
+    int count = is_list(setting) ? config_setting_length(setting) : 1;
+    for (int i = 0; i < count && i < capacity; i++)
+        value[i] = (int)number_of(is_list(setting) ? config_setting_get_elem(setting, (unsigned)i)
+                                                   : setting);
+    return count;
+}
+
 bool option_read_vector(const config_setting_t *setting, const Option *option,
                         const OptionSource *source, Vec3 *vector)
 {
-    int type = config_setting_type(setting);
-    if (type != CONFIG_TYPE_ARRAY && type != CONFIG_TYPE_LIST)
+    if (!is_list(setting))
         return fail_type(option, setting, source, "three numbers [x, y, z]");
     double component[3] = {0.0};
     int count = config_setting_length(setting);
@@ -244,6 +276,7 @@ static void store_default(const Option *option, void *member)
         break;
     case OPTION_GROUP:
     case OPTION_LIST:
+    case OPTION_INTS:
         *(const config_setting_t **)member = NULL;
         break;
     case OPTION_LATER:
@@ -262,6 +295,8 @@ static bool read_value(const Option *option, const config_setting_t *setting,
     case OPTION_INT:
         return option_read_int(setting, option, source, member) &&
                check_later(option, setting, source, *(int *)member);
+    case OPTION_INTS:
+        return check_ints(setting, option, source, member);
     case OPTION_BOOL:
         if (type != CONFIG_TYPE_BOOL)
             return fail_type(option, setting, source, "true or false");
@@ -280,7 +315,7 @@ static bool read_value(const Option *option, const config_setting_t *setting,
         *(const config_setting_t **)member = setting;
         return true;
     case OPTION_LIST:
-        if (type != CONFIG_TYPE_LIST && type != CONFIG_TYPE_ARRAY)
+        if (!is_list(setting))
             return fail_type(option, setting, source, "a list ( ... )");
         *(const config_setting_t **)member = setting;
         return true;
@@ -348,6 +383,22 @@ static bool check_key(const OptionTable *table, const config_setting_t *setting,
     return option_fail(source, setting, "unknown key %.64s in %s", key, place);
 }
 
+static bool fail_missing(const OptionTable *table, const config_setting_t *group,
+                         const Option *option, const OptionSource *source)
+{
+    return option_fail(source, group, "%s%s%s is missing (%s)", table->path,
+                       table->path[0] != '\0' ? "." : "", option->key, option->about);
+}
+
+bool option_require(const OptionTable *table, const config_setting_t *group, const char *key,
+                    const OptionSource *source)
+{
+    for (int i = 0; i < table->count && !option_given(group, key); i++)
+        if (strcmp(table->option[i].key, key) == 0)
+            return fail_missing(table, group, &table->option[i], source);
+    return true;
+}
+
 bool option_read(const OptionTable *table, const config_setting_t *group,
                  const OptionSource *source, void *target)
 {
@@ -363,8 +414,7 @@ bool option_read(const OptionTable *table, const config_setting_t *group,
                 return false;
         } else if (option->required) {
             ASSERT(group != NULL);
-            return option_fail(source, group, "%s%s%s is missing (%s)", table->path,
-                               table->path[0] != '\0' ? "." : "", option->key, option->about);
+            return fail_missing(table, group, option, source);
         } else {
             store_default(option, member);
         }

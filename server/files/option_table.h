@@ -15,6 +15,8 @@
 typedef enum OptionType {
     OPTION_REAL,   // double; integers are accepted
     OPTION_INT,    // int
+    OPTION_INTS,   // const config_setting_t *: one integer or a list of them, NULL when omitted;
+                   // the range is that of each (option_read_ints)
     OPTION_BOOL,   // bool
     OPTION_WORD,   // int: the value of one of `words`
     OPTION_NAME,   // const char *: letters, digits, _ and -; the range is that of its length
@@ -52,6 +54,7 @@ typedef struct OptionTable {
     const char *about; // a sentence or two for the reference
     const Option *option;
     int count;
+    const char *title; // heading in the reference, where the path is not enough; else NULL
 } OptionTable;
 
 // Where values come from and complaints go.
@@ -66,6 +69,11 @@ typedef struct OptionSource {
 bool option_read(const OptionTable *table, const config_setting_t *group,
                  const OptionSource *source, void *target);
 
+// For a key that only some groups of a table need: false with the status of a required key when it
+// is missing.
+bool option_require(const OptionTable *table, const config_setting_t *group, const char *key,
+                    const OptionSource *source);
+
 // Whether the group has the key.
 bool option_given(const config_setting_t *group, const char *key);
 // The setting of a key or NULL, for complaints about its value.
@@ -76,6 +84,9 @@ bool option_read_vector(const config_setting_t *setting, const Option *option,
                         const OptionSource *source, Vec3 *vector);
 bool option_read_int(const config_setting_t *setting, const Option *option,
                      const OptionSource *source, int *value);
+// The integers of an OPTION_INTS that was read: how many, of which at most `capacity` are written;
+// 0 for NULL.
+int option_read_ints(const config_setting_t *setting, int *value, int capacity);
 // Entries of a list; 0 for NULL.
 int option_length(const config_setting_t *list);
 // Entry `index` of a list of groups, or NULL with a status when it is not a group.

@@ -49,6 +49,26 @@ static void add_surface(uint64_t *hash, const SurfaceOptions *surface)
     fnv_real(hash, surface->friction);
 }
 
+// The cells themselves are in World.cells.
+static void add_voxel(uint64_t *hash, const VoxelOptions *voxel)
+{
+    fnv_int(hash, voxel->dimensions);
+    fnv_int(hash, voxel->levels);
+    fnv_int(hash, voxel->law);
+    fnv_int(hash, voxel->material_count);
+    for (int i = 0; i < voxel->material_count; i++) {
+        fnv_real(hash, voxel->material[i].youngs_modulus);
+        fnv_real(hash, voxel->material[i].poisson_ratio);
+        fnv_real(hash, voxel->material[i].density);
+    }
+    fnv_real(hash, voxel->damping);
+    fnv_int(hash, voxel->integrator);
+    fnv_real(hash, voxel->time_step);
+    fnv_real(hash, voxel->contact_ratio);
+    fnv_real(hash, voxel->contact_damping);
+    fnv_real(hash, voxel->friction);
+}
+
 static void add_fixed(uint64_t *hash, const FixedRegion *region)
 {
     fnv_int(hash, region->kind);
@@ -61,14 +81,22 @@ static void add_fixed(uint64_t *hash, const FixedRegion *region)
         fnv_int(hash, region->node[i]);
 }
 
-static void add_body(uint64_t *hash, const SceneBody *body, const TriMesh *mesh)
+static void add_body(uint64_t *hash, const SceneBody *body, const TriMesh *mesh, uint64_t cells)
 {
+    const char *model = scene_model_name(body->model);
     *hash = fnv_bytes(*hash, body->name, strlen(body->name) + 1);
-    *hash = fnv_bytes(*hash, body->model, strlen(body->model) + 1);
-    add_surface(hash, &body->surface);
+    *hash = fnv_bytes(*hash, model, strlen(model) + 1);
+    if (body->model == MODEL_VOXEL)
+        add_voxel(hash, &body->voxel);
+    else
+        add_surface(hash, &body->surface);
     fnv_int(hash, body->fixed_count);
     for (int i = 0; i < body->fixed_count; i++)
         add_fixed(hash, &body->fixed[i]);
+    if (body->model == MODEL_VOXEL) {
+        *hash = fnv_bytes(*hash, &cells, sizeof cells);
+        return;
+    }
     fnv_int(hash, mesh->node_count);
     fnv_int(hash, mesh->triangle_count);
     *hash = fnv_bytes(*hash, mesh->position, (size_t)mesh->node_count * sizeof *mesh->position);
@@ -109,7 +137,7 @@ uint64_t physics_hash(const Scene *scene, const World *world)
     fnv_real(&hash, scene->tool_timeout_s);
     fnv_int(&hash, scene->body_count);
     for (int i = 0; i < scene->body_count; i++)
-        add_body(&hash, &scene->body[i], &world->mesh[i]);
+        add_body(&hash, &scene->body[i], &world->mesh[i], world->cells[i].hash);
     fnv_int(&hash, scene->tool_count);
     for (int i = 0; i < scene->tool_count; i++)
         add_tool(&hash, &scene->tool[i]);

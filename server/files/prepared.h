@@ -1,22 +1,26 @@
-// Prepared models: what the off-line phase (Choi et al. 2005, section 3) makes of the meshes of a
-// scene, in HDF5, so that a daemon starts without generating, repairing and dividing them. Only
-// what follows from the bodies' `mesh` and `levels` is stored: all other keys of the scene may
-// change.
+// Prepared models: what the off-line phase (Choi et al. 2005, section 3) makes of the meshes and
+// volumes of a scene, in HDF5, so that a daemon starts without generating, repairing and dividing
+// them. Only what follows from `mesh` and `levels` of surface bodies and `voxels` of voxel bodies
+// is stored: all other keys of the scene may change.
 //
-// Root attributes format, version, scene, created_by. For each body /bodies/<name> with attributes
-// `source` (hash of the group `mesh` and of the mesh file's bytes), `levels`, `file_nodes` and
-// `copies`; triangle [faces][3] and file_index [nodes] of level 0, file_node [file_nodes] if nodes
-// of the file were joined or dropped, copy_of [copies] if any were split; position [nodes of the
-// finest level][3] at rest; and with levels > 0, for each level l, level<l>/edge [edges][2],
-// edge_face [edges][2] and face_edge [faces][3] (geometry/levels.h). Sealed like checkpoints.
+// Root attributes format, version, scene, created_by. For each surface body /bodies/<name> with
+// attributes `source` (hash of the group `mesh` and of the mesh file's bytes), `levels`,
+// `file_nodes` and `copies`; triangle [faces][3] and file_index [nodes] of level 0, file_node
+// [file_nodes] if nodes of the file were joined or dropped, copy_of [copies] if any were split;
+// position [nodes of the finest level][3] at rest; and with levels > 0, for each level l,
+// level<l>/edge [edges][2], edge_face [edges][2] and face_edge [faces][3] (geometry/levels.h). For
+// each voxel body /bodies/<name> with attribute `source` (hash of the group `voxels` and of its
+// file's bytes); count [3], size, origin [1][3], turn [4] and label [cells] of its lattice as it
+// stands in the world (geometry/lattice.h). Sealed like checkpoints.
 #ifndef PLIANT_FILES_PREPARED_H
 #define PLIANT_FILES_PREPARED_H
 
 #include "base/arena.h"
 #include "files/scene.h"
+#include "geometry/lattice.h"
 
-// Makes the meshes and levels of all bodies of a scene and writes them; prints one line a body.
-// False with `status` naming scene file and line, or the file that cannot be written.
+// Makes the meshes, levels and lattices of all bodies of a scene and writes them; prints one line a
+// body. False with `status` naming scene file and line, or the file that cannot be written.
 bool prepared_write(const char *path, const Scene *scene, FILE *report, Status *status);
 
 typedef struct Prepared Prepared; // a file open for reading
@@ -29,6 +33,9 @@ bool prepared_open(Prepared **prepared, const char *path, Status *status);
 // for another mesh, other levels, or not consistent.
 bool prepared_read(const Prepared *prepared, const SceneBody *body, TriMesh *mesh, Levels *levels,
                    Arena *arena, Status *status);
+// Reads the lattice of a voxel body in the same way; it is as body_voxels_make makes it.
+bool prepared_read_voxels(const Prepared *prepared, const SceneBody *body, Lattice *lattice,
+                          Status *status);
 void prepared_close(Prepared *prepared);
 
 #endif

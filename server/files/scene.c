@@ -67,10 +67,11 @@ static const Option SCENE_OPTIONS[] = {
     {"capacity", OPTION_GROUP, AT(capacity), "", .preset_text = "from the meshes and levels",
      .about = "Most nodes and faces that a body may have at a time."},
     {"prepared", OPTION_STRING, AT(prepared), "", .low = 1, .high = SCENE_FILE_MAX,
-     .preset_text = "meshes are made anew",
+     .preset_text = "meshes and voxels are made anew",
      .about =
-         "File that `pliant-prepare` made of this scene: meshes and their levels are read from "
-         "it. Of this scene only `mesh` and `levels` of the bodies must be as they were."},
+         "File that `pliant-prepare` made of this scene: meshes, their levels and voxels are read "
+         "from it. Of this scene only `mesh` and `levels` of surface bodies and `voxels` of voxel "
+         "bodies must be as they were."},
     {"bodies", OPTION_LIST, AT(bodies), "", .required = true,
      .about = "The soft bodies: 1 to 64 groups."},
     {"tools", OPTION_LIST, AT(tools), "", .about = "The tools that touch them: up to 32 groups."},
@@ -96,7 +97,7 @@ static const Option PUBLISH_OPTIONS[] = {
     {"status_hz", OPTION_REAL, AT(status_hz), "Hz", 0.0, 10000.0, .preset = 2.0,
      .about = "Status messages a second; 0: never."},
     {"nodes", OPTION_WORD, AT(nodes), "", .words = NODES_WORDS,
-     .about = "Which nodes: those of the surface, or all (the same for surface bodies)."},
+     .about = "Which nodes: those of the surface, or all: those inside of voxel bodies too."},
     {"velocity", OPTION_BOOL, AT(velocity), "", .about = "Whether velocities are published too."},
 };
 #undef AT
@@ -288,6 +289,9 @@ void scene_destroy(Scene *scene)
         free(body->fixed);
         free(body->initial);
         free(body->mesh.file);
+        free(body->voxels.file);
+        free(body->material);
+        free(body->skin.file);
     }
     free(scene->body);
     free(scene->tool);

@@ -4,8 +4,10 @@
 
 #include "base/status.h"
 #include "dynamics/sim.h"
+#include "files/voxel_source.h"
 #include "geometry/mesh.h"
 #include "surface/surface.h"
+#include "voxel/voxel.h"
 
 enum { SCENE_NAME_MAX = 64 };
 
@@ -31,17 +33,26 @@ typedef struct MeshSource {
     Vec3 translation;                     // [m], applied last
 } MeshSource;
 
-// One body. `surface` is complete but for the pointers that need the mesh (initial_*), the gravity
-// and the isa, which scene_build fills in.
+typedef enum SceneModel { MODEL_SURFACE, MODEL_VOXEL } SceneModel;
+
+// One body. `surface` or `voxel`, by the model, is complete but for what needs the mesh or the
+// lattice (and the initial state), the gravity, the precision and the isa, which world_build fills
+// in; the other is zero.
 typedef struct SceneBody {
     char name[BODY_NAME_MAX];
-    char model[16]; // "surface"
-    int line;       // of the group in the scene file, for later errors
-    MeshSource mesh;
-    SurfaceOptions surface;
-    FixedRegion *fixed; // owned; surface.fixed points here
+    SceneModel model;
+    int line;           // of the group in the scene file, for later errors
+    FixedRegion *fixed; // owned
     int fixed_count;
     char *initial; // file, resolved, or NULL; owned
+    // A surface body.
+    MeshSource mesh;
+    SurfaceOptions surface;
+    // A voxel body.
+    VoxelSource voxels;
+    VoxelOptions voxel;
+    VoxelMaterial *material; // [voxels.label_count]; owned; voxel.material points here
+    MeshSource skin;         // file NULL: none
 } SceneBody;
 
 typedef struct ScenePublish {
@@ -87,6 +98,9 @@ void scene_destroy(Scene *scene);
 // prefix that makes a channel's name too long is refused. A scene that listens on a prefix of its
 // own goes on doing so.
 bool scene_override(Scene *scene, double rate_hz, const char *prefix, Status *status);
+
+// "surface" or "voxel".
+const char *scene_model_name(SceneModel model);
 
 // The material and the shape springs of a body whose scene says nothing more of them than
 // `shape = {}`; the rest of `surface` stays as it is.

@@ -22,7 +22,8 @@ static const Option FIXED_OPTIONS[] = {
     {"radius", OPTION_REAL, offsetof(FixedGroup, radius), "m", 0.0, POSITION_LIMIT, .open = true,
      .preset_text = "none", .about = "Radius of the ball."},
     {"nodes", OPTION_LIST, offsetof(FixedGroup, nodes), "",
-     .about = "Node numbers of the mesh file or generator, from 0."},
+     .about = "Node numbers of the mesh file or generator, from 0; of a voxel body, lattice points "
+              "as by `id` in messages."},
 };
 const OptionTable FIXED_TABLE = OPTION_TABLE(
     "bodies.fixed",
@@ -101,8 +102,6 @@ bool scene_read_fixed(const SceneReader *reader, const config_setting_t *list, S
     body->fixed = calloc((size_t)count, sizeof *body->fixed);
     ASSERT(body->fixed != NULL);
     body->fixed_count = count;
-    body->surface.fixed = body->fixed;
-    body->surface.fixed_count = count;
     for (int i = 0; i < count; i++) {
         const config_setting_t *group = option_group_at(list, i, &reader->source);
         if (group == NULL || !read_region(reader, group, &body->fixed[i]))

@@ -25,8 +25,8 @@ static const Option MATERIAL_OPTIONS[] = {
      .about = "Both: drag on every node's velocity."},
 };
 #undef AT
-const OptionTable MATERIAL_TABLE = OPTION_TABLE(
-    "bodies.material",
+const OptionTable MATERIAL_TABLE = TITLED_TABLE(
+    "`bodies.material` of a surface body", "bodies.material",
     "Either physical (`youngs_modulus_2d`, `areal_density`, `damping_time`) or uniform "
     "(`spring_stiffness` and `node_mass`, and `spring_damping`); `node_damping` goes "
     "with both.",

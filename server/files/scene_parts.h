@@ -15,7 +15,6 @@ enum {
 
 // Why known keys of features that are not built in are refused.
 #define LATER_CUTTING  "cutting is not built into this version"
-#define LATER_VOXEL    "voxel bodies are not built into this version"
 #define LATER_IMPLICIT "implicit integration is not built into this version"
 #define LATER_GRASPER  "graspers are not built into this version"
 
@@ -24,21 +23,22 @@ enum {
 #define FORCE_LIMIT    1e6 // [N]
 #define TIME_LIMIT     1e9 // [s] of simulated time
 
-#define OPTION_TABLE(where, sentences, options)                                                    \
+#define TITLED_TABLE(heading, where, sentences, options)                                           \
     {                                                                                              \
-        .path = (where), .about = (sentences), .option = (options),                                \
+        .title = (heading), .path = (where), .about = (sentences), .option = (options),            \
         .count = (int)(sizeof(options) / sizeof(options)[0])                                       \
     }
+#define OPTION_TABLE(where, sentences, options) TITLED_TABLE(NULL, where, sentences, options)
 
 extern const OptionTable SCENE_TABLE, PUBLISH_TABLE, CAPACITY_TABLE;
-extern const OptionTable BODY_TABLE, ADAPT_TABLE, CONTACT_TABLE, FIXED_TABLE;
-extern const OptionTable MESH_TABLE, PLACE_TABLE;
-extern const OptionTable MATERIAL_TABLE, SHAPE_TABLE;
+extern const OptionTable BODY_TABLE, CONTACT_TABLE, FIXED_TABLE, PLACE_TABLE;
+extern const OptionTable MESH_TABLE, MATERIAL_TABLE, SHAPE_TABLE, ADAPT_TABLE;
+extern const OptionTable VOXELS_TABLE, VOXEL_MATERIAL_TABLE, LABEL_MATERIAL_TABLE, SKIN_TABLE;
 extern const OptionTable TOOL_TABLE, CAPSULE_TABLE, PLANE_TABLE;
 extern const OptionTable LOAD_TABLE;
 
 // All of them, in the order of the reference.
-enum { SCENE_TABLE_COUNT = 15 };
+enum { SCENE_TABLE_COUNT = 19 };
 const OptionTable *scene_table(int index);
 
 typedef struct SceneReader {
@@ -47,15 +47,45 @@ typedef struct SceneReader {
     Scene *scene;       // being filled
 } SceneReader;
 
+// An entry of `bodies` as BODY_TABLE reads it, for the readers of both models.
+typedef struct BodyGroup {
+    const config_setting_t *at;
+    const char *name, *initial;
+    int model, integrator;
+    double time_step; // 0: not given
+    bool unsafe_time_step;
+    int levels;
+    const config_setting_t *material, *contact, *fixed;
+    // Surface.
+    int start_level, adjust;
+    double prestress;
+    const config_setting_t *mesh, *adapt, *shape;
+    // Voxel.
+    int law, dimensions;
+    const config_setting_t *voxels, *materials, *skin;
+    // Read, checked against their only value, and of no further use.
+    int split_budget;
+    bool cuttable;
+} BodyGroup;
+
 // Each reads one group into zeroed memory; false with a status. What they allocate belongs to the
 // scene also when they fail.
 bool scene_read_body(const SceneReader *reader, const config_setting_t *group, SceneBody *body);
+// What is of one model only.
+bool scene_read_surface(const SceneReader *reader, const BodyGroup *raw, SceneBody *body);
+bool scene_read_voxel(const SceneReader *reader, const BodyGroup *raw, SceneBody *body);
 bool scene_read_fixed(const SceneReader *reader, const config_setting_t *list, SceneBody *body);
 bool scene_read_mesh(const SceneReader *reader, const config_setting_t *group, MeshSource *mesh);
+// `place` of the group `owner`, "bodies.mesh.place".
+bool scene_read_place(const SceneReader *reader, const config_setting_t *group, const char *owner,
+                      Vec3 *rotation, Vec3 *translation);
 bool scene_read_material(const SceneReader *reader, const config_setting_t *group,
                          SurfaceMaterial *material);
 bool scene_read_shape(const SceneReader *reader, const config_setting_t *group,
                       SurfaceShape *shape);
+// `dimensions` is that of the body, 0 when it says nothing; replaced by what the voxels make it.
+bool scene_read_voxels(const SceneReader *reader, const config_setting_t *group,
+                       VoxelSource *voxels, int *dimensions);
 bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, ToolOptions *tool);
 bool scene_read_load(const SceneReader *reader, const config_setting_t *group, LoadOptions *load);
 

@@ -6,9 +6,11 @@
 const OptionTable *scene_table(int index)
 {
     static const OptionTable *const TABLES[SCENE_TABLE_COUNT] = {
-        &SCENE_TABLE, &PUBLISH_TABLE, &CAPACITY_TABLE, &BODY_TABLE,  &ADAPT_TABLE,
-        &MESH_TABLE,  &PLACE_TABLE,   &MATERIAL_TABLE, &SHAPE_TABLE, &CONTACT_TABLE,
-        &FIXED_TABLE, &TOOL_TABLE,    &CAPSULE_TABLE,  &PLANE_TABLE, &LOAD_TABLE,
+        &SCENE_TABLE,   &PUBLISH_TABLE, &CAPACITY_TABLE,       &BODY_TABLE,
+        &MESH_TABLE,    &PLACE_TABLE,   &MATERIAL_TABLE,       &SHAPE_TABLE,
+        &ADAPT_TABLE,   &VOXELS_TABLE,  &VOXEL_MATERIAL_TABLE, &LABEL_MATERIAL_TABLE,
+        &SKIN_TABLE,    &CONTACT_TABLE, &FIXED_TABLE,          &TOOL_TABLE,
+        &CAPSULE_TABLE, &PLANE_TABLE,   &LOAD_TABLE,
     };
     ASSERT(index >= 0 && index < SCENE_TABLE_COUNT);
     return TABLES[index];
@@ -34,6 +36,7 @@ static const char INTRODUCTION[] =
     "- File names are relative to the folder of the scene file; so are includes.\n"
     "- In ranges, `(` excludes its bound and `[` includes it. The range of a vector is\n"
     "  that of its length.\n"
+    "- Integers are one number or a list of them.\n"
     "- Unknown keys, wrong types and values out of range are errors that name file and\n"
     "  line.\n";
 

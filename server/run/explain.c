@@ -5,33 +5,51 @@
 #include <math.h>
 #include <stdlib.h>
 
-static void print_body(World *world, const Scene *scene, int index, FILE *out)
+static int fixed_nodes(const Body *body)
 {
-    const SurfaceOptions *surface = &scene->body[index].surface;
-    const Body *body = sim_body(world->sim, index);
-    const TriMesh *mesh = &world->mesh[index];
+    const BodySurface *places = &body->surface; // more than there are nodes, where a body adapts
+    int fixed = 0;
+    for (int i = 0; i < places->node_count; i++)
+        fixed += places->node_face_end[i] > places->node_face_start[i] &&
+                 body->ops->is_fixed != NULL && body->ops->is_fixed(body->model, i);
+    return fixed;
+}
+
+static void print_box(Vec3 low, Vec3 high, FILE *out)
+{
+    fprintf(out, "  box [%.6g, %.6g, %.6g] to [%.6g, %.6g, %.6g] m\n", low.x, low.y, low.z, high.x,
+            high.y, high.z);
+}
+
+static void print_surface(const Body *body, const TriMesh *mesh, FILE *out)
+{
     Vec3 low = mesh->position[0], high = low;
     for (int i = 1; i < mesh->node_count; i++) {
         Vec3 p = mesh->position[i];
         low = vec3(fmin(low.x, p.x), fmin(low.y, p.y), fmin(low.z, p.z));
         high = vec3(fmax(high.x, p.x), fmax(high.y, p.y), fmax(high.z, p.z));
     }
-    const BodySurface *places = &body->surface; // more than there are nodes, where a body adapts
-    int fixed = 0;
-    for (int i = 0; i < places->node_count; i++)
-        fixed += places->node_face_end[i] > places->node_face_start[i] &&
-                 body->ops->is_fixed != NULL && body->ops->is_fixed(body->model, i);
-
-    fprintf(out, "body %s: model %s, %s\n", body->name, body->ops->model,
-            integrator_name(body->integrator));
     fprintf(out, "  nodes %d (%d fixed), springs %d, faces %d, pieces %d, mass %.6g kg\n",
-            body->mesh.node_count, fixed, body->spring_count, body->mesh.triangle_count,
+            body->mesh.node_count, fixed_nodes(body), body->spring_count, body->mesh.triangle_count,
             mesh_pieces(&body->mesh), body->mass);
-    fprintf(out, "  box [%.6g, %.6g, %.6g] to [%.6g, %.6g, %.6g] m\n", low.x, low.y, low.z, high.x,
-            high.y, high.z);
-    fprintf(out, "  time step %.6g s, %d substeps a tick, stability limit %.6g s%s\n", body->h,
-            body->substeps, body->time_step_limit,
-            body->unsafe_time_step ? " (unsafe_time_step)" : "");
+    print_box(low, high, out);
+}
+
+static void print_voxels(const Body *body, const WorldCells *cells, FILE *out)
+{
+    fprintf(out, "  cells %d x %d x %d of %.6g m, %ld solid\n", cells->count[0], cells->count[1],
+            cells->count[2], cells->size, cells->solid);
+    fprintf(out, "  elements %d, outer triangles %d with %d vertices (%d fixed), mass %.6g kg\n",
+            body->element_count, body->surface.face_count, body->surface.node_count,
+            fixed_nodes(body), body->mass);
+    fprintf(out, "  published nodes %d, faces %d, pieces %d\n", body->mesh.node_count,
+            body->mesh.triangle_count, mesh_pieces(&body->mesh));
+    print_box(cells->low, cells->high, out);
+}
+
+// How finely a surface body is divided.
+static void print_levels(const Body *body, const SurfaceOptions *surface, FILE *out)
+{
     if (surface->levels > 0)
         fprintf(out, "  level %d of %d, %s, adjust \"%s\"\n", body->finest_level, surface->levels,
                 surface->adaptive ? "adaptive" : "for good",
@@ -39,6 +57,43 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
     if (surface->adaptive)
         fprintf(out, "  room for %d nodes, %d faces\n", body->mesh.node_capacity,
                 body->mesh.triangle_capacity);
+}
+
+// Law and materials of a voxel body.
+static void print_elements(const SceneBody *described, FILE *out)
+{
+    const VoxelOptions *voxel = &described->voxel;
+    fprintf(out, "  law \"%s\", %d dimensions, levels 0 to %d, damping %.6g of the critical step\n",
+            voxel->law == VOXEL_AFFINE ? "affine" : "miyazaki2004", voxel->dimensions,
+            voxel->levels, voxel->damping);
+    for (int i = 0; i < voxel->material_count; i++) {
+        const VoxelMaterial *material = &voxel->material[i];
+        fprintf(out, "  label %d: E %.6g Pa, nu %.6g, density %.6g kg/m3\n",
+                described->voxels.label[i], material->youngs_modulus, material->poisson_ratio,
+                material->density);
+    }
+    if (described->skin.file != NULL)
+        fprintf(out, "  skin %s\n", described->skin.file);
+}
+
+static void print_body(World *world, const Scene *scene, int index, FILE *out)
+{
+    const SceneBody *described = &scene->body[index];
+    const Body *body = sim_body(world->sim, index);
+    bool voxel = described->model == MODEL_VOXEL;
+    fprintf(out, "body %s: model %s, %s\n", body->name, body->ops->model,
+            integrator_name(body->integrator));
+    if (voxel)
+        print_voxels(body, &world->cells[index], out);
+    else
+        print_surface(body, &world->mesh[index], out);
+    fprintf(out, "  time step %.6g s, %d substeps a tick, stability limit %.6g s%s\n", body->h,
+            body->substeps, body->time_step_limit,
+            body->unsafe_time_step ? " (unsafe_time_step)" : "");
+    if (voxel)
+        print_elements(described, out);
+    else
+        print_levels(body, &described->surface, out);
 }
 
 static void print_tool(const ToolOptions *tool, FILE *out)
@@ -109,16 +164,29 @@ static void print_left_out(World *world, const Scene *scene, const ExchangeOptio
                            FILE *out)
 {
     const ScenePublish *publish = &scene->publish;
-    bool levels = false, adaptive = false;
+    // What no body has of what its model can have.
+    bool surface = false, levels = false, adaptive = false;
+    bool voxel = false, coarse = false, skin = false;
     for (int i = 0; i < scene->body_count; i++) {
-        levels |= scene->body[i].surface.levels > 0;
-        adaptive |= scene->body[i].surface.adaptive;
+        const SceneBody *body = &scene->body[i];
+        surface |= body->model == MODEL_SURFACE;
+        levels |= body->surface.levels > 0;
+        adaptive |= body->surface.adaptive;
+        voxel |= body->model == MODEL_VOXEL;
+        coarse |= body->voxel.levels > 0;
+        skin |= body->skin.file != NULL;
     }
     fprintf(out, "left out, and the key that switches it on:\n");
-    if (!levels)
+    if (surface && !levels)
         fprintf(out, "  finer levels of detail: levels\n");
-    if (!adaptive)
+    if (surface && !adaptive)
         fprintf(out, "  refinement at run time: adapt = { ... }\n");
+    if (voxel && !coarse)
+        fprintf(out, "  larger elements inside of voxel bodies: levels\n");
+    if (voxel && !skin)
+        fprintf(out, "  display surface of voxel bodies: skin = { mesh = ... }\n");
+    if (voxel && !publish->all_nodes)
+        fprintf(out, "  inner vertices of voxel bodies in messages: publish.nodes = \"all\"\n");
     if (sim_tool_count(world->sim) == 0)
         fprintf(out, "  contact: tools = ( ... )\n");
     if (scene->load_count == 0)

@@ -51,6 +51,14 @@ static void paper_numbers(const Template *template, Numbers *out)
         out->head[2 + k] = 3.0 / trace * rest[k] - (k < 3 ? 1.0 : 0.0);
 }
 
+static void put_number(void *to, int at, double value, bool single)
+{
+    if (single)
+        ((float *)to)[at] = (float)value;
+    else
+        ((double *)to)[at] = value;
+}
+
 const TemplateTable *voxel_tables_create(const Template *templates, int count, VoxelLaw law,
                                          Precision precision, const char *name, Arena *arena)
 {
@@ -63,18 +71,14 @@ const TemplateTable *voxel_tables_create(const Template *templates, int count, V
             affine_numbers(&templates[t], &numbers);
         else
             paper_numbers(&templates[t], &numbers);
-        const size_t rows = (size_t)templates[t].count * TABLE_ROW;
-        void *out = arena_allocate(arena, ARENA_STEP, TABLE_HEAD + rows,
+        const int rows = templates[t].count;
+        void *out = arena_allocate(arena, ARENA_STEP, (size_t)(TABLE_HEAD + rows * TABLE_ROW),
                                    single ? sizeof(float) : sizeof(double),
                                    "%s/template %d numbers", name, t);
-        const double *from = numbers.head;
-        for (size_t i = 0; i < TABLE_HEAD + rows; i++) {
-            double value = i < TABLE_HEAD ? from[i] : numbers.row[0][i - TABLE_HEAD];
-            if (single)
-                ((float *)out)[i] = (float)value;
-            else
-                ((double *)out)[i] = value;
-        }
+        for (int i = 0; i < TABLE_HEAD; i++)
+            put_number(out, i, numbers.head[i], single);
+        for (int i = 0; i < rows * TABLE_ROW; i++)
+            put_number(out, TABLE_HEAD + i, numbers.row[i / TABLE_ROW][i % TABLE_ROW], single);
         tables[t] = (TemplateTable){templates[t].count, out};
     }
     return tables;

@@ -12,7 +12,6 @@
 #include "geometry/lattice.h"
 #include "geometry/mesh.h"
 #include "voxel/element.h"
-#include "voxel/layout.h"
 
 typedef struct VoxelMaterial {
     double youngs_modulus; // E [Pa]
@@ -24,7 +23,7 @@ typedef struct VoxelOptions {
     const char *name;
     const Lattice *lattice; // not needed after creation
     int dimensions;         // 3, or 2: the plane case
-    int levels;             // coarsest level of elements, [0, VOXEL_LEVELS_MAX]
+    int levels;             // coarsest level of elements, [0, VOXEL_LEVELS_MAX] (layout.h)
     VoxelLaw law;
     int material_count;
     const VoxelMaterial *material; // [material_count] by label - 1

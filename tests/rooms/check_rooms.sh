@@ -70,6 +70,9 @@ only_in() {
 }
 only_in 'hdf5' files
 only_in 'libconfig' files
+only_in 'teem/' files
+only_in '(nifti|znz)' files
+only_in 'zlib' files
 only_in 'lcm/' run
 only_in 'pliant_[a-z_]*_t\.h' run
 

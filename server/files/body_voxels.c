@@ -1,0 +1,110 @@
+// Lattices from volumes, meshes and generators. Called once a body, at load.
+#include "files/body_voxels.h"
+
+#include "base/log.h"
+#include "files/mesh_import.h"
+#include "files/volume_import.h"
+#include "files/volume_lattice.h"
+#include "geometry/voxelise.h"
+
+// Names the file in front of what a function without files said.
+static bool fail_file(const VoxelSource *source, const Status *said, Status *status)
+{
+    return status_fail(status, said->code, "%s: %s", source->file, said->text);
+}
+
+// The volume is scaled before it becomes cells, so that their size is that in the world.
+static bool make_from_volume(const VoxelSource *source, Lattice *lattice, Status *status)
+{
+    LabelVolume volume;
+    Status said = {0};
+    if (!volume_import(source->file, &volume, status))
+        return false;
+    for (int a = 0; a < 3; a++)
+        volume.axis[a] = vec3_scale(source->scale, volume.axis[a]);
+    volume.origin = vec3_scale(source->scale, volume.origin);
+    bool ok =
+        volume_lattice(&volume, source->label, source->label_count, source->size, lattice, &said) ||
+        fail_file(source, &said, status);
+    volume_destroy(&volume);
+    if (ok)
+        lattice_place(lattice, 1.0, source->rotation, source->translation);
+    return ok;
+}
+
+// What is not of the size of an organ, by orders of magnitude, was given in other units.
+static bool check_extent(const VoxelSource *source, const TriMesh *mesh, Status *status)
+{
+    double extent = mesh_extent(mesh);
+    if (extent >= MESH_SMALLEST_EXTENT && extent <= MESH_LARGEST_EXTENT)
+        return true;
+    return status_fail(status, STATUS_INVALID,
+                       "%s: measures %g m after scale %g, outside [%g, %g] m; scale is metres a "
+                       "unit of the file, 0.001 for millimetres",
+                       source->file, extent, source->scale, MESH_SMALLEST_EXTENT,
+                       MESH_LARGEST_EXTENT);
+}
+
+// The mesh is placed before it becomes cells: their axes are the world's.
+static bool make_from_mesh(const VoxelSource *source, Lattice *lattice, Status *status)
+{
+    TriMesh mesh = {0};
+    MeshImport import;
+    Status said = {0};
+    char repairs[512];
+    bool ok = mesh_import(source->file, &mesh, &import, status);
+    if (ok) {
+        mesh_repairs_text(&import.repairs, repairs, sizeof repairs);
+        if (repairs[0] != '\0')
+            log_line(LOG_INFO, "%s: %s", source->file, repairs);
+        mesh_place(&mesh, source->scale, source->rotation, source->translation);
+        ok = check_extent(source, &mesh, status) &&
+             (voxelise(lattice, &mesh, source->size, &said) || fail_file(source, &said, status));
+    }
+    mesh_destroy(&mesh);
+    return ok;
+}
+
+static bool make(const VoxelSource *source, Lattice *lattice, Status *status)
+{
+    bool ok = false;
+    switch (source->kind) {
+    case VOXELS_FILE:
+        return make_from_volume(source, lattice, status);
+    case VOXELS_MESH:
+        return make_from_mesh(source, lattice, status);
+    case VOXELS_BOX:
+        ok = lattice_box(lattice, source->count, source->size, status);
+        break;
+    case VOXELS_BALL:
+        ok = lattice_ball(lattice, source->radius, source->size, status);
+        break;
+    case VOXELS_DISC:
+        ok = lattice_disc(lattice, source->radius, source->size, status);
+        break;
+    }
+    if (ok)
+        lattice_place(lattice, source->scale, source->rotation, source->translation);
+    return ok;
+}
+
+static const char *name_of(const VoxelSource *source)
+{
+    return source->file != NULL ? source->file : "voxels";
+}
+
+bool body_voxels_make(const VoxelSource *source, Lattice *lattice, Status *status)
+{
+    *lattice = (Lattice){0};
+    // Written so that NaN fails too.
+    if (!(source->scale > 0.0) || !isfinite(source->scale))
+        return status_fail(status, STATUS_INVALID, "%s: scale %g is not positive", name_of(source),
+                           source->scale);
+    if (!make(source, lattice, status))
+        return false;
+    int pieces = lattice_pieces(lattice);
+    if (pieces > 1)
+        log_line(LOG_WARNING, "%s: its cells are %d pieces that no face joins; all are kept",
+                 name_of(source), pieces);
+    return true;
+}

@@ -1,0 +1,134 @@
+// Makes a voxel body: its lattice, skin and initial state.
+#include "files/build_parts.h"
+
+#include "files/body_mesh.h"
+#include "files/body_voxels.h"
+#include "files/checkpoint.h"
+#include "files/fnv.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#ifdef PLIANT_WITH_VOXEL
+
+// Of all that the elements follow from: cells, labels, and where they stand.
+static uint64_t hash_lattice(const Lattice *lattice)
+{
+    uint64_t hash = FNV_START;
+    size_t cells = 1;
+    for (int k = 0; k < 3; k++) {
+        fnv_int(&hash, lattice->count[k]);
+        cells *= (size_t)lattice->count[k];
+    }
+    fnv_real(&hash, lattice->size);
+    fnv_vector(&hash, lattice->origin);
+    fnv_real(&hash, lattice->turn.w);
+    fnv_vector(&hash, vec3(lattice->turn.x, lattice->turn.y, lattice->turn.z));
+    return fnv_bytes(hash, lattice->label, cells);
+}
+
+// The box of the corners of all solid cells.
+static void find_box(const Lattice *lattice, Vec3 *low, Vec3 *high)
+{
+    *low = vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL);
+    *high = vec3(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL);
+    for (int k = 0; k < lattice->count[2]; k++)
+        for (int j = 0; j < lattice->count[1]; j++)
+            for (int i = 0; i < lattice->count[0]; i++) {
+                // Inside of a row of solid cells nothing is farthest.
+                if (lattice_label(lattice, i, j, k) == 0 ||
+                    (lattice_label(lattice, i - 1, j, k) != 0 &&
+                     lattice_label(lattice, i + 1, j, k) != 0))
+                    continue;
+                for (int c = 0; c < 8; c++) {
+                    Vec3 p = lattice_point(lattice, i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
+                    *low = vec3(fmin(low->x, p.x), fmin(low->y, p.y), fmin(low->z, p.z));
+                    *high = vec3(fmax(high->x, p.x), fmax(high->y, p.y), fmax(high->z, p.z));
+                }
+            }
+}
+
+static WorldCells summarize(const Lattice *lattice)
+{
+    WorldCells cells = {.hash = hash_lattice(lattice),
+                        .count = {lattice->count[0], lattice->count[1], lattice->count[2]},
+                        .solid = lattice_solid(lattice),
+                        .size = lattice->size};
+    find_box(lattice, &cells.low, &cells.high);
+    return cells;
+}
+
+// The keys of a scene that bound what a body may have.
+static bool check_capacity(const Scene *scene, const Body *body, Status *status)
+{
+    int nodes = body->mesh.node_count, faces = body->mesh.triangle_count;
+    bool many = scene->node_capacity > 0 && nodes > scene->node_capacity;
+    if (!many && (scene->face_capacity == 0 || faces <= scene->face_capacity))
+        return true;
+    return status_fail(status, STATUS_INVALID, "body %s has %d %s to start with, capacity.%s is %d",
+                       body->name, many ? nodes : faces, many ? "nodes" : "faces",
+                       many ? "nodes" : "faces",
+                       many ? scene->node_capacity : scene->face_capacity);
+}
+
+static bool create_voxel(World *world, const Scene *scene, const VoxelOptions *voxel,
+                         Status *status)
+{
+    Body body = {0};
+    if (!voxel_create(&body, voxel, &world->arena, &world->state, status) ||
+        !check_capacity(scene, &body, status))
+        return false;
+    sim_add_body(world->sim, &body);
+    return true;
+}
+
+bool build_voxel(World *world, const Scene *scene, int index, const Prepared *prepared,
+                 const BuildOptions *options, Status *status)
+{
+    const SceneBody *described = &scene->body[index];
+    VoxelOptions voxel = described->voxel;
+    Lattice lattice = {0};
+    TriMesh skin = {0};
+    Vec3 *position = NULL, *velocity = NULL;
+    bool ok = prepared != NULL ? prepared_read_voxels(prepared, described, &lattice, status)
+                               : body_voxels_make(&described->voxels, &lattice, status);
+    ok = ok && (described->skin.file == NULL || body_skin_make(described, &skin, status));
+    if (ok && described->initial != NULL) {
+        // A vertex is a corner of a cell.
+        int most = 8 * (int)lattice_solid(&lattice);
+        ok = initial_read_rows(described->initial, most, &voxel.initial_count, &position, &velocity,
+                               status);
+    }
+    if (ok) {
+        world->cells[index] = summarize(&lattice);
+        voxel.name = described->name;
+        voxel.lattice = &lattice;
+        voxel.fixed = described->fixed;
+        voxel.fixed_count = described->fixed_count;
+        voxel.material = described->material;
+        voxel.initial_position = position;
+        voxel.initial_velocity = velocity;
+        voxel.gravity = scene->gravity;
+        voxel.precision = scene->precision;
+        voxel.isa = options->isa != NULL ? options->isa : "auto";
+        voxel.without_loads = scene->load_count == 0 && !options->may_load;
+        voxel.publish_all = scene->publish.all_nodes;
+        voxel.skin = described->skin.file != NULL ? &skin : NULL;
+        ok = create_voxel(world, scene, &voxel, status);
+    }
+    free(position);
+    free(velocity);
+    mesh_destroy(&skin);
+    lattice_destroy(&lattice);
+    return ok;
+}
+
+#else
+bool build_voxel(World *world, const Scene *scene, int index, const Prepared *prepared,
+                 const BuildOptions *options, Status *status)
+{
+    (void)world, (void)scene, (void)index, (void)prepared, (void)options;
+    return status_fail(status, STATUS_INVALID,
+                       "this pliantd was built without voxel bodies (PLIANT_VOXEL)");
+}
+#endif

@@ -1,0 +1,34 @@
+// What the parts of prepared.c share: one source file a model. Private to it.
+#ifndef PLIANT_FILES_PREPARED_PARTS_H
+#define PLIANT_FILES_PREPARED_PARTS_H
+
+#include "files/fnv.h"
+#include "files/hdf.h"
+#include "files/prepared.h"
+
+#ifdef PLIANT_WITH_HDF5
+
+enum { PREPARED_NAME = 128 };
+
+struct Prepared {
+    HdfFile file;
+    char *path;
+};
+
+// The name of a body's group, or of something in it.
+const char *prepared_path(char text[PREPARED_NAME], const char *body, const char *rest);
+// The bytes of a file that a body is made from.
+bool prepared_hash_file(uint64_t *hash, const char *path, Status *status);
+// Whether the body has a group, of its model, whose attribute `source` is this. `noun`: what it was
+// made from, "mesh".
+bool prepared_check_source(const HdfFile *file, const SceneBody *body, uint64_t source,
+                           const char *noun);
+bool prepared_write_source(const HdfFile *file, const SceneBody *body, uint64_t source);
+
+// Makes what a body of one model needs, writes it and prints a line.
+bool prepared_write_mesh(const HdfFile *file, const SceneBody *body, FILE *report);
+bool prepared_write_voxels(const HdfFile *file, const SceneBody *body, FILE *report);
+
+#endif
+
+#endif

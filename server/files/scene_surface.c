@@ -1,0 +1,71 @@
+// Reads what of a body is of the surface model only.
+#include "files/scene_parts.h"
+
+#define AT(member) offsetof(SurfaceAdapt, member)
+static const Option ADAPT_OPTIONS[] = {
+    {"force", OPTION_REAL, AT(force), "", 0.0, 1e9, .open = true, .preset = 0.005,
+     .about = "Load an area times the edge length over `youngs_modulus_2d` beyond which a face is "
+              "refined."},
+    {"speed", OPTION_REAL, AT(speed), "", 0.0, 1e9, .open = true, .preset = 0.3,
+     .about =
+         "Speed against the body's rigid motion, over that of waves in the wall times 2^level, "
+         "beyond which a face is refined."},
+    {"curvature", OPTION_REAL, AT(curvature), "rad", 0.0, 1e9, .open = true, .preset = 0.4,
+     .about = "Change of the angle between two faces beyond which they are refined."},
+    {"check_hz", OPTION_REAL, AT(check_hz), "Hz", 0.0, 10000.0, .open = true, .preset = 100.0,
+     .about = "How often all faces are looked at; at most, and by default lowered to, `rate_hz`."},
+};
+#undef AT
+const OptionTable ADAPT_TABLE = OPTION_TABLE(
+    "bodies.adapt",
+    "The body refines where it is loaded, moves or bends, up to `levels`, and coarsens where it is "
+    "at ease. A criterion is switched off by a large value.",
+    ADAPT_OPTIONS);
+
+// What of the levels can be said before the mesh is known.
+static bool read_levels(const SceneReader *reader, const BodyGroup *raw, SurfaceOptions *surface)
+{
+    const OptionSource *source = &reader->source;
+    surface->levels = raw->levels;
+    surface->start_level = raw->start_level;
+    surface->adjust = (SurfaceAdjust)raw->adjust;
+    surface->adaptive = raw->adapt != NULL;
+    surface->node_capacity = reader->scene->node_capacity;
+    surface->face_capacity = reader->scene->face_capacity;
+    if (raw->start_level > raw->levels)
+        return option_fail(source, option_find(raw->at, "start_level"),
+                           "start_level %d exceeds levels %d", raw->start_level, raw->levels);
+    if (raw->adapt == NULL)
+        return true;
+    if (raw->levels == 0)
+        return option_fail(source, raw->adapt,
+                           "adapt needs levels, the finest level of detail: set it to 1 or more");
+    if (!option_read(&ADAPT_TABLE, raw->adapt, source, &surface->adapt))
+        return false;
+    if (surface->adapt.check_hz <= reader->scene->rate_hz)
+        return true;
+    char rate[OPTION_NUMBER_TEXT], limit[OPTION_NUMBER_TEXT];
+    if (option_given(raw->adapt, "check_hz"))
+        return option_fail(source, option_find(raw->adapt, "check_hz"),
+                           "check_hz %s exceeds rate_hz %s",
+                           option_number_text(rate, surface->adapt.check_hz),
+                           option_number_text(limit, reader->scene->rate_hz));
+    surface->adapt.check_hz = reader->scene->rate_hz;
+    return true;
+}
+
+bool scene_read_surface(const SceneReader *reader, const BodyGroup *raw, SceneBody *body)
+{
+    SurfaceOptions *surface = &body->surface;
+    if (!option_require(&BODY_TABLE, raw->at, "mesh", &reader->source))
+        return false;
+    surface->name = body->name;
+    surface->prestress = raw->prestress;
+    surface->integrator =
+        option_given(raw->at, "integrator") ? (IntegratorKind)raw->integrator : INTEGRATOR_LEAPFROG;
+    surface->time_step = raw->time_step;
+    surface->unsafe_time_step = raw->unsafe_time_step;
+    return scene_read_mesh(reader, raw->mesh, &body->mesh) && read_levels(reader, raw, surface) &&
+           scene_read_material(reader, raw->material, &surface->material) &&
+           scene_read_shape(reader, raw->shape, &surface->shape);
+}

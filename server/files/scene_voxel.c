@@ -1,0 +1,181 @@
+// Reads what of a body is of the voxel model only: its voxels, materials and skin.
+#include "files/scene_parts.h"
+#include "files/scene_source.h"
+
+#include "base/check.h"
+#include "voxel/layout.h"
+
+#include <stdlib.h>
+
+typedef struct MaterialGroup {
+    int label;
+    double youngs_modulus, poisson_ratio, density, damping;
+} MaterialGroup;
+
+#define POISSON_MAX 0.49
+
+#define AT(member) offsetof(MaterialGroup, member)
+static const Option MATERIAL_OPTIONS[] = {
+    {"youngs_modulus", OPTION_REAL, AT(youngs_modulus), "Pa", 0.0, 1e12, .open = true,
+     .preset = 1e4, .about = "Young's modulus."},
+    {"poisson_ratio", OPTION_REAL, AT(poisson_ratio), "", 0.0, POISSON_MAX,
+     .about = "How far it keeps its volume; the time step shrinks with sqrt(1 - 2 nu). 0 with law "
+              "`miyazaki2004`."},
+    {"density", OPTION_REAL, AT(density), "kg/m3", 0.0, 1e6, .open = true, .preset = 1000.0,
+     .about = "Mass a volume."},
+    {"damping", OPTION_REAL, AT(damping), "", 0.0, 10.0, .preset = 0.2,
+     .about = "Of the elements' change of shape, over their stiffness, in units of the critical "
+              "time step: below 0.1 crushed elements may not find back."},
+};
+const OptionTable VOXEL_MATERIAL_TABLE =
+    TITLED_TABLE("`bodies.material` of a voxel body", "bodies.material",
+                 "Of all cells without an entry in `materials`.", MATERIAL_OPTIONS);
+
+static const Option LABEL_OPTIONS[] = {
+    {"label", OPTION_INT, AT(label), "", 1.0, 1e9, .required = true,
+     .about = "Label in the volume, one of `voxels.label`."},
+    {"youngs_modulus", OPTION_REAL, AT(youngs_modulus), "Pa", 0.0, 1e12, .open = true,
+     .preset_text = "as in `material`", .about = "Young's modulus."},
+    {"poisson_ratio", OPTION_REAL, AT(poisson_ratio), "", 0.0, POISSON_MAX,
+     .preset_text = "as in `material`", .about = "How far it keeps its volume."},
+    {"density", OPTION_REAL, AT(density), "kg/m3", 0.0, 1e6, .open = true,
+     .preset_text = "as in `material`", .about = "Mass a volume."},
+};
+#undef AT
+const OptionTable LABEL_MATERIAL_TABLE =
+    OPTION_TABLE("bodies.materials", "The material of one label.", LABEL_OPTIONS);
+
+typedef struct SkinGroup {
+    const char *mesh;
+    double scale;
+    const config_setting_t *place;
+} SkinGroup;
+
+static const Option SKIN_OPTIONS[] = {
+    {"mesh", OPTION_STRING, offsetof(SkinGroup, mesh), "", .low = 1, .high = SCENE_FILE_MAX,
+     .required = true, .about = "OBJ, STL, PLY or OFF file, seen from the scene's folder."},
+    {"scale", OPTION_REAL, offsetof(SkinGroup, scale), "", 0.0, 1e6, .open = true, .preset = 1.0,
+     .about = "Metres a unit of the file; 0.001 for millimetres."},
+    {"place", OPTION_GROUP, offsetof(SkinGroup, place), "", .preset_text = "as it is",
+     .about = "Where the scaled mesh stands, as the voxels' own."},
+};
+const OptionTable SKIN_TABLE =
+    OPTION_TABLE("bodies.skin",
+                 "A mesh that is published in the place of the cells' faces; tools still meet the "
+                 "cells.",
+                 SKIN_OPTIONS);
+
+// The paper's element has one stiffness: its Poisson ratio is 0.
+static bool check_poisson(const SceneReader *reader, const BodyGroup *raw,
+                          const config_setting_t *group, double poisson_ratio)
+{
+    if (raw->law != VOXEL_MIYAZAKI2004 || !(poisson_ratio > 0.0))
+        return true;
+    char text[OPTION_NUMBER_TEXT];
+    return option_fail(&reader->source, option_find(group, "poisson_ratio"),
+                       "poisson_ratio %s needs law \"affine\": law \"miyazaki2004\" knows only 0",
+                       option_number_text(text, poisson_ratio));
+}
+
+// One entry of `materials`; `given`: by index of the label, where an entry was already.
+static bool read_label(const SceneReader *reader, const BodyGroup *raw,
+                       const config_setting_t *group, bool *given, SceneBody *body)
+{
+    const OptionSource *source = &reader->source;
+    MaterialGroup entry = {0};
+    if (!option_read(&LABEL_MATERIAL_TABLE, group, source, &entry) ||
+        !check_poisson(reader, raw, group, entry.poisson_ratio))
+        return false;
+    int index = 0;
+    while (index < body->voxels.label_count && body->voxels.label[index] != entry.label)
+        index++;
+    const config_setting_t *at = option_find(group, "label");
+    if (index == body->voxels.label_count)
+        return option_fail(source, at, "label %d is not among those of voxels", entry.label);
+    if (given[index])
+        return option_fail(source, at, "label %d has a material already", entry.label);
+    given[index] = true;
+    VoxelMaterial *material = &body->material[index];
+    if (option_given(group, "youngs_modulus"))
+        material->youngs_modulus = entry.youngs_modulus;
+    if (option_given(group, "poisson_ratio"))
+        material->poisson_ratio = entry.poisson_ratio;
+    if (option_given(group, "density"))
+        material->density = entry.density;
+    return true;
+}
+
+static bool read_materials(const SceneReader *reader, const BodyGroup *raw, SceneBody *body)
+{
+    MaterialGroup usual = {0};
+    if (!option_read(&VOXEL_MATERIAL_TABLE, raw->material, &reader->source, &usual) ||
+        !check_poisson(reader, raw, raw->material, usual.poisson_ratio))
+        return false;
+    int count = body->voxels.label_count;
+    body->material = calloc((size_t)count, sizeof *body->material);
+    ASSERT(body->material != NULL);
+    body->voxel.material = body->material;
+    body->voxel.material_count = count;
+    body->voxel.damping = usual.damping;
+    for (int i = 0; i < count; i++)
+        body->material[i] = (VoxelMaterial){.youngs_modulus = usual.youngs_modulus,
+                                            .poisson_ratio = usual.poisson_ratio,
+                                            .density = usual.density};
+    bool given[LATTICE_MATERIALS] = {false};
+    for (int i = 0; i < option_length(raw->materials); i++) {
+        const config_setting_t *group = option_group_at(raw->materials, i, &reader->source);
+        if (group == NULL || !read_label(reader, raw, group, given, body))
+            return false;
+    }
+    return true;
+}
+
+static bool read_skin(const SceneReader *reader, const BodyGroup *raw, SceneBody *body)
+{
+    SkinGroup skin = {0};
+    if (raw->skin == NULL)
+        return true;
+    if (body->voxel.dimensions == 2)
+        return option_fail(&reader->source, raw->skin, "skin means nothing for a plane body");
+    if (!option_read(&SKIN_TABLE, raw->skin, &reader->source, &skin))
+        return false;
+    body->skin.kind = MESH_FILE;
+    body->skin.file = scene_source_resolve(reader->folder, skin.mesh);
+    body->skin.scale = skin.scale;
+    return scene_read_place(reader, skin.place, "bodies.skin.place", &body->skin.rotation,
+                            &body->skin.translation);
+}
+
+static bool choose_levels(const SceneReader *reader, const BodyGroup *raw, VoxelOptions *voxel)
+{
+    const config_setting_t *at = option_find(raw->at, "levels");
+    voxel->levels = at != NULL ? raw->levels : 2;
+    return voxel->levels <= VOXEL_LEVELS_MAX ||
+           option_fail(&reader->source, at, "levels %d outside [0, %d] of a voxel body",
+                       voxel->levels, VOXEL_LEVELS_MAX);
+}
+
+static bool choose_integrator(const SceneReader *reader, const BodyGroup *raw, VoxelOptions *voxel)
+{
+    const config_setting_t *at = option_find(raw->at, "integrator");
+    voxel->integrator = at != NULL ? (IntegratorKind)raw->integrator : INTEGRATOR_SYMPLECTIC_EULER;
+    return voxel->integrator != INTEGRATOR_RK4 ||
+           option_fail(&reader->source, at,
+                       "integrator \"rk4\" means nothing for a voxel body; only "
+                       "\"symplectic_euler\", \"leapfrog\"");
+}
+
+bool scene_read_voxel(const SceneReader *reader, const BodyGroup *raw, SceneBody *body)
+{
+    VoxelOptions *voxel = &body->voxel;
+    if (!option_require(&BODY_TABLE, raw->at, "voxels", &reader->source))
+        return false;
+    voxel->name = body->name;
+    voxel->law = (VoxelLaw)raw->law;
+    voxel->dimensions = raw->dimensions;
+    voxel->time_step = raw->time_step;
+    voxel->unsafe_time_step = raw->unsafe_time_step;
+    return choose_levels(reader, raw, voxel) && choose_integrator(reader, raw, voxel) &&
+           scene_read_voxels(reader, raw->voxels, &body->voxels, &voxel->dimensions) &&
+           read_materials(reader, raw, body) && read_skin(reader, raw, body);
+}

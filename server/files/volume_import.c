@@ -1,0 +1,90 @@
+// Tells the format of a volume file by its content and checks what its header says before any voxel
+// is read. Load time only; follows no other file than the one for voxels that a header names beside
+// itself.
+#include "files/volume_import.h"
+
+#include "files/volume_data.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+// Beyond these spacings [m] something else than a length was read; scenes are limited far within.
+static const double LEAST_SPACING = 1e-12, MOST_SPACING = 1e12;
+// Axes that stand at right angles but for this cosine are taken for such.
+static const double MOST_SHEAR = 1e-3;
+
+void volume_destroy(LabelVolume *volume)
+{
+    free(volume->label);
+    *volume = (LabelVolume){0};
+}
+
+static bool check_axes(const char *path, const LabelVolume *volume, Status *status)
+{
+    Vec3 unit[3];
+    for (int a = 0; a < 3; a++) {
+        Vec3 axis = volume->axis[a];
+        double length = vec3_length(axis);
+        if (!(length >= LEAST_SPACING && length <= MOST_SPACING))
+            return status_fail(status, STATUS_INVALID,
+                               "%s: the step along axis %d is (%g, %g, %g) m, which is no spacing",
+                               path, a, axis.x, axis.y, axis.z);
+        unit[a] = vec3_scale(1.0 / length, axis);
+    }
+    for (int a = 0; a < 3; a++) {
+        int b = (a + 1) % 3, low = a < b ? a : b, high = a < b ? b : a;
+        double cosine = vec3_dot(unit[low], unit[high]);
+        if (fabs(cosine) > MOST_SHEAR)
+            return status_fail(status, STATUS_INVALID,
+                               "%s: axes %d and %d are not at right angles (cosine %.3g, at most "
+                               "%g), so its voxels are no boxes",
+                               path, low, high, cosine, MOST_SHEAR);
+    }
+    double far = fmax(fabs(volume->origin.x), fmax(fabs(volume->origin.y), fabs(volume->origin.z)));
+    if (vec3_finite(volume->origin) && far <= MOST_SPACING)
+        return true;
+    return status_fail(status, STATUS_INVALID, "%s: the first voxel is at (%g, %g, %g) m", path,
+                       volume->origin.x, volume->origin.y, volume->origin.z);
+}
+
+static bool read_header(const VolumeFile *file, LabelVolume *volume, VolumeData *data,
+                        Status *status)
+{
+    unsigned char head[352] = {0};
+    int size = volume_file_head(file, head, sizeof head);
+    bool nrrd = size >= 4 && memcmp(head, "NRRD", 4) == 0;
+    if (nrrd && file->gzipped)
+        return status_fail(status, STATUS_INVALID,
+                           "%s: is a gzip file with an NRRD file in it; unpack it first",
+                           file->path);
+    if (nrrd)
+        return volume_read_nrrd(file, volume, data, status);
+    if (volume_is_nifti(head, size))
+        return volume_read_nifti(file, volume, data, status);
+    return status_fail(status, STATUS_INVALID,
+                       "%s: is neither an NRRD nor a NIfTI-1 file (of a pair .hdr and .img, name "
+                       "the .hdr)",
+                       file->path);
+}
+
+bool volume_import(const char *path, LabelVolume *volume, Status *status)
+{
+    VolumeFile file;
+    VolumeData data = {.file.descriptor = -1};
+    *volume = (LabelVolume){0};
+    bool ok = volume_file_open(path, &file, status) && read_header(&file, volume, &data, status) &&
+              check_axes(path, volume, status);
+    if (ok) {
+        bool own = data.file.path != NULL;
+        if (!own)
+            data.file = file;
+        ok = volume_data_read(&data, volume, status);
+        if (!own)
+            data.file = (VolumeFile){.descriptor = -1};
+    }
+    volume_file_close(&data.file);
+    volume_file_close(&file);
+    if (!ok)
+        volume_destroy(volume);
+    return ok;
+}

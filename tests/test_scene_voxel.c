@@ -1,0 +1,463 @@
+// The meaning of the keys of voxel bodies in scene files: defaults, sources of voxels, materials by
+// label, the plane case, and what is refused.
+#include "expect.h"
+#include "scene_text.h"
+
+#include <stdlib.h>
+
+#ifdef PLIANT_WITH_VOXEL
+
+// The body opens in line 1 and has its voxels there; the keys under test are in line 2.
+#define START         "bodies = ( { name = \"a\"; model = \"voxel\"; "
+#define IN_BODY(text) START "voxels = { file = \"liver.nrrd\"; label = [3, 7]; };\n" text " } );\n"
+#define VOXELS(text)  START "\nvoxels = { " text " }; } );\n"
+
+static void read_valid(const char *text, Scene *scene)
+{
+    assert_string_equal(read_as_scene(text, scene), "");
+}
+
+static void a_bare_voxel_body_takes_all_defaults(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    read_valid(START "voxels = { generator = \"box\"; }; } );", &scene);
+    const SceneBody *body = &scene.body[0];
+    assert_int_equal(body->model, MODEL_VOXEL);
+    assert_string_equal(scene_model_name(body->model), "voxel");
+    assert_string_equal(body->name, "a");
+    const VoxelSource *voxels = &body->voxels;
+    assert_int_equal(voxels->kind, VOXELS_BOX);
+    assert_null(voxels->file);
+    assert_int_equal(voxels->label_count, 1);
+    assert_int_equal(voxels->label[0], 1);
+    for (int k = 0; k < 3; k++)
+        assert_int_equal(voxels->count[k], 16);
+    expect_near(voxels->size, 0.003125, 0.0);
+    expect_near(voxels->scale, 1.0, 0.0);
+    expect_near(vec3_length(voxels->rotation) + vec3_length(voxels->translation), 0.0, 0.0);
+    const VoxelOptions *voxel = &body->voxel;
+    assert_int_equal(voxel->dimensions, 3);
+    assert_int_equal(voxel->levels, 2);
+    assert_int_equal(voxel->law, VOXEL_AFFINE);
+    assert_int_equal(voxel->material_count, 1);
+    expect_near(voxel->material[0].youngs_modulus, 1e4, 0.0);
+    expect_near(voxel->material[0].poisson_ratio, 0.0, 0.0);
+    expect_near(voxel->material[0].density, 1000.0, 0.0);
+    expect_near(voxel->damping, 0.2, 0.0);
+    assert_int_equal(voxel->integrator, INTEGRATOR_SYMPLECTIC_EULER);
+    expect_near(voxel->time_step, 0.0, 0.0);
+    assert_false(voxel->unsafe_time_step);
+    expect_near(voxel->contact_ratio, 0.5, 0.0);
+    expect_near(voxel->contact_damping, 2e-4, 0.0);
+    expect_near(voxel->friction, 0.2, 0.0);
+    assert_int_equal(voxel->fixed_count, 0);
+    assert_null(body->skin.file);
+    assert_null(body->initial);
+    scene_destroy(&scene);
+}
+
+static void keys_of_both_models_are_read_as_written(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    read_valid(IN_BODY("levels = 5; law = \"miyazaki2004\"; integrator = \"leapfrog\"; "
+                       "time_step = 0.0003; unsafe_time_step = true; initial = \"start.h5\"; "
+                       "contact = { stiffness = 2; damping_time = 0.001; friction = 0; }; "
+                       "cuttable = false; split_budget = 0; "
+                       "fixed = ( { box = ([-1, -1, -1], [1, 1, 0]); }, { nodes = [4, 9]; } );"),
+               &scene);
+    char expected[SCRATCH_PATH];
+    const VoxelOptions *voxel = &scene.body[0].voxel;
+    assert_int_equal(voxel->levels, 5);
+    assert_int_equal(voxel->law, VOXEL_MIYAZAKI2004);
+    assert_int_equal(voxel->integrator, INTEGRATOR_LEAPFROG);
+    expect_near(voxel->time_step, 0.0003, 0.0);
+    assert_true(voxel->unsafe_time_step);
+    assert_string_equal(scene.body[0].initial, scratch_path(&scratch, "start.h5", expected));
+    expect_near(voxel->contact_ratio, 2.0, 0.0);
+    expect_near(voxel->contact_damping, 0.001, 0.0);
+    expect_near(voxel->friction, 0.0, 0.0);
+    assert_int_equal(voxel->fixed_count, 2);
+    assert_ptr_equal(voxel->fixed, scene.body[0].fixed);
+    assert_int_equal(voxel->fixed[1].kind, FIXED_NODES);
+    assert_int_equal(voxel->fixed[1].node[1], 9);
+    scene_destroy(&scene);
+    read_valid(IN_BODY("levels = 0; integrator = \"symplectic_euler\";"), &scene);
+    assert_int_equal(scene.body[0].voxel.levels, 0);
+    assert_int_equal(scene.body[0].voxel.integrator, INTEGRATOR_SYMPLECTIC_EULER);
+    scene_destroy(&scene);
+}
+
+static void volumes_have_labels_and_their_own_spacing(void **unused)
+{
+    (void)unused;
+    char expected[SCRATCH_PATH];
+    Scene scene;
+    read_valid(VOXELS("file = \"liver.nrrd\";"), &scene);
+    const VoxelSource *voxels = &scene.body[0].voxels;
+    assert_int_equal(voxels->kind, VOXELS_FILE);
+    assert_string_equal(voxels->file, scratch_path(&scratch, "liver.nrrd", expected));
+    assert_int_equal(voxels->label_count, 1);
+    assert_int_equal(voxels->label[0], 1);
+    expect_near(voxels->size, 0.0, 0.0);
+    scene_destroy(&scene);
+
+    read_valid(VOXELS("file = \"/data/liver.nii\"; label = 1000000000; size = 0.004; "
+                      "scale = 2; place = { translation = (1, 2, 3); rotation = (0, 1, 0); };"),
+               &scene);
+    voxels = &scene.body[0].voxels;
+    assert_string_equal(voxels->file, "/data/liver.nii");
+    assert_int_equal(voxels->label[0], 1000000000);
+    expect_near(voxels->size, 0.004, 0.0);
+    expect_near(voxels->scale, 2.0, 0.0);
+    expect_near(voxels->translation.z, 3.0, 0.0);
+    expect_near(voxels->rotation.y, 1.0, 0.0);
+    scene_destroy(&scene);
+
+    read_valid(VOXELS("file = \"liver.nrrd\"; label = (9, 2, 4);"), &scene);
+    voxels = &scene.body[0].voxels;
+    assert_int_equal(voxels->label_count, 3);
+    assert_int_equal(voxels->label[0], 9);
+    assert_int_equal(voxels->label[2], 4);
+    assert_int_equal(scene.body[0].voxel.material_count, 3);
+    scene_destroy(&scene);
+
+    expect_error(VOXELS("file = \"a.nrrd\"; label = 0;"), "x.cfg:2: label 0 outside [1, 1e+09]");
+    expect_error(VOXELS("file = \"a.nrrd\"; label = [2, 0];"),
+                 "x.cfg:2: label 0 outside [1, 1e+09]");
+    expect_error(VOXELS("file = \"a.nrrd\"; label = [2, 3, 2];"),
+                 "x.cfg:2: label 2 is chosen twice");
+    expect_error(VOXELS("file = \"a.nrrd\"; label = [];"), "x.cfg:2: label is empty");
+    expect_error(VOXELS("file = \"a.nrrd\"; label = \"liver\";"),
+                 "x.cfg:2: label \"liver\" must be a whole number or a list of them");
+}
+
+static void labels_are_limited_to_what_a_lattice_holds(void **unused)
+{
+    (void)unused;
+    static char text[8192];
+    Scene scene;
+    for (int count = LATTICE_MATERIALS; count <= LATTICE_MATERIALS + 1; count++) {
+        size_t length =
+            (size_t)snprintf(text, sizeof text, START "\nvoxels = { file = \"a.nrrd\"; label = [");
+        for (int i = 1; i <= count; i++)
+            length +=
+                (size_t)snprintf(text + length, sizeof text - length, "%s%d", i > 1 ? "," : "", i);
+        snprintf(text + length, sizeof text - length, "]; }; } );");
+        assert_string_equal(
+            read_as_scene(text, &scene),
+            count <= LATTICE_MATERIALS ? "" : "x.cfg:2: label has 256 entries, at most 255");
+        if (count <= LATTICE_MATERIALS)
+            scene_destroy(&scene);
+    }
+}
+
+static void meshes_are_filled_with_cells_of_a_size(void **unused)
+{
+    (void)unused;
+    char expected[SCRATCH_PATH];
+    Scene scene;
+    read_valid(VOXELS("mesh = \"liver.stl\"; size = 0.004; scale = 0.001;"), &scene);
+    const VoxelSource *voxels = &scene.body[0].voxels;
+    assert_int_equal(voxels->kind, VOXELS_MESH);
+    assert_string_equal(voxels->file, scratch_path(&scratch, "liver.stl", expected));
+    expect_near(voxels->size, 0.004, 0.0);
+    expect_near(voxels->scale, 0.001, 0.0);
+    assert_int_equal(voxels->label_count, 1);
+    scene_destroy(&scene);
+    expect_error(VOXELS("mesh = \"liver.stl\";"),
+                 "x.cfg:2: bodies.voxels.size is missing (Edge of a cell. Of generators before "
+                 "`scale`, else in the world.)");
+    expect_error(VOXELS("mesh = \"liver.stl\"; size = 0.004; label = 1;"),
+                 "x.cfg:2: label means nothing for voxels from a mesh");
+}
+
+static void voxel_generators_take_their_own_keys_only(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    read_valid(VOXELS("generator = \"box\"; count = [8, 4, 2]; size = 0.01;"), &scene);
+    const VoxelSource *voxels = &scene.body[0].voxels;
+    assert_int_equal(voxels->count[0], 8);
+    assert_int_equal(voxels->count[1], 4);
+    assert_int_equal(voxels->count[2], 2);
+    expect_near(voxels->size, 0.01, 0.0);
+    scene_destroy(&scene);
+    read_valid(VOXELS("generator = \"box\"; count = 32;"), &scene);
+    for (int k = 0; k < 3; k++)
+        assert_int_equal(scene.body[0].voxels.count[k], 32);
+    scene_destroy(&scene);
+    read_valid(VOXELS("generator = \"ball\"; radius = 0.02;"), &scene);
+    assert_int_equal(scene.body[0].voxels.kind, VOXELS_BALL);
+    expect_near(scene.body[0].voxels.radius, 0.02, 0.0);
+    scene_destroy(&scene);
+    read_valid(VOXELS("generator = \"ball\";"), &scene);
+    expect_near(scene.body[0].voxels.radius, 0.05, 0.0);
+    scene_destroy(&scene);
+
+    expect_error(VOXELS("generator = \"box\"; radius = 1;"),
+                 "x.cfg:2: radius means nothing for voxels from box");
+    expect_error(VOXELS("generator = \"ball\"; count = 8;"),
+                 "x.cfg:2: count means nothing for voxels from ball");
+    expect_error(VOXELS("generator = \"disc\"; label = 1;"),
+                 "x.cfg:2: label means nothing for voxels from disc");
+    expect_error(VOXELS("file = \"a.nrrd\"; count = 8;"),
+                 "x.cfg:2: count means nothing for voxels from a file");
+    expect_error(VOXELS("generator = \"box\"; count = [8, 8];"),
+                 "x.cfg:2: count has 2 entries and must be one or three numbers, two only with "
+                 "dimensions 2");
+    expect_error(VOXELS("generator = \"box\"; count = [8, 8, 8, 8];"),
+                 "x.cfg:2: count has 4 entries and must be one or three numbers, two only with "
+                 "dimensions 2");
+    expect_error(VOXELS("generator = \"box\"; count = [8, 8, 0];"),
+                 "x.cfg:2: count 0 outside [1, 4096]");
+    expect_error(VOXELS("generator = \"cube\";"),
+                 "x.cfg:2: generator \"cube\" must be one of \"box\", \"ball\", \"disc\"");
+    expect_error(VOXELS("generator = \"box\"; size = 0;"), "x.cfg:2: size 0 outside (0, 1000]");
+    expect_error(VOXELS(""), "x.cfg:2: voxels needs a file, mesh or generator");
+    expect_error(VOXELS("file = \"a.nrrd\"; generator = \"box\";"),
+                 "x.cfg:2: voxels needs only one of file, mesh or generator");
+    expect_error(VOXELS("file = \"a.nrrd\"; mesh = \"a.stl\"; size = 1;"),
+                 "x.cfg:2: voxels needs only one of file, mesh or generator");
+    expect_error(VOXELS("generator = \"box\"; place = { scale = 2; };"),
+                 "x.cfg:2: unknown key scale in bodies.voxels.place");
+}
+
+static void plane_bodies_are_boxes_and_discs_in_their_plane(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    read_valid(VOXELS("generator = \"disc\"; radius = 0.05;"), &scene);
+    assert_int_equal(scene.body[0].voxel.dimensions, 2);
+    scene_destroy(&scene);
+    read_valid(VOXELS("generator = \"disc\"; dimensions = 2;"), &scene);
+    assert_int_equal(scene.body[0].voxel.dimensions, 2);
+    scene_destroy(&scene);
+    read_valid(START "dimensions = 2;\nvoxels = { generator = \"box\"; count = [32, 8]; "
+                     "dimensions = 2; place = { translation = (1, 2, 0); "
+                     "rotation = (0, 0, 0.5); }; }; } );",
+               &scene);
+    assert_int_equal(scene.body[0].voxel.dimensions, 2);
+    assert_int_equal(scene.body[0].voxels.count[1], 8);
+    assert_int_equal(scene.body[0].voxels.count[2], 1);
+    scene_destroy(&scene);
+    read_valid(VOXELS("generator = \"box\"; count = 32; dimensions = 2;"), &scene);
+    assert_int_equal(scene.body[0].voxels.count[1], 32);
+    assert_int_equal(scene.body[0].voxels.count[2], 1);
+    scene_destroy(&scene);
+    // A single layer of cells is a thin solid as long as nobody says otherwise.
+    read_valid(VOXELS("generator = \"box\"; count = [32, 32, 1];"), &scene);
+    assert_int_equal(scene.body[0].voxel.dimensions, 3);
+    scene_destroy(&scene);
+
+    expect_error(VOXELS("generator = \"disc\"; dimensions = 3;"),
+                 "x.cfg:2: dimensions 3 means nothing for voxels from disc, a plane body");
+    expect_error(START "dimensions = 3;\nvoxels = { generator = \"disc\"; }; } );",
+                 "x.cfg:2: dimensions 3 means nothing for voxels from disc, a plane body");
+    expect_error(START "dimensions = 3;\nvoxels = { generator = \"box\"; dimensions = 2; }; } );",
+                 "x.cfg:2: dimensions 2 contradicts dimensions 3 of the body");
+    expect_error(VOXELS("file = \"a.nrrd\"; dimensions = 2;"),
+                 "x.cfg:2: dimensions 2 means nothing for voxels from a file, only for box and "
+                 "disc");
+    expect_error(START "dimensions = 2;\nvoxels = { generator = \"ball\"; }; } );",
+                 "x.cfg:2: dimensions 2 means nothing for voxels from ball, only for box and disc");
+    expect_error(VOXELS("generator = \"box\"; count = [8, 8, 2]; dimensions = 2;"),
+                 "x.cfg:2: count 2 along z: a plane body has one layer of cells");
+    expect_error(VOXELS("generator = \"disc\"; place = { translation = (0, 0, 1); };"),
+                 "x.cfg:2: place takes a plane body out of z = 0: it can move along x and y, and "
+                 "turn about z");
+    expect_error(VOXELS("generator = \"disc\"; place = { rotation = (1, 0, 0); };"),
+                 "x.cfg:2: place takes a plane body out of z = 0: it can move along x and y, and "
+                 "turn about z");
+    expect_error(START "voxels = { generator = \"disc\"; };\nskin = { mesh = \"a.stl\"; }; } );",
+                 "x.cfg:2: skin means nothing for a plane body");
+    expect_error(VOXELS("generator = \"disc\"; dimensions = 4;"),
+                 "x.cfg:2: dimensions 4 outside [2, 3]");
+}
+
+static void labels_without_an_entry_take_the_bodys_material(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    read_valid(IN_BODY("material = { youngs_modulus = 5000; poisson_ratio = 0.3; density = 1060; "
+                       "damping = 0.4; }; materials = ( { label = 7; youngs_modulus = 2e4; } );"),
+               &scene);
+    const VoxelOptions *voxel = &scene.body[0].voxel;
+    assert_int_equal(voxel->material_count, 2);
+    assert_ptr_equal(voxel->material, scene.body[0].material);
+    expect_near(voxel->damping, 0.4, 0.0);
+    expect_near(voxel->material[0].youngs_modulus, 5000.0, 0.0);
+    expect_near(voxel->material[1].youngs_modulus, 2e4, 0.0);
+    for (int i = 0; i < 2; i++) {
+        expect_near(voxel->material[i].poisson_ratio, 0.3, 0.0);
+        expect_near(voxel->material[i].density, 1060.0, 0.0);
+    }
+    scene_destroy(&scene);
+    read_valid(IN_BODY("materials = ( { label = 3; poisson_ratio = 0.49; }, "
+                       "{ label = 7; density = 2000; } );"),
+               &scene);
+    voxel = &scene.body[0].voxel;
+    expect_near(voxel->material[0].poisson_ratio, 0.49, 0.0);
+    expect_near(voxel->material[0].density, 1000.0, 0.0);
+    expect_near(voxel->material[1].density, 2000.0, 0.0);
+    expect_near(voxel->material[1].youngs_modulus, 1e4, 0.0);
+    scene_destroy(&scene);
+}
+
+static void materials_must_be_of_labels_that_are_chosen(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    expect_error(IN_BODY("materials = (\n{ label = 4; } );"),
+                 "x.cfg:3: label 4 is not among those of voxels");
+    expect_error(IN_BODY("materials = ( { label = 3; },\n{ label = 3; } );"),
+                 "x.cfg:3: label 3 has a material already");
+    expect_error(IN_BODY("materials = ( { density = 3; } );"),
+                 "x.cfg:2: bodies.materials.label is missing (Label in the volume, one of "
+                 "`voxels.label`.)");
+    expect_error(IN_BODY("materials = ( { label = 3; damping = 0.1; } );"),
+                 "x.cfg:2: unknown key damping in bodies.materials");
+    expect_error(IN_BODY("materials = ( 3 );"),
+                 "x.cfg:2: materials entry 3 must be a group { ... }");
+    // Cells that no volume labelled have label 1.
+    read_valid(START "voxels = { generator = \"box\"; };\n"
+                     "materials = ( { label = 1; density = 900; } ); } );",
+               &scene);
+    expect_near(scene.body[0].material[0].density, 900.0, 0.0);
+    scene_destroy(&scene);
+    expect_error(START "voxels = { generator = \"box\"; };\nmaterials = ( { label = 2; } ); } );",
+                 "x.cfg:2: label 2 is not among those of voxels");
+}
+
+static void numbers_of_materials_have_their_ranges(void **unused)
+{
+    (void)unused;
+    expect_error(IN_BODY("material = { youngs_modulus = 0; };"),
+                 "x.cfg:2: youngs_modulus 0 outside (0, 1e+12]");
+    expect_error(IN_BODY("material = { poisson_ratio = 0.5; };"),
+                 "x.cfg:2: poisson_ratio 0.5 outside [0, 0.49]");
+    expect_error(IN_BODY("material = { density = 0; };"), "x.cfg:2: density 0 outside (0, 1e+06]");
+    expect_error(IN_BODY("material = { damping = -0.1; };"),
+                 "x.cfg:2: damping -0.1 outside [0, 10]");
+    expect_error(IN_BODY("material = { youngs_modulus_2d = 80; };"),
+                 "x.cfg:2: unknown key youngs_modulus_2d in bodies.material: did you mean "
+                 "youngs_modulus?");
+}
+
+static void paper_law_has_no_poisson_ratio(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    read_valid(IN_BODY("law = \"miyazaki2004\"; material = { poisson_ratio = 0; };"), &scene);
+    scene_destroy(&scene);
+    expect_error(IN_BODY("law = \"miyazaki2004\";\nmaterial = { poisson_ratio = 0.3; };"),
+                 "x.cfg:3: poisson_ratio 0.3 needs law \"affine\": law \"miyazaki2004\" knows only "
+                 "0");
+    expect_error(IN_BODY("law = \"miyazaki2004\";\nmaterials = ( { label = 3;\n"
+                         "poisson_ratio = 0.1; } );"),
+                 "x.cfg:4: poisson_ratio 0.1 needs law \"affine\": law \"miyazaki2004\" knows only "
+                 "0");
+    expect_error(IN_BODY("law = \"spring\";"),
+                 "x.cfg:2: law \"spring\" must be one of \"affine\", \"miyazaki2004\"");
+}
+
+static void skin_is_a_mesh_placed_like_others(void **unused)
+{
+    (void)unused;
+    char expected[SCRATCH_PATH];
+    Scene scene;
+    read_valid(IN_BODY("skin = { mesh = \"liver.stl\"; };"), &scene);
+    assert_string_equal(scene.body[0].skin.file, scratch_path(&scratch, "liver.stl", expected));
+    assert_int_equal(scene.body[0].skin.kind, MESH_FILE);
+    expect_near(scene.body[0].skin.scale, 1.0, 0.0);
+    scene_destroy(&scene);
+    read_valid(IN_BODY("skin = { mesh = \"liver.stl\"; scale = 0.001; "
+                       "place = { translation = (1, 2, 3); rotation = (0, 0, 1); }; };"),
+               &scene);
+    expect_near(scene.body[0].skin.scale, 0.001, 0.0);
+    expect_near(scene.body[0].skin.translation.y, 2.0, 0.0);
+    expect_near(scene.body[0].skin.rotation.z, 1.0, 0.0);
+    scene_destroy(&scene);
+    expect_error(IN_BODY("skin = { };"),
+                 "x.cfg:2: bodies.skin.mesh is missing (OBJ, STL, PLY or OFF file, seen from the "
+                 "scene's folder.)");
+    expect_error(IN_BODY("skin = { mesh = \"a.stl\"; place = { zzz = 1; }; };"),
+                 "x.cfg:2: unknown key zzz in bodies.skin.place");
+}
+
+static void keys_of_a_surface_body_are_refused(void **unused)
+{
+    (void)unused;
+    static const char *const KEYS[][2] = {{"mesh", "{ file = \"a.stl\"; }"},
+                                          {"start_level", "0"},
+                                          {"adjust", "\"continuum\""},
+                                          {"adapt", "{ }"},
+                                          {"shape", "{ }"},
+                                          {"prestress", "0"}};
+    char text[256], expected[128];
+    for (size_t i = 0; i < sizeof KEYS / sizeof KEYS[0]; i++) {
+        snprintf(text, sizeof text, START "\n%s = %s; voxels = { }; } );", KEYS[i][0], KEYS[i][1]);
+        snprintf(expected, sizeof expected, "x.cfg:2: %s means nothing for a voxel body",
+                 KEYS[i][0]);
+        expect_error(text, expected);
+    }
+}
+
+static void what_a_voxel_body_cannot_do_is_refused(void **unused)
+{
+    (void)unused;
+    expect_error("bodies = (\n{ name = \"a\"; model = \"voxel\"; } );",
+                 "x.cfg:2: bodies.voxels is missing (Where its cells come from.)");
+    expect_error(IN_BODY("levels = 6;"), "x.cfg:2: levels 6 outside [0, 5] of a voxel body");
+    expect_error(IN_BODY("integrator = \"rk4\";"),
+                 "x.cfg:2: integrator \"rk4\" means nothing for a voxel body; only "
+                 "\"symplectic_euler\", \"leapfrog\"");
+    expect_error(IN_BODY("integrator = \"implicit\";"),
+                 "x.cfg:2: integrator \"implicit\": implicit integration is not built into this "
+                 "version; only \"leapfrog\", \"rk4\", \"symplectic_euler\"");
+    expect_error(IN_BODY("cuttable = true;"),
+                 "x.cfg:2: cuttable true: cutting is not built into this version; only false");
+    expect_error(IN_BODY("split_budget = 16;"),
+                 "x.cfg:2: split_budget 16: cutting is not built into this version; only 0");
+    expect_error(IN_BODY("tear = { stress = 2000; };"),
+                 "x.cfg:2: tear: cutting is not built into this version");
+    expect_error("bodies = ( { name = \"a\"; model = \"solid\"; } );",
+                 "x.cfg:1: model \"solid\" must be one of \"surface\", \"voxel\"");
+}
+
+#else
+
+static void voxel_bodies_that_are_not_built_in_are_refused(void **unused)
+{
+    (void)unused;
+    expect_error("bodies = (\n{ name = \"a\"; model = \"voxel\"; } );",
+                 "x.cfg:2: this pliantd was built without voxel bodies (PLIANT_VOXEL)");
+}
+
+#endif
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+#ifdef PLIANT_WITH_VOXEL
+        cmocka_unit_test(a_bare_voxel_body_takes_all_defaults),
+        cmocka_unit_test(keys_of_both_models_are_read_as_written),
+        cmocka_unit_test(volumes_have_labels_and_their_own_spacing),
+        cmocka_unit_test(labels_are_limited_to_what_a_lattice_holds),
+        cmocka_unit_test(meshes_are_filled_with_cells_of_a_size),
+        cmocka_unit_test(voxel_generators_take_their_own_keys_only),
+        cmocka_unit_test(plane_bodies_are_boxes_and_discs_in_their_plane),
+        cmocka_unit_test(labels_without_an_entry_take_the_bodys_material),
+        cmocka_unit_test(materials_must_be_of_labels_that_are_chosen),
+        cmocka_unit_test(numbers_of_materials_have_their_ranges),
+        cmocka_unit_test(paper_law_has_no_poisson_ratio),
+        cmocka_unit_test(skin_is_a_mesh_placed_like_others),
+        cmocka_unit_test(keys_of_a_surface_body_are_refused),
+        cmocka_unit_test(what_a_voxel_body_cannot_do_is_refused),
+#else
+        cmocka_unit_test(voxel_bodies_that_are_not_built_in_are_refused),
+#endif
+    };
+    return cmocka_run_group_tests(tests, scene_text_begin, scene_text_end);
+}
