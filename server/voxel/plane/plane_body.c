@@ -156,7 +156,7 @@ static bool plane_commit(void *self)
     model->bad = false;
     if (good) {
         model->current = 1 - model->current;
-        if (model->floating)
+        if (model->rows.floating)
             follow(model);
     }
     model->present = model->row[model->current];
@@ -182,10 +182,8 @@ static void plane_restore(void *self, bool to_start)
     PlaneModel *model = self;
     const Rows *rows = &model->rows;
     void *row = model->row[model->current];
-    if (to_start) {
+    if (to_start)
         rows_return_to_rest(&model->rows, row);
-        rows->frame->turn = model->rest_turn;
-    }
     for (long v = 0; v < rows->count; v++)
         for (int c = 4; c < ROW; c++)
             rows_put(rows, row, v * ROW + c, 0.0);
@@ -224,26 +222,17 @@ static void plane_reserve_forces(void *self, const char *name, int count, Arena 
     (void)self, (void)name, (void)count, (void)arena; // they go where the elements' forces go
 }
 
-static bool is_inside(const Region *region, Vec3 axis, double square, Vec3 d)
-{
-    if (region->kind == REGION_BELOW_PLANE)
-        return vec3_dot(d, region->to) < region->radius;
-    double t = square > 0.0 ? vec3_dot(d, axis) / square : 0.0;
-    t = t < 0.0 ? 0.0 : t > 1.0 ? 1.0 : t;
-    d = vec3_madd(d, -t, axis);
-    return vec3_dot(d, d) <= region->radius * region->radius;
-}
-
+// The region is brought to the rows' coordinates, not every node to the world.
 static int plane_find_nodes(const void *self, const Region *region, int *node, int capacity)
 {
     const PlaneModel *model = self;
-    const Vec3 axis = vec3_sub(region->to, region->from);
-    const double square = vec3_dot(axis, axis);
+    const Region here = rows_region(&model->rows, region);
+    const RegionTest test = region_test(&here);
     int found = 0;
     for (int n = 0; n < model->node_count; n++) {
-        Vec3 x;
-        plane_read_nodes(model, &n, 1, &x, NULL);
-        if (is_inside(region, axis, square, vec3_sub(x, region->from))) {
+        Vec3 x = rows_local(&model->rows, model->present, model->node_vertex[n]);
+        x.z += height_of(model, n);
+        if (region_contains(&test, x)) {
             if (found < capacity)
                 node[found] = n;
             found++;
@@ -323,10 +312,9 @@ static void plane_measure(const void *self, BodyMeasure *measure)
     const void *row = model->row[model->current];
     double kinetic = 0.0, elastic = 0.0, farthest = 0.0;
     for (int v = 0; v < model->vertex_count; v++) {
-        Vec3 x, velocity, place = {rows->place[v][0], rows->place[v][1], rows->place[v][2]};
+        Vec3 x, velocity;
         rows_read(rows, row, v, &x, &velocity);
-        Vec3 rest = vec3_add(rows->rest_origin, quat_rotate(model->rest_turn, place));
-        Vec3 u = vec3_sub(x, rest);
+        Vec3 u = vec3_sub(x, rows_rest(rows, v));
         kinetic += 0.5 * model->mass[v] * vec3_dot(velocity, velocity);
         farthest = fmax(farthest, vec3_dot(u, u));
     }
@@ -390,7 +378,7 @@ static void plane_explain(const void *self, FILE *out)
     fprintf(out, "    damping: %s\n",
             model->damped ? "in the kernel" : "left out (material.damping)");
     fprintf(out, "    forces and gravity along z: left out (dimensions = 2)\n");
-    fprintf(out, "    base frame: %s\n", model->floating ? "follows the body" : "still");
+    fprintf(out, "    base frame: %s\n", model->rows.floating ? "follows the body" : "still");
 }
 
 static const char *plane_isa(const void *self)
