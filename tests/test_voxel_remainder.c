@@ -120,6 +120,22 @@ static void materials_do_not_mix(void **unused)
     lattice_destroy(&half);
 }
 
+// A square of 6 x 6 with two void cells beside the middle block's opposite corners: two of its
+// cells are carved, and the two others, which meet in a point only, go with them. By hand: of the
+// nine blocks two keep two cells and two keep one.
+static void what_meets_in_a_corner_is_no_element(void **unused)
+{
+    (void)unused;
+    Lattice lattice = box_of(6, 6, 1);
+    lattice.label[lattice_index(&lattice, 4, 2, 0)] = 0;
+    lattice.label[lattice_index(&lattice, 1, 3, 0)] = 0;
+    long count[2];
+    layout_count_remainder(&lattice, 2, 1, count);
+    assert_int_equal(count[1], 4);
+    assert_int_equal(count[0], 34 - 2 * 2 - 2 * 1);
+    lattice_destroy(&lattice);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -129,6 +145,7 @@ int main(void)
         cmocka_unit_test(balls_have_the_known_counts),
         cmocka_unit_test(without_levels_every_cell_counts),
         cmocka_unit_test(materials_do_not_mix),
+        cmocka_unit_test(what_meets_in_a_corner_is_no_element),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

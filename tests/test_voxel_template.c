@@ -90,9 +90,9 @@ static void expect_identities(const Template *t)
 static void identities_hold_for_every_mask(void **unused)
 {
     (void)unused;
-    for (unsigned mask = 0; mask < MASKS; mask += EFFORT(6) - 5) {
+    for (unsigned i = 0; i < EFFORT(MASKS); i++) {
         Template t;
-        template_create(&t, mask);
+        template_create(&t, i * 40503u % MASKS); // an odd factor: each mask once
         expect_identities(&t);
     }
 }
@@ -123,10 +123,9 @@ static void full_cube_weighs_its_nodes_by_kind(void **unused)
         assert_true(t.weight[i] == (i < NODE_CORNERS ? 1.0 / 4.0 : 1.0 / 3.0));
 }
 
-// The area vectors against the surface itself: the flux of a linear field moves with the vertices
-// of a refined face as its triangles say. A face refined into four squares, all others plain: the
-// element's volume when one vertex is pushed outwards is the volume under the pyramid-like roof
-// over it.
+// The volume above a face when one of its vertices is pushed outwards by 1, by hand: a quarter of
+// the area of each square around that vertex, so bilinear is the roof over them. Squares have an
+// area of 1/4 on the refined face +x and of 1 on -x.
 static void refined_face_swells_by_its_roof(void **unused)
 {
     (void)unused;
@@ -139,13 +138,9 @@ static void refined_face_swells_by_its_roof(void **unused)
     template_create(&t, mask);
     for (int i = 0; i < t.count; i++) {
         const signed char *o = NODE_OFFSET[t.node[i]];
-        // Pushed by 1 along +x: bilinear on each square, a quarter of the area of all around.
-        double quarter = 0.25, refined = quarter * 0.25;
-        double middles = (o[1] == 1) + (o[2] == 1);
-        if (o[0] == 2)
-            expect_near(t.area[i].x, refined * pow(2.0, middles), ROUNDING);
-        else
-            expect_near(t.area[i].x, -quarter, ROUNDING);
+        int squares = (o[1] == 1 ? 2 : 1) * (o[2] == 1 ? 2 : 1);
+        double roof = o[0] == 2 ? squares * 0.25 / 4.0 : -1.0 / 4.0;
+        expect_near(t.area[i].x, roof, ROUNDING);
     }
 }
 

@@ -11,6 +11,7 @@ typedef struct Vec3 {
 typedef struct Quat {
     double w, x, y, z;
 } Quat;
+#define QUAT_NONE ((Quat){1.0, 0.0, 0.0, 0.0}) // no rotation
 
 static inline Vec3 vec3(double x, double y, double z)
 {

@@ -88,9 +88,21 @@ static inline Vector vector_or(Vector a, Vector b)
     return (Vector)((Mask)a | (Mask)b);
 }
 
+// All bits set where a > b does not hold (not-a-number included).
+static inline Vector vector_not_greater(Vector a, Vector b)
+{
+    Mask greater = a > b;
+    return (Vector)~greater;
+}
+
 static inline bool vector_any(Vector mask)
 {
     Mask bits = (Mask)mask;
+#if KERNEL_WIDTH == 16 && defined(__x86_64__)
+    return _mm512_test_epi32_mask((__m512i)bits, (__m512i)bits) != 0;
+#elif KERNEL_WIDTH == 8 && !KERNEL_SINGLE && defined(__x86_64__)
+    return _mm512_test_epi64_mask((__m512i)bits, (__m512i)bits) != 0;
+#endif
     Bits any = 0;
     for (int i = 0; i < WIDTH; i++)
         any |= bits[i];
@@ -252,6 +264,36 @@ INLINE void vector_load_rows(const Real *rows, const int *slot, bool both, Vecto
 #endif
 }
 
+#if KERNEL_WIDTH > 2
+// The reverse of transpose: x y z 0 of four lanes in every block.
+INLINE void transpose_back(Vector x, Vector y, Vector z, Vector row[4])
+{
+#if KERNEL_WIDTH == 16
+    __m512 low = _mm512_unpacklo_ps((__m512)x, (__m512)y),
+           high = _mm512_unpackhi_ps((__m512)x, (__m512)y), last = (__m512)z;
+    row[0] = (Vector)_mm512_maskz_shuffle_ps(0x7777, low, last, 0x04);
+    row[1] = (Vector)_mm512_maskz_shuffle_ps(0x7777, low, last, 0x5e);
+    row[2] = (Vector)_mm512_maskz_shuffle_ps(0x7777, high, last, 0xa4);
+    row[3] = (Vector)_mm512_maskz_shuffle_ps(0x7777, high, last, 0xfe);
+#elif KERNEL_SINGLE
+    const Vector zero = {0};
+    Vector low = INTERLEAVE_LOW(x, y), high = INTERLEAVE_HIGH(x, y);
+    Vector zlow = INTERLEAVE_LOW(z, zero), zhigh = INTERLEAVE_HIGH(z, zero);
+    row[0] = PAIRS_LOW(low, zlow);
+    row[1] = PAIRS_HIGH(low, zlow);
+    row[2] = PAIRS_LOW(high, zhigh);
+    row[3] = PAIRS_HIGH(high, zhigh);
+#else
+    const Vector zero = {0};
+    Vector evens = EVENS(x, y), odds = ODDS(x, y), zevens = EVENS(z, zero), zodds = ODDS(z, zero);
+    row[0] = PAIRS_LOW(evens, zevens);
+    row[1] = PAIRS_LOW(odds, zodds);
+    row[2] = PAIRS_HIGH(evens, zevens);
+    row[3] = PAIRS_HIGH(odds, zodds);
+#endif
+}
+#endif
+
 // The reverse: x y z 0 written at the start of the rows.
 INLINE void vector_store_rows(Real *rows, const int *slot, Vector x, Vector y, Vector z)
 {
@@ -262,29 +304,35 @@ INLINE void vector_store_rows(Real *rows, const int *slot, Vector x, Vector y, V
     vector_store(r1, __builtin_shufflevector(x, y, 1, 3));
     vector_store(r0 + 2, __builtin_shufflevector(z, zero, 0, 2));
     vector_store(r1 + 2, __builtin_shufflevector(z, zero, 1, 3));
-#elif KERNEL_WIDTH == 16
-    __m512 low = _mm512_unpacklo_ps((__m512)x, (__m512)y),
-           high = _mm512_unpackhi_ps((__m512)x, (__m512)y), last = (__m512)z;
-    scatter_blocks(rows, slot, 0, (Vector)_mm512_maskz_shuffle_ps(0x7777, low, last, 0x04));
-    scatter_blocks(rows, slot, 1, (Vector)_mm512_maskz_shuffle_ps(0x7777, low, last, 0x5e));
-    scatter_blocks(rows, slot, 2, (Vector)_mm512_maskz_shuffle_ps(0x7777, high, last, 0xa4));
-    scatter_blocks(rows, slot, 3, (Vector)_mm512_maskz_shuffle_ps(0x7777, high, last, 0xfe));
-#elif KERNEL_SINGLE
-    const Vector zero = {0};
-    Vector low = INTERLEAVE_LOW(x, y), high = INTERLEAVE_HIGH(x, y);
-    Vector zlow = INTERLEAVE_LOW(z, zero), zhigh = INTERLEAVE_HIGH(z, zero);
-    scatter_blocks(rows, slot, 0, PAIRS_LOW(low, zlow));
-    scatter_blocks(rows, slot, 1, PAIRS_HIGH(low, zlow));
-    scatter_blocks(rows, slot, 2, PAIRS_LOW(high, zhigh));
-    scatter_blocks(rows, slot, 3, PAIRS_HIGH(high, zhigh));
 #else
-    const Vector zero = {0};
-    Vector evens = EVENS(x, y), odds = ODDS(x, y), zevens = EVENS(z, zero), zodds = ODDS(z, zero);
-    scatter_blocks(rows, slot, 0, PAIRS_LOW(evens, zevens));
-    scatter_blocks(rows, slot, 1, PAIRS_LOW(odds, zodds));
-    scatter_blocks(rows, slot, 2, PAIRS_HIGH(evens, zevens));
-    scatter_blocks(rows, slot, 3, PAIRS_HIGH(odds, zodds));
+    Vector row[4];
+    transpose_back(x, y, z, row);
+    for (int i = 0; i < 4; i++)
+        scatter_blocks(rows, slot, i, row[i]);
 #endif
+}
+
+// x y z 0 of each lane as rows of four numbers one after another, in the order that costs least:
+// that of lane i begins at rows + vector_row_at(i).
+INLINE void vector_spread_rows(Real rows[4 * WIDTH], Vector x, Vector y, Vector z)
+{
+#if KERNEL_WIDTH == 2
+    const Vector zero = {0};
+    vector_store(rows, __builtin_shufflevector(x, y, 0, 2));
+    vector_store(rows + 2, __builtin_shufflevector(z, zero, 0, 2));
+    vector_store(rows + 4, __builtin_shufflevector(x, y, 1, 3));
+    vector_store(rows + 6, __builtin_shufflevector(z, zero, 1, 3));
+#else
+    Vector row[4];
+    transpose_back(x, y, z, row);
+    for (int i = 0; i < 4; i++)
+        vector_store(rows + i * WIDTH, row[i]);
+#endif
+}
+
+INLINE int vector_row_at(int lane)
+{
+    return WIDTH == 2 ? 4 * lane : lane % 4 * WIDTH + lane / 4 * 4;
 }
 
 #endif

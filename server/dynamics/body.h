@@ -6,6 +6,7 @@
 #include "base/arena.h"
 #include "base/vec.h"
 #include "dynamics/integrator.h"
+#include "dynamics/region.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -30,14 +31,6 @@ typedef struct BodySurface {
     const double *node_mass; // [kg]
     double longest_edge;     // at rest, of the coarsest level [m]: constant
 } BodySurface;
-
-// A region of space for find_nodes.
-typedef enum RegionKind { REGION_CAPSULE, REGION_BELOW_PLANE } RegionKind;
-typedef struct Region {
-    RegionKind kind;
-    Vec3 from, to; // axis of the capsule; or point and unit normal of the plane
-    double radius; // [m]; for the plane: signed height below which nodes are found
-} Region;
 
 // Figures for status and summary; computed when asked.
 typedef struct BodyMeasure {

@@ -34,7 +34,7 @@ void rows_read(const Rows *rows, const void *row, int at, Vec3 *position, Vec3 *
     load(row, rows->precision == PRECISION_SINGLE, at, &p, &v);
     if (rows->displaced) {
         p = vec3_add(place_of(rows, at), p);
-        if (rows->floating) {
+        if (rows->turned) {
             p = quat_rotate(rows->frame->turn, p);
             v = quat_rotate(rows->frame->turn, v);
         }
@@ -60,7 +60,33 @@ void rows_write(const Rows *rows, void *row, int at, Vec3 position, Vec3 velocit
 
 Vec3 rows_turn_in(const Rows *rows, Vec3 direction)
 {
-    return rows->floating ? quat_rotate(quat_conjugate(rows->frame->turn), direction) : direction;
+    return rows->turned ? quat_rotate(quat_conjugate(rows->frame->turn), direction) : direction;
+}
+
+Region rows_region(const Rows *rows, const Region *region)
+{
+    Region here = *region;
+    if (!rows->displaced)
+        return here;
+    here.from = rows_turn_in(rows, vec3_sub(region->from, rows->frame->origin));
+    here.to = region->kind == REGION_BELOW_PLANE
+                  ? rows_turn_in(rows, region->to)
+                  : rows_turn_in(rows, vec3_sub(region->to, rows->frame->origin));
+    return here;
+}
+
+Vec3 rows_local(const Rows *rows, const void *row, int at)
+{
+    Vec3 p, v;
+    load(row, rows->precision == PRECISION_SINGLE, at, &p, &v);
+    return rows->displaced ? vec3_add(place_of(rows, at), p) : p;
+}
+
+Vec3 rows_rest(const Rows *rows, int at)
+{
+    Vec3 place = place_of(rows, at);
+    return vec3_add(rows->rest_origin,
+                    rows->turned ? quat_rotate(rows->rest_turn, place) : place);
 }
 
 bool rows_are_sound(const Rows *rows, const void *row, double limit)
@@ -141,7 +167,8 @@ bool rows_follow(Rows *rows, void *row)
 void rows_return_to_rest(Rows *rows, void *row)
 {
     if (rows->displaced)
-        *rows->frame = (BaseFrame){.origin = rows->rest_origin, .turn = {1.0, 0.0, 0.0, 0.0}};
+        *rows->frame = (BaseFrame){.origin = rows->rest_origin,
+                                   .turn = rows->turned ? rows->rest_turn : QUAT_NONE};
     for (int s = 0; s < rows->count; s++)
         for (int c = 0; c < ROW; c++) {
             double value = !rows->displaced && c < 3 ? rows->place[s][c] : 0.0;

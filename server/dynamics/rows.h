@@ -11,6 +11,7 @@
 
 #include "base/precision.h"
 #include "base/vec.h"
+#include "dynamics/region.h"
 #include "dynamics/rigid_frame.h"
 
 #include <stdbool.h>
@@ -34,10 +35,12 @@ typedef struct Rows {
     Precision precision;
     bool displaced;      // rows hold u, else positions in the world; always in single precision
     bool floating;       // displaced only: nothing holds the body, the frame follows it
+    bool turned;         // displaced only: the rows' axes may not be the world's; floating implies it
     int count;           // rows
     const int *owner;    // [count] negative: nobody's row, which stays as it is; NULL: all are used
     double (*place)[3];  // [count] rest position, less rest_origin [m]
     Vec3 rest_origin;    // zero unless displaced
+    Quat rest_turn;      // from the axes of `place` to the world's; of turned rows
     BaseFrame *frame;    // displaced only; part of the state
     RigidFrame *rigid;   // the best fit of the rest shape: that of floating ones is what the frame
                          // follows
@@ -69,6 +72,11 @@ void rows_read(const Rows *rows, const void *row, int at, Vec3 *position, Vec3 *
 void rows_write(const Rows *rows, void *row, int at, Vec3 position, Vec3 velocity);
 // A direction of the world in the rows' coordinates.
 Vec3 rows_turn_in(const Rows *rows, Vec3 direction);
+// A region of the world in the rows' coordinates, in which rows_local says where a row is.
+Region rows_region(const Rows *rows, const Region *region);
+Vec3 rows_local(const Rows *rows, const void *row, int at);
+// Where a row is at rest, in the world [m].
+Vec3 rows_rest(const Rows *rows, int at);
 // Whether all numbers are finite, coordinates within `limit` [m] and velocities within SPEED_LIMIT.
 bool rows_are_sound(const Rows *rows, const void *row, double limit);
 // After a tick of a floating body: moves the base frame along when it is time, and `row` with it.

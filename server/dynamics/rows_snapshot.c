@@ -38,7 +38,7 @@ static inline void turn(const Four column[3], Four *v)
 
 // What the loop below would ask for each node.
 typedef struct Kind {
-    bool single, displaced, floating; // as in the rows
+    bool single, displaced, turned; // as in the rows
     bool whole;                       // as in store
 } Kind;
 
@@ -52,7 +52,7 @@ static inline __attribute__((always_inline)) void take(const Rows *rows, Kind ki
     if (kind.displaced) {
         const BaseFrame *frame = rows->frame;
         origin = (Four){frame->origin.x, frame->origin.y, frame->origin.z};
-        for (int c = 0; c < 3 && kind.floating; c++) {
+        for (int c = 0; c < 3 && kind.turned; c++) {
             Vec3 axis = quat_rotate(frame->turn, (Vec3){c == 0, c == 1, c == 2});
             column[c] = (Four){axis.x, axis.y, axis.z};
         }
@@ -68,7 +68,7 @@ static inline __attribute__((always_inline)) void take(const Rows *rows, Kind ki
         if (kind.displaced) {
             const double *place = rows->place[slot];
             x += (Four){place[0], place[1], place[2]};
-            if (kind.floating)
+            if (kind.turned)
                 turn(column, &x);
             x += origin;
         }
@@ -76,7 +76,7 @@ static inline __attribute__((always_inline)) void take(const Rows *rows, Kind ki
         if (velocity == NULL)
             continue;
         load(own, kind.single, 4, &v);
-        if (kind.floating)
+        if (kind.turned)
             turn(column, &v);
         store(velocity + 3 * i, &v, kind.whole);
     }
@@ -102,14 +102,14 @@ static inline __attribute__((always_inline)) void take_of(const Rows *rows, cons
     const bool single = rows->precision == PRECISION_SINGLE;
     if (!rows->displaced)
         take_all(rows, (Kind){0}, row, slot, count, position, velocity);
-    else if (single && rows->floating)
-        take_all(rows, (Kind){.single = true, .displaced = true, .floating = true}, row, slot,
+    else if (single && rows->turned)
+        take_all(rows, (Kind){.single = true, .displaced = true, .turned = true}, row, slot,
                  count, position, velocity);
     else if (single)
         take_all(rows, (Kind){.single = true, .displaced = true}, row, slot, count, position,
                  velocity);
-    else if (rows->floating)
-        take_all(rows, (Kind){.displaced = true, .floating = true}, row, slot, count, position,
+    else if (rows->turned)
+        take_all(rows, (Kind){.displaced = true, .turned = true}, row, slot, count, position,
                  velocity);
     else
         take_all(rows, (Kind){.displaced = true}, row, slot, count, position, velocity);

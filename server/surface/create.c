@@ -115,6 +115,8 @@ void model_create_node_table(SurfaceModel *model, const SurfaceOptions *options,
                    : body_frame ? SHAPE_FRAME_BODY
                                 : SHAPE_FRAME_WORLD;
     model->basis.floating = single && model->shape != SHAPE_FRAME_WORLD && all_free;
+    model->basis.turned = model->basis.floating;
+    model->basis.rest_turn = QUAT_NONE;
     size_t lanes = (size_t)model->lane_count;
     NodeTable *nodes = &model->nodes;
     nodes->inverse_mass = model_allocate_reals(model, lanes, name, "inverse mass", arena);
@@ -189,7 +191,7 @@ void model_create_places(SurfaceModel *model, const TriMesh *mesh, const char *n
         model->basis.rest_origin = vec3_scale(1.0 / mesh->node_count, sum);
         model->basis.frame = ALLOCATE(ARENA_STEP, 1, BaseFrame, "base frame");
         *model->basis.frame =
-            (BaseFrame){.origin = model->basis.rest_origin, .turn = {1.0, 0.0, 0.0, 0.0}};
+            (BaseFrame){.origin = model->basis.rest_origin, .turn = QUAT_NONE};
         state_add(state, model->basis.frame, sizeof *model->basis.frame, "%s/base_frame", name);
     }
     for (int i = 0; i < mesh->node_count; i++) {

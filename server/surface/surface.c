@@ -202,28 +202,17 @@ static void surface_reserve_forces(void *self, const char *name, int count, Aren
     model_reserve_touched(self, name, count, arena);
 }
 
-static bool is_inside(const Region *region, Vec3 axis, double square, Vec3 d)
-{
-    if (region->kind == REGION_BELOW_PLANE)
-        return vec3_dot(d, region->to) < region->radius;
-    double t = square > 0.0 ? vec3_dot(d, axis) / square : 0.0;
-    t = t < 0.0 ? 0.0 : t > 1.0 ? 1.0 : t;
-    d = vec3_madd(d, -t, axis);
-    return vec3_dot(d, d) <= region->radius * region->radius;
-}
-
 static int surface_find_nodes(const void *self, const Region *region, int *node, int capacity)
 {
     const SurfaceModel *model = self;
-    const Vec3 axis = vec3_sub(region->to, region->from);
-    const double square = vec3_dot(axis, axis);
+    const RegionTest test = region_test(region);
     int found = 0;
     for (int s = 0; s < model->basis.count; s++) {
         if (model->node[s] < 0)
             continue;
         Vec3 x;
         rows_read(&model->basis, model->present, s, &x, NULL);
-        if (is_inside(region, axis, square, vec3_sub(x, region->from))) {
+        if (region_contains(&test, x)) {
             if (found < capacity)
                 node[found] = model->node[s];
             found++;

@@ -1,10 +1,357 @@
-// Makes a voxel body from a lattice. Load time only.
+// Makes a voxel body from a lattice: elements, vertices, masses, batches, what tools see. Load time
+// only.
 #include "voxel/voxel.h"
 
+#include "base/check.h"
+#include "voxel/model.h"
+#include "voxel/skin.h"
+#include "voxel/vertex_ids.h"
+
 #include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define ALLOCATE(use, count, type, label)                                                          \
+    (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
 
 double voxel_critical_step(const VoxelMaterial *material, double size)
 {
     return size * sqrt(material->density * (1.0 - 2.0 * material->poisson_ratio) /
                        material->youngs_modulus);
+}
+
+// What creation needs between its steps.
+typedef struct Making {
+    const VoxelOptions *options;
+    Layout layout;
+    LatticeMesh mesh;
+    ElementClass *classes; // [element_count]
+    unsigned *mask;        // [element_count]
+    double *density;       // [element_count] [kg/m3]
+    VertexId *by_id;       // [vertex_count]
+    bool *fixed;           // [vertex_count]
+    double step;           // dt0: the smallest critical step of the elements [s]
+    double lambda;         // bounds of M^-1 K and, a unit of beta, of M^-1 C [1/s2]
+    double damping_lambda;
+} Making;
+
+static double edge_of(const Making *making, int element)
+{
+    return making->options->lattice->size * (double)(1 << making->layout.leaf[element].level);
+}
+
+// The paper's unit weights: the stiffness that gives an element with hanging vertices the energy of
+// one with 8 corners under the same uniform stretch, on average over the axes.
+static double paper_stiffness(const Template *shape, double mu, double edge)
+{
+    Vec3 mean = {0.0, 0.0, 0.0};
+    for (int i = 0; i < shape->count; i++)
+        mean = vec3_madd(mean, 1.0 / shape->count, shape->place[i]);
+    double spread = 0.0;
+    for (int i = 0; i < shape->count; i++) {
+        Vec3 r = vec3_sub(shape->place[i], mean);
+        spread += vec3_dot(r, r);
+    }
+    return mu * edge * 6.0 / spread; // 8 corners of the unit cube: 6
+}
+
+// Stiffness of one element, and its share in the bounds of the time step. The largest eigenvalue of
+// M^-1 K of a plain cube is max(4 (2 mu + 3 lambda), 8 alpha mu) / (rho H^2); with hanging vertices
+// it is at most twice that of its own cube (found by computing the eigenvalues of all templates of
+// cubes and balls: 2.0 with nu = 0).
+static void set_element(Making *making, int element, const Template *shape)
+{
+    const VoxelOptions *options = making->options;
+    const Leaf *leaf = &making->layout.leaf[element];
+    const VoxelMaterial *material = &options->material[leaf->material - 1];
+    const double edge = edge_of(making, element), nu = material->poisson_ratio;
+    const double mu = material->youngs_modulus / (2.0 * (1.0 + nu));
+    const double lambda = 2.0 * mu * nu / (1.0 - 2.0 * nu), alpha = (1.0 + nu) / 3.0;
+    ElementClass *class = &making->classes[element];
+    *class = (ElementClass){.size = edge,
+                            .mu = mu,
+                            .lambda = lambda,
+                            .residual = alpha * mu * edge,
+                            .damping = mu * edge};
+    const double mass = material->density * edge * edge * edge;
+    double most = 8.0 * mu + 12.0 * lambda, rate = 8.0 * class->damping / mass;
+    if (options->law == VOXEL_MIYAZAKI2004) {
+        class->residual = class->damping = paper_stiffness(shape, mu, edge);
+        rate = shape->count * class->residual / mass;
+        most = rate * material->density * edge * edge;
+    } else if (shape->mask != 0) {
+        most *= 2.0, rate *= 2.0;
+    }
+    making->density[element] = material->density;
+    making->lambda = fmax(making->lambda, most / (material->density * edge * edge));
+    making->damping_lambda = fmax(making->damping_lambda, rate);
+    making->step = fmin(making->step, voxel_critical_step(material, edge));
+}
+
+static void make_elements(Making *making)
+{
+    const int count = making->layout.leaf_count;
+    making->classes = calloc((size_t)count, sizeof *making->classes);
+    making->mask = calloc((size_t)count, sizeof *making->mask);
+    making->density = calloc((size_t)count, sizeof *making->density);
+    ASSERT(making->classes != NULL && making->mask != NULL && making->density != NULL);
+    making->step = INFINITY;
+    Template shape;
+    template_create(&shape, 0);
+    for (int e = 0; e < count; e++) {
+        making->mask[e] = lattice_mesh_mask(&making->mesh, e);
+        if (making->mask[e] != shape.mask)
+            template_create(&shape, making->mask[e]);
+        set_element(making, e, &shape);
+    }
+    const double beta = making->options->damping * making->step;
+    for (int e = 0; e < count; e++)
+        making->classes[e].damping *= beta;
+}
+
+static bool mark_nodes(Making *making, const FixedRegion *region, Status *status)
+{
+    const LatticeMesh *mesh = &making->mesh;
+    for (int k = 0; k < region->node_count; k++) {
+        int vertex = vertex_ids_find(making->by_id, mesh->vertex_count, region->node[k]);
+        if (vertex < 0)
+            return status_fail(status, STATUS_INVALID, "fixed: node %d is no vertex of the body",
+                               region->node[k]);
+        making->fixed[vertex] = true;
+    }
+    return true;
+}
+
+static bool make_fixed(Making *making, Status *status)
+{
+    const VoxelOptions *options = making->options;
+    const LatticeMesh *mesh = &making->mesh;
+    making->fixed = calloc((size_t)mesh->vertex_count, sizeof *making->fixed);
+    ASSERT(making->fixed != NULL);
+    for (int r = 0; r < options->fixed_count; r++) {
+        const FixedRegion *region = &options->fixed[r];
+        if (region->kind == FIXED_NODES) {
+            if (!mark_nodes(making, region, status))
+                return false;
+            continue;
+        }
+        for (int i = 0; i < mesh->vertex_count; i++) {
+            const int *p = mesh->point[i];
+            making->fixed[i] |=
+                fixed_contains(region, lattice_point(options->lattice, p[0], p[1], p[2]));
+        }
+    }
+    return true;
+}
+
+// Each element gives its mass to its vertices by its weights: total and first moment are exact.
+static void make_masses(const Making *making, VoxelModel *model, double *total)
+{
+    const LatticeMesh *mesh = &making->mesh;
+    Template shape;
+    template_create(&shape, 0);
+    for (int e = 0; e < mesh->element_count; e++) {
+        if (making->mask[e] != shape.mask)
+            template_create(&shape, making->mask[e]);
+        const double edge = edge_of(making, e);
+        const double mass = making->density[e] * edge * edge * edge;
+        *total += mass;
+        for (int i = 0; i < shape.count; i++) {
+            bool unit = making->options->law == VOXEL_MIYAZAKI2004;
+            double share = unit ? 1.0 / shape.count : shape.weight[i] / 8.0;
+            model->mass[mesh->vertex[e][shape.node[i]]] += share * mass;
+        }
+    }
+}
+
+static void create_rows(VoxelModel *model, const Making *making, const char *name, Arena *arena,
+                        StateList *state)
+{
+    const VoxelOptions *options = making->options;
+    const LatticeMesh *mesh = &making->mesh;
+    const Lattice *lattice = options->lattice;
+    const int count = mesh->vertex_count;
+    bool all_free = true;
+    for (int i = 0; i < count; i++)
+        all_free &= !making->fixed[i];
+    Rows *rows = &model->rows;
+    rows->precision = options->precision;
+    rows->displaced = rows->turned = true;
+    rows->floating = all_free;
+    rows->count = count + 1;
+    rows->longest_edge = lattice->size;
+    rows->place = arena_allocate(arena, ARENA_STEP, (size_t)count + 1, sizeof *rows->place,
+                                 "%s/places", name);
+    const double middle[3] = {0.5 * lattice->count[0], 0.5 * lattice->count[1],
+                              0.5 * lattice->count[2]};
+    for (int i = 0; i < count; i++)
+        for (int c = 0; c < 3; c++)
+            rows->place[i][c] = lattice->size * (mesh->point[i][c] - middle[c]);
+    rows->rest_origin = lattice_point(lattice, middle[0], middle[1], middle[2]);
+    rows->rest_turn = lattice->turn;
+    rows->frame = ALLOCATE(ARENA_STEP, 1, BaseFrame, "base frame");
+    *rows->frame = (BaseFrame){.origin = rows->rest_origin, .turn = rows->rest_turn};
+    state_add(state, rows->frame, sizeof *rows->frame, "%s/base_frame", name);
+    if (rows->floating) {
+        double *weight = ALLOCATE(ARENA_STEP, count + 1, double, "frame weights");
+        memcpy(weight, model->mass, (size_t)count * sizeof *weight);
+        rows->rigid = rigid_frame_create(name, rows->precision, true, rows->count,
+                                         (const double(*)[3])rows->place, weight, arena, state);
+    }
+}
+
+static void create_vertices(VoxelModel *model, const Making *making, Arena *arena, StateList *state)
+{
+    const VoxelOptions *options = making->options;
+    const LatticeMesh *mesh = &making->mesh;
+    const char *name = options->name;
+    const int count = mesh->vertex_count;
+    const size_t rows = (size_t)count + 1, real = rows_real_size(&model->rows);
+    const Lattice *lattice = options->lattice;
+    model->inverse_mass = arena_allocate(arena, ARENA_STEP, rows, real, "%s/inverse mass", name);
+    model->force = arena_allocate(arena, ARENA_STEP, 4 * rows, real, "%s/forces", name);
+    for (int k = 0; k < 2; k++)
+        model->row[k] = arena_allocate(arena, ARENA_STEP, ROW * rows, real, "%s/%s", name,
+                                       k == 0 ? "rows" : "rows of next tick");
+    double farthest = lattice->size * (lattice->count[0] + lattice->count[1] + lattice->count[2]);
+    for (int i = 0; i < count; i++)
+        if (!making->fixed[i])
+            rows_put(&model->rows, model->inverse_mass, i, 1.0 / model->mass[i]);
+    for (int k = 0; options->initial_position != NULL && k < count; k++) {
+        int i = making->by_id[k].vertex;
+        Vec3 x = options->initial_position[k], v = {0.0, 0.0, 0.0};
+        if (options->initial_velocity != NULL && !making->fixed[i])
+            v = options->initial_velocity[k];
+        rows_write(&model->rows, model->row[0], i, x, v);
+        farthest = fmax(farthest, vec3_length(vec3_sub(x, model->rows.rest_origin)));
+    }
+    model->position_limit = 1e6 * farthest; // far beyond any use, and small enough for single
+    model->present = model->row[0];
+    state_add_pair(state, model->row[0], model->row[1], &model->current, ROW * rows * real,
+                   "%s/rows", name);
+    model->parameters = ALLOCATE(ARENA_STEP, 1, VoxelParameters, "parameters");
+    *model->parameters = (VoxelParameters){
+        .gravity = {options->gravity.x, options->gravity.y, options->gravity.z},
+        .stiffness_scale = 1.0,
+        .damping_scale = 1.0,
+    };
+    state_add(state, model->parameters, sizeof *model->parameters, "%s/parameters", name);
+    if (options->without_loads)
+        return;
+    const size_t nodes = (size_t)model->surface_count;
+    model->load = arena_allocate(arena, ARENA_STEP, nodes, sizeof *model->load, "%s/loads", name);
+    model->loaded = ALLOCATE(ARENA_STEP, nodes, int, "loaded");
+    state_add(state, model->load, nodes * sizeof *model->load, "%s/loads", name);
+}
+
+static void create_batches(VoxelModel *model, const Making *making, const char *name, Arena *arena,
+                           StateList *state)
+{
+    const LatticeMesh *mesh = &making->mesh;
+    int *element_class = calloc((size_t)mesh->element_count, sizeof *element_class);
+    ASSERT(element_class != NULL);
+    for (int e = 0; e < mesh->element_count; e++)
+        element_class[e] = e; // batches_create finds the equal ones
+    const BatchOptions batches = {
+        .name = name,
+        .element_count = mesh->element_count,
+        .vertex = (const int(*)[NODE_COUNT])mesh->vertex,
+        .element_class = element_class,
+        .classes = making->classes,
+        .vertex_count = mesh->vertex_count,
+    };
+    batches_create(&model->batches, &batches, arena);
+    free(element_class);
+    model->tables = voxel_tables_create(model->batches.templates, model->batches.template_count,
+                                        model->law, model->rows.precision, name, arena);
+    model->last = arena_allocate(arena, ARENA_STEP, (size_t)batches_total(&model->batches),
+                                 sizeof *model->last, "%s/rotations", name);
+    voxel_forget_rotations(model);
+    state_add(state, model->last, (size_t)batches_total(&model->batches) * sizeof *model->last,
+              "%s/rotations", name);
+}
+
+static bool check_options(const Making *making, const VoxelKernels *kernels, Status *status)
+{
+    const VoxelOptions *options = making->options;
+    if (kernels == NULL)
+        return status_fail(status, STATUS_INVALID,
+                           "isa %s is not a level that this machine can run", options->isa);
+    int vertices = making->mesh.vertex_count;
+    if (options->initial_position != NULL && options->initial_count != vertices)
+        return status_fail(status, STATUS_INVALID, "initial has %d rows, the body %d vertices",
+                           options->initial_count, vertices);
+    return true;
+}
+
+static bool create_body(Body *body, Making *making, const VoxelKernels *kernels, Arena *arena,
+                        StateList *state, Status *status)
+{
+    const VoxelOptions *options = making->options;
+    const LatticeMesh *mesh = &making->mesh;
+    const char *name = options->name;
+    make_elements(making);
+    VoxelModel *model = arena_allocate(arena, ARENA_STEP, 1, sizeof *model, "%s/model", name);
+    model->kernels = kernels;
+    model->law = options->law;
+    model->damped = options->damping > 0.0;
+    model->vertex_count = mesh->vertex_count;
+    model->surface_count = mesh->surface_count;
+    model->element_count = mesh->element_count;
+    model->mass = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, double, "vertex masses");
+    model->id = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, int, "vertex ids");
+    memcpy(model->id, mesh->id, (size_t)mesh->vertex_count * sizeof *model->id);
+    double mass = 0.0;
+    make_masses(making, model, &mass);
+    create_rows(model, making, name, arena, state);
+    create_vertices(model, making, arena, state);
+    create_batches(model, making, name, arena, state);
+    const double beta = options->damping * making->step;
+    *body = (Body){
+        .ops = &voxel_ops,
+        .model = model,
+        .integrator = options->integrator,
+        .mass = mass,
+        .element_count = mesh->element_count,
+        .lambda = making->lambda,
+        .damping = beta * making->damping_lambda,
+        .contact_lambda = making->lambda,
+        .contact_ratio = options->contact_ratio,
+        .contact_damping = options->contact_damping,
+        .tuning = {.friction = options->friction, .stiffness_scale = 1.0, .damping_scale = 1.0},
+        .time_step_wanted = options->time_step,
+        .unsafe_time_step = options->unsafe_time_step,
+    };
+    snprintf(body->name, sizeof body->name, "%s", name);
+    voxel_create_surface(model, body, mesh, options->lattice->size, name, arena);
+    if (options->skin == NULL) {
+        voxel_create_mesh(model, body, mesh, options->publish_all, name, arena);
+        return true;
+    }
+    model->skin = skin_create(body, options->skin, options->lattice, &making->layout, mesh,
+                              &model->rows, arena, status);
+    return model->skin != NULL;
+}
+
+bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
+                  Status *status)
+{
+    const char *isa = options->isa == NULL ? "auto" : options->isa;
+    Making making = {.options = options};
+    layout_create(&making.layout, options->lattice, options->levels);
+    bool ok = lattice_mesh_create(&making.mesh, &making.layout, status);
+    const VoxelKernels *kernels = voxel_kernels_find(options->precision, isa);
+    ok = ok && check_options(&making, kernels, status);
+    if (ok)
+        making.by_id = vertex_ids_sort(making.mesh.id, making.mesh.vertex_count);
+    ok = ok && make_fixed(&making, status) &&
+         create_body(body, &making, kernels, arena, state, status);
+    lattice_mesh_destroy(&making.mesh);
+    layout_destroy(&making.layout);
+    free(making.by_id);
+    free(making.classes);
+    free(making.mask);
+    free(making.density);
+    free(making.fixed);
+    return ok;
 }

@@ -13,7 +13,6 @@
 #include "base/precision.h"
 #include "dynamics/rows.h"
 #include "voxel/element.h"
-#include "voxel/template.h"
 
 #include <stdbool.h>
 
@@ -26,7 +25,7 @@ typedef struct ElementClass {
     double size;     // H [m]
     double mu;       // [Pa]
     double lambda;   // [Pa]
-    double residual; // alpha k, k = mu H [N/m]; k of the paper's law
+    double residual; // alpha k, k = mu H [N/m]; k of the paper's law, which needs no mu and lambda
     double damping;  // beta k [N s/m]; 0: none
 } ElementClass;
 
@@ -47,10 +46,21 @@ typedef struct HangingBatches {
     const int *element_class;  // [batch]
 } HangingBatches;
 
+// What the kernel needs of a template, for one law and precision: Real [TABLE_HEAD], then
+// [count][TABLE_ROW]. Made by tables.h.
+enum {
+    TABLE_HEAD = 8, // sum w, 1 / sum w; Miyazaki's law: A at rest less 1, as xx yy zz yz zx xy
+    TABLE_ROW = 12, // a x y z; w; X x y z; w M^-1 X x y z; two unused
+};
+typedef struct TemplateTable {
+    int count; // vertices
+    const void *number;
+} TemplateTable;
+
 typedef struct VoxelPass {
     const PlainBatches *plain;
     const HangingBatches *hanging;
-    const Template *templates;
+    const TemplateTable *tables; // of the law, by template
     const ElementClass *classes;
     VoxelLaw law;
     bool damped;
@@ -59,6 +69,7 @@ typedef struct VoxelPass {
     // Quaternions w x y z [plain batches, then hanging ones][LANES]: the rotation that an element
     // had when it was last too flat or inverted for the fast path. Written by those only. State.
     double (*last)[LANES][4];
+    // The first multiplies all forces, also of damping (which is beta k); the second those alone.
     double stiffness_scale, damping_scale;
 } VoxelPass;
 

@@ -28,30 +28,24 @@ typedef struct PointParts {
     unsigned outer;      // bit s: part s has a face there that leads to no other solid
 } PointParts;
 
-// Names the part of slot `from` after slot `to`, or the other way round, whichever is lower.
-static void join(signed char part[8], int from, int to)
+// Makes one part of those of two slots.
+static void join(signed char part[8], int a, int b)
 {
-    signed char low = part[from] < part[to] ? part[from] : part[to];
-    signed char high = part[from] < part[to] ? part[to] : part[from];
+    signed char low = part[a] < part[b] ? part[a] : part[b];
+    signed char high = part[a] < part[b] ? part[b] : part[a];
     for (int s = 0; s < 8; s++)
         if (part[s] == high)
             part[s] = low;
 }
 
 // Slots hold leaves (-1: void), `corners` the slots whose leaf has the point as a corner, `broken`
-// the faces that do not join. Slots of one leaf hold together whatever lies between them; a part
-// owns a vertex when the point is a corner of one of its leaves.
+// the faces that do not join. Slots of one leaf hold together whatever is said of the faces between
+// them; a part owns a vertex when the point is a corner of one of its leaves.
 static PointParts parts_at_point(const int slot[8], unsigned corners, unsigned broken)
 {
     PointParts parts = {.owns = 0};
-    for (int s = 0; s < 8; s++) {
+    for (int s = 0; s < 8; s++)
         parts.part[s] = (signed char)(slot[s] < 0 ? -1 : s);
-        for (int other = 0; other < s && slot[s] >= 0; other++)
-            if (slot[other] == slot[s]) {
-                parts.part[s] = parts.part[other];
-                break;
-            }
-    }
     unsigned open = 0; // slots with a face that leads nowhere
     for (int f = 0; f < 12; f++) {
         int low = POINT_FACE[f], high = low + (1 << f / 4);

@@ -54,9 +54,10 @@ void voxel_textbook_destroy(VoxelTextbook *textbook)
     *textbook = (VoxelTextbook){0};
 }
 
-// The rotation nearest to f, from the one before (Mueller et al. 2016, "A robust method to extract
-// the rotational part of deformations"): turns towards f's columns until the turn is below 1e-10.
-static void extract_rotation(const double f[3][3], double r[3][3])
+// From the rotation before towards f's columns, until the turn is below 1e-10 (Mueller et al. 2016,
+// "A robust method to extract the rotational part of deformations"). Converges slowly, but whatever
+// f is.
+static void turn_towards(const double f[3][3], double r[3][3])
 {
     for (int step = 0; step < 100; step++) {
         double axis[3] = {0.0, 0.0, 0.0}, trace = 0.0;
@@ -97,6 +98,39 @@ static void extract_rotation(const double f[3][3], double r[3][3])
         for (int c = 0; c < 3; c++)
             r[i][c] *= n;
     }
+}
+
+// The rotation nearest to f: Newton's iteration R <- (R + R^-T) / 2 (Higham 1986), which squares
+// the error in each step. It would end at a reflection where f turns the element inside out.
+static void extract_rotation(const double f[3][3], double rotation[3][3])
+{
+    double r[3][3], cofactor[3][3];
+    memcpy(r, f, sizeof r);
+    for (int step = 0; step < 20; step++) {
+        for (int i = 0; i < 3; i++) {
+            int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
+            for (int j = 0; j < 3; j++) {
+                int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+                cofactor[i][j] = r[i1][j1] * r[i2][j2] - r[i1][j2] * r[i2][j1];
+            }
+        }
+        double det = r[0][0] * cofactor[0][0] + r[0][1] * cofactor[0][1] + r[0][2] * cofactor[0][2];
+        if (det < 1e-3)
+            break;
+        double change = 0.0;
+        for (int i = 0; i < 3; i++) {
+            for (int j = 0; j < 3; j++) {
+                double next = 0.5 * (r[i][j] + cofactor[i][j] / det);
+                change = fmax(change, fabs(next - r[i][j]));
+                r[i][j] = next;
+            }
+        }
+        if (change < 1e-6) { // squared: 1e-12
+            memcpy(rotation, r, sizeof r);
+            return;
+        }
+    }
+    turn_towards(f, rotation);
 }
 
 // Solves m x = b for a symmetric positive matrix by Cramer's rule.

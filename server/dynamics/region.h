@@ -1,0 +1,45 @@
+// Regions of space that nodes are looked for in.
+#ifndef PLIANT_DYNAMICS_REGION_H
+#define PLIANT_DYNAMICS_REGION_H
+
+#include "base/vec.h"
+
+#include <stdbool.h>
+
+typedef enum RegionKind { REGION_CAPSULE, REGION_BELOW_PLANE } RegionKind;
+typedef struct Region {
+    RegionKind kind;
+    Vec3 from, to; // axis of the capsule; or point and unit normal of the plane
+    double radius; // [m]; for the plane: signed height below which nodes are found
+} Region;
+
+// A region made ready for many points.
+typedef struct RegionTest {
+    bool plane;
+    Vec3 from, axis; // from -> to, or the plane's normal
+    double square;   // of the axis
+    double limit;    // square of the radius, or height
+} RegionTest;
+
+static inline RegionTest region_test(const Region *region)
+{
+    if (region->kind == REGION_BELOW_PLANE)
+        return (RegionTest){true, region->from, region->to, 0.0, region->radius};
+    Vec3 axis = vec3_sub(region->to, region->from);
+    double square = vec3_dot(axis, axis);
+    return (RegionTest){false, region->from, axis, square, region->radius * region->radius};
+}
+
+static inline bool region_contains(const RegionTest *test, Vec3 x)
+{
+    Vec3 d = vec3_sub(x, test->from);
+    double along = vec3_dot(d, test->axis);
+    if (test->plane)
+        return along < test->limit;
+    double t = test->square > 0.0 ? along / test->square : 0.0;
+    t = t < 0.0 ? 0.0 : t > 1.0 ? 1.0 : t;
+    d = vec3_madd(d, -t, test->axis);
+    return vec3_dot(d, d) <= test->limit;
+}
+
+#endif

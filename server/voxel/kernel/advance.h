@@ -1,0 +1,148 @@
+// Private to the kernels: from forces to the next rows. Number by number, so that the width does
+// not matter.
+#ifndef PLIANT_VOXEL_KERNEL_ADVANCE_H
+#define PLIANT_VOXEL_KERNEL_ADVANCE_H
+
+#include "base/vector.h"
+
+// WIDTH numbers of the places x y z 0 and of the velocities: of WIDTH / 4 vertices or, where a
+// vector is shorter than that, a part of one vertex.
+enum { TOGETHER = WIDTH < 4 ? 1 : WIDTH / 4 };
+
+#if KERNEL_WIDTH == 16
+#define ALL_PLACES(a, b)                                                                           \
+    __builtin_shufflevector(a, b, 0, 1, 2, 3, 8, 9, 10, 11, 16, 17, 18, 19, 24, 25, 26, 27)
+#define ALL_VELOCITIES(a, b)                                                                       \
+    __builtin_shufflevector(a, b, 4, 5, 6, 7, 12, 13, 14, 15, 20, 21, 22, 23, 28, 29, 30, 31)
+#define FIRST_ROWS(u, v)                                                                           \
+    __builtin_shufflevector(u, v, 0, 1, 2, 3, 16, 17, 18, 19, 4, 5, 6, 7, 20, 21, 22, 23)
+#define LAST_ROWS(u, v)                                                                            \
+    __builtin_shufflevector(u, v, 8, 9, 10, 11, 24, 25, 26, 27, 12, 13, 14, 15, 28, 29, 30, 31)
+#elif KERNEL_WIDTH == 8
+#define ALL_PLACES(a, b)     __builtin_shufflevector(a, b, 0, 1, 2, 3, 8, 9, 10, 11)
+#define ALL_VELOCITIES(a, b) __builtin_shufflevector(a, b, 4, 5, 6, 7, 12, 13, 14, 15)
+#define FIRST_ROWS(u, v)     __builtin_shufflevector(u, v, 0, 1, 2, 3, 8, 9, 10, 11)
+#define LAST_ROWS(u, v)      __builtin_shufflevector(u, v, 4, 5, 6, 7, 12, 13, 14, 15)
+#endif
+
+INLINE void load_places(const Real *row, Vector *u, Vector *v)
+{
+#if KERNEL_WIDTH > 4
+    Vector a = vector_load(row), b = vector_load(row + WIDTH);
+    *u = ALL_PLACES(a, b);
+    *v = ALL_VELOCITIES(a, b);
+#else
+    *u = vector_load(row);
+    *v = vector_load(row + 4);
+#endif
+}
+
+INLINE void store_places(Real *row, Vector u, Vector v)
+{
+#if KERNEL_WIDTH > 4
+    vector_store(row, FIRST_ROWS(u, v));
+    vector_store(row + WIDTH, LAST_ROWS(u, v));
+#else
+    vector_store(row, u);
+    vector_store(row + 4, v);
+#endif
+}
+
+// Of TOGETHER vertices, each four times.
+INLINE Vector load_inverse_mass(const Real *from)
+{
+#if KERNEL_WIDTH == 16
+    const __m512i each = _mm512_set_epi32(3, 3, 3, 3, 2, 2, 2, 2, 1, 1, 1, 1, 0, 0, 0, 0);
+    return (Vector)_mm512_permutexvar_ps(each, _mm512_castps128_ps512(_mm_loadu_ps(from)));
+#elif KERNEL_WIDTH == 8
+    Block first = from[0] - (Block){0}, second = from[1] - (Block){0};
+    return __builtin_shufflevector(first, second, 0, 1, 2, 3, 4, 5, 6, 7);
+#else
+    return from[0] - (Vector){0};
+#endif
+}
+
+typedef struct AdvanceFactors {
+    Real h, advance;
+    Vector gravity[2]; // by the numbers of a vertex; the second where WIDTH is 2
+    Vector position_limit, speed_limit;
+} AdvanceFactors;
+
+INLINE AdvanceFactors advance_factors(const AdvancePass *pass)
+{
+    Real gravity[WIDTH < 4 ? 4 : WIDTH];
+    for (int i = 0; i < (WIDTH < 4 ? 4 : WIDTH); i++)
+        gravity[i] = i % 4 == 3 ? REAL(0.0) : (Real)pass->gravity[i % 4];
+    AdvanceFactors by = {
+        .h = (Real)pass->h,
+        .advance = (Real)(pass->advance * pass->h),
+        .gravity = {vector_load(gravity), vector_load(gravity + (WIDTH < 4 ? 2 : 0))},
+        .position_limit = vector_set(pass->position_limit),
+        .speed_limit = vector_set(SPEED_LIMIT(KERNEL_SINGLE ? PRECISION_SINGLE : PRECISION_DOUBLE)),
+    };
+    return by;
+}
+
+// From vertex `i` on. Returns bits set where a limit is passed.
+INLINE Vector advance_vertices(const AdvancePass *pass, const AdvanceFactors *by, long i)
+{
+    const Vector zero = vector_set(0.0);
+    Vector inverse_mass = load_inverse_mass((const Real *)pass->inverse_mass + i), bad = zero;
+    Vector move = vector_select_greater(inverse_mass, zero, by->advance - zero, zero);
+    for (int part = 0; part < 4; part += WIDTH) {
+        Real *force = (Real *)pass->force + 4 * i + part;
+        Vector u, v;
+        load_places((const Real *)pass->present + ROW * i + part, &u, &v);
+        Vector kick = by->h * (vector_load(force) * inverse_mass + by->gravity[part / 2]);
+        v += vector_select_greater(inverse_mass, zero, kick, zero);
+        u += move * v;
+        store_places((Real *)pass->next + ROW * i + part, u, v);
+        vector_store(force, zero);
+        if (pass->check)
+            bad = vector_or(bad, vector_or(vector_not_within(u, by->position_limit),
+                                           vector_not_within(v, by->speed_limit)));
+    }
+    return bad;
+}
+
+static bool advance(const AdvancePass *pass)
+{
+    const AdvanceFactors by = advance_factors(pass);
+    Vector bad = vector_set(0.0);
+    const int together = pass->vertex_count / TOGETHER * TOGETHER;
+    for (int i = 0; i < together; i += TOGETHER)
+        bad = vector_or(bad, advance_vertices(pass, &by, i));
+    if (together == pass->vertex_count)
+        return !vector_any(bad);
+    // The last few, filled up in copies.
+    _Alignas(64) Real row[TOGETHER * ROW] = {0}, force[TOGETHER * 4] = {0},
+                                     inverse_mass[TOGETHER] = {0};
+    const size_t rest = (size_t)(pass->vertex_count - together);
+    memcpy(row, (const Real *)pass->present + (long)together * ROW, rest * ROW * sizeof(Real));
+    memcpy(force, (const Real *)pass->force + 4L * together, rest * 4 * sizeof(Real));
+    memcpy(inverse_mass, (const Real *)pass->inverse_mass + together, rest * sizeof(Real));
+    AdvancePass last = *pass;
+    last.present = last.next = row;
+    last.force = force;
+    last.inverse_mass = inverse_mass;
+    bad = vector_or(bad, advance_vertices(&last, &by, 0));
+    memcpy((Real *)pass->next + (long)together * ROW, row, rest * ROW * sizeof(Real));
+    memset((Real *)pass->force + 4L * together, 0, rest * 4 * sizeof(Real));
+    return !vector_any(bad);
+}
+
+// By fours: left to itself gcc 12 shuffles several rows together and takes twice as long.
+static void drift(const void *present, void *next, int vertex_count, double dt)
+{
+    const Real step = (Real)dt;
+    for (long i = 0; i < (long)vertex_count * ROW; i += ROW) {
+        Block place, velocity;
+        memcpy(&place, (const Real *)present + i, sizeof place);
+        memcpy(&velocity, (const Real *)present + i + 4, sizeof velocity);
+        place += step * velocity;
+        memcpy((Real *)next + i, &place, sizeof place);
+        memcpy((Real *)next + i + 4, &velocity, sizeof velocity);
+    }
+}
+
+#endif

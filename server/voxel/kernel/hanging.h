@@ -1,0 +1,197 @@
+// Private to the kernels: elements with hanging vertices. WIDTH elements of one template at a time,
+// their rest shape's coefficients the same for all lanes. Lengths are in units of the element's
+// edge H and counted from its first vertex, so that rounding is relative to the deformation:
+// u' = (u - u_0) / H, v' = v - v_0.
+//
+// With c = sum w u' / sum w and, by law,
+//   F = 1 + sum u'_i a_i^T, G = sum w_i u'_i X_i^T M^-1, P = H^2 (2 mu (F - R) + lambda tr(D) R),
+//   or Miyazaki's F = sum (X_i + u'_i) a_i^T, G = R - 1, P = 0,
+// the force is
+//   f_i = -P a_i - alpha k H w_i (u'_i - c - G X_i) - beta k w_i (v'_i - v_c - omega x r_i)
+//       = -P a_i + w_i (B X_i + b - alpha k H u'_i - beta k v'_i + beta k omega x u'_i),
+//   B = alpha k H G + beta k [omega]x, b = alpha k H c + beta k (v_c - omega x c).
+#ifndef PLIANT_VOXEL_KERNEL_HANGING_H
+#define PLIANT_VOXEL_KERNEL_HANGING_H
+
+#include "voxel/kernel/repair.h"
+#include "voxel/kernel/scatter.h"
+#include "voxel/template.h"
+
+// Of a class, with the scales of the pass.
+typedef struct HangingFactors {
+    Real gradient; // 1 / H
+    Real stretch;  // 2 mu H^2
+    Real bulk;     // lambda H^2
+    Real bend;     // alpha k H
+    Real drag;     // beta k
+} HangingFactors;
+
+static inline HangingFactors hanging_factors(const VoxelPass *pass, int element_class)
+{
+    const ElementClass *c = &pass->classes[element_class];
+    const double scale = pass->stiffness_scale, area = c->size * c->size;
+    return (HangingFactors){
+        .gradient = (Real)(1.0 / c->size),
+        .stretch = (Real)(scale * 2.0 * c->mu * area),
+        .bulk = (Real)(scale * c->lambda * area),
+        .bend = (Real)(scale * c->size * c->residual),
+        .drag = (Real)(scale * pass->damping_scale * c->damping),
+    };
+}
+
+// WIDTH elements.
+typedef struct Hanging {
+    Vector u[NODE_COUNT][3], v[NODE_COUNT][3]; // u', v'
+    Vector middle[3], drift[3];                // c, v_c
+    Vector slope[3][3];                        // G by rows (affine)
+    Deformation deformation;
+    Motion motion;
+} Hanging;
+
+// Places and sums of first order.
+INLINE void gather_hanging(const VoxelPass *pass, const TemplateTable *table, const int *vertex,
+                           Real gradient, bool paper, bool damped, Hanging *h)
+{
+    const Real *head = table->number, *row = head + TABLE_HEAD;
+    const Vector zero = vector_set(0.0);
+    Vector origin[3], origin_speed[3], middle[3], drift[3], g[3][3], slope[3][3];
+    for (int i = 0; i < 3; i++) {
+        middle[i] = drift[i] = zero;
+        for (int k = 0; k < 3; k++)
+            g[i][k] = slope[i][k] = zero;
+    }
+    vector_load_rows(pass->rows, vertex, damped, origin, origin_speed);
+    for (int p = 0; p < table->count; p++, row += TABLE_ROW) {
+        Vector u[3], v[3];
+        vector_load_rows(pass->rows, vertex + p * LANES, damped, u, v);
+        for (int i = 0; i < 3; i++) {
+            u[i] = (u[i] - origin[i]) * gradient;
+            h->u[p][i] = u[i];
+            middle[i] += row[3] * u[i];
+            for (int k = 0; k < 3; k++) {
+                g[i][k] += row[k] * u[i];
+                if (!paper)
+                    slope[i][k] += row[7 + k] * u[i];
+            }
+            if (damped) {
+                v[i] -= origin_speed[i];
+                h->v[p][i] = v[i];
+                drift[i] += row[3] * v[i];
+            }
+        }
+    }
+    static const int at[3][3] = {{XX, XY, ZX}, {XY, YY, YZ}, {ZX, YZ, ZZ}};
+    for (int i = 0; i < 3; i++) {
+        h->middle[i] = middle[i] * head[1];
+        h->drift[i] = drift[i] * head[1];
+        for (int k = 0; k < 3; k++) {
+            h->deformation.g[i][k] = paper ? g[i][k] + head[2 + at[i][k]] : g[i][k];
+            h->slope[i][k] = slope[i][k];
+        }
+    }
+}
+
+// Sums of second order about the middle.
+INLINE void sum_motion(const TemplateTable *table, Hanging *h)
+{
+    const Real *row = (const Real *)table->number + TABLE_HEAD;
+    Vector s[SYMMETRIC], l[3];
+    for (int i = 0; i < 3; i++)
+        s[i] = s[3 + i] = l[i] = vector_set(0.0);
+    for (int p = 0; p < table->count; p++, row += TABLE_ROW) {
+        Vector r[3], wr[3];
+        for (int i = 0; i < 3; i++) {
+            r[i] = (h->u[p][i] - h->middle[i]) + row[4 + i];
+            wr[i] = row[3] * r[i];
+        }
+        for (int i = 0; i < 3; i++) {
+            s[i] += wr[i] * r[i];
+            s[3 + i] += wr[(i + 1) % 3] * r[(i + 2) % 3];
+        }
+        add_cross(wr, h->v[p], l);
+    }
+    for (int i = 0; i < 3; i++) {
+        h->motion.spread[i] = s[i];
+        h->motion.spread[3 + i] = s[3 + i];
+        h->motion.momentum[i] = l[i]; // sum w r = 0: the origin of v does not matter
+    }
+}
+
+// Adds the forces of WIDTH elements to the rows of a batch, from `lane` on.
+INLINE void hanging_forces(const VoxelPass *pass, const TemplateTable *table, const int *vertex,
+                           const HangingFactors *by, bool paper, bool damped, double (*last)[4],
+                           Real (*out)[4 * LANES])
+{
+    Hanging h;
+    Polar polar;
+    Vector spin[3] = {{0}};
+    gather_hanging(pass, table, vertex, by->gradient, paper, damped, &h);
+    deformation_complete(&h.deformation);
+    if (damped) {
+        sum_motion(table, &h);
+        spin_solve(&h.motion, spin);
+    }
+    Vector unfit = polar_fit(&h.deformation, &polar);
+    if (__builtin_expect(vector_any(unfit), 0))
+        repair(&h.deformation, &h.motion, unfit, damped, last, &polar, spin);
+
+    Vector stress[3][3], bend[3][3], shift[3], turn[3]; // P, B, b, beta k omega
+    Vector pressure = polar.stretch * by->bulk;
+    Vector back = (paper ? vector_set(0.0) + by->bend : pressure - by->stretch) * polar.inverse;
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 3; k++) {
+            if (paper) {
+                bend[i][k] = back * polar.turn[i][k];
+            } else {
+                stress[i][k] = by->stretch * h.deformation.g[i][k] + back * polar.turn[i][k];
+                if (i == k)
+                    stress[i][k] += pressure;
+                bend[i][k] = by->bend * h.slope[i][k];
+            }
+        }
+        shift[i] = by->bend * h.middle[i];
+        if (damped)
+            turn[i] = by->drag * spin[i];
+    }
+    for (int i = 0; i < 3 && damped; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        bend[i][k] += turn[j];
+        bend[i][j] -= turn[k];
+        shift[i] += by->drag * h.drift[i] - (turn[j] * h.middle[k] - turn[k] * h.middle[j]);
+    }
+    const Real *row = (const Real *)table->number + TABLE_HEAD;
+    for (int p = 0; p < table->count; p++, row += TABLE_ROW) {
+        Vector f[3];
+        const Vector *u = h.u[p], *v = h.v[p];
+        for (int i = 0; i < 3; i++) {
+            int j = (i + 1) % 3, k = (i + 2) % 3;
+            f[i] = bend[i][0] * row[4] + bend[i][1] * row[5] + bend[i][2] * row[6] +
+                   (shift[i] - by->bend * u[i]);
+            if (damped)
+                f[i] += (turn[j] * u[k] - turn[k] * u[j]) - by->drag * v[i];
+            f[i] = f[i] * row[3];
+            if (!paper)
+                f[i] -= stress[i][0] * row[0] + stress[i][1] * row[1] + stress[i][2] * row[2];
+        }
+        vector_spread_rows(out[p], f[0], f[1], f[2]);
+    }
+}
+
+INLINE void evaluate_hanging(const VoxelPass *pass, bool paper, bool damped)
+{
+    const HangingBatches *hanging = pass->hanging;
+    double(*last)[LANES][4] = pass->last + pass->plain->batch_count;
+    for (int batch = 0; batch < hanging->batch_count; batch++) {
+        const TemplateTable *table = &pass->tables[hanging->template_index[batch]];
+        const HangingFactors by = hanging_factors(pass, hanging->element_class[batch]);
+        const int *vertex = hanging->vertex + (long)hanging->start[batch] * LANES;
+        _Alignas(64) Real force[NODE_COUNT][4 * LANES];
+        for (int lane = 0; lane < LANES; lane += WIDTH)
+            hanging_forces(pass, table, vertex + lane, &by, paper, damped, last[batch] + lane,
+                           (Real(*)[4 * LANES])(force[0] + 4 * lane));
+        for (int p = 0; p < table->count; p++)
+            scatter_forces(pass->force, vertex + p * LANES, force[p]);
+    }
+}
+
+#endif

@@ -1,0 +1,173 @@
+// Private to the kernels: cubes with 8 corners. In the basis of the 8 products of the signs of a
+// corner's coordinates (Hadamard's), a cube's displacements are their mean, three columns of the
+// deformation and four modes that leave the middle as it is; all of the element's law is diagonal
+// there but the rotation. A lane is an element; 24 additions a component lead there, 23 back.
+#ifndef PLIANT_VOXEL_KERNEL_PLAIN_H
+#define PLIANT_VOXEL_KERNEL_PLAIN_H
+
+#include "voxel/kernel/repair.h"
+#include "voxel/kernel/scatter.h"
+
+// Modes by the axes whose signs they are the product of: x 1, y 2, z 4.
+enum { MODES = 8 };
+static const int AXIS_MODE[3] = {1, 2, 4}, BENT_MODE[4] = {3, 5, 6, 7};
+
+// Of a class, with the scales of the pass; forces are of modes, of which each corner has all.
+typedef struct PlainFactors {
+    Real gradient; // 1 / (4 H): of the sums over the corners
+    Real stretch;  // 2 mu H^2 / 4
+    Real bulk;     // lambda H^2 / 4
+    Real bend;     // 4 H alpha k / 8
+    Real drag;     // beta k / 8
+} PlainFactors;
+
+static inline PlainFactors plain_factors(const VoxelPass *pass, int element_class)
+{
+    const ElementClass *c = &pass->classes[element_class];
+    // The paper's force k (R R0 - r) at 8 corners is that of mu = k / H, lambda = 0, alpha = 1.
+    const bool paper = pass->law == VOXEL_MIYAZAKI2004;
+    const double mu = paper ? c->residual / c->size : c->mu, lambda = paper ? 0.0 : c->lambda;
+    const double scale = pass->stiffness_scale, area = 0.25 * c->size * c->size;
+    return (PlainFactors){
+        .gradient = (Real)(0.25 / c->size),
+        .stretch = (Real)(scale * 2.0 * mu * area),
+        .bulk = (Real)(scale * lambda * area),
+        .bend = (Real)(scale * 0.5 * c->size * c->residual),
+        .drag = (Real)(scale * pass->damping_scale * 0.125 * c->damping),
+    };
+}
+
+// Corners to modes.
+INLINE void butterfly(Vector v[MODES])
+{
+    for (int bit = 1; bit < MODES; bit *= 2) {
+        for (int i = 0; i < MODES; i++) {
+            if ((i & bit) != 0)
+                continue;
+            Vector low = v[i], high = v[i | bit];
+            v[i] = high + low;
+            v[i | bit] = high - low;
+        }
+    }
+}
+
+// Modes, of which the first is zero, to corners.
+INLINE void butterfly_back(Vector v[MODES])
+{
+    v[0] = -v[1];
+    for (int bit = 1; bit < MODES; bit *= 2) {
+        for (int i = bit == 1 ? 2 : 0; i < MODES; i++) {
+            if ((i & bit) != 0)
+                continue;
+            Vector low = v[i], high = v[i | bit];
+            v[i] = low - high;
+            v[i | bit] = low + high;
+        }
+    }
+}
+
+// Of WIDTH cubes from the displacements u and velocities v of their corners, by component: u
+// becomes the forces.
+INLINE void plain_forces(const PlainFactors *by, bool damped, double (*last)[4], Vector u[3][MODES],
+                         Vector v[3][MODES])
+{
+    Deformation deformation;
+    Polar polar;
+    Motion motion;
+    Vector spin[3], bent[4][3];
+    for (int c = 0; c < 3; c++) {
+        butterfly(u[c]);
+        if (damped)
+            butterfly(v[c]);
+        for (int k = 0; k < 3; k++)
+            deformation.g[c][k] = u[c][AXIS_MODE[k]] * by->gradient;
+        for (int m = 0; m < 4; m++)
+            bent[m][c] = u[c][BENT_MODE[m]] * by->gradient;
+    }
+    deformation_complete(&deformation);
+    if (damped) {
+        for (int i = 0; i < 3; i++) {
+            int j = (i + 1) % 3, k = (i + 2) % 3;
+            motion.spread[i] = deformation.gram[i] + REAL(1.0);
+            motion.spread[3 + i] = deformation.gram[3 + i];
+            motion.momentum[i] = vector_set(0.0);
+            for (int m = 0; m < 4; m++) {
+                motion.spread[i] += bent[m][i] * bent[m][i];
+                motion.spread[3 + i] += bent[m][j] * bent[m][k];
+            }
+        }
+        for (int m = 0; m < 3; m++) {
+            const int mode = AXIS_MODE[m];
+            const Vector arm[3] = {deformation.f[0][m], deformation.f[1][m], deformation.f[2][m]};
+            add_cross(arm, (const Vector[3]){v[0][mode], v[1][mode], v[2][mode]}, motion.momentum);
+        }
+        for (int m = 0; m < 4; m++) {
+            const int mode = BENT_MODE[m];
+            add_cross(bent[m], (const Vector[3]){v[0][mode], v[1][mode], v[2][mode]},
+                      motion.momentum);
+        }
+        spin_solve(&motion, spin);
+    }
+    Vector unfit = polar_fit(&deformation, &polar);
+    if (__builtin_expect(vector_any(unfit), 0))
+        repair(&deformation, &motion, unfit, damped, last, &polar, spin);
+
+    // -(2 mu (F - R) + lambda tr(D) R) H^2 / 4, R - 1 = turn inverse
+    Vector pressure = polar.stretch * by->bulk;
+    Vector back = (by->stretch - pressure) * polar.inverse;
+    for (int c = 0; c < 3; c++) {
+        int c1 = (c + 1) % 3, c2 = (c + 2) % 3;
+        for (int k = 0; k < 3; k++) {
+            Vector f = back * polar.turn[c][k] - by->stretch * deformation.g[c][k];
+            if (c == k)
+                f -= pressure;
+            if (damped)
+                f -= by->drag * (v[c][AXIS_MODE[k]] - (spin[c1] * deformation.f[c2][k] -
+                                                       spin[c2] * deformation.f[c1][k]));
+            u[c][AXIS_MODE[k]] = f;
+        }
+        for (int m = 0; m < 4; m++) {
+            Vector f = -by->bend * bent[m][c];
+            if (damped)
+                f -= by->drag *
+                     (v[c][BENT_MODE[m]] - (spin[c1] * bent[m][c2] - spin[c2] * bent[m][c1]));
+            u[c][BENT_MODE[m]] = f;
+        }
+    }
+    for (int c = 0; c < 3; c++)
+        butterfly_back(u[c]);
+}
+
+INLINE void evaluate_plain(const VoxelPass *pass, bool damped)
+{
+    const PlainBatches *plain = pass->plain;
+    PlainFactors by = {0};
+    int element_class = -1;
+    for (int batch = 0; batch < plain->batch_count; batch++) {
+        const int *vertex = plain->vertex + (long)batch * NODE_CORNERS * LANES;
+        if (plain->element_class[batch] != element_class) {
+            element_class = plain->element_class[batch];
+            by = plain_factors(pass, element_class);
+        }
+        _Alignas(64) Real force[NODE_CORNERS][4 * LANES];
+        for (int lane = 0; lane < LANES; lane += WIDTH) {
+            Vector u[3][MODES], v[3][MODES];
+            for (int c = 0; c < NODE_CORNERS; c++) {
+                Vector first[3], second[3];
+                vector_load_rows(pass->rows, vertex + c * LANES + lane, damped, first, second);
+                for (int k = 0; k < 3; k++) {
+                    u[k][c] = first[k];
+                    if (damped)
+                        v[k][c] = second[k];
+                }
+            }
+            plain_forces(&by, damped, pass->last[batch] + lane, u, v);
+            for (int c = 0; c < NODE_CORNERS; c++)
+                vector_spread_rows(force[c] + 4 * lane, u[0][c], u[1][c], u[2][c]);
+        }
+        for (int c = 0; c < NODE_CORNERS; c++)
+            scatter_forces(pass->force, vertex + c * LANES, force[c]);
+    }
+}
+
+#endif

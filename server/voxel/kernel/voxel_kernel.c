@@ -1,0 +1,53 @@
+// Forces of voxel elements, and the step that follows (Miyazaki et al. 2004, section 2.2; the law
+// and its derivation are in element.c).
+//
+// Compiled once a precision and level with KERNEL_NAME, KERNEL_LEVEL, KERNEL_SINGLE and
+// KERNEL_WIDTH. A lane is an element: the rows of its vertices are loaded whole and transposed in
+// registers. Branch-free where data decides, but for the call of repair.h: gcc 12 miscompiles
+// masked conditional loops.
+#include "voxel/kernel.h"
+
+#include "voxel/kernel/advance.h"
+#include "voxel/kernel/hanging.h"
+#include "voxel/kernel/plain.h"
+
+static void evaluate_damped(const VoxelPass *pass)
+{
+    evaluate_plain(pass, true);
+}
+
+static void evaluate_undamped(const VoxelPass *pass)
+{
+    evaluate_plain(pass, false);
+}
+
+// The variants: what a scene leaves out is not in its kernel.
+#define HANGING_VARIANT(name, paper, damped)                                                       \
+    static __attribute__((noinline)) void name(const VoxelPass *pass)                              \
+    {                                                                                              \
+        evaluate_hanging(pass, paper, damped);                                                     \
+    }
+HANGING_VARIANT(hanging_affine, false, false)
+HANGING_VARIANT(hanging_affine_damped, false, true)
+HANGING_VARIANT(hanging_paper, true, false)
+HANGING_VARIANT(hanging_paper_damped, true, true)
+
+static void evaluate(const VoxelPass *pass)
+{
+    static VoxelKernel *const plain[2] = {evaluate_undamped, evaluate_damped},
+                              *const hanging[2][2] = {{hanging_affine, hanging_affine_damped},
+                                                      {hanging_paper, hanging_paper_damped}};
+    if (pass->plain->batch_count > 0)
+        plain[pass->damped](pass);
+    if (pass->hanging->batch_count > 0)
+        hanging[pass->law == VOXEL_MIYAZAKI2004][pass->damped](pass);
+}
+
+extern const VoxelKernels KERNEL_NAME;
+const VoxelKernels KERNEL_NAME = {
+    .level = KERNEL_LEVEL,
+    .precision = KERNEL_SINGLE ? PRECISION_SINGLE : PRECISION_DOUBLE,
+    .evaluate = evaluate,
+    .advance = advance,
+    .drift = drift,
+};

@@ -1,0 +1,91 @@
+// What a voxel body shows of itself: the outer faces for tools and loads, and the mesh for clients.
+// Load time only.
+#include "voxel/model.h"
+
+#include <math.h>
+#include <string.h>
+
+#define ALLOCATE(count, type, label)                                                               \
+    (type *)arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof(type), "%s/%s", name,    \
+                           label)
+
+// Faces by node: those of node i are list[start[i] .. start[i + 1]), ascending.
+static void list_faces(const LatticeMesh *mesh, int nodes, int *start, int *list)
+{
+    for (int f = 0; f < mesh->face_count; f++)
+        for (int c = 0; c < 3; c++)
+            start[mesh->face[f][c] + 1]++;
+    for (int i = 0; i < nodes; i++)
+        start[i + 1] += start[i];
+    for (int f = 0; f < mesh->face_count; f++)
+        for (int c = 0; c < 3; c++)
+            list[start[mesh->face[f][c]]++] = f;
+    memmove(start + 1, start, (size_t)nodes * sizeof *start);
+    start[0] = 0;
+}
+
+void voxel_create_surface(VoxelModel *model, Body *body, const LatticeMesh *mesh, double size,
+                          const char *name, Arena *arena)
+{
+    const int nodes = mesh->surface_count, faces = mesh->face_count;
+    int(*face)[3] =
+        arena_allocate(arena, ARENA_TOPOLOGY, (size_t)faces, sizeof *face, "%s/%s", name, "faces");
+    int(*neighbor)[3] = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)faces, sizeof *neighbor,
+                                       "%s/%s", name, "face neighbours");
+    double *area = ALLOCATE(faces, double, "face areas");
+    double *node_area = ALLOCATE(nodes, double, "node areas");
+    int *start = ALLOCATE(nodes + 1, int, "node face start");
+    int *list = ALLOCATE(3 * faces, int, "node faces");
+    memcpy(face, mesh->face, (size_t)faces * sizeof *face);
+    memcpy(neighbor, mesh->face_neighbor, (size_t)faces * sizeof *neighbor);
+    list_faces(mesh, nodes, start, list);
+    for (int f = 0; f < faces; f++) {
+        area[f] = 0.5 * size * size; // half a square
+        for (int c = 0; c < 3; c++)
+            node_area[face[f][c]] += area[f] / 3.0;
+    }
+    body->surface = (BodySurface){
+        .node_count = nodes,
+        .face_count = faces,
+        .face = (const int(*)[3])face,
+        .face_area = area,
+        .finest_area = area,
+        .face_neighbor = (const int(*)[3])neighbor,
+        .node_face_start = start,
+        .node_face_end = start + 1,
+        .node_face = list,
+        .node_area = node_area,
+        .node_mass = model->mass,
+        .longest_edge = sqrt(2.0) * size,
+    };
+}
+
+void voxel_create_mesh(VoxelModel *model, Body *body, const LatticeMesh *mesh, bool all,
+                       const char *name, Arena *arena)
+{
+    const int nodes = all ? mesh->vertex_count : mesh->surface_count;
+    int *piece = ALLOCATE(nodes, int, "node pieces");
+    int(*parent)[2] = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)nodes, sizeof *parent, "%s/%s",
+                                     name, "node parents");
+    signed char *level = ALLOCATE(nodes, signed char, "node levels");
+    model->node = ALLOCATE(nodes, int, "published vertices");
+    model->node_count = nodes;
+    for (int i = 0; i < nodes; i++) {
+        model->node[i] = i;
+        piece[i] = mesh->piece[i];
+        parent[i][0] = parent[i][1] = mesh->id[i];
+    }
+    body->mesh = (BodyMesh){
+        .topology = 1,
+        .node_count = nodes,
+        .triangle_count = mesh->face_count,
+        .node_capacity = nodes,
+        .triangle_capacity = mesh->face_count,
+        .triangle = body->surface.face,
+        .id = model->id,
+        .origin = model->id,
+        .parent = (const int(*)[2])parent,
+        .piece = piece,
+        .level = level,
+    };
+}

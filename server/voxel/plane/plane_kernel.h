@@ -1,0 +1,107 @@
+// The seam of the plane kernels: what one evaluation of all forces reads and writes. The kernel is
+// one source (server/voxel/kernel/plane_kernel.c) compiled once for each precision and instruction-set level;
+// every level of a precision gives the same bits: elements of a batch are computed side by side and
+// added one after the other.
+//
+// Rows (dynamics/rows.h) hold displacements u in the body's base frame; of their numbers x, y, vx
+// and vy count, the others stay 0.
+#ifndef PLIANT_VOXEL_PLANE_KERNEL_H
+#define PLIANT_VOXEL_PLANE_KERNEL_H
+
+#include "base/isa.h"
+#include "base/precision.h"
+#include "dynamics/rows.h"
+#include "voxel/element.h"
+#include "voxel/plane/plane_shape.h"
+
+enum { PLANE_LANES = 16 }; // elements in a batch
+
+// Real below is float or double, by the kernel's precision.
+
+// Squares with four corners and no other vertex; both laws are one here (the paper's is that of
+// alpha = 1 and nu = 0). What they have in common, by class:
+typedef enum PlaneSquareNumber {
+    SQUARE_PLACE,    // half an edge [m]
+    SQUARE_GRADIENT, // 1 / (2 edge) [1/m]
+    SQUARE_SHEAR,    // mu t edge / 2 [N]: half of 2 mu, along half an edge
+    SQUARE_TRACE,    // (mu + lambda) t edge / 2 [N]
+    SQUARE_RESIDUAL, // of a vertex, over four [N/m]
+    SQUARE_DAMPING,  // of a vertex [N s/m]
+    SQUARE_NUMBERS,
+} PlaneSquareNumber;
+
+// All others, with what each has for itself: of a vertex,
+typedef enum PlaneNodeNumber {
+    NODE_X,
+    NODE_Y, // X_i from the mean [m]
+    NODE_GRADIENT_X,
+    NODE_GRADIENT_Y, // a_i / area [1/m]; the paper's law: 2 X_i / sum |X|^2
+    NODE_SHARE,      // of the mass
+    NODE_RESIDUAL,   // of the vertex [N/m]; the paper's law: k
+    NODE_PAPER_NUMBERS,
+    NODE_AREA_X = NODE_PAPER_NUMBERS, // VOXEL_AFFINE only, as what follows
+    NODE_AREA_Y,                      // a_i [m]
+    NODE_LINEAR_X,
+    NODE_LINEAR_Y, // share_i M^-1 X_i [1/m]
+    NODE_NUMBERS,
+} PlaneNodeNumber;
+
+// and of the whole.
+typedef enum PlaneWholeNumber {
+    WHOLE_SHEAR,   // mu t [N/m]: half of 2 mu
+    WHOLE_TRACE,   // (mu + lambda) t [N/m]
+    WHOLE_DAMPING, // in all [N s/m]
+    WHOLE_SPREAD,  // 1e-12 of the square of its edge, against states without extent [m2]
+    WHOLE_NUMBERS,
+} PlaneWholeNumber;
+
+// Lanes left over hold the spare vertex. Constant after creation.
+typedef struct PlaneBatches {
+    int square_count;  // batches
+    int *square;       // [batch][4][LANES] vertices by corner x + 2 y
+    int *square_class; // [batch]
+    void *class;       // Real [class][SQUARE_NUMBERS]
+    int other_count;   // batches
+    int *start;        // [batch + 1] of its rows
+    int *vertex;       // [row][LANES]
+    void *node;        // Real [row][NODE_NUMBERS or NODE_PAPER_NUMBERS][LANES]
+    void *whole;       // Real [batch][WHOLE_NUMBERS][LANES]
+} PlaneBatches;
+
+typedef struct PlanePass {
+    const PlaneBatches *batches;
+    VoxelLaw law;
+    bool damped;
+    const void *rows; // Real [vertex][ROW]
+    void *force;      // Real [vertex][4]; x and y are added to
+    double stiffness_scale, damping_scale;
+} PlanePass;
+
+// After all forces: v += h ((f + load) / m + g), u += advance h v, forces to zero. Vertices with
+// inverse mass 0 stay. `next` may be `present`. Returns whether every |u| and |v| is within its
+// limit; if `check` is not set it may return true without having looked.
+typedef struct PlaneAdvance {
+    const void *present;      // Real [vertex][ROW]
+    void *next;               // Real [vertex][ROW]
+    void *force;              // Real [vertex][4]
+    const void *inverse_mass; // Real [vertex] [1/kg]
+    int vertex_count;         // with the spare one
+    double h, advance;
+    double gravity[2]; // in the base frame [m/s2]
+    double position_limit;
+    bool check;
+} PlaneAdvance;
+
+typedef struct PlaneKernels {
+    const char *level;
+    Precision precision;
+    void (*evaluate)(const PlanePass *pass);
+    bool (*advance)(const PlaneAdvance *pass);
+    // Positions moved by dt with the present velocities.
+    void (*drift)(const void *present, void *next, int vertex_count, double dt);
+} PlaneKernels;
+
+// By name, or the best for "auto"; NULL when unknown or not runnable here.
+const PlaneKernels *plane_kernels_find(Precision precision, const char *level);
+
+#endif

@@ -1,0 +1,314 @@
+#include "voxel/plane/plane_mesh.h"
+
+#include "base/check.h"
+
+#include <limits.h>
+#include <stdlib.h>
+
+// ---------------------------------------------------------------------------------------------
+// One lattice point
+
+static bool is_broken(const PlaneLayout *layout, const unsigned char *broken, int i, int j, int bit)
+{
+    bool inside = i >= 0 && j >= 0 && i < layout->count[0] && j < layout->count[1];
+    return broken != NULL && inside &&
+           broken[(size_t)j * (size_t)layout->count[0] + (size_t)i] & bit;
+}
+
+static void join(PlanePoint *point, int a, int b)
+{
+    int from = point->component[a], to = point->component[b];
+    if (point->element[a] < 0 || point->element[b] < 0 || from == to)
+        return;
+    int low = from < to ? from : to;
+    for (int s = 0; s < 4; s++)
+        if (point->component[s] == from || point->component[s] == to)
+            point->component[s] = low;
+}
+
+void plane_point(const PlaneLayout *layout, const unsigned char *broken, int i, int j,
+                 PlanePoint *point)
+{
+    for (int s = 0; s < 4; s++) {
+        point->element[s] = plane_layout_at(layout, i - 1 + (s & 1), j - 1 + (s >> 1));
+        point->component[s] = point->element[s] < 0 ? -1 : s;
+        point->vertex[s] = false;
+    }
+    for (int a = 0; a < 4; a++)
+        for (int b = a + 1; b < 4; b++)
+            if (point->element[a] == point->element[b])
+                join(point, a, b);
+    for (int k = 0; k < 2; k++) {
+        if (!is_broken(layout, broken, i - 1, j - 1 + k, PLANE_BROKEN_RIGHT))
+            join(point, 2 * k, 2 * k + 1);
+        if (!is_broken(layout, broken, i - 1 + k, j - 1, PLANE_BROKEN_UP))
+            join(point, k, k + 2);
+    }
+    // One or three cells around a point: the element's outline turns there.
+    for (int s = 0; s < 4; s++) {
+        int cells = 0;
+        for (int other = 0; other < 4; other++)
+            cells += point->element[other] == point->element[s];
+        if (point->element[s] >= 0 && (cells == 1 || cells == 3))
+            point->vertex[point->component[s]] = true;
+    }
+}
+
+// Whether all solid cells around a point still hold together there.
+static bool is_released(const PlaneLayout *layout, const unsigned char *broken, int i, int j)
+{
+    PlanePoint point;
+    plane_point(layout, broken, i, j, &point);
+    int first = -1;
+    for (int s = 0; s < 4; s++) {
+        if (point.component[s] < 0)
+            continue;
+        if (first >= 0 && point.component[s] != first)
+            return true;
+        first = point.component[s];
+    }
+    return false;
+}
+
+bool plane_must_carve(const PlaneLayout *layout, const unsigned char *broken, int element,
+                      int quarter)
+{
+    const PlaneElement *own = &layout->element[element];
+    if (own->level == 0)
+        return false;
+    const int half = 1 << (own->level - 1), x = quarter & 1, y = quarter >> 1;
+    const int i = own->cell[0] + x * half, j = own->cell[1] + y * half;
+    if (own->level == 1) // the corner of the square, and the two beside it on its edges
+        return is_released(layout, broken, i + x, j + y) ||
+               is_released(layout, broken, i + 1 - x, j + y) ||
+               is_released(layout, broken, i + x, j + 1 - y);
+    const int beside[2] = {x ? i + half : i - 1, y ? j + half : j - 1};
+    for (int k = 0; k < 2; k++) {
+        int along = k == 0 ? 0 : half / 2;
+        int right = plane_layout_at(layout, beside[0], j + along);
+        int above = plane_layout_at(layout, i + along, beside[1]);
+        if ((right >= 0 && layout->element[right].level == own->level - 2) ||
+            (above >= 0 && layout->element[above].level == own->level - 2))
+            return true;
+    }
+    return false;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Vertices
+
+// The place of a lattice point in an element; -1: it is none of its places.
+static int place_of(const PlaneElement *element, int i, int j)
+{
+    int size = 1 << element->level, x = 2 * (i - element->cell[0]), y = 2 * (j - element->cell[1]);
+    return x % size != 0 || y % size != 0 ? -1 : x / size + 3 * (y / size);
+}
+
+// Gives the vertices at a point to the elements around it; only counts them without `vertex`.
+static int place_point(PlaneMesh *mesh, const PlaneLayout *layout, const unsigned char *broken,
+                       int i, int j, int next)
+{
+    PlanePoint point;
+    plane_point(layout, broken, i, j, &point);
+    const int points = (layout->lattice_count[0] + 1) * (layout->lattice_count[1] + 1);
+    bool first = true;
+    for (int c = 0; c < 4; c++) {
+        if (point.component[c] != c || !point.vertex[c])
+            continue;
+        int vertex = next++, id = i + (layout->lattice_count[0] + 1) * j;
+        if (mesh->vertex == NULL)
+            continue;
+        mesh->point[vertex][0] = i;
+        mesh->point[vertex][1] = j;
+        mesh->id[vertex] = first ? id : id + points * c;
+        first = false;
+        for (int s = 0; s < 4; s++) {
+            if (point.component[s] != c)
+                continue;
+            const PlaneElement *element = &layout->element[point.element[s]];
+            int place = place_of(element, i, j);
+            ASSERT(place >= 0); // levels differ by at most one along edges
+            mesh->vertex[point.element[s]][place] = vertex;
+        }
+    }
+    return next;
+}
+
+static int place_all(PlaneMesh *mesh, const PlaneLayout *layout, const unsigned char *broken)
+{
+    int next = 0;
+    for (int j = 0; j <= layout->lattice_count[1]; j++)
+        for (int i = 0; i <= layout->lattice_count[0]; i++)
+            next = place_point(mesh, layout, broken, i, j, next);
+    return next;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Triangles: ears are cut off each element's outline
+
+typedef struct Outline {
+    int count;
+    int place[PLANE_PLACES];
+} Outline;
+
+static int turn(int a, int b, int c)
+{
+    return (b % 3 - a % 3) * (c / 3 - a / 3) - (b / 3 - a / 3) * (c % 3 - a % 3);
+}
+
+// Whether the corner k can be cut off: convex, and no other vertex in or on its triangle, so that
+// none is left over on a straight line.
+static bool is_ear(const Outline *outline, int k)
+{
+    const int n = outline->count;
+    int a = outline->place[(k + n - 1) % n], b = outline->place[k], c = outline->place[(k + 1) % n];
+    if (turn(a, b, c) <= 0)
+        return false;
+    for (int i = 0; i < n; i++) {
+        int p = outline->place[i];
+        if (p != a && p != b && p != c && turn(a, b, p) >= 0 && turn(b, c, p) >= 0 &&
+            turn(c, a, p) >= 0)
+            return false;
+    }
+    return true;
+}
+
+static void cut_ears(PlaneMesh *mesh, int element, Outline *outline)
+{
+    while (outline->count >= 3) {
+        int k = 0, n = outline->count;
+        while (k < n && !is_ear(outline, k))
+            k++;
+        ASSERT(k < n);
+        const int corner[3] = {outline->place[(k + n - 1) % n], outline->place[k],
+                               outline->place[(k + 1) % n]};
+        for (int c = 0; c < 3; c++)
+            mesh->triangle[mesh->triangle_count][c] = mesh->vertex[element][corner[c]];
+        mesh->triangle_count++;
+        outline->count--;
+        for (; k < outline->count; k++)
+            outline->place[k] = outline->place[k + 1];
+    }
+}
+
+// A directed edge of an element's outline, under the lower of its ends.
+typedef struct Side {
+    int low, high;
+    bool forward; // from low to high
+} Side;
+
+static int compare_sides(const void *a, const void *b)
+{
+    const Side *x = a, *y = b;
+    if (x->low != y->low)
+        return x->low < y->low ? -1 : 1;
+    return (x->high > y->high) - (x->high < y->high);
+}
+
+// Sides without an opposite one are the body's outline.
+static void list_outline(PlaneMesh *mesh, Side *side, int count)
+{
+    qsort(side, (size_t)count, sizeof *side, compare_sides);
+    for (int k = 0; k < count; k++) {
+        if (k + 1 < count && compare_sides(&side[k], &side[k + 1]) == 0) {
+            ASSERT(side[k].forward != side[k + 1].forward);
+            k++;
+            continue;
+        }
+        int *edge = mesh->edge[mesh->edge_count++];
+        edge[0] = side[k].forward ? side[k].low : side[k].high;
+        edge[1] = side[k].forward ? side[k].high : side[k].low;
+    }
+}
+
+static void make_faces(PlaneMesh *mesh, const PlaneLayout *layout)
+{
+    size_t most = (size_t)mesh->element_count * 8 + 1; // vertices on an outline
+    Side *side = malloc(most * sizeof *side);
+    mesh->triangle = malloc(most * sizeof *mesh->triangle);
+    mesh->edge = malloc(most * sizeof *mesh->edge);
+    ASSERT(side != NULL && mesh->triangle != NULL && mesh->edge != NULL);
+    int sides = 0;
+    for (int e = 0; e < mesh->element_count; e++) {
+        Outline outline = {0};
+        int place[PLANE_PLACES], count = plane_outline(layout->element[e].quarters, place);
+        for (int k = 0; k < count; k++)
+            if (mesh->vertex[e][place[k]] >= 0)
+                outline.place[outline.count++] = place[k];
+        for (int k = 0; k < outline.count; k++) {
+            int a = mesh->vertex[e][outline.place[k]];
+            int b = mesh->vertex[e][outline.place[(k + 1) % outline.count]];
+            side[sides++] = a < b ? (Side){a, b, true} : (Side){b, a, false};
+        }
+        cut_ears(mesh, e, &outline);
+    }
+    list_outline(mesh, side, sides);
+    free(side);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Pieces
+
+static int root_of(int *parent, int i)
+{
+    while (parent[i] != i)
+        i = parent[i] = parent[parent[i]];
+    return i;
+}
+
+static void number_pieces(PlaneMesh *mesh)
+{
+    int *piece = mesh->piece;
+    for (int v = 0; v < mesh->vertex_count; v++)
+        piece[v] = v;
+    for (int t = 0; t < mesh->triangle_count; t++)
+        for (int c = 1; c < 3; c++) {
+            int a = root_of(piece, mesh->triangle[t][0]), b = root_of(piece, mesh->triangle[t][c]);
+            piece[a > b ? a : b] = a > b ? b : a; // roots are the lowest of their piece
+        }
+    int count = 0;
+    for (int v = 0; v < mesh->vertex_count; v++) // parents come before their children
+        piece[v] = piece[v] == v ? count++ : piece[piece[v]];
+}
+
+bool plane_mesh_create(PlaneMesh *mesh, const PlaneLayout *layout, const unsigned char *broken,
+                       Status *status)
+{
+    *mesh = (PlaneMesh){.element_count = layout->element_count};
+    double points = (layout->lattice_count[0] + 1.0) * (layout->lattice_count[1] + 1.0);
+    if (4.0 * points > INT_MAX)
+        return status_fail(status, STATUS_INVALID,
+                           "a plane lattice with %.0f points has more than an id can tell", points);
+    size_t count = (size_t)place_all(mesh, layout, broken), elements = (size_t)mesh->element_count;
+    mesh->point = malloc((count + 1) * sizeof *mesh->point);
+    mesh->id = malloc((count + 1) * sizeof *mesh->id);
+    mesh->piece = malloc((count + 1) * sizeof *mesh->piece);
+    mesh->vertex = malloc((elements + 1) * sizeof *mesh->vertex);
+    ASSERT(mesh->point != NULL && mesh->id != NULL && mesh->piece != NULL && mesh->vertex != NULL);
+    for (size_t e = 0; e < elements; e++)
+        for (int p = 0; p < PLANE_PLACES; p++)
+            mesh->vertex[e][p] = -1;
+    mesh->vertex_count = place_all(mesh, layout, broken);
+    make_faces(mesh, layout);
+    number_pieces(mesh);
+    return true;
+}
+
+void plane_mesh_destroy(PlaneMesh *mesh)
+{
+    free(mesh->vertex);
+    free(mesh->point);
+    free(mesh->id);
+    free(mesh->piece);
+    free(mesh->triangle);
+    free(mesh->edge);
+    *mesh = (PlaneMesh){0};
+}
+
+unsigned plane_mesh_present(const PlaneMesh *mesh, int element)
+{
+    unsigned present = 0;
+    for (int p = 0; p < PLANE_PLACES; p++)
+        present |= mesh->vertex[element][p] >= 0 ? 1u << p : 0u;
+    return present;
+}

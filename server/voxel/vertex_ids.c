@@ -1,0 +1,28 @@
+#include "voxel/vertex_ids.h"
+
+#include "base/check.h"
+
+#include <stdlib.h>
+
+static int compare(const void *left, const void *right)
+{
+    const VertexId *a = left, *b = right;
+    return (a->id > b->id) - (a->id < b->id);
+}
+
+VertexId *vertex_ids_sort(const int *id, int count)
+{
+    VertexId *sorted = calloc((size_t)count + 1, sizeof *sorted);
+    ASSERT(sorted != NULL);
+    for (int i = 0; i < count; i++)
+        sorted[i] = (VertexId){id[i], i};
+    qsort(sorted, (size_t)count, sizeof *sorted, compare);
+    return sorted;
+}
+
+int vertex_ids_find(const VertexId *sorted, int count, int id)
+{
+    const VertexId key = {id, 0};
+    const VertexId *found = bsearch(&key, sorted, (size_t)count, sizeof *sorted, compare);
+    return found != NULL ? found->vertex : -1;
+}

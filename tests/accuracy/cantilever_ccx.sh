@@ -1,0 +1,70 @@
+#!/bin/sh
+# The cantilever of tests/test_voxel_cantilever.c by CalculiX (Debian's calculix-ccx): end deflection
+# over Timoshenko's with the shear coefficient 5/6, for bricks with incompatible modes (C3D8I), full
+# (C3D8) and reduced (C3D8R) integration, with 1, 2, 4 and 8 elements through the thickness. Prints a
+# table in Markdown. Exit code 77: ccx is not installed.
+#
+# usage: cantilever_ccx.sh [poisson's ratio ...]
+set -eu
+
+command -v ccx >/dev/null || exit 77
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+export OMP_NUM_THREADS=1 CCX_NPROC=1
+
+# Writes $folder/beam.inp: element type, elements through the thickness, nu.
+write_input()
+{
+    awk -v type="$1" -v n="$2" -v nu="$3" '
+    function node(i, j, k) { return 1 + i + (4 * n + 1) * (j + (n + 1) * k) }
+    BEGIN {
+        h = 0.05 / n
+        print "*NODE, NSET=ALL"
+        for (k = 0; k <= n; k++) for (j = 0; j <= n; j++) for (i = 0; i <= 4 * n; i++)
+            printf "%d, %.15g, %.15g, %.15g\n", node(i, j, k), i * h, j * h, k * h
+        print "*ELEMENT, TYPE=" type ", ELSET=BEAM"
+        for (k = 0; k < n; k++) for (j = 0; j < n; j++) for (i = 0; i < 4 * n; i++)
+            printf "%d, %d, %d, %d, %d, %d, %d, %d, %d\n", ++e, node(i, j, k), node(i + 1, j, k),
+                node(i + 1, j + 1, k), node(i, j + 1, k), node(i, j, k + 1),
+                node(i + 1, j, k + 1), node(i + 1, j + 1, k + 1), node(i, j + 1, k + 1)
+        print "*NSET, NSET=CLAMP"
+        for (k = 0; k <= n; k++) for (j = 0; j <= n; j++) print node(0, j, k) ","
+        print "*NSET, NSET=END"
+        for (k = 0; k <= n; k++) for (j = 0; j <= n; j++) print node(4 * n, j, k) ","
+        print "*MATERIAL, NAME=M\n*ELASTIC\n10000., " nu "\n*SOLID SECTION, ELSET=BEAM, MATERIAL=M"
+        print "*STEP\n*STATIC\n*BOUNDARY\nCLAMP, 1, 3\n*CLOAD"
+        for (k = 0; k <= n; k++) for (j = 0; j <= n; j++)
+            printf "%d, 3, %.15g\n", node(4 * n, j, k), 1e-3 * weight(j) * weight(k) / (n * n)
+        print "*NODE PRINT, NSET=END\nU\n*END STEP"
+    }
+    function weight(i) { return i == 0 || i == n ? 0.5 : 1 }' >"$folder/beam.inp"
+}
+
+# The mean of the end, weighted as the load, over Timoshenko's.
+ratio()
+{
+    write_input "$1" "$2" "$3"
+    (cd "$folder" && ccx beam >log 2>&1) || { echo "ccx failed:" >&2; cat "$folder/log" >&2; exit 1; }
+    awk -v n="$2" -v nu="$3" '
+    NF == 4 && $1 + 0 > 0 {
+        at = $1 - 1 - 4 * n
+        row = at / (4 * n + 1)
+        j = row % (n + 1); k = int(row / (n + 1))
+        w = (j == 0 || j == n ? 0.5 : 1) * (k == 0 || k == n ? 0.5 : 1) / (n * n)
+        sum += w * $4
+    }
+    END {
+        b = 0.05; l = 0.2; e = 1e4; g = e / (2 * (1 + nu))
+        printf "%.4f", sum / (1e-3 * (l ^ 3 / (3 * e * b ^ 4 / 12) + l / (5 / 6 * g * b ^ 2)))
+    }' "$folder/beam.dat"
+}
+
+[ $# -gt 0 ] || set -- 0 0.3 0.45
+for nu in "$@"; do
+    printf '| nu = %s, elements | C3D8I | C3D8 | C3D8R |\n|---|---|---|---|\n' "$nu"
+    for n in 1 2 4 8; do
+        printf '| %s | %s | %s | %s |\n' $n "$(ratio C3D8I $n "$nu")" "$(ratio C3D8 $n "$nu")" \
+            "$(ratio C3D8R $n "$nu")"
+    done
+    echo
+done

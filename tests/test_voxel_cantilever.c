@@ -1,0 +1,123 @@
+// Bending: cantilevers of 0.2 x 0.05 x 0.05 m clamped at one end, an end load spread evenly over
+// the other, small deflections. Against Timoshenko's beam with the shear coefficient 5/6, which is
+// exact for nu = 0:
+//   F L^3 / (3 E I) + F L / (5/6 G A)
+// and, for nu > 0, where the clamp hinders the section's thinning and makes the beam stiffer than
+// that, against C3D8I of CalculiX (tests/accuracy/cantilever_ccx.sh): a brick with incompatible
+// modes.
+#include "expect.h"
+#include "voxel_bench.h"
+
+#include <stdlib.h>
+
+static const double LENGTH = 0.2, WIDTH = 0.05;
+
+// Mean deflection of the loaded end over Timoshenko's.
+static double deflection(int n, int levels, const VoxelBenchOptions *options)
+{
+    VoxelBenchOptions own = *options;
+    own.levels = levels;
+    VoxelBench bench;
+    voxel_bench_box(&bench, 4 * n, n, n, WIDTH / n, &own);
+    int count = bench.vertex_count;
+    bool *fixed = calloc((size_t)(3 * count), sizeof *fixed);
+    double *load = calloc((size_t)(3 * count), sizeof *load);
+    Vec3 *move = calloc((size_t)count, sizeof *move);
+    assert_true(fixed != NULL && load != NULL && move != NULL);
+    for (int i = 0; i < count; i++) {
+        const int *p = bench.mesh.point[i];
+        if (p[0] == 0)
+            fixed[3 * i] = fixed[3 * i + 1] = fixed[3 * i + 2] = true;
+        // A square of the end gives a quarter to each corner; the sum is 1 N.
+        double share = 1.0 / (n * n);
+        for (int d = 1; d < 3; d++)
+            share *= p[d] == 0 || p[d] == n ? 0.5 : 1.0;
+        if (p[0] == 4 * n)
+            load[3 * i + 2] = share;
+    }
+    voxel_bench_solve_linear(&bench, fixed, load, move);
+    double mean = 0.0; // weighted as the load: its work
+    for (int i = 0; i < count; i++)
+        mean += load[3 * i + 2] * move[i].z;
+    free(fixed);
+    free(load);
+    free(move);
+    voxel_bench_destroy(&bench);
+    double modulus = options->youngs_modulus, area = WIDTH * WIDTH;
+    double shear = modulus / (2.0 * (1.0 + options->poisson_ratio));
+    double inertia = area * area / 12.0;
+    return mean / (LENGTH * LENGTH * LENGTH / (3.0 * modulus * inertia) +
+                   LENGTH / (5.0 / 6.0 * shear * area));
+}
+
+// With alpha = 1/3 an element bends as the continuum does: what is left is the discretisation's.
+// Expected: C3D8I, whose four digits these equal.
+static void even_one_element_through_the_thickness_bends_as_a_beam(void **state)
+{
+    (void)state;
+    static const double EXPECTED[] = {0.9789, 0.9902, 0.9972, 0.9994};
+    VoxelBenchOptions options = voxel_bench_options(0);
+    for (int k = 0; k < 4; k++) {
+        double ratio = deflection(1 << k, 0, &options);
+        print_message("n %d: %.4f\n", 1 << k, ratio);
+        expect_near(ratio, EXPECTED[k], 1e-4);
+    }
+}
+
+// The paper's residual (alpha = 1) is three times too stiff in bending; expected: its element's
+// bending energy, 4 mu h q^2 for u_x = q x y in the place of 4/3 mu h q^2, leaves 1/3 of the
+// deflection by bending with one element, and errors of second order fall by four with each
+// halving.
+static void the_paper_s_element_is_too_stiff_in_bending(void **state)
+{
+    (void)state;
+    static const double EXPECTED[] = {0.346, 0.670, 0.889, 0.970};
+    VoxelBenchOptions options = voxel_bench_options(0);
+    options.law = VOXEL_MIYAZAKI2004;
+    double error[4];
+    for (int k = 0; k < 4; k++) {
+        double ratio = deflection(1 << k, 0, &options);
+        print_message("paper, n %d: %.4f\n", 1 << k, ratio);
+        expect_near(ratio, EXPECTED[k], 0.002);
+        error[k] = 1.0 / ratio - 1.0;
+    }
+    expect_near(error[1] / error[2], 4.0, 0.3);
+    expect_near(error[2] / error[3], 4.0, 0.3);
+}
+
+// nu = 0.3: within 0.5 % of C3D8I's 0.981 with eight elements, and nu = 0.45, where fully
+// integrated bricks lock (C3D8: 0.927), of its 0.955.
+static void the_volume_term_does_not_lock(void **state)
+{
+    (void)state;
+    VoxelBenchOptions options = voxel_bench_options(0);
+    options.poisson_ratio = 0.3;
+    double ratio = deflection(8, 0, &options);
+    print_message("nu 0.3, n 8: %.4f\n", ratio);
+    expect_near(ratio, 0.9805, 0.002);
+    options.poisson_ratio = 0.45;
+    ratio = deflection(8, 0, &options);
+    print_message("nu 0.45, n 8: %.4f\n", ratio);
+    expect_near(ratio, 0.9533, 0.002);
+}
+
+// Large elements within, near the neutral axis, where strains are small: half a percent.
+static void large_elements_inside_hardly_change_the_bending(void **state)
+{
+    (void)state;
+    VoxelBenchOptions options = voxel_bench_options(0);
+    double ratio = deflection(8, 1, &options);
+    print_message("levels 0 and 1, n 8: %.4f\n", ratio);
+    expect_near(ratio, deflection(8, 0, &options), 0.005);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(even_one_element_through_the_thickness_bends_as_a_beam),
+        cmocka_unit_test(the_paper_s_element_is_too_stiff_in_bending),
+        cmocka_unit_test(the_volume_term_does_not_lock),
+        cmocka_unit_test(large_elements_inside_hardly_change_the_bending),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

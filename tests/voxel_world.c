@@ -1,0 +1,118 @@
+#include "voxel_world.h"
+
+#include "base/check.h"
+#include "voxel/model.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#ifdef __SSE2__
+#include <xmmintrin.h>
+#endif
+
+static void need(bool good, const Status *status)
+{
+    if (!good) {
+        fprintf(stderr, "%s\n", status->text);
+        abort();
+    }
+}
+
+VoxelWorldOptions voxel_world_cube(int n)
+{
+    VoxelWorldOptions options = {
+        .body = {.name = "body",
+                 .dimensions = 3,
+                 .levels = n >= 8 ? 2 : 0,
+                 .damping = 0.2,
+                 .integrator = INTEGRATOR_SYMPLECTIC_EULER,
+                 .precision = PRECISION_DOUBLE,
+                 .contact_ratio = 0.5,
+                 .contact_damping = 2e-4,
+                 .friction = 0.2},
+        .material = {1e4, 0.0, 1000.0},
+        .rate_hz = 1000.0,
+    };
+    Status status = {0};
+    need(lattice_box(&options.lattice, (int[3]){n, n, n}, 0.1 / n, &status), &status);
+    return options;
+}
+
+void voxel_world_create(VoxelWorld *world, VoxelWorldOptions *options)
+{
+#ifdef __SSE2__
+    _mm_setcsr(_mm_getcsr() | 0x8040); // flush to zero, denormals are zero
+#endif
+    *world = (VoxelWorld){.lattice = options->lattice};
+    VoxelMaterial material[LATTICE_MATERIALS];
+    for (int i = 0; i < LATTICE_MATERIALS; i++)
+        material[i] = options->material;
+    options->body.lattice = &world->lattice;
+    if (options->body.material_count == 0) {
+        options->body.material = material;
+        options->body.material_count = LATTICE_MATERIALS;
+    }
+    SimOptions sim = {.rate_hz = options->rate_hz,
+                      .gravity = options->body.gravity,
+                      .tool_timeout_s = 0.2,
+                      .may_load = true};
+    world->sim = sim_create(&sim, &world->arena, &world->state);
+    Body body = {0};
+    Status status = {0};
+    need(voxel_create(&body, &options->body, &world->arena, &world->state, &status), &status);
+    world->body = sim_add_body(world->sim, &body);
+    for (int t = 0; t < options->tool_count; t++)
+        sim_add_tool(world->sim, &options->tool[t]);
+    need(sim_seal(world->sim, 0.0, &status), &status);
+
+    const VoxelModel *model = world->body->model;
+    world->count = model->vertex_count;
+    size_t count = (size_t)world->count;
+    world->id = calloc(count, sizeof *world->id);
+    world->x = calloc(count, sizeof *world->x);
+    world->v = calloc(count, sizeof *world->v);
+    world->mass = calloc(count, sizeof *world->mass);
+    ASSERT(world->id != NULL && world->x != NULL && world->v != NULL && world->mass != NULL);
+    for (size_t i = 0; i < count; i++)
+        world->mass[i] = model->mass[i];
+    voxel_world_read(world);
+}
+
+void voxel_world_destroy(VoxelWorld *world)
+{
+    lattice_destroy(&world->lattice);
+    state_destroy(&world->state);
+    arena_destroy(&world->arena);
+    free(world->id);
+    free(world->x);
+    free(world->v);
+    free(world->mass);
+}
+
+void voxel_world_run(VoxelWorld *world, double seconds)
+{
+    long ticks = lround(seconds / sim_tick(world->sim));
+    for (long i = 0; i < ticks; i++)
+        sim_step(world->sim);
+}
+
+void voxel_world_read(VoxelWorld *world)
+{
+    voxel_read_state(world->body->model, world->id, world->x, world->v);
+}
+
+void voxel_world_write(VoxelWorld *world, const Vec3 *x, const Vec3 *v)
+{
+    VoxelModel *model = world->body->model;
+    for (int i = 0; i < world->count; i++)
+        rows_write(&model->rows, model->row[model->current], i, x[i], v[i]);
+}
+
+void voxel_world_momentum(const VoxelWorld *world, Vec3 *linear, Vec3 *angular)
+{
+    *linear = *angular = (Vec3){0.0, 0.0, 0.0};
+    for (int i = 0; i < world->count; i++) {
+        Vec3 p = vec3_scale(world->mass[i], world->v[i]);
+        *linear = vec3_add(*linear, p);
+        *angular = vec3_add(*angular, vec3_cross(world->x[i], p));
+    }
+}

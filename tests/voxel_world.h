@@ -1,0 +1,44 @@
+// A scene of one voxel body and its tools in memory: a real body in a real Sim, poses taken at
+// once, no clock but the ticks.
+#ifndef PLIANT_TESTS_VOXEL_WORLD_H
+#define PLIANT_TESTS_VOXEL_WORLD_H
+
+#include "dynamics/sim_data.h"
+#include "voxel/voxel.h"
+
+typedef struct VoxelWorldOptions {
+    Lattice lattice; // taken over by voxel_world_create
+    VoxelOptions body;
+    VoxelMaterial material; // of every label
+    double rate_hz;
+    int tool_count;
+    ToolOptions tool[4];
+} VoxelWorldOptions;
+
+typedef struct VoxelWorld {
+    Lattice lattice;
+    Arena arena;
+    StateList state;
+    Sim *sim;
+    Body *body;
+    int count;    // vertices, by the order of read_state
+    int *id;      // filled once
+    Vec3 *x, *v;  // filled by voxel_world_read
+    double *mass; // [count] [kg]
+} VoxelWorld;
+
+// A free cube of n cells, edge 0.1 m, at the origin, levels 2 (0 below n = 8): E 10 kPa, nu 0, rho
+// 1000 kg/m3, damping 0.2, double, 1 kHz, no gravity, no tools.
+VoxelWorldOptions voxel_world_cube(int n);
+// Aborts the test when the body is refused. Sets flush-to-zero, as the daemon does.
+void voxel_world_create(VoxelWorld *world, VoxelWorldOptions *options);
+void voxel_world_destroy(VoxelWorld *world);
+void voxel_world_run(VoxelWorld *world, double seconds);
+
+void voxel_world_read(VoxelWorld *world);
+// Replaces the state of all vertices.
+void voxel_world_write(VoxelWorld *world, const Vec3 *x, const Vec3 *v);
+// Sums over the vertices, about the origin, of x and v as read.
+void voxel_world_momentum(const VoxelWorld *world, Vec3 *linear, Vec3 *angular);
+
+#endif
