@@ -262,9 +262,10 @@ static void run_cube(Bench *bench, int cells)
             if (r >= 0)
                 samples_add(&samples[k], (double)(clock_thread_ns() - begin) * 1e-3 / steps);
         }
-        // Rounding in another order, over some steps; in single precision of displacements.
-        if (r < 0 && (!(disagreement(&machine[DOUBLE], &cube, &textbook) < 1e-9) ||
-                      !(disagreement(&machine[SINGLE], &cube, &textbook) < 1e-4)))
+        // The textbook's rotations and spins are exact to 1e-10 and 1e-9; single precision rounds
+        // displacements, over a few steps.
+        if (r < 0 && (!(disagreement(&machine[DOUBLE], &cube, &textbook) < 1e-6) ||
+                      !(disagreement(&machine[SINGLE], &cube, &textbook) < 1e-5)))
             bench_fail(bench, "voxel", "textbook and server moved differently");
     }
     for (int k = 0; k < CONTENDERS; k++) {
