@@ -221,7 +221,7 @@ static uint64_t hash_tables(const DetailBench *bench)
     hash = mix(hash, detail->hanging, (size_t)detail->hanging_count * sizeof *detail->hanging);
     hash = mix(hash, detail->master, (size_t)detail->hanging_count * sizeof *detail->master);
     hash = mix(hash, detail->run, (size_t)detail->run_count * sizeof *detail->run);
-    hash = mix(hash, model->place, (size_t)model->slot_count * sizeof *model->place);
+    hash = mix(hash, model->basis.place, (size_t)model->basis.count * sizeof *model->basis.place);
     for (int p = 0; p < detail->place_count; p++)
         if (detail->face[p][0] != detail->face[p][1]) {
             hash = mix(hash, detail->face[p], sizeof detail->face[p]);

@@ -56,13 +56,13 @@ static int leaves(const DetailBench *bench, int level)
 static void put(DetailBench *bench, int node, Vec3 x, Vec3 v)
 {
     SurfaceModel *model = bench->model;
-    model_write_row(model, model->rows[model->current], model->slot[node], x, v);
+    rows_write(&model->basis, model->rows[model->current], model->slot[node], x, v);
 }
 
 static Vec3 rest_of(const DetailBench *bench, int node)
 {
-    const double *place = bench->model->place[bench->model->slot[node]];
-    return vec3_add(bench->model->rest_origin, (Vec3){place[0], place[1], place[2]});
+    const double *place = bench->model->basis.place[bench->model->slot[node]];
+    return vec3_add(bench->model->basis.rest_origin, (Vec3){place[0], place[1], place[2]});
 }
 
 // All nodes in use in their rest places with a velocity.

@@ -153,9 +153,9 @@ static void measure(const DetailBench *bench, double *moved, double *speed)
         if (bench->detail->status[i] == NODE_OFF)
             continue;
         Vec3 x, v;
-        model_read_row(model, model->rows[model->current], model->slot[i], &x, &v);
-        const double *place = model->place[model->slot[i]];
-        Vec3 rest = vec3_add(model->rest_origin, (Vec3){place[0], place[1], place[2]});
+        rows_read(&model->basis, model->rows[model->current], model->slot[i], &x, &v);
+        const double *place = model->basis.place[model->slot[i]];
+        Vec3 rest = vec3_add(model->basis.rest_origin, (Vec3){place[0], place[1], place[2]});
         *moved = fmax(*moved, vec3_length(vec3_sub(x, rest)));
         *speed = fmax(*speed, vec3_length(v));
     }
@@ -212,8 +212,8 @@ static void the_papers_new_nodes_lie_on_the_present_butterfly(void **unused)
         Vec3 *now = calloc((size_t)nodes, sizeof *now);
         for (int i = 0; i < nodes; i++) {
             now[i] = vec3_madd(bench.mesh.position[i], 0.003, random_vec3(&random));
-            model_write_row(model, model->rows[model->current], model->slot[i], now[i],
-                            (Vec3){0.0, 0.0, 0.0});
+            rows_write(&model->basis, model->rows[model->current], model->slot[i], now[i],
+                       (Vec3){0.0, 0.0, 0.0});
         }
         WingedMesh winged;
         winged_create(&winged, &bench.mesh);
@@ -233,7 +233,7 @@ static void the_papers_new_nodes_lie_on_the_present_butterfly(void **unused)
             if (winged_is_boundary_edge(&winged, e))
                 continue;
             Vec3 x;
-            model_read_row(model, model->rows[model->current], model->slot[nodes + e], &x, NULL);
+            rows_read(&model->basis, model->rows[model->current], model->slot[nodes + e], &x, NULL);
             // Displacements of 3 mm, in single precision to 1e-7 of that.
             double tolerance = options.precision == PRECISION_DOUBLE ? 1e-15 : 1e-9;
             assert_true(vec3_length(vec3_sub(x, middle[e])) < tolerance);

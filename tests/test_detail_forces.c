@@ -42,8 +42,8 @@ static void place_nodes(Plain *plain)
             continue;
         if (detail->status[i] == NODE_FREE) {
             plain->rest[i] = detail->levels.position[i];
-            model_read_row(model, model->rows[model->current], model->slot[i], &plain->x[i],
-                           &plain->v[i]);
+            rows_read(&model->basis, model->rows[model->current], model->slot[i], &plain->x[i],
+                      &plain->v[i]);
             continue;
         }
         int parent[2];
@@ -112,8 +112,8 @@ static void add_shape(const Plain *plain, int node, Sum *a)
     const SurfaceModel *model = plain->bench->model;
     Vec3 target = plain->rest[node], follow = {0.0, 0.0, 0.0};
     if (model->shape == SHAPE_FRAME_BODY) {
-        const FramePose *f = &model->rigid->pose;
-        const Vec3 origin = model->rest_origin; // the rows' coordinates
+        const FramePose *f = &model->basis.rigid->pose;
+        const Vec3 origin = model->basis.rest_origin; // the rows' coordinates
         Vec3 center = {f->center[0], f->center[1], f->center[2]};
         Vec3 from = {f->rest_center[0], f->rest_center[1], f->rest_center[2]};
         Vec3 arm = vec3_sub(vec3_sub(plain->rest[node], origin), from);
@@ -141,7 +141,7 @@ static void shake(Plain *plain, uint64_t *random)
             continue;
         Vec3 x = vec3_madd(detail->levels.position[i], 0.0005, random_vec3(random));
         Vec3 v = detail->fixed[i] ? (Vec3){0.0, 0.0, 0.0} : random_vec3(random);
-        model_write_row(model, model->rows[model->current], model->slot[i], x, v);
+        rows_write(&model->basis, model->rows[model->current], model->slot[i], x, v);
     }
     detail_hang(model, model->rows[model->current]);
 }
@@ -175,7 +175,7 @@ static void check(DetailBench *bench, const SurfaceOptions *options, bool loaded
         if (bench->detail->status[i] != NODE_FREE)
             continue;
         Vec3 x, v;
-        model_read_row(model, model->rows[model->current], model->slot[i], &x, &v);
+        rows_read(&model->basis, model->rows[model->current], model->slot[i], &x, &v);
         if (bench->detail->fixed[i]) {
             assert_true(vec3_length(v) == 0.0);
             continue;

@@ -70,14 +70,14 @@ static void refine_at_random(DetailBench *bench, uint64_t random)
 
 static Vec3 rest_of(const DetailBench *bench, int node)
 {
-    const double *place = bench->model->place[bench->model->slot[node]];
-    return vec3_add(bench->model->rest_origin, (Vec3){place[0], place[1], place[2]});
+    const double *place = bench->model->basis.place[bench->model->slot[node]];
+    return vec3_add(bench->model->basis.rest_origin, (Vec3){place[0], place[1], place[2]});
 }
 
 static void put(DetailBench *bench, int node, Vec3 x)
 {
     SurfaceModel *model = bench->model;
-    model_write_row(model, model->rows[model->current], model->slot[node], x, (Vec3){0});
+    rows_write(&model->basis, model->rows[model->current], model->slot[node], x, (Vec3){0});
 }
 
 // All nodes in the strained place; `noise` [m] on those that are free to move.
@@ -162,8 +162,8 @@ static double settled_error(DetailBench *bench, const Strain *strain)
         if (bench->detail->status[i] == NODE_OFF)
             continue;
         Vec3 x, v, should = strained(strain, rest_of(bench, i));
-        model_read_row(bench->model, bench->model->rows[bench->model->current],
-                       bench->model->slot[i], &x, &v);
+        rows_read(&bench->model->basis, bench->model->rows[bench->model->current],
+                  bench->model->slot[i], &x, &v);
         worst = fmax(worst, vec3_length(vec3_sub(x, should)));
     }
     return worst / (STRAIN * SIDE / CELLS);

@@ -32,13 +32,15 @@ typedef struct BaseFrame {
 
 typedef struct Rows {
     Precision precision;
-    bool displaced;      // rows hold u, else positions in the world
+    bool displaced;      // rows hold u, else positions in the world; always in single precision
     bool floating;       // displaced only: nothing holds the body, the frame follows it
     int count;           // rows
+    const int *owner;    // [count] negative: nobody's row, which stays as it is; NULL: all are used
     double (*place)[3];  // [count] rest position, less rest_origin [m]
     Vec3 rest_origin;    // zero unless displaced
     BaseFrame *frame;    // displaced only; part of the state
-    RigidFrame *rigid;   // floating only: the fit that the frame follows
+    RigidFrame *rigid;   // the best fit of the rest shape: that of floating ones is what the frame
+                         // follows
     double longest_edge; // at rest [m]: a frame that lags by more than a tenth of it is moved early
 } Rows;
 

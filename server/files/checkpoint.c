@@ -30,7 +30,7 @@ static void reserve(CheckpointImage *image, Arena *arena, const World *world)
                                      "checkpoint/velocities");
     for (size_t i = 0; i < bodies; i++) {
         const Body *body = sim_body(world->sim, (int)i);
-        size_t nodes = (size_t)rows_most(body);
+        size_t nodes = (size_t)checkpoint_rows_most(body);
         if (body->ops->adapt != NULL)
             image->id[i] = arena_allocate(arena, ARENA_OUTPUT, nodes, sizeof(int),
                                           "checkpoint/%s/id", body->name);
@@ -88,11 +88,11 @@ static bool write_body(const HdfFile *file, const CheckpointImage *image, const 
                        int index)
 {
     BodyRows rows;
-    rows_sort(&rows, image->node_count[index],
-              image->id[index] != NULL ? image->id[index] : body->mesh.id, image->position[index],
-              image->velocity[index]);
-    bool ok = rows_write(file, body, &rows);
-    rows_destroy(&rows);
+    checkpoint_rows_sort(&rows, image->node_count[index],
+                         image->id[index] != NULL ? image->id[index] : body->mesh.id,
+                         image->position[index], image->velocity[index]);
+    bool ok = checkpoint_rows_write(file, body, &rows);
+    checkpoint_rows_destroy(&rows);
     return ok;
 }
 
@@ -141,7 +141,7 @@ static bool check_head(const HdfFile *file, const World *world, const Scene *sce
     if (version != CHECKPOINT_VERSION)
         return hdf_fail(file, "/", "version %d must be %d", version, CHECKPOINT_VERSION);
     for (int i = 0; i < sim_body_count(world->sim); i++)
-        if (!rows_check_count(file, sim_body(world->sim, i)))
+        if (!checkpoint_rows_check_count(file, sim_body(world->sim, i)))
             return false;
     fnv_text(physics, physics_hash(scene, world));
     if (!hdf_read_text(file, "/", "physics", text, sizeof text))
@@ -159,7 +159,7 @@ static bool read_image(const HdfFile *file, CheckpointImage *image, BodyRows *ro
 {
     unsigned char *to = image->block;
     for (int i = 0; i < sim_body_count(world->sim); i++)
-        if (!rows_read(file, sim_body(world->sim, i), &rows[i]))
+        if (!checkpoint_rows_read(file, sim_body(world->sim, i), &rows[i]))
             return false;
     for (int i = 0; i < world->state.count; i++) {
         const StateArray *array = &world->state.array[i];
@@ -187,7 +187,7 @@ static bool check_state(const HdfFile *file, const CheckpointImage *image, const
         char name[NAME_TEXT];
         snprintf(name, sizeof name, "/bodies/%s", body->name);
         // Of a mesh that changes the check comes first: it says whether there is one to look at.
-        if ((sound || body->ops->adapt == NULL) && !rows_shown(body, &rows[i]))
+        if ((sound || body->ops->adapt == NULL) && !checkpoint_rows_shown(body, &rows[i]))
             return hdf_fail(file, name, "does not match the state");
         if (!sound)
             return hdf_fail(file, name, "is beyond what can be simulated");
@@ -228,7 +228,7 @@ bool checkpoint_read(const char *path, World *world, const Scene *scene, Status 
               hdf_read_text(&file, "/state", "isa", isa, sizeof isa) &&
               apply_image(&file, &image, rows, world);
     for (int i = 0; i < sim_body_count(world->sim); i++)
-        rows_destroy(&rows[i]);
+        checkpoint_rows_destroy(&rows[i]);
     free(rows);
     if (ok && strcmp(isa, isa_of(world)) != 0)
         log_line(LOG_INFO, "%s: was written with %.32s kernels, the run goes on with %s", path, isa,

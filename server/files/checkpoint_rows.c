@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-int rows_most(const Body *body)
+int checkpoint_rows_most(const Body *body)
 {
     return body->ops->adapt != NULL ? body->mesh.node_capacity : body->mesh.node_count;
 }
@@ -23,7 +23,7 @@ static void create_rows(BodyRows *rows, int count)
     ASSERT(rows->id != NULL && rows->position != NULL && rows->velocity != NULL);
 }
 
-void rows_destroy(BodyRows *rows)
+void checkpoint_rows_destroy(BodyRows *rows)
 {
     free(rows->id);
     free(rows->position);
@@ -40,7 +40,8 @@ static int compare_ids(const void *left, const void *right)
     return (a->id > b->id) - (a->id < b->id);
 }
 
-void rows_sort(BodyRows *rows, int slots, const int *id, const Vec3 *position, const Vec3 *velocity)
+void checkpoint_rows_sort(BodyRows *rows, int slots, const int *id, const Vec3 *position,
+                          const Vec3 *velocity)
 {
     IdSlot *order = calloc((size_t)slots + 1, sizeof *order);
     ASSERT(order != NULL);
@@ -80,22 +81,22 @@ static RowNames name_rows(const Body *body)
     return names;
 }
 
-bool rows_shown(const Body *body, const BodyRows *rows)
+bool checkpoint_rows_shown(const Body *body, const BodyRows *rows)
 {
     const BodyMesh *mesh = &body->mesh;
-    if (mesh->node_count < 0 || mesh->node_count > rows_most(body))
+    if (mesh->node_count < 0 || mesh->node_count > checkpoint_rows_most(body))
         return false;
     BodyRows slots, now;
     create_rows(&slots, mesh->node_count);
     body->ops->read_state(body->model, slots.position, slots.velocity);
-    rows_sort(&now, mesh->node_count, mesh->id, slots.position, slots.velocity);
+    checkpoint_rows_sort(&now, mesh->node_count, mesh->id, slots.position, slots.velocity);
     bool same = same_rows(&now, rows);
-    rows_destroy(&slots);
-    rows_destroy(&now);
+    checkpoint_rows_destroy(&slots);
+    checkpoint_rows_destroy(&now);
     return same;
 }
 
-bool rows_write(const HdfFile *file, const Body *body, const BodyRows *rows)
+bool checkpoint_rows_write(const HdfFile *file, const Body *body, const BodyRows *rows)
 {
     const RowNames names = name_rows(body);
     const hsize_t size[2] = {(hsize_t)rows->count, 3};
@@ -104,12 +105,12 @@ bool rows_write(const HdfFile *file, const Body *body, const BodyRows *rows)
            hdf_write(file, names.velocity, H5T_NATIVE_DOUBLE, 2, size, rows->velocity, "m/s");
 }
 
-bool rows_check_count(const HdfFile *file, const Body *body)
+bool checkpoint_rows_check_count(const HdfFile *file, const Body *body)
 {
     const RowNames names = name_rows(body);
     int64_t count = hdf_count_vectors(file, names.position);
     bool changes = body->ops->adapt != NULL;
-    int most = rows_most(body);
+    int most = checkpoint_rows_most(body);
     if (count < 0)
         return false;
     return (count == most || (changes && count > 0 && count < most)) ||
@@ -125,7 +126,7 @@ static bool ascend(const int *id, int count)
     return true;
 }
 
-bool rows_read(const HdfFile *file, const Body *body, BodyRows *rows)
+bool checkpoint_rows_read(const HdfFile *file, const Body *body, BodyRows *rows)
 {
     const RowNames names = name_rows(body);
     int64_t count = hdf_count_vectors(file, names.position);

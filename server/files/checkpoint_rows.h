@@ -7,7 +7,7 @@
 #include "files/hdf.h"
 
 // Node slots that a body may ever have.
-int rows_most(const Body *body);
+int checkpoint_rows_most(const Body *body);
 
 #ifdef PLIANT_WITH_HDF5
 typedef struct BodyRows {
@@ -17,19 +17,19 @@ typedef struct BodyRows {
 } BodyRows;
 
 // From slots, of which some may be free (id -1). To be destroyed.
-void rows_sort(BodyRows *rows, int slots, const int *id, const Vec3 *position,
-               const Vec3 *velocity);
-void rows_destroy(BodyRows *rows);
+void checkpoint_rows_sort(BodyRows *rows, int slots, const int *id, const Vec3 *position,
+                          const Vec3 *velocity);
+void checkpoint_rows_destroy(BodyRows *rows);
 // Whether the body's present state shows these rows, bit for bit.
-bool rows_shown(const Body *body, const BodyRows *rows);
+bool checkpoint_rows_shown(const Body *body, const BodyRows *rows);
 
 // /bodies/<name>/{id, position, velocity}.
-bool rows_write(const HdfFile *file, const Body *body, const BodyRows *rows);
+bool checkpoint_rows_write(const HdfFile *file, const Body *body, const BodyRows *rows);
 // Whether the file has as many nodes as the body, or may have.
-bool rows_check_count(const HdfFile *file, const Body *body);
-// After rows_check_count. Ids must be those of the body; of one whose mesh changes, ascending. To
-// be destroyed also after a failure.
-bool rows_read(const HdfFile *file, const Body *body, BodyRows *rows);
+bool checkpoint_rows_check_count(const HdfFile *file, const Body *body);
+// After checkpoint_rows_check_count. Ids must be those of the body; of one whose mesh changes,
+// ascending. To be destroyed also after a failure.
+bool checkpoint_rows_read(const HdfFile *file, const Body *body, BodyRows *rows);
 #endif
 
 #endif

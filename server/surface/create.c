@@ -38,9 +38,9 @@ void model_put_spring(SurfaceModel *model, long at, int slot, int other_slot, do
     springs->neighbour[at] = other_slot;
     model_put(model, springs->rest_length, at, r);
     model_put(model, springs->stiffness, at, stiffness);
-    if (model->precision == PRECISION_DOUBLE)
+    if (model->basis.precision == PRECISION_DOUBLE)
         return;
-    const double *own = model->place[slot], *other = model->place[other_slot];
+    const double *own = model->basis.place[slot], *other = model->basis.place[other_slot];
     double square = 0.0;
     long vector = at / LANES * 3 * LANES + at % LANES;
     for (int c = 0; c < 3; c++) {
@@ -56,7 +56,7 @@ void model_put_spring(SurfaceModel *model, long at, int slot, int other_slot, do
 static void create_springs(SurfaceModel *model, const WingedMesh *winged,
                            const SpringNetwork *network, const char *name, Arena *arena)
 {
-    int chunk_count = model->slot_count / LANES;
+    int chunk_count = model->basis.count / LANES;
     int *start = ALLOCATE(ARENA_STEP, chunk_count + 1, int, "spring start");
     for (int c = 0; c < chunk_count; c++) {
         int most = 0;
@@ -73,7 +73,7 @@ static void create_springs(SurfaceModel *model, const WingedMesh *winged,
     *springs = (SpringTable){.chunk_count = chunk_count, .start = start, .neighbour = neighbour};
     springs->rest_length = model_allocate_reals(model, entries, name, "spring rest lengths", arena);
     springs->stiffness = model_allocate_reals(model, entries, name, "spring stiffness", arena);
-    if (model->precision == PRECISION_SINGLE) {
+    if (model->basis.precision == PRECISION_SINGLE) {
         springs->rest_vector =
             model_allocate_reals(model, 3 * entries, name, "spring vectors", arena);
         if (model->prestressed)
@@ -82,7 +82,7 @@ static void create_springs(SurfaceModel *model, const WingedMesh *winged,
 
     int(*around)[2] = calloc((size_t)winged->edge_count + 1, sizeof *around); // slot, edge
     ASSERT(around != NULL);
-    for (int s = 0; s < model->slot_count; s++) {
+    for (int s = 0; s < model->basis.count; s++) {
         int node = model->node[s], count = 0;
         if (node >= 0)
             for (int k = winged->node_edge_start[node]; k < winged->node_edge_start[node + 1];
@@ -110,11 +110,11 @@ void model_create_node_table(SurfaceModel *model, const SurfaceOptions *options,
     const char *name = options->name;
     bool uses_drag = options->shape.wanted || options->material.node_damping > 0.0;
     bool body_frame = options->shape.wanted && options->shape.frame == SHAPE_BODY;
-    bool single = model->precision == PRECISION_SINGLE;
+    bool single = model->basis.precision == PRECISION_SINGLE;
     model->shape = !uses_drag   ? SHAPE_FRAME_NONE
                    : body_frame ? SHAPE_FRAME_BODY
                                 : SHAPE_FRAME_WORLD;
-    model->floating = single && model->shape != SHAPE_FRAME_WORLD && all_free;
+    model->basis.floating = single && model->shape != SHAPE_FRAME_WORLD && all_free;
     size_t lanes = (size_t)model->lane_count;
     NodeTable *nodes = &model->nodes;
     nodes->inverse_mass = model_allocate_reals(model, lanes, name, "inverse mass", arena);
@@ -136,11 +136,11 @@ static void create_nodes(SurfaceModel *model, const TriMesh *mesh, const SpringN
     model_create_node_table(model, options, network->free_count == mesh->node_count, arena);
     const bool uses_drag = model->shape != SHAPE_FRAME_NONE;
     const bool body_frame = model->shape == SHAPE_FRAME_BODY;
-    const bool single = model->precision == PRECISION_SINGLE;
-    const size_t slots = (size_t)model->slot_count;
+    const bool single = model->basis.precision == PRECISION_SINGLE;
+    const size_t slots = (size_t)model->basis.count;
     NodeTable *nodes = &model->nodes;
     double *weight = NULL;
-    if (body_frame || model->floating)
+    if (body_frame || model->basis.floating)
         weight = model->rigid_weight = ALLOCATE(ARENA_STEP, slots, double, "frame weights");
 
     for (int i = 0; i < mesh->node_count; i++) {
@@ -160,15 +160,17 @@ static void create_nodes(SurfaceModel *model, const TriMesh *mesh, const SpringN
             weight[s] = body_frame ? network->shape_stiffness[i] : m;
     }
     if (weight != NULL)
-        model->rigid = rigid_frame_create(name, model->precision, model->slot_count,
-                                          (const double(*)[3])model->place, weight, arena, state);
+        model->basis.rigid = rigid_frame_create(
+            name, model->basis.precision, model->basis.displaced, model->basis.count,
+            (const double(*)[3])model->basis.place, weight, arena, state);
     if (nodes->rest == NULL)
         return;
     for (int i = 0; i < mesh->node_count; i++)
         for (int c = 0; c < 3; c++) {
             int s = model->slot[i];
-            double center = single ? model->rigid->pose.rest_center[c] : 0.0;
-            model_put(model, nodes->rest, model_lane(s) + c * LANES, model->place[s][c] - center);
+            double center = single ? model->basis.rigid->pose.rest_center[c] : 0.0;
+            model_put(model, nodes->rest, model_lane(s) + c * LANES,
+                      model->basis.place[s][c] - center);
         }
 }
 
@@ -177,20 +179,22 @@ static void create_nodes(SurfaceModel *model, const TriMesh *mesh, const SpringN
 void model_create_places(SurfaceModel *model, const TriMesh *mesh, const char *name, Arena *arena,
                          StateList *state)
 {
-    model->place = arena_allocate(arena, ARENA_STEP, (size_t)model->slot_count,
-                                  sizeof *model->place, "%s/places", name);
-    if (model->precision == PRECISION_SINGLE) {
+    model->basis.owner = model->node;
+    model->basis.place = arena_allocate(arena, ARENA_STEP, (size_t)model->basis.count,
+                                        sizeof *model->basis.place, "%s/places", name);
+    if (model->basis.precision == PRECISION_SINGLE) {
         Vec3 sum = {0.0, 0.0, 0.0};
         for (int i = 0; i < mesh->node_count; i++)
             sum = vec3_add(sum, mesh->position[i]);
-        model->rest_origin = vec3_scale(1.0 / mesh->node_count, sum);
-        model->frame = ALLOCATE(ARENA_STEP, 1, BaseFrame, "base frame");
-        *model->frame = (BaseFrame){.origin = model->rest_origin, .turn = {1.0, 0.0, 0.0, 0.0}};
-        state_add(state, model->frame, sizeof *model->frame, "%s/base_frame", name);
+        model->basis.rest_origin = vec3_scale(1.0 / mesh->node_count, sum);
+        model->basis.frame = ALLOCATE(ARENA_STEP, 1, BaseFrame, "base frame");
+        *model->basis.frame =
+            (BaseFrame){.origin = model->basis.rest_origin, .turn = {1.0, 0.0, 0.0, 0.0}};
+        state_add(state, model->basis.frame, sizeof *model->basis.frame, "%s/base_frame", name);
     }
     for (int i = 0; i < mesh->node_count; i++) {
-        Vec3 place = vec3_sub(mesh->position[i], model->rest_origin);
-        double *to = model->place[model->slot[i]];
+        Vec3 place = vec3_sub(mesh->position[i], model->basis.rest_origin);
+        double *to = model->basis.place[model->slot[i]];
         to[0] = place.x, to[1] = place.y, to[2] = place.z;
     }
 }
@@ -201,7 +205,7 @@ void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fix
     const char *name = options->name;
     static const char *const labels[2][2] = {{"rows", "rows of next tick"},
                                              {"stage rows", "stage rows 2"}};
-    size_t values = (size_t)model->slot_count * ROW, bytes = values * model_real_size(model);
+    size_t values = (size_t)model->basis.count * ROW, bytes = values * model_real_size(model);
     for (int k = 0; k < 2; k++) {
         model->rows[k] = model_allocate_reals(model, values, name, labels[0][k], arena);
         model->stage[k] = model_allocate_reals(model, values, name, labels[1][k], arena);
@@ -224,7 +228,7 @@ void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fix
         Vec3 v = {0.0, 0.0, 0.0};
         if (options->initial_velocity != NULL && !fixed[i])
             v = options->initial_velocity[i];
-        model_write_row(model, model->rows[0], model->slot[i], x, v);
+        rows_write(&model->basis, model->rows[0], model->slot[i], x, v);
         farthest = fmax(farthest, fmax(vec3_length(x), vec3_length(mesh->position[i])));
     }
     // Far beyond any use of a scene, and small enough for single precision.
@@ -237,8 +241,8 @@ void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fix
         model->external = model_allocate_reals(model, forces, name, "outside forces", arena);
         state_add(state, model->external, forces * model_real_size(model), "%s/loads", name);
     }
-    if (model->floating && !options->without_loads) {
-        size_t slots = (size_t)model->slot_count;
+    if (model->basis.floating && !options->without_loads) {
+        size_t slots = (size_t)model->basis.count;
         model->world_load = arena_allocate(arena, ARENA_STEP, slots, sizeof *model->world_load,
                                            "%s/loads in the world", name);
         state_add(state, model->world_load, slots * sizeof *model->world_load, "%s/world_loads",
@@ -273,7 +277,7 @@ static void create_surface(SurfaceModel *model, Body *body, const TriMesh *mesh,
     for (int e = 0; e < winged->edge_count; e++)
         longest = fmax(longest, vec3_length(vec3_sub(mesh->position[winged->edge[e].node[0]],
                                                      mesh->position[winged->edge[e].node[1]])));
-    model->longest_edge = longest;
+    model->basis.longest_edge = longest;
     body->surface = (BodySurface){
         .node_count = nodes,
         .face_count = faces,
@@ -299,12 +303,12 @@ static void create_dense(Body *body, SurfaceModel *model, const TriMesh *mesh,
     model->node_count = mesh->node_count;
     model->edge_count = winged->edge_count;
     model->face_count = mesh->triangle_count;
-    model->slot_count = (mesh->node_count + LANES - 1) / LANES * LANES;
-    model->lane_count = model->slot_count;
+    model->basis.count = (mesh->node_count + LANES - 1) / LANES * LANES;
+    model->lane_count = model->basis.count;
     model->slot = ALLOCATE(ARENA_TOPOLOGY, mesh->node_count, int, "slot of node");
-    model->node = ALLOCATE(ARENA_TOPOLOGY, model->slot_count, int, "node of slot");
+    model->node = ALLOCATE(ARENA_TOPOLOGY, model->basis.count, int, "node of slot");
     order_nodes(winged, model->slot);
-    for (int s = 0; s < model->slot_count; s++)
+    for (int s = 0; s < model->basis.count; s++)
         model->node[s] = -1;
     for (int i = 0; i < mesh->node_count; i++)
         model->node[model->slot[i]] = i;
@@ -349,7 +353,8 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *optio
 
     SurfaceModel *model = arena_allocate(arena, ARENA_STEP, 1, sizeof *model, "%s/model", name);
     model->kernels = kernels;
-    model->precision = options->precision;
+    model->basis.precision = options->precision;
+    model->basis.displaced = options->precision == PRECISION_SINGLE;
     model->prestressed = options->prestress > 0.0;
     model->team = mesh->node_count < SHARED_LEAST && !options->adaptive ? NULL : options->team;
     model->damping_time = network.damping_time;

@@ -6,19 +6,17 @@
 // Double precision holds positions as they are. Single precision holds displacements u = x - X, so
 // that rounding is relative to the deformation and not to the place: a spring's extension is
 // ((2 e + du) . du + |e|^2 - r^2) / (l + r) with its rest vector e (performance.md). X may move
-// along with the body as a whole (BaseFrame in model.h): the kernel works in those coordinates.
+// along with the body as a whole (BaseFrame in rows.h): the kernel works in those coordinates.
 #ifndef PLIANT_SURFACE_KERNEL_H
 #define PLIANT_SURFACE_KERNEL_H
 
-#include "dynamics/integrator.h"
 #include "base/precision.h"
+#include "dynamics/integrator.h"
+#include "dynamics/rows.h"
 
 #include <stdbool.h>
 
-enum {
-    LANES = 16, // nodes in a chunk
-    ROW = 8,    // numbers in a node's row: x y z 0 vx vy vz 0, or u in place of x
-};
+enum { LANES = 16 }; // nodes in a chunk
 
 // Real below is float or double, by the kernel's precision.
 
@@ -52,19 +50,6 @@ typedef struct SurfaceParameters {
     double stiffness_scale, damping_scale;
 } SurfaceParameters;
 
-// The rigid motion that the virtual nodes follow: x = center + rotation (X - rest_center).
-typedef struct FramePose {
-    double rest_center[3]; // [m]
-    double center[3];      // [m]
-    double rotation[3][3];
-    double velocity[3]; // of the center [m/s]
-    double angular[3];  // [rad/s]
-} FramePose;
-
-// A |component| of a velocity beyond this is a bad number: far above any physics, and its square
-// does not overflow [m/s].
-#define SPEED_LIMIT(precision) ((precision) == PRECISION_SINGLE ? 1e15 : 1e100)
-
 // One pass over chunks first_chunk to last_chunk - 1.
 typedef struct SpringPass {
     int first_chunk, last_chunk;
@@ -75,7 +60,7 @@ typedef struct SpringPass {
     void *sum;              // Real [chunk][6][LANES] (RK4)
     void *next;             // Real rows written; never `present`
     const void *external;   // Real [chunk][3][LANES] forces from outside [N]
-    const FramePose *frame; // SHAPE_FRAME_BODY
+    const FramePose *frame; // SHAPE_FRAME_BODY: the motion that the virtual nodes follow
     Stage stage;
     double h;            // substep [s]
     double damping_time; // k_d / k_s, scaled [s]

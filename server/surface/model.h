@@ -7,34 +7,26 @@
 // a chunk lie slot-major: entry e holds the e-th neighbour of its 16 nodes; short nodes are padded
 // with themselves and stiffness 0.
 //
-// Real is float or double, by the body's precision. In double a row holds the position. In single
-// it holds the displacement u from the node's place: x = origin + turn (place + u). The base frame
-// (origin, turn) is still for bodies that the world holds; for floating ones it is moved along with
-// them every few ticks, so that u stays as small as the deformation.
+// Real is float or double, by the body's precision. In double a row holds the position, in single
+// the displacement from the node's place (dynamics/rows.h).
 #ifndef PLIANT_SURFACE_MODEL_H
 #define PLIANT_SURFACE_MODEL_H
 
 #include "base/team.h"
-#include "surface/surface.h"
+#include "dynamics/rows.h"
 #include "surface/kernel.h"
-#include "surface/rigid_frame.h"
-
-// Where the coordinates of single-precision rows lie in the world; plain data, part of the state.
-typedef struct BaseFrame {
-    Vec3 origin; // [m]
-    Quat turn;
-    int64_t ticks; // since it was last moved
-} BaseFrame;
+#include "surface/surface.h"
 
 typedef struct SurfaceModel {
     int node_count, edge_count, face_count;
-    int slot_count; // node_count rounded up to whole chunks
+    // How rows hold nodes. A row a slot: basis.count is node_count rounded up to whole chunks. The
+    // fit `rigid` is also there for frame = "body".
+    Rows basis;
     int *slot;      // [node_count] of a node
-    int *node;      // [slot_count] of a slot; -1 for padding
-    int lane_count; // of the tables by chunk and lane: slot_count, unless there is `lane`
-    int *lane;      // [slot_count] bodies with levels: where in the tables; else NULL: at the slot
+    int *node;      // [slots] of a slot; -1 for padding
+    int lane_count; // of the tables by chunk and lane: as many, unless there is `lane`
+    int *lane;      // [slots] bodies with levels: where in the tables; else NULL: at the slot
     struct Detail *detail; // bodies with levels, else NULL
-    Precision precision;
 
     // --- springs; by entry and lane ---
     SpringTable springs;
@@ -43,16 +35,14 @@ typedef struct SurfaceModel {
 
     // --- nodes; by slot ---
     NodeTable nodes;
-    double *mass;       // [node_count] of every node, fixed ones too [kg]
-    double (*place)[3]; // [slot_count] rest position, in single precision less `rest_origin` [m]
-    Vec3 rest_origin;   // zero in double precision
+    double *mass; // [node_count] of every node, fixed ones too [kg]
     ShapeVariant shape;
 
     // --- rows; `current` says which of the two is the present state ---
-    void *rows[2]; // Real [slot_count][ROW]
+    void *rows[2]; // Real [slots][ROW]
     int current;
     void *stage[2];      // Real rows between stages
-    void *sum;           // RK4 only: Real [slot_count / LANES][6][LANES]
+    void *sum;           // RK4 only: Real [slots / LANES][6][LANES]
     const void *base;    // rows at the start of the substep
     const void *present; // rows to be evaluated next
     int next_stage;      // which of `stage` is free
@@ -63,18 +53,13 @@ typedef struct SurfaceModel {
     int64_t *loaded;  // 1 while there are constant loads; part of the state
     int *touched;     // [touched_count] slots of `external` that contact has added to
     void *untouched;  // Real [touched_count][3] what was there before
-    bool *is_touched; // [slot_count]
+    bool *is_touched; // [slots]
     int touched_count, touched_capacity;
 
     // --- parameters that SET can change; part of the state ---
     SurfaceParameters *parameters;
-    double *rigid_weight;    // [slot_count] of `rigid`
-    RigidFrame *rigid;       // the best fit of the rest shape, for frame = "body" and for floating
-                             // bodies; its rotation is part of the state
-    BaseFrame *frame;        // single precision; part of the state
-    double (*world_load)[3]; // [slot_count] floating bodies: constant loads in the world frame [N]
-    bool floating;           // nothing holds it in the world: the base frame follows it
-    double longest_edge;     // at rest [m]
+    double *rigid_weight;    // [slots] of basis.rigid
+    double (*world_load)[3]; // [slots] floating bodies: constant loads in the world frame [N]
 
     double position_limit; // [m] a coordinate beyond it is a bad number
     bool bad;              // the last pass wrote a number out of bounds
@@ -92,24 +77,20 @@ typedef struct SurfaceModel {
     Team *team; // shares the passes; NULL: one thread
 } SurfaceModel;
 
-// An element of an array of Real.
+// Elements of arrays of Real.
 static inline double model_get(const SurfaceModel *model, const void *array, long index)
 {
-    return model->precision == PRECISION_SINGLE ? (double)((const float *)array)[index]
-                                                : ((const double *)array)[index];
+    return rows_get(&model->basis, array, index);
 }
 
 static inline void model_put(const SurfaceModel *model, void *array, long index, double value)
 {
-    if (model->precision == PRECISION_SINGLE)
-        ((float *)array)[index] = (float)value;
-    else
-        ((double *)array)[index] = value;
+    rows_put(&model->basis, array, index, value);
 }
 
 static inline size_t model_real_size(const SurfaceModel *model)
 {
-    return model->precision == PRECISION_SINGLE ? sizeof(float) : sizeof(double);
+    return rows_real_size(&model->basis);
 }
 
 // Index of component 0 of a slot in an array [chunk][3][LANES]; the next components follow by
@@ -122,7 +103,8 @@ static inline long model_lane(int slot)
 // Where a slot is at rest, less rest_origin [m].
 static inline Vec3 model_place(const SurfaceModel *model, int slot)
 {
-    return (Vec3){model->place[slot][0], model->place[slot][1], model->place[slot][2]};
+    return (Vec3){model->basis.place[slot][0], model->basis.place[slot][1],
+                  model->basis.place[slot][2]};
 }
 
 static inline int model_lane_of(const SurfaceModel *model, int slot)
@@ -130,27 +112,13 @@ static inline int model_lane_of(const SurfaceModel *model, int slot)
     return model->lane == NULL ? slot : model->lane[slot];
 }
 
-// --- rows.c: between rows and the world ---
+// --- loads.c ---
 
-// Position [m] and velocity [m/s] of a slot in the world frame; velocity may be NULL.
-void model_read_row(const SurfaceModel *model, const void *rows, int slot, Vec3 *position,
-                    Vec3 *velocity);
-void model_write_row(const SurfaceModel *model, void *rows, int slot, Vec3 position, Vec3 velocity);
-// A direction of the world frame in the rows' frame.
-Vec3 model_to_rows(const SurfaceModel *model, Vec3 direction);
-// Whether all present numbers are finite and in bounds.
-bool model_is_sound(const SurfaceModel *model);
-// After a tick of a floating body: moves the base frame along when it is time.
-void model_follow(SurfaceModel *model);
-// Back to the rest shape where the scene placed it, at rest.
-void model_return_to_rest(SurfaceModel *model);
 // Adds a force of the world frame to a slot's entry in `external`.
 void model_add_external(SurfaceModel *model, int slot, Vec3 force);
-
-// --- snapshot.c ---
-
-// All nodes in mesh order: [node_count][3] positions [m] and, unless NULL, velocities [m/s].
-void model_snapshot(const SurfaceModel *model, float *position, float *velocity);
+// After the base frame has moved: constant loads turn with its coordinates. Taken from the world's
+// anew, so that no rounding builds up.
+void model_turn_loads(SurfaceModel *model);
 
 // --- create_mesh.c ---
 
@@ -181,7 +149,8 @@ void model_create_places(SurfaceModel *model, const TriMesh *mesh, const char *n
                          StateList *state);
 void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fixed,
                        const SurfaceOptions *options, Arena *arena, StateList *state);
-// Decides model->shape and model->floating, and takes memory for what the kernel knows of nodes.
+// Decides model->shape and model->basis.floating, and takes memory for what the kernel knows of
+// nodes.
 void model_create_node_table(SurfaceModel *model, const SurfaceOptions *options, bool all_free,
                              Arena *arena);
 void *model_allocate_reals(const SurfaceModel *model, size_t count, const char *name,

@@ -12,7 +12,7 @@
 static void surface_drift(void *self, double dt)
 {
     SurfaceModel *model = self;
-    model->kernels->drift(model->rows[model->current], model->stage[0], model->slot_count, dt);
+    model->kernels->drift(model->rows[model->current], model->stage[0], model->basis.count, dt);
     model->present = model->stage[0];
     model->next_stage = 1;
 }
@@ -77,7 +77,7 @@ void model_run_kernel(SurfaceModel *model, SpringKernel *evaluate, const SpringP
 void model_fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringPass *pass)
 {
     const SurfaceParameters *p = model->parameters;
-    Vec3 gravity = model_to_rows(model, (Vec3){p->gravity[0], p->gravity[1], p->gravity[2]});
+    Vec3 gravity = rows_turn_in(&model->basis, (Vec3){p->gravity[0], p->gravity[1], p->gravity[2]});
     *pass = (SpringPass){
         .springs = &model->springs,
         .nodes = &model->nodes,
@@ -104,8 +104,8 @@ void model_fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringPa
     pass->sum = model->sum;
     pass->next = ends ? result : model->stage[model->next_stage];
     if (model->shape == SHAPE_FRAME_BODY) {
-        rigid_frame_fit(model->rigid, pass->present);
-        pass->frame = &model->rigid->pose;
+        rigid_frame_fit(model->basis.rigid, pass->present);
+        pass->frame = &model->basis.rigid->pose;
     }
 }
 
@@ -135,8 +135,8 @@ static bool surface_commit(void *self)
     model->bad = false;
     if (good) {
         model->current = 1 - model->current;
-        if (model->floating)
-            model_follow(model);
+        if (model->basis.floating && rows_follow(&model->basis, model->rows[model->current]))
+            model_turn_loads(model);
     }
     model->present = model->rows[model->current];
     return good;
@@ -144,16 +144,20 @@ static bool surface_commit(void *self)
 
 static bool surface_check(const void *self)
 {
-    return model_is_sound(self);
+    const SurfaceModel *model = self;
+    return rows_are_sound(&model->basis, model->rows[model->current], model->position_limit);
 }
 
 static void surface_restore(void *self, bool to_start)
 {
     SurfaceModel *model = self;
     void *rows = model->rows[model->current];
-    if (to_start)
-        model_return_to_rest(model);
-    for (long s = 0; s < model->slot_count; s++)
+    if (to_start) {
+        rows_return_to_rest(&model->basis, rows);
+        if (model->basis.floating)
+            model_turn_loads(model);
+    }
+    for (long s = 0; s < model->basis.count; s++)
         for (int c = 4; c < 7; c++)
             model_put(model, rows, s * ROW + c, 0.0);
     model->present = rows;
@@ -167,8 +171,8 @@ static void surface_read_nodes(const void *self, const int *node, int count, Vec
 {
     const SurfaceModel *model = self;
     for (int i = 0; i < count; i++)
-        model_read_row(model, model->present, model->slot[node[i]], &position[i],
-                       velocity == NULL ? NULL : &velocity[i]);
+        rows_read(&model->basis, model->present, model->slot[node[i]], &position[i],
+                  velocity == NULL ? NULL : &velocity[i]);
 }
 
 static void surface_add_forces(void *self, const int *node, int count, const Vec3 *force)
@@ -214,11 +218,11 @@ static int surface_find_nodes(const void *self, const Region *region, int *node,
     const Vec3 axis = vec3_sub(region->to, region->from);
     const double square = vec3_dot(axis, axis);
     int found = 0;
-    for (int s = 0; s < model->slot_count; s++) {
+    for (int s = 0; s < model->basis.count; s++) {
         if (model->node[s] < 0)
             continue;
         Vec3 x;
-        model_read_row(model, model->present, s, &x, NULL);
+        rows_read(&model->basis, model->present, s, &x, NULL);
         if (is_inside(region, axis, square, vec3_sub(x, region->from))) {
             if (found < capacity)
                 node[found] = model->node[s];
@@ -251,7 +255,7 @@ static void surface_clear_loads(void *self)
     if (*model->loaded != 0) {
         memset(model->external, 0, (size_t)model->lane_count * 3 * model_real_size(model));
         if (model->world_load != NULL)
-            memset(model->world_load, 0, (size_t)model->slot_count * sizeof *model->world_load);
+            memset(model->world_load, 0, (size_t)model->basis.count * sizeof *model->world_load);
     }
     *model->loaded = 0;
 }
@@ -261,7 +265,9 @@ static void surface_clear_loads(void *self)
 
 static void surface_snapshot(const void *self, float *position, float *velocity)
 {
-    model_snapshot(self, position, velocity);
+    const SurfaceModel *model = self;
+    rows_snapshot(&model->basis, model->rows[model->current], model->slot, model->node_count,
+                  position, velocity);
 }
 
 // Elastic energy of a slot's springs, half of each: the other half is at the other end.
@@ -274,7 +280,7 @@ static double spring_energy(const SurfaceModel *model, const void *rows, int slo
     for (int e = springs->start[chunk]; e < end; e++) {
         long at = (long)e * LANES + lane % LANES;
         Vec3 other;
-        model_read_row(model, rows, springs->neighbour[at], &other, NULL);
+        rows_read(&model->basis, rows, springs->neighbour[at], &other, NULL);
         double stretch =
             vec3_length(vec3_sub(x, other)) - model_get(model, springs->rest_length, at);
         energy += 0.25 * model_get(model, springs->stiffness, at) * stretch * stretch;
@@ -287,12 +293,12 @@ static void surface_measure(const void *self, BodyMeasure *measure)
     const SurfaceModel *model = self;
     const void *rows = model->rows[model->current];
     double kinetic = 0.0, elastic = 0.0, shape = 0.0, farthest = 0.0;
-    for (int s = 0; s < model->slot_count; s++) {
+    for (int s = 0; s < model->basis.count; s++) {
         if (model->node[s] < 0)
             continue;
         Vec3 x, v;
-        model_read_row(model, rows, s, &x, &v);
-        Vec3 rest = vec3_add(model->rest_origin, model_place(model, s));
+        rows_read(&model->basis, rows, s, &x, &v);
+        Vec3 rest = vec3_add(model->basis.rest_origin, model_place(model, s));
         Vec3 u = vec3_sub(x, rest);
         double mass = model->mass[model->node[s]], away = vec3_dot(u, u);
         kinetic += 0.5 * mass * vec3_dot(v, v);
@@ -303,7 +309,7 @@ static void surface_measure(const void *self, BodyMeasure *measure)
                      model_get(model, model->nodes.shape_rate, model_lane_of(model, s));
     }
     if (model->shape == SHAPE_FRAME_BODY)
-        shape = rigid_frame_energy(model->rigid, rows);
+        shape = rigid_frame_energy(model->basis.rigid, rows);
     *measure = (BodyMeasure){
         .kinetic = kinetic,
         .elastic = model->parameters->stiffness_scale * elastic + shape,
@@ -350,7 +356,7 @@ void model_explain_kernel(const SurfaceModel *model, FILE *out)
     static const char *const shapes[] = {"none", "virtual nodes fixed in the world",
                                          "virtual nodes on a best-fit rigid frame"};
     fprintf(out, "    kernel: %s, %s, %d lanes a chunk, %d nodes, %d springs\n",
-            model->precision == PRECISION_SINGLE ? "single" : "double", model->kernels->level,
+            model->basis.precision == PRECISION_SINGLE ? "single" : "double", model->kernels->level,
             LANES, model->node_count, model->edge_count);
     if (model->team != NULL)
         fprintf(out, "    shared by %d threads\n", team_threads(model->team));
@@ -371,7 +377,7 @@ static void surface_read_rows(const void *self, Vec3 *position, Vec3 *velocity)
     const SurfaceModel *model = self;
     const void *rows = model->rows[model->current];
     for (int i = 0; i < model->node_count; i++)
-        model_read_row(model, rows, model->slot[i], &position[i], &velocity[i]);
+        rows_read(&model->basis, rows, model->slot[i], &position[i], &velocity[i]);
 }
 
 static const char *surface_level(const void *self)

@@ -53,7 +53,7 @@ static void drift(void *self, double dt)
 static void hand_over(const SurfaceModel *model)
 {
     const Detail *detail = model->detail;
-    if (model->precision == PRECISION_SINGLE)
+    if (model->basis.precision == PRECISION_SINGLE)
         HAND_OVER(float)
     else
         HAND_OVER(double)
@@ -180,7 +180,7 @@ static void snapshot(const void *self, float *position, float *velocity)
     for (long s = 0; s < table->high; s++) {
         Vec3 x = {0.0, 0.0, 0.0}, v = x;
         if (table->thing[s] >= 0)
-            model_read_row(model, rows, model->slot[table->thing[s]], &x, &v);
+            rows_read(&model->basis, rows, model->slot[table->thing[s]], &x, &v);
         position[3 * s] = (float)x.x;
         position[3 * s + 1] = (float)x.y;
         position[3 * s + 2] = (float)x.z;
@@ -200,7 +200,8 @@ static void read_state(const void *self, Vec3 *position, Vec3 *velocity)
     for (int s = 0; s < table->high; s++) {
         position[s] = velocity[s] = (Vec3){0.0, 0.0, 0.0};
         if (table->thing[s] >= 0)
-            model_read_row(model, rows, model->slot[table->thing[s]], &position[s], &velocity[s]);
+            rows_read(&model->basis, rows, model->slot[table->thing[s]], &position[s],
+                      &velocity[s]);
     }
 }
 

@@ -24,7 +24,7 @@ static Vec3 displacement(const SurfaceModel *model, int node)
     long at = (long)model->slot[node] * ROW;
     Vec3 u = {model_get(model, rows, at), model_get(model, rows, at + 1),
               model_get(model, rows, at + 2)};
-    return model->precision == PRECISION_SINGLE
+    return model->basis.precision == PRECISION_SINGLE
                ? u
                : vec3_sub(u, model_place(model, model->slot[node]));
 }

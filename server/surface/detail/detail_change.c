@@ -48,8 +48,8 @@ void detail_begin_change(SurfaceModel *model)
                                       .born = detail->born,
                                       .gone = detail->gone,
                                       .gone_parent = (const int(*)[2])detail->gone_parent};
-    if (model->rigid != NULL)
-        rigid_frame_fit(model->rigid, model->rows[model->current]);
+    if (model->basis.rigid != NULL)
+        rigid_frame_fit(model->basis.rigid, model->rows[model->current]);
 }
 
 static void touch_leaf_across(Detail *detail, int level, int edge, int face)

@@ -127,7 +127,7 @@ static void create_springs(SurfaceModel *model, const char *name, Arena *arena)
     springs->neighbour = ALLOCATE(ARENA_STEP, entries, int, "spring neighbours");
     springs->rest_length = model_allocate_reals(model, entries, name, "spring rest lengths", arena);
     springs->stiffness = model_allocate_reals(model, entries, name, "spring stiffness", arena);
-    if (model->precision == PRECISION_SINGLE) {
+    if (model->basis.precision == PRECISION_SINGLE) {
         springs->rest_vector =
             model_allocate_reals(model, 3 * entries, name, "spring vectors", arena);
         if (model->prestressed)
@@ -154,10 +154,10 @@ static void create_nodes(SurfaceModel *model, const SurfaceOptions *options, int
     bool body_frame = model->shape == SHAPE_FRAME_BODY;
     bool roams = all_free && (body_frame || !options->shape.wanted);
     if (body_frame || roams) {
-        model->rigid_weight = ALLOCATE(ARENA_STEP, model->slot_count, double, "frame weights");
-        model->rigid =
-            rigid_frame_create(name, model->precision, model->slot_count,
-                               (const double(*)[3])model->place, model->rigid_weight, arena, state);
+        model->rigid_weight = ALLOCATE(ARENA_STEP, model->basis.count, double, "frame weights");
+        model->basis.rigid = rigid_frame_create(
+            name, model->basis.precision, model->basis.displaced, model->basis.count,
+            (const double(*)[3])model->basis.place, model->rigid_weight, arena, state);
     }
     // Values by mass: of a node of 1 kg.
     detail->shape_rate = level_rules_shape_stiffness(&detail->rules, 1.0);
@@ -255,7 +255,7 @@ static void create_sets(SurfaceModel *model, const SurfaceOptions *options, Aren
     detail->hanging_chunk = ALLOCATE(ARENA_STEP, chunks, int, "hanging chunks");
     detail->carries = ALLOCATE(ARENA_STEP, chunks, unsigned char, "carrying chunks");
     detail->run = ALLOCATE(ARENA_STEP, detail->window_count, *detail->run, "runs of slots");
-    detail->handed = model_allocate_reals(model, (size_t)model->slot_count * ROW, name,
+    detail->handed = model_allocate_reals(model, (size_t)model->basis.count * ROW, name,
                                           "forces of hanging nodes", arena);
     detail->look = ALLOCATE(ARENA_TOPOLOGY, nodes, NodeLook, "looks at nodes");
     detail->felt_force = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "felt forces");
@@ -292,9 +292,9 @@ static void set_statuses(SurfaceModel *model)
     for (int l = 0; l <= detail->finest; l++)
         for (int f = 0; f < detail->levels.level[l].face_count; f++)
             detail->leaf_count[l] += detail_is_leaf(detail, l, f);
-    for (int s = 0; s < model->slot_count; s++)
+    for (int s = 0; s < model->basis.count; s++)
         model->node[s] = -1;
-    memset(model->place, 0, (size_t)model->slot_count * sizeof *model->place);
+    memset(model->basis.place, 0, (size_t)model->basis.count * sizeof *model->basis.place);
     for (int i = 0; i < detail->node_count; i++) { // parents have lower numbers
         int born = levels_of_node(&detail->levels, i);
         detail->status[i] =
@@ -393,7 +393,7 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     for (int e = 0; e < winged->edge_count; e++) {
         const int *end = winged->edge[e].node;
         double edge = vec3_length(vec3_sub(mesh->position[end[0]], mesh->position[end[1]]));
-        model->longest_edge = fmax(model->longest_edge, edge);
+        model->basis.longest_edge = fmax(model->basis.longest_edge, edge);
         length += edge;
     }
     detail->edge_length = length / winged->edge_count;
@@ -406,13 +406,13 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     detail->window_count = (detail->node_count + detail->width - 1) / detail->width;
     detail->spare_slot = detail->window_count * detail->width;
     model->node_count = detail->node_count;
-    model->slot_count = (detail->spare_slot + detail->window_count + LANES - 1) / LANES * LANES;
+    model->basis.count = (detail->spare_slot + detail->window_count + LANES - 1) / LANES * LANES;
     model->lane_count = detail->window_count * detail->window_chunks * LANES;
     model->slot = ALLOCATE(ARENA_TOPOLOGY, detail->node_count, int, "slot of node");
-    model->node = ALLOCATE(ARENA_TOPOLOGY, model->slot_count, int, "node of slot");
-    model->lane = ALLOCATE(ARENA_TOPOLOGY, model->slot_count, int, "lane of slot");
-    detail->of_slot = ALLOCATE(ARENA_TOPOLOGY, model->slot_count, int, "node of slot, if on");
-    for (int s = 0; s < model->slot_count; s++)
+    model->node = ALLOCATE(ARENA_TOPOLOGY, model->basis.count, int, "node of slot");
+    model->lane = ALLOCATE(ARENA_TOPOLOGY, model->basis.count, int, "lane of slot");
+    detail->of_slot = ALLOCATE(ARENA_TOPOLOGY, model->basis.count, int, "node of slot, if on");
+    for (int s = 0; s < model->basis.count; s++)
         detail->of_slot[s] = model->node[s] = model->lane[s] = -1;
     RootKey *root = order_roots(mesh);
     order_slots(model, root, mesh->triangle_count);
@@ -442,6 +442,6 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
         .node_face = detail->node_face,
         .node_area = detail->node_area,
         .node_mass = model->mass,
-        .longest_edge = model->longest_edge,
+        .longest_edge = model->basis.longest_edge,
     };
 }

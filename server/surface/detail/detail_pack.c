@@ -28,7 +28,7 @@ static double share_of_leaf(const SurfaceModel *model, const Leaf *leaf, int edg
         double k = rules->stiffness[leaf->level];
         return detail->constrained && sides[0] >= 0 && sides[1] >= 0 ? 0.5 * k : k;
     }
-    const double *p = model->place[a], *q = model->place[b];
+    const double *p = model->basis.place[a], *q = model->basis.place[b];
     double x = p[0] - q[0], y = p[1] - q[1], z = p[2] - q[2];
     return level_rules_face_stiffness(rules, leaf_area(detail, leaf), sqrt(x * x + y * y + z * z));
 }
@@ -137,7 +137,7 @@ static void pack_springs(SurfaceModel *model, int lane, int slot, int entries,
         int other = real ? springs->neighbour[i] : slot;
         double length = 0.0;
         for (int c = 0; c < 3; c++) {
-            double e = model->place[slot][c] - model->place[other][c];
+            double e = model->basis.place[slot][c] - model->basis.place[other][c];
             length += e * e;
         }
         length = sqrt(length) * (1.0 - model->detail->options.prestress);
@@ -163,7 +163,7 @@ static void pack_node(SurfaceModel *model, int lane, int node)
     if (nodes->rest != NULL)
         for (int c = 0; c < 3; c++)
             model_put(model, nodes->rest, model_lane(lane) + c * LANES,
-                      node >= 0 ? model->place[model->slot[node]][c] : 0.0);
+                      node >= 0 ? model->basis.place[model->slot[node]][c] : 0.0);
 }
 
 // The springs of a node as its lane has them: what has not changed is not looked for again.
@@ -366,9 +366,9 @@ void detail_pack(SurfaceModel *model)
     list_chunks(model);
     if (detail->constrained)
         list_hanging(model);
-    if (model->rigid != NULL) {
-        model->rigid->run = detail->run;
-        model->rigid->run_count = detail->run_count;
-        rigid_frame_weigh(model->rigid);
+    if (model->basis.rigid != NULL) {
+        model->basis.rigid->run = detail->run;
+        model->basis.rigid->run_count = detail->run_count;
+        rigid_frame_weigh(model->basis.rigid);
     }
 }

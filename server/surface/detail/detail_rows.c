@@ -60,10 +60,10 @@ void detail_push(SurfaceModel *model, int node, Vec3 impulse)
 // displacements only what the turn adds.
 static Vec3 shift_of_row(const SurfaceModel *model, Vec3 step)
 {
-    bool single = model->precision == PRECISION_SINGLE;
-    if (model->rigid == NULL)
+    bool single = model->basis.precision == PRECISION_SINGLE;
+    if (model->basis.rigid == NULL)
         return single ? (Vec3){0.0, 0.0, 0.0} : step;
-    const double(*r)[3] = (const double(*)[3])model->rigid->pose.rotation;
+    const double(*r)[3] = (const double(*)[3])model->basis.rigid->pose.rotation;
     Vec3 turned = {r[0][0] * step.x + r[0][1] * step.y + r[0][2] * step.z,
                    r[1][0] * step.x + r[1][1] * step.y + r[1][2] * step.z,
                    r[2][0] * step.x + r[2][1] * step.y + r[2][2] * step.z};
@@ -87,8 +87,8 @@ void detail_set_place(SurfaceModel *model, int node)
     const Detail *detail = model->detail;
     Vec3 place = detail->status[node] == NODE_HANGING
                      ? middle_of_parents(model, node)
-                     : vec3_sub(detail->levels.position[node], model->rest_origin);
-    double *to = model->place[model->slot[node]];
+                     : vec3_sub(detail->levels.position[node], model->basis.rest_origin);
+    double *to = model->basis.place[model->slot[node]];
     to[0] = place.x, to[1] = place.y, to[2] = place.z;
 }
 
@@ -131,7 +131,7 @@ void detail_give_birth(SurfaceModel *model, int node)
     } else {
         int level = levels_of_node(levels, node) - 1;
         Vec3 at = detail_butterfly(model, level, node - levels->level[level].node_count);
-        if (model->precision == PRECISION_DOUBLE)
+        if (model->basis.precision == PRECISION_DOUBLE)
             at = vec3_add(at, place);
         row[0] = at.x, row[1] = at.y, row[2] = at.z;
     }
@@ -145,7 +145,7 @@ void detail_switch_off(SurfaceModel *model, int node)
     size_t bytes = ROW * model_real_size(model);
     for (int k = 0; k < 2; k++)
         memset((char *)model->rows[k] + (size_t)slot * bytes, 0, bytes);
-    memset(model->place[slot], 0, sizeof model->place[slot]);
+    memset(model->basis.place[slot], 0, sizeof model->basis.place[slot]);
     model->node[slot] = -1;
 }
 
@@ -163,7 +163,7 @@ void detail_switch_off(SurfaceModel *model, int node)
 void detail_hang(const SurfaceModel *model, void *rows)
 {
     const Detail *detail = model->detail;
-    if (model->precision == PRECISION_SINGLE)
+    if (model->basis.precision == PRECISION_SINGLE)
         HANG(float)
     else
         HANG(double)

@@ -35,7 +35,7 @@ static Vec3 read_row(const SurfaceModel *model, int slot, int first)
 {
     const void *rows = model->rows[model->current];
     long at = (long)slot * ROW + first;
-    if (model->precision == PRECISION_SINGLE) {
+    if (model->basis.precision == PRECISION_SINGLE) {
         const float *row = (const float *)rows + at;
         return (Vec3){(double)row[0], (double)row[1], (double)row[2]};
     }
@@ -46,7 +46,8 @@ static Vec3 read_row(const SurfaceModel *model, int slot, int first)
 static Vec3 read_position(const SurfaceModel *model, int slot)
 {
     Vec3 row = read_row(model, slot, 0);
-    return model->precision == PRECISION_SINGLE ? vec3_add(row, model_place(model, slot)) : row;
+    return model->basis.precision == PRECISION_SINGLE ? vec3_add(row, model_place(model, slot))
+                                                      : row;
 }
 
 // |f| over the area that a node stands for [N/m2].
@@ -249,8 +250,8 @@ static void set_marks(const SurfaceModel *model, int64_t step, double tick, Mark
         marks->still2[l] = still * still;
         marks->per_speed2[l] = ldexp(1.0 / (speed * speed), -2 * l);
     }
-    if (model->rigid != NULL) {
-        const FramePose *pose = &model->rigid->pose;
+    if (model->basis.rigid != NULL) {
+        const FramePose *pose = &model->basis.rigid->pose;
         marks->center = (Vec3){pose->center[0], pose->center[1], pose->center[2]};
         marks->velocity = (Vec3){pose->velocity[0], pose->velocity[1], pose->velocity[2]};
         marks->angular = (Vec3){pose->angular[0], pose->angular[1], pose->angular[2]};

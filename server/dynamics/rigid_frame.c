@@ -2,19 +2,20 @@
 // moments: f = -(w (x - c) - R w (X - C)) has no moment about c exactly when R maximises tr(R^T A)
 // with A = sum w (x - c)(X - C)^T. Damping against v_c + omega x (x - c), the weighted rigid
 // velocity, has neither force nor moment by construction.
-#include "surface/rigid_frame.h"
+#include "dynamics/rigid_frame.h"
 
-#include "base/check.h"
 #include "base/vec.h"
+#include "dynamics/rows.h"
 
 #include <string.h>
 
-RigidFrame *rigid_frame_create(const char *name, Precision precision, int slot_count,
-                               const double (*place)[3], const double *weight, Arena *arena,
-                               StateList *state)
+RigidFrame *rigid_frame_create(const char *name, Precision precision, bool displaced,
+                               int slot_count, const double (*place)[3], const double *weight,
+                               Arena *arena, StateList *state)
 {
     RigidFrame *frame = arena_allocate(arena, ARENA_STEP, 1, sizeof *frame, "%s/rigid frame", name);
     frame->precision = precision;
+    frame->displaced = displaced;
     frame->whole[0][1] = slot_count;
     frame->run = frame->whole;
     frame->run_count = 1;
@@ -56,7 +57,7 @@ static inline void read_row(const RigidFrame *frame, const void *rows, int slot,
     if (frame->precision == PRECISION_DOUBLE) {
         const double *row = (const double *)rows + (long)slot * ROW;
         for (int c = 0; c < 3; c++) {
-            x[c] = row[c];
+            x[c] = frame->displaced ? frame->place[slot][c] + row[c] : row[c];
             v[c] = row[4 + c];
         }
         return;

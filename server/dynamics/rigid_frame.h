@@ -1,0 +1,48 @@
+// Best fit of the rest shape to the present shape, weighted by masses or by shape-preserving
+// springs (surface.md section 4): the rigid motion that base frames follow, and the virtual nodes
+// of surface bodies with frame = "body".
+#ifndef PLIANT_DYNAMICS_RIGID_FRAME_H
+#define PLIANT_DYNAMICS_RIGID_FRAME_H
+
+#include "base/arena.h"
+#include "base/precision.h"
+#include "base/state.h"
+
+#include <stdbool.h>
+
+// A rigid motion: x = center + rotation (X - rest_center).
+typedef struct FramePose {
+    double rest_center[3]; // [m]
+    double center[3];      // [m]
+    double rotation[3][3];
+    double velocity[3]; // of the center [m/s]
+    double angular[3];  // [rad/s]
+} FramePose;
+
+typedef struct RigidFrame {
+    int (*run)[2]; // [run_count] first slot and end of the slots that count; of a body without
+    int run_count; // levels one run, all
+    int whole[1][2];
+    Precision precision;      // of the rows
+    bool displaced;           // rows hold displacements from `place`, else positions
+    const double (*place)[3]; // [slot_count] rest positions [m]
+    const double *weight;     // [slot_count] any unit, k'_s [N/m] for the energy; 0 for padding
+    double total_weight;
+    double *rotation; // quaternion w x y z; part of the state (start of the next fit)
+    FramePose pose;   // valid after rigid_frame_fit
+} RigidFrame;
+
+// Places and weights are kept by reference; weights must sum to more than 0 (those of a body with
+// levels may come later: rigid_frame_weigh).
+RigidFrame *rigid_frame_create(const char *name, Precision precision, bool displaced,
+                               int slot_count, const double (*place)[3], const double *weight,
+                               Arena *arena, StateList *state);
+// After places, weights or runs have changed: the rest centre anew.
+void rigid_frame_weigh(RigidFrame *frame);
+// Fits position, rotation and velocities to rows (rows.h) [slot_count][ROW].
+void rigid_frame_fit(RigidFrame *frame, const void *rows);
+
+// Energy of the shape-preserving springs in these rows [J]; changes nothing.
+double rigid_frame_energy(const RigidFrame *frame, const void *rows);
+
+#endif

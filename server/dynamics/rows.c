@@ -1,0 +1,150 @@
+// Between a body's rows and the world. Step thread.
+#include "dynamics/rows.h"
+
+#include <math.h>
+
+enum {
+    FOLLOW_TICKS = 16, // ticks between moves of the base frame
+    FOLLOW_LEAST = 4,  // at least so many, however fast the body
+};
+
+// The numbers of a row: position or displacement, and velocity.
+static inline __attribute__((always_inline)) void load(const void *row, bool single, int at,
+                                                       Vec3 *x, Vec3 *v)
+{
+    if (single) {
+        const float *r = (const float *)row + (long)at * ROW;
+        *x = (Vec3){(double)r[0], (double)r[1], (double)r[2]};
+        *v = (Vec3){(double)r[4], (double)r[5], (double)r[6]};
+    } else {
+        const double *r = (const double *)row + (long)at * ROW;
+        *x = (Vec3){r[0], r[1], r[2]};
+        *v = (Vec3){r[4], r[5], r[6]};
+    }
+}
+
+static inline Vec3 place_of(const Rows *rows, int at)
+{
+    return (Vec3){rows->place[at][0], rows->place[at][1], rows->place[at][2]};
+}
+
+void rows_read(const Rows *rows, const void *row, int at, Vec3 *position, Vec3 *velocity)
+{
+    Vec3 p, v;
+    load(row, rows->precision == PRECISION_SINGLE, at, &p, &v);
+    if (rows->displaced) {
+        p = vec3_add(place_of(rows, at), p);
+        if (rows->floating) {
+            p = quat_rotate(rows->frame->turn, p);
+            v = quat_rotate(rows->frame->turn, v);
+        }
+        p = vec3_add(rows->frame->origin, p);
+    }
+    *position = p;
+    if (velocity != NULL)
+        *velocity = v;
+}
+
+void rows_write(const Rows *rows, void *row, int at, Vec3 position, Vec3 velocity)
+{
+    Vec3 p = position, v = velocity;
+    if (rows->displaced) {
+        p = rows_turn_in(rows, vec3_sub(position, rows->frame->origin));
+        p = vec3_sub(p, place_of(rows, at));
+        v = rows_turn_in(rows, velocity);
+    }
+    const double value[ROW] = {p.x, p.y, p.z, 0.0, v.x, v.y, v.z, 0.0};
+    for (int c = 0; c < ROW; c++)
+        rows_put(rows, row, (long)at * ROW + c, value[c]);
+}
+
+Vec3 rows_turn_in(const Rows *rows, Vec3 direction)
+{
+    return rows->floating ? quat_rotate(quat_conjugate(rows->frame->turn), direction) : direction;
+}
+
+bool rows_are_sound(const Rows *rows, const void *row, double limit)
+{
+    for (long i = 0; i < (long)rows->count * ROW; i++) {
+        double most = i % ROW < 4 ? limit : SPEED_LIMIT(rows->precision);
+        if (!(fabs(rows_get(rows, row, i)) <= most))
+            return false;
+    }
+    return true;
+}
+
+// With the fit p = center + R (place - rest_center) in the rows' coordinates: the new frame is the
+// one in which the fitted body does not move, p' = R^T (p - center) + rest_center. Rows move along,
+// by R^T.
+static inline __attribute__((always_inline)) void
+move_rows(const Rows *rows, void *row, bool single, Quat back, Vec3 center, Vec3 rest)
+{
+    for (int s = 0; s < rows->count; s++) {
+        if (rows->owner != NULL && rows->owner[s] < 0)
+            continue;
+        Vec3 u, v;
+        load(row, single, s, &u, &v);
+        Vec3 arm = vec3_sub(place_of(rows, s), rest);
+        // R^T (arm + u - shift) - arm, the difference of rotations taken first: it is small.
+        Vec3 away = vec3_sub(u, vec3_sub(center, rest));
+        Vec3 moved = vec3_add(vec3_sub(quat_rotate(back, arm), arm), quat_rotate(back, away));
+        v = quat_rotate(back, v);
+        if (single) {
+            float *to = (float *)row + (long)s * ROW;
+            to[0] = (float)moved.x, to[1] = (float)moved.y, to[2] = (float)moved.z;
+            to[4] = (float)v.x, to[5] = (float)v.y, to[6] = (float)v.z;
+        } else {
+            double *to = (double *)row + (long)s * ROW;
+            to[0] = moved.x, to[1] = moved.y, to[2] = moved.z;
+            to[4] = v.x, to[5] = v.y, to[6] = v.z;
+        }
+    }
+}
+
+static void move_frame(Rows *rows, void *row)
+{
+    BaseFrame *frame = rows->frame;
+    RigidFrame *rigid = rows->rigid;
+    rigid_frame_fit(rigid, row);
+    const FramePose *pose = &rigid->pose;
+    Quat turn = {rigid->rotation[0], rigid->rotation[1], rigid->rotation[2], rigid->rotation[3]};
+    Quat back = quat_conjugate(turn);
+    Vec3 center = {pose->center[0], pose->center[1], pose->center[2]};
+    Vec3 rest = {pose->rest_center[0], pose->rest_center[1], pose->rest_center[2]};
+    if (rows->precision == PRECISION_SINGLE)
+        move_rows(rows, row, true, back, center, rest);
+    else
+        move_rows(rows, row, false, back, center, rest);
+
+    Vec3 shift = vec3_sub(center, quat_rotate(turn, rest));
+    frame->origin = vec3_add(frame->origin, quat_rotate(frame->turn, shift));
+    frame->turn = quat_unit(quat_multiply(frame->turn, turn));
+    frame->ticks = 0;
+    rigid->rotation[0] = 1.0;
+    rigid->rotation[1] = rigid->rotation[2] = rigid->rotation[3] = 0.0;
+}
+
+bool rows_follow(Rows *rows, void *row)
+{
+    BaseFrame *frame = rows->frame;
+    frame->ticks++;
+    double moved = 0.0; // of one node: the first
+    for (int c = 0; c < 3; c++)
+        moved += fabs(rows_get(rows, row, c));
+    bool far = moved > 0.1 * rows->longest_edge && frame->ticks >= FOLLOW_LEAST;
+    if (frame->ticks < FOLLOW_TICKS && !far)
+        return false;
+    move_frame(rows, row);
+    return true;
+}
+
+void rows_return_to_rest(Rows *rows, void *row)
+{
+    if (rows->displaced)
+        *rows->frame = (BaseFrame){.origin = rows->rest_origin, .turn = {1.0, 0.0, 0.0, 0.0}};
+    for (int s = 0; s < rows->count; s++)
+        for (int c = 0; c < ROW; c++) {
+            double value = !rows->displaced && c < 3 ? rows->place[s][c] : 0.0;
+            rows_put(rows, row, (long)s * ROW + c, value);
+        }
+}
