@@ -33,11 +33,11 @@ typedef struct BaseFrame {
 
 typedef struct Rows {
     Precision precision;
-    bool displaced;      // rows hold u, else positions in the world; always in single precision
-    bool floating;       // displaced only: nothing holds the body, the frame follows it
-    bool turned;         // displaced only: the rows' axes may not be the world's; floating implies it
-    int count;           // rows
-    const int *owner;    // [count] negative: nobody's row, which stays as it is; NULL: all are used
+    bool displaced;   // rows hold u, else positions in the world; always in single precision
+    bool floating;    // displaced only: nothing holds the body, the frame follows it
+    bool turned;      // displaced only: the rows' axes may not be the world's; floating implies it
+    int count;        // rows
+    const int *owner; // [count] negative: nobody's row, which stays as it is; NULL: all are used
     double (*place)[3];  // [count] rest position, less rest_origin [m]
     Vec3 rest_origin;    // zero unless displaced
     Quat rest_turn;      // from the axes of `place` to the world's; of turned rows
@@ -77,7 +77,8 @@ Region rows_region(const Rows *rows, const Region *region);
 Vec3 rows_local(const Rows *rows, const void *row, int at);
 // Where a row is at rest, in the world [m].
 Vec3 rows_rest(const Rows *rows, int at);
-// Whether all numbers are finite, coordinates within `limit` [m] and velocities within SPEED_LIMIT.
+// Whether all numbers, the frame's too, are finite, coordinates within `limit` [m] and velocities
+// within SPEED_LIMIT.
 bool rows_are_sound(const Rows *rows, const void *row, double limit);
 // After a tick of a floating body: moves the base frame along when it is time, and `row` with it.
 // True when it was moved: forces held in the rows' coordinates have to be turned anew.

@@ -4,6 +4,7 @@
 
 #include "base/check.h"
 #include "voxel/model.h"
+#include "voxel/plane/plane.h"
 #include "voxel/skin.h"
 #include "voxel/vertex_ids.h"
 
@@ -336,6 +337,8 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
 bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
                   Status *status)
 {
+    if (options->dimensions == 2)
+        return plane_create(body, options, arena, state, status);
     const char *isa = options->isa == NULL ? "auto" : options->isa;
     Making making = {.options = options};
     layout_create(&making.layout, options->lattice, options->levels);

@@ -19,7 +19,7 @@ typedef struct Nodes {
     Vector x[PLANE_PLACES], y[PLANE_PLACES], vx[PLANE_PLACES], vy[PLANE_PLACES];
 } Nodes;
 typedef struct Forces {
-    Real x[PLANE_PLACES][LANES], y[PLANE_PLACES][LANES];
+    Real row[PLANE_PLACES][LANES * 4]; // as vector_spread_rows has them, WIDTH lanes at a time
 } Forces;
 
 INLINE void load_nodes(const PlanePass *pass, const int *vertex, int count, bool damped, Nodes *out)
@@ -33,16 +33,24 @@ INLINE void load_nodes(const PlanePass *pass, const int *vertex, int count, bool
     }
 }
 
+INLINE void keep_forces(Forces *forces, int i, int lane, Vector x, Vector y)
+{
+    vector_spread_rows(forces->row[i] + 4L * lane, x, y, vector_set(0.0));
+}
+
 // Vertex after vertex, in each the lanes in order: the same sums whatever the width.
-static inline void add_forces(const PlanePass *pass, const int *vertex, int count,
-                              const Forces *forces)
+INLINE void add_forces(const PlanePass *pass, const int *vertex, int count, const Forces *forces)
 {
     Real *force = pass->force;
     for (int i = 0; i < count; i++)
         for (int lane = 0; lane < LANES; lane++) {
             Real *to = force + 4L * vertex[i * LANES + lane];
-            to[0] += forces->x[i][lane];
-            to[1] += forces->y[i][lane];
+            Block sum, f;
+            memcpy(&sum, to, sizeof sum);
+            memcpy(&f, forces->row[i] + 4 * (lane / WIDTH * WIDTH) + vector_row_at(lane % WIDTH),
+                   sizeof f);
+            sum += f;
+            memcpy(to, &sum, sizeof sum);
         }
 }
 
@@ -145,10 +153,8 @@ INLINE void evaluate_squares(const PlanePass *pass, bool damped)
             fy[2] = difference + hy, fy[3] = -sum - hy;
             if (damped)
                 damp_square(pass, class, &n, fx, fy);
-            for (int i = 0; i < 4; i++) {
-                vector_store(forces.x[i] + lane, fx[i]);
-                vector_store(forces.y[i] + lane, fy[i]);
-            }
+            for (int i = 0; i < 4; i++)
+                keep_forces(&forces, i, lane, fx[i], fy[i]);
         }
         add_forces(pass, vertex, 4, &forces);
     }
@@ -157,11 +163,11 @@ INLINE void evaluate_squares(const PlanePass *pass, bool damped)
 // ---------------------------------------------------------------------------------------------
 // Any other shape
 
-INLINE void evaluate_other(const PlanePass *pass, int batch, int lane, bool paper, bool damped,
-                           Forces *forces)
+INLINE void evaluate_other(const PlanePass *pass, int batch, int lane, int count, bool paper,
+                           bool damped, Forces *forces)
 {
     const PlaneBatches *batches = pass->batches;
-    const int first = batches->start[batch], count = batches->start[batch + 1] - first;
+    const int first = batches->start[batch];
     const int numbers = paper ? NODE_PAPER_NUMBERS : NODE_NUMBERS;
     const Real *node = (const Real *)batches->node + (long)first * numbers * LANES + lane;
     const Real *whole = (const Real *)batches->whole + (long)batch * WHOLE_NUMBERS * LANES + lane;
@@ -232,21 +238,40 @@ INLINE void evaluate_other(const PlanePass *pass, int batch, int lane, bool pape
     }
 #undef NODE
 #undef WHOLE
-    for (int i = 0; i < count; i++) {
-        vector_store(forces->x[i] + lane, fx[i]);
-        vector_store(forces->y[i] + lane, fy[i]);
-    }
+    for (int i = 0; i < count; i++)
+        keep_forces(forces, i, lane, fx[i], fy[i]);
+}
+
+// `count` is known to the compiler: its loops unroll.
+INLINE void evaluate_batch(const PlanePass *pass, int batch, int count, bool paper, bool damped)
+{
+    const PlaneBatches *batches = pass->batches;
+    Forces forces;
+    for (int lane = 0; lane < LANES; lane += WIDTH)
+        evaluate_other(pass, batch, lane, count, paper, damped, &forces);
+    add_forces(pass, batches->vertex + (long)batches->start[batch] * LANES, count, &forces);
 }
 
 INLINE void evaluate_others(const PlanePass *pass, bool paper, bool damped)
 {
     const PlaneBatches *batches = pass->batches;
     for (int b = 0; b < batches->other_count; b++) {
-        Forces forces;
-        for (int lane = 0; lane < LANES; lane += WIDTH)
-            evaluate_other(pass, b, lane, paper, damped, &forces);
-        const int first = batches->start[b], count = batches->start[b + 1] - first;
-        add_forces(pass, batches->vertex + (long)first * LANES, count, &forces);
+        switch (batches->start[b + 1] - batches->start[b]) {
+        case 4:
+            evaluate_batch(pass, b, 4, paper, damped);
+            break;
+        case 5:
+            evaluate_batch(pass, b, 5, paper, damped);
+            break;
+        case 6:
+            evaluate_batch(pass, b, 6, paper, damped);
+            break;
+        case 7:
+            evaluate_batch(pass, b, 7, paper, damped);
+            break;
+        default:
+            evaluate_batch(pass, b, 8, paper, damped);
+        }
     }
 }
 

@@ -27,8 +27,9 @@ static void square_numbers(const PlaneForm *form, double number[SQUARE_NUMBERS])
     number[SQUARE_DAMPING] = k->damping / 4.0;
 }
 
-// The batches' order: squares by class, then other shapes by their number of vertices; each in the
-// order of elements, so that neighbours stay near.
+// The batches' order: squares by class, then other shapes, and squares that do not fill a batch of
+// their class, by their number of vertices; each in the order of elements, so that neighbours stay
+// near.
 typedef struct Place {
     int key, element;
 } Place;
@@ -116,21 +117,19 @@ static void put_lane(PlaneModel *model, int batch, int lane, int count, const Pl
                  ((long)batch * WHOLE_NUMBERS + k) * PLANE_LANES + lane, whole[k]);
 }
 
-static void create_squares(PlaneModel *model, const Place *place, int count, int batches_most,
-                           const char *name, Arena *arena)
+static void create_squares(PlaneModel *model, const Place *place, int count, const char *name,
+                           Arena *arena)
 {
     PlaneBatches *batches = &model->batches;
-    batches->square = ALLOCATE((size_t)batches_most * 4 * PLANE_LANES, int, "squares");
-    batches->square_class = ALLOCATE(batches_most, int, "square classes");
-    for (int at = 0; at < count;) {
-        int b = batches->square_count++, length = run_length(place, count, at);
+    batches->square_count = count / PLANE_LANES;
+    batches->square = ALLOCATE((size_t)count * 4, int, "squares");
+    batches->square_class = ALLOCATE(batches->square_count, int, "square classes");
+    for (int at = 0; at < count; at++) {
+        int b = at / PLANE_LANES, lane = at % PLANE_LANES;
         batches->square_class[b] = place[at].key;
-        for (int lane = 0; lane < PLANE_LANES; lane++)
-            for (int i = 0; i < 4; i++)
-                batches->square[(b * 4 + i) * PLANE_LANES + lane] =
-                    lane < length ? model->form[place[at + lane].element].vertex[i]
-                                  : model->vertex_count;
-        at += length;
+        for (int i = 0; i < 4; i++)
+            batches->square[(b * 4 + i) * PLANE_LANES + lane] =
+                model->form[place[at].element].vertex[i];
     }
 }
 
@@ -174,9 +173,18 @@ void plane_create_batches(PlaneModel *model, const char *name, Arena *arena)
             other[others++] = (Place){form->shape->count, e};
     }
     qsort(square, (size_t)squares, sizeof *square, compare);
+    int kept = 0;
+    for (int at = 0, length; at < squares; at += length) {
+        length = run_length(square, squares, at);
+        for (int k = 0; k < length; k++)
+            if (length == PLANE_LANES)
+                square[kept++] = square[at + k];
+            else
+                other[others++] = (Place){4, square[at + k].element};
+    }
     qsort(other, (size_t)others, sizeof *other, compare);
-    // Each class, and each number of vertices, may leave one batch partly filled.
-    create_squares(model, square, squares, squares / PLANE_LANES + classes, name, arena);
+    create_squares(model, square, kept, name, arena);
+    // Each number of vertices may leave one batch partly filled.
     int most = others / PLANE_LANES + PLANE_PLACES;
     create_others(model, other, others, most, most * PLANE_PLACES, name, arena);
     model->batches.class = arena_allocate(arena, ARENA_STEP, (size_t)classes * SQUARE_NUMBERS,

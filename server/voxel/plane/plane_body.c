@@ -182,10 +182,8 @@ static void plane_restore(void *self, bool to_start)
     PlaneModel *model = self;
     const Rows *rows = &model->rows;
     void *row = model->row[model->current];
-    if (to_start) {
+    if (to_start)
         rows_return_to_rest(&model->rows, row);
-        rows->frame->turn = model->rest_turn;
-    }
     for (long v = 0; v < rows->count; v++)
         for (int c = 4; c < ROW; c++)
             rows_put(rows, row, v * ROW + c, 0.0);
@@ -323,10 +321,9 @@ static void plane_measure(const void *self, BodyMeasure *measure)
     const void *row = model->row[model->current];
     double kinetic = 0.0, elastic = 0.0, farthest = 0.0;
     for (int v = 0; v < model->vertex_count; v++) {
-        Vec3 x, velocity, place = {rows->place[v][0], rows->place[v][1], rows->place[v][2]};
+        Vec3 x, velocity;
         rows_read(rows, row, v, &x, &velocity);
-        Vec3 rest = vec3_add(rows->rest_origin, quat_rotate(model->rest_turn, place));
-        Vec3 u = vec3_sub(x, rest);
+        Vec3 u = vec3_sub(x, rows_rest(rows, v));
         kinetic += 0.5 * model->mass[v] * vec3_dot(velocity, velocity);
         farthest = fmax(farthest, vec3_dot(u, u));
     }

@@ -172,15 +172,16 @@ static void create_rows(PlaneModel *model, const Making *making, const char *nam
     model->floating = true;
     for (int v = 0; v < count; v++)
         model->floating &= !making->fixed[v];
-    model->rest_turn = quat_unit((Quat){lattice->turn.w, 0.0, 0.0, lattice->turn.z});
     const double middle[2] = {0.5 * lattice->count[0], 0.5 * lattice->count[1]};
     Rows *rows = &model->rows;
     *rows = (Rows){
         .precision = making->options->precision,
         .displaced = true,
-        .floating = true, // its axes are the lattice's even when it is held
+        .floating = model->floating,
+        .turned = true, // its axes are the lattice's
         .count = count + 1,
         .rest_origin = lattice_point(lattice, middle[0], middle[1], 0.5),
+        .rest_turn = quat_unit((Quat){lattice->turn.w, 0.0, 0.0, lattice->turn.z}),
         .longest_edge = lattice->size,
     };
     rows->place = arena_allocate(arena, ARENA_STEP, (size_t)count + 1, sizeof *rows->place,
@@ -189,7 +190,7 @@ static void create_rows(PlaneModel *model, const Making *making, const char *nam
         for (int d = 0; d < 2; d++)
             rows->place[v][d] = lattice->size * (making->mesh.point[v][d] - middle[d]);
     rows->frame = ALLOCATE(ARENA_STEP, 1, BaseFrame, "base frame");
-    *rows->frame = (BaseFrame){.origin = rows->rest_origin, .turn = model->rest_turn};
+    *rows->frame = (BaseFrame){.origin = rows->rest_origin, .turn = rows->rest_turn};
     state_add(state, rows->frame, sizeof *rows->frame, "%s/base_frame", name);
 }
 

@@ -1,7 +1,7 @@
 // The seam of the plane kernels: what one evaluation of all forces reads and writes. The kernel is
-// one source (server/voxel/kernel/plane_kernel.c) compiled once for each precision and instruction-set level;
-// every level of a precision gives the same bits: elements of a batch are computed side by side and
-// added one after the other.
+// one source (server/voxel/kernel/plane_kernel.c) compiled once for each precision and
+// instruction-set level; every level of a precision gives the same bits: elements of a batch are
+// computed side by side and added one after the other.
 //
 // Rows (dynamics/rows.h) hold displacements u in the body's base frame; of their numbers x, y, vx
 // and vy count, the others stay 0.
@@ -18,8 +18,8 @@ enum { PLANE_LANES = 16 }; // elements in a batch
 
 // Real below is float or double, by the kernel's precision.
 
-// Squares with four corners and no other vertex; both laws are one here (the paper's is that of
-// alpha = 1 and nu = 0). What they have in common, by class:
+// Squares with four corners and no other vertex, whole batches of one class; both laws are one here
+// (the paper's is that of alpha = 1 and nu = 0). What they have in common, by class:
 typedef enum PlaneSquareNumber {
     SQUARE_PLACE,    // half an edge [m]
     SQUARE_GRADIENT, // 1 / (2 edge) [1/m]
@@ -55,13 +55,13 @@ typedef enum PlaneWholeNumber {
     WHOLE_NUMBERS,
 } PlaneWholeNumber;
 
-// Lanes left over hold the spare vertex. Constant after creation.
+// Lanes left over among the others hold the spare vertex. Constant after creation.
 typedef struct PlaneBatches {
     int square_count;  // batches
     int *square;       // [batch][4][LANES] vertices by corner x + 2 y
     int *square_class; // [batch]
     void *class;       // Real [class][SQUARE_NUMBERS]
-    int other_count;   // batches
+    int other_count;   // batches of one number of vertices each, 4 to 8
     int *start;        // [batch + 1] of its rows
     int *vertex;       // [row][LANES]
     void *node;        // Real [row][NODE_NUMBERS or NODE_PAPER_NUMBERS][LANES]
