@@ -20,8 +20,8 @@ typedef struct World {
     StateList state;
     Sim *sim;
     Team *team;    // shares the step; without workers until team_start; NULL: scene.threads is 1
-    TriMesh *mesh; // [body_count] of the scene, at the level of the body: nodes in file order, for
-                   // checkpoints
+    TriMesh *mesh; // [body_count] of the scene, at the level of the body, nodes in file order;
+                   // empty for bodies that are not made from one
     int mesh_count;
 } World;
 

@@ -5,28 +5,72 @@
 #include <math.h>
 #include <stdlib.h>
 
+// Nodes that a body has.
+static int node_count(const Body *body)
+{
+    return body->ops->adapt != NULL ? body->mesh.node_count : body->state_capacity;
+}
+
+// What tools meet.
+typedef struct Outside {
+    int nodes, fixed;
+    Vec3 low, high; // [m]
+} Outside;
+
+// Rounding of rows that hold displacements is nothing to show.
+static double without_rounding(double x, double size)
+{
+    return fabs(x) < 1e-12 * size ? 0.0 : x;
+}
+
+static Outside measure_outside(const Body *body)
+{
+    const double infinite = (double)INFINITY;
+    const BodySurface *places = &body->surface; // more than there are nodes, where a body adapts
+    Outside outside = {.low = {infinite, infinite, infinite},
+                       .high = {-infinite, -infinite, -infinite}};
+    Vec3 *low = &outside.low, *high = &outside.high;
+    for (int i = 0; i < places->node_count; i++) {
+        if (places->node_face_end[i] <= places->node_face_start[i])
+            continue;
+        Vec3 x;
+        body->ops->read_nodes(body->model, &i, 1, &x, NULL);
+        *low = vec3(fmin(low->x, x.x), fmin(low->y, x.y), fmin(low->z, x.z));
+        *high = vec3(fmax(high->x, x.x), fmax(high->y, x.y), fmax(high->z, x.z));
+        outside.nodes++;
+        outside.fixed += body->ops->is_fixed != NULL && body->ops->is_fixed(body->model, i);
+    }
+    const double size = vec3_length(*low) + vec3_length(*high);
+    double *number[] = {&low->x, &low->y, &low->z, &high->x, &high->y, &high->z};
+    for (int k = 0; k < 6; k++)
+        *number[k] = without_rounding(*number[k], size);
+    return outside;
+}
+
+static void print_nodes(const Body *body, const Outside *outside, FILE *out)
+{
+    if (body->spring_count > 0) {
+        fprintf(out, "  nodes %d (%d fixed), springs %d, faces %d, pieces %d, mass %.6g kg\n",
+                node_count(body), outside->fixed, body->spring_count, body->mesh.triangle_count,
+                mesh_pieces(&body->mesh), body->mass);
+        return;
+    }
+    fprintf(out, "  nodes %d, elements %d, pieces %d, mass %.6g kg\n", node_count(body),
+            body->element_count, mesh_pieces(&body->mesh), body->mass);
+    fprintf(out, "  outside: nodes %d (%d fixed), faces %d; published: nodes %d, faces %d\n",
+            outside->nodes, outside->fixed, body->surface.face_count, body->mesh.node_count,
+            body->mesh.triangle_count);
+}
+
 static void print_body(World *world, const Scene *scene, int index, FILE *out)
 {
     const SurfaceOptions *surface = &scene->body[index].surface;
     const Body *body = sim_body(world->sim, index);
-    const TriMesh *mesh = &world->mesh[index];
-    Vec3 low = mesh->position[0], high = low;
-    for (int i = 1; i < mesh->node_count; i++) {
-        Vec3 p = mesh->position[i];
-        low = vec3(fmin(low.x, p.x), fmin(low.y, p.y), fmin(low.z, p.z));
-        high = vec3(fmax(high.x, p.x), fmax(high.y, p.y), fmax(high.z, p.z));
-    }
-    const BodySurface *places = &body->surface; // more than there are nodes, where a body adapts
-    int fixed = 0;
-    for (int i = 0; i < places->node_count; i++)
-        fixed += places->node_face_end[i] > places->node_face_start[i] &&
-                 body->ops->is_fixed != NULL && body->ops->is_fixed(body->model, i);
-
+    const Outside outside = measure_outside(body);
+    const Vec3 low = outside.low, high = outside.high;
     fprintf(out, "body %s: model %s, %s\n", body->name, body->ops->model,
             integrator_name(body->integrator));
-    fprintf(out, "  nodes %d (%d fixed), springs %d, faces %d, pieces %d, mass %.6g kg\n",
-            body->mesh.node_count, fixed, body->spring_count, body->mesh.triangle_count,
-            mesh_pieces(&body->mesh), body->mass);
+    print_nodes(body, &outside, out);
     fprintf(out, "  box [%.6g, %.6g, %.6g] to [%.6g, %.6g, %.6g] m\n", low.x, low.y, low.z, high.x,
             high.y, high.z);
     fprintf(out, "  time step %.6g s, %d substeps a tick, stability limit %.6g s%s\n", body->h,
@@ -75,7 +119,7 @@ static int node_total(World *world)
 {
     int nodes = 0;
     for (int i = 0; i < sim_body_count(world->sim); i++)
-        nodes += sim_body(world->sim, i)->mesh.node_count;
+        nodes += node_count(sim_body(world->sim, i));
     return nodes;
 }
 
