@@ -215,18 +215,11 @@ int voxel_read_state(const void *self, int *id, Vec3 *position, Vec3 *velocity)
 {
     const VoxelModel *model = self;
     for (int i = 0; i < model->vertex_count; i++) {
-        id[i] = model->id[i];
+        if (id != NULL)
+            id[i] = model->id[i];
         rows_read(&model->rows, model->row[model->current], i, &position[i], &velocity[i]);
     }
     return model->vertex_count;
-}
-
-static void read_published(const void *self, Vec3 *position, Vec3 *velocity)
-{
-    const VoxelModel *model = self;
-    for (int i = 0; i < model->node_count; i++)
-        rows_read(&model->rows, model->row[model->current], model->node[i], &position[i],
-                  &velocity[i]);
 }
 
 static void voxel_measure(const void *self, BodyMeasure *measure)
@@ -321,7 +314,7 @@ const BodyOps voxel_ops = {
     .add_load = voxel_add_load,
     .clear_loads = voxel_clear_loads,
     .snapshot = voxel_snapshot,
-    .read_state = read_published,
+    .read_state = voxel_read_state,
     .measure = voxel_measure,
     .is_fixed = voxel_is_fixed,
     .set = voxel_set,
