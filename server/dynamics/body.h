@@ -31,6 +31,11 @@ typedef struct BodySurface {
     const double *node_area; // a third of the faces around [m2]
     const double *node_mass; // [kg]
     double longest_edge;     // at rest, of the coarsest level [m]: constant
+    // Times contact_kappa, the contact stiffness of a face and that of a node against a plane;
+    // NULL, both: 1. Memory of the model's, filled by contact_set_stiffness: for bodies whose nodes
+    // carry masses that differ much for their area.
+    double *face_firmness; // [face_count]
+    double *node_firmness; // [node_count]
 } BodySurface;
 
 // Figures for status and summary; computed when asked.
@@ -190,7 +195,7 @@ struct Body {
     double finest_lambda, finest_damping; // of the finest level at rest; 0: one level, or not known
 
     // Contact law (contact.md 2.1), set by sim_create from `lambda`.
-    double contact_kappa;   // stiffness per rest area [N/m3]
+    double contact_kappa;   // stiffness per rest area [N/m3], times firmness
     double contact_ratio;   // a: share of the body's own stiffness
     double contact_damping; // b_c: damping time [s]
     BodyTuning tuning;
