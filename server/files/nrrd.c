@@ -59,7 +59,8 @@ static bool read_line(Header *header, char *line, int number)
 {
     char shown[41];
     char *colon = strstr(line, ": ");
-    if (line[0] == '#' || (colon == NULL && strstr(line, ":=") != NULL))
+    bool keyed = strstr(line, ":=") != NULL;
+    if (line[0] == '#' || (colon == NULL && keyed))
         return true;
     int field = nrrdField_unknown;
     if (colon != NULL) {
@@ -68,7 +69,7 @@ static bool read_line(Header *header, char *line, int number)
     }
     if (field <= nrrdField_unknown || field >= nrrdField_last || field == nrrdField_keyvalue ||
         field == nrrdField_comment) {
-        if (colon != NULL && strstr(line, ":=") != NULL)
+        if (keyed)
             return true;
         return status_fail(header->status, STATUS_INVALID,
                            "%s:%d: '%s' is no field of an NRRD "
