@@ -124,7 +124,9 @@ static void put_nrrd(Bytes *bytes, const Type *type, const char *encoding, bool 
     Bytes *raw = calloc(1, sizeof *raw);
     put_text(bytes,
              "NRRD0005\n# by hand\ntype: %s\ndimension: 3\nspace: LPS\nsizes: 4 3 2\n"
-             "space directions: (1,0,0) (0,1,0) (0,0,1)\nendian: %s\nencoding: %s\n\n",
+             "kinds: domain space domain\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n"
+             "space units: \"mm\" \"mm\" \"mm\"\nspace origin: (1,2,3)\nendian: %s\n"
+             "key:=value\nline skip: 0\nencoding: %s\n\n",
              type->nrrd, big ? "big" : "little", encoding);
     put_labels(raw, type, big);
     if (encoding[0] == 'g')
@@ -483,6 +485,15 @@ static void nrrd_defects_are_told_in_a_sentence(void **state)
          ": the first voxel is at (1e+297, 0, 0) m"},
         {PLAIN "a\001b: c\n", ":6: 'a?b' is no field of an NRRD header"},
     };
+    // Fields that disagree.
+    write_nrrd(PLAIN "spacings: 1 1 1\nkinds: 3-vector domain domain\n");
+    expect_error(": has 2 axes of space, not 3 as a volume");
+    write_nrrd(PLAIN "spacings: 7 7 7\nspace: LPS\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n");
+    expect_error(": bad NRRD header: axis[0] has a direction vector, and so can't have min, max, "
+                 "spacing, or units set");
+    // A line within a line would get past all checks.
+    write_nrrd(PLAIN "spacings: 1 1 1\rdata file: /etc/passwd\n");
+    expect_error(":6: a byte that is no text in the NRRD header");
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         write_nrrd(bad[i].header);
         if (bad[i].error != NULL) {
