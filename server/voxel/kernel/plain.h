@@ -72,20 +72,22 @@ INLINE void plain_forces(const PlainFactors *by, bool damped, double (*last)[4],
                          Vector v[3][MODES])
 {
     Deformation deformation;
+    Root root;
     Polar polar;
     Motion motion;
     Vector spin[3], bent[4][3];
     for (int c = 0; c < 3; c++) {
         butterfly(u[c]);
-        if (damped)
-            butterfly(v[c]);
         for (int k = 0; k < 3; k++)
             deformation.g[c][k] = u[c][AXIS_MODE[k]] * by->gradient;
         for (int m = 0; m < 4; m++)
             bent[m][c] = u[c][BENT_MODE[m]] * by->gradient;
     }
     deformation_complete(&deformation);
+    polar_root(&deformation, &root);
     if (damped) {
+        for (int c = 0; c < 3; c++)
+            butterfly(v[c]);
         for (int i = 0; i < 3; i++) {
             int j = (i + 1) % 3, k = (i + 2) % 3;
             motion.spread[i] = deformation.gram[i] + REAL(1.0);
@@ -108,7 +110,7 @@ INLINE void plain_forces(const PlainFactors *by, bool damped, double (*last)[4],
         }
         spin_solve(&motion, spin);
     }
-    Vector unfit = polar_fit(&deformation, &polar);
+    Vector unfit = polar_fit(&deformation, &root, &polar);
     if (__builtin_expect(vector_any(unfit), 0))
         repair(&deformation, &motion, unfit, damped, last, &polar, spin);
 
