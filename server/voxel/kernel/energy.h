@@ -11,7 +11,9 @@ INLINE void energy_fit(const Deformation *deformation, const double (*last)[4], 
 {
     Motion motion;
     Vector spin[3];
-    Vector unfit = polar_fit(deformation, polar);
+    Root root;
+    polar_root(deformation, &root);
+    Vector unfit = polar_fit(deformation, &root, polar);
     if (__builtin_expect(vector_any(unfit), 0)) {
         double scratch[WIDTH][4];
         memcpy(scratch, last, sizeof scratch);
