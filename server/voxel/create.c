@@ -325,7 +325,7 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
         .state_capacity = mesh->vertex_count,
     };
     snprintf(body->name, sizeof body->name, "%s", name);
-    voxel_create_surface(model, body, mesh, options->lattice->size, name, arena);
+    voxel_create_surface(model, body, mesh, options, arena);
     if (options->skin == NULL) {
         voxel_create_mesh(model, body, mesh, options->publish_all, name, arena);
         return true;
