@@ -51,7 +51,7 @@ typedef struct VoxelModel {
     // --- constant loads; NULL: none can act ---
     double (*load)[3]; // [surface_count] in the world [N]; part of the state
     int *loaded;       // [loaded_count] those that are not zero, ascending; follows from `load`
-    int loaded_count;
+    int loaded_count;  // -1: to be listed anew
 
     // --- out ---
     int *node; // [node_count] vertex of a published node, unless there is a skin

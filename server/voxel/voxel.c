@@ -29,6 +29,8 @@ static void add_force(VoxelModel *model, int vertex, Vec3 force)
 
 static void add_loads(VoxelModel *model)
 {
+    if (model->loaded_count < 0)
+        voxel_list_loads(model);
     for (int k = 0; k < model->loaded_count; k++) {
         const double *load = model->load[model->loaded[k]];
         add_force(model, model->loaded[k], (Vec3){load[0], load[1], load[2]});
@@ -181,7 +183,7 @@ static void voxel_add_load(void *self, int node, Vec3 force)
     model->load[node][0] += force.x;
     model->load[node][1] += force.y;
     model->load[node][2] += force.z;
-    voxel_list_loads(model);
+    model->loaded_count = -1; // listed once all have been added
 }
 
 static void voxel_clear_loads(void *self)
