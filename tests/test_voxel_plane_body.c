@@ -386,7 +386,7 @@ static void initial_state_goes_by_ascending_id(void **state)
     enum { COUNT = 8 };
     assert_int_equal(rest.mesh.node_count, COUNT);
     Vec3 x[COUNT], v[COUNT], sorted[COUNT], speed[COUNT];
-    rest.ops->read_state(rest.model, x, v);
+    rest.ops->read_state(rest.model, NULL, x, v);
     for (int i = 0; i < COUNT; i++) {
         int rank = 0;
         for (int k = 0; k < COUNT; k++)

@@ -186,6 +186,22 @@ static void volumes_and_labels_that_changed_are_noticed(void **unused)
                    "a.h5: /bodies/a was prepared from another source of voxels than this scene's");
 }
 
+// The header alone stays as it was: its voxels are in a file of their own.
+static void voxels_beside_their_header_are_noticed_too(void **unused)
+{
+    (void)unused;
+    static const char HEADER[] = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 1 1\n"
+                                 "space: left-posterior-superior\n"
+                                 "space directions: (2,0,0) (0,2,0) (0,0,2)\n"
+                                 "encoding: raw\ndata file: v.raw\n";
+    scratch_write(&scratch, "v.nhdr", HEADER, sizeof HEADER - 1);
+    scratch_write(&scratch, "v.raw", "\0\2\4\4", 4);
+    expect_as_made(SCENE("file = \"v.nhdr\"; label = [4, 2];"));
+    scratch_write(&scratch, "v.raw", "\2\2\4\4", 4);
+    expect_refusal(SCENE("file = \"v.nhdr\"; label = [4, 2];"),
+                   "a.h5: /bodies/a was prepared from another source of voxels than this scene's");
+}
+
 #ifdef PLIANT_WITH_SURFACE
 static void models_do_not_read_each_other(void **unused)
 {
@@ -338,6 +354,7 @@ int main(void)
         cmocka_unit_test(keys_beside_voxels_may_change),
         cmocka_unit_test(lattices_of_other_scenes_are_refused),
         cmocka_unit_test(volumes_and_labels_that_changed_are_noticed),
+        cmocka_unit_test(voxels_beside_their_header_are_noticed_too),
 #ifdef PLIANT_WITH_SURFACE
         cmocka_unit_test(models_do_not_read_each_other),
 #endif

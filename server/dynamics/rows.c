@@ -85,12 +85,21 @@ Vec3 rows_local(const Rows *rows, const void *row, int at)
 Vec3 rows_rest(const Rows *rows, int at)
 {
     Vec3 place = place_of(rows, at);
-    return vec3_add(rows->rest_origin,
-                    rows->turned ? quat_rotate(rows->rest_turn, place) : place);
+    return vec3_add(rows->rest_origin, rows->turned ? quat_rotate(rows->rest_turn, place) : place);
+}
+
+// Of a frame read from a file, too.
+static bool frame_is_sound(const BaseFrame *frame)
+{
+    const Quat q = frame->turn;
+    return vec3_finite(frame->origin) &&
+           fabs(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z - 1.0) < 1e-6;
 }
 
 bool rows_are_sound(const Rows *rows, const void *row, double limit)
 {
+    if (rows->displaced && !frame_is_sound(rows->frame))
+        return false;
     for (long i = 0; i < (long)rows->count * ROW; i++) {
         double most = i % ROW < 4 ? limit : SPEED_LIMIT(rows->precision);
         if (!(fabs(rows_get(rows, row, i)) <= most))

@@ -33,11 +33,11 @@ typedef struct BaseFrame {
 
 typedef struct Rows {
     Precision precision;
-    bool displaced;      // rows hold u, else positions in the world; always in single precision
-    bool floating;       // displaced only: nothing holds the body, the frame follows it
-    bool turned;         // displaced only: the rows' axes may not be the world's; floating implies it
-    int count;           // rows
-    const int *owner;    // [count] negative: nobody's row, which stays as it is; NULL: all are used
+    bool displaced;   // rows hold u, else positions in the world; always in single precision
+    bool floating;    // displaced only: nothing holds the body, the frame follows it
+    bool turned;      // displaced only: the rows' axes may not be the world's; floating implies it
+    int count;        // rows
+    const int *owner; // [count] negative: nobody's row, which stays as it is; NULL: all are used
     double (*place)[3];  // [count] rest position, less rest_origin [m]
     Vec3 rest_origin;    // zero unless displaced
     Quat rest_turn;      // from the axes of `place` to the world's; of turned rows
@@ -67,6 +67,14 @@ static inline void rows_put(const Rows *rows, void *array, long index, double va
         ((double *)array)[index] = value;
 }
 
+// Numbers `from` to from + 2 of row `at`: 0 its place or displacement, 4 its velocity.
+static inline Vec3 rows_vector(const Rows *rows, const void *row, int at, int from)
+{
+    long first = (long)at * ROW + from;
+    return (Vec3){rows_get(rows, row, first), rows_get(rows, row, first + 1),
+                  rows_get(rows, row, first + 2)};
+}
+
 // Position [m] and velocity [m/s] in the world of row `at` of `row`; velocity may be NULL.
 void rows_read(const Rows *rows, const void *row, int at, Vec3 *position, Vec3 *velocity);
 void rows_write(const Rows *rows, void *row, int at, Vec3 position, Vec3 velocity);
@@ -77,7 +85,8 @@ Region rows_region(const Rows *rows, const Region *region);
 Vec3 rows_local(const Rows *rows, const void *row, int at);
 // Where a row is at rest, in the world [m].
 Vec3 rows_rest(const Rows *rows, int at);
-// Whether all numbers are finite, coordinates within `limit` [m] and velocities within SPEED_LIMIT.
+// Whether all numbers, the frame's too, are finite, coordinates within `limit` [m] and velocities
+// within SPEED_LIMIT.
 bool rows_are_sound(const Rows *rows, const void *row, double limit);
 // After a tick of a floating body: moves the base frame along when it is time, and `row` with it.
 // True when it was moved: forces held in the rows' coordinates have to be turned anew.

@@ -3,11 +3,24 @@
 
 #include "base/check.h"
 #include "files/body_voxels.h"
+#include "files/volume_import.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #if defined(PLIANT_WITH_HDF5) && defined(PLIANT_WITH_VOXEL)
+
+// Of a volume whose header stands alone both files count.
+static bool hash_files(const VoxelSource *source, uint64_t *hash, Status *status)
+{
+    char *data = NULL;
+    bool ok = (source->kind != VOXELS_FILE || volume_find_data(source->file, &data, status)) &&
+              prepared_hash_file(hash, source->file, status) &&
+              (data == NULL || prepared_hash_file(hash, data, status));
+    free(data);
+    return ok;
+}
 
 static bool hash_source(const VoxelSource *source, uint64_t *hash, Status *status)
 {
@@ -23,7 +36,7 @@ static bool hash_source(const VoxelSource *source, uint64_t *hash, Status *statu
     fnv_real(hash, source->scale);
     fnv_vector(hash, source->rotation);
     fnv_vector(hash, source->translation);
-    return source->file == NULL || prepared_hash_file(hash, source->file, status);
+    return source->file == NULL || hash_files(source, hash, status);
 }
 
 // --- writing -------------------------------------------------------------------------------------

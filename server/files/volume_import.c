@@ -27,8 +27,8 @@ static bool check_axes(const char *path, const LabelVolume *volume, Status *stat
         double length = vec3_length(axis);
         if (!(length >= LEAST_SPACING && length <= MOST_SPACING))
             return status_fail(status, STATUS_INVALID,
-                               "%s: the step along axis %d is (%g, %g, %g) m, which is no spacing",
-                               path, a, axis.x, axis.y, axis.z);
+                               "%s: the spacing along axis %d is %g m, outside [%g, %g]", path, a,
+                               fabs(length), LEAST_SPACING, MOST_SPACING);
         unit[a] = vec3_scale(1.0 / length, axis);
     }
     for (int a = 0; a < 3; a++) {
@@ -67,13 +67,22 @@ static bool read_header(const VolumeFile *file, LabelVolume *volume, VolumeData 
                        file->path);
 }
 
+// Both files and everything of the volume but its labels. data->file is empty when the voxels are
+// in `file`.
+static bool open_volume(const char *path, VolumeFile *file, LabelVolume *volume, VolumeData *data,
+                        Status *status)
+{
+    *volume = (LabelVolume){0};
+    *data = (VolumeData){.file.descriptor = -1};
+    return volume_file_open(path, file, status) && read_header(file, volume, data, status) &&
+           check_axes(path, volume, status);
+}
+
 bool volume_import(const char *path, LabelVolume *volume, Status *status)
 {
     VolumeFile file;
-    VolumeData data = {.file.descriptor = -1};
-    *volume = (LabelVolume){0};
-    bool ok = volume_file_open(path, &file, status) && read_header(&file, volume, &data, status) &&
-              check_axes(path, volume, status);
+    VolumeData data;
+    bool ok = open_volume(path, &file, volume, &data, status);
     if (ok) {
         bool own = data.file.path != NULL;
         if (!own)
@@ -86,5 +95,21 @@ bool volume_import(const char *path, LabelVolume *volume, Status *status)
     volume_file_close(&file);
     if (!ok)
         volume_destroy(volume);
+    return ok;
+}
+
+bool volume_find_data(const char *path, char **found, Status *status)
+{
+    VolumeFile file;
+    VolumeData data;
+    LabelVolume volume;
+    bool ok = open_volume(path, &file, &volume, &data, status);
+    *found = NULL;
+    if (ok && data.file.path != NULL) {
+        *found = data.file.path;
+        data.file.path = NULL;
+    }
+    volume_file_close(&data.file);
+    volume_file_close(&file);
     return ok;
 }

@@ -23,6 +23,9 @@ typedef struct LabelVolume {
 // without a direction (or in a space that is not the patient's) the axes are taken as LPS. Errors
 // are one sentence that names the file. Nothing is allocated for what a file cannot hold.
 bool volume_import(const char *path, LabelVolume *volume, Status *status);
+// The file beside `path` that holds the voxels of a volume whose header stands alone, malloc'ed for
+// the caller, or NULL: `path` has them. Reads the header only.
+bool volume_find_data(const char *path, char **found, Status *status);
 void volume_destroy(LabelVolume *volume);
 
 #endif

@@ -86,7 +86,8 @@ typedef struct Arguments {
 static const struct argp_option OPTIONS[] = {
     {"tsv", 't', "FILE", 0, "write the rows there, tab-separated, with a header line", 0},
     {"case", 'c', "PREFIX", 0, "only cases whose name begins so", 0},
-    {"isa", 'i', "LEVEL", 0, "run the springs with the kernels of this level (pliantd --isa)", 0},
+    {"isa", 'i', "LEVEL", 0,
+     "run springs and elements with the kernels of this level (pliantd --isa)", 0},
     {"facts", 'f', NULL, 0, "begin the table with comment lines: machine, compiler, date", 0},
     {"compare", 'C', "OLD.tsv", 0, "measure nothing: compare that table with the one named last",
      0},
@@ -170,7 +171,10 @@ static const char DOC[] =
     "load.start (from nothing to the first tick, 100 000 triangles), load.levels (the same with "
     "levels of detail, made and read), levels.sphere.1N, levels.sphere.0.2N and levels.stomach "
     "(a body that adapts against the same wholly refined), levels.topology (what following a tool "
-    "costs a tick), live.loop, live.rk4 and "
+    "costs a tick), voxel.textbook, voxel.double and voxel.single (whole steps of cubes of "
+    "elements), "
+    "voxel.graded.single and voxel.hanging.single (elements with hanging vertices), live.loop, "
+    "live.rk4 and "
     "live.largest.* (the real pliantd at 1 kHz in a private network).";
 
 int main(int argc, char **argv)
@@ -208,6 +212,9 @@ int main(int argc, char **argv)
     bench_pairs(&bench);
     bench_load(&bench);
     bench_levels(&bench);
+#ifdef PLIANT_WITH_VOXEL
+    bench_voxels(&bench);
+#endif
     bench_live(&bench);
     if (bench.table != NULL && fclose(bench.table) != 0) {
         fprintf(stderr, "pliant-bench: cannot write %s: %s\n", arguments.table, strerror(errno));

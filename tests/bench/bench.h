@@ -48,5 +48,6 @@ void bench_pairs(Bench *bench);
 void bench_load(Bench *bench);
 void bench_levels(Bench *bench);
 void bench_live(Bench *bench);
+void bench_voxels(Bench *bench); // where voxel bodies are built in
 
 #endif

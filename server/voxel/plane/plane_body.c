@@ -284,11 +284,15 @@ static void plane_snapshot(const void *self, float *position, float *velocity)
                   position, velocity);
 }
 
-static void plane_read_state(const void *self, Vec3 *position, Vec3 *velocity)
+static int plane_read_state(const void *self, int *id, Vec3 *position, Vec3 *velocity)
 {
     const PlaneModel *model = self;
-    for (int v = 0; v < model->vertex_count; v++)
+    for (int v = 0; v < model->vertex_count; v++) {
+        if (id != NULL)
+            id[v] = model->id[v];
         rows_read(&model->rows, model->row[model->current], v, &position[v], &velocity[v]);
+    }
+    return model->vertex_count;
 }
 
 // In the base frame, where a rotation changes nothing.
