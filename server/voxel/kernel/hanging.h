@@ -49,7 +49,7 @@ static inline void hanging_factors(const VoxelPass *pass, const int element_clas
     }
 }
 
-INLINE HangingFactors hanging_factors_at(const Real factor[FACTORS][LANES], int lane)
+INLINE HangingFactors hanging_factors_at(Real factor[FACTORS][LANES], int lane)
 {
     return (HangingFactors){
         vector_load(factor[GRADIENT] + lane), vector_load(factor[STRETCH] + lane),
