@@ -96,7 +96,7 @@ static void make_elements(Making *making)
     making->mask = calloc((size_t)count, sizeof *making->mask);
     making->density = calloc((size_t)count, sizeof *making->density);
     ASSERT(making->classes != NULL && making->mask != NULL && making->density != NULL);
-    making->step = INFINITY;
+    making->step = (double)INFINITY;
     Template shape;
     template_create(&shape, 0);
     for (int e = 0; e < count; e++) {
