@@ -399,7 +399,7 @@ static void initial_state_goes_by_ascending_id(void **state)
     options.body.initial_position = sorted;
     options.body.initial_velocity = speed;
     assert_true(voxel_create(&moved, &options.body, &arena, &list, &status));
-    moved.ops->read_state(moved.model, sorted, speed);
+    moved.ops->read_state(moved.model, NULL, sorted, speed);
     for (int i = 0; i < COUNT; i++) {
         expect_near(sorted[i].x, x[i].x + 1e-4 * rest.mesh.id[i], 1e-17);
         assert_true(speed[i].y == rest.mesh.id[i]);
