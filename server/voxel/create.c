@@ -299,6 +299,8 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
     model->vertex_count = mesh->vertex_count;
     model->surface_count = mesh->surface_count;
     model->element_count = mesh->element_count;
+    for (int e = 0; e < mesh->element_count; e++)
+        model->element_at_level[making->layout.leaf[e].level]++;
     model->mass = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, double, "vertex masses");
     model->id = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, int, "vertex ids");
     memcpy(model->id, mesh->id, (size_t)mesh->vertex_count * sizeof *model->id);
