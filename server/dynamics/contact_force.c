@@ -80,14 +80,29 @@ static void add_force(Contact *contact, const Candidate *candidate, const double
             vec3_madd(contact->f[candidate->node[k]], -weight[k], force);
 }
 
+// [N/m]
+static double face_stiffness(const Body *body, int face)
+{
+    double stiffness = body->contact_kappa * body->surface.face_area[face];
+    const double *firmness = body->surface.face_firmness;
+    return firmness != NULL ? stiffness * firmness[face] : stiffness;
+}
+
+// Against a plane [N/m].
+static double node_stiffness(const Body *body, int node)
+{
+    double stiffness = body->contact_kappa * body->surface.node_area[node];
+    const double *firmness = body->surface.node_firmness;
+    return firmness != NULL ? stiffness * firmness[node] : stiffness;
+}
+
 // The push of one pair: `share` of the face's stiffness, along `normal`, for an overlap `depth`.
 static void add_push(Contact *contact, const ToolPlacement *at, int index, const double weight[3],
                      Vec3 point, Vec3 normal, double depth, double share)
 {
     const Candidate *candidate = &contact->candidate[index];
     ContactForces *sum = &contact->forces;
-    double stiffness =
-        contact->body->contact_kappa * contact->body->surface.face_area[candidate->face];
+    double stiffness = face_stiffness(contact->body, candidate->face);
     Vec3 relative = vec3_sub(tool_velocity(at, point), node_velocity(contact, candidate, weight));
     double separating = vec3_dot(relative, normal);
     // Damped, but never adhesive.
@@ -337,7 +352,7 @@ static void evaluate_plane(Contact *contact, double dt)
         double height = vec3_dot(vec3_sub(contact->x[i], plane->point), plane->normal);
         Vec3 bristle = {0.0, 0.0, 0.0};
         if (height < 0.0) {
-            double stiffness = body->contact_kappa * body->surface.node_area[contact->node[i]];
+            double stiffness = node_stiffness(body, contact->node[i]);
             double leaving = vec3_dot(contact->v[i], plane->normal);
             double push = stiffness * fmax(0.0, -height - body->contact_damping * leaving);
             Vec3 force = vec3_scale(push, plane->normal); // on the node

@@ -322,9 +322,10 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
         .tuning = {.friction = options->friction, .stiffness_scale = 1.0, .damping_scale = 1.0},
         .time_step_wanted = options->time_step,
         .unsafe_time_step = options->unsafe_time_step,
+        .state_capacity = mesh->vertex_count,
     };
     snprintf(body->name, sizeof body->name, "%s", name);
-    voxel_create_surface(model, body, mesh, options->lattice->size, name, arena);
+    voxel_create_surface(model, body, mesh, options, arena);
     if (options->skin == NULL) {
         voxel_create_mesh(model, body, mesh, options->publish_all, name, arena);
         return true;

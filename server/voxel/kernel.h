@@ -74,6 +74,8 @@ typedef struct VoxelPass {
 } VoxelPass;
 
 typedef void VoxelKernel(const VoxelPass *pass);
+// The elastic energy of all elements [J]; `force` is not used, and nothing is changed.
+typedef double VoxelEnergy(const VoxelPass *pass);
 
 // After all forces: v += h (f / m + g), u += advance h v, forces to zero. Vertices with inverse
 // mass 0 stay. `next` may be `present`. Returns whether every |u| stays within position_limit and
@@ -99,6 +101,7 @@ typedef struct VoxelKernels {
     VoxelKernel *evaluate;
     AdvanceKernel *advance;
     VoxelDrift *drift;
+    VoxelEnergy *energy;
 } VoxelKernels;
 
 // NULL when that level was not compiled in or does not run here.

@@ -69,12 +69,9 @@ int voxel_read_state(const void *model, int *id, Vec3 *position, Vec3 *velocity)
 // Rotations start at none.
 void voxel_forget_rotations(VoxelModel *model);
 
-// energy.c: of all elements in these rows, without the scale of stiffness [J].
-double voxel_energy(const VoxelModel *model, const void *rows);
-
 // outer.c. Load time: what tools and loads meet, and what is published, from the outer faces.
-void voxel_create_surface(VoxelModel *model, Body *body, const LatticeMesh *mesh, double size,
-                          const char *name, Arena *arena);
+void voxel_create_surface(VoxelModel *model, Body *body, const LatticeMesh *mesh,
+                          const VoxelOptions *options, Arena *arena);
 void voxel_create_mesh(VoxelModel *model, Body *body, const LatticeMesh *mesh, bool all,
                        const char *name, Arena *arena);
 

@@ -59,12 +59,23 @@ static void put_number(void *to, int at, double value, bool single)
         ((double *)to)[at] = value;
 }
 
+// Numbers of one template, with those that bring the next one to a 64-byte boundary.
+static size_t table_size(const Template *shape)
+{
+    return ((size_t)(TABLE_HEAD + shape->count * TABLE_ROW) + 15) / 16 * 16;
+}
+
 const TemplateTable *voxel_tables_create(const Template *templates, int count, VoxelLaw law,
                                          Precision precision, const char *name, Arena *arena)
 {
     const bool single = precision == PRECISION_SINGLE;
     TemplateTable *tables = arena_allocate(arena, ARENA_STEP, (size_t)count, sizeof *tables,
                                            "%s/template tables", name);
+    size_t total = 0;
+    for (int t = 0; t < count; t++)
+        total += table_size(&templates[t]);
+    const size_t real = single ? sizeof(float) : sizeof(double);
+    char *block = arena_allocate(arena, ARENA_STEP, total, real, "%s/template numbers", name);
     for (int t = 0; t < count; t++) {
         Numbers numbers = {0};
         if (law == VOXEL_AFFINE)
@@ -72,9 +83,8 @@ const TemplateTable *voxel_tables_create(const Template *templates, int count, V
         else
             paper_numbers(&templates[t], &numbers);
         const int rows = templates[t].count;
-        void *out = arena_allocate(arena, ARENA_STEP, (size_t)(TABLE_HEAD + rows * TABLE_ROW),
-                                   single ? sizeof(float) : sizeof(double),
-                                   "%s/template %d numbers", name, t);
+        void *out = block;
+        block += table_size(&templates[t]) * real;
         for (int i = 0; i < TABLE_HEAD; i++)
             put_number(out, i, numbers.head[i], single);
         for (int i = 0; i < rows * TABLE_ROW; i++)

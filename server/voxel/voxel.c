@@ -37,6 +37,23 @@ static void add_loads(VoxelModel *model)
     }
 }
 
+static VoxelPass make_pass(const VoxelModel *model, const void *rows)
+{
+    return (VoxelPass){
+        .plain = &model->batches.plain,
+        .hanging = &model->batches.hanging,
+        .tables = model->tables,
+        .classes = model->batches.classes,
+        .law = model->law,
+        .damped = model->damped,
+        .rows = rows,
+        .force = model->force,
+        .last = model->last,
+        .stiffness_scale = model->parameters->stiffness_scale,
+        .damping_scale = model->parameters->damping_scale,
+    };
+}
+
 // Forces of all elements, then the vertices move. The first kick of a tick writes the rows that are
 // not current, so that the state before the tick stays whole until commit; later ones stay there.
 static void voxel_evaluate(void *self, const Stage *stage, double h)
@@ -46,19 +63,7 @@ static void voxel_evaluate(void *self, const Stage *stage, double h)
     Vec3 gravity = {p->gravity[0], p->gravity[1], p->gravity[2]};
     gravity = rows_turn_in(&model->rows, gravity);
     add_loads(model);
-    const VoxelPass pass = {
-        .plain = &model->batches.plain,
-        .hanging = &model->batches.hanging,
-        .tables = model->tables,
-        .classes = model->batches.classes,
-        .law = model->law,
-        .damped = model->damped,
-        .rows = model->present,
-        .force = model->force,
-        .last = model->last,
-        .stiffness_scale = p->stiffness_scale,
-        .damping_scale = p->damping_scale,
-    };
+    const VoxelPass pass = make_pass(model, model->present);
     model->kernels->evaluate(&pass);
     void *next = model->row[1 - model->current];
     const AdvancePass advance = {
@@ -212,18 +217,11 @@ int voxel_read_state(const void *self, int *id, Vec3 *position, Vec3 *velocity)
 {
     const VoxelModel *model = self;
     for (int i = 0; i < model->vertex_count; i++) {
-        id[i] = model->id[i];
+        if (id != NULL)
+            id[i] = model->id[i];
         rows_read(&model->rows, model->row[model->current], i, &position[i], &velocity[i]);
     }
     return model->vertex_count;
-}
-
-static void read_published(const void *self, Vec3 *position, Vec3 *velocity)
-{
-    const VoxelModel *model = self;
-    for (int i = 0; i < model->node_count; i++)
-        rows_read(&model->rows, model->row[model->current], model->node[i], &position[i],
-                  &velocity[i]);
 }
 
 static void voxel_measure(const void *self, BodyMeasure *measure)
@@ -231,17 +229,21 @@ static void voxel_measure(const void *self, BodyMeasure *measure)
     const VoxelModel *model = self;
     const Rows *rows = &model->rows;
     const void *row = model->row[model->current];
+    const VoxelPass pass = make_pass(model, row);
     double kinetic = 0.0, farthest = 0.0;
     for (int i = 0; i < model->vertex_count; i++) {
-        Vec3 x, v;
-        rows_read(rows, row, i, &x, &v);
-        Vec3 u = vec3_sub(x, rows_rest(rows, i));
+        Vec3 u = rows_vector(rows, row, i, 0), v = rows_vector(rows, row, i, 4);
+        if (rows->floating) { // u is small whatever the body's way
+            Vec3 x;
+            rows_read(rows, row, i, &x, NULL);
+            u = vec3_sub(x, rows_rest(rows, i));
+        }
         kinetic += 0.5 * model->mass[i] * vec3_dot(v, v);
         farthest = fmax(farthest, vec3_dot(u, u));
     }
     *measure = (BodyMeasure){
         .kinetic = kinetic,
-        .elastic = model->parameters->stiffness_scale * voxel_energy(model, row),
+        .elastic = model->kernels->energy(&pass),
         .max_displacement = sqrt(farthest),
     };
 }
@@ -314,7 +316,7 @@ const BodyOps voxel_ops = {
     .add_load = voxel_add_load,
     .clear_loads = voxel_clear_loads,
     .snapshot = voxel_snapshot,
-    .read_state = read_published,
+    .read_state = voxel_read_state,
     .measure = voxel_measure,
     .is_fixed = voxel_is_fixed,
     .set = voxel_set,

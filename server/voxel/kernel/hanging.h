@@ -123,15 +123,17 @@ INLINE void hanging_forces(const VoxelPass *pass, const TemplateTable *table, co
                            Real (*out)[4 * LANES])
 {
     Hanging h;
+    Root root;
     Polar polar;
     Vector spin[3] = {{0}};
     gather_hanging(pass, table, vertex, by->gradient, paper, damped, &h);
     deformation_complete(&h.deformation);
+    polar_root(&h.deformation, &root);
     if (damped) {
         sum_motion(table, &h);
         spin_solve(&h.motion, spin);
     }
-    Vector unfit = polar_fit(&h.deformation, &polar);
+    Vector unfit = polar_fit(&h.deformation, &root, &polar);
     if (__builtin_expect(vector_any(unfit), 0))
         repair(&h.deformation, &h.motion, unfit, damped, last, &polar, spin);
 

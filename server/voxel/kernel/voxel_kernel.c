@@ -8,6 +8,7 @@
 #include "voxel/kernel.h"
 
 #include "voxel/kernel/advance.h"
+#include "voxel/kernel/energy.h"
 #include "voxel/kernel/hanging.h"
 #include "voxel/kernel/plain.h"
 
@@ -50,4 +51,5 @@ const VoxelKernels KERNEL_NAME = {
     .evaluate = evaluate,
     .advance = advance,
     .drift = drift,
+    .energy = energy,
 };

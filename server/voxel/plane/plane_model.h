@@ -36,7 +36,6 @@ typedef struct PlaneModel {
     const PlaneKernels *kernels;
 
     Rows rows;          // of vertex_count + 1
-    bool floating;      // nothing holds it: the base frame follows it
     double *mass;       // [vertex_count] of every vertex, fixed ones too [kg]
     void *inverse_mass; // Real [vertex_count + 1] [1/kg]; 0: fixed
     int *vertex;        // [vertex_count] all of them, in their order: what is published
