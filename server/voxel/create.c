@@ -263,8 +263,8 @@ static void create_batches(VoxelModel *model, const Making *making, const char *
     };
     batches_create(&model->batches, &batches, arena);
     free(element_class);
-    model->tables = voxel_tables_create(model->batches.templates, model->batches.template_count,
-                                        model->law, model->rows.precision, name, arena);
+    model->tables =
+        voxel_tables_create(&model->batches, model->law, model->rows.precision, name, arena);
     model->last = arena_allocate(arena, ARENA_STEP, (size_t)batches_total(&model->batches),
                                  sizeof *model->last, "%s/rotations", name);
     voxel_forget_rotations(model);

@@ -27,7 +27,7 @@ typedef struct VoxelModel {
 
     // --- elements ---
     Batches batches;
-    const TemplateTable *tables;
+    const RestTable *tables;
     double (*last)[LANES][4]; // [batches_total] see VoxelPass; part of the state
     VoxelLaw law;
     bool damped;

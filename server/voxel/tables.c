@@ -59,37 +59,67 @@ static void put_number(void *to, int at, double value, bool single)
         ((double *)to)[at] = value;
 }
 
-// Numbers of one template, with those that bring the next one to a 64-byte boundary.
-static size_t table_size(const Template *shape)
+// Numbers of a table of so many vertices, with those that bring the next one to a 64-byte boundary.
+static size_t table_size(int count, int stride)
 {
-    return ((size_t)(TABLE_HEAD + shape->count * TABLE_ROW) + 15) / 16 * 16;
+    return ((size_t)(TABLE_HEAD + count * TABLE_ROW) * (size_t)stride + 15) / 16 * 16;
 }
 
-const TemplateTable *voxel_tables_create(const Template *templates, int count, VoxelLaw law,
-                                         Precision precision, const char *name, Arena *arena)
+static Numbers numbers_of(const Template *template, VoxelLaw law)
+{
+    Numbers numbers = {0};
+    if (law == VOXEL_AFFINE)
+        affine_numbers(template, &numbers);
+    else
+        paper_numbers(template, &numbers);
+    return numbers;
+}
+
+// Every `stride`-th number, of `count` vertices.
+static void put_numbers(void *to, int stride, int at, int count, const Numbers *numbers,
+                        bool single)
+{
+    for (int i = 0; i < TABLE_HEAD; i++, at += stride)
+        put_number(to, at, numbers->head[i], single);
+    for (int i = 0; i < count * TABLE_ROW; i++, at += stride)
+        put_number(to, at, numbers->row[i / TABLE_ROW][i % TABLE_ROW], single);
+}
+
+const RestTable *voxel_tables_create(const Batches *batches, VoxelLaw law, Precision precision,
+                                     const char *name, Arena *arena)
 {
     const bool single = precision == PRECISION_SINGLE;
-    TemplateTable *tables = arena_allocate(arena, ARENA_STEP, (size_t)count, sizeof *tables,
-                                           "%s/template tables", name);
-    size_t total = 0;
-    for (int t = 0; t < count; t++)
-        total += table_size(&templates[t]);
     const size_t real = single ? sizeof(float) : sizeof(double);
-    char *block = arena_allocate(arena, ARENA_STEP, total, real, "%s/template numbers", name);
-    for (int t = 0; t < count; t++) {
-        Numbers numbers = {0};
-        if (law == VOXEL_AFFINE)
-            affine_numbers(&templates[t], &numbers);
-        else
-            paper_numbers(&templates[t], &numbers);
-        const int rows = templates[t].count;
+    const HangingBatches *hanging = &batches->hanging;
+    const int pure = hanging->batch_count - hanging->mixed_count;
+    size_t total = 0;
+    for (int t = 0; t < batches->template_count; t++)
+        total += table_size(batches->templates[t].count, 1);
+    for (int b = 0; b < hanging->mixed_count; b++)
+        total += table_size(hanging->start[pure + b + 1] - hanging->start[pure + b], LANES);
+    char *block = arena_allocate(arena, ARENA_STEP, total, real, "%s/rest numbers", name);
+    RestTable *tables =
+        arena_allocate(arena, ARENA_STEP, (size_t)(batches->template_count + hanging->mixed_count),
+                       sizeof *tables, "%s/rest tables", name);
+    for (int t = 0; t < batches->template_count; t++) {
+        const Template *template = &batches->templates[t];
+        const Numbers numbers = numbers_of(template, law);
         void *out = block;
-        block += table_size(&templates[t]) * real;
-        for (int i = 0; i < TABLE_HEAD; i++)
-            put_number(out, i, numbers.head[i], single);
-        for (int i = 0; i < rows * TABLE_ROW; i++)
-            put_number(out, TABLE_HEAD + i, numbers.row[i / TABLE_ROW][i % TABLE_ROW], single);
-        tables[t] = (TemplateTable){templates[t].count, out};
+        block += table_size(template->count, 1) * real;
+        put_numbers(out, 1, 0, template->count, &numbers, single);
+        tables[t] = (RestTable){template->count, out};
+    }
+    for (int b = 0; b < hanging->mixed_count; b++) {
+        const int count = hanging->start[pure + b + 1] - hanging->start[pure + b];
+        void *out = block;
+        block += table_size(count, LANES) * real;
+        for (int lane = 0; lane < LANES; lane++) {
+            // A lane without an element is one that never deforms.
+            const int t = batches->mixture[b][lane];
+            const Numbers numbers = numbers_of(&batches->templates[t < 0 ? 0 : t], law);
+            put_numbers(out, LANES, lane, count, &numbers, single);
+        }
+        tables[batches->template_count + b] = (RestTable){count, out};
     }
     return tables;
 }

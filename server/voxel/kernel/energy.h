@@ -21,9 +21,8 @@ INLINE void energy_fit(const Deformation *deformation, const double (*last)[4], 
     }
 }
 
-// mu |F - R|^2 + lambda / 2 tr(D)^2 [Pa].
-INLINE Vector energy_uniform(const Deformation *deformation, const Polar *polar, Real mu,
-                             Real lambda)
+// |F - R|^2.
+INLINE Vector square_strain(const Deformation *deformation, const Polar *polar)
 {
     Vector sum = vector_set(0.0);
     for (int i = 0; i < 3; i++)
@@ -31,7 +30,7 @@ INLINE Vector energy_uniform(const Deformation *deformation, const Polar *polar,
             Vector d = deformation->g[i][k] - polar->turn[i][k] * polar->inverse;
             sum += d * d;
         }
-    return mu * sum + REAL(0.5) * lambda * (polar->stretch * polar->stretch);
+    return sum;
 }
 
 // Lane by lane, so that sums have one order at every width.
@@ -70,38 +69,40 @@ INLINE Vector plain_energy(const VoxelPass *pass, const ElementClass *c, const i
     energy_fit(&deformation, last, &polar);
     // A mode's displacement is H / 2 times its `bent` at each of 8 corners.
     const double mu = paper ? c->residual / c->size : c->mu;
-    return energy_uniform(&deformation, &polar, (Real)mu, (Real)(paper ? 0.0 : c->lambda)) +
+    const double lambda = paper ? 0.0 : c->lambda;
+    return (Real)mu * square_strain(&deformation, &polar) +
+           (Real)(0.5 * lambda) * (polar.stretch * polar.stretch) +
            (Real)(c->residual / c->size) * bent;
 }
 
-INLINE Vector hanging_energy(const VoxelPass *pass, const ElementClass *c,
-                             const TemplateTable *table, const int *vertex, bool paper,
-                             const double (*last)[4])
+// [J]
+INLINE Vector hanging_energy(const VoxelPass *pass, const Rest *rest, const int *vertex,
+                             const HangingFactors *by, bool paper, const double (*last)[4])
 {
     Hanging h;
     Polar polar;
-    gather_hanging(pass, table, vertex, (Real)(1.0 / c->size), paper, false, &h);
+    gather_hanging(pass, rest, vertex, by->gradient, paper, false, &h);
     deformation_complete(&h.deformation);
     energy_fit(&h.deformation, last, &polar);
-    Vector energy = vector_set(0.0), residual = energy;
-    if (!paper)
-        energy = energy_uniform(&h.deformation, &polar, (Real)c->mu, (Real)c->lambda);
-    const Real *row = (const Real *)table->number + TABLE_HEAD;
-    for (int p = 0; p < table->count; p++, row += TABLE_ROW)
+    Vector residual = vector_set(0.0);
+    for (int p = 0; p < rest->count; p++)
         for (int i = 0; i < 3; i++) {
             Vector d = h.u[p][i] - h.middle[i];
             for (int k = 0; k < 3; k++)
-                d -= (paper ? polar.turn[i][k] * polar.inverse : h.slope[i][k]) * row[4 + k];
-            residual += row[3] * (d * d);
+                d -= (paper ? polar.turn[i][k] * polar.inverse : h.slope[i][k]) *
+                     rest_of(rest, p, 4 + k);
+            residual += rest_of(rest, p, 3) * (d * d);
         }
-    return energy + (Real)(0.5 * c->residual / c->size) * residual;
+    Vector sum = by->bend * residual;
+    if (!paper)
+        sum += by->stretch * square_strain(&h.deformation, &polar) +
+               by->bulk * (polar.stretch * polar.stretch);
+    return REAL(0.5) * sum / by->gradient;
 }
 
-static double energy(const VoxelPass *pass)
+static double plain_total(const VoxelPass *pass)
 {
     const PlainBatches *plain = pass->plain;
-    const HangingBatches *hanging = pass->hanging;
-    const bool paper = pass->law == VOXEL_MIYAZAKI2004;
     double total = 0.0;
     for (int b = 0; b < plain->batch_count; b++) {
         const ElementClass *c = &pass->classes[plain->element_class[b]];
@@ -112,19 +113,39 @@ static double energy(const VoxelPass *pass)
             add_lanes(plain_energy(pass, c, vertex + lane, last + lane), &sum);
         total += c->size * c->size * c->size * sum;
     }
-    for (int b = 0; b < hanging->batch_count; b++) {
-        const ElementClass *c = &pass->classes[hanging->element_class[b]];
-        const TemplateTable *table = &pass->tables[hanging->template_index[b]];
-        const int *vertex = hanging->vertex + (long)hanging->start[b] * LANES;
-        const double(*last)[4] = (const double(*)[4])pass->last[plain->batch_count + b];
-        double sum = 0.0;
-        for (int lane = 0; lane < LANES; lane += WIDTH)
-            add_lanes(paper ? hanging_energy(pass, c, table, vertex + lane, true, last + lane)
-                            : hanging_energy(pass, c, table, vertex + lane, false, last + lane),
-                      &sum);
-        total += c->size * c->size * c->size * sum;
-    }
     return pass->stiffness_scale * total;
+}
+
+INLINE void hanging_total(const VoxelPass *pass, bool paper, bool mixed, double *total)
+{
+    const HangingBatches *hanging = pass->hanging;
+    const int pure = hanging->batch_count - hanging->mixed_count;
+    for (int b = mixed ? pure : 0; b < (mixed ? hanging->batch_count : pure); b++) {
+        const RestTable *table = &pass->tables[hanging->table[b]];
+        const int *vertex = hanging->vertex + (long)hanging->start[b] * LANES;
+        const double(*last)[4] = (const double(*)[4])pass->last[pass->plain->batch_count + b];
+        _Alignas(64) Real factor[FACTORS][LANES];
+        hanging_factors(pass, hanging->element_class[b], factor);
+        for (int lane = 0; lane < LANES; lane += WIDTH) {
+            const Rest rest = {mixed, table->count,
+                               (const Real *)table->number + (mixed ? lane : 0)};
+            const HangingFactors by = hanging_factors_at(factor, lane);
+            add_lanes(hanging_energy(pass, &rest, vertex + lane, &by, paper, last + lane), total);
+        }
+    }
+}
+
+static double energy(const VoxelPass *pass)
+{
+    const bool paper = pass->law == VOXEL_MIYAZAKI2004;
+    double total = plain_total(pass);
+    for (int mixed = 0; mixed < 2; mixed++) {
+        if (paper)
+            hanging_total(pass, true, mixed != 0, &total);
+        else
+            hanging_total(pass, false, mixed != 0, &total);
+    }
+    return total;
 }
 
 #endif
