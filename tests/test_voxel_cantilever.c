@@ -4,6 +4,10 @@
 #include "expect.h"
 #include "voxel_trials.h"
 
+#include <stdlib.h>
+
+static const double LENGTH = 0.2, WIDTH = 0.05; // [m]
+
 // Sagging under its own weight by 5 % of its length, turning by four degrees: the end's mean move
 // along z [mm].
 static double sag(int n, double nu)

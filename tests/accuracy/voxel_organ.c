@@ -37,7 +37,8 @@ typedef struct Organ {
 
 static void read_positions(const Organ *organ, Vec3 *x)
 {
-    organ->body->ops->read_state(organ->body->model, x, NULL);
+    for (int i = 0; i < organ->count; i++)
+        organ->body->ops->read_nodes(organ->body->model, &i, 1, &x[i], NULL);
 }
 
 // stiffness: E of the inclusion [Pa]; 0: as the scene has it. levels -1: likewise.
