@@ -9,8 +9,9 @@
 #include "voxel/voxel.h"
 
 // As voxel_create, which calls it. Refuses lattices of more than one layer and those turned about
-// another axis than z. Nodes of fixed regions and of loads are those of the outline, two for each
-// vertex there; vertices have the ids of plane_mesh.h.
+// another axis than z, skins, and integrators other than kicks. Fixed nodes are vertex ids
+// (plane_mesh.h); what tools and loads meet are nodes of the strip, two for each vertex of the
+// outline.
 bool plane_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
                   Status *status);
 
