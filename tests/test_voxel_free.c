@@ -12,15 +12,15 @@ static double energy(const VoxelWorld *world)
     return measure.kinetic + measure.elastic;
 }
 
-// 6^3 cells: the fewest with hanging vertices. Ten steps of half the bound a tick.
-static void create(VoxelWorld *world, IntegratorKind integrator, double nu)
+// 6^3 cells: the fewest with hanging vertices. Ten steps of so much of the bound a tick.
+static void create(VoxelWorld *world, IntegratorKind integrator, double nu, double part)
 {
     VoxelWorldOptions options = voxel_world_cube(6);
     options.body.levels = 1;
     options.body.damping = 0.0;
     options.body.integrator = integrator;
     options.material.poisson_ratio = nu;
-    const double step = 0.5 * voxel_critical_step(&options.material, options.lattice.size);
+    const double step = part * voxel_critical_step(&options.material, options.lattice.size);
     options.body.time_step = step;
     options.rate_hz = 1.0 / (10.0 * step);
     voxel_world_create(world, &options);
@@ -69,10 +69,10 @@ static Sums sums(VoxelWorld *world)
 static void energy_and_momentum_last_for_many_steps(void **state)
 {
     (void)state;
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < 2; k++) {
         VoxelWorld world;
         create(&world, k == 1 ? INTEGRATOR_LEAPFROG : INTEGRATOR_SYMPLECTIC_EULER,
-               k == 2 ? 0.3 : 0.0);
+               k == 1 ? 0.3 : 0.0, 0.5);
         disturb(&world, 0.05, 0.05);
         Sums start = sums(&world);
         const int windows = EFFORT(10), ticks = 1000;
@@ -101,12 +101,12 @@ static void energy_and_momentum_last_for_many_steps(void **state)
     }
 }
 
-// The slow modes alone: omega dt is small, and so is the swing of the energy.
+// The slow modes alone, which leapfrog follows with errors of the order of (omega dt)^2 / 8.
 static void energy_of_a_smooth_motion_is_constant(void **state)
 {
     (void)state;
     VoxelWorld world;
-    create(&world, INTEGRATOR_LEAPFROG, 0.3);
+    create(&world, INTEGRATOR_LEAPFROG, 0.3, 0.2);
     disturb(&world, 0.0, 0.0);
     BodyMeasure measure;
     world.body->ops->measure(world.body->model, &measure);
