@@ -13,7 +13,10 @@ static const double SOFT = 0.01;
 // log 5, a little more: that far, in widths, the soft minimum of five pairs may lie below them all.
 static const double SOFT_REACH = 1.61;
 static const double AXIS_FLOOR = 0.1; // of the radius: how near an axis may come to a wall
-static const double TOUCHING = 1e-9;  // [m] closer, a pair has no direction of its own
+// To that of a solid. On a flat wall of small faces a ball at height z feels pi kappa z (r - z)^2,
+// which is largest at r / 3: nearer, pressing harder would push less, and the ball would wander.
+static const double SOLID_AXIS_FLOOR = 1.0 / 3.0;
+static const double TOUCHING = 1e-9; // [m] closer, a pair has no direction of its own
 
 Vec3 contact_face_normal(const Contact *contact, const Candidate *candidate)
 {
@@ -217,7 +220,8 @@ static void push_face(Contact *contact, const ToolPlacement *at, int index,
     forces->acting++;
     forces->crossed += face->crossed || face->turn < 0;
     forces->depth = fmax(forces->depth, depth);
-    forces->floor = fmin(forces->floor, phi - AXIS_FLOOR * radius);
+    double least = contact->body->surface.solid ? SOLID_AXIS_FLOOR : AXIS_FLOOR;
+    forces->floor = fmin(forces->floor, phi - least * radius);
     for (int j = 0; j < face->pair_count; j++) {
         if (share[j] == 0.0)
             continue;
