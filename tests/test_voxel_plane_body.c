@@ -1,5 +1,4 @@
 // The plane body in a scene: what it keeps, what it refuses, and that it stays in its plane.
-#include "effort.h"
 #include "expect.h"
 #include "plane_world.h"
 #include "random.h"

@@ -1,7 +1,6 @@
 // The plane element: identities of its rest shapes, its laws as gradients of an energy, the patch
 // test on the paper's layouts.
 #include "expect.h"
-#include "effort.h"
 #include "random.h"
 #include "voxel/plane/plane_mesh.h"
 
