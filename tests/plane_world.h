@@ -105,23 +105,23 @@ static inline void plane_world_place(PlaneWorld *world, int tool, Vec3 position)
 
 static inline void plane_world_read(const PlaneWorld *world, int vertex, Vec3 *x, Vec3 *v)
 {
-    rows_read(&world->model->rows, world->model->row[world->model->current], vertex, x, v);
+    rows_read(&world->model->vertices.rows, world->model->vertices.row[world->model->vertices.current], vertex, x, v);
 }
 
 static inline void plane_world_write(PlaneWorld *world, int vertex, Vec3 x, Vec3 v)
 {
-    rows_write(&world->model->rows, world->model->row[world->model->current], vertex, x, v);
+    rows_write(&world->model->vertices.rows, world->model->vertices.row[world->model->vertices.current], vertex, x, v);
 }
 
 // Sums over the vertices, angular about the origin.
 static inline void plane_world_momentum(const PlaneWorld *world, Vec3 *linear, Vec3 *angular)
 {
     *linear = *angular = vec3(0, 0, 0);
-    for (int i = 0; i < world->model->vertex_count; i++) {
+    for (int i = 0; i < world->model->vertices.count; i++) {
         Vec3 x, v;
         plane_world_read(world, i, &x, &v);
-        *linear = vec3_madd(*linear, world->model->mass[i], v);
-        *angular = vec3_madd(*angular, world->model->mass[i], vec3_cross(x, v));
+        *linear = vec3_madd(*linear, world->model->vertices.mass[i], v);
+        *angular = vec3_madd(*angular, world->model->vertices.mass[i], vec3_cross(x, v));
     }
 }
 

@@ -8,7 +8,7 @@
 static void disturb(PlaneWorld *world, double length, double speed)
 {
     uint64_t seed = 4;
-    for (int i = 0; i < world->model->vertex_count; i++) {
+    for (int i = 0; i < world->model->vertices.count; i++) {
         Vec3 x, v;
         plane_world_read(world, i, &x, &v);
         x.x += random_between(&seed, -length, length);
@@ -35,11 +35,11 @@ static void masses_add_up_and_balance(void **state)
         plane_world_create(&world, &options);
         double mass = 0.0;
         Vec3 moment = {0, 0, 0};
-        for (int i = 0; i < world.model->vertex_count; i++) {
+        for (int i = 0; i < world.model->vertices.count; i++) {
             Vec3 x, v;
             plane_world_read(&world, i, &x, &v);
-            mass += world.model->mass[i];
-            moment = vec3_madd(moment, world.model->mass[i], x);
+            mass += world.model->vertices.mass[i];
+            moment = vec3_madd(moment, world.model->vertices.mass[i], x);
         }
         const double expected = 1000.0 * 812 * pow(0.002, 3);
         expect_near(mass / expected, 1.0, 1e-13); // sums of 172 elements
@@ -89,8 +89,8 @@ static void single_precision_follows_double_far_away(void **state)
         options.lattice.turn = quat_from_rotation(vec3(0.0, 0.0, 0.7));
         options.body.precision = k == 0 ? PRECISION_DOUBLE : PRECISION_SINGLE;
         plane_world_create(&world[k], &options);
-        Vec3 center = world[k].model->rows.rest_origin;
-        for (int i = 0; i < world[k].model->vertex_count; i++) {
+        Vec3 center = world[k].model->vertices.rows.rest_origin;
+        for (int i = 0; i < world[k].model->vertices.count; i++) {
             Vec3 x, v;
             plane_world_read(&world[k], i, &x, &v);
             Vec3 r = vec3_sub(x, center);
@@ -100,7 +100,7 @@ static void single_precision_follows_double_far_away(void **state)
         plane_world_run(&world[k], 1.0); // 20 rad
         expect_in_plane(&world[k]);
     }
-    for (int i = 0; i < world[0].model->vertex_count; i++) {
+    for (int i = 0; i < world[0].model->vertices.count; i++) {
         Vec3 x[2], v[2];
         for (int k = 0; k < 2; k++)
             plane_world_read(&world[k], i, &x[k], &v[k]);
@@ -133,7 +133,7 @@ static void turned_sheet_moves_alike(void **state)
         plane_world_create(&world[k], &options);
         plane_world_run(&world[k], 0.3);
     }
-    for (int i = 0; i < world[0].model->vertex_count; i++) {
+    for (int i = 0; i < world[0].model->vertices.count; i++) {
         Vec3 x[2], v[2];
         for (int k = 0; k < 2; k++)
             plane_world_read(&world[k], i, &x[k], &v[k]);
@@ -195,7 +195,7 @@ static void sheet_recovers_from_inversion(void **state)
             PlaneWorld world;
             plane_world_create(&world, &options);
             uint64_t seed = 9;
-            for (int i = 0; i < world.model->vertex_count; i++) {
+            for (int i = 0; i < world.model->vertices.count; i++) {
                 Vec3 x, v;
                 plane_world_read(&world, i, &x, &v);
                 double noise = random_between(&seed, -1e-5, 1e-5);

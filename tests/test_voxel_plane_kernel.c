@@ -23,12 +23,12 @@ static void disturb(PlaneWorld *world, double cells)
 {
     uint64_t seed = 77;
     PlaneModel *model = world->model;
-    for (int v = 0; v < model->vertex_count; v++)
+    for (int v = 0; v < model->vertices.count; v++)
         for (int k = 0; k < 2; k++) {
             float u = (float)random_between(&seed, -0.002 * cells, 0.002 * cells);
             float speed = (float)random_between(&seed, -0.5, 0.5);
-            rows_put(&model->rows, model->row[0], (long)v * ROW + k, (double)u);
-            rows_put(&model->rows, model->row[0], (long)v * ROW + 4 + k, (double)speed);
+            rows_put(&model->vertices.rows, model->vertices.row[0], (long)v * ROW + k, (double)u);
+            rows_put(&model->vertices.rows, model->vertices.row[0], (long)v * ROW + 4 + k, (double)speed);
         }
 }
 
@@ -40,9 +40,9 @@ static void reference_forces(const PlaneModel *model, double (*force)[2])
         for (int i = 0; i < form->shape->count; i++)
             for (int d = 0; d < 2; d++) {
                 long at = (long)form->vertex[i] * ROW + d;
-                x[i][d] = model->rows.place[form->vertex[i]][d] +
-                          rows_get(&model->rows, model->row[0], at);
-                v[i][d] = rows_get(&model->rows, model->row[0], at + 4);
+                x[i][d] = model->vertices.rows.place[form->vertex[i]][d] +
+                          rows_get(&model->vertices.rows, model->vertices.row[0], at);
+                v[i][d] = rows_get(&model->vertices.rows, model->vertices.row[0], at + 4);
             }
         plane_shape_forces(form->shape, &form->stiffness, form->size, (const double(*)[2])x,
                            (const double(*)[2])v, f);
@@ -57,9 +57,9 @@ static void evaluate(PlaneModel *model, double stiffness_scale)
     const PlanePass pass = {
         .batches = &model->batches,
         .law = model->law,
-        .damped = model->damped,
-        .rows = model->row[0],
-        .force = model->force,
+        .damped = model->vertices.damped,
+        .rows = model->vertices.row[0],
+        .force = model->vertices.force,
         .stiffness_scale = stiffness_scale,
         .damping_scale = 1.0,
     };
@@ -73,19 +73,19 @@ static void compare(VoxelLaw law, Precision precision, const char *isa, double c
     make_world(&world, law, precision, isa);
     disturb(&world, cells);
     PlaneModel *model = world.model;
-    double(*expected)[2] = calloc((size_t)model->vertex_count, sizeof *expected);
+    double(*expected)[2] = calloc((size_t)model->vertices.count, sizeof *expected);
     reference_forces(model, expected);
     evaluate(model, 1.0);
     double most = 0.0, worst = 0.0;
-    for (int v = 0; v < model->vertex_count; v++)
+    for (int v = 0; v < model->vertices.count; v++)
         for (int d = 0; d < 2; d++) {
-            double f = rows_get(&model->rows, model->force, 4L * v + d);
+            double f = rows_get(&model->vertices.rows, model->vertices.force, 4L * v + d);
             most = fmax(most, fabs(expected[v][d]));
             worst = fmax(worst, fabs(f - expected[v][d]));
         }
     expect_at_most(worst / most, tolerance);
     for (int k = 0; k < 4; k++) // the spare vertex feels nothing
-        assert_true(rows_get(&model->rows, model->force, 4L * model->vertex_count + k) == 0.0);
+        assert_true(rows_get(&model->vertices.rows, model->vertices.force, 4L * model->vertices.count + k) == 0.0);
     free(expected);
     plane_world_destroy(&world);
 }
@@ -115,16 +115,16 @@ static void stiffness_scale_scales_all_forces(void **state)
             make_world(&world, LAWS[k], (Precision)precision, "auto");
             disturb(&world, 0.3);
             PlaneModel *model = world.model;
-            const long count = 4L * model->vertex_count;
+            const long count = 4L * model->vertices.count;
             double *once = calloc((size_t)count, sizeof *once);
             evaluate(model, 1.0);
             for (long i = 0; i < count; i++) {
-                once[i] = rows_get(&model->rows, model->force, i);
-                rows_put(&model->rows, model->force, i, 0.0);
+                once[i] = rows_get(&model->vertices.rows, model->vertices.force, i);
+                rows_put(&model->vertices.rows, model->vertices.force, i, 0.0);
             }
             evaluate(model, 2.0);
             for (long i = 0; i < count; i++)
-                assert_true(rows_get(&model->rows, model->force, i) == 2.0 * once[i]);
+                assert_true(rows_get(&model->vertices.rows, model->vertices.force, i) == 2.0 * once[i]);
             free(once);
             plane_world_destroy(&world);
         }

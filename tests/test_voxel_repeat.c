@@ -99,10 +99,10 @@ static void a_second_build_gives_the_same_bits(void **state)
 static void expect_same_body(const VoxelWorld *world, const void *rows, const BaseFrame *frame)
 {
     const VoxelModel *model = world->body->model;
-    size_t bytes = (size_t)(model->vertex_count + 1) * ROW * rows_real_size(&model->rows);
-    assert_memory_equal(model->row[model->current], rows, bytes);
-    assert_memory_equal(&model->rows.frame->origin, &frame->origin, sizeof frame->origin);
-    assert_memory_equal(&model->rows.frame->turn, &frame->turn, sizeof frame->turn);
+    size_t bytes = (size_t)(model->vertices.count + 1) * ROW * rows_real_size(&model->vertices.rows);
+    assert_memory_equal(model->vertices.row[model->vertices.current], rows, bytes);
+    assert_memory_equal(&model->vertices.rows.frame->origin, &frame->origin, sizeof frame->origin);
+    assert_memory_equal(&model->vertices.rows.frame->turn, &frame->turn, sizeof frame->turn);
 }
 
 static void after_a_reset_all_begins_anew(void **state)
@@ -112,15 +112,15 @@ static void after_a_reset_all_begins_anew(void **state)
         VoxelWorld world;
         create(&world, PRECISION_SINGLE, INTEGRATOR_LEAPFROG, held == 1, "auto");
         const VoxelModel *model = world.body->model;
-        size_t bytes = (size_t)(model->vertex_count + 1) * ROW * sizeof(float);
+        size_t bytes = (size_t)(model->vertices.count + 1) * ROW * sizeof(float);
         void *rows = malloc(bytes);
         assert_non_null(rows);
         BaseFrame frame = {.ticks = 0};
         for (int k = 0; k < 2; k++) {
             run(&world);
             if (k == 0) {
-                memcpy(rows, model->row[model->current], bytes);
-                frame = *model->rows.frame;
+                memcpy(rows, model->vertices.row[model->vertices.current], bytes);
+                frame = *model->vertices.rows.frame;
             } else {
                 expect_same_body(&world, rows, &frame);
             }
@@ -128,7 +128,7 @@ static void after_a_reset_all_begins_anew(void **state)
             voxel_world_read(&world);
             for (int i = 0; i < world.count; i++) {
                 assert_true(vec3_length(world.v[i]) == 0.0);
-                Vec3 rest = rows_rest(&model->rows, i);
+                Vec3 rest = rows_rest(&model->vertices.rows, i);
                 expect_near(vec3_length(vec3_sub(world.x[i], rest)), 0.0, 0.0);
             }
         }
@@ -183,7 +183,7 @@ static void states_that_cannot_be_are_seen(void **state)
     VoxelModel *model = world.body->model;
     const BodyOps *ops = world.body->ops;
     assert_true(ops->check(model));
-    double *number = (double *)model->row[model->current] + ROW + 5, kept = *number;
+    double *number = (double *)model->vertices.row[model->vertices.current] + ROW + 5, kept = *number;
     *number = NAN;
     assert_false(ops->check(model));
     *number = 1e101;
@@ -195,9 +195,9 @@ static void states_that_cannot_be_are_seen(void **state)
     model->last[0][3][0] = NAN;
     assert_false(ops->check(model));
     model->last[0][3][0] = 1.0;
-    model->rows.frame->turn.w = 0.0;
+    model->vertices.rows.frame->turn.w = 0.0;
     assert_false(ops->check(model));
-    model->rows.frame->turn = QUAT_NONE;
+    model->vertices.rows.frame->turn = QUAT_NONE;
     assert_true(ops->check(model));
     voxel_world_destroy(&world);
 }

@@ -98,7 +98,7 @@ void voxel_world_create(VoxelWorld *world, VoxelWorldOptions *options)
     need(sim_seal(world->sim, 0.0, &status), &status);
 
     const VoxelModel *model = world->body->model;
-    world->count = model->vertex_count;
+    world->count = model->vertices.count;
     size_t count = (size_t)world->count;
     world->id = calloc(count, sizeof *world->id);
     world->x = calloc(count, sizeof *world->x);
@@ -106,7 +106,7 @@ void voxel_world_create(VoxelWorld *world, VoxelWorldOptions *options)
     world->mass = calloc(count, sizeof *world->mass);
     ASSERT(world->id != NULL && world->x != NULL && world->v != NULL && world->mass != NULL);
     for (size_t i = 0; i < count; i++)
-        world->mass[i] = model->mass[i];
+        world->mass[i] = model->vertices.mass[i];
     voxel_world_read(world);
 }
 
@@ -130,14 +130,14 @@ void voxel_world_run(VoxelWorld *world, double seconds)
 
 void voxel_world_read(VoxelWorld *world)
 {
-    voxel_read_state(world->body->model, world->id, world->x, world->v);
+    world->body->ops->read_state(world->body->model, world->id, world->x, world->v);
 }
 
 void voxel_world_write(VoxelWorld *world, const Vec3 *x, const Vec3 *v)
 {
     VoxelModel *model = world->body->model;
     for (int i = 0; i < world->count; i++)
-        rows_write(&model->rows, model->row[model->current], i, x[i], v[i]);
+        rows_write(&model->vertices.rows, model->vertices.row[model->vertices.current], i, x[i], v[i]);
 }
 
 void voxel_world_momentum(const VoxelWorld *world, Vec3 *linear, Vec3 *angular)

@@ -160,26 +160,20 @@ static void make_masses(const Making *making, VoxelModel *model, double *total)
         for (int i = 0; i < shape.count; i++) {
             bool unit = making->options->law == VOXEL_MIYAZAKI2004;
             double share = unit ? 1.0 / shape.count : shape.weight[i] / 8.0;
-            model->mass[mesh->vertex[e][shape.node[i]]] += share * mass;
+            model->vertices.mass[mesh->vertex[e][shape.node[i]]] += share * mass;
         }
     }
 }
 
-static void create_rows(VoxelModel *model, const Making *making, const char *name, Arena *arena,
-                        StateList *state)
+static void create_vertices(VoxelModel *model, const Making *making, Arena *arena, StateList *state)
 {
     const VoxelOptions *options = making->options;
     const LatticeMesh *mesh = &making->mesh;
     const Lattice *lattice = options->lattice;
+    const char *name = options->name;
     const int count = mesh->vertex_count;
-    bool all_free = true;
-    for (int i = 0; i < count; i++)
-        all_free &= !making->fixed[i];
-    Rows *rows = &model->rows;
-    rows->precision = options->precision;
-    rows->displaced = rows->turned = true;
-    rows->floating = all_free;
-    rows->count = count + 1;
+    Vertices *vertices = &model->vertices;
+    Rows *rows = &vertices->rows;
     rows->longest_edge = lattice->size;
     rows->place = arena_allocate(arena, ARENA_STEP, (size_t)count + 1, sizeof *rows->place,
                                  "%s/places", name);
@@ -190,59 +184,15 @@ static void create_rows(VoxelModel *model, const Making *making, const char *nam
             rows->place[i][c] = lattice->size * (mesh->point[i][c] - middle[c]);
     rows->rest_origin = lattice_point(lattice, middle[0], middle[1], middle[2]);
     rows->rest_turn = lattice->turn;
-    rows->frame = ALLOCATE(ARENA_STEP, 1, BaseFrame, "base frame");
-    *rows->frame = (BaseFrame){.origin = rows->rest_origin, .turn = rows->rest_turn};
-    state_add(state, rows->frame, sizeof *rows->frame, "%s/base_frame", name);
-    if (rows->floating) {
-        double *weight = ALLOCATE(ARENA_STEP, count + 1, double, "frame weights");
-        memcpy(weight, model->mass, (size_t)count * sizeof *weight);
-        rows->rigid = rigid_frame_create(name, rows->precision, true, rows->count,
-                                         (const double(*)[3])rows->place, weight, arena, state);
-    }
-}
-
-static void create_vertices(VoxelModel *model, const Making *making, Arena *arena, StateList *state)
-{
-    const VoxelOptions *options = making->options;
-    const LatticeMesh *mesh = &making->mesh;
-    const char *name = options->name;
-    const int count = mesh->vertex_count;
-    const size_t rows = (size_t)count + 1, real = rows_real_size(&model->rows);
-    const Lattice *lattice = options->lattice;
-    model->inverse_mass = arena_allocate(arena, ARENA_STEP, rows, real, "%s/inverse mass", name);
-    model->force = arena_allocate(arena, ARENA_STEP, 4 * rows, real, "%s/forces", name);
-    for (int k = 0; k < 2; k++)
-        model->row[k] = arena_allocate(arena, ARENA_STEP, ROW * rows, real, "%s/%s", name,
-                                       k == 0 ? "rows" : "rows of next tick");
-    double farthest = lattice->size * (lattice->count[0] + lattice->count[1] + lattice->count[2]);
-    for (int i = 0; i < count; i++)
-        if (!making->fixed[i])
-            rows_put(&model->rows, model->inverse_mass, i, 1.0 / model->mass[i]);
-    for (int k = 0; options->initial_position != NULL && k < count; k++) {
-        int i = making->by_id[k].vertex;
-        Vec3 x = options->initial_position[k], v = {0.0, 0.0, 0.0};
-        if (options->initial_velocity != NULL && !making->fixed[i])
-            v = options->initial_velocity[k];
-        rows_write(&model->rows, model->row[0], i, x, v);
-        farthest = fmax(farthest, vec3_length(vec3_sub(x, model->rows.rest_origin)));
-    }
-    model->position_limit = 1e6 * farthest; // far beyond any use, and small enough for single
-    model->present = model->row[0];
-    state_add_pair(state, model->row[0], model->row[1], &model->current, ROW * rows * real,
-                   "%s/rows", name);
-    model->parameters = ALLOCATE(ARENA_STEP, 1, VoxelParameters, "parameters");
-    *model->parameters = (VoxelParameters){
-        .gravity = {options->gravity.x, options->gravity.y, options->gravity.z},
-        .stiffness_scale = 1.0,
-        .damping_scale = 1.0,
-    };
-    state_add(state, model->parameters, sizeof *model->parameters, "%s/parameters", name);
-    if (options->without_loads)
+    double extent = lattice->size * (lattice->count[0] + lattice->count[1] + lattice->count[2]);
+    vertices_create(vertices, options, making->by_id, making->fixed, model->surface_count, extent,
+                    arena, state);
+    if (!rows->floating)
         return;
-    const size_t nodes = (size_t)model->surface_count;
-    model->load = arena_allocate(arena, ARENA_STEP, nodes, sizeof *model->load, "%s/loads", name);
-    model->loaded = ALLOCATE(ARENA_STEP, nodes, int, "loaded");
-    state_add(state, model->load, nodes * sizeof *model->load, "%s/loads", name);
+    double *weight = ALLOCATE(ARENA_STEP, count + 1, double, "frame weights");
+    memcpy(weight, vertices->mass, (size_t)count * sizeof *weight);
+    rows->rigid = rigid_frame_create(name, rows->precision, true, rows->count,
+                                     (const double(*)[3])rows->place, weight, arena, state);
 }
 
 static void create_batches(VoxelModel *model, const Making *making, const char *name, Arena *arena,
@@ -263,8 +213,8 @@ static void create_batches(VoxelModel *model, const Making *making, const char *
     };
     batches_create(&model->batches, &batches, arena);
     free(element_class);
-    model->tables =
-        voxel_tables_create(&model->batches, model->law, model->rows.precision, name, arena);
+    model->tables = voxel_tables_create(&model->batches, model->law, model->vertices.rows.precision,
+                                        name, arena);
     model->last = arena_allocate(arena, ARENA_STEP, (size_t)batches_total(&model->batches),
                                  sizeof *model->last, "%s/rotations", name);
     voxel_forget_rotations(model);
@@ -293,20 +243,19 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
     const char *name = options->name;
     make_elements(making);
     VoxelModel *model = arena_allocate(arena, ARENA_STEP, 1, sizeof *model, "%s/model", name);
-    model->kernels = kernels;
     model->law = options->law;
-    model->damped = options->damping > 0.0;
-    model->vertex_count = mesh->vertex_count;
     model->surface_count = mesh->surface_count;
     model->element_count = mesh->element_count;
     for (int e = 0; e < mesh->element_count; e++)
         model->element_at_level[making->layout.leaf[e].level]++;
-    model->mass = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, double, "vertex masses");
-    model->id = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, int, "vertex ids");
-    memcpy(model->id, mesh->id, (size_t)mesh->vertex_count * sizeof *model->id);
+    Vertices *vertices = &model->vertices;
+    vertices->kernels = kernels;
+    vertices->count = mesh->vertex_count;
+    vertices->mass = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, double, "vertex masses");
+    vertices->id = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, int, "vertex ids");
+    memcpy(vertices->id, mesh->id, (size_t)mesh->vertex_count * sizeof *vertices->id);
     double mass = 0.0;
     make_masses(making, model, &mass);
-    create_rows(model, making, name, arena, state);
     create_vertices(model, making, arena, state);
     create_batches(model, making, name, arena, state);
     const double beta = options->damping * making->step;
@@ -333,7 +282,7 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
         return true;
     }
     model->skin = skin_create(body, options->skin, options->lattice, &making->layout, mesh,
-                              &model->rows, arena, status);
+                              &model->vertices.rows, arena, status);
     return model->skin != NULL;
 }
 

@@ -101,23 +101,23 @@ static void time_textbook(const PlaneLayout *layout, const PlaneMesh *mesh, Cost
 // The paper's collision on the server's rows: the same work as textbook_collide.
 static void push_out(const PlaneModel *model, void *rows, double dt)
 {
-    const Vec3 origin = model->rows.frame->origin;
+    const Vec3 origin = model->vertices.rows.frame->origin;
     const double x0 = -origin.x, y0 = height_of(STEPS) - origin.y;
-    for (int v = 0; v < model->vertex_count; v++) {
+    for (int v = 0; v < model->vertices.count; v++) {
         double u[4];
         for (int d = 0; d < 2; d++) {
-            u[d] = rows_get(&model->rows, rows, (long)v * ROW + d);
-            u[2 + d] = rows_get(&model->rows, rows, (long)v * ROW + 4 + d);
+            u[d] = rows_get(&model->vertices.rows, rows, (long)v * ROW + d);
+            u[2 + d] = rows_get(&model->vertices.rows, rows, (long)v * ROW + 4 + d);
         }
-        double dx = model->rows.place[v][0] + u[0] - x0, dy = model->rows.place[v][1] + u[1] - y0;
+        double dx = model->vertices.rows.place[v][0] + u[0] - x0, dy = model->vertices.rows.place[v][1] + u[1] - y0;
         double square = dx * dx + dy * dy;
         if (square >= RADIUS * RADIUS || square == 0.0)
             continue;
         double push = RADIUS / sqrt(square) - 1.0;
         for (int d = 0; d < 2; d++) {
             double way = push * (d == 0 ? dx : dy);
-            rows_put(&model->rows, rows, (long)v * ROW + d, u[d] + way);
-            rows_put(&model->rows, rows, (long)v * ROW + 4 + d, u[2 + d] + way / dt);
+            rows_put(&model->vertices.rows, rows, (long)v * ROW + d, u[d] + way);
+            rows_put(&model->vertices.rows, rows, (long)v * ROW + 4 + d, u[2 + d] + way / dt);
         }
     }
 }
@@ -184,19 +184,19 @@ static void time_server(const Lattice *lattice, int levels, VoxelLaw law, Precis
     // pushed out once.
     const PlanePass pass = {.batches = &model->batches,
                             .law = law,
-                            .damped = model->damped,
-                            .rows = model->present,
-                            .force = model->force,
+                            .damped = model->vertices.damped,
+                            .rows = model->vertices.present,
+                            .force = model->vertices.force,
                             .stiffness_scale = 1.0,
                             .damping_scale = 1.0};
-    const PlaneAdvance advance = {.present = model->present,
-                                  .next = model->row[1 - model->current],
-                                  .force = model->force,
-                                  .inverse_mass = model->inverse_mass,
-                                  .vertex_count = model->vertex_count + 1,
+    const PlaneAdvance advance = {.present = model->vertices.present,
+                                  .next = model->vertices.row[1 - model->vertices.current],
+                                  .force = model->vertices.force,
+                                  .inverse_mass = model->vertices.inverse_mass,
+                                  .vertex_count = model->vertices.count + 1,
                                   .h = step_of(),
                                   .advance = 1.0,
-                                  .position_limit = model->position_limit,
+                                  .position_limit = model->vertices.position_limit,
                                   .check = true};
     static const Process order[3] = {ELASTIC, UPDATE, COLLISION};
     bool good = true;
@@ -209,7 +209,7 @@ static void time_server(const Lattice *lattice, int levels, VoxelLaw law, Precis
             t[1] = clock_now_ns();
             good &= model->kernels->advance(&advance);
             t[2] = clock_now_ns();
-            push_out(model, model->row[1 - model->current], step_of());
+            push_out(model, model->vertices.row[1 - model->vertices.current], step_of());
             t[3] = clock_now_ns();
             for (int p = 0; p < 3; p++)
                 ns[p] += t[p + 1] - t[p];
@@ -220,7 +220,7 @@ static void time_server(const Lattice *lattice, int levels, VoxelLaw law, Precis
     ASSERT(good);
     cost->ns[SUM] = -1.0; // in the same pass
     cost->elements = model->element_count;
-    cost->vertices = model->vertex_count;
+    cost->vertices = model->vertices.count;
     cost->uses = 0;
     for (int e = 0; e < model->element_count; e++)
         cost->uses += model->form[e].shape->count;

@@ -96,8 +96,8 @@ static void evaluate(const VoxelModel *model, bool damped)
                             .classes = model->batches.classes,
                             .law = model->law,
                             .damped = damped,
-                            .rows = model->present,
-                            .force = model->force,
+                            .rows = model->vertices.present,
+                            .force = model->vertices.force,
                             .last = model->last,
                             .stiffness_scale = 1.0,
                             .damping_scale = 1.0};
@@ -106,14 +106,14 @@ static void evaluate(const VoxelModel *model, bool damped)
 
 static void advance(const VoxelModel *model, double h)
 {
-    const AdvancePass pass = {.present = model->present,
-                              .next = model->row[1 - model->current],
-                              .force = model->force,
-                              .inverse_mass = model->inverse_mass,
-                              .vertex_count = model->vertex_count + 1,
+    const AdvancePass pass = {.present = model->vertices.present,
+                              .next = model->vertices.row[1 - model->vertices.current],
+                              .force = model->vertices.force,
+                              .inverse_mass = model->vertices.inverse_mass,
+                              .vertex_count = model->vertices.count + 1,
                               .h = h,
                               .advance = 1.0,
-                              .position_limit = model->position_limit,
+                              .position_limit = model->vertices.position_limit,
                               .check = true};
     ASSERT(model->kernels->advance(&pass));
 }
@@ -121,23 +121,23 @@ static void advance(const VoxelModel *model, double h)
 // In place and velocity of the world, as the server's own code would see them.
 static void collide(const VoxelModel *model, double h)
 {
-    void *rows = model->row[1 - model->current];
-    const Vec3 origin = model->rows.frame->origin;
+    void *rows = model->vertices.row[1 - model->vertices.current];
+    const Vec3 origin = model->vertices.rows.frame->origin;
     const double shift[3] = {origin.x, origin.y, origin.z};
-    for (int i = 0; i < model->vertex_count; i++) {
+    for (int i = 0; i < model->vertices.count; i++) {
         double x[3], v[3], out[3];
         for (int c = 0; c < 3; c++) {
-            double u = rows_get(&model->rows, rows, (long)i * ROW + c);
-            out[c] = x[c] = shift[c] + model->rows.place[i][c] + u;
-            v[c] = rows_get(&model->rows, rows, (long)i * ROW + 4 + c);
+            double u = rows_get(&model->vertices.rows, rows, (long)i * ROW + c);
+            out[c] = x[c] = shift[c] + model->vertices.rows.place[i][c] + u;
+            v[c] = rows_get(&model->vertices.rows, rows, (long)i * ROW + 4 + c);
         }
         push_out(out, v, h);
         if (memcmp(out, x, sizeof x) == 0)
             continue;
         for (int c = 0; c < 3; c++) {
-            rows_put(&model->rows, rows, (long)i * ROW + c,
-                     out[c] - shift[c] - model->rows.place[i][c]);
-            rows_put(&model->rows, rows, (long)i * ROW + 4 + c, v[c]);
+            rows_put(&model->vertices.rows, rows, (long)i * ROW + c,
+                     out[c] - shift[c] - model->vertices.rows.place[i][c]);
+            rows_put(&model->vertices.rows, rows, (long)i * ROW + 4 + c, v[c]);
         }
     }
 }
@@ -173,7 +173,7 @@ static void time_server(VoxelWorld *world, const Version *version, Cost *cost)
         keep_least(&cost->contact_ns, (contact_ns(world->sim) - before) / world->body->substeps);
     }
     cost->elements = model->element_count;
-    cost->vertices = model->vertex_count;
+    cost->vertices = model->vertices.count;
 }
 
 // The same cube in the same state.

@@ -1,4 +1,4 @@
-// Forces of plane elements and the advance of their vertices (Miyazaki et al. 2004, section 2.2;
+// Forces of plane elements (Miyazaki et al. 2004, section 2.2;
 // the affine law of plane_shape.h). Compiled once a precision and level with KERNEL_NAME,
 // KERNEL_LEVEL, KERNEL_SINGLE and KERNEL_WIDTH. A lane is an element. Written in displacements:
 // with G = F - 1 the parts of a deformation are
@@ -293,58 +293,9 @@ static void evaluate(const PlanePass *pass)
     }
 }
 
-// ---------------------------------------------------------------------------------------------
-// Vertices: a row at a time, four numbers of position and four of velocity
-
-typedef Bits BlockMask __attribute__((vector_size(4 * sizeof(Real))));
-
-static bool advance(const PlaneAdvance *pass)
-{
-    const Real *from = pass->present, *inverse_mass = pass->inverse_mass;
-    Real *to = pass->next, *force = pass->force;
-    const Real h = REAL(pass->h), step = REAL(pass->advance * pass->h);
-    const Real speed = REAL(SPEED_LIMIT(KERNEL_SINGLE ? PRECISION_SINGLE : PRECISION_DOUBLE)),
-               limit = REAL(pass->position_limit);
-    const Block gravity = {REAL(pass->gravity[0]), REAL(pass->gravity[1]), REAL(0.0), REAL(0.0)},
-                none = {REAL(0.0)};
-    BlockMask bad = {0};
-    for (long i = 0; i < pass->vertex_count; i++) {
-        Block x, v, f;
-        memcpy(&x, from + i * ROW, sizeof x);
-        memcpy(&v, from + i * ROW + 4, sizeof v);
-        memcpy(&f, force + i * 4, sizeof f);
-        Real m = inverse_mass[i];
-        Block g = m > REAL(0.0) ? gravity : none;
-        v += h * (f * m + g);
-        x += step * v;
-        bad |= ~((x <= limit) & (x >= -limit) & (v <= speed) & (v >= -speed));
-        memcpy(to + i * ROW, &x, sizeof x);
-        memcpy(to + i * ROW + 4, &v, sizeof v);
-        memcpy(force + i * 4, &none, sizeof none);
-    }
-    return (bad[0] | bad[1] | bad[2] | bad[3]) == 0;
-}
-
-static void drift(const void *present, void *next, int vertex_count, double dt)
-{
-    const Real *from = present;
-    Real *to = next;
-    const Real step = REAL(dt);
-    for (long i = 0; i < (long)vertex_count * ROW; i += ROW) {
-        Block x, v;
-        memcpy(&x, from + i, sizeof x);
-        memcpy(&v, from + i + 4, sizeof v);
-        x += step * v;
-        memcpy(to + i, &x, sizeof x);
-        memcpy(to + i + 4, &v, sizeof v);
-    }
-}
-
 extern const PlaneKernels KERNEL_NAME;
 const PlaneKernels KERNEL_NAME = {
     .level = KERNEL_LEVEL,
     .precision = KERNEL_SINGLE ? PRECISION_SINGLE : PRECISION_DOUBLE,
     .evaluate = evaluate,
-    .advance = advance,
-    .drift = drift,
 };

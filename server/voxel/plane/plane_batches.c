@@ -96,12 +96,12 @@ static void put_lane(PlaneModel *model, int batch, int lane, int count, const Pl
     for (int i = 0; i < count; i++) {
         long row = batches->start[batch] + i;
         batches->vertex[row * PLANE_LANES + lane] =
-            form != NULL ? form->vertex[i] : model->vertex_count;
+            form != NULL ? form->vertex[i] : model->vertices.count;
         double number[NODE_NUMBERS] = {0.0};
         if (form != NULL)
             node_numbers(form, i, number);
         for (int k = 0; k < numbers; k++)
-            rows_put(&model->rows, batches->node, (row * numbers + k) * PLANE_LANES + lane,
+            rows_put(&model->vertices.rows, batches->node, (row * numbers + k) * PLANE_LANES + lane,
                      number[k]);
     }
     double whole[WHOLE_NUMBERS] = {[WHOLE_SPREAD] = 1.0};
@@ -113,7 +113,7 @@ static void put_lane(PlaneModel *model, int batch, int lane, int count, const Pl
         whole[WHOLE_SPREAD] = 1e-12 * form->size * form->size;
     }
     for (int k = 0; k < WHOLE_NUMBERS; k++)
-        rows_put(&model->rows, batches->whole,
+        rows_put(&model->vertices.rows, batches->whole,
                  ((long)batch * WHOLE_NUMBERS + k) * PLANE_LANES + lane, whole[k]);
 }
 
@@ -137,7 +137,7 @@ static void create_others(PlaneModel *model, const Place *place, int count, int 
                           int rows_most, const char *name, Arena *arena)
 {
     PlaneBatches *batches = &model->batches;
-    const size_t real = rows_real_size(&model->rows);
+    const size_t real = rows_real_size(&model->vertices.rows);
     const int numbers = model->law == VOXEL_MIYAZAKI2004 ? NODE_PAPER_NUMBERS : NODE_NUMBERS;
     batches->start = ALLOCATE(batches_most + 1, int, "element start");
     batches->vertex = ALLOCATE((size_t)rows_most * PLANE_LANES, int, "elements");
@@ -187,10 +187,11 @@ void plane_create_batches(PlaneModel *model, const char *name, Arena *arena)
     // Each number of vertices may leave one batch partly filled.
     int most = others / PLANE_LANES + PLANE_PLACES;
     create_others(model, other, others, most, most * PLANE_PLACES, name, arena);
-    model->batches.class = arena_allocate(arena, ARENA_STEP, (size_t)classes * SQUARE_NUMBERS,
-                                          rows_real_size(&model->rows), "%s/square numbers", name);
+    model->batches.class =
+        arena_allocate(arena, ARENA_STEP, (size_t)classes * SQUARE_NUMBERS,
+                       rows_real_size(&model->vertices.rows), "%s/square numbers", name);
     for (long k = 0; k < (long)classes * SQUARE_NUMBERS; k++)
-        rows_put(&model->rows, model->batches.class, k,
+        rows_put(&model->vertices.rows, model->batches.class, k,
                  class[k / SQUARE_NUMBERS][k % SQUARE_NUMBERS]);
     free(square);
     free(other);

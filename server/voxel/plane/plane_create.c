@@ -109,7 +109,7 @@ static void make_masses(const Making *making, PlaneModel *model, double *total)
         const double mass = mass_of(making, form, e);
         *total += mass;
         for (int i = 0; i < form->shape->count; i++)
-            model->mass[form->vertex[i]] += form->shape->share[i] * mass;
+            model->vertices.mass[form->vertex[i]] += form->shape->share[i] * mass;
     }
 }
 
@@ -149,88 +149,29 @@ static bool make_fixed(Making *making, Status *status)
     return true;
 }
 
-static void create_rows(PlaneModel *model, const Making *making, const char *name, Arena *arena,
-                        StateList *state)
-{
-    const Lattice *lattice = making->options->lattice;
-    const int count = model->vertex_count;
-    bool all_free = true;
-    for (int v = 0; v < count; v++)
-        all_free &= !making->fixed[v];
-    const double middle[2] = {0.5 * lattice->count[0], 0.5 * lattice->count[1]};
-    Rows *rows = &model->rows;
-    *rows = (Rows){
-        .precision = making->options->precision,
-        .displaced = true,
-        .turned = true,
-        .floating = all_free, // but followed by the body's own fit: no rigid frame
-        .count = count + 1,
-        .rest_origin = lattice_point(lattice, middle[0], middle[1], 0.5),
-        .rest_turn = quat_unit((Quat){lattice->turn.w, 0.0, 0.0, lattice->turn.z}),
-        .longest_edge = lattice->size,
-    };
-    rows->place = arena_allocate(arena, ARENA_STEP, (size_t)count + 1, sizeof *rows->place,
-                                 "%s/places", name);
-    for (int v = 0; v < count; v++)
-        for (int d = 0; d < 2; d++)
-            rows->place[v][d] = lattice->size * (making->mesh.point[v][d] - middle[d]);
-    rows->frame = ALLOCATE(ARENA_STEP, 1, BaseFrame, "base frame");
-    *rows->frame = (BaseFrame){.origin = rows->rest_origin, .turn = rows->rest_turn};
-    state_add(state, rows->frame, sizeof *rows->frame, "%s/base_frame", name);
-}
-
-// Position and velocity of the scene, in the plane.
-static void write_initial(PlaneModel *model, const VoxelOptions *options, const Making *making)
-{
-    const Rows *rows = &model->rows;
-    for (int k = 0; k < model->vertex_count && options->initial_position != NULL; k++) {
-        int v = making->by_id[k].vertex;
-        Vec3 velocity = {0.0, 0.0, 0.0};
-        if (options->initial_velocity != NULL && !making->fixed[v])
-            velocity = options->initial_velocity[k];
-        rows_write(rows, model->row[0], v, options->initial_position[k], velocity);
-        rows_put(rows, model->row[0], (long)v * ROW + 2, 0.0);
-        rows_put(rows, model->row[0], (long)v * ROW + 6, 0.0);
-    }
-}
-
 static void create_vertices(PlaneModel *model, const Making *making, const char *name, Arena *arena,
                             StateList *state)
 {
     const VoxelOptions *options = making->options;
     const Lattice *lattice = options->lattice;
-    const size_t rows = (size_t)model->vertex_count + 1, real = rows_real_size(&model->rows);
-    model->inverse_mass = arena_allocate(arena, ARENA_STEP, rows, real, "%s/inverse mass", name);
-    model->force = arena_allocate(arena, ARENA_STEP, 4 * rows, real, "%s/forces", name);
-    for (int k = 0; k < 2; k++)
-        model->row[k] = arena_allocate(arena, ARENA_STEP, ROW * rows, real, "%s/%s", name,
-                                       k == 0 ? "rows" : "rows of next tick");
-    for (int v = 0; v < model->vertex_count; v++)
-        if (!making->fixed[v])
-            rows_put(&model->rows, model->inverse_mass, v, 1.0 / model->mass[v]);
-    write_initial(model, options, making);
-    // Far beyond any use of a scene, and small enough for single precision.
-    double farthest = lattice->size * (lattice->count[0] + lattice->count[1]) +
-                      vec3_length(model->rows.rest_origin);
-    for (int k = 0; k < model->vertex_count && options->initial_position != NULL; k++)
-        farthest = fmax(farthest, vec3_length(options->initial_position[k]));
-    model->position_limit = 1e6 * farthest;
-    model->present = model->row[0];
-    state_add_pair(state, model->row[0], model->row[1], &model->current, ROW * rows * real,
-                   "%s/rows", name);
-    model->parameters = ALLOCATE(ARENA_STEP, 1, PlaneParameters, "parameters");
-    *model->parameters = (PlaneParameters){
-        .gravity = {options->gravity.x, options->gravity.y, options->gravity.z},
-        .stiffness_scale = 1.0,
-        .damping_scale = 1.0,
-    };
-    state_add(state, model->parameters, sizeof *model->parameters, "%s/parameters", name);
-    if (options->without_loads)
-        return;
-    size_t count = (size_t)model->vertex_count;
-    model->load = arena_allocate(arena, ARENA_STEP, count, sizeof *model->load, "%s/loads", name);
-    model->loaded = ALLOCATE(ARENA_STEP, count, int, "loaded");
-    state_add(state, model->load, count * sizeof *model->load, "%s/loads", name);
+    Vertices *vertices = &model->vertices;
+    Rows *rows = &vertices->rows;
+    const double middle[2] = {0.5 * lattice->count[0], 0.5 * lattice->count[1]};
+    rows->rest_origin = lattice_point(lattice, middle[0], middle[1], 0.5);
+    rows->rest_turn = quat_unit((Quat){lattice->turn.w, 0.0, 0.0, lattice->turn.z});
+    rows->longest_edge = lattice->size;
+    rows->place = arena_allocate(arena, ARENA_STEP, (size_t)vertices->count + 1,
+                                 sizeof *rows->place, "%s/places", name);
+    for (int v = 0; v < vertices->count; v++)
+        for (int d = 0; d < 2; d++)
+            rows->place[v][d] = lattice->size * (making->mesh.point[v][d] - middle[d]);
+    // A floating body is followed by its own fit in the plane: no rigid frame.
+    vertices_create(vertices, options, making->by_id, making->fixed, vertices->count,
+                    lattice->size * (lattice->count[0] + lattice->count[1]), arena, state);
+    for (long v = 0; v < vertices->count; v++) { // an initial state's out of the plane
+        rows_put(rows, vertices->row[0], v * ROW + 2, 0.0);
+        rows_put(rows, vertices->row[0], v * ROW + 6, 0.0);
+    }
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -279,16 +220,16 @@ static void create_body(Body *body, Making *making, const PlaneKernels *kernels,
     PlaneModel *model = ALLOCATE(ARENA_STEP, 1, PlaneModel, "model");
     model->kernels = kernels;
     model->law = options->law;
-    model->damped = options->damping > 0.0;
-    model->vertex_count = making->mesh.vertex_count;
+    Vertices *vertices = &model->vertices;
+    vertices->kernels = voxel_kernels_find(options->precision, kernels->level);
+    vertices->count = making->mesh.vertex_count;
     model->element_count = making->mesh.element_count;
     model->half = 0.5 * options->lattice->size;
-    model->mass = ALLOCATE(ARENA_TOPOLOGY, model->vertex_count, double, "vertex masses");
+    vertices->mass = ALLOCATE(ARENA_TOPOLOGY, vertices->count, double, "vertex masses");
     double mass = 0.0;
     make_shapes(making, name, arena);
     make_forms(making, model, name, arena);
     make_masses(making, model, &mass);
-    create_rows(model, making, name, arena, state);
     create_vertices(model, making, name, arena, state);
     plane_create_batches(model, name, arena);
     *body = (Body){
@@ -305,7 +246,7 @@ static void create_body(Body *body, Making *making, const PlaneKernels *kernels,
         .tuning = {.friction = options->friction, .stiffness_scale = 1.0, .damping_scale = 1.0},
         .time_step_wanted = options->time_step,
         .unsafe_time_step = options->unsafe_time_step,
-        .state_capacity = model->vertex_count,
+        .state_capacity = model->vertices.count,
     };
     snprintf(body->name, sizeof body->name, "%s", name);
     plane_create_surface(model, body, &making->mesh, options, arena);

@@ -77,28 +77,10 @@ typedef struct PlanePass {
     double stiffness_scale, damping_scale;
 } PlanePass;
 
-// After all forces: v += h ((f + load) / m + g), u += advance h v, forces to zero. Vertices with
-// inverse mass 0 stay. `next` may be `present`. Returns whether every |u| and |v| is within its
-// limit; if `check` is not set it may return true without having looked.
-typedef struct PlaneAdvance {
-    const void *present;      // Real [vertex][ROW]
-    void *next;               // Real [vertex][ROW]
-    void *force;              // Real [vertex][4]
-    const void *inverse_mass; // Real [vertex] [1/kg]
-    int vertex_count;         // with the spare one
-    double h, advance;
-    double gravity[2]; // in the base frame [m/s2]
-    double position_limit;
-    bool check;
-} PlaneAdvance;
-
 typedef struct PlaneKernels {
     const char *level;
     Precision precision;
     void (*evaluate)(const PlanePass *pass);
-    bool (*advance)(const PlaneAdvance *pass);
-    // Positions moved by dt with the present velocities.
-    void (*drift)(const void *present, void *next, int vertex_count, double dt);
 } PlaneKernels;
 
 // By name, or the best for "auto"; NULL when unknown or not runnable here.

@@ -42,7 +42,7 @@ static void make_strip(TriMesh *strip, const PlaneModel *model, const PlaneMesh 
 {
     mesh_create(strip, model->node_count, 2 * mesh->edge_count);
     for (int n = 0; n < model->node_count; n++) {
-        const double *place = model->rows.place[model->node_vertex[n]];
+        const double *place = model->vertices.rows.place[model->node_vertex[n]];
         strip->position[n] = vec3(place[0], place[1], n % 2 == 0 ? -model->half : model->half);
     }
     for (int e = 0; e < mesh->edge_count; e++) {
@@ -86,7 +86,7 @@ void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh,
     }
     // Half each: what pushes both pushes the vertex, and the bound of contact holds for it.
     for (int n = 0; n < nodes; n++)
-        node_mass[n] = 0.5 * model->mass[model->node_vertex[n]];
+        node_mass[n] = 0.5 * model->vertices.mass[model->node_vertex[n]];
     body->surface = (BodySurface){
         .node_count = nodes,
         .face_count = faces,
@@ -121,13 +121,13 @@ void plane_create_mesh(PlaneModel *model, Body *body, const PlaneMesh *mesh, con
     int(*parent)[2] = ALLOCATE_ROWS(nodes, parent, "vertex parents");
     int *piece = ALLOCATE(nodes, int, "vertex pieces");
     signed char *level = ALLOCATE(nodes, signed char, "vertex levels");
-    model->id = ALLOCATE(nodes, int, "vertex ids");
+    model->vertices.id = ALLOCATE(nodes, int, "vertex ids");
     model->vertex = ALLOCATE(nodes, int, "published vertices");
     memcpy(triangle, mesh->triangle, (size_t)triangles * sizeof *triangle);
     memcpy(piece, mesh->piece, (size_t)nodes * sizeof *piece);
     for (int v = 0; v < nodes; v++) {
         model->vertex[v] = v;
-        model->id[v] = parent[v][0] = parent[v][1] = mesh->id[v];
+        model->vertices.id[v] = parent[v][0] = parent[v][1] = mesh->id[v];
     }
     body->mesh = (BodyMesh){
         .topology = 1,
@@ -136,8 +136,8 @@ void plane_create_mesh(PlaneModel *model, Body *body, const PlaneMesh *mesh, con
         .node_capacity = nodes,
         .triangle_capacity = triangles,
         .triangle = (const int(*)[3])triangle,
-        .id = model->id,
-        .origin = model->id,
+        .id = model->vertices.id,
+        .origin = model->vertices.id,
         .parent = (const int(*)[2])parent,
         .piece = piece,
         .level = level,

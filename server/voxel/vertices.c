@@ -1,0 +1,282 @@
+#include "voxel/vertices.h"
+
+#include "voxel/layout.h"
+
+#include <math.h>
+#include <string.h>
+
+#define ALLOCATE(use, count, type, label)                                                          \
+    (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
+
+// ---------------------------------------------------------------------------------------------
+// Load time
+
+static void create_frame(Vertices *vertices, const char *name, const bool *fixed, Arena *arena,
+                         StateList *state)
+{
+    Rows *rows = &vertices->rows;
+    rows->displaced = rows->turned = rows->floating = true;
+    for (int i = 0; i < vertices->count; i++)
+        rows->floating &= !fixed[i];
+    rows->frame = ALLOCATE(ARENA_STEP, 1, BaseFrame, "base frame");
+    *rows->frame = (BaseFrame){.origin = rows->rest_origin, .turn = rows->rest_turn};
+    state_add(state, rows->frame, sizeof *rows->frame, "%s/base_frame", name);
+}
+
+// Returns how far from the middle of the body vertices begin [m].
+static double write_initial(Vertices *vertices, const VoxelOptions *options, const VertexId *by_id,
+                            const bool *fixed)
+{
+    double farthest = 0.0;
+    for (int k = 0; options->initial_position != NULL && k < vertices->count; k++) {
+        int i = by_id[k].vertex;
+        Vec3 x = options->initial_position[k], v = {0.0, 0.0, 0.0};
+        if (options->initial_velocity != NULL && !fixed[i])
+            v = options->initial_velocity[k];
+        rows_write(&vertices->rows, vertices->row[0], i, x, v);
+        farthest = fmax(farthest, vec3_length(vec3_sub(x, vertices->rows.rest_origin)));
+    }
+    return farthest;
+}
+
+static void create_loads(Vertices *vertices, const char *name, int count, Arena *arena,
+                         StateList *state)
+{
+    vertices->loadable_count = count;
+    vertices->load =
+        arena_allocate(arena, ARENA_STEP, (size_t)count, sizeof *vertices->load, "%s/loads", name);
+    vertices->loaded = ALLOCATE(ARENA_STEP, count, int, "loaded");
+    state_add(state, vertices->load, (size_t)count * sizeof *vertices->load, "%s/loads", name);
+}
+
+void vertices_create(Vertices *vertices, const VoxelOptions *options, const VertexId *by_id,
+                     const bool *fixed, int loadable_count, double extent, Arena *arena,
+                     StateList *state)
+{
+    const char *name = options->name;
+    Rows *rows = &vertices->rows;
+    rows->precision = options->precision;
+    rows->count = vertices->count + 1;
+    create_frame(vertices, name, fixed, arena, state);
+    const size_t count = (size_t)rows->count, real = rows_real_size(rows);
+    vertices->inverse_mass =
+        arena_allocate(arena, ARENA_STEP, count, real, "%s/inverse mass", name);
+    for (int i = 0; i < vertices->count; i++)
+        if (!fixed[i])
+            rows_put(rows, vertices->inverse_mass, i, 1.0 / vertices->mass[i]);
+    vertices->force = arena_allocate(arena, ARENA_STEP, 4 * count, real, "%s/forces", name);
+    for (int k = 0; k < 2; k++)
+        vertices->row[k] = arena_allocate(arena, ARENA_STEP, ROW * count, real, "%s/%s", name,
+                                          k == 0 ? "rows" : "rows of next tick");
+    vertices->present = vertices->row[0];
+    state_add_pair(state, vertices->row[0], vertices->row[1], &vertices->current,
+                   ROW * count * real, "%s/rows", name);
+    // Far beyond any use, and small enough for single precision.
+    vertices->position_limit = 1e6 * fmax(extent, write_initial(vertices, options, by_id, fixed));
+    vertices->damped = options->damping > 0.0;
+    vertices->parameters = ALLOCATE(ARENA_STEP, 1, VoxelParameters, "parameters");
+    *vertices->parameters = (VoxelParameters){
+        .gravity = {options->gravity.x, options->gravity.y, options->gravity.z},
+        .stiffness_scale = 1.0,
+        .damping_scale = 1.0,
+    };
+    state_add(state, vertices->parameters, sizeof *vertices->parameters, "%s/parameters", name);
+    if (!options->without_loads)
+        create_loads(vertices, name, loadable_count, arena, state);
+}
+
+// ---------------------------------------------------------------------------------------------
+// A tick
+
+void vertices_drift(Vertices *vertices, double dt)
+{
+    void *next = vertices->row[1 - vertices->current];
+    vertices->kernels->drift(vertices->present, next, vertices->count + 1, dt);
+    vertices->present = next;
+}
+
+void vertices_add_force(Vertices *vertices, int vertex, Vec3 force)
+{
+    const Rows *rows = &vertices->rows;
+    Vec3 f = rows_turn_in(rows, force);
+    const double part[3] = {f.x, f.y, f.z};
+    for (int c = 0; c < 3; c++) {
+        long at = 4L * vertex + c;
+        rows_put(rows, vertices->force, at, rows_get(rows, vertices->force, at) + part[c]);
+    }
+}
+
+static void list_loads(Vertices *vertices)
+{
+    vertices->loaded_count = 0;
+    for (int i = 0; i < vertices->loadable_count; i++) {
+        const double *load = vertices->load[i];
+        if (load[0] != 0.0 || load[1] != 0.0 || load[2] != 0.0)
+            vertices->loaded[vertices->loaded_count++] = i;
+    }
+}
+
+void vertices_begin(Vertices *vertices)
+{
+    if (vertices->loaded_count < 0)
+        list_loads(vertices);
+    for (int k = 0; k < vertices->loaded_count; k++) {
+        const double *load = vertices->load[vertices->loaded[k]];
+        vertices_add_force(vertices, vertices->loaded[k], (Vec3){load[0], load[1], load[2]});
+    }
+}
+
+// The first kick of a tick writes the rows that are not current, so that the state before the tick
+// stays whole until the end; later ones stay there.
+void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gravity)
+{
+    void *next = vertices->row[1 - vertices->current];
+    Vec3 g = rows_turn_in(&vertices->rows, gravity);
+    const AdvancePass pass = {
+        .present = vertices->present,
+        .next = next,
+        .force = vertices->force,
+        .inverse_mass = vertices->inverse_mass,
+        .vertex_count = vertices->count + 1,
+        .h = h,
+        .advance = stage->advance,
+        .gravity = {g.x, g.y, g.z},
+        .position_limit = vertices->position_limit,
+        .check = stage->last, // what went bad earlier in the tick is still bad
+    };
+    vertices->bad |= !vertices->kernels->advance(&pass);
+    vertices->present = next;
+}
+
+bool vertices_end(Vertices *vertices)
+{
+    bool good = !vertices->bad;
+    vertices->bad = false;
+    if (good)
+        vertices->current = 1 - vertices->current;
+    vertices->present = vertices->row[vertices->current];
+    return good;
+}
+
+void vertices_restore(Vertices *vertices, bool to_start)
+{
+    const Rows *rows = &vertices->rows;
+    void *row = vertices->row[vertices->current];
+    if (to_start)
+        rows_return_to_rest(&vertices->rows, row);
+    for (long i = 0; i < rows->count; i++)
+        for (int c = 4; c < ROW; c++)
+            rows_put(rows, row, i * ROW + c, 0.0);
+    memset(vertices->force, 0, (size_t)rows->count * 4 * rows_real_size(rows));
+    vertices->present = row;
+}
+
+bool vertices_check(const Vertices *vertices)
+{
+    return rows_are_sound(&vertices->rows, vertices_row(vertices), vertices->position_limit);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Loads
+
+void vertices_add_load(Vertices *vertices, int vertex, Vec3 force)
+{
+    double *load = vertices->load[vertex];
+    load[0] += force.x;
+    load[1] += force.y;
+    load[2] += force.z;
+    vertices->loaded_count = -1;
+}
+
+void vertices_clear_loads(Vertices *vertices)
+{
+    if (vertices->load != NULL)
+        memset(vertices->load, 0, (size_t)vertices->loadable_count * sizeof *vertices->load);
+    vertices->loaded_count = 0;
+}
+
+void vertices_restored(Vertices *vertices)
+{
+    vertices->loaded_count = -1;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Operations
+
+bool vertices_is_fixed(const Vertices *vertices, int vertex)
+{
+    return rows_get(&vertices->rows, vertices->inverse_mass, vertex) == 0.0;
+}
+
+int vertices_read_state(const Vertices *vertices, int *id, Vec3 *position, Vec3 *velocity)
+{
+    for (int i = 0; i < vertices->count; i++) {
+        if (id != NULL)
+            id[i] = vertices->id[i];
+        rows_read(&vertices->rows, vertices_row(vertices), i, &position[i], &velocity[i]);
+    }
+    return vertices->count;
+}
+
+bool vertices_set(Vertices *vertices, BodyParameter parameter, double value)
+{
+    VoxelParameters *p = vertices->parameters;
+    switch (parameter) {
+    case BODY_GRAVITY_X:
+    case BODY_GRAVITY_Y:
+    case BODY_GRAVITY_Z:
+        p->gravity[parameter - BODY_GRAVITY_X] = value;
+        return true;
+    case BODY_STIFFNESS_SCALE:
+        p->stiffness_scale = value;
+        return true;
+    case BODY_DAMPING_SCALE:
+        if (!vertices->damped)
+            return false; // the kernel has no damping to scale
+        p->damping_scale = value;
+        return true;
+    case BODY_ADAPT_FORCE:
+    case BODY_ADAPT_SPEED:
+    case BODY_ADAPT_CURVATURE:
+    case BODY_ADAPT_SCALE:
+    case BODY_ADAPT_LEVEL:
+        return false; // elements stay as they are
+    }
+    return false;
+}
+
+void vertices_measure(const Vertices *vertices, BodyMeasure *measure)
+{
+    const Rows *rows = &vertices->rows;
+    const void *row = vertices_row(vertices);
+    double kinetic = 0.0, farthest = 0.0;
+    for (int i = 0; i < vertices->count; i++) {
+        Vec3 u = rows_vector(rows, row, i, 0), v = rows_vector(rows, row, i, 4);
+        if (rows->floating) { // u is small whatever the body's way
+            Vec3 x;
+            rows_read(rows, row, i, &x, NULL);
+            u = vec3_sub(x, rows_rest(rows, i));
+        }
+        kinetic += 0.5 * vertices->mass[i] * vec3_dot(v, v);
+        farthest = fmax(farthest, vec3_dot(u, u));
+    }
+    measure->kinetic = kinetic;
+    measure->max_displacement = sqrt(farthest);
+}
+
+void vertices_explain(const Vertices *vertices, int lanes, const int *element_at_level, FILE *out)
+{
+    int coarsest = VOXEL_LEVELS_MAX, elements = 0;
+    while (coarsest > 0 && element_at_level[coarsest] == 0)
+        coarsest--;
+    for (int level = 0; level <= coarsest; level++)
+        elements += element_at_level[level];
+    fprintf(out, "    kernel: %s, %s, %d lanes a batch, %d vertices, %d elements (",
+            vertices->rows.precision == PRECISION_SINGLE ? "single" : "double",
+            vertices->kernels->level, lanes, vertices->count, elements);
+    for (int level = 0; level <= coarsest; level++)
+        fprintf(out, "%s%d", level > 0 ? " + " : "", element_at_level[level]);
+    fprintf(out, " by level)\n    damping: %s\n    base frame: %s\n",
+            vertices->damped ? "in the kernel" : "left out (material.damping)",
+            vertices->rows.floating ? "follows the body" : "still");
+}
