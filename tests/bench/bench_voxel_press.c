@@ -8,44 +8,85 @@
 
 enum { LEVELS_MOST = 3 };
 
-static void tick(VoxelPress *press, Samples *samples)
+static void tick(VoxelPress *press, void (*step)(VoxelPress *press), Samples *samples)
 {
     int64_t begin = clock_thread_ns();
-    voxel_press_tick(press);
+    step(press);
     double us = 1e-3 * (double)(clock_thread_ns() - begin);
     if (samples != NULL)
         samples_add(samples, us / press->world.body->substeps);
 }
 
-// Cubes of `cells`^3: press[0] of one size, press[i] of as many as levels[i - 1] allows.
-static void run_cube(Bench *bench, int cells, const int *levels, int count, int ticks, bool rests)
-{
+typedef struct Contest {
+    int count;                   // bodies
+    int levels[LEVELS_MOST + 1]; // of each; the first has 0: elements of one size
     VoxelPress press[LEVELS_MOST + 1];
-    Samples samples[LEVELS_MOST + 1] = {0};
-    for (int k = 0; k <= count; k++)
-        voxel_press_create(&press[k], cells, k == 0 ? 0 : levels[k - 1], PRECISION_SINGLE,
-                           bench->isa);
+    Samples pressed[LEVELS_MOST + 1], released[LEVELS_MOST + 1];
+} Contest;
+
+static void run_ticks(Contest *contest, int ticks, int timed)
+{
     for (int i = 0; i < ticks; i++)
-        for (int k = 0; k <= count; k++)
-            tick(&press[k], i >= ticks - (bench->quick ? 3 : 30) ? &samples[k] : NULL);
-    for (int k = 0; k <= count; k++) {
+        for (int k = 0; k < contest->count; k++)
+            tick(&contest->press[k], voxel_press_tick,
+                 i >= ticks - timed ? &contest->pressed[k] : NULL);
+}
+
+static void write_rows(Bench *bench, Contest *contest, bool rests)
+{
+    for (int k = 0; k < contest->count; k++) {
+        VoxelPress *press = &contest->press[k];
         char name[32];
-        const int size = press[k].world.count;
-        const double least = samples_min(&samples[k]);
-        snprintf(name, sizeof name, "voxel.press.level%d", k == 0 ? 0 : levels[k - 1]);
+        const int size = press->world.count;
+        const double least = samples_min(&contest->pressed[k]);
+        snprintf(name, sizeof name, "voxel.press.level%d", contest->levels[k]);
         bench_row(bench, name, size, "us_per_step", least, "us");
         if (k > 0)
-            bench_row(bench, name, size, "ratio_to_full", samples_min(&samples[0]) / least, "1");
+            bench_row(bench, name, size, "ratio_to_full", samples_min(&contest->pressed[0]) / least,
+                      "1");
         if (!rests)
             continue;
-        bench_row(bench, name, size, "force", voxel_press_force(&press[k]), "N");
+        bench_row(bench, name, size, "force", voxel_press_force(press), "N");
         if (k > 0)
-            bench_row(bench, name, size, "error", voxel_press_error(&press[k], &press[0]), "1");
-        if (!(voxel_press_kinetic(&press[k]) < 1e-7))
+            bench_row(bench, name, size, "error", voxel_press_error(press, &contest->press[0]),
+                      "1");
+        if (!(voxel_press_kinetic(press) < 1e-7))
             bench_fail(bench, name, "the body has not come to rest");
     }
-    for (int k = 0; k <= count; k++)
-        voxel_press_destroy(&press[k]);
+}
+
+// The same ticks without contact.
+static void run_released(Bench *bench, Contest *contest, int timed)
+{
+    for (int i = 0; i < timed; i++)
+        for (int k = 0; k < contest->count; k++)
+            tick(&contest->press[k], voxel_press_release, &contest->released[k]);
+    for (int k = 0; k < contest->count; k++) {
+        char name[32];
+        const int size = contest->press[k].world.count;
+        const double least = samples_min(&contest->released[k]);
+        snprintf(name, sizeof name, "voxel.press.level%d", contest->levels[k]);
+        bench_row(bench, name, size, "us_per_step_released", least, "us");
+        if (k > 0)
+            bench_row(bench, name, size, "ratio_to_full_released",
+                      samples_min(&contest->released[0]) / least, "1");
+    }
+}
+
+// Cubes of `cells`^3 of so many levels each. `rests`: the ticks are enough for it.
+static void run_cubes(Bench *bench, int cells, int count, const int *levels, int ticks, bool rests)
+{
+    const int timed = bench->quick ? 3 : 30;
+    Contest contest = {.count = count};
+    for (int k = 0; k < count; k++) {
+        contest.levels[k] = levels[k];
+        voxel_press_create(&contest.press[k], cells, levels[k], PRECISION_SINGLE, bench->isa);
+    }
+    run_ticks(&contest, ticks, timed);
+    write_rows(bench, &contest, rests);
+    run_released(bench, &contest, timed);
+    for (int k = 0; k < count; k++)
+        voxel_press_destroy(&contest.press[k]);
 }
 
 void bench_voxel_presses(Bench *bench)
@@ -53,9 +94,9 @@ void bench_voxel_presses(Bench *bench)
     if (!bench_wants(bench, "voxel.press"))
         return;
     if (bench->quick) {
-        run_cube(bench, 16, (int[]){1, 2}, 2, 20, false);
+        run_cubes(bench, 16, 3, (int[]){0, 1, 2}, 20, false);
         return;
     }
-    run_cube(bench, 32, (int[]){1, 2, 3}, 3, VOXEL_PRESS_TICKS, true);
-    run_cube(bench, 64, (int[]){3}, 1, 40, false); // until it touches well
+    run_cubes(bench, 32, 4, (int[]){0, 1, 2, 3}, VOXEL_PRESS_TICKS, true);
+    run_cubes(bench, 64, 2, (int[]){0, 3}, 40, false); // until it touches well
 }
