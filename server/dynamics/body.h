@@ -31,6 +31,8 @@ typedef struct BodySurface {
     const double *node_area; // a third of the faces around [m2]
     const double *node_mass; // [kg]
     double longest_edge;     // at rest, of the coarsest level [m]: constant
+    bool solid;              // closed, with nothing but matter inside: every face stands against
+                             // its front alone, and a tool that is inside is pushed out
     // Times contact_kappa, the contact stiffness of a face and that of a node against a plane;
     // NULL, both: 1. Memory of the model's, filled by contact_set_stiffness: for bodies whose nodes
     // carry masses that differ much for their area.

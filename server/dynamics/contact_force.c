@@ -13,7 +13,10 @@ static const double SOFT = 0.01;
 // log 5, a little more: that far, in widths, the soft minimum of five pairs may lie below them all.
 static const double SOFT_REACH = 1.61;
 static const double AXIS_FLOOR = 0.1; // of the radius: how near an axis may come to a wall
-static const double TOUCHING = 1e-9;  // [m] closer, a pair has no direction of its own
+// To that of a solid. On a flat wall of small faces a ball at height z feels pi kappa z (r - z)^2,
+// which is largest at r / 3: nearer, pressing harder would push less, and the ball would wander.
+static const double SOLID_AXIS_FLOOR = 1.0 / 3.0;
+static const double TOUCHING = 1e-9; // [m] closer, a pair has no direction of its own
 
 Vec3 contact_face_normal(const Contact *contact, const Candidate *candidate)
 {
@@ -217,7 +220,8 @@ static void push_face(Contact *contact, const ToolPlacement *at, int index,
     forces->acting++;
     forces->crossed += face->crossed || face->turn < 0;
     forces->depth = fmax(forces->depth, depth);
-    forces->floor = fmin(forces->floor, phi - AXIS_FLOOR * radius);
+    double least = contact->body->surface.solid ? SOLID_AXIS_FLOOR : AXIS_FLOOR;
+    forces->floor = fmin(forces->floor, phi - least * radius);
     for (int j = 0; j < face->pair_count; j++) {
         if (share[j] == 0.0)
             continue;
@@ -262,30 +266,47 @@ static double approach(const Contact *contact, const ToolPlacement *at)
            vec3_length(quat_to_rotation(turn)) * contact->lever;
 }
 
+// Whether a face leads to the nearest way out of a solid, rather than another one: the nearest face
+// tells whether an axis is inside; of several that the axis pierces, the shallowest.
+static bool is_nearer_way_out(const FaceDistance *face, const FaceDistance *than)
+{
+    return face->distance < than->distance ||
+           (face->distance == than->distance && face->phi > than->phi);
+}
+
 static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shape)
 {
     const Capsule *capsule = &contact->tool->capsule[shape];
     const double reach = (1.0 + SOFT_REACH * SOFT) * capsule->radius;
-    const double crossed_reach = contact->tool->kind == TOOL_STATIC
-                                     ? (double)INFINITY
-                                     : CONTACT_CROSSED_REACH * capsule->radius;
+    const bool solid = contact->body->surface.solid;
+    const double crossed_reach = contact->tool->kind == TOOL_STATIC ? (double)INFINITY
+                                 : solid                            ? reach
+                                         : CONTACT_CROSSED_REACH * capsule->radius;
     Vec3 p, q;
     contact_axis(capsule, at, &p, &q);
     bool sphere = contact_is_sphere(capsule);
     bool crossed = false;
     const double may_act = fmax(reach, crossed_reach) + approach(contact, at);
-    FaceDistance face;
+    FaceDistance face, out = {.distance = (double)INFINITY};
+    int way_out = -1; // solids: the nearest face, when that one is seen from behind
     for (int i = 0; i < contact->candidate_count; i++) {
         const Candidate *candidate = &contact->candidate[i];
         int side = contact->side[shape][candidate->face];
         if (side == 0 || contact->gap_begin[shape][i] > may_act)
             continue;
         measure_face(contact, candidate, p, q, sphere, side, &face);
-        if (face.phi < 0.0 && face.distance < crossed_reach)
+        if (solid && is_nearer_way_out(&face, &out)) {
+            out = face;
+            way_out = face.phi < 0.0 ? i : -1;
+        }
+        if (!solid && face.phi < 0.0 && face.distance < crossed_reach)
             crossed = true; // needs everyone's distance: below
         else if (face.phi >= 0.0 && face.phi < reach)
             push_face(contact, at, i, &face, side, capsule->radius);
     }
+    if (way_out >= 0 && out.distance < crossed_reach)
+        push_face(contact, at, way_out, &out,
+                  contact->side[shape][contact->candidate[way_out].face], capsule->radius);
     if (!crossed)
         return;
     for (int i = 0; i < contact->candidate_count; i++) {

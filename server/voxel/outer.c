@@ -59,6 +59,7 @@ void voxel_create_surface(VoxelModel *model, Body *body, const LatticeMesh *mesh
         .node_area = node_area,
         .node_mass = model->mass,
         .longest_edge = sqrt(2.0) * size,
+        .solid = true,
     };
     if (options->without_contacts)
         return;

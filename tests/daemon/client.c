@@ -179,10 +179,11 @@ Client *client_create(void)
     on->reply = pliant_reply_t_subscribe(client->lcm, "PLIANT_REPLY", on_reply, client);
     on->event = pliant_event_t_subscribe(client->lcm, "PLIANT_EVENT", on_event, client);
     on->status = pliant_status_t_subscribe(client->lcm, "PLIANT_STATUS", on_status, client);
-    on->nodes = pliant_nodes_t_subscribe(client->lcm, "PLIANT_NODES_sphere", on_nodes, client);
+    on->nodes =
+        pliant_nodes_t_subscribe(client->lcm, "PLIANT_NODES_(sphere|block)", on_nodes, client);
     on->velocity =
         pliant_nodes_t_subscribe(client->lcm, "PLIANT_VELOCITY_sphere", on_velocities, client);
-    on->mesh = pliant_mesh_t_subscribe(client->lcm, "PLIANT_MESH_sphere", on_mesh, client);
+    on->mesh = pliant_mesh_t_subscribe(client->lcm, "PLIANT_MESH_(sphere|block)", on_mesh, client);
     on->contact = pliant_contact_t_subscribe(client->lcm, "PLIANT_CONTACT", on_contact, client);
     pliant_reply_t_subscription_set_queue_capacity(on->reply, 4096);
     pliant_contact_t_subscription_set_queue_capacity(on->contact, 4096);

@@ -1,0 +1,397 @@
+// Voxel bodies in the real daemon: what clients see and feel of them, and that runs repeat.
+#include "client.h"
+
+#include "pliant_status_t.h"
+
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#ifdef WITH_HDF5
+#include "recording_view.h"
+#endif
+
+// A block of 8 x 8 x 8 cells around the origin, 5 cm wide, held below.
+enum {
+    SURFACE_NODES = 9 * 9 * 9 - 7 * 7 * 7,
+    ALL_NODES = 9 * 9 * 9,
+    TRIANGLES = 6 * 8 * 8 * 2,
+};
+static const double TOP[3] = {0.0, 0.0, 0.025}, DOWN[3] = {0.0, 0.01, -0.1};
+static const double PRESS[3] = {0.001, 0.002, 0.027}, AWAY[3] = {0.0, 0.0, 0.2};
+static const char HEAD[] = "publish = { nodes_hz = 50.0; contact_hz = 1000.0; status_hz = 20.0; };";
+static const char PAUSED[] = "start = \"paused\";  publish = { nodes_hz = 1000.0; };";
+static const char BLOCK[] = "generator = \"box\"; count = 8; size = 0.00625;";
+
+// `voxels`: what the body is made from; `keys`: more of the body.
+static const char *write_voxels(const char *name, const char *head, const char *voxels,
+                                const char *keys)
+{
+    char text[4096];
+    snprintf(text, sizeof text,
+             "name = \"test\";\n%s\n"
+             "bodies = ( { name = \"block\"; model = \"voxel\";\n"
+             "  voxels = { %s };\n"
+             "  material = { youngs_modulus = 1.0e4; density = 1000.0; };\n"
+             "  %s } );\n%s",
+             head, voxels, keys, PROBE_TOOL);
+    const char *path = scratch(name);
+    write_text(path, text);
+    return path;
+}
+
+static const char HELD[] = "levels = 0;\n"
+                           "  fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.0249]); } );";
+
+static const char *write_block(const char *name, const char *head)
+{
+    return write_voxels(name, head, BLOCK, HELD);
+}
+
+// Sends the pose again and again until the condition holds.
+#define hold_pose_until(client, position, condition)                                               \
+    do {                                                                                           \
+        double limit_ = client_now() + 30.0;                                                       \
+        while (!(condition) && client_now() < limit_) {                                            \
+            pliant_tool_pose_t pose_ = make_pose((client), (position));                            \
+            send_pose((client), &pose_);                                                           \
+            client_listen((client), 2);                                                            \
+        }                                                                                          \
+        if (!(condition))                                                                          \
+            fail_msg("held the tool in vain for: %s", #condition);                                 \
+    } while (0)
+
+typedef struct BodySeen {
+    int count, nodes, springs, elements, pieces;
+    char model[32], integrator[32];
+} BodySeen;
+
+static void see_status(const lcm_recv_buf_t *buffer, const char *channel,
+                       const pliant_status_t *status, void *user)
+{
+    (void)buffer;
+    (void)channel;
+    BodySeen *seen = user;
+    if (status->num_bodies != 1)
+        return;
+    const pliant_body_status_t *body = &status->body[0];
+    seen->nodes = body->nodes;
+    seen->springs = body->springs;
+    seen->elements = body->elements;
+    seen->pieces = body->pieces;
+    snprintf(seen->model, sizeof seen->model, "%s", body->model);
+    snprintf(seen->integrator, sizeof seen->integrator, "%s", body->integrator);
+    seen->count++;
+}
+
+static void end(Daemon *daemon, Client *client)
+{
+    daemon_signal(daemon, SIGTERM);
+    daemon_wait(daemon);
+    assert_int_equal(daemon->code, 0);
+    client_destroy(client);
+}
+
+static void a_pressed_block_pushes_back_and_is_shown(void **state)
+{
+    (void)state;
+    Client *client = client_create();
+    Daemon daemon;
+    BodySeen seen = {0};
+    pliant_status_t_subscribe(client->lcm, "PLIANT_STATUS", see_status, &seen);
+    daemon_start(&daemon, "%s", write_block("press.cfg", HEAD));
+    client_wait_for_daemon(client);
+    hold_pose_until(client, AWAY, client->contact.pose_utime != 0);
+    assert_false(client->contact.contact);
+    hold_pose_until(client, PRESS, client->contact.depth > 1e-4 && client->contact.contact);
+    expect_at_least(client->contact.force[2], 1e-3);
+    expect_at_most(client->contact.force[2], 5.0); // max_force
+    expect_at_least(client->contact.normal[2], 0.5);
+    wait_until(client, client->frames.whole > 0 && client->mesh.whole > 0 && seen.count > 0);
+    assert_int_equal(client->frames.node_count, SURFACE_NODES);
+    assert_int_equal(client->mesh.whole_nodes, SURFACE_NODES);
+    assert_int_equal(client->mesh.whole_triangles, TRIANGLES);
+    assert_true(client->mesh.in_range);
+    assert_string_equal(seen.model, "voxel");
+    assert_string_equal(seen.integrator, "symplectic_euler");
+    assert_int_equal(seen.elements, 8 * 8 * 8);
+    assert_int_equal(seen.springs, 0);
+    assert_int_equal(seen.pieces, 1);
+    assert_int_equal(client->status.resets, 0);
+    end(&daemon, client);
+}
+
+static void requests_reach_a_solid(void **state)
+{
+    (void)state;
+    Client *client = client_create();
+    Daemon daemon;
+    daemon_start(&daemon, "%s", write_block("requests.cfg", HEAD));
+    client_wait_for_daemon(client);
+    int32_t id = send_load(client, TOP, 0.01, DOWN, 0.5, "block");
+    wait_until(client, find_reply(client, id) != NULL);
+    assert_true(find_reply(client, id)->ok);
+    assert_int_equal(find_reply(client, id)->pieces, 1);
+    wait_until(client, client->status.max_displacement > 1e-4);
+    id = send_load(client, AWAY, 0.01, DOWN, 0.5, "block"); // nobody is there
+    wait_until(client, find_reply(client, id) != NULL);
+    assert_false(find_reply(client, id)->ok);
+
+    assert_true(command(client, PLIANT_COMMAND_T_PAUSE, 0, "")->ok);
+    assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "block.damping_scale=0.5")->ok);
+    assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "gravity=0 0 -9.81")->ok);
+    assert_false(command(client, PLIANT_COMMAND_T_SET, 0, "stiffness_scale=1e9")->ok);
+    assert_false(command(client, PLIANT_COMMAND_T_SET, 0, "adapt_force=0.1")->ok);
+    int64_t step = command(client, PLIANT_COMMAND_T_STEP, 0, "")->step;
+    assert_int_equal(command(client, PLIANT_COMMAND_T_STEP, 40, "")->step, step + 40);
+    client_fresh_status(client);
+    assert_string_equal(client->status.state, "lockstep");
+    expect_at_least(client->status.max_displacement, 1e-5);
+    assert_true(command(client, PLIANT_COMMAND_T_RESET, 0, "")->ok);
+    command(client, PLIANT_COMMAND_T_STEP, 1, "");
+    client_fresh_status(client);
+    // A tick from the start, with gravity or without: 1e-5 m; the load had moved it by millimetres.
+    expect_at_most(client->status.max_displacement, 2e-5);
+
+    // Garbage on its channels changes nothing.
+    static const char junk[200] = "junk";
+    int64_t before = client->status.rejected;
+    send_bytes(client, "PLIANT_LOAD", junk, sizeof junk);
+    send_bytes(client, "PLIANT_TOOL_POSE", junk, 3);
+    wait_until(client, client->status.rejected >= before + 2);
+    const double nowhere[3] = {NAN, 0.0, 0.0};
+    pliant_tool_pose_t pose = make_pose(client, nowhere);
+    send_pose(client, &pose);
+    wait_until(client, client->status.rejected >= before + 3);
+    assert_true(command(client, PLIANT_COMMAND_T_STEP, 5, "")->ok);
+    client_fresh_status(client);
+    assert_int_equal(client->status.resets, 0);
+    end(&daemon, client);
+}
+
+// Both precisions, a graded ball, and the paper's plane disc with its law.
+static void runs_resume_and_repeat_bit_for_bit(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *head, *voxels, *keys;
+    } cases[] = {
+        {"precision = \"single\";", "generator = \"ball\"; radius = 0.025; size = 0.003;",
+         "levels = 2;"},
+        {"precision = \"double\";", "generator = \"ball\"; radius = 0.025; size = 0.003;",
+         "levels = 2;  integrator = \"leapfrog\";"},
+        {"precision = \"single\";", "generator = \"disc\"; radius = 0.025; size = 0.003;",
+         "levels = 2;  law = \"miyazaki2004\";"},
+        {"precision = \"double\";", "generator = \"disc\"; radius = 0.025; size = 0.003;",
+         "levels = 2;  law = \"miyazaki2004\";"},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char head[512], whole[32], other[32];
+        snprintf(head, sizeof head,
+                 "%s\nloads = ( { body = \"block\"; center = [0.025, 0.0, 0.0]; radius = 0.01;\n"
+                 "  force = [-0.01, 0.005, 0.0]; start = 0.05; duration = 0.2; } );",
+                 cases[k].head);
+        const char *scene = write_voxels("resume.cfg", head, cases[k].voxels, cases[k].keys);
+        const char *part = scratch("part.h5");
+        Daemon daemon;
+        run_daemon(&daemon, "--offline 0.4 %s", scene);
+        if (daemon.code != 0)
+            fail_msg("%s", daemon.err);
+        printed_state(&daemon, whole);
+        run_daemon(&daemon, "--offline 0.4 --isa baseline %s", scene);
+        printed_state(&daemon, other);
+        assert_string_equal(other, whole); // on every processor
+        run_daemon(&daemon, "--offline 0.15 --checkpoint %s %s", part, scene);
+        assert_int_equal(daemon.code, 0);
+        run_daemon(&daemon, "--offline 0.25 --resume %s %s", part, scene);
+        printed_state(&daemon, other);
+        assert_string_equal(other, whole);
+        run_daemon(&daemon, "--offline 0.05 %s", scene);
+        printed_state(&daemon, other);
+        assert_string_not_equal(other, whole); // the load has moved it
+    }
+}
+
+static void an_input_log_repeats_the_live_run(void **state)
+{
+    (void)state;
+    const char *scene = write_block("log.cfg", HEAD);
+    const char *log = scratch("inputs.log"), *checkpoint = scratch("live.h5");
+    char live[32], repeated[32], resumed[32];
+    Client *client = client_create();
+    Daemon daemon;
+    daemon_start(&daemon, "--log-inputs %s --checkpoint %s %s", log, checkpoint, scene);
+    client_wait_for_daemon(client);
+    for (int i = 0; i < 150; i++) {
+        double position[3] = {1e-5 * i, -2e-5 * i, 0.030 - 3e-5 * i};
+        pliant_tool_pose_t pose = make_pose(client, position);
+        send_pose(client, &pose);
+        client_listen(client, 2);
+        if (i == 50)
+            send_load(client, TOP, 0.01, DOWN, 0.1, "");
+        if (i == 80)
+            command(client, PLIANT_COMMAND_T_SET, 0, "gravity_x=1.1");
+        if (i == 100)
+            command(client, PLIANT_COMMAND_T_STEP, 5, "");
+        if (i == 120)
+            command(client, PLIANT_COMMAND_T_RESUME, 0, "");
+    }
+    command(client, PLIANT_COMMAND_T_STOP, 0, "");
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    client_destroy(client);
+    printed_state(&daemon, live);
+    long long step = printed(&daemon, "step");
+    run_daemon(&daemon, "--offline 1000 --input %s %s", log, scene);
+    assert_int_equal(daemon.code, 0);
+    assert_int_equal(printed(&daemon, "step"), step);
+    printed_state(&daemon, repeated);
+    assert_string_equal(repeated, live);
+    run_daemon(&daemon, "--offline 0 --resume %s %s", checkpoint, scene);
+    printed_state(&daemon, resumed);
+    assert_string_equal(resumed, live);
+}
+
+// Killed, it starts again from its last checkpoint, and tools meet it there.
+static void a_killed_server_goes_on_from_its_checkpoint(void **state)
+{
+    (void)state;
+    const char *scene = write_block("killed.cfg", HEAD), *path = scratch("killed.h5");
+    Client *client = client_create();
+    Daemon daemon;
+    daemon_start(&daemon, "--checkpoint %s %s", path, scene);
+    client_wait_for_daemon(client);
+    hold_pose_until(client, PRESS, client->contact.contact);
+    const Reply *reply = command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "");
+    assert_true(reply->ok);
+    int64_t step = reply->step;
+    daemon_signal(&daemon, SIGKILL);
+    daemon_wait(&daemon);
+    daemon_start(&daemon, "--resume %s %s", path, scene);
+    client->contact.contact = 0;
+    hold_pose_until(client, PRESS, client->contact.contact);
+    client_fresh_status(client);
+    expect_at_least((double)client->status.step, (double)step);
+    end(&daemon, client);
+}
+
+// A cube of 12 triangles inside of the block, in millimetres.
+static void write_skin(const char *path)
+{
+    write_text(path, "v -20 -20 -20\nv 20 -20 -20\nv 20 20 -20\nv -20 20 -20\n"
+                     "v -20 -20 20\nv 20 -20 20\nv 20 20 20\nv -20 20 20\n"
+                     "f 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\n"
+                     "f 2 3 7\nf 2 7 6\nf 3 4 8\nf 3 8 7\nf 4 1 5\nf 4 5 8\n");
+}
+
+static void what_is_published_is_recorded(void **state)
+{
+    (void)state;
+    static const char SKIN[] = "skin = { mesh = \"skin.obj\"; scale = 0.001; };\n  ";
+    char keys[512];
+    snprintf(keys, sizeof keys, "%s%s", SKIN, HELD);
+    write_skin(scratch("skin.obj"));
+    static const char ALL[] =
+        "start = \"paused\";  publish = { nodes_hz = 1000.0; nodes = \"all\"; };";
+    const struct {
+        const char *head, *keys;
+        int nodes, triangles;
+    } cases[] = {
+        {PAUSED, HELD, SURFACE_NODES, TRIANGLES},
+        {ALL, HELD, ALL_NODES, TRIANGLES},
+        {PAUSED, keys, 8, 12},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        enum { STEPS = 10 };
+        static float seen[3 * ALL_NODES];
+        char name[32];
+        snprintf(name, sizeof name, "record-%zu.h5", k);
+        const char *path = scratch(name);
+        Client *client = client_create();
+        Daemon daemon;
+        const char *scene = write_voxels("record.cfg", cases[k].head, BLOCK, cases[k].keys);
+#ifdef WITH_HDF5
+        daemon_start(&daemon, "--record %s %s", path, scene);
+#else
+        (void)path;
+        daemon_start(&daemon, "%s", scene);
+#endif
+        client_wait_for_daemon(client);
+        send_load(client, TOP, 0.01, DOWN, 1.0, "");
+        for (int i = 0; i < STEPS; i++) {
+            const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, 2, "");
+            assert_true(reply->ok);
+            wait_until(client, client->frames.step == reply->step);
+        }
+        wait_until(client, client->mesh.whole > 0);
+        assert_int_equal(client->frames.node_count, cases[k].nodes);
+        assert_int_equal(client->mesh.whole_nodes, cases[k].nodes);
+        assert_int_equal(client->mesh.whole_triangles, cases[k].triangles);
+        memcpy(seen, client->frames.position, 3 * sizeof(float) * (size_t)cases[k].nodes);
+        command(client, PLIANT_COMMAND_T_STOP, 0, "");
+        daemon_wait(&daemon);
+        assert_int_equal(daemon.code, 0);
+        client_destroy(client);
+#ifdef WITH_HDF5
+        BodyView view;
+        hid_t file = view_open(path, false);
+        assert_true(file >= 0);
+        view_body(&view, file, "block");
+        H5Fclose(file);
+        assert_int_equal(view.frames, STEPS + 1);
+        assert_int_equal(view.nodes, cases[k].nodes);
+        assert_int_equal(view.triangles, cases[k].triangles);
+        assert_memory_equal(view.position[view.first[STEPS]], seen,
+                            3 * sizeof(float) * (size_t)cases[k].nodes);
+        assert_true(memcmp(view.position[view.first[0]], seen, sizeof(float)) != 0 ||
+                    memcmp(view.position[view.first[0]], view.position[view.first[STEPS]],
+                           3 * sizeof(float) * (size_t)cases[k].nodes) != 0);
+        view_free(&view);
+#endif
+    }
+}
+
+static void wrong_scenes_are_refused_in_one_line(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *voxels, *keys, *needle;
+    } cases[] = {
+        {"generator = \"pyramid\";", "", "pyramid"},
+        {"generator = \"box\"; count = 0; size = 0.01;", "", "count"},
+        {"generator = \"box\"; count = 8; size = -0.01;", "", "size"},
+        {"file = \"missing.nrrd\"; label = 1;", "", "missing.nrrd"},
+        {"mesh = \"missing.stl\"; size = 0.01;", "", "missing.stl"},
+        {"generator = \"box\"; count = 8; size = 0.01;", "levels = 99;", "levels"},
+        {"generator = \"box\"; count = 8; size = 0.01;", "law = \"none\";", "law"},
+        {"generator = \"box\"; count = 8; size = 0.01;", "integrator = \"rk4\";", "rk4"},
+        {"generator = \"box\"; count = 8; size = 0.01;", "mesh = { generator = \"sheet\"; };",
+         "mesh"},
+        {"generator = \"box\"; count = 8; size = 0.01;", "skin = { mesh = \"missing.obj\"; };",
+         "missing.obj"},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        Daemon daemon;
+        run_daemon(&daemon, "--check %s",
+                   write_voxels("wrong.cfg", HEAD, cases[k].voxels, cases[k].keys));
+        const char *line_end = strchr(daemon.err, '\n');
+        if (daemon.code != 2 || strstr(daemon.err, cases[k].needle) == NULL ||
+            strstr(daemon.err, "wrong.cfg:") == NULL || line_end == NULL || line_end[1] != '\0')
+            fail_msg("%s %s: exit %d, expected 2 and one line with '%s': %s", cases[k].voxels,
+                     cases[k].keys, daemon.code, cases[k].needle, daemon.err);
+    }
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(a_pressed_block_pushes_back_and_is_shown),
+        daemon_test(requests_reach_a_solid),
+        daemon_test(runs_resume_and_repeat_bit_for_bit),
+        daemon_test(an_input_log_repeats_the_live_run),
+        daemon_test(a_killed_server_goes_on_from_its_checkpoint),
+        daemon_test(what_is_published_is_recorded),
+        daemon_test(wrong_scenes_are_refused_in_one_line),
+    };
+    harness_start(argc, argv);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}
