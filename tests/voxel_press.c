@@ -61,6 +61,15 @@ void voxel_press_tick(VoxelPress *press)
     press->tick++;
 }
 
+void voxel_press_release(VoxelPress *press)
+{
+    const ToolPose away = {.utime = (int64_t)(1e6 * press->tick * sim_tick(press->world.sim)),
+                           .orientation = QUAT_NONE};
+    sim_apply_pose(press->world.sim, 0, &away, true);
+    sim_step(press->world.sim);
+    press->tick++;
+}
+
 double voxel_press_error(VoxelPress *press, VoxelPress *full)
 {
     const VoxelModel *model = press->world.body->model;

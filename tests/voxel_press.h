@@ -18,6 +18,8 @@ void voxel_press_create(VoxelPress *press, int n, int levels, Precision precisio
 void voxel_press_destroy(VoxelPress *press);
 // The ball goes down at 50 mm/s, then stays.
 void voxel_press_tick(VoxelPress *press);
+// A tick without the ball: it is withdrawn.
+void voxel_press_release(VoxelPress *press);
 // Of all outer vertices: the root of the sum of squared differences of displacements over that of
 // the displacements of `full`, which has the same cells.
 double voxel_press_error(VoxelPress *press, VoxelPress *full);

@@ -173,7 +173,9 @@ static const char DOC[] =
     "(a body that adapts against the same wholly refined), levels.topology (what following a tool "
     "costs a tick), voxel.textbook, voxel.double and voxel.single (whole steps of cubes of "
     "elements), "
-    "voxel.graded.single and voxel.hanging.single (elements with hanging vertices), live.loop, "
+    "voxel.graded.single and voxel.hanging.single (elements with hanging vertices), "
+    "voxel.press.level0 to voxel.press.level3 (a ball pressed into a cube of elements of several "
+    "sizes and of one), live.loop, "
     "live.rk4 and "
     "live.largest.* (the real pliantd at 1 kHz in a private network).";
 
@@ -214,6 +216,7 @@ int main(int argc, char **argv)
     bench_levels(&bench);
 #ifdef PLIANT_WITH_VOXEL
     bench_voxels(&bench);
+    bench_voxel_presses(&bench);
 #endif
     bench_live(&bench);
     if (bench.table != NULL && fclose(bench.table) != 0) {
