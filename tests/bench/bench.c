@@ -174,8 +174,8 @@ static const char DOC[] =
     "costs a tick), voxel.textbook, voxel.double and voxel.single (whole steps of cubes of "
     "elements), "
     "voxel.graded.single and voxel.hanging.single (elements with hanging vertices), live.loop, "
-    "live.rk4 and "
-    "live.largest.* (the real pliantd at 1 kHz in a private network).";
+    "live.rk4, live.voxel and live.voxel.pressed (a cube of 32 cells an edge, free and "
+    "with a ball in it) and live.largest.* (the real pliantd at 1 kHz in a private network).";
 
 int main(int argc, char **argv)
 {
