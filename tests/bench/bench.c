@@ -166,7 +166,7 @@ static const char DOC[] =
     "spring.double.rk4, spring.single.rk4 and their leapfrogs (the server's step), "
     "spring.bullet.1 and spring.bullet.10 (Bullet's btSoftBody, iterations of its position "
     "solver), contact.sphere, "
-    "contact.capsule (a press, with and without the tool), pair.FEATURE.with and .without (what a "
+    "contact.capsule, contact.voxel.* (a press, with and without the tool), pair.FEATURE.with and .without (what a "
     "feature costs), bytes.rk4, "
     "load.start (from nothing to the first tick, 100 000 triangles), load.levels (the same with "
     "levels of detail, made and read), levels.sphere.1N, levels.sphere.0.2N and levels.stomach "
