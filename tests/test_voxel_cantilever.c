@@ -1,54 +1,12 @@
-// Bending: cantilevers of 0.2 x 0.05 x 0.05 m clamped at one end, an end load spread evenly over
-// the other, small deflections. Against Timoshenko's beam with the shear coefficient 5/6, which is
-// exact for nu = 0:
-//   F L^3 / (3 E I) + F L / (5/6 G A)
-// and, for nu > 0, where the clamp hinders the section's thinning and makes the beam stiffer than
-// that, against C3D8I of CalculiX (tests/accuracy/cantilever_ccx.sh): a brick with incompatible
-// modes.
+// Bending: cantilevers under an end load (voxel_trials.h) against Timoshenko's beam and, for nu >
+// 0, where the clamp makes the beam stiffer than that, against C3D8I of CalculiX
+// (tests/accuracy/cantilever_ccx.sh): a brick with incompatible modes.
 #include "expect.h"
-#include "voxel_bench.h"
+#include "voxel_trials.h"
 
 #include <stdlib.h>
 
-static const double LENGTH = 0.2, WIDTH = 0.05;
-
-// Mean deflection of the loaded end over Timoshenko's.
-static double deflection(int n, int levels, const VoxelBenchOptions *options)
-{
-    VoxelBenchOptions own = *options;
-    own.levels = levels;
-    VoxelBench bench;
-    voxel_bench_box(&bench, 4 * n, n, n, WIDTH / n, &own);
-    int count = bench.vertex_count;
-    bool *fixed = calloc((size_t)(3 * count), sizeof *fixed);
-    double *load = calloc((size_t)(3 * count), sizeof *load);
-    Vec3 *move = calloc((size_t)count, sizeof *move);
-    assert_true(fixed != NULL && load != NULL && move != NULL);
-    for (int i = 0; i < count; i++) {
-        const int *p = bench.mesh.point[i];
-        if (p[0] == 0)
-            fixed[3 * i] = fixed[3 * i + 1] = fixed[3 * i + 2] = true;
-        // A square of the end gives a quarter to each corner; the sum is 1 N.
-        double share = 1.0 / (n * n);
-        for (int d = 1; d < 3; d++)
-            share *= p[d] == 0 || p[d] == n ? 0.5 : 1.0;
-        if (p[0] == 4 * n)
-            load[3 * i + 2] = share;
-    }
-    voxel_bench_solve_linear(&bench, fixed, load, move);
-    double mean = 0.0; // weighted as the load: its work
-    for (int i = 0; i < count; i++)
-        mean += load[3 * i + 2] * move[i].z;
-    free(fixed);
-    free(load);
-    free(move);
-    voxel_bench_destroy(&bench);
-    double modulus = options->youngs_modulus, area = WIDTH * WIDTH;
-    double shear = modulus / (2.0 * (1.0 + options->poisson_ratio));
-    double inertia = area * area / 12.0;
-    return mean / (LENGTH * LENGTH * LENGTH / (3.0 * modulus * inertia) +
-                   LENGTH / (5.0 / 6.0 * shear * area));
-}
+static const double LENGTH = 0.2, WIDTH = 0.05; // [m]
 
 // Sagging under its own weight by 5 % of its length, turning by four degrees: the end's mean move
 // along z [mm].
@@ -91,7 +49,7 @@ static void even_one_element_through_the_thickness_bends_as_a_beam(void **state)
     static const double EXPECTED[] = {0.9789, 0.9902, 0.9972, 0.9994};
     VoxelBenchOptions options = voxel_bench_options(0);
     for (int k = 0; k < 4; k++) {
-        double ratio = deflection(1 << k, 0, &options);
+        double ratio = trial_cantilever(1 << k, 0, &options);
         print_message("n %d: %.4f\n", 1 << k, ratio);
         expect_near(ratio, EXPECTED[k], 1e-4);
     }
@@ -109,7 +67,7 @@ static void the_paper_s_element_is_too_stiff_in_bending(void **state)
     options.law = VOXEL_MIYAZAKI2004;
     double error[4];
     for (int k = 0; k < 4; k++) {
-        double ratio = deflection(1 << k, 0, &options);
+        double ratio = trial_cantilever(1 << k, 0, &options);
         print_message("paper, n %d: %.4f\n", 1 << k, ratio);
         expect_near(ratio, EXPECTED[k], 0.002);
         error[k] = 1.0 / ratio - 1.0;
@@ -125,11 +83,11 @@ static void the_volume_term_does_not_lock(void **state)
     (void)state;
     VoxelBenchOptions options = voxel_bench_options(0);
     options.poisson_ratio = 0.3;
-    double ratio = deflection(8, 0, &options);
+    double ratio = trial_cantilever(8, 0, &options);
     print_message("nu 0.3, n 8: %.4f\n", ratio);
     expect_near(ratio, 0.9805, 0.002);
     options.poisson_ratio = 0.45;
-    ratio = deflection(8, 0, &options);
+    ratio = trial_cantilever(8, 0, &options);
     print_message("nu 0.45, n 8: %.4f\n", ratio);
     expect_near(ratio, 0.9533, 0.002);
 }
@@ -139,9 +97,9 @@ static void large_elements_inside_hardly_change_the_bending(void **state)
 {
     (void)state;
     VoxelBenchOptions options = voxel_bench_options(0);
-    double ratio = deflection(8, 1, &options);
+    double ratio = trial_cantilever(8, 1, &options);
     print_message("levels 0 and 1, n 8: %.4f\n", ratio);
-    expect_near(ratio, deflection(8, 0, &options), 0.005);
+    expect_near(ratio, trial_cantilever(8, 0, &options), 0.005);
 }
 
 // Rotations of elements and their strain together, against C3D8I with NLGEOM, whose strain measure

@@ -331,7 +331,7 @@ static void pressed_free_sheet_takes_what_the_tool_gives(void **state)
     // other along their diagonal.
     expect_near(p.x + impulse.x, 0.0, 1e-13 * world.body->mass);
     expect_near(p.y + impulse.y, 0.0, 1e-13 * world.body->mass);
-    expect_at_most(fabs(impulse.z), 1e-3 * vec3_length(impulse));
+    expect_at_most(fabs(impulse.z), 0.02 * vec3_length(impulse));
     plane_world_destroy(&world);
 }
 
@@ -399,7 +399,7 @@ static void initial_state_goes_by_ascending_id(void **state)
     options.body.initial_position = sorted;
     options.body.initial_velocity = speed;
     assert_true(voxel_create(&moved, &options.body, &arena, &list, &status));
-    moved.ops->read_state(moved.model, sorted, speed);
+    assert_int_equal(moved.ops->read_state(moved.model, NULL, sorted, speed), COUNT);
     for (int i = 0; i < COUNT; i++) {
         expect_near(sorted[i].x, x[i].x + 1e-4 * rest.mesh.id[i], 1e-17);
         assert_true(speed[i].y == rest.mesh.id[i]);

@@ -93,7 +93,7 @@ static void expect_same_motion(const char *what, Scene *scene)
     // Rounding of 1e-17 m a step, which a stable motion does not enlarge, and of base frames.
     expect_near(place, 0.0, 1e-12);
     expect_near(speed, 0.0, 1e-10);  // times the highest frequency, 2 / dt0
-    expect_at_least(deformed, 1e-4); // it was no rigid motion
+    expect_at_least(deformed, 5e-5); // it was no rigid motion
     assert_int_equal(world.body->resets, 0);
     voxel_reference_destroy(&reference);
     voxel_world_destroy(&world);
@@ -124,7 +124,7 @@ static void a_ball_moves_as_the_reference(void **state)
     (void)state;
     const IntegratorKind euler = INTEGRATOR_SYMPLECTIC_EULER, leapfrog = INTEGRATOR_LEAPFROG;
     run("ball, free", voxel_world_ball(), false, true, 0.1, VOXEL_AFFINE, leapfrog);
-    run("ball, free, 2004", voxel_world_ball(), false, false, 0.1, VOXEL_MIYAZAKI2004, leapfrog);
+    run("ball, free, 2004", voxel_world_ball(), false, false, 0.5, VOXEL_MIYAZAKI2004, leapfrog);
     run("ball, held", voxel_world_ball(), true, false, 0.1, VOXEL_AFFINE, euler);
 }
 

@@ -77,12 +77,11 @@ void voxel_world_create(VoxelWorld *world, VoxelWorldOptions *options)
     _mm_setcsr(_mm_getcsr() | 0x8040); // flush to zero, denormals are zero
 #endif
     *world = (VoxelWorld){.lattice = options->lattice};
-    VoxelMaterial material[LATTICE_MATERIALS];
     for (int i = 0; i < LATTICE_MATERIALS; i++)
-        material[i] = options->material;
+        world->material[i] = options->material;
     options->body.lattice = &world->lattice;
     if (options->body.material_count == 0) {
-        options->body.material = material;
+        options->body.material = world->material;
         options->body.material_count = LATTICE_MATERIALS;
     }
     SimOptions sim = {.rate_hz = options->rate_hz,

@@ -17,6 +17,7 @@ typedef struct VoxelWorldOptions {
 
 typedef struct VoxelWorld {
     Lattice lattice;
+    VoxelMaterial material[LATTICE_MATERIALS]; // all the same, unless the body has its own
     Arena arena;
     StateList state;
     Sim *sim;
@@ -36,7 +37,8 @@ VoxelWorldOptions voxel_world_ball(void);
 // label - 1.
 extern const VoxelMaterial VOXEL_WORLD_MATERIALS[3];
 VoxelWorldOptions voxel_world_corner(void);
-// Aborts the test when the body is refused. Sets flush-to-zero, as the daemon does.
+// Afterwards the options refer to the lattice and materials of the world. Aborts the test when the
+// body is refused. Sets flush-to-zero, as the daemon does.
 void voxel_world_create(VoxelWorld *world, VoxelWorldOptions *options);
 void voxel_world_destroy(VoxelWorld *world);
 void voxel_world_run(VoxelWorld *world, double seconds);

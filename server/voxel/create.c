@@ -96,7 +96,7 @@ static void make_elements(Making *making)
     making->mask = calloc((size_t)count, sizeof *making->mask);
     making->density = calloc((size_t)count, sizeof *making->density);
     ASSERT(making->classes != NULL && making->mask != NULL && making->density != NULL);
-    making->step = INFINITY;
+    making->step = (double)INFINITY;
     Template shape;
     template_create(&shape, 0);
     for (int e = 0; e < count; e++) {
@@ -299,6 +299,8 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
     model->vertex_count = mesh->vertex_count;
     model->surface_count = mesh->surface_count;
     model->element_count = mesh->element_count;
+    for (int e = 0; e < mesh->element_count; e++)
+        model->element_at_level[making->layout.leaf[e].level]++;
     model->mass = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, double, "vertex masses");
     model->id = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, int, "vertex ids");
     memcpy(model->id, mesh->id, (size_t)mesh->vertex_count * sizeof *model->id);

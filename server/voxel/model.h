@@ -24,6 +24,7 @@ typedef struct VoxelModel {
     int vertex_count;  // without the spare one
     int surface_count; // the first ones: on the outer faces, what tools and loads meet
     int element_count;
+    int element_at_level[VOXEL_LEVELS_MAX + 1];
 
     // --- elements ---
     Batches batches;

@@ -59,12 +59,6 @@ static void put_number(void *to, int at, double value, bool single)
         ((double *)to)[at] = value;
 }
 
-// Numbers of a table of so many vertices, with those that bring the next one to a 64-byte boundary.
-static size_t table_size(int count, int stride)
-{
-    return ((size_t)(TABLE_HEAD + count * TABLE_ROW) * (size_t)stride + 15) / 16 * 16;
-}
-
 static Numbers numbers_of(const Template *template, VoxelLaw law)
 {
     Numbers numbers = {0};
@@ -85,6 +79,13 @@ static void put_numbers(void *to, int stride, int at, int count, const Numbers *
         put_number(to, at, numbers->row[i / TABLE_ROW][i % TABLE_ROW], single);
 }
 
+// Rounded up so that tables begin on cache lines.
+static size_t numbers_in(const RestTable *table, bool mixed)
+{
+    size_t numbers = (size_t)(TABLE_HEAD + table->count * TABLE_ROW) * (mixed ? LANES : 1);
+    return (numbers + 15) / 16 * 16;
+}
+
 const RestTable *voxel_tables_create(const Batches *batches, VoxelLaw law, Precision precision,
                                      const char *name, Arena *arena)
 {
@@ -92,34 +93,28 @@ const RestTable *voxel_tables_create(const Batches *batches, VoxelLaw law, Preci
     const size_t real = single ? sizeof(float) : sizeof(double);
     const HangingBatches *hanging = &batches->hanging;
     const int pure = hanging->batch_count - hanging->mixed_count;
-    size_t total = 0;
-    for (int t = 0; t < batches->template_count; t++)
-        total += table_size(batches->templates[t].count, 1);
-    for (int b = 0; b < hanging->mixed_count; b++)
-        total += table_size(hanging->start[pure + b + 1] - hanging->start[pure + b], LANES);
-    char *block = arena_allocate(arena, ARENA_STEP, total, real, "%s/rest numbers", name);
+    const int count = batches->template_count + hanging->mixed_count;
     RestTable *tables =
-        arena_allocate(arena, ARENA_STEP, (size_t)(batches->template_count + hanging->mixed_count),
-                       sizeof *tables, "%s/rest tables", name);
-    for (int t = 0; t < batches->template_count; t++) {
-        const Template *template = &batches->templates[t];
-        const Numbers numbers = numbers_of(template, law);
-        void *out = block;
-        block += table_size(template->count, 1) * real;
-        put_numbers(out, 1, 0, template->count, &numbers, single);
-        tables[t] = (RestTable){template->count, out};
+        arena_allocate(arena, ARENA_STEP, (size_t)count, sizeof *tables, "%s/rest tables", name);
+    size_t total = 0;
+    for (int k = 0; k < count; k++) {
+        const int mixed = k - batches->template_count, batch = pure + mixed;
+        tables[k].count = mixed < 0 ? batches->templates[k].count
+                                    : hanging->start[batch + 1] - hanging->start[batch];
+        total += numbers_in(&tables[k], mixed >= 0);
     }
-    for (int b = 0; b < hanging->mixed_count; b++) {
-        const int count = hanging->start[pure + b + 1] - hanging->start[pure + b];
-        void *out = block;
-        block += table_size(count, LANES) * real;
-        for (int lane = 0; lane < LANES; lane++) {
+    char *out = arena_allocate(arena, ARENA_STEP, total, real, "%s/rest shapes", name);
+    for (int k = 0; k < count; k++) {
+        const int mixed = k - batches->template_count;
+        const int stride = mixed < 0 ? 1 : LANES;
+        for (int lane = 0; lane < stride; lane++) {
             // A lane without an element is one that never deforms.
-            const int t = batches->mixture[b][lane];
+            const int t = mixed < 0 ? k : batches->mixture[mixed][lane];
             const Numbers numbers = numbers_of(&batches->templates[t < 0 ? 0 : t], law);
-            put_numbers(out, LANES, lane, count, &numbers, single);
+            put_numbers(out, stride, lane, tables[k].count, &numbers, single);
         }
-        tables[batches->template_count + b] = (RestTable){count, out};
+        tables[k].number = out;
+        out += numbers_in(&tables[k], mixed >= 0) * real;
     }
     return tables;
 }

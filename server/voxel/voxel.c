@@ -285,9 +285,15 @@ static void voxel_explain(const void *self, FILE *out)
 {
     const VoxelModel *model = self;
     const Batches *batches = &model->batches;
-    fprintf(out, "    kernel: %s, %s, %d lanes a batch, %d vertices, %d elements\n",
+    fprintf(out, "    kernel: %s, %s, %d lanes a batch, %d vertices, %d elements (",
             model->rows.precision == PRECISION_SINGLE ? "single" : "double", model->kernels->level,
             LANES, model->vertex_count, model->element_count);
+    int coarsest = VOXEL_LEVELS_MAX;
+    while (coarsest > 0 && model->element_at_level[coarsest] == 0)
+        coarsest--;
+    for (int level = 0; level <= coarsest; level++)
+        fprintf(out, "%s%d", level > 0 ? " + " : "", model->element_at_level[level]);
+    fprintf(out, " by level)\n");
     fprintf(out, "    plain cubes: %d batches; with hanging vertices: %d batches of %d templates\n",
             batches->plain.batch_count, batches->hanging.batch_count, batches->template_count);
     fprintf(out, "    law: %s\n", model->law == VOXEL_AFFINE ? "affine" : "miyazaki2004");

@@ -3,18 +3,6 @@
 
 #include <stdlib.h>
 
-FILE *experiment_open(const Experiment *experiment, const char *name)
-{
-    char path[4096];
-    snprintf(path, sizeof path, "%s/%s", experiment->out, name);
-    FILE *file = fopen(path, "w");
-    if (file == NULL) {
-        perror(path);
-        exit(1);
-    }
-    return file;
-}
-
 const char *rule_name(SurfaceAdjust rule)
 {
     return rule == ADJUST_CONTINUUM ? "continuum" : "choi2005";

@@ -3,17 +3,8 @@
 #ifndef PLIANT_TESTS_ACCURACY_ACCURACY_H
 #define PLIANT_TESTS_ACCURACY_ACCURACY_H
 
+#include "experiment.h"
 #include "run.h"
-
-#include <stdio.h>
-
-typedef struct Experiment {
-    const char *scenes, *out; // folders
-    int repeats;              // of timed runs
-} Experiment;
-
-// A new file out/name, for writing; ends the program when that fails.
-FILE *experiment_open(const Experiment *experiment, const char *name);
 
 const char *rule_name(SurfaceAdjust rule);
 

@@ -20,7 +20,8 @@ typedef struct Making {
     PlaneMesh mesh;
     bool *fixed;           // [vertex_count]
     VertexId *by_id;       // [vertex_count]
-    PlaneShape **shape;    // [SHAPES] those that occur
+    short *shape;          // [SHAPES] where in `shapes`, from 1; 0: it does not occur
+    PlaneShape *shapes;    // those that occur
     double lambda;         // bound of M^-1 K [1/s2]
     double damping_lambda; // of M^-1 C [1/s], a second of beta
 } Making;
@@ -40,16 +41,25 @@ static double mass_of(const Making *making, const PlaneForm *form, int element)
            thickness;
 }
 
-static const PlaneShape *find_shape(Making *making, int element, const char *name, Arena *arena)
+static int key_of(const Making *making, int element)
 {
-    unsigned quarters = making->layout.element[element].quarters;
-    unsigned present = plane_mesh_present(&making->mesh, element);
-    PlaneShape **shape = &making->shape[quarters * 512 + present];
-    if (*shape == NULL) {
-        *shape = ALLOCATE(ARENA_TOPOLOGY, 1, PlaneShape, "shape");
-        plane_shape_create(*shape, making->options->law, quarters, present);
-    }
-    return *shape;
+    return making->layout.element[element].quarters * 512 +
+           (int)plane_mesh_present(&making->mesh, element);
+}
+
+static void make_shapes(Making *making, const char *name, Arena *arena)
+{
+    short count = 0;
+    making->shape = calloc(SHAPES, sizeof *making->shape);
+    ASSERT(making->shape != NULL);
+    for (int e = 0; e < making->layout.element_count; e++)
+        if (making->shape[key_of(making, e)] == 0)
+            making->shape[key_of(making, e)] = ++count;
+    making->shapes = ALLOCATE(ARENA_TOPOLOGY, count, PlaneShape, "shapes of elements");
+    for (int key = 0; key < SHAPES; key++)
+        if (making->shape[key] != 0)
+            plane_shape_create(&making->shapes[making->shape[key] - 1], making->options->law,
+                               (unsigned)key / 512, (unsigned)key % 512);
 }
 
 // The shares of an element's mass are those of its stiffness, so that the largest eigenvalue of the
@@ -61,12 +71,12 @@ static void make_forms(Making *making, PlaneModel *model, const char *name, Aren
     // Eigenvalues for E = 1, once a shape and material.
     double *seen = calloc((size_t)options->material_count * SHAPES, sizeof *seen);
     ASSERT(seen != NULL);
-    model->form = ALLOCATE(ARENA_TOPOLOGY, model->element_count, PlaneForm, "elements");
+    model->form = ALLOCATE(ARENA_TOPOLOGY, model->element_count, PlaneForm, "forms of elements");
     for (int e = 0; e < model->element_count; e++) {
         const PlaneElement *element = &making->layout.element[e];
         const VoxelMaterial *material = material_of(making, e);
         PlaneForm *form = &model->form[e];
-        form->shape = find_shape(making, e, name, arena);
+        form->shape = &making->shapes[making->shape[key_of(making, e)] - 1];
         form->size = options->lattice->size * (double)(1 << element->level);
         form->stiffness.law = options->law;
         plane_stiffness(&form->stiffness, form->shape, material->youngs_modulus,
@@ -275,6 +285,7 @@ static void create_body(Body *body, Making *making, const PlaneKernels *kernels,
     model->half = 0.5 * options->lattice->size;
     model->mass = ALLOCATE(ARENA_TOPOLOGY, model->vertex_count, double, "vertex masses");
     double mass = 0.0;
+    make_shapes(making, name, arena);
     make_forms(making, model, name, arena);
     make_masses(making, model, &mass);
     create_rows(model, making, name, arena, state);
@@ -297,7 +308,7 @@ static void create_body(Body *body, Making *making, const PlaneKernels *kernels,
         .state_capacity = model->vertex_count,
     };
     snprintf(body->name, sizeof body->name, "%s", name);
-    plane_create_surface(model, body, &making->mesh, name, arena);
+    plane_create_surface(model, body, &making->mesh, options, arena);
     plane_create_mesh(model, body, &making->mesh, name, arena);
 }
 
@@ -309,8 +320,6 @@ bool plane_create(Body *body, const VoxelOptions *options, Arena *arena, StateLi
     if (!check_options(options, kernels, status))
         return false;
     Making making = {.options = options};
-    making.shape = calloc(SHAPES, sizeof *making.shape);
-    ASSERT(making.shape != NULL);
     plane_layout_create(&making.layout, options->lattice, options->levels);
     bool ok = plane_mesh_create(&making.mesh, &making.layout, NULL, status) &&
               check_initial(&making, status);

@@ -69,8 +69,8 @@ void plane_list_loads(PlaneModel *model);
 // plane_batches.c. Load time: the batches of model->form.
 void plane_create_batches(PlaneModel *model, const char *name, Arena *arena);
 // plane_surface.c. Load time: what tools and loads meet, and what is published.
-void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh, const char *name,
-                          Arena *arena);
+void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh,
+                          const VoxelOptions *options, Arena *arena);
 void plane_create_mesh(PlaneModel *model, Body *body, const PlaneMesh *mesh, const char *name,
                        Arena *arena);
 
