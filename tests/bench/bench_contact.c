@@ -1,15 +1,17 @@
 // Contact: a sphere and a capsule pressed 10 mm into a held sphere of 0.2 m at 1 kHz, against the
 // same ticks without the tool.
 #include "bench.h"
-#include "daemon.h"
 #include "world.h"
 
 #include "base/clock.h"
-#include "files/build.h"
 #include "geometry/generator.h"
+#ifdef PLIANT_WITH_VOXEL
+#include "daemon.h"
 
-#include <stdio.h>
+#include "files/build.h"
+
 #include <unistd.h>
+#endif
 
 static const double RADIUS = 0.2; // of the body [m]
 

@@ -62,6 +62,7 @@ static void run_live(Bench *bench, const char *name, const Ball *ball)
     run_scene(bench, name, ball->nodes, scene);
 }
 
+#ifdef PLIANT_WITH_VOXEL
 // The cube of 32 cells along each edge, small elements outside and large ones inside, held below;
 // and a ball that stands 1 cm deep in its top from the start: it costs what a probe does that
 // rests.
@@ -80,6 +81,7 @@ static void run_voxels(Bench *bench, const char *name, bool pressed)
              pressed ? "static" : "probe", pressed ? 0.06 : 0.0, pressed ? 0.06 : 0.0);
     run_scene(bench, name, SURFACE_NODES, scene);
 }
+#endif
 
 // ---------------------------------------------------------------------------------------------
 // The largest body
