@@ -55,6 +55,8 @@ static void create_cloud(Cloud *c, Kind kind)
     c->rows = (Rows){.precision = kind.precision,
                      .displaced = kind.displaced,
                      .floating = kind.floating,
+                     .turned = kind.floating,
+                     .rest_turn = QUAT_NONE,
                      .count = COUNT,
                      .owner = c->owner,
                      .place = c->place,

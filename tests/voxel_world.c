@@ -97,6 +97,8 @@ void voxel_world_create(VoxelWorld *world, VoxelWorldOptions *options)
         sim_add_tool(world->sim, &options->tool[t]);
     need(sim_seal(world->sim, 0.0, &status), &status);
 
+    if (options->body.dimensions == 2)
+        return; // a plane body has another model: `count` is 0
     const VoxelModel *model = world->body->model;
     world->count = model->vertices.count;
     size_t count = (size_t)world->count;

@@ -22,7 +22,7 @@ typedef struct VoxelWorld {
     StateList state;
     Sim *sim;
     Body *body;
-    int count;    // vertices, by the order of read_state
+    int count;    // vertices, by the order of read_state; 0 of a plane body: its are not read
     int *id;      // filled once
     Vec3 *x, *v;  // filled by voxel_world_read
     double *mass; // [count] [kg]

@@ -91,8 +91,12 @@ void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation
     double cap = contact->body->substeps * CONTACT_STEP_CAP * r; // of the way and of the swing
     contact_forget_candidates(contact);
     bool clear = way + swing > cap && !may_meet(contact, &at, way + swing);
+    // Walls of hollow bodies are seen early, so that sides are known before they are touched. What
+    // comes to a solid's faces in a tick is what these move: by an edge, in a body that holds.
+    const BodySurface *surface = &contact->body->surface;
+    double margin = surface->solid ? fmin(r, surface->longest_edge) : r;
     if (!clear)
-        contact_find_candidates(contact, &at, r + fmin(way, cap) + fmin(swing, cap));
+        contact_find_candidates(contact, &at, margin + fmin(way, cap) + fmin(swing, cap));
     // Near a body the proxy walks in small steps, substep by substep; in free air it follows at
     // once, or as far as was searched.
     if (contact->local_count == 0)

@@ -166,7 +166,8 @@ static const char DOC[] =
     "spring.double.rk4, spring.single.rk4 and their leapfrogs (the server's step), "
     "spring.bullet.1 and spring.bullet.10 (Bullet's btSoftBody, iterations of its position "
     "solver), contact.sphere, "
-    "contact.capsule (a press, with and without the tool), pair.FEATURE.with and .without (what a "
+    "contact.capsule, contact.voxel.* (a press, with and without the tool), pair.FEATURE.with and "
+    ".without (what a "
     "feature costs), bytes.rk4, "
     "load.start (from nothing to the first tick, 100 000 triangles), load.levels (the same with "
     "levels of detail, made and read), levels.sphere.1N, levels.sphere.0.2N and levels.stomach "
@@ -175,9 +176,9 @@ static const char DOC[] =
     "elements), "
     "voxel.graded.single and voxel.hanging.single (elements with hanging vertices), "
     "voxel.press.level0 to voxel.press.level3 (a ball pressed into a cube of elements of several "
-    "sizes and of one), live.loop, "
-    "live.rk4 and "
-    "live.largest.* (the real pliantd at 1 kHz in a private network).";
+    "sizes and of one), live.loop, live.rk4, live.voxel and live.voxel.pressed (a cube of 32 cells "
+    "an edge, free and with a ball in it) and live.largest.* (the real pliantd at 1 kHz in a "
+    "private network).";
 
 int main(int argc, char **argv)
 {

@@ -5,6 +5,13 @@
 
 #include "base/clock.h"
 #include "geometry/generator.h"
+#ifdef PLIANT_WITH_VOXEL
+#include "daemon.h"
+
+#include "files/build.h"
+
+#include <unistd.h>
+#endif
 
 static const double RADIUS = 0.2; // of the body [m]
 
@@ -61,8 +68,71 @@ static void run_case(Bench *bench, const char *name, const ToolOptions *tool, in
     mesh_destroy(&mesh);
 }
 
+#ifdef PLIANT_WITH_VOXEL
+// A cube of 32 cells along each edge, held below; `pressed` differs from its twin by the pose
+// alone.
+static bool make_cube(World *world, Scene *scene, double radius, Status *status)
+{
+    char text[1024], path[64];
+    snprintf(text, sizeof text,
+             "bodies = ( { name = \"cube\";  model = \"voxel\";  levels = 2;\n"
+             "    voxels = { generator = \"box\";  count = 32;  size = 0.003125; };\n"
+             "    fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.0499]); } ); } );\n"
+             "tools = ( { id = 1;  kind = \"probe\";  max_force = 100.0;\n"
+             "    capsules = ( { radius = %g; } ); } );\n",
+             radius);
+    const BuildOptions options = {.isa = "auto"};
+    if (!daemon_write_scene(text, path, sizeof path))
+        return status_fail(status, STATUS_FAILED, "cannot write a scene");
+    bool whole = scene_read(path, scene, status) && world_build(world, scene, &options, status);
+    unlink(path);
+    return whole;
+}
+
+static void run_voxels(Bench *bench, const char *name, double radius)
+{
+    World world[2] = {{.sim = NULL}, {.sim = NULL}};
+    Scene scene[2] = {{0}, {0}};
+    Status status = {0};
+    if (!make_cube(&world[0], &scene[0], radius, &status) ||
+        !make_cube(&world[1], &scene[1], radius, &status)) {
+        bench_fail(bench, name, status.text);
+    } else {
+        ToolPose pose = {.position = {0.0, 0.0, 0.05 + radius - 0.010},
+                         .orientation = {1.0, 0.0, 0.0, 0.0},
+                         .active = true};
+        sim_set_lockstep(world[0].sim, true); // the pose stays without being sent again
+        sim_apply_pose(world[0].sim, 0, &pose, true);
+        for (int k = 0; k < 2; k++)
+            time_ticks(world[k].sim, bench->quick ? 20 : 200);
+        Samples pressed = {0}, free_ticks = {0};
+        for (int r = 0; r < (bench->quick ? 2 : 25); r++) {
+            samples_add(&pressed, time_ticks(world[0].sim, 10));
+            samples_add(&free_ticks, time_ticks(world[1].sim, 10));
+        }
+        if (!sim_wrench(world[0].sim, 0)->contact)
+            bench_fail(bench, name, "the tool does not touch the body");
+        const int nodes = sim_body(world[0].sim, 0)->surface.node_count;
+        double us = samples_min(&pressed), us_free = samples_min(&free_ticks);
+        bench_row(bench, name, nodes, "us_per_tick", us, "us");
+        bench_row(bench, name, nodes, "us_per_tick_without_tool", us_free, "us");
+        bench_row(bench, name, nodes, "us_contact", us - us_free, "us");
+    }
+    for (int k = 0; k < 2; k++) {
+        world_destroy(&world[k]);
+        scene_destroy(&scene[k]);
+    }
+}
+#endif
+
 void bench_contacts(Bench *bench)
 {
+#ifdef PLIANT_WITH_VOXEL
+    if (bench_wants(bench, "contact.voxel.5mm"))
+        run_voxels(bench, "contact.voxel.5mm", 0.005);
+    if (bench_wants(bench, "contact.voxel.20mm"))
+        run_voxels(bench, "contact.voxel.20mm", 0.02);
+#endif
     static const ToolOptions sphere = {.id = 1,
                                        .kind = TOOL_PROBE,
                                        .capsule_count = 1,

@@ -30,13 +30,12 @@ static void describe(const Ball *ball, char *text, size_t size)
              ball->threads, ball->integrator, ball->generator, ball->nodes, ball->radius);
 }
 
-static void run_live(Bench *bench, const char *name, const Ball *ball)
+static void run_scene(Bench *bench, const char *name, int nodes, const char *scene)
 {
     static const char *const parts[DAEMON_PARTS] = {"p50", "p99", "p99.9", "max"};
-    char scene[512], metric[32];
+    char metric[32];
     const char *why;
     DaemonRun run;
-    describe(ball, scene, sizeof scene);
     switch (daemon_run(scene, bench->quick ? 1 : 5, &run, &why)) {
     case DAEMON_SKIPPED:
         bench_skip(bench, name, why);
@@ -47,15 +46,42 @@ static void run_live(Bench *bench, const char *name, const Ball *ball)
     case DAEMON_DONE:
         break;
     }
-    bench_row(bench, name, ball->nodes, "ticks", run.ticks, "1");
-    bench_row(bench, name, ball->nodes, "late_ticks", run.late_ticks, "1");
+    bench_row(bench, name, nodes, "ticks", run.ticks, "1");
+    bench_row(bench, name, nodes, "late_ticks", run.late_ticks, "1");
     for (int kind = 0; kind < 2; kind++)
         for (int k = 0; k < DAEMON_PARTS; k++) {
             snprintf(metric, sizeof metric, "wall_us_%s_%s", kind == 0 ? "step" : "wake", parts[k]);
-            bench_row(bench, name, ball->nodes, metric, kind == 0 ? run.step[k] : run.wake[k],
-                      "us");
+            bench_row(bench, name, nodes, metric, kind == 0 ? run.step[k] : run.wake[k], "us");
         }
 }
+
+static void run_live(Bench *bench, const char *name, const Ball *ball)
+{
+    char scene[512];
+    describe(ball, scene, sizeof scene);
+    run_scene(bench, name, ball->nodes, scene);
+}
+
+#ifdef PLIANT_WITH_VOXEL
+// The cube of 32 cells along each edge, small elements outside and large ones inside, held below;
+// and a ball that stands 1 cm deep in its top from the start: it costs what a probe does that
+// rests.
+static void run_voxels(Bench *bench, const char *name, bool pressed)
+{
+    enum { SURFACE_NODES = 6 * 32 * 32 + 2 };
+    char scene[1024];
+    snprintf(scene, sizeof scene,
+             "name = \"bench\";\nrate_hz = 1000.0;\n"
+             "bodies = ( { name = \"cube\";  model = \"voxel\";  levels = 2;\n"
+             "    voxels = { generator = \"box\";  count = 32;  size = 0.003125; };\n"
+             "    material = { youngs_modulus = 1.0e4;  density = 1000.0; };\n"
+             "    fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.0499]); } ); } );\n"
+             "tools = ( { id = 1;  kind = \"%s\";  capsules = ( { from = [0.0, 0.0, %g];\n"
+             "    to = [0.0, 0.0, %g];  radius = 0.02; } ); } );\n",
+             pressed ? "static" : "probe", pressed ? 0.06 : 0.0, pressed ? 0.06 : 0.0);
+    run_scene(bench, name, SURFACE_NODES, scene);
+}
+#endif
 
 // ---------------------------------------------------------------------------------------------
 // The largest body
@@ -170,6 +196,12 @@ void bench_live(Bench *bench)
                 run_offline(bench, cases[k].name, &cases[k].ball);
             run_live(bench, cases[k].name, &cases[k].ball);
         }
+#ifdef PLIANT_WITH_VOXEL
+    if (bench_wants(bench, "live.voxel"))
+        run_voxels(bench, "live.voxel", false);
+    if (bench_wants(bench, "live.voxel.pressed"))
+        run_voxels(bench, "live.voxel.pressed", true);
+#endif
     for (size_t k = 0; k < sizeof searches / sizeof *searches; k++)
         if (bench_wants(bench, searches[k].name))
             run_largest(bench, searches[k].name, searches[k].integrator, searches[k].radius);
