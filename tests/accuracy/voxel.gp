@@ -81,15 +81,15 @@ set border 1; set xtics nomirror; set ytics nomirror scale 0
 set xrange [0:100]
 rows = system("wc -l < '".data."/bars.dat'") + 0
 set yrange [rows - 0.4:-0.6]
-set title "share of a step's time [%]" offset 0,1.2
-set key outside top center horizontal samplen 1 width -3
+unset title; set xlabel "share of a step's time [%]"
+set key outside top center horizontal samplen 1 width -3 maxrows 1
 array process[5] = ['a elastic force', 'b reconstruction', 'c summation', 'd update', 'e collision']
 array tint[5] = ['#1f5fa8', '#d0a030', '#7fb2dc', '#2a8a3a', '#b03030']
 low(k) = k == 1 ? 0 : k == 2 ? column(2) : k == 3 ? column(2) + column(3) : \
          k == 4 ? column(2) + column(3) + column(4) : column(2) + column(3) + column(4) + column(5)
 plot for [k = 1:5] data.'/bars.dat' using (low(k)):0:(low(k)):(low(k) + column(k + 1)):($0 - 0.35):($0 + 0.35):ytic(1) \
      with boxxyerror fs solid noborder lc rgb tint[k] title process[k]
-unset key
+unset key; unset xlabel
 
 # --- bending ---
 set terminal pngcairo size 560,340 enhanced font font
@@ -100,7 +100,7 @@ set logscale x 2; set xrange [0.9:9]; set yrange [0:1.1]
 set grid lc rgb '#c0c0c0' lw 0.4
 set xlabel 'elements through the thickness'; set ylabel 'deflection / Timoshenko'
 set title 'cantilever, nu = 0'
-set key right bottom
+set key default; set key inside right bottom vertical
 set style data linespoints
 file = data.'/cantilever.tsv'
 plot file skip 1 every ::0::3 using 2:3 ls 1 pt 7 title 'affine', '' skip 1 every ::0::3 using 2:4 ls 2 pt 7 title 'miyazaki2004', \

@@ -124,7 +124,7 @@ static void draw_surface(const Experiment *experiment, const char *name, const O
                          const Vec3 *x)
 {
     Picture picture;
-    picture_create(&picture, vec3(-0.9, -1.0, 0.55));
+    picture_create(&picture, vec3(-0.5, -1.0, 0.3));
     const BodyMesh *mesh = &organ->body->mesh;
     for (int t = 0; t < mesh->triangle_count; t++) {
         Vec3 corner[3];
