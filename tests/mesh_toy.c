@@ -316,19 +316,22 @@ void mesh_toy_positions(const MeshToy *toy, Vec3 *position)
             position[toy->state.slot_of[i]] = position_of(toy, i);
 }
 
-static void read_state(const void *model, Vec3 *position, Vec3 *velocity)
+static int read_state(const void *model, int *id, Vec3 *position, Vec3 *velocity)
 {
     const MeshToy *toy = model;
     mesh_toy_positions(toy, position);
     for (int i = 0; i < toy->state.node_count; i++)
         velocity[i] = vec3(toy->state.id[i] < 0 ? 0.0 : toy->state.id[i], 0.0, -1.0);
+    if (id != NULL)
+        memcpy(id, toy->state.id, (size_t)toy->state.node_count * sizeof *id);
+    return toy->state.node_count;
 }
 
 static void snapshot(const void *model, float *position, float *velocity)
 {
     const MeshToy *toy = model;
     Vec3 x[TOY_NODES], v[TOY_NODES];
-    read_state(model, x, v);
+    read_state(model, NULL, x, v);
     for (int i = 0; i < toy->state.node_count; i++) {
         const double values[6] = {x[i].x, x[i].y, x[i].z, v[i].x, v[i].y, v[i].z};
         for (int k = 0; k < 3; k++) {
@@ -415,6 +418,7 @@ Body mesh_toy_body(MeshToy *toy, const char *name, bool adapts, StateList *state
     Body body = {.ops = adapts ? &changing : &still,
                  .model = toy,
                  .mesh = mesh_toy_mesh(toy),
+                 .state_capacity = adapts ? TOY_NODES : toy->state.node_count,
                  .mass = 1.0,
                  .integrator = INTEGRATOR_LEAPFROG,
                  .lambda = 1.0,

@@ -55,7 +55,7 @@ static void compare_with_dense(const SurfaceOptions *options, const LoadOptions 
         const DetailBench *bench = k == 0 ? &adaptive : &dense;
         x[k] = calloc(nodes, sizeof **x);
         v[k] = calloc(nodes, sizeof **v);
-        bench->body->ops->read_state(bench->model, x[k], v[k]);
+        bench->body->ops->read_state(bench->model, NULL, x[k], v[k]);
     }
     double most = 0.0, worst = 0.0;
     for (size_t i = 0; i < nodes; i++) {

@@ -27,7 +27,7 @@ typedef struct Problem {
     Quat *last;                    // [element]
     Arena arena;
     Batches batches;
-    const TemplateTable *tables[PRECISION_COUNT];
+    const RestTable *tables[PRECISION_COUNT];
 } Problem;
 
 static void *allocate(size_t count, size_t size)
@@ -61,8 +61,7 @@ static void prepare(Problem *p)
         p->element_class, p->classes,       p->vertex_count};
     batches_create(&p->batches, &options, &p->arena);
     for (int k = 0; k < PRECISION_COUNT; k++)
-        p->tables[k] = voxel_tables_create(p->batches.templates, p->batches.template_count, p->law,
-                                           (Precision)k, "test", &p->arena);
+        p->tables[k] = voxel_tables_create(&p->batches, p->law, (Precision)k, "test", &p->arena);
 }
 
 static void destroy(Problem *p)

@@ -217,7 +217,8 @@ static void sheet_recovers_from_inversion(void **state)
         }
 }
 
-static void make_pressed(PlaneWorld *world, VoxelLaw law, Precision precision)
+// `half`: of the tool's length along z; 0: a ball.
+static void make_pressed(PlaneWorld *world, VoxelLaw law, Precision precision, double half)
 {
     static const FixedRegion held = {
         .kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {1, -0.028, 1}};
@@ -231,7 +232,7 @@ static void make_pressed(PlaneWorld *world, VoxelLaw law, Precision precision)
     options.tool[0] = (ToolOptions){.id = 1,
                                     .kind = TOOL_PROBE,
                                     .capsule_count = 1,
-                                    .capsule = {{.radius = 0.01}},
+                                    .capsule = {{{0, 0, -half}, {0, 0, half}, 0.01}},
                                     .max_force = 3.3};
     plane_world_create(world, &options);
 }
@@ -256,8 +257,8 @@ static void tool_presses_the_sheet_by_its_section(void **state)
     for (int precision = PRECISION_COUNT - 1; precision >= 0; precision--)
         for (int law = 0; law < 2; law++) {
             PlaneWorld world;
-            make_pressed(&world, law == 0 ? VOXEL_AFFINE : VOXEL_MIYAZAKI2004,
-                         (Precision)precision);
+            make_pressed(&world, law == 0 ? VOXEL_AFFINE : VOXEL_MIYAZAKI2004, (Precision)precision,
+                         0.0);
             Vec3 force = press(&world);
             // An 8 mm dent of a disc of 64 mm, 2 mm thick: E t times the strain 1/8 would be 2.5
             // N/m on some 10 mm.
@@ -282,6 +283,24 @@ static void tool_presses_the_sheet_by_its_section(void **state)
             assert_int_equal(sim_resets(world.sim), 0);
             plane_world_destroy(&world);
         }
+}
+
+// Tools of the same section push alike: a ball, a stick that ends at the strip's edges, one that
+// ends inside it and a long one.
+static void upright_stick_pushes_as_a_ball_of_its_section(void **state)
+{
+    (void)state;
+    static const double half[4] = {0.0, 0.001, 0.0005, 0.05};
+    Vec3 force[4];
+    for (int k = 0; k < 4; k++) {
+        PlaneWorld world;
+        make_pressed(&world, VOXEL_AFFINE, PRECISION_DOUBLE, half[k]);
+        force[k] = press(&world);
+        plane_world_destroy(&world);
+    }
+    // The soft minimum of a capsule's pairs lies up to 1.6 % of the radius nearer, of 8 mm.
+    for (int k = 1; k < 4; k++)
+        expect_near(force[k].y / force[0].y, 1.0, 0.04);
 }
 
 static void pressed_free_sheet_takes_what_the_tool_gives(void **state)
@@ -312,7 +331,7 @@ static void pressed_free_sheet_takes_what_the_tool_gives(void **state)
     // other along their diagonal.
     expect_near(p.x + impulse.x, 0.0, 1e-13 * world.body->mass);
     expect_near(p.y + impulse.y, 0.0, 1e-13 * world.body->mass);
-    expect_at_most(fabs(impulse.z), 1e-3 * vec3_length(impulse));
+    expect_at_most(fabs(impulse.z), 0.02 * vec3_length(impulse));
     plane_world_destroy(&world);
 }
 
@@ -321,7 +340,7 @@ static void restored_run_matches_uninterrupted_run(void **state)
     (void)state;
     PlaneWorld world[2];
     for (int k = 0; k < 2; k++) {
-        make_pressed(&world[k], VOXEL_AFFINE, PRECISION_SINGLE);
+        make_pressed(&world[k], VOXEL_AFFINE, PRECISION_SINGLE, 0.0);
         LoadOptions load = {.body = 0,
                             .center = vec3(0.03, 0.0, 0.0),
                             .radius = 0.01,
@@ -346,6 +365,49 @@ static void restored_run_matches_uninterrupted_run(void **state)
     free(block);
     plane_world_destroy(&world[0]);
     plane_world_destroy(&world[1]);
+}
+
+// By voxel_create, as the files room makes bodies.
+static void initial_state_goes_by_ascending_id(void **state)
+{
+    (void)state;
+    PlaneWorldOptions options = plane_world_disc(8);
+    options.body.lattice = &options.lattice;
+    options.body.material = &options.material;
+    Arena arena = {0};
+    StateList list = {0};
+    Status status = {0};
+    Body rest, moved;
+    // Two cells that touch in a corner: the ids of a point's second vertex come last.
+    lattice_destroy(&options.lattice);
+    assert_true(lattice_box(&options.lattice, (const int[]){2, 2, 1}, 0.002, &status));
+    options.lattice.label[1] = options.lattice.label[2] = 0;
+    assert_true(voxel_create(&rest, &options.body, &arena, &list, &status));
+    enum { COUNT = 8 };
+    assert_int_equal(rest.mesh.node_count, COUNT);
+    Vec3 x[COUNT], v[COUNT], sorted[COUNT], speed[COUNT];
+    rest.ops->read_state(rest.model, NULL, x, v);
+    for (int i = 0; i < COUNT; i++) {
+        int rank = 0;
+        for (int k = 0; k < COUNT; k++)
+            rank += rest.mesh.id[k] < rest.mesh.id[i];
+        sorted[rank] = vec3(x[i].x + 1e-4 * rest.mesh.id[i], x[i].y, x[i].z);
+        speed[rank] = vec3(0.0, rest.mesh.id[i], 5.0);
+    }
+    options.body.name = "moved";
+    options.body.initial_count = COUNT;
+    options.body.initial_position = sorted;
+    options.body.initial_velocity = speed;
+    assert_true(voxel_create(&moved, &options.body, &arena, &list, &status));
+    assert_int_equal(moved.ops->read_state(moved.model, NULL, sorted, speed), COUNT);
+    for (int i = 0; i < COUNT; i++) {
+        expect_near(sorted[i].x, x[i].x + 1e-4 * rest.mesh.id[i], 1e-17);
+        assert_true(speed[i].y == rest.mesh.id[i]);
+        assert_true(speed[i].z == 0.0); // it cannot leave its plane
+    }
+    lattice_destroy(&options.lattice);
+    arena_destroy(&arena);
+    state_destroy(&list);
 }
 
 static void gravity_along_z_moves_nothing(void **state)
@@ -421,8 +483,10 @@ int main(void)
         cmocka_unit_test(stability_bound_is_sharp),
         cmocka_unit_test(sheet_recovers_from_inversion),
         cmocka_unit_test(tool_presses_the_sheet_by_its_section),
+        cmocka_unit_test(upright_stick_pushes_as_a_ball_of_its_section),
         cmocka_unit_test(pressed_free_sheet_takes_what_the_tool_gives),
         cmocka_unit_test(restored_run_matches_uninterrupted_run),
+        cmocka_unit_test(initial_state_goes_by_ascending_id),
         cmocka_unit_test(gravity_along_z_moves_nothing),
         cmocka_unit_test(what_is_no_plane_is_refused),
     };

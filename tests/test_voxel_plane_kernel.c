@@ -52,7 +52,7 @@ static void reference_forces(const PlaneModel *model, double (*force)[2])
     }
 }
 
-static void evaluate(PlaneModel *model)
+static void evaluate(PlaneModel *model, double stiffness_scale)
 {
     const PlanePass pass = {
         .batches = &model->batches,
@@ -60,7 +60,7 @@ static void evaluate(PlaneModel *model)
         .damped = model->damped,
         .rows = model->row[0],
         .force = model->force,
-        .stiffness_scale = 1.0,
+        .stiffness_scale = stiffness_scale,
         .damping_scale = 1.0,
     };
     model->kernels->evaluate(&pass);
@@ -75,7 +75,7 @@ static void compare(VoxelLaw law, Precision precision, const char *isa, double c
     PlaneModel *model = world.model;
     double(*expected)[2] = calloc((size_t)model->vertex_count, sizeof *expected);
     reference_forces(model, expected);
-    evaluate(model);
+    evaluate(model, 1.0);
     double most = 0.0, worst = 0.0;
     for (int v = 0; v < model->vertex_count; v++)
         for (int d = 0; d < 2; d++) {
@@ -102,6 +102,31 @@ static void kernels_give_the_elements_forces(void **state)
             compare(LAWS[k], PRECISION_DOUBLE, *isa, 1e-6, 1e-8);
             compare(LAWS[k], PRECISION_SINGLE, *isa, 0.3, 3e-6);
             compare(LAWS[k], PRECISION_SINGLE, *isa, 1e-6, 3e-6);
+        }
+}
+
+// Damping goes with the stiffness, so that all forces double, to the bit.
+static void stiffness_scale_scales_all_forces(void **state)
+{
+    (void)state;
+    for (int precision = 0; precision < PRECISION_COUNT; precision++)
+        for (int k = 0; k < 2; k++) {
+            PlaneWorld world;
+            make_world(&world, LAWS[k], (Precision)precision, "auto");
+            disturb(&world, 0.3);
+            PlaneModel *model = world.model;
+            const long count = 4L * model->vertex_count;
+            double *once = calloc((size_t)count, sizeof *once);
+            evaluate(model, 1.0);
+            for (long i = 0; i < count; i++) {
+                once[i] = rows_get(&model->rows, model->force, i);
+                rows_put(&model->rows, model->force, i, 0.0);
+            }
+            evaluate(model, 2.0);
+            for (long i = 0; i < count; i++)
+                assert_true(rows_get(&model->rows, model->force, i) == 2.0 * once[i]);
+            free(once);
+            plane_world_destroy(&world);
         }
 }
 
@@ -134,6 +159,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(kernels_give_the_elements_forces),
+        cmocka_unit_test(stiffness_scale_scales_all_forces),
         cmocka_unit_test(levels_give_the_same_bits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -4,6 +4,7 @@
 #include "mesh_check.h"
 #include "random.h"
 #include "voxel/plane/plane_mesh.h"
+#include "voxel/remainder.h"
 
 #include <stdlib.h>
 
@@ -81,6 +82,27 @@ static void squares_come_near_eight_n_elements(void **state)
         plane_layout_create(&layout, &lattice, 5);
         assert_int_equal(layout.element_count, elements[k]);
         assert_true(layout.element_count < 8 * cells[k]);
+        plane_layout_destroy(&layout);
+        lattice_destroy(&lattice);
+    }
+}
+
+// The counting of remainder.h, which makes no elements, is another way to the same numbers.
+static void elements_are_as_many_as_counted(void **state)
+{
+    (void)state;
+    uint64_t seed = 21;
+    for (int run = 0; run < 60; run++) {
+        Lattice lattice;
+        PlaneLayout layout;
+        make_random(&lattice, &seed, 1 + run % 3);
+        plane_layout_create(&layout, &lattice, run % 6);
+        long counted[VOXEL_LEVELS_MAX + 1];
+        int expected[VOXEL_LEVELS_MAX + 1], total = 0;
+        layout_count_remainder(&lattice, 2, run % 6, counted);
+        for (int level = 0; level <= run % 6; level++)
+            total += expected[level] = (int)counted[level];
+        expect_counts(&layout, expected, total);
         plane_layout_destroy(&layout);
         lattice_destroy(&lattice);
     }
@@ -263,6 +285,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(disc_has_the_papers_172_elements),
         cmocka_unit_test(squares_come_near_eight_n_elements),
+        cmocka_unit_test(elements_are_as_many_as_counted),
         cmocka_unit_test(every_cell_has_one_element_and_neighbours_differ_by_a_level),
         cmocka_unit_test(triangles_fill_the_body_without_cracks),
         cmocka_unit_test(cells_that_touch_in_a_corner_do_not_share_a_vertex),

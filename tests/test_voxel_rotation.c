@@ -15,7 +15,7 @@ static Quad quad_sqrt(Quad x)
 {
     if (!(x > 0))
         return 0;
-    Quad y = sqrtl((long double)x);
+    Quad y = (Quad)sqrtl((long double)x);
     y = (y + x / y) / 2;
     return (y + x / y) / 2;
 }
@@ -42,7 +42,7 @@ static Reference reference_rotation(const double a[3][3])
     Quad b[3][3], v[3][3]; // [column][row]
     for (int k = 0; k < 3; k++) {
         for (int i = 0; i < 3; i++) {
-            b[k][i] = a[i][k];
+            b[k][i] = (Quad)a[i][k];
             v[k][i] = i == k;
         }
     }
@@ -95,7 +95,7 @@ static Reference reference_rotation(const double a[3][3])
     for (int i = 0; i < 3; i++) {
         Quad row = 0;
         for (int k = 0; k < 3; k++) {
-            row += a[i][k] * w[2][k];
+            row += (Quad)a[i][k] * w[2][k];
             out.rotation[i][k] =
                 (double)(u[0][i] * w[0][k] + u[1][i] * w[1][k] + u[2][i] * w[2][k]);
         }
@@ -374,7 +374,7 @@ static void otherwise_the_last_rotation_does_not_matter(void **state)
 static void what_is_not_a_number_leaves_the_last_rotation(void **state)
 {
     (void)state;
-    static const double BAD[] = {NAN, INFINITY, -INFINITY};
+    static const double BAD[] = {(double)NAN, (double)INFINITY, -(double)INFINITY};
     for (int n = 0; n < 27; n++) {
         double a[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}, r[3][3], before[3][3];
         a[n / 3 / 3][n / 3 % 3] = BAD[n % 3];
@@ -383,7 +383,7 @@ static void what_is_not_a_number_leaves_the_last_rotation(void **state)
         rotation_fit((const double(*)[3])a, r, &last);
         expect_same((const double(*)[3])r, (const double(*)[3])before, 4e-15);
         // And neither does a `last` that is none survive.
-        Quat broken = {NAN, 0.0, INFINITY, 1.0};
+        Quat broken = {(double)NAN, 0.0, (double)INFINITY, 1.0};
         static const double POINT[3][3];
         rotation_fit(POINT, r, &broken);
         expect_rotation((const double(*)[3])r);
@@ -444,7 +444,7 @@ static void in_the_plane_the_fit_is_exact_and_keeps_its_last_where_nothing_is_sa
         rotation_fit_plane((const double(*)[2])mirror, scale, kept);
         assert_memory_equal(kept, cs, sizeof kept);
     }
-    double nothing[2][2] = {{NAN, 0.0}, {0.0, 1.0}}, cs[2] = {0.6, 0.8};
+    double nothing[2][2] = {{(double)NAN, 0.0}, {0.0, 1.0}}, cs[2] = {0.6, 0.8};
     rotation_fit_plane((const double(*)[2])nothing, 1.0, cs);
     assert_true(cs[0] == 0.6 && cs[1] == 0.8);
 }

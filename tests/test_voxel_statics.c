@@ -9,6 +9,8 @@
 #include "random.h"
 #include "voxel_trials.h"
 
+// 0: the affine law; 1: the paper's with weights of 1, as it has them; 2: the paper's with the
+// weights of the templates.
 static VoxelBenchOptions with_law(int levels, double poisson_ratio, int law)
 {
     VoxelBenchOptions options = voxel_bench_options(levels);

@@ -37,18 +37,51 @@ VoxelWorldOptions voxel_world_cube(int n)
     return options;
 }
 
+VoxelWorldOptions voxel_world_ball(void)
+{
+    VoxelWorldOptions options = voxel_world_cube(8);
+    lattice_destroy(&options.lattice);
+    Status status = {0};
+    need(lattice_ball(&options.lattice, 0.05, 0.01, &status), &status);
+    return options;
+}
+
+const VoxelMaterial VOXEL_WORLD_MATERIALS[3] = {
+    {1e4, 0.0, 1000.0},
+    {4e4, 0.3, 1100.0},
+    {2e3, 0.45, 900.0},
+};
+
+VoxelWorldOptions voxel_world_corner(void)
+{
+    VoxelWorldOptions options = voxel_world_cube(8);
+    lattice_destroy(&options.lattice);
+    Status status = {0};
+    need(lattice_create(&options.lattice, (int[3]){12, 6, 12}, 0.008, &status), &status);
+    Lattice *lattice = &options.lattice;
+    for (int k = 0; k < 12; k++)
+        for (int j = 0; j < 6; j++)
+            for (int i = 0; i < 12; i++)
+                if (i < 6 || k < 6) // the corner, then an arm each
+                    lattice->label[lattice_index(lattice, i, j, k)] = (unsigned char)(i >= 6   ? 2
+                                                                                      : k >= 7 ? 3
+                                                                                               : 1);
+    options.body.material = VOXEL_WORLD_MATERIALS;
+    options.body.material_count = 3;
+    return options;
+}
+
 void voxel_world_create(VoxelWorld *world, VoxelWorldOptions *options)
 {
 #ifdef __SSE2__
     _mm_setcsr(_mm_getcsr() | 0x8040); // flush to zero, denormals are zero
 #endif
     *world = (VoxelWorld){.lattice = options->lattice};
-    VoxelMaterial material[LATTICE_MATERIALS];
     for (int i = 0; i < LATTICE_MATERIALS; i++)
-        material[i] = options->material;
+        world->material[i] = options->material;
     options->body.lattice = &world->lattice;
     if (options->body.material_count == 0) {
-        options->body.material = material;
+        options->body.material = world->material;
         options->body.material_count = LATTICE_MATERIALS;
     }
     SimOptions sim = {.rate_hz = options->rate_hz,

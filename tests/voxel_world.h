@@ -17,6 +17,7 @@ typedef struct VoxelWorldOptions {
 
 typedef struct VoxelWorld {
     Lattice lattice;
+    VoxelMaterial material[LATTICE_MATERIALS]; // all the same, unless the body has its own
     Arena arena;
     StateList state;
     Sim *sim;
@@ -30,7 +31,14 @@ typedef struct VoxelWorld {
 // A free cube of n cells, edge 0.1 m, at the origin, levels 2 (0 below n = 8): E 10 kPa, nu 0, rho
 // 1000 kg/m3, damping 0.2, double, 1 kHz, no gravity, no tools.
 VoxelWorldOptions voxel_world_cube(int n);
-// Aborts the test when the body is refused. Sets flush-to-zero, as the daemon does.
+// The same body as a ball, radius 5 cells of 10 mm.
+VoxelWorldOptions voxel_world_ball(void);
+// Two arms of 12 x 6 x 6 cells of 8 mm at a right angle, of three materials; their table, by
+// label - 1.
+extern const VoxelMaterial VOXEL_WORLD_MATERIALS[3];
+VoxelWorldOptions voxel_world_corner(void);
+// Afterwards the options refer to the lattice and materials of the world. Aborts the test when the
+// body is refused. Sets flush-to-zero, as the daemon does.
 void voxel_world_create(VoxelWorld *world, VoxelWorldOptions *options);
 void voxel_world_destroy(VoxelWorld *world);
 void voxel_world_run(VoxelWorld *world, double seconds);

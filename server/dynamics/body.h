@@ -14,7 +14,8 @@
 
 enum { BODY_NAME_MAX = 32 };
 
-// The faces that tools and loads meet: a conforming mesh. Owned by the model, constant between
+// The faces that tools and loads meet: a conforming mesh. Its nodes need not be those of BodyMesh,
+// nor all that the body has. Owned by the model, constant between
 // changes of topology. A body with levels has places for all nodes and faces that it may ever have;
 // those that are not in use belong to nobody's list of faces.
 typedef struct BodySurface {
@@ -30,6 +31,13 @@ typedef struct BodySurface {
     const double *node_area; // a third of the faces around [m2]
     const double *node_mass; // [kg]
     double longest_edge;     // at rest, of the coarsest level [m]: constant
+    bool solid;              // closed, with nothing but matter inside: every face stands against
+                             // its front alone, and a tool that is inside is pushed out
+    // Times contact_kappa, the contact stiffness of a face and that of a node against a plane;
+    // NULL, both: 1. Memory of the model's, filled by contact_set_stiffness: for bodies whose nodes
+    // carry masses that differ much for their area.
+    double *face_firmness; // [face_count]
+    double *node_firmness; // [node_count]
 } BodySurface;
 
 // Figures for status and summary; computed when asked.
@@ -40,8 +48,10 @@ typedef struct BodyMeasure {
     int64_t refused;         // divisions of faces that did not fit, since the start
 } BodyMeasure;
 
-// What a client's mesh looks like (lcmtypes/mesh_t.lcm); all arrays by node or triangle slot. A
-// free node slot has id -1, a free triangle is 0 0 0. Constant between changes of topology.
+// What a client's mesh looks like (lcmtypes/mesh_t.lcm): what is published and recorded, which may
+// be another mesh than BodySurface, finer, coarser or of other nodes. All arrays by node or
+// triangle slot. A free node slot has id -1, a free triangle is 0 0 0. Constant between changes of
+// topology.
 typedef struct BodyMesh {
     int topology; // goes up by one with every change and every restore of the state, so that no
                   // number ever names two meshes of a run; the pipeline counts, and no state has it
@@ -119,6 +129,8 @@ typedef struct BodyOps {
     // Positions [m] and velocities [m/s] of the present rows; velocity may be NULL.
     void (*read_nodes)(const void *model, const int *node, int count, Vec3 *position,
                        Vec3 *velocity);
+    // Whether the node is held by the scene (does not move).
+    bool (*is_fixed)(const void *model, int node);
     // Adds forces [N] for the next evaluation only.
     void (*add_forces)(void *model, const int *node, int count, const Vec3 *force);
     // Nodes inside a region, in an order that depends on the topology alone; returns how many there
@@ -135,11 +147,12 @@ typedef struct BodyOps {
     // --- out ---
     // Float positions (and velocities unless NULL) of all nodes, in the order of BodyMesh.
     void (*snapshot)(const void *model, float *position, float *velocity);
-    // The exact state of all nodes in the order of BodyMesh, for checkpoints; 0 in free slots.
-    void (*read_state)(const void *model, Vec3 *position, Vec3 *velocity);
+    // The exact state of all that moves, for checkpoints: id (NULL: not asked for), position [m]
+    // and velocity [m/s] in a constant order between changes of topology; id -1 and zeros: nobody's
+    // place. Returns how many, at most state_capacity; of a state that check calls sound. Without
+    // `adapt` the ids are always the same.
+    int (*read_state)(const void *model, int *id, Vec3 *position, Vec3 *velocity);
     void (*measure)(const void *model, BodyMeasure *measure);
-    // Whether the node is held by the scene (does not move).
-    bool (*is_fixed)(const void *model, int node);
 
     // --- changes while running (SET): false when the model has no such parameter ---
     bool (*set)(void *model, BodyParameter parameter, double value);
@@ -171,6 +184,7 @@ struct Body {
     void *model;         // owned by the arena of the scene
     BodySurface surface; // valid after creation
     BodyMesh mesh;       // valid after creation
+    int state_capacity;  // most that read_state may ever give
     IntegratorKind integrator;
     double mass; // [kg]
     int spring_count, element_count;
@@ -183,7 +197,7 @@ struct Body {
     double finest_lambda, finest_damping; // of the finest level at rest; 0: one level, or not known
 
     // Contact law (contact.md 2.1), set by sim_create from `lambda`.
-    double contact_kappa;   // stiffness per rest area [N/m3]
+    double contact_kappa;   // stiffness per rest area [N/m3], times firmness
     double contact_ratio;   // a: share of the body's own stiffness
     double contact_damping; // b_c: damping time [s]
     BodyTuning tuning;

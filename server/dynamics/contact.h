@@ -24,7 +24,9 @@ typedef struct ContactSums {
 } ContactSums;
 
 // The law of contact with this body: sets contact_kappa so that the stiffness of a contact stays in
-// the given share of the body's own (contact.md 2.1).
+// the given share of the body's own (contact.md 2.1), and the firmness of faces and nodes where the
+// body has memory for it. Such a body calls it again when its faces or masses have changed: kappa
+// may change then, its products with firmness do so only where masses or areas did.
 void contact_set_stiffness(Body *body);
 // What one tool adds to the bounds of the body: of M^-1 K [1/s2] and M^-1 C [1/s].
 void contact_bounds(const Body *body, const ToolOptions *tool, double *lambda, double *damping);

@@ -6,20 +6,50 @@
 #include <stdlib.h>
 #include <string.h>
 
+// Mass of a node over the sum of the face areas around it [kg/m2]. node_area is a third of that
+// sum.
+static double mass_per_area(const BodySurface *surface, int node)
+{
+    return surface->node_mass[node] / (3.0 * surface->node_area[node]);
+}
+
+// With firmness_f = min over the nodes i of f of (m_i / sum of A at i) / least, every face around a
+// node is at most as firm as that node, so that still sum_f k_f <= a lambda_b m_i. Held nodes
+// cannot swing and do not count, unless all of the face are held.
+static void set_firmness(Body *body, double least)
+{
+    const BodySurface *surface = &body->surface;
+    for (int i = 0; i < surface->node_count; i++)
+        surface->node_firmness[i] =
+            surface->node_area[i] > 0.0 ? fmax(1.0, mass_per_area(surface, i) / least) : 1.0;
+    for (int f = 0; f < surface->face_count; f++) {
+        double of_free = (double)INFINITY, of_all = (double)INFINITY;
+        for (int k = 0; k < 3; k++) {
+            int node = surface->face[f][k];
+            of_all = fmin(of_all, surface->node_firmness[node]);
+            if (!body->ops->is_fixed(body->model, node))
+                of_free = fmin(of_free, surface->node_firmness[node]);
+        }
+        surface->face_firmness[f] = of_free < (double)INFINITY ? of_free : of_all;
+    }
+}
+
 void contact_set_stiffness(Body *body)
 {
     // kappa = a lambda_b min_i (m_i / sum of the face areas at i), so that contact adds at most
-    // a lambda_b to the bound (contact.md 2.1). node_area is a third of that sum; it is 0 where no
-    // face is.
-    const double *area = body->surface.node_area;
+    // a lambda_b to the bound (contact.md 2.1). node_area is 0 where no face is.
+    const BodySurface *surface = &body->surface;
+    const double *area = surface->node_area;
     double least = (double)INFINITY;
     bool any_free = false;
-    for (int i = 0; i < body->surface.node_count; i++)
+    for (int i = 0; i < surface->node_count; i++)
         any_free |= area[i] > 0.0 && !body->ops->is_fixed(body->model, i);
-    for (int i = 0; i < body->surface.node_count; i++)
+    for (int i = 0; i < surface->node_count; i++)
         if (area[i] > 0.0 && (!any_free || !body->ops->is_fixed(body->model, i)))
-            least = fmin(least, body->surface.node_mass[i] / (3.0 * area[i]));
+            least = fmin(least, mass_per_area(surface, i));
     body->contact_kappa = body->contact_ratio * body->contact_lambda * least;
+    if (surface->face_firmness != NULL)
+        set_firmness(body, least);
 }
 
 void contact_bounds(const Body *body, const ToolOptions *tool, double *lambda, double *damping)

@@ -80,14 +80,29 @@ static void add_force(Contact *contact, const Candidate *candidate, const double
             vec3_madd(contact->f[candidate->node[k]], -weight[k], force);
 }
 
+// [N/m]
+static double face_stiffness(const Body *body, int face)
+{
+    double stiffness = body->contact_kappa * body->surface.face_area[face];
+    const double *firmness = body->surface.face_firmness;
+    return firmness != NULL ? stiffness * firmness[face] : stiffness;
+}
+
+// Against a plane [N/m].
+static double node_stiffness(const Body *body, int node)
+{
+    double stiffness = body->contact_kappa * body->surface.node_area[node];
+    const double *firmness = body->surface.node_firmness;
+    return firmness != NULL ? stiffness * firmness[node] : stiffness;
+}
+
 // The push of one pair: `share` of the face's stiffness, along `normal`, for an overlap `depth`.
 static void add_push(Contact *contact, const ToolPlacement *at, int index, const double weight[3],
                      Vec3 point, Vec3 normal, double depth, double share)
 {
     const Candidate *candidate = &contact->candidate[index];
     ContactForces *sum = &contact->forces;
-    double stiffness =
-        contact->body->contact_kappa * contact->body->surface.face_area[candidate->face];
+    double stiffness = face_stiffness(contact->body, candidate->face);
     Vec3 relative = vec3_sub(tool_velocity(at, point), node_velocity(contact, candidate, weight));
     double separating = vec3_dot(relative, normal);
     // Damped, but never adhesive.
@@ -247,30 +262,47 @@ static double approach(const Contact *contact, const ToolPlacement *at)
            vec3_length(quat_to_rotation(turn)) * contact->lever;
 }
 
+// Whether a face leads to the nearest way out of a solid, rather than another one: the nearest face
+// tells whether an axis is inside; of several that the axis pierces, the shallowest.
+static bool is_nearer_way_out(const FaceDistance *face, const FaceDistance *than)
+{
+    return face->distance < than->distance ||
+           (face->distance == than->distance && face->phi > than->phi);
+}
+
 static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shape)
 {
     const Capsule *capsule = &contact->tool->capsule[shape];
     const double reach = (1.0 + SOFT_REACH * SOFT) * capsule->radius;
-    const double crossed_reach = contact->tool->kind == TOOL_STATIC
-                                     ? (double)INFINITY
-                                     : CONTACT_CROSSED_REACH * capsule->radius;
+    const bool solid = contact->body->surface.solid;
+    const double crossed_reach = contact->tool->kind == TOOL_STATIC ? (double)INFINITY
+                                 : solid                            ? reach
+                                         : CONTACT_CROSSED_REACH * capsule->radius;
     Vec3 p, q;
     contact_axis(capsule, at, &p, &q);
     bool sphere = contact_is_sphere(capsule);
     bool crossed = false;
     const double may_act = fmax(reach, crossed_reach) + approach(contact, at);
-    FaceDistance face;
+    FaceDistance face, out = {.distance = (double)INFINITY};
+    int way_out = -1; // solids: the nearest face, when that one is seen from behind
     for (int i = 0; i < contact->candidate_count; i++) {
         const Candidate *candidate = &contact->candidate[i];
         int side = contact->side[shape][candidate->face];
         if (side == 0 || contact->gap_begin[shape][i] > may_act)
             continue;
         measure_face(contact, candidate, p, q, sphere, side, &face);
-        if (face.phi < 0.0 && face.distance < crossed_reach)
+        if (solid && is_nearer_way_out(&face, &out)) {
+            out = face;
+            way_out = face.phi < 0.0 ? i : -1;
+        }
+        if (!solid && face.phi < 0.0 && face.distance < crossed_reach)
             crossed = true; // needs everyone's distance: below
         else if (face.phi >= 0.0 && face.phi < reach)
             push_face(contact, at, i, &face, side, capsule->radius);
     }
+    if (way_out >= 0 && out.distance < crossed_reach)
+        push_face(contact, at, way_out, &out,
+                  contact->side[shape][contact->candidate[way_out].face], capsule->radius);
     if (!crossed)
         return;
     for (int i = 0; i < contact->candidate_count; i++) {
@@ -337,7 +369,7 @@ static void evaluate_plane(Contact *contact, double dt)
         double height = vec3_dot(vec3_sub(contact->x[i], plane->point), plane->normal);
         Vec3 bristle = {0.0, 0.0, 0.0};
         if (height < 0.0) {
-            double stiffness = body->contact_kappa * body->surface.node_area[contact->node[i]];
+            double stiffness = node_stiffness(body, contact->node[i]);
             double leaving = vec3_dot(contact->v[i], plane->normal);
             double push = stiffness * fmax(0.0, -height - body->contact_damping * leaving);
             Vec3 force = vec3_scale(push, plane->normal); // on the node

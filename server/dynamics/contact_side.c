@@ -6,6 +6,9 @@
 // stands where it is seen, because it went round the edge; behind that one, it has crossed both.
 // Faces beyond a fold are seen from behind, through the wall, until the tool comes round to them,
 // so what was once seen from afar must not be held against it.
+//
+// A solid has no inside in which a tool could stand: its faces that nobody tells are met from
+// outside, always, and nothing is remembered.
 #include "dynamics/contact_data.h"
 
 #include "geometry/distance.h"
@@ -120,6 +123,7 @@ static void update_shape(Contact *contact, const ToolPlacement *at, int shape)
     signed char *side = contact->side[shape];
     // Static tools have no proxy that keeps them in front: whatever they meet lies on the same
     // side, however far behind.
+    const bool solid = contact->body->surface.solid;
     const double remember_within = contact->tool->kind == TOOL_STATIC
                                        ? (double)INFINITY
                                        : CONTACT_CROSSED_REACH * capsule->radius;
@@ -138,6 +142,10 @@ static void update_shape(Contact *contact, const ToolPlacement *at, int shape)
         const Candidate *candidate = &contact->candidate[i];
         if (contact->teller[i] != i)
             continue;
+        if (solid) {
+            side[candidate->face] = 1;
+            continue;
+        }
         // A wall out of touch is not one that the tool has crossed.
         if (!contact->has_side[i] || contact->distance[i] > remember_within)
             side[candidate->face] = contact->seen_side[i];

@@ -67,6 +67,14 @@ static inline void rows_put(const Rows *rows, void *array, long index, double va
         ((double *)array)[index] = value;
 }
 
+// Numbers `from` to from + 2 of row `at`: 0 its place or displacement, 4 its velocity.
+static inline Vec3 rows_vector(const Rows *rows, const void *row, int at, int from)
+{
+    long first = (long)at * ROW + from;
+    return (Vec3){rows_get(rows, row, first), rows_get(rows, row, first + 1),
+                  rows_get(rows, row, first + 2)};
+}
+
 // Position [m] and velocity [m/s] in the world of row `at` of `row`; velocity may be NULL.
 void rows_read(const Rows *rows, const void *row, int at, Vec3 *position, Vec3 *velocity);
 void rows_write(const Rows *rows, void *row, int at, Vec3 position, Vec3 velocity);

@@ -19,8 +19,7 @@ typedef struct WorldCells {
     uint64_t hash; // of everything that its elements follow from
     int count[3];
     long solid;
-    double size;    // of a cell [m]
-    Vec3 low, high; // box that holds its solid cells [m]
+    double size; // of a cell [m]
 } WorldCells;
 
 // A scene built. The arena owns the sim; destroy in one call.
@@ -29,8 +28,8 @@ typedef struct World {
     StateList state;
     Sim *sim;
     Team *team;    // shares the step; without workers until team_start; NULL: scene.threads is 1
-    TriMesh *mesh; // [body_count] of the scene, at the level of the body: nodes in file order, for
-                   // checkpoints; empty for voxel bodies
+    TriMesh *mesh; // [body_count] of the scene, at the level of the body, nodes in file order;
+                   // empty for bodies that are not made from one
     int mesh_count;
     WorldCells *cells; // [body_count] of voxel bodies; else zero
 } World;

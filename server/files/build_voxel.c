@@ -6,7 +6,6 @@
 #include "files/checkpoint.h"
 #include "files/fnv.h"
 
-#include <math.h>
 #include <stdlib.h>
 
 #ifdef PLIANT_WITH_VOXEL
@@ -27,35 +26,12 @@ static uint64_t hash_lattice(const Lattice *lattice)
     return fnv_bytes(hash, lattice->label, cells);
 }
 
-// The box of the corners of all solid cells.
-static void find_box(const Lattice *lattice, Vec3 *low, Vec3 *high)
-{
-    *low = vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL);
-    *high = vec3(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL);
-    for (int k = 0; k < lattice->count[2]; k++)
-        for (int j = 0; j < lattice->count[1]; j++)
-            for (int i = 0; i < lattice->count[0]; i++) {
-                // Inside of a row of solid cells nothing is farthest.
-                if (lattice_label(lattice, i, j, k) == 0 ||
-                    (lattice_label(lattice, i - 1, j, k) != 0 &&
-                     lattice_label(lattice, i + 1, j, k) != 0))
-                    continue;
-                for (int c = 0; c < 8; c++) {
-                    Vec3 p = lattice_point(lattice, i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
-                    *low = vec3(fmin(low->x, p.x), fmin(low->y, p.y), fmin(low->z, p.z));
-                    *high = vec3(fmax(high->x, p.x), fmax(high->y, p.y), fmax(high->z, p.z));
-                }
-            }
-}
-
 static WorldCells summarize(const Lattice *lattice)
 {
-    WorldCells cells = {.hash = hash_lattice(lattice),
+    return (WorldCells){.hash = hash_lattice(lattice),
                         .count = {lattice->count[0], lattice->count[1], lattice->count[2]},
                         .solid = lattice_solid(lattice),
                         .size = lattice->size};
-    find_box(lattice, &cells.low, &cells.high);
-    return cells;
 }
 
 // The keys of a scene that bound what a body may have.
@@ -111,6 +87,7 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
         voxel.gravity = scene->gravity;
         voxel.precision = scene->precision;
         voxel.isa = options->isa != NULL ? options->isa : "auto";
+        voxel.without_contacts = scene->tool_count == 0;
         voxel.without_loads = scene->load_count == 0 && !options->may_load;
         voxel.publish_all = scene->publish.all_nodes;
         voxel.skin = described->skin.file != NULL ? &skin : NULL;

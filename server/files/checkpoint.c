@@ -30,10 +30,9 @@ static void reserve(CheckpointImage *image, Arena *arena, const World *world)
                                      "checkpoint/velocities");
     for (size_t i = 0; i < bodies; i++) {
         const Body *body = sim_body(world->sim, (int)i);
-        size_t nodes = (size_t)checkpoint_rows_most(body);
-        if (body->ops->adapt != NULL)
-            image->id[i] = arena_allocate(arena, ARENA_OUTPUT, nodes, sizeof(int),
-                                          "checkpoint/%s/id", body->name);
+        size_t nodes = (size_t)body->state_capacity;
+        image->id[i] =
+            arena_allocate(arena, ARENA_OUTPUT, nodes, sizeof(int), "checkpoint/%s/id", body->name);
         image->position[i] = arena_allocate(arena, ARENA_OUTPUT, nodes, sizeof(Vec3),
                                             "checkpoint/%s/position", body->name);
         image->velocity[i] = arena_allocate(arena, ARENA_OUTPUT, nodes, sizeof(Vec3),
@@ -51,10 +50,8 @@ void checkpoint_take(CheckpointImage *image, const World *world)
     state_copy_out(&world->state, image->block);
     for (int i = 0; i < sim_body_count(world->sim); i++) {
         const Body *body = sim_body(world->sim, i);
-        image->node_count[i] = body->mesh.node_count;
-        if (image->id[i] != NULL)
-            memcpy(image->id[i], body->mesh.id, (size_t)body->mesh.node_count * sizeof(int));
-        body->ops->read_state(body->model, image->position[i], image->velocity[i]);
+        image->node_count[i] = body->ops->read_state(body->model, image->id[i], image->position[i],
+                                                     image->velocity[i]);
     }
     image->time = sim_time(world->sim);
     image->step = sim_steps(world->sim);
@@ -88,9 +85,8 @@ static bool write_body(const HdfFile *file, const CheckpointImage *image, const 
                        int index)
 {
     BodyRows rows;
-    checkpoint_rows_sort(&rows, image->node_count[index],
-                         image->id[index] != NULL ? image->id[index] : body->mesh.id,
-                         image->position[index], image->velocity[index]);
+    checkpoint_rows_sort(&rows, image->node_count[index], image->id[index], image->position[index],
+                         image->velocity[index]);
     bool ok = checkpoint_rows_write(file, body, &rows);
     checkpoint_rows_destroy(&rows);
     return ok;

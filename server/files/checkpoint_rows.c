@@ -5,11 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-int checkpoint_rows_most(const Body *body)
-{
-    return body->ops->adapt != NULL ? body->mesh.node_capacity : body->mesh.node_count;
-}
-
 #ifdef PLIANT_WITH_HDF5
 enum { NAME_TEXT = 160 };
 
@@ -81,17 +76,32 @@ static RowNames name_rows(const Body *body)
     return names;
 }
 
+// The rows of the present state. To be destroyed.
+static void show(BodyRows *rows, const Body *body)
+{
+    BodyRows places;
+    create_rows(&places, body->state_capacity);
+    int count = body->ops->read_state(body->model, places.id, places.position, places.velocity);
+    checkpoint_rows_sort(rows, count, places.id, places.position, places.velocity);
+    checkpoint_rows_destroy(&places);
+}
+
 bool checkpoint_rows_shown(const Body *body, const BodyRows *rows)
 {
-    const BodyMesh *mesh = &body->mesh;
-    if (mesh->node_count < 0 || mesh->node_count > checkpoint_rows_most(body))
-        return false;
-    BodyRows slots, now;
-    create_rows(&slots, mesh->node_count);
-    body->ops->read_state(body->model, slots.position, slots.velocity);
-    checkpoint_rows_sort(&now, mesh->node_count, mesh->id, slots.position, slots.velocity);
+    BodyRows now;
+    show(&now, body);
     bool same = same_rows(&now, rows);
-    checkpoint_rows_destroy(&slots);
+    checkpoint_rows_destroy(&now);
+    return same;
+}
+
+// Whether these are the ids of a body that always has the same.
+static bool same_ids(const Body *body, const BodyRows *rows)
+{
+    BodyRows now;
+    show(&now, body);
+    bool same = now.count == rows->count &&
+                memcmp(now.id, rows->id, (size_t)now.count * sizeof *now.id) == 0;
     checkpoint_rows_destroy(&now);
     return same;
 }
@@ -110,7 +120,7 @@ bool checkpoint_rows_check_count(const HdfFile *file, const Body *body)
     const RowNames names = name_rows(body);
     int64_t count = hdf_count_vectors(file, names.position);
     bool changes = body->ops->adapt != NULL;
-    int most = checkpoint_rows_most(body);
+    int most = body->state_capacity;
     if (count < 0)
         return false;
     return (count == most || (changes && count > 0 && count < most)) ||
@@ -133,12 +143,10 @@ bool checkpoint_rows_read(const HdfFile *file, const Body *body, BodyRows *rows)
     if (count < 0)
         return false;
     create_rows(rows, (int)count);
-    size_t bytes = (size_t)count * sizeof *rows->id;
     if (!hdf_read_numbers(file, names.id, H5T_NATIVE_INT, (size_t)count, rows->id))
         return false;
     // Which nodes a changing mesh has is for the state to say.
-    bool fits = body->ops->adapt != NULL ? ascend(rows->id, rows->count)
-                                         : memcmp(rows->id, body->mesh.id, bytes) == 0;
+    bool fits = body->ops->adapt != NULL ? ascend(rows->id, rows->count) : same_ids(body, rows);
     return (fits || hdf_fail(file, names.id, "differ from the nodes of the mesh")) &&
            hdf_read_vectors(file, names.position, count, rows->position) &&
            hdf_read_vectors(file, names.velocity, count, rows->velocity);

@@ -1,13 +1,10 @@
-// What anybody may read of a body in a checkpoint: its nodes alive, in ascending id. Private to
-// files/.
+// What anybody may read of a body in a checkpoint: all that moves of it, in ascending id. Private
+// to files/.
 #ifndef PLIANT_FILES_CHECKPOINT_ROWS_H
 #define PLIANT_FILES_CHECKPOINT_ROWS_H
 
 #include "dynamics/body.h"
 #include "files/hdf.h"
-
-// Node slots that a body may ever have.
-int checkpoint_rows_most(const Body *body);
 
 #ifdef PLIANT_WITH_HDF5
 typedef struct BodyRows {

@@ -98,18 +98,19 @@ static size_t source_read(Source *source, void *bytes, size_t size)
     return got > 0 ? (size_t)got : 0;
 }
 
-// Whether unpacking met something that is not gzip's, checksums included.
-static bool source_is_damaged(Source *source)
+// What is wrong with the packed bytes behind the last that was read; NULL: nothing.
+static const char *source_fault(Source *source)
 {
     int code = Z_OK;
     unsigned char more;
     if (source->packed == NULL)
-        return false;
+        return NULL;
     // At the end of the stream its checksum is compared when one byte more is asked for.
-    if (gzread(source->packed, &more, 1) < 0)
-        return true;
+    int got = gzread(source->packed, &more, 1);
     gzerror(source->packed, &code);
-    return code != Z_OK && code != Z_STREAM_END && code != Z_BUF_ERROR;
+    if (code == Z_BUF_ERROR)
+        return "is cut off";
+    return got < 0 || (code != Z_OK && code != Z_STREAM_END) ? "is damaged" : NULL;
 }
 
 int volume_file_head(const VolumeFile *file, void *bytes, int size)
@@ -265,10 +266,10 @@ static bool check_size(const VolumeData *data, double voxels, Status *status)
 
 static bool ends_early(const VolumeData *data, Source *source, long voxel, Status *status)
 {
-    if (source_is_damaged(source))
-        return status_fail(status, STATUS_INVALID,
-                           "%s: its packed data is damaged at or before voxel %ld", data->file.path,
-                           voxel);
+    const char *fault = source_fault(source);
+    if (fault != NULL)
+        return status_fail(status, STATUS_INVALID, "%s: its packed data %s at or before voxel %ld",
+                           data->file.path, fault, voxel);
     return status_fail(status, STATUS_INVALID, "%s: the data ends, or is damaged, at voxel %ld",
                        data->file.path, voxel);
 }
@@ -338,8 +339,9 @@ bool volume_data_read(const VolumeData *data, LabelVolume *volume, Status *statu
     if (!source_open(&source, &data->file, data->offset, data->encoding == ENCODING_GZIP))
         return status_fail(status, STATUS_FAILED, "%s: %s", data->file.path, strerror(errno));
     bool ok = read_labels(data, &source, (long)voxels, volume, status);
-    if (ok && source_is_damaged(&source))
-        ok = status_fail(status, STATUS_INVALID, "%s: its packed data is damaged", data->file.path);
+    const char *fault = ok ? source_fault(&source) : NULL;
+    if (fault != NULL)
+        ok = status_fail(status, STATUS_INVALID, "%s: its packed data %s", data->file.path, fault);
     source_close(&source);
     return ok;
 }

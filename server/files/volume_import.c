@@ -27,8 +27,8 @@ static bool check_axes(const char *path, const LabelVolume *volume, Status *stat
         double length = vec3_length(axis);
         if (!(length >= LEAST_SPACING && length <= MOST_SPACING))
             return status_fail(status, STATUS_INVALID,
-                               "%s: the step along axis %d is (%g, %g, %g) m, which is no spacing",
-                               path, a, axis.x, axis.y, axis.z);
+                               "%s: the spacing along axis %d is %g m, outside [%g, %g]", path, a,
+                               fabs(length), LEAST_SPACING, MOST_SPACING);
         unit[a] = vec3_scale(1.0 / length, axis);
     }
     for (int a = 0; a < 3; a++) {

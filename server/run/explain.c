@@ -5,46 +5,67 @@
 #include <math.h>
 #include <stdlib.h>
 
-static int fixed_nodes(const Body *body)
+// Nodes that a body has.
+static int node_count(const Body *body)
 {
+    return body->ops->adapt != NULL ? body->mesh.node_count : body->state_capacity;
+}
+
+// What tools meet.
+typedef struct Outside {
+    int nodes, fixed;
+    Vec3 low, high; // [m]
+} Outside;
+
+// Rounding of rows that hold displacements is nothing to show.
+static double without_rounding(double x, double size)
+{
+    return fabs(x) < 1e-12 * size ? 0.0 : x;
+}
+
+static Outside measure_outside(const Body *body)
+{
+    const double infinite = (double)INFINITY;
     const BodySurface *places = &body->surface; // more than there are nodes, where a body adapts
-    int fixed = 0;
-    for (int i = 0; i < places->node_count; i++)
-        fixed += places->node_face_end[i] > places->node_face_start[i] &&
-                 body->ops->is_fixed != NULL && body->ops->is_fixed(body->model, i);
-    return fixed;
-}
-
-static void print_box(Vec3 low, Vec3 high, FILE *out)
-{
-    fprintf(out, "  box [%.6g, %.6g, %.6g] to [%.6g, %.6g, %.6g] m\n", low.x, low.y, low.z, high.x,
-            high.y, high.z);
-}
-
-static void print_surface(const Body *body, const TriMesh *mesh, FILE *out)
-{
-    Vec3 low = mesh->position[0], high = low;
-    for (int i = 1; i < mesh->node_count; i++) {
-        Vec3 p = mesh->position[i];
-        low = vec3(fmin(low.x, p.x), fmin(low.y, p.y), fmin(low.z, p.z));
-        high = vec3(fmax(high.x, p.x), fmax(high.y, p.y), fmax(high.z, p.z));
+    Outside outside = {.low = {infinite, infinite, infinite},
+                       .high = {-infinite, -infinite, -infinite}};
+    Vec3 *low = &outside.low, *high = &outside.high;
+    for (int i = 0; i < places->node_count; i++) {
+        if (places->node_face_end[i] <= places->node_face_start[i])
+            continue;
+        Vec3 x;
+        body->ops->read_nodes(body->model, &i, 1, &x, NULL);
+        *low = vec3(fmin(low->x, x.x), fmin(low->y, x.y), fmin(low->z, x.z));
+        *high = vec3(fmax(high->x, x.x), fmax(high->y, x.y), fmax(high->z, x.z));
+        outside.nodes++;
+        outside.fixed += body->ops->is_fixed != NULL && body->ops->is_fixed(body->model, i);
     }
-    fprintf(out, "  nodes %d (%d fixed), springs %d, faces %d, pieces %d, mass %.6g kg\n",
-            body->mesh.node_count, fixed_nodes(body), body->spring_count, body->mesh.triangle_count,
-            mesh_pieces(&body->mesh), body->mass);
-    print_box(low, high, out);
+    const double size = vec3_length(*low) + vec3_length(*high);
+    double *number[] = {&low->x, &low->y, &low->z, &high->x, &high->y, &high->z};
+    for (int k = 0; k < 6; k++)
+        *number[k] = without_rounding(*number[k], size);
+    return outside;
 }
 
-static void print_voxels(const Body *body, const WorldCells *cells, FILE *out)
+static void print_nodes(const Body *body, const Outside *outside, FILE *out)
+{
+    if (body->spring_count > 0) {
+        fprintf(out, "  nodes %d (%d fixed), springs %d, faces %d, pieces %d, mass %.6g kg\n",
+                node_count(body), outside->fixed, body->spring_count, body->mesh.triangle_count,
+                mesh_pieces(&body->mesh), body->mass);
+        return;
+    }
+    fprintf(out, "  nodes %d, elements %d, pieces %d, mass %.6g kg\n", node_count(body),
+            body->element_count, mesh_pieces(&body->mesh), body->mass);
+    fprintf(out, "  outside: nodes %d (%d fixed), faces %d; published: nodes %d, faces %d\n",
+            outside->nodes, outside->fixed, body->surface.face_count, body->mesh.node_count,
+            body->mesh.triangle_count);
+}
+
+static void print_cells(const WorldCells *cells, FILE *out)
 {
     fprintf(out, "  cells %d x %d x %d of %.6g m, %ld solid\n", cells->count[0], cells->count[1],
             cells->count[2], cells->size, cells->solid);
-    fprintf(out, "  elements %d, outer triangles %d with %d vertices (%d fixed), mass %.6g kg\n",
-            body->element_count, body->surface.face_count, body->surface.node_count,
-            fixed_nodes(body), body->mass);
-    fprintf(out, "  published nodes %d, faces %d, pieces %d\n", body->mesh.node_count,
-            body->mesh.triangle_count, mesh_pieces(&body->mesh));
-    print_box(cells->low, cells->high, out);
 }
 
 // How finely a surface body is divided.
@@ -60,12 +81,15 @@ static void print_levels(const Body *body, const SurfaceOptions *surface, FILE *
 }
 
 // Law and materials of a voxel body.
-static void print_elements(const SceneBody *described, FILE *out)
+static void print_elements(const SceneBody *described, const Body *body, FILE *out)
 {
     const VoxelOptions *voxel = &described->voxel;
-    fprintf(out, "  law \"%s\", %d dimensions, levels 0 to %d, damping %.6g of the critical step\n",
+    fprintf(out, "  law \"%s\", %d dimensions, levels 0 to %d\n",
             voxel->law == VOXEL_AFFINE ? "affine" : "miyazaki2004", voxel->dimensions,
-            voxel->levels, voxel->damping);
+            voxel->levels);
+    // An undamped oscillation of angular frequency w is stable for steps up to 2 / w.
+    fprintf(out, "  critical step %.6g s, damping %.6g of it\n", 2.0 / sqrt(body->lambda),
+            voxel->damping);
     for (int i = 0; i < voxel->material_count; i++) {
         const VoxelMaterial *material = &voxel->material[i];
         fprintf(out, "  label %d: E %.6g Pa, nu %.6g, density %.6g kg/m3\n",
@@ -80,18 +104,21 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
 {
     const SceneBody *described = &scene->body[index];
     const Body *body = sim_body(world->sim, index);
+    const Outside outside = measure_outside(body);
+    const Vec3 low = outside.low, high = outside.high;
     bool voxel = described->model == MODEL_VOXEL;
     fprintf(out, "body %s: model %s, %s\n", body->name, body->ops->model,
             integrator_name(body->integrator));
     if (voxel)
-        print_voxels(body, &world->cells[index], out);
-    else
-        print_surface(body, &world->mesh[index], out);
+        print_cells(&world->cells[index], out);
+    print_nodes(body, &outside, out);
+    fprintf(out, "  box [%.6g, %.6g, %.6g] to [%.6g, %.6g, %.6g] m\n", low.x, low.y, low.z, high.x,
+            high.y, high.z);
     fprintf(out, "  time step %.6g s, %d substeps a tick, stability limit %.6g s%s\n", body->h,
             body->substeps, body->time_step_limit,
             body->unsafe_time_step ? " (unsafe_time_step)" : "");
     if (voxel)
-        print_elements(described, out);
+        print_elements(described, body, out);
     else
         print_levels(body, &described->surface, out);
 }
@@ -130,7 +157,7 @@ static int node_total(World *world)
 {
     int nodes = 0;
     for (int i = 0; i < sim_body_count(world->sim); i++)
-        nodes += sim_body(world->sim, i)->mesh.node_count;
+        nodes += node_count(sim_body(world->sim, i));
     return nodes;
 }
 

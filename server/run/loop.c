@@ -101,7 +101,7 @@ static void push_body(BodyOut *out, const Body *body)
 {
     *out = (BodyOut){
         .topology = body->mesh.topology,
-        .nodes = mesh_changes(body) ? mesh_live_nodes(&body->mesh) : body->mesh.node_count,
+        .nodes = mesh_changes(body) ? mesh_live_nodes(&body->mesh) : body->state_capacity,
         .springs = body->spring_count,
         .elements = body->element_count > 0 ? body->element_count : body->surface.face_count,
         .finest_level = body->finest_level,

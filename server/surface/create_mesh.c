@@ -62,6 +62,7 @@ void model_create_mesh(SurfaceModel *model, Body *body, const TriMesh *mesh,
         origin = row;
     }
     model_label_pieces(mesh, model->piece);
+    body->state_capacity = nodes;
     body->mesh = (BodyMesh){
         .topology = 1,
         .node_count = nodes,

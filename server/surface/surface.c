@@ -361,12 +361,15 @@ static void surface_explain(const void *self, FILE *out)
     model_explain_kernel(self, out);
 }
 
-static void surface_read_rows(const void *self, Vec3 *position, Vec3 *velocity)
+static int surface_read_rows(const void *self, int *id, Vec3 *position, Vec3 *velocity)
 {
     const SurfaceModel *model = self;
+    if (id != NULL)
+        memcpy(id, model->id, (size_t)model->node_count * sizeof *id);
     const void *rows = model->rows[model->current];
     for (int i = 0; i < model->node_count; i++)
         rows_read(&model->basis, rows, model->slot[i], &position[i], &velocity[i]);
+    return model->node_count;
 }
 
 static const char *surface_level(const void *self)
@@ -399,5 +402,5 @@ const BodyOps surface_ops = {
 
 void surface_read_state(const Body *body, Vec3 *position, Vec3 *velocity)
 {
-    surface_read_rows(body->model, position, velocity);
+    surface_read_rows(body->model, NULL, position, velocity);
 }

@@ -11,14 +11,17 @@
 
 // What elements are ordered by.
 typedef struct Key {
+    int mixed_count; // vertices of those in mixed batches; 0: others
     unsigned mask;
-    int element_class;
+    int element_class; // 0 with hanging vertices: their batches may hold several
     int element;
 } Key;
 
 static int compare_keys(const void *a, const void *b)
 {
     const Key *x = a, *y = b;
+    if (x->mixed_count != y->mixed_count)
+        return x->mixed_count < y->mixed_count ? -1 : 1;
     if (x->mask != y->mask)
         return x->mask < y->mask ? -1 : 1;
     if (x->element_class != y->element_class)
@@ -64,9 +67,11 @@ static int sort_elements(const BatchOptions *options, const int *become, Key *ke
 {
     int plain = 0;
     for (int e = 0; e < options->element_count; e++) {
-        key[e] = (Key){.element_class = become[options->element_class[e]], .element = e};
+        key[e] = (Key){.element = e};
         for (int n = NODE_CORNERS; n < NODE_COUNT; n++)
             key[e].mask |= options->vertex[e][n] >= 0 ? 1u << (n - NODE_CORNERS) : 0u;
+        if (key[e].mask == 0)
+            key[e].element_class = become[options->element_class[e]];
         plain += key[e].mask == 0;
     }
     qsort(key, (size_t)options->element_count, sizeof *key, compare_keys);
@@ -77,8 +82,10 @@ static int sort_elements(const BatchOptions *options, const int *become, Key *ke
 static int batch_end(const Key *key, int first, int count)
 {
     int end = first + 1;
-    while (end < count && end < first + LANES && key[end].mask == key[first].mask &&
-           key[end].element_class == key[first].element_class)
+    while (end < count && end < first + LANES &&
+           (key[first].mixed_count > 0 ||
+            (key[end].mixed_count == 0 && key[end].mask == key[first].mask &&
+             key[end].element_class == key[first].element_class)))
         end++;
     return end;
 }
@@ -91,14 +98,14 @@ static int count_batches(const Key *key, int count)
     return batches;
 }
 
-// Rows of vertices, one a node; lanes left over hold the spare vertex.
-static void put_vertices(const BatchOptions *options, const Key *key, int count, const int *node,
-                         int node_count, int *row)
+// A lane's vertices by the nodes of its rest shape; without an element the spare vertex. Shorter
+// lists are filled up with that, too.
+static void put_vertices(const BatchOptions *options, int element, const int *node, int node_count,
+                         int row_count, int *row, int lane)
 {
-    for (int n = 0; n < node_count; n++)
-        for (int lane = 0; lane < LANES; lane++)
-            row[n * LANES + lane] =
-                lane < count ? options->vertex[key[lane].element][node[n]] : options->vertex_count;
+    for (int n = 0; n < row_count; n++)
+        row[n * LANES + lane] = element >= 0 && n < node_count ? options->vertex[element][node[n]]
+                                                               : options->vertex_count;
 }
 
 static void put_places(Batches *out, const Key *key, int count, int batch)
@@ -117,8 +124,10 @@ static void create_plain(Batches *out, const BatchOptions *options, const Key *k
     static const int corner[NODE_CORNERS] = {0, 1, 2, 3, 4, 5, 6, 7};
     for (int first = 0, batch = 0, end; first < count; first = end, batch++) {
         end = batch_end(key, first, count);
-        put_vertices(options, key + first, end - first, corner, NODE_CORNERS,
-                     vertex + (long)batch * NODE_CORNERS * LANES);
+        for (int lane = 0; lane < LANES; lane++)
+            put_vertices(options, first + lane < end ? key[first + lane].element : -1, corner,
+                         NODE_CORNERS, NODE_CORNERS, vertex + (long)batch * NODE_CORNERS * LANES,
+                         lane);
         put_places(out, key + first, end - first, batch);
         element_class[batch] = key[first].element_class;
     }
@@ -136,31 +145,68 @@ static void create_templates(Batches *out, const BatchOptions *options, const Ke
             template_create(&out->templates[t++], key[k].mask);
 }
 
-static void create_hanging(Batches *out, const BatchOptions *options, const Key *key, int count,
-                           Arena *arena)
+static int template_at(const Batches *batches, unsigned mask)
+{
+    int t = 0;
+    while (batches->templates[t].mask != mask)
+        t++;
+    return t;
+}
+
+// Moves what would leave a batch too empty behind all others. Ascending masks before, and after
+// that ascending counts.
+static void choose_mixed(const Batches *batches, Key *key, int count)
+{
+    for (int first = 0, end; first < count; first = end) {
+        end = batch_end(key, first, count);
+        if (end - first < LANES * 3 / 4)
+            for (int k = first; k < end; k++)
+                key[k].mixed_count = batches->templates[template_at(batches, key[k].mask)].count;
+    }
+    qsort(key, (size_t)count, sizeof *key, compare_keys);
+}
+
+static void create_hanging(Batches *out, const BatchOptions *options, const int *become, Key *key,
+                           int count, Arena *arena)
 {
     create_templates(out, options, key, count, arena);
+    choose_mixed(out, key, count);
     const int batch_count = count_batches(key, count);
     int *start = ALLOCATE(ARENA_STEP, batch_count + 1, int, "hanging start");
-    int *template_index = ALLOCATE(ARENA_STEP, batch_count, int, "hanging templates");
-    int *element_class = ALLOCATE(ARENA_STEP, batch_count, int, "hanging classes");
-    for (int first = 0, batch = 0, t = 0; first < count;
-         first = batch_end(key, first, count), batch++) {
-        while (out->templates[t].mask != key[first].mask)
-            t++;
-        template_index[batch] = t;
-        element_class[batch] = key[first].element_class;
-        start[batch + 1] = start[batch] + out->templates[t].count;
+    int *table = ALLOCATE(ARENA_STEP, batch_count, int, "hanging tables");
+    int(*element_class)[LANES] =
+        arena_allocate(arena, ARENA_STEP, (size_t)batch_count, sizeof *element_class,
+                       "%s/hanging classes", options->name);
+    int pure = 0, mixed = 0;
+    for (int first = 0, end, batch = 0; first < count; first = end, batch++) {
+        end = batch_end(key, first, count);
+        const bool mixes = key[first].mixed_count > 0;
+        const int last = template_at(out, key[end - 1].mask); // that with the most vertices
+        table[batch] = mixes ? out->template_count + mixed : last;
+        start[batch + 1] = start[batch] + out->templates[last].count;
+        pure += !mixes;
+        mixed += mixes;
     }
     int *vertex = ALLOCATE(ARENA_STEP, (long)start[batch_count] * LANES, int, "hanging vertices");
-    for (int first = 0, batch = 0, end; first < count; first = end, batch++) {
-        const Template *template = &out->templates[template_index[batch]];
+    out->mixture = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)mixed, sizeof *out->mixture,
+                                  "%s/mixed templates", options->name);
+    for (int first = 0, end, batch = 0; first < count; first = end, batch++) {
         end = batch_end(key, first, count);
-        put_vertices(options, key + first, end - first, template->node, template->count,
-                     vertex + (long)start[batch] * LANES);
+        for (int lane = 0; lane < LANES; lane++) {
+            const bool used = first + lane < end;
+            const Key *own = &key[used ? first + lane : first];
+            const int t = template_at(out, own->mask);
+            put_vertices(options, used ? own->element : -1, out->templates[t].node,
+                         out->templates[t].count, start[batch + 1] - start[batch],
+                         vertex + (long)start[batch] * LANES, lane);
+            element_class[batch][lane] = become[options->element_class[own->element]];
+            if (batch >= pure)
+                out->mixture[batch - pure][lane] = used ? t : -1;
+        }
         put_places(out, key + first, end - first, out->plain.batch_count + batch);
     }
-    out->hanging = (HangingBatches){batch_count, start, vertex, template_index, element_class};
+    out->hanging = (HangingBatches){batch_count, mixed, start,
+                                    vertex,      table, (const int(*)[LANES])element_class};
 }
 
 void batches_create(Batches *out, const BatchOptions *options, Arena *arena)
@@ -173,7 +219,7 @@ void batches_create(Batches *out, const BatchOptions *options, Arena *arena)
     int plain = sort_elements(options, become, key);
     out->place = ALLOCATE(ARENA_STEP, count, int, "places of elements");
     create_plain(out, options, key, plain, arena);
-    create_hanging(out, options, key + plain, count - plain, arena);
+    create_hanging(out, options, become, key + plain, count - plain, arena);
     free(become);
     free(key);
 }

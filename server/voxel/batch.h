@@ -18,10 +18,14 @@ typedef struct BatchOptions {
 
 // All arrays belong to the arena.
 typedef struct Batches {
-    PlainBatches plain;     // by class, then in the elements' order
-    HangingBatches hanging; // by template, then class, then in the elements' order
-    int template_count;     // of hanging elements
-    Template *templates;    // [template_count] ascending masks
+    PlainBatches plain; // by class, then in the elements' order
+    // By template, then in the elements' order. Where the last batch of a template would be less
+    // than three quarters full its elements go to the mixed ones: by the number of their vertices,
+    // template, and the elements' order.
+    HangingBatches hanging;
+    int template_count;    // of hanging elements
+    Template *templates;   // [template_count] ascending masks
+    int (*mixture)[LANES]; // [mixed batch] templates of its lanes; -1: no element
     int class_count;
     ElementClass *classes; // [class_count] those in use, each once, in the order of the options'
     int element_count;

@@ -96,7 +96,7 @@ static void make_elements(Making *making)
     making->mask = calloc((size_t)count, sizeof *making->mask);
     making->density = calloc((size_t)count, sizeof *making->density);
     ASSERT(making->classes != NULL && making->mask != NULL && making->density != NULL);
-    making->step = INFINITY;
+    making->step = (double)INFINITY;
     Template shape;
     template_create(&shape, 0);
     for (int e = 0; e < count; e++) {
@@ -263,8 +263,8 @@ static void create_batches(VoxelModel *model, const Making *making, const char *
     };
     batches_create(&model->batches, &batches, arena);
     free(element_class);
-    model->tables = voxel_tables_create(model->batches.templates, model->batches.template_count,
-                                        model->law, model->rows.precision, name, arena);
+    model->tables =
+        voxel_tables_create(&model->batches, model->law, model->rows.precision, name, arena);
     model->last = arena_allocate(arena, ARENA_STEP, (size_t)batches_total(&model->batches),
                                  sizeof *model->last, "%s/rotations", name);
     voxel_forget_rotations(model);
@@ -299,6 +299,8 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
     model->vertex_count = mesh->vertex_count;
     model->surface_count = mesh->surface_count;
     model->element_count = mesh->element_count;
+    for (int e = 0; e < mesh->element_count; e++)
+        model->element_at_level[making->layout.leaf[e].level]++;
     model->mass = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, double, "vertex masses");
     model->id = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, int, "vertex ids");
     memcpy(model->id, mesh->id, (size_t)mesh->vertex_count * sizeof *model->id);
@@ -322,9 +324,10 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
         .tuning = {.friction = options->friction, .stiffness_scale = 1.0, .damping_scale = 1.0},
         .time_step_wanted = options->time_step,
         .unsafe_time_step = options->unsafe_time_step,
+        .state_capacity = mesh->vertex_count,
     };
     snprintf(body->name, sizeof body->name, "%s", name);
-    voxel_create_surface(model, body, mesh, options->lattice->size, name, arena);
+    voxel_create_surface(model, body, mesh, options, arena);
     if (options->skin == NULL) {
         voxel_create_mesh(model, body, mesh, options->publish_all, name, arena);
         return true;

@@ -37,30 +37,31 @@ typedef struct PlainBatches {
     const int *element_class; // [batch]
 } PlainBatches;
 
-// Elements with hanging vertices, by template and then by class.
+// Elements with hanging vertices: batches of one template, then mixed ones, made of what is left
+// over of all templates (an organ has many, most of them of few elements).
 typedef struct HangingBatches {
-    int batch_count;
-    const int *start;          // [batch + 1] of its rows of `vertex`
-    const int *vertex;         // [rows][LANES]
-    const int *template_index; // [batch]
-    const int *element_class;  // [batch]
+    int batch_count, mixed_count; // the last mixed_count are mixed
+    const int *start;             // [batch + 1] of its rows of `vertex`
+    const int *vertex;            // [rows][LANES]; lanes with fewer vertices end in the spare one
+    const int *table;             // [batch] index into VoxelPass.tables
+    const int (*element_class)[LANES]; // [batch]
 } HangingBatches;
 
-// What the kernel needs of a template, for one law and precision: Real [TABLE_HEAD], then
-// [count][TABLE_ROW]. Made by tables.h.
+// Rest shapes of a batch, for one law and precision, made by tables.h: Real [TABLE_HEAD], then
+// [count][TABLE_ROW]; of mixed batches each of these numbers is [LANES].
 enum {
     TABLE_HEAD = 8, // sum w, 1 / sum w; Miyazaki's law: A at rest less 1, as xx yy zz yz zx xy
-    TABLE_ROW = 12, // a x y z; w; X x y z; w M^-1 X x y z; two unused
+    TABLE_ROW = 10, // a x y z; w; X x y z; w M^-1 X x y z
 };
-typedef struct TemplateTable {
+typedef struct RestTable {
     int count; // vertices
     const void *number;
-} TemplateTable;
+} RestTable;
 
 typedef struct VoxelPass {
     const PlainBatches *plain;
     const HangingBatches *hanging;
-    const TemplateTable *tables; // of the law, by template
+    const RestTable *tables; // of the law
     const ElementClass *classes;
     VoxelLaw law;
     bool damped;
@@ -74,6 +75,8 @@ typedef struct VoxelPass {
 } VoxelPass;
 
 typedef void VoxelKernel(const VoxelPass *pass);
+// The elastic energy of all elements [J]; `force` is not used, and nothing is changed.
+typedef double VoxelEnergy(const VoxelPass *pass);
 
 // After all forces: v += h (f / m + g), u += advance h v, forces to zero. Vertices with inverse
 // mass 0 stay. `next` may be `present`. Returns whether every |u| stays within position_limit and
@@ -99,6 +102,7 @@ typedef struct VoxelKernels {
     VoxelKernel *evaluate;
     AdvanceKernel *advance;
     VoxelDrift *drift;
+    VoxelEnergy *energy;
 } VoxelKernels;
 
 // NULL when that level was not compiled in or does not run here.

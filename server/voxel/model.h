@@ -24,10 +24,11 @@ typedef struct VoxelModel {
     int vertex_count;  // without the spare one
     int surface_count; // the first ones: on the outer faces, what tools and loads meet
     int element_count;
+    int element_at_level[VOXEL_LEVELS_MAX + 1];
 
     // --- elements ---
     Batches batches;
-    const TemplateTable *tables;
+    const RestTable *tables;
     double (*last)[LANES][4]; // [batches_total] see VoxelPass; part of the state
     VoxelLaw law;
     bool damped;
@@ -51,7 +52,7 @@ typedef struct VoxelModel {
     // --- constant loads; NULL: none can act ---
     double (*load)[3]; // [surface_count] in the world [N]; part of the state
     int *loaded;       // [loaded_count] those that are not zero, ascending; follows from `load`
-    int loaded_count;
+    int loaded_count;  // -1: to be listed anew
 
     // --- out ---
     int *node; // [node_count] vertex of a published node, unless there is a skin
@@ -69,12 +70,9 @@ int voxel_read_state(const void *model, int *id, Vec3 *position, Vec3 *velocity)
 // Rotations start at none.
 void voxel_forget_rotations(VoxelModel *model);
 
-// energy.c: of all elements in these rows, without the scale of stiffness [J].
-double voxel_energy(const VoxelModel *model, const void *rows);
-
 // outer.c. Load time: what tools and loads meet, and what is published, from the outer faces.
-void voxel_create_surface(VoxelModel *model, Body *body, const LatticeMesh *mesh, double size,
-                          const char *name, Arena *arena);
+void voxel_create_surface(VoxelModel *model, Body *body, const LatticeMesh *mesh,
+                          const VoxelOptions *options, Arena *arena);
 void voxel_create_mesh(VoxelModel *model, Body *body, const LatticeMesh *mesh, bool all,
                        const char *name, Arena *arena);
 

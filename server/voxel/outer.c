@@ -24,9 +24,11 @@ static void list_faces(const LatticeMesh *mesh, int nodes, int *start, int *list
     start[0] = 0;
 }
 
-void voxel_create_surface(VoxelModel *model, Body *body, const LatticeMesh *mesh, double size,
-                          const char *name, Arena *arena)
+void voxel_create_surface(VoxelModel *model, Body *body, const LatticeMesh *mesh,
+                          const VoxelOptions *options, Arena *arena)
 {
+    const char *name = options->name;
+    const double size = options->lattice->size;
     const int nodes = mesh->surface_count, faces = mesh->face_count;
     int(*face)[3] =
         arena_allocate(arena, ARENA_TOPOLOGY, (size_t)faces, sizeof *face, "%s/%s", name, "faces");
@@ -57,7 +59,15 @@ void voxel_create_surface(VoxelModel *model, Body *body, const LatticeMesh *mesh
         .node_area = node_area,
         .node_mass = model->mass,
         .longest_edge = sqrt(2.0) * size,
+        .solid = true,
     };
+    if (options->without_contacts)
+        return;
+    // A corner of the body bears a sixth of what the middle of a face does.
+    body->surface.face_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)faces,
+                                                 sizeof(double), "%s/face firmness", name);
+    body->surface.node_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)nodes,
+                                                 sizeof(double), "%s/node firmness", name);
 }
 
 void voxel_create_mesh(VoxelModel *model, Body *body, const LatticeMesh *mesh, bool all,

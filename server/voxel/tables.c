@@ -59,27 +59,62 @@ static void put_number(void *to, int at, double value, bool single)
         ((double *)to)[at] = value;
 }
 
-const TemplateTable *voxel_tables_create(const Template *templates, int count, VoxelLaw law,
-                                         Precision precision, const char *name, Arena *arena)
+static Numbers numbers_of(const Template *template, VoxelLaw law)
+{
+    Numbers numbers = {0};
+    if (law == VOXEL_AFFINE)
+        affine_numbers(template, &numbers);
+    else
+        paper_numbers(template, &numbers);
+    return numbers;
+}
+
+// Every `stride`-th number, of `count` vertices.
+static void put_numbers(void *to, int stride, int at, int count, const Numbers *numbers,
+                        bool single)
+{
+    for (int i = 0; i < TABLE_HEAD; i++, at += stride)
+        put_number(to, at, numbers->head[i], single);
+    for (int i = 0; i < count * TABLE_ROW; i++, at += stride)
+        put_number(to, at, numbers->row[i / TABLE_ROW][i % TABLE_ROW], single);
+}
+
+// Rounded up so that tables begin on cache lines.
+static size_t numbers_in(const RestTable *table, bool mixed)
+{
+    size_t numbers = (size_t)(TABLE_HEAD + table->count * TABLE_ROW) * (mixed ? LANES : 1);
+    return (numbers + 15) / 16 * 16;
+}
+
+const RestTable *voxel_tables_create(const Batches *batches, VoxelLaw law, Precision precision,
+                                     const char *name, Arena *arena)
 {
     const bool single = precision == PRECISION_SINGLE;
-    TemplateTable *tables = arena_allocate(arena, ARENA_STEP, (size_t)count, sizeof *tables,
-                                           "%s/template tables", name);
-    for (int t = 0; t < count; t++) {
-        Numbers numbers = {0};
-        if (law == VOXEL_AFFINE)
-            affine_numbers(&templates[t], &numbers);
-        else
-            paper_numbers(&templates[t], &numbers);
-        const int rows = templates[t].count;
-        void *out = arena_allocate(arena, ARENA_STEP, (size_t)(TABLE_HEAD + rows * TABLE_ROW),
-                                   single ? sizeof(float) : sizeof(double),
-                                   "%s/template %d numbers", name, t);
-        for (int i = 0; i < TABLE_HEAD; i++)
-            put_number(out, i, numbers.head[i], single);
-        for (int i = 0; i < rows * TABLE_ROW; i++)
-            put_number(out, TABLE_HEAD + i, numbers.row[i / TABLE_ROW][i % TABLE_ROW], single);
-        tables[t] = (TemplateTable){templates[t].count, out};
+    const size_t real = single ? sizeof(float) : sizeof(double);
+    const HangingBatches *hanging = &batches->hanging;
+    const int pure = hanging->batch_count - hanging->mixed_count;
+    const int count = batches->template_count + hanging->mixed_count;
+    RestTable *tables =
+        arena_allocate(arena, ARENA_STEP, (size_t)count, sizeof *tables, "%s/rest tables", name);
+    size_t total = 0;
+    for (int k = 0; k < count; k++) {
+        const int mixed = k - batches->template_count, batch = pure + mixed;
+        tables[k].count = mixed < 0 ? batches->templates[k].count
+                                    : hanging->start[batch + 1] - hanging->start[batch];
+        total += numbers_in(&tables[k], mixed >= 0);
+    }
+    char *out = arena_allocate(arena, ARENA_STEP, total, real, "%s/rest shapes", name);
+    for (int k = 0; k < count; k++) {
+        const int mixed = k - batches->template_count;
+        const int stride = mixed < 0 ? 1 : LANES;
+        for (int lane = 0; lane < stride; lane++) {
+            // A lane without an element is one that never deforms.
+            const int t = mixed < 0 ? k : batches->mixture[mixed][lane];
+            const Numbers numbers = numbers_of(&batches->templates[t < 0 ? 0 : t], law);
+            put_numbers(out, stride, lane, tables[k].count, &numbers, single);
+        }
+        tables[k].number = out;
+        out += numbers_in(&tables[k], mixed >= 0) * real;
     }
     return tables;
 }

@@ -29,10 +29,29 @@ static void add_force(VoxelModel *model, int vertex, Vec3 force)
 
 static void add_loads(VoxelModel *model)
 {
+    if (model->loaded_count < 0)
+        voxel_list_loads(model);
     for (int k = 0; k < model->loaded_count; k++) {
         const double *load = model->load[model->loaded[k]];
         add_force(model, model->loaded[k], (Vec3){load[0], load[1], load[2]});
     }
+}
+
+static VoxelPass make_pass(const VoxelModel *model, const void *rows)
+{
+    return (VoxelPass){
+        .plain = &model->batches.plain,
+        .hanging = &model->batches.hanging,
+        .tables = model->tables,
+        .classes = model->batches.classes,
+        .law = model->law,
+        .damped = model->damped,
+        .rows = rows,
+        .force = model->force,
+        .last = model->last,
+        .stiffness_scale = model->parameters->stiffness_scale,
+        .damping_scale = model->parameters->damping_scale,
+    };
 }
 
 // Forces of all elements, then the vertices move. The first kick of a tick writes the rows that are
@@ -44,19 +63,7 @@ static void voxel_evaluate(void *self, const Stage *stage, double h)
     Vec3 gravity = {p->gravity[0], p->gravity[1], p->gravity[2]};
     gravity = rows_turn_in(&model->rows, gravity);
     add_loads(model);
-    const VoxelPass pass = {
-        .plain = &model->batches.plain,
-        .hanging = &model->batches.hanging,
-        .tables = model->tables,
-        .classes = model->batches.classes,
-        .law = model->law,
-        .damped = model->damped,
-        .rows = model->present,
-        .force = model->force,
-        .last = model->last,
-        .stiffness_scale = p->stiffness_scale,
-        .damping_scale = p->damping_scale,
-    };
+    const VoxelPass pass = make_pass(model, model->present);
     model->kernels->evaluate(&pass);
     void *next = model->row[1 - model->current];
     const AdvancePass advance = {
@@ -176,7 +183,7 @@ static void voxel_add_load(void *self, int node, Vec3 force)
     model->load[node][0] += force.x;
     model->load[node][1] += force.y;
     model->load[node][2] += force.z;
-    voxel_list_loads(model);
+    model->loaded_count = -1; // listed once all have been added
 }
 
 static void voxel_clear_loads(void *self)
@@ -210,18 +217,11 @@ int voxel_read_state(const void *self, int *id, Vec3 *position, Vec3 *velocity)
 {
     const VoxelModel *model = self;
     for (int i = 0; i < model->vertex_count; i++) {
-        id[i] = model->id[i];
+        if (id != NULL)
+            id[i] = model->id[i];
         rows_read(&model->rows, model->row[model->current], i, &position[i], &velocity[i]);
     }
     return model->vertex_count;
-}
-
-static void read_published(const void *self, Vec3 *position, Vec3 *velocity)
-{
-    const VoxelModel *model = self;
-    for (int i = 0; i < model->node_count; i++)
-        rows_read(&model->rows, model->row[model->current], model->node[i], &position[i],
-                  &velocity[i]);
 }
 
 static void voxel_measure(const void *self, BodyMeasure *measure)
@@ -229,17 +229,21 @@ static void voxel_measure(const void *self, BodyMeasure *measure)
     const VoxelModel *model = self;
     const Rows *rows = &model->rows;
     const void *row = model->row[model->current];
+    const VoxelPass pass = make_pass(model, row);
     double kinetic = 0.0, farthest = 0.0;
     for (int i = 0; i < model->vertex_count; i++) {
-        Vec3 x, v;
-        rows_read(rows, row, i, &x, &v);
-        Vec3 u = vec3_sub(x, rows_rest(rows, i));
+        Vec3 u = rows_vector(rows, row, i, 0), v = rows_vector(rows, row, i, 4);
+        if (rows->floating) { // u is small whatever the body's way
+            Vec3 x;
+            rows_read(rows, row, i, &x, NULL);
+            u = vec3_sub(x, rows_rest(rows, i));
+        }
         kinetic += 0.5 * model->mass[i] * vec3_dot(v, v);
         farthest = fmax(farthest, vec3_dot(u, u));
     }
     *measure = (BodyMeasure){
         .kinetic = kinetic,
-        .elastic = model->parameters->stiffness_scale * voxel_energy(model, row),
+        .elastic = model->kernels->energy(&pass),
         .max_displacement = sqrt(farthest),
     };
 }
@@ -281,9 +285,15 @@ static void voxel_explain(const void *self, FILE *out)
 {
     const VoxelModel *model = self;
     const Batches *batches = &model->batches;
-    fprintf(out, "    kernel: %s, %s, %d lanes a batch, %d vertices, %d elements\n",
+    fprintf(out, "    kernel: %s, %s, %d lanes a batch, %d vertices, %d elements (",
             model->rows.precision == PRECISION_SINGLE ? "single" : "double", model->kernels->level,
             LANES, model->vertex_count, model->element_count);
+    int coarsest = VOXEL_LEVELS_MAX;
+    while (coarsest > 0 && model->element_at_level[coarsest] == 0)
+        coarsest--;
+    for (int level = 0; level <= coarsest; level++)
+        fprintf(out, "%s%d", level > 0 ? " + " : "", model->element_at_level[level]);
+    fprintf(out, " by level)\n");
     fprintf(out, "    plain cubes: %d batches; with hanging vertices: %d batches of %d templates\n",
             batches->plain.batch_count, batches->hanging.batch_count, batches->template_count);
     fprintf(out, "    law: %s\n", model->law == VOXEL_AFFINE ? "affine" : "miyazaki2004");
@@ -312,7 +322,7 @@ const BodyOps voxel_ops = {
     .add_load = voxel_add_load,
     .clear_loads = voxel_clear_loads,
     .snapshot = voxel_snapshot,
-    .read_state = read_published,
+    .read_state = voxel_read_state,
     .measure = voxel_measure,
     .is_fixed = voxel_is_fixed,
     .set = voxel_set,

@@ -39,6 +39,7 @@ typedef struct VoxelOptions {
     const Vec3 *initial_position, *initial_velocity;
     Vec3 gravity;
     double contact_ratio, contact_damping, friction; // see dynamics/body.h
+    bool without_contacts;                           // no tool can touch it
     bool without_loads;                              // no load can act on it
     bool publish_all;                                // inner vertices too
     const TriMesh *skin; // display surface in the place of the outer faces, or NULL

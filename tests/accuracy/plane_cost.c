@@ -1,6 +1,6 @@
-// pliant-plane-cost [REPEATS]: Table 1 and Fig. 11 of Miyazaki et al. 2004 on this machine, as
-// tables with tabs: what a step costs an element, by process, for the paper's disc with its 172
-// elements and with one a cell; and what that makes of a frame.
+// pliant-plane-cost OUT [REPEATS]: Table 1 and Fig. 11 of Miyazaki et al. 2004 on this machine, as
+// plane1.tsv and plane2.tsv in the folder OUT: what a step costs an element, by process, for the
+// paper's disc with its 172 elements and with one a cell; and what that makes of a frame.
 #include "base/check.h"
 #include "base/clock.h"
 #include "dynamics/sim.h"
@@ -25,6 +25,7 @@ typedef struct Cost {
     double ns[PROCESSES]; // a step; least of all chunks; negative: not apart from the one before
     double contact_ns;    // a tick of the server's own contact, which is not the paper's
     int elements, vertices;
+    int uses; // of vertices by elements
 } Cost;
 
 static double step_of(void)
@@ -91,6 +92,9 @@ static void time_textbook(const PlaneLayout *layout, const PlaneMesh *mesh, Cost
     }
     cost->elements = book.element_count;
     cost->vertices = book.vertex_count;
+    cost->uses = 0;
+    for (int e = 0; e < book.element_count; e++)
+        cost->uses += book.element[e].count;
     textbook_destroy(&book);
 }
 
@@ -217,6 +221,9 @@ static void time_server(const Lattice *lattice, int levels, VoxelLaw law, Precis
     cost->ns[SUM] = -1.0; // in the same pass
     cost->elements = model->element_count;
     cost->vertices = model->vertex_count;
+    cost->uses = 0;
+    for (int e = 0; e < model->element_count; e++)
+        cost->uses += model->form[e].shape->count;
     state_destroy(&state);
     arena_destroy(&arena);
 }
@@ -237,48 +244,70 @@ static double total(const Cost *cost)
     return sum;
 }
 
-static void print_table(Cost cost[VERSIONS][LAYOUTS])
+static FILE *open_table(const char *folder, const char *name)
 {
-    printf("version\telements\tvertices\ta elastic force\tc force summation\td update\te "
-           "collision\ttotal [ns per element and step]\tstep [us]\tthe server's own contact "
-           "[us]\n");
+    char path[4096];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    FILE *out = fopen(path, "w");
+    if (out == NULL) {
+        perror(path);
+        exit(1);
+    }
+    return out;
+}
+
+static void write_table(const char *folder, Cost cost[VERSIONS][LAYOUTS])
+{
+    FILE *out = open_table(folder, "plane1.tsv");
+    fprintf(out, "version\telements\tvertices\ta elastic force\tb reconstruction\tc force "
+                 "summation\td update\te "
+                 "collision\ttotal [ns per element and step]\tstep [us]\tthe server's own contact "
+                 "[us]\n");
     for (int v = 0; v < VERSIONS; v++)
         for (int l = 0; l < LAYOUTS; l++) {
             const Cost *c = &cost[v][l];
-            printf("%s\t%d\t%d", VERSION_NAMES[v], c->elements, c->vertices);
-            for (int p = 0; p < PROCESSES; p++)
+            fprintf(out, "%s\t%d\t%d", VERSION_NAMES[v], c->elements, c->vertices);
+            for (int p = 0; p < PROCESSES; p++) {
+                if (p == SUM)
+                    fprintf(out, "\t"); // b
                 if (c->ns[p] < 0.0)
-                    printf("\tin a");
+                    fprintf(out, "\tin a");
                 else
-                    printf("\t%.1f", c->ns[p] / c->elements);
-            printf("\t%.1f\t%.2f", total(c) / c->elements, 1e-3 * total(c));
+                    fprintf(out, "\t%.1f", c->ns[p] / c->elements);
+            }
+            fprintf(out, "\t%.1f\t%.2f", total(c) / c->elements, 1e-3 * total(c));
             if (v == TEXTBOOK)
-                printf("\t-\n");
+                fprintf(out, "\t-\n");
             else
-                printf("\t%.1f\n", 1e-3 * c->contact_ns);
+                fprintf(out, "\t%.1f\n", 1e-3 * c->contact_ns);
         }
+    fclose(out);
 }
 
 // A frame of 1/30 s holds (1/30 s - drawing) / step cycles; with the same drawing time for both
 // layouts the ratio of their cycles is that of their steps.
-static void print_ratios(Cost cost[VERSIONS][LAYOUTS])
+static void write_ratios(const char *folder, Cost cost[VERSIONS][LAYOUTS])
 {
-    printf("\nversion\telements, graded to full [%%]\ttime of a step, graded to full [%%]\twithout "
-           "collision [%%]\tcycles in 1/30 s, graded\tfull\n");
+    FILE *out = open_table(folder, "plane2.tsv");
+    fprintf(out, "version\telements, graded to full [%%]\ttheir vertices [%%]\ttime of a step, "
+                 "graded to full [%%]\twithout "
+                 "collision [%%]\tcycles in 1/30 s, graded\tfull\n");
     for (int v = 0; v < VERSIONS; v++) {
         const Cost *g = &cost[v][GRADED], *f = &cost[v][FULL];
-        printf("%s\t%.1f\t%.1f\t%.1f\t%.0f\t%.0f\n", VERSION_NAMES[v],
-               100.0 * g->elements / f->elements, 100.0 * total(g) / total(f),
-               100.0 * (total(g) - g->ns[COLLISION]) / (total(f) - f->ns[COLLISION]),
-               1e9 / 30.0 / total(g), 1e9 / 30.0 / total(f));
+        fprintf(out, "%s\t%.1f\t%.1f\t%.1f\t%.1f\t%.0f\t%.0f\n", VERSION_NAMES[v],
+                100.0 * g->elements / f->elements, 100.0 * g->uses / f->uses,
+                100.0 * total(g) / total(f),
+                100.0 * (total(g) - g->ns[COLLISION]) / (total(f) - f->ns[COLLISION]),
+                1e9 / 30.0 / total(g), 1e9 / 30.0 / total(f));
     }
+    fclose(out);
 }
 
 int main(int argc, char **argv)
 {
-    int repeats = argc > 1 ? atoi(argv[1]) : 20;
-    if (argc > 2 || repeats < 1) {
-        fprintf(stderr, "usage: pliant-plane-cost [REPEATS]\n");
+    int repeats = argc > 2 ? atoi(argv[2]) : 20;
+    if (argc < 2 || argc > 3 || repeats < 1) {
+        fprintf(stderr, "usage: pliant-plane-cost OUT [REPEATS]\n");
         return 2;
     }
 #ifdef __SSE2__
@@ -305,8 +334,8 @@ int main(int argc, char **argv)
             time_server(&lattice, levels, VOXEL_AFFINE, PRECISION_SINGLE, BETA,
                         &cost[AFFINE_SINGLE][l]);
         }
-    print_table(cost);
-    print_ratios(cost);
+    write_table(argv[1], cost);
+    write_ratios(argv[1], cost);
     for (int l = 0; l < LAYOUTS; l++) {
         plane_mesh_destroy(&mesh[l]);
         plane_layout_destroy(&layout[l]);

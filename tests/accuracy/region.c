@@ -22,7 +22,7 @@ static void write_points(const Experiment *experiment, const World *world, const
     size_t slots = (size_t)mesh->node_count;
     Vec3 *x = calloc(slots, sizeof *x), *v = calloc(slots, sizeof *v);
     ASSERT(x != NULL && v != NULL);
-    body->ops->read_state(body->model, x, v);
+    body->ops->read_state(body->model, NULL, x, v);
     FILE *out = experiment_open(experiment, name);
     fprintf(out, "x [mm]\ty [mm]\tz [mm]\tdisplaced\n");
     for (int s = 0; s < mesh->node_count; s++)

@@ -183,7 +183,7 @@ void run_displacements(const World *world, const Levels *levels, Vec3 *displacem
     Vec3 *x = calloc(slots, sizeof *x), *v = calloc(slots, sizeof *v);
     bool *known = calloc((size_t)finest, sizeof *known);
     ASSERT(x != NULL && v != NULL && known != NULL);
-    body->ops->read_state(body->model, x, v);
+    body->ops->read_state(body->model, NULL, x, v);
     for (int s = 0; s < mesh->node_count; s++) {
         int node = mesh->id[s]; // of a generated mesh: the number in the hierarchy
         if (node < 0)

@@ -104,7 +104,7 @@ set key default; set key inside right bottom vertical
 set style data linespoints
 file = data.'/cantilever.tsv'
 plot file skip 1 every ::0::3 using 2:3 ls 1 pt 7 title 'affine', '' skip 1 every ::0::3 using 2:4 ls 2 pt 7 title 'miyazaki2004', \
-     '' skip 1 every ::0::3 using 2:5 ls 4 lw 0 pt 6 ps 1.6 title 'C3D8I', '' skip 1 every ::0::3 using 2:6 ls 3 dt 2 pt 6 title 'C3D8'
+     '' skip 1 every ::0::3 using 2:5 with points lc rgb '#2a8a3a' pt 6 ps 1.8 lw 1.5 title 'C3D8I', '' skip 1 every ::0::3 using 2:6 ls 3 dt 2 pt 6 title 'C3D8'
 unset logscale; unset xlabel; unset ylabel; unset grid; unset key
 
 # --- the organ ---

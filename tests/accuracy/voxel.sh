@@ -10,11 +10,7 @@ mkdir -p "$data"
 experiments()
 {
     "$programs/pliant-voxel-accuracy" "$here/scenes" "$data" "$repeats"
-    # Two tables with an empty line between.
-    "$programs/pliant-plane-cost" $((4 * repeats)) |
-        awk -v data="$data" 'BEGIN { name = "cost-plane" }
-            /^$/ { name = "ratio-plane"; next }
-            { print > (data "/" name ".tsv") }'
+    "$programs/pliant-plane-cost" "$data" $((4 * repeats))
     code=0
     sh "$here/cantilever_ccx.sh" 0 0.3 >"$data/ccx.md" || code=$?
     [ $code -eq 0 ] || [ $code -eq 77 ] || return $code
@@ -27,6 +23,7 @@ awk -F '\t' -v OFS='\t' -v ccx="$data/ccx.md" '
         while ((getline line < ccx) > 0) {
             gsub(/[| ]+/, " ", line)
             n = split(line, word, " ")
+            if (word[1] == "sagging,") nu = word[1]
             if (word[1] == "nu") { nu = word[3]; sub(/,/, "", nu) }
             else if (word[1] ~ /^[0-9]+$/) { modes[nu, word[1]] = word[2]; full[nu, word[1]] = word[3] }
         }
@@ -46,9 +43,9 @@ awk -F '\t' -v OFS='\t' '
         bar("paper: Pentium 4, fast", 0.26, 0.23, 0.12, 0.08, 0.38)
         bar("paper: Athlon 64, fast", 0.16, 0.24, 0.05, 0.06, 0.26)
     }
-    FNR > 1 && FILENAME ~ /plane/ && $2 == 172 { bar("plane: " $1, $4, 0, $5 + 0, $6, $7) }
-    FNR > 1 && FILENAME ~ /space/ && $1 !~ /miyazaki/ { bar("space: " $1, $4, 0, $5 + 0, $6, $7) }
-    ' "$data/cost-plane.tsv" "$data/cost-space.tsv" >"$data/bars.dat"
+    FNR > 1 && FILENAME ~ /plane/ && $2 == 172 { bar("plane: " $1, $4, $5, $6 + 0, $7, $8) }
+    FNR > 1 && FILENAME ~ /space/ && $1 !~ /miyazaki/ { bar("space: " $1, $4, $5, $6 + 0, $7, $8) }
+    ' "$data/plane1.tsv" "$data/cost-space.tsv" >"$data/bars.dat"
 
 gnuplot -e "data='$data'; out='$here'" "$here/voxel.gp"
 awk -v data="$data" -f "$here/tables.awk" "$here/voxel.in.md" >"$data/voxel.md"

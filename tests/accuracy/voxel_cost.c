@@ -236,7 +236,7 @@ static void write_cost(FILE *out, const char *name, const Cost *cost, const Cost
         total += cost->ns[p];
         first += textbook->ns[p];
     }
-    fprintf(out, "%s\t%d\t%d\t%.1f\tin a\t%.2f\t%.2f\t%.1f\t%.1f\t%.0f\t", name, cost->elements,
+    fprintf(out, "%s\t%d\t%d\t%.1f\t\tin a\t%.2f\t%.2f\t%.1f\t%.1f\t%.0f\t", name, cost->elements,
             cost->vertices, cost->ns[ELASTIC] / share, cost->ns[UPDATE] / share,
             cost->ns[COLLISION] / share, total / share, first / textbook->elements / total * share,
             1e-3 * total);
@@ -261,7 +261,8 @@ void process_costs(const Experiment *experiment)
             time_server(&world[v], &SERVER[v], &cost[v]);
     }
     FILE *out = experiment_open(experiment, "cost-space.tsv");
-    fprintf(out, "version\telements\tvertices\ta elastic force\tc force summation\td update\te "
+    fprintf(out, "version\telements\tvertices\ta elastic force\tb reconstruction\tc force "
+                 "summation\td update\te "
                  "collision\ttotal [ns per element and step]\tof the textbook's, times "
                  "faster\tstep [us]\tthe server's own contact [us]\n");
     write_cost(out, "textbook, double", &textbook_cost, &textbook_cost);

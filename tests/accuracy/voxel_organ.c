@@ -179,7 +179,8 @@ static void write_layout(const Experiment *experiment, const Organ *organ)
     Layout layout;
     need(body_voxels_make(&organ->scene.body[0].voxels, &lattice, &status), &status);
     FILE *out = experiment_open(experiment, "organ-layout.tsv");
-    fprintf(out, "levels\tcells\telements\tlevel 0\t1\t2\t3\tof them stiff\tcells left [%%]\n");
+    fprintf(out,
+            "levels\tcells\telements\tlevel 0\t1\t2\t3\tof them stiff\telements of cells [%%]\n");
     for (int levels = 0; levels <= 3; levels++) {
         layout_create(&layout, &lattice, levels);
         int count[4] = {0}, stiff = 0;

@@ -169,8 +169,7 @@ static void machine_create(Machine *m, const Cube *cube, Precision precision, co
     m->pass = (VoxelPass){
         .plain = &m->batches.plain,
         .hanging = &m->batches.hanging,
-        .tables = voxel_tables_create(m->batches.templates, m->batches.template_count, VOXEL_AFFINE,
-                                      precision, "bench", &m->arena),
+        .tables = voxel_tables_create(&m->batches, VOXEL_AFFINE, precision, "bench", &m->arena),
         .classes = m->batches.classes,
         .damped = true,
         .rows = row,

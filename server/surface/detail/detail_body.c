@@ -192,17 +192,21 @@ static void snapshot(const void *self, float *position, float *velocity)
     }
 }
 
-static void read_state(const void *self, Vec3 *position, Vec3 *velocity)
+static int read_state(const void *self, int *id, Vec3 *position, Vec3 *velocity)
 {
     const SurfaceModel *model = self;
-    const SlotTable *table = &model->detail->slots->node;
+    const MeshSlots *slots = model->detail->slots;
+    const SlotTable *table = &slots->node;
     const void *rows = model->rows[model->current];
+    if (id != NULL)
+        memcpy(id, slots->id, (size_t)table->high * sizeof *id);
     for (int s = 0; s < table->high; s++) {
         position[s] = velocity[s] = (Vec3){0.0, 0.0, 0.0};
         if (table->thing[s] >= 0)
             rows_read(&model->basis, rows, model->slot[table->thing[s]], &position[s],
                       &velocity[s]);
     }
+    return table->high;
 }
 
 static void measure(const void *self, BodyMeasure *measure)

@@ -430,6 +430,7 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     detail->is_sound = true;
     body->ops = detail_ops();
     detail_rebuild(body);
+    body->state_capacity = body->mesh.node_capacity;
     body->surface = (BodySurface){
         .node_count = detail->node_count,
         .face_count = detail->place_count,

@@ -51,11 +51,19 @@ INLINE void deformation_complete(Deformation *by)
     }
 }
 
-// Returns all bits set in lanes where the result is not good enough.
-INLINE Vector polar_fit(const Deformation *by, Polar *out)
+// What the two halves of the fit share.
+typedef struct Root {
+    Vector l, k, n, d;
+    Vector zeta;
+    Vector cofactor[3][3]; // C by rows
+} Root;
+
+// The first half: mostly a chain of operations that wait for one another. Unrelated work put
+// between the halves is done meanwhile.
+INLINE void polar_root(const Deformation *by, Root *out)
 {
-    const Vector(*g)[3] = by->g, (*f)[3] = by->f, *e = by->gram;
-    Vector c[3][3]; // cof F - 1 = tr(G) 1 - G^T + cof G
+    const Vector(*g)[3] = by->g, *e = by->gram;
+    Vector(*c)[3] = out->cofactor; // cof F - 1 = tr(G) 1 - G^T + cof G
     for (int i = 0; i < 3; i++) {
         int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
         for (int k = 0; k < 3; k++) {
@@ -75,36 +83,46 @@ INLINE Vector polar_fit(const Deformation *by, Polar *out)
     // |cof F|^2 is the second invariant of F F^T.
     Vector second = e[XX] * e[YY] + e[YY] * e[ZZ] + e[ZZ] * e[XX] -
                     (e[YZ] * e[YZ] + e[ZX] * e[ZX] + e[XY] * e[XY]);
-    Vector half_n = REAL(0.5) * n, det = REAL(1.0) + d;
-    Vector level = REAL(3.0) * d + (n + REAL(0.5) * second);
-
+    // q = l^4 / 8 + 3/2 l^3 + (6 - n/4) l^2 + (8 - 3/2 n - d) l + q(0), and its derivatives.
+    Vector half_n = REAL(0.5) * n, half_bend = REAL(6.0) - REAL(0.25) * n;
+    Vector slope0 = REAL(8.0) - (REAL(1.5) * n + d);
+    Vector level = half_n * (REAL(0.25) * n - REAL(5.0)) - (REAL(3.0) * d + REAL(0.5) * second);
     Vector l = vector_sqrt(REAL(9.0) + REAL(3.0) * n) - REAL(3.0);
     for (int step = 0; step < HALLEY_STEPS; step++) {
-        Vector lambda = REAL(3.0) + l, k = l * (REAL(3.0) + REAL(0.5) * l) - half_n;
-        Vector kappa = REAL(3.0) + k, slope = kappa * lambda - det;
-        Vector q = k * (REAL(3.0) + REAL(0.5) * k) - l * det - level;
-        Vector bend = REAL(0.5) * q * (kappa + lambda * lambda);
-        l -= q * slope / (slope * slope - bend);
+        Vector l2 = l * l;
+        Vector q = ((REAL(0.125) * l + REAL(1.5)) * l + half_bend) * l2 + (slope0 * l + level);
+        Vector slope = (REAL(0.5) * l + REAL(4.5)) * l2 + ((half_bend + half_bend) * l + slope0);
+        Vector bend = (REAL(0.75) * l + REAL(4.5)) * l + half_bend; // half the second derivative
+        l -= q * slope / (slope * slope - q * bend);
     }
-    Vector lambda = REAL(3.0) + l, k = l * (REAL(3.0) + REAL(0.5) * l) - half_n;
-    Vector zeta = (REAL(3.0) + k) * lambda - det;
-    out->stretch = l;
-    out->inverse = REAL(1.0) / zeta;
+    out->l = l;
+    out->k = l * (REAL(3.0) + REAL(0.5) * l) - half_n;
+    out->n = n;
+    out->d = d;
+    out->zeta = (REAL(3.0) + out->k) * (REAL(3.0) + l) - (REAL(1.0) + d);
+}
 
-    Vector first = REAL(5.0) + (k + n), rest = n + d - REAL(2.0) * (k + l) - k * l;
+// The second half. Returns all bits set in lanes where the result is not good enough.
+INLINE Vector polar_fit(const Deformation *by, const Root *root, Polar *out)
+{
+    const Vector(*g)[3] = by->g, (*f)[3] = by->f, *e = by->gram;
+    Vector l = root->l, k = root->k, n = root->n, lambda = REAL(3.0) + l;
+    out->stretch = l;
+    out->inverse = REAL(1.0) / root->zeta;
+    Vector first = REAL(5.0) + (k + n), rest = n + root->d - REAL(2.0) * (k + l) - k * l;
     static const int at[3][3] = {{XX, XY, ZX}, {XY, YY, YZ}, {ZX, YZ, ZZ}};
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
             Vector cubed =
                 e[at[i][0]] * f[0][j] + e[at[i][1]] * f[1][j] + e[at[i][2]] * f[2][j]; // E F
-            out->turn[i][j] = first * g[i][j] - cubed + lambda * c[i][j];
+            out->turn[i][j] = first * g[i][j] - cubed + lambda * root->cofactor[i][j];
         }
         out->turn[i][i] += rest;
     }
     // With a part that does not scale: rounding is that of numbers about 1, and too much for an
     // element shrunk below 0.3 of its size.
     Vector least = REAL(0.2) * (lambda * lambda * lambda) + REAL(0.06);
-    return vector_not_greater(zeta, least);
+    return vector_not_greater(root->zeta, least);
 }
 
 #endif

@@ -1,7 +1,7 @@
-// Private to the kernels: elements with hanging vertices. WIDTH elements of one template at a time,
-// their rest shape's coefficients the same for all lanes. Lengths are in units of the element's
-// edge H and counted from its first vertex, so that rounding is relative to the deformation:
-// u' = (u - u_0) / H, v' = v - v_0.
+// Private to the kernels: elements with hanging vertices, WIDTH at a time: of one template, their
+// rest shape's numbers the same for all lanes, or mixed, with numbers for each. Lengths are in
+// units of the element's edge H and counted from its first vertex, so that rounding is relative to
+// the deformation: u' = (u - u_0) / H, v' = v - v_0.
 //
 // With c = sum w u' / sum w and, by law,
 //   F = 1 + sum u'_i a_i^T, G = sum w_i u'_i X_i^T M^-1, P = H^2 (2 mu (F - R) + lambda tr(D) R),
@@ -17,26 +17,63 @@
 #include "voxel/kernel/scatter.h"
 #include "voxel/template.h"
 
-// Of a class, with the scales of the pass.
+// Of the elements' classes, with the scales of the pass.
 typedef struct HangingFactors {
-    Real gradient; // 1 / H
-    Real stretch;  // 2 mu H^2
-    Real bulk;     // lambda H^2
-    Real bend;     // alpha k H
-    Real drag;     // beta k
+    Vector gradient; // 1 / H
+    Vector stretch;  // 2 mu H^2
+    Vector bulk;     // lambda H^2
+    Vector bend;     // alpha k H
+    Vector drag;     // beta k
 } HangingFactors;
 
-static inline HangingFactors hanging_factors(const VoxelPass *pass, int element_class)
+// The same of a batch, one array after another.
+enum { GRADIENT, STRETCH, BULK, BEND, DRAG, FACTORS };
+
+static inline void hanging_factors(const VoxelPass *pass, const int element_class[LANES],
+                                   Real out[FACTORS][LANES])
 {
-    const ElementClass *c = &pass->classes[element_class];
-    const double scale = pass->stiffness_scale, area = c->size * c->size;
+    const double scale = pass->stiffness_scale;
+    for (int lane = 0; lane < LANES; lane++) {
+        if (lane > 0 && element_class[lane] == element_class[lane - 1]) {
+            for (int k = 0; k < FACTORS; k++)
+                out[k][lane] = out[k][lane - 1];
+            continue;
+        }
+        const ElementClass *c = &pass->classes[element_class[lane]];
+        const double area = c->size * c->size;
+        out[GRADIENT][lane] = (Real)(1.0 / c->size);
+        out[STRETCH][lane] = (Real)(scale * 2.0 * c->mu * area);
+        out[BULK][lane] = (Real)(scale * c->lambda * area);
+        out[BEND][lane] = (Real)(scale * c->size * c->residual);
+        out[DRAG][lane] = (Real)(scale * pass->damping_scale * c->damping);
+    }
+}
+
+INLINE HangingFactors hanging_factors_at(Real factor[FACTORS][LANES], int lane)
+{
     return (HangingFactors){
-        .gradient = (Real)(1.0 / c->size),
-        .stretch = (Real)(scale * 2.0 * c->mu * area),
-        .bulk = (Real)(scale * c->lambda * area),
-        .bend = (Real)(scale * c->size * c->residual),
-        .drag = (Real)(scale * pass->damping_scale * c->damping),
+        vector_load(factor[GRADIENT] + lane), vector_load(factor[STRETCH] + lane),
+        vector_load(factor[BULK] + lane),     vector_load(factor[BEND] + lane),
+        vector_load(factor[DRAG] + lane),
     };
+}
+
+// The rest shapes of WIDTH lanes.
+typedef struct Rest {
+    bool mixed;
+    int count;
+    const Real *number; // the lanes' first
+} Rest;
+
+INLINE Vector rest_head(const Rest *rest, int k)
+{
+    return rest->mixed ? vector_load(rest->number + k * LANES) : rest->number[k] - (Vector){0};
+}
+
+INLINE Vector rest_of(const Rest *rest, int vertex, int k)
+{
+    const int at = TABLE_HEAD + vertex * TABLE_ROW + k;
+    return rest->mixed ? vector_load(rest->number + at * LANES) : rest->number[at] - (Vector){0};
 }
 
 // WIDTH elements.
@@ -49,10 +86,9 @@ typedef struct Hanging {
 } Hanging;
 
 // Places and sums of first order.
-INLINE void gather_hanging(const VoxelPass *pass, const TemplateTable *table, const int *vertex,
-                           Real gradient, bool paper, bool damped, Hanging *h)
+INLINE void gather_hanging(const VoxelPass *pass, const Rest *rest, const int *vertex,
+                           Vector gradient, bool paper, bool damped, Hanging *h)
 {
-    const Real *head = table->number, *row = head + TABLE_HEAD;
     const Vector zero = vector_set(0.0);
     Vector origin[3], origin_speed[3], middle[3], drift[3], g[3][3], slope[3][3];
     for (int i = 0; i < 3; i++) {
@@ -61,48 +97,47 @@ INLINE void gather_hanging(const VoxelPass *pass, const TemplateTable *table, co
             g[i][k] = slope[i][k] = zero;
     }
     vector_load_rows(pass->rows, vertex, damped, origin, origin_speed);
-    for (int p = 0; p < table->count; p++, row += TABLE_ROW) {
-        Vector u[3], v[3];
+    for (int p = 0; p < rest->count; p++) {
+        Vector u[3], v[3], w = rest_of(rest, p, 3);
         vector_load_rows(pass->rows, vertex + p * LANES, damped, u, v);
         for (int i = 0; i < 3; i++) {
             u[i] = (u[i] - origin[i]) * gradient;
             h->u[p][i] = u[i];
-            middle[i] += row[3] * u[i];
+            middle[i] += w * u[i];
             for (int k = 0; k < 3; k++) {
-                g[i][k] += row[k] * u[i];
+                g[i][k] += rest_of(rest, p, k) * u[i];
                 if (!paper)
-                    slope[i][k] += row[7 + k] * u[i];
+                    slope[i][k] += rest_of(rest, p, 7 + k) * u[i];
             }
             if (damped) {
                 v[i] -= origin_speed[i];
                 h->v[p][i] = v[i];
-                drift[i] += row[3] * v[i];
+                drift[i] += w * v[i];
             }
         }
     }
     static const int at[3][3] = {{XX, XY, ZX}, {XY, YY, YZ}, {ZX, YZ, ZZ}};
     for (int i = 0; i < 3; i++) {
-        h->middle[i] = middle[i] * head[1];
-        h->drift[i] = drift[i] * head[1];
+        h->middle[i] = middle[i] * rest_head(rest, 1);
+        h->drift[i] = drift[i] * rest_head(rest, 1);
         for (int k = 0; k < 3; k++) {
-            h->deformation.g[i][k] = paper ? g[i][k] + head[2 + at[i][k]] : g[i][k];
+            h->deformation.g[i][k] = paper ? g[i][k] + rest_head(rest, 2 + at[i][k]) : g[i][k];
             h->slope[i][k] = slope[i][k];
         }
     }
 }
 
 // Sums of second order about the middle.
-INLINE void sum_motion(const TemplateTable *table, Hanging *h)
+INLINE void sum_motion(const Rest *rest, Hanging *h)
 {
-    const Real *row = (const Real *)table->number + TABLE_HEAD;
     Vector s[SYMMETRIC], l[3];
     for (int i = 0; i < 3; i++)
         s[i] = s[3 + i] = l[i] = vector_set(0.0);
-    for (int p = 0; p < table->count; p++, row += TABLE_ROW) {
-        Vector r[3], wr[3];
+    for (int p = 0; p < rest->count; p++) {
+        Vector r[3], wr[3], w = rest_of(rest, p, 3);
         for (int i = 0; i < 3; i++) {
-            r[i] = (h->u[p][i] - h->middle[i]) + row[4 + i];
-            wr[i] = row[3] * r[i];
+            r[i] = (h->u[p][i] - h->middle[i]) + rest_of(rest, p, 4 + i);
+            wr[i] = w * r[i];
         }
         for (int i = 0; i < 3; i++) {
             s[i] += wr[i] * r[i];
@@ -118,26 +153,28 @@ INLINE void sum_motion(const TemplateTable *table, Hanging *h)
 }
 
 // Adds the forces of WIDTH elements to the rows of a batch, from `lane` on.
-INLINE void hanging_forces(const VoxelPass *pass, const TemplateTable *table, const int *vertex,
+INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *vertex,
                            const HangingFactors *by, bool paper, bool damped, double (*last)[4],
                            Real (*out)[4 * LANES])
 {
     Hanging h;
+    Root root;
     Polar polar;
     Vector spin[3] = {{0}};
-    gather_hanging(pass, table, vertex, by->gradient, paper, damped, &h);
+    gather_hanging(pass, rest, vertex, by->gradient, paper, damped, &h);
     deformation_complete(&h.deformation);
+    polar_root(&h.deformation, &root);
     if (damped) {
-        sum_motion(table, &h);
+        sum_motion(rest, &h);
         spin_solve(&h.motion, spin);
     }
-    Vector unfit = polar_fit(&h.deformation, &polar);
+    Vector unfit = polar_fit(&h.deformation, &root, &polar);
     if (__builtin_expect(vector_any(unfit), 0))
         repair(&h.deformation, &h.motion, unfit, damped, last, &polar, spin);
 
     Vector stress[3][3], bend[3][3], shift[3], turn[3]; // P, B, b, beta k omega
     Vector pressure = polar.stretch * by->bulk;
-    Vector back = (paper ? vector_set(0.0) + by->bend : pressure - by->stretch) * polar.inverse;
+    Vector back = (paper ? by->bend : pressure - by->stretch) * polar.inverse;
     for (int i = 0; i < 3; i++) {
         for (int k = 0; k < 3; k++) {
             if (paper) {
@@ -159,36 +196,43 @@ INLINE void hanging_forces(const VoxelPass *pass, const TemplateTable *table, co
         bend[i][j] -= turn[k];
         shift[i] += by->drag * h.drift[i] - (turn[j] * h.middle[k] - turn[k] * h.middle[j]);
     }
-    const Real *row = (const Real *)table->number + TABLE_HEAD;
-    for (int p = 0; p < table->count; p++, row += TABLE_ROW) {
+    for (int p = 0; p < rest->count; p++) {
         Vector f[3];
         const Vector *u = h.u[p], *v = h.v[p];
+        const Vector a[3] = {rest_of(rest, p, 0), rest_of(rest, p, 1), rest_of(rest, p, 2)},
+                     x[4] = {rest_of(rest, p, 4), rest_of(rest, p, 5), rest_of(rest, p, 6),
+                             rest_of(rest, p, 3)};
         for (int i = 0; i < 3; i++) {
             int j = (i + 1) % 3, k = (i + 2) % 3;
-            f[i] = bend[i][0] * row[4] + bend[i][1] * row[5] + bend[i][2] * row[6] +
+            f[i] = bend[i][0] * x[0] + bend[i][1] * x[1] + bend[i][2] * x[2] +
                    (shift[i] - by->bend * u[i]);
             if (damped)
                 f[i] += (turn[j] * u[k] - turn[k] * u[j]) - by->drag * v[i];
-            f[i] = f[i] * row[3];
+            f[i] = f[i] * x[3];
             if (!paper)
-                f[i] -= stress[i][0] * row[0] + stress[i][1] * row[1] + stress[i][2] * row[2];
+                f[i] -= stress[i][0] * a[0] + stress[i][1] * a[1] + stress[i][2] * a[2];
         }
         vector_spread_rows(out[p], f[0], f[1], f[2]);
     }
 }
 
-INLINE void evaluate_hanging(const VoxelPass *pass, bool paper, bool damped)
+INLINE void evaluate_hanging(const VoxelPass *pass, bool paper, bool damped, bool mixed)
 {
     const HangingBatches *hanging = pass->hanging;
     double(*last)[LANES][4] = pass->last + pass->plain->batch_count;
-    for (int batch = 0; batch < hanging->batch_count; batch++) {
-        const TemplateTable *table = &pass->tables[hanging->template_index[batch]];
-        const HangingFactors by = hanging_factors(pass, hanging->element_class[batch]);
+    const int pure = hanging->batch_count - hanging->mixed_count;
+    for (int batch = mixed ? pure : 0; batch < (mixed ? hanging->batch_count : pure); batch++) {
+        const RestTable *table = &pass->tables[hanging->table[batch]];
         const int *vertex = hanging->vertex + (long)hanging->start[batch] * LANES;
-        _Alignas(64) Real force[NODE_COUNT][4 * LANES];
-        for (int lane = 0; lane < LANES; lane += WIDTH)
-            hanging_forces(pass, table, vertex + lane, &by, paper, damped, last[batch] + lane,
+        _Alignas(64) Real force[NODE_COUNT][4 * LANES], factor[FACTORS][LANES];
+        hanging_factors(pass, hanging->element_class[batch], factor);
+        for (int lane = 0; lane < LANES; lane += WIDTH) {
+            const Rest rest = {mixed, table->count,
+                               (const Real *)table->number + (mixed ? lane : 0)};
+            const HangingFactors by = hanging_factors_at(factor, lane);
+            hanging_forces(pass, &rest, vertex + lane, &by, paper, damped, last[batch] + lane,
                            (Real(*)[4 * LANES])(force[0] + 4 * lane));
+        }
         for (int p = 0; p < table->count; p++)
             scatter_forces(pass->force, vertex + p * LANES, force[p]);
     }

@@ -72,20 +72,22 @@ INLINE void plain_forces(const PlainFactors *by, bool damped, double (*last)[4],
                          Vector v[3][MODES])
 {
     Deformation deformation;
+    Root root;
     Polar polar;
     Motion motion;
     Vector spin[3], bent[4][3];
     for (int c = 0; c < 3; c++) {
         butterfly(u[c]);
-        if (damped)
-            butterfly(v[c]);
         for (int k = 0; k < 3; k++)
             deformation.g[c][k] = u[c][AXIS_MODE[k]] * by->gradient;
         for (int m = 0; m < 4; m++)
             bent[m][c] = u[c][BENT_MODE[m]] * by->gradient;
     }
     deformation_complete(&deformation);
+    polar_root(&deformation, &root);
     if (damped) {
+        for (int c = 0; c < 3; c++)
+            butterfly(v[c]);
         for (int i = 0; i < 3; i++) {
             int j = (i + 1) % 3, k = (i + 2) % 3;
             motion.spread[i] = deformation.gram[i] + REAL(1.0);
@@ -108,7 +110,7 @@ INLINE void plain_forces(const PlainFactors *by, bool damped, double (*last)[4],
         }
         spin_solve(&motion, spin);
     }
-    Vector unfit = polar_fit(&deformation, &polar);
+    Vector unfit = polar_fit(&deformation, &root, &polar);
     if (__builtin_expect(vector_any(unfit), 0))
         repair(&deformation, &motion, unfit, damped, last, &polar, spin);
 
@@ -138,6 +140,35 @@ INLINE void plain_forces(const PlainFactors *by, bool damped, double (*last)[4],
         butterfly_back(u[c]);
 }
 
+// Corners of WIDTH elements. One by one for constant indices: in a loop all modes would live in
+// memory, and twice as slowly.
+INLINE void load_corner(const void *rows, const int *vertex, bool damped, int c, Vector u[3][MODES],
+                        Vector v[3][MODES])
+{
+    Vector first[3], second[3];
+    vector_load_rows(rows, vertex + c * LANES, damped, first, second);
+    for (int k = 0; k < 3; k++) {
+        u[k][c] = first[k];
+        if (damped)
+            v[k][c] = second[k];
+    }
+}
+
+#define EACH_CORNER(act) act(0) act(1) act(2) act(3) act(4) act(5) act(6) act(7)
+
+INLINE void plain_lanes(const VoxelPass *pass, const PlainFactors *by, const int *vertex,
+                        bool damped, double (*last)[4], Real (*force)[4 * LANES])
+{
+    Vector u[3][MODES], v[3][MODES];
+#define LOAD(c) load_corner(pass->rows, vertex, damped, c, u, v);
+    EACH_CORNER(LOAD)
+    plain_forces(by, damped, last, u, v);
+#define SPREAD(c) vector_spread_rows(force[c], u[0][c], u[1][c], u[2][c]);
+    EACH_CORNER(SPREAD)
+#undef LOAD
+#undef SPREAD
+}
+
 INLINE void evaluate_plain(const VoxelPass *pass, bool damped)
 {
     const PlainBatches *plain = pass->plain;
@@ -150,21 +181,9 @@ INLINE void evaluate_plain(const VoxelPass *pass, bool damped)
             by = plain_factors(pass, element_class);
         }
         _Alignas(64) Real force[NODE_CORNERS][4 * LANES];
-        for (int lane = 0; lane < LANES; lane += WIDTH) {
-            Vector u[3][MODES], v[3][MODES];
-            for (int c = 0; c < NODE_CORNERS; c++) {
-                Vector first[3], second[3];
-                vector_load_rows(pass->rows, vertex + c * LANES + lane, damped, first, second);
-                for (int k = 0; k < 3; k++) {
-                    u[k][c] = first[k];
-                    if (damped)
-                        v[k][c] = second[k];
-                }
-            }
-            plain_forces(&by, damped, pass->last[batch] + lane, u, v);
-            for (int c = 0; c < NODE_CORNERS; c++)
-                vector_spread_rows(force[c] + 4 * lane, u[0][c], u[1][c], u[2][c]);
-        }
+        for (int lane = 0; lane < LANES; lane += WIDTH)
+            plain_lanes(pass, &by, vertex + lane, damped, pass->last[batch] + lane,
+                        (Real(*)[4 * LANES])(force[0] + 4 * lane));
         for (int c = 0; c < NODE_CORNERS; c++)
             scatter_forces(pass->force, vertex + c * LANES, force[c]);
     }

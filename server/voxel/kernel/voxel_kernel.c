@@ -8,39 +8,48 @@
 #include "voxel/kernel.h"
 
 #include "voxel/kernel/advance.h"
+#include "voxel/kernel/energy.h"
 #include "voxel/kernel/hanging.h"
 #include "voxel/kernel/plain.h"
 
-static void evaluate_damped(const VoxelPass *pass)
+static void plain_damped(const VoxelPass *pass)
 {
     evaluate_plain(pass, true);
 }
 
-static void evaluate_undamped(const VoxelPass *pass)
+static void plain_undamped(const VoxelPass *pass)
 {
     evaluate_plain(pass, false);
 }
 
 // The variants: what a scene leaves out is not in its kernel.
-#define HANGING_VARIANT(name, paper, damped)                                                       \
+#define HANGING_VARIANT(name, paper, damped, mixed)                                                \
     static __attribute__((noinline)) void name(const VoxelPass *pass)                              \
     {                                                                                              \
-        evaluate_hanging(pass, paper, damped);                                                     \
+        evaluate_hanging(pass, paper, damped, mixed);                                              \
     }
-HANGING_VARIANT(hanging_affine, false, false)
-HANGING_VARIANT(hanging_affine_damped, false, true)
-HANGING_VARIANT(hanging_paper, true, false)
-HANGING_VARIANT(hanging_paper_damped, true, true)
+HANGING_VARIANT(hanging_affine, false, false, false)
+HANGING_VARIANT(hanging_affine_damped, false, true, false)
+HANGING_VARIANT(hanging_paper, true, false, false)
+HANGING_VARIANT(hanging_paper_damped, true, true, false)
+HANGING_VARIANT(mixed_affine, false, false, true)
+HANGING_VARIANT(mixed_affine_damped, false, true, true)
+HANGING_VARIANT(mixed_paper, true, false, true)
+HANGING_VARIANT(mixed_paper_damped, true, true, true)
 
 static void evaluate(const VoxelPass *pass)
 {
-    static VoxelKernel *const plain[2] = {evaluate_undamped, evaluate_damped},
-                              *const hanging[2][2] = {{hanging_affine, hanging_affine_damped},
-                                                      {hanging_paper, hanging_paper_damped}};
+    static VoxelKernel *const plain[2] = {plain_undamped, plain_damped};
+    static VoxelKernel *const hanging[2][2][2] = {
+        {{hanging_affine, mixed_affine}, {hanging_affine_damped, mixed_affine_damped}},
+        {{hanging_paper, mixed_paper}, {hanging_paper_damped, mixed_paper_damped}}};
+    const int law = pass->law == VOXEL_MIYAZAKI2004;
     if (pass->plain->batch_count > 0)
         plain[pass->damped](pass);
-    if (pass->hanging->batch_count > 0)
-        hanging[pass->law == VOXEL_MIYAZAKI2004][pass->damped](pass);
+    if (pass->hanging->batch_count > pass->hanging->mixed_count)
+        hanging[law][pass->damped][0](pass);
+    if (pass->hanging->mixed_count > 0)
+        hanging[law][pass->damped][1](pass);
 }
 
 extern const VoxelKernels KERNEL_NAME;
@@ -50,4 +59,5 @@ const VoxelKernels KERNEL_NAME = {
     .evaluate = evaluate,
     .advance = advance,
     .drift = drift,
+    .energy = energy,
 };

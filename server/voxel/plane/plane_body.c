@@ -156,7 +156,7 @@ static bool plane_commit(void *self)
     model->bad = false;
     if (good) {
         model->current = 1 - model->current;
-        if (model->floating)
+        if (model->rows.floating)
             follow(model);
     }
     model->present = model->row[model->current];
@@ -222,26 +222,17 @@ static void plane_reserve_forces(void *self, const char *name, int count, Arena 
     (void)self, (void)name, (void)count, (void)arena; // they go where the elements' forces go
 }
 
-static bool is_inside(const Region *region, Vec3 axis, double square, Vec3 d)
-{
-    if (region->kind == REGION_BELOW_PLANE)
-        return vec3_dot(d, region->to) < region->radius;
-    double t = square > 0.0 ? vec3_dot(d, axis) / square : 0.0;
-    t = t < 0.0 ? 0.0 : t > 1.0 ? 1.0 : t;
-    d = vec3_madd(d, -t, axis);
-    return vec3_dot(d, d) <= region->radius * region->radius;
-}
-
+// The region is brought to the rows' coordinates, not every node to the world.
 static int plane_find_nodes(const void *self, const Region *region, int *node, int capacity)
 {
     const PlaneModel *model = self;
-    const Vec3 axis = vec3_sub(region->to, region->from);
-    const double square = vec3_dot(axis, axis);
+    const Region here = rows_region(&model->rows, region);
+    const RegionTest test = region_test(&here);
     int found = 0;
     for (int n = 0; n < model->node_count; n++) {
-        Vec3 x;
-        plane_read_nodes(model, &n, 1, &x, NULL);
-        if (is_inside(region, axis, square, vec3_sub(x, region->from))) {
+        Vec3 x = rows_local(&model->rows, model->present, model->node_vertex[n]);
+        x.z += height_of(model, n);
+        if (region_contains(&test, x)) {
             if (found < capacity)
                 node[found] = n;
             found++;
@@ -293,11 +284,15 @@ static void plane_snapshot(const void *self, float *position, float *velocity)
                   position, velocity);
 }
 
-static void plane_read_state(const void *self, Vec3 *position, Vec3 *velocity)
+static int plane_read_state(const void *self, int *id, Vec3 *position, Vec3 *velocity)
 {
     const PlaneModel *model = self;
-    for (int v = 0; v < model->vertex_count; v++)
+    for (int v = 0; v < model->vertex_count; v++) {
+        if (id != NULL)
+            id[v] = model->id[v];
         rows_read(&model->rows, model->row[model->current], v, &position[v], &velocity[v]);
+    }
+    return model->vertex_count;
 }
 
 // In the base frame, where a rotation changes nothing.
@@ -387,7 +382,7 @@ static void plane_explain(const void *self, FILE *out)
     fprintf(out, "    damping: %s\n",
             model->damped ? "in the kernel" : "left out (material.damping)");
     fprintf(out, "    forces and gravity along z: left out (dimensions = 2)\n");
-    fprintf(out, "    base frame: %s\n", model->floating ? "follows the body" : "still");
+    fprintf(out, "    base frame: %s\n", model->rows.floating ? "follows the body" : "still");
 }
 
 static const char *plane_isa(const void *self)

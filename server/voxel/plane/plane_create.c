@@ -3,6 +3,7 @@
 #include "voxel/plane/plane_model.h"
 
 #include "base/check.h"
+#include "voxel/vertex_ids.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -18,8 +19,9 @@ typedef struct Making {
     PlaneLayout layout;
     PlaneMesh mesh;
     bool *fixed;           // [vertex_count]
-    int *by_id;            // [vertex_count] vertices by ascending id
-    PlaneShape **shape;    // [SHAPES] those that occur
+    VertexId *by_id;       // [vertex_count]
+    short *shape;          // [SHAPES] where in `shapes`, from 1; 0: it does not occur
+    PlaneShape *shapes;    // those that occur
     double lambda;         // bound of M^-1 K [1/s2]
     double damping_lambda; // of M^-1 C [1/s], a second of beta
 } Making;
@@ -39,16 +41,25 @@ static double mass_of(const Making *making, const PlaneForm *form, int element)
            thickness;
 }
 
-static const PlaneShape *find_shape(Making *making, int element, const char *name, Arena *arena)
+static int key_of(const Making *making, int element)
 {
-    unsigned quarters = making->layout.element[element].quarters;
-    unsigned present = plane_mesh_present(&making->mesh, element);
-    PlaneShape **shape = &making->shape[quarters * 512 + present];
-    if (*shape == NULL) {
-        *shape = ALLOCATE(ARENA_TOPOLOGY, 1, PlaneShape, "shape");
-        plane_shape_create(*shape, making->options->law, quarters, present);
-    }
-    return *shape;
+    return making->layout.element[element].quarters * 512 +
+           (int)plane_mesh_present(&making->mesh, element);
+}
+
+static void make_shapes(Making *making, const char *name, Arena *arena)
+{
+    short count = 0;
+    making->shape = calloc(SHAPES, sizeof *making->shape);
+    ASSERT(making->shape != NULL);
+    for (int e = 0; e < making->layout.element_count; e++)
+        if (making->shape[key_of(making, e)] == 0)
+            making->shape[key_of(making, e)] = ++count;
+    making->shapes = ALLOCATE(ARENA_TOPOLOGY, count, PlaneShape, "shapes of elements");
+    for (int key = 0; key < SHAPES; key++)
+        if (making->shape[key] != 0)
+            plane_shape_create(&making->shapes[making->shape[key] - 1], making->options->law,
+                               (unsigned)key / 512, (unsigned)key % 512);
 }
 
 // The shares of an element's mass are those of its stiffness, so that the largest eigenvalue of the
@@ -60,12 +71,12 @@ static void make_forms(Making *making, PlaneModel *model, const char *name, Aren
     // Eigenvalues for E = 1, once a shape and material.
     double *seen = calloc((size_t)options->material_count * SHAPES, sizeof *seen);
     ASSERT(seen != NULL);
-    model->form = ALLOCATE(ARENA_TOPOLOGY, model->element_count, PlaneForm, "elements");
+    model->form = ALLOCATE(ARENA_TOPOLOGY, model->element_count, PlaneForm, "forms of elements");
     for (int e = 0; e < model->element_count; e++) {
         const PlaneElement *element = &making->layout.element[e];
         const VoxelMaterial *material = material_of(making, e);
         PlaneForm *form = &model->form[e];
-        form->shape = find_shape(making, e, name, arena);
+        form->shape = &making->shapes[making->shape[key_of(making, e)] - 1];
         form->size = options->lattice->size * (double)(1 << element->level);
         form->stiffness.law = options->law;
         plane_stiffness(&form->stiffness, form->shape, material->youngs_modulus,
@@ -105,41 +116,15 @@ static void make_masses(const Making *making, PlaneModel *model, double *total)
 // ---------------------------------------------------------------------------------------------
 // Vertices
 
-static const int *sorted_ids; // of the comparison below; load time has one thread
-
-static int compare_ids(const void *a, const void *b)
+static bool mark_nodes(Making *making, const FixedRegion *region, Status *status)
 {
-    int x = sorted_ids[*(const int *)a], y = sorted_ids[*(const int *)b];
-    return (x > y) - (x < y);
-}
-
-static void make_order(Making *making)
-{
-    const int count = making->mesh.vertex_count;
-    making->by_id = malloc(((size_t)count + 1) * sizeof *making->by_id);
-    ASSERT(making->by_id != NULL);
-    for (int v = 0; v < count; v++)
-        making->by_id[v] = v;
-    sorted_ids = making->mesh.id;
-    qsort(making->by_id, (size_t)count, sizeof *making->by_id, compare_ids);
-}
-
-// Lattice points by their index: all vertices there.
-static bool mark_points(const Making *making, const FixedRegion *region, Status *status)
-{
-    const PlaneMesh *mesh = &making->mesh;
-    const int *cells = making->layout.lattice_count;
-    const int points = (cells[0] + 1) * (cells[1] + 1);
     for (int k = 0; k < region->node_count; k++) {
-        bool found = false;
-        for (int v = 0; v < mesh->vertex_count; v++)
-            if (mesh->id[v] % points == region->node[k])
-                making->fixed[v] = found = true;
-        if (!found)
+        int v = vertex_ids_find(making->by_id, making->mesh.vertex_count, region->node[k]);
+        if (v < 0)
             return status_fail(status, STATUS_INVALID,
-                               "fixed: node %d is not a vertex of the plane body (%d lattice "
-                               "points, %d vertices)",
-                               region->node[k], points, mesh->vertex_count);
+                               "fixed: node %d is not a vertex of the body (%d vertices)",
+                               region->node[k], making->mesh.vertex_count);
+        making->fixed[v] = true;
     }
     return true;
 }
@@ -153,7 +138,7 @@ static bool make_fixed(Making *making, Status *status)
     for (int r = 0; r < options->fixed_count; r++) {
         const FixedRegion *region = &options->fixed[r];
         if (region->kind == FIXED_NODES) {
-            if (!mark_points(making, region, status))
+            if (!mark_nodes(making, region, status))
                 return false;
             continue;
         }
@@ -169,16 +154,16 @@ static void create_rows(PlaneModel *model, const Making *making, const char *nam
 {
     const Lattice *lattice = making->options->lattice;
     const int count = model->vertex_count;
-    model->floating = true;
+    bool all_free = true;
     for (int v = 0; v < count; v++)
-        model->floating &= !making->fixed[v];
+        all_free &= !making->fixed[v];
     const double middle[2] = {0.5 * lattice->count[0], 0.5 * lattice->count[1]};
     Rows *rows = &model->rows;
     *rows = (Rows){
         .precision = making->options->precision,
         .displaced = true,
-        .floating = model->floating,
-        .turned = true, // its axes are the lattice's
+        .turned = true,
+        .floating = all_free, // but followed by the body's own fit: no rigid frame
         .count = count + 1,
         .rest_origin = lattice_point(lattice, middle[0], middle[1], 0.5),
         .rest_turn = quat_unit((Quat){lattice->turn.w, 0.0, 0.0, lattice->turn.z}),
@@ -199,7 +184,7 @@ static void write_initial(PlaneModel *model, const VoxelOptions *options, const 
 {
     const Rows *rows = &model->rows;
     for (int k = 0; k < model->vertex_count && options->initial_position != NULL; k++) {
-        int v = making->by_id[k];
+        int v = making->by_id[k].vertex;
         Vec3 velocity = {0.0, 0.0, 0.0};
         if (options->initial_velocity != NULL && !making->fixed[v])
             velocity = options->initial_velocity[k];
@@ -300,6 +285,7 @@ static void create_body(Body *body, Making *making, const PlaneKernels *kernels,
     model->half = 0.5 * options->lattice->size;
     model->mass = ALLOCATE(ARENA_TOPOLOGY, model->vertex_count, double, "vertex masses");
     double mass = 0.0;
+    make_shapes(making, name, arena);
     make_forms(making, model, name, arena);
     make_masses(making, model, &mass);
     create_rows(model, making, name, arena, state);
@@ -319,9 +305,10 @@ static void create_body(Body *body, Making *making, const PlaneKernels *kernels,
         .tuning = {.friction = options->friction, .stiffness_scale = 1.0, .damping_scale = 1.0},
         .time_step_wanted = options->time_step,
         .unsafe_time_step = options->unsafe_time_step,
+        .state_capacity = model->vertex_count,
     };
     snprintf(body->name, sizeof body->name, "%s", name);
-    plane_create_surface(model, body, &making->mesh, name, arena);
+    plane_create_surface(model, body, &making->mesh, options, arena);
     plane_create_mesh(model, body, &making->mesh, name, arena);
 }
 
@@ -333,15 +320,14 @@ bool plane_create(Body *body, const VoxelOptions *options, Arena *arena, StateLi
     if (!check_options(options, kernels, status))
         return false;
     Making making = {.options = options};
-    making.shape = calloc(SHAPES, sizeof *making.shape);
-    ASSERT(making.shape != NULL);
     plane_layout_create(&making.layout, options->lattice, options->levels);
     bool ok = plane_mesh_create(&making.mesh, &making.layout, NULL, status) &&
-              check_initial(&making, status) && make_fixed(&making, status);
-    if (ok) {
-        make_order(&making);
+              check_initial(&making, status);
+    if (ok)
+        making.by_id = vertex_ids_sort(making.mesh.id, making.mesh.vertex_count);
+    ok = ok && make_fixed(&making, status);
+    if (ok)
         create_body(body, &making, kernels, arena, state);
-    }
     plane_mesh_destroy(&making.mesh);
     plane_layout_destroy(&making.layout);
     free(making.fixed);

@@ -36,7 +36,6 @@ typedef struct PlaneModel {
     const PlaneKernels *kernels;
 
     Rows rows;          // of vertex_count + 1
-    bool floating;      // nothing holds it: the base frame follows it
     double *mass;       // [vertex_count] of every vertex, fixed ones too [kg]
     void *inverse_mass; // Real [vertex_count + 1] [1/kg]; 0: fixed
     int *vertex;        // [vertex_count] all of them, in their order: what is published
@@ -70,8 +69,8 @@ void plane_list_loads(PlaneModel *model);
 // plane_batches.c. Load time: the batches of model->form.
 void plane_create_batches(PlaneModel *model, const char *name, Arena *arena);
 // plane_surface.c. Load time: what tools and loads meet, and what is published.
-void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh, const char *name,
-                          Arena *arena);
+void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh,
+                          const VoxelOptions *options, Arena *arena);
 void plane_create_mesh(PlaneModel *model, Body *body, const PlaneMesh *mesh, const char *name,
                        Arena *arena);
 

@@ -52,9 +52,10 @@ static void make_strip(TriMesh *strip, const PlaneModel *model, const PlaneMesh 
     }
 }
 
-void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh, const char *name,
-                          Arena *arena)
+void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh,
+                          const VoxelOptions *options, Arena *arena)
 {
+    const char *name = options->name;
     int *node = number_nodes(model, mesh, name, arena);
     TriMesh strip;
     make_strip(&strip, model, mesh, node);
@@ -100,6 +101,13 @@ void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh, 
         .node_mass = node_mass,
         .longest_edge = longest,
     };
+    // A corner of the outline bears a third of what a notch does.
+    if (!options->without_contacts) {
+        body->surface.face_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)faces,
+                                                     sizeof(double), "%s/face firmness", name);
+        body->surface.node_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)nodes,
+                                                     sizeof(double), "%s/node firmness", name);
+    }
     winged_destroy(&winged);
     mesh_destroy(&strip);
     free(node);

@@ -1,0 +1,151 @@
+// Private to the kernels: the elastic energy of all elements (element.c has the formula), for
+// status and tests. Changes nothing.
+#ifndef PLIANT_VOXEL_KERNEL_ENERGY_H
+#define PLIANT_VOXEL_KERNEL_ENERGY_H
+
+#include "voxel/kernel/hanging.h"
+#include "voxel/kernel/plain.h"
+
+// The rotations of WIDTH deformations, on a copy of `last`.
+INLINE void energy_fit(const Deformation *deformation, const double (*last)[4], Polar *polar)
+{
+    Motion motion;
+    Vector spin[3];
+    Root root;
+    polar_root(deformation, &root);
+    Vector unfit = polar_fit(deformation, &root, polar);
+    if (__builtin_expect(vector_any(unfit), 0)) {
+        double scratch[WIDTH][4];
+        memcpy(scratch, last, sizeof scratch);
+        repair(deformation, &motion, unfit, false, scratch, polar, spin);
+    }
+}
+
+// |F - R|^2.
+INLINE Vector square_strain(const Deformation *deformation, const Polar *polar)
+{
+    Vector sum = vector_set(0.0);
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) {
+            Vector d = deformation->g[i][k] - polar->turn[i][k] * polar->inverse;
+            sum += d * d;
+        }
+    return sum;
+}
+
+// Lane by lane, so that sums have one order at every width.
+static void add_lanes(Vector v, double *sum)
+{
+    for (int i = 0; i < WIDTH; i++)
+        *sum += (double)v[i];
+}
+
+// In units of H^3 Pa.
+INLINE Vector plain_energy(const VoxelPass *pass, const ElementClass *c, const int *vertex,
+                           const double (*last)[4])
+{
+    const bool paper = pass->law == VOXEL_MIYAZAKI2004;
+    const Real gradient = (Real)(0.25 / c->size);
+    Vector u[3][MODES];
+    for (int corner = 0; corner < NODE_CORNERS; corner++) {
+        Vector first[3], second[3];
+        vector_load_rows(pass->rows, vertex + corner * LANES, false, first, second);
+        for (int k = 0; k < 3; k++)
+            u[k][corner] = first[k];
+    }
+    Deformation deformation;
+    Polar polar;
+    Vector bent = vector_set(0.0);
+    for (int i = 0; i < 3; i++) {
+        butterfly(u[i]);
+        for (int k = 0; k < 3; k++)
+            deformation.g[i][k] = u[i][AXIS_MODE[k]] * gradient;
+        for (int m = 0; m < 4; m++) {
+            Vector b = u[i][BENT_MODE[m]] * gradient;
+            bent += b * b;
+        }
+    }
+    deformation_complete(&deformation);
+    energy_fit(&deformation, last, &polar);
+    // A mode's displacement is H / 2 times its `bent` at each of 8 corners.
+    const double mu = paper ? c->residual / c->size : c->mu;
+    const double lambda = paper ? 0.0 : c->lambda;
+    return (Real)mu * square_strain(&deformation, &polar) +
+           (Real)(0.5 * lambda) * (polar.stretch * polar.stretch) +
+           (Real)(c->residual / c->size) * bent;
+}
+
+// [J]
+INLINE Vector hanging_energy(const VoxelPass *pass, const Rest *rest, const int *vertex,
+                             const HangingFactors *by, bool paper, const double (*last)[4])
+{
+    Hanging h;
+    Polar polar;
+    gather_hanging(pass, rest, vertex, by->gradient, paper, false, &h);
+    deformation_complete(&h.deformation);
+    energy_fit(&h.deformation, last, &polar);
+    Vector residual = vector_set(0.0);
+    for (int p = 0; p < rest->count; p++)
+        for (int i = 0; i < 3; i++) {
+            Vector d = h.u[p][i] - h.middle[i];
+            for (int k = 0; k < 3; k++)
+                d -= (paper ? polar.turn[i][k] * polar.inverse : h.slope[i][k]) *
+                     rest_of(rest, p, 4 + k);
+            residual += rest_of(rest, p, 3) * (d * d);
+        }
+    Vector sum = by->bend * residual;
+    if (!paper)
+        sum += by->stretch * square_strain(&h.deformation, &polar) +
+               by->bulk * (polar.stretch * polar.stretch);
+    return REAL(0.5) * sum / by->gradient;
+}
+
+static double plain_total(const VoxelPass *pass)
+{
+    const PlainBatches *plain = pass->plain;
+    double total = 0.0;
+    for (int b = 0; b < plain->batch_count; b++) {
+        const ElementClass *c = &pass->classes[plain->element_class[b]];
+        const int *vertex = plain->vertex + (long)b * NODE_CORNERS * LANES;
+        const double(*last)[4] = (const double(*)[4])pass->last[b];
+        double sum = 0.0;
+        for (int lane = 0; lane < LANES; lane += WIDTH)
+            add_lanes(plain_energy(pass, c, vertex + lane, last + lane), &sum);
+        total += c->size * c->size * c->size * sum;
+    }
+    return pass->stiffness_scale * total;
+}
+
+INLINE void hanging_total(const VoxelPass *pass, bool paper, bool mixed, double *total)
+{
+    const HangingBatches *hanging = pass->hanging;
+    const int pure = hanging->batch_count - hanging->mixed_count;
+    for (int b = mixed ? pure : 0; b < (mixed ? hanging->batch_count : pure); b++) {
+        const RestTable *table = &pass->tables[hanging->table[b]];
+        const int *vertex = hanging->vertex + (long)hanging->start[b] * LANES;
+        const double(*last)[4] = (const double(*)[4])pass->last[pass->plain->batch_count + b];
+        _Alignas(64) Real factor[FACTORS][LANES];
+        hanging_factors(pass, hanging->element_class[b], factor);
+        for (int lane = 0; lane < LANES; lane += WIDTH) {
+            const Rest rest = {mixed, table->count,
+                               (const Real *)table->number + (mixed ? lane : 0)};
+            const HangingFactors by = hanging_factors_at(factor, lane);
+            add_lanes(hanging_energy(pass, &rest, vertex + lane, &by, paper, last + lane), total);
+        }
+    }
+}
+
+static double energy(const VoxelPass *pass)
+{
+    const bool paper = pass->law == VOXEL_MIYAZAKI2004;
+    double total = plain_total(pass);
+    for (int mixed = 0; mixed < 2; mixed++) {
+        if (paper)
+            hanging_total(pass, true, mixed != 0, &total);
+        else
+            hanging_total(pass, false, mixed != 0, &total);
+    }
+    return total;
+}
+
+#endif

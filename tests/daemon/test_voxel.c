@@ -1,0 +1,178 @@
+// A solid body in the real daemon: what it says of it, what it refuses, what tools and clients
+// meet.
+#include "client.h"
+
+#include <signal.h>
+#include <string.h>
+
+// A ball of radius 24 mm around the origin whose lower part is held; it has the name that the
+// client listens to.
+#define VOXELS "voxels = { generator = \"ball\"; radius = 0.024; size = 0.004; };"
+#define SCENE(head, voxels, more)                                                                  \
+    "publish = { nodes_hz = 20.0; contact_hz = 500.0; status_hz = 20.0; };\n"                      \
+    "rate_hz = 500.0;\n" head "\n"                                                                 \
+    "bodies = ( { name = \"sphere\"; model = \"voxel\";\n" voxels "\n" more "\n"                   \
+    "fixed = ( { box = ([-1, -1, -1], [1, 1, -0.0159]); } ); } );\n"                               \
+    "tools = ( { id = 1; kind = \"probe\"; max_force = 5.0;\n"                                     \
+    "capsules = ( { radius = 0.005; } ); } );\n"
+
+static const char *write_solid(const char *name, const char *text)
+{
+    const char *path = scratch(name);
+    write_text(path, text);
+    return path;
+}
+
+static void bad_solids_exit_2_with_one_line(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text, *needle;
+    } cases[] = {
+        {SCENE("", "", ""), "x.cfg:4: bodies.voxels is missing"},
+        {SCENE("", "voxels = { file = \"none.nrrd\"; };", ""), "none.nrrd: No such file"},
+        {SCENE("", "voxels = { file = \"x.cfg\"; };", ""), "x.cfg:4: "},
+        {SCENE("", "voxels = { mesh = \"x.cfg\"; size = 0.01; };", ""), "x.cfg:4: "},
+        {SCENE("", VOXELS, "mesh = { };"), "x.cfg:6: mesh means nothing for a voxel body"},
+        {SCENE("", VOXELS, "integrator = \"rk4\";"), "x.cfg:6: integrator \"rk4\""},
+        {SCENE("", VOXELS, "time_step = 0.01;"), "time_step"},
+        {SCENE("", VOXELS, "skin = { mesh = \"none.obj\"; };"), "none.obj: No such file"},
+        {SCENE("", VOXELS, "fixed = ( );"), "duplicate setting name"},
+        {SCENE("capacity = { nodes = 9; };", VOXELS, ""), "capacity.nodes is 9"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        Daemon daemon;
+        run_daemon(&daemon, "--check %s", write_solid("x.cfg", cases[i].text));
+        if (daemon.code != 2 || strstr(daemon.err, cases[i].needle) == NULL)
+            fail_msg("exit %d with: %s, not '%s'", daemon.code, daemon.err, cases[i].needle);
+        const char *end = strchr(daemon.err, '\n');
+        assert_true(end != NULL && end[1] == '\0'); // one line
+        assert_string_equal(daemon.out, "");
+    }
+}
+
+static void expect_told(const Daemon *daemon, const char *const *parts)
+{
+    assert_int_equal(daemon->code, 0);
+    for (; *parts != NULL; parts++)
+        if (strstr(daemon->out, *parts) == NULL)
+            fail_msg("'%s' is not in:\n%s", *parts, daemon->out);
+}
+
+static void check_and_explain_say_what_it_is_made_of(void **state)
+{
+    (void)state;
+    static const char *const checked[] = {"body sphere: model voxel, symplectic_euler",
+                                          "cells 12 x 12 x 12 of 0.004 m",
+                                          "elements ",
+                                          "law \"affine\", 3 dimensions, levels 0 to 2",
+                                          "critical step ",
+                                          "damping 0.2 of it",
+                                          "label 1: E 10000 Pa, nu 0, density 1000 kg/m3",
+                                          NULL};
+    static const char *const explained[] = {"kernel of body sphere:", " by level)",
+                                            "display surface of voxel bodies: skin",
+                                            "inner vertices of voxel bodies in messages", NULL};
+    const char *scene = write_solid("x.cfg", SCENE("", VOXELS, ""));
+    Daemon daemon;
+    run_daemon(&daemon, "--check %s", scene);
+    expect_told(&daemon, checked);
+    run_daemon(&daemon, "--explain %s", scene);
+    expect_told(&daemon, checked);
+    expect_told(&daemon, explained);
+    // What only surface bodies can have is not missed here.
+    assert_null(strstr(daemon.out, "adapt"));
+}
+
+static void instruction_sets_give_the_same_bits(void **state)
+{
+    (void)state;
+    const char *scene = write_solid("x.cfg", SCENE("gravity = [0.0, 0.0, -9.81];", VOXELS, ""));
+    char first[32], other[32];
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 0.2 %s", scene);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, first);
+    run_daemon(&daemon, "--offline 0.2 --isa baseline %s", scene);
+    printed_state(&daemon, other);
+    assert_string_equal(first, other);
+}
+
+#ifdef WITH_HDF5
+static void resumed_run_ends_as_the_uninterrupted_one(void **state)
+{
+    (void)state;
+    const char *scene = write_solid("x.cfg", SCENE("gravity = [0.0, 0.0, -9.81];", VOXELS, ""));
+    const char *part = scratch("part.h5");
+    char whole[32], resumed[32];
+    Daemon daemon;
+    // Both can be resumed, so both have room for loads.
+    run_daemon(&daemon, "--offline 0.4 --checkpoint %s %s", scratch("whole.h5"), scene);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, whole);
+    run_daemon(&daemon, "--offline 0.2 --checkpoint %s %s", part, scene);
+    assert_int_equal(daemon.code, 0);
+    run_daemon(&daemon, "--offline 0.2 --resume %s %s", part, scene);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, resumed);
+    assert_string_equal(whole, resumed);
+    // Not one of another law.
+    run_daemon(&daemon, "--offline 0.2 --resume %s %s", part,
+               write_solid("y.cfg", SCENE("gravity = [0.0, 0.0, -9.81];", VOXELS,
+                                          "law = \"miyazaki2004\";")));
+    assert_int_equal(daemon.code, 2);
+}
+#endif
+
+static void tools_and_clients_meet_a_solid(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    Client *client = client_create();
+    daemon_start(&daemon, "%s", write_solid("x.cfg", SCENE("", VOXELS, "")));
+    client_wait_for_daemon(client);
+    wait_until(client, client->mesh.whole > 0 && client->frames.whole > 0);
+    assert_true(client->mesh.in_range);
+    assert_int_equal(client->mesh.whole_nodes, client->frames.node_count);
+
+    // The ball of 5 mm pressed 3 mm into the top of the staircase at z = 0.024 m.
+    const double press[3] = {0.0, 0.0, 0.026};
+    double limit = client_now() + 30.0;
+    while (!(client->contact.depth > 1e-5) && client_now() < limit) {
+        pliant_tool_pose_t pose = make_pose(client, press);
+        send_pose(client, &pose);
+        client_listen(client, 2);
+    }
+    expect_at_least(client->contact.depth, 1e-5);
+    expect_at_least(client->contact.force[2], 1e-6);
+
+    const Reply *reply = command(client, PLIANT_COMMAND_T_DESCRIBE, 0, "");
+    assert_true(reply->ok);
+    assert_non_null(strstr(reply->text, "model voxel"));
+    assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "sphere.stiffness_scale=0.5")->ok);
+    assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "sphere.damping_scale=0.5")->ok);
+    reply = command(client, PLIANT_COMMAND_T_SET, 0, "sphere.adapt_force=0.5");
+    assert_false(reply->ok);
+    assert_non_null(strstr(reply->text, "does not adapt"));
+    assert_true(command(client, PLIANT_COMMAND_T_RESET, 0, "")->ok);
+
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    client_destroy(client);
+    assert_int_equal(daemon.code, 0);
+}
+
+int main(int argc, char **argv)
+{
+    harness_start(argc, argv);
+    const struct CMUnitTest tests[] = {
+        daemon_test(bad_solids_exit_2_with_one_line),
+        daemon_test(check_and_explain_say_what_it_is_made_of),
+        daemon_test(instruction_sets_give_the_same_bits),
+#ifdef WITH_HDF5
+        daemon_test(resumed_run_ends_as_the_uninterrupted_one),
+#endif
+        daemon_test(tools_and_clients_meet_a_solid),
+    };
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}
