@@ -14,7 +14,7 @@
 #include <stdlib.h>
 
 static const double DEPTH = 0.015; // pressed in [m]
-static const double FIRM = 4e5;    // see organ_create [Pa]
+static const double FIRM = 1e5;    // see organ_create [Pa]
 
 // The tip of the probe, which comes along +y, from the front, over the inclusion at
 // (-0.05, -0.01, 0.008); beside it the wall is as thick, without it.
@@ -32,14 +32,15 @@ typedef struct Organ {
     Scene scene;
     World world;
     Body *body;
-    int count;                 // published nodes
-    Vec3 *x, *rest, *velocity; // [count]
-    double front;              // y of the wall before the probe [m]
+    int count;      // published nodes
+    Vec3 *x, *rest; // [count]
+    double front;   // y of the wall before the probe [m]
 } Organ;
 
 static void read_positions(const Organ *organ, Vec3 *x)
 {
-    organ->body->ops->read_state(organ->body->model, x, organ->velocity);
+    for (int i = 0; i < organ->count; i++)
+        organ->body->ops->read_nodes(organ->body->model, &i, 1, &x[i], NULL);
 }
 
 // stiffness: E of the inclusion [Pa]; 0: as the scene has it. levels -1: likewise.
@@ -65,8 +66,7 @@ static void organ_create(Organ *organ, const char *path, double stiffness, int l
     organ->count = organ->body->mesh.node_count;
     organ->x = calloc((size_t)organ->count, sizeof *organ->x);
     organ->rest = calloc((size_t)organ->count, sizeof *organ->rest);
-    organ->velocity = calloc((size_t)organ->count, sizeof *organ->velocity);
-    ASSERT(organ->x != NULL && organ->rest != NULL && organ->velocity != NULL);
+    ASSERT(organ->x != NULL && organ->rest != NULL);
     read_positions(organ, organ->rest);
     for (int i = 0; i < organ->count; i++) {
         Vec3 p = organ->rest[i];
@@ -79,7 +79,6 @@ static void organ_destroy(Organ *organ)
 {
     free(organ->x);
     free(organ->rest);
-    free(organ->velocity);
     world_destroy(&organ->world);
     scene_destroy(&organ->scene);
 }
