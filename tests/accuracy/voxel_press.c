@@ -37,8 +37,7 @@ typedef struct Pressed {
 } Pressed;
 
 // `firm`: contact stiff enough for the ball to be where its pose is, the same at every n. The usual
-// one is chosen so that it costs no time step, and gives way by a good part of a cell's thickness
-// at a pressure of E / 12.
+// one is chosen so that it costs no time step, and gives way by a good part of a cell.
 static VoxelWorldOptions press_options(const PressModel *model, Precision precision, bool firm)
 {
     static const FixedRegion BOTTOM = {
