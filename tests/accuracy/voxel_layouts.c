@@ -135,11 +135,9 @@ void disc_layout(const Experiment *experiment)
     }
     fclose(out);
 
-    // Discs whose middle is no lattice point.
+    // Discs whose middle is no lattice point: anywhere in an eighth of a cell.
     out = experiment_open(experiment, "disc-elsewhere.tsv");
-    fprintf(out,
-            "discs with their middle anywhere in a cell's eighth, of radius 15.5 to 16.6 "
-            "cells\tof them with %d cells\tfewest elements of those\tmost\n",
+    fprintf(out, "discs tried\tof them with %d cells\tfewest elements of those\tmost\n",
             DISC_CELLS);
     int tried = 0, same = 0, least = DISC_CELLS, most = 0, count[DISC_LEVELS + 1];
     for (int x = 0; x <= 10; x++)
