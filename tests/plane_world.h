@@ -105,12 +105,14 @@ static inline void plane_world_place(PlaneWorld *world, int tool, Vec3 position)
 
 static inline void plane_world_read(const PlaneWorld *world, int vertex, Vec3 *x, Vec3 *v)
 {
-    rows_read(&world->model->vertices.rows, world->model->vertices.row[world->model->vertices.current], vertex, x, v);
+    rows_read(&world->model->vertices.rows,
+              world->model->vertices.row[world->model->vertices.current], vertex, x, v);
 }
 
 static inline void plane_world_write(PlaneWorld *world, int vertex, Vec3 x, Vec3 v)
 {
-    rows_write(&world->model->vertices.rows, world->model->vertices.row[world->model->vertices.current], vertex, x, v);
+    rows_write(&world->model->vertices.rows,
+               world->model->vertices.row[world->model->vertices.current], vertex, x, v);
 }
 
 // Sums over the vertices, angular about the origin.

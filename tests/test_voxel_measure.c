@@ -215,8 +215,9 @@ static void a_load_is_shared_by_area(void **state)
     Vec3 sum = {0.0, 0.0, 0.0};
     for (int i = 0; i < world.count; i++) {
         Vec3 p = vec3_scale(world.mass[i], world.v[i]), expected = {0.0, 0.0, 0.0};
-        bool in = i < model->surface_count &&
-                  vec3_length(vec3_sub(rows_rest(&model->vertices.rows, i), load.center)) <= load.radius;
+        bool in =
+            i < model->surface_count &&
+            vec3_length(vec3_sub(rows_rest(&model->vertices.rows, i), load.center)) <= load.radius;
         if (in)
             expected = vec3_scale(1e-6 * world.body->surface.node_area[i] / area, load.force);
         sum = vec3_add(sum, p);

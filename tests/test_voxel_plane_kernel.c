@@ -28,7 +28,8 @@ static void disturb(PlaneWorld *world, double cells)
             float u = (float)random_between(&seed, -0.002 * cells, 0.002 * cells);
             float speed = (float)random_between(&seed, -0.5, 0.5);
             rows_put(&model->vertices.rows, model->vertices.row[0], (long)v * ROW + k, (double)u);
-            rows_put(&model->vertices.rows, model->vertices.row[0], (long)v * ROW + 4 + k, (double)speed);
+            rows_put(&model->vertices.rows, model->vertices.row[0], (long)v * ROW + 4 + k,
+                     (double)speed);
         }
 }
 
@@ -85,7 +86,8 @@ static void compare(VoxelLaw law, Precision precision, const char *isa, double c
         }
     expect_at_most(worst / most, tolerance);
     for (int k = 0; k < 4; k++) // the spare vertex feels nothing
-        assert_true(rows_get(&model->vertices.rows, model->vertices.force, 4L * model->vertices.count + k) == 0.0);
+        assert_true(rows_get(&model->vertices.rows, model->vertices.force,
+                             4L * model->vertices.count + k) == 0.0);
     free(expected);
     plane_world_destroy(&world);
 }
@@ -124,7 +126,8 @@ static void stiffness_scale_scales_all_forces(void **state)
             }
             evaluate(model, 2.0);
             for (long i = 0; i < count; i++)
-                assert_true(rows_get(&model->vertices.rows, model->vertices.force, i) == 2.0 * once[i]);
+                assert_true(rows_get(&model->vertices.rows, model->vertices.force, i) ==
+                            2.0 * once[i]);
             free(once);
             plane_world_destroy(&world);
         }

@@ -99,7 +99,8 @@ static void a_second_build_gives_the_same_bits(void **state)
 static void expect_same_body(const VoxelWorld *world, const void *rows, const BaseFrame *frame)
 {
     const VoxelModel *model = world->body->model;
-    size_t bytes = (size_t)(model->vertices.count + 1) * ROW * rows_real_size(&model->vertices.rows);
+    size_t bytes =
+        (size_t)(model->vertices.count + 1) * ROW * rows_real_size(&model->vertices.rows);
     assert_memory_equal(model->vertices.row[model->vertices.current], rows, bytes);
     assert_memory_equal(&model->vertices.rows.frame->origin, &frame->origin, sizeof frame->origin);
     assert_memory_equal(&model->vertices.rows.frame->turn, &frame->turn, sizeof frame->turn);
@@ -183,7 +184,8 @@ static void states_that_cannot_be_are_seen(void **state)
     VoxelModel *model = world.body->model;
     const BodyOps *ops = world.body->ops;
     assert_true(ops->check(model));
-    double *number = (double *)model->vertices.row[model->vertices.current] + ROW + 5, kept = *number;
+    double *number = (double *)model->vertices.row[model->vertices.current] + ROW + 5,
+           kept = *number;
     *number = NAN;
     assert_false(ops->check(model));
     *number = 1e101;

@@ -115,7 +115,8 @@ static void hardly_compressible_bodies_recover(void **state)
 static void put(VoxelWorld *world, int vertex, int number, double value)
 {
     VoxelModel *model = world->body->model;
-    rows_put(&model->vertices.rows, model->vertices.row[model->vertices.current], (long)vertex * ROW + number, value);
+    rows_put(&model->vertices.rows, model->vertices.row[model->vertices.current],
+             (long)vertex * ROW + number, value);
 }
 
 static void expect_sound_again(VoxelWorld *world, const VoxelWorldOptions *options, int ticks)

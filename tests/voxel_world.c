@@ -139,7 +139,8 @@ void voxel_world_write(VoxelWorld *world, const Vec3 *x, const Vec3 *v)
 {
     VoxelModel *model = world->body->model;
     for (int i = 0; i < world->count; i++)
-        rows_write(&model->vertices.rows, model->vertices.row[model->vertices.current], i, x[i], v[i]);
+        rows_write(&model->vertices.rows, model->vertices.row[model->vertices.current], i, x[i],
+                   v[i]);
 }
 
 void voxel_world_momentum(const VoxelWorld *world, Vec3 *linear, Vec3 *angular)

@@ -39,7 +39,7 @@ static inline void turn(const Four column[3], Four *v)
 // What the loop below would ask for each node.
 typedef struct Kind {
     bool single, displaced, turned; // as in the rows
-    bool whole;                       // as in store
+    bool whole;                     // as in store
 } Kind;
 
 // Rows slot[first .. last).
@@ -103,8 +103,8 @@ static inline __attribute__((always_inline)) void take_of(const Rows *rows, cons
     if (!rows->displaced)
         take_all(rows, (Kind){0}, row, slot, count, position, velocity);
     else if (single && rows->turned)
-        take_all(rows, (Kind){.single = true, .displaced = true, .turned = true}, row, slot,
-                 count, position, velocity);
+        take_all(rows, (Kind){.single = true, .displaced = true, .turned = true}, row, slot, count,
+                 position, velocity);
     else if (single)
         take_all(rows, (Kind){.single = true, .displaced = true}, row, slot, count, position,
                  velocity);

@@ -190,8 +190,7 @@ void model_create_places(SurfaceModel *model, const TriMesh *mesh, const char *n
             sum = vec3_add(sum, mesh->position[i]);
         model->basis.rest_origin = vec3_scale(1.0 / mesh->node_count, sum);
         model->basis.frame = ALLOCATE(ARENA_STEP, 1, BaseFrame, "base frame");
-        *model->basis.frame =
-            (BaseFrame){.origin = model->basis.rest_origin, .turn = QUAT_NONE};
+        *model->basis.frame = (BaseFrame){.origin = model->basis.rest_origin, .turn = QUAT_NONE};
         state_add(state, model->basis.frame, sizeof *model->basis.frame, "%s/base_frame", name);
     }
     for (int i = 0; i < mesh->node_count; i++) {

@@ -109,7 +109,8 @@ static void push_out(const PlaneModel *model, void *rows, double dt)
             u[d] = rows_get(&model->vertices.rows, rows, (long)v * ROW + d);
             u[2 + d] = rows_get(&model->vertices.rows, rows, (long)v * ROW + 4 + d);
         }
-        double dx = model->vertices.rows.place[v][0] + u[0] - x0, dy = model->vertices.rows.place[v][1] + u[1] - y0;
+        double dx = model->vertices.rows.place[v][0] + u[0] - x0,
+               dy = model->vertices.rows.place[v][1] + u[1] - y0;
         double square = dx * dx + dy * dy;
         if (square >= RADIUS * RADIUS || square == 0.0)
             continue;
@@ -189,15 +190,15 @@ static void time_server(const Lattice *lattice, int levels, VoxelLaw law, Precis
                             .force = model->vertices.force,
                             .stiffness_scale = 1.0,
                             .damping_scale = 1.0};
-    const PlaneAdvance advance = {.present = model->vertices.present,
-                                  .next = model->vertices.row[1 - model->vertices.current],
-                                  .force = model->vertices.force,
-                                  .inverse_mass = model->vertices.inverse_mass,
-                                  .vertex_count = model->vertices.count + 1,
-                                  .h = step_of(),
-                                  .advance = 1.0,
-                                  .position_limit = model->vertices.position_limit,
-                                  .check = true};
+    const AdvancePass advance = {.present = model->vertices.present,
+                                 .next = model->vertices.row[1 - model->vertices.current],
+                                 .force = model->vertices.force,
+                                 .inverse_mass = model->vertices.inverse_mass,
+                                 .vertex_count = model->vertices.count + 1,
+                                 .h = step_of(),
+                                 .advance = 1.0,
+                                 .position_limit = model->vertices.position_limit,
+                                 .check = true};
     static const Process order[3] = {ELASTIC, UPDATE, COLLISION};
     bool good = true;
     for (int chunk = 0; chunk < CHUNKS; chunk++) {
@@ -207,7 +208,7 @@ static void time_server(const Lattice *lattice, int levels, VoxelLaw law, Precis
             t[0] = clock_now_ns();
             model->kernels->evaluate(&pass);
             t[1] = clock_now_ns();
-            good &= model->kernels->advance(&advance);
+            good &= model->vertices.kernels->advance(&advance);
             t[2] = clock_now_ns();
             push_out(model, model->vertices.row[1 - model->vertices.current], step_of());
             t[3] = clock_now_ns();

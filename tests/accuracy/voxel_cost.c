@@ -101,7 +101,7 @@ static void evaluate(const VoxelModel *model, bool damped)
                             .last = model->last,
                             .stiffness_scale = 1.0,
                             .damping_scale = 1.0};
-    model->kernels->evaluate(&pass);
+    model->vertices.kernels->evaluate(&pass);
 }
 
 static void advance(const VoxelModel *model, double h)
@@ -115,7 +115,7 @@ static void advance(const VoxelModel *model, double h)
                               .advance = 1.0,
                               .position_limit = model->vertices.position_limit,
                               .check = true};
-    ASSERT(model->kernels->advance(&pass));
+    ASSERT(model->vertices.kernels->advance(&pass));
 }
 
 // In place and velocity of the world, as the server's own code would see them.
