@@ -13,8 +13,13 @@
 #include <immintrin.h>
 #endif
 
-// gcc 12 would otherwise call the larger functions, with all vectors in memory.
+// gcc 12 would otherwise call the larger functions, with all vectors in memory. Under a sanitizer
+// that is as well: it takes minutes over what inlining makes of the kernels.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define INLINE static inline
+#else
 #define INLINE static inline __attribute__((always_inline))
+#endif
 
 enum { WIDTH = KERNEL_WIDTH };
 
