@@ -184,7 +184,7 @@ static void states_that_cannot_be_are_seen(void **state)
     const BodyOps *ops = world.body->ops;
     assert_true(ops->check(model));
     double *number = (double *)model->row[model->current] + ROW + 5, kept = *number;
-    *number = NAN;
+    *number = (double)NAN;
     assert_false(ops->check(model));
     *number = 1e101;
     assert_false(ops->check(model));
@@ -192,7 +192,7 @@ static void states_that_cannot_be_are_seen(void **state)
     assert_true(ops->check(model));
     model->last[0][3][0] = 2.0;
     assert_false(ops->check(model));
-    model->last[0][3][0] = NAN;
+    model->last[0][3][0] = (double)NAN;
     assert_false(ops->check(model));
     model->last[0][3][0] = 1.0;
     model->rows.frame->turn.w = 0.0;
