@@ -186,7 +186,7 @@ static void states_that_cannot_be_are_seen(void **state)
     assert_true(ops->check(model));
     double *number = (double *)model->vertices.row[model->vertices.current] + ROW + 5,
            kept = *number;
-    *number = NAN;
+    *number = (double)NAN;
     assert_false(ops->check(model));
     *number = 1e101;
     assert_false(ops->check(model));
@@ -194,7 +194,7 @@ static void states_that_cannot_be_are_seen(void **state)
     assert_true(ops->check(model));
     model->last[0][3][0] = 2.0;
     assert_false(ops->check(model));
-    model->last[0][3][0] = NAN;
+    model->last[0][3][0] = (double)NAN;
     assert_false(ops->check(model));
     model->last[0][3][0] = 1.0;
     model->vertices.rows.frame->turn.w = 0.0;

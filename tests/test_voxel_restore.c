@@ -137,7 +137,8 @@ static void expect_sound_again(VoxelWorld *world, const VoxelWorldOptions *optio
 static void bad_velocities_cost_a_tick(void **state)
 {
     (void)state;
-    static const double bad[] = {NAN, INFINITY, -INFINITY, 1e30, -1e20, 1e12};
+    static const double bad[] = {(double)NAN, (double)INFINITY, -(double)INFINITY, 1e30, -1e20,
+                                 1e12};
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {
         VoxelWorldOptions options = voxel_world_cube(8);
         options.body.precision = (Precision)precision;
@@ -165,7 +166,7 @@ static void bad_velocities_cost_a_tick(void **state)
 static void bad_places_cost_ten_ticks(void **state)
 {
     (void)state;
-    static const double bad[3] = {NAN, INFINITY, 1e30};
+    static const double bad[3] = {(double)NAN, (double)INFINITY, 1e30};
     for (int precision = 0; precision < PRECISION_COUNT; precision++)
         for (int k = 0; k < 3; k++) {
             VoxelWorldOptions options = voxel_world_cube(8);

@@ -97,7 +97,7 @@ void voxel_reference_create(VoxelReference *reference, const VoxelOptions *optio
         .stiffness_scale = 1.0,
         .damping_scale = 1.0,
         .integrator = options->integrator,
-        .critical_step = (double)INFINITY,
+        .critical_step = (double)(double)INFINITY,
     };
     for (int i = 0; i < n; i++) {
         const int *p = mesh.point[i];
