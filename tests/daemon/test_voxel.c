@@ -158,7 +158,7 @@ static void requests_reach_a_solid(void **state)
     send_bytes(client, "PLIANT_LOAD", junk, sizeof junk);
     send_bytes(client, "PLIANT_TOOL_POSE", junk, 3);
     wait_until(client, client->status.rejected >= before + 2);
-    const double nowhere[3] = {NAN, 0.0, 0.0};
+    const double nowhere[3] = {(double)NAN, 0.0, 0.0};
     pliant_tool_pose_t pose = make_pose(client, nowhere);
     send_pose(client, &pose);
     wait_until(client, client->status.rejected >= before + 3);
