@@ -87,6 +87,7 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
         voxel.gravity = scene->gravity;
         voxel.precision = scene->precision;
         voxel.isa = options->isa != NULL ? options->isa : "auto";
+        voxel.team = world->team;
         voxel.without_contacts = scene->tool_count == 0;
         voxel.without_loads = scene->load_count == 0 && !options->may_load;
         voxel.publish_all = scene->publish.all_nodes;

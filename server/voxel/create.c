@@ -15,6 +15,9 @@
 #define ALLOCATE(use, count, type, label)                                                          \
     (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
 
+// Elements: with fewer, calling another thread costs more than it saves.
+enum { HALVED_LEAST = 2000 };
+
 double voxel_critical_step(const VoxelMaterial *material, double size)
 {
     return size * sqrt(material->density * (1.0 - 2.0 * material->poisson_ratio) /
@@ -58,8 +61,8 @@ static double paper_stiffness(const Template *shape, double mu, double edge)
 
 // Stiffness of one element, and its share in the bounds of the time step. The largest eigenvalue of
 // M^-1 K of a plain cube is max(4 (2 mu + 3 lambda), 8 alpha mu) / (rho H^2); with hanging vertices
-// it is at most twice that of its own cube (found by computing the eigenvalues of all templates of
-// cubes and balls: 2.0 with nu = 0).
+// it is at most twice that of its own cube (tests/test_voxel_bound.c: 1.81 with nu = 0, less with
+// more).
 static void set_element(Making *making, int element, const Template *shape)
 {
     const VoxelOptions *options = making->options;
@@ -177,6 +180,8 @@ static void create_vertices(VoxelModel *model, const Making *making, Arena *aren
     rows->longest_edge = lattice->size;
     rows->place = arena_allocate(arena, ARENA_STEP, (size_t)count + 1, sizeof *rows->place,
                                  "%s/places", name);
+    vertices->team = options->team;
+    vertices->halved = mesh->element_count >= HALVED_LEAST;
     const double middle[3] = {0.5 * lattice->count[0], 0.5 * lattice->count[1],
                               0.5 * lattice->count[2]};
     for (int i = 0; i < count; i++)
@@ -193,6 +198,36 @@ static void create_vertices(VoxelModel *model, const Making *making, Arena *aren
     memcpy(weight, vertices->mass, (size_t)count * sizeof *weight);
     rows->rigid = rigid_frame_create(name, rows->precision, true, rows->count,
                                      (const double(*)[3])rows->place, weight, arena, state);
+}
+
+// The batches of one half: views of the body's.
+static void take_half(const Batches *batches, int half, BatchHalf *out)
+{
+    const PlainBatches *plain = &batches->plain;
+    const HangingBatches *hanging = &batches->hanging;
+    const int middle = plain->batch_count / 2, split = hanging->batch_count / 2;
+    const int first = half == 0 ? 0 : middle, last = half == 0 ? middle : plain->batch_count;
+    const int from = half == 0 ? 0 : split, to = half == 0 ? split : hanging->batch_count;
+    const int pure = hanging->batch_count - hanging->mixed_count;
+    out->plain = (PlainBatches){
+        .batch_count = last - first,
+        .vertex = plain->vertex + (long)first * NODE_CORNERS * LANES,
+        .element_class = plain->element_class + first,
+    };
+    out->hanging = *hanging;
+    out->hanging.batch_count = to - from;
+    out->hanging.mixed_count = to - from - (pure < from ? 0 : pure > to ? to - from : pure - from);
+    out->hanging.start += from;
+    out->hanging.table += from;
+    out->hanging.element_class += from;
+    out->first_plain = first;
+    out->first_hanging = plain->batch_count + from;
+}
+
+static void halve_batches(VoxelModel *model)
+{
+    for (int half = 0; half < 2; half++)
+        take_half(&model->batches, half, &model->half[half]);
 }
 
 static void create_batches(VoxelModel *model, const Making *making, const char *name, Arena *arena,
@@ -218,6 +253,8 @@ static void create_batches(VoxelModel *model, const Making *making, const char *
     model->last = arena_allocate(arena, ARENA_STEP, (size_t)batches_total(&model->batches),
                                  sizeof *model->last, "%s/rotations", name);
     voxel_forget_rotations(model);
+    if (model->vertices.more != NULL)
+        halve_batches(model);
     state_add(state, model->last, (size_t)batches_total(&model->batches) * sizeof *model->last,
               "%s/rotations", name);
 }

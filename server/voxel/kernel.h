@@ -85,6 +85,7 @@ typedef struct AdvancePass {
     const void *present;      // Real [vertex][ROW]
     void *next;               // Real [vertex][ROW]
     void *force;              // Real [vertex][4]
+    void *more;               // NULL, or forces to be added to these, likewise
     const void *inverse_mass; // Real [vertex] [1/kg]
     int vertex_count;         // with the spare one
     double h, advance;

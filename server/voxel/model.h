@@ -12,6 +12,13 @@
 #include "voxel/vertices.h"
 #include "voxel/voxel.h"
 
+// Half of a body's batches, as kernels take them.
+typedef struct BatchHalf {
+    PlainBatches plain;
+    HangingBatches hanging;
+    int first_plain, first_hanging; // of VoxelModel.last
+} BatchHalf;
+
 typedef struct VoxelModel {
     int surface_count; // the first ones: on the outer faces, what tools and loads meet
     int element_count;
@@ -21,6 +28,7 @@ typedef struct VoxelModel {
     Batches batches;
     const RestTable *tables;
     double (*last)[LANES][4]; // [batches_total] see VoxelPass; part of the state
+    BatchHalf half[2];        // of bodies whose forces gather in two arrays (Vertices.more)
     VoxelLaw law;
 
     Vertices vertices; // ids as LatticeMesh's; loads on those of the outer faces

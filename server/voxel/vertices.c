@@ -3,6 +3,7 @@
 #include "voxel/layout.h"
 
 #include <math.h>
+#include <stdatomic.h>
 #include <string.h>
 
 #define ALLOCATE(use, count, type, label)                                                          \
@@ -65,6 +66,9 @@ void vertices_create(Vertices *vertices, const VoxelOptions *options, const Vert
         if (!fixed[i])
             rows_put(rows, vertices->inverse_mass, i, 1.0 / vertices->mass[i]);
     vertices->force = arena_allocate(arena, ARENA_STEP, 4 * count, real, "%s/forces", name);
+    if (vertices->halved)
+        vertices->more =
+            arena_allocate(arena, ARENA_STEP, 4 * count, real, "%s/forces of half", name);
     for (int k = 0; k < 2; k++)
         vertices->row[k] = arena_allocate(arena, ARENA_STEP, ROW * count, real, "%s/%s", name,
                                           k == 0 ? "rows" : "rows of next tick");
@@ -126,6 +130,45 @@ void vertices_begin(Vertices *vertices)
     }
 }
 
+enum { SHARE = 1024 }; // vertices that a thread takes at a time
+
+typedef struct SharedAdvance {
+    const AdvancePass *pass;
+    AdvanceKernel *advance;
+    size_t real;
+    atomic_bool bad;
+} SharedAdvance;
+
+// Vertices are advanced each by itself: shares give the same bits.
+static void advance_part(void *context, int first, int last)
+{
+    SharedAdvance *shared = context;
+    const AdvancePass *whole = shared->pass;
+    const size_t begin = (size_t)first * SHARE, row = begin * ROW * shared->real,
+                 force = begin * 4 * shared->real;
+    int end = last * SHARE < whole->vertex_count ? last * SHARE : whole->vertex_count;
+    AdvancePass pass = *whole;
+    pass.present = (const char *)whole->present + row;
+    pass.next = (char *)whole->next + row;
+    pass.force = (char *)whole->force + force;
+    pass.more = whole->more == NULL ? NULL : (char *)whole->more + force;
+    pass.inverse_mass = (const char *)whole->inverse_mass + begin * shared->real;
+    pass.vertex_count = end - (int)begin;
+    if (!shared->advance(&pass))
+        atomic_store_explicit(&shared->bad, true, memory_order_relaxed);
+}
+
+static bool advance_all(const Vertices *vertices, const AdvancePass *pass)
+{
+    AdvanceKernel *advance = vertices->kernels->advance;
+    if (vertices->team == NULL || !vertices->halved)
+        return advance(pass);
+    SharedAdvance shared = {
+        .pass = pass, .advance = advance, .real = rows_real_size(&vertices->rows)};
+    team_run(vertices->team, advance_part, &shared, (pass->vertex_count + SHARE - 1) / SHARE);
+    return !atomic_load_explicit(&shared.bad, memory_order_relaxed);
+}
+
 // The first kick of a tick writes the rows that are not current, so that the state before the tick
 // stays whole until the end; later ones stay there.
 void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gravity)
@@ -136,6 +179,7 @@ void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gra
         .present = vertices->present,
         .next = next,
         .force = vertices->force,
+        .more = vertices->more,
         .inverse_mass = vertices->inverse_mass,
         .vertex_count = vertices->count + 1,
         .h = h,
@@ -144,7 +188,7 @@ void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gra
         .position_limit = vertices->position_limit,
         .check = stage->last, // what went bad earlier in the tick is still bad
     };
-    vertices->bad |= !vertices->kernels->advance(&pass);
+    vertices->bad |= !advance_all(vertices, &pass);
     vertices->present = next;
 }
 
@@ -168,6 +212,8 @@ void vertices_restore(Vertices *vertices, bool to_start)
         for (int c = 4; c < ROW; c++)
             rows_put(rows, row, i * ROW + c, 0.0);
     memset(vertices->force, 0, (size_t)rows->count * 4 * rows_real_size(rows));
+    if (vertices->more != NULL)
+        memset(vertices->more, 0, (size_t)rows->count * 4 * rows_real_size(rows));
     vertices->present = row;
 }
 
@@ -276,7 +322,10 @@ void vertices_explain(const Vertices *vertices, int lanes, const int *element_at
             vertices->kernels->level, lanes, vertices->count, elements);
     for (int level = 0; level <= coarsest; level++)
         fprintf(out, "%s%d", level > 0 ? " + " : "", element_at_level[level]);
-    fprintf(out, " by level)\n    damping: %s\n    base frame: %s\n",
+    fprintf(out, " by level)\n");
+    if (vertices->team != NULL && vertices->halved)
+        fprintf(out, "    shared by two threads\n");
+    fprintf(out, "    damping: %s\n    base frame: %s\n",
             vertices->damped ? "in the kernel" : "left out (material.damping)",
             vertices->rows.floating ? "follows the body" : "still");
 }

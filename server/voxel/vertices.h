@@ -9,6 +9,7 @@
 #ifndef PLIANT_VOXEL_VERTICES_H
 #define PLIANT_VOXEL_VERTICES_H
 
+#include "base/team.h"
 #include "dynamics/body.h"
 #include "dynamics/rows.h"
 #include "voxel/kernel.h"
@@ -31,6 +32,11 @@ typedef struct Vertices {
     const VoxelKernels *kernels; // that advance them
     bool damped;                 // elements have damping
     double position_limit;       // [m] a displacement beyond it is a bad number
+    // Bodies of many elements gather forces in two arrays, `force` and `more`, one for each half of
+    // their batches, so that two threads can share them; with one thread too, so that the bits do
+    // not depend on it.
+    bool halved; // set before vertices_create
+    Team *team;  // shares the work; NULL: one thread
 
     // --- state: `current` says which of the two is the present one ---
     void *row[2]; // Real [count + 1][ROW]
@@ -40,6 +46,7 @@ typedef struct Vertices {
     // --- within a tick ---
     const void *present; // rows to be evaluated next
     void *force;         // Real [count + 1][4]; zero between evaluations
+    void *more;          // likewise; NULL unless halved
     bool bad;            // the tick's last rows were out of bounds
 
     // --- constant loads; NULL: none can act ---

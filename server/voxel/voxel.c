@@ -31,6 +31,44 @@ static VoxelPass make_pass(const VoxelModel *model, const void *rows)
     };
 }
 
+// A pass whose halves two threads share, each with forces of its own.
+typedef struct SharedPass {
+    const VoxelModel *model;
+    const VoxelPass *pass;
+} SharedPass;
+
+static void evaluate_halves(void *context, int first, int last)
+{
+    static const PlainBatches no_plain = {0};
+    static const HangingBatches no_hanging = {0};
+    const SharedPass *shared = context;
+    const Vertices *vertices = &shared->model->vertices;
+    for (int k = first; k < last; k++) {
+        const BatchHalf *half = &shared->model->half[k];
+        VoxelPass pass = *shared->pass;
+        pass.force = k == 0 ? vertices->force : vertices->more;
+        pass.plain = &half->plain;
+        pass.hanging = &no_hanging;
+        pass.last = shared->pass->last + half->first_plain;
+        vertices->kernels->evaluate(&pass);
+        pass.plain = &no_plain;
+        pass.hanging = &half->hanging;
+        pass.last = shared->pass->last + half->first_hanging;
+        vertices->kernels->evaluate(&pass);
+    }
+}
+
+static void evaluate_all(const VoxelModel *model, const VoxelPass *pass)
+{
+    SharedPass shared = {model, pass};
+    if (!model->vertices.halved)
+        model->vertices.kernels->evaluate(pass);
+    else if (model->vertices.team == NULL)
+        evaluate_halves(&shared, 0, 2);
+    else
+        team_run(model->vertices.team, evaluate_halves, &shared, 2);
+}
+
 // Forces of all elements, then the vertices move.
 static void voxel_evaluate(void *self, const Stage *stage, double h)
 {
@@ -39,7 +77,7 @@ static void voxel_evaluate(void *self, const Stage *stage, double h)
     const double *g = vertices->parameters->gravity;
     vertices_begin(vertices);
     const VoxelPass pass = make_pass(model, vertices->present);
-    vertices->kernels->evaluate(&pass);
+    evaluate_all(model, &pass);
     vertices_advance(vertices, stage, h, (Vec3){g[0], g[1], g[2]});
 }
 

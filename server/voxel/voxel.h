@@ -7,6 +7,7 @@
 #include "base/precision.h"
 #include "base/state.h"
 #include "base/status.h"
+#include "base/team.h"
 #include "dynamics/body.h"
 #include "dynamics/fixed.h"
 #include "geometry/lattice.h"
@@ -44,6 +45,7 @@ typedef struct VoxelOptions {
     bool publish_all;                                // inner vertices too
     const TriMesh *skin; // display surface in the place of the outer faces, or NULL
     const char *isa;     // "auto" or a name of isa.h
+    Team *team;          // shares the elements of large bodies; NULL: one thread; outlives the body
 } VoxelOptions;
 
 // Builds a body. Allocates from `arena`, lists its state. False with `status`: what does not fit.

@@ -66,19 +66,19 @@ static void run_live(Bench *bench, const char *name, const Ball *ball)
 // The cube of 32 cells along each edge, small elements outside and large ones inside, held below;
 // and a ball that stands 1 cm deep in its top from the start: it costs what a probe does that
 // rests.
-static void run_voxels(Bench *bench, const char *name, bool pressed)
+static void run_voxels(Bench *bench, const char *name, bool pressed, int threads)
 {
     enum { SURFACE_NODES = 6 * 32 * 32 + 2 };
     char scene[1024];
     snprintf(scene, sizeof scene,
-             "name = \"bench\";\nrate_hz = 1000.0;\n"
+             "name = \"bench\";\nrate_hz = 1000.0;\nthreads = %d;\n"
              "bodies = ( { name = \"cube\";  model = \"voxel\";  levels = 2;\n"
              "    voxels = { generator = \"box\";  count = 32;  size = 0.003125; };\n"
              "    material = { youngs_modulus = 1.0e4;  density = 1000.0; };\n"
              "    fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.0499]); } ); } );\n"
              "tools = ( { id = 1;  kind = \"%s\";  capsules = ( { from = [0.0, 0.0, %g];\n"
              "    to = [0.0, 0.0, %g];  radius = 0.02; } ); } );\n",
-             pressed ? "static" : "probe", pressed ? 0.06 : 0.0, pressed ? 0.06 : 0.0);
+             threads, pressed ? "static" : "probe", pressed ? 0.06 : 0.0, pressed ? 0.06 : 0.0);
     run_scene(bench, name, SURFACE_NODES, scene);
 }
 #endif
@@ -198,9 +198,13 @@ void bench_live(Bench *bench)
         }
 #ifdef PLIANT_WITH_VOXEL
     if (bench_wants(bench, "live.voxel"))
-        run_voxels(bench, "live.voxel", false);
+        run_voxels(bench, "live.voxel", false, 1);
     if (bench_wants(bench, "live.voxel.pressed"))
-        run_voxels(bench, "live.voxel.pressed", true);
+        run_voxels(bench, "live.voxel.pressed", true, 1);
+    if (bench_wants(bench, "live.voxel.threads.2"))
+        run_voxels(bench, "live.voxel.threads.2", false, 2);
+    if (bench_wants(bench, "live.voxel.threads.2.pressed"))
+        run_voxels(bench, "live.voxel.threads.2.pressed", true, 2);
 #endif
     for (size_t k = 0; k < sizeof searches / sizeof *searches; k++)
         if (bench_wants(bench, searches[k].name))

@@ -84,16 +84,21 @@ INLINE AdvanceFactors advance_factors(const AdvancePass *pass)
 }
 
 // From vertex `i` on. Returns bits set where a limit is passed.
-INLINE Vector advance_vertices(const AdvancePass *pass, const AdvanceFactors *by, long i)
+INLINE Vector advance_vertices(const AdvancePass *pass, const AdvanceFactors *by, bool two, long i)
 {
     const Vector zero = vector_set(0.0);
     Vector inverse_mass = load_inverse_mass((const Real *)pass->inverse_mass + i), bad = zero;
     Vector move = vector_select_greater(inverse_mass, zero, by->advance - zero, zero);
     for (int part = 0; part < 4; part += WIDTH) {
         Real *force = (Real *)pass->force + 4 * i + part;
-        Vector u, v;
+        Vector u, v, sum = vector_load(force);
+        if (two) {
+            Real *more = (Real *)pass->more + 4 * i + part;
+            sum += vector_load(more);
+            vector_store(more, zero);
+        }
         load_places((const Real *)pass->present + ROW * i + part, &u, &v);
-        Vector kick = by->h * (vector_load(force) * inverse_mass + by->gravity[part / 2]);
+        Vector kick = by->h * (sum * inverse_mass + by->gravity[part / 2]);
         v += vector_select_greater(inverse_mass, zero, kick, zero);
         u += move * v;
         store_places((Real *)pass->next + ROW * i + part, u, v);
@@ -105,30 +110,40 @@ INLINE Vector advance_vertices(const AdvancePass *pass, const AdvanceFactors *by
     return bad;
 }
 
-static bool advance(const AdvancePass *pass)
+INLINE bool advance_by(const AdvancePass *pass, bool two)
 {
     const AdvanceFactors by = advance_factors(pass);
     Vector bad = vector_set(0.0);
     const int together = pass->vertex_count / TOGETHER * TOGETHER;
     for (int i = 0; i < together; i += TOGETHER)
-        bad = vector_or(bad, advance_vertices(pass, &by, i));
+        bad = vector_or(bad, advance_vertices(pass, &by, two, i));
     if (together == pass->vertex_count)
         return !vector_any(bad);
     // The last few, filled up in copies.
     _Alignas(64) Real row[TOGETHER * ROW] = {0}, force[TOGETHER * 4] = {0},
-                                     inverse_mass[TOGETHER] = {0};
-    const size_t rest = (size_t)(pass->vertex_count - together);
+                                     more[TOGETHER * 4] = {0}, inverse_mass[TOGETHER] = {0};
+    const size_t rest = (size_t)(pass->vertex_count - together), forces = rest * 4 * sizeof(Real);
     memcpy(row, (const Real *)pass->present + (long)together * ROW, rest * ROW * sizeof(Real));
-    memcpy(force, (const Real *)pass->force + 4L * together, rest * 4 * sizeof(Real));
+    memcpy(force, (const Real *)pass->force + 4L * together, forces);
+    if (two)
+        memcpy(more, (const Real *)pass->more + 4L * together, forces);
     memcpy(inverse_mass, (const Real *)pass->inverse_mass + together, rest * sizeof(Real));
     AdvancePass last = *pass;
     last.present = last.next = row;
     last.force = force;
+    last.more = more;
     last.inverse_mass = inverse_mass;
-    bad = vector_or(bad, advance_vertices(&last, &by, 0));
+    bad = vector_or(bad, advance_vertices(&last, &by, two, 0));
     memcpy((Real *)pass->next + (long)together * ROW, row, rest * ROW * sizeof(Real));
-    memset((Real *)pass->force + 4L * together, 0, rest * 4 * sizeof(Real));
+    memset((Real *)pass->force + 4L * together, 0, forces);
+    if (two)
+        memset((Real *)pass->more + 4L * together, 0, forces);
     return !vector_any(bad);
+}
+
+static bool advance(const AdvancePass *pass)
+{
+    return pass->more != NULL ? advance_by(pass, true) : advance_by(pass, false);
 }
 
 // By fours: left to itself gcc 12 shuffles several rows together and takes twice as long.
