@@ -63,6 +63,33 @@ static void check_body(const BodyView *view)
     }
 }
 
+static bool is_topology_whole(const BodyView *view, int i)
+{
+    return view->first_triangle[i] + view->triangle_count[i] <= view->triangles &&
+           view->first_node[i] + view->node_count[i] <= view->nodes;
+}
+
+static bool has_topology(const BodyView *view, int number)
+{
+    for (int i = 0; i < view->topologies; i++)
+        if (view->number[i] == number)
+            return true;
+    return false;
+}
+
+// Columns reach the disk one by one: what a writer was adding when it was killed, or is adding now,
+// may have some of its rows and not others, and does not count yet.
+static void leave_out_what_is_being_added(BodyView *view)
+{
+    while (view->topologies > 0 && !is_topology_whole(view, view->topologies - 1))
+        view->topologies--;
+    for (int last = view->frames - 1;
+         last >= 0 && (view->first[last] + view->count[last] > view->rows ||
+                       !has_topology(view, view->topology[last]));
+         last--)
+        view->frames--;
+}
+
 void view_body(BodyView *view, hid_t file, const char *body)
 {
     const hid_t integer = H5T_NATIVE_INT32, wide = H5T_NATIVE_INT64;
@@ -85,6 +112,7 @@ void view_body(BodyView *view, hid_t file, const char *body)
     view->node_count = column(file, body, "topology/node_count", integer, topologies);
     view->triangle = column(file, body, "triangles", integer, &view->triangles);
     view->node_id = column(file, body, "node_id", integer, &view->nodes);
+    leave_out_what_is_being_added(view);
     check_body(view);
 }
 
