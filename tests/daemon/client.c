@@ -231,16 +231,23 @@ void send_bytes(Client *client, const char *channel, const void *data, size_t si
     assert_int_equal(lcm_publish(client->lcm, channel, data, (unsigned)size), 0);
 }
 
-int32_t send_command(Client *client, int kind, int64_t value, const char *argument)
+static void publish_command(Client *client, int32_t id, int kind, int64_t value,
+                            const char *argument)
 {
     pliant_command_t m = {.utime = utime_now(),
                           .sender = client->sender,
-                          .id = ++client->next_id,
+                          .id = id,
                           .kind = kind,
                           .value = value,
                           .argument = (char *)(uintptr_t)argument};
     assert_int_equal(pliant_command_t_publish(client->lcm, "PLIANT_COMMAND", &m), 0);
-    return m.id;
+}
+
+int32_t send_command(Client *client, int kind, int64_t value, const char *argument)
+{
+    int32_t id = ++client->next_id;
+    publish_command(client, id, kind, value, argument);
+    return id;
 }
 
 int32_t send_load(Client *client, const double center[3], double radius, const double force[3],
@@ -294,8 +301,17 @@ int count_replies(const Client *client, int32_t id)
 
 const Reply *command(Client *client, int kind, int64_t value, const char *argument)
 {
+    // Datagrams get lost on a busy machine: the same request is sent again, and answered again.
     int32_t id = send_command(client, kind, value, argument);
-    wait_until(client, find_reply(client, id) != NULL);
+    for (int second = 0; second < 30 && find_reply(client, id) == NULL; second++) {
+        if (second > 0 && second % 5 == 0)
+            publish_command(client, id, kind, value, argument);
+        double next = client_now() + 1.0;
+        while (find_reply(client, id) == NULL && client_now() < next)
+            client_listen(client, 20);
+    }
+    if (find_reply(client, id) == NULL)
+        fail_msg("no reply to command %d in 30 s", kind);
     return find_reply(client, id);
 }
 

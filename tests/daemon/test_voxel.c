@@ -97,7 +97,8 @@ static void a_pressed_block_pushes_back_and_is_shown(void **state)
     Client *client = client_create();
     Daemon daemon;
     BodySeen seen = {0};
-    pliant_status_t_subscribe(client->lcm, "PLIANT_STATUS", see_status, &seen);
+    pliant_status_t_subscription_t *subscription =
+        pliant_status_t_subscribe(client->lcm, "PLIANT_STATUS", see_status, &seen);
     daemon_start(&daemon, "%s", write_block("press.cfg", HEAD));
     client_wait_for_daemon(client);
     hold_pose_until(client, AWAY, client->contact.pose_utime != 0);
@@ -117,6 +118,7 @@ static void a_pressed_block_pushes_back_and_is_shown(void **state)
     assert_int_equal(seen.springs, 0);
     assert_int_equal(seen.pieces, 1);
     assert_int_equal(client->status.resets, 0);
+    pliant_status_t_unsubscribe(client->lcm, subscription);
     end(&daemon, client);
 }
 
