@@ -189,8 +189,8 @@ int64_t team_late(const Team *team)
     return atomic_load_explicit(&team->late, memory_order_relaxed);
 }
 
-// Waits for the pieces that a worker has begun.
-static void wait_for_worker(Team *team, Share *share, unsigned pieces)
+// Waits for the pieces that a worker has begun, which may be as long as all that the caller did.
+static void wait_for_worker(Team *team, Share *share, unsigned pieces, int64_t patience)
 {
     int64_t since = 0;
     for (int looks = 1; atomic_load_explicit(&share->done, memory_order_acquire) < pieces;
@@ -200,7 +200,7 @@ static void wait_for_worker(Team *team, Share *share, unsigned pieces)
             continue;
         int64_t now = clock_now_ns();
         since = since == 0 ? now : since;
-        if (now - since > TEAM_LATE_NS && team->alone == 0) {
+        if (now - since > patience && team->alone == 0) {
             atomic_fetch_add_explicit(&team->late, 1, memory_order_relaxed);
             team->alone = TEAM_ALONE_LOOPS;
         }
@@ -224,10 +224,12 @@ void team_run(Team *team, TeamWork *work, void *context, int count)
         if (i > 0)
             wake(&team->share[i]);
     }
+    const int64_t began = clock_now_ns();
     unsigned taken[TEAM_THREADS_MOST] = {0}; // pieces of each share that the caller did
     for (int i = 0; i < team->running; i++)
         for (int piece; (piece = begin_piece(&team->share[i], team->loop)) >= 0; taken[i]++)
             do_piece(team, i, piece);
+    const int64_t patience = TEAM_LATE_NS + clock_now_ns() - began;
     for (int i = 1; i < team->running; i++)
-        wait_for_worker(team, &team->share[i], PIECES - taken[i]);
+        wait_for_worker(team, &team->share[i], PIECES - taken[i], patience);
 }
