@@ -5,21 +5,8 @@
 #include "files/mesh_import.h"
 #include "geometry/generator.h"
 
-// Imports a mesh and logs what had to be repaired.
-static bool import_mesh(const char *path, TriMesh *mesh, Status *status)
-{
-    MeshImport import;
-    char repairs[512];
-    if (!mesh_import(path, mesh, &import, status))
-        return false;
-    mesh_repairs_text(&import.repairs, repairs, sizeof repairs);
-    if (repairs[0] != '\0')
-        log_line(LOG_INFO, "%s: %s", path, repairs);
-    return true;
-}
-
 // What is not of the size of an organ, by orders of magnitude, was given in other units.
-static bool check_extent(const MeshSource *source, const TriMesh *mesh, Status *status)
+static bool check_extent(const char *file, double scale, const TriMesh *mesh, Status *status)
 {
     double extent = mesh_extent(mesh);
     if (extent >= MESH_SMALLEST_EXTENT && extent <= MESH_LARGEST_EXTENT)
@@ -27,15 +14,28 @@ static bool check_extent(const MeshSource *source, const TriMesh *mesh, Status *
     return status_fail(status, STATUS_INVALID,
                        "%s: measures %g m after scale %g, outside [%g, %g] m; scale is metres a "
                        "unit of the file, 0.001 for millimetres",
-                       source->file, extent, source->scale, MESH_SMALLEST_EXTENT,
-                       MESH_LARGEST_EXTENT);
+                       file, extent, scale, MESH_SMALLEST_EXTENT, MESH_LARGEST_EXTENT);
 }
 
-static bool make_mesh(const MeshSource *source, TriMesh *mesh, Status *status)
+bool body_mesh_import(const char *file, double scale, Vec3 rotation, Vec3 translation,
+                      TriMesh *mesh, Status *status)
+{
+    MeshImport import;
+    char repairs[512];
+    if (!mesh_import(file, mesh, &import, status))
+        return false;
+    mesh_repairs_text(&import.repairs, repairs, sizeof repairs);
+    if (repairs[0] != '\0')
+        log_line(LOG_INFO, "%s: %s", file, repairs);
+    mesh_place(mesh, scale, rotation, translation);
+    return check_extent(file, scale, mesh, status);
+}
+
+static bool generate_mesh(const MeshSource *source, TriMesh *mesh, Status *status)
 {
     switch (source->kind) {
     case MESH_FILE:
-        return import_mesh(source->file, mesh, status);
+        break;
     case MESH_SPHERE:
         return generate_sphere(mesh, source->nodes, source->radius, status);
     case MESH_UV_SPHERE:
@@ -52,16 +52,20 @@ static bool make_mesh(const MeshSource *source, TriMesh *mesh, Status *status)
     case MESH_STOMACH:
         return generate_stomach(mesh, source->nodes, source->length, status);
     }
-    return status_fail(status, STATUS_INVALID, "unknown source of a mesh");
+    return status_fail(status, STATUS_INVALID, "unknown generator of a mesh");
 }
 
 static bool place_mesh(const MeshSource *source, TriMesh *mesh, Status *status)
 {
-    if (!make_mesh(source, mesh, status))
-        return false;
-    mesh_place(mesh, source->scale, source->rotation, source->translation);
-    if (source->kind == MESH_FILE && !check_extent(source, mesh, status))
-        return false;
+    if (source->kind == MESH_FILE) {
+        if (!body_mesh_import(source->file, source->scale, source->rotation, source->translation,
+                              mesh, status))
+            return false;
+    } else {
+        if (!generate_mesh(source, mesh, status))
+            return false;
+        mesh_place(mesh, source->scale, source->rotation, source->translation);
+    }
     MeshFault fault;
     if (mesh_validate(mesh, &fault))
         return true;

@@ -5,6 +5,12 @@
 #include "base/arena.h"
 #include "files/scene.h"
 
+// Imports (and repairs, which is logged) a mesh and places it as mesh_place does. False with
+// `status` also when it is then larger or smaller than any organ. The mesh belongs to the caller in
+// any case.
+bool body_mesh_import(const char *file, double scale, Vec3 rotation, Vec3 translation,
+                      TriMesh *mesh, Status *status);
+
 // Generates or imports (and repairs, which is logged) the mesh, places it, checks that it is fit
 // for simulation (mesh_validate), and, with levels > 0, divides it; the hierarchy belongs to the
 // arena. False with `status` naming the mesh file and what is wrong; the mesh belongs to the caller

@@ -2,7 +2,7 @@
 #include "files/body_voxels.h"
 
 #include "base/log.h"
-#include "files/mesh_import.h"
+#include "files/body_mesh.h"
 #include "files/volume_import.h"
 #include "files/volume_lattice.h"
 #include "geometry/voxelise.h"
@@ -32,35 +32,14 @@ static bool make_from_volume(const VoxelSource *source, Lattice *lattice, Status
     return ok;
 }
 
-// What is not of the size of an organ, by orders of magnitude, was given in other units.
-static bool check_extent(const VoxelSource *source, const TriMesh *mesh, Status *status)
-{
-    double extent = mesh_extent(mesh);
-    if (extent >= MESH_SMALLEST_EXTENT && extent <= MESH_LARGEST_EXTENT)
-        return true;
-    return status_fail(status, STATUS_INVALID,
-                       "%s: measures %g m after scale %g, outside [%g, %g] m; scale is metres a "
-                       "unit of the file, 0.001 for millimetres",
-                       source->file, extent, source->scale, MESH_SMALLEST_EXTENT,
-                       MESH_LARGEST_EXTENT);
-}
-
 // The mesh is placed before it becomes cells: their axes are the world's.
 static bool make_from_mesh(const VoxelSource *source, Lattice *lattice, Status *status)
 {
     TriMesh mesh = {0};
-    MeshImport import;
     Status said = {0};
-    char repairs[512];
-    bool ok = mesh_import(source->file, &mesh, &import, status);
-    if (ok) {
-        mesh_repairs_text(&import.repairs, repairs, sizeof repairs);
-        if (repairs[0] != '\0')
-            log_line(LOG_INFO, "%s: %s", source->file, repairs);
-        mesh_place(&mesh, source->scale, source->rotation, source->translation);
-        ok = check_extent(source, &mesh, status) &&
-             (voxelise(lattice, &mesh, source->size, &said) || fail_file(source, &said, status));
-    }
+    bool ok = body_mesh_import(source->file, source->scale, source->rotation, source->translation,
+                               &mesh, status) &&
+              (voxelise(lattice, &mesh, source->size, &said) || fail_file(source, &said, status));
     mesh_destroy(&mesh);
     return ok;
 }

@@ -5,6 +5,17 @@
 
 #include <string.h>
 
+// What bodies of every model have.
+static void add_shared(uint64_t *hash, IntegratorKind integrator, double time_step,
+                       double contact_ratio, double contact_damping, double friction)
+{
+    fnv_int(hash, integrator);
+    fnv_real(hash, time_step);
+    fnv_real(hash, contact_ratio);
+    fnv_real(hash, contact_damping);
+    fnv_real(hash, friction);
+}
+
 static void add_surface(uint64_t *hash, const SurfaceOptions *surface)
 {
     const SurfaceMaterial *material = &surface->material;
@@ -42,11 +53,8 @@ static void add_surface(uint64_t *hash, const SurfaceOptions *surface)
         fnv_int(hash, surface->face_capacity);
     }
     fnv_real(hash, surface->prestress);
-    fnv_int(hash, surface->integrator);
-    fnv_real(hash, surface->time_step);
-    fnv_real(hash, surface->contact_ratio);
-    fnv_real(hash, surface->contact_damping);
-    fnv_real(hash, surface->friction);
+    add_shared(hash, surface->integrator, surface->time_step, surface->contact_ratio,
+               surface->contact_damping, surface->friction);
 }
 
 // The cells themselves are in World.cells.
@@ -62,11 +70,8 @@ static void add_voxel(uint64_t *hash, const VoxelOptions *voxel)
         fnv_real(hash, voxel->material[i].density);
     }
     fnv_real(hash, voxel->damping);
-    fnv_int(hash, voxel->integrator);
-    fnv_real(hash, voxel->time_step);
-    fnv_real(hash, voxel->contact_ratio);
-    fnv_real(hash, voxel->contact_damping);
-    fnv_real(hash, voxel->friction);
+    add_shared(hash, voxel->integrator, voxel->time_step, voxel->contact_ratio,
+               voxel->contact_damping, voxel->friction);
 }
 
 static void add_fixed(uint64_t *hash, const FixedRegion *region)

@@ -215,12 +215,8 @@ void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fix
         model->sum =
             model_allocate_reals(model, (size_t)model->lane_count * 6, name, "stage sums", arena);
     model->loaded = ALLOCATE(ARENA_STEP, 1, int64_t, "loaded");
-    model->parameters = ALLOCATE(ARENA_STEP, 1, SurfaceParameters, "parameters");
-    *model->parameters = (SurfaceParameters){
-        .gravity = {options->gravity.x, options->gravity.y, options->gravity.z},
-        .stiffness_scale = 1.0,
-        .damping_scale = 1.0,
-    };
+    model->parameters = ALLOCATE(ARENA_STEP, 1, BodyParameters, "parameters");
+    *model->parameters = body_parameters(options->gravity);
 
     double farthest = 0.0;
     for (int i = 0; i < mesh->node_count; i++) {

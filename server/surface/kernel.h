@@ -44,12 +44,6 @@ typedef struct NodeTable {
     void *drag;         // Real gamma / m (and k'_d / m in the world frame) [1/s]; 0: fixed
 } NodeTable;
 
-// Parameters that may change between ticks; plain data, part of the state.
-typedef struct SurfaceParameters {
-    double gravity[3]; // [m/s2]
-    double stiffness_scale, damping_scale;
-} SurfaceParameters;
-
 // One pass over chunks first_chunk to last_chunk - 1.
 typedef struct SpringPass {
     int first_chunk, last_chunk;

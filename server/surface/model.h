@@ -14,6 +14,7 @@
 
 #include "base/team.h"
 #include "dynamics/rows.h"
+#include "dynamics/body_parameters.h"
 #include "surface/kernel.h"
 #include "surface/surface.h"
 
@@ -57,7 +58,7 @@ typedef struct SurfaceModel {
     int touched_count, touched_capacity;
 
     // --- parameters that SET can change; part of the state ---
-    SurfaceParameters *parameters;
+    BodyParameters *parameters;
     double *rigid_weight;    // [slots] of basis.rigid
     double (*world_load)[3]; // [slots] floating bodies: constant loads in the world frame [N]
 

@@ -76,7 +76,7 @@ void model_run_kernel(SurfaceModel *model, SpringKernel *evaluate, const SpringP
 
 void model_fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringPass *pass)
 {
-    const SurfaceParameters *p = model->parameters;
+    const BodyParameters *p = model->parameters;
     Vec3 gravity = rows_turn_in(&model->basis, (Vec3){p->gravity[0], p->gravity[1], p->gravity[2]});
     *pass = (SpringPass){
         .springs = &model->springs,
@@ -315,29 +315,7 @@ static bool surface_is_fixed(const void *self, int node)
 static bool surface_set(void *self, BodyParameter parameter, double value)
 {
     SurfaceModel *model = self;
-    SurfaceParameters *p = model->parameters;
-    switch (parameter) {
-    case BODY_GRAVITY_X:
-    case BODY_GRAVITY_Y:
-    case BODY_GRAVITY_Z:
-        p->gravity[parameter - BODY_GRAVITY_X] = value;
-        return true;
-    case BODY_STIFFNESS_SCALE:
-        p->stiffness_scale = value;
-        return true;
-    case BODY_DAMPING_SCALE:
-        if (!model->damped)
-            return false; // its kernel has no damping to scale
-        p->damping_scale = value;
-        return true;
-    case BODY_ADAPT_FORCE:
-    case BODY_ADAPT_SPEED:
-    case BODY_ADAPT_CURVATURE:
-    case BODY_ADAPT_SCALE:
-    case BODY_ADAPT_LEVEL:
-        return false; // one level of detail
-    }
-    return false;
+    return body_parameters_set(model->parameters, model->damped, parameter, value);
 }
 
 void model_explain_kernel(const SurfaceModel *model, FILE *out)

@@ -78,12 +78,8 @@ void vertices_create(Vertices *vertices, const VoxelOptions *options, const Vert
     // Far beyond any use, and small enough for single precision.
     vertices->position_limit = 1e6 * fmax(extent, write_initial(vertices, options, by_id, fixed));
     vertices->damped = options->damping > 0.0;
-    vertices->parameters = ALLOCATE(ARENA_STEP, 1, VoxelParameters, "parameters");
-    *vertices->parameters = (VoxelParameters){
-        .gravity = {options->gravity.x, options->gravity.y, options->gravity.z},
-        .stiffness_scale = 1.0,
-        .damping_scale = 1.0,
-    };
+    vertices->parameters = ALLOCATE(ARENA_STEP, 1, BodyParameters, "parameters");
+    *vertices->parameters = body_parameters(options->gravity);
     state_add(state, vertices->parameters, sizeof *vertices->parameters, "%s/parameters", name);
     if (!options->without_loads)
         create_loads(vertices, name, loadable_count, arena, state);
@@ -266,29 +262,7 @@ int vertices_read_state(const Vertices *vertices, int *id, Vec3 *position, Vec3 
 
 bool vertices_set(Vertices *vertices, BodyParameter parameter, double value)
 {
-    VoxelParameters *p = vertices->parameters;
-    switch (parameter) {
-    case BODY_GRAVITY_X:
-    case BODY_GRAVITY_Y:
-    case BODY_GRAVITY_Z:
-        p->gravity[parameter - BODY_GRAVITY_X] = value;
-        return true;
-    case BODY_STIFFNESS_SCALE:
-        p->stiffness_scale = value;
-        return true;
-    case BODY_DAMPING_SCALE:
-        if (!vertices->damped)
-            return false; // the kernel has no damping to scale
-        p->damping_scale = value;
-        return true;
-    case BODY_ADAPT_FORCE:
-    case BODY_ADAPT_SPEED:
-    case BODY_ADAPT_CURVATURE:
-    case BODY_ADAPT_SCALE:
-    case BODY_ADAPT_LEVEL:
-        return false; // elements stay as they are
-    }
-    return false;
+    return body_parameters_set(vertices->parameters, vertices->damped, parameter, value);
 }
 
 void vertices_measure(const Vertices *vertices, BodyMeasure *measure)

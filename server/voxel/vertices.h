@@ -10,17 +10,11 @@
 #define PLIANT_VOXEL_VERTICES_H
 
 #include "base/team.h"
-#include "dynamics/body.h"
+#include "dynamics/body_parameters.h"
 #include "dynamics/rows.h"
 #include "voxel/kernel.h"
 #include "voxel/vertex_ids.h"
 #include "voxel/voxel.h"
-
-// What SET can change; plain data, part of the state.
-typedef struct VoxelParameters {
-    double gravity[3]; // world [m/s2]
-    double stiffness_scale, damping_scale;
-} VoxelParameters;
 
 typedef struct Vertices {
     // --- constant after creation ---
@@ -41,7 +35,7 @@ typedef struct Vertices {
     // --- state: `current` says which of the two is the present one ---
     void *row[2]; // Real [count + 1][ROW]
     int current;
-    VoxelParameters *parameters;
+    BodyParameters *parameters;
 
     // --- within a tick ---
     const void *present; // rows to be evaluated next

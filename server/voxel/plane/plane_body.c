@@ -22,7 +22,7 @@ static void plane_evaluate(void *self, const Stage *stage, double h)
 {
     PlaneModel *model = self;
     Vertices *vertices = &model->vertices;
-    const VoxelParameters *p = vertices->parameters;
+    const BodyParameters *p = vertices->parameters;
     vertices_begin(vertices);
     const PlanePass pass = {
         .batches = &model->batches,
