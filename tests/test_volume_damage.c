@@ -1,0 +1,144 @@
+// What is no volume, and what once was one.
+#include "effort.h"
+#include "random.h"
+#include "volume_bench.h"
+
+#include <limits.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+
+// --- anything ---
+
+static void what_is_no_volume_is_refused(void **state)
+{
+    (void)state;
+    char name[SCRATCH_PATH];
+    static const char *const neither = ": is neither an NRRD nor a NIfTI-1 file (of a pair .hdr "
+                                       "and .img, name the .hdr)";
+    expect_error_of("/nowhere/organ.nrrd", ": No such file or directory");
+    expect_error_of(scratch.folder, ": is a folder, not a volume file");
+    scratch_write(&scratch, "organ", "", 0);
+    expect_error(": the file is empty");
+    scratch_write(&scratch, "organ", "\x1f\x8b", 2);
+    expect_error(neither);
+    scratch_write(&scratch, "organ", "solid cube\n", 11);
+    expect_error(neither);
+    scratch_write(&scratch, "organ", "NRRD", 4);
+    expect_error(": its NRRD header has no field 'type'");
+    assert_int_equal(mkfifo(scratch_path(&scratch, "pipe", name), 0600), 0);
+    expect_error_of(name, ": is not a file");
+    if (geteuid() != 0) { // who may read everything
+        scratch_write(&scratch, "secret", "NRRD0004\n", 9);
+        chmod(scratch_path(&scratch, "secret", name), 0);
+        expect_error_of(name, ": Permission denied");
+    }
+    Bytes *bytes = calloc(1, sizeof *bytes), *file = calloc(1, sizeof *file);
+    put_nrrd(bytes, &TYPES[1], "raw", false);
+    put_gzip(file, bytes->at, bytes->size);
+    write_file(file);
+    expect_error(": is a gzip file with an NRRD file in it; unpack it first");
+    free(bytes);
+    free(file);
+    // A header without an end.
+    unsigned char *text = malloc(2 << 20);
+    memset(text, ' ', 2 << 20);
+    memcpy(text, "NRRD0004\ntype: uchar\n", 21);
+    scratch_write(&scratch, "organ", text, 2 << 20);
+    free(text);
+    expect_error(": has no end of its NRRD header in the first 1048576 bytes");
+    uint64_t seed = 2;
+    for (int repeat = 0; repeat < EFFORT(300); repeat++) {
+        unsigned char garbage[700];
+        LabelVolume volume;
+        Status status = {0};
+        for (size_t i = 0; i < sizeof garbage; i++)
+            garbage[i] = (unsigned char)random_below(&seed, 256);
+        if (repeat % 3 == 0)
+            memcpy(garbage, "NRRD0004\n", 9);
+        if (repeat % 3 == 1) {
+            memcpy(garbage, "\x5c\1\0\0", 4);
+            memcpy(garbage + 344, "n+1", 4);
+        }
+        scratch_write(&scratch, "organ", garbage, sizeof garbage);
+        assert_false(volume_import(path, &volume, &status));
+    }
+}
+
+// Whatever becomes of a file, it is read or refused in one sentence. A file in memory: there are
+// thousands.
+static void try_file(const unsigned char *data, size_t size, int *read, int *refused)
+{
+    LabelVolume volume;
+    Status status = {0};
+    char name[64];
+    int file = memfd_create("organ", 0);
+    snprintf(name, sizeof name, "/proc/self/fd/%d", file);
+    assert_true(file >= 0 && write(file, data, size) == (ssize_t)size);
+    if (volume_import(name, &volume, &status)) {
+        long sum = 0, voxels = (long)volume.count[0] * volume.count[1] * volume.count[2];
+        for (long v = 0; v < voxels; v++)
+            sum += volume.label[v];
+        assert_true(sum != LONG_MIN && vec3_finite(volume.origin));
+        volume_destroy(&volume);
+        (*read)++;
+    } else {
+        assert_int_equal(status.code, STATUS_INVALID);
+        assert_int_equal(strncmp(status.text, "/proc/self/fd/", 14), 0);
+        assert_null(strchr(status.text, '\n'));
+        (*refused)++;
+    }
+    close(file);
+}
+
+static void damaged_files_are_read_or_refused_but_never_harm(void **state)
+{
+    (void)state;
+    static const char *const encodings[] = {"raw", "gzip", "ascii", "hex"};
+    Bytes *base = malloc(sizeof *base), *inner = malloc(sizeof *inner);
+    uint64_t seed = 17;
+    for (int file = 0; file < 7; file++) {
+        NiftiFields fields = plain_nifti();
+        int read = 0, refused = 0;
+        base->size = inner->size = 0;
+        if (file < 4)
+            put_nrrd(base, &TYPES[2 + file], encodings[file], file == 2);
+        else
+            put_nifti_file(file == 6 ? inner : base, &fields, &TYPES[2 * (file - 4)], file == 5);
+        if (file == 6)
+            put_gzip(base, inner->at, inner->size);
+        for (size_t size = 1; size < base->size; size++)
+            try_file(base->at, size, &read, &refused);
+        // No part of it is a volume, but a text whose last number, or a blank behind it, is cut.
+        assert_true(read <= (file == 2 ? 2 : 0));
+        for (int repeat = 0; repeat < EFFORT(1500); repeat++) {
+            unsigned char *data = malloc(base->size);
+            memcpy(data, base->at, base->size);
+            for (int changes = 1 + random_below(&seed, 3); changes > 0; changes--) {
+                int at = random_below(&seed, (int)base->size);
+                int how = random_below(&seed, 3);
+                if (how == 0)
+                    data[at] ^= (unsigned char)(1 << random_below(&seed, 8));
+                else if (how == 1)
+                    data[at] = (unsigned char)random_below(&seed, 256);
+                else
+                    data[at] = (unsigned char)"0123456789 \n:()-\xff"[random_below(&seed, 17)];
+            }
+            try_file(data, base->size, &read, &refused);
+            free(data);
+        }
+        printf("file %d of %zu bytes: %d read, %d refused\n", file, base->size, read, refused);
+        assert_true(refused > 0);
+    }
+    free(base);
+    free(inner);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_is_no_volume_is_refused),
+        cmocka_unit_test(damaged_files_are_read_or_refused_but_never_harm),
+        cmocka_unit_test(nothing_was_printed),
+    };
+    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}

@@ -1,0 +1,283 @@
+// Label volumes in NIfTI-1: types, pairs, transforms, units, defects.
+#include "volume_bench.h"
+
+// --- NIfTI-1 ---
+
+// The fields with the type of unsigned char.
+static void import_nifti(const NiftiFields *fields, LabelVolume *volume)
+{
+    write_nifti(fields, &TYPES[1], false, false);
+    import(volume);
+    assert_string_equal(volume->format, "NIfTI-1");
+    expect_labels(volume);
+}
+
+static void expect_plain(const LabelVolume *volume)
+{
+    // RAS to LPS, in metres; single precision holds these numbers.
+    expect_labels(volume);
+    expect_vec3(volume->axis[0], 0.0, -2e-3, 0.0, 1e-17);
+    expect_vec3(volume->axis[1], 3e-3, 0.0, 0.0, 1e-17);
+    expect_vec3(volume->axis[2], 0.0, 0.0, 4e-3, 1e-17);
+    expect_vec3(volume->origin, -10e-3, -20e-3, 30e-3, 1e-17);
+}
+
+static void nifti_of_every_type_and_order_packed_or_not_reads_the_same(void **state)
+{
+    (void)state;
+    NiftiFields fields = plain_nifti();
+    for (int t = 0; t < TYPE_COUNT; t++)
+        for (int big = 0; big < 2; big++)
+            for (int packed = 0; packed < 2; packed++) {
+                LabelVolume volume;
+                write_nifti(&fields, &TYPES[t], big, packed);
+                import(&volume);
+                expect_plain(&volume);
+                volume_destroy(&volume);
+            }
+}
+
+static void nifti_pairs_are_read_by_their_header(void **state)
+{
+    (void)state;
+    NiftiFields fields = plain_nifti();
+    fields.magic = "ni1";
+    char name[SCRATCH_PATH];
+    for (int packed = 0; packed < 4; packed++) {
+        Bytes *bytes = calloc(1, sizeof *bytes), *file = calloc(1, sizeof *file);
+        fields.vox_offset = packed == 1 ? 5.0f : 0.0f;
+        put_nifti(bytes, &fields, false);
+        const char *header = packed & 1 ? "pair.hdr.gz" : "pair.hdr";
+        if (packed & 1)
+            put_gzip(file, bytes->at, bytes->size);
+        scratch_write(&scratch, header, packed & 1 ? file->at : bytes->at,
+                      packed & 1 ? file->size : bytes->size);
+        bool other = packed >= 2;
+        unlink(scratch_path(&scratch, "pair.img", name));
+        unlink(scratch_path(&scratch, "pair.img.gz", name));
+        write_voxels(other ? "pair.img.gz" : "pair.img", packed == 1 ? "12345" : "", other, "");
+        LabelVolume volume;
+        Status status = {0};
+        if (!volume_import(scratch_path(&scratch, header, name), &volume, &status))
+            fail_msg("%s", status.text);
+        expect_plain(&volume);
+        volume_destroy(&volume);
+        free(bytes);
+        free(file);
+    }
+    // The other one of the pair.
+    unlink(scratch_path(&scratch, "pair.img.gz", name));
+    LabelVolume volume;
+    Status status = {0};
+    assert_false(volume_import(scratch_path(&scratch, "pair.hdr", name), &volume, &status));
+    assert_non_null(strstr(status.text, "/pair.img: No such file or directory"));
+    write_voxels("pair.img", "", false, "");
+    expect_error_of(scratch_path(&scratch, "pair.img", name),
+                    ": is neither an NRRD nor a NIfTI-1 file (of a pair .hdr and .img, name the "
+                    ".hdr)");
+    write_nifti(&fields, &TYPES[1], false, false);
+    expect_error(": is the header of a NIfTI-1 pair, but its name does not end in .hdr, so that of "
+                 "its voxels is not known");
+}
+
+static void nifti_sform_goes_before_qform(void **state)
+{
+    (void)state;
+    LabelVolume volume;
+    NiftiFields fields = plain_nifti();
+    fields.qform = 1;
+    fields.quatern[0] = 1.0f; // half a turn about x
+    fields.qoffset[0] = 99.0f;
+    import_nifti(&fields, &volume);
+    expect_plain(&volume);
+    volume_destroy(&volume);
+}
+
+static void nifti_qform_turns_and_mirrors(void **state)
+{
+    (void)state;
+    for (int mirrored = 0; mirrored < 2; mirrored++) {
+        LabelVolume volume;
+        NiftiFields fields = plain_nifti();
+        fields.sform = 0;
+        fields.qform = 2;
+        fields.pixdim[0] = mirrored ? -1.0f : 1.0f;
+        // A quarter turn about z, then x: (1, 1, 1, 1) / 2 takes x to y, y to z, z to x.
+        for (int d = 0; d < 3; d++)
+            fields.quatern[d] = 0.5f;
+        fields.qoffset[0] = 10.0f;
+        fields.qoffset[1] = 20.0f;
+        fields.qoffset[2] = 30.0f;
+        import_nifti(&fields, &volume);
+        // Niftilib turns in double precision and stores single: 2^-24 of 4 mm.
+        expect_vec3(volume.axis[0], 0.0, -2e-3, 0.0, 1e-9);
+        expect_vec3(volume.axis[1], 0.0, 0.0, 3e-3, 1e-9);
+        expect_vec3(volume.axis[2], mirrored ? 4e-3 : -4e-3, 0.0, 0.0, 1e-9);
+        expect_vec3(volume.origin, -10e-3, -20e-3, 30e-3, 1e-9);
+        volume_destroy(&volume);
+    }
+}
+
+static void nifti_without_transform_has_the_axes_of_the_world(void **state)
+{
+    (void)state;
+    LabelVolume volume;
+    NiftiFields fields = plain_nifti();
+    fields.sform = 0;
+    import_nifti(&fields, &volume);
+    expect_vec3(volume.axis[0], 2e-3, 0.0, 0.0, 1e-17);
+    expect_vec3(volume.axis[1], 0.0, 3e-3, 0.0, 1e-17);
+    expect_vec3(volume.axis[2], 0.0, 0.0, 4e-3, 1e-17);
+    expect_vec3(volume.origin, 0.0, 0.0, 0.0, 0.0);
+    volume_destroy(&volume);
+}
+
+static void nifti_units_are_honoured(void **state)
+{
+    (void)state;
+    static const struct {
+        int code;
+        double metres;
+    } units[] = {{0, 1e-3}, {1, 1.0}, {2, 1e-3}, {3, 1e-6}, {2 + 8, 1e-3}, {3 + 16, 1e-6}};
+    for (int u = 0; u < 6; u++) {
+        LabelVolume volume;
+        NiftiFields fields = plain_nifti();
+        fields.units = units[u].code;
+        import_nifti(&fields, &volume);
+        double m = units[u].metres;
+        expect_vec3(volume.axis[2], 0.0, 0.0, 4.0 * m, 1e-15 * m);
+        expect_vec3(volume.origin, -10.0 * m, -20.0 * m, 30.0 * m, 1e-14 * m);
+        volume_destroy(&volume);
+    }
+}
+
+static void nifti_may_have_more_dimensions_of_one(void **state)
+{
+    (void)state;
+    for (int dims = 4; dims <= 7; dims++) {
+        LabelVolume volume;
+        NiftiFields fields = plain_nifti();
+        fields.dim[0] = dims;
+        import_nifti(&fields, &volume);
+        expect_plain(&volume);
+        volume_destroy(&volume);
+    }
+    NiftiFields fields = plain_nifti();
+    LabelVolume volume;
+    fields.dim[4] = 0; // beyond dim[0] nothing counts
+    import_nifti(&fields, &volume);
+    volume_destroy(&volume);
+}
+
+static void nifti_scales_that_give_whole_numbers_are_applied(void **state)
+{
+    (void)state;
+    static const struct {
+        float slope, inter;
+    } scales[] = {{0.0f, 5.0f}, {1.0f, 0.0f}, {2.0f, 0.0f}, {1.0f, -3.0f}, {-3.0f, 7.0f}};
+    for (int s = 0; s < 5; s++) {
+        LabelVolume volume;
+        NiftiFields fields = plain_nifti();
+        fields.slope = scales[s].slope;
+        fields.inter = scales[s].inter;
+        write_nifti(&fields, &TYPES[2], true, false);
+        import(&volume);
+        for (int v = 0; v < 24; v++) {
+            int expected = label_at(v) * (int)scales[s].slope + (int)scales[s].inter;
+            assert_int_equal(volume.label[v], s == 0 ? label_at(v) : expected);
+        }
+        volume_destroy(&volume);
+    }
+    NiftiFields fields = plain_nifti();
+    fields.slope = 0.5f;
+    write_nifti(&fields, &TYPES[2], true, false);
+    expect_error(": voxel (0, 0, 0) is 0.5 when scaled, not a label, which is a whole number up to "
+                 "2147483647");
+}
+
+static void nifti_defects_are_told_in_a_sentence(void **state)
+{
+    (void)state;
+    NiftiFields f;
+#define REFUSED(change, error)                                                                     \
+    f = plain_nifti();                                                                             \
+    change;                                                                                        \
+    write_nifti(&f, &TYPES[1], false, false);                                                      \
+    expect_error(error);                                                                           \
+    write_nifti(&f, &TYPES[1], true, true);                                                        \
+    expect_error(error)
+    const float nan = (float)NAN, inf = (float)INFINITY;
+    REFUSED(f.dim[0] = 2, ": has 2 dimensions, not 3 as a volume");
+    REFUSED(f.dim[0] = 0, ": has 0 dimensions, not 3 as a volume");
+    REFUSED(f.dim[0] = 8, ": has 8 dimensions, not 3 as a volume");
+    REFUSED(f.dim[0] = -3, ": has -3 dimensions, not 3 as a volume");
+    REFUSED((f.dim[0] = 4, f.dim[4] = 2), ": holds 2 volumes or values a voxel (dim[4]), not one");
+    REFUSED((f.dim[0] = 5, f.dim[5] = 3), ": holds 3 volumes or values a voxel (dim[5]), not one");
+    REFUSED((f.dim[0] = 4, f.dim[4] = 0), ": has 0 voxels along dim[4]");
+    REFUSED(f.dim[2] = 0, ": has 0 voxels along dim[2]");
+    REFUSED(f.dim[1] = -4, ": has -4 voxels along dim[1]");
+    REFUSED((f.dim[1] = f.dim[2] = f.dim[3] = 32767),
+            ": 32767 x 32767 x 32767 voxels are more than 268435456");
+    REFUSED(f.vox_offset = nan, ": its voxels begin at byte nan (vox_offset)");
+    REFUSED(f.vox_offset = inf, ": its voxels begin at byte inf (vox_offset)");
+    REFUSED(f.vox_offset = -1.0f, ": its voxels begin at byte -1 (vox_offset)");
+    REFUSED(f.vox_offset = 100.0f, ": its voxels begin at byte 100 (vox_offset)");
+    REFUSED(f.vox_offset = 1e30f, ": its voxels begin at byte 1e+30 (vox_offset)");
+    REFUSED(f.srow[1][0] = nan, ": the spacing along axis 0 is nan m, outside [1e-12, 1e+12]");
+    REFUSED(f.srow[1][0] = 0.0f, ": the spacing along axis 0 is 0 m, outside [1e-12, 1e+12]");
+    REFUSED(f.srow[0][0] = 2.0f,
+            ": axes 0 and 1 are not at right angles (cosine -0.707, at most 0.001), so its voxels "
+            "are no boxes");
+    REFUSED(f.srow[2][3] = inf, ": the first voxel is at (-0.01, -0.02, inf) m");
+    REFUSED((f.sform = 0, f.pixdim[2] = nan), ": the spacing along axis 1 is nan (pixdim[2])");
+    REFUSED((f.sform = 0, f.pixdim[2] = 0.0f), ": the spacing along axis 1 is 0 (pixdim[2])");
+    REFUSED((f.sform = 0, f.qform = 1, f.pixdim[3] = -4.0f),
+            ": the spacing along axis 2 is -4 (pixdim[3])");
+    REFUSED((f.sform = 0, f.qform = 1, f.quatern[1] = 2.0f),
+            ": (0, 2, 0) is no part of a unit quaternion (quatern_b, c, d)");
+    REFUSED((f.sform = 0, f.qform = 1, f.quatern[1] = nan),
+            ": (0, nan, 0) is no part of a unit quaternion (quatern_b, c, d)");
+    REFUSED(f.units = 5, ": its unit of length has the code 5, which NIfTI-1 does not know");
+#undef REFUSED
+    f = plain_nifti();
+    f.dim[1] = 400;
+    write_nifti(&f, &TYPES[3], false, false);
+    expect_error(": 2400 voxels take 4800 bytes, the file has 48 for them");
+    write_nifti(&f, &TYPES[3], false, true);
+    expect_error(": the data ends, or is damaged, at voxel 24");
+    f.dim[1] = f.dim[2] = 10000;
+    write_nifti(&f, &TYPES[9], false, true);
+    expect_error(": 200000000 voxels of 8 bytes cannot be in the 567 bytes that the file has for "
+                 "them");
+    f = plain_nifti();
+    static const int types[] = {0, 1, 32, 128, 1536, 1792, 2048, 2304, -7};
+    for (int t = 0; t < 9; t++) {
+        char expected[160];
+        Type type = {"", types[t], 1, 'u'};
+        write_nifti(&f, &type, t % 2 == 0, false);
+        snprintf(expected, sizeof expected,
+                 ": its voxels are of datatype %d, not integers or floats of up to 64 bits",
+                 types[t]);
+        expect_error(expected);
+    }
+    unsigned char other[600] = {540 & 255, 540 >> 8};
+    scratch_write(&scratch, "organ", other, sizeof other);
+    expect_error(": is a NIfTI-2 file; NIfTI-1 is read");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(nifti_of_every_type_and_order_packed_or_not_reads_the_same),
+        cmocka_unit_test(nifti_pairs_are_read_by_their_header),
+        cmocka_unit_test(nifti_sform_goes_before_qform),
+        cmocka_unit_test(nifti_qform_turns_and_mirrors),
+        cmocka_unit_test(nifti_without_transform_has_the_axes_of_the_world),
+        cmocka_unit_test(nifti_units_are_honoured),
+        cmocka_unit_test(nifti_may_have_more_dimensions_of_one),
+        cmocka_unit_test(nifti_scales_that_give_whole_numbers_are_applied),
+        cmocka_unit_test(nifti_defects_are_told_in_a_sentence),
+        cmocka_unit_test(nothing_was_printed),
+    };
+    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}
