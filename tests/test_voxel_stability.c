@@ -5,6 +5,7 @@
 #include "expect.h"
 #include "random.h"
 #include "voxel_bench.h"
+#include "voxel_world.h"
 
 // The largest energy over so many steps of dt / dt0, over that of the start: 8^3 cells of levels 0
 // and 1 (the finest elements have the highest frequencies, so that larger ones add nothing), noise
@@ -54,12 +55,62 @@ static void damping_lowers_the_bound_as_predicted(void **state)
     expect_at_least(growth(0.90, 0.0, 0.2), 100.0);
 }
 
+// The same of the server's own body: 16^3 cells of levels 0 to 2, 4000 ticks of one step.
+static double growth_of_body(double step, double poisson_ratio, double damping)
+{
+    uint64_t random = 72;
+    VoxelWorldOptions options = voxel_world_cube(16);
+    options.material.poisson_ratio = poisson_ratio;
+    options.body.damping = damping;
+    options.body.unsafe_time_step = true;
+    options.body.time_step = step * voxel_critical_step(&options.material, options.lattice.size);
+    options.rate_hz = 1.0 / options.body.time_step;
+    const double size = options.lattice.size;
+    VoxelWorld world;
+    voxel_world_create(&world, &options);
+    assert_int_equal(world.body->substeps, 1);
+    for (int i = 0; i < world.count; i++)
+        world.x[i] = vec3_madd(world.x[i], 0.05 * size, random_vec3(&random));
+    voxel_world_write(&world, world.x, world.v);
+    BodyMeasure now;
+    world.body->ops->measure(world.body->model, &now);
+    const double start = now.elastic;
+    double worst = 0.0;
+    for (int n = 0; n < EFFORT(4000) && worst < 100.0; n++) {
+        sim_step(world.sim);
+        if (n % 10 != 9)
+            continue;
+        world.body->ops->measure(world.body->model, &now);
+        worst = fmax(worst, sim_resets(world.sim) == 0 ? now.kinetic / start : 1e300);
+    }
+    voxel_world_destroy(&world);
+    print_message("body, dt %.2f dt0, nu %.2f, beta %.1f dt0: kinetic energy up to %.3g\n", step,
+                  poisson_ratio, damping, worst);
+    return worst;
+}
+
+// Beyond the bound of nu = 0.45 only what fills a cube's corners could be unstable, and a free cube
+// has little of it: 1.10 is stable too.
+static void the_body_in_a_scene_has_the_same_bound(void **state)
+{
+    (void)state;
+    expect_at_most(growth_of_body(0.95, 0.0, 0.0), 5.0);
+    expect_at_most(growth_of_body(1.00, 0.0, 0.0), 5.0);
+    expect_at_least(growth_of_body(1.05, 0.0, 0.0), 100.0);
+    expect_at_least(growth_of_body(1.15, 0.0, 0.0), 100.0);
+    expect_at_most(growth_of_body(1.00, 0.45, 0.0), 5.0);
+    expect_at_most(growth_of_body(1.10, 0.45, 0.0), 5.0);
+    expect_at_most(growth_of_body(0.81, 0.0, 0.2), 5.0);
+    expect_at_least(growth_of_body(0.90, 0.0, 0.2), 100.0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_bound_is_safe_and_sharp),
         cmocka_unit_test(the_bound_holds_for_nearly_incompressible_bodies),
         cmocka_unit_test(damping_lowers_the_bound_as_predicted),
+        cmocka_unit_test(the_body_in_a_scene_has_the_same_bound),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
