@@ -442,6 +442,8 @@ Body split_toy_body(SplitToy **out, const char *name, const TriMesh *mesh, Arena
         .model = toy,
         .surface = {.node_count = nodes,
                     .face_count = places,
+.node_used = nodes,
+.face_used = places,
                     .face = (const int(*)[3])toy->face,
                     .face_area = toy->face_area,
                     .finest_area = toy->finest_area,

@@ -4,7 +4,9 @@
 #define PLIANT_DYNAMICS_BODY_H
 
 #include "base/arena.h"
+#include "base/state.h"
 #include "base/vec.h"
+#include "dynamics/cut.h"
 #include "dynamics/integrator.h"
 #include "dynamics/region.h"
 
@@ -20,6 +22,7 @@ enum { BODY_NAME_MAX = 32 };
 // those that are not in use belong to nobody's list of faces.
 typedef struct BodySurface {
     int node_count, face_count;    // places
+    int node_used, face_used;      // those beyond were never in use; only ever grow
     const int (*face)[3];          // counter-clockwise seen from outside
     const double *face_area;       // at rest [m2]
     const double *finest_area;     // [face_count] for capacities: the smallest that faces can be;
@@ -72,7 +75,7 @@ typedef struct FaceChange {
     int face, from;
 } FaceChange;
 
-// A node that came, and the two between which it lies.
+// A node that came, and the two between which it lies; a copy of another: that one twice.
 typedef struct NodeBirth {
     int node, parent[2];
 } NodeBirth;
@@ -112,6 +115,17 @@ typedef struct BodyOps {
     // detail. True when the topology changed: `change` says how, and the body's surface, mesh,
     // mass, bounds and counts have changed with it. `step` counts from 0 again after settling.
     bool (*adapt)(Body *body, int64_t step, double tick, TopologyChange *change);
+    // Breaks the links that a blade's edge meets (cut.h); NULL: the body is not cuttable. Says what
+    // happened in `outcome`, whose verdict alone matters when it returns false: then nothing was
+    // changed. True when the topology changed, as with adapt. What an earlier tick put off may be
+    // done with CUT_ENDS.
+    bool (*cut)(Body *body, const CutSweep *sweep, CutOutcome *outcome, TopologyChange *change);
+    // Breaks links that are strained beyond the tissue's strength, by the present state; NULL: it
+    // does not tear. As cut.
+    bool (*tear)(Body *body, double tick, CutOutcome *outcome, TopologyChange *change);
+    // Refines what a cut has left to be refined, as much as fits a tick; NULL: nothing ever has to
+    // be. As adapt.
+    bool (*reconstruct)(Body *body, TopologyChange *change);
     // Kicks only: moves positions by dt [s] with the present velocities.
     void (*drift)(void *model, double dt);
     // One evaluation of all forces at the present rows, fused with the stage's algebra.
@@ -162,6 +176,8 @@ typedef struct BodyOps {
     void (*restored)(Body *body);
 
     // --- load time ---
+    // Before the first cut: memory for the links around so many blades. NULL as cut.
+    void (*reserve_blades)(void *model, int blades, Arena *arena, StateList *state);
     // Before the first add_forces: memory for forces on so many nodes in one evaluation.
     void (*reserve_forces)(void *model, const char *name, int count, Arena *arena);
     // Kernel variant and what was left out, one line each, for --explain.

@@ -10,8 +10,10 @@
 enum { TOOL_SHAPES = 8 };
 
 typedef enum ToolKind {
-    TOOL_PROBE,  // moved by poses; spheres and capsules
-    TOOL_STATIC, // never moves; planes and capsules in the world frame
+    TOOL_PROBE,   // moved by poses; spheres and capsules
+    TOOL_STATIC,  // never moves; planes and capsules in the world frame
+    TOOL_BLADE,   // moved by poses; cuts along its edge; capsules (its back) push, if it has any
+    TOOL_GRASPER, // moved by poses; takes hold of what lies in its capsules when it closes
     TOOL_KIND_COUNT,
 } ToolKind;
 
@@ -33,7 +35,9 @@ typedef struct ToolOptions {
     Capsule capsule[TOOL_SHAPES];
     bool has_plane; // static tools only
     Plane plane;
-    double max_force; // [N], on probes: the proxy yields beyond it; > 0
+    Vec3 edge[2];     // of blades: the ends, in the tool frame [m]
+    double max_force; // [N], on what poses move: the proxy yields beyond it; > 0
+    double friction;  // mu; negative: that of the body it meets
 } ToolOptions;
 
 // One accepted tool_pose_t.

@@ -278,6 +278,8 @@ static void create_surface(SurfaceModel *model, Body *body, const TriMesh *mesh,
     body->surface = (BodySurface){
         .node_count = nodes,
         .face_count = faces,
+        .node_used = nodes,
+        .face_used = faces,
         .face = (const int(*)[3])model->face,
         .face_area = model->face_area,
         .finest_area = model->face_area,

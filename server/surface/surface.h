@@ -63,6 +63,8 @@ typedef struct SurfaceOptions {
     SurfaceAdjust adjust;             // of no effect with levels = 0
     bool adaptive;                    // refines and coarsens; else it stays at start_level
     SurfaceAdapt adapt;               // if adaptive
+    bool cuttable;                    // blades can cut it
+    double tear_stretch;              // of a bond, at which it breaks; 0: it does not tear
     int node_capacity, face_capacity; // most that may be in use at a time; 0: what levels can give
     const Levels *hierarchy;          // of the mesh, `levels` deep; NULL with levels = 0
     double prestress;                 // rest lengths shortened by this fraction, [0, 0.9]

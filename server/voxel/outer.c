@@ -49,6 +49,8 @@ void voxel_create_surface(VoxelModel *model, Body *body, const LatticeMesh *mesh
     body->surface = (BodySurface){
         .node_count = nodes,
         .face_count = faces,
+        .node_used = nodes,
+        .face_used = faces,
         .face = (const int(*)[3])face,
         .face_area = area,
         .finest_area = area,

@@ -43,6 +43,12 @@ typedef struct VoxelOptions {
     bool without_contacts;                           // no tool can touch it
     bool without_loads;                              // no load can act on it
     bool publish_all;                                // inner vertices too
+    bool cuttable;       // blades can cut it; the rest of this group means nothing otherwise
+    int split_budget;    // elements divided in a tick
+    double tear_stress;  // strength of the tissue [Pa]; 0: it does not tear
+    double tear_force;   // the paper's threshold on the external force on a vertex [N]; 0: none
+    int vertex_capacity; // most vertices and outer triangles; 0: enough for a body divided wholly
+    int face_capacity;
     const TriMesh *skin; // display surface in the place of the outer faces, or NULL
     const char *isa;     // "auto" or a name of isa.h
     Team *team;          // shares the elements of large bodies; NULL: one thread; outlives the body

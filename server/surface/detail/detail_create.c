@@ -434,6 +434,8 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     body->surface = (BodySurface){
         .node_count = detail->node_count,
         .face_count = detail->place_count,
+        .node_used = detail->node_count,
+        .face_used = detail->place_count,
         .face = (const int(*)[3])detail->face,
         .face_area = detail->face_area,
         .finest_area = detail->finest_area,

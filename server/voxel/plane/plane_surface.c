@@ -90,6 +90,8 @@ void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh,
     body->surface = (BodySurface){
         .node_count = nodes,
         .face_count = faces,
+        .node_used = nodes,
+        .face_used = faces,
         .face = (const int(*)[3])face,
         .face_area = area,
         .finest_area = area,

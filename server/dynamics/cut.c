@@ -1,0 +1,52 @@
+#include "dynamics/cut.h"
+
+#include <math.h>
+
+bool cut_quantise(Vec3 point, Vec3 origin, double q, CutPoint *out)
+{
+    const double x[3] = {point.x - origin.x, point.y - origin.y, point.z - origin.z};
+    for (int c = 0; c < 3; c++) {
+        double units = floor(x[c] / q + 0.5);
+        if (!(fabs(units) < 0.25 * (double)CUT_REACH))
+            return false;
+        out->x[c] = (int64_t)units;
+    }
+    return true;
+}
+
+// A few units, from the low bits of a mixed counter (the finaliser of SplitMix64, Steele et al.
+// 2014).
+CutPoint cut_shift(int64_t attempt, int end)
+{
+    CutPoint shift = {{0, 0, 0}};
+    for (int c = 0; attempt > 0 && c < 3; c++) {
+        uint64_t z = (uint64_t)(6 * attempt + 3 * end + c) * 0x9e3779b97f4a7c15u;
+        z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+        z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+        z ^= z >> 31;
+        shift.x[c] = (int64_t)(z % 15) - 7;
+    }
+    return shift;
+}
+
+int cut_subticks(const CutSweep *sweep, double tolerance)
+{
+    Vec3 a = vec3_sub(sweep->after.end[0], sweep->before.end[0]);
+    Vec3 b = vec3_sub(sweep->after.end[1], sweep->before.end[1]);
+    double twist = 0.25 * vec3_length(vec3_sub(a, b));
+    int m = 1;
+    while (m <= CUT_SUBTICKS_MOST && twist > tolerance * m)
+        m *= 2;
+    return m > CUT_SUBTICKS_MOST ? 0 : m;
+}
+
+CutPath cut_part(CutPath whole, int k, int m)
+{
+    CutPath part;
+    for (int c = 0; c < 3; c++) {
+        int64_t from = whole.at[0].x[c], way = whole.at[1].x[c] - from;
+        part.at[0].x[c] = from + way * k / m;
+        part.at[1].x[c] = from + way * (k + 1) / m;
+    }
+    return part;
+}

@@ -1,0 +1,131 @@
+// Which elements and vertices a voxel body has while it is cut: private to the voxel room, and
+// there only of bodies with `cuttable = true`.
+//
+// Two sets of bits are the whole truth: which elements are divided, and which faces of the finest
+// cells are broken. Bits are only ever set. Elements follow from the first, who shares which vertex
+// from both (lattice_mesh.h: the parts of a lattice point), and every local change gives the same
+// as deriving all of it anew (cut_lattice_derive; tests compare). Elements have their numbers for
+// life: all that can ever come are numbered at load, the initial leaves and all their descendants;
+// by level, within a level by window (an aligned block of WINDOW_EDGE elements a side), within a
+// window along a Z curve. So the eight children of an element follow one another.
+//
+// Vertices only ever come: they keep their row for life, and new ones take the next. A vertex's id
+// is a function of the bits: the index of its lattice point, x fastest, for the part with the
+// lowest solid slot there; + points * (lowest slot of its part) for others. Parts only ever become
+// smaller, so the id stays with the smaller part that holds the lowest slot.
+#ifndef PLIANT_VOXEL_CUT_CUT_LATTICE_H
+#define PLIANT_VOXEL_CUT_CUT_LATTICE_H
+
+#include "base/arena.h"
+#include "base/state.h"
+#include "voxel/layout.h"
+#include "voxel/template.h"
+
+enum { WINDOW_EDGE = 4, WINDOW_ELEMENTS = 64 };
+
+// Constant.
+typedef struct CutElement {
+    int cell[3]; // its lowest cell
+    int parent;  // -1: an initial leaf
+    int child;   // the first of eight; -1: level 0
+    unsigned char level, material;
+} CutElement;
+
+// Elements [first, end) of one level in one aligned block; windows without any do not exist.
+typedef struct CutWindow {
+    int first, end;
+    unsigned char level;
+} CutWindow;
+
+// A vertex that came: a copy of `origin` there, or (origin -1) in the middle of the nodes of
+// element `of` by the template's rule.
+typedef struct CutBirth {
+    int vertex, origin, of;
+} CutBirth;
+
+// What happened since cut_lattice_forget_changes, for whoever keeps something about it. Each list
+// holds an entry once, in the order in which it first came.
+typedef struct CutChanges {
+    int element_count, birth_count, face_count;
+    int *element;    // came, went, or has other vertices
+    CutBirth *birth; // parents before children
+    int (*face)[2];  // {finest cell (element of level 0), axis}: newly broken, or with a side that
+                     // has newly become a leaf of level 0
+} CutChanges;
+
+typedef struct CutLattice {
+    // --- constant ---
+    int levels;
+    int count[3];                          // cells, rounded up to multiples of 2^levels
+    int lattice_count[3];                  // as given
+    int element_count;                     // that can ever be
+    int level_first[VOXEL_LEVELS_MAX + 2]; // first element of each level
+    CutElement *element;                   // [element_count]
+    int *lut[VOXEL_LEVELS_MAX + 1]; // [level][block of 2^level cells, x fastest]: element or -1
+    int window_count;
+    CutWindow *window; // by level
+    int *window_of;    // [element_count]
+    int vertex_capacity;
+    int split_budget; // divisions a tick
+
+    // --- part of the state ---
+    unsigned char *divided; // [element_count]
+    unsigned char *broken;  // [elements of level 0] bit d: its face towards +d
+    int *vertex_id;         // [vertex_capacity] -1: not yet there
+    int64_t *vertex_count;
+
+    // --- follows from it ---
+    int (*corner)[NODE_CORNERS]; // [elements of level 0] vertices; -1 unless it is a leaf
+    int (*node)[NODE_COUNT];     // [element - level_first[1]] of the others; -1: absent
+    int leaf_count, leaf_at_level[VOXEL_LEVELS_MAX + 1];
+    // Elements that want to be divided, since a bit is broken in or on them, or a neighbour is two
+    // levels finer: by level, the coarsest first, then by number.
+    int *wanted; // [wanted_count]
+    int wanted_count;
+
+    CutChanges changes;
+    struct CutScratch *scratch;
+} CutLattice;
+
+// Load time. Elements and vertices as lattice_mesh_create gives them for the layout: the first
+// `surface_count` vertices those of the outer faces, in its order. `capacity`: most vertices.
+// False with a status: does not fit.
+bool cut_lattice_create(CutLattice *lattice, const char *name, const Layout *layout, int capacity,
+                        int split_budget, Arena *arena, StateList *state, Status *status);
+
+static inline bool cut_lattice_is_leaf(const CutLattice *lattice, int element)
+{
+    int parent = lattice->element[element].parent;
+    return !lattice->divided[element] && (parent < 0 || lattice->divided[parent]);
+}
+
+// The vertices of an element by node: NODE_CORNERS of them at level 0, else NODE_COUNT.
+static inline const int *cut_lattice_nodes(const CutLattice *lattice, int element)
+{
+    return element < lattice->level_first[1] ? lattice->corner[element]
+                                             : lattice->node[element - lattice->level_first[1]];
+}
+
+// The finest cell at a place, as an element of level 0 (leaf or not); -1: void or outside.
+int cut_lattice_cell(const CutLattice *lattice, int i, int j, int k);
+// The leaf that covers a finest cell.
+int cut_lattice_leaf_of(const CutLattice *lattice, int cell);
+// The cell beyond a cell's face towards +axis; -1: void.
+int cut_lattice_beyond(const CutLattice *lattice, int cell, int axis);
+
+// Whether as many new broken faces are sure to fit.
+bool cut_lattice_has_room(const CutLattice *lattice, int faces);
+// Breaks faces {cell, axis} that are not broken yet, all bits first, vertices second; those inside
+// coarse leaves lie dormant until these are divided, which they are then wanted for.
+void cut_lattice_break(CutLattice *lattice, const int (*face)[2], int count);
+// Divides what is wanted, each element at most once a call and at most split_budget (a division may
+// have to divide its coarser neighbours first, and so overshoot by a few); elements that share a
+// corner never differ by more than one level. Returns how many were divided; what does not fit the
+// capacity stays wanted.
+int cut_lattice_reconstruct(CutLattice *lattice);
+void cut_lattice_forget_changes(CutLattice *lattice);
+
+// All that follows from the state, from scratch. False: a state that cannot be (a checkpoint's).
+bool cut_lattice_derive(CutLattice *lattice);
+
+#endif
