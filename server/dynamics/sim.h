@@ -21,6 +21,7 @@ typedef enum StageId {
     STAGE_CONTACT,       // contact forces inside the substeps
     STAGE_WRENCHES,      // impulses to wrenches
     STAGE_CHECK,         // numbers finite; else restore
+    STAGE_STIFFNESS,     // how stiff bodies feel to tools, a part of it
     STAGE_SNAPSHOT,      // hand positions to the bus (the runner's)
     STAGE_COUNT,
 } StageId;
@@ -46,13 +47,16 @@ typedef struct ToolWrench {
     Vec3 force, torque; // on the tool; torque about `position`
     Vec3 point, normal;
     double depth;
+    double stiffness[6]; // (stiffness.h) xx yy zz yz zx xy [N/m]; all zero: not known
+    double damping;      // along the normal [N s/m]
 } ToolWrench;
 
 typedef struct SimOptions {
     double rate_hz;
     Vec3 gravity;
     double tool_timeout_s;
-    bool may_load; // loads can come at run time (by message or log)
+    bool may_load;          // loads can come at run time (by message or log)
+    bool contact_stiffness; // ToolWrench tells it
 } SimOptions;
 
 typedef struct Sim Sim;

@@ -5,6 +5,7 @@
 
 #include "dynamics/load.h"
 #include "dynamics/sim.h"
+#include "dynamics/stiffness.h"
 
 enum { SIM_BODIES = 64, SIM_TOOLS = 32, SIM_SCENE_LOADS = 64 };
 
@@ -36,6 +37,7 @@ struct Sim {
     int *contact_tool;  // [contact_count]
     int *contact_start; // [body_count + 1]
     LoadSet loads;
+    StiffnessEstimator *stiffness; // NULL: not wanted, or no contact has any
 
     // --- results of the last tick ---
     ToolWrench *wrench; // [tool_count]
