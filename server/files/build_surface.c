@@ -8,6 +8,13 @@
 #include <stdlib.h>
 
 #ifdef PLIANT_WITH_SURFACE
+// A body that refines, be it where it is cut only, starts from the mesh and needs its levels for
+// life.
+static bool keeps_levels(const SurfaceOptions *surface)
+{
+    return surface->adaptive || (surface->cuttable && surface->levels > 0);
+}
+
 // Rows of the mesh to rows of a level of it: midpoints lie beside their place at rest as their
 // parents do, on average.
 static Vec3 *spread_position(const Levels *levels, int level, Vec3 *position)
@@ -60,7 +67,7 @@ static bool read_initial(const SceneBody *described, const TriMesh *mesh, const 
         return true;
     if (!initial_read(described->initial, mesh, position, velocity, status))
         return false;
-    if (levels != NULL && !described->surface.adaptive) {
+    if (levels != NULL && !keeps_levels(&described->surface)) {
         *position = spread_position(levels, described->surface.start_level, *position);
         *velocity = spread_velocity(levels, described->surface.start_level, *velocity);
     }
@@ -70,7 +77,7 @@ static bool read_initial(const SceneBody *described, const TriMesh *mesh, const 
 // Makes a body from the mesh of level 0, which becomes that of its level when it stays there.
 static bool create_surface(World *world, SurfaceOptions *surface, TriMesh *mesh, Status *status)
 {
-    if (surface->hierarchy != NULL && !surface->adaptive) {
+    if (surface->hierarchy != NULL && !keeps_levels(surface)) {
         TriMesh coarse = *mesh;
         levels_mesh(surface->hierarchy, surface->start_level, &coarse, mesh);
         mesh_destroy(&coarse);
@@ -91,7 +98,7 @@ bool build_surface(World *world, const Scene *scene, int index, const Prepared *
     Vec3 *position = NULL, *velocity = NULL;
     SurfaceOptions surface = described->surface;
     Arena arena = {0}; // a body that stays at its level needs the hierarchy no longer
-    Arena *keeper = surface.adaptive ? &world->arena : &arena;
+    Arena *keeper = keeps_levels(&surface) ? &world->arena : &arena;
     Levels levels;
     bool ok = prepared != NULL ? prepared_read(prepared, described, mesh, &levels, keeper, status)
                                : body_mesh_make(described, mesh, &levels, keeper, status);
