@@ -32,7 +32,8 @@ typedef struct CutPieces {
 
 // Load time. Pieces of an uncut lattice are numbered as `mesh` numbers them.
 void cut_pieces_create(CutPieces *pieces, const char *name, const CutLattice *lattice,
-                       const LatticeMesh *mesh, Arena *arena, StateList *state);
+                       const LatticeMesh *mesh, const Layout *layout, Arena *arena,
+                       StateList *state);
 // After cut_lattice_break: the faces {cell, axis} that are newly broken. True when a piece came.
 bool cut_pieces_follow(CutPieces *pieces, const int (*face)[2], int count);
 static inline int cut_pieces_of(const CutPieces *pieces, int cell)
