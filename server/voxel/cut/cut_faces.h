@@ -37,6 +37,7 @@ typedef struct CutFaces {
     int *copied_from;    // [vertex_capacity] vertex; -1: of nothing
 
     // --- follows from it ---
+    unsigned char *counted;   // [cell] broken faces that are in broken_count
     int64_t broken_count;     // faces
     int (*square_of)[6];      // [cell][direction] or -1
     int (*face)[3];           // [2 * square_capacity] vertices
