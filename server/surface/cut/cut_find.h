@@ -66,6 +66,15 @@ typedef struct CutFinder {
     unsigned char *listed;    // [finest faces] zero between calls
 } CutFinder;
 
+// Whether the link across an edge with two listed faces is broken.
+static inline bool cut_find_is_broken(const Level *level, const CutTissue *tissue, int edge)
+{
+    int face = level->edge_face[edge][0], k = 0;
+    while (level->face_edge[face][k] != edge)
+        k++;
+    return tissue->broken[face] >> k & 1;
+}
+
 // Load time. Keeps `level` (the finest one) by reference; `origin` [m] any constant point near the
 // body, `h` the mean edge of that level at rest [m]. Arrays belong to the arena, named "name/...".
 void cut_find_create(CutFinder *finder, const Level *level, Vec3 origin, double h, const char *name,
@@ -88,5 +97,9 @@ CutVerdict cut_find_whole(CutFinder *finder, const CutTissue *tissue, const Blad
 // near. sweep->before is only read when nothing was remembered: the edge goes on from where the
 // last call left it, bit by bit.
 CutVerdict cut_find_tick(CutFinder *finder, const CutTissue *tissue, const CutSweep *sweep);
+
+// For cut_smooth: of the edges in met_edge[met] keeps those whose parity in `odd` (bit 0) is odd,
+// and of them the unbroken ones in `edge`; clears `odd`.
+CutVerdict cut_find_keep_odd(CutFinder *finder, const CutTissue *tissue);
 
 #endif

@@ -4,9 +4,10 @@
 // built, 45 degrees). All copies of a vertex move alike, so lips that lay on each other still do.
 //
 // Only vertices whose links all were whole before this cut move: each at most once in its life, so
-// limits hold for any number of cuts. The distance to the blade is measured in the deformed surface
-// and goes to the rest shape through the triangle into which the vertex moves: the same share of
-// the way along its two edges.
+// limits hold for any number of cuts. And only those with nothing but listed faces around: these
+// must stay at the finest level from now on, so lock them. The distance to the blade is measured in
+// the deformed surface and goes to the rest shape through the triangle into which the vertex moves:
+// the same share of the way along its two edges.
 #ifndef PLIANT_SURFACE_CUT_CUT_SNAP_H
 #define PLIANT_SURFACE_CUT_CUT_SNAP_H
 
@@ -23,7 +24,7 @@ typedef struct CutSnap {
 } CutSnap;
 
 typedef struct CutSnapInput {
-    const CutFinder *finder; // what cut_find_whole and cut_smooth found: finder->edge
+    CutFinder *finder;       // what cut_find_whole and cut_smooth found: finder->edge
     const CutTissue *tissue; // as then: before the links were broken and nodes copied
     const BladeEdge *edge;   // the same command
     int edges;
@@ -37,6 +38,6 @@ typedef struct CutSnapInput {
 // `work`: [vertices of the finest level] scratch, zero before and after. The caller then adds the
 // moves to its rest positions and rows, and derives the rest lengths of all edges at those vertices
 // anew; rest areas, and so masses, stay as built.
-int cut_snap(const CutSnapInput *input, unsigned char *work, CutSnap *moved);
+int cut_snap(const CutSnapInput *input, int *work, CutSnap *moved);
 
 #endif
