@@ -3,10 +3,11 @@
 #ifndef PLIANT_DYNAMICS_SIM_DATA_H
 #define PLIANT_DYNAMICS_SIM_DATA_H
 
+#include "dynamics/attachment.h"
 #include "dynamics/load.h"
 #include "dynamics/sim.h"
 
-enum { SIM_BODIES = 64, SIM_TOOLS = 32, SIM_SCENE_LOADS = 64 };
+enum { SIM_BODIES = 64, SIM_TOOLS = 32, SIM_SCENE_LOADS = 64, SIM_ATTACHMENTS = 64 };
 
 // Where a scene stands in time; plain data, part of the state.
 typedef struct SimClock {
@@ -36,6 +37,12 @@ struct Sim {
     int *contact_tool;  // [contact_count]
     int *contact_start; // [body_count + 1]
     LoadSet loads;
+    Attachment *scene_attachment[SIM_ATTACHMENTS]; // [scene_attachment_count] in the order given
+    int scene_attachment_count;
+    Attachment **attachment; // [attachment_count], of the scene, then graspers, for each body;
+    int attachment_count;    // NULL: none
+    int *attachment_start;   // [body_count + 1]
+    GraspEvent *told;        // [attachment_count] what sim_next_grasp has told of graspers
 
     // --- results of the last tick ---
     ToolWrench *wrench; // [tool_count]
