@@ -1,6 +1,6 @@
 // Makes a plane body from a lattice of one layer: elements, vertices, masses, batches. Load time
 // only.
-#include "voxel/plane/plane_forms.h"
+#include "voxel/plane/plane_cut.h"
 
 #include "base/check.h"
 #include "voxel/vertex_ids.h"
@@ -91,16 +91,17 @@ static void create_vertices(PlaneModel *model, const Making *making, const char 
     Vertices *vertices = &model->vertices;
     Rows *rows = &vertices->rows;
     const double middle[2] = {0.5 * lattice->count[0], 0.5 * lattice->count[1]};
+    const size_t most = (size_t)(vertices->capacity > 0 ? vertices->capacity : vertices->count);
     rows->rest_origin = lattice_point(lattice, middle[0], middle[1], 0.5);
     rows->rest_turn = quat_unit((Quat){lattice->turn.w, 0.0, 0.0, lattice->turn.z});
     rows->longest_edge = lattice->size;
-    rows->place = arena_allocate(arena, ARENA_STEP, (size_t)vertices->count + 1,
-                                 sizeof *rows->place, "%s/places", name);
+    rows->place =
+        arena_allocate(arena, ARENA_STEP, most + 1, sizeof *rows->place, "%s/places", name);
     for (int v = 0; v < vertices->count; v++)
         for (int d = 0; d < 2; d++)
             rows->place[v][d] = lattice->size * (making->mesh.point[v][d] - middle[d]);
     // A floating body is followed by its own fit in the plane: no rigid frame.
-    vertices_create(vertices, options, making->by_id, making->fixed, vertices->count,
+    vertices_create(vertices, options, making->by_id, making->fixed, (int)most,
                     lattice->size * (lattice->count[0] + lattice->count[1]), arena, state);
     for (long v = 0; v < vertices->count; v++) { // an initial state's out of the plane
         rows_put(rows, vertices->row[0], v * ROW + 2, 0.0);
@@ -146,6 +147,56 @@ static bool check_initial(const Making *making, Status *status)
     return true;
 }
 
+// What a body has that stays as it is.
+static void create_whole(PlaneModel *model, Body *body, Making *making, Arena *arena,
+                         StateList *state)
+{
+    const VoxelOptions *options = making->options;
+    const char *name = options->name;
+    Vertices *vertices = &model->vertices;
+    model->element_count = making->mesh.element_count;
+    vertices->mass = ALLOCATE(ARENA_TOPOLOGY, vertices->count, double, "vertex masses");
+    make_forms(making, model, name, arena);
+    make_masses(making, model, &body->mass);
+    create_vertices(model, making, name, arena, state);
+    model->spare = vertices->count;
+    plane_reserve_batches(model, model->element_count, model->element_count, name, arena);
+    plane_fill_batches(model);
+    plane_create_surface(model, body, &making->mesh, options, arena);
+    plane_create_mesh(model, body, &making->mesh, name, arena);
+    body->ops = &plane_ops;
+    body->state_capacity = vertices->count;
+}
+
+// What a body has that can be cut: room for what may come, filled as after any change.
+static void create_cuttable(PlaneModel *model, Body *body, Making *making, Arena *arena,
+                            StateList *state)
+{
+    const VoxelOptions *options = making->options;
+    const char *name = options->name;
+    plane_cut_create(model, options, making->fixed, arena, state);
+    PlaneCut *cut = model->cut;
+    making->forms = cut->forms;
+    Vertices *vertices = &model->vertices;
+    vertices->capacity = cut->vertex_capacity;
+    vertices->id = cut->id;
+    vertices->mass = ALLOCATE(ARENA_TOPOLOGY, vertices->capacity, double, "vertex masses");
+    const int elements = cut->room.sides / 8; // one over each cell at most
+    model->form = ALLOCATE(ARENA_TOPOLOGY, elements, PlaneForm, "forms of elements");
+    for (int v = 0; v < vertices->count; v++)
+        vertices->mass[v] = 1.0; // until all is made
+    create_vertices(model, making, name, arena, state);
+    model->spare = vertices->capacity;
+    plane_reserve_batches(model, elements, 2 * (cut->layout.levels + 1) * options->material_count,
+                          name, arena);
+    plane_cut_create_surface(model, body, options, arena);
+    plane_cut_make(model, body);
+    for (int v = 0; v < vertices->count; v++)
+        body->mass += vertices->mass[v];
+    body->ops = plane_cut_ops(cut);
+    body->state_capacity = vertices->capacity;
+}
+
 static void create_body(Body *body, Making *making, const PlaneKernels *kernels, Arena *arena,
                         StateList *state)
 {
@@ -154,38 +205,26 @@ static void create_body(Body *body, Making *making, const PlaneKernels *kernels,
     PlaneModel *model = ALLOCATE(ARENA_STEP, 1, PlaneModel, "model");
     model->kernels = kernels;
     model->law = options->law;
-    Vertices *vertices = &model->vertices;
-    vertices->kernels = voxel_kernels_find(options->precision, kernels->level);
-    vertices->count = making->mesh.vertex_count;
-    model->element_count = making->mesh.element_count;
     model->half = 0.5 * options->lattice->size;
-    vertices->mass = ALLOCATE(ARENA_TOPOLOGY, vertices->count, double, "vertex masses");
-    double mass = 0.0;
-    make_forms(making, model, name, arena);
-    make_masses(making, model, &mass);
-    create_vertices(model, making, name, arena, state);
-    model->spare = vertices->count;
-    plane_reserve_batches(model, model->element_count, model->element_count, name, arena);
-    plane_fill_batches(model);
+    model->vertices.kernels = voxel_kernels_find(options->precision, kernels->level);
+    model->vertices.count = making->mesh.vertex_count;
     *body = (Body){
-        .ops = &plane_ops,
         .model = model,
         .integrator = options->integrator,
-        .mass = mass,
-        .element_count = model->element_count,
-        .lambda = making->forms.lambda,
-        .damping = making->forms.damping_lambda,
-        .contact_lambda = making->forms.lambda,
         .contact_ratio = options->contact_ratio,
         .contact_damping = options->contact_damping,
         .tuning = {.friction = options->friction, .stiffness_scale = 1.0, .damping_scale = 1.0},
         .time_step_wanted = options->time_step,
         .unsafe_time_step = options->unsafe_time_step,
-        .state_capacity = model->vertices.count,
     };
     snprintf(body->name, sizeof body->name, "%s", name);
-    plane_create_surface(model, body, &making->mesh, options, arena);
-    plane_create_mesh(model, body, &making->mesh, name, arena);
+    if (options->cuttable)
+        create_cuttable(model, body, making, arena, state);
+    else
+        create_whole(model, body, making, arena, state);
+    body->element_count = model->element_count;
+    body->lambda = body->contact_lambda = making->forms.lambda;
+    body->damping = making->forms.damping_lambda;
 }
 
 bool plane_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,

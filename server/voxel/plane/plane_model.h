@@ -45,6 +45,8 @@ typedef struct PlaneModel {
 } PlaneModel;
 
 extern const BodyOps plane_ops;
+// plane_body.c. After the forces from outside.
+void plane_evaluate_elements(PlaneModel *model, const Stage *stage, double h);
 
 // plane_batches.c. Load time: room for the batches of so many elements, of so many classes of
 // squares; then what is in model->form.
