@@ -173,8 +173,8 @@ static void tell_refusal(Sim *sim, int b, int tool, const CutOutcome *outcome)
 // ---------------------------------------------------------------------------------------------
 // One sweep
 
-// All of it, however often the body asks for more; whatever knows its nodes and faces follows. What
-// the calls did adds up, the verdict is the last one's, but for what was done before.
+// What the calls of one sweep did adds up; the verdict is the last one's, but for what was done
+// before.
 static void add_outcome(CutOutcome *sum, const CutOutcome *one)
 {
     CutVerdict verdict =
@@ -191,6 +191,7 @@ static void add_outcome(CutOutcome *sum, const CutOutcome *one)
     sum->small_pieces = one->small_pieces;
 }
 
+// All of it, however often the body asks for more; whatever knows its nodes and faces follows.
 static void sweep_body(Sim *sim, int b, const CutSweep *sweep, CutOutcome *outcome)
 {
     Body *body = &sim->body[b];
