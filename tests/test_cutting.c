@@ -226,8 +226,8 @@ static void strokes_that_cannot_be_are_found(void **unused)
     CutScene scene;
     create(&scene, true);
     move_to(&scene, 0.0, -0.05);
-    Stroke good = scene.sim->stroke[0][0], *stroke = &scene.sim->stroke[0][0];
-    BodyCuts cuts = *scene.sim->cuts[0];
+    Stroke good = scene.sim->cutting->stroke[0][0], *stroke = &scene.sim->cutting->stroke[0][0];
+    BodyCuts cuts = *scene.sim->cutting->cuts[0];
     assert_true(sim_check(scene.sim));
     stroke->cut.under_way = 2;
     assert_false(sim_check(scene.sim));
@@ -238,10 +238,10 @@ static void strokes_that_cannot_be_are_found(void **unused)
     stroke->cut.edge.end[1].y = (double)NAN;
     assert_false(sim_check(scene.sim));
     *stroke = good;
-    scene.sim->cuts[0]->told_step = INT64_MAX;
+    scene.sim->cutting->cuts[0]->told_step = INT64_MAX;
     assert_false(sim_check(scene.sim));
-    *scene.sim->cuts[0] = cuts;
-    scene.sim->cuts[0]->pieces = -4;
+    *scene.sim->cutting->cuts[0] = cuts;
+    scene.sim->cutting->cuts[0]->pieces = -4;
     assert_false(sim_check(scene.sim));
     cut_scene_destroy(&scene);
 }
@@ -468,7 +468,7 @@ static void tears_are_told_of_a_few_times_a_second(void **unused)
     assert_int_equal(cut_toy_broken(scene.toy), links);
     assert_int_equal(sim_pieces(scene.sim, 0), scene.toy->faces);
     assert_in_range(told, 2, 2 + (links + 300) / 250);
-    assert_int_equal(scene.sim->cuts[0]->torn, 0); // the last ones too
+    assert_int_equal(scene.sim->cutting->cuts[0]->torn, 0); // the last ones too
     cut_scene_destroy(&scene);
 }
 
