@@ -176,7 +176,7 @@ static void list_stages(Sim *sim)
     for (int b = 0; b < sim->body_count; b++) {
         const BodyOps *ops = sim->body[b].ops;
         adapts |= ops->adapt != NULL;
-        cuts |= sim->stroke[b] != NULL || ops->tear != NULL;
+        cuts |= (sim->cutting != NULL && sim->cutting->stroke[b] != NULL) || ops->tear != NULL;
         reconstructs |= ops->reconstruct != NULL;
     }
     const bool wanted[STAGE_COUNT] = {

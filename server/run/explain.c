@@ -73,9 +73,11 @@ static void print_levels(const Body *body, const SurfaceOptions *surface, FILE *
 {
     if (surface->levels > 0)
         fprintf(out, "  level %d of %d, %s, adjust \"%s\"\n", body->finest_level, surface->levels,
-                surface->adaptive ? "adaptive" : "for good",
+                surface->adaptive   ? "adaptive"
+                : surface->cuttable ? "refined by cuts alone"
+                                    : "for good",
                 surface->adjust == ADJUST_CHOI2005 ? "choi2005" : "continuum");
-    if (surface->adaptive)
+    if (surface->adaptive || surface->cuttable)
         fprintf(out, "  room for %d nodes, %d faces\n", body->mesh.node_capacity,
                 body->mesh.triangle_capacity);
 }
