@@ -285,5 +285,9 @@ const BodyOps *detail_ops(const SurfaceOptions *options)
     ops->is_fixed = is_fixed;
     ops->set = options->adaptive ? set : surface_ops.set;
     ops->explain = explain;
+    if (options->cuttable) {
+        ops->cut = detail_blade_cut;
+        ops->reserve_blades = detail_blade_reserve;
+    }
     return ops;
 }
