@@ -267,6 +267,8 @@ void detail_cut_rebuild(Detail *detail)
                 cut->origin[cut->node[f][k] - cut->base_count] = cut->base[f][k];
     for (int c = 0; detail->fixed != NULL && c < *cut->copies; c++)
         detail->fixed[cut->base_count + c] = detail->fixed[cut->origin[c]];
+    for (int e = 0; e < detail->levels.level[detail->finest].edge_count; e++)
+        detail_measure_fold(detail, detail->finest, e); // rest places may be others
     detail_cut_lock(detail);
     detail_pieces_label(detail);
 }
