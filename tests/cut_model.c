@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+const char *const CUT_SHAPE_NAME[CUT_SHAPES] = {"sphere", "sheet", "tube"};
+
 // --- shapes ---
 
 enum { TUBE_AROUND = 12, TUBE_ALONG = 7 };

@@ -11,6 +11,8 @@
 // edges of 1 : 2.
 typedef enum CutShape { CUT_SPHERE, CUT_SHEET, CUT_TUBE, CUT_SHAPES } CutShape;
 
+extern const char *const CUT_SHAPE_NAME[CUT_SHAPES];
+
 typedef enum CutCare { CUT_PLAIN, CUT_SMOOTHED, CUT_SNAPPED } CutCare;
 
 typedef struct CutModel {

@@ -2,146 +2,71 @@
 // a blade that goes all the way through separates, and one that ends inside does not.
 #include "expect.h"
 
-#include "cut_model.h"
+#include "cut_blades.h"
 #include "effort.h"
 #include "random.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { CUTS_A_SEQUENCE = 10, EDGES_MOST = 40 };
+enum { CUTS_A_SEQUENCE = 10 };
 
-static const char *const SHAPE_NAME[CUT_SHAPES] = {"sphere", "sheet", "tube"};
-
-typedef struct Blade {
-    int edges;
-    BladeEdge edge[EDGES_MOST];
-} Blade;
-
-// --- where to cut ---
-
-static Vec3 corner_place(const CutModel *model, int face, int k)
-{
-    return model->x[model->corner[face][k]];
-}
-
-static Vec3 centroid_of(const CutModel *model, int face)
-{
-    Vec3 sum = vec3_add(corner_place(model, face, 0), corner_place(model, face, 1));
-    return vec3_scale(1.0 / 3.0, vec3_add(sum, corner_place(model, face, 2)));
-}
-
-static Vec3 normal_of(const CutModel *model, int face)
-{
-    Vec3 a = corner_place(model, face, 0);
-    return vec3_unit(vec3_cross(vec3_sub(corner_place(model, face, 1), a),
-                                vec3_sub(corner_place(model, face, 2), a)));
-}
-
-static Vec3 random_unit(uint64_t *seed)
-{
-    for (;;) {
-        Vec3 v = random_vec3(seed);
-        double length = vec3_length(v);
-        if (length > 0.1 && length < 1.0)
-            return vec3_scale(1.0 / length, v);
-    }
-}
-
-static void add_edge(Blade *blade, Vec3 middle, Vec3 half)
-{
-    assert_true(blade->edges < EDGES_MOST);
-    blade->edge[blade->edges++] = (BladeEdge){{vec3_sub(middle, half), vec3_add(middle, half)}};
-}
-
-// Right through everything: far beyond the body on all sides.
-static Blade whole_plane(Vec3 through, Vec3 normal, uint64_t *seed)
-{
-    Vec3 u = vec3_unit(vec3_cross(normal, random_unit(seed))), v = vec3_cross(normal, u);
-    Blade blade = {0};
-    add_edge(&blade, vec3_madd(through, -0.5, v), vec3_scale(0.5, u));
-    add_edge(&blade, vec3_madd(through, 0.5, v), vec3_scale(0.5, u));
-    return blade;
-}
-
-// Across the surface at a face: a circle (or a part of it) of radius r around its centroid.
-static Blade arc(const CutModel *model, int face, double r, double from, double to, int quads,
-                 double depth, uint64_t *seed)
-{
-    Vec3 n = normal_of(model, face), at = centroid_of(model, face);
-    Vec3 u = vec3_unit(vec3_cross(n, random_unit(seed))), v = vec3_cross(n, u);
-    Blade blade = {0};
-    for (int k = 0; k <= quads; k++) {
-        double angle = from + (to - from) * k / quads;
-        Vec3 place = vec3_madd(vec3_madd(at, r * cos(angle), u), r * sin(angle), v);
-        add_edge(&blade, place, vec3_scale(depth, n));
-    }
-    if (fabs(fabs(to - from) - 6.283185307179586) < 1e-9)
-        blade.edge[quads] = blade.edge[0];
-    return blade;
-}
-
-static Blade straight(Vec3 from, Vec3 to, Vec3 half)
-{
-    Blade blade = {0};
-    add_edge(&blade, from, half);
-    add_edge(&blade, to, half);
-    return blade;
-}
-
-// Every kind of cutting.md 2.2, at random.
+// Whole planes, arcs, loops, cuts shorter than an edge, along edges and through vertices, of any
+// orientation, repeated, and on from where the last one ended.
 static Blade random_blade(const CutModel *model, const Blade *before, uint64_t *seed)
 {
     const double pi = 3.14159265358979323846;
     double h = model->h, start = random_between(seed, 0.0, 2.0 * pi);
     int face = random_below(seed, model->faces), other = random_below(seed, model->faces);
     int next = levels_beyond(model->level, model->level->face_edge[face][0], face);
-    Vec3 n = normal_of(model, face), at = centroid_of(model, face), half = vec3_scale(4.0 * h, n);
+    Vec3 n = blade_normal(model, face), at = blade_centroid(model, face),
+         half = vec3_scale(4.0 * h, n);
     Blade blade = {0};
     switch (random_below(seed, 11)) {
     case 0:
-        return whole_plane(at, random_unit(seed), seed);
-    case 1: // a plane exactly through three vertices or centroids
-        n = vec3_unit(vec3_cross(vec3_sub(centroid_of(model, other), at), random_unit(seed)));
-        return whole_plane(random_below(seed, 2) ? at : corner_place(model, face, 0), n, seed);
+        return blade_plane(at, blade_direction(seed), seed);
+    case 1: // a plane exactly through two centroids, or a vertex
+        n = vec3_unit(
+            vec3_cross(vec3_sub(blade_centroid(model, other), at), blade_direction(seed)));
+        return blade_plane(random_below(seed, 2) ? at : blade_corner(model, face, 0), n, seed);
     case 2:
-        return arc(model, face, random_between(seed, 1.5, 8.0) * h, start,
-                   start + random_between(seed, 0.5, 5.0), 8, 4.0 * h, seed);
+        return blade_arc(model, face, random_between(seed, 1.5, 8.0) * h, start,
+                         start + random_between(seed, 0.5, 5.0), 8, 4.0 * h, seed);
     case 3:
-        return arc(model, face, random_between(seed, 0.8, 5.0) * h, start, start + 2.0 * pi, 16,
-                   4.0 * h, seed);
+        return blade_arc(model, face, random_between(seed, 0.8, 5.0) * h, start, start + 2.0 * pi,
+                         16, 4.0 * h, seed);
     case 4: // shorter than an edge
-        blade = arc(model, face, random_between(seed, 0.1, 0.5) * h, start, start + pi, 1, 3.0 * h,
-                    seed);
+        blade = blade_arc(model, face, random_between(seed, 0.1, 0.5) * h, start, start + pi, 1,
+                          3.0 * h, seed);
         return blade;
     case 5: // exactly along an edge, and a little further or not
         if (random_below(seed, 2))
-            return straight(corner_place(model, face, 0), corner_place(model, face, 1), half);
-        return straight(vec3_madd(corner_place(model, face, 0), -h, vec3(0.6, 0.8, 0.0)),
-                        corner_place(model, face, 1), half);
+            return blade_straight(blade_corner(model, face, 0), blade_corner(model, face, 1), half);
+        return blade_straight(vec3_madd(blade_corner(model, face, 0), -h, vec3(0.6, 0.8, 0.0)),
+                              blade_corner(model, face, 1), half);
     case 6: // through vertices
-        return straight(corner_place(model, face, 0), corner_place(model, other, 1), half);
+        return blade_straight(blade_corner(model, face, 0), blade_corner(model, other, 1), half);
     case 7: // from centroid to centroid, or to the middle of an edge
         if (next >= 0 && random_below(seed, 2))
-            return straight(at, centroid_of(model, next), half);
-        return straight(at, centroid_of(model, other), half);
+            return blade_straight(at, blade_centroid(model, next), half);
+        return blade_straight(at, blade_centroid(model, other), half);
     case 8: // anywhere, twisted, in and out
         for (int k = 0; k < 4; k++)
-            add_edge(&blade, vec3_scale(0.09, random_vec3(seed)),
-                     vec3_scale(random_between(seed, 0.005, 0.1), random_unit(seed)));
+            blade_add(&blade, vec3_scale(0.09, random_vec3(seed)),
+                      vec3_scale(random_between(seed, 0.005, 0.1), blade_direction(seed)));
         return blade;
     case 9: // the same again, or backwards
         if (before->edges == 0)
-            return whole_plane(at, random_unit(seed), seed);
+            return blade_plane(at, blade_direction(seed), seed);
         blade = *before;
         for (int k = 0; random_below(seed, 2) && k < blade.edges; k++)
             blade.edge[k] = before->edge[before->edges - 1 - k];
         return blade;
     default: // on from where the last one ended
         if (before->edges == 0)
-            return straight(at, centroid_of(model, other), half);
+            return blade_straight(at, blade_centroid(model, other), half);
         blade.edge[blade.edges++] = before->edge[before->edges - 1];
-        add_edge(&blade, at, vec3_scale(random_between(seed, 0.5, 5.0) * h, n));
+        blade_add(&blade, at, vec3_scale(random_between(seed, 0.5, 5.0) * h, n));
         return blade;
     }
 }
@@ -158,7 +83,7 @@ static void expect_sound(CutModel *model, int *pieces)
     int borders, euler;
     const char *fault = cut_model_fault(model, pieces, &borders, &euler);
     if (fault)
-        fail_msg("%s: %s", SHAPE_NAME[model->shape], fault);
+        fail_msg("%s: %s", CUT_SHAPE_NAME[model->shape], fault);
 }
 
 // Of a mesh without older cuts around: every closed loop of links round an inner vertex was met an
@@ -244,8 +169,8 @@ static void random_cuts(int sequences)
             }
         }
         print_message("%s: %d cuts, %d broke links, %d repeated, at most %d pieces, %d tries\n",
-                      SHAPE_NAME[shape], tally.cuts, tally.done, tally.repeats, tally.most_pieces,
-                      tally.most_tries);
+                      CUT_SHAPE_NAME[shape], tally.cuts, tally.done, tally.repeats,
+                      tally.most_pieces, tally.most_tries);
         cut_model_destroy(&model);
     }
 }
@@ -274,8 +199,8 @@ static void expect_bits_are_sides(const CutModel *model, Vec3 through, Vec3 norm
             int g = levels_beyond(model->level, model->level->face_edge[f][k], f);
             if (g < 0)
                 continue;
-            double a = vec3_dot(normal, vec3_sub(centroid_of(model, f), through));
-            double b = vec3_dot(normal, vec3_sub(centroid_of(model, g), through));
+            double a = vec3_dot(normal, vec3_sub(blade_centroid(model, f), through));
+            double b = vec3_dot(normal, vec3_sub(blade_centroid(model, g), through));
             // Points are rounded to units q, the edge too: nearer than that either answer is right.
             if (fabs(a) < 4.0 * model->finder.q || fabs(b) < 4.0 * model->finder.q)
                 continue;
@@ -294,11 +219,11 @@ static void whole_planes_separate_along_the_sides_of_centroids(void **state)
         for (int trial = 0; trial < EFFORT(100); trial++)
             for (int care = CUT_PLAIN; care <= CUT_SMOOTHED; care++) {
                 start_over(&model, trial % 2);
-                Vec3 through = centroid_of(&model, random_below(&seed, model.faces));
-                Vec3 normal = random_unit(&seed);
+                Vec3 through = blade_centroid(&model, random_below(&seed, model.faces));
+                Vec3 normal = blade_direction(&seed);
                 // Not through a few faces at its outermost only: all of those may be smoothed away.
                 through = vec3_scale(model.shape == CUT_TUBE ? 1.0 : 0.7, through);
-                Blade blade = whole_plane(through, normal, &seed);
+                Blade blade = blade_plane(through, normal, &seed);
                 CutVerdict verdict = cut_model_cut(&model, blade.edge, 2, (CutCare)care);
                 int pieces;
                 expect_sound(&model, &pieces);
@@ -311,7 +236,7 @@ static void whole_planes_separate_along_the_sides_of_centroids(void **state)
                 assert_true(pieces >= 2);
                 more[care] += pieces > 2;
             }
-        print_message("%s: more than two pieces %d plain, %d smoothed\n", SHAPE_NAME[shape],
+        print_message("%s: more than two pieces %d plain, %d smoothed\n", CUT_SHAPE_NAME[shape],
                       more[0], more[1]);
         cut_model_destroy(&model);
     }
