@@ -6,11 +6,10 @@
 const OptionTable *scene_table(int index)
 {
     static const OptionTable *const TABLES[SCENE_TABLE_COUNT] = {
-        &SCENE_TABLE,   &PUBLISH_TABLE, &CAPACITY_TABLE,       &BODY_TABLE,
-        &MESH_TABLE,    &PLACE_TABLE,   &MATERIAL_TABLE,       &SHAPE_TABLE,
-        &ADAPT_TABLE,   &VOXELS_TABLE,  &VOXEL_MATERIAL_TABLE, &LABEL_MATERIAL_TABLE,
-        &SKIN_TABLE,    &CONTACT_TABLE, &FIXED_TABLE,          &TOOL_TABLE,
-        &CAPSULE_TABLE, &PLANE_TABLE,   &LOAD_TABLE,
+        &SCENE_TABLE,          &PUBLISH_TABLE,        &CAPACITY_TABLE, &BODY_TABLE,  &MESH_TABLE,
+        &PLACE_TABLE,          &MATERIAL_TABLE,       &SHAPE_TABLE,    &ADAPT_TABLE, &VOXELS_TABLE,
+        &VOXEL_MATERIAL_TABLE, &LABEL_MATERIAL_TABLE, &SKIN_TABLE,     &TEAR_TABLE,  &CONTACT_TABLE,
+        &FIXED_TABLE,          &TOOL_TABLE,           &CAPSULE_TABLE,  &PLANE_TABLE, &LOAD_TABLE,
     };
     ASSERT(index >= 0 && index < SCENE_TABLE_COUNT);
     return TABLES[index];
