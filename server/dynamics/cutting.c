@@ -200,6 +200,7 @@ static void sweep_body(Sim *sim, int b, const CutSweep *sweep, CutOutcome *outco
         CutOutcome one = {.verdict = CUT_MET_NOTHING};
         int topology = body->mesh.topology;
         change = (TopologyChange){0};
+        sim_expect_change(sim, b);
         bool changed = body->ops->cut(body, sweep, &one, &change);
         body->mesh.topology = topology + changed;
         add_outcome(outcome, &one);
@@ -325,6 +326,7 @@ static void tear_body(Sim *sim, int b)
         CutOutcome outcome = {.verdict = CUT_MET_NOTHING};
         int topology = body->mesh.topology;
         change = (TopologyChange){0};
+        sim_expect_change(sim, b);
         bool changed = body->ops->tear(body, sim->tick, &outcome, &change);
         body->mesh.topology = topology + changed;
         if (cut_refuses(outcome.verdict))
@@ -361,6 +363,7 @@ void reconstruct_stage(Sim *sim)
         while (change.again) {
             int topology = body->mesh.topology;
             change = (TopologyChange){0};
+            sim_expect_change(sim, b);
             bool changed = body->ops->reconstruct(body, &change);
             body->mesh.topology = topology + changed;
             if (!changed)

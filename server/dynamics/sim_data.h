@@ -3,10 +3,11 @@
 #ifndef PLIANT_DYNAMICS_SIM_DATA_H
 #define PLIANT_DYNAMICS_SIM_DATA_H
 
+#include "dynamics/attachment.h"
 #include "dynamics/load.h"
 #include "dynamics/sim.h"
 
-enum { SIM_BODIES = 64, SIM_TOOLS = 32, SIM_SCENE_LOADS = 64 };
+enum { SIM_BODIES = 64, SIM_TOOLS = 32, SIM_SCENE_LOADS = 64, SIM_ATTACHMENTS = 64 };
 
 // Where a scene stands in time; plain data, part of the state.
 typedef struct SimClock {
@@ -54,6 +55,12 @@ struct Sim {
     LoadSet loads;
     BodyCuts *cuts[SIM_BODIES]; // NULL: neither cuttable nor tears
     Stroke *stroke[SIM_BODIES]; // [blade_count]; NULL likewise, or without blades
+    Attachment *scene_attachment[SIM_ATTACHMENTS]; // [scene_attachment_count] in the order given
+    int scene_attachment_count;
+    Attachment **attachment; // [attachment_count], of the scene, then graspers, for each body;
+    int attachment_count;    // NULL: none
+    int *attachment_start;   // [body_count + 1]
+    GraspEvent *told;        // [attachment_count] what sim_next_grasp has told of graspers
 
     // --- results of the last tick ---
     ToolWrench *wrench;         // [tool_count]
@@ -66,6 +73,8 @@ struct Sim {
     int64_t resets, lost_loads;
 };
 
+// Before a change of topology that may come: whoever knows a body by its nodes takes note.
+void sim_expect_change(Sim *sim, int body);
 // step.c: after a change of a body's topology, whatever knows its nodes and faces follows.
 void sim_follow_change(Sim *sim, int body, const TopologyChange *change);
 
