@@ -365,7 +365,33 @@ CutVerdict cut_find_whole(CutFinder *finder, const CutTissue *tissue, const Blad
 
 // --- strokes ---
 
-// Points now, and where they were: where nothing was remembered, at rest.
+static int side_of(const Level *level, int face, int edge)
+{
+    int k = 0;
+    while (level->face_edge[face][k] != edge)
+        k++;
+    return k;
+}
+
+// Where a face's points were at the last look; where that is not known, at rest. What the face
+// across a side remembers of its middle holds for both: their links must go on from the same place.
+static void take_before(const CutFinder *finder, const CutMemory *memory, int face,
+                        const CutFacePoints *now, CutFacePoints *before)
+{
+    const Level *level = finder->level;
+    uint64_t clock = memory->clock[0];
+    if (memory->seen[face] == clock) {
+        *before = memory->points[face];
+        return;
+    }
+    *before = *now;
+    for (int k = 0; k < 3; k++) {
+        int e = level->face_edge[face][k], beyond = levels_beyond(level, e, face);
+        if (beyond >= 0 && memory->seen[beyond] == clock)
+            before->middle[k] = memory->points[beyond].middle[side_of(level, beyond, e)];
+    }
+}
+
 static void take_points(CutFinder *finder, const CutTissue *tissue, CutMemory *memory)
 {
     int kept = 0;
@@ -374,7 +400,7 @@ static void take_points(CutFinder *finder, const CutTissue *tissue, CutMemory *m
         CutFacePoints *path = finder->path[kept];
         if (!points_of(finder, tissue, face, &path[1]))
             continue;
-        path[0] = memory->seen[face] == memory->clock[0] ? memory->points[face] : path[1];
+        take_before(finder, memory, face, &path[1], &path[0]);
         finder->near[kept++] = face;
     }
     finder->near_count = kept;

@@ -192,8 +192,9 @@ static bool is_allowed(const CutSnapInput *input, const int *work, const CutSnap
             now[k] = rest_of(input, work, moved, node[k]);
         }
         now[at.corner] = vec3_add(now[at.corner], move);
-        double least = smallest_angle(built);
-        least = CUT_SNAP_GUARD * (least < quarter ? least : quarter);
+        double before = smallest_angle(built);
+        double least = CUT_SNAP_GUARD * (before < quarter ? before : quarter);
+        least = least > CUT_SNAP_FLOOR * before ? least : CUT_SNAP_FLOOR * before;
         // Nor may the face turn over.
         Vec3 up = vec3_cross(vec3_sub(built[1], built[0]), vec3_sub(built[2], built[0]));
         Vec3 area = vec3_cross(vec3_sub(now[1], now[0]), vec3_sub(now[2], now[0]));
