@@ -239,18 +239,16 @@ static bool boxes_apart(const CutPath edge[2], const CutPath half[2])
 }
 
 // How often the edge meets a half link in all sub-ticks, or CUT_DEGENERATE.
-static int count_half(const CutPath edge[2], const CutPath half[2], int parts)
+static int count_half(const CutPath piece[][2], const CutPath half[2], int parts)
 {
     if (parts == 1)
-        return cut_may_meet(edge, half) ? cut_count(edge, half) : 0;
-    // Every sub-sweep lies in the box of the whole.
-    if (boxes_apart(edge, half))
-        return 0;
+        return cut_may_meet(piece[0], half) ? cut_count(piece[0], half) : 0;
     int sum = 0;
     for (int part = 0; part < parts; part++) {
-        CutPath piece[2] = {cut_part(edge[0], part, parts), cut_part(edge[1], part, parts)};
+        if (boxes_apart(piece[part], half)) // a part of the link lies in the box of the whole
+            continue;
         CutPath link[2] = {cut_part(half[0], part, parts), cut_part(half[1], part, parts)};
-        int count = cut_may_meet(piece, link) ? cut_count(piece, link) : 0;
+        int count = cut_may_meet(piece[part], link) ? cut_count(piece[part], link) : 0;
         if (count == CUT_DEGENERATE)
             return CUT_DEGENERATE;
         sum += count;
@@ -262,6 +260,10 @@ static int count_half(const CutPath edge[2], const CutPath half[2], int parts)
 static bool count_sweep(CutFinder *finder, const CutPath edge[2], int parts)
 {
     const Level *level = finder->level;
+    CutPath piece[CUT_SUBTICKS_MOST][2];
+    for (int part = 0; part < parts; part++)
+        for (int end = 0; end < 2; end++)
+            piece[part][end] = cut_part(edge[end], part, parts);
     for (int at = 0; at < finder->near_count; at++) {
         int face = finder->near[at];
         const CutFacePoints *path = finder->path[at];
@@ -271,7 +273,7 @@ static bool count_sweep(CutFinder *finder, const CutPath edge[2], int parts)
             if (beyond < 0 || !finder->listed[beyond])
                 continue;
             half[1] = (CutPath){{path[0].middle[k], path[1].middle[k]}};
-            int count = count_half(edge, half, parts);
+            int count = count_half((const CutPath(*)[2])piece, half, parts);
             if (count == CUT_DEGENERATE)
                 return false;
             if (count > 0 && !(finder->odd[e] & MARK_TOUCHED)) {
