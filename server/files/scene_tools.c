@@ -6,14 +6,14 @@
 typedef struct ToolGroup {
     int id, kind;
     const config_setting_t *capsules, *plane;
-    double max_force;
+    double max_force, friction, grip_stiffness, grip_damping;
 } ToolGroup;
 
 enum { KIND_LATER = TOOL_KIND_COUNT };
 static const OptionWord KIND_WORDS[] = {{"probe", TOOL_PROBE, NULL},
                                         {"static", TOOL_STATIC, NULL},
                                         {"blade", KIND_LATER, LATER_CUTTING},
-                                        {"grasper", KIND_LATER, LATER_GRASPER},
+                                        {"grasper", TOOL_GRASPER, NULL},
                                         {NULL, 0, NULL}};
 
 #define AT(member) offsetof(ToolGroup, member)
@@ -21,12 +21,20 @@ static const Option TOOL_OPTIONS[] = {
     {"id", OPTION_INT, AT(id), "", 0.0, INT_MAX, .required = true,
      .about = "Number by which messages name the tool; unique."},
     {"kind", OPTION_WORD, AT(kind), "", .words = KIND_WORDS, .required = true,
-     .about = "Probe: moved by messages. Static: stands in the world."},
+     .about = "Probe: moved by messages. Static: stands in the world. Grasper: moved by messages; "
+              "closing its jaws it takes hold of what lies in its capsules."},
     {"capsules", OPTION_LIST, AT(capsules), "",
      .about = "Its shape: up to 8 groups, at least one for a probe."},
     {"plane", OPTION_GROUP, AT(plane), "", .about = "A half space; static tools only."},
     {"max_force", OPTION_REAL, AT(max_force), "N", 0.0, FORCE_LIMIT, .open = true, .preset = 3.3,
      .about = "A probe pushed harder yields: the bodies and its user feel no more than this."},
+    {"friction", OPTION_REAL, AT(friction), "", 0.0, 10.0, .preset_text = "the body's",
+     .about = "Coefficient of friction between the tool and any body."},
+    {"grip_stiffness", OPTION_REAL, AT(grip_stiffness), "", 0.0, 1e3, .open = true, .preset = 0.3,
+     .about = "Of a grasper's hold, as a share of the body's own stiffness; the time step gets "
+              "shorter with it."},
+    {"grip_damping_ratio", OPTION_REAL, AT(grip_damping), "", 0.0, 1e3, .preset = 0.5,
+     .about = "Of a grasper's hold and the masses in it: 1 is critical."},
     {"edge", OPTION_LATER, 0, "m", .later = LATER_CUTTING, .about = "The two ends of a blade."},
 };
 #undef AT
@@ -79,16 +87,25 @@ bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, T
     tool->id = raw.id;
     tool->kind = (ToolKind)raw.kind;
     tool->max_force = raw.max_force;
+    tool->has_friction = option_given(group, "friction");
+    tool->friction = tool->has_friction ? raw.friction : 0.0;
+    tool->grip_stiffness = raw.grip_stiffness;
+    tool->grip_damping = raw.grip_damping;
     tool->has_plane = raw.plane != NULL;
     if (raw.plane != NULL) {
         if (!option_read(&PLANE_TABLE, raw.plane, source, &tool->plane))
             return false;
         tool->plane.normal = vec3_unit(tool->plane.normal);
     }
-    bool probe = tool->kind == TOOL_PROBE;
+    bool probe = tool->kind != TOOL_STATIC;
     if (probe && tool->has_plane)
-        return option_fail(source, raw.plane,
-                           "plane means nothing for a probe, only for kind static");
+        return option_fail(source, raw.plane, "plane means nothing for a %s, only for kind static",
+                           tool->kind == TOOL_GRASPER ? "grasper" : "probe");
+    static const char *const GRIP[] = {"grip_stiffness", "grip_damping_ratio"};
+    for (int i = 0; i < 2; i++)
+        if (tool->kind != TOOL_GRASPER && option_given(group, GRIP[i]))
+            return option_fail(source, option_find(group, GRIP[i]),
+                               "%s means something for a grasper only", GRIP[i]);
     if (!probe && option_given(group, "max_force"))
         return option_fail(source, option_find(group, "max_force"),
                            "max_force means nothing for a static tool: it never yields");
