@@ -6,6 +6,7 @@
 #include "base/arena.h"
 #include "base/state.h"
 #include "base/status.h"
+#include "dynamics/attachment.h"
 #include "dynamics/body.h"
 #include "dynamics/contact.h"
 #include "dynamics/tool.h"
@@ -15,7 +16,10 @@ typedef enum StageId {
     STAGE_INPUTS,        // take poses, loads and commands (the runner's)
     STAGE_TOOLS,         // place tools, withdraw stale ones
     STAGE_LOADS,         // start and end loads
+    STAGE_CUT,           // strokes of blades, tearing
+    STAGE_RECONSTRUCT,   // refine what cuts have left to be refined
     STAGE_ADAPT,         // refine and coarsen
+    STAGE_GRASP,         // take hold and let go
     STAGE_FIND_CONTACTS, // candidates, sides
     STAGE_FORCES,        // all forces and the integration, substep by substep
     STAGE_CONTACT,       // contact forces inside the substeps
@@ -40,16 +44,41 @@ typedef struct LoadOptions {
     double duration; // [s]
 } LoadOptions;
 
+// One sweep of a straight blade (cut_t).
+typedef struct CutOptions {
+    int body; // index; -1: all that are cuttable
+    BladeEdge before, after;
+} CutOptions;
+
+enum { SIM_EVENTS = 64, SIM_EVENT_TEXT = 184 };
+
+// Something that happened once in a tick or a cut.
+typedef struct SimEvent {
+    int64_t step; // ticks completed when it happened
+    int body;
+    const char *kind; // "cut" (a stroke ended), "tear", "piece", "cut_refused"
+    char text[SIM_EVENT_TEXT];
+} SimEvent;
+
 // What one tool felt in the last tick: contact_t without its envelope.
 typedef struct ToolWrench {
-    bool contact;
+    bool contact;       // touches, or holds something
     Vec3 position;      // of the proxy at the end of the tick
     Vec3 force, torque; // on the tool; torque about `position`
-    Vec3 point, normal;
+    Vec3 point, normal; // normal zero and depth 0 of a tool that only holds
     double depth;
     double stiffness[6]; // (stiffness.h) xx yy zz yz zx xy [N/m]; all zero: not known
     double damping;      // along the normal [N s/m]
 } ToolWrench;
+
+// A grasper took hold of a body, or let it go.
+typedef struct GraspEvent {
+    int tool, body; // indices
+    int nodes;      // held now, or points of faces; 0: nothing
+    bool points;
+    int64_t taken; // times that it took hold of that body so far
+    int64_t step;
+} GraspEvent;
 
 typedef struct SimOptions {
     double rate_hz;
@@ -62,13 +91,15 @@ typedef struct SimOptions {
 typedef struct Sim Sim;
 
 // Load time, in this order: sim_create, sim_add_body..., sim_add_tool..., sim_add_load...,
-// sim_seal. Everything is allocated from `arena`, all that changes is listed in `state`; both
-// outlive the Sim.
+// sim_add_attachment..., sim_seal. Everything is allocated from `arena`, all that changes is listed
+// in `state`; both outlive the Sim.
 Sim *sim_create(const SimOptions *options, Arena *arena, StateList *state);
 // Takes a body made by a model (surface_create). The returned body is owned by the sim.
 Body *sim_add_body(Sim *sim, const Body *body);
 void sim_add_tool(Sim *sim, const ToolOptions *options);
 void sim_add_load(Sim *sim, const LoadOptions *options);
+// After bodies and tools. False with a status: no free node in the region.
+bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *status);
 // Chooses the stages, contact stiffness, time steps; settles for `settle_s` simulated seconds; the
 // state after it is the one that RESET returns to. False: a time step beyond its bound, too many
 // substeps, or a settling that ended in bad numbers.
@@ -82,6 +113,9 @@ void sim_apply_pose(Sim *sim, int tool, const ToolPose *pose, bool hold);
 // Starts a load now (options->start is ignored). False with a sentence in `why`: no free node
 // inside, no room.
 bool sim_apply_load(Sim *sim, const LoadOptions *options, char *why, size_t why_size);
+// Cuts now. True when a link was severed; `sum`: what became of it, counts of all bodies asked
+// together. `why`: a sentence either way; false: nothing was changed.
+bool sim_apply_cut(Sim *sim, const CutOptions *cut, CutOutcome *sum, char *why, size_t why_size);
 // "gravity_x|y|z" [m/s2]; "stiffness_scale", "damping_scale", "friction" of all bodies, or of one
 // as "<body>.key"; "adapt_force", "adapt_speed", "adapt_curvature", "adapt_scale" and "adapt_level"
 // (the finest that may be used) of one body, or of all that adapt. False with a sentence in `why`:
@@ -112,8 +146,19 @@ const ToolOptions *sim_tool(const Sim *sim, int index);
 const ToolMotion *sim_tool_motion(const Sim *sim, int index);
 const ToolWrench *sim_wrench(const Sim *sim, int index); // of the last tick
 int64_t sim_resets(const Sim *sim);
+// Connected pieces of a body.
+int sim_pieces(const Sim *sim, int body);
+// Takes out the oldest event of those that wait; false: none. More than SIM_EVENTS do not wait.
+bool sim_take_event(Sim *sim, SimEvent *event);
 // Faces within a tool's reach that had no room among its candidates, tick by tick.
 int64_t sim_refused_faces(const Sim *sim);
+// Nodes of the scene's attachment, in the order of sim_add_attachment.
+int sim_attachment_nodes(const Sim *sim, int index);
+// Nodes and points of faces that graspers and attachments had no room for.
+int64_t sim_refused_holds(const Sim *sim);
+// What graspers have done since it was told, one after the other; of each body and tool at most
+// ten times a simulated second. False: nothing new. Between two ticks.
+bool sim_next_grasp(Sim *sim, GraspEvent *event);
 
 // The stages of this scene in order, and the time spent in each since the start [ns].
 int sim_stage_count(const Sim *sim);

@@ -3,11 +3,12 @@
 #ifndef PLIANT_DYNAMICS_SIM_DATA_H
 #define PLIANT_DYNAMICS_SIM_DATA_H
 
+#include "dynamics/attachment.h"
 #include "dynamics/load.h"
 #include "dynamics/sim.h"
 #include "dynamics/stiffness.h"
 
-enum { SIM_BODIES = 64, SIM_TOOLS = 32, SIM_SCENE_LOADS = 64 };
+enum { SIM_BODIES = 64, SIM_TOOLS = 32, SIM_SCENE_LOADS = 64, SIM_ATTACHMENTS = 64 };
 
 // Where a scene stands in time; plain data, part of the state.
 typedef struct SimClock {
@@ -15,6 +16,29 @@ typedef struct SimClock {
     int64_t lockstep;  // 0 or 1: tools do not become stale
     int64_t next_load; // first of the scene's loads not yet started
 } SimClock;
+
+// One blade in one body; plain data, part of the state.
+typedef struct Stroke {
+    CutStroke cut;
+    int64_t separated, nodes_added; // since it began
+    int64_t lifted; // 1: what comes next is another stroke, though the blade is active again
+} Stroke;
+
+// A body that can be cut or torn; plain data, part of the state.
+typedef struct BodyCuts {
+    int64_t pieces;
+    int64_t torn, torn_nodes;        // not told yet
+    int64_t told_step, refused_step; // when a tear and a refusal were told last
+} BodyCuts;
+
+// What a scene has in which something can be cut.
+typedef struct Cutting {
+    int blade_count, blade_tool[SIM_TOOLS]; // blades in the order of the tools
+    BodyCuts *cuts[SIM_BODIES];             // NULL: neither cuttable nor tears
+    Stroke *stroke[SIM_BODIES];             // [blade_count]; NULL likewise, or without blades
+    SimEvent event[SIM_EVENTS];             // a circle
+    int event_first, event_count;
+} Cutting;
 
 struct Sim {
     // --- constant after sim_seal ---
@@ -27,7 +51,8 @@ struct Sim {
     LoadOptions scene_load[SIM_SCENE_LOADS]; // by start
     int stage_count;
     StageId stage[STAGE_COUNT];
-    void *start_state; // copy of the state that sim_reset returns to
+    int *pieces_at_load; // [body_count]
+    void *start_state;   // copy of the state that sim_reset returns to
 
     // --- changes while running; what `state` lists ---
     SimClock *clock;
@@ -37,6 +62,13 @@ struct Sim {
     int *contact_tool;  // [contact_count]
     int *contact_start; // [body_count + 1]
     LoadSet loads;
+    Cutting *cutting;                              // NULL: no body can be cut
+    Attachment *scene_attachment[SIM_ATTACHMENTS]; // [scene_attachment_count] in the order given
+    int scene_attachment_count;
+    Attachment **attachment; // [attachment_count], of the scene, then graspers, for each body;
+    int attachment_count;    // NULL: none
+    int *attachment_start;   // [body_count + 1]
+    GraspEvent *told;        // [attachment_count] what sim_next_grasp has told of graspers
     StiffnessEstimator *stiffness; // NULL: not wanted, or no contact has any
 
     // --- results of the last tick ---
@@ -47,6 +79,22 @@ struct Sim {
     int64_t stage_ns[STAGE_COUNT];
     int64_t resets, lost_loads;
 };
+
+// Before a change of topology that may come: whoever knows a body by its nodes takes note.
+void sim_expect_change(Sim *sim, int body);
+// step.c: after a change of a body's topology, whatever knows its nodes and faces follows.
+void sim_follow_change(Sim *sim, int body, const TopologyChange *change);
+
+// cutting.c
+// At load, once all bodies and tools are there.
+void cutting_create(Sim *sim);
+void cutting_settled(Sim *sim);
+void cutting_stage(Sim *sim);
+void reconstruct_stage(Sim *sim);
+// What a blade (-1: any) does next in a body (-1: any) is another stroke.
+void cutting_lift(Sim *sim, int tool, int body);
+// Whether what a checkpoint has brought can be.
+bool cutting_check(const Sim *sim);
 
 // time_step.c
 // At load. False: a wanted time step that is above the bound of the body's finest level, or too

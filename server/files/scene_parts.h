@@ -9,14 +9,13 @@
 enum {
     SCENE_BODIES = 64,
     SCENE_TOOLS = 32,
+    SCENE_ATTACHMENTS = 64,
     SCENE_WORD_MAX = 31,   // characters of a name of scene, body or prefix
     SCENE_FILE_MAX = 4000, // characters of a file name
 };
 
 // Why known keys of features that are not built in are refused.
-#define LATER_CUTTING  "cutting is not built into this version"
 #define LATER_IMPLICIT "implicit integration is not built into this version"
-#define LATER_GRASPER  "graspers are not built into this version"
 
 #define POSITION_LIMIT 1e6 // [m] from the origin
 #define SIZE_LIMIT     1e3 // [m] of generated meshes
@@ -31,14 +30,14 @@ enum {
 #define OPTION_TABLE(where, sentences, options) TITLED_TABLE(NULL, where, sentences, options)
 
 extern const OptionTable SCENE_TABLE, PUBLISH_TABLE, CAPACITY_TABLE;
-extern const OptionTable BODY_TABLE, CONTACT_TABLE, FIXED_TABLE, PLACE_TABLE;
+extern const OptionTable BODY_TABLE, TEAR_TABLE, CONTACT_TABLE, FIXED_TABLE, PLACE_TABLE;
 extern const OptionTable MESH_TABLE, MATERIAL_TABLE, SHAPE_TABLE, ADAPT_TABLE;
 extern const OptionTable VOXELS_TABLE, VOXEL_MATERIAL_TABLE, LABEL_MATERIAL_TABLE, SKIN_TABLE;
 extern const OptionTable TOOL_TABLE, CAPSULE_TABLE, PLANE_TABLE;
-extern const OptionTable LOAD_TABLE;
+extern const OptionTable LOAD_TABLE, ATTACHMENT_TABLE;
 
 // All of them, in the order of the reference.
-enum { SCENE_TABLE_COUNT = 19 };
+enum { SCENE_TABLE_COUNT = 21 };
 const OptionTable *scene_table(int index);
 
 typedef struct SceneReader {
@@ -56,6 +55,8 @@ typedef struct BodyGroup {
     bool unsafe_time_step;
     int levels;
     const config_setting_t *material, *contact, *fixed;
+    bool cuttable;
+    const config_setting_t *tear;
     // Surface.
     int start_level, adjust;
     double prestress;
@@ -63,10 +64,15 @@ typedef struct BodyGroup {
     // Voxel.
     int law, dimensions;
     const config_setting_t *voxels, *materials, *skin;
-    // Read, checked against their only value, and of no further use.
     int split_budget;
-    bool cuttable;
 } BodyGroup;
+
+// The keys that say where nodes are.
+typedef struct RegionGroup {
+    const config_setting_t *box, *nodes;
+    Vec3 sphere;
+    double radius;
+} RegionGroup;
 
 // Each reads one group into zeroed memory; false with a status. What they allocate belongs to the
 // scene also when they fail.
@@ -87,6 +93,13 @@ bool scene_read_shape(const SceneReader *reader, const config_setting_t *group,
 bool scene_read_voxels(const SceneReader *reader, const config_setting_t *group,
                        VoxelSource *voxels, int *dimensions);
 bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, ToolOptions *tool);
+// What the keys of an entry of `list` say; a list of nodes belongs to the caller.
+bool scene_read_region(const SceneReader *reader, const config_setting_t *group,
+                       const RegionGroup *raw, const char *list, FixedRegion *region);
+bool scene_read_attachment(const SceneReader *reader, const config_setting_t *group,
+                           SceneAttachment *attachment);
+// The index of a body by its name, `at` being the setting that names it; -1 with a status.
+int scene_find_body(const SceneReader *reader, const config_setting_t *at, const char *name);
 bool scene_read_load(const SceneReader *reader, const config_setting_t *group, LoadOptions *load);
 
 #endif

@@ -58,7 +58,7 @@ typedef struct EventOut {
 // What changes of body_status_t, as the step thread sees it.
 typedef struct BodyOut {
     BodyMeasure measure;
-    int topology, nodes, springs, elements, finest_level;
+    int topology, nodes, springs, elements, pieces, finest_level;
     double time_step, mass; // [s], [kg]
 } BodyOut;
 
@@ -82,6 +82,8 @@ typedef struct AppliedInput {
 typedef struct Exchange {
     // bus -> step
     Slot *pose;            // [tool_count] of Input
+    int32_t *lifts;        // [tool_count] inactive poses so far; the bus's own
+    int32_t (*taken)[2];   // [tool_count] lifts and sender of the newest pose taken; step thread's
     Ring request;          // of Input
     atomic_int interrupts; // PAUSEs and STOPs that wait: they end a STEP early
     // step -> bus

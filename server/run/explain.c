@@ -8,7 +8,7 @@
 // Nodes that a body has.
 static int node_count(const Body *body)
 {
-    return body->ops->adapt != NULL ? body->mesh.node_count : body->state_capacity;
+    return body_changes(body) ? body->mesh.node_count : body->state_capacity;
 }
 
 // What tools meet.
@@ -52,11 +52,11 @@ static void print_nodes(const Body *body, const Outside *outside, FILE *out)
     if (body->spring_count > 0) {
         fprintf(out, "  nodes %d (%d fixed), springs %d, faces %d, pieces %d, mass %.6g kg\n",
                 node_count(body), outside->fixed, body->spring_count, body->mesh.triangle_count,
-                mesh_pieces(&body->mesh), body->mass);
+                body_count_pieces(&body->mesh), body->mass);
         return;
     }
     fprintf(out, "  nodes %d, elements %d, pieces %d, mass %.6g kg\n", node_count(body),
-            body->element_count, mesh_pieces(&body->mesh), body->mass);
+            body->element_count, body_count_pieces(&body->mesh), body->mass);
     fprintf(out, "  outside: nodes %d (%d fixed), faces %d; published: nodes %d, faces %d\n",
             outside->nodes, outside->fixed, body->surface.face_count, body->mesh.node_count,
             body->mesh.triangle_count);
@@ -73,9 +73,11 @@ static void print_levels(const Body *body, const SurfaceOptions *surface, FILE *
 {
     if (surface->levels > 0)
         fprintf(out, "  level %d of %d, %s, adjust \"%s\"\n", body->finest_level, surface->levels,
-                surface->adaptive ? "adaptive" : "for good",
+                surface->adaptive   ? "adaptive"
+                : surface->cuttable ? "refined by cuts alone"
+                                    : "for good",
                 surface->adjust == ADJUST_CHOI2005 ? "choi2005" : "continuum");
-    if (surface->adaptive)
+    if (surface->adaptive || surface->cuttable)
         fprintf(out, "  room for %d nodes, %d faces\n", body->mesh.node_capacity,
                 body->mesh.triangle_capacity);
 }
@@ -128,9 +130,32 @@ static void print_tool(const ToolOptions *tool, FILE *out)
     if (tool->kind == TOOL_STATIC)
         fprintf(out, "tool %d: static, %d capsules%s\n", tool->id, tool->capsule_count,
                 tool->has_plane ? ", a plane" : "");
+    else if (tool->kind == TOOL_BLADE)
+        fprintf(out, "tool %d: blade, edge %.6g m, %d capsules, max_force %.6g N\n", tool->id,
+                vec3_length(vec3_sub(tool->edge[1], tool->edge[0])), tool->capsule_count,
+                tool->max_force);
     else
-        fprintf(out, "tool %d: probe, %d capsules, max_force %.6g N\n", tool->id,
-                tool->capsule_count, tool->max_force);
+        fprintf(out, "tool %d: %s, %d capsules, max_force %.6g N\n", tool->id,
+                tool->kind == TOOL_GRASPER ? "grasper" : "probe", tool->capsule_count,
+                tool->max_force);
+    if (tool->kind == TOOL_GRASPER)
+        fprintf(out, "  grip stiffness %.6g of the body's, damping ratio %.6g\n",
+                tool->grip_stiffness, tool->grip_damping);
+}
+
+static void print_attachment(World *world, const Scene *scene, int index, FILE *out)
+{
+    const AttachmentOptions *options = &scene->attachment[index].options;
+    fprintf(out, "attachment %d: %d nodes of body %s to ", index,
+            sim_attachment_nodes(world->sim, index), scene->body[options->body].name);
+    if (options->to == ATTACH_BODY)
+        fprintf(out, "body %s", scene->body[options->to_body].name);
+    else if (options->to == ATTACH_TOOL)
+        fprintf(out, "tool %d", sim_tool(world->sim, options->tool)->id);
+    else
+        fprintf(out, "the world");
+    fprintf(out, ", stiffness %.6g of the body's, damping ratio %.6g\n", options->stiffness,
+            options->damping_ratio);
 }
 
 void explain_summary(World *world, const Scene *scene, FILE *out)
@@ -145,6 +170,8 @@ void explain_summary(World *world, const Scene *scene, FILE *out)
         print_body(world, scene, i, out);
     for (int i = 0; i < sim_tool_count(sim); i++)
         print_tool(sim_tool(sim, i), out);
+    for (int i = 0; i < scene->attachment_count; i++)
+        print_attachment(world, scene, i, out);
     const ScenePublish *publish = &scene->publish;
     fprintf(out, "publish on %s_...: nodes %g Hz, mesh %g Hz, contact %g Hz, status %g Hz%s\n",
             scene->prefix, publish->nodes_hz, publish->mesh_hz, publish->contact_hz,
@@ -194,6 +221,7 @@ static void print_left_out(World *world, const Scene *scene, const ExchangeOptio
     // What no body has of what its model can have.
     bool surface = false, levels = false, adaptive = false;
     bool voxel = false, coarse = false, skin = false;
+    bool cuttable = false, tears = false;
     for (int i = 0; i < scene->body_count; i++) {
         const SceneBody *body = &scene->body[i];
         surface |= body->model == MODEL_SURFACE;
@@ -202,6 +230,9 @@ static void print_left_out(World *world, const Scene *scene, const ExchangeOptio
         voxel |= body->model == MODEL_VOXEL;
         coarse |= body->voxel.levels > 0;
         skin |= body->skin.file != NULL;
+        cuttable |= body->surface.cuttable || body->voxel.cuttable;
+        tears |= body->surface.tear_stretch > 0.0 || body->voxel.tear_stress > 0.0 ||
+                 body->voxel.tear_force > 0.0;
     }
     fprintf(out, "left out, and the key that switches it on:\n");
     if (surface && !levels)
@@ -214,8 +245,19 @@ static void print_left_out(World *world, const Scene *scene, const ExchangeOptio
         fprintf(out, "  display surface of voxel bodies: skin = { mesh = ... }\n");
     if (voxel && !publish->all_nodes)
         fprintf(out, "  inner vertices of voxel bodies in messages: publish.nodes = \"all\"\n");
+    if (!cuttable)
+        fprintf(out, "  cuts: cuttable = true\n");
+    if (!tears)
+        fprintf(out, "  tearing: tear = { ... }\n");
     if (sim_tool_count(world->sim) == 0)
         fprintf(out, "  contact: tools = ( ... )\n");
+    bool graspers = false;
+    for (int i = 0; i < scene->tool_count; i++)
+        graspers |= scene->tool[i].kind == TOOL_GRASPER;
+    if (!graspers)
+        fprintf(out, "  graspers: kind = \"grasper\" in tools\n");
+    if (scene->attachment_count == 0)
+        fprintf(out, "  attachments: attachments = ( ... )\n");
     if (scene->load_count == 0)
         fprintf(out, "  loads of the scene: loads = ( ... ) (loads also come by message)\n");
     if (!(scene->settle_s > 0.0))

@@ -47,6 +47,7 @@ typedef struct Input {
             double twist[6];       // [m/s], [rad/s]
             double grip;
             bool twist_valid, active;
+            int32_t lifts; // inactive poses of the tool that came before this one (the bus's count)
         } pose;
         struct {
             double before[2][3], after[2][3]; // [m]
@@ -85,6 +86,7 @@ size_t input_encode(const Input *input, void *data);
 
 // The values as the simulation takes them. Valid inputs only.
 ToolPose input_pose(const Input *input);
+CutOptions input_cut(const Input *input);
 LoadOptions input_load(const Input *input);
 
 #endif

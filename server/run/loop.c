@@ -2,6 +2,7 @@
 
 #include "base/check.h"
 #include "base/clock.h"
+#include "run/grasp_text.h"
 #include "run/realtime.h"
 #include "run/recorder.h"
 #include "run/requests.h"
@@ -97,13 +98,15 @@ static void push_contacts(Loop *loop)
     }
 }
 
-static void push_body(BodyOut *out, const Body *body)
+static void push_body(BodyOut *out, Sim *sim, int index)
 {
+    const Body *body = sim_body(sim, index);
     *out = (BodyOut){
         .topology = body->mesh.topology,
         .nodes = mesh_changes(body) ? mesh_live_nodes(&body->mesh) : body->state_capacity,
         .springs = body->spring_count,
         .elements = body->element_count > 0 ? body->element_count : body->surface.face_count,
+        .pieces = sim_pieces(sim, index),
         .finest_level = body->finest_level,
         .time_step = body->h,
         .mass = body->mass};
@@ -136,7 +139,7 @@ void loop_push_status(Loop *loop)
         loop->window_stage_ns[s] = ns;
     }
     for (int i = 0; i < loop->exchange->body_count; i++) {
-        push_body(&out->body[i], sim_body(sim, i));
+        push_body(&out->body[i], sim, i);
     }
     histogram_clear(&loop->step_window);
     histogram_clear(&loop->wake_window);
@@ -161,6 +164,16 @@ static void report_resets(Loop *loop)
     loop->reset_reported_step = step;
 }
 
+static void report_grasps(Loop *loop)
+{
+    GraspEvent event;
+    while (sim_next_grasp(loop->sim, &event)) {
+        char text[GRASP_TEXT];
+        grasp_text(loop->sim, &event, text);
+        requests_event(loop, event.body, grasp_kind(&event), "%s", text);
+    }
+}
+
 static void wake_bus(Loop *loop)
 {
     // Without contacts the bus looks by itself, so that a tick makes no system call for it.
@@ -171,6 +184,29 @@ static void wake_bus(Loop *loop)
 
 // --- one tick ---
 
+static void apply_pose(Loop *loop, const Input *input)
+{
+    ToolPose pose = input_pose(input);
+    sim_apply_pose(loop->sim, input->index, &pose, loop->state == RUN_LOCKSTEP);
+    requests_log(loop, input);
+}
+
+// Only the newest pose of a tick is seen. A blade that was lifted meanwhile, or that another hand
+// took over, must not cut on its way from where it was.
+static void lift_blade(Loop *loop, const Input *input)
+{
+    int32_t *taken = loop->exchange->taken[input->index];
+    bool passed = input->pose.lifts != taken[0] || input->sender != taken[1];
+    taken[0] = input->pose.lifts;
+    taken[1] = input->sender;
+    if (!passed || !input->pose.active || sim_tool(loop->sim, input->index)->kind != TOOL_BLADE ||
+        !sim_tool_motion(loop->sim, input->index)->active)
+        return;
+    Input lift = *input;
+    lift.pose.active = false;
+    apply_pose(loop, &lift);
+}
+
 static void take_poses(Loop *loop)
 {
     Exchange *exchange = loop->exchange;
@@ -178,9 +214,8 @@ static void take_poses(Loop *loop)
         const Input *input = slot_take(&exchange->pose[i]);
         if (input == NULL)
             continue;
-        ToolPose pose = input_pose(input);
-        sim_apply_pose(loop->sim, i, &pose, loop->state == RUN_LOCKSTEP);
-        requests_log(loop, input);
+        lift_blade(loop, input);
+        apply_pose(loop, input);
     }
 }
 
@@ -192,6 +227,7 @@ static void tick(Loop *loop, int64_t begin_ns)
     sim_add_stage_ns(sim, STAGE_INPUTS, taken_ns - begin_ns);
     sim_step(sim);
     loop->ticks++;
+    requests_tell(loop);
 
     // In lockstep only the last tick of a STEP is published, before its reply.
     int64_t stepped_ns = clock_now_ns();
@@ -205,6 +241,7 @@ static void tick(Loop *loop, int64_t begin_ns)
             push_frames(loop, false);
     }
     report_resets(loop);
+    report_grasps(loop);
     if (loop->checkpoint_ticks > 0 && step % loop->checkpoint_ticks == 0)
         atomic_store_explicit(&loop->exchange->checkpoint_wanted, true, memory_order_relaxed);
     int64_t end_ns = clock_now_ns();
@@ -323,7 +360,6 @@ void loop_init(Loop *loop, World *world, Exchange *exchange, const LoopOptions *
     loop->resets_seen = sim_resets(loop->sim);
     loop->recorded_step = -1;
     for (int i = 0; i < sim_body_count(loop->sim); i++) {
-        loop->pieces += mesh_pieces(&sim_body(loop->sim, i)->mesh);
         loop->governs |= sim_body(loop->sim, i)->ops->adapt != NULL;
     }
     governor_init(&loop->governor, options->rate_hz);

@@ -2,6 +2,7 @@
 
 #include "base/clock.h"
 #include "base/log.h"
+#include "run/grasp_text.h"
 #include "run/loop.h"
 #include "run/realtime.h"
 #include "run/recorder.h"
@@ -45,6 +46,16 @@ static void record_event(Offline *run, int body, const char *kind, const char *t
     recorder_write_event(&run->recorder, &event);
 }
 
+static void record_grasps(Offline *run)
+{
+    GraspEvent event;
+    while (sim_next_grasp(run->sim, &event)) {
+        char text[GRASP_TEXT];
+        grasp_text(run->sim, &event, text);
+        record_event(run, event.body, grasp_kind(&event), text);
+    }
+}
+
 // --- the log ---
 
 // A log that breaks off (its writer was killed) is used as far as it goes.
@@ -60,16 +71,26 @@ static void read_ahead(Offline *run)
         run->end_step = input->end_step;
 }
 
+// What happened in the simulation itself.
+static void record_sim_events(Offline *run)
+{
+    SimEvent event;
+    while (sim_take_event(run->sim, &event))
+        record_event(run, event.body, event.kind, event.text);
+}
+
 // Changes the scene, or says why not.
 static void execute(Offline *run, const Input *input, const char *kind)
 {
-    char text[INPUT_WHY_MAX];
-    bool done = requests_execute(run->sim, input, text);
-    record_event(run, input->kind == INPUT_LOAD ? input->index : -1, done ? kind : "refused", text);
+    Answer answer = {0};
+    bool done = requests_execute(run->sim, input, &answer);
+    bool on_body = input->kind == INPUT_LOAD || input->kind == INPUT_CUT;
+    record_event(run, on_body ? input->index : -1, done ? kind : "refused", answer.text);
+    record_sim_events(run);
     if (done)
         return;
     gate_count(&run->gate, REFUSED_NOT_POSSIBLE);
-    log_line(LOG_WARNING, "step %lld: %s", (long long)sim_steps(run->sim), text);
+    log_line(LOG_WARNING, "step %lld: %s", (long long)sim_steps(run->sim), answer.text);
 }
 
 // Pacing means nothing off line; what STEP and RESUME say of poses does.
@@ -235,7 +256,9 @@ static bool run_ticks(Offline *run)
             return true;
         int64_t begin_ns = clock_now_ns();
         sim_step(run->sim);
+        record_sim_events(run);
         histogram_add(&run->result->step, clock_now_ns() - begin_ns);
+        record_grasps(run);
         run->result->ticks++;
         if (loop_due(sim_steps(run->sim), run->scene->publish.nodes_hz, rate) && !record(run))
             return false;

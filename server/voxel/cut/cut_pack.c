@@ -1,0 +1,333 @@
+// The batches of a group of windows from its leaves; part of cut_windows.c.
+#include "voxel/cut/cut_pack.h"
+
+#include <string.h>
+
+// A leaf as a number to sort by. Bits 0 to 31: the element, 32 to 49: its mask, then how many
+// vertices it has; or, of plain ones, from 32 on its class. So leaves of one kind agree from bit 32
+// on.
+static int element_of(uint64_t key)
+{
+    return (int)(key & 0x7fffffffu);
+}
+
+static unsigned mask_of(uint64_t key)
+{
+    return (unsigned)(key >> 32) & 0x3ffffu;
+}
+
+static int vertex_count_of(unsigned mask)
+{
+    return NODE_CORNERS + __builtin_popcount(mask);
+}
+
+static int class_of(const CutWindows *windows, int element)
+{
+    const CutElement *e = &windows->lattice->element[element];
+    return e->level * windows->material_count + e->material - 1;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Leaves in order
+
+typedef struct Leaves {
+    int count[BATCH_KINDS];
+    uint64_t key[BATCH_KINDS][WINDOW_ELEMENTS];
+} Leaves;
+
+// Nearly in order as a rule.
+static void insert(uint64_t *list, int count, uint64_t key)
+{
+    for (; count > 0 && list[count - 1] > key; count--)
+        list[count] = list[count - 1];
+    list[count] = key;
+}
+
+static void list_leaves(const CutWindows *windows, const CutWindow *own, Leaves *to)
+{
+    const CutLattice *lattice = windows->lattice;
+    to->count[BATCH_PLAIN] = to->count[BATCH_HANGING] = 0;
+    for (int e = own->first; e < own->end; e++) {
+        if (!cut_lattice_is_leaf(lattice, e))
+            continue;
+        const unsigned mask = own->level == 0 ? 0 : template_mask_of(cut_lattice_nodes(lattice, e));
+        const int kind = mask == 0 ? BATCH_PLAIN : BATCH_HANGING;
+        const uint64_t sort = mask == 0 ? (uint64_t)class_of(windows, e)
+                                        : (uint64_t)vertex_count_of(mask) << 18 | mask;
+        insert(to->key[kind], to->count[kind]++, sort << 32 | (uint64_t)e);
+    }
+}
+
+// The next of what the windows of a group leave over, the smallest first.
+typedef struct Merge {
+    const CutWindows *windows;
+    const uint64_t *next[GROUP_WINDOWS], *end[GROUP_WINDOWS];
+    int count;
+} Merge;
+
+static Merge merge_begin(const CutWindows *windows, int group, int kind)
+{
+    Merge merge = {.windows = windows};
+    for (int w = windows->group[group].first; w < windows->group[group].end; w++) {
+        const int *count = windows->rest_count[w];
+        const uint64_t *first = windows->rest + windows->lattice->window[w].first +
+                                (kind == BATCH_PLAIN ? 0 : count[BATCH_PLAIN]);
+        if (count[kind] == 0)
+            continue;
+        merge.next[merge.count] = first;
+        merge.end[merge.count++] = first + count[kind];
+    }
+    return merge;
+}
+
+static bool merge_next(Merge *merge, uint64_t *key)
+{
+    int best = 0;
+    if (merge->count == 0)
+        return false;
+    for (int k = 1; k < merge->count; k++)
+        if (*merge->next[k] < *merge->next[best])
+            best = k;
+    *key = *merge->next[best]++;
+    if (merge->next[best] == merge->end[best]) {
+        merge->count--;
+        merge->next[best] = merge->next[merge->count];
+        merge->end[best] = merge->end[merge->count];
+    }
+    return true;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Rotations
+
+typedef struct Turns {
+    bool moved;
+    int base; // first element of the group
+    double turn[GROUP_ELEMENTS][4];
+} Turns;
+
+static const double NO_TURN[4] = {1.0, 0.0, 0.0, 0.0};
+
+// That which an element has, or the one that it came of.
+static void take_turn(const CutWindows *windows, int element, Turns *turns)
+{
+    int from = element;
+    while (from >= 0 && windows->place[from] < 0)
+        from = windows->lattice->element[from].parent;
+    const int place = from < 0 ? 0 : windows->place[from];
+    const double *turn = from < 0 ? NO_TURN : windows->last[place / LANES][place % LANES];
+    memcpy(turns->turn[element - turns->base], turn, sizeof NO_TURN);
+}
+
+static void clear_turns(CutWindows *windows, const BatchRange *range)
+{
+    for (int kind = 0; kind < BATCH_KINDS; kind++) {
+        const int first = range->first[kind] + (kind == BATCH_PLAIN ? 0 : windows->capacity[0]);
+        for (int i = 0; i < range->used[kind] * LANES; i++)
+            memcpy(windows->last[first + i / LANES][i % LANES], NO_TURN, sizeof NO_TURN);
+    }
+}
+
+static void put_place(CutWindows *windows, int element, int place, const Turns *turns)
+{
+    windows->place[element] = place;
+    if (turns->moved)
+        memcpy(windows->last[place / LANES][place % LANES], turns->turn[element - turns->base],
+               sizeof NO_TURN);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Batches
+
+// A lane's corners; key 0: the spare vertex.
+static void put_plain(CutWindows *windows, int batch, int lane, const int *node)
+{
+    for (int n = 0; n < NODE_CORNERS; n++)
+        windows->plain_vertex[batch][n][lane] =
+            node != NULL ? node[n] : windows->lattice->vertex_capacity;
+}
+
+static void pack_plain(CutWindows *windows, int batch, const uint64_t *key, int lanes,
+                       const Turns *turns)
+{
+    windows->plain_class[batch] = (int)(key[0] >> 32);
+    for (int lane = 0; lane < lanes; lane++) {
+        const int e = element_of(key[lane]);
+        put_plain(windows, batch, lane, cut_lattice_nodes(windows->lattice, e));
+        put_place(windows, e, batch * LANES + lane, turns);
+    }
+    for (int lane = lanes; lane < LANES; lane++)
+        put_plain(windows, batch, lane, NULL);
+}
+
+// Numbers of `count` vertices, every `stride`-th; those of the `before` that were there are zero
+// beyond that.
+static void put_single(float *to, const float *number, int stride, int count, int before)
+{
+    for (int i = 0; i < count; i++)
+        to[i * stride] = number[i];
+    for (int i = count; i < before; i++)
+        to[i * stride] = 0.0f;
+}
+
+static void put_double(double *to, const double *number, int stride, int count, int before)
+{
+    for (int i = 0; i < count; i++)
+        to[i * stride] = number[i];
+    for (int i = count; i < before; i++)
+        to[i * stride] = 0.0;
+}
+
+// Numbers that are already there stay.
+static void put_numbers(CutWindows *windows, int batch, int lane, int stride, unsigned mask)
+{
+    unsigned *held = &windows->hanging_mask[batch][lane];
+    if (*held == mask)
+        return;
+    const int count = TABLE_HEAD + vertex_count_of(mask) * TABLE_ROW;
+    const int before = TABLE_HEAD + vertex_count_of(*held) * TABLE_ROW;
+    const void *number = template_cache_numbers(windows->templates, mask);
+    void *to = (void *)windows->tables[batch].number;
+    if (windows->templates->precision == PRECISION_SINGLE)
+        put_single((float *)to + lane, number, stride, count, before);
+    else
+        put_double((double *)to + lane, number, stride, count, before);
+    *held = mask;
+}
+
+// The vertices that are there in the order of their nodes, then the spare one.
+static void put_vertices(CutWindows *windows, int batch, int lane, const int *node, unsigned mask)
+{
+    int(*vertex)[LANES] = windows->hanging_vertex[batch];
+    int count = 0;
+    for (; node != NULL && count < NODE_CORNERS; count++)
+        vertex[count][lane] = node[count];
+    for (; mask != 0; mask &= mask - 1)
+        vertex[count++][lane] = node[NODE_CORNERS + __builtin_ctz(mask)];
+    for (; count < windows->tables[batch].count; count++)
+        vertex[count][lane] = windows->lattice->vertex_capacity;
+}
+
+// In a mixed batch a lane without an element is a plain cube that never deforms.
+static void pack_hanging(CutWindows *windows, int batch, const uint64_t *key, int lanes, bool mixed,
+                         const Turns *turns)
+{
+    const CutLattice *lattice = windows->lattice;
+    windows->tables[batch].count = vertex_count_of(mask_of(key[lanes - 1]));
+    if (!mixed)
+        put_numbers(windows, batch, 0, 1, mask_of(key[0]));
+    for (int lane = 0; lane < lanes; lane++) {
+        const int e = element_of(key[lane]);
+        const unsigned mask = mask_of(key[lane]);
+        if (mixed)
+            put_numbers(windows, batch, lane, LANES, mask);
+        put_vertices(windows, batch, lane, cut_lattice_nodes(lattice, e), mask);
+        windows->hanging_class[batch][lane] = class_of(windows, e);
+        put_place(windows, e, (windows->capacity[0] + batch) * LANES + lane, turns);
+    }
+    for (int lane = lanes; lane < LANES; lane++) {
+        put_numbers(windows, batch, lane, LANES, 0);
+        put_vertices(windows, batch, lane, NULL, 0);
+        windows->hanging_class[batch][lane] = windows->hanging_class[batch][0];
+    }
+}
+
+static void pack(CutWindows *windows, int kind, int batch, const uint64_t *key, int lanes,
+                 bool mixed, const Turns *turns)
+{
+    if (kind == BATCH_PLAIN)
+        pack_plain(windows, batch, key, lanes, turns);
+    else
+        pack_hanging(windows, batch, key, lanes, mixed, turns);
+}
+
+// A window's own batches, each full of one kind; what is left over is written down for its group.
+static void pack_window(CutWindows *windows, int window, const Leaves *leaves, const Turns *turns)
+{
+    BatchRange *range = &windows->full[window];
+    uint64_t *rest = windows->rest + windows->lattice->window[window].first;
+    for (int kind = 0; kind < BATCH_KINDS; kind++) {
+        const uint64_t *key = leaves->key[kind];
+        const int count = leaves->count[kind];
+        int batch = range->first[kind], left = 0;
+        for (int k = 0; k < count;) {
+            if (k + LANES <= count && key[k] >> 32 == key[k + LANES - 1] >> 32) {
+                pack(windows, kind, batch++, key + k, LANES, false, turns);
+                k += LANES;
+            } else {
+                rest[left++] = key[k++];
+            }
+        }
+        rest += left;
+        windows->rest_count[window][kind] = left;
+        range->used[kind] = batch - range->first[kind];
+    }
+}
+
+// Plain batches are of one class each.
+static void pack_rest(CutWindows *windows, int group, int kind, const Turns *turns)
+{
+    BatchRange *range = &windows->mixed[group];
+    Merge merge = merge_begin(windows, group, kind);
+    uint64_t key[LANES + 1];
+    int batch = range->first[kind], lanes = 0;
+    while (merge_next(&merge, &key[lanes])) {
+        const bool other = kind == BATCH_PLAIN && key[lanes] >> 32 != key[0] >> 32;
+        if (other || lanes == LANES) {
+            pack(windows, kind, batch++, key, lanes, true, turns);
+            key[0] = key[lanes];
+            lanes = 0;
+        }
+        lanes++;
+    }
+    if (lanes > 0)
+        pack(windows, kind, batch++, key, lanes, true, turns);
+    range->used[kind] = batch - range->first[kind];
+}
+
+// All leaves that may get another place.
+static void take_turns(const CutWindows *windows, const WindowGroup *own, const Leaves *leaves,
+                       Turns *turns)
+{
+    for (int w = own->first; w < own->end; w++) {
+        if (!windows->is_changed[w]) {
+            const uint64_t *rest = windows->rest + windows->lattice->window[w].first;
+            const int *count = windows->rest_count[w];
+            for (int k = 0; k < count[BATCH_PLAIN] + count[BATCH_HANGING]; k++)
+                take_turn(windows, element_of(rest[k]), turns);
+            continue;
+        }
+        const Leaves *here = &leaves[w - own->first];
+        for (int kind = 0; kind < BATCH_KINDS; kind++)
+            for (int k = 0; k < here->count[kind]; k++)
+                take_turn(windows, element_of(here->key[kind][k]), turns);
+    }
+}
+
+void cut_pack(CutWindows *windows, int group, bool moved)
+{
+    const CutLattice *lattice = windows->lattice;
+    const WindowGroup *own = &windows->group[group];
+    Leaves leaves[GROUP_WINDOWS];
+    Turns turns;
+    turns.moved = moved;
+    turns.base = lattice->window[own->first].first;
+    for (int w = own->first; w < own->end; w++)
+        if (windows->is_changed[w])
+            list_leaves(windows, &lattice->window[w], &leaves[w - own->first]);
+    if (moved) {
+        take_turns(windows, own, leaves, &turns);
+        clear_turns(windows, &windows->mixed[group]);
+    }
+    for (int w = own->first; w < own->end; w++) {
+        if (!windows->is_changed[w])
+            continue;
+        if (moved)
+            clear_turns(windows, &windows->full[w]);
+        for (int e = lattice->window[w].first; e < lattice->window[w].end; e++)
+            windows->place[e] = -1;
+        pack_window(windows, w, &leaves[w - own->first], &turns);
+    }
+    for (int kind = 0; kind < BATCH_KINDS; kind++)
+        pack_rest(windows, group, kind, &turns);
+}

@@ -1,0 +1,405 @@
+#include "voxel/cut/cut_windows.h"
+
+#include "voxel/cut/cut_pack.h"
+
+#include <math.h>
+#include <string.h>
+
+#define ALLOCATE(use, count, type, label)                                                          \
+    (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
+
+// ---------------------------------------------------------------------------------------------
+// Load time
+
+// Windows that follow one another, of one level.
+static void create_groups(CutWindows *windows, const char *name, Arena *arena)
+{
+    const CutLattice *lattice = windows->lattice;
+    const int count = lattice->window_count;
+    windows->group = ALLOCATE(ARENA_STEP, count, WindowGroup, "groups of windows");
+    windows->group_of = ALLOCATE(ARENA_TOPOLOGY, count, int, "groups");
+    for (int w = 0; w < count; w++) {
+        WindowGroup *last = &windows->group[windows->group_count - 1];
+        const bool joins = w > 0 && w - last->first < GROUP_WINDOWS &&
+                           lattice->window[w].level == lattice->window[w - 1].level;
+        if (!joins)
+            windows->group[windows->group_count++] = (WindowGroup){w, w};
+        windows->group_of[w] = windows->group_count - 1;
+        windows->group[windows->group_of[w]].end = w + 1;
+    }
+}
+
+// The most batches that plain leaves of a window can fill; adds to what may be left over, by
+// material.
+static int most_full(const CutLattice *lattice, int window, int rest[256])
+{
+    const CutWindow *own = &lattice->window[window];
+    int count[256] = {0}, batches = 0; // by material
+    for (int e = own->first; e < own->end; e++)
+        batches += ++count[lattice->element[e].material] % LANES == 0;
+    for (int m = 0; m < 256; m++)
+        rest[m] += count[m] < LANES ? count[m] : LANES - 1;
+    return batches;
+}
+
+static int batches_for(int elements)
+{
+    return (elements + LANES - 1) / LANES;
+}
+
+// A group's batches follow one another: of its windows, then its own.
+static void create_ranges(CutWindows *windows, const char *name, Arena *arena)
+{
+    const CutLattice *lattice = windows->lattice;
+    int *end = windows->capacity;
+    windows->full = ALLOCATE(ARENA_STEP, lattice->window_count, BatchRange, "windows");
+    windows->mixed = ALLOCATE(ARENA_STEP, windows->group_count, BatchRange, "mixed windows");
+    for (int g = 0; g < windows->group_count; g++) {
+        const WindowGroup *own = &windows->group[g];
+        const int elements = lattice->window[own->end - 1].end - lattice->window[own->first].first;
+        const bool hangs = lattice->window[own->first].level > 0;
+        int rest[256] = {0};
+        for (int w = own->first; w < own->end; w++) {
+            const int count = lattice->window[w].end - lattice->window[w].first;
+            windows->full[w] = (BatchRange){.first = {end[BATCH_PLAIN], end[BATCH_HANGING]}};
+            end[BATCH_PLAIN] += most_full(lattice, w, rest);
+            end[BATCH_HANGING] += hangs ? count / LANES : 0;
+        }
+        windows->mixed[g] = (BatchRange){.first = {end[BATCH_PLAIN], end[BATCH_HANGING]}};
+        for (int m = 0; m < 256; m++)
+            end[BATCH_PLAIN] += batches_for(rest[m]);
+        end[BATCH_HANGING] += hangs ? batches_for(elements) : 0;
+    }
+}
+
+static void create_plain(CutWindows *windows, const char *name, Arena *arena)
+{
+    const int count = windows->capacity[BATCH_PLAIN];
+    windows->plain_vertex = arena_allocate(
+        arena, ARENA_STEP, (size_t)count, sizeof *windows->plain_vertex, "%s/plain vertices", name);
+    windows->plain_class = ALLOCATE(ARENA_STEP, count, int, "plain classes");
+}
+
+// Numbers of a plain cube, as cut_pack.c expects them to be there.
+static void *begin_table(const CutWindows *windows, int batch, int stride, void *number)
+{
+    const bool single = windows->templates->precision == PRECISION_SINGLE;
+    const void *from = template_cache_numbers(windows->templates, 0);
+    windows->tables[batch] = (RestTable){NODE_CORNERS, number};
+    for (int i = 0; i < (TABLE_HEAD + NODE_CORNERS * TABLE_ROW) * stride; i++)
+        if (single)
+            ((float *)number)[i] = ((const float *)from)[i / stride];
+        else
+            ((double *)number)[i] = ((const double *)from)[i / stride];
+    return (char *)number +
+           (size_t)TEMPLATE_NUMBERS * (size_t)stride * (single ? sizeof(float) : sizeof(double));
+}
+
+static void create_tables(CutWindows *windows, const char *name, Arena *arena)
+{
+    const size_t real =
+        windows->templates->precision == PRECISION_SINGLE ? sizeof(float) : sizeof(double);
+    const int count = windows->capacity[BATCH_HANGING];
+    windows->tables = ALLOCATE(ARENA_STEP, count, RestTable, "rest tables");
+    size_t numbers = 0;
+    for (int pass = 0; pass < 2; pass++) {
+        void *number =
+            pass == 0 ? NULL
+                      : arena_allocate(arena, ARENA_STEP, numbers, real, "%s/rest shapes", name);
+        for (int g = 0, batch = 0; g < windows->group_count; g++) {
+            const int mixed = windows->mixed[g].first[BATCH_HANGING];
+            const int end = g + 1 < windows->group_count
+                                ? windows->full[windows->group[g + 1].first].first[BATCH_HANGING]
+                                : count;
+            for (; batch < end; batch++) {
+                const int stride = batch < mixed ? 1 : LANES;
+                if (pass == 0)
+                    numbers += (size_t)TEMPLATE_NUMBERS * (size_t)stride;
+                else
+                    number = begin_table(windows, batch, stride, number);
+            }
+        }
+    }
+}
+
+static void create_hanging(CutWindows *windows, const char *name, Arena *arena)
+{
+    const int count = windows->capacity[BATCH_HANGING];
+    windows->hanging_vertex =
+        arena_allocate(arena, ARENA_STEP, (size_t)count, sizeof *windows->hanging_vertex,
+                       "%s/hanging vertices", name);
+    windows->hanging_class =
+        arena_allocate(arena, ARENA_STEP, (size_t)count, sizeof *windows->hanging_class,
+                       "%s/hanging classes", name);
+    windows->hanging_mask = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)count,
+                                           sizeof *windows->hanging_mask, "%s/hanging masks", name);
+    windows->start = ALLOCATE(ARENA_STEP, count + 1, int, "hanging start");
+    windows->table = ALLOCATE(ARENA_STEP, count, int, "hanging tables");
+    for (int b = 0; b < count; b++) {
+        windows->start[b + 1] = (b + 1) * NODE_COUNT;
+        windows->table[b] = b;
+    }
+    create_tables(windows, name, arena);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Which batches are in use
+
+// Adds batches to the runs from `begin` on; returns the end.
+static int add_run(CutWindows *windows, int begin, int end, BatchRun more)
+{
+    BatchRun *run = windows->run;
+    if (more.count == 0)
+        return end;
+    BatchRun *last = end > begin ? &run[end - 1] : NULL;
+    if (last != NULL && last->first + last->count == more.first && last->mixed == more.mixed) {
+        last->count += more.count;
+        return end;
+    }
+    run[end] = more;
+    return end + 1;
+}
+
+static int list_kind(CutWindows *windows, int kind, int begin)
+{
+    int end = begin;
+    for (int g = 0; g < windows->group_count; g++) {
+        const bool hanging = kind == BATCH_HANGING;
+        for (int w = windows->group[g].first; w < windows->group[g].end; w++) {
+            const BatchRange *range = &windows->full[w];
+            end = add_run(windows, begin, end,
+                          (BatchRun){range->first[kind], range->used[kind], false});
+        }
+        const BatchRange *range = &windows->mixed[g];
+        end = add_run(windows, begin, end,
+                      (BatchRun){range->first[kind], range->used[kind], hanging});
+    }
+    return end;
+}
+
+// Where the first half of the batches ends; the run that holds both halves becomes two.
+static int split_runs(CutWindows *windows, int begin, int *end, int total)
+{
+    BatchRun *run = windows->run;
+    int left = total / 2;
+    for (int k = begin; k < *end; k++) {
+        if (left == 0)
+            return k;
+        if (left < run[k].count) {
+            memmove(run + k + 1, run + k, (size_t)(*end - k) * sizeof *run);
+            (*end)++;
+            run[k].count = left;
+            run[k + 1].first += left;
+            run[k + 1].count -= left;
+            return k + 1;
+        }
+        left -= run[k].count;
+    }
+    return *end;
+}
+
+static void list_runs(CutWindows *windows)
+{
+    for (int kind = 0, begin = 0; kind < BATCH_KINDS; kind++) {
+        int end = list_kind(windows, kind, begin), total = 0;
+        for (int k = begin; k < end; k++)
+            total += windows->run[k].count;
+        windows->run_end[kind][0] = split_runs(windows, begin, &end, total);
+        windows->run_end[kind][1] = begin = end;
+    }
+}
+
+int cut_windows_count(const CutWindows *windows, int kind)
+{
+    int total = 0;
+    for (int k = kind == 0 ? 0 : windows->run_end[kind - 1][1]; k < windows->run_end[kind][1]; k++)
+        total += windows->run[k].count;
+    return total;
+}
+
+static void pack_all(CutWindows *windows)
+{
+    const size_t count = (size_t)windows->lattice->window_count;
+    memset(windows->is_changed, 1, count * sizeof *windows->is_changed);
+    for (int g = 0; g < windows->group_count; g++)
+        cut_pack(windows, g, false);
+    memset(windows->is_changed, 0, count * sizeof *windows->is_changed);
+    list_runs(windows);
+}
+
+static void create_scratch(CutWindows *windows, const char *name, Arena *arena)
+{
+    const int count = windows->lattice->window_count, elements = windows->lattice->element_count;
+    windows->place = ALLOCATE(ARENA_TOPOLOGY, elements, int, "element places");
+    windows->rest = ALLOCATE(ARENA_TOPOLOGY, elements, uint64_t, "left over");
+    windows->rest_count = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)count,
+                                         sizeof *windows->rest_count, "%s/left over counts", name);
+    windows->changed = ALLOCATE(ARENA_TOPOLOGY, count, int, "changed windows");
+    windows->is_changed = ALLOCATE(ARENA_TOPOLOGY, count, bool, "windows that changed");
+    windows->run = ALLOCATE(ARENA_STEP, BATCH_KINDS * (count + windows->group_count + 1), BatchRun,
+                            "runs of batches");
+}
+
+static int batch_capacity(const CutWindows *windows)
+{
+    return windows->capacity[BATCH_PLAIN] + windows->capacity[BATCH_HANGING];
+}
+
+void cut_windows_create(CutWindows *windows, const WindowOptions *options, Arena *arena,
+                        StateList *state)
+{
+    const char *name = options->name;
+    *windows = (CutWindows){.lattice = options->lattice,
+                            .templates = options->templates,
+                            .material_count = options->material_count,
+                            .classes = options->classes};
+    create_groups(windows, name, arena);
+    create_ranges(windows, name, arena);
+    create_plain(windows, name, arena);
+    create_hanging(windows, name, arena);
+    create_scratch(windows, name, arena);
+    const size_t batches = (size_t)batch_capacity(windows);
+    windows->last =
+        arena_allocate(arena, ARENA_STEP, batches, sizeof *windows->last, "%s/rotations", name);
+    state_add(state, windows->last, batches * sizeof *windows->last, "%s/rotations", name);
+    cut_windows_forget_rotations(windows);
+    pack_all(windows);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Step thread
+
+static void mark(CutWindows *windows, int window, int *count)
+{
+    if (windows->is_changed[window])
+        return;
+    windows->is_changed[window] = true;
+    int k = (*count)++;
+    for (; k > 0 && windows->changed[k - 1] > window; k--)
+        windows->changed[k] = windows->changed[k - 1];
+    windows->changed[k] = window;
+}
+
+// Windows are numbered by level: the finer ones are packed first.
+void cut_windows_update(CutWindows *windows)
+{
+    const CutChanges *changes = &windows->lattice->changes;
+    int count = 0;
+    for (int k = 0; k < changes->element_count; k++)
+        mark(windows, windows->lattice->window_of[changes->element[k]], &count);
+    for (int k = 0, group = -1; k < count; k++) {
+        if (windows->group_of[windows->changed[k]] == group)
+            continue;
+        group = windows->group_of[windows->changed[k]];
+        cut_pack(windows, group, true);
+    }
+    for (int k = 0; k < count; k++)
+        windows->is_changed[windows->changed[k]] = false;
+    if (count > 0)
+        list_runs(windows);
+}
+
+void cut_windows_restored(CutWindows *windows)
+{
+    pack_all(windows);
+}
+
+void cut_windows_forget_rotations(CutWindows *windows)
+{
+    for (int b = 0; b < batch_capacity(windows); b++)
+        for (int lane = 0; lane < LANES; lane++)
+            memcpy(windows->last[b][lane], (const double[4]){1.0, 0.0, 0.0, 0.0},
+                   sizeof windows->last[b][lane]);
+}
+
+bool cut_windows_check(const CutWindows *windows)
+{
+    for (int b = 0; b < batch_capacity(windows); b++)
+        for (int lane = 0; lane < LANES; lane++) {
+            const double *q = windows->last[b][lane];
+            if (!(fabs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) < 1e-3))
+                return false;
+        }
+    return true;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Forces
+
+// The batches of one run as kernels take them.
+typedef struct RunView {
+    PlainBatches plain;
+    HangingBatches hanging;
+} RunView;
+
+static void view_run(const CutWindows *windows, int kind, BatchRun run, VoxelPass *pass,
+                     RunView *view)
+{
+    *view = (RunView){.plain = {.batch_count = 0}};
+    if (kind == BATCH_HANGING)
+        view->hanging = (HangingBatches){
+            .batch_count = run.count,
+            .mixed_count = run.mixed ? run.count : 0,
+            .start = windows->start + run.first,
+            .vertex = windows->hanging_vertex[0][0],
+            .table = windows->table + run.first,
+            .element_class = (const int(*)[LANES])windows->hanging_class + run.first,
+        };
+    else
+        view->plain = (PlainBatches){
+            .batch_count = run.count,
+            .vertex = windows->plain_vertex[run.first][0],
+            .element_class = windows->plain_class + run.first,
+        };
+    pass->plain = &view->plain;
+    pass->hanging = &view->hanging;
+    pass->last = windows->last + (kind == BATCH_HANGING ? windows->capacity[0] : 0) + run.first;
+}
+
+static VoxelPass complete_pass(const CutWindows *windows, const VoxelPass *given)
+{
+    VoxelPass pass = *given;
+    pass.tables = windows->tables;
+    pass.classes = windows->classes;
+    return pass;
+}
+
+// Where the runs of a half, or of both, begin and end.
+static int runs_begin(const CutWindows *windows, int kind, int half)
+{
+    return half == 1             ? windows->run_end[kind][0]
+           : kind == BATCH_PLAIN ? 0
+                                 : windows->run_end[kind - 1][1];
+}
+
+static int runs_end(const CutWindows *windows, int kind, int half)
+{
+    return windows->run_end[kind][half == 0 ? 0 : 1];
+}
+
+void cut_windows_evaluate(const CutWindows *windows, const VoxelKernels *kernels,
+                          const VoxelPass *given, int half)
+{
+    VoxelPass pass = complete_pass(windows, given);
+    for (int kind = 0; kind < BATCH_KINDS; kind++)
+        for (int k = runs_begin(windows, kind, half); k < runs_end(windows, kind, half); k++) {
+            RunView view;
+            view_run(windows, kind, windows->run[k], &pass, &view);
+            kernels->evaluate(&pass);
+        }
+}
+
+double cut_windows_energy(const CutWindows *windows, const VoxelKernels *kernels,
+                          const VoxelPass *given)
+{
+    VoxelPass pass = complete_pass(windows, given);
+    double total = 0.0;
+    for (int kind = 0; kind < BATCH_KINDS; kind++)
+        for (int k = runs_begin(windows, kind, WINDOWS_ALL);
+             k < runs_end(windows, kind, WINDOWS_ALL); k++) {
+            RunView view;
+            view_run(windows, kind, windows->run[k], &pass, &view);
+            total += kernels->energy(&pass);
+        }
+    return total;
+}
