@@ -284,8 +284,7 @@ static void a_stroke_of_a_blade_severs_what_it_passes_through_and_no_more(void *
         options.tool[0] = (ToolOptions){.id = 1,
                                         .kind = TOOL_BLADE,
                                         .edge = {{0.0, 0.0, -0.02}, {0.0, 0.0, 0.02}},
-                                        .max_force = 3.3,
-                                        .friction = -1.0};
+                                        .max_force = 3.3};
         PlaneWorld world;
         plane_world_create(&world, &options);
         for (int v = 0; v < world.model->vertices.count; v++) { // moving tissue
@@ -383,8 +382,7 @@ static void a_strong_push_tears_and_a_weak_one_does_not(void **state)
                           .kind = TOOL_PROBE,
                           .capsule_count = 1,
                           .capsule = {{.from = {0, 0, -0.02}, .to = {0, 0, 0.02}, .radius = 0.004}},
-                          .max_force = 3.3,
-                          .friction = -1.0};
+                          .max_force = 3.3};
         PlaneWorld world;
         plane_world_create(&world, &options);
         const int before = world.model->vertices.count;
