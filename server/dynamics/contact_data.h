@@ -24,13 +24,6 @@ typedef struct Proxy {
     double away; // time that only crossed faces acted while the pose was clear of the body [s]
 } Proxy;
 
-// A rigid motion of the tool at one instant.
-typedef struct ToolPlacement {
-    Vec3 position;
-    Quat orientation;
-    Vec3 linear, angular; // [m/s], [rad/s] about `position`
-} ToolPlacement;
-
 // One push between a capsule and a face, kept until friction has had its share.
 typedef struct Push {
     int candidate;

@@ -99,6 +99,11 @@ static double node_stiffness(const Body *body, int node)
     return firmness != NULL ? stiffness * firmness[node] : stiffness;
 }
 
+static double friction_of(const Contact *contact)
+{
+    return contact->tool->has_friction ? contact->tool->friction : contact->body->tuning.friction;
+}
+
 // The push of one pair: `share` of the face's stiffness, along `normal`, for an overlap `depth`.
 static void add_push(Contact *contact, const ToolPlacement *at, int index, const double weight[3],
                      Vec3 point, Vec3 normal, double depth, double share)
@@ -123,8 +128,7 @@ static void add_push(Contact *contact, const ToolPlacement *at, int index, const
     sum->weight += force;
     sum->point = vec3_madd(sum->point, force, point);
     sum->normal = vec3_madd(sum->normal, force, normal);
-    if (force > 0.0 && contact->body->tuning.friction > 0.0 &&
-        contact->push_count < contact->push_capacity) {
+    if (force > 0.0 && friction_of(contact) > 0.0 && contact->push_count < contact->push_capacity) {
         contact->push[contact->push_count++] =
             (Push){.candidate = index, .weight = {weight[0], weight[1], weight[2]}, .force = force};
         PushSums *sums = &contact->push_sums;
@@ -338,7 +342,7 @@ static void add_friction(Contact *contact, int first, Vec3 *bristle, double dt)
     double stiffness = sums->stiffness / normal_force;
     Vec3 s = vec3_madd(*bristle, dt, slip);
     s = vec3_madd(s, -vec3_dot(s, normal), normal);
-    const double cap = contact->body->tuning.friction * normal_force;
+    const double cap = friction_of(contact) * normal_force;
     double stretch = stiffness * vec3_length(s);
     Vec3 force;
     if (stretch > cap) { // sliding
@@ -377,7 +381,7 @@ static void evaluate_plane(Contact *contact, double dt)
             double leaving = vec3_dot(contact->v[i], plane->normal);
             double push = stiffness * fmax(0.0, -height - body->contact_damping * leaving);
             Vec3 force = vec3_scale(push, plane->normal); // on the node
-            const double cap = body->tuning.friction * push;
+            const double cap = friction_of(contact) * push;
             if (cap > 0.0) {
                 Vec3 slip = vec3_madd(contact->v[i], -leaving, plane->normal);
                 bristle = vec3_madd(contact->plane_bristle[contact->node[i]], dt, slip);

@@ -8,7 +8,7 @@
 #include <string.h>
 
 static const char *const stage_names[STAGE_COUNT] = {
-    "inputs",        "tools",  "loads",   "cut",      "reconstruct", "adapt",
+    "inputs",        "tools",  "loads",   "cut",      "reconstruct", "adapt",    "grasp",
     "find contacts", "forces", "contact", "wrenches", "check",       "snapshot",
 };
 
@@ -51,8 +51,62 @@ void sim_add_load(Sim *sim, const LoadOptions *options)
     sim->scene_load[at] = *options;
 }
 
+bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *status)
+{
+    int at = sim->scene_attachment_count;
+    ASSERT(at < SIM_ATTACHMENTS);
+    Body *body = &sim->body[options->body];
+    const ToolOptions *tool = options->to == ATTACH_TOOL ? &sim->tool[options->tool] : NULL;
+    char name[56];
+    snprintf(name, sizeof name, "%.31s/attachment%d", body->name, at);
+    sim->scene_attachment[at] =
+        attachment_create(name, options, tool, body, sim->arena, sim->state, status);
+    sim->scene_attachment_count += sim->scene_attachment[at] != NULL;
+    return sim->scene_attachment[at] != NULL;
+}
+
 // ---------------------------------------------------------------------------------------------
 // Sealing
+
+// Of a grasper with a body.
+static Attachment *create_grasp(Sim *sim, int b, int t)
+{
+    const ToolOptions *tool = &sim->tool[t];
+    const AttachmentOptions options = {.body = b,
+                                       .to = ATTACH_GRASPER,
+                                       .tool = t,
+                                       .stiffness = tool->grip_stiffness,
+                                       .damping_ratio = tool->grip_damping};
+    char name[56];
+    Status status = {0};
+    snprintf(name, sizeof name, "%.31s/grasp%d", sim->body[b].name, t);
+    return attachment_create(name, &options, tool, &sim->body[b], sim->arena, sim->state, &status);
+}
+
+static void create_attachments(Sim *sim)
+{
+    int graspers = 0;
+    for (int t = 0; t < sim->tool_count; t++)
+        graspers += sim->tool[t].kind == TOOL_GRASPER;
+    int most = sim->scene_attachment_count + graspers * sim->body_count;
+    if (most == 0)
+        return;
+    sim->attachment = arena_allocate(sim->arena, ARENA_CONTACT, (size_t)most,
+                                     sizeof *sim->attachment, "attachments");
+    sim->attachment_start = arena_allocate(sim->arena, ARENA_CONTACT, (size_t)sim->body_count + 1,
+                                           sizeof *sim->attachment_start, "attachments/start");
+    sim->told = arena_allocate(sim->arena, ARENA_CONTACT, (size_t)most, sizeof *sim->told,
+                               "attachments/told");
+    for (int b = 0; b < sim->body_count; b++) {
+        for (int k = 0; k < sim->scene_attachment_count; k++)
+            if (attachment_options(sim->scene_attachment[k])->body == b)
+                sim->attachment[sim->attachment_count++] = sim->scene_attachment[k];
+        for (int t = 0; t < sim->tool_count; t++)
+            if (sim->tool[t].kind == TOOL_GRASPER)
+                sim->attachment[sim->attachment_count++] = create_grasp(sim, b, t);
+        sim->attachment_start[b + 1] = sim->attachment_count;
+    }
+}
 
 static void create_contacts(Sim *sim)
 {
@@ -76,7 +130,6 @@ static void create_contacts(Sim *sim)
     state_add(sim->state, sim->motion, (size_t)sim->tool_count * sizeof *sim->motion,
               "tools/motion");
     for (int b = 0; b < sim->body_count; b++) {
-        int pushed = 0; // nodes, in one evaluation
         for (int k = 0; k < 2 * sim->tool_count; k++) {
             const ToolOptions *tool = &sim->tool[k / 2];
             bool plane = k % 2 == 1;
@@ -87,13 +140,28 @@ static void create_contacts(Sim *sim)
                      plane ? "p" : "");
             Contact *contact =
                 contact_create(name, tool, plane, &sim->body[b], sim->arena, sim->state);
-            pushed += contact_node_capacity(contact);
             sim->contact_tool[sim->contact_count] = k / 2;
             sim->contact[sim->contact_count++] = contact;
         }
-        Body *body = &sim->body[b];
-        body->ops->reserve_forces(body->model, body->name, pushed, sim->arena);
         sim->contact_start[b + 1] = sim->contact_count;
+    }
+}
+
+// Room for all nodes that contacts and attachments can push in one evaluation.
+static void reserve_forces(Sim *sim)
+{
+    if (sim->contact_start == NULL && sim->attachment == NULL)
+        return;
+    for (int b = 0; b < sim->body_count; b++) {
+        Body *body = &sim->body[b];
+        int pushed = 0;
+        for (int k = sim->contact_count > 0 ? sim->contact_start[b] : 0;
+             k < (sim->contact_count > 0 ? sim->contact_start[b + 1] : 0); k++)
+            pushed += contact_node_capacity(sim->contact[k]);
+        for (int k = sim->attachment_count > 0 ? sim->attachment_start[b] : 0;
+             k < (sim->attachment_count > 0 ? sim->attachment_start[b + 1] : 0); k++)
+            pushed += attachment_node_capacity(sim->attachment[k]);
+        body->ops->reserve_forces(body->model, body->name, pushed, sim->arena);
     }
 }
 
@@ -108,7 +176,7 @@ static void list_stages(Sim *sim)
     for (int b = 0; b < sim->body_count; b++) {
         const BodyOps *ops = sim->body[b].ops;
         adapts |= ops->adapt != NULL;
-        cuts |= sim->stroke[b] != NULL || ops->tear != NULL;
+        cuts |= (sim->cutting != NULL && sim->cutting->stroke[b] != NULL) || ops->tear != NULL;
         reconstructs |= ops->reconstruct != NULL;
     }
     const bool wanted[STAGE_COUNT] = {
@@ -119,6 +187,7 @@ static void list_stages(Sim *sim)
         [STAGE_RECONSTRUCT] = reconstructs,
         [STAGE_ADAPT] = adapts,
         [STAGE_FIND_CONTACTS] = shapes,
+        [STAGE_GRASP] = sim->attachment_count > 0,
         [STAGE_FORCES] = true,
         [STAGE_CONTACT] = shapes,
         [STAGE_WRENCHES] = tools,
@@ -140,8 +209,10 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
                   sim->body[b].name);
     }
     cutting_create(sim);
-    list_stages(sim);
     create_contacts(sim);
+    create_attachments(sim);
+    reserve_forces(sim);
+    list_stages(sim);
     if (sim->options.may_load || sim->scene_load_count > 0)
         loads_create(&sim->loads, sim->body, sim->body_count, sim->arena, sim->state);
 
@@ -194,6 +265,9 @@ void sim_reset(Sim *sim)
 bool sim_check(const Sim *sim)
 {
     int nodes = 0;
+    for (int k = 0; k < sim->attachment_count; k++)
+        if (!attachment_check(sim->attachment[k]))
+            return false;
     for (int b = 0; b < sim->body_count; b++)
         nodes += sim->body[b].surface.node_count;
     return sim->clock->step >= 0 && sim->clock->next_load >= 0 &&
@@ -287,6 +361,44 @@ int64_t sim_refused_faces(const Sim *sim)
     for (int k = 0; k < sim->contact_count; k++)
         refused += contact_refused(sim->contact[k]);
     return refused;
+}
+
+int sim_attachment_nodes(const Sim *sim, int index)
+{
+    bool points;
+    return attachment_held(sim->scene_attachment[index], &points);
+}
+
+int64_t sim_refused_holds(const Sim *sim)
+{
+    int64_t refused = 0;
+    for (int k = 0; k < sim->attachment_count; k++)
+        refused += attachment_refused(sim->attachment[k]);
+    return refused;
+}
+
+bool sim_next_grasp(Sim *sim, GraspEvent *event)
+{
+    for (int k = 0; k < sim->attachment_count; k++) {
+        const AttachmentOptions *options = attachment_options(sim->attachment[k]);
+        GraspEvent *told = &sim->told[k];
+        if (options->to != ATTACH_GRASPER)
+            continue;
+        GraspEvent now = {.tool = options->tool,
+                          .body = options->body,
+                          .taken = attachment_taken(sim->attachment[k]),
+                          .step = sim->clock->step};
+        now.nodes = attachment_held(sim->attachment[k], &now.points);
+        bool same = now.taken == told->taken || (now.nodes == 0 && told->nodes == 0);
+        if ((now.nodes > 0) == (told->nodes > 0) && same)
+            continue;
+        if (told->taken > 0 && now.step >= told->step &&
+            (double)(now.step - told->step) * sim->tick < 0.1)
+            continue;
+        *event = *told = now;
+        return true;
+    }
+    return false;
 }
 
 int sim_stage_count(const Sim *sim)

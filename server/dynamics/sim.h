@@ -6,6 +6,7 @@
 #include "base/arena.h"
 #include "base/state.h"
 #include "base/status.h"
+#include "dynamics/attachment.h"
 #include "dynamics/body.h"
 #include "dynamics/contact.h"
 #include "dynamics/tool.h"
@@ -18,6 +19,7 @@ typedef enum StageId {
     STAGE_CUT,           // strokes of blades, tearing
     STAGE_RECONSTRUCT,   // refine what cuts have left to be refined
     STAGE_ADAPT,         // refine and coarsen
+    STAGE_GRASP,         // take hold and let go
     STAGE_FIND_CONTACTS, // candidates, sides
     STAGE_FORCES,        // all forces and the integration, substep by substep
     STAGE_CONTACT,       // contact forces inside the substeps
@@ -59,12 +61,21 @@ typedef struct SimEvent {
 
 // What one tool felt in the last tick: contact_t without its envelope.
 typedef struct ToolWrench {
-    bool contact;
+    bool contact;       // touches, or holds something
     Vec3 position;      // of the proxy at the end of the tick
     Vec3 force, torque; // on the tool; torque about `position`
-    Vec3 point, normal;
+    Vec3 point, normal; // normal zero and depth 0 of a tool that only holds
     double depth;
 } ToolWrench;
+
+// A grasper took hold of a body, or let it go.
+typedef struct GraspEvent {
+    int tool, body; // indices
+    int nodes;      // held now, or points of faces; 0: nothing
+    bool points;
+    int64_t taken; // times that it took hold of that body so far
+    int64_t step;
+} GraspEvent;
 
 typedef struct SimOptions {
     double rate_hz;
@@ -76,13 +87,15 @@ typedef struct SimOptions {
 typedef struct Sim Sim;
 
 // Load time, in this order: sim_create, sim_add_body..., sim_add_tool..., sim_add_load...,
-// sim_seal. Everything is allocated from `arena`, all that changes is listed in `state`; both
-// outlive the Sim.
+// sim_add_attachment..., sim_seal. Everything is allocated from `arena`, all that changes is listed
+// in `state`; both outlive the Sim.
 Sim *sim_create(const SimOptions *options, Arena *arena, StateList *state);
 // Takes a body made by a model (surface_create). The returned body is owned by the sim.
 Body *sim_add_body(Sim *sim, const Body *body);
 void sim_add_tool(Sim *sim, const ToolOptions *options);
 void sim_add_load(Sim *sim, const LoadOptions *options);
+// After bodies and tools. False with a status: no free node in the region.
+bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *status);
 // Chooses the stages, contact stiffness, time steps; settles for `settle_s` simulated seconds; the
 // state after it is the one that RESET returns to. False: a time step beyond its bound, too many
 // substeps, or a settling that ended in bad numbers.
@@ -135,6 +148,13 @@ int sim_pieces(const Sim *sim, int body);
 bool sim_take_event(Sim *sim, SimEvent *event);
 // Faces within a tool's reach that had no room among its candidates, tick by tick.
 int64_t sim_refused_faces(const Sim *sim);
+// Nodes of the scene's attachment, in the order of sim_add_attachment.
+int sim_attachment_nodes(const Sim *sim, int index);
+// Nodes and points of faces that graspers and attachments had no room for.
+int64_t sim_refused_holds(const Sim *sim);
+// What graspers have done since it was told, one after the other; of each body and tool at most
+// ten times a simulated second. False: nothing new. Between two ticks.
+bool sim_next_grasp(Sim *sim, GraspEvent *event);
 
 // The stages of this scene in order, and the time spent in each since the start [ns].
 int sim_stage_count(const Sim *sim);

@@ -3,10 +3,11 @@
 #ifndef PLIANT_DYNAMICS_SIM_DATA_H
 #define PLIANT_DYNAMICS_SIM_DATA_H
 
+#include "dynamics/attachment.h"
 #include "dynamics/load.h"
 #include "dynamics/sim.h"
 
-enum { SIM_BODIES = 64, SIM_TOOLS = 32, SIM_SCENE_LOADS = 64 };
+enum { SIM_BODIES = 64, SIM_TOOLS = 32, SIM_SCENE_LOADS = 64, SIM_ATTACHMENTS = 64 };
 
 // Where a scene stands in time; plain data, part of the state.
 typedef struct SimClock {
@@ -29,6 +30,15 @@ typedef struct BodyCuts {
     int64_t told_step, refused_step; // when a tear and a refusal were told last
 } BodyCuts;
 
+// What a scene has in which something can be cut.
+typedef struct Cutting {
+    int blade_count, blade_tool[SIM_TOOLS]; // blades in the order of the tools
+    BodyCuts *cuts[SIM_BODIES];             // NULL: neither cuttable nor tears
+    Stroke *stroke[SIM_BODIES];             // [blade_count]; NULL likewise, or without blades
+    SimEvent event[SIM_EVENTS];             // a circle
+    int event_first, event_count;
+} Cutting;
+
 struct Sim {
     // --- constant after sim_seal ---
     SimOptions options;
@@ -40,9 +50,8 @@ struct Sim {
     LoadOptions scene_load[SIM_SCENE_LOADS]; // by start
     int stage_count;
     StageId stage[STAGE_COUNT];
-    int blade_count, blade_tool[SIM_TOOLS]; // blades in the order of the tools
-    int pieces_at_load[SIM_BODIES];
-    void *start_state; // copy of the state that sim_reset returns to
+    int *pieces_at_load; // [body_count]
+    void *start_state;   // copy of the state that sim_reset returns to
 
     // --- changes while running; what `state` lists ---
     SimClock *clock;
@@ -52,20 +61,25 @@ struct Sim {
     int *contact_tool;  // [contact_count]
     int *contact_start; // [body_count + 1]
     LoadSet loads;
-    BodyCuts *cuts[SIM_BODIES]; // NULL: neither cuttable nor tears
-    Stroke *stroke[SIM_BODIES]; // [blade_count]; NULL likewise, or without blades
+    Cutting *cutting;                              // NULL: no body can be cut
+    Attachment *scene_attachment[SIM_ATTACHMENTS]; // [scene_attachment_count] in the order given
+    int scene_attachment_count;
+    Attachment **attachment; // [attachment_count], of the scene, then graspers, for each body;
+    int attachment_count;    // NULL: none
+    int *attachment_start;   // [body_count + 1]
+    GraspEvent *told;        // [attachment_count] what sim_next_grasp has told of graspers
 
     // --- results of the last tick ---
-    ToolWrench *wrench;         // [tool_count]
-    bool settling;              // loads wait, stale tools cannot be
-    SimEvent event[SIM_EVENTS]; // a circle
-    int event_first, event_count;
+    ToolWrench *wrench; // [tool_count]
+    bool settling;      // loads wait, stale tools cannot be
 
     // --- accounting, since the start ---
     int64_t stage_ns[STAGE_COUNT];
     int64_t resets, lost_loads;
 };
 
+// Before a change of topology that may come: whoever knows a body by its nodes takes note.
+void sim_expect_change(Sim *sim, int body);
 // step.c: after a change of a body's topology, whatever knows its nodes and faces follows.
 void sim_follow_change(Sim *sim, int body, const TopologyChange *change);
 

@@ -7,6 +7,7 @@
 static void place_tools(Sim *sim);
 static void start_and_end_loads(Sim *sim);
 static void adapt_bodies(Sim *sim);
+static void grasp(Sim *sim);
 static void find_contacts(Sim *sim);
 static void advance_bodies(Sim *sim);
 static void take_wrenches(Sim *sim);
@@ -17,11 +18,11 @@ typedef void StageFunction(Sim *sim);
 // A scene's list of stages holds only what the scene has (sim_seal). Contact forces are part of the
 // substeps and timed there; inputs and snapshots belong to the runner, before and after the tick.
 static StageFunction *const stage_function[STAGE_COUNT] = {
-    [STAGE_TOOLS] = place_tools,     [STAGE_LOADS] = start_and_end_loads,
-    [STAGE_CUT] = cutting_stage,     [STAGE_RECONSTRUCT] = reconstruct_stage,
-    [STAGE_ADAPT] = adapt_bodies,    [STAGE_FIND_CONTACTS] = find_contacts,
-    [STAGE_FORCES] = advance_bodies, [STAGE_WRENCHES] = take_wrenches,
-    [STAGE_CHECK] = check_numbers,
+    [STAGE_TOOLS] = place_tools,           [STAGE_LOADS] = start_and_end_loads,
+    [STAGE_CUT] = cutting_stage,           [STAGE_RECONSTRUCT] = reconstruct_stage,
+    [STAGE_ADAPT] = adapt_bodies,          [STAGE_GRASP] = grasp,
+    [STAGE_FIND_CONTACTS] = find_contacts, [STAGE_FORCES] = advance_bodies,
+    [STAGE_WRENCHES] = take_wrenches,      [STAGE_CHECK] = check_numbers,
 };
 
 void sim_step(Sim *sim)
@@ -74,11 +75,28 @@ static void start_and_end_loads(Sim *sim)
     }
 }
 
+// The attachments of a body: attachment[*first .. end).
+static int attachments_of(const Sim *sim, int b, int *first)
+{
+    *first = sim->attachment_count > 0 ? sim->attachment_start[b] : 0;
+    return sim->attachment_count > 0 ? sim->attachment_start[b + 1] : 0;
+}
+
+void sim_expect_change(Sim *sim, int b)
+{
+    int first, end = attachments_of(sim, b, &first);
+    for (int k = first; k < end; k++)
+        attachment_remember(sim->attachment[k]);
+}
+
 void sim_follow_change(Sim *sim, int b, const TopologyChange *change)
 {
     if (sim->contact_count > 0)
         for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
             contact_topology_changed(sim->contact[k], change);
+    int first, end = attachments_of(sim, b, &first);
+    for (int k = first; k < end; k++)
+        attachment_topology_changed(sim->attachment[k], change);
     loads_follow(&sim->loads, sim->body, sim->body_count, b, change);
     time_step_follow(sim, &sim->body[b]);
 }
@@ -90,6 +108,7 @@ static void adapt_bodies(Sim *sim)
         Body *body = &sim->body[b];
         TopologyChange change = {.again = body->ops->adapt != NULL};
         while (change.again) {
+            sim_expect_change(sim, b);
             int topology = body->mesh.topology;
             bool changed = body->ops->adapt(body, sim->clock->step, sim->tick, &change);
             body->mesh.topology = topology + changed;
@@ -100,13 +119,39 @@ static void adapt_bodies(Sim *sim)
     }
 }
 
+// Graspers take hold and let go at the pose at which the tick begins.
+static void grasp(Sim *sim)
+{
+    for (int k = 0; k < sim->attachment_count; k++) {
+        const int tool = attachment_options(sim->attachment[k])->tool;
+        const ToolMotion *motion = tool >= 0 ? &sim->motion[tool] : NULL;
+        Vec3 position = {0.0, 0.0, 0.0};
+        Quat orientation = {1.0, 0.0, 0.0, 0.0};
+        if (motion != NULL)
+            tool_motion_at(motion, pose_age(sim, motion), &position, &orientation);
+        attachment_begin_tick(sim->attachment[k], motion, position, orientation);
+    }
+}
+
+static bool is_muted(const Sim *sim, int b, int tool)
+{
+    int k, end = attachments_of(sim, b, &k);
+    for (; k < end; k++)
+        if (attachment_options(sim->attachment[k])->tool == tool &&
+            attachment_mutes_contact(sim->attachment[k]))
+            return true;
+    return false;
+}
+
 // Candidates for the whole tick: what the tool can reach from where its proxy is.
 static void find_contacts(Sim *sim)
 {
-    for (int k = 0; k < sim->contact_count; k++) {
+    for (int k = 0, b = 0; k < sim->contact_count; k++) {
         const ToolMotion *motion = &sim->motion[sim->contact_tool[k]];
         Contact *contact = sim->contact[k];
-        if (!motion->active) {
+        while (k >= sim->contact_start[b + 1])
+            b++;
+        if (!motion->active || is_muted(sim, b, sim->contact_tool[k])) {
             contact_clear(contact);
             continue;
         }
@@ -147,11 +192,46 @@ static void add_contacts(Sim *sim, int b, const Stage *stage, double substep_tim
     sim->stage_ns[STAGE_FORCES] -= spent;
 }
 
+// The springs of what is held, at one evaluation. All that a tool holds of a body together pulls it
+// with at most its max_force: beyond, it slips with that force.
+static void add_attachments(Sim *sim, int b, const Stage *stage, double substep_time, double h)
+{
+    int first, end = attachments_of(sim, b, &first);
+    Vec3 pull[SIM_TOOLS] = {{0.0, 0.0, 0.0}};
+    for (int k = first; k < end; k++) {
+        Attachment *attachment = sim->attachment[k];
+        const int tool = attachment_options(attachment)->tool;
+        if (!attachment_is_holding(attachment))
+            continue;
+        ToolPlacement at = {.orientation = {1.0, 0.0, 0.0, 0.0}};
+        if (tool >= 0) {
+            const ToolMotion *motion = &sim->motion[tool];
+            double begin = pose_age(sim, motion) + substep_time;
+            at = tool_motion_within(motion, begin, begin + stage->at * h, h);
+        }
+        Vec3 force = attachment_evaluate(attachment, &at);
+        if (tool >= 0)
+            pull[tool] = vec3_add(pull[tool], force);
+    }
+    for (int k = first; k < end; k++) {
+        const int tool = attachment_options(sim->attachment[k])->tool;
+        double scale = 1.0;
+        if (!attachment_is_holding(sim->attachment[k]))
+            continue;
+        if (tool >= 0 && sim->tool[tool].kind != TOOL_STATIC) {
+            double size = vec3_length(pull[tool]), most = sim->tool[tool].max_force;
+            scale = size > most ? most / size : 1.0;
+        }
+        attachment_apply(sim->attachment[k], scale, stage->weight * h);
+    }
+}
+
 static void advance_body(Sim *sim, int b)
 {
     Body *body = &sim->body[b];
     const Integrator *integrator = integrator_get(body->integrator);
     bool contacts = sim->contact_count > 0 && sim->contact_start[b] < sim->contact_start[b + 1];
+    int first, end = attachments_of(sim, b, &first);
     if (integrator->kicks)
         body->ops->drift(body->model, integrator->first_drift * body->h);
     for (int substep = 0; substep < body->substeps; substep++) {
@@ -162,6 +242,8 @@ static void advance_body(Sim *sim, int b)
                 stage.advance = integrator->last_drift;
             if (contacts)
                 add_contacts(sim, b, &stage, substep * body->h, body->h, s == 0);
+            if (first < end)
+                add_attachments(sim, b, &stage, substep * body->h, body->h);
             body->ops->evaluate(body->model, &stage, body->h);
         }
         if (contacts)
@@ -174,6 +256,17 @@ static void advance_bodies(Sim *sim)
 {
     for (int b = 0; b < sim->body_count; b++)
         advance_body(sim, b);
+}
+
+static void add_sums(ContactSums *sum, const ContactSums *part, Vec3 about)
+{
+    Vec3 arm = vec3_sub(part->about, about);
+    sum->impulse = vec3_add(sum->impulse, part->impulse);
+    sum->moment = vec3_add(sum->moment, vec3_add(part->moment, vec3_cross(arm, part->impulse)));
+    sum->point = vec3_add(sum->point, part->point);
+    sum->normal = vec3_add(sum->normal, part->normal);
+    sum->weight += part->weight;
+    sum->depth = fmax(sum->depth, part->depth);
 }
 
 // The wrench on a tool is the impulse of all bodies over the tick.
@@ -193,14 +286,12 @@ static void take_wrenches(Sim *sim)
         Quat orientation;
         if (!(sums[t].weight > 0.0)) // of several bodies the first says where the tool is
             contact_proxy(sim->contact[k], &sim->wrench[t].position, &orientation);
-        sums[t].impulse = vec3_add(sums[t].impulse, part->impulse);
-        Vec3 arm = vec3_sub(part->about, sim->wrench[t].position);
-        sums[t].moment =
-            vec3_add(sums[t].moment, vec3_add(part->moment, vec3_cross(arm, part->impulse)));
-        sums[t].point = vec3_add(sums[t].point, part->point);
-        sums[t].normal = vec3_add(sums[t].normal, part->normal);
-        sums[t].weight += part->weight;
-        sums[t].depth = fmax(sums[t].depth, part->depth);
+        add_sums(&sums[t], part, sim->wrench[t].position);
+    }
+    for (int k = 0; k < sim->attachment_count; k++) {
+        int t = attachment_options(sim->attachment[k])->tool;
+        if (t >= 0)
+            add_sums(&sums[t], attachment_sums(sim->attachment[k]), sim->wrench[t].position);
     }
     for (int t = 0; t < sim->tool_count; t++) {
         const ContactSums *sum = &sums[t];
@@ -234,6 +325,13 @@ static void check_numbers(Sim *sim)
         body->resets++;
         sim->resets++;
         cutting_lift(sim, -1, b); // what jumped back did not pass the blade
+        int first, end = attachments_of(sim, b, &first);
+        for (int k = first; k < end; k++) {
+            attachment_clear(sim->attachment[k]);
+            int tool = attachment_options(sim->attachment[k])->tool;
+            if (tool >= 0)
+                sim->wrench[tool] = (ToolWrench){.position = sim->wrench[tool].position};
+        }
         if (sim->contact_count == 0)
             continue;
         for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++) {

@@ -14,8 +14,22 @@ static double bound(const Sim *sim, const Body *body, double lambda, double damp
     lambda *= fmax(1.0, stiffness_scale);
     damping *= fmax(1.0, stiffness_scale * damping_scale);
     for (int t = 0; t < sim->tool_count; t++) {
+        const ToolOptions *tool = &sim->tool[t];
+        double more_lambda, more_damping, held_lambda = 0.0, held_damping = 0.0;
+        contact_bounds(body, tool, &more_lambda, &more_damping);
+        if (tool->kind == TOOL_GRASPER) // pushes the body or holds it, never both
+            attachment_bounds(body, tool->grip_stiffness, tool->grip_damping, &held_lambda,
+                              &held_damping);
+        lambda += fmax(more_lambda, held_lambda);
+        damping += fmax(more_damping, held_damping);
+    }
+    for (int k = 0; k < sim->scene_attachment_count; k++) {
+        const AttachmentOptions *options = attachment_options(sim->scene_attachment[k]);
         double more_lambda, more_damping;
-        contact_bounds(body, &sim->tool[t], &more_lambda, &more_damping);
+        if (&sim->body[options->body] != body)
+            continue;
+        attachment_bounds(body, options->stiffness, options->damping_ratio, &more_lambda,
+                          &more_damping);
         lambda += more_lambda;
         damping += more_damping;
     }

@@ -42,6 +42,7 @@ void tool_motion_apply(ToolMotion *motion, const ToolPose *pose, int64_t step, d
     motion->follow_twist = pose->twist_valid && !hold;
     motion->to_position = pose->position;
     motion->to_orientation = pose->orientation;
+    motion->grip = pose->grip;
     motion->linear = pose->linear;
     motion->angular = pose->angular;
 }
@@ -61,4 +62,18 @@ void tool_motion_at(const ToolMotion *motion, double time, Vec3 *position, Quat 
     Quat turn = quat_multiply(motion->to_orientation, quat_conjugate(motion->from_orientation));
     *orientation = quat_unit(quat_multiply(
         quat_from_rotation(vec3_scale(s, quat_to_rotation(turn))), motion->from_orientation));
+}
+
+ToolPlacement tool_motion_within(const ToolMotion *motion, double begin, double time, double h)
+{
+    ToolPlacement at;
+    Vec3 from, to;
+    Quat from_turn, to_turn;
+    tool_motion_at(motion, begin, &from, &from_turn);
+    tool_motion_at(motion, begin + h, &to, &to_turn);
+    tool_motion_at(motion, time, &at.position, &at.orientation);
+    Quat turn = quat_multiply(to_turn, quat_conjugate(from_turn));
+    at.linear = vec3_scale(1.0 / h, vec3_sub(to, from));
+    at.angular = vec3_scale(1.0 / h, quat_to_rotation(turn));
+    return at;
 }

@@ -37,7 +37,10 @@ typedef struct ToolOptions {
     Plane plane;
     Vec3 edge[2];     // of blades: the ends, in the tool frame [m]
     double max_force; // [N], on what poses move: the proxy yields beyond it; > 0
-    double friction;  // mu; negative: that of the body it meets
+    bool has_friction;
+    double friction;       // mu, if it has its own; else that of the body it meets
+    double grip_stiffness; // of graspers: g, share of the body's own stiffness (attachment.h)
+    double grip_damping;   // of graspers: damping ratio
 } ToolOptions;
 
 // One accepted tool_pose_t.
@@ -51,6 +54,13 @@ typedef struct ToolPose {
     double grip;
 } ToolPose;
 
+// A rigid motion at one instant.
+typedef struct ToolPlacement {
+    Vec3 position;
+    Quat orientation;
+    Vec3 linear, angular; // [m/s], [rad/s] about `position`
+} ToolPlacement;
+
 // Where a tool is and how it moves. Between two poses it moves over one measured pose period
 // (towards the newest pose, or along its twist from it), never further. Plain data: part of the
 // state.
@@ -60,6 +70,7 @@ typedef struct ToolMotion {
     int64_t pose_step;    // tick at which it was applied
     int64_t follow_twist; // 0 or 1
     double period;        // measured time between poses [s]; 0: hold at once
+    double grip;          // of the newest pose: 0 open, 1 closed
     Vec3 from_position;   // where the tool was when the newest pose arrived
     Quat from_orientation;
     Vec3 to_position; // the newest pose
@@ -74,5 +85,7 @@ void tool_motion_apply(ToolMotion *motion, const ToolPose *pose, int64_t step, d
                        bool hold);
 // The tool's pose `time` seconds after the tick in which the newest pose was applied began.
 void tool_motion_at(const ToolMotion *motion, double time, Vec3 *position, Quat *orientation);
+// The same with its mean velocity over the substep [begin, begin + h] in which `time` lies.
+ToolPlacement tool_motion_within(const ToolMotion *motion, double begin, double time, double h);
 
 #endif

@@ -285,8 +285,8 @@ static void follow_births(CutFaces *faces, TopologyChange *change)
     const CutChanges *changes = &faces->lattice->changes;
     for (int b = 0; b < changes->birth_count; b++) {
         const CutBirth *birth = &changes->birth[b];
-        faces->born[b] =
-            (NodeBirth){birth->vertex, {birth->parent[0], birth->parent[birth->parent_count - 1]}};
+        const int last = birth->parent[birth->parent_count - 1];
+        faces->born[b] = (NodeBirth){birth->vertex, {birth->parent[0], last}};
         faces->copied_from[birth->vertex] = birth->origin;
         cut_faces_enter_vertex(faces, birth->vertex);
         if (faces->all)

@@ -168,7 +168,8 @@ bool cut_points_visit(CutLattice *lattice, const int point[3], const int leaf[8]
             continue;
         int *place = place_in(lattice, leaf[s], s, point);
         const int now = vertex[parts.part[s]];
-        if (*place == now)
+        // A point without a vertex may lie on a quarter of a large leaf's edge, where no node is.
+        if (now < 0 || *place == now)
             continue;
         *place = now;
         cut_parts_list_element(lattice, leaf[s]);

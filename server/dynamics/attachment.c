@@ -1,0 +1,398 @@
+#include "dynamics/attachment_data.h"
+
+#include "base/check.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+void attachment_bounds(const Body *body, double stiffness, double damping_ratio, double *lambda,
+                       double *damping)
+{
+    *lambda = stiffness * body->contact_lambda;
+    *damping = 2.0 * damping_ratio * sqrt(*lambda);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Creation
+
+#define ALLOCATE(count, type, label)                                                               \
+    (type *)arena_allocate(arena, ARENA_CONTACT, (size_t)(count), sizeof(type), "%s/%s", name,     \
+                           label)
+
+static bool is_free_node(const Body *body, int node)
+{
+    const BodySurface *surface = &body->surface;
+    return surface->node_face_end[node] > surface->node_face_start[node] &&
+           !body->ops->is_fixed(body->model, node);
+}
+
+static int compare_nodes(const void *a, const void *b)
+{
+    int x = *(const int *)a, y = *(const int *)b;
+    return (x > y) - (x < y);
+}
+
+// The nodes of the outside that stand where the state shows those ids; copies of a node stand with
+// it. Returns how many ids have none.
+static int find_by_id(const Body *body, const FixedRegion *region, bool *inside)
+{
+    size_t places = (size_t)body->state_capacity;
+    int *id = calloc(places + 1, sizeof *id), missing = 0;
+    Vec3 *x = calloc(places + 1, sizeof *x), *v = calloc(places + 1, sizeof *v);
+    ASSERT(id != NULL && x != NULL && v != NULL);
+    int count = body->ops->read_state(body->model, id, x, v);
+    for (int k = 0; k < region->node_count; k++) {
+        bool any = false;
+        for (int s = 0; s < count; s++) {
+            for (int i = 0; i < body->surface.node_count && id[s] == region->node[k]; i++) {
+                Vec3 at;
+                if (body->surface.node_face_end[i] <= body->surface.node_face_start[i])
+                    continue;
+                body->ops->read_nodes(body->model, &i, 1, &at, NULL);
+                bool same = vec3_length(vec3_sub(at, x[s])) == 0.0;
+                inside[i] |= same;
+                any |= same;
+            }
+        }
+        missing += !any;
+    }
+    free(id);
+    free(x);
+    free(v);
+    return missing;
+}
+
+// The free nodes of the region, ascending, in memory of the caller's; false with a status.
+static bool find_region(const Body *body, const FixedRegion *region, int **node, int *count,
+                        Status *status)
+{
+    const int nodes = body->surface.node_count;
+    bool *inside = calloc((size_t)nodes + 1, sizeof *inside);
+    *node = calloc((size_t)nodes + 1, sizeof **node);
+    ASSERT(inside != NULL && *node != NULL);
+    *count = 0;
+    int missing = region->kind == FIXED_NODES ? find_by_id(body, region, inside) : 0, held = 0;
+    for (int i = 0; i < nodes; i++) {
+        Vec3 x;
+        if (body->surface.node_face_end[i] <= body->surface.node_face_start[i])
+            continue;
+        body->ops->read_nodes(body->model, &i, 1, &x, NULL);
+        if (!(region->kind == FIXED_NODES ? inside[i] : fixed_contains(region, x)))
+            continue;
+        held += !is_free_node(body, i);
+        if (is_free_node(body, i))
+            (*node)[(*count)++] = i;
+    }
+    free(inside);
+    qsort(*node, (size_t)*count, sizeof **node, compare_nodes);
+    if (missing > 0)
+        return status_fail(status, STATUS_INVALID,
+                           "nodes: %d of %d are not on the outside of body %s", missing,
+                           region->node_count, body->name);
+    if (*count == 0)
+        return status_fail(status, STATUS_INVALID, "no free node of body %s lies in the region%s",
+                           body->name, held > 0 ? ": all that do are fixed" : "");
+    return true;
+}
+
+enum { MOST_OF_ONE = 64 }; // nodes that a node of a region may become, by three divisions of faces
+
+static void create_memory(Attachment *attachment, const char *name, int region_count, Arena *arena,
+                          StateList *state)
+{
+    const int nodes = attachment->body->surface.node_count;
+    const bool grasper = attachment->grasper;
+    int capacity = nodes < HELD_NODES ? nodes : HELD_NODES;
+    if (!grasper) {
+        capacity = region_count;
+        if (attachment->changes)
+            capacity = region_count < nodes / MOST_OF_ONE ? MOST_OF_ONE * region_count : nodes;
+    }
+    attachment->capacity = capacity;
+    attachment->hold = ALLOCATE(1, HoldState, "hold");
+    attachment->node = ALLOCATE(capacity, int, "held");
+    attachment->held = ALLOCATE(capacity, HeldNode, "held at");
+    state_add(state, attachment->hold, sizeof *attachment->hold, "%s/hold", name);
+    state_add(state, attachment->node, (size_t)capacity * sizeof(int), "%s/nodes", name);
+    state_add(state, attachment->held, (size_t)capacity * sizeof(HeldNode), "%s/places", name);
+    int corners = grasper ? 3 * HELD_POINTS : 0;
+    if (grasper) {
+        attachment->point = ALLOCATE(HELD_POINTS, HeldPoint, "held points");
+        state_add(state, attachment->point, HELD_POINTS * sizeof(HeldPoint), "%s/points", name);
+        attachment->found = ALLOCATE(nodes, int, "found");
+    }
+    if (grasper || attachment->changes)
+        attachment->mark = ALLOCATE((nodes + 63) / 64, uint64_t, "marks");
+    if (attachment->changes)
+        attachment->given = ALLOCATE(nodes, HeldNode, "held before");
+    attachment->x = ALLOCATE(capacity + corners, Vec3, "positions");
+    attachment->v = ALLOCATE(capacity + corners, Vec3, "velocities");
+    attachment->f = ALLOCATE(capacity + corners, Vec3, "forces");
+}
+
+Attachment *attachment_create(const char *name, const AttachmentOptions *options,
+                              const ToolOptions *tool, Body *body, Arena *arena, StateList *state,
+                              Status *status)
+{
+    int *node = NULL, count = 0;
+    if (options->to != ATTACH_GRASPER &&
+        !find_region(body, &options->region, &node, &count, status)) {
+        free(node);
+        return NULL;
+    }
+    Attachment *attachment = ALLOCATE(1, Attachment, "attachment");
+    attachment->options = *options;
+    attachment->tool = tool;
+    attachment->body = body;
+    attachment->changes = body_changes(body);
+    attachment->grasper = node == NULL;
+    create_memory(attachment, name, count, arena, state);
+    for (int i = 0; i < count; i++) {
+        attachment->node[i] = node[i];
+        attachment->held[i].share = 1.0;
+    }
+    attachment->hold->count = count;
+    free(node);
+    return attachment;
+}
+
+const AttachmentOptions *attachment_options(const Attachment *attachment)
+{
+    return &attachment->options;
+}
+
+int attachment_node_capacity(const Attachment *attachment)
+{
+    return attachment->capacity + (attachment->point != NULL ? 3 * HELD_POINTS : 0);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Once a tick
+
+// Graspers close and open by their grip, with hysteresis.
+static void follow_grip(Attachment *attachment, const ToolMotion *motion, Vec3 position,
+                        Quat orientation)
+{
+    HoldState *hold = attachment->hold;
+    if (!motion->active) {
+        attachment_let_go(attachment);
+        hold->closed = hold->muted = 0;
+        return;
+    }
+    if (hold->closed == 0 && motion->grip >= GRIP_CLOSES) {
+        hold->closed = 1;
+        attachment_take(attachment, position, orientation);
+        hold->muted |= hold->holding;
+    } else if (hold->closed != 0 && motion->grip < GRIP_OPENS) {
+        hold->closed = 0;
+        attachment_let_go(attachment);
+    }
+    if (hold->muted != 0 && hold->holding == 0 &&
+        attachment_is_clear(attachment, position, orientation))
+        hold->muted = 0;
+}
+
+void attachment_begin_tick(Attachment *attachment, const ToolMotion *motion, Vec3 position,
+                           Quat orientation)
+{
+    attachment->sums = (ContactSums){.about = position};
+    HoldState *hold = attachment->hold;
+    if (attachment->grasper)
+        follow_grip(attachment, motion, position, orientation);
+    else if (hold->holding == 0 && (motion == NULL || motion->active))
+        attachment_take(attachment, position, orientation);
+    else if (hold->holding != 0 && motion != NULL && !motion->active)
+        attachment_let_go(attachment);
+}
+
+bool attachment_is_holding(const Attachment *attachment)
+{
+    return attachment->hold->holding != 0;
+}
+
+bool attachment_mutes_contact(const Attachment *attachment)
+{
+    return attachment->hold->muted != 0;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Forces
+
+typedef struct Spring {
+    double stiffness, damping; // a unit of mass [1/s2], [1/s]
+} Spring;
+
+// Force on what is held, and its part in the sums.
+static Vec3 pull(Attachment *attachment, const Spring *spring, double mass, Vec3 place, Vec3 x,
+                 Vec3 v, const ToolPlacement *at)
+{
+    Vec3 arm = quat_rotate(at->orientation, place);
+    Vec3 target = vec3_add(at->position, arm);
+    Vec3 velocity = vec3_add(at->linear, vec3_cross(at->angular, arm));
+    Vec3 force = vec3_scale(mass * spring->stiffness, vec3_sub(target, x));
+    force = vec3_madd(force, mass * spring->damping, vec3_sub(velocity, v));
+    double size = vec3_length(force);
+    attachment->force = vec3_sub(attachment->force, force);
+    attachment->moment =
+        vec3_sub(attachment->moment, vec3_cross(vec3_sub(x, attachment->sums.about), force));
+    attachment->middle = vec3_madd(attachment->middle, size, x);
+    attachment->size += size;
+    return force;
+}
+
+// The mass that a face has a share in [kg].
+static double face_mass(const BodySurface *surface, int face)
+{
+    double least = (double)INFINITY; // [kg/m2]; node_area is a third of the sum
+    for (int k = 0; k < 3; k++) {
+        int node = surface->face[face][k];
+        least = fmin(least, surface->node_mass[node] / (3.0 * surface->node_area[node]));
+    }
+    return surface->face_area[face] * least;
+}
+
+static void pull_points(Attachment *attachment, const Spring *spring, const ToolPlacement *at)
+{
+    const Body *body = attachment->body;
+    const BodySurface *surface = &body->surface;
+    const int points = (int)attachment->hold->points, first = (int)attachment->hold->count;
+    for (int i = 0; i < points; i++)
+        memcpy(&attachment->corner[3 * i], surface->face[attachment->point[i].face],
+               3 * sizeof *attachment->corner);
+    Vec3 *x = &attachment->x[first], *v = &attachment->v[first], *f = &attachment->f[first];
+    body->ops->read_nodes(body->model, attachment->corner, 3 * points, x, v);
+    for (int i = 0; i < points; i++) {
+        const HeldPoint *point = &attachment->point[i];
+        Vec3 here = {0.0, 0.0, 0.0}, speed = {0.0, 0.0, 0.0};
+        for (int k = 0; k < 3; k++) {
+            here = vec3_madd(here, point->weight[k], x[3 * i + k]);
+            speed = vec3_madd(speed, point->weight[k], v[3 * i + k]);
+        }
+        Vec3 force = pull(attachment, spring, face_mass(surface, (int)point->face), point->place,
+                          here, speed, at);
+        for (int k = 0; k < 3; k++)
+            f[3 * i + k] = vec3_scale(point->weight[k], force);
+    }
+}
+
+Vec3 attachment_evaluate(Attachment *attachment, const ToolPlacement *at)
+{
+    const Body *body = attachment->body;
+    const int count = (int)attachment->hold->count;
+    Spring spring;
+    attachment_bounds(body, attachment->options.stiffness, attachment->options.damping_ratio,
+                      &spring.stiffness, &spring.damping);
+    attachment->force = attachment->moment = attachment->middle = (Vec3){0.0, 0.0, 0.0};
+    attachment->size = 0.0;
+    body->ops->read_nodes(body->model, attachment->node, count, attachment->x, attachment->v);
+    for (int i = 0; i < count; i++) {
+        const HeldNode *held = &attachment->held[i];
+        double mass = held->share * body->surface.node_mass[attachment->node[i]];
+        attachment->f[i] = (Vec3){0.0, 0.0, 0.0};
+        if (mass > 0.0)
+            attachment->f[i] = pull(attachment, &spring, mass, held->place, attachment->x[i],
+                                    attachment->v[i], at);
+    }
+    if (attachment->hold->points > 0)
+        pull_points(attachment, &spring, at);
+    return attachment->force;
+}
+
+void attachment_apply(Attachment *attachment, double scale, double share)
+{
+    const Body *body = attachment->body;
+    const int count = (int)attachment->hold->count, corners = 3 * (int)attachment->hold->points;
+    for (int i = 0; i < count + corners && scale != 1.0; i++)
+        attachment->f[i] = vec3_scale(scale, attachment->f[i]);
+    body->ops->add_forces(body->model, attachment->node, count, attachment->f);
+    if (corners > 0)
+        body->ops->add_forces(body->model, attachment->corner, corners, &attachment->f[count]);
+    share *= scale;
+    ContactSums *sums = &attachment->sums;
+    sums->impulse = vec3_madd(sums->impulse, share, attachment->force);
+    sums->moment = vec3_madd(sums->moment, share, attachment->moment);
+    sums->point = vec3_madd(sums->point, share, attachment->middle);
+    sums->weight += share * attachment->size;
+}
+
+const ContactSums *attachment_sums(const Attachment *attachment)
+{
+    return &attachment->sums;
+}
+
+// ---------------------------------------------------------------------------------------------
+// What others ask
+
+void attachment_clear(Attachment *attachment)
+{
+    if (attachment->grasper)
+        attachment_let_go(attachment);
+    attachment->sums = (ContactSums){.about = attachment->sums.about};
+}
+
+static bool is_used_node(const BodySurface *surface, int node)
+{
+    return node >= 0 && node < surface->node_count &&
+           surface->node_face_end[node] > surface->node_face_start[node];
+}
+
+static bool is_used_face(const BodySurface *surface, int64_t face)
+{
+    if (face < 0 || face >= surface->face_count)
+        return false;
+    for (int k = 0; k < 3; k++) // a free place has no corners, or thrice the same
+        if (!is_used_node(surface, surface->face[face][k]) ||
+            surface->face[face][k] == surface->face[face][(k + 1) % 3])
+            return false;
+    return true;
+}
+
+bool attachment_check(const Attachment *attachment)
+{
+    const HoldState *hold = attachment->hold;
+    const BodySurface *surface = &attachment->body->surface;
+    const bool grasper = attachment->grasper;
+    if (hold->holding < 0 || hold->holding > 1 || hold->closed < 0 || hold->closed > grasper ||
+        hold->muted < 0 || hold->muted > grasper || hold->count < 0 ||
+        hold->count > attachment->capacity || hold->points < 0 ||
+        hold->points > (grasper ? HELD_POINTS : 0) ||
+        (grasper && hold->holding == 0 && hold->count + hold->points > 0))
+        return false;
+    for (int64_t i = 0; i < hold->count; i++) {
+        const HeldNode *held = &attachment->held[i];
+        if (!is_used_node(surface, attachment->node[i]) || !vec3_finite(held->place) ||
+            !(held->share == 0.0 || held->share == 1.0) ||
+            (i > 0 && attachment->node[i] <= attachment->node[i - 1]))
+            return false;
+    }
+    for (int64_t i = 0; i < hold->points; i++) {
+        const HeldPoint *point = &attachment->point[i];
+        if (!is_used_face(surface, point->face) || !vec3_finite(point->place))
+            return false;
+        for (int k = 0; k < 3; k++)
+            if (!(point->weight[k] >= 0.0 && point->weight[k] <= 1.0))
+                return false;
+    }
+    return true;
+}
+
+int attachment_held(const Attachment *attachment, bool *points)
+{
+    *points = attachment->hold->points > 0;
+    if (*points)
+        return (int)attachment->hold->points;
+    int count = 0;
+    for (int64_t i = 0; i < attachment->hold->count; i++)
+        count += attachment->held[i].share > 0.0;
+    return count;
+}
+
+int64_t attachment_taken(const Attachment *attachment)
+{
+    return attachment->taken;
+}
+
+int64_t attachment_refused(const Attachment *attachment)
+{
+    return attachment->refused;
+}
