@@ -219,6 +219,7 @@ int main(int argc, char **argv)
     bench_voxels(&bench);
     bench_voxel_presses(&bench);
     bench_windows(&bench);
+    bench_cuts(&bench);
 #endif
     bench_live(&bench);
     if (bench.table != NULL && fclose(bench.table) != 0) {

@@ -52,5 +52,6 @@ void bench_live(Bench *bench);
 void bench_voxels(Bench *bench);
 void bench_voxel_presses(Bench *bench);
 void bench_windows(Bench *bench);
+void bench_cuts(Bench *bench);
 
 #endif
