@@ -363,6 +363,12 @@ int64_t sim_refused_faces(const Sim *sim)
     return refused;
 }
 
+int sim_attachment_nodes(const Sim *sim, int index)
+{
+    bool points;
+    return attachment_held(sim->scene_attachment[index], &points);
+}
+
 int64_t sim_refused_holds(const Sim *sim)
 {
     int64_t refused = 0;

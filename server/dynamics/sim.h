@@ -148,6 +148,8 @@ int sim_pieces(const Sim *sim, int body);
 bool sim_take_event(Sim *sim, SimEvent *event);
 // Faces within a tool's reach that had no room among its candidates, tick by tick.
 int64_t sim_refused_faces(const Sim *sim);
+// Nodes of the scene's attachment, in the order of sim_add_attachment.
+int sim_attachment_nodes(const Sim *sim, int index);
 // Nodes and points of faces that graspers and attachments had no room for.
 int64_t sim_refused_holds(const Sim *sim);
 // What graspers have done since it was told, one after the other; of each body and tool at most

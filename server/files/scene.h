@@ -65,6 +65,11 @@ typedef struct SceneLoad {
     LoadOptions load; // body index resolved
 } SceneLoad;
 
+typedef struct SceneAttachment {
+    AttachmentOptions options; // indices resolved; a list of nodes is owned
+    int line;                  // of the group in the scene file, for later errors
+} SceneAttachment;
+
 typedef struct Scene {
     char *path; // of the scene file
     char *text; // its text, includes not expanded; kept for files that we write
@@ -85,6 +90,8 @@ typedef struct Scene {
     SceneBody *body;
     int tool_count;
     ToolOptions *tool;
+    int attachment_count;
+    SceneAttachment *attachment;
     int load_count;
     SceneLoad *load;
 } Scene;

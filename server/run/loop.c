@@ -2,6 +2,7 @@
 
 #include "base/check.h"
 #include "base/clock.h"
+#include "run/grasp_text.h"
 #include "run/realtime.h"
 #include "run/recorder.h"
 #include "run/requests.h"
@@ -163,6 +164,16 @@ static void report_resets(Loop *loop)
     loop->reset_reported_step = step;
 }
 
+static void report_grasps(Loop *loop)
+{
+    GraspEvent event;
+    while (sim_next_grasp(loop->sim, &event)) {
+        char text[GRASP_TEXT];
+        grasp_text(loop->sim, &event, text);
+        requests_event(loop, event.body, grasp_kind(&event), "%s", text);
+    }
+}
+
 static void wake_bus(Loop *loop)
 {
     // Without contacts the bus looks by itself, so that a tick makes no system call for it.
@@ -230,6 +241,7 @@ static void tick(Loop *loop, int64_t begin_ns)
             push_frames(loop, false);
     }
     report_resets(loop);
+    report_grasps(loop);
     if (loop->checkpoint_ticks > 0 && step % loop->checkpoint_ticks == 0)
         atomic_store_explicit(&loop->exchange->checkpoint_wanted, true, memory_order_relaxed);
     int64_t end_ns = clock_now_ns();
