@@ -109,6 +109,10 @@ void cut_windows_evaluate(const CutWindows *windows, const VoxelKernels *kernels
                           const VoxelPass *pass, int half);
 double cut_windows_energy(const CutWindows *windows, const VoxelKernels *kernels,
                           const VoxelPass *pass);
+// The leaves under more stress than `limit` [Pa], as kernels->stress finds them, ascending; returns
+// how many. Memory of the caller: element [leaves], high [capacity of both kinds].
+int cut_windows_stressed(const CutWindows *windows, const VoxelKernels *kernels,
+                         const VoxelPass *pass, double limit, int *element, uint16_t *high);
 // Batches in use.
 int cut_windows_count(const CutWindows *windows, int kind);
 
