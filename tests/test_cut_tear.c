@@ -100,17 +100,14 @@ static void pulled_faces_tear_at_the_border_first_and_everywhere_beyond_half_mor
             assert_int_equal(tear->hit[k][1], 0);
             assert_true(at[1] == 0 || at[1] == 7 || at[2] == 0 || at[2] == 7);
         }
-        // Half as much again, and faces inside tear too: those of larger elements with all their
-        // bits. Looked for where no front is.
-        deform(&world, 1.1501, turn);
-        world.body->ops->tear(world.body, 1e-3, &(CutOutcome){.verdict = CUT_DONE},
-                              &(TopologyChange){.again = false});
+        // Half as much again, and all faces across tear, once the elements are divided.
         int inside = 0;
-        for (int round = 0; round < 20; round++) {
+        for (int round = 0; round < 40; round++) {
             CutOutcome outcome;
-            TopologyChange change = {0};
+            TopologyChange change = {.again = false};
             deform(&world, 1.1501, turn);
             world.body->ops->tear(world.body, 1e-3, &outcome, &change);
+            world.body->ops->reconstruct(world.body, &change);
         }
         for (int c = 0; c < lattice->level_first[1]; c++) {
             const int *at = lattice->element[c].cell;
