@@ -180,7 +180,8 @@ static const char DOC[] =
     "voxel.press.level0 to voxel.press.level3 (a ball pressed into a cube of elements of several "
     "sizes and of one), live.loop, live.rk4, live.voxel and live.voxel.pressed (a cube of 32 cells "
     "an edge, free and with a ball in it) and live.largest.* (the real pliantd at 1 kHz in a "
-    "private network).";
+    "private network), cut.* (a blade through half of a cube, cut messages) and live.cuts (a "
+    "hundred cuts a second while a tool presses).";
 
 int main(int argc, char **argv)
 {
@@ -223,6 +224,7 @@ int main(int argc, char **argv)
     bench_windows(&bench);
 #endif
     bench_live(&bench);
+    bench_cuts(&bench);
     if (bench.table != NULL && fclose(bench.table) != 0) {
         fprintf(stderr, "pliant-bench: cannot write %s: %s\n", arguments.table, strerror(errno));
         return 1;
