@@ -175,6 +175,8 @@ static const char DOC[] =
     "costs a tick), voxel.textbook, voxel.double and voxel.single (whole steps of cubes of "
     "elements), "
     "voxel.graded.single and voxel.hanging.single (elements with hanging vertices), "
+    "voxel.windows.* (elements of a body that can be cut against others, and what a division "
+    "costs), voxel.tear.* (looking whether it tears), "
     "voxel.press.level0 to voxel.press.level3 (a ball pressed into a cube of elements of several "
     "sizes and of one), live.loop, live.rk4, live.voxel and live.voxel.pressed (a cube of 32 cells "
     "an edge, free and with a ball in it) and live.largest.* (the real pliantd at 1 kHz in a "

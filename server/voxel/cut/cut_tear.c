@@ -263,12 +263,30 @@ static void hit(CutTear *tear, int cell, int axis)
     tear->hit[tear->hit_count++][1] = axis;
 }
 
+typedef struct SharedLook {
+    const CutTear *tear;
+    const VoxelPass *pass;
+    double limit;
+} SharedLook;
+
+static void look_at_half(void *context, int first, int last)
+{
+    const SharedLook *shared = context;
+    const CutTear *tear = shared->tear;
+    for (int half = first; half < last; half++)
+        cut_windows_stress(tear->windows, tear->vertices->kernels, shared->pass, shared->limit,
+                           half, tear->high);
+}
+
 static void find_by_stress(CutTear *tear, const VoxelPass *pass)
 {
     // A little lower: the kernels round, in single precision to 1e-7 of the stiffness.
-    const double limit = (1.0 - 1e-3) * tear->stress;
-    const int count = cut_windows_stressed(tear->windows, tear->vertices->kernels, pass, limit,
-                                           tear->stressed, tear->high);
+    SharedLook shared = {tear, pass, (1.0 - 1e-3) * tear->stress};
+    if (tear->vertices->team != NULL && tear->vertices->halved)
+        team_run(tear->vertices->team, look_at_half, &shared, 2);
+    else
+        look_at_half(&shared, 0, 2);
+    const int count = cut_windows_stressed(tear->windows, tear->high, tear->stressed);
     TearList list = {.count = 0};
     tear->look++;
     for (int k = 0; k < count; k++)
