@@ -186,7 +186,7 @@ static void twice_the_ticks_break_the_same_links(void **state)
     uint64_t seed = 24;
     unsigned char *bits = malloc((size_t)model.faces);
     int differ = 0, all = 0;
-    for (int trial = 0; trial < EFFORT(30); trial++) {
+    for (int trial = 0; trial < EFFORT(16); trial++) {
         Stroke stroke = random_stroke(&model, 0.0, &seed);
         stroke.ticks = stroke.straights = 32;
         stroke.blade_turn = vec3_scale(twist[trial % 2], stroke.along);
