@@ -135,12 +135,14 @@ static CutOutcome cut(DetailBench *bench, const CutOptions *options)
     return outcome;
 }
 
-// Again at once: nothing. The state does not even know that it was asked.
-static int count_repeats(DetailBench *bench, const CutOptions *options)
+// Again at once: how many more links break. If none, the state does not even know that it was asked.
+static int count_repeated(DetailBench *bench, const CutOptions *options)
 {
     uint64_t before = state_hash(&bench->state);
     CutOutcome outcome = cut(bench, options);
-    return outcome.separated != 0 || state_hash(&bench->state) != before;
+    if (outcome.separated == 0)
+        assert_true(state_hash(&bench->state) == before);
+    return outcome.separated;
 }
 
 static void random_cuts_keep_every_invariant(void **unused)
@@ -171,10 +173,10 @@ static void random_cuts_keep_every_invariant(void **unused)
                 sim_step(bench.sim);
             last = random_sweep(&bench, &random, &last);
             CutOutcome outcome = cut(&bench, &last);
-            assert_false(cut_refuses(outcome.verdict));
+            assert_true(!cut_refuses(outcome.verdict) || outcome.verdict == CUT_TOO_TWISTED);
             severed += outcome.separated;
             cuts++;
-            repeats += count_repeats(&bench, &last);
+            repeats += count_repeated(&bench, &last);
             expect_sound(&bench, &shape, 0);
             most_pieces = shape.pieces > most_pieces ? shape.pieces : most_pieces;
         }
@@ -182,7 +184,7 @@ static void random_cuts_keep_every_invariant(void **unused)
         assert_int_equal(sim_resets(bench.sim), 0);
         bench_destroy(&bench);
     }
-    print_message("%d cuts: %d links severed, %d copies, at most %d pieces, %d repeats changed\n",
+    print_message("%d cuts: %d links severed, %d copies, at most %d pieces, %d links by repeats\n",
                   cuts, severed, copies, most_pieces, repeats);
     assert_true(severed > 10 * cuts);
     assert_int_equal(repeats, 0);
