@@ -40,7 +40,8 @@ static void deform(const TriMesh *mesh, double much, Vec3 *x, Vec3 *v)
     }
 }
 
-static void create(DetailBench *bench, MeshKind kind, SurfaceOptions *options, double much)
+static void create_with(DetailBench *bench, MeshKind kind, SurfaceOptions *options, double much,
+                        const ToolOptions *tool)
 {
     TriMesh mesh;
     make_mesh(kind, &mesh);
@@ -49,9 +50,14 @@ static void create(DetailBench *bench, MeshKind kind, SurfaceOptions *options, d
     deform(&mesh, much, x, v);
     options->initial_position = x;
     options->initial_velocity = v;
-    bench_create(bench, BENCH_CUTTABLE, &mesh, options, NULL, NULL);
+    bench_create(bench, BENCH_CUTTABLE, &mesh, options, tool, NULL);
     free(x);
     free(v);
+}
+
+static void create(DetailBench *bench, MeshKind kind, SurfaceOptions *options, double much)
+{
+    create_with(bench, kind, options, much, NULL);
 }
 
 static Vec3 random_node(const DetailBench *bench, uint64_t *random)
@@ -266,6 +272,56 @@ static void a_long_cut_opens_under_prestress(void **unused)
     bench_destroy(&bench);
 }
 
+static const ToolOptions BLADE = {.id = 1,
+                                  .kind = TOOL_BLADE,
+                                  .edge = {{-0.2, 0.0, 0.0}, {0.2, 0.0, 0.0}},
+                                  .max_force = 5.0,
+                                  .friction = -1.0};
+
+// Moves the blade along y from -0.1 m, `way` far in `ticks`, a little askew, and lifts it.
+static void stroke(DetailBench *bench, double way, int ticks, double offset, double slant)
+{
+    double c = cos(0.5 * slant), s = sin(0.5 * slant);
+    for (int tick = 0; tick <= ticks + 1; tick++) {
+        ToolPose pose = {.position = {0.0, -0.1 + way * tick / ticks, offset},
+                         .orientation = {c, 0.0, s, 0.0},
+                         .active = tick <= ticks};
+        sim_apply_pose(bench->sim, 0, &pose, true);
+        sim_step(bench->sim);
+    }
+}
+
+static void a_blade_through_moving_tissue_separates_it(void **unused)
+{
+    (void)unused;
+    uint64_t random = 88;
+    int cuts = EFFORT(24), most = 0, copies = 0;
+    for (int i = 0; i < cuts; i++) {
+        SurfaceOptions options = cut_options(1 + i % 3, 0);
+        options.adaptive = i % 2 == 0;
+        options.adapt.check_hz = 200.0;
+        options.precision = i % 4 < 2 ? PRECISION_DOUBLE : PRECISION_SINGLE;
+        options.shape.frame = i % 5 == 0 ? SHAPE_BODY : SHAPE_WORLD;
+        bool half = i % 3 == 0;
+        DetailBench bench;
+        create_with(&bench, SPHERE, &options, random_between(&random, 0.0, 1.0), &BLADE);
+        stroke(&bench, half ? 0.1 : 0.25, random_below(&random, 40) + 10,
+               random_between(&random, -0.02, 0.02), random_between(&random, -0.4, 0.4));
+        WallShape shape;
+        expect_sound(&bench, &shape, 0);
+        if (half)
+            assert_int_equal(shape.pieces, 1);
+        else
+            assert_true(shape.pieces >= 2);
+        assert_true(shape.borders > 0);
+        assert_int_equal(sim_resets(bench.sim), 0);
+        most = shape.pieces > most ? shape.pieces : most;
+        copies += (int)*bench.detail->cut->copies;
+        bench_destroy(&bench);
+    }
+    print_message("%d strokes: %d copies, at most %d pieces\n", cuts, copies, most);
+}
+
 static void what_does_not_fit_is_refused_and_changes_nothing(void **unused)
 {
     (void)unused;
@@ -440,6 +496,7 @@ int main(void)
         cmocka_unit_test(random_cuts_keep_every_invariant),
         cmocka_unit_test(a_whole_plane_makes_two_pieces_of_a_sphere),
         cmocka_unit_test(a_long_cut_opens_under_prestress),
+        cmocka_unit_test(a_blade_through_moving_tissue_separates_it),
         cmocka_unit_test(what_does_not_fit_is_refused_and_changes_nothing),
         cmocka_unit_test(copies_end_with_their_capacity),
         cmocka_unit_test(a_cut_state_goes_on_elsewhere_with_the_same_bits),
