@@ -256,14 +256,19 @@ static int count_half(const CutPath piece[][2], const CutPath half[2], int parts
     return sum;
 }
 
+static void divide(const CutPath edge[2], int parts, CutPath piece[][2])
+{
+    for (int part = 0; part < parts; part++)
+        for (int end = 0; end < 2; end++)
+            piece[part][end] = cut_part(edge[end], part, parts);
+}
+
 // Adds what the half links of near faces meet. False: degenerate.
 static bool count_sweep(CutFinder *finder, const CutPath edge[2], int parts)
 {
     const Level *level = finder->level;
     CutPath piece[CUT_SUBTICKS_MOST][2];
-    for (int part = 0; part < parts; part++)
-        for (int end = 0; end < 2; end++)
-            piece[part][end] = cut_part(edge[end], part, parts);
+    divide(edge, parts, piece);
     for (int at = 0; at < finder->near_count; at++) {
         int face = finder->near[at];
         const CutFacePoints *path = finder->path[at];
@@ -347,6 +352,35 @@ static bool count_command(CutFinder *finder, const BladeEdge *edge, int edges, i
         from[1] = to[1];
     }
     return true;
+}
+
+int cut_find_half(const CutFinder *finder, const BladeEdge *edge, int edges, Vec3 centroid,
+                  Vec3 middle)
+{
+    CutPoint from[2], to[2], point[2];
+    if (!cut_quantise(centroid, finder->origin, finder->q, &point[0]) ||
+        !cut_quantise(middle, finder->origin, finder->q, &point[1]))
+        return CUT_DEGENERATE;
+    const CutPath half[2] = {{{point[0], point[0]}}, {{point[1], point[1]}}};
+    int sum = 0;
+    command_edge(finder, edge, edges, 0, finder->tries, from);
+    for (int k = 0; k + 1 < edges; k++) {
+        command_edge(finder, edge, edges, k + 1, finder->tries, to);
+        CutPath path[2] = {{{from[0], to[0]}}, {{from[1], to[1]}}};
+        if (!boxes_apart(path, half)) {
+            CutPath piece[CUT_SUBTICKS_MOST][2];
+            CutSweep sweep = {.before = edge[k], .after = edge[k + 1]};
+            int parts = cut_subticks(&sweep, CUT_FIND_TOLERANCE * finder->h);
+            divide(path, parts, piece);
+            int count = count_half((const CutPath(*)[2])piece, half, parts);
+            if (count == CUT_DEGENERATE)
+                return CUT_DEGENERATE;
+            sum += count;
+        }
+        from[0] = to[0];
+        from[1] = to[1];
+    }
+    return sum;
 }
 
 // Whether the command can be asked at all.

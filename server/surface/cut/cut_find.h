@@ -98,6 +98,10 @@ CutVerdict cut_find_whole(CutFinder *finder, const CutTissue *tissue, const Blad
 // last call left it, bit by bit.
 CutVerdict cut_find_tick(CutFinder *finder, const CutTissue *tissue, const CutSweep *sweep);
 
+// For cut_snap: how often the last command, given again, meets the half link between two places
+// [m]; CUT_DEGENERATE: not known.
+int cut_find_half(const CutFinder *finder, const BladeEdge *edge, int edges, Vec3 centroid,
+                  Vec3 middle);
 // For cut_smooth: of the edges in met_edge[met] keeps those whose parity in `odd` (bit 0) is odd,
 // and of them the unbroken ones in `edge`; clears `odd`.
 CutVerdict cut_find_keep_odd(CutFinder *finder, const CutTissue *tissue);
