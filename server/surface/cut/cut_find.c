@@ -318,31 +318,28 @@ CutVerdict cut_find_keep_odd(CutFinder *finder, const CutTissue *tissue)
 
 // --- commands ---
 
-static bool same_edge(const BladeEdge *a, const BladeEdge *b)
+// An edge of a command at try `attempt`: always shifted, so that the same command is shifted alike
+// when what it cut has moved a little; by a hash of where it is, so that those that share an edge
+// (the quadrilaterals of a loop, one command and the next) still do.
+static void command_edge(const CutFinder *finder, const BladeEdge *edge, int attempt,
+                         CutPoint out[2])
 {
-    for (int i = 0; i < 2; i++)
-        if (a->end[i].x != b->end[i].x || a->end[i].y != b->end[i].y || a->end[i].z != b->end[i].z)
-            return false;
-    return true;
-}
-
-// Edge k of a command at try `attempt`: every one has a shift of its own, but the last of a closed
-// loop that of the first.
-static void command_edge(const CutFinder *finder, const BladeEdge *edge, int edges, int k,
-                         int attempt, CutPoint out[2])
-{
-    int as = k == edges - 1 && same_edge(&edge[0], &edge[k]) ? 0 : k;
-    quantise_edge(finder, &edge[as], out);
-    if (attempt > 0)
-        shift_edge(out, 1 + (int64_t)(attempt - 1) * edges + as);
+    quantise_edge(finder, edge, out);
+    uint64_t hash = (uint64_t)attempt + 1;
+    for (int end = 0; end < 2; end++)
+        for (int c = 0; c < 3; c++) { // FNV-1a, by words
+            hash = (hash ^ (uint64_t)out[end].x[c]) * UINT64_C(0x100000001b3);
+            hash ^= hash >> 29;
+        }
+    shift_edge(out, 1 + (int64_t)(hash >> 8 & 0xffffffff));
 }
 
 static bool count_command(CutFinder *finder, const BladeEdge *edge, int edges, int attempt)
 {
     CutPoint from[2], to[2];
-    command_edge(finder, edge, edges, 0, attempt, from);
+    command_edge(finder, &edge[0], attempt, from);
     for (int k = 0; k + 1 < edges; k++) {
-        command_edge(finder, edge, edges, k + 1, attempt, to);
+        command_edge(finder, &edge[k + 1], attempt, to);
         CutPath path[2] = {{{from[0], to[0]}}, {{from[1], to[1]}}};
         CutSweep sweep = {.before = edge[k], .after = edge[k + 1]};
         int parts = cut_subticks(&sweep, CUT_FIND_TOLERANCE * finder->h);
@@ -363,9 +360,9 @@ int cut_find_half(const CutFinder *finder, const BladeEdge *edge, int edges, Vec
         return CUT_DEGENERATE;
     const CutPath half[2] = {{{point[0], point[0]}}, {{point[1], point[1]}}};
     int sum = 0;
-    command_edge(finder, edge, edges, 0, finder->tries, from);
+    command_edge(finder, &edge[0], finder->tries, from);
     for (int k = 0; k + 1 < edges; k++) {
-        command_edge(finder, edge, edges, k + 1, finder->tries, to);
+        command_edge(finder, &edge[k + 1], finder->tries, to);
         CutPath path[2] = {{{from[0], to[0]}}, {{from[1], to[1]}}};
         if (!boxes_apart(path, half)) {
             CutPath piece[CUT_SUBTICKS_MOST][2];

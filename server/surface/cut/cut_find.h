@@ -57,7 +57,7 @@ typedef struct CutFinder {
     int count; // links that break now, each once,
     int *edge; // [edges of the finest level] by edge, in (face, side) order
     int met;   // links met an odd number of times, broken before or not
-    int tries; // shifts that it took
+    int tries; // shifts that did not do
     // --- scratch ---
     int *met_edge;            // [edges of the finest level]
     int near_count, *near;    // [finest faces] faces within reach of the sweep
