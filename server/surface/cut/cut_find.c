@@ -267,8 +267,8 @@ static void divide(const CutPath edge[2], int parts, CutPath piece[][2])
 static bool count_sweep(CutFinder *finder, const CutPath edge[2], int parts)
 {
     const Level *level = finder->level;
-    CutPath piece[CUT_SUBTICKS_MOST][2];
-    divide(edge, parts, piece);
+    divide(edge, parts, finder->piece);
+    finder->parts = parts;
     for (int at = 0; at < finder->near_count; at++) {
         int face = finder->near[at];
         const CutFacePoints *path = finder->path[at];
@@ -278,7 +278,7 @@ static bool count_sweep(CutFinder *finder, const CutPath edge[2], int parts)
             if (beyond < 0 || !finder->listed[beyond])
                 continue;
             half[1] = (CutPath){{path[0].middle[k], path[1].middle[k]}};
-            int count = count_half((const CutPath(*)[2])piece, half, parts);
+            int count = count_half((const CutPath(*)[2])finder->piece, half, parts);
             if (count == CUT_DEGENERATE)
                 return false;
             if (count > 0 && !(finder->odd[e] & MARK_TOUCHED)) {
@@ -359,6 +359,8 @@ int cut_find_half(const CutFinder *finder, const BladeEdge *edge, int edges, Vec
         !cut_quantise(middle, finder->origin, finder->q, &point[1]))
         return CUT_DEGENERATE;
     const CutPath half[2] = {{{point[0], point[0]}}, {{point[1], point[1]}}};
+    if (edges == 2) // still as the command left it
+        return count_half((const CutPath(*)[2])finder->piece, half, finder->parts);
     int sum = 0;
     command_edge(finder, &edge[0], finder->tries, from);
     for (int k = 0; k + 1 < edges; k++) {

@@ -59,11 +59,13 @@ typedef struct CutFinder {
     int met;   // links met an odd number of times, broken before or not
     int tries; // shifts that did not do
     // --- scratch ---
-    int *met_edge;            // [edges of the finest level]
-    int near_count, *near;    // [finest faces] faces within reach of the sweep
-    CutFacePoints (*path)[2]; // [near_count] before and after
-    unsigned char *odd;       // [edges of the finest level] parity, and whether it is in met_edge
-    unsigned char *listed;    // [finest faces] zero between calls
+    int parts;                           // sub-ticks of the last quadrilateral,
+    CutPath piece[CUT_SUBTICKS_MOST][2]; // and the edge in each
+    int *met_edge;                       // [edges of the finest level]
+    int near_count, *near;               // [finest faces] faces within reach of the sweep
+    CutFacePoints (*path)[2];            // [near_count] before and after
+    unsigned char *odd;    // [edges of the finest level] parity, and whether it is in met_edge
+    unsigned char *listed; // [finest faces] zero between calls
 } CutFinder;
 
 // Whether the link across an edge with two listed faces is broken.
