@@ -21,8 +21,9 @@ typedef struct DetailBench {
 // Material of fixture.h's defaults (E2D 80 N/m, 4.2 kg/m2), world shape springs of 50 rad/s, RK4 in
 // double; check_hz so low that nothing is ever swept; levels and start_level as given.
 SurfaceOptions bench_options(int levels, int start_level);
-typedef enum BenchKind { BENCH_ADAPTIVE, BENCH_DENSE } BenchKind;
-// Takes the mesh over. BENCH_DENSE: the body that stays at start_level. `tools`, `loads` may be
+typedef enum BenchKind { BENCH_ADAPTIVE, BENCH_DENSE, BENCH_CUTTABLE } BenchKind;
+// Takes the mesh over. BENCH_DENSE: the body that stays at start_level; BENCH_CUTTABLE: adaptive if
+// the options say so. `tools`, `loads` may be
 // NULL. Rate 1 kHz.
 void bench_create(DetailBench *bench, BenchKind kind, TriMesh *mesh, const SurfaceOptions *options,
                   const ToolOptions *tool, const LoadOptions *load);

@@ -53,9 +53,9 @@ static void known_words_of_later_features_are_accepted_at_their_defaults(void **
     (void)unused;
     Scene scene;
     assert_string_equal(
-        read_as_scene("precision = \"double\"; threads = 1; late = \"skip\";\n" IN_BODY(
-                          "cuttable = false; split_budget = 0;"),
-                      &scene),
+        read_as_scene(
+            "precision = \"double\"; threads = 1; late = \"skip\";\n" IN_BODY("cuttable = false;"),
+            &scene),
         "");
     scene_destroy(&scene);
 }
@@ -74,13 +74,33 @@ static void step_may_have_several_threads(void **unused)
 static void later_features_read_as_in_the_manual(void **unused)
 {
     (void)unused;
-    expect_error(IN_BODY("cuttable = true;"),
-                 "x.cfg:2: cuttable true: cutting is not built into this version; only false");
-    expect_error(IN_BODY("tear = { stress = 2000; };"),
-                 "x.cfg:2: tear: cutting is not built into this version");
     expect_error(IN_BODY("integrator = \"implicit\";"),
                  "x.cfg:2: integrator \"implicit\": implicit integration is not built into this "
                  "version; only \"leapfrog\", \"rk4\", \"symplectic_euler\"");
+}
+
+static void cuttable_body_may_tear_by_stretch(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    assert_string_equal(read_as_scene(IN_BODY("cuttable = true;"), &scene), "");
+    assert_true(scene.body[0].surface.cuttable);
+    expect_near(scene.body[0].surface.tear_stretch, 0.0, 0.0);
+    scene_destroy(&scene);
+    assert_string_equal(
+        read_as_scene(IN_BODY("cuttable = true; tear = { stretch = 0.5; };"), &scene), "");
+    expect_near(scene.body[0].surface.tear_stretch, 0.5, 0.0);
+    scene_destroy(&scene);
+    expect_error(IN_BODY("tear = { stretch = 0.5; };"), "x.cfg:2: tear needs cuttable = true");
+    expect_error(IN_BODY("cuttable = true; tear = {};"), "x.cfg:2: tear is empty: give it stretch");
+    expect_error(IN_BODY("cuttable = true; tear = { stress = 2000; };"),
+                 "x.cfg:2: tear.stress means nothing for a surface body, only stretch");
+    expect_error(IN_BODY("cuttable = true; tear = { force = 2; };"),
+                 "x.cfg:2: tear.force means nothing for a surface body, only stretch");
+    expect_error(IN_BODY("cuttable = true; tear = { stretch = 0; };"),
+                 "x.cfg:2: stretch 0 outside (0, 100]");
+    expect_error(IN_BODY("split_budget = 16;"),
+                 "x.cfg:2: split_budget means nothing for a surface body");
 }
 
 static void surface_body_needs_a_mesh_and_no_key_of_a_voxel_body(void **unused)
@@ -341,9 +361,40 @@ static void tools_have_the_shapes_of_their_kind(void **unused)
                  "x.cfg:2: plane means nothing for a probe, only for kind static");
     expect_error(TOOL("kind = \"static\"; max_force = 2; plane = { normal = (0, 0, 1); }; "),
                  "x.cfg:2: max_force means nothing for a static tool: it never yields");
-    expect_error(TOOL("kind = \"blade\"; edge = ( (0, 0, 0), (0, 0, 1) ); "),
-                 "x.cfg:2: kind \"blade\": cutting is not built into this version; only \"probe\", "
-                 "\"static\"");
+    expect_error(TOOL("kind = \"probe\"; edge = ( (0, 0, 0), (0, 0, 1) ); "
+                      "capsules = ( { from = (0, 0, 1); radius = 0.1; } ); "),
+                 "x.cfg:2: edge means nothing for this tool, only for kind blade");
+}
+
+static void blades_have_an_edge_and_may_have_a_back(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    assert_string_equal(
+        read_as_scene(TOOL("kind = \"blade\"; edge = ( [0, 0, 0], [0.0, 0.0, 0.02] ); "), &scene),
+        "");
+    assert_int_equal(scene.tool[0].kind, TOOL_BLADE);
+    assert_int_equal(scene.tool[0].capsule_count, 0);
+    expect_near(scene.tool[0].edge[0].z, 0.0, 0.0);
+    expect_near(scene.tool[0].edge[1].z, 0.02, 0.0);
+    expect_near(scene.tool[0].max_force, 3.3, 0.0);
+    scene_destroy(&scene);
+    assert_string_equal(
+        read_as_scene(TOOL("kind = \"blade\"; edge = ( (0, 0, 0), (0, 0, 1) ); max_force = 1; "
+                           "capsules = ( { from = (0, 1, 0); radius = 0.1; } ); "),
+                      &scene),
+        "");
+    assert_int_equal(scene.tool[0].capsule_count, 1);
+    scene_destroy(&scene);
+    expect_error(TOOL("kind = \"blade\"; "),
+                 "x.cfg:2: blade 1 has no edge: ([x, y, z], [x, y, z])");
+    expect_error(TOOL("kind = \"blade\"; edge = ( (0, 0, 0) ); "),
+                 "x.cfg:2: edge must be two ends ([x, y, z], [x, y, z])");
+    expect_error(TOOL("kind = \"blade\"; edge = ( (1, 0, 0), (1, 0, 0) ); "),
+                 "x.cfg:2: edge has no length: its two ends are the same");
+    expect_error(TOOL("kind = \"blade\"; edge = ( (0, 0, 0), (0, 0, 1) ); "
+                      "plane = { normal = (0, 0, 1); }; "),
+                 "x.cfg:2: plane means nothing for a blade, only for kind static");
 }
 
 static void loads_find_their_body(void **unused)
@@ -503,6 +554,8 @@ int main(void)
         cmocka_unit_test(known_words_of_later_features_are_accepted_at_their_defaults),
         cmocka_unit_test(step_may_have_several_threads),
         cmocka_unit_test(later_features_read_as_in_the_manual),
+        cmocka_unit_test(cuttable_body_may_tear_by_stretch),
+        cmocka_unit_test(blades_have_an_edge_and_may_have_a_back),
         cmocka_unit_test(surface_body_needs_a_mesh_and_no_key_of_a_voxel_body),
         cmocka_unit_test(levels_are_read_as_written),
         cmocka_unit_test(levels_that_do_not_go_together_are_refused),

@@ -64,7 +64,7 @@ static void keys_of_both_models_are_read_as_written(void **unused)
     read_valid(IN_BODY("levels = 5; law = \"miyazaki2004\"; integrator = \"leapfrog\"; "
                        "time_step = 0.0003; unsafe_time_step = true; initial = \"start.h5\"; "
                        "contact = { stiffness = 2; damping_time = 0.001; friction = 0; }; "
-                       "cuttable = false; split_budget = 0; "
+                       "cuttable = true; split_budget = 4; tear = { stress = 2000; }; "
                        "fixed = ( { box = ([-1, -1, -1], [1, 1, 0]); }, { nodes = [4, 9]; } );"),
                &scene);
     char expected[SCRATCH_PATH];
@@ -73,6 +73,10 @@ static void keys_of_both_models_are_read_as_written(void **unused)
     assert_int_equal(voxel->law, VOXEL_MIYAZAKI2004);
     assert_int_equal(voxel->integrator, INTEGRATOR_LEAPFROG);
     expect_near(voxel->time_step, 0.0003, 0.0);
+    assert_true(voxel->cuttable);
+    assert_int_equal(voxel->split_budget, 4);
+    expect_near(voxel->tear_stress, 2000.0, 0.0);
+    expect_near(voxel->tear_force, 0.0, 0.0);
     assert_true(voxel->unsafe_time_step);
     assert_string_equal(scene.body[0].initial, scratch_path(&scratch, "start.h5", expected));
     expect_near(voxel->contact_ratio, 2.0, 0.0);
@@ -416,12 +420,14 @@ static void what_a_voxel_body_cannot_do_is_refused(void **unused)
     expect_error(IN_BODY("integrator = \"implicit\";"),
                  "x.cfg:2: integrator \"implicit\": implicit integration is not built into this "
                  "version; only \"leapfrog\", \"rk4\", \"symplectic_euler\"");
-    expect_error(IN_BODY("cuttable = true;"),
-                 "x.cfg:2: cuttable true: cutting is not built into this version; only false");
-    expect_error(IN_BODY("split_budget = 16;"),
-                 "x.cfg:2: split_budget 16: cutting is not built into this version; only 0");
-    expect_error(IN_BODY("tear = { stress = 2000; };"),
-                 "x.cfg:2: tear: cutting is not built into this version");
+    expect_error(IN_BODY("split_budget = 0;"), "x.cfg:2: split_budget 0 outside [1, 1e+06]");
+    expect_error(IN_BODY("tear = { stress = 2000; };"), "x.cfg:2: tear needs cuttable = true");
+    expect_error(IN_BODY("cuttable = true; tear = { stress = 2000; force = 1; };"),
+                 "x.cfg:2: tear has both stress and force: one of them");
+    expect_error(IN_BODY("cuttable = true; tear = { stretch = 0.5; };"),
+                 "x.cfg:2: tear.stretch means nothing for a voxel body, only stress or force");
+    expect_error(IN_BODY("cuttable = true; tear = { };"),
+                 "x.cfg:2: tear is empty: give it stress or force");
     expect_error("bodies = ( { name = \"a\"; model = \"solid\"; } );",
                  "x.cfg:1: model \"solid\" must be one of \"surface\", \"voxel\"");
 }

@@ -95,11 +95,6 @@ static bool find_region(const Body *body, const FixedRegion *region, int **node,
     return true;
 }
 
-static bool body_changes(const Body *body)
-{
-    return body->ops->adapt != NULL || body->ops->cut != NULL || body->ops->tear != NULL;
-}
-
 enum { MOST_OF_ONE = 64 }; // nodes that a node of a region may become, by three divisions of faces
 
 static void create_memory(Attachment *attachment, const char *name, int region_count, Arena *arena,

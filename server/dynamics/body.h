@@ -117,8 +117,9 @@ typedef struct BodyOps {
     bool (*adapt)(Body *body, int64_t step, double tick, TopologyChange *change);
     // Breaks the links that a blade's edge meets (cut.h); NULL: the body is not cuttable. Says what
     // happened in `outcome`, whose verdict alone matters when it returns false: then nothing was
-    // changed. True when the topology changed, as with adapt. What an earlier tick put off may be
-    // done with CUT_ENDS.
+    // changed. True when the topology changed, as with adapt; change->again: call once more with
+    // the same sweep, and the counts of all calls add up. What an earlier tick put off may be done
+    // with CUT_ENDS. A verdict that refuses (cut_refuses) ends the stroke: CUT_ENDS follows.
     bool (*cut)(Body *body, const CutSweep *sweep, CutOutcome *outcome, TopologyChange *change);
     // Breaks links that are strained beyond the tissue's strength, by the present state; NULL: it
     // does not tear. As cut.
@@ -163,8 +164,8 @@ typedef struct BodyOps {
     void (*snapshot)(const void *model, float *position, float *velocity);
     // The exact state of all that moves, for checkpoints: id (NULL: not asked for), position [m]
     // and velocity [m/s] in a constant order between changes of topology; id -1 and zeros: nobody's
-    // place. Returns how many, at most state_capacity; of a state that check calls sound. Without
-    // `adapt` the ids are always the same.
+    // place. Returns how many, at most state_capacity; of a state that check calls sound. The ids
+    // of a body that does not change (body_changes) are always the same.
     int (*read_state)(const void *model, int *id, Vec3 *position, Vec3 *velocity);
     void (*measure)(const void *model, BodyMeasure *measure);
 
@@ -228,5 +229,14 @@ struct Body {
 
     int64_t resets; // restores of the last good state
 };
+
+// Whether its topology can change while it runs.
+static inline bool body_changes(const Body *body)
+{
+    return body->ops->adapt != NULL || body->ops->cut != NULL || body->ops->tear != NULL;
+}
+
+// Pieces: different values of BodyMesh.piece. Not for the step thread.
+int body_count_pieces(const BodyMesh *mesh);
 
 #endif

@@ -19,10 +19,10 @@ static double mass_per_area(const BodySurface *surface, int node)
 static void set_firmness(Body *body, double least)
 {
     const BodySurface *surface = &body->surface;
-    for (int i = 0; i < surface->node_count; i++)
+    for (int i = 0; i < surface->node_used; i++)
         surface->node_firmness[i] =
             surface->node_area[i] > 0.0 ? fmax(1.0, mass_per_area(surface, i) / least) : 1.0;
-    for (int f = 0; f < surface->face_count; f++) {
+    for (int f = 0; f < surface->face_used; f++) {
         double of_free = (double)INFINITY, of_all = (double)INFINITY;
         for (int k = 0; k < 3; k++) {
             int node = surface->face[f][k];
@@ -42,9 +42,9 @@ void contact_set_stiffness(Body *body)
     const double *area = surface->node_area;
     double least = (double)INFINITY;
     bool any_free = false;
-    for (int i = 0; i < surface->node_count; i++)
+    for (int i = 0; i < surface->node_used; i++)
         any_free |= area[i] > 0.0 && !body->ops->is_fixed(body->model, i);
-    for (int i = 0; i < surface->node_count; i++)
+    for (int i = 0; i < surface->node_used; i++)
         if (area[i] > 0.0 && (!any_free || !body->ops->is_fixed(body->model, i)))
             least = fmin(least, mass_per_area(surface, i));
     body->contact_kappa = body->contact_ratio * body->contact_lambda * least;
@@ -167,7 +167,7 @@ static void create_for_capsules(Contact *contact, const char *name, Arena *arena
         contact->side[k] = ALLOCATE(faces, signed char, "sides");
         state_add(state, contact->side[k], (size_t)faces, "%s/sides%d", name, k);
     }
-    if (contact->body->ops->adapt != NULL)
+    if (body_changes(contact->body))
         create_memory(contact, name, arena, state);
     contact->node = ALLOCATE(nodes, int, "nodes");
     contact->local = ALLOCATE(nodes, int, "local numbers");

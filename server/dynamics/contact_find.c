@@ -15,7 +15,7 @@ static void mark_face(Contact *contact, int face)
 static void mark_faces(Contact *contact, const ToolPlacement *at, double margin)
 {
     const BodySurface *surface = &contact->body->surface;
-    memset(contact->mark, 0, (size_t)((surface->face_count + 63) / 64) * sizeof *contact->mark);
+    memset(contact->mark, 0, (size_t)((surface->face_used + 63) / 64) * sizeof *contact->mark);
     for (int shape = 0; shape < contact->tool->capsule_count; shape++) {
         Region region = {.kind = REGION_CAPSULE};
         contact_axis(&contact->tool->capsule[shape], at, &region.from, &region.to);
@@ -29,11 +29,11 @@ static void mark_faces(Contact *contact, const ToolPlacement *at, double margin)
                 mark_face(contact, surface->node_face[k]);
         }
         const signed char *side = contact->side[shape];
-        for (int f = 0; f < surface->face_count; f++) {
+        for (int f = 0; f < surface->face_used; f++) {
             uint64_t eight; // nearly all are 0: look at eight at a time
-            while (f + 8 <= surface->face_count && (memcpy(&eight, side + f, 8), eight == 0))
+            while (f + 8 <= surface->face_used && (memcpy(&eight, side + f, 8), eight == 0))
                 f += 8;
-            if (f < surface->face_count && side[f] != 0)
+            if (f < surface->face_used && side[f] != 0)
                 mark_face(contact, f);
         }
     }
@@ -112,7 +112,7 @@ static void keep_candidates(Contact *contact, const ToolPlacement *at, double ma
 {
     const BodySurface *surface = &contact->body->surface;
     const Body *body = contact->body;
-    for (int word = 0; word < (surface->face_count + 63) / 64; word++) {
+    for (int word = 0; word < (surface->face_used + 63) / 64; word++) {
         contact->rank[word] = contact->candidate_count;
         for (uint64_t bits = contact->mark[word]; bits != 0; bits &= bits - 1) {
             int face = word * 64 + __builtin_ctzll(bits);

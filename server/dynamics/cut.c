@@ -1,6 +1,7 @@
 #include "dynamics/cut.h"
 
 #include <math.h>
+#include <stdio.h>
 
 bool cut_quantise(Vec3 point, Vec3 origin, double q, CutPoint *out)
 {
@@ -49,4 +50,56 @@ CutPath cut_part(CutPath whole, int k, int m)
         part.at[1].x[c] = from + way * (k + 1) / m;
     }
     return part;
+}
+
+bool cut_refuses(CutVerdict verdict)
+{
+    return verdict != CUT_DONE && verdict != CUT_MET_NOTHING && verdict != CUT_WAS_CUT;
+}
+
+static const char *plural(int count)
+{
+    return count == 1 ? "" : "s";
+}
+
+void cut_describe(const CutOutcome *outcome, const char *body, char *text, size_t size)
+{
+    switch (outcome->verdict) {
+    case CUT_DONE: {
+        char small[48] = "";
+        if (outcome->small_pieces > 0)
+            snprintf(small, sizeof small, ", %d of them tiny", outcome->small_pieces);
+        snprintf(text, size, "body '%s': %d link%s severed, %d node%s added, %d piece%s%s", body,
+                 outcome->separated, plural(outcome->separated), outcome->nodes_added,
+                 plural(outcome->nodes_added), outcome->pieces, plural(outcome->pieces), small);
+        return;
+    }
+    case CUT_MET_NOTHING:
+        snprintf(text, size, "the blade met no tissue of body '%s'", body);
+        return;
+    case CUT_WAS_CUT:
+        snprintf(text, size, "what the blade met of body '%s' was cut already", body);
+        return;
+    case CUT_NO_NODES:
+    case CUT_NO_FACES: {
+        const char *what = outcome->verdict == CUT_NO_NODES ? "nodes" : "faces";
+        snprintf(text, size,
+                 "body '%s' may need %d more %s and has room for %d: capacity.%s raises that", body,
+                 outcome->needed, what, outcome->room, what);
+        return;
+    }
+    case CUT_TOO_TWISTED:
+        snprintf(
+            text, size,
+            "the sweep is too twisted for body '%s' (more than %d parts): cut in shorter steps",
+            body, CUT_SUBTICKS_MOST);
+        return;
+    case CUT_UNRESOLVED:
+        snprintf(text, size, "body '%s': no side could be told of a link after %d shifts", body,
+                 CUT_TRIES);
+        return;
+    case CUT_TOO_LARGE:
+        snprintf(text, size, "the sweep reaches too far away from body '%s'", body);
+        return;
+    }
 }

@@ -8,6 +8,8 @@
 
 #include "dynamics/cut_exact.h"
 
+#include <stddef.h>
+
 // The blade's edge at one time, world [m].
 typedef struct BladeEdge {
     Vec3 end[2];
@@ -56,6 +58,11 @@ typedef struct CutOutcome {
 } CutOutcome;
 
 enum { CUT_TRIES = 20, CUT_SUBTICKS_MOST = 64 };
+
+// Whether a verdict says that a sweep could not be done, not just that it met nothing.
+bool cut_refuses(CutVerdict verdict);
+// One sentence on what became of a sweep through the body of this name.
+void cut_describe(const CutOutcome *outcome, const char *body, char *text, size_t size);
 
 // A point in units of q, from an origin that never changes; false: beyond CUT_REACH / 4.
 bool cut_quantise(Vec3 point, Vec3 origin, double q, CutPoint *out);

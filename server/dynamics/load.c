@@ -5,15 +5,17 @@
 
 void loads_create(LoadSet *set, const Body *bodies, int body_count, Arena *arena, StateList *state)
 {
-    int nodes = 0, most = 0; // of all bodies, and of the largest that adapts
+    int nodes = 0, most = 0; // of all bodies, and of the largest that changes
+    bool adapts = false;
     for (int b = 0; b < body_count; b++) {
         int own = bodies[b].surface.node_count;
         nodes += own;
-        most = bodies[b].ops->adapt != NULL && own > most ? own : most;
+        most = body_changes(&bodies[b]) && own > most ? own : most;
+        adapts |= bodies[b].ops->adapt != NULL;
     }
     // Room for two loads that each take every node, or many small ones; where bodies adapt, for
     // eight, since a load also holds the nodes around.
-    set->pool_capacity = (most > 0 ? 8 : 2) * nodes;
+    set->pool_capacity = (adapts ? 8 : 2) * nodes;
     size_t capacity = (size_t)set->pool_capacity;
     set->count = arena_allocate(arena, ARENA_STEP, 1, sizeof *set->count, "loads/count");
     set->used = arena_allocate(arena, ARENA_STEP, 1, sizeof *set->used, "loads/used");
@@ -174,16 +176,19 @@ static void change_nodes(LoadSet *set, const Load *load, int64_t inside,
         const int *parent = born->parent;
         if (!is_marked(set, parent[0]) || !is_marked(set, parent[1]))
             continue;
+        // A copy of a node has the part in the load that the node has: what was one area is two.
         Vec3 sum = vec3_add(set->given[parent[0]].start, set->given[parent[1]].start);
-        LoadNode child = judge_node(load, vec3_scale(0.5, sum));
+        LoadNode child =
+            parent[0] == parent[1] ? set->given[parent[0]] : judge_node(load, vec3_scale(0.5, sum));
         give(set, born->node, &child);
     }
 }
 
 // Replaces the entries of one body, `first_node` its first, in one load.
-static void follow_load(LoadSet *set, int k, int first_node, int node_count,
+static void follow_load(LoadSet *set, int k, int first_node, const BodySurface *surface,
                         const TopologyChange *change)
 {
+    int node_count = surface->node_count, node_used = surface->node_used;
     Load *load = &set->load[k];
     int64_t begin = load->first, load_end = load->first + load->count;
     while (begin < load_end && set->pool[begin] < first_node)
@@ -198,12 +203,12 @@ static void follow_load(LoadSet *set, int k, int first_node, int node_count,
 
     change_nodes(set, load, inside, change);
     int64_t room = set->pool_capacity - *set->used + (end - begin);
-    int64_t marked = count_marked(set, node_count);
+    int64_t marked = count_marked(set, node_used);
     int64_t more = (marked < room ? marked : room) - (end - begin);
     move_entries(set, end + more, end, *set->used - end);
     if (more < 0)
         clear_entries(set, *set->used + more, -more);
-    write_marked(set, begin, end - begin + more, node_count, first_node);
+    write_marked(set, begin, end - begin + more, node_used, first_node);
     *set->used += more;
     load->count += more;
     for (int64_t later = k + 1; later < *set->count; later++)
@@ -219,7 +224,7 @@ void loads_follow(LoadSet *set, Body *bodies, int body_count, int changed,
     for (int b = 0; b < changed; b++)
         first_node += bodies[b].surface.node_count;
     for (int k = 0; k < *set->count; k++) {
-        follow_load(set, k, first_node, bodies[changed].surface.node_count, change);
+        follow_load(set, k, first_node, &bodies[changed].surface, change);
         measure_area(set, bodies, &set->load[k]);
     }
     apply_all(set, bodies, body_count);
@@ -233,10 +238,10 @@ void loads_follow(LoadSet *set, Body *bodies, int body_count, int changed,
 static int64_t take_nodes(LoadSet *set, const Load *load, const Body *body, int first_node,
                           bool *any_free, bool *any)
 {
-    // On a body that adapts, with the nodes around: what comes between lies between two of these.
-    bool adapts = body->ops->adapt != NULL;
+    // On a body that changes, with the nodes around: what comes between lies between two of these.
+    bool changes = body_changes(body);
     Region region = {.kind = REGION_CAPSULE, .from = load->center, .to = load->center};
-    region.radius = load->radius + (adapts ? 2.0 * body->surface.longest_edge : 0.0);
+    region.radius = load->radius + (changes ? 2.0 * body->surface.longest_edge : 0.0);
     int64_t at = load->first + load->count;
     int *found = &set->pool[at];
     int room = set->pool_capacity - (int)at;
@@ -244,7 +249,7 @@ static int64_t take_nodes(LoadSet *set, const Load *load, const Body *body, int 
     int written = count < room ? count : room;
     for (int i = 0; i < written; i++) {
         LoadNode node = {.share = 1.0};
-        if (adapts) {
+        if (changes) {
             Vec3 start;
             body->ops->read_nodes(body->model, &found[i], 1, &start, NULL);
             node = judge_node(load, start);
@@ -256,8 +261,8 @@ static int64_t take_nodes(LoadSet *set, const Load *load, const Body *body, int 
         if (set->node != NULL)
             set->node[at + i] = node;
     }
-    if (adapts)
-        write_marked(set, at, written, body->surface.node_count, first_node);
+    if (changes)
+        write_marked(set, at, written, body->surface.node_used, first_node);
     return count;
 }
 

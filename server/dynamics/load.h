@@ -25,7 +25,7 @@ typedef struct LoadNode {
     double share; // 1: inside, or 0
 } LoadNode;
 
-// A load is a traction: its force is shared in proportion to nodal area. On bodies that adapt it
+// A load is a traction: its force is shared in proportion to nodal area. On bodies that change it
 // acts on a patch of the surface, whatever the level: a node that comes is taken when it would have
 // lain inside the sphere at the start, between its parents, so the pool also holds the nodes
 // around. Those that go leave their share to the others; the sum of the forces stays.
@@ -34,10 +34,10 @@ typedef struct LoadSet {
     int64_t *used;  // pool entries in use
     Load *load;     // [LOAD_CAPACITY]
     int *pool; // [pool_capacity] nodes, counted on from body to body; 0 beyond `used`. On bodies
-               // that adapt they ascend
+               // that change they ascend
     int pool_capacity;
 
-    // Only where a body adapts, else NULL.
+    // Only where a body changes (body_changes), else NULL.
     LoadNode *node;  // [pool_capacity] of the pool's nodes: part of the state, 0 beyond `used`
     LoadNode *given; // [node places of the largest body] scratch
     uint64_t *mark;  // a bit a node that has been `given`: all 0 between calls

@@ -28,7 +28,7 @@ static bool set_scale(Sim *sim, Body *body, BodyParameter parameter, double valu
         snprintf(why, why_size, "body %s has no such parameter", body->name);
         return false;
     }
-    if (body->ops->adapt != NULL)
+    if (body_changes(body))
         time_step_follow(sim, body);
     return true;
 }
@@ -120,7 +120,7 @@ static bool set_every_body(Sim *sim, const char *key, double value, char *why, s
             body->tuning = before[k];
             body->ops->set(body->model, BODY_STIFFNESS_SCALE, before[k].stiffness_scale);
             body->ops->set(body->model, BODY_DAMPING_SCALE, before[k].damping_scale);
-            if (body->ops->adapt != NULL)
+            if (body_changes(body))
                 time_step_follow(sim, body);
         }
         return false;

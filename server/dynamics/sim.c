@@ -8,8 +8,8 @@
 #include <string.h>
 
 static const char *const stage_names[STAGE_COUNT] = {
-    "inputs", "tools",   "loads",    "adapt", "grasp",    "find contacts",
-    "forces", "contact", "wrenches", "check", "snapshot",
+    "inputs",        "tools",  "loads",   "cut",      "reconstruct", "adapt",    "grasp",
+    "find contacts", "forces", "contact", "wrenches", "check",       "snapshot",
 };
 
 const char *stage_name(StageId stage)
@@ -167,20 +167,29 @@ static void reserve_forces(Sim *sim)
 
 static void list_stages(Sim *sim)
 {
-    bool tools = sim->tool_count > 0, probes = false, adapts = false;
-    for (int t = 0; t < sim->tool_count; t++)
+    bool tools = sim->tool_count > 0, probes = false, shapes = false;
+    for (int t = 0; t < sim->tool_count; t++) {
         probes |= sim->tool[t].kind != TOOL_STATIC;
-    for (int b = 0; b < sim->body_count; b++)
-        adapts |= sim->body[b].ops->adapt != NULL;
+        shapes |= sim->tool[t].capsule_count > 0 || sim->tool[t].has_plane;
+    }
+    bool adapts = false, cuts = false, reconstructs = false;
+    for (int b = 0; b < sim->body_count; b++) {
+        const BodyOps *ops = sim->body[b].ops;
+        adapts |= ops->adapt != NULL;
+        cuts |= sim->stroke[b] != NULL || ops->tear != NULL;
+        reconstructs |= ops->reconstruct != NULL;
+    }
     const bool wanted[STAGE_COUNT] = {
         [STAGE_INPUTS] = sim->options.may_load,
         [STAGE_TOOLS] = probes,
         [STAGE_LOADS] = sim->options.may_load || sim->scene_load_count > 0,
+        [STAGE_CUT] = cuts,
+        [STAGE_RECONSTRUCT] = reconstructs,
         [STAGE_ADAPT] = adapts,
+        [STAGE_FIND_CONTACTS] = shapes,
         [STAGE_GRASP] = sim->attachment_count > 0,
-        [STAGE_FIND_CONTACTS] = tools,
         [STAGE_FORCES] = true,
-        [STAGE_CONTACT] = tools,
+        [STAGE_CONTACT] = shapes,
         [STAGE_WRENCHES] = tools,
         [STAGE_CHECK] = true,
         [STAGE_SNAPSHOT] = sim->options.may_load,
@@ -199,6 +208,7 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
         state_add(sim->state, &sim->body[b].tuning, sizeof sim->body[b].tuning, "%s/tuning",
                   sim->body[b].name);
     }
+    cutting_create(sim);
     create_contacts(sim);
     create_attachments(sim);
     reserve_forces(sim);
@@ -212,6 +222,7 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
         sim_step(sim);
     sim->settling = false;
     sim->clock->step = 0;
+    cutting_settled(sim);
     if (sim->resets > 0)
         return status_fail(
             status, STATUS_INVALID,
@@ -230,6 +241,8 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
 
 void sim_apply_pose(Sim *sim, int tool, const ToolPose *pose, bool hold)
 {
+    if (!pose->active)
+        cutting_lift(sim, tool, -1);
     tool_motion_apply(&sim->motion[tool], pose, sim->clock->step, sim->tick, hold);
 }
 
@@ -258,7 +271,8 @@ bool sim_check(const Sim *sim)
     for (int b = 0; b < sim->body_count; b++)
         nodes += sim->body[b].surface.node_count;
     return sim->clock->step >= 0 && sim->clock->next_load >= 0 &&
-           sim->clock->next_load <= sim->scene_load_count && loads_check(&sim->loads, nodes);
+           sim->clock->next_load <= sim->scene_load_count && loads_check(&sim->loads, nodes) &&
+           cutting_check(sim);
 }
 
 void sim_restored(Sim *sim)
@@ -268,7 +282,7 @@ void sim_restored(Sim *sim)
         int topology = body->mesh.topology;
         if (body->ops->restored != NULL)
             body->ops->restored(body);
-        if (body->ops->adapt == NULL)
+        if (!body_changes(body))
             continue;
         body->mesh.topology = topology + 1;
         time_step_follow(sim, body);

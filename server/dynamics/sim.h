@@ -16,6 +16,8 @@ typedef enum StageId {
     STAGE_INPUTS,        // take poses, loads and commands (the runner's)
     STAGE_TOOLS,         // place tools, withdraw stale ones
     STAGE_LOADS,         // start and end loads
+    STAGE_CUT,           // strokes of blades, tearing
+    STAGE_RECONSTRUCT,   // refine what cuts have left to be refined
     STAGE_ADAPT,         // refine and coarsen
     STAGE_GRASP,         // take hold and let go
     STAGE_FIND_CONTACTS, // candidates, sides
@@ -40,6 +42,22 @@ typedef struct LoadOptions {
     double start;    // simulated time [s]
     double duration; // [s]
 } LoadOptions;
+
+// One sweep of a straight blade (cut_t).
+typedef struct CutOptions {
+    int body; // index; -1: all that are cuttable
+    BladeEdge before, after;
+} CutOptions;
+
+enum { SIM_EVENTS = 64, SIM_EVENT_TEXT = 184 };
+
+// Something that happened once in a tick or a cut.
+typedef struct SimEvent {
+    int64_t step; // ticks completed when it happened
+    int body;
+    const char *kind; // "cut" (a stroke ended), "tear", "piece", "cut_refused"
+    char text[SIM_EVENT_TEXT];
+} SimEvent;
 
 // What one tool felt in the last tick: contact_t without its envelope.
 typedef struct ToolWrench {
@@ -91,6 +109,9 @@ void sim_apply_pose(Sim *sim, int tool, const ToolPose *pose, bool hold);
 // Starts a load now (options->start is ignored). False with a sentence in `why`: no free node
 // inside, no room.
 bool sim_apply_load(Sim *sim, const LoadOptions *options, char *why, size_t why_size);
+// Cuts now. True when a link was severed; `sum`: what became of it, counts of all bodies asked
+// together. `why`: a sentence either way; false: nothing was changed.
+bool sim_apply_cut(Sim *sim, const CutOptions *cut, CutOutcome *sum, char *why, size_t why_size);
 // "gravity_x|y|z" [m/s2]; "stiffness_scale", "damping_scale", "friction" of all bodies, or of one
 // as "<body>.key"; "adapt_force", "adapt_speed", "adapt_curvature", "adapt_scale" and "adapt_level"
 // (the finest that may be used) of one body, or of all that adapt. False with a sentence in `why`:
@@ -121,6 +142,10 @@ const ToolOptions *sim_tool(const Sim *sim, int index);
 const ToolMotion *sim_tool_motion(const Sim *sim, int index);
 const ToolWrench *sim_wrench(const Sim *sim, int index); // of the last tick
 int64_t sim_resets(const Sim *sim);
+// Connected pieces of a body.
+int sim_pieces(const Sim *sim, int body);
+// Takes out the oldest event of those that wait; false: none. More than SIM_EVENTS do not wait.
+bool sim_take_event(Sim *sim, SimEvent *event);
 // Faces within a tool's reach that had no room among its candidates, tick by tick.
 int64_t sim_refused_faces(const Sim *sim);
 // Nodes of the scene's attachment, in the order of sim_add_attachment.

@@ -16,6 +16,20 @@ typedef struct SimClock {
     int64_t next_load; // first of the scene's loads not yet started
 } SimClock;
 
+// One blade in one body; plain data, part of the state.
+typedef struct Stroke {
+    CutStroke cut;
+    int64_t separated, nodes_added; // since it began
+    int64_t lifted; // 1: what comes next is another stroke, though the blade is active again
+} Stroke;
+
+// A body that can be cut or torn; plain data, part of the state.
+typedef struct BodyCuts {
+    int64_t pieces;
+    int64_t torn, torn_nodes;        // not told yet
+    int64_t told_step, refused_step; // when a tear and a refusal were told last
+} BodyCuts;
+
 struct Sim {
     // --- constant after sim_seal ---
     SimOptions options;
@@ -27,6 +41,8 @@ struct Sim {
     LoadOptions scene_load[SIM_SCENE_LOADS]; // by start
     int stage_count;
     StageId stage[STAGE_COUNT];
+    int blade_count, blade_tool[SIM_TOOLS]; // blades in the order of the tools
+    int pieces_at_load[SIM_BODIES];
     void *start_state; // copy of the state that sim_reset returns to
 
     // --- changes while running; what `state` lists ---
@@ -37,6 +53,8 @@ struct Sim {
     int *contact_tool;  // [contact_count]
     int *contact_start; // [body_count + 1]
     LoadSet loads;
+    BodyCuts *cuts[SIM_BODIES]; // NULL: neither cuttable nor tears
+    Stroke *stroke[SIM_BODIES]; // [blade_count]; NULL likewise, or without blades
     Attachment *scene_attachment[SIM_ATTACHMENTS]; // [scene_attachment_count] in the order given
     int scene_attachment_count;
     Attachment **attachment; // [attachment_count], of the scene, then graspers, for each body;
@@ -45,13 +63,31 @@ struct Sim {
     GraspEvent *told;        // [attachment_count] what sim_next_grasp has told of graspers
 
     // --- results of the last tick ---
-    ToolWrench *wrench; // [tool_count]
-    bool settling;      // loads wait, stale tools cannot be
+    ToolWrench *wrench;         // [tool_count]
+    bool settling;              // loads wait, stale tools cannot be
+    SimEvent event[SIM_EVENTS]; // a circle
+    int event_first, event_count;
 
     // --- accounting, since the start ---
     int64_t stage_ns[STAGE_COUNT];
     int64_t resets, lost_loads;
 };
+
+// Before a change of topology that may come: whoever knows a body by its nodes takes note.
+void sim_expect_change(Sim *sim, int body);
+// step.c: after a change of a body's topology, whatever knows its nodes and faces follows.
+void sim_follow_change(Sim *sim, int body, const TopologyChange *change);
+
+// cutting.c
+// At load, once all bodies and tools are there.
+void cutting_create(Sim *sim);
+void cutting_settled(Sim *sim);
+void cutting_stage(Sim *sim);
+void reconstruct_stage(Sim *sim);
+// What a blade (-1: any) does next in a body (-1: any) is another stroke.
+void cutting_lift(Sim *sim, int tool, int body);
+// Whether what a checkpoint has brought can be.
+bool cutting_check(const Sim *sim);
 
 // time_step.c
 // At load. False: a wanted time step that is above the bound of the body's finest level, or too

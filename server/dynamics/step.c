@@ -19,6 +19,7 @@ typedef void StageFunction(Sim *sim);
 // substeps and timed there; inputs and snapshots belong to the runner, before and after the tick.
 static StageFunction *const stage_function[STAGE_COUNT] = {
     [STAGE_TOOLS] = place_tools,           [STAGE_LOADS] = start_and_end_loads,
+    [STAGE_CUT] = cutting_stage,           [STAGE_RECONSTRUCT] = reconstruct_stage,
     [STAGE_ADAPT] = adapt_bodies,          [STAGE_GRASP] = grasp,
     [STAGE_FIND_CONTACTS] = find_contacts, [STAGE_FORCES] = advance_bodies,
     [STAGE_WRENCHES] = take_wrenches,      [STAGE_CHECK] = check_numbers,
@@ -81,28 +82,39 @@ static int attachments_of(const Sim *sim, int b, int *first)
     return sim->attachment_count > 0 ? sim->attachment_start[b + 1] : 0;
 }
 
-// Bodies refine and coarsen; whatever knows their nodes and faces follows.
+void sim_expect_change(Sim *sim, int b)
+{
+    int first, end = attachments_of(sim, b, &first);
+    for (int k = first; k < end; k++)
+        attachment_remember(sim->attachment[k]);
+}
+
+void sim_follow_change(Sim *sim, int b, const TopologyChange *change)
+{
+    if (sim->contact_count > 0)
+        for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
+            contact_topology_changed(sim->contact[k], change);
+    int first, end = attachments_of(sim, b, &first);
+    for (int k = first; k < end; k++)
+        attachment_topology_changed(sim->attachment[k], change);
+    loads_follow(&sim->loads, sim->body, sim->body_count, b, change);
+    time_step_follow(sim, &sim->body[b]);
+}
+
+// Bodies refine and coarsen.
 static void adapt_bodies(Sim *sim)
 {
     for (int b = 0; b < sim->body_count; b++) {
         Body *body = &sim->body[b];
         TopologyChange change = {.again = body->ops->adapt != NULL};
-        int first, end = attachments_of(sim, b, &first);
         while (change.again) {
-            for (int k = first; k < end; k++)
-                attachment_remember(sim->attachment[k]);
+            sim_expect_change(sim, b);
             int topology = body->mesh.topology;
             bool changed = body->ops->adapt(body, sim->clock->step, sim->tick, &change);
             body->mesh.topology = topology + changed;
             if (!changed)
                 break;
-            if (sim->contact_count > 0)
-                for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
-                    contact_topology_changed(sim->contact[k], &change);
-            for (int k = first; k < end; k++)
-                attachment_topology_changed(sim->attachment[k], &change);
-            loads_follow(&sim->loads, sim->body, sim->body_count, b, &change);
-            time_step_follow(sim, body);
+            sim_follow_change(sim, b, &change);
         }
     }
 }
@@ -312,6 +324,7 @@ static void check_numbers(Sim *sim)
         body->ops->restore(body->model, body->tuning.bad_in_a_row >= BAD_TICKS);
         body->resets++;
         sim->resets++;
+        cutting_lift(sim, -1, b); // what jumped back did not pass the blade
         int first, end = attachments_of(sim, b, &first);
         for (int k = first; k < end; k++) {
             attachment_clear(sim->attachment[k]);

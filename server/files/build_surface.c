@@ -60,7 +60,7 @@ static bool read_initial(const SceneBody *described, const TriMesh *mesh, const 
         return true;
     if (!initial_read(described->initial, mesh, position, velocity, status))
         return false;
-    if (levels != NULL && !described->surface.adaptive) {
+    if (levels != NULL && !surface_changes(&described->surface)) {
         *position = spread_position(levels, described->surface.start_level, *position);
         *velocity = spread_velocity(levels, described->surface.start_level, *velocity);
     }
@@ -70,7 +70,7 @@ static bool read_initial(const SceneBody *described, const TriMesh *mesh, const 
 // Makes a body from the mesh of level 0, which becomes that of its level when it stays there.
 static bool create_surface(World *world, SurfaceOptions *surface, TriMesh *mesh, Status *status)
 {
-    if (surface->hierarchy != NULL && !surface->adaptive) {
+    if (surface->hierarchy != NULL && !surface_changes(surface)) {
         TriMesh coarse = *mesh;
         levels_mesh(surface->hierarchy, surface->start_level, &coarse, mesh);
         mesh_destroy(&coarse);
@@ -91,11 +91,13 @@ bool build_surface(World *world, const Scene *scene, int index, const Prepared *
     Vec3 *position = NULL, *velocity = NULL;
     SurfaceOptions surface = described->surface;
     Arena arena = {0}; // a body that stays at its level needs the hierarchy no longer
-    Arena *keeper = surface.adaptive ? &world->arena : &arena;
+    Arena *keeper = surface_changes(&surface) ? &world->arena : &arena;
     Levels levels;
     bool ok = prepared != NULL ? prepared_read(prepared, described, mesh, &levels, keeper, status)
                                : body_mesh_make(described, mesh, &levels, keeper, status);
-    if (ok && surface.levels > 0)
+    if (ok && surface.levels == 0 && surface.cuttable)
+        ok = levels_create(&levels, mesh, 0, described->name, keeper, status);
+    if (ok && (surface.levels > 0 || surface.cuttable))
         surface.hierarchy = &levels;
     ok = ok && read_initial(described, mesh, surface.hierarchy, &position, &velocity, status);
     surface.name = described->name;

@@ -176,14 +176,14 @@ static bool check_state(const HdfFile *file, const CheckpointImage *image, const
     if (sim_steps(world->sim) != image->step)
         return hdf_fail(file, "/step", "%lld does not match the state", (long long)image->step);
     if (!sim_check(world->sim))
-        return hdf_fail(file, "/state", "holds loads or attachments that cannot be");
+        return hdf_fail(file, "/state", "holds loads, strokes or attachments that cannot be");
     for (int i = 0; i < sim_body_count(world->sim); i++) {
         Body *body = sim_body(world->sim, i);
         bool sound = body->ops->check == NULL || body->ops->check(body->model);
         char name[NAME_TEXT];
         snprintf(name, sizeof name, "/bodies/%s", body->name);
         // Of a mesh that changes the check comes first: it says whether there is one to look at.
-        if ((sound || body->ops->adapt == NULL) && !checkpoint_rows_shown(body, &rows[i]))
+        if ((sound || !body_changes(body)) && !checkpoint_rows_shown(body, &rows[i]))
             return hdf_fail(file, name, "does not match the state");
         if (!sound)
             return hdf_fail(file, name, "is beyond what can be simulated");

@@ -119,7 +119,7 @@ bool checkpoint_rows_check_count(const HdfFile *file, const Body *body)
 {
     const RowNames names = name_rows(body);
     int64_t count = hdf_count_vectors(file, names.position);
-    bool changes = body->ops->adapt != NULL;
+    bool changes = body_changes(body);
     int most = body->state_capacity;
     if (count < 0)
         return false;
@@ -146,7 +146,7 @@ bool checkpoint_rows_read(const HdfFile *file, const Body *body, BodyRows *rows)
     if (!hdf_read_numbers(file, names.id, H5T_NATIVE_INT, (size_t)count, rows->id))
         return false;
     // Which nodes a changing mesh has is for the state to say.
-    bool fits = body->ops->adapt != NULL ? ascend(rows->id, rows->count) : same_ids(body, rows);
+    bool fits = body_changes(body) ? ascend(rows->id, rows->count) : same_ids(body, rows);
     return (fits || hdf_fail(file, names.id, "differ from the nodes of the mesh")) &&
            hdf_read_vectors(file, names.position, count, rows->position) &&
            hdf_read_vectors(file, names.velocity, count, rows->velocity);

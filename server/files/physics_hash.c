@@ -52,6 +52,12 @@ static void add_surface(uint64_t *hash, const SurfaceOptions *surface)
         fnv_int(hash, surface->node_capacity);
         fnv_int(hash, surface->face_capacity);
     }
+    if (surface->cuttable) {
+        fnv_int(hash, surface->cuttable);
+        fnv_real(hash, surface->tear_stretch);
+        fnv_int(hash, surface->node_capacity);
+        fnv_int(hash, surface->face_capacity);
+    }
     fnv_real(hash, surface->prestress);
     add_shared(hash, surface->integrator, surface->time_step, surface->contact_ratio,
                surface->contact_damping, surface->friction);
@@ -70,6 +76,14 @@ static void add_voxel(uint64_t *hash, const VoxelOptions *voxel)
         fnv_real(hash, voxel->material[i].density);
     }
     fnv_real(hash, voxel->damping);
+    if (voxel->cuttable) {
+        fnv_int(hash, voxel->cuttable);
+        fnv_int(hash, voxel->split_budget);
+        fnv_real(hash, voxel->tear_stress);
+        fnv_real(hash, voxel->tear_force);
+        fnv_int(hash, voxel->vertex_capacity);
+        fnv_int(hash, voxel->face_capacity);
+    }
     add_shared(hash, voxel->integrator, voxel->time_step, voxel->contact_ratio,
                voxel->contact_damping, voxel->friction);
 }
@@ -128,6 +142,8 @@ static void add_tool(uint64_t *hash, const ToolOptions *tool)
         fnv_real(hash, tool->grip_stiffness);
         fnv_real(hash, tool->grip_damping);
     }
+    for (int i = 0; i < 2 && tool->kind == TOOL_BLADE; i++)
+        fnv_vector(hash, tool->edge[i]);
 }
 
 static void add_attachment(uint64_t *hash, const AttachmentOptions *attachment)

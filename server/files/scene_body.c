@@ -70,11 +70,13 @@ static const Option BODY_OPTIONS[] = {
      .preset_text = "at rest",
      .about = "HDF5 file with `/position` and, if not zero, `/velocity`, [n][3], in the order of "
               "the mesh; of a voxel body, of all its vertices by ascending `id`."},
-    {"cuttable", OPTION_BOOL, AT(cuttable), "", .later = LATER_CUTTING,
-     .about = "Whether blades cut it."},
-    {"split_budget", OPTION_INT, AT(split_budget), "", 0.0, 1e6, .later = LATER_CUTTING,
-     .about = "Vertices that one tick may split."},
-    {"tear", OPTION_LATER, 0, "", .later = LATER_CUTTING, .about = "When a voxel body tears."},
+    {"cuttable", OPTION_BOOL, AT(cuttable), "",
+     .about = "Whether blades and cut messages cut it. A body that is not pays nothing for it."},
+    {"split_budget", OPTION_INT, AT(split_budget), "", 1.0, 1e6, .preset = 16,
+     .about = "Voxel: elements that one tick divides around a cut; the rest follows in the next "
+              "ticks."},
+    {"tear", OPTION_GROUP, AT(tear), "", .preset_text = "it does not tear",
+     .about = "At which strain it tears; needs `cuttable = true`."},
 };
 #undef AT
 const OptionTable BODY_TABLE = OPTION_TABLE(
@@ -97,6 +99,26 @@ static const Option CONTACT_OPTIONS[] = {
 const OptionTable CONTACT_TABLE = OPTION_TABLE(
     "bodies.contact", "The penalty force between the body's faces and tools.", CONTACT_OPTIONS);
 
+typedef struct TearGroup {
+    double stress, force, stretch;
+} TearGroup;
+
+static const Option TEAR_OPTIONS[] = {
+    {"stress", OPTION_REAL, offsetof(TearGroup, stress), "Pa", 0.0, 1e12, .open = true,
+     .preset_text = "none",
+     .about = "Voxel: strength of the tissue; a crack goes on where it is exceeded."},
+    {"force", OPTION_REAL, offsetof(TearGroup, force), "N", 0.0, FORCE_LIMIT, .open = true,
+     .preset_text = "none",
+     .about = "Voxel, in place of `stress`: the paper's threshold on the force from outside on a "
+              "vertex."},
+    {"stretch", OPTION_REAL, offsetof(TearGroup, stretch), "", 0.0, 100.0, .open = true,
+     .preset_text = "none",
+     .about = "Surface: relative lengthening across an edge at which a crack goes on; it starts at "
+              "one and a half of it."},
+};
+const OptionTable TEAR_TABLE =
+    OPTION_TABLE("bodies.tear", "When a body tears of itself: one of these.", TEAR_OPTIONS);
+
 static const struct {
     const char *key;
     SceneModel model; // the only one that knows the key
@@ -104,7 +126,7 @@ static const struct {
     {"mesh", MODEL_SURFACE},    {"start_level", MODEL_SURFACE}, {"adjust", MODEL_SURFACE},
     {"adapt", MODEL_SURFACE},   {"shape", MODEL_SURFACE},       {"prestress", MODEL_SURFACE},
     {"voxels", MODEL_VOXEL},    {"law", MODEL_VOXEL},           {"dimensions", MODEL_VOXEL},
-    {"materials", MODEL_VOXEL}, {"skin", MODEL_VOXEL},
+    {"materials", MODEL_VOXEL}, {"skin", MODEL_VOXEL},          {"split_budget", MODEL_VOXEL},
 };
 
 const char *scene_model_name(SceneModel model)
@@ -121,6 +143,55 @@ static bool check_meant(const SceneReader *reader, const BodyGroup *raw)
                                "%s means nothing for a %s body", MEANT_FOR[i].key,
                                scene_model_name((SceneModel)raw->model));
     return true;
+}
+
+// A threshold that the body's model does not know.
+static bool check_threshold(const SceneReader *reader, const BodyGroup *raw, const char *key,
+                            SceneModel model)
+{
+    return !option_given(raw->tear, key) || (int)model == raw->model ||
+           option_fail(&reader->source, option_find(raw->tear, key),
+                       "tear.%s means nothing for a %s body, only %s", key,
+                       scene_model_name((SceneModel)raw->model),
+                       raw->model == MODEL_VOXEL ? "stress or force" : "stretch");
+}
+
+static bool read_tear(const SceneReader *reader, const BodyGroup *raw, SceneBody *body)
+{
+    const OptionSource *source = &reader->source;
+    TearGroup tear = {0};
+    if (raw->tear == NULL)
+        return true;
+    if (!option_read(&TEAR_TABLE, raw->tear, source, &tear) ||
+        !check_threshold(reader, raw, "stress", MODEL_VOXEL) ||
+        !check_threshold(reader, raw, "force", MODEL_VOXEL) ||
+        !check_threshold(reader, raw, "stretch", MODEL_SURFACE))
+        return false;
+    if (option_given(raw->tear, "stress") && option_given(raw->tear, "force"))
+        return option_fail(source, raw->tear, "tear has both stress and force: one of them");
+    if (!(tear.stress > 0.0) && !(tear.force > 0.0) && !(tear.stretch > 0.0))
+        return option_fail(source, raw->tear, "tear is empty: give it %s",
+                           raw->model == MODEL_VOXEL ? "stress or force" : "stretch");
+    if (!raw->cuttable)
+        return option_fail(source, raw->tear, "tear needs cuttable = true");
+    body->voxel.tear_stress = tear.stress;
+    body->voxel.tear_force = tear.force;
+    body->surface.tear_stretch = tear.stretch;
+    return true;
+}
+
+// What cuts may do to it.
+static bool read_cutting(const SceneReader *reader, const BodyGroup *raw, SceneBody *body)
+{
+    if (body->model == MODEL_VOXEL) {
+        body->voxel.cuttable = raw->cuttable;
+        body->voxel.split_budget = raw->split_budget;
+        body->voxel.vertex_capacity = reader->scene->node_capacity;
+        body->voxel.face_capacity = reader->scene->face_capacity;
+    } else {
+        body->surface.cuttable = raw->cuttable;
+    }
+    return read_tear(reader, raw, body);
 }
 
 static bool check_built(const SceneReader *reader, const BodyGroup *raw)
@@ -182,5 +253,6 @@ bool scene_read_body(const SceneReader *reader, const config_setting_t *group, S
         body->initial = scene_source_resolve(reader->folder, raw.initial);
     return (body->model == MODEL_VOXEL ? scene_read_voxel(reader, &raw, body)
                                        : scene_read_surface(reader, &raw, body)) &&
-           read_contact(reader, &raw, body) && read_fixed(reader, &raw, body);
+           read_cutting(reader, &raw, body) && read_contact(reader, &raw, body) &&
+           read_fixed(reader, &raw, body);
 }

@@ -15,7 +15,6 @@ enum {
 };
 
 // Why known keys of features that are not built in are refused.
-#define LATER_CUTTING  "cutting is not built into this version"
 #define LATER_IMPLICIT "implicit integration is not built into this version"
 
 #define POSITION_LIMIT 1e6 // [m] from the origin
@@ -31,14 +30,14 @@ enum {
 #define OPTION_TABLE(where, sentences, options) TITLED_TABLE(NULL, where, sentences, options)
 
 extern const OptionTable SCENE_TABLE, PUBLISH_TABLE, CAPACITY_TABLE;
-extern const OptionTable BODY_TABLE, CONTACT_TABLE, FIXED_TABLE, PLACE_TABLE;
+extern const OptionTable BODY_TABLE, TEAR_TABLE, CONTACT_TABLE, FIXED_TABLE, PLACE_TABLE;
 extern const OptionTable MESH_TABLE, MATERIAL_TABLE, SHAPE_TABLE, ADAPT_TABLE;
 extern const OptionTable VOXELS_TABLE, VOXEL_MATERIAL_TABLE, LABEL_MATERIAL_TABLE, SKIN_TABLE;
 extern const OptionTable TOOL_TABLE, CAPSULE_TABLE, PLANE_TABLE;
 extern const OptionTable LOAD_TABLE, ATTACHMENT_TABLE;
 
 // All of them, in the order of the reference.
-enum { SCENE_TABLE_COUNT = 20 };
+enum { SCENE_TABLE_COUNT = 21 };
 const OptionTable *scene_table(int index);
 
 typedef struct SceneReader {
@@ -56,6 +55,8 @@ typedef struct BodyGroup {
     bool unsafe_time_step;
     int levels;
     const config_setting_t *material, *contact, *fixed;
+    bool cuttable;
+    const config_setting_t *tear;
     // Surface.
     int start_level, adjust;
     double prestress;
@@ -63,9 +64,7 @@ typedef struct BodyGroup {
     // Voxel.
     int law, dimensions;
     const config_setting_t *voxels, *materials, *skin;
-    // Read, checked against their only value, and of no further use.
     int split_budget;
-    bool cuttable;
 } BodyGroup;
 
 // The keys that say where nodes are.

@@ -5,14 +5,13 @@
 
 typedef struct ToolGroup {
     int id, kind;
-    const config_setting_t *capsules, *plane;
+    const config_setting_t *capsules, *plane, *edge;
     double max_force, friction, grip_stiffness, grip_damping;
 } ToolGroup;
 
-enum { KIND_LATER = TOOL_KIND_COUNT };
 static const OptionWord KIND_WORDS[] = {{"probe", TOOL_PROBE, NULL},
                                         {"static", TOOL_STATIC, NULL},
-                                        {"blade", KIND_LATER, LATER_CUTTING},
+                                        {"blade", TOOL_BLADE, NULL},
                                         {"grasper", TOOL_GRASPER, NULL},
                                         {NULL, 0, NULL}};
 
@@ -21,13 +20,17 @@ static const Option TOOL_OPTIONS[] = {
     {"id", OPTION_INT, AT(id), "", 0.0, INT_MAX, .required = true,
      .about = "Number by which messages name the tool; unique."},
     {"kind", OPTION_WORD, AT(kind), "", .words = KIND_WORDS, .required = true,
-     .about = "Probe: moved by messages. Static: stands in the world. Grasper: moved by messages; "
-              "closing its jaws it takes hold of what lies in its capsules."},
+     .about =
+         "Probe: moved by messages. Static: stands in the world. Blade: moved by messages, cuts "
+         "along its edge. Grasper: moved by messages; when its jaws close it takes hold of what "
+         "lies in its capsules."},
     {"capsules", OPTION_LIST, AT(capsules), "",
-     .about = "Its shape: up to 8 groups, at least one for a probe."},
+     .about =
+         "Its shape: up to 8 groups, at least one for a probe; of a blade what pushes, its back."},
     {"plane", OPTION_GROUP, AT(plane), "", .about = "A half space; static tools only."},
     {"max_force", OPTION_REAL, AT(max_force), "N", 0.0, FORCE_LIMIT, .open = true, .preset = 3.3,
-     .about = "A probe pushed harder yields: the bodies and its user feel no more than this."},
+     .about =
+         "A tool pushed or pulled harder yields: the bodies and its user feel no more than this."},
     {"friction", OPTION_REAL, AT(friction), "", 0.0, 10.0, .preset_text = "the body's",
      .about = "Coefficient of friction between the tool and any body."},
     {"grip_stiffness", OPTION_REAL, AT(grip_stiffness), "", 0.0, 1e3, .open = true, .preset = 0.3,
@@ -35,7 +38,8 @@ static const Option TOOL_OPTIONS[] = {
               "shorter with it."},
     {"grip_damping_ratio", OPTION_REAL, AT(grip_damping), "", 0.0, 1e3, .preset = 0.5,
      .about = "Of a grasper's hold and the masses in it: 1 is critical."},
-    {"edge", OPTION_LATER, 0, "m", .later = LATER_CUTTING, .about = "The two ends of a blade."},
+    {"edge", OPTION_LIST, AT(edge), "m", .preset_text = "required of a blade",
+     .about = "The two ends of a blade's edge, in its frame: ([x, y, z], [x, y, z])."},
 };
 #undef AT
 const OptionTable TOOL_TABLE = OPTION_TABLE("tools", "One tool.", TOOL_OPTIONS);
@@ -77,6 +81,26 @@ static bool read_capsules(const SceneReader *reader, const config_setting_t *lis
     return true;
 }
 
+static bool read_edge(const SceneReader *reader, const config_setting_t *group,
+                      const config_setting_t *list, ToolOptions *tool)
+{
+    static const Option END = {"edge", OPTION_VECTOR, 0, "m", 0.0, POSITION_LIMIT, .about = ""};
+    const OptionSource *source = &reader->source;
+    if (tool->kind != TOOL_BLADE)
+        return list == NULL ||
+               option_fail(source, list, "edge means nothing for this tool, only for kind blade");
+    if (list == NULL)
+        return option_fail(source, group, "blade %d has no edge: ([x, y, z], [x, y, z])", tool->id);
+    if (option_length(list) != 2)
+        return option_fail(source, list, "edge must be two ends ([x, y, z], [x, y, z])");
+    for (int k = 0; k < 2; k++)
+        if (!option_read_vector(config_setting_get_elem(list, (unsigned)k), &END, source,
+                                &tool->edge[k]))
+            return false;
+    return vec3_length(vec3_sub(tool->edge[1], tool->edge[0])) > 1e-9 ||
+           option_fail(source, list, "edge has no length: its two ends are the same");
+}
+
 bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, ToolOptions *tool)
 {
     ToolGroup raw = {0};
@@ -97,19 +121,23 @@ bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, T
             return false;
         tool->plane.normal = vec3_unit(tool->plane.normal);
     }
-    bool probe = tool->kind != TOOL_STATIC;
-    if (probe && tool->has_plane)
+    bool probe = tool->kind == TOOL_PROBE, moved = tool->kind != TOOL_STATIC;
+    if (moved && tool->has_plane)
         return option_fail(source, raw.plane, "plane means nothing for a %s, only for kind static",
-                           tool->kind == TOOL_GRASPER ? "grasper" : "probe");
+                           probe                      ? "probe"
+                           : tool->kind == TOOL_BLADE ? "blade"
+                                                      : "grasper");
     static const char *const GRIP[] = {"grip_stiffness", "grip_damping_ratio"};
     for (int i = 0; i < 2; i++)
         if (tool->kind != TOOL_GRASPER && option_given(group, GRIP[i]))
             return option_fail(source, option_find(group, GRIP[i]),
                                "%s means something for a grasper only", GRIP[i]);
-    if (!probe && option_given(group, "max_force"))
+    if (!moved && option_given(group, "max_force"))
         return option_fail(source, option_find(group, "max_force"),
                            "max_force means nothing for a static tool: it never yields");
-    if (tool->capsule_count == 0 && !tool->has_plane)
+    if (!read_edge(reader, group, raw.edge, tool))
+        return false;
+    if (tool->kind != TOOL_BLADE && tool->capsule_count == 0 && !tool->has_plane)
         return option_fail(source, group, "tool %d has no shape: give it capsules%s", tool->id,
                            probe ? "" : " or a plane");
     return true;

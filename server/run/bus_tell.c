@@ -38,6 +38,8 @@ void bus_send_answer(Bus *bus, const Answer *answer)
                               .id = answer->id,
                               .ok = answer->ok,
                               .step = answer->step,
+                              .separated = answer->separated,
+                              .nodes_added = answer->nodes_added,
                               .pieces = answer->pieces,
                               .channel = channel,
                               .text = (char *)(uintptr_t)text};
@@ -75,7 +77,7 @@ static void fill_bodies(const Bus *bus, pliant_body_status_t *out)
                                         .nodes = from->nodes,
                                         .springs = from->springs,
                                         .elements = from->elements,
-                                        .pieces = mesh_pieces(&bus->body[i].mesh),
+                                        .pieces = from->pieces,
                                         .finest_level = from->finest_level,
                                         .time_step = from->time_step,
                                         .kinetic = from->measure.kinetic,

@@ -58,7 +58,7 @@ typedef struct EventOut {
 // What changes of body_status_t, as the step thread sees it.
 typedef struct BodyOut {
     BodyMeasure measure;
-    int topology, nodes, springs, elements, finest_level;
+    int topology, nodes, springs, elements, pieces, finest_level;
     double time_step, mass; // [s], [kg]
 } BodyOut;
 

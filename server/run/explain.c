@@ -8,7 +8,7 @@
 // Nodes that a body has.
 static int node_count(const Body *body)
 {
-    return body->ops->adapt != NULL ? body->mesh.node_count : body->state_capacity;
+    return body_changes(body) ? body->mesh.node_count : body->state_capacity;
 }
 
 // What tools meet.
@@ -52,11 +52,11 @@ static void print_nodes(const Body *body, const Outside *outside, FILE *out)
     if (body->spring_count > 0) {
         fprintf(out, "  nodes %d (%d fixed), springs %d, faces %d, pieces %d, mass %.6g kg\n",
                 node_count(body), outside->fixed, body->spring_count, body->mesh.triangle_count,
-                mesh_pieces(&body->mesh), body->mass);
+                body_count_pieces(&body->mesh), body->mass);
         return;
     }
     fprintf(out, "  nodes %d, elements %d, pieces %d, mass %.6g kg\n", node_count(body),
-            body->element_count, mesh_pieces(&body->mesh), body->mass);
+            body->element_count, body_count_pieces(&body->mesh), body->mass);
     fprintf(out, "  outside: nodes %d (%d fixed), faces %d; published: nodes %d, faces %d\n",
             outside->nodes, outside->fixed, body->surface.face_count, body->mesh.node_count,
             body->mesh.triangle_count);
@@ -128,6 +128,10 @@ static void print_tool(const ToolOptions *tool, FILE *out)
     if (tool->kind == TOOL_STATIC)
         fprintf(out, "tool %d: static, %d capsules%s\n", tool->id, tool->capsule_count,
                 tool->has_plane ? ", a plane" : "");
+    else if (tool->kind == TOOL_BLADE)
+        fprintf(out, "tool %d: blade, edge %.6g m, %d capsules, max_force %.6g N\n", tool->id,
+                vec3_length(vec3_sub(tool->edge[1], tool->edge[0])), tool->capsule_count,
+                tool->max_force);
     else
         fprintf(out, "tool %d: %s, %d capsules, max_force %.6g N\n", tool->id,
                 tool->kind == TOOL_GRASPER ? "grasper" : "probe", tool->capsule_count,
@@ -215,6 +219,7 @@ static void print_left_out(World *world, const Scene *scene, const ExchangeOptio
     // What no body has of what its model can have.
     bool surface = false, levels = false, adaptive = false;
     bool voxel = false, coarse = false, skin = false;
+    bool cuttable = false, tears = false;
     for (int i = 0; i < scene->body_count; i++) {
         const SceneBody *body = &scene->body[i];
         surface |= body->model == MODEL_SURFACE;
@@ -223,6 +228,9 @@ static void print_left_out(World *world, const Scene *scene, const ExchangeOptio
         voxel |= body->model == MODEL_VOXEL;
         coarse |= body->voxel.levels > 0;
         skin |= body->skin.file != NULL;
+        cuttable |= body->surface.cuttable || body->voxel.cuttable;
+        tears |= body->surface.tear_stretch > 0.0 || body->voxel.tear_stress > 0.0 ||
+                 body->voxel.tear_force > 0.0;
     }
     fprintf(out, "left out, and the key that switches it on:\n");
     if (surface && !levels)
@@ -235,6 +243,10 @@ static void print_left_out(World *world, const Scene *scene, const ExchangeOptio
         fprintf(out, "  display surface of voxel bodies: skin = { mesh = ... }\n");
     if (voxel && !publish->all_nodes)
         fprintf(out, "  inner vertices of voxel bodies in messages: publish.nodes = \"all\"\n");
+    if (!cuttable)
+        fprintf(out, "  cuts: cuttable = true\n");
+    if (!tears)
+        fprintf(out, "  tearing: tear = { ... }\n");
     if (sim_tool_count(world->sim) == 0)
         fprintf(out, "  contact: tools = ( ... )\n");
     bool graspers = false;

@@ -11,8 +11,9 @@ typedef struct Answer {
     int32_t command; // kind of a command, else 0
     int32_t sender, id;
     bool ok;
-    bool after_frame; // STEP: the nodes and contacts of the last tick go out first
-    int64_t step;     // ticks completed when it was executed
+    bool after_frame;               // STEP: the nodes and contacts of the last tick go out first
+    int64_t step;                   // ticks completed when it was executed
+    int32_t separated, nodes_added; // of a cut
     int32_t pieces;
     char text[INPUT_WHY_MAX];
 } Answer;

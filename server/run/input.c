@@ -450,6 +450,16 @@ ToolPose input_pose(const Input *input)
                       .grip = input->pose.grip};
 }
 
+CutOptions input_cut(const Input *input)
+{
+    CutOptions cut = {.body = input->index};
+    for (int k = 0; k < 2; k++) {
+        cut.before.end[k] = vec3_of(input->cut.before[k]);
+        cut.after.end[k] = vec3_of(input->cut.after[k]);
+    }
+    return cut;
+}
+
 LoadOptions input_load(const Input *input)
 {
     return (LoadOptions){.body = input->index,

@@ -85,6 +85,7 @@ size_t input_encode(const Input *input, void *data);
 
 // The values as the simulation takes them. Valid inputs only.
 ToolPose input_pose(const Input *input);
+CutOptions input_cut(const Input *input);
 LoadOptions input_load(const Input *input);
 
 #endif

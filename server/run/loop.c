@@ -98,13 +98,15 @@ static void push_contacts(Loop *loop)
     }
 }
 
-static void push_body(BodyOut *out, const Body *body)
+static void push_body(BodyOut *out, Sim *sim, int index)
 {
+    const Body *body = sim_body(sim, index);
     *out = (BodyOut){
         .topology = body->mesh.topology,
         .nodes = mesh_changes(body) ? mesh_live_nodes(&body->mesh) : body->state_capacity,
         .springs = body->spring_count,
         .elements = body->element_count > 0 ? body->element_count : body->surface.face_count,
+        .pieces = sim_pieces(sim, index),
         .finest_level = body->finest_level,
         .time_step = body->h,
         .mass = body->mass};
@@ -137,7 +139,7 @@ void loop_push_status(Loop *loop)
         loop->window_stage_ns[s] = ns;
     }
     for (int i = 0; i < loop->exchange->body_count; i++) {
-        push_body(&out->body[i], sim_body(sim, i));
+        push_body(&out->body[i], sim, i);
     }
     histogram_clear(&loop->step_window);
     histogram_clear(&loop->wake_window);
@@ -203,6 +205,7 @@ static void tick(Loop *loop, int64_t begin_ns)
     sim_add_stage_ns(sim, STAGE_INPUTS, taken_ns - begin_ns);
     sim_step(sim);
     loop->ticks++;
+    requests_tell(loop);
 
     // In lockstep only the last tick of a STEP is published, before its reply.
     int64_t stepped_ns = clock_now_ns();
@@ -335,7 +338,6 @@ void loop_init(Loop *loop, World *world, Exchange *exchange, const LoopOptions *
     loop->resets_seen = sim_resets(loop->sim);
     loop->recorded_step = -1;
     for (int i = 0; i < sim_body_count(loop->sim); i++) {
-        loop->pieces += mesh_pieces(&sim_body(loop->sim, i)->mesh);
         loop->governs |= sim_body(loop->sim, i)->ops->adapt != NULL;
     }
     governor_init(&loop->governor, options->rate_hz);

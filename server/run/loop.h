@@ -26,7 +26,6 @@ typedef struct Loop {
     Sim *sim;
     Exchange *exchange;
     int64_t duration_ticks, checkpoint_ticks;
-    int pieces;   // of all bodies
     int done_fd;  // written once when the loop ends
     bool governs; // some body adapts its level of detail
 

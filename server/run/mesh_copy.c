@@ -10,15 +10,6 @@ int mesh_live_nodes(const BodyMesh *mesh)
     return live;
 }
 
-int mesh_pieces(const BodyMesh *mesh)
-{
-    int last = -1;
-    for (int i = 0; i < mesh->node_count; i++)
-        if (mesh->id[i] >= 0 && mesh->piece[i] > last)
-            last = mesh->piece[i];
-    return last + 1;
-}
-
 // Bytes of all arrays of one node: id, origin, piece, two parents and the level; of a triangle.
 enum { NODE_INTS = 5, TRIANGLE_INTS = 3 };
 

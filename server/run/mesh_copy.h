@@ -17,7 +17,7 @@ typedef struct MeshCopy {
 // Whether other threads need a copy of this body's mesh.
 static inline bool mesh_changes(const Body *body)
 {
-    return body->ops->adapt != NULL;
+    return body_changes(body);
 }
 
 // Node slots that frames of this body may ever have.
@@ -26,9 +26,8 @@ static inline int mesh_most_nodes(const Body *body)
     return mesh_changes(body) ? body->mesh.node_capacity : body->mesh.node_count;
 }
 
-// Nodes alive: slots that are not free. Connected pieces of them.
+// Nodes alive: slots that are not free.
 int mesh_live_nodes(const BodyMesh *mesh);
-int mesh_pieces(const BodyMesh *mesh);
 
 // Bytes of a copy of the largest mesh, a multiple of 8.
 size_t mesh_copy_bytes(const BodyMesh *mesh);

@@ -71,16 +71,26 @@ static void read_ahead(Offline *run)
         run->end_step = input->end_step;
 }
 
+// What happened in the simulation itself.
+static void record_sim_events(Offline *run)
+{
+    SimEvent event;
+    while (sim_take_event(run->sim, &event))
+        record_event(run, event.body, event.kind, event.text);
+}
+
 // Changes the scene, or says why not.
 static void execute(Offline *run, const Input *input, const char *kind)
 {
-    char text[INPUT_WHY_MAX];
-    bool done = requests_execute(run->sim, input, text);
-    record_event(run, input->kind == INPUT_LOAD ? input->index : -1, done ? kind : "refused", text);
+    Answer answer = {0};
+    bool done = requests_execute(run->sim, input, &answer);
+    bool on_body = input->kind == INPUT_LOAD || input->kind == INPUT_CUT;
+    record_event(run, on_body ? input->index : -1, done ? kind : "refused", answer.text);
+    record_sim_events(run);
     if (done)
         return;
     gate_count(&run->gate, REFUSED_NOT_POSSIBLE);
-    log_line(LOG_WARNING, "step %lld: %s", (long long)sim_steps(run->sim), text);
+    log_line(LOG_WARNING, "step %lld: %s", (long long)sim_steps(run->sim), answer.text);
 }
 
 // Pacing means nothing off line; what STEP and RESUME say of poses does.
@@ -246,6 +256,7 @@ static bool run_ticks(Offline *run)
             return true;
         int64_t begin_ns = clock_now_ns();
         sim_step(run->sim);
+        record_sim_events(run);
         histogram_add(&run->result->step, clock_now_ns() - begin_ns);
         record_grasps(run);
         run->result->ticks++;

@@ -10,46 +10,61 @@
 
 // --- what a request does to the scene ---
 
-bool requests_execute(Sim *sim, const Input *input, char *text)
+static bool execute_cut(Sim *sim, const Input *input, Answer *answer)
 {
-    if (input->kind == INPUT_CUT) {
-        const char *name = input->index >= 0          ? sim_body(sim, input->index)->name
-                           : sim_body_count(sim) == 1 ? sim_body(sim, 0)->name
-                                                      : "";
-        if (name[0] != '\0')
-            snprintf(text, INPUT_WHY_MAX, "body '%s' is not cuttable", name);
-        else
-            snprintf(text, INPUT_WHY_MAX, "no body is cuttable");
+    CutOptions cut = input_cut(input);
+    CutOutcome outcome;
+    answer->ok = sim_apply_cut(sim, &cut, &outcome, answer->text, sizeof answer->text);
+    answer->separated = outcome.separated;
+    answer->nodes_added = outcome.nodes_added;
+    answer->pieces = outcome.pieces;
+    return answer->ok;
+}
+
+static bool execute_load(Sim *sim, const Input *input, Answer *answer)
+{
+    LoadOptions load = input_load(input);
+    if (!sim_apply_load(sim, &load, answer->text, sizeof answer->text))
+        return false;
+    snprintf(answer->text, sizeof answer->text, "load of (%g, %g, %g) N for %g s", load.force.x,
+             load.force.y, load.force.z, load.duration);
+    return true;
+}
+
+static bool execute_set(Sim *sim, const Input *input, Answer *answer)
+{
+    const double *value = input->command.set_value;
+    char *text = answer->text;
+    bool vector = input->command.set_count == 3;
+    if (vector && strcmp(input->text, "gravity") != 0) {
+        snprintf(text, INPUT_WHY_MAX, "%.80s wants one number", input->text);
         return false;
     }
-    if (input->kind == INPUT_LOAD) {
-        LoadOptions load = input_load(input);
-        if (!sim_apply_load(sim, &load, text, INPUT_WHY_MAX))
-            return false;
-        snprintf(text, INPUT_WHY_MAX, "load of (%g, %g, %g) N for %g s", load.force.x, load.force.y,
-                 load.force.z, load.duration);
-        return true;
-    }
-    if (input->command.kind == PLIANT_COMMAND_T_SET) {
-        const double *value = input->command.set_value;
-        bool vector = input->command.set_count == 3;
-        if (vector && strcmp(input->text, "gravity") != 0) {
-            snprintf(text, INPUT_WHY_MAX, "%.80s wants one number", input->text);
-            return false;
-        }
-        Vec3 gravity = {value[0], value[1], value[2]};
-        if (vector ? !sim_apply_gravity(sim, gravity, text, INPUT_WHY_MAX)
-                   : !sim_apply_set(sim, input->text, value[0], text, INPUT_WHY_MAX))
-            return false;
-        if (vector)
-            snprintf(text, INPUT_WHY_MAX, "gravity = (%g, %g, %g)", value[0], value[1], value[2]);
-        else
-            snprintf(text, INPUT_WHY_MAX, "%s = %g", input->text, value[0]);
-        return true;
-    }
-    sim_reset(sim);
-    snprintf(text, INPUT_WHY_MAX, "bodies returned to their start");
+    Vec3 gravity = {value[0], value[1], value[2]};
+    if (vector ? !sim_apply_gravity(sim, gravity, text, INPUT_WHY_MAX)
+               : !sim_apply_set(sim, input->text, value[0], text, INPUT_WHY_MAX))
+        return false;
+    if (vector)
+        snprintf(text, INPUT_WHY_MAX, "gravity = (%g, %g, %g)", value[0], value[1], value[2]);
+    else
+        snprintf(text, INPUT_WHY_MAX, "%s = %g", input->text, value[0]);
     return true;
+}
+
+bool requests_execute(Sim *sim, const Input *input, Answer *answer)
+{
+    if (input->kind == INPUT_CUT)
+        answer->ok = execute_cut(sim, input, answer);
+    else if (input->kind == INPUT_LOAD)
+        answer->ok = execute_load(sim, input, answer);
+    else if (input->command.kind == PLIANT_COMMAND_T_SET)
+        answer->ok = execute_set(sim, input, answer);
+    else {
+        sim_reset(sim);
+        snprintf(answer->text, sizeof answer->text, "bodies returned to their start");
+        answer->ok = true;
+    }
+    return answer->ok;
 }
 
 // --- out ---
@@ -77,18 +92,27 @@ void requests_event(Loop *loop, int body, const char *kind, const char *format, 
     loop->handed_over = true;
 }
 
+void requests_tell(Loop *loop)
+{
+    SimEvent event;
+    while (sim_take_event(loop->sim, &event))
+        requests_event(loop, event.body, event.kind, "%s", event.text);
+}
+
 static Answer answer_to(const Loop *loop, const Input *input)
 {
-    bool on_body = input->kind == INPUT_LOAD || input->kind == INPUT_CUT;
+    bool on_body = (input->kind == INPUT_LOAD || input->kind == INPUT_CUT) && input->index >= 0;
+    int pieces = 0;
+    for (int i = 0; i < sim_body_count(loop->sim); i++)
+        if (!on_body || i == input->index)
+            pieces += sim_pieces(loop->sim, i);
     return (Answer){.kind = input->kind,
                     .command = input->kind == INPUT_COMMAND ? input->command.kind : 0,
                     .sender = input->sender,
                     .id = input->id,
                     .ok = true,
                     .step = sim_steps(loop->sim),
-                    .pieces = on_body && input->index >= 0
-                                  ? mesh_pieces(&sim_body(loop->sim, input->index)->mesh)
-                                  : loop->pieces};
+                    .pieces = pieces};
 }
 
 // The answers' ring has room for every request that the bus lets wait.
@@ -107,9 +131,9 @@ static void set(Loop *loop, const char *key, double value)
                    .command = {.kind = PLIANT_COMMAND_T_SET, .set_value = {value}, .set_count = 1}};
     snprintf(input.text, sizeof input.text, "%s", key);
     requests_log(loop, &input);
-    char text[INPUT_WHY_MAX];
-    if (!requests_execute(loop->sim, &input, text))
-        requests_event(loop, -1, "governor", "%s", text);
+    Answer answer = {0};
+    if (!requests_execute(loop->sim, &input, &answer))
+        requests_event(loop, -1, "governor", "%s", answer.text);
 }
 
 void requests_govern(Loop *loop, int64_t tick_ns)
@@ -204,7 +228,7 @@ static bool command(Loop *loop, const Input *input, Answer *answer)
     case PLIANT_COMMAND_T_DESCRIBE:
         return true; // the bus knows the text
     default:
-        answer->ok = requests_execute(loop->sim, input, answer->text);
+        requests_execute(loop->sim, input, answer);
         if (answer->ok && input->command.kind == PLIANT_COMMAND_T_RESET)
             governor_restart(&loop->governor);
         if (answer->ok)
@@ -233,9 +257,10 @@ bool requests_take(Loop *loop)
         if (input->kind == INPUT_COMMAND) {
             answered = command(loop, input, &answer);
         } else {
-            answer.ok = requests_execute(loop->sim, input, answer.text);
-            if (answer.ok)
-                requests_event(loop, input->index, "load", "%s", answer.text);
+            if (requests_execute(loop->sim, input, &answer))
+                requests_event(loop, input->index, input->kind == INPUT_CUT ? "cut" : "load", "%s",
+                               answer.text);
+            requests_tell(loop);
         }
         if (loop->state != before)
             loop_push_status(loop);

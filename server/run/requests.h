@@ -26,8 +26,12 @@ void requests_release(Loop *loop);
 void requests_event(Loop *loop, int body, const char *kind, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 
-// A cut, load, RESET or SET on the scene, live or off line. False with a sentence in `text`
-// (INPUT_WHY_MAX bytes): nothing was changed; true with what was done.
-bool requests_execute(Sim *sim, const Input *input, char *text);
+// Tells the bus of what happened in the simulation itself: strokes, tears, pieces.
+void requests_tell(Loop *loop);
+
+// A cut, load, RESET or SET on the scene, live or off line. Sets `ok` and `text` of the answer, and
+// the counts of a cut; returns `ok`. False: nothing was changed, and `text` says why; else what was
+// done.
+bool requests_execute(Sim *sim, const Input *input, Answer *answer);
 
 #endif

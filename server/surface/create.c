@@ -334,12 +334,18 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *optio
     if (options->shape.wanted && options->shape.frame == SHAPE_BODY && !(frame_weight > 0.0))
         return status_fail(status, STATUS_INVALID,
                            "shape: frame \"body\" needs a stiffness above 0 to fit the frame with");
+    if (options->cuttable && options->levels > 0 && options->adjust == ADJUST_CHOI2005)
+        return status_fail(status, STATUS_INVALID,
+                           "cuttable needs adjust = \"continuum\", whose masses and springs belong "
+                           "to faces: a cut then keeps their sums");
 
     WingedMesh winged;
     winged_create(&winged, mesh);
     SpringNetwork network;
-    SurfaceOptions coarse = *options; // what a body that adapts is made from
-    coarse.start_level = options->adaptive ? 0 : options->start_level;
+    const bool changes = surface_changes(options);
+    SurfaceOptions coarse = *options; // what a body that changes is made from
+    coarse.start_level = changes ? 0 : options->start_level;
+    coarse.adjust = options->levels > 0 ? options->adjust : ADJUST_CONTINUUM;
     if (!network_create(&network, mesh, &winged, &coarse, status)) {
         winged_destroy(&winged);
         return false;
@@ -355,7 +361,7 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *optio
     model->basis.precision = options->precision;
     model->basis.displaced = options->precision == PRECISION_SINGLE;
     model->prestressed = options->prestress > 0.0;
-    model->team = mesh->node_count < SHARED_LEAST && !options->adaptive ? NULL : options->team;
+    model->team = mesh->node_count < SHARED_LEAST && !changes ? NULL : options->team;
     model->damping_time = network.damping_time;
     model->damped = network.damping_time > 0.0;
     *body = (Body){
@@ -376,7 +382,7 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *optio
         .unsafe_time_step = options->unsafe_time_step,
     };
     snprintf(body->name, sizeof body->name, "%s", name);
-    if (options->adaptive)
+    if (changes)
         detail_create(body, model, mesh, &winged, &network, options, arena, state);
     else
         create_dense(body, model, mesh, &winged, &network, options, arena, state);

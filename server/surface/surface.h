@@ -66,7 +66,8 @@ typedef struct SurfaceOptions {
     bool cuttable;                    // blades can cut it
     double tear_stretch;              // of a bond, at which it breaks; 0: it does not tear
     int node_capacity, face_capacity; // most that may be in use at a time; 0: what levels can give
-    const Levels *hierarchy;          // of the mesh, `levels` deep; NULL with levels = 0
+    const Levels *hierarchy;          // of the mesh, `levels` deep; NULL with levels = 0, unless
+                                      // the body is cuttable
     double prestress;                 // rest lengths shortened by this fraction, [0, 0.9]
     IntegratorKind integrator;
     Precision precision; // of the kernels: single is for speed, double is the reference
@@ -84,8 +85,14 @@ typedef struct SurfaceOptions {
     Team *team;            // shares the evaluation of forces; NULL: one thread; outlives the body
 } SurfaceOptions;
 
+// Whether faces of the body come and go: it is built from level 0 and keeps the hierarchy.
+static inline bool surface_changes(const SurfaceOptions *options)
+{
+    return options->adaptive || options->cuttable;
+}
+
 // Builds a body from a valid mesh (mesh_validate); with levels, from that of start_level
-// (levels_mesh), and the hierarchy is needed no longer afterwards. Initial rows are those of this
+// (levels_mesh), and the hierarchy is needed no longer afterwards; unless it changes. Initial rows are those of this
 // mesh. Allocates from `arena`, lists its state.
 // Warnings (a clamped damping) go to the log. False with `status`: what does not fit the options.
 bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *options, Arena *arena,

@@ -6,28 +6,11 @@
 
 #include <stdlib.h>
 
-enum { DIRECTIONS = 6 }; // -x, +x, -y, +y, -z, +z
+enum { DIRECTIONS = SQUARE_DIRECTIONS };
 
-// Corners of the face in each direction, counter-clockwise from outside, from the lowest corner on:
-// the diagonal from the first to the third, along which it is divided, joins the lowest corner with
-// the highest, so that two faces that lie on one another are divided alike.
-static const int SQUARE[DIRECTIONS][4] = {
+const int SQUARE_CORNER[DIRECTIONS][4] = {
     {0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6},
 };
-
-// The edge of a square between its corners k and k + 1 is edge k of triangle 2 q (k = 0, 1) or edge
-// k - 1 of triangle 2 q + 1 (k = 2, 3); the edges left over, 2 and 0, are the diagonal.
-enum { NEAR_DIAGONAL = 2, FAR_DIAGONAL = 0 };
-
-static int triangle_of(int square, int k)
-{
-    return 2 * square + k / 2;
-}
-
-static int edge_of(int k)
-{
-    return k < 2 ? k : k - 1;
-}
 
 // The element behind a face, or -1 if the face joins it to none.
 static int beyond(const Layout *layout, int element, int direction)
@@ -39,10 +22,9 @@ static int beyond(const Layout *layout, int element, int direction)
     return layout_leaf_at(layout, cell[0], cell[1], cell[2]);
 }
 
-// The direction in which edge k of a square lies from its middle.
-static int direction_of_edge(int direction, int k)
+int square_side(int direction, int k)
 {
-    int a = SQUARE[direction][k], b = SQUARE[direction][(k + 1) % 4];
+    int a = SQUARE_CORNER[direction][k], b = SQUARE_CORNER[direction][(k + 1) % 4];
     int axis = direction / 2;
     for (int d = 0; d < 3; d++)
         if (d != axis && (a >> d & 1) == (b >> d & 1))
@@ -57,7 +39,7 @@ static int direction_of_edge(int direction, int k)
 static int square_across(const Layout *layout, int (*square)[DIRECTIONS], int element,
                          int direction, int k)
 {
-    int side = direction_of_edge(direction, k);
+    int side = square_side(direction, k);
     const int turn[4] = {side, direction, side ^ 1, direction ^ 1};
     for (int t = 0; t < 4; t++) {
         int next = beyond(layout, element, turn[t]);
@@ -84,7 +66,7 @@ static void set_square(LatticeMesh *mesh, int square, int element, int direction
 {
     int corner[4];
     for (int k = 0; k < 4; k++)
-        corner[k] = mesh->vertex[element][SQUARE[direction][k]];
+        corner[k] = mesh->vertex[element][SQUARE_CORNER[direction][k]];
     for (int half = 0; half < 2; half++) {
         int *face = mesh->face[2 * square + half];
         face[0] = corner[0];
@@ -100,9 +82,9 @@ static void set_square(LatticeMesh *mesh, int square, int element, int direction
 static int half_with_edge(const LatticeMesh *mesh, int square, int a, int b)
 {
     for (int k = 0; k < 4; k++) {
-        const int *face = mesh->face[triangle_of(square, k)];
-        if (face[edge_of(k)] == a && face[(edge_of(k) + 1) % 3] == b)
-            return triangle_of(square, k);
+        const int *face = mesh->face[square_triangle(square, k)];
+        if (face[square_edge(k)] == a && face[(square_edge(k) + 1) % 3] == b)
+            return square_triangle(square, k);
     }
     ASSERT(false); // squares that meet around a solid corner share its vertices
     return -1;
@@ -129,9 +111,10 @@ void lattice_faces_create(LatticeMesh *mesh, const Layout *layout)
     for (int e = 0; e < fine_count; e++)
         for (int d = 0; d < DIRECTIONS; d++)
             for (int k = 0; k < 4 && square[e][d] >= 0; k++) {
-                int a = mesh->vertex[e][SQUARE[d][k]], b = mesh->vertex[e][SQUARE[d][(k + 1) % 4]];
+                int a = mesh->vertex[e][SQUARE_CORNER[d][k]],
+                    b = mesh->vertex[e][SQUARE_CORNER[d][(k + 1) % 4]];
                 int across = square_across(layout, square, e, d, k);
-                mesh->face_neighbor[triangle_of(square[e][d], k)][edge_of(k)] =
+                mesh->face_neighbor[square_triangle(square[e][d], k)][square_edge(k)] =
                     half_with_edge(mesh, across, b, a);
             }
     free(square);

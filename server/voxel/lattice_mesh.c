@@ -3,6 +3,7 @@
 
 #include "base/check.h"
 #include "voxel/lattice_faces.h"
+#include "voxel/point_parts.h"
 
 #include <limits.h>
 #include <stdlib.h>
@@ -13,53 +14,6 @@ static void *sized(size_t count, size_t size)
     void *memory = malloc((count + 1) * size);
     ASSERT(memory != NULL);
     return memory;
-}
-
-// --- one lattice point ---
-
-// The 12 faces in which the 8 cells around a lattice point (slots, x + 2 y + 4 z) meet: bit 4 d + i
-// of a set of faces is the i-th one normal to axis d, between slots POINT_FACE and that + 2^d.
-static const unsigned char POINT_FACE[12] = {0, 2, 4, 6, 0, 1, 4, 5, 0, 1, 2, 3};
-
-// Which of the leaves around a point hold together there.
-typedef struct PointParts {
-    signed char part[8]; // [slot] lowest slot of its part; -1: void
-    unsigned owns;       // bit s: part s has a vertex
-    unsigned outer;      // bit s: part s has a face there that leads to no other solid
-} PointParts;
-
-// Makes one part of those of two slots.
-static void join(signed char part[8], int a, int b)
-{
-    signed char low = part[a] < part[b] ? part[a] : part[b];
-    signed char high = part[a] < part[b] ? part[b] : part[a];
-    for (int s = 0; s < 8; s++)
-        if (part[s] == high)
-            part[s] = low;
-}
-
-// Slots hold leaves (-1: void), `corners` the slots whose leaf has the point as a corner, `broken`
-// the faces that do not join. Slots of one leaf hold together whatever is said of the faces between
-// them; a part owns a vertex when the point is a corner of one of its leaves.
-static PointParts parts_at_point(const int slot[8], unsigned corners, unsigned broken)
-{
-    PointParts parts = {.owns = 0};
-    for (int s = 0; s < 8; s++)
-        parts.part[s] = (signed char)(slot[s] < 0 ? -1 : s);
-    unsigned open = 0; // slots with a face that leads nowhere
-    for (int f = 0; f < 12; f++) {
-        int low = POINT_FACE[f], high = low + (1 << f / 4);
-        if (slot[low] >= 0 && slot[high] >= 0 && (slot[low] == slot[high] || !(broken >> f & 1)))
-            join(parts.part, low, high);
-        else
-            open |= 1u << low | 1u << high;
-    }
-    for (int s = 0; s < 8; s++)
-        if (parts.part[s] >= 0) {
-            parts.owns |= (corners >> s & 1) << parts.part[s];
-            parts.outer |= (open >> s & 1) << parts.part[s];
-        }
-    return parts;
 }
 
 // --- the sweep over all points ---
@@ -103,14 +57,14 @@ static void reserve(Sweep *sweep)
     ASSERT(mesh->point != NULL && mesh->id != NULL && sweep->outer != NULL);
 }
 
-static int add_vertex(Sweep *sweep, const int point[3], int further_slot, bool outer)
+static int add_vertex(Sweep *sweep, const int point[3], int rank, bool outer)
 {
     reserve(sweep);
     LatticeMesh *mesh = sweep->mesh;
     int v = mesh->vertex_count++, points = sweep->points[0] * sweep->points[1] * sweep->points[2];
     memcpy(mesh->point[v], point, sizeof mesh->point[v]);
-    mesh->id[v] = (point[2] * sweep->points[1] + point[1]) * sweep->points[0] + point[0] +
-                  points * further_slot;
+    mesh->id[v] =
+        (point[2] * sweep->points[1] + point[1]) * sweep->points[0] + point[0] + points * rank;
     sweep->outer[v] = outer;
     return v;
 }
@@ -134,16 +88,12 @@ static void visit_point(Sweep *sweep, const int point[3], const int slot[8])
     for (int s = 0; s < 8; s++)
         if (slot[s] >= 0 && (all & ((1 << sweep->layout->leaf[slot[s]].level) - 1)) == 0)
             corners |= 1u << s;
-    PointParts parts = parts_at_point(slot, corners, 0);
+    PointParts parts = point_parts(slot, corners, 0);
 
     int vertex[8];
-    bool first = true;
-    for (int s = 0; s < 8; s++) {
-        if (!(parts.owns >> s & 1))
-            continue;
-        vertex[s] = add_vertex(sweep, point, first ? 0 : s, parts.outer >> s & 1);
-        first = false;
-    }
+    for (int s = 0; s < 8; s++)
+        if (parts.owns >> s & 1)
+            vertex[s] = add_vertex(sweep, point, point_parts_rank(&parts, s), parts.outer >> s & 1);
     for (int s = 0; s < 8; s++) {
         int part = parts.part[s];
         if (part < 0)

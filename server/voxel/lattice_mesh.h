@@ -1,6 +1,6 @@
 // Who shares which vertex: elements joined at lattice points (voxel.md 5.2). A pure function of the
-// leaves (and, once bodies are cut, of the broken faces): around a lattice point the cells that
-// lead to one another through faces share one vertex, others have their own. A point in the middle
+// leaves (point_parts.h): around a lattice point the cells that lead to one another through faces
+// share one vertex, others have their own. A point in the middle
 // of an element's edge or face has a vertex there as soon as one of the elements around has a
 // corner there.
 #ifndef PLIANT_VOXEL_LATTICE_MESH_H

@@ -79,6 +79,12 @@ static void put_numbers(void *to, int stride, int at, int count, const Numbers *
         put_number(to, at, numbers->row[i / TABLE_ROW][i % TABLE_ROW], single);
 }
 
+void voxel_table_put(void *number, const Template *shape, VoxelLaw law, Precision precision)
+{
+    const Numbers numbers = numbers_of(shape, law);
+    put_numbers(number, 1, 0, shape->count, &numbers, precision == PRECISION_SINGLE);
+}
+
 // Rounded up so that tables begin on cache lines.
 static size_t numbers_in(const RestTable *table, bool mixed)
 {

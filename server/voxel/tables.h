@@ -10,4 +10,8 @@
 const RestTable *voxel_tables_create(const Batches *batches, VoxelLaw law, Precision precision,
                                      const char *name, Arena *arena);
 
+// The table of one template, not mixed: Real [TABLE_HEAD], then [shape->count][TABLE_ROW]. No
+// allocation: fit for the step thread.
+void voxel_table_put(void *number, const Template *shape, VoxelLaw law, Precision precision);
+
 #endif

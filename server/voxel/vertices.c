@@ -57,14 +57,15 @@ void vertices_create(Vertices *vertices, const VoxelOptions *options, const Vert
     const char *name = options->name;
     Rows *rows = &vertices->rows;
     rows->precision = options->precision;
-    rows->count = vertices->count + 1;
+    if (vertices->capacity == 0)
+        vertices->capacity = vertices->count;
     create_frame(vertices, name, fixed, arena, state);
-    const size_t count = (size_t)rows->count, real = rows_real_size(rows);
+    const size_t count = (size_t)vertices->capacity + 1, real = rows_real_size(rows);
     vertices->inverse_mass =
         arena_allocate(arena, ARENA_STEP, count, real, "%s/inverse mass", name);
+    vertices_set_count(vertices, vertices->count);
     for (int i = 0; i < vertices->count; i++)
-        if (!fixed[i])
-            rows_put(rows, vertices->inverse_mass, i, 1.0 / vertices->mass[i]);
+        vertices_put_mass(vertices, i, vertices->mass[i], fixed[i]);
     vertices->force = arena_allocate(arena, ARENA_STEP, 4 * count, real, "%s/forces", name);
     if (vertices->halved)
         vertices->more =
@@ -85,13 +86,27 @@ void vertices_create(Vertices *vertices, const VoxelOptions *options, const Vert
         create_loads(vertices, name, loadable_count, arena, state);
 }
 
+void vertices_put_mass(Vertices *vertices, int vertex, double mass, bool fixed)
+{
+    vertices->mass[vertex] = mass;
+    rows_put(&vertices->rows, vertices->inverse_mass, vertex, fixed ? 0.0 : 1.0 / mass);
+}
+
+// The spare row is among those in use where it follows them: so it was always, without room
+// between.
+void vertices_set_count(Vertices *vertices, int count)
+{
+    vertices->count = count;
+    vertices->rows.count = count == vertices->capacity ? count + 1 : count;
+}
+
 // ---------------------------------------------------------------------------------------------
 // A tick
 
 void vertices_drift(Vertices *vertices, double dt)
 {
     void *next = vertices->row[1 - vertices->current];
-    vertices->kernels->drift(vertices->present, next, vertices->count + 1, dt);
+    vertices->kernels->drift(vertices->present, next, vertices->rows.count, dt);
     vertices->present = next;
 }
 
@@ -165,6 +180,15 @@ static bool advance_all(const Vertices *vertices, const AdvancePass *pass)
     return !atomic_load_explicit(&shared.bad, memory_order_relaxed);
 }
 
+// Nothing else clears what the lanes without an element have added.
+static void forget_spare(const Vertices *vertices)
+{
+    const size_t bytes = 4 * rows_real_size(&vertices->rows);
+    memset((char *)vertices->force + (size_t)vertices->capacity * bytes, 0, bytes);
+    if (vertices->more != NULL)
+        memset((char *)vertices->more + (size_t)vertices->capacity * bytes, 0, bytes);
+}
+
 // The first kick of a tick writes the rows that are not current, so that the state before the tick
 // stays whole until the end; later ones stay there.
 void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gravity)
@@ -177,7 +201,7 @@ void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gra
         .force = vertices->force,
         .more = vertices->more,
         .inverse_mass = vertices->inverse_mass,
-        .vertex_count = vertices->count + 1,
+        .vertex_count = vertices->rows.count,
         .h = h,
         .advance = stage->advance,
         .gravity = {g.x, g.y, g.z},
@@ -185,6 +209,8 @@ void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gra
         .check = stage->last, // what went bad earlier in the tick is still bad
     };
     vertices->bad |= !advance_all(vertices, &pass);
+    if (vertices->count < vertices->capacity)
+        forget_spare(vertices);
     vertices->present = next;
 }
 
@@ -207,9 +233,10 @@ void vertices_restore(Vertices *vertices, bool to_start)
     for (long i = 0; i < rows->count; i++)
         for (int c = 4; c < ROW; c++)
             rows_put(rows, row, i * ROW + c, 0.0);
-    memset(vertices->force, 0, (size_t)rows->count * 4 * rows_real_size(rows));
+    const size_t bytes = ((size_t)vertices->capacity + 1) * 4 * rows_real_size(rows);
+    memset(vertices->force, 0, bytes);
     if (vertices->more != NULL)
-        memset(vertices->more, 0, (size_t)rows->count * 4 * rows_real_size(rows));
+        memset(vertices->more, 0, bytes);
     vertices->present = row;
 }
 

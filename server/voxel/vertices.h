@@ -17,12 +17,13 @@
 #include "voxel/voxel.h"
 
 typedef struct Vertices {
-    // --- constant after creation ---
-    int count;                   // without the spare one
-    Rows rows;                   // of count + 1
-    double *mass;                // [count] of every vertex, fixed ones too [kg]
-    void *inverse_mass;          // Real [count + 1] [1/kg]; 0: fixed
-    int *id;                     // [count]
+    // --- constant after creation, but for bodies that are cut ---
+    int count;                   // without the spare one; of bodies that are cut it grows
+    int capacity;                // row of the spare one; count, unless the body can be cut
+    Rows rows;                   // room for capacity + 1; its count is that of those in use
+    double *mass;                // [capacity] of every vertex, fixed ones too [kg]
+    void *inverse_mass;          // Real [capacity + 1] [1/kg]; 0: fixed
+    int *id;                     // [capacity]
     const VoxelKernels *kernels; // that advance them
     bool damped;                 // elements have damping
     double position_limit;       // [m] a displacement beyond it is a bad number
@@ -33,13 +34,13 @@ typedef struct Vertices {
     Team *team;  // shares the work; NULL: one thread
 
     // --- state: `current` says which of the two is the present one ---
-    void *row[2]; // Real [count + 1][ROW]
+    void *row[2]; // Real [capacity + 1][ROW]
     int current;
     BodyParameters *parameters;
 
     // --- within a tick ---
     const void *present; // rows to be evaluated next
-    void *force;         // Real [count + 1][4]; zero between evaluations
+    void *force;         // Real [capacity + 1][4]; zero between evaluations
     void *more;          // likewise; NULL unless halved
     bool bad;            // the tick's last rows were out of bounds
 
@@ -49,11 +50,17 @@ typedef struct Vertices {
     int loadable_count, loaded_count; // -1: to be listed anew
 } Vertices;
 
-// After count, rows.place and .rest_origin, .rest_turn, .longest_edge, mass and id: everything
-// else. `by_id` is the order of the initial state; `extent` [m] of the body at rest.
+// After count, capacity (0: count), rows.place and .rest_origin, .rest_turn, .longest_edge, mass
+// and id: everything else. `by_id` is the order of the initial state; `extent` [m] of the body at
+// rest.
 void vertices_create(Vertices *vertices, const VoxelOptions *options, const VertexId *by_id,
                      const bool *fixed, int loadable_count, double extent, Arena *arena,
                      StateList *state);
+
+// After the mass of a vertex has changed, or it came.
+void vertices_put_mass(Vertices *vertices, int vertex, double mass, bool fixed);
+// So many vertices are in use from now on.
+void vertices_set_count(Vertices *vertices, int count);
 
 // --- a tick: drift (leapfrog), then begin, elements' forces and advance for each substep, end ---
 void vertices_drift(Vertices *vertices, double dt);

@@ -103,10 +103,11 @@ static void replay_input(Sim *sim, const Input *input)
     unsigned char data[INPUT_WIRE_MAX];
     Input read;
     char text[INPUT_WHY_MAX];
+    Answer answer = {0};
     size_t size = input_encode(input, data);
     assert_int_equal(input_decode(INPUT_COMMAND, data, size, &read, text), ACCEPTED);
     assert_int_equal(input_validate(&read, sim, text), ACCEPTED);
-    assert_true(requests_execute(sim, &read, text));
+    assert_true(requests_execute(sim, &read, &answer));
 }
 
 static void replay(Rig *live, Rig *twin)

@@ -80,7 +80,8 @@ static void a_cut_is_answered_but_not_made(void **state)
     pliant_cut_t_publish(client->lcm, "PLIANT_CUT", &cut);
     wait_until(client, find_reply(client, cut.id) != NULL);
     assert_false(find_reply(client, cut.id)->ok);
-    assert_string_equal(find_reply(client, cut.id)->text, "body 'sphere' is not cuttable");
+    assert_string_equal(find_reply(client, cut.id)->text,
+                        "body 'sphere' is not cuttable (cuttable = true)");
     assert_string_equal(find_reply(client, cut.id)->channel, "PLIANT_CUT");
 }
 

@@ -15,6 +15,7 @@
 #define PLIANT_SURFACE_DETAIL_DETAIL_H
 
 #include "geometry/levels.h"
+#include "surface/detail/detail_cut.h"
 #include "surface/detail/detail_slots.h"
 #include "surface/level_rules.h"
 #include "surface/model.h"
@@ -25,11 +26,6 @@ enum { WINDOW_MOST = 1024, WINDOW_LEAST = 256 };
 enum { CREASE_SHARP = 2 }; // largest note in Detail.crease: that a leaf is to be divided
 
 typedef enum NodeStatus { NODE_OFF, NODE_FREE, NODE_HANGING } NodeStatus;
-
-// A leaf, or another face; and which of its corners a node is.
-typedef struct Leaf {
-    int level, face, corner;
-} Leaf;
 
 // The springs of a node: slots of the other ends, ascending.
 typedef struct NodeSprings {
@@ -88,7 +84,7 @@ typedef struct Detail {
     float (*rest_fold)[2]; // [edges of all levels] cosine and sine of the angle between the faces
     int *root_ring_start, *root_ring;         // faces of level 0 around each of its nodes
     bool *fixed;                              // [node_count]
-    int node_count, place_count;              // nodes and faces of the finest level
+    int node_count, place_count;              // nodes and faces of the finest level; with copies
     double modulus;                           // E2D [N/m]
     double shape_rate, shape_drag, node_drag; // by mass [1/s2], [1/s], [1/s]
     double edge_length;                       // mean of level 0 [m]
@@ -100,6 +96,7 @@ typedef struct Detail {
     int window_chunks; // chunks of a window: the last of the free nodes and the last of the hanging
                        // ones may both be short
     int spare_slot;    // + window: the rows of lanes without a node
+    DetailCut *cut;    // NULL: nothing can cut it
 
     // --- part of the state ---
     unsigned char *refined; // [faces above the finest level]
@@ -172,12 +169,22 @@ typedef struct Detail {
 bool detail_is_refined(const Detail *detail, int level, int face);
 bool detail_exists(const Detail *detail, int level, int face);
 bool detail_is_leaf(const Detail *detail, int level, int face);
+// The node of the uncut mesh that a node is, or is a copy of.
+int detail_original(const Detail *detail, int node);
+// A face's corners in the uncut mesh.
+const int *detail_uncut(const Detail *detail, int level, int face);
 // Leaves that have the node as a corner, in an order that depends on the hierarchy alone.
 int detail_leaves_around(const Detail *detail, int node, Leaf *leaf);
 // The midpoint of an edge when it is on, else -1.
 int detail_midpoint(const Detail *detail, int level, int edge);
 // What the bits say of the midpoint of an edge of `level`.
 NodeStatus detail_status_of_midpoint(const Detail *detail, int level, int edge);
+// Whether the edge between corners k and k + 1 of a leaf is.
+static inline bool detail_is_broken(const Detail *detail, int level, int face, int k)
+{
+    return detail->cut != NULL && level == detail->finest &&
+           (detail->cut->broken[face] >> k & 1) != 0;
+}
 // First of the places of a face.
 int detail_place(const Detail *detail, int level, int face);
 
@@ -198,6 +205,8 @@ void detail_set_place(SurfaceModel *model, int node);
 // The same for a node that hangs no longer: its displacement stays.
 void detail_release(SurfaceModel *model, int node);
 void detail_give_birth(SurfaceModel *model, int node);
+// A node that comes to be where another is, and moves as it does.
+void detail_copy_row(SurfaceModel *model, int node, int from);
 void detail_switch_off(SurfaceModel *model, int node);
 // Puts hanging rows in the middle of their masters.
 void detail_hang(const SurfaceModel *model, void *rows);
@@ -210,6 +219,8 @@ Vec3 detail_butterfly(const SurfaceModel *model, int level, int edge);
 // --- detail_change.c: refining and coarsening ---
 // Between the beginning and the end of a change faces are refined and coarsened.
 void detail_begin_change(SurfaceModel *model);
+// The springs or the mass of a node change: it is packed anew.
+void detail_mark(SurfaceModel *model, int node);
 // A leaf, after whatever balance asks for. False: it does not fit.
 bool detail_refine(SurfaceModel *model, int level, int face);
 // A refined face, whose four must be leaves: whether balance allows it; then do it.
@@ -247,6 +258,6 @@ void detail_rebuild(Body *body);
 void detail_publish(Body *body);
 
 // --- detail_body.c ---
-const BodyOps *detail_ops(void);
+const BodyOps *detail_ops(const SurfaceOptions *options);
 
 #endif

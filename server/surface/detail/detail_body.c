@@ -20,6 +20,13 @@ static bool detail_adapt(Body *body, int64_t step, double tick, TopologyChange *
     return true;
 }
 
+// Of a body that is refined by cuts alone: for others its topology changes all the same.
+static bool stay(Body *body, int64_t step, double tick, TopologyChange *change)
+{
+    (void)body, (void)step, (void)tick, (void)change;
+    return false;
+}
+
 static void drift(void *self, double dt)
 {
     SurfaceModel *model = self;
@@ -246,33 +253,37 @@ static void explain(const void *self, FILE *out)
     const SurfaceModel *model = self;
     const Detail *detail = model->detail;
     model_explain_kernel(model, out);
-    fprintf(
-        out,
-        "    levels: 0 to %d, %s; at most %d nodes, %d faces; faces checked %g times a second\n",
-        detail->finest,
-        detail->constrained ? "continuum rule, hanging nodes held by their masters"
-                            : "the paper's rule, hanging nodes free",
-        detail->slots->node.capacity, detail->slots->face.capacity, detail->options.adapt.check_hz);
+    fprintf(out, "    levels: 0 to %d, %s; at most %d nodes, %d faces; ", detail->finest,
+            detail->constrained ? "continuum rule, hanging nodes held by their masters"
+                                : "the paper's rule, hanging nodes free",
+            detail->slots->node.capacity, detail->slots->face.capacity);
+    if (detail->options.adaptive)
+        fprintf(out, "faces checked %g times a second\n", detail->options.adapt.check_hz);
+    else
+        fprintf(out, "refined by cuts alone\n");
+    if (detail->cut != NULL)
+        fprintf(out, "    cuttable: at most %d more nodes by cuts\n", detail->cut->copy_capacity);
 }
 
-const BodyOps *detail_ops(void)
+const BodyOps *detail_ops(const SurfaceOptions *options)
 {
-    static BodyOps ops;
-    ops = surface_ops;
-    ops.adapt = detail_adapt;
-    ops.restored = restored;
-    ops.check = check;
-    ops.drift = drift;
-    ops.evaluate = evaluate;
-    ops.reserve_forces = reserve_forces;
-    ops.add_forces = add_forces;
-    ops.add_load = add_load;
-    ops.look = look;
-    ops.snapshot = snapshot;
-    ops.read_state = read_state;
-    ops.measure = measure;
-    ops.is_fixed = is_fixed;
-    ops.set = set;
-    ops.explain = explain;
-    return &ops;
+    static BodyOps table[2][2][2];
+    BodyOps *ops = &table[options->adaptive][options->cuttable][options->tear_stretch > 0.0];
+    *ops = surface_ops;
+    ops->adapt = options->adaptive ? detail_adapt : stay;
+    ops->restored = restored;
+    ops->check = check;
+    ops->drift = drift;
+    ops->evaluate = evaluate;
+    ops->reserve_forces = reserve_forces;
+    ops->add_forces = add_forces;
+    ops->add_load = add_load;
+    ops->look = options->adaptive ? look : NULL;
+    ops->snapshot = snapshot;
+    ops->read_state = read_state;
+    ops->measure = measure;
+    ops->is_fixed = is_fixed;
+    ops->set = options->adaptive ? set : surface_ops.set;
+    ops->explain = explain;
+    return ops;
 }

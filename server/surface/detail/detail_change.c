@@ -4,7 +4,7 @@
 
 #include "base/check.h"
 
-static void mark(SurfaceModel *model, int node)
+void detail_mark(SurfaceModel *model, int node)
 {
     Detail *detail = model->detail;
     detail->stale_window[model->slot[node] / detail->width] = true;
@@ -12,8 +12,8 @@ static void mark(SurfaceModel *model, int node)
     if (detail->status[node] == NODE_HANGING) { // its mass and springs count for its masters
         int parent[2];
         levels_parents(&detail->levels, node, parent);
-        mark(model, parent[0]);
-        mark(model, parent[1]);
+        detail_mark(model, parent[0]);
+        detail_mark(model, parent[1]);
     }
 }
 
@@ -27,7 +27,7 @@ static void follow_place(SurfaceModel *model, int node, int depth)
     for (int i = 0; i < count; i++) {
         const Level *level = &detail->levels.level[leaf[i].level];
         for (int k = 0; k < 3; k++)
-            mark(model, level->face[leaf[i].face][k]);
+            detail_mark(model, level->face[leaf[i].face][k]);
         const int side[2] = {leaf[i].corner, (leaf[i].corner + 2) % 3};
         for (int s = 0; s < 2; s++) {
             int middle =
@@ -85,8 +85,8 @@ static void divide(SurfaceModel *model, int level, int face)
         touch_leaf_across(detail, level, edge, face);
     }
     for (int k = 0; k < 3; k++) {
-        mark(model, at->face[face][k]);
-        mark(model, at->node_count + at->face_edge[face][k]);
+        detail_mark(model, at->face[face][k]);
+        detail_mark(model, at->node_count + at->face_edge[face][k]);
     }
     detail_touch(detail, level, face);
     for (int k = 0; k < 4; k++)
@@ -118,6 +118,8 @@ bool detail_refine(SurfaceModel *model, int level, int face)
 
 bool detail_may_coarsen(const Detail *detail, int level, int face)
 {
+    if (detail->cut != NULL && detail->cut->locked[detail->face_base[level] + face] != 0)
+        return false;
     for (int k = 0; k < 4; k++)
         if (detail_is_refined(detail, level + 1, 4 * face + k))
             return false;
@@ -203,12 +205,12 @@ void detail_coarsen(SurfaceModel *model, int level, int face)
             follow_place(model, node, 0);
         }
         touch_leaf_across(detail, level, edge, face);
-        mark(model, at->face[face][k]);
+        detail_mark(model, at->face[face][k]);
     }
     for (int k = 0; k < 3; k++) {
         int node = at->node_count + at->face_edge[face][k];
         if (detail->status[node] != NODE_OFF)
-            mark(model, node);
+            detail_mark(model, node);
     }
     for (int i = 0; i < impulses; i++)
         detail_push(model, impulse[i].node, impulse[i].impulse);

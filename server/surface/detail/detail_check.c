@@ -78,6 +78,8 @@ static bool find_slots(const SlotTable *table, int *used)
 
 static bool is_on(const Detail *detail, int node)
 {
+    if (detail->cut != NULL && node >= detail->cut->base_count)
+        return node - detail->cut->base_count < *detail->cut->copies;
     int born = levels_of_node(&detail->levels, node);
     return born == 0 ||
            detail_status_of_midpoint(detail, born - 1,
@@ -124,6 +126,7 @@ static bool check_face_slots(const Detail *detail)
 
 bool detail_check(const Detail *detail)
 {
-    return check_bits(detail) && check_sweep(detail) && check_node_slots(detail) &&
+    return check_bits(detail) && check_sweep(detail) &&
+           (detail->cut == NULL || detail_cut_check(detail)) && check_node_slots(detail) &&
            check_face_slots(detail);
 }

@@ -89,6 +89,10 @@ static void order_slots(SurfaceModel *model, const RootKey *root, int root_count
                 }
             }
     }
+    for (int i = next; i < detail->node_count; i++) { // copies, if it can be cut
+        detail->of_slot[i] = i;
+        model->slot[i] = i;
+    }
 }
 
 // --- tables ---
@@ -97,6 +101,8 @@ static void order_slots(SurfaceModel *model, const RootKey *root, int root_count
 static int most_leaves(const Detail *detail, int node)
 {
     enum { AROUND_MIDPOINT = 6 };
+    if (detail->cut != NULL && node >= detail->cut->base_count)
+        return detail->cut->most_around;
     return node < detail->levels.level[0].node_count
                ? detail->root_ring_start[node + 1] - detail->root_ring_start[node]
                : AROUND_MIDPOINT;
@@ -214,8 +220,9 @@ static void create_slots(SurfaceModel *model, const TriMesh *mesh, const Surface
         origin[i] =
             mesh->copy_count == 0 ? id[i] : id[mesh_node_of_file(mesh, mesh_file_row(mesh, i))];
     const int capacity[2] = {options->node_capacity, options->face_capacity};
-    model->detail->slots = slots_create(name, &model->detail->levels, capacity, id, origin, piece,
-                                        mesh->file_node_count + mesh->copy_count, arena, state);
+    model->detail->slots =
+        slots_create(name, &model->detail->levels, capacity, id, origin, piece,
+                     mesh->file_node_count + mesh->copy_count, model->detail->cut, arena, state);
 }
 
 static void create_sets(SurfaceModel *model, const SurfaceOptions *options, Arena *arena,
@@ -295,7 +302,8 @@ static void set_statuses(SurfaceModel *model)
     for (int s = 0; s < model->basis.count; s++)
         model->node[s] = -1;
     memset(model->basis.place, 0, (size_t)model->basis.count * sizeof *model->basis.place);
-    for (int i = 0; i < detail->node_count; i++) { // parents have lower numbers
+    const int originals = detail->levels.level[detail->finest].node_count;
+    for (int i = 0; i < originals; i++) { // parents have lower numbers
         int born = levels_of_node(&detail->levels, i);
         detail->status[i] =
             (unsigned char)(born == 0 ? NODE_FREE
@@ -307,12 +315,22 @@ static void set_statuses(SurfaceModel *model)
         model->node[model->slot[i]] = i;
         detail_set_place(model, i);
     }
+    for (int i = originals; i < detail->node_count; i++) {
+        bool is_on = i - originals < *detail->cut->copies;
+        detail->status[i] = is_on ? NODE_FREE : NODE_OFF;
+        if (!is_on)
+            continue;
+        model->node[model->slot[i]] = i;
+        detail_set_place(model, i);
+    }
 }
 
 void detail_rebuild(Body *body)
 {
     SurfaceModel *model = body->model;
     Detail *detail = model->detail;
+    if (detail->cut != NULL)
+        detail_cut_rebuild(detail);
     set_statuses(model);
     for (int w = 0; w < detail->window_count; w++)
         detail->stale_window[w] = true;
@@ -357,7 +375,8 @@ static void create_rules(Detail *detail, const TriMesh *mesh, const SpringNetwor
     free(detail->rules.area);
     detail->rules.area = area;
     detail->fixed = ALLOCATE(ARENA_TOPOLOGY, detail->node_count, bool, "fixed nodes");
-    memcpy(detail->fixed, network->fixed, (size_t)detail->node_count * sizeof *detail->fixed);
+    memcpy(detail->fixed, network->fixed,
+           (size_t)detail->levels.level[detail->finest].node_count * sizeof *detail->fixed);
     // A sheet of equilateral faces with springs k has E2D = 2 k / sqrt(3) (surface.md).
     const SurfaceMaterial *material = &detail->options.material;
     detail->modulus = material->uniform ? material->spring_stiffness * 2.0 / sqrt(3.0)
@@ -378,7 +397,9 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     detail->levels = *options->hierarchy;
     detail->options.hierarchy = &detail->levels;
     detail->finest = detail->levels.finest;
-    detail->constrained = options->adjust == ADJUST_CONTINUUM;
+    if (detail->finest == 0)
+        detail->options.adjust = ADJUST_CONTINUUM;
+    detail->constrained = detail->options.adjust == ADJUST_CONTINUUM;
     const Level *finest = &detail->levels.level[detail->finest];
     detail->node_count = finest->node_count;
     detail->place_count = finest->face_count;
@@ -398,6 +419,10 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     }
     detail->edge_length = length / winged->edge_count;
     create_roots(detail, winged, name, arena);
+    if (options->cuttable) {
+        detail_cut_create(detail, options, arena, state);
+        detail->node_count += detail->cut->copy_capacity;
+    }
     create_rules(detail, mesh, network, name, arena);
 
     // Small bodies are packed whole, quickly enough.
@@ -428,7 +453,7 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     start_at_level(model, options->start_level);
 
     detail->is_sound = true;
-    body->ops = detail_ops();
+    body->ops = detail_ops(options);
     detail_rebuild(body);
     body->state_capacity = body->mesh.node_capacity;
     body->surface = (BodySurface){

@@ -87,7 +87,8 @@ void detail_set_place(SurfaceModel *model, int node)
     const Detail *detail = model->detail;
     Vec3 place = detail->status[node] == NODE_HANGING
                      ? middle_of_parents(model, node)
-                     : vec3_sub(detail->levels.position[node], model->basis.rest_origin);
+                     : vec3_sub(detail->levels.position[detail_original(detail, node)],
+                                model->basis.rest_origin);
     double *to = model->basis.place[model->slot[node]];
     to[0] = place.x, to[1] = place.y, to[2] = place.z;
 }
@@ -135,6 +136,14 @@ void detail_give_birth(SurfaceModel *model, int node)
             at = vec3_add(at, place);
         row[0] = at.x, row[1] = at.y, row[2] = at.z;
     }
+    put_row(model, node, row);
+}
+
+void detail_copy_row(SurfaceModel *model, int node, int from)
+{
+    double row[ROW];
+    for (int c = 0; c < ROW; c++)
+        row[c] = model_get(model, present_rows(model), (long)model->slot[from] * ROW + c);
     put_row(model, node, row);
 }
 

@@ -16,10 +16,23 @@ bool detail_is_leaf(const Detail *detail, int level, int face)
     return detail_exists(detail, level, face) && !detail_is_refined(detail, level, face);
 }
 
+int detail_original(const Detail *detail, int node)
+{
+    if (detail->cut == NULL || node < detail->cut->base_count)
+        return node;
+    return detail->cut->origin[node - detail->cut->base_count];
+}
+
+const int *detail_uncut(const Detail *detail, int level, int face)
+{
+    return detail->cut != NULL && level == detail->finest ? detail->cut->base[face]
+                                                          : detail->levels.level[level].face[face];
+}
+
 // Follows a face that exists down to the leaf at the node's corner: child k keeps corner k.
 static Leaf descend(const Detail *detail, int level, int face, int node)
 {
-    const int *corner = detail->levels.level[level].face[face];
+    const int *corner = detail_uncut(detail, level, face);
     int k = corner[0] == node ? 0 : corner[1] == node ? 1 : 2;
     while (detail_is_refined(detail, level, face)) {
         face = 4 * face + k;
@@ -28,7 +41,7 @@ static Leaf descend(const Detail *detail, int level, int face, int node)
     return (Leaf){level, face, k};
 }
 
-int detail_leaves_around(const Detail *detail, int node, Leaf *leaf)
+static int leaves_around_original(const Detail *detail, int node, Leaf *leaf)
 {
     const Levels *levels = &detail->levels;
     int count = 0, born = levels_of_node(levels, node);
@@ -51,6 +64,17 @@ int detail_leaves_around(const Detail *detail, int node, Leaf *leaf)
         leaf[count++] = descend(detail, born, 4 * face + 3, node);
     }
     return count;
+}
+
+int detail_leaves_around(const Detail *detail, int node, Leaf *leaf)
+{
+    int count = leaves_around_original(detail, detail_original(detail, node), leaf), kept = 0;
+    if (detail->cut == NULL)
+        return count;
+    for (int i = 0; i < count; i++) // of the copies of a node each has its own
+        if (detail->levels.level[leaf[i].level].face[leaf[i].face][leaf[i].corner] == node)
+            leaf[kept++] = leaf[i];
+    return kept;
 }
 
 int detail_midpoint(const Detail *detail, int level, int edge)

@@ -1,6 +1,7 @@
 #include "surface/detail/detail_slots.h"
 
 #include "base/check.h"
+#include "surface/detail/detail_cut.h"
 
 #include <string.h>
 
@@ -72,21 +73,22 @@ static void create_table(SlotTable *table, const char *name, const char *what, i
 
 MeshSlots *slots_create(const char *name, const Levels *levels, const int capacity[2],
                         const int *root_id, const int *root_origin, const int *root_piece,
-                        int first_id, Arena *arena, StateList *state)
+                        int first_id, const DetailCut *cut, Arena *arena, StateList *state)
 {
     MeshSlots *slots = ALLOCATE(1, MeshSlots, "mesh slots");
     const Level *finest = &levels->level[levels->finest];
-    int nodes =
-        capacity[0] > 0 && capacity[0] < finest->node_count ? capacity[0] : finest->node_count;
+    int most = finest->node_count + (cut != NULL ? cut->copy_capacity : 0);
+    int nodes = capacity[0] > 0 && capacity[0] < most ? capacity[0] : most;
     int faces =
         capacity[1] > 0 && capacity[1] < finest->face_count ? capacity[1] : finest->face_count;
-    create_table(&slots->node, name, "node", nodes, finest->node_count, arena, state);
+    create_table(&slots->node, name, "node", nodes, most, arena, state);
     create_table(&slots->face, name, "face", faces, finest->face_count, arena, state);
     slots->levels = levels;
     slots->root_id = root_id;
     slots->root_origin = root_origin;
     slots->root_piece = root_piece;
     slots->first_id = first_id;
+    slots->cut = cut;
     slots->triangle = ALLOCATE(faces, *slots->triangle, "triangles");
     slots->id = ALLOCATE(nodes, int, "node ids");
     slots->origin = ALLOCATE(nodes, int, "node origins");
@@ -116,20 +118,37 @@ static int id_of(const MeshSlots *slots, int node)
     return node < roots ? slots->root_id[node] : slots->first_id + node - roots;
 }
 
-static void describe_node(MeshSlots *slots, int slot)
+static int piece_of(const MeshSlots *slots, int node)
 {
-    int node = slots->node.thing[slot], parent[2], root = node;
-    slots->id[slot] = id_of(slots, node);
-    levels_parents(slots->levels, node, parent);
-    for (int k = 0; k < 2; k++)
-        slots->parent[slot][k] = id_of(slots, parent[k]);
-    slots->level[slot] = (signed char)levels_of_node(slots->levels, node);
-    slots->origin[slot] = slots->level[slot] == 0 ? slots->root_origin[node] : slots->id[slot];
+    if (slots->cut != NULL)
+        return slots->cut->node_piece[node];
+    int parent[2], root = node;
     while (levels_of_node(slots->levels, root) > 0) {
         levels_parents(slots->levels, root, parent);
         root = parent[0];
     }
-    slots->piece[slot] = slots->root_piece[root];
+    return slots->root_piece[root];
+}
+
+static void describe_node(MeshSlots *slots, int slot)
+{
+    int node = slots->node.thing[slot], first = node, parent[2];
+    slots->id[slot] = id_of(slots, node);
+    slots->piece[slot] = piece_of(slots, node);
+    if (slots->cut != NULL && node >= slots->cut->base_count)
+        first = slots->cut->origin[node - slots->cut->base_count];
+    levels_parents(slots->levels, first, parent);
+    for (int k = 0; k < 2; k++)
+        slots->parent[slot][k] = id_of(slots, first == node ? parent[k] : first);
+    slots->level[slot] = (signed char)levels_of_node(slots->levels, first);
+    slots->origin[slot] = slots->level[slot] == 0 ? slots->root_origin[first] : id_of(slots, first);
+}
+
+void slots_label(MeshSlots *slots)
+{
+    for (int s = 0; s < slots->node.high; s++)
+        if (slots->node.thing[s] >= 0)
+            slots->piece[s] = piece_of(slots, slots->node.thing[s]);
 }
 
 static void forget_node(MeshSlots *slots, int slot)

@@ -23,6 +23,7 @@ typedef struct MeshSlots {
     const Levels *levels;
     const int *root_id, *root_origin, *root_piece; // of the nodes of level 0
     int first_id;                                  // of the first midpoint
+    const struct DetailCut *cut;                   // NULL: there are no copies
     // by slot
     int (*triangle)[3];
     int *id, *origin, (*parent)[2], *piece;
@@ -30,10 +31,10 @@ typedef struct MeshSlots {
 } MeshSlots;
 
 // `capacity`: most nodes and faces, 0: as many as the finest level has. Root arrays are kept by
-// reference.
+// reference; so is `cut`, NULL for a body that cannot be cut.
 MeshSlots *slots_create(const char *name, const Levels *levels, const int capacity[2],
                         const int *root_id, const int *root_origin, const int *root_piece,
-                        int first_id, Arena *arena, StateList *state);
+                        int first_id, const struct DetailCut *cut, Arena *arena, StateList *state);
 // Whether one more face can be divided in this change; reserves what it takes.
 bool slots_reserve(MeshSlots *slots);
 void slots_take_node(MeshSlots *slots, int node);
@@ -41,6 +42,8 @@ void slots_free_node(MeshSlots *slots, int node);
 // Draws a face in its slot, a new one if it has none.
 void slots_put_face(MeshSlots *slots, int place, const int corner[3]);
 void slots_free_face(MeshSlots *slots, int place);
+// After a cut: the pieces of all nodes.
+void slots_label(MeshSlots *slots);
 // After the state was restored: everything but the triangles, which are put again.
 void slots_restore(MeshSlots *slots);
 void slots_describe(const MeshSlots *slots, int topology, BodyMesh *mesh);

@@ -120,7 +120,8 @@ static Verdict judge_curvature(SurfaceModel *model, int level, int face, const V
     for (int k = 0; k < 3; k++) {
         int edge = at->face_edge[face][k];
         int across = levels_beyond(at, edge, face);
-        if (across < 0 || !detail_is_leaf(detail, level, across))
+        if (across < 0 || !detail_is_leaf(detail, level, across) ||
+            detail_is_broken(detail, level, face, k))
             continue;
         int opposite = 0;
         while (at->face_edge[across][opposite] != edge)

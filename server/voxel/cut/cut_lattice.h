@@ -9,6 +9,11 @@
 // by level, within a level by window (an aligned block of WINDOW_EDGE elements a side), within a
 // window along a Z curve. So the eight children of an element follow one another.
 //
+// A broken face takes effect, and is open, once the cells on both sides are leaves: around a face
+// that still borders on a larger leaf everything holds together. So no large leaf ever has an open
+// face, outer and cut faces are squares of one size on both sides, and a vertex never loses its
+// last element.
+//
 // Vertices only ever come: they keep their row for life, and new ones take the next. A vertex's id
 // is a function of the bits: the index of its lattice point, x fastest, for the part with the
 // lowest solid slot there; + points * (lowest slot of its part) for others. Parts only ever become
@@ -37,8 +42,9 @@ typedef struct CutWindow {
     unsigned char level;
 } CutWindow;
 
-// A vertex that came: a copy of `origin` there, or (origin -1) in the middle of the nodes of
-// element `of` by the template's rule.
+// A vertex that came: a copy of `origin` at the same point, which is where its elements had their
+// vertex; or (origin -1) a new one in the middle of nodes of the divided element `of`
+// (cut_lattice_birth_parents).
 typedef struct CutBirth {
     int vertex, origin, of;
 } CutBirth;
@@ -49,8 +55,8 @@ typedef struct CutChanges {
     int element_count, birth_count, face_count;
     int *element;    // came, went, or has other vertices
     CutBirth *birth; // parents before children
-    int (*face)[2];  // {finest cell (element of level 0), axis}: newly broken, or with a side that
-                     // has newly become a leaf of level 0
+    int (*face)[2];  // {finest cell (element of level 0), axis}: newly broken, or broken and with a
+                     // side that has newly become a leaf of level 0
 } CutChanges;
 
 typedef struct CutLattice {
@@ -72,7 +78,7 @@ typedef struct CutLattice {
     unsigned char *divided; // [element_count]
     unsigned char *broken;  // [elements of level 0] bit d: its face towards +d
     int *vertex_id;         // [vertex_capacity] -1: not yet there
-    int64_t *vertex_count;
+    int64_t *vertex_count;  // see cut_lattice_used
 
     // --- follows from it ---
     int (*corner)[NODE_CORNERS]; // [elements of level 0] vertices; -1 unless it is a leaf
@@ -112,6 +118,28 @@ int cut_lattice_cell(const CutLattice *lattice, int i, int j, int k);
 int cut_lattice_leaf_of(const CutLattice *lattice, int cell);
 // The cell beyond a cell's face towards +axis; -1: void.
 int cut_lattice_beyond(const CutLattice *lattice, int cell, int axis);
+
+// Whether the face of a cell towards +axis is open: broken, and both cells are leaves.
+static inline bool cut_lattice_is_open(const CutLattice *lattice, int cell, int axis)
+{
+    if (!(lattice->broken[cell] >> axis & 1) || !cut_lattice_is_leaf(lattice, cell))
+        return false;
+    return cut_lattice_is_leaf(lattice, cut_lattice_beyond(lattice, cell, axis));
+}
+
+static inline int cut_lattice_used(const CutLattice *lattice) // vertices
+{
+    return (int)*lattice->vertex_count;
+}
+// Where a vertex is at rest, in cells.
+void cut_lattice_point(const CutLattice *lattice, int vertex, int point[3]);
+// The leaves around a lattice point by slot, x + 2 y + 4 z; -1: void.
+void cut_lattice_around(const CutLattice *lattice, const int point[3], int leaf[8]);
+// The node of a leaf that lies at a lattice point which touches it.
+int cut_lattice_node_at(const CutLattice *lattice, int leaf, const int point[3]);
+// The vertices of whose places and velocities a vertex that came is the mean: 1 (its origin), 2, 4
+// or 8; returns how many. Before the next call of cut_lattice_reconstruct.
+int cut_lattice_birth_parents(const CutLattice *lattice, const CutBirth *birth, int parent[8]);
 
 // Whether as many new broken faces are sure to fit.
 bool cut_lattice_has_room(const CutLattice *lattice, int faces);

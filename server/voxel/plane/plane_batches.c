@@ -1,9 +1,8 @@
-// Elements side by side for the kernel. Load time only.
+// Elements side by side for the kernel: room at load, then a pure function of model->form.
 #include "voxel/plane/plane_model.h"
 
 #include "base/check.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #define ALLOCATE(count, type, label)                                                               \
@@ -30,16 +29,18 @@ static void square_numbers(const PlaneForm *form, double number[SQUARE_NUMBERS])
 // The batches' order: squares by class, then other shapes, and squares that do not fill a batch of
 // their class, by their number of vertices; each in the order of elements, so that neighbours stay
 // near.
-typedef struct Place {
+typedef struct PlanePlace {
     int key, element;
 } Place;
 
-static int compare(const void *a, const void *b)
+// By ascending key below `keys`, otherwise in their order; room for as many in `to`.
+static void sort_places(const Place *from, Place *to, int count, int keys)
 {
-    const Place *x = a, *y = b;
-    if (x->key != y->key)
-        return x->key < y->key ? -1 : 1;
-    return (x->element > y->element) - (x->element < y->element);
+    int put = 0;
+    for (int key = 0; key < keys; key++)
+        for (int k = 0; k < count; k++)
+            if (from[k].key == key)
+                to[put++] = from[k];
 }
 
 static int find_class(double (*class)[SQUARE_NUMBERS], int *count, const PlaneForm *form)
@@ -95,8 +96,7 @@ static void put_lane(PlaneModel *model, int batch, int lane, int count, const Pl
     const int numbers = model->law == VOXEL_MIYAZAKI2004 ? NODE_PAPER_NUMBERS : NODE_NUMBERS;
     for (int i = 0; i < count; i++) {
         long row = batches->start[batch] + i;
-        batches->vertex[row * PLANE_LANES + lane] =
-            form != NULL ? form->vertex[i] : model->vertices.count;
+        batches->vertex[row * PLANE_LANES + lane] = form != NULL ? form->vertex[i] : model->spare;
         double number[NODE_NUMBERS] = {0.0};
         if (form != NULL)
             node_numbers(form, i, number);
@@ -117,13 +117,10 @@ static void put_lane(PlaneModel *model, int batch, int lane, int count, const Pl
                  ((long)batch * WHOLE_NUMBERS + k) * PLANE_LANES + lane, whole[k]);
 }
 
-static void create_squares(PlaneModel *model, const Place *place, int count, const char *name,
-                           Arena *arena)
+static void put_squares(PlaneModel *model, const Place *place, int count)
 {
     PlaneBatches *batches = &model->batches;
     batches->square_count = count / PLANE_LANES;
-    batches->square = ALLOCATE((size_t)count * 4, int, "squares");
-    batches->square_class = ALLOCATE(batches->square_count, int, "square classes");
     for (int at = 0; at < count; at++) {
         int b = at / PLANE_LANES, lane = at % PLANE_LANES;
         batches->square_class[b] = place[at].key;
@@ -133,19 +130,10 @@ static void create_squares(PlaneModel *model, const Place *place, int count, con
     }
 }
 
-static void create_others(PlaneModel *model, const Place *place, int count, int batches_most,
-                          int rows_most, const char *name, Arena *arena)
+static void put_others(PlaneModel *model, const Place *place, int count)
 {
     PlaneBatches *batches = &model->batches;
-    const size_t real = rows_real_size(&model->vertices.rows);
-    const int numbers = model->law == VOXEL_MIYAZAKI2004 ? NODE_PAPER_NUMBERS : NODE_NUMBERS;
-    batches->start = ALLOCATE(batches_most + 1, int, "element start");
-    batches->vertex = ALLOCATE((size_t)rows_most * PLANE_LANES, int, "elements");
-    batches->node = arena_allocate(arena, ARENA_STEP, (size_t)(rows_most * numbers) * PLANE_LANES,
-                                   real, "%s/element vertices", name);
-    batches->whole =
-        arena_allocate(arena, ARENA_STEP, (size_t)(batches_most * WHOLE_NUMBERS) * PLANE_LANES,
-                       real, "%s/element stiffness", name);
+    batches->other_count = 0;
     for (int at = 0; at < count;) {
         int b = batches->other_count++, length = run_length(place, count, at);
         int vertices = model->form[place[at].element].shape->count;
@@ -157,43 +145,64 @@ static void create_others(PlaneModel *model, const Place *place, int count, int 
     }
 }
 
-void plane_create_batches(PlaneModel *model, const char *name, Arena *arena)
+void plane_reserve_batches(PlaneModel *model, int elements, int classes, const char *name,
+                           Arena *arena)
 {
-    size_t elements = (size_t)model->element_count;
-    Place *square = malloc((elements + 1) * sizeof *square);
-    Place *other = malloc((elements + 1) * sizeof *other);
-    double(*class)[SQUARE_NUMBERS] = malloc((elements + 1) * sizeof *class);
-    ASSERT(square != NULL && other != NULL && class != NULL);
+    PlaneBatches *batches = &model->batches;
+    const size_t real = rows_real_size(&model->vertices.rows);
+    const int numbers = model->law == VOXEL_MIYAZAKI2004 ? NODE_PAPER_NUMBERS : NODE_NUMBERS;
+    // Each number of vertices may leave one batch partly filled.
+    const int most = elements / PLANE_LANES + PLANE_PLACES, rows = most * (PLANE_PLACES - 1);
+    batches->square = ALLOCATE((size_t)elements * 4, int, "squares");
+    batches->square_class = ALLOCATE(elements / PLANE_LANES, int, "square classes");
+    batches->class = arena_allocate(arena, ARENA_STEP, (size_t)classes * SQUARE_NUMBERS, real,
+                                    "%s/square numbers", name);
+    batches->start = ALLOCATE(most + 1, int, "element start");
+    batches->vertex = ALLOCATE((size_t)rows * PLANE_LANES, int, "elements");
+    batches->node = arena_allocate(arena, ARENA_STEP, (size_t)(rows * numbers) * PLANE_LANES, real,
+                                   "%s/element vertices", name);
+    batches->whole = arena_allocate(arena, ARENA_STEP, (size_t)(most * WHOLE_NUMBERS) * PLANE_LANES,
+                                    real, "%s/element stiffness", name);
+    model->sorting = (PlaneSorting){
+        .class_capacity = classes,
+        .class = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)classes,
+                                sizeof *model->sorting.class, "%s/classes of squares", name),
+    };
+    for (int k = 0; k < 4; k++)
+        model->sorting.place[k] = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)elements,
+                                                 sizeof(Place), "%s/order of elements %d", name, k);
+}
+
+void plane_fill_batches(PlaneModel *model)
+{
+    const PlaneSorting *work = &model->sorting;
+    Place *square = work->place[0], *other = work->place[1];
     int squares = 0, others = 0, classes = 0;
     for (int e = 0; e < model->element_count; e++) {
         const PlaneForm *form = &model->form[e];
         if (is_square(form))
-            square[squares++] = (Place){find_class(class, &classes, form), e};
+            square[squares++] = (Place){find_class(work->class, &classes, form), e};
         else
             other[others++] = (Place){form->shape->count, e};
     }
-    qsort(square, (size_t)squares, sizeof *square, compare);
+    ASSERT(classes <= work->class_capacity);
+    Place *sorted = work->place[2];
+    sort_places(square, sorted, squares, classes);
     int kept = 0;
     for (int at = 0, length; at < squares; at += length) {
-        length = run_length(square, squares, at);
+        length = run_length(sorted, squares, at);
         for (int k = 0; k < length; k++)
             if (length == PLANE_LANES)
-                square[kept++] = square[at + k];
+                square[kept++] = sorted[at + k];
             else
-                other[others++] = (Place){4, square[at + k].element};
+                other[others++] = (Place){4, sorted[at + k].element};
     }
-    qsort(other, (size_t)others, sizeof *other, compare);
-    create_squares(model, square, kept, name, arena);
-    // Each number of vertices may leave one batch partly filled.
-    int most = others / PLANE_LANES + PLANE_PLACES;
-    create_others(model, other, others, most, most * PLANE_PLACES, name, arena);
-    model->batches.class =
-        arena_allocate(arena, ARENA_STEP, (size_t)classes * SQUARE_NUMBERS,
-                       rows_real_size(&model->vertices.rows), "%s/square numbers", name);
+    put_squares(model, square, kept);
+    // Left over squares come behind the other shapes of four vertices.
+    Place *mixed = work->place[3];
+    sort_places(other, mixed, others, PLANE_PLACES + 1);
+    put_others(model, mixed, others);
     for (long k = 0; k < (long)classes * SQUARE_NUMBERS; k++)
         rows_put(&model->vertices.rows, model->batches.class, k,
-                 class[k / SQUARE_NUMBERS][k % SQUARE_NUMBERS]);
-    free(square);
-    free(other);
-    free(class);
+                 work->class[k / SQUARE_NUMBERS][k % SQUARE_NUMBERS]);
 }

@@ -18,12 +18,10 @@ static void plane_drift(void *self, double dt)
 }
 
 // Forces of all elements, then the vertices move.
-static void plane_evaluate(void *self, const Stage *stage, double h)
+void plane_evaluate_elements(PlaneModel *model, const Stage *stage, double h)
 {
-    PlaneModel *model = self;
     Vertices *vertices = &model->vertices;
     const BodyParameters *p = vertices->parameters;
-    vertices_begin(vertices);
     const PlanePass pass = {
         .batches = &model->batches,
         .law = model->law,
@@ -35,6 +33,13 @@ static void plane_evaluate(void *self, const Stage *stage, double h)
     };
     model->kernels->evaluate(&pass);
     vertices_advance(vertices, stage, h, (Vec3){p->gravity[0], p->gravity[1], 0.0});
+}
+
+static void plane_evaluate(void *self, const Stage *stage, double h)
+{
+    PlaneModel *model = self;
+    vertices_begin(&model->vertices);
+    plane_evaluate_elements(model, stage, h);
 }
 
 // ---------------------------------------------------------------------------------------------

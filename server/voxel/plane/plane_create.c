@@ -1,6 +1,6 @@
 // Makes a plane body from a lattice of one layer: elements, vertices, masses, batches. Load time
 // only.
-#include "voxel/plane/plane_model.h"
+#include "voxel/plane/plane_cut.h"
 
 #include "base/check.h"
 #include "voxel/vertex_ids.h"
@@ -11,102 +11,36 @@
 #define ALLOCATE(use, count, type, label)                                                          \
     (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
 
-enum { SHAPES = 16 * 512 }; // quarters and present places, as a key
-
 // What creation needs between its steps.
 typedef struct Making {
     const VoxelOptions *options;
     PlaneLayout layout;
     PlaneMesh mesh;
-    bool *fixed;           // [vertex_count]
-    VertexId *by_id;       // [vertex_count]
-    short *shape;          // [SHAPES] where in `shapes`, from 1; 0: it does not occur
-    PlaneShape *shapes;    // those that occur
-    double lambda;         // bound of M^-1 K [1/s2]
-    double damping_lambda; // of M^-1 C [1/s], a second of beta
+    bool *fixed;     // [vertex_count]
+    VertexId *by_id; // [vertex_count]
+    PlaneForms forms;
 } Making;
 
 // ---------------------------------------------------------------------------------------------
 // Elements
 
-static const VoxelMaterial *material_of(const Making *making, int element)
-{
-    return &making->options->material[making->layout.element[element].material - 1];
-}
-
-static double mass_of(const Making *making, const PlaneForm *form, int element)
-{
-    double thickness = making->options->lattice->size;
-    return material_of(making, element)->density * form->shape->extent * form->size * form->size *
-           thickness;
-}
-
-static int key_of(const Making *making, int element)
-{
-    return making->layout.element[element].quarters * 512 +
-           (int)plane_mesh_present(&making->mesh, element);
-}
-
-static void make_shapes(Making *making, const char *name, Arena *arena)
-{
-    short count = 0;
-    making->shape = calloc(SHAPES, sizeof *making->shape);
-    ASSERT(making->shape != NULL);
-    for (int e = 0; e < making->layout.element_count; e++)
-        if (making->shape[key_of(making, e)] == 0)
-            making->shape[key_of(making, e)] = ++count;
-    making->shapes = ALLOCATE(ARENA_TOPOLOGY, count, PlaneShape, "shapes of elements");
-    for (int key = 0; key < SHAPES; key++)
-        if (making->shape[key] != 0)
-            plane_shape_create(&making->shapes[making->shape[key] - 1], making->options->law,
-                               (unsigned)key / 512, (unsigned)key % 512);
-}
-
-// The shares of an element's mass are those of its stiffness, so that the largest eigenvalue of the
-// body is at most that of its worst element.
 static void make_forms(Making *making, PlaneModel *model, const char *name, Arena *arena)
 {
-    const VoxelOptions *options = making->options;
-    const double thickness = options->lattice->size;
-    // Eigenvalues for E = 1, once a shape and material.
-    double *seen = calloc((size_t)options->material_count * SHAPES, sizeof *seen);
-    ASSERT(seen != NULL);
+    plane_forms_create(&making->forms, making->options, &making->layout, &making->mesh, false,
+                       arena);
     model->form = ALLOCATE(ARENA_TOPOLOGY, model->element_count, PlaneForm, "forms of elements");
     for (int e = 0; e < model->element_count; e++) {
-        const PlaneElement *element = &making->layout.element[e];
-        const VoxelMaterial *material = material_of(making, e);
-        PlaneForm *form = &model->form[e];
-        form->shape = &making->shapes[making->shape[key_of(making, e)] - 1];
-        form->size = options->lattice->size * (double)(1 << element->level);
-        form->stiffness.law = options->law;
-        plane_stiffness(&form->stiffness, form->shape, material->youngs_modulus,
-                        material->poisson_ratio, thickness, 1.0);
-        for (int i = 0; i < form->shape->count; i++)
-            form->vertex[i] = making->mesh.vertex[e][form->shape->at[i]];
-        model->element_at_level[element->level]++;
-
-        double *unit = &seen[(element->material - 1) * SHAPES +
-                             (int)(form->shape->quarters * 512 + form->shape->present)];
-        const double scale = material->youngs_modulus * thickness;
-        if (*unit == 0.0)
-            *unit = plane_shape_eigenvalue(form->shape, &form->stiffness) / scale;
-        const double mass = mass_of(making, form, e);
-        making->lambda = fmax(making->lambda, *unit * scale / mass);
-        making->damping_lambda = fmax(making->damping_lambda, form->stiffness.damping / mass);
+        plane_form_set(&making->forms, &model->form[e], &making->layout.element[e],
+                       making->mesh.vertex[e]);
+        model->element_at_level[making->layout.element[e].level]++;
     }
-    free(seen);
-    // Damping is told in units of the critical step dt0 = 2 / omega.
-    const double beta = options->damping * 2.0 / sqrt(making->lambda);
-    making->damping_lambda *= beta;
-    for (int e = 0; e < model->element_count; e++)
-        model->form[e].stiffness.damping *= beta;
 }
 
 static void make_masses(const Making *making, PlaneModel *model, double *total)
 {
     for (int e = 0; e < model->element_count; e++) {
         const PlaneForm *form = &model->form[e];
-        const double mass = mass_of(making, form, e);
+        const double mass = plane_form_mass(&making->forms, form);
         *total += mass;
         for (int i = 0; i < form->shape->count; i++)
             model->vertices.mass[form->vertex[i]] += form->shape->share[i] * mass;
@@ -157,16 +91,17 @@ static void create_vertices(PlaneModel *model, const Making *making, const char 
     Vertices *vertices = &model->vertices;
     Rows *rows = &vertices->rows;
     const double middle[2] = {0.5 * lattice->count[0], 0.5 * lattice->count[1]};
+    const size_t most = (size_t)(vertices->capacity > 0 ? vertices->capacity : vertices->count);
     rows->rest_origin = lattice_point(lattice, middle[0], middle[1], 0.5);
     rows->rest_turn = quat_unit((Quat){lattice->turn.w, 0.0, 0.0, lattice->turn.z});
     rows->longest_edge = lattice->size;
-    rows->place = arena_allocate(arena, ARENA_STEP, (size_t)vertices->count + 1,
-                                 sizeof *rows->place, "%s/places", name);
+    rows->place =
+        arena_allocate(arena, ARENA_STEP, most + 1, sizeof *rows->place, "%s/places", name);
     for (int v = 0; v < vertices->count; v++)
         for (int d = 0; d < 2; d++)
             rows->place[v][d] = lattice->size * (making->mesh.point[v][d] - middle[d]);
     // A floating body is followed by its own fit in the plane: no rigid frame.
-    vertices_create(vertices, options, making->by_id, making->fixed, vertices->count,
+    vertices_create(vertices, options, making->by_id, making->fixed, (int)most,
                     lattice->size * (lattice->count[0] + lattice->count[1]), arena, state);
     for (long v = 0; v < vertices->count; v++) { // an initial state's out of the plane
         rows_put(rows, vertices->row[0], v * ROW + 2, 0.0);
@@ -212,6 +147,56 @@ static bool check_initial(const Making *making, Status *status)
     return true;
 }
 
+// What a body has that stays as it is.
+static void create_whole(PlaneModel *model, Body *body, Making *making, Arena *arena,
+                         StateList *state)
+{
+    const VoxelOptions *options = making->options;
+    const char *name = options->name;
+    Vertices *vertices = &model->vertices;
+    model->element_count = making->mesh.element_count;
+    vertices->mass = ALLOCATE(ARENA_TOPOLOGY, vertices->count, double, "vertex masses");
+    make_forms(making, model, name, arena);
+    make_masses(making, model, &body->mass);
+    create_vertices(model, making, name, arena, state);
+    model->spare = vertices->count;
+    plane_reserve_batches(model, model->element_count, model->element_count, name, arena);
+    plane_fill_batches(model);
+    plane_create_surface(model, body, &making->mesh, options, arena);
+    plane_create_mesh(model, body, &making->mesh, name, arena);
+    body->ops = &plane_ops;
+    body->state_capacity = vertices->count;
+}
+
+// What a body has that can be cut: room for what may come, filled as after any change.
+static void create_cuttable(PlaneModel *model, Body *body, Making *making, Arena *arena,
+                            StateList *state)
+{
+    const VoxelOptions *options = making->options;
+    const char *name = options->name;
+    plane_cut_create(model, options, making->fixed, arena, state);
+    PlaneCut *cut = model->cut;
+    making->forms = cut->forms;
+    Vertices *vertices = &model->vertices;
+    vertices->capacity = cut->vertex_capacity;
+    vertices->id = cut->id;
+    vertices->mass = ALLOCATE(ARENA_TOPOLOGY, vertices->capacity, double, "vertex masses");
+    const int elements = cut->room.sides / 8; // one over each cell at most
+    model->form = ALLOCATE(ARENA_TOPOLOGY, elements, PlaneForm, "forms of elements");
+    for (int v = 0; v < vertices->count; v++)
+        vertices->mass[v] = 1.0; // until all is made
+    create_vertices(model, making, name, arena, state);
+    model->spare = vertices->capacity;
+    plane_reserve_batches(model, elements, 2 * (cut->layout.levels + 1) * options->material_count,
+                          name, arena);
+    plane_cut_create_surface(model, body, options, arena);
+    plane_cut_make(model, body);
+    for (int v = 0; v < vertices->count; v++)
+        body->mass += vertices->mass[v];
+    body->ops = plane_cut_ops(cut);
+    body->state_capacity = vertices->capacity;
+}
+
 static void create_body(Body *body, Making *making, const PlaneKernels *kernels, Arena *arena,
                         StateList *state)
 {
@@ -220,37 +205,26 @@ static void create_body(Body *body, Making *making, const PlaneKernels *kernels,
     PlaneModel *model = ALLOCATE(ARENA_STEP, 1, PlaneModel, "model");
     model->kernels = kernels;
     model->law = options->law;
-    Vertices *vertices = &model->vertices;
-    vertices->kernels = voxel_kernels_find(options->precision, kernels->level);
-    vertices->count = making->mesh.vertex_count;
-    model->element_count = making->mesh.element_count;
     model->half = 0.5 * options->lattice->size;
-    vertices->mass = ALLOCATE(ARENA_TOPOLOGY, vertices->count, double, "vertex masses");
-    double mass = 0.0;
-    make_shapes(making, name, arena);
-    make_forms(making, model, name, arena);
-    make_masses(making, model, &mass);
-    create_vertices(model, making, name, arena, state);
-    plane_create_batches(model, name, arena);
+    model->vertices.kernels = voxel_kernels_find(options->precision, kernels->level);
+    model->vertices.count = making->mesh.vertex_count;
     *body = (Body){
-        .ops = &plane_ops,
         .model = model,
         .integrator = options->integrator,
-        .mass = mass,
-        .element_count = model->element_count,
-        .lambda = making->lambda,
-        .damping = making->damping_lambda,
-        .contact_lambda = making->lambda,
         .contact_ratio = options->contact_ratio,
         .contact_damping = options->contact_damping,
         .tuning = {.friction = options->friction, .stiffness_scale = 1.0, .damping_scale = 1.0},
         .time_step_wanted = options->time_step,
         .unsafe_time_step = options->unsafe_time_step,
-        .state_capacity = model->vertices.count,
     };
     snprintf(body->name, sizeof body->name, "%s", name);
-    plane_create_surface(model, body, &making->mesh, options, arena);
-    plane_create_mesh(model, body, &making->mesh, name, arena);
+    if (options->cuttable)
+        create_cuttable(model, body, making, arena, state);
+    else
+        create_whole(model, body, making, arena, state);
+    body->element_count = model->element_count;
+    body->lambda = body->contact_lambda = making->forms.lambda;
+    body->damping = making->forms.damping_lambda;
 }
 
 bool plane_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
@@ -273,6 +247,5 @@ bool plane_create(Body *body, const VoxelOptions *options, Arena *arena, StateLi
     plane_layout_destroy(&making.layout);
     free(making.fixed);
     free(making.by_id);
-    free(making.shape);
     return ok;
 }

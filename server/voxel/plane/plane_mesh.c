@@ -104,24 +104,25 @@ static int place_of(const PlaneElement *element, int i, int j)
     return x % size != 0 || y % size != 0 ? -1 : x / size + 3 * (y / size);
 }
 
-// Gives the vertices at a point to the elements around it; only counts them without `vertex`.
-static int place_point(PlaneMesh *mesh, const PlaneLayout *layout, const unsigned char *broken,
-                       int i, int j, int next)
+// Gives the vertices at a point to the elements around it.
+static void place_point(PlaneMesh *mesh, const PlaneLayout *layout, const unsigned char *broken,
+                        int i, int j)
 {
     PlanePoint point;
     plane_point(layout, broken, i, j, &point);
     const int points = (layout->lattice_count[0] + 1) * (layout->lattice_count[1] + 1);
     bool first = true;
     for (int c = 0; c < 4; c++) {
-        if (point.component[c] != c || !point.vertex[c])
+        if (point.component[c] != c)
             continue;
-        int vertex = next++, id = i + (layout->lattice_count[0] + 1) * j;
-        if (mesh->vertex == NULL)
+        const int id = i + (layout->lattice_count[0] + 1) * j + (first ? 0 : points * c);
+        first = false;
+        if (!point.vertex[c])
             continue;
+        int vertex = mesh->vertex_count++;
         mesh->point[vertex][0] = i;
         mesh->point[vertex][1] = j;
-        mesh->id[vertex] = first ? id : id + points * c;
-        first = false;
+        mesh->id[vertex] = id;
         for (int s = 0; s < 4; s++) {
             if (point.component[s] != c)
                 continue;
@@ -131,16 +132,14 @@ static int place_point(PlaneMesh *mesh, const PlaneLayout *layout, const unsigne
             mesh->vertex[point.element[s]][place] = vertex;
         }
     }
-    return next;
 }
 
-static int place_all(PlaneMesh *mesh, const PlaneLayout *layout, const unsigned char *broken)
+static void place_all(PlaneMesh *mesh, const PlaneLayout *layout, const unsigned char *broken)
 {
-    int next = 0;
+    mesh->vertex_count = 0;
     for (int j = 0; j <= layout->lattice_count[1]; j++)
         for (int i = 0; i <= layout->lattice_count[0]; i++)
-            next = place_point(mesh, layout, broken, i, j, next);
-    return next;
+            place_point(mesh, layout, broken, i, j);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -191,59 +190,63 @@ static void cut_ears(PlaneMesh *mesh, int element, Outline *outline)
     }
 }
 
-// A directed edge of an element's outline, under the lower of its ends.
-typedef struct Side {
-    int low, high;
+// A directed edge of an element's outline, in the list of the lower of its ends.
+typedef struct PlaneSide {
+    int high;
     bool forward; // from low to high
-} Side;
+    bool inner;   // another element has it the other way
+    int next;     // in the list, by ascending high; -1
+} PlaneSide;
 
-static int compare_sides(const void *a, const void *b)
+static void add_side(const PlaneRoom *room, int index, int from, int to)
 {
-    const Side *x = a, *y = b;
-    if (x->low != y->low)
-        return x->low < y->low ? -1 : 1;
-    return (x->high > y->high) - (x->high < y->high);
+    const int low = from < to ? from : to, high = from < to ? to : from;
+    PlaneSide *side = room->side;
+    int *link = &room->first_side[low];
+    while (*link >= 0 && side[*link].high < high)
+        link = &side[*link].next;
+    if (*link >= 0 && side[*link].high == high) {
+        ASSERT(side[*link].forward != (from < to) && !side[*link].inner);
+        side[*link].inner = true;
+        return;
+    }
+    side[index] = (PlaneSide){.high = high, .forward = from < to, .next = *link};
+    *link = index;
 }
 
 // Sides without an opposite one are the body's outline.
-static void list_outline(PlaneMesh *mesh, Side *side, int count)
+static void list_outline(PlaneMesh *mesh, const PlaneRoom *room)
 {
-    qsort(side, (size_t)count, sizeof *side, compare_sides);
-    for (int k = 0; k < count; k++) {
-        if (k + 1 < count && compare_sides(&side[k], &side[k + 1]) == 0) {
-            ASSERT(side[k].forward != side[k + 1].forward);
-            k++;
-            continue;
+    for (int low = 0; low < mesh->vertex_count; low++)
+        for (int s = room->first_side[low]; s >= 0; s = room->side[s].next) {
+            if (room->side[s].inner)
+                continue;
+            int *edge = mesh->edge[mesh->edge_count++];
+            edge[0] = room->side[s].forward ? low : room->side[s].high;
+            edge[1] = room->side[s].forward ? room->side[s].high : low;
         }
-        int *edge = mesh->edge[mesh->edge_count++];
-        edge[0] = side[k].forward ? side[k].low : side[k].high;
-        edge[1] = side[k].forward ? side[k].high : side[k].low;
-    }
 }
 
-static void make_faces(PlaneMesh *mesh, const PlaneLayout *layout)
+static void make_faces(PlaneMesh *mesh, const PlaneRoom *room, const PlaneLayout *layout)
 {
-    size_t most = (size_t)mesh->element_count * 8 + 1; // vertices on an outline
-    Side *side = malloc(most * sizeof *side);
-    mesh->triangle = malloc(most * sizeof *mesh->triangle);
-    mesh->edge = malloc(most * sizeof *mesh->edge);
-    ASSERT(side != NULL && mesh->triangle != NULL && mesh->edge != NULL);
+    mesh->triangle_count = mesh->edge_count = 0;
+    for (int v = 0; v < mesh->vertex_count; v++)
+        room->first_side[v] = -1;
     int sides = 0;
     for (int e = 0; e < mesh->element_count; e++) {
+        if (layout->element[e].quarters == 0)
+            continue;
         Outline outline = {0};
         int place[PLANE_PLACES], count = plane_outline(layout->element[e].quarters, place);
         for (int k = 0; k < count; k++)
             if (mesh->vertex[e][place[k]] >= 0)
                 outline.place[outline.count++] = place[k];
-        for (int k = 0; k < outline.count; k++) {
-            int a = mesh->vertex[e][outline.place[k]];
-            int b = mesh->vertex[e][outline.place[(k + 1) % outline.count]];
-            side[sides++] = a < b ? (Side){a, b, true} : (Side){b, a, false};
-        }
+        for (int k = 0; k < outline.count; k++)
+            add_side(room, sides++, mesh->vertex[e][outline.place[k]],
+                     mesh->vertex[e][outline.place[(k + 1) % outline.count]]);
         cut_ears(mesh, e, &outline);
     }
-    list_outline(mesh, side, sides);
-    free(side);
+    list_outline(mesh, room);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -271,26 +274,73 @@ static void number_pieces(PlaneMesh *mesh)
         piece[v] = piece[v] == v ? count++ : piece[piece[v]];
 }
 
+static void *take(Arena *arena, const char *name, const char *label, size_t count, size_t size)
+{
+    if (arena != NULL)
+        return arena_allocate(arena, ARENA_TOPOLOGY, count, size, "%s/%s", name, label);
+    void *memory = calloc(count + 1, size);
+    ASSERT(memory != NULL);
+    return memory;
+}
+
+// Elements lie side by side, each over at least one solid cell. A vertex is a component of the
+// cells around a point: at most one for each of their corners.
+static void most_of(PlaneRoom *room, const PlaneLayout *layout)
+{
+    int cells = 0;
+    long points = (layout->lattice_count[0] + 1L) * (layout->lattice_count[1] + 1L);
+    for (int e = 0; e < layout->element_count; e++) {
+        const PlaneElement *element = &layout->element[e];
+        for (int q = 0; q < 4; q++)
+            if (element->quarters >> q & 1)
+                cells += element->level == 0 ? (q == 0) : 1 << 2 * (element->level - 1);
+    }
+    *room = (PlaneRoom){.elements = layout->element_count,
+                        .vertices = 4 * (int)(points < cells ? points : cells),
+                        .sides = 8 * cells};
+}
+
+void plane_mesh_reserve(PlaneMesh *mesh, PlaneRoom *room, const PlaneLayout *layout,
+                        const char *name, Arena *arena)
+{
+    most_of(room, layout);
+    const size_t vertices = (size_t)room->vertices, sides = (size_t)room->sides;
+    *mesh = (PlaneMesh){.element_count = layout->element_count};
+    mesh->vertex =
+        take(arena, name, "vertices of elements", (size_t)room->elements, sizeof *mesh->vertex);
+    mesh->point = take(arena, name, "points of vertices", vertices, sizeof *mesh->point);
+    mesh->id = take(arena, name, "ids of vertices", vertices, sizeof *mesh->id);
+    mesh->piece = take(arena, name, "pieces of vertices", vertices, sizeof *mesh->piece);
+    mesh->triangle = take(arena, name, "triangles of elements", sides, sizeof *mesh->triangle);
+    mesh->edge = take(arena, name, "outline", sides, sizeof *mesh->edge);
+    room->side = take(arena, name, "sides of elements", sides, sizeof *room->side);
+    room->first_side = take(arena, name, "sides of vertices", vertices, sizeof *room->first_side);
+}
+
+void plane_mesh_fill(PlaneMesh *mesh, const PlaneRoom *room, const PlaneLayout *layout,
+                     const unsigned char *broken)
+{
+    for (int e = 0; e < mesh->element_count; e++)
+        for (int p = 0; p < PLANE_PLACES; p++)
+            mesh->vertex[e][p] = -1;
+    place_all(mesh, layout, broken);
+    make_faces(mesh, room, layout);
+    number_pieces(mesh);
+}
+
 bool plane_mesh_create(PlaneMesh *mesh, const PlaneLayout *layout, const unsigned char *broken,
                        Status *status)
 {
-    *mesh = (PlaneMesh){.element_count = layout->element_count};
     double points = (layout->lattice_count[0] + 1.0) * (layout->lattice_count[1] + 1.0);
+    *mesh = (PlaneMesh){0};
     if (4.0 * points > INT_MAX)
         return status_fail(status, STATUS_INVALID,
                            "a plane lattice with %.0f points has more than an id can tell", points);
-    size_t count = (size_t)place_all(mesh, layout, broken), elements = (size_t)mesh->element_count;
-    mesh->point = malloc((count + 1) * sizeof *mesh->point);
-    mesh->id = malloc((count + 1) * sizeof *mesh->id);
-    mesh->piece = malloc((count + 1) * sizeof *mesh->piece);
-    mesh->vertex = malloc((elements + 1) * sizeof *mesh->vertex);
-    ASSERT(mesh->point != NULL && mesh->id != NULL && mesh->piece != NULL && mesh->vertex != NULL);
-    for (size_t e = 0; e < elements; e++)
-        for (int p = 0; p < PLANE_PLACES; p++)
-            mesh->vertex[e][p] = -1;
-    mesh->vertex_count = place_all(mesh, layout, broken);
-    make_faces(mesh, layout);
-    number_pieces(mesh);
+    PlaneRoom room;
+    plane_mesh_reserve(mesh, &room, layout, "", NULL);
+    plane_mesh_fill(mesh, &room, layout, broken);
+    free(room.side);
+    free(room.first_side);
     return true;
 }
 

@@ -1,9 +1,10 @@
 // Which elements of a plane body share which vertex, and what is seen of it: triangles and outline.
 // A pure function of the elements and of the broken edges between cells (none until bodies are
-// cut), so that it can be made anew around a cut from these alone. Load time only.
+// cut), so that it can be made anew from these alone.
 #ifndef PLIANT_VOXEL_PLANE_MESH_H
 #define PLIANT_VOXEL_PLANE_MESH_H
 
+#include "base/arena.h"
 #include "base/status.h"
 #include "voxel/plane/plane_layout.h"
 #include "voxel/plane/plane_shape.h"
@@ -34,17 +35,31 @@ typedef struct PlaneMesh {
     int (*vertex)[PLANE_PLACES]; // [element] by place; -1: not there
     int vertex_count;
     int (*point)[2]; // [vertex] lattice point, in cells
-    int *id;         // [vertex] stable: i + (lattice_count[0] + 1) j; a further vertex at a point:
-                     // + points * its component's lowest slot, with all the lattice's points
-    int *piece;      // [vertex] parts that no edge joins, numbered by their lowest vertex
+    int *id;    // [vertex] stable: i + (lattice_count[0] + 1) j for the component with the lowest
+                // solid slot; others: + points * their lowest slot, with all the lattice's
+                // points. A part of a component that falls apart keeps the id if it holds
+                // that slot
+    int *piece; // [vertex] parts that no edge joins, numbered by their lowest vertex
     int triangle_count;
     int (*triangle)[3]; // counter-clockwise: facing +z; without T-junctions
     int edge_count;
     int (*edge)[2]; // outline: the body on the left from [0] to [1]
 } PlaneMesh;
 
-// Vertices are in the order of y, x of their point, then of their lowest slot. False: more points
-// than an id can tell.
+// Room for a mesh, whatever is carved and broken: the arrays of a PlaneMesh and some to work with.
+typedef struct PlaneRoom {
+    int elements, vertices, sides; // most of them
+    struct PlaneSide *side;        // [sides]
+    int *first_side;               // [vertices]
+} PlaneRoom;
+
+// Memory for the arrays of a mesh: calloc'ed, or of the arena unless that is NULL.
+void plane_mesh_reserve(PlaneMesh *mesh, PlaneRoom *room, const PlaneLayout *layout,
+                        const char *name, Arena *arena);
+// Vertices are in the order of y, x of their point, then of their lowest slot. Allocates nothing.
+void plane_mesh_fill(PlaneMesh *mesh, const PlaneRoom *room, const PlaneLayout *layout,
+                     const unsigned char *broken);
+// Both. False: more points than an id can tell.
 bool plane_mesh_create(PlaneMesh *mesh, const PlaneLayout *layout, const unsigned char *broken,
                        Status *status);
 void plane_mesh_destroy(PlaneMesh *mesh);

@@ -7,19 +7,29 @@
 #include "voxel/plane/plane_mesh.h"
 #include "voxel/vertices.h"
 
-// For the energy.
+// An element as the kernels and the energy want it.
 typedef struct PlaneForm {
     const PlaneShape *shape;
     PlaneStiffness stiffness;
     double size;              // [m]
+    int material;             // from 1
     int vertex[PLANE_PLACES]; // [shape->count]
 } PlaneForm;
+
+// What filling the batches works with.
+typedef struct PlaneSorting {
+    int class_capacity;
+    double (*class)[SQUARE_NUMBERS]; // [class_capacity]
+    struct PlanePlace *place[4];     // [elements] each
+} PlaneSorting;
 
 typedef struct PlaneModel {
     int element_count;
     int element_at_level[VOXEL_LEVELS_MAX + 1];
     PlaneForm *form; // [element_count]
     PlaneBatches batches;
+    PlaneSorting sorting;
+    int spare; // row of lanes without an element
     VoxelLaw law;
     const PlaneKernels *kernels;
 
@@ -30,12 +40,19 @@ typedef struct PlaneModel {
     int node_count;
     int *node_vertex; // [node_count]
     double half;      // half the thickness [m]
+
+    struct PlaneCut *cut; // of cuttable bodies, else NULL
 } PlaneModel;
 
 extern const BodyOps plane_ops;
+// plane_body.c. After the forces from outside.
+void plane_evaluate_elements(PlaneModel *model, const Stage *stage, double h);
 
-// plane_batches.c. Load time: the batches of model->form.
-void plane_create_batches(PlaneModel *model, const char *name, Arena *arena);
+// plane_batches.c. Load time: room for the batches of so many elements, of so many classes of
+// squares; then what is in model->form.
+void plane_reserve_batches(PlaneModel *model, int elements, int classes, const char *name,
+                           Arena *arena);
+void plane_fill_batches(PlaneModel *model);
 // plane_surface.c. Load time: what tools and loads meet, and what is published.
 void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh,
                           const VoxelOptions *options, Arena *arena);

@@ -1,0 +1,477 @@
+// Where blades and bodies meet in a tick: strokes, tearing, what is left to be refined, and what
+// of it all is worth telling. Step thread. No allocation but in cutting_create.
+#include "dynamics/sim_data.h"
+
+#include "base/check.h"
+
+#include <limits.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+// An end of a blade that goes farther in a tick was not moved by a hand: it begins a new stroke.
+#define BLADE_FASTEST 100.0 // [m/s]
+
+#define NEVER (INT64_MIN / 2) // a step long before the first
+
+// A sweep without length or area within rounding of millimetres is none [m], [m2].
+static const double NO_LENGTH = 1e-9;
+static const double NO_AREA = 1e-12;
+
+// ---------------------------------------------------------------------------------------------
+// Creation
+
+static int compare(const void *a, const void *b)
+{
+    int x = *(const int *)a, y = *(const int *)b;
+    return (x > y) - (x < y);
+}
+
+int body_count_pieces(const BodyMesh *mesh)
+{
+    size_t used = 0;
+    int *piece = malloc(((size_t)mesh->node_count + 1) * sizeof *piece);
+    ASSERT(piece != NULL);
+    for (int i = 0; i < mesh->node_count; i++)
+        if (mesh->id[i] >= 0)
+            piece[used++] = mesh->piece[i];
+    qsort(piece, used, sizeof *piece, compare);
+    int count = 0;
+    for (size_t i = 0; i < used; i++)
+        count += i == 0 || piece[i] != piece[i - 1];
+    free(piece);
+    return count;
+}
+
+void cutting_create(Sim *sim)
+{
+    for (int t = 0; t < sim->tool_count; t++)
+        if (sim->tool[t].kind == TOOL_BLADE)
+            sim->blade_tool[sim->blade_count++] = t;
+    int blades = sim->blade_count;
+    for (int b = 0; b < sim->body_count; b++) {
+        Body *body = &sim->body[b];
+        sim->pieces_at_load[b] = body->mesh.node_count > 0 ? body_count_pieces(&body->mesh) : 1;
+        if (body->ops->cut == NULL && body->ops->tear == NULL)
+            continue;
+        BodyCuts *cuts =
+            arena_allocate(sim->arena, ARENA_STEP, 1, sizeof *cuts, "%s/cuts", body->name);
+        cuts->pieces = sim->pieces_at_load[b];
+        cuts->told_step = cuts->refused_step = NEVER;
+        state_add(sim->state, cuts, sizeof *cuts, "%s/cuts", body->name);
+        sim->cuts[b] = cuts;
+        if (body->ops->cut == NULL || blades == 0)
+            continue;
+        sim->stroke[b] = arena_allocate(sim->arena, ARENA_STEP, (size_t)blades,
+                                        sizeof *sim->stroke[b], "%s/strokes", body->name);
+        state_add(sim->state, sim->stroke[b], (size_t)blades * sizeof *sim->stroke[b], "%s/strokes",
+                  body->name);
+        if (body->ops->reserve_blades != NULL)
+            body->ops->reserve_blades(body->model, blades, sim->arena, sim->state);
+    }
+}
+
+// Time begins anew when a scene has settled.
+void cutting_settled(Sim *sim)
+{
+    for (int b = 0; b < sim->body_count; b++)
+        if (sim->cuts[b] != NULL)
+            sim->cuts[b]->told_step = sim->cuts[b]->refused_step = NEVER;
+    sim->event_count = 0;
+}
+
+static bool edge_finite(const BladeEdge *edge)
+{
+    return vec3_finite(edge->end[0]) && vec3_finite(edge->end[1]);
+}
+
+// A step that has been, or NEVER.
+static bool was(const Sim *sim, int64_t step)
+{
+    return step == NEVER || (step >= 0 && step <= sim->clock->step);
+}
+
+bool cutting_check(const Sim *sim)
+{
+    for (int b = 0; b < sim->body_count; b++) {
+        const BodyCuts *cuts = sim->cuts[b];
+        if (cuts == NULL)
+            continue;
+        if (cuts->pieces < 0 || cuts->pieces > INT_MAX || cuts->torn < 0 || cuts->torn_nodes < 0 ||
+            !was(sim, cuts->told_step) || !was(sim, cuts->refused_step))
+            return false;
+        for (int k = 0; k < sim->blade_count && sim->stroke[b] != NULL; k++) {
+            const Stroke *stroke = &sim->stroke[b][k];
+            if ((stroke->cut.under_way != 0 && stroke->cut.under_way != 1) ||
+                stroke->cut.tries < 0 || stroke->cut.tries > INT_MAX ||
+                !edge_finite(&stroke->cut.edge) || stroke->separated < 0 || stroke->nodes_added < 0)
+                return false;
+        }
+    }
+    return true;
+}
+
+// ---------------------------------------------------------------------------------------------
+// What is worth telling
+
+// The newest do not fit when nobody takes them out.
+static void tell(Sim *sim, int body, const char *kind, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+static void tell(Sim *sim, int body, const char *kind, const char *format, ...)
+{
+    if (sim->event_count == SIM_EVENTS)
+        return;
+    SimEvent *event = &sim->event[(sim->event_first + sim->event_count++) % SIM_EVENTS];
+    *event = (SimEvent){.step = sim->clock->step, .body = body, .kind = kind};
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(event->text, sizeof event->text, format, arguments);
+    va_end(arguments);
+}
+
+bool sim_take_event(Sim *sim, SimEvent *event)
+{
+    if (sim->event_count == 0)
+        return false;
+    *event = sim->event[sim->event_first];
+    sim->event_first = (sim->event_first + 1) % SIM_EVENTS;
+    sim->event_count--;
+    return true;
+}
+
+static bool is_due(const Sim *sim, int64_t last, double seconds)
+{
+    return (double)(sim->clock->step - last) * sim->tick >= seconds;
+}
+
+static void note_pieces(Sim *sim, int b, int pieces)
+{
+    BodyCuts *cuts = sim->cuts[b];
+    if (pieces > cuts->pieces)
+        tell(sim, b, "piece", "body '%s' is in %d pieces now, %lld more", sim->body[b].name, pieces,
+             (long long)(pieces - cuts->pieces));
+    if (pieces > 0)
+        cuts->pieces = pieces;
+}
+
+// A stroke may be refused a thousand times a second.
+static void tell_refusal(Sim *sim, int b, int tool, const CutOutcome *outcome)
+{
+    BodyCuts *cuts = sim->cuts[b];
+    if (!is_due(sim, cuts->refused_step, 1.0))
+        return;
+    cuts->refused_step = sim->clock->step;
+    char why[SIM_EVENT_TEXT];
+    cut_describe(outcome, sim->body[b].name, why, sizeof why);
+    if (tool >= 0)
+        tell(sim, b, "cut_refused", "tool %d: %.140s", sim->tool[tool].id, why);
+    else
+        tell(sim, b, "cut_refused", "tearing: %.140s", why);
+}
+
+// ---------------------------------------------------------------------------------------------
+// One sweep
+
+// All of it, however often the body asks for more; whatever knows its nodes and faces follows. What
+// the calls did adds up, the verdict is the last one's, but for what was done before.
+static void add_outcome(CutOutcome *sum, const CutOutcome *one)
+{
+    CutVerdict verdict =
+        sum->verdict == CUT_DONE && sum->separated > 0 && !cut_refuses(one->verdict) ? CUT_DONE
+                                                                                     : one->verdict;
+    sum->verdict = verdict;
+    sum->separated += one->separated;
+    sum->nodes_added += one->nodes_added;
+    sum->needed = one->needed;
+    sum->room = one->room;
+    if (one->pieces == 0)
+        return; // not counted
+    sum->pieces = one->pieces;
+    sum->small_pieces = one->small_pieces;
+}
+
+static void sweep_body(Sim *sim, int b, const CutSweep *sweep, CutOutcome *outcome)
+{
+    Body *body = &sim->body[b];
+    TopologyChange change = {.again = true};
+    *outcome = (CutOutcome){.verdict = CUT_MET_NOTHING};
+    while (change.again) {
+        CutOutcome one = {.verdict = CUT_MET_NOTHING};
+        int topology = body->mesh.topology;
+        change = (TopologyChange){0};
+        sim_expect_change(sim, b);
+        bool changed = body->ops->cut(body, sweep, &one, &change);
+        body->mesh.topology = topology + changed;
+        add_outcome(outcome, &one);
+        if (!changed)
+            break;
+        sim_follow_change(sim, b, &change);
+    }
+    if (outcome->verdict == CUT_DONE)
+        note_pieces(sim, b, outcome->pieces);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Strokes
+
+// Where a blade's edge is when a tick begins: that is the time of the bodies' positions.
+static BladeEdge edge_now(const Sim *sim, int tool)
+{
+    Vec3 position;
+    Quat orientation;
+    const ToolMotion *motion = &sim->motion[tool];
+    double age = (double)(sim->clock->step - motion->pose_step) * sim->tick;
+    tool_motion_at(motion, age, &position, &orientation);
+    BladeEdge edge;
+    for (int k = 0; k < 2; k++)
+        edge.end[k] = vec3_add(position, quat_rotate(orientation, sim->tool[tool].edge[k]));
+    return edge;
+}
+
+static bool is_jump(const Sim *sim, const BladeEdge *from, const BladeEdge *to)
+{
+    for (int k = 0; k < 2; k++)
+        if (!(vec3_length(vec3_sub(to->end[k], from->end[k])) <= BLADE_FASTEST * sim->tick))
+            return true;
+    return false;
+}
+
+static void sweep_blade(Sim *sim, int b, int blade, CutPhase phase, BladeEdge to)
+{
+    Stroke *stroke = &sim->stroke[b][blade];
+    if (phase == CUT_BEGINS)
+        *stroke = (Stroke){.cut = {.under_way = 1, .edge = to}};
+    CutSweep sweep = {.phase = phase,
+                      .before = stroke->cut.edge,
+                      .after = to,
+                      .blade = blade,
+                      .stroke = &stroke->cut};
+    CutOutcome outcome;
+    sweep_body(sim, b, &sweep, &outcome);
+    stroke->cut.edge = to;
+    stroke->separated += outcome.separated;
+    stroke->nodes_added += outcome.nodes_added;
+    if (!cut_refuses(outcome.verdict))
+        return;
+    tell_refusal(sim, b, sim->blade_tool[blade], &outcome);
+    stroke->lifted = 1;
+}
+
+// The blade has left: the summary of the stroke.
+static void end_stroke(Sim *sim, int b, int blade)
+{
+    Stroke *stroke = &sim->stroke[b][blade];
+    sweep_blade(sim, b, blade, CUT_ENDS, stroke->cut.edge);
+    if (stroke->separated > 0) {
+        CutOutcome sum = {.verdict = CUT_DONE,
+                          .separated = stroke->separated,
+                          .nodes_added = stroke->nodes_added,
+                          .pieces = (int)sim->cuts[b]->pieces};
+        char text[SIM_EVENT_TEXT];
+        cut_describe(&sum, sim->body[b].name, text, sizeof text);
+        tell(sim, b, "cut", "tool %d, stroke ended: %.140s", sim->tool[sim->blade_tool[blade]].id,
+             text);
+    }
+    *stroke = (Stroke){0};
+}
+
+// One blade through one body, from where it was when the last tick began.
+static void stroke_body(Sim *sim, int b, int blade)
+{
+    const ToolMotion *motion = &sim->motion[sim->blade_tool[blade]];
+    Stroke *stroke = &sim->stroke[b][blade];
+    if (!motion->active) {
+        if (stroke->cut.under_way)
+            end_stroke(sim, b, blade);
+        return;
+    }
+    BladeEdge now = edge_now(sim, sim->blade_tool[blade]);
+    if (stroke->cut.under_way && (stroke->lifted || is_jump(sim, &stroke->cut.edge, &now)))
+        end_stroke(sim, b, blade);
+    sweep_blade(sim, b, blade, stroke->cut.under_way ? CUT_GOES_ON : CUT_BEGINS, now);
+}
+
+void cutting_lift(Sim *sim, int tool, int body)
+{
+    for (int b = 0; b < sim->body_count; b++)
+        for (int k = 0; k < sim->blade_count && sim->stroke[b] != NULL; k++)
+            if ((tool < 0 || sim->blade_tool[k] == tool) && (body < 0 || body == b))
+                sim->stroke[b][k].lifted |= sim->stroke[b][k].cut.under_way;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Tearing
+
+// What has torn is told a few times a second at most.
+static void tell_torn(Sim *sim, int b)
+{
+    enum { A_SECOND = 4 };
+    BodyCuts *cuts = sim->cuts[b];
+    if (cuts->torn == 0 || !is_due(sim, cuts->told_step, 1.0 / A_SECOND))
+        return;
+    tell(sim, b, "tear", "body '%s': %lld links torn, %lld nodes added, %lld pieces",
+         sim->body[b].name, (long long)cuts->torn, (long long)cuts->torn_nodes,
+         (long long)cuts->pieces);
+    cuts->torn = cuts->torn_nodes = 0;
+    cuts->told_step = sim->clock->step;
+}
+
+static void tear_body(Sim *sim, int b)
+{
+    Body *body = &sim->body[b];
+    BodyCuts *cuts = sim->cuts[b];
+    TopologyChange change = {.again = true};
+    while (change.again) {
+        CutOutcome outcome = {.verdict = CUT_MET_NOTHING};
+        int topology = body->mesh.topology;
+        change = (TopologyChange){0};
+        sim_expect_change(sim, b);
+        bool changed = body->ops->tear(body, sim->tick, &outcome, &change);
+        body->mesh.topology = topology + changed;
+        if (cut_refuses(outcome.verdict))
+            tell_refusal(sim, b, -1, &outcome);
+        if (!changed)
+            break;
+        sim_follow_change(sim, b, &change);
+        cuts->torn += outcome.separated;
+        cuts->torn_nodes += outcome.nodes_added;
+        if (outcome.verdict == CUT_DONE)
+            note_pieces(sim, b, outcome.pieces);
+    }
+    tell_torn(sim, b);
+}
+
+// ---------------------------------------------------------------------------------------------
+// The stages
+
+void cutting_stage(Sim *sim)
+{
+    for (int b = 0; b < sim->body_count; b++) {
+        for (int k = 0; k < sim->blade_count && sim->stroke[b] != NULL; k++)
+            stroke_body(sim, b, k);
+        if (sim->body[b].ops->tear != NULL)
+            tear_body(sim, b);
+    }
+}
+
+void reconstruct_stage(Sim *sim)
+{
+    for (int b = 0; b < sim->body_count; b++) {
+        Body *body = &sim->body[b];
+        TopologyChange change = {.again = body->ops->reconstruct != NULL};
+        while (change.again) {
+            int topology = body->mesh.topology;
+            change = (TopologyChange){0};
+            sim_expect_change(sim, b);
+            bool changed = body->ops->reconstruct(body, &change);
+            body->mesh.topology = topology + changed;
+            if (!changed)
+                break;
+            sim_follow_change(sim, b, &change);
+        }
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Commands
+
+int sim_pieces(const Sim *sim, int body)
+{
+    return sim->cuts[body] != NULL ? (int)sim->cuts[body]->pieces : sim->pieces_at_load[body];
+}
+
+static double edge_length(const BladeEdge *edge)
+{
+    return vec3_length(vec3_sub(edge->end[1], edge->end[0]));
+}
+
+// The two triangles between the edge before and after.
+static double swept_area(const BladeEdge *before, const BladeEdge *after)
+{
+    Vec3 a = before->end[0], b = before->end[1], a1 = after->end[0], b1 = after->end[1];
+    return 0.5 * (vec3_length(vec3_cross(vec3_sub(b, a), vec3_sub(a1, a))) +
+                  vec3_length(vec3_cross(vec3_sub(b1, b), vec3_sub(a1, b))));
+}
+
+// A sentence about sweeps that no body could be cut by; else NULL.
+static const char *find_fault(const CutOptions *cut)
+{
+    const BladeEdge *before = &cut->before, *after = &cut->after;
+    if (!edge_finite(before) || !edge_finite(after))
+        return "the sweep holds a number that is not finite";
+    if (edge_length(before) < NO_LENGTH && edge_length(after) < NO_LENGTH)
+        return "the blade has no length";
+    if (vec3_length(vec3_sub(after->end[0], before->end[0])) < NO_LENGTH &&
+        vec3_length(vec3_sub(after->end[1], before->end[1])) < NO_LENGTH)
+        return "the sweep does not move";
+    if (swept_area(before, after) < NO_AREA)
+        return "the sweep has no area: the blade moves along its own edge";
+    return NULL;
+}
+
+// The verdict that says most of several bodies: what was done, then what was refused, then what
+// was cut before.
+static int weight_of(CutVerdict verdict)
+{
+    return verdict == CUT_DONE ? 3 : cut_refuses(verdict) ? 2 : verdict == CUT_WAS_CUT ? 1 : 0;
+}
+
+// Several bodies in one sentence: those that were cut, and how many were refused.
+static void describe_sum(const CutOutcome *sum, int cut_bodies, int refused, char *why, size_t size)
+{
+    char more[80] = "";
+    if (refused > 0)
+        snprintf(more, sizeof more, "; %d other bod%s refused", refused,
+                 refused == 1 ? "y" : "ies");
+    snprintf(why, size, "%d bodies: %d links severed, %d nodes added, %d pieces%s", cut_bodies,
+             sum->separated, sum->nodes_added, sum->pieces, more);
+}
+
+bool sim_apply_cut(Sim *sim, const CutOptions *cut, CutOutcome *sum, char *why, size_t why_size)
+{
+    *sum = (CutOutcome){.verdict = CUT_MET_NOTHING};
+    const char *fault = find_fault(cut);
+    if (fault != NULL) {
+        snprintf(why, why_size, "%s", fault);
+        return false;
+    }
+    const CutSweep sweep = {
+        .phase = CUT_WHOLE, .before = cut->before, .after = cut->after, .blade = -1};
+    int asked = 0, done = 0, refused = 0, told = -1; // whom the sentence is about
+    CutOutcome most = *sum;
+    for (int b = 0; b < sim->body_count; b++) {
+        if ((cut->body >= 0 && cut->body != b) || sim->body[b].ops->cut == NULL)
+            continue;
+        CutOutcome outcome;
+        sweep_body(sim, b, &sweep, &outcome);
+        asked++;
+        done += outcome.verdict == CUT_DONE;
+        refused += cut_refuses(outcome.verdict);
+        sum->separated += outcome.separated;
+        sum->nodes_added += outcome.nodes_added;
+        sum->small_pieces += outcome.small_pieces;
+        if (told < 0 || weight_of(outcome.verdict) > weight_of(most.verdict)) {
+            most = outcome;
+            told = b;
+        }
+    }
+    for (int b = 0; b < sim->body_count; b++)
+        if (cut->body < 0 || cut->body == b)
+            sum->pieces += sim_pieces(sim, b);
+    sum->verdict = most.verdict;
+    sum->needed = most.needed;
+    sum->room = most.room;
+    if (asked == 0 && cut->body < 0 && sim->body_count > 1)
+        snprintf(why, why_size, "no body is cuttable (cuttable = true)");
+    else if (asked == 0)
+        snprintf(why, why_size, "body '%s' is not cuttable (cuttable = true)",
+                 sim->body[cut->body < 0 ? 0 : cut->body].name);
+    else if (done > 1)
+        describe_sum(sum, done, refused, why, why_size);
+    else if (asked > 1 && done + refused == 0 && most.verdict == CUT_MET_NOTHING)
+        snprintf(why, why_size, "the blade met no tissue");
+    else
+        cut_describe(&most, sim->body[told].name, why, why_size);
+    return done > 0;
+}

@@ -1,0 +1,102 @@
+#include "surface/cut/cut_smooth.h"
+
+#include "geometry/distance.h"
+
+#include <math.h>
+
+// Marks in CutFinder.odd while smoothing.
+enum { MARK_PATH = 1, MARK_LISTED = 2 };
+
+double cut_sweep_distance(const BladeEdge *edge, int edges, Vec3 point)
+{
+    double nearest = INFINITY;
+    for (int k = 0; k + 1 < edges; k++) {
+        const Vec3 *a = edge[k].end, *b = edge[k + 1].end;
+        const Vec3 first[3] = {a[0], a[1], b[0]}, second[3] = {a[1], b[1], b[0]};
+        ClosestPair pair;
+        distance_point_triangle(point, first, &pair);
+        nearest = pair.distance < nearest ? pair.distance : nearest;
+        distance_point_triangle(point, second, &pair);
+        nearest = pair.distance < nearest ? pair.distance : nearest;
+    }
+    return nearest;
+}
+
+// What the sides of a face would cost as parts of the path.
+static void weigh_sides(const CutFinder *finder, const CutTissue *tissue, const BladeEdge *edge,
+                        int edges, int face, double cost[3])
+{
+    Vec3 x[3];
+    double d[3];
+    for (int k = 0; k < 3; k++) {
+        x[k] = tissue->position[tissue->corner[face][k]];
+        d[k] = cut_sweep_distance(edge, edges, x[k]) / finder->h;
+    }
+    for (int k = 0; k < 3; k++) {
+        int next = (k + 1) % 3;
+        double away = d[k] + d[next];
+        cost[k] = vec3_length(vec3_sub(x[k], x[next])) * (1.0 + CUT_SMOOTH_WEIGHT * away * away);
+    }
+}
+
+// Whether the path gets better when the face changes sides.
+static bool gains(const CutFinder *finder, const CutTissue *tissue, const BladeEdge *edge,
+                  int edges, int face)
+{
+    const Level *level = finder->level;
+    bool on[3], open[3];
+    int count = 0;
+    for (int k = 0; k < 3; k++) {
+        int e = level->face_edge[face][k], beyond = levels_beyond(level, e, face);
+        open[k] = beyond < 0;
+        if (!open[k] && !finder->listed[beyond])
+            return false;
+        on[k] = !open[k] && (finder->odd[e] & MARK_PATH);
+        count += on[k];
+    }
+    if (count < 2)
+        return false;
+    double cost[3], now = 0.0, then = 0.0;
+    weigh_sides(finder, tissue, edge, edges, face, cost);
+    for (int k = 0; k < 3; k++) {
+        now += on[k] ? cost[k] : 0.0;
+        then += on[k] || open[k] ? 0.0 : cost[k];
+    }
+    return then < now;
+}
+
+static void change_sides(CutFinder *finder, int face)
+{
+    const Level *level = finder->level;
+    for (int k = 0; k < 3; k++) {
+        int e = level->face_edge[face][k];
+        if (levels_beyond(level, e, face) < 0)
+            continue;
+        if (!(finder->odd[e] & MARK_LISTED)) {
+            finder->odd[e] = MARK_LISTED;
+            finder->met_edge[finder->met++] = e;
+        }
+        finder->odd[e] ^= MARK_PATH;
+    }
+}
+
+CutVerdict cut_smooth(CutFinder *finder, const CutTissue *tissue, const BladeEdge *edge, int edges)
+{
+    for (int i = 0; i < tissue->face_count; i++)
+        finder->listed[tissue->face[i]] = 1;
+    for (int i = 0; i < finder->met; i++)
+        finder->odd[finder->met_edge[i]] = MARK_PATH | MARK_LISTED;
+    bool changed = true;
+    for (int pass = 0; changed && pass < CUT_SMOOTH_PASSES; pass++) {
+        changed = false;
+        for (int at = 0; at < finder->near_count; at++) {
+            if (!gains(finder, tissue, edge, edges, finder->near[at]))
+                continue;
+            change_sides(finder, finder->near[at]);
+            changed = true;
+        }
+    }
+    for (int i = 0; i < tissue->face_count; i++)
+        finder->listed[tissue->face[i]] = 0;
+    return cut_find_keep_odd(finder, tissue);
+}

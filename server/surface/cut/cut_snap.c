@@ -1,0 +1,276 @@
+#include "surface/cut/cut_snap.h"
+
+#include "geometry/distance.h"
+
+#include <math.h>
+
+// A blade that lies in the surface has no direction there: below this sine a vertex stays.
+#define LEAST_SLOPE 0.2
+
+// --- the faces around a vertex of the uncut mesh ---
+
+// A face, and which of its corners the vertex is.
+typedef struct Turn {
+    int face, corner;
+} Turn;
+
+static int corner_of(const Level *level, int face, int vertex)
+{
+    int k = 0;
+    while (level->face[face][k] != vertex)
+        k++;
+    return k;
+}
+
+// The next face counter-clockwise (way 1) or clockwise (way 0); face -1 beyond a border.
+static Turn turn_from(const Level *level, Turn from, int way)
+{
+    int vertex = level->face[from.face][from.corner];
+    int side = way ? (from.corner + 2) % 3 : from.corner;
+    int next = levels_beyond(level, level->face_edge[from.face][side], from.face);
+    return (Turn){next, next < 0 ? 0 : corner_of(level, next, vertex)};
+}
+
+// The first face of the fan clockwise, or `from` of a closed one.
+static Turn fan_start(const Level *level, Turn from, bool *closed)
+{
+    Turn at = from;
+    for (;;) {
+        Turn before = turn_from(level, at, 0);
+        *closed = before.face == from.face;
+        if (before.face < 0 || *closed)
+            return *closed ? from : at;
+        at = before;
+    }
+}
+
+// --- where to ---
+
+// The nearest point of the sweep, and the normal of the triangle that it is on.
+static Vec3 nearest_on_sweep(const BladeEdge *edge, int edges, Vec3 point, Vec3 *normal)
+{
+    double nearest = INFINITY;
+    Vec3 place = point;
+    *normal = vec3(0.0, 0.0, 0.0);
+    for (int k = 0; k + 1 < edges; k++) {
+        const Vec3 *a = edge[k].end, *b = edge[k + 1].end;
+        const Vec3 triangle[2][3] = {{a[0], a[1], b[0]}, {a[1], b[1], b[0]}};
+        for (int i = 0; i < 2; i++) {
+            const Vec3 *x = triangle[i];
+            ClosestPair pair;
+            distance_point_triangle(point, x, &pair);
+            if (!(pair.distance < nearest))
+                continue;
+            nearest = pair.distance;
+            place = pair.on_triangle;
+            *normal = vec3_unit(vec3_cross(vec3_sub(x[1], x[0]), vec3_sub(x[2], x[0])));
+        }
+    }
+    return place;
+}
+
+static Vec3 place_of(const CutTissue *tissue, Turn at, int ahead)
+{
+    return tissue->position[tissue->corner[at.face][(at.corner + ahead) % 3]];
+}
+
+// How far and where to a vertex should go in the deformed surface: along the blade's normal in the
+// surface; along the border at one. False: it stays.
+static bool way_to_blade(const CutSnapInput *input, Turn start, bool closed, Vec3 *way)
+{
+    const Level *level = input->finder->level;
+    const CutTissue *tissue = input->tissue;
+    Vec3 x = place_of(tissue, start, 0), normal;
+    Vec3 to = vec3_sub(nearest_on_sweep(input->edge, input->edges, x, &normal), x);
+    double distance = vec3_dot(to, normal);
+    // Beyond the end of the sweep the blade has no side.
+    Vec3 beside = vec3_madd(to, -distance, normal);
+    if (vec3_length(beside) > 0.25 * input->finder->h)
+        return false;
+    Vec3 area = vec3(0.0, 0.0, 0.0), first = place_of(tissue, start, 1), last = first;
+    Turn at = start;
+    do {
+        Vec3 a = vec3_sub(place_of(tissue, at, 1), x), b = vec3_sub(place_of(tissue, at, 2), x);
+        area = vec3_add(area, vec3_cross(a, b));
+        last = place_of(tissue, at, 2);
+        at = turn_from(level, at, 1);
+    } while (at.face >= 0 && at.face != start.face);
+    Vec3 direction;
+    if (closed) {
+        Vec3 up = vec3_unit(area);
+        direction = vec3_madd(normal, -vec3_dot(normal, up), up);
+    } else {
+        Vec3 along = vec3_unit(vec3_sub(last, first));
+        direction = vec3_scale(vec3_dot(normal, along), along);
+    }
+    double slope = vec3_length(direction);
+    if (!(slope > LEAST_SLOPE))
+        return false;
+    // `direction` is the normal without what leads out of the surface: its square is what a step
+    // along it comes nearer.
+    *way = vec3_scale(distance / (slope * slope), direction);
+    return true;
+}
+
+// --- the same way at rest ---
+
+static Vec3 rest_of(const CutSnapInput *input, const int *work, const CutSnap *moved, int vertex)
+{
+    Vec3 x = input->rest[vertex];
+    return work[vertex] > 0 ? vec3_add(x, moved[work[vertex] - 1].rest) : x;
+}
+
+// The shares of `way` along the edges a and b of a triangle; false: it has no area.
+static bool shares_of(Vec3 way, Vec3 a, Vec3 b, double share[2])
+{
+    double aa = vec3_dot(a, a), ab = vec3_dot(a, b), bb = vec3_dot(b, b);
+    double wa = vec3_dot(way, a), wb = vec3_dot(way, b), det = aa * bb - ab * ab;
+    if (!(det > 1e-12 * aa * bb))
+        return false;
+    share[0] = (wa * bb - wb * ab) / det;
+    share[1] = (wb * aa - wa * ab) / det;
+    return true;
+}
+
+// Takes the face into which the way leads, or that which comes nearest to it.
+static bool map_to_rest(const CutSnapInput *input, const int *work, const CutSnap *moved,
+                        Turn start, Vec3 way, Vec3 *out)
+{
+    const Level *level = input->finder->level;
+    bool found = false;
+    double best = 0.0;
+    Vec3 x = place_of(input->tissue, start, 0);
+    *out = vec3(0.0, 0.0, 0.0);
+    Turn at = start;
+    do {
+        const int *node = level->face[at.face];
+        int i = at.corner, j = (i + 1) % 3, k = (i + 2) % 3;
+        double share[2];
+        Vec3 a = vec3_sub(place_of(input->tissue, at, 1), x);
+        Vec3 b = vec3_sub(place_of(input->tissue, at, 2), x);
+        if (shares_of(way, a, b, share)) {
+            double inside = share[0] < share[1] ? share[0] : share[1];
+            if (!found || inside > best) {
+                found = true;
+                Vec3 rest = rest_of(input, work, moved, node[i]);
+                Vec3 ra = vec3_sub(rest_of(input, work, moved, node[j]), rest);
+                Vec3 rb = vec3_sub(rest_of(input, work, moved, node[k]), rest);
+                best = inside;
+                *out = vec3_add(vec3_scale(share[0], ra), vec3_scale(share[1], rb));
+            }
+        }
+        at = turn_from(level, at, 1);
+    } while (at.face >= 0 && at.face != start.face);
+    return found;
+}
+
+// --- the guard ---
+
+// Smallest angle of a triangle [rad].
+static double smallest_angle(const Vec3 x[3])
+{
+    double smallest = INFINITY;
+    for (int k = 0; k < 3; k++) {
+        Vec3 a = vec3_sub(x[(k + 1) % 3], x[k]), b = vec3_sub(x[(k + 2) % 3], x[k]);
+        double angle = atan2(vec3_length(vec3_cross(a, b)), vec3_dot(a, b));
+        smallest = angle < smallest ? angle : smallest;
+    }
+    return smallest;
+}
+
+static bool is_allowed(const CutSnapInput *input, const int *work, const CutSnap *moved, Turn start,
+                       Vec3 move)
+{
+    const Level *level = input->finder->level;
+    const double quarter = 0.78539816339744831; // 45 degrees
+    Turn at = start;
+    do {
+        const int *node = level->face[at.face];
+        Vec3 built[3], now[3];
+        for (int k = 0; k < 3; k++) {
+            built[k] = input->built[node[k]];
+            now[k] = rest_of(input, work, moved, node[k]);
+        }
+        now[at.corner] = vec3_add(now[at.corner], move);
+        double least = smallest_angle(built);
+        least = CUT_SNAP_GUARD * (least < quarter ? least : quarter);
+        // Nor may the face turn over.
+        Vec3 up = vec3_cross(vec3_sub(built[1], built[0]), vec3_sub(built[2], built[0]));
+        Vec3 area = vec3_cross(vec3_sub(now[1], now[0]), vec3_sub(now[2], now[0]));
+        if (smallest_angle(now) < least || !(vec3_dot(up, area) > 0.0))
+            return false;
+        at = turn_from(level, at, 1);
+    } while (at.face >= 0 && at.face != start.face);
+    return true;
+}
+
+// --- all of it ---
+
+// Whether all faces around are leaves, with whole links.
+static bool is_fresh(const CutSnapInput *input, Turn start)
+{
+    Turn at = start;
+    do {
+        if (!input->finder->listed[at.face])
+            return false;
+        int side = at.corner, before = (at.corner + 2) % 3;
+        if (input->tissue->broken[at.face] & (1 << side | 1 << before))
+            return false;
+        at = turn_from(input->finder->level, at, 1);
+    } while (at.face >= 0 && at.face != start.face);
+    return true;
+}
+
+// False: the vertex stays.
+static bool snap_vertex(const CutSnapInput *input, const int *work, const CutSnap *moved,
+                        Turn somewhere, CutSnap *snap)
+{
+    bool closed;
+    Turn start = fan_start(input->finder->level, somewhere, &closed);
+    Vec3 way, rest;
+    if (!is_fresh(input, start) || !way_to_blade(input, start, closed, &way) ||
+        !map_to_rest(input, work, moved, start, way, &rest))
+        return false;
+    double length = vec3_length(rest), most = CUT_SNAP_MOST * input->finder->h;
+    if (!(length > 0.0) || !isfinite(length))
+        return false;
+    double share = length > most ? most / length : 1.0;
+    for (int halved = 0; halved <= 2; halved++, share *= 0.5) {
+        if (!is_allowed(input, work, moved, start, vec3_scale(share, rest)))
+            continue;
+        snap->rest = vec3_scale(share, rest);
+        snap->move = vec3_scale(share, way);
+        return true;
+    }
+    return false;
+}
+
+int cut_snap(const CutSnapInput *input, int *work, CutSnap *moved)
+{
+    CutFinder *finder = input->finder;
+    const Level *level = finder->level;
+    int count = 0;
+    for (int i = 0; i < input->tissue->face_count; i++)
+        finder->listed[input->tissue->face[i]] = 1;
+    for (int i = 0; i < finder->count; i++) {
+        int e = finder->edge[i], face = level->edge_face[e][0];
+        for (int end = 0; end < 2; end++) {
+            int vertex = level->edge[e][end];
+            if (work[vertex] != 0 || (input->fixed && input->fixed[vertex]))
+                continue;
+            Turn at = {face, corner_of(level, face, vertex)};
+            CutSnap snap = {.vertex = vertex};
+            work[vertex] = -1;
+            if (!snap_vertex(input, work, moved, at, &snap))
+                continue;
+            moved[count++] = snap;
+            work[vertex] = count;
+        }
+    }
+    for (int i = 0; i < finder->count; i++)
+        for (int end = 0; end < 2; end++)
+            work[level->edge[finder->edge[i]][end]] = 0;
+    for (int i = 0; i < input->tissue->face_count; i++)
+        finder->listed[input->tissue->face[i]] = 0;
+    return count;
+}

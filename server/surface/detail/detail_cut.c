@@ -1,0 +1,367 @@
+// Breaks edges of a body that can be cut: bits first, nodes second. Step thread, when a blade or a
+// tear has found what breaks; detail_cut_create at load.
+#include "surface/detail/detail.h"
+
+#include "base/check.h"
+
+#include <string.h>
+
+#define ALLOCATE(count, type, label)                                                               \
+    arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count) + 1, sizeof(type), "%s/%s",              \
+                   options->name, label)
+
+// A cut of a whole body along all its edges would take five times as many; a 75 mm cut takes 1 %.
+static int choose_copies(const SurfaceOptions *options, int nodes)
+{
+    int usual = nodes / 4 + 1000;
+    return options->node_capacity - nodes > usual ? options->node_capacity - nodes : usual;
+}
+
+void detail_cut_create(Detail *detail, const SurfaceOptions *options, Arena *arena,
+                       StateList *state)
+{
+    Level *finest = &detail->levels.level[detail->finest];
+    size_t faces = (size_t)finest->face_count;
+    int coarse = detail->face_base[detail->finest];
+    DetailCut *cut = detail->cut = ALLOCATE(1, DetailCut, "cut");
+    cut->base_count = finest->node_count;
+    cut->copy_capacity = choose_copies(options, finest->node_count);
+    cut->base = (const int(*)[3])finest->face;
+    cut->node = ALLOCATE(faces, *cut->node, "cut corners");
+    memcpy(cut->node, finest->face, faces * sizeof *cut->node);
+    finest->face = cut->node;
+    cut->broken = ALLOCATE(faces, unsigned char, "broken edges");
+    cut->copies = ALLOCATE(1, int64_t, "copies");
+    state_add(state, cut->broken, faces, "%s/broken", options->name);
+    state_add(state, cut->node, faces * sizeof *cut->node, "%s/corners", options->name);
+    state_add(state, cut->copies, sizeof *cut->copies, "%s/copies", options->name);
+
+    cut->origin = ALLOCATE(cut->copy_capacity, int, "originals");
+    cut->locked = ALLOCATE(coarse, unsigned char, "locked faces");
+    cut->is_end = ALLOCATE(cut->base_count, bool, "ends of broken edges");
+    cut->piece = ALLOCATE(faces, int, "face pieces");
+    cut->node_piece = ALLOCATE(cut->base_count + cut->copy_capacity, int, "node pieces");
+    cut->vertex = ALLOCATE(cut->base_count, int, "cut nodes");
+    cut->wanted = ALLOCATE(coarse, unsigned char, "wanted marks");
+    cut->want = ALLOCATE(coarse, Leaf, "wanted faces");
+    cut->most_around = 6; // around a midpoint
+    for (int i = 0; i < detail->levels.level[0].node_count; i++) {
+        int count = detail->root_ring_start[i + 1] - detail->root_ring_start[i];
+        cut->most_around = count > cut->most_around ? count : cut->most_around;
+    }
+    cut->ring = ALLOCATE(cut->most_around, Leaf, "faces around a cut node");
+    cut->part = ALLOCATE(cut->most_around, int, "parts of a ring");
+    cut->fresh = ALLOCATE(cut->most_around, int, "new parts of a ring");
+    detail_cut_rebuild(detail);
+}
+
+// --- what the bits say ---
+
+// Child k keeps corner k: the face of the finest level at a corner of a face.
+static Leaf finest_at(const Detail *detail, int level, int face, int corner)
+{
+    for (; level < detail->finest; level++)
+        face = 4 * face + corner;
+    return (Leaf){level, face, corner};
+}
+
+static int corner_of(const int corner[3], int node)
+{
+    return corner[0] == node ? 0 : corner[1] == node ? 1 : 2;
+}
+
+int detail_cut_ring(const Detail *detail, int node, Leaf *ring)
+{
+    const Levels *levels = &detail->levels;
+    int count = 0, born = levels_of_node(levels, node);
+    if (born == 0) {
+        for (int i = detail->root_ring_start[node]; i < detail->root_ring_start[node + 1]; i++) {
+            int root = detail->root_ring[i];
+            ring[count++] =
+                finest_at(detail, 0, root, corner_of(detail_uncut(detail, 0, root), node));
+        }
+        return count;
+    }
+    const Level *above = &levels->level[born - 1];
+    int edge = node - above->node_count;
+    for (int side = 0; side < 2; side++) {
+        int face = above->edge_face[edge][side];
+        if (face < 0)
+            continue;
+        const int child[3] = {4 * face + corner_of(above->face_edge[face], edge),
+                              4 * face + (corner_of(above->face_edge[face], edge) + 1) % 3,
+                              4 * face + 3};
+        for (int i = 0; i < 3; i++)
+            ring[count++] = finest_at(detail, born, child[i],
+                                      corner_of(detail_uncut(detail, born, child[i]), node));
+    }
+    return count;
+}
+
+// Faces of a ring joined across unbroken edges at its middle: part[i] is the lowest face of i's
+// component, as a place in the ring.
+static void find_parts(const Detail *detail, const Leaf *ring, int count, int *part)
+{
+    const Level *finest = &detail->levels.level[detail->finest];
+    for (int i = 0; i < count; i++)
+        part[i] = i;
+    for (int i = 0; i < count; i++) {
+        const int side[2] = {ring[i].corner, (ring[i].corner + 2) % 3};
+        for (int s = 0; s < 2; s++) {
+            int face = ring[i].face;
+            int across = levels_beyond(finest, finest->face_edge[face][side[s]], face);
+            if (across < face || (detail->cut->broken[face] >> side[s] & 1) != 0)
+                continue;
+            int j = 0;
+            while (ring[j].face != across)
+                j++;
+            int a = part[i], b = part[j];
+            int low = ring[a].face < ring[b].face ? a : b, high = low == a ? b : a;
+            for (int k = 0; k < count && a != b; k++)
+                part[k] = part[k] == high ? low : part[k];
+        }
+    }
+}
+
+// Of those components that have one node now, the one with the lowest face keeps it.
+static bool keeps_node(const DetailCut *cut, const Leaf *ring, int count, const int *part, int i)
+{
+    int node = cut->node[ring[i].face][ring[i].corner];
+    for (int k = 0; k < count; k++)
+        if (part[k] == k && ring[k].face < ring[i].face &&
+            cut->node[ring[k].face][ring[k].corner] == node)
+            return false;
+    return true;
+}
+
+// Components of the ring of a node of the uncut mesh that have to get a copy: cut->fresh, by their
+// lowest face, ascending. Also leaves the ring and its parts.
+static int find_new_parts(const Detail *detail, int vertex, int *ring_count)
+{
+    DetailCut *cut = detail->cut;
+    int count = *ring_count = detail_cut_ring(detail, vertex, cut->ring), found = 0;
+    find_parts(detail, cut->ring, count, cut->part);
+    for (int i = 0; i < count; i++) {
+        if (cut->part[i] != i || keeps_node(cut, cut->ring, count, cut->part, i))
+            continue;
+        int at = found++;
+        for (; at > 0 && cut->ring[cut->fresh[at - 1]].face > cut->ring[i].face; at--)
+            cut->fresh[at] = cut->fresh[at - 1];
+        cut->fresh[at] = i;
+    }
+    return found;
+}
+
+bool detail_cut_parts_match(const Detail *detail)
+{
+    const DetailCut *cut = detail->cut;
+    for (int node = 0; node < cut->base_count; node++) {
+        int count = detail_cut_ring(detail, node, cut->ring), lowest = 0;
+        find_parts(detail, cut->ring, count, cut->part);
+        for (int i = 0; i < count; i++) {
+            int here = cut->node[cut->ring[i].face][cut->ring[i].corner];
+            lowest = cut->ring[i].face < cut->ring[lowest].face ? i : lowest;
+            for (int k = 0; k < i; k++)
+                if ((cut->part[i] == cut->part[k]) !=
+                    (here == cut->node[cut->ring[k].face][cut->ring[k].corner]))
+                    return false;
+        }
+        if (cut->node[cut->ring[lowest].face][cut->ring[lowest].corner] != node)
+            return false;
+    }
+    return true;
+}
+
+static void set_bits(Detail *detail, const int *edge, int count, bool broken)
+{
+    const Level *finest = &detail->levels.level[detail->finest];
+    for (int i = 0; i < count; i++)
+        for (int side = 0; side < 2; side++) {
+            int face = finest->edge_face[edge[i]][side];
+            unsigned char bit = (unsigned char)(1 << corner_of(finest->face_edge[face], edge[i]));
+            unsigned char *bits = &detail->cut->broken[face];
+            *bits = broken ? *bits | bit : *bits & (unsigned char)~bit;
+        }
+}
+
+// --- what follows from the state ---
+
+// A face at an end of a broken edge locks all those that it came from.
+void detail_cut_lock(const Detail *detail)
+{
+    DetailCut *cut = detail->cut;
+    const Level *finest = &detail->levels.level[detail->finest];
+    memset(cut->locked, 0, (size_t)detail->face_base[detail->finest]);
+    memset(cut->is_end, 0, (size_t)cut->base_count * sizeof *cut->is_end);
+    for (int f = 0; f < finest->face_count; f++)
+        for (int k = 0; k < 3 && cut->broken[f] != 0; k++)
+            if (cut->broken[f] >> k & 1)
+                cut->is_end[cut->base[f][k]] = cut->is_end[cut->base[f][(k + 1) % 3]] = true;
+    if (detail->finest == 0)
+        return;
+    unsigned char *locked = &cut->locked[detail->face_base[detail->finest - 1]];
+    for (int f = 0; f < finest->face_count; f++)
+        locked[f / 4] |= cut->is_end[cut->base[f][0]] | cut->is_end[cut->base[f][1]] |
+                         cut->is_end[cut->base[f][2]];
+    for (int l = detail->finest - 2; l >= 0; l--)
+        for (int f = 0; f < detail->levels.level[l + 1].face_count; f++)
+            cut->locked[detail->face_base[l] + f / 4] |= cut->locked[detail->face_base[l + 1] + f];
+}
+
+void detail_cut_rebuild(Detail *detail)
+{
+    DetailCut *cut = detail->cut;
+    for (int f = 0; f < detail->place_count; f++)
+        for (int k = 0; k < 3; k++)
+            if (cut->node[f][k] >= cut->base_count)
+                cut->origin[cut->node[f][k] - cut->base_count] = cut->base[f][k];
+    for (int c = 0; detail->fixed != NULL && c < *cut->copies; c++)
+        detail->fixed[cut->base_count + c] = detail->fixed[cut->origin[c]];
+    detail_cut_lock(detail);
+    detail_pieces_label(detail);
+}
+
+// --- room ---
+
+static void want(Detail *detail, int level, int face)
+{
+    DetailCut *cut = detail->cut;
+    if (level < 0 || detail_is_refined(detail, level, face) ||
+        cut->wanted[detail->face_base[level] + face] != 0)
+        return;
+    cut->wanted[detail->face_base[level] + face] = 1;
+    cut->want[cut->want_count++] = (Leaf){level, face, 0};
+    want(detail, level - 1, face / 4);
+    const Level *at = &detail->levels.level[level];
+    for (int k = 0; k < 3 && level > 0; k++) { // 2:1 across edges
+        int across = levels_beyond(at, at->face_edge[face][k], face);
+        if (across >= 0)
+            want(detail, level - 1, across / 4);
+    }
+}
+
+// Lists the faces that must be refined, so that all faces around the vertices are leaves of the
+// finest level.
+static void list_wanted(Detail *detail)
+{
+    DetailCut *cut = detail->cut;
+    cut->want_count = 0;
+    for (int v = 0; v < cut->vertex_count; v++) {
+        int count = detail_cut_ring(detail, cut->vertex[v], cut->ring);
+        for (int i = 0; i < count; i++)
+            want(detail, detail->finest - 1, cut->ring[i].face / 4);
+    }
+    for (int i = 0; i < cut->want_count; i++)
+        cut->wanted[detail->face_base[cut->want[i].level] + cut->want[i].face] = 0;
+}
+
+static bool lacks(CutOutcome *outcome, CutVerdict verdict, int needed, int room)
+{
+    if (needed <= room)
+        return false;
+    outcome->verdict = verdict;
+    outcome->needed = needed;
+    outcome->room = room;
+    return true;
+}
+
+// Bits are set. Refining may take 3 nodes and 6 faces for each face, and is refused by the slots
+// beyond that.
+static bool has_room(Detail *detail, CutOutcome *outcome)
+{
+    const DetailCut *cut = detail->cut;
+    const SlotTable *nodes = &detail->slots->node, *faces = &detail->slots->face;
+    int copies = 0, count;
+    for (int v = 0; v < cut->vertex_count; v++)
+        copies += find_new_parts(detail, cut->vertex[v], &count);
+    list_wanted(detail);
+    bool all_fits = nodes->capacity == nodes->thing_count && faces->capacity == faces->thing_count;
+    return !lacks(outcome, CUT_NO_NODES, copies, cut->copy_capacity - (int)*cut->copies) &&
+           (all_fits ||
+            (!lacks(outcome, CUT_NO_NODES, copies + 3 * cut->want_count,
+                    nodes->capacity - nodes->used) &&
+             !lacks(outcome, CUT_NO_FACES, 6 * cut->want_count, faces->capacity - faces->used)));
+}
+
+// --- nodes ---
+
+// The faces of a component get a node of their own, where theirs is.
+static void copy_node(SurfaceModel *model, int vertex, int part, int ring_count)
+{
+    Detail *detail = model->detail;
+    DetailCut *cut = detail->cut;
+    int old = cut->node[cut->ring[part].face][cut->ring[part].corner];
+    int copy = cut->base_count + (int)(*cut->copies)++;
+    cut->origin[copy - cut->base_count] = vertex;
+    detail->fixed[copy] = detail->fixed[vertex];
+    detail->status[copy] = NODE_FREE;
+    for (int i = 0; i < ring_count; i++)
+        if (cut->part[i] == part)
+            cut->node[cut->ring[i].face][cut->ring[i].corner] = copy;
+    detail_set_place(model, copy);
+    detail_copy_row(model, copy, old);
+    slots_take_node(detail->slots, copy);
+    detail->born[detail->change.born_count++] = (NodeBirth){copy, {old, old}};
+}
+
+static void split_vertex(SurfaceModel *model, int vertex)
+{
+    Detail *detail = model->detail;
+    DetailCut *cut = detail->cut;
+    int count, found = find_new_parts(detail, vertex, &count);
+    if (found == 0)
+        return;
+    for (int i = 0; i < found; i++)
+        copy_node(model, vertex, cut->fresh[i], count);
+    for (int i = 0; i < count; i++) {
+        detail_touch(detail, detail->finest, cut->ring[i].face);
+        for (int k = 0; k < 3; k++)
+            detail_mark(model, cut->node[cut->ring[i].face][k]);
+    }
+}
+
+static void list_vertices(Detail *detail, const int *edge, int count)
+{
+    DetailCut *cut = detail->cut;
+    const Level *finest = &detail->levels.level[detail->finest];
+    bool *is_listed = detail->is_redrawn; // false between changes
+    cut->vertex_count = 0;
+    for (int i = 0; i < count; i++)
+        for (int k = 0; k < 2; k++) {
+            int node = finest->edge[edge[i]][k];
+            if (is_listed[node])
+                continue;
+            is_listed[node] = true;
+            int at = cut->vertex_count++;
+            for (; at > 0 && cut->vertex[at - 1] > node; at--)
+                cut->vertex[at] = cut->vertex[at - 1];
+            cut->vertex[at] = node;
+        }
+    for (int v = 0; v < cut->vertex_count; v++)
+        is_listed[cut->vertex[v]] = false;
+}
+
+bool detail_cut_break(SurfaceModel *model, const int *edge, int edge_count, CutOutcome *outcome)
+{
+    Detail *detail = model->detail;
+    DetailCut *cut = detail->cut;
+    list_vertices(detail, edge, edge_count);
+    set_bits(detail, edge, edge_count, true);
+    if (!has_room(detail, outcome)) {
+        set_bits(detail, edge, edge_count, false);
+        return false;
+    }
+    for (int i = 0; i < cut->want_count; i++) { // what balance asks for comes first, by itself
+        bool fits = detail_refine(model, cut->want[i].level, cut->want[i].face);
+        ASSERT(fits);
+    }
+    int64_t copies = *cut->copies;
+    for (int v = 0; v < cut->vertex_count; v++)
+        split_vertex(model, cut->vertex[v]);
+    detail_cut_lock(detail);
+    detail_pieces_label(detail);
+    slots_label(detail->slots);
+    outcome->separated = edge_count;
+    outcome->nodes_added = (int)(*cut->copies - copies);
+    return true;
+}

@@ -1,0 +1,45 @@
+// Connected pieces of a body that can be cut. Always from nothing: some ten nanoseconds a face.
+// Step thread, after a cut.
+#include "surface/detail/detail.h"
+
+// The lowest face of the piece so far; paths are halved on the way.
+static int root_of(int *piece, int face)
+{
+    while (piece[face] != face) {
+        piece[face] = piece[piece[face]];
+        face = piece[face];
+    }
+    return face;
+}
+
+void detail_pieces_label(Detail *detail)
+{
+    DetailCut *cut = detail->cut;
+    const Level *finest = &detail->levels.level[detail->finest];
+    int *piece = cut->piece;
+    for (int f = 0; f < finest->face_count; f++)
+        piece[f] = f;
+    for (int f = 0; f < finest->face_count; f++)
+        for (int k = 0; k < 3; k++) {
+            int across = levels_beyond(finest, finest->face_edge[f][k], f);
+            if (across < f || (cut->broken[f] >> k & 1) != 0)
+                continue;
+            int a = root_of(piece, f), b = root_of(piece, across);
+            piece[a > b ? a : b] = a < b ? a : b;
+        }
+    cut->piece_count = cut->small_count = 0;
+    for (int f = 0; f < finest->face_count; f++) { // lower ones are final
+        piece[f] = piece[piece[f]];
+        cut->piece_count += piece[f] == f;
+        for (int k = 0; k < 3; k++)
+            cut->node_piece[cut->node[f][k]] = piece[f];
+    }
+    // A piece of one face has no unbroken edge.
+    for (int f = 0; f < finest->face_count; f++) {
+        bool alone = piece[f] == f;
+        for (int k = 0; k < 3 && alone; k++)
+            alone = (cut->broken[f] >> k & 1) != 0 ||
+                    levels_beyond(finest, finest->face_edge[f][k], f) < 0;
+        cut->small_count += alone;
+    }
+}

@@ -1,0 +1,127 @@
+#include "voxel/cut/cut_centre.h"
+
+void cut_centres_begin(CellCentres *centres, const CutLattice *lattice, const Rows *rows,
+                       const void *row)
+{
+    *centres = (CellCentres){.lattice = lattice, .rows = rows, .row = row, .family = -1};
+    for (int c = 0; c < 3; c++) {
+        Vec3 axis = {c == 0, c == 1, c == 2};
+        if (rows->turned)
+            axis = quat_rotate(rows->frame->turn, axis);
+        centres->turn[0][c] = axis.x, centres->turn[1][c] = axis.y, centres->turn[2][c] = axis.z;
+    }
+    const Vec3 origin = rows->frame->origin;
+    centres->shift[0] = origin.x, centres->shift[1] = origin.y, centres->shift[2] = origin.z;
+}
+
+static inline Vec3 vertex_at(const CellCentres *centres, int vertex)
+{
+    const double *place = centres->rows->place[vertex];
+    if (centres->rows->precision == PRECISION_SINGLE) {
+        const float *u = (const float *)centres->row + (long)vertex * ROW;
+        return (Vec3){place[0] + (double)u[0], place[1] + (double)u[1], place[2] + (double)u[2]};
+    }
+    const double *u = (const double *)centres->row + (long)vertex * ROW;
+    return (Vec3){place[0] + u[0], place[1] + u[1], place[2] + u[2]};
+}
+
+static Vec3 to_world(const CellCentres *centres, Vec3 p)
+{
+    const double(*m)[3] = centres->turn;
+    return (Vec3){m[0][0] * p.x + m[0][1] * p.y + m[0][2] * p.z + centres->shift[0],
+                  m[1][0] * p.x + m[1][1] * p.y + m[1][2] * p.z + centres->shift[1],
+                  m[2][0] * p.x + m[2][1] * p.y + m[2][2] * p.z + centres->shift[2]};
+}
+
+// The middles that are not there: of an edge, between its ends; of a face, between those of its
+// edges; the centre, between the corners. `there`: bit by point.
+static void fill_middles(Vec3 point[27], unsigned there)
+{
+    static const int step[3] = {1, 3, 9};
+    for (int d = 0; d < 3; d++) // edges
+        for (int k = 0; k < 4; k++) {
+            const int at =
+                step[d] + (k & 1) * 2 * step[(d + 1) % 3] + (k >> 1) * 2 * step[(d + 2) % 3];
+            if (!(there >> at & 1))
+                point[at] = vec3_scale(0.5, vec3_add(point[at - step[d]], point[at + step[d]]));
+        }
+    for (int d = 0; d < 3; d++) // faces
+        for (int side = 0; side < 2; side++) {
+            const int a = step[(d + 1) % 3], b = step[(d + 2) % 3], at = 2 * side * step[d] + a + b;
+            if (!(there >> at & 1))
+                point[at] = vec3_scale(0.25, vec3_add(vec3_add(point[at - a], point[at + a]),
+                                                      vec3_add(point[at - b], point[at + b])));
+        }
+    Vec3 sum = {0.0, 0.0, 0.0};
+    for (int c = 0; c < 8; c++)
+        sum = vec3_add(sum, point[2 * (c & 1) + 6 * (c >> 1 & 1) + 18 * (c >> 2)]);
+    point[13] = vec3_scale(0.125, sum);
+}
+
+// Where the points of an element of level 1 or more are that is a leaf or lies in one.
+static void find_points(const CellCentres *centres, int element, Vec3 point[27])
+{
+    const CutLattice *lattice = centres->lattice;
+    unsigned there = 0;
+    if (cut_lattice_is_leaf(lattice, element)) {
+        const int *node = cut_lattice_nodes(lattice, element);
+        for (int n = 0; n < NODE_COUNT; n++) {
+            const int at = NODE_OFFSET[n][0] + 3 * NODE_OFFSET[n][1] + 9 * NODE_OFFSET[n][2];
+            if (node[n] < 0)
+                continue;
+            point[at] = vertex_at(centres, node[n]);
+            there |= 1u << at;
+        }
+    } else {
+        const int parent = lattice->element[element].parent;
+        const int child = element - lattice->element[parent].child;
+        Vec3 above[27];
+        find_points(centres, parent, above);
+        for (int c = 0; c < 8; c++) {
+            const int at = 2 * (c & 1) + 6 * (c >> 1 & 1) + 18 * (c >> 2);
+            point[at] = above[(c & 1) + (child & 1) + 3 * ((c >> 1 & 1) + (child >> 1 & 1)) +
+                              9 * ((c >> 2) + (child >> 2))];
+        }
+    }
+    fill_middles(point, there);
+}
+
+Vec3 cut_centre(CellCentres *centres, int cell)
+{
+    const CutLattice *lattice = centres->lattice;
+    Vec3 sum = {0.0, 0.0, 0.0};
+    if (cut_lattice_is_leaf(lattice, cell)) {
+        for (int c = 0; c < NODE_CORNERS; c++)
+            sum = vec3_add(sum, vertex_at(centres, lattice->corner[cell][c]));
+        return to_world(centres, vec3_scale(0.125, sum));
+    }
+    const int parent = lattice->element[cell].parent;
+    if (centres->family != parent) {
+        find_points(centres, parent, centres->point);
+        centres->family = parent;
+    }
+    const int child = cell - lattice->element[parent].child;
+    for (int c = 0; c < 8; c++)
+        sum = vec3_add(
+            sum, centres->point[(c & 1) + (child & 1) + 3 * ((c >> 1 & 1) + (child >> 1 & 1)) +
+                                9 * ((c >> 2) + (child >> 2))]);
+    return to_world(centres, vec3_scale(0.125, sum));
+}
+
+void cut_centres_grow(const CellCentres *centres, int cell, double low[3], double high[3])
+{
+    const CutLattice *lattice = centres->lattice;
+    const int leaf = cut_lattice_leaf_of(lattice, cell);
+    const int *node = cut_lattice_nodes(lattice, leaf);
+    const int count = leaf == cell ? NODE_CORNERS : NODE_COUNT;
+    for (int n = 0; n < count; n++) {
+        if (node[n] < 0)
+            continue;
+        const Vec3 x = vertex_at(centres, node[n]);
+        const double at[3] = {x.x, x.y, x.z};
+        for (int c = 0; c < 3; c++) {
+            low[c] = at[c] < low[c] ? at[c] : low[c];
+            high[c] = at[c] > high[c] ? at[c] : high[c];
+        }
+    }
+}

@@ -1,0 +1,26 @@
+// Where the centres of finest cells are: the mean of a cell's 8 corners, inside a larger element of
+// those that its division would give it, so that a division moves no centre. Step thread.
+#ifndef PLIANT_VOXEL_CUT_CUT_CENTRE_H
+#define PLIANT_VOXEL_CUT_CUT_CENTRE_H
+
+#include "dynamics/rows.h"
+#include "voxel/cut/cut_lattice.h"
+
+// A view of one state of the rows.
+typedef struct CellCentres {
+    const CutLattice *lattice;
+    const Rows *rows;
+    const void *row;
+    double turn[3][3], shift[3]; // from the rows' coordinates to the world
+    int family;                  // the element of level 1 whose points are in `point`; -1: none
+    Vec3 point[27];              // x + 3 y + 9 z
+} CellCentres;
+
+void cut_centres_begin(CellCentres *centres, const CutLattice *lattice, const Rows *rows,
+                       const void *row);
+// In the world [m].
+Vec3 cut_centre(CellCentres *centres, int cell);
+// A box in the rows' coordinates grows by the vertices of the leaf that covers a cell.
+void cut_centres_grow(const CellCentres *centres, int cell, double low[3], double high[3]);
+
+#endif

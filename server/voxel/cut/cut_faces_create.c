@@ -1,0 +1,326 @@
+// The faces of a cut body from scratch: at load, and after the state was replaced.
+#include "voxel/cut/cut_faces_parts.h"
+
+#include "base/check.h"
+#include "voxel/lattice_faces.h"
+
+#include <math.h>
+#include <string.h>
+
+#define ALLOCATE(count, type, label)                                                               \
+    (type *)arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof(type), "%s/%s", name,    \
+                           label)
+
+// ---------------------------------------------------------------------------------------------
+// From scratch
+
+// Squares and faces that nobody has yet.
+static void clear(CutFaces *faces)
+{
+    const size_t triangles = 2 * (size_t)faces->square_capacity;
+    memset(faces->square_of, -1, (size_t)faces->cell_count * sizeof *faces->square_of);
+    memset(faces->neighbor, -1, triangles * sizeof *faces->neighbor);
+    memset(faces->face, 0, triangles * sizeof *faces->face);
+    memset(faces->triangle, 0, triangles * sizeof *faces->triangle);
+    memset(faces->is_touched, 0, (size_t)faces->lattice->vertex_capacity);
+    faces->touched_count = 0;
+    faces->vertex_count = cut_lattice_used(faces->lattice);
+    for (int v = 0; v < faces->lattice->vertex_capacity; v++) {
+        faces->start[v] = faces->end[v] = CUT_NODE_FACES * v;
+        faces->node_area[v] = 0.0;
+    }
+    for (int v = 0; v < faces->vertex_count; v++)
+        cut_faces_enter_vertex(faces, v);
+}
+
+static void count_broken(CutFaces *faces)
+{
+    faces->broken_count = 0;
+    for (int c = 0; c < faces->cell_count; c++) {
+        faces->counted[c] = faces->lattice->broken[c];
+        faces->broken_count += __builtin_popcount(faces->counted[c]);
+    }
+}
+
+static int count_sides(const CutFaces *faces)
+{
+    int count = 0;
+    for (int cell = 0; cell < faces->cell_count; cell++)
+        for (int d = 0; d < SQUARE_DIRECTIONS; d++)
+            count += cut_faces_is_shown(faces->lattice, cell, d);
+    return count;
+}
+
+// Whether the list of squares names each side that is shown once.
+static bool squares_are_sound(CutFaces *faces)
+{
+    if (*faces->shown < 0 || *faces->shown > faces->square_capacity ||
+        *faces->shown != count_sides(faces))
+        return false;
+    bool sound = true;
+    for (int s = 0; s < *faces->shown && sound; s++) {
+        const int code = faces->square[s];
+        sound = code >= 0 && code / 6 < faces->cell_count &&
+                cut_faces_is_shown(faces->lattice, code / 6, code % 6) &&
+                faces->square_of[code / 6][code % 6] < 0;
+        if (sound)
+            faces->square_of[code / 6][code % 6] = s;
+    }
+    return sound;
+}
+
+static void choose_squares(CutFaces *faces)
+{
+    memset(faces->square_of, -1, (size_t)faces->cell_count * sizeof *faces->square_of);
+    *faces->shown = 0;
+    for (int code = 0; code < 6 * faces->cell_count; code++)
+        if (*faces->shown < faces->square_capacity &&
+            cut_faces_is_shown(faces->lattice, code / 6, code % 6))
+            faces->square[(*faces->shown)++] = code;
+}
+
+// Whether slots name vertices, each once.
+static bool slots_are_sound(CutFaces *faces)
+{
+    bool sound = *faces->slot_count >= 0 && *faces->slot_count <= faces->vertex_count;
+    for (int s = 0; sound && s < *faces->slot_count; s++) {
+        const int vertex = faces->slot_vertex[s];
+        sound = vertex >= 0 && vertex < faces->vertex_count && faces->slot_of[vertex] < 0 &&
+                (!faces->all || vertex == s);
+        if (sound)
+            faces->slot_of[vertex] = s;
+    }
+    return sound && (!faces->all || *faces->slot_count == faces->vertex_count);
+}
+
+static void choose_slots(CutFaces *faces)
+{
+    memset(faces->slot_of, -1, (size_t)faces->lattice->vertex_capacity * sizeof *faces->slot_of);
+    *faces->slot_count = 0;
+    for (int v = 0; v < faces->vertex_count && faces->all; v++)
+        cut_faces_add_slot(faces, v);
+}
+
+// A vertex is a copy of an earlier one at its point.
+static bool copies_are_sound(const CutFaces *faces)
+{
+    for (int v = 0; v < faces->vertex_count; v++) {
+        int here[3], there[3];
+        const int from = faces->copied_from[v];
+        if (from == -1)
+            continue;
+        if (from < 0 || from >= v)
+            return false;
+        cut_lattice_point(faces->lattice, v, here);
+        cut_lattice_point(faces->lattice, from, there);
+        if (memcmp(here, there, sizeof here) != 0)
+            return false;
+    }
+    return true;
+}
+
+bool cut_faces_derive(CutFaces *faces, Body *body)
+{
+    clear(faces);
+    count_broken(faces);
+    bool sound = true;
+    if (!copies_are_sound(faces)) {
+        memset(faces->copied_from, -1,
+               (size_t)faces->lattice->vertex_capacity * sizeof *faces->copied_from);
+        sound = false;
+    }
+    if (!squares_are_sound(faces)) {
+        choose_squares(faces);
+        sound = false;
+    }
+    if (!slots_are_sound(faces)) {
+        choose_slots(faces);
+        sound = false;
+    }
+    for (int s = 0; s < *faces->slot_count; s++)
+        cut_faces_describe_slot(faces, s);
+    const int64_t slots = *faces->slot_count;
+    for (int s = 0; s < *faces->shown; s++)
+        cut_faces_enter_square(faces, s);
+    // Every vertex on the surface had a slot, and no other.
+    sound &= *faces->slot_count == slots;
+    for (int s = 0; s < *faces->slot_count && !faces->all; s++) {
+        const int vertex = faces->slot_vertex[s];
+        sound &= faces->start[vertex] < faces->end[vertex];
+    }
+    for (int s = 0; s < *faces->shown; s++)
+        cut_faces_join_square(faces, s);
+    for (int v = 0; v < faces->vertex_count; v++)
+        faces->is_touched[v] = 1, faces->touched[faces->touched_count++] = v;
+    cut_faces_settle_touched(faces);
+    cut_faces_tell(faces, body);
+    return sound;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Load time
+
+static void list_outer(CutFaces *faces, const Layout *layout, int surface_count)
+{
+    for (int e = 0; e < layout->leaf_count && layout->leaf[e].level == 0; e++) {
+        const int *at = layout->leaf[e].cell;
+        const int cell = cut_lattice_cell(faces->lattice, at[0], at[1], at[2]);
+        for (int d = 0; d < SQUARE_DIRECTIONS; d++)
+            if (cut_faces_is_shown(faces->lattice, cell, d))
+                faces->square[(*faces->shown)++] = 6 * cell + d;
+    }
+    const int slots = faces->all ? cut_lattice_used(faces->lattice) : surface_count;
+    *faces->slot_count = slots;
+    for (int s = 0; s < slots; s++)
+        faces->slot_vertex[s] = s;
+    memset(faces->copied_from, -1,
+           (size_t)faces->lattice->vertex_capacity * sizeof *faces->copied_from);
+}
+
+static void create_state(CutFaces *faces, const char *name, Arena *arena, StateList *state)
+{
+    const size_t squares = (size_t)faces->square_capacity;
+    const size_t vertices = (size_t)faces->lattice->vertex_capacity;
+    faces->square = ALLOCATE(squares, int, "squares");
+    faces->shown = ALLOCATE(1, int64_t, "square count");
+    faces->slot_vertex = ALLOCATE(vertices, int, "published vertices");
+    faces->slot_count = ALLOCATE(1, int64_t, "published count");
+    faces->copied_from = ALLOCATE(vertices, int, "origins of vertices");
+    state_add(state, faces->square, squares * sizeof *faces->square, "%s/squares", name);
+    state_add(state, faces->shown, sizeof *faces->shown, "%s/square_count", name);
+    state_add(state, faces->slot_vertex, vertices * sizeof *faces->slot_vertex, "%s/published",
+              name);
+    state_add(state, faces->slot_count, sizeof *faces->slot_count, "%s/published_count", name);
+    state_add(state, faces->copied_from, vertices * sizeof *faces->copied_from, "%s/copied_from",
+              name);
+}
+
+static void create_surface(CutFaces *faces, const char *name, bool without_contacts, Arena *arena)
+{
+    const int triangles = 2 * faces->square_capacity, cells = faces->cell_count;
+    const int vertices = faces->lattice->vertex_capacity;
+    faces->counted = ALLOCATE(cells, unsigned char, "counted faces");
+    faces->square_of = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)cells,
+                                      sizeof *faces->square_of, "%s/squares of cells", name);
+    faces->face = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)triangles, sizeof *faces->face,
+                                 "%s/faces", name);
+    faces->neighbor = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)triangles,
+                                     sizeof *faces->neighbor, "%s/face neighbours", name);
+    faces->area = ALLOCATE(triangles, double, "face areas");
+    for (int f = 0; f < triangles; f++)
+        faces->area[f] = faces->half;
+    faces->start = ALLOCATE(vertices, int, "node face start");
+    faces->end = ALLOCATE(vertices, int, "node face end");
+    for (int v = 0; v < vertices; v++)
+        faces->start[v] = faces->end[v] = CUT_NODE_FACES * v;
+    faces->list = ALLOCATE((long)CUT_NODE_FACES * vertices, int, "node faces");
+    faces->node_area = ALLOCATE(vertices, double, "node areas");
+    faces->born = ALLOCATE(vertices, NodeBirth, "born nodes");
+    faces->touched = ALLOCATE(vertices, int, "touched nodes");
+    faces->is_touched = ALLOCATE(vertices, unsigned char, "touched");
+    if (without_contacts)
+        return;
+    // A corner of the body bears a sixth of what the middle of a face does.
+    faces->face_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)triangles, sizeof(double),
+                                          "%s/face firmness", name);
+    faces->node_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)vertices, sizeof(double),
+                                          "%s/node firmness", name);
+    for (int v = 0; v < vertices; v++)
+        faces->node_firmness[v] = 1.0;
+}
+
+static void create_mesh(CutFaces *faces, const char *name, Arena *arena)
+{
+    const int triangles = 2 * faces->square_capacity, vertices = faces->lattice->vertex_capacity;
+    faces->triangle = faces->face;
+    if (!faces->all)
+        faces->triangle = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)triangles,
+                                         sizeof *faces->triangle, "%s/triangles", name);
+    faces->cell_of = ALLOCATE(vertices, int, "cells of vertices");
+    faces->slot_of = ALLOCATE(vertices, int, "slots of vertices");
+    faces->id = ALLOCATE(vertices, int, "node ids");
+    faces->origin = ALLOCATE(vertices, int, "node origins");
+    faces->piece = ALLOCATE(vertices, int, "node pieces");
+    faces->parent = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)vertices, sizeof *faces->parent,
+                                   "%s/node parents", name);
+    faces->level = ALLOCATE(vertices, signed char, "node levels");
+}
+
+static void describe(CutFaces *faces, double size, Body *body)
+{
+    const int triangles = 2 * faces->square_capacity, vertices = faces->lattice->vertex_capacity;
+    body->surface = (BodySurface){
+        .node_count = vertices,
+        .face_count = triangles,
+        .face = (const int(*)[3])faces->face,
+        .face_area = faces->area,
+        .finest_area = faces->area,
+        .face_neighbor = (const int(*)[3])faces->neighbor,
+        .node_face_start = faces->start,
+        .node_face_end = faces->end,
+        .node_face = faces->list,
+        .node_area = faces->node_area,
+        .node_mass = faces->vertices->mass,
+        .longest_edge = sqrt(2.0) * size,
+        .solid = true,
+        .face_firmness = faces->face_firmness,
+        .node_firmness = faces->node_firmness,
+    };
+    body->mesh = (BodyMesh){
+        .topology = 1,
+        .node_capacity = vertices,
+        .triangle_capacity = triangles,
+        .triangle = (const int(*)[3])faces->triangle,
+        .id = faces->id,
+        .origin = faces->origin,
+        .parent = (const int(*)[2])faces->parent,
+        .piece = faces->piece,
+        .level = faces->level,
+    };
+}
+
+// Squares: of the outer faces, and as many again twice, which is room for a cut as large as they
+// are; or all that there can be.
+static int choose_capacity(const CutFaces *faces, int face_capacity)
+{
+    enum { LEAST = 512 };
+    if (face_capacity > 0)
+        return face_capacity / 2;
+    const long most = 6L * faces->cell_count, wanted = 3L * faces->outer_squares + LEAST;
+    return (int)(wanted < most ? wanted : most);
+}
+
+bool cut_faces_create(CutFaces *faces, const char *name, const CutLattice *lattice,
+                      const CutPieces *pieces, const Vertices *vertices, const LatticeMesh *mesh,
+                      const Layout *layout, double size, int face_capacity, bool publish_all,
+                      bool without_contacts, Body *body, Arena *arena, StateList *state,
+                      Status *status)
+{
+    *faces = (CutFaces){
+        .lattice = lattice,
+        .pieces = pieces,
+        .vertices = vertices,
+        .half = 0.5 * size * size,
+        .cell_count = lattice->level_first[1],
+        .outer_squares = mesh->face_count / 2,
+        .all = publish_all,
+    };
+    faces->square_capacity = choose_capacity(faces, face_capacity);
+    if (faces->square_capacity < faces->outer_squares)
+        return status_fail(status, STATUS_INVALID,
+                           "body %s has %d faces to start with, capacity.faces is %d", name,
+                           mesh->face_count, face_capacity);
+    create_state(faces, name, arena, state);
+    create_surface(faces, name, without_contacts, arena);
+    create_mesh(faces, name, arena);
+    describe(faces, size, body);
+    list_outer(faces, layout, mesh->surface_count);
+    bool sound = cut_faces_derive(faces, body);
+    ASSERT(sound);
+    if (!without_contacts) { // now that areas are known
+        cut_faces_find_least(faces);
+        sound = cut_faces_derive(faces, body);
+        ASSERT(sound);
+    }
+    return true;
+}

@@ -1,0 +1,284 @@
+// The elements and vertices that a cut body can ever have. Load time, and looking up.
+#include "voxel/cut/cut_parts.h"
+
+#include "base/check.h"
+#include "voxel/lattice_mesh.h"
+
+#include <limits.h>
+#include <string.h>
+
+#define ALLOCATE(count, type, label)                                                               \
+    (type *)arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof(type), "%s/%s", name,    \
+                           label)
+
+// ---------------------------------------------------------------------------------------------
+// Elements: all blocks of cells that a leaf covers
+
+static int blocks_along(const CutLattice *lattice, int level, int axis)
+{
+    return lattice->count[axis] >> level;
+}
+
+// The initial leaf that covers a block wholly; -1: there are smaller ones, or void.
+static int covering_leaf(const Layout *layout, int level, int i, int j, int k)
+{
+    const int leaf = layout_leaf_at(layout, i << level, j << level, k << level);
+    return leaf >= 0 && layout->leaf[leaf].level >= level ? leaf : -1;
+}
+
+static int count_elements(const Layout *layout)
+{
+    long count = 0;
+    for (int e = 0; e < layout->leaf_count; e++)
+        for (int level = layout->leaf[e].level, blocks = 1; level >= 0; level--, blocks *= 8)
+            count += blocks;
+    ASSERT(count < INT_MAX);
+    return (int)count;
+}
+
+// A place in a window on the Z curve.
+static int along_curve(int code, int axis)
+{
+    return (code >> axis & 1) | (code >> (axis + 3) & 1) << 1;
+}
+
+static void number_window(CutLattice *lattice, const Layout *layout, int level, const int window[3])
+{
+    const int nx = blocks_along(lattice, level, 0), ny = blocks_along(lattice, level, 1);
+    const int nz = blocks_along(lattice, level, 2), first = lattice->element_count;
+    for (int code = 0; code < WINDOW_ELEMENTS; code++) {
+        const int i = WINDOW_EDGE * window[0] + along_curve(code, 0);
+        const int j = WINDOW_EDGE * window[1] + along_curve(code, 1);
+        const int k = WINDOW_EDGE * window[2] + along_curve(code, 2);
+        if (i >= nx || j >= ny || k >= nz)
+            continue;
+        int *slot = &lattice->lut[level][((long)k * ny + j) * nx + i];
+        *slot = -1;
+        const int leaf = covering_leaf(layout, level, i, j, k);
+        if (leaf < 0)
+            continue;
+        *slot = lattice->element_count++;
+        lattice->element[*slot] = (CutElement){
+            .cell = {i << level, j << level, k << level},
+            .parent = -1,
+            .child = -1,
+            .level = (unsigned char)level,
+            .material = layout->leaf[leaf].material,
+        };
+        lattice->window_of[*slot] = lattice->window_count;
+    }
+    if (lattice->element_count > first)
+        lattice->window[lattice->window_count++] =
+            (CutWindow){first, lattice->element_count, (unsigned char)level};
+}
+
+static int windows_along(const CutLattice *lattice, int level, int axis)
+{
+    return (blocks_along(lattice, level, axis) + WINDOW_EDGE - 1) / WINDOW_EDGE;
+}
+
+static void number_elements(CutLattice *lattice, const Layout *layout)
+{
+    for (int level = 0; level <= lattice->levels; level++) {
+        lattice->level_first[level] = lattice->element_count;
+        int at[3];
+        for (at[2] = 0; at[2] < windows_along(lattice, level, 2); at[2]++)
+            for (at[1] = 0; at[1] < windows_along(lattice, level, 1); at[1]++)
+                for (at[0] = 0; at[0] < windows_along(lattice, level, 0); at[0]++)
+                    number_window(lattice, layout, level, at);
+    }
+    for (int level = lattice->levels + 1; level < VOXEL_LEVELS_MAX + 2; level++)
+        lattice->level_first[level] = lattice->element_count;
+}
+
+static void join_families(CutLattice *lattice)
+{
+    for (int e = 0; e < lattice->element_count; e++) {
+        CutElement *element = &lattice->element[e];
+        const int above = element->level + 1;
+        if (above > lattice->levels)
+            continue;
+        element->parent = cut_parts_block(lattice, above, element->cell[0] >> above,
+                                          element->cell[1] >> above, element->cell[2] >> above);
+        if (element->parent >= 0 && lattice->element[element->parent].child < 0)
+            lattice->element[element->parent].child = e; // the first of the eight comes first
+    }
+}
+
+static void create_elements(CutLattice *lattice, const char *name, const Layout *layout,
+                            Arena *arena)
+{
+    lattice->levels = layout->levels;
+    memcpy(lattice->count, layout->count, sizeof lattice->count);
+    memcpy(lattice->lattice_count, layout->lattice_count, sizeof lattice->lattice_count);
+    const int elements = count_elements(layout);
+    lattice->element = ALLOCATE(elements, CutElement, "elements");
+    lattice->window_of = ALLOCATE(elements, int, "windows of elements");
+    long windows = 0;
+    for (int level = 0; level <= layout->levels; level++) {
+        long blocks = 1, within = 1;
+        for (int d = 0; d < 3; d++) {
+            blocks *= blocks_along(lattice, level, d);
+            within *= windows_along(lattice, level, d);
+        }
+        lattice->lut[level] = ALLOCATE(blocks, int, "element table");
+        windows += within;
+    }
+    lattice->window = ALLOCATE(windows, CutWindow, "windows");
+    number_elements(lattice, layout);
+    ASSERT(lattice->element_count == elements);
+    join_families(lattice);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Everything else
+
+static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
+{
+    CutScratch *scratch = ALLOCATE(1, CutScratch, "cut scratch");
+    lattice->scratch = scratch;
+    long points = 1;
+    for (int d = 0; d < 3; d++)
+        points *= scratch->points[d] = lattice->lattice_count[d] + 1;
+    const int elements = lattice->element_count, cells = lattice->level_first[1];
+    scratch->head = ALLOCATE(points, int, "first vertices");
+    scratch->next = ALLOCATE(lattice->vertex_capacity, int, "next vertices");
+    scratch->visited = ALLOCATE(points, unsigned char, "visited points");
+    scratch->bitten = ALLOCATE(elements, unsigned char, "bitten elements");
+    scratch->fresh = ALLOCATE(elements - cells, int, "fresh wishes");
+    scratch->listed_element = ALLOCATE(elements, bool, "listed elements");
+    scratch->listed_face = ALLOCATE(cells, unsigned char, "listed faces");
+    for (int at = 0; at < 27; at++)
+        scratch->node_at[at] = (signed char)node_at_offset(at % 3, at / 3 % 3, at / 9);
+    CutChanges *changes = &lattice->changes;
+    changes->element = ALLOCATE(elements, int, "changed elements");
+    changes->birth = ALLOCATE(lattice->vertex_capacity, CutBirth, "born vertices");
+    changes->face = arena_allocate(arena, ARENA_TOPOLOGY, 3 * (size_t)cells, sizeof *changes->face,
+                                   "%s/%s", name, "changed faces");
+}
+
+static void create_state(CutLattice *lattice, const char *name, Arena *arena, StateList *state)
+{
+    const size_t elements = (size_t)lattice->element_count, cells = (size_t)lattice->level_first[1];
+    const size_t vertices = (size_t)lattice->vertex_capacity;
+    lattice->divided = ALLOCATE(elements, unsigned char, "divided");
+    lattice->broken = ALLOCATE(cells, unsigned char, "broken");
+    lattice->vertex_id = ALLOCATE(vertices, int, "cut vertex ids");
+    lattice->vertex_count = ALLOCATE(1, int64_t, "vertex count");
+    state_add(state, lattice->divided, elements, "%s/divided", name);
+    state_add(state, lattice->broken, cells, "%s/broken", name);
+    state_add(state, lattice->vertex_id, vertices * sizeof *lattice->vertex_id, "%s/vertex_ids",
+              name);
+    state_add(state, lattice->vertex_count, sizeof *lattice->vertex_count, "%s/vertex_count", name);
+    lattice->corner = arena_allocate(arena, ARENA_TOPOLOGY, cells, sizeof *lattice->corner, "%s/%s",
+                                     name, "corners");
+    lattice->node = arena_allocate(arena, ARENA_TOPOLOGY, elements - cells, sizeof *lattice->node,
+                                   "%s/%s", name, "nodes");
+    lattice->wanted = ALLOCATE(elements - cells, int, "wanted divisions");
+}
+
+bool cut_lattice_create(CutLattice *lattice, const char *name, const Layout *layout, int capacity,
+                        int split_budget, Arena *arena, StateList *state, Status *status)
+{
+    *lattice = (CutLattice){.vertex_capacity = capacity, .split_budget = split_budget};
+    LatticeMesh mesh;
+    bool ok = lattice_mesh_create(&mesh, layout, status);
+    if (ok && mesh.vertex_count > capacity)
+        ok = status_fail(status, STATUS_INVALID, "%s: %d vertices do not fit vertex_capacity %d",
+                         name, mesh.vertex_count, capacity);
+    if (ok) {
+        create_elements(lattice, name, layout, arena);
+        create_scratch(lattice, name, arena);
+        create_state(lattice, name, arena, state);
+        memset(lattice->vertex_id, -1, (size_t)capacity * sizeof *lattice->vertex_id);
+        memcpy(lattice->vertex_id, mesh.id, (size_t)mesh.vertex_count * sizeof *mesh.id);
+        *lattice->vertex_count = mesh.vertex_count;
+        ok = cut_lattice_derive(lattice);
+        ASSERT(ok);
+    }
+    lattice_mesh_destroy(&mesh);
+    return ok;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Looking up
+
+int cut_lattice_cell(const CutLattice *lattice, int i, int j, int k)
+{
+    return cut_parts_block(lattice, 0, i, j, k);
+}
+
+int cut_lattice_leaf_of(const CutLattice *lattice, int cell)
+{
+    return cut_parts_leaf(lattice, cell);
+}
+
+int cut_lattice_beyond(const CutLattice *lattice, int cell, int axis)
+{
+    const int *at = lattice->element[cell].cell;
+    return cut_parts_block(lattice, 0, at[0] + (axis == 0), at[1] + (axis == 1),
+                           at[2] + (axis == 2));
+}
+
+int cut_lattice_birth_parents(const CutLattice *lattice, const CutBirth *birth, int parent[8])
+{
+    if (birth->origin >= 0) {
+        parent[0] = birth->origin;
+        return 1;
+    }
+    // The middle of an edge lies between its ends, that of a face between those of its edges, the
+    // centre between all corners: vertices of the eight that the element was divided into.
+    const CutElement *of = &lattice->element[birth->of];
+    int point[3], offset[3], middles = 0, count = 0;
+    cut_lattice_point(lattice, birth->vertex, point);
+    for (int d = 0; d < 3; d++) {
+        offset[d] = 2 * (point[d] - of->cell[d]) >> of->level;
+        middles += offset[d] == 1;
+    }
+    for (int n = 0; n < 27; n++) {
+        const int at[3] = {n % 3, n / 3 % 3, n / 9};
+        int left = 0, child = 0, corner = 0;
+        bool beside = true; // where the vertex is at the end of an edge, so is the parent
+        for (int d = 0; d < 3; d++) {
+            left += at[d] == 1;
+            beside &= offset[d] == 1 || at[d] == offset[d];
+            child |= (at[d] == 2) << d;
+            corner |= (at[d] > 0) << d;
+        }
+        if (beside && left == (middles == 2))
+            parent[count++] = cut_lattice_nodes(lattice, of->child + child)[corner];
+    }
+    return count;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Changes
+
+void cut_parts_list_element(CutLattice *lattice, int element)
+{
+    if (lattice->scratch->listed_element[element])
+        return;
+    lattice->scratch->listed_element[element] = true;
+    lattice->changes.element[lattice->changes.element_count++] = element;
+}
+
+void cut_parts_list_face(CutLattice *lattice, int cell, int axis)
+{
+    unsigned char *listed = &lattice->scratch->listed_face[cell];
+    if (*listed >> axis & 1)
+        return;
+    *listed |= (unsigned char)(1 << axis);
+    int *face = lattice->changes.face[lattice->changes.face_count++];
+    face[0] = cell;
+    face[1] = axis;
+}
+
+void cut_lattice_forget_changes(CutLattice *lattice)
+{
+    CutChanges *changes = &lattice->changes;
+    for (int i = 0; i < changes->element_count; i++)
+        lattice->scratch->listed_element[changes->element[i]] = false;
+    for (int i = 0; i < changes->face_count; i++)
+        lattice->scratch->listed_face[changes->face[i][0]] = 0;
+    changes->element_count = changes->birth_count = changes->face_count = 0;
+}

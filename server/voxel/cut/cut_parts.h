@@ -1,0 +1,74 @@
+// Private to the cut lattice: what its files share.
+#ifndef PLIANT_VOXEL_CUT_CUT_PARTS_H
+#define PLIANT_VOXEL_CUT_CUT_PARTS_H
+
+#include "voxel/cut/cut_lattice.h"
+
+// Follows from the state, or is empty between calls.
+typedef struct CutScratch {
+    int points[3];              // lattice points along the axes
+    int *head;                  // [point] one of its vertices; -1: none
+    int *next;                  // [vertex] another one at its point
+    unsigned char *bitten;      // [element] a bit is broken in or on it
+    int *fresh;                 // [elements above level 0] those about to be sorted into `wanted`
+    bool *listed_element;       // [element] in changes.element
+    unsigned char *listed_face; // [cell] axes in changes.face
+    unsigned char *visited;     // [point] within a call
+    signed char node_at[27];    // node by offset x + 3 y + 9 z; -1: the centre
+} CutScratch;
+
+static inline int cut_parts_block(const CutLattice *lattice, int level, int i, int j, int k)
+{
+    const int nx = lattice->count[0] >> level, ny = lattice->count[1] >> level;
+    const int nz = lattice->count[2] >> level;
+    if (i < 0 || j < 0 || k < 0 || i >= nx || j >= ny || k >= nz)
+        return -1;
+    return lattice->lut[level][((long)k * ny + j) * nx + i];
+}
+
+// The leaf that an element is or lies in; for elements that are not divided themselves, or lie in
+// one that is not.
+static inline int cut_parts_leaf(const CutLattice *lattice, int element)
+{
+    for (int parent; (parent = lattice->element[element].parent) >= 0; element = parent)
+        if (lattice->divided[parent])
+            break;
+    return element;
+}
+
+static inline bool cut_parts_is_cell(const CutLattice *lattice, int element)
+{
+    return element < lattice->level_first[1];
+}
+
+static inline int *cut_parts_nodes(CutLattice *lattice, int element)
+{
+    return cut_parts_is_cell(lattice, element) ? lattice->corner[element]
+                                               : lattice->node[element - lattice->level_first[1]];
+}
+
+static inline int cut_parts_index(const CutScratch *scratch, const int point[3])
+{
+    return (point[2] * scratch->points[1] + point[1]) * scratch->points[0] + point[0];
+}
+
+void cut_parts_list_element(CutLattice *lattice, int element);
+void cut_parts_list_face(CutLattice *lattice, int cell, int axis);
+
+// cut_points.c. Gives the leaves around a point the vertices that their parts have there. New
+// parts: copies of the vertex that their leaves have had, or, without one, born in the middle of
+// `of`. With of = CUT_NO_BIRTHS nothing may be new: false if it were.
+enum { CUT_NO_BIRTHS = -2 };
+bool cut_points_visit(CutLattice *lattice, const int point[3], const int leaf[8], int of);
+// How many vertices are to be there, and are.
+int cut_points_wanted(const CutLattice *lattice, const int point[3], const int leaf[8]);
+int cut_points_present(const CutLattice *lattice, const int point[3]);
+// Lists a vertex at the point that its id names.
+void cut_points_add(CutLattice *lattice, int vertex);
+
+// cut_split.c. The element's bits have changed: it may want to be divided.
+void cut_split_bite(CutLattice *lattice, int cell);
+// Brings what was added to `wanted` behind the first `sorted` into its order.
+void cut_split_sort(CutLattice *lattice, int sorted);
+
+#endif

@@ -1,0 +1,159 @@
+// The vertices at a lattice point. Step thread.
+#include "voxel/cut/cut_parts.h"
+
+#include "base/check.h"
+#include "voxel/point_parts.h"
+
+void cut_lattice_point(const CutLattice *lattice, int vertex, int point[3])
+{
+    const CutScratch *scratch = lattice->scratch;
+    const int nx = scratch->points[0], ny = scratch->points[1];
+    const int index = lattice->vertex_id[vertex] % (nx * ny * scratch->points[2]);
+    point[0] = index % nx;
+    point[1] = index / nx % ny;
+    point[2] = index / (nx * ny);
+}
+
+void cut_lattice_around(const CutLattice *lattice, const int point[3], int leaf[8])
+{
+    for (int s = 0; s < 8; s++) {
+        int cell = cut_parts_block(lattice, 0, point[0] - 1 + (s & 1), point[1] - 1 + (s >> 1 & 1),
+                                   point[2] - 1 + (s >> 2));
+        leaf[s] = cell < 0 ? -1 : cut_parts_leaf(lattice, cell);
+    }
+}
+
+int cut_lattice_node_at(const CutLattice *lattice, int leaf, const int point[3])
+{
+    const CutElement *element = &lattice->element[leaf];
+    int at = 0;
+    for (int d = 0, step = 1; d < 3; d++, step *= 3)
+        at += step * (2 * (point[d] - element->cell[d]) >> element->level);
+    return lattice->scratch->node_at[at];
+}
+
+// Where the leaf in a slot has its vertex for the point.
+static int *place_in(CutLattice *lattice, int leaf, int slot, const int point[3])
+{
+    if (cut_parts_is_cell(lattice, leaf))
+        return &lattice->corner[leaf][7 - slot]; // the corner opposite
+    return &lattice
+                ->node[leaf - lattice->level_first[1]][cut_lattice_node_at(lattice, leaf, point)];
+}
+
+static PointParts parts_at(const CutLattice *lattice, const int point[3], const int leaf[8])
+{
+    const int all = point[0] | point[1] | point[2];
+    unsigned corners = 0, broken = 0;
+    bool whole = true; // nothing parts what lies around
+    for (int s = 0; s < 8; s++) {
+        whole &= leaf[s] >= 0;
+        if (leaf[s] < 0)
+            continue;
+        const int level = lattice->element[leaf[s]].level;
+        if ((all & ((1 << level) - 1)) == 0)
+            corners |= 1u << s;
+    }
+    for (int f = 0; f < 12; f++) {
+        const int low = leaf[POINT_FACE[f]], high = leaf[POINT_FACE[f] + (1 << f / 4)];
+        if (low >= 0 && high >= 0 && cut_parts_is_cell(lattice, low) &&
+            cut_parts_is_cell(lattice, high))
+            broken |= (unsigned)(lattice->broken[low] >> f / 4 & 1) << f;
+    }
+    if (whole && broken == 0)
+        return (PointParts){.owns = corners != 0};
+    return point_parts(leaf, corners, broken);
+}
+
+static int find_vertex(const CutLattice *lattice, int index, int id)
+{
+    int v = lattice->scratch->head[index];
+    while (v >= 0 && lattice->vertex_id[v] != id)
+        v = lattice->scratch->next[v];
+    return v;
+}
+
+void cut_points_add(CutLattice *lattice, int vertex)
+{
+    CutScratch *scratch = lattice->scratch;
+    int point[3];
+    cut_lattice_point(lattice, vertex, point);
+    int *head = &scratch->head[cut_parts_index(scratch, point)];
+    scratch->next[vertex] = *head;
+    *head = vertex;
+}
+
+static int add_vertex(CutLattice *lattice, int id, int origin, int of)
+{
+    const int v = (int)(*lattice->vertex_count)++;
+    ASSERT(v < lattice->vertex_capacity);
+    lattice->vertex_id[v] = id;
+    cut_points_add(lattice, v);
+    lattice->changes.birth[lattice->changes.birth_count++] =
+        (CutBirth){.vertex = v, .origin = origin, .of = origin >= 0 ? -1 : of};
+    return v;
+}
+
+// The vertex that the leaves of a part have had here; -1: none.
+static int vertex_before(CutLattice *lattice, const PointParts *parts, int part, const int leaf[8],
+                         const int point[3])
+{
+    for (int s = part; s < 8; s++)
+        if (parts->part[s] == part) {
+            int v = *place_in(lattice, leaf[s], s, point);
+            if (v >= 0)
+                return v;
+        }
+    return -1;
+}
+
+bool cut_points_visit(CutLattice *lattice, const int point[3], const int leaf[8], int of)
+{
+    const CutScratch *scratch = lattice->scratch;
+    const int index = cut_parts_index(scratch, point);
+    const int points = scratch->points[0] * scratch->points[1] * scratch->points[2];
+    const PointParts parts = parts_at(lattice, point, leaf);
+    int vertex[8], first_new = -1;
+    for (int p = 0; p < 8; p++) {
+        vertex[p] = -1;
+        if (!(parts.owns >> p & 1))
+            continue;
+        const int id = index + points * point_parts_rank(&parts, p);
+        vertex[p] = find_vertex(lattice, index, id);
+        if (vertex[p] >= 0)
+            continue;
+        if (of == CUT_NO_BIRTHS)
+            return false;
+        int origin = vertex_before(lattice, &parts, p, leaf, point);
+        if (origin < 0)
+            origin = first_new;
+        vertex[p] = add_vertex(lattice, id, origin, of);
+        if (first_new < 0)
+            first_new = vertex[p];
+    }
+    for (int s = 0; s < 8; s++) {
+        if (leaf[s] < 0)
+            continue;
+        int *place = place_in(lattice, leaf[s], s, point);
+        const int now = vertex[parts.part[s]];
+        if (*place == now)
+            continue;
+        *place = now;
+        cut_parts_list_element(lattice, leaf[s]);
+    }
+    return true;
+}
+
+int cut_points_wanted(const CutLattice *lattice, const int point[3], const int leaf[8])
+{
+    return __builtin_popcount(parts_at(lattice, point, leaf).owns);
+}
+
+int cut_points_present(const CutLattice *lattice, const int point[3])
+{
+    const CutScratch *scratch = lattice->scratch;
+    int count = 0;
+    for (int v = scratch->head[cut_parts_index(scratch, point)]; v >= 0; v = scratch->next[v])
+        count++;
+    return count;
+}

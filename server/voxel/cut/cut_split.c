@@ -1,0 +1,280 @@
+// Broken faces, and the division of elements that they ask for. Step thread.
+#include "voxel/cut/cut_parts.h"
+
+#include "base/check.h"
+
+#include <string.h>
+
+// ---------------------------------------------------------------------------------------------
+// Which elements want to be divided
+
+// The coarsest first: they have to be divided before what lies in them can be.
+static bool goes_before(const CutLattice *lattice, int a, int b)
+{
+    const int x = lattice->element[a].level, y = lattice->element[b].level;
+    return x != y ? x > y : a < b;
+}
+
+static void want(CutLattice *lattice, int element)
+{
+    lattice->wanted[lattice->wanted_count++] = element;
+}
+
+void cut_split_bite(CutLattice *lattice, int cell)
+{
+    unsigned char *bitten = lattice->scratch->bitten;
+    for (int e = cell; e >= 0 && !bitten[e]; e = lattice->element[e].parent) {
+        bitten[e] = 1;
+        if (!cut_parts_is_cell(lattice, e) && cut_lattice_is_leaf(lattice, e))
+            want(lattice, e);
+    }
+}
+
+static void sift(const CutLattice *lattice, int *heap, int count, int at)
+{
+    const int moved = heap[at];
+    for (int child; (child = 2 * at + 1) < count; at = child) {
+        if (child + 1 < count && goes_before(lattice, heap[child], heap[child + 1]))
+            child++;
+        if (!goes_before(lattice, moved, heap[child]))
+            break;
+        heap[at] = heap[child];
+    }
+    heap[at] = moved;
+}
+
+void cut_split_sort(CutLattice *lattice, int sorted)
+{
+    int *wanted = lattice->wanted, *fresh = lattice->scratch->fresh;
+    int count = lattice->wanted_count - sorted;
+    memcpy(fresh, wanted + sorted, (size_t)count * sizeof *fresh);
+    for (int at = count / 2 - 1; at >= 0; at--)
+        sift(lattice, fresh, count, at);
+    for (int last = count - 1; last > 0; last--) {
+        int first = fresh[0];
+        fresh[0] = fresh[last];
+        fresh[last] = first;
+        sift(lattice, fresh, last, 0);
+    }
+    for (int to = lattice->wanted_count - 1; count > 0; to--)
+        wanted[to] = sorted > 0 && goes_before(lattice, fresh[count - 1], wanted[sorted - 1])
+                         ? wanted[--sorted]
+                         : fresh[--count];
+}
+
+// ---------------------------------------------------------------------------------------------
+// Broken faces
+
+bool cut_lattice_has_room(const CutLattice *lattice, int faces)
+{
+    // A face that opens parts what holds together at each of its corners, once at most.
+    return (long)*lattice->vertex_count + 4L * faces <= lattice->vertex_capacity;
+}
+
+// The corners of a cell's face towards +axis.
+static void corner_of_face(const CutLattice *lattice, int cell, int axis, int corner, int point[3])
+{
+    const int a = (axis + 1) % 3, b = (axis + 2) % 3;
+    memcpy(point, lattice->element[cell].cell, 3 * sizeof *point);
+    point[axis]++;
+    point[a] += corner & 1;
+    point[b] += corner >> 1;
+}
+
+void cut_lattice_break(CutLattice *lattice, const int (*face)[2], int count)
+{
+    CutScratch *scratch = lattice->scratch;
+    const int sorted = lattice->wanted_count;
+    for (int f = 0; f < count; f++) {
+        const int cell = face[f][0], axis = face[f][1];
+        const int beyond = cut_lattice_beyond(lattice, cell, axis);
+        ASSERT(beyond >= 0);
+        lattice->broken[cell] |= (unsigned char)(1 << axis);
+        cut_split_bite(lattice, cell);
+        cut_split_bite(lattice, beyond);
+        cut_parts_list_face(lattice, cell, axis);
+    }
+    cut_split_sort(lattice, sorted);
+    int point[3], leaf[8];
+    for (int f = 0; f < count; f++)
+        for (int c = 0; c < 4 && cut_lattice_is_open(lattice, face[f][0], face[f][1]); c++) {
+            corner_of_face(lattice, face[f][0], face[f][1], c, point);
+            const int index = cut_parts_index(scratch, point);
+            if (scratch->visited[index])
+                continue;
+            scratch->visited[index] = 1;
+            cut_lattice_around(lattice, point, leaf);
+            cut_points_visit(lattice, point, leaf, -1);
+        }
+    for (int f = 0; f < count; f++)
+        for (int c = 0; c < 4; c++) {
+            corner_of_face(lattice, face[f][0], face[f][1], c, point);
+            scratch->visited[cut_parts_index(scratch, point)] = 0;
+        }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Divisions
+
+// The leaves in and around an element that is being divided, as blocks of its children's level:
+// those that it consists of in the middle. None of them is smaller.
+typedef struct Blocks {
+    int leaf[4][4][4]; // [z][y][x]
+} Blocks;
+
+static void find_blocks(const CutLattice *lattice, int element, Blocks *out)
+{
+    const CutElement *middle = &lattice->element[element];
+    const int level = middle->level - 1, i = (middle->cell[0] >> level) - 1;
+    const int j = (middle->cell[1] >> level) - 1, k = (middle->cell[2] >> level) - 1;
+    for (int z = 0; z < 4; z++)
+        for (int y = 0; y < 4; y++)
+            for (int x = 0; x < 4; x++) {
+                int block = cut_parts_block(lattice, level, i + x, j + y, k + z);
+                out->leaf[z][y][x] = block < 0 ? -1 : cut_parts_leaf(lattice, block);
+            }
+}
+
+// The point at an offset in half edges of an element, and the leaves around it.
+static void take_point(const CutLattice *lattice, int element, const Blocks *blocks,
+                       const int offset[3], int point[3], int leaf[8])
+{
+    const CutElement *middle = &lattice->element[element];
+    for (int d = 0; d < 3; d++)
+        point[d] = middle->cell[d] + (offset[d] << middle->level >> 1);
+    for (int s = 0; s < 8; s++)
+        leaf[s] = blocks->leaf[offset[2] + (s >> 2)][offset[1] + (s >> 1 & 1)][offset[0] + (s & 1)];
+}
+
+// Nodes of an element, then its centre.
+static void offset_of(int node, int offset[3])
+{
+    for (int d = 0; d < 3; d++)
+        offset[d] = node < NODE_COUNT ? NODE_OFFSET[node][d] : 1;
+}
+
+enum { POINTS = NODE_COUNT + 1, MOST_BIRTHS = 8 * POINTS };
+
+static bool fits(CutLattice *lattice, int element)
+{
+    const int room = lattice->vertex_capacity - cut_lattice_used(lattice);
+    if (room >= MOST_BIRTHS)
+        return true;
+    int births = 0, offset[3], point[3], leaf[8];
+    Blocks blocks;
+    lattice->divided[element] = 1; // as if
+    find_blocks(lattice, element, &blocks);
+    for (int n = 0; n < POINTS; n++) {
+        offset_of(n, offset);
+        take_point(lattice, element, &blocks, offset, point, leaf);
+        births += cut_points_wanted(lattice, point, leaf) - cut_points_present(lattice, point);
+    }
+    lattice->divided[element] = 0;
+    return births <= room;
+}
+
+// The children have the corners that were there: nodes of their parent.
+static void hand_down(CutLattice *lattice, int element)
+{
+    const CutScratch *scratch = lattice->scratch;
+    int *old = cut_parts_nodes(lattice, element);
+    for (int c = 0; c < 8; c++) {
+        int *nodes = cut_parts_nodes(lattice, lattice->element[element].child + c);
+        for (int k = 0; k < NODE_CORNERS; k++) {
+            const int node =
+                scratch->node_at[(c & 1) + (k & 1) + 3 * ((c >> 1 & 1) + (k >> 1 & 1)) +
+                                 9 * ((c >> 2) + (k >> 2))];
+            nodes[k] = node < 0 ? -1 : old[node];
+        }
+    }
+    for (int n = 0; n < NODE_COUNT; n++)
+        old[n] = -1;
+}
+
+// Broken faces of a cell that is a leaf now.
+static void list_faces(CutLattice *lattice, int cell)
+{
+    for (int axis = 0; axis < 3; axis++) {
+        if (lattice->broken[cell] >> axis & 1)
+            cut_parts_list_face(lattice, cell, axis);
+        int at[3];
+        memcpy(at, lattice->element[cell].cell, sizeof at);
+        at[axis]--;
+        const int below = cut_parts_block(lattice, 0, at[0], at[1], at[2]);
+        if (below >= 0 && (lattice->broken[below] >> axis & 1))
+            cut_parts_list_face(lattice, below, axis);
+    }
+}
+
+static void divide(CutLattice *lattice, int element)
+{
+    const int level = lattice->element[element].level, child = lattice->element[element].child;
+    lattice->divided[element] = 1;
+    lattice->leaf_count += 7;
+    lattice->leaf_at_level[level]--;
+    lattice->leaf_at_level[level - 1] += 8;
+    hand_down(lattice, element);
+    cut_parts_list_element(lattice, element);
+    for (int c = child; c < child + 8; c++) {
+        cut_parts_list_element(lattice, c);
+        if (level == 1)
+            list_faces(lattice, c);
+        else if (lattice->scratch->bitten[c])
+            want(lattice, c);
+    }
+    int offset[3], point[3], leaf[8];
+    Blocks blocks;
+    find_blocks(lattice, element, &blocks);
+    for (int n = 0; n < POINTS; n++) {
+        offset_of(n, offset);
+        take_point(lattice, element, &blocks, offset, point, leaf);
+        cut_points_visit(lattice, point, leaf, element);
+    }
+}
+
+// Divides an element, and before it the larger ones around it. Returns how many; when one of them
+// does not fit, the element stays.
+static int divide_in_order(CutLattice *lattice, int element)
+{
+    const CutElement *middle = &lattice->element[element];
+    const int level = middle->level, i = middle->cell[0] >> level, j = middle->cell[1] >> level;
+    const int k = middle->cell[2] >> level;
+    int divided = 0;
+    for (int n = 0; n < 27; n++) {
+        const int around =
+            cut_parts_block(lattice, level, i - 1 + n % 3, j - 1 + n / 3 % 3, k - 1 + n / 9);
+        const int larger = around < 0 ? -1 : lattice->element[around].parent;
+        if (larger < 0 || lattice->divided[larger])
+            continue;
+        divided += divide_in_order(lattice, larger);
+        if (!lattice->divided[larger])
+            return divided;
+    }
+    if (!fits(lattice, element))
+        return divided;
+    divide(lattice, element);
+    return divided + 1;
+}
+
+int cut_lattice_reconstruct(CutLattice *lattice)
+{
+    // Children that want to be divided in turn come behind; it is the next call that looks at them.
+    const int before = lattice->wanted_count;
+    int divided = 0;
+    for (int w = 0; w < before && divided < lattice->split_budget; w++)
+        if (!lattice->divided[lattice->wanted[w]])
+            divided += divide_in_order(lattice, lattice->wanted[w]);
+    int kept = 0, sorted = 0;
+    for (int w = 0; w < lattice->wanted_count; w++) {
+        if (w == before)
+            sorted = kept;
+        if (!lattice->divided[lattice->wanted[w]])
+            lattice->wanted[kept++] = lattice->wanted[w];
+    }
+    if (lattice->wanted_count > before) {
+        lattice->wanted_count = kept;
+        cut_split_sort(lattice, sorted);
+    }
+    lattice->wanted_count = kept;
+    return divided;
+}
