@@ -6,6 +6,7 @@
 #include "dynamics/joint.h"
 #include "dynamics/load.h"
 #include "dynamics/sim.h"
+#include "dynamics/stiffness.h"
 
 enum { SIM_BODIES = 64, SIM_TOOLS = 32, SIM_SCENE_LOADS = 64, SIM_ATTACHMENTS = 64 };
 
@@ -35,6 +36,14 @@ typedef struct SimAttachment {
     Attachment *attachment; // NULL: the joint
     Joint *joint;
 } SimAttachment;
+// What a scene has in which something can be cut.
+typedef struct Cutting {
+    int blade_count, blade_tool[SIM_TOOLS]; // blades in the order of the tools
+    BodyCuts *cuts[SIM_BODIES];             // NULL: neither cuttable nor tears
+    Stroke *stroke[SIM_BODIES];             // [blade_count]; NULL likewise, or without blades
+    SimEvent event[SIM_EVENTS];             // a circle
+    int event_first, event_count;
+} Cutting;
 
 struct Sim {
     // --- constant after sim_seal ---
@@ -47,9 +56,8 @@ struct Sim {
     LoadOptions scene_load[SIM_SCENE_LOADS]; // by start
     int stage_count;
     StageId stage[STAGE_COUNT];
-    int blade_count, blade_tool[SIM_TOOLS]; // blades in the order of the tools
-    int pieces_at_load[SIM_BODIES];
-    void *start_state; // copy of the state that sim_reset returns to
+    int *pieces_at_load; // [body_count]
+    void *start_state;   // copy of the state that sim_reset returns to
 
     // --- changes while running; what `state` lists ---
     SimClock *clock;
@@ -59,8 +67,7 @@ struct Sim {
     int *contact_tool;  // [contact_count]
     int *contact_start; // [body_count + 1]
     LoadSet loads;
-    BodyCuts *cuts[SIM_BODIES]; // NULL: neither cuttable nor tears
-    Stroke *stroke[SIM_BODIES]; // [blade_count]; NULL likewise, or without blades
+    Cutting *cutting;                                // NULL: no body can be cut
     SimAttachment scene_attachment[SIM_ATTACHMENTS]; // [scene_attachment_count] as given
     int scene_attachment_count, joint_count;
     int joined[SIM_BODIES];  // the first of the bodies that are joined with this one, itself too
@@ -68,12 +75,11 @@ struct Sim {
     int attachment_count;    // NULL: none
     int *attachment_start;   // [body_count + 1]
     GraspEvent *told;        // [attachment_count] what sim_next_grasp has told of graspers
+    StiffnessEstimator *stiffness; // NULL: not wanted, or no contact has any
 
     // --- results of the last tick ---
-    ToolWrench *wrench;         // [tool_count]
-    bool settling;              // loads wait, stale tools cannot be
-    SimEvent event[SIM_EVENTS]; // a circle
-    int event_first, event_count;
+    ToolWrench *wrench; // [tool_count]
+    bool settling;      // loads wait, stale tools cannot be
 
     // --- accounting, since the start ---
     int64_t stage_ns[STAGE_COUNT];

@@ -136,14 +136,14 @@ static void add_tool(uint64_t *hash, const ToolOptions *tool)
     fnv_vector(hash, tool->plane.point);
     fnv_vector(hash, tool->plane.normal);
     fnv_real(hash, tool->max_force);
+    for (int i = 0; i < 2 && tool->kind == TOOL_BLADE; i++)
+        fnv_vector(hash, tool->edge[i]);
     if (tool->has_friction)
         fnv_real(hash, tool->friction);
     if (tool->kind == TOOL_GRASPER) {
         fnv_real(hash, tool->grip_stiffness);
         fnv_real(hash, tool->grip_damping);
     }
-    for (int i = 0; i < 2 && tool->kind == TOOL_BLADE; i++)
-        fnv_vector(hash, tool->edge[i]);
 }
 
 static void add_attachment(uint64_t *hash, const AttachmentOptions *attachment)

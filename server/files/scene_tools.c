@@ -22,8 +22,8 @@ static const Option TOOL_OPTIONS[] = {
     {"kind", OPTION_WORD, AT(kind), "", .words = KIND_WORDS, .required = true,
      .about =
          "Probe: moved by messages. Static: stands in the world. Blade: moved by messages, cuts "
-         "along its edge. Grasper: moved by messages; when its jaws close it takes hold of what "
-         "lies in its capsules."},
+         "along its edge. Grasper: moved by messages; closing its jaws it takes hold of what lies "
+         "in its capsules."},
     {"capsules", OPTION_LIST, AT(capsules), "",
      .about =
          "Its shape: up to 8 groups, at least one for a probe; of a blade what pushes, its back."},
@@ -121,12 +121,11 @@ bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, T
             return false;
         tool->plane.normal = vec3_unit(tool->plane.normal);
     }
-    bool probe = tool->kind == TOOL_PROBE, moved = tool->kind != TOOL_STATIC;
+    const char *kind = KIND_WORDS[tool->kind].word;
+    bool moved = tool->kind != TOOL_STATIC;
     if (moved && tool->has_plane)
         return option_fail(source, raw.plane, "plane means nothing for a %s, only for kind static",
-                           probe                      ? "probe"
-                           : tool->kind == TOOL_BLADE ? "blade"
-                                                      : "grasper");
+                           kind);
     static const char *const GRIP[] = {"grip_stiffness", "grip_damping_ratio"};
     for (int i = 0; i < 2; i++)
         if (tool->kind != TOOL_GRASPER && option_given(group, GRIP[i]))
@@ -139,6 +138,6 @@ bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, T
         return false;
     if (tool->kind != TOOL_BLADE && tool->capsule_count == 0 && !tool->has_plane)
         return option_fail(source, group, "tool %d has no shape: give it capsules%s", tool->id,
-                           probe ? "" : " or a plane");
+                           moved ? "" : " or a plane");
     return true;
 }

@@ -73,9 +73,11 @@ static void print_levels(const Body *body, const SurfaceOptions *surface, FILE *
 {
     if (surface->levels > 0)
         fprintf(out, "  level %d of %d, %s, adjust \"%s\"\n", body->finest_level, surface->levels,
-                surface->adaptive ? "adaptive" : "for good",
+                surface->adaptive   ? "adaptive"
+                : surface->cuttable ? "refined by cuts alone"
+                                    : "for good",
                 surface->adjust == ADJUST_CHOI2005 ? "choi2005" : "continuum");
-    if (surface->adaptive)
+    if (surface->adaptive || surface->cuttable)
         fprintf(out, "  room for %d nodes, %d faces\n", body->mesh.node_capacity,
                 body->mesh.triangle_capacity);
 }
@@ -272,6 +274,8 @@ static void print_left_out(World *world, const Scene *scene, const ExchangeOptio
         fprintf(out, "  meshes in messages: publish.mesh_hz\n");
     if (!(publish->contact_hz > 0.0))
         fprintf(out, "  contacts in messages: publish.contact_hz\n");
+    else if (!publish->contact_stiffness)
+        fprintf(out, "  stiffness in contacts: publish.contact_stiffness\n");
     if (!asked->checkpoints)
         fprintf(out, "  checkpoints: option --checkpoint FILE\n");
     if (!asked->logs_inputs)

@@ -184,6 +184,29 @@ static void wake_bus(Loop *loop)
 
 // --- one tick ---
 
+static void apply_pose(Loop *loop, const Input *input)
+{
+    ToolPose pose = input_pose(input);
+    sim_apply_pose(loop->sim, input->index, &pose, loop->state == RUN_LOCKSTEP);
+    requests_log(loop, input);
+}
+
+// Only the newest pose of a tick is seen. A blade that was lifted meanwhile, or that another hand
+// took over, must not cut on its way from where it was.
+static void lift_blade(Loop *loop, const Input *input)
+{
+    int32_t *taken = loop->exchange->taken[input->index];
+    bool passed = input->pose.lifts != taken[0] || input->sender != taken[1];
+    taken[0] = input->pose.lifts;
+    taken[1] = input->sender;
+    if (!passed || !input->pose.active || sim_tool(loop->sim, input->index)->kind != TOOL_BLADE ||
+        !sim_tool_motion(loop->sim, input->index)->active)
+        return;
+    Input lift = *input;
+    lift.pose.active = false;
+    apply_pose(loop, &lift);
+}
+
 static void take_poses(Loop *loop)
 {
     Exchange *exchange = loop->exchange;
@@ -191,9 +214,8 @@ static void take_poses(Loop *loop)
         const Input *input = slot_take(&exchange->pose[i]);
         if (input == NULL)
             continue;
-        ToolPose pose = input_pose(input);
-        sim_apply_pose(loop->sim, i, &pose, loop->state == RUN_LOCKSTEP);
-        requests_log(loop, input);
+        lift_blade(loop, input);
+        apply_pose(loop, input);
     }
 }
 

@@ -218,6 +218,7 @@ int main(int argc, char **argv)
 #ifdef PLIANT_WITH_VOXEL
     bench_voxels(&bench);
     bench_voxel_presses(&bench);
+    bench_windows(&bench);
 #endif
     bench_live(&bench);
     if (bench.table != NULL && fclose(bench.table) != 0) {

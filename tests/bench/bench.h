@@ -51,5 +51,6 @@ void bench_live(Bench *bench);
 // Where voxel bodies are built in.
 void bench_voxels(Bench *bench);
 void bench_voxel_presses(Bench *bench);
+void bench_windows(Bench *bench);
 
 #endif

@@ -219,38 +219,69 @@ static void shift_edge(CutPoint point[2], int64_t attempt)
 
 // --- links against one quadrilateral ---
 
+static bool boxes_apart(const CutPath edge[2], const CutPath half[2])
+{
+    for (int c = 0; c < 3; c++) {
+        int64_t low[2], high[2];
+        const CutPath *pair[2] = {edge, half};
+        for (int i = 0; i < 2; i++) {
+            low[i] = high[i] = pair[i][0].at[0].x[c];
+            for (int k = 1; k < 4; k++) {
+                int64_t x = pair[i][k / 2].at[k % 2].x[c];
+                low[i] = x < low[i] ? x : low[i];
+                high[i] = x > high[i] ? x : high[i];
+            }
+        }
+        if (low[0] > high[1] || low[1] > high[0])
+            return true;
+    }
+    return false;
+}
+
+// How often the edge meets a half link in all sub-ticks, or CUT_DEGENERATE.
+static int count_half(const CutPath piece[][2], const CutPath half[2], int parts)
+{
+    if (parts == 1)
+        return cut_may_meet(piece[0], half) ? cut_count(piece[0], half) : 0;
+    int sum = 0;
+    for (int part = 0; part < parts; part++) {
+        if (boxes_apart(piece[part], half)) // a part of the link lies in the box of the whole
+            continue;
+        CutPath link[2] = {cut_part(half[0], part, parts), cut_part(half[1], part, parts)};
+        int count = cut_may_meet(piece[part], link) ? cut_count(piece[part], link) : 0;
+        if (count == CUT_DEGENERATE)
+            return CUT_DEGENERATE;
+        sum += count;
+    }
+    return sum;
+}
+
 // Adds what the half links of near faces meet. False: degenerate.
-static bool count_sweep(CutFinder *finder, const CutPath edge[2], int parts, bool still)
+static bool count_sweep(CutFinder *finder, const CutPath edge[2], int parts)
 {
     const Level *level = finder->level;
-    for (int part = 0; part < parts; part++) {
-        CutPath piece[2] = {cut_part(edge[0], part, parts), cut_part(edge[1], part, parts)};
-        for (int at = 0; at < finder->near_count; at++) {
-            int face = finder->near[at];
-            const CutFacePoints *path = finder->path[at];
-            CutPath half[2];
-            half[0] = (CutPath){{path[0].centroid, path[1].centroid}};
-            if (!still)
-                half[0] = cut_part(half[0], part, parts);
-            for (int k = 0; k < 3; k++) {
-                int e = level->face_edge[face][k], beyond = levels_beyond(level, e, face);
-                if (beyond < 0 || !finder->listed[beyond])
-                    continue;
-                half[1] = (CutPath){{path[0].middle[k], path[1].middle[k]}};
-                if (!still)
-                    half[1] = cut_part(half[1], part, parts);
-                if (!cut_may_meet(piece, half))
-                    continue;
-                int count = cut_count(piece, half);
-                if (count == CUT_DEGENERATE)
-                    return false;
-                if (!(finder->odd[e] & MARK_TOUCHED)) {
-                    finder->odd[e] |= MARK_TOUCHED;
-                    finder->met_edge[finder->met++] = e;
-                }
-                if (count % 2 != 0)
-                    finder->odd[e] ^= MARK_ODD;
+    CutPath piece[CUT_SUBTICKS_MOST][2];
+    for (int part = 0; part < parts; part++)
+        for (int end = 0; end < 2; end++)
+            piece[part][end] = cut_part(edge[end], part, parts);
+    for (int at = 0; at < finder->near_count; at++) {
+        int face = finder->near[at];
+        const CutFacePoints *path = finder->path[at];
+        CutPath half[2] = {{{path[0].centroid, path[1].centroid}}};
+        for (int k = 0; k < 3; k++) {
+            int e = level->face_edge[face][k], beyond = levels_beyond(level, e, face);
+            if (beyond < 0 || !finder->listed[beyond])
+                continue;
+            half[1] = (CutPath){{path[0].middle[k], path[1].middle[k]}};
+            int count = count_half((const CutPath(*)[2])piece, half, parts);
+            if (count == CUT_DEGENERATE)
+                return false;
+            if (count > 0 && !(finder->odd[e] & MARK_TOUCHED)) {
+                finder->odd[e] |= MARK_TOUCHED;
+                finder->met_edge[finder->met++] = e;
             }
+            if (count % 2 != 0)
+                finder->odd[e] ^= MARK_ODD;
         }
     }
     return true;
@@ -310,7 +341,7 @@ static bool count_command(CutFinder *finder, const BladeEdge *edge, int edges, i
         CutPath path[2] = {{{from[0], to[0]}}, {{from[1], to[1]}}};
         CutSweep sweep = {.before = edge[k], .after = edge[k + 1]};
         int parts = cut_subticks(&sweep, CUT_FIND_TOLERANCE * finder->h);
-        if (!count_sweep(finder, path, parts, true))
+        if (!count_sweep(finder, path, parts))
             return false;
         from[0] = to[0];
         from[1] = to[1];
@@ -365,7 +396,33 @@ CutVerdict cut_find_whole(CutFinder *finder, const CutTissue *tissue, const Blad
 
 // --- strokes ---
 
-// Points now, and where they were: where nothing was remembered, at rest.
+static int side_of(const Level *level, int face, int edge)
+{
+    int k = 0;
+    while (level->face_edge[face][k] != edge)
+        k++;
+    return k;
+}
+
+// Where a face's points were at the last look; where that is not known, at rest. What the face
+// across a side remembers of its middle holds for both: their links must go on from the same place.
+static void take_before(const CutFinder *finder, const CutMemory *memory, int face,
+                        const CutFacePoints *now, CutFacePoints *before)
+{
+    const Level *level = finder->level;
+    uint64_t clock = memory->clock[0];
+    if (memory->seen[face] == clock) {
+        *before = memory->points[face];
+        return;
+    }
+    *before = *now;
+    for (int k = 0; k < 3; k++) {
+        int e = level->face_edge[face][k], beyond = levels_beyond(level, e, face);
+        if (beyond >= 0 && memory->seen[beyond] == clock)
+            before->middle[k] = memory->points[beyond].middle[side_of(level, beyond, e)];
+    }
+}
+
 static void take_points(CutFinder *finder, const CutTissue *tissue, CutMemory *memory)
 {
     int kept = 0;
@@ -374,7 +431,7 @@ static void take_points(CutFinder *finder, const CutTissue *tissue, CutMemory *m
         CutFacePoints *path = finder->path[kept];
         if (!points_of(finder, tissue, face, &path[1]))
             continue;
-        path[0] = memory->seen[face] == memory->clock[0] ? memory->points[face] : path[1];
+        take_before(finder, memory, face, &path[1], &path[0]);
         finder->near[kept++] = face;
     }
     finder->near_count = kept;
@@ -409,7 +466,7 @@ static bool count_tick(CutFinder *finder, const CutPoint before[2], const BladeE
     if (both)
         shift_edge(from, attempt + CUT_TRIES);
     CutPath path[2] = {{{from[0], to[0]}}, {{from[1], to[1]}}};
-    return count_sweep(finder, path, parts, false);
+    return count_sweep(finder, path, parts);
 }
 
 static CutVerdict go_on(CutFinder *finder, const CutTissue *tissue, CutMemory *memory,

@@ -14,10 +14,18 @@ typedef struct Turn {
     int face, corner;
 } Turn;
 
+// Corner k in the uncut mesh: a body may write copies into the level's own table of corners, but
+// edges keep their ends, and side k begins at corner k.
+static int vertex_at(const Level *level, int face, int k)
+{
+    int e = level->face_edge[face][k];
+    return level->edge[e][level->edge_face[e][0] != face];
+}
+
 static int corner_of(const Level *level, int face, int vertex)
 {
     int k = 0;
-    while (level->face[face][k] != vertex)
+    while (vertex_at(level, face, k) != vertex)
         k++;
     return k;
 }
@@ -25,7 +33,7 @@ static int corner_of(const Level *level, int face, int vertex)
 // The next face counter-clockwise (way 1) or clockwise (way 0); face -1 beyond a border.
 static Turn turn_from(const Level *level, Turn from, int way)
 {
-    int vertex = level->face[from.face][from.corner];
+    int vertex = vertex_at(level, from.face, from.corner);
     int side = way ? (from.corner + 2) % 3 : from.corner;
     int next = levels_beyond(level, level->face_edge[from.face][side], from.face);
     return (Turn){next, next < 0 ? 0 : corner_of(level, next, vertex)};
@@ -143,8 +151,9 @@ static bool map_to_rest(const CutSnapInput *input, const int *work, const CutSna
     *out = vec3(0.0, 0.0, 0.0);
     Turn at = start;
     do {
-        const int *node = level->face[at.face];
-        int i = at.corner, j = (i + 1) % 3, k = (i + 2) % 3;
+        int vertex[3];
+        for (int k = 0; k < 3; k++)
+            vertex[k] = vertex_at(level, at.face, (at.corner + k) % 3);
         double share[2];
         Vec3 a = vec3_sub(place_of(input->tissue, at, 1), x);
         Vec3 b = vec3_sub(place_of(input->tissue, at, 2), x);
@@ -152,9 +161,9 @@ static bool map_to_rest(const CutSnapInput *input, const int *work, const CutSna
             double inside = share[0] < share[1] ? share[0] : share[1];
             if (!found || inside > best) {
                 found = true;
-                Vec3 rest = rest_of(input, work, moved, node[i]);
-                Vec3 ra = vec3_sub(rest_of(input, work, moved, node[j]), rest);
-                Vec3 rb = vec3_sub(rest_of(input, work, moved, node[k]), rest);
+                Vec3 rest = rest_of(input, work, moved, vertex[0]);
+                Vec3 ra = vec3_sub(rest_of(input, work, moved, vertex[1]), rest);
+                Vec3 rb = vec3_sub(rest_of(input, work, moved, vertex[2]), rest);
                 best = inside;
                 *out = vec3_add(vec3_scale(share[0], ra), vec3_scale(share[1], rb));
             }
@@ -185,15 +194,16 @@ static bool is_allowed(const CutSnapInput *input, const int *work, const CutSnap
     const double quarter = 0.78539816339744831; // 45 degrees
     Turn at = start;
     do {
-        const int *node = level->face[at.face];
         Vec3 built[3], now[3];
         for (int k = 0; k < 3; k++) {
-            built[k] = input->built[node[k]];
-            now[k] = rest_of(input, work, moved, node[k]);
+            int vertex = vertex_at(level, at.face, k);
+            built[k] = input->built[vertex];
+            now[k] = rest_of(input, work, moved, vertex);
         }
         now[at.corner] = vec3_add(now[at.corner], move);
-        double least = smallest_angle(built);
-        least = CUT_SNAP_GUARD * (least < quarter ? least : quarter);
+        double before = smallest_angle(built);
+        double least = CUT_SNAP_GUARD * (before < quarter ? before : quarter);
+        least = least > CUT_SNAP_FLOOR * before ? least : CUT_SNAP_FLOOR * before;
         // Nor may the face turn over.
         Vec3 up = vec3_cross(vec3_sub(built[1], built[0]), vec3_sub(built[2], built[0]));
         Vec3 area = vec3_cross(vec3_sub(now[1], now[0]), vec3_sub(now[2], now[0]));

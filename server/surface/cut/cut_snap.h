@@ -15,6 +15,7 @@
 
 #define CUT_SNAP_MOST  0.2  // [h]
 #define CUT_SNAP_GUARD 0.75 // of the smallest angle as built, or of 45 degrees if that is less
+#define CUT_SNAP_FLOOR 0.7  // of the smallest angle as built
 
 // What becomes of a vertex of the uncut finest mesh.
 typedef struct CutSnap {

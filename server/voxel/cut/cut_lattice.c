@@ -220,37 +220,6 @@ int cut_lattice_beyond(const CutLattice *lattice, int cell, int axis)
                            at[2] + (axis == 2));
 }
 
-int cut_lattice_birth_parents(const CutLattice *lattice, const CutBirth *birth, int parent[8])
-{
-    if (birth->origin >= 0) {
-        parent[0] = birth->origin;
-        return 1;
-    }
-    // The middle of an edge lies between its ends, that of a face between those of its edges, the
-    // centre between all corners: vertices of the eight that the element was divided into.
-    const CutElement *of = &lattice->element[birth->of];
-    int point[3], offset[3], middles = 0, count = 0;
-    cut_lattice_point(lattice, birth->vertex, point);
-    for (int d = 0; d < 3; d++) {
-        offset[d] = 2 * (point[d] - of->cell[d]) >> of->level;
-        middles += offset[d] == 1;
-    }
-    for (int n = 0; n < 27; n++) {
-        const int at[3] = {n % 3, n / 3 % 3, n / 9};
-        int left = 0, child = 0, corner = 0;
-        bool beside = true; // where the vertex is at the end of an edge, so is the parent
-        for (int d = 0; d < 3; d++) {
-            left += at[d] == 1;
-            beside &= offset[d] == 1 || at[d] == offset[d];
-            child |= (at[d] == 2) << d;
-            corner |= (at[d] > 0) << d;
-        }
-        if (beside && left == (middles == 2))
-            parent[count++] = cut_lattice_nodes(lattice, of->child + child)[corner];
-    }
-    return count;
-}
-
 // ---------------------------------------------------------------------------------------------
 // Changes
 

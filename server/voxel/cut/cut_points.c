@@ -83,14 +83,44 @@ void cut_points_add(CutLattice *lattice, int vertex)
     *head = vertex;
 }
 
-static int add_vertex(CutLattice *lattice, int id, int origin, int of)
+// Between which nodes of the divided element `of` a point in its middle lies: the middle of an edge
+// between its ends, that of a face between those of its edges, the centre between all corners; by
+// the vertices there of the eight that it was divided into. Returns how many.
+static int find_parents(const CutLattice *lattice, int of, const int point[3], int parent[8])
+{
+    const CutElement *element = &lattice->element[of];
+    int offset[3], middles = 0, count = 0;
+    for (int d = 0; d < 3; d++) {
+        offset[d] = 2 * (point[d] - element->cell[d]) >> element->level;
+        middles += offset[d] == 1;
+    }
+    for (int n = 0; n < 27; n++) {
+        const int at[3] = {n % 3, n / 3 % 3, n / 9};
+        int left = 0, child = 0, corner = 0;
+        bool beside = true; // where the point is at the end of an edge, so is the parent
+        for (int d = 0; d < 3; d++) {
+            left += at[d] == 1;
+            beside &= offset[d] == 1 || at[d] == offset[d];
+            child |= (at[d] == 2) << d;
+            corner |= (at[d] > 0) << d;
+        }
+        if (beside && left == (middles == 2))
+            parent[count++] = cut_lattice_nodes(lattice, element->child + child)[corner];
+    }
+    return count;
+}
+
+// A copy of `origin`, or, if that is negative, in the middle of `of`.
+static int add_vertex(CutLattice *lattice, int id, const int point[3], int origin, int of)
 {
     const int v = (int)(*lattice->vertex_count)++;
     ASSERT(v < lattice->vertex_capacity);
     lattice->vertex_id[v] = id;
+    CutBirth *birth = &lattice->changes.birth[lattice->changes.birth_count++];
+    *birth = (CutBirth){.vertex = v, .origin = origin, .parent_count = 1, .parent = {origin}};
+    if (origin < 0)
+        birth->parent_count = find_parents(lattice, of, point, birth->parent);
     cut_points_add(lattice, v);
-    lattice->changes.birth[lattice->changes.birth_count++] =
-        (CutBirth){.vertex = v, .origin = origin, .of = origin >= 0 ? -1 : of};
     return v;
 }
 
@@ -113,6 +143,8 @@ bool cut_points_visit(CutLattice *lattice, const int point[3], const int leaf[8]
     const int index = cut_parts_index(scratch, point);
     const int points = scratch->points[0] * scratch->points[1] * scratch->points[2];
     const PointParts parts = parts_at(lattice, point, leaf);
+    if (parts.owns == 0) // then it need not be a node of any of them
+        return true;
     int vertex[8], first_new = -1;
     for (int p = 0; p < 8; p++) {
         vertex[p] = -1;
@@ -127,7 +159,7 @@ bool cut_points_visit(CutLattice *lattice, const int point[3], const int leaf[8]
         int origin = vertex_before(lattice, &parts, p, leaf, point);
         if (origin < 0)
             origin = first_new;
-        vertex[p] = add_vertex(lattice, id, origin, of);
+        vertex[p] = add_vertex(lattice, id, point, origin, of);
         if (first_new < 0)
             first_new = vertex[p];
     }
@@ -136,7 +168,8 @@ bool cut_points_visit(CutLattice *lattice, const int point[3], const int leaf[8]
             continue;
         int *place = place_in(lattice, leaf[s], s, point);
         const int now = vertex[parts.part[s]];
-        if (*place == now)
+        // A point without a vertex may lie on a quarter of a large leaf's edge, where no node is.
+        if (now < 0 || *place == now)
             continue;
         *place = now;
         cut_parts_list_element(lattice, leaf[s]);

@@ -1,0 +1,470 @@
+#include "cut_model.h"
+
+#include "geometry/generator.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char *const CUT_SHAPE_NAME[CUT_SHAPES] = {"sphere", "sheet", "tube"};
+
+// --- shapes ---
+
+enum { TUBE_AROUND = 12, TUBE_ALONG = 7 };
+
+static void make_tube(TriMesh *mesh)
+{
+    const double pi = 3.14159265358979323846;
+    mesh_create(mesh, TUBE_AROUND * (TUBE_ALONG + 1), 2 * TUBE_AROUND * TUBE_ALONG);
+    for (int j = 0; j <= TUBE_ALONG; j++)
+        for (int i = 0; i < TUBE_AROUND; i++) {
+            // A quarter of a ring of radius 0.12 m: edges along it are twice those around.
+            double bend = 1.8 * j / TUBE_ALONG, turn = 2.0 * pi * i / TUBE_AROUND;
+            double out = 0.12 + 0.03 * cos(turn);
+            mesh->position[j * TUBE_AROUND + i] =
+                vec3(out * cos(bend), out * sin(bend), 0.03 * sin(turn));
+        }
+    for (int j = 0, t = 0; j < TUBE_ALONG; j++)
+        for (int i = 0; i < TUBE_AROUND; i++) {
+            int a = j * TUBE_AROUND + i, b = j * TUBE_AROUND + (i + 1) % TUBE_AROUND;
+            const int two[2][3] = {{a, a + TUBE_AROUND, b}, {b, a + TUBE_AROUND, b + TUBE_AROUND}};
+            memcpy(mesh->triangle[t], two, sizeof two);
+            t += 2;
+        }
+}
+
+static void make_mesh(TriMesh *mesh, CutShape shape)
+{
+    Status status = {0};
+    bool ok = true;
+    if (shape == CUT_SPHERE)
+        ok = generate_ico_sphere(mesh, 1, 0.05, &status);
+    else if (shape == CUT_SHEET)
+        ok = generate_sheet(mesh, 9, 9, 0.1, 0.1, &status);
+    else
+        make_tube(mesh);
+    if (!ok)
+        abort();
+}
+
+// --- creation ---
+
+static void make_rings(CutModel *model)
+{
+    const Level *level = model->level;
+    int *start = calloc((size_t)model->vertices + 1, sizeof *start);
+    int *ring = calloc(3 * (size_t)model->faces, sizeof *ring);
+    int *fill = calloc((size_t)model->vertices, sizeof *fill);
+    for (int f = 0; f < model->faces; f++)
+        for (int k = 0; k < 3; k++)
+            start[level->face[f][k] + 1]++;
+    for (int v = 0; v < model->vertices; v++)
+        start[v + 1] += start[v];
+    for (int f = 0; f < model->faces; f++)
+        for (int k = 0; k < 3; k++) {
+            int v = level->face[f][k];
+            ring[start[v] + fill[v]++] = f;
+        }
+    free(fill);
+    model->ring_start = start;
+    model->ring = ring;
+}
+
+enum { KEY_SLOTS = 1 << 15 }; // four times the 8064 directed edges of the largest mesh
+
+void cut_model_create(CutModel *model, CutShape shape)
+{
+    Status status = {0};
+    memset(model, 0, sizeof *model);
+    model->shape = shape;
+    make_mesh(&model->mesh, shape);
+    MeshFault fault;
+    if (!mesh_validate(&model->mesh, &fault))
+        abort();
+    if (!levels_create(&model->levels, &model->mesh, 2, "body", &model->arena, &status))
+        abort();
+    model->level = &model->levels.level[2];
+    model->faces = model->level->face_count;
+    model->vertices = model->level->node_count;
+    double sum = 0.0;
+    for (int e = 0; e < model->level->edge_count; e++)
+        sum += vec3_length(vec3_sub(model->levels.position[model->level->edge[e][0]],
+                                    model->levels.position[model->level->edge[e][1]]));
+    model->h = sum / model->level->edge_count;
+    cut_find_create(&model->finder, model->level, vec3(0.01, 0.02, 0.03), model->h, "body",
+                    &model->arena);
+    cut_find_reserve_blades(&model->finder, 1, "body", &model->arena, &model->state);
+    make_rings(model);
+    size_t faces = (size_t)model->faces, vertices = (size_t)model->vertices;
+    model->all = calloc(faces, sizeof *model->all);
+    for (int f = 0; f < model->faces; f++)
+        model->all[f] = f;
+    model->rest = calloc(vertices, sizeof *model->rest);
+    model->broken = calloc(faces, 1);
+    model->corner = calloc(faces, sizeof *model->corner);
+    model->old_corner = calloc(faces, sizeof *model->corner);
+    model->origin = calloc(3 * faces, sizeof *model->origin);
+    model->x = calloc(3 * faces, sizeof *model->x);
+    model->old_x = calloc(3 * faces, sizeof *model->x);
+    model->moved = calloc(3 * faces, sizeof *model->moved);
+    model->work = calloc(vertices, sizeof *model->work);
+    model->root = calloc(3 * faces, sizeof *model->root);
+    model->count = calloc(3 * faces, sizeof *model->count);
+    model->key_next = calloc(3 * faces, sizeof *model->key_next);
+    model->key = calloc(KEY_SLOTS, sizeof *model->key);
+    model->value = calloc(KEY_SLOTS, sizeof *model->value);
+    cut_model_reset(model);
+}
+
+void cut_model_destroy(CutModel *model)
+{
+    void *all[] = {model->ring_start, model->ring,   model->all,        model->rest,
+                   model->broken,     model->corner, model->old_corner, model->origin,
+                   model->x,          model->old_x,  model->moved,      model->work,
+                   model->root,       model->count,  model->key_next,   model->key,
+                   model->value};
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++)
+        free(all[i]);
+    mesh_destroy(&model->mesh);
+    state_destroy(&model->state);
+    arena_destroy(&model->arena);
+}
+
+void cut_model_reset(CutModel *model)
+{
+    memset(model->broken, 0, (size_t)model->faces);
+    memcpy(model->corner, model->level->face, (size_t)model->faces * sizeof *model->corner);
+    model->node_count = model->vertices;
+    model->moved_count = 0;
+    for (int v = 0; v < model->vertices; v++) {
+        model->origin[v] = v;
+        model->x[v] = model->rest[v] = model->levels.position[v];
+    }
+}
+
+Vec3 cut_model_deformed(const CutModel *model, Vec3 rest, double amount)
+{
+    double size = model->shape == CUT_TUBE ? 0.15 : 0.1;
+    Vec3 p = vec3_scale(1.0 / size, rest);
+    Vec3 bent = {p.x + amount * (0.3 * p.y + 0.25 * p.z * p.z),
+                 p.y * (1.0 + 0.4 * amount) + amount * 0.2 * sin(5.0 * p.x),
+                 p.z * (1.0 - 0.3 * amount) + amount * (0.35 * p.x * p.x + 0.12 * sin(9.0 * p.y))};
+    // And twisted about x.
+    double angle = 0.8 * amount * p.x, c = cos(angle), s = sin(angle);
+    return vec3(size * bent.x, size * (c * bent.y - s * bent.z), size * (s * bent.y + c * bent.z));
+}
+
+void cut_model_deform(CutModel *model, double amount)
+{
+    for (int n = 0; n < model->node_count; n++)
+        model->x[n] = cut_model_deformed(model, model->rest[model->origin[n]], amount);
+}
+
+CutTissue cut_model_tissue(const CutModel *model)
+{
+    return (CutTissue){.face = model->all,
+                       .face_count = model->faces,
+                       .corner = (const int(*)[3])model->corner,
+                       .position = model->x,
+                       .broken = model->broken};
+}
+
+// --- union-find: the smaller becomes the root ---
+
+static int find_root(int *root, int i)
+{
+    while (root[i] != i)
+        i = root[i] = root[root[i]];
+    return i;
+}
+
+static void join(int *root, int a, int b)
+{
+    a = find_root(root, a);
+    b = find_root(root, b);
+    if (a < b)
+        root[b] = a;
+    else
+        root[a] = b;
+}
+
+// --- the rule: the faces around a vertex, joined across whole links, share a node ---
+
+static int corner_at(const CutModel *model, int face, int vertex)
+{
+    int k = 0;
+    while (model->level->face[face][k] != vertex)
+        k++;
+    return k;
+}
+
+// Joins the faces around a vertex; root[] holds places in the ring.
+static void join_ring(const CutModel *model, int vertex, int *root)
+{
+    const int *ring = model->ring + model->ring_start[vertex];
+    int count = model->ring_start[vertex + 1] - model->ring_start[vertex];
+    for (int i = 0; i < count; i++)
+        root[i] = i;
+    for (int i = 0; i < count; i++) {
+        int k = corner_at(model, ring[i], vertex);
+        for (int s = 0; s < 2; s++) {
+            int side = s ? (k + 2) % 3 : k;
+            int beyond =
+                levels_beyond(model->level, model->level->face_edge[ring[i]][side], ring[i]);
+            if (beyond < 0 || model->broken[ring[i]] >> side & 1)
+                continue;
+            int j = 0;
+            while (ring[j] != beyond)
+                j++;
+            join(root, i, j);
+        }
+    }
+}
+
+static void split_vertices(CutModel *model)
+{
+    memcpy(model->old_corner, model->corner, (size_t)model->faces * sizeof *model->corner);
+    memcpy(model->old_x, model->x, (size_t)model->node_count * sizeof *model->x);
+    model->node_count = model->vertices;
+    for (int v = 0; v < model->vertices; v++) {
+        const int *ring = model->ring + model->ring_start[v];
+        int count = model->ring_start[v + 1] - model->ring_start[v], node[64], *root = model->root;
+        join_ring(model, v, root);
+        for (int i = 0; i < count; i++) {
+            int k = corner_at(model, ring[i], v), first = find_root(root, i);
+            if (first == i) {
+                node[i] = i == 0 ? v : model->node_count++;
+                model->origin[node[i]] = v;
+                model->x[node[i]] = model->old_x[model->old_corner[ring[i]][k]];
+            }
+            model->corner[ring[i]][k] = node[first];
+        }
+    }
+}
+
+void cut_model_break(CutModel *model)
+{
+    for (int i = 0; i < model->finder.count; i++) {
+        int e = model->finder.edge[i];
+        for (int s = 0; s < 2; s++) {
+            int face = model->level->edge_face[e][s], k = 0;
+            while (model->level->face_edge[face][k] != e)
+                k++;
+            model->broken[face] |= (unsigned char)(1 << k);
+        }
+    }
+    split_vertices(model);
+}
+
+static void snap(CutModel *model, const BladeEdge *edge, int edges, const CutTissue *tissue)
+{
+    CutSnapInput input = {.finder = &model->finder,
+                          .tissue = tissue,
+                          .edge = edge,
+                          .edges = edges,
+                          .built = model->levels.position,
+                          .rest = model->rest};
+    model->moved_count = cut_snap(&input, model->work, model->moved);
+    for (int i = 0; i < model->moved_count; i++) {
+        const CutSnap *snap = &model->moved[i];
+        model->rest[snap->vertex] = vec3_add(model->rest[snap->vertex], snap->rest);
+        for (int n = 0; n < model->node_count; n++)
+            if (model->origin[n] == snap->vertex)
+                model->x[n] = vec3_add(model->x[n], snap->move);
+    }
+}
+
+CutVerdict cut_model_cut(CutModel *model, const BladeEdge *edge, int edges, CutCare care)
+{
+    CutTissue tissue = cut_model_tissue(model);
+    CutVerdict verdict = cut_find_whole(&model->finder, &tissue, edge, edges);
+    model->moved_count = 0;
+    if (verdict == CUT_DONE && care != CUT_PLAIN)
+        verdict = cut_smooth(&model->finder, &tissue, edge, edges);
+    if (verdict != CUT_DONE)
+        return verdict;
+    if (care == CUT_SNAPPED)
+        snap(model, edge, edges, &tissue);
+    cut_model_break(model);
+    return verdict;
+}
+
+int cut_model_pieces(const CutModel *model)
+{
+    int *root = model->root, pieces = 0;
+    for (int f = 0; f < model->faces; f++)
+        root[f] = f;
+    for (int f = 0; f < model->faces; f++)
+        for (int k = 0; k < 3; k++) {
+            int beyond = levels_beyond(model->level, model->level->face_edge[f][k], f);
+            if (beyond >= 0 && !(model->broken[f] >> k & 1))
+                join(root, f, beyond);
+        }
+    for (int f = 0; f < model->faces; f++)
+        pieces += find_root(root, f) == f;
+    return pieces;
+}
+
+int cut_model_copies(const CutModel *model)
+{
+    return model->node_count - model->vertices;
+}
+
+// --- invariants, from the node numbers ---
+
+static int slot_of(const CutModel *model, int a, int b)
+{
+    uint64_t key = ((uint64_t)(unsigned)a << 32 | (unsigned)b) + 1;
+    uint64_t slot = key * UINT64_C(0x9e3779b97f4a7c15) >> 49;
+    while (model->key[slot] != 0 && model->key[slot] != key)
+        slot = (slot + 1) % KEY_SLOTS;
+    return (int)slot;
+}
+
+// The half edge (3 face + side) from node a to b, or -1.
+static int half_edge(const CutModel *model, int a, int b)
+{
+    int slot = slot_of(model, a, b);
+    return model->key[slot] ? model->value[slot] : -1;
+}
+
+static const char *put_half_edges(CutModel *model)
+{
+    memset(model->key, 0, KEY_SLOTS * sizeof *model->key);
+    for (int f = 0; f < model->faces; f++)
+        for (int k = 0; k < 3; k++) {
+            int a = model->corner[f][k], b = model->corner[f][(k + 1) % 3];
+            if (a == b || model->origin[a] != model->level->face[f][k])
+                return "a face is degenerate or not where it was";
+            int slot = slot_of(model, a, b);
+            if (model->key[slot])
+                return "an edge has two faces on the same side";
+            model->key[slot] = ((uint64_t)(unsigned)a << 32 | (unsigned)b) + 1;
+            model->value[slot] = 3 * f + k;
+        }
+    return NULL;
+}
+
+// All faces of a node are one fan, from border to border or closed.
+static const char *check_fans(const CutModel *model)
+{
+    int *count = model->count, *some = model->key_next;
+    memset(count, 0, (size_t)model->node_count * sizeof *count);
+    for (int f = 0; f < model->faces; f++)
+        for (int k = 0; k < 3; k++) {
+            count[model->corner[f][k]]++;
+            some[model->corner[f][k]] = 3 * f + k;
+        }
+    for (int n = 0; n < model->node_count; n++) {
+        if (count[n] == 0)
+            return "a node has no face";
+        // Clockwise to the border or once round, then counted the other way.
+        int at = some[n], seen = 1;
+        for (int step = 0; step < count[n]; step++) {
+            int f = at / 3, k = at % 3;
+            int next = half_edge(model, model->corner[f][(k + 1) % 3], n);
+            if (next < 0)
+                break;
+            at = 3 * (next / 3) + (next % 3 + 1) % 3;
+            if (at == some[n])
+                break;
+        }
+        int start = at;
+        for (;;) {
+            int f = at / 3, k = at % 3;
+            int next = half_edge(model, n, model->corner[f][(k + 2) % 3]);
+            if (next < 0 || next == start)
+                break;
+            at = next;
+            if (++seen > count[n])
+                return "a fan does not close";
+        }
+        if (seen != count[n])
+            return "a node has two fans";
+    }
+    return NULL;
+}
+
+// One way out along the border from each border node; how many chains they make.
+static const char *check_borders(const CutModel *model, int *borders, int *single)
+{
+    int *next = model->key_next;
+    memset(next, 0xff, (size_t)model->node_count * sizeof *next);
+    *borders = *single = 0;
+    for (int f = 0; f < model->faces; f++)
+        for (int k = 0; k < 3; k++) {
+            int a = model->corner[f][k], b = model->corner[f][(k + 1) % 3];
+            if (half_edge(model, b, a) >= 0)
+                continue;
+            if (next[a] >= 0)
+                return "a border node has two chains";
+            next[a] = b;
+            ++*single;
+        }
+    for (int n = 0; n < model->node_count; n++) {
+        if (next[n] < 0)
+            continue;
+        ++*borders;
+        int at = n;
+        while (next[at] >= 0) {
+            int to = next[at];
+            next[at] = -1;
+            at = to;
+        }
+        if (at != n)
+            return "a border is not closed";
+    }
+    return NULL;
+}
+
+static int pieces_by_nodes(const CutModel *model)
+{
+    int *root = model->root, pieces = 0;
+    for (int n = 0; n < model->node_count; n++)
+        root[n] = n;
+    for (int f = 0; f < model->faces; f++) {
+        join(root, model->corner[f][0], model->corner[f][1]);
+        join(root, model->corner[f][0], model->corner[f][2]);
+    }
+    for (int n = 0; n < model->node_count; n++)
+        pieces += find_root(root, n) == n;
+    return pieces;
+}
+
+static const char *check_bits(const CutModel *model)
+{
+    for (int f = 0; f < model->faces; f++)
+        for (int k = 0; k < 3; k++) {
+            int e = model->level->face_edge[f][k], beyond = levels_beyond(model->level, e, f);
+            if (beyond < 0) {
+                if (model->broken[f] >> k & 1)
+                    return "a border is broken";
+                continue;
+            }
+            int j = 0;
+            while (model->level->face_edge[beyond][j] != e)
+                j++;
+            if ((model->broken[f] >> k & 1) != (model->broken[beyond] >> j & 1))
+                return "the two sides of an edge differ";
+        }
+    return NULL;
+}
+
+const char *cut_model_fault(CutModel *model, int *pieces, int *borders, int *euler)
+{
+    int single = 0;
+    *pieces = *borders = *euler = 0;
+    const char *fault = check_bits(model);
+    fault = fault ? fault : put_half_edges(model);
+    fault = fault ? fault : check_fans(model);
+    fault = fault ? fault : check_borders(model, borders, &single);
+    if (fault)
+        return fault;
+    int edges = (3 * model->faces + single) / 2;
+    *pieces = pieces_by_nodes(model);
+    *euler = model->node_count - edges + model->faces;
+    // All shapes are parts of a sphere.
+    if (*euler != 2 * *pieces - *borders)
+        return "V - E + F is not 2 pieces - borders";
+    return *pieces == cut_model_pieces(model) ? NULL : "pieces by nodes are not those by links";
+}

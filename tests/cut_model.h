@@ -1,0 +1,66 @@
+// A triangle surface without physics that can be cut: what the finder, smoothing and snapping need,
+// the rule by which vertices split, written the plain way, and every invariant of the outcome
+// derived from the node numbers alone.
+#ifndef PLIANT_TESTS_CUT_MODEL_H
+#define PLIANT_TESTS_CUT_MODEL_H
+
+#include "geometry/levels.h"
+#include "surface/cut/cut_snap.h"
+
+// Finest levels: 1280 faces, closed; 2048, flat, one border; 2688, a bent tube with two borders and
+// edges of 1 : 2.
+typedef enum CutShape { CUT_SPHERE, CUT_SHEET, CUT_TUBE, CUT_SHAPES } CutShape;
+
+extern const char *const CUT_SHAPE_NAME[CUT_SHAPES];
+
+typedef enum CutCare { CUT_PLAIN, CUT_SMOOTHED, CUT_SNAPPED } CutCare;
+
+typedef struct CutModel {
+    CutShape shape;
+    TriMesh mesh; // level 0
+    Arena arena;
+    StateList state;
+    Levels levels;
+    const Level *level; // finest
+    CutFinder finder;
+    double h; // mean edge [m]
+    int faces, vertices;
+    int *ring_start, *ring; // faces around each vertex, ascending
+    int *all;               // 0, 1, ...
+    Vec3 *rest;             // [vertices] after snaps
+    unsigned char *broken;  // [faces]
+    int (*corner)[3];       // [faces]
+    int node_count;
+    int *origin; // [3 faces] of a node
+    Vec3 *x;     // [3 faces] of a node
+    CutSnap *moved;
+    int moved_count; // of the last cut
+    int *work;
+    // scratch of the rule and the checks
+    int (*old_corner)[3];
+    Vec3 *old_x;
+    int *root, *count, *key_next;
+    uint64_t *key;
+    int *value;
+} CutModel;
+
+void cut_model_create(CutModel *model, CutShape shape);
+void cut_model_destroy(CutModel *model);
+// Whole again, in the rest shape.
+void cut_model_reset(CutModel *model);
+// Bends, stretches and ripples the surface as it rests, by up to a quarter of its size.
+void cut_model_deform(CutModel *model, double amount);
+Vec3 cut_model_deformed(const CutModel *model, Vec3 rest, double amount);
+
+CutTissue cut_model_tissue(const CutModel *model);
+// Finds, smooths, snaps and breaks.
+CutVerdict cut_model_cut(CutModel *model, const BladeEdge *edge, int edges, CutCare care);
+// Breaks what the finder found, and splits vertices.
+void cut_model_break(CutModel *model);
+int cut_model_pieces(const CutModel *model); // by unbroken links
+// Nodes in excess of vertices.
+int cut_model_copies(const CutModel *model);
+// Every invariant; NULL, or what is broken. borders: closed chains of edges with one face.
+const char *cut_model_fault(CutModel *model, int *pieces, int *borders, int *euler);
+
+#endif

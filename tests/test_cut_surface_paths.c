@@ -1,0 +1,351 @@
+// What single cuts of a fresh triangle surface come to, and how well their path follows the blade.
+#include "expect.h"
+
+#include "cut_blades.h"
+#include "effort.h"
+#include "random.h"
+
+#include <stdlib.h>
+
+static const double PI = 3.14159265358979323846;
+
+static void expect_sound(CutModel *model, int *pieces, int *borders, int *euler)
+{
+    const char *fault = cut_model_fault(model, pieces, borders, euler);
+    if (fault)
+        fail_msg("%s: %s", CUT_SHAPE_NAME[model->shape], fault);
+}
+
+static void start_over(CutModel *model, bool bent)
+{
+    cut_model_reset(model);
+    if (bent)
+        cut_model_deform(model, 1.0);
+}
+
+// How often the blade met the loop of links round an inner vertex an odd number of times: its own
+// ends passed through there.
+static int dead_ends(const CutModel *model)
+{
+    const Level *level = model->level;
+    int *sum = calloc((size_t)model->vertices, sizeof *sum), ends = 0;
+    for (int i = 0; i < model->finder.met; i++)
+        for (int end = 0; end < 2; end++)
+            sum[level->edge[model->finder.met_edge[i]][end]]++;
+    for (int e = 0; e < level->edge_count; e++)
+        if (level->edge_face[e][0] < 0 || level->edge_face[e][1] < 0)
+            sum[level->edge[e][0]] = sum[level->edge[e][1]] = 0;
+    for (int v = 0; v < model->vertices; v++)
+        ends += sum[v] % 2;
+    free(sum);
+    return ends;
+}
+
+// Whether the face, or one with which it shares a vertex, is at a border.
+static bool near_border(const CutModel *model, int face)
+{
+    const Level *level = model->level;
+    for (int k = 0; k < 3; k++) {
+        int v = level->face[face][k];
+        for (int i = model->ring_start[v]; i < model->ring_start[v + 1]; i++)
+            for (int s = 0; s < 3; s++)
+                if (levels_beyond(level, level->face_edge[model->ring[i]][s], model->ring[i]) < 0)
+                    return true;
+    }
+    return false;
+}
+
+static int inner_face(const CutModel *model, uint64_t *seed)
+{
+    int face;
+    do
+        face = random_below(seed, model->faces);
+    while (near_border(model, face));
+    return face;
+}
+
+// --- what cuts come to ---
+
+static void a_plane_makes_two_pieces_of_sphere_and_sheet(void **state)
+{
+    (void)state;
+    for (int shape = CUT_SPHERE; shape <= CUT_SHEET; shape++) {
+        CutModel model;
+        cut_model_create(&model, (CutShape)shape);
+        uint64_t seed = 3;
+        for (int trial = 0; trial < EFFORT(150); trial++) {
+            start_over(&model, false);
+            int pieces, borders, euler;
+            Vec3 through =
+                vec3_scale(0.8, blade_centroid(&model, random_below(&seed, model.faces)));
+            Vec3 normal = blade_direction(&seed);
+            Blade blade = blade_plane(through, normal, &seed);
+            if (cut_model_cut(&model, blade.edge, 2, CUT_SMOOTHED) == CUT_MET_NOTHING)
+                continue;
+            expect_sound(&model, &pieces, &borders, &euler);
+            assert_int_equal(pieces, 2);
+            assert_int_equal(borders, 2);
+            assert_int_equal(euler, 2);
+        }
+        cut_model_destroy(&model);
+    }
+}
+
+static void closed_loops_free_a_disc_unless_the_blade_ends_inside(void **state)
+{
+    (void)state;
+    for (int shape = 0; shape < CUT_SHAPES; shape++) {
+        CutModel model;
+        cut_model_create(&model, (CutShape)shape);
+        uint64_t seed = 4;
+        int freed = 0, ended = 0, trials = EFFORT(150);
+        for (int trial = 0; trial < trials; trial++) {
+            bool bent = trial % 2;
+            start_over(&model, bent);
+            int pieces, borders, euler, face = random_below(&seed, model.faces);
+            // Where it is much curved the edge would not reach through at the far side.
+            bool curved = bent || shape == CUT_TUBE;
+            double r = (curved ? random_between(&seed, 1.5, 3.0) : random_between(&seed, 2.5, 5.0));
+            Blade blade =
+                blade_arc(&model, face, r * model.h, 0.0, 2.0 * PI, 24, 4.0 * model.h, &seed);
+            assert_int_equal(cut_model_cut(&model, blade.edge, blade.edges, CUT_SMOOTHED),
+                             CUT_DONE);
+            expect_sound(&model, &pieces, &borders, &euler);
+            freed += pieces > 1;
+            if (pieces == 1) {
+                assert_true(dead_ends(&model) > 0);
+                ended++;
+            }
+            if (shape == CUT_SPHERE && !bent) {
+                assert_int_equal(pieces, 2);
+                assert_int_equal(euler, 2);
+            }
+        }
+        print_message("%s: %d of %d loops free a disc, %d of the blade's ended inside\n",
+                      CUT_SHAPE_NAME[shape], freed, trials, ended);
+        cut_model_destroy(&model);
+    }
+}
+
+static void half_a_loop_opens_one_border_and_frees_nothing(void **state)
+{
+    (void)state;
+    CutModel model;
+    cut_model_create(&model, CUT_SPHERE);
+    uint64_t seed = 6;
+    for (int trial = 0; trial < EFFORT(100); trial++) {
+        start_over(&model, false);
+        int pieces, borders, euler, face = random_below(&seed, model.faces);
+        double r = random_between(&seed, 2.5, 5.0) * model.h;
+        Blade blade = blade_arc(&model, face, r, 0.0, PI, 12, 4.0 * model.h, &seed);
+        assert_int_equal(cut_model_cut(&model, blade.edge, blade.edges, CUT_SMOOTHED), CUT_DONE);
+        expect_sound(&model, &pieces, &borders, &euler);
+        assert_int_equal(pieces, 1);
+        assert_int_equal(borders, 1);
+        assert_int_equal(euler, 1);
+    }
+    cut_model_destroy(&model);
+}
+
+static void cuts_that_end_inside_leave_one_piece(void **state)
+{
+    (void)state;
+    for (int shape = 0; shape < CUT_SHAPES; shape++) {
+        CutModel model;
+        cut_model_create(&model, (CutShape)shape);
+        uint64_t seed = 8;
+        for (int trial = 0; trial < EFFORT(200); trial++) {
+            start_over(&model, trial % 2);
+            int pieces, borders, euler, face = inner_face(&model, &seed);
+            Vec3 at = blade_centroid(&model, face), n = blade_normal(&model, face);
+            Vec3 along = vec3_unit(vec3_cross(n, blade_direction(&seed)));
+            double length = random_between(&seed, 0.2, 4.0) * model.h;
+            // It begins within a face that is not at a border: one there hangs on one link perhaps,
+            // and may well come off.
+            Blade blade =
+                blade_straight(at, vec3_madd(at, length, along), vec3_scale(2.0 * model.h, n));
+            cut_model_cut(&model, blade.edge, 2, CUT_SMOOTHED);
+            expect_sound(&model, &pieces, &borders, &euler);
+            assert_int_equal(pieces, 1);
+        }
+        cut_model_destroy(&model);
+    }
+}
+
+// A cut that runs into an older one, and half an edge beyond, separates.
+static void t_cuts_with_half_an_edge_of_overlap_separate(void **state)
+{
+    (void)state;
+    CutModel model;
+    cut_model_create(&model, CUT_SHEET);
+    uint64_t seed = 9;
+    for (int trial = 0; trial < EFFORT(200); trial++) {
+        start_over(&model, false);
+        int pieces, borders, euler;
+        double turn = random_between(&seed, 0.0, 2.0 * PI), lean = random_between(&seed, -0.7, 0.7);
+        Vec3 normal = vec3(cos(turn), sin(turn), 0.0), along = vec3(-normal.y, normal.x, 0.0);
+        Vec3 middle = vec3_scale(
+            0.02, vec3(random_between(&seed, -1.0, 1.0), random_between(&seed, -1.0, 1.0), 0.0));
+        Blade first = blade_plane(middle, normal, &seed);
+        assert_int_equal(cut_model_cut(&model, first.edge, 2, CUT_SMOOTHED), CUT_DONE);
+        Vec3 way = vec3_add(vec3_scale(cos(lean), normal), vec3_scale(sin(lean), along));
+        Vec3 end = vec3_madd(middle, 0.5 * model.h / cos(lean), way);
+        Blade second = blade_straight(vec3_madd(end, -0.2, way), end, vec3(0.0, 0.0, 0.02));
+        assert_int_equal(cut_model_cut(&model, second.edge, 2, CUT_SMOOTHED), CUT_DONE);
+        expect_sound(&model, &pieces, &borders, &euler);
+        assert_true(pieces >= 3);
+    }
+    cut_model_destroy(&model);
+}
+
+// --- single links ---
+
+static void one_broken_link_copies_no_node_and_the_next_one_copies_one(void **state)
+{
+    (void)state;
+    for (int shape = 0; shape < CUT_SHAPES; shape++) {
+        CutModel model;
+        cut_model_create(&model, (CutShape)shape);
+        uint64_t seed = 10;
+        for (int trial = 0; trial < 30; trial++) {
+            start_over(&model, false);
+            int face = inner_face(&model, &seed), pieces, borders, euler;
+            // Round its first corner: past the middles of the sides there, seen from the corner.
+            Vec3 n = blade_normal(&model, face), a = blade_corner(&model, face, 0);
+            Vec3 side = vec3_sub(blade_corner(&model, face, 1), a);
+            Vec3 across = vec3_scale(0.2, vec3_cross(n, side));
+            Vec3 half = vec3_scale(0.3 * model.h, n), at = vec3_madd(a, 0.45, side);
+            // Beside the side, across the half link of this face, or that of the next one too.
+            Blade blade = blade_straight(vec3_madd(a, 0.3, vec3_add(side, across)),
+                                         vec3_madd(a, 0.8, vec3_add(side, across)), half);
+            (void)at;
+            assert_int_equal(cut_model_cut(&model, blade.edge, 2, CUT_SMOOTHED), CUT_DONE);
+            assert_int_equal(model.finder.count, 1);
+            assert_int_equal(cut_model_copies(&model), 0);
+            expect_sound(&model, &pieces, &borders, &euler);
+            // Any edge that goes on from its end.
+            int e = model.finder.edge[0], v = model.level->edge[e][0], next = -1;
+            for (int i = model.ring_start[v]; i < model.ring_start[v + 1] && next < 0; i++)
+                for (int k = 0; k < 3; k++) {
+                    int other = model.level->face_edge[model.ring[i]][k];
+                    bool at_v =
+                        model.level->edge[other][0] == v || model.level->edge[other][1] == v;
+                    next = at_v && other != e ? other : next;
+                }
+            model.finder.edge[0] = next;
+            cut_model_break(&model);
+            assert_int_equal(cut_model_copies(&model), 1);
+            expect_sound(&model, &pieces, &borders, &euler);
+            assert_int_equal(euler, 2 * pieces - borders);
+        }
+        cut_model_destroy(&model);
+    }
+}
+
+// --- how well the path follows ---
+
+static int compare(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+typedef struct Quality {
+    double mean, largest; // [h]
+    double angle;         // smallest over that before
+} Quality;
+
+static double smallest_angle(const Vec3 *x, const int corner[3])
+{
+    double smallest = PI;
+    for (int k = 0; k < 3; k++) {
+        Vec3 a = vec3_sub(x[corner[(k + 1) % 3]], x[corner[k]]);
+        Vec3 b = vec3_sub(x[corner[(k + 2) % 3]], x[corner[k]]);
+        double angle = acos(vec3_dot(vec3_unit(a), vec3_unit(b)));
+        smallest = angle < smallest ? angle : smallest;
+    }
+    return smallest;
+}
+
+static double smallest_of_all(const CutModel *model, const Vec3 *x)
+{
+    double smallest = PI;
+    for (int f = 0; f < model->faces; f++) {
+        double angle = smallest_angle(x, model->level->face[f]);
+        smallest = angle < smallest ? angle : smallest;
+    }
+    return smallest;
+}
+
+// Of the nodes on the path, against the plane of the blade.
+static Quality quality_of(const CutModel *model, Vec3 through, Vec3 normal)
+{
+    Quality quality = {0};
+    int count = 0, *seen = calloc((size_t)model->vertices, sizeof *seen);
+    for (int i = 0; i < model->finder.count; i++)
+        for (int end = 0; end < 2; end++) {
+            int v = model->level->edge[model->finder.edge[i]][end];
+            if (seen[v]++)
+                continue;
+            double d = fabs(vec3_dot(normal, vec3_sub(model->x[v], through))) / model->h;
+            quality.mean += d;
+            quality.largest = d > quality.largest ? d : quality.largest;
+            count++;
+        }
+    free(seen);
+    quality.mean /= count;
+    quality.angle =
+        smallest_of_all(model, model->rest) / smallest_of_all(model, model->levels.position);
+    return quality;
+}
+
+static void paths_stay_near_the_blade(void **state)
+{
+    (void)state;
+    enum { TRIALS = 300 };
+    for (int shape = 0; shape < CUT_SHAPES; shape++)
+        for (int care = CUT_PLAIN; care <= CUT_SNAPPED; care++) {
+            CutModel model;
+            cut_model_create(&model, (CutShape)shape);
+            uint64_t seed = 12;
+            double mean[TRIALS], largest[TRIALS], angle[TRIALS];
+            int count = 0;
+            for (int trial = 0; trial < EFFORT(TRIALS); trial++) {
+                start_over(&model, false);
+                Vec3 through = vec3_scale(shape == CUT_TUBE ? 1.0 : 0.7,
+                                          blade_centroid(&model, random_below(&seed, model.faces)));
+                Vec3 normal = blade_direction(&seed);
+                Blade blade = blade_plane(through, normal, &seed);
+                if (cut_model_cut(&model, blade.edge, 2, (CutCare)care) != CUT_DONE)
+                    continue;
+                Quality quality = quality_of(&model, through, normal);
+                mean[count] = quality.mean;
+                largest[count] = quality.largest;
+                angle[count++] = -quality.angle;
+            }
+            qsort(mean, (size_t)count, sizeof *mean, compare);
+            qsort(largest, (size_t)count, sizeof *largest, compare);
+            qsort(angle, (size_t)count, sizeof *angle, compare);
+            int worst = count * 95 / 100;
+            print_message("%s %d: mean %.2f (%.2f, %.2f) largest %.2f (%.2f, %.2f) angle %.2f "
+                          "(%.2f, %.2f)\n",
+                          CUT_SHAPE_NAME[shape], care, mean[count / 2], mean[worst],
+                          mean[count - 1], largest[count / 2], largest[worst], largest[count - 1],
+                          -angle[count / 2], -angle[worst], -angle[count - 1]);
+            cut_model_destroy(&model);
+        }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_plane_makes_two_pieces_of_sphere_and_sheet),
+        cmocka_unit_test(closed_loops_free_a_disc_unless_the_blade_ends_inside),
+        cmocka_unit_test(half_a_loop_opens_one_border_and_frees_nothing),
+        cmocka_unit_test(cuts_that_end_inside_leave_one_piece),
+        cmocka_unit_test(t_cuts_with_half_an_edge_of_overlap_separate),
+        cmocka_unit_test(one_broken_link_copies_no_node_and_the_next_one_copies_one),
+        cmocka_unit_test(paths_stay_near_the_blade),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
