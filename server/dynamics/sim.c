@@ -8,8 +8,8 @@
 #include <string.h>
 
 static const char *const stage_names[STAGE_COUNT] = {
-    "inputs",        "tools",  "loads",   "cut",      "reconstruct", "adapt",    "grasp",
-    "find contacts", "forces", "contact", "wrenches", "check",       "snapshot",
+    "inputs",        "tools",  "loads",   "cut",      "reconstruct", "adapt",     "grasp",
+    "find contacts", "forces", "contact", "wrenches", "check",       "stiffness", "snapshot",
 };
 
 const char *stage_name(StageId stage)
@@ -192,6 +192,7 @@ static void list_stages(Sim *sim)
         [STAGE_CONTACT] = shapes,
         [STAGE_WRENCHES] = tools,
         [STAGE_CHECK] = true,
+        [STAGE_STIFFNESS] = sim->stiffness != NULL,
         [STAGE_SNAPSHOT] = sim->options.may_load,
     };
     for (int s = 0; s < STAGE_COUNT; s++)
@@ -212,6 +213,8 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
     create_contacts(sim);
     create_attachments(sim);
     reserve_forces(sim);
+    if (sim->options.contact_stiffness && sim->contact_count > 0)
+        sim->stiffness = stiffness_create(sim->contact, sim->contact_count, sim->tick, sim->arena);
     list_stages(sim);
     if (sim->options.may_load || sim->scene_load_count > 0)
         loads_create(&sim->loads, sim->body, sim->body_count, sim->arena, sim->state);
@@ -277,6 +280,8 @@ bool sim_check(const Sim *sim)
 
 void sim_restored(Sim *sim)
 {
+    if (sim->stiffness != NULL)
+        stiffness_forget(sim->stiffness);
     for (int b = 0; b < sim->body_count; b++) {
         Body *body = &sim->body[b];
         int topology = body->mesh.topology;

@@ -6,6 +6,7 @@
 #include "dynamics/attachment.h"
 #include "dynamics/load.h"
 #include "dynamics/sim.h"
+#include "dynamics/stiffness.h"
 
 enum { SIM_BODIES = 64, SIM_TOOLS = 32, SIM_SCENE_LOADS = 64, SIM_ATTACHMENTS = 64 };
 
@@ -68,6 +69,7 @@ struct Sim {
     int attachment_count;    // NULL: none
     int *attachment_start;   // [body_count + 1]
     GraspEvent *told;        // [attachment_count] what sim_next_grasp has told of graspers
+    StiffnessEstimator *stiffness; // NULL: not wanted, or no contact has any
 
     // --- results of the last tick ---
     ToolWrench *wrench; // [tool_count]

@@ -12,17 +12,24 @@ static void find_contacts(Sim *sim);
 static void advance_bodies(Sim *sim);
 static void take_wrenches(Sim *sim);
 static void check_numbers(Sim *sim);
+static void estimate_stiffness(Sim *sim);
 
 typedef void StageFunction(Sim *sim);
 
 // A scene's list of stages holds only what the scene has (sim_seal). Contact forces are part of the
 // substeps and timed there; inputs and snapshots belong to the runner, before and after the tick.
 static StageFunction *const stage_function[STAGE_COUNT] = {
-    [STAGE_TOOLS] = place_tools,           [STAGE_LOADS] = start_and_end_loads,
-    [STAGE_CUT] = cutting_stage,           [STAGE_RECONSTRUCT] = reconstruct_stage,
-    [STAGE_ADAPT] = adapt_bodies,          [STAGE_GRASP] = grasp,
-    [STAGE_FIND_CONTACTS] = find_contacts, [STAGE_FORCES] = advance_bodies,
-    [STAGE_WRENCHES] = take_wrenches,      [STAGE_CHECK] = check_numbers,
+    [STAGE_TOOLS] = place_tools,
+    [STAGE_LOADS] = start_and_end_loads,
+    [STAGE_CUT] = cutting_stage,
+    [STAGE_RECONSTRUCT] = reconstruct_stage,
+    [STAGE_ADAPT] = adapt_bodies,
+    [STAGE_GRASP] = grasp,
+    [STAGE_FIND_CONTACTS] = find_contacts,
+    [STAGE_FORCES] = advance_bodies,
+    [STAGE_WRENCHES] = take_wrenches,
+    [STAGE_CHECK] = check_numbers,
+    [STAGE_STIFFNESS] = estimate_stiffness,
 };
 
 void sim_step(Sim *sim)
@@ -269,6 +276,17 @@ static void add_sums(ContactSums *sum, const ContactSums *part, Vec3 about)
     sum->depth = fmax(sum->depth, part->depth);
 }
 
+// Of the contacts of the last tick, as far as it is known.
+static void tell_stiffness(const Sim *sim, int contact, ToolWrench *wrench)
+{
+    const ContactStiffness *stiffness = stiffness_get(sim->stiffness, contact);
+    if (stiffness == NULL)
+        return;
+    for (int i = 0; i < 6; i++)
+        wrench->stiffness[i] += stiffness->k[i];
+    wrench->damping += stiffness->damping;
+}
+
 // The wrench on a tool is the impulse of all bodies over the tick.
 static void take_wrenches(Sim *sim)
 {
@@ -307,6 +325,9 @@ static void take_wrenches(Sim *sim)
             .depth = sum->depth,
         };
     }
+    for (int k = 0; k < sim->contact_count && sim->stiffness != NULL; k++)
+        if (contact_is_near(sim->contact[k]) && contact_sums(sim->contact[k])->weight > 0.0)
+            tell_stiffness(sim, k, &sim->wrench[sim->contact_tool[k]]);
 }
 
 enum { BAD_TICKS = 10 }; // in a row, before a body goes back to its rest shape
@@ -340,4 +361,10 @@ static void check_numbers(Sim *sim)
             *wrench = (ToolWrench){.position = wrench->position};
         }
     }
+}
+
+static void estimate_stiffness(Sim *sim)
+{
+    if (!sim->settling)
+        stiffness_step(sim->stiffness, sim->clock->step);
 }
