@@ -278,15 +278,29 @@ static void look_at_half(void *context, int first, int last)
                            half, tear->high);
 }
 
-static void find_by_stress(CutTear *tear, const VoxelPass *pass)
+// The elements to be looked at; returns how many.
+static int find_stressed(CutTear *tear, const VoxelPass *pass)
 {
+    enum { ROUNDS = 5 };
     // A little lower: the kernels round, in single precision to 1e-7 of the stiffness.
     SharedLook shared = {tear, pass, (1.0 - 1e-3) * tear->stress};
-    if (tear->vertices->team != NULL && tear->vertices->halved)
-        team_run(tear->vertices->team, look_at_half, &shared, 2);
-    else
-        look_at_half(&shared, 0, 2);
-    const int count = cut_windows_stressed(tear->windows, tear->high, tear->stressed);
+    for (int round = 0;; round++) {
+        if (tear->vertices->team != NULL && tear->vertices->halved)
+            team_run(tear->vertices->team, look_at_half, &shared, 2);
+        else
+            look_at_half(&shared, 0, 2);
+        const int count = cut_windows_stressed(tear->windows, tear->high, tear->stressed);
+        if (count <= TEAR_LOOKS)
+            return count;
+        if (round == ROUNDS)
+            return TEAR_LOOKS;
+        shared.limit *= 1.5;
+    }
+}
+
+static void find_by_stress(CutTear *tear, const VoxelPass *pass)
+{
+    const int count = find_stressed(tear, pass);
     TearList list = {.count = 0};
     tear->look++;
     for (int k = 0; k < count; k++)

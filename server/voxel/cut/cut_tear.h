@@ -21,7 +21,10 @@
 
 // Most faces (of any elements) that tear in a tick, those under the greatest stress first; so a
 // body that goes to pieces does it over several ticks, each of bounded time.
-enum { TEAR_FACES = 64 };
+enum {
+    TEAR_FACES = 64,
+    TEAR_LOOKS = 512, // most elements whose faces are looked at in a tick, likewise
+};
 
 typedef struct CutTear {
     const CutLattice *lattice;
