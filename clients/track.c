@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static bool track_add(Track *track, const TrackPose *pose)
+static bool append(Track *track, const TrackPose *pose)
 {
     if (track->count == track->capacity) {
         int capacity = track->capacity ? 2 * track->capacity : 64;
@@ -44,7 +44,7 @@ static void angular_between(const double from[4], const double to[4], double dt,
 }
 
 // Velocities from each pose to the next; the last one rests.
-static void find_velocities(Track *track)
+void track_finish(Track *track)
 {
     for (int i = 0; i < track->count; i++) {
         TrackPose *pose = &track->pose[i];
@@ -131,7 +131,7 @@ static bool read_lines(Track *track, FILE *file, const char *path, ClientError *
             continue;
         if (!read_pose(line, last, &pose, why))
             ok = client_fail(error, "%s:%ld: %s", path, number, why);
-        else if (track->count == TRACK_POSES_MAX || !track_add(track, &pose))
+        else if (track->count == TRACK_POSES_MAX || !append(track, &pose))
             ok = client_fail(error, "%s:%ld: more than %d poses", path, number, track->count);
     }
     if (ok && ferror(file))
@@ -157,7 +157,7 @@ bool track_read(Track *track, const char *path, ClientError *error)
     double start = track->pose[0].time;
     for (int i = 0; i < track->count; i++)
         track->pose[i].time -= start;
-    find_velocities(track);
+    track_finish(track);
     return true;
 }
 
@@ -195,11 +195,20 @@ void track_press(Track *track, const double start[3], const double direction[3],
                 pose.position[axis] = start[axis] + along * direction[axis];
             // Poses at one time (no hold, no depth) are one pose.
             bool same = track->count > 0 && !(time > track->pose[track->count - 1].time);
-            if (!same && !track_add(track, &pose))
+            if (!same && !append(track, &pose))
                 abort(); // a handful of poses: the machine itself is out of memory
         }
     }
-    find_velocities(track);
+    track_finish(track);
+}
+
+void track_add(Track *track, double time, const double position[3], const double orientation[4])
+{
+    TrackPose pose = {.time = time};
+    memcpy(pose.position, position, sizeof pose.position);
+    memcpy(pose.orientation, orientation, sizeof pose.orientation);
+    if (!append(track, &pose))
+        abort(); // the machine itself is out of memory
 }
 
 double track_duration(const Track *track)

@@ -31,6 +31,9 @@ bool track_read(Track *track, const char *path, ClientError *error);
 // backwards.
 void track_press(Track *track, const double start[3], const double direction[3], double depth,
                  double speed, double hold, int repeat);
+// Pose by pose, times ascending from 0 on, then the velocities.
+void track_add(Track *track, double time, const double position[3], const double orientation[4]);
+void track_finish(Track *track);
 double track_duration(const Track *track); // [s]
 // The pose at `time`, with its velocities (zero outside the track).
 void track_at(const Track *track, double time, TrackPose *pose);

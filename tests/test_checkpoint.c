@@ -347,7 +347,8 @@ static void loads_that_cannot_be_are_refused(void **unused)
         scratch_seal(&scratch, "a.h5");
         const char *said = load(&run, "a.h5");
         if (forged[i].bits != 0)
-            assert_string_equal(said, "a.h5: /state holds loads or strokes that cannot be");
+            assert_string_equal(said,
+                                "a.h5: /state holds loads, strokes or attachments that cannot be");
         else
             assert_string_equal(said, ""); // nothing was altered
         assert_true(state_hash(&run.world.state) == before);

@@ -154,35 +154,46 @@ static void change(World *world, uint64_t *random)
 
 // --- claims ---
 
+static void expect_equal_range(const CutWindows *a, const CutWindows *b, const BatchRange *range,
+                               bool mixed, size_t real)
+{
+    for (int k = 0; k < range->used[BATCH_PLAIN]; k++) {
+        const int batch = range->first[BATCH_PLAIN] + k;
+        assert_int_equal(a->plain_class[batch], b->plain_class[batch]);
+        assert_memory_equal(a->plain_vertex[batch], b->plain_vertex[batch],
+                            sizeof a->plain_vertex[batch]);
+    }
+    for (int k = 0; k < range->used[BATCH_HANGING]; k++) {
+        const int batch = range->first[BATCH_HANGING] + k;
+        const size_t count = (size_t)a->tables[batch].count;
+        assert_int_equal(a->tables[batch].count, b->tables[batch].count);
+        assert_memory_equal(a->hanging_vertex[batch], b->hanging_vertex[batch],
+                            count * LANES * sizeof(int));
+        assert_memory_equal(a->hanging_class[batch], b->hanging_class[batch],
+                            sizeof a->hanging_class[batch]);
+        assert_memory_equal(a->tables[batch].number, b->tables[batch].number,
+                            (TABLE_HEAD + count * TABLE_ROW) * (mixed ? LANES : 1) * real);
+    }
+}
+
 static void expect_equal(const World *world, const CutWindows *a, const CutWindows *b)
 {
     const CutLattice *lattice = &world->lattice;
-    const size_t windows = (size_t)lattice->window_count,
+    const size_t windows = (size_t)lattice->window_count, groups = (size_t)a->group_count,
                  real = world->templates.precision == PRECISION_SINGLE ? 4 : 8;
-    assert_memory_equal(a->plain_used, b->plain_used, windows);
-    assert_memory_equal(a->hanging_used, b->hanging_used, windows);
+    assert_memory_equal(a->full, b->full, windows * sizeof *a->full);
+    assert_memory_equal(a->mixed, b->mixed, groups * sizeof *a->mixed);
     assert_memory_equal(a->place, b->place, (size_t)lattice->element_count * sizeof *a->place);
     assert_memory_equal(a->run_end, b->run_end, sizeof a->run_end);
-    assert_memory_equal(a->run, b->run, (size_t)a->run_end[1][1] * sizeof *a->run);
-    for (size_t w = 0; w < windows; w++) {
-        for (int k = 0; k < a->plain_used[w]; k++) {
-            const int batch = a->first_plain[w] + k;
-            assert_int_equal(a->plain_class[batch], b->plain_class[batch]);
-            assert_memory_equal(a->plain_vertex[batch], b->plain_vertex[batch],
-                                sizeof a->plain_vertex[batch]);
-        }
-        for (int k = 0; k < a->hanging_used[w]; k++) {
-            const int batch = a->first_hanging[w] + k;
-            const size_t count = (size_t)a->tables[batch].count;
-            assert_int_equal(a->tables[batch].count, b->tables[batch].count);
-            assert_memory_equal(a->hanging_vertex[batch], b->hanging_vertex[batch],
-                                count * LANES * sizeof(int));
-            assert_memory_equal(a->hanging_class[batch], b->hanging_class[batch],
-                                sizeof a->hanging_class[batch]);
-            assert_memory_equal(a->tables[batch].number, b->tables[batch].number,
-                                (TABLE_HEAD + count * TABLE_ROW) * LANES * real);
-        }
+    for (int k = 0; k < a->run_end[BATCH_HANGING][1]; k++) {
+        assert_int_equal(a->run[k].first, b->run[k].first);
+        assert_int_equal(a->run[k].count, b->run[k].count);
+        assert_int_equal(a->run[k].mixed, b->run[k].mixed);
     }
+    for (size_t w = 0; w < windows; w++)
+        expect_equal_range(a, b, &a->full[w], false, real);
+    for (size_t g = 0; g < groups; g++)
+        expect_equal_range(a, b, &a->mixed[g], true, real);
 }
 
 static void packing_what_changed_gives_the_same_as_packing_all(void **unused)
@@ -257,7 +268,7 @@ static void rotations_go_along_with_elements_and_to_their_children(void **unused
                                 sizeof expected);
             used++;
         }
-        const int batches = windows->plain_capacity + windows->hanging_capacity;
+        const int batches = windows->capacity[BATCH_PLAIN] + windows->capacity[BATCH_HANGING];
         for (int i = 0; i < batches * LANES; i++) {
             const double *q = windows->last[i / LANES][i % LANES];
             turned += memcmp(q, (double[4]){1.0, 0.0, 0.0, 0.0}, 4 * sizeof *q) != 0;
@@ -456,7 +467,7 @@ static void halves_and_levels_and_threads_give_the_same_bits(void **unused)
                 assert_memory_equal(f.force[1], first.force[1], f.bytes);
                 forces_destroy(&f);
             }
-        // Together they are all, and neither half has much more to do.
+        // Together they are all, and neither half has more to do.
         Forces whole = forces_create(&world);
         const VoxelPass pass = pass_of(&world, &whole);
         cut_windows_evaluate(&world.windows, voxel_kernels_find(world.templates.precision, "auto"),
@@ -476,13 +487,13 @@ static void halves_and_levels_and_threads_give_the_same_bits(void **unused)
         // Another order of sums.
         expect_at_most(worst / largest,
                        world.templates.precision == PRECISION_SINGLE ? 2e-6 : 4e-15);
-        for (int hanging = 0; hanging < 2; hanging++) {
-            const CutWindows *windows = &world.windows;
-            int batches = 0, total = cut_windows_count(windows, hanging != 0);
-            for (int r = hanging ? windows->run_end[0][1] : 0; r < windows->run_end[hanging][0];
-                 r++)
-                batches += windows->run[r].count;
-            assert_in_range(2 * batches, total, total + 2 * 4);
+        const CutWindows *windows = &world.windows;
+        for (int kind = 0; kind < BATCH_KINDS; kind++) {
+            int half = 0;
+            for (int r = kind == 0 ? 0 : windows->run_end[kind - 1][1];
+                 r < windows->run_end[kind][0]; r++)
+                half += windows->run[r].count;
+            assert_int_equal(half, cut_windows_count(windows, kind) / 2);
         }
         forces_destroy(&whole);
         forces_destroy(&first);

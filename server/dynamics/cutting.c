@@ -44,41 +44,68 @@ int body_count_pieces(const BodyMesh *mesh)
     return count;
 }
 
+static bool can_part(const Body *body)
+{
+    return body->ops->cut != NULL || body->ops->tear != NULL;
+}
+
+static void create_body(Sim *sim, int b)
+{
+    Body *body = &sim->body[b];
+    Cutting *cutting = sim->cutting;
+    int blades = cutting->blade_count;
+    BodyCuts *cuts = arena_allocate(sim->arena, ARENA_STEP, 1, sizeof *cuts, "%s/cuts", body->name);
+    *cuts = (BodyCuts){.pieces = sim->pieces_at_load[b], .told_step = NEVER, .refused_step = NEVER};
+    state_add(sim->state, cuts, sizeof *cuts, "%s/cuts", body->name);
+    cutting->cuts[b] = cuts;
+    if (body->ops->cut == NULL || blades == 0)
+        return;
+    cutting->stroke[b] = arena_allocate(sim->arena, ARENA_STEP, (size_t)blades,
+                                        sizeof *cutting->stroke[b], "%s/strokes", body->name);
+    state_add(sim->state, cutting->stroke[b], (size_t)blades * sizeof *cutting->stroke[b],
+              "%s/strokes", body->name);
+    if (body->ops->reserve_blades != NULL)
+        body->ops->reserve_blades(body->model, blades, sim->arena, sim->state);
+}
+
+// A body's strokes, one a blade; none where it has none.
+static int stroke_count(const Sim *sim, int b)
+{
+    return sim->cutting->stroke[b] != NULL ? sim->cutting->blade_count : 0;
+}
+
 void cutting_create(Sim *sim)
 {
+    bool any = false;
+    sim->pieces_at_load = arena_allocate(sim->arena, ARENA_OUTPUT, (size_t)sim->body_count,
+                                         sizeof *sim->pieces_at_load, "sim/pieces");
+    for (int b = 0; b < sim->body_count; b++) {
+        const Body *body = &sim->body[b];
+        sim->pieces_at_load[b] = body->mesh.node_count > 0 ? body_count_pieces(&body->mesh) : 1;
+        any |= can_part(body);
+    }
+    if (!any)
+        return;
+    Cutting *cutting =
+        arena_allocate(sim->arena, ARENA_STEP, 1, sizeof *sim->cutting, "sim/cutting");
+    sim->cutting = cutting;
     for (int t = 0; t < sim->tool_count; t++)
         if (sim->tool[t].kind == TOOL_BLADE)
-            sim->blade_tool[sim->blade_count++] = t;
-    int blades = sim->blade_count;
-    for (int b = 0; b < sim->body_count; b++) {
-        Body *body = &sim->body[b];
-        sim->pieces_at_load[b] = body->mesh.node_count > 0 ? body_count_pieces(&body->mesh) : 1;
-        if (body->ops->cut == NULL && body->ops->tear == NULL)
-            continue;
-        BodyCuts *cuts =
-            arena_allocate(sim->arena, ARENA_STEP, 1, sizeof *cuts, "%s/cuts", body->name);
-        cuts->pieces = sim->pieces_at_load[b];
-        cuts->told_step = cuts->refused_step = NEVER;
-        state_add(sim->state, cuts, sizeof *cuts, "%s/cuts", body->name);
-        sim->cuts[b] = cuts;
-        if (body->ops->cut == NULL || blades == 0)
-            continue;
-        sim->stroke[b] = arena_allocate(sim->arena, ARENA_STEP, (size_t)blades,
-                                        sizeof *sim->stroke[b], "%s/strokes", body->name);
-        state_add(sim->state, sim->stroke[b], (size_t)blades * sizeof *sim->stroke[b], "%s/strokes",
-                  body->name);
-        if (body->ops->reserve_blades != NULL)
-            body->ops->reserve_blades(body->model, blades, sim->arena, sim->state);
-    }
+            cutting->blade_tool[cutting->blade_count++] = t;
+    for (int b = 0; b < sim->body_count; b++)
+        if (can_part(&sim->body[b]))
+            create_body(sim, b);
 }
 
 // Time begins anew when a scene has settled.
 void cutting_settled(Sim *sim)
 {
+    if (sim->cutting == NULL)
+        return;
     for (int b = 0; b < sim->body_count; b++)
-        if (sim->cuts[b] != NULL)
-            sim->cuts[b]->told_step = sim->cuts[b]->refused_step = NEVER;
-    sim->event_count = 0;
+        if (sim->cutting->cuts[b] != NULL)
+            sim->cutting->cuts[b]->told_step = sim->cutting->cuts[b]->refused_step = NEVER;
+    sim->cutting->event_count = 0;
 }
 
 static bool edge_finite(const BladeEdge *edge)
@@ -94,15 +121,15 @@ static bool was(const Sim *sim, int64_t step)
 
 bool cutting_check(const Sim *sim)
 {
-    for (int b = 0; b < sim->body_count; b++) {
-        const BodyCuts *cuts = sim->cuts[b];
+    for (int b = 0; b < sim->body_count && sim->cutting != NULL; b++) {
+        const BodyCuts *cuts = sim->cutting->cuts[b];
         if (cuts == NULL)
             continue;
         if (cuts->pieces < 0 || cuts->pieces > INT_MAX || cuts->torn < 0 || cuts->torn_nodes < 0 ||
             !was(sim, cuts->told_step) || !was(sim, cuts->refused_step))
             return false;
-        for (int k = 0; k < sim->blade_count && sim->stroke[b] != NULL; k++) {
-            const Stroke *stroke = &sim->stroke[b][k];
+        for (int k = 0; k < stroke_count(sim, b); k++) {
+            const Stroke *stroke = &sim->cutting->stroke[b][k];
             if ((stroke->cut.under_way != 0 && stroke->cut.under_way != 1) ||
                 stroke->cut.tries < 0 || stroke->cut.tries > INT_MAX ||
                 !edge_finite(&stroke->cut.edge) || stroke->separated < 0 || stroke->nodes_added < 0)
@@ -120,9 +147,10 @@ static void tell(Sim *sim, int body, const char *kind, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 static void tell(Sim *sim, int body, const char *kind, const char *format, ...)
 {
-    if (sim->event_count == SIM_EVENTS)
+    Cutting *at = sim->cutting;
+    if (at->event_count == SIM_EVENTS)
         return;
-    SimEvent *event = &sim->event[(sim->event_first + sim->event_count++) % SIM_EVENTS];
+    SimEvent *event = &at->event[(at->event_first + at->event_count++) % SIM_EVENTS];
     *event = (SimEvent){.step = sim->clock->step, .body = body, .kind = kind};
     va_list arguments;
     va_start(arguments, format);
@@ -132,11 +160,12 @@ static void tell(Sim *sim, int body, const char *kind, const char *format, ...)
 
 bool sim_take_event(Sim *sim, SimEvent *event)
 {
-    if (sim->event_count == 0)
+    Cutting *at = sim->cutting;
+    if (at == NULL || at->event_count == 0)
         return false;
-    *event = sim->event[sim->event_first];
-    sim->event_first = (sim->event_first + 1) % SIM_EVENTS;
-    sim->event_count--;
+    *event = at->event[at->event_first];
+    at->event_first = (at->event_first + 1) % SIM_EVENTS;
+    at->event_count--;
     return true;
 }
 
@@ -147,7 +176,7 @@ static bool is_due(const Sim *sim, int64_t last, double seconds)
 
 static void note_pieces(Sim *sim, int b, int pieces)
 {
-    BodyCuts *cuts = sim->cuts[b];
+    BodyCuts *cuts = sim->cutting->cuts[b];
     if (pieces > cuts->pieces)
         tell(sim, b, "piece", "body '%s' is in %d pieces now, %lld more", sim->body[b].name, pieces,
              (long long)(pieces - cuts->pieces));
@@ -158,7 +187,7 @@ static void note_pieces(Sim *sim, int b, int pieces)
 // A stroke may be refused a thousand times a second.
 static void tell_refusal(Sim *sim, int b, int tool, const CutOutcome *outcome)
 {
-    BodyCuts *cuts = sim->cuts[b];
+    BodyCuts *cuts = sim->cutting->cuts[b];
     if (!is_due(sim, cuts->refused_step, 1.0))
         return;
     cuts->refused_step = sim->clock->step;
@@ -173,8 +202,8 @@ static void tell_refusal(Sim *sim, int b, int tool, const CutOutcome *outcome)
 // ---------------------------------------------------------------------------------------------
 // One sweep
 
-// All of it, however often the body asks for more; whatever knows its nodes and faces follows. What
-// the calls did adds up, the verdict is the last one's, but for what was done before.
+// What the calls of one sweep did adds up; the verdict is the last one's, but for what was done
+// before.
 static void add_outcome(CutOutcome *sum, const CutOutcome *one)
 {
     CutVerdict verdict =
@@ -191,6 +220,7 @@ static void add_outcome(CutOutcome *sum, const CutOutcome *one)
     sum->small_pieces = one->small_pieces;
 }
 
+// All of it, however often the body asks for more; whatever knows its nodes and faces follows.
 static void sweep_body(Sim *sim, int b, const CutSweep *sweep, CutOutcome *outcome)
 {
     Body *body = &sim->body[b];
@@ -239,7 +269,7 @@ static bool is_jump(const Sim *sim, const BladeEdge *from, const BladeEdge *to)
 
 static void sweep_blade(Sim *sim, int b, int blade, CutPhase phase, BladeEdge to)
 {
-    Stroke *stroke = &sim->stroke[b][blade];
+    Stroke *stroke = &sim->cutting->stroke[b][blade];
     if (phase == CUT_BEGINS)
         *stroke = (Stroke){.cut = {.under_way = 1, .edge = to}};
     CutSweep sweep = {.phase = phase,
@@ -254,24 +284,24 @@ static void sweep_blade(Sim *sim, int b, int blade, CutPhase phase, BladeEdge to
     stroke->nodes_added += outcome.nodes_added;
     if (!cut_refuses(outcome.verdict))
         return;
-    tell_refusal(sim, b, sim->blade_tool[blade], &outcome);
+    tell_refusal(sim, b, sim->cutting->blade_tool[blade], &outcome);
     stroke->lifted = 1;
 }
 
 // The blade has left: the summary of the stroke.
 static void end_stroke(Sim *sim, int b, int blade)
 {
-    Stroke *stroke = &sim->stroke[b][blade];
+    Stroke *stroke = &sim->cutting->stroke[b][blade];
     sweep_blade(sim, b, blade, CUT_ENDS, stroke->cut.edge);
     if (stroke->separated > 0) {
         CutOutcome sum = {.verdict = CUT_DONE,
                           .separated = stroke->separated,
                           .nodes_added = stroke->nodes_added,
-                          .pieces = (int)sim->cuts[b]->pieces};
+                          .pieces = (int)sim->cutting->cuts[b]->pieces};
         char text[SIM_EVENT_TEXT];
         cut_describe(&sum, sim->body[b].name, text, sizeof text);
-        tell(sim, b, "cut", "tool %d, stroke ended: %.140s", sim->tool[sim->blade_tool[blade]].id,
-             text);
+        tell(sim, b, "cut", "tool %d, stroke ended: %.140s",
+             sim->tool[sim->cutting->blade_tool[blade]].id, text);
     }
     *stroke = (Stroke){0};
 }
@@ -279,14 +309,14 @@ static void end_stroke(Sim *sim, int b, int blade)
 // One blade through one body, from where it was when the last tick began.
 static void stroke_body(Sim *sim, int b, int blade)
 {
-    const ToolMotion *motion = &sim->motion[sim->blade_tool[blade]];
-    Stroke *stroke = &sim->stroke[b][blade];
+    const ToolMotion *motion = &sim->motion[sim->cutting->blade_tool[blade]];
+    Stroke *stroke = &sim->cutting->stroke[b][blade];
     if (!motion->active) {
         if (stroke->cut.under_way)
             end_stroke(sim, b, blade);
         return;
     }
-    BladeEdge now = edge_now(sim, sim->blade_tool[blade]);
+    BladeEdge now = edge_now(sim, sim->cutting->blade_tool[blade]);
     if (stroke->cut.under_way && (stroke->lifted || is_jump(sim, &stroke->cut.edge, &now)))
         end_stroke(sim, b, blade);
     sweep_blade(sim, b, blade, stroke->cut.under_way ? CUT_GOES_ON : CUT_BEGINS, now);
@@ -294,10 +324,10 @@ static void stroke_body(Sim *sim, int b, int blade)
 
 void cutting_lift(Sim *sim, int tool, int body)
 {
-    for (int b = 0; b < sim->body_count; b++)
-        for (int k = 0; k < sim->blade_count && sim->stroke[b] != NULL; k++)
-            if ((tool < 0 || sim->blade_tool[k] == tool) && (body < 0 || body == b))
-                sim->stroke[b][k].lifted |= sim->stroke[b][k].cut.under_way;
+    for (int b = 0; b < sim->body_count && sim->cutting != NULL; b++)
+        for (int k = 0; k < stroke_count(sim, b); k++)
+            if ((tool < 0 || sim->cutting->blade_tool[k] == tool) && (body < 0 || body == b))
+                sim->cutting->stroke[b][k].lifted |= sim->cutting->stroke[b][k].cut.under_way;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -307,7 +337,7 @@ void cutting_lift(Sim *sim, int tool, int body)
 static void tell_torn(Sim *sim, int b)
 {
     enum { A_SECOND = 4 };
-    BodyCuts *cuts = sim->cuts[b];
+    BodyCuts *cuts = sim->cutting->cuts[b];
     if (cuts->torn == 0 || !is_due(sim, cuts->told_step, 1.0 / A_SECOND))
         return;
     tell(sim, b, "tear", "body '%s': %lld links torn, %lld nodes added, %lld pieces",
@@ -320,7 +350,7 @@ static void tell_torn(Sim *sim, int b)
 static void tear_body(Sim *sim, int b)
 {
     Body *body = &sim->body[b];
-    BodyCuts *cuts = sim->cuts[b];
+    BodyCuts *cuts = sim->cutting->cuts[b];
     TopologyChange change = {.again = true};
     while (change.again) {
         CutOutcome outcome = {.verdict = CUT_MET_NOTHING};
@@ -348,7 +378,7 @@ static void tear_body(Sim *sim, int b)
 void cutting_stage(Sim *sim)
 {
     for (int b = 0; b < sim->body_count; b++) {
-        for (int k = 0; k < sim->blade_count && sim->stroke[b] != NULL; k++)
+        for (int k = 0; k < stroke_count(sim, b); k++)
             stroke_body(sim, b, k);
         if (sim->body[b].ops->tear != NULL)
             tear_body(sim, b);
@@ -378,7 +408,8 @@ void reconstruct_stage(Sim *sim)
 
 int sim_pieces(const Sim *sim, int body)
 {
-    return sim->cuts[body] != NULL ? (int)sim->cuts[body]->pieces : sim->pieces_at_load[body];
+    const BodyCuts *cuts = sim->cutting != NULL ? sim->cutting->cuts[body] : NULL;
+    return cuts != NULL ? (int)cuts->pieces : sim->pieces_at_load[body];
 }
 
 static double edge_length(const BladeEdge *edge)

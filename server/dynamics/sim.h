@@ -25,6 +25,7 @@ typedef enum StageId {
     STAGE_CONTACT,       // contact forces inside the substeps
     STAGE_WRENCHES,      // impulses to wrenches
     STAGE_CHECK,         // numbers finite; else restore
+    STAGE_STIFFNESS,     // how stiff bodies feel to tools, a part of it
     STAGE_SNAPSHOT,      // hand positions to the bus (the runner's)
     STAGE_COUNT,
 } StageId;
@@ -66,6 +67,8 @@ typedef struct ToolWrench {
     Vec3 force, torque; // on the tool; torque about `position`
     Vec3 point, normal; // normal zero and depth 0 of a tool that only holds
     double depth;
+    double stiffness[6]; // (stiffness.h) xx yy zz yz zx xy [N/m]; all zero: not known
+    double damping;      // along the normal [N s/m]
 } ToolWrench;
 
 // A grasper took hold of a body, or let it go.
@@ -81,7 +84,8 @@ typedef struct SimOptions {
     double rate_hz;
     Vec3 gravity;
     double tool_timeout_s;
-    bool may_load; // loads can come at run time (by message or log)
+    bool may_load;          // loads can come at run time (by message or log)
+    bool contact_stiffness; // ToolWrench tells it
 } SimOptions;
 
 typedef struct Sim Sim;
@@ -148,6 +152,8 @@ int sim_pieces(const Sim *sim, int body);
 bool sim_take_event(Sim *sim, SimEvent *event);
 // Faces within a tool's reach that had no room among its candidates, tick by tick.
 int64_t sim_refused_faces(const Sim *sim);
+// Nodes of the scene's attachment, in the order of sim_add_attachment.
+int sim_attachment_nodes(const Sim *sim, int index);
 // Nodes and points of faces that graspers and attachments had no room for.
 int64_t sim_refused_holds(const Sim *sim);
 // What graspers have done since it was told, one after the other; of each body and tool at most

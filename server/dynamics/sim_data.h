@@ -3,9 +3,10 @@
 #ifndef PLIANT_DYNAMICS_SIM_DATA_H
 #define PLIANT_DYNAMICS_SIM_DATA_H
 
-#include "dynamics/attachment.h"
+#include "dynamics/joint.h"
 #include "dynamics/load.h"
 #include "dynamics/sim.h"
+#include "dynamics/stiffness.h"
 
 enum { SIM_BODIES = 64, SIM_TOOLS = 32, SIM_SCENE_LOADS = 64, SIM_ATTACHMENTS = 64 };
 
@@ -30,6 +31,20 @@ typedef struct BodyCuts {
     int64_t told_step, refused_step; // when a tear and a refusal were told last
 } BodyCuts;
 
+// One of the scene's: to a frame or to another body.
+typedef struct SimAttachment {
+    Attachment *attachment; // NULL: the joint
+    Joint *joint;
+} SimAttachment;
+// What a scene has in which something can be cut.
+typedef struct Cutting {
+    int blade_count, blade_tool[SIM_TOOLS]; // blades in the order of the tools
+    BodyCuts *cuts[SIM_BODIES];             // NULL: neither cuttable nor tears
+    Stroke *stroke[SIM_BODIES];             // [blade_count]; NULL likewise, or without blades
+    SimEvent event[SIM_EVENTS];             // a circle
+    int event_first, event_count;
+} Cutting;
+
 struct Sim {
     // --- constant after sim_seal ---
     SimOptions options;
@@ -41,9 +56,8 @@ struct Sim {
     LoadOptions scene_load[SIM_SCENE_LOADS]; // by start
     int stage_count;
     StageId stage[STAGE_COUNT];
-    int blade_count, blade_tool[SIM_TOOLS]; // blades in the order of the tools
-    int pieces_at_load[SIM_BODIES];
-    void *start_state; // copy of the state that sim_reset returns to
+    int *pieces_at_load; // [body_count]
+    void *start_state;   // copy of the state that sim_reset returns to
 
     // --- changes while running; what `state` lists ---
     SimClock *clock;
@@ -53,20 +67,19 @@ struct Sim {
     int *contact_tool;  // [contact_count]
     int *contact_start; // [body_count + 1]
     LoadSet loads;
-    BodyCuts *cuts[SIM_BODIES]; // NULL: neither cuttable nor tears
-    Stroke *stroke[SIM_BODIES]; // [blade_count]; NULL likewise, or without blades
-    Attachment *scene_attachment[SIM_ATTACHMENTS]; // [scene_attachment_count] in the order given
-    int scene_attachment_count;
+    Cutting *cutting;                                // NULL: no body can be cut
+    SimAttachment scene_attachment[SIM_ATTACHMENTS]; // [scene_attachment_count] as given
+    int scene_attachment_count, joint_count;
+    int joined[SIM_BODIES];  // the first of the bodies that are joined with this one, itself too
     Attachment **attachment; // [attachment_count], of the scene, then graspers, for each body;
     int attachment_count;    // NULL: none
     int *attachment_start;   // [body_count + 1]
     GraspEvent *told;        // [attachment_count] what sim_next_grasp has told of graspers
+    StiffnessEstimator *stiffness; // NULL: not wanted, or no contact has any
 
     // --- results of the last tick ---
-    ToolWrench *wrench;         // [tool_count]
-    bool settling;              // loads wait, stale tools cannot be
-    SimEvent event[SIM_EVENTS]; // a circle
-    int event_first, event_count;
+    ToolWrench *wrench; // [tool_count]
+    bool settling;      // loads wait, stale tools cannot be
 
     // --- accounting, since the start ---
     int64_t stage_ns[STAGE_COUNT];
@@ -92,10 +105,13 @@ bool cutting_check(const Sim *sim);
 // time_step.c
 // At load. False: a wanted time step that is above the bound of the body's finest level, or too
 // many substeps.
-bool time_step_choose(const Sim *sim, Body *body, Status *status);
+bool time_step_choose(Sim *sim, Body *body, Status *status);
 // After the body's bounds or scales have changed: sets time_step_limit, substeps and h. A wanted
 // time step that is longer than the bound gives way, unless it was called unsafe.
-void time_step_follow(const Sim *sim, Body *body);
+void time_step_follow(Sim *sim, Body *body);
+// At load, once every body has chosen: bodies that are joined take the same steps, the shortest of
+// any.
+void time_step_join(Sim *sim);
 // Whether the step that the body takes at its finest level allows these scales; what they allow
 // and what it takes [s].
 bool time_step_allows(const Sim *sim, const Body *body, double stiffness_scale,

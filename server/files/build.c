@@ -26,7 +26,10 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
     SimOptions sim = {.rate_hz = scene->rate_hz,
                       .gravity = scene->gravity,
                       .tool_timeout_s = scene->tool_timeout_s,
-                      .may_load = options->may_load};
+                      .may_load = options->may_load,
+                      .contact_stiffness = options->publishes &&
+                                           scene->publish.contact_hz > 0.0 &&
+                                           scene->publish.contact_stiffness};
     world->sim = sim_create(&sim, &world->arena, &world->state);
 
     const char *path = options->prepared != NULL ? options->prepared : scene->prepared;
@@ -43,6 +46,13 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
         sim_add_tool(world->sim, &scene->tool[i]);
     for (int i = 0; i < scene->load_count && ok; i++)
         sim_add_load(world->sim, &scene->load[i].load);
+    for (int i = 0; i < scene->attachment_count && ok; i++) {
+        const SceneAttachment *attachment = &scene->attachment[i];
+        Status said = {0};
+        ok = sim_add_attachment(world->sim, &attachment->options, &said) ||
+             status_fail(status, said.code, "%s:%d: attachments: %s", scene->path, attachment->line,
+                         said.text);
+    }
     if (ok) {
         Status said = {0};
         ok = sim_seal(world->sim, scene->settle_s, &said) ||

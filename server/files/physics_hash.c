@@ -138,6 +138,31 @@ static void add_tool(uint64_t *hash, const ToolOptions *tool)
     fnv_real(hash, tool->max_force);
     for (int i = 0; i < 2 && tool->kind == TOOL_BLADE; i++)
         fnv_vector(hash, tool->edge[i]);
+    if (tool->has_friction)
+        fnv_real(hash, tool->friction);
+    if (tool->kind == TOOL_GRASPER) {
+        fnv_real(hash, tool->grip_stiffness);
+        fnv_real(hash, tool->grip_damping);
+    }
+}
+
+static void add_attachment(uint64_t *hash, const AttachmentOptions *attachment)
+{
+    const FixedRegion *region = &attachment->region;
+    fnv_int(hash, attachment->body);
+    fnv_int(hash, attachment->to);
+    fnv_int(hash, attachment->tool);
+    fnv_int(hash, attachment->to_body);
+    fnv_real(hash, attachment->stiffness);
+    fnv_real(hash, attachment->damping_ratio);
+    fnv_int(hash, region->kind);
+    fnv_vector(hash, region->low);
+    fnv_vector(hash, region->high);
+    fnv_vector(hash, region->center);
+    fnv_real(hash, region->radius);
+    fnv_int(hash, region->node_count);
+    for (int i = 0; i < region->node_count; i++)
+        fnv_int(hash, region->node[i]);
 }
 
 static void add_load(uint64_t *hash, const LoadOptions *load)
@@ -162,6 +187,8 @@ uint64_t physics_hash(const Scene *scene, const World *world)
     fnv_int(&hash, scene->tool_count);
     for (int i = 0; i < scene->tool_count; i++)
         add_tool(&hash, &scene->tool[i]);
+    for (int i = 0; i < scene->attachment_count; i++)
+        add_attachment(&hash, &scene->attachment[i].options);
     fnv_int(&hash, scene->load_count);
     for (int i = 0; i < scene->load_count; i++)
         add_load(&hash, &scene->load[i].load);

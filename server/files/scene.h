@@ -59,11 +59,17 @@ typedef struct ScenePublish {
     double nodes_hz, mesh_hz, contact_hz, status_hz; // 0: never
     bool all_nodes;                                  // nodes = "all"
     bool velocity;
+    bool contact_stiffness; // of contacts
 } ScenePublish;
 
 typedef struct SceneLoad {
     LoadOptions load; // body index resolved
 } SceneLoad;
+
+typedef struct SceneAttachment {
+    AttachmentOptions options; // indices resolved; a list of nodes is owned
+    int line;                  // of the group in the scene file, for later errors
+} SceneAttachment;
 
 typedef struct Scene {
     char *path; // of the scene file
@@ -85,6 +91,8 @@ typedef struct Scene {
     SceneBody *body;
     int tool_count;
     ToolOptions *tool;
+    int attachment_count;
+    SceneAttachment *attachment;
     int load_count;
     SceneLoad *load;
 } Scene;

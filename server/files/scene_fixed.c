@@ -7,21 +7,15 @@
 
 enum { FIXED_REGIONS = 1024 };
 
-typedef struct FixedGroup {
-    const config_setting_t *box, *nodes;
-    Vec3 sphere;
-    double radius;
-} FixedGroup;
-
 static const Option FIXED_OPTIONS[] = {
-    {"box", OPTION_LIST, offsetof(FixedGroup, box), "m",
+    {"box", OPTION_LIST, offsetof(RegionGroup, box), "m",
      .about = "Two opposite corners, `([x, y, z], [x, y, z])`, the lower one first; faces "
               "included."},
-    {"sphere", OPTION_VECTOR, offsetof(FixedGroup, sphere), "m", 0.0, POSITION_LIMIT,
+    {"sphere", OPTION_VECTOR, offsetof(RegionGroup, sphere), "m", 0.0, POSITION_LIMIT,
      .preset_text = "none", .about = "Centre of a ball; goes with `radius`."},
-    {"radius", OPTION_REAL, offsetof(FixedGroup, radius), "m", 0.0, POSITION_LIMIT, .open = true,
+    {"radius", OPTION_REAL, offsetof(RegionGroup, radius), "m", 0.0, POSITION_LIMIT, .open = true,
      .preset_text = "none", .about = "Radius of the ball."},
-    {"nodes", OPTION_LIST, offsetof(FixedGroup, nodes), "",
+    {"nodes", OPTION_LIST, offsetof(RegionGroup, nodes), "",
      .about = "Node numbers of the mesh file or generator, from 0; of a voxel body, lattice points "
               "as by `id` in messages."},
 };
@@ -67,28 +61,34 @@ static bool read_nodes(const SceneReader *reader, const config_setting_t *list, 
     return true;
 }
 
+bool scene_read_region(const SceneReader *reader, const config_setting_t *group,
+                       const RegionGroup *raw, const char *list, FixedRegion *region)
+{
+    const OptionSource *source = &reader->source;
+    bool sphere = option_given(group, "sphere"), radius = option_given(group, "radius");
+    if ((raw->box != NULL) + (raw->nodes != NULL) + (sphere || radius) != 1)
+        return option_fail(source, group,
+                           "%s entry must be one of { box }, { sphere; radius } and { nodes }",
+                           list);
+    if (raw->box != NULL)
+        return read_box(reader, raw->box, region);
+    if (raw->nodes != NULL)
+        return read_nodes(reader, raw->nodes, region);
+    if (!sphere || !radius)
+        return option_fail(source, group, "%s %s is missing: a ball has a sphere and a radius",
+                           list, sphere ? "radius" : "sphere");
+    region->kind = FIXED_SPHERE;
+    region->center = raw->sphere;
+    region->radius = raw->radius;
+    return true;
+}
+
 static bool read_region(const SceneReader *reader, const config_setting_t *group,
                         FixedRegion *region)
 {
-    FixedGroup raw = {0};
-    const OptionSource *source = &reader->source;
-    if (!option_read(&FIXED_TABLE, group, source, &raw))
-        return false;
-    bool sphere = option_given(group, "sphere"), radius = option_given(group, "radius");
-    if ((raw.box != NULL) + (raw.nodes != NULL) + (sphere || radius) != 1)
-        return option_fail(source, group,
-                           "fixed entry must be one of { box }, { sphere; radius } and { nodes }");
-    if (raw.box != NULL)
-        return read_box(reader, raw.box, region);
-    if (raw.nodes != NULL)
-        return read_nodes(reader, raw.nodes, region);
-    if (!sphere || !radius)
-        return option_fail(source, group, "fixed %s is missing: a ball has a sphere and a radius",
-                           sphere ? "radius" : "sphere");
-    region->kind = FIXED_SPHERE;
-    region->center = raw.sphere;
-    region->radius = raw.radius;
-    return true;
+    RegionGroup raw = {0};
+    return option_read(&FIXED_TABLE, group, &reader->source, &raw) &&
+           scene_read_region(reader, group, &raw, "fixed", region);
 }
 
 bool scene_read_fixed(const SceneReader *reader, const config_setting_t *list, SceneBody *body)

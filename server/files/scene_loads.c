@@ -27,10 +27,25 @@ static const Option LOAD_OPTIONS[] = {
 const OptionTable LOAD_TABLE =
     OPTION_TABLE("loads", "A force on the nodes inside a sphere, for a while.", LOAD_OPTIONS);
 
+int scene_find_body(const SceneReader *reader, const config_setting_t *at, const char *name)
+{
+    const Scene *scene = reader->scene;
+    const char *nearest = NULL;
+    for (int i = 0; i < scene->body_count; i++) {
+        if (strcmp(scene->body[i].name, name) == 0)
+            return i;
+        if (option_is_near(name, scene->body[i].name))
+            nearest = scene->body[i].name;
+    }
+    option_fail(&reader->source, at, "body \"%s\" is not in the scene%s%s%s", name,
+                nearest != NULL ? ": did you mean \"" : "", nearest != NULL ? nearest : "",
+                nearest != NULL ? "\"?" : "");
+    return -1;
+}
+
 bool scene_read_load(const SceneReader *reader, const config_setting_t *group, LoadOptions *load)
 {
     LoadGroup raw = {0};
-    const Scene *scene = reader->scene;
     const config_setting_t *name = option_find(group, "body");
     if (!option_read(&LOAD_TABLE, group, &reader->source, &raw))
         return false;
@@ -38,16 +53,6 @@ bool scene_read_load(const SceneReader *reader, const config_setting_t *group, L
     load->body = -1;
     if (name == NULL || raw.body[0] == '\0')
         return true;
-    const char *nearest = NULL;
-    for (int i = 0; i < scene->body_count; i++) {
-        if (strcmp(scene->body[i].name, raw.body) == 0)
-            load->body = i;
-        if (option_is_near(raw.body, scene->body[i].name))
-            nearest = scene->body[i].name;
-    }
-    if (load->body >= 0)
-        return true;
-    return option_fail(&reader->source, name, "body \"%s\" is not in the scene%s%s%s", raw.body,
-                       nearest != NULL ? ": did you mean \"" : "", nearest != NULL ? nearest : "",
-                       nearest != NULL ? "\"?" : "");
+    load->body = scene_find_body(reader, name, raw.body);
+    return load->body >= 0;
 }

@@ -9,13 +9,13 @@
 enum {
     SCENE_BODIES = 64,
     SCENE_TOOLS = 32,
+    SCENE_ATTACHMENTS = 64,
     SCENE_WORD_MAX = 31,   // characters of a name of scene, body or prefix
     SCENE_FILE_MAX = 4000, // characters of a file name
 };
 
 // Why known keys of features that are not built in are refused.
 #define LATER_IMPLICIT "implicit integration is not built into this version"
-#define LATER_GRASPER  "graspers are not built into this version"
 
 #define POSITION_LIMIT 1e6 // [m] from the origin
 #define SIZE_LIMIT     1e3 // [m] of generated meshes
@@ -34,10 +34,10 @@ extern const OptionTable BODY_TABLE, TEAR_TABLE, CONTACT_TABLE, FIXED_TABLE, PLA
 extern const OptionTable MESH_TABLE, MATERIAL_TABLE, SHAPE_TABLE, ADAPT_TABLE;
 extern const OptionTable VOXELS_TABLE, VOXEL_MATERIAL_TABLE, LABEL_MATERIAL_TABLE, SKIN_TABLE;
 extern const OptionTable TOOL_TABLE, CAPSULE_TABLE, PLANE_TABLE;
-extern const OptionTable LOAD_TABLE;
+extern const OptionTable LOAD_TABLE, ATTACHMENT_TABLE;
 
 // All of them, in the order of the reference.
-enum { SCENE_TABLE_COUNT = 20 };
+enum { SCENE_TABLE_COUNT = 21 };
 const OptionTable *scene_table(int index);
 
 typedef struct SceneReader {
@@ -67,6 +67,13 @@ typedef struct BodyGroup {
     int split_budget;
 } BodyGroup;
 
+// The keys that say where nodes are.
+typedef struct RegionGroup {
+    const config_setting_t *box, *nodes;
+    Vec3 sphere;
+    double radius;
+} RegionGroup;
+
 // Each reads one group into zeroed memory; false with a status. What they allocate belongs to the
 // scene also when they fail.
 bool scene_read_body(const SceneReader *reader, const config_setting_t *group, SceneBody *body);
@@ -86,6 +93,13 @@ bool scene_read_shape(const SceneReader *reader, const config_setting_t *group,
 bool scene_read_voxels(const SceneReader *reader, const config_setting_t *group,
                        VoxelSource *voxels, int *dimensions);
 bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, ToolOptions *tool);
+// What the keys of an entry of `list` say; a list of nodes belongs to the caller.
+bool scene_read_region(const SceneReader *reader, const config_setting_t *group,
+                       const RegionGroup *raw, const char *list, FixedRegion *region);
+bool scene_read_attachment(const SceneReader *reader, const config_setting_t *group,
+                           SceneAttachment *attachment);
+// The index of a body by its name, `at` being the setting that names it; -1 with a status.
+int scene_find_body(const SceneReader *reader, const config_setting_t *at, const char *name);
 bool scene_read_load(const SceneReader *reader, const config_setting_t *group, LoadOptions *load);
 
 #endif

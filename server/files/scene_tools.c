@@ -6,14 +6,13 @@
 typedef struct ToolGroup {
     int id, kind;
     const config_setting_t *capsules, *plane, *edge;
-    double max_force;
+    double max_force, friction, grip_stiffness, grip_damping;
 } ToolGroup;
 
-enum { KIND_LATER = TOOL_KIND_COUNT };
 static const OptionWord KIND_WORDS[] = {{"probe", TOOL_PROBE, NULL},
                                         {"static", TOOL_STATIC, NULL},
                                         {"blade", TOOL_BLADE, NULL},
-                                        {"grasper", KIND_LATER, LATER_GRASPER},
+                                        {"grasper", TOOL_GRASPER, NULL},
                                         {NULL, 0, NULL}};
 
 #define AT(member) offsetof(ToolGroup, member)
@@ -23,13 +22,22 @@ static const Option TOOL_OPTIONS[] = {
     {"kind", OPTION_WORD, AT(kind), "", .words = KIND_WORDS, .required = true,
      .about =
          "Probe: moved by messages. Static: stands in the world. Blade: moved by messages, cuts "
-         "along its edge."},
+         "along its edge. Grasper: moved by messages; closing its jaws it takes hold of what lies "
+         "in its capsules."},
     {"capsules", OPTION_LIST, AT(capsules), "",
      .about =
          "Its shape: up to 8 groups, at least one for a probe; of a blade what pushes, its back."},
     {"plane", OPTION_GROUP, AT(plane), "", .about = "A half space; static tools only."},
     {"max_force", OPTION_REAL, AT(max_force), "N", 0.0, FORCE_LIMIT, .open = true, .preset = 3.3,
-     .about = "A tool pushed harder yields: the bodies and its user feel no more than this."},
+     .about =
+         "A tool pushed or pulled harder yields: the bodies and its user feel no more than this."},
+    {"friction", OPTION_REAL, AT(friction), "", 0.0, 10.0, .preset_text = "the body's",
+     .about = "Coefficient of friction between the tool and any body."},
+    {"grip_stiffness", OPTION_REAL, AT(grip_stiffness), "", 0.0, 1e3, .open = true, .preset = 0.3,
+     .about = "Of a grasper's hold, as a share of the body's own stiffness; the time step gets "
+              "shorter with it."},
+    {"grip_damping_ratio", OPTION_REAL, AT(grip_damping), "", 0.0, 1e3, .preset = 0.5,
+     .about = "Of a grasper's hold and the masses in it: 1 is critical."},
     {"edge", OPTION_LIST, AT(edge), "m", .preset_text = "required of a blade",
      .about = "The two ends of a blade's edge, in its frame: ([x, y, z], [x, y, z])."},
 };
@@ -103,16 +111,26 @@ bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, T
     tool->id = raw.id;
     tool->kind = (ToolKind)raw.kind;
     tool->max_force = raw.max_force;
+    tool->has_friction = option_given(group, "friction");
+    tool->friction = tool->has_friction ? raw.friction : 0.0;
+    tool->grip_stiffness = raw.grip_stiffness;
+    tool->grip_damping = raw.grip_damping;
     tool->has_plane = raw.plane != NULL;
     if (raw.plane != NULL) {
         if (!option_read(&PLANE_TABLE, raw.plane, source, &tool->plane))
             return false;
         tool->plane.normal = vec3_unit(tool->plane.normal);
     }
-    bool probe = tool->kind == TOOL_PROBE, moved = tool->kind != TOOL_STATIC;
+    const char *kind = KIND_WORDS[tool->kind].word;
+    bool moved = tool->kind != TOOL_STATIC;
     if (moved && tool->has_plane)
         return option_fail(source, raw.plane, "plane means nothing for a %s, only for kind static",
-                           probe ? "probe" : "blade");
+                           kind);
+    static const char *const GRIP[] = {"grip_stiffness", "grip_damping_ratio"};
+    for (int i = 0; i < 2; i++)
+        if (tool->kind != TOOL_GRASPER && option_given(group, GRIP[i]))
+            return option_fail(source, option_find(group, GRIP[i]),
+                               "%s means something for a grasper only", GRIP[i]);
     if (!moved && option_given(group, "max_force"))
         return option_fail(source, option_find(group, "max_force"),
                            "max_force means nothing for a static tool: it never yields");
@@ -120,6 +138,6 @@ bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, T
         return false;
     if (tool->kind != TOOL_BLADE && tool->capsule_count == 0 && !tool->has_plane)
         return option_fail(source, group, "tool %d has no shape: give it capsules%s", tool->id,
-                           probe ? "" : " or a plane");
+                           moved ? "" : " or a plane");
     return true;
 }

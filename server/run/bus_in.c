@@ -46,6 +46,9 @@ static void hand_over(Bus *bus, GateResult *result)
     Exchange *exchange = bus->exchange;
     if (!input_is_request(&result->input)) {
         Slot *slot = &exchange->pose[result->input.index];
+        int32_t *lifts = &exchange->lifts[result->input.index];
+        *lifts += !result->input.pose.active;
+        result->input.pose.lifts = *lifts;
         memcpy(slot_back(slot), &result->input, sizeof result->input);
         slot_publish(slot);
         return;

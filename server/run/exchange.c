@@ -107,6 +107,10 @@ void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
 
     exchange->pose = arena_allocate(arena, ARENA_OUTPUT, (size_t)exchange->tool_count,
                                     sizeof *exchange->pose, "run/pose_slots");
+    exchange->lifts = arena_allocate(arena, ARENA_OUTPUT, (size_t)exchange->tool_count,
+                                     sizeof *exchange->lifts, "run/lifts");
+    exchange->taken = arena_allocate(arena, ARENA_OUTPUT, (size_t)exchange->tool_count,
+                                     sizeof *exchange->taken, "run/poses_taken");
     for (int i = 0; i < exchange->tool_count; i++)
         create_slot(&exchange->pose[i], arena, sizeof(Input), "pose");
     exchange->frame = arena_allocate(arena, ARENA_OUTPUT, (size_t)exchange->body_count,

@@ -82,6 +82,8 @@ typedef struct AppliedInput {
 typedef struct Exchange {
     // bus -> step
     Slot *pose;            // [tool_count] of Input
+    int32_t *lifts;        // [tool_count] inactive poses so far; the bus's own
+    int32_t (*taken)[2];   // [tool_count] lifts and sender of the newest pose taken; step thread's
     Ring request;          // of Input
     atomic_int interrupts; // PAUSEs and STOPs that wait: they end a STEP early
     // step -> bus

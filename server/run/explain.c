@@ -73,9 +73,11 @@ static void print_levels(const Body *body, const SurfaceOptions *surface, FILE *
 {
     if (surface->levels > 0)
         fprintf(out, "  level %d of %d, %s, adjust \"%s\"\n", body->finest_level, surface->levels,
-                surface->adaptive ? "adaptive" : "for good",
+                surface->adaptive   ? "adaptive"
+                : surface->cuttable ? "refined by cuts alone"
+                                    : "for good",
                 surface->adjust == ADJUST_CHOI2005 ? "choi2005" : "continuum");
-    if (surface->adaptive)
+    if (surface->adaptive || surface->cuttable)
         fprintf(out, "  room for %d nodes, %d faces\n", body->mesh.node_capacity,
                 body->mesh.triangle_capacity);
 }
@@ -133,8 +135,27 @@ static void print_tool(const ToolOptions *tool, FILE *out)
                 vec3_length(vec3_sub(tool->edge[1], tool->edge[0])), tool->capsule_count,
                 tool->max_force);
     else
-        fprintf(out, "tool %d: probe, %d capsules, max_force %.6g N\n", tool->id,
-                tool->capsule_count, tool->max_force);
+        fprintf(out, "tool %d: %s, %d capsules, max_force %.6g N\n", tool->id,
+                tool->kind == TOOL_GRASPER ? "grasper" : "probe", tool->capsule_count,
+                tool->max_force);
+    if (tool->kind == TOOL_GRASPER)
+        fprintf(out, "  grip stiffness %.6g of the body's, damping ratio %.6g\n",
+                tool->grip_stiffness, tool->grip_damping);
+}
+
+static void print_attachment(World *world, const Scene *scene, int index, FILE *out)
+{
+    const AttachmentOptions *options = &scene->attachment[index].options;
+    fprintf(out, "attachment %d: %d nodes of body %s to ", index,
+            sim_attachment_nodes(world->sim, index), scene->body[options->body].name);
+    if (options->to == ATTACH_BODY)
+        fprintf(out, "body %s", scene->body[options->to_body].name);
+    else if (options->to == ATTACH_TOOL)
+        fprintf(out, "tool %d", sim_tool(world->sim, options->tool)->id);
+    else
+        fprintf(out, "the world");
+    fprintf(out, ", stiffness %.6g of the body's, damping ratio %.6g\n", options->stiffness,
+            options->damping_ratio);
 }
 
 void explain_summary(World *world, const Scene *scene, FILE *out)
@@ -149,6 +170,8 @@ void explain_summary(World *world, const Scene *scene, FILE *out)
         print_body(world, scene, i, out);
     for (int i = 0; i < sim_tool_count(sim); i++)
         print_tool(sim_tool(sim, i), out);
+    for (int i = 0; i < scene->attachment_count; i++)
+        print_attachment(world, scene, i, out);
     const ScenePublish *publish = &scene->publish;
     fprintf(out, "publish on %s_...: nodes %g Hz, mesh %g Hz, contact %g Hz, status %g Hz%s\n",
             scene->prefix, publish->nodes_hz, publish->mesh_hz, publish->contact_hz,
@@ -228,6 +251,13 @@ static void print_left_out(World *world, const Scene *scene, const ExchangeOptio
         fprintf(out, "  tearing: tear = { ... }\n");
     if (sim_tool_count(world->sim) == 0)
         fprintf(out, "  contact: tools = ( ... )\n");
+    bool graspers = false;
+    for (int i = 0; i < scene->tool_count; i++)
+        graspers |= scene->tool[i].kind == TOOL_GRASPER;
+    if (!graspers)
+        fprintf(out, "  graspers: kind = \"grasper\" in tools\n");
+    if (scene->attachment_count == 0)
+        fprintf(out, "  attachments: attachments = ( ... )\n");
     if (scene->load_count == 0)
         fprintf(out, "  loads of the scene: loads = ( ... ) (loads also come by message)\n");
     if (!(scene->settle_s > 0.0))
@@ -244,6 +274,8 @@ static void print_left_out(World *world, const Scene *scene, const ExchangeOptio
         fprintf(out, "  meshes in messages: publish.mesh_hz\n");
     if (!(publish->contact_hz > 0.0))
         fprintf(out, "  contacts in messages: publish.contact_hz\n");
+    else if (!publish->contact_stiffness)
+        fprintf(out, "  stiffness in contacts: publish.contact_stiffness\n");
     if (!asked->checkpoints)
         fprintf(out, "  checkpoints: option --checkpoint FILE\n");
     if (!asked->logs_inputs)

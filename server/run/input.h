@@ -47,6 +47,7 @@ typedef struct Input {
             double twist[6];       // [m/s], [rad/s]
             double grip;
             bool twist_valid, active;
+            int32_t lifts; // inactive poses of the tool that came before this one (the bus's count)
         } pose;
         struct {
             double before[2][3], after[2][3]; // [m]

@@ -2,6 +2,7 @@
 
 #include "base/check.h"
 #include "base/clock.h"
+#include "run/grasp_text.h"
 #include "run/realtime.h"
 #include "run/recorder.h"
 #include "run/requests.h"
@@ -163,6 +164,16 @@ static void report_resets(Loop *loop)
     loop->reset_reported_step = step;
 }
 
+static void report_grasps(Loop *loop)
+{
+    GraspEvent event;
+    while (sim_next_grasp(loop->sim, &event)) {
+        char text[GRASP_TEXT];
+        grasp_text(loop->sim, &event, text);
+        requests_event(loop, event.body, grasp_kind(&event), "%s", text);
+    }
+}
+
 static void wake_bus(Loop *loop)
 {
     // Without contacts the bus looks by itself, so that a tick makes no system call for it.
@@ -173,6 +184,29 @@ static void wake_bus(Loop *loop)
 
 // --- one tick ---
 
+static void apply_pose(Loop *loop, const Input *input)
+{
+    ToolPose pose = input_pose(input);
+    sim_apply_pose(loop->sim, input->index, &pose, loop->state == RUN_LOCKSTEP);
+    requests_log(loop, input);
+}
+
+// Only the newest pose of a tick is seen. A blade that was lifted meanwhile, or that another hand
+// took over, must not cut on its way from where it was.
+static void lift_blade(Loop *loop, const Input *input)
+{
+    int32_t *taken = loop->exchange->taken[input->index];
+    bool passed = input->pose.lifts != taken[0] || input->sender != taken[1];
+    taken[0] = input->pose.lifts;
+    taken[1] = input->sender;
+    if (!passed || !input->pose.active || sim_tool(loop->sim, input->index)->kind != TOOL_BLADE ||
+        !sim_tool_motion(loop->sim, input->index)->active)
+        return;
+    Input lift = *input;
+    lift.pose.active = false;
+    apply_pose(loop, &lift);
+}
+
 static void take_poses(Loop *loop)
 {
     Exchange *exchange = loop->exchange;
@@ -180,9 +214,8 @@ static void take_poses(Loop *loop)
         const Input *input = slot_take(&exchange->pose[i]);
         if (input == NULL)
             continue;
-        ToolPose pose = input_pose(input);
-        sim_apply_pose(loop->sim, i, &pose, loop->state == RUN_LOCKSTEP);
-        requests_log(loop, input);
+        lift_blade(loop, input);
+        apply_pose(loop, input);
     }
 }
 
@@ -208,6 +241,7 @@ static void tick(Loop *loop, int64_t begin_ns)
             push_frames(loop, false);
     }
     report_resets(loop);
+    report_grasps(loop);
     if (loop->checkpoint_ticks > 0 && step % loop->checkpoint_ticks == 0)
         atomic_store_explicit(&loop->exchange->checkpoint_wanted, true, memory_order_relaxed);
     int64_t end_ns = clock_now_ns();

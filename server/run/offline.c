@@ -2,6 +2,7 @@
 
 #include "base/clock.h"
 #include "base/log.h"
+#include "run/grasp_text.h"
 #include "run/loop.h"
 #include "run/realtime.h"
 #include "run/recorder.h"
@@ -43,6 +44,16 @@ static void record_event(Offline *run, int body, const char *kind, const char *t
     snprintf(event.kind, sizeof event.kind, "%s", kind);
     snprintf(event.text, sizeof event.text, "%s", text);
     recorder_write_event(&run->recorder, &event);
+}
+
+static void record_grasps(Offline *run)
+{
+    GraspEvent event;
+    while (sim_next_grasp(run->sim, &event)) {
+        char text[GRASP_TEXT];
+        grasp_text(run->sim, &event, text);
+        record_event(run, event.body, grasp_kind(&event), text);
+    }
 }
 
 // --- the log ---
@@ -247,6 +258,7 @@ static bool run_ticks(Offline *run)
         sim_step(run->sim);
         record_sim_events(run);
         histogram_add(&run->result->step, clock_now_ns() - begin_ns);
+        record_grasps(run);
         run->result->ticks++;
         if (loop_due(sim_steps(run->sim), run->scene->publish.nodes_hz, rate) && !record(run))
             return false;

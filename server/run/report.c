@@ -28,6 +28,10 @@ static void print_refused(World *world, FILE *out)
     if (refused > 0)
         fprintf(out, "faces near tools without room in the contact arrays: %lld\n",
                 (long long)refused);
+    refused = sim_refused_holds(world->sim);
+    if (refused > 0)
+        fprintf(out, "nodes and points without room in graspers and attachments: %lld\n",
+                (long long)refused);
     for (int b = 0; b < sim_body_count(world->sim); b++) {
         const Body *body = sim_body(world->sim, b);
         BodyMeasure measure;

@@ -92,9 +92,9 @@ static inline bool surface_changes(const SurfaceOptions *options)
 }
 
 // Builds a body from a valid mesh (mesh_validate); with levels, from that of start_level
-// (levels_mesh), and the hierarchy is needed no longer afterwards; unless it changes. Initial rows are those of this
-// mesh. Allocates from `arena`, lists its state.
-// Warnings (a clamped damping) go to the log. False with `status`: what does not fit the options.
+// (levels_mesh), and the hierarchy is needed no longer afterwards; unless it changes. Initial rows
+// are those of this mesh. Allocates from `arena`, lists its state. Warnings (a clamped damping) go
+// to the log. False with `status`: what does not fit the options.
 bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *options, Arena *arena,
                     StateList *state, Status *status);
 

@@ -3,9 +3,11 @@
 #include "voxel/voxel.h"
 
 #include "base/check.h"
+#include "voxel/cut/cut_body.h"
 #include "voxel/model.h"
 #include "voxel/plane/plane.h"
 #include "voxel/skin.h"
+#include "voxel/stiffness.h"
 #include "voxel/vertex_ids.h"
 
 #include <math.h>
@@ -17,12 +19,6 @@
 
 // Elements: with fewer, calling another thread costs more than it saves.
 enum { HALVED_LEAST = 2000 };
-
-double voxel_critical_step(const VoxelMaterial *material, double size)
-{
-    return size * sqrt(material->density * (1.0 - 2.0 * material->poisson_ratio) /
-                       material->youngs_modulus);
-}
 
 // What creation needs between its steps.
 typedef struct Making {
@@ -44,52 +40,17 @@ static double edge_of(const Making *making, int element)
     return making->options->lattice->size * (double)(1 << making->layout.leaf[element].level);
 }
 
-// The paper's unit weights: the stiffness that gives an element with hanging vertices the energy of
-// one with 8 corners under the same uniform stretch, on average over the axes.
-static double paper_stiffness(const Template *shape, double mu, double edge)
-{
-    Vec3 mean = {0.0, 0.0, 0.0};
-    for (int i = 0; i < shape->count; i++)
-        mean = vec3_madd(mean, 1.0 / shape->count, shape->place[i]);
-    double spread = 0.0;
-    for (int i = 0; i < shape->count; i++) {
-        Vec3 r = vec3_sub(shape->place[i], mean);
-        spread += vec3_dot(r, r);
-    }
-    return mu * edge * 6.0 / spread; // 8 corners of the unit cube: 6
-}
-
-// Stiffness of one element, and its share in the bounds of the time step. The largest eigenvalue of
-// M^-1 K of a plain cube is max(4 (2 mu + 3 lambda), 8 alpha mu) / (rho H^2); with hanging vertices
-// it is at most twice that of its own cube (tests/test_voxel_bound.c: 1.81 with nu = 0, less with
-// more).
+// Its share in the bounds of the time step.
 static void set_element(Making *making, int element, const Template *shape)
 {
     const VoxelOptions *options = making->options;
-    const Leaf *leaf = &making->layout.leaf[element];
-    const VoxelMaterial *material = &options->material[leaf->material - 1];
-    const double edge = edge_of(making, element), nu = material->poisson_ratio;
-    const double mu = material->youngs_modulus / (2.0 * (1.0 + nu));
-    const double lambda = 2.0 * mu * nu / (1.0 - 2.0 * nu), alpha = (1.0 + nu) / 3.0;
-    ElementClass *class = &making->classes[element];
-    *class = (ElementClass){.size = edge,
-                            .mu = mu,
-                            .lambda = lambda,
-                            .residual = alpha * mu * edge,
-                            .damping = mu * edge};
-    const double mass = material->density * edge * edge * edge;
-    double most = 8.0 * mu + 12.0 * lambda, rate = 8.0 * class->damping / mass;
-    if (options->law == VOXEL_MIYAZAKI2004) {
-        class->residual = class->damping = paper_stiffness(shape, mu, edge);
-        rate = shape->count * class->residual / mass;
-        most = rate * material->density * edge * edge;
-    } else if (shape->mask != 0) {
-        most *= 2.0, rate *= 2.0;
-    }
+    const VoxelMaterial *material = &options->material[making->layout.leaf[element].material - 1];
+    const ElementBounds bounds = stiffness_of_element(
+        options->law, material, edge_of(making, element), shape, &making->classes[element]);
     making->density[element] = material->density;
-    making->lambda = fmax(making->lambda, most / (material->density * edge * edge));
-    making->damping_lambda = fmax(making->damping_lambda, rate);
-    making->step = fmin(making->step, voxel_critical_step(material, edge));
+    making->lambda = fmax(making->lambda, bounds.lambda);
+    making->damping_lambda = fmax(making->damping_lambda, bounds.damping);
+    making->step = fmin(making->step, bounds.step);
 }
 
 static void make_elements(Making *making)
@@ -328,6 +289,8 @@ bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateLi
 {
     if (options->dimensions == 2)
         return plane_create(body, options, arena, state, status);
+    if (options->cuttable)
+        return cut_body_create(body, options, arena, state, status);
     const char *isa = options->isa == NULL ? "auto" : options->isa;
     Making making = {.options = options};
     layout_create(&making.layout, options->lattice, options->levels);

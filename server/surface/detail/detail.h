@@ -228,6 +228,8 @@ bool detail_may_coarsen(const Detail *detail, int level, int face);
 void detail_coarsen(SurfaceModel *model, int level, int face);
 // True when something changed.
 bool detail_end_change(Body *body);
+// The same where edges were broken, which may have changed no node.
+void detail_end_cut(Body *body);
 
 // --- detail_faces.c: what is touched and drawn ---
 void detail_touch(Detail *detail, int level, int face);
@@ -237,6 +239,8 @@ void detail_draw_all(Detail *detail);
 // --- detail_fold.c: angles between leaves ---
 // Load time: fills rest_fold and least_height.
 void detail_measure_folds(Detail *detail);
+// Anew for one edge, after rest places have changed.
+void detail_measure_fold(Detail *detail, int level, int edge);
 // Cosine of the angle by which two leaves at an edge have turned against each other since rest; 1
 // when one of them has no area, and so no direction. node: the edge's ends as one leaf has them in
 // turn, its third corner, and that of the other leaf; x [m] where they are.

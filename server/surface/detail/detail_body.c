@@ -20,13 +20,6 @@ static bool detail_adapt(Body *body, int64_t step, double tick, TopologyChange *
     return true;
 }
 
-// Of a body that is refined by cuts alone: for others its topology changes all the same.
-static bool stay(Body *body, int64_t step, double tick, TopologyChange *change)
-{
-    (void)body, (void)step, (void)tick, (void)change;
-    return false;
-}
-
 static void drift(void *self, double dt)
 {
     SurfaceModel *model = self;
@@ -270,7 +263,7 @@ const BodyOps *detail_ops(const SurfaceOptions *options)
     static BodyOps table[2][2][2];
     BodyOps *ops = &table[options->adaptive][options->cuttable][options->tear_stretch > 0.0];
     *ops = surface_ops;
-    ops->adapt = options->adaptive ? detail_adapt : stay;
+    ops->adapt = options->adaptive ? detail_adapt : NULL;
     ops->restored = restored;
     ops->check = check;
     ops->drift = drift;
@@ -285,5 +278,9 @@ const BodyOps *detail_ops(const SurfaceOptions *options)
     ops->is_fixed = is_fixed;
     ops->set = options->adaptive ? set : surface_ops.set;
     ops->explain = explain;
+    if (options->cuttable) {
+        ops->cut = detail_blade_cut;
+        ops->reserve_blades = detail_blade_reserve;
+    }
     return ops;
 }

@@ -217,16 +217,20 @@ void detail_coarsen(SurfaceModel *model, int level, int face)
     detail->sweep->coarsened++;
 }
 
-bool detail_end_change(Body *body)
+void detail_end_cut(Body *body)
 {
     SurfaceModel *model = body->model;
-    Detail *detail = model->detail;
-    if (detail->touched_count == 0)
-        return false;
     detail_pack(model);
     detail_hang(model, model->rows[model->current]);
-    detail_draw(detail);
-    detail->sweep->topology++;
+    detail_draw(model->detail);
+    model->detail->sweep->topology++;
     detail_publish(body);
+}
+
+bool detail_end_change(Body *body)
+{
+    if (((SurfaceModel *)body->model)->detail->touched_count == 0)
+        return false;
+    detail_end_cut(body);
     return true;
 }

@@ -17,6 +17,49 @@ static int choose_copies(const SurfaceOptions *options, int nodes)
     return options->node_capacity - nodes > usual ? options->node_capacity - nodes : usual;
 }
 
+// Hierarchy at rest: a node of a finer level lies beside the middle of its parents, and these
+// stick out already; twice that, for places of nodes that hang are others.
+static double measure_bulge(const Levels *levels)
+{
+    double sum = 0.0;
+    for (int l = 0; l < levels->finest; l++) {
+        const Level *at = &levels->level[l];
+        double most = 0.0;
+        for (int e = 0; e < at->edge_count; e++) {
+            const Vec3 *x = levels->position;
+            Vec3 middle = vec3_scale(0.5, vec3_add(x[at->edge[e][0]], x[at->edge[e][1]]));
+            most = fmax(most, vec3_length(vec3_sub(x[at->node_count + e], middle)));
+        }
+        sum += most;
+    }
+    return 2.0 * sum;
+}
+
+static double mean_edge(const Level *level, const Vec3 *x)
+{
+    double sum = 0.0;
+    for (int e = 0; e < level->edge_count; e++)
+        sum += vec3_length(vec3_sub(x[level->edge[e][0]], x[level->edge[e][1]]));
+    return sum / level->edge_count;
+}
+
+// What it takes to see which links a blade meets.
+static void create_look(Detail *detail, const SurfaceOptions *options, Arena *arena)
+{
+    DetailCut *cut = detail->cut;
+    const Level *finest = &detail->levels.level[detail->finest];
+    int nodes = cut->base_count + cut->copy_capacity;
+    cut->bulge = measure_bulge(&detail->levels);
+    cut_find_create(&cut->finder, &cut->uncut, cut->built[0], mean_edge(finest, cut->built),
+                    options->name, arena);
+    cut->seen = ALLOCATE(nodes, int64_t, "looks at cut nodes");
+    cut->position = ALLOCATE(nodes, Vec3, "places of cut nodes");
+    cut->is_near = ALLOCATE(finest->face_count, unsigned char, "near marks");
+    cut->near = ALLOCATE(finest->face_count, int, "near faces");
+    cut->snap = ALLOCATE(cut->base_count, CutSnap, "snapped nodes");
+    cut->snap_work = ALLOCATE(cut->base_count, int, "snap marks");
+}
+
 void detail_cut_create(Detail *detail, const SurfaceOptions *options, Arena *arena,
                        StateList *state)
 {
@@ -26,6 +69,7 @@ void detail_cut_create(Detail *detail, const SurfaceOptions *options, Arena *are
     DetailCut *cut = detail->cut = ALLOCATE(1, DetailCut, "cut");
     cut->base_count = finest->node_count;
     cut->copy_capacity = choose_copies(options, finest->node_count);
+    cut->uncut = *finest;
     cut->base = (const int(*)[3])finest->face;
     cut->node = ALLOCATE(faces, *cut->node, "cut corners");
     memcpy(cut->node, finest->face, faces * sizeof *cut->node);
@@ -35,6 +79,13 @@ void detail_cut_create(Detail *detail, const SurfaceOptions *options, Arena *are
     state_add(state, cut->broken, faces, "%s/broken", options->name);
     state_add(state, cut->node, faces * sizeof *cut->node, "%s/corners", options->name);
     state_add(state, cut->copies, sizeof *cut->copies, "%s/copies", options->name);
+    size_t nodes = (size_t)cut->base_count;
+    cut->built = detail->levels.position;
+    cut->rest = ALLOCATE(nodes, Vec3, "rest places");
+    memcpy(cut->rest, cut->built, nodes * sizeof *cut->rest);
+    detail->levels.position = cut->rest;
+    state_add(state, cut->rest, nodes * sizeof *cut->rest, "%s/rest", options->name);
+    create_look(detail, options, arena);
 
     cut->origin = ALLOCATE(cut->copy_capacity, int, "originals");
     cut->locked = ALLOCATE(coarse, unsigned char, "locked faces");
@@ -217,6 +268,8 @@ void detail_cut_rebuild(Detail *detail)
                 cut->origin[cut->node[f][k] - cut->base_count] = cut->base[f][k];
     for (int c = 0; detail->fixed != NULL && c < *cut->copies; c++)
         detail->fixed[cut->base_count + c] = detail->fixed[cut->origin[c]];
+    for (int e = 0; e < detail->levels.level[detail->finest].edge_count; e++)
+        detail_measure_fold(detail, detail->finest, e); // rest places may be others
     detail_cut_lock(detail);
     detail_pieces_label(detail);
 }

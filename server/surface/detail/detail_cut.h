@@ -13,7 +13,7 @@
 #include "base/arena.h"
 #include "base/state.h"
 #include "dynamics/cut.h"
-#include "surface/cut/cut_find.h"
+#include "surface/cut/cut_snap.h"
 #include "surface/surface.h"
 
 struct SurfaceModel;
@@ -29,13 +29,18 @@ typedef struct DetailCut {
     int base_count;       // nodes of the finest level; copies follow
     int copy_capacity;    // most copies
     int most_around;      // most faces of the finest level around a node
-    const int (*base)[3]; // [finest faces] corners in the uncut mesh
+    Level uncut;          // the finest level, with the corners of the uncut mesh:
+    const int (*base)[3]; // [finest faces] these
+    const Vec3 *built;    // [base_count] rest places of the uncut mesh [m]
+    double bulge;         // by which nodes of finer levels may stick out of a leaf [m]
 
     // --- part of the state ---
     unsigned char *broken; // [finest faces] bit k: the edge between corners k and k + 1
     int (*node)[3];        // [finest faces] the nodes that its corners have now: these are the
                            // corners of the finest level that all of the body's code reads
     int64_t *copies;       // in use
+    Vec3 *rest;            // [base_count] rest places [m]: cuts move some onto the blade; likewise
+                           // levels.position
 
     // --- follows from it ---
     int *origin;           // [copy_capacity] the node of the uncut mesh that a copy stands for
@@ -44,6 +49,13 @@ typedef struct DetailCut {
     int *piece;            // [finest faces] the lowest face that is joined with it
     int *node_piece;       // [base_count + copy_capacity] that of the faces there
     int piece_count, small_count; // pieces, and of them those of a single face
+
+    // --- where the tissue is; by a look ---
+    CutFinder finder;
+    int64_t looks, *seen;   // [nodes] look at which `position` was found out
+    Vec3 *position;         // [nodes] in the world [m]
+    unsigned char *is_near; // [finest faces]
+    int *near;              // [finest faces]
 
     // --- the cut under way ---
     int *vertex; // [vertex_count] ends of the edges that break, ascending
@@ -54,6 +66,8 @@ typedef struct DetailCut {
     Leaf *ring; // [most_around]
     int *part;  // [most_around] component of each face of the ring
     int *fresh; // [most_around] components that get a copy
+    CutSnap *snap;
+    int *snap_work; // [base_count] zero between cuts
 } DetailCut;
 
 // Load time, before anything is sized: takes over the corners of the finest level.
@@ -72,6 +86,11 @@ void detail_cut_rebuild(struct Detail *detail);
 // needed in `outcome`, when it does not fit: then nothing was changed.
 bool detail_cut_break(struct SurfaceModel *model, const int *edge, int edge_count,
                       CutOutcome *outcome);
+
+// --- detail_blade.c ---
+bool detail_blade_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome,
+                      TopologyChange *change);
+void detail_blade_reserve(void *self, int blades, Arena *arena, StateList *state);
 
 // --- detail_cut_check.c ---
 // After the state was overwritten: whether it is one that cuts can have led to. What follows from

@@ -56,12 +56,27 @@ static bool check_copies(const Detail *detail)
     return ok && used == copies;
 }
 
+// Ends of broken edges may have been moved onto a blade, once; a little more for rounding.
+static bool check_places(const Detail *detail)
+{
+    const DetailCut *cut = detail->cut;
+    const double most = 1.001 * CUT_SNAP_MOST * cut->finder.h;
+    for (int i = 0; i < cut->base_count; i++) {
+        double moved = vec3_length(vec3_sub(cut->rest[i], cut->built[i]));
+        if (!(moved <= (cut->is_end[i] ? most : 0.0)))
+            return false;
+    }
+    return true;
+}
+
 bool detail_cut_check(const Detail *detail)
 {
     if (!check_bits(detail) || !check_copies(detail) || !detail_cut_parts_match(detail))
         return false;
     // What is locked is refined.
     detail_cut_lock(detail);
+    if (!check_places(detail) || !cut_find_check(&detail->cut->finder))
+        return false;
     for (int f = 0; f < detail->face_base[detail->finest]; f++)
         if (detail->cut->locked[f] != 0 && detail->refined[f] == 0)
             return false;

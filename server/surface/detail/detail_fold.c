@@ -41,25 +41,32 @@ static int side_of(const Level *level, int face, int edge)
     return edges[0] == edge ? 0 : edges[1] == edge ? 1 : 2;
 }
 
+void detail_measure_fold(Detail *detail, int level, int edge)
+{
+    const Level *at = &detail->levels.level[level];
+    const Vec3 *rest = detail->levels.position;
+    const int *face = at->edge_face[edge];
+    if (face[0] < 0 || face[1] < 0)
+        return;
+    int k = side_of(at, face[0], edge), j = side_of(at, face[1], edge);
+    const int *corner = detail_uncut(detail, level, face[0]);
+    const Vec3 x[4] = {rest[corner[k]], rest[corner[(k + 1) % 3]], rest[corner[(k + 2) % 3]],
+                       rest[detail_uncut(detail, level, face[1])[(j + 2) % 3]]};
+    Fold fold = fold_of(x);
+    double size = fold.size2 > 0.0 ? 1.0 / sqrt(fold.size2) : 0.0;
+    float *known = detail->rest_fold[detail->edge_base[level] + edge];
+    known[0] = (float)(size * fold.cosine);
+    known[1] = (float)(size * fold.sine);
+}
+
 void detail_measure_folds(Detail *detail)
 {
     const Vec3 *rest = detail->levels.position;
     for (int l = 0; l <= detail->finest; l++) {
         const Level *at = &detail->levels.level[l];
         detail->least_height[l] = least_height(at, rest);
-        for (int e = 0; e < at->edge_count; e++) {
-            const int *face = at->edge_face[e];
-            if (face[0] < 0 || face[1] < 0)
-                continue;
-            int k = side_of(at, face[0], e), j = side_of(at, face[1], e);
-            const int *corner = at->face[face[0]];
-            const Vec3 x[4] = {rest[corner[k]], rest[corner[(k + 1) % 3]],
-                               rest[corner[(k + 2) % 3]], rest[at->face[face[1]][(j + 2) % 3]]};
-            Fold fold = fold_of(x);
-            double size = fold.size2 > 0.0 ? 1.0 / sqrt(fold.size2) : 0.0;
-            detail->rest_fold[detail->edge_base[l] + e][0] = (float)(size * fold.cosine);
-            detail->rest_fold[detail->edge_base[l] + e][1] = (float)(size * fold.sine);
-        }
+        for (int e = 0; e < at->edge_count; e++)
+            detail_measure_fold(detail, l, e);
     }
 }
 

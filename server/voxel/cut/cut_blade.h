@@ -53,6 +53,7 @@ typedef struct CutBlades {
     int (*before)[3];        // [cell] where it was when the tick began, in q
     int *code_stamp;         // [cell] for which its code holds
     unsigned short *code;    // [cell]
+    int last_code;           // stamp
     int *brick;              // [brick_count] that the sweep may meet
     int64_t looked_at;       // links, since the start
 } CutBlades;

@@ -285,9 +285,8 @@ static void follow_births(CutFaces *faces, TopologyChange *change)
     const CutChanges *changes = &faces->lattice->changes;
     for (int b = 0; b < changes->birth_count; b++) {
         const CutBirth *birth = &changes->birth[b];
-        int parent[8];
-        const int count = cut_lattice_birth_parents(faces->lattice, birth, parent);
-        faces->born[b] = (NodeBirth){birth->vertex, {parent[0], parent[count - 1]}};
+        const int last = birth->parent[birth->parent_count - 1];
+        faces->born[b] = (NodeBirth){birth->vertex, {birth->parent[0], last}};
         faces->copied_from[birth->vertex] = birth->origin;
         cut_faces_enter_vertex(faces, birth->vertex);
         if (faces->all)

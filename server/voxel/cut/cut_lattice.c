@@ -141,6 +141,11 @@ static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
     for (int d = 0; d < 3; d++)
         points *= scratch->points[d] = lattice->lattice_count[d] + 1;
     const int elements = lattice->element_count, cells = lattice->level_first[1];
+    scratch->grid = ALLOCATE(
+        cut_parts_grid(lattice, lattice->count[0], lattice->count[1], lattice->count[2]) + 1, int,
+        "leaves of cells");
+    scratch->place = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)lattice->vertex_capacity,
+                                    sizeof *scratch->place, "%s/%s", name, "points of vertices");
     scratch->head = ALLOCATE(points, int, "first vertices");
     scratch->next = ALLOCATE(lattice->vertex_capacity, int, "next vertices");
     scratch->visited = ALLOCATE(points, unsigned char, "visited points");
@@ -213,42 +218,24 @@ int cut_lattice_leaf_of(const CutLattice *lattice, int cell)
     return cut_parts_leaf(lattice, cell);
 }
 
+void cut_parts_enter_leaf(CutLattice *lattice, int leaf)
+{
+    const CutElement *element = &lattice->element[leaf];
+    const int edge = 1 << element->level, *at = element->cell;
+    for (int k = 0; k < edge; k++)
+        for (int j = 0; j < edge; j++) {
+            int *row =
+                &lattice->scratch->grid[cut_parts_grid(lattice, at[0], at[1] + j, at[2] + k)];
+            for (int i = 0; i < edge; i++)
+                row[i] = leaf;
+        }
+}
+
 int cut_lattice_beyond(const CutLattice *lattice, int cell, int axis)
 {
     const int *at = lattice->element[cell].cell;
     return cut_parts_block(lattice, 0, at[0] + (axis == 0), at[1] + (axis == 1),
                            at[2] + (axis == 2));
-}
-
-int cut_lattice_birth_parents(const CutLattice *lattice, const CutBirth *birth, int parent[8])
-{
-    if (birth->origin >= 0) {
-        parent[0] = birth->origin;
-        return 1;
-    }
-    // The middle of an edge lies between its ends, that of a face between those of its edges, the
-    // centre between all corners: vertices of the eight that the element was divided into.
-    const CutElement *of = &lattice->element[birth->of];
-    int point[3], offset[3], middles = 0, count = 0;
-    cut_lattice_point(lattice, birth->vertex, point);
-    for (int d = 0; d < 3; d++) {
-        offset[d] = 2 * (point[d] - of->cell[d]) >> of->level;
-        middles += offset[d] == 1;
-    }
-    for (int n = 0; n < 27; n++) {
-        const int at[3] = {n % 3, n / 3 % 3, n / 9};
-        int left = 0, child = 0, corner = 0;
-        bool beside = true; // where the vertex is at the end of an edge, so is the parent
-        for (int d = 0; d < 3; d++) {
-            left += at[d] == 1;
-            beside &= offset[d] == 1 || at[d] == offset[d];
-            child |= (at[d] == 2) << d;
-            corner |= (at[d] > 0) << d;
-        }
-        if (beside && left == (middles == 2))
-            parent[count++] = cut_lattice_nodes(lattice, of->child + child)[corner];
-    }
-    return count;
 }
 
 // ---------------------------------------------------------------------------------------------

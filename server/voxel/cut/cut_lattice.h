@@ -42,11 +42,12 @@ typedef struct CutWindow {
     unsigned char level;
 } CutWindow;
 
-// A vertex that came: a copy of `origin` at the same point, which is where its elements had their
-// vertex; or (origin -1) a new one in the middle of nodes of the divided element `of`
-// (cut_lattice_birth_parents).
+// A vertex that came, with the mean place and velocity of its parents: a copy of `origin` at the
+// same point, which is where its elements had their vertex; or (origin -1) a new one in the middle
+// of nodes of a divided element, by the template's rule.
 typedef struct CutBirth {
-    int vertex, origin, of;
+    int vertex, origin;
+    int parent_count, parent[8]; // 1 (the origin), 2, 4 or 8; they were there before
 } CutBirth;
 
 // What happened since cut_lattice_forget_changes, for whoever keeps something about it. Each list
@@ -135,11 +136,8 @@ static inline int cut_lattice_used(const CutLattice *lattice) // vertices
 void cut_lattice_point(const CutLattice *lattice, int vertex, int point[3]);
 // The leaves around a lattice point by slot, x + 2 y + 4 z; -1: void.
 void cut_lattice_around(const CutLattice *lattice, const int point[3], int leaf[8]);
-// The node of a leaf that lies at a lattice point which touches it.
+// The node of a leaf at a lattice point that is a vertex of one of the leaves around.
 int cut_lattice_node_at(const CutLattice *lattice, int leaf, const int point[3]);
-// The vertices of whose places and velocities a vertex that came is the mean: 1 (its origin), 2, 4
-// or 8; returns how many. Before the next call of cut_lattice_reconstruct.
-int cut_lattice_birth_parents(const CutLattice *lattice, const CutBirth *birth, int parent[8]);
 
 // Whether as many new broken faces are sure to fit.
 bool cut_lattice_has_room(const CutLattice *lattice, int faces);

@@ -1,68 +1,24 @@
-// One window's batches from its leaves; part of cut_windows.c.
+// The batches of a group of windows from its leaves; part of cut_windows.c.
 #include "voxel/cut/cut_pack.h"
 
 #include <string.h>
 
-// A leaf of a window.
-typedef struct PackedLeaf {
-    uint64_t key; // ascending
-    int element;
-    unsigned mask;
-} PackedLeaf;
+// A leaf as a number to sort by. Bits 0 to 31: the element, 32 to 49: its mask, then how many
+// vertices it has; or, of plain ones, from 32 on its class. So leaves of one kind agree from bit 32
+// on.
+static int element_of(uint64_t key)
+{
+    return (int)(key & 0x7fffffffu);
+}
 
-typedef struct Packing {
-    int plain, hanging;                                                    // how many
-    PackedLeaf plain_leaf[WINDOW_ELEMENTS], hanging_leaf[WINDOW_ELEMENTS]; // in order
-} Packing;
+static unsigned mask_of(uint64_t key)
+{
+    return (unsigned)(key >> 32) & 0x3ffffu;
+}
 
 static int vertex_count_of(unsigned mask)
 {
     return NODE_CORNERS + __builtin_popcount(mask);
-}
-
-// Nearly in order as a rule.
-static void insert(PackedLeaf *list, int count, PackedLeaf leaf)
-{
-    while (count > 0 && list[count - 1].key > leaf.key) {
-        list[count] = list[count - 1];
-        count--;
-    }
-    list[count] = leaf;
-}
-
-static const double NO_TURN[4] = {1.0, 0.0, 0.0, 0.0};
-
-// The rotation that an element has, or the one that it came of.
-static const double *turn_of(const CutWindows *windows, int element)
-{
-    while (element >= 0 && windows->place[element] < 0)
-        element = windows->lattice->element[element].parent;
-    if (element < 0)
-        return NO_TURN;
-    const int place = windows->place[element];
-    return windows->last[place / LANES][place % LANES];
-}
-
-// Sorts the window's leaves.
-static void list_leaves(const CutWindows *windows, int window, Packing *to)
-{
-    const CutLattice *lattice = windows->lattice;
-    const CutWindow *own = &lattice->window[window];
-    to->plain = to->hanging = 0;
-    for (int e = own->first; e < own->end; e++) {
-        if (!cut_lattice_is_leaf(lattice, e))
-            continue;
-        const uint64_t number = (uint64_t)(e - own->first);
-        const unsigned mask = own->level == 0 ? 0 : template_mask_of(cut_lattice_nodes(lattice, e));
-        PackedLeaf leaf = {.element = e, .mask = mask};
-        if (mask == 0) {
-            leaf.key = (uint64_t)lattice->element[e].material << 32 | number;
-            insert(to->plain_leaf, to->plain++, leaf);
-        } else {
-            leaf.key = (uint64_t)vertex_count_of(mask) << 48 | (uint64_t)mask << 16 | number;
-            insert(to->hanging_leaf, to->hanging++, leaf);
-        }
-    }
 }
 
 static int class_of(const CutWindows *windows, int element)
@@ -71,31 +27,159 @@ static int class_of(const CutWindows *windows, int element)
     return e->level * windows->material_count + e->material - 1;
 }
 
-// Returns how many batches there are now.
-static int pack_plain(CutWindows *windows, int window, const Packing *from)
+// ---------------------------------------------------------------------------------------------
+// Leaves in order
+
+typedef struct Leaves {
+    int count[BATCH_KINDS];
+    uint64_t key[BATCH_KINDS][WINDOW_ELEMENTS];
+} Leaves;
+
+// Nearly in order as a rule.
+static void insert(uint64_t *list, int count, uint64_t key)
 {
-    const CutLattice *lattice = windows->lattice;
-    const int first = windows->first_plain[window];
-    int batch = first - 1, lane = LANES, element_class = -1;
-    for (int k = 0; k < from->plain; k++) {
-        const int e = from->plain_leaf[k].element;
-        const int own_class = class_of(windows, e);
-        if (lane == LANES || own_class != element_class) {
-            batch++, lane = 0, element_class = own_class;
-            windows->plain_class[batch] = own_class;
-            for (int i = 0; i < NODE_CORNERS * LANES; i++)
-                windows->plain_vertex[batch][i / LANES][i % LANES] = lattice->vertex_capacity;
-        }
-        const int *node = cut_lattice_nodes(lattice, e);
-        for (int n = 0; n < NODE_CORNERS; n++)
-            windows->plain_vertex[batch][n][lane] = node[n];
-        windows->place[e] = batch * LANES + lane++;
-    }
-    return batch + 1 - first;
+    for (; count > 0 && list[count - 1] > key; count--)
+        list[count] = list[count - 1];
+    list[count] = key;
 }
 
-// Numbers that are already there stay; those beyond the shape's vertices are zero.
-static void put_numbers(CutWindows *windows, int batch, int lane, unsigned mask)
+static void list_leaves(const CutWindows *windows, const CutWindow *own, Leaves *to)
+{
+    const CutLattice *lattice = windows->lattice;
+    to->count[BATCH_PLAIN] = to->count[BATCH_HANGING] = 0;
+    for (int e = own->first; e < own->end; e++) {
+        if (!cut_lattice_is_leaf(lattice, e))
+            continue;
+        const unsigned mask = own->level == 0 ? 0 : template_mask_of(cut_lattice_nodes(lattice, e));
+        const int kind = mask == 0 ? BATCH_PLAIN : BATCH_HANGING;
+        const uint64_t sort = mask == 0 ? (uint64_t)class_of(windows, e)
+                                        : (uint64_t)vertex_count_of(mask) << 18 | mask;
+        insert(to->key[kind], to->count[kind]++, sort << 32 | (uint64_t)e);
+    }
+}
+
+// The next of what the windows of a group leave over, the smallest first.
+typedef struct Merge {
+    const CutWindows *windows;
+    const uint64_t *next[GROUP_WINDOWS], *end[GROUP_WINDOWS];
+    int count;
+} Merge;
+
+static Merge merge_begin(const CutWindows *windows, int group, int kind)
+{
+    Merge merge = {.windows = windows};
+    for (int w = windows->group[group].first; w < windows->group[group].end; w++) {
+        const int *count = windows->rest_count[w];
+        const uint64_t *first = windows->rest + windows->lattice->window[w].first +
+                                (kind == BATCH_PLAIN ? 0 : count[BATCH_PLAIN]);
+        if (count[kind] == 0)
+            continue;
+        merge.next[merge.count] = first;
+        merge.end[merge.count++] = first + count[kind];
+    }
+    return merge;
+}
+
+static bool merge_next(Merge *merge, uint64_t *key)
+{
+    int best = 0;
+    if (merge->count == 0)
+        return false;
+    for (int k = 1; k < merge->count; k++)
+        if (*merge->next[k] < *merge->next[best])
+            best = k;
+    *key = *merge->next[best]++;
+    if (merge->next[best] == merge->end[best]) {
+        merge->count--;
+        merge->next[best] = merge->next[merge->count];
+        merge->end[best] = merge->end[merge->count];
+    }
+    return true;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Rotations
+
+typedef struct Turns {
+    bool moved;
+    int base; // first element of the group
+    double turn[GROUP_ELEMENTS][4];
+} Turns;
+
+static const double NO_TURN[4] = {1.0, 0.0, 0.0, 0.0};
+
+// That which an element has, or the one that it came of.
+static void take_turn(const CutWindows *windows, int element, Turns *turns)
+{
+    int from = element;
+    while (from >= 0 && windows->place[from] < 0)
+        from = windows->lattice->element[from].parent;
+    const int place = from < 0 ? 0 : windows->place[from];
+    const double *turn = from < 0 ? NO_TURN : windows->last[place / LANES][place % LANES];
+    memcpy(turns->turn[element - turns->base], turn, sizeof NO_TURN);
+}
+
+static void clear_turns(CutWindows *windows, const BatchRange *range)
+{
+    for (int kind = 0; kind < BATCH_KINDS; kind++) {
+        const int first = range->first[kind] + (kind == BATCH_PLAIN ? 0 : windows->capacity[0]);
+        for (int i = 0; i < range->used[kind] * LANES; i++)
+            memcpy(windows->last[first + i / LANES][i % LANES], NO_TURN, sizeof NO_TURN);
+    }
+}
+
+static void put_place(CutWindows *windows, int element, int place, const Turns *turns)
+{
+    windows->place[element] = place;
+    if (turns->moved)
+        memcpy(windows->last[place / LANES][place % LANES], turns->turn[element - turns->base],
+               sizeof NO_TURN);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Batches
+
+// A lane's corners; key 0: the spare vertex.
+static void put_plain(CutWindows *windows, int batch, int lane, const int *node)
+{
+    for (int n = 0; n < NODE_CORNERS; n++)
+        windows->plain_vertex[batch][n][lane] =
+            node != NULL ? node[n] : windows->lattice->vertex_capacity;
+}
+
+static void pack_plain(CutWindows *windows, int batch, const uint64_t *key, int lanes,
+                       const Turns *turns)
+{
+    windows->plain_class[batch] = (int)(key[0] >> 32);
+    for (int lane = 0; lane < lanes; lane++) {
+        const int e = element_of(key[lane]);
+        put_plain(windows, batch, lane, cut_lattice_nodes(windows->lattice, e));
+        put_place(windows, e, batch * LANES + lane, turns);
+    }
+    for (int lane = lanes; lane < LANES; lane++)
+        put_plain(windows, batch, lane, NULL);
+}
+
+// Numbers of `count` vertices, every `stride`-th; those of the `before` that were there are zero
+// beyond that.
+static void put_single(float *to, const float *number, int stride, int count, int before)
+{
+    for (int i = 0; i < count; i++)
+        to[i * stride] = number[i];
+    for (int i = count; i < before; i++)
+        to[i * stride] = 0.0f;
+}
+
+static void put_double(double *to, const double *number, int stride, int count, int before)
+{
+    for (int i = 0; i < count; i++)
+        to[i * stride] = number[i];
+    for (int i = count; i < before; i++)
+        to[i * stride] = 0.0;
+}
+
+// Numbers that are already there stay.
+static void put_numbers(CutWindows *windows, int batch, int lane, int stride, unsigned mask)
 {
     unsigned *held = &windows->hanging_mask[batch][lane];
     if (*held == mask)
@@ -103,19 +187,11 @@ static void put_numbers(CutWindows *windows, int batch, int lane, unsigned mask)
     const int count = TABLE_HEAD + vertex_count_of(mask) * TABLE_ROW;
     const int before = TABLE_HEAD + vertex_count_of(*held) * TABLE_ROW;
     const void *number = template_cache_numbers(windows->templates, mask);
-    if (windows->templates->precision == PRECISION_SINGLE) {
-        float *to = (float *)windows->tables[batch].number + lane;
-        for (int i = 0; i < count; i++)
-            to[i * LANES] = ((const float *)number)[i];
-        for (int i = count; i < before; i++)
-            to[i * LANES] = 0.0f;
-    } else {
-        double *to = (double *)windows->tables[batch].number + lane;
-        for (int i = 0; i < count; i++)
-            to[i * LANES] = ((const double *)number)[i];
-        for (int i = count; i < before; i++)
-            to[i * LANES] = 0.0;
-    }
+    void *to = (void *)windows->tables[batch].number;
+    if (windows->templates->precision == PRECISION_SINGLE)
+        put_single((float *)to + lane, number, stride, count, before);
+    else
+        put_double((double *)to + lane, number, stride, count, before);
     *held = mask;
 }
 
@@ -124,7 +200,7 @@ static void put_vertices(CutWindows *windows, int batch, int lane, const int *no
 {
     int(*vertex)[LANES] = windows->hanging_vertex[batch];
     int count = 0;
-    for (; count < NODE_CORNERS; count++)
+    for (; node != NULL && count < NODE_CORNERS; count++)
         vertex[count][lane] = node[count];
     for (; mask != 0; mask &= mask - 1)
         vertex[count++][lane] = node[NODE_CORNERS + __builtin_ctz(mask)];
@@ -132,83 +208,126 @@ static void put_vertices(CutWindows *windows, int batch, int lane, const int *no
         vertex[count][lane] = windows->lattice->vertex_capacity;
 }
 
-// A lane without an element is a plain cube that never deforms.
-static void put_nothing(CutWindows *windows, int batch, int lane)
-{
-    put_numbers(windows, batch, lane, 0);
-    windows->hanging_class[batch][lane] = windows->hanging_class[batch][0];
-    for (int i = 0; i < windows->tables[batch].count; i++)
-        windows->hanging_vertex[batch][i][lane] = windows->lattice->vertex_capacity;
-}
-
-static int pack_hanging(CutWindows *windows, int window, const Packing *from)
+// In a mixed batch a lane without an element is a plain cube that never deforms.
+static void pack_hanging(CutWindows *windows, int batch, const uint64_t *key, int lanes, bool mixed,
+                         const Turns *turns)
 {
     const CutLattice *lattice = windows->lattice;
-    const int batches = (from->hanging + LANES - 1) / LANES;
-    for (int b = 0; b < batches; b++) {
-        const int batch = windows->first_hanging[window] + b;
-        const PackedLeaf *leaf = from->hanging_leaf + (long)b * LANES;
-        const int lanes = from->hanging - b * LANES < LANES ? from->hanging - b * LANES : LANES;
-        windows->tables[batch].count = vertex_count_of(leaf[lanes - 1].mask);
-        for (int lane = 0; lane < lanes; lane++) {
-            const int e = leaf[lane].element;
-            put_numbers(windows, batch, lane, leaf[lane].mask);
-            put_vertices(windows, batch, lane, cut_lattice_nodes(lattice, e), leaf[lane].mask);
-            windows->hanging_class[batch][lane] = class_of(windows, e);
-            windows->place[e] = (windows->plain_capacity + batch) * LANES + lane;
+    windows->tables[batch].count = vertex_count_of(mask_of(key[lanes - 1]));
+    if (!mixed)
+        put_numbers(windows, batch, 0, 1, mask_of(key[0]));
+    for (int lane = 0; lane < lanes; lane++) {
+        const int e = element_of(key[lane]);
+        const unsigned mask = mask_of(key[lane]);
+        if (mixed)
+            put_numbers(windows, batch, lane, LANES, mask);
+        put_vertices(windows, batch, lane, cut_lattice_nodes(lattice, e), mask);
+        windows->hanging_class[batch][lane] = class_of(windows, e);
+        put_place(windows, e, (windows->capacity[0] + batch) * LANES + lane, turns);
+    }
+    for (int lane = lanes; lane < LANES; lane++) {
+        put_numbers(windows, batch, lane, LANES, 0);
+        put_vertices(windows, batch, lane, NULL, 0);
+        windows->hanging_class[batch][lane] = windows->hanging_class[batch][0];
+    }
+}
+
+static void pack(CutWindows *windows, int kind, int batch, const uint64_t *key, int lanes,
+                 bool mixed, const Turns *turns)
+{
+    if (kind == BATCH_PLAIN)
+        pack_plain(windows, batch, key, lanes, turns);
+    else
+        pack_hanging(windows, batch, key, lanes, mixed, turns);
+}
+
+// A window's own batches, each full of one kind; what is left over is written down for its group.
+static void pack_window(CutWindows *windows, int window, const Leaves *leaves, const Turns *turns)
+{
+    BatchRange *range = &windows->full[window];
+    uint64_t *rest = windows->rest + windows->lattice->window[window].first;
+    for (int kind = 0; kind < BATCH_KINDS; kind++) {
+        const uint64_t *key = leaves->key[kind];
+        const int count = leaves->count[kind];
+        int batch = range->first[kind], left = 0;
+        for (int k = 0; k < count;) {
+            if (k + LANES <= count && key[k] >> 32 == key[k + LANES - 1] >> 32) {
+                pack(windows, kind, batch++, key + k, LANES, false, turns);
+                k += LANES;
+            } else {
+                rest[left++] = key[k++];
+            }
         }
-        for (int lane = lanes; lane < LANES; lane++)
-            put_nothing(windows, batch, lane);
-    }
-    return batches;
-}
-
-// Rotations by the places of before: those of coarser windows, of which leaves may have come, must
-// still be theirs.
-static void take_turns(const CutWindows *windows, const Packing *packing,
-                       double turn[WINDOW_ELEMENTS][4])
-{
-    for (int k = 0; k < packing->plain; k++)
-        memcpy(turn[k], turn_of(windows, packing->plain_leaf[k].element), sizeof turn[k]);
-    for (int k = 0; k < packing->hanging; k++)
-        memcpy(turn[packing->plain + k], turn_of(windows, packing->hanging_leaf[k].element),
-               sizeof turn[0]);
-}
-
-static void clear_turns(CutWindows *windows, int window)
-{
-    const int first[2] = {windows->first_plain[window],
-                          windows->plain_capacity + windows->first_hanging[window]};
-    const int used[2] = {windows->plain_used[window], windows->hanging_used[window]};
-    for (int kind = 0; kind < 2; kind++)
-        for (int i = 0; i < used[kind] * LANES; i++)
-            memcpy(windows->last[first[kind] + i / LANES][i % LANES], NO_TURN, sizeof NO_TURN);
-}
-
-static void put_turns(CutWindows *windows, const Packing *packing, double turn[WINDOW_ELEMENTS][4])
-{
-    for (int k = 0; k < packing->plain + packing->hanging; k++) {
-        const int element = k < packing->plain ? packing->plain_leaf[k].element
-                                               : packing->hanging_leaf[k - packing->plain].element;
-        const int place = windows->place[element];
-        memcpy(windows->last[place / LANES][place % LANES], turn[k], sizeof turn[k]);
+        rest += left;
+        windows->rest_count[window][kind] = left;
+        range->used[kind] = batch - range->first[kind];
     }
 }
 
-void cut_pack(CutWindows *windows, int window, bool turns)
+// Plain batches are of one class each.
+static void pack_rest(CutWindows *windows, int group, int kind, const Turns *turns)
 {
-    const CutWindow *own = &windows->lattice->window[window];
-    double turn[WINDOW_ELEMENTS][4];
-    Packing packing;
-    list_leaves(windows, window, &packing);
-    if (turns) {
-        take_turns(windows, &packing, turn);
-        clear_turns(windows, window);
+    BatchRange *range = &windows->mixed[group];
+    Merge merge = merge_begin(windows, group, kind);
+    uint64_t key[LANES + 1];
+    int batch = range->first[kind], lanes = 0;
+    while (merge_next(&merge, &key[lanes])) {
+        const bool other = kind == BATCH_PLAIN && key[lanes] >> 32 != key[0] >> 32;
+        if (other || lanes == LANES) {
+            pack(windows, kind, batch++, key, lanes, true, turns);
+            key[0] = key[lanes];
+            lanes = 0;
+        }
+        lanes++;
     }
-    for (int e = own->first; e < own->end; e++)
-        windows->place[e] = -1;
-    windows->plain_used[window] = (unsigned char)pack_plain(windows, window, &packing);
-    windows->hanging_used[window] = (unsigned char)pack_hanging(windows, window, &packing);
-    if (turns)
-        put_turns(windows, &packing, turn);
+    if (lanes > 0)
+        pack(windows, kind, batch++, key, lanes, true, turns);
+    range->used[kind] = batch - range->first[kind];
+}
+
+// All leaves that may get another place.
+static void take_turns(const CutWindows *windows, const WindowGroup *own, const Leaves *leaves,
+                       Turns *turns)
+{
+    for (int w = own->first; w < own->end; w++) {
+        if (!windows->is_changed[w]) {
+            const uint64_t *rest = windows->rest + windows->lattice->window[w].first;
+            const int *count = windows->rest_count[w];
+            for (int k = 0; k < count[BATCH_PLAIN] + count[BATCH_HANGING]; k++)
+                take_turn(windows, element_of(rest[k]), turns);
+            continue;
+        }
+        const Leaves *here = &leaves[w - own->first];
+        for (int kind = 0; kind < BATCH_KINDS; kind++)
+            for (int k = 0; k < here->count[kind]; k++)
+                take_turn(windows, element_of(here->key[kind][k]), turns);
+    }
+}
+
+void cut_pack(CutWindows *windows, int group, bool moved)
+{
+    const CutLattice *lattice = windows->lattice;
+    const WindowGroup *own = &windows->group[group];
+    Leaves leaves[GROUP_WINDOWS];
+    Turns turns;
+    turns.moved = moved;
+    turns.base = lattice->window[own->first].first;
+    for (int w = own->first; w < own->end; w++)
+        if (windows->is_changed[w])
+            list_leaves(windows, &lattice->window[w], &leaves[w - own->first]);
+    if (moved) {
+        take_turns(windows, own, leaves, &turns);
+        clear_turns(windows, &windows->mixed[group]);
+    }
+    for (int w = own->first; w < own->end; w++) {
+        if (!windows->is_changed[w])
+            continue;
+        if (moved)
+            clear_turns(windows, &windows->full[w]);
+        for (int e = lattice->window[w].first; e < lattice->window[w].end; e++)
+            windows->place[e] = -1;
+        pack_window(windows, w, &leaves[w - own->first], &turns);
+    }
+    for (int kind = 0; kind < BATCH_KINDS; kind++)
+        pack_rest(windows, group, kind, &turns);
 }

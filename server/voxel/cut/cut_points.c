@@ -4,23 +4,19 @@
 #include "base/check.h"
 #include "voxel/point_parts.h"
 
+#include <string.h>
+
 void cut_lattice_point(const CutLattice *lattice, int vertex, int point[3])
 {
-    const CutScratch *scratch = lattice->scratch;
-    const int nx = scratch->points[0], ny = scratch->points[1];
-    const int index = lattice->vertex_id[vertex] % (nx * ny * scratch->points[2]);
-    point[0] = index % nx;
-    point[1] = index / nx % ny;
-    point[2] = index / (nx * ny);
+    memcpy(point, lattice->scratch->place[vertex], 3 * sizeof *point);
 }
 
 void cut_lattice_around(const CutLattice *lattice, const int point[3], int leaf[8])
 {
-    for (int s = 0; s < 8; s++) {
-        int cell = cut_parts_block(lattice, 0, point[0] - 1 + (s & 1), point[1] - 1 + (s >> 1 & 1),
-                                   point[2] - 1 + (s >> 2));
-        leaf[s] = cell < 0 ? -1 : cut_parts_leaf(lattice, cell);
-    }
+    const long row = lattice->count[0] + 2, layer = row * (lattice->count[1] + 2);
+    const int *low = &lattice->scratch->grid[point[2] * layer + point[1] * row + point[0]];
+    for (int s = 0; s < 8; s++)
+        leaf[s] = low[(s & 1) + (s >> 1 & 1) * row + (s >> 2) * layer];
 }
 
 int cut_lattice_node_at(const CutLattice *lattice, int leaf, const int point[3])
@@ -43,25 +39,31 @@ static int *place_in(CutLattice *lattice, int leaf, int slot, const int point[3]
 
 static PointParts parts_at(const CutLattice *lattice, const int point[3], const int leaf[8])
 {
+    // By slot: solid, leaf of level 0, with the point as a corner; with a broken face by its axis.
+    unsigned solid = 0, cells = 0, corners = 0, broken_at[3] = {0, 0, 0}, broken = 0;
     const int all = point[0] | point[1] | point[2];
-    unsigned corners = 0, broken = 0;
-    bool whole = true; // nothing parts what lies around
     for (int s = 0; s < 8; s++) {
-        whole &= leaf[s] >= 0;
         if (leaf[s] < 0)
             continue;
-        const int level = lattice->element[leaf[s]].level;
-        if ((all & ((1 << level) - 1)) == 0)
+        solid |= 1u << s;
+        if (cut_parts_is_cell(lattice, leaf[s])) {
+            const unsigned bits = lattice->broken[leaf[s]];
+            cells |= 1u << s;
+            for (int d = 0; d < 3; d++)
+                broken_at[d] |= (bits >> d & 1) << s;
+        } else if ((all & ((1 << lattice->element[leaf[s]].level) - 1)) == 0) {
             corners |= 1u << s;
+        }
     }
-    for (int f = 0; f < 12; f++) {
-        const int low = leaf[POINT_FACE[f]], high = leaf[POINT_FACE[f] + (1 << f / 4)];
-        if (low >= 0 && high >= 0 && cut_parts_is_cell(lattice, low) &&
-            cut_parts_is_cell(lattice, high))
-            broken |= (unsigned)(lattice->broken[low] >> f / 4 & 1) << f;
-    }
-    if (whole && broken == 0)
+    corners |= cells;
+    // Of the slots on the lower side of a face, those with one that is open.
+    static const unsigned low_side[3] = {0x55, 0x33, 0x0f};
+    for (int d = 0; d < 3; d++)
+        broken_at[d] &= low_side[d] & cells >> (1 << d);
+    if (solid == 0xff && (broken_at[0] | broken_at[1] | broken_at[2]) == 0)
         return (PointParts){.owns = corners != 0};
+    for (int f = 0; f < 12; f++)
+        broken |= (broken_at[f / 4] >> POINT_FACE[f] & 1) << f;
     return point_parts(leaf, corners, broken);
 }
 
@@ -76,21 +78,53 @@ static int find_vertex(const CutLattice *lattice, int index, int id)
 void cut_points_add(CutLattice *lattice, int vertex)
 {
     CutScratch *scratch = lattice->scratch;
-    int point[3];
-    cut_lattice_point(lattice, vertex, point);
-    int *head = &scratch->head[cut_parts_index(scratch, point)];
-    scratch->next[vertex] = *head;
-    *head = vertex;
+    const int nx = scratch->points[0], ny = scratch->points[1];
+    const int index = lattice->vertex_id[vertex] % (nx * ny * scratch->points[2]);
+    scratch->place[vertex][0] = index % nx;
+    scratch->place[vertex][1] = index / nx % ny;
+    scratch->place[vertex][2] = index / (nx * ny);
+    scratch->next[vertex] = scratch->head[index];
+    scratch->head[index] = vertex;
 }
 
-static int add_vertex(CutLattice *lattice, int id, int origin, int of)
+// Between which nodes of the divided element `of` a point in its middle lies: the middle of an edge
+// between its ends, that of a face between those of its edges, the centre between all corners; by
+// the vertices there of the eight that it was divided into. Returns how many.
+static int find_parents(const CutLattice *lattice, int of, const int point[3], int parent[8])
+{
+    const CutElement *element = &lattice->element[of];
+    int offset[3], middles = 0, count = 0;
+    for (int d = 0; d < 3; d++) {
+        offset[d] = 2 * (point[d] - element->cell[d]) >> element->level;
+        middles += offset[d] == 1;
+    }
+    for (int n = 0; n < 27; n++) {
+        const int at[3] = {n % 3, n / 3 % 3, n / 9};
+        int left = 0, child = 0, corner = 0;
+        bool beside = true; // where the point is at the end of an edge, so is the parent
+        for (int d = 0; d < 3; d++) {
+            left += at[d] == 1;
+            beside &= offset[d] == 1 || at[d] == offset[d];
+            child |= (at[d] == 2) << d;
+            corner |= (at[d] > 0) << d;
+        }
+        if (beside && left == (middles == 2))
+            parent[count++] = cut_lattice_nodes(lattice, element->child + child)[corner];
+    }
+    return count;
+}
+
+// A copy of `origin`, or, if that is negative, in the middle of `of`.
+static int add_vertex(CutLattice *lattice, int id, const int point[3], int origin, int of)
 {
     const int v = (int)(*lattice->vertex_count)++;
     ASSERT(v < lattice->vertex_capacity);
     lattice->vertex_id[v] = id;
+    CutBirth *birth = &lattice->changes.birth[lattice->changes.birth_count++];
+    *birth = (CutBirth){.vertex = v, .origin = origin, .parent_count = 1, .parent = {origin}};
+    if (origin < 0)
+        birth->parent_count = find_parents(lattice, of, point, birth->parent);
     cut_points_add(lattice, v);
-    lattice->changes.birth[lattice->changes.birth_count++] =
-        (CutBirth){.vertex = v, .origin = origin, .of = origin >= 0 ? -1 : of};
     return v;
 }
 
@@ -113,6 +147,8 @@ bool cut_points_visit(CutLattice *lattice, const int point[3], const int leaf[8]
     const int index = cut_parts_index(scratch, point);
     const int points = scratch->points[0] * scratch->points[1] * scratch->points[2];
     const PointParts parts = parts_at(lattice, point, leaf);
+    if (parts.owns == 0) // then it need not be a node of any of them
+        return true;
     int vertex[8], first_new = -1;
     for (int p = 0; p < 8; p++) {
         vertex[p] = -1;
@@ -127,7 +163,7 @@ bool cut_points_visit(CutLattice *lattice, const int point[3], const int leaf[8]
         int origin = vertex_before(lattice, &parts, p, leaf, point);
         if (origin < 0)
             origin = first_new;
-        vertex[p] = add_vertex(lattice, id, origin, of);
+        vertex[p] = add_vertex(lattice, id, point, origin, of);
         if (first_new < 0)
             first_new = vertex[p];
     }
@@ -136,7 +172,8 @@ bool cut_points_visit(CutLattice *lattice, const int point[3], const int leaf[8]
             continue;
         int *place = place_in(lattice, leaf[s], s, point);
         const int now = vertex[parts.part[s]];
-        if (*place == now)
+        // A point without a vertex may lie on a quarter of a large leaf's edge, where no node is.
+        if (now < 0 || *place == now)
             continue;
         *place = now;
         cut_parts_list_element(lattice, leaf[s]);

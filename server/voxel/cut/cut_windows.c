@@ -11,71 +11,120 @@
 // ---------------------------------------------------------------------------------------------
 // Load time
 
-// The most batches that plain leaves of a window can fill, and those with hanging vertices.
-static void measure_window(const CutLattice *lattice, int window, int *plain, int *hanging)
-{
-    const CutWindow *own = &lattice->window[window];
-    int count[256] = {0}; // of each material
-    *plain = 0;
-    for (int e = own->first; e < own->end; e++)
-        *plain += count[lattice->element[e].material]++ % LANES == 0;
-    *hanging = own->level == 0 ? 0 : (own->end - own->first + LANES - 1) / LANES;
-}
-
-static void create_ranges(CutWindows *windows, const char *name, Arena *arena)
+// Windows that follow one another, of one level.
+static void create_groups(CutWindows *windows, const char *name, Arena *arena)
 {
     const CutLattice *lattice = windows->lattice;
     const int count = lattice->window_count;
-    windows->first_plain = ALLOCATE(ARENA_STEP, count + 1, int, "windows");
-    windows->first_hanging = ALLOCATE(ARENA_STEP, count + 1, int, "windows, hanging");
+    windows->group = ALLOCATE(ARENA_STEP, count, WindowGroup, "groups of windows");
+    windows->group_of = ALLOCATE(ARENA_TOPOLOGY, count, int, "groups");
     for (int w = 0; w < count; w++) {
-        int plain, hanging;
-        measure_window(lattice, w, &plain, &hanging);
-        windows->first_plain[w + 1] = windows->first_plain[w] + plain;
-        windows->first_hanging[w + 1] = windows->first_hanging[w] + hanging;
+        WindowGroup *last = &windows->group[windows->group_count - 1];
+        const bool joins = w > 0 && w - last->first < GROUP_WINDOWS &&
+                           lattice->window[w].level == lattice->window[w - 1].level;
+        if (!joins)
+            windows->group[windows->group_count++] = (WindowGroup){w, w};
+        windows->group_of[w] = windows->group_count - 1;
+        windows->group[windows->group_of[w]].end = w + 1;
     }
-    windows->plain_capacity = windows->first_plain[count];
-    windows->hanging_capacity = windows->first_hanging[count];
-    windows->plain_used = ALLOCATE(ARENA_STEP, count, unsigned char, "batches in use");
-    windows->hanging_used = ALLOCATE(ARENA_STEP, count, unsigned char, "batches in use, hanging");
-    windows->run = ALLOCATE(ARENA_STEP, 2 * count + 2, BatchRun, "runs of batches");
-    windows->changed = ALLOCATE(ARENA_TOPOLOGY, count, int, "changed windows");
-    windows->is_changed = ALLOCATE(ARENA_TOPOLOGY, count, unsigned char, "windows that changed");
+}
+
+// The most batches that plain leaves of a window can fill; adds to what may be left over, by
+// material.
+static int most_full(const CutLattice *lattice, int window, int rest[256])
+{
+    const CutWindow *own = &lattice->window[window];
+    int count[256] = {0}, batches = 0; // by material
+    for (int e = own->first; e < own->end; e++)
+        batches += ++count[lattice->element[e].material] % LANES == 0;
+    for (int m = 0; m < 256; m++)
+        rest[m] += count[m] < LANES ? count[m] : LANES - 1;
+    return batches;
+}
+
+static int batches_for(int elements)
+{
+    return (elements + LANES - 1) / LANES;
+}
+
+// A group's batches follow one another: of its windows, then its own.
+static void create_ranges(CutWindows *windows, const char *name, Arena *arena)
+{
+    const CutLattice *lattice = windows->lattice;
+    int *end = windows->capacity;
+    windows->full = ALLOCATE(ARENA_STEP, lattice->window_count, BatchRange, "windows");
+    windows->mixed = ALLOCATE(ARENA_STEP, windows->group_count, BatchRange, "mixed windows");
+    for (int g = 0; g < windows->group_count; g++) {
+        const WindowGroup *own = &windows->group[g];
+        const int elements = lattice->window[own->end - 1].end - lattice->window[own->first].first;
+        const bool hangs = lattice->window[own->first].level > 0;
+        int rest[256] = {0};
+        for (int w = own->first; w < own->end; w++) {
+            const int count = lattice->window[w].end - lattice->window[w].first;
+            windows->full[w] = (BatchRange){.first = {end[BATCH_PLAIN], end[BATCH_HANGING]}};
+            end[BATCH_PLAIN] += most_full(lattice, w, rest);
+            end[BATCH_HANGING] += hangs ? count / LANES : 0;
+        }
+        windows->mixed[g] = (BatchRange){.first = {end[BATCH_PLAIN], end[BATCH_HANGING]}};
+        for (int m = 0; m < 256; m++)
+            end[BATCH_PLAIN] += batches_for(rest[m]);
+        end[BATCH_HANGING] += hangs ? batches_for(elements) : 0;
+    }
 }
 
 static void create_plain(CutWindows *windows, const char *name, Arena *arena)
 {
-    const int count = windows->plain_capacity;
+    const int count = windows->capacity[BATCH_PLAIN];
     windows->plain_vertex = arena_allocate(
         arena, ARENA_STEP, (size_t)count, sizeof *windows->plain_vertex, "%s/plain vertices", name);
     windows->plain_class = ALLOCATE(ARENA_STEP, count, int, "plain classes");
 }
 
-// All lanes hold the numbers of a plain cube.
-static void create_tables(CutWindows *windows, const char *name, Arena *arena)
+// Numbers of a plain cube, as cut_pack.c expects them to be there.
+static void *begin_table(const CutWindows *windows, int batch, int stride, void *number)
 {
     const bool single = windows->templates->precision == PRECISION_SINGLE;
-    const size_t real = single ? sizeof(float) : sizeof(double);
-    const size_t each = (size_t)TEMPLATE_NUMBERS * LANES;
-    const int count = windows->hanging_capacity;
-    char *number =
-        arena_allocate(arena, ARENA_STEP, (size_t)count * each, real, "%s/rest shapes", name);
-    windows->tables = ALLOCATE(ARENA_STEP, count, RestTable, "rest tables");
     const void *from = template_cache_numbers(windows->templates, 0);
-    for (int b = 0; b < count; b++, number += each * real) {
-        windows->tables[b] = (RestTable){NODE_CORNERS, number};
-        for (int i = 0; i < TABLE_HEAD + NODE_CORNERS * TABLE_ROW; i++)
-            for (int lane = 0; lane < LANES; lane++)
-                if (single)
-                    ((float *)number)[i * LANES + lane] = ((const float *)from)[i];
+    windows->tables[batch] = (RestTable){NODE_CORNERS, number};
+    for (int i = 0; i < (TABLE_HEAD + NODE_CORNERS * TABLE_ROW) * stride; i++)
+        if (single)
+            ((float *)number)[i] = ((const float *)from)[i / stride];
+        else
+            ((double *)number)[i] = ((const double *)from)[i / stride];
+    return (char *)number +
+           (size_t)TEMPLATE_NUMBERS * (size_t)stride * (single ? sizeof(float) : sizeof(double));
+}
+
+static void create_tables(CutWindows *windows, const char *name, Arena *arena)
+{
+    const size_t real =
+        windows->templates->precision == PRECISION_SINGLE ? sizeof(float) : sizeof(double);
+    const int count = windows->capacity[BATCH_HANGING];
+    windows->tables = ALLOCATE(ARENA_STEP, count, RestTable, "rest tables");
+    size_t numbers = 0;
+    for (int pass = 0; pass < 2; pass++) {
+        void *number =
+            pass == 0 ? NULL
+                      : arena_allocate(arena, ARENA_STEP, numbers, real, "%s/rest shapes", name);
+        for (int g = 0, batch = 0; g < windows->group_count; g++) {
+            const int mixed = windows->mixed[g].first[BATCH_HANGING];
+            const int end = g + 1 < windows->group_count
+                                ? windows->full[windows->group[g + 1].first].first[BATCH_HANGING]
+                                : count;
+            for (; batch < end; batch++) {
+                const int stride = batch < mixed ? 1 : LANES;
+                if (pass == 0)
+                    numbers += (size_t)TEMPLATE_NUMBERS * (size_t)stride;
                 else
-                    ((double *)number)[i * LANES + lane] = ((const double *)from)[i];
+                    number = begin_table(windows, batch, stride, number);
+            }
+        }
     }
 }
 
 static void create_hanging(CutWindows *windows, const char *name, Arena *arena)
 {
-    const int count = windows->hanging_capacity;
+    const int count = windows->capacity[BATCH_HANGING];
     windows->hanging_vertex =
         arena_allocate(arena, ARENA_STEP, (size_t)count, sizeof *windows->hanging_vertex,
                        "%s/hanging vertices", name);
@@ -96,54 +145,104 @@ static void create_hanging(CutWindows *windows, const char *name, Arena *arena)
 // ---------------------------------------------------------------------------------------------
 // Which batches are in use
 
-// Adds the batches [first, first + count) to the runs from `begin` on; returns the end.
-static int add_run(CutWindows *windows, int begin, int end, int first, int count)
+// Adds batches to the runs from `begin` on; returns the end.
+static int add_run(CutWindows *windows, int begin, int end, BatchRun more)
 {
     BatchRun *run = windows->run;
-    if (count == 0)
+    if (more.count == 0)
         return end;
-    if (end > begin && run[end - 1].first + run[end - 1].count == first) {
-        run[end - 1].count += count;
+    BatchRun *last = end > begin ? &run[end - 1] : NULL;
+    if (last != NULL && last->first + last->count == more.first && last->mixed == more.mixed) {
+        last->count += more.count;
         return end;
     }
-    run[end] = (BatchRun){first, count};
+    run[end] = more;
     return end + 1;
 }
 
-// The first half ends with the window that fills it.
+static int list_kind(CutWindows *windows, int kind, int begin)
+{
+    int end = begin;
+    for (int g = 0; g < windows->group_count; g++) {
+        const bool hanging = kind == BATCH_HANGING;
+        for (int w = windows->group[g].first; w < windows->group[g].end; w++) {
+            const BatchRange *range = &windows->full[w];
+            end = add_run(windows, begin, end,
+                          (BatchRun){range->first[kind], range->used[kind], false});
+        }
+        const BatchRange *range = &windows->mixed[g];
+        end = add_run(windows, begin, end,
+                      (BatchRun){range->first[kind], range->used[kind], hanging});
+    }
+    return end;
+}
+
+// Where the first half of the batches ends; the run that holds both halves becomes two.
+static int split_runs(CutWindows *windows, int begin, int *end, int total)
+{
+    BatchRun *run = windows->run;
+    int left = total / 2;
+    for (int k = begin; k < *end; k++) {
+        if (left == 0)
+            return k;
+        if (left < run[k].count) {
+            memmove(run + k + 1, run + k, (size_t)(*end - k) * sizeof *run);
+            (*end)++;
+            run[k].count = left;
+            run[k + 1].first += left;
+            run[k + 1].count -= left;
+            return k + 1;
+        }
+        left -= run[k].count;
+    }
+    return *end;
+}
+
 static void list_runs(CutWindows *windows)
 {
-    const int count = windows->lattice->window_count;
-    int end = 0;
-    for (int hanging = 0; hanging < 2; hanging++) {
-        const unsigned char *used = hanging ? windows->hanging_used : windows->plain_used;
-        const int *first = hanging ? windows->first_hanging : windows->first_plain;
-        int total = cut_windows_count(windows, hanging != 0), so_far = 0, w = 0;
-        for (int half = 0; half < 2; half++) {
-            const int begin = end;
-            for (; w < count && (half == 1 || 2 * so_far < total); w++) {
-                end = add_run(windows, begin, end, first[w], used[w]);
-                so_far += used[w];
-            }
-            windows->run_end[hanging][half] = end;
-        }
+    for (int kind = 0, begin = 0; kind < BATCH_KINDS; kind++) {
+        int end = list_kind(windows, kind, begin), total = 0;
+        for (int k = begin; k < end; k++)
+            total += windows->run[k].count;
+        windows->run_end[kind][0] = split_runs(windows, begin, &end, total);
+        windows->run_end[kind][1] = begin = end;
     }
 }
 
-int cut_windows_count(const CutWindows *windows, bool hanging)
+int cut_windows_count(const CutWindows *windows, int kind)
 {
-    const unsigned char *used = hanging ? windows->hanging_used : windows->plain_used;
     int total = 0;
-    for (int w = 0; w < windows->lattice->window_count; w++)
-        total += used[w];
+    for (int k = kind == 0 ? 0 : windows->run_end[kind - 1][1]; k < windows->run_end[kind][1]; k++)
+        total += windows->run[k].count;
     return total;
 }
 
-static void pack_all(CutWindows *windows, bool turns)
+static void pack_all(CutWindows *windows)
 {
-    for (int w = 0; w < windows->lattice->window_count; w++)
-        cut_pack(windows, w, turns);
+    const size_t count = (size_t)windows->lattice->window_count;
+    memset(windows->is_changed, 1, count * sizeof *windows->is_changed);
+    for (int g = 0; g < windows->group_count; g++)
+        cut_pack(windows, g, false);
+    memset(windows->is_changed, 0, count * sizeof *windows->is_changed);
     list_runs(windows);
+}
+
+static void create_scratch(CutWindows *windows, const char *name, Arena *arena)
+{
+    const int count = windows->lattice->window_count, elements = windows->lattice->element_count;
+    windows->place = ALLOCATE(ARENA_TOPOLOGY, elements, int, "element places");
+    windows->rest = ALLOCATE(ARENA_TOPOLOGY, elements, uint64_t, "left over");
+    windows->rest_count = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)count,
+                                         sizeof *windows->rest_count, "%s/left over counts", name);
+    windows->changed = ALLOCATE(ARENA_TOPOLOGY, count, int, "changed windows");
+    windows->is_changed = ALLOCATE(ARENA_TOPOLOGY, count, bool, "windows that changed");
+    windows->run = ALLOCATE(ARENA_STEP, BATCH_KINDS * (count + windows->group_count + 1), BatchRun,
+                            "runs of batches");
+}
+
+static int batch_capacity(const CutWindows *windows)
+{
+    return windows->capacity[BATCH_PLAIN] + windows->capacity[BATCH_HANGING];
 }
 
 void cut_windows_create(CutWindows *windows, const WindowOptions *options, Arena *arena,
@@ -154,16 +253,17 @@ void cut_windows_create(CutWindows *windows, const WindowOptions *options, Arena
                             .templates = options->templates,
                             .material_count = options->material_count,
                             .classes = options->classes};
+    create_groups(windows, name, arena);
     create_ranges(windows, name, arena);
     create_plain(windows, name, arena);
     create_hanging(windows, name, arena);
-    const size_t batches = (size_t)(windows->plain_capacity + windows->hanging_capacity);
+    create_scratch(windows, name, arena);
+    const size_t batches = (size_t)batch_capacity(windows);
     windows->last =
         arena_allocate(arena, ARENA_STEP, batches, sizeof *windows->last, "%s/rotations", name);
     state_add(state, windows->last, batches * sizeof *windows->last, "%s/rotations", name);
-    windows->place = ALLOCATE(ARENA_STEP, windows->lattice->element_count, int, "element places");
     cut_windows_forget_rotations(windows);
-    pack_all(windows, false);
+    pack_all(windows);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -173,7 +273,7 @@ static void mark(CutWindows *windows, int window, int *count)
 {
     if (windows->is_changed[window])
         return;
-    windows->is_changed[window] = 1;
+    windows->is_changed[window] = true;
     int k = (*count)++;
     for (; k > 0 && windows->changed[k - 1] > window; k--)
         windows->changed[k] = windows->changed[k - 1];
@@ -187,22 +287,21 @@ void cut_windows_update(CutWindows *windows)
     int count = 0;
     for (int k = 0; k < changes->element_count; k++)
         mark(windows, windows->lattice->window_of[changes->element[k]], &count);
-    for (int k = 0; k < count; k++) {
-        cut_pack(windows, windows->changed[k], true);
-        windows->is_changed[windows->changed[k]] = 0;
+    for (int k = 0, group = -1; k < count; k++) {
+        if (windows->group_of[windows->changed[k]] == group)
+            continue;
+        group = windows->group_of[windows->changed[k]];
+        cut_pack(windows, group, true);
     }
+    for (int k = 0; k < count; k++)
+        windows->is_changed[windows->changed[k]] = false;
     if (count > 0)
         list_runs(windows);
 }
 
 void cut_windows_restored(CutWindows *windows)
 {
-    pack_all(windows, false);
-}
-
-static int batch_capacity(const CutWindows *windows)
-{
-    return windows->plain_capacity + windows->hanging_capacity;
+    pack_all(windows);
 }
 
 void cut_windows_forget_rotations(CutWindows *windows)
@@ -233,14 +332,14 @@ typedef struct RunView {
     HangingBatches hanging;
 } RunView;
 
-static void view_run(const CutWindows *windows, bool hanging, BatchRun run, VoxelPass *pass,
+static void view_run(const CutWindows *windows, int kind, BatchRun run, VoxelPass *pass,
                      RunView *view)
 {
     *view = (RunView){.plain = {.batch_count = 0}};
-    if (hanging)
+    if (kind == BATCH_HANGING)
         view->hanging = (HangingBatches){
             .batch_count = run.count,
-            .mixed_count = run.count,
+            .mixed_count = run.mixed ? run.count : 0,
             .start = windows->start + run.first,
             .vertex = windows->hanging_vertex[0][0],
             .table = windows->table + run.first,
@@ -254,7 +353,7 @@ static void view_run(const CutWindows *windows, bool hanging, BatchRun run, Voxe
         };
     pass->plain = &view->plain;
     pass->hanging = &view->hanging;
-    pass->last = windows->last + (hanging ? windows->plain_capacity : 0) + run.first;
+    pass->last = windows->last + (kind == BATCH_HANGING ? windows->capacity[0] : 0) + run.first;
 }
 
 static VoxelPass complete_pass(const CutWindows *windows, const VoxelPass *given)
@@ -266,26 +365,28 @@ static VoxelPass complete_pass(const CutWindows *windows, const VoxelPass *given
 }
 
 // Where the runs of a half, or of both, begin and end.
-static void find_runs(const CutWindows *windows, bool hanging, int half, int *begin, int *end)
+static int runs_begin(const CutWindows *windows, int kind, int half)
 {
-    const int *ends = windows->run_end[hanging];
-    *begin = half == 1 ? ends[0] : hanging ? windows->run_end[0][1] : 0;
-    *end = half == 0 ? ends[0] : ends[1];
+    return half == 1             ? windows->run_end[kind][0]
+           : kind == BATCH_PLAIN ? 0
+                                 : windows->run_end[kind - 1][1];
+}
+
+static int runs_end(const CutWindows *windows, int kind, int half)
+{
+    return windows->run_end[kind][half == 0 ? 0 : 1];
 }
 
 void cut_windows_evaluate(const CutWindows *windows, const VoxelKernels *kernels,
                           const VoxelPass *given, int half)
 {
     VoxelPass pass = complete_pass(windows, given);
-    for (int hanging = 0; hanging < 2; hanging++) {
-        int run, end;
-        find_runs(windows, hanging != 0, half, &run, &end);
-        for (; run < end; run++) {
+    for (int kind = 0; kind < BATCH_KINDS; kind++)
+        for (int k = runs_begin(windows, kind, half); k < runs_end(windows, kind, half); k++) {
             RunView view;
-            view_run(windows, hanging != 0, windows->run[run], &pass, &view);
+            view_run(windows, kind, windows->run[k], &pass, &view);
             kernels->evaluate(&pass);
         }
-    }
 }
 
 double cut_windows_energy(const CutWindows *windows, const VoxelKernels *kernels,
@@ -293,14 +394,57 @@ double cut_windows_energy(const CutWindows *windows, const VoxelKernels *kernels
 {
     VoxelPass pass = complete_pass(windows, given);
     double total = 0.0;
-    for (int hanging = 0; hanging < 2; hanging++) {
-        int run, end;
-        find_runs(windows, hanging != 0, WINDOWS_ALL, &run, &end);
-        for (; run < end; run++) {
+    for (int kind = 0; kind < BATCH_KINDS; kind++)
+        for (int k = runs_begin(windows, kind, WINDOWS_ALL);
+             k < runs_end(windows, kind, WINDOWS_ALL); k++) {
             RunView view;
-            view_run(windows, hanging != 0, windows->run[run], &pass, &view);
+            view_run(windows, kind, windows->run[k], &pass, &view);
             total += kernels->energy(&pass);
         }
-    }
     return total;
+}
+
+void cut_windows_stress(const CutWindows *windows, const VoxelKernels *kernels,
+                        const VoxelPass *given, double limit, int half, uint16_t *high)
+{
+    VoxelPass pass = complete_pass(windows, given);
+    for (int kind = 0; kind < BATCH_KINDS; kind++)
+        for (int k = runs_begin(windows, kind, half); k < runs_end(windows, kind, half); k++) {
+            RunView view;
+            const BatchRun run = windows->run[k];
+            view_run(windows, kind, run, &pass, &view);
+            kernels->stress(&pass, limit,
+                            high + run.first + (kind == BATCH_PLAIN ? 0 : windows->capacity[0]));
+        }
+}
+
+static bool any_high(const CutWindows *windows, const BatchRange *range, const uint16_t *high)
+{
+    unsigned any = 0;
+    for (int kind = 0; kind < BATCH_KINDS; kind++) {
+        const int first = range->first[kind] + (kind == BATCH_PLAIN ? 0 : windows->capacity[0]);
+        for (int b = 0; b < range->used[kind]; b++)
+            any |= high[first + b];
+    }
+    return any != 0;
+}
+
+int cut_windows_stressed(const CutWindows *windows, const uint16_t *high, int *element)
+{
+    int count = 0;
+    for (int g = 0; g < windows->group_count; g++) {
+        const WindowGroup *own = &windows->group[g];
+        const bool mixed = any_high(windows, &windows->mixed[g], high);
+        for (int w = own->first; w < own->end; w++) {
+            if (!mixed && !any_high(windows, &windows->full[w], high))
+                continue;
+            const CutWindow *window = &windows->lattice->window[w];
+            for (int e = window->first; e < window->end; e++) {
+                const int place = windows->place[e];
+                if (place >= 0 && (high[place / LANES] >> place % LANES & 1))
+                    element[count++] = e;
+            }
+        }
+    }
+    return count;
 }

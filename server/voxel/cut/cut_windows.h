@@ -1,10 +1,11 @@
 // The batches of a cuttable body: what batch.h is to others, but made anew, window by window, while
-// the body is cut. Each window of the lattice owns a fixed range of batches, enough for whatever
-// may come of it, and what they hold is a pure function of the leaves that the window has and of
-// their vertices: plain cubes by class, then by number; those with hanging vertices by how many
-// vertices they have, then by mask and number, in mixed batches (kernel.h). So only the windows
-// with changed elements are packed anew, and the result is that of packing all: bits do not depend
-// on the way that led to a state.
+// the body is cut. Leaves of one kind (plain cubes of one class, or one mask) fill whole batches of
+// their window; what is left over of the windows of a group fills batches of the group, plain ones
+// by class, those with hanging vertices mixed (kernel.h) and by the number of their vertices, mask
+// and number. Windows and groups own fixed ranges of batches, enough for whatever may come of them,
+// and what these hold is a pure function of the leaves there and of their vertices. So only what
+// changed is packed anew, and the result is that of packing all: bits do not depend on the way that
+// led to a state.
 //
 // Step thread, but for cut_windows_create; no allocation after that.
 #ifndef PLIANT_VOXEL_CUT_CUT_WINDOWS_H
@@ -13,6 +14,8 @@
 #include "voxel/cut/cut_lattice.h"
 #include "voxel/cut/template_cache.h"
 #include "voxel/kernel.h"
+
+enum { GROUP_WINDOWS = 8, GROUP_ELEMENTS = GROUP_WINDOWS * WINDOW_ELEMENTS };
 
 typedef struct WindowOptions {
     const char *name; // of the body
@@ -24,45 +27,65 @@ typedef struct WindowOptions {
     const ElementClass *classes;
 } WindowOptions;
 
+enum { BATCH_PLAIN, BATCH_HANGING, BATCH_KINDS };
+
+// Batches that belong to a window or a group.
+typedef struct BatchRange {
+    int first[BATCH_KINDS];
+    int used[BATCH_KINDS];
+} BatchRange;
+
+typedef struct WindowGroup {
+    int first, end; // windows, of one level
+} WindowGroup;
+
 // Neighbouring batches in use.
 typedef struct BatchRun {
     int first, count;
+    bool mixed;
 } BatchRun;
 
-// All arrays belong to the arena. `plain` and `hanging` below count all batches that may be used.
+// All arrays belong to the arena; [plain] and [hanging] are all batches that may be used.
 typedef struct CutWindows {
-    // --- constant ---
+    // --- constant, but for BatchRange.used ---
     const CutLattice *lattice;
     TemplateCache *templates;
     int material_count;
     const ElementClass *classes;
-    int plain_capacity, hanging_capacity; // batches
-    int *first_plain, *first_hanging;     // [window + 1]
-    int *start;                           // [hanging + 1] of HangingBatches
-    int *table;                           // [hanging] of HangingBatches
+    int capacity[BATCH_KINDS]; // batches
+    int group_count;
+    WindowGroup *group;
+    int *group_of;     // [window]
+    BatchRange *full;  // [window]
+    BatchRange *mixed; // [group]
+    int *start;        // [hanging + 1] of HangingBatches
+    int *table;        // [hanging] of HangingBatches
 
     // --- state ---
     double (*last)[LANES][4]; // [plain, then hanging] see VoxelPass; of lanes without an element:
                               // no rotation
 
     // --- follows from the lattice ---
-    unsigned char *plain_used, *hanging_used; // [window] batches
     int (*plain_vertex)[NODE_CORNERS][LANES]; // [plain]
     int *plain_class;                         // [plain]
     int (*hanging_vertex)[NODE_COUNT][LANES]; // [hanging]
     int (*hanging_class)[LANES];              // [hanging]
-    unsigned (*hanging_mask)[LANES];          // [hanging] whose numbers the lane holds
+    unsigned (*hanging_mask)[LANES];          // [hanging] whose numbers the lane holds; of full
+                                              // batches the first stands for all
     RestTable *tables;                        // [hanging] with numbers of their own
     int *place;                               // [element] batch * LANES + lane, hanging batches
                                               // counted on from the plain ones; -1: no leaf
-    // Plain ones first, then hanging ones; of each the first half's, about half of the batches,
-    // come first. A function of the used batches of each window.
+    // What a window leaves to its group: plain ones, then hanging ones, ascending keys
+    // (cut_pack.c), from the window's first element on.
+    uint64_t *rest;                 // [element]
+    int (*rest_count)[BATCH_KINDS]; // [window]
+    // Plain ones first, then hanging ones; of each the first half of the batches, then the second.
     BatchRun *run;
-    int run_end[2][2]; // [hanging][half]
+    int run_end[BATCH_KINDS][2]; // [kind][half]
 
     // --- within an update ---
-    int *changed; // windows
-    unsigned char *is_changed;
+    int *changed; // windows, ascending
+    bool *is_changed;
 } CutWindows;
 
 // Load time. Packs all; rotations start at none, and are listed as state.
@@ -86,7 +109,13 @@ void cut_windows_evaluate(const CutWindows *windows, const VoxelKernels *kernels
                           const VoxelPass *pass, int half);
 double cut_windows_energy(const CutWindows *windows, const VoxelKernels *kernels,
                           const VoxelPass *pass);
+// Which lanes are under more stress than `limit` [Pa], as kernels->stress tells them, of one half
+// or all; high [capacity of both kinds] belongs to the caller. Halves may be done at a time.
+void cut_windows_stress(const CutWindows *windows, const VoxelKernels *kernels,
+                        const VoxelPass *pass, double limit, int half, uint16_t *high);
+// The leaves in those lanes, ascending, into element [leaves]; returns how many.
+int cut_windows_stressed(const CutWindows *windows, const uint16_t *high, int *element);
 // Batches in use.
-int cut_windows_count(const CutWindows *windows, bool hanging);
+int cut_windows_count(const CutWindows *windows, int kind);
 
 #endif

@@ -17,7 +17,8 @@ typedef struct TemplateCache {
     long made;       // shapes that were not there when asked for
 } TemplateCache;
 
-enum { TEMPLATE_NUMBERS = TABLE_HEAD + NODE_COUNT * TABLE_ROW };
+// Room for the numbers of any of them; a multiple of cache lines.
+enum { TEMPLATE_NUMBERS = (TABLE_HEAD + NODE_COUNT * TABLE_ROW + 15) / 16 * 16 };
 
 void template_cache_create(TemplateCache *cache, const char *name, VoxelLaw law,
                            Precision precision, Arena *arena);

@@ -387,11 +387,16 @@ static void begin(PlaneModel *model, TopologyChange *change)
     *change = (TopologyChange){.born = cut->birth};
 }
 
-// Everything that follows from the bits, without what moves.
+// The mesh of the bits as they are now; false: it has more vertices than there is room for.
+static bool fill_mesh(PlaneCut *cut)
+{
+    plane_mesh_fill(&cut->mesh, &cut->room, &cut->layout, cut->broken);
+    return cut->mesh.vertex_count <= cut->vertex_capacity;
+}
+
+// Everything that follows from the mesh, without what moves.
 static void make_anew(PlaneModel *model, Body *body, TopologyChange *change)
 {
-    PlaneCut *cut = model->cut;
-    plane_mesh_fill(&cut->mesh, &cut->room, &cut->layout, cut->broken);
     take_rows(model, change);
     make_forms(model);
     make_masses(model);
@@ -403,6 +408,7 @@ static void make_anew(PlaneModel *model, Body *body, TopologyChange *change)
 
 void plane_cut_make(PlaneModel *model, Body *body)
 {
+    fill_mesh(model->cut);
     TopologyChange none = {.born = model->cut->birth};
     make_anew(model, body, &none);
 }
@@ -435,18 +441,19 @@ bool plane_cut_break(Body *body, const int (*edge)[2], int count, CutOutcome *ou
 {
     PlaneModel *model = body->model;
     PlaneCut *cut = model->cut;
-    // An edge has two ends, at each of which it may divide a component.
-    const int room = cut->vertex_capacity - model->vertices.count;
-    if (2 * count > room) {
-        outcome->verdict = CUT_NO_NODES;
-        outcome->needed = 2 * count;
-        outcome->room = room;
-        return false;
-    }
+    const int before = model->vertices.count;
     begin(model, change);
     for (int k = 0; k < count; k++)
         cut->broken[edge[k][0]] |= (unsigned char)edge[k][1];
-    const int before = model->vertices.count;
+    if (!fill_mesh(cut)) {
+        outcome->verdict = CUT_NO_NODES;
+        outcome->needed = cut->mesh.vertex_count - before;
+        outcome->room = cut->vertex_capacity - before;
+        for (int k = 0; k < count; k++)
+            cut->broken[edge[k][0]] &= (unsigned char)~edge[k][1];
+        fill_mesh(cut);
+        return false;
+    }
     make_anew(model, body, change);
     keep_momentum(model);
     *cut->wants = 1;
@@ -473,6 +480,24 @@ static bool is_cut(const PlaneCut *cut, int i, int j, int size)
     return false;
 }
 
+// Whether an element two levels below lies along a quarter's edges towards the rest of its square:
+// where another quarter was carved, and then that. Fig. 7 (b) has the four along the outer edges;
+// without these four elements beside each other would differ by two levels.
+static bool is_finer_inside(const PlaneCut *cut, const PlaneElement *own, int quarter)
+{
+    const int half = 1 << (own->level - 1), x = quarter & 1, y = quarter >> 1;
+    const int i = own->cell[0] + x * half, j = own->cell[1] + y * half;
+    for (int k = 0; k < 2 && own->level >= 2; k++) {
+        const int along = k == 0 ? 0 : half / 2;
+        const int beside[2] = {plane_layout_at(&cut->layout, x ? i - 1 : i + half, j + along),
+                               plane_layout_at(&cut->layout, i + along, y ? j - 1 : j + half)};
+        for (int d = 0; d < 2; d++)
+            if (beside[d] >= 0 && cut->layout.element[beside[d]].level + 2 <= own->level)
+                return true;
+    }
+    return false;
+}
+
 // Fig. 7 of the paper; and what a blade has cut through, which the paper has not: its edges break
 // between elements only.
 static bool must_carve(const PlaneCut *cut, int element, int quarter)
@@ -480,7 +505,8 @@ static bool must_carve(const PlaneCut *cut, int element, int quarter)
     const PlaneElement *own = &cut->layout.element[element];
     const int half = 1 << (own->level - 1);
     const int i = own->cell[0] + (quarter & 1) * half, j = own->cell[1] + (quarter >> 1) * half;
-    return plane_must_carve(&cut->layout, cut->broken, element, quarter) || is_cut(cut, i, j, half);
+    return plane_must_carve(&cut->layout, cut->broken, element, quarter) ||
+           is_finer_inside(cut, own, quarter) || is_cut(cut, i, j, half);
 }
 
 static unsigned to_be_carved(const PlaneCut *cut, int element)
@@ -510,10 +536,6 @@ static void carve(PlaneCut *cut, int element, unsigned carved)
     cut->quarters[element] = own->quarters;
 }
 
-// How many vertices a carving can bring at most: the places of the square that had none, and those
-// that edges broken inside divide.
-enum { CARVE_VERTICES = 4 * 5 };
-
 // Squares by ascending size, so that all below are done before (section 3.2, phase 1); what comes
 // is looked at again in the next tick.
 bool plane_cut_reconstruct(Body *body, TopologyChange *change)
@@ -524,21 +546,24 @@ bool plane_cut_reconstruct(Body *body, TopologyChange *change)
         return false;
     *cut->wants = 0;
     begin(model, change);
-    int room = cut->vertex_capacity - model->vertices.count, done = 0;
+    int done = 0;
     for (int e = 0; e < cut->layout.element_count; e++) {
         if (cut->layout.element[e].level == 0 || cut->quarters_before[e] == 0)
             continue;
         unsigned carved = to_be_carved(cut, e);
         if (carved == 0)
             continue;
-        if (room < CARVE_VERTICES)
-            break; // it stays coarse
-        room -= CARVE_VERTICES;
         carve(cut, e, carved);
         done++;
     }
     if (done == 0)
         return false;
+    if (!fill_mesh(cut)) { // they stay coarse, all: half of them would be levels apart
+        for (int e = 0; e < cut->layout.element_count; e++)
+            cut->layout.element[e].quarters = cut->quarters[e] = cut->quarters_before[e];
+        fill_mesh(cut);
+        return false;
+    }
     make_anew(model, body, change);
     keep_momentum(model);
     *cut->wants = 1;
@@ -638,8 +663,7 @@ bool plane_cut_restore(Body *body)
         cut->layout.element[e].quarters = cut->quarters[e];
     if (!levels_can_be(cut))
         return false;
-    plane_mesh_fill(&cut->mesh, &cut->room, &cut->layout, cut->broken);
-    if (!vertices_are_there(cut))
+    if (!fill_mesh(cut) || !vertices_are_there(cut))
         return false;
     int count = 0;
     while (count < cut->vertex_capacity && cut->id[count] >= 0)

@@ -1,0 +1,234 @@
+// Where a blade's edge goes. One thread.
+#include "blade.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+bool blade_add(BladePath *path, const double end[2][3], bool lifted)
+{
+    if (path->count == BLADE_EDGES_MAX)
+        return false;
+    if (path->count == path->capacity) {
+        int capacity = path->capacity ? 2 * path->capacity : 64;
+        BladePlace *grown = realloc(path->place, sizeof *grown * (size_t)capacity);
+        if (!grown)
+            return false;
+        path->place = grown;
+        path->capacity = capacity;
+    }
+    BladePlace *place = &path->place[path->count++];
+    memcpy(place->end, end, sizeof place->end);
+    place->lifted = lifted;
+    return true;
+}
+
+void blade_destroy(BladePath *path)
+{
+    free(path->place);
+    *path = (BladePath){0};
+}
+
+int blade_next_sweep(const BladePath *path, int at)
+{
+    for (int i = at + 1; i + 1 < path->count; i++)
+        if (!path->place[i + 1].lifted)
+            return i;
+    return -1;
+}
+
+int blade_sweeps(const BladePath *path)
+{
+    int count = 0;
+    for (int i = blade_next_sweep(path, -1); i >= 0; i = blade_next_sweep(path, i))
+        count++;
+    return count;
+}
+
+// --- files ---
+
+// Six numbers, or -1 for something else.
+static int read_numbers(const char *line, double number[6])
+{
+    int count = 0;
+    for (const char *at = line;;) {
+        while (isspace((unsigned char)*at))
+            at++;
+        if (!*at)
+            return count;
+        char *end;
+        double value = strtod(at, &end);
+        if (end == at || (*end && !isspace((unsigned char)*end)) || !isfinite(value) || count == 6)
+            return -1;
+        number[count++] = value;
+        at = end;
+    }
+}
+
+static bool is_word(const char *line, const char *word)
+{
+    line += strspn(line, " \t");
+    size_t length = strlen(word);
+    return strncmp(line, word, length) == 0 && line[length + strspn(line + length, " \t\r\n")] == 0;
+}
+
+static bool read_place(char *line, bool lifted, BladePath *path, char why[160])
+{
+    double number[6];
+    if (read_numbers(line, number) != 6) {
+        snprintf(why, 160, "want x y z x y z, the two ends of the edge, or \"lift\"");
+        return false;
+    }
+    for (int k = 0; k < 6; k++) {
+        if (fabs(number[k]) > TRACK_REACH) {
+            snprintf(why, 160, "position %g outside [-%g, %g] m", number[k], TRACK_REACH,
+                     TRACK_REACH);
+            return false;
+        }
+    }
+    double end[2][3];
+    memcpy(end, number, sizeof end);
+    if (blade_add(path, (const double(*)[3])end, lifted))
+        return true;
+    snprintf(why, 160, "more than %d places", path->count);
+    return false;
+}
+
+static bool read_lines(BladePath *path, FILE *file, const char *name, ClientError *error)
+{
+    char *line = NULL;
+    size_t size = 0;
+    bool ok = true, lifted = true; // the first place begins a stroke
+    for (long number = 1; ok && getline(&line, &size, file) >= 0; number++) {
+        char why[160];
+        line[strcspn(line, "#")] = '\0';
+        if (line[strspn(line, " \t\r\n")] == '\0')
+            continue;
+        if (is_word(line, "lift")) {
+            lifted = true;
+            continue;
+        }
+        if (!read_place(line, lifted, path, why))
+            ok = client_fail(error, "%s:%ld: %s", name, number, why);
+        lifted = false;
+    }
+    if (ok && ferror(file))
+        ok = client_fail(error, "%s: %s", name, strerror(errno));
+    free(line);
+    return ok;
+}
+
+bool blade_read(BladePath *path, const char *name, ClientError *error)
+{
+    FILE *file = fopen(name, "r");
+    if (!file)
+        return client_fail(error, "%s: %s", name, strerror(errno));
+    int before = blade_sweeps(path);
+    bool ok = read_lines(path, file, name, error);
+    fclose(file);
+    if (ok && blade_sweeps(path) == before)
+        ok = client_fail(error, "%s: no sweep in it: two places of the blade, one after the other",
+                         name);
+    return ok;
+}
+
+// --- forms ---
+
+static void cross(const double a[3], const double b[3], double out[3])
+{
+    for (int k = 0; k < 3; k++)
+        out[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+}
+
+static double length_of(const double v[3])
+{
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+static bool make_unit(double v[3])
+{
+    double length = length_of(v);
+    for (int k = 0; k < 3 && length > 0.0; k++)
+        v[k] /= length;
+    return length > 0.0;
+}
+
+void blade_plane(BladePath *path, const double point[3], const double normal[3], double size)
+{
+    // The axis that is most across the normal gives the square its first side.
+    int axis = 0;
+    for (int k = 1; k < 3; k++)
+        if (fabs(normal[k]) < fabs(normal[axis]))
+            axis = k;
+    double u[3] = {0.0, 0.0, 0.0}, v[3];
+    u[axis] = 1.0;
+    cross(normal, u, v);
+    make_unit(v);
+    cross(v, normal, u);
+    make_unit(u);
+    for (int side = -1; side <= 1; side += 2) {
+        double end[2][3];
+        for (int k = 0; k < 3; k++) {
+            end[0][k] = point[k] + 0.5 * size * (side * u[k] - v[k]);
+            end[1][k] = point[k] + 0.5 * size * (side * u[k] + v[k]);
+        }
+        blade_add(path, (const double(*)[3])end, side < 0);
+    }
+}
+
+// --- tracks ---
+
+// The shortest turn of the unit vector `from` to `to`, before which q is applied.
+static void turn_to(const double from[3], const double to[3], double q[4])
+{
+    double axis[3], old[4], turn[4];
+    memcpy(old, q, sizeof old);
+    cross(from, to, axis);
+    double w = 1.0 + from[0] * to[0] + from[1] * to[1] + from[2] * to[2];
+    if (w < 1e-9) { // opposite: half a turn about any axis across
+        int least = fabs(from[0]) < fabs(from[1]) ? 0 : 1;
+        double side[3] = {least == 0, least == 1, 0.0};
+        cross(from, side, axis);
+        w = 0.0;
+    }
+    double length = sqrt(w * w + axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
+    turn[0] = w / length;
+    for (int k = 0; k < 3; k++)
+        turn[k + 1] = axis[k] / length;
+    q[0] = turn[0] * old[0] - turn[1] * old[1] - turn[2] * old[2] - turn[3] * old[3];
+    for (int k = 0; k < 3; k++) {
+        int i = 1 + (k + 1) % 3, j = 1 + (k + 2) % 3;
+        q[k + 1] =
+            turn[0] * old[k + 1] + turn[k + 1] * old[0] + turn[i] * old[j] - turn[j] * old[i];
+    }
+}
+
+int blade_track(const BladePath *path, int first, double speed, Track *track)
+{
+    double q[4] = {1.0, 0.0, 0.0, 0.0}, along[3] = {0.0, 0.0, 1.0}, time = 0.0;
+    *track = (Track){0};
+    int i = first;
+    for (; i < path->count && (i == first || !path->place[i].lifted); i++) {
+        const BladePlace *place = &path->place[i];
+        double now[3], way = 0.0;
+        for (int k = 0; k < 3; k++)
+            now[k] = place->end[1][k] - place->end[0][k];
+        if (make_unit(now)) {
+            turn_to(along, now, q);
+            memcpy(along, now, sizeof along);
+        }
+        for (int end = 0; end < 2 && i > first; end++) {
+            double d[3];
+            for (int k = 0; k < 3; k++)
+                d[k] = place->end[end][k] - place[-1].end[end][k];
+            way = fmax(way, length_of(d));
+        }
+        // Poses closer together than a microsecond are one (track_add).
+        time += i > first ? fmax(way / speed, 2e-6) : 0.0;
+        track_add(track, time, place->end[0], q);
+    }
+    track_finish(track);
+    return i;
+}

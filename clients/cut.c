@@ -1,0 +1,516 @@
+// pliant-cut: cuts tissue, either by messages that each sweep a blade at once and are answered, or
+// (--stroke) by moving a blade tool along the same path. One thread; a request that is not answered
+// is sent again with its number, so that the daemon executes it once.
+#include "blade.h"
+#include "client.h"
+#include "track.h"
+#include "wire.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "pliant_cut_t.h"
+#include "pliant_event_t.h"
+#include "pliant_tool_pose_t.h"
+
+enum { PENDING_MOST = 64 }; // requests under way; the daemon lets 128 wait
+
+typedef struct Options {
+    ClientOptions client;
+    BladePath path;
+    bool has_before, has_blade, stroke, quiet;
+    double before[2][3], blade[3], plane_size;
+    const char *file, *body;
+    double rate_hz, speed, timeout_s; // rate 0: each sweep after the answer to the last one
+    long tool, tries, repeat;
+} Options;
+
+typedef struct Pending {
+    bool used;
+    int32_t id;
+    long number; // of the sweep, from 1
+    int place;   // it begins there
+    long tries;
+    int64_t first_us, again_ns; // when it was first sent; when it is sent again
+} Pending;
+
+typedef struct Cut {
+    Options options;
+    Client client;
+    Pending pending[PENDING_MOST];
+    int under_way;
+    int32_t next_id;
+    bool lost;   // no answer to some request
+    bool change; // something came: look again
+    long sent, answered, made, resent;
+    long long separated, nodes_added;
+    int pieces;
+    int64_t longest_us;
+    // strokes
+    long events, cuts;
+    char refusal[256];
+    int32_t sequence;
+} Cut;
+
+// --- options ---
+
+static const struct argp_option OPTIONS[] = {
+    {0, 0, 0, 0, "Where the blade goes (one way):", 1},
+    {"before", 'B', "X,Y,Z,X,Y,Z", 0, "the two ends of its edge before [m] ...", 1},
+    {"after", 'A', "X,Y,Z,X,Y,Z", 0, "... and after the sweep; repeated: a polyline", 1},
+    {"blade", 'e', "X,Y,Z", 0, "the edge from its tip to its other end [m], of --point", 1},
+    {"point", 'p', "X,Y,Z", 0, "where its tip passes, twice or more", 1},
+    {"plane", 'P', "X,Y,Z,NX,NY,NZ", 0, "sweep the whole plane through a point with a normal", 1},
+    {"size", 'S', "M", 0, "side of the square swept in it (1); before --plane", 1},
+    {"file", 'f', "FILE", 0,
+     "lines 'x y z x y z': the two ends of the edge, from place to place; 'lift' begins anew", 1},
+    {0, 0, 0, 0, "What to cut, and how:", 2},
+    {"body", 'b', "NAME", 0, "only this body (all)", 2},
+    {"rate", 'r', "HZ", 0, "sweeps a second (each after the last one's answer); poses (1000)", 2},
+    {"repeat", 'n', "N", 0, "times that the whole path is cut (1)", 2},
+    {"timeout", 'T', "S", 0, "wait so long for an answer before it is asked for again (0.5)", 2},
+    {"tries", 'N', "N", 0, "times that a request is sent at most (6)", 2},
+    {"quiet", 'q', 0, 0, "print the summary only", 2},
+    {"stroke", 's', 0, 0, "move a blade tool along the path instead of sending cuts", 2},
+    {"tool", 't', "ID", 0, "its id; its edge goes from its origin along its z axis (1)", 2},
+    {"speed", 'v', "M/S", 0, "of --stroke (0.05)", 2},
+    {0},
+};
+
+static bool parse_numbers(const char *text, int count, double *number)
+{
+    for (int k = 0; k < count; k++) {
+        char *end;
+        number[k] = strtod(text, &end);
+        if (end == text || *end != (k + 1 < count ? ',' : '\0') ||
+            !(fabs(number[k]) <= TRACK_REACH))
+            return false;
+        text = end + 1;
+    }
+    return true;
+}
+
+static void want_numbers(struct argp_state *state, const char *name, const char *text, int count,
+                         double *number)
+{
+    if (!parse_numbers(text, count, number))
+        argp_error(state, "--%s '%s': want %d numbers X,Y,Z..., each inside [-%g, %g]", name, text,
+                   count, TRACK_REACH, TRACK_REACH);
+}
+
+static void want_number(struct argp_state *state, const char *name, const char *text, double low,
+                        double high, double *number)
+{
+    if (!client_parse_number(text, low, high, number))
+        argp_error(state, "--%s '%s' outside [%g, %g]", name, text, low, high);
+}
+
+static void want_integer(struct argp_state *state, const char *name, const char *text, long low,
+                         long high, long *number)
+{
+    if (!client_parse_integer(text, low, high, number))
+        argp_error(state, "--%s '%s' outside [%ld, %ld]", name, text, low, high);
+}
+
+static void add_place(struct argp_state *state, const double end[2][3], bool lifted)
+{
+    Options *options = state->input;
+    if (!blade_add(&options->path, end, lifted))
+        argp_error(state, "more than %d places of the blade", BLADE_EDGES_MAX);
+}
+
+static void add_point(struct argp_state *state, const char *text)
+{
+    Options *options = state->input;
+    double end[2][3];
+    if (!options->has_blade)
+        argp_error(state, "--point needs --blade X,Y,Z before it");
+    want_numbers(state, "point", text, 3, end[0]);
+    for (int k = 0; k < 3; k++)
+        end[1][k] = end[0][k] + options->blade[k];
+    add_place(state, (const double(*)[3])end, options->path.count == 0);
+}
+
+static void add_plane(struct argp_state *state, const char *text)
+{
+    const Options *options = state->input;
+    double number[6];
+    want_numbers(state, "plane", text, 6, number);
+    const double *n = number + 3;
+    if (!(n[0] * n[0] + n[1] * n[1] + n[2] * n[2] > 1e-18))
+        argp_error(state, "--plane '%s': its normal has no length", text);
+    blade_plane(&((Options *)state->input)->path, number, n, options->plane_size);
+}
+
+static void check_options(const Options *options, struct argp_state *state)
+{
+    int sweeps = blade_sweeps(&options->path);
+    if (options->file != NULL && options->path.count > 0)
+        argp_error(state, "give either --file or places of the blade");
+    if (options->file == NULL && sweeps == 0)
+        argp_error(state, "nothing to cut: give --before and --after, --blade and two --point, "
+                          "--plane, or --file");
+}
+
+static error_t parse_option(int key, char *argument, struct argp_state *state)
+{
+    Options *options = state->input;
+    double end[2][3];
+    switch (key) {
+    case ARGP_KEY_INIT:
+        state->child_inputs[0] = &options->client;
+        return 0;
+    case 'B':
+    case 'A':
+        want_numbers(state, key == 'B' ? "before" : "after", argument, 6, end[0]);
+        if (key == 'A' && !options->has_before)
+            argp_error(state, "--after needs --before ahead of it");
+        add_place(state, (const double(*)[3])end, key == 'B');
+        options->has_before = true;
+        return 0;
+    case 'e':
+        want_numbers(state, "blade", argument, 3, options->blade);
+        options->has_blade = true;
+        return 0;
+    case 'p':
+        add_point(state, argument);
+        return 0;
+    case 'P':
+        add_plane(state, argument);
+        return 0;
+    case 'S':
+        want_number(state, "size", argument, 1e-6, TRACK_REACH, &options->plane_size);
+        return 0;
+    case 'f':
+        options->file = argument;
+        return 0;
+    case 'b':
+        if (!client_name_valid(argument, 31))
+            argp_error(state, "--body '%s': 1 to 31 letters, digits, '_' or '-'", argument);
+        options->body = argument;
+        return 0;
+    case 'r':
+        want_number(state, "rate", argument, 0.01, 10000.0, &options->rate_hz);
+        return 0;
+    case 'n':
+        want_integer(state, "repeat", argument, 1, 1000000, &options->repeat);
+        return 0;
+    case 'T':
+        want_number(state, "timeout", argument, 0.01, 3600.0, &options->timeout_s);
+        return 0;
+    case 'N':
+        want_integer(state, "tries", argument, 1, 1000, &options->tries);
+        return 0;
+    case 'q':
+        options->quiet = true;
+        return 0;
+    case 's':
+        options->stroke = true;
+        return 0;
+    case 't':
+        want_integer(state, "tool", argument, INT32_MIN, INT32_MAX, &options->tool);
+        return 0;
+    case 'v':
+        want_number(state, "speed", argument, 1e-5, 100.0, &options->speed);
+        return 0;
+    case ARGP_KEY_ARG:
+        argp_error(state, "'%s' is not an option", argument);
+        return 0;
+    case ARGP_KEY_END:
+        check_options(options, state);
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
+// --- what comes back ---
+
+static void take_reply(Cut *cut, Pending *pending, const pliant_reply_t *reply)
+{
+    int64_t trip_us = client_utime() - pending->first_us;
+    pending->used = false;
+    cut->under_way--;
+    cut->answered++;
+    cut->made += reply->ok;
+    cut->separated += reply->separated;
+    cut->nodes_added += reply->nodes_added;
+    cut->pieces = reply->pieces;
+    cut->longest_us = trip_us > cut->longest_us ? trip_us : cut->longest_us;
+    if (cut->options.quiet)
+        return;
+    printf("sweep %ld: %s", pending->number, reply->ok ? "" : "refused: ");
+    client_print_text(stdout, reply->text, false);
+    putchar('\n');
+}
+
+static void on_reply(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    Cut *cut = user;
+    pliant_reply_t reply;
+    if (!wire_check(&WIRE_REPLY, buffer->data, buffer->data_size) ||
+        pliant_reply_t_decode(buffer->data, 0, (int)buffer->data_size, &reply) < 0)
+        return;
+    for (int k = 0; k < PENDING_MOST && reply.sender == cut->client.sender; k++) {
+        Pending *pending = &cut->pending[k];
+        if (pending->used && pending->id == reply.id) {
+            take_reply(cut, pending, &reply);
+            cut->change = true;
+        }
+    }
+    pliant_reply_t_decode_cleanup(&reply);
+}
+
+static void on_event(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    Cut *cut = user;
+    pliant_event_t event;
+    if (!wire_check(&WIRE_EVENT, buffer->data, buffer->data_size) ||
+        pliant_event_t_decode(buffer->data, 0, (int)buffer->data_size, &event) < 0)
+        return;
+    bool ours = strcmp(event.kind, "cut") == 0 || strcmp(event.kind, "piece") == 0 ||
+                strcmp(event.kind, "cut_refused") == 0 || strcmp(event.kind, "tear") == 0;
+    cut->events++;
+    cut->cuts += strcmp(event.kind, "cut") == 0;
+    if (strcmp(event.kind, "refused") == 0 || strcmp(event.kind, "cut_refused") == 0)
+        snprintf(cut->refusal, sizeof cut->refusal, "%s", event.text);
+    if (ours && !cut->options.quiet) {
+        printf("%s: ", event.kind);
+        client_print_text(stdout, event.text, false);
+        putchar('\n');
+    }
+    cut->change = true;
+    pliant_event_t_decode_cleanup(&event);
+}
+
+// --- cuts by message ---
+
+static void send_sweep(Cut *cut, Pending *pending)
+{
+    char channel[CLIENT_CHANNEL_MAX], body[CLIENT_CHANNEL_MAX] = "";
+    const BladePlace *place = &cut->options.path.place[pending->place];
+    if (cut->options.body != NULL)
+        snprintf(body, sizeof body, "%s", cut->options.body);
+    int64_t now = client_utime();
+    pliant_cut_t message = {
+        .utime = now, .sender = cut->client.sender, .id = pending->id, .body = body};
+    memcpy(message.before, place[0].end, sizeof message.before);
+    memcpy(message.after, place[1].end, sizeof message.after);
+    client_channel(&cut->client, "CUT", NULL, channel);
+    pliant_cut_t_publish(cut->client.lcm, channel, &message);
+    if (pending->tries++ == 0)
+        pending->first_us = now;
+    else
+        cut->resent++;
+    pending->again_ns = client_now_ns() + (int64_t)(cut->options.timeout_s * 1e9);
+}
+
+static void begin_sweep(Cut *cut, int place)
+{
+    for (int k = 0; k < PENDING_MOST; k++) {
+        Pending *pending = &cut->pending[k];
+        if (pending->used)
+            continue;
+        *pending =
+            (Pending){.used = true, .id = ++cut->next_id, .number = ++cut->sent, .place = place};
+        cut->under_way++;
+        send_sweep(cut, pending);
+        return;
+    }
+}
+
+// Sends again what is overdue, gives up on what was sent often enough; the next time to look.
+static int64_t look_after(Cut *cut)
+{
+    int64_t now = client_now_ns(), next = now + 1000000000;
+    for (int k = 0; k < PENDING_MOST; k++) {
+        Pending *pending = &cut->pending[k];
+        if (pending->used && pending->again_ns <= now) {
+            if (pending->tries >= cut->options.tries) {
+                pending->used = false;
+                cut->under_way--;
+                cut->lost = true;
+                continue;
+            }
+            send_sweep(cut, pending);
+        }
+        if (pending->used && pending->again_ns < next)
+            next = pending->again_ns;
+    }
+    return next;
+}
+
+// Waits until `until_ns`, and until at most `under_way` requests wait for their answer.
+static bool wait_for(Cut *cut, int64_t until_ns, int under_way, ClientError *error)
+{
+    for (;;) {
+        int64_t next = look_after(cut);
+        if (cut->lost)
+            return client_fail(error, "no reply on %s_REPLY within %g s: is pliantd running on %s?",
+                               cut->client.prefix,
+                               cut->options.timeout_s * (double)cut->options.tries,
+                               cut->client.url);
+        if (client_now_ns() >= until_ns && cut->under_way <= under_way)
+            return true;
+        if (cut->under_way <= under_way && until_ns < next)
+            next = until_ns;
+        cut->change = false;
+        if (!client_wait(&cut->client, next, &cut->change))
+            return client_fail(error,
+                               cut->client.broken ? "the LCM connection failed" : "interrupted");
+    }
+}
+
+static bool cut_all(Cut *cut, ClientError *error)
+{
+    const Options *options = &cut->options;
+    const int64_t start = client_now_ns();
+    // At a rate of its own, a sweep does not wait for the answers to those before.
+    const int most = options->rate_hz > 0.0 ? PENDING_MOST - 1 : 0;
+    for (long n = 0; n < options->repeat; n++)
+        for (int i = blade_next_sweep(&options->path, -1); i >= 0;
+             i = blade_next_sweep(&options->path, i)) {
+            int64_t due = options->rate_hz > 0.0
+                              ? start + (int64_t)((double)cut->sent * 1e9 / options->rate_hz)
+                              : 0;
+            if (!wait_for(cut, due, most, error))
+                return false;
+            begin_sweep(cut, i);
+        }
+    return wait_for(cut, 0, 0, error);
+}
+
+static void print_summary(const Cut *cut)
+{
+    printf("%ld sweep%s, %ld of them cut: %lld links severed, %lld nodes added, %d piece%s now; "
+           "longest answer %.1f ms",
+           cut->answered, cut->answered == 1 ? "" : "s", cut->made, cut->separated,
+           cut->nodes_added, cut->pieces, cut->pieces == 1 ? "" : "s",
+           1e-3 * (double)cut->longest_us);
+    if (cut->resent > 0)
+        printf(", %ld sent again", cut->resent);
+    putchar('\n');
+}
+
+static bool send_cuts(Cut *cut, ClientError *error)
+{
+    if (!client_subscribe(&cut->client, "REPLY", NULL, 256, on_reply, cut))
+        return client_fail(error, "LCM refuses to subscribe to %s_REPLY", cut->client.prefix);
+    bool ok = cut_all(cut, error);
+    if (cut->answered > 0)
+        print_summary(cut);
+    if (ok && cut->made == 0)
+        return client_fail(error, "nothing was cut");
+    return ok;
+}
+
+// --- strokes of a tool ---
+
+static void send_pose(Cut *cut, const TrackPose *pose, bool active)
+{
+    char channel[CLIENT_CHANNEL_MAX];
+    pliant_tool_pose_t message = {.utime = client_utime(),
+                                  .sender = cut->client.sender,
+                                  .sequence = cut->sequence++,
+                                  .tool = (int32_t)cut->options.tool,
+                                  .active = active};
+    memcpy(message.position, pose->position, sizeof message.position);
+    memcpy(message.orientation, pose->orientation, sizeof message.orientation);
+    client_channel(&cut->client, "TOOL_POSE", NULL, channel);
+    pliant_tool_pose_t_publish(cut->client.lcm, channel, &message);
+}
+
+// From place `first` until the blade is lifted; *next is where the following stroke begins.
+static bool move_stroke(Cut *cut, int first, int *next, ClientError *error)
+{
+    const Options *options = &cut->options;
+    const double rate = options->rate_hz > 0.0 ? options->rate_hz : 1000.0;
+    Track track;
+    *next = blade_track(&options->path, first, options->speed, &track);
+    const int64_t start = client_now_ns();
+    const double end = track_duration(&track) + 2.0 / rate; // the last pose is reached
+    TrackPose pose;
+    bool going = true;
+    for (int64_t k = 0; going; k++) {
+        double time = (double)(client_now_ns() - start) * 1e-9; // late ones are left out
+        if (time > end)
+            break;
+        track_at(&track, fmin(time, track_duration(&track)), &pose);
+        send_pose(cut, &pose, true);
+        int64_t due = start + (int64_t)((double)(k + 1) * 1e9 / rate);
+        going = client_wait(&cut->client, due, NULL);
+    }
+    track_at(&track, track_duration(&track), &pose);
+    for (int k = 0; k < 3; k++) // one lost datagram must not leave the blade in the tissue
+        send_pose(cut, &pose, false);
+    track_destroy(&track);
+    return going ||
+           client_fail(error, cut->client.broken ? "the LCM connection failed" : "interrupted");
+}
+
+static bool move_tool(Cut *cut, ClientError *error)
+{
+    const Options *options = &cut->options;
+    if (!client_subscribe(&cut->client, "EVENT", NULL, 256, on_event, cut))
+        return client_fail(error, "LCM refuses to subscribe to %s_EVENT", cut->client.prefix);
+    for (long n = 0; n < options->repeat; n++)
+        for (int next, i = 0; i < options->path.count; i = next) {
+            long before = cut->cuts;
+            if (!move_stroke(cut, i, &next, error))
+                return false;
+            // The event of the stroke, or so long that none can be on its way.
+            int64_t until = client_now_ns() + (int64_t)(options->timeout_s * 1e9);
+            while (cut->cuts == before && client_now_ns() < until) {
+                cut->change = false;
+                if (!client_wait(&cut->client, until, &cut->change))
+                    return client_fail(error, "interrupted");
+            }
+        }
+    if (cut->cuts > 0)
+        return true;
+    return client_fail(error,
+                       "no stroke was told of on %s_EVENT: tool %ld met no tissue that can be cut, "
+                       "is no blade, or no pliantd runs on %s%s%s",
+                       cut->client.prefix, options->tool, cut->client.url,
+                       cut->refusal[0] ? "; the daemon said: " : "", cut->refusal);
+}
+
+int main(int argc, char **argv)
+{
+    static const struct argp_child children[] = {{&CLIENT_ARGP, 0, "Where:", 3}, {0}};
+    static const struct argp argp = {
+        .options = OPTIONS,
+        .parser = parse_option,
+        .children = children,
+        .doc = "Cuts the bodies of a running pliantd and says what was severed.\v"
+               "A cut that should meet another one must overlap it by half an edge of the finest "
+               "mesh. Exit status: 0 something was cut, 1 nothing was cut or no answer came, 2 bad "
+               "usage."};
+    static Cut cut = {.options = {.plane_size = 1.0,
+                                  .timeout_s = 0.5,
+                                  .speed = 0.05,
+                                  .tool = 1,
+                                  .tries = 6,
+                                  .repeat = 1}};
+    argp_err_exit_status = 2;
+    argp_parse(&argp, argc, argv, 0, NULL, &cut.options);
+    client_catch_signals();
+
+    ClientError error = {0};
+    Options *options = &cut.options;
+    if (options->file != NULL && !blade_read(&options->path, options->file, &error)) {
+        client_print_error("pliant-cut", &error);
+        blade_destroy(&options->path);
+        return 2;
+    }
+    bool ok = client_connect(&cut.client, &options->client, &error) &&
+              (options->stroke ? move_tool(&cut, &error) : send_cuts(&cut, &error));
+    if (!ok)
+        client_print_error("pliant-cut", &error);
+    client_disconnect(&cut.client);
+    blade_destroy(&options->path);
+    return ok ? 0 : 1;
+}

@@ -1,0 +1,278 @@
+// What a blade does to a body that can be cut: where its faces of the finest level lie, also those
+// that are not there yet, which links the blade met (surface/cut), what breaks. Step thread.
+#include "surface/detail/detail.h"
+
+#include "base/check.h"
+#include "surface/cut/cut_smooth.h"
+#include "surface/cut/cut_snap.h"
+
+#include <string.h>
+
+// A box of the world [m].
+typedef struct Box {
+    double low[3], high[3];
+} Box;
+
+static void box_add(Box *box, Vec3 x)
+{
+    const double at[3] = {x.x, x.y, x.z};
+    for (int c = 0; c < 3; c++) {
+        box->low[c] = at[c] < box->low[c] ? at[c] : box->low[c];
+        box->high[c] = at[c] > box->high[c] ? at[c] : box->high[c];
+    }
+}
+
+static bool boxes_meet(const Box *a, const Box *b)
+{
+    for (int c = 0; c < 3; c++)
+        if (!(a->low[c] <= b->high[c] && b->low[c] <= a->high[c]))
+            return false;
+    return true;
+}
+
+static Box empty_box(void)
+{
+    return (Box){{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+}
+
+// --- where nodes are ---
+
+static Vec3 turn_out(const SurfaceModel *model, Vec3 v)
+{
+    if (model->basis.rigid != NULL) {
+        const double(*r)[3] = (const double(*)[3])model->basis.rigid->pose.rotation;
+        v = (Vec3){r[0][0] * v.x + r[0][1] * v.y + r[0][2] * v.z,
+                   r[1][0] * v.x + r[1][1] * v.y + r[1][2] * v.z,
+                   r[2][0] * v.x + r[2][1] * v.y + r[2][2] * v.z};
+    }
+    return model->basis.displaced ? quat_rotate(model->basis.frame->turn, v) : v;
+}
+
+// Rest place of a node of the uncut mesh when it does not hang.
+static Vec3 true_place(const SurfaceModel *model, int node)
+{
+    return vec3_sub(model->detail->levels.position[node], model->basis.rest_origin);
+}
+
+// In the world; of a node that is off, or hangs, where dividing the faces around it would put it
+// (as detail_give_birth and detail_release do). So refining changes nothing that a blade can see.
+// Found out once a look.
+static Vec3 position_of(SurfaceModel *model, int node)
+{
+    Detail *detail = model->detail;
+    DetailCut *cut = detail->cut;
+    if (cut->seen[node] == cut->looks)
+        return cut->position[node];
+    Vec3 x;
+    if (detail->status[node] != NODE_OFF) {
+        rows_read(&model->basis, model->rows[model->current], model->slot[node], &x, NULL);
+        if (detail->status[node] == NODE_HANGING)
+            x = vec3_add(x, turn_out(model, vec3_sub(true_place(model, node),
+                                                     model_place(model, model->slot[node]))));
+    } else {
+        int parent[2];
+        levels_parents(&detail->levels, node, parent);
+        Vec3 a = true_place(model, parent[0]), b = true_place(model, parent[1]);
+        Vec3 step = vec3_sub(true_place(model, node), vec3_scale(0.5, vec3_add(a, b)));
+        a = position_of(model, parent[0]), b = position_of(model, parent[1]);
+        x = vec3_add(vec3_scale(0.5, vec3_add(a, b)), turn_out(model, step));
+    }
+    cut->seen[node] = cut->looks;
+    return cut->position[node] = x;
+}
+
+// --- which faces are near ---
+
+// Marks the finest faces of leaves that the box meets; leaves are grown by what their descendants
+// stick out of them.
+static void mark_near(SurfaceModel *model, int level, int face, const Box *box)
+{
+    const Detail *detail = model->detail;
+    if (detail_is_refined(detail, level, face)) {
+        for (int k = 0; k < 4; k++)
+            mark_near(model, level + 1, 4 * face + k, box);
+        return;
+    }
+    DetailCut *cut = model->detail->cut;
+    Box own = empty_box();
+    for (int k = 0; k < 3; k++)
+        box_add(&own, position_of(model, detail->levels.level[level].face[face][k]));
+    for (int c = 0; c < 3 && level < detail->finest; c++) {
+        own.low[c] -= cut->bulge;
+        own.high[c] += cut->bulge;
+    }
+    if (boxes_meet(&own, box))
+        memset(cut->is_near + detail_place(detail, level, face), 1,
+               (size_t)1 << (2 * (detail->finest - level)));
+}
+
+// The faces that the sweep may meet, and those around them: a link needs both its faces.
+static void look_around(SurfaceModel *model, const BladeEdge *edge, int edges, double margin,
+                        CutTissue *tissue)
+{
+    Detail *detail = model->detail;
+    DetailCut *cut = detail->cut;
+    const Level *finest = &detail->levels.level[detail->finest];
+    Box box = empty_box();
+    for (int i = 0; i < edges; i++)
+        for (int end = 0; end < 2; end++)
+            box_add(&box, edge[i].end[end]);
+    for (int c = 0; c < 3; c++) {
+        box.low[c] -= margin;
+        box.high[c] += margin;
+    }
+    cut->looks++;
+    memset(cut->is_near, 0, (size_t)finest->face_count);
+    for (int f = 0; f < detail->levels.level[0].face_count; f++)
+        mark_near(model, 0, f, &box);
+    for (int f = 0; f < finest->face_count; f++)
+        for (int k = 0; k < 3 && cut->is_near[f] == 1; k++) {
+            int across = levels_beyond(finest, finest->face_edge[f][k], f);
+            if (across >= 0 && cut->is_near[across] == 0)
+                cut->is_near[across] = 2;
+        }
+    int count = 0;
+    for (int f = 0; f < finest->face_count; f++) {
+        if (cut->is_near[f] == 0)
+            continue;
+        cut->near[count++] = f;
+        for (int k = 0; k < 3; k++)
+            position_of(model, cut->node[f][k]);
+    }
+    *tissue = (CutTissue){.face = cut->near,
+                          .face_count = count,
+                          .corner = (const int(*)[3])cut->node,
+                          .position = cut->position,
+                          .broken = cut->broken};
+}
+
+// --- onto the blade ---
+
+static void move_node(SurfaceModel *model, int node, Vec3 by)
+{
+    void *rows = model->rows[model->current];
+    Vec3 x, v;
+    rows_read(&model->basis, rows, model->slot[node], &x, &v);
+    detail_set_place(model, node); // a row may hold the way from there
+    rows_write(&model->basis, rows, model->slot[node], vec3_add(x, by), v);
+}
+
+// Rest and present places of a node and all its copies.
+static void move_vertex(SurfaceModel *model, const CutSnap *snap)
+{
+    Detail *detail = model->detail;
+    DetailCut *cut = detail->cut;
+    Vec3 *rest = &detail->levels.position[snap->vertex];
+    *rest = vec3_add(*rest, snap->rest);
+    int count = detail_cut_ring(detail, snap->vertex, cut->ring);
+    for (int i = 0; i < count; i++) {
+        int face = cut->ring[i].face, node = cut->node[face][cut->ring[i].corner];
+        bool moved = false;
+        for (int k = 0; k < i; k++)
+            moved |= cut->node[cut->ring[k].face][cut->ring[k].corner] == node;
+        if (!moved)
+            move_node(model, node, snap->move);
+        for (int k = 0; k < 3; k++) {
+            detail_mark(model, cut->node[face][k]);
+            detail_measure_fold(detail, detail->finest,
+                                detail->levels.level[detail->finest].face_edge[face][k]);
+        }
+    }
+}
+
+// --- cuts ---
+
+// A change begins with a fit of the body's frame; if nothing comes of it the next fit starts from
+// where this one did, so that asking leaves no trace.
+typedef struct FrameStart {
+    double rotation[4];
+} FrameStart;
+
+static FrameStart begin(SurfaceModel *model)
+{
+    FrameStart start = {{0.0}};
+    if (model->basis.rigid != NULL)
+        memcpy(start.rotation, model->basis.rigid->rotation, sizeof start.rotation);
+    detail_begin_change(model);
+    return start;
+}
+
+static void take_back(SurfaceModel *model, const FrameStart *start)
+{
+    if (model->basis.rigid != NULL)
+        memcpy(model->basis.rigid->rotation, start->rotation, sizeof start->rotation);
+}
+
+static void describe(const DetailCut *cut, CutOutcome *outcome)
+{
+    outcome->pieces = cut->piece_count;
+    outcome->small_pieces = cut->small_count;
+}
+
+// Breaks what the finder has found. The nodes in `snap` move onto the blade.
+static bool break_found(Body *body, const CutSnap *snap, int snaps, CutOutcome *outcome,
+                        TopologyChange *change)
+{
+    SurfaceModel *model = body->model;
+    Detail *detail = model->detail;
+    const CutFinder *finder = &detail->cut->finder;
+    if (!detail_cut_break(model, finder->edge, finder->count, outcome)) {
+        describe(detail->cut, outcome);
+        return false;
+    }
+    for (int i = 0; i < snaps; i++)
+        move_vertex(model, &snap[i]);
+    detail_end_cut(body);
+    describe(detail->cut, outcome);
+    *change = detail->change;
+    return true;
+}
+
+bool detail_blade_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome,
+                      TopologyChange *change)
+{
+    SurfaceModel *model = body->model;
+    Detail *detail = model->detail;
+    DetailCut *cut = detail->cut;
+    CutFinder *finder = &cut->finder;
+    const BladeEdge edge[2] = {sweep->before, sweep->after};
+    const bool whole = sweep->phase == CUT_WHOLE;
+    CutTissue tissue;
+    int snaps = 0;
+    *outcome = (CutOutcome){.verdict = CUT_MET_NOTHING};
+    describe(cut, outcome);
+    FrameStart start = begin(model);
+    look_around(model, edge, 2, CUT_FIND_MARGIN * finder->h, &tissue);
+    if (whole) {
+        outcome->verdict = cut_find_whole(finder, &tissue, edge, 2);
+        if (outcome->verdict == CUT_DONE)
+            outcome->verdict = cut_smooth(finder, &tissue, edge, 2);
+    } else {
+        outcome->verdict = cut_find_tick(finder, &tissue, sweep);
+    }
+    if (outcome->verdict != CUT_DONE) {
+        take_back(model, &start);
+        return false;
+    }
+    if (whole) {
+        CutSnapInput input = {.finder = finder,
+                              .tissue = &tissue,
+                              .edge = edge,
+                              .edges = 2,
+                              .built = cut->built,
+                              .rest = detail->levels.position,
+                              .fixed = detail->fixed};
+
+        snaps = cut_snap(&input, cut->snap_work, cut->snap);
+    }
+    bool broken = break_found(body, cut->snap, snaps, outcome, change);
+    if (!broken)
+        take_back(model, &start);
+    return broken;
+}
+
+void detail_blade_reserve(void *self, int blades, Arena *arena, StateList *state)
+{
+    const Detail *detail = ((SurfaceModel *)self)->detail;
+    cut_find_reserve_blades(&detail->cut->finder, blades, detail->options.name, arena, state);
+}

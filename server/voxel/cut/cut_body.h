@@ -1,0 +1,38 @@
+// Voxel bodies with `cuttable = true`: the same elements, kernels and vertices as voxel.c's, held
+// so that blades can part them while the body moves.
+#ifndef PLIANT_VOXEL_CUT_CUT_BODY_H
+#define PLIANT_VOXEL_CUT_CUT_BODY_H
+
+#include "voxel/cut/cut_blade.h"
+#include "voxel/cut/cut_faces.h"
+#include "voxel/cut/cut_masses.h"
+#include "voxel/cut/cut_pieces.h"
+#include "voxel/cut/cut_tear.h"
+#include "voxel/cut/cut_windows.h"
+#include "voxel/voxel.h"
+
+typedef struct CutModel {
+    const char *name; // of the body
+    VoxelLaw law;
+    CutLattice lattice;
+    TemplateCache templates;
+    CutWindows windows;
+    Vertices vertices; // ids are the lattice's
+    CutMasses masses;
+    CutPieces pieces;
+    CutFaces faces;
+    CutBlades blades;
+    CutTear tear;    // of bodies that tear of themselves
+    bool sound;      // what was last derived from the state could be
+    int64_t refused; // reconstructions that left something for want of room, since the start
+} CutModel;
+
+extern const BodyOps cut_body_ops, cut_body_ops_tearing;
+
+// As voxel_create, which calls it; of space, not of the plane.
+bool cut_body_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
+                     Status *status);
+// What follows from bits and vertices, all anew. False: a state that cannot be.
+bool cut_body_derive(CutModel *model, Body *body);
+
+#endif

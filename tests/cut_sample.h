@@ -1,0 +1,102 @@
+// A cut lattice of a body, and random cuts through it.
+#ifndef PLIANT_TESTS_CUT_SAMPLE_H
+#define PLIANT_TESTS_CUT_SAMPLE_H
+
+#include "effort.h"
+#include "lattice_samples.h"
+
+#include "voxel/cut/cut_lattice.h"
+
+#include <stdlib.h>
+
+typedef struct CutSample {
+    Lattice lattice;
+    Layout layout;
+    Arena arena;
+    StateList state;
+    CutLattice cut;
+} CutSample;
+
+static inline long cut_sample_cells(const CutSample *sample)
+{
+    return (long)sample->lattice.count[0] * sample->lattice.count[1] * sample->lattice.count[2];
+}
+
+static inline void cut_sample_create(CutSample *sample, Lattice lattice, int levels, int capacity,
+                                     int budget)
+{
+    Status status = {0};
+    *sample = (CutSample){.lattice = lattice};
+    layout_create(&sample->layout, &sample->lattice, levels);
+    // Every cell a vertex of its own at each corner: more cannot be.
+    if (capacity == 0)
+        capacity = 8 * (int)lattice_solid(&sample->lattice);
+    assert_true(cut_lattice_create(&sample->cut, "body", &sample->layout, capacity, budget,
+                                   &sample->arena, &sample->state, &status));
+}
+
+static inline void cut_sample_drop(CutSample *sample)
+{
+    arena_destroy(&sample->arena);
+    state_destroy(&sample->state);
+    layout_destroy(&sample->layout);
+    lattice_destroy(&sample->lattice);
+}
+
+// Faces {cell, axis}, not broken yet, with their middles within `thick` of a disc; returns how
+// many. face: [3 * cells].
+static inline int cut_sample_disc(const CutLattice *cut, Vec3 center, Vec3 normal, double radius,
+                                  int (*face)[2])
+{
+    int count = 0;
+    for (int cell = 0; cell < cut->level_first[1]; cell++)
+        for (int axis = 0; axis < 3; axis++) {
+            if (cut_lattice_beyond(cut, cell, axis) < 0 || (cut->broken[cell] >> axis & 1))
+                continue;
+            const int *at = cut->element[cell].cell;
+            Vec3 from = vec3(at[0] + 0.5, at[1] + 0.5, at[2] + 0.5), to = from;
+            from = vec3_sub(from, center);
+            to = vec3_sub(vec3_add(to, vec3(axis == 0, axis == 1, axis == 2)), center);
+            const bool across = (vec3_dot(from, normal) < 0.0) != (vec3_dot(to, normal) < 0.0);
+            if (!across || vec3_length(from) > radius)
+                continue;
+            face[count][0] = cell;
+            face[count++][1] = axis;
+        }
+    return count;
+}
+
+// A random disc or plane; or some random faces.
+static inline int cut_sample_random(const CutLattice *cut, uint64_t *seed, int (*face)[2])
+{
+    const double most = cut->count[0] + cut->count[1] + cut->count[2];
+    Vec3 center = vec3(random_between(seed, 0.0, cut->lattice_count[0]),
+                       random_between(seed, 0.0, cut->lattice_count[1]),
+                       random_between(seed, 0.0, cut->lattice_count[2]));
+    Vec3 normal = random_vec3(seed);
+    switch (random_below(seed, 4)) {
+    case 0:
+        return cut_sample_disc(cut, center, normal, most, face);
+    case 1:
+        return cut_sample_disc(cut, center, normal, random_between(seed, 1.0, 0.2 * most), face);
+    case 2: // along the lattice
+        normal = vec3(0.0, 0.0, 0.0);
+        *(&normal.x + random_below(seed, 3)) = 1.0;
+        return cut_sample_disc(cut, center, normal, random_between(seed, 1.0, 0.3 * most), face);
+    default:;
+    }
+    int count = 0;
+    for (int n = random_below(seed, 40); n >= 0; n--) {
+        const int cell = random_below(seed, cut->level_first[1]), axis = random_below(seed, 3);
+        bool known = (cut->broken[cell] >> axis & 1) || cut_lattice_beyond(cut, cell, axis) < 0;
+        for (int f = 0; f < count; f++)
+            known |= face[f][0] == cell && face[f][1] == axis;
+        if (known)
+            continue;
+        face[count][0] = cell;
+        face[count++][1] = axis;
+    }
+    return count;
+}
+
+#endif

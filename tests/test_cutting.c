@@ -1,0 +1,515 @@
+// Cuts in the pipeline, on a wall of links that the exact test breaks: strokes of blades from tick
+// to tick, commands, what follows a change, and what is told of it.
+#include "cut_toy.h"
+#include "dynamics/sim_data.h"
+#include "expect.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static const double CELL = 0.01; // [m]
+enum { CELLS = 8 };              // a sheet of 0.08 m round the origin
+
+// The blade stands across the sheet, its lower end at the tool's origin.
+static const ToolOptions BLADE = {
+    .id = 7, .kind = TOOL_BLADE, .edge = {{0, 0, 0}, {0, 0, 0.02}}, .max_force = 3.3};
+
+static void create(CutScene *scene, bool tears)
+{
+    cut_scene_create(scene, &(CutSceneOptions){.cells = CELLS,
+                                               .cell = CELL,
+                                               .rate_hz = 1000.0,
+                                               .tears = tears,
+                                               .tool_count = 1,
+                                               .tool = &BLADE});
+}
+
+// The blade's tip at (x, y), at once.
+static void move_to(CutScene *scene, double x, double y)
+{
+    ToolPose pose = {.position = {x, y, -0.01}, .orientation = {1, 0, 0, 0}, .active = true};
+    sim_apply_pose(scene->sim, 0, &pose, true);
+    sim_step(scene->sim);
+}
+
+static void lift(CutScene *scene)
+{
+    ToolPose pose = {.orientation = {1, 0, 0, 0}};
+    sim_apply_pose(scene->sim, 0, &pose, true);
+    sim_step(scene->sim);
+}
+
+// From one side of the sheet to the other in so many ticks, a little off its lattice.
+static void cut_through(CutScene *scene, int ticks)
+{
+    for (int i = 0; i <= ticks; i++)
+        move_to(scene, 0.0013, -0.05 + 0.1 * i / ticks);
+}
+
+static bool next_event(CutScene *scene, const char *kind, SimEvent *event)
+{
+    while (sim_take_event(scene->sim, event))
+        if (strcmp(event->kind, kind) == 0)
+            return true;
+    return false;
+}
+
+// --- strokes ---
+
+static void a_stroke_cuts_through_at_any_speed(void **unused)
+{
+    (void)unused;
+    // 0.1 m in one tick of 1 ms is 100 m/s, just below a jump; the other is 50 mm/s.
+    CutScene fast, slow;
+    create(&fast, false);
+    create(&slow, false);
+    cut_through(&fast, 1);
+    cut_through(&slow, 2000);
+    assert_int_equal(cut_toy_pieces(fast.toy), 2);
+    assert_int_equal(cut_toy_pieces(slow.toy), 2);
+    // What a still body's cut is does not depend on how the way is divided, but for links whose
+    // centre lies within a rounding of the plane: here none does.
+    assert_memory_equal(fast.toy->broken, slow.toy->broken, (size_t)fast.toy->links);
+    assert_int_equal(*fast.toy->used, *slow.toy->used);
+    cut_scene_destroy(&fast);
+    cut_scene_destroy(&slow);
+}
+
+static void each_tick_begins_where_the_last_one_ended(void **unused)
+{
+    (void)unused;
+    CutScene scene;
+    create(&scene, false);
+    for (int i = 0; i < 5; i++)
+        move_to(&scene, 0.001 * i, -0.05);
+    lift(&scene);
+    const CutCall *call = scene.toy->call;
+    assert_int_equal(scene.toy->calls, 6);
+    assert_int_equal(call[0].sweep.phase, CUT_BEGINS);
+    assert_int_equal(call[5].sweep.phase, CUT_ENDS);
+    for (int i = 1; i < 5; i++) {
+        assert_int_equal(call[i].sweep.phase, CUT_GOES_ON);
+        assert_memory_equal(&call[i].sweep.before, &call[i - 1].sweep.after, sizeof(BladeEdge));
+        assert_int_equal(call[i].sweep.blade, 0);
+        expect_near(call[i].sweep.after.end[0].x, 0.001 * i, 0.0);
+        expect_near(call[i].sweep.after.end[1].z, 0.01, 1e-15); // a rounding of the turned edge
+    }
+    cut_scene_destroy(&scene);
+}
+
+static void tissue_that_moves_past_a_resting_blade_is_cut(void **unused)
+{
+    (void)unused;
+    CutScene scene;
+    create(&scene, false);
+    cut_toy_move(scene.toy, vec3(0.0013, 0.06, 0.0));
+    for (int i = 0; i < 120; i++) {
+        move_to(&scene, 0.0, 0.0);
+        cut_toy_move(scene.toy, vec3(0.0, -0.001, 0.0));
+    }
+    assert_int_equal(cut_toy_pieces(scene.toy), 2);
+    cut_scene_destroy(&scene);
+}
+
+static void a_lifted_blade_cuts_nothing_on_its_way(void **unused)
+{
+    (void)unused;
+    CutScene scene;
+    create(&scene, false);
+    move_to(&scene, 0.0013, -0.05);
+    // Lifted and put down again between two ticks.
+    ToolPose pose = {.orientation = {1, 0, 0, 0}};
+    sim_apply_pose(scene.sim, 0, &pose, true);
+    move_to(&scene, 0.0013, 0.05);
+    assert_int_equal(cut_toy_broken(scene.toy), 0);
+    const CutPhase expected[] = {CUT_BEGINS, CUT_ENDS, CUT_BEGINS};
+    assert_int_equal(scene.toy->calls, 3);
+    for (int i = 0; i < 3; i++)
+        assert_int_equal(scene.toy->call[i].sweep.phase, expected[i]);
+    cut_scene_destroy(&scene);
+}
+
+static void a_blade_that_jumps_begins_another_stroke(void **unused)
+{
+    (void)unused;
+    CutScene scene;
+    create(&scene, false);
+    move_to(&scene, 0.0013, -0.05);
+    move_to(&scene, 0.0013, 0.051); // 101 m/s
+    assert_int_equal(cut_toy_broken(scene.toy), 0);
+    assert_int_equal(scene.toy->call[2].sweep.phase, CUT_BEGINS);
+    cut_scene_destroy(&scene);
+}
+
+static void a_stale_blade_ends_its_stroke(void **unused)
+{
+    (void)unused;
+    CutScene scene;
+    create(&scene, false);
+    move_to(&scene, 0.0, -0.05);
+    for (int i = 0; i < 300; i++) // tool_timeout_s is 0.2
+        sim_step(scene.sim);
+    int calls = scene.toy->calls;
+    assert_int_equal(scene.toy->call[calls - 1].sweep.phase, CUT_ENDS);
+    assert_in_range(calls, 200, 203);
+    cut_scene_destroy(&scene);
+}
+
+static void a_restored_body_did_not_pass_the_blade(void **unused)
+{
+    (void)unused;
+    CutScene scene;
+    create(&scene, false);
+    move_to(&scene, 0.0, -0.05);
+    scene.toy->bad = true;
+    move_to(&scene, 0.0, -0.05);
+    cut_toy_move(scene.toy, vec3(0.0, 0.2, 0.0)); // as if it had jumped back
+    move_to(&scene, 0.0, -0.05);
+    assert_int_equal(cut_toy_broken(scene.toy), 0);
+    assert_int_equal(scene.toy->call[2].sweep.phase, CUT_ENDS);
+    assert_int_equal(scene.toy->call[3].sweep.phase, CUT_BEGINS);
+    cut_scene_destroy(&scene);
+}
+
+// --- state ---
+
+static void reset_in_a_stroke_returns_to_an_uncut_body(void **unused)
+{
+    (void)unused;
+    CutScene scene;
+    create(&scene, false);
+    uint64_t start = state_hash(&scene.state);
+    for (int i = 0; i < 50; i++)
+        move_to(&scene, 0.0013, -0.05 + 0.001 * i);
+    assert_true(cut_toy_broken(scene.toy) > 0);
+    int topology = scene.body->mesh.topology, calls = scene.toy->calls;
+    SimClock clock = *scene.sim->clock;
+    sim_reset(scene.sim);
+    assert_true(scene.body->mesh.topology > topology);
+    assert_int_equal(cut_toy_broken(scene.toy), 0);
+    *scene.sim->clock = (SimClock){0}; // time goes on over a reset
+    assert_true(state_hash(&scene.state) == start);
+    *scene.sim->clock = clock;
+    move_to(&scene, 0.0013, 0.05); // the other side: a new stroke
+    assert_int_equal(scene.toy->call[calls].sweep.phase, CUT_BEGINS);
+    assert_int_equal(cut_toy_broken(scene.toy), 0);
+    cut_scene_destroy(&scene);
+}
+
+static void a_checkpoint_in_a_stroke_goes_on_bit_for_bit(void **unused)
+{
+    (void)unused;
+    CutScene scene;
+    create(&scene, false);
+    void *image = malloc(state_bytes(&scene.state));
+    uint64_t hash[2];
+    for (int i = 0; i < 33; i++)
+        move_to(&scene, 0.0013, -0.05 + 0.001 * i);
+    state_copy_out(&scene.state, image);
+    for (int run = 0; run < 2; run++) {
+        for (int i = 33; i <= 100; i++)
+            move_to(&scene, 0.0013, -0.05 + 0.001 * i);
+        assert_int_equal(cut_toy_pieces(scene.toy), 2);
+        hash[run] = state_hash(&scene.state);
+        state_copy_in(&scene.state, image);
+        sim_restored(scene.sim);
+        assert_true(sim_check(scene.sim));
+    }
+    assert_true(hash[0] == hash[1]);
+    free(image);
+    cut_scene_destroy(&scene);
+}
+
+static void strokes_that_cannot_be_are_found(void **unused)
+{
+    (void)unused;
+    CutScene scene;
+    create(&scene, true);
+    move_to(&scene, 0.0, -0.05);
+    Stroke good = scene.sim->cutting->stroke[0][0], *stroke = &scene.sim->cutting->stroke[0][0];
+    BodyCuts cuts = *scene.sim->cutting->cuts[0];
+    assert_true(sim_check(scene.sim));
+    stroke->cut.under_way = 2;
+    assert_false(sim_check(scene.sim));
+    *stroke = good;
+    stroke->cut.tries = -1;
+    assert_false(sim_check(scene.sim));
+    *stroke = good;
+    stroke->cut.edge.end[1].y = (double)NAN;
+    assert_false(sim_check(scene.sim));
+    *stroke = good;
+    scene.sim->cutting->cuts[0]->told_step = INT64_MAX;
+    assert_false(sim_check(scene.sim));
+    *scene.sim->cutting->cuts[0] = cuts;
+    scene.sim->cutting->cuts[0]->pieces = -4;
+    assert_false(sim_check(scene.sim));
+    cut_scene_destroy(&scene);
+}
+
+// --- what follows ---
+
+static double sum_of_loads(const CutScene *scene, int *nodes)
+{
+    double sum = 0.0;
+    *nodes = 0;
+    for (int i = 0; i < *scene->toy->used; i++) {
+        sum += scene->toy->load[i].z;
+        *nodes += scene->toy->load[i].z != 0.0;
+    }
+    return sum;
+}
+
+static void a_load_goes_on_to_act_on_both_lips(void **unused)
+{
+    (void)unused;
+    CutScene scene;
+    create(&scene, false);
+    LoadOptions load = {.body = -1, .radius = 0.025, .force = {0, 0, 2.0}, .duration = 100.0};
+    char why[256];
+    assert_true(sim_apply_load(scene.sim, &load, why, sizeof why));
+    int before, after;
+    expect_near(sum_of_loads(&scene, &before), 2.0, 1e-14);
+    cut_through(&scene, 10);
+    // Two dozen shares of one force, each within a rounding.
+    expect_near(sum_of_loads(&scene, &after), 2.0, 1e-13);
+    int in_patch = 0;
+    for (int i = scene.toy->base_nodes; i < *scene.toy->used; i++)
+        in_patch += vec3_length(scene.toy->position[i]) <= load.radius;
+    assert_true(in_patch >= 4);
+    assert_int_equal(after, before + in_patch);
+    // A force an area, the same everywhere.
+    double pressure = 0.0;
+    for (int i = 0; i < *scene.toy->used; i++) {
+        if (scene.toy->load[i].z == 0.0)
+            continue;
+        double here = scene.toy->load[i].z / scene.toy->node_area[i];
+        pressure = pressure == 0.0 ? here : pressure;
+        expect_near(here / pressure, 1.0, 1e-13);
+    }
+    cut_scene_destroy(&scene);
+}
+
+static void every_change_has_a_topology_number_of_its_own(void **unused)
+{
+    (void)unused;
+    CutScene scene;
+    create(&scene, false);
+    int start = scene.body->mesh.topology;
+    cut_through(&scene, 100);
+    assert_true(scene.toy->changes > 5);
+    assert_int_equal(scene.body->mesh.topology - start, scene.toy->changes);
+    assert_int_equal(scene.toy->reconstructions, 101); // once a tick
+    cut_scene_destroy(&scene);
+}
+
+// --- commands ---
+
+static CutOptions sweep_at(double x)
+{
+    return (CutOptions){.body = 0,
+                        .before = {{{x, -0.05, -0.01}, {x, -0.05, 0.01}}},
+                        .after = {{{x, 0.05, -0.01}, {x, 0.05, 0.01}}}};
+}
+
+static void a_command_cuts_at_once_and_says_what(void **unused)
+{
+    (void)unused;
+    CutScene scene;
+    create(&scene, false);
+    CutOutcome sum;
+    char why[192];
+    CutOptions cut = sweep_at(0.0013);
+    assert_true(sim_apply_cut(scene.sim, &cut, &sum, why, sizeof why));
+    assert_int_equal(sum.verdict, CUT_DONE);
+    assert_int_equal(sum.separated, cut_toy_broken(scene.toy));
+    assert_int_equal(sum.nodes_added, *scene.toy->used - scene.toy->base_nodes);
+    assert_int_equal(sum.pieces, 2);
+    assert_int_equal(sim_pieces(scene.sim, 0), 2);
+    assert_non_null(strstr(why, "body 'wall': "));
+    SimEvent event;
+    assert_true(next_event(&scene, "piece", &event));
+    assert_non_null(strstr(event.text, "in 2 pieces now, 1 more"));
+    // The same again, and inside out.
+    uint64_t hash = state_hash(&scene.state);
+    for (int k = 0; k < 2; k++) {
+        assert_false(sim_apply_cut(scene.sim, &cut, &sum, why, sizeof why));
+        assert_int_equal(sum.verdict, CUT_WAS_CUT);
+        assert_string_equal(why, "what the blade met of body 'wall' was cut already");
+        BladeEdge turned = {{cut.after.end[1], cut.after.end[0]}};
+        cut.after = (BladeEdge){{cut.before.end[1], cut.before.end[0]}};
+        cut.before = turned;
+    }
+    assert_true(state_hash(&scene.state) == hash);
+    cut_scene_destroy(&scene);
+}
+
+static void expect_refusal(CutScene *scene, const CutOptions *cut, const char *text)
+{
+    CutOutcome sum;
+    char why[192];
+    uint64_t hash = state_hash(&scene->state);
+    assert_false(sim_apply_cut(scene->sim, cut, &sum, why, sizeof why));
+    assert_string_equal(why, text);
+    assert_int_equal(sum.separated, 0);
+    assert_true(state_hash(&scene->state) == hash);
+}
+
+static void commands_that_cannot_be_done_say_why_and_change_nothing(void **unused)
+{
+    (void)unused;
+    CutScene scene;
+    create(&scene, false);
+    CutOptions cut = sweep_at(0.0013), good = cut;
+    cut.before.end[1] = cut.before.end[0];
+    cut.after.end[1] = cut.after.end[0];
+    expect_refusal(&scene, &cut, "the blade has no length");
+    cut = good;
+    cut.after = cut.before;
+    expect_refusal(&scene, &cut, "the sweep does not move");
+    cut.after.end[0].z += 0.02;
+    cut.after.end[1].z += 0.02;
+    expect_refusal(&scene, &cut, "the sweep has no area: the blade moves along its own edge");
+    cut = good;
+    cut.before.end[0].y = (double)INFINITY;
+    expect_refusal(&scene, &cut, "the sweep holds a number that is not finite");
+    cut = sweep_at(0.2);
+    expect_refusal(&scene, &cut, "the blade met no tissue of body 'wall'");
+    cut = good;
+    cut.after.end[0].x = 1e9;
+    expect_refusal(&scene, &cut,
+                   "the sweep is too twisted for body 'wall' (more than 64 parts): "
+                   "cut in shorter steps");
+    cut.after.end[1].x = 1e9;
+    expect_refusal(&scene, &cut, "the sweep reaches too far away from body 'wall'");
+    scene.toy->node_limit = scene.toy->base_nodes + 3;
+    cut = good;
+    CutOutcome sum;
+    char why[192], text[192];
+    assert_false(sim_apply_cut(scene.sim, &cut, &sum, why, sizeof why));
+    snprintf(text, sizeof text,
+             "body 'wall' may need %d more nodes and has room for 3: capacity.nodes raises that",
+             sum.needed);
+    assert_string_equal(why, text);
+    assert_int_equal(cut_toy_broken(scene.toy), 0);
+    cut_scene_destroy(&scene);
+}
+
+static void a_triangle_swept_by_one_fixed_end_cuts(void **unused)
+{
+    (void)unused;
+    CutScene scene;
+    create(&scene, false);
+    CutOptions cut = sweep_at(0.0013);
+    cut.before.end[1] = cut.before.end[0]; // a blade that grows
+    cut.before.end[0].z = cut.before.end[1].z = 0.0;
+    CutOutcome sum;
+    char why[192];
+    assert_true(sim_apply_cut(scene.sim, &cut, &sum, why, sizeof why));
+    cut_scene_destroy(&scene);
+}
+
+// --- what is told ---
+
+static void a_stroke_is_told_of_once_when_it_ends(void **unused)
+{
+    (void)unused;
+    CutScene scene;
+    create(&scene, false);
+    cut_through(&scene, 100);
+    SimEvent event;
+    assert_true(sim_take_event(scene.sim, &event)); // when it came apart
+    assert_string_equal(event.kind, "piece");
+    assert_false(sim_take_event(scene.sim, &event));
+    lift(&scene);
+    assert_true(sim_take_event(scene.sim, &event));
+    assert_string_equal(event.kind, "cut");
+    assert_int_equal(event.body, 0);
+    char text[192];
+    snprintf(text, sizeof text,
+             "tool 7, stroke ended: body 'wall': %d links severed, %d nodes added, 2 pieces",
+             cut_toy_broken(scene.toy), *scene.toy->used - scene.toy->base_nodes);
+    assert_string_equal(event.text, text);
+    // A stroke that met nothing is not told of.
+    move_to(&scene, 0.2, 0.0);
+    lift(&scene);
+    assert_false(sim_take_event(scene.sim, &event));
+    cut_scene_destroy(&scene);
+}
+
+static void refused_strokes_are_told_of_once_a_second(void **unused)
+{
+    (void)unused;
+    CutScene scene;
+    create(&scene, false);
+    scene.toy->node_limit = scene.toy->base_nodes + 1;
+    int told = 0;
+    for (int i = 0; i < 2500; i++) {
+        move_to(&scene, 0.0013, i % 2 == 0 ? -0.049 : 0.05);
+        for (SimEvent event; next_event(&scene, "cut_refused", &event); told++)
+            assert_non_null(strstr(event.text, "tool 7: body 'wall' may need "));
+    }
+    assert_int_equal(told, 3);
+    assert_int_equal(*scene.toy->used, scene.toy->base_nodes);
+    cut_scene_destroy(&scene);
+}
+
+static void tears_are_told_of_a_few_times_a_second(void **unused)
+{
+    (void)unused;
+    CutScene scene;
+    create(&scene, true);
+    int told = 0, links = scene.toy->links;
+    for (int i = 0; i < links + 300; i++) {
+        scene.toy->tear_next = i < links ? i : links;
+        sim_step(scene.sim);
+        for (SimEvent event; next_event(&scene, "tear", &event); told++)
+            assert_non_null(strstr(event.text, "body 'wall': "));
+    }
+    assert_int_equal(cut_toy_broken(scene.toy), links);
+    assert_int_equal(sim_pieces(scene.sim, 0), scene.toy->faces);
+    assert_in_range(told, 2, 2 + (links + 300) / 250);
+    assert_int_equal(scene.sim->cutting->cuts[0]->torn, 0); // the last ones too
+    cut_scene_destroy(&scene);
+}
+
+static void events_that_nobody_takes_do_not_pile_up(void **unused)
+{
+    (void)unused;
+    CutScene scene;
+    create(&scene, true);
+    for (int i = 0; i < scene.toy->links; i++) {
+        scene.toy->tear_next = i;
+        sim_step(scene.sim);
+    }
+    int taken = 0;
+    for (SimEvent event; sim_take_event(scene.sim, &event);)
+        taken++;
+    assert_in_range(taken, 1, SIM_EVENTS);
+    cut_scene_destroy(&scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_stroke_cuts_through_at_any_speed),
+        cmocka_unit_test(each_tick_begins_where_the_last_one_ended),
+        cmocka_unit_test(tissue_that_moves_past_a_resting_blade_is_cut),
+        cmocka_unit_test(a_lifted_blade_cuts_nothing_on_its_way),
+        cmocka_unit_test(a_blade_that_jumps_begins_another_stroke),
+        cmocka_unit_test(a_stale_blade_ends_its_stroke),
+        cmocka_unit_test(a_restored_body_did_not_pass_the_blade),
+        cmocka_unit_test(reset_in_a_stroke_returns_to_an_uncut_body),
+        cmocka_unit_test(a_checkpoint_in_a_stroke_goes_on_bit_for_bit),
+        cmocka_unit_test(strokes_that_cannot_be_are_found),
+        cmocka_unit_test(a_load_goes_on_to_act_on_both_lips),
+        cmocka_unit_test(every_change_has_a_topology_number_of_its_own),
+        cmocka_unit_test(a_command_cuts_at_once_and_says_what),
+        cmocka_unit_test(commands_that_cannot_be_done_say_why_and_change_nothing),
+        cmocka_unit_test(a_triangle_swept_by_one_fixed_end_cuts),
+        cmocka_unit_test(a_stroke_is_told_of_once_when_it_ends),
+        cmocka_unit_test(refused_strokes_are_told_of_once_a_second),
+        cmocka_unit_test(tears_are_told_of_a_few_times_a_second),
+        cmocka_unit_test(events_that_nobody_takes_do_not_pile_up),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,253 @@
+// Cuttable voxel bodies as the pipeline runs them: elements, masses and momentum across cuts and
+// divisions, with real dynamics between.
+#include "cut_world.h"
+#include "effort.h"
+
+// --- against a body that cannot be cut ---
+
+// Batches are packed otherwise, so forces add up in another order: equal to rounding, which the
+// motion of a tenth of a second in double does not amplify beyond 1e-9 of a cell.
+static void uncut_body_moves_as_one_that_cannot_be_cut(void **unused)
+{
+    (void)unused;
+    for (int law = 0; law < 2; law++) {
+        VoxelWorldOptions options = voxel_world_cube(8), plain_options = voxel_world_cube(8);
+        options.body.law = plain_options.body.law = (VoxelLaw)law;
+        options.body.gravity = plain_options.body.gravity = vec3(0.0, 0.0, -9.81);
+        FixedRegion floor = {
+            .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.0499}};
+        options.body.fixed = plain_options.body.fixed = &floor;
+        options.body.fixed_count = plain_options.body.fixed_count = 1;
+        CutWorld world;
+        VoxelWorld plain;
+        cut_world_create(&world, &options);
+        voxel_world_create(&plain, &plain_options);
+        expect_near(world.body->lambda, plain.body->lambda, 1e-12 * plain.body->lambda);
+        expect_near(world.body->damping, plain.body->damping, 1e-12 * plain.body->damping);
+        assert_int_equal(world.body->substeps, plain.body->substeps);
+        for (int tick = 0; tick < 100; tick++) {
+            sim_step(world.sim);
+            sim_step(plain.sim);
+        }
+        voxel_world_read(&plain);
+        assert_int_equal(world.model->vertices.count, plain.count);
+        for (int i = 0; i < plain.count; i++) {
+            Vec3 x, v;
+            rows_read(&world.model->vertices.rows, vertices_row(&world.model->vertices), i, &x, &v);
+            assert_int_equal(world.model->lattice.vertex_id[i], plain.id[i]);
+            expect_near(vec3_length(vec3_sub(x, plain.x[i])), 0.0, 1e-9 * world.lattice.size);
+        }
+        BodyMeasure a, b;
+        world.body->ops->measure(world.model, &a);
+        plain.body->ops->measure(plain.body->model, &b);
+        expect_near(a.elastic, b.elastic, 1e-9 * b.elastic);
+        cut_world_destroy(&world);
+        voxel_world_destroy(&plain);
+    }
+}
+
+// --- momentum ---
+
+static void expect_same_momentum(const WorldMomentum *before, const WorldMomentum *after)
+{
+    // Relative to the sums of absolute values, which is what rounding goes by.
+    expect_near(vec3_length(vec3_sub(after->linear, before->linear)), 0.0,
+                1e-12 * before->linear_sum);
+    expect_near(vec3_length(vec3_sub(after->angular, before->angular)), 0.0,
+                1e-10 * before->angular_sum);
+}
+
+static void reconstruct_once(CutWorld *world)
+{
+    TopologyChange change;
+    if (world->body->ops->reconstruct(world->body, &change))
+        sim_follow_change(world->sim, 0, &change);
+}
+
+static void cut_and_check(CutWorld *world, int cuts, uint64_t *seed)
+{
+    cut_world_shake(world, 0.2, seed);
+    for (int k = 0; k < cuts; k++) {
+        const CutOptions cut = cut_world_random(world, seed);
+        CutOutcome outcome;
+        WorldMomentum before = cut_world_momentum(world);
+        cut_world_cut(world, &cut, &outcome);
+        WorldMomentum after = cut_world_momentum(world);
+        expect_same_momentum(&before, &after);
+        cut_world_check_masses(world);
+        for (int step = 0; step < 6; step++) {
+            before = cut_world_momentum(world);
+            reconstruct_once(world);
+            after = cut_world_momentum(world);
+            expect_same_momentum(&before, &after);
+            cut_world_check_masses(world);
+            sim_step(world->sim);
+        }
+        assert_int_equal(sim_resets(world->sim), 0);
+    }
+    while (world->model->lattice.wanted_count > 0)
+        sim_step(world->sim);
+    cut_world_check_masses(world);
+    assert_true(world->body->ops->check(world->model));
+}
+
+static void cuts_and_divisions_keep_momentum_and_mass(void **unused)
+{
+    (void)unused;
+    uint64_t seed = 21;
+    for (int round = 0; round < EFFORT(6); round++) {
+        VoxelWorldOptions options = round % 3 == 0   ? voxel_world_cube(16)
+                                    : round % 3 == 1 ? voxel_world_ball()
+                                                     : voxel_world_corner();
+        options.body.law = round >= 3 ? VOXEL_MIYAZAKI2004 : VOXEL_AFFINE;
+        if (options.body.law == VOXEL_MIYAZAKI2004)
+            options.body.material_count = 0; // its elements have no Poisson's ratio
+        options.body.split_budget = 4;
+        CutWorld world;
+        cut_world_create(&world, &options);
+        cut_and_check(&world, 4, &seed);
+        cut_world_destroy(&world);
+    }
+}
+
+// Fixed vertices take no part; what comes inside the region, or of one that is fixed, is fixed too.
+static void copies_and_middles_in_a_fixed_region_are_fixed(void **unused)
+{
+    (void)unused;
+    uint64_t seed = 22;
+    VoxelWorldOptions options = voxel_world_cube(16);
+    FixedRegion region = {.kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, 0.001}};
+    options.body.fixed = &region;
+    options.body.fixed_count = 1;
+    CutWorld world;
+    cut_world_create(&world, &options);
+    cut_and_check(&world, 3, &seed);
+    const Vertices *vertices = &world.model->vertices;
+    int fixed = 0;
+    for (int i = 0; i < vertices->count; i++) {
+        Vec3 rest = rows_rest(&vertices->rows, i), x, v;
+        rows_read(&vertices->rows, vertices_row(vertices), i, &x, &v);
+        assert_int_equal(vertices_is_fixed(vertices, i), fixed_contains(&region, rest));
+        if (vertices_is_fixed(vertices, i))
+            expect_near(vec3_length(vec3_sub(x, rest)) + vec3_length(v), 0.0, 1e-15);
+        fixed += vertices_is_fixed(vertices, i);
+    }
+    assert_true(fixed > 100);
+    cut_world_destroy(&world);
+}
+
+// --- separation ---
+
+static void whole_sweep_through_a_cube_gives_two_halves(void **unused)
+{
+    (void)unused;
+    VoxelWorldOptions options = voxel_world_cube(16);
+    CutWorld world;
+    cut_world_create(&world, &options);
+    const CutOptions cut = cut_world_sweep(vec3(0.001, 0.0, 0.0), vec3(0.0, 0.0, 1.0),
+                                           vec3(0.0, 1.0, 0.0), 1.0, -1.0, 1.0);
+    CutOutcome outcome;
+    assert_true(cut_world_cut(&world, &cut, &outcome));
+    assert_int_equal(outcome.separated, 16 * 16);
+    assert_int_equal(outcome.pieces, 2);
+    int ticks = 0;
+    for (; world.model->lattice.wanted_count > 0; ticks++)
+        sim_step(world.sim);
+    // One level a tick, and a budget of 16 divisions: 2 levels, at most 64 + 8 divisions of blocks
+    // of the inner 14^3 cells along the cut.
+    assert_true(ticks <= 2 + 200 / 16);
+    // No element has vertices of both sides: pulled apart, they part.
+    const Vertices *vertices = &world.model->vertices;
+    const CutLattice *lattice = &world.model->lattice;
+    signed char *side = calloc((size_t)vertices->count, 1);
+    for (int e = 0; e < lattice->element_count; e++) {
+        if (!cut_lattice_is_leaf(lattice, e))
+            continue;
+        const CutElement *element = &lattice->element[e];
+        const signed char here = element->cell[0] >= 8 ? 1 : -1;
+        const int count = e < lattice->level_first[1] ? NODE_CORNERS : NODE_COUNT;
+        for (int n = 0; n < count; n++) {
+            const int v = cut_lattice_nodes(lattice, e)[n];
+            if (v < 0)
+                continue;
+            assert_int_not_equal(side[v], -here);
+            side[v] = here;
+        }
+    }
+    free(side);
+    assert_int_equal(sim_resets(world.sim), 0);
+    cut_world_destroy(&world);
+}
+
+// --- determinism ---
+
+static uint64_t run_on(CutWorld *world, const CutOptions *cut, int cuts)
+{
+    CutOutcome outcome;
+    for (int k = 0; k < cuts; k++) {
+        cut_world_cut(world, &cut[k], &outcome);
+        sim_step(world->sim);
+    }
+    for (int step = 0; step < 20; step++)
+        sim_step(world->sim);
+    return state_hash(&world->state);
+}
+
+// In the middle of what is left to be divided, the state is copied out; the run that goes on, and
+// the one that is brought back from there and from the start, end in the same bits.
+static void brought_back_state_goes_on_in_the_same_bits(void **unused)
+{
+    (void)unused;
+    uint64_t seed = 23;
+    for (int single = 0; single < 2; single++) {
+        VoxelWorldOptions options = voxel_world_cube(16);
+        options.body.split_budget = 3;
+        options.body.precision = single ? PRECISION_SINGLE : PRECISION_DOUBLE;
+        CutWorld world;
+        cut_world_create(&world, &options);
+        CutOptions cut[6];
+        for (int k = 0; k < 6; k++)
+            cut[k] = cut_world_random(&world, &seed);
+        cut_world_shake(&world, 0.1, &seed);
+        void *begin = malloc(state_bytes(&world.state)),
+             *middle = malloc(state_bytes(&world.state));
+        state_copy_out(&world.state, begin);
+        CutOutcome outcome;
+        for (int k = 0; k < 3; k++) {
+            cut_world_cut(&world, &cut[k], &outcome);
+            sim_step(world.sim);
+        }
+        assert_true(world.model->lattice.wanted_count > 0);
+        state_copy_out(&world.state, middle);
+        const uint64_t expected = run_on(&world, cut + 3, 3);
+        state_copy_in(&world.state, middle);
+        sim_restored(world.sim);
+        assert_true(world.body->ops->check(world.model));
+        assert_true(run_on(&world, cut + 3, 3) == expected);
+
+        sim_reset(world.sim);
+        assert_true(world.body->ops->check(world.model));
+        state_copy_in(&world.state, begin);
+        sim_restored(world.sim);
+        for (int k = 0; k < 3; k++) {
+            cut_world_cut(&world, &cut[k], &outcome);
+            sim_step(world.sim);
+        }
+        assert_true(run_on(&world, cut + 3, 3) == expected);
+        free(begin);
+        free(middle);
+        cut_world_destroy(&world);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(uncut_body_moves_as_one_that_cannot_be_cut),
+        cmocka_unit_test(cuts_and_divisions_keep_momentum_and_mass),
+        cmocka_unit_test(copies_and_middles_in_a_fixed_region_are_fixed),
+        cmocka_unit_test(whole_sweep_through_a_cube_gives_two_halves),
+        cmocka_unit_test(brought_back_state_goes_on_in_the_same_bits),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
