@@ -29,7 +29,8 @@ typedef struct DetailCut {
     int base_count;       // nodes of the finest level; copies follow
     int copy_capacity;    // most copies
     int most_around;      // most faces of the finest level around a node
-    const int (*base)[3]; // [finest faces] corners in the uncut mesh
+    Level uncut;          // the finest level, with the corners of the uncut mesh:
+    const int (*base)[3]; // [finest faces] these
     const Vec3 *built;    // [base_count] rest places of the uncut mesh [m]
     double bulge;         // by which nodes of finer levels may stick out of a leaf [m]
 
