@@ -404,6 +404,20 @@ double cut_windows_energy(const CutWindows *windows, const VoxelKernels *kernels
     return total;
 }
 
+void cut_windows_stress(const CutWindows *windows, const VoxelKernels *kernels,
+                        const VoxelPass *given, double limit, int half, uint16_t *high)
+{
+    VoxelPass pass = complete_pass(windows, given);
+    for (int kind = 0; kind < BATCH_KINDS; kind++)
+        for (int k = runs_begin(windows, kind, half); k < runs_end(windows, kind, half); k++) {
+            RunView view;
+            const BatchRun run = windows->run[k];
+            view_run(windows, kind, run, &pass, &view);
+            kernels->stress(&pass, limit,
+                            high + run.first + (kind == BATCH_PLAIN ? 0 : windows->capacity[0]));
+        }
+}
+
 static bool any_high(const CutWindows *windows, const BatchRange *range, const uint16_t *high)
 {
     unsigned any = 0;
@@ -415,19 +429,8 @@ static bool any_high(const CutWindows *windows, const BatchRange *range, const u
     return any != 0;
 }
 
-int cut_windows_stressed(const CutWindows *windows, const VoxelKernels *kernels,
-                         const VoxelPass *given, double limit, int *element, uint16_t *high)
+int cut_windows_stressed(const CutWindows *windows, const uint16_t *high, int *element)
 {
-    VoxelPass pass = complete_pass(windows, given);
-    for (int kind = 0; kind < BATCH_KINDS; kind++)
-        for (int k = runs_begin(windows, kind, WINDOWS_ALL);
-             k < runs_end(windows, kind, WINDOWS_ALL); k++) {
-            RunView view;
-            const BatchRun run = windows->run[k];
-            view_run(windows, kind, run, &pass, &view);
-            kernels->stress(&pass, limit,
-                            high + run.first + (kind == BATCH_PLAIN ? 0 : windows->capacity[0]));
-        }
     int count = 0;
     for (int g = 0; g < windows->group_count; g++) {
         const WindowGroup *own = &windows->group[g];
