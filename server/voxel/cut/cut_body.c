@@ -83,8 +83,10 @@ static void body_restore(void *self, bool to_start)
 {
     CutModel *model = self;
     vertices_restore(&model->vertices, to_start);
-    if (to_start)
-        cut_windows_forget_rotations(&model->windows);
+    if (!to_start)
+        return;
+    cut_windows_forget_rotations(&model->windows);
+    cut_blades_forget(&model->blades);
 }
 
 // ---------------------------------------------------------------------------------------------

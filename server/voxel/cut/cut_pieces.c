@@ -12,8 +12,9 @@
                            label)
 
 enum {
-    SEARCHES = 16,  // links in one call beyond which everything is numbered anew
-    EFFORT = 20000, // cells that the searches of one call may visit before that
+    SEARCHES = 128, // links in one call beyond which everything is numbered anew
+    EFFORT = 8000,  // cells that the searches of one call may visit before that
+    LOOK_BACK = 40, // links of the same call that are tried first
 };
 
 // The cell across a face that is not broken: -x, +x, -y, +y, -z, +z; -1: none.
@@ -160,12 +161,34 @@ static Answer search_between(CutPieces *pieces, int a, int b, int *effort)
     return TOO_LONG;
 }
 
+static bool are_beside(const CutLattice *lattice, int a, int b)
+{
+    for (int d = 0; d < 6; d++)
+        if (joined_to(lattice, a, d) == b)
+            return true;
+    return a == b;
+}
+
+// Whether the ends of a link hold to those of one of the links before it, whose ends are known to
+// hold together.
+static bool is_beside_known(const CutLattice *lattice, const int (*face)[2], int f)
+{
+    const int beyond = cut_lattice_beyond(lattice, face[f][0], face[f][1]);
+    for (int g = f - 1; g >= 0 && g >= f - LOOK_BACK; g--)
+        if (face[g][1] == face[f][1] && are_beside(lattice, face[f][0], face[g][0]) &&
+            are_beside(lattice, beyond, cut_lattice_beyond(lattice, face[g][0], face[g][1])))
+            return true;
+    return false;
+}
+
 bool cut_pieces_follow(CutPieces *pieces, const int (*face)[2], int count)
 {
     int effort = EFFORT;
     bool whole = count <= SEARCHES;
     for (int f = 0; f < count && whole; f++) {
-        int beyond = cut_lattice_beyond(pieces->lattice, face[f][0], face[f][1]);
+        if (is_beside_known(pieces->lattice, face, f))
+            continue;
+        const int beyond = cut_lattice_beyond(pieces->lattice, face[f][0], face[f][1]);
         whole = search_between(pieces, face[f][0], beyond, &effort) == JOINED;
     }
     if (whole)
