@@ -197,6 +197,17 @@ int cut_bench_odd_loops(const CutBench *bench)
     return odd;
 }
 
+int cut_bench_dead_ends(const CutBench *bench)
+{
+    int count = 0;
+    for (int cell = 0; cell < bench->cut.level_first[1]; cell++)
+        for (int axis = 0; axis < 3; axis++)
+            count += broken_between(&bench->cut, cell, axis) &&
+                     bench->pieces.root[cell] ==
+                         bench->pieces.root[cut_lattice_beyond(&bench->cut, cell, axis)];
+    return count;
+}
+
 int cut_bench_pieces(const CutBench *bench)
 {
     const CutLattice *cut = &bench->cut;

@@ -222,6 +222,7 @@ int main(int argc, char **argv)
     bench_voxels(&bench);
     bench_voxel_presses(&bench);
     bench_windows(&bench);
+    bench_divisions(&bench);
 #endif
     bench_live(&bench);
     bench_cuts(&bench);

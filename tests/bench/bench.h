@@ -53,5 +53,6 @@ void bench_cuts(Bench *bench);
 void bench_voxels(Bench *bench);
 void bench_voxel_presses(Bench *bench);
 void bench_windows(Bench *bench);
+void bench_divisions(Bench *bench);
 
 #endif
