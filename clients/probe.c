@@ -3,6 +3,8 @@
 // end.
 #include "aim.h"
 #include "client.h"
+#include "grip.h"
+#include "hand_run.h"
 #include "keys.h"
 #include "round_trip.h"
 #include "track.h"
@@ -26,12 +28,15 @@ typedef enum Mode { MODE_NONE, MODE_POSES, MODE_PRESS, MODE_AUTO, MODE_KEYS } Mo
 typedef struct Options {
     ClientOptions client;
     Mode mode;
-    bool keys, has_start, aim;
+    bool keys, has_start, aim, has_depth;
+    bool hand, hand_table; // a hand on a device, at the end of the approach
+    HandOptions by;        // the hand
     long tool, repeat;
     const char *poses, *body, *log;
     double start[3], direction[3];      // [m], unit
     double rate_hz, depth, speed, hold; // [Hz], [m], [m/s], [s]
     double clearance, step, timeout_s;  // [m], [m], [s]
+    Grip grip;
 } Options;
 
 typedef struct Probe {
@@ -56,6 +61,9 @@ typedef struct Probe {
     long other_tool[OTHER_TOOLS];
     int other_tools;
     char state[16], refusal[256];
+    // a hand
+    HandRun run;
+    bool no_twist;
     // keyboard
     double target[3];
     bool leave;
@@ -69,8 +77,15 @@ static const struct argp_option OPTIONS[] = {
     {"press", 'p', "X,Y,Z", 0, "press from this point [m] along --direction", 1},
     {"poses", 'f', "FILE", 0, "follow the lines 't x y z [qw qx qy qz]' of a text file", 1},
     {"keys", 'k', 0, 0,
-     "w/s, a/d, q/e or arrows move by --step, space withdraws, x ends; starts at --press or --auto",
+     "w/s, a/d, q/e or arrows move by --step, g closes or opens jaws, space withdraws, x ends; "
+     "starts at --press or --auto",
      1},
+    {"hand", 'h' + 256, 0, 0,
+     "with --press (from there) or --auto (from the first touch): a hand that pushes in and out "
+     "like a sine, on a device of 1 kHz that shows F - K (x - x of F) between messages; prints the "
+     "work that it put in, and what it lost of it: negative, the loop was active",
+     1},
+    {"hand-table", 't' + 256, 0, 0, "the same for a table of streams: rates, latencies, losses", 1},
     {0, 0, 0, 0, "How:", 2},
     {"tool", 't', "ID", 0, "id of the tool in the scene (1)", 2},
     {"rate", 'r', "HZ", 0, "poses a second (1000)", 2},
@@ -82,6 +97,14 @@ static const struct argp_option OPTIONS[] = {
     {"clearance", 'c', "M", 0, "of --auto: where it starts before the body (0.01)", 2},
     {"body", 'b', "NAME", 0, "of --auto: the body (the first that answers)", 2},
     {"step", 'S', "MM", 0, "of --keys, in millimetres (1)", 2},
+    {"grip", 'g', "G|T:G,...", 0,
+     "of a grasper: 0 open, 1 closed (from 0.5 on), or points in seconds since the start", 2},
+    {"frequency", 'F', "HZ", 0, "of --hand (2); --repeat cycles count (3), --depth is 0.006", 2},
+    {"latency", 'L', "MS", 0, "of --hand: added there and back together, in milliseconds (0)", 2},
+    {"loss", 'x' + 256, "PERCENT", 0, "of --hand: poses that get lost (0)", 2},
+    {"no-stiffness", 'K', 0, 0, "of --hand: forces are shown as they come, K = 0", 2},
+    {"no-twist", 'W', 0, 0, "of --hand: poses do not tell the velocity", 2},
+    {"max-force", 'M', "N", 0, "of --hand: what the device can (3.3)", 2},
     {"log", 'o', "FILE", 0, "write pose, force, torque, depth and round trip as a table", 2},
     {"timeout", 'T', "S", 0, "give up when no force comes for so long (3)", 2},
     {0},
@@ -120,6 +143,15 @@ static void check_options(Options *options, struct argp_state *state)
                     : options->poses ? MODE_POSES
                     : options->aim   ? MODE_AUTO
                                      : MODE_PRESS;
+    options->hand |= options->hand_table;
+    if (options->hand && options->mode != MODE_AUTO && options->mode != MODE_PRESS)
+        argp_error(state, "--hand goes with --auto or --press");
+    if (options->hand && !options->has_depth)
+        options->depth = 0.006;
+    if (options->repeat == 0)
+        options->repeat = options->hand ? 3 : 1;
+    options->by.depth = options->depth;
+    options->by.rate_hz = options->rate_hz;
     double *d = options->direction, length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
     if (!(length > 1e-9))
         argp_error(state, "--direction %g,%g,%g has no length", d[0], d[1], d[2]);
@@ -158,6 +190,33 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
         return 0;
     case 'D':
         want_number(state, "depth", argument, 0.0, 10.0, &options->depth);
+        options->has_depth = true;
+        return 0;
+    case 'h' + 256:
+        options->hand = true;
+        return 0;
+    case 't' + 256:
+        options->hand_table = true;
+        return 0;
+    case 'F':
+        want_number(state, "frequency", argument, 0.01, 100.0, &options->by.frequency);
+        return 0;
+    case 'L':
+        want_number(state, "latency", argument, 0.0, 500.0, &options->by.latency);
+        options->by.latency *= 1e-3;
+        return 0;
+    case 'x' + 256:
+        want_number(state, "loss", argument, 0.0, 90.0, &options->by.loss);
+        options->by.loss *= 1e-2;
+        return 0;
+    case 'K':
+        options->by.stiffness = false;
+        return 0;
+    case 'W':
+        options->by.twist = false;
+        return 0;
+    case 'M':
+        want_number(state, "max-force", argument, 0.0, 1e6, &options->by.max_force);
         return 0;
     case 's':
         want_number(state, "speed", argument, 1e-5, 10.0, &options->speed);
@@ -179,6 +238,13 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
     case 'S':
         want_number(state, "step", argument, 0.01, 100.0, &options->step);
         options->step *= 1e-3;
+        return 0;
+    case 'g':
+        if (!grip_parse(argument, &options->grip))
+            argp_error(state,
+                       "--grip '%s': want G or T:G,T:G,... with G inside [0, 1] and seconds T that "
+                       "do not fall",
+                       argument);
         return 0;
     case 'o':
         options->log = argument;
@@ -247,6 +313,7 @@ static void take_contact(Probe *probe, const pliant_contact_t *contact)
         probe->force_max = fmax(probe->force_max, force);
         probe->depth_max = fmax(probe->depth_max, contact->depth);
     }
+    hand_run_hear(&probe->run, contact);
     if (probe->log)
         write_log_row(probe, trip < 0 ? (double)NAN : (double)trip);
 }
@@ -300,8 +367,11 @@ static void send_pose(Probe *probe)
                                   .sender = probe->client.sender,
                                   .sequence = probe->sequence++,
                                   .tool = (int32_t)probe->options.tool,
-                                  .twist_valid = 1,
+                                  .twist_valid = !probe->no_twist,
                                   .active = probe->active};
+    if (probe->active && probe->start_ns > 0)
+        message.grip =
+            grip_at(&probe->options.grip, (double)(client_now_ns() - probe->start_ns) * 1e-9);
     memcpy(message.position, pose->position, sizeof message.position);
     memcpy(message.orientation, pose->orientation, sizeof message.orientation);
     memcpy(message.twist, pose->linear, sizeof pose->linear);
@@ -351,6 +421,9 @@ static void handle_key(Probe *probe, int key)
     }
     if (key == ' ')
         probe->active = !probe->active;
+    if (key == 'g')
+        probe->options.grip =
+            (Grip){.count = 1, .value = {probe->options.grip.value[0] < 0.5 ? 1.0 : 0.0}};
     probe->leave |= key == 'x';
 }
 
@@ -377,6 +450,8 @@ static bool next_pose(Probe *probe, double time, double period)
         follow_keys(probe, period);
         return !probe->leave;
     }
+    if (probe->options.mode == MODE_AUTO && probe->touched && probe->options.hand)
+        return false; // it takes over here
     if (probe->options.mode == MODE_AUTO && probe->touched && !probe->deepened)
         deepen(probe, time);
     track_at(&probe->track, time, &probe->pose);
@@ -551,11 +626,44 @@ static bool subscribe(Probe *probe, ClientError *error)
     return true;
 }
 
+static void send_hand(void *user, const double position[3], const double linear[3], bool twist)
+{
+    Probe *probe = user;
+    memcpy(probe->pose.position, position, sizeof probe->pose.position);
+    memcpy(probe->pose.linear, linear, sizeof probe->pose.linear);
+    probe->no_twist = !twist;
+    send_pose(probe);
+}
+
+// The hand starts where the approach ended, or at --press.
+static bool feel(Probe *probe, ClientError *error)
+{
+    const Options *options = &probe->options;
+    HandRun *hand = &probe->run;
+    probe->active = true;
+    hand->client = &probe->client;
+    hand->send = send_hand;
+    hand->user = probe;
+    hand->cycles = (int)options->repeat;
+    memcpy(hand->touch, probe->pose.position, sizeof hand->touch);
+    memcpy(hand->direction, options->direction, sizeof hand->direction);
+    memset(probe->pose.angular, 0, sizeof probe->pose.angular);
+    bool ok = options->hand_table ? hand_run_table(hand, &options->by, error)
+                                  : hand_run(hand, &options->by, error);
+    if (ok && probe->contacts == 0)
+        return explain_silence(probe, error);
+    if (ok && !options->hand_table)
+        hand_run_print(hand);
+    probe->no_twist = false;
+    return ok;
+}
+
 static bool run(Probe *probe, ClientError *error)
 {
     if (!subscribe(probe, error) || !prepare_path(probe, error) || !open_log(probe, error))
         return false;
-    bool ok = drive(probe, error);
+    const bool hand = probe->options.hand, approach = !hand || probe->options.mode == MODE_AUTO;
+    bool ok = (!approach || drive(probe, error)) && (!hand || feel(probe, error));
     withdraw(probe);
     keys_close();
     if (ok)
@@ -575,16 +683,18 @@ int main(int argc, char **argv)
         .children = children,
         .doc = "Drives one tool of a running pliantd and shows what it feels.\v"
                "Exit status: 0 done, 1 no answer from the daemon, 2 bad usage."};
-    static Probe probe = {.options = {.tool = 1,
-                                      .repeat = 1,
-                                      .direction = {0.0, 0.0, -1.0},
-                                      .rate_hz = 1000.0,
-                                      .depth = 0.01,
-                                      .speed = 0.02,
-                                      .hold = 1.0,
-                                      .clearance = 0.01,
-                                      .step = 0.001,
-                                      .timeout_s = 3.0}};
+    static Probe probe = {
+        .options = {.tool = 1,
+                    .by = {.frequency = 2.0, .max_force = 3.3, .twist = true, .stiffness = true},
+                    .repeat = 0,
+                    .direction = {0.0, 0.0, -1.0},
+                    .rate_hz = 1000.0,
+                    .depth = 0.01,
+                    .speed = 0.02,
+                    .hold = 1.0,
+                    .clearance = 0.01,
+                    .step = 0.001,
+                    .timeout_s = 3.0}};
     argp_err_exit_status = 2;
     argp_parse(&argp, argc, argv, 0, NULL, &probe.options);
     client_catch_signals();

@@ -378,8 +378,10 @@ static bool run(const Arguments *arguments, Status *status)
             scene_override(&scene, arguments->rate_hz, arguments->prefix, status) &&
             may_record(&scene, arguments, status);
     if (whole) {
-        BuildOptions build = {
-            .isa = isa, .prepared = arguments->prepared, .may_load = may_load(arguments)};
+        BuildOptions build = {.isa = isa,
+                              .prepared = arguments->prepared,
+                              .may_load = may_load(arguments),
+                              .publishes = !arguments->offline};
         whole = world_build(&world, &scene, &build, status) &&
                 (arguments->resume == NULL ||
                  checkpoint_read(arguments->resume, &world, &scene, status)) &&

@@ -179,7 +179,8 @@ void bench_create(Bench *bench, const BenchOptions *options)
     };
     SimOptions sim = {.rate_hz = options->rate_hz,
                       .gravity = options->gravity,
-                      .tool_timeout_s = options->tool_timeout_s};
+                      .tool_timeout_s = options->tool_timeout_s,
+                      .contact_stiffness = options->contact_stiffness};
     Status status = {0};
     Body body;
     bench->sim = sim_create(&sim, &bench->arena, &bench->state);

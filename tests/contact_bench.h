@@ -37,6 +37,7 @@ typedef struct BenchOptions {
     Vec3 gravity;
     int tool_count;
     ToolOptions tool[4];
+    bool contact_stiffness; // told
 } BenchOptions;
 
 typedef struct Bench {

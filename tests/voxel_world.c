@@ -87,7 +87,8 @@ void voxel_world_create(VoxelWorld *world, VoxelWorldOptions *options)
     SimOptions sim = {.rate_hz = options->rate_hz,
                       .gravity = options->body.gravity,
                       .tool_timeout_s = 0.2,
-                      .may_load = true};
+                      .may_load = true,
+                      .contact_stiffness = options->contact_stiffness};
     world->sim = sim_create(&sim, &world->arena, &world->state);
     Body body = {0};
     Status status = {0};

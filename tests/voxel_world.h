@@ -13,6 +13,7 @@ typedef struct VoxelWorldOptions {
     double rate_hz;
     int tool_count;
     ToolOptions tool[4];
+    bool contact_stiffness; // told
 } VoxelWorldOptions;
 
 typedef struct VoxelWorld {

@@ -62,9 +62,8 @@ static int find_by_id(const Body *body, const FixedRegion *region, bool *inside)
     return missing;
 }
 
-// The free nodes of the region, ascending, in memory of the caller's; false with a status.
-static bool find_region(const Body *body, const FixedRegion *region, int **node, int *count,
-                        Status *status)
+bool attachment_find_region(const Body *body, const FixedRegion *region, int **node, int *count,
+                            Status *status)
 {
     const int nodes = body->surface.node_count;
     bool *inside = calloc((size_t)nodes + 1, sizeof *inside);
@@ -95,7 +94,14 @@ static bool find_region(const Body *body, const FixedRegion *region, int **node,
     return true;
 }
 
-enum { MOST_OF_ONE = 64 }; // nodes that a node of a region may become, by three divisions of faces
+int attachment_region_capacity(const Body *body, int count)
+{
+    enum { MOST_OF_ONE = 64 }; // nodes that a node may become, by three divisions of faces
+    const int nodes = body->surface.node_count;
+    if (!body_changes(body))
+        return count;
+    return count < nodes / MOST_OF_ONE ? MOST_OF_ONE * count : nodes;
+}
 
 static void create_memory(Attachment *attachment, const char *name, int region_count, Arena *arena,
                           StateList *state)
@@ -103,11 +109,8 @@ static void create_memory(Attachment *attachment, const char *name, int region_c
     const int nodes = attachment->body->surface.node_count;
     const bool grasper = attachment->grasper;
     int capacity = nodes < HELD_NODES ? nodes : HELD_NODES;
-    if (!grasper) {
-        capacity = region_count;
-        if (attachment->changes)
-            capacity = region_count < nodes / MOST_OF_ONE ? MOST_OF_ONE * region_count : nodes;
-    }
+    if (!grasper)
+        capacity = attachment_region_capacity(attachment->body, region_count);
     attachment->capacity = capacity;
     attachment->hold = ALLOCATE(1, HoldState, "hold");
     attachment->node = ALLOCATE(capacity, int, "held");
@@ -136,7 +139,7 @@ Attachment *attachment_create(const char *name, const AttachmentOptions *options
 {
     int *node = NULL, count = 0;
     if (options->to != ATTACH_GRASPER &&
-        !find_region(body, &options->region, &node, &count, status)) {
+        !attachment_find_region(body, &options->region, &node, &count, status)) {
         free(node);
         return NULL;
     }

@@ -8,6 +8,7 @@
 #include "base/vec.h"
 #include "dynamics/cut.h"
 #include "dynamics/integrator.h"
+#include "dynamics/patch.h"
 #include "dynamics/region.h"
 
 #include <stdbool.h>
@@ -158,6 +159,11 @@ typedef struct BodyOps {
     // A new load is among them: what it asks of a body that adapts is looked at in the next ticks.
     // Not called for loads that only follow a change of topology. NULL: the body does not adapt.
     void (*look)(void *model);
+
+    // The stiffness of the free nodes of a region against small motions, of the state after a tick
+    // (patch.h): goes on where the last call stopped, for about `budget` nodes looked at. True when
+    // it is complete, or full. NULL: not known, and contacts tell no stiffness.
+    bool (*gather_patch)(const void *model, Patch *patch, int budget);
 
     // --- out ---
     // Float positions (and velocities unless NULL) of all nodes, in the order of BodyMesh.

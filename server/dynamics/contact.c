@@ -245,6 +245,20 @@ void contact_clear(Contact *contact)
     contact->next = *contact->proxy; // a substep that ends must not bring the old proxy back
 }
 
+int contact_springs(Contact *contact, ContactSpring *spring, int capacity)
+{
+    contact->spring = spring;
+    contact->spring_capacity = capacity;
+    contact->spring_count = 0;
+    read_local_nodes(contact);
+    ToolPlacement at = {.position = contact->proxy->position,
+                        .orientation = contact->proxy->orientation};
+    contact_evaluate(contact, &at, 0.0);
+    contact->fresh = false;
+    contact->spring = NULL;
+    return contact->spring_count > capacity ? -1 : contact->spring_count;
+}
+
 const ContactSums *contact_sums(const Contact *contact)
 {
     return &contact->sums;

@@ -62,6 +62,21 @@ int contact_node_capacity(const Contact *contact);
 // if they were not there.
 int64_t contact_refused(const Contact *contact);
 
+// One push as a spring between the tool and the point of a face.
+typedef struct ContactSpring {
+    int node[3];      // of BodySurface
+    double weight[3]; // barycentric
+    Vec3 normal;      // unit
+    double stiffness; // [N/m]
+    // What it gives way sideways, where the point stays as the tool moves: it pushes from it, and
+    // so turns as the tool goes round. force / distance [N/m]; negative: it draws back.
+    double yield;
+} ContactSpring;
+
+// Between two ticks: the springs that act at the end of the last one, without friction. Returns how
+// many; -1: more than `capacity`.
+int contact_springs(Contact *contact, ContactSpring *spring, int capacity);
+
 const ContactSums *contact_sums(const Contact *contact);
 // Where the proxy is.
 void contact_proxy(const Contact *contact, Vec3 *position, Quat *orientation);

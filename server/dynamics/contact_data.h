@@ -116,6 +116,10 @@ struct Contact {
     int push_count;
     Push *push;         // [push_capacity]
     PushSums push_sums; // of the capsule under evaluation
+    // While somebody asks for them, else NULL: the springs of the evaluation.
+    ContactSpring *spring;
+    int spring_count, spring_capacity;
+    double spring_turn; // of the pair: how the normal turns as the tool moves sideways [1/m]
 
     ContactSums sums;
 };

@@ -104,6 +104,23 @@ static double friction_of(const Contact *contact)
     return contact->tool->has_friction ? contact->tool->friction : contact->body->tuning.friction;
 }
 
+// For contact_springs.
+static void note_spring(Contact *contact, const Candidate *candidate, const double weight[3],
+                        Vec3 normal, double stiffness, double depth)
+{
+    int i = contact->spring_count++;
+    if (i >= contact->spring_capacity)
+        return;
+    ContactSpring *spring = &contact->spring[i];
+    for (int k = 0; k < 3; k++) {
+        spring->node[k] = contact->node[candidate->node[k]];
+        spring->weight[k] = weight[k];
+    }
+    spring->normal = normal;
+    spring->stiffness = stiffness;
+    spring->yield = stiffness * depth * contact->spring_turn;
+}
+
 // The push of one pair: `share` of the face's stiffness, along `normal`, for an overlap `depth`.
 static void add_push(Contact *contact, const ToolPlacement *at, int index, const double weight[3],
                      Vec3 point, Vec3 normal, double depth, double share)
@@ -128,6 +145,8 @@ static void add_push(Contact *contact, const ToolPlacement *at, int index, const
     sum->weight += force;
     sum->point = vec3_madd(sum->point, force, point);
     sum->normal = vec3_madd(sum->normal, force, normal);
+    if (contact->spring != NULL)
+        note_spring(contact, candidate, weight, normal, k, depth);
     if (force > 0.0 && friction_of(contact) > 0.0 && contact->push_count < contact->push_capacity) {
         contact->push[contact->push_count++] =
             (Push){.candidate = index, .weight = {weight[0], weight[1], weight[2]}, .force = force};
@@ -231,7 +250,9 @@ static void push_face(Contact *contact, const ToolPlacement *at, int index,
             continue;
         const ClosestPair *pair = &face->pair[j];
         Vec3 normal;
-        if (face->crossed || pair->distance < TOUCHING)
+        bool flat = face->crossed || pair->distance < TOUCHING;
+        contact->spring_turn = flat ? 0.0 : face->turn / pair->distance;
+        if (flat)
             normal = vec3_scale(side, contact_face_normal(contact, candidate));
         else
             normal = vec3_scale(face->turn / pair->distance,

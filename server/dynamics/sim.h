@@ -25,6 +25,7 @@ typedef enum StageId {
     STAGE_CONTACT,       // contact forces inside the substeps
     STAGE_WRENCHES,      // impulses to wrenches
     STAGE_CHECK,         // numbers finite; else restore
+    STAGE_STIFFNESS,     // how stiff bodies feel to tools, a part of it
     STAGE_SNAPSHOT,      // hand positions to the bus (the runner's)
     STAGE_COUNT,
 } StageId;
@@ -66,6 +67,8 @@ typedef struct ToolWrench {
     Vec3 force, torque; // on the tool; torque about `position`
     Vec3 point, normal; // normal zero and depth 0 of a tool that only holds
     double depth;
+    double stiffness[6]; // (stiffness.h) xx yy zz yz zx xy [N/m]; all zero: not known
+    double damping;      // along the normal [N s/m]
 } ToolWrench;
 
 // A grasper took hold of a body, or let it go.
@@ -81,7 +84,8 @@ typedef struct SimOptions {
     double rate_hz;
     Vec3 gravity;
     double tool_timeout_s;
-    bool may_load; // loads can come at run time (by message or log)
+    bool may_load;          // loads can come at run time (by message or log)
+    bool contact_stiffness; // ToolWrench tells it
 } SimOptions;
 
 typedef struct Sim Sim;

@@ -3,9 +3,10 @@
 #ifndef PLIANT_DYNAMICS_SIM_DATA_H
 #define PLIANT_DYNAMICS_SIM_DATA_H
 
-#include "dynamics/attachment.h"
+#include "dynamics/joint.h"
 #include "dynamics/load.h"
 #include "dynamics/sim.h"
+#include "dynamics/stiffness.h"
 
 enum { SIM_BODIES = 64, SIM_TOOLS = 32, SIM_SCENE_LOADS = 64, SIM_ATTACHMENTS = 64 };
 
@@ -30,6 +31,11 @@ typedef struct BodyCuts {
     int64_t told_step, refused_step; // when a tear and a refusal were told last
 } BodyCuts;
 
+// One of the scene's: to a frame or to another body.
+typedef struct SimAttachment {
+    Attachment *attachment; // NULL: the joint
+    Joint *joint;
+} SimAttachment;
 // What a scene has in which something can be cut.
 typedef struct Cutting {
     int blade_count, blade_tool[SIM_TOOLS]; // blades in the order of the tools
@@ -61,13 +67,15 @@ struct Sim {
     int *contact_tool;  // [contact_count]
     int *contact_start; // [body_count + 1]
     LoadSet loads;
-    Cutting *cutting;                              // NULL: no body can be cut
-    Attachment *scene_attachment[SIM_ATTACHMENTS]; // [scene_attachment_count] in the order given
-    int scene_attachment_count;
+    Cutting *cutting;                                // NULL: no body can be cut
+    SimAttachment scene_attachment[SIM_ATTACHMENTS]; // [scene_attachment_count] as given
+    int scene_attachment_count, joint_count;
+    int joined[SIM_BODIES];  // the first of the bodies that are joined with this one, itself too
     Attachment **attachment; // [attachment_count], of the scene, then graspers, for each body;
     int attachment_count;    // NULL: none
     int *attachment_start;   // [body_count + 1]
     GraspEvent *told;        // [attachment_count] what sim_next_grasp has told of graspers
+    StiffnessEstimator *stiffness; // NULL: not wanted, or no contact has any
 
     // --- results of the last tick ---
     ToolWrench *wrench; // [tool_count]
@@ -97,10 +105,13 @@ bool cutting_check(const Sim *sim);
 // time_step.c
 // At load. False: a wanted time step that is above the bound of the body's finest level, or too
 // many substeps.
-bool time_step_choose(const Sim *sim, Body *body, Status *status);
+bool time_step_choose(Sim *sim, Body *body, Status *status);
 // After the body's bounds or scales have changed: sets time_step_limit, substeps and h. A wanted
 // time step that is longer than the bound gives way, unless it was called unsafe.
-void time_step_follow(const Sim *sim, Body *body);
+void time_step_follow(Sim *sim, Body *body);
+// At load, once every body has chosen: bodies that are joined take the same steps, the shortest of
+// any.
+void time_step_join(Sim *sim);
 // Whether the step that the body takes at its finest level allows these scales; what they allow
 // and what it takes [s].
 bool time_step_allows(const Sim *sim, const Body *body, double stiffness_scale,

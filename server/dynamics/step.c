@@ -12,17 +12,24 @@ static void find_contacts(Sim *sim);
 static void advance_bodies(Sim *sim);
 static void take_wrenches(Sim *sim);
 static void check_numbers(Sim *sim);
+static void estimate_stiffness(Sim *sim);
 
 typedef void StageFunction(Sim *sim);
 
 // A scene's list of stages holds only what the scene has (sim_seal). Contact forces are part of the
 // substeps and timed there; inputs and snapshots belong to the runner, before and after the tick.
 static StageFunction *const stage_function[STAGE_COUNT] = {
-    [STAGE_TOOLS] = place_tools,           [STAGE_LOADS] = start_and_end_loads,
-    [STAGE_CUT] = cutting_stage,           [STAGE_RECONSTRUCT] = reconstruct_stage,
-    [STAGE_ADAPT] = adapt_bodies,          [STAGE_GRASP] = grasp,
-    [STAGE_FIND_CONTACTS] = find_contacts, [STAGE_FORCES] = advance_bodies,
-    [STAGE_WRENCHES] = take_wrenches,      [STAGE_CHECK] = check_numbers,
+    [STAGE_TOOLS] = place_tools,
+    [STAGE_LOADS] = start_and_end_loads,
+    [STAGE_CUT] = cutting_stage,
+    [STAGE_RECONSTRUCT] = reconstruct_stage,
+    [STAGE_ADAPT] = adapt_bodies,
+    [STAGE_GRASP] = grasp,
+    [STAGE_FIND_CONTACTS] = find_contacts,
+    [STAGE_FORCES] = advance_bodies,
+    [STAGE_WRENCHES] = take_wrenches,
+    [STAGE_CHECK] = check_numbers,
+    [STAGE_STIFFNESS] = estimate_stiffness,
 };
 
 void sim_step(Sim *sim)
@@ -87,6 +94,11 @@ void sim_expect_change(Sim *sim, int b)
     int first, end = attachments_of(sim, b, &first);
     for (int k = first; k < end; k++)
         attachment_remember(sim->attachment[k]);
+    for (int k = 0; k < sim->scene_attachment_count && sim->joint_count > 0; k++) {
+        Joint *joint = sim->scene_attachment[k].joint;
+        if (joint != NULL && joint_options(joint)->to_body == b)
+            joint_remember(joint);
+    }
 }
 
 void sim_follow_change(Sim *sim, int b, const TopologyChange *change)
@@ -97,6 +109,13 @@ void sim_follow_change(Sim *sim, int b, const TopologyChange *change)
     int first, end = attachments_of(sim, b, &first);
     for (int k = first; k < end; k++)
         attachment_topology_changed(sim->attachment[k], change);
+    for (int k = 0; k < sim->scene_attachment_count && sim->joint_count > 0; k++) {
+        Joint *joint = sim->scene_attachment[k].joint;
+        if (joint != NULL && joint_options(joint)->to_body == b)
+            joint_other_changed(joint, change);
+        if (joint != NULL && joint_options(joint)->body == b)
+            joint_topology_changed(joint, change);
+    }
     loads_follow(&sim->loads, sim->body, sim->body_count, b, change);
     time_step_follow(sim, &sim->body[b]);
 }
@@ -226,36 +245,86 @@ static void add_attachments(Sim *sim, int b, const Stage *stage, double substep_
     }
 }
 
+// Forces from outside on a body at one stage.
+static void add_outer_forces(Sim *sim, int b, const Stage *stage, int substep, bool begins)
+{
+    const Body *body = &sim->body[b];
+    int first, end = attachments_of(sim, b, &first);
+    if (sim->contact_count > 0 && sim->contact_start[b] < sim->contact_start[b + 1])
+        add_contacts(sim, b, stage, substep * body->h, body->h, begins);
+    if (first < end)
+        add_attachments(sim, b, stage, substep * body->h, body->h);
+}
+
+static void end_substep(Sim *sim, int b)
+{
+    for (int k = sim->contact_count > 0 ? sim->contact_start[b] : 0;
+         sim->contact_count > 0 && k < sim->contact_start[b + 1]; k++)
+        contact_end_substep(sim->contact[k]);
+}
+
+static Stage stage_of(const Integrator *integrator, int s, bool last)
+{
+    Stage stage = integrator->stage[s];
+    stage.last = last;
+    if (integrator->kicks && last)
+        stage.advance = integrator->last_drift;
+    return stage;
+}
+
 static void advance_body(Sim *sim, int b)
 {
     Body *body = &sim->body[b];
     const Integrator *integrator = integrator_get(body->integrator);
-    bool contacts = sim->contact_count > 0 && sim->contact_start[b] < sim->contact_start[b + 1];
-    int first, end = attachments_of(sim, b, &first);
     if (integrator->kicks)
         body->ops->drift(body->model, integrator->first_drift * body->h);
     for (int substep = 0; substep < body->substeps; substep++) {
         for (int s = 0; s < integrator->stage_count; s++) {
-            Stage stage = integrator->stage[s];
-            stage.last = substep == body->substeps - 1;
-            if (integrator->kicks && stage.last)
-                stage.advance = integrator->last_drift;
-            if (contacts)
-                add_contacts(sim, b, &stage, substep * body->h, body->h, s == 0);
-            if (first < end)
-                add_attachments(sim, b, &stage, substep * body->h, body->h);
+            Stage stage = stage_of(integrator, s, substep == body->substeps - 1);
+            add_outer_forces(sim, b, &stage, substep, s == 0);
             body->ops->evaluate(body->model, &stage, body->h);
         }
-        if (contacts)
-            for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
-                contact_end_substep(sim->contact[k]);
+        end_substep(sim, b);
+    }
+}
+
+// Bodies that are joined, `group` the first of them: all forces of a stage are there before any
+// body moves on.
+static void advance_joined(Sim *sim, int group)
+{
+    const int substeps = sim->body[group].substeps, count = sim->body_count;
+    const Integrator *integrator = integrator_get(sim->body[group].integrator);
+    for (int b = group; b < count && integrator->kicks; b++)
+        if (sim->joined[b] == group)
+            sim->body[b].ops->drift(sim->body[b].model, integrator->first_drift * sim->body[b].h);
+    for (int substep = 0; substep < substeps; substep++) {
+        for (int s = 0; s < integrator->stage_count; s++) {
+            Stage stage = stage_of(integrator, s, substep == substeps - 1);
+            for (int b = group; b < count; b++)
+                if (sim->joined[b] == group)
+                    add_outer_forces(sim, b, &stage, substep, s == 0);
+            for (int k = 0; k < sim->scene_attachment_count; k++) {
+                Joint *joint = sim->scene_attachment[k].joint;
+                if (joint != NULL && sim->joined[joint_options(joint)->body] == group)
+                    joint_apply(joint);
+            }
+            for (int b = group; b < count; b++)
+                if (sim->joined[b] == group)
+                    sim->body[b].ops->evaluate(sim->body[b].model, &stage, sim->body[b].h);
+        }
+        for (int b = group; b < count; b++)
+            if (sim->joined[b] == group)
+                end_substep(sim, b);
     }
 }
 
 static void advance_bodies(Sim *sim)
 {
     for (int b = 0; b < sim->body_count; b++)
-        advance_body(sim, b);
+        if (sim->joint_count == 0)
+            advance_body(sim, b);
+        else if (sim->joined[b] == b)
+            advance_joined(sim, b);
 }
 
 static void add_sums(ContactSums *sum, const ContactSums *part, Vec3 about)
@@ -267,6 +336,17 @@ static void add_sums(ContactSums *sum, const ContactSums *part, Vec3 about)
     sum->normal = vec3_add(sum->normal, part->normal);
     sum->weight += part->weight;
     sum->depth = fmax(sum->depth, part->depth);
+}
+
+// Of the contacts of the last tick, as far as it is known.
+static void tell_stiffness(const Sim *sim, int contact, ToolWrench *wrench)
+{
+    const ContactStiffness *stiffness = stiffness_get(sim->stiffness, contact);
+    if (stiffness == NULL)
+        return;
+    for (int i = 0; i < 6; i++)
+        wrench->stiffness[i] += stiffness->k[i];
+    wrench->damping += stiffness->damping;
 }
 
 // The wrench on a tool is the impulse of all bodies over the tick.
@@ -307,6 +387,9 @@ static void take_wrenches(Sim *sim)
             .depth = sum->depth,
         };
     }
+    for (int k = 0; k < sim->contact_count && sim->stiffness != NULL; k++)
+        if (contact_is_near(sim->contact[k]) && contact_sums(sim->contact[k])->weight > 0.0)
+            tell_stiffness(sim, k, &sim->wrench[sim->contact_tool[k]]);
 }
 
 enum { BAD_TICKS = 10 }; // in a row, before a body goes back to its rest shape
@@ -340,4 +423,10 @@ static void check_numbers(Sim *sim)
             *wrench = (ToolWrench){.position = wrench->position};
         }
     }
+}
+
+static void estimate_stiffness(Sim *sim)
+{
+    if (!sim->settling)
+        stiffness_step(sim->stiffness, sim->clock->step);
 }

@@ -12,6 +12,7 @@ typedef struct BuildOptions {
     const char *isa;      // "auto" or a level
     const char *prepared; // file of prepared models, or NULL: the scene's, if it names one
     bool may_load;        // loads can come at run time: false only off line without an input log
+    bool publishes;       // somebody may hear what the scene publishes
 } BuildOptions;
 
 // What is kept of a voxel body's lattice, which stands in the world.

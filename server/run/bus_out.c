@@ -5,6 +5,7 @@
 #include "pliant_nodes_t.h"
 
 #include <stdio.h>
+#include <string.h>
 
 void bus_create_streams(Bus *bus, Arena *arena)
 {
@@ -150,6 +151,10 @@ static void send_contact(Bus *bus, const ContactOut *contact)
         set3(message.point, wrench->point);
         set3(message.normal, wrench->normal);
         message.depth = wrench->depth;
+        const double *k = wrench->stiffness;
+        const double all[9] = {k[0], k[5], k[4], k[5], k[1], k[3], k[4], k[3], k[2]};
+        memcpy(message.stiffness, all, sizeof message.stiffness);
+        message.damping = wrench->damping;
     }
     bus_count_published(bus, pliant_contact_t_publish(bus->lcm, bus->contact_channel, &message));
 }

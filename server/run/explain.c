@@ -274,6 +274,8 @@ static void print_left_out(World *world, const Scene *scene, const ExchangeOptio
         fprintf(out, "  meshes in messages: publish.mesh_hz\n");
     if (!(publish->contact_hz > 0.0))
         fprintf(out, "  contacts in messages: publish.contact_hz\n");
+    else if (!publish->contact_stiffness)
+        fprintf(out, "  stiffness in contacts: publish.contact_stiffness\n");
     if (!asked->checkpoints)
         fprintf(out, "  checkpoints: option --checkpoint FILE\n");
     if (!asked->logs_inputs)

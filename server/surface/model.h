@@ -143,6 +143,9 @@ void model_add_load(SurfaceModel *model, int slot, Vec3 force);
 void model_reserve_touched(SurfaceModel *model, const char *name, int count, Arena *arena);
 void model_explain_kernel(const SurfaceModel *model, FILE *out);
 
+// --- patch.c: BodyOps.gather_patch, of bodies with levels too ---
+bool model_gather_patch(const void *self, Patch *patch, int budget);
+
 // --- create.c ---
 // Rest places and rows of the nodes of a mesh, which come first in model->slot; memory for all
 // slots.

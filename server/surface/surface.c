@@ -373,6 +373,7 @@ const BodyOps surface_ops = {
     .read_state = surface_read_rows,
     .measure = surface_measure,
     .is_fixed = surface_is_fixed,
+    .gather_patch = model_gather_patch,
     .set = surface_set,
     .explain = surface_explain,
     .isa = surface_level,

@@ -44,6 +44,9 @@ extern const BodyOps voxel_ops;
 // Rotations start at none.
 void voxel_forget_rotations(VoxelModel *model);
 
+// patch.c: BodyOps.gather_patch.
+bool voxel_gather_patch(const void *self, Patch *patch, int budget);
+
 // outer.c. Load time: what tools and loads meet, and what is published, from the outer faces.
 void voxel_create_surface(VoxelModel *model, Body *body, const LatticeMesh *mesh,
                           const VoxelOptions *options, Arena *arena);

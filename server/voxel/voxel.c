@@ -250,6 +250,7 @@ const BodyOps voxel_ops = {
     .read_state = voxel_read_state,
     .measure = voxel_measure,
     .is_fixed = voxel_is_fixed,
+    .gather_patch = voxel_gather_patch,
     .set = voxel_set,
     .restored = voxel_restored,
     .explain = voxel_explain,

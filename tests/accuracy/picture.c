@@ -48,7 +48,7 @@ void picture_add(Picture *picture, const Vec3 *corner, int count, unsigned colou
     // Light from above and from behind the viewer's shoulder.
     Vec3 light = vec3_add(picture->eye, vec3_add(vec3(0.0, 0.0, 0.7), picture->right));
     double lit = vec3_dot(normal, light) / (vec3_length(normal) * vec3_length(light));
-    Patch *patch = &picture->patch[picture->count++];
+    PicturePatch *patch = &picture->patch[picture->count++];
     patch->count = count;
     patch->colour = colour_mix(0x303038, colour, 0.45 + 0.55 * fmax(0.0, lit));
     patch->depth = vec3_dot(middle, picture->eye);
@@ -60,7 +60,7 @@ void picture_add(Picture *picture, const Vec3 *corner, int count, unsigned colou
 
 static int nearer(const void *a, const void *b)
 {
-    const Patch *p = a, *q = b;
+    const PicturePatch *p = a, *q = b;
     return (p->depth > q->depth) - (p->depth < q->depth);
 }
 
@@ -69,7 +69,7 @@ void picture_write(Picture *picture, bool edge, FILE *out)
     double low[2] = {HUGE_VAL, HUGE_VAL}, high[2] = {-HUGE_VAL, -HUGE_VAL};
     qsort(picture->patch, (size_t)picture->count, sizeof *picture->patch, nearer);
     for (int p = 0; p < picture->count; p++) {
-        const Patch *patch = &picture->patch[p];
+        const PicturePatch *patch = &picture->patch[p];
         fprintf(out, "set object %d polygon", p + 1);
         for (int i = 0; i <= patch->count; i++) {
             double x = patch->x[i % patch->count], y = patch->y[i % patch->count];

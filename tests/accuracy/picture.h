@@ -10,17 +10,17 @@
 
 enum { PICTURE_CORNERS = 4 };
 
-typedef struct Patch {
+typedef struct PicturePatch {
     double x[PICTURE_CORNERS], y[PICTURE_CORNERS]; // projected [m]
     double depth;                                  // towards the eye [m]
     unsigned colour;                               // RGB
     int count;
-} Patch;
+} PicturePatch;
 
 typedef struct Picture {
     Vec3 right, up, eye; // unit
     int count, capacity;
-    Patch *patch;
+    PicturePatch *patch;
 } Picture;
 
 // Seen from the direction `eye`, with z upwards.

@@ -1,243 +1,238 @@
-// What cutting a graded voxel body costs: a face that breaks and a division that follows, by what
-// has to follow them; then ticks with a blade that goes through half of the body.
+// What cutting costs: a blade drawn through a solid from tick to tick, cut messages through a
+// surface, and the real daemon under a hundred cuts a second while a tool presses.
 #include "bench.h"
+#include "daemon.h"
 
+#include "base/check.h"
 #include "base/clock.h"
-#include "dynamics/sim_data.h"
-#include "voxel/cut/cut_body.h"
-#include "voxel/voxel.h"
+#include "files/build.h"
 
-#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
 
-static const double SIZE = 3.125e-3, RATE = 1000.0;
+static const double RATE = 1000.0; // [Hz]
 
-typedef struct World {
-    Arena arena;
-    StateList state;
-    Sim *sim;
-    Body *body;
-    CutModel *model;
-} World;
-
-static bool world_create(World *world, int cells, const char *isa, Status *status)
+static bool load(const char *text, Scene *scene, World *world, Status *status)
 {
-    *world = (World){.sim = NULL};
-    Lattice lattice = {0};
-    if (!lattice_box(&lattice, (int[3]){cells, cells, cells}, SIZE, status))
-        return false;
-    const VoxelMaterial material = {1e4, 0.0, 1000.0};
-    const FixedRegion floor = {.kind = FIXED_BOX,
-                               .low = {-1.0, -1.0, -1.0},
-                               .high = {1.0, 1.0, -0.5 * SIZE * cells + 1e-6}};
-    const VoxelOptions options = {.name = "body",
-                                  .lattice = &lattice,
-                                  .dimensions = 3,
-                                  .levels = 2,
-                                  .material_count = 1,
-                                  .material = &material,
-                                  .damping = 0.2,
-                                  .precision = PRECISION_SINGLE,
-                                  .fixed_count = 1,
-                                  .fixed = &floor,
-                                  .contact_ratio = 0.5,
-                                  .cuttable = true,
-                                  .split_budget = 16,
-                                  .isa = isa};
-    const SimOptions sim = {.rate_hz = RATE, .tool_timeout_s = 10.0};
-    world->sim = sim_create(&sim, &world->arena, &world->state);
-    Body body = {0};
-    const bool good = voxel_create(&body, &options, &world->arena, &world->state, status);
-    lattice_destroy(&lattice);
-    if (!good)
-        return false;
-    world->body = sim_add_body(world->sim, &body);
-    world->model = body.model;
-    const ToolOptions blade = {.id = 1,
-                               .kind = TOOL_BLADE,
-                               .edge = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.06}},
-                               .max_force = 10.0};
-    sim_add_tool(world->sim, &blade);
-    return sim_seal(world->sim, 0.0, status);
+    char path[64];
+    const BuildOptions options = {.isa = "auto", .may_load = true};
+    if (!daemon_write_scene(text, path, sizeof path))
+        return status_fail(status, STATUS_FAILED, "cannot write a scene");
+    bool whole = scene_read(path, scene, status) && world_build(world, scene, &options, status);
+    unlink(path);
+    return whole;
 }
 
-static void world_destroy(World *world)
+static void row_quantiles(Bench *bench, const char *name, int size, double *us, int count)
 {
-    state_destroy(&world->state);
-    arena_destroy(&world->arena);
+    double sum = 0.0;
+    for (int i = 0; i < count; i++)
+        sum += us[i];
+    bench_sort(us, count);
+    bench_row(bench, name, size, "us_tick_mean", sum / count, "us");
+    bench_row(bench, name, size, "us_tick_p99", us[count * 99 / 100], "us");
+    bench_row(bench, name, size, "us_tick_max", us[count - 1], "us");
 }
 
-// --- by stage ---
+// --- a blade through half of a cube ---
 
-enum { LATTICE, PIECES, MASSES, WINDOWS, FACES, PARTS };
-static const char *const PART_NAME[PARTS] = {"lattice", "pieces", "masses", "windows", "faces"};
-
-typedef struct Cost {
-    int count; // of faces or divisions
-    int64_t ns[PARTS];
-    double most; // of one call, for each of its faces or divisions [ns]
-} Cost;
-
-static void follow(World *world, Cost *cost, bool divided, bool came, int64_t begin)
+// Each tick at its least over some repeats, which do the same work: the whole of it, and what is
+// left to be reconstructed after the blade has stopped.
+static void draw_blade(Bench *bench, const char *name, World *world, int cells, double size)
 {
-    CutModel *model = world->model;
-    TopologyChange change;
-    cut_masses_follow(&model->masses, divided);
-    int64_t end = clock_now_ns();
-    cost->ns[MASSES] += end - begin;
-    cut_windows_update(&model->windows);
-    begin = clock_now_ns();
-    cost->ns[WINDOWS] += begin - end;
-    cut_faces_follow(&model->faces, came, world->body, &change);
-    cut_lattice_forget_changes(&model->lattice);
-    cost->ns[FACES] += clock_now_ns() - begin;
-}
-
-static void break_row(World *world, Cost *cost, const int (*face)[2], int count)
-{
-    CutModel *model = world->model;
-    const int64_t start = clock_now_ns();
-    cut_lattice_break(&model->lattice, face, count);
-    int64_t begin = clock_now_ns();
-    cost->ns[LATTICE] += begin - start;
-    const bool came = cut_pieces_follow(&model->pieces, face, count);
-    const int64_t end = clock_now_ns();
-    cost->ns[PIECES] += end - begin;
-    follow(world, cost, false, came, end);
-    cost->count += count;
-    const double each = (double)(clock_now_ns() - start) / count;
-    cost->most = each > cost->most ? each : cost->most;
-}
-
-static void reconstruct(World *world, Cost *cost)
-{
-    CutModel *model = world->model;
-    const int64_t start = clock_now_ns();
-    const int divided = cut_lattice_reconstruct(&model->lattice);
-    const int64_t end = clock_now_ns();
-    cost->ns[LATTICE] += end - start;
-    if (divided == 0)
-        return;
-    follow(world, cost, true, false, end);
-    cost->count += divided;
-    const double each = (double)(clock_now_ns() - start) / divided;
-    cost->most = each > cost->most ? each : cost->most;
-}
-
-// Rows of faces in the middle plane, half way, each broken and then all that it asks for divided.
-static void cut_half(World *world, int cells, Cost *broken, Cost *divided)
-{
-    const CutLattice *lattice = &world->model->lattice;
-    int(*face)[2] = malloc((size_t)cells * sizeof *face);
-    for (int row = 0; row < cells / 2; row++) {
-        for (int k = 0; k < cells; k++) {
-            face[k][0] = cut_lattice_cell(lattice, cells / 2 - 1, row, k);
-            face[k][1] = 0;
+    Sim *sim = world->sim;
+    const double speed = 0.05, half = 0.5 * cells * size;
+    const int moving = (int)(half / speed * RATE) + 40, ticks = moving + 200;
+    const int repeats = bench->quick ? 1 : 3;
+    double *us = malloc((size_t)ticks * sizeof *us);
+    ASSERT(us != NULL);
+    int pieces = 1;
+    int64_t elements = 0;
+    for (int r = 0; r < repeats; r++) {
+        sim_reset(sim);
+        for (int i = 0; i < ticks; i++) {
+            double y = -half - 0.0017 + fmin(i, moving) * speed / RATE;
+            ToolPose pose = {.position = {0.0007, y, -half - 0.005},
+                             .orientation = {1.0, 0.0, 0.0, 0.0},
+                             .active = true};
+            sim_apply_pose(sim, 0, &pose, false);
+            int64_t begin = clock_thread_ns();
+            sim_step(sim);
+            double spent = 1e-3 * (double)(clock_thread_ns() - begin);
+            us[i] = r == 0 || spent < us[i] ? spent : us[i];
         }
-        break_row(world, broken, (const int(*)[2])face, cells);
-        while (lattice->wanted_count > 0)
-            reconstruct(world, divided);
+        pieces = sim_pieces(sim, 0);
+        elements = sim_body(sim, 0)->element_count;
     }
-    free(face);
-}
-
-static void print_cost(Bench *bench, const char *name, int size, const Cost *cost)
-{
-    int64_t total = 0;
-    char metric[64];
-    for (int part = 0; part < PARTS; part++) {
-        total += cost->ns[part];
-        snprintf(metric, sizeof metric, "%s_each", PART_NAME[part]);
-        bench_row(bench, name, size, metric, 1e-3 * (double)cost->ns[part] / cost->count, "us");
-    }
-    bench_row(bench, name, size, "each", 1e-3 * (double)total / cost->count, "us");
-    bench_row(bench, name, size, "each_worst_call", 1e-3 * cost->most, "us");
-    bench_row(bench, name, size, "count", cost->count, "");
-}
-
-static void run_parts(Bench *bench, int cells)
-{
-    if (!bench_wants(bench, "cut_face") && !bench_wants(bench, "cut_division"))
-        return;
-    Status status = {0};
-    World world;
-    Cost broken = {0}, divided = {0};
-    // Minimum over repeats: the one that was disturbed least.
-    for (int repeat = 0; repeat < (bench->quick ? 1 : 9); repeat++) {
-        Cost of_faces = {0}, of_divisions = {0};
-        if (!world_create(&world, cells, bench->isa, &status)) {
-            bench_fail(bench, "cut_face", status.text);
-            return;
-        }
-        cut_half(&world, cells, &of_faces, &of_divisions);
-        for (int part = 0; part < PARTS; part++) {
-            if (repeat == 0 || of_faces.ns[part] < broken.ns[part])
-                broken.ns[part] = of_faces.ns[part];
-            if (repeat == 0 || of_divisions.ns[part] < divided.ns[part])
-                divided.ns[part] = of_divisions.ns[part];
-        }
-        broken.most = repeat == 0 || of_faces.most < broken.most ? of_faces.most : broken.most;
-        divided.most =
-            repeat == 0 || of_divisions.most < divided.most ? of_divisions.most : divided.most;
-        broken.count = of_faces.count;
-        divided.count = of_divisions.count;
-        world_destroy(&world);
-    }
-    print_cost(bench, "cut_face", cells, &broken);
-    print_cost(bench, "cut_division", cells, &divided);
-}
-
-// --- ticks with a blade ---
-
-static void move_blade(World *world, double way, double depth, bool active)
-{
-    const ToolPose pose = {.utime = (int64_t)(1e6 * way / 0.05),
-                           .position = {1e-4, -0.5 * SIZE * 32 - 0.002 + way, depth},
-                           .orientation = {1.0, 0.0, 0.0, 0.0},
-                           .active = active};
-    sim_apply_pose(world->sim, 0, &pose, true);
-}
-
-// 50 mm/s through the upper half.
-static void run_stroke(Bench *bench, int cells)
-{
-    const char *name = "cut_tick";
-    if (!bench_wants(bench, name))
-        return;
-    Status status = {0};
-    World world;
-    if (!world_create(&world, cells, bench->isa, &status)) {
-        bench_fail(bench, name, status.text);
-        return;
-    }
-    const int ticks = (int)((SIZE * cells + 0.004) / 0.05 * RATE) / (bench->quick ? 20 : 1);
-    double *us = malloc((size_t)(ticks + 1) * sizeof *us), without = 0.0;
-    for (int tick = 0; tick < 50; tick++) {
-        const int64_t begin = clock_now_ns();
-        sim_step(world.sim);
-        const double took = 1e-3 * (double)(clock_now_ns() - begin);
-        without = tick == 0 || took < without ? took : without;
-    }
-    for (int tick = 0; tick < ticks; tick++) {
-        move_blade(&world, 0.05 * (tick + 1) / RATE, 0.0, true);
-        const int64_t begin = clock_now_ns();
-        sim_step(world.sim);
-        us[tick] = 1e-3 * (double)(clock_now_ns() - begin);
-    }
-    bench_sort(us, ticks);
-    const CutModel *model = world.model;
-    bench_row(bench, name, cells, "without_blade_min", without, "us");
-    bench_row(bench, name, cells, "median", us[ticks / 2], "us");
-    bench_row(bench, name, cells, "p99", us[ticks * 99 / 100], "us");
-    bench_row(bench, name, cells, "worst", us[ticks - 1], "us");
-    bench_row(bench, name, cells, "elements", model->lattice.leaf_count, "");
-    bench_row(bench, name, cells, "vertices", cut_lattice_used(&model->lattice), "");
+    row_quantiles(bench, name, cells, us, ticks);
+    bench_row(bench, name, cells, "pieces", pieces, "1");
+    bench_row(bench, name, cells, "elements_after", (double)elements, "1");
     free(us);
+}
+
+static void run_blade(Bench *bench, const char *name)
+{
+    int cells = bench->quick ? 12 : 32;
+    double size = 0.1 / cells;
+    char text[1024];
+    Scene scene = {0};
+    World world = {0};
+    Status status = {0};
+    snprintf(text, sizeof text,
+             "name = \"bench\";\nrate_hz = %g;\n"
+             "bodies = ( { name = \"cube\";  model = \"voxel\";  levels = 2;  cuttable = true;\n"
+             "    voxels = { generator = \"box\";  count = %d;  size = %.9g; };\n"
+             "    material = { youngs_modulus = 1.0e4;  density = 1000.0; };\n"
+             "    fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.0499]); } ); } );\n"
+             "tools = ( { id = 1;  kind = \"blade\";\n"
+             "    edge = ([0.0, 0.0, 0.0], [0.0, 0.0, 0.11]); } );\n",
+             RATE, cells, size);
+    if (!load(text, &scene, &world, &status))
+        bench_fail(bench, name, status.text);
+    else if (sim_body(world.sim, 0)->ops->cut == NULL)
+        bench_skip(bench, name, "voxel bodies cannot be cut in this build");
+    else
+        draw_blade(bench, name, &world, cells, size);
     world_destroy(&world);
+    scene_destroy(&scene);
+}
+
+// --- cut messages ---
+
+// A cut of 75 mm across a body, each after a RESET: from the message to the cut body.
+static void run_message(Bench *bench, const char *name, const char *body)
+{
+    char text[1024];
+    Scene scene = {0};
+    World world = {0};
+    Status status = {0};
+    snprintf(text, sizeof text, "name = \"bench\";\nrate_hz = %g;\nbodies = ( %s );\n", RATE, body);
+    if (!load(text, &scene, &world, &status)) {
+        bench_fail(bench, name, status.text);
+    } else if (sim_body(world.sim, 0)->ops->cut == NULL) {
+        bench_skip(bench, name, "this body cannot be cut in this build");
+    } else {
+        Sim *sim = world.sim;
+        Samples samples = {0};
+        CutOutcome sum = {0};
+        char why[192];
+        for (int i = 0; i < (bench->quick ? 2 : 20); i++) {
+            double x = 0.0011 + 0.0007 * i;
+            CutOptions cut = {.body = 0,
+                              .before = {{{x, -0.0375, -0.06}, {x, -0.0375, 0.06}}},
+                              .after = {{{x, 0.0375, -0.06}, {x, 0.0375, 0.06}}}};
+            sim_reset(sim);
+            sim_step(sim);
+            int64_t begin = clock_thread_ns();
+            bool made = sim_apply_cut(sim, &cut, &sum, why, sizeof why);
+            samples_add(&samples, 1e-3 * (double)(clock_thread_ns() - begin));
+            if (!made)
+                bench_fail(bench, name, why);
+        }
+        int nodes = sim_body(sim, 0)->mesh.node_count;
+        bench_row(bench, name, nodes, "us_cut", samples_min(&samples), "us");
+        bench_row(bench, name, nodes, "us_cut_median", samples_median(&samples), "us");
+        bench_row(bench, name, nodes, "links", sum.separated, "1");
+    }
+    world_destroy(&world);
+    scene_destroy(&scene);
+}
+
+// --- live ---
+
+// Random sweeps through both bodies in turn.
+static bool write_sweeps(char *path, size_t size, int count)
+{
+    char *text = malloc((size_t)count * 192 + 1);
+    ASSERT(text != NULL);
+    size_t used = 0;
+    text[0] = '\0';
+    srand(17);
+    for (int i = 0; i < count; i++) {
+        // The two ends go nearly the same way: few sweeps are too twisted.
+        double end[12], way[3];
+        for (int k = 0; k < 3; k++)
+            way[k] = 0.08 * (2.0 * rand() / RAND_MAX - 1.0);
+        for (int k = 0; k < 6; k++) {
+            end[k] = 0.04 * (2.0 * rand() / RAND_MAX - 1.0) + (k % 3 == 0 && i % 2 ? 0.2 : 0.0);
+            end[k + 6] = end[k] + way[k % 3] + 0.01 * (2.0 * rand() / RAND_MAX - 1.0);
+        }
+        used += (size_t)snprintf(text + used, 192,
+                                 "lift\n%.5f %.5f %.5f %.5f %.5f %.5f\n"
+                                 "%.5f %.5f %.5f %.5f %.5f %.5f\n",
+                                 end[0], end[1], end[2], end[3], end[4], end[5], end[6], end[7],
+                                 end[8], end[9], end[10], end[11]);
+    }
+    bool whole = daemon_write_scene(text, path, size);
+    free(text);
+    return whole;
+}
+
+static void run_live(Bench *bench, const char *name)
+{
+    enum { A_SECOND = 100 };
+    static const char scene[] =
+        "name = \"bench\";\nrate_hz = 1000.0;\n"
+        "bodies = ( { name = \"cube\";  model = \"voxel\";  levels = 1;  cuttable = true;\n"
+        "    voxels = { generator = \"box\";  count = 12;  size = 0.005; };\n"
+        "    fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.029]); } ); },\n"
+        "  { name = \"ball\";  model = \"surface\";  levels = 1;  cuttable = true;  shape = {};\n"
+        "    mesh = { generator = \"ico_sphere\";  nodes = 642;  radius = 0.03;\n"
+        "             place = { translation = [0.2, 0.0, 0.0]; }; }; } );\n"
+        "tools = ( { id = 1;  kind = \"probe\";\n"
+        "    capsules = ( { from = [0.0, 0.0, 0.0];  radius = 0.008; } ); } );\n";
+    int seconds = bench->quick ? 1 : 10;
+    char path[64], beside[256];
+    const char *why;
+    DaemonRun run;
+    if (!write_sweeps(path, sizeof path, seconds * A_SECOND)) {
+        bench_fail(bench, name, "cannot write the sweeps");
+        return;
+    }
+    snprintf(beside, sizeof beside,
+             "\"$BIN/pliant-cut\" --quiet --rate %d --file %s & "
+             "\"$BIN/pliant-probe\" --press 0,0,0.045 --depth 0.02 --repeat %d --hold 0.2 "
+             "--speed 0.1 & wait",
+             A_SECOND, path, seconds);
+    switch (daemon_run_beside(scene, seconds + 2, beside, &run, &why)) {
+    case DAEMON_SKIPPED:
+        bench_skip(bench, name, why);
+        break;
+    case DAEMON_FAILED:
+        bench_fail(bench, name, why);
+        break;
+    case DAEMON_DONE:
+        bench_row(bench, name, 0, "cuts_a_second", A_SECOND, "1/s");
+        bench_row(bench, name, 0, "ticks", run.ticks, "1");
+        bench_row(bench, name, 0, "late_ticks", run.late_ticks, "1");
+        bench_row(bench, name, 0, "wall_us_step_p50", run.step[0], "us");
+        bench_row(bench, name, 0, "wall_us_step_p99", run.step[1], "us");
+        bench_row(bench, name, 0, "wall_us_step_max", run.step[3], "us");
+    }
+    unlink(path);
 }
 
 void bench_cuts(Bench *bench)
 {
-    run_parts(bench, 32);
-    run_stroke(bench, 32);
+    static const struct {
+        const char *name, *body;
+    } messages[] = {
+        {"cut.surface.sphere",
+         "{ name = \"ball\";  model = \"surface\";  levels = 2;  cuttable = true;  shape = {};\n"
+         "  mesh = { generator = \"ico_sphere\";  nodes = 162;  radius = 0.05; }; }"},
+        {"cut.surface.sheet",
+         "{ name = \"sheet\";  model = \"surface\";  levels = 2;  cuttable = true;  shape = {};\n"
+         "  mesh = { generator = \"sheet\";  columns = 17;  rows = 17;  width = 0.1;\n"
+         "           height = 0.1; }; }"},
+        {"cut.voxel.cube", "{ name = \"cube\";  model = \"voxel\";  levels = 2;  cuttable = true;\n"
+                           "  voxels = { generator = \"box\";  count = 16;  size = 0.00625; }; }"},
+    };
+    if (bench_wants(bench, "cut.voxel.blade"))
+        run_blade(bench, "cut.voxel.blade");
+    for (size_t k = 0; k < sizeof messages / sizeof *messages; k++)
+        if (bench_wants(bench, messages[k].name))
+            run_message(bench, messages[k].name, messages[k].body);
+    if (bench_wants(bench, "live.cuts"))
+        run_live(bench, "live.cuts");
 }

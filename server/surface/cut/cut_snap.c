@@ -57,7 +57,7 @@ static Turn fan_start(const Level *level, Turn from, bool *closed)
 // The nearest point of the sweep, and the normal of the triangle that it is on.
 static Vec3 nearest_on_sweep(const BladeEdge *edge, int edges, Vec3 point, Vec3 *normal)
 {
-    double nearest = INFINITY;
+    double nearest = HUGE_VAL;
     Vec3 place = point;
     *normal = vec3(0.0, 0.0, 0.0);
     for (int k = 0; k + 1 < edges; k++) {
@@ -178,7 +178,7 @@ static bool map_to_rest(const CutSnapInput *input, const int *work, const CutSna
 // Smallest angle of a triangle [rad].
 static double smallest_angle(const Vec3 x[3])
 {
-    double smallest = INFINITY;
+    double smallest = HUGE_VAL;
     for (int k = 0; k < 3; k++) {
         Vec3 a = vec3_sub(x[(k + 1) % 3], x[k]), b = vec3_sub(x[(k + 2) % 3], x[k]);
         double angle = atan2(vec3_length(vec3_cross(a, b)), vec3_dot(a, b));
@@ -214,6 +214,61 @@ static bool is_allowed(const CutSnapInput *input, const int *work, const CutSnap
     return true;
 }
 
+// --- what was met stays met ---
+
+// Whether a half link of a face is met an odd number of times or not before and after, bit k;
+// false: not known.
+static bool halves_that_change(const CutSnapInput *input, const int *work, const CutSnap *moved,
+                               Turn at, Vec3 move, int *changes)
+{
+    const Level *level = input->finder->level;
+    Vec3 x[2][3];
+    for (int k = 0; k < 3; k++) {
+        int mark = work[vertex_at(level, at.face, k)];
+        x[0][k] = input->tissue->position[input->tissue->corner[at.face][k]];
+        if (mark > 0)
+            x[0][k] = vec3_add(x[0][k], moved[mark - 1].move);
+        x[1][k] = k == at.corner ? vec3_add(x[0][k], move) : x[0][k];
+    }
+    *changes = 0;
+    for (int k = 0; k < 3; k++) {
+        int count[2];
+        for (int i = 0; i < 2; i++) {
+            Vec3 centroid = vec3_scale(1.0 / 3.0, vec3_add(vec3_add(x[i][0], x[i][1]), x[i][2]));
+            Vec3 middle = vec3_scale(0.5, vec3_add(x[i][k], x[i][(k + 1) % 3]));
+            count[i] = cut_find_half(input->finder, input->edge, input->edges, centroid, middle);
+            if (count[i] == CUT_DEGENERATE)
+                return false;
+        }
+        *changes |= (count[0] + count[1]) % 2 << k;
+    }
+    return true;
+}
+
+// A face whose centroid went over to the other side would be cut off when the command is repeated:
+// whether every link around the vertex is met as before.
+static bool keeps_links(const CutSnapInput *input, const int *work, const CutSnap *moved,
+                        Turn start, bool closed, Vec3 move)
+{
+    Turn at = start;
+    int carried = 0, first = 0;
+    do {
+        int changes;
+        if (!halves_that_change(input, work, moved, at, move, &changes))
+            return false;
+        int here = changes >> at.corner & 1;
+        if (changes >> (at.corner + 1) % 3 & 1)
+            return false;
+        if (at.face == start.face)
+            first = here;
+        else if (here != carried)
+            return false;
+        carried = changes >> (at.corner + 2) % 3 & 1;
+        at = turn_from(input->finder->level, at, 1);
+    } while (at.face >= 0 && at.face != start.face);
+    return !closed || carried == first;
+}
+
 // --- all of it ---
 
 // Whether all faces around are leaves, with whole links.
@@ -246,7 +301,8 @@ static bool snap_vertex(const CutSnapInput *input, const int *work, const CutSna
         return false;
     double share = length > most ? most / length : 1.0;
     for (int halved = 0; halved <= 2; halved++, share *= 0.5) {
-        if (!is_allowed(input, work, moved, start, vec3_scale(share, rest)))
+        if (!is_allowed(input, work, moved, start, vec3_scale(share, rest)) ||
+            !keeps_links(input, work, moved, start, closed, vec3_scale(share, way)))
             continue;
         snap->rest = vec3_scale(share, rest);
         snap->move = vec3_scale(share, way);

@@ -48,17 +48,15 @@ static Vec3 turn_out(const SurfaceModel *model, Vec3 v)
     return model->basis.displaced ? quat_rotate(model->basis.frame->turn, v) : v;
 }
 
-// Rest place of a node, on or off.
-static Vec3 place_of(const SurfaceModel *model, int node)
+// Rest place of a node of the uncut mesh when it does not hang.
+static Vec3 true_place(const SurfaceModel *model, int node)
 {
-    const Detail *detail = model->detail;
-    return detail->status[node] != NODE_OFF
-               ? model_place(model, model->slot[node])
-               : vec3_sub(detail->levels.position[node], model->basis.rest_origin);
+    return vec3_sub(model->detail->levels.position[node], model->basis.rest_origin);
 }
 
-// In the world; of a node that is off, where dividing faces down to it would put it (as
-// detail_give_birth does). Found out once a look.
+// In the world; of a node that is off, or hangs, where dividing the faces around it would put it
+// (as detail_give_birth and detail_release do). So refining changes nothing that a blade can see.
+// Found out once a look.
 static Vec3 position_of(SurfaceModel *model, int node)
 {
     Detail *detail = model->detail;
@@ -68,11 +66,14 @@ static Vec3 position_of(SurfaceModel *model, int node)
     Vec3 x;
     if (detail->status[node] != NODE_OFF) {
         rows_read(&model->basis, model->rows[model->current], model->slot[node], &x, NULL);
+        if (detail->status[node] == NODE_HANGING)
+            x = vec3_add(x, turn_out(model, vec3_sub(true_place(model, node),
+                                                     model_place(model, model->slot[node]))));
     } else {
         int parent[2];
         levels_parents(&detail->levels, node, parent);
-        Vec3 a = place_of(model, parent[0]), b = place_of(model, parent[1]);
-        Vec3 step = vec3_sub(place_of(model, node), vec3_scale(0.5, vec3_add(a, b)));
+        Vec3 a = true_place(model, parent[0]), b = true_place(model, parent[1]);
+        Vec3 step = vec3_sub(true_place(model, node), vec3_scale(0.5, vec3_add(a, b)));
         a = position_of(model, parent[0]), b = position_of(model, parent[1]);
         x = vec3_add(vec3_scale(0.5, vec3_add(a, b)), turn_out(model, step));
     }
@@ -181,6 +182,27 @@ static void move_vertex(SurfaceModel *model, const CutSnap *snap)
 
 // --- cuts ---
 
+// A change begins with a fit of the body's frame; if nothing comes of it the next fit starts from
+// where this one did, so that asking leaves no trace.
+typedef struct FrameStart {
+    double rotation[4];
+} FrameStart;
+
+static FrameStart begin(SurfaceModel *model)
+{
+    FrameStart start = {{0.0}};
+    if (model->basis.rigid != NULL)
+        memcpy(start.rotation, model->basis.rigid->rotation, sizeof start.rotation);
+    detail_begin_change(model);
+    return start;
+}
+
+static void take_back(SurfaceModel *model, const FrameStart *start)
+{
+    if (model->basis.rigid != NULL)
+        memcpy(model->basis.rigid->rotation, start->rotation, sizeof start->rotation);
+}
+
 static void describe(const DetailCut *cut, CutOutcome *outcome)
 {
     outcome->pieces = cut->piece_count;
@@ -219,7 +241,7 @@ bool detail_blade_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome,
     int snaps = 0;
     *outcome = (CutOutcome){.verdict = CUT_MET_NOTHING};
     describe(cut, outcome);
-    detail_begin_change(model);
+    FrameStart start = begin(model);
     look_around(model, edge, 2, CUT_FIND_MARGIN * finder->h, &tissue);
     if (whole) {
         outcome->verdict = cut_find_whole(finder, &tissue, edge, 2);
@@ -228,8 +250,10 @@ bool detail_blade_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome,
     } else {
         outcome->verdict = cut_find_tick(finder, &tissue, sweep);
     }
-    if (outcome->verdict != CUT_DONE)
+    if (outcome->verdict != CUT_DONE) {
+        take_back(model, &start);
         return false;
+    }
     if (whole) {
         CutSnapInput input = {.finder = finder,
                               .tissue = &tissue,
@@ -238,9 +262,13 @@ bool detail_blade_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome,
                               .built = cut->built,
                               .rest = detail->levels.position,
                               .fixed = detail->fixed};
+
         snaps = cut_snap(&input, cut->snap_work, cut->snap);
     }
-    return break_found(body, cut->snap, snaps, outcome, change);
+    bool broken = break_found(body, cut->snap, snaps, outcome, change);
+    if (!broken)
+        take_back(model, &start);
+    return broken;
 }
 
 void detail_blade_reserve(void *self, int blades, Arena *arena, StateList *state)

@@ -50,7 +50,7 @@ static void create_look(Detail *detail, const SurfaceOptions *options, Arena *ar
     const Level *finest = &detail->levels.level[detail->finest];
     int nodes = cut->base_count + cut->copy_capacity;
     cut->bulge = measure_bulge(&detail->levels);
-    cut_find_create(&cut->finder, finest, cut->built[0], mean_edge(finest, cut->built),
+    cut_find_create(&cut->finder, &cut->uncut, cut->built[0], mean_edge(finest, cut->built),
                     options->name, arena);
     cut->seen = ALLOCATE(nodes, int64_t, "looks at cut nodes");
     cut->position = ALLOCATE(nodes, Vec3, "places of cut nodes");
@@ -69,6 +69,7 @@ void detail_cut_create(Detail *detail, const SurfaceOptions *options, Arena *are
     DetailCut *cut = detail->cut = ALLOCATE(1, DetailCut, "cut");
     cut->base_count = finest->node_count;
     cut->copy_capacity = choose_copies(options, finest->node_count);
+    cut->uncut = *finest;
     cut->base = (const int(*)[3])finest->face;
     cut->node = ALLOCATE(faces, *cut->node, "cut corners");
     memcpy(cut->node, finest->face, faces * sizeof *cut->node);

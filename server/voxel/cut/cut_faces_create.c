@@ -150,6 +150,7 @@ bool cut_faces_derive(CutFaces *faces, Body *body)
     }
     for (int s = 0; s < *faces->shown; s++)
         cut_faces_join_square(faces, s);
+    // All of them, each once, whatever entering squares has touched.
     for (int v = 0; v < faces->vertex_count; v++)
         cut_faces_touch(faces, v);
     cut_faces_settle_touched(faces);

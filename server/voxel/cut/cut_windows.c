@@ -403,3 +403,48 @@ double cut_windows_energy(const CutWindows *windows, const VoxelKernels *kernels
         }
     return total;
 }
+
+void cut_windows_stress(const CutWindows *windows, const VoxelKernels *kernels,
+                        const VoxelPass *given, double limit, int half, uint16_t *high)
+{
+    VoxelPass pass = complete_pass(windows, given);
+    for (int kind = 0; kind < BATCH_KINDS; kind++)
+        for (int k = runs_begin(windows, kind, half); k < runs_end(windows, kind, half); k++) {
+            RunView view;
+            const BatchRun run = windows->run[k];
+            view_run(windows, kind, run, &pass, &view);
+            kernels->stress(&pass, limit,
+                            high + run.first + (kind == BATCH_PLAIN ? 0 : windows->capacity[0]));
+        }
+}
+
+static bool any_high(const CutWindows *windows, const BatchRange *range, const uint16_t *high)
+{
+    unsigned any = 0;
+    for (int kind = 0; kind < BATCH_KINDS; kind++) {
+        const int first = range->first[kind] + (kind == BATCH_PLAIN ? 0 : windows->capacity[0]);
+        for (int b = 0; b < range->used[kind]; b++)
+            any |= high[first + b];
+    }
+    return any != 0;
+}
+
+int cut_windows_stressed(const CutWindows *windows, const uint16_t *high, int *element)
+{
+    int count = 0;
+    for (int g = 0; g < windows->group_count; g++) {
+        const WindowGroup *own = &windows->group[g];
+        const bool mixed = any_high(windows, &windows->mixed[g], high);
+        for (int w = own->first; w < own->end; w++) {
+            if (!mixed && !any_high(windows, &windows->full[w], high))
+                continue;
+            const CutWindow *window = &windows->lattice->window[w];
+            for (int e = window->first; e < window->end; e++) {
+                const int place = windows->place[e];
+                if (place >= 0 && (high[place / LANES] >> place % LANES & 1))
+                    element[count++] = e;
+            }
+        }
+    }
+    return count;
+}

@@ -109,6 +109,12 @@ void cut_windows_evaluate(const CutWindows *windows, const VoxelKernels *kernels
                           const VoxelPass *pass, int half);
 double cut_windows_energy(const CutWindows *windows, const VoxelKernels *kernels,
                           const VoxelPass *pass);
+// Which lanes are under more stress than `limit` [Pa], as kernels->stress tells them, of one half
+// or all; high [capacity of both kinds] belongs to the caller. Halves may be done at a time.
+void cut_windows_stress(const CutWindows *windows, const VoxelKernels *kernels,
+                        const VoxelPass *pass, double limit, int half, uint16_t *high);
+// The leaves in those lanes, ascending, into element [leaves]; returns how many.
+int cut_windows_stressed(const CutWindows *windows, const uint16_t *high, int *element);
 // Batches in use.
 int cut_windows_count(const CutWindows *windows, int kind);
 

@@ -1,0 +1,555 @@
+// Conjugate gradients on a patch, for three directions of the tool at once, a few steps a tick.
+// Step thread, but for stiffness_create.
+#include "dynamics/stiffness.h"
+
+#include "dynamics/contact_data.h"
+
+#include <string.h>
+
+static const double RATE = 60.0;        // estimates of a contact a second, at most [Hz]
+static const double TIME = 0.1;         // t [s]: what a hand does in less is not the body's to say
+static const double WIDTH = 0.02;       // the patch's radius [m], at least; 2.5 radii, two faces
+static const double ENOUGH = 1e-3;      // of the residual
+static const double SHARE = 0.04;       // of a tick, about, where a block takes BLOCK_TIME
+static const double BLOCK_TIME = 12e-9; // [s]
+static const double SHRINK = 0.8;       // of the radius, when a patch does not fit
+
+enum {
+    STEPS = 30, // of conjugate gradients, at most
+    SPRINGS = 1024,
+};
+
+typedef enum Phase { PHASE_IDLE, PHASE_GATHER, PHASE_SOLVE } Phase;
+
+// What is known of one contact. The last solution is where the next one starts.
+typedef struct Estimate {
+    bool valid;
+    ContactStiffness stiffness;
+    int64_t begun;       // tick of the last start, plus 1; 0: never
+    int count;           // of `node` and `moved`
+    int *node;           // [PATCH_NODES]
+    PatchColumns *moved; // [PATCH_NODES] of a node, by the tool's direction
+} Estimate;
+
+struct StiffnessEstimator {
+    Contact *const *contact;
+    int count;
+    int period;         // ticks between two estimates of a contact
+    int budget;         // blocks a tick
+    Estimate *estimate; // [count]
+    Patch *patch;
+
+    // --- the one under way ---
+    Phase phase;
+    int at;         // contact
+    int next_block; // of the product under way
+    bool failed;    // what is under way is not positive
+    int topology;   // of its body when it began
+    int spring_count, step_count;
+    ContactSpring spring[SPRINGS];
+    double kc[6], yield[6];         // sums over the springs, along and sideways
+    Vec3 normal;                    // mean
+    double inverse[PATCH_NODES][6]; // of the diagonal blocks
+    PatchColumns u[PATCH_NODES], r[PATCH_NODES], d[PATCH_NODES], q[PATCH_NODES], b[PATCH_NODES];
+    double size[3]; // r . z of each direction
+    double first[3];
+};
+
+static int places_of(const Body *body)
+{
+    int surface = body->surface.node_count;
+    return surface > body->state_capacity ? surface : body->state_capacity;
+}
+
+static bool can_tell(const Contact *contact)
+{
+    return contact->body->ops->gather_patch != NULL && !contact->is_plane &&
+           contact->tool->kind != TOOL_STATIC;
+}
+
+StiffnessEstimator *stiffness_create(Contact *const *contact, int count, double tick, Arena *arena)
+{
+    int places = 0;
+    for (int i = 0; i < count; i++)
+        if (can_tell(contact[i]) && places_of(contact[i]->body) > places)
+            places = places_of(contact[i]->body);
+    if (places == 0)
+        return NULL;
+    StiffnessEstimator *all =
+        arena_allocate(arena, ARENA_CONTACT, 1, sizeof *all, "stiffness/estimator");
+    all->contact = contact;
+    all->count = count;
+    all->period = (int)fmax(1.0, ceil(1.0 / RATE / tick - 1e-9));
+    all->budget = (int)fmin(1e6, ceil(SHARE * tick / BLOCK_TIME));
+    all->patch = patch_create(places, "stiffness", arena);
+    all->estimate = arena_allocate(arena, ARENA_CONTACT, (size_t)count, sizeof *all->estimate,
+                                   "stiffness/estimates");
+    for (int i = 0; i < count; i++) {
+        if (!can_tell(contact[i]))
+            continue;
+        Estimate *estimate = &all->estimate[i];
+        estimate->node = arena_allocate(arena, ARENA_CONTACT, PATCH_NODES, sizeof *estimate->node,
+                                        "stiffness/nodes");
+        estimate->moved = arena_allocate(arena, ARENA_CONTACT, PATCH_NODES, sizeof *estimate->moved,
+                                         "stiffness/solution");
+    }
+    return all;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Small symmetric matrices: xx yy zz yz zx xy
+
+static void add_outer(double k[6], double s, Vec3 a, Vec3 b)
+{
+    k[0] += s * a.x * b.x;
+    k[1] += s * a.y * b.y;
+    k[2] += s * a.z * b.z;
+    k[3] += 0.5 * s * (a.y * b.z + a.z * b.y);
+    k[4] += 0.5 * s * (a.z * b.x + a.x * b.z);
+    k[5] += 0.5 * s * (a.x * b.y + a.y * b.x);
+}
+
+static Vec3 times(const double k[6], Vec3 x)
+{
+    return vec3(k[0] * x.x + k[5] * x.y + k[4] * x.z, k[5] * x.x + k[1] * x.y + k[3] * x.z,
+                k[4] * x.x + k[3] * x.y + k[2] * x.z);
+}
+
+static void invert(const double k[6], double out[6])
+{
+    double xx = k[1] * k[2] - k[3] * k[3], yy = k[2] * k[0] - k[4] * k[4],
+           zz = k[0] * k[1] - k[5] * k[5], yz = k[4] * k[5] - k[0] * k[3],
+           zx = k[5] * k[3] - k[1] * k[4], xy = k[3] * k[4] - k[2] * k[5];
+    double inverse = 1.0 / (k[0] * xx + k[5] * xy + k[4] * zx);
+    const double adjugate[6] = {xx, yy, zz, yz, zx, xy};
+    for (int i = 0; i < 6; i++)
+        out[i] = inverse * adjugate[i];
+}
+
+// Roots of the characteristic polynomial by the cosine of a third of an angle (Smith 1961).
+void stiffness_eigenvalues(const double k[6], double *least, double *most)
+{
+    double mean = (k[0] + k[1] + k[2]) / 3.0;
+    double a = k[0] - mean, b = k[1] - mean, c = k[2] - mean;
+    double spread =
+        sqrt((a * a + b * b + c * c + 2.0 * (k[3] * k[3] + k[4] * k[4] + k[5] * k[5])) / 6.0);
+    double angle = 0.0;
+    if (spread > 0.0) {
+        double half = 0.5 *
+                      (a * (b * c - k[3] * k[3]) - k[5] * (k[5] * c - k[3] * k[4]) +
+                       k[4] * (k[5] * k[3] - b * k[4])) /
+                      (spread * spread * spread);
+        angle = acos(fmax(-1.0, fmin(1.0, half))) / 3.0;
+    }
+    *most = mean + 2.0 * spread * cos(angle);
+    *least = mean + 2.0 * spread * cos(angle + 2.0 * 3.14159265358979323846 / 3.0);
+}
+
+// ---------------------------------------------------------------------------------------------
+// The beginning
+
+static Vec3 spring_point(const Contact *contact, const ContactSpring *spring)
+{
+    Vec3 x[3], at = {0.0, 0.0, 0.0};
+    contact->body->ops->read_nodes(contact->body->model, spring->node, 3, x, NULL);
+    for (int k = 0; k < 3; k++)
+        at = vec3_madd(at, spring->weight[k], x[k]);
+    return at;
+}
+
+// The farthest from a point of where springs push.
+static Vec3 farthest_from(const StiffnessEstimator *all, const Contact *contact, Vec3 from)
+{
+    Vec3 best = from;
+    double most = -1.0;
+    for (int i = 0; i < all->spring_count; i++) {
+        Vec3 at = spring_point(contact, &all->spring[i]);
+        double far = vec3_length(vec3_sub(at, from));
+        if (far > most) {
+            most = far;
+            best = at;
+        }
+    }
+    return best;
+}
+
+// Around all that touches, by far enough that what is held does not matter much.
+static Region choose_region(const StiffnessEstimator *all, const Contact *contact)
+{
+    double edge = 0.0;
+    for (int i = 0; i < all->spring_count; i++) {
+        Vec3 x[3];
+        contact->body->ops->read_nodes(contact->body->model, all->spring[i].node, 3, x, NULL);
+        for (int k = 0; k < 3; k++)
+            edge = fmax(edge, vec3_length(vec3_sub(x[(k + 1) % 3], x[k])));
+    }
+    Region region = {.kind = REGION_CAPSULE};
+    region.from = farthest_from(all, contact, spring_point(contact, &all->spring[0]));
+    region.to = farthest_from(all, contact, region.from);
+    region.radius = fmax(WIDTH, fmax(2.5 * contact->largest_radius, 2.0 * edge));
+    return region;
+}
+
+// A spring gives way sideways where its point does not follow the tool: at a corner in every
+// direction, at an edge across it, inside a face in none.
+static void add_yield(const Contact *contact, const ContactSpring *spring, double yield[6])
+{
+    const Vec3 axis[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
+    Vec3 n = spring->normal, x[3];
+    int corners = 0, off = 0; // corners that carry the point; the last one that does not
+    for (int k = 0; k < 3; k++) {
+        corners += spring->weight[k] > 0.0;
+        off = spring->weight[k] > 0.0 ? off : k;
+    }
+    if (corners == 1) {
+        for (int c = 0; c < 3; c++)
+            add_outer(yield, spring->yield, axis[c], axis[c]);
+        add_outer(yield, -spring->yield, n, n);
+    } else if (corners == 2) {
+        contact->body->ops->read_nodes(contact->body->model, spring->node, 3, x, NULL);
+        Vec3 along = vec3_sub(x[(off + 2) % 3], x[(off + 1) % 3]);
+        Vec3 across = vec3_unit(vec3_cross(along, n));
+        add_outer(yield, spring->yield, across, across);
+    }
+}
+
+static bool is_touching(const Contact *contact)
+{
+    return contact_is_near(contact) && contact_sums(contact)->weight > 0.0;
+}
+
+// The next contact in turn whose time has come.
+static void begin_next(StiffnessEstimator *all, int64_t step)
+{
+    for (int k = 1; k <= all->count; k++) {
+        int at = (all->at + k) % all->count;
+        const Contact *contact = all->contact[at];
+        Estimate *estimate = &all->estimate[at];
+        if (estimate->node == NULL || !is_touching(contact) ||
+            (estimate->valid && step + 1 - estimate->begun < all->period))
+            continue;
+        all->spring_count = contact_springs(all->contact[at], all->spring, SPRINGS);
+        if (all->spring_count <= 0)
+            continue;
+        memset(all->kc, 0, sizeof all->kc);
+        memset(all->yield, 0, sizeof all->yield);
+        all->normal = (Vec3){0.0, 0.0, 0.0};
+        for (int i = 0; i < all->spring_count; i++) {
+            const ContactSpring *spring = &all->spring[i];
+            add_outer(all->kc, spring->stiffness, spring->normal, spring->normal);
+            add_yield(contact, spring, all->yield);
+            all->normal = vec3_madd(all->normal, spring->stiffness, spring->normal);
+        }
+        all->normal = vec3_unit(all->normal);
+        Region region = choose_region(all, contact);
+        patch_begin(all->patch, &region, TIME, false);
+        all->topology = contact->body->mesh.topology;
+        estimate->begun = step + 1;
+        all->at = at;
+        all->phase = PHASE_GATHER;
+        return;
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// The system
+
+// The nodes under a spring that move, with their shares.
+static int spring_carriers(const StiffnessEstimator *all, const ContactSpring *spring,
+                           short local[3 * PATCH_CARRIERS], double share[3 * PATCH_CARRIERS])
+{
+    int count = 0;
+    for (int k = 0; k < 3; k++) {
+        int more = patch_carriers(all->patch, spring->node[k], local + count, share + count);
+        for (int i = count; i < count + more; i++)
+            share[i] *= spring->weight[k];
+        count += more;
+    }
+    return count;
+}
+
+static void add_springs(StiffnessEstimator *all)
+{
+    memset(all->b, 0, (size_t)all->patch->node_count * sizeof *all->b);
+    for (int i = 0; i < all->spring_count; i++) {
+        const ContactSpring *spring = &all->spring[i];
+        const double k = spring->stiffness;
+        Vec3 n = spring->normal;
+        const double v[3] = {n.x, n.y, n.z};
+        short local[3 * PATCH_CARRIERS];
+        double share[3 * PATCH_CARRIERS], m[9];
+        int count = spring_carriers(all, spring, local, share);
+        for (int e = 0; e < 9; e++)
+            m[e] = k * v[e / 3] * v[e % 3];
+        patch_add_form(all->patch, count, local, share, m);
+        for (int e = 0; e < count; e++)
+            for (int c = 0; c < 3; c++)
+                all->b[local[e]].of[c] = vec3_madd(all->b[local[e]].of[c], share[e] * k * v[c], n);
+    }
+}
+
+static double dot(const StiffnessEstimator *all, const PatchColumns *a, const PatchColumns *b,
+                  int c, int e)
+{
+    double sum = 0.0;
+    for (int i = 0; i < all->patch->node_count; i++)
+        sum += vec3_dot(a[i].of[c], b[i].of[e]);
+    return sum;
+}
+
+// Nodes that the last solution knew start with it.
+static void warm_start(StiffnessEstimator *all)
+{
+    const Estimate *last = &all->estimate[all->at];
+    const Patch *patch = all->patch;
+    memset(all->u, 0, (size_t)patch->node_count * sizeof *all->u);
+    for (int i = 0; i < last->count; i++) {
+        int local = last->node[i] < patch->place_count ? patch->local[last->node[i]] : -1;
+        if (local >= 0)
+            all->u[local] = last->moved[i];
+    }
+}
+
+// d = z = P r, and r . z.
+static void precondition(StiffnessEstimator *all, double size[3])
+{
+    for (int c = 0; c < 3; c++)
+        size[c] = 0.0;
+    for (int i = 0; i < all->patch->node_count; i++)
+        for (int c = 0; c < 3; c++) {
+            all->q[i].of[c] = times(all->inverse[i], all->r[i].of[c]);
+            size[c] += vec3_dot(all->r[i].of[c], all->q[i].of[c]);
+        }
+}
+
+static void begin_solving(StiffnessEstimator *all)
+{
+    Patch *patch = all->patch;
+    add_springs(all);
+    if (patch->full) {
+        all->phase = PHASE_IDLE; // no room for what couples faces: not told
+        return;
+    }
+    for (int i = 0; i < patch->node_count; i++)
+        invert(patch->diagonal[i], all->inverse[i]);
+    // What zero would leave, to measure by.
+    memcpy(all->r, all->b, (size_t)patch->node_count * sizeof *all->r);
+    precondition(all, all->first);
+    warm_start(all);
+    patch_multiply(patch, all->u, all->q, 0, patch->block_count);
+    for (int c = 0; c < 3; c++) {
+        // A start that is worse than none: its energy u . A u / 2 - b . u is above zero.
+        bool worse = 0.5 * dot(all, all->u, all->q, c, c) - dot(all, all->b, all->u, c, c) > 0.0;
+        for (int i = 0; i < patch->node_count; i++) {
+            if (worse)
+                all->u[i].of[c] = all->q[i].of[c] = (Vec3){0.0, 0.0, 0.0};
+            all->r[i].of[c] = vec3_sub(all->b[i].of[c], all->q[i].of[c]);
+        }
+    }
+    precondition(all, all->size);
+    memcpy(all->d, all->q, (size_t)patch->node_count * sizeof *all->d);
+    all->step_count = all->next_block = 0;
+    all->failed = false;
+    all->phase = PHASE_SOLVE;
+}
+
+static bool is_solved(const StiffnessEstimator *all)
+{
+    for (int c = 0; c < 3; c++)
+        if (all->size[c] > ENOUGH * ENOUGH * all->first[c])
+            return false;
+    return true;
+}
+
+// One step of conjugate gradients, each direction by itself; q = A d is there.
+static void advance(StiffnessEstimator *all)
+{
+    const int count = all->patch->node_count;
+    double size[3];
+    all->next_block = 0;
+    for (int c = 0; c < 3; c++) {
+        double along = dot(all, all->d, all->q, c, c);
+        double alpha = along > 0.0 ? all->size[c] / along : 0.0;
+        all->failed |= along < 0.0 || all->size[c] < 0.0;
+        for (int i = 0; i < count; i++) {
+            all->u[i].of[c] = vec3_madd(all->u[i].of[c], alpha, all->d[i].of[c]);
+            all->r[i].of[c] = vec3_madd(all->r[i].of[c], -alpha, all->q[i].of[c]);
+        }
+    }
+    precondition(all, size);
+    for (int c = 0; c < 3; c++) {
+        double beta = all->size[c] > 0.0 ? size[c] / all->size[c] : 0.0;
+        for (int i = 0; i < count; i++)
+            all->d[i].of[c] = vec3_madd(all->q[i].of[c], beta, all->d[i].of[c]);
+        all->size[c] = size[c];
+    }
+    all->step_count++;
+}
+
+// ---------------------------------------------------------------------------------------------
+// The result
+
+// What the body's damping takes when it moves as slowly as the tool does: u^T C u, with C that of
+// the nodes and, of what connects them, the relaxation times its stiffness: u^T A u without the
+// nodes' own and the contact's share.
+static double find_damping(const StiffnessEstimator *all)
+{
+    const Patch *patch = all->patch;
+    const double n[3] = {all->normal.x, all->normal.y, all->normal.z};
+    double of_nodes = 0.0, inner = 0.0, alone = 0.0, contact = 0.0;
+    for (int i = 0; i < patch->node_count; i++) {
+        Vec3 u = {0.0, 0.0, 0.0}, au = u;
+        for (int c = 0; c < 3; c++) {
+            u = vec3_madd(u, n[c], all->u[i].of[c]);
+            au = vec3_madd(au, n[c], vec3_sub(all->b[i].of[c], all->r[i].of[c]));
+        }
+        of_nodes += patch->drag[i] * vec3_dot(u, u);
+        alone += patch->mass[i] * vec3_dot(u, u);
+        inner += vec3_dot(u, au);
+    }
+    for (int i = 0; i < all->spring_count; i++) {
+        short local[3 * PATCH_CARRIERS];
+        double share[3 * PATCH_CARRIERS], moved = 0.0;
+        int count = spring_carriers(all, &all->spring[i], local, share);
+        for (int e = 0; e < count; e++)
+            for (int c = 0; c < 3; c++)
+                moved += share[e] * n[c] * vec3_dot(all->spring[i].normal, all->u[local[e]].of[c]);
+        contact += all->spring[i].stiffness * moved * moved;
+    }
+    return of_nodes + patch->relaxation * fmax(0.0, inner - alone - contact);
+}
+
+// The nearest positive matrix whose eigenvalues are at most `limit`: by turning one pair of axes
+// after another until it is diagonal (Jacobi's method).
+static void clamp_eigenvalues(double k[6], double limit)
+{
+    double a[3][3] = {{k[0], k[5], k[4]}, {k[5], k[1], k[3]}, {k[4], k[3], k[2]}};
+    double v[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}; // axes as columns
+    for (int turn = 0; turn < 24; turn++) {
+        int p = turn % 3, q = (p + 1) % 3;
+        if (a[p][q] == 0.0)
+            continue;
+        double half = 0.5 * (a[q][q] - a[p][p]) / a[p][q];
+        double t = (half < 0.0 ? -1.0 : 1.0) / (fabs(half) + sqrt(half * half + 1.0));
+        double c = 1.0 / sqrt(t * t + 1.0), s = t * c;
+        for (int i = 0; i < 3; i++) {
+            double x = a[i][p], y = a[i][q];
+            a[i][p] = c * x - s * y, a[i][q] = s * x + c * y;
+            x = v[i][p], y = v[i][q];
+            v[i][p] = c * x - s * y, v[i][q] = s * x + c * y;
+        }
+        for (int i = 0; i < 3; i++) {
+            double x = a[p][i], y = a[q][i];
+            a[p][i] = c * x - s * y, a[q][i] = s * x + c * y;
+        }
+    }
+    memset(k, 0, 6 * sizeof *k);
+    for (int i = 0; i < 3; i++) {
+        Vec3 axis = {v[0][i], v[1][i], v[2][i]};
+        add_outer(k, fmin(limit, fmax(0.0, a[i][i])), axis, axis);
+    }
+}
+
+// For any u, solved or not, Kc - (B^T u + u^T B - u^T A u) = K + (u - A^-1 B)^T A (u - A^-1 B):
+// what is left of the residual makes it stiffer, never softer. B - A u = r.
+static void finish(StiffnessEstimator *all)
+{
+    Estimate *estimate = &all->estimate[all->at];
+    const Patch *patch = all->patch;
+    double *k = estimate->stiffness.k, least, most;
+    memcpy(k, all->kc, sizeof all->kc);
+    static const int pair[6][2] = {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {2, 0}, {0, 1}};
+    for (int e = 0; e < 6; e++) {
+        int c = pair[e][0], f = pair[e][1];
+        k[e] -= 0.5 * (dot(all, all->b, all->u, c, f) + dot(all, all->u, all->r, c, f) +
+                       dot(all, all->b, all->u, f, c) + dot(all, all->u, all->r, f, c));
+    }
+    for (int e = 0; e < 6; e++)
+        k[e] -= all->yield[e];
+    stiffness_eigenvalues(all->kc, &least, &most);
+    clamp_eigenvalues(k, most);
+    estimate->stiffness.damping = find_damping(all);
+    estimate->valid = true;
+    estimate->count = patch->node_count;
+    memcpy(estimate->node, patch->node, (size_t)patch->node_count * sizeof *patch->node);
+    memcpy(estimate->moved, all->u, (size_t)patch->node_count * sizeof *all->u);
+    all->phase = PHASE_IDLE;
+}
+
+// ---------------------------------------------------------------------------------------------
+
+static void gather(StiffnessEstimator *all)
+{
+    const Body *body = all->contact[all->at]->body;
+    Patch *patch = all->patch;
+    if (!body->ops->gather_patch(body->model, patch, all->budget))
+        return;
+    if (!patch->full) {
+        begin_solving(all);
+        return;
+    }
+    Region smaller = patch->region;
+    smaller.radius *= SHRINK;
+    patch_begin(patch, &smaller, patch->time, patch->tensed);
+}
+
+static void solve(StiffnessEstimator *all)
+{
+    const Patch *patch = all->patch;
+    for (int budget = all->budget; budget > 0;) {
+        if (all->failed) { // out of balance: compressed parts are about to give way
+            Region region = patch->region;
+            patch_begin(all->patch, &region, patch->time, true);
+            all->phase = PHASE_GATHER;
+            return;
+        }
+        if (all->step_count == STEPS || is_solved(all)) {
+            finish(all);
+            return;
+        }
+        int first = all->next_block, left = patch->block_count - first;
+        int last = first + (left < budget ? left : budget);
+        patch_multiply(patch, all->d, all->q, first, last);
+        all->next_block = last;
+        budget -= last - first;
+        if (last < patch->block_count)
+            return;
+        advance(all);
+        budget -= 4 * patch->node_count + 1; // the sums
+    }
+}
+
+void stiffness_step(StiffnessEstimator *all, int64_t step)
+{
+    for (int i = 0; i < all->count; i++)
+        if (all->estimate[i].valid && !is_touching(all->contact[i]))
+            all->estimate[i].valid = false;
+    if (all->phase != PHASE_IDLE) {
+        const Contact *contact = all->contact[all->at];
+        if (contact->body->mesh.topology != all->topology || !is_touching(contact)) {
+            all->estimate[all->at].count = 0;
+            all->phase = PHASE_IDLE;
+        }
+    }
+    if (all->phase == PHASE_IDLE)
+        begin_next(all, step);
+    else if (all->phase == PHASE_GATHER)
+        gather(all);
+    else
+        solve(all);
+}
+
+const ContactStiffness *stiffness_get(const StiffnessEstimator *all, int index)
+{
+    return all->estimate[index].valid ? &all->estimate[index].stiffness : NULL;
+}
+
+void stiffness_forget(StiffnessEstimator *all)
+{
+    all->phase = PHASE_IDLE;
+    for (int i = 0; i < all->count; i++) {
+        all->estimate[i].valid = false;
+        all->estimate[i].count = 0;
+        all->estimate[i].begun = 0;
+    }
+}

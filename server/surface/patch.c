@@ -1,0 +1,142 @@
+// The local stiffness of a surface body, for haptics (dynamics/patch.h): each spring with its
+// stiffness along itself, and across itself that of its tension. Step thread.
+#include "surface/detail/detail.h"
+#include "surface/model.h"
+
+static Vec3 position_of(const SurfaceModel *model, int slot)
+{
+    Vec3 x;
+    rows_read(&model->basis, model->rows[model->current], slot, &x, NULL);
+    return x;
+}
+
+static bool hangs(const SurfaceModel *model, int node)
+{
+    const Detail *detail = model->detail;
+    return detail != NULL && detail->constrained && detail->status[node] == NODE_HANGING;
+}
+
+// Free nodes of the region; the masses are of what the kernel knows by lane.
+static void add_nodes(const SurfaceModel *model, Patch *patch, int *budget)
+{
+    const NodeTable *nodes = &model->nodes;
+    const double damping_scale = model->parameters->damping_scale;
+    const RegionTest test = region_test(&patch->region);
+    for (; patch->next<model->basis.count && * budget> 0; patch->next++, --*budget) {
+        int slot = (int)patch->next, node = model->node[slot];
+        if (node < 0 || hangs(model, node) || !region_contains(&test, position_of(model, slot)))
+            continue;
+        int lane = model_lane_of(model, slot);
+        double inverse = model_get(model, nodes->inverse_mass, lane);
+        if (!(inverse > 0.0))
+            continue;
+        double mass = 1.0 / inverse, drag = model_get(model, nodes->drag, lane), stiffness = 0.0;
+        if (model->shape != SHAPE_FRAME_NONE)
+            stiffness = mass * model_get(model, nodes->shape_rate, lane);
+        if (model->shape == SHAPE_FRAME_BODY)
+            drag += model_get(model, nodes->shape_drag, lane);
+        if (!patch_add_node(patch, node, mass, mass * drag, stiffness))
+            return;
+    }
+    if (patch->next < model->basis.count)
+        return;
+    patch->relaxation = model->damped ? model->damping_time * damping_scale : 0.0;
+    patch->pass++;
+    patch->next = 0;
+}
+
+// The free nodes that carry a node, with their shares; how many so far.
+static int find_carriers(const Detail *detail, int node, double share, int count, int *carrier,
+                         double *shares)
+{
+    if (detail->status[node] == NODE_HANGING) {
+        int parent[2];
+        levels_parents(&detail->levels, node, parent);
+        count = find_carriers(detail, parent[0], 0.5 * share, count, carrier, shares);
+        return find_carriers(detail, parent[1], 0.5 * share, count, carrier, shares);
+    }
+    if (count < PATCH_CARRIERS) { // more: the others count as held
+        carrier[count] = node;
+        shares[count++] = share;
+    }
+    return count;
+}
+
+static void add_ties(const SurfaceModel *model, Patch *patch, int *budget)
+{
+    const Detail *detail = model->detail;
+    const RegionTest test = region_test(&patch->region);
+    int count = detail == NULL || !detail->constrained ? 0 : detail->hanging_count;
+    for (; patch->next<count && * budget> 0; patch->next++, --*budget) {
+        int slot = detail->hanging[patch->next], carrier[PATCH_CARRIERS];
+        double share[PATCH_CARRIERS];
+        if (!region_contains(&test, position_of(model, slot)))
+            continue;
+        int node = model->node[slot], found = find_carriers(detail, node, 1.0, 0, carrier, share);
+        if (!patch_add_tie(patch, node, found, carrier, share))
+            return;
+    }
+    if (patch->next < count)
+        return;
+    patch->pass++;
+    patch->next = 0;
+}
+
+// k (n n^T + (1 - r / l) (1 - n n^T)) between two nodes: negative across a compressed spring.
+static void add_spring(const SurfaceModel *model, Patch *patch, int node, int other, long entry)
+{
+    Vec3 x = position_of(model, model->slot[node]), y = position_of(model, model->slot[other]);
+    Vec3 n = vec3_unit(vec3_sub(x, y));
+    double length = vec3_length(vec3_sub(x, y));
+    double k =
+        model->parameters->stiffness_scale * model_get(model, model->springs.stiffness, entry);
+    double rest = model_get(model, model->springs.rest_length, entry);
+    double across =
+        length > rest || (length > 0.0 && !patch->tensed) ? k * (1.0 - rest / length) : 0.0;
+    double along = k * (1.0 + patch->relaxation / patch->time) - across;
+    const double v[3] = {n.x, n.y, n.z};
+    double m[9], share[2 * PATCH_CARRIERS];
+    short local[2 * PATCH_CARRIERS];
+    for (int i = 0; i < 9; i++)
+        m[i] = along * v[i / 3] * v[i % 3] + (i % 4 == 0 ? across : 0.0);
+    int count = patch_carriers(patch, node, local, share);
+    int more = patch_carriers(patch, other, local + count, share + count);
+    for (int k2 = count; k2 < count + more; k2++)
+        share[k2] = -share[k2];
+    patch_add_form(patch, count + more, local, share, m);
+}
+
+// Springs are stored at both ends: one with both ends here is taken at the lower number.
+static void add_springs(const SurfaceModel *model, Patch *patch, int node)
+{
+    const SpringTable *springs = &model->springs;
+    int lane = model_lane_of(model, model->slot[node]), chunk = lane / LANES;
+    int end = model->lane == NULL ? springs->start[chunk + 1] : springs->end[chunk];
+    for (int e = springs->start[chunk]; e < end; e++) {
+        long entry = (long)e * LANES + lane % LANES;
+        int other = model->node[springs->neighbour[entry]];
+        if (other < 0 || other == node || model_get(model, springs->stiffness, entry) == 0.0)
+            continue;
+        if (patch->local[other] == -1 || node < other)
+            add_spring(model, patch, node, other, entry);
+    }
+}
+
+bool model_gather_patch(const void *self, Patch *patch, int budget)
+{
+    const SurfaceModel *model = self;
+    enum { SPRINGS = 32 }; // of the budget: a node with its springs
+    if (patch->pass == 0)
+        add_nodes(model, patch, &budget);
+    if (patch->pass == 1)
+        add_ties(model, patch, &budget);
+    const int count = patch->node_count + patch->tie_count;
+    for (; patch->pass == 2 && patch->next < count && budget > 0; patch->next++) {
+        int i = (int)patch->next;
+        add_springs(model, patch,
+                    i < patch->node_count ? patch->node[i]
+                                          : patch->tie[i - patch->node_count].node);
+        budget -= SPRINGS;
+    }
+    return patch->full || (patch->pass == 2 && patch->next == count);
+}

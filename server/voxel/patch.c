@@ -1,0 +1,197 @@
+// The local stiffness of a voxel body, for haptics (dynamics/patch.h): each element's about its
+// present rotation, without what turns it, so that what comes out is positive. With F = sum u_i
+// g_i^T and b_i = R g_i the stiffness between two vertices of an element is
+//   V (mu (b_i . b_k 1 + b_k b_i^T) + lambda b_i b_k^T)
+//   + r (w_i d_ik - w_i w_k / sum w - w_i w_k X_i^T M^-1 X_k) 1,
+// where Miyazaki's law is that with g_i = 3 X_i / tr M, V mu = k tr M / 6 and r = k. Step thread.
+#include "voxel/model.h"
+
+#include "voxel/rotation.h"
+
+// An element as the kernels have it, in double precision.
+typedef struct Piece {
+    int count;
+    int vertex[NODE_COUNT];
+    Vec3 g[NODE_COUNT];          // [1/m]
+    Vec3 place[NODE_COUNT];      // X, in units of the edge
+    Vec3 lever[NODE_COUNT];      // w M^-1 X, likewise
+    double weight[NODE_COUNT];   // w
+    double mu, lambda, residual; // V mu, V lambda [N m]; r [N/m]
+} Piece;
+
+static void add_vertices(const VoxelModel *model, Patch *patch, int *budget)
+{
+    const Vertices *vertices = &model->vertices;
+    const Region here = rows_region(&vertices->rows, &patch->region);
+    const RegionTest test = region_test(&here);
+    const void *row = vertices_row(vertices);
+    for (; patch->next<vertices->count && * budget> 0; patch->next++, --*budget) {
+        int i = (int)patch->next;
+        if (!region_contains(&test, rows_local(&vertices->rows, row, i)))
+            continue;
+        double inverse = rows_get(&vertices->rows, vertices->inverse_mass, i);
+        if (inverse > 0.0 && !patch_add_node(patch, i, 1.0 / inverse, 0.0, 0.0))
+            return;
+    }
+    if (patch->next < vertices->count)
+        return;
+    patch->pass++;
+    patch->next = 0;
+}
+
+static bool is_near(const Patch *patch, const int *vertex, int count)
+{
+    for (int p = 0; p < count; p++)
+        if (patch->local[vertex[p * LANES]] >= 0)
+            return true;
+    return false;
+}
+
+// What turns an element's rest shape to where it is, in the world; the best fit of its vertices.
+static void find_rotation(const VoxelModel *model, const Piece *piece, const double last[4],
+                          double out[3][3])
+{
+    const Rows *rows = &model->vertices.rows;
+    const void *row = vertices_row(&model->vertices);
+    double f[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}, r[3][3];
+    for (int i = 0; i < piece->count; i++) {
+        Vec3 moved = rows_vector(rows, row, piece->vertex[i], 0), g = piece->g[i];
+        const double u[3] = {moved.x, moved.y, moved.z}, by[3] = {g.x, g.y, g.z};
+        for (int k = 0; k < 9; k++)
+            f[k / 3][k % 3] += u[k / 3] * by[k % 3];
+    }
+    Quat before = {last[0], last[1], last[2], last[3]};
+    rotation_fit((const double(*)[3])f, r, &before);
+    for (int k = 0; k < 3; k++) {
+        Vec3 column = vec3(r[0][k], r[1][k], r[2][k]);
+        if (rows->turned)
+            column = quat_rotate(rows->frame->turn, column);
+        out[0][k] = column.x, out[1][k] = column.y, out[2][k] = column.z;
+    }
+}
+
+static void add_piece(const VoxelModel *model, Patch *patch, const Piece *piece,
+                      const double last[4])
+{
+    double turn[3][3], total = 0.0, m[9];
+    Vec3 b[NODE_COUNT];
+    find_rotation(model, piece, last, turn);
+    for (int i = 0; i < piece->count; i++) {
+        Vec3 g = piece->g[i];
+        b[i] = vec3(turn[0][0] * g.x + turn[0][1] * g.y + turn[0][2] * g.z,
+                    turn[1][0] * g.x + turn[1][1] * g.y + turn[1][2] * g.z,
+                    turn[2][0] * g.x + turn[2][1] * g.y + turn[2][2] * g.z);
+        total += piece->weight[i];
+    }
+    for (int i = 0; i < piece->count; i++) {
+        int a = patch->local[piece->vertex[i]];
+        const double p[3] = {b[i].x, b[i].y, b[i].z};
+        for (int k = i; k < piece->count && a >= 0; k++) {
+            int c = patch->local[piece->vertex[k]];
+            if (c < 0)
+                continue;
+            const double q[3] = {b[k].x, b[k].y, b[k].z};
+            double even =
+                piece->mu * vec3_dot(b[i], b[k]) -
+                piece->residual * piece->weight[i] *
+                    (piece->weight[k] / total + vec3_dot(piece->place[i], piece->lever[k]));
+            if (i == k)
+                even += piece->residual * piece->weight[i];
+            for (int e = 0; e < 9; e++)
+                m[e] = piece->mu * q[e / 3] * p[e % 3] + piece->lambda * p[e / 3] * q[e % 3] +
+                       (e % 4 == 0 ? even : 0.0);
+            patch_add_block(patch, a, c, m);
+        }
+    }
+}
+
+// Numbers of a class with the scales of now; damping, on all motion that is not rigid, counts like
+// Miyazaki's law. `spread` is tr M in units of the edge.
+static void set_factors(const VoxelModel *model, Patch *patch, const ElementClass *by,
+                        double spread, Piece *piece)
+{
+    const BodyParameters *scale = model->vertices.parameters;
+    const double h = by->size, volume = h * h * h;
+    const bool paper = model->law == VOXEL_MIYAZAKI2004;
+    double drag = model->vertices.damped ? scale->damping_scale * by->damping : 0.0;
+    double like = drag / patch->time + (paper ? by->residual : 0.0);
+    piece->mu =
+        scale->stiffness_scale * ((paper ? 0.0 : by->mu * volume) + like * spread * h * h / 6.0);
+    piece->lambda = paper ? 0.0 : scale->stiffness_scale * by->lambda * volume;
+    piece->residual = scale->stiffness_scale * (like + (paper ? 0.0 : by->residual));
+    double stiff = paper ? by->residual : by->mu * h;
+    if (stiff > 0.0)
+        patch->relaxation = fmax(patch->relaxation, drag / stiff);
+}
+
+static void add_plain(const VoxelModel *model, Patch *patch, int batch, int lane)
+{
+    const PlainBatches *plain = &model->batches.plain;
+    const ElementClass *by = &model->batches.classes[plain->element_class[batch]];
+    const int *vertex = plain->vertex + (long)batch * NODE_CORNERS * LANES + lane;
+    if (!is_near(patch, vertex, NODE_CORNERS))
+        return;
+    Piece piece = {.count = NODE_CORNERS};
+    for (int p = 0; p < NODE_CORNERS; p++) {
+        Vec3 sign = vec3((p & 1) - 0.5, (p >> 1 & 1) - 0.5, (p >> 2 & 1) - 0.5);
+        piece.vertex[p] = vertex[p * LANES];
+        piece.place[p] = sign;
+        piece.lever[p] = vec3_scale(0.5, sign); // M = 2 in each axis
+        piece.weight[p] = 1.0;
+        piece.g[p] = vec3_scale(0.5 / by->size, sign);
+    }
+    set_factors(model, patch, by, 6.0, &piece);
+    add_piece(model, patch, &piece, model->last[batch][lane]);
+}
+
+static void add_hanging(const VoxelModel *model, Patch *patch, int batch, int lane)
+{
+    const HangingBatches *hanging = &model->batches.hanging;
+    const ElementClass *by = &model->batches.classes[hanging->element_class[batch][lane]];
+    const int *vertex = hanging->vertex + (long)hanging->start[batch] * LANES + lane;
+    const RestTable *table = &model->tables[hanging->table[batch]];
+    const bool mixed = batch >= hanging->batch_count - hanging->mixed_count;
+    const int spare = model->vertices.count;
+    if (!is_near(patch, vertex, table->count))
+        return;
+    Piece piece = {0};
+    double spread = 0.0;
+    for (int p = 0; p < table->count && vertex[p * LANES] != spare; p++) {
+        double row[TABLE_ROW];
+        for (int k = 0; k < TABLE_ROW; k++) {
+            long at = TABLE_HEAD + (long)p * TABLE_ROW + k;
+            row[k] = rows_get(&model->vertices.rows, table->number, mixed ? at * LANES + lane : at);
+        }
+        int i = piece.count++;
+        piece.vertex[i] = vertex[p * LANES];
+        piece.g[i] = vec3_scale(1.0 / by->size, vec3(row[0], row[1], row[2]));
+        piece.weight[i] = row[3];
+        piece.place[i] = vec3(row[4], row[5], row[6]);
+        // Of Miyazaki's law the table has only 3 X / tr M, which is near M^-1 X.
+        piece.lever[i] = model->law == VOXEL_AFFINE ? vec3(row[7], row[8], row[9])
+                                                    : vec3(row[0], row[1], row[2]);
+        spread += row[3] * vec3_dot(piece.place[i], piece.place[i]);
+    }
+    set_factors(model, patch, by, spread, &piece);
+    add_piece(model, patch, &piece, model->last[model->batches.plain.batch_count + batch][lane]);
+}
+
+bool voxel_gather_patch(const void *self, Patch *patch, int budget)
+{
+    const VoxelModel *model = self;
+    enum { SKIPPED = 4 * LANES, ADDED = 128 * LANES }; // of the budget: a batch
+    if (patch->pass == 0)
+        add_vertices(model, patch, &budget);
+    const int plain = model->batches.plain.batch_count, count = batches_total(&model->batches);
+    for (; patch->pass == 1 && patch->next < count && budget > 0; patch->next++) {
+        int batch = (int)patch->next, before = patch->block_count;
+        for (int lane = 0; lane < LANES; lane++) {
+            if (batch < plain)
+                add_plain(model, patch, batch, lane);
+            else
+                add_hanging(model, patch, batch - plain, lane);
+        }
+        budget -= patch->block_count == before ? SKIPPED : ADDED;
+    }
+    return patch->full || (patch->pass == 1 && patch->next == count);
+}

@@ -1,0 +1,80 @@
+#include "stiffness_trial.h"
+
+#include "expect.h"
+
+#include "dynamics/stiffness.h"
+
+#include <stdlib.h>
+
+static const double STEP = 20e-6, RAMP = 0.5; // [m], [s]
+
+// The force after the tool has gone by `way` in RAMP, from the state in `start`.
+static Vec3 ramped(Sim *sim, StateList *state, const void *start, Vec3 from, Vec3 way)
+{
+    state_copy_in(state, start);
+    int ticks = (int)lround(RAMP / sim_tick(sim));
+    for (int i = 1; i <= ticks; i++) {
+        ToolPose pose = {.position = vec3_madd(from, (double)i / ticks, way),
+                         .orientation = {1.0, 0.0, 0.0, 0.0},
+                         .active = true};
+        sim_apply_pose(sim, 0, &pose, true);
+        sim_step(sim);
+    }
+    return sim_wrench(sim, 0)->force;
+}
+
+// -dF/dx by central differences, its symmetric part: xx yy zz yz zx xy.
+static void measure(Sim *sim, StateList *state, Vec3 from, double k[6])
+{
+    void *start = malloc(state_bytes(state));
+    assert_non_null(start);
+    state_copy_out(state, start);
+    double m[3][3];
+    for (int c = 0; c < 3; c++) {
+        Vec3 way = {c == 0 ? STEP : 0.0, c == 1 ? STEP : 0.0, c == 2 ? STEP : 0.0};
+        Vec3 ahead = ramped(sim, state, start, from, way);
+        Vec3 back = ramped(sim, state, start, from, vec3_scale(-1.0, way));
+        Vec3 d = vec3_scale(-0.5 / STEP, vec3_sub(ahead, back));
+        m[0][c] = d.x, m[1][c] = d.y, m[2][c] = d.z;
+    }
+    free(start);
+    static const int pair[6][2] = {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {2, 0}, {0, 1}};
+    for (int e = 0; e < 6; e++)
+        k[e] = 0.5 * (m[pair[e][0]][pair[e][1]] + m[pair[e][1]][pair[e][0]]);
+}
+
+static double norm(const double k[6])
+{
+    return sqrt(k[0] * k[0] + k[1] * k[1] + k[2] * k[2] +
+                2.0 * (k[3] * k[3] + k[4] * k[4] + k[5] * k[5]));
+}
+
+static double along(const double k[6], Vec3 n)
+{
+    return k[0] * n.x * n.x + k[1] * n.y * n.y + k[2] * n.z * n.z +
+           2.0 * (k[3] * n.y * n.z + k[4] * n.z * n.x + k[5] * n.x * n.y);
+}
+
+StiffnessVerdict stiffness_judge(Sim *sim, StateList *state)
+{
+    const ToolWrench told = *sim_wrench(sim, 0);
+    double measured[6], difference[6], least, most;
+    StiffnessVerdict verdict;
+    assert_true(told.contact);
+    measure(sim, state, told.position, measured);
+    for (int e = 0; e < 6; e++)
+        difference[e] = told.stiffness[e] - measured[e];
+    stiffness_eigenvalues(told.stiffness, &verdict.told_least, &verdict.told_most);
+    stiffness_eigenvalues(measured, &least, &most);
+    verdict.error = norm(difference) / norm(measured);
+    verdict.normal = along(told.stiffness, told.normal) / along(measured, told.normal);
+    stiffness_eigenvalues(difference, &least, &verdict.short_by);
+    verdict.short_by = fmin(0.0, least) / most;
+    printf(
+        "told %.3g to %.3g N/m, damping %.3g, error %.2f, along the normal %.2f, short by %.2f\n",
+        verdict.told_least, verdict.told_most, told.damping, verdict.error, verdict.normal,
+        verdict.short_by);
+    expect_at_least(verdict.told_least, -1e-7 * verdict.told_most); // an arc cosine
+    expect_at_least(told.damping, 0.0);
+    return verdict;
+}

@@ -1,0 +1,54 @@
+// The stiffness that contacts with voxel bodies tell: positive, about what a slow hand feels, and
+// rather too stiff than too soft.
+#include "effort.h"
+#include "expect.h"
+#include "stiffness_trial.h"
+#include "voxel_world.h"
+
+// Voxels: no prestress is in it, only how elements resist about their present rotation.
+static void voxels_tell_what_a_slow_hand_feels(void **state)
+{
+    (void)state;
+    static const FixedRegion bottom = {
+        .kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {1, 1, -0.0499}};
+    for (int k = 0; k < EFFORT(4); k++) {
+        VoxelWorldOptions options = voxel_world_cube(k < 2 ? 10 : 20);
+        double radius = k % 2 == 0 ? 0.01 : 0.02;
+        options.body.levels = k < 2 ? 0 : 2;
+        options.body.fixed = &bottom;
+        options.body.fixed_count = 1;
+        options.body.friction = 0.0;
+        options.body.damping = 1.0;
+        options.contact_stiffness = true;
+        options.tool_count = 1;
+        options.tool[0] = (ToolOptions){.id = 1,
+                                        .kind = TOOL_PROBE,
+                                        .capsule_count = 1,
+                                        .capsule = {{.radius = radius}},
+                                        .max_force = 100.0};
+        VoxelWorld world;
+        voxel_world_create(&world, &options);
+        sim_set_lockstep(world.sim, true);
+        for (int i = 0; i < 2000; i++) {
+            ToolPose pose = {.position = {0.003, 0.002, 0.05 + radius - fmin(0.006, 5e-5 * i)},
+                             .orientation = {1.0, 0.0, 0.0, 0.0},
+                             .active = true};
+            sim_apply_pose(world.sim, 0, &pose, true);
+            sim_step(world.sim);
+        }
+        printf("F %g depth %g us %g ", vec3_length(sim_wrench(world.sim, 0)->force),
+               sim_wrench(world.sim, 0)->depth,
+               (double)sim_stage_ns(world.sim, STAGE_STIFFNESS) / 2000e3);
+        StiffnessVerdict verdict = stiffness_judge(world.sim, &world.state);
+        expect_at_most(verdict.error, 0.40);
+        voxel_world_destroy(&world);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(voxels_tell_what_a_slow_hand_feels),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
