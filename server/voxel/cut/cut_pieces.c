@@ -13,8 +13,8 @@
                            label)
 
 enum {
-    LINKS = 1024,  // in one call, beyond which everything is numbered anew
-    EFFORT = 8000, // cells that the searches of one call may visit before that
+    LINKS = 1024,   // in one call, beyond which everything is numbered anew
+    EFFORT = 20000, // cells that the searches of one call may visit before that
 };
 
 // The cell across a face that is not broken: -x, +x, -y, +y, -z, +z; -1: none.
