@@ -161,6 +161,102 @@ static void joined_bodies_take_the_same_steps(void **state)
 }
 
 // ---------------------------------------------------------------------------------------------
+// Bodies that change
+
+#define ADAPTS                                                                                     \
+    "levels = 2; adapt = { force = 0.0005; speed = 0.05; curvature = 0.3; check_hz = 100.0; };"
+
+// Two balls that refine and coarsen under a kick, tied to each other: momentum stays exact, and the
+// ties follow.
+static void ties_follow_bodies_that_adapt(void **state)
+{
+    (void)state;
+    Run run;
+    run_create(&run,
+               DOUBLE "bodies = ( " BALL("one", "[0, 0, 0]", ADAPTS) ",\n" BALL(
+                   "two", "[0.102, 0, 0]",
+                   ADAPTS) " );\n"
+                           "attachments = ( { body = \"two\"; sphere = [0.052, 0, 0]; radius = "
+                           "0.02; to_body = \"one\"; } );\n"
+                           "loads = ( { body = \"one\"; center = [0, 0, 0.05]; radius = 0.03; "
+                           "force = [5, 2, 1]; duration = 0.01; } );");
+    Sim *sim = run.world.sim;
+    int least = sim_attachment_nodes(sim, 0), most = least, changes[2] = {0, 0};
+    for (int i = 0; i < 12; i++)
+        sim_step(sim);
+    Momentum before = momentum_of(&run);
+    double size = vec3_length(before.linear);
+    for (int i = 0; i < EFFORT(1500); i++) {
+        int topology[2];
+        for (int b = 0; b < 2; b++)
+            topology[b] = sim_body(sim, b)->mesh.topology;
+        sim_step(sim);
+        int ties = sim_attachment_nodes(sim, 0);
+        least = ties < least ? ties : least;
+        most = ties > most ? ties : most;
+        for (int b = 0; b < 2; b++)
+            changes[b] += sim_body(sim, b)->mesh.topology != topology[b];
+        assert_true(sim_check(sim));
+        assert_int_equal(sim_body(sim, 0)->substeps, sim_body(sim, 1)->substeps);
+        Momentum now = momentum_of(&run);
+        // Hundreds of changes that each round a thousand momenta.
+        expect_at_most(vec3_length(vec3_sub(now.linear, before.linear)), 1e-9 * size);
+    }
+    print_message("changes %d %d, ties %d to %d\n", changes[0], changes[1], least, most);
+    assert_true(changes[0] > 5 && changes[1] > 5 && most > least);
+    assert_int_equal(sim_resets(sim), 0);
+    run_destroy(&run);
+}
+
+// Jaws that pull a ball which refines around them.
+static void hold_grows_with_the_refinement_that_it_causes(void **state)
+{
+    (void)state;
+    Run run;
+    run_create(
+        &run, DOUBLE
+        "bodies = ( " BALL("one", "[0, 0, 0]",
+                           "shape = { angular_frequency = 50.0; damping_ratio = 0.3; };"
+                           "fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.025]); } "
+                           "); " ADAPTS) " );\n"
+                                         "tools = ( { id = 3; kind = \"grasper\"; max_force = 100; "
+                                         "capsules = ( { radius = 0.02; } ); } );");
+    Sim *sim = run.world.sim;
+    ToolPose pose = {
+        .position = {0, 0, 0.05}, .orientation = {1, 0, 0, 0}, .active = true, .grip = 1.0};
+    const Attachment *grip = sim->attachment[0];
+    bool points;
+    int first = 0, most = 0;
+    void *middle = malloc(state_bytes(&run.world.state));
+    assert_non_null(middle);
+    uint64_t hash[2];
+    for (int pass = 0; pass < 2; pass++) {
+        for (int i = pass * 300; i < 500; i++) {
+            if (i == 300 && pass == 0)
+                state_copy_out(&run.world.state, middle);
+            pose.position.z = 0.05 + fmin(0.02, 5e-5 * i);
+            sim_apply_pose(sim, 0, &pose, true);
+            sim_step(sim);
+            int held = attachment_held(grip, &points);
+            first = i == 0 ? held : first;
+            most = held > most ? held : most;
+            assert_true(sim_check(sim));
+        }
+        hash[pass] = state_hash(&run.world.state);
+        state_copy_in(&run.world.state, middle);
+        sim_restored(sim);
+        assert_true(sim_check(sim));
+    }
+    assert_true(hash[0] == hash[1]);
+    print_message("held %d, then %d\n", first, most);
+    assert_true(most > 2 * first);
+    expect_at_most(sim_wrench(sim, 0)->force.z, -0.1);
+    assert_int_equal(sim_resets(sim), 0);
+    free(middle);
+    run_destroy(&run);
+}
+
+// ---------------------------------------------------------------------------------------------
 // Held by the world and by tools
 
 // Every node of a ball hangs on a spring of its own: k_i = g lambda m_i, so that all sink by
@@ -435,6 +531,8 @@ int main(void)
         cmocka_unit_test(bodies_tied_to_each_other_exchange_momentum_exactly),
         cmocka_unit_test(joined_bodies_repeat_bit_for_bit),
         cmocka_unit_test(joined_bodies_take_the_same_steps),
+        cmocka_unit_test(ties_follow_bodies_that_adapt),
+        cmocka_unit_test(hold_grows_with_the_refinement_that_it_causes),
         cmocka_unit_test(body_that_hangs_on_the_world_sinks_by_its_weight),
         cmocka_unit_test(tool_holds_its_region_while_it_is_active),
         cmocka_unit_test(grasper_pulls_a_voxel_body_and_feels_it),
