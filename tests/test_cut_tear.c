@@ -102,7 +102,7 @@ static void pulled_faces_tear_at_the_border_first_and_everywhere_beyond_half_mor
         }
         // Half as much again, and all faces across tear, once the elements are divided.
         int inside = 0;
-        for (int round = 0; round < 40; round++) {
+        for (int round = 0; round < 60; round++) {
             CutOutcome outcome;
             TopologyChange change = {.again = false};
             deform(&world, 1.1501, turn);

@@ -57,7 +57,7 @@ static Turn fan_start(const Level *level, Turn from, bool *closed)
 // The nearest point of the sweep, and the normal of the triangle that it is on.
 static Vec3 nearest_on_sweep(const BladeEdge *edge, int edges, Vec3 point, Vec3 *normal)
 {
-    double nearest = INFINITY;
+    double nearest = HUGE_VAL;
     Vec3 place = point;
     *normal = vec3(0.0, 0.0, 0.0);
     for (int k = 0; k + 1 < edges; k++) {
@@ -178,7 +178,7 @@ static bool map_to_rest(const CutSnapInput *input, const int *work, const CutSna
 // Smallest angle of a triangle [rad].
 static double smallest_angle(const Vec3 x[3])
 {
-    double smallest = INFINITY;
+    double smallest = HUGE_VAL;
     for (int k = 0; k < 3; k++) {
         Vec3 a = vec3_sub(x[(k + 1) % 3], x[k]), b = vec3_sub(x[(k + 2) % 3], x[k]);
         double angle = atan2(vec3_length(vec3_cross(a, b)), vec3_dot(a, b));

@@ -281,6 +281,7 @@ const BodyOps *detail_ops(const SurfaceOptions *options)
     if (options->cuttable) {
         ops->cut = detail_blade_cut;
         ops->reserve_blades = detail_blade_reserve;
+        ops->tear = options->tear_stretch > 0.0 ? detail_tear : NULL;
     }
     return ops;
 }

@@ -422,6 +422,8 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     if (options->cuttable) {
         detail_cut_create(detail, options, arena, state);
         detail->node_count += detail->cut->copy_capacity;
+        if (options->tear_stretch > 0.0)
+            detail_tear_create(detail, options, arena, state);
     }
     create_rules(detail, mesh, network, name, arena);
 
