@@ -2,6 +2,7 @@
 // tools and by each other.
 #include "expect.h"
 #include "effort.h"
+#include "random.h"
 #include "world_run.h"
 
 #include "dynamics/sim_data.h"
@@ -263,6 +264,74 @@ static void hold_grows_with_the_refinement_that_it_causes(void **state)
     free(middle);
     run_destroy(&run);
     run_destroy(&other);
+}
+
+// A body that is tied to another, held by the world and by jaws, cut to pieces through all of
+// these.
+static void cut_through_what_is_held(const char *body, double height)
+{
+    char text[4096];
+    snprintf(
+        text, sizeof text,
+        DOUBLE "bodies = ( %s,\n" BALL(
+            "two", "[0, 0, %g]",
+            "") " );\n"
+                "tools = ( { id = 3; kind = \"grasper\"; max_force = 100; "
+                "capsules = ( { radius = 0.03; } ); } );\n"
+                "attachments = ( { body = \"one\"; sphere = [0, 0, %g]; radius = 0.025; "
+                "to_body = \"two\"; },\n"
+                "{ body = \"one\"; sphere = [0, 0, %g]; radius = 0.03; to = \"world\"; },\n"
+                "{ body = \"two\"; sphere = [0, 0, %g]; radius = 0.01; to_body = \"one\"; } );",
+        body, height + 0.051, height, -height, height + 0.001);
+    Run run;
+    run_create(&run, text);
+    Sim *sim = run.world.sim;
+    ToolPose pose = {
+        .position = {height, 0, 0}, .orientation = {1, 0, 0, 0}, .active = true, .grip = 1.0};
+    const int before[2] = {sim_attachment_nodes(sim, 0), sim_attachment_nodes(sim, 1)};
+    uint64_t random = 17;
+    int severed = 0;
+    GraspEvent event = {0};
+    for (int i = 0; i < 60; i++) {
+        pose.position.x = height + 1e-4 * i;
+        sim_apply_pose(sim, 0, &pose, true);
+        if (i % 5 == 1) {
+            Vec3 normal = vec3_unit(random_vec3(&random)),
+                 aside = vec3_unit(vec3_cross(normal, random_vec3(&random)));
+            Vec3 along = vec3_cross(normal, aside);
+            double reach = 0.2;
+            CutOptions cut = {.body = 0};
+            for (int k = 0; k < 2; k++) {
+                double s = k == 0 ? -reach : reach;
+                cut.before.end[k] = vec3_add(vec3_scale(s, aside), vec3_scale(-reach, along));
+                cut.after.end[k] = vec3_add(vec3_scale(s, aside), vec3_scale(reach, along));
+            }
+            CutOutcome sum;
+            char why[256];
+            severed += sim_apply_cut(sim, &cut, &sum, why, sizeof why);
+        }
+        sim_step(sim);
+        assert_true(sim_check(sim));
+        while (sim_next_grasp(sim, &event))
+            ;
+    }
+    assert_true(severed > 3);
+    assert_true(event.nodes > 0);
+    assert_true(sim_attachment_nodes(sim, 0) > before[0]); // copies are held as their originals
+    assert_true(sim_attachment_nodes(sim, 1) > before[1]);
+    assert_int_equal(sim_resets(sim), 0);
+    run_destroy(&run);
+}
+
+static void what_is_held_stays_held_when_it_is_cut(void **state)
+{
+    (void)state;
+    cut_through_what_is_held(BALL("one", "[0, 0, 0]", "cuttable = true; levels = 1;"), 0.05);
+    cut_through_what_is_held(
+        "{ name = \"one\"; model = \"voxel\"; cuttable = true; levels = 1;\n"
+        "  voxels = { generator = \"box\"; count = [8, 8, 8]; size = 0.0125; };\n"
+        "  integrator = \"leapfrog\"; }",
+        0.05);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -542,6 +611,7 @@ int main(void)
         cmocka_unit_test(joined_bodies_take_the_same_steps),
         cmocka_unit_test(ties_follow_bodies_that_adapt),
         cmocka_unit_test(hold_grows_with_the_refinement_that_it_causes),
+        cmocka_unit_test(what_is_held_stays_held_when_it_is_cut),
         cmocka_unit_test(body_that_hangs_on_the_world_sinks_by_its_weight),
         cmocka_unit_test(tool_holds_its_region_while_it_is_active),
         cmocka_unit_test(grasper_pulls_a_voxel_body_and_feels_it),
