@@ -180,22 +180,26 @@ static void look_at(Search *search, int cell)
     memory->stamp[cell] = search->now;
 }
 
-static void look_at_cells(Search *search)
+static void look_at_brick(Search *search, int brick)
 {
     const CutLattice *lattice = search->blades->lattice;
-    for (int k = 0; k < search->brick_count; k++) {
-        const CutWindow *brick = &lattice->window[search->blades->brick[k]];
-        for (int cell = brick->first; cell < brick->end; cell++) {
-            look_at(search, cell);
-            for (int axis = 0; axis < 3; axis++) {
-                if (lattice->element[cell].cell[axis] % WINDOW_EDGE != WINDOW_EDGE - 1)
-                    continue;
-                const int beyond = search->blades->beyond[cell][axis];
-                if (beyond >= 0)
-                    look_at(search, beyond);
-            }
+    const CutWindow *window = &lattice->window[brick];
+    for (int cell = window->first; cell < window->end; cell++) {
+        look_at(search, cell);
+        for (int axis = 0; axis < 3; axis++) {
+            if (lattice->element[cell].cell[axis] % WINDOW_EDGE != WINDOW_EDGE - 1)
+                continue;
+            const int beyond = search->blades->beyond[cell][axis];
+            if (beyond >= 0)
+                look_at(search, beyond);
         }
     }
+}
+
+static void look_at_bricks(Search *search)
+{
+    for (int k = 0; k < search->brick_count; k++)
+        look_at_brick(search, search->blades->brick[k]);
 }
 
 static CutPath path_of(const Search *search, int cell, int part, int parts)
@@ -352,6 +356,8 @@ static bool test_links(Search *search, int part, int parts)
     for (int k = 0; k < search->brick_count; k++) {
         if (!brick_may_meet(search, blades->brick[k]))
             continue;
+        if (search->whole) // nothing has to be remembered of other cells
+            look_at_brick(search, blades->brick[k]);
         const CutWindow *brick = &lattice->window[blades->brick[k]];
         for (int cell = brick->first; cell < brick->end; cell++)
             for (int axis = 0; axis < 3; axis++) {
@@ -467,13 +473,12 @@ static bool sweep_whole(CutBlades *blades, const void *row, const CutSweep *swee
     cut_centres_begin(&search.centres, blades->lattice, blades->rows, row);
     forget_boxes(blades, &blades->whole);
     find_bricks(&search, from, to);
-    look_at_cells(&search);
-    if (search.lost)
-        return answer(blades, CUT_TOO_LARGE, outcome);
     const CutPath base[2] = {{{from[0], to[0]}}, {{from[1], to[1]}}};
     int64_t tries = 0;
     if (!sweep_parts(&search, base, from, true, &tries, parts))
         return answer(blades, CUT_UNRESOLVED, outcome);
+    if (search.lost)
+        return answer(blades, CUT_TOO_LARGE, outcome);
     const bool any = blades->hit_count > 0;
     return answer(blades,
                   any                 ? CUT_DONE
@@ -497,7 +502,7 @@ static bool begin_stroke(CutBlades *blades, const void *row, BladeMemory *memory
     forget_boxes(blades, memory);
     note_motion(&search, 0.0, row);
     find_bricks(&search, stroke->edge, stroke->edge);
-    look_at_cells(&search);
+    look_at_bricks(&search);
     if (search.lost)
         *stroke = (BladeStroke){.under_way = 0};
     return !search.lost;
@@ -521,7 +526,7 @@ static bool go_on(CutBlades *blades, const void *row, double tick, const CutSwee
         cut_centres_begin(&search.centres, blades->lattice, blades->rows, row);
         note_motion(&search, tick, row);
         find_bricks(&search, stroke->edge, to);
-        look_at_cells(&search);
+        look_at_bricks(&search);
         int64_t *tries = &sweep->stroke->tries;
         CutPath base[2];
         for (int e = 0; e < 2; e++) {
