@@ -54,6 +54,7 @@ static void create_look(Detail *detail, const SurfaceOptions *options, Arena *ar
                     options->name, arena);
     cut->seen = ALLOCATE(nodes, int64_t, "looks at cut nodes");
     cut->position = ALLOCATE(nodes, Vec3, "places of cut nodes");
+    cut->sides = ALLOCATE(nodes, unsigned char, "sides of cut nodes");
     cut->is_near = ALLOCATE(finest->face_count, unsigned char, "near marks");
     cut->near = ALLOCATE(finest->face_count, int, "near faces");
     cut->snap = ALLOCATE(cut->base_count, CutSnap, "snapped nodes");
