@@ -80,42 +80,54 @@ static Vec3 find_end(const Joint *joint, const Tie *tie)
     return end_of(tie, x, &facet);
 }
 
-// Ties to the place `target` as the face sees it: weights in its plane, also beyond its sides.
+// Weights and offset with which the face's corners x carry the place `target`: in its plane also
+// beyond its sides.
+static void fit_to(Tie *tie, const Vec3 x[3], const Facet *facet, Vec3 target)
+{
+    tie->offset = 0.0;
+    if (!(facet->twice > 1e-12 * vec3_dot(facet->a, facet->a))) { // no plane to speak of
+        ClosestPair pair;
+        distance_point_triangle(target, x, &pair);
+        memcpy(tie->weight, pair.weight, sizeof tie->weight);
+        return;
+    }
+    Vec3 arm = vec3_sub(target, x[0]);
+    tie->offset = vec3_dot(arm, facet->normal);
+    tie->weight[1] = vec3_dot(vec3_cross(arm, facet->b), facet->normal) / facet->twice;
+    tie->weight[2] = vec3_dot(vec3_cross(facet->a, arm), facet->normal) / facet->twice;
+    tie->weight[0] = 1.0 - tie->weight[1] - tie->weight[2];
+}
+
 static void fit(const Joint *joint, Tie *tie, int64_t face, Vec3 target)
 {
     Vec3 x[3];
     read_face(joint, face, x);
     Facet facet = facet_of(x);
     tie->face = face;
-    ClosestPair pair;
-    distance_point_triangle(target, x, &pair);
-    memcpy(tie->weight, pair.weight, sizeof tie->weight);
-    tie->offset = 0.0;
-    if (!(facet.twice > 1e-12 * vec3_dot(facet.a, facet.a)))
-        return; // no plane to speak of
-    Vec3 arm = vec3_sub(target, x[0]);
-    tie->offset = vec3_dot(arm, facet.normal);
-    tie->weight[1] = vec3_dot(vec3_cross(arm, facet.b), facet.normal) / facet.twice;
-    tie->weight[2] = vec3_dot(vec3_cross(facet.a, arm), facet.normal) / facet.twice;
-    tie->weight[0] = 1.0 - tie->weight[1] - tie->weight[2];
+    fit_to(tie, x, &facet, target);
 }
 
 // --- how stiff ---
 
 // Bounds of |dz/dx_j|: a corner that moves by 1 turns the normal by at most the side opposite to it
 // over twice the area.
-static double find_pulls(const Joint *joint, const Tie *tie, double e[3])
+static double find_pulls(const Tie *tie, const Vec3 x[3], const Facet *facet, double e[3])
 {
-    Vec3 x[3];
-    read_face(joint, tie->face, x);
-    Facet facet = facet_of(x);
-    double turn = facet.twice > 0.0 ? fabs(tie->offset) / facet.twice : 0.0, sum = 0.0;
+    double turn = facet->twice > 0.0 ? fabs(tie->offset) / facet->twice : 0.0, sum = 0.0;
     for (int k = 0; k < 3; k++) {
         double side = vec3_length(vec3_sub(x[(k + 1) % 3], x[(k + 2) % 3]));
         e[k] = fabs(tie->weight[k]) + turn * side;
         sum += e[k];
     }
     return sum;
+}
+
+static double read_pulls(const Joint *joint, const Tie *tie, double e[3])
+{
+    Vec3 x[3];
+    read_face(joint, tie->face, x);
+    Facet facet = facet_of(x);
+    return find_pulls(tie, x, &facet, e);
 }
 
 // All springs anew. Corners that cannot move, or hang on others, do not limit.
@@ -127,13 +139,13 @@ static void stiffen(Joint *joint)
     double e[3];
     memset(joint->demand, 0, (size_t)surface->node_count * sizeof *joint->demand);
     for (int64_t i = 0; i < *joint->count; i++) {
-        find_pulls(joint, &joint->tie[i], e);
+        read_pulls(joint, &joint->tie[i], e);
         for (int k = 0; k < 3; k++)
             joint->demand[surface->face[joint->tie[i].face][k]] += e[k];
     }
     for (int64_t i = 0; i < *joint->count; i++) {
         Tie *tie = &joint->tie[i];
-        double sum = find_pulls(joint, tie, e);
+        double sum = read_pulls(joint, tie, e);
         double least = body->contact_lambda * body->surface.node_mass[tie->node];
         for (int k = 0; k < 3; k++) {
             int corner = surface->face[tie->face][k];
@@ -283,6 +295,23 @@ static Vec3 end_velocity(const Tie *tie, const Facet *facet, const Vec3 v[3])
     return sum;
 }
 
+// A dashpot does not pull along its spring: its moments cancel only when both ends feel it at the
+// same place, which is the node's; where stretching has taken that far off the face, it is weakened
+// so that it asks no shorter steps than at the start.
+static Vec3 damp(Joint *joint, int i, const Vec3 x[3], const Facet *facet)
+{
+    Tie here = joint->tie[i];
+    double e[3], on_start = find_pulls(&here, x, facet, e);
+    fit_to(&here, x, facet, joint->x[i]);
+    double weak = on_start / fmax(on_start, find_pulls(&here, x, facet, e));
+    Vec3 speed = vec3_sub(joint->v[i], end_velocity(&here, facet, &joint->velocity[3 * i]));
+    Vec3 force = vec3_scale(weak * weak * here.damping, speed), on[3];
+    hand_over(&here, facet, force, on);
+    for (int k = 0; k < 3; k++)
+        joint->on[3 * i + k] = vec3_add(joint->on[3 * i + k], on[k]);
+    return force;
+}
+
 void joint_apply(Joint *joint)
 {
     const Body *body = joint->body, *other = joint->other;
@@ -299,9 +328,9 @@ void joint_apply(Joint *joint)
         const Vec3 *x = &joint->at[3 * i];
         Facet facet = facet_of(x);
         Vec3 stretch = vec3_sub(joint->x[i], end_of(tie, x, &facet));
-        Vec3 speed = vec3_sub(joint->v[i], end_velocity(tie, &facet, &joint->velocity[3 * i]));
-        Vec3 force = vec3_madd(vec3_scale(tie->stiffness, stretch), tie->damping, speed);
+        Vec3 force = vec3_scale(tie->stiffness, stretch);
         hand_over(tie, &facet, force, &joint->on[3 * i]);
+        force = vec3_add(force, damp(joint, i, x, &facet));
         joint->f[i] = vec3_scale(-1.0, force);
     }
     body->ops->add_forces(body->model, joint->node, count, joint->f);

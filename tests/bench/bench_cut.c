@@ -141,7 +141,7 @@ static void run_message(Bench *bench, const char *name, const char *body)
 
 // --- live ---
 
-// Random sweeps through both bodies at their rate, for `seconds`.
+// Random sweeps through both bodies in turn.
 static bool write_sweeps(char *path, size_t size, int count)
 {
     char *text = malloc((size_t)count * 192 + 1);
@@ -150,9 +150,14 @@ static bool write_sweeps(char *path, size_t size, int count)
     text[0] = '\0';
     srand(17);
     for (int i = 0; i < count; i++) {
-        double end[12];
-        for (int k = 0; k < 12; k++)
-            end[k] = 0.05 * (2.0 * rand() / RAND_MAX - 1.0) + (k % 3 == 0 && i % 2 ? 0.2 : 0.0);
+        // The two ends go nearly the same way: few sweeps are too twisted.
+        double end[12], way[3];
+        for (int k = 0; k < 3; k++)
+            way[k] = 0.08 * (2.0 * rand() / RAND_MAX - 1.0);
+        for (int k = 0; k < 6; k++) {
+            end[k] = 0.04 * (2.0 * rand() / RAND_MAX - 1.0) + (k % 3 == 0 && i % 2 ? 0.2 : 0.0);
+            end[k + 6] = end[k] + way[k % 3] + 0.01 * (2.0 * rand() / RAND_MAX - 1.0);
+        }
         used += (size_t)snprintf(text + used, 192,
                                  "lift\n%.5f %.5f %.5f %.5f %.5f %.5f\n"
                                  "%.5f %.5f %.5f %.5f %.5f %.5f\n",

@@ -85,21 +85,11 @@ static void reset(Client *client)
     assert_true(command(client, PLIANT_COMMAND_T_RESET, 0, "")->ok);
 }
 
-// Until both models can be cut.
-static void need_models(Client *client)
-{
-    static const char *const bodies[] = {"box", "ball"};
-    for (int k = 0; k < 2; k++)
-        if (strstr(cut_at(client, 900.0, bodies[k])->text, "not cuttable") != NULL)
-            skip();
-}
-
 // --- messages ---
 
 static void a_cut_is_answered_with_what_it_severed(void **state)
 {
     Client *client = ((Fixture *)*state)->client;
-    need_models(client);
     reset(client);
     static const struct {
         const char *body;
@@ -127,7 +117,6 @@ static void a_cut_is_answered_with_what_it_severed(void **state)
 static void a_repeated_cut_is_answered_again_and_not_made(void **state)
 {
     Client *client = ((Fixture *)*state)->client;
-    need_models(client);
     reset(client);
     char body[] = "box";
     pliant_cut_t cut = sweep_at(client, 0.0051, body);
@@ -147,7 +136,6 @@ static void a_repeated_cut_is_answered_again_and_not_made(void **state)
 static void all_bodies_are_cut_by_a_sweep_that_names_none(void **state)
 {
     Client *client = ((Fixture *)*state)->client;
-    need_models(client);
     reset(client);
     char all[] = "";
     pliant_cut_t cut = sweep_at(client, 0.0, all);
@@ -176,7 +164,6 @@ static void expect_refused(Client *client, pliant_cut_t *cut, const char *text)
 static void cuts_that_cannot_be_made_say_why(void **state)
 {
     Client *client = ((Fixture *)*state)->client;
-    need_models(client);
     reset(client);
     char box[] = "box", hard[] = "hard", nobody[] = "nobody", odd[] = "b\x01x", all[] = "";
     pliant_cut_t good = sweep_at(client, 0.0001, box), cut = good;
@@ -223,7 +210,6 @@ static void cuts_that_cannot_be_made_say_why(void **state)
 static void an_inside_out_blade_cuts_like_any(void **state)
 {
     Client *client = ((Fixture *)*state)->client;
-    need_models(client);
     reset(client);
     char box[] = "box";
     pliant_cut_t cut = sweep_at(client, 0.0001, box), turned = cut;
@@ -239,7 +225,6 @@ static void an_inside_out_blade_cuts_like_any(void **state)
 static void random_cuts_do_no_harm(void **state)
 {
     Client *client = ((Fixture *)*state)->client;
-    need_models(client);
     reset(client);
     srand(5);
     int made = 0;
@@ -278,7 +263,6 @@ static void run_cutter(Daemon *run, const char *format, ...)
 static void the_client_cuts_planes_polylines_and_files(void **state)
 {
     Client *client = ((Fixture *)*state)->client;
-    need_models(client);
     reset(client);
     Daemon run;
     run_cutter(&run, "--body box --plane 0.0001,0,0,1,0,0");
@@ -350,7 +334,6 @@ static void the_client_says_what_is_wrong_with_its_arguments(void **state)
 static void the_client_moves_a_blade(void **state)
 {
     Client *client = ((Fixture *)*state)->client;
-    need_models(client);
     reset(client);
     client->events = 0;
     Daemon run;
@@ -382,7 +365,6 @@ static void pose_blade(Client *client, double x, double y, bool active)
 static void a_blade_that_is_put_elsewhere_cuts_nothing_between(void **state)
 {
     Client *client = ((Fixture *)*state)->client;
-    need_models(client);
     reset(client);
     client->events = 0;
     // Down on the one side, up, down on the other at once: mostly within one tick.
@@ -418,7 +400,6 @@ static void a_log_of_inputs_repeats_cuts_and_strokes_bit_for_bit(void **state)
     char live[32], again[32];
     daemon_start(&daemon, "--log-inputs %s %s", log, path);
     client_wait_for_daemon(client);
-    need_models(client);
     assert_true(cut_at(client, 0.0051, "box")->ok);
     cut_at(client, 0.1, "");
     for (int i = 0; i <= 60; i++) {
@@ -437,6 +418,52 @@ static void a_log_of_inputs_repeats_cuts_and_strokes_bit_for_bit(void **state)
     client_destroy(client);
 }
 
+#ifdef WITH_HDF5
+static void a_cut_scene_goes_on_from_checkpoints_bit_for_bit(void **state)
+{
+    (void)state;
+    const char *path = scratch("cp.cfg"), *cut = scratch("cut.h5"), *part = scratch("part.h5");
+    write_text(path, SCENE);
+    Client *client = client_create();
+    Daemon daemon;
+    char saved[32], resumed[32], whole[32], parts[32];
+    daemon_start(&daemon, "--checkpoint %s %s", cut, path);
+    client_wait_for_daemon(client);
+    assert_true(cut_at(client, 0.0051, "box")->ok);
+    assert_true(cut_at(client, 0.2003, "ball")->ok);
+    for (int i = 0; i < 30; i++) { // and in the middle of a stroke
+        pose_blade(client, -0.0049, -0.03 + 0.001 * i, true);
+        client_listen(client, 2);
+    }
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    client_destroy(client);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, saved);
+    run_daemon(&daemon, "--offline 0 --resume %s %s", cut, path);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, resumed);
+    assert_string_equal(saved, resumed);
+    run_daemon(&daemon, "--offline 0.3 --resume %s %s", cut, path);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, whole);
+    run_daemon(&daemon, "--offline 0.1 --resume %s --checkpoint %s %s", cut, part, path);
+    run_daemon(&daemon, "--offline 0.2 --resume %s %s", part, path);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, parts);
+    assert_string_equal(whole, parts);
+    // A scene whose body cannot be cut is another one.
+    char other[sizeof SCENE];
+    memcpy(other, SCENE, sizeof other);
+    memcpy(strstr(other, "cuttable = true"), "               ", 15);
+    char *semicolon = strstr(other, "               ;");
+    semicolon[15] = ' ';
+    write_text(path, other);
+    run_daemon(&daemon, "--offline 0.1 --resume %s %s", cut, path);
+    assert_int_equal(daemon.code, 2);
+}
+#endif
+
 // --- load ---
 
 static void hundred_cuts_a_second_are_all_answered_while_a_tool_presses(void **state)
@@ -449,9 +476,14 @@ static void hundred_cuts_a_second_are_all_answered_while_a_tool_presses(void **s
     assert_non_null(out);
     srand(9);
     for (int i = 0; i < CUTS; i++) {
-        double end[12];
-        for (int k = 0; k < 12; k++)
-            end[k] = 0.05 * (2.0 * rand() / RAND_MAX - 1.0) + (k % 3 == 0 && i % 2 ? 0.2 : 0.0);
+        // The two ends go nearly the same way: few sweeps are too twisted.
+        double end[12], way[3];
+        for (int k = 0; k < 3; k++)
+            way[k] = 0.08 * (2.0 * rand() / RAND_MAX - 1.0);
+        for (int k = 0; k < 6; k++) {
+            end[k] = 0.04 * (2.0 * rand() / RAND_MAX - 1.0) + (k % 3 == 0 && i % 2 ? 0.2 : 0.0);
+            end[k + 6] = end[k] + way[k % 3] + 0.01 * (2.0 * rand() / RAND_MAX - 1.0);
+        }
         fprintf(out, "lift\n%g %g %g %g %g %g\n%g %g %g %g %g %g\n", end[0], end[1], end[2], end[3],
                 end[4], end[5], end[6], end[7], end[8], end[9], end[10], end[11]);
     }
@@ -460,7 +492,6 @@ static void hundred_cuts_a_second_are_all_answered_while_a_tool_presses(void **s
     Daemon daemon, run;
     daemon_start(&daemon, "%s", path);
     client_wait_for_daemon(client);
-    need_models(client);
     daemon_program(cutter);
     daemon_start(&run, "--quiet --rate 100 --file %s", file);
     daemon_program(NULL);
@@ -503,6 +534,9 @@ int main(int argc, char **argv)
     };
     const struct CMUnitTest alone[] = {
         daemon_test(a_log_of_inputs_repeats_cuts_and_strokes_bit_for_bit),
+#ifdef WITH_HDF5
+        daemon_test(a_cut_scene_goes_on_from_checkpoints_bit_for_bit),
+#endif
         daemon_test(hundred_cuts_a_second_are_all_answered_while_a_tool_presses),
     };
     harness_start(argc, argv);

@@ -101,12 +101,12 @@ bool cut_find_check(const CutFinder *finder)
 static Reach reach_of(const BladeEdge *before, const BladeEdge *after, double grow)
 {
     const Vec3 p[4] = {before->end[0], before->end[1], after->end[0], after->end[1]};
-    Reach reach = {.near = INFINITY, .far = -INFINITY};
+    Reach reach = {.near = HUGE_VAL, .far = -HUGE_VAL};
     // The diagonals' cross product; zero, and so without effect, for a sweep without area.
     reach.normal = vec3_unit(vec3_cross(vec3_sub(p[3], p[0]), vec3_sub(p[2], p[1])));
     for (int c = 0; c < 3; c++) {
-        reach.low[c] = INFINITY;
-        reach.high[c] = -INFINITY;
+        reach.low[c] = HUGE_VAL;
+        reach.high[c] = -HUGE_VAL;
     }
     for (int i = 0; i < 4; i++) {
         const double x[3] = {p[i].x, p[i].y, p[i].z};

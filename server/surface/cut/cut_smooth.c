@@ -9,7 +9,7 @@ enum { MARK_PATH = 1, MARK_LISTED = 2 };
 
 double cut_sweep_distance(const BladeEdge *edge, int edges, Vec3 point)
 {
-    double nearest = INFINITY;
+    double nearest = HUGE_VAL;
     for (int k = 0; k + 1 < edges; k++) {
         const Vec3 *a = edge[k].end, *b = edge[k + 1].end;
         const Vec3 first[3] = {a[0], a[1], b[0]}, second[3] = {a[1], b[1], b[0]};

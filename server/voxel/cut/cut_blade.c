@@ -23,7 +23,8 @@ typedef struct Search {
     int now, was; // stamps of this tick and of the one before; -1: none
     CellCentres centres;
     int brick_count; // near the sweep
-    double grown;    // by how much boxes may be too small [m]
+    double travel;   // see BladeStroke
+    double margin;   // that is kept around the sweep [m]
     bool lost;       // a cell is beyond what can be told
     int stamp;       // of the codes
     bool met_broken;
@@ -52,7 +53,7 @@ static void make_box(const CutBlades *blades, const CellCentres *centres, int br
         for (int axis = 0; axis < 3; axis++) { // links reach beyond the brick
             if (lattice->element[cell].cell[axis] % WINDOW_EDGE != WINDOW_EDGE - 1)
                 continue;
-            const int beyond = cut_lattice_beyond(lattice, cell, axis);
+            const int beyond = blades->beyond[cell][axis];
             if (beyond >= 0 && cut_lattice_leaf_of(lattice, beyond) != own)
                 cut_centres_grow(centres, beyond, low, high);
         }
@@ -65,12 +66,6 @@ static void make_box(const CutBlades *blades, const CellCentres *centres, int br
         }
         box->low[r] = middle - half, box->high[r] = middle + half;
     }
-}
-
-static void make_boxes(const CutBlades *blades, const CellCentres *centres, BladeBox *box)
-{
-    for (int brick = 0; brick < blades->brick_count; brick++)
-        make_box(blades, centres, brick, &box[brick]);
 }
 
 // The largest speed of a vertex [m/s], bounded from the largest component.
@@ -95,21 +90,21 @@ static double largest_speed(const CutBlades *blades, const void *row)
     return sqrt(most);
 }
 
-// Boxes are made anew once anything can have moved by a cell. Speeds at the ends of ticks tell what
-// a tick's motion is but for a factor, which is taken as two.
-static void keep_boxes(Search *search, double tick, const void *row)
+// Speeds at the ends of ticks tell what a tick's motion is but for a factor, which is taken as two.
+static void note_motion(Search *search, double tick, const void *row)
 {
-    CutBlades *blades = search->blades;
     BladeStroke *stroke = search->memory->stroke;
-    const double motion = 2.0 * tick * largest_speed(blades, row);
-    if (stroke->travel >= 0.0)
-        stroke->travel += motion;
-    if (!(stroke->travel >= 0.0 && stroke->travel <= blades->size)) {
-        make_boxes(blades, &search->centres, search->memory->box);
-        stroke->travel = 0.0;
-    }
-    // Cells come into the margin before the blade can reach them.
-    search->grown = stroke->travel + motion + blades->size;
+    const double motion = 2.0 * tick * largest_speed(search->blades, row);
+    stroke->travel += motion;
+    search->travel = stroke->travel;
+    // Cells are remembered before the blade can reach them, in the next tick too.
+    search->margin = motion + 0.25 * search->blades->size;
+}
+
+// By how much a box may be too small.
+static double growth(const Search *search, const BladeBox *box)
+{
+    return search->margin + search->travel - box->made;
 }
 
 static Vec3 place_of(const CutBlades *blades, CutPoint point)
@@ -120,7 +115,19 @@ static Vec3 place_of(const CutBlades *blades, CutPoint point)
                 origin.z + blades->q * (double)point.x[2]);
 }
 
-// Bricks whose box meets that of the four ends of the edge.
+// Shifts of the edge and rounding are of a few q.
+static bool boxes_meet(const Search *search, const BladeBox *box, const double low[3],
+                       const double high[3])
+{
+    const double grown = growth(search, box) + 64.0 * search->blades->q;
+    bool apart = false;
+    for (int c = 0; c < 3; c++)
+        apart |= box->low[c] - grown > high[c] || box->high[c] + grown < low[c];
+    return !apart;
+}
+
+// Bricks whose box meets that of the four ends of the edge. Boxes near by are made anew once they
+// have become too large.
 static void find_bricks(Search *search, const CutPoint from[2], const CutPoint to[2])
 {
     const CutBlades *blades = search->blades;
@@ -135,15 +142,15 @@ static void find_bricks(Search *search, const CutPoint from[2], const CutPoint t
             high[c] = at[c] > high[c] ? at[c] : high[c];
         }
     }
-    // Shifts of the edge and rounding are of a few q.
-    const double grown = search->grown + 64.0 * blades->q;
     search->brick_count = 0;
     for (int b = 0; b < blades->brick_count; b++) {
-        const BladeBox *box = &search->memory->box[b];
-        bool apart = false;
-        for (int c = 0; c < 3; c++)
-            apart |= box->low[c] - grown > high[c] || box->high[c] + grown < low[c];
-        if (!apart)
+        BladeBox *box = &search->memory->box[b];
+        if (!(box->made >= 0.0) || (boxes_meet(search, box, low, high) &&
+                                    search->travel - box->made > 0.5 * blades->size)) {
+            make_box(blades, &search->centres, b, box);
+            box->made = search->travel;
+        }
+        if (boxes_meet(search, box, low, high))
             blades->brick[search->brick_count++] = b;
     }
 }
@@ -183,7 +190,7 @@ static void look_at_cells(Search *search)
             for (int axis = 0; axis < 3; axis++) {
                 if (lattice->element[cell].cell[axis] % WINDOW_EDGE != WINDOW_EDGE - 1)
                     continue;
-                const int beyond = cut_lattice_beyond(lattice, cell, axis);
+                const int beyond = search->blades->beyond[cell][axis];
                 if (beyond >= 0)
                     look_at(search, beyond);
             }
@@ -202,11 +209,8 @@ static CutPath path_of(const Search *search, int cell, int part, int parts)
 }
 
 // ---------------------------------------------------------------------------------------------
-// Which links an edge may meet: as cut_may_meet, but with what can be said of a cell said once.
-// Bits of a code: on that side of the box (low, high by axis); on that side of a plane (two by
-// plane).
-
-enum { BOX_BITS = 0x3f, FIRST_PLANE = 0xc0, SECOND_PLANE = 0x300 };
+// Which links an edge may meet: as cut_may_meet, but on which sides of the edge's box a cell is is
+// found once for all its links. A bit of a code for each side (low, high by axis).
 
 static void set_edge(Search *search, const CutPath edge[2])
 {
@@ -258,30 +262,35 @@ static unsigned code_of(Search *search, int cell, int part, int parts)
     unsigned code = 0;
     for (int c = 0; c < 3; c++) {
         const double a = (double)path.at[0].x[c], b = (double)path.at[1].x[c];
-        code |= (unsigned)(a < search->low[c] && b < search->low[c]) << 2 * c;
-        code |= (unsigned)(a > search->high[c] && b > search->high[c]) << (2 * c + 1);
+        code |= (unsigned)((a < search->low[c]) & (b < search->low[c])) << 2 * c;
+        code |= (unsigned)((a > search->high[c]) & (b > search->high[c])) << (2 * c + 1);
     }
-    for (int t = 0; t < 2; t++)
-        code |= (side_of(search, t, &path.at[0]) & side_of(search, t, &path.at[1])) << (6 + 2 * t);
     blades->code_stamp[cell] = search->stamp;
-    blades->code[cell] = (unsigned short)code;
+    blades->code[cell] = (unsigned char)code;
     return code;
 }
 
-static bool may_meet(unsigned a, unsigned b)
+// Whether all points of a link are certainly on one side of both planes.
+static bool is_clear(const Search *search, const CutPath link[2])
 {
-    const unsigned both = a & b;
-    return (both & BOX_BITS) == 0 && !((both & FIRST_PLANE) != 0 && (both & SECOND_PLANE) != 0);
+    for (int t = 0; t < 2; t++) {
+        unsigned side = 3;
+        for (int k = 0; k < 4; k++)
+            side &= side_of(search, t, &link[k / 2].at[k % 2]);
+        if (side == 0)
+            return false;
+    }
+    return true;
 }
 
-// The same of a whole brick.
+// The same of a whole brick, box and planes.
 static bool brick_may_meet(const Search *search, int brick)
 {
     const CutBlades *blades = search->blades;
     const BladeBox *box = &search->memory->box[brick];
     const Vec3 o = blades->rows->rest_origin;
     const double origin[3] = {o.x, o.y, o.z};
-    const double grown = (search->grown / blades->q) + 4.0;
+    const double grown = growth(search, box) / blades->q + 64.0;
     double middle[3], half[3];
     for (int c = 0; c < 3; c++) {
         middle[c] = (0.5 * (box->low[c] + box->high[c]) - origin[c]) / blades->q;
@@ -325,12 +334,12 @@ static void next_codes(Search *search)
 static int test_link(Search *search, int cell, int beyond, int part, int parts)
 {
     search->blades->looked_at++;
-    if (!may_meet(code_of(search, cell, part, parts), code_of(search, beyond, part, parts)))
+    if ((code_of(search, cell, part, parts) & code_of(search, beyond, part, parts)) != 0)
         return 0;
     const bool ordered = cell < beyond;
     const CutPath link[2] = {path_of(search, ordered ? cell : beyond, part, parts),
                              path_of(search, ordered ? beyond : cell, part, parts)};
-    const int count = cut_count(search->edge, link);
+    const int count = is_clear(search, link) ? 0 : cut_count(search->edge, link);
     return count == CUT_DEGENERATE ? CUT_DEGENERATE : count % 2;
 }
 
@@ -350,7 +359,7 @@ static bool test_links(Search *search, int part, int parts)
                 if ((broken && (!search->whole || search->met_broken)) ||
                     (blades->hit_bits[cell] >> axis & 1))
                     continue;
-                const int beyond = cut_lattice_beyond(lattice, cell, axis);
+                const int beyond = blades->beyond[cell][axis];
                 if (beyond < 0)
                     continue;
                 const int odd = test_link(search, cell, beyond, part, parts);
@@ -437,6 +446,12 @@ static bool answer(CutBlades *blades, CutVerdict verdict, CutOutcome *outcome)
     return verdict == CUT_DONE;
 }
 
+static void forget_boxes(const CutBlades *blades, BladeMemory *memory)
+{
+    for (int b = 0; b < blades->brick_count; b++)
+        memory->box[b].made = -1.0;
+}
+
 static bool sweep_whole(CutBlades *blades, const void *row, const CutSweep *sweep,
                         CutOutcome *outcome)
 {
@@ -450,7 +465,7 @@ static bool sweep_whole(CutBlades *blades, const void *row, const CutSweep *swee
     memset(blades->whole.stamp, 0, (size_t)blades->cell_count * sizeof *blades->whole.stamp);
     search.now = 1, search.was = -1;
     cut_centres_begin(&search.centres, blades->lattice, blades->rows, row);
-    make_boxes(blades, &search.centres, blades->whole.box);
+    forget_boxes(blades, &blades->whole);
     find_bricks(&search, from, to);
     look_at_cells(&search);
     if (search.lost)
@@ -472,18 +487,19 @@ static bool begin_stroke(CutBlades *blades, const void *row, BladeMemory *memory
                          const BladeEdge *edge)
 {
     BladeStroke *stroke = memory->stroke;
-    *stroke = (BladeStroke){.travel = -1.0};
+    *stroke = (BladeStroke){.under_way = 0};
     if (!quantise_edge(blades, edge, stroke->edge))
         return false;
     memset(memory->stamp, 0, (size_t)blades->cell_count * sizeof *memory->stamp);
     stroke->under_way = stroke->fresh = stroke->now = 1;
     Search search = {.blades = blades, .memory = memory, .now = 1, .was = -1};
     cut_centres_begin(&search.centres, blades->lattice, blades->rows, row);
-    keep_boxes(&search, 0.0, row);
+    forget_boxes(blades, memory);
+    note_motion(&search, 0.0, row);
     find_bricks(&search, stroke->edge, stroke->edge);
     look_at_cells(&search);
     if (search.lost)
-        *stroke = (BladeStroke){.travel = -1.0};
+        *stroke = (BladeStroke){.under_way = 0};
     return !search.lost;
 }
 
@@ -503,7 +519,7 @@ static bool go_on(CutBlades *blades, const void *row, double tick, const CutSwee
         search.was = (int)stroke->now;
         search.now = (int)++stroke->now;
         cut_centres_begin(&search.centres, blades->lattice, blades->rows, row);
-        keep_boxes(&search, tick, row);
+        note_motion(&search, tick, row);
         find_bricks(&search, stroke->edge, to);
         look_at_cells(&search);
         int64_t *tries = &sweep->stroke->tries;
@@ -537,7 +553,7 @@ bool cut_blades_find(CutBlades *blades, const void *row, double tick, const CutS
     BladeMemory *memory = &blades->blade[sweep->blade];
     bool within = true;
     if (sweep->phase == CUT_ENDS)
-        *memory->stroke = (BladeStroke){.travel = -1.0};
+        *memory->stroke = (BladeStroke){.under_way = 0};
     else if (sweep->phase == CUT_BEGINS)
         within = begin_stroke(blades, row, memory, &sweep->after);
     else if (memory->stroke->under_way || begin_stroke(blades, row, memory, &sweep->before))
@@ -568,6 +584,11 @@ void cut_blades_create(CutBlades *blades, const char *name, const CutLattice *la
         blades->brick_count++;
     blades->hit = arena_allocate(arena, ARENA_CONTACT, 3 * (size_t)cells, sizeof *blades->hit,
                                  "%s/hits", name);
+    blades->beyond = arena_allocate(arena, ARENA_CONTACT, (size_t)cells, sizeof *blades->beyond,
+                                    "%s/cells beyond", name);
+    for (int cell = 0; cell < cells; cell++)
+        for (int axis = 0; axis < 3; axis++)
+            blades->beyond[cell][axis] = cut_lattice_beyond(lattice, cell, axis);
     blades->hit_bits = ALLOCATE(cells, unsigned char, "hit faces");
     blades->whole.centre = arena_allocate(arena, ARENA_CONTACT, (size_t)cells,
                                           sizeof *blades->whole.centre, "%s/centres", name);
@@ -576,7 +597,7 @@ void cut_blades_create(CutBlades *blades, const char *name, const CutLattice *la
     blades->before = arena_allocate(arena, ARENA_CONTACT, (size_t)cells, sizeof *blades->before,
                                     "%s/centres before", name);
     blades->code_stamp = ALLOCATE(cells, int, "stamps of codes");
-    blades->code = ALLOCATE(cells, unsigned short, "codes");
+    blades->code = ALLOCATE(cells, unsigned char, "codes");
     blades->brick = ALLOCATE(blades->brick_count, int, "bricks near");
 }
 
@@ -589,7 +610,6 @@ void cut_blades_reserve(CutBlades *blades, const char *name, int count, Arena *a
     for (int k = 0; k < count; k++) {
         BladeMemory *memory = &blades->blade[k];
         memory->stroke = ALLOCATE(1, BladeStroke, "stroke");
-        memory->stroke->travel = -1.0;
         memory->centre = arena_allocate(arena, ARENA_CONTACT, cells, sizeof *memory->centre,
                                         "%s/centres by blade", name);
         memory->stamp = ALLOCATE(cells, int, "stamps by blade");
@@ -603,6 +623,12 @@ void cut_blades_reserve(CutBlades *blades, const char *name, int count, Arena *a
     }
 }
 
+void cut_blades_forget(CutBlades *blades)
+{
+    for (int k = 0; k < blades->blade_count; k++)
+        *blades->blade[k].stroke = (BladeStroke){.under_way = 0};
+}
+
 void cut_blades_restored(CutBlades *blades)
 {
     for (int k = 0; k < blades->blade_count; k++) {
@@ -614,7 +640,7 @@ void cut_blades_restored(CutBlades *blades)
             good &= x < CUT_REACH / 2 && x > -CUT_REACH / 2;
         }
         if (!good)
-            *stroke = (BladeStroke){.travel = -1.0};
+            *stroke = (BladeStroke){.under_way = 0};
         for (int c = 0; c < blades->cell_count; c++)
             for (int d = 0; d < 3; d++) {
                 int *x = &blades->blade[k].centre[c][d];

@@ -87,8 +87,10 @@ static void body_restore(void *self, bool to_start)
     vertices_restore(&model->vertices, to_start);
     if (model->tear.felt != NULL)
         cut_tear_forget(&model->tear);
-    if (to_start)
-        cut_windows_forget_rotations(&model->windows);
+    if (!to_start)
+        return;
+    cut_windows_forget_rotations(&model->windows);
+    cut_blades_forget(&model->blades);
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -12,8 +12,9 @@ typedef struct CellCentres {
     const Rows *rows;
     const void *row;
     double turn[3][3], shift[3]; // from the rows' coordinates to the world
-    int family;                  // the element of level 1 whose points are in `point`; -1: none
-    Vec3 point[27];              // x + 3 y + 9 z
+    // Points of the element of each level that was last asked for, x + 3 y + 9 z; -1: of none.
+    int element[VOXEL_LEVELS_MAX + 1];
+    Vec3 point[VOXEL_LEVELS_MAX + 1][27];
 } CellCentres;
 
 void cut_centres_begin(CellCentres *centres, const CutLattice *lattice, const Rows *rows,

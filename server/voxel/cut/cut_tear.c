@@ -42,6 +42,10 @@ void cut_tear_create(CutTear *tear, const char *name, double stress, double forc
         const int batches = windows->capacity[BATCH_PLAIN] + windows->capacity[BATCH_HANGING];
         tear->high = ALLOCATE(ARENA_TOPOLOGY, batches, uint16_t, "stressed lanes");
         tear->stressed = ALLOCATE(ARENA_TOPOLOGY, cells, int, "stressed elements");
+        tear->is_looked_at =
+            ALLOCATE(ARENA_TOPOLOGY, lattice->element_count, bool, "elements looked at");
+        tear->next = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "next to be looked at");
+        state_add(state, tear->next, sizeof *tear->next, "%s/tear_next", name);
         tear->near = ALLOCATE(ARENA_TOPOLOGY, NEAR, TearStress, "stresses");
     }
     if (force > 0.0) {
@@ -217,13 +221,7 @@ static void test_face(CutTear *tear, const VoxelPass *pass, int small, int side,
         list_face(list, &face);
 }
 
-static bool is_stressed(const CutTear *tear, int leaf)
-{
-    const int place = tear->windows->place[leaf];
-    return tear->high[place / LANES] >> place % LANES & 1;
-}
-
-// All faces of a leaf but those that another stressed one has listed. Beyond a side there is one
+// All faces of a leaf but those that another one has listed. Beyond a side there is one
 // leaf, as large or larger, or up to four that are half as large.
 static void test_leaf(CutTear *tear, const VoxelPass *pass, int leaf, TearList *list)
 {
@@ -242,7 +240,7 @@ static void test_leaf(CutTear *tear, const VoxelPass *pass, int leaf, TearList *
                 continue;
             const int other = cut_lattice_leaf_of(lattice, cell);
             const bool smaller = lattice->element[other].level < e->level;
-            if (!(other < leaf && is_stressed(tear, other)))
+            if (!tear->is_looked_at[other])
                 test_face(tear, pass, smaller ? other : leaf, smaller ? side ^ 1 : side,
                           smaller ? leaf : other, list);
             if (!smaller)
@@ -278,7 +276,8 @@ static void look_at_half(void *context, int first, int last)
                            half, tear->high);
 }
 
-static void find_by_stress(CutTear *tear, const VoxelPass *pass)
+// Returns how many are under stress.
+static int find_stressed(CutTear *tear, const VoxelPass *pass)
 {
     // A little lower: the kernels round, in single precision to 1e-7 of the stiffness.
     SharedLook shared = {tear, pass, (1.0 - 1e-3) * tear->stress};
@@ -286,11 +285,37 @@ static void find_by_stress(CutTear *tear, const VoxelPass *pass)
         team_run(tear->vertices->team, look_at_half, &shared, 2);
     else
         look_at_half(&shared, 0, 2);
-    const int count = cut_windows_stressed(tear->windows, tear->high, tear->stressed);
+    return cut_windows_stressed(tear->windows, tear->high, tear->stressed);
+}
+
+// The elements of a tick, from number `first` of those under stress on, round about.
+static int choose(CutTear *tear, int count, int *first)
+{
+    *first = 0;
+    if (count <= TEAR_LOOKS) {
+        *tear->next = 0;
+        return count;
+    }
+    while (*first < count && tear->stressed[*first] < *tear->next)
+        (*first)++;
+    *first %= count;
+    *tear->next = tear->stressed[(*first + TEAR_LOOKS) % count];
+    return TEAR_LOOKS;
+}
+
+static void find_by_stress(CutTear *tear, const VoxelPass *pass)
+{
+    int first, stressed = find_stressed(tear, pass);
+    const int count = choose(tear, stressed, &first);
     TearList list = {.count = 0};
     tear->look++;
+    for (int k = 0; k < count; k++) {
+        const int leaf = tear->stressed[(first + k) % stressed];
+        test_leaf(tear, pass, leaf, &list);
+        tear->is_looked_at[leaf] = true;
+    }
     for (int k = 0; k < count; k++)
-        test_leaf(tear, pass, tear->stressed[k], &list);
+        tear->is_looked_at[tear->stressed[(first + k) % stressed]] = false;
     for (int k = 0; k < list.count; k++) {
         const TearFace *face = &list.face[k];
         for (int i = 0; i < face->edge * face->edge; i++) {

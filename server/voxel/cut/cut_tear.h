@@ -21,7 +21,11 @@
 
 // Most faces (of any elements) that tear in a tick, those under the greatest stress first; so a
 // body that goes to pieces does it over several ticks, each of bounded time.
-enum { TEAR_FACES = 64 };
+enum {
+    TEAR_FACES = 64,
+    TEAR_LOOKS = 512, // most elements whose faces are looked at in a tick; of more under stress,
+                      // those that follow the last of the tick before
+};
 
 typedef struct CutTear {
     const CutLattice *lattice;
@@ -32,8 +36,9 @@ typedef struct CutTear {
     double force;  // [N]; 0: does not tear by force
 
     // --- part of the state ---
-    double *felt; // [vertex_capacity] square of the largest force from outside in the last tick
-                  // [N2]; NULL: does not tear by force
+    int64_t *next; // the element from which on to look; 0 as a rule
+    double *felt;  // [vertex_capacity] square of the largest force from outside in the last tick
+                   // [N2]; NULL: does not tear by force
 
     // --- the last answer ---
     int (*hit)[2]; // [hit_count] {cell, axis}
@@ -43,6 +48,7 @@ typedef struct CutTear {
     unsigned char *hit_bits; // [cell] bit d: its face towards +d is among them
     uint16_t *high;          // [batch]
     int *stressed;           // [leaves] elements
+    bool *is_looked_at;      // [element]
     struct TearStress *near; // a few elements' stresses
     int64_t look;            // how often was looked
 } CutTear;
