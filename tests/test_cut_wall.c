@@ -482,6 +482,52 @@ static void a_blade_through_moving_tissue_separates_it(void **unused)
                   copies, most, slowest);
 }
 
+static const ToolOptions BALL = {.id = 1,
+                                 .kind = TOOL_PROBE,
+                                 .capsule_count = 1,
+                                 .capsule = {{.radius = 0.012}},
+                                 .max_force = 3.3,
+                                 .friction = -1.0};
+
+// A probe stays outside of a wall whose faces under it are cut, and is pushed by both lips.
+static void a_probe_presses_on_what_is_cut_under_it(void **unused)
+{
+    (void)unused;
+    for (int levels = 0; levels < 3; levels++) {
+        SurfaceOptions options = cut_options(levels, 0);
+        options.adaptive = levels == 2;
+        options.adapt.check_hz = 100.0;
+        options.shape.angular_frequency = 200.0;
+        options.contact_ratio = 1.0;
+        DetailBench bench;
+        create_with(&bench, SPHERE, &options, 0.0, &BALL);
+        int felt = 0;
+        for (int tick = 0; tick < 400; tick++) {
+            // Down onto the north pole, 3 mm into it.
+            double depth = fmin(0.003, 0.003 * tick / 100.0);
+            ToolPose pose = {.position = {0.0, 0.0, 0.062 - depth},
+                             .orientation = {1.0, 0.0, 0.0, 0.0},
+                             .active = true};
+            sim_apply_pose(bench.sim, 0, &pose, true);
+            if (tick == 150 || tick == 250) { // two cuts that cross under it
+                Vec3 forward = tick == 150 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0);
+                CutOptions slit =
+                    sweep_at(vec3(0.0, 0.0, 0.05), vec3(0.0, 0.0, 1.0), forward, 0.03, 0.05);
+                assert_true(cut(&bench, &slit).separated > 2);
+            }
+            sim_step(bench.sim);
+            const ToolWrench *wrench = sim_wrench(bench.sim, 0);
+            assert_true(vec3_finite(wrench->force));
+            felt += tick > 150 && wrench->force.z > 0.0;
+        }
+        assert_int_equal(sim_resets(bench.sim), 0);
+        assert_true(felt > 200); // of 249 ticks; for a moment it may fall free
+        WallShape shape;
+        expect_sound(&bench, &shape, 0);
+        bench_destroy(&bench);
+    }
+}
+
 static void what_does_not_fit_is_refused_and_changes_nothing(void **unused)
 {
     (void)unused;
@@ -660,6 +706,7 @@ int main(void)
         cmocka_unit_test(a_long_cut_opens_under_prestress),
         cmocka_unit_test(pieces_that_come_apart_move_apart),
         cmocka_unit_test(a_blade_through_moving_tissue_separates_it),
+        cmocka_unit_test(a_probe_presses_on_what_is_cut_under_it),
         cmocka_unit_test(what_does_not_fit_is_refused_and_changes_nothing),
         cmocka_unit_test(copies_end_with_their_capacity),
         cmocka_unit_test(a_cut_state_goes_on_elsewhere_with_the_same_bits),
