@@ -331,10 +331,10 @@ static bool has_room(Detail *detail, CutOutcome *outcome)
     list_wanted(detail);
     bool all_fits = nodes->capacity == nodes->thing_count && faces->capacity == faces->thing_count;
     return !lacks(outcome, CUT_NO_NODES, copies, cut->copy_capacity - (int)*cut->copies) &&
-           (all_fits ||
-            (!lacks(outcome, CUT_NO_NODES, copies + 3 * cut->want_count,
-                    nodes->capacity - nodes->used) &&
-             !lacks(outcome, CUT_NO_FACES, 6 * cut->want_count, faces->capacity - faces->used)));
+           (all_fits || (!lacks(outcome, CUT_NO_NODES, copies + 3 * cut->want_count,
+                                nodes->capacity - nodes->used) &&
+                         !lacks(outcome, CUT_NO_FACES, 6 * cut->want_count,
+                                faces->capacity - faces->used - detail->slots->face_reserve)));
 }
 
 // --- nodes ---
