@@ -37,10 +37,11 @@ static Box empty_box(void)
 
 // --- where nodes are ---
 
-static Vec3 turn_out(const SurfaceModel *model, Vec3 v)
+static Vec3 turn_out(const SurfaceModel *model, int node, Vec3 v)
 {
-    if (model->basis.rigid != NULL) {
-        const double(*r)[3] = (const double(*)[3])model->basis.rigid->pose.rotation;
+    const FramePose *pose = detail_frames_pose(model, node);
+    if (pose != NULL) {
+        const double(*r)[3] = (const double(*)[3])pose->rotation;
         v = (Vec3){r[0][0] * v.x + r[0][1] * v.y + r[0][2] * v.z,
                    r[1][0] * v.x + r[1][1] * v.y + r[1][2] * v.z,
                    r[2][0] * v.x + r[2][1] * v.y + r[2][2] * v.z};
@@ -67,15 +68,16 @@ static Vec3 position_of(SurfaceModel *model, int node)
     if (detail->status[node] != NODE_OFF) {
         rows_read(&model->basis, model->rows[model->current], model->slot[node], &x, NULL);
         if (detail->status[node] == NODE_HANGING)
-            x = vec3_add(x, turn_out(model, vec3_sub(true_place(model, node),
-                                                     model_place(model, model->slot[node]))));
+            x = vec3_add(x, turn_out(model, node,
+                                     vec3_sub(true_place(model, node),
+                                              model_place(model, model->slot[node]))));
     } else {
         int parent[2];
         levels_parents(&detail->levels, node, parent);
         Vec3 a = true_place(model, parent[0]), b = true_place(model, parent[1]);
         Vec3 step = vec3_sub(true_place(model, node), vec3_scale(0.5, vec3_add(a, b)));
         a = position_of(model, parent[0]), b = position_of(model, parent[1]);
-        x = vec3_add(vec3_scale(0.5, vec3_add(a, b)), turn_out(model, step));
+        x = vec3_add(vec3_scale(0.5, vec3_add(a, b)), turn_out(model, node, step));
     }
     cut->seen[node] = cut->looks;
     return cut->position[node] = x;
@@ -185,12 +187,14 @@ static void move_vertex(SurfaceModel *model, const CutSnap *snap)
 // A change begins with a fit of the body's frame; if nothing comes of it the next fit starts from
 // where this one did, so that asking leaves no trace.
 typedef struct FrameStart {
-    double rotation[4];
+    double rotation[4], piece[PIECE_FRAMES][4];
 } FrameStart;
 
 static FrameStart begin(SurfaceModel *model)
 {
-    FrameStart start = {{0.0}};
+    FrameStart start = {{0.0}, {{0.0}}};
+    if (model->detail->frames != NULL)
+        memcpy(start.piece, model->detail->frames->rotation, sizeof start.piece);
     if (model->basis.rigid != NULL)
         memcpy(start.rotation, model->basis.rigid->rotation, sizeof start.rotation);
     detail_begin_change(model);
@@ -199,6 +203,8 @@ static FrameStart begin(SurfaceModel *model)
 
 static void take_back(SurfaceModel *model, const FrameStart *start)
 {
+    if (model->detail->frames != NULL)
+        memcpy(model->detail->frames->rotation, start->piece, sizeof start->piece);
     if (model->basis.rigid != NULL)
         memcpy(model->basis.rigid->rotation, start->rotation, sizeof start->rotation);
 }

@@ -409,11 +409,14 @@ bool detail_cut_break(SurfaceModel *model, const int *edge, int edge_count, CutO
         ASSERT(fits);
     }
     int64_t copies = *cut->copies;
+    int pieces = cut->piece_count;
     for (int v = 0; v < cut->vertex_count; v++)
         split_vertex(model, cut->vertex[v]);
     detail_cut_lock(detail);
     detail_pieces_label(detail);
     slots_label(detail->slots);
+    if (cut->piece_count > pieces)
+        detail_frames_start(detail);
     outcome->separated = edge_count;
     outcome->nodes_added = (int)(*cut->copies - copies);
     return true;
