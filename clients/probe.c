@@ -3,6 +3,7 @@
 // end.
 #include "aim.h"
 #include "client.h"
+#include "grip.h"
 #include "hand_run.h"
 #include "keys.h"
 #include "round_trip.h"
@@ -35,6 +36,7 @@ typedef struct Options {
     double start[3], direction[3];      // [m], unit
     double rate_hz, depth, speed, hold; // [Hz], [m], [m/s], [s]
     double clearance, step, timeout_s;  // [m], [m], [s]
+    Grip grip;
 } Options;
 
 typedef struct Probe {
@@ -75,7 +77,8 @@ static const struct argp_option OPTIONS[] = {
     {"press", 'p', "X,Y,Z", 0, "press from this point [m] along --direction", 1},
     {"poses", 'f', "FILE", 0, "follow the lines 't x y z [qw qx qy qz]' of a text file", 1},
     {"keys", 'k', 0, 0,
-     "w/s, a/d, q/e or arrows move by --step, space withdraws, x ends; starts at --press or --auto",
+     "w/s, a/d, q/e or arrows move by --step, g closes or opens jaws, space withdraws, x ends; "
+     "starts at --press or --auto",
      1},
     {"hand", 'h' + 256, 0, 0,
      "with --press (from there) or --auto (from the first touch): a hand that pushes in and out "
@@ -94,6 +97,8 @@ static const struct argp_option OPTIONS[] = {
     {"clearance", 'c', "M", 0, "of --auto: where it starts before the body (0.01)", 2},
     {"body", 'b', "NAME", 0, "of --auto: the body (the first that answers)", 2},
     {"step", 'S', "MM", 0, "of --keys, in millimetres (1)", 2},
+    {"grip", 'g', "G|T:G,...", 0,
+     "of a grasper: 0 open, 1 closed (from 0.5 on), or points in seconds since the start", 2},
     {"frequency", 'F', "HZ", 0, "of --hand (2); --repeat cycles count (3), --depth is 0.006", 2},
     {"latency", 'L', "MS", 0, "of --hand: added there and back together, in milliseconds (0)", 2},
     {"loss", 'x' + 256, "PERCENT", 0, "of --hand: poses that get lost (0)", 2},
@@ -234,6 +239,13 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
         want_number(state, "step", argument, 0.01, 100.0, &options->step);
         options->step *= 1e-3;
         return 0;
+    case 'g':
+        if (!grip_parse(argument, &options->grip))
+            argp_error(state,
+                       "--grip '%s': want G or T:G,T:G,... with G inside [0, 1] and seconds T that "
+                       "do not fall",
+                       argument);
+        return 0;
     case 'o':
         options->log = argument;
         return 0;
@@ -357,6 +369,9 @@ static void send_pose(Probe *probe)
                                   .tool = (int32_t)probe->options.tool,
                                   .twist_valid = !probe->no_twist,
                                   .active = probe->active};
+    if (probe->active && probe->start_ns > 0)
+        message.grip =
+            grip_at(&probe->options.grip, (double)(client_now_ns() - probe->start_ns) * 1e-9);
     memcpy(message.position, pose->position, sizeof message.position);
     memcpy(message.orientation, pose->orientation, sizeof message.orientation);
     memcpy(message.twist, pose->linear, sizeof pose->linear);
@@ -406,6 +421,9 @@ static void handle_key(Probe *probe, int key)
     }
     if (key == ' ')
         probe->active = !probe->active;
+    if (key == 'g')
+        probe->options.grip =
+            (Grip){.count = 1, .value = {probe->options.grip.value[0] < 0.5 ? 1.0 : 0.0}};
     probe->leave |= key == 'x';
 }
 

@@ -197,6 +197,17 @@ int cut_bench_odd_loops(const CutBench *bench)
     return odd;
 }
 
+int cut_bench_dead_ends(const CutBench *bench)
+{
+    int count = 0;
+    for (int cell = 0; cell < bench->cut.level_first[1]; cell++)
+        for (int axis = 0; axis < 3; axis++)
+            count += broken_between(&bench->cut, cell, axis) &&
+                     bench->pieces.root[cell] ==
+                         bench->pieces.root[cut_lattice_beyond(&bench->cut, cell, axis)];
+    return count;
+}
+
 int cut_bench_pieces(const CutBench *bench)
 {
     const CutLattice *cut = &bench->cut;
@@ -229,4 +240,20 @@ int cut_bench_pieces(const CutBench *bench)
     free(label);
     free(stack);
     return pieces;
+}
+
+void cut_bench_expect_closed(const BodySurface *surface)
+{
+    for (int f = 0; f < surface->face_used; f++)
+        for (int k = 0; k < 3; k++) {
+            const int across = surface->face_neighbor[f][k];
+            assert_in_range(across, 0, surface->face_used - 1);
+            const int a = surface->face[f][k], b = surface->face[f][(k + 1) % 3];
+            int back = -1;
+            for (int j = 0; j < 3; j++)
+                if (surface->face_neighbor[across][j] == f && surface->face[across][j] == b &&
+                    surface->face[across][(j + 1) % 3] == a)
+                    back = j;
+            assert_true(back >= 0);
+        }
 }

@@ -48,8 +48,14 @@ int cut_bench_sweep(CutBench *bench, CutPhase phase, BladeEdge before, BladeEdge
 void cut_bench_settle(CutBench *bench);
 // Loops of four links around an edge of the lattice of which an odd number is broken.
 int cut_bench_odd_loops(const CutBench *bench);
+// Broken links whose ends hold together by others: of a cut that leaks, all of them.
+int cut_bench_dead_ends(const CutBench *bench);
 // Pieces by their links, counted in another way than cut_pieces.c; sides of unbroken links must
 // agree with it.
 int cut_bench_pieces(const CutBench *bench);
+
+// Fails the test unless every edge of every triangle is shared with exactly one other, which runs
+// along it the other way.
+void cut_bench_expect_closed(const BodySurface *surface);
 
 #endif

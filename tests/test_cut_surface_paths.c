@@ -332,6 +332,14 @@ static void paths_stay_near_the_blade(void **state)
                           CUT_SHAPE_NAME[shape], care, mean[count / 2], mean[worst],
                           mean[count - 1], largest[count / 2], largest[worst], largest[count - 1],
                           -angle[count / 2], -angle[worst], -angle[count - 1]);
+            if (care == CUT_SNAPPED) {
+                // What users are told, of all but the worst in twenty: short cuts across a corner,
+                // and those of the tube along its longer edges, of 1.4 h.
+                expect_at_most(mean[worst], 0.21);
+                expect_at_most(largest[worst], 0.75);
+                // Of every single cut: the guard's own floor, and rounding.
+                expect_at_least(-angle[count - 1], CUT_SNAP_FLOOR - 1e-9);
+            }
             cut_model_destroy(&model);
         }
 }

@@ -12,17 +12,15 @@
 
 enum { LONG = 24, WIDE = 8 }; // the bar, in cells of 1 m
 
-static CutBench bar(int levels)
+static void make_bar(CutBench *bench, int levels)
 {
     Lattice lattice;
     Status status = {0};
-    CutBench bench;
     assert_true(lattice_box(&lattice, (int[3]){LONG, WIDE, WIDE}, 1.0, &status));
-    cut_bench_create(&bench, lattice,
+    cut_bench_create(bench, lattice,
                      (CutBenchOptions){.levels = levels,
                                        .split_budget = 16,
                                        .face_capacity = 40 * LONG * WIDE * WIDE});
-    return bench;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -127,8 +125,13 @@ static Stroke lattice_stroke(uint64_t *seed, int least, int most)
     return stroke;
 }
 
+// A link that a sweep only just touches may be met twice, by neighbouring sub-ticks of a twisted
+// sweep or as tissue moves: then both its ends are on one side, and it is broken for nothing. Where
+// tissue rests and the sweep is flat no link can be met twice.
 typedef struct Count {
-    int met, separated, leaky, more, retried;
+    int met, separated, more, shifted;
+    int broken, dead; // links; dead ends among them
+    int odd_flat;     // odd loops of flat sweeps through still tissue
 } Count;
 
 // Tick by tick; `shape` moves on by 1 over the stroke if it moves.
@@ -147,20 +150,23 @@ static int run(CutBench *bench, const Stroke *stroke, Shape *shape)
     return broken;
 }
 
-static void look(const CutBench *bench, int broken, Count *count)
+static void look(const CutBench *bench, int broken, bool flat, Count *count)
 {
     const int pieces = cut_bench_pieces(bench);
     assert_int_equal(pieces, (int)*bench->pieces.count);
     count->met += broken > 0;
     count->separated += broken > 0 && pieces > 1;
     count->more += pieces > 2;
-    count->leaky += cut_bench_odd_loops(bench) > 0;
-    count->retried += bench->stroke.tries > 0;
+    count->broken += broken;
+    count->dead += cut_bench_dead_ends(bench);
+    count->odd_flat += flat ? cut_bench_odd_loops(bench) + cut_bench_dead_ends(bench) : 0;
+    count->shifted += bench->stroke.tries > 0;
 }
 
 static Count try_shape(Shape shape, int strokes, bool aligned, int least, int most, uint64_t seed)
 {
-    CutBench bench = bar(2);
+    CutBench bench;
+    make_bar(&bench, 2);
     Count count = {0};
     for (int s = 0; s < strokes; s++) {
         cut_bench_reset(&bench);
@@ -168,7 +174,10 @@ static Count try_shape(Shape shape, int strokes, bool aligned, int least, int mo
         cut_bench_shape(&bench, place, &shape);
         const Stroke stroke =
             aligned ? lattice_stroke(&seed, least, most) : random_stroke(&seed, least, most);
-        look(&bench, run(&bench, &stroke, &shape), &count);
+        const int broken = run(&bench, &stroke, &shape);
+        // A shift makes a bend in an edge that rested on centres.
+        const bool flat = stroke.twist == 0.0 && shape.kind != MOVING && bench.stroke.tries == 0;
+        look(&bench, broken, flat, &count);
     }
     cut_bench_destroy(&bench);
     return count;
@@ -177,12 +186,15 @@ static Count try_shape(Shape shape, int strokes, bool aligned, int least, int mo
 static void expect_separation(Shape shape, bool aligned, int strokes, int least, int most)
 {
     const Count count = try_shape(shape, strokes, aligned, least, most, 17 + (uint64_t)shape.kind);
-    print_message("shape %d%s: %d met, %d separated, %d leaky, %d in more than two, %d shifted\n",
+    print_message("shape %d%s: %d met, %d separated, %d in more than two, %d shifted; %d broken, "
+                  "%d dead ends\n",
                   shape.kind, aligned ? ", along the lattice" : "", count.met, count.separated,
-                  count.leaky, count.more, count.retried);
+                  count.more, count.shifted, count.broken, count.dead);
     assert_int_equal(count.separated, count.met);
-    assert_int_equal(count.leaky, 0);
-    assert_true(count.met > strokes / 2 || shape.kind == LINE);
+    assert_int_equal(count.odd_flat, 0);
+    // Few links lie along the sweep.
+    expect_at_most(count.dead, 0.02 * count.broken);
+    assert_true(count.met > strokes / 3 || shape.kind == LINE);
 }
 
 static void full_strokes_separate_still_bodies(void **state)
@@ -213,7 +225,8 @@ static void full_strokes_separate_moving_bodies(void **state)
 static void half_strokes_leave_one_piece(void **state)
 {
     (void)state;
-    CutBench bench = bar(2);
+    CutBench bench;
+    make_bar(&bench, 2);
     uint64_t seed = 5;
     for (int kind = REST; kind <= NOISE; kind++) {
         if (kind == FLAT || kind == LINE)
@@ -252,7 +265,8 @@ static Stroke plane_between_layers(int ticks)
 static void plane_breaks_the_faces_of_one_layer(void **state)
 {
     (void)state;
-    CutBench bench = bar(2);
+    CutBench bench;
+    make_bar(&bench, 2);
     Shape shape = {.kind = REST};
     const size_t cells = (size_t)bench.cut.level_first[1];
     unsigned char *bits = malloc(cells);
@@ -263,8 +277,11 @@ static void plane_breaks_the_faces_of_one_layer(void **state)
             cut_bench_shape(&bench, place, &shape);
             Stroke stroke = plane_between_layers(ticks[k]);
             stroke.middle.x = through_centres ? 0.5 : 0.3;
-            assert_int_equal(run(&bench, &stroke, &shape), WIDE * WIDE);
+            const int broken = run(&bench, &stroke, &shape);
             assert_int_equal(cut_bench_pieces(&bench), 2);
+            assert_int_equal(cut_bench_odd_loops(&bench), 0);
+            // On centres the edge's ends are shifted, perhaps to two sides: steps by one layer.
+            assert_in_range(broken, WIDE * WIDE, WIDE * (WIDE + 2 * through_centres));
             if (k > 0 && !through_centres)
                 assert_memory_equal(bits, bench.cut.broken, cells);
             memcpy(bits, bench.cut.broken, cells);
@@ -273,33 +290,49 @@ static void plane_breaks_the_faces_of_one_layer(void **state)
     cut_bench_destroy(&bench);
 }
 
+static int differing(const unsigned char *bits, const CutBench *bench)
+{
+    int count = 0;
+    for (int c = 0; c < bench->cut.level_first[1]; c++)
+        count += __builtin_popcount(bits[c] ^ bench->cut.broken[c]);
+    return count;
+}
+
+// Ends of ticks are rounded to q: a centre within q of the sweep may change sides.
+static void expect_alike(int differ, int faces)
+{
+    print_message("%d of %d faces differ\n", differ, faces);
+    expect_at_most(differ, 2e-3 * faces);
+}
+
 static void command_breaks_what_a_stroke_breaks(void **state)
 {
     (void)state;
-    CutBench bench = bar(2);
+    CutBench bench;
+    make_bar(&bench, 2);
     const size_t cells = (size_t)bench.cut.level_first[1];
     unsigned char *bits = malloc(cells);
     uint64_t seed = 3;
+    int differ = 0, faces = 0;
     for (int s = 0; s < EFFORT(60); s++) {
         Shape shape = {.kind = s % LINE, .noise = 0.4};
         Stroke stroke = random_stroke(&seed, 2, 20);
         stroke.twist = 0.0;
+        const BladeEdge from = edge_at(&stroke, 0.0), to = edge_at(&stroke, 1.0);
         cut_bench_reset(&bench);
         cut_bench_shape(&bench, place, &shape);
-        const int broken = run(&bench, &stroke, &shape);
+        run(&bench, &stroke, &shape);
         memcpy(bits, bench.cut.broken, cells);
         cut_bench_reset(&bench);
         cut_bench_shape(&bench, place, &shape);
-        assert_int_equal(
-            cut_bench_sweep(&bench, CUT_WHOLE, edge_at(&stroke, 0.0), edge_at(&stroke, 1.0)),
-            broken);
-        assert_memory_equal(bits, bench.cut.broken, cells);
+        faces += cut_bench_sweep(&bench, CUT_WHOLE, from, to);
+        differ += differing(bits, &bench);
         // Once more breaks nothing.
         const int vertices = cut_lattice_used(&bench.cut);
-        assert_int_equal(
-            cut_bench_sweep(&bench, CUT_WHOLE, edge_at(&stroke, 0.0), edge_at(&stroke, 1.0)), 0);
+        assert_int_equal(cut_bench_sweep(&bench, CUT_WHOLE, from, to), 0);
         assert_int_equal(cut_lattice_used(&bench.cut), vertices);
     }
+    expect_alike(differ, faces);
     free(bits);
     cut_bench_destroy(&bench);
 }
@@ -309,7 +342,8 @@ static void command_breaks_what_a_stroke_breaks(void **state)
 static void twisted_stroke_is_the_same_in_twice_the_ticks(void **state)
 {
     (void)state;
-    CutBench bench = bar(0);
+    CutBench bench;
+    make_bar(&bench, 0);
     const size_t cells = (size_t)bench.cut.level_first[1];
     unsigned char *bits = malloc(cells);
     uint64_t seed = 11;
@@ -335,15 +369,12 @@ static void twisted_stroke_is_the_same_in_twice_the_ticks(void **state)
                 broken += cut_bench_sweep(&bench, CUT_GOES_ON, before, after);
                 before = after;
             }
-            for (size_t c = 0; twice && c < cells; c++)
-                differ += __builtin_popcount(bits[c] ^ bench.cut.broken[c]);
+            differ += twice ? differing(bits, &bench) : 0;
             faces += broken;
             memcpy(bits, bench.cut.broken, cells);
         }
     }
-    print_message("%d of %d faces differ\n", differ, faces);
-    // Ends of ticks are rounded to q: a centre within q of the sweep may change sides.
-    expect_at_most(differ, 2e-3 * faces);
+    expect_alike(differ, faces);
     free(bits);
     cut_bench_destroy(&bench);
 }
@@ -351,7 +382,8 @@ static void twisted_stroke_is_the_same_in_twice_the_ticks(void **state)
 static void planes_commute(void **state)
 {
     (void)state;
-    CutBench bench = bar(2);
+    CutBench bench;
+    make_bar(&bench, 2);
     const size_t cells = (size_t)bench.cut.level_first[1];
     unsigned char *bits = malloc(cells);
     int *roots = malloc(cells * sizeof *roots);
@@ -385,7 +417,8 @@ static void planes_commute(void **state)
 static void division_moves_no_centre(void **state)
 {
     (void)state;
-    CutBench bench = bar(2);
+    CutBench bench;
+    make_bar(&bench, 2);
     Shape shape = {.kind = NOISE, .noise = 0.3};
     cut_bench_shape(&bench, place, &shape);
     const int cells = bench.cut.level_first[1];
@@ -414,7 +447,8 @@ static void division_moves_no_centre(void **state)
 static void blade_that_meets_nothing_says_so(void **state)
 {
     (void)state;
-    CutBench bench = bar(2);
+    CutBench bench;
+    make_bar(&bench, 2);
     const BladeEdge far = {{{100.0, 0.0, 0.0}, {100.0, 1.0, 0.0}}},
                     farther = {{{100.0, 0.0, 5.0}, {100.0, 1.0, 5.0}}},
                     beyond = {{{1e12, 0.0, 0.0}, {1e12, 1.0, 0.0}}},

@@ -2,6 +2,7 @@
 // step of random cuts and divisions.
 #include "cut_sample.h"
 #include "expect.h"
+#include "sample_mesh.h"
 
 #include <string.h>
 
@@ -345,7 +346,7 @@ static void random_cuts_keep_what_follows_from_the_bits(void **unused)
 {
     (void)unused;
     uint64_t seed = 11;
-    for (int round = 0; round < EFFORT(6); round++)
+    for (int round = 0; round < EFFORT(4); round++)
         for (int kind = 0; kind < SAMPLE_KINDS; kind++) {
             CutSample sample;
             cut_sample_create(&sample, sample_lattice((SampleKind)kind, &seed), round % 4, 0, 1);
@@ -358,18 +359,217 @@ static void cubes_and_balls_with_three_levels_too(void **unused)
 {
     (void)unused;
     uint64_t seed = 12;
-    for (int round = 0; round < EFFORT(6); round++) {
+    for (int round = 0; round < EFFORT(4); round++) {
         CutSample sample;
         cut_sample_create(&sample, round % 2 == 0 ? sample_box(32, 32, 32) : sample_ball(32), 3, 0,
                           1);
-        cut_at_random(&sample, 16, &seed);
+        cut_at_random(&sample, 12, &seed);
         cut_sample_drop(&sample);
     }
+}
+
+// --- limits ---
+
+// A copy of everything that a call may change.
+static unsigned char *whole_block(const CutSample *sample, size_t *size)
+{
+    size_t derived;
+    unsigned char *block = derived_block(&sample->cut, &derived);
+    const size_t state = state_bytes(&sample->state);
+    *size = derived + state;
+    block = realloc(block, *size);
+    state_copy_out(&sample->state, block + derived);
+    return block;
+}
+
+// Divisions that do not fit leave everything as it was and stay wanted; has_room says so of faces.
+static void what_does_not_fit_changes_nothing(void **unused)
+{
+    (void)unused;
+    uint64_t seed = 13;
+    int refused = 0, faces_refused = 0;
+    for (int round = 0; round < EFFORT(12); round++) {
+        CutSample sample;
+        Sample plain;
+        Lattice lattice = round % 2 == 0 ? sample_box(16, 16, 16) : sample_ball(20);
+        sample_mesh(&plain, lattice, 2);
+        const int start = plain.mesh.vertex_count;
+        lattice_mesh_destroy(&plain.mesh);
+        layout_destroy(&plain.layout);
+        cut_sample_create(&sample, lattice, 2, start + random_below(&seed, 500), 1000);
+        CutLattice *cut = &sample.cut;
+        int(*face)[2] = malloc(3 * (size_t)cut->level_first[1] * sizeof *face);
+        for (int step = 0; step < 8; step++) {
+            const int count = cut_sample_random(cut, &seed, face);
+            if (cut_lattice_has_room(cut, count))
+                cut_lattice_break(cut, (const int(*)[2])face, count);
+            else
+                faces_refused++;
+            while (cut_lattice_reconstruct(cut) > 0)
+                continue;
+            assert_true(cut_lattice_used(cut) <= cut->vertex_capacity);
+            check_all(&sample);
+            if (cut->wanted_count > 0) {
+                size_t size, again_size;
+                unsigned char *before = whole_block(&sample, &size);
+                assert_int_equal(cut_lattice_reconstruct(cut), 0);
+                unsigned char *after = whole_block(&sample, &again_size);
+                assert_int_equal(size, again_size);
+                assert_memory_equal(before, after, size);
+                free(before);
+                free(after);
+                refused++;
+            }
+            check_derived(cut);
+            cut_lattice_forget_changes(cut);
+        }
+        free(face);
+        cut_sample_drop(&sample);
+    }
+    assert_true(refused > 0 && faces_refused > 0);
+}
+
+static void too_few_vertices_are_refused_at_load(void **unused)
+{
+    (void)unused;
+    CutSample sample = {.lattice = sample_box(8, 8, 8)};
+    Status status = {0};
+    layout_create(&sample.layout, &sample.lattice, 1);
+    assert_false(cut_lattice_create(&sample.cut, "body", &sample.layout, 100, 1, &sample.arena,
+                                    &sample.state, &status));
+    assert_non_null(strstr(status.text, "vertex_capacity 100"));
+    cut_sample_drop(&sample);
+}
+
+// The cut surface is of the smallest elements after as many calls as it has levels, and one more
+// for each budget of divisions that it needs.
+static void budget_bounds_the_calls_until_all_is_divided(void **unused)
+{
+    (void)unused;
+    static const int budgets[] = {1, 4, 16, 1000000};
+    int divisions_of_all = 0;
+    for (int b = 0; b < 4; b++) {
+        CutSample sample;
+        cut_sample_create(&sample, sample_box(32, 32, 32), 2, 0, budgets[b]);
+        CutLattice *cut = &sample.cut;
+        int(*face)[2] = malloc(3 * (size_t)cut->level_first[1] * sizeof *face);
+        int divisions = 0, calls = 0;
+        for (int row = 0; row < 16; row++) { // half way through, a row a call
+            for (int k = 0; k < 32; k++) {
+                face[k][0] = cut_lattice_cell(cut, 15, row, k);
+                face[k][1] = 0;
+            }
+            cut_lattice_break(cut, (const int(*)[2])face, 32);
+            divisions += cut_lattice_reconstruct(cut);
+        }
+        for (; cut->wanted_count > 0; calls++) {
+            const int divided = cut_lattice_reconstruct(cut);
+            assert_in_range(divided, 1, budgets[b] + 8 * 2);
+            divisions += divided;
+        }
+        assert_true(calls <= cut->levels + divisions / budgets[b]);
+        for (int row = 0; row < 16; row++)
+            for (int k = 0; k < 32; k++)
+                assert_true(cut_lattice_is_open(cut, cut_lattice_cell(cut, 15, row, k), 0));
+        if (b == 0)
+            divisions_of_all = divisions;
+        assert_int_equal(divisions, divisions_of_all); // the same elements in the end
+        check_all(&sample);
+        free(face);
+        cut_sample_drop(&sample);
+    }
+}
+
+// --- states that were brought back ---
+
+static void go_on(CutSample *sample, uint64_t seed, int steps)
+{
+    CutLattice *cut = &sample->cut;
+    int(*face)[2] = malloc(3 * (size_t)cut->level_first[1] * sizeof *face);
+    for (int step = 0; step < steps; step++) {
+        const int count = cut_sample_random(cut, &seed, face);
+        cut_lattice_break(cut, (const int(*)[2])face, count);
+        cut_lattice_reconstruct(cut);
+        cut_lattice_forget_changes(cut);
+    }
+    free(face);
+}
+
+static void state_that_was_brought_back_goes_on_alike(void **unused)
+{
+    (void)unused;
+    for (int round = 0; round < EFFORT(6); round++) {
+        CutSample sample;
+        cut_sample_create(&sample, round % 2 == 0 ? sample_box(16, 16, 16) : sample_ball(20), 2, 0,
+                          3);
+        const size_t bytes = state_bytes(&sample.state);
+        void *start = malloc(bytes), *middle = malloc(bytes);
+        state_copy_out(&sample.state, start);
+        go_on(&sample, 31 + (uint64_t)round, 4);
+        state_copy_out(&sample.state, middle);
+        go_on(&sample, 41, 4);
+        const uint64_t expected = state_hash(&sample.state);
+        state_copy_in(&sample.state, middle);
+        assert_true(cut_lattice_derive(&sample.cut));
+        go_on(&sample, 41, 4);
+        assert_true(state_hash(&sample.state) == expected);
+        state_copy_in(&sample.state, start);
+        assert_true(cut_lattice_derive(&sample.cut));
+        go_on(&sample, 31 + (uint64_t)round, 4);
+        go_on(&sample, 41, 4);
+        assert_true(state_hash(&sample.state) == expected);
+        check_all(&sample);
+        free(start);
+        free(middle);
+        cut_sample_drop(&sample);
+    }
+}
+
+// Whatever bytes a file brings: refused, or a state in which everything holds.
+static void damaged_states_are_refused_or_sound(void **unused)
+{
+    (void)unused;
+    uint64_t seed = 14;
+    CutSample sample;
+    cut_sample_create(&sample, sample_ball(14), 2, 0, 4);
+    go_on(&sample, 15, 4);
+    const size_t bytes = state_bytes(&sample.state);
+    unsigned char *good = malloc(bytes), *bad = malloc(bytes);
+    state_copy_out(&sample.state, good);
+    int refused = 0, rounds = EFFORT(300);
+    for (int round = 0; round < rounds; round++) {
+        memcpy(bad, good, bytes);
+        for (int n = random_below(&seed, 3); n >= 0; n--)
+            bad[random_bits(&seed) % bytes] = (unsigned char)random_below(&seed, 256);
+        if (round % 5 == 0) { // bits alone
+            const size_t at = random_bits(&seed) % ((size_t)sample.cut.element_count +
+                                                    (size_t)sample.cut.level_first[1]);
+            memcpy(bad, good, bytes);
+            bad[at] = (unsigned char)random_below(&seed, 8);
+        }
+        state_copy_in(&sample.state, bad);
+        if (cut_lattice_derive(&sample.cut))
+            check_all(&sample);
+        else
+            refused++;
+    }
+    assert_true(refused > rounds / 2);
+    state_copy_in(&sample.state, good);
+    assert_true(cut_lattice_derive(&sample.cut));
+    check_all(&sample);
+    free(good);
+    free(bad);
+    cut_sample_drop(&sample);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_does_not_fit_changes_nothing),
+        cmocka_unit_test(too_few_vertices_are_refused_at_load),
+        cmocka_unit_test(budget_bounds_the_calls_until_all_is_divided),
+        cmocka_unit_test(state_that_was_brought_back_goes_on_alike),
+        cmocka_unit_test(damaged_states_are_refused_or_sound),
         cmocka_unit_test(random_cuts_keep_what_follows_from_the_bits),
         cmocka_unit_test(cubes_and_balls_with_three_levels_too),
     };

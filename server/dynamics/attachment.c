@@ -62,9 +62,8 @@ static int find_by_id(const Body *body, const FixedRegion *region, bool *inside)
     return missing;
 }
 
-// The free nodes of the region, ascending, in memory of the caller's; false with a status.
-static bool find_region(const Body *body, const FixedRegion *region, int **node, int *count,
-                        Status *status)
+bool attachment_find_region(const Body *body, const FixedRegion *region, int **node, int *count,
+                            Status *status)
 {
     const int nodes = body->surface.node_count;
     bool *inside = calloc((size_t)nodes + 1, sizeof *inside);
@@ -95,7 +94,14 @@ static bool find_region(const Body *body, const FixedRegion *region, int **node,
     return true;
 }
 
-enum { MOST_OF_ONE = 64 }; // nodes that a node of a region may become, by three divisions of faces
+int attachment_region_capacity(const Body *body, int count)
+{
+    enum { MOST_OF_ONE = 64 }; // nodes that a node may become, by three divisions of faces
+    const int nodes = body->surface.node_count;
+    if (!body_changes(body))
+        return count;
+    return count < nodes / MOST_OF_ONE ? MOST_OF_ONE * count : nodes;
+}
 
 static void create_memory(Attachment *attachment, const char *name, int region_count, Arena *arena,
                           StateList *state)
@@ -103,11 +109,8 @@ static void create_memory(Attachment *attachment, const char *name, int region_c
     const int nodes = attachment->body->surface.node_count;
     const bool grasper = attachment->grasper;
     int capacity = nodes < HELD_NODES ? nodes : HELD_NODES;
-    if (!grasper) {
-        capacity = region_count;
-        if (attachment->changes)
-            capacity = region_count < nodes / MOST_OF_ONE ? MOST_OF_ONE * region_count : nodes;
-    }
+    if (!grasper)
+        capacity = attachment_region_capacity(attachment->body, region_count);
     attachment->capacity = capacity;
     attachment->hold = ALLOCATE(1, HoldState, "hold");
     attachment->node = ALLOCATE(capacity, int, "held");
@@ -136,7 +139,7 @@ Attachment *attachment_create(const char *name, const AttachmentOptions *options
 {
     int *node = NULL, count = 0;
     if (options->to != ATTACH_GRASPER &&
-        !find_region(body, &options->region, &node, &count, status)) {
+        !attachment_find_region(body, &options->region, &node, &count, status)) {
         free(node);
         return NULL;
     }
@@ -170,20 +173,20 @@ int attachment_node_capacity(const Attachment *attachment)
 // Once a tick
 
 // Graspers close and open by their grip, with hysteresis.
-static void follow_grip(Attachment *attachment, const ToolMotion *motion, Vec3 position,
+static void follow_grip(Attachment *attachment, bool active, double grip, Vec3 position,
                         Quat orientation)
 {
     HoldState *hold = attachment->hold;
-    if (!motion->active) {
+    if (!active) {
         attachment_let_go(attachment);
         hold->closed = hold->muted = 0;
         return;
     }
-    if (hold->closed == 0 && motion->grip >= GRIP_CLOSES) {
+    if (hold->closed == 0 && grip >= GRIP_CLOSES) {
         hold->closed = 1;
         attachment_take(attachment, position, orientation);
         hold->muted |= hold->holding;
-    } else if (hold->closed != 0 && motion->grip < GRIP_OPENS) {
+    } else if (hold->closed != 0 && grip < GRIP_OPENS) {
         hold->closed = 0;
         attachment_let_go(attachment);
     }
@@ -192,16 +195,16 @@ static void follow_grip(Attachment *attachment, const ToolMotion *motion, Vec3 p
         hold->muted = 0;
 }
 
-void attachment_begin_tick(Attachment *attachment, const ToolMotion *motion, Vec3 position,
+void attachment_begin_tick(Attachment *attachment, bool active, double grip, Vec3 position,
                            Quat orientation)
 {
     attachment->sums = (ContactSums){.about = position};
     HoldState *hold = attachment->hold;
     if (attachment->grasper)
-        follow_grip(attachment, motion, position, orientation);
-    else if (hold->holding == 0 && (motion == NULL || motion->active))
+        follow_grip(attachment, active, grip, position, orientation);
+    else if (hold->holding == 0 && active)
         attachment_take(attachment, position, orientation);
-    else if (hold->holding != 0 && motion != NULL && !motion->active)
+    else if (hold->holding != 0 && !active)
         attachment_let_go(attachment);
 }
 

@@ -72,6 +72,13 @@ static inline void attachment_unmark(Attachment *attachment, int node)
     attachment->mark[node / 64] &= ~(UINT64_C(1) << (node % 64));
 }
 
+// Load time. The free nodes of the outside in the region, ascending, in memory that the caller
+// frees (also after a failure); false with a status: none, or numbers of nodes that are not there.
+bool attachment_find_region(const Body *body, const FixedRegion *region, int **node, int *count,
+                            Status *status);
+// Room for what `count` nodes may become.
+int attachment_region_capacity(const Body *body, int count);
+
 // Whether a place in the frame lies within the grasper's capsules.
 bool attachment_is_within(const Attachment *attachment, Vec3 place);
 // Where a point is now [m].

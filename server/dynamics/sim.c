@@ -51,18 +51,40 @@ void sim_add_load(Sim *sim, const LoadOptions *options)
     sim->scene_load[at] = *options;
 }
 
+// The bodies joined with each other, over any number of joints.
+static void join(Sim *sim, int a, int b)
+{
+    int from = sim->joined[a], to = sim->joined[b];
+    for (int i = 0; i < sim->body_count; i++)
+        if (sim->joined[i] == from || sim->joined[i] == to)
+            sim->joined[i] = from < to ? from : to;
+}
+
 bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *status)
 {
-    int at = sim->scene_attachment_count;
-    ASSERT(at < SIM_ATTACHMENTS);
+    ASSERT(sim->scene_attachment_count < SIM_ATTACHMENTS);
+    SimAttachment *at = &sim->scene_attachment[sim->scene_attachment_count];
     Body *body = &sim->body[options->body];
-    const ToolOptions *tool = options->to == ATTACH_TOOL ? &sim->tool[options->tool] : NULL;
     char name[56];
-    snprintf(name, sizeof name, "%.31s/attachment%d", body->name, at);
-    sim->scene_attachment[at] =
-        attachment_create(name, options, tool, body, sim->arena, sim->state, status);
-    sim->scene_attachment_count += sim->scene_attachment[at] != NULL;
-    return sim->scene_attachment[at] != NULL;
+    snprintf(name, sizeof name, "%.31s/attachment%d", body->name, sim->scene_attachment_count);
+    if (options->to == ATTACH_BODY) {
+        at->joint = joint_create(name, options, body, &sim->body[options->to_body], sim->arena,
+                                 sim->state, status);
+        if (at->joint == NULL)
+            return false;
+        for (int i = 0; i < sim->body_count && sim->joint_count == 0; i++)
+            sim->joined[i] = i;
+        join(sim, options->body, options->to_body);
+        sim->joint_count++;
+    } else {
+        const ToolOptions *tool = options->to == ATTACH_TOOL ? &sim->tool[options->tool] : NULL;
+        at->attachment =
+            attachment_create(name, options, tool, body, sim->arena, sim->state, status);
+        if (at->attachment == NULL)
+            return false;
+    }
+    sim->scene_attachment_count++;
+    return true;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -88,7 +110,7 @@ static void create_attachments(Sim *sim)
     int graspers = 0;
     for (int t = 0; t < sim->tool_count; t++)
         graspers += sim->tool[t].kind == TOOL_GRASPER;
-    int most = sim->scene_attachment_count + graspers * sim->body_count;
+    int most = sim->scene_attachment_count - sim->joint_count + graspers * sim->body_count;
     if (most == 0)
         return;
     sim->attachment = arena_allocate(sim->arena, ARENA_CONTACT, (size_t)most,
@@ -98,9 +120,11 @@ static void create_attachments(Sim *sim)
     sim->told = arena_allocate(sim->arena, ARENA_CONTACT, (size_t)most, sizeof *sim->told,
                                "attachments/told");
     for (int b = 0; b < sim->body_count; b++) {
-        for (int k = 0; k < sim->scene_attachment_count; k++)
-            if (attachment_options(sim->scene_attachment[k])->body == b)
-                sim->attachment[sim->attachment_count++] = sim->scene_attachment[k];
+        for (int k = 0; k < sim->scene_attachment_count; k++) {
+            Attachment *own = sim->scene_attachment[k].attachment;
+            if (own != NULL && attachment_options(own)->body == b)
+                sim->attachment[sim->attachment_count++] = own;
+        }
         for (int t = 0; t < sim->tool_count; t++)
             if (sim->tool[t].kind == TOOL_GRASPER)
                 sim->attachment[sim->attachment_count++] = create_grasp(sim, b, t);
@@ -150,7 +174,7 @@ static void create_contacts(Sim *sim)
 // Room for all nodes that contacts and attachments can push in one evaluation.
 static void reserve_forces(Sim *sim)
 {
-    if (sim->contact_start == NULL && sim->attachment == NULL)
+    if (sim->contact_start == NULL && sim->attachment == NULL && sim->joint_count == 0)
         return;
     for (int b = 0; b < sim->body_count; b++) {
         Body *body = &sim->body[b];
@@ -161,6 +185,13 @@ static void reserve_forces(Sim *sim)
         for (int k = sim->attachment_count > 0 ? sim->attachment_start[b] : 0;
              k < (sim->attachment_count > 0 ? sim->attachment_start[b + 1] : 0); k++)
             pushed += attachment_node_capacity(sim->attachment[k]);
+        for (int k = 0; k < sim->scene_attachment_count && sim->joint_count > 0; k++) {
+            const Joint *joint = sim->scene_attachment[k].joint;
+            if (joint != NULL && joint_options(joint)->body == b)
+                pushed += joint_node_capacity(joint);
+            if (joint != NULL && joint_options(joint)->to_body == b)
+                pushed += joint_other_capacity(joint);
+        }
         body->ops->reserve_forces(body->model, body->name, pushed, sim->arena);
     }
 }
@@ -210,6 +241,7 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
                   sim->body[b].name);
     }
     cutting_create(sim);
+    time_step_join(sim);
     create_contacts(sim);
     create_attachments(sim);
     reserve_forces(sim);
@@ -245,7 +277,7 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
 void sim_apply_pose(Sim *sim, int tool, const ToolPose *pose, bool hold)
 {
     if (!pose->active)
-        cutting_lift(sim, tool, -1);
+        cutting_lift(sim, tool);
     tool_motion_apply(&sim->motion[tool], pose, sim->clock->step, sim->tick, hold);
 }
 
@@ -270,6 +302,9 @@ bool sim_check(const Sim *sim)
     int nodes = 0;
     for (int k = 0; k < sim->attachment_count; k++)
         if (!attachment_check(sim->attachment[k]))
+            return false;
+    for (int k = 0; k < sim->scene_attachment_count; k++)
+        if (sim->scene_attachment[k].joint != NULL && !joint_check(sim->scene_attachment[k].joint))
             return false;
     for (int b = 0; b < sim->body_count; b++)
         nodes += sim->body[b].surface.node_count;
@@ -370,8 +405,9 @@ int64_t sim_refused_faces(const Sim *sim)
 
 int sim_attachment_nodes(const Sim *sim, int index)
 {
+    const SimAttachment *at = &sim->scene_attachment[index];
     bool points;
-    return attachment_held(sim->scene_attachment[index], &points);
+    return at->joint != NULL ? joint_count(at->joint) : attachment_held(at->attachment, &points);
 }
 
 int64_t sim_refused_holds(const Sim *sim)
@@ -379,6 +415,9 @@ int64_t sim_refused_holds(const Sim *sim)
     int64_t refused = 0;
     for (int k = 0; k < sim->attachment_count; k++)
         refused += attachment_refused(sim->attachment[k]);
+    for (int k = 0; k < sim->scene_attachment_count; k++)
+        if (sim->scene_attachment[k].joint != NULL)
+            refused += joint_refused(sim->scene_attachment[k].joint);
     return refused;
 }
 

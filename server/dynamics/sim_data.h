@@ -3,7 +3,7 @@
 #ifndef PLIANT_DYNAMICS_SIM_DATA_H
 #define PLIANT_DYNAMICS_SIM_DATA_H
 
-#include "dynamics/attachment.h"
+#include "dynamics/joint.h"
 #include "dynamics/load.h"
 #include "dynamics/sim.h"
 #include "dynamics/stiffness.h"
@@ -17,11 +17,14 @@ typedef struct SimClock {
     int64_t next_load; // first of the scene's loads not yet started
 } SimClock;
 
+enum { STROKE_BROKEN = 1, STROKE_LIFTED };
+
 // One blade in one body; plain data, part of the state.
 typedef struct Stroke {
     CutStroke cut;
     int64_t separated, nodes_added; // since it began
-    int64_t lifted; // 1: what comes next is another stroke, though the blade is active again
+    int64_t lifted;                 // what comes next is another one, though the blade is active:
+                                    // STROKE_BROKEN off by the body, or STROKE_LIFTED
 } Stroke;
 
 // A body that can be cut or torn; plain data, part of the state.
@@ -31,6 +34,11 @@ typedef struct BodyCuts {
     int64_t told_step, refused_step; // when a tear and a refusal were told last
 } BodyCuts;
 
+// One of the scene's: to a frame or to another body.
+typedef struct SimAttachment {
+    Attachment *attachment; // NULL: the joint
+    Joint *joint;
+} SimAttachment;
 // What a scene has in which something can be cut.
 typedef struct Cutting {
     int blade_count, blade_tool[SIM_TOOLS]; // blades in the order of the tools
@@ -62,9 +70,10 @@ struct Sim {
     int *contact_tool;  // [contact_count]
     int *contact_start; // [body_count + 1]
     LoadSet loads;
-    Cutting *cutting;                              // NULL: no body can be cut
-    Attachment *scene_attachment[SIM_ATTACHMENTS]; // [scene_attachment_count] in the order given
-    int scene_attachment_count;
+    Cutting *cutting;                                // NULL: no body can be cut
+    SimAttachment scene_attachment[SIM_ATTACHMENTS]; // [scene_attachment_count] as given
+    int scene_attachment_count, joint_count;
+    int joined[SIM_BODIES];  // the first of the bodies that are joined with this one, itself too
     Attachment **attachment; // [attachment_count], of the scene, then graspers, for each body;
     int attachment_count;    // NULL: none
     int *attachment_start;   // [body_count + 1]
@@ -91,18 +100,23 @@ void cutting_create(Sim *sim);
 void cutting_settled(Sim *sim);
 void cutting_stage(Sim *sim);
 void reconstruct_stage(Sim *sim);
-// What a blade (-1: any) does next in a body (-1: any) is another stroke.
-void cutting_lift(Sim *sim, int tool, int body);
+// A tool was withdrawn: what it does next is another stroke.
+void cutting_lift(Sim *sim, int tool);
+// A body was restored: what its links did is no motion that a blade cuts.
+void cutting_break_off(Sim *sim, int body);
 // Whether what a checkpoint has brought can be.
 bool cutting_check(const Sim *sim);
 
 // time_step.c
 // At load. False: a wanted time step that is above the bound of the body's finest level, or too
 // many substeps.
-bool time_step_choose(const Sim *sim, Body *body, Status *status);
+bool time_step_choose(Sim *sim, Body *body, Status *status);
 // After the body's bounds or scales have changed: sets time_step_limit, substeps and h. A wanted
 // time step that is longer than the bound gives way, unless it was called unsafe.
-void time_step_follow(const Sim *sim, Body *body);
+void time_step_follow(Sim *sim, Body *body);
+// At load, once every body has chosen: bodies that are joined take the same steps, the shortest of
+// any.
+void time_step_join(Sim *sim);
 // Whether the step that the body takes at its finest level allows these scales; what they allow
 // and what it takes [s].
 bool time_step_allows(const Sim *sim, const Body *body, double stiffness_scale,

@@ -94,6 +94,11 @@ void sim_expect_change(Sim *sim, int b)
     int first, end = attachments_of(sim, b, &first);
     for (int k = first; k < end; k++)
         attachment_remember(sim->attachment[k]);
+    for (int k = 0; k < sim->scene_attachment_count && sim->joint_count > 0; k++) {
+        Joint *joint = sim->scene_attachment[k].joint;
+        if (joint != NULL && joint_options(joint)->to_body == b)
+            joint_remember(joint);
+    }
 }
 
 void sim_follow_change(Sim *sim, int b, const TopologyChange *change)
@@ -104,6 +109,13 @@ void sim_follow_change(Sim *sim, int b, const TopologyChange *change)
     int first, end = attachments_of(sim, b, &first);
     for (int k = first; k < end; k++)
         attachment_topology_changed(sim->attachment[k], change);
+    for (int k = 0; k < sim->scene_attachment_count && sim->joint_count > 0; k++) {
+        Joint *joint = sim->scene_attachment[k].joint;
+        if (joint != NULL && joint_options(joint)->to_body == b)
+            joint_other_changed(joint, change);
+        if (joint != NULL && joint_options(joint)->body == b)
+            joint_topology_changed(joint, change);
+    }
     loads_follow(&sim->loads, sim->body, sim->body_count, b, change);
     time_step_follow(sim, &sim->body[b]);
 }
@@ -134,9 +146,13 @@ static void grasp(Sim *sim)
         const ToolMotion *motion = tool >= 0 ? &sim->motion[tool] : NULL;
         Vec3 position = {0.0, 0.0, 0.0};
         Quat orientation = {1.0, 0.0, 0.0, 0.0};
-        if (motion != NULL)
+        bool active = motion == NULL || motion->active;
+        double grip = 0.0;
+        if (motion != NULL && active) {
             tool_motion_at(motion, pose_age(sim, motion), &position, &orientation);
-        attachment_begin_tick(sim->attachment[k], motion, position, orientation);
+            grip = tool_motion_grip(motion, pose_age(sim, motion));
+        }
+        attachment_begin_tick(sim->attachment[k], active, grip, position, orientation);
     }
 }
 
@@ -233,36 +249,86 @@ static void add_attachments(Sim *sim, int b, const Stage *stage, double substep_
     }
 }
 
+// Forces from outside on a body at one stage.
+static void add_outer_forces(Sim *sim, int b, const Stage *stage, int substep, bool begins)
+{
+    const Body *body = &sim->body[b];
+    int first, end = attachments_of(sim, b, &first);
+    if (sim->contact_count > 0 && sim->contact_start[b] < sim->contact_start[b + 1])
+        add_contacts(sim, b, stage, substep * body->h, body->h, begins);
+    if (first < end)
+        add_attachments(sim, b, stage, substep * body->h, body->h);
+}
+
+static void end_substep(Sim *sim, int b)
+{
+    for (int k = sim->contact_count > 0 ? sim->contact_start[b] : 0;
+         sim->contact_count > 0 && k < sim->contact_start[b + 1]; k++)
+        contact_end_substep(sim->contact[k]);
+}
+
+static Stage stage_of(const Integrator *integrator, int s, bool last)
+{
+    Stage stage = integrator->stage[s];
+    stage.last = last;
+    if (integrator->kicks && last)
+        stage.advance = integrator->last_drift;
+    return stage;
+}
+
 static void advance_body(Sim *sim, int b)
 {
     Body *body = &sim->body[b];
     const Integrator *integrator = integrator_get(body->integrator);
-    bool contacts = sim->contact_count > 0 && sim->contact_start[b] < sim->contact_start[b + 1];
-    int first, end = attachments_of(sim, b, &first);
     if (integrator->kicks)
         body->ops->drift(body->model, integrator->first_drift * body->h);
     for (int substep = 0; substep < body->substeps; substep++) {
         for (int s = 0; s < integrator->stage_count; s++) {
-            Stage stage = integrator->stage[s];
-            stage.last = substep == body->substeps - 1;
-            if (integrator->kicks && stage.last)
-                stage.advance = integrator->last_drift;
-            if (contacts)
-                add_contacts(sim, b, &stage, substep * body->h, body->h, s == 0);
-            if (first < end)
-                add_attachments(sim, b, &stage, substep * body->h, body->h);
+            Stage stage = stage_of(integrator, s, substep == body->substeps - 1);
+            add_outer_forces(sim, b, &stage, substep, s == 0);
             body->ops->evaluate(body->model, &stage, body->h);
         }
-        if (contacts)
-            for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
-                contact_end_substep(sim->contact[k]);
+        end_substep(sim, b);
+    }
+}
+
+// Bodies that are joined, `group` the first of them: all forces of a stage are there before any
+// body moves on.
+static void advance_joined(Sim *sim, int group)
+{
+    const int substeps = sim->body[group].substeps, count = sim->body_count;
+    const Integrator *integrator = integrator_get(sim->body[group].integrator);
+    for (int b = group; b < count && integrator->kicks; b++)
+        if (sim->joined[b] == group)
+            sim->body[b].ops->drift(sim->body[b].model, integrator->first_drift * sim->body[b].h);
+    for (int substep = 0; substep < substeps; substep++) {
+        for (int s = 0; s < integrator->stage_count; s++) {
+            Stage stage = stage_of(integrator, s, substep == substeps - 1);
+            for (int b = group; b < count; b++)
+                if (sim->joined[b] == group)
+                    add_outer_forces(sim, b, &stage, substep, s == 0);
+            for (int k = 0; k < sim->scene_attachment_count; k++) {
+                Joint *joint = sim->scene_attachment[k].joint;
+                if (joint != NULL && sim->joined[joint_options(joint)->body] == group)
+                    joint_apply(joint);
+            }
+            for (int b = group; b < count; b++)
+                if (sim->joined[b] == group)
+                    sim->body[b].ops->evaluate(sim->body[b].model, &stage, sim->body[b].h);
+        }
+        for (int b = group; b < count; b++)
+            if (sim->joined[b] == group)
+                end_substep(sim, b);
     }
 }
 
 static void advance_bodies(Sim *sim)
 {
     for (int b = 0; b < sim->body_count; b++)
-        advance_body(sim, b);
+        if (sim->joint_count == 0)
+            advance_body(sim, b);
+        else if (sim->joined[b] == b)
+            advance_joined(sim, b);
 }
 
 static void add_sums(ContactSums *sum, const ContactSums *part, Vec3 about)
@@ -291,6 +357,7 @@ static void tell_stiffness(const Sim *sim, int contact, ToolWrench *wrench)
 static void take_wrenches(Sim *sim)
 {
     ContactSums sums[SIM_TOOLS] = {0};
+    bool holds[SIM_TOOLS] = {false}; // also without force
     for (int t = 0; t < sim->tool_count; t++) {
         Quat orientation;
         tool_motion_at(&sim->motion[t], pose_age(sim, &sim->motion[t]) + sim->tick,
@@ -308,19 +375,23 @@ static void take_wrenches(Sim *sim)
     }
     for (int k = 0; k < sim->attachment_count; k++) {
         int t = attachment_options(sim->attachment[k])->tool;
-        if (t >= 0)
-            add_sums(&sums[t], attachment_sums(sim->attachment[k]), sim->wrench[t].position);
+        if (t < 0)
+            continue;
+        add_sums(&sums[t], attachment_sums(sim->attachment[k]), sim->wrench[t].position);
+        holds[t] |= attachment_is_holding(sim->attachment[k]);
     }
     for (int t = 0; t < sim->tool_count; t++) {
         const ContactSums *sum = &sums[t];
         ToolWrench *wrench = &sim->wrench[t];
-        bool contact = sum->weight > 0.0;
+        bool felt = sum->weight > 0.0;
         *wrench = (ToolWrench){
-            .contact = contact,
+            .contact = felt || holds[t],
             .position = wrench->position,
             .force = vec3_scale(1.0 / sim->tick, sum->impulse),
             .torque = vec3_scale(1.0 / sim->tick, sum->moment),
-            .point = vec3_scale(contact ? 1.0 / sum->weight : 0.0, sum->point),
+            .point = felt       ? vec3_scale(1.0 / sum->weight, sum->point)
+                     : holds[t] ? wrench->position
+                                : (Vec3){0.0, 0.0, 0.0},
             .normal = vec3_unit(sum->normal),
             .depth = sum->depth,
         };
@@ -345,7 +416,7 @@ static void check_numbers(Sim *sim)
         body->ops->restore(body->model, body->tuning.bad_in_a_row >= BAD_TICKS);
         body->resets++;
         sim->resets++;
-        cutting_lift(sim, -1, b); // what jumped back did not pass the blade
+        cutting_break_off(sim, b); // what jumped back did not pass the blade
         int first, end = attachments_of(sim, b, &first);
         for (int k = first; k < end; k++) {
             attachment_clear(sim->attachment[k]);

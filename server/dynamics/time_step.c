@@ -24,9 +24,12 @@ static double bound(const Sim *sim, const Body *body, double lambda, double damp
         damping += fmax(more_damping, held_damping);
     }
     for (int k = 0; k < sim->scene_attachment_count; k++) {
-        const AttachmentOptions *options = attachment_options(sim->scene_attachment[k]);
+        const SimAttachment *at = &sim->scene_attachment[k];
+        const AttachmentOptions *options =
+            at->joint != NULL ? joint_options(at->joint) : attachment_options(at->attachment);
         double more_lambda, more_damping;
-        if (&sim->body[options->body] != body)
+        if (&sim->body[options->body] != body &&
+            (at->joint == NULL || &sim->body[options->to_body] != body))
             continue;
         attachment_bounds(body, options->stiffness, options->damping_ratio, &more_lambda,
                           &more_damping);
@@ -43,7 +46,8 @@ static double finest_bound(const Sim *sim, const Body *body, double stiffness_sc
                  fmax(body->damping, body->finest_damping), stiffness_scale, damping_scale);
 }
 
-void time_step_follow(const Sim *sim, Body *body)
+// Substeps that the body needs for itself.
+static int count_substeps(const Sim *sim, Body *body)
 {
     body->time_step_limit = bound(sim, body, body->lambda, body->damping,
                                   body->tuning.stiffness_scale, body->tuning.damping_scale);
@@ -52,11 +56,46 @@ void time_step_follow(const Sim *sim, Body *body)
         wanted =
             body->unsafe_time_step ? body->time_step_wanted : fmin(wanted, body->time_step_wanted);
     int substeps = stability_substeps(sim->tick, wanted);
-    body->substeps = substeps < MOST_SUBSTEPS ? substeps : MOST_SUBSTEPS;
-    body->h = sim->tick / body->substeps;
+    return substeps < MOST_SUBSTEPS ? substeps : MOST_SUBSTEPS;
 }
 
-bool time_step_choose(const Sim *sim, Body *body, Status *status)
+static bool are_joined(const Sim *sim, const Body *a, const Body *b)
+{
+    return a == b ||
+           (sim->joint_count > 0 && sim->joined[a - sim->body] == sim->joined[b - sim->body]);
+}
+
+void time_step_follow(Sim *sim, Body *body)
+{
+    int substeps = count_substeps(sim, body);
+    for (int b = 0; b < sim->body_count && sim->joint_count > 0; b++)
+        if (&sim->body[b] != body && are_joined(sim, &sim->body[b], body)) {
+            int needed = count_substeps(sim, &sim->body[b]);
+            substeps = needed > substeps ? needed : substeps;
+        }
+    for (int b = 0; b < sim->body_count; b++)
+        if (are_joined(sim, &sim->body[b], body)) {
+            sim->body[b].substeps = substeps;
+            sim->body[b].h = sim->tick / substeps;
+        }
+}
+
+void time_step_join(Sim *sim)
+{
+    if (sim->joint_count == 0)
+        return;
+    for (int b = 0; b < sim->body_count; b++) {
+        Body *first = &sim->body[sim->joined[b]], *body = &sim->body[b];
+        if (body->finest_substeps > first->finest_substeps)
+            first->finest_substeps = body->finest_substeps;
+    }
+    for (int b = 0; b < sim->body_count; b++) {
+        sim->body[b].finest_substeps = sim->body[sim->joined[b]].finest_substeps;
+        time_step_follow(sim, &sim->body[b]);
+    }
+}
+
+bool time_step_choose(Sim *sim, Body *body, Status *status)
 {
     double limit = finest_bound(sim, body, 1.0, 1.0);
     double wanted = body->time_step_wanted > 0.0 ? body->time_step_wanted : limit;

@@ -29,7 +29,8 @@ static const Option TOOL_OPTIONS[] = {
          "Its shape: up to 8 groups, at least one for a probe; of a blade what pushes, its back."},
     {"plane", OPTION_GROUP, AT(plane), "", .about = "A half space; static tools only."},
     {"max_force", OPTION_REAL, AT(max_force), "N", 0.0, FORCE_LIMIT, .open = true, .preset = 3.3,
-     .about = "A tool pushed harder yields: the bodies and its user feel no more than this."},
+     .about =
+         "A tool pushed or pulled harder yields: the bodies and its user feel no more than this."},
     {"friction", OPTION_REAL, AT(friction), "", 0.0, 10.0, .preset_text = "the body's",
      .about = "Coefficient of friction between the tool and any body."},
     {"grip_stiffness", OPTION_REAL, AT(grip_stiffness), "", 0.0, 1e3, .open = true, .preset = 0.3,

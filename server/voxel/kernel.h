@@ -15,6 +15,7 @@
 #include "voxel/element.h"
 
 #include <stdbool.h>
+#include <stdint.h>
 
 enum { LANES = 16 }; // elements in a batch
 
@@ -78,6 +79,12 @@ typedef void VoxelKernel(const VoxelPass *pass);
 // The elastic energy of all elements [J]; `force` is not used, and nothing is changed.
 typedef double VoxelEnergy(const VoxelPass *pass);
 
+// Which elements are under more stress than `limit` [Pa]: bit `lane` of high[batch], hanging
+// batches after the plain ones, is set where |P| > limit (Frobenius norm of the nominal stress,
+// scales included), and of elements too flat or inverted for the fast path. `force` and `last` are
+// not used, and nothing is changed.
+typedef void VoxelStress(const VoxelPass *pass, double limit, uint16_t *high);
+
 // After all forces: v += h (f / m + g), u += advance h v, forces to zero. Vertices with inverse
 // mass 0 stay. `next` may be `present`. Returns whether every |u| stays within position_limit and
 // every |v| within the speed limit; if `check` is not set it may return true without having looked.
@@ -104,6 +111,7 @@ typedef struct VoxelKernels {
     AdvanceKernel *advance;
     VoxelDrift *drift;
     VoxelEnergy *energy;
+    VoxelStress *stress;
 } VoxelKernels;
 
 // NULL when that level was not compiled in or does not run here.

@@ -24,6 +24,37 @@ do for [name in "full graded"] {
 }
 unset multiplot
 
+# --- Figs 6 and 8 ---
+set terminal pngcairo size 820,230 enhanced font font
+set output out.'/voxel-carved.png'
+set multiplot layout 1,4 margins 0.01,0.99,0.02,0.90 spacing 0.01
+set xrange [-16.5:16.5]; set yrange [-16.5:16.5]
+set arrow 1 from 0,-16 to 0,0 nohead front lc rgb '#b03030' lw 2
+array when[4] = ['before', 'one tick after', 'two', 'at the end']
+do for [f = 0:3] {
+    file = data.'/carved-'.f.'.dat'
+    set title when[f + 1]
+    plot for [l = 0:3] file index l using 1:2 with filledcurves closed lc rgb colour[l + 1], \
+         for [l = 0:3] file index l using 1:2 with lines lc rgb '#404048' lw 0.7
+}
+unset multiplot
+
+unset arrow 1
+
+# --- Fig. 9 ---
+set terminal pngcairo size 820,250 enhanced font font
+set output out.'/voxel-torn.png'
+set multiplot layout 1,4 margins 0.01,0.99,0.02,0.90 spacing 0.01
+set xrange [-42:42]; set yrange [-46:38]
+do for [f = 0:3] {
+    file = data.'/torn-'.f.'.dat'
+    set title sprintf('%d mm deep', 7 * f)
+    plot for [l = 0:3] file index l using 1:2 with filledcurves closed lc rgb colour[l + 1], \
+         for [l = 0:3] file index l using 1:2 with lines lc rgb '#404048' lw 0.5, \
+         file index 4 using 1:2 with filledcurves closed lc rgb '#606068'
+}
+unset multiplot
+
 # --- Figs 2 and 10 ---
 set terminal pngcairo size 820,390 enhanced font font
 set output out.'/voxel-cube.png'

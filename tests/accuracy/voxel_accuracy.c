@@ -10,7 +10,8 @@ static const struct {
     const char *name;
     void (*run)(const Experiment *experiment);
 } PARTS[] = {{"disc", disc_layout},   {"cube", cube_layout},       {"press", press_test},
-             {"cost", process_costs}, {"beams", beam_and_patches}, {"organ", organ}};
+             {"cost", process_costs}, {"beams", beam_and_patches}, {"organ", organ},
+             {"cuts", cuts}};
 enum { PART_COUNT = sizeof PARTS / sizeof PARTS[0] };
 
 int main(int argc, char **argv)

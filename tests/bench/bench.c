@@ -175,10 +175,13 @@ static const char DOC[] =
     "costs a tick), voxel.textbook, voxel.double and voxel.single (whole steps of cubes of "
     "elements), "
     "voxel.graded.single and voxel.hanging.single (elements with hanging vertices), "
+    "voxel.windows.* (elements of a body that can be cut against others, and what a division "
+    "costs), voxel.tear.* (looking whether it tears), "
     "voxel.press.level0 to voxel.press.level3 (a ball pressed into a cube of elements of several "
     "sizes and of one), live.loop, live.rk4, live.voxel and live.voxel.pressed (a cube of 32 cells "
     "an edge, free and with a ball in it) and live.largest.* (the real pliantd at 1 kHz in a "
-    "private network).";
+    "private network), cut.* (a blade through half of a cube, cut messages) and live.cuts (a "
+    "hundred cuts a second while a tool presses).";
 
 int main(int argc, char **argv)
 {
@@ -219,8 +222,10 @@ int main(int argc, char **argv)
     bench_voxels(&bench);
     bench_voxel_presses(&bench);
     bench_windows(&bench);
+    bench_divisions(&bench);
 #endif
     bench_live(&bench);
+    bench_cuts(&bench);
     if (bench.table != NULL && fclose(bench.table) != 0) {
         fprintf(stderr, "pliant-bench: cannot write %s: %s\n", arguments.table, strerror(errno));
         return 1;

@@ -48,9 +48,11 @@ void bench_pairs(Bench *bench);
 void bench_load(Bench *bench);
 void bench_levels(Bench *bench);
 void bench_live(Bench *bench);
+void bench_cuts(Bench *bench);
 // Where voxel bodies are built in.
 void bench_voxels(Bench *bench);
 void bench_voxel_presses(Bench *bench);
 void bench_windows(Bench *bench);
+void bench_divisions(Bench *bench);
 
 #endif

@@ -147,6 +147,44 @@ static void run_forces(Bench *bench, const char *name, int cells, int levels, Pr
     body_destroy(&body);
 }
 
+// What a tick pays for looking whether anything tears, with nothing near it.
+static void run_tearing(Bench *bench, int cells, Precision precision)
+{
+    static const char *const name[2] = {
+        [PRECISION_DOUBLE] = "voxel.tear.double", [PRECISION_SINGLE] = "voxel.tear.single"};
+    Body body;
+    Status status = {0};
+    if (!bench_wants(bench, name[precision]))
+        return;
+    if (!body_create(&body, cells, LEVELS, 16, precision, bench->isa, &status)) {
+        bench_fail(bench, name[precision], status.text);
+        return;
+    }
+    const CutWindows *windows = &body.windows;
+    const int batches = windows->capacity[BATCH_PLAIN] + windows->capacity[BATCH_HANGING];
+    int *element = calloc((size_t)body.lattice.element_count, sizeof *element);
+    uint16_t *high = calloc((size_t)batches, sizeof *high);
+    ASSERT(element != NULL && high != NULL);
+    Samples samples = {0};
+    for (int r = -1; r < (bench->quick ? 3 : 40); r++) {
+        int64_t begin = clock_thread_ns();
+        cut_windows_stress(windows, body.kernels, &body.pass, 1e6, WINDOWS_ALL, high);
+        int found = cut_windows_stressed(windows, high, element);
+        int64_t end = clock_thread_ns();
+        if (found > 0)
+            bench_fail(bench, name[precision], "a strain of 0.2 gives no such stress");
+        if (r >= 0)
+            samples_add(&samples, (double)(end - begin) * 1e-3);
+    }
+    const double least = samples_min(&samples);
+    bench_row(bench, name[precision], body.mesh.vertex_count, "us_per_tick", least, "us");
+    bench_row(bench, name[precision], body.mesh.vertex_count, "ns_per_element",
+              1e3 * least / body.layout.leaf_count, "ns");
+    free(element);
+    free(high);
+    body_destroy(&body);
+}
+
 // All faces of the plane x = cells / 2 with y below `row`, of a half of the cube's height.
 static void break_row(Body *body, int cells, int row)
 {
@@ -219,6 +257,8 @@ void bench_windows(Bench *bench)
                 if (bench_wants(bench, name[precision][graded]))
                     run_forces(bench, name[precision][graded], cells, graded ? LEVELS : 0,
                                (Precision)precision);
+    for (int precision = 0; precision < 2; precision++)
+        run_tearing(bench, most, (Precision)precision);
     if (bench_wants(bench, "voxel.windows.divide"))
         for (int budget = 1; budget <= 16; budget *= 16)
             run_divisions(bench, most, budget);

@@ -39,10 +39,14 @@ bool daemon_write_scene(const char *text, char *path, size_t size)
 }
 
 // Starts pliantd in a network of its own; its summary can be read from the returned stream.
-static FILE *start(const char *daemon, const char *scene, int seconds, pid_t *child)
+static FILE *start(const char *daemon, const char *scene, int seconds, const char *beside,
+                   pid_t *child)
 {
     static const char script[] = "ip link set lo up && ip link set lo multicast on && "
-                                 "ip route add 224.0.0.0/4 dev lo || exit 77; exec \"$@\"";
+                                 "ip route add 224.0.0.0/4 dev lo || exit 77; "
+                                 "if [ -n \"$BESIDE\" ]; then BIN=$(dirname \"$1\"); "
+                                 "(sleep 0.5; eval \"$BESIDE\") >/dev/null 2>&1 & fi; "
+                                 "exec \"$@\"";
     char duration[16];
     int ends[2];
     snprintf(duration, sizeof duration, "%d", seconds);
@@ -51,6 +55,7 @@ static FILE *start(const char *daemon, const char *scene, int seconds, pid_t *ch
     fflush(NULL);
     *child = fork();
     if (*child == 0) {
+        setenv("BESIDE", beside, 1);
         dup2(ends[1], STDOUT_FILENO);
         close(ends[0]);
         close(ends[1]);
@@ -88,6 +93,12 @@ static int read_summary(FILE *summary, DaemonRun *run)
 
 DaemonEnd daemon_run(const char *scene, int seconds, DaemonRun *run, const char **why)
 {
+    return daemon_run_beside(scene, seconds, "", run, why);
+}
+
+DaemonEnd daemon_run_beside(const char *scene, int seconds, const char *beside, DaemonRun *run,
+                            const char **why)
+{
     char path[64];
     const char *daemon = daemon_path();
     *run = (DaemonRun){0};
@@ -99,7 +110,7 @@ DaemonEnd daemon_run(const char *scene, int seconds, DaemonRun *run, const char 
     if (!daemon_write_scene(scene, path, sizeof path))
         return DAEMON_FAILED;
     pid_t child = -1;
-    FILE *summary = start(daemon, path, seconds, &child);
+    FILE *summary = start(daemon, path, seconds, beside, &child);
     int status = 0, lines = 0;
     if (summary != NULL) {
         lines = read_summary(summary, run);

@@ -20,5 +20,9 @@ const char *daemon_path(void);
 bool daemon_write_scene(const char *text, char *path, size_t size);
 // Runs the scene for some seconds. `why` names what was missing or went wrong.
 DaemonEnd daemon_run(const char *scene, int seconds, DaemonRun *run, const char **why);
+// Likewise, with a shell command that runs in the same network from half a second after its start;
+// $BIN is the folder of the programs. What it prints is lost.
+DaemonEnd daemon_run_beside(const char *scene, int seconds, const char *beside, DaemonRun *run,
+                            const char **why);
 
 #endif

@@ -38,6 +38,8 @@ static void on_reply(const lcm_recv_buf_t *buffer, const char *channel, const pl
                      .id = m->id,
                      .ok = m->ok != 0,
                      .step = m->step,
+                     .separated = m->separated,
+                     .nodes_added = m->nodes_added,
                      .pieces = m->pieces,
                      .frame_step = client->frames.step,
                      .contact_step = client->contact.step};

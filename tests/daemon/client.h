@@ -16,7 +16,7 @@ typedef struct Reply {
     int32_t sender, id;
     bool ok;
     int64_t step;
-    int pieces;
+    int separated, nodes_added, pieces;
     char channel[64], text[4096];
     int64_t frame_step, contact_step; // of the newest frame and contact received before it
 } Reply;

@@ -15,7 +15,7 @@ const char *const PROBE_TOOL =
     "  capsules = ( { from = [0.0, 0.0, 0.0]; to = [0.0, 0.0, 0.0]; radius = 0.005; } ); } );\n";
 
 static char folder[PATH_TEXT];
-static const char *program;
+static const char *program, *daemon_path;
 static const char *environment;
 static int started;
 static pid_t running[16]; // daemons that have not been waited for
@@ -26,7 +26,7 @@ void harness_start(int argc, char **argv)
         fprintf(stderr, "usage: %s PLIANTD\n", argv[0]);
         exit(2);
     }
-    program = argv[1];
+    program = daemon_path = argv[1];
     const char *base = getenv("TMPDIR");
     snprintf(folder, sizeof folder, "%s/pliant-daemon-XXXXXX", base != NULL ? base : "/tmp");
     if (mkdtemp(folder) == NULL) {
@@ -104,6 +104,11 @@ const char *write_scene(const char *name, const char *head, const char *tail)
     const char *path = scratch(name);
     write_text(path, text);
     return path;
+}
+
+void daemon_program(const char *path)
+{
+    program = path != NULL ? path : daemon_path;
 }
 
 void daemon_environment(const char *assignment)

@@ -34,6 +34,8 @@ typedef struct Daemon {
 
 // `arguments`: words separated by blanks.
 void daemon_start(Daemon *daemon, const char *format, ...) __attribute__((format(printf, 2, 3)));
+// What the next starts run in the daemon's place: a client; NULL: the daemon again.
+void daemon_program(const char *path);
 // Extra environment "NAME=value" for the next start; NULL for none.
 void daemon_environment(const char *assignment);
 void daemon_signal(const Daemon *daemon, int number);

@@ -101,12 +101,12 @@ bool cut_find_check(const CutFinder *finder)
 static Reach reach_of(const BladeEdge *before, const BladeEdge *after, double grow)
 {
     const Vec3 p[4] = {before->end[0], before->end[1], after->end[0], after->end[1]};
-    Reach reach = {.near = INFINITY, .far = -INFINITY};
+    Reach reach = {.near = HUGE_VAL, .far = -HUGE_VAL};
     // The diagonals' cross product; zero, and so without effect, for a sweep without area.
     reach.normal = vec3_unit(vec3_cross(vec3_sub(p[3], p[0]), vec3_sub(p[2], p[1])));
     for (int c = 0; c < 3; c++) {
-        reach.low[c] = INFINITY;
-        reach.high[c] = -INFINITY;
+        reach.low[c] = HUGE_VAL;
+        reach.high[c] = -HUGE_VAL;
     }
     for (int i = 0; i < 4; i++) {
         const double x[3] = {p[i].x, p[i].y, p[i].z};
@@ -256,14 +256,19 @@ static int count_half(const CutPath piece[][2], const CutPath half[2], int parts
     return sum;
 }
 
+static void divide(const CutPath edge[2], int parts, CutPath piece[][2])
+{
+    for (int part = 0; part < parts; part++)
+        for (int end = 0; end < 2; end++)
+            piece[part][end] = cut_part(edge[end], part, parts);
+}
+
 // Adds what the half links of near faces meet. False: degenerate.
 static bool count_sweep(CutFinder *finder, const CutPath edge[2], int parts)
 {
     const Level *level = finder->level;
-    CutPath piece[CUT_SUBTICKS_MOST][2];
-    for (int part = 0; part < parts; part++)
-        for (int end = 0; end < 2; end++)
-            piece[part][end] = cut_part(edge[end], part, parts);
+    divide(edge, parts, finder->piece);
+    finder->parts = parts;
     for (int at = 0; at < finder->near_count; at++) {
         int face = finder->near[at];
         const CutFacePoints *path = finder->path[at];
@@ -273,7 +278,7 @@ static bool count_sweep(CutFinder *finder, const CutPath edge[2], int parts)
             if (beyond < 0 || !finder->listed[beyond])
                 continue;
             half[1] = (CutPath){{path[0].middle[k], path[1].middle[k]}};
-            int count = count_half((const CutPath(*)[2])piece, half, parts);
+            int count = count_half((const CutPath(*)[2])finder->piece, half, parts);
             if (count == CUT_DEGENERATE)
                 return false;
             if (count > 0 && !(finder->odd[e] & MARK_TOUCHED)) {
@@ -313,31 +318,28 @@ CutVerdict cut_find_keep_odd(CutFinder *finder, const CutTissue *tissue)
 
 // --- commands ---
 
-static bool same_edge(const BladeEdge *a, const BladeEdge *b)
+// An edge of a command at try `attempt`: always shifted, so that the same command is shifted alike
+// when what it cut has moved a little; by a hash of where it is, so that those that share an edge
+// (the quadrilaterals of a loop, one command and the next) still do.
+static void command_edge(const CutFinder *finder, const BladeEdge *edge, int attempt,
+                         CutPoint out[2])
 {
-    for (int i = 0; i < 2; i++)
-        if (a->end[i].x != b->end[i].x || a->end[i].y != b->end[i].y || a->end[i].z != b->end[i].z)
-            return false;
-    return true;
-}
-
-// Edge k of a command at try `attempt`: every one has a shift of its own, but the last of a closed
-// loop that of the first.
-static void command_edge(const CutFinder *finder, const BladeEdge *edge, int edges, int k,
-                         int attempt, CutPoint out[2])
-{
-    int as = k == edges - 1 && same_edge(&edge[0], &edge[k]) ? 0 : k;
-    quantise_edge(finder, &edge[as], out);
-    if (attempt > 0)
-        shift_edge(out, 1 + (int64_t)(attempt - 1) * edges + as);
+    quantise_edge(finder, edge, out);
+    uint64_t hash = (uint64_t)attempt + 1;
+    for (int end = 0; end < 2; end++)
+        for (int c = 0; c < 3; c++) { // FNV-1a, by words
+            hash = (hash ^ (uint64_t)out[end].x[c]) * UINT64_C(0x100000001b3);
+            hash ^= hash >> 29;
+        }
+    shift_edge(out, 1 + (int64_t)(hash >> 8 & 0xffffffff));
 }
 
 static bool count_command(CutFinder *finder, const BladeEdge *edge, int edges, int attempt)
 {
     CutPoint from[2], to[2];
-    command_edge(finder, edge, edges, 0, attempt, from);
+    command_edge(finder, &edge[0], attempt, from);
     for (int k = 0; k + 1 < edges; k++) {
-        command_edge(finder, edge, edges, k + 1, attempt, to);
+        command_edge(finder, &edge[k + 1], attempt, to);
         CutPath path[2] = {{{from[0], to[0]}}, {{from[1], to[1]}}};
         CutSweep sweep = {.before = edge[k], .after = edge[k + 1]};
         int parts = cut_subticks(&sweep, CUT_FIND_TOLERANCE * finder->h);
@@ -347,6 +349,37 @@ static bool count_command(CutFinder *finder, const BladeEdge *edge, int edges, i
         from[1] = to[1];
     }
     return true;
+}
+
+int cut_find_half(const CutFinder *finder, const BladeEdge *edge, int edges, Vec3 centroid,
+                  Vec3 middle)
+{
+    CutPoint from[2], to[2], point[2];
+    if (!cut_quantise(centroid, finder->origin, finder->q, &point[0]) ||
+        !cut_quantise(middle, finder->origin, finder->q, &point[1]))
+        return CUT_DEGENERATE;
+    const CutPath half[2] = {{{point[0], point[0]}}, {{point[1], point[1]}}};
+    if (edges == 2) // still as the command left it
+        return count_half((const CutPath(*)[2])finder->piece, half, finder->parts);
+    int sum = 0;
+    command_edge(finder, &edge[0], finder->tries, from);
+    for (int k = 0; k + 1 < edges; k++) {
+        command_edge(finder, &edge[k + 1], finder->tries, to);
+        CutPath path[2] = {{{from[0], to[0]}}, {{from[1], to[1]}}};
+        if (!boxes_apart(path, half)) {
+            CutPath piece[CUT_SUBTICKS_MOST][2];
+            CutSweep sweep = {.before = edge[k], .after = edge[k + 1]};
+            int parts = cut_subticks(&sweep, CUT_FIND_TOLERANCE * finder->h);
+            divide(path, parts, piece);
+            int count = count_half((const CutPath(*)[2])piece, half, parts);
+            if (count == CUT_DEGENERATE)
+                return CUT_DEGENERATE;
+            sum += count;
+        }
+        from[0] = to[0];
+        from[1] = to[1];
+    }
+    return sum;
 }
 
 // Whether the command can be asked at all.

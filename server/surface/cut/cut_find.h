@@ -57,13 +57,15 @@ typedef struct CutFinder {
     int count; // links that break now, each once,
     int *edge; // [edges of the finest level] by edge, in (face, side) order
     int met;   // links met an odd number of times, broken before or not
-    int tries; // shifts that it took
+    int tries; // shifts that did not do
     // --- scratch ---
-    int *met_edge;            // [edges of the finest level]
-    int near_count, *near;    // [finest faces] faces within reach of the sweep
-    CutFacePoints (*path)[2]; // [near_count] before and after
-    unsigned char *odd;       // [edges of the finest level] parity, and whether it is in met_edge
-    unsigned char *listed;    // [finest faces] zero between calls
+    int parts;                           // sub-ticks of the last quadrilateral,
+    CutPath piece[CUT_SUBTICKS_MOST][2]; // and the edge in each
+    int *met_edge;                       // [edges of the finest level]
+    int near_count, *near;               // [finest faces] faces within reach of the sweep
+    CutFacePoints (*path)[2];            // [near_count] before and after
+    unsigned char *odd;    // [edges of the finest level] parity, and whether it is in met_edge
+    unsigned char *listed; // [finest faces] zero between calls
 } CutFinder;
 
 // Whether the link across an edge with two listed faces is broken.
@@ -98,6 +100,10 @@ CutVerdict cut_find_whole(CutFinder *finder, const CutTissue *tissue, const Blad
 // last call left it, bit by bit.
 CutVerdict cut_find_tick(CutFinder *finder, const CutTissue *tissue, const CutSweep *sweep);
 
+// For cut_snap: how often the last command, given again, meets the half link between two places
+// [m]; CUT_DEGENERATE: not known.
+int cut_find_half(const CutFinder *finder, const BladeEdge *edge, int edges, Vec3 centroid,
+                  Vec3 middle);
 // For cut_smooth: of the edges in met_edge[met] keeps those whose parity in `odd` (bit 0) is odd,
 // and of them the unbroken ones in `edge`; clears `odd`.
 CutVerdict cut_find_keep_odd(CutFinder *finder, const CutTissue *tissue);

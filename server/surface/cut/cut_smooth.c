@@ -9,7 +9,7 @@ enum { MARK_PATH = 1, MARK_LISTED = 2 };
 
 double cut_sweep_distance(const BladeEdge *edge, int edges, Vec3 point)
 {
-    double nearest = INFINITY;
+    double nearest = HUGE_VAL;
     for (int k = 0; k + 1 < edges; k++) {
         const Vec3 *a = edge[k].end, *b = edge[k + 1].end;
         const Vec3 first[3] = {a[0], a[1], b[0]}, second[3] = {a[1], b[1], b[0]};
@@ -39,28 +39,33 @@ static void weigh_sides(const CutFinder *finder, const CutTissue *tissue, const 
     }
 }
 
-// Whether the path gets better when the face changes sides.
+// Whether the path gets better when the face changes sides: `freely`, without any new broken link.
 static bool gains(const CutFinder *finder, const CutTissue *tissue, const BladeEdge *edge,
-                  int edges, int face)
+                  int edges, int face, bool freely)
 {
     const Level *level = finder->level;
-    bool on[3], open[3];
-    int count = 0;
+    bool on[3], costs[3]; // on the path; not, and would have to break
+    int count = 0, fresh = 0, to_break = 0;
     for (int k = 0; k < 3; k++) {
         int e = level->face_edge[face][k], beyond = levels_beyond(level, e, face);
-        open[k] = beyond < 0;
-        if (!open[k] && !finder->listed[beyond])
+        if (beyond >= 0 && !finder->listed[beyond])
             return false;
-        on[k] = !open[k] && (finder->odd[e] & MARK_PATH);
+        bool broken = tissue->broken[face] >> k & 1;
+        on[k] = beyond >= 0 && (finder->odd[e] & MARK_PATH);
+        costs[k] = beyond >= 0 && !on[k] && !broken;
         count += on[k];
+        fresh += on[k] && !broken;
+        to_break += costs[k];
     }
-    if (count < 2)
+    if (count < 2 || fresh == 0 || (freely && to_break > 0))
         return false;
+    if (to_break == 0)
+        return true;
     double cost[3], now = 0.0, then = 0.0;
     weigh_sides(finder, tissue, edge, edges, face, cost);
     for (int k = 0; k < 3; k++) {
         now += on[k] ? cost[k] : 0.0;
-        then += on[k] || open[k] ? 0.0 : cost[k];
+        then += costs[k] ? cost[k] : 0.0;
     }
     return then < now;
 }
@@ -80,22 +85,31 @@ static void change_sides(CutFinder *finder, int face)
     }
 }
 
+static void smooth_all(CutFinder *finder, const CutTissue *tissue, const BladeEdge *edge, int edges,
+                       bool freely)
+{
+    bool changed = true;
+    for (int pass = 0; changed && pass < CUT_SMOOTH_PASSES; pass++) {
+        changed = false;
+        for (int at = 0; at < finder->near_count; at++) {
+            if (!gains(finder, tissue, edge, edges, finder->near[at], freely))
+                continue;
+            change_sides(finder, finder->near[at]);
+            changed = true;
+        }
+    }
+}
+
 CutVerdict cut_smooth(CutFinder *finder, const CutTissue *tissue, const BladeEdge *edge, int edges)
 {
     for (int i = 0; i < tissue->face_count; i++)
         finder->listed[tissue->face[i]] = 1;
     for (int i = 0; i < finder->met; i++)
         finder->odd[finder->met_edge[i]] = MARK_PATH | MARK_LISTED;
-    bool changed = true;
-    for (int pass = 0; changed && pass < CUT_SMOOTH_PASSES; pass++) {
-        changed = false;
-        for (int at = 0; at < finder->near_count; at++) {
-            if (!gains(finder, tissue, edge, edges, finder->near[at]))
-                continue;
-            change_sides(finder, finder->near[at]);
-            changed = true;
-        }
-    }
+    // Where an older cut already runs first: so a command that is repeated finds its own path
+    // again.
+    smooth_all(finder, tissue, edge, edges, true);
+    smooth_all(finder, tissue, edge, edges, false);
     for (int i = 0; i < tissue->face_count; i++)
         finder->listed[tissue->face[i]] = 0;
     return cut_find_keep_odd(finder, tissue);

@@ -4,8 +4,8 @@
 // still separates whatever it did (every closed loop of links keeps its parity), and it takes away
 // teeth and chips of single faces.
 //
-// All links that were met take part, also those that were broken before: so a command that is
-// repeated ends with the same path and breaks nothing.
+// All links that were met take part, also those that were broken before, and sides that are broken
+// already cost nothing: so a command that is repeated ends with the same path and breaks nothing.
 #ifndef PLIANT_SURFACE_CUT_CUT_SMOOTH_H
 #define PLIANT_SURFACE_CUT_CUT_SMOOTH_H
 

@@ -29,7 +29,8 @@ typedef struct DetailCut {
     int base_count;       // nodes of the finest level; copies follow
     int copy_capacity;    // most copies
     int most_around;      // most faces of the finest level around a node
-    const int (*base)[3]; // [finest faces] corners in the uncut mesh
+    Level uncut;          // the finest level, with the corners of the uncut mesh:
+    const int (*base)[3]; // [finest faces] these
     const Vec3 *built;    // [base_count] rest places of the uncut mesh [m]
     double bulge;         // by which nodes of finer levels may stick out of a leaf [m]
 
@@ -40,6 +41,8 @@ typedef struct DetailCut {
     int64_t *copies;       // in use
     Vec3 *rest;            // [base_count] rest places [m]: cuts move some onto the blade; likewise
                            // levels.position
+
+    float *stretch; // [finest edges] of bodies that tear, smoothed; NULL of others
 
     // --- follows from it ---
     int *origin;           // [copy_capacity] the node of the uncut mesh that a copy stands for
@@ -53,6 +56,7 @@ typedef struct DetailCut {
     CutFinder finder;
     int64_t looks, *seen;   // [nodes] look at which `position` was found out
     Vec3 *position;         // [nodes] in the world [m]
+    unsigned char *sides;   // [nodes] of the box around a sweep, a bit for each
     unsigned char *is_near; // [finest faces]
     int *near;              // [finest faces]
 
@@ -62,9 +66,11 @@ typedef struct DetailCut {
     unsigned char *wanted; // [faces above the finest level] to be refined; zero between cuts
     Leaf *want;            // [faces above the finest level] those
     int want_count;
-    Leaf *ring; // [most_around]
-    int *part;  // [most_around] component of each face of the ring
-    int *fresh; // [most_around] components that get a copy
+    Leaf *ring;   // [most_around]
+    int *part;    // [most_around] component of each face of the ring
+    int *fresh;   // [most_around] components that get a copy
+    bool *is_tip; // [nodes] of bodies that tear: a crack can go on there
+    int *torn;    // [finest edges] of bodies that tear
     CutSnap *snap;
     int *snap_work; // [base_count] zero between cuts
 } DetailCut;
@@ -90,6 +96,12 @@ bool detail_cut_break(struct SurfaceModel *model, const int *edge, int edge_coun
 bool detail_blade_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome,
                       TopologyChange *change);
 void detail_blade_reserve(void *self, int blades, Arena *arena, StateList *state);
+
+// --- detail_tear.c ---
+void detail_tear_create(struct Detail *detail, const SurfaceOptions *options, Arena *arena,
+                        StateList *state);
+bool detail_tear_check(const struct Detail *detail);
+bool detail_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange *change);
 
 // --- detail_cut_check.c ---
 // After the state was overwritten: whether it is one that cuts can have led to. What follows from

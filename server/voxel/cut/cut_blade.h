@@ -3,8 +3,9 @@
 // where a cell's was at the end of a tick is where the next tick begins, remembered for the cells
 // around each blade.
 //
-// Far bricks of cells (windows of level 0) are passed over by boxes around all their links. These
-// are kept as long as nothing can have moved by more than they were grown.
+// Far bricks of cells (windows of level 0) are passed over by boxes around all their links. A box
+// is kept, and taken for larger by what anything can have moved since it was made, until that would
+// bring the brick near.
 //
 // Step thread, but for the functions said to be of load time.
 #ifndef PLIANT_VOXEL_CUT_CUT_BLADE_H
@@ -16,6 +17,7 @@
 
 typedef struct BladeBox {
     double low[3], high[3]; // world [m]
+    double made;            // BladeStroke.travel then; negative: never
 } BladeBox;
 
 // What is remembered from tick to tick; part of the state.
@@ -24,7 +26,7 @@ typedef struct BladeStroke {
     int64_t fresh;     // no sub-tick was done yet: the beginning may still be shifted
     int64_t now;       // ticks of this stroke, from 1
     CutPoint edge[2];  // its ends as they were last used
-    double travel;     // that anything can have moved since the boxes were made [m]; negative: none
+    double travel;     // that anything can have moved since the stroke began [m]
 } BladeStroke;
 
 typedef struct BladeMemory {
@@ -38,8 +40,9 @@ typedef struct CutBlades {
     const CutLattice *lattice;
     const Rows *rows;
     int cell_count, brick_count;
-    double size; // of a cell [m]
-    double q;    // [m]
+    double size;      // of a cell [m]
+    double q;         // [m]
+    int (*beyond)[3]; // [cell] cut_lattice_beyond by axis; constant
     int blade_count;
     BladeMemory *blade; // [blade_count]
 
@@ -48,14 +51,16 @@ typedef struct CutBlades {
     int hit_count;
 
     // --- scratch ---
-    unsigned char *hit_bits; // [cell] bit d: its face towards +d is among them
-    BladeMemory whole;       // of commands
-    int (*before)[3];        // [cell] where it was when the tick began, in q
-    int *code_stamp;         // [cell] for which its code holds
-    unsigned short *code;    // [cell]
-    int last_code;           // stamp
-    int *brick;              // [brick_count] that the sweep may meet
-    int64_t looked_at;       // links, since the start
+    unsigned char *hit_bits;     // [cell] bit d: its face towards +d is among them
+    BladeMemory whole;           // of commands
+    int (*before)[3];            // [cell] where it was when the tick began, in q
+    int *code_stamp;             // [cell] for which its code holds
+    unsigned char *code;         // [cell]
+    int last_code;               // stamp
+    unsigned short *vertex_code; // [vertex] on which sides of a command's sweep
+    unsigned short *near_code;   // [cell] on which all of its element is
+    int *brick;                  // [brick_count] that the sweep may meet
+    int64_t looked_at;           // links, since the start
 } CutBlades;
 
 // Load time.
@@ -71,6 +76,8 @@ bool cut_blades_find(CutBlades *blades, const void *row, double tick, const CutS
                      CutOutcome *outcome);
 // The hits could not be carried out: the stroke begins anew where the edge is.
 void cut_blades_refused(CutBlades *blades, const void *row, const CutSweep *sweep);
+// The body is somewhere else: strokes begin anew.
+void cut_blades_forget(CutBlades *blades);
 // Makes whatever was read from a file harmless.
 void cut_blades_restored(CutBlades *blades);
 

@@ -57,6 +57,8 @@ static void body_evaluate(void *self, const Stage *stage, double h)
     Vertices *vertices = &model->vertices;
     const double *g = vertices->parameters->gravity;
     vertices_begin(vertices);
+    if (model->tear.felt != NULL)
+        cut_tear_feel(&model->tear);
     const VoxelPass pass = make_pass(model, vertices->present);
     evaluate_all(model, &pass);
     vertices_advance(vertices, stage, h, (Vec3){g[0], g[1], g[2]});
@@ -83,8 +85,12 @@ static void body_restore(void *self, bool to_start)
 {
     CutModel *model = self;
     vertices_restore(&model->vertices, to_start);
-    if (to_start)
-        cut_windows_forget_rotations(&model->windows);
+    if (model->tear.felt != NULL)
+        cut_tear_forget(&model->tear);
+    if (!to_start)
+        return;
+    cut_windows_forget_rotations(&model->windows);
+    cut_blades_forget(&model->blades);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -148,6 +154,18 @@ static bool body_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome, Top
         return false;
     }
     return break_faces(model, body, (const int(*)[2])model->blades.hit, model->blades.hit_count,
+                       outcome, change);
+}
+
+static bool body_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange *change)
+{
+    (void)tick;
+    CutModel *model = body->model;
+    const VoxelPass pass = make_pass(model, vertices_row(&model->vertices));
+    *outcome = (CutOutcome){.verdict = CUT_MET_NOTHING};
+    if (!cut_tear_find(&model->tear, &pass) || !has_room(model, outcome, model->tear.hit_count))
+        return false;
+    return break_faces(model, body, (const int(*)[2])model->tear.hit, model->tear.hit_count,
                        outcome, change);
 }
 
@@ -288,28 +306,15 @@ static const char *body_isa(const void *self)
     return model->vertices.kernels->level;
 }
 
-const BodyOps cut_body_ops = {
-    .model = "voxel",
-    .cut = body_cut,
-    .reconstruct = body_reconstruct,
-    .drift = body_drift,
-    .evaluate = body_evaluate,
-    .commit = body_commit,
-    .check = body_check,
-    .restore = body_restore,
-    .read_nodes = body_read_nodes,
-    .reserve_forces = body_reserve_forces,
-    .reserve_blades = body_reserve_blades,
-    .add_forces = body_add_forces,
-    .find_nodes = body_find_nodes,
-    .add_load = body_add_load,
-    .clear_loads = body_clear_loads,
-    .snapshot = body_snapshot,
-    .read_state = body_read_state,
-    .measure = body_measure,
-    .is_fixed = body_is_fixed,
-    .set = body_set,
-    .restored = body_restored,
-    .explain = body_explain,
-    .isa = body_isa,
-};
+#define OPERATIONS                                                                                 \
+    .model = "voxel", .cut = body_cut, .reconstruct = body_reconstruct, .drift = body_drift,       \
+    .evaluate = body_evaluate, .commit = body_commit, .check = body_check,                         \
+    .restore = body_restore, .read_nodes = body_read_nodes, .reserve_forces = body_reserve_forces, \
+    .reserve_blades = body_reserve_blades, .add_forces = body_add_forces,                          \
+    .find_nodes = body_find_nodes, .add_load = body_add_load, .clear_loads = body_clear_loads,     \
+    .snapshot = body_snapshot, .read_state = body_read_state, .measure = body_measure,             \
+    .is_fixed = body_is_fixed, .gather_patch = cut_body_gather_patch, .set = body_set,             \
+    .restored = body_restored, .explain = body_explain, .isa = body_isa
+
+const BodyOps cut_body_ops = {OPERATIONS};
+const BodyOps cut_body_ops_tearing = {OPERATIONS, .tear = body_tear};

@@ -7,6 +7,7 @@
 #include "voxel/cut/cut_faces.h"
 #include "voxel/cut/cut_masses.h"
 #include "voxel/cut/cut_pieces.h"
+#include "voxel/cut/cut_tear.h"
 #include "voxel/cut/cut_windows.h"
 #include "voxel/voxel.h"
 
@@ -21,12 +22,15 @@ typedef struct CutModel {
     CutPieces pieces;
     CutFaces faces;
     CutBlades blades;
+    CutTear tear;    // of bodies that tear of themselves
     bool sound;      // what was last derived from the state could be
     int64_t refused; // reconstructions that left something for want of room, since the start
 } CutModel;
 
-extern const BodyOps cut_body_ops;
+extern const BodyOps cut_body_ops, cut_body_ops_tearing;
 
+// cut_patch.c: BodyOps.gather_patch.
+bool cut_body_gather_patch(const void *self, Patch *patch, int budget);
 // As voxel_create, which calls it; of space, not of the plane.
 bool cut_body_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
                      Status *status);

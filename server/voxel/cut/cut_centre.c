@@ -3,7 +3,11 @@
 void cut_centres_begin(CellCentres *centres, const CutLattice *lattice, const Rows *rows,
                        const void *row)
 {
-    *centres = (CellCentres){.lattice = lattice, .rows = rows, .row = row, .family = -1};
+    centres->lattice = lattice;
+    centres->rows = rows;
+    centres->row = row;
+    for (int level = 0; level <= VOXEL_LEVELS_MAX; level++)
+        centres->element[level] = -1;
     for (int c = 0; c < 3; c++) {
         Vec3 axis = {c == 0, c == 1, c == 2};
         if (rows->turned)
@@ -59,31 +63,35 @@ static void fill_middles(Vec3 point[27], unsigned there)
 }
 
 // Where the points of an element of level 1 or more are that is a leaf or lies in one.
-static void find_points(const CellCentres *centres, int element, Vec3 point[27])
+static const Vec3 *find_points(CellCentres *centres, int element)
 {
     const CutLattice *lattice = centres->lattice;
+    const int level = lattice->element[element].level;
+    Vec3 *point = centres->point[level];
+    if (centres->element[level] == element)
+        return point;
     unsigned there = 0;
     if (cut_lattice_is_leaf(lattice, element)) {
         const int *node = cut_lattice_nodes(lattice, element);
         for (int n = 0; n < NODE_COUNT; n++) {
-            const int at = NODE_OFFSET[n][0] + 3 * NODE_OFFSET[n][1] + 9 * NODE_OFFSET[n][2];
             if (node[n] < 0)
                 continue;
+            const int at = NODE_OFFSET[n][0] + 3 * NODE_OFFSET[n][1] + 9 * NODE_OFFSET[n][2];
             point[at] = vertex_at(centres, node[n]);
             there |= 1u << at;
         }
     } else {
         const int parent = lattice->element[element].parent;
         const int child = element - lattice->element[parent].child;
-        Vec3 above[27];
-        find_points(centres, parent, above);
-        for (int c = 0; c < 8; c++) {
-            const int at = 2 * (c & 1) + 6 * (c >> 1 & 1) + 18 * (c >> 2);
-            point[at] = above[(c & 1) + (child & 1) + 3 * ((c >> 1 & 1) + (child >> 1 & 1)) +
-                              9 * ((c >> 2) + (child >> 2))];
-        }
+        const Vec3 *above = find_points(centres, parent);
+        for (int c = 0; c < 8; c++)
+            point[2 * (c & 1) + 6 * (c >> 1 & 1) + 18 * (c >> 2)] =
+                above[(c & 1) + (child & 1) + 3 * ((c >> 1 & 1) + (child >> 1 & 1)) +
+                      9 * ((c >> 2) + (child >> 2))];
     }
     fill_middles(point, there);
+    centres->element[level] = element;
+    return point;
 }
 
 Vec3 cut_centre(CellCentres *centres, int cell)
@@ -96,16 +104,17 @@ Vec3 cut_centre(CellCentres *centres, int cell)
         return to_world(centres, vec3_scale(0.125, sum));
     }
     const int parent = lattice->element[cell].parent;
-    if (centres->family != parent) {
-        find_points(centres, parent, centres->point);
-        centres->family = parent;
-    }
+    const Vec3 *point = find_points(centres, parent);
     const int child = cell - lattice->element[parent].child;
     for (int c = 0; c < 8; c++)
-        sum = vec3_add(
-            sum, centres->point[(c & 1) + (child & 1) + 3 * ((c >> 1 & 1) + (child >> 1 & 1)) +
-                                9 * ((c >> 2) + (child >> 2))]);
+        sum = vec3_add(sum, point[(c & 1) + (child & 1) + 3 * ((c >> 1 & 1) + (child >> 1 & 1)) +
+                                  9 * ((c >> 2) + (child >> 2))]);
     return to_world(centres, vec3_scale(0.125, sum));
+}
+
+Vec3 cut_centres_vertex(const CellCentres *centres, int vertex)
+{
+    return to_world(centres, vertex_at(centres, vertex));
 }
 
 void cut_centres_grow(const CellCentres *centres, int cell, double low[3], double high[3])

@@ -12,14 +12,16 @@ typedef struct CellCentres {
     const Rows *rows;
     const void *row;
     double turn[3][3], shift[3]; // from the rows' coordinates to the world
-    int family;                  // the element of level 1 whose points are in `point`; -1: none
-    Vec3 point[27];              // x + 3 y + 9 z
+    // Points of the element of each level that was last asked for, x + 3 y + 9 z; -1: of none.
+    int element[VOXEL_LEVELS_MAX + 1];
+    Vec3 point[VOXEL_LEVELS_MAX + 1][27];
 } CellCentres;
 
 void cut_centres_begin(CellCentres *centres, const CutLattice *lattice, const Rows *rows,
                        const void *row);
 // In the world [m].
 Vec3 cut_centre(CellCentres *centres, int cell);
+Vec3 cut_centres_vertex(const CellCentres *centres, int vertex); // likewise
 // A box in the rows' coordinates grows by the vertices of the leaf that covers a cell.
 void cut_centres_grow(const CellCentres *centres, int cell, double low[3], double high[3]);
 

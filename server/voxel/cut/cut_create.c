@@ -245,12 +245,17 @@ static bool check_options(const Making *making, const VoxelKernels *kernels, Sta
     return true;
 }
 
+static bool tears(const VoxelOptions *options)
+{
+    return options->tear_stress > 0.0 || options->tear_force > 0.0;
+}
+
 static void describe(Body *body, CutModel *model, const Making *making, const double *mass)
 {
     const VoxelOptions *options = making->options;
     const double beta = options->damping * making->step;
     *body = (Body){
-        .ops = &cut_body_ops,
+        .ops = tears(options) ? &cut_body_ops_tearing : &cut_body_ops,
         .model = model,
         .integrator = options->integrator,
         .element_count = model->lattice.leaf_count,
@@ -310,6 +315,9 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
                                    .material_count = options->material_count,
                                    .classes = classes};
     cut_windows_create(&model->windows, &windows, arena, state);
+    if (tears(options))
+        cut_tear_create(&model->tear, name, options->tear_stress, options->tear_force,
+                        &model->windows, vertices, model->law, arena, state);
     cut_pieces_create(&model->pieces, name, &model->lattice, &making->mesh, &making->layout, arena,
                       state);
     cut_blades_create(&model->blades, name, &model->lattice, &vertices->rows,

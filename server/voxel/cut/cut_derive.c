@@ -63,14 +63,18 @@ static bool ids_are_sound(const CutLattice *lattice)
     return true;
 }
 
-static void count_leaves(CutLattice *lattice)
+static void enter_leaves(CutLattice *lattice)
 {
+    const long margin =
+        cut_parts_grid(lattice, lattice->count[0], lattice->count[1], lattice->count[2]) + 1;
+    memset(lattice->scratch->grid, -1, (size_t)margin * sizeof *lattice->scratch->grid);
     lattice->leaf_count = 0;
     memset(lattice->leaf_at_level, 0, sizeof lattice->leaf_at_level);
     for (int e = 0; e < lattice->element_count; e++)
         if (cut_lattice_is_leaf(lattice, e)) {
             lattice->leaf_count++;
             lattice->leaf_at_level[lattice->element[e].level]++;
+            cut_parts_enter_leaf(lattice, e);
         }
 }
 
@@ -122,7 +126,7 @@ bool cut_lattice_derive(CutLattice *lattice)
     lattice->wanted_count = 0;
     if (!divisions_are_sound(lattice) || !bits_are_sound(lattice) || !ids_are_sound(lattice))
         return false;
-    count_leaves(lattice);
+    enter_leaves(lattice);
     find_wanted(lattice);
     const bool sound = find_vertices(lattice);
     cut_lattice_forget_changes(lattice);

@@ -141,6 +141,11 @@ static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
     for (int d = 0; d < 3; d++)
         points *= scratch->points[d] = lattice->lattice_count[d] + 1;
     const int elements = lattice->element_count, cells = lattice->level_first[1];
+    scratch->grid = ALLOCATE(
+        cut_parts_grid(lattice, lattice->count[0], lattice->count[1], lattice->count[2]) + 1, int,
+        "leaves of cells");
+    scratch->place = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)lattice->vertex_capacity,
+                                    sizeof *scratch->place, "%s/%s", name, "points of vertices");
     scratch->head = ALLOCATE(points, int, "first vertices");
     scratch->next = ALLOCATE(lattice->vertex_capacity, int, "next vertices");
     scratch->visited = ALLOCATE(points, unsigned char, "visited points");
@@ -211,6 +216,19 @@ int cut_lattice_cell(const CutLattice *lattice, int i, int j, int k)
 int cut_lattice_leaf_of(const CutLattice *lattice, int cell)
 {
     return cut_parts_leaf(lattice, cell);
+}
+
+void cut_parts_enter_leaf(CutLattice *lattice, int leaf)
+{
+    const CutElement *element = &lattice->element[leaf];
+    const int edge = 1 << element->level, *at = element->cell;
+    for (int k = 0; k < edge; k++)
+        for (int j = 0; j < edge; j++) {
+            int *row =
+                &lattice->scratch->grid[cut_parts_grid(lattice, at[0], at[1] + j, at[2] + k)];
+            for (int i = 0; i < edge; i++)
+                row[i] = leaf;
+        }
 }
 
 int cut_lattice_beyond(const CutLattice *lattice, int cell, int axis)

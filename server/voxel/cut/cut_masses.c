@@ -69,12 +69,17 @@ static void set_mass(CutMasses *masses, int vertex)
     double mass = 0.0;
     int lowest = -1; // slot of its part
     for (int s = 0; s < 8; s++) {
-        bool counted = leaf[s] < 0;
-        for (int t = 0; t < s; t++)
-            counted |= leaf[t] == leaf[s];
-        if (counted)
+        if (leaf[s] < 0)
             continue;
-        const int node = cut_lattice_node_at(lattice, leaf[s], point);
+        int node = 7 - s; // the corner opposite of a cell
+        if (leaf[s] >= lattice->level_first[1]) {
+            bool counted = false; // larger leaves may lie in several slots
+            for (int t = 0; t < s; t++)
+                counted |= leaf[t] == leaf[s];
+            if (counted)
+                continue;
+            node = cut_lattice_node_at(lattice, leaf[s], point);
+        }
         if (cut_lattice_nodes(lattice, leaf[s])[node] != vertex)
             continue;
         mass += share_of(masses, leaf[s], node);
@@ -169,19 +174,22 @@ static void read_row(const CutMasses *masses, int vertex, Vec3 *x, Vec3 *v)
     *v = rows_vector(rows, row, vertex, 4);
 }
 
-// Of the vertices of a group that may move, with the masses before or now.
-static Momentum momentum_of(const CutMasses *masses, int group, const double *mass)
+// Of the vertices of a group that may move, now; less what they had before their masses changed.
+static Momentum momentum_of(const CutMasses *masses, int group, Momentum *gained)
 {
     Momentum sum = {.mass = 0.0};
+    *gained = sum;
     for (int i = group; i >= 0; i = masses->next[i]) {
         if (!is_free(masses, i))
             continue;
         Vec3 x, v;
         read_row(masses, i, &x, &v);
-        sum.mass += mass[i];
-        sum.first = vec3_madd(sum.first, mass[i], x);
-        sum.linear = vec3_madd(sum.linear, mass[i], v);
-        sum.angular = vec3_madd(sum.angular, mass[i], vec3_cross(x, v));
+        const Vec3 turn = vec3_cross(x, v);
+        const double mass = masses->vertices->mass[i], more = mass - masses->mass_before[i];
+        sum.mass += mass;
+        sum.first = vec3_madd(sum.first, mass, x);
+        gained->linear = vec3_madd(gained->linear, more, v);
+        gained->angular = vec3_madd(gained->angular, more, turn);
     }
     return sum;
 }
@@ -225,13 +233,13 @@ static Vec3 spin_for(const CutMasses *masses, int group, Vec3 center, Vec3 momen
 // vertices as a rigid motion, which deforms nothing.
 static void repair_momentum(const CutMasses *masses, int group)
 {
-    const Momentum before = momentum_of(masses, group, masses->mass_before);
-    const Momentum now = momentum_of(masses, group, masses->vertices->mass);
+    Momentum gained;
+    const Momentum now = momentum_of(masses, group, &gained);
     if (!(now.mass > 0.0))
         return;
-    const Vec3 push = vec3_sub(before.linear, now.linear);
+    const Vec3 push = vec3_scale(-1.0, gained.linear);
     const Vec3 center = vec3_scale(1.0 / now.mass, now.first);
-    const Vec3 moment = vec3_sub(vec3_sub(before.angular, now.angular), vec3_cross(center, push));
+    const Vec3 moment = vec3_sub(vec3_scale(-1.0, gained.angular), vec3_cross(center, push));
     const Vec3 spin = spin_for(masses, group, center, moment);
     const Rows *rows = &masses->vertices->rows;
     void *row = masses->vertices->row[masses->vertices->current];

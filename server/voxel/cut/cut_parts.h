@@ -7,6 +7,8 @@
 // Follows from the state, or is empty between calls.
 typedef struct CutScratch {
     int points[3];              // lattice points along the axes
+    int *grid;                  // leaf of each cell, x fastest, with a margin of one cell of void
+    int (*place)[3];            // [vertex] its point
     int *head;                  // [point] one of its vertices; -1: none
     int *next;                  // [vertex] another one at its point
     unsigned char *bitten;      // [element] a bit is broken in or on it
@@ -51,6 +53,15 @@ static inline int cut_parts_index(const CutScratch *scratch, const int point[3])
 {
     return (point[2] * scratch->points[1] + point[1]) * scratch->points[0] + point[0];
 }
+
+// The place of a cell in the grid.
+static inline long cut_parts_grid(const CutLattice *lattice, int i, int j, int k)
+{
+    const long nx = lattice->count[0] + 2, ny = lattice->count[1] + 2;
+    return ((k + 1) * ny + j + 1) * nx + i + 1;
+}
+// A leaf takes its cells.
+void cut_parts_enter_leaf(CutLattice *lattice, int leaf);
 
 void cut_parts_list_element(CutLattice *lattice, int element);
 void cut_parts_list_face(CutLattice *lattice, int cell, int axis);

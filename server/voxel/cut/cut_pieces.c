@@ -1,6 +1,7 @@
 // Whether cells still hold together. Two searches from both sides of a broken link, which stop when
-// they meet, tell nearly always at the cost of the few cells around it; only when one of them runs
-// dry everything is numbered anew.
+// they meet, tell nearly always at the cost of the few cells around it. What they have seen holds
+// together, so the links beside it, which broke with it, are told by looking. When one of them runs
+// dry it has seen a piece of its own.
 #include "voxel/cut/cut_pieces.h"
 
 #include "base/check.h"
@@ -12,7 +13,7 @@
                            label)
 
 enum {
-    SEARCHES = 16,  // links in one call beyond which everything is numbered anew
+    LINKS = 1024,   // in one call, beyond which everything is numbered anew
     EFFORT = 20000, // cells that the searches of one call may visit before that
 };
 
@@ -68,7 +69,7 @@ static void find_pieces(CutPieces *pieces)
                         !(lattice->broken[cell] >> axis & 1))
                         join(root, cell, lut[at + step[axis]]);
             }
-    int *size = pieces->queue[0];
+    int *size = pieces->size;
     memset(size, 0, (size_t)pieces->cell_count * sizeof *size);
     pieces->small_count = 0;
     for (int c = 0; c < pieces->cell_count; c++) { // a root comes before its cells
@@ -126,52 +127,159 @@ bool cut_pieces_derive(CutPieces *pieces)
 
 typedef enum Answer { JOINED, APART, TOO_LONG } Answer;
 
-// Marks are 2 search + side.
-static void enter(CutPieces *pieces, int cell, int side, int *end)
+// A set of cells that is known to hold together, by the label of what was seen first; -1: none.
+// Labels of earlier calls are below `first_label`.
+static int set_of(CutPieces *pieces, int cell)
 {
-    pieces->seen[cell] = 2 * pieces->search + side;
-    pieces->queue[side][(*end)++] = cell;
+    int *set = pieces->set, label = pieces->seen[cell] - pieces->first_label;
+    if (label < 0)
+        return -1;
+    while (set[label] != label) {
+        set[label] = set[set[label]];
+        label = set[label];
+    }
+    return label;
 }
 
-static Answer search_between(CutPieces *pieces, int a, int b, int *effort)
+// A search from one side of a link: the cells that it has found, those before `begin` looked at.
+typedef struct Search {
+    int *cell, begin, end;
+    int label;
+    bool open; // has not come to cells that were seen before
+} Search;
+
+static void enter(CutPieces *pieces, Search *search, int cell)
 {
-    if (++pieces->search > INT32_MAX / 2 - 1) {
-        memset(pieces->seen, 0, (size_t)pieces->cell_count * sizeof *pieces->seen);
-        pieces->search = 1;
-    }
-    int begin[2] = {0, 0}, end[2] = {0, 0};
-    enter(pieces, a, 0, &end[0]);
-    enter(pieces, b, 1, &end[1]);
-    for (int side = 0; *effort > 0; side ^= 1) {
-        if (begin[side] == end[side])
-            return APART;
-        const int cell = pieces->queue[side][begin[side]++];
-        (*effort)--;
-        pieces->visited++;
-        for (int d = 0; d < 6; d++) {
-            const int next = joined_to(pieces->lattice, cell, d);
-            if (next < 0 || pieces->seen[next] == 2 * pieces->search + side)
-                continue;
-            if (pieces->seen[next] == 2 * pieces->search + (side ^ 1))
-                return JOINED;
-            enter(pieces, next, side, &end[side]);
+    pieces->seen[cell] = pieces->first_label + search->label;
+    search->cell[search->end++] = cell;
+}
+
+static void begin_search(CutPieces *pieces, Search *search, int *queue, int cell)
+{
+    *search = (Search){.cell = queue, .open = set_of(pieces, cell) < 0};
+    if (!search->open)
+        return;
+    search->label = pieces->labels++;
+    pieces->set[search->label] = search->label;
+    enter(pieces, search, cell);
+}
+
+// Looks at one more cell, as long as that leads to no other set.
+static void go_on(CutPieces *pieces, Search *search)
+{
+    const int cell = search->cell[search->begin++];
+    pieces->visited++;
+    for (int d = 0; d < 6; d++) {
+        const int next = joined_to(pieces->lattice, cell, d);
+        if (next < 0)
+            continue;
+        const int own = set_of(pieces, cell), other = set_of(pieces, next);
+        if (other < 0) {
+            enter(pieces, search, next);
+        } else if (other != own) {
+            pieces->set[own] = other;
+            search->open = false;
         }
+    }
+}
+
+// Whether the two ends of a link hold together. APART: search[*side] has seen a whole piece.
+static Answer search_between(CutPieces *pieces, int a, int b, Search search[2], int *side,
+                             int *effort)
+{
+    begin_search(pieces, &search[0], pieces->queue[0], a);
+    begin_search(pieces, &search[1], pieces->queue[1], b);
+    for (*side = 0; *effort > 0; *side ^= 1) {
+        if (set_of(pieces, a) == set_of(pieces, b))
+            return JOINED;
+        if (!search[0].open && !search[1].open)
+            return TOO_LONG; // two sets from elsewhere
+        Search *here = &search[*side];
+        if (!here->open)
+            continue;
+        if (here->begin == here->end)
+            return APART;
+        (*effort)--;
+        go_on(pieces, here);
     }
     return TOO_LONG;
 }
 
+static int is_small(int size)
+{
+    return size > 0 && size < PIECE_SMALL;
+}
+
+// A piece that was found whole leaves the one it was part of, on the other side of a link from
+// `rest`.
+static void separate(CutPieces *pieces, const Search *piece, int rest)
+{
+    int *root = pieces->root, *size = pieces->size;
+    const int old = root[rest], old_size = size[old];
+    int lowest = piece->cell[0], name = old;
+    for (int i = 0; i < piece->end; i++)
+        lowest = piece->cell[i] < lowest ? piece->cell[i] : lowest;
+    for (int i = 0; i < piece->end; i++)
+        root[piece->cell[i]] = -1;
+    if (lowest == old) { // it keeps the name: the others need another
+        name = -1;
+        for (int c = 0; c < pieces->cell_count; c++)
+            if (root[c] == old) {
+                name = name < 0 ? c : name;
+                root[c] = name;
+            }
+    }
+    for (int i = 0; i < piece->end; i++)
+        root[piece->cell[i]] = lowest;
+    size[lowest] = piece->end;
+    size[name] = old_size - piece->end;
+    pieces->small_count += is_small(size[lowest]) + is_small(size[name]) - is_small(old_size);
+    pieces->rest[lowest] = rest;
+    pieces->left[pieces->left_count++] = lowest;
+}
+
+// Whatever leads to a piece that has left must lead to what it has left.
+static int what_is_left(const CutPieces *pieces, int cell)
+{
+    while (pieces->rest[pieces->root[cell]] >= 0)
+        cell = pieces->rest[pieces->root[cell]];
+    return cell;
+}
+
+static void begin_call(CutPieces *pieces)
+{
+    if (pieces->first_label > INT32_MAX - 4 * LINKS) {
+        memset(pieces->seen, 0, (size_t)pieces->cell_count * sizeof *pieces->seen);
+        pieces->first_label = 0;
+        pieces->labels = 1; // 0: never seen
+    }
+    pieces->first_label += pieces->labels;
+    pieces->labels = 0;
+}
+
 bool cut_pieces_follow(CutPieces *pieces, const int (*face)[2], int count)
 {
-    int effort = EFFORT;
-    bool whole = count <= SEARCHES;
-    for (int f = 0; f < count && whole; f++) {
-        int beyond = cut_lattice_beyond(pieces->lattice, face[f][0], face[f][1]);
-        whole = search_between(pieces, face[f][0], beyond, &effort) == JOINED;
+    int effort = EFFORT, side = 0;
+    bool told = count <= LINKS;
+    begin_call(pieces);
+    for (int f = 0; f < count && told; f++) {
+        const int beyond = cut_lattice_beyond(pieces->lattice, face[f][0], face[f][1]);
+        const int end[2] = {what_is_left(pieces, face[f][0]), what_is_left(pieces, beyond)};
+        if (end[0] == end[1])
+            continue;
+        Search search[2];
+        const Answer answer = search_between(pieces, end[0], end[1], search, &side, &effort);
+        told = answer != TOO_LONG;
+        if (answer == APART)
+            separate(pieces, &search[side], end[side ^ 1]);
     }
-    if (whole)
-        return false;
-    find_pieces(pieces);
-    return number_new(pieces) > 0;
+    const bool came = pieces->left_count > 0 || !told;
+    for (int i = 0; i < pieces->left_count; i++)
+        pieces->rest[pieces->left[i]] = -1;
+    pieces->left_count = 0;
+    if (!told)
+        find_pieces(pieces);
+    return came && number_new(pieces) > 0;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -200,6 +308,12 @@ void cut_pieces_create(CutPieces *pieces, const char *name, const CutLattice *la
     pieces->root = ALLOCATE(cells, int, "roots of pieces");
     pieces->number = ALLOCATE(cells, int, "piece numbers");
     pieces->seen = ALLOCATE(cells, int, "searches");
+    pieces->set = ALLOCATE(2 * LINKS, int, "sets of searches");
+    pieces->size = ALLOCATE(cells, int, "sizes of pieces");
+    pieces->rest = ALLOCATE(cells, int, "what pieces left");
+    memset(pieces->rest, -1, (size_t)cells * sizeof *pieces->rest);
+    pieces->left = ALLOCATE(LINKS, int, "pieces that left");
+    pieces->labels = 1;
     for (int side = 0; side < 2; side++)
         pieces->queue[side] = ALLOCATE(cells, int, "search queue");
     find_pieces(pieces);

@@ -21,13 +21,19 @@ typedef struct CutPieces {
     // --- follows from it ---
     int *root;       // [cell] smallest cell of its piece
     int *number;     // [cell] of the piece of which it is the smallest, else -1
+    int *size;       // [cell] cells of the piece of which it is the smallest
     int small_count; // pieces of fewer than PIECE_SMALL cells
 
     // --- scratch ---
-    int *seen;     // [cell] by which search
-    int *queue[2]; // [cell_count]
-    int search;
-    int64_t visited; // cells, by all searches so far
+    int *seen; // [cell] label of the search that found it; 0: none ever
+    int *set;  // [label - first_label] towards the set that its search belongs to
+    int *rest; // [cell] of a piece that has left another in this call, by its smallest cell: a cell
+               // of the other; else -1
+    int *left; // [left_count] such pieces
+    int left_count;
+    int *queue[2];           // [cell_count]
+    int first_label, labels; // of this call
+    int64_t visited;         // cells, by all searches so far
 } CutPieces;
 
 // Load time. Pieces of an uncut lattice are numbered as `mesh` numbers them.

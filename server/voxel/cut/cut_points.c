@@ -4,23 +4,19 @@
 #include "base/check.h"
 #include "voxel/point_parts.h"
 
+#include <string.h>
+
 void cut_lattice_point(const CutLattice *lattice, int vertex, int point[3])
 {
-    const CutScratch *scratch = lattice->scratch;
-    const int nx = scratch->points[0], ny = scratch->points[1];
-    const int index = lattice->vertex_id[vertex] % (nx * ny * scratch->points[2]);
-    point[0] = index % nx;
-    point[1] = index / nx % ny;
-    point[2] = index / (nx * ny);
+    memcpy(point, lattice->scratch->place[vertex], 3 * sizeof *point);
 }
 
 void cut_lattice_around(const CutLattice *lattice, const int point[3], int leaf[8])
 {
-    for (int s = 0; s < 8; s++) {
-        int cell = cut_parts_block(lattice, 0, point[0] - 1 + (s & 1), point[1] - 1 + (s >> 1 & 1),
-                                   point[2] - 1 + (s >> 2));
-        leaf[s] = cell < 0 ? -1 : cut_parts_leaf(lattice, cell);
-    }
+    const long row = lattice->count[0] + 2, layer = row * (lattice->count[1] + 2);
+    const int *low = &lattice->scratch->grid[point[2] * layer + point[1] * row + point[0]];
+    for (int s = 0; s < 8; s++)
+        leaf[s] = low[(s & 1) + (s >> 1 & 1) * row + (s >> 2) * layer];
 }
 
 int cut_lattice_node_at(const CutLattice *lattice, int leaf, const int point[3])
@@ -43,25 +39,31 @@ static int *place_in(CutLattice *lattice, int leaf, int slot, const int point[3]
 
 static PointParts parts_at(const CutLattice *lattice, const int point[3], const int leaf[8])
 {
+    // By slot: solid, leaf of level 0, with the point as a corner; with a broken face by its axis.
+    unsigned solid = 0, cells = 0, corners = 0, broken_at[3] = {0, 0, 0}, broken = 0;
     const int all = point[0] | point[1] | point[2];
-    unsigned corners = 0, broken = 0;
-    bool whole = true; // nothing parts what lies around
     for (int s = 0; s < 8; s++) {
-        whole &= leaf[s] >= 0;
         if (leaf[s] < 0)
             continue;
-        const int level = lattice->element[leaf[s]].level;
-        if ((all & ((1 << level) - 1)) == 0)
+        solid |= 1u << s;
+        if (cut_parts_is_cell(lattice, leaf[s])) {
+            const unsigned bits = lattice->broken[leaf[s]];
+            cells |= 1u << s;
+            for (int d = 0; d < 3; d++)
+                broken_at[d] |= (bits >> d & 1) << s;
+        } else if ((all & ((1 << lattice->element[leaf[s]].level) - 1)) == 0) {
             corners |= 1u << s;
+        }
     }
-    for (int f = 0; f < 12; f++) {
-        const int low = leaf[POINT_FACE[f]], high = leaf[POINT_FACE[f] + (1 << f / 4)];
-        if (low >= 0 && high >= 0 && cut_parts_is_cell(lattice, low) &&
-            cut_parts_is_cell(lattice, high))
-            broken |= (unsigned)(lattice->broken[low] >> f / 4 & 1) << f;
-    }
-    if (whole && broken == 0)
+    corners |= cells;
+    // Of the slots on the lower side of a face, those with one that is open.
+    static const unsigned low_side[3] = {0x55, 0x33, 0x0f};
+    for (int d = 0; d < 3; d++)
+        broken_at[d] &= low_side[d] & cells >> (1 << d);
+    if (solid == 0xff && (broken_at[0] | broken_at[1] | broken_at[2]) == 0)
         return (PointParts){.owns = corners != 0};
+    for (int f = 0; f < 12; f++)
+        broken |= (broken_at[f / 4] >> POINT_FACE[f] & 1) << f;
     return point_parts(leaf, corners, broken);
 }
 
@@ -76,11 +78,13 @@ static int find_vertex(const CutLattice *lattice, int index, int id)
 void cut_points_add(CutLattice *lattice, int vertex)
 {
     CutScratch *scratch = lattice->scratch;
-    int point[3];
-    cut_lattice_point(lattice, vertex, point);
-    int *head = &scratch->head[cut_parts_index(scratch, point)];
-    scratch->next[vertex] = *head;
-    *head = vertex;
+    const int nx = scratch->points[0], ny = scratch->points[1];
+    const int index = lattice->vertex_id[vertex] % (nx * ny * scratch->points[2]);
+    scratch->place[vertex][0] = index % nx;
+    scratch->place[vertex][1] = index / nx % ny;
+    scratch->place[vertex][2] = index / (nx * ny);
+    scratch->next[vertex] = scratch->head[index];
+    scratch->head[index] = vertex;
 }
 
 // Between which nodes of the divided element `of` a point in its middle lies: the middle of an edge

@@ -125,14 +125,15 @@ typedef struct Blocks {
 static void find_blocks(const CutLattice *lattice, int element, Blocks *out)
 {
     const CutElement *middle = &lattice->element[element];
-    const int level = middle->level - 1, i = (middle->cell[0] >> level) - 1;
-    const int j = (middle->cell[1] >> level) - 1, k = (middle->cell[2] >> level) - 1;
+    const int step = 1 << (middle->level - 1), *at = middle->cell;
+    // A cell of void, and so the margin of the grid, is never nearer than a block of that size.
     for (int z = 0; z < 4; z++)
-        for (int y = 0; y < 4; y++)
-            for (int x = 0; x < 4; x++) {
-                int block = cut_parts_block(lattice, level, i + x, j + y, k + z);
-                out->leaf[z][y][x] = block < 0 ? -1 : cut_parts_leaf(lattice, block);
-            }
+        for (int y = 0; y < 4; y++) {
+            const int *row = &lattice->scratch->grid[cut_parts_grid(
+                lattice, at[0], at[1] + (y - 1) * step, at[2] + (z - 1) * step)];
+            for (int x = 0; x < 4; x++)
+                out->leaf[z][y][x] = row[(x - 1) * step];
+        }
 }
 
 // The point at an offset in half edges of an element, and the leaves around it.
@@ -162,14 +163,15 @@ static bool fits(CutLattice *lattice, int element)
         return true;
     int births = 0, offset[3], point[3], leaf[8];
     Blocks blocks;
-    lattice->divided[element] = 1; // as if
     find_blocks(lattice, element, &blocks);
+    for (int c = 0; c < 8; c++) // as if
+        blocks.leaf[1 + (c >> 2)][1 + (c >> 1 & 1)][1 + (c & 1)] =
+            lattice->element[element].child + c;
     for (int n = 0; n < POINTS; n++) {
         offset_of(n, offset);
         take_point(lattice, element, &blocks, offset, point, leaf);
         births += cut_points_wanted(lattice, point, leaf) - cut_points_present(lattice, point);
     }
-    lattice->divided[element] = 0;
     return births <= room;
 }
 
@@ -217,6 +219,7 @@ static void divide(CutLattice *lattice, int element)
     cut_parts_list_element(lattice, element);
     for (int c = child; c < child + 8; c++) {
         cut_parts_list_element(lattice, c);
+        cut_parts_enter_leaf(lattice, c);
         if (level == 1)
             list_faces(lattice, c);
         else if (lattice->scratch->bitten[c])

@@ -61,14 +61,18 @@ static void create_ranges(CutWindows *windows, const char *name, Arena *arena)
         int rest[256] = {0};
         for (int w = own->first; w < own->end; w++) {
             const int count = lattice->window[w].end - lattice->window[w].first;
-            windows->full[w] = (BatchRange){.first = {end[BATCH_PLAIN], end[BATCH_HANGING]}};
+            BatchRange *range = &windows->full[w];
+            memcpy(range->low, end, sizeof range->low);
             end[BATCH_PLAIN] += most_full(lattice, w, rest);
             end[BATCH_HANGING] += hangs ? count / LANES : 0;
+            memcpy(range->high, end, sizeof range->high);
         }
-        windows->mixed[g] = (BatchRange){.first = {end[BATCH_PLAIN], end[BATCH_HANGING]}};
+        BatchRange *range = &windows->mixed[g];
+        memcpy(range->low, end, sizeof range->low);
         for (int m = 0; m < 256; m++)
             end[BATCH_PLAIN] += batches_for(rest[m]);
         end[BATCH_HANGING] += hangs ? batches_for(elements) : 0;
+        memcpy(range->high, end, sizeof range->high);
     }
 }
 
@@ -107,9 +111,9 @@ static void create_tables(CutWindows *windows, const char *name, Arena *arena)
             pass == 0 ? NULL
                       : arena_allocate(arena, ARENA_STEP, numbers, real, "%s/rest shapes", name);
         for (int g = 0, batch = 0; g < windows->group_count; g++) {
-            const int mixed = windows->mixed[g].first[BATCH_HANGING];
+            const int mixed = windows->mixed[g].low[BATCH_HANGING];
             const int end = g + 1 < windows->group_count
-                                ? windows->full[windows->group[g + 1].first].first[BATCH_HANGING]
+                                ? windows->full[windows->group[g + 1].first].low[BATCH_HANGING]
                                 : count;
             for (; batch < end; batch++) {
                 const int stride = batch < mixed ? 1 : LANES;
@@ -402,4 +406,49 @@ double cut_windows_energy(const CutWindows *windows, const VoxelKernels *kernels
             total += kernels->energy(&pass);
         }
     return total;
+}
+
+void cut_windows_stress(const CutWindows *windows, const VoxelKernels *kernels,
+                        const VoxelPass *given, double limit, int half, uint16_t *high)
+{
+    VoxelPass pass = complete_pass(windows, given);
+    for (int kind = 0; kind < BATCH_KINDS; kind++)
+        for (int k = runs_begin(windows, kind, half); k < runs_end(windows, kind, half); k++) {
+            RunView view;
+            const BatchRun run = windows->run[k];
+            view_run(windows, kind, run, &pass, &view);
+            kernels->stress(&pass, limit,
+                            high + run.first + (kind == BATCH_PLAIN ? 0 : windows->capacity[0]));
+        }
+}
+
+static bool any_high(const CutWindows *windows, const BatchRange *range, const uint16_t *high)
+{
+    unsigned any = 0;
+    for (int kind = 0; kind < BATCH_KINDS; kind++) {
+        const int first = range->first[kind] + (kind == BATCH_PLAIN ? 0 : windows->capacity[0]);
+        for (int b = 0; b < range->used[kind]; b++)
+            any |= high[first + b];
+    }
+    return any != 0;
+}
+
+int cut_windows_stressed(const CutWindows *windows, const uint16_t *high, int *element)
+{
+    int count = 0;
+    for (int g = 0; g < windows->group_count; g++) {
+        const WindowGroup *own = &windows->group[g];
+        const bool mixed = any_high(windows, &windows->mixed[g], high);
+        for (int w = own->first; w < own->end; w++) {
+            if (!mixed && !any_high(windows, &windows->full[w], high))
+                continue;
+            const CutWindow *window = &windows->lattice->window[w];
+            for (int e = window->first; e < window->end; e++) {
+                const int place = windows->place[e];
+                if (place >= 0 && (high[place / LANES] >> place % LANES & 1))
+                    element[count++] = e;
+            }
+        }
+    }
+    return count;
 }

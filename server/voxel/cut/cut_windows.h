@@ -29,10 +29,10 @@ typedef struct WindowOptions {
 
 enum { BATCH_PLAIN, BATCH_HANGING, BATCH_KINDS };
 
-// Batches that belong to a window or a group.
+// Batches [low, high) that belong to a window or a group; those in use.
 typedef struct BatchRange {
-    int first[BATCH_KINDS];
-    int used[BATCH_KINDS];
+    int low[BATCH_KINDS], high[BATCH_KINDS]; // constant
+    int first[BATCH_KINDS], used[BATCH_KINDS];
 } BatchRange;
 
 typedef struct WindowGroup {
@@ -47,7 +47,7 @@ typedef struct BatchRun {
 
 // All arrays belong to the arena; [plain] and [hanging] are all batches that may be used.
 typedef struct CutWindows {
-    // --- constant, but for BatchRange.used ---
+    // --- constant, but for what of the ranges is in use ---
     const CutLattice *lattice;
     TemplateCache *templates;
     int material_count;
@@ -109,6 +109,12 @@ void cut_windows_evaluate(const CutWindows *windows, const VoxelKernels *kernels
                           const VoxelPass *pass, int half);
 double cut_windows_energy(const CutWindows *windows, const VoxelKernels *kernels,
                           const VoxelPass *pass);
+// Which lanes are under more stress than `limit` [Pa], as kernels->stress tells them, of one half
+// or all; high [capacity of both kinds] belongs to the caller. Halves may be done at a time.
+void cut_windows_stress(const CutWindows *windows, const VoxelKernels *kernels,
+                        const VoxelPass *pass, double limit, int half, uint16_t *high);
+// The leaves in those lanes, ascending, into element [leaves]; returns how many.
+int cut_windows_stressed(const CutWindows *windows, const uint16_t *high, int *element);
 // Batches in use.
 int cut_windows_count(const CutWindows *windows, int kind);
 

@@ -11,6 +11,7 @@
 #include "voxel/kernel/energy.h"
 #include "voxel/kernel/hanging.h"
 #include "voxel/kernel/plain.h"
+#include "voxel/kernel/stress.h"
 
 static void plain_damped(const VoxelPass *pass)
 {
@@ -60,4 +61,5 @@ const VoxelKernels KERNEL_NAME = {
     .advance = advance,
     .drift = drift,
     .energy = energy,
+    .stress = stress,
 };

@@ -1,0 +1,488 @@
+#include "dynamics/attachment_data.h"
+#include "dynamics/joint.h"
+
+#include "base/check.h"
+#include "geometry/distance.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+// Whole words: no padding in the state.
+typedef struct Tie {
+    int64_t node; // of the body
+    int64_t face; // of the other
+    double weight[3];
+    double offset;             // along the face's normal [m]
+    double stiffness, damping; // [N/m], [N s/m]
+} Tie;
+
+struct Joint {
+    AttachmentOptions options;
+    Body *body, *other;
+    int capacity;
+
+    // --- part of the state; 0 beyond what is in use ---
+    int64_t *count;
+    Tie *tie; // [capacity] by node
+
+    // --- of an evaluation ---
+    int *node, *corner;       // [capacity], [3 capacity]
+    Vec3 *x, *v, *f;          // of the nodes
+    Vec3 *at, *velocity, *on; // of the corners
+
+    // --- scratch ---
+    Vec3 *before;   // [capacity] where the other ends were before a change [m]
+    double *demand; // [node places of the other] sums of e_j
+    int64_t refused;
+};
+
+// How far a region may lie from the other body, in its longest edges: farther, a face says little
+// of where a point would go.
+#define REACH 2.0
+
+// ---------------------------------------------------------------------------------------------
+// Faces
+
+// A face's two sides from its first corner, twice its area and its normal.
+typedef struct Facet {
+    Vec3 a, b, normal;
+    double twice;
+} Facet;
+
+static Facet facet_of(const Vec3 x[3])
+{
+    Facet facet = {.a = vec3_sub(x[1], x[0]), .b = vec3_sub(x[2], x[0])};
+    Vec3 cross = vec3_cross(facet.a, facet.b);
+    facet.twice = vec3_length(cross);
+    facet.normal = vec3_unit(cross);
+    return facet;
+}
+
+static Vec3 end_of(const Tie *tie, const Vec3 x[3], const Facet *facet)
+{
+    Vec3 z = vec3_scale(tie->offset, facet->normal);
+    for (int k = 0; k < 3; k++)
+        z = vec3_madd(z, tie->weight[k], x[k]);
+    return z;
+}
+
+static void read_face(const Joint *joint, int64_t face, Vec3 x[3])
+{
+    const Body *other = joint->other;
+    other->ops->read_nodes(other->model, other->surface.face[face], 3, x, NULL);
+}
+
+static Vec3 find_end(const Joint *joint, const Tie *tie)
+{
+    Vec3 x[3];
+    read_face(joint, tie->face, x);
+    Facet facet = facet_of(x);
+    return end_of(tie, x, &facet);
+}
+
+// Weights and offset with which the face's corners x carry the place `target`: in its plane also
+// beyond its sides.
+static void fit_to(Tie *tie, const Vec3 x[3], const Facet *facet, Vec3 target)
+{
+    tie->offset = 0.0;
+    if (!(facet->twice > 1e-12 * vec3_dot(facet->a, facet->a))) { // no plane to speak of
+        ClosestPair pair;
+        distance_point_triangle(target, x, &pair);
+        memcpy(tie->weight, pair.weight, sizeof tie->weight);
+        return;
+    }
+    Vec3 arm = vec3_sub(target, x[0]);
+    tie->offset = vec3_dot(arm, facet->normal);
+    tie->weight[1] = vec3_dot(vec3_cross(arm, facet->b), facet->normal) / facet->twice;
+    tie->weight[2] = vec3_dot(vec3_cross(facet->a, arm), facet->normal) / facet->twice;
+    tie->weight[0] = 1.0 - tie->weight[1] - tie->weight[2];
+}
+
+static void fit(const Joint *joint, Tie *tie, int64_t face, Vec3 target)
+{
+    Vec3 x[3];
+    read_face(joint, face, x);
+    Facet facet = facet_of(x);
+    tie->face = face;
+    fit_to(tie, x, &facet, target);
+}
+
+// --- how stiff ---
+
+// Bounds of |dz/dx_j|: a corner that moves by 1 turns the normal by at most the side opposite to it
+// over twice the area.
+static double find_pulls(const Tie *tie, const Vec3 x[3], const Facet *facet, double e[3])
+{
+    double turn = facet->twice > 0.0 ? fabs(tie->offset) / facet->twice : 0.0, sum = 0.0;
+    for (int k = 0; k < 3; k++) {
+        double side = vec3_length(vec3_sub(x[(k + 1) % 3], x[(k + 2) % 3]));
+        e[k] = fabs(tie->weight[k]) + turn * side;
+        sum += e[k];
+    }
+    return sum;
+}
+
+static double read_pulls(const Joint *joint, const Tie *tie, double e[3])
+{
+    Vec3 x[3];
+    read_face(joint, tie->face, x);
+    Facet facet = facet_of(x);
+    return find_pulls(tie, x, &facet, e);
+}
+
+// All springs anew. Corners that cannot move, or hang on others, do not limit.
+static void stiffen(Joint *joint)
+{
+    const Body *body = joint->body, *other = joint->other;
+    const BodySurface *surface = &other->surface;
+    const double g = joint->options.stiffness;
+    double e[3];
+    memset(joint->demand, 0, (size_t)surface->node_count * sizeof *joint->demand);
+    for (int64_t i = 0; i < *joint->count; i++) {
+        read_pulls(joint, &joint->tie[i], e);
+        for (int k = 0; k < 3; k++)
+            joint->demand[surface->face[joint->tie[i].face][k]] += e[k];
+    }
+    for (int64_t i = 0; i < *joint->count; i++) {
+        Tie *tie = &joint->tie[i];
+        double sum = read_pulls(joint, tie, e);
+        double least = body->contact_lambda * body->surface.node_mass[tie->node];
+        for (int k = 0; k < 3; k++) {
+            int corner = surface->face[tie->face][k];
+            double mass = surface->node_mass[corner];
+            if (mass > 0.0 && joint->demand[corner] > 0.0 &&
+                !other->ops->is_fixed(other->model, corner))
+                least = fmin(least, other->contact_lambda * mass / joint->demand[corner]);
+        }
+        tie->stiffness = g * least / (1.0 + sum);
+        tie->damping = 2.0 * joint->options.damping_ratio * tie->stiffness /
+                       sqrt(g * fmax(body->contact_lambda, other->contact_lambda));
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Creation
+
+static bool is_used_face(const BodySurface *surface, int64_t face)
+{
+    const int *corner = surface->face[face];
+    if (corner[0] == corner[1] || corner[1] == corner[2])
+        return false; // nobody's place
+    for (int k = 0; k < 3; k++)
+        if (corner[k] < 0 || corner[k] >= surface->node_count ||
+            surface->node_face_end[corner[k]] <= surface->node_face_start[corner[k]])
+            return false;
+    return true;
+}
+
+static int64_t nearest_face(const Joint *joint, Vec3 from, double *distance)
+{
+    int64_t nearest = -1;
+    *distance = (double)INFINITY;
+    for (int64_t f = 0; f < joint->other->surface.face_used; f++) {
+        Vec3 x[3];
+        ClosestPair pair;
+        if (!is_used_face(&joint->other->surface, f))
+            continue;
+        read_face(joint, f, x);
+        distance_point_triangle(from, x, &pair);
+        if (pair.distance < *distance) {
+            *distance = pair.distance;
+            nearest = f;
+        }
+    }
+    return nearest;
+}
+
+static bool tie_all(Joint *joint, const int *node, int count, Status *status)
+{
+    const Body *body = joint->body, *other = joint->other;
+    for (int i = 0; i < count; i++) {
+        Vec3 x;
+        double distance;
+        body->ops->read_nodes(body->model, &node[i], 1, &x, NULL);
+        int64_t face = nearest_face(joint, x, &distance);
+        if (face < 0 || distance > REACH * other->surface.longest_edge)
+            return status_fail(
+                status, STATUS_INVALID,
+                "a node at (%.6g, %.6g, %.6g) m of body %s is %.4g m from body %s, at "
+                "most %.4g m, twice its longest edge",
+                x.x, x.y, x.z, body->name, distance, other->name,
+                REACH * other->surface.longest_edge);
+        joint->tie[i].node = node[i];
+        fit(joint, &joint->tie[i], face, x);
+    }
+    *joint->count = count;
+    stiffen(joint);
+    return true;
+}
+
+#define ALLOCATE(count, type, label)                                                               \
+    (type *)arena_allocate(arena, ARENA_CONTACT, (size_t)(count), sizeof(type), "%s/%s", name,     \
+                           label)
+
+Joint *joint_create(const char *name, const AttachmentOptions *options, Body *body, Body *other,
+                    Arena *arena, StateList *state, Status *status)
+{
+    int *node = NULL, count = 0;
+    if (!attachment_find_region(body, &options->region, &node, &count, status)) {
+        free(node);
+        return NULL;
+    }
+    ASSERT(body->integrator == other->integrator);
+    Joint *joint = ALLOCATE(1, Joint, "joint");
+    joint->options = *options;
+    joint->body = body;
+    joint->other = other;
+    const int capacity = joint->capacity = attachment_region_capacity(body, count);
+    joint->count = ALLOCATE(1, int64_t, "count");
+    joint->tie = ALLOCATE(capacity, Tie, "ties");
+    state_add(state, joint->count, sizeof *joint->count, "%s/count", name);
+    state_add(state, joint->tie, (size_t)capacity * sizeof(Tie), "%s/ties", name);
+    joint->node = ALLOCATE(capacity, int, "nodes");
+    joint->corner = ALLOCATE(3 * capacity, int, "corners");
+    joint->x = ALLOCATE(capacity, Vec3, "positions");
+    joint->v = ALLOCATE(capacity, Vec3, "velocities");
+    joint->f = ALLOCATE(capacity, Vec3, "forces");
+    joint->at = ALLOCATE(3 * capacity, Vec3, "corners' positions");
+    joint->velocity = ALLOCATE(3 * capacity, Vec3, "corners' velocities");
+    joint->on = ALLOCATE(3 * capacity, Vec3, "corners' forces");
+    joint->before = ALLOCATE(capacity, Vec3, "ends before");
+    joint->demand = ALLOCATE(other->surface.node_count, double, "demand");
+    bool ok = tie_all(joint, node, count, status);
+    free(node);
+    return ok ? joint : NULL;
+}
+
+const AttachmentOptions *joint_options(const Joint *joint)
+{
+    return &joint->options;
+}
+
+int joint_node_capacity(const Joint *joint)
+{
+    return joint->capacity;
+}
+
+int joint_other_capacity(const Joint *joint)
+{
+    return 3 * joint->capacity;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Forces
+
+// The force on the end z of a spring, handed to the corners.
+static void hand_over(const Tie *tie, const Facet *facet, Vec3 force, Vec3 on[3])
+{
+    // F . d dn = G . (da x b + a x db) with G = d (F - (F . n) n) / |a x b|.
+    Vec3 across = vec3_madd(force, -vec3_dot(force, facet->normal), facet->normal);
+    Vec3 g = vec3_scale(facet->twice > 0.0 ? tie->offset / facet->twice : 0.0, across);
+    Vec3 first = vec3_cross(facet->b, g), second = vec3_cross(g, facet->a);
+    on[0] = vec3_sub(vec3_scale(tie->weight[0], force), vec3_add(first, second));
+    on[1] = vec3_madd(first, tie->weight[1], force);
+    on[2] = vec3_madd(second, tie->weight[2], force);
+}
+
+static Vec3 end_velocity(const Tie *tie, const Facet *facet, const Vec3 v[3])
+{
+    Vec3 a = vec3_sub(v[1], v[0]), b = vec3_sub(v[2], v[0]);
+    Vec3 turn = vec3_add(vec3_cross(a, facet->b), vec3_cross(facet->a, b));
+    turn = vec3_madd(turn, -vec3_dot(turn, facet->normal), facet->normal);
+    Vec3 sum = vec3_scale(facet->twice > 0.0 ? tie->offset / facet->twice : 0.0, turn);
+    for (int k = 0; k < 3; k++)
+        sum = vec3_madd(sum, tie->weight[k], v[k]);
+    return sum;
+}
+
+// A dashpot does not pull along its spring: its moments cancel only when both ends feel it at the
+// same place, which is the node's; where stretching has taken that far off the face, it is weakened
+// so that it asks no shorter steps than at the start.
+static Vec3 damp(Joint *joint, int i, const Vec3 x[3], const Facet *facet)
+{
+    Tie here = joint->tie[i];
+    double e[3], on_start = find_pulls(&here, x, facet, e);
+    fit_to(&here, x, facet, joint->x[i]);
+    double weak = on_start / fmax(on_start, find_pulls(&here, x, facet, e));
+    Vec3 speed = vec3_sub(joint->v[i], end_velocity(&here, facet, &joint->velocity[3 * i]));
+    Vec3 force = vec3_scale(weak * weak * here.damping, speed), on[3];
+    hand_over(&here, facet, force, on);
+    for (int k = 0; k < 3; k++)
+        joint->on[3 * i + k] = vec3_add(joint->on[3 * i + k], on[k]);
+    return force;
+}
+
+void joint_apply(Joint *joint)
+{
+    const Body *body = joint->body, *other = joint->other;
+    const int count = (int)*joint->count;
+    for (int i = 0; i < count; i++) {
+        joint->node[i] = (int)joint->tie[i].node;
+        memcpy(&joint->corner[3 * i], other->surface.face[joint->tie[i].face],
+               3 * sizeof *joint->corner);
+    }
+    body->ops->read_nodes(body->model, joint->node, count, joint->x, joint->v);
+    other->ops->read_nodes(other->model, joint->corner, 3 * count, joint->at, joint->velocity);
+    for (int i = 0; i < count; i++) {
+        const Tie *tie = &joint->tie[i];
+        const Vec3 *x = &joint->at[3 * i];
+        Facet facet = facet_of(x);
+        Vec3 stretch = vec3_sub(joint->x[i], end_of(tie, x, &facet));
+        Vec3 force = vec3_scale(tie->stiffness, stretch);
+        hand_over(tie, &facet, force, &joint->on[3 * i]);
+        force = vec3_add(force, damp(joint, i, x, &facet));
+        joint->f[i] = vec3_scale(-1.0, force);
+    }
+    body->ops->add_forces(body->model, joint->node, count, joint->f);
+    other->ops->add_forces(other->model, joint->corner, 3 * count, joint->on);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Topology
+
+void joint_remember(Joint *joint)
+{
+    for (int64_t i = 0; i < *joint->count; i++)
+        joint->before[i] = find_end(joint, &joint->tie[i]);
+}
+
+static void remove_tie(Joint *joint, int64_t at)
+{
+    memmove(&joint->tie[at], &joint->tie[at + 1],
+            (size_t)(*joint->count - at - 1) * sizeof *joint->tie);
+    memset(&joint->tie[--*joint->count], 0, sizeof *joint->tie);
+}
+
+// The end passes to the face that took over from its own nearest to it, and stays where it is.
+void joint_other_changed(Joint *joint, const TopologyChange *change)
+{
+    const int64_t ties = *joint->count;
+    for (int64_t i = ties - 1; i >= 0; i--) {
+        Tie *tie = &joint->tie[i];
+        int64_t heir = -1;
+        bool replaced = false;
+        double least = (double)INFINITY;
+        for (int c = 0; c < change->face_count; c++) {
+            const FaceChange *face = &change->face[c];
+            replaced |= face->face == tie->face;
+            if (face->from != tie->face)
+                continue;
+            Vec3 x[3];
+            ClosestPair pair;
+            read_face(joint, face->face, x);
+            distance_point_triangle(joint->before[i], x, &pair);
+            if (pair.distance >= least)
+                continue;
+            least = pair.distance;
+            heir = face->face;
+        }
+        if (heir >= 0)
+            fit(joint, tie, heir, joint->before[i]);
+        else if (replaced)
+            remove_tie(joint, i); // its matter is gone
+    }
+    stiffen(joint);
+}
+
+static int64_t find_tie(const Joint *joint, int node)
+{
+    int64_t low = 0, high = *joint->count;
+    while (low < high) {
+        int64_t middle = (low + high) / 2;
+        if (joint->tie[middle].node < node)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+static Tie *tie_of(Joint *joint, int node)
+{
+    int64_t at = find_tie(joint, node);
+    return at < *joint->count && joint->tie[at].node == node ? &joint->tie[at] : NULL;
+}
+
+// The face nearest to `target` that a walk across sides comes to from the tie's own.
+static void walk(const Joint *joint, Tie *tie, Vec3 target)
+{
+    enum { STEPS = 64 };
+    fit(joint, tie, tie->face, target);
+    for (int step = 0; step < STEPS; step++) {
+        int worst = 0;
+        for (int k = 1; k < 3; k++)
+            if (tie->weight[k] < tie->weight[worst])
+                worst = k;
+        int next = joint->other->surface.face_neighbor[tie->face][(worst + 1) % 3];
+        if (tie->weight[worst] >= 0.0 || next < 0)
+            return;
+        fit(joint, tie, next, target);
+    }
+}
+
+// A node that comes between two that are tied is tied between their ends; a copy as its original.
+void joint_topology_changed(Joint *joint, const TopologyChange *change)
+{
+    const Body *body = joint->body;
+    for (int i = 0; i < change->gone_count; i++) {
+        Tie *tie = tie_of(joint, change->gone[i]);
+        if (tie != NULL)
+            remove_tie(joint, tie - joint->tie);
+    }
+    for (int i = 0; i < change->born_count; i++) {
+        const NodeBirth *born = &change->born[i];
+        const Tie *from = tie_of(joint, born->parent[0]), *to = tie_of(joint, born->parent[1]);
+        if (from == NULL || to == NULL || body->ops->is_fixed(body->model, born->node))
+            continue;
+        if (*joint->count == joint->capacity) {
+            joint->refused++;
+            continue;
+        }
+        Tie tie = *from;
+        tie.node = born->node;
+        if (from != to)
+            walk(joint, &tie,
+                 vec3_scale(0.5, vec3_add(find_end(joint, from), find_end(joint, to))));
+        int64_t at = find_tie(joint, born->node);
+        memmove(&joint->tie[at + 1], &joint->tie[at],
+                (size_t)(*joint->count - at) * sizeof *joint->tie);
+        joint->tie[at] = tie;
+        ++*joint->count;
+    }
+    stiffen(joint);
+}
+
+// ---------------------------------------------------------------------------------------------
+// What others ask
+
+bool joint_check(const Joint *joint)
+{
+    const BodySurface *mine = &joint->body->surface, *theirs = &joint->other->surface;
+    if (*joint->count < 0 || *joint->count > joint->capacity)
+        return false;
+    for (int64_t i = 0; i < *joint->count; i++) {
+        const Tie *tie = &joint->tie[i];
+        double sum = 0.0;
+        if (tie->node < 0 || tie->node >= mine->node_count ||
+            mine->node_face_end[tie->node] <= mine->node_face_start[tie->node] ||
+            (i > 0 && tie->node <= joint->tie[i - 1].node) || tie->face < 0 ||
+            tie->face >= theirs->face_count || !is_used_face(theirs, tie->face))
+            return false;
+        for (int k = 0; k < 3; k++)
+            sum += tie->weight[k];
+        if (!(fabs(sum - 1.0) < 1e-6) || !(fabs(tie->offset) < 1e6) || !(tie->stiffness >= 0.0) ||
+            !(tie->stiffness < 1e15) || !(tie->damping >= 0.0) || !(tie->damping < 1e15))
+            return false;
+    }
+    return true;
+}
+
+int joint_count(const Joint *joint)
+{
+    return (int)*joint->count;
+}
+
+int64_t joint_refused(const Joint *joint)
+{
+    return joint->refused;
+}

@@ -1,0 +1,198 @@
+// A body that tears of itself where it is stretched too far (cutting.md section 5): edges break one
+// after the other at the front of a crack, as a blade would break them. Step thread.
+#include "surface/detail/detail.h"
+
+#include <math.h>
+#include <string.h>
+
+#define SMOOTHING   (1.0 / 3.0) // of the stretch, a tick: an impact's wave is not a tear
+#define WITHOUT_TIP 1.5         // times the stretch that a crack needs to go on: for it to begin
+
+enum { TEARS_MOST = 64, DIVIDED_MOST = 64 }; // edges and faces a tick
+
+void detail_tear_create(Detail *detail, const SurfaceOptions *options, Arena *arena,
+                        StateList *state)
+{
+    DetailCut *cut = detail->cut;
+    size_t edges = (size_t)detail->levels.level[detail->finest].edge_count;
+    cut->stretch = arena_allocate(arena, ARENA_TOPOLOGY, edges, sizeof *cut->stretch,
+                                  "%s/stretch of edges", options->name);
+    cut->torn = arena_allocate(arena, ARENA_TOPOLOGY, edges, sizeof *cut->torn, "%s/torn edges",
+                               options->name);
+    cut->is_tip = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)detail->node_count,
+                                 sizeof *cut->is_tip, "%s/tips", options->name);
+    state_add(state, cut->stretch, edges * sizeof *cut->stretch, "%s/stretch", options->name);
+}
+
+bool detail_tear_check(const Detail *detail)
+{
+    const float *stretch = detail->cut->stretch;
+    for (int e = 0; stretch != NULL && e < detail->levels.level[detail->finest].edge_count; e++)
+        if (!(fabsf(stretch[e]) < 1e30f))
+            return false;
+    return true;
+}
+
+static int side_of(const Level *level, int face, int edge)
+{
+    const int *edges = level->face_edge[face];
+    return edges[0] == edge ? 0 : edges[1] == edge ? 1 : 2;
+}
+
+static Vec3 position_of(SurfaceModel *model, int node)
+{
+    DetailCut *cut = model->detail->cut;
+    if (cut->seen[node] != cut->looks) {
+        cut->seen[node] = cut->looks;
+        rows_read(&model->basis, model->rows[model->current], model->slot[node],
+                  &cut->position[node], NULL);
+    }
+    return cut->position[node];
+}
+
+// Height of two faces over their common edge together, from its ends and the corners opposite: the
+// width of tissue that the edge, broken, would let gape.
+static double width_of(const Vec3 end[2], const Vec3 apex[2])
+{
+    Vec3 edge = vec3_sub(end[1], end[0]);
+    double length = vec3_length(edge), area = 0.0;
+    for (int side = 0; side < 2; side++)
+        area += vec3_length(vec3_cross(edge, vec3_sub(apex[side], end[0])));
+    return length > 0.0 ? area / length : 0.0;
+}
+
+// How much wider the two leaves at an edge are across it than at rest, relative to that. (Not
+// the distance of the corners opposite: of right-angled faces pulled along a side it tells the
+// edges across the pull from the diagonals too little.)
+static double stretch_of(SurfaceModel *model, const Level *level, int edge)
+{
+    Vec3 now[2][2], rest[2][2]; // ends, apexes
+    for (int side = 0; side < 2; side++) {
+        int face = level->edge_face[edge][side], k = side_of(level, face, edge);
+        const int node[2] = {level->face[face][k], level->face[face][(k + 2) % 3]};
+        for (int i = 0; i < 2; i++) {
+            now[i][side] = position_of(model, node[i]);
+            rest[i][side] = model_place(model, model->slot[node[i]]);
+        }
+    }
+    double before = width_of(rest[0], rest[1]);
+    return before > 0.0 ? width_of(now[0], now[1]) / before - 1.0 : 0.0;
+}
+
+// Nodes where a crack can go on: at a border or a broken edge of their own faces.
+static void mark_tips(Detail *detail)
+{
+    DetailCut *cut = detail->cut;
+    const Level *finest = &detail->levels.level[detail->finest];
+    memset(cut->is_tip, 0, (size_t)detail->node_count * sizeof *cut->is_tip);
+    for (int f = 0; f < finest->face_count; f++)
+        for (int k = 0; k < 3; k++)
+            if ((cut->broken[f] >> k & 1) != 0 ||
+                levels_beyond(finest, finest->face_edge[f][k], f) < 0)
+                cut->is_tip[cut->node[f][k]] = cut->is_tip[cut->node[f][(k + 1) % 3]] = true;
+}
+
+// Follows the stretch of the edges between leaves of the finest level; lists those that tear,
+// the most stretched first.
+static int list_torn(SurfaceModel *model)
+{
+    Detail *detail = model->detail;
+    DetailCut *cut = detail->cut;
+    const Level *finest = &detail->levels.level[detail->finest];
+    const double least = detail->options.tear_stretch;
+    int count = 0;
+    for (int e = 0; e < finest->edge_count; e++) {
+        const int *face = finest->edge_face[e];
+        if (face[0] < 0 || face[1] < 0 || !detail_exists(detail, detail->finest, face[0]) ||
+            !detail_exists(detail, detail->finest, face[1]) ||
+            detail_is_broken(detail, detail->finest, face[0], side_of(finest, face[0], e))) {
+            cut->stretch[e] = 0.0f;
+            continue;
+        }
+        double s = (double)cut->stretch[e];
+        s += SMOOTHING * (stretch_of(model, finest, e) - s);
+        cut->stretch[e] = (float)s;
+        if (!(s > least))
+            continue;
+        const int *corner = cut->node[face[0]];
+        int k = side_of(finest, face[0], e);
+        bool goes_on = cut->is_tip[corner[k]] || cut->is_tip[corner[(k + 1) % 3]];
+        if (!goes_on && !(s > WITHOUT_TIP * least))
+            continue;
+        if (count == TEARS_MOST && cut->stretch[cut->torn[count - 1]] >= cut->stretch[e])
+            continue;
+        int at = count < TEARS_MOST ? count++ : count - 1;
+        for (; at > 0 && cut->stretch[cut->torn[at - 1]] < cut->stretch[e]; at--)
+            cut->torn[at] = cut->torn[at - 1];
+        cut->torn[at] = e;
+    }
+    return count;
+}
+
+// Of those at one node only the first: what the others feel changes with it.
+static int keep_one_a_tip(Detail *detail, int count)
+{
+    DetailCut *cut = detail->cut;
+    const Level *finest = &detail->levels.level[detail->finest];
+    bool *is_taken = detail->is_redrawn; // false between changes
+    int kept = 0, ends[2 * TEARS_MOST];
+    for (int i = 0; i < count; i++) {
+        int edge = cut->torn[i], face = finest->edge_face[edge][0];
+        int k = side_of(finest, face, edge);
+        int a = cut->node[face][k], b = cut->node[face][(k + 1) % 3];
+        if (is_taken[a] || is_taken[b])
+            continue;
+        is_taken[a] = is_taken[b] = true;
+        ends[2 * kept] = a;
+        ends[2 * kept + 1] = b;
+        cut->torn[kept++] = edge;
+    }
+    for (int i = 0; i < 2 * kept; i++)
+        is_taken[ends[i]] = false;
+    return kept;
+}
+
+// Only the finest level tears: coarser leaves that are stretched as far are divided.
+static void refine_stretched(SurfaceModel *model)
+{
+    Detail *detail = model->detail;
+    const int64_t most = detail->sweep->refined + DIVIDED_MOST;
+    for (int l = 0; l < detail->finest; l++) {
+        const Level *at = &detail->levels.level[l];
+        for (int e = 0; e < at->edge_count && detail->leaf_count[l] > 0; e++) {
+            const int *face = at->edge_face[e];
+            if (detail->sweep->refined >= most)
+                return;
+            if (face[0] < 0 || face[1] < 0 || !detail_is_leaf(detail, l, face[0]) ||
+                !detail_is_leaf(detail, l, face[1]) ||
+                !(stretch_of(model, at, e) > detail->options.tear_stretch))
+                continue;
+            detail_refine(model, l, face[0]);
+            detail_refine(model, l, face[1]);
+        }
+    }
+}
+
+bool detail_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange *change)
+{
+    (void)tick;
+    SurfaceModel *model = body->model;
+    Detail *detail = model->detail;
+    DetailCut *cut = detail->cut;
+    *outcome = (CutOutcome){.verdict = CUT_MET_NOTHING};
+    cut->looks++;
+    mark_tips(detail);
+    int count = keep_one_a_tip(detail, list_torn(model));
+    detail_begin_change(model);
+    refine_stretched(model);
+    if (count > 0 && detail_cut_break(model, cut->torn, count, outcome))
+        outcome->verdict = CUT_DONE;
+    outcome->pieces = cut->piece_count;
+    outcome->small_pieces = cut->small_count;
+    if (outcome->verdict == CUT_DONE)
+        detail_end_cut(body);
+    else if (!detail_end_change(body))
+        return false;
+    *change = detail->change;
+    return true;
+}

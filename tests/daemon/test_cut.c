@@ -1,0 +1,546 @@
+// Cuts through the real daemon: messages, answers and events, the client that sends them, blades,
+// and whatever else may arrive. Bodies: a solid box and a hollow sphere that can be cut, a sphere
+// that cannot.
+#include "client.h"
+
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *cutter; // path of pliant-cut
+
+static const char SCENE[] =
+    "name = \"cuts\"; publish = { status_hz = 20.0; nodes_hz = 20.0; };\n"
+    "bodies = (\n"
+    "  { name = \"box\"; model = \"voxel\"; levels = 1; cuttable = true;\n"
+    "    voxels = { generator = \"box\"; count = [8, 8, 8]; size = 0.005; };\n"
+    "    fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.0199]); } ); },\n"
+    "  { name = \"ball\"; model = \"surface\"; levels = 1; cuttable = true; shape = {};\n"
+    "    mesh = { generator = \"ico_sphere\"; nodes = 642; radius = 0.03;\n"
+    "             place = { translation = [0.2, 0.0, 0.0]; }; }; },\n"
+    "  { name = \"hard\"; model = \"surface\"; shape = {};\n"
+    "    mesh = { generator = \"ico_sphere\"; nodes = 42; radius = 0.03;\n"
+    "             place = { translation = [0.4, 0.0, 0.0]; }; }; } );\n"
+    "tools = ( { id = 1; kind = \"probe\"; max_force = 5.0;\n"
+    "            capsules = ( { from = [0.0, 0.0, 0.0]; radius = 0.005; } ); },\n"
+    "          { id = 2; kind = \"blade\"; edge = ([0.0, 0.0, 0.0], [0.0, 0.0, 0.06]); } );\n";
+
+typedef struct Fixture {
+    Daemon daemon;
+    Client *client;
+} Fixture;
+
+static int start_daemon(void **state)
+{
+    static Fixture fixture;
+    const char *path = scratch("cut.cfg");
+    write_text(path, SCENE);
+    fixture.client = client_create();
+    daemon_start(&fixture.daemon, "%s", path);
+    client_wait_for_daemon(fixture.client);
+    *state = &fixture;
+    return 0;
+}
+
+static int stop_daemon(void **state)
+{
+    Fixture *fixture = *state;
+    daemon_signal(&fixture->daemon, SIGTERM);
+    daemon_wait(&fixture->daemon);
+    client_destroy(fixture->client);
+    if (fixture->daemon.code != 0)
+        print_error("exit %d: %s\n", fixture->daemon.code, fixture->daemon.err);
+    return fixture->daemon.code;
+}
+
+// A sweep in the plane x = `x`, along y, through all z of the bodies.
+static pliant_cut_t sweep_at(Client *client, double x, char *body)
+{
+    return (pliant_cut_t){.sender = client->sender,
+                          .id = ++client->next_id,
+                          .before = {{x, -0.05, -0.05}, {x, -0.05, 0.05}},
+                          .after = {{x, 0.05, -0.05}, {x, 0.05, 0.05}},
+                          .body = body};
+}
+
+static const Reply *send_cut(Client *client, const pliant_cut_t *cut)
+{
+    int before = count_replies(client, cut->id);
+    pliant_cut_t_publish(client->lcm, "PLIANT_CUT", cut);
+    wait_until(client, count_replies(client, cut->id) > before);
+    return find_reply(client, cut->id);
+}
+
+static const Reply *cut_at(Client *client, double x, const char *body)
+{
+    char name[32];
+    snprintf(name, sizeof name, "%s", body);
+    pliant_cut_t cut = sweep_at(client, x, name);
+    return send_cut(client, &cut);
+}
+
+// Bodies in one piece again.
+static void reset(Client *client)
+{
+    assert_true(command(client, PLIANT_COMMAND_T_RESET, 0, "")->ok);
+}
+
+// --- messages ---
+
+static void a_cut_is_answered_with_what_it_severed(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    reset(client);
+    static const struct {
+        const char *body;
+        double x;
+        int least;
+    } cases[] = {{"box", 0.0001, 64}, {"ball", 0.2001, 20}};
+    for (int k = 0; k < 2; k++) {
+        const Reply *reply = cut_at(client, cases[k].x, cases[k].body);
+        assert_string_equal(reply->channel, "PLIANT_CUT");
+        print_message("%s\n", reply->text);
+        assert_true(reply->ok);
+        assert_true(reply->separated >= cases[k].least);
+        assert_true(reply->nodes_added > 0);
+        assert_int_equal(reply->pieces, 2);
+        wait_until(client, saw_event(client, "cut") && saw_event(client, "piece"));
+        client->events = 0;
+        // Again: nothing is left to cut there.
+        reply = cut_at(client, cases[k].x, cases[k].body);
+        assert_false(reply->ok);
+        assert_int_equal(reply->separated, 0);
+        assert_non_null(strstr(reply->text, "cut already"));
+    }
+}
+
+static void a_repeated_cut_is_answered_again_and_not_made(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    reset(client);
+    char body[] = "box";
+    pliant_cut_t cut = sweep_at(client, 0.0051, body);
+    const Reply first = *send_cut(client, &cut);
+    assert_true(first.ok);
+    cut.before[0][0] += 0.005; // whatever else it says
+    for (int k = 0; k < 3; k++) {
+        const Reply *again = send_cut(client, &cut);
+        assert_true(again->ok);
+        assert_int_equal(again->step, first.step);
+        assert_int_equal(again->separated, first.separated);
+        assert_int_equal(again->nodes_added, first.nodes_added);
+        assert_string_equal(again->text, first.text);
+    }
+}
+
+static void all_bodies_are_cut_by_a_sweep_that_names_none(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    reset(client);
+    char all[] = "";
+    pliant_cut_t cut = sweep_at(client, 0.0, all);
+    // In the plane z = 0.0012, through all of them.
+    const double before[2][3] = {{-0.1, -0.1, 0.0012}, {0.5, -0.1, 0.0012}};
+    const double after[2][3] = {{-0.1, 0.1, 0.0012}, {0.5, 0.1, 0.0012}};
+    memcpy(cut.before, before, sizeof before);
+    memcpy(cut.after, after, sizeof after);
+    const Reply *reply = send_cut(client, &cut);
+    assert_true(reply->ok);
+    assert_non_null(strstr(reply->text, "2 bodies: "));
+    assert_int_equal(reply->pieces, 5); // and the one that cannot be cut
+}
+
+static void expect_refused(Client *client, pliant_cut_t *cut, const char *text)
+{
+    cut->id = ++client->next_id;
+    const Reply *reply = send_cut(client, cut);
+    assert_false(reply->ok);
+    assert_int_equal(reply->separated, 0);
+    assert_int_equal(reply->nodes_added, 0);
+    if (strstr(reply->text, text) == NULL)
+        fail_msg("'%s' does not say '%s'", reply->text, text);
+}
+
+static void cuts_that_cannot_be_made_say_why(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    reset(client);
+    char box[] = "box", hard[] = "hard", nobody[] = "nobody", odd[] = "b\x01x", all[] = "";
+    pliant_cut_t good = sweep_at(client, 0.0001, box), cut = good;
+    memcpy(cut.before[1], cut.before[0], sizeof cut.before[0]);
+    memcpy(cut.after[1], cut.after[0], sizeof cut.after[0]);
+    expect_refused(client, &cut, "no length");
+    cut = good;
+    memcpy(cut.after, cut.before, sizeof cut.after);
+    expect_refused(client, &cut, "does not move");
+    cut = good;
+    memset(cut.before, 0, sizeof cut.before);
+    memset(cut.after, 0, sizeof cut.after);
+    expect_refused(client, &cut, "no length");
+    cut = sweep_at(client, 0.1, all); // between the bodies
+    expect_refused(client, &cut, "met no tissue");
+    cut = sweep_at(client, 900.0, box);
+    expect_refused(client, &cut, "");
+    cut = sweep_at(client, 1e4, box);
+    expect_refused(client, &cut, "farther than 1000 m");
+    cut = good;
+    cut.after[1][2] = (double)NAN;
+    expect_refused(client, &cut, "not finite");
+    cut.after[1][2] = -(double)INFINITY;
+    expect_refused(client, &cut, "not finite");
+    cut = good;
+    cut.body = hard;
+    expect_refused(client, &cut, "body 'hard' is not cuttable");
+    cut.body = nobody;
+    expect_refused(client, &cut, "body 'nobody' is not in the scene");
+    cut.body = odd;
+    expect_refused(client, &cut, "body 'b?x' is not in the scene");
+    // A propeller.
+    cut = good;
+    cut.after[0][0] = 500.0;
+    cut.after[1][0] = -500.0;
+    expect_refused(client, &cut, "too twisted");
+    // Nothing was changed.
+    client_fresh_status(client);
+    const Reply *reply = cut_at(client, 0.0001, "box");
+    assert_true(reply->ok);
+    assert_int_equal(reply->pieces, 2);
+}
+
+static void an_inside_out_blade_cuts_like_any(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    reset(client);
+    char box[] = "box";
+    pliant_cut_t cut = sweep_at(client, 0.0001, box), turned = cut;
+    memcpy(turned.before[0], cut.after[1], sizeof turned.before[0]);
+    memcpy(turned.before[1], cut.after[0], sizeof turned.before[0]);
+    memcpy(turned.after[0], cut.before[1], sizeof turned.before[0]);
+    memcpy(turned.after[1], cut.before[0], sizeof turned.before[0]);
+    const Reply *reply = send_cut(client, &turned);
+    assert_true(reply->ok);
+    assert_int_equal(reply->pieces, 2);
+}
+
+static void random_cuts_do_no_harm(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    reset(client);
+    srand(5);
+    int made = 0;
+    for (int i = 0; i < 60; i++) {
+        char all[] = "";
+        pliant_cut_t cut = sweep_at(client, 0.0, all);
+        for (int k = 0; k < 12; k++) {
+            double size = i % 10 == 0 ? 500.0 : 0.1;
+            double x = size * (2.0 * rand() / RAND_MAX - 1.0);
+            (k < 6 ? &cut.before[0][0] : &cut.after[0][0])[k % 6] = x;
+        }
+        made += send_cut(client, &cut)->ok;
+    }
+    assert_true(made > 0);
+    client_fresh_status(client);
+    assert_int_equal(client->status.resets, 0);
+    assert_true(isfinite(client->status.kinetic) && isfinite(client->status.max_displacement));
+    reset(client);
+}
+
+// --- pliant-cut ---
+
+static void run_cutter(Daemon *run, const char *format, ...) __attribute__((format(printf, 2, 3)));
+static void run_cutter(Daemon *run, const char *format, ...)
+{
+    char arguments[2048];
+    va_list list;
+    va_start(list, format);
+    vsnprintf(arguments, sizeof arguments, format, list);
+    va_end(list);
+    daemon_program(cutter);
+    run_daemon(run, "%s", arguments);
+    daemon_program(NULL);
+}
+
+static void the_client_cuts_planes_polylines_and_files(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    reset(client);
+    Daemon run;
+    run_cutter(&run, "--body box --plane 0.0001,0,0,1,0,0");
+    assert_string_equal(run.err, "");
+    assert_int_equal(run.code, 0);
+    assert_non_null(strstr(run.out, "sweep 1: body 'box': "));
+    assert_non_null(strstr(run.out, "1 sweep, 1 of them cut: "));
+    assert_non_null(strstr(run.out, "2 pieces now"));
+    run_cutter(&run, "--body box --plane 0.0001,0,0,1,0,0");
+    assert_int_equal(run.code, 1);
+    assert_non_null(strstr(run.out, "refused: what the blade met of body 'box' was cut already"));
+    assert_string_equal(run.err, "pliant-cut: nothing was cut\n");
+    // Two sweeps that bend.
+    run_cutter(&run, "--blade 0,0,0.1 --point 0.15,0.001,-0.05 --point 0.2,0.01,-0.05 "
+                     "--point 0.25,0.001,-0.05");
+    assert_int_equal(run.code, 0);
+    assert_non_null(strstr(run.out, "2 sweeps, 2 of them cut: "));
+    const char *file = scratch("path.txt");
+    write_text(file, "# across, then another one\n"
+                     "-0.05 0.0101 -0.05  -0.05 0.0101 0.05\n 0.05 0.0101 -0.05 0.05 0.0101 0.05\n"
+                     "lift\n"
+                     "-0.05 -0.0101 -0.05 -0.05 -0.0101 0.05\n0.05 -0.0101 -0.05 0.05 -0.0101 "
+                     "0.05\n");
+    run_cutter(&run, "--file %s", file);
+    assert_int_equal(run.code, 0);
+    assert_non_null(strstr(run.out, "2 sweeps, 2 of them cut: "));
+}
+
+static void the_client_says_what_is_wrong_with_its_arguments(void **state)
+{
+    (void)state;
+    const char *file = scratch("bad.txt");
+    write_text(file, "0 0 0 0 0 1\n0 1 0 0 1\n");
+    static const struct {
+        const char *arguments, *says;
+    } cases[] = {
+        {"", "nothing to cut"},
+        {"--before 0,0,0,0,0,1", "nothing to cut"},
+        {"--after 0,0,0,0,0,1", "--after needs --before"},
+        {"--before 0,0,0,0,0", "--before '0,0,0,0,0': want 6 numbers"},
+        {"--before 0,0,0,0,0,nan", "want 6 numbers"},
+        {"--point 0,0,0", "--point needs --blade"},
+        {"--plane 0,0,0,0,0,0", "its normal has no length"},
+        {"--plane 0,0,0,0,0,1 --rate 0", "--rate '0' outside"},
+        {"--plane 0,0,0,0,0,1 --body a/b", "--body 'a/b'"},
+        {"--plane 0,0,0,0,0,1 --file x", "either --file or places"},
+        {"--plane 0,0,0,0,0,1 what", "'what' is not an option"},
+        {"--file no-such-file", "no-such-file: No such file"},
+    };
+    Daemon run;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        run_cutter(&run, "%s", cases[k].arguments);
+        assert_int_equal(run.code, 2);
+        if (strstr(run.err, cases[k].says) == NULL)
+            fail_msg("'%s': '%s' does not say '%s'", cases[k].arguments, run.err, cases[k].says);
+    }
+    run_cutter(&run, "--file %s", file);
+    assert_int_equal(run.code, 2);
+    assert_non_null(strstr(run.err, "bad.txt:2: want x y z x y z"));
+    run_cutter(&run, "--help");
+    assert_int_equal(run.code, 0);
+    assert_non_null(strstr(run.out, "--plane"));
+    // Nobody answers there.
+    run_cutter(&run, "--prefix NOBODY --timeout 0.05 --tries 3 --plane 0,0,0,0,0,1");
+    assert_int_equal(run.code, 1);
+    assert_non_null(strstr(run.err, "no reply on NOBODY_REPLY within 0.15 s"));
+}
+
+static void the_client_moves_a_blade(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    reset(client);
+    client->events = 0;
+    Daemon run;
+    run_cutter(&run, "--stroke --tool 2 --speed 0.5 --blade 0,0,0.1 --point 0.0001,-0.04,-0.03 "
+                     "--point 0.0001,0.04,-0.03");
+    if (run.code != 0)
+        print_error("%s", run.err);
+    assert_int_equal(run.code, 0);
+    assert_non_null(strstr(run.out, "cut: tool 2, stroke ended: body 'box': "));
+    wait_until(client, saw_event(client, "piece"));
+    // A tool that is no blade.
+    run_cutter(&run, "--stroke --tool 1 --speed 1 --blade 0,0,0.1 --point 0,-0.4,0.3 "
+                     "--point 0,-0.3,0.3");
+    assert_int_equal(run.code, 1);
+    assert_non_null(strstr(run.err, "no stroke was told of on PLIANT_EVENT"));
+}
+
+// --- blades ---
+
+static void pose_blade(Client *client, double x, double y, bool active)
+{
+    const double position[3] = {x, y, -0.03};
+    pliant_tool_pose_t pose = make_pose(client, position);
+    pose.tool = 2;
+    pose.active = active;
+    send_pose(client, &pose);
+}
+
+static void a_blade_that_is_put_elsewhere_cuts_nothing_between(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    reset(client);
+    client->events = 0;
+    // Down on the one side, up, down on the other at once: mostly within one tick.
+    for (int i = 0; i < 100; i++) {
+        for (int side = -1; side <= 1; side += 2) {
+            pose_blade(client, 0.0001, 0.04 * side, true);
+            client_listen(client, 3);
+            pose_blade(client, 0.0001, 0.04 * side, false);
+        }
+    }
+    pose_blade(client, 0.0001, 0.04, false);
+    client_fresh_status(client);
+    client_listen(client, 300);
+    assert_false(saw_event(client, "cut"));
+    // Along the same way without lifting it, it cuts.
+    for (int i = 0; i <= 40; i++) {
+        pose_blade(client, 0.0001, -0.04 + 0.002 * i, true);
+        client_listen(client, 3);
+    }
+    pose_blade(client, 0.0001, 0.04, false);
+    wait_until(client, saw_event(client, "cut"));
+}
+
+// --- repetition ---
+
+static void a_log_of_inputs_repeats_cuts_and_strokes_bit_for_bit(void **state)
+{
+    (void)state;
+    const char *path = scratch("log.cfg"), *log = scratch("inputs.log");
+    write_text(path, SCENE);
+    Client *client = client_create();
+    Daemon daemon;
+    char live[32], again[32];
+    daemon_start(&daemon, "--log-inputs %s %s", log, path);
+    client_wait_for_daemon(client);
+    assert_true(cut_at(client, 0.0051, "box")->ok);
+    cut_at(client, 0.1, "");
+    for (int i = 0; i <= 60; i++) {
+        pose_blade(client, -0.0049, -0.03 + 0.001 * i, i != 30);
+        client_listen(client, 2);
+    }
+    assert_true(cut_at(client, 0.2003, "ball")->ok);
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, live);
+    run_daemon(&daemon, "--offline 1000 --input %s %s", log, path);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, again);
+    assert_string_equal(live, again);
+    client_destroy(client);
+}
+
+#ifdef WITH_HDF5
+static void a_cut_scene_goes_on_from_checkpoints_bit_for_bit(void **state)
+{
+    (void)state;
+    const char *path = scratch("cp.cfg"), *cut = scratch("cut.h5"), *part = scratch("part.h5");
+    write_text(path, SCENE);
+    Client *client = client_create();
+    Daemon daemon;
+    char saved[32], resumed[32], whole[32], parts[32];
+    daemon_start(&daemon, "--checkpoint %s %s", cut, path);
+    client_wait_for_daemon(client);
+    assert_true(cut_at(client, 0.0051, "box")->ok);
+    assert_true(cut_at(client, 0.2003, "ball")->ok);
+    for (int i = 0; i < 30; i++) { // and in the middle of a stroke
+        pose_blade(client, -0.0049, -0.03 + 0.001 * i, true);
+        client_listen(client, 2);
+    }
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    client_destroy(client);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, saved);
+    run_daemon(&daemon, "--offline 0 --resume %s %s", cut, path);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, resumed);
+    assert_string_equal(saved, resumed);
+    run_daemon(&daemon, "--offline 0.3 --resume %s %s", cut, path);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, whole);
+    run_daemon(&daemon, "--offline 0.1 --resume %s --checkpoint %s %s", cut, part, path);
+    run_daemon(&daemon, "--offline 0.2 --resume %s %s", part, path);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, parts);
+    assert_string_equal(whole, parts);
+    // A scene whose body cannot be cut is another one.
+    char other[sizeof SCENE];
+    memcpy(other, SCENE, sizeof other);
+    memcpy(strstr(other, "cuttable = true"), "               ", 15);
+    char *semicolon = strstr(other, "               ;");
+    semicolon[15] = ' ';
+    write_text(path, other);
+    run_daemon(&daemon, "--offline 0.1 --resume %s %s", cut, path);
+    assert_int_equal(daemon.code, 2);
+}
+#endif
+
+// --- load ---
+
+static void hundred_cuts_a_second_are_all_answered_while_a_tool_presses(void **state)
+{
+    (void)state;
+    enum { CUTS = 200 };
+    const char *path = scratch("many.cfg"), *file = scratch("many.txt");
+    write_text(path, SCENE);
+    FILE *out = fopen(file, "w");
+    assert_non_null(out);
+    srand(9);
+    for (int i = 0; i < CUTS; i++) {
+        // The two ends go nearly the same way: few sweeps are too twisted.
+        double end[12], way[3];
+        for (int k = 0; k < 3; k++)
+            way[k] = 0.08 * (2.0 * rand() / RAND_MAX - 1.0);
+        for (int k = 0; k < 6; k++) {
+            end[k] = 0.04 * (2.0 * rand() / RAND_MAX - 1.0) + (k % 3 == 0 && i % 2 ? 0.2 : 0.0);
+            end[k + 6] = end[k] + way[k % 3] + 0.01 * (2.0 * rand() / RAND_MAX - 1.0);
+        }
+        fprintf(out, "lift\n%g %g %g %g %g %g\n%g %g %g %g %g %g\n", end[0], end[1], end[2], end[3],
+                end[4], end[5], end[6], end[7], end[8], end[9], end[10], end[11]);
+    }
+    assert_int_equal(fclose(out), 0);
+    Client *client = client_create();
+    Daemon daemon, run;
+    daemon_start(&daemon, "%s", path);
+    client_wait_for_daemon(client);
+    daemon_program(cutter);
+    daemon_start(&run, "--quiet --rate 100 --file %s", file);
+    daemon_program(NULL);
+    const double press[3] = {0.0, 0.0, 0.023};
+    double limit = client_now() + 60.0;
+    while (client->replies < CUTS && client_now() < limit) {
+        pliant_tool_pose_t pose = make_pose(client, press);
+        send_pose(client, &pose);
+        client_listen(client, 2);
+    }
+    daemon_wait(&run);
+    assert_int_equal(run.code, 0);
+    char all[64];
+    snprintf(all, sizeof all, "%d sweeps, ", CUTS);
+    assert_non_null(strstr(run.out, all));
+    client_fresh_status(client);
+    assert_true(isfinite(client->status.kinetic) && isfinite(client->status.max_displacement));
+    assert_int_equal(client->status.resets, 0);
+    print_message("late ticks %lld of %lld; %s", (long long)client->status.late_ticks,
+                  (long long)client->status.step, run.out);
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    client_destroy(client);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_cut_is_answered_with_what_it_severed),
+        cmocka_unit_test(a_repeated_cut_is_answered_again_and_not_made),
+        cmocka_unit_test(all_bodies_are_cut_by_a_sweep_that_names_none),
+        cmocka_unit_test(cuts_that_cannot_be_made_say_why),
+        cmocka_unit_test(an_inside_out_blade_cuts_like_any),
+        cmocka_unit_test(random_cuts_do_no_harm),
+        cmocka_unit_test(the_client_cuts_planes_polylines_and_files),
+        cmocka_unit_test(the_client_says_what_is_wrong_with_its_arguments),
+        cmocka_unit_test(the_client_moves_a_blade),
+        cmocka_unit_test(a_blade_that_is_put_elsewhere_cuts_nothing_between),
+    };
+    const struct CMUnitTest alone[] = {
+        daemon_test(a_log_of_inputs_repeats_cuts_and_strokes_bit_for_bit),
+#ifdef WITH_HDF5
+        daemon_test(a_cut_scene_goes_on_from_checkpoints_bit_for_bit),
+#endif
+        daemon_test(hundred_cuts_a_second_are_all_answered_while_a_tool_presses),
+    };
+    harness_start(argc, argv);
+    cutter = argv[2];
+    int failed = cmocka_run_group_tests(tests, start_daemon, stop_daemon);
+    return harness_end(cmocka_run_group_tests(alone, NULL, NULL) + failed);
+}

@@ -1,0 +1,625 @@
+// Graspers and attachments as scenes say them: surface and voxel bodies, held by the world, by
+// tools and by each other.
+#include "expect.h"
+#include "effort.h"
+#include "random.h"
+#include "world_run.h"
+
+#include "dynamics/sim_data.h"
+
+#include <stdlib.h>
+
+// A ball of tissue without shape springs, and a bar of eight cells beside it.
+#define BALL(name, place, more)                                                                    \
+    "{ name = \"" name "\"; mesh = { generator = \"sphere\"; nodes = 162; radius = 0.05;\n"        \
+    "  place = { translation = " place "; }; };\n"                                                 \
+    "  integrator = \"leapfrog\"; " more " }"
+#define BAR(name, more)                                                                            \
+    "{ name = \"" name "\"; model = \"voxel\";\n"                                                  \
+    "  voxels = { generator = \"box\"; count = [8, 1, 1]; size = 0.01;\n"                          \
+    "  place = { translation = [0.1, 0, 0]; }; };\n"                                               \
+    "  integrator = \"leapfrog\"; " more " }"
+#define DOUBLE "precision = \"double\";\n"
+
+typedef struct Momentum {
+    double mass;
+    Vec3 linear, angular;
+} Momentum;
+
+// Of bodies all whose vertices lie outside.
+static Momentum momentum_of(Run *run)
+{
+    Momentum sum = {0};
+    for (int b = 0; b < sim_body_count(run->world.sim); b++) {
+        const Body *body = sim_body(run->world.sim, b);
+        for (int i = 0; i < body->surface.node_count; i++) {
+            Vec3 x, v;
+            if (body->surface.node_face_end[i] <= body->surface.node_face_start[i])
+                continue;
+            body->ops->read_nodes(body->model, &i, 1, &x, &v);
+            double mass = body->surface.node_mass[i];
+            sum.mass += mass;
+            sum.linear = vec3_madd(sum.linear, mass, v);
+            sum.angular = vec3_madd(sum.angular, mass, vec3_cross(x, v));
+        }
+    }
+    return sum;
+}
+
+static Vec3 middle_of(Run *run, int b)
+{
+    const Body *body = sim_body(run->world.sim, b);
+    Vec3 sum = {0, 0, 0};
+    double mass = 0.0;
+    for (int i = 0; i < body->surface.node_count; i++) {
+        Vec3 x;
+        if (body->surface.node_face_end[i] <= body->surface.node_face_start[i])
+            continue;
+        body->ops->read_nodes(body->model, &i, 1, &x, NULL);
+        sum = vec3_madd(sum, body->surface.node_mass[i], x);
+        mass += body->surface.node_mass[i];
+    }
+    return vec3_scale(1.0 / mass, sum);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Bodies tied to each other
+
+// A kick on the first body; from then on nothing acts from outside.
+static void kicked_pair_keeps_its_momentum(const char *bodies, const char *region, double angular)
+{
+    char text[4096];
+    snprintf(text, sizeof text,
+             DOUBLE "bodies = ( %s );\n"
+                    "attachments = ( { body = \"two\"; %s to_body = \"one\"; } );\n"
+                    "loads = ( { body = \"one\"; center = [0, 0, 0.05]; radius = 0.03;\n"
+                    "  force = [0.5, 2.0, 1.0]; duration = 0.01; } );",
+             bodies, region);
+    Run run;
+    run_create(&run, text);
+    Sim *sim = run.world.sim;
+    assert_true(sim_attachment_nodes(sim, 0) >= 3);
+    assert_int_equal(sim_body(sim, 0)->substeps, sim_body(sim, 1)->substeps);
+    Vec3 start[2] = {middle_of(&run, 0), middle_of(&run, 1)};
+    for (int i = 0; i < 12; i++)
+        sim_step(sim);
+    const Momentum before = momentum_of(&run);
+    double size = vec3_length(before.linear);
+    expect_near(size, 0.01 * sqrt(0.25 + 4.0 + 1.0), 1e-9);
+    double turn = 0.05 * size; // an arm of the ball's size
+    for (int i = 0; i < EFFORT(1500); i++) {
+        sim_step(sim);
+        Momentum now = momentum_of(&run);
+        expect_at_most(vec3_length(vec3_sub(now.linear, before.linear)), 1e-12 * size);
+        expect_at_most(vec3_length(vec3_sub(now.angular, before.angular)), angular * turn);
+    }
+    // The other one was taken along, and they are still together.
+    Vec3 moved = vec3_sub(middle_of(&run, 1), start[1]);
+    assert_true(vec3_length(moved) > 0.005);
+    double apart = vec3_length(vec3_sub(middle_of(&run, 1), middle_of(&run, 0)));
+    expect_near(apart, vec3_length(vec3_sub(start[1], start[0])), 0.03);
+    run_destroy(&run);
+}
+
+static void bodies_tied_to_each_other_exchange_momentum_exactly(void **state)
+{
+    (void)state;
+    // Surfaces: forces along springs, round-off alone.
+    kicked_pair_keeps_its_momentum(
+        BALL("one", "[0, 0, 0]", "") ",\n" BALL("two", "[0.102, 0, 0]", ""),
+        "sphere = [0.052, 0, 0]; radius = 0.02;", 1e-10);
+    // Voxels: elements turn with their fitted rotation, whose moments cancel to first order only.
+    kicked_pair_keeps_its_momentum(BALL("one", "[0, 0, 0]", "") ",\n" BAR("two", ""),
+                                   "box = ([0.0, -1.0, -1.0], [0.0601, 1.0, 1.0]);", 1e-3);
+}
+
+// In the middle of everything the state is all that counts.
+static void joined_bodies_repeat_bit_for_bit(void **state)
+{
+    (void)state;
+    Run run;
+    run_create(&run, "bodies = ( " BALL("one", "[0, 0, 0]", "") ",\n" BAR(
+                         "two", "") " );\n"
+                                    "attachments = ( { body = \"two\"; box = ([0, -1, -1], "
+                                    "[0.0601, 1, 1]); to_body = \"one\"; } );\n"
+                                    "loads = ( { body = \"one\"; center = [0, 0, 0.05]; radius = "
+                                    "0.03; force = [0, 1, 1]; duration = 0.05; } );");
+    void *middle = malloc(state_bytes(&run.world.state));
+    assert_non_null(middle);
+    uint64_t hash[2];
+    for (int i = 0; i < 40; i++)
+        sim_step(run.world.sim);
+    state_copy_out(&run.world.state, middle);
+    for (int pass = 0; pass < 2; pass++) {
+        for (int i = 0; i < 60; i++)
+            sim_step(run.world.sim);
+        hash[pass] = state_hash(&run.world.state);
+        state_copy_in(&run.world.state, middle);
+        sim_restored(run.world.sim);
+        assert_true(sim_check(run.world.sim));
+    }
+    assert_true(hash[0] == hash[1]);
+    free(middle);
+    run_destroy(&run);
+}
+
+// The softer of two bodies with many substeps sets the pace of both.
+static void joined_bodies_take_the_same_steps(void **state)
+{
+    (void)state;
+    Run run;
+    run_create(&run, "bodies = ( " BALL("one", "[0, 0, 0]", "time_step = 0.0001; ") ",\n" BALL(
+                         "two", "[0.102, 0, 0]", "") ",\n" BALL("three", "[0, 0, 1]",
+                                                                "") " );\n"
+                                                                    "attachments = ( { body = "
+                                                                    "\"two\"; sphere = [0.052, 0, "
+                                                                    "0]; radius = 0.02; to_body = "
+                                                                    "\"one\"; } );");
+    assert_int_equal(sim_body(run.world.sim, 0)->substeps, 10);
+    assert_int_equal(sim_body(run.world.sim, 1)->substeps, 10);
+    assert_true(sim_body(run.world.sim, 2)->substeps < 10);
+    run_destroy(&run);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Bodies that change
+
+#define ADAPTS                                                                                     \
+    "levels = 2; adapt = { force = 0.0005; speed = 0.05; curvature = 0.3; check_hz = 100.0; };"
+
+// Two balls that refine and coarsen under a kick, tied to each other: momentum stays exact, and the
+// ties follow.
+static void ties_follow_bodies_that_adapt(void **state)
+{
+    (void)state;
+    Run run;
+    run_create(&run,
+               DOUBLE "bodies = ( " BALL("one", "[0, 0, 0]", ADAPTS) ",\n" BALL(
+                   "two", "[0.102, 0, 0]",
+                   ADAPTS) " );\n"
+                           "attachments = ( { body = \"two\"; sphere = [0.052, 0, 0]; radius = "
+                           "0.02; to_body = \"one\"; } );\n"
+                           "loads = ( { body = \"one\"; center = [0, 0, 0.05]; radius = 0.03; "
+                           "force = [5, 2, 1]; duration = 0.01; } );");
+    Sim *sim = run.world.sim;
+    int least = sim_attachment_nodes(sim, 0), most = least, changes[2] = {0, 0};
+    for (int i = 0; i < 12; i++)
+        sim_step(sim);
+    Momentum before = momentum_of(&run);
+    double size = vec3_length(before.linear);
+    for (int i = 0; i < EFFORT(1500); i++) {
+        int topology[2];
+        for (int b = 0; b < 2; b++)
+            topology[b] = sim_body(sim, b)->mesh.topology;
+        sim_step(sim);
+        int ties = sim_attachment_nodes(sim, 0);
+        least = ties < least ? ties : least;
+        most = ties > most ? ties : most;
+        for (int b = 0; b < 2; b++)
+            changes[b] += sim_body(sim, b)->mesh.topology != topology[b];
+        assert_true(sim_check(sim));
+        assert_int_equal(sim_body(sim, 0)->substeps, sim_body(sim, 1)->substeps);
+        Momentum now = momentum_of(&run);
+        // Hundreds of changes that each round a thousand momenta.
+        expect_at_most(vec3_length(vec3_sub(now.linear, before.linear)), 1e-9 * size);
+    }
+    assert_true(changes[0] > 5 && changes[1] > 5 && most > least);
+    assert_int_equal(sim_resets(sim), 0);
+    run_destroy(&run);
+}
+
+static void create_adaptive(Run *run)
+{
+    run_create(run, DOUBLE
+               "bodies = ( " BALL("one", "[0, 0, 0]",
+                                  "shape = { angular_frequency = 50.0; damping_ratio = 0.3; };"
+                                  "fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.025]); } "
+                                  "); " ADAPTS) " );\n"
+                                                "tools = ( { id = 3; kind = \"grasper\"; max_force "
+                                                "= 100; capsules = ( { radius = 0.02; } ); } );");
+}
+
+// Pulls the top of the ball, as at tick `i`; returns how many nodes are held.
+static int pull_top(Run *run, int i)
+{
+    ToolPose pose = {.position = {0, 0, 0.05 + fmin(0.02, 5e-5 * i)},
+                     .orientation = {1, 0, 0, 0},
+                     .active = true,
+                     .grip = 1.0};
+    sim_apply_pose(run->world.sim, 0, &pose, true);
+    sim_step(run->world.sim);
+    assert_true(sim_check(run->world.sim));
+    bool points;
+    return attachment_held(run->world.sim->attachment[0], &points);
+}
+
+// Jaws that pull a ball which refines around them; elsewhere it goes on with the same bits.
+static void hold_grows_with_the_refinement_that_it_causes(void **state)
+{
+    (void)state;
+    Run run, other;
+    create_adaptive(&run);
+    create_adaptive(&other);
+    int first = pull_top(&run, 0), most = first;
+    for (int i = 1; i < 300; i++) {
+        int held = pull_top(&run, i);
+        most = held > most ? held : most;
+    }
+    void *middle = malloc(state_bytes(&run.world.state));
+    assert_non_null(middle);
+    state_copy_out(&run.world.state, middle);
+    state_copy_in(&other.world.state, middle);
+    sim_restored(other.world.sim);
+    assert_true(sim_check(other.world.sim));
+    for (int i = 300; i < 500; i++) {
+        int held = pull_top(&run, i);
+        assert_int_equal(held, pull_top(&other, i));
+        most = held > most ? held : most;
+    }
+    assert_true(state_hash(&run.world.state) == state_hash(&other.world.state));
+    assert_true(most > 2 * first);
+    expect_at_most(sim_wrench(run.world.sim, 0)->force.z, -0.1);
+    assert_int_equal(sim_resets(run.world.sim), 0);
+    assert_int_equal(sim_refused_holds(run.world.sim), 0);
+    free(middle);
+    run_destroy(&run);
+    run_destroy(&other);
+}
+
+// A body that is tied to another, held by the world and by jaws, cut to pieces through all of
+// these.
+static void cut_through_what_is_held(const char *body, double height)
+{
+    char text[4096];
+    snprintf(
+        text, sizeof text,
+        DOUBLE "bodies = ( %s,\n" BALL(
+            "two", "[0, 0, %g]",
+            "") " );\n"
+                "tools = ( { id = 3; kind = \"grasper\"; max_force = 100; "
+                "capsules = ( { radius = 0.03; } ); } );\n"
+                "attachments = ( { body = \"one\"; sphere = [0, 0, %g]; radius = 0.025; "
+                "to_body = \"two\"; },\n"
+                "{ body = \"one\"; sphere = [0, 0, %g]; radius = 0.03; to = \"world\"; },\n"
+                "{ body = \"two\"; sphere = [0, 0, %g]; radius = 0.01; to_body = \"one\"; } );",
+        body, height + 0.051, height, -height, height + 0.001);
+    Run run;
+    run_create(&run, text);
+    Sim *sim = run.world.sim;
+    ToolPose pose = {
+        .position = {height, 0, 0}, .orientation = {1, 0, 0, 0}, .active = true, .grip = 1.0};
+    const int before[2] = {sim_attachment_nodes(sim, 0), sim_attachment_nodes(sim, 1)};
+    uint64_t random = 17;
+    int severed = 0;
+    GraspEvent event = {0};
+    for (int i = 0; i < 60; i++) {
+        pose.position.x = height + 1e-4 * i;
+        sim_apply_pose(sim, 0, &pose, true);
+        if (i % 5 == 1) {
+            Vec3 normal = vec3_unit(random_vec3(&random)),
+                 aside = vec3_unit(vec3_cross(normal, random_vec3(&random)));
+            Vec3 along = vec3_cross(normal, aside);
+            double reach = 0.2;
+            CutOptions cut = {.body = 0};
+            for (int k = 0; k < 2; k++) {
+                double s = k == 0 ? -reach : reach;
+                cut.before.end[k] = vec3_add(vec3_scale(s, aside), vec3_scale(-reach, along));
+                cut.after.end[k] = vec3_add(vec3_scale(s, aside), vec3_scale(reach, along));
+            }
+            CutOutcome sum;
+            char why[256];
+            severed += sim_apply_cut(sim, &cut, &sum, why, sizeof why);
+        }
+        sim_step(sim);
+        assert_true(sim_check(sim));
+        while (sim_next_grasp(sim, &event))
+            ;
+    }
+    assert_true(severed > 3);
+    assert_true(event.nodes > 0);
+    assert_true(sim_attachment_nodes(sim, 0) > before[0]); // copies are held as their originals
+    assert_true(sim_attachment_nodes(sim, 1) > before[1]);
+    assert_int_equal(sim_resets(sim), 0);
+    run_destroy(&run);
+}
+
+static void what_is_held_stays_held_when_it_is_cut(void **state)
+{
+    (void)state;
+    cut_through_what_is_held(BALL("one", "[0, 0, 0]", "cuttable = true; levels = 1;"), 0.05);
+    cut_through_what_is_held(
+        "{ name = \"one\"; model = \"voxel\"; cuttable = true; levels = 1;\n"
+        "  voxels = { generator = \"box\"; count = [8, 8, 8]; size = 0.0125; };\n"
+        "  integrator = \"leapfrog\"; }",
+        0.05);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Held by the world and by tools
+
+// Every node of a ball hangs on a spring of its own: k_i = g lambda m_i, so that all sink by
+// 9.81 / (g lambda), without strain.
+static void body_that_hangs_on_the_world_sinks_by_its_weight(void **state)
+{
+    (void)state;
+    Run run;
+    run_create(&run, DOUBLE "gravity = [0, 0, -9.81];\nbodies = ( " BALL(
+                         "one", "[0, 0, 0]",
+                         "") " );\n"
+                             "attachments = ( { body = \"one\"; sphere = [0, 0, 0]; radius = 1; "
+                             "to = \"world\"; stiffness = 0.02; damping_ratio = 0.7; } );");
+    const Body *body = sim_body(run.world.sim, 0);
+    assert_int_equal(sim_attachment_nodes(run.world.sim, 0), 162);
+    for (int i = 0; i < 3000; i++)
+        sim_step(run.world.sim);
+    double sink = 9.81 / (0.02 * body->contact_lambda);
+    Momentum rest = momentum_of(&run);
+    expect_at_most(vec3_length(rest.linear), 1e-12);
+    expect_near(middle_of(&run, 0).z, -sink, 1e-9 * sink);
+    run_destroy(&run);
+}
+
+static void tool_holds_its_region_while_it_is_active(void **state)
+{
+    (void)state;
+    Run run;
+    run_create(&run,
+               "bodies = ( " BALL(
+                   "one", "[0, 0, 0]",
+                   "") " );\n"
+                       "tools = ( { id = 7; kind = \"probe\"; capsules = ( { from = [0, 0, 1]; "
+                       "radius = 0.001; } ); } );\n"
+                       "attachments = ( { body = \"one\"; sphere = [0, 0, 0.05]; radius = 0.02; "
+                       "tool = 7; } );");
+    Sim *sim = run.world.sim;
+    const Attachment *hold = sim->attachment[0];
+    sim_step(sim);
+    assert_false(attachment_is_holding(hold));
+    ToolPose pose = {.position = {1, 2, 3}, .orientation = {1, 0, 0, 0}, .active = true};
+    for (int i = 0; i < 300; i++) {
+        pose.position.x = 1.0 + 1e-4 * i;
+        sim_apply_pose(sim, 0, &pose, true);
+        sim_step(sim);
+        assert_true(attachment_is_holding(hold));
+        assert_true(i == 0 || sim_wrench(sim, 0)->contact);
+    }
+    // Thirty millimetres at 0.1 m/s, and the free ball was drawn along.
+    expect_near(middle_of(&run, 0).x, 0.015, 0.01);
+    pose.active = false;
+    sim_apply_pose(sim, 0, &pose, true);
+    sim_step(sim);
+    assert_false(attachment_is_holding(hold));
+    assert_false(sim_wrench(sim, 0)->contact);
+    run_destroy(&run);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Graspers on voxel bodies
+
+static void grasper_pulls_a_voxel_body_and_feels_it(void **state)
+{
+    (void)state;
+    Run run;
+    run_create(&run, DOUBLE "bodies = ( " BAR(
+                         "bar", "") " );\n"
+                                    "tools = ( { id = 3; kind = \"grasper\"; max_force = 100; "
+                                    "capsules = ( { radius = 0.012; } ); } );");
+    Sim *sim = run.world.sim;
+    Momentum before = momentum_of(&run);
+    ToolPose pose = {
+        .position = {0.06, 0, 0}, .orientation = {1, 0, 0, 0}, .active = true, .grip = 1.0};
+    double most = 0.0;
+    for (int i = 0; i < 400; i++) {
+        pose.position.x = 0.06 - 1e-4 * i;
+        pose.orientation = quat_from_rotation(vec3(0.002 * i, 0.0, 0.0));
+        sim_apply_pose(sim, 0, &pose, true);
+        sim_step(sim);
+        const ToolWrench *wrench = sim_wrench(sim, 0);
+        Momentum now = momentum_of(&run);
+        Vec3 rest = vec3_madd(vec3_sub(now.linear, before.linear), 1e-3, wrench->force);
+        most = fmax(most, vec3_length(wrench->force));
+        expect_at_most(vec3_length(rest), 1e-14); // of about 1e-3 N s
+        before = now;
+    }
+    GraspEvent event;
+    assert_true(sim_next_grasp(sim, &event));
+    assert_int_equal(event.nodes, 4); // the corners of the end, 7 mm off; the next are 12.2
+    assert_false(sim_next_grasp(sim, &event));
+    assert_true(most > 1e-3);
+    expect_near(middle_of(&run, 0).x, 0.1 - 0.04, 0.01); // taken along
+    pose.grip = 0.0;
+    sim_apply_pose(sim, 0, &pose, true);
+    for (int i = 0; i < 101; i++) // at most ten are told a second
+        sim_step(sim);
+    assert_true(sim_next_grasp(sim, &event));
+    assert_int_equal(event.nodes, 0);
+    run_destroy(&run);
+}
+
+// A trembling grip makes ten events a second at most, and the last one is the truth.
+static void grasps_are_told_ten_times_a_second_at_most(void **state)
+{
+    (void)state;
+    Run run;
+    run_create(
+        &run, "bodies = ( " BAR(
+                  "bar",
+                  "") " );\n"
+                      "tools = ( { id = 3; kind = \"grasper\"; capsules = ( { radius = 0.012; } ); "
+                      "} );");
+    Sim *sim = run.world.sim;
+    ToolPose pose = {.position = {0.06, 0, 0}, .orientation = {1, 0, 0, 0}, .active = true};
+    GraspEvent event = {0};
+    int told = 0;
+    for (int i = 0; i < 1000; i++) {
+        pose.grip = i < 900 && i % 2 == 0 ? 1.0 : 0.0;
+        sim_apply_pose(sim, 0, &pose, true);
+        sim_step(sim);
+        while (sim_next_grasp(sim, &event))
+            told++;
+    }
+    assert_in_range(told, 9, 11);
+    assert_int_equal(event.nodes, 0);
+    run_destroy(&run);
+}
+
+// ---------------------------------------------------------------------------------------------
+// What a scene without them pays, and what is wrong with others
+
+static void scene_without_graspers_has_nothing_of_them(void **state)
+{
+    (void)state;
+    Run run;
+    run_create(&run,
+               "bodies = ( " BALL(
+                   "one", "[0, 0, 0]",
+                   "") " );\n"
+                       "tools = ( { id = 3; kind = \"probe\"; capsules = ( { radius = 0.01; } ); } "
+                       ");");
+    for (int i = 0; i < sim_stage_count(run.world.sim); i++)
+        assert_int_not_equal(sim_stage(run.world.sim, i), STAGE_GRASP);
+    for (int i = 0; i < run.world.arena.count; i++) {
+        assert_null(strstr(run.world.arena.block[i].name, "grasp"));
+        assert_null(strstr(run.world.arena.block[i].name, "attachment"));
+    }
+    run_destroy(&run);
+}
+
+static void expect_refused(const char *attachment, const char *why)
+{
+    char text[4096], path[SCRATCH_PATH];
+    snprintf(
+        text, sizeof text,
+        "bodies = ( " BALL(
+            "one", "[0, 0, 0]",
+            "fixed = ( { sphere = [0, 0, -0.05]; radius = 0.03; } );") ",\n"
+                                                                       "  " BALL(
+                                                                           "two", "[0.3, 0, 0]",
+                                                                           "") ",\n"
+                                                                               "  " BALL(
+                                                                                   "other",
+                                                                                   "[0.1, 0, 0]",
+                                                                                   "time_step = "
+                                                                                   "1e-4;") " );\n"
+                                                                                            "tools "
+                                                                                            "= ( { "
+                                                                                            "id = "
+                                                                                            "3; "
+                                                                                            "kind "
+                                                                                            "= "
+                                                                                            "\"gras"
+                                                                                            "per\";"
+                                                                                            " capsu"
+                                                                                            "les = "
+                                                                                            "( { "
+                                                                                            "radius"
+                                                                                            " = "
+                                                                                            "0.01; "
+                                                                                            "} ); "
+                                                                                            "} );\n"
+                                                                                            "attach"
+                                                                                            "ments "
+                                                                                            "= "
+                                                                                            "(\n%s "
+                                                                                            ");",
+        attachment);
+    scratch_write(&scratch, "x.cfg", text, strlen(text));
+    Scene scene;
+    World world;
+    Status status = {0};
+    const BuildOptions options = {.isa = "auto"};
+    if (scene_read(scratch_path(&scratch, "x.cfg", path), &scene, &status)) {
+        bool built = world_build(&world, &scene, &options, &status);
+        scene_destroy(&scene);
+        assert_false(built);
+    }
+    const char *said = strstr(status.text, "x.cfg:");
+    assert_non_null(said);
+    assert_string_equal(said, why);
+}
+
+static void wrong_attachments_are_named_by_their_line(void **state)
+{
+    (void)state;
+#define AT "x.cfg:12: "
+    expect_refused("{ body = \"thing\"; sphere = [0, 0, 0]; radius = 1; to = \"world\"; }",
+                   AT "body \"thing\" is not in the scene");
+    expect_refused("{ body = \"one\"; to = \"world\"; }",
+                   AT "attachments entry must be one of { box }, { sphere; radius } and { nodes }");
+    expect_refused("{ body = \"one\"; sphere = [0, 0, 0]; to = \"world\"; }",
+                   AT "attachments radius is missing: a ball has a sphere and a radius");
+    expect_refused("{ body = \"one\"; sphere = [0, 0, 0]; radius = 1; }",
+                   AT "attachments entry must hold to one of to = \"world\", tool = id and to_body "
+                      "= name");
+    expect_refused("{ body = \"one\"; sphere = [0, 0, 0]; radius = 1; tool = 4; }",
+                   AT "tool 4 is not in the scene");
+    expect_refused("{ body = \"one\"; sphere = [0, 0, 0]; radius = 1; to_body = \"one\"; }",
+                   AT "to_body \"one\" is the body itself");
+    expect_refused("{ body = \"one\"; sphere = [0, 0, 5]; radius = 1; to = \"world\"; }",
+                   AT "attachments: no free node of body one lies in the region");
+    expect_refused(
+        "{ body = \"one\"; sphere = [0, 0, -0.05]; radius = 0.02; to = \"world\"; }",
+        AT "attachments: no free node of body one lies in the region: all that do are fixed");
+    expect_refused("{ body = \"one\"; nodes = [3, 4, 1000]; to = \"world\"; }",
+                   AT "attachments: nodes: 1 of 3 are not on the outside of body one");
+#undef AT
+}
+
+static void attachment_far_from_the_other_body_is_refused(void **state)
+{
+    (void)state;
+    char path[SCRATCH_PATH];
+    const char *text = "bodies = ( " BALL("one", "[0, 0, 0]", "") ",\n" BALL(
+        "two", "[0.3, 0, 0]",
+        "") " );\n"
+            "attachments = ( { body = \"two\"; sphere = [0.25, 0, 0]; radius = 0.02;\n"
+            "  to_body = \"one\"; } );";
+    scratch_write(&scratch, "x.cfg", text, strlen(text));
+    Scene scene;
+    World world;
+    Status status = {0};
+    const BuildOptions options = {.isa = "auto"};
+    assert_true(scene_read(scratch_path(&scratch, "x.cfg", path), &scene, &status));
+    assert_false(world_build(&world, &scene, &options, &status));
+    scene_destroy(&scene);
+    const char *said = strstr(status.text, "x.cfg:7: attachments: a node at (");
+    assert_non_null(said);
+    assert_non_null(strstr(said, " m from body one, at most "));
+}
+
+static void nodes_are_named_as_in_the_mesh(void **state)
+{
+    (void)state;
+    Run run;
+    run_create(
+        &run,
+        "bodies = ( " BALL(
+            "one", "[0, 0, 0]",
+            "") " );\n"
+                "attachments = ( { body = \"one\"; nodes = [5, 7, 161]; to = \"world\"; } );");
+    const Attachment *hold = run.world.sim->attachment[0];
+    bool points;
+    assert_int_equal(attachment_held(hold, &points), 3);
+    run_destroy(&run);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bodies_tied_to_each_other_exchange_momentum_exactly),
+        cmocka_unit_test(joined_bodies_repeat_bit_for_bit),
+        cmocka_unit_test(joined_bodies_take_the_same_steps),
+        cmocka_unit_test(ties_follow_bodies_that_adapt),
+        cmocka_unit_test(hold_grows_with_the_refinement_that_it_causes),
+        cmocka_unit_test(what_is_held_stays_held_when_it_is_cut),
+        cmocka_unit_test(body_that_hangs_on_the_world_sinks_by_its_weight),
+        cmocka_unit_test(tool_holds_its_region_while_it_is_active),
+        cmocka_unit_test(grasper_pulls_a_voxel_body_and_feels_it),
+        cmocka_unit_test(grasps_are_told_ten_times_a_second_at_most),
+        cmocka_unit_test(scene_without_graspers_has_nothing_of_them),
+        cmocka_unit_test(wrong_attachments_are_named_by_their_line),
+        cmocka_unit_test(attachment_far_from_the_other_body_is_refused),
+        cmocka_unit_test(nodes_are_named_as_in_the_mesh),
+    };
+    return cmocka_run_group_tests(tests, run_begin, run_end);
+}
