@@ -111,13 +111,13 @@ void patch_set_factors(const Vertices *vertices, VoxelLaw law, Patch *patch, con
         patch->relaxation = fmax(patch->relaxation, drag / stiff);
 }
 
-static void add_plain(const VoxelModel *model, Patch *patch, int batch, int lane)
+static bool add_plain(const VoxelModel *model, Patch *patch, int batch, int lane)
 {
     const PlainBatches *plain = &model->batches.plain;
     const ElementClass *by = &model->batches.classes[plain->element_class[batch]];
     const int *vertex = plain->vertex + (long)batch * NODE_CORNERS * LANES + lane;
     if (!is_near(patch, vertex, NODE_CORNERS))
-        return;
+        return false;
     PatchElement piece = {.count = NODE_CORNERS};
     for (int p = 0; p < NODE_CORNERS; p++) {
         Vec3 sign = vec3((p & 1) - 0.5, (p >> 1 & 1) - 0.5, (p >> 2 & 1) - 0.5);
@@ -129,6 +129,7 @@ static void add_plain(const VoxelModel *model, Patch *patch, int batch, int lane
     }
     patch_set_factors(&model->vertices, model->law, patch, by, 6.0, &piece);
     patch_add_element(&model->vertices, patch, &piece, model->last[batch][lane]);
+    return true;
 }
 
 double patch_add_row(VoxelLaw law, const ElementClass *by, const double row[TABLE_ROW], int vertex,
@@ -145,7 +146,7 @@ double patch_add_row(VoxelLaw law, const ElementClass *by, const double row[TABL
     return row[3] * vec3_dot(piece->place[i], piece->place[i]);
 }
 
-static void add_hanging(const VoxelModel *model, Patch *patch, int batch, int lane)
+static bool add_hanging(const VoxelModel *model, Patch *patch, int batch, int lane)
 {
     const HangingBatches *hanging = &model->batches.hanging;
     const ElementClass *by = &model->batches.classes[hanging->element_class[batch][lane]];
@@ -154,7 +155,7 @@ static void add_hanging(const VoxelModel *model, Patch *patch, int batch, int la
     const bool mixed = batch >= hanging->batch_count - hanging->mixed_count;
     const int spare = model->vertices.count;
     if (!is_near(patch, vertex, table->count))
-        return;
+        return false;
     PatchElement piece = {0};
     double spread = 0.0;
     for (int p = 0; p < table->count && vertex[p * LANES] != spare; p++) {
@@ -168,24 +169,23 @@ static void add_hanging(const VoxelModel *model, Patch *patch, int batch, int la
     patch_set_factors(&model->vertices, model->law, patch, by, spread, &piece);
     patch_add_element(&model->vertices, patch, &piece,
                       model->last[model->batches.plain.batch_count + batch][lane]);
+    return true;
 }
 
 bool voxel_gather_patch(const void *self, Patch *patch, int budget)
 {
     const VoxelModel *model = self;
-    enum { SKIPPED = 4 * LANES, ADDED = 128 * LANES }; // of the budget: a batch
+    enum { SKIPPED = 4, ADDED = 128 }; // of the budget: an element
     if (patch->pass == 0)
         patch_add_vertices(&model->vertices, patch, &budget);
     const int plain = model->batches.plain.batch_count, count = batches_total(&model->batches);
     for (; patch->pass == 1 && patch->next < count && budget > 0; patch->next++) {
-        int batch = (int)patch->next, before = patch->block_count;
+        int batch = (int)patch->next;
         for (int lane = 0; lane < LANES; lane++) {
-            if (batch < plain)
-                add_plain(model, patch, batch, lane);
-            else
-                add_hanging(model, patch, batch - plain, lane);
+            bool added = batch < plain ? add_plain(model, patch, batch, lane)
+                                       : add_hanging(model, patch, batch - plain, lane);
+            budget -= added ? ADDED : SKIPPED;
         }
-        budget -= patch->block_count == before ? SKIPPED : ADDED;
     }
     return patch->full || (patch->pass == 1 && patch->next == count);
 }
