@@ -5,7 +5,8 @@
 #include "stiffness_trial.h"
 #include "voxel_world.h"
 
-// Voxels: no prestress is in it, only how elements resist about their present rotation.
+// No prestress is in it, only how elements resist about their present rotation. Measured here: 0.21
+// to 0.35 over all, 1.10 to 1.30 along the normal, most where the patch is full.
 static void voxels_tell_what_a_slow_hand_feels(void **state)
 {
     (void)state;
@@ -36,9 +37,6 @@ static void voxels_tell_what_a_slow_hand_feels(void **state)
             sim_apply_pose(world.sim, 0, &pose, true);
             sim_step(world.sim);
         }
-        printf("F %g depth %g us %g ", vec3_length(sim_wrench(world.sim, 0)->force),
-               sim_wrench(world.sim, 0)->depth,
-               (double)sim_stage_ns(world.sim, STAGE_STIFFNESS) / 2000e3);
         StiffnessVerdict verdict = stiffness_judge(world.sim, &world.state);
         expect_at_most(verdict.error, 0.40);
         voxel_world_destroy(&world);

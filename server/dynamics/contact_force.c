@@ -346,11 +346,12 @@ static void push_solid(Contact *contact, const ToolPlacement *at, int index,
     forces->acting++;
     forces->depth = fmax(forces->depth, depth);
     forces->floor = fmin(forces->floor, face->distance - CONTACT_SOLID_FLOOR * radius);
-    contact->spring_turn = 0.0; // flat: the point follows the tool
     for (int j = 0; j < face->pair_count; j++) {
         double size = vec3_length(gradient[j]);
         if (share[j] == 0.0 || !(size > 0.0))
             continue;
+        // About the curvature of phi sideways, that of the ball.
+        contact->spring_turn = (flat / radius + (1.0 - flat) / face->pair[j].distance) / size;
         // k depth gradient, along a unit vector: a spring of k size^2, compressed by depth / size.
         add_push(contact, at, index, face->pair[j].weight, face->pair[j].on_triangle,
                  vec3_scale(1.0 / size, gradient[j]), depth / size, share[j] / sum * size * size);
