@@ -238,8 +238,12 @@ static void half_strokes_leave_one_piece(void **state)
             Stroke stroke = random_stroke(&seed, 1, 20);
             stroke.to = 0.0;
             stroke.twist = 0.0;
-            // Across the bar, so that it ends inside.
-            stroke.middle = vec3(random_between(&seed, -6.0, 6.0), 0.0, 0.0);
+            // Across the bar, so that it ends inside; only once, where it is bent.
+            while (kind == BENT && fabs(vec3_cross(stroke.along, stroke.way).x) < 0.8) {
+                stroke.along = vec3_unit(random_vec3(&seed));
+                stroke.way = vec3_unit(vec3_cross(stroke.along, random_vec3(&seed)));
+            }
+            stroke.middle = vec3(kind == BENT ? 0.0 : random_between(&seed, -6.0, 6.0), 0.0, 0.0);
             const int broken = run(&bench, &stroke, &shape);
             const int pieces = cut_bench_pieces(&bench);
             if (pieces != 1)
