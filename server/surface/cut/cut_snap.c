@@ -216,45 +216,94 @@ static bool is_allowed(const CutSnapInput *input, const int *work, const CutSnap
 
 // --- what was met stays met ---
 
-// Whether a half link of a face is met an odd number of times or not before and after, bit k;
-// false: not known.
-static bool halves_that_change(const CutSnapInput *input, const int *work, const CutSnap *moved,
-                               Turn at, Vec3 move, int *changes)
+// The planes of a flat sweep's two triangles, for what lies clear of both on one side.
+typedef struct Sides {
+    bool known;
+    Vec3 normal[2];
+    double offset[2], margin; // [m]
+} Sides;
+
+static Sides sides_of(const CutSnapInput *input)
 {
-    const Level *level = input->finder->level;
-    Vec3 x[2][3];
-    for (int k = 0; k < 3; k++) {
-        int mark = work[vertex_at(level, at.face, k)];
-        x[0][k] = input->tissue->position[input->tissue->corner[at.face][k]];
-        if (mark > 0)
-            x[0][k] = vec3_add(x[0][k], moved[mark - 1].move);
-        x[1][k] = k == at.corner ? vec3_add(x[0][k], move) : x[0][k];
+    const CutFinder *finder = input->finder;
+    // Corners are shifted by up to 7 units in each direction and rounded, and so is all between.
+    Sides sides = {.known = input->edges == 2 && finder->parts == 1, .margin = 32.0 * finder->q};
+    const Vec3 *a = input->edge[0].end, *b = input->edge[1].end;
+    const Vec3 corner[2][3] = {{a[0], a[1], b[0]}, {a[1], b[1], b[0]}};
+    for (int i = 0; i < 2; i++) {
+        Vec3 u = vec3_sub(corner[i][1], corner[i][0]), v = vec3_sub(corner[i][2], corner[i][0]);
+        Vec3 across = vec3_cross(u, v);
+        // Not of a sliver: rounding would turn it.
+        sides.known &= vec3_length(across) > 1e-6 * vec3_length(u) * vec3_length(v);
+        sides.normal[i] = vec3_unit(across);
+        sides.offset[i] = vec3_dot(sides.normal[i], corner[i][0]);
     }
-    *changes = 0;
+    return sides;
+}
+
+static bool on_one_side(double a, double b, double margin)
+{
+    return (a > margin && b > margin) || (a < -margin && b < -margin);
+}
+
+// How often the command meets the half links of a face with corners there: odd, bit k; false: not
+// known.
+static bool count_halves(const CutSnapInput *input, const Sides *sides, const Vec3 x[3], int *odd)
+{
+    double d[2][3];
+    Vec3 centroid = vec3_scale(1.0 / 3.0, vec3_add(vec3_add(x[0], x[1]), x[2]));
+    for (int i = 0; sides->known && i < 2; i++)
+        for (int k = 0; k < 3; k++)
+            d[i][k] = vec3_dot(sides->normal[i], x[k]) - sides->offset[i];
+    *odd = 0;
     for (int k = 0; k < 3; k++) {
-        int count[2];
-        for (int i = 0; i < 2; i++) {
-            Vec3 centroid = vec3_scale(1.0 / 3.0, vec3_add(vec3_add(x[i][0], x[i][1]), x[i][2]));
-            Vec3 middle = vec3_scale(0.5, vec3_add(x[i][k], x[i][(k + 1) % 3]));
-            count[i] = cut_find_half(input->finder, input->edge, input->edges, centroid, middle);
-            if (count[i] == CUT_DEGENERATE)
-                return false;
-        }
-        *changes |= (count[0] + count[1]) % 2 << k;
+        int next = (k + 1) % 3;
+        bool clear = sides->known;
+        for (int i = 0; clear && i < 2; i++)
+            clear = on_one_side((d[i][0] + d[i][1] + d[i][2]) / 3.0, 0.5 * (d[i][k] + d[i][next]),
+                                sides->margin);
+        if (clear)
+            continue;
+        Vec3 middle = vec3_scale(0.5, vec3_add(x[k], x[next]));
+        int count = cut_find_half(input->finder, input->edge, input->edges, centroid, middle);
+        if (count == CUT_DEGENERATE)
+            return false;
+        *odd |= count % 2 << k;
     }
     return true;
 }
 
+// Half links of a face, bit k, that are met an odd number of times either before or after the move;
+// false: not known.
+static bool halves_that_change(const CutSnapInput *input, const Sides *sides, const int *work,
+                               const CutSnap *moved, Turn at, Vec3 move, int *changes)
+{
+    const Level *level = input->finder->level;
+    Vec3 x[3];
+    for (int k = 0; k < 3; k++) {
+        int mark = work[vertex_at(level, at.face, k)];
+        x[k] = input->tissue->position[input->tissue->corner[at.face][k]];
+        if (mark > 0)
+            x[k] = vec3_add(x[k], moved[mark - 1].move);
+    }
+    int before, after;
+    bool known = count_halves(input, sides, x, &before);
+    x[at.corner] = vec3_add(x[at.corner], move);
+    known = known && count_halves(input, sides, x, &after);
+    *changes = known ? before ^ after : 0;
+    return known;
+}
+
 // A face whose centroid went over to the other side would be cut off when the command is repeated:
 // whether every link around the vertex is met as before.
-static bool keeps_links(const CutSnapInput *input, const int *work, const CutSnap *moved,
-                        Turn start, bool closed, Vec3 move)
+static bool keeps_links(const CutSnapInput *input, const Sides *sides, const int *work,
+                        const CutSnap *moved, Turn start, bool closed, Vec3 move)
 {
     Turn at = start;
     int carried = 0, first = 0;
     do {
         int changes;
-        if (!halves_that_change(input, work, moved, at, move, &changes))
+        if (!halves_that_change(input, sides, work, moved, at, move, &changes))
             return false;
         int here = changes >> at.corner & 1;
         if (changes >> (at.corner + 1) % 3 & 1)
@@ -287,8 +336,8 @@ static bool is_fresh(const CutSnapInput *input, Turn start)
 }
 
 // False: the vertex stays.
-static bool snap_vertex(const CutSnapInput *input, const int *work, const CutSnap *moved,
-                        Turn somewhere, CutSnap *snap)
+static bool snap_vertex(const CutSnapInput *input, const Sides *sides, const int *work,
+                        const CutSnap *moved, Turn somewhere, CutSnap *snap)
 {
     bool closed;
     Turn start = fan_start(input->finder->level, somewhere, &closed);
@@ -302,7 +351,7 @@ static bool snap_vertex(const CutSnapInput *input, const int *work, const CutSna
     double share = length > most ? most / length : 1.0;
     for (int halved = 0; halved <= 2; halved++, share *= 0.5) {
         if (!is_allowed(input, work, moved, start, vec3_scale(share, rest)) ||
-            !keeps_links(input, work, moved, start, closed, vec3_scale(share, way)))
+            !keeps_links(input, sides, work, moved, start, closed, vec3_scale(share, way)))
             continue;
         snap->rest = vec3_scale(share, rest);
         snap->move = vec3_scale(share, way);
@@ -315,6 +364,7 @@ int cut_snap(const CutSnapInput *input, int *work, CutSnap *moved)
 {
     CutFinder *finder = input->finder;
     const Level *level = finder->level;
+    const Sides sides = sides_of(input);
     int count = 0;
     for (int i = 0; i < input->tissue->face_count; i++)
         finder->listed[input->tissue->face[i]] = 1;
@@ -327,7 +377,7 @@ int cut_snap(const CutSnapInput *input, int *work, CutSnap *moved)
             Turn at = {face, corner_of(level, face, vertex)};
             CutSnap snap = {.vertex = vertex};
             work[vertex] = -1;
-            if (!snap_vertex(input, work, moved, at, &snap))
+            if (!snap_vertex(input, &sides, work, moved, at, &snap))
                 continue;
             moved[count++] = snap;
             work[vertex] = count;
