@@ -241,3 +241,19 @@ int cut_bench_pieces(const CutBench *bench)
     free(stack);
     return pieces;
 }
+
+void cut_bench_expect_closed(const BodySurface *surface)
+{
+    for (int f = 0; f < surface->face_used; f++)
+        for (int k = 0; k < 3; k++) {
+            const int across = surface->face_neighbor[f][k];
+            assert_in_range(across, 0, surface->face_used - 1);
+            const int a = surface->face[f][k], b = surface->face[f][(k + 1) % 3];
+            int back = -1;
+            for (int j = 0; j < 3; j++)
+                if (surface->face_neighbor[across][j] == f && surface->face[across][j] == b &&
+                    surface->face[across][(j + 1) % 3] == a)
+                    back = j;
+            assert_true(back >= 0);
+        }
+}

@@ -54,4 +54,8 @@ int cut_bench_dead_ends(const CutBench *bench);
 // agree with it.
 int cut_bench_pieces(const CutBench *bench);
 
+// Fails the test unless every edge of every triangle is shared with exactly one other, which runs
+// along it the other way.
+void cut_bench_expect_closed(const BodySurface *surface);
+
 #endif

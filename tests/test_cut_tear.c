@@ -3,7 +3,8 @@
 #include "cut_world.h"
 #include "effort.h"
 
-enum { LONG = 48, WIDE = 16, DEEP = 4 }; // cells of the bar; depth of its notch
+// Cells of the bar; depth of its notch.
+enum { WIDE = EFFORT(16) == 16 ? 16 : 8, LONG = 3 * WIDE, DEEP = WIDE / 4 };
 static const double CELL = 3.125e-3, E = 1e4;
 
 // A bar along x, its left end held; with a notch from above, across its middle.
@@ -195,7 +196,7 @@ static void notched_bar_comes_apart_at_the_notch_in_two_clean_pieces(void **unus
         create_bar(&world, levels, 0.3 * E, true);
         const CutLattice *lattice = &world.model->lattice;
         const CutPieces *pieces = &world.model->pieces;
-        run_pulled(&world, 0.05, 1.5);
+        run_pulled(&world, 0.05, 1.5 * WIDE / 16.0);
         int broken = 0, farthest = 0;
         for (int c = 0; c < lattice->level_first[1]; c++)
             for (int axis = 0; axis < 3; axis++)
@@ -229,7 +230,8 @@ static void nothing_tears_below_the_threshold(void **unused)
     (void)unused;
     CutWorld world;
     create_bar(&world, 2, 0.3 * E, false);
-    run_pulled(&world, 0.05, 0.5); // strain 0.17 at the end, and what the start's shock adds
+    run_pulled(&world, 0.05,
+               0.5 * WIDE / 16.0); // strain 0.17 at the end, and what the start's shock adds
     for (int axis = 0; axis < 3; axis++)
         assert_int_equal(broken_faces(&world.model->lattice, axis), 0);
     cut_world_destroy(&world);

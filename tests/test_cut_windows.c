@@ -528,7 +528,7 @@ static void a_template_is_the_same_whatever_was_asked_for_before(void **unused)
                                 template_cache_numbers(&fresh, mask),
                                 (size_t)(TABLE_HEAD + shape->count * TABLE_ROW) * sizeof(double));
         }
-        assert_true(cache.made > 1000);
+        assert_true(cache.made > 520); // more than there is room for
         arena_destroy(&arena);
         arena_destroy(&other);
     }

@@ -171,6 +171,27 @@ static void a_restored_body_did_not_pass_the_blade(void **unused)
     cut_scene_destroy(&scene);
 }
 
+static void a_scene_has_the_stages_that_it_needs(void **unused)
+{
+    (void)unused;
+    CutScene scene;
+    create(&scene, false);
+    const StageId expected[] = {STAGE_INPUTS,   STAGE_TOOLS,       STAGE_LOADS,
+                                STAGE_CUT,      STAGE_RECONSTRUCT, STAGE_FORCES,
+                                STAGE_WRENCHES, STAGE_CHECK,       STAGE_SNAPSHOT};
+    assert_int_equal(sim_stage_count(scene.sim), sizeof expected / sizeof *expected);
+    for (int i = 0; i < sim_stage_count(scene.sim); i++)
+        assert_int_equal(sim_stage(scene.sim, i), expected[i]);
+    assert_string_equal(stage_name(STAGE_CUT), "cut");
+    assert_string_equal(stage_name(STAGE_RECONSTRUCT), "reconstruct");
+    cut_scene_destroy(&scene);
+    // Nothing that cuts or tears: messages cut between two ticks.
+    cut_scene_create(&scene, &(CutSceneOptions){.cells = 2, .cell = CELL, .rate_hz = 1000.0});
+    for (int i = 0; i < sim_stage_count(scene.sim); i++)
+        assert_int_not_equal(sim_stage(scene.sim, i), STAGE_CUT);
+    cut_scene_destroy(&scene);
+}
+
 // --- state ---
 
 static void reset_in_a_stroke_returns_to_an_uncut_body(void **unused)
@@ -453,6 +474,26 @@ static void refused_strokes_are_told_of_once_a_second(void **unused)
     cut_scene_destroy(&scene);
 }
 
+static void a_stroke_that_the_body_breaks_off_is_told_of_once(void **unused)
+{
+    (void)unused;
+    CutScene scene;
+    create(&scene, false);
+    // The first half fits, the rest does not.
+    scene.toy->node_limit = scene.toy->base_nodes + 8;
+    cut_through(&scene, 100);
+    SimEvent event;
+    assert_false(next_event(&scene, "cut", &event));
+    assert_true(cut_toy_broken(scene.toy) > 0);
+    lift(&scene);
+    assert_true(next_event(&scene, "cut", &event));
+    char text[64];
+    snprintf(text, sizeof text, ": %d links severed", cut_toy_broken(scene.toy));
+    assert_non_null(strstr(event.text, text));
+    assert_false(next_event(&scene, "cut", &event));
+    cut_scene_destroy(&scene);
+}
+
 static void tears_are_told_of_a_few_times_a_second(void **unused)
 {
     (void)unused;
@@ -498,6 +539,8 @@ int main(void)
         cmocka_unit_test(a_blade_that_jumps_begins_another_stroke),
         cmocka_unit_test(a_stale_blade_ends_its_stroke),
         cmocka_unit_test(a_restored_body_did_not_pass_the_blade),
+        cmocka_unit_test(a_scene_has_the_stages_that_it_needs),
+        cmocka_unit_test(a_stroke_that_the_body_breaks_off_is_told_of_once),
         cmocka_unit_test(reset_in_a_stroke_returns_to_an_uncut_body),
         cmocka_unit_test(a_checkpoint_in_a_stroke_goes_on_bit_for_bit),
         cmocka_unit_test(strokes_that_cannot_be_are_found),

@@ -2,6 +2,7 @@
 // tools and by each other.
 #include "expect.h"
 #include "effort.h"
+#include "random.h"
 #include "world_run.h"
 
 #include "dynamics/sim_data.h"
@@ -158,6 +159,179 @@ static void joined_bodies_take_the_same_steps(void **state)
     assert_int_equal(sim_body(run.world.sim, 1)->substeps, 10);
     assert_true(sim_body(run.world.sim, 2)->substeps < 10);
     run_destroy(&run);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Bodies that change
+
+#define ADAPTS                                                                                     \
+    "levels = 2; adapt = { force = 0.0005; speed = 0.05; curvature = 0.3; check_hz = 100.0; };"
+
+// Two balls that refine and coarsen under a kick, tied to each other: momentum stays exact, and the
+// ties follow.
+static void ties_follow_bodies_that_adapt(void **state)
+{
+    (void)state;
+    Run run;
+    run_create(&run,
+               DOUBLE "bodies = ( " BALL("one", "[0, 0, 0]", ADAPTS) ",\n" BALL(
+                   "two", "[0.102, 0, 0]",
+                   ADAPTS) " );\n"
+                           "attachments = ( { body = \"two\"; sphere = [0.052, 0, 0]; radius = "
+                           "0.02; to_body = \"one\"; } );\n"
+                           "loads = ( { body = \"one\"; center = [0, 0, 0.05]; radius = 0.03; "
+                           "force = [5, 2, 1]; duration = 0.01; } );");
+    Sim *sim = run.world.sim;
+    int least = sim_attachment_nodes(sim, 0), most = least, changes[2] = {0, 0};
+    for (int i = 0; i < 12; i++)
+        sim_step(sim);
+    Momentum before = momentum_of(&run);
+    double size = vec3_length(before.linear);
+    for (int i = 0; i < EFFORT(1500); i++) {
+        int topology[2];
+        for (int b = 0; b < 2; b++)
+            topology[b] = sim_body(sim, b)->mesh.topology;
+        sim_step(sim);
+        int ties = sim_attachment_nodes(sim, 0);
+        least = ties < least ? ties : least;
+        most = ties > most ? ties : most;
+        for (int b = 0; b < 2; b++)
+            changes[b] += sim_body(sim, b)->mesh.topology != topology[b];
+        assert_true(sim_check(sim));
+        assert_int_equal(sim_body(sim, 0)->substeps, sim_body(sim, 1)->substeps);
+        Momentum now = momentum_of(&run);
+        // Hundreds of changes that each round a thousand momenta.
+        expect_at_most(vec3_length(vec3_sub(now.linear, before.linear)), 1e-9 * size);
+    }
+    assert_true(changes[0] > 5 && changes[1] > 5 && most > least);
+    assert_int_equal(sim_resets(sim), 0);
+    run_destroy(&run);
+}
+
+static void create_adaptive(Run *run)
+{
+    run_create(run, DOUBLE
+               "bodies = ( " BALL("one", "[0, 0, 0]",
+                                  "shape = { angular_frequency = 50.0; damping_ratio = 0.3; };"
+                                  "fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.025]); } "
+                                  "); " ADAPTS) " );\n"
+                                                "tools = ( { id = 3; kind = \"grasper\"; max_force "
+                                                "= 100; capsules = ( { radius = 0.02; } ); } );");
+}
+
+// Pulls the top of the ball, as at tick `i`; returns how many nodes are held.
+static int pull_top(Run *run, int i)
+{
+    ToolPose pose = {.position = {0, 0, 0.05 + fmin(0.02, 5e-5 * i)},
+                     .orientation = {1, 0, 0, 0},
+                     .active = true,
+                     .grip = 1.0};
+    sim_apply_pose(run->world.sim, 0, &pose, true);
+    sim_step(run->world.sim);
+    assert_true(sim_check(run->world.sim));
+    bool points;
+    return attachment_held(run->world.sim->attachment[0], &points);
+}
+
+// Jaws that pull a ball which refines around them; elsewhere it goes on with the same bits.
+static void hold_grows_with_the_refinement_that_it_causes(void **state)
+{
+    (void)state;
+    Run run, other;
+    create_adaptive(&run);
+    create_adaptive(&other);
+    int first = pull_top(&run, 0), most = first;
+    for (int i = 1; i < 300; i++) {
+        int held = pull_top(&run, i);
+        most = held > most ? held : most;
+    }
+    void *middle = malloc(state_bytes(&run.world.state));
+    assert_non_null(middle);
+    state_copy_out(&run.world.state, middle);
+    state_copy_in(&other.world.state, middle);
+    sim_restored(other.world.sim);
+    assert_true(sim_check(other.world.sim));
+    for (int i = 300; i < 500; i++) {
+        int held = pull_top(&run, i);
+        assert_int_equal(held, pull_top(&other, i));
+        most = held > most ? held : most;
+    }
+    assert_true(state_hash(&run.world.state) == state_hash(&other.world.state));
+    assert_true(most > 2 * first);
+    expect_at_most(sim_wrench(run.world.sim, 0)->force.z, -0.1);
+    assert_int_equal(sim_resets(run.world.sim), 0);
+    assert_int_equal(sim_refused_holds(run.world.sim), 0);
+    free(middle);
+    run_destroy(&run);
+    run_destroy(&other);
+}
+
+// A body that is tied to another, held by the world and by jaws, cut to pieces through all of
+// these.
+static void cut_through_what_is_held(const char *body, double height)
+{
+    char text[4096];
+    snprintf(
+        text, sizeof text,
+        DOUBLE "bodies = ( %s,\n" BALL(
+            "two", "[0, 0, %g]",
+            "") " );\n"
+                "tools = ( { id = 3; kind = \"grasper\"; max_force = 100; "
+                "capsules = ( { radius = 0.03; } ); } );\n"
+                "attachments = ( { body = \"one\"; sphere = [0, 0, %g]; radius = 0.025; "
+                "to_body = \"two\"; },\n"
+                "{ body = \"one\"; sphere = [0, 0, %g]; radius = 0.03; to = \"world\"; },\n"
+                "{ body = \"two\"; sphere = [0, 0, %g]; radius = 0.01; to_body = \"one\"; } );",
+        body, height + 0.051, height, -height, height + 0.001);
+    Run run;
+    run_create(&run, text);
+    Sim *sim = run.world.sim;
+    ToolPose pose = {
+        .position = {height, 0, 0}, .orientation = {1, 0, 0, 0}, .active = true, .grip = 1.0};
+    const int before[2] = {sim_attachment_nodes(sim, 0), sim_attachment_nodes(sim, 1)};
+    uint64_t random = 17;
+    int severed = 0;
+    GraspEvent event = {0};
+    for (int i = 0; i < 60; i++) {
+        pose.position.x = height + 1e-4 * i;
+        sim_apply_pose(sim, 0, &pose, true);
+        if (i % 5 == 1) {
+            Vec3 normal = vec3_unit(random_vec3(&random)),
+                 aside = vec3_unit(vec3_cross(normal, random_vec3(&random)));
+            Vec3 along = vec3_cross(normal, aside);
+            double reach = 0.2;
+            CutOptions cut = {.body = 0};
+            for (int k = 0; k < 2; k++) {
+                double s = k == 0 ? -reach : reach;
+                cut.before.end[k] = vec3_add(vec3_scale(s, aside), vec3_scale(-reach, along));
+                cut.after.end[k] = vec3_add(vec3_scale(s, aside), vec3_scale(reach, along));
+            }
+            CutOutcome sum;
+            char why[256];
+            severed += sim_apply_cut(sim, &cut, &sum, why, sizeof why);
+        }
+        sim_step(sim);
+        assert_true(sim_check(sim));
+        while (sim_next_grasp(sim, &event))
+            ;
+    }
+    assert_true(severed > 3);
+    assert_true(event.nodes > 0);
+    assert_true(sim_attachment_nodes(sim, 0) > before[0]); // copies are held as their originals
+    assert_true(sim_attachment_nodes(sim, 1) > before[1]);
+    assert_int_equal(sim_resets(sim), 0);
+    run_destroy(&run);
+}
+
+static void what_is_held_stays_held_when_it_is_cut(void **state)
+{
+    (void)state;
+    cut_through_what_is_held(BALL("one", "[0, 0, 0]", "cuttable = true; levels = 1;"), 0.05);
+    cut_through_what_is_held(
+        "{ name = \"one\"; model = \"voxel\"; cuttable = true; levels = 1;\n"
+        "  voxels = { generator = \"box\"; count = [8, 8, 8]; size = 0.0125; };\n"
+        "  integrator = \"leapfrog\"; }",
+        0.05);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -435,6 +609,9 @@ int main(void)
         cmocka_unit_test(bodies_tied_to_each_other_exchange_momentum_exactly),
         cmocka_unit_test(joined_bodies_repeat_bit_for_bit),
         cmocka_unit_test(joined_bodies_take_the_same_steps),
+        cmocka_unit_test(ties_follow_bodies_that_adapt),
+        cmocka_unit_test(hold_grows_with_the_refinement_that_it_causes),
+        cmocka_unit_test(what_is_held_stays_held_when_it_is_cut),
         cmocka_unit_test(body_that_hangs_on_the_world_sinks_by_its_weight),
         cmocka_unit_test(tool_holds_its_region_while_it_is_active),
         cmocka_unit_test(grasper_pulls_a_voxel_body_and_feels_it),

@@ -194,7 +194,7 @@ static void expect_separation(Shape shape, bool aligned, int strokes, int least,
     assert_int_equal(count.odd_flat, 0);
     // Few links lie along the sweep.
     expect_at_most(count.dead, 0.02 * count.broken);
-    assert_true(count.met > strokes / 2 || shape.kind == LINE);
+    assert_true(count.met > strokes / 3 || shape.kind == LINE);
 }
 
 static void full_strokes_separate_still_bodies(void **state)

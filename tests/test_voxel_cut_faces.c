@@ -21,24 +21,6 @@ static void make_box(CutBench *bench, int x, int y, int z, CutBenchOptions optio
 // ---------------------------------------------------------------------------------------------
 // Invariants
 
-// Every edge of every triangle is shared with exactly one other, which runs along it the other way.
-static void expect_closed(const CutBench *bench)
-{
-    const BodySurface *surface = &bench->body.surface;
-    for (int f = 0; f < surface->face_used; f++)
-        for (int k = 0; k < 3; k++) {
-            const int across = surface->face_neighbor[f][k];
-            assert_in_range(across, 0, surface->face_used - 1);
-            const int a = surface->face[f][k], b = surface->face[f][(k + 1) % 3];
-            int back = -1;
-            for (int j = 0; j < 3; j++)
-                if (surface->face_neighbor[across][j] == f && surface->face[across][j] == b &&
-                    surface->face[across][(j + 1) % 3] == a)
-                    back = j;
-            assert_true(back >= 0);
-        }
-}
-
 static Vec3 at_rest(const CutBench *bench, int vertex)
 {
     const double *place = bench->vertices.rows.place[vertex];
@@ -177,7 +159,7 @@ static void expect_same_from_scratch(CutBench *bench)
 
 static void expect_sound(CutBench *bench)
 {
-    expect_closed(bench);
+    cut_bench_expect_closed(&bench->body.surface);
     expect_volumes(bench);
     expect_lists(bench);
     expect_ids(bench);
@@ -371,7 +353,7 @@ static void impossible_states_are_told(void **state)
         if (which != 2) // copies of other vertices of the same point cannot be told
             assert_true(same || !sound);
         told += !sound;
-        expect_closed(&bench);
+        cut_bench_expect_closed(&bench.body.surface);
         expect_lists(&bench);
     }
     print_message("%d of %d told\n", told, tries);

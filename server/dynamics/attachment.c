@@ -173,20 +173,20 @@ int attachment_node_capacity(const Attachment *attachment)
 // Once a tick
 
 // Graspers close and open by their grip, with hysteresis.
-static void follow_grip(Attachment *attachment, const ToolMotion *motion, Vec3 position,
+static void follow_grip(Attachment *attachment, bool active, double grip, Vec3 position,
                         Quat orientation)
 {
     HoldState *hold = attachment->hold;
-    if (!motion->active) {
+    if (!active) {
         attachment_let_go(attachment);
         hold->closed = hold->muted = 0;
         return;
     }
-    if (hold->closed == 0 && motion->grip >= GRIP_CLOSES) {
+    if (hold->closed == 0 && grip >= GRIP_CLOSES) {
         hold->closed = 1;
         attachment_take(attachment, position, orientation);
         hold->muted |= hold->holding;
-    } else if (hold->closed != 0 && motion->grip < GRIP_OPENS) {
+    } else if (hold->closed != 0 && grip < GRIP_OPENS) {
         hold->closed = 0;
         attachment_let_go(attachment);
     }
@@ -195,16 +195,16 @@ static void follow_grip(Attachment *attachment, const ToolMotion *motion, Vec3 p
         hold->muted = 0;
 }
 
-void attachment_begin_tick(Attachment *attachment, const ToolMotion *motion, Vec3 position,
+void attachment_begin_tick(Attachment *attachment, bool active, double grip, Vec3 position,
                            Quat orientation)
 {
     attachment->sums = (ContactSums){.about = position};
     HoldState *hold = attachment->hold;
     if (attachment->grasper)
-        follow_grip(attachment, motion, position, orientation);
-    else if (hold->holding == 0 && (motion == NULL || motion->active))
+        follow_grip(attachment, active, grip, position, orientation);
+    else if (hold->holding == 0 && active)
         attachment_take(attachment, position, orientation);
-    else if (hold->holding != 0 && motion != NULL && !motion->active)
+    else if (hold->holding != 0 && !active)
         attachment_let_go(attachment);
 }
 

@@ -61,9 +61,9 @@ const AttachmentOptions *attachment_options(const Attachment *attachment);
 // The most entries that one evaluation can push, for BodyOps.reserve_forces.
 int attachment_node_capacity(const Attachment *attachment);
 
-// Once a tick: takes hold and lets go as the tool (its motion now; NULL: the world) asks for, at
-// the tool's pose when the tick begins.
-void attachment_begin_tick(Attachment *attachment, const ToolMotion *motion, Vec3 position,
+// Once a tick: takes hold and lets go as the tool asks for, where it stands when the tick begins.
+// `active`: it is there at all (the world always is).
+void attachment_begin_tick(Attachment *attachment, bool active, double grip, Vec3 position,
                            Quat orientation);
 bool attachment_is_holding(const Attachment *attachment);
 // A grasper's capsules do not push the body that it holds, nor one that it has let go until they

@@ -146,9 +146,13 @@ static void grasp(Sim *sim)
         const ToolMotion *motion = tool >= 0 ? &sim->motion[tool] : NULL;
         Vec3 position = {0.0, 0.0, 0.0};
         Quat orientation = {1.0, 0.0, 0.0, 0.0};
-        if (motion != NULL)
+        bool active = motion == NULL || motion->active;
+        double grip = 0.0;
+        if (motion != NULL && active) {
             tool_motion_at(motion, pose_age(sim, motion), &position, &orientation);
-        attachment_begin_tick(sim->attachment[k], motion, position, orientation);
+            grip = tool_motion_grip(motion, pose_age(sim, motion));
+        }
+        attachment_begin_tick(sim->attachment[k], active, grip, position, orientation);
     }
 }
 
@@ -353,6 +357,7 @@ static void tell_stiffness(const Sim *sim, int contact, ToolWrench *wrench)
 static void take_wrenches(Sim *sim)
 {
     ContactSums sums[SIM_TOOLS] = {0};
+    bool holds[SIM_TOOLS] = {false}; // also without force
     for (int t = 0; t < sim->tool_count; t++) {
         Quat orientation;
         tool_motion_at(&sim->motion[t], pose_age(sim, &sim->motion[t]) + sim->tick,
@@ -370,19 +375,23 @@ static void take_wrenches(Sim *sim)
     }
     for (int k = 0; k < sim->attachment_count; k++) {
         int t = attachment_options(sim->attachment[k])->tool;
-        if (t >= 0)
-            add_sums(&sums[t], attachment_sums(sim->attachment[k]), sim->wrench[t].position);
+        if (t < 0)
+            continue;
+        add_sums(&sums[t], attachment_sums(sim->attachment[k]), sim->wrench[t].position);
+        holds[t] |= attachment_is_holding(sim->attachment[k]);
     }
     for (int t = 0; t < sim->tool_count; t++) {
         const ContactSums *sum = &sums[t];
         ToolWrench *wrench = &sim->wrench[t];
-        bool contact = sum->weight > 0.0;
+        bool felt = sum->weight > 0.0;
         *wrench = (ToolWrench){
-            .contact = contact,
+            .contact = felt || holds[t],
             .position = wrench->position,
             .force = vec3_scale(1.0 / sim->tick, sum->impulse),
             .torque = vec3_scale(1.0 / sim->tick, sum->moment),
-            .point = vec3_scale(contact ? 1.0 / sum->weight : 0.0, sum->point),
+            .point = felt       ? vec3_scale(1.0 / sum->weight, sum->point)
+                     : holds[t] ? wrench->position
+                                : (Vec3){0.0, 0.0, 0.0},
             .normal = vec3_unit(sum->normal),
             .depth = sum->depth,
         };
@@ -407,7 +416,7 @@ static void check_numbers(Sim *sim)
         body->ops->restore(body->model, body->tuning.bad_in_a_row >= BAD_TICKS);
         body->resets++;
         sim->resets++;
-        cutting_lift(sim, -1, b); // what jumped back did not pass the blade
+        cutting_break_off(sim, b); // what jumped back did not pass the blade
         int first, end = attachments_of(sim, b, &first);
         for (int k = first; k < end; k++) {
             attachment_clear(sim->attachment[k]);

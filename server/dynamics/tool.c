@@ -30,8 +30,10 @@ void tool_motion_apply(ToolMotion *motion, const ToolPose *pose, int64_t step, d
     double since = (double)(step - motion->pose_step) * tick;
     if (motion->active && !hold) {
         tool_motion_at(motion, since, &motion->from_position, &motion->from_orientation);
+        motion->from_grip = tool_motion_grip(motion, since);
         motion->period = measured_period(motion->period, since, tick);
     } else {
+        motion->from_grip = pose->grip;
         motion->from_position = pose->position;
         motion->from_orientation = pose->orientation;
         motion->period = 0.0;
@@ -42,7 +44,7 @@ void tool_motion_apply(ToolMotion *motion, const ToolPose *pose, int64_t step, d
     motion->follow_twist = pose->twist_valid && !hold;
     motion->to_position = pose->position;
     motion->to_orientation = pose->orientation;
-    motion->grip = pose->grip;
+    motion->to_grip = pose->grip;
     motion->linear = pose->linear;
     motion->angular = pose->angular;
 }
@@ -62,6 +64,11 @@ void tool_motion_at(const ToolMotion *motion, double time, Vec3 *position, Quat 
     Quat turn = quat_multiply(motion->to_orientation, quat_conjugate(motion->from_orientation));
     *orientation = quat_unit(quat_multiply(
         quat_from_rotation(vec3_scale(s, quat_to_rotation(turn))), motion->from_orientation));
+}
+
+double tool_motion_grip(const ToolMotion *motion, double time)
+{
+    return motion->follow_twist || time >= motion->period ? motion->to_grip : motion->from_grip;
 }
 
 ToolPlacement tool_motion_within(const ToolMotion *motion, double begin, double time, double h)

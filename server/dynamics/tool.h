@@ -70,7 +70,8 @@ typedef struct ToolMotion {
     int64_t pose_step;    // tick at which it was applied
     int64_t follow_twist; // 0 or 1
     double period;        // measured time between poses [s]; 0: hold at once
-    double grip;          // of the newest pose: 0 open, 1 closed
+    double from_grip;     // when the newest pose arrived: 0 open, 1 closed
+    double to_grip;       // of the newest pose
     Vec3 from_position;   // where the tool was when the newest pose arrived
     Quat from_orientation;
     Vec3 to_position; // the newest pose
@@ -85,7 +86,10 @@ void tool_motion_apply(ToolMotion *motion, const ToolPose *pose, int64_t step, d
                        bool hold);
 // The tool's pose `time` seconds after the tick in which the newest pose was applied began.
 void tool_motion_at(const ToolMotion *motion, double time, Vec3 *position, Quat *orientation);
-// The same with its mean velocity over the substep [begin, begin + h] in which `time` lies.
+// Its grip: that of a pose counts when the tool has got there.
+double tool_motion_grip(const ToolMotion *motion, double time);
+// The same as tool_motion_at with the mean velocity over the substep [begin, begin + h] in which
+// `time` lies.
 ToolPlacement tool_motion_within(const ToolMotion *motion, double begin, double time, double h);
 
 #endif

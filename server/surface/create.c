@@ -233,7 +233,9 @@ void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fix
     model->present = model->rows[0];
 
     state_add_pair(state, model->rows[0], model->rows[1], &model->current, bytes, "%s/rows", name);
-    if (!options->without_contacts || !options->without_loads) {
+    // Pieces of a cut body pull at its virtual nodes from outside.
+    bool pieces = options->cuttable && model->shape == SHAPE_FRAME_BODY;
+    if (!options->without_contacts || !options->without_loads || pieces) {
         size_t forces = (size_t)model->lane_count * 3;
         model->external = model_allocate_reals(model, forces, name, "outside forces", arena);
         state_add(state, model->external, forces * model_real_size(model), "%s/loads", name);

@@ -68,6 +68,65 @@ static void run_case(Bench *bench, const char *name, const ToolOptions *tool, in
     mesh_destroy(&mesh);
 }
 
+// Jaws closed on the top of the same body and drawn 10 mm away: what holding costs, a tick and a
+// held node and evaluation.
+static void run_grasp(Bench *bench, const char *name, double radius, int subdivisions)
+{
+    TriMesh mesh;
+    Status status = {0};
+    BenchWorld world = {0}, free_world = {0};
+    const ToolOptions tool = {.id = 1,
+                              .kind = TOOL_GRASPER,
+                              .capsule_count = 1,
+                              .capsule = {{.radius = radius}},
+                              .max_force = 100.0,
+                              .grip_stiffness = 0.3,
+                              .grip_damping = 0.5};
+    BenchWorldOptions options = {.integrator = INTEGRATOR_LEAPFROG,
+                                 .precision = PRECISION_SINGLE,
+                                 .rate_hz = 1000.0,
+                                 .held_below = true,
+                                 .tool = &tool};
+    bool whole = generate_ico_sphere(&mesh, subdivisions, RADIUS, &status) &&
+                 bench_world_create(&world, &mesh, &options, &status);
+    if (whole) {
+        options.tool = NULL;
+        options.time_step = world.body->h;
+        whole = bench_world_create(&free_world, &mesh, &options, &status);
+    }
+    GraspEvent event = {0};
+    if (!whole) {
+        bench_fail(bench, name, status.text);
+    } else {
+        ToolPose pose = {.position = {0.0, 0.0, RADIUS},
+                         .orientation = {1.0, 0.0, 0.0, 0.0},
+                         .active = true,
+                         .grip = 1.0};
+        sim_set_lockstep(world.sim, true); // the pose stays without being sent again
+        sim_apply_pose(world.sim, 0, &pose, true);
+        sim_step(world.sim);
+        pose.position.z += 0.010;
+        sim_apply_pose(world.sim, 0, &pose, true);
+        time_ticks(world.sim, bench->quick ? 50 : 500);
+        Samples held = {0}, free_ticks = {0};
+        for (int r = 0; r < (bench->quick ? 3 : 25); r++) {
+            samples_add(&held, time_ticks(world.sim, 20));
+            samples_add(&free_ticks, time_ticks(free_world.sim, 20));
+        }
+        if (!sim_next_grasp(world.sim, &event) || event.nodes == 0)
+            bench_fail(bench, name, "the jaws hold nothing");
+        double us = samples_min(&held), us_free = samples_min(&free_ticks);
+        bench_row(bench, name, event.nodes, "us_per_tick", us, "us");
+        bench_row(bench, name, event.nodes, "us_per_tick_without_tool", us_free, "us");
+        bench_row(bench, name, event.nodes, "us_grasp", us - us_free, "us");
+        bench_row(bench, name, event.nodes, "ns_per_held_node",
+                  1e3 * (us - us_free) / (event.nodes * world.body->substeps), "ns");
+    }
+    bench_world_destroy(&world);
+    bench_world_destroy(&free_world);
+    mesh_destroy(&mesh);
+}
+
 #ifdef PLIANT_WITH_VOXEL
 // A cube of 32 cells along each edge, held below; `pressed` differs from its twin by the pose
 // alone.
@@ -133,6 +192,10 @@ void bench_contacts(Bench *bench)
     if (bench_wants(bench, "contact.voxel.20mm"))
         run_voxels(bench, "contact.voxel.20mm", 0.02);
 #endif
+    if (bench_wants(bench, "grasp.small"))
+        run_grasp(bench, "grasp.small", 0.03, 4);
+    if (bench_wants(bench, "grasp.large"))
+        run_grasp(bench, "grasp.large", 0.1, 4);
     static const ToolOptions sphere = {.id = 1,
                                        .kind = TOOL_PROBE,
                                        .capsule_count = 1,

@@ -418,6 +418,52 @@ static void a_log_of_inputs_repeats_cuts_and_strokes_bit_for_bit(void **state)
     client_destroy(client);
 }
 
+#ifdef WITH_HDF5
+static void a_cut_scene_goes_on_from_checkpoints_bit_for_bit(void **state)
+{
+    (void)state;
+    const char *path = scratch("cp.cfg"), *cut = scratch("cut.h5"), *part = scratch("part.h5");
+    write_text(path, SCENE);
+    Client *client = client_create();
+    Daemon daemon;
+    char saved[32], resumed[32], whole[32], parts[32];
+    daemon_start(&daemon, "--checkpoint %s %s", cut, path);
+    client_wait_for_daemon(client);
+    assert_true(cut_at(client, 0.0051, "box")->ok);
+    assert_true(cut_at(client, 0.2003, "ball")->ok);
+    for (int i = 0; i < 30; i++) { // and in the middle of a stroke
+        pose_blade(client, -0.0049, -0.03 + 0.001 * i, true);
+        client_listen(client, 2);
+    }
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    client_destroy(client);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, saved);
+    run_daemon(&daemon, "--offline 0 --resume %s %s", cut, path);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, resumed);
+    assert_string_equal(saved, resumed);
+    run_daemon(&daemon, "--offline 0.3 --resume %s %s", cut, path);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, whole);
+    run_daemon(&daemon, "--offline 0.1 --resume %s --checkpoint %s %s", cut, part, path);
+    run_daemon(&daemon, "--offline 0.2 --resume %s %s", part, path);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, parts);
+    assert_string_equal(whole, parts);
+    // A scene whose body cannot be cut is another one.
+    char other[sizeof SCENE];
+    memcpy(other, SCENE, sizeof other);
+    memcpy(strstr(other, "cuttable = true"), "               ", 15);
+    char *semicolon = strstr(other, "               ;");
+    semicolon[15] = ' ';
+    write_text(path, other);
+    run_daemon(&daemon, "--offline 0.1 --resume %s %s", cut, path);
+    assert_int_equal(daemon.code, 2);
+}
+#endif
+
 // --- load ---
 
 static void hundred_cuts_a_second_are_all_answered_while_a_tool_presses(void **state)
@@ -488,6 +534,9 @@ int main(int argc, char **argv)
     };
     const struct CMUnitTest alone[] = {
         daemon_test(a_log_of_inputs_repeats_cuts_and_strokes_bit_for_bit),
+#ifdef WITH_HDF5
+        daemon_test(a_cut_scene_goes_on_from_checkpoints_bit_for_bit),
+#endif
         daemon_test(hundred_cuts_a_second_are_all_answered_while_a_tool_presses),
     };
     harness_start(argc, argv);

@@ -22,22 +22,42 @@ static long counted(const char *path, const char *name)
     return found;
 }
 
-// Runs the daemon with poses and loads for about a second; returns the sleeps, that is its ticks.
-static long run_watched(const char *counts, double contact_hz, const char *options, Daemon *daemon)
+static Client *start_watched(const char *counts, const char *options, const char *scene,
+                             Daemon *daemon)
 {
-    char head[256], preload[1024];
-    snprintf(head, sizeof head,
-             "publish = { nodes_hz = 60.0; contact_hz = %.1f; status_hz = 20.0; };", contact_hz);
-    // env sets both variables for the daemon alone.
-    snprintf(preload, sizeof preload, "%s", library);
-    setenv("PLIANT_COUNT_CALLS", counts, 1);
     static char assignment[1100];
-    snprintf(assignment, sizeof assignment, "LD_PRELOAD=%s", preload);
+    // env sets both variables for the daemon alone.
+    setenv("PLIANT_COUNT_CALLS", counts, 1);
+    snprintf(assignment, sizeof assignment, "LD_PRELOAD=%s", library);
     daemon_environment(assignment);
     Client *client = client_create();
-    daemon_start(daemon, "%s %s", options, write_scene("silence.cfg", head, PROBE_TOOL));
+    daemon_start(daemon, "%s %s", options, scene);
     daemon_environment(NULL);
     client_wait_for_daemon(client);
+    return client;
+}
+
+// Returns the sleeps, that is the daemon's ticks.
+static long end_watched(const char *counts, Client *client, Daemon *daemon)
+{
+    daemon_signal(daemon, SIGTERM);
+    daemon_wait(daemon);
+    client_destroy(client);
+    assert_int_equal(daemon->code, 0);
+    long sleeps = counted(counts, "sleep");
+    // The end may fall between a sleep and its tick.
+    assert_in_range(sleeps - printed(daemon, "ticks"), 0, 1);
+    return sleeps;
+}
+
+// Runs the daemon with poses and loads for about a second.
+static long run_watched(const char *counts, double contact_hz, const char *options, Daemon *daemon)
+{
+    char head[256];
+    snprintf(head, sizeof head,
+             "publish = { nodes_hz = 60.0; contact_hz = %.1f; status_hz = 20.0; };", contact_hz);
+    Client *client =
+        start_watched(counts, options, write_scene("silence.cfg", head, PROBE_TOOL), daemon);
     const double top[3] = {0.0, 0.0, 0.05}, down[3] = {0.0, 0.0, -0.1};
     send_load(client, top, 0.03, down, 0.2, "");
     send_command(client, PLIANT_COMMAND_T_SET, 0, "gravity_z=-1");
@@ -47,14 +67,7 @@ static long run_watched(const char *counts, double contact_hz, const char *optio
         send_pose(client, &pose);
         client_listen(client, 2);
     }
-    daemon_signal(daemon, SIGTERM);
-    daemon_wait(daemon);
-    client_destroy(client);
-    assert_int_equal(daemon->code, 0);
-    long sleeps = counted(counts, "sleep");
-    // The end may fall between a sleep and its tick.
-    assert_in_range(sleeps - printed(daemon, "ticks"), 0, 1);
-    return sleeps;
+    return end_watched(counts, client, daemon);
 }
 
 static void expect_silence(const char *counts)
@@ -105,12 +118,66 @@ static void files_add_nothing_to_a_tick(void **state)
     assert_non_null(strstr(daemon.out, "recorded frames: "));
 }
 
+#ifdef WITH_CUTS
+// Messages, strokes, tears, presses and a RESET, on both kinds of bodies.
+static void cuts_add_nothing_to_a_tick(void **state)
+{
+    (void)state;
+    static const char scene[] =
+        "name = \"cuts\"; publish = { status_hz = 20.0; contact_hz = 0.0; };\n"
+        "bodies = ( { name = \"box\"; model = \"voxel\"; levels = 1; cuttable = true;\n"
+        "    voxels = { generator = \"box\"; count = [8, 8, 8]; size = 0.005; };\n"
+        "    tear = { stress = 200.0; }; },\n"
+        "  { name = \"ball\"; model = \"surface\"; levels = 1; cuttable = true; shape = {};\n"
+        "    mesh = { generator = \"ico_sphere\"; nodes = 162; radius = 0.03; };\n"
+        "    tear = { stretch = 0.2; }; } );\n"
+        "tools = ( { id = 1; kind = \"probe\"; max_force = 5.0;\n"
+        "            capsules = ( { from = [0.0, 0.0, 0.0]; radius = 0.005; } ); },\n"
+        "          { id = 2; kind = \"blade\"; edge = ([0.0, 0.0, 0.0], [0.0, 0.0, 0.08]); } );\n";
+    Daemon daemon;
+    const char *counts = scratch("cuts.txt"), *path = scratch("cuts.cfg");
+    write_text(path, scene);
+    Client *client = start_watched(counts, "", path, &daemon);
+    char all[] = "";
+    int last = 0;
+    for (int i = 0; i < 400; i++) {
+        double y = 1e-3 * (i % 100 - 50);
+        const double top[3] = {0.0, 0.0, 0.03 - 5e-5 * i}, tip[3] = {0.0031, y, -0.04};
+        pliant_tool_pose_t probe = make_pose(client, top), blade = make_pose(client, tip);
+        blade.tool = 2;
+        blade.active = i % 100 != 99;
+        send_pose(client, &probe);
+        send_pose(client, &blade);
+        if (i % 20 == 10) {
+            double x = -0.03 + 1.6e-4 * i;
+            pliant_cut_t cut = {.sender = client->sender,
+                                .id = last = ++client->next_id,
+                                .before = {{x, -0.05, -0.05}, {x, -0.05, 0.05}},
+                                .after = {{x, 0.05, -0.05}, {x, 0.05, 0.05}},
+                                .body = all};
+            pliant_cut_t_publish(client->lcm, "PLIANT_CUT", &cut);
+        }
+        if (i == 250)
+            command(client, PLIANT_COMMAND_T_RESET, 0, "");
+        client_listen(client, 2);
+    }
+    wait_until(client, find_reply(client, last) != NULL);
+    assert_true(saw_event(client, "cut"));
+    assert_true(saw_event(client, "piece"));
+    end_watched(counts, client, &daemon);
+    expect_silence(counts);
+}
+#endif
+
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         daemon_test(with_contacts_a_tick_writes_one_eventfd),
         daemon_test(without_contacts_a_tick_writes_nothing),
         daemon_test(files_add_nothing_to_a_tick),
+#ifdef WITH_CUTS
+        daemon_test(cuts_add_nothing_to_a_tick),
+#endif
     };
     if (argc < 3)
         return 2;

@@ -16,6 +16,7 @@
 
 #include "geometry/levels.h"
 #include "surface/detail/detail_cut.h"
+#include "surface/detail/detail_frames.h"
 #include "surface/detail/detail_slots.h"
 #include "surface/level_rules.h"
 #include "surface/model.h"
@@ -97,6 +98,7 @@ typedef struct Detail {
                        // ones may both be short
     int spare_slot;    // + window: the rows of lanes without a node
     DetailCut *cut;    // NULL: nothing can cut it
+    DetailFrames *frames; // NULL: that too, or its virtual nodes follow no frame
 
     // --- part of the state ---
     unsigned char *refined; // [faces above the finest level]

@@ -86,9 +86,12 @@ static void evaluate(void *self, const Stage *stage, double h)
     }
     pass.chunk = detail->free_chunk;
     pass.last_chunk = detail->free_chunk_count;
-    bool external = *model->loaded != 0 || model->touched_count > 0;
+    bool pieces = detail->frames != NULL && detail_frames_add(model, &pass);
+    bool external = *model->loaded != 0 || model->touched_count > 0 || pieces;
     run(model, model->kernels->scattered[model->damped][model->shape][external][model->prestressed],
         &pass);
+    if (pieces)
+        detail_frames_take_back(model);
     if (detail->hanging_count > 0)
         detail_hang(model, pass.next);
     if (pass.next != model->rows[1 - model->current])
@@ -211,7 +214,10 @@ static int read_state(const void *self, int *id, Vec3 *position, Vec3 *velocity)
 
 static void measure(const void *self, BodyMeasure *measure)
 {
+    SurfaceModel *model = (SurfaceModel *)self; // for its scratch
     surface_ops.measure(self, measure);
+    if (detail_of(self)->frames != NULL)
+        measure->elastic += detail_frames_energy(model, model->rows[model->current]);
     measure->refused = detail_of(self)->sweep->refused;
 }
 

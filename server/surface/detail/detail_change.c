@@ -50,6 +50,8 @@ void detail_begin_change(SurfaceModel *model)
                                       .gone_parent = (const int(*)[2])detail->gone_parent};
     if (model->basis.rigid != NULL)
         rigid_frame_fit(model->basis.rigid, model->rows[model->current]);
+    if (detail->frames != NULL)
+        detail_frames_fit(model, model->rows[model->current]);
 }
 
 static void touch_leaf_across(Detail *detail, int level, int edge, int face)

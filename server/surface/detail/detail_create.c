@@ -165,6 +165,8 @@ static void create_nodes(SurfaceModel *model, const SurfaceOptions *options, int
             name, model->basis.precision, model->basis.displaced, model->basis.count,
             (const double(*)[3])model->basis.place, model->rigid_weight, arena, state);
     }
+    if (body_frame && options->cuttable)
+        detail_frames_create(model, name, arena, state);
     // Values by mass: of a node of 1 kg.
     detail->shape_rate = level_rules_shape_stiffness(&detail->rules, 1.0);
     detail->shape_drag = level_rules_shape_damping(&detail->rules, 1.0);

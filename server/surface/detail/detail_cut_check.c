@@ -76,7 +76,7 @@ bool detail_cut_check(const Detail *detail)
     // What is locked is refined.
     detail_cut_lock(detail);
     if (!check_places(detail) || !cut_find_check(&detail->cut->finder) ||
-        !detail_tear_check(detail))
+        !detail_tear_check(detail) || !detail_frames_check(detail))
         return false;
     for (int f = 0; f < detail->face_base[detail->finest]; f++)
         if (detail->cut->locked[f] != 0 && detail->refined[f] == 0)

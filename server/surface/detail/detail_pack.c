@@ -366,6 +366,8 @@ void detail_pack(SurfaceModel *model)
     list_chunks(model);
     if (detail->constrained)
         list_hanging(model);
+    if (detail->frames != NULL)
+        detail_frames_sort(model);
     if (model->basis.rigid != NULL) {
         model->basis.rigid->run = detail->run;
         model->basis.rigid->run_count = detail->run_count;

@@ -58,12 +58,13 @@ void detail_push(SurfaceModel *model, int node, Vec3 impulse)
 
 // How a step in the rest place shows in a row: positions take it, turned as the body is; in
 // displacements only what the turn adds.
-static Vec3 shift_of_row(const SurfaceModel *model, Vec3 step)
+static Vec3 shift_of_row(const SurfaceModel *model, int node, Vec3 step)
 {
     bool single = model->basis.precision == PRECISION_SINGLE;
-    if (model->basis.rigid == NULL)
+    const FramePose *pose = detail_frames_pose(model, node);
+    if (pose == NULL)
         return single ? (Vec3){0.0, 0.0, 0.0} : step;
-    const double(*r)[3] = (const double(*)[3])model->basis.rigid->pose.rotation;
+    const double(*r)[3] = (const double(*)[3])pose->rotation;
     Vec3 turned = {r[0][0] * step.x + r[0][1] * step.y + r[0][2] * step.z,
                    r[1][0] * step.x + r[1][1] * step.y + r[1][2] * step.z,
                    r[2][0] * step.x + r[2][1] * step.y + r[2][2] * step.z};
@@ -97,7 +98,7 @@ void detail_release(SurfaceModel *model, int node)
 {
     Vec3 before = place_of(model, node);
     detail_set_place(model, node);
-    Vec3 step = shift_of_row(model, vec3_sub(place_of(model, node), before));
+    Vec3 step = shift_of_row(model, node, vec3_sub(place_of(model, node), before));
     const double shift[3] = {step.x, step.y, step.z};
     for (int c = 0; c < 3; c++) {
         long at = (long)model->slot[node] * ROW + c;
@@ -127,7 +128,7 @@ void detail_give_birth(SurfaceModel *model, int node)
         row[c] = 0.5 * (row[c] + other[c]);
     Vec3 place = place_of(model, node);
     if (model->detail->constrained) {
-        Vec3 step = shift_of_row(model, vec3_sub(place, middle_of_parents(model, node)));
+        Vec3 step = shift_of_row(model, node, vec3_sub(place, middle_of_parents(model, node)));
         row[0] += step.x, row[1] += step.y, row[2] += step.z;
     } else {
         int level = levels_of_node(levels, node) - 1;

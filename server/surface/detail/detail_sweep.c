@@ -81,8 +81,15 @@ static const NodeLook *look_at(const SurfaceModel *model, int node, const Marks 
     look->pass = marks->pass;
     look->position = read_position(model, slot);
     look->moved = vec3_sub(look->position, model_place(model, slot));
-    Vec3 slip = vec3_sub(read_row(model, slot, 4), marks->velocity);
-    slip = vec3_sub(slip, vec3_cross(marks->angular, vec3_sub(look->position, marks->center)));
+    Vec3 center = marks->center, velocity = marks->velocity, angular = marks->angular;
+    if (detail->frames != NULL) { // of its own piece
+        const FramePose *pose = detail_frames_pose(model, node);
+        center = (Vec3){pose->center[0], pose->center[1], pose->center[2]};
+        velocity = (Vec3){pose->velocity[0], pose->velocity[1], pose->velocity[2]};
+        angular = (Vec3){pose->angular[0], pose->angular[1], pose->angular[2]};
+    }
+    Vec3 slip = vec3_sub(read_row(model, slot, 4), velocity);
+    slip = vec3_sub(slip, vec3_cross(angular, vec3_sub(look->position, center)));
     look->slip2 = vec3_dot(slip, slip);
     double force = detail->felt_force[node];
     if (*model->loaded != 0 && detail->status[node] == NODE_FREE)

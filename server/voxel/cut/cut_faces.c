@@ -87,7 +87,7 @@ void cut_faces_join_square(CutFaces *faces, int square)
 // ---------------------------------------------------------------------------------------------
 // Corners
 
-static void touch(CutFaces *faces, int vertex)
+void cut_faces_touch(CutFaces *faces, int vertex)
 {
     if (faces->is_touched[vertex])
         return;
@@ -139,7 +139,7 @@ static void set_corner(CutFaces *faces, int face, int corner, int vertex)
 {
     faces->face[face][corner] = vertex;
     add_to_node(faces, vertex, face);
-    touch(faces, vertex);
+    cut_faces_touch(faces, vertex);
     cut_faces_add_slot(faces, vertex);
     faces->triangle[face][corner] = faces->slot_of[vertex];
 }
@@ -172,7 +172,7 @@ static bool follow_corners(CutFaces *faces, int square)
             if (before == now)
                 continue;
             take_from_node(faces, before, face);
-            touch(faces, before);
+            cut_faces_touch(faces, before);
             set_corner(faces, face, c, now);
             changed = true;
         }
@@ -348,7 +348,7 @@ static void touch_masses(CutFaces *faces)
         const int count = element < faces->cell_count ? NODE_CORNERS : NODE_COUNT;
         for (int n = 0; n < count; n++)
             if (node[n] >= 0 && faces->start[node[n]] < faces->end[node[n]])
-                touch(faces, node[n]);
+                cut_faces_touch(faces, node[n]);
     }
 }
 

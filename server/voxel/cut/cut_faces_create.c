@@ -151,9 +151,8 @@ bool cut_faces_derive(CutFaces *faces, Body *body)
     for (int s = 0; s < *faces->shown; s++)
         cut_faces_join_square(faces, s);
     // All of them, each once, whatever entering squares has touched.
-    faces->touched_count = faces->vertex_count;
     for (int v = 0; v < faces->vertex_count; v++)
-        faces->is_touched[v] = 1, faces->touched[v] = v;
+        cut_faces_touch(faces, v);
     cut_faces_settle_touched(faces);
     cut_faces_tell(faces, body);
     return sound;

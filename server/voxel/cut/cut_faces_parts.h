@@ -15,6 +15,8 @@ void cut_faces_describe_slot(CutFaces *faces, int slot);
 void cut_faces_enter_square(CutFaces *faces, int square);
 // Its neighbours, and it as theirs; when all squares around are there.
 void cut_faces_join_square(CutFaces *faces, int square);
+// Its area and firmness, and those of the faces around it, are to be found anew.
+void cut_faces_touch(CutFaces *faces, int vertex);
 // The mass per area that has firmness 1, by the present state.
 void cut_faces_find_least(CutFaces *faces);
 // Areas and firmness of touched vertices and of the faces around them.

@@ -16,9 +16,13 @@ static unsigned mask_of(uint64_t key)
     return (unsigned)(key >> 32) & 0x3ffffu;
 }
 
+// Without the library that the compiler would call for it.
 static int vertex_count_of(unsigned mask)
 {
-    return NODE_CORNERS + __builtin_popcount(mask);
+    mask = mask - (mask >> 1 & 0x55555555u);
+    mask = (mask & 0x33333333u) + (mask >> 2 & 0x33333333u);
+    mask = (mask + (mask >> 4)) & 0x0f0f0f0fu;
+    return NODE_CORNERS + (int)(mask * 0x01010101u >> 24);
 }
 
 static int class_of(const CutWindows *windows, int element)
@@ -241,17 +245,39 @@ static void pack(CutWindows *windows, int kind, int batch, const uint64_t *key, 
         pack_hanging(windows, batch, key, lanes, mixed, turns);
 }
 
+// Whether the leaves from `k` on fill a batch of one kind.
+static bool fills(const uint64_t *key, int count, int k)
+{
+    return k + LANES <= count && key[k] >> 32 == key[k + LANES - 1] >> 32;
+}
+
+static int count_full(const uint64_t *key, int count)
+{
+    int full = 0;
+    for (int k = 0; k < count;) {
+        const bool whole = fills(key, count, k);
+        full += whole;
+        k += whole ? LANES : 1;
+    }
+    return full;
+}
+
 // A window's own batches, each full of one kind; what is left over is written down for its group.
+// They lie at the high end of their range for every other window, so that those of two windows
+// follow one another and make one run.
 static void pack_window(CutWindows *windows, int window, const Leaves *leaves, const Turns *turns)
 {
     BatchRange *range = &windows->full[window];
+    const bool high = (window - windows->group[windows->group_of[window]].first) % 2 == 0;
     uint64_t *rest = windows->rest + windows->lattice->window[window].first;
     for (int kind = 0; kind < BATCH_KINDS; kind++) {
         const uint64_t *key = leaves->key[kind];
         const int count = leaves->count[kind];
+        range->used[kind] = count_full(key, count);
+        range->first[kind] = high ? range->high[kind] - range->used[kind] : range->low[kind];
         int batch = range->first[kind], left = 0;
         for (int k = 0; k < count;) {
-            if (k + LANES <= count && key[k] >> 32 == key[k + LANES - 1] >> 32) {
+            if (fills(key, count, k)) {
                 pack(windows, kind, batch++, key + k, LANES, false, turns);
                 k += LANES;
             } else {
@@ -260,7 +286,6 @@ static void pack_window(CutWindows *windows, int window, const Leaves *leaves, c
         }
         rest += left;
         windows->rest_count[window][kind] = left;
-        range->used[kind] = batch - range->first[kind];
     }
 }
 
@@ -270,7 +295,8 @@ static void pack_rest(CutWindows *windows, int group, int kind, const Turns *tur
     BatchRange *range = &windows->mixed[group];
     Merge merge = merge_begin(windows, group, kind);
     uint64_t key[LANES + 1];
-    int batch = range->first[kind], lanes = 0;
+    range->first[kind] = range->low[kind];
+    int batch = range->low[kind], lanes = 0;
     while (merge_next(&merge, &key[lanes])) {
         const bool other = kind == BATCH_PLAIN && key[lanes] >> 32 != key[0] >> 32;
         if (other || lanes == LANES) {

@@ -61,14 +61,18 @@ static void create_ranges(CutWindows *windows, const char *name, Arena *arena)
         int rest[256] = {0};
         for (int w = own->first; w < own->end; w++) {
             const int count = lattice->window[w].end - lattice->window[w].first;
-            windows->full[w] = (BatchRange){.first = {end[BATCH_PLAIN], end[BATCH_HANGING]}};
+            BatchRange *range = &windows->full[w];
+            memcpy(range->low, end, sizeof range->low);
             end[BATCH_PLAIN] += most_full(lattice, w, rest);
             end[BATCH_HANGING] += hangs ? count / LANES : 0;
+            memcpy(range->high, end, sizeof range->high);
         }
-        windows->mixed[g] = (BatchRange){.first = {end[BATCH_PLAIN], end[BATCH_HANGING]}};
+        BatchRange *range = &windows->mixed[g];
+        memcpy(range->low, end, sizeof range->low);
         for (int m = 0; m < 256; m++)
             end[BATCH_PLAIN] += batches_for(rest[m]);
         end[BATCH_HANGING] += hangs ? batches_for(elements) : 0;
+        memcpy(range->high, end, sizeof range->high);
     }
 }
 
@@ -107,9 +111,9 @@ static void create_tables(CutWindows *windows, const char *name, Arena *arena)
             pass == 0 ? NULL
                       : arena_allocate(arena, ARENA_STEP, numbers, real, "%s/rest shapes", name);
         for (int g = 0, batch = 0; g < windows->group_count; g++) {
-            const int mixed = windows->mixed[g].first[BATCH_HANGING];
+            const int mixed = windows->mixed[g].low[BATCH_HANGING];
             const int end = g + 1 < windows->group_count
-                                ? windows->full[windows->group[g + 1].first].first[BATCH_HANGING]
+                                ? windows->full[windows->group[g + 1].first].low[BATCH_HANGING]
                                 : count;
             for (; batch < end; batch++) {
                 const int stride = batch < mixed ? 1 : LANES;

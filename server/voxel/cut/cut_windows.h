@@ -29,10 +29,10 @@ typedef struct WindowOptions {
 
 enum { BATCH_PLAIN, BATCH_HANGING, BATCH_KINDS };
 
-// Batches that belong to a window or a group.
+// Batches [low, high) that belong to a window or a group; those in use.
 typedef struct BatchRange {
-    int first[BATCH_KINDS];
-    int used[BATCH_KINDS];
+    int low[BATCH_KINDS], high[BATCH_KINDS]; // constant
+    int first[BATCH_KINDS], used[BATCH_KINDS];
 } BatchRange;
 
 typedef struct WindowGroup {
@@ -47,7 +47,7 @@ typedef struct BatchRun {
 
 // All arrays belong to the arena; [plain] and [hanging] are all batches that may be used.
 typedef struct CutWindows {
-    // --- constant, but for BatchRange.used ---
+    // --- constant, but for what of the ranges is in use ---
     const CutLattice *lattice;
     TemplateCache *templates;
     int material_count;

@@ -1,0 +1,98 @@
+// A grasper over LCM: it closes on the top of a ball, pulls, is pulled back, lets go; the log of it
+// all repeats the run.
+#include "client.h"
+
+#include <signal.h>
+#include <string.h>
+
+static const char HEAD[] = "publish = { nodes_hz = 20.0; contact_hz = 1000.0; status_hz = 20.0; };";
+static const char JAWS[] =
+    "tools = ( { id = 1; kind = \"grasper\"; max_force = 5.0;\n"
+    "  capsules = ( { from = [0.0, 0.0, 0.0]; radius = 0.02; } ); } );\n"
+    "attachments = ( { body = \"sphere\"; sphere = [0.05, 0.0, 0.0]; radius = 0.03; "
+    "to = \"world\"; } );";
+static const double TOP = 0.05;
+
+static void move(Client *client, double height, double grip)
+{
+    const double at[3] = {0.0, 0.0, height};
+    pliant_tool_pose_t pose = make_pose(client, at);
+    pose.grip = grip;
+    send_pose(client, &pose);
+    client_listen(client, 2);
+}
+
+#define move_until(client, height, grip, condition)                                                \
+    do {                                                                                           \
+        double limit_ = client_now() + 30.0;                                                       \
+        while (!(condition) && client_now() < limit_)                                              \
+            move((client), (height), (grip));                                                      \
+        if (!(condition))                                                                          \
+            fail_msg("moved the jaws in vain for: %s", #condition);                                \
+    } while (0)
+
+static const char *text_of(const Client *client, const char *kind)
+{
+    for (int i = 0; i < client->events; i++)
+        if (strcmp(client->event[i].kind, kind) == 0)
+            return client->event[i].text;
+    return "";
+}
+
+static void jaws_take_hold_pull_and_let_go(void **state)
+{
+    (void)state;
+    Daemon daemon, again;
+    Client *client = client_create();
+    const char *scene = write_scene("grasp.cfg", HEAD, JAWS);
+    daemon_start(&daemon, "--log-inputs %s %s", scratch("grasp.log"), scene);
+    client_wait_for_daemon(client);
+    move_until(client, TOP + 0.1, 0.0, client->contact.pose_utime != 0);
+    assert_false(client->contact.contact);
+    move_until(client, TOP + 0.1, 0.9, client->contacts > 100); // on nothing
+    assert_false(client->contact.contact);
+    move_until(client, TOP + 0.1, 0.0, client->contacts > 200);
+    // Onto the top, open, then closed: it holds without a jerk.
+    int before = client->contacts;
+    move_until(client, TOP, 1.0, client->contact.contact && client->contacts > before + 100);
+    wait_until(client, saw_event(client, "grasp"));
+    assert_non_null(strstr(text_of(client, "grasp"), "tool 1 holds "));
+    // Pulled up by 20 mm: drawn back down.
+    for (int i = 0; i <= 200; i++)
+        move(client, TOP + 1e-4 * i, 1.0);
+    move_until(client, TOP + 0.02, 1.0, client->contact.force[2] < -0.1);
+    double pull = client->contact.force[2];
+    expect_at_least(pull, -5.0); // max_force
+    expect_near(client->contact.depth, 0.0, 0.0);
+    client_fresh_status(client);
+    expect_at_least(client->status.max_displacement, 0.005);
+    assert_false(saw_event(client, "release"));
+    move_until(client, TOP + 0.02, 0.45, client->contact.contact); // half open holds
+    move_until(client, TOP + 0.02, 0.1, !client->contact.contact);
+    wait_until(client, saw_event(client, "release"));
+    for (int k = 0; k < 3; k++)
+        expect_near(client->contact.force[k], 0.0, 0.0);
+    move_until(client, TOP + 0.1, 0.0, client->contacts > before + 1000);
+    client_fresh_status(client);
+    assert_int_equal(client->status.resets, 0);
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    client_destroy(client);
+    assert_int_equal(daemon.code, 0);
+
+    char live[32], repeated[32];
+    printed_state(&daemon, live);
+    run_daemon(&again, "--offline 1000 --input %s %s", scratch("grasp.log"), scene);
+    assert_int_equal(again.code, 0);
+    printed_state(&again, repeated);
+    assert_string_equal(live, repeated);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(jaws_take_hold_pull_and_let_go),
+    };
+    harness_start(argc, argv);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}
