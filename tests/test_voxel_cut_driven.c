@@ -71,7 +71,11 @@ static void expect_sound(CutWorld *world)
     cut_bench_expect_closed(surface);
     cut_world_check_masses(world);
     const int pieces = (int)*model->pieces.count, faces = surface->face_used;
-    const size_t bytes = state_bytes(&world->state);
+    const size_t nodes = (size_t)surface->node_used * sizeof(double),
+                 triangles = (size_t)faces * sizeof(double), bytes = state_bytes(&world->state);
+    double *node_firmness = malloc(nodes), *face_firmness = malloc(triangles);
+    memcpy(node_firmness, surface->node_firmness, nodes);
+    memcpy(face_firmness, surface->face_firmness, triangles);
     void *before = malloc(bytes), *after = malloc(bytes);
     state_copy_out(&world->state, before);
     sim_restored(world->sim);
@@ -80,6 +84,10 @@ static void expect_sound(CutWorld *world)
     assert_true(world->body->ops->check(model));
     assert_int_equal(pieces, (int)*model->pieces.count);
     assert_int_equal(faces, surface->face_used);
+    assert_memory_equal(node_firmness, surface->node_firmness, nodes);
+    assert_memory_equal(face_firmness, surface->face_firmness, triangles);
+    free(node_firmness);
+    free(face_firmness);
     free(before);
     free(after);
 }
@@ -196,12 +204,53 @@ static void stroke_goes_on_in_the_same_bits_after_a_restore(void **unused)
     cut_world_destroy(&world);
 }
 
+// What follows from scratch is what sim_create asked contact for.
+static void uncut_body_is_as_firm_as_contact_says(void **unused)
+{
+    (void)unused;
+    for (int kind = 0; kind < 3; kind++) {
+        CutWorld world;
+        make_world(&world, kind, false);
+        expect_sound(&world);
+        cut_world_destroy(&world);
+    }
+}
+
+static void cut_without_room_changes_nothing(void **unused)
+{
+    (void)unused;
+    for (int which = 0; which < 2; which++) {
+        VoxelWorldOptions options = voxel_world_cube(8);
+        if (which == 0)
+            options.body.face_capacity = 2 * 6 * 64 + 40; // ten faces
+        else
+            options.body.vertex_capacity = 9 * 9 * 9 + 10;
+        CutWorld world;
+        cut_world_create(&world, &options);
+        const CutOptions cut = cut_world_sweep(vec3(0.001, 0.0, 0.0), vec3(0.0, 0.0, 1.0),
+                                               vec3(0.0, 1.0, 0.0), 1.0, -1.0, 1.0);
+        CutOutcome outcome;
+        const uint64_t before = state_hash(&world.state);
+        TopologyChange change;
+        const CutSweep sweep = {
+            .phase = CUT_WHOLE, .before = cut.before, .after = cut.after, .blade = -1};
+        assert_false(world.body->ops->cut(world.body, &sweep, &outcome, &change));
+        assert_int_equal(outcome.verdict, which == 0 ? CUT_NO_FACES : CUT_NO_NODES);
+        assert_true(outcome.needed > outcome.room);
+        assert_true(state_hash(&world.state) == before);
+        expect_sound(&world);
+        cut_world_destroy(&world);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(uncut_body_is_as_firm_as_contact_says),
         cmocka_unit_test(whole_strokes_separate_swinging_bodies),
         cmocka_unit_test(strokes_that_stop_inside_separate_nothing),
         cmocka_unit_test(many_strokes_keep_a_body_sound),
+        cmocka_unit_test(cut_without_room_changes_nothing),
         cmocka_unit_test(stroke_goes_on_in_the_same_bits_after_a_restore),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -51,14 +51,16 @@ typedef struct CutBlades {
     int hit_count;
 
     // --- scratch ---
-    unsigned char *hit_bits; // [cell] bit d: its face towards +d is among them
-    BladeMemory whole;       // of commands
-    int (*before)[3];        // [cell] where it was when the tick began, in q
-    int *code_stamp;         // [cell] for which its code holds
-    unsigned char *code;     // [cell]
-    int last_code;           // stamp
-    int *brick;              // [brick_count] that the sweep may meet
-    int64_t looked_at;       // links, since the start
+    unsigned char *hit_bits;     // [cell] bit d: its face towards +d is among them
+    BladeMemory whole;           // of commands
+    int (*before)[3];            // [cell] where it was when the tick began, in q
+    int *code_stamp;             // [cell] for which its code holds
+    unsigned char *code;         // [cell]
+    int last_code;               // stamp
+    unsigned short *vertex_code; // [vertex] on which sides of a command's sweep
+    unsigned short *near_code;   // [cell] on which all of its element is
+    int *brick;                  // [brick_count] that the sweep may meet
+    int64_t looked_at;           // links, since the start
 } CutBlades;
 
 // Load time.

@@ -112,6 +112,11 @@ Vec3 cut_centre(CellCentres *centres, int cell)
     return to_world(centres, vec3_scale(0.125, sum));
 }
 
+Vec3 cut_centres_vertex(const CellCentres *centres, int vertex)
+{
+    return to_world(centres, vertex_at(centres, vertex));
+}
+
 void cut_centres_grow(const CellCentres *centres, int cell, double low[3], double high[3])
 {
     const CutLattice *lattice = centres->lattice;

@@ -21,6 +21,7 @@ void cut_centres_begin(CellCentres *centres, const CutLattice *lattice, const Ro
                        const void *row);
 // In the world [m].
 Vec3 cut_centre(CellCentres *centres, int cell);
+Vec3 cut_centres_vertex(const CellCentres *centres, int vertex); // likewise
 // A box in the rows' coordinates grows by the vertices of the leaf that covers a cell.
 void cut_centres_grow(const CellCentres *centres, int cell, double low[3], double high[3]);
 

@@ -1,0 +1,251 @@
+// What of a body may be near a blade: bricks of cells by boxes that are kept, or all cells by which
+// sides of a command's sweep their vertices are on.
+#include "voxel/cut/cut_blade_parts.h"
+
+#include <math.h>
+
+// ---------------------------------------------------------------------------------------------
+// Boxes of bricks
+
+static void make_box(const CutBlades *blades, const CellCentres *centres, int brick, BladeBox *box)
+{
+    const CutLattice *lattice = blades->lattice;
+    double low[3], high[3];
+    for (int c = 0; c < 3; c++)
+        low[c] = (double)INFINITY, high[c] = -(double)INFINITY;
+    for (int cell = lattice->window[brick].first, leaf = -1; cell < lattice->window[brick].end;
+         cell++) {
+        const int own = cut_lattice_leaf_of(lattice, cell);
+        if (own != leaf)
+            cut_centres_grow(centres, cell, low, high);
+        leaf = own;
+        for (int axis = 0; axis < 3; axis++) { // links reach beyond the brick
+            if (lattice->element[cell].cell[axis] % WINDOW_EDGE != WINDOW_EDGE - 1)
+                continue;
+            const int beyond = blades->beyond[cell][axis];
+            if (beyond >= 0 && cut_lattice_leaf_of(lattice, beyond) != own)
+                cut_centres_grow(centres, beyond, low, high);
+        }
+    }
+    for (int r = 0; r < 3; r++) {
+        double middle = centres->shift[r], half = 0.0;
+        for (int c = 0; c < 3; c++) {
+            middle += centres->turn[r][c] * 0.5 * (low[c] + high[c]);
+            half += fabs(centres->turn[r][c]) * 0.5 * (high[c] - low[c]);
+        }
+        box->low[r] = middle - half, box->high[r] = middle + half;
+    }
+}
+
+// The largest speed of a vertex [m/s], bounded from the largest component.
+static double largest_speed(const CutBlades *blades, const void *row)
+{
+    const int count = cut_lattice_used(blades->lattice);
+    if (blades->rows->precision == PRECISION_SINGLE) {
+        const float *r = row;
+        float most = 0.0F;
+        for (int i = 0; i < count; i++, r += ROW) {
+            const float square = r[4] * r[4] + r[5] * r[5] + r[6] * r[6];
+            most = square > most ? square : most;
+        }
+        return sqrt((double)most);
+    }
+    const double *r = row;
+    double most = 0.0;
+    for (int i = 0; i < count; i++, r += ROW) {
+        const double square = r[4] * r[4] + r[5] * r[5] + r[6] * r[6];
+        most = square > most ? square : most;
+    }
+    return sqrt(most);
+}
+
+// Speeds at the ends of ticks tell what a tick's motion is but for a factor, which is taken as two.
+void cut_near_note_motion(BladeSearch *search, double tick, const void *row)
+{
+    BladeStroke *stroke = search->memory->stroke;
+    const double motion = 2.0 * tick * largest_speed(search->blades, row);
+    stroke->travel += motion;
+    search->travel = stroke->travel;
+    // Cells are remembered before the blade can reach them, in the next tick too.
+    search->margin = motion + 0.25 * search->blades->size;
+}
+
+// By how much a box may be too small.
+static double growth(const BladeSearch *search, const BladeBox *box)
+{
+    return search->margin + search->travel - box->made;
+}
+
+static Vec3 place_of(const CutBlades *blades, CutPoint point)
+{
+    const Vec3 origin = blades->rows->rest_origin;
+    return vec3(origin.x + blades->q * (double)point.x[0],
+                origin.y + blades->q * (double)point.x[1],
+                origin.z + blades->q * (double)point.x[2]);
+}
+
+// Shifts of the edge and rounding are of a few q.
+static bool boxes_meet(const BladeSearch *search, const BladeBox *box, const double low[3],
+                       const double high[3])
+{
+    const double grown = growth(search, box) + 64.0 * search->blades->q;
+    bool apart = false;
+    for (int c = 0; c < 3; c++)
+        apart |= box->low[c] - grown > high[c] || box->high[c] + grown < low[c];
+    return !apart;
+}
+
+// Bricks whose box meets that of the four ends of the edge. Boxes near by are made anew once they
+// have become too large.
+void cut_near_find_bricks(BladeSearch *search, const CutPoint from[2], const CutPoint to[2])
+{
+    const CutBlades *blades = search->blades;
+    double low[3], high[3];
+    for (int c = 0; c < 3; c++)
+        low[c] = (double)INFINITY, high[c] = -(double)INFINITY;
+    for (int k = 0; k < 4; k++) {
+        const Vec3 x = place_of(blades, k < 2 ? from[k] : to[k - 2]);
+        const double at[3] = {x.x, x.y, x.z};
+        for (int c = 0; c < 3; c++) {
+            low[c] = at[c] < low[c] ? at[c] : low[c];
+            high[c] = at[c] > high[c] ? at[c] : high[c];
+        }
+    }
+    search->brick_count = 0;
+    for (int b = 0; b < blades->brick_count; b++) {
+        BladeBox *box = &search->memory->box[b];
+        if (!(box->made >= 0.0) || (boxes_meet(search, box, low, high) &&
+                                    search->travel - box->made > 0.5 * blades->size)) {
+            make_box(blades, &search->centres, b, box);
+            box->made = search->travel;
+        }
+        if (boxes_meet(search, box, low, high))
+            blades->brick[search->brick_count++] = b;
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Where cells were and are
+
+void cut_near_look_at(BladeSearch *search, int cell)
+{
+    CutBlades *blades = search->blades;
+    BladeMemory *memory = search->memory;
+    if (memory->stamp[cell] == search->now)
+        return;
+    const Vec3 x = cut_centre(&search->centres, cell), origin = blades->rows->rest_origin;
+    const double part[3] = {x.x - origin.x, x.y - origin.y, x.z - origin.z};
+    const bool known = memory->stamp[cell] == search->was;
+    for (int c = 0; c < 3; c++) {
+        double units = floor(part[c] / blades->q + 0.5);
+        if (!(fabs(units) < 0x1p30)) {
+            search->lost = true;
+            units = 0.0;
+        }
+        const int now = (int)units;
+        blades->before[cell][c] = known ? memory->centre[cell][c] : now;
+        memory->centre[cell][c] = now;
+    }
+    memory->stamp[cell] = search->now;
+}
+
+void cut_near_look_at_brick(BladeSearch *search, int brick)
+{
+    const CutLattice *lattice = search->blades->lattice;
+    const CutWindow *window = &lattice->window[brick];
+    for (int cell = window->first; cell < window->end; cell++) {
+        cut_near_look_at(search, cell);
+        for (int axis = 0; axis < 3; axis++) {
+            if (lattice->element[cell].cell[axis] % WINDOW_EDGE != WINDOW_EDGE - 1)
+                continue;
+            const int beyond = search->blades->beyond[cell][axis];
+            if (beyond >= 0)
+                cut_near_look_at(search, beyond);
+        }
+    }
+}
+
+// Whether a brick is not clear of the edge's box or both planes.
+bool cut_near_brick_may_meet(const BladeSearch *search, int brick)
+{
+    const CutBlades *blades = search->blades;
+    const BladeBox *box = &search->memory->box[brick];
+    const Vec3 o = blades->rows->rest_origin;
+    const double origin[3] = {o.x, o.y, o.z};
+    const double grown = growth(search, box) / blades->q + 64.0;
+    double middle[3], half[3];
+    for (int c = 0; c < 3; c++) {
+        middle[c] = (0.5 * (box->low[c] + box->high[c]) - origin[c]) / blades->q;
+        half[c] = 0.5 * (box->high[c] - box->low[c]) / blades->q + grown;
+        if (middle[c] + half[c] < search->low[c] || middle[c] - half[c] > search->high[c])
+            return false;
+    }
+    int clear = 0;
+    for (int t = 0; t < 2; t++) {
+        double sum = 0.0, reach = 0.0;
+        for (int c = 0; c < 3; c++) {
+            sum += search->normal[t][c] * (middle[c] - search->at[t][c]);
+            reach += fabs(search->normal[t][c]) * half[c];
+        }
+        clear += fabs(sum) > reach * (1.0 + 1e-9);
+    }
+    return clear < 2;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Codes: a bit for each side of the box (low, high by axis) and of the two planes on which a place
+// certainly is, whatever the edge is shifted by. What all vertices of an element have in common its
+// cells' centres have too.
+
+enum { SHIFTS = 64 }; // [q] more than all shifts, and rounding
+
+static unsigned code_of_place(const BladeSearch *search, const double at[3])
+{
+    unsigned code = 0;
+    for (int c = 0; c < 3; c++) {
+        code |= (unsigned)(at[c] < search->low[c] - SHIFTS) << 2 * c;
+        code |= (unsigned)(at[c] > search->high[c] + SHIFTS) << (2 * c + 1);
+    }
+    for (int t = 0; t < 2; t++) {
+        double sum = 0.0, size = 0.0;
+        for (int c = 0; c < 3; c++) {
+            sum += search->normal[t][c] * (at[c] - search->at[t][c]);
+            size += fabs(search->normal[t][c]);
+        }
+        code |= (unsigned)(sum > SHIFTS * size) << (6 + 2 * t);
+        code |= (unsigned)(sum < -SHIFTS * size) << (7 + 2 * t);
+    }
+    return code;
+}
+
+static void find_vertex_codes(BladeSearch *search)
+{
+    CutBlades *blades = search->blades;
+    const Vec3 o = blades->rows->rest_origin;
+    const int count = cut_lattice_used(blades->lattice);
+    for (int v = 0; v < count; v++) {
+        const Vec3 x = vec3_sub(cut_centres_vertex(&search->centres, v), o);
+        const double at[3] = {x.x / blades->q, x.y / blades->q, x.z / blades->q};
+        blades->vertex_code[v] = (unsigned short)code_of_place(search, at);
+    }
+}
+
+void cut_near_find_codes(BladeSearch *search)
+{
+    CutBlades *blades = search->blades;
+    const CutLattice *lattice = blades->lattice;
+    find_vertex_codes(search);
+    unsigned code = 0;
+    for (int cell = 0, before = -1; cell < blades->cell_count; cell++) {
+        const int leaf = cut_lattice_leaf_of(lattice, cell);
+        if (leaf != before) {
+            const int *node = cut_lattice_nodes(lattice, leaf);
+            const int count = leaf == cell ? NODE_CORNERS : NODE_COUNT;
+            code = 0x3ff;
+            for (int n = 0; n < count; n++)
+                code &= node[n] < 0 ? 0x3ffu : blades->vertex_code[node[n]];
+        }
+        before = leaf;
+        blades->near_code[cell] = (unsigned short)code;
+    }
+}
