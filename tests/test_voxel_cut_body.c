@@ -46,6 +46,61 @@ static void uncut_body_moves_as_one_that_cannot_be_cut(void **unused)
     }
 }
 
+// What a hand feels of either is the same matrix; blocks add up in another order.
+static void uncut_body_tells_the_stiffness_of_one_that_cannot_be_cut(void **unused)
+{
+    (void)unused;
+    for (int law = 0; law < 2; law++) {
+        VoxelWorldOptions options = voxel_world_cube(16), plain_options = voxel_world_cube(16);
+        options.body.law = plain_options.body.law = (VoxelLaw)law;
+        CutWorld world;
+        VoxelWorld plain;
+        Arena arena = {0};
+        cut_world_create(&world, &options);
+        voxel_world_create(&plain, &plain_options);
+        Patch *patch[2];
+        const Region region = {REGION_CAPSULE, {0.03, 0.01, 0.04}, {0.03, 0.01, 0.04}, 0.016};
+        for (int k = 0; k < 2; k++) {
+            const Body *body = k == 0 ? world.body : plain.body;
+            patch[k] = patch_create(world.model->lattice.vertex_capacity, "patch", &arena);
+            patch_begin(patch[k], &region, 0.01, false);
+            int calls = 0;
+            while (!body->ops->gather_patch(body->model, patch[k], 3000))
+                calls++;
+            assert_true(calls > 2);
+            assert_false(patch[k]->full);
+        }
+        const int count = patch[0]->node_count;
+        assert_true(count > 30);
+        assert_int_equal(count, patch[1]->node_count);
+        assert_memory_equal(patch[0]->node, patch[1]->node, (size_t)count * sizeof(int));
+        assert_int_equal(patch[0]->block_count, patch[1]->block_count);
+        PatchColumns *x = calloc((size_t)count, sizeof *x), *y[2];
+        uint64_t seed = 24;
+        for (int i = 0; i < count; i++)
+            for (int c = 0; c < 3; c++)
+                x[i].of[c] = random_vec3(&seed);
+        double largest = 0.0;
+        for (int k = 0; k < 2; k++) {
+            y[k] = calloc((size_t)count, sizeof *y[k]);
+            patch_multiply(patch[k], x, y[k], 0, patch[k]->block_count);
+        }
+        for (int i = 0; i < count; i++)
+            largest = fmax(largest, vec3_length(y[1][i].of[0]));
+        assert_true(largest > 0.0);
+        for (int i = 0; i < count; i++)
+            for (int c = 0; c < 3; c++)
+                expect_near(vec3_length(vec3_sub(y[0][i].of[c], y[1][i].of[c])), 0.0,
+                            1e-12 * largest);
+        free(x);
+        free(y[0]);
+        free(y[1]);
+        arena_destroy(&arena);
+        cut_world_destroy(&world);
+        voxel_world_destroy(&plain);
+    }
+}
+
 // --- momentum ---
 
 static void expect_same_momentum(const WorldMomentum *before, const WorldMomentum *after)
@@ -244,6 +299,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(uncut_body_moves_as_one_that_cannot_be_cut),
+        cmocka_unit_test(uncut_body_tells_the_stiffness_of_one_that_cannot_be_cut),
         cmocka_unit_test(cuts_and_divisions_keep_momentum_and_mass),
         cmocka_unit_test(copies_and_middles_in_a_fixed_region_are_fixed),
         cmocka_unit_test(whole_sweep_through_a_cube_gives_two_halves),

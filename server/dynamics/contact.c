@@ -94,7 +94,10 @@ void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation
     // Walls of hollow bodies are seen early, so that sides are known before they are touched. What
     // comes to a solid's faces in a tick is what these move: by an edge, in a body that holds.
     const BodySurface *surface = &contact->body->surface;
-    double margin = surface->solid ? fmin(r, surface->longest_edge) : r;
+    double margin = r;
+    if (surface->solid)
+        margin = fmin(
+            r, fmax((CONTACT_SOLID_REACH - 1.0) * contact->largest_radius, surface->longest_edge));
     if (!clear)
         contact_find_candidates(contact, &at, margin + fmin(way, cap) + fmin(swing, cap));
     // Near a body the proxy walks in small steps, substep by substep; in free air it follows at

@@ -55,7 +55,8 @@ void contact_set_stiffness(Body *body)
 void contact_bounds(const Body *body, const ToolOptions *tool, double *lambda, double *damping)
 {
     // A face penalty adds at most a lambda_b a capsule; a plane acts on nodes: a third of that.
-    double count = tool->capsule_count + (tool->has_plane ? 1.0 / 3.0 : 0.0);
+    double of_capsule = body->surface.solid ? CONTACT_SOLID_BOUND : 1.0;
+    double count = of_capsule * tool->capsule_count + (tool->has_plane ? 1.0 / 3.0 : 0.0);
     *lambda = count * body->contact_ratio * body->contact_lambda;
     *damping = body->contact_damping * *lambda;
 }
@@ -189,6 +190,8 @@ static void create_for_capsules(Contact *contact, const char *name, Arena *arena
     contact->x = ALLOCATE(contact->ring_capacity, Vec3, "positions");
     contact->x_begin = ALLOCATE(contact->node_capacity, Vec3, "positions before");
     contact->node_normal = ALLOCATE(contact->node_capacity, Vec3, "node normals");
+    if (contact->body->surface.solid)
+        contact->ridge = ALLOCATE(contact->node_capacity, double, "ridges");
 }
 
 Contact *contact_create(const char *name, const ToolOptions *tool, bool plane, Body *body,

@@ -42,6 +42,13 @@ typedef struct PushSums {
 // Of the radius: the proxy's largest step in a substep.
 #define CONTACT_STEP_CAP 0.25
 
+// Of the radius: how near the axis may come to a solid's faces; and how far from it a face of a
+// solid may be felt then.
+#define CONTACT_SOLID_FLOOR (1.0 / 3.0)
+#define CONTACT_SOLID_REACH 1.14
+// What the push of a solid's faces may add to the bounds, times that of a pair along its distance.
+#define CONTACT_SOLID_BOUND 1.3
+
 // How far behind a tool with a proxy a wall may be that it has crossed, as a share of the radius:
 // the proxy steps back before its axis comes to a wall, so what shows its back farther off was not
 // crossed but seen through another wall.
@@ -97,6 +104,7 @@ struct Contact {
     Vec3 *x;              // [ring_capacity] position [m]
     Vec3 *v, *f;          // velocity [m/s], force [N]
     Vec3 *node_normal;    // area-weighted, not unit; zero on a border
+    double *ridge;        // solids only: how far a node stands out of those around it, in edges
     ToolPlacement begin;  // of the proxy
     Vec3 *x_begin;        // [m]
     double *gap_begin[TOOL_SHAPES]; // distance per capsule [m]

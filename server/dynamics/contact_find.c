@@ -156,6 +156,24 @@ static Vec3 node_normal(const Contact *contact, int node)
     return sum;
 }
 
+// How far a node stands out of those around it, along its normal, in edges: nothing where it is
+// flat, 0.35 and more at a cube's edges and corners, less than nothing in a hollow.
+static double node_ridge(const Contact *contact, int node, Vec3 normal)
+{
+    const BodySurface *surface = &contact->body->surface;
+    Vec3 sum = {0.0, 0.0, 0.0}, x = contact->x[contact->local[node]];
+    double length = 0.0;
+    for (int k = surface->node_face_start[node]; k < surface->node_face_end[node]; k++) {
+        const int *corner = surface->face[surface->node_face[k]];
+        for (int c = 0; c < 3; c++) { // itself adds nothing
+            Vec3 away = vec3_sub(x, contact->x[contact->local[corner[c]]]);
+            sum = vec3_add(sum, away);
+            length += vec3_length(away);
+        }
+    }
+    return length > 0.0 ? vec3_dot(sum, vec3_unit(normal)) / length : 0.0;
+}
+
 static void compute_node_normals(Contact *contact)
 {
     const BodySurface *surface = &contact->body->surface;
@@ -176,6 +194,9 @@ static void compute_node_normals(Contact *contact)
     for (int i = 0; i < own; i++) // without a ring, as on a border: the face's own normal decides
         contact->node_normal[i] =
             i < whole ? node_normal(contact, contact->node[i]) : (Vec3){0.0, 0.0, 0.0};
+    for (int i = 0; i < own && contact->ridge != NULL; i++)
+        contact->ridge[i] =
+            i < whole ? node_ridge(contact, contact->node[i], contact->node_normal[i]) : 1.0;
     for (int i = 0; i < contact->local_count; i++)
         contact->local[contact->node[i]] = -1;
     contact->local_count = own; // the ring was needed for the normals only

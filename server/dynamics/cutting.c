@@ -130,9 +130,10 @@ bool cutting_check(const Sim *sim)
             return false;
         for (int k = 0; k < stroke_count(sim, b); k++) {
             const Stroke *stroke = &sim->cutting->stroke[b][k];
-            if ((stroke->cut.under_way != 0 && stroke->cut.under_way != 1) ||
-                stroke->cut.tries < 0 || stroke->cut.tries > INT_MAX ||
-                !edge_finite(&stroke->cut.edge) || stroke->separated < 0 || stroke->nodes_added < 0)
+            if ((stroke->cut.under_way != 0 && stroke->cut.under_way != 1) || stroke->lifted < 0 ||
+                stroke->lifted > STROKE_LIFTED || stroke->cut.tries < 0 ||
+                stroke->cut.tries > INT_MAX || !edge_finite(&stroke->cut.edge) ||
+                stroke->separated < 0 || stroke->nodes_added < 0)
                 return false;
         }
     }
@@ -271,7 +272,7 @@ static void sweep_blade(Sim *sim, int b, int blade, CutPhase phase, BladeEdge to
 {
     Stroke *stroke = &sim->cutting->stroke[b][blade];
     if (phase == CUT_BEGINS)
-        *stroke = (Stroke){.cut = {.under_way = 1, .edge = to}};
+        stroke->cut = (CutStroke){.under_way = 1, .edge = to};
     CutSweep sweep = {.phase = phase,
                       .before = stroke->cut.edge,
                       .after = to,
@@ -285,14 +286,20 @@ static void sweep_blade(Sim *sim, int b, int blade, CutPhase phase, BladeEdge to
     if (!cut_refuses(outcome.verdict))
         return;
     tell_refusal(sim, b, sim->cutting->blade_tool[blade], &outcome);
-    stroke->lifted = 1;
+    stroke->lifted = STROKE_BROKEN;
 }
 
-// The blade has left: the summary of the stroke.
-static void end_stroke(Sim *sim, int b, int blade)
+// The blade has left: the summary of the stroke. One that was broken off for the body's own reasons
+// goes on for whoever moves the blade, and is told of when he lifts it.
+static void end_stroke(Sim *sim, int b, int blade, bool left)
 {
     Stroke *stroke = &sim->cutting->stroke[b][blade];
     sweep_blade(sim, b, blade, CUT_ENDS, stroke->cut.edge);
+    if (!left) {
+        stroke->cut = (CutStroke){0};
+        stroke->lifted = 0;
+        return;
+    }
     if (stroke->separated > 0) {
         CutOutcome sum = {.verdict = CUT_DONE,
                           .separated = stroke->separated,
@@ -313,21 +320,35 @@ static void stroke_body(Sim *sim, int b, int blade)
     Stroke *stroke = &sim->cutting->stroke[b][blade];
     if (!motion->active) {
         if (stroke->cut.under_way)
-            end_stroke(sim, b, blade);
+            end_stroke(sim, b, blade, true);
         return;
     }
     BladeEdge now = edge_now(sim, sim->cutting->blade_tool[blade]);
-    if (stroke->cut.under_way && (stroke->lifted || is_jump(sim, &stroke->cut.edge, &now)))
-        end_stroke(sim, b, blade);
+    bool left = stroke->lifted == STROKE_LIFTED || is_jump(sim, &stroke->cut.edge, &now);
+    if (stroke->cut.under_way && (left || stroke->lifted == STROKE_BROKEN))
+        end_stroke(sim, b, blade, left);
     sweep_blade(sim, b, blade, stroke->cut.under_way ? CUT_GOES_ON : CUT_BEGINS, now);
 }
 
-void cutting_lift(Sim *sim, int tool, int body)
+static void mark_strokes(Sim *sim, int tool, int body, int64_t as)
 {
     for (int b = 0; b < sim->body_count && sim->cutting != NULL; b++)
-        for (int k = 0; k < stroke_count(sim, b); k++)
-            if ((tool < 0 || sim->cutting->blade_tool[k] == tool) && (body < 0 || body == b))
-                sim->cutting->stroke[b][k].lifted |= sim->cutting->stroke[b][k].cut.under_way;
+        for (int k = 0; k < stroke_count(sim, b); k++) {
+            Stroke *stroke = &sim->cutting->stroke[b][k];
+            if ((tool < 0 || sim->cutting->blade_tool[k] == tool) && (body < 0 || body == b) &&
+                stroke->cut.under_way && stroke->lifted != STROKE_LIFTED)
+                stroke->lifted = as;
+        }
+}
+
+void cutting_lift(Sim *sim, int tool)
+{
+    mark_strokes(sim, tool, -1, STROKE_LIFTED);
+}
+
+void cutting_break_off(Sim *sim, int body)
+{
+    mark_strokes(sim, -1, body, STROKE_BROKEN);
 }
 
 // ---------------------------------------------------------------------------------------------

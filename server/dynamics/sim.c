@@ -277,7 +277,7 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
 void sim_apply_pose(Sim *sim, int tool, const ToolPose *pose, bool hold)
 {
     if (!pose->active)
-        cutting_lift(sim, tool, -1);
+        cutting_lift(sim, tool);
     tool_motion_apply(&sim->motion[tool], pose, sim->clock->step, sim->tick, hold);
 }
 

@@ -17,11 +17,14 @@ typedef struct SimClock {
     int64_t next_load; // first of the scene's loads not yet started
 } SimClock;
 
+enum { STROKE_BROKEN = 1, STROKE_LIFTED };
+
 // One blade in one body; plain data, part of the state.
 typedef struct Stroke {
     CutStroke cut;
     int64_t separated, nodes_added; // since it began
-    int64_t lifted; // 1: what comes next is another stroke, though the blade is active again
+    int64_t lifted;                 // what comes next is another one, though the blade is active:
+                                    // STROKE_BROKEN off by the body, or STROKE_LIFTED
 } Stroke;
 
 // A body that can be cut or torn; plain data, part of the state.
@@ -97,8 +100,10 @@ void cutting_create(Sim *sim);
 void cutting_settled(Sim *sim);
 void cutting_stage(Sim *sim);
 void reconstruct_stage(Sim *sim);
-// What a blade (-1: any) does next in a body (-1: any) is another stroke.
-void cutting_lift(Sim *sim, int tool, int body);
+// A tool was withdrawn: what it does next is another stroke.
+void cutting_lift(Sim *sim, int tool);
+// A body was restored: what its links did is no motion that a blade cuts.
+void cutting_break_off(Sim *sim, int body);
 // Whether what a checkpoint has brought can be.
 bool cutting_check(const Sim *sim);
 

@@ -416,7 +416,7 @@ static void check_numbers(Sim *sim)
         body->ops->restore(body->model, body->tuning.bad_in_a_row >= BAD_TICKS);
         body->resets++;
         sim->resets++;
-        cutting_lift(sim, -1, b); // what jumped back did not pass the blade
+        cutting_break_off(sim, b); // what jumped back did not pass the blade
         int first, end = attachments_of(sim, b, &first);
         for (int k = first; k < end; k++) {
             attachment_clear(sim->attachment[k]);

@@ -58,7 +58,7 @@ static void print_nodes(const Body *body, const Outside *outside, FILE *out)
     fprintf(out, "  nodes %d, elements %d, pieces %d, mass %.6g kg\n", node_count(body),
             body->element_count, body_count_pieces(&body->mesh), body->mass);
     fprintf(out, "  outside: nodes %d (%d fixed), faces %d; published: nodes %d, faces %d\n",
-            outside->nodes, outside->fixed, body->surface.face_count, body->mesh.node_count,
+            outside->nodes, outside->fixed, body->surface.face_used, body->mesh.node_count,
             body->mesh.triangle_count);
 }
 
@@ -102,6 +102,25 @@ static void print_elements(const SceneBody *described, const Body *body, FILE *o
         fprintf(out, "  skin %s\n", described->skin.file);
 }
 
+// What may be done to it while it runs.
+static void print_cutting(const SceneBody *described, FILE *out)
+{
+    const SurfaceOptions *surface = &described->surface;
+    const VoxelOptions *voxel = &described->voxel;
+    if (!surface->cuttable && !voxel->cuttable)
+        return;
+    fprintf(out, "  cuttable");
+    if (voxel->cuttable)
+        fprintf(out, ", split_budget %d", voxel->split_budget);
+    if (voxel->tear_stress > 0.0)
+        fprintf(out, ", tears at %.6g Pa", voxel->tear_stress);
+    if (voxel->tear_force > 0.0)
+        fprintf(out, ", tears at %.6g N", voxel->tear_force);
+    if (surface->tear_stretch > 0.0)
+        fprintf(out, ", tears at a stretch of %.6g", surface->tear_stretch);
+    fprintf(out, "\n");
+}
+
 static void print_body(World *world, const Scene *scene, int index, FILE *out)
 {
     const SceneBody *described = &scene->body[index];
@@ -123,6 +142,7 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
         print_elements(described, body, out);
     else
         print_levels(body, &described->surface, out);
+    print_cutting(described, out);
 }
 
 static void print_tool(const ToolOptions *tool, FILE *out)

@@ -18,7 +18,7 @@ typedef struct Answer {
     char text[INPUT_WHY_MAX];
 } Answer;
 
-enum { GATE_ANSWERS = 256 };
+enum { GATE_ANSWERS = 1024 }; // several seconds of a hundred cuts a second
 
 typedef enum Passage {
     PASSAGE_OPEN,     // execute it

@@ -4,24 +4,13 @@
 //   V (mu (b_i . b_k 1 + b_k b_i^T) + lambda b_i b_k^T)
 //   + r (w_i d_ik - w_i w_k / sum w - w_i w_k X_i^T M^-1 X_k) 1,
 // where Miyazaki's law is that with g_i = 3 X_i / tr M, V mu = k tr M / 6 and r = k. Step thread.
-#include "voxel/model.h"
+#include "voxel/patch.h"
 
+#include "voxel/model.h"
 #include "voxel/rotation.h"
 
-// An element as the kernels have it, in double precision.
-typedef struct Piece {
-    int count;
-    int vertex[NODE_COUNT];
-    Vec3 g[NODE_COUNT];          // [1/m]
-    Vec3 place[NODE_COUNT];      // X, in units of the edge
-    Vec3 lever[NODE_COUNT];      // w M^-1 X, likewise
-    double weight[NODE_COUNT];   // w
-    double mu, lambda, residual; // V mu, V lambda [N m]; r [N/m]
-} Piece;
-
-static void add_vertices(const VoxelModel *model, Patch *patch, int *budget)
+void patch_add_vertices(const Vertices *vertices, Patch *patch, int *budget)
 {
-    const Vertices *vertices = &model->vertices;
     const Region here = rows_region(&vertices->rows, &patch->region);
     const RegionTest test = region_test(&here);
     const void *row = vertices_row(vertices);
@@ -48,11 +37,11 @@ static bool is_near(const Patch *patch, const int *vertex, int count)
 }
 
 // What turns an element's rest shape to where it is, in the world; the best fit of its vertices.
-static void find_rotation(const VoxelModel *model, const Piece *piece, const double last[4],
+static void find_rotation(const Vertices *vertices, const PatchElement *piece, const double last[4],
                           double out[3][3])
 {
-    const Rows *rows = &model->vertices.rows;
-    const void *row = vertices_row(&model->vertices);
+    const Rows *rows = &vertices->rows;
+    const void *row = vertices_row(vertices);
     double f[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}, r[3][3];
     for (int i = 0; i < piece->count; i++) {
         Vec3 moved = rows_vector(rows, row, piece->vertex[i], 0), g = piece->g[i];
@@ -70,12 +59,12 @@ static void find_rotation(const VoxelModel *model, const Piece *piece, const dou
     }
 }
 
-static void add_piece(const VoxelModel *model, Patch *patch, const Piece *piece,
-                      const double last[4])
+void patch_add_element(const Vertices *vertices, Patch *patch, const PatchElement *piece,
+                       const double last[4])
 {
     double turn[3][3], total = 0.0, m[9];
     Vec3 b[NODE_COUNT];
-    find_rotation(model, piece, last, turn);
+    find_rotation(vertices, piece, last, turn);
     for (int i = 0; i < piece->count; i++) {
         Vec3 g = piece->g[i];
         b[i] = vec3(turn[0][0] * g.x + turn[0][1] * g.y + turn[0][2] * g.z,
@@ -105,15 +94,13 @@ static void add_piece(const VoxelModel *model, Patch *patch, const Piece *piece,
     }
 }
 
-// Numbers of a class with the scales of now; damping, on all motion that is not rigid, counts like
-// Miyazaki's law. `spread` is tr M in units of the edge.
-static void set_factors(const VoxelModel *model, Patch *patch, const ElementClass *by,
-                        double spread, Piece *piece)
+void patch_set_factors(const Vertices *vertices, VoxelLaw law, Patch *patch, const ElementClass *by,
+                       double spread, PatchElement *piece)
 {
-    const BodyParameters *scale = model->vertices.parameters;
+    const BodyParameters *scale = vertices->parameters;
     const double h = by->size, volume = h * h * h;
-    const bool paper = model->law == VOXEL_MIYAZAKI2004;
-    double drag = model->vertices.damped ? scale->damping_scale * by->damping : 0.0;
+    const bool paper = law == VOXEL_MIYAZAKI2004;
+    double drag = vertices->damped ? scale->damping_scale * by->damping : 0.0;
     double like = drag / patch->time + (paper ? by->residual : 0.0);
     piece->mu =
         scale->stiffness_scale * ((paper ? 0.0 : by->mu * volume) + like * spread * h * h / 6.0);
@@ -131,7 +118,7 @@ static void add_plain(const VoxelModel *model, Patch *patch, int batch, int lane
     const int *vertex = plain->vertex + (long)batch * NODE_CORNERS * LANES + lane;
     if (!is_near(patch, vertex, NODE_CORNERS))
         return;
-    Piece piece = {.count = NODE_CORNERS};
+    PatchElement piece = {.count = NODE_CORNERS};
     for (int p = 0; p < NODE_CORNERS; p++) {
         Vec3 sign = vec3((p & 1) - 0.5, (p >> 1 & 1) - 0.5, (p >> 2 & 1) - 0.5);
         piece.vertex[p] = vertex[p * LANES];
@@ -140,8 +127,22 @@ static void add_plain(const VoxelModel *model, Patch *patch, int batch, int lane
         piece.weight[p] = 1.0;
         piece.g[p] = vec3_scale(0.5 / by->size, sign);
     }
-    set_factors(model, patch, by, 6.0, &piece);
-    add_piece(model, patch, &piece, model->last[batch][lane]);
+    patch_set_factors(&model->vertices, model->law, patch, by, 6.0, &piece);
+    patch_add_element(&model->vertices, patch, &piece, model->last[batch][lane]);
+}
+
+double patch_add_row(VoxelLaw law, const ElementClass *by, const double row[TABLE_ROW], int vertex,
+                     PatchElement *piece)
+{
+    int i = piece->count++;
+    piece->vertex[i] = vertex;
+    piece->g[i] = vec3_scale(1.0 / by->size, vec3(row[0], row[1], row[2]));
+    piece->weight[i] = row[3];
+    piece->place[i] = vec3(row[4], row[5], row[6]);
+    // Of Miyazaki's law the table has only 3 X / tr M, which is near M^-1 X.
+    piece->lever[i] =
+        law == VOXEL_AFFINE ? vec3(row[7], row[8], row[9]) : vec3(row[0], row[1], row[2]);
+    return row[3] * vec3_dot(piece->place[i], piece->place[i]);
 }
 
 static void add_hanging(const VoxelModel *model, Patch *patch, int batch, int lane)
@@ -154,7 +155,7 @@ static void add_hanging(const VoxelModel *model, Patch *patch, int batch, int la
     const int spare = model->vertices.count;
     if (!is_near(patch, vertex, table->count))
         return;
-    Piece piece = {0};
+    PatchElement piece = {0};
     double spread = 0.0;
     for (int p = 0; p < table->count && vertex[p * LANES] != spare; p++) {
         double row[TABLE_ROW];
@@ -162,18 +163,11 @@ static void add_hanging(const VoxelModel *model, Patch *patch, int batch, int la
             long at = TABLE_HEAD + (long)p * TABLE_ROW + k;
             row[k] = rows_get(&model->vertices.rows, table->number, mixed ? at * LANES + lane : at);
         }
-        int i = piece.count++;
-        piece.vertex[i] = vertex[p * LANES];
-        piece.g[i] = vec3_scale(1.0 / by->size, vec3(row[0], row[1], row[2]));
-        piece.weight[i] = row[3];
-        piece.place[i] = vec3(row[4], row[5], row[6]);
-        // Of Miyazaki's law the table has only 3 X / tr M, which is near M^-1 X.
-        piece.lever[i] = model->law == VOXEL_AFFINE ? vec3(row[7], row[8], row[9])
-                                                    : vec3(row[0], row[1], row[2]);
-        spread += row[3] * vec3_dot(piece.place[i], piece.place[i]);
+        spread += patch_add_row(model->law, by, row, vertex[p * LANES], &piece);
     }
-    set_factors(model, patch, by, spread, &piece);
-    add_piece(model, patch, &piece, model->last[model->batches.plain.batch_count + batch][lane]);
+    patch_set_factors(&model->vertices, model->law, patch, by, spread, &piece);
+    patch_add_element(&model->vertices, patch, &piece,
+                      model->last[model->batches.plain.batch_count + batch][lane]);
 }
 
 bool voxel_gather_patch(const void *self, Patch *patch, int budget)
@@ -181,7 +175,7 @@ bool voxel_gather_patch(const void *self, Patch *patch, int budget)
     const VoxelModel *model = self;
     enum { SKIPPED = 4 * LANES, ADDED = 128 * LANES }; // of the budget: a batch
     if (patch->pass == 0)
-        add_vertices(model, patch, &budget);
+        patch_add_vertices(&model->vertices, patch, &budget);
     const int plain = model->batches.plain.batch_count, count = batches_total(&model->batches);
     for (; patch->pass == 1 && patch->next < count && budget > 0; patch->next++) {
         int batch = (int)patch->next, before = patch->block_count;

@@ -22,14 +22,6 @@ static void box_add(Box *box, Vec3 x)
     }
 }
 
-static bool boxes_meet(const Box *a, const Box *b)
-{
-    for (int c = 0; c < 3; c++)
-        if (!(a->low[c] <= b->high[c] && b->low[c] <= a->high[c]))
-            return false;
-    return true;
-}
-
 static Box empty_box(void)
 {
     return (Box){{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
@@ -85,25 +77,67 @@ static Vec3 position_of(SurfaceModel *model, int node)
 
 // --- which faces are near ---
 
-// Marks the finest faces of leaves that the box meets; leaves are grown by what their descendants
-// stick out of them.
-static void mark_near(SurfaceModel *model, int level, int face, const Box *box)
+// A box of the world in the rows' coordinates, where it may be turned.
+static Box box_in_rows(const SurfaceModel *model, const Box *box)
+{
+    if (!model->basis.displaced)
+        return *box;
+    const Vec3 origin = model->basis.frame->origin;
+    const double shift[3] = {origin.x, origin.y, origin.z};
+    Vec3 middle = {0.0, 0.0, 0.0}, half = middle;
+    for (int c = 0; c < 3; c++) {
+        Vec3 axis = rows_turn_in(&model->basis, (Vec3){c == 0, c == 1, c == 2});
+        double size = 0.5 * (box->high[c] - box->low[c]);
+        middle = vec3_madd(middle, 0.5 * (box->high[c] + box->low[c]) - shift[c], axis);
+        half =
+            vec3_add(half, (Vec3){size * fabs(axis.x), size * fabs(axis.y), size * fabs(axis.z)});
+    }
+    return (Box){{middle.x - half.x, middle.y - half.y, middle.z - half.z},
+                 {middle.x + half.x, middle.y + half.y, middle.z + half.z}};
+}
+
+// On which sides of the box a place is, a bit for each.
+static unsigned char sides_of(const Box *box, double x, double y, double z)
+{
+    return (unsigned char)((x < box->low[0]) | (x > box->high[0]) << 1 | (y < box->low[1]) << 2 |
+                           (y > box->high[1]) << 3 | (z < box->low[2]) << 4 |
+                           (z > box->high[2]) << 5);
+}
+
+// Notes for all nodes that are on the sides of the box on which they are.
+static void look_at_sides(SurfaceModel *model, const Box *world)
 {
     const Detail *detail = model->detail;
+    const Box box = box_in_rows(model, world);
+    const void *rows = model->rows[model->current];
+    for (int r = 0; r < detail->run_count; r++)
+        for (int s = detail->run[r][0]; s < detail->run[r][1]; s++) {
+            const double *place = model->basis.place[s];
+            if (model->node[s] < 0)
+                continue;
+            if (model->basis.precision == PRECISION_SINGLE) {
+                const float *row = (const float *)rows + (long)s * ROW;
+                detail->cut->sides[model->node[s]] =
+                    sides_of(&box, place[0] + (double)row[0], place[1] + (double)row[1],
+                             place[2] + (double)row[2]);
+            } else {
+                const double *row = (const double *)rows + (long)s * ROW;
+                detail->cut->sides[model->node[s]] = sides_of(&box, row[0], row[1], row[2]);
+            }
+        }
+}
+
+// Marks the finest faces of leaves that do not lie wholly on one side of the box.
+static void mark_near(const Detail *detail, int level, int face)
+{
+    const DetailCut *cut = detail->cut;
     if (detail_is_refined(detail, level, face)) {
         for (int k = 0; k < 4; k++)
-            mark_near(model, level + 1, 4 * face + k, box);
+            mark_near(detail, level + 1, 4 * face + k);
         return;
     }
-    DetailCut *cut = model->detail->cut;
-    Box own = empty_box();
-    for (int k = 0; k < 3; k++)
-        box_add(&own, position_of(model, detail->levels.level[level].face[face][k]));
-    for (int c = 0; c < 3 && level < detail->finest; c++) {
-        own.low[c] -= cut->bulge;
-        own.high[c] += cut->bulge;
-    }
-    if (boxes_meet(&own, box))
+    const int *corner = detail->levels.level[level].face[face];
+    if ((cut->sides[corner[0]] & cut->sides[corner[1]] & cut->sides[corner[2]]) == 0)
         memset(cut->is_near + detail_place(detail, level, face), 1,
                (size_t)1 << (2 * (detail->finest - level)));
 }
@@ -119,14 +153,15 @@ static void look_around(SurfaceModel *model, const BladeEdge *edge, int edges, d
     for (int i = 0; i < edges; i++)
         for (int end = 0; end < 2; end++)
             box_add(&box, edge[i].end[end]);
-    for (int c = 0; c < 3; c++) {
-        box.low[c] -= margin;
-        box.high[c] += margin;
+    for (int c = 0; c < 3; c++) { // nodes of finer levels stick out of leaves
+        box.low[c] -= margin + cut->bulge;
+        box.high[c] += margin + cut->bulge;
     }
     cut->looks++;
+    look_at_sides(model, &box);
     memset(cut->is_near, 0, (size_t)finest->face_count);
     for (int f = 0; f < detail->levels.level[0].face_count; f++)
-        mark_near(model, 0, f, &box);
+        mark_near(detail, 0, f);
     for (int f = 0; f < finest->face_count; f++)
         for (int k = 0; k < 3 && cut->is_near[f] == 1; k++) {
             int across = levels_beyond(finest, finest->face_edge[f][k], f);

@@ -54,6 +54,7 @@ static void create_look(Detail *detail, const SurfaceOptions *options, Arena *ar
                     options->name, arena);
     cut->seen = ALLOCATE(nodes, int64_t, "looks at cut nodes");
     cut->position = ALLOCATE(nodes, Vec3, "places of cut nodes");
+    cut->sides = ALLOCATE(nodes, unsigned char, "sides of cut nodes");
     cut->is_near = ALLOCATE(finest->face_count, unsigned char, "near marks");
     cut->near = ALLOCATE(finest->face_count, int, "near faces");
     cut->snap = ALLOCATE(cut->base_count, CutSnap, "snapped nodes");
@@ -330,10 +331,10 @@ static bool has_room(Detail *detail, CutOutcome *outcome)
     list_wanted(detail);
     bool all_fits = nodes->capacity == nodes->thing_count && faces->capacity == faces->thing_count;
     return !lacks(outcome, CUT_NO_NODES, copies, cut->copy_capacity - (int)*cut->copies) &&
-           (all_fits ||
-            (!lacks(outcome, CUT_NO_NODES, copies + 3 * cut->want_count,
-                    nodes->capacity - nodes->used) &&
-             !lacks(outcome, CUT_NO_FACES, 6 * cut->want_count, faces->capacity - faces->used)));
+           (all_fits || (!lacks(outcome, CUT_NO_NODES, copies + 3 * cut->want_count,
+                                nodes->capacity - nodes->used) &&
+                         !lacks(outcome, CUT_NO_FACES, 6 * cut->want_count,
+                                faces->capacity - faces->used - detail->slots->face_reserve)));
 }
 
 // --- nodes ---

@@ -56,6 +56,7 @@ typedef struct DetailCut {
     CutFinder finder;
     int64_t looks, *seen;   // [nodes] look at which `position` was found out
     Vec3 *position;         // [nodes] in the world [m]
+    unsigned char *sides;   // [nodes] of the box around a sweep, a bit for each
     unsigned char *is_near; // [finest faces]
     int *near;              // [finest faces]
 

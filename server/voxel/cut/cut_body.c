@@ -298,6 +298,11 @@ static void body_explain(const void *self, FILE *out)
     fprintf(out, "    cuttable: room for %d vertices, %d triangles; %d divisions a tick\n",
             model->lattice.vertex_capacity, 2 * model->faces.square_capacity,
             model->lattice.split_budget);
+    if (model->tear.stress > 0.0)
+        fprintf(out, "    tears: where it is pulled with more than %g Pa\n", model->tear.stress);
+    if (model->tear.force > 0.0)
+        fprintf(out, "    tears: at vertices pushed or pulled with more than %g N\n",
+                model->tear.force);
 }
 
 static const char *body_isa(const void *self)
@@ -313,8 +318,8 @@ static const char *body_isa(const void *self)
     .reserve_blades = body_reserve_blades, .add_forces = body_add_forces,                          \
     .find_nodes = body_find_nodes, .add_load = body_add_load, .clear_loads = body_clear_loads,     \
     .snapshot = body_snapshot, .read_state = body_read_state, .measure = body_measure,             \
-    .is_fixed = body_is_fixed, .set = body_set, .restored = body_restored,                         \
-    .explain = body_explain, .isa = body_isa
+    .is_fixed = body_is_fixed, .gather_patch = cut_body_gather_patch, .set = body_set,             \
+    .restored = body_restored, .explain = body_explain, .isa = body_isa
 
 const BodyOps cut_body_ops = {OPERATIONS};
 const BodyOps cut_body_ops_tearing = {OPERATIONS, .tear = body_tear};

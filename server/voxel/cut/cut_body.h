@@ -29,6 +29,8 @@ typedef struct CutModel {
 
 extern const BodyOps cut_body_ops, cut_body_ops_tearing;
 
+// cut_patch.c: BodyOps.gather_patch.
+bool cut_body_gather_patch(const void *self, Patch *patch, int budget);
 // As voxel_create, which calls it; of space, not of the plane.
 bool cut_body_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
                      Status *status);

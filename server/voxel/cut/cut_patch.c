@@ -1,0 +1,56 @@
+// The local stiffness of a body that can be cut, leaf by leaf (dynamics/patch.h). Step thread.
+#include "voxel/cut/cut_body.h"
+#include "voxel/patch.h"
+
+static bool is_near(const Patch *patch, const int *node, int count)
+{
+    for (int n = 0; n < count; n++)
+        if (node[n] >= 0 && patch->local[node[n]] >= 0)
+            return true;
+    return false;
+}
+
+static void add_leaf(const CutModel *model, Patch *patch, int element)
+{
+    const CutLattice *lattice = &model->lattice;
+    const CutElement *of = &lattice->element[element];
+    const int *node = cut_lattice_nodes(lattice, element);
+    const bool cell = element < lattice->level_first[1];
+    if (!is_near(patch, node, cell ? NODE_CORNERS : NODE_COUNT))
+        return;
+    const unsigned mask = cell ? 0 : template_mask_of(node);
+    const ElementClass *by =
+        &model->windows.classes[of->level * model->windows.material_count + of->material - 1];
+    const void *number = template_cache_numbers(model->windows.templates, mask);
+    PatchElement piece = {0};
+    double spread = 0.0;
+    for (int n = 0; n < NODE_COUNT; n++) {
+        if (n >= NODE_CORNERS && !(mask >> (n - NODE_CORNERS) & 1))
+            continue;
+        double row[TABLE_ROW];
+        for (int k = 0; k < TABLE_ROW; k++)
+            row[k] = rows_get(&model->vertices.rows, number,
+                              TABLE_HEAD + (long)piece.count * TABLE_ROW + k);
+        spread += patch_add_row(model->law, by, row, node[n], &piece);
+    }
+    patch_set_factors(&model->vertices, model->law, patch, by, spread, &piece);
+    const int place = model->windows.place[element];
+    patch_add_element(&model->vertices, patch, &piece,
+                      model->windows.last[place / LANES][place % LANES]);
+}
+
+bool cut_body_gather_patch(const void *self, Patch *patch, int budget)
+{
+    const CutModel *model = self;
+    enum { SKIPPED = 4, ADDED = 128 }; // of the budget: a leaf
+    const int count = model->lattice.element_count;
+    if (patch->pass == 0)
+        patch_add_vertices(&model->vertices, patch, &budget);
+    for (; patch->pass == 1 && patch->next < count && budget > 0; patch->next++) {
+        const int before = patch->block_count, element = (int)patch->next;
+        if (cut_lattice_is_leaf(&model->lattice, element))
+            add_leaf(model, patch, element);
+        budget -= patch->block_count == before ? SKIPPED : ADDED;
+    }
+    return patch->full || (patch->pass == 1 && patch->next == count);
+}

@@ -1,0 +1,190 @@
+// The state of cut surface bodies: room, checkpoints, resets, and what a damaged file may hold.
+#include "wall_bench.h"
+
+#include "effort.h"
+#include "expect.h"
+#include "fixture.h"
+#include "random.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static void what_does_not_fit_is_refused_and_changes_nothing(void **unused)
+{
+    (void)unused;
+    TriMesh mesh;
+    fixture_sphere(&mesh);
+    for (int which = 0; which < 2; which++) {
+        SurfaceOptions options = wall_options(2, 0);
+        DetailBench bench;
+        // Room for the body itself and a little more; nodes, then faces.
+        options.node_capacity = which == 0 ? 130 : 0;
+        options.face_capacity = which == 1 ? 240 : 0;
+        wall_create(&bench, WALL_SPHERE, &options, 0.3);
+        CutOptions plane =
+            wall_sweep_at(vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), 0.3, 0.3);
+        uint64_t before = state_hash(&bench.state);
+        int topology = bench.body->mesh.topology;
+        CutOutcome outcome = wall_cut(&bench, &plane);
+        assert_int_equal(outcome.verdict, which == 0 ? CUT_NO_NODES : CUT_NO_FACES);
+        assert_true(outcome.needed > outcome.room && outcome.room > 0);
+        assert_int_equal(outcome.separated, 0);
+        assert_true(state_hash(&bench.state) == before);
+        assert_int_equal(bench.body->mesh.topology, topology);
+        bench_expect_sound(&bench);
+        bench_destroy(&bench);
+    }
+    mesh_destroy(&mesh);
+}
+
+// A body at its finest level from the start takes as many copies as it has room for, no more.
+static void copies_end_with_their_capacity(void **unused)
+{
+    (void)unused;
+    uint64_t random = 77;
+    SurfaceOptions options = wall_options(0, 0);
+    DetailBench bench;
+    wall_create(&bench, WALL_SPHERE, &options, 0.0);
+    CutOptions last = {.body = 0};
+    WallShape shape;
+    for (int i = 0; i < 60; i++) {
+        last = wall_random_sweep(&bench, &random, &last);
+        wall_cut(&bench, &last);
+    }
+    // Every corner of every face at most has a node of its own.
+    assert_true(*bench.detail->cut->copies <= 3 * bench.detail->place_count - 114);
+    wall_expect_sound(&bench, &shape, 0);
+    for (int k = 0; k < 50; k++)
+        sim_step(bench.sim);
+    assert_int_equal(sim_resets(bench.sim), 0);
+    bench_destroy(&bench);
+}
+
+static void prepare_cut_body(DetailBench *bench, uint64_t *random, int levels)
+{
+    SurfaceOptions options = wall_options(levels, 0);
+    options.adaptive = levels > 0;
+    options.adapt.check_hz = 100.0;
+    options.shape.frame = levels == 2 ? SHAPE_BODY : SHAPE_WORLD;
+    wall_create(bench, WALL_SPHERE, &options, 0.3);
+    CutOptions last = {.body = 0};
+    for (int i = 0; i < 4; i++) {
+        last = wall_random_sweep(bench, random, &last);
+        wall_cut(bench, &last);
+        sim_step(bench->sim);
+    }
+}
+
+static void a_cut_state_goes_on_elsewhere_with_the_same_bits(void **unused)
+{
+    (void)unused;
+    for (int levels = 0; levels < 3; levels++) {
+        uint64_t random = 9 + (uint64_t)levels, other = 1234;
+        DetailBench whole, rest;
+        prepare_cut_body(&whole, &random, levels);
+        prepare_cut_body(&rest, &other, levels); // whatever it was before
+        assert_true(*whole.detail->cut->copies > 5);
+        void *block = malloc(state_bytes(&whole.state));
+        state_copy_out(&whole.state, block);
+        state_copy_in(&rest.state, block);
+        sim_restored(rest.sim);
+        assert_true(rest.body->ops->check(rest.model));
+        assert_true(state_hash(&rest.state) == state_hash(&whole.state));
+        WallShape shape;
+        wall_expect_sound(&rest, &shape, 0);
+        assert_int_equal(rest.body->substeps, whole.body->substeps);
+        DetailBench *both[2] = {&whole, &rest};
+        uint64_t end[2];
+        for (int k = 0; k < 2; k++) {
+            CutOptions more = wall_sweep_at(vec3(0.01, 0.0, 0.0), vec3(0.0, 0.6, 0.8),
+                                            vec3(0.0, 0.8, -0.6), 0.3, 0.3);
+            wall_cut(both[k], &more);
+            for (int i = 0; i < 100; i++)
+                sim_step(both[k]->sim);
+            end[k] = state_hash(&both[k]->state);
+        }
+        assert_true(end[0] == end[1]);
+        free(block);
+        bench_destroy(&whole);
+        bench_destroy(&rest);
+    }
+}
+
+static void a_reset_makes_it_whole_again(void **unused)
+{
+    (void)unused;
+    uint64_t random = 31;
+    SurfaceOptions options = wall_options(2, 0);
+    DetailBench bench;
+    wall_create(&bench, WALL_SPHERE, &options, 0.0);
+    for (int round = 0; round < 2; round++) {
+        CutOptions last = {.body = 0};
+        for (int i = 0; i < 4; i++) {
+            last = wall_random_sweep(&bench, &random, &last);
+            wall_cut(&bench, &last);
+            sim_step(bench.sim);
+        }
+        assert_true(*bench.detail->cut->copies > 5);
+        int topology = bench.body->mesh.topology;
+        sim_reset(bench.sim);
+        assert_int_equal(bench.body->mesh.topology, topology + 1);
+        assert_int_equal(*bench.detail->cut->copies, 0);
+        assert_int_equal(bench.body->mesh.node_count, 114);
+        bench_expect_sound(&bench);
+    }
+    bench_destroy(&bench);
+}
+
+// Numbers of the state changed at random, as by a damaged file: found out, or harmless.
+static void a_cut_that_no_run_can_have_made_is_refused(void **unused)
+{
+    (void)unused;
+    for (int levels = 0; levels < 3; levels++) {
+        uint64_t random = 19;
+        DetailBench bench;
+        prepare_cut_body(&bench, &random, levels);
+        size_t bytes = state_bytes(&bench.state);
+        unsigned char *good = malloc(bytes);
+        state_copy_out(&bench.state, good);
+        int refused = 0, tries = 0;
+        for (int i = 0; i < bench.state.count; i++) {
+            StateArray *array = &bench.state.array[i];
+            const char *part = strchr(array->name, '/');
+            if (part == NULL || (strcmp(part, "/broken") != 0 && strcmp(part, "/corners") != 0 &&
+                                 strcmp(part, "/copies") != 0 && strcmp(part, "/rest") != 0))
+                continue;
+            for (int k = 0; k < EFFORT(60); k++) {
+                unsigned char *byte = state_memory(array);
+                size_t at = (size_t)(random_bits(&random) % array->bytes);
+                byte[at] ^= (unsigned char)(1 + random_below(&random, 255));
+                sim_restored(bench.sim);
+                bool sound = bench.body->ops->check(bench.model);
+                refused += !sound;
+                tries++;
+                for (int t = 0; t < 2 && sound; t++)
+                    sim_step(bench.sim); // what was let in can be stepped on
+                state_copy_in(&bench.state, good);
+                sim_restored(bench.sim);
+                assert_true(bench.body->ops->check(bench.model));
+            }
+        }
+        print_message("%d of %d refused\n", refused, tries);
+        assert_true(tries > 0 && refused > tries / 2);
+        WallShape shape;
+        wall_expect_sound(&bench, &shape, 0);
+        free(good);
+        bench_destroy(&bench);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_does_not_fit_is_refused_and_changes_nothing),
+        cmocka_unit_test(copies_end_with_their_capacity),
+        cmocka_unit_test(a_cut_state_goes_on_elsewhere_with_the_same_bits),
+        cmocka_unit_test(a_reset_makes_it_whole_again),
+        cmocka_unit_test(a_cut_that_no_run_can_have_made_is_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,135 @@
+#include "wall_bench.h"
+
+#include "expect.h"
+#include "fixture.h"
+#include "random.h"
+
+#include <stdlib.h>
+
+SurfaceOptions wall_options(int levels, int start_level)
+{
+    SurfaceOptions options = bench_options(levels, start_level);
+    options.prestress = 0.1;
+    return options;
+}
+
+static void make_mesh(WallMesh kind, TriMesh *mesh)
+{
+    if (kind == WALL_SPHERE)
+        fixture_sphere(mesh);
+    else
+        fixture_sheet(mesh);
+}
+
+// The body swells along x, twists and moves, as far as level 0 can say it.
+static void deform(const TriMesh *mesh, double much, Vec3 *x, Vec3 *v)
+{
+    for (int i = 0; i < mesh->node_count; i++) {
+        Vec3 p = mesh->position[i];
+        double turn = 8.0 * much * p.z;
+        x[i] = vec3((1.0 + 0.3 * much) * (cos(turn) * p.x - sin(turn) * p.y),
+                    sin(turn) * p.x + cos(turn) * p.y, p.z + 0.1 * much * sin(60.0 * p.x) * 0.1);
+        v[i] = vec3_scale(much, vec3(0.3 * sin(50.0 * p.y) + 2.0 * p.y, -2.0 * p.x, 0.2));
+    }
+}
+
+void wall_create_with(DetailBench *bench, WallMesh kind, SurfaceOptions *options, double much,
+                      const ToolOptions *tool)
+{
+    TriMesh mesh;
+    make_mesh(kind, &mesh);
+    size_t nodes = (size_t)mesh.node_count;
+    Vec3 *x = calloc(nodes, sizeof *x), *v = calloc(nodes, sizeof *v);
+    deform(&mesh, much, x, v);
+    options->initial_position = x;
+    options->initial_velocity = v;
+    bench_create(bench, BENCH_CUTTABLE, &mesh, options, tool, NULL);
+    free(x);
+    free(v);
+}
+
+void wall_create(DetailBench *bench, WallMesh kind, SurfaceOptions *options, double much)
+{
+    wall_create_with(bench, kind, options, much, NULL);
+}
+
+static Vec3 random_node(const DetailBench *bench, uint64_t *random)
+{
+    for (;;) {
+        int node = random_below(random, bench->detail->node_count);
+        Vec3 x;
+        if (bench->detail->status[node] == NODE_OFF)
+            continue;
+        bench->body->ops->read_nodes(bench->model, &node, 1, &x, NULL);
+        return x;
+    }
+}
+
+// A blade `length` wide that goes `way` far through a point, in any direction.
+CutOptions wall_sweep_at(Vec3 middle, Vec3 along, Vec3 forward, double length, double way)
+{
+    Vec3 a = vec3_scale(0.5 * length, along), f = vec3_scale(0.5 * way, forward);
+    CutOptions cut = {.body = 0};
+    for (int k = 0; k < 2; k++) {
+        Vec3 end = vec3_madd(middle, k == 0 ? -1.0 : 1.0, a);
+        cut.before.end[k] = vec3_sub(end, f);
+        cut.after.end[k] = vec3_add(end, f);
+    }
+    return cut;
+}
+
+// Whole planes, short and long cuts, sweeps exactly through nodes and along the line between two,
+// sweeps that begin where the last one ended, twisted ones.
+CutOptions wall_random_sweep(const DetailBench *bench, uint64_t *random, const CutOptions *last)
+{
+    Vec3 middle = random_node(bench, random), along = vec3_unit(random_vec3(random));
+    Vec3 forward = vec3_unit(vec3_cross(along, random_vec3(random)));
+    int kind = random_below(random, 8);
+    if (kind == 0)
+        return wall_sweep_at(middle, along, forward, 0.5, 0.5);
+    if (kind == 1)
+        return wall_sweep_at(middle, along, forward, 0.05, random_between(random, 1e-4, 5e-3));
+    if (kind == 2) { // exactly along the line between two nodes
+        Vec3 other = random_node(bench, random);
+        CutOptions cut = {.body = 0};
+        for (int k = 0; k < 2; k++) {
+            Vec3 push = vec3_scale(k == 0 ? -0.02 : 0.02, along);
+            cut.before.end[k] = vec3_add(middle, push);
+            cut.after.end[k] = vec3_add(other, push);
+        }
+        return cut;
+    }
+    double length = random_between(random, 0.01, 0.1), way = random_between(random, 0.005, 0.12);
+    CutOptions cut = wall_sweep_at(middle, along, forward, length, way);
+    if (kind == 3) // where the last one ended
+        cut.before = last->after;
+    if (kind == 4)
+        cut.after.end[1] = vec3_madd(cut.after.end[1], 0.02, along);
+    return cut;
+}
+
+void wall_expect_sound(DetailBench *bench, WallShape *shape, int handles)
+{
+    *shape = wall_expect_manifold(&bench->body->mesh, handles);
+    assert_int_equal(shape->pieces, bench->detail->cut->piece_count);
+    wall_expect_locked(bench);
+    bench_expect_sound(bench);
+    // Thousands of additions in another order; in single precision of rounded numbers.
+    bool single = bench->detail->options.precision == PRECISION_SINGLE;
+    double expected = wall_expected_stiffness(bench);
+    expect_near(wall_stiffness(bench), expected, (single ? 1e-7 : 1e-12) * expected);
+}
+
+CutOutcome wall_cut(DetailBench *bench, const CutOptions *options)
+{
+    CutOutcome outcome;
+    char why[256];
+    double mass = bench_mass(bench);
+    Vec3 momentum = bench_momentum(bench);
+    sim_apply_cut(bench->sim, options, &outcome, why, sizeof why);
+    expect_near(bench_mass(bench), mass, 1e-12 * mass);
+    // Of nodes that move a metre a second or so; in single precision new ones get rounded means.
+    double most = bench->detail->options.precision == PRECISION_SINGLE ? 1e-7 : 1e-12;
+    expect_at_most(vec3_length(vec3_sub(bench_momentum(bench), momentum)), most * mass);
+    return outcome;
+}

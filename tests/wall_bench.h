@@ -1,0 +1,27 @@
+// Surface bodies to be cut, sweeps to cut them with, and what must hold after each.
+#ifndef PLIANT_TESTS_WALL_BENCH_H
+#define PLIANT_TESTS_WALL_BENCH_H
+
+#include "wall_check.h"
+
+typedef enum WallMesh { WALL_SPHERE, WALL_SHEET, WALL_MESHES } WallMesh;
+
+// bench_options with a tenth of prestress.
+SurfaceOptions wall_options(int levels, int start_level);
+// A cuttable body on fixture_sphere or fixture_sheet, swollen, twisted and moving as much as said,
+// in [0, 1]; adaptive if the options say so. `tool` may be NULL.
+void wall_create_with(DetailBench *bench, WallMesh kind, SurfaceOptions *options, double much,
+                      const ToolOptions *tool);
+void wall_create(DetailBench *bench, WallMesh kind, SurfaceOptions *options, double much);
+
+// A blade `length` wide that goes `way` far through a point, along unit vectors.
+CutOptions wall_sweep_at(Vec3 middle, Vec3 along, Vec3 forward, double length, double way);
+// Whole planes, short and long cuts, sweeps exactly through nodes and along the line between two,
+// sweeps that begin where the last one ended, twisted ones.
+CutOptions wall_random_sweep(const DetailBench *bench, uint64_t *random, const CutOptions *last);
+// Cuts; fails the test unless mass and momentum stay.
+CutOutcome wall_cut(DetailBench *bench, const CutOptions *options);
+// Everything of wall_check.h and bench_expect_sound.
+void wall_expect_sound(DetailBench *bench, WallShape *shape, int handles);
+
+#endif
