@@ -210,15 +210,12 @@ static void one_broken_link_copies_no_node_and_the_next_one_copies_one(void **st
         for (int trial = 0; trial < 30; trial++) {
             start_over(&model, false);
             int face = inner_face(&model, &seed), pieces, borders, euler;
-            // Round its first corner: past the middles of the sides there, seen from the corner.
+            // Beside its first side, across the half link there.
             Vec3 n = blade_normal(&model, face), a = blade_corner(&model, face, 0);
             Vec3 side = vec3_sub(blade_corner(&model, face, 1), a);
-            Vec3 across = vec3_scale(0.2, vec3_cross(n, side));
-            Vec3 half = vec3_scale(0.3 * model.h, n), at = vec3_madd(a, 0.45, side);
-            // Beside the side, across the half link of this face, or that of the next one too.
-            Blade blade = blade_straight(vec3_madd(a, 0.3, vec3_add(side, across)),
-                                         vec3_madd(a, 0.8, vec3_add(side, across)), half);
-            (void)at;
+            Vec3 beside = vec3_madd(a, 0.2, vec3_cross(n, side));
+            Blade blade = blade_straight(vec3_madd(beside, 0.3, side), vec3_madd(beside, 0.8, side),
+                                         vec3_scale(0.3 * model.h, n));
             assert_int_equal(cut_model_cut(&model, blade.edge, 2, CUT_SMOOTHED), CUT_DONE);
             assert_int_equal(model.finder.count, 1);
             assert_int_equal(cut_model_copies(&model), 0);

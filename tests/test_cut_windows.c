@@ -182,6 +182,7 @@ static void expect_equal(const World *world, const CutWindows *a, const CutWindo
     const size_t windows = (size_t)lattice->window_count, groups = (size_t)a->group_count,
                  real = world->templates.precision == PRECISION_SINGLE ? 4 : 8;
     assert_memory_equal(a->full, b->full, windows * sizeof *a->full);
+    assert_memory_equal(a->pooled, b->pooled, groups * sizeof *a->pooled);
     assert_memory_equal(a->mixed, b->mixed, groups * sizeof *a->mixed);
     assert_memory_equal(a->place, b->place, (size_t)lattice->element_count * sizeof *a->place);
     assert_memory_equal(a->run_end, b->run_end, sizeof a->run_end);
@@ -192,8 +193,10 @@ static void expect_equal(const World *world, const CutWindows *a, const CutWindo
     }
     for (size_t w = 0; w < windows; w++)
         expect_equal_range(a, b, &a->full[w], false, real);
-    for (size_t g = 0; g < groups; g++)
+    for (size_t g = 0; g < groups; g++) {
+        expect_equal_range(a, b, &a->pooled[g], false, real);
         expect_equal_range(a, b, &a->mixed[g], true, real);
+    }
 }
 
 static void packing_what_changed_gives_the_same_as_packing_all(void **unused)

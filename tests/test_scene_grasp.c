@@ -6,6 +6,7 @@
 #include "world_run.h"
 
 #include "dynamics/sim_data.h"
+#include "files/checkpoint.h"
 
 #include <stdlib.h>
 
@@ -141,6 +142,93 @@ static void joined_bodies_repeat_bit_for_bit(void **state)
     assert_true(hash[0] == hash[1]);
     free(middle);
     run_destroy(&run);
+}
+
+#ifdef PLIANT_WITH_HDF5
+// Through a file too.
+static void holds_and_ties_are_in_checkpoints(void **state)
+{
+    (void)state;
+    const char *text = "bodies = ( " BALL("one", "[0, 0, 0]", "") ",\n" BAR(
+        "two",
+        "") " );\n"
+            "tools = ( { id = 3; kind = \"grasper\"; capsules = ( { radius = 0.02; } ); } );\n"
+            "attachments = ( { body = \"two\"; box = ([0, -1, -1], [0.0601, 1, 1]); to_body = "
+            "\"one\"; },\n"
+            "{ body = \"two\"; box = ([0.1399, -1, -1], [0.2, 1, 1]); to = \"world\"; } );";
+    Run run, other;
+    run_create(&run, text);
+    run_create(&other, text);
+    ToolPose pose = {
+        .position = {0, 0, 0.05}, .orientation = {1, 0, 0, 0}, .active = true, .grip = 1.0};
+    for (int i = 0; i < 100; i++) {
+        pose.position.z = 0.05 + 1e-4 * i;
+        sim_apply_pose(run.world.sim, 0, &pose, true);
+        sim_step(run.world.sim);
+    }
+    char path[SCRATCH_PATH];
+    Status status = {0};
+    CheckpointImage image;
+    checkpoint_reserve(&image, &run.world);
+    checkpoint_take(&image, &run.world);
+    assert_true(checkpoint_write(scratch_path(&scratch, "a.h5", path), &image, &run.world,
+                                 &run.scene, &status));
+    assert_true(checkpoint_read(path, &other.world, &other.scene, &status));
+    assert_true(attachment_is_holding(other.world.sim->attachment[0]) ||
+                attachment_is_holding(other.world.sim->attachment[1]));
+    for (int i = 0; i < 100; i++) {
+        sim_apply_pose(run.world.sim, 0, &pose, true);
+        sim_apply_pose(other.world.sim, 0, &pose, true);
+        sim_step(run.world.sim);
+        sim_step(other.world.sim);
+    }
+    assert_true(state_hash(&run.world.state) == state_hash(&other.world.state));
+    run_destroy(&run);
+    run_destroy(&other);
+}
+#endif
+
+// Two free balls tied by many springs, shaken once, with a step of 1 / 0.9 of the bound, the 0.9
+// being for safety: whether they stay bounded. `bound_of`: the stiffness that the bound counts.
+static bool ties_are_stable(double stiffness, double bound_of)
+{
+    static const char format[] =
+        "rate_hz = %.17g;\n" DOUBLE "bodies = ( " BALL("one", "[0, 0, 0]", "%s") ",\n" BALL(
+            "two", "[0.102, 0, 0]", "%s") " );\n"
+                                          "attachments = ( { body = \"two\"; sphere = "
+                                          "[0.052, 0, 0]; radius = 0.04; to_body = "
+                                          "\"one\"; stiffness = %g; } );\n"
+                                          "loads = ( { body = \"one\"; center = [0.05, "
+                                          "0, 0]; radius = 0.02; force = [0.5, 0.2, 0.1]; "
+                                          "duration = 0.002; } );";
+    char text[4096], step[128] = "";
+    Run run;
+    snprintf(text, sizeof text, format, 1000.0, step, step, bound_of);
+    run_create(&run, text);
+    double limit = sim_body(run.world.sim, 0)->time_step_limit;
+    limit = fmin(limit, sim_body(run.world.sim, 1)->time_step_limit) / 0.9;
+    run_destroy(&run);
+    snprintf(step, sizeof step, "time_step = %.17g; unsafe_time_step = true;", limit);
+    snprintf(text, sizeof text, format, 1.0 / limit, step, step, stiffness);
+    run_create(&run, text);
+    assert_int_equal(sim_body(run.world.sim, 0)->substeps, 1);
+    for (int i = 0; i < EFFORT(3000); i++)
+        sim_step(run.world.sim);
+    BodyMeasure measure;
+    const Body *body = sim_body(run.world.sim, 0);
+    body->ops->measure(body->model, &measure);
+    bool stable = sim_resets(run.world.sim) == 0 && measure.kinetic < 1.0;
+    run_destroy(&run);
+    return stable;
+}
+
+static void step_bound_counts_ties(void **state)
+{
+    (void)state;
+    static const double stiffness[] = {0.1, 1.0, 10.0};
+    for (int k = 0; k < 3; k++)
+        assert_true(ties_are_stable(stiffness[k], stiffness[k]));
+    assert_false(ties_are_stable(100.0, 0.3)); // the bound is needed
 }
 
 // The softer of two bodies with many substeps sets the pace of both.
@@ -608,6 +696,10 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bodies_tied_to_each_other_exchange_momentum_exactly),
         cmocka_unit_test(joined_bodies_repeat_bit_for_bit),
+#ifdef PLIANT_WITH_HDF5
+        cmocka_unit_test(holds_and_ties_are_in_checkpoints),
+#endif
+        cmocka_unit_test(step_bound_counts_ties),
         cmocka_unit_test(joined_bodies_take_the_same_steps),
         cmocka_unit_test(ties_follow_bodies_that_adapt),
         cmocka_unit_test(hold_grows_with_the_refinement_that_it_causes),

@@ -238,8 +238,12 @@ static void half_strokes_leave_one_piece(void **state)
             Stroke stroke = random_stroke(&seed, 1, 20);
             stroke.to = 0.0;
             stroke.twist = 0.0;
-            // Across the bar, so that it ends inside.
-            stroke.middle = vec3(random_between(&seed, -6.0, 6.0), 0.0, 0.0);
+            // Across the bar, so that it ends inside; only once, where it is bent.
+            while (kind == BENT && fabs(vec3_cross(stroke.along, stroke.way).x) < 0.8) {
+                stroke.along = vec3_unit(random_vec3(&seed));
+                stroke.way = vec3_unit(vec3_cross(stroke.along, random_vec3(&seed)));
+            }
+            stroke.middle = vec3(kind == BENT ? 0.0 : random_between(&seed, -6.0, 6.0), 0.0, 0.0);
             const int broken = run(&bench, &stroke, &shape);
             const int pieces = cut_bench_pieces(&bench);
             if (pieces != 1)
@@ -473,6 +477,42 @@ static void blade_that_meets_nothing_says_so(void **state)
     cut_bench_destroy(&bench);
 }
 
+// What a file says of a stroke may be anything: it goes on, or begins anew.
+static void any_memory_of_a_stroke_is_survived(void **state)
+{
+    (void)state;
+    CutBench bench;
+    make_bar(&bench, 2);
+    Shape shape = {.kind = BENT};
+    uint64_t seed = 31;
+    const BladeMemory *memory = &bench.blades.blade[0];
+    for (int s = 0; s < EFFORT(200); s++) {
+        cut_bench_reset(&bench);
+        cut_bench_shape(&bench, place, &shape);
+        const Stroke stroke = random_stroke(&seed, 4, 4);
+        cut_bench_sweep(&bench, CUT_BEGINS, edge_at(&stroke, 0.4), edge_at(&stroke, 0.4));
+        cut_bench_sweep(&bench, CUT_GOES_ON, edge_at(&stroke, 0.4), edge_at(&stroke, 0.45));
+        unsigned char *bytes[3] = {(unsigned char *)memory->stroke,
+                                   (unsigned char *)memory->centre[0],
+                                   (unsigned char *)memory->box};
+        const size_t size[3] = {sizeof *memory->stroke,
+                                (size_t)bench.blades.cell_count * sizeof *memory->centre,
+                                (size_t)bench.blades.brick_count * sizeof *memory->box};
+        const int which = s % 3;
+        for (int k = 0; k < 20; k++)
+            bytes[which][random_bits(&seed) % size[which]] = (unsigned char)random_bits(&seed);
+        cut_blades_restored(&bench.blades);
+        CutOutcome outcome;
+        const CutSweep sweep = {.phase = CUT_GOES_ON,
+                                .before = edge_at(&stroke, 0.45),
+                                .after = edge_at(&stroke, 0.5),
+                                .stroke = &bench.stroke};
+        cut_blades_find(&bench.blades, bench.vertices.present, 1e-3, &sweep, &outcome);
+        assert_in_range(outcome.verdict, CUT_DONE, CUT_TOO_LARGE);
+    }
+    cut_bench_destroy(&bench);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -486,6 +526,7 @@ int main(void)
         cmocka_unit_test(planes_commute),
         cmocka_unit_test(division_moves_no_centre),
         cmocka_unit_test(blade_that_meets_nothing_says_so),
+        cmocka_unit_test(any_memory_of_a_stroke_is_survived),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -46,14 +46,31 @@ static void put_blade(CutWorld *world, const Path *stroke, double way, bool acti
     sim_apply_pose(world->sim, 0, &pose, true);
 }
 
-// Takes the stroke with the pipeline's ticks of 1 ms.
-static void run(CutWorld *world, const Path *stroke)
+// How far the body reaches along the blade's way.
+static double farthest(const CutWorld *world, const Path *stroke)
 {
-    for (double way = stroke->from; way <= stroke->to; way += 1e-3 * stroke->speed) {
+    const Vec3 along = quat_rotate(stroke->orientation, vec3(1.0, 0.0, 0.0));
+    const Vertices *vertices = &world->model->vertices;
+    double most = -1e9;
+    for (int i = 0; i < vertices->count; i++) {
+        Vec3 x;
+        rows_read(&vertices->rows, vertices_row(vertices), i, &x, NULL);
+        most = fmax(most, vec3_dot(along, vec3_sub(x, stroke->middle)));
+    }
+    return most;
+}
+
+// Takes the stroke with the pipeline's ticks of 1 ms; `through`: goes on until the body, which may
+// drift away in front of the blade, is behind it.
+static void run(CutWorld *world, const Path *stroke, bool through)
+{
+    double way = stroke->from;
+    for (; way <= stroke->to || (through && way < farthest(world, stroke) + 0.01);
+         way += 1e-3 * stroke->speed) {
         put_blade(world, stroke, way, true);
         sim_step(world->sim);
     }
-    put_blade(world, stroke, stroke->to, false);
+    put_blade(world, stroke, way, false);
     sim_step(world->sim);
     assert_int_equal(sim_resets(world->sim), 0);
 }
@@ -71,7 +88,11 @@ static void expect_sound(CutWorld *world)
     cut_bench_expect_closed(surface);
     cut_world_check_masses(world);
     const int pieces = (int)*model->pieces.count, faces = surface->face_used;
-    const size_t bytes = state_bytes(&world->state);
+    const size_t nodes = (size_t)surface->node_used * sizeof(double),
+                 triangles = (size_t)faces * sizeof(double), bytes = state_bytes(&world->state);
+    double *node_firmness = malloc(nodes), *face_firmness = malloc(triangles);
+    memcpy(node_firmness, surface->node_firmness, nodes);
+    memcpy(face_firmness, surface->face_firmness, triangles);
     void *before = malloc(bytes), *after = malloc(bytes);
     state_copy_out(&world->state, before);
     sim_restored(world->sim);
@@ -80,6 +101,10 @@ static void expect_sound(CutWorld *world)
     assert_true(world->body->ops->check(model));
     assert_int_equal(pieces, (int)*model->pieces.count);
     assert_int_equal(faces, surface->face_used);
+    assert_memory_equal(node_firmness, surface->node_firmness, nodes);
+    assert_memory_equal(face_firmness, surface->face_firmness, triangles);
+    free(node_firmness);
+    free(face_firmness);
     free(before);
     free(after);
 }
@@ -108,7 +133,7 @@ static void whole_strokes_separate_swinging_bodies(void **unused)
         make_world(&world, s, s % 2);
         cut_world_shake(&world, 0.3, &seed);
         const Path stroke = random_stroke(&seed, s % 4 < 2 ? 1.0 : 4.0);
-        run(&world, &stroke);
+        run(&world, &stroke, true);
         expect_sound(&world);
         faces += broken(&world);
         dead += dead_ends(&world);
@@ -133,7 +158,7 @@ static void strokes_that_stop_inside_separate_nothing(void **unused)
         Path stroke = random_stroke(&seed, 2.0);
         stroke.middle = vec3(0.0, 0.0, 0.0);
         stroke.from = -0.12, stroke.to = -0.01;
-        run(&world, &stroke);
+        run(&world, &stroke, false);
         assert_int_equal(*world.model->pieces.count, 1);
         expect_sound(&world);
         cut_world_destroy(&world);
@@ -151,7 +176,7 @@ static void many_strokes_keep_a_body_sound(void **unused)
     int pieces = 1;
     for (int s = 0; s < EFFORT(5); s++) {
         const Path stroke = random_stroke(&seed, 4.0);
-        run(&world, &stroke);
+        run(&world, &stroke, true);
         expect_sound(&world);
         assert_true(*world.model->pieces.count >= pieces);
         pieces = (int)*world.model->pieces.count;
@@ -196,12 +221,53 @@ static void stroke_goes_on_in_the_same_bits_after_a_restore(void **unused)
     cut_world_destroy(&world);
 }
 
+// What follows from scratch is what sim_create asked contact for.
+static void uncut_body_is_as_firm_as_contact_says(void **unused)
+{
+    (void)unused;
+    for (int kind = 0; kind < 3; kind++) {
+        CutWorld world;
+        make_world(&world, kind, false);
+        expect_sound(&world);
+        cut_world_destroy(&world);
+    }
+}
+
+static void cut_without_room_changes_nothing(void **unused)
+{
+    (void)unused;
+    for (int which = 0; which < 2; which++) {
+        VoxelWorldOptions options = voxel_world_cube(8);
+        if (which == 0)
+            options.body.face_capacity = 2 * 6 * 64 + 40; // ten faces
+        else
+            options.body.vertex_capacity = 9 * 9 * 9 + 10;
+        CutWorld world;
+        cut_world_create(&world, &options);
+        const CutOptions cut = cut_world_sweep(vec3(0.001, 0.0, 0.0), vec3(0.0, 0.0, 1.0),
+                                               vec3(0.0, 1.0, 0.0), 1.0, -1.0, 1.0);
+        CutOutcome outcome;
+        const uint64_t before = state_hash(&world.state);
+        TopologyChange change;
+        const CutSweep sweep = {
+            .phase = CUT_WHOLE, .before = cut.before, .after = cut.after, .blade = -1};
+        assert_false(world.body->ops->cut(world.body, &sweep, &outcome, &change));
+        assert_int_equal(outcome.verdict, which == 0 ? CUT_NO_FACES : CUT_NO_NODES);
+        assert_true(outcome.needed > outcome.room);
+        assert_true(state_hash(&world.state) == before);
+        expect_sound(&world);
+        cut_world_destroy(&world);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(uncut_body_is_as_firm_as_contact_says),
         cmocka_unit_test(whole_strokes_separate_swinging_bodies),
         cmocka_unit_test(strokes_that_stop_inside_separate_nothing),
         cmocka_unit_test(many_strokes_keep_a_body_sound),
+        cmocka_unit_test(cut_without_room_changes_nothing),
         cmocka_unit_test(stroke_goes_on_in_the_same_bits_after_a_restore),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -58,7 +58,7 @@ static void print_nodes(const Body *body, const Outside *outside, FILE *out)
     fprintf(out, "  nodes %d, elements %d, pieces %d, mass %.6g kg\n", node_count(body),
             body->element_count, body_count_pieces(&body->mesh), body->mass);
     fprintf(out, "  outside: nodes %d (%d fixed), faces %d; published: nodes %d, faces %d\n",
-            outside->nodes, outside->fixed, body->surface.face_count, body->mesh.node_count,
+            outside->nodes, outside->fixed, body->surface.face_used, body->mesh.node_count,
             body->mesh.triangle_count);
 }
 

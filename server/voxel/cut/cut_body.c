@@ -298,6 +298,11 @@ static void body_explain(const void *self, FILE *out)
     fprintf(out, "    cuttable: room for %d vertices, %d triangles; %d divisions a tick\n",
             model->lattice.vertex_capacity, 2 * model->faces.square_capacity,
             model->lattice.split_budget);
+    if (model->tear.stress > 0.0)
+        fprintf(out, "    tears: where it is pulled with more than %g Pa\n", model->tear.stress);
+    if (model->tear.force > 0.0)
+        fprintf(out, "    tears: at vertices pushed or pulled with more than %g N\n",
+                model->tear.force);
 }
 
 static const char *body_isa(const void *self)

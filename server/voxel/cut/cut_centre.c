@@ -117,13 +117,16 @@ Vec3 cut_centres_vertex(const CellCentres *centres, int vertex)
     return to_world(centres, vertex_at(centres, vertex));
 }
 
-void cut_centres_grow(const CellCentres *centres, int cell, double low[3], double high[3])
+void cut_centres_grow(const CellCentres *centres, int cell, unsigned corners, double low[3],
+                      double high[3])
 {
     const CutLattice *lattice = centres->lattice;
     const int leaf = cut_lattice_leaf_of(lattice, cell);
     const int *node = cut_lattice_nodes(lattice, leaf);
-    const int count = leaf == cell ? NODE_CORNERS : NODE_COUNT;
-    for (int n = 0; n < count; n++) {
+    if (leaf != cell)
+        corners = (1u << NODE_COUNT) - 1;
+    for (; corners != 0; corners &= corners - 1) {
+        const int n = __builtin_ctz(corners);
         if (node[n] < 0)
             continue;
         const Vec3 x = vertex_at(centres, node[n]);

@@ -22,7 +22,9 @@ void cut_centres_begin(CellCentres *centres, const CutLattice *lattice, const Ro
 // In the world [m].
 Vec3 cut_centre(CellCentres *centres, int cell);
 Vec3 cut_centres_vertex(const CellCentres *centres, int vertex); // likewise
-// A box in the rows' coordinates grows by the vertices of the leaf that covers a cell.
-void cut_centres_grow(const CellCentres *centres, int cell, double low[3], double high[3]);
+// A box in the rows' coordinates grows by the vertices of the leaf that covers a cell; if it is the
+// cell itself, by those of its corners (a bit each).
+void cut_centres_grow(const CellCentres *centres, int cell, unsigned corners, double low[3],
+                      double high[3]);
 
 #endif

@@ -155,6 +155,7 @@ static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
     scratch->listed_face = ALLOCATE(cells, unsigned char, "listed faces");
     for (int at = 0; at < 27; at++)
         scratch->node_at[at] = (signed char)node_at_offset(at % 3, at / 3 % 3, at / 9);
+    cut_points_list_parents(scratch);
     CutChanges *changes = &lattice->changes;
     changes->element = ALLOCATE(elements, int, "changed elements");
     changes->birth = ALLOCATE(lattice->vertex_capacity, CutBirth, "born vertices");

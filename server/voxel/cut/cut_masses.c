@@ -14,8 +14,9 @@ void cut_masses_create(CutMasses *masses, const char *name, Arena *arena)
 {
     const CutLattice *lattice = masses->lattice;
     const int vertices = lattice->vertex_capacity;
-    masses->mask =
-        ALLOCATE(lattice->element_count - lattice->level_first[1], unsigned, "element masks");
+    masses->share = arena_allocate(arena, ARENA_TOPOLOGY,
+                                   (size_t)(lattice->element_count - lattice->level_first[1]),
+                                   sizeof *masses->share, "%s/shares of mass", name);
     masses->touched = ALLOCATE(vertices, int, "touched vertices");
     masses->group = ALLOCATE(vertices, int, "groups of vertices");
     masses->next = ALLOCATE(vertices, int, "next in group");
@@ -33,36 +34,35 @@ static void set_place(CutMasses *masses, int vertex, const int point[3])
         masses->vertices->rows.place[vertex][c] = masses->size * (point[c] - masses->middle[c]);
 }
 
-static void set_mask(CutMasses *masses, int element)
+static double mass_of(const CutMasses *masses, int element)
 {
-    const CutLattice *lattice = masses->lattice;
-    if (element >= lattice->level_first[1])
-        masses->mask[element - lattice->level_first[1]] =
-            template_mask_of(cut_lattice_nodes(lattice, element));
+    if (masses->material_count == 1 && element < masses->lattice->level_first[1])
+        return masses->mass[0];
+    const CutElement *of = &masses->lattice->element[element];
+    return masses->mass[of->level * masses->material_count + of->material - 1];
 }
 
 // What of an element's mass the vertex at a node bears. Total and first moment are those of the
 // solid cubes.
-static double share_of(const CutMasses *masses, int element, int node)
+static void set_shares(CutMasses *masses, int element)
 {
     const CutLattice *lattice = masses->lattice;
-    const CutElement *of = &lattice->element[element];
-    const double mass = masses->mass[of->level * masses->material_count + of->material - 1];
-    const unsigned mask =
-        element < lattice->level_first[1] ? 0 : masses->mask[element - lattice->level_first[1]];
-    if (mask == 0)
-        return 0.125 * mass;
-    const unsigned present = mask << NODE_CORNERS | 0xff;
-    if (masses->law == VOXEL_MIYAZAKI2004)
-        return mass / __builtin_popcount(present);
+    if (element < lattice->level_first[1] || !cut_lattice_is_leaf(lattice, element))
+        return;
+    const unsigned mask = template_mask_of(cut_lattice_nodes(lattice, element));
     const Template *shape = template_cache_shape(masses->templates, mask);
-    return 0.125 * shape->weight[__builtin_popcount(present & ((1u << node) - 1))] * mass;
+    const double mass = mass_of(masses, element);
+    double *share = masses->share[element - lattice->level_first[1]];
+    for (int i = 0; i < shape->count; i++)
+        share[shape->node[i]] = masses->law == VOXEL_MIYAZAKI2004 ? mass / shape->count
+                                                                  : 0.125 * shape->weight[i] * mass;
 }
 
 // From scratch, so that it is a function of the bits alone.
 static void set_mass(CutMasses *masses, int vertex)
 {
     const CutLattice *lattice = masses->lattice;
+    const int cells = lattice->level_first[1];
     int point[3], leaf[8];
     cut_lattice_point(lattice, vertex, point);
     cut_lattice_around(lattice, point, leaf);
@@ -71,18 +71,19 @@ static void set_mass(CutMasses *masses, int vertex)
     for (int s = 0; s < 8; s++) {
         if (leaf[s] < 0)
             continue;
-        int node = 7 - s; // the corner opposite of a cell
-        if (leaf[s] >= lattice->level_first[1]) {
-            bool counted = false; // larger leaves may lie in several slots
+        if (leaf[s] < cells) { // has the point at the corner opposite
+            if (lattice->corner[leaf[s]][7 - s] != vertex)
+                continue;
+            mass += 0.125 * mass_of(masses, leaf[s]);
+        } else {
+            bool counted = false; // may lie in several slots
             for (int t = 0; t < s; t++)
                 counted |= leaf[t] == leaf[s];
-            if (counted)
+            const int node = counted ? -1 : cut_lattice_node_at(lattice, leaf[s], point);
+            if (counted || lattice->node[leaf[s] - cells][node] != vertex)
                 continue;
-            node = cut_lattice_node_at(lattice, leaf[s], point);
+            mass += masses->share[leaf[s] - cells][node];
         }
-        if (cut_lattice_nodes(lattice, leaf[s])[node] != vertex)
-            continue;
-        mass += share_of(masses, leaf[s], node);
         if (lowest < 0)
             lowest = s;
     }
@@ -105,11 +106,12 @@ static int group_of(CutMasses *masses, int vertex)
     return vertex;
 }
 
-static void unite(CutMasses *masses, int a, int b)
+// The lower of two groups takes over the other; returns it.
+static int unite(CutMasses *masses, int a, int b)
 {
-    a = group_of(masses, a);
-    b = group_of(masses, b);
-    masses->group[a > b ? a : b] = a < b ? a : b;
+    const int low = a < b ? a : b;
+    masses->group[a < b ? b : a] = low;
+    return low;
 }
 
 static void touch(CutMasses *masses, int vertex)
@@ -126,10 +128,12 @@ static void touch_element(CutMasses *masses, int element)
     const CutLattice *lattice = masses->lattice;
     const int *node = cut_lattice_nodes(lattice, element);
     const int count = element < lattice->level_first[1] ? NODE_CORNERS : NODE_COUNT;
-    for (int n = 0; n < count; n++)
+    touch(masses, node[0]);
+    int group = group_of(masses, node[0]);
+    for (int n = 1; n < count; n++)
         if (node[n] >= 0) {
             touch(masses, node[n]);
-            unite(masses, node[n], node[0]);
+            group = unite(masses, group, group_of(masses, node[n]));
         }
 }
 
@@ -155,69 +159,64 @@ static void bear(CutMasses *masses, const CutBirth *birth)
 // ---------------------------------------------------------------------------------------------
 // Momentum
 
-typedef struct Momentum {
-    double mass;
-    Vec3 first;           // sum m x
-    Vec3 linear, angular; // sum m v, sum m x cross v, in the rows' coordinates
-} Momentum;
-
 static bool is_free(const CutMasses *masses, int vertex)
 {
-    return !vertices_is_fixed(masses->vertices, vertex);
+    return rows_get(&masses->vertices->rows, masses->vertices->inverse_mass, vertex) != 0.0;
 }
 
-static void read_row(const CutMasses *masses, int vertex, Vec3 *x, Vec3 *v)
+// Of the vertices of a group that may move, in the rows' coordinates, x from the first of them.
+typedef struct Momentum {
+    double mass;
+    Vec3 origin;
+    Vec3 first;           // sum m x
+    double second[6];     // sum m x x^T: xx yy zz yz zx xy
+    Vec3 linear, angular; // gained by the change of masses: sum dm v, sum dm x cross v
+} Momentum;
+
+static Vec3 position_of(const CutMasses *masses, const void *row, int vertex)
 {
     const Rows *rows = &masses->vertices->rows;
-    const void *row = masses->vertices->row[masses->vertices->current];
-    *x = rows_local(rows, row, vertex);
-    *v = rows_vector(rows, row, vertex, 4);
+    const double *place = rows->place[vertex];
+    return vec3_add(vec3(place[0], place[1], place[2]), rows_vector(rows, row, vertex, 0));
 }
 
-// Of the vertices of a group that may move, now; less what they had before their masses changed.
-static Momentum momentum_of(const CutMasses *masses, int group, Momentum *gained)
+static Momentum momentum_of(const CutMasses *masses, const void *row, int group)
 {
     Momentum sum = {.mass = 0.0};
-    *gained = sum;
     for (int i = group; i >= 0; i = masses->next[i]) {
         if (!is_free(masses, i))
             continue;
-        Vec3 x, v;
-        read_row(masses, i, &x, &v);
-        const Vec3 turn = vec3_cross(x, v);
+        if (sum.mass == 0.0)
+            sum.origin = position_of(masses, row, i);
+        const Vec3 x = vec3_sub(position_of(masses, row, i), sum.origin);
+        const Vec3 v = rows_vector(&masses->vertices->rows, row, i, 4);
         const double mass = masses->vertices->mass[i], more = mass - masses->mass_before[i];
+        const double second[6] = {x.x * x.x, x.y * x.y, x.z * x.z, x.y * x.z, x.z * x.x, x.x * x.y};
         sum.mass += mass;
         sum.first = vec3_madd(sum.first, mass, x);
-        gained->linear = vec3_madd(gained->linear, more, v);
-        gained->angular = vec3_madd(gained->angular, more, turn);
+        for (int k = 0; k < 6; k++)
+            sum.second[k] += mass * second[k];
+        sum.linear = vec3_madd(sum.linear, more, v);
+        sum.angular = vec3_madd(sum.angular, more, vec3_cross(x, v));
     }
     return sum;
 }
 
-// I^-1 moment, of the inertia about `center`; about axes without any nothing can turn.
-static Vec3 spin_for(const CutMasses *masses, int group, Vec3 center, Vec3 moment)
+// I^-1 moment, of the inertia about the centre; about axes without any nothing can turn.
+static Vec3 spin_for(const Momentum *sum, Vec3 center, Vec3 moment)
 {
-    double a[JACOBI_MAX][JACOBI_MAX] = {{0.0}}, axes[JACOBI_MAX][JACOBI_MAX], trace = 0.0;
-    for (int i = group; i >= 0; i = masses->next[i]) {
-        if (!is_free(masses, i))
-            continue;
-        Vec3 x, v;
-        read_row(masses, i, &x, &v);
-        x = vec3_sub(x, center);
-        const double m = masses->vertices->mass[i];
-        a[0][0] += m * (x.y * x.y + x.z * x.z);
-        a[1][1] += m * (x.z * x.z + x.x * x.x);
-        a[2][2] += m * (x.x * x.x + x.y * x.y);
-        a[0][1] -= m * x.x * x.y;
-        a[0][2] -= m * x.x * x.z;
-        a[1][2] -= m * x.y * x.z;
-    }
-    a[1][0] = a[0][1], a[2][0] = a[0][2], a[2][1] = a[1][2];
-    trace = a[0][0] + a[1][1] + a[2][2];
+    double a[JACOBI_MAX][JACOBI_MAX] = {{0.0}}, axes[JACOBI_MAX][JACOBI_MAX];
+    const double m = sum->mass, *s = sum->second;
+    const double xx = s[0] - m * center.x * center.x, yy = s[1] - m * center.y * center.y;
+    const double zz = s[2] - m * center.z * center.z, trace = 2.0 * (xx + yy + zz);
     if (!(trace > 0.0))
         return vec3(0.0, 0.0, 0.0);
-    for (int i = 0; i < 9; i++)
-        a[i / 3][i % 3] /= trace;
+    a[0][0] = (yy + zz) / trace;
+    a[1][1] = (zz + xx) / trace;
+    a[2][2] = (xx + yy) / trace;
+    a[1][2] = a[2][1] = -(s[3] - m * center.y * center.z) / trace;
+    a[2][0] = a[0][2] = -(s[4] - m * center.z * center.x) / trace;
+    a[0][1] = a[1][0] = -(s[5] - m * center.x * center.y) / trace;
     jacobi_diagonalise(3, a, axes);
     Vec3 spin = {0.0, 0.0, 0.0};
     for (int k = 0; k < 3; k++) {
@@ -233,22 +232,21 @@ static Vec3 spin_for(const CutMasses *masses, int group, Vec3 center, Vec3 momen
 // vertices as a rigid motion, which deforms nothing.
 static void repair_momentum(const CutMasses *masses, int group)
 {
-    Momentum gained;
-    const Momentum now = momentum_of(masses, group, &gained);
-    if (!(now.mass > 0.0))
-        return;
-    const Vec3 push = vec3_scale(-1.0, gained.linear);
-    const Vec3 center = vec3_scale(1.0 / now.mass, now.first);
-    const Vec3 moment = vec3_sub(vec3_scale(-1.0, gained.angular), vec3_cross(center, push));
-    const Vec3 spin = spin_for(masses, group, center, moment);
     const Rows *rows = &masses->vertices->rows;
     void *row = masses->vertices->row[masses->vertices->current];
+    const Momentum sum = momentum_of(masses, row, group);
+    if (!(sum.mass > 0.0))
+        return;
+    const Vec3 push = vec3_scale(-1.0, sum.linear);
+    const Vec3 center = vec3_scale(1.0 / sum.mass, sum.first);
+    const Vec3 moment = vec3_sub(vec3_scale(-1.0, sum.angular), vec3_cross(center, push));
+    const Vec3 spin = spin_for(&sum, center, moment);
     for (int i = group; i >= 0; i = masses->next[i]) {
         if (!is_free(masses, i))
             continue;
-        Vec3 x, v;
-        read_row(masses, i, &x, &v);
-        v = vec3_madd(v, 1.0 / now.mass, push);
+        const Vec3 x = vec3_sub(position_of(masses, row, i), sum.origin);
+        Vec3 v = rows_vector(rows, row, i, 4);
+        v = vec3_madd(v, 1.0 / sum.mass, push);
         v = vec3_add(v, vec3_cross(spin, vec3_sub(x, center)));
         rows_put(rows, row, (long)i * ROW + 4, v.x);
         rows_put(rows, row, (long)i * ROW + 5, v.y);
@@ -286,7 +284,7 @@ void cut_masses_follow(CutMasses *masses, bool divided)
         bear(masses, &changes->birth[b]);
     masses->touched_count = 0;
     for (int i = 0; i < changes->element_count; i++) {
-        set_mask(masses, changes->element[i]);
+        set_shares(masses, changes->element[i]);
         if (cut_lattice_is_leaf(lattice, changes->element[i]))
             touch_element(masses, changes->element[i]);
     }
@@ -294,7 +292,8 @@ void cut_masses_follow(CutMasses *masses, bool divided)
         if (changes->birth[b].origin >= 0) {
             touch(masses, changes->birth[b].vertex);
             touch(masses, changes->birth[b].origin);
-            unite(masses, changes->birth[b].vertex, changes->birth[b].origin);
+            unite(masses, group_of(masses, changes->birth[b].vertex),
+                  group_of(masses, changes->birth[b].origin));
         }
     for (int t = 0; t < masses->touched_count; t++)
         set_mass(masses, masses->touched[t]);
@@ -309,7 +308,7 @@ void cut_masses_derive(CutMasses *masses)
     const CutLattice *lattice = masses->lattice;
     vertices_set_count(masses->vertices, cut_lattice_used(lattice));
     for (int e = lattice->level_first[1]; e < lattice->element_count; e++)
-        set_mask(masses, e);
+        set_shares(masses, e);
     for (int v = 0; v < cut_lattice_used(lattice); v++) {
         int point[3];
         cut_lattice_point(lattice, v, point);

@@ -21,7 +21,8 @@ typedef struct CutMasses {
                                // there is fixed
 
     // --- follows from the lattice ---
-    unsigned *mask; // [element - level_first[1]] Template.mask of the leaves above level 0
+    double (*share)[NODE_COUNT]; // [element - level_first[1]] of leaves: what of its mass the
+                                 // vertex at a node bears [kg]
 
     // --- within a change ---
     int *touched;        // vertices

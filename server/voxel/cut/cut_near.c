@@ -7,25 +7,42 @@
 // ---------------------------------------------------------------------------------------------
 // Boxes of bricks
 
+// Corners of a cell (a bit each) that are not corners of the next cell along one of these axes.
+static unsigned corners_without(unsigned axes)
+{
+    unsigned corners = 0;
+    for (unsigned c = 0; c < NODE_CORNERS; c++)
+        corners |= (unsigned)((c & axes) == 0) << c;
+    return corners;
+}
+
+// Around all centres of a brick's cells and of those to which its links lead. Where a face is not
+// broken both cells have its corners: the next one in the brick brings them along.
 static void make_box(const CutBlades *blades, const CellCentres *centres, int brick, BladeBox *box)
 {
     const CutLattice *lattice = blades->lattice;
+    unsigned without[8];
+    for (unsigned axes = 0; axes < 8; axes++)
+        without[axes] = corners_without(axes);
     double low[3], high[3];
     for (int c = 0; c < 3; c++)
         low[c] = (double)INFINITY, high[c] = -(double)INFINITY;
     for (int cell = lattice->window[brick].first, leaf = -1; cell < lattice->window[brick].end;
          cell++) {
         const int own = cut_lattice_leaf_of(lattice, cell);
-        if (own != leaf)
-            cut_centres_grow(centres, cell, low, high);
-        leaf = own;
-        for (int axis = 0; axis < 3; axis++) { // links reach beyond the brick
-            if (lattice->element[cell].cell[axis] % WINDOW_EDGE != WINDOW_EDGE - 1)
-                continue;
+        unsigned axes = 0; // along which the next cell is in the brick and joined
+        for (int axis = 0; axis < 3; axis++) {
             const int beyond = blades->beyond[cell][axis];
-            if (beyond >= 0 && cut_lattice_leaf_of(lattice, beyond) != own)
-                cut_centres_grow(centres, beyond, low, high);
+            if (beyond < 0 || (lattice->broken[cell] >> axis & 1))
+                continue;
+            if (lattice->element[cell].cell[axis] % WINDOW_EDGE != WINDOW_EDGE - 1)
+                axes |= 1u << axis;
+            else if (cut_lattice_leaf_of(lattice, beyond) != own)
+                cut_centres_grow(centres, beyond, 0xff & ~without[1u << axis], low, high);
         }
+        if (own != leaf)
+            cut_centres_grow(centres, cell, without[axes], low, high);
+        leaf = own;
     }
     for (int r = 0; r < 3; r++) {
         double middle = centres->shift[r], half = 0.0;

@@ -236,15 +236,6 @@ static void pack_hanging(CutWindows *windows, int batch, const uint64_t *key, in
     }
 }
 
-static void pack(CutWindows *windows, int kind, int batch, const uint64_t *key, int lanes,
-                 bool mixed, const Turns *turns)
-{
-    if (kind == BATCH_PLAIN)
-        pack_plain(windows, batch, key, lanes, turns);
-    else
-        pack_hanging(windows, batch, key, lanes, mixed, turns);
-}
-
 // Whether the leaves from `k` on fill a batch of one kind.
 static bool fills(const uint64_t *key, int count, int k)
 {
@@ -278,7 +269,10 @@ static void pack_window(CutWindows *windows, int window, const Leaves *leaves, c
         int batch = range->first[kind], left = 0;
         for (int k = 0; k < count;) {
             if (fills(key, count, k)) {
-                pack(windows, kind, batch++, key + k, LANES, false, turns);
+                if (kind == BATCH_PLAIN)
+                    pack_plain(windows, batch++, key + k, LANES, turns);
+                else
+                    pack_hanging(windows, batch++, key + k, LANES, false, turns);
                 k += LANES;
             } else {
                 rest[left++] = key[k++];
@@ -289,26 +283,53 @@ static void pack_window(CutWindows *windows, int window, const Leaves *leaves, c
     }
 }
 
+// What the windows leave over, in order; returns how many.
+static int list_rest(const CutWindows *windows, int group, int kind, uint64_t key[GROUP_ELEMENTS])
+{
+    Merge merge = merge_begin(windows, group, kind);
+    int count = 0;
+    while (merge_next(&merge, &key[count]))
+        count++;
+    return count;
+}
+
 // Plain batches are of one class each.
-static void pack_rest(CutWindows *windows, int group, int kind, const Turns *turns)
+static void pack_plain_rest(CutWindows *windows, int group, const Turns *turns)
 {
     BatchRange *range = &windows->mixed[group];
-    Merge merge = merge_begin(windows, group, kind);
-    uint64_t key[LANES + 1];
-    range->first[kind] = range->low[kind];
-    int batch = range->low[kind], lanes = 0;
-    while (merge_next(&merge, &key[lanes])) {
-        const bool other = kind == BATCH_PLAIN && key[lanes] >> 32 != key[0] >> 32;
-        if (other || lanes == LANES) {
-            pack(windows, kind, batch++, key, lanes, true, turns);
-            key[0] = key[lanes];
-            lanes = 0;
-        }
-        lanes++;
+    uint64_t key[GROUP_ELEMENTS + 1];
+    const int count = list_rest(windows, group, BATCH_PLAIN, key);
+    int batch = range->low[BATCH_PLAIN];
+    for (int k = 0, end; k < count; k = end) {
+        for (end = k + 1; end < count && end < k + LANES && key[end] >> 32 == key[k] >> 32;)
+            end++;
+        pack_plain(windows, batch++, key + k, end - k, turns);
     }
-    if (lanes > 0)
-        pack(windows, kind, batch++, key, lanes, true, turns);
-    range->used[kind] = batch - range->first[kind];
+    range->first[BATCH_PLAIN] = range->low[BATCH_PLAIN];
+    range->used[BATCH_PLAIN] = batch - range->low[BATCH_PLAIN];
+}
+
+static void pack_hanging_rest(CutWindows *windows, int group, const Turns *turns)
+{
+    BatchRange *pooled = &windows->pooled[group], *mixed = &windows->mixed[group];
+    uint64_t key[GROUP_ELEMENTS + 1];
+    const int count = list_rest(windows, group, BATCH_HANGING, key);
+    int batch = pooled->low[BATCH_HANGING], left = 0;
+    for (int k = 0; k < count;) {
+        if (fills(key, count, k)) {
+            pack_hanging(windows, batch++, key + k, LANES, false, turns);
+            k += LANES;
+        } else {
+            key[left++] = key[k++];
+        }
+    }
+    pooled->first[BATCH_HANGING] = pooled->low[BATCH_HANGING];
+    pooled->used[BATCH_HANGING] = batch - pooled->low[BATCH_HANGING];
+    batch = mixed->low[BATCH_HANGING];
+    for (int k = 0; k < left; k += LANES)
+        pack_hanging(windows, batch++, key + k, left - k < LANES ? left - k : LANES, true, turns);
+    mixed->first[BATCH_HANGING] = mixed->low[BATCH_HANGING];
+    mixed->used[BATCH_HANGING] = batch - mixed->low[BATCH_HANGING];
 }
 
 // All leaves that may get another place.
@@ -343,6 +364,7 @@ void cut_pack(CutWindows *windows, int group, bool moved)
             list_leaves(windows, &lattice->window[w], &leaves[w - own->first]);
     if (moved) {
         take_turns(windows, own, leaves, &turns);
+        clear_turns(windows, &windows->pooled[group]);
         clear_turns(windows, &windows->mixed[group]);
     }
     for (int w = own->first; w < own->end; w++) {
@@ -354,6 +376,6 @@ void cut_pack(CutWindows *windows, int group, bool moved)
             windows->place[e] = -1;
         pack_window(windows, w, &leaves[w - own->first], &turns);
     }
-    for (int kind = 0; kind < BATCH_KINDS; kind++)
-        pack_rest(windows, group, kind, &turns);
+    pack_plain_rest(windows, group, &turns);
+    pack_hanging_rest(windows, group, &turns);
 }

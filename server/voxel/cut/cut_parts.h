@@ -4,6 +4,14 @@
 
 #include "voxel/cut/cut_lattice.h"
 
+// Between which vertices a place in the middle of a divided element lies, as corners of its
+// children: the middle of an edge between its ends, that of a face between those of its edges, the
+// centre between all corners.
+typedef struct CutParents {
+    int count;
+    unsigned char child[8], corner[8];
+} CutParents;
+
 // Follows from the state, or is empty between calls.
 typedef struct CutScratch {
     int points[3];              // lattice points along the axes
@@ -17,6 +25,7 @@ typedef struct CutScratch {
     unsigned char *listed_face; // [cell] axes in changes.face
     unsigned char *visited;     // [point] within a call
     signed char node_at[27];    // node by offset x + 3 y + 9 z; -1: the centre
+    CutParents parents[27];     // by offset, likewise
 } CutScratch;
 
 static inline int cut_parts_block(const CutLattice *lattice, int level, int i, int j, int k)
@@ -71,6 +80,8 @@ void cut_parts_list_face(CutLattice *lattice, int cell, int axis);
 // `of`. With of = CUT_NO_BIRTHS nothing may be new: false if it were.
 enum { CUT_NO_BIRTHS = -2 };
 bool cut_points_visit(CutLattice *lattice, const int point[3], const int leaf[8], int of);
+// Load time.
+void cut_points_list_parents(CutScratch *scratch);
 // How many vertices are to be there, and are.
 int cut_points_wanted(const CutLattice *lattice, const int point[3], const int leaf[8]);
 int cut_points_present(const CutLattice *lattice, const int point[3]);

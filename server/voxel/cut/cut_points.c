@@ -87,31 +87,41 @@ void cut_points_add(CutLattice *lattice, int vertex)
     scratch->head[index] = vertex;
 }
 
-// Between which nodes of the divided element `of` a point in its middle lies: the middle of an edge
-// between its ends, that of a face between those of its edges, the centre between all corners; by
-// the vertices there of the eight that it was divided into. Returns how many.
+void cut_points_list_parents(CutScratch *scratch)
+{
+    for (int offset = 0; offset < 27; offset++) {
+        const int place[3] = {offset % 3, offset / 3 % 3, offset / 9};
+        const int middles = (place[0] == 1) + (place[1] == 1) + (place[2] == 1);
+        CutParents *parents = &scratch->parents[offset];
+        for (int n = 0; n < 27; n++) {
+            const int at[3] = {n % 3, n / 3 % 3, n / 9};
+            int left = 0, child = 0, corner = 0;
+            bool beside = true; // where the place is at the end of an edge, so is the parent
+            for (int d = 0; d < 3; d++) {
+                left += at[d] == 1;
+                beside &= place[d] == 1 || at[d] == place[d];
+                child |= (at[d] == 2) << d;
+                corner |= (at[d] > 0) << d;
+            }
+            if (beside && left == (middles == 2)) {
+                parents->child[parents->count] = (unsigned char)child;
+                parents->corner[parents->count++] = (unsigned char)corner;
+            }
+        }
+    }
+}
+
 static int find_parents(const CutLattice *lattice, int of, const int point[3], int parent[8])
 {
     const CutElement *element = &lattice->element[of];
-    int offset[3], middles = 0, count = 0;
-    for (int d = 0; d < 3; d++) {
-        offset[d] = 2 * (point[d] - element->cell[d]) >> element->level;
-        middles += offset[d] == 1;
-    }
-    for (int n = 0; n < 27; n++) {
-        const int at[3] = {n % 3, n / 3 % 3, n / 9};
-        int left = 0, child = 0, corner = 0;
-        bool beside = true; // where the point is at the end of an edge, so is the parent
-        for (int d = 0; d < 3; d++) {
-            left += at[d] == 1;
-            beside &= offset[d] == 1 || at[d] == offset[d];
-            child |= (at[d] == 2) << d;
-            corner |= (at[d] > 0) << d;
-        }
-        if (beside && left == (middles == 2))
-            parent[count++] = cut_lattice_nodes(lattice, element->child + child)[corner];
-    }
-    return count;
+    int offset = 0;
+    for (int d = 0, step = 1; d < 3; d++, step *= 3)
+        offset += step * (2 * (point[d] - element->cell[d]) >> element->level);
+    const CutParents *parents = &lattice->scratch->parents[offset];
+    for (int p = 0; p < parents->count; p++)
+        parent[p] =
+            cut_lattice_nodes(lattice, element->child + parents->child[p])[parents->corner[p]];
+    return parents->count;
 }
 
 // A copy of `origin`, or, if that is negative, in the middle of `of`.
@@ -149,18 +159,18 @@ bool cut_points_visit(CutLattice *lattice, const int point[3], const int leaf[8]
     const PointParts parts = parts_at(lattice, point, leaf);
     if (parts.owns == 0) // then it need not be a node of any of them
         return true;
-    int vertex[8], first_new = -1;
-    for (int p = 0; p < 8; p++) {
-        vertex[p] = -1;
-        if (!(parts.owns >> p & 1))
-            continue;
+    int vertex[8] = {-1, -1, -1, -1, -1, -1, -1, -1}, first_new = -1;
+    for (unsigned left = parts.owns; left != 0; left &= left - 1) {
+        const int p = __builtin_ctz(left);
         const int id = index + points * point_parts_rank(&parts, p);
-        vertex[p] = find_vertex(lattice, index, id);
+        int origin = vertex_before(lattice, &parts, p, leaf, point);
+        vertex[p] = origin >= 0 && lattice->vertex_id[origin] == id
+                        ? origin
+                        : find_vertex(lattice, index, id);
         if (vertex[p] >= 0)
             continue;
         if (of == CUT_NO_BIRTHS)
             return false;
-        int origin = vertex_before(lattice, &parts, p, leaf, point);
         if (origin < 0)
             origin = first_new;
         vertex[p] = add_vertex(lattice, id, point, origin, of);

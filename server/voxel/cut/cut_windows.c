@@ -53,6 +53,7 @@ static void create_ranges(CutWindows *windows, const char *name, Arena *arena)
     const CutLattice *lattice = windows->lattice;
     int *end = windows->capacity;
     windows->full = ALLOCATE(ARENA_STEP, lattice->window_count, BatchRange, "windows");
+    windows->pooled = ALLOCATE(ARENA_STEP, windows->group_count, BatchRange, "pooled windows");
     windows->mixed = ALLOCATE(ARENA_STEP, windows->group_count, BatchRange, "mixed windows");
     for (int g = 0; g < windows->group_count; g++) {
         const WindowGroup *own = &windows->group[g];
@@ -67,7 +68,11 @@ static void create_ranges(CutWindows *windows, const char *name, Arena *arena)
             end[BATCH_HANGING] += hangs ? count / LANES : 0;
             memcpy(range->high, end, sizeof range->high);
         }
-        BatchRange *range = &windows->mixed[g];
+        BatchRange *range = &windows->pooled[g];
+        memcpy(range->low, end, sizeof range->low);
+        end[BATCH_HANGING] += hangs ? elements / LANES : 0;
+        memcpy(range->high, end, sizeof range->high);
+        range = &windows->mixed[g];
         memcpy(range->low, end, sizeof range->low);
         for (int m = 0; m < 256; m++)
             end[BATCH_PLAIN] += batches_for(rest[m]);
@@ -164,19 +169,20 @@ static int add_run(CutWindows *windows, int begin, int end, BatchRun more)
     return end + 1;
 }
 
+static int add_range(CutWindows *windows, int begin, int end, int kind, const BatchRange *range,
+                     bool mixed)
+{
+    return add_run(windows, begin, end, (BatchRun){range->first[kind], range->used[kind], mixed});
+}
+
 static int list_kind(CutWindows *windows, int kind, int begin)
 {
     int end = begin;
     for (int g = 0; g < windows->group_count; g++) {
-        const bool hanging = kind == BATCH_HANGING;
-        for (int w = windows->group[g].first; w < windows->group[g].end; w++) {
-            const BatchRange *range = &windows->full[w];
-            end = add_run(windows, begin, end,
-                          (BatchRun){range->first[kind], range->used[kind], false});
-        }
-        const BatchRange *range = &windows->mixed[g];
-        end = add_run(windows, begin, end,
-                      (BatchRun){range->first[kind], range->used[kind], hanging});
+        for (int w = windows->group[g].first; w < windows->group[g].end; w++)
+            end = add_range(windows, begin, end, kind, &windows->full[w], false);
+        end = add_range(windows, begin, end, kind, &windows->pooled[g], false);
+        end = add_range(windows, begin, end, kind, &windows->mixed[g], kind == BATCH_HANGING);
     }
     return end;
 }
@@ -240,8 +246,8 @@ static void create_scratch(CutWindows *windows, const char *name, Arena *arena)
                                          sizeof *windows->rest_count, "%s/left over counts", name);
     windows->changed = ALLOCATE(ARENA_TOPOLOGY, count, int, "changed windows");
     windows->is_changed = ALLOCATE(ARENA_TOPOLOGY, count, bool, "windows that changed");
-    windows->run = ALLOCATE(ARENA_STEP, BATCH_KINDS * (count + windows->group_count + 1), BatchRun,
-                            "runs of batches");
+    windows->run = ALLOCATE(ARENA_STEP, BATCH_KINDS * (count + 2 * windows->group_count + 1),
+                            BatchRun, "runs of batches");
 }
 
 static int batch_capacity(const CutWindows *windows)
@@ -438,9 +444,10 @@ int cut_windows_stressed(const CutWindows *windows, const uint16_t *high, int *e
     int count = 0;
     for (int g = 0; g < windows->group_count; g++) {
         const WindowGroup *own = &windows->group[g];
-        const bool mixed = any_high(windows, &windows->mixed[g], high);
+        const bool rest = any_high(windows, &windows->mixed[g], high) ||
+                          any_high(windows, &windows->pooled[g], high);
         for (int w = own->first; w < own->end; w++) {
-            if (!mixed && !any_high(windows, &windows->full[w], high))
+            if (!rest && !any_high(windows, &windows->full[w], high))
                 continue;
             const CutWindow *window = &windows->lattice->window[w];
             for (int e = window->first; e < window->end; e++) {

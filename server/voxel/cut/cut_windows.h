@@ -1,11 +1,11 @@
 // The batches of a cuttable body: what batch.h is to others, but made anew, window by window, while
 // the body is cut. Leaves of one kind (plain cubes of one class, or one mask) fill whole batches of
-// their window; what is left over of the windows of a group fills batches of the group, plain ones
-// by class, those with hanging vertices mixed (kernel.h) and by the number of their vertices, mask
-// and number. Windows and groups own fixed ranges of batches, enough for whatever may come of them,
-// and what these hold is a pure function of the leaves there and of their vertices. So only what
-// changed is packed anew, and the result is that of packing all: bits do not depend on the way that
-// led to a state.
+// their window; what is left over of the windows of a group fills batches of the group: plain ones
+// by class; those with hanging vertices again whole batches of one mask, and what is left then
+// mixed ones (kernel.h), by the number of their vertices, mask and number. Windows and groups own
+// fixed ranges of batches, enough for whatever may come of them, and what these hold is a pure
+// function of the leaves there and of their vertices. So only what changed is packed anew, and the
+// result is that of packing all: bits do not depend on the way that led to a state.
 //
 // Step thread, but for cut_windows_create; no allocation after that.
 #ifndef PLIANT_VOXEL_CUT_CUT_WINDOWS_H
@@ -55,11 +55,12 @@ typedef struct CutWindows {
     int capacity[BATCH_KINDS]; // batches
     int group_count;
     WindowGroup *group;
-    int *group_of;     // [window]
-    BatchRange *full;  // [window]
-    BatchRange *mixed; // [group]
-    int *start;        // [hanging + 1] of HangingBatches
-    int *table;        // [hanging] of HangingBatches
+    int *group_of;      // [window]
+    BatchRange *full;   // [window]
+    BatchRange *pooled; // [group] full of one mask, of what its windows leave over
+    BatchRange *mixed;  // [group] of what is left then
+    int *start;         // [hanging + 1] of HangingBatches
+    int *table;         // [hanging] of HangingBatches
 
     // --- state ---
     double (*last)[LANES][4]; // [plain, then hanging] see VoxelPass; of lanes without an element:

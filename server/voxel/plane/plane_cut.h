@@ -75,10 +75,14 @@ typedef struct PlaneCut {
     unsigned char *marked; // [cell_count] edges in `edge`, as bits; 0 between calls
 } PlaneCut;
 
-// plane_cut.c. Load time: the tables of a cuttable body, whose vertices at the start have the rows
-// of plane_mesh_create's; `fixed` by these.
+// plane_cut_create.c. Load time: the tables of a cuttable body, whose vertices at the start have
+// the rows of plane_mesh_create's; `fixed` by these.
 void plane_cut_create(PlaneModel *model, const VoxelOptions *options, const bool *fixed,
                       Arena *arena, StateList *state);
+
+// plane_cut.c. The mesh of the bits as they are now; false: it has more vertices than there is room
+// for.
+bool plane_cut_fill_mesh(PlaneCut *cut);
 // Makes all that follows from the bits and rows.
 void plane_cut_make(PlaneModel *model, Body *body);
 // pieces and small_pieces.
@@ -89,7 +93,16 @@ bool plane_cut_break(Body *body, const int (*edge)[2], int count, CutOutcome *ou
                      TopologyChange *change);
 // BodyOps.reconstruct: a quarter that must be carved, is: each element at most once.
 bool plane_cut_reconstruct(Body *body, TopologyChange *change);
-// After the state was restored. False: it cannot be.
+
+// plane_cut_rows.c, after the mesh was filled: rows of its vertices, by their ids, new ones at the
+// end; then elements, masses, and the momentum that the exchange of masses has cost.
+void plane_cut_take_rows(PlaneModel *model, TopologyChange *change);
+void plane_cut_place_row(PlaneModel *model, int v, int row);
+void plane_cut_make_forms(PlaneModel *model);
+void plane_cut_make_masses(PlaneModel *model);
+void plane_cut_keep_momentum(PlaneModel *model);
+
+// plane_cut_restore.c. After the state was restored. False: it cannot be.
 bool plane_cut_restore(Body *body);
 
 // plane_cut_body.c: the operations, as plane_ops but for what cuts change.
