@@ -72,7 +72,7 @@ static const Option BODY_OPTIONS[] = {
               "the mesh; of a voxel body, of all its vertices by ascending `id`."},
     {"cuttable", OPTION_BOOL, AT(cuttable), "",
      .about = "Whether blades and cut messages cut it. A body that is not pays nothing for it."},
-    {"split_budget", OPTION_INT, AT(split_budget), "", 1.0, 1e6, .preset = 16,
+    {"split_budget", OPTION_INT, AT(split_budget), "", 1.0, 1e6, .preset = 12,
      .about = "Voxel: elements that one tick divides around a cut; the rest follows in the next "
               "ticks."},
     {"tear", OPTION_GROUP, AT(tear), "", .preset_text = "it does not tear",

@@ -171,7 +171,7 @@ static bool write_sweeps(char *path, size_t size, int count)
 
 static void run_live(Bench *bench, const char *name)
 {
-    enum { A_SECOND = 100 };
+    enum { A_SECOND = 100, CELLS = 1728 };
     static const char scene[] =
         "name = \"bench\";\nrate_hz = 1000.0;\n"
         "bodies = ( { name = \"cube\";  model = \"voxel\";  levels = 1;  cuttable = true;\n"
@@ -203,12 +203,12 @@ static void run_live(Bench *bench, const char *name)
         bench_fail(bench, name, why);
         break;
     case DAEMON_DONE:
-        bench_row(bench, name, 0, "cuts_a_second", A_SECOND, "1/s");
-        bench_row(bench, name, 0, "ticks", run.ticks, "1");
-        bench_row(bench, name, 0, "late_ticks", run.late_ticks, "1");
-        bench_row(bench, name, 0, "wall_us_step_p50", run.step[0], "us");
-        bench_row(bench, name, 0, "wall_us_step_p99", run.step[1], "us");
-        bench_row(bench, name, 0, "wall_us_step_max", run.step[3], "us");
+        bench_row(bench, name, CELLS, "cuts_a_second", A_SECOND, "1/s");
+        bench_row(bench, name, CELLS, "ticks", run.ticks, "1");
+        bench_row(bench, name, CELLS, "late_ticks", run.late_ticks, "1");
+        bench_row(bench, name, CELLS, "wall_us_step_p50", run.step[0], "us");
+        bench_row(bench, name, CELLS, "wall_us_step_p99", run.step[1], "us");
+        bench_row(bench, name, CELLS, "wall_us_step_max", run.step[3], "us");
     }
     unlink(path);
 }

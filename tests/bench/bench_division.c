@@ -152,7 +152,7 @@ static void print_cost(Bench *bench, const char *name, int size, const Cost *cos
     }
     bench_row(bench, name, size, "each", 1e-3 * (double)total / cost->count, "us");
     bench_row(bench, name, size, "each_worst_call", 1e-3 * cost->most, "us");
-    bench_row(bench, name, size, "count", cost->count, "");
+    bench_row(bench, name, size, "count", cost->count, "1");
 }
 
 static void take_least(const Cost *cost, Cost *least)
@@ -232,8 +232,8 @@ static void run_stroke(Bench *bench, int cells)
     bench_row(bench, name, cells, "median", us[ticks / 2], "us");
     bench_row(bench, name, cells, "p99", us[ticks * 99 / 100], "us");
     bench_row(bench, name, cells, "worst", us[ticks - 1], "us");
-    bench_row(bench, name, cells, "elements", model->lattice.leaf_count, "");
-    bench_row(bench, name, cells, "vertices", cut_lattice_used(&model->lattice), "");
+    bench_row(bench, name, cells, "elements", model->lattice.leaf_count, "1");
+    bench_row(bench, name, cells, "vertices", cut_lattice_used(&model->lattice), "1");
     free(us);
     world_destroy(&world);
 }
