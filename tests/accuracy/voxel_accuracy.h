@@ -14,7 +14,7 @@ void cube_layout(const Experiment *experiment);   // Figs 2 and 10
 void press_test(const Experiment *experiment);    // Fig. 3 and the frame's cost ratio
 void process_costs(const Experiment *experiment); // Table 1 and Fig. 11, in space
 void beam_and_patches(const Experiment *experiment);
-void cuts(const Experiment *experiment); // Figs 6, 8 and 9
+void cuts(const Experiment *experiment);  // Figs 6, 8 and 9
 void organ(const Experiment *experiment); // experiment->scenes/../../../config/organ-volume.cfg
 
 #endif
