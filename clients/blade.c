@@ -1,7 +1,8 @@
 // Where a blade's edge goes. One thread.
 #include "blade.h"
 
-#include <ctype.h>
+#include "client.h"
+
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
@@ -49,24 +50,6 @@ int blade_sweeps(const BladePath *path)
 
 // --- files ---
 
-// Six numbers, or -1 for something else.
-static int read_numbers(const char *line, double number[6])
-{
-    int count = 0;
-    for (const char *at = line;;) {
-        while (isspace((unsigned char)*at))
-            at++;
-        if (!*at)
-            return count;
-        char *end;
-        double value = strtod(at, &end);
-        if (end == at || (*end && !isspace((unsigned char)*end)) || !isfinite(value) || count == 6)
-            return -1;
-        number[count++] = value;
-        at = end;
-    }
-}
-
 static bool is_word(const char *line, const char *word)
 {
     line += strspn(line, " \t");
@@ -77,7 +60,7 @@ static bool is_word(const char *line, const char *word)
 static bool read_place(char *line, bool lifted, BladePath *path, char why[160])
 {
     double number[6];
-    if (read_numbers(line, number) != 6) {
+    if (client_read_numbers(line, number, 6) != 6) {
         snprintf(why, 160, "want x y z x y z, the two ends of the edge, or \"lift\"");
         return false;
     }

@@ -107,6 +107,24 @@ bool client_parse_vector(const char *text, double limit, double vector[3])
     return true;
 }
 
+int client_read_numbers(const char *line, double *number, int most)
+{
+    int count = 0;
+    for (const char *at = line;;) {
+        while (isspace((unsigned char)*at))
+            at++;
+        if (!*at)
+            return count;
+        char *after;
+        double value = strtod(at, &after);
+        bool whole = after != at && (!*after || isspace((unsigned char)*after));
+        if (!whole || !isfinite(value) || count == most)
+            return -1;
+        number[count++] = value;
+        at = after;
+    }
+}
+
 bool client_url(const char *url, const char *fallback, int receive_bytes, char *out, size_t size)
 {
     if (!url || !*url)

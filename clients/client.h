@@ -47,6 +47,8 @@ bool client_parse_number(const char *text, double low, double high, double *numb
 bool client_parse_integer(const char *text, long low, long high, long *number);
 // "X,Y,Z", finite, each inside [-limit, limit].
 bool client_parse_vector(const char *text, double limit, double vector[3]);
+// Numbers of a line between white space: how many, at most `most`; -1: something else, or more.
+int client_read_numbers(const char *line, double *number, int most);
 
 // The URL that a client opens: `url`, else `fallback` (LCM_DEFAULT_URL), else LCM's default; with
 // recv_buf_size added to a udpm URL that does not set it (unless 0). False when it does not fit.

@@ -1,6 +1,7 @@
 // pliant-cut: cuts tissue, either by messages that each sweep a blade at once and are answered, or
 // (--stroke) by moving a blade tool along the same path. One thread; a request that is not answered
 // is sent again with its number, so that the daemon executes it once.
+#include "arguments.h"
 #include "blade.h"
 #include "client.h"
 #include "track.h"
@@ -99,20 +100,6 @@ static void want_numbers(struct argp_state *state, const char *name, const char 
                    count, TRACK_REACH, TRACK_REACH);
 }
 
-static void want_number(struct argp_state *state, const char *name, const char *text, double low,
-                        double high, double *number)
-{
-    if (!client_parse_number(text, low, high, number))
-        argp_error(state, "--%s '%s' outside [%g, %g]", name, text, low, high);
-}
-
-static void want_integer(struct argp_state *state, const char *name, const char *text, long low,
-                         long high, long *number)
-{
-    if (!client_parse_integer(text, low, high, number))
-        argp_error(state, "--%s '%s' outside [%ld, %ld]", name, text, low, high);
-}
-
 static void add_place(struct argp_state *state, const double end[2][3], bool lifted)
 {
     Options *options = state->input;
@@ -180,7 +167,7 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
         add_plane(state, argument);
         return 0;
     case 'S':
-        want_number(state, "size", argument, 1e-6, TRACK_REACH, &options->plane_size);
+        argument_number(state, "size", argument, 1e-6, TRACK_REACH, &options->plane_size);
         return 0;
     case 'f':
         options->file = argument;
@@ -191,16 +178,16 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
         options->body = argument;
         return 0;
     case 'r':
-        want_number(state, "rate", argument, 0.01, 10000.0, &options->rate_hz);
+        argument_number(state, "rate", argument, 0.01, 10000.0, &options->rate_hz);
         return 0;
     case 'n':
-        want_integer(state, "repeat", argument, 1, 1000000, &options->repeat);
+        argument_integer(state, "repeat", argument, 1, 1000000, &options->repeat);
         return 0;
     case 'T':
-        want_number(state, "timeout", argument, 0.01, 3600.0, &options->timeout_s);
+        argument_number(state, "timeout", argument, 0.01, 3600.0, &options->timeout_s);
         return 0;
     case 'N':
-        want_integer(state, "tries", argument, 1, 1000, &options->tries);
+        argument_integer(state, "tries", argument, 1, 1000, &options->tries);
         return 0;
     case 'q':
         options->quiet = true;
@@ -209,10 +196,10 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
         options->stroke = true;
         return 0;
     case 't':
-        want_integer(state, "tool", argument, INT32_MIN, INT32_MAX, &options->tool);
+        argument_integer(state, "tool", argument, INT32_MIN, INT32_MAX, &options->tool);
         return 0;
     case 'v':
-        want_number(state, "speed", argument, 1e-5, 100.0, &options->speed);
+        argument_number(state, "speed", argument, 1e-5, 100.0, &options->speed);
         return 0;
     case ARGP_KEY_ARG:
         argp_error(state, "'%s' is not an option", argument);

@@ -2,6 +2,7 @@
 // and shows what the tool feels. One thread, poses at absolute deadlines, the tool withdrawn at the
 // end.
 #include "aim.h"
+#include "arguments.h"
 #include "client.h"
 #include "grip.h"
 #include "hand_run.h"
@@ -110,20 +111,6 @@ static const struct argp_option OPTIONS[] = {
     {0},
 };
 
-static void want_number(struct argp_state *state, const char *name, const char *text, double low,
-                        double high, double *number)
-{
-    if (!client_parse_number(text, low, high, number))
-        argp_error(state, "--%s '%s' outside [%g, %g]", name, text, low, high);
-}
-
-static void want_integer(struct argp_state *state, const char *name, const char *text, long low,
-                         long high, long *number)
-{
-    if (!client_parse_integer(text, low, high, number))
-        argp_error(state, "--%s '%s' outside [%ld, %ld]", name, text, low, high);
-}
-
 static void want_vector(struct argp_state *state, const char *name, const char *text,
                         double vector[3])
 {
@@ -180,16 +167,16 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
         options->keys = true;
         return 0;
     case 't':
-        want_integer(state, "tool", argument, INT32_MIN, INT32_MAX, &options->tool);
+        argument_integer(state, "tool", argument, INT32_MIN, INT32_MAX, &options->tool);
         return 0;
     case 'r':
-        want_number(state, "rate", argument, 1.0, 10000.0, &options->rate_hz);
+        argument_number(state, "rate", argument, 1.0, 10000.0, &options->rate_hz);
         return 0;
     case 'd':
         want_vector(state, "direction", argument, options->direction);
         return 0;
     case 'D':
-        want_number(state, "depth", argument, 0.0, 10.0, &options->depth);
+        argument_number(state, "depth", argument, 0.0, 10.0, &options->depth);
         options->has_depth = true;
         return 0;
     case 'h' + 256:
@@ -199,14 +186,14 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
         options->hand_table = true;
         return 0;
     case 'F':
-        want_number(state, "frequency", argument, 0.01, 100.0, &options->by.frequency);
+        argument_number(state, "frequency", argument, 0.01, 100.0, &options->by.frequency);
         return 0;
     case 'L':
-        want_number(state, "latency", argument, 0.0, 500.0, &options->by.latency);
+        argument_number(state, "latency", argument, 0.0, 500.0, &options->by.latency);
         options->by.latency *= 1e-3;
         return 0;
     case 'x' + 256:
-        want_number(state, "loss", argument, 0.0, 90.0, &options->by.loss);
+        argument_number(state, "loss", argument, 0.0, 90.0, &options->by.loss);
         options->by.loss *= 1e-2;
         return 0;
     case 'K':
@@ -216,19 +203,19 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
         options->by.twist = false;
         return 0;
     case 'M':
-        want_number(state, "max-force", argument, 0.0, 1e6, &options->by.max_force);
+        argument_number(state, "max-force", argument, 0.0, 1e6, &options->by.max_force);
         return 0;
     case 's':
-        want_number(state, "speed", argument, 1e-5, 10.0, &options->speed);
+        argument_number(state, "speed", argument, 1e-5, 10.0, &options->speed);
         return 0;
     case 'H':
-        want_number(state, "hold", argument, 0.0, 1e5, &options->hold);
+        argument_number(state, "hold", argument, 0.0, 1e5, &options->hold);
         return 0;
     case 'n':
-        want_integer(state, "repeat", argument, 1, 100000, &options->repeat);
+        argument_integer(state, "repeat", argument, 1, 100000, &options->repeat);
         return 0;
     case 'c':
-        want_number(state, "clearance", argument, 0.0, 10.0, &options->clearance);
+        argument_number(state, "clearance", argument, 0.0, 10.0, &options->clearance);
         return 0;
     case 'b':
         if (!client_name_valid(argument, 31))
@@ -236,7 +223,7 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
         options->body = argument;
         return 0;
     case 'S':
-        want_number(state, "step", argument, 0.01, 100.0, &options->step);
+        argument_number(state, "step", argument, 0.01, 100.0, &options->step);
         options->step *= 1e-3;
         return 0;
     case 'g':
@@ -250,7 +237,7 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
         options->log = argument;
         return 0;
     case 'T':
-        want_number(state, "timeout", argument, 0.1, 3600.0, &options->timeout_s);
+        argument_number(state, "timeout", argument, 0.1, 3600.0, &options->timeout_s);
         return 0;
     case ARGP_KEY_ARG:
         argp_error(state, "'%s' is not an option", argument);

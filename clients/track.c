@@ -1,7 +1,8 @@
 // A tool's path in time. One thread.
 #include "track.h"
 
-#include <ctype.h>
+#include "client.h"
+
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
@@ -60,29 +61,11 @@ void track_finish(Track *track)
     }
 }
 
-// The numbers of a line up to its comment: how many, or -1 for something else or more than 8.
-static int read_numbers(char *line, double number[8])
-{
-    int count = 0;
-    line[strcspn(line, "#")] = '\0';
-    for (char *at = line;;) {
-        while (isspace((unsigned char)*at))
-            at++;
-        if (!*at)
-            return count;
-        char *end;
-        double value = strtod(at, &end);
-        if (end == at || (*end && !isspace((unsigned char)*end)) || !isfinite(value) || count == 8)
-            return -1;
-        number[count++] = value;
-        at = end;
-    }
-}
-
 static bool read_pose(char *line, double last_time, TrackPose *pose, char why[160])
 {
     double number[8];
-    int count = read_numbers(line, number);
+    line[strcspn(line, "#")] = '\0'; // a comment
+    int count = client_read_numbers(line, number, 8);
     if (count != 4 && count != 8) {
         snprintf(why, 160, "want t x y z or t x y z qw qx qy qz, all finite numbers");
         return false;

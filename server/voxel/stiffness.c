@@ -12,15 +12,7 @@ double voxel_critical_step(const VoxelMaterial *material, double size)
 // one with 8 corners under the same uniform stretch, on average over the axes.
 static double paper_stiffness(const Template *shape, double mu, double edge)
 {
-    Vec3 mean = {0.0, 0.0, 0.0};
-    for (int i = 0; i < shape->count; i++)
-        mean = vec3_madd(mean, 1.0 / shape->count, shape->place[i]);
-    double spread = 0.0;
-    for (int i = 0; i < shape->count; i++) {
-        Vec3 r = vec3_sub(shape->place[i], mean);
-        spread += vec3_dot(r, r);
-    }
-    return mu * edge * 6.0 / spread; // 8 corners of the unit cube: 6
+    return mu * edge * 6.0 / template_spread(shape); // 8 corners of the unit cube: 6
 }
 
 // The largest eigenvalue of M^-1 K of a plain cube is max(4 (2 mu + 3 lambda), 8 alpha mu) /

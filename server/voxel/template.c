@@ -110,3 +110,16 @@ void template_create(Template *out, unsigned mask)
     for (int d = 0; d < 3; d++)
         out->spread[d] = spread[d];
 }
+
+double template_spread(const Template *shape)
+{
+    Vec3 mean = {0.0, 0.0, 0.0};
+    for (int i = 0; i < shape->count; i++)
+        mean = vec3_madd(mean, 1.0 / shape->count, shape->place[i]);
+    double spread = 0.0;
+    for (int i = 0; i < shape->count; i++) {
+        Vec3 r = vec3_sub(shape->place[i], mean);
+        spread += vec3_dot(r, r);
+    }
+    return spread;
+}

@@ -27,5 +27,7 @@ typedef struct Template {
 } Template;
 
 void template_create(Template *out, unsigned mask);
+// sum |X_i|^2 of the nodes present about their mean; 6 with 8 corners.
+double template_spread(const Template *shape);
 
 #endif

@@ -26,20 +26,6 @@ void template_cache_create(TemplateCache *cache, const char *name, VoxelLaw law,
                        "%s/tables of templates", name);
 }
 
-// sum |X_i|^2 about the mean.
-static double spread_of(const Template *shape)
-{
-    Vec3 mean = {0.0, 0.0, 0.0};
-    for (int i = 0; i < shape->count; i++)
-        mean = vec3_madd(mean, 1.0 / shape->count, shape->place[i]);
-    double spread = 0.0;
-    for (int i = 0; i < shape->count; i++) {
-        Vec3 r = vec3_sub(shape->place[i], mean);
-        spread += vec3_dot(r, r);
-    }
-    return spread;
-}
-
 static double number_of(const TemplateCache *cache, const void *number, int at)
 {
     return cache->precision == PRECISION_SINGLE ? (double)((const float *)number)[at]
@@ -62,7 +48,7 @@ static void fill(TemplateCache *cache, int slot, unsigned mask)
     template_create(shape, mask);
     voxel_table_put(number, shape, cache->law, cache->precision);
     if (cache->law == VOXEL_MIYAZAKI2004) {
-        const double weight = 6.0 / spread_of(shape);
+        const double weight = 6.0 / template_spread(shape);
         scale(cache, number, 0, weight);
         scale(cache, number, 1, 1.0 / weight);
         for (int i = 0; i < shape->count; i++)
