@@ -167,13 +167,13 @@ static void take_least(const Cost *cost, Cost *least)
 
 static void run_parts(Bench *bench, int cells)
 {
-    if (!bench_wants(bench, "cut_face") && !bench_wants(bench, "cut_division"))
+    if (!bench_wants(bench, "voxel.cut.face") && !bench_wants(bench, "voxel.cut.division"))
         return;
     Status status = {0};
     World world;
     Cost broken = {0}, divided = {0};
     if (!world_create(&world, cells, bench->isa, &status)) {
-        bench_fail(bench, "cut_face", status.text);
+        bench_fail(bench, "voxel.cut.face", status.text);
         return;
     }
     // Minimum over repeats: the one that was disturbed least, with all memory touched before.
@@ -185,8 +185,8 @@ static void run_parts(Bench *bench, int cells)
         take_least(&of_divisions, &divided);
     }
     world_destroy(&world);
-    print_cost(bench, "cut_face", cells, &broken);
-    print_cost(bench, "cut_division", cells, &divided);
+    print_cost(bench, "voxel.cut.face", cells, &broken);
+    print_cost(bench, "voxel.cut.division", cells, &divided);
 }
 
 // --- ticks with a blade ---
@@ -203,7 +203,7 @@ static void move_blade(World *world, double way, double depth, bool active)
 // 50 mm/s through the upper half.
 static void run_stroke(Bench *bench, int cells)
 {
-    const char *name = "cut_tick";
+    const char *name = "voxel.cut.tick";
     if (!bench_wants(bench, name))
         return;
     Status status = {0};

@@ -29,7 +29,8 @@ typedef struct Making {
     double step, lambda, damping_lambda; // bounds of the body, as of its smallest elements
 } Making;
 
-// Enough for a body of which every element is divided, and a quarter more for cuts.
+// Twice what a body has of which every element is divided: a broken face is taken for four
+// vertices until it is known how many it brings, about one.
 static int choose_capacity(const VoxelOptions *options, const LatticeMesh *mesh, Status *status)
 {
     enum { LEAST = 1024 };
@@ -40,7 +41,7 @@ static int choose_capacity(const VoxelOptions *options, const LatticeMesh *mesh,
     layout_create(&finest, options->lattice, 0);
     long count = 0;
     if (lattice_mesh_create(&divided, &finest, status))
-        count = divided.vertex_count + divided.vertex_count / 4 + LEAST;
+        count = 2L * divided.vertex_count + LEAST;
     lattice_mesh_destroy(&divided);
     layout_destroy(&finest);
     ASSERT(count >= mesh->vertex_count && count < INT_MAX);

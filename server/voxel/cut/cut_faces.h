@@ -65,7 +65,7 @@ typedef struct CutFaces {
 
 // Load time. Fills body->surface and body->mesh; an uncut body shows what voxel_create_surface and
 // voxel_create_mesh give for `mesh`, in their order. `vertices` has its masses, and is_fixed can be
-// asked; `face_capacity`: most triangles, 0: three times the outer ones, or all that there can be.
+// asked; `face_capacity`: most triangles, 0: ten times the outer ones, or all that there can be.
 // False with a status: the outer faces do not fit.
 bool cut_faces_create(CutFaces *faces, const char *name, const CutLattice *lattice,
                       const CutPieces *pieces, const Vertices *vertices, const LatticeMesh *mesh,

@@ -280,14 +280,14 @@ static void describe(CutFaces *faces, double size, Body *body)
     };
 }
 
-// Squares: of the outer faces, and as many again twice, which is room for a cut as large as they
+// Squares: ten times those of the outer faces, which is room for cuts four times as large as they
 // are; or all that there can be.
 static int choose_capacity(const CutFaces *faces, int face_capacity)
 {
     enum { LEAST = 512 };
     if (face_capacity > 0)
         return face_capacity / 2;
-    const long most = 6L * faces->cell_count, wanted = 3L * faces->outer_squares + LEAST;
+    const long most = 6L * faces->cell_count, wanted = 10L * faces->outer_squares + LEAST;
     return (int)(wanted < most ? wanted : most);
 }
 
