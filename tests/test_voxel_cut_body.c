@@ -329,6 +329,32 @@ static void spare_row_must_hold_numbers(void **unused)
     }
 }
 
+// More broken faces inside large elements than there is room for when these are divided: no cut
+// leads there, but a damaged checkpoint may.
+static void broken_faces_that_find_no_room_are_refused(void **unused)
+{
+    (void)unused;
+    VoxelWorldOptions options = voxel_world_cube(32);
+    CutWorld world;
+    cut_world_create(&world, &options);
+    CutLattice *lattice = &world.model->lattice;
+    const int room = (world.model->faces.square_capacity - world.model->faces.outer_squares) / 2;
+    for (int more = 0; more < 2; more++) {
+        int broken = 0;
+        for (int cell = 0; cell < lattice->level_first[1] && broken < room + more; cell++) {
+            const int beyond = cut_lattice_beyond(lattice, cell, 0);
+            lattice->broken[cell] = 0;
+            if (beyond >= 0 &&
+                cut_lattice_leaf_of(lattice, cell) == cut_lattice_leaf_of(lattice, beyond))
+                lattice->broken[cell] = 1, broken++;
+        }
+        assert_int_equal(broken, room + more);
+        sim_restored(world.sim);
+        assert_int_equal(world.body->ops->check(world.model), more == 0);
+    }
+    cut_world_destroy(&world);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -338,6 +364,7 @@ int main(void)
         cmocka_unit_test(copies_and_middles_in_a_fixed_region_are_fixed),
         cmocka_unit_test(whole_sweep_through_a_cube_gives_two_halves),
         cmocka_unit_test(spare_row_must_hold_numbers),
+        cmocka_unit_test(broken_faces_that_find_no_room_are_refused),
         cmocka_unit_test(brought_back_state_goes_on_in_the_same_bits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
