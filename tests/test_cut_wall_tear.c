@@ -72,6 +72,24 @@ static void a_sheet_within_its_strength_stays_whole(void **unused)
     bench_destroy(&bench);
 }
 
+// A body that goes back to its rest shape after its numbers went bad is as one that never was
+// stretched.
+static void a_sheet_that_went_back_to_rest_stays_whole(void **unused)
+{
+    (void)unused;
+    const Pull pull = {.start_level = 1};
+    DetailBench bench;
+    create(&bench, &pull);
+    run(&bench, 10);
+    const DetailCut *cut = bench.detail->cut;
+    for (int e = 0; e < bench.detail->levels.level[bench.detail->finest].edge_count; e++)
+        cut->stretch[e] = 10.0f;
+    bench.body->ops->restore(bench.model, true);
+    assert_int_equal(run(&bench, 100), 1);
+    assert_int_equal(*cut->copies, 0);
+    bench_destroy(&bench);
+}
+
 static void a_notched_sheet_tears_from_its_notch_in_two(void **unused)
 {
     (void)unused;
@@ -110,6 +128,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_sheet_within_its_strength_stays_whole),
+        cmocka_unit_test(a_sheet_that_went_back_to_rest_stays_whole),
         cmocka_unit_test(a_notched_sheet_tears_from_its_notch_in_two),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

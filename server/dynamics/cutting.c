@@ -382,13 +382,13 @@ static void tear_body(Sim *sim, int b)
         body->mesh.topology = topology + changed;
         if (cut_refuses(outcome.verdict))
             tell_refusal(sim, b, -1, &outcome);
-        if (!changed)
-            break;
-        sim_follow_change(sim, b, &change);
-        cuts->torn += outcome.separated;
+        cuts->torn += outcome.separated; // also what does not show yet
         cuts->torn_nodes += outcome.nodes_added;
         if (outcome.verdict == CUT_DONE)
             note_pieces(sim, b, outcome.pieces);
+        if (!changed)
+            break;
+        sim_follow_change(sim, b, &change);
     }
     tell_torn(sim, b);
 }

@@ -240,9 +240,16 @@ void vertices_restore(Vertices *vertices, bool to_start)
     vertices->present = row;
 }
 
+// The spare row too, which lanes without an element read.
 bool vertices_check(const Vertices *vertices)
 {
-    return rows_are_sound(&vertices->rows, vertices_row(vertices), vertices->position_limit);
+    const Rows *rows = &vertices->rows;
+    const char *row = vertices_row(vertices);
+    Rows spare = *rows;
+    spare.count = 1;
+    return rows_are_sound(rows, row, vertices->position_limit) &&
+           rows_are_sound(&spare, row + (size_t)vertices->capacity * ROW * rows_real_size(rows),
+                          vertices->position_limit);
 }
 
 // ---------------------------------------------------------------------------------------------

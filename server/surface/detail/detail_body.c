@@ -168,6 +168,14 @@ static void restored(Body *body)
     detail_rebuild(body);
 }
 
+// Tissue that is back in its rest shape is not stretched, nor has it been.
+static void restore(void *self, bool to_start)
+{
+    surface_ops.restore(self, to_start);
+    if (to_start && detail_of(self)->cut != NULL)
+        detail_tear_forget(detail_of(self));
+}
+
 static bool check(const void *self)
 {
     return detail_of(self)->is_sound && surface_ops.check(self);
@@ -272,6 +280,7 @@ const BodyOps *detail_ops(const SurfaceOptions *options)
     ops->adapt = options->adaptive ? detail_adapt : NULL;
     ops->restored = restored;
     ops->check = check;
+    ops->restore = restore;
     ops->drift = drift;
     ops->evaluate = evaluate;
     ops->reserve_forces = reserve_forces;

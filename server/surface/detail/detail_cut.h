@@ -101,6 +101,8 @@ void detail_blade_reserve(void *self, int blades, Arena *arena, StateList *state
 void detail_tear_create(struct Detail *detail, const SurfaceOptions *options, Arena *arena,
                         StateList *state);
 bool detail_tear_check(const struct Detail *detail);
+// Nothing has been stretched so far.
+void detail_tear_forget(struct Detail *detail);
 bool detail_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange *change);
 
 // --- detail_cut_check.c ---

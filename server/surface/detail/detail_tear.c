@@ -33,6 +33,14 @@ bool detail_tear_check(const Detail *detail)
     return true;
 }
 
+void detail_tear_forget(Detail *detail)
+{
+    DetailCut *cut = detail->cut;
+    if (cut->stretch != NULL)
+        memset(cut->stretch, 0,
+               (size_t)detail->levels.level[detail->finest].edge_count * sizeof *cut->stretch);
+}
+
 static int side_of(const Level *level, int face, int edge)
 {
     const int *edges = level->face_edge[face];

@@ -123,7 +123,9 @@ bool cut_faces_derive(CutFaces *faces, Body *body)
 {
     clear(faces);
     count_broken(faces);
-    bool sound = true;
+    // Those that are not open yet find room when they are.
+    int needed, room;
+    bool sound = cut_faces_has_room(faces, 0, &needed, &room);
     if (!copies_are_sound(faces)) {
         memset(faces->copied_from, -1,
                (size_t)faces->lattice->vertex_capacity * sizeof *faces->copied_from);

@@ -147,7 +147,7 @@ void cut_lattice_break(CutLattice *lattice, const int (*face)[2], int count);
 // Divides what is wanted, each element at most once a call and at most split_budget (a division may
 // have to divide its coarser neighbours first, and so overshoot by a few); elements that share a
 // corner never differ by more than one level. Returns how many were divided; what does not fit the
-// capacity stays wanted.
+// capacity stays wanted, and where there is much of it only the first is tried.
 int cut_lattice_reconstruct(CutLattice *lattice);
 void cut_lattice_forget_changes(CutLattice *lattice);
 

@@ -156,13 +156,26 @@ static void bear(CutMasses *masses, const CutBirth *birth)
     }
 }
 
-// ---------------------------------------------------------------------------------------------
-// Momentum
-
 static bool is_free(const CutMasses *masses, int vertex)
 {
     return rows_get(&masses->vertices->rows, masses->vertices->inverse_mass, vertex) != 0.0;
 }
+
+// What came where vertices are fixed has no velocity, whatever its parents have: it would keep it.
+static void stop_fixed(CutMasses *masses)
+{
+    const CutChanges *changes = &masses->lattice->changes;
+    Vertices *vertices = masses->vertices;
+    for (int b = 0; b < changes->birth_count; b++) {
+        const int vertex = changes->birth[b].vertex;
+        for (int c = 4; c < ROW && !is_free(masses, vertex); c++)
+            rows_put(&vertices->rows, vertices->row[vertices->current], (long)vertex * ROW + c,
+                     0.0);
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Momentum
 
 // Of the vertices of a group that may move, in the rows' coordinates, x from the first of them.
 typedef struct Momentum {
@@ -297,6 +310,7 @@ void cut_masses_follow(CutMasses *masses, bool divided)
         }
     for (int t = 0; t < masses->touched_count; t++)
         set_mass(masses, masses->touched[t]);
+    stop_fixed(masses);
     if (divided)
         repair_groups(masses);
     for (int t = 0; t < masses->touched_count; t++)

@@ -262,11 +262,16 @@ static int divide_in_order(CutLattice *lattice, int element)
 int cut_lattice_reconstruct(CutLattice *lattice)
 {
     // Children that want to be divided in turn come behind; it is the next call that looks at them.
+    enum { REFUSED_MOST = 64 }; // one takes about a microsecond
     const int before = lattice->wanted_count;
-    int divided = 0;
-    for (int w = 0; w < before && divided < lattice->split_budget; w++)
-        if (!lattice->divided[lattice->wanted[w]])
-            divided += divide_in_order(lattice, lattice->wanted[w]);
+    int divided = 0, refused = 0;
+    for (int w = 0; w < before && divided < lattice->split_budget && refused < REFUSED_MOST; w++) {
+        const int element = lattice->wanted[w];
+        if (lattice->divided[element])
+            continue;
+        divided += divide_in_order(lattice, element);
+        refused += !lattice->divided[element];
+    }
     int kept = 0, sorted = 0;
     for (int w = 0; w < lattice->wanted_count; w++) {
         if (w == before)

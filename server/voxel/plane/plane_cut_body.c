@@ -1,6 +1,8 @@
 // The operations of a plane body that is cut (dynamics/body.h). Step thread.
 #include "voxel/plane/plane_cut.h"
 
+#include <string.h>
+
 // With a threshold: the forces from outside are noted before those of the elements are added.
 static void evaluate(void *self, const Stage *stage, double h)
 {
@@ -8,6 +10,15 @@ static void evaluate(void *self, const Stage *stage, double h)
     vertices_begin(&model->vertices);
     plane_cut_feel(model);
     plane_evaluate_elements(model, stage, h);
+}
+
+// What was felt in a tick that is taken back tears nothing.
+static void restore(void *self, bool to_start)
+{
+    const PlaneCut *cut = ((PlaneModel *)self)->cut;
+    plane_ops.restore(self, to_start);
+    if (cut->felt != NULL)
+        memset(cut->felt, 0, (size_t)cut->vertex_capacity * sizeof *cut->felt);
 }
 
 static void restored(Body *body)
@@ -39,6 +50,7 @@ const BodyOps *plane_cut_ops(const PlaneCut *cut)
     whole.reconstruct = plane_cut_reconstruct;
     whole.reserve_blades = plane_cut_reserve_blades;
     whole.restored = restored;
+    whole.restore = restore;
     whole.check = check;
     whole.explain = explain;
     tears = whole;

@@ -99,7 +99,9 @@ static void bear(PlaneModel *model, int v, int row, TopologyChange *change)
         double sum = 0.0;
         for (int i = 0; i < source.count; i++)
             sum += rows_get(rows, present, (long)source.row[i] * ROW + k);
-        rows_put(rows, present, (long)row * ROW + k, sum / source.count);
+        // What came where vertices are fixed would keep a velocity.
+        const bool stops = k >= 4 && cut->fixed_point[cut->mesh.id[v] % cut->points];
+        rows_put(rows, present, (long)row * ROW + k, stops ? 0.0 : sum / source.count);
     }
     const int a = source.row[0], b = source.row[source.count - 1];
     cut->origin_id[row] = source.count == 1 ? cut->origin_id[a] : cut->mesh.id[v];

@@ -56,5 +56,6 @@ bool plane_cut_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange
         !plane_cut_break(body, (const int(*)[2])cut->edge, cut->edge_count, outcome, change))
         return false;
     outcome->verdict = CUT_DONE;
+    plane_cut_count_pieces(cut, outcome);
     return true;
 }
