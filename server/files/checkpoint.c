@@ -145,7 +145,7 @@ static bool check_head(const HdfFile *file, const World *world, const Scene *sce
     return strcmp(text, physics) == 0 ||
            hdf_fail(file, "/",
                     "was written for other physics than those of %s (rate, gravity, "
-                    "meshes, materials, tools or loads differ)",
+                    "meshes, materials, tools, attachments or loads differ)",
                     scene->path);
 }
 
