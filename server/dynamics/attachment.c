@@ -353,6 +353,12 @@ static bool is_used_face(const BodySurface *surface, int64_t face)
     return true;
 }
 
+// Far beyond what a tool and a body may be apart.
+static bool is_place(Vec3 place)
+{
+    return vec3_length(place) < 1e9;
+}
+
 bool attachment_check(const Attachment *attachment)
 {
     const HoldState *hold = attachment->hold;
@@ -366,14 +372,14 @@ bool attachment_check(const Attachment *attachment)
         return false;
     for (int64_t i = 0; i < hold->count; i++) {
         const HeldNode *held = &attachment->held[i];
-        if (!is_used_node(surface, attachment->node[i]) || !vec3_finite(held->place) ||
+        if (!is_used_node(surface, attachment->node[i]) || !is_place(held->place) ||
             !(held->share == 0.0 || held->share == 1.0) ||
             (i > 0 && attachment->node[i] <= attachment->node[i - 1]))
             return false;
     }
     for (int64_t i = 0; i < hold->points; i++) {
         const HeldPoint *point = &attachment->point[i];
-        if (!is_used_face(surface, point->face) || !vec3_finite(point->place))
+        if (!is_used_face(surface, point->face) || !is_place(point->place))
             return false;
         for (int k = 0; k < 3; k++)
             if (!(point->weight[k] >= 0.0 && point->weight[k] <= 1.0))
