@@ -348,9 +348,46 @@ static void loads_that_cannot_be_are_refused(void **unused)
         const char *said = load(&run, "a.h5");
         if (forged[i].bits != 0)
             assert_string_equal(said,
-                                "a.h5: /state holds loads, strokes or attachments that cannot be");
+                                "a.h5: /state holds tools, loads, strokes or attachments that "
+                                "cannot be");
         else
             assert_string_equal(said, ""); // nothing was altered
+        assert_true(state_hash(&run.world.state) == before);
+    }
+    run_destroy(&run);
+}
+
+// Where tools are goes out to clients as it is: it must be numbers, of a time that has been.
+static void tools_that_cannot_be_are_refused(void **unused)
+{
+    (void)unused;
+    static const struct {
+        size_t at;
+        unsigned char bits;
+    } forged[] = {
+        {offsetof(ToolMotion, active), 2},
+        {offsetof(ToolMotion, pose_step) + 6, 1},
+        {offsetof(ToolMotion, pose_step) + 7, 0x80},
+        {offsetof(ToolMotion, period) + 7, 0x80},
+        {offsetof(ToolMotion, to_grip) + 7, 0x40},
+        {offsetof(ToolMotion, from_position) + 7, 0x40},
+        {offsetof(ToolMotion, to_position) + 2 * sizeof(double) + 7, 0x40},
+        {offsetof(ToolMotion, to_orientation) + 7, 0x40},
+        {0, 0},
+    };
+    Run run;
+    run_create(&run, SCENE("leapfrog", ""));
+    run_step(&run, 30); // the probe moves
+    uint64_t before = state_hash(&run.world.state);
+    for (size_t i = 0; i < sizeof forged / sizeof *forged; i++) {
+        save(&run, "a.h5");
+        alter("a.h5", "/state/tools/motion", (long)(sizeof(ToolMotion) + forged[i].at),
+              forged[i].bits);
+        scratch_seal(&scratch, "a.h5");
+        assert_string_equal(load(&run, "a.h5"), forged[i].bits == 0
+                                                    ? ""
+                                                    : "a.h5: /state holds tools, loads, strokes or "
+                                                      "attachments that cannot be");
         assert_true(state_hash(&run.world.state) == before);
     }
     run_destroy(&run);
@@ -484,6 +521,7 @@ int main(void)
         cmocka_unit_test(other_formats_and_versions_are_refused),
         cmocka_unit_test(changed_numbers_are_refused),
         cmocka_unit_test(loads_that_cannot_be_are_refused),
+        cmocka_unit_test(tools_that_cannot_be_are_refused),
         cmocka_unit_test(truncated_files_are_refused),
         cmocka_unit_test(altered_files_are_refused_wherever_the_change_is),
         cmocka_unit_test(files_that_cannot_be_written_are_named),

@@ -144,6 +144,44 @@ static void joined_bodies_repeat_bit_for_bit(void **state)
     run_destroy(&run);
 }
 
+static double *state_numbers(Run *run, const char *name)
+{
+    for (int i = 0; i < run->world.state.count; i++)
+        if (strcmp(run->world.state.array[i].name, name) == 0)
+            return state_memory(&run->world.state.array[i]);
+    fail_msg("no array %s", name);
+    return NULL;
+}
+
+// From such numbers every tick would come out beyond bounds, for ever.
+static void holds_and_ties_beyond_all_bounds_are_refused(void **state)
+{
+    (void)state;
+    Run run;
+    run_create(
+        &run,
+        "bodies = ( " BALL("one", "[0, 0, 0]", "") ",\n" BAR(
+            "two",
+            "") " );\n"
+                "attachments = ( { body = \"two\"; box = ([0, -1, -1], [0.0601, 1, 1]); "
+                "to_body = \"one\"; },\n"
+                "{ body = \"two\"; box = ([0.1399, -1, -1], [0.2, 1, 1]); to = \"world\"; } );");
+    sim_step(run.world.sim);
+    assert_true(sim_check(run.world.sim));
+    double *weight = state_numbers(&run, "two/attachment0/ties") + 2; // after node and face
+    double saved[2] = {weight[0], weight[1]};
+    weight[0] = 1e300, weight[1] = -1e300; // with a third of 1 they sum up to 1
+    weight[2] += saved[0] + saved[1];
+    assert_false(sim_check(run.world.sim));
+    weight[2] -= saved[0] + saved[1];
+    weight[0] = saved[0], weight[1] = saved[1];
+    assert_true(sim_check(run.world.sim));
+    double *place = state_numbers(&run, "two/attachment1/places");
+    place[0] = 1e300;
+    assert_false(sim_check(run.world.sim));
+    run_destroy(&run);
+}
+
 #ifdef PLIANT_WITH_HDF5
 // Through a file too.
 static void holds_and_ties_are_in_checkpoints(void **state)
@@ -699,6 +737,7 @@ int main(void)
 #ifdef PLIANT_WITH_HDF5
         cmocka_unit_test(holds_and_ties_are_in_checkpoints),
 #endif
+        cmocka_unit_test(holds_and_ties_beyond_all_bounds_are_refused),
         cmocka_unit_test(step_bound_counts_ties),
         cmocka_unit_test(joined_bodies_take_the_same_steps),
         cmocka_unit_test(ties_follow_bodies_that_adapt),

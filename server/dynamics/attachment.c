@@ -244,12 +244,15 @@ static Vec3 pull(Attachment *attachment, const Spring *spring, double mass, Vec3
 }
 
 // The mass that a face has a share in [kg].
-static double face_mass(const BodySurface *surface, int face)
+static double face_mass(const Body *body, int face)
 {
+    const BodySurface *surface = &body->surface;
     double least = (double)INFINITY; // [kg/m2]; node_area is a third of the sum
     for (int k = 0; k < 3; k++) {
         int node = surface->face[face][k];
-        least = fmin(least, surface->node_mass[node] / (3.0 * surface->node_area[node]));
+        double mass = surface->node_mass[node]; // none: it hangs on others
+        least = fmin(least,
+                     mass > 0.0 ? mass / (3.0 * surface->node_area[node]) : body->contact_density);
     }
     return surface->face_area[face] * least;
 }
@@ -271,8 +274,8 @@ static void pull_points(Attachment *attachment, const Spring *spring, const Tool
             here = vec3_madd(here, point->weight[k], x[3 * i + k]);
             speed = vec3_madd(speed, point->weight[k], v[3 * i + k]);
         }
-        Vec3 force = pull(attachment, spring, face_mass(surface, (int)point->face), point->place,
-                          here, speed, at);
+        Vec3 force = pull(attachment, spring, face_mass(body, (int)point->face), point->place, here,
+                          speed, at);
         for (int k = 0; k < 3; k++)
             f[3 * i + k] = vec3_scale(point->weight[k], force);
     }
@@ -350,6 +353,12 @@ static bool is_used_face(const BodySurface *surface, int64_t face)
     return true;
 }
 
+// Far beyond what a tool and a body may be apart.
+static bool is_place(Vec3 place)
+{
+    return vec3_length(place) < 1e9;
+}
+
 bool attachment_check(const Attachment *attachment)
 {
     const HoldState *hold = attachment->hold;
@@ -363,14 +372,14 @@ bool attachment_check(const Attachment *attachment)
         return false;
     for (int64_t i = 0; i < hold->count; i++) {
         const HeldNode *held = &attachment->held[i];
-        if (!is_used_node(surface, attachment->node[i]) || !vec3_finite(held->place) ||
+        if (!is_used_node(surface, attachment->node[i]) || !is_place(held->place) ||
             !(held->share == 0.0 || held->share == 1.0) ||
             (i > 0 && attachment->node[i] <= attachment->node[i - 1]))
             return false;
     }
     for (int64_t i = 0; i < hold->points; i++) {
         const HeldPoint *point = &attachment->point[i];
-        if (!is_used_face(surface, point->face) || !vec3_finite(point->place))
+        if (!is_used_face(surface, point->face) || !is_place(point->place))
             return false;
         for (int k = 0; k < 3; k++)
             if (!(point->weight[k] >= 0.0 && point->weight[k] <= 1.0))

@@ -11,7 +11,8 @@
 // A grasper that finds fewer than three nodes within its capsules holds points of faces instead:
 // the point of face f nearest to its axis, with the mass that f has a share in,
 // A_f min_i (m_i / sum of the areas at i), drawn with the weights of the point. The sum over the
-// faces at a node is at most its mass, so the bound is the same.
+// faces at a node is at most its mass, so the bound is the same. A node that hangs on others where
+// two levels meet has no mass of its own: there m_i / sum of the areas is that of the body.
 #ifndef PLIANT_DYNAMICS_ATTACHMENT_H
 #define PLIANT_DYNAMICS_ATTACHMENT_H
 

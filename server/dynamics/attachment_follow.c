@@ -154,7 +154,8 @@ static void prefer_nodes(Attachment *attachment)
         for (int64_t i = 0; i < hold->count; i++) {
             bool is_free = !body->ops->is_fixed(body->model, attachment->node[i]);
             bool inside = is_free && attachment_is_within(attachment, attachment->held[i].place);
-            within += inside && pass == 0;
+            within += inside && pass == 0 &&
+                      body->surface.node_mass[attachment->node[i]] > 0.0; // else it hangs
             if (pass == 1)
                 attachment->held[i].share = inside ? 1.0 : 0.0;
         }

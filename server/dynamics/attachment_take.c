@@ -49,7 +49,7 @@ static int collect_marked(Attachment *attachment)
     return count;
 }
 
-// Adds a node at the end; false when it is not of interest.
+// Adds a node at the end; false when it cannot be pulled by: one that hangs on others has no mass.
 static bool add_node(Attachment *attachment, int node, const HeldNode *held)
 {
     HoldState *hold = attachment->hold;
@@ -59,11 +59,11 @@ static bool add_node(Attachment *attachment, int node, const HeldNode *held)
     }
     attachment->node[hold->count] = node;
     attachment->held[hold->count++] = *held;
-    return held->share > 0.0;
+    return held->share > 0.0 && attachment->body->surface.node_mass[node] > 0.0;
 }
 
 // The nodes within the capsules and, where the topology changes, those around. Returns how many
-// are held.
+// are held by their mass.
 static int take_nodes(Attachment *attachment, Vec3 position, Quat orientation)
 {
     const Body *body = attachment->body;

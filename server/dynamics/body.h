@@ -220,6 +220,7 @@ struct Body {
     double finest_lambda, finest_damping; // of the finest level at rest; 0: one level, or not known
 
     // Contact law (contact.md 2.1), set by sim_create from `lambda`.
+    double contact_density; // least mass of a node over the sum of the face areas at it [kg/m2]
     double contact_kappa;   // stiffness per rest area [N/m3], times firmness
     double contact_ratio;   // a: share of the body's own stiffness
     double contact_damping; // b_c: damping time [s]

@@ -47,6 +47,7 @@ void contact_set_stiffness(Body *body)
     for (int i = 0; i < surface->node_used; i++)
         if (area[i] > 0.0 && (!any_free || !body->ops->is_fixed(body->model, i)))
             least = fmin(least, mass_per_area(surface, i));
+    body->contact_density = least;
     body->contact_kappa = body->contact_ratio * body->contact_lambda * least;
     if (surface->face_firmness != NULL)
         set_firmness(body, least);

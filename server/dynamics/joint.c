@@ -468,8 +468,11 @@ bool joint_check(const Joint *joint)
             (i > 0 && tie->node <= joint->tie[i - 1].node) || tie->face < 0 ||
             tie->face >= theirs->face_count || !is_used_face(theirs, tie->face))
             return false;
-        for (int k = 0; k < 3; k++)
+        for (int k = 0; k < 3; k++) {
             sum += tie->weight[k];
+            if (!(fabs(tie->weight[k]) < 1e12)) // far beyond the thinnest face
+                return false;
+        }
         if (!(fabs(sum - 1.0) < 1e-6) || !(fabs(tie->offset) < 1e6) || !(tie->stiffness >= 0.0) ||
             !(tie->stiffness < 1e15) || !(tie->damping >= 0.0) || !(tie->damping < 1e15))
             return false;

@@ -306,11 +306,14 @@ bool sim_check(const Sim *sim)
     for (int k = 0; k < sim->scene_attachment_count; k++)
         if (sim->scene_attachment[k].joint != NULL && !joint_check(sim->scene_attachment[k].joint))
             return false;
+    for (int t = 0; t < sim->tool_count; t++)
+        if (!tool_motion_check(&sim->motion[t], sim->clock->step))
+            return false;
     for (int b = 0; b < sim->body_count; b++)
         nodes += sim->body[b].surface.node_count;
-    return sim->clock->step >= 0 && sim->clock->next_load >= 0 &&
-           sim->clock->next_load <= sim->scene_load_count && loads_check(&sim->loads, nodes) &&
-           cutting_check(sim);
+    return sim->clock->step >= 0 && sim->clock->step <= INT64_MAX / 4 &&
+           sim->clock->next_load >= 0 && sim->clock->next_load <= sim->scene_load_count &&
+           loads_check(&sim->loads, nodes) && cutting_check(sim);
 }
 
 void sim_restored(Sim *sim)

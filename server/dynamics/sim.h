@@ -129,7 +129,8 @@ void sim_reset(Sim *sim);
 // After the state list was overwritten from outside (checkpoint): what follows from it is made
 // anew.
 void sim_restored(Sim *sim);
-// After sim_restored: whether what the state says of time and loads can be. The bodies' own numbers
+// After sim_restored: whether what the state says of time, tools, loads, strokes and
+// attachments can be. The bodies' own numbers
 // are asked of them (BodyOps.check).
 bool sim_check(const Sim *sim);
 // In lockstep tools do not become stale.

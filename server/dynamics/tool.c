@@ -9,6 +9,33 @@ void tool_motion_init(ToolMotion *motion)
     motion->from_orientation = motion->to_orientation = (Quat){1.0, 0.0, 0.0, 0.0};
 }
 
+static bool is_turn(Quat q)
+{
+    return fabs(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z - 1.0) < 1e-3;
+}
+
+// Far beyond what poses may say.
+static bool is_near(Vec3 v)
+{
+    return vec3_length(v) < 1e9;
+}
+
+static bool is_grip(double grip)
+{
+    return grip >= 0.0 && grip <= 1.0;
+}
+
+bool tool_motion_check(const ToolMotion *motion, int64_t step)
+{
+    return (motion->active == 0 || motion->active == 1) &&
+           (motion->follow_twist == 0 || motion->follow_twist == 1) && motion->pose_step >= 0 &&
+           motion->pose_step <= step && motion->period >= 0.0 && motion->period < 1e9 &&
+           is_grip(motion->from_grip) && is_grip(motion->to_grip) &&
+           is_near(motion->from_position) && is_turn(motion->from_orientation) &&
+           is_near(motion->to_position) && is_turn(motion->to_orientation) &&
+           is_near(motion->linear) && is_near(motion->angular);
+}
+
 // The period follows slow changes of the sender's rate and jumps with sudden ones. Arrivals are
 // counted in ticks, so that a logged run repeats exactly.
 static double measured_period(double period, double since, double tick)

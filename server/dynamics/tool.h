@@ -80,6 +80,8 @@ typedef struct ToolMotion {
 } ToolMotion;
 
 void tool_motion_init(ToolMotion *motion);
+// Whether what a checkpoint has brought can be, before tick `step`.
+bool tool_motion_check(const ToolMotion *motion, int64_t step);
 // A pose applied at the start of tick `step`; tick length [s]. `hold`: lockstep, the pose is taken
 // at once. An inactive pose withdraws the tool.
 void tool_motion_apply(ToolMotion *motion, const ToolPose *pose, int64_t step, double tick,

@@ -145,7 +145,7 @@ static bool check_head(const HdfFile *file, const World *world, const Scene *sce
     return strcmp(text, physics) == 0 ||
            hdf_fail(file, "/",
                     "was written for other physics than those of %s (rate, gravity, "
-                    "meshes, materials, tools or loads differ)",
+                    "meshes, materials, tools, attachments or loads differ)",
                     scene->path);
 }
 
@@ -176,7 +176,8 @@ static bool check_state(const HdfFile *file, const CheckpointImage *image, const
     if (sim_steps(world->sim) != image->step)
         return hdf_fail(file, "/step", "%lld does not match the state", (long long)image->step);
     if (!sim_check(world->sim))
-        return hdf_fail(file, "/state", "holds loads, strokes or attachments that cannot be");
+        return hdf_fail(file, "/state",
+                        "holds tools, loads, strokes or attachments that cannot be");
     for (int i = 0; i < sim_body_count(world->sim); i++) {
         Body *body = sim_body(world->sim, i);
         bool sound = body->ops->check == NULL || body->ops->check(body->model);
