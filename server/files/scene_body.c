@@ -76,7 +76,7 @@ static const Option BODY_OPTIONS[] = {
      .about = "Voxel: elements that one tick divides around a cut; the rest follows in the next "
               "ticks."},
     {"tear", OPTION_GROUP, AT(tear), "", .preset_text = "it does not tear",
-     .about = "At which strain it tears; needs `cuttable = true`."},
+     .about = "At which strain, stress or force it tears; needs `cuttable = true`."},
 };
 #undef AT
 const OptionTable BODY_TABLE = OPTION_TABLE(
