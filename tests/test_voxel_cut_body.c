@@ -335,6 +335,7 @@ static void broken_faces_that_find_no_room_are_refused(void **unused)
 {
     (void)unused;
     VoxelWorldOptions options = voxel_world_cube(32);
+    options.body.face_capacity = 40000; // fewer than large elements have faces inside
     CutWorld world;
     cut_world_create(&world, &options);
     CutLattice *lattice = &world.model->lattice;
