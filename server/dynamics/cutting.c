@@ -221,24 +221,27 @@ static void add_outcome(CutOutcome *sum, const CutOutcome *one)
     sum->small_pieces = one->small_pieces;
 }
 
-// All of it, however often the body asks for more; whatever knows its nodes and faces follows.
+typedef struct Sweeping {
+    const CutSweep *sweep;
+    CutOutcome *sum;
+} Sweeping;
+
+static bool sweep_once(Sim *sim, int b, void *context, TopologyChange *change)
+{
+    const Sweeping *sweeping = context;
+    Body *body = &sim->body[b];
+    CutOutcome one = {.verdict = CUT_MET_NOTHING};
+    bool changed = body->ops->cut(body, sweeping->sweep, &one, change);
+    add_outcome(sweeping->sum, &one);
+    return changed;
+}
+
+// All of it, however often the body asks for more.
 static void sweep_body(Sim *sim, int b, const CutSweep *sweep, CutOutcome *outcome)
 {
-    Body *body = &sim->body[b];
-    TopologyChange change = {.again = true};
     *outcome = (CutOutcome){.verdict = CUT_MET_NOTHING};
-    while (change.again) {
-        CutOutcome one = {.verdict = CUT_MET_NOTHING};
-        int topology = body->mesh.topology;
-        change = (TopologyChange){0};
-        sim_expect_change(sim, b);
-        bool changed = body->ops->cut(body, sweep, &one, &change);
-        body->mesh.topology = topology + changed;
-        add_outcome(outcome, &one);
-        if (!changed)
-            break;
-        sim_follow_change(sim, b, &change);
-    }
+    Sweeping sweeping = {sweep, outcome};
+    change_body(sim, b, sweep_once, &sweeping);
     if (outcome->verdict == CUT_DONE)
         note_pieces(sim, b, outcome->pieces);
 }
@@ -252,8 +255,7 @@ static BladeEdge edge_now(const Sim *sim, int tool)
     Vec3 position;
     Quat orientation;
     const ToolMotion *motion = &sim->motion[tool];
-    double age = (double)(sim->clock->step - motion->pose_step) * sim->tick;
-    tool_motion_at(motion, age, &position, &orientation);
+    tool_motion_at(motion, sim_pose_age(sim, motion), &position, &orientation);
     BladeEdge edge;
     for (int k = 0; k < 2; k++)
         edge.end[k] = vec3_add(position, quat_rotate(orientation, sim->tool[tool].edge[k]));
@@ -368,29 +370,20 @@ static void tell_torn(Sim *sim, int b)
     cuts->told_step = sim->clock->step;
 }
 
-static void tear_body(Sim *sim, int b)
+static bool tear_once(Sim *sim, int b, void *context, TopologyChange *change)
 {
+    (void)context;
     Body *body = &sim->body[b];
     BodyCuts *cuts = sim->cutting->cuts[b];
-    TopologyChange change = {.again = true};
-    while (change.again) {
-        CutOutcome outcome = {.verdict = CUT_MET_NOTHING};
-        int topology = body->mesh.topology;
-        change = (TopologyChange){0};
-        sim_expect_change(sim, b);
-        bool changed = body->ops->tear(body, sim->tick, &outcome, &change);
-        body->mesh.topology = topology + changed;
-        if (cut_refuses(outcome.verdict))
-            tell_refusal(sim, b, -1, &outcome);
-        cuts->torn += outcome.separated; // also what does not show yet
-        cuts->torn_nodes += outcome.nodes_added;
-        if (outcome.verdict == CUT_DONE)
-            note_pieces(sim, b, outcome.pieces);
-        if (!changed)
-            break;
-        sim_follow_change(sim, b, &change);
-    }
-    tell_torn(sim, b);
+    CutOutcome outcome = {.verdict = CUT_MET_NOTHING};
+    bool changed = body->ops->tear(body, sim->tick, &outcome, change);
+    if (cut_refuses(outcome.verdict))
+        tell_refusal(sim, b, -1, &outcome);
+    cuts->torn += outcome.separated; // also what does not show yet
+    cuts->torn_nodes += outcome.nodes_added;
+    if (outcome.verdict == CUT_DONE)
+        note_pieces(sim, b, outcome.pieces);
+    return changed;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -401,27 +394,24 @@ void cutting_stage(Sim *sim)
     for (int b = 0; b < sim->body_count; b++) {
         for (int k = 0; k < stroke_count(sim, b); k++)
             stroke_body(sim, b, k);
-        if (sim->body[b].ops->tear != NULL)
-            tear_body(sim, b);
+        if (sim->body[b].ops->tear != NULL) {
+            change_body(sim, b, tear_once, NULL);
+            tell_torn(sim, b);
+        }
     }
+}
+
+static bool reconstruct_once(Sim *sim, int b, void *context, TopologyChange *change)
+{
+    (void)context;
+    return sim->body[b].ops->reconstruct(&sim->body[b], change);
 }
 
 void reconstruct_stage(Sim *sim)
 {
-    for (int b = 0; b < sim->body_count; b++) {
-        Body *body = &sim->body[b];
-        TopologyChange change = {.again = body->ops->reconstruct != NULL};
-        while (change.again) {
-            int topology = body->mesh.topology;
-            change = (TopologyChange){0};
-            sim_expect_change(sim, b);
-            bool changed = body->ops->reconstruct(body, &change);
-            body->mesh.topology = topology + changed;
-            if (!changed)
-                break;
-            sim_follow_change(sim, b, &change);
-        }
-    }
+    for (int b = 0; b < sim->body_count; b++)
+        if (sim->body[b].ops->reconstruct != NULL)
+            change_body(sim, b, reconstruct_once, NULL);
 }
 
 // ---------------------------------------------------------------------------------------------

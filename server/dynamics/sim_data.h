@@ -1,5 +1,5 @@
-// Private to the dynamics room: what a Sim holds. sim.c makes it, set.c changes it, step.c runs it,
-// time_step.c chooses how finely.
+// Private to the dynamics room: what a Sim holds. sim.c makes it, set.c changes it, step.c runs it
+// with cutting.c, holding.c and follow.c, time_step.c chooses how finely.
 #ifndef PLIANT_DYNAMICS_SIM_DATA_H
 #define PLIANT_DYNAMICS_SIM_DATA_H
 
@@ -39,6 +39,7 @@ typedef struct SimAttachment {
     Attachment *attachment; // NULL: the joint
     Joint *joint;
 } SimAttachment;
+
 // What a scene has in which something can be cut.
 typedef struct Cutting {
     int blade_count, blade_tool[SIM_TOOLS]; // blades in the order of the tools
@@ -89,10 +90,28 @@ struct Sim {
     int64_t resets, lost_loads;
 };
 
-// Before a change of topology that may come: whoever knows a body by its nodes takes note.
-void sim_expect_change(Sim *sim, int body);
-// step.c: after a change of a body's topology, whatever knows its nodes and faces follows.
-void sim_follow_change(Sim *sim, int body, const TopologyChange *change);
+// Simulated time since a tool's newest pose was applied, at the start of this tick [s].
+static inline double sim_pose_age(const Sim *sim, const ToolMotion *motion)
+{
+    return (double)(sim->clock->step - motion->pose_step) * sim->tick;
+}
+
+// follow.c
+// Changes a body's topology and says how; false: nothing has changed.
+typedef bool BodyChange(Sim *sim, int body, void *context, TopologyChange *change);
+// One change, and more as long as the body asks for them (TopologyChange.again): the number of the
+// topology goes up, and contacts, holds, ties, loads and the time step follow.
+void change_body(Sim *sim, int body, BodyChange *make, void *context);
+
+// holding.c
+// The attachments of a body: attachment[*first .. end), graspers' too; returns the end.
+int holding_of(const Sim *sim, int body, int *first);
+// Graspers take hold and let go.
+void holding_stage(Sim *sim);
+// Whether a tool does not push a body, since it holds it.
+bool holding_mutes(const Sim *sim, int body, int tool);
+// The springs of what is held, at one evaluation, so long after the tick began [s].
+void holding_add_forces(Sim *sim, int body, const Stage *stage, double substep_time, double h);
 
 // cutting.c
 // At load, once all bodies and tools are there.

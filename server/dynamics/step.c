@@ -7,7 +7,6 @@
 static void place_tools(Sim *sim);
 static void start_and_end_loads(Sim *sim);
 static void adapt_bodies(Sim *sim);
-static void grasp(Sim *sim);
 static void find_contacts(Sim *sim);
 static void advance_bodies(Sim *sim);
 static void take_wrenches(Sim *sim);
@@ -24,7 +23,7 @@ static StageFunction *const stage_function[STAGE_COUNT] = {
     [STAGE_CUT] = cutting_stage,
     [STAGE_RECONSTRUCT] = reconstruct_stage,
     [STAGE_ADAPT] = adapt_bodies,
-    [STAGE_GRASP] = grasp,
+    [STAGE_GRASP] = holding_stage,
     [STAGE_FIND_CONTACTS] = find_contacts,
     [STAGE_FORCES] = advance_bodies,
     [STAGE_WRENCHES] = take_wrenches,
@@ -47,12 +46,6 @@ void sim_step(Sim *sim)
     sim->clock->step++;
 }
 
-// Simulated time since a tool's newest pose was applied, at the start of this tick [s].
-static double pose_age(const Sim *sim, const ToolMotion *motion)
-{
-    return (double)(sim->clock->step - motion->pose_step) * sim->tick;
-}
-
 // Stale tools are withdrawn: no force from a hand that went silent.
 static void place_tools(Sim *sim)
 {
@@ -61,7 +54,7 @@ static void place_tools(Sim *sim)
     for (int t = 0; t < sim->tool_count; t++) {
         ToolMotion *motion = &sim->motion[t];
         if (sim->tool[t].kind != TOOL_STATIC && motion->active &&
-            pose_age(sim, motion) > sim->options.tool_timeout_s)
+            sim_pose_age(sim, motion) > sim->options.tool_timeout_s)
             tool_motion_init(motion);
     }
 }
@@ -82,88 +75,19 @@ static void start_and_end_loads(Sim *sim)
     }
 }
 
-// The attachments of a body: attachment[*first .. end).
-static int attachments_of(const Sim *sim, int b, int *first)
+static bool adapt(Sim *sim, int b, void *context, TopologyChange *change)
 {
-    *first = sim->attachment_count > 0 ? sim->attachment_start[b] : 0;
-    return sim->attachment_count > 0 ? sim->attachment_start[b + 1] : 0;
-}
-
-void sim_expect_change(Sim *sim, int b)
-{
-    int first, end = attachments_of(sim, b, &first);
-    for (int k = first; k < end; k++)
-        attachment_remember(sim->attachment[k]);
-    for (int k = 0; k < sim->scene_attachment_count && sim->joint_count > 0; k++) {
-        Joint *joint = sim->scene_attachment[k].joint;
-        if (joint != NULL && joint_options(joint)->to_body == b)
-            joint_remember(joint);
-    }
-}
-
-void sim_follow_change(Sim *sim, int b, const TopologyChange *change)
-{
-    if (sim->contact_count > 0)
-        for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
-            contact_topology_changed(sim->contact[k], change);
-    int first, end = attachments_of(sim, b, &first);
-    for (int k = first; k < end; k++)
-        attachment_topology_changed(sim->attachment[k], change);
-    for (int k = 0; k < sim->scene_attachment_count && sim->joint_count > 0; k++) {
-        Joint *joint = sim->scene_attachment[k].joint;
-        if (joint != NULL && joint_options(joint)->to_body == b)
-            joint_other_changed(joint, change);
-        if (joint != NULL && joint_options(joint)->body == b)
-            joint_topology_changed(joint, change);
-    }
-    loads_follow(&sim->loads, sim->body, sim->body_count, b, change);
-    time_step_follow(sim, &sim->body[b]);
+    (void)context;
+    Body *body = &sim->body[b];
+    return body->ops->adapt(body, sim->clock->step, sim->tick, change);
 }
 
 // Bodies refine and coarsen.
 static void adapt_bodies(Sim *sim)
 {
-    for (int b = 0; b < sim->body_count; b++) {
-        Body *body = &sim->body[b];
-        TopologyChange change = {.again = body->ops->adapt != NULL};
-        while (change.again) {
-            sim_expect_change(sim, b);
-            int topology = body->mesh.topology;
-            bool changed = body->ops->adapt(body, sim->clock->step, sim->tick, &change);
-            body->mesh.topology = topology + changed;
-            if (!changed)
-                break;
-            sim_follow_change(sim, b, &change);
-        }
-    }
-}
-
-// Graspers take hold and let go at the pose at which the tick begins.
-static void grasp(Sim *sim)
-{
-    for (int k = 0; k < sim->attachment_count; k++) {
-        const int tool = attachment_options(sim->attachment[k])->tool;
-        const ToolMotion *motion = tool >= 0 ? &sim->motion[tool] : NULL;
-        Vec3 position = {0.0, 0.0, 0.0};
-        Quat orientation = {1.0, 0.0, 0.0, 0.0};
-        bool active = motion == NULL || motion->active;
-        double grip = 0.0;
-        if (motion != NULL && active) {
-            tool_motion_at(motion, pose_age(sim, motion), &position, &orientation);
-            grip = tool_motion_grip(motion, pose_age(sim, motion));
-        }
-        attachment_begin_tick(sim->attachment[k], active, grip, position, orientation);
-    }
-}
-
-static bool is_muted(const Sim *sim, int b, int tool)
-{
-    int k, end = attachments_of(sim, b, &k);
-    for (; k < end; k++)
-        if (attachment_options(sim->attachment[k])->tool == tool &&
-            attachment_mutes_contact(sim->attachment[k]))
-            return true;
-    return false;
+    for (int b = 0; b < sim->body_count; b++)
+        if (sim->body[b].ops->adapt != NULL)
+            change_body(sim, b, adapt, NULL);
 }
 
 // Candidates for the whole tick: what the tool can reach from where its proxy is.
@@ -174,13 +98,13 @@ static void find_contacts(Sim *sim)
         Contact *contact = sim->contact[k];
         while (k >= sim->contact_start[b + 1])
             b++;
-        if (!motion->active || is_muted(sim, b, sim->contact_tool[k])) {
+        if (!motion->active || holding_mutes(sim, b, sim->contact_tool[k])) {
             contact_clear(contact);
             continue;
         }
         Vec3 begin, end;
         Quat orientation;
-        double age = pose_age(sim, motion);
+        double age = sim_pose_age(sim, motion);
         tool_motion_at(motion, age + sim->tick, &end, &orientation);
         tool_motion_at(motion, age, &begin, &orientation);
         contact_begin_tick(contact, begin, end, orientation, sim->tick);
@@ -204,8 +128,8 @@ static void add_contacts(Sim *sim, int b, const Stage *stage, double substep_tim
             const ToolMotion *motion = &sim->motion[sim->contact_tool[k]];
             Vec3 target;
             Quat orientation;
-            tool_motion_at(motion, pose_age(sim, motion) + substep_time + target_at * h, &target,
-                           &orientation);
+            tool_motion_at(motion, sim_pose_age(sim, motion) + substep_time + target_at * h,
+                           &target, &orientation);
             contact_begin_substep(contact, target, orientation, h);
         }
         contact_apply(contact, fraction, stage->weight, h);
@@ -215,49 +139,15 @@ static void add_contacts(Sim *sim, int b, const Stage *stage, double substep_tim
     sim->stage_ns[STAGE_FORCES] -= spent;
 }
 
-// The springs of what is held, at one evaluation. All that a tool holds of a body together pulls it
-// with at most its max_force: beyond, it slips with that force.
-static void add_attachments(Sim *sim, int b, const Stage *stage, double substep_time, double h)
-{
-    int first, end = attachments_of(sim, b, &first);
-    Vec3 pull[SIM_TOOLS] = {{0.0, 0.0, 0.0}};
-    for (int k = first; k < end; k++) {
-        Attachment *attachment = sim->attachment[k];
-        const int tool = attachment_options(attachment)->tool;
-        if (!attachment_is_holding(attachment))
-            continue;
-        ToolPlacement at = {.orientation = {1.0, 0.0, 0.0, 0.0}};
-        if (tool >= 0) {
-            const ToolMotion *motion = &sim->motion[tool];
-            double begin = pose_age(sim, motion) + substep_time;
-            at = tool_motion_within(motion, begin, begin + stage->at * h, h);
-        }
-        Vec3 force = attachment_evaluate(attachment, &at);
-        if (tool >= 0)
-            pull[tool] = vec3_add(pull[tool], force);
-    }
-    for (int k = first; k < end; k++) {
-        const int tool = attachment_options(sim->attachment[k])->tool;
-        double scale = 1.0;
-        if (!attachment_is_holding(sim->attachment[k]))
-            continue;
-        if (tool >= 0 && sim->tool[tool].kind != TOOL_STATIC) {
-            double size = vec3_length(pull[tool]), most = sim->tool[tool].max_force;
-            scale = size > most ? most / size : 1.0;
-        }
-        attachment_apply(sim->attachment[k], scale, stage->weight * h);
-    }
-}
-
 // Forces from outside on a body at one stage.
 static void add_outer_forces(Sim *sim, int b, const Stage *stage, int substep, bool begins)
 {
     const Body *body = &sim->body[b];
-    int first, end = attachments_of(sim, b, &first);
+    int first, end = holding_of(sim, b, &first);
     if (sim->contact_count > 0 && sim->contact_start[b] < sim->contact_start[b + 1])
         add_contacts(sim, b, stage, substep * body->h, body->h, begins);
     if (first < end)
-        add_attachments(sim, b, stage, substep * body->h, body->h);
+        holding_add_forces(sim, b, stage, substep * body->h, body->h);
 }
 
 static void end_substep(Sim *sim, int b)
@@ -360,7 +250,7 @@ static void take_wrenches(Sim *sim)
     bool holds[SIM_TOOLS] = {false}; // also without force
     for (int t = 0; t < sim->tool_count; t++) {
         Quat orientation;
-        tool_motion_at(&sim->motion[t], pose_age(sim, &sim->motion[t]) + sim->tick,
+        tool_motion_at(&sim->motion[t], sim_pose_age(sim, &sim->motion[t]) + sim->tick,
                        &sim->wrench[t].position, &orientation);
     }
     for (int k = 0; k < sim->contact_count; k++) {
@@ -417,7 +307,7 @@ static void check_numbers(Sim *sim)
         body->resets++;
         sim->resets++;
         cutting_break_off(sim, b); // what jumped back did not pass the blade
-        int first, end = attachments_of(sim, b, &first);
+        int first, end = holding_of(sim, b, &first);
         for (int k = first; k < end; k++) {
             attachment_clear(sim->attachment[k]);
             int tool = attachment_options(sim->attachment[k])->tool;

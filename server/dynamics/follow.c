@@ -1,0 +1,51 @@
+// Changes of a body's topology, whoever makes them: whatever knows its nodes and faces follows.
+// Step thread.
+#include "dynamics/sim_data.h"
+
+// Before a change that may come: whoever knows a body by its nodes takes note.
+static void expect(Sim *sim, int b)
+{
+    int first, end = holding_of(sim, b, &first);
+    for (int k = first; k < end; k++)
+        attachment_remember(sim->attachment[k]);
+    for (int k = 0; k < sim->scene_attachment_count && sim->joint_count > 0; k++) {
+        Joint *joint = sim->scene_attachment[k].joint;
+        if (joint != NULL && joint_options(joint)->to_body == b)
+            joint_remember(joint);
+    }
+}
+
+static void follow(Sim *sim, int b, const TopologyChange *change)
+{
+    if (sim->contact_count > 0)
+        for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
+            contact_topology_changed(sim->contact[k], change);
+    int first, end = holding_of(sim, b, &first);
+    for (int k = first; k < end; k++)
+        attachment_topology_changed(sim->attachment[k], change);
+    for (int k = 0; k < sim->scene_attachment_count && sim->joint_count > 0; k++) {
+        Joint *joint = sim->scene_attachment[k].joint;
+        if (joint != NULL && joint_options(joint)->to_body == b)
+            joint_other_changed(joint, change);
+        if (joint != NULL && joint_options(joint)->body == b)
+            joint_topology_changed(joint, change);
+    }
+    loads_follow(&sim->loads, sim->body, sim->body_count, b, change);
+    time_step_follow(sim, &sim->body[b]);
+}
+
+void change_body(Sim *sim, int b, BodyChange *make, void *context)
+{
+    Body *body = &sim->body[b];
+    TopologyChange change = {.again = true};
+    while (change.again) {
+        change = (TopologyChange){0};
+        expect(sim, b);
+        const int topology = body->mesh.topology;
+        const bool changed = make(sim, b, context, &change);
+        body->mesh.topology = topology + changed;
+        if (!changed)
+            return;
+        follow(sim, b, &change);
+    }
+}
