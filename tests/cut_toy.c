@@ -378,11 +378,6 @@ static void toy_clear_loads(void *self)
     memset(toy->load, 0, (size_t)toy->places * sizeof *toy->load);
 }
 
-static void toy_reserve_forces(void *self, const char *name, int count, Arena *arena)
-{
-    (void)self, (void)name, (void)count, (void)arena;
-}
-
 static bool toy_set(void *self, BodyParameter parameter, double value)
 {
     (void)self, (void)parameter, (void)value;
@@ -406,7 +401,6 @@ static const BodyOps toy_ops = {
     .set = toy_set,
     .restored = rebuild,
     .reserve_blades = toy_reserve_blades,
-    .reserve_forces = toy_reserve_forces,
 };
 
 // ---------------------------------------------------------------------------------------------

@@ -314,11 +314,6 @@ static void toy_clear_loads(void *self)
     memset(toy->load, 0, (size_t)node_places(toy) * sizeof *toy->load);
 }
 
-static void toy_reserve_forces(void *self, const char *name, int count, Arena *arena)
-{
-    (void)self, (void)name, (void)count, (void)arena;
-}
-
 static bool toy_is_fixed(const void *self, int node)
 {
     (void)self, (void)node;
@@ -360,7 +355,6 @@ static const BodyOps toy_ops = {
     .is_fixed = toy_is_fixed,
     .set = toy_set,
     .restored = toy_restored,
-    .reserve_forces = toy_reserve_forces,
 };
 
 // ---------------------------------------------------------------------------------------------

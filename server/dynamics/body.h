@@ -185,7 +185,8 @@ typedef struct BodyOps {
     // --- load time ---
     // Before the first cut: memory for the links around so many blades. NULL as cut.
     void (*reserve_blades)(void *model, int blades, Arena *arena, StateList *state);
-    // Before the first add_forces: memory for forces on so many nodes in one evaluation.
+    // Before the first add_forces: memory for forces on so many nodes in one evaluation. NULL: it
+    // needs none.
     void (*reserve_forces)(void *model, const char *name, int count, Arena *arena);
     // Kernel variant and what was left out, one line each, for --explain.
     void (*explain)(const void *model, FILE *out);

@@ -179,6 +179,8 @@ static void reserve_forces(Sim *sim)
     for (int b = 0; b < sim->body_count; b++) {
         Body *body = &sim->body[b];
         int pushed = 0;
+        if (body->ops->reserve_forces == NULL)
+            continue;
         for (int k = sim->contact_count > 0 ? sim->contact_start[b] : 0;
              k < (sim->contact_count > 0 ? sim->contact_start[b + 1] : 0); k++)
             pushed += contact_node_capacity(sim->contact[k]);

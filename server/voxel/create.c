@@ -6,6 +6,7 @@
 #include "voxel/cut/cut_body.h"
 #include "voxel/model.h"
 #include "voxel/plane/plane.h"
+#include "voxel/setup.h"
 #include "voxel/skin.h"
 #include "voxel/stiffness.h"
 #include "voxel/vertex_ids.h"
@@ -16,9 +17,6 @@
 
 #define ALLOCATE(use, count, type, label)                                                          \
     (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
-
-// Elements: with fewer, calling another thread costs more than it saves.
-enum { HALVED_LEAST = 2000 };
 
 // What creation needs between its steps.
 typedef struct Making {
@@ -78,10 +76,9 @@ static bool mark_nodes(Making *making, const FixedRegion *region, Status *status
 {
     const LatticeMesh *mesh = &making->mesh;
     for (int k = 0; k < region->node_count; k++) {
-        int vertex = vertex_ids_find(making->by_id, mesh->vertex_count, region->node[k]);
+        int vertex = setup_held_vertex(making->by_id, mesh->vertex_count, region->node[k], status);
         if (vertex < 0)
-            return status_fail(status, STATUS_INVALID, "fixed: node %d is no vertex of the body",
-                               region->node[k]);
+            return false;
         making->fixed[vertex] = true;
     }
     return true;
@@ -127,38 +124,6 @@ static void make_masses(const Making *making, VoxelModel *model, double *total)
             model->vertices.mass[mesh->vertex[e][shape.node[i]]] += share * mass;
         }
     }
-}
-
-static void create_vertices(VoxelModel *model, const Making *making, Arena *arena, StateList *state)
-{
-    const VoxelOptions *options = making->options;
-    const LatticeMesh *mesh = &making->mesh;
-    const Lattice *lattice = options->lattice;
-    const char *name = options->name;
-    const int count = mesh->vertex_count;
-    Vertices *vertices = &model->vertices;
-    Rows *rows = &vertices->rows;
-    rows->longest_edge = lattice->size;
-    rows->place = arena_allocate(arena, ARENA_STEP, (size_t)count + 1, sizeof *rows->place,
-                                 "%s/places", name);
-    vertices->team = options->team;
-    vertices->halved = mesh->element_count >= HALVED_LEAST;
-    const double middle[3] = {0.5 * lattice->count[0], 0.5 * lattice->count[1],
-                              0.5 * lattice->count[2]};
-    for (int i = 0; i < count; i++)
-        for (int c = 0; c < 3; c++)
-            rows->place[i][c] = lattice->size * (mesh->point[i][c] - middle[c]);
-    rows->rest_origin = lattice_point(lattice, middle[0], middle[1], middle[2]);
-    rows->rest_turn = lattice->turn;
-    double extent = lattice->size * (lattice->count[0] + lattice->count[1] + lattice->count[2]);
-    vertices_create(vertices, options, making->by_id, making->fixed, model->surface_count, extent,
-                    arena, state);
-    if (!rows->floating)
-        return;
-    double *weight = ALLOCATE(ARENA_STEP, count + 1, double, "frame weights");
-    memcpy(weight, vertices->mass, (size_t)count * sizeof *weight);
-    rows->rigid = rigid_frame_create(name, rows->precision, true, rows->count,
-                                     (const double(*)[3])rows->place, weight, arena, state);
 }
 
 // The batches of one half: views of the body's.
@@ -220,19 +185,6 @@ static void create_batches(VoxelModel *model, const Making *making, const char *
               "%s/rotations", name);
 }
 
-static bool check_options(const Making *making, const VoxelKernels *kernels, Status *status)
-{
-    const VoxelOptions *options = making->options;
-    if (kernels == NULL)
-        return status_fail(status, STATUS_INVALID,
-                           "isa %s is not a level that this machine can run", options->isa);
-    int vertices = making->mesh.vertex_count;
-    if (options->initial_position != NULL && options->initial_count != vertices)
-        return status_fail(status, STATUS_INVALID, "initial has %d rows, the body %d vertices",
-                           options->initial_count, vertices);
-    return true;
-}
-
 static bool create_body(Body *body, Making *making, const VoxelKernels *kernels, Arena *arena,
                         StateList *state, Status *status)
 {
@@ -254,26 +206,16 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
     memcpy(vertices->id, mesh->id, (size_t)mesh->vertex_count * sizeof *vertices->id);
     double mass = 0.0;
     make_masses(making, model, &mass);
-    create_vertices(model, making, arena, state);
+    setup_vertices(vertices, options, (const int(*)[3])mesh->point, making->by_id, making->fixed,
+                   mesh->element_count, mesh->surface_count, arena, state);
+    setup_frame(vertices, name, arena, state);
     create_batches(model, making, name, arena, state);
-    const double beta = options->damping * making->step;
-    *body = (Body){
-        .ops = &voxel_ops,
-        .model = model,
-        .integrator = options->integrator,
-        .mass = mass,
-        .element_count = mesh->element_count,
-        .lambda = making->lambda,
-        .damping = beta * making->damping_lambda,
-        .contact_lambda = making->lambda,
-        .contact_ratio = options->contact_ratio,
-        .contact_damping = options->contact_damping,
-        .tuning = {.friction = options->friction, .stiffness_scale = 1.0, .damping_scale = 1.0},
-        .time_step_wanted = options->time_step,
-        .unsafe_time_step = options->unsafe_time_step,
-        .state_capacity = mesh->vertex_count,
-    };
-    snprintf(body->name, sizeof body->name, "%s", name);
+    *body = setup_body(options, &voxel_ops, model);
+    body->mass = mass;
+    body->element_count = mesh->element_count;
+    body->lambda = body->contact_lambda = making->lambda;
+    body->damping = options->damping * making->step * making->damping_lambda;
+    body->state_capacity = mesh->vertex_count;
     voxel_create_surface(model, body, mesh, options, arena);
     if (options->skin == NULL) {
         voxel_create_mesh(model, body, mesh, options->publish_all, name, arena);
@@ -296,7 +238,7 @@ bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateLi
     layout_create(&making.layout, options->lattice, options->levels);
     bool ok = lattice_mesh_create(&making.mesh, &making.layout, status);
     const VoxelKernels *kernels = voxel_kernels_find(options->precision, isa);
-    ok = ok && check_options(&making, kernels, status);
+    ok = ok && setup_check(options, kernels != NULL, making.mesh.vertex_count, status);
     if (ok)
         making.by_id = vertex_ids_sort(making.mesh.id, making.mesh.vertex_count);
     ok = ok && make_fixed(&making, status) &&

@@ -121,6 +121,12 @@ void vertices_add_force(Vertices *vertices, int vertex, Vec3 force)
     }
 }
 
+void vertices_add_forces(Vertices *vertices, const int *vertex, int count, const Vec3 *force)
+{
+    for (int i = 0; i < count; i++)
+        vertices_add_force(vertices, vertex[i], force[i]);
+}
+
 static void list_loads(Vertices *vertices)
 {
     vertices->loaded_count = 0;
@@ -224,6 +230,14 @@ bool vertices_end(Vertices *vertices)
     return good;
 }
 
+bool vertices_commit(Vertices *vertices)
+{
+    bool good = vertices_end(vertices);
+    if (good && vertices->rows.floating)
+        rows_follow(&vertices->rows, vertices->row[vertices->current]);
+    return good;
+}
+
 void vertices_restore(Vertices *vertices, bool to_start)
 {
     const Rows *rows = &vertices->rows;
@@ -282,6 +296,14 @@ void vertices_restored(Vertices *vertices)
 bool vertices_is_fixed(const Vertices *vertices, int vertex)
 {
     return rows_get(&vertices->rows, vertices->inverse_mass, vertex) == 0.0;
+}
+
+void vertices_read_nodes(const Vertices *vertices, const int *vertex, int count, Vec3 *position,
+                         Vec3 *velocity)
+{
+    for (int i = 0; i < count; i++)
+        rows_read(&vertices->rows, vertices->present, vertex[i], &position[i],
+                  velocity == NULL ? NULL : &velocity[i]);
 }
 
 int vertices_read_state(const Vertices *vertices, int *id, Vec3 *position, Vec3 *velocity)

@@ -69,11 +69,14 @@ void vertices_begin(Vertices *vertices);
 void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gravity);
 // Whether all numbers are good; then the result is the present state.
 bool vertices_end(Vertices *vertices);
+// The same of a body in space, whose frame then follows it.
+bool vertices_commit(Vertices *vertices);
 void vertices_restore(Vertices *vertices, bool to_start);
 bool vertices_check(const Vertices *vertices);
 
 // --- forces, by vertex, in the world [N] ---
 void vertices_add_force(Vertices *vertices, int vertex, Vec3 force);
+void vertices_add_forces(Vertices *vertices, const int *vertex, int count, const Vec3 *force);
 void vertices_add_load(Vertices *vertices, int vertex, Vec3 force);
 void vertices_clear_loads(Vertices *vertices);
 // After the state list was restored.
@@ -85,6 +88,8 @@ static inline const void *vertices_row(const Vertices *vertices)
     return vertices->row[vertices->current];
 }
 bool vertices_is_fixed(const Vertices *vertices, int vertex);
+void vertices_read_nodes(const Vertices *vertices, const int *vertex, int count, Vec3 *position,
+                         Vec3 *velocity);
 int vertices_read_state(const Vertices *vertices, int *id, Vec3 *position, Vec3 *velocity);
 bool vertices_set(Vertices *vertices, BodyParameter parameter, double value);
 // Kinetic energy and largest displacement; the rest stays.

@@ -84,11 +84,7 @@ static void voxel_evaluate(void *self, const Stage *stage, double h)
 static bool voxel_commit(void *self)
 {
     VoxelModel *model = self;
-    Vertices *vertices = &model->vertices;
-    bool good = vertices_end(vertices);
-    if (good && vertices->rows.floating)
-        rows_follow(&vertices->rows, vertices->row[vertices->current]);
-    return good;
+    return vertices_commit(&model->vertices);
 }
 
 static bool voxel_check(const void *self)
@@ -126,21 +122,13 @@ static void voxel_read_nodes(const void *self, const int *node, int count, Vec3 
                              Vec3 *velocity)
 {
     const VoxelModel *model = self;
-    for (int i = 0; i < count; i++)
-        rows_read(&model->vertices.rows, model->vertices.present, node[i], &position[i],
-                  velocity == NULL ? NULL : &velocity[i]);
+    vertices_read_nodes(&model->vertices, node, count, position, velocity);
 }
 
 static void voxel_add_forces(void *self, const int *node, int count, const Vec3 *force)
 {
     VoxelModel *model = self;
-    for (int i = 0; i < count; i++)
-        vertices_add_force(&model->vertices, node[i], force[i]);
-}
-
-static void voxel_reserve_forces(void *self, const char *name, int count, Arena *arena)
-{
-    (void)self, (void)name, (void)count, (void)arena; // they go where the elements' forces go
+    vertices_add_forces(&model->vertices, node, count, force);
 }
 
 // The region is brought to the rows' coordinates, not every vertex to the world.
@@ -241,7 +229,6 @@ const BodyOps voxel_ops = {
     .check = voxel_check,
     .restore = voxel_restore,
     .read_nodes = voxel_read_nodes,
-    .reserve_forces = voxel_reserve_forces,
     .add_forces = voxel_add_forces,
     .find_nodes = voxel_find_nodes,
     .add_load = voxel_add_load,

@@ -67,11 +67,7 @@ static void body_evaluate(void *self, const Stage *stage, double h)
 static bool body_commit(void *self)
 {
     CutModel *model = self;
-    Vertices *vertices = &model->vertices;
-    bool good = vertices_end(vertices);
-    if (good && vertices->rows.floating)
-        rows_follow(&vertices->rows, vertices->row[vertices->current]);
-    return good;
+    return vertices_commit(&model->vertices);
 }
 
 static bool body_check(const void *self)
@@ -214,21 +210,13 @@ static void body_read_nodes(const void *self, const int *node, int count, Vec3 *
                             Vec3 *velocity)
 {
     const CutModel *model = self;
-    for (int i = 0; i < count; i++)
-        rows_read(&model->vertices.rows, model->vertices.present, node[i], &position[i],
-                  velocity == NULL ? NULL : &velocity[i]);
+    vertices_read_nodes(&model->vertices, node, count, position, velocity);
 }
 
 static void body_add_forces(void *self, const int *node, int count, const Vec3 *force)
 {
     CutModel *model = self;
-    for (int i = 0; i < count; i++)
-        vertices_add_force(&model->vertices, node[i], force[i]);
-}
-
-static void body_reserve_forces(void *self, const char *name, int count, Arena *arena)
-{
-    (void)self, (void)name, (void)count, (void)arena; // they go where the elements' forces go
+    vertices_add_forces(&model->vertices, node, count, force);
 }
 
 static int body_find_nodes(const void *self, const Region *region, int *node, int capacity)
@@ -314,12 +302,11 @@ static const char *body_isa(const void *self)
 #define OPERATIONS                                                                                 \
     .model = "voxel", .cut = body_cut, .reconstruct = body_reconstruct, .drift = body_drift,       \
     .evaluate = body_evaluate, .commit = body_commit, .check = body_check,                         \
-    .restore = body_restore, .read_nodes = body_read_nodes, .reserve_forces = body_reserve_forces, \
-    .reserve_blades = body_reserve_blades, .add_forces = body_add_forces,                          \
-    .find_nodes = body_find_nodes, .add_load = body_add_load, .clear_loads = body_clear_loads,     \
-    .snapshot = body_snapshot, .read_state = body_read_state, .measure = body_measure,             \
-    .is_fixed = body_is_fixed, .gather_patch = cut_body_gather_patch, .set = body_set,             \
-    .restored = body_restored, .explain = body_explain, .isa = body_isa
+    .restore = body_restore, .read_nodes = body_read_nodes, .reserve_blades = body_reserve_blades, \
+    .add_forces = body_add_forces, .find_nodes = body_find_nodes, .add_load = body_add_load,       \
+    .clear_loads = body_clear_loads, .snapshot = body_snapshot, .read_state = body_read_state,     \
+    .measure = body_measure, .is_fixed = body_is_fixed, .gather_patch = cut_body_gather_patch,     \
+    .set = body_set, .restored = body_restored, .explain = body_explain, .isa = body_isa
 
 const BodyOps cut_body_ops = {OPERATIONS};
 const BodyOps cut_body_ops_tearing = {OPERATIONS, .tear = body_tear};

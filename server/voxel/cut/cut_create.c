@@ -3,6 +3,7 @@
 
 #include "base/check.h"
 #include "voxel/lattice_mesh.h"
+#include "voxel/setup.h"
 #include "voxel/stiffness.h"
 #include "voxel/vertex_ids.h"
 
@@ -13,9 +14,6 @@
 
 #define ALLOCATE(use, count, type, label)                                                          \
     (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
-
-// Elements: with fewer, calling another thread costs more than it saves.
-enum { HALVED_LEAST = 2000 };
 
 // What creation needs between its steps.
 typedef struct Making {
@@ -78,10 +76,9 @@ static bool hold_nodes(Making *making, const FixedRegion *region, Status *status
 {
     const LatticeMesh *mesh = &making->mesh;
     for (int k = 0; k < region->node_count; k++) {
-        int vertex = vertex_ids_find(making->by_id, mesh->vertex_count, region->node[k]);
+        int vertex = setup_held_vertex(making->by_id, mesh->vertex_count, region->node[k], status);
         if (vertex < 0)
-            return status_fail(status, STATUS_INVALID, "fixed: node %d is no vertex of the body",
-                               region->node[k]);
+            return false;
         making->held[point_index(making, mesh->point[vertex])] |= slots_of_vertex(making, vertex);
     }
     return true;
@@ -168,28 +165,20 @@ static void make_classes(Making *making, ElementClass *classes, double *mass)
 // ---------------------------------------------------------------------------------------------
 // Vertices
 
-static void create_rows(CutModel *model, const Making *making, const char *name, Arena *arena)
+static void create_vertices(CutModel *model, const Making *making, const VoxelKernels *kernels,
+                            const char *name, Arena *arena, StateList *state)
 {
-    const Lattice *lattice = making->options->lattice;
+    const LatticeMesh *mesh = &making->mesh;
     Vertices *vertices = &model->vertices;
-    Rows *rows = &vertices->rows;
-    double *middle = model->masses.middle;
-    for (int d = 0; d < 3; d++)
-        middle[d] = 0.5 * lattice->count[d];
-    rows->longest_edge = lattice->size;
-    rows->rest_origin = lattice_point(lattice, middle[0], middle[1], middle[2]);
-    rows->rest_turn = lattice->turn;
-    rows->place = arena_allocate(arena, ARENA_STEP, (size_t)making->capacity + 1,
-                                 sizeof *rows->place, "%s/places", name);
-    for (int v = 0; v < making->mesh.vertex_count; v++)
-        for (int c = 0; c < 3; c++)
-            rows->place[v][c] = lattice->size * (making->mesh.point[v][c] - middle[c]);
+    vertices->kernels = kernels;
     vertices->capacity = making->capacity;
-    vertices->count = making->mesh.vertex_count;
+    vertices->count = mesh->vertex_count;
     vertices->mass = ALLOCATE(ARENA_TOPOLOGY, making->capacity, double, "vertex masses");
     vertices->id = model->lattice.vertex_id;
     for (int v = 0; v < vertices->count; v++)
         vertices->mass[v] = 1.0; // to be known soon
+    setup_vertices(vertices, making->options, (const int(*)[3])mesh->point, making->by_id,
+                   making->fixed, mesh->element_count, making->capacity, arena, state);
 }
 
 static void create_masses(CutModel *model, const Making *making, const double *mass,
@@ -201,6 +190,8 @@ static void create_masses(CutModel *model, const Making *making, const double *m
     masses->vertices = &model->vertices;
     masses->law = model->law;
     masses->size = making->options->lattice->size;
+    for (int d = 0; d < 3; d++)
+        masses->middle[d] = 0.5 * making->options->lattice->count[d];
     masses->mass = mass;
     masses->material_count = making->options->material_count;
     masses->held = making->held;
@@ -208,32 +199,14 @@ static void create_masses(CutModel *model, const Making *making, const double *m
     cut_masses_derive(masses);
 }
 
-// The frame of a floating body follows the vertices that it had when it was whole.
-static void create_frame(CutModel *model, const Making *making, const char *name, Arena *arena,
-                         StateList *state)
-{
-    Rows *rows = &model->vertices.rows;
-    if (!rows->floating)
-        return;
-    const int count = making->mesh.vertex_count;
-    double *weight = ALLOCATE(ARENA_STEP, count, double, "frame weights");
-    memcpy(weight, model->vertices.mass, (size_t)count * sizeof *weight);
-    rows->rigid = rigid_frame_create(name, rows->precision, true, count,
-                                     (const double(*)[3])rows->place, weight, arena, state);
-}
-
 // ---------------------------------------------------------------------------------------------
 
 static bool check_options(const Making *making, const VoxelKernels *kernels, Status *status)
 {
     const VoxelOptions *options = making->options;
-    if (kernels == NULL)
-        return status_fail(status, STATUS_INVALID,
-                           "isa %s is not a level that this machine can run", options->isa);
-    int vertices = making->mesh.vertex_count;
-    if (options->initial_position != NULL && options->initial_count != vertices)
-        return status_fail(status, STATUS_INVALID, "initial has %d rows, the body %d vertices",
-                           options->initial_count, vertices);
+    const int vertices = making->mesh.vertex_count;
+    if (!setup_check(options, kernels != NULL, vertices, status))
+        return false;
     if (options->skin != NULL)
         return status_fail(status, STATUS_INVALID,
                            "body %s: a skin does not follow cuts; leave it out or set cuttable = "
@@ -254,23 +227,11 @@ static bool tears(const VoxelOptions *options)
 static void describe(Body *body, CutModel *model, const Making *making, const double *mass)
 {
     const VoxelOptions *options = making->options;
-    const double beta = options->damping * making->step;
-    *body = (Body){
-        .ops = tears(options) ? &cut_body_ops_tearing : &cut_body_ops,
-        .model = model,
-        .integrator = options->integrator,
-        .element_count = model->lattice.leaf_count,
-        .lambda = making->lambda,
-        .damping = beta * making->damping_lambda,
-        .contact_lambda = making->lambda,
-        .contact_ratio = options->contact_ratio,
-        .contact_damping = options->contact_damping,
-        .tuning = {.friction = options->friction, .stiffness_scale = 1.0, .damping_scale = 1.0},
-        .time_step_wanted = options->time_step,
-        .unsafe_time_step = options->unsafe_time_step,
-        .state_capacity = making->capacity,
-    };
-    snprintf(body->name, sizeof body->name, "%s", options->name);
+    *body = setup_body(options, tears(options) ? &cut_body_ops_tearing : &cut_body_ops, model);
+    body->element_count = model->lattice.leaf_count;
+    body->lambda = body->contact_lambda = making->lambda;
+    body->damping = options->damping * making->step * making->damping_lambda;
+    body->state_capacity = making->capacity;
     for (int e = 0; e < making->layout.leaf_count; e++) {
         const Leaf *leaf = &making->layout.leaf[e];
         body->mass += mass[class_of(options, leaf->level, leaf->material - 1)];
@@ -298,17 +259,9 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
     template_cache_create(&model->templates, name, options->law, options->precision, arena);
 
     Vertices *vertices = &model->vertices;
-    vertices->kernels = kernels;
-    vertices->team = options->team;
-    vertices->halved = making->layout.leaf_count >= HALVED_LEAST;
-    create_rows(model, making, name, arena);
-    const double extent =
-        options->lattice->size *
-        (options->lattice->count[0] + options->lattice->count[1] + options->lattice->count[2]);
-    vertices_create(vertices, options, making->by_id, making->fixed, making->capacity, extent,
-                    arena, state);
+    create_vertices(model, making, kernels, name, arena, state);
     create_masses(model, making, mass, name, arena);
-    create_frame(model, making, name, arena, state);
+    setup_frame(vertices, name, arena, state); // follows the vertices that it has when whole
 
     const WindowOptions windows = {.name = name,
                                    .lattice = &model->lattice,

@@ -180,11 +180,6 @@ static void plane_add_forces(void *self, const int *node, int count, const Vec3 
                            (Vec3){force[i].x, force[i].y, 0.0});
 }
 
-static void plane_reserve_forces(void *self, const char *name, int count, Arena *arena)
-{
-    (void)self, (void)name, (void)count, (void)arena; // they go where the elements' forces go
-}
-
 // The region is brought to the rows' coordinates, not every node to the world.
 static int plane_find_nodes(const void *self, const Region *region, int *node, int capacity)
 {
@@ -301,7 +296,6 @@ const BodyOps plane_ops = {
     .check = plane_check,
     .restore = plane_restore,
     .read_nodes = plane_read_nodes,
-    .reserve_forces = plane_reserve_forces,
     .add_forces = plane_add_forces,
     .find_nodes = plane_find_nodes,
     .add_load = plane_add_load,

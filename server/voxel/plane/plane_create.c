@@ -3,7 +3,7 @@
 #include "voxel/plane/plane_cut.h"
 
 #include "base/check.h"
-#include "voxel/vertex_ids.h"
+#include "voxel/setup.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -53,11 +53,10 @@ static void make_masses(const Making *making, PlaneModel *model, double *total)
 static bool mark_nodes(Making *making, const FixedRegion *region, Status *status)
 {
     for (int k = 0; k < region->node_count; k++) {
-        int v = vertex_ids_find(making->by_id, making->mesh.vertex_count, region->node[k]);
+        int v =
+            setup_held_vertex(making->by_id, making->mesh.vertex_count, region->node[k], status);
         if (v < 0)
-            return status_fail(status, STATUS_INVALID,
-                               "fixed: node %d is not a vertex of the body (%d vertices)",
-                               region->node[k], making->mesh.vertex_count);
+            return false;
         making->fixed[v] = true;
     }
     return true;
@@ -112,12 +111,9 @@ static void create_vertices(PlaneModel *model, const Making *making, const char 
 // ---------------------------------------------------------------------------------------------
 // The body
 
-static bool check_options(const VoxelOptions *options, const PlaneKernels *kernels, Status *status)
+static bool check_options(const VoxelOptions *options, Status *status)
 {
     const Lattice *lattice = options->lattice;
-    if (kernels == NULL)
-        return status_fail(status, STATUS_INVALID,
-                           "isa %s is not a level that this machine can run", options->isa);
     if (lattice->count[2] != 1)
         return status_fail(status, STATUS_INVALID,
                            "dimensions = 2 needs one layer of cells, these are %d layers",
@@ -134,16 +130,6 @@ static bool check_options(const VoxelOptions *options, const PlaneKernels *kerne
     if (options->skin != NULL)
         return status_fail(status, STATUS_INVALID,
                            "dimensions = 2 shows its elements: it cannot have a skin");
-    return true;
-}
-
-static bool check_initial(const Making *making, Status *status)
-{
-    const VoxelOptions *options = making->options;
-    int vertices = making->mesh.vertex_count;
-    if (options->initial_position != NULL && options->initial_count != vertices)
-        return status_fail(status, STATUS_INVALID, "initial has %d rows, the body %d vertices",
-                           options->initial_count, vertices);
     return true;
 }
 
@@ -208,16 +194,7 @@ static void create_body(Body *body, Making *making, const PlaneKernels *kernels,
     model->half = 0.5 * options->lattice->size;
     model->vertices.kernels = voxel_kernels_find(options->precision, kernels->level);
     model->vertices.count = making->mesh.vertex_count;
-    *body = (Body){
-        .model = model,
-        .integrator = options->integrator,
-        .contact_ratio = options->contact_ratio,
-        .contact_damping = options->contact_damping,
-        .tuning = {.friction = options->friction, .stiffness_scale = 1.0, .damping_scale = 1.0},
-        .time_step_wanted = options->time_step,
-        .unsafe_time_step = options->unsafe_time_step,
-    };
-    snprintf(body->name, sizeof body->name, "%s", name);
+    *body = setup_body(options, NULL, model);
     if (options->cuttable)
         create_cuttable(model, body, making, arena, state);
     else
@@ -232,12 +209,12 @@ bool plane_create(Body *body, const VoxelOptions *options, Arena *arena, StateLi
 {
     const PlaneKernels *kernels =
         plane_kernels_find(options->precision, options->isa == NULL ? "auto" : options->isa);
-    if (!check_options(options, kernels, status))
+    if (!check_options(options, status))
         return false;
     Making making = {.options = options};
     plane_layout_create(&making.layout, options->lattice, options->levels);
     bool ok = plane_mesh_create(&making.mesh, &making.layout, NULL, status) &&
-              check_initial(&making, status);
+              setup_check(options, kernels != NULL, making.mesh.vertex_count, status);
     if (ok)
         making.by_id = vertex_ids_sort(making.mesh.id, making.mesh.vertex_count);
     ok = ok && make_fixed(&making, status);

@@ -1,0 +1,74 @@
+#include "voxel/setup.h"
+
+#include <string.h>
+
+bool setup_check(const VoxelOptions *options, bool has_kernels, int vertices, Status *status)
+{
+    if (!has_kernels)
+        return status_fail(status, STATUS_INVALID,
+                           "isa %s is not a level that this machine can run", options->isa);
+    if (options->initial_position != NULL && options->initial_count != vertices)
+        return status_fail(status, STATUS_INVALID, "initial has %d rows, the body %d vertices",
+                           options->initial_count, vertices);
+    return true;
+}
+
+int setup_held_vertex(const VertexId *by_id, int vertices, int id, Status *status)
+{
+    int vertex = vertex_ids_find(by_id, vertices, id);
+    if (vertex < 0)
+        status_fail(status, STATUS_INVALID,
+                    "fixed: node %d is not a vertex of the body (%d vertices)", id, vertices);
+    return vertex;
+}
+
+Body setup_body(const VoxelOptions *options, const BodyOps *ops, void *model)
+{
+    Body body = {
+        .ops = ops,
+        .model = model,
+        .integrator = options->integrator,
+        .contact_ratio = options->contact_ratio,
+        .contact_damping = options->contact_damping,
+        .tuning = {.friction = options->friction, .stiffness_scale = 1.0, .damping_scale = 1.0},
+        .time_step_wanted = options->time_step,
+        .unsafe_time_step = options->unsafe_time_step,
+    };
+    snprintf(body.name, sizeof body.name, "%s", options->name);
+    return body;
+}
+
+void setup_vertices(Vertices *vertices, const VoxelOptions *options, const int (*point)[3],
+                    const VertexId *by_id, const bool *fixed, int elements, int loadable_count,
+                    Arena *arena, StateList *state)
+{
+    const Lattice *lattice = options->lattice;
+    const int *cells = lattice->count;
+    Rows *rows = &vertices->rows;
+    const int most = vertices->capacity > 0 ? vertices->capacity : vertices->count;
+    const double middle[3] = {0.5 * cells[0], 0.5 * cells[1], 0.5 * cells[2]};
+    rows->longest_edge = lattice->size;
+    rows->rest_origin = lattice_point(lattice, middle[0], middle[1], middle[2]);
+    rows->rest_turn = lattice->turn;
+    rows->place = arena_allocate(arena, ARENA_STEP, (size_t)most + 1, sizeof *rows->place,
+                                 "%s/places", options->name);
+    for (int i = 0; i < vertices->count; i++)
+        for (int c = 0; c < 3; c++)
+            rows->place[i][c] = lattice->size * (point[i][c] - middle[c]);
+    vertices->team = options->team;
+    vertices->halved = elements >= SETUP_HALVED_LEAST;
+    vertices_create(vertices, options, by_id, fixed, loadable_count,
+                    lattice->size * (cells[0] + cells[1] + cells[2]), arena, state);
+}
+
+void setup_frame(Vertices *vertices, const char *name, Arena *arena, StateList *state)
+{
+    Rows *rows = &vertices->rows;
+    if (!rows->floating)
+        return;
+    double *weight = arena_allocate(arena, ARENA_STEP, (size_t)rows->count, sizeof *weight, "%s/%s",
+                                    name, "frame weights");
+    memcpy(weight, vertices->mass, (size_t)vertices->count * sizeof *weight);
+    rows->rigid = rigid_frame_create(name, rows->precision, true, rows->count,
+                                     (const double(*)[3])rows->place, weight, arena, state);
+}
