@@ -154,6 +154,8 @@ void implicit_create(Body *body, const SurfaceOptions *options, Arena *arena)
     system->member = ALLOCATE(numbers, int, "members");
     system->island_start = ALLOCATE(numbers + 1, int, "island starts");
     system->held = ALLOCATE(numbers, bool, "held islands");
+    if (system->anchored)
+        system->resistance = ALLOCATE(numbers, Block, "resistance");
     const int pieces = model->detail != NULL ? model->detail->place_count : model->node_count;
     system->stamp = ALLOCATE(pieces, int, "pieces");
 
