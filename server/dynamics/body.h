@@ -135,6 +135,9 @@ typedef struct BodyOps {
     // After the last stage: true when every number is finite and in bounds; the result becomes the
     // present state. Otherwise false, and the state before the tick is still whole: restore it.
     bool (*commit)(void *model);
+    // Forgets what was evaluated since the last commit, as if it had not been: the present state is
+    // that after it again. Warm starts and what is felt stay changed. NULL: steps cannot be tried.
+    void (*abandon)(void *model);
     // Whether every number of the present state is finite and in bounds: after a checkpoint was
     // read.
     bool (*check)(const void *model);

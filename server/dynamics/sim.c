@@ -8,8 +8,9 @@
 #include <string.h>
 
 static const char *const stage_names[STAGE_COUNT] = {
-    "inputs",        "tools",  "loads",   "cut",      "reconstruct", "adapt",     "grasp",
-    "find contacts", "forces", "contact", "wrenches", "check",       "stiffness", "snapshot",
+    "inputs",   "tools", "loads",         "cut",      "reconstruct",
+    "adapt",    "grasp", "find contacts", "forces",   "contact",
+    "wrenches", "check", "stiffness",     "estimate", "snapshot",
 };
 
 const char *stage_name(StageId stage)
@@ -226,6 +227,7 @@ static void list_stages(Sim *sim)
         [STAGE_WRENCHES] = tools,
         [STAGE_CHECK] = true,
         [STAGE_STIFFNESS] = sim->stiffness != NULL,
+        [STAGE_ESTIMATE] = sim->options.estimate_error,
         [STAGE_SNAPSHOT] = sim->options.may_load,
     };
     for (int s = 0; s < STAGE_COUNT; s++)
@@ -267,6 +269,8 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
             "time_step",
             (long long)sim->resets);
     memset(sim->stage_ns, 0, sizeof sim->stage_ns);
+    if (sim->options.estimate_error)
+        sim->estimator = estimate_create(sim->body, sim->body_count, sim->state, sim->arena);
     sim->start_state =
         arena_allocate(sim->arena, ARENA_OUTPUT, state_bytes(sim->state), 1, "state at the start");
     state_copy_out(sim->state, sim->start_state);
@@ -448,6 +452,16 @@ bool sim_next_grasp(Sim *sim, GraspEvent *event)
         return true;
     }
     return false;
+}
+
+void sim_try_step(Sim *sim, int body)
+{
+    estimate_try(sim->estimator, &sim->body[body], body);
+}
+
+double sim_take_error(Sim *sim, int body)
+{
+    return estimate_take(sim->estimator, body);
 }
 
 int sim_stage_count(const Sim *sim)

@@ -3,6 +3,7 @@
 #ifndef PLIANT_DYNAMICS_SIM_DATA_H
 #define PLIANT_DYNAMICS_SIM_DATA_H
 
+#include "dynamics/estimate.h"
 #include "dynamics/joint.h"
 #include "dynamics/load.h"
 #include "dynamics/sim.h"
@@ -79,6 +80,7 @@ struct Sim {
     int attachment_count;    // NULL: none
     int *attachment_start;   // [body_count + 1]
     GraspEvent *told;        // [attachment_count] what sim_next_grasp has told of graspers
+    Estimator *estimator;    // of the error of steps; NULL: not wanted
     StiffnessEstimator *stiffness; // NULL: not wanted, or no contact has any
 
     // --- results of the last tick ---

@@ -157,15 +157,6 @@ static void end_substep(Sim *sim, int b)
         contact_end_substep(sim->contact[k]);
 }
 
-static Stage stage_of(const Integrator *integrator, int s, bool last)
-{
-    Stage stage = integrator->stage[s];
-    stage.last = last;
-    if (integrator->kicks && last)
-        stage.advance = integrator->last_drift;
-    return stage;
-}
-
 static void advance_body(Sim *sim, int b)
 {
     Body *body = &sim->body[b];
@@ -174,7 +165,7 @@ static void advance_body(Sim *sim, int b)
         body->ops->drift(body->model, integrator->first_drift * body->h);
     for (int substep = 0; substep < body->substeps; substep++) {
         for (int s = 0; s < integrator->stage_count; s++) {
-            Stage stage = stage_of(integrator, s, substep == body->substeps - 1);
+            Stage stage = integrator_stage(integrator, s, substep == body->substeps - 1);
             add_outer_forces(sim, b, &stage, substep, s == 0);
             body->ops->evaluate(body->model, &stage, body->h);
         }
@@ -193,7 +184,7 @@ static void advance_joined(Sim *sim, int group)
             sim->body[b].ops->drift(sim->body[b].model, integrator->first_drift * sim->body[b].h);
     for (int substep = 0; substep < substeps; substep++) {
         for (int s = 0; s < integrator->stage_count; s++) {
-            Stage stage = stage_of(integrator, s, substep == substeps - 1);
+            Stage stage = integrator_stage(integrator, s, substep == substeps - 1);
             for (int b = group; b < count; b++)
                 if (sim->joined[b] == group)
                     add_outer_forces(sim, b, &stage, substep, s == 0);

@@ -60,6 +60,7 @@ typedef struct BodyOut {
     BodyMeasure measure;
     int topology, nodes, springs, elements, pieces, finest_level;
     double time_step, mass; // [s], [kg]
+    double estimated_error; // of a tick, over the largest displacement; 0: not known
 } BodyOut;
 
 // status_t as the step thread sees it.

@@ -284,6 +284,8 @@ static void print_left_out(World *world, const Scene *scene, const ExchangeOptio
         fprintf(out, "  settling before the first tick: settle_s\n");
     if (scene->gravity.x == 0.0 && scene->gravity.y == 0.0 && scene->gravity.z == 0.0)
         fprintf(out, "  gravity: gravity = [ ... ]\n");
+    if (!scene->estimate_error)
+        fprintf(out, "  error of the time steps in status messages: estimate_error\n");
     if (world->team == NULL)
         fprintf(out, "  more threads for a step: threads\n");
     if (!publish->velocity)

@@ -142,6 +142,13 @@ static bool surface_commit(void *self)
     return good;
 }
 
+static void surface_abandon(void *self)
+{
+    SurfaceModel *model = self;
+    model->present = model->rows[model->current];
+    model->bad = false;
+}
+
 static bool surface_check(const void *self)
 {
     const SurfaceModel *model = self;
@@ -361,6 +368,7 @@ const BodyOps surface_ops = {
     .drift = surface_drift,
     .evaluate = surface_evaluate,
     .commit = surface_commit,
+    .abandon = surface_abandon,
     .check = surface_check,
     .restore = surface_restore,
     .read_nodes = surface_read_nodes,
