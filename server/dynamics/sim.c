@@ -18,6 +18,28 @@ const char *stage_name(StageId stage)
     return stage_names[stage];
 }
 
+// Only what the scene has, where that is known.
+static void create_room(Sim *sim)
+{
+    const SimCounts most = {SIM_BODIES, SIM_TOOLS, SIM_SCENE_LOADS, SIM_ATTACHMENTS};
+    const SimCounts room = sim->room = sim->options.counts.bodies > 0 ? sim->options.counts : most;
+    Arena *arena = sim->arena;
+    sim->body =
+        arena_allocate(arena, ARENA_STEP, (size_t)room.bodies, sizeof *sim->body, "sim/bodies");
+    if (room.tools > 0)
+        sim->tool =
+            arena_allocate(arena, ARENA_STEP, (size_t)room.tools, sizeof *sim->tool, "sim/tools");
+    if (room.loads > 0)
+        sim->scene_load = arena_allocate(arena, ARENA_STEP, (size_t)room.loads,
+                                         sizeof *sim->scene_load, "sim/loads");
+    if (room.attachments == 0)
+        return;
+    sim->scene_attachment = arena_allocate(arena, ARENA_CONTACT, (size_t)room.attachments,
+                                           sizeof *sim->scene_attachment, "sim/attachments");
+    sim->joined = arena_allocate(arena, ARENA_CONTACT, (size_t)room.bodies, sizeof *sim->joined,
+                                 "sim/joined bodies");
+}
+
 Sim *sim_create(const SimOptions *options, Arena *arena, StateList *state)
 {
     Sim *sim = arena_allocate(arena, ARENA_STEP, 1, sizeof *sim, "sim");
@@ -25,6 +47,7 @@ Sim *sim_create(const SimOptions *options, Arena *arena, StateList *state)
     sim->arena = arena;
     sim->state = state;
     sim->tick = 1.0 / options->rate_hz;
+    create_room(sim);
     sim->clock = arena_allocate(arena, ARENA_STEP, 1, sizeof *sim->clock, "sim/clock");
     state_add(state, sim->clock, sizeof *sim->clock, "sim/clock");
     return sim;
@@ -32,20 +55,20 @@ Sim *sim_create(const SimOptions *options, Arena *arena, StateList *state)
 
 Body *sim_add_body(Sim *sim, const Body *body)
 {
-    ASSERT(sim->body_count < SIM_BODIES);
+    ASSERT(sim->body_count < sim->room.bodies);
     sim->body[sim->body_count] = *body;
     return &sim->body[sim->body_count++];
 }
 
 void sim_add_tool(Sim *sim, const ToolOptions *options)
 {
-    ASSERT(sim->tool_count < SIM_TOOLS);
+    ASSERT(sim->tool_count < sim->room.tools);
     sim->tool[sim->tool_count++] = *options;
 }
 
 void sim_add_load(Sim *sim, const LoadOptions *options)
 {
-    ASSERT(sim->scene_load_count < SIM_SCENE_LOADS);
+    ASSERT(sim->scene_load_count < sim->room.loads);
     int at = sim->scene_load_count++; // kept sorted by start; equal starts in the order given
     for (; at > 0 && sim->scene_load[at - 1].start > options->start; at--)
         sim->scene_load[at] = sim->scene_load[at - 1];
@@ -63,7 +86,7 @@ static void join(Sim *sim, int a, int b)
 
 bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *status)
 {
-    ASSERT(sim->scene_attachment_count < SIM_ATTACHMENTS);
+    ASSERT(sim->scene_attachment_count < sim->room.attachments);
     SimAttachment *at = &sim->scene_attachment[sim->scene_attachment_count];
     Body *body = &sim->body[options->body];
     char name[56];

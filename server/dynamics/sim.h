@@ -81,6 +81,12 @@ typedef struct GraspEvent {
     int64_t step;
 } GraspEvent;
 
+// How much a scene will add; no more than that is allocated. All zero: not known before, room for
+// whatever a scene may have.
+typedef struct SimCounts {
+    int bodies, tools, loads, attachments;
+} SimCounts;
+
 typedef struct SimOptions {
     double rate_hz;
     Vec3 gravity;
@@ -88,6 +94,7 @@ typedef struct SimOptions {
     bool may_load;          // loads can come at run time (by message or log)
     bool contact_stiffness; // ToolWrench tells it
     bool estimate_error;    // steps may be tried
+    SimCounts counts;
 } SimOptions;
 
 typedef struct Sim Sim;

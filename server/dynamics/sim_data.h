@@ -57,8 +57,9 @@ struct Sim {
     StateList *state;
     double tick; // [s]
     int body_count, tool_count, scene_load_count, contact_count;
-    ToolOptions tool[SIM_TOOLS];
-    LoadOptions scene_load[SIM_SCENE_LOADS]; // by start
+    SimCounts room;          // of the arrays of the scene's own
+    ToolOptions *tool;       // [room.tools]
+    LoadOptions *scene_load; // [room.loads] by start
     int stage_count;
     StageId stage[STAGE_COUNT];
     int *pieces_at_load; // [body_count]
@@ -66,16 +67,17 @@ struct Sim {
 
     // --- changes while running; what `state` lists ---
     SimClock *clock;
-    Body body[SIM_BODIES];
+    Body *body;         // [room.bodies]
     ToolMotion *motion; // [tool_count]
     Contact **contact;  // [contact_count], tool by tool for each body
     int *contact_tool;  // [contact_count]
     int *contact_start; // [body_count + 1]
     LoadSet loads;
-    Cutting *cutting;                                // NULL: no body can be cut
-    SimAttachment scene_attachment[SIM_ATTACHMENTS]; // [scene_attachment_count] as given
+    Cutting *cutting;                // NULL: no body can be cut
+    SimAttachment *scene_attachment; // [room.attachments] as given
     int scene_attachment_count, joint_count;
-    int joined[SIM_BODIES];  // the first of the bodies that are joined with this one, itself too
+    int *joined;             // [room.bodies] the first of the bodies that are joined with this one,
+                             // itself too; NULL without attachments
     Attachment **attachment; // [attachment_count], of the scene, then graspers, for each body;
     int attachment_count;    // NULL: none
     int *attachment_start;   // [body_count + 1]

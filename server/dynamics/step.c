@@ -237,9 +237,11 @@ static void tell_stiffness(const Sim *sim, int contact, ToolWrench *wrench)
 // The wrench on a tool is the impulse of all bodies over the tick.
 static void take_wrenches(Sim *sim)
 {
-    ContactSums sums[SIM_TOOLS] = {0};
-    bool holds[SIM_TOOLS] = {false}; // also without force
+    ContactSums sums[SIM_TOOLS];
+    bool holds[SIM_TOOLS]; // also without force
     for (int t = 0; t < sim->tool_count; t++) {
+        sums[t] = (ContactSums){0};
+        holds[t] = false;
         Quat orientation;
         tool_motion_at(&sim->motion[t], sim_pose_age(sim, &sim->motion[t]) + sim->tick,
                        &sim->wrench[t].position, &orientation);
