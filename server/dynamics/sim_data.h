@@ -109,7 +109,11 @@ void change_body(Sim *sim, int body, BodyChange *make, void *context);
 
 // holding.c
 // The attachments of a body: attachment[*first .. end), graspers' too; returns the end.
-int holding_of(const Sim *sim, int body, int *first);
+static inline int holding_of(const Sim *sim, int body, int *first)
+{
+    *first = sim->attachment_count > 0 ? sim->attachment_start[body] : 0;
+    return sim->attachment_count > 0 ? sim->attachment_start[body + 1] : 0;
+}
 // Graspers take hold and let go.
 void holding_stage(Sim *sim);
 // Whether a tool does not push a body, since it holds it.

@@ -98,7 +98,8 @@ static void find_contacts(Sim *sim)
         Contact *contact = sim->contact[k];
         while (k >= sim->contact_start[b + 1])
             b++;
-        if (!motion->active || holding_mutes(sim, b, sim->contact_tool[k])) {
+        if (!motion->active ||
+            (sim->attachment_count > 0 && holding_mutes(sim, b, sim->contact_tool[k]))) {
             contact_clear(contact);
             continue;
         }

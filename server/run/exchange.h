@@ -91,7 +91,7 @@ typedef struct Exchange {
     Slot *frame;       // [body_count] of Frame
     size_t *mesh_at;   // [body_count] where the mesh lies in such a Frame; 0: it never changes
     Slot status;       // of StatusOut
-    Ring contact;      // of ContactOut
+    Ring contact;      // of ContactOut; no memory without tools
     Ring answer;       // of Answer
     Ring event;        // of EventOut
     atomic_llong lost; // contacts and events that found their ring full

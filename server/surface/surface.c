@@ -135,7 +135,8 @@ static bool surface_commit(void *self)
     model->bad = false;
     if (good) {
         model->current = 1 - model->current;
-        if (model->basis.floating && rows_follow(&model->basis, model->rows[model->current]))
+        if (model->basis.floating && rows_follow(&model->basis, model->rows[model->current]) &&
+            model->world_load != NULL)
             model_turn_loads(model);
     }
     model->present = model->rows[model->current];
@@ -161,7 +162,7 @@ static void surface_restore(void *self, bool to_start)
     void *rows = model->rows[model->current];
     if (to_start) {
         rows_return_to_rest(&model->basis, rows);
-        if (model->basis.floating)
+        if (model->world_load != NULL)
             model_turn_loads(model);
     }
     for (long s = 0; s < model->basis.count; s++)
