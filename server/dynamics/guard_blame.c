@@ -126,9 +126,12 @@ GuardCause guard_find_cause(const Sim *sim, int b, Suspect *suspect, char *text,
                  (double)since * sim->tick);
         return GUARD_SET;
     }
-    if (body->unsafe_time_step && body->h > body->time_step_limit) {
+    double limit, finest; // by the scales as they are now
+    time_step_allows(sim, body, body->tuning.stiffness_scale, body->tuning.damping_scale, &limit,
+                     &finest);
+    if (body->unsafe_time_step && body->h > limit) {
         snprintf(text, size, "time_step %.4g s beyond its bound %.4g s (unsafe_time_step)", body->h,
-                 body->time_step_limit);
+                 limit);
         return GUARD_TIME_STEP;
     }
     snprintf(text, size, "nothing acting");
