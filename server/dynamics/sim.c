@@ -50,6 +50,7 @@ Sim *sim_create(const SimOptions *options, Arena *arena, StateList *state)
     create_room(sim);
     sim->clock = arena_allocate(arena, ARENA_STEP, 1, sizeof *sim->clock, "sim/clock");
     state_add(state, sim->clock, sizeof *sim->clock, "sim/clock");
+    sim->events = arena_allocate(arena, ARENA_OUTPUT, 1, sizeof *sim->events, "sim/events");
     return sim;
 }
 
@@ -272,6 +273,7 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
     create_contacts(sim);
     create_attachments(sim);
     reserve_forces(sim);
+    guard_create(sim);
     if (sim->options.contact_stiffness && sim->contact_count > 0)
         sim->stiffness = stiffness_create(sim->contact, sim->contact_count, sim->tick, sim->arena);
     list_stages(sim);
@@ -285,6 +287,7 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
     sim->settling = false;
     sim->clock->step = 0;
     cutting_settled(sim);
+    sim->events->count = 0;
     if (sim->resets > 0)
         return status_fail(
             status, STATUS_INVALID,
@@ -305,6 +308,8 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
 
 void sim_apply_pose(Sim *sim, int tool, const ToolPose *pose, bool hold)
 {
+    if (!guard_admits(sim, tool, pose))
+        return;
     if (!pose->active)
         cutting_lift(sim, tool);
     tool_motion_apply(&sim->motion[tool], pose, sim->clock->step, sim->tick, hold);
@@ -314,8 +319,13 @@ bool sim_apply_load(Sim *sim, const LoadOptions *options, char *why, size_t why_
 {
     double ticks = fmax(1.0, floor(options->duration / sim->tick + 0.5));
     int64_t end = sim->clock->step + (int64_t)fmin(ticks, 1e15);
-    return loads_start(&sim->loads, sim->body, sim->body_count, options->body, options->center,
-                       options->radius, options->force, end, why, why_size);
+    if (!loads_start(&sim->loads, sim->body, sim->body_count, options->body, options->center,
+                     options->radius, options->force, end, why, why_size))
+        return false;
+    LoadRecord *record = &sim->loads.record[*sim->loads.count - 1];
+    record->sender = options->sender;
+    record->id = options->id;
+    return true;
 }
 
 void sim_reset(Sim *sim)
@@ -342,7 +352,7 @@ bool sim_check(const Sim *sim)
         nodes += sim->body[b].surface.node_count;
     return sim->clock->step >= 0 && sim->clock->step <= INT64_MAX / 4 &&
            sim->clock->next_load >= 0 && sim->clock->next_load <= sim->scene_load_count &&
-           loads_check(&sim->loads, nodes) && cutting_check(sim);
+           loads_check(&sim->loads, nodes) && cutting_check(sim) && guard_check(sim);
 }
 
 void sim_restored(Sim *sim)

@@ -9,6 +9,7 @@
 #include "dynamics/attachment.h"
 #include "dynamics/body.h"
 #include "dynamics/contact.h"
+#include "dynamics/guard.h"
 #include "dynamics/tool.h"
 
 // The stages of a tick, in their order. Timers, status, --explain and the benchmark use this list.
@@ -37,12 +38,13 @@ enum { SIM_LOADS = 64 }; // loads in force at a time, scene's and messages' toge
 
 // A force shared by the nodes found inside a sphere when it starts (load_t, or a scene's load).
 typedef struct LoadOptions {
-    int body;        // index; -1: all bodies together
-    Vec3 center;     // [m]
-    double radius;   // [m]
-    Vec3 force;      // [N] total
-    double start;    // simulated time [s]
-    double duration; // [s]
+    int body;           // index; -1: all bodies together
+    Vec3 center;        // [m]
+    double radius;      // [m]
+    Vec3 force;         // [N] total
+    double start;       // simulated time [s]
+    double duration;    // [s]
+    int32_t sender, id; // of the message; 0 0: the scene's
 } LoadOptions;
 
 // One sweep of a straight blade (cut_t).
@@ -57,7 +59,8 @@ enum { SIM_EVENTS = 64, SIM_EVENT_TEXT = 184 };
 typedef struct SimEvent {
     int64_t step; // ticks completed when it happened
     int body;
-    const char *kind; // "cut" (a stroke ended), "tear", "piece", "cut_refused"
+    const char *kind; // "cut" (a stroke ended), "tear", "piece", "cut_refused", "restored",
+                      // "withdrawn"
     char text[SIM_EVENT_TEXT];
 } SimEvent;
 
@@ -156,6 +159,11 @@ const ToolOptions *sim_tool(const Sim *sim, int index);
 const ToolMotion *sim_tool_motion(const Sim *sim, int index);
 const ToolWrench *sim_wrench(const Sim *sim, int index); // of the last tick
 int64_t sim_resets(const Sim *sim);
+const GuardCounts *sim_guard_counts(const Sim *sim);
+// Whether a tool was withdrawn by the guard, so that its poses do nothing until an inactive one.
+bool sim_tool_withdrawn(const Sim *sim, int index);
+// Figures of a body, fit to be published: what is not finite is 0, and counted.
+void sim_measure(Sim *sim, int body, BodyMeasure *measure);
 // Connected pieces of a body.
 int sim_pieces(const Sim *sim, int body);
 // Takes out the oldest event of those that wait; false: none. More than SIM_EVENTS do not wait.

@@ -285,37 +285,12 @@ static void take_wrenches(Sim *sim)
             tell_stiffness(sim, k, &sim->wrench[sim->contact_tool[k]]);
 }
 
-enum { BAD_TICKS = 10 }; // in a row, before a body goes back to its rest shape
-
-// A body whose numbers went bad returns to the state before the tick, at rest; its contacts forget.
+// What leaves from here on is checked.
 static void check_numbers(Sim *sim)
 {
-    for (int b = 0; b < sim->body_count; b++) {
-        Body *body = &sim->body[b];
-        if (body->ops->commit(body->model)) {
-            body->tuning.bad_in_a_row = 0;
-            continue;
-        }
-        body->tuning.bad_in_a_row++;
-        body->ops->restore(body->model, body->tuning.bad_in_a_row >= BAD_TICKS);
-        body->resets++;
-        sim->resets++;
-        cutting_break_off(sim, b); // what jumped back did not pass the blade
-        int first, end = holding_of(sim, b, &first);
-        for (int k = first; k < end; k++) {
-            attachment_clear(sim->attachment[k]);
-            int tool = attachment_options(sim->attachment[k])->tool;
-            if (tool >= 0)
-                sim->wrench[tool] = (ToolWrench){.position = sim->wrench[tool].position};
-        }
-        if (sim->contact_count == 0)
-            continue;
-        for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++) {
-            contact_clear(sim->contact[k]);
-            ToolWrench *wrench = &sim->wrench[sim->contact_tool[k]];
-            *wrench = (ToolWrench){.position = wrench->position};
-        }
-    }
+    if (guard_bodies(sim))
+        take_wrenches(sim); // of what is left
+    guard_wrenches(sim);
 }
 
 static void estimate_stiffness(Sim *sim)

@@ -68,6 +68,7 @@ typedef struct StatusOut {
     RunState state;
     int64_t step, late_ticks, resets;
     int64_t governor_stage, governor_actions;
+    GuardCounts guard;
     double time, real_time_factor;
     double step_us[4], wake_us[4];
     double stage_us[STAGE_COUNT];

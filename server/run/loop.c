@@ -110,7 +110,7 @@ static void push_body(BodyOut *out, Sim *sim, int index, bool estimates)
         .finest_level = body->finest_level,
         .time_step = body->h,
         .mass = body->mass};
-    body->ops->measure(body->model, &out->measure);
+    sim_measure(sim, index, &out->measure);
     if (estimates) {
         const double moved = fmax(out->measure.max_displacement, 1e-3 * body->surface.longest_edge);
         out->estimated_error = sim_take_error(sim, index) / moved;
@@ -145,27 +145,13 @@ void loop_push_status(Loop *loop)
     for (int i = 0; i < loop->exchange->body_count; i++) {
         push_body(&out->body[i], sim, i, loop->estimates);
     }
+    out->guard = *sim_guard_counts(sim); // what was measured, too
     histogram_clear(&loop->step_window);
     histogram_clear(&loop->wake_window);
     loop->window_start_ns = now;
     loop->window_start_step = sim_steps(sim);
     slot_publish(&loop->exchange->status);
     loop->handed_over = true;
-}
-
-// A restore of the last good state is reported at most once a simulated second.
-static void report_resets(Loop *loop)
-{
-    int64_t resets = sim_resets(loop->sim);
-    int64_t step = sim_steps(loop->sim);
-    if (resets == loop->resets_seen)
-        return;
-    if (loop->resets_seen > 0 && step - loop->reset_reported_step < llround(loop->options.rate_hz))
-        return;
-    requests_event(loop, -1, "restored", "bad numbers: %lld restores of the last good state so far",
-                   (long long)resets);
-    loop->resets_seen = resets;
-    loop->reset_reported_step = step;
 }
 
 static void report_grasps(Loop *loop)
@@ -196,15 +182,16 @@ static void apply_pose(Loop *loop, const Input *input)
 }
 
 // Only the newest pose of a tick is seen. A blade that was lifted meanwhile, or that another hand
-// took over, must not cut on its way from where it was.
+// took over, must not cut on its way from where it was; and a tool that was withdrawn is let go of.
 static void lift_blade(Loop *loop, const Input *input)
 {
     int32_t *taken = loop->exchange->taken[input->index];
     bool passed = input->pose.lifts != taken[0] || input->sender != taken[1];
     taken[0] = input->pose.lifts;
     taken[1] = input->sender;
-    if (!passed || !input->pose.active || sim_tool(loop->sim, input->index)->kind != TOOL_BLADE ||
-        !sim_tool_motion(loop->sim, input->index)->active)
+    bool cuts = sim_tool(loop->sim, input->index)->kind == TOOL_BLADE &&
+                sim_tool_motion(loop->sim, input->index)->active;
+    if (!passed || !input->pose.active || !(cuts || sim_tool_withdrawn(loop->sim, input->index)))
         return;
     Input lift = *input;
     lift.pose.active = false;
@@ -244,7 +231,6 @@ static void tick(Loop *loop, int64_t begin_ns)
         if (loop_due(step, publish->nodes_hz, rate))
             push_frames(loop, false);
     }
-    report_resets(loop);
     report_grasps(loop);
     if (loop->checkpoint_ticks > 0 && step % loop->checkpoint_ticks == 0)
         atomic_store_explicit(&loop->exchange->checkpoint_wanted, true, memory_order_relaxed);
@@ -381,7 +367,6 @@ void loop_init(Loop *loop, World *world, Exchange *exchange, const LoopOptions *
     loop->duration_ticks = loop_ticks(options->duration_s, options->rate_hz);
     loop->checkpoint_ticks = loop_ticks(options->checkpoint_s, options->rate_hz);
     loop->window_start_step = sim_steps(loop->sim);
-    loop->resets_seen = sim_resets(loop->sim);
     loop->recorded_step = -1;
     for (int i = 0; i < sim_body_count(loop->sim); i++) {
         loop->governs |= sim_body(loop->sim, i)->ops->adapt != NULL;

@@ -39,7 +39,6 @@ typedef struct Loop {
     bool handed_over;                   // something waits for the bus
     Answer asked[EXCHANGE_CHECKPOINTS]; // who waits for the next checkpoint
     int asked_count;
-    int64_t resets_seen, reset_reported_step;
     int64_t try_ns;        // the longest that a body's try has taken
     int64_t recorded_step; // newest frame handed to the recording
     Governor governor;

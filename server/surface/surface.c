@@ -131,7 +131,9 @@ static void surface_evaluate(void *self, const Stage *stage, double h)
 static bool surface_commit(void *self)
 {
     SurfaceModel *model = self;
-    bool good = !model->bad;
+    // A floating body's numbers are small however far it has flown.
+    bool good = !model->bad &&
+                (!model->basis.floating || rows_are_near(&model->basis, model->position_limit));
     model->bad = false;
     if (good) {
         model->current = 1 - model->current;
@@ -156,16 +158,16 @@ static bool surface_check(const void *self)
     return rows_are_sound(&model->basis, model->rows[model->current], model->position_limit);
 }
 
-static void surface_restore(void *self, bool to_start)
+static void surface_restore(void *self, RestoreMode mode)
 {
     SurfaceModel *model = self;
     void *rows = model->rows[model->current];
-    if (to_start) {
+    if (mode == RESTORE_SHAPE) {
         rows_return_to_rest(&model->basis, rows);
         if (model->world_load != NULL)
             model_turn_loads(model);
     }
-    for (long s = 0; s < model->basis.count; s++)
+    for (long s = 0; s < model->basis.count && mode != RESTORE_MOTION; s++)
         for (int c = 4; c < 7; c++)
             model_put(model, rows, s * ROW + c, 0.0);
     model->present = rows;

@@ -113,11 +113,11 @@ void voxel_forget_rotations(VoxelModel *model)
                    sizeof model->last[b][lane]);
 }
 
-static void voxel_restore(void *self, bool to_start)
+static void voxel_restore(void *self, RestoreMode mode)
 {
     VoxelModel *model = self;
-    vertices_restore(&model->vertices, to_start);
-    if (to_start)
+    vertices_restore(&model->vertices, mode);
+    if (mode == RESTORE_SHAPE)
         voxel_forget_rotations(model);
 }
 

@@ -83,13 +83,13 @@ static bool body_check(const void *self)
 }
 
 // Cuts stay: what is broken is no number.
-static void body_restore(void *self, bool to_start)
+static void body_restore(void *self, RestoreMode mode)
 {
     CutModel *model = self;
-    vertices_restore(&model->vertices, to_start);
+    vertices_restore(&model->vertices, mode);
     if (model->tear.felt != NULL)
         cut_tear_forget(&model->tear);
-    if (!to_start)
+    if (mode != RESTORE_SHAPE)
         return;
     cut_windows_forget_rotations(&model->windows);
     cut_blades_forget(&model->blades);

@@ -153,10 +153,10 @@ static bool plane_check(const void *self)
     return turn.x == 0.0 && turn.y == 0.0 && vertices_check(&model->vertices);
 }
 
-static void plane_restore(void *self, bool to_start)
+static void plane_restore(void *self, RestoreMode mode)
 {
     PlaneModel *model = self;
-    vertices_restore(&model->vertices, to_start);
+    vertices_restore(&model->vertices, mode);
 }
 
 // ---------------------------------------------------------------------------------------------
