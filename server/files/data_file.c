@@ -25,8 +25,7 @@ DataFile *data_file_create(const char *path, const char *format, int version, co
     DataFile *file = calloc(1, sizeof *file);
     ASSERT(file != NULL);
     snprintf(created_by, sizeof created_by, "%s " PLIANT_VERSION, program);
-    if (hdf_create(&file->hdf, path, status) &&
-        hdf_write_text(&file->hdf, "/", "format", format) &&
+    if (hdf_create(&file->hdf, path, status) && hdf_write_text(&file->hdf, "/", "format", format) &&
         hdf_write_int(&file->hdf, "/", "version", version) &&
         hdf_write_text(&file->hdf, "/", "scene", scene) &&
         hdf_write_text(&file->hdf, "/", "created_by", created_by))

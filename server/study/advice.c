@@ -1,6 +1,7 @@
 // Chooses a case and says so in one sentence.
 #include "study/advice.h"
 
+#include "study/context.h"
 #include "study/pareto.h"
 #include "study/table.h"
 
@@ -21,12 +22,6 @@ typedef struct Measure {
     double error, p99, cost, rate;
 } Measure;
 
-static bool same_mesh(const StudyCase *a, const StudyCase *b)
-{
-    return a->detail == b->detail && a->level == b->level && a->threshold == b->threshold &&
-           a->paper_rule == b->paper_rule;
-}
-
 static bool is_usable(const StudyReference *reference, double error)
 {
     return reference != NULL && reference->known && reference->own_error <= error;
@@ -44,10 +39,11 @@ static double whole_error(const Want *want, const StudyRun *run)
 
 static bool is_candidate(const Want *want, const StudyRun *run)
 {
-    if (run->verdict != STUDY_OK || run->what.step_doubling || !isfinite(whole_error(want, run)) ||
-        !isfinite(run->tick_p99) || !isfinite(run->cpu_median))
+    if (run->verdict != STUDY_OK || run->what.step_doubling || run->what.level < 0 ||
+        !isfinite(whole_error(want, run)) || !isfinite(run->tick_p99) || !isfinite(run->cpu_median))
         return false;
-    return want->finest != NULL || (want->scene != NULL && same_mesh(want->scene, &run->what));
+    return want->finest != NULL ||
+           (want->scene != NULL && study_same_mesh(want->scene, &run->what));
 }
 
 static Measure measure(const Want *want, const StudyRun *run)
@@ -105,8 +101,7 @@ static void say_error(const Want *want, const StudyRun *run, Advice *advice)
     const StudyReference *reference =
         want->finest != NULL ? want->finest : study_time_reference(want->result, &run->what);
     say(advice, "%s error %s (%s measured, %s of the reference itself)",
-        want->finest != NULL ? "total" : "time-discretisation",
-        table_percent(advice->error, sum),
+        want->finest != NULL ? "total" : "time-discretisation", table_percent(advice->error, sum),
         table_percent(study_error(want->finest != NULL ? &run->total : &run->time), measured),
         table_percent(reference->own_error, own));
 }
@@ -148,8 +143,9 @@ static void say_time_only(const Want *want, Advice *advice)
     if (want->finest != NULL)
         return;
     if (finest->known && !isnan(finest->own_error))
-        say(advice, " The promise is about the steps in time alone: the reference of the total "
-                    "error has itself an error of %s.",
+        say(advice,
+            " The promise is about the steps in time alone: the reference of the total "
+            "error has itself an error of %s.",
             table_percent(finest->own_error, own));
     else
         say(advice, " The promise is about the steps in time alone: there is no reference of the "
@@ -168,8 +164,9 @@ void advice_make(const StudyResult *result, double error, double rate_hz, Advice
     *advice = (Advice){.time_only = want.finest == NULL};
     advice->run = choose(&want, &advice->met);
     if (advice->run < 0) {
-        say(advice, "No advice: no case that a scene can ask for could be compared with a "
-                    "reference that is known to %s.",
+        say(advice,
+            "No advice: no case that a scene can ask for could be compared with a "
+            "reference that is known to %s.",
             table_percent(error, limit));
         return;
     }
@@ -179,8 +176,9 @@ void advice_make(const StudyResult *result, double error, double rate_hz, Advice
         say(advice, "The cheapest choice within %s that holds %.4g Hz on this machine is \"%s\": ",
             table_percent(error, limit), rate_hz, run->what.name);
     else
-        say(advice, "Nothing here is within %s and holds %.4g Hz on this machine; the nearest is "
-                    "\"%s\": ",
+        say(advice,
+            "Nothing here is within %s and holds %.4g Hz on this machine; the nearest is "
+            "\"%s\": ",
             table_percent(error, limit), rate_hz, run->what.name);
     say_error(&want, run, advice);
     say(advice, "; ");

@@ -1,5 +1,5 @@
-// The fields of runs and references by name, unit and kind: the one list that drives every file that
-// a study writes. Functions only read.
+// The fields of runs and references by name, unit and kind: the one list that drives every file
+// that a study writes. Functions only read.
 #ifndef PLIANT_STUDY_FIELD_H
 #define PLIANT_STUDY_FIELD_H
 

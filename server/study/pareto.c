@@ -1,6 +1,8 @@
 // Comparing runs by cost and error.
 #include "study/pareto.h"
 
+#include "study/context.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -51,4 +53,14 @@ const StudyReference *study_time_reference(const StudyResult *result, const Stud
             return &mesh->reference;
     }
     return NULL;
+}
+
+const char *study_mesh_words(const StudyResult *result, const StudyCase *like)
+{
+    for (int i = 0; i < result->run_count; i++) {
+        const char *comma = strchr(result->run[i].what.name, ',');
+        if (comma != NULL && comma[1] == ' ' && study_same_mesh(&result->run[i].what, like))
+            return comma + 2;
+    }
+    return "no case's";
 }

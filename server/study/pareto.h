@@ -21,5 +21,7 @@ void study_front_total(const StudyResult *result, bool *front);
 const StudyRun *study_scene_run(const StudyResult *result);
 // The reference in time of a case's mesh, or NULL.
 const StudyReference *study_time_reference(const StudyResult *result, const StudyCase *of);
+// What a case's mesh is called: what follows the comma in the names of its cases.
+const char *study_mesh_words(const StudyResult *result, const StudyCase *like);
 
 #endif

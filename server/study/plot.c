@@ -1,6 +1,7 @@
 // Writes a gnuplot script that holds its own data, and runs it.
 #include "study/plot.h"
 
+#include "study/context.h"
 #include "study/field.h"
 #include "study/pareto.h"
 
@@ -27,10 +28,10 @@ typedef struct Series {
 // What one picture shows.
 typedef struct Picture {
     const StudyResult *result;
-    bool total;  // else in time
+    bool total;   // else in time
     double error; // limit
     int series_count;
-    Series *series; // [SERIES_MAX]
+    Series *series;         // [SERIES_MAX]
     double low[2], high[2]; // of cost and error
 } Picture;
 
@@ -53,32 +54,10 @@ static void name_in_time(const StudyCase *what, char *name)
              what->step_doubling ? " step doubling" : "", study_precision_name(what->precision));
 }
 
-static void name_in_all(const StudyCase *what, char *name)
-{
-    int used = 0;
-    switch (what->detail) {
-    case DETAIL_SCENE:
-        used = snprintf(name, SERIES_NAME, "as the scene");
-        break;
-    case DETAIL_HELD:
-        used = snprintf(name, SERIES_NAME, "level %d everywhere", what->level);
-        break;
-    case DETAIL_ADAPTIVE:
-        used = snprintf(name, SERIES_NAME, "adaptive to %d, thresholds x %g", what->level,
-                        what->threshold);
-        break;
-    }
-    if (what->paper_rule && used < SERIES_NAME)
-        snprintf(name + used, (size_t)(SERIES_NAME - used), ", paper's rule");
-}
-
 static bool on_scene_mesh(const StudyResult *result, const StudyCase *what)
 {
     const StudyRun *scene = study_scene_run(result);
-    if (scene == NULL)
-        return what->detail == DETAIL_SCENE;
-    return scene->what.detail == what->detail && scene->what.level == what->level &&
-           scene->what.threshold == what->threshold && scene->what.paper_rule == what->paper_rule;
+    return scene != NULL ? study_same_mesh(&scene->what, what) : what->detail == DETAIL_SCENE;
 }
 
 static void add_point(Picture *picture, const char *name, const StudyRun *run)
@@ -136,7 +115,7 @@ static void collect(Picture *picture)
             continue;
         memset(name, 0, sizeof name);
         if (picture->total)
-            name_in_all(&run->what, name);
+            snprintf(name, sizeof name, "%.60s", study_mesh_words(result, &run->what));
         else
             name_in_time(&run->what, name);
         add_point(picture, name, run);
@@ -249,7 +228,8 @@ static void write_series(const Picture *picture, const char *prefix, FILE *out)
     for (int s = 0; s < picture->series_count; s++) {
         const char *color = COLOR[s % COLOR_COUNT];
         int point = POINT[(s + s / COLOR_COUNT) % COLOR_COUNT];
-        fprintf(out, "%s$%s%d using 1:2:3:4 with xerrorbars lc rgb '%s' pt 0 lw 0.7 notitle, \\\n  ",
+        fprintf(out,
+                "%s$%s%d using 1:2:3:4 with xerrorbars lc rgb '%s' pt 0 lw 0.7 notitle, \\\n  ",
                 s > 0 ? ", \\\n  " : "", prefix, s, color);
         fprintf(out, "$%s%d using 1:2 with %s lc rgb '%s' pt %d ps 1 title ", prefix, s,
                 picture->total ? "points" : "linespoints", color, point);
@@ -287,8 +267,9 @@ static void write_picture(const Picture *picture, FILE *out)
                 name, svg ? "svg" : "png");
         write_series(picture, name, out);
         if (front > 0)
-            fputs(", \\\n  $front using 1:2 with steps lc rgb '#000000' lw 1.5 title 'Pareto front'",
-                  out);
+            fputs(
+                ", \\\n  $front using 1:2 with steps lc rgb '#000000' lw 1.5 title 'Pareto front'",
+                out);
         if (!picture->total)
             write_steps(picture, name, out);
         fputs("\nunset output\n", out);
@@ -312,14 +293,12 @@ bool plot_write(const StudyResult *result, const char *folder, double error, Sta
           "set format xy '%g'\n",
           out);
     for (int total = 0; total < 2; total++) {
-        Picture picture = {
-            .result = result, .total = total != 0, .error = error, .series = series};
+        Picture picture = {.result = result, .total = total != 0, .error = error, .series = series};
         collect(&picture);
         write_picture(&picture, out);
     }
     free(series);
-    return fclose(out) == 0 ||
-           status_fail(status, STATUS_FAILED, "%s: %s", path, strerror(errno));
+    return fclose(out) == 0 || status_fail(status, STATUS_FAILED, "%s: %s", path, strerror(errno));
 }
 
 PlotResult plot_draw(const char *program, const char *folder, Status *status)

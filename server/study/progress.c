@@ -57,7 +57,8 @@ void progress_tell(Progress *progress, int done, int count, const char *name, do
     draw_bar(bar, done, count);
     int length = snprintf(line, sizeof line, "[%s] %3d %%  %s elapsed, %s left  %s", bar, percent,
                           elapsed, left, name);
-    int most = progress->columns > 1 && progress->columns <= LINE ? progress->columns - 1 : LINE - 1;
+    int most =
+        progress->columns > 1 && progress->columns <= LINE ? progress->columns - 1 : LINE - 1;
     length = length < most ? length : most;
     // What the last line had more is overwritten with spaces.
     int more = progress->width > length ? progress->width - length : 0;

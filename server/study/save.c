@@ -48,8 +48,7 @@ static int reference_fields(Field *fields)
 
 static int reference_rows(const StudyResult *result, ReferenceRow *rows)
 {
-    rows[0] =
-        (ReferenceRow){.of = "all", .threshold = (double)NAN, .reference = result->finest};
+    rows[0] = (ReferenceRow){.of = "all", .threshold = (double)NAN, .reference = result->finest};
     for (int i = 0; i < result->mesh_count; i++) {
         const StudyMesh *mesh = &result->mesh[i];
         ReferenceRow *row = &rows[1 + i];
@@ -216,9 +215,8 @@ bool study_save_hdf(const StudyResult *result, const char *scene_text, const cha
     static ReferenceRow rows[1 + STUDY_MESHES];
     Field fields[ROW_FIELDS];
     int field_count = reference_fields(fields), count = reference_rows(result, rows);
-    DataFile *file =
-        data_file_create(path, "pliant-study", STUDY_FILE_VERSION, scene_text, "pliant-study",
-                         status);
+    DataFile *file = data_file_create(path, "pliant-study", STUDY_FILE_VERSION, scene_text,
+                                      "pliant-study", status);
     if (file == NULL)
         return false;
     bool ok = write_heads(file, result) && write_repeats(file, result);

@@ -23,6 +23,7 @@ typedef struct Editor {
     FILE *out;
     const SceneKeys *keys;
     char *folder; // absolute, of `path`
+    int body;     // bodies behind
     bool muted;   // inside of what is replaced anyway
     Status *status;
 } Editor;
@@ -77,8 +78,6 @@ static bool skip_string(Editor *e)
     return true;
 }
 
-static void absolute_path(Editor *e, size_t begin, size_t end);
-
 static bool skip_space(Editor *e)
 {
     for (;;) {
@@ -93,11 +92,8 @@ static bool skip_space(Editor *e)
                 return fail(e, "a comment has no end");
             e->at = (size_t)(end - e->text) + 2;
         } else if (strncmp(c, "@include", 8) == 0) {
-            e->at += 8 + strspn(c + 8, " \t");
-            size_t begin = e->at;
-            if (*here(e) != '"' || !skip_string(e))
-                return fail(e, "@include without a file");
-            absolute_path(e, begin, e->at);
+            return fail(e,
+                        "a scene with @include, seen from its own folder, has no copy elsewhere");
         } else {
             return true;
         }
@@ -124,16 +120,12 @@ static bool names_a_file(const char *name)
 
 // --- settings ------------------------------------------------------------------------------------
 
-static const SceneKey *find_key(const Editor *e, Place place, const char *name)
+// The keys that are wanted in a group that stands at `place`, or NULL.
+static const SceneKeyList *wanted(const Editor *e, Place place)
 {
-    const SceneKey *keys = place == PLACE_TOP ? e->keys->top : e->keys->body;
-    int count = place == PLACE_TOP    ? e->keys->top_count
-                : place == PLACE_BODY ? e->keys->body_count
-                                      : 0;
-    for (int i = 0; i < count; i++)
-        if (strcmp(keys[i].name, name) == 0)
-            return &keys[i];
-    return NULL;
+    if (place == PLACE_TOP)
+        return &e->keys->top;
+    return place == PLACE_BODY && e->body < e->keys->body_count ? &e->keys->body[e->body] : NULL;
 }
 
 static bool edit_settings(Editor *e, Place place, char end, int depth);
@@ -213,7 +205,8 @@ static bool edit_setting(Editor *e, Place place, const char *name, const SceneKe
         return false;
     size_t begin = e->at;
     bool was_muted = e->muted;
-    Place inside = place == PLACE_TOP && strcmp(name, "bodies") == 0 ? PLACE_BODY_LIST : PLACE_OTHER;
+    Place inside =
+        place == PLACE_TOP && strcmp(name, "bodies") == 0 ? PLACE_BODY_LIST : PLACE_OTHER;
     if (*here(e) == '"' && names_a_file(name))
         absolute_path(e, begin, begin + 2 + strcspn(here(e) + 1, "\""));
     e->muted = was_muted || key != NULL;
@@ -234,20 +227,19 @@ static bool edit_setting(Editor *e, Place place, const char *name, const SceneKe
 }
 
 // The keys that a group did not have, in front of its end.
-static void add_missing(Editor *e, Place place, const bool *found)
+static void add_missing(Editor *e, const SceneKeyList *list, const bool *found)
 {
-    const SceneKey *keys = place == PLACE_TOP ? e->keys->top : e->keys->body;
-    int count = place == PLACE_TOP ? e->keys->top_count : e->keys->body_count;
     copy_until(e, e->at);
-    for (int i = 0; i < count; i++)
-        if (!found[i] && keys[i].value[0] != '\0')
-            fprintf(e->out, place == PLACE_TOP ? "%s = %s;\n" : "  %s = %s;\n  ", keys[i].name,
-                    keys[i].value);
+    for (int i = 0; i < list->count; i++)
+        if (!found[i] && list->key[i].value[0] != '\0')
+            fprintf(e->out, "  %s = %s;\n", list->key[i].name, list->key[i].value);
 }
 
 static bool edit_settings(Editor *e, Place place, char end, int depth)
 {
-    bool found[SCENE_KEYS_TOP + SCENE_KEYS_BODY] = {false};
+    static const SceneKeyList none = {0};
+    const SceneKeyList *list = wanted(e, place) != NULL ? wanted(e, place) : &none;
+    bool found[SCENE_KEYS] = {false};
     for (;;) {
         char name[NAME_MAX_LENGTH];
         if (!skip_space(e))
@@ -257,14 +249,17 @@ static bool edit_settings(Editor *e, Place place, char end, int depth)
         size_t begin = e->at;
         if (!read_name(e, name))
             return false;
-        const SceneKey *key = find_key(e, place, name);
-        if (key != NULL)
-            found[key - (place == PLACE_TOP ? e->keys->top : e->keys->body)] = true;
+        const SceneKey *key = NULL;
+        for (int i = 0; i < list->count; i++)
+            if (strcmp(list->key[i].name, name) == 0) {
+                key = &list->key[i];
+                found[i] = true;
+            }
         if (!edit_setting(e, place, name, key, begin, depth))
             return false;
     }
-    if (place == PLACE_TOP || place == PLACE_BODY)
-        add_missing(e, place, found);
+    add_missing(e, list, found);
+    e->body += place == PLACE_BODY;
     e->at += end != '\0';
     return true;
 }

@@ -7,12 +7,17 @@
 #include <math.h>
 #include <string.h>
 
-enum { COLUMN_COUNT = 9, CELL = STUDY_NAME, PERCENT = 24 };
+enum { COLUMN_COUNT = 9, CELL = STUDY_NAME + 16, PERCENT = 24 };
 
-static const char *const TITLE[COLUMN_COUNT][2] = {
-    {"case", ""},           {"nodes", ""},         {"step", "[ms]"},
-    {"substeps", "a tick"}, {"cost of a", "simulated s [ms]"}, {"least..most", "[ms]"},
-    {"p99 of a", "tick [us]"}, {"error", "in time [%]"}, {"error", "in all [%]"}};
+static const char *const TITLE[COLUMN_COUNT][2] = {{"case", ""},
+                                                   {"nodes", ""},
+                                                   {"step", "[ms]"},
+                                                   {"substeps", "a tick"},
+                                                   {"cost of a", "simulated s [ms]"},
+                                                   {"least..most", "[ms]"},
+                                                   {"p99 of a", "tick [us]"},
+                                                   {"error", "in time [%]"},
+                                                   {"error", "in all [%]"}};
 
 typedef struct Row {
     char cell[COLUMN_COUNT][CELL];
@@ -36,8 +41,7 @@ static void put_number(char *cell, double value, double scale)
 
 static void fill_row(const StudyRun *run, Row *row)
 {
-    snprintf(row->cell[0], CELL, "%s%s", run->what.name,
-             run->what.is_scene ? " (the scene)" : "");
+    snprintf(row->cell[0], CELL, "%s%s", run->what.name, run->what.is_scene ? " (the scene)" : "");
     if (run->nodes_least == run->nodes_most)
         snprintf(row->cell[1], CELL, "%d", run->nodes_most);
     else
@@ -138,20 +142,6 @@ static void print_reference(const char *of, const StudyReference *reference, FIL
         fprintf(out, "own error %s\n", table_percent(reference->own_error, own));
 }
 
-static void mesh_words(const StudyMesh *mesh, char *text, size_t size)
-{
-    int used;
-    if (mesh->detail == DETAIL_SCENE)
-        used = snprintf(text, size, "in time, the scene's mesh");
-    else if (mesh->detail == DETAIL_HELD)
-        used = snprintf(text, size, "in time, held at level %d", mesh->level);
-    else
-        used = snprintf(text, size, "in time, adaptive to level %d, thresholds times %g",
-                        mesh->level, mesh->threshold);
-    if (mesh->paper_rule && used >= 0 && (size_t)used < size)
-        snprintf(text + used, size - (size_t)used, ", the paper's rule");
-}
-
 void table_print(const StudyResult *result, FILE *out)
 {
     char of[STUDY_NAME];
@@ -160,8 +150,11 @@ void table_print(const StudyResult *result, FILE *out)
     fputs("references, three runs each, every one twice as fine as the one before\n", out);
     print_reference("in all", &result->finest, out);
     for (int i = 0; i < result->mesh_count; i++) {
-        mesh_words(&result->mesh[i], of, sizeof of);
-        print_reference(of, &result->mesh[i].reference, out);
+        const StudyMesh *mesh = &result->mesh[i];
+        const StudyCase like = {
+            .level = mesh->level, .threshold = mesh->threshold, .paper_rule = mesh->paper_rule};
+        snprintf(of, sizeof of, "in time, %.60s", study_mesh_words(result, &like));
+        print_reference(of, &mesh->reference, out);
     }
     fputs("\nerrors: of the pressed patch's displacement, L2 over time, relative to the "
           "reference's\n",
