@@ -259,6 +259,7 @@ static void write_picture(const Picture *picture, FILE *out)
     write_title(picture, out);
     fprintf(out, "set ylabel '%s [%%]'\n",
             picture->total ? "error, everything together" : "error, of the steps in time alone");
+    fprintf(out, "set key title '%s'\n", picture->total ? "" : "numbers: time step [ms]");
     write_limits(picture, out);
     for (int svg = 0; svg < 2; svg++) {
         fprintf(out, "set terminal %s\nset output '%s.%s'\nplot \\\n  ",
@@ -287,8 +288,8 @@ bool plot_write(const StudyResult *result, const char *folder, double error, Sta
         return status_fail(status, STATUS_FAILED, "%s: %s", path, strerror(errno));
     }
     fputs("# Written by pliant-study: gnuplot study.gp, in this folder.\n"
-          "set encoding utf8\nset logscale xy\nset grid lc rgb '#d0d0d0' lw 0.5\n"
-          "set key outside right top noenhanced samplen 1.5\n"
+          "set encoding utf8\nset logscale xy\nset grid back lc rgb '#c8c8c8' lw 0.8 dt 3\n"
+          "set key outside right top Left reverse noenhanced samplen 1.5\n"
           "set xlabel 'processor time for a simulated second [s]'\n"
           "set format xy '%g'\n",
           out);

@@ -31,16 +31,24 @@ const char *table_percent(double fraction, char *text)
     return text;
 }
 
-static void put_number(char *cell, double value, double scale)
+// Three digits, and no power of ten for what a person still reads.
+static const char *three_digits(double value, char *text)
 {
     if (isnan(value))
-        snprintf(cell, CELL, "-");
+        snprintf(text, CELL, "-");
     else
-        snprintf(cell, CELL, "%.3g", scale * value);
+        snprintf(text, CELL, fabs(value) >= 1e3 && fabs(value) < 1e7 ? "%.0f" : "%.3g", value);
+    return text;
+}
+
+static void put_number(char *cell, double value, double scale)
+{
+    three_digits(scale * value, cell);
 }
 
 static void fill_row(const StudyRun *run, Row *row)
 {
+    char least[CELL], most[CELL];
     snprintf(row->cell[0], CELL, "%s%s", run->what.name, run->what.is_scene ? " (the scene)" : "");
     if (run->nodes_least == run->nodes_most)
         snprintf(row->cell[1], CELL, "%d", run->nodes_most);
@@ -49,7 +57,8 @@ static void fill_row(const StudyRun *run, Row *row)
     put_number(row->cell[2], run->time_step, 1e3);
     snprintf(row->cell[3], CELL, "%d", run->substeps);
     put_number(row->cell[4], run->cpu_median, 1e3);
-    snprintf(row->cell[5], CELL, "%.3g..%.3g", 1e3 * run->cpu_least, 1e3 * run->cpu_most);
+    snprintf(row->cell[5], CELL, "%.20s..%.20s", three_digits(1e3 * run->cpu_least, least),
+             three_digits(1e3 * run->cpu_most, most));
     put_number(row->cell[6], run->tick_p99, 1e6);
     put_number(row->cell[7], study_error(&run->time), 100.0);
     put_number(row->cell[8], study_error(&run->total), 100.0);
