@@ -7,7 +7,7 @@
 #include "study/study.h"
 #include "study/trace.h"
 
-enum { STUDY_POINTS = 512, STUDY_BODY_ALL = -1 };
+enum { STUDY_POINTS = 512 };
 
 // What drives the scene.
 typedef enum StudyDrive {
@@ -52,13 +52,15 @@ typedef struct StudyContext {
     StudyOptions options; // complete: duration, rate, jobs, repeats filled in
     StudyInputs inputs;
     StudyPoints points;
-    int body;           // the one that is pressed and sampled
-    double extent;      // its largest edge at rest [m]
-    double rest_volume; // enclosed [m3]; NAN: it encloses none
-    bool may_halve;     // its lattice can be had with half the cells
-    double sample_s;    // time between samples; a multiple of the scene's tick [s]
-    int sample_count;   // the first at sample_s
-    double limit_s;     // CPU time of one run beyond which it is given up [s]
+    SceneLoad *own_load; // the built-in one, owned, or NULL
+    bool plane;          // the body lies in z = 0
+    int body;            // the one that is pressed and sampled
+    double extent;       // its largest edge at rest [m]
+    double rest_volume;  // enclosed [m3]; NAN: it encloses none
+    bool may_halve;      // its lattice can be had with half the cells
+    double sample_s;     // time between samples; a multiple of the scene's tick [s]
+    int sample_count;    // the first at sample_s
+    double limit_s;      // CPU time of one run beyond which it is given up [s]
     int mesh_count;
     StudyMesh mesh[STUDY_MESHES];         // what is to be known of each
     StudyTrace *mesh_trace[STUDY_MESHES]; // their finest run, or NULL
@@ -71,10 +73,11 @@ typedef struct StudyContext {
 bool study_prepare(StudyContext *context, const Scene *scene, const StudyOptions *options,
                    Status *status);
 void study_destroy(StudyContext *context);
+// Frees the references that were made, if any.
+void study_forget_references(StudyContext *context);
+// What is known before the first run: names, inputs, the machine.
+void study_describe(const StudyContext *context, StudyResult *result);
 
 // The index in context->mesh of what a case is compared with in time; -1: there is none.
 int study_mesh_of(const StudyContext *context, const StudyCase *what);
-// The same detail, rule and thresholds, whatever the steps in time.
-bool study_same_mesh(const StudyCase *a, const StudyCase *b);
-
 #endif

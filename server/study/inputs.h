@@ -27,7 +27,4 @@ bool study_play_begin(StudyPlay *play, const StudyContext *context, World *world
 bool study_play_tick(StudyPlay *play);
 void study_play_end(StudyPlay *play);
 
-// Where the press has its tool at `time` [s]: metres along its way.
-double study_press_way(const StudyPress *press, double time);
-
 #endif

@@ -7,6 +7,9 @@
 
 #include <stddef.h>
 
+// What `why` says of a task whose process was ended for taking too long.
+#define POOL_TOO_LONG "took too long"
+
 typedef struct Pool {
     int task_count;
     int jobs; // processes at a time; 1: everything in this process

@@ -10,10 +10,10 @@
 typedef struct StepDoubling {
     World *world;
     int body;
-    double tolerance; // of the difference, in metres
-    int substeps;     // of the coarse pass in the next tick
-    unsigned char *before;
-    Vec3 *coarse, *fine, *scratch;
+    double tolerance;               // of the difference, in metres
+    int substeps;                   // of the coarse pass in the next tick
+    unsigned char *before;          // the state before the tick
+    Vec3 *coarse, *fine, *velocity; // rows of read_state
     int rows;
     long passes, refused; // refused: ticks done again with more substeps
     double worst;         // largest difference of an accepted tick [m]
