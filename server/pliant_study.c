@@ -242,7 +242,8 @@ static void parse_arguments(int argc, char **argv, Arguments *arguments)
         NULL,
         NULL};
     arguments->parsed = 1;
-    if (argp_parse(&argp, argc, argv, ARGP_NO_ERRS | ARGP_NO_HELP, NULL, arguments) != 0)
+    if (argp_parse(&argp, argc, argv, ARGP_IN_ORDER | ARGP_NO_ERRS | ARGP_NO_HELP, NULL,
+                   arguments) != 0)
         status_fail(&arguments->status, STATUS_INVALID,
                     "pliant-study: '%s' is no option or lacks its value (see pliant-study --help)",
                     arguments->parsed < argc ? argv[arguments->parsed] : "?");
@@ -301,18 +302,19 @@ static bool study(const Scene *scene, const Arguments *arguments, Status *status
         return true;
     }
     StudyResult *result = calloc(1, sizeof *result);
+    if (result == NULL)
+        return status_fail(status, STATUS_FAILED, "pliant-study: no memory");
     char folder[REPORT_PATH];
-    bool ok = result != NULL || status_fail(status, STATUS_FAILED, "pliant-study: no memory");
-    ok = ok && (!ranks_is_first() ||
-                report_make_folder(scene, arguments->study.out_folder, folder, status));
-    if (ok && study_prepare(&context, scene, &arguments->study, status)) {
+    bool ok = study_prepare(&context, scene, &arguments->study, status);
+    if (ok && ranks_is_first())
+        ok = report_make_folder(scene, arguments->study.out_folder, folder, status);
+    if (ok) {
+        study_describe(&context, result);
         ok = measure(&context, cases, count, result, status);
-        if (ok && ranks_is_first())
-            ok = report_all(result, scene, &context.options, folder, status);
-        study_destroy(&context);
-    } else {
-        ok = false;
     }
+    if (ok && ranks_is_first())
+        ok = report_all(result, scene, &context.options, folder, status);
+    study_destroy(&context);
     free(result);
     return ok;
 }

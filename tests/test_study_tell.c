@@ -146,11 +146,14 @@ static void references_without_an_estimate_are_said_to_have_none(void **unused)
 {
     (void)unused;
     fill();
-    result.finest.order = result.finest.own_error = (double)NAN;
+    result.finest.order = (double)NAN;
+    assert_non_null(strstr(printed_table(), "not monotone: no order observed, own error 0.1 %, the "
+                                            "larger of both"));
+    result.finest.own_error = (double)NAN;
     result.mesh[0].reference.known = false;
-    snprintf(result.mesh[0].reference.what, STUDY_NAME, "out of time");
+    snprintf(result.mesh[0].reference.what, STUDY_NAME, "none: out of time");
     printed_table();
-    assert_non_null(strstr(said, "not monotone: no order observed, no estimate of its own error"));
+    assert_non_null(strstr(said, "not monotone: no order observed, own error unknown"));
     assert_non_null(strstr(said, "in time, level 1: none: out of time"));
 }
 

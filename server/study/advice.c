@@ -1,7 +1,7 @@
 // Chooses a case and says so in one sentence.
 #include "study/advice.h"
 
-#include "study/context.h"
+#include "study/case.h"
 #include "study/pareto.h"
 #include "study/table.h"
 

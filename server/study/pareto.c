@@ -1,7 +1,7 @@
 // Comparing runs by cost and error.
 #include "study/pareto.h"
 
-#include "study/context.h"
+#include "study/case.h"
 
 #include <math.h>
 #include <string.h>

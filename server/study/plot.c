@@ -1,7 +1,7 @@
 // Writes a gnuplot script that holds its own data, and runs it.
 #include "study/plot.h"
 
-#include "study/context.h"
+#include "study/case.h"
 #include "study/field.h"
 #include "study/pareto.h"
 

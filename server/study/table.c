@@ -134,8 +134,9 @@ static void print_reference(const char *of, const StudyReference *reference, FIL
 {
     char own[PERCENT], coarse[PERCENT], fine[PERCENT];
     if (!reference->known) {
-        fprintf(out, "  %s: none%s%s\n", of, reference->what[0] != '\0' ? ": " : "",
-                reference->what);
+        bool none = strncmp(reference->what, "none", 4) == 0 || reference->what[0] == '\0';
+        fprintf(out, "  %s: %s%s\n", of, reference->what[0] != '\0' ? reference->what : "none",
+                none ? "" : "; a single run, own error unknown");
         return;
     }
     fprintf(out, "  %s: %s; coarse to middle %s, middle to fine %s, ", of, reference->what,
@@ -145,10 +146,9 @@ static void print_reference(const char *of, const StudyReference *reference, FIL
         fputs("not monotone: no order observed, ", out);
     else
         fprintf(out, "observed order %.2f, ", reference->order);
-    if (isnan(reference->own_error))
-        fputs("no estimate of its own error\n", out);
-    else
-        fprintf(out, "own error %s\n", table_percent(reference->own_error, own));
+    fprintf(out, "own error %s%s\n",
+            isnan(reference->own_error) ? "unknown" : table_percent(reference->own_error, own),
+            isnan(reference->order) && !isnan(reference->own_error) ? ", the larger of both" : "");
 }
 
 void table_print(const StudyResult *result, FILE *out)
