@@ -140,9 +140,10 @@ static void write_data(const Picture *picture, const char *prefix, FILE *out)
         fprintf(out, "$%s%d << EOD\n", prefix, s);
         for (int i = 0; i < series->count; i++) {
             const StudyRun *run = series->run[i];
+            bool again = i > 0 && series->run[i - 1]->time_step == run->time_step;
             fprintf(out, "%.6g %.6g %.6g %.6g %.3g\n", run->cpu_median,
                     100.0 * error_of(picture, run), run->cpu_least, run->cpu_most,
-                    1e3 * run->time_step);
+                    again ? 0.0 : 1e3 * run->time_step);
         }
         fprintf(out, "EOD\n");
     }
@@ -195,9 +196,9 @@ static void write_limits(const Picture *picture, FILE *out)
         return;
     write_line(left, 100.0 * finest->own_error, right, 100.0 * finest->own_error, "#909090", out);
     fprintf(out,
-            "set label \"the reference's own error\" at %g,%g right offset -0.5,0.6 "
+            "set label \"the reference's own error\" at %g,%g left offset 0.5,0.6 "
             "tc rgb '#707070' front\n",
-            right, 100.0 * finest->own_error);
+            left, 100.0 * finest->own_error);
 }
 
 // Single quotes are doubled; the words of gnuplot's enhanced text are taken as they are.
@@ -242,7 +243,8 @@ static void write_steps(const Picture *picture, const char *prefix, FILE *out)
 {
     for (int s = 0; s < picture->series_count; s++)
         fprintf(out,
-                ", \\\n  $%s%d using 1:2:(sprintf('%%.3g', $5)) with labels left offset 0.7,0.4 "
+                ", \\\n  $%s%d using 1:2:($5 > 0 ? sprintf('%%.3g', $5) : '') with labels left "
+                "offset 0.7,0.4 "
                 "font ',8' tc rgb '%s' notitle",
                 prefix, s, COLOR[s % COLOR_COUNT]);
 }
