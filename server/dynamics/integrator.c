@@ -2,7 +2,8 @@
 
 #include <string.h>
 
-static const char *const names[INTEGRATOR_COUNT] = {"rk4", "leapfrog", "symplectic_euler"};
+static const char *const names[INTEGRATOR_COUNT] = {"rk4", "leapfrog", "symplectic_euler",
+                                                    "implicit"};
 
 static const Integrator integrators[INTEGRATOR_COUNT] = {
     [INTEGRATOR_RK4] = {.order = 4,
@@ -23,6 +24,11 @@ static const Integrator integrators[INTEGRATOR_COUNT] = {
                                      .kicks = true,
                                      .first_drift = 0.0,
                                      .last_drift = 1.0},
+    [INTEGRATOR_IMPLICIT] = {.stage_count = 1,
+                             .stage = {{STAGE_IMPLICIT, 0.5, 1.0, 1.0, false}},
+                             .kicks = true,
+                             .first_drift = 1.0,
+                             .last_drift = 1.0},
 };
 
 const char *integrator_name(IntegratorKind kind)

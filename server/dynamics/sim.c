@@ -92,6 +92,13 @@ bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *stat
     Body *body = &sim->body[options->body];
     char name[56];
     snprintf(name, sizeof name, "%.31s/attachment%d", body->name, sim->scene_attachment_count);
+    if (options->to == ATTACH_BODY && body->integrator != sim->body[options->to_body].integrator)
+        return status_fail(status, STATUS_INVALID,
+                           "attachment %d: joined bodies %s (%s) and %s (%s) must have one "
+                           "integrator",
+                           sim->scene_attachment_count, body->name,
+                           integrator_name(body->integrator), sim->body[options->to_body].name,
+                           integrator_name(sim->body[options->to_body].integrator));
     if (options->to == ATTACH_BODY) {
         at->joint = joint_create(name, options, body, &sim->body[options->to_body], sim->arena,
                                  sim->state, status);
@@ -262,6 +269,7 @@ static void list_stages(Sim *sim)
 bool sim_seal(Sim *sim, double settle_s, Status *status)
 {
     for (int b = 0; b < sim->body_count; b++) {
+        time_step_cap_contacts(sim, &sim->body[b]);
         contact_set_stiffness(&sim->body[b]);
         if (!time_step_choose(sim, &sim->body[b], status))
             return false;

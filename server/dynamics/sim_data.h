@@ -168,6 +168,9 @@ void cutting_break_off(Sim *sim, int body);
 bool cutting_check(const Sim *sim);
 
 // time_step.c
+// At load, before the contacts' stiffness is set: lowers contact_lambda of an implicit body to what
+// its step allows.
+void time_step_cap_contacts(const Sim *sim, Body *body);
 // At load. False: a wanted time step that is above the bound of the body's finest level, or too
 // many substeps.
 bool time_step_choose(Sim *sim, Body *body, Status *status);

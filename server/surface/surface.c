@@ -30,8 +30,7 @@ void model_touch(SurfaceModel *model, int lane)
                   model_get(model, model->external, model_lane(lane) + c * LANES));
 }
 
-// Takes the contact forces of one evaluation back, leaving the constant loads as they were.
-static void clear_touched(SurfaceModel *model)
+void model_clear_touched(SurfaceModel *model)
 {
     for (int k = 0; k < model->touched_count; k++) {
         int lane = model->touched[k];
@@ -111,7 +110,7 @@ void model_fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringPa
 
 void model_end_pass(SurfaceModel *model, const SpringPass *pass)
 {
-    clear_touched(model);
+    model_clear_touched(model);
     model->present = pass->next;
     model->next_stage = 1 - model->next_stage;
 }
