@@ -40,6 +40,7 @@ typedef struct Stage {
 } Stage;
 
 typedef struct Integrator {
+    int order; // p: halving the step divides the error by 2^p
     int stage_count;
     Stage stage[4];
     // Kicks only. Leapfrog: positions are moved by half a substep before the tick's first kick,
@@ -51,5 +52,7 @@ typedef struct Integrator {
 } Integrator;
 
 const Integrator *integrator_get(IntegratorKind kind);
+// Stage s of a substep; `last`: of the last substep of a tick.
+Stage integrator_stage(const Integrator *integrator, int s, bool last);
 
 #endif

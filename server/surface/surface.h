@@ -95,7 +95,7 @@ typedef struct SurfaceOptions {
     const Vec3 *initial_position, *initial_velocity;
     Vec3 gravity;
     double contact_ratio, contact_damping, friction; // see dynamics/body.h
-    bool without_contacts; // no tool can touch it: no arrays for contact forces
+    bool without_contacts; // nothing can touch or hold it: no arrays for such forces
     bool without_loads;    // no load can act on it either: no array for outside forces
     const char *isa;       // "auto" or a level of surface_isa_*
     Team *team;            // shares the evaluation of forces; NULL: one thread; outlives the body
