@@ -28,7 +28,6 @@ static void advance(SurfaceModel *model, double *next, double *ahead)
 {
     const Implicit *system = model->implicit;
     const double h = system->h, part = system->theta * h;
-    const double speed_limit = SPEED_LIMIT(PRECISION_DOUBLE);
     bool good = true;
     for (int i = 0; i < system->moving; i++) {
         const int slot = system->slot[i];
@@ -36,7 +35,7 @@ static void advance(SurfaceModel *model, double *next, double *ahead)
                    x = quad_row(system->rows, slot, 0) + h * v + part * dv, fast = v + dv;
         for (int c = 0; c < 3; c++) {
             const long at = (long)slot * ROW + c;
-            good &= fabs(x[c]) <= model->position_limit && fabs(fast[c]) <= speed_limit;
+            good &= fabs(x[c]) <= model->position_limit && fabs(fast[c]) <= SPEED_LIMIT;
             next[at] = x[c];
             next[at + 4] = fast[c];
             if (ahead != NULL) {
