@@ -54,6 +54,7 @@ static const Case COMMON[] = {
      .publish = "nodes_hz = 0.0; mesh_hz = 0.0; status_hz = 0.0;",
      .tail = PROBE,
      .others = 2}, // contact, its messages
+    {.feature = "error of the time steps in status", .head = "estimate_error = true;"},
     {.feature = "checkpoints", .arguments = "--checkpoint none.h5", .others = 1}, // files thread
     {.feature = "log of applied inputs", .arguments = "--log-inputs none.log", .others = 1},
     {.feature = "recording",
