@@ -142,6 +142,9 @@ typedef struct BodyOps {
     // After the last stage: true when every number is finite and in bounds; the result becomes the
     // present state. Otherwise false, and the state before the tick is still whole: restore it.
     bool (*commit)(void *model);
+    // Forgets what was evaluated since the last commit, as if it had not been: the present state is
+    // that after it again. Warm starts and what is felt stay changed. NULL: steps cannot be tried.
+    void (*abandon)(void *model);
     // Whether every number of the present state is finite and in bounds: after a checkpoint was
     // read.
     bool (*check)(const void *model);
@@ -227,6 +230,8 @@ struct Body {
     double lambda;         // of M^-1 K [1/s2]
     double damping;        // of M^-1 C [1/s]
     double contact_lambda; // lambda of the coarsest level: contact is as stiff at every level
+    double theta;          // implicit bodies: the method's, else 0
+    double contact_share;  // of that lambda, what the step of an implicit body has left; else 1
     double finest_lambda, finest_damping; // of the finest level at rest; 0: one level, or not known
 
     // Contact law (contact.md 2.1), set by sim_create from `lambda`.

@@ -27,6 +27,7 @@ typedef enum StageId {
     STAGE_WRENCHES,      // impulses to wrenches
     STAGE_CHECK,         // numbers finite; else restore
     STAGE_STIFFNESS,     // how stiff bodies feel to tools, a part of it
+    STAGE_ESTIMATE,      // steps tried to know their error (the runner's, in the time left)
     STAGE_SNAPSHOT,      // hand positions to the bus (the runner's)
     STAGE_COUNT,
 } StageId;
@@ -83,12 +84,20 @@ typedef struct GraspEvent {
     int64_t step;
 } GraspEvent;
 
+// How much a scene will add; no more than that is allocated. All zero: not known before, room for
+// whatever a scene may have.
+typedef struct SimCounts {
+    int bodies, tools, loads, attachments;
+} SimCounts;
+
 typedef struct SimOptions {
     double rate_hz;
     Vec3 gravity;
     double tool_timeout_s;
     bool may_load;          // loads can come at run time (by message or log)
     bool contact_stiffness; // ToolWrench tells it
+    bool estimate_error;    // steps may be tried
+    SimCounts counts;
 } SimOptions;
 
 typedef struct Sim Sim;
@@ -168,6 +177,12 @@ int64_t sim_refused_holds(const Sim *sim);
 // What graspers have done since it was told, one after the other; of each body and tool at most
 // ten times a simulated second. False: nothing new. Between two ticks.
 bool sim_next_grasp(Sim *sim, GraspEvent *event);
+
+// With SimOptions.estimate_error, between two ticks: tries a step of a body to know its error
+// (estimate.h); the motion stays as it is, to the bit.
+void sim_try_step(Sim *sim, int body);
+// The largest estimated error of a tick of that body since the last call [m]; 0: not known.
+double sim_take_error(Sim *sim, int body);
 
 // The stages of this scene in order, and the time spent in each since the start [ns].
 int sim_stage_count(const Sim *sim);

@@ -3,6 +3,7 @@
 #ifndef PLIANT_DYNAMICS_SIM_DATA_H
 #define PLIANT_DYNAMICS_SIM_DATA_H
 
+#include "dynamics/estimate.h"
 #include "dynamics/guard_data.h"
 #include "dynamics/joint.h"
 #include "dynamics/load.h"
@@ -61,8 +62,9 @@ struct Sim {
     StateList *state;
     double tick; // [s]
     int body_count, tool_count, scene_load_count, contact_count;
-    ToolOptions tool[SIM_TOOLS];
-    LoadOptions scene_load[SIM_SCENE_LOADS]; // by start
+    SimCounts room;          // of the arrays of the scene's own
+    ToolOptions *tool;       // [room.tools]
+    LoadOptions *scene_load; // [room.loads] by start
     int stage_count;
     StageId stage[STAGE_COUNT];
     int *pieces_at_load; // [body_count]
@@ -70,20 +72,22 @@ struct Sim {
 
     // --- changes while running; what `state` lists ---
     SimClock *clock;
-    Body body[SIM_BODIES];
+    Body *body;         // [room.bodies]
     ToolMotion *motion; // [tool_count]
     Contact **contact;  // [contact_count], tool by tool for each body
     int *contact_tool;  // [contact_count]
     int *contact_start; // [body_count + 1]
     LoadSet loads;
-    Cutting *cutting;                                // NULL: no body can be cut
-    SimAttachment scene_attachment[SIM_ATTACHMENTS]; // [scene_attachment_count] as given
+    Cutting *cutting;                // NULL: no body can be cut
+    SimAttachment *scene_attachment; // [room.attachments] as given
     int scene_attachment_count, joint_count;
-    int joined[SIM_BODIES];  // the first of the bodies that are joined with this one, itself too
+    int *joined;             // [room.bodies] the first of the bodies that are joined with this one,
+                             // itself too; NULL without attachments
     Attachment **attachment; // [attachment_count], of the scene, then graspers, for each body;
     int attachment_count;    // NULL: none
     int *attachment_start;   // [body_count + 1]
     GraspEvent *told;        // [attachment_count] what sim_next_grasp has told of graspers
+    Estimator *estimator;    // of the error of steps; NULL: not wanted
     StiffnessEstimator *stiffness; // NULL: not wanted, or no contact has any
 
     // --- results of the last tick ---
@@ -134,7 +138,11 @@ bool guard_blame(Sim *sim, int body, const Suspect *suspect);
 
 // holding.c
 // The attachments of a body: attachment[*first .. end), graspers' too; returns the end.
-int holding_of(const Sim *sim, int body, int *first);
+static inline int holding_of(const Sim *sim, int body, int *first)
+{
+    *first = sim->attachment_count > 0 ? sim->attachment_start[body] : 0;
+    return sim->attachment_count > 0 ? sim->attachment_start[body + 1] : 0;
+}
 // Graspers take hold and let go.
 void holding_stage(Sim *sim);
 // Whether a tool does not push a body, since it holds it.
@@ -161,6 +169,9 @@ void cutting_break_off(Sim *sim, int body);
 bool cutting_check(const Sim *sim);
 
 // time_step.c
+// At load, before the contacts' stiffness is set: lowers contact_lambda of an implicit body to what
+// its step allows.
+void time_step_cap_contacts(const Sim *sim, Body *body);
 // At load. False: a wanted time step that is above the bound of the body's finest level, or too
 // many substeps.
 bool time_step_choose(Sim *sim, Body *body, Status *status);

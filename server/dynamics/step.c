@@ -98,7 +98,8 @@ static void find_contacts(Sim *sim)
         Contact *contact = sim->contact[k];
         while (k >= sim->contact_start[b + 1])
             b++;
-        if (!motion->active || holding_mutes(sim, b, sim->contact_tool[k])) {
+        if (!motion->active ||
+            (sim->attachment_count > 0 && holding_mutes(sim, b, sim->contact_tool[k]))) {
             contact_clear(contact);
             continue;
         }
@@ -157,15 +158,6 @@ static void end_substep(Sim *sim, int b)
         contact_end_substep(sim->contact[k]);
 }
 
-static Stage stage_of(const Integrator *integrator, int s, bool last)
-{
-    Stage stage = integrator->stage[s];
-    stage.last = last;
-    if (integrator->kicks && last)
-        stage.advance = integrator->last_drift;
-    return stage;
-}
-
 static void advance_body(Sim *sim, int b)
 {
     Body *body = &sim->body[b];
@@ -174,7 +166,7 @@ static void advance_body(Sim *sim, int b)
         body->ops->drift(body->model, integrator->first_drift * body->h);
     for (int substep = 0; substep < body->substeps; substep++) {
         for (int s = 0; s < integrator->stage_count; s++) {
-            Stage stage = stage_of(integrator, s, substep == body->substeps - 1);
+            Stage stage = integrator_stage(integrator, s, substep == body->substeps - 1);
             add_outer_forces(sim, b, &stage, substep, s == 0);
             body->ops->evaluate(body->model, &stage, body->h);
         }
@@ -193,7 +185,7 @@ static void advance_joined(Sim *sim, int group)
             sim->body[b].ops->drift(sim->body[b].model, integrator->first_drift * sim->body[b].h);
     for (int substep = 0; substep < substeps; substep++) {
         for (int s = 0; s < integrator->stage_count; s++) {
-            Stage stage = stage_of(integrator, s, substep == substeps - 1);
+            Stage stage = integrator_stage(integrator, s, substep == substeps - 1);
             for (int b = group; b < count; b++)
                 if (sim->joined[b] == group)
                     add_outer_forces(sim, b, &stage, substep, s == 0);
@@ -246,9 +238,11 @@ static void tell_stiffness(const Sim *sim, int contact, ToolWrench *wrench)
 // The wrench on a tool is the impulse of all bodies over the tick.
 static void take_wrenches(Sim *sim)
 {
-    ContactSums sums[SIM_TOOLS] = {0};
-    bool holds[SIM_TOOLS] = {false}; // also without force
+    ContactSums sums[SIM_TOOLS];
+    bool holds[SIM_TOOLS]; // also without force
     for (int t = 0; t < sim->tool_count; t++) {
+        sums[t] = (ContactSums){0};
+        holds[t] = false;
         Quat orientation;
         tool_motion_at(&sim->motion[t], sim_pose_age(sim, &sim->motion[t]) + sim->tick,
                        &sim->wrench[t].position, &orientation);

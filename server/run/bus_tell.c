@@ -83,7 +83,8 @@ static void fill_bodies(const Bus *bus, pliant_body_status_t *out)
                                         .kinetic = from->measure.kinetic,
                                         .elastic = from->measure.elastic,
                                         .mass = from->mass,
-                                        .max_displacement = from->measure.max_displacement};
+                                        .max_displacement = from->measure.max_displacement,
+                                        .estimated_error = from->estimated_error};
     }
 }
 

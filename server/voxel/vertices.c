@@ -232,6 +232,12 @@ bool vertices_end(Vertices *vertices)
     return good;
 }
 
+void vertices_abandon(Vertices *vertices)
+{
+    vertices->present = vertices_row(vertices);
+    vertices->bad = false;
+}
+
 bool vertices_commit(Vertices *vertices)
 {
     bool good = vertices_end(vertices);

@@ -87,6 +87,12 @@ static bool voxel_commit(void *self)
     return vertices_commit(&model->vertices);
 }
 
+static void voxel_abandon(void *self)
+{
+    VoxelModel *model = self;
+    vertices_abandon(&model->vertices);
+}
+
 static bool voxel_check(const void *self)
 {
     const VoxelModel *model = self;
@@ -226,6 +232,7 @@ const BodyOps voxel_ops = {
     .drift = voxel_drift,
     .evaluate = voxel_evaluate,
     .commit = voxel_commit,
+    .abandon = voxel_abandon,
     .check = voxel_check,
     .restore = voxel_restore,
     .read_nodes = voxel_read_nodes,

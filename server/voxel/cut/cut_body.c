@@ -64,6 +64,12 @@ static void body_evaluate(void *self, const Stage *stage, double h)
     vertices_advance(vertices, stage, h, (Vec3){g[0], g[1], g[2]});
 }
 
+static void body_abandon(void *self)
+{
+    CutModel *model = self;
+    vertices_abandon(&model->vertices);
+}
+
 static bool body_commit(void *self)
 {
     CutModel *model = self;
@@ -301,12 +307,13 @@ static const char *body_isa(const void *self)
 
 #define OPERATIONS                                                                                 \
     .model = "voxel", .cut = body_cut, .reconstruct = body_reconstruct, .drift = body_drift,       \
-    .evaluate = body_evaluate, .commit = body_commit, .check = body_check,                         \
-    .restore = body_restore, .read_nodes = body_read_nodes, .reserve_blades = body_reserve_blades, \
-    .add_forces = body_add_forces, .find_nodes = body_find_nodes, .add_load = body_add_load,       \
-    .clear_loads = body_clear_loads, .snapshot = body_snapshot, .read_state = body_read_state,     \
-    .measure = body_measure, .is_fixed = body_is_fixed, .gather_patch = cut_body_gather_patch,     \
-    .set = body_set, .restored = body_restored, .explain = body_explain, .isa = body_isa
+    .evaluate = body_evaluate, .commit = body_commit, .abandon = body_abandon,                     \
+    .check = body_check, .restore = body_restore, .read_nodes = body_read_nodes,                   \
+    .reserve_blades = body_reserve_blades, .add_forces = body_add_forces,                          \
+    .find_nodes = body_find_nodes, .add_load = body_add_load, .clear_loads = body_clear_loads,     \
+    .snapshot = body_snapshot, .read_state = body_read_state, .measure = body_measure,             \
+    .is_fixed = body_is_fixed, .gather_patch = cut_body_gather_patch, .set = body_set,             \
+    .restored = body_restored, .explain = body_explain, .isa = body_isa
 
 const BodyOps cut_body_ops = {OPERATIONS};
 const BodyOps cut_body_ops_tearing = {OPERATIONS, .tear = body_tear};

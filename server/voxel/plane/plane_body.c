@@ -135,6 +135,12 @@ static bool plane_commit(void *self)
     return good;
 }
 
+static void plane_abandon(void *self)
+{
+    PlaneModel *model = self;
+    vertices_abandon(&model->vertices);
+}
+
 static bool plane_check(const void *self)
 {
     const PlaneModel *model = self;
@@ -293,6 +299,7 @@ const BodyOps plane_ops = {
     .drift = plane_drift,
     .evaluate = plane_evaluate,
     .commit = plane_commit,
+    .abandon = plane_abandon,
     .check = plane_check,
     .restore = plane_restore,
     .read_nodes = plane_read_nodes,
