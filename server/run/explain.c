@@ -121,6 +121,26 @@ static void print_cutting(const SceneBody *described, FILE *out)
     fprintf(out, "\n");
 }
 
+static void print_time_step(const Body *body, const SceneBody *described, FILE *out)
+{
+    const bool implicit = body->integrator == INTEGRATOR_IMPLICIT;
+    fprintf(out, "  time step %.6g s, %d substeps a tick, ", body->h, body->substeps);
+    if (implicit && isinf(body->time_step_limit))
+        fprintf(out, "no stability limit");
+    else
+        fprintf(out, "stability limit %.6g s%s", body->time_step_limit,
+                implicit ? ", of what acts from outside" : "");
+    fprintf(out, "%s\n", body->unsafe_time_step ? " (unsafe_time_step)" : "");
+    if (body->contact_share < 1.0)
+        fprintf(out,
+                "  contacts and attachments: %.3g of their stiffness, which this time step allows; "
+                "a shorter time_step allows more\n",
+                body->contact_share);
+    if (described->model == MODEL_SURFACE && described->surface.automatic)
+        fprintf(out, "  integrator = \"auto\": leapfrog would take %s%d substeps for its springs\n",
+                implicit ? "more than " : "at most ", SURFACE_AUTO_SUBSTEPS);
+}
+
 static void print_body(World *world, const Scene *scene, int index, FILE *out)
 {
     const SceneBody *described = &scene->body[index];
@@ -135,9 +155,7 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
     print_nodes(body, &outside, out);
     fprintf(out, "  box [%.6g, %.6g, %.6g] to [%.6g, %.6g, %.6g] m\n", low.x, low.y, low.z, high.x,
             high.y, high.z);
-    fprintf(out, "  time step %.6g s, %d substeps a tick, stability limit %.6g s%s\n", body->h,
-            body->substeps, body->time_step_limit,
-            body->unsafe_time_step ? " (unsafe_time_step)" : "");
+    print_time_step(body, described, out);
     if (voxel)
         print_elements(described, body, out);
     else

@@ -70,6 +70,8 @@ static void print_live(World *world, const Scene *scene, const ExchangeOptions *
         {contacts, "contacts in messages", "publish.contact_hz, with tools"},
         {has_stage(sim, STAGE_STIFFNESS), "stiffness in contacts",
          "publish.contact_stiffness, with contacts"},
+        {has_stage(sim, STAGE_ESTIMATE), "error of the time steps in status",
+         "estimate_error = true"},
         {asked->records, "recording", "option --record FILE"},
         {asked->checkpoints, "checkpoints", "option --checkpoint FILE"},
         {asked->logs_inputs, "log of applied inputs", "option --log-inputs FILE"},

@@ -63,6 +63,7 @@ static bool prepare(Live *live, Status *status)
     LoopOptions loop = {.rate_hz = live->scene->rate_hz,
                         .publish = live->scene->publish,
                         .start_paused = live->scene->start_paused,
+                        .estimate_error = live->scene->estimate_error,
                         .duration_s = options->duration_s,
                         .checkpoint_s = options->checkpoint_s};
     loop_init(&live->loop, live->world, &live->exchange, &loop, live->done_fd);

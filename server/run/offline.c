@@ -6,9 +6,7 @@
 #include "run/loop.h"
 #include "run/realtime.h"
 #include "run/recorder.h"
-#include "run/requests.h"
-
-#include "pliant_command_t.h"
+#include "run/replay.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -21,15 +19,8 @@ typedef struct Offline {
     const OfflineOptions *options;
     OfflineResult *result;
     Status *status;
-    Gate gate;
-    bool lockstep; // poses hold at once
-    bool stopped;  // by STOP or a signal
-    bool ignored_pacing;
-    int64_t first_step, end_step;
-    // read ahead
-    bool waiting;
-    InputKind kind;
-    int64_t waiting_step;
+    Replay replay;
+    bool stopped; // by a signal
     CheckpointImage image;
     Recorder recorder;
     RecordFrame *frame; // to be recorded, or NULL
@@ -56,21 +47,6 @@ static void record_grasps(Offline *run)
     }
 }
 
-// --- the log ---
-
-// A log that breaks off (its writer was killed) is used as far as it goes.
-static void read_ahead(Offline *run)
-{
-    InputLogReader *input = run->options->input;
-    Status broken = {0};
-    run->waiting = input_log_next(input, run->scene->rate_hz, run->first_step, &run->kind,
-                                  &run->waiting_step, &broken);
-    if (broken.code != STATUS_OK)
-        log_line(LOG_WARNING, "%s; going on without the rest", broken.text);
-    if (!run->waiting && input->ended && input->end_step < run->end_step)
-        run->end_step = input->end_step;
-}
-
 // What happened in the simulation itself.
 static void record_sim_events(Offline *run)
 {
@@ -79,111 +55,12 @@ static void record_sim_events(Offline *run)
         record_event(run, event.body, event.kind, event.text);
 }
 
-// Changes the scene, or says why not.
-static void execute(Offline *run, const Input *input, const char *kind)
+// What an input of the log did, and what came of it.
+static void record_input(void *user, int body, const char *kind, const char *text)
 {
-    Answer answer = {0};
-    bool done = requests_execute(run->sim, input, &answer);
-    bool on_body = input->kind == INPUT_LOAD || input->kind == INPUT_CUT;
-    record_event(run, on_body ? input->index : -1, done ? kind : "refused", answer.text);
+    Offline *run = user;
+    record_event(run, body, kind, text);
     record_sim_events(run);
-    if (done)
-        return;
-    gate_count(&run->gate, REFUSED_NOT_POSSIBLE);
-    log_line(LOG_WARNING, "step %lld: %s", (long long)sim_steps(run->sim), answer.text);
-}
-
-// Pacing means nothing off line; what STEP and RESUME say of poses does.
-static void apply_command(Offline *run, const Input *input)
-{
-    switch (input->command.kind) {
-    case PLIANT_COMMAND_T_STEP:
-    case PLIANT_COMMAND_T_RESUME:
-    case PLIANT_COMMAND_T_PAUSE:
-        run->lockstep = input->command.kind == PLIANT_COMMAND_T_STEP;
-        sim_set_lockstep(run->sim, run->lockstep);
-        if (!run->options->input->exact && !run->ignored_pacing)
-            log_line(LOG_WARNING, "%s: PAUSE, RESUME and STEP do not change the pace off line",
-                     run->options->input->log.path);
-        run->ignored_pacing = true;
-        break;
-    case PLIANT_COMMAND_T_STOP:
-        run->stopped = true;
-        break;
-    case PLIANT_COMMAND_T_CHECKPOINT:
-    case PLIANT_COMMAND_T_DESCRIBE:
-        break;
-    default:
-        execute(run, input, input->command.kind == PLIANT_COMMAND_T_SET ? "set" : "reset");
-    }
-}
-
-static void apply(Offline *run, const Input *input)
-{
-    run->result->applied++;
-    if (input->kind == INPUT_POSE) {
-        ToolPose pose = input_pose(input);
-        sim_apply_pose(run->sim, input->index, &pose, run->lockstep);
-    } else if (input->kind == INPUT_COMMAND) {
-        apply_command(run, input);
-    } else {
-        execute(run, input, input->kind == INPUT_CUT ? "cut" : "load");
-    }
-}
-
-// Messages of a plain log pass the same gate as live ones; those of an exact log have passed it.
-static void apply_waiting(Offline *run)
-{
-    const LogEvent *event = &run->options->input->event;
-    GateResult result = {.refusal = ACCEPTED};
-    if (run->options->input->exact) {
-        result.refusal =
-            input_decode(run->kind, event->data, event->size, &result.input, result.why);
-        if (result.refusal == ACCEPTED)
-            result.refusal = input_validate(&result.input, run->sim, result.why);
-        result.passage = result.refusal == ACCEPTED ? PASSAGE_OPEN : PASSAGE_REFUSED;
-        if (result.refusal != ACCEPTED)
-            gate_count(&run->gate, result.refusal);
-    } else {
-        gate_pass(&run->gate, run->kind, event->data, event->size, event->timestamp, &result);
-    }
-    if (result.passage == PASSAGE_OPEN) {
-        apply(run, &result.input);
-    } else if (result.passage == PASSAGE_REFUSED) {
-        record_event(run, -1, "refused", result.why);
-        log_line(LOG_WARNING, "step %lld: refused: %s", (long long)sim_steps(run->sim), result.why);
-    }
-}
-
-// All inputs due at the start of the next tick.
-static void apply_due(Offline *run)
-{
-    while (run->waiting && run->waiting_step <= sim_steps(run->sim) && !run->stopped) {
-        apply_waiting(run);
-        read_ahead(run);
-    }
-}
-
-// A log that does not belong to this run is refused before the first tick.
-static bool check_log(Offline *run)
-{
-    InputLogReader *input = run->options->input;
-    const InputLogHeader *header = &input->header;
-    if (!input->exact) {
-        snprintf(input->prefix, sizeof input->prefix, "%s", run->scene->input_prefix);
-        return true;
-    }
-    if (header->rate_hz != run->scene->rate_hz)
-        return status_fail(run->status, STATUS_INVALID, "%s: made at rate_hz %.17g, not %.17g",
-                           input->log.path, header->rate_hz, run->scene->rate_hz);
-    if (header->step != run->first_step)
-        return status_fail(run->status, STATUS_INVALID,
-                           "%s: begins at step %lld, the run at %lld (--resume?)", input->log.path,
-                           (long long)header->step, (long long)run->first_step);
-    if (strcmp(header->scene, run->scene->name) != 0)
-        log_line(LOG_WARNING, "%s: made with the scene '%s', not '%s'", input->log.path,
-                 header->scene, run->scene->name);
-    return true;
 }
 
 // --- the run ---
@@ -251,8 +128,8 @@ static bool run_ticks(Offline *run)
     double rate = run->scene->rate_hz;
     int64_t checkpoint_ticks = loop_ticks(run->options->checkpoint_s, rate);
     for (;;) {
-        apply_due(run);
-        if (run->stopped || sim_steps(run->sim) >= run->end_step)
+        replay_due(&run->replay);
+        if (run->stopped || run->replay.stopped || sim_steps(run->sim) >= run->replay.end_step)
             return true;
         int64_t begin_ns = clock_now_ns();
         sim_step(run->sim);
@@ -270,21 +147,6 @@ static bool run_ticks(Offline *run)
     }
 }
 
-static void report_log(const Offline *run)
-{
-    const InputLogReader *input = run->options->input;
-    if (input->used == 0)
-        log_line(LOG_WARNING,
-                 "%s: none of its %lld messages is on %s_TOOL_POSE, _CUT, _LOAD or "
-                 "_COMMAND",
-                 input->log.path, (long long)input->skipped, input->prefix);
-    if (input->lost > 0)
-        log_line(LOG_WARNING, "%s: lacks %lld inputs, so the run is not the same", input->log.path,
-                 (long long)input->lost);
-    if (run->waiting)
-        log_line(LOG_INFO, "%s: the run ended before the log", input->log.path);
-}
-
 bool offline_run(World *world, const Scene *scene, const OfflineOptions *options,
                  OfflineResult *result, Status *status)
 {
@@ -298,24 +160,21 @@ bool offline_run(World *world, const Scene *scene, const OfflineOptions *options
     run->options = options;
     run->result = result;
     run->status = status;
-    run->first_step = sim_steps(world->sim);
-    run->end_step = run->first_step + llround(options->seconds * scene->rate_hz);
-    gate_init(&run->gate, world->sim, scene->tool_timeout_s, &world->arena);
-    sim_set_lockstep(world->sim, false);
+    const ReplayOptions replay = {.input = options->input, .tell = record_input, .user = run};
+    int64_t end_step = sim_steps(world->sim) + llround(options->seconds * scene->rate_hz);
     if (options->checkpoint_path != NULL)
         checkpoint_reserve(&run->image, world);
 
-    bool whole = (options->input == NULL || check_log(run)) && open_recording(run) &&
-                 realtime_start_team(world->team, false, status);
+    bool whole = replay_begin(&run->replay, world, scene, end_step, &replay, status) &&
+                 open_recording(run) && realtime_start_team(world->team, false, status);
     realtime_pin_step(world->team, pthread_self());
-    if (whole && options->input != NULL)
-        read_ahead(run);
     whole = whole && record(run) && run_ticks(run) &&
             (options->checkpoint_path == NULL || write_checkpoint(run));
     whole = close_recording(run) && whole;
-    if (whole && options->input != NULL)
-        report_log(run);
-    result->rejected = gate_refused(&run->gate);
+    if (whole)
+        replay_report(&run->replay);
+    result->applied = run->replay.applied;
+    result->rejected = gate_refused(&run->replay.gate);
     free(run);
     return whole;
 }

@@ -16,6 +16,7 @@ header_of() {
     voxel) echo voxel/voxel.h ;;
     files) echo files/scene.h ;;
     run) echo run/bus.h ;;
+    study) echo study/study.h ;;
     esac
 }
 
@@ -27,6 +28,7 @@ rank_of() {
     surface | voxel) echo 4 ;;
     files) echo 5 ;;
     run) echo 6 ;;
+    study) echo 7 ;;
     esac
 }
 
@@ -45,7 +47,7 @@ while read -r room folders; do
     for folder in $folders; do
         options="$options -I$folder"
     done
-    for other in base geometry dynamics surface voxel files run; do
+    for other in base geometry dynamics surface voxel files run study; do
         header=$(header_of "$other")
         [ -f "$server/$header" ] || complain "there is no $header to try"
         # shellcheck disable=SC2086 # one option a word

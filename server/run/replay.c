@@ -1,0 +1,181 @@
+#include "run/replay.h"
+
+#include "base/log.h"
+#include "run/requests.h"
+
+#include "pliant_command_t.h"
+
+#include <string.h>
+
+static void tell(Replay *replay, int body, const char *kind, const char *text)
+{
+    if (replay->options.tell != NULL)
+        replay->options.tell(replay->options.user, body, kind, text);
+}
+
+static bool speaks(const Replay *replay)
+{
+    return !replay->options.quiet;
+}
+
+// A log that breaks off (its writer was killed) is used as far as it goes.
+static void read_ahead(Replay *replay)
+{
+    InputLogReader *input = replay->options.input;
+    Status broken = {0};
+    replay->waiting = input_log_next(input, replay->rate_hz, replay->first_step, &replay->kind,
+                                     &replay->waiting_step, &broken);
+    if (broken.code != STATUS_OK && speaks(replay))
+        log_line(LOG_WARNING, "%s; going on without the rest", broken.text);
+    if (replay->waiting || !input->ended)
+        return;
+    int64_t end = input->end_step;
+    if (input->header.rate_hz != replay->rate_hz)
+        end = llround((double)end / input->header.rate_hz * replay->rate_hz);
+    if (end < replay->end_step)
+        replay->end_step = end;
+}
+
+// Changes the scene, or says why not.
+static void execute(Replay *replay, const Input *input, const char *kind)
+{
+    Answer answer = {0};
+    bool done = requests_execute(replay->sim, input, &answer);
+    bool on_body = input->kind == INPUT_LOAD || input->kind == INPUT_CUT;
+    tell(replay, on_body ? input->index : -1, done ? kind : "refused", answer.text);
+    if (done)
+        return;
+    gate_count(&replay->gate, REFUSED_NOT_POSSIBLE);
+    if (speaks(replay))
+        log_line(LOG_WARNING, "step %lld: %s", (long long)sim_steps(replay->sim), answer.text);
+}
+
+// Pacing means nothing off line; what STEP and RESUME say of poses does.
+static void apply_command(Replay *replay, const Input *input)
+{
+    const InputLogReader *log = replay->options.input;
+    switch (input->command.kind) {
+    case PLIANT_COMMAND_T_STEP:
+    case PLIANT_COMMAND_T_RESUME:
+    case PLIANT_COMMAND_T_PAUSE:
+        replay->lockstep = input->command.kind == PLIANT_COMMAND_T_STEP;
+        sim_set_lockstep(replay->sim, replay->lockstep);
+        if (!log->exact && !replay->ignored_pacing && speaks(replay))
+            log_line(LOG_WARNING, "%s: PAUSE, RESUME and STEP do not change the pace off line",
+                     log->log.path);
+        replay->ignored_pacing = true;
+        break;
+    case PLIANT_COMMAND_T_STOP:
+        replay->stopped = true;
+        break;
+    case PLIANT_COMMAND_T_CHECKPOINT:
+    case PLIANT_COMMAND_T_DESCRIBE:
+        break;
+    default:
+        execute(replay, input, input->command.kind == PLIANT_COMMAND_T_SET ? "set" : "reset");
+    }
+}
+
+static void apply(Replay *replay, const Input *input)
+{
+    replay->applied++;
+    if (input->kind == INPUT_POSE) {
+        ToolPose pose = input_pose(input);
+        sim_apply_pose(replay->sim, input->index, &pose, replay->lockstep);
+    } else if (input->kind == INPUT_COMMAND) {
+        apply_command(replay, input);
+    } else {
+        execute(replay, input, input->kind == INPUT_CUT ? "cut" : "load");
+    }
+}
+
+static void apply_waiting(Replay *replay)
+{
+    const LogEvent *event = &replay->options.input->event;
+    GateResult result = {.refusal = ACCEPTED};
+    if (replay->options.input->exact) {
+        result.refusal =
+            input_decode(replay->kind, event->data, event->size, &result.input, result.why);
+        if (result.refusal == ACCEPTED)
+            result.refusal = input_validate(&result.input, replay->sim, result.why);
+        result.passage = result.refusal == ACCEPTED ? PASSAGE_OPEN : PASSAGE_REFUSED;
+        if (result.refusal != ACCEPTED)
+            gate_count(&replay->gate, result.refusal);
+    } else {
+        gate_pass(&replay->gate, replay->kind, event->data, event->size, event->timestamp, &result);
+    }
+    if (result.passage == PASSAGE_OPEN) {
+        apply(replay, &result.input);
+    } else if (result.passage == PASSAGE_REFUSED) {
+        tell(replay, -1, "refused", result.why);
+        if (speaks(replay))
+            log_line(LOG_WARNING, "step %lld: refused: %s", (long long)sim_steps(replay->sim),
+                     result.why);
+    }
+}
+
+void replay_due(Replay *replay)
+{
+    while (replay->waiting && replay->waiting_step <= sim_steps(replay->sim) && !replay->stopped) {
+        apply_waiting(replay);
+        read_ahead(replay);
+    }
+}
+
+// A log that does not belong to this run is refused before the first tick.
+static bool check_log(Replay *replay, const Scene *scene, Status *status)
+{
+    InputLogReader *input = replay->options.input;
+    const InputLogHeader *header = &input->header;
+    if (!input->exact) {
+        snprintf(input->prefix, sizeof input->prefix, "%s", scene->input_prefix);
+        return true;
+    }
+    if (header->rate_hz != scene->rate_hz && !replay->options.any_rate)
+        return status_fail(status, STATUS_INVALID, "%s: made at rate_hz %.17g, not %.17g",
+                           input->log.path, header->rate_hz, scene->rate_hz);
+    if (header->step != replay->first_step)
+        return status_fail(status, STATUS_INVALID,
+                           "%s: begins at step %lld, the run at %lld (--resume?)", input->log.path,
+                           (long long)header->step, (long long)replay->first_step);
+    if (strcmp(header->scene, scene->name) != 0 && speaks(replay))
+        log_line(LOG_WARNING, "%s: made with the scene '%s', not '%s'", input->log.path,
+                 header->scene, scene->name);
+    return true;
+}
+
+bool replay_begin(Replay *replay, World *world, const Scene *scene, int64_t end_step,
+                  const ReplayOptions *options, Status *status)
+{
+    memset(replay, 0, sizeof *replay);
+    replay->sim = world->sim;
+    replay->rate_hz = scene->rate_hz;
+    replay->options = *options;
+    replay->first_step = sim_steps(world->sim);
+    replay->end_step = end_step;
+    gate_init(&replay->gate, world->sim, scene->tool_timeout_s, &world->arena);
+    sim_set_lockstep(world->sim, false);
+    if (options->input == NULL)
+        return true;
+    if (!check_log(replay, scene, status))
+        return false;
+    read_ahead(replay);
+    return true;
+}
+
+void replay_report(const Replay *replay)
+{
+    const InputLogReader *input = replay->options.input;
+    if (input == NULL)
+        return;
+    if (input->used == 0)
+        log_line(LOG_WARNING,
+                 "%s: none of its %lld messages is on %s_TOOL_POSE, _CUT, _LOAD or "
+                 "_COMMAND",
+                 input->log.path, (long long)input->skipped, input->prefix);
+    if (input->lost > 0)
+        log_line(LOG_WARNING, "%s: lacks %lld inputs, so the run is not the same", input->log.path,
+                 (long long)input->lost);
+    if (replay->waiting)
+        log_line(LOG_INFO, "%s: the run ended before the log", input->log.path);
+}

@@ -1,0 +1,223 @@
+#include "study/case.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { KINDS = INTEGRATOR_COUNT };
+
+// The grid while it is made.
+typedef struct Grid {
+    const Scene *scene;
+    const StudyOptions *options;
+    StudyCase own; // the scene itself
+    IntegratorKind kind[KINDS];
+    int kind_count;
+    int levels; // finest level of detail to be tried
+    StudyCase *cases;
+    int count;
+} Grid;
+
+static bool is_voxel(const Scene *scene)
+{
+    return scene->body[0].model == MODEL_VOXEL;
+}
+
+StudyCase study_scene_case(const Scene *scene)
+{
+    const SceneBody *body = &scene->body[0];
+    const SurfaceOptions *surface = &body->surface;
+    StudyCase own = {.precision = scene->precision, .detail = DETAIL_SCENE, .is_scene = true};
+    if (is_voxel(scene)) {
+        own.integrator = body->voxel.integrator;
+        own.time_step = body->voxel.time_step;
+        own.level = body->voxel.levels;
+        own.paper_rule = body->voxel.law == VOXEL_MIYAZAKI2004;
+    } else {
+        own.integrator = surface->integrator;
+        own.time_step = surface->time_step;
+        own.level = surface->adaptive ? surface->levels : surface->start_level;
+        own.threshold = surface->adaptive ? 1.0 : 0.0;
+        own.paper_rule = surface->adjust == ADJUST_CHOI2005;
+    }
+    study_name_case(scene, &own);
+    return own;
+}
+
+bool study_same_mesh(const StudyCase *a, const StudyCase *b)
+{
+    return a->level == b->level && a->threshold == b->threshold && a->paper_rule == b->paper_rule;
+}
+
+void study_name_mesh(const Scene *scene, const StudyCase *what, char *name, size_t size)
+{
+    char times[24] = "";
+    const char *rule = "";
+    if (what->threshold > 0.0 && what->threshold != 1.0)
+        snprintf(times, sizeof times, " x %g", what->threshold);
+    if (what->paper_rule)
+        rule = is_voxel(scene) ? ", miyazaki2004" : ", choi2005";
+    if (is_voxel(scene) && what->level < 0)
+        snprintf(name, size, "half cells%s", rule);
+    else
+        snprintf(name, size, "%s %d%s%s",
+                 is_voxel(scene)         ? "levels"
+                 : what->threshold > 0.0 ? "adaptive"
+                                         : "level",
+                 what->level, times, rule);
+}
+
+void study_name_case(const Scene *scene, StudyCase *what)
+{
+    char step[32] = "bound", mesh[48];
+    if (what->step_doubling)
+        snprintf(step, sizeof step, "doubling %g", what->tolerance);
+    else if (what->time_step > 0.0)
+        snprintf(step, sizeof step, "%g ms", 1e3 * what->time_step);
+    study_name_mesh(scene, what, mesh, sizeof mesh);
+    snprintf(what->name, sizeof what->name, "%s %s %s, %s", integrator_name(what->integrator), step,
+             what->precision == PRECISION_SINGLE ? "single" : "double", mesh);
+}
+
+// Puts a case on the list, unless it is there or was not asked for.
+static void add(Grid *grid, StudyCase what)
+{
+    const char *only = grid->options->only;
+    what.is_scene = false;
+    study_name_case(grid->scene, &what);
+    for (int i = 0; i < grid->count; i++)
+        if (strcmp(grid->cases[i].name, what.name) == 0)
+            return;
+    if (only != NULL && strstr(what.name, only) == NULL)
+        return;
+    if (grid->count < STUDY_CASES)
+        grid->cases[grid->count++] = what;
+}
+
+static StudyCase with_detail(const Grid *grid, StudyDetail detail, int level, double threshold)
+{
+    StudyCase what = grid->own;
+    what.detail = detail;
+    what.level = level;
+    what.threshold = detail == DETAIL_ADAPTIVE ? threshold : 0.0;
+    if (study_same_mesh(&what, &grid->own))
+        what.detail = DETAIL_SCENE;
+    return what;
+}
+
+// Integrator x time step on one mesh.
+static void add_steps(Grid *grid, StudyCase what)
+{
+    static const double all[] = {0.01, 0.005, 0.0025, 0.002, 0.001, 0.0005, 0.00025, 0.0001, 0.0};
+    static const double few[] = {0.0025, 0.002, 0.001, 0.00025, 0.0};
+    const bool quick = grid->options->quick;
+    const double *step = quick ? few : all;
+    const size_t steps = quick ? sizeof few / sizeof *few : sizeof all / sizeof *all;
+    for (int k = 0; k < grid->kind_count; k++)
+        for (size_t s = 0; s < steps; s++) {
+            what.integrator = grid->kind[k];
+            what.time_step = step[s];
+            add(grid, what);
+        }
+}
+
+// RK4 that chooses its step.
+static void add_doubling(Grid *grid, StudyCase what)
+{
+    const bool quick = grid->options->quick;
+    what.integrator = INTEGRATOR_RK4;
+    what.step_doubling = true;
+    what.time_step = 0.0;
+    for (double tolerance = 1e-3; tolerance > 0.5e-6; tolerance *= quick ? 0.01 : 0.1) {
+        // Powers of ten as they are written, however they were reached.
+        char text[24];
+        snprintf(text, sizeof text, "%.0e", tolerance);
+        sscanf(text, "%lf", &what.tolerance);
+        add(grid, what);
+    }
+}
+
+// One mesh with the scene's integrator, the default one and the paper's.
+static void add_mesh(Grid *grid, StudyCase what)
+{
+    add(grid, what);
+    what.time_step = 0.0;
+    what.integrator = is_voxel(grid->scene) ? INTEGRATOR_SYMPLECTIC_EULER : INTEGRATOR_LEAPFROG;
+    add(grid, what);
+    what.integrator = is_voxel(grid->scene) ? INTEGRATOR_LEAPFROG : INTEGRATOR_RK4;
+    add(grid, what);
+}
+
+static void add_details(Grid *grid)
+{
+    const bool quick = grid->options->quick;
+    for (int level = 0; level <= grid->levels; level++)
+        add_mesh(grid, with_detail(grid, DETAIL_HELD, level, 0.0));
+    if (is_voxel(grid->scene))
+        return;
+    for (double times = quick ? 1.0 : 0.5; times <= 4.0; times *= quick ? 4.0 : 2.0)
+        add_mesh(grid, with_detail(grid, DETAIL_ADAPTIVE, grid->levels, times));
+    for (int level = 1; level < grid->levels && !quick; level++)
+        add_mesh(grid, with_detail(grid, DETAIL_ADAPTIVE, level, 1.0));
+}
+
+// The other rule, where there is something that it rules.
+static void add_rules(Grid *grid)
+{
+    const bool voxel = is_voxel(grid->scene);
+    for (int level = voxel ? 0 : 1; level <= grid->levels; level++) {
+        StudyCase what = with_detail(grid, DETAIL_HELD, level, 0.0);
+        if (grid->options->quick && level != grid->levels)
+            continue;
+        what.paper_rule = !what.paper_rule;
+        what.detail = DETAIL_HELD;
+        add_mesh(grid, what);
+    }
+    if (voxel)
+        return;
+    StudyCase what = with_detail(grid, DETAIL_ADAPTIVE, grid->levels, 1.0);
+    what.paper_rule = !what.paper_rule;
+    what.detail = DETAIL_ADAPTIVE;
+    add_mesh(grid, what);
+}
+
+static void add_precisions(Grid *grid)
+{
+    StudyCase what = grid->own;
+    what.precision = what.precision == PRECISION_SINGLE ? PRECISION_DOUBLE : PRECISION_SINGLE;
+    add_mesh(grid, what);
+}
+
+// All that the model takes and this program knows.
+static void choose_kinds(Grid *grid)
+{
+    static const char *const surface[] = {"rk4", "leapfrog", "symplectic_euler", "implicit"};
+    static const char *const voxel[] = {"leapfrog", "symplectic_euler"};
+    const bool of_voxels = is_voxel(grid->scene);
+    const int count =
+        of_voxels ? (int)(sizeof voxel / sizeof *voxel) : (int)(sizeof surface / sizeof *surface);
+    for (int k = 0; k < count && grid->kind_count < KINDS; k++)
+        if (integrator_parse(of_voxels ? voxel[k] : surface[k], &grid->kind[grid->kind_count]))
+            grid->kind_count++;
+}
+
+int study_make_cases(const Scene *scene, const StudyOptions *options, StudyCase *cases)
+{
+    Grid grid = {.scene = scene, .options = options, .cases = cases};
+    grid.own = study_scene_case(scene);
+    const SceneBody *body = &scene->body[0];
+    grid.levels = is_voxel(scene) ? body->voxel.levels : body->surface.levels;
+    if (!is_voxel(scene) && grid.levels < 1)
+        grid.levels = 1;
+    cases[grid.count++] = grid.own;
+    choose_kinds(&grid);
+    add_steps(&grid, grid.own);
+    if (!is_voxel(scene)) {
+        add_doubling(&grid, grid.own);
+        add_steps(&grid, with_detail(&grid, DETAIL_HELD, 0, 0.0));
+    }
+    add_precisions(&grid);
+    add_details(&grid);
+    add_rules(&grid);
+    return grid.count;
+}

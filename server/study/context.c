@@ -1,0 +1,319 @@
+#include "study/context.h"
+
+#include "run/realtime.h"
+#include "study/case.h"
+#include "study/inputs.h"
+#include "study/press.h"
+#include "study/sampler.h"
+#include "study/world.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double SAMPLE_S = 0.01;
+
+int study_mesh_of(const StudyContext *context, const StudyCase *what)
+{
+    for (int m = 0; m < context->mesh_count; m++) {
+        const StudyMesh *mesh = &context->mesh[m];
+        const StudyCase of = {
+            .level = mesh->level, .threshold = mesh->threshold, .paper_rule = mesh->paper_rule};
+        if (study_same_mesh(&of, what))
+            return m;
+    }
+    return -1;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Points
+
+// One candidate while points are chosen.
+typedef struct Candidate {
+    int id;
+    Vec3 rest;
+    double area, weight;
+} Candidate;
+
+static int by_id(const void *a, const void *b)
+{
+    const Candidate *p = a, *q = b;
+    return (p->id > q->id) - (p->id < q->id);
+}
+
+static Candidate *find_candidate(Candidate *list, int count, int id)
+{
+    const Candidate key = {.id = id};
+    return bsearch(&key, list, (size_t)count, sizeof *list, by_id);
+}
+
+// Every node of the surface as it is published, with its share of the area; malloc'ed.
+static Candidate *list_candidates(const Body *body, int *count)
+{
+    const BodyMesh *mesh = &body->mesh;
+    size_t rows = (size_t)body->state_capacity;
+    Candidate *list = calloc(rows, sizeof *list);
+    Vec3 *x = calloc(rows, sizeof *x), *v = calloc(rows, sizeof *v);
+    int *id = malloc(rows * sizeof *id);
+    *count = 0;
+    if (list != NULL && x != NULL && v != NULL && id != NULL) {
+        int used = body->ops->read_state(body->model, id, x, v);
+        for (int r = 0; r < used; r++)
+            if (id[r] >= 0)
+                list[(*count)++] = (Candidate){.id = id[r], .rest = x[r]};
+        qsort(list, (size_t)*count, sizeof *list, by_id);
+        for (int t = 0; t < mesh->triangle_count; t++) {
+            Candidate *corner[3];
+            for (int k = 0; k < 3; k++)
+                corner[k] = find_candidate(list, *count, mesh->id[mesh->triangle[t][k]]);
+            if (corner[0] == corner[1] || corner[0] == NULL || corner[1] == NULL ||
+                corner[2] == NULL)
+                continue;
+            Vec3 normal = vec3_cross(vec3_sub(corner[1]->rest, corner[0]->rest),
+                                     vec3_sub(corner[2]->rest, corner[0]->rest));
+            for (int k = 0; k < 3; k++)
+                corner[k]->area += vec3_length(normal) / 6.0;
+        }
+        int kept = 0;
+        for (int i = 0; i < *count; i++)
+            if (list[i].area > 0.0)
+                list[kept++] = list[i];
+        *count = kept;
+    }
+    free(x);
+    free(v);
+    free(id);
+    return list;
+}
+
+// Shares `amount` among the nodes inside a sphere, by area; none inside: the nearest has it all.
+static void share(Candidate *list, int count, Vec3 center, double radius, double amount)
+{
+    double area = 0.0, nearest = HUGE_VAL;
+    int closest = 0;
+    for (int i = 0; i < count; i++) {
+        double distance = vec3_length(vec3_sub(list[i].rest, center));
+        if (distance < nearest)
+            nearest = distance, closest = i;
+        if (distance <= radius)
+            area += list[i].area;
+    }
+    if (!(area > 0.0)) {
+        list[closest].weight += amount;
+        return;
+    }
+    for (int i = 0; i < count; i++)
+        if (vec3_length(vec3_sub(list[i].rest, center)) <= radius)
+            list[i].weight += amount * list[i].area / area;
+}
+
+static void weigh(const StudyContext *context, Candidate *list, int count)
+{
+    const StudyInputs *inputs = &context->inputs;
+    const Scene *scene = &context->scene;
+    bool shared = false;
+    for (int k = 0; k < scene->load_count && inputs->drive == DRIVE_LOADS; k++) {
+        const LoadOptions *load = &scene->load[k].load;
+        double force = vec3_length(load->force);
+        if ((load->body >= 0 && load->body != context->body) || !(force > 0.0))
+            continue;
+        share(list, count, load->center, load->radius, force);
+        shared = true;
+    }
+    if (!shared)
+        share(list, count, inputs->center, inputs->radius, 1.0);
+}
+
+// Those of the patch, and as many of the others as there is room for, evenly.
+static void take_points(StudyPoints *points, const Candidate *list, int count)
+{
+    double sum = 0.0;
+    int others = 0;
+    points->count = 0;
+    for (int i = 0; i < count; i++) {
+        others += !(list[i].weight > 0.0);
+        sum += list[i].weight;
+    }
+    const int patch = count - others;
+    const int stride = patch > STUDY_POINTS ? (count + STUDY_POINTS - 1) / STUDY_POINTS : 1;
+    const int room = STUDY_POINTS - (patch + stride - 1) / stride;
+    const int other_stride = room > 0 ? (others + room - 1) / room : count + 1;
+    int seen[2] = {0, 0};
+    for (int i = 0; i < count && points->count < STUDY_POINTS; i++) {
+        bool other = !(list[i].weight > 0.0);
+        if (seen[other]++ % (other ? (other_stride > 0 ? other_stride : 1) : stride) != 0)
+            continue;
+        int p = points->count++;
+        points->id[p] = list[i].id;
+        points->fine_id[p] = -1;
+        points->rest[p] = list[i].rest;
+        points->weight[p] = list[i].weight / sum;
+    }
+    // A patch of which only some could be taken.
+    double kept = 0.0;
+    for (int p = 0; p < points->count; p++)
+        kept += points->weight[p];
+    for (int p = 0; p < points->count; p++)
+        points->weight[p] /= kept;
+}
+
+// Of a lattice with half the cells: the vertices in the same places.
+static void find_fine_points(StudyContext *context, const Body *body)
+{
+    int count;
+    Candidate *list = list_candidates(body, &count);
+    for (int p = 0; p < context->points.count && list != NULL; p++)
+        for (int i = 0; i < count; i++)
+            if (vec3_length(vec3_sub(list[i].rest, context->points.rest[p])) <
+                1e-5 * context->extent)
+                context->points.fine_id[p] = list[i].id;
+    free(list);
+}
+
+// ---------------------------------------------------------------------------------------------
+// The rest
+
+// The coarsest mesh of the scene, or its lattice, at rest and before anything moves. With the
+// study's own points if `first`, else with those of half the cells.
+static bool look_at_rest(StudyContext *context, StudyCase what, bool first, Status *status)
+{
+    StudyScene copy;
+    World world;
+    const BuildOptions options = {.isa = context->options.isa, .may_load = true};
+    if (!study_copy_scene(&context->scene, &copy))
+        return status_fail(status, STATUS_FAILED, "out of memory");
+    what.time_step = 0.0;
+    study_change_scene(&copy, &what, context->sample_s);
+    copy.scene.settle_s = 0.0;
+    for (int b = 0; b < copy.scene.body_count; b++)
+        copy.body[b].initial = NULL;
+    bool ok = world_build(&world, &copy.scene, &options, status);
+    if (ok && first) {
+        int count;
+        const Body *body = sim_body(world.sim, context->body);
+        Candidate *list = list_candidates(body, &count);
+        Sampler sampler;
+        ok = list != NULL && sampler_create(&sampler, context, &world, false);
+        if (ok) {
+            weigh(context, list, count);
+            take_points(&context->points, list, count);
+            body->ops->snapshot(body->model, sampler.mesh, NULL);
+            context->rest_volume = sampler_volume(&body->mesh, sampler.mesh, context->extent);
+            sampler_destroy(&sampler);
+        } else {
+            status_fail(status, STATUS_FAILED, "out of memory");
+        }
+        free(list);
+    } else if (ok) {
+        find_fine_points(context, sim_body(world.sim, context->body));
+    }
+    if (world.sim != NULL)
+        world_destroy(&world);
+    study_destroy_scene(&copy);
+    return ok;
+}
+
+// A box of cells can be cut finer without becoming another body.
+static bool may_halve(const Scene *scene)
+{
+    for (int b = 0; b < scene->body_count; b++) {
+        const SceneBody *body = &scene->body[b];
+        if (body->model != MODEL_VOXEL || body->voxels.kind != VOXELS_BOX || body->initial != NULL)
+            return false;
+        for (int k = 0; k < body->fixed_count; k++)
+            if (body->fixed[k].kind == FIXED_NODES)
+                return false;
+    }
+    return true;
+}
+
+static void choose_times(StudyContext *context)
+{
+    StudyOptions *options = &context->options;
+    double tick = 1.0 / context->scene.rate_hz, end = context->inputs.end_s;
+    context->sample_s = tick * fmax(1.0, round(SAMPLE_S / tick));
+    if (!(options->duration_s > 0.0)) // and then long enough to come back
+        options->duration_s = end + fmin(fmax(end, 0.3), 0.6);
+    context->sample_count =
+        (int)fmin(ceil(options->duration_s / context->sample_s - 1e-9), 10000.0);
+    context->sample_count = context->sample_count > 0 ? context->sample_count : 1;
+    options->duration_s = context->sample_count * context->sample_s;
+}
+
+static void complete_options(StudyContext *context, const StudyOptions *options)
+{
+    StudyOptions *own = &context->options;
+    *own = *options;
+    own->rate_hz = own->rate_hz > 0.0 ? own->rate_hz : context->given->rate_hz;
+    own->error = own->error > 0.0 ? own->error : 0.01;
+    own->jobs = own->jobs > 0 ? own->jobs : 1;
+    own->repeats = own->repeats > 0 ? own->repeats : options->quick ? 1 : 3;
+    own->repeats = own->repeats < STUDY_REPEATS ? own->repeats : STUDY_REPEATS;
+    own->isa = own->isa != NULL ? own->isa : "auto";
+    context->limit_s = own->quick ? 120.0 : 900.0;
+}
+
+bool study_prepare(StudyContext *context, const Scene *scene, const StudyOptions *options,
+                   Status *status)
+{
+    StudyScene copy;
+    World world;
+    memset(context, 0, sizeof *context);
+    context->given = scene;
+    context->scene = *scene;
+    complete_options(context, options);
+    if (scene->body_count == 0)
+        return status_fail(status, STATUS_INVALID, "%s: no body to be studied", scene->path);
+    realtime_flush_denormals();
+    const SceneBody *first = &scene->body[0];
+    context->plane = first->model == MODEL_VOXEL && first->voxel.dimensions == 2;
+    context->sample_s = fmax(SAMPLE_S, 1.0 / scene->rate_hz);
+    const BuildOptions build = {.isa = context->options.isa, .may_load = true};
+    if (!study_copy_scene(scene, &copy))
+        return status_fail(status, STATUS_FAILED, "out of memory");
+    bool ok = world_build(&world, &copy.scene, &build, status);
+    if (ok) {
+        context->extent = press_extent(sim_body(world.sim, 0));
+        ok = study_choose_inputs(context, &world, status);
+        world_destroy(&world);
+    }
+    study_destroy_scene(&copy);
+    if (!ok) {
+        study_destroy(context);
+        return false;
+    }
+    choose_times(context);
+    context->may_halve = may_halve(scene);
+    StudyCase coarse = study_scene_case(scene);
+    coarse.is_scene = scene->body[0].surface.unsafe_time_step;
+    if (first->model == MODEL_SURFACE)
+        coarse.detail = DETAIL_HELD, coarse.level = 0, coarse.threshold = 0.0;
+    ok = look_at_rest(context, coarse, true, status);
+    if (ok && context->may_halve) {
+        Status said = {0};
+        coarse.detail = DETAIL_HELD;
+        coarse.level = -1;
+        context->may_halve = look_at_rest(context, coarse, false, &said);
+    }
+    if (!ok)
+        study_destroy(context);
+    return ok;
+}
+
+void study_forget_references(StudyContext *context)
+{
+    for (int m = 0; m < STUDY_MESHES; m++) {
+        free(context->mesh_trace[m]);
+        context->mesh_trace[m] = NULL;
+    }
+    free(context->finest_trace);
+    context->finest_trace = NULL;
+    context->mesh_count = 0;
+}
+
+void study_destroy(StudyContext *context)
+{
+    study_forget_references(context);
+    free(context->own_load);
+    memset(context, 0, sizeof *context);
+}

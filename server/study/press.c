@@ -1,0 +1,150 @@
+#include "study/press.h"
+
+#include "dynamics/body.h"
+
+#include <math.h>
+
+static const double DEPTH = 0.1;  // of the body's extent
+static const double CLEAR = 0.01; // of it, before the tool starts
+
+static bool has_faces(const Body *body, int node)
+{
+    return body->surface.node_face_end[node] > body->surface.node_face_start[node];
+}
+
+static Vec3 place(const Body *body, int node)
+{
+    Vec3 x;
+    body->ops->read_nodes(body->model, &node, 1, &x, NULL);
+    return x;
+}
+
+double press_extent(const Body *body)
+{
+    double low[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+    double extent = 0.0;
+    for (int i = 0; i < body->surface.node_used; i++) {
+        if (!has_faces(body, i))
+            continue;
+        Vec3 x = place(body, i);
+        const double at[3] = {x.x, x.y, x.z};
+        for (int k = 0; k < 3; k++) {
+            low[k] = fmin(low[k], at[k]);
+            high[k] = fmax(high[k], at[k]);
+            extent = fmax(extent, high[k] - low[k]);
+        }
+    }
+    return extent;
+}
+
+// The mean place of all nodes and of those that are held.
+static int find_middles(const Body *body, Vec3 *middle, Vec3 *held)
+{
+    int count = 0, held_count = 0;
+    *middle = *held = (Vec3){0.0, 0.0, 0.0};
+    for (int i = 0; i < body->surface.node_used; i++) {
+        if (!has_faces(body, i))
+            continue;
+        Vec3 x = place(body, i);
+        *middle = vec3_add(*middle, x);
+        count++;
+        if (!body->ops->is_fixed(body->model, i))
+            continue;
+        *held = vec3_add(*held, x);
+        held_count++;
+    }
+    *middle = vec3_scale(1.0 / fmax(count, 1), *middle);
+    *held = vec3_scale(1.0 / fmax(held_count, 1), *held);
+    return held_count;
+}
+
+bool press_find_site(const Body *body, bool plane, PressSite *site)
+{
+    Vec3 middle, held;
+    int held_count = find_middles(body, &middle, &held);
+    Vec3 away = vec3_sub(middle, held);
+    if (plane)
+        away.z = 0.0;
+    // Held all around, or not at all: from above.
+    if (held_count == 0 || vec3_length(away) < 0.01 * press_extent(body))
+        away = plane ? vec3(0.0, 1.0, 0.0) : vec3(0.0, 0.0, 1.0);
+    away = vec3_unit(away);
+    double best = -HUGE_VAL;
+    for (int i = 0; i < body->surface.node_used; i++) {
+        if (!has_faces(body, i) || body->ops->is_fixed(body->model, i))
+            continue;
+        Vec3 arm = vec3_sub(place(body, i), middle);
+        double along = vec3_dot(arm, away);
+        double beside = vec3_length(vec3_sub(arm, vec3_scale(along, away)));
+        if (along - beside <= best)
+            continue;
+        best = along - beside;
+        site->point = place(body, i);
+    }
+    if (!(best > -HUGE_VAL))
+        return false;
+    Vec3 inward = vec3_sub(middle, site->point);
+    if (plane)
+        inward.z = site->point.z = 0.0;
+    site->inward = vec3_length(inward) > 1e-6 * press_extent(body) ? vec3_unit(inward)
+                                                                   : vec3_scale(-1.0, away);
+    site->edge = body->surface.longest_edge;
+    return true;
+}
+
+double press_depth(double extent)
+{
+    return DEPTH * extent;
+}
+
+// The shortest turn from one direction to another, both unit.
+static Quat turn_to(Vec3 from, Vec3 to)
+{
+    Vec3 axis = vec3_cross(from, to);
+    double sine = vec3_length(axis), angle = atan2(sine, vec3_dot(from, to));
+    if (sine < 1e-9) { // the same, or opposite: about anything across
+        Vec3 across = fabs(from.x) < 0.7 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0);
+        axis = vec3_cross(from, across);
+        sine = vec3_length(axis);
+    }
+    return quat_from_rotation(vec3_scale(angle / sine, axis));
+}
+
+void press_plan(StudyPress *press, int tool, const ToolOptions *options, const PressSite *site,
+                double extent, bool plane)
+{
+    const Capsule *tip = &options->capsule[0];
+    Vec3 shaft = vec3_sub(tip->to, tip->from), at = tip->from;
+    press->tool = tool;
+    press->orientation = (Quat){1.0, 0.0, 0.0, 0.0};
+    press->inward = site->inward;
+    if (!plane && vec3_length(shaft) > 0.0)
+        press->orientation = turn_to(vec3_unit(shaft), vec3_scale(-1.0, site->inward));
+    if (plane && tip->from.z * tip->to.z < 0.0) // where its axis meets the plane
+        at = vec3_madd(tip->from, -tip->from.z / shaft.z, shaft);
+    double clear = CLEAR * extent;
+    Vec3 tip_at = vec3_madd(site->point, -(tip->radius + clear), site->inward);
+    press->start = vec3_sub(tip_at, quat_rotate(press->orientation, at));
+    press->way = clear + press_depth(extent);
+    press->down_s = 0.2;
+    press->hold_s = 0.2;
+    press->back_s = 0.2;
+}
+
+static double smooth_way(const StudyPress *press, double time)
+{
+    const double pi = 3.14159265358979323846;
+    double back = time - press->down_s - press->hold_s;
+    double s = fmin(fmax(time / press->down_s, 0.0), 1.0);
+    if (back > 0.0)
+        s = 1.0 - fmin(back / press->back_s, 1.0);
+    return press->way * 0.5 * (1.0 - cos(pi * s));
+}
+
+double press_way_at(const StudyPress *press, double time, double knot_s)
+{
+    // Forgiving rounding: a tick that ends at a knot must not look beyond it.
+    double knot = floor(time / knot_s + 1e-9);
+    double from = smooth_way(press, knot * knot_s), to = smooth_way(press, (knot + 1.0) * knot_s);
+    return from + (to - from) * fmax(time / knot_s - knot, 0.0);
+}

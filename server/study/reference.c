@@ -1,0 +1,395 @@
+#include "study/reference.h"
+
+#include "study/case.h"
+#include "study/errors.h"
+#include "study/pool.h"
+#include "study/run.h"
+#include "study/world.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { RUNS = 3, FINEST = STUDY_MESHES, LISTS = STUDY_MESHES + 1 };
+
+// One reference: up to three runs, each twice as fine as the one before.
+typedef struct Refinement {
+    StudyReference reference;
+    StudyCase run[RUNS];
+    int first;       // runs before it are not made
+    double expected; // order of convergence
+    double seconds;  // of one processor, about
+    bool wanted;
+    StudyTrace *trace[RUNS];
+    bool failed;
+} Refinement;
+
+// What is to be done, and how far it is.
+typedef struct Plan {
+    StudyContext *context;
+    Refinement list[LISTS]; // by mesh; [FINEST] for the total error
+    int task_list[LISTS * RUNS], task_run[LISTS * RUNS];
+    int task_count, done;
+    size_t trace_bytes;
+    StudyReferenceProgress *progress;
+    void *user;
+} Plan;
+
+// What a task sends back: this, then the trace.
+typedef struct Reply {
+    StudyVerdict verdict;
+    char why[STUDY_WHY];
+    double time_step;
+} Reply;
+
+// ---------------------------------------------------------------------------------------------
+// Planning
+
+static const SceneBody *first_body(const Plan *plan)
+{
+    return &plan->context->scene.body[0];
+}
+
+static bool is_voxel(const Plan *plan)
+{
+    return first_body(plan)->model == MODEL_VOXEL;
+}
+
+static double budget(const Plan *plan)
+{
+    return plan->context->options.quick ? 20.0 : 120.0;
+}
+
+// The smallest step that any case asks for [s].
+static double smallest_step(const StudyCase *cases, int count, bool quick)
+{
+    double least = quick ? 2.5e-4 : 1e-4;
+    for (int i = 0; i < count; i++)
+        if (cases[i].time_step > 0.0)
+            least = fmin(least, cases[i].time_step);
+    return least;
+}
+
+// What a step costs, and how many are needed: of a world built for it.
+typedef struct Load {
+    int substeps;      // a tick, at the stability bound of the finest level
+    double evaluation; // of all forces once [s], about
+    double edge;       // [m]
+} Load;
+
+static bool weigh_case(const Plan *plan, StudyCase what, Load *load, Status *status)
+{
+    // Nanoseconds for a spring and an element, in double precision, on a usual machine.
+    static const double SPRING_S = 1e-8, ELEMENT_S = 1e-7, OF_ADAPTIVE = 0.3;
+    StudyScene copy;
+    World world;
+    what.time_step = 0.0;
+    if (!study_build(plan->context, &what, &copy, &world, status))
+        return false;
+    const Body *body = sim_body(world.sim, plan->context->body);
+    double growth = what.threshold > 0.0 ? fmax(OF_ADAPTIVE * exp2(2.0 * what.level), 1.0) : 1.0;
+    load->substeps = body->finest_substeps;
+    load->evaluation = body->spring_count * SPRING_S * growth + body->element_count * ELEMENT_S;
+    load->edge = body->surface.longest_edge * exp2(-(double)what.level);
+    world_destroy(&world);
+    study_destroy_scene(&copy);
+    return true;
+}
+
+static double cost_of(const Plan *plan, const Load *load, double substeps)
+{
+    const StudyContext *context = plan->context;
+    double ticks = context->sample_count * context->sample_s * context->scene.rate_hz;
+    return ticks * substeps * load->evaluation * (is_voxel(plan) ? 1.0 : 4.0);
+}
+
+static StudyCase reference_case(const Plan *plan, StudyCase what)
+{
+    what.integrator = is_voxel(plan) ? INTEGRATOR_LEAPFROG : INTEGRATOR_RK4;
+    what.precision = PRECISION_DOUBLE;
+    what.step_doubling = what.is_scene = false;
+    return what;
+}
+
+static void cannot(Refinement *of, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+static void cannot(Refinement *of, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(of->reference.what, sizeof of->reference.what, format, arguments);
+    va_end(arguments);
+    of->wanted = false;
+    of->reference.known = false;
+    of->reference.order = of->reference.own_error = NAN;
+}
+
+// Of one mesh: the same with half the step, and half of that.
+static void plan_time(Plan *plan, int m, StudyCase what, double step)
+{
+    Refinement *of = &plan->list[m];
+    Status status = {0};
+    Load load;
+    char mesh[48];
+    what = reference_case(plan, what);
+    study_name_mesh(&plan->context->scene, &what, mesh, sizeof mesh);
+    if (!weigh_case(plan, what, &load, &status)) {
+        cannot(of, "none: %s", status.text);
+        return;
+    }
+    const double tick = 1.0 / plan->context->scene.rate_hz;
+    double substeps = fmax(ceil(tick / step - 1e-9), load.substeps);
+    while (cost_of(plan, &load, 7.0 * substeps) > budget(plan) && substeps > load.substeps)
+        substeps = fmax(ceil(0.5 * substeps), load.substeps);
+    of->seconds = cost_of(plan, &load, 7.0 * substeps);
+    if (of->seconds > 5.0 * budget(plan)) {
+        cannot(of, "none: %s would take %.0f s", mesh, of->seconds);
+        return;
+    }
+    of->wanted = true;
+    of->expected = is_voxel(plan) ? 2.0 : 4.0;
+    for (int k = 0; k < RUNS; k++) {
+        of->run[k] = what;
+        of->run[k].time_step = tick / (substeps * exp2(k));
+        of->reference.step[k] = of->run[k].time_step;
+    }
+    snprintf(of->reference.what, sizeof of->reference.what, "%s double, %.4g ms, %s",
+             integrator_name(what.integrator), 1e3 * of->run[RUNS - 1].time_step, mesh);
+}
+
+// One run of the finest meshes; false: it cannot be, or takes too long.
+static bool plan_level(Plan *plan, int k, int level)
+{
+    Refinement *of = &plan->list[FINEST];
+    StudyCase what = reference_case(plan, study_scene_case(&plan->context->scene));
+    Status status = {0};
+    Load load;
+    what.detail = DETAIL_HELD;
+    what.level = level;
+    what.threshold = 0.0;
+    what.paper_rule = false;
+    if (!weigh_case(plan, what, &load, &status)) {
+        cannot(of, "none: %s", status.text);
+        return false;
+    }
+    double substeps = load.substeps * (plan->context->options.quick ? 1.0 : 2.0);
+    double seconds = cost_of(plan, &load, substeps);
+    if (seconds > budget(plan)) {
+        cannot(of, "none: level %d would take %.0f s", level, seconds);
+        return false;
+    }
+    of->seconds += seconds;
+    of->run[k] = what;
+    of->run[k].time_step = 1.0 / plan->context->scene.rate_hz / substeps;
+    of->reference.step[k] = load.edge;
+    return true;
+}
+
+static void name_finest(Plan *plan)
+{
+    Refinement *of = &plan->list[FINEST];
+    const StudyCase *last = &of->run[RUNS - 1];
+    char mesh[48];
+    study_name_mesh(&plan->context->scene, last, mesh, sizeof mesh);
+    of->wanted = true;
+    snprintf(of->reference.what, sizeof of->reference.what, "%s double, %.4g ms, %s",
+             integrator_name(last->integrator), 1e3 * last->time_step, mesh);
+}
+
+// One level more than the scene has and the two below it, or as fine as time allows.
+static void plan_finest_surface(Plan *plan)
+{
+    int top = first_body(plan)->surface.levels + 1;
+    for (top = top > 2 ? top : 2; top >= 2; top--) {
+        int k = RUNS;
+        plan->list[FINEST].seconds = 0.0;
+        while (k > 0 && plan_level(plan, k - 1, top - (RUNS - k)))
+            k--;
+        if (k == 0) {
+            plan->list[FINEST].expected = 2.0;
+            name_finest(plan);
+            return;
+        }
+    }
+}
+
+// Elements of one cell; and, where the body is a box, of half a cell, which is as close as its own
+// error can be told.
+static void plan_finest_voxel(Plan *plan)
+{
+    Refinement *of = &plan->list[FINEST];
+    of->expected = 1.0;
+    if (plan->context->may_halve && plan_level(plan, 2, -1) && plan_level(plan, 1, 0)) {
+        of->first = 1;
+    } else if (plan_level(plan, 2, 0)) {
+        of->first = 2;
+    } else {
+        return;
+    }
+    name_finest(plan);
+}
+
+static void add_tasks(Plan *plan, int list)
+{
+    // The longest first, so that no process is left with it at the end.
+    for (int k = RUNS - 1; k >= plan->list[list].first; k--) {
+        plan->task_list[plan->task_count] = list;
+        plan->task_run[plan->task_count++] = k;
+    }
+}
+
+static Plan *make_plan(StudyContext *context, const StudyCase *cases, int count)
+{
+    Plan *plan = calloc(1, sizeof *plan);
+    if (plan == NULL)
+        return NULL;
+    plan->context = context;
+    plan->trace_bytes = study_trace_bytes(context->sample_count, context->points.count);
+    double step = smallest_step(cases, count, context->options.quick);
+    if (is_voxel(plan))
+        plan_finest_voxel(plan);
+    else
+        plan_finest_surface(plan);
+    if (plan->list[FINEST].wanted)
+        add_tasks(plan, FINEST);
+    context->mesh_count = 0;
+    for (int i = 0; i < count && context->mesh_count < STUDY_MESHES; i++) {
+        if (study_mesh_of(context, &cases[i]) >= 0)
+            continue;
+        int m = context->mesh_count++;
+        context->mesh[m] = (StudyMesh){.detail = cases[i].detail,
+                                       .level = cases[i].level,
+                                       .threshold = cases[i].threshold,
+                                       .paper_rule = cases[i].paper_rule};
+        plan_time(plan, m, cases[i], step);
+        if (plan->list[m].wanted)
+            add_tasks(plan, m);
+    }
+    return plan;
+}
+
+static void destroy_plan(Plan *plan)
+{
+    for (int l = 0; l < LISTS; l++)
+        for (int k = 0; k < RUNS; k++)
+            free(plan->list[l].trace[k]);
+    free(plan);
+}
+
+bool study_plan_references(StudyContext *context, const StudyCase *cases, int count, char *text,
+                           size_t size)
+{
+    Plan *plan = make_plan(context, cases, count);
+    if (plan == NULL)
+        return false;
+    double seconds = 0.0;
+    for (int l = 0; l < LISTS; l++)
+        seconds += plan->list[l].wanted ? plan->list[l].seconds : 0.0;
+    snprintf(text, size,
+             "%d reference runs for %d meshes, about %.0f s of one processor; finest: %s",
+             plan->task_count, context->mesh_count, seconds, plan->list[FINEST].reference.what);
+    destroy_plan(plan);
+    return true;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Running
+
+static void run_task(void *user, int task, void *result)
+{
+    const Plan *plan = user;
+    const StudyContext *context = plan->context;
+    const Refinement *of = &plan->list[plan->task_list[task]];
+    StudyTrace *trace = (StudyTrace *)((Reply *)result + 1);
+    Reply *reply = result;
+    StudyRun run;
+    trace->sample_count = context->sample_count;
+    trace->point_count = context->points.count;
+    study_trace_case(context, &of->run[plan->task_run[task]], 1, &run, trace);
+    reply->verdict = run.verdict;
+    reply->time_step = run.time_step;
+    snprintf(reply->why, sizeof reply->why, "%s", run.why);
+}
+
+static void task_done(void *user, int task, const void *result, const char *why)
+{
+    Plan *plan = user;
+    int k = plan->task_run[task];
+    Refinement *of = &plan->list[plan->task_list[task]];
+    const Reply *reply = result;
+    char name[STUDY_NAME];
+    snprintf(name, sizeof name, "%s", of->reference.what);
+    if (reply != NULL && reply->verdict == STUDY_OK) {
+        of->trace[k] = malloc(plan->trace_bytes);
+        if (of->trace[k] != NULL)
+            memcpy(of->trace[k], reply + 1, plan->trace_bytes);
+    }
+    if (of->trace[k] == NULL && !of->failed) {
+        of->failed = true;
+        cannot(of, "none: %s", reply != NULL ? reply->why : why);
+    }
+    plan->done++;
+    if (plan->progress != NULL)
+        plan->progress(plan->user, plan->done, plan->task_count, name);
+}
+
+// What the runs say of each other.
+static void conclude(Refinement *of)
+{
+    StudyReference *reference = &of->reference;
+    reference->difference[0] = reference->difference[1] = NAN;
+    if (!of->wanted || of->failed || of->trace[RUNS - 1] == NULL)
+        return;
+    for (int k = of->first; k + 1 < RUNS; k++)
+        reference->difference[k] = study_errors(of->trace[k], of->trace[k + 1]).patch;
+    study_richardson(reference, of->expected);
+    if (of->first == 1) { // two runs tell no order
+        reference->own_error = reference->difference[1];
+        reference->known = isfinite(reference->own_error);
+    }
+}
+
+static StudyTrace *take_finest(Refinement *of)
+{
+    StudyTrace *trace = of->failed ? NULL : of->trace[RUNS - 1];
+    if (trace != NULL)
+        of->trace[RUNS - 1] = NULL;
+    return trace;
+}
+
+bool study_make_references(StudyContext *context, const StudyCase *cases, int count,
+                           StudyReferenceProgress *progress, void *user, StudyResult *result,
+                           Status *status)
+{
+    study_forget_references(context);
+    Plan *plan = make_plan(context, cases, count);
+    if (plan == NULL)
+        return status_fail(status, STATUS_FAILED, "out of memory");
+    plan->progress = progress;
+    plan->user = user;
+    const Pool pool = {.task_count = plan->task_count,
+                       .jobs = context->options.jobs,
+                       .result_bytes = sizeof(Reply) + plan->trace_bytes,
+                       .timeout_s = 4.0 * context->limit_s + 60.0,
+                       .user = plan,
+                       .run = run_task,
+                       .done = task_done};
+    bool ok = pool_run(&pool, status);
+    for (int l = 0; l < LISTS && ok; l++)
+        conclude(&plan->list[l]);
+    for (int m = 0; m < context->mesh_count && ok; m++) {
+        context->mesh[m].reference = plan->list[m].reference;
+        context->mesh_trace[m] = take_finest(&plan->list[m]);
+    }
+    if (ok) {
+        context->finest = plan->list[FINEST].reference;
+        context->finest_trace = take_finest(&plan->list[FINEST]);
+        result->finest = context->finest;
+        result->mesh_count = context->mesh_count;
+        memcpy(result->mesh, context->mesh, sizeof result->mesh);
+    }
+    destroy_plan(plan);
+    return ok;
+}

@@ -1,0 +1,256 @@
+#include "study/run.h"
+
+#include "base/clock.h"
+#include "run/realtime.h"
+#include "study/errors.h"
+#include "study/inputs.h"
+#include "study/sampler.h"
+#include "study/step_doubling.h"
+#include "study/world.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double FAR = 100.0;       // extents of the body: motion beyond all bounds
+static const double REPEAT_UP_TO = 30; // [s] of all repeats together
+
+// One run of a case.
+typedef struct Once {
+    const StudyContext *context;
+    const StudyCase *what;
+    StudyRun *run;
+    StudyTrace *trace; // or NULL
+    double *tick_s;    // [tick_count] CPU time of each tick
+    int tick_count;
+    double cpu_s; // of all
+} Once;
+
+static void set_verdict(StudyRun *run, StudyVerdict verdict, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+// The first one stays.
+static void set_verdict(StudyRun *run, StudyVerdict verdict, const char *format, ...)
+{
+    if (run->verdict != STUDY_OK)
+        return;
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(run->why, sizeof run->why, format, arguments);
+    va_end(arguments);
+    run->verdict = verdict;
+}
+
+// What reading the clock costs by itself [ns].
+static int64_t clock_cost(void)
+{
+    int64_t least = INT64_MAX;
+    for (int i = 0; i < 100; i++) {
+        int64_t begin = clock_thread_ns(), spent = clock_thread_ns() - begin;
+        least = spent < least ? spent : least;
+    }
+    return least;
+}
+
+static int64_t step(Sim *sim, StepDoubling *doubling)
+{
+    if (doubling != NULL)
+        return step_doubling_step(doubling);
+    int64_t begin = clock_thread_ns();
+    sim_step(sim);
+    return clock_thread_ns() - begin;
+}
+
+static bool went_well(Once *once, const Sampler *sampler, bool finite, int64_t resets, double now)
+{
+    StudyRun *run = once->run;
+    if (resets > 0)
+        set_verdict(run, STUDY_BAD, "bad numbers at %.4g s: the state was reset", now);
+    else if (!finite)
+        set_verdict(run, STUDY_BAD, "a number is not finite at %.4g s", now);
+    else if (sampler->moved > FAR * once->context->extent)
+        set_verdict(run, STUDY_BAD, "a point moved %.3g m by %.4g s", sampler->moved, now);
+    else if (once->cpu_s > once->context->limit_s)
+        set_verdict(run, STUDY_SKIPPED, "took more than %g s for %.4g simulated s",
+                    once->context->limit_s, now);
+    return run->verdict == STUDY_OK;
+}
+
+// Drives a world to the end.
+static void play(Once *once, World *world, StudyPlay *inputs, Sampler *sampler,
+                 StepDoubling *doubling)
+{
+    Sim *sim = world->sim;
+    const int64_t cost = clock_cost();
+    const int ticks_per_sample = (int)lround(once->context->sample_s / sim_tick(sim));
+    bool goes_on = true;
+    for (int s = 0; s < once->context->sample_count && goes_on; s++) {
+        for (int k = 0; k < ticks_per_sample; k++) {
+            study_play_tick(inputs);
+            int64_t spent = step(sim, doubling) - cost;
+            double seconds = 1e-9 * (double)(spent > 0 ? spent : 0);
+            once->tick_s[once->tick_count++] = seconds;
+            once->cpu_s += seconds;
+            sampler_feel(sampler);
+        }
+        SimEvent event;
+        while (sim_take_event(sim, &event)) // nobody is told
+            ;
+        bool finite = sampler_take(sampler, once->trace);
+        int64_t resets = doubling != NULL ? doubling->resets : sim_resets(sim);
+        goes_on = went_well(once, sampler, finite, resets, sim_time(sim));
+    }
+}
+
+static void describe(Once *once, const World *world, const Scene *scene)
+{
+    const Body *body = sim_body(world->sim, once->context->body);
+    once->run->rate_hz = scene->rate_hz;
+    once->run->substeps = body->substeps;
+    once->run->time_step = body->h;
+}
+
+static void out_of_memory(StudyRun *run)
+{
+    set_verdict(run, STUDY_SKIPPED, "out of memory");
+}
+
+// The file and line are those of the scene, of which all cases are.
+static const char *without_path(const StudyContext *context, const char *text)
+{
+    size_t length = strlen(context->given->path);
+    const char *colon = strstr(text, ": ");
+    return strncmp(text, context->given->path, length) == 0 && colon != NULL ? colon + 2 : text;
+}
+
+// Builds the world and plays it.
+static void run_once(Once *once)
+{
+    const StudyContext *context = once->context;
+    StudyRun *run = once->run;
+    StudyScene copy;
+    World world;
+    Status status = {0};
+    if (!study_build(context, once->what, &copy, &world, &status)) {
+        set_verdict(run, STUDY_REFUSED, "%s", without_path(context, status.text));
+        return;
+    }
+    describe(once, &world, &copy.scene);
+    StudyPlay inputs = {0};
+    Sampler sampler = {0};
+    StepDoubling doubling = {0};
+    const int ticks =
+        context->sample_count * ((int)lround(context->sample_s * copy.scene.rate_hz) + 1);
+    once->tick_s = malloc((size_t)ticks * sizeof *once->tick_s);
+    bool ready = once->tick_s != NULL &&
+                 sampler_create(&sampler, context, &world, once->what->level < 0) &&
+                 (!once->what->step_doubling ||
+                  step_doubling_create(&doubling, &world, context->body,
+                                       once->what->tolerance * context->extent));
+    if (!ready)
+        out_of_memory(run);
+    else if (!study_play_begin(&inputs, context, &world, &copy.scene, &status))
+        set_verdict(run, STUDY_REFUSED, "%s", status.text);
+    else
+        play(once, &world, &inputs, &sampler, once->what->step_doubling ? &doubling : NULL);
+    if (sampler.id != NULL) {
+        run->nodes_least = sampler.nodes_least;
+        run->nodes_most = sampler.nodes_most;
+        run->links = sampler.links_most;
+    }
+    study_play_end(&inputs);
+    step_doubling_destroy(&doubling);
+    sampler_destroy(&sampler);
+    world_destroy(&world);
+    study_destroy_scene(&copy);
+}
+
+static int by_size(const void *a, const void *b)
+{
+    double p = *(const double *)a, q = *(const double *)b;
+    return (p > q) - (p < q);
+}
+
+static double quantile(const double *sorted, int count, double share)
+{
+    int at = (int)ceil(share * count) - 1;
+    return count == 0 ? 0.0 : sorted[at < 0 ? 0 : at];
+}
+
+// Of the repeat whose ticks are given.
+static void take_ticks(StudyRun *run, double *tick_s, int count)
+{
+    qsort(tick_s, (size_t)count, sizeof *tick_s, by_size);
+    run->tick_p50 = quantile(tick_s, count, 0.5);
+    run->tick_p99 = quantile(tick_s, count, 0.99);
+    run->tick_most = quantile(tick_s, count, 1.0);
+}
+
+// The median is that of the lower middle repeat, whose ticks are told.
+static void summarize(StudyRun *run, Once *repeat)
+{
+    int order[STUDY_REPEATS];
+    for (int i = 0; i < run->repeats; i++) {
+        int k = i;
+        for (; k > 0 && run->cpu_s[order[k - 1]] > run->cpu_s[i]; k--)
+            order[k] = order[k - 1];
+        order[k] = i;
+    }
+    int middle = order[(run->repeats - 1) / 2];
+    run->cpu_least = run->cpu_s[order[0]];
+    run->cpu_median = run->cpu_s[middle];
+    run->cpu_most = run->cpu_s[order[run->repeats - 1]];
+    take_ticks(run, repeat[middle].tick_s, repeat[middle].tick_count);
+}
+
+bool study_trace_case(const StudyContext *context, const StudyCase *what, int repeats,
+                      StudyRun *run, StudyTrace *trace)
+{
+    Once repeat[STUDY_REPEATS] = {0};
+    double all = 0.0;
+    memset(run, 0, sizeof *run);
+    run->what = *what;
+    run->time = run->total = study_no_errors();
+    realtime_flush_denormals();
+    if (trace != NULL) {
+        trace->used = 0;
+        trace->extent = context->extent;
+        trace->rest_volume = context->rest_volume;
+        trace->has_volume = isfinite(context->rest_volume);
+        trace->has_force = context->scene.tool_count > 0;
+    }
+    for (int r = 0; r < repeats && (r == 0 || all < REPEAT_UP_TO); r++) {
+        repeat[r] =
+            (Once){.context = context, .what = what, .run = run, .trace = r == 0 ? trace : NULL};
+        run_once(&repeat[r]);
+        if (run->verdict != STUDY_OK)
+            break;
+        run->cpu_s[r] = repeat[r].cpu_s / (context->sample_count * context->sample_s);
+        run->repeats = r + 1;
+        all += repeat[r].cpu_s;
+    }
+    if (run->repeats > 0)
+        summarize(run, repeat);
+    for (int r = 0; r < STUDY_REPEATS; r++)
+        free(repeat[r].tick_s);
+    return true;
+}
+
+bool study_run_case(const StudyContext *context, const StudyCase *what, StudyRun *run)
+{
+    StudyTrace *trace = study_trace_create(context->sample_count, context->points.count);
+    if (trace == NULL)
+        return false;
+    bool ok = study_trace_case(context, what, context->options.repeats, run, trace);
+    int mesh = study_mesh_of(context, what);
+    if (run->verdict == STUDY_OK) {
+        if (mesh >= 0 && context->mesh_trace[mesh] != NULL)
+            run->time = study_errors(trace, context->mesh_trace[mesh]);
+        if (context->finest_trace != NULL)
+            run->total = study_errors(trace, context->finest_trace);
+    }
+    free(trace);
+    return ok;
+}

@@ -1,0 +1,162 @@
+#include "study/sampler.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+bool sampler_create(Sampler *sampler, const StudyContext *context, const World *world, bool halved)
+{
+    const Body *body = sim_body(world->sim, context->body);
+    size_t rows = (size_t)body->state_capacity, slots = (size_t)body->mesh.node_capacity;
+    *sampler = (Sampler){.context = context,
+                         .body = body,
+                         .sim = world->sim,
+                         .halved = halved,
+                         .topology = -1,
+                         .nodes_least = body->state_capacity};
+    sampler->id = malloc(rows * sizeof *sampler->id);
+    sampler->position = malloc(rows * sizeof(Vec3));
+    sampler->velocity = malloc(rows * sizeof(Vec3));
+    sampler->mesh = calloc(3 * (slots > 0 ? slots : 1), sizeof *sampler->mesh);
+    if (sampler->id != NULL && sampler->position != NULL && sampler->velocity != NULL &&
+        sampler->mesh != NULL)
+        return true;
+    sampler_destroy(sampler);
+    return false;
+}
+
+void sampler_destroy(Sampler *sampler)
+{
+    free(sampler->id);
+    free(sampler->position);
+    free(sampler->velocity);
+    free(sampler->mesh);
+    *sampler = (Sampler){0};
+}
+
+void sampler_feel(Sampler *sampler)
+{
+    double tick = sim_tick(sampler->sim);
+    for (int t = 0; t < sim_tool_count(sampler->sim); t++)
+        if (sim_tool(sampler->sim, t)->kind != TOOL_STATIC)
+            sampler->impulse =
+                vec3_madd(sampler->impulse, tick, sim_wrench(sampler->sim, t)->force);
+    sampler->since += tick;
+}
+
+typedef struct IdRow {
+    int id, row;
+} IdRow;
+
+static int by_id(const void *a, const void *b)
+{
+    const IdRow *p = a, *q = b;
+    return (p->id > q->id) - (p->id < q->id);
+}
+
+// Which rows hold the points: once a topology.
+static void find_rows(Sampler *sampler, int rows)
+{
+    const StudyPoints *points = &sampler->context->points;
+    const int *wanted = sampler->halved ? points->fine_id : points->id;
+    IdRow point[STUDY_POINTS];
+    int nodes = 0, links = sampler->body->spring_count + sampler->body->element_count;
+    for (int p = 0; p < points->count; p++) {
+        point[p] = (IdRow){wanted[p], p};
+        sampler->row[p] = -1;
+    }
+    qsort(point, (size_t)points->count, sizeof *point, by_id);
+    for (int r = 0; r < rows; r++) {
+        const IdRow key = {.id = sampler->id[r]};
+        nodes += key.id >= 0;
+        const IdRow *found = bsearch(&key, point, (size_t)points->count, sizeof *point, by_id);
+        if (key.id >= 0 && found != NULL)
+            sampler->row[found->row] = r;
+    }
+    sampler->nodes_least = nodes < sampler->nodes_least ? nodes : sampler->nodes_least;
+    sampler->nodes_most = nodes > sampler->nodes_most ? nodes : sampler->nodes_most;
+    sampler->links_most = links > sampler->links_most ? links : sampler->links_most;
+    sampler->topology = sampler->body->mesh.topology;
+}
+
+static Vec3 corner(const float *position, int node)
+{
+    return vec3((double)position[3 * node], (double)position[3 * node + 1],
+                (double)position[3 * node + 2]);
+}
+
+// About the first corner in use, so that a body far from the origin loses no digits.
+double sampler_volume(const BodyMesh *mesh, const float *position, double extent)
+{
+    double volume = 0.0, area = 0.0;
+    Vec3 areas = {0.0, 0.0, 0.0}, about = {0.0, 0.0, 0.0};
+    for (int t = 0; t < mesh->triangle_count; t++) {
+        const int *node = mesh->triangle[t];
+        if (node[0] == node[1])
+            continue; // a free place
+        if (!(area > 0.0))
+            about = corner(position, node[0]);
+        Vec3 a = vec3_sub(corner(position, node[0]), about);
+        Vec3 b = vec3_sub(corner(position, node[1]), about);
+        Vec3 c = vec3_sub(corner(position, node[2]), about);
+        Vec3 normal = vec3_cross(vec3_sub(b, a), vec3_sub(c, a));
+        volume += vec3_dot(a, vec3_cross(b, c)) / 6.0;
+        areas = vec3_add(areas, normal);
+        area += vec3_length(normal);
+    }
+    // The areas of a closed surface, as vectors, cancel; to what float positions allow.
+    bool closed = vec3_length(areas) < 1e-4 * area;
+    return closed && fabs(volume) > 1e-6 * extent * extent * extent ? volume : (double)NAN;
+}
+
+static bool is_finite(Vec3 v)
+{
+    return isfinite(v.x) && isfinite(v.y) && isfinite(v.z);
+}
+
+bool sampler_take(Sampler *sampler, StudyTrace *trace)
+{
+    const StudyContext *context = sampler->context;
+    const StudyPoints *points = &context->points;
+    const Body *body = sampler->body;
+    bool changed = sampler->topology != body->mesh.topology;
+    int rows = body->ops->read_state(body->model, changed ? sampler->id : NULL, sampler->position,
+                                     sampler->velocity);
+    if (changed)
+        find_rows(sampler, rows);
+    Vec3 patch = {0.0, 0.0, 0.0};
+    bool finite = true;
+    int index = trace != NULL ? trace->used : 0;
+    for (int p = 0; p < points->count; p++) {
+        // What was cut away stays, for this purpose, where it was last.
+        int row = sampler->row[p];
+        Vec3 moved = {0.0, 0.0, 0.0};
+        if (row >= 0)
+            moved = vec3_sub(sampler->position[row], points->rest[p]);
+        else if (trace != NULL && index > 0)
+            moved = study_trace_points(trace, index - 1)[p];
+        finite = finite && is_finite(moved);
+        sampler->moved = fmax(sampler->moved, vec3_length(moved));
+        patch = vec3_madd(patch, points->weight[p], moved);
+        if (trace != NULL)
+            study_trace_points(trace, index)[p] = moved;
+    }
+    if (trace == NULL)
+        return finite;
+    BodyMeasure measure = {0};
+    body->ops->measure(body->model, &measure);
+    StudySample *sample = study_trace_sample(trace, index);
+    *sample = (StudySample){
+        .patch = patch, .kinetic = measure.kinetic, .elastic = measure.elastic, .volume = NAN};
+    if (trace->has_volume) {
+        body->ops->snapshot(body->model, sampler->mesh, NULL);
+        sample->volume = sampler_volume(&body->mesh, sampler->mesh, context->extent);
+    }
+    if (sampler->since > 0.0)
+        sample->force = vec3_scale(1.0 / sampler->since, sampler->impulse);
+    sampler->impulse = (Vec3){0.0, 0.0, 0.0};
+    sampler->since = 0.0;
+    trace->used = index + 1;
+    return finite && isfinite(sample->kinetic) && isfinite(sample->elastic) &&
+           is_finite(sample->force);
+}

@@ -1,0 +1,135 @@
+#include "study/world.h"
+
+#include "voxel/layout.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+bool study_copy_scene(const Scene *from, StudyScene *copy)
+{
+    size_t bytes = (size_t)from->body_count * sizeof *copy->body;
+    *copy = (StudyScene){.scene = *from, .body = malloc(bytes)};
+    if (copy->body == NULL)
+        return false;
+    memcpy(copy->body, from->body, bytes);
+    copy->scene.body = copy->body;
+    copy->scene.threads = 1; // what is measured is the time of one processor
+    copy->scene.prepared = NULL;
+    copy->scene.publish.all_nodes = false;
+    for (int b = 0; b < from->body_count; b++)
+        copy->body[b].skin.file = NULL;
+    return true;
+}
+
+void study_destroy_scene(StudyScene *copy)
+{
+    free(copy->body);
+    *copy = (StudyScene){0};
+}
+
+static void change_surface(SurfaceOptions *surface, const StudyCase *what)
+{
+    // What `adapt = {}` says (config/README.md), where the scene says nothing.
+    static const SurfaceAdapt usual = {
+        .force = 0.005, .speed = 0.3, .curvature = 0.4, .check_hz = 100.0};
+    surface->integrator = what->integrator;
+    surface->adjust = what->paper_rule ? ADJUST_CHOI2005 : ADJUST_CONTINUUM;
+    if (what->detail == DETAIL_SCENE)
+        return;
+    surface->adaptive = what->detail == DETAIL_ADAPTIVE;
+    surface->start_level = surface->adaptive ? 0 : what->level;
+    // There are no rules of levels without levels, and a body held at level 0 has them too.
+    surface->levels = what->level > 0 ? what->level : 1;
+    if (!surface->adaptive)
+        return;
+    if (!(surface->adapt.force > 0.0))
+        surface->adapt = usual;
+    surface->adapt.force *= what->threshold;
+    surface->adapt.speed *= what->threshold;
+    surface->adapt.curvature *= what->threshold;
+}
+
+static void change_voxel(SceneBody *body, const StudyCase *what)
+{
+    VoxelSource *voxels = &body->voxels;
+    body->voxel.integrator = what->integrator;
+    body->voxel.law = what->paper_rule ? VOXEL_MIYAZAKI2004 : VOXEL_AFFINE;
+    if (what->detail == DETAIL_SCENE)
+        return;
+    body->voxel.levels = what->level > 0 ? what->level : 0;
+    if (what->level >= 0)
+        return;
+    voxels->size *= 0.5;
+    for (int k = 0; k < 3; k++)
+        voxels->count[k] *= 2;
+}
+
+void study_change_scene(StudyScene *copy, const StudyCase *what, double sample_s)
+{
+    Scene *scene = &copy->scene;
+    double step = what->time_step;
+    // A step longer than the tick wants a longer tick, of which a whole number fits a sample.
+    if (step > (1.0 + 1e-9) / scene->rate_hz) {
+        double ticks = ceil(sample_s / step * (1.0 - 1e-9));
+        double rate = fmax(ticks, 1.0) / sample_s;
+        step = fmin(step, 1.0 / rate);
+        if (rate < scene->rate_hz)
+            scene->rate_hz = rate;
+    }
+    // What chooses its own step is not bound to the tick, unless the body adapts at ticks.
+    if (what->step_doubling && !(what->threshold > 0.0))
+        scene->rate_hz = 1.0 / sample_s;
+    scene->precision = what->precision;
+    for (int b = 0; b < scene->body_count; b++) {
+        SceneBody *body = &copy->body[b];
+        // The scene's own step may be one that it calls unsafe; no other case takes such a step.
+        if (body->model == MODEL_SURFACE) {
+            change_surface(&body->surface, what);
+            body->surface.adapt.check_hz = fmin(body->surface.adapt.check_hz, scene->rate_hz);
+            body->surface.time_step = step;
+            body->surface.unsafe_time_step &= what->is_scene;
+        } else {
+            change_voxel(body, what);
+            body->voxel.time_step = step;
+            body->voxel.unsafe_time_step &= what->is_scene;
+        }
+    }
+}
+
+// What the reading of a scene refuses, and building it takes for granted.
+static bool check(const StudyScene *copy, Status *status)
+{
+    for (int b = 0; b < copy->scene.body_count; b++) {
+        const SceneBody *body = &copy->body[b];
+        if (body->model != MODEL_VOXEL)
+            continue;
+        if (body->voxel.levels > VOXEL_LEVELS_MAX)
+            return status_fail(status, STATUS_INVALID, "levels %d exceeds %d", body->voxel.levels,
+                               VOXEL_LEVELS_MAX);
+        if (body->voxel.integrator != INTEGRATOR_LEAPFROG &&
+            body->voxel.integrator != INTEGRATOR_SYMPLECTIC_EULER)
+            return status_fail(status, STATUS_INVALID, "integrator %s means nothing to voxels",
+                               integrator_name(body->voxel.integrator));
+        for (int m = 0; m < body->voxel.material_count; m++)
+            if (body->voxel.law == VOXEL_MIYAZAKI2004 && body->material[m].poisson_ratio > 0.0)
+                return status_fail(status, STATUS_INVALID,
+                                   "law miyazaki2004 knows only poisson_ratio 0, not %g",
+                                   body->material[m].poisson_ratio);
+    }
+    return true;
+}
+
+bool study_build(const StudyContext *context, const StudyCase *what, StudyScene *copy, World *world,
+                 Status *status)
+{
+    const BuildOptions options = {.isa = context->options.isa,
+                                  .may_load = context->inputs.drive == DRIVE_LOG};
+    if (!study_copy_scene(&context->scene, copy))
+        return status_fail(status, STATUS_FAILED, "out of memory");
+    study_change_scene(copy, what, context->sample_s);
+    if (check(copy, status) && world_build(world, &copy->scene, &options, status))
+        return true;
+    study_destroy_scene(copy);
+    return false;
+}
