@@ -69,6 +69,13 @@ static const Feature SURFACE[] = {
      .kernel = "plain_body",
      .arrays = {"/shape rate", "/drag", "/rigid frame"}},
     {.name = "prestress", .body = "prestress = 0.05;", .kernel = "plain_none_prestressed"},
+    {.name = "implicit integration",
+     .body = "integrator = \"implicit\";",
+     // Valgrind 3.19 does not know every instruction that the compiler chooses for AVX.
+     .arguments = "--isa baseline",
+     .kernel = "", // the springs are its own
+     .files = {"surface/implicit"},
+     .arrays = {"/implicit"}},
     {.name = "refinement",
      .body = "levels = 1; adapt = {};",
      .kernel = "plain_none_scattered", // nodes in rows that come and go
@@ -130,7 +137,8 @@ static const char *const PLAIN_FILES[] = {"surface/kernel/",
                                           "voxel/batch.c",
                                           "voxel/kernel.c",
                                           "voxel/rotation.c",
-                                          "voxel/jacobi.c", // of elements that turn far in a step
+                                          "voxel/jacobi.c",   // of elements that turn far in a step
+                                          "dynamics/guard.c", // which no scene leaves out
                                           "dynamics/step.c",
                                           "dynamics/integrator",
                                           "dynamics/rows.c",
@@ -165,7 +173,7 @@ static void expect_kernel(const Profile *profile, const Feature *feature, const 
             (strstr(name, "external") != NULL && feature->tail == NULL))
             fail_msg("with %s the kernel %s ran, not %s", feature->name, name, kernel);
     }
-    if (!any && feature->tail == NULL)
+    if (!any && kernel[0] != '\0' && feature->tail == NULL)
         fail_msg("with %s the kernel %s did not run", feature->name, kernel);
 }
 
