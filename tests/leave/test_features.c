@@ -78,6 +78,7 @@ static const Case SURFACE[] = {
      .body = "shape = { frame = \"body\"; };",
      .others = 1}, // shape springs
     {.feature = "prestress", .body = "prestress = 0.05;"},
+    {.feature = "implicit integration", .body = "integrator = \"implicit\";"},
     {.feature = "finer levels of detail", .body = "levels = 1;"},
     {.feature = "refinement at run time", .body = "levels = 1; adapt = {};", .others = 2},
     {.feature = "time budget of the detail", .body = "levels = 1; adapt = {};", .others = 2},
