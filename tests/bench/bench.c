@@ -226,6 +226,7 @@ int main(int argc, char **argv)
 #endif
     bench_live(&bench);
     bench_cuts(&bench);
+    bench_estimates(&bench);
     if (bench.table != NULL && fclose(bench.table) != 0) {
         fprintf(stderr, "pliant-bench: cannot write %s: %s\n", arguments.table, strerror(errno));
         return 1;

@@ -49,6 +49,7 @@ void bench_load(Bench *bench);
 void bench_levels(Bench *bench);
 void bench_live(Bench *bench);
 void bench_cuts(Bench *bench);
+void bench_estimates(Bench *bench);
 // Where voxel bodies are built in.
 void bench_voxels(Bench *bench);
 void bench_voxel_presses(Bench *bench);

@@ -79,6 +79,7 @@ static void on_status(const lcm_recv_buf_t *buffer, const char *channel, const p
     }
     if (m->num_bodies > 0) {
         seen->max_displacement = m->body[0].max_displacement;
+        seen->estimated_error = m->body[0].estimated_error;
         seen->kinetic = m->body[0].kinetic;
     }
 }

@@ -32,7 +32,7 @@ typedef struct StatusSeen {
     int reasons;
     char reason[REASONS_MAX][64];
     int64_t reason_count[REASONS_MAX];
-    double max_displacement, kinetic;
+    double max_displacement, kinetic, estimated_error;
 } StatusSeen;
 
 typedef struct FramesSeen {
