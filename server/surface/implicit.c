@@ -28,7 +28,7 @@ static void advance(SurfaceModel *model, double *next, double *ahead)
 {
     const Implicit *system = model->implicit;
     const double h = system->h, part = system->theta * h;
-    const double speed_limit = SPEED_LIMIT(PRECISION_DOUBLE);
+    const double speed_limit = SPEED_LIMIT;
     bool good = true;
     for (int i = 0; i < system->moving; i++) {
         const int slot = system->slot[i];
