@@ -78,8 +78,8 @@ void study_change_scene(StudyScene *copy, const StudyCase *what, double sample_s
         if (rate < scene->rate_hz)
             scene->rate_hz = rate;
     }
-    // What chooses its own step is not bound to the tick, unless the body adapts at ticks.
-    if (what->step_doubling && !(what->threshold > 0.0))
+    // What chooses its own step is not bound to the tick, unless something is decided at ticks.
+    if (what->step_doubling && !(what->threshold > 0.0) && scene->tool_count == 0)
         scene->rate_hz = 1.0 / sample_s;
     scene->precision = what->precision;
     for (int b = 0; b < scene->body_count; b++) {
