@@ -102,8 +102,6 @@ static void print_surface(const SceneBody *described, const Body *body, bool tou
         {described->fixed_count > 0, "held nodes", "fixed = ( ... )"},
         {touched && body->tuning.friction > 0.0, "friction at tools",
          "contact.friction, with tools"},
-        {body->integrator == INTEGRATOR_IMPLICIT, "implicit integration",
-         "integrator = \"implicit\" or \"auto\""},
         {options->levels > 0, "finer levels of detail", "levels"},
         {body->ops->adapt != NULL, "refinement at run time", "adapt = { ... }"},
         {body->ops->cut != NULL, "cuts", "cuttable = true"},

@@ -79,7 +79,6 @@ static const Case SURFACE[] = {
      .others = 1}, // shape springs
     {.feature = "prestress", .body = "prestress = 0.05;"},
     {.feature = "implicit integration", .body = "integrator = \"implicit\";"},
-    {.feature = "implicit integration", .body = "integrator = \"implicit\";"},
     {.feature = "finer levels of detail", .body = "levels = 1;"},
     {.feature = "refinement at run time", .body = "levels = 1; adapt = {};", .others = 2},
     {.feature = "time budget of the detail", .body = "levels = 1; adapt = {};", .others = 2},
