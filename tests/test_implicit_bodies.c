@@ -414,6 +414,29 @@ static void substeps_are_steps(void **unused)
     }
 }
 
+// What SET scales is scaled in forces and matrix alike.
+static void scaled_springs_are_springs_of_that_stiffness(void **unused)
+{
+    (void)unused;
+    FixtureOptions options = busy_options(0);
+    options.material = (SurfaceMaterial){
+        .uniform = true, .spring_stiffness = 1e5, .spring_damping = 20.0, .node_mass = 1e-3};
+    Fixture scaled, plain;
+    fixture_create_sphere(&scaled, &options);
+    const BodyOps *ops = scaled.body->ops;
+    assert_true(ops->set(scaled.body->model, BODY_STIFFNESS_SCALE, 4.0));
+    assert_true(ops->set(scaled.body->model, BODY_DAMPING_SCALE, 0.5));
+    options.material.spring_stiffness *= 4.0;
+    options.material.spring_damping *= 2.0;
+    fixture_create_sphere(&plain, &options);
+    fixture_run(&scaled, 50);
+    fixture_run(&plain, 50);
+    for (int i = 0; i < plain.mesh.node_count; i++) // powers of two: not even rounding differs
+        assert_memory_equal(&scaled.x[i], &plain.x[i], sizeof plain.x[i]);
+    fixture_destroy(&scaled);
+    fixture_destroy(&plain);
+}
+
 // --- the choice ---
 
 static void automatic_body_is_implicit_where_leapfrog_takes_too_many_substeps(void **unused)
@@ -475,6 +498,7 @@ int main(void)
         cmocka_unit_test(state_goes_on_elsewhere_with_the_same_bits),
         cmocka_unit_test(every_instruction_set_level_gives_the_same_bits),
         cmocka_unit_test(substeps_are_steps),
+        cmocka_unit_test(scaled_springs_are_springs_of_that_stiffness),
         cmocka_unit_test(automatic_body_is_implicit_where_leapfrog_takes_too_many_substeps),
         cmocka_unit_test(refusal_of_too_many_substeps_names_the_bound_and_the_way_out),
     };
