@@ -97,6 +97,9 @@ static void print_bodies(const pliant_status_t *s, FILE *out)
         fprintf(out, "  pieces %d  mass %.4g kg\n", b->pieces, b->mass);
         fprintf(out, "  kinetic %.3e J  elastic %.3e J  largest displacement %.3f mm\n", b->kinetic,
                 b->elastic, 1e3 * b->max_displacement);
+        if (b->estimated_error > 0.0)
+            fprintf(out, "  a tick's time steps are off by %.2g of that, by estimate\n",
+                    b->estimated_error);
     }
 }
 

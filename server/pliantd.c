@@ -299,19 +299,35 @@ static sigset_t block_signals(void)
     return signals;
 }
 
+static LiveOptions live_options(World *world, const Arguments *arguments, sigset_t signals)
+{
+    const Body *body = sim_body(world->sim, 0); // every scene has a body
+    return (LiveOptions){.lcm_url = arguments->lcm_url,
+                         .isa = body->ops->isa(body->model),
+                         .duration_s = arguments->duration_s,
+                         .checkpoint_path = arguments->checkpoint,
+                         .checkpoint_s = arguments->checkpoint_s,
+                         .input_log_path = arguments->log_inputs,
+                         .record_path = arguments->record,
+                         .signals = signals};
+}
+
+// With everything that a live run adds, unless the plan of a run off line is asked for.
+static void explain_run(World *world, const Scene *scene, const Arguments *arguments,
+                        sigset_t signals)
+{
+    const LiveOptions live = live_options(world, arguments, signals);
+    const ExchangeOptions asked = live_exchange(scene, &live);
+    if (!arguments->offline)
+        live_reserve(world, scene, &live);
+    explain_plan(world, scene, arguments->offline ? NULL : &asked, stdout);
+}
+
 static bool run_world(World *world, Scene *scene, const Arguments *arguments, InputLogReader *input,
                       sigset_t signals, Status *status)
 {
     if (arguments->explain) {
-        // With what a live run adds for its threads to exchange.
-        ExchangeOptions reserved = {.velocity = scene->publish.velocity,
-                                    .checkpoints = arguments->checkpoint != NULL,
-                                    .logs_inputs = arguments->log_inputs != NULL,
-                                    .records = arguments->record != NULL,
-                                    .nodes_hz = scene->publish.nodes_hz};
-        Exchange exchange;
-        exchange_create(&exchange, world, &reserved);
-        explain_plan(world, scene, &reserved, stdout);
+        explain_run(world, scene, arguments, signals);
         return true;
     }
     if (arguments->check) {
@@ -331,17 +347,10 @@ static bool run_world(World *world, Scene *scene, const Arguments *arguments, In
         report_offline(world, &result, stdout);
         return true;
     }
-    const Body *body = sim_body(world->sim, 0); // every scene has a body
-    LiveOptions live = {.lcm_url = arguments->lcm_url,
-                        .isa = body->ops->isa(body->model),
-                        .duration_s = arguments->duration_s,
-                        .checkpoint_path = arguments->checkpoint,
-                        .checkpoint_s = arguments->checkpoint_s,
-                        .input_log_path = arguments->log_inputs,
-                        .record_path = arguments->record,
-                        .signals = signals};
+    const LiveOptions how = live_options(world, arguments, signals);
+    Live *live = live_reserve(world, scene, &how);
     LiveResult result = {0};
-    bool whole = live_run(world, scene, &live, &result, status);
+    bool whole = live_run(live, &result, status);
     if (result.ticks > 0 || whole)
         report_live(world, &result, stdout);
     return whole;

@@ -15,6 +15,8 @@ typedef struct FixtureOptions {
     int levels, start_level;
     SurfaceAdjust adjust;
     IntegratorKind integrator;
+    SurfaceImplicit implicit;
+    bool automatic; // integrator = "auto"
     Precision precision; // double when zeroed
     double time_step;    // 0: from the bound
     bool unsafe_time_step;

@@ -251,9 +251,9 @@ static bool toy_commit(void *self)
     return true;
 }
 
-static void toy_restore(void *self, bool to_start)
+static void toy_restore(void *self, RestoreMode mode)
 {
-    (void)self, (void)to_start;
+    (void)self, (void)mode;
 }
 
 static void toy_read_nodes(const void *self, const int *node, int count, Vec3 *position,

@@ -82,9 +82,28 @@ static void motion_does_not_depend_on_it(void **state)
     assert_true(hash[0] == hash[1]);
 }
 
+// Springs alone resist: nodes without shape springs and drag have no rates of their own to read.
+static void a_wall_without_shape_springs_tells_it_too(void **state)
+{
+    (void)state;
+    BenchOptions options = bench_with_tool(bench_ico_sphere(2), bench_ball(0.005));
+    options.contact_stiffness = true;
+    options.shape_frequency = 0.0;
+    Bench bench;
+    bench_create(&bench, &options);
+    double told = 0.0; // it is pushed away, and touched again
+    for (double z = 0.056; z > 0.036; z -= 0.001) {
+        bench_travel(&bench, 0, vec3(0.0, 0.0, z), vec3(0.0, 0.0, z - 0.001), 0.0025);
+        told = fmax(told, size_of(sim_wrench(bench.sim, 0)->stiffness));
+    }
+    expect_at_least(told, 1.0);
+    bench_destroy(&bench);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_wall_without_shape_springs_tells_it_too),
         cmocka_unit_test(surface_tells_what_a_slow_hand_feels),
         cmocka_unit_test(no_contact_has_no_stiffness),
         cmocka_unit_test(motion_does_not_depend_on_it),

@@ -84,7 +84,7 @@ static void a_sheet_that_went_back_to_rest_stays_whole(void **unused)
     const DetailCut *cut = bench.detail->cut;
     for (int e = 0; e < bench.detail->levels.level[bench.detail->finest].edge_count; e++)
         cut->stretch[e] = 10.0f;
-    bench.body->ops->restore(bench.model, true);
+    bench.body->ops->restore(bench.model, RESTORE_SHAPE);
     assert_int_equal(run(&bench, 100), 1);
     assert_int_equal(*cut->copies, 0);
     bench_destroy(&bench);

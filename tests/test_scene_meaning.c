@@ -71,12 +71,30 @@ static void step_may_have_several_threads(void **unused)
     expect_error("threads = 0;\n" BODY, "x.cfg:1: threads 0 outside [1, 8]");
 }
 
-static void later_features_read_as_in_the_manual(void **unused)
+static void implicit_integration_has_its_keys(void **unused)
 {
     (void)unused;
-    expect_error(IN_BODY("integrator = \"implicit\";"),
-                 "x.cfg:2: integrator \"implicit\": implicit integration is not built into this "
-                 "version; only \"leapfrog\", \"rk4\", \"symplectic_euler\"");
+    Scene scene;
+    assert_string_equal(
+        read_as_scene(IN_BODY("integrator = \"implicit\"; theta = 1.0; "
+                              "solver_tolerance = 1.0e-6; solver_iterations = 200;"),
+                      &scene),
+        "");
+    const SurfaceOptions *surface = &scene.body[0].surface;
+    assert_int_equal(surface->integrator, INTEGRATOR_IMPLICIT);
+    assert_false(surface->automatic);
+    expect_near(surface->implicit.theta, 1.0, 0.0);
+    expect_near(surface->implicit.tolerance, 1e-6, 0.0);
+    assert_int_equal(surface->implicit.iterations, 200);
+    scene_destroy(&scene);
+
+    assert_string_equal(read_as_scene("rate_hz = 500;\n" IN_BODY("integrator = \"auto\";"), &scene),
+                        "");
+    assert_true(scene.body[0].surface.automatic);
+    expect_near(scene.body[0].surface.tick, 0.002, 0.0);
+    expect_near(scene.body[0].surface.implicit.theta, 0.55, 0.0);
+    scene_destroy(&scene);
+    expect_error(IN_BODY("theta = 0.4;"), "x.cfg:2: theta 0.4 outside [0.5, 1]");
 }
 
 static void cuttable_body_may_tear_by_stretch(void **unused)
@@ -553,7 +571,7 @@ int main(void)
         cmocka_unit_test(a_bare_body_takes_all_defaults),
         cmocka_unit_test(known_words_of_later_features_are_accepted_at_their_defaults),
         cmocka_unit_test(step_may_have_several_threads),
-        cmocka_unit_test(later_features_read_as_in_the_manual),
+        cmocka_unit_test(implicit_integration_has_its_keys),
         cmocka_unit_test(cuttable_body_may_tear_by_stretch),
         cmocka_unit_test(blades_have_an_edge_and_may_have_a_back),
         cmocka_unit_test(surface_body_needs_a_mesh_and_no_key_of_a_voxel_body),

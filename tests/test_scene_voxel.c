@@ -416,10 +416,11 @@ static void what_a_voxel_body_cannot_do_is_refused(void **unused)
     expect_error(IN_BODY("levels = 6;"), "x.cfg:2: levels 6 outside [0, 5] of a voxel body");
     expect_error(IN_BODY("integrator = \"rk4\";"),
                  "x.cfg:2: integrator \"rk4\" means nothing for a voxel body; only "
-                 "\"symplectic_euler\", \"leapfrog\"");
+                 "\"symplectic_euler\", \"leapfrog\", \"auto\"");
     expect_error(IN_BODY("integrator = \"implicit\";"),
-                 "x.cfg:2: integrator \"implicit\": implicit integration is not built into this "
-                 "version; only \"leapfrog\", \"rk4\", \"symplectic_euler\"");
+                 "x.cfg:2: integrator \"implicit\" means nothing for a voxel body; only "
+                 "\"symplectic_euler\", \"leapfrog\", \"auto\"");
+    expect_error(IN_BODY("theta = 0.6;"), "x.cfg:2: theta means nothing for a voxel body");
     expect_error(IN_BODY("split_budget = 0;"), "x.cfg:2: split_budget 0 outside [1, 1e+06]");
     expect_error(IN_BODY("tear = { stress = 2000; };"), "x.cfg:2: tear needs cuttable = true");
     expect_error(IN_BODY("cuttable = true; tear = { stress = 2000; force = 1; };"),

@@ -47,6 +47,17 @@ void state_add_pair(StateList *list, void *first, void *second, const int *curre
     array->bytes = bytes;
 }
 
+void state_add_rare(StateList *list, void *memory, size_t bytes, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    StateArray *array = append(list, format, arguments);
+    va_end(arguments);
+    array->memory[0] = memory;
+    array->bytes = bytes;
+    array->rare = true;
+}
+
 void *state_memory(const StateArray *array)
 {
     return array->memory[array->current == NULL ? 0 : *array->current];
@@ -73,9 +84,21 @@ void state_copy_in(const StateList *list, const void *block)
 {
     const unsigned char *from = block;
     for (int i = 0; i < list->count; i++) {
-        memcpy(state_memory(&list->array[i]), from, list->array[i].bytes);
+        // Both buffers: what their owner does not write in a tick, places that nobody has, is not
+        // to depend on what was there before.
+        memcpy(list->array[i].memory[0], from, list->array[i].bytes);
+        if (list->array[i].memory[1] != NULL)
+            memcpy(list->array[i].memory[1], from, list->array[i].bytes);
         from += list->array[i].bytes;
     }
+}
+
+static bool is_zero(const unsigned char *byte, size_t bytes)
+{
+    for (size_t k = 0; k < bytes; k++)
+        if (byte[k] != 0)
+            return false;
+    return true;
 }
 
 uint64_t state_hash(const StateList *list)
@@ -83,6 +106,8 @@ uint64_t state_hash(const StateList *list)
     uint64_t hash = UINT64_C(0xcbf29ce484222325);
     for (int i = 0; i < list->count; i++) {
         const unsigned char *byte = state_memory(&list->array[i]);
+        if (list->array[i].rare && is_zero(byte, list->array[i].bytes))
+            continue;
         for (size_t k = 0; k < list->array[i].bytes; k++)
             hash = (hash ^ byte[k]) * UINT64_C(0x100000001b3);
     }

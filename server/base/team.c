@@ -179,6 +179,11 @@ void team_destroy(Team *team)
     free(team);
 }
 
+size_t team_bytes(void)
+{
+    return sizeof(Team);
+}
+
 int team_threads(const Team *team)
 {
     return team->threads;

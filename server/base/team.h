@@ -12,6 +12,7 @@
 #include "base/status.h"
 
 #include <pthread.h>
+#include <stddef.h>
 #include <stdint.h>
 
 enum {
@@ -38,6 +39,8 @@ void team_destroy(Team *team);
 bool team_start(Team *team, int threads, TeamPlace *place, Status *status);
 // Asked for, the caller included.
 int team_threads(const Team *team);
+// Memory of any team; the workers' stacks are the system's.
+size_t team_bytes(void);
 
 // Runs `work` over `count` items and returns when all are done.
 void team_run(Team *team, TeamWork *work, void *context, int count);

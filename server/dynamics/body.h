@@ -108,6 +108,13 @@ typedef enum BodyParameter {
 
 typedef struct Body Body;
 
+// How much of the state before a tick a body gets back. Its topology stays as it is in any case.
+typedef enum RestoreMode {
+    RESTORE_PLACES, // positions, at rest
+    RESTORE_SHAPE,  // the rest shape, at rest
+    RESTORE_MOTION, // positions and velocities
+} RestoreMode;
+
 typedef struct BodyOps {
     const char *model; // "surface"
 
@@ -135,11 +142,16 @@ typedef struct BodyOps {
     // After the last stage: true when every number is finite and in bounds; the result becomes the
     // present state. Otherwise false, and the state before the tick is still whole: restore it.
     bool (*commit)(void *model);
+    // Forgets what was evaluated since the last commit, as if it had not been: the present state is
+    // that after it again. Warm starts and what is felt stay changed. NULL: steps cannot be tried.
+    void (*abandon)(void *model);
     // Whether every number of the present state is finite and in bounds: after a checkpoint was
     // read.
     bool (*check)(const void *model);
-    // Back to the state before the tick, at rest; to_start: to the rest shape instead.
-    void (*restore)(void *model, bool to_start);
+    // Back to the state before the tick, as much of it as `mode` says. Nodes that came in this tick
+    // are in it already, between their parents (adapt, cut), since topology changes before the
+    // forces do.
+    void (*restore)(void *model, RestoreMode mode);
 
     // --- nodes by their index in BodySurface ---
     // Positions [m] and velocities [m/s] of the present rows; velocity may be NULL.
@@ -218,6 +230,8 @@ struct Body {
     double lambda;         // of M^-1 K [1/s2]
     double damping;        // of M^-1 C [1/s]
     double contact_lambda; // lambda of the coarsest level: contact is as stiff at every level
+    double theta;          // implicit bodies: the method's, else 0
+    double contact_share;  // of that lambda, what the step of an implicit body has left; else 1
     double finest_lambda, finest_damping; // of the finest level at rest; 0: one level, or not known
 
     // Contact law (contact.md 2.1), set by sim_create from `lambda`.

@@ -5,7 +5,6 @@
 #include "base/check.h"
 
 #include <limits.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -105,7 +104,6 @@ void cutting_settled(Sim *sim)
     for (int b = 0; b < sim->body_count; b++)
         if (sim->cutting->cuts[b] != NULL)
             sim->cutting->cuts[b]->told_step = sim->cutting->cuts[b]->refused_step = NEVER;
-    sim->cutting->event_count = 0;
 }
 
 static bool edge_finite(const BladeEdge *edge)
@@ -143,33 +141,6 @@ bool cutting_check(const Sim *sim)
 // ---------------------------------------------------------------------------------------------
 // What is worth telling
 
-// The newest do not fit when nobody takes them out.
-static void tell(Sim *sim, int body, const char *kind, const char *format, ...)
-    __attribute__((format(printf, 4, 5)));
-static void tell(Sim *sim, int body, const char *kind, const char *format, ...)
-{
-    Cutting *at = sim->cutting;
-    if (at->event_count == SIM_EVENTS)
-        return;
-    SimEvent *event = &at->event[(at->event_first + at->event_count++) % SIM_EVENTS];
-    *event = (SimEvent){.step = sim->clock->step, .body = body, .kind = kind};
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(event->text, sizeof event->text, format, arguments);
-    va_end(arguments);
-}
-
-bool sim_take_event(Sim *sim, SimEvent *event)
-{
-    Cutting *at = sim->cutting;
-    if (at == NULL || at->event_count == 0)
-        return false;
-    *event = at->event[at->event_first];
-    at->event_first = (at->event_first + 1) % SIM_EVENTS;
-    at->event_count--;
-    return true;
-}
-
 static bool is_due(const Sim *sim, int64_t last, double seconds)
 {
     return (double)(sim->clock->step - last) * sim->tick >= seconds;
@@ -179,8 +150,8 @@ static void note_pieces(Sim *sim, int b, int pieces)
 {
     BodyCuts *cuts = sim->cutting->cuts[b];
     if (pieces > cuts->pieces)
-        tell(sim, b, "piece", "body '%s' is in %d pieces now, %lld more", sim->body[b].name, pieces,
-             (long long)(pieces - cuts->pieces));
+        sim_tell(sim, b, "piece", "body '%s' is in %d pieces now, %lld more", sim->body[b].name,
+                 pieces, (long long)(pieces - cuts->pieces));
     if (pieces > 0)
         cuts->pieces = pieces;
 }
@@ -195,9 +166,9 @@ static void tell_refusal(Sim *sim, int b, int tool, const CutOutcome *outcome)
     char why[SIM_EVENT_TEXT];
     cut_describe(outcome, sim->body[b].name, why, sizeof why);
     if (tool >= 0)
-        tell(sim, b, "cut_refused", "tool %d: %.140s", sim->tool[tool].id, why);
+        sim_tell(sim, b, "cut_refused", "tool %d: %.140s", sim->tool[tool].id, why);
     else
-        tell(sim, b, "cut_refused", "tearing: %.140s", why);
+        sim_tell(sim, b, "cut_refused", "tearing: %.140s", why);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -309,8 +280,8 @@ static void end_stroke(Sim *sim, int b, int blade, bool left)
                           .pieces = (int)sim->cutting->cuts[b]->pieces};
         char text[SIM_EVENT_TEXT];
         cut_describe(&sum, sim->body[b].name, text, sizeof text);
-        tell(sim, b, "cut", "tool %d, stroke ended: %.140s",
-             sim->tool[sim->cutting->blade_tool[blade]].id, text);
+        sim_tell(sim, b, "cut", "tool %d, stroke ended: %.140s",
+                 sim->tool[sim->cutting->blade_tool[blade]].id, text);
     }
     *stroke = (Stroke){0};
 }
@@ -363,9 +334,9 @@ static void tell_torn(Sim *sim, int b)
     BodyCuts *cuts = sim->cutting->cuts[b];
     if (cuts->torn == 0 || !is_due(sim, cuts->told_step, 1.0 / A_SECOND))
         return;
-    tell(sim, b, "tear", "body '%s': %lld links torn, %lld nodes added, %lld pieces",
-         sim->body[b].name, (long long)cuts->torn, (long long)cuts->torn_nodes,
-         (long long)cuts->pieces);
+    sim_tell(sim, b, "tear", "body '%s': %lld links torn, %lld nodes added, %lld pieces",
+             sim->body[b].name, (long long)cuts->torn, (long long)cuts->torn_nodes,
+             (long long)cuts->pieces);
     cuts->torn = cuts->torn_nodes = 0;
     cuts->told_step = sim->clock->step;
 }

@@ -1,12 +1,6 @@
 // What graspers and attachments hold, in a tick. Step thread.
 #include "dynamics/sim_data.h"
 
-int holding_of(const Sim *sim, int b, int *first)
-{
-    *first = sim->attachment_count > 0 ? sim->attachment_start[b] : 0;
-    return sim->attachment_count > 0 ? sim->attachment_start[b + 1] : 0;
-}
-
 // Graspers take hold and let go at the pose at which the tick begins.
 void holding_stage(Sim *sim)
 {

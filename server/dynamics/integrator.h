@@ -10,10 +10,14 @@ typedef enum IntegratorKind {
     INTEGRATOR_LEAPFROG,         // drift-kick-drift, 1 evaluation, order 2; damping, taken from
                                  // the velocity before the kick, is right to order 1
     INTEGRATOR_SYMPLECTIC_EULER, // kick-drift, 1 evaluation, order 1
+    INTEGRATOR_EXPLICIT,         // how many explicit ones there are
+    // Theta method, one linear system a step; stable whatever the stiffness of the body itself.
+    // Surface bodies only (surface/implicit.h).
+    INTEGRATOR_IMPLICIT = INTEGRATOR_EXPLICIT,
     INTEGRATOR_COUNT,
 } IntegratorKind;
 
-// "rk4", "leapfrog", "symplectic_euler".
+// "rk4", "leapfrog", "symplectic_euler", "implicit".
 const char *integrator_name(IntegratorKind kind);
 bool integrator_parse(const char *name, IntegratorKind *kind);
 
@@ -24,6 +28,7 @@ typedef enum StageRule {
     STAGE_RK4_MIDDLE, // sum += weight h k;       next = y0 + advance h k
     STAGE_RK4_LAST,   // next = sum + weight h k
     STAGE_KICK,       // v += h a;                x += advance h v (the new v)
+    STAGE_IMPLICIT,   // a is that of the end of a step, in part: the body knows how
 } StageRule;
 
 typedef struct Stage {
@@ -35,15 +40,19 @@ typedef struct Stage {
 } Stage;
 
 typedef struct Integrator {
+    int order; // p: halving the step divides the error by 2^p
     int stage_count;
     Stage stage[4];
     // Kicks only. Leapfrog: positions are moved by half a substep before the tick's first kick,
-    // whole drifts lie between kicks, and half a drift follows the last.
+    // whole drifts lie between kicks, and half a drift follows the last. Implicit: before the first
+    // kick the body makes the positions at which forces from outside are to be evaluated.
     bool kicks;
     double first_drift; // before the first kick, in substeps
     double last_drift;  // after the last kick, instead of stage.advance
 } Integrator;
 
 const Integrator *integrator_get(IntegratorKind kind);
+// Stage s of a substep; `last`: of the last substep of a tick.
+Stage integrator_stage(const Integrator *integrator, int s, bool last);
 
 #endif

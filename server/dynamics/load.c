@@ -21,6 +21,9 @@ void loads_create(LoadSet *set, const Body *bodies, int body_count, Arena *arena
     set->used = arena_allocate(arena, ARENA_STEP, 1, sizeof *set->used, "loads/used");
     set->load = arena_allocate(arena, ARENA_STEP, LOAD_CAPACITY, sizeof *set->load, "loads/load");
     set->pool = arena_allocate(arena, ARENA_STEP, capacity, sizeof *set->pool, "loads/pool");
+    set->record =
+        arena_allocate(arena, ARENA_OUTPUT, LOAD_CAPACITY, sizeof *set->record, "loads/record");
+    state_add_rare(state, set->record, LOAD_CAPACITY * sizeof *set->record, "loads/record");
     state_add(state, set->count, sizeof *set->count, "loads/count");
     state_add(state, set->used, sizeof *set->used, "loads/used");
     state_add(state, set->load, LOAD_CAPACITY * sizeof *set->load, "loads/load");
@@ -309,12 +312,23 @@ bool loads_start(LoadSet *set, Body *bodies, int body_count, int body, Vec3 cent
     }
     measure_area(set, bodies, &load);
     *set->used += load.count;
+    set->record[*set->count] = (LoadRecord){0};
     set->load[(*set->count)++] = load;
     apply_all(set, bodies, body_count);
     for (int b = 0; b < body_count; b++)
         if ((body < 0 || b == body) && bodies[b].ops->look != NULL)
             bodies[b].ops->look(bodies[b].model);
     return true;
+}
+
+bool loads_act_on(const LoadSet *set, int64_t load, int first_node, int node_count)
+{
+    const Load *at = &set->load[load];
+    for (int64_t i = at->first; i < at->first + at->count; i++)
+        if (set->pool[i] >= first_node && set->pool[i] < first_node + node_count &&
+            (set->node == NULL || set->node[i].share > 0.0))
+            return true;
+    return false;
 }
 
 void loads_expire(LoadSet *set, Body *bodies, int body_count, int64_t step)
@@ -330,8 +344,10 @@ void loads_expire(LoadSet *set, Body *bodies, int body_count, int64_t step)
         move_entries(set, used, load.first, load.count);
         load.first = used;
         used += load.count;
+        set->record[kept] = set->record[k];
         set->load[kept++] = load;
     }
+    memset(&set->record[kept], 0, (size_t)(*set->count - kept) * sizeof *set->record);
     clear_entries(set, used, *set->used - used);
     *set->count = kept;
     *set->used = used;
@@ -368,5 +384,6 @@ void loads_clear(LoadSet *set, Body *bodies, int body_count)
 {
     clear_entries(set, 0, *set->used);
     *set->count = *set->used = 0;
+    memset(set->record, 0, LOAD_CAPACITY * sizeof *set->record);
     apply_all(set, bodies, body_count);
 }

@@ -19,6 +19,18 @@ typedef struct Load {
     int64_t first, count; // in the pool
 } Load;
 
+// Bad ticks that somebody is to blame for (guard.h); plain data, part of the state, 0: none yet.
+typedef struct Blame {
+    int64_t since, last; // ticks of the first and the newest of them, counted from 1
+    int64_t count;
+} Blame;
+
+// Who a load is; plain data, part of the state, all 0: one of the scene's, with nothing to blame.
+typedef struct LoadRecord {
+    int64_t sender, id; // of the message
+    Blame blame;
+} LoadRecord;
+
 // What a load knows of a node that may have a part in it.
 typedef struct LoadNode {
     Vec3 start;   // where it was when the load began [m]
@@ -30,9 +42,10 @@ typedef struct LoadNode {
 // lain inside the sphere at the start, between its parents, so the pool also holds the nodes
 // around. Those that go leave their share to the others; the sum of the forces stays.
 typedef struct LoadSet {
-    int64_t *count; // loads in force
-    int64_t *used;  // pool entries in use
-    Load *load;     // [LOAD_CAPACITY]
+    int64_t *count;     // loads in force
+    int64_t *used;      // pool entries in use
+    Load *load;         // [LOAD_CAPACITY]
+    LoadRecord *record; // [LOAD_CAPACITY] of the loads in force, 0 beyond
     int *pool; // [pool_capacity] nodes, counted on from body to body; 0 beyond `used`. On bodies
                // that change they ascend
     int pool_capacity;
@@ -51,6 +64,8 @@ bool loads_start(LoadSet *set, Body *bodies, int body_count, int body, Vec3 cent
 // pool full does without the nodes of the highest numbers.
 void loads_follow(LoadSet *set, Body *bodies, int body_count, int changed,
                   const TopologyChange *change);
+// Whether a load pushes one of `node_count` nodes from `first_node` on, counted over all bodies.
+bool loads_act_on(const LoadSet *set, int64_t load, int first_node, int node_count);
 // Ends the loads whose time has come.
 void loads_expire(LoadSet *set, Body *bodies, int body_count, int64_t step);
 // Whether what a checkpoint has brought can be: `nodes` places of all bodies together.

@@ -101,7 +101,7 @@ bool rows_are_sound(const Rows *rows, const void *row, double limit)
     if (rows->displaced && !frame_is_sound(rows->frame))
         return false;
     for (long i = 0; i < (long)rows->count * ROW; i++) {
-        double most = i % ROW < 4 ? limit : SPEED_LIMIT(rows->precision);
+        double most = i % ROW < 4 ? limit : SPEED_LIMIT;
         if (!(fabs(rows_get(rows, row, i)) <= most))
             return false;
     }
@@ -171,6 +171,12 @@ bool rows_follow(Rows *rows, void *row)
         return false;
     move_frame(rows, row);
     return true;
+}
+
+bool rows_are_near(const Rows *rows, double limit)
+{
+    const Vec3 away = vec3_sub(rows->frame->origin, rows->rest_origin);
+    return fabs(away.x) <= limit && fabs(away.y) <= limit && fabs(away.z) <= limit;
 }
 
 void rows_return_to_rest(Rows *rows, void *row)

@@ -20,9 +20,9 @@
 
 enum { ROW = 8 };
 
-// A |component| of a velocity beyond this is a bad number: far above any physics, and its square
-// does not overflow [m/s].
-#define SPEED_LIMIT(precision) ((precision) == PRECISION_SINGLE ? 1e15 : 1e100)
+// A |component| of a velocity beyond this is a bad number: nothing is faster than light [m/s]. What
+// grows without end is noticed there long before it overflows.
+#define SPEED_LIMIT 3e8
 
 // Where the coordinates of displacement rows lie in the world; plain data, part of the state.
 typedef struct BaseFrame {
@@ -91,6 +91,8 @@ bool rows_are_sound(const Rows *rows, const void *row, double limit);
 // After a tick of a floating body: moves the base frame along when it is time, and `row` with it.
 // True when it was moved: forces held in the rows' coordinates have to be turned anew.
 bool rows_follow(Rows *rows, void *row);
+// Whether the base frame is no farther than `limit` from where the scene placed it [m].
+bool rows_are_near(const Rows *rows, double limit);
 // To the rest shape where the scene placed it, at rest, and the frame back to where it was.
 void rows_return_to_rest(Rows *rows, void *row);
 // Positions [m] and, unless NULL, velocities of the rows slot[0 .. count), as [count][3] floats.

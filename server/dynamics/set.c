@@ -140,10 +140,11 @@ bool sim_apply_gravity(Sim *sim, Vec3 gravity, char *why, size_t why_size)
         for (int axis = 0; axis < 3; axis++)
             sim->body[b].ops->set(sim->body[b].model, (BodyParameter)(BODY_GRAVITY_X + axis),
                                   part[axis]);
+    guard_note_set(sim, -1, "gravity");
     return true;
 }
 
-bool sim_apply_set(Sim *sim, const char *key, double value, char *why, size_t why_size)
+static bool set(Sim *sim, const char *key, double value, char *why, size_t why_size)
 {
     static const char *const axes[3] = {"gravity_x", "gravity_y", "gravity_z"};
     for (int axis = 0; axis < 3; axis++) {
@@ -176,4 +177,18 @@ bool sim_apply_set(Sim *sim, const char *key, double value, char *why, size_t wh
              "adapt_force|speed|curvature|scale|level",
              key);
     return false;
+}
+
+bool sim_apply_set(Sim *sim, const char *key, double value, char *why, size_t why_size)
+{
+    if (!set(sim, key, value, why, why_size))
+        return false;
+    int body = -1; // all
+    for (int b = sim->body_count - 1; b >= 0; b--) {
+        size_t length = strlen(sim->body[b].name);
+        if (strncmp(key, sim->body[b].name, length) == 0 && key[length] == '.')
+            body = b;
+    }
+    guard_note_set(sim, body, body < 0 ? key : key + strlen(sim->body[body].name) + 1);
+    return true;
 }

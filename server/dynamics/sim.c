@@ -8,13 +8,36 @@
 #include <string.h>
 
 static const char *const stage_names[STAGE_COUNT] = {
-    "inputs",        "tools",  "loads",   "cut",      "reconstruct", "adapt",     "grasp",
-    "find contacts", "forces", "contact", "wrenches", "check",       "stiffness", "snapshot",
+    "inputs",   "tools", "loads",         "cut",      "reconstruct",
+    "adapt",    "grasp", "find contacts", "forces",   "contact",
+    "wrenches", "check", "stiffness",     "estimate", "snapshot",
 };
 
 const char *stage_name(StageId stage)
 {
     return stage_names[stage];
+}
+
+// Only what the scene has, where that is known.
+static void create_room(Sim *sim)
+{
+    const SimCounts most = {SIM_BODIES, SIM_TOOLS, SIM_SCENE_LOADS, SIM_ATTACHMENTS};
+    const SimCounts room = sim->room = sim->options.counts.bodies > 0 ? sim->options.counts : most;
+    Arena *arena = sim->arena;
+    sim->body =
+        arena_allocate(arena, ARENA_STEP, (size_t)room.bodies, sizeof *sim->body, "sim/bodies");
+    if (room.tools > 0)
+        sim->tool =
+            arena_allocate(arena, ARENA_STEP, (size_t)room.tools, sizeof *sim->tool, "sim/tools");
+    if (room.loads > 0)
+        sim->scene_load = arena_allocate(arena, ARENA_STEP, (size_t)room.loads,
+                                         sizeof *sim->scene_load, "sim/loads");
+    if (room.attachments == 0)
+        return;
+    sim->scene_attachment = arena_allocate(arena, ARENA_CONTACT, (size_t)room.attachments,
+                                           sizeof *sim->scene_attachment, "sim/attachments");
+    sim->joined = arena_allocate(arena, ARENA_CONTACT, (size_t)room.bodies, sizeof *sim->joined,
+                                 "sim/joined bodies");
 }
 
 Sim *sim_create(const SimOptions *options, Arena *arena, StateList *state)
@@ -24,27 +47,29 @@ Sim *sim_create(const SimOptions *options, Arena *arena, StateList *state)
     sim->arena = arena;
     sim->state = state;
     sim->tick = 1.0 / options->rate_hz;
+    create_room(sim);
     sim->clock = arena_allocate(arena, ARENA_STEP, 1, sizeof *sim->clock, "sim/clock");
     state_add(state, sim->clock, sizeof *sim->clock, "sim/clock");
+    sim->events = arena_allocate(arena, ARENA_OUTPUT, 1, sizeof *sim->events, "sim/events");
     return sim;
 }
 
 Body *sim_add_body(Sim *sim, const Body *body)
 {
-    ASSERT(sim->body_count < SIM_BODIES);
+    ASSERT(sim->body_count < sim->room.bodies);
     sim->body[sim->body_count] = *body;
     return &sim->body[sim->body_count++];
 }
 
 void sim_add_tool(Sim *sim, const ToolOptions *options)
 {
-    ASSERT(sim->tool_count < SIM_TOOLS);
+    ASSERT(sim->tool_count < sim->room.tools);
     sim->tool[sim->tool_count++] = *options;
 }
 
 void sim_add_load(Sim *sim, const LoadOptions *options)
 {
-    ASSERT(sim->scene_load_count < SIM_SCENE_LOADS);
+    ASSERT(sim->scene_load_count < sim->room.loads);
     int at = sim->scene_load_count++; // kept sorted by start; equal starts in the order given
     for (; at > 0 && sim->scene_load[at - 1].start > options->start; at--)
         sim->scene_load[at] = sim->scene_load[at - 1];
@@ -62,11 +87,18 @@ static void join(Sim *sim, int a, int b)
 
 bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *status)
 {
-    ASSERT(sim->scene_attachment_count < SIM_ATTACHMENTS);
+    ASSERT(sim->scene_attachment_count < sim->room.attachments);
     SimAttachment *at = &sim->scene_attachment[sim->scene_attachment_count];
     Body *body = &sim->body[options->body];
     char name[56];
     snprintf(name, sizeof name, "%.31s/attachment%d", body->name, sim->scene_attachment_count);
+    if (options->to == ATTACH_BODY && body->integrator != sim->body[options->to_body].integrator)
+        return status_fail(status, STATUS_INVALID,
+                           "attachment %d: joined bodies %s (%s) and %s (%s) must have one "
+                           "integrator",
+                           sim->scene_attachment_count, body->name,
+                           integrator_name(body->integrator), sim->body[options->to_body].name,
+                           integrator_name(sim->body[options->to_body].integrator));
     if (options->to == ATTACH_BODY) {
         at->joint = joint_create(name, options, body, &sim->body[options->to_body], sim->arena,
                                  sim->state, status);
@@ -226,6 +258,7 @@ static void list_stages(Sim *sim)
         [STAGE_WRENCHES] = tools,
         [STAGE_CHECK] = true,
         [STAGE_STIFFNESS] = sim->stiffness != NULL,
+        [STAGE_ESTIMATE] = sim->options.estimate_error,
         [STAGE_SNAPSHOT] = sim->options.may_load,
     };
     for (int s = 0; s < STAGE_COUNT; s++)
@@ -236,6 +269,7 @@ static void list_stages(Sim *sim)
 bool sim_seal(Sim *sim, double settle_s, Status *status)
 {
     for (int b = 0; b < sim->body_count; b++) {
+        time_step_cap_contacts(sim, &sim->body[b]);
         contact_set_stiffness(&sim->body[b]);
         if (!time_step_choose(sim, &sim->body[b], status))
             return false;
@@ -247,6 +281,7 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
     create_contacts(sim);
     create_attachments(sim);
     reserve_forces(sim);
+    guard_create(sim);
     if (sim->options.contact_stiffness && sim->contact_count > 0)
         sim->stiffness = stiffness_create(sim->contact, sim->contact_count, sim->tick, sim->arena);
     list_stages(sim);
@@ -260,6 +295,7 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
     sim->settling = false;
     sim->clock->step = 0;
     cutting_settled(sim);
+    sim->events->count = 0;
     if (sim->resets > 0)
         return status_fail(
             status, STATUS_INVALID,
@@ -267,6 +303,8 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
             "time_step",
             (long long)sim->resets);
     memset(sim->stage_ns, 0, sizeof sim->stage_ns);
+    if (sim->options.estimate_error)
+        sim->estimator = estimate_create(sim->body, sim->body_count, sim->state, sim->arena);
     sim->start_state =
         arena_allocate(sim->arena, ARENA_OUTPUT, state_bytes(sim->state), 1, "state at the start");
     state_copy_out(sim->state, sim->start_state);
@@ -278,6 +316,8 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
 
 void sim_apply_pose(Sim *sim, int tool, const ToolPose *pose, bool hold)
 {
+    if (!guard_admits(sim, tool, pose))
+        return;
     if (!pose->active)
         cutting_lift(sim, tool);
     tool_motion_apply(&sim->motion[tool], pose, sim->clock->step, sim->tick, hold);
@@ -287,8 +327,13 @@ bool sim_apply_load(Sim *sim, const LoadOptions *options, char *why, size_t why_
 {
     double ticks = fmax(1.0, floor(options->duration / sim->tick + 0.5));
     int64_t end = sim->clock->step + (int64_t)fmin(ticks, 1e15);
-    return loads_start(&sim->loads, sim->body, sim->body_count, options->body, options->center,
-                       options->radius, options->force, end, why, why_size);
+    if (!loads_start(&sim->loads, sim->body, sim->body_count, options->body, options->center,
+                     options->radius, options->force, end, why, why_size))
+        return false;
+    LoadRecord *record = &sim->loads.record[*sim->loads.count - 1];
+    record->sender = options->sender;
+    record->id = options->id;
+    return true;
 }
 
 void sim_reset(Sim *sim)
@@ -315,7 +360,7 @@ bool sim_check(const Sim *sim)
         nodes += sim->body[b].surface.node_count;
     return sim->clock->step >= 0 && sim->clock->step <= INT64_MAX / 4 &&
            sim->clock->next_load >= 0 && sim->clock->next_load <= sim->scene_load_count &&
-           loads_check(&sim->loads, nodes) && cutting_check(sim);
+           loads_check(&sim->loads, nodes) && cutting_check(sim) && guard_check(sim);
 }
 
 void sim_restored(Sim *sim)
@@ -448,6 +493,16 @@ bool sim_next_grasp(Sim *sim, GraspEvent *event)
         return true;
     }
     return false;
+}
+
+void sim_try_step(Sim *sim, int body)
+{
+    estimate_try(sim->estimator, &sim->body[body], body);
+}
+
+double sim_take_error(Sim *sim, int body)
+{
+    return estimate_take(sim->estimator, body);
 }
 
 int sim_stage_count(const Sim *sim)

@@ -9,6 +9,7 @@
 #include "dynamics/attachment.h"
 #include "dynamics/body.h"
 #include "dynamics/contact.h"
+#include "dynamics/guard.h"
 #include "dynamics/tool.h"
 
 // The stages of a tick, in their order. Timers, status, --explain and the benchmark use this list.
@@ -26,6 +27,7 @@ typedef enum StageId {
     STAGE_WRENCHES,      // impulses to wrenches
     STAGE_CHECK,         // numbers finite; else restore
     STAGE_STIFFNESS,     // how stiff bodies feel to tools, a part of it
+    STAGE_ESTIMATE,      // steps tried to know their error (the runner's, in the time left)
     STAGE_SNAPSHOT,      // hand positions to the bus (the runner's)
     STAGE_COUNT,
 } StageId;
@@ -36,12 +38,13 @@ enum { SIM_LOADS = 64 }; // loads in force at a time, scene's and messages' toge
 
 // A force shared by the nodes found inside a sphere when it starts (load_t, or a scene's load).
 typedef struct LoadOptions {
-    int body;        // index; -1: all bodies together
-    Vec3 center;     // [m]
-    double radius;   // [m]
-    Vec3 force;      // [N] total
-    double start;    // simulated time [s]
-    double duration; // [s]
+    int body;           // index; -1: all bodies together
+    Vec3 center;        // [m]
+    double radius;      // [m]
+    Vec3 force;         // [N] total
+    double start;       // simulated time [s]
+    double duration;    // [s]
+    int32_t sender, id; // of the message; 0 0: the scene's
 } LoadOptions;
 
 // One sweep of a straight blade (cut_t).
@@ -56,7 +59,8 @@ enum { SIM_EVENTS = 64, SIM_EVENT_TEXT = 184 };
 typedef struct SimEvent {
     int64_t step; // ticks completed when it happened
     int body;
-    const char *kind; // "cut" (a stroke ended), "tear", "piece", "cut_refused"
+    const char *kind; // "cut" (a stroke ended), "tear", "piece", "cut_refused", "restored",
+                      // "withdrawn"
     char text[SIM_EVENT_TEXT];
 } SimEvent;
 
@@ -80,12 +84,20 @@ typedef struct GraspEvent {
     int64_t step;
 } GraspEvent;
 
+// How much a scene will add; no more than that is allocated. All zero: not known before, room for
+// whatever a scene may have.
+typedef struct SimCounts {
+    int bodies, tools, loads, attachments;
+} SimCounts;
+
 typedef struct SimOptions {
     double rate_hz;
     Vec3 gravity;
     double tool_timeout_s;
     bool may_load;          // loads can come at run time (by message or log)
     bool contact_stiffness; // ToolWrench tells it
+    bool estimate_error;    // steps may be tried
+    SimCounts counts;
 } SimOptions;
 
 typedef struct Sim Sim;
@@ -147,6 +159,11 @@ const ToolOptions *sim_tool(const Sim *sim, int index);
 const ToolMotion *sim_tool_motion(const Sim *sim, int index);
 const ToolWrench *sim_wrench(const Sim *sim, int index); // of the last tick
 int64_t sim_resets(const Sim *sim);
+const GuardCounts *sim_guard_counts(const Sim *sim);
+// Whether a tool was withdrawn by the guard, so that its poses do nothing until an inactive one.
+bool sim_tool_withdrawn(const Sim *sim, int index);
+// Figures of a body, fit to be published: what is not finite is 0, and counted.
+void sim_measure(Sim *sim, int body, BodyMeasure *measure);
 // Connected pieces of a body.
 int sim_pieces(const Sim *sim, int body);
 // Takes out the oldest event of those that wait; false: none. More than SIM_EVENTS do not wait.
@@ -160,6 +177,12 @@ int64_t sim_refused_holds(const Sim *sim);
 // What graspers have done since it was told, one after the other; of each body and tool at most
 // ten times a simulated second. False: nothing new. Between two ticks.
 bool sim_next_grasp(Sim *sim, GraspEvent *event);
+
+// With SimOptions.estimate_error, between two ticks: tries a step of a body to know its error
+// (estimate.h); the motion stays as it is, to the bit.
+void sim_try_step(Sim *sim, int body);
+// The largest estimated error of a tick of that body since the last call [m]; 0: not known.
+double sim_take_error(Sim *sim, int body);
 
 // The stages of this scene in order, and the time spent in each since the start [ns].
 int sim_stage_count(const Sim *sim);

@@ -1,8 +1,10 @@
 // Private to the dynamics room: what a Sim holds. sim.c makes it, set.c changes it, step.c runs it
-// with cutting.c, holding.c and follow.c, time_step.c chooses how finely.
+// with cutting.c, holding.c, follow.c and guard.c, time_step.c chooses how finely.
 #ifndef PLIANT_DYNAMICS_SIM_DATA_H
 #define PLIANT_DYNAMICS_SIM_DATA_H
 
+#include "dynamics/estimate.h"
+#include "dynamics/guard_data.h"
 #include "dynamics/joint.h"
 #include "dynamics/load.h"
 #include "dynamics/sim.h"
@@ -45,9 +47,13 @@ typedef struct Cutting {
     int blade_count, blade_tool[SIM_TOOLS]; // blades in the order of the tools
     BodyCuts *cuts[SIM_BODIES];             // NULL: neither cuttable nor tears
     Stroke *stroke[SIM_BODIES];             // [blade_count]; NULL likewise, or without blades
-    SimEvent event[SIM_EVENTS];             // a circle
-    int event_first, event_count;
 } Cutting;
+
+// Events that nobody has taken out yet.
+typedef struct EventRing {
+    SimEvent event[SIM_EVENTS]; // a circle
+    int first, count;
+} EventRing;
 
 struct Sim {
     // --- constant after sim_seal ---
@@ -56,8 +62,9 @@ struct Sim {
     StateList *state;
     double tick; // [s]
     int body_count, tool_count, scene_load_count, contact_count;
-    ToolOptions tool[SIM_TOOLS];
-    LoadOptions scene_load[SIM_SCENE_LOADS]; // by start
+    SimCounts room;          // of the arrays of the scene's own
+    ToolOptions *tool;       // [room.tools]
+    LoadOptions *scene_load; // [room.loads] by start
     int stage_count;
     StageId stage[STAGE_COUNT];
     int *pieces_at_load; // [body_count]
@@ -65,23 +72,27 @@ struct Sim {
 
     // --- changes while running; what `state` lists ---
     SimClock *clock;
-    Body body[SIM_BODIES];
+    Body *body;         // [room.bodies]
     ToolMotion *motion; // [tool_count]
     Contact **contact;  // [contact_count], tool by tool for each body
     int *contact_tool;  // [contact_count]
     int *contact_start; // [body_count + 1]
     LoadSet loads;
-    Cutting *cutting;                                // NULL: no body can be cut
-    SimAttachment scene_attachment[SIM_ATTACHMENTS]; // [scene_attachment_count] as given
+    Cutting *cutting;                // NULL: no body can be cut
+    SimAttachment *scene_attachment; // [room.attachments] as given
     int scene_attachment_count, joint_count;
-    int joined[SIM_BODIES];  // the first of the bodies that are joined with this one, itself too
+    int *joined;             // [room.bodies] the first of the bodies that are joined with this one,
+                             // itself too; NULL without attachments
     Attachment **attachment; // [attachment_count], of the scene, then graspers, for each body;
     int attachment_count;    // NULL: none
     int *attachment_start;   // [body_count + 1]
     GraspEvent *told;        // [attachment_count] what sim_next_grasp has told of graspers
+    Estimator *estimator;    // of the error of steps; NULL: not wanted
     StiffnessEstimator *stiffness; // NULL: not wanted, or no contact has any
 
     // --- results of the last tick ---
+    EventRing *events; // and what of earlier ones was not taken out
+    Guard *guard;
     ToolWrench *wrench; // [tool_count]
     bool settling;      // loads wait, stale tools cannot be
 
@@ -103,15 +114,46 @@ typedef bool BodyChange(Sim *sim, int body, void *context, TopologyChange *chang
 // topology goes up, and contacts, holds, ties, loads and the time step follow.
 void change_body(Sim *sim, int body, BodyChange *make, void *context);
 
+// guard.c
+// At load, once all bodies and tools are there.
+void guard_create(Sim *sim);
+// Every body keeps the result of the tick, or gets the last good state back. True: some did, and
+// what they did to tools is forgotten.
+bool guard_bodies(Sim *sim);
+// A wrench that nobody should feel becomes none.
+void guard_wrenches(Sim *sim);
+// Whether a pose may move its tool: not one that was withdrawn, before its sender has let it go.
+bool guard_admits(Sim *sim, int tool, const ToolPose *pose);
+// `body` -1: all. What is not said of a body is not noted.
+void guard_note_set(Sim *sim, int body, const char *key);
+// Whether what a checkpoint has brought can be.
+bool guard_check(const Sim *sim);
+
+// guard_blame.c
+// Finds out why a body's numbers are bad, and says so in `text`.
+GuardCause guard_find_cause(const Sim *sim, int body, Suspect *suspect, char *text, size_t size);
+// A bad tick that it is to blame for: one that has caused too many of them is withdrawn. True: it
+// was.
+bool guard_blame(Sim *sim, int body, const Suspect *suspect);
+
 // holding.c
 // The attachments of a body: attachment[*first .. end), graspers' too; returns the end.
-int holding_of(const Sim *sim, int body, int *first);
+static inline int holding_of(const Sim *sim, int body, int *first)
+{
+    *first = sim->attachment_count > 0 ? sim->attachment_start[body] : 0;
+    return sim->attachment_count > 0 ? sim->attachment_start[body + 1] : 0;
+}
 // Graspers take hold and let go.
 void holding_stage(Sim *sim);
 // Whether a tool does not push a body, since it holds it.
 bool holding_mutes(const Sim *sim, int body, int tool);
 // The springs of what is held, at one evaluation, so long after the tick began [s].
 void holding_add_forces(Sim *sim, int body, const Stage *stage, double substep_time, double h);
+
+// events.c
+// Puts an event in line. `kind` is a literal.
+void sim_tell(Sim *sim, int body, const char *kind, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
 
 // cutting.c
 // At load, once all bodies and tools are there.
@@ -127,6 +169,9 @@ void cutting_break_off(Sim *sim, int body);
 bool cutting_check(const Sim *sim);
 
 // time_step.c
+// At load, before the contacts' stiffness is set: lowers contact_lambda of an implicit body to what
+// its step allows.
+void time_step_cap_contacts(const Sim *sim, Body *body);
 // At load. False: a wanted time step that is above the bound of the body's finest level, or too
 // many substeps.
 bool time_step_choose(Sim *sim, Body *body, Status *status);

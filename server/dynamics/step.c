@@ -98,7 +98,8 @@ static void find_contacts(Sim *sim)
         Contact *contact = sim->contact[k];
         while (k >= sim->contact_start[b + 1])
             b++;
-        if (!motion->active || holding_mutes(sim, b, sim->contact_tool[k])) {
+        if (!motion->active ||
+            (sim->attachment_count > 0 && holding_mutes(sim, b, sim->contact_tool[k]))) {
             contact_clear(contact);
             continue;
         }
@@ -157,15 +158,6 @@ static void end_substep(Sim *sim, int b)
         contact_end_substep(sim->contact[k]);
 }
 
-static Stage stage_of(const Integrator *integrator, int s, bool last)
-{
-    Stage stage = integrator->stage[s];
-    stage.last = last;
-    if (integrator->kicks && last)
-        stage.advance = integrator->last_drift;
-    return stage;
-}
-
 static void advance_body(Sim *sim, int b)
 {
     Body *body = &sim->body[b];
@@ -174,7 +166,7 @@ static void advance_body(Sim *sim, int b)
         body->ops->drift(body->model, integrator->first_drift * body->h);
     for (int substep = 0; substep < body->substeps; substep++) {
         for (int s = 0; s < integrator->stage_count; s++) {
-            Stage stage = stage_of(integrator, s, substep == body->substeps - 1);
+            Stage stage = integrator_stage(integrator, s, substep == body->substeps - 1);
             add_outer_forces(sim, b, &stage, substep, s == 0);
             body->ops->evaluate(body->model, &stage, body->h);
         }
@@ -193,7 +185,7 @@ static void advance_joined(Sim *sim, int group)
             sim->body[b].ops->drift(sim->body[b].model, integrator->first_drift * sim->body[b].h);
     for (int substep = 0; substep < substeps; substep++) {
         for (int s = 0; s < integrator->stage_count; s++) {
-            Stage stage = stage_of(integrator, s, substep == substeps - 1);
+            Stage stage = integrator_stage(integrator, s, substep == substeps - 1);
             for (int b = group; b < count; b++)
                 if (sim->joined[b] == group)
                     add_outer_forces(sim, b, &stage, substep, s == 0);
@@ -246,9 +238,11 @@ static void tell_stiffness(const Sim *sim, int contact, ToolWrench *wrench)
 // The wrench on a tool is the impulse of all bodies over the tick.
 static void take_wrenches(Sim *sim)
 {
-    ContactSums sums[SIM_TOOLS] = {0};
-    bool holds[SIM_TOOLS] = {false}; // also without force
+    ContactSums sums[SIM_TOOLS];
+    bool holds[SIM_TOOLS]; // also without force
     for (int t = 0; t < sim->tool_count; t++) {
+        sums[t] = (ContactSums){0};
+        holds[t] = false;
         Quat orientation;
         tool_motion_at(&sim->motion[t], sim_pose_age(sim, &sim->motion[t]) + sim->tick,
                        &sim->wrench[t].position, &orientation);
@@ -291,37 +285,12 @@ static void take_wrenches(Sim *sim)
             tell_stiffness(sim, k, &sim->wrench[sim->contact_tool[k]]);
 }
 
-enum { BAD_TICKS = 10 }; // in a row, before a body goes back to its rest shape
-
-// A body whose numbers went bad returns to the state before the tick, at rest; its contacts forget.
+// What leaves from here on is checked.
 static void check_numbers(Sim *sim)
 {
-    for (int b = 0; b < sim->body_count; b++) {
-        Body *body = &sim->body[b];
-        if (body->ops->commit(body->model)) {
-            body->tuning.bad_in_a_row = 0;
-            continue;
-        }
-        body->tuning.bad_in_a_row++;
-        body->ops->restore(body->model, body->tuning.bad_in_a_row >= BAD_TICKS);
-        body->resets++;
-        sim->resets++;
-        cutting_break_off(sim, b); // what jumped back did not pass the blade
-        int first, end = holding_of(sim, b, &first);
-        for (int k = first; k < end; k++) {
-            attachment_clear(sim->attachment[k]);
-            int tool = attachment_options(sim->attachment[k])->tool;
-            if (tool >= 0)
-                sim->wrench[tool] = (ToolWrench){.position = sim->wrench[tool].position};
-        }
-        if (sim->contact_count == 0)
-            continue;
-        for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++) {
-            contact_clear(sim->contact[k]);
-            ToolWrench *wrench = &sim->wrench[sim->contact_tool[k]];
-            *wrench = (ToolWrench){.position = wrench->position};
-        }
-    }
+    if (guard_bodies(sim))
+        take_wrenches(sim); // of what is left
+    guard_wrenches(sim);
 }
 
 static void estimate_stiffness(Sim *sim)

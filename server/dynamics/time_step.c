@@ -7,12 +7,19 @@
 enum { MOST_SUBSTEPS = 100000 };
 static const double ROUNDING = 1.0 + 1e-9; // forgiven, as in stability_substeps
 
+// Implicit bodies: what acts from outside is explicit, at x + theta h v. An oscillator lambda with
+// damping c goes by a matrix of determinant 1 - h c + (1 - 2 theta) h^2 lambda and trace
+// 2 - h c - 2 theta h^2 lambda: stable for (4 theta - 1) h^2 lambda + 2 h c <= 4, which is
+// leapfrog's bound for (4 theta - 1) lambda. Its own springs add to neither: with the mass m +
+// (theta h)^2 k they only take from h^2 lambda.
+
 // Largest stable step of a body with bounds `lambda` and `damping` of its own and every tool.
 static double bound(const Sim *sim, const Body *body, double lambda, double damping,
                     double stiffness_scale, double damping_scale)
 {
-    lambda *= fmax(1.0, stiffness_scale);
-    damping *= fmax(1.0, stiffness_scale * damping_scale);
+    const bool implicit = body->integrator == INTEGRATOR_IMPLICIT;
+    lambda *= implicit ? 0.0 : fmax(1.0, stiffness_scale);
+    damping *= implicit ? 0.0 : fmax(1.0, stiffness_scale * damping_scale);
     for (int t = 0; t < sim->tool_count; t++) {
         const ToolOptions *tool = &sim->tool[t];
         double more_lambda, more_damping, held_lambda = 0.0, held_damping = 0.0;
@@ -36,6 +43,8 @@ static double bound(const Sim *sim, const Body *body, double lambda, double damp
         lambda += more_lambda;
         damping += more_damping;
     }
+    if (implicit)
+        lambda *= 4.0 * body->theta - 1.0;
     return stability_time_step(body->integrator, lambda, damping);
 }
 
@@ -95,6 +104,35 @@ void time_step_join(Sim *sim)
     }
 }
 
+void time_step_cap_contacts(const Sim *sim, Body *body)
+{
+    const double asked = body->contact_lambda;
+    body->contact_share = 1.0;
+    if (body->integrator != INTEGRATOR_IMPLICIT)
+        return;
+    const double wanted = body->time_step_wanted > 0.0 ? body->time_step_wanted : sim->tick;
+    const double h = sim->tick / stability_substeps(sim->tick, wanted);
+    if (finest_bound(sim, body, 1.0, 1.0) >= h)
+        return;
+    double low = -300.0, high = 0.0; // of log10 of the share, by halves
+    for (int i = 0; i < 60; i++) {
+        double middle = 0.5 * (low + high);
+        body->contact_lambda = asked * pow(10.0, middle);
+        if (finest_bound(sim, body, 1.0, 1.0) >= h)
+            low = middle;
+        else
+            high = middle;
+    }
+    body->contact_share = pow(10.0, low);
+    body->contact_lambda = asked * body->contact_share;
+}
+
+// Advice for bodies that explicit steps are too long for.
+static const char *way_out(const Body *body)
+{
+    return body->spring_count > 0 ? "; take integrator = \"implicit\" or \"auto\"" : "";
+}
+
 bool time_step_choose(Sim *sim, Body *body, Status *status)
 {
     double limit = finest_bound(sim, body, 1.0, 1.0);
@@ -102,8 +140,10 @@ bool time_step_choose(Sim *sim, Body *body, Status *status)
     if (!(sim->tick / wanted <= MOST_SUBSTEPS))
         return status_fail(
             status, STATUS_INVALID,
-            "body %s: a time step of %.3g s needs more than %d substeps a tick of %g s", body->name,
-            wanted, MOST_SUBSTEPS, sim->tick);
+            "body %s: a time step of %.3g s needs more than %d substeps a tick of %g s; the "
+            "stability bound of %s is %.3g s%s",
+            body->name, wanted, MOST_SUBSTEPS, sim->tick, integrator_name(body->integrator), limit,
+            sim->tick / limit <= MOST_SUBSTEPS ? "" : way_out(body));
     body->finest_substeps = stability_substeps(sim->tick, wanted);
     double h = sim->tick / body->finest_substeps;
     if (h > limit * ROUNDING && !body->unsafe_time_step)

@@ -27,8 +27,11 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
                       .gravity = scene->gravity,
                       .tool_timeout_s = scene->tool_timeout_s,
                       .may_load = options->may_load,
+                      .estimate_error = options->publishes && scene->estimate_error,
                       .contact_stiffness = options->publishes && scene->publish.contact_hz > 0.0 &&
-                                           scene->publish.contact_stiffness};
+                                           scene->publish.contact_stiffness,
+                      .counts = {scene->body_count, scene->tool_count, scene->load_count,
+                                 scene->attachment_count}};
     world->sim = sim_create(&sim, &world->arena, &world->state);
 
     const char *path = options->prepared != NULL ? options->prepared : scene->prepared;

@@ -107,7 +107,7 @@ bool build_surface(World *world, const Scene *scene, int index, const Prepared *
     surface.precision = scene->precision;
     surface.isa = options->isa != NULL ? options->isa : "auto";
     surface.team = world->team;
-    surface.without_contacts = scene->tool_count == 0;
+    surface.without_contacts = scene->tool_count == 0 && scene->attachment_count == 0;
     surface.without_loads = scene->load_count == 0 && !options->may_load;
     surface.initial_position = position;
     surface.initial_velocity = velocity;

@@ -61,6 +61,12 @@ static void add_surface(uint64_t *hash, const SurfaceOptions *surface)
     fnv_real(hash, surface->prestress);
     add_shared(hash, surface->integrator, surface->time_step, surface->contact_ratio,
                surface->contact_damping, surface->friction);
+    if (surface->automatic || surface->integrator == INTEGRATOR_IMPLICIT) {
+        fnv_int(hash, surface->automatic);
+        fnv_real(hash, surface->implicit.theta);
+        fnv_real(hash, surface->implicit.tolerance);
+        fnv_int(hash, surface->implicit.iterations);
+    }
 }
 
 // The cells themselves are in World.cells.

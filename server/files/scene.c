@@ -16,6 +16,7 @@ typedef struct SceneGroup {
     double rate_hz, tool_timeout_s, settle_s;
     Vec3 gravity;
     int threads, precision, late, start;
+    bool estimate_error;
     const config_setting_t *publish, *capacity, *bodies, *tools, *attachments, *loads;
 } SceneGroup;
 
@@ -60,6 +61,10 @@ static const Option SCENE_OPTIONS[] = {
      .about = "What becomes of a tick that could not begin in time: it is skipped and counted."},
     {"start", OPTION_WORD, AT(start), "", .words = START_WORDS,
      .about = "Whether time runs at once or waits for a RESUME or STEP command."},
+    {"estimate_error", OPTION_BOOL, AT(estimate_error), "",
+     .about = "Whether a live run tells the error of its time steps (`body_status_t`): steps are "
+              "tried, whole and in halves, in the time that ticks leave. The motion is the same to "
+              "the bit."},
     {"tool_timeout_s", OPTION_REAL, AT(tool_timeout_s), "s", 0.0, 3600.0, .open = true,
      .preset = 0.2, .about = "A tool whose newest pose is older is withdrawn."},
     {"settle_s", OPTION_REAL, AT(settle_s), "s", 0.0, 3600.0,
@@ -263,6 +268,7 @@ static bool read_root(const SceneReader *reader, const config_setting_t *root)
     scene->threads = raw.threads;
     scene->precision = (Precision)raw.precision;
     scene->start_paused = raw.start == START_PAUSED;
+    scene->estimate_error = raw.estimate_error;
     scene->tool_timeout_s = raw.tool_timeout_s;
     scene->settle_s = raw.settle_s;
     const char *input = option_given(root, "input_prefix") ? raw.input_prefix : raw.prefix;

@@ -84,6 +84,7 @@ typedef struct Scene {
     char *lcm_url;                     // or NULL
     char *prepared;                    // file of prepared models, resolved, or NULL
     bool start_paused;                 // start = "paused"
+    bool estimate_error;               // live, in the time left in a tick
     double tool_timeout_s, settle_s;
     int node_capacity, face_capacity; // of each body; 0: from its mesh and levels
     ScenePublish publish;

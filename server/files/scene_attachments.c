@@ -67,7 +67,8 @@ static bool check_joint(const SceneReader *reader, const config_setting_t *at,
     for (int i = 0; i < 2; i++)
         kind[i] =
             both[i]->model == MODEL_VOXEL ? both[i]->voxel.integrator : both[i]->surface.integrator;
-    if (kind[0] != kind[1])
+    const bool chooses = body->surface.automatic || other->surface.automatic; // sim.c compares then
+    if (!chooses && kind[0] != kind[1])
         return option_fail(&reader->source, at,
                            "to_body: bodies \"%s\" (%s) and \"%s\" (%s) must have one integrator",
                            body->name, integrator_name(kind[0]), other->name,

@@ -9,7 +9,8 @@ static const OptionWord INTEGRATOR_WORDS[] = {
     {"leapfrog", INTEGRATOR_LEAPFROG, NULL},
     {"rk4", INTEGRATOR_RK4, NULL},
     {"symplectic_euler", INTEGRATOR_SYMPLECTIC_EULER, NULL},
-    {"implicit", INTEGRATOR_COUNT, LATER_IMPLICIT},
+    {"implicit", INTEGRATOR_IMPLICIT, NULL},
+    {"auto", INTEGRATOR_AUTO, NULL},
     {NULL, 0, NULL}};
 static const OptionWord ADJUST_WORDS[] = {
     {"continuum", ADJUST_CONTINUUM, NULL}, {"choi2005", ADJUST_CHOI2005, NULL}, {NULL, 0, NULL}};
@@ -59,7 +60,19 @@ static const Option BODY_OPTIONS[] = {
     {"integrator", OPTION_WORD, AT(integrator), "", .words = INTEGRATOR_WORDS,
      .preset = INTEGRATOR_LEAPFROG, .preset_text = "surface leapfrog, voxel symplectic_euler",
      .about = "Scheme of time integration: `leapfrog` and `symplectic_euler` evaluate the forces "
-              "once a step, `rk4` (surface only) four times."},
+              "once a step, `rk4` (surface only) four times. `implicit` (surface only) solves a "
+              "linear system once a tick, or once in `time_step`, and is stable however stiff the "
+              "body; its contacts, graspers and attachments are as stiff as that step allows, at "
+              "most (`--explain` says), and its positions in double precision. `auto`: of a "
+              "surface body `leapfrog`, but `implicit` where that would take more than 64 steps a "
+              "tick at the finest level; of a voxel body its preset."},
+    {"theta", OPTION_REAL, AT(theta), "", 0.5, 1.0, .preset = 0.55,
+     .about = "Surface, `implicit`: share of a step's end in its forces. 0.5 is the most exact and "
+              "damps nothing, 1 is backward Euler."},
+    {"solver_tolerance", OPTION_REAL, AT(solver_tolerance), "", 1e-12, 1.0, .preset = 0.01,
+     .about = "Surface, `implicit`: of the linear system's residual, relative."},
+    {"solver_iterations", OPTION_INT, AT(solver_iterations), "", 1.0, 10000.0, .preset = 50,
+     .about = "Surface, `implicit`: at most so many a step; the rest is left to the next."},
     {"time_step", OPTION_REAL, AT(time_step), "s", 0.0, 1.0, .open = true,
      .preset_text = "from the stability bound",
      .about = "Longest step; a tick is divided into equal steps that are not longer."},
@@ -123,10 +136,21 @@ static const struct {
     const char *key;
     SceneModel model; // the only one that knows the key
 } MEANT_FOR[] = {
-    {"mesh", MODEL_SURFACE},    {"start_level", MODEL_SURFACE}, {"adjust", MODEL_SURFACE},
-    {"adapt", MODEL_SURFACE},   {"shape", MODEL_SURFACE},       {"prestress", MODEL_SURFACE},
-    {"voxels", MODEL_VOXEL},    {"law", MODEL_VOXEL},           {"dimensions", MODEL_VOXEL},
-    {"materials", MODEL_VOXEL}, {"skin", MODEL_VOXEL},          {"split_budget", MODEL_VOXEL},
+    {"theta", MODEL_SURFACE},
+    {"solver_tolerance", MODEL_SURFACE},
+    {"solver_iterations", MODEL_SURFACE},
+    {"mesh", MODEL_SURFACE},
+    {"start_level", MODEL_SURFACE},
+    {"adjust", MODEL_SURFACE},
+    {"adapt", MODEL_SURFACE},
+    {"shape", MODEL_SURFACE},
+    {"prestress", MODEL_SURFACE},
+    {"voxels", MODEL_VOXEL},
+    {"law", MODEL_VOXEL},
+    {"dimensions", MODEL_VOXEL},
+    {"materials", MODEL_VOXEL},
+    {"skin", MODEL_VOXEL},
+    {"split_budget", MODEL_VOXEL},
 };
 
 const char *scene_model_name(SceneModel model)

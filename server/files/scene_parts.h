@@ -14,8 +14,8 @@ enum {
     SCENE_FILE_MAX = 4000, // characters of a file name
 };
 
-// Why known keys of features that are not built in are refused.
-#define LATER_IMPLICIT "implicit integration is not built into this version"
+// What `integrator` says besides the kinds there are: the body chooses.
+enum { INTEGRATOR_AUTO = INTEGRATOR_COUNT };
 
 #define POSITION_LIMIT 1e6 // [m] from the origin
 #define SIZE_LIMIT     1e3 // [m] of generated meshes
@@ -60,6 +60,8 @@ typedef struct BodyGroup {
     // Surface.
     int start_level, adjust;
     double prestress;
+    double theta, solver_tolerance;
+    int solver_iterations;
     const config_setting_t *mesh, *adapt, *shape;
     // Voxel.
     int law, dimensions;

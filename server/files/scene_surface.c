@@ -61,8 +61,12 @@ bool scene_read_surface(const SceneReader *reader, const BodyGroup *raw, SceneBo
         return false;
     surface->name = body->name;
     surface->prestress = raw->prestress;
+    surface->automatic = raw->integrator == INTEGRATOR_AUTO;
     surface->integrator =
-        option_given(raw->at, "integrator") ? (IntegratorKind)raw->integrator : INTEGRATOR_LEAPFROG;
+        surface->automatic ? INTEGRATOR_LEAPFROG : (IntegratorKind)raw->integrator;
+    surface->tick = 1.0 / reader->scene->rate_hz;
+    surface->implicit =
+        (SurfaceImplicit){raw->theta, raw->solver_tolerance, raw->solver_iterations};
     surface->time_step = raw->time_step;
     surface->unsafe_time_step = raw->unsafe_time_step;
     return scene_read_mesh(reader, raw->mesh, &body->mesh) && read_levels(reader, raw, surface) &&

@@ -158,11 +158,14 @@ static bool choose_levels(const SceneReader *reader, const BodyGroup *raw, Voxel
 static bool choose_integrator(const SceneReader *reader, const BodyGroup *raw, VoxelOptions *voxel)
 {
     const config_setting_t *at = option_find(raw->at, "integrator");
-    voxel->integrator = at != NULL ? (IntegratorKind)raw->integrator : INTEGRATOR_SYMPLECTIC_EULER;
-    return voxel->integrator != INTEGRATOR_RK4 ||
+    voxel->integrator = at != NULL && raw->integrator != INTEGRATOR_AUTO
+                            ? (IntegratorKind)raw->integrator
+                            : INTEGRATOR_SYMPLECTIC_EULER;
+    return (voxel->integrator != INTEGRATOR_RK4 && voxel->integrator != INTEGRATOR_IMPLICIT) ||
            option_fail(&reader->source, at,
-                       "integrator \"rk4\" means nothing for a voxel body; only "
-                       "\"symplectic_euler\", \"leapfrog\"");
+                       "integrator \"%s\" means nothing for a voxel body; only "
+                       "\"symplectic_euler\", \"leapfrog\", \"auto\"",
+                       integrator_name(voxel->integrator));
 }
 
 bool scene_read_voxel(const SceneReader *reader, const BodyGroup *raw, SceneBody *body)

@@ -1,13 +1,11 @@
 #include "run/bus_parts.h"
 
-#include "base/check.h"
 #include "base/clock.h"
 #include "run/lcm_url.h"
 
 #include <errno.h>
 #include <poll.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 // --- start ---
@@ -67,7 +65,7 @@ static bool claim_prefix(Bus *bus, const char *url, Status *status)
     return true;
 }
 
-static bool connect_bus(Bus *bus, const char *url, Status *status)
+static bool join_network(Bus *bus, const char *url, Status *status)
 {
     if (!lcm_url_check(url, status))
         return false;
@@ -78,23 +76,22 @@ static bool connect_bus(Bus *bus, const char *url, Status *status)
     return claim_prefix(bus, url, status) && bus_subscribe(bus, status);
 }
 
-Bus *bus_create(World *world, const Scene *scene, Exchange *exchange, const char *describe,
-                const char *lcm_url, Status *status)
+Bus *bus_reserve(World *world, const Scene *scene, Exchange *exchange)
 {
-    Bus *bus = calloc(1, sizeof *bus);
-    ASSERT(bus != NULL);
+    Bus *bus = arena_allocate(&world->arena, ARENA_OUTPUT, 1, sizeof *bus, "run/bus");
     bus->sim = world->sim;
     bus->scene = scene;
     bus->exchange = exchange;
-    bus->describe = describe;
     gate_init(&bus->gate, world->sim, scene->tool_timeout_s, &world->arena);
-    const char *url = lcm_url != NULL ? lcm_url : scene->lcm_url;
-    if (!name_channels(bus, status) || !connect_bus(bus, url, status)) {
-        bus_destroy(bus);
-        return NULL;
-    }
     bus_create_streams(bus, &world->arena);
     return bus;
+}
+
+bool bus_connect(Bus *bus, const char *describe, const char *lcm_url, Status *status)
+{
+    bus->describe = describe;
+    const char *url = lcm_url != NULL ? lcm_url : bus->scene->lcm_url;
+    return name_channels(bus, status) && join_network(bus, url, status);
 }
 
 // --- the thread ---
@@ -165,9 +162,9 @@ BusCounts bus_counts(const Bus *bus)
     return counts;
 }
 
-void bus_destroy(Bus *bus)
+void bus_disconnect(Bus *bus)
 {
     if (bus->lcm != NULL)
         lcm_destroy(bus->lcm);
-    free(bus);
+    bus->lcm = NULL;
 }

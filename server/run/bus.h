@@ -14,15 +14,17 @@ typedef struct BusCounts {
     int64_t reason[REFUSAL_COUNT];
 } BusCounts;
 
+// Load time: all memory of the bus, from the world's arena. Everything outlives the bus.
+Bus *bus_reserve(World *world, const Scene *scene, Exchange *exchange);
 // Main thread: connects, refuses an output prefix that another daemon uses, subscribes. `describe`
-// is the answer to DESCRIBE; everything outlives the bus. NULL with `status`.
-Bus *bus_create(World *world, const Scene *scene, Exchange *exchange, const char *describe,
-                const char *lcm_url, Status *status);
+// is the answer to DESCRIBE. False with `status`.
+bool bus_connect(Bus *bus, const char *describe, const char *lcm_url, Status *status);
 // The thread "pliant-bus".
 bool bus_start(Bus *bus, Status *status);
 // After the other threads have ended: publishes what they left and ends.
 void bus_stop(Bus *bus);
 BusCounts bus_counts(const Bus *bus);
-void bus_destroy(Bus *bus);
+// Leaves the network; the memory goes with the arena.
+void bus_disconnect(Bus *bus);
 
 #endif

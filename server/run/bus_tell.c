@@ -15,7 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { REASONS = REFUSAL_COUNT + 3 };
+enum { REASONS = REFUSAL_COUNT + 3 + GUARD_REASONS };
 
 void bus_count_published(Bus *bus, int result)
 {
@@ -83,7 +83,8 @@ static void fill_bodies(const Bus *bus, pliant_body_status_t *out)
                                         .kinetic = from->measure.kinetic,
                                         .elastic = from->measure.elastic,
                                         .mass = from->mass,
-                                        .max_displacement = from->measure.max_displacement};
+                                        .max_displacement = from->measure.max_displacement,
+                                        .estimated_error = from->estimated_error};
     }
 }
 
@@ -98,7 +99,21 @@ static int fill_stages(const Bus *bus, char *name[STAGE_COUNT], double us[STAGE_
     return count;
 }
 
-// What was refused, dropped or held back, and how often.
+static int fill_guard(const GuardCounts *guard, char **name, int64_t *count)
+{
+    int reasons = 0;
+    for (int i = 0; i < GUARD_REASONS; i++) {
+        const char *what;
+        int64_t times = guard_reason(guard, i, &what);
+        if (times == 0)
+            continue;
+        name[reasons] = (char *)(uintptr_t)what;
+        count[reasons++] = times;
+    }
+    return reasons;
+}
+
+// What was refused, dropped, held back or put right, and how often.
 static int fill_reasons(const Bus *bus, char *name[REASONS], int64_t count[REASONS])
 {
     int reasons = 0;
@@ -113,6 +128,7 @@ static int fill_reasons(const Bus *bus, char *name[REASONS], int64_t count[REASO
         name[reasons] = (char *)(uintptr_t) "governor_actions";
         count[reasons++] = bus->status->governor_actions;
     }
+    reasons += fill_guard(&bus->status->guard, name + reasons, count + reasons);
     for (int i = ACCEPTED + 1; i < REFUSAL_COUNT; i++) {
         if (bus->gate.refused[i] == 0)
             continue;

@@ -122,7 +122,8 @@ void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
     create_slot(&exchange->status, arena,
                 sizeof(StatusOut) + (size_t)exchange->body_count * sizeof(BodyOut), "status");
     create_ring(&exchange->request, arena, EXCHANGE_REQUESTS, sizeof(Input), "requests");
-    create_ring(&exchange->contact, arena, EXCHANGE_CONTACTS, sizeof(ContactOut), "contacts");
+    if (exchange->tool_count > 0)
+        create_ring(&exchange->contact, arena, EXCHANGE_CONTACTS, sizeof(ContactOut), "contacts");
     create_ring(&exchange->answer, arena, EXCHANGE_REQUESTS, sizeof(Answer), "answers");
     create_ring(&exchange->event, arena, EXCHANGE_EVENTS, sizeof(EventOut), "events");
     if (options->logs_inputs)

@@ -60,6 +60,7 @@ typedef struct BodyOut {
     BodyMeasure measure;
     int topology, nodes, springs, elements, pieces, finest_level;
     double time_step, mass; // [s], [kg]
+    double estimated_error; // of a tick, over the largest displacement; 0: not known
 } BodyOut;
 
 // status_t as the step thread sees it.
@@ -67,6 +68,7 @@ typedef struct StatusOut {
     RunState state;
     int64_t step, late_ticks, resets;
     int64_t governor_stage, governor_actions;
+    GuardCounts guard;
     double time, real_time_factor;
     double step_us[4], wake_us[4];
     double stage_us[STAGE_COUNT];
@@ -90,7 +92,7 @@ typedef struct Exchange {
     Slot *frame;       // [body_count] of Frame
     size_t *mesh_at;   // [body_count] where the mesh lies in such a Frame; 0: it never changes
     Slot status;       // of StatusOut
-    Ring contact;      // of ContactOut
+    Ring contact;      // of ContactOut; no memory without tools
     Ring answer;       // of Answer
     Ring event;        // of EventOut
     atomic_llong lost; // contacts and events that found their ring full

@@ -1,4 +1,4 @@
-#include "run/explain.h"
+#include "run/explain_parts.h"
 
 #include "base/check.h"
 
@@ -121,6 +121,26 @@ static void print_cutting(const SceneBody *described, FILE *out)
     fprintf(out, "\n");
 }
 
+static void print_time_step(const Body *body, const SceneBody *described, FILE *out)
+{
+    const bool implicit = body->integrator == INTEGRATOR_IMPLICIT;
+    fprintf(out, "  time step %.6g s, %d substeps a tick, ", body->h, body->substeps);
+    if (implicit && isinf(body->time_step_limit))
+        fprintf(out, "no stability limit");
+    else
+        fprintf(out, "stability limit %.6g s%s", body->time_step_limit,
+                implicit ? ", of what acts from outside" : "");
+    fprintf(out, "%s\n", body->unsafe_time_step ? " (unsafe_time_step)" : "");
+    if (body->contact_share < 1.0)
+        fprintf(out,
+                "  contacts and attachments: %.3g of their stiffness, which this time step allows; "
+                "a shorter time_step allows more\n",
+                body->contact_share);
+    if (described->model == MODEL_SURFACE && described->surface.automatic)
+        fprintf(out, "  integrator = \"auto\": leapfrog would take %s%d substeps for its springs\n",
+                implicit ? "more than " : "at most ", SURFACE_AUTO_SUBSTEPS);
+}
+
 static void print_body(World *world, const Scene *scene, int index, FILE *out)
 {
     const SceneBody *described = &scene->body[index];
@@ -135,9 +155,7 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
     print_nodes(body, &outside, out);
     fprintf(out, "  box [%.6g, %.6g, %.6g] to [%.6g, %.6g, %.6g] m\n", low.x, low.y, low.z, high.x,
             high.y, high.z);
-    fprintf(out, "  time step %.6g s, %d substeps a tick, stability limit %.6g s%s\n", body->h,
-            body->substeps, body->time_step_limit,
-            body->unsafe_time_step ? " (unsafe_time_step)" : "");
+    print_time_step(body, described, out);
     if (voxel)
         print_elements(described, body, out);
     else
@@ -208,104 +226,6 @@ static int node_total(World *world)
     return nodes;
 }
 
-static void print_arrays(World *world, FILE *out)
-{
-    static const struct {
-        ArenaUse use;
-        const char *name;
-    } uses[] = {{ARENA_STEP, "every step"},
-                {ARENA_CONTACT, "while a tool is near"},
-                {ARENA_TOPOLOGY, "meshes and connectivity"},
-                {ARENA_OUTPUT, "messages and files"}};
-    const Arena *arena = &world->arena;
-    for (size_t u = 0; u < sizeof uses / sizeof *uses; u++) {
-        fprintf(out, "arrays, %s: %zu bytes\n", uses[u].name, arena_bytes_of(arena, uses[u].use));
-        for (int i = 0; i < arena->count; i++)
-            if (arena->block[i].use == uses[u].use)
-                fprintf(out, "  %-47s %12zu\n", arena->block[i].name, arena->block[i].bytes);
-    }
-    int nodes = node_total(world);
-    fprintf(out,
-            "total: %zu bytes, %.1f a node, of which %.1f read or written by every step and %.1f "
-            "while a tool is near\n",
-            arena_bytes(arena), (double)arena_bytes(arena) / nodes,
-            (double)arena_bytes_of(arena, ARENA_STEP) / nodes,
-            (double)arena_bytes_of(arena, ARENA_CONTACT) / nodes);
-}
-
-// Features of the whole scene; each body prints its own.
-static void print_left_out(World *world, const Scene *scene, const ExchangeOptions *asked,
-                           FILE *out)
-{
-    const ScenePublish *publish = &scene->publish;
-    // What no body has of what its model can have.
-    bool surface = false, levels = false, adaptive = false;
-    bool voxel = false, coarse = false, skin = false;
-    bool cuttable = false, tears = false;
-    for (int i = 0; i < scene->body_count; i++) {
-        const SceneBody *body = &scene->body[i];
-        surface |= body->model == MODEL_SURFACE;
-        levels |= body->surface.levels > 0;
-        adaptive |= body->surface.adaptive;
-        voxel |= body->model == MODEL_VOXEL;
-        coarse |= body->voxel.levels > 0;
-        skin |= body->skin.file != NULL;
-        cuttable |= body->surface.cuttable || body->voxel.cuttable;
-        tears |= body->surface.tear_stretch > 0.0 || body->voxel.tear_stress > 0.0 ||
-                 body->voxel.tear_force > 0.0;
-    }
-    fprintf(out, "left out, and the key that switches it on:\n");
-    if (surface && !levels)
-        fprintf(out, "  finer levels of detail: levels\n");
-    if (surface && !adaptive)
-        fprintf(out, "  refinement at run time: adapt = { ... }\n");
-    if (voxel && !coarse)
-        fprintf(out, "  larger elements inside of voxel bodies: levels\n");
-    if (voxel && !skin)
-        fprintf(out, "  display surface of voxel bodies: skin = { mesh = ... }\n");
-    if (voxel && !publish->all_nodes)
-        fprintf(out, "  inner vertices of voxel bodies in messages: publish.nodes = \"all\"\n");
-    if (!cuttable)
-        fprintf(out, "  cuts: cuttable = true\n");
-    if (!tears)
-        fprintf(out, "  tearing: tear = { ... }\n");
-    if (sim_tool_count(world->sim) == 0)
-        fprintf(out, "  contact: tools = ( ... )\n");
-    bool graspers = false;
-    for (int i = 0; i < scene->tool_count; i++)
-        graspers |= scene->tool[i].kind == TOOL_GRASPER;
-    if (!graspers)
-        fprintf(out, "  graspers: kind = \"grasper\" in tools\n");
-    if (scene->attachment_count == 0)
-        fprintf(out, "  attachments: attachments = ( ... )\n");
-    if (scene->load_count == 0)
-        fprintf(out, "  loads of the scene: loads = ( ... ) (loads also come by message)\n");
-    if (!(scene->settle_s > 0.0))
-        fprintf(out, "  settling before the first tick: settle_s\n");
-    if (scene->gravity.x == 0.0 && scene->gravity.y == 0.0 && scene->gravity.z == 0.0)
-        fprintf(out, "  gravity: gravity = [ ... ]\n");
-    if (world->team == NULL)
-        fprintf(out, "  more threads for a step: threads\n");
-    if (!publish->velocity)
-        fprintf(out, "  velocities in messages: publish.velocity = true\n");
-    if (!(publish->nodes_hz > 0.0))
-        fprintf(out, "  positions in messages: publish.nodes_hz\n");
-    if (!(publish->mesh_hz > 0.0))
-        fprintf(out, "  meshes in messages: publish.mesh_hz\n");
-    if (!(publish->contact_hz > 0.0))
-        fprintf(out, "  contacts in messages: publish.contact_hz\n");
-    else if (!publish->contact_stiffness)
-        fprintf(out, "  stiffness in contacts: publish.contact_stiffness\n");
-    if (!asked->checkpoints)
-        fprintf(out, "  checkpoints: option --checkpoint FILE\n");
-    if (!asked->logs_inputs)
-        fprintf(out, "  log of applied inputs: option --log-inputs FILE\n");
-    if (!asked->records)
-        fprintf(out, "  recording: option --record FILE\n");
-    if (!asked->checkpoints && !asked->logs_inputs && !asked->records)
-        fprintf(out, "  files thread: any of these three\n");
-}
-
 void explain_plan(World *world, const Scene *scene, const ExchangeOptions *asked, FILE *out)
 {
     explain_summary(world, scene, out);
@@ -319,8 +239,8 @@ void explain_plan(World *world, const Scene *scene, const ExchangeOptions *asked
         fprintf(out, "kernel of body %s:\n", body->name);
         body->ops->explain(body->model, out);
     }
-    print_arrays(world, out);
-    print_left_out(world, scene, asked, out);
+    explain_arrays(world, node_total(world), out);
+    explain_features(world, scene, asked, out);
 }
 
 char *explain_describe(World *world, const Scene *scene)

@@ -466,5 +466,7 @@ LoadOptions input_load(const Input *input)
                          .center = vec3_of(input->load.center),
                          .radius = input->load.radius,
                          .force = vec3_of(input->load.force),
-                         .duration = input->load.duration};
+                         .duration = input->load.duration,
+                         .sender = input->sender,
+                         .id = input->id};
 }

@@ -12,7 +12,7 @@
 #include <sys/signalfd.h>
 #include <unistd.h>
 
-typedef struct Live {
+struct Live {
     World *world;
     const Scene *scene;
     const LiveOptions *options;
@@ -23,7 +23,7 @@ typedef struct Live {
     Recorder recorder;
     int done_fd, signal_fd;
     char *describe;
-} Live;
+};
 
 static bool open_input_log(Live *live, Status *status)
 {
@@ -47,12 +47,6 @@ static bool open_recording(Live *live, Status *status)
 static bool prepare(Live *live, Status *status)
 {
     const LiveOptions *options = live->options;
-    ExchangeOptions exchange = {.velocity = live->scene->publish.velocity,
-                                .checkpoints = options->checkpoint_path != NULL,
-                                .logs_inputs = options->input_log_path != NULL,
-                                .records = options->record_path != NULL,
-                                .nodes_hz = live->scene->publish.nodes_hz};
-    exchange_create(&live->exchange, live->world, &exchange);
     live->done_fd = eventfd(0, EFD_CLOEXEC);
     live->signal_fd = signalfd(-1, &options->signals, SFD_CLOEXEC);
     if (live->done_fd < 0 || live->signal_fd < 0)
@@ -63,19 +57,19 @@ static bool prepare(Live *live, Status *status)
     live->files.world = live->world;
     live->files.scene = live->scene;
     live->files.exchange = &live->exchange;
-    if (exchange.logs_inputs && !open_input_log(live, status))
+    if (live->exchange.logs_inputs && !open_input_log(live, status))
         return false;
 
     LoopOptions loop = {.rate_hz = live->scene->rate_hz,
                         .publish = live->scene->publish,
                         .start_paused = live->scene->start_paused,
+                        .estimate_error = live->scene->estimate_error,
                         .duration_s = options->duration_s,
                         .checkpoint_s = options->checkpoint_s};
     loop_init(&live->loop, live->world, &live->exchange, &loop, live->done_fd);
     live->describe = explain_describe(live->world, live->scene);
-    live->bus = bus_create(live->world, live->scene, &live->exchange, live->describe,
-                           options->lcm_url, status);
-    return live->bus != NULL && (!exchange.records || open_recording(live, status));
+    return bus_connect(live->bus, live->describe, options->lcm_url, status) &&
+           (!live->exchange.records || open_recording(live, status));
 }
 
 // Until the loop ends by itself or a signal ends it.
@@ -122,20 +116,19 @@ static void collect(Live *live, LiveResult *result)
                            .recorded_high = exchange->recorded.high_water};
 }
 
-static void destroy(Live *live)
+// The memory stays the arena's.
+static void finish(Live *live)
 {
     if (live->files.log != NULL)
         input_log_close(live->files.log, sim_steps(live->world->sim), 0, &(Status){0});
     recorder_close(&live->recorder, &(Status){0});
-    if (live->bus != NULL)
-        bus_destroy(live->bus);
+    bus_disconnect(live->bus);
     free(live->describe);
     exchange_close(&live->exchange);
     if (live->done_fd > 0)
         close(live->done_fd);
     if (live->signal_fd > 0)
         close(live->signal_fd);
-    free(live);
 }
 
 // The bus outlives the others, so that their last words go out.
@@ -158,18 +151,33 @@ static bool run(Live *live, Status *status)
     return files_thread_close(&live->files, status) && whole;
 }
 
-bool live_run(World *world, const Scene *scene, const LiveOptions *options, LiveResult *result,
-              Status *status)
+ExchangeOptions live_exchange(const Scene *scene, const LiveOptions *options)
 {
-    Live *live = calloc(1, sizeof *live);
-    if (live == NULL)
-        return status_fail(status, STATUS_FAILED, "out of memory");
+    return (ExchangeOptions){.velocity = scene->publish.velocity,
+                             .checkpoints = options->checkpoint_path != NULL,
+                             .logs_inputs = options->input_log_path != NULL,
+                             .records = options->record_path != NULL,
+                             .nodes_hz = scene->publish.nodes_hz};
+}
+
+Live *live_reserve(World *world, const Scene *scene, const LiveOptions *options)
+{
+    Live *live = arena_allocate(&world->arena, ARENA_OUTPUT, 1, sizeof *live, "run/live");
     live->world = world;
     live->scene = scene;
     live->options = options;
+    const ExchangeOptions exchange = live_exchange(scene, options);
+    exchange_create(&live->exchange, world, &exchange);
+    live->bus = bus_reserve(world, scene, &live->exchange);
+    if (exchange.records)
+        recorder_reserve(&live->recorder, world);
+    return live;
+}
+
+bool live_run(Live *live, LiveResult *result, Status *status)
+{
     bool whole = prepare(live, status) && run(live, status);
-    if (live->bus != NULL)
-        collect(live, result);
-    destroy(live);
+    collect(live, result);
+    finish(live);
     return whole;
 }

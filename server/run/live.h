@@ -32,8 +32,14 @@ typedef struct LiveResult {
     unsigned recorded_high;
 } LiveResult;
 
-// Runs until it is told to end. False with `status` for what could not be started or written.
-bool live_run(World *world, const Scene *scene, const LiveOptions *options, LiveResult *result,
-              Status *status);
+typedef struct Live Live;
+
+// Load time: all memory that a live run needs beside the world's, from the world's arena;
+// everything outlives it.
+Live *live_reserve(World *world, const Scene *scene, const LiveOptions *options);
+// What of it a scene and these options ask for.
+ExchangeOptions live_exchange(const Scene *scene, const LiveOptions *options);
+// Runs until it is told to end; once. False with `status` for what could not be started or written.
+bool live_run(Live *live, LiveResult *result, Status *status);
 
 #endif

@@ -98,7 +98,7 @@ static void push_contacts(Loop *loop)
     }
 }
 
-static void push_body(BodyOut *out, Sim *sim, int index)
+static void push_body(BodyOut *out, Sim *sim, int index, bool estimates)
 {
     const Body *body = sim_body(sim, index);
     *out = (BodyOut){
@@ -110,7 +110,11 @@ static void push_body(BodyOut *out, Sim *sim, int index)
         .finest_level = body->finest_level,
         .time_step = body->h,
         .mass = body->mass};
-    body->ops->measure(body->model, &out->measure);
+    sim_measure(sim, index, &out->measure);
+    if (estimates) {
+        const double moved = fmax(out->measure.max_displacement, 1e-3 * body->surface.longest_edge);
+        out->estimated_error = sim_take_error(sim, index) / moved;
+    }
 }
 
 // Timings since the last status, figures of the bodies, counters.
@@ -139,29 +143,15 @@ void loop_push_status(Loop *loop)
         loop->window_stage_ns[s] = ns;
     }
     for (int i = 0; i < loop->exchange->body_count; i++) {
-        push_body(&out->body[i], sim, i);
+        push_body(&out->body[i], sim, i, loop->estimates);
     }
+    out->guard = *sim_guard_counts(sim); // what was measured, too
     histogram_clear(&loop->step_window);
     histogram_clear(&loop->wake_window);
     loop->window_start_ns = now;
     loop->window_start_step = sim_steps(sim);
     slot_publish(&loop->exchange->status);
     loop->handed_over = true;
-}
-
-// A restore of the last good state is reported at most once a simulated second.
-static void report_resets(Loop *loop)
-{
-    int64_t resets = sim_resets(loop->sim);
-    int64_t step = sim_steps(loop->sim);
-    if (resets == loop->resets_seen)
-        return;
-    if (loop->resets_seen > 0 && step - loop->reset_reported_step < llround(loop->options.rate_hz))
-        return;
-    requests_event(loop, -1, "restored", "bad numbers: %lld restores of the last good state so far",
-                   (long long)resets);
-    loop->resets_seen = resets;
-    loop->reset_reported_step = step;
 }
 
 static void report_grasps(Loop *loop)
@@ -192,15 +182,16 @@ static void apply_pose(Loop *loop, const Input *input)
 }
 
 // Only the newest pose of a tick is seen. A blade that was lifted meanwhile, or that another hand
-// took over, must not cut on its way from where it was.
+// took over, must not cut on its way from where it was; and a tool that was withdrawn is let go of.
 static void lift_blade(Loop *loop, const Input *input)
 {
     int32_t *taken = loop->exchange->taken[input->index];
     bool passed = input->pose.lifts != taken[0] || input->sender != taken[1];
     taken[0] = input->pose.lifts;
     taken[1] = input->sender;
-    if (!passed || !input->pose.active || sim_tool(loop->sim, input->index)->kind != TOOL_BLADE ||
-        !sim_tool_motion(loop->sim, input->index)->active)
+    bool cuts = sim_tool(loop->sim, input->index)->kind == TOOL_BLADE &&
+                sim_tool_motion(loop->sim, input->index)->active;
+    if (!passed || !input->pose.active || !(cuts || sim_tool_withdrawn(loop->sim, input->index)))
         return;
     Input lift = *input;
     lift.pose.active = false;
@@ -240,7 +231,6 @@ static void tick(Loop *loop, int64_t begin_ns)
         if (loop_due(step, publish->nodes_hz, rate))
             push_frames(loop, false);
     }
-    report_resets(loop);
     report_grasps(loop);
     if (loop->checkpoint_ticks > 0 && step % loop->checkpoint_ticks == 0)
         atomic_store_explicit(&loop->exchange->checkpoint_wanted, true, memory_order_relaxed);
@@ -300,6 +290,24 @@ static void wait_for_deadline(Loop *loop)
     histogram_add(&loop->wake_window, lateness);
 }
 
+// In the time that a tick leaves, one body after the other tries a step, seldom enough to cost next
+// to nothing. Until it is known how long a try takes, half a period has to be left.
+static void try_step(Loop *loop)
+{
+    enum { EVERY = 16 }; // ticks
+    const int64_t step = sim_steps(loop->sim), period = (int64_t)(1e9 / loop->options.rate_hz);
+    if (step % EVERY != 0)
+        return;
+    const int64_t begin_ns = clock_now_ns(), left = deadline(loop, loop->slot) - begin_ns;
+    if (left < (loop->try_ns > 0 ? loop->try_ns + period / 10 : period / 2))
+        return;
+    sim_try_step(loop->sim, (int)(step / EVERY % loop->exchange->body_count));
+    const int64_t taken = clock_now_ns() - begin_ns;
+    sim_add_stage_ns(loop->sim, STAGE_ESTIMATE, taken);
+    // One that was interrupted is forgotten little by little.
+    loop->try_ns = taken > loop->try_ns ? taken : loop->try_ns - (loop->try_ns - taken) / 8;
+}
+
 static void wait_for_request(Loop *loop)
 {
     struct pollfd wake = {.fd = loop->exchange->step_fd, .events = POLLIN};
@@ -335,6 +343,8 @@ static void *loop_main(void *argument)
             tick(loop, begin_ns);
         requests_checkpoint(loop);
         wake_bus(loop);
+        if (loop->estimates && loop->state == RUN_RUNNING && before == RUN_RUNNING)
+            try_step(loop);
     }
     requests_last_checkpoint(loop);
     loop->state = loop->state == RUN_RUNNING ? RUN_PAUSED : loop->state;
@@ -357,11 +367,11 @@ void loop_init(Loop *loop, World *world, Exchange *exchange, const LoopOptions *
     loop->duration_ticks = loop_ticks(options->duration_s, options->rate_hz);
     loop->checkpoint_ticks = loop_ticks(options->checkpoint_s, options->rate_hz);
     loop->window_start_step = sim_steps(loop->sim);
-    loop->resets_seen = sim_resets(loop->sim);
     loop->recorded_step = -1;
     for (int i = 0; i < sim_body_count(loop->sim); i++) {
         loop->governs |= sim_body(loop->sim, i)->ops->adapt != NULL;
     }
+    loop->estimates = options->estimate_error;
     governor_init(&loop->governor, options->rate_hz);
     sim_set_lockstep(loop->sim, false);
 }

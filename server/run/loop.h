@@ -15,6 +15,7 @@ typedef struct LoopOptions {
     double rate_hz;
     ScenePublish publish;
     bool start_paused;
+    bool estimate_error;
     double duration_s;   // simulated plus skipped time after which the loop ends; 0: never
     double checkpoint_s; // simulated time between checkpoints; 0: none
 } LoopOptions;
@@ -26,8 +27,9 @@ typedef struct Loop {
     Sim *sim;
     Exchange *exchange;
     int64_t duration_ticks, checkpoint_ticks;
-    int done_fd;  // written once when the loop ends
-    bool governs; // some body adapts its level of detail
+    int done_fd;    // written once when the loop ends
+    bool governs;   // some body adapts its level of detail
+    bool estimates; // the scene asks for the error of its steps
 
     // the thread's own
     RunState state;
@@ -37,7 +39,7 @@ typedef struct Loop {
     bool handed_over;                   // something waits for the bus
     Answer asked[EXCHANGE_CHECKPOINTS]; // who waits for the next checkpoint
     int asked_count;
-    int64_t resets_seen, reset_reported_step;
+    int64_t try_ns;        // the longest that a body's try has taken
     int64_t recorded_step; // newest frame handed to the recording
     Governor governor;
 

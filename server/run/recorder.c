@@ -86,35 +86,30 @@ void record_frame_take(RecordFrame *frame, Sim *sim)
 
 // --- meshes --------------------------------------------------------------------------------------
 
-static void *allocate(int count, size_t size)
-{
-    void *memory = calloc((size_t)count + 1, size);
-    ASSERT(memory != NULL);
-    return memory;
-}
+#define RESERVE(count, type, what)                                                                 \
+    arena_allocate(arena, ARENA_OUTPUT, count, sizeof(type), "run/recorded %s of %s", what,        \
+                   body->name)
 
-static void create_mesh(RecorderMesh *mesh, const BodyMesh *largest)
+void recorder_reserve(Recorder *recorder, World *world)
 {
-    int nodes = largest->node_capacity;
-    mesh->live = allocate(nodes, sizeof *mesh->live);
-    mesh->row = allocate(nodes, sizeof *mesh->row);
-    mesh->id = allocate(nodes, sizeof *mesh->id);
-    mesh->triangle = allocate(largest->triangle_capacity, sizeof *mesh->triangle);
-    mesh->position = allocate(3 * nodes, sizeof *mesh->position);
-}
-
-static void destroy_meshes(Recorder *recorder)
-{
-    for (int i = 0; i < sim_body_count(recorder->sim); i++) {
+    Arena *arena = &world->arena;
+    int bodies = sim_body_count(world->sim);
+    *recorder = (Recorder){.sim = world->sim};
+    recorder->mesh =
+        arena_allocate(arena, ARENA_OUTPUT, (size_t)bodies, sizeof *recorder->mesh, "run/recorder");
+    for (int i = 0; i < bodies; i++) {
+        const Body *body = sim_body(world->sim, i);
         RecorderMesh *mesh = &recorder->mesh[i];
-        free(mesh->live);
-        free(mesh->row);
-        free(mesh->id);
-        free(mesh->triangle);
-        free(mesh->position);
+        if (!mesh_changes(body))
+            continue;
+        size_t nodes = (size_t)body->mesh.node_capacity;
+        size_t triangles = (size_t)body->mesh.triangle_capacity;
+        mesh->live = RESERVE(nodes, int, "live");
+        mesh->row = RESERVE(nodes, int, "rows");
+        mesh->id = RESERVE(nodes, int, "ids");
+        mesh->triangle = RESERVE(triangles, int[3], "triangles");
+        mesh->position = RESERVE(3 * nodes, float, "positions");
     }
-    free(recorder->mesh);
-    recorder->mesh = NULL;
 }
 
 // The mesh without its free slots.
@@ -213,9 +208,11 @@ bool recorder_create(Recorder *recorder, const char *path, World *world, const S
 {
     Sim *sim = world->sim;
     int bodies = sim_body_count(sim), tools = sim_tool_count(sim);
-    RecordingBody *body = allocate(bodies, sizeof *body);
-    int *tool = allocate(tools, sizeof *tool);
-    *recorder = (Recorder){.sim = sim, .mesh = allocate(bodies, sizeof *recorder->mesh)};
+    RecordingBody *body = calloc((size_t)bodies + 1, sizeof *body);
+    int *tool = calloc((size_t)tools + 1, sizeof *tool);
+    ASSERT(body != NULL && tool != NULL);
+    if (recorder->mesh == NULL)
+        recorder_reserve(recorder, world);
     for (int i = 0; i < bodies; i++) {
         const Body *from = sim_body(sim, i);
         const BodyMesh *mesh = &from->mesh;
@@ -224,8 +221,6 @@ bool recorder_create(Recorder *recorder, const char *path, World *world, const S
             .name = from->name,
             .nodes = kept_together(changes, mesh->node_count, mesh->node_capacity),
             .triangles = kept_together(changes, mesh->triangle_count, mesh->triangle_capacity)};
-        if (changes)
-            create_mesh(&recorder->mesh[i], mesh);
     }
     for (int i = 0; i < tools; i++)
         tool[i] = sim_tool(sim, i)->id;
@@ -238,10 +233,8 @@ bool recorder_create(Recorder *recorder, const char *path, World *world, const S
     recorder->recording = recording_create(path, &options, status);
     free(body);
     free(tool);
-    if (recorder->recording == NULL) {
-        destroy_meshes(recorder);
+    if (recorder->recording == NULL)
         return false;
-    }
     return write_topologies(recorder) ||
            status_fail(status, STATUS_INVALID, "%s", recording_status(recorder->recording)->text);
 }
@@ -298,8 +291,6 @@ bool recorder_write_event(Recorder *recorder, const EventOut *event)
 bool recorder_close(Recorder *recorder, Status *status)
 {
     Recording *recording = recorder->recording;
-    if (recorder->mesh != NULL)
-        destroy_meshes(recorder);
     recorder->recording = NULL;
     return recording == NULL || recording_close(recording, status);
 }

@@ -58,7 +58,10 @@ typedef struct Recorder {
     int64_t frames;     // written
 } Recorder;
 
-// Creates the files (recording_create) and describes the bodies in them.
+// Load time: memory from the world's arena.
+void recorder_reserve(Recorder *recorder, World *world);
+// Creates the files (recording_create) and describes the bodies in them; reserves first, if nobody
+// has.
 bool recorder_create(Recorder *recorder, const char *path, World *world, const Scene *scene,
                      Status *status);
 // Writes the mesh of the frames that follow, if it is another than before. Each returns false from

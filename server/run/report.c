@@ -59,10 +59,21 @@ static void print_messages(const LiveResult *result, FILE *out)
             result->applied_high);
 }
 
+static void print_guard(const World *world, FILE *out)
+{
+    for (int i = 0; i < GUARD_REASONS; i++) {
+        const char *name;
+        int64_t count = guard_reason(sim_guard_counts(world->sim), i, &name);
+        if (count > 0)
+            fprintf(out, "  %s: %lld\n", name, (long long)count);
+    }
+}
+
 void report_live(World *world, const LiveResult *result, FILE *out)
 {
     fprintf(out, "ticks: %lld\nlate ticks: %lld\nresets: %lld\n", (long long)result->ticks,
             (long long)result->late_ticks, (long long)result->resets);
+    print_guard(world, out);
     print_times("step time", &result->step, out);
     print_times("wake-up", &result->wake, out);
     print_team(world, out);
@@ -84,6 +95,7 @@ void report_offline(World *world, const OfflineResult *result, FILE *out)
 {
     fprintf(out, "ticks: %lld\nresets: %lld\n", (long long)result->ticks,
             (long long)sim_resets(world->sim));
+    print_guard(world, out);
     print_times("step time", &result->step, out);
     print_team(world, out);
     print_refused(world, out);

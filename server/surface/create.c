@@ -4,8 +4,10 @@
 
 #include "base/check.h"
 #include "base/log.h"
+#include "dynamics/stability.h"
 #include "geometry/winged_edge.h"
 #include "surface/detail/detail_create.h"
+#include "surface/implicit.h"
 #include "surface/model.h"
 #include "surface/network.h"
 #include "surface/order.h"
@@ -322,9 +324,25 @@ static void create_dense(Body *body, SurfaceModel *model, const TriMesh *mesh,
     model_create_mesh(model, body, mesh, options, arena);
 }
 
-bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *options, Arena *arena,
+// Decides what was left to the body, from the bounds of its springs.
+static void choose_integrator(SurfaceOptions *options, const SpringNetwork *network)
+{
+    if (options->automatic) {
+        double limit = stability_time_step(INTEGRATOR_LEAPFROG, network->finest_lambda,
+                                           network->finest_damping);
+        options->integrator = stability_substeps(options->tick, limit) <= SURFACE_AUTO_SUBSTEPS
+                                  ? INTEGRATOR_LEAPFROG
+                                  : INTEGRATOR_IMPLICIT;
+    }
+    if (options->integrator == INTEGRATOR_IMPLICIT)
+        options->precision = PRECISION_DOUBLE;
+}
+
+bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked, Arena *arena,
                     StateList *state, Status *status)
 {
+    SurfaceOptions chosen = *asked;
+    const SurfaceOptions *options = &chosen;
     const char *name = options->name;
     const SpringKernels *kernels =
         kernels_find(options->precision, options->isa == NULL ? "auto" : options->isa);
@@ -352,20 +370,22 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *optio
         winged_destroy(&winged);
         return false;
     }
-    if (network.clamped)
+    choose_integrator(&chosen, &network);
+    const bool implicit = options->integrator == INTEGRATOR_IMPLICIT;
+    if (network.clamped && !implicit)
         log_line(LOG_WARNING,
                  "body %s: damping_time %g s shortened to %g s: longer, it would dictate "
                  "the time step",
                  name, options->material.damping_time, network.damping_time);
 
     SurfaceModel *model = arena_allocate(arena, ARENA_STEP, 1, sizeof *model, "%s/model", name);
-    model->kernels = kernels;
+    model->kernels = implicit ? kernels_find(PRECISION_DOUBLE, kernels->level) : kernels;
     model->basis.precision = options->precision;
     model->basis.displaced = options->precision == PRECISION_SINGLE;
     model->prestressed = options->prestress > 0.0;
     model->team = mesh->node_count < SHARED_LEAST && !changes ? NULL : options->team;
-    model->damping_time = network.damping_time;
-    model->damped = network.damping_time > 0.0;
+    model->damping_time = implicit ? network.asked_damping_time : network.damping_time;
+    model->damped = model->damping_time > 0.0;
     *body = (Body){
         .ops = &surface_ops,
         .model = model,
@@ -379,6 +399,8 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *optio
         .contact_lambda = network.contact_lambda,
         .contact_ratio = options->contact_ratio,
         .contact_damping = options->contact_damping,
+        .theta = implicit ? implicit_theta(options) : 0.0,
+        .contact_share = 1.0,
         .tuning = {.friction = options->friction, .stiffness_scale = 1.0, .damping_scale = 1.0},
         .time_step_wanted = options->time_step,
         .unsafe_time_step = options->unsafe_time_step,
@@ -388,6 +410,8 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *optio
         detail_create(body, model, mesh, &winged, &network, options, arena, state);
     else
         create_dense(body, model, mesh, &winged, &network, options, arena, state);
+    if (implicit)
+        implicit_create(body, options, arena);
     network_destroy(&network);
     winged_destroy(&winged);
     return true;

@@ -13,7 +13,7 @@ void model_add_external(SurfaceModel *model, int slot, Vec3 force)
 
 void model_turn_loads(SurfaceModel *model)
 {
-    if (model->world_load == NULL || *model->loaded == 0)
+    if (*model->loaded == 0)
         return;
     for (int s = 0; s < model->basis.count; s++) {
         if (model->node[s] < 0)

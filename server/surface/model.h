@@ -27,7 +27,8 @@ typedef struct SurfaceModel {
     int *node;      // [slots] of a slot; -1 for padding
     int lane_count; // of the tables by chunk and lane: as many, unless there is `lane`
     int *lane;      // [slots] bodies with levels: where in the tables; else NULL: at the slot
-    struct Detail *detail; // bodies with levels, else NULL
+    struct Detail *detail;     // bodies with levels, else NULL
+    struct Implicit *implicit; // of bodies with integrator = "implicit", else NULL
 
     // --- springs; by entry and lane ---
     SpringTable springs;
@@ -134,6 +135,8 @@ extern const BodyOps surface_ops;
 
 // Remembers what a lane of `external` holds until the next evaluation ends.
 void model_touch(SurfaceModel *model, int lane);
+// Takes the contact forces of one evaluation back, leaving the constant loads as they were.
+void model_clear_touched(SurfaceModel *model);
 // What one evaluation reads and writes; then, after the kernel.
 void model_fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringPass *pass);
 // Over all chunks of the pass, by all threads that share the step.

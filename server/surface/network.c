@@ -77,7 +77,7 @@ static void set_bounds(SpringNetwork *network, const WingedMesh *winged, const L
         network->lambda = fmax(network->lambda, (2.0 * sum + network->shape_stiffness[i]) / m);
         drag = fmax(drag, (network->shape_damping[i] + network->node_damping[i]) / m);
     }
-    LevelBounds finest = {.springs = springs}, coarsest = {springs, network->lambda};
+    LevelBounds finest = {springs, network->lambda}, coarsest = {springs, network->lambda};
     if (rules->levels != NULL) {
         finest = level_rules_bounds(rules, rules->levels->finest, network->fixed);
         coarsest = level_rules_bounds(rules, 0, network->fixed);
@@ -85,11 +85,15 @@ static void set_bounds(SpringNetwork *network, const WingedMesh *winged, const L
     network->contact_lambda = coarsest.lambda;
     network->damping_time = level_rules_damping_time(rules, finest.springs);
     const SurfaceMaterial *material = &rules->options->material;
-    network->clamped = !material->uniform && network->damping_time < material->damping_time;
+    network->asked_damping_time =
+        material->uniform ? network->damping_time : material->damping_time;
+    network->clamped = network->damping_time < network->asked_damping_time;
     network->damping = network->damping_time * springs + drag;
     level_rules_raise_bounds(rules, rules->options->start_level, coarsest.lambda,
                              network->damping_time * coarsest.springs + drag, &network->lambda,
                              &network->damping);
+    network->finest_lambda = fmax(finest.lambda, network->lambda);
+    network->finest_damping = fmax(network->damping_time * finest.springs + drag, network->damping);
 }
 
 bool network_create(SpringNetwork *network, const TriMesh *mesh, const WingedMesh *winged,

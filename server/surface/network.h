@@ -7,21 +7,23 @@
 
 // All arrays by edge or node of the mesh; freed by network_destroy.
 typedef struct SpringNetwork {
-    double *rest_length;     // [edge_count] prestress included [m]
-    double *stiffness;       // [edge_count] k_s [N/m]
-    double *face_area;       // [face_count] [m2]
-    double *node_area;       // [node_count] a third of the faces around [m2]
-    double *mass;            // [node_count] [kg]
-    double *shape_stiffness; // [node_count] k'_s [N/m]; zero without shape springs
-    double *shape_damping;   // [node_count] k'_d [N s/m]
-    double *node_damping;    // [node_count] gamma of eq 1 [N s/m]
-    bool *fixed;             // [node_count], and on to the finest level if there are levels
-    double damping_time;     // k_d / k_s, clamped [s]
-    bool clamped;            // the material's damping time was too long for its stiffness
-    double lambda;           // bound of M^-1 K over free nodes [1/s2]
-    double damping;          // bound of M^-1 C over free nodes [1/s]
-    double contact_lambda;   // lambda of level 0
-    double total_mass;       // [kg]
+    double *rest_length;       // [edge_count] prestress included [m]
+    double *stiffness;         // [edge_count] k_s [N/m]
+    double *face_area;         // [face_count] [m2]
+    double *node_area;         // [node_count] a third of the faces around [m2]
+    double *mass;              // [node_count] [kg]
+    double *shape_stiffness;   // [node_count] k'_s [N/m]; zero without shape springs
+    double *shape_damping;     // [node_count] k'_d [N s/m]
+    double *node_damping;      // [node_count] gamma of eq 1 [N s/m]
+    bool *fixed;               // [node_count], and on to the finest level if there are levels
+    double damping_time;       // k_d / k_s, clamped [s]
+    double asked_damping_time; // as the material has it [s]
+    bool clamped;              // it was too long for the stiffness
+    double lambda;             // bound of M^-1 K over free nodes [1/s2]
+    double damping;            // bound of M^-1 C over free nodes [1/s]
+    double finest_lambda, finest_damping; // the same of the finest level
+    double contact_lambda;                // lambda of level 0
+    double total_mass;                    // [kg]
     int free_count;
 } SpringNetwork;
 

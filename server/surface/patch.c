@@ -30,9 +30,11 @@ static void add_nodes(const SurfaceModel *model, Patch *patch, int *budget)
         double inverse = model_get(model, nodes->inverse_mass, lane);
         if (!(inverse > 0.0))
             continue;
-        double mass = 1.0 / inverse, drag = model_get(model, nodes->drag, lane), stiffness = 0.0;
-        if (model->shape != SHAPE_FRAME_NONE)
+        double mass = 1.0 / inverse, drag = 0.0, stiffness = 0.0;
+        if (model->shape != SHAPE_FRAME_NONE) { // else there is no drag either
+            drag = model_get(model, nodes->drag, lane);
             stiffness = mass * model_get(model, nodes->shape_rate, lane);
+        }
         if (model->shape == SHAPE_FRAME_BODY)
             drag += model_get(model, nodes->shape_drag, lane);
         if (!patch_add_node(patch, node, mass, mass * drag, stiffness))

@@ -30,8 +30,7 @@ void model_touch(SurfaceModel *model, int lane)
                   model_get(model, model->external, model_lane(lane) + c * LANES));
 }
 
-// Takes the contact forces of one evaluation back, leaving the constant loads as they were.
-static void clear_touched(SurfaceModel *model)
+void model_clear_touched(SurfaceModel *model)
 {
     for (int k = 0; k < model->touched_count; k++) {
         int lane = model->touched[k];
@@ -111,7 +110,7 @@ void model_fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringPa
 
 void model_end_pass(SurfaceModel *model, const SpringPass *pass)
 {
-    clear_touched(model);
+    model_clear_touched(model);
     model->present = pass->next;
     model->next_stage = 1 - model->next_stage;
 }
@@ -131,15 +130,25 @@ static void surface_evaluate(void *self, const Stage *stage, double h)
 static bool surface_commit(void *self)
 {
     SurfaceModel *model = self;
-    bool good = !model->bad;
+    // A floating body's numbers are small however far it has flown.
+    bool good = !model->bad &&
+                (!model->basis.floating || rows_are_near(&model->basis, model->position_limit));
     model->bad = false;
     if (good) {
         model->current = 1 - model->current;
-        if (model->basis.floating && rows_follow(&model->basis, model->rows[model->current]))
+        if (model->basis.floating && rows_follow(&model->basis, model->rows[model->current]) &&
+            model->world_load != NULL)
             model_turn_loads(model);
     }
     model->present = model->rows[model->current];
     return good;
+}
+
+static void surface_abandon(void *self)
+{
+    SurfaceModel *model = self;
+    model->present = model->rows[model->current];
+    model->bad = false;
 }
 
 static bool surface_check(const void *self)
@@ -148,16 +157,16 @@ static bool surface_check(const void *self)
     return rows_are_sound(&model->basis, model->rows[model->current], model->position_limit);
 }
 
-static void surface_restore(void *self, bool to_start)
+static void surface_restore(void *self, RestoreMode mode)
 {
     SurfaceModel *model = self;
     void *rows = model->rows[model->current];
-    if (to_start) {
+    if (mode == RESTORE_SHAPE) {
         rows_return_to_rest(&model->basis, rows);
-        if (model->basis.floating)
+        if (model->world_load != NULL)
             model_turn_loads(model);
     }
-    for (long s = 0; s < model->basis.count; s++)
+    for (long s = 0; s < model->basis.count && mode != RESTORE_MOTION; s++)
         for (int c = 4; c < 7; c++)
             model_put(model, rows, s * ROW + c, 0.0);
     model->present = rows;
@@ -361,6 +370,7 @@ const BodyOps surface_ops = {
     .drift = surface_drift,
     .evaluate = surface_evaluate,
     .commit = surface_commit,
+    .abandon = surface_abandon,
     .check = surface_check,
     .restore = surface_restore,
     .read_nodes = surface_read_nodes,

@@ -54,6 +54,16 @@ typedef struct SurfaceAdapt {
     double check_hz;  // how often all faces are looked at
 } SurfaceAdapt;
 
+// The theta method (implicit.h); zeros: the defaults.
+typedef struct SurfaceImplicit {
+    double theta;     // [0.5, 1]: share of the step's end in the forces; 1: backward Euler
+    double tolerance; // at which the linear system counts as solved, relative
+    int iterations;   // at most
+} SurfaceImplicit;
+
+// A step of the implicit method costs as much as so many substeps of leapfrog at most.
+enum { SURFACE_AUTO_SUBSTEPS = 64 };
+
 typedef struct SurfaceOptions {
     const char *name;
     SurfaceMaterial material;
@@ -70,7 +80,13 @@ typedef struct SurfaceOptions {
                                       // the body is cuttable
     double prestress;                 // rest lengths shortened by this fraction, [0, 0.9]
     IntegratorKind integrator;
-    Precision precision; // of the kernels: single is for speed, double is the reference
+    SurfaceImplicit implicit;
+    // Leapfrog where the bound of the body's springs asks for at most SURFACE_AUTO_SUBSTEPS in
+    // `tick` [s], else implicit; `integrator` is not looked at.
+    bool automatic;
+    double tick;         // if automatic
+    Precision precision; // of the kernels: single is for speed, double is the reference; implicit
+                         // bodies are double always
     double time_step;    // [s]; 0: from the stability bound
     bool unsafe_time_step;
     int fixed_count;
@@ -79,7 +95,7 @@ typedef struct SurfaceOptions {
     const Vec3 *initial_position, *initial_velocity;
     Vec3 gravity;
     double contact_ratio, contact_damping, friction; // see dynamics/body.h
-    bool without_contacts; // no tool can touch it: no arrays for contact forces
+    bool without_contacts; // nothing can touch or hold it: no arrays for such forces
     bool without_loads;    // no load can act on it either: no array for outside forces
     const char *isa;       // "auto" or a level of surface_isa_*
     Team *team;            // shares the evaluation of forces; NULL: one thread; outlives the body

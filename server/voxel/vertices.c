@@ -222,12 +222,20 @@ void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gra
 
 bool vertices_end(Vertices *vertices)
 {
-    bool good = !vertices->bad;
+    // A floating body's numbers are small however far it has flown.
+    bool good = !vertices->bad && (!vertices->rows.floating ||
+                                   rows_are_near(&vertices->rows, vertices->position_limit));
     vertices->bad = false;
     if (good)
         vertices->current = 1 - vertices->current;
     vertices->present = vertices->row[vertices->current];
     return good;
+}
+
+void vertices_abandon(Vertices *vertices)
+{
+    vertices->present = vertices_row(vertices);
+    vertices->bad = false;
 }
 
 bool vertices_commit(Vertices *vertices)
@@ -238,13 +246,13 @@ bool vertices_commit(Vertices *vertices)
     return good;
 }
 
-void vertices_restore(Vertices *vertices, bool to_start)
+void vertices_restore(Vertices *vertices, RestoreMode mode)
 {
     const Rows *rows = &vertices->rows;
     void *row = vertices->row[vertices->current];
-    if (to_start)
+    if (mode == RESTORE_SHAPE)
         rows_return_to_rest(&vertices->rows, row);
-    for (long i = 0; i < rows->count; i++)
+    for (long i = 0; i < rows->count && mode != RESTORE_MOTION; i++)
         for (int c = 4; c < ROW; c++)
             rows_put(rows, row, i * ROW + c, 0.0);
     const size_t bytes = ((size_t)vertices->capacity + 1) * 4 * rows_real_size(rows);

@@ -71,7 +71,8 @@ void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gra
 bool vertices_end(Vertices *vertices);
 // The same of a body in space, whose frame then follows it.
 bool vertices_commit(Vertices *vertices);
-void vertices_restore(Vertices *vertices, bool to_start);
+void vertices_abandon(Vertices *vertices); // BodyOps.abandon
+void vertices_restore(Vertices *vertices, RestoreMode mode);
 bool vertices_check(const Vertices *vertices);
 
 // --- forces, by vertex, in the world [N] ---

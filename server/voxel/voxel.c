@@ -87,6 +87,12 @@ static bool voxel_commit(void *self)
     return vertices_commit(&model->vertices);
 }
 
+static void voxel_abandon(void *self)
+{
+    VoxelModel *model = self;
+    vertices_abandon(&model->vertices);
+}
+
 static bool voxel_check(const void *self)
 {
     const VoxelModel *model = self;
@@ -107,11 +113,11 @@ void voxel_forget_rotations(VoxelModel *model)
                    sizeof model->last[b][lane]);
 }
 
-static void voxel_restore(void *self, bool to_start)
+static void voxel_restore(void *self, RestoreMode mode)
 {
     VoxelModel *model = self;
-    vertices_restore(&model->vertices, to_start);
-    if (to_start)
+    vertices_restore(&model->vertices, mode);
+    if (mode == RESTORE_SHAPE)
         voxel_forget_rotations(model);
 }
 
@@ -226,6 +232,7 @@ const BodyOps voxel_ops = {
     .drift = voxel_drift,
     .evaluate = voxel_evaluate,
     .commit = voxel_commit,
+    .abandon = voxel_abandon,
     .check = voxel_check,
     .restore = voxel_restore,
     .read_nodes = voxel_read_nodes,

@@ -6,7 +6,11 @@
 # own weight, with large rotations (NLGEOM, C3D8I). Prints tables in Markdown. Exit code 77: ccx is
 # not installed.
 #
+# With --times, for one ratio: a row an element type and number of elements with the ratio to
+# Timoshenko's deflection and the seconds that ccx took, separated by tabs.
+#
 # usage: cantilever_ccx.sh [poisson's ratio ...]
+#        cantilever_ccx.sh --times [poisson's ratio]
 set -eu
 
 command -v ccx >/dev/null || exit 77
@@ -70,6 +74,31 @@ ratio()
         printf "%.4f", $1 / (1e-3 * (l ^ 3 / (3 * e * b ^ 4 / 12) + l / (5 / 6 * g * b ^ 2)))
     }'
 }
+
+# The best of three runs, the start of the program included.
+seconds()
+{
+    best=
+    for _ in 1 2 3; do
+        start=$(date +%s%N)
+        (cd "$folder" && ccx beam >log 2>&1)
+        end=$(date +%s%N)
+        best=$(awk -v ns=$((end - start)) -v best="$best" \
+            'BEGIN { s = ns / 1e9; printf "%.3f", (best == "" || s < best ? s : best) }')
+    done
+    echo "$best"
+}
+
+if [ "${1-}" = --times ]; then
+    for type in C3D8I C3D8; do
+        for n in 1 2 4 8; do
+            printf '%s\t%s\t%s\t' $type $n "$(ratio $type $n "${2-0.3}")"
+            write_input $type $n "${2-0.3}" end
+            seconds
+        done
+    done
+    exit 0
+fi
 
 [ $# -gt 0 ] || set -- 0 0.3 0.45
 for nu in "$@"; do

@@ -214,6 +214,7 @@ int main(int argc, char **argv)
         fprintf(bench.table, "case\tsize\tmetric\tvalue\tunit\n");
     }
     bench_springs(&bench);
+    bench_implicit(&bench);
     bench_contacts(&bench);
     bench_pairs(&bench);
     bench_load(&bench);
@@ -226,6 +227,7 @@ int main(int argc, char **argv)
 #endif
     bench_live(&bench);
     bench_cuts(&bench);
+    bench_estimates(&bench);
     if (bench.table != NULL && fclose(bench.table) != 0) {
         fprintf(stderr, "pliant-bench: cannot write %s: %s\n", arguments.table, strerror(errno));
         return 1;

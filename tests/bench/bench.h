@@ -43,12 +43,14 @@ void bench_sort(double *value, int count);
 bool bench_compare(const char *old_path, const char *new_path);
 
 void bench_springs(Bench *bench);
+void bench_implicit(Bench *bench);
 void bench_contacts(Bench *bench);
 void bench_pairs(Bench *bench);
 void bench_load(Bench *bench);
 void bench_levels(Bench *bench);
 void bench_live(Bench *bench);
 void bench_cuts(Bench *bench);
+void bench_estimates(Bench *bench);
 // Where voxel bodies are built in.
 void bench_voxels(Bench *bench);
 void bench_voxel_presses(Bench *bench);

@@ -62,6 +62,34 @@ static void nodes_come_at_the_steps_when_they_are_due(void **state)
     client_destroy(client);
 }
 
+// A slow rate, so that there is time left in ticks on any machine.
+static void the_error_of_steps_is_told_only_when_asked_and_not_in_lockstep(void **state)
+{
+    (void)state;
+    static const char *const HEAD[] = {
+        "rate_hz = 100.0; gravity = [0.0, 0.0, -9.8]; publish = { status_hz = 20.0; };",
+        "rate_hz = 100.0; gravity = [0.0, 0.0, -9.8]; publish = { status_hz = 20.0; };"
+        "estimate_error = true;"};
+    for (int asked = 0; asked < 2; asked++) {
+        Daemon daemon;
+        Client *client = client_create();
+        daemon_start(&daemon, "%s", write_scene("estimate.cfg", HEAD[asked], ""));
+        client_wait_for_daemon(client);
+        if (asked) {
+            wait_until(client, client->status.estimated_error > 0.0);
+            // Steps at the bound of stability are off, but not by more than the body has moved.
+            expect_at_most(client->status.estimated_error, 1.0);
+        }
+        assert_true(command(client, PLIANT_COMMAND_T_STEP, 5, "")->ok);
+        assert_true(command(client, PLIANT_COMMAND_T_STEP, 100, "")->ok);
+        client_fresh_status(client);
+        assert_true(client->status.estimated_error == 0.0);
+        assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
+        daemon_wait(&daemon);
+        client_destroy(client);
+    }
+}
+
 static void frames_larger_than_a_datagram_come_in_chunks(void **state)
 {
     (void)state;
@@ -185,6 +213,7 @@ int main(int argc, char **argv)
         daemon_test(ticks_and_late_ticks_add_up_to_the_duration),
         daemon_test(late_ticks_are_skipped_not_replayed),
         daemon_test(nodes_come_at_the_steps_when_they_are_due),
+        daemon_test(the_error_of_steps_is_told_only_when_asked_and_not_in_lockstep),
         daemon_test(frames_larger_than_a_datagram_come_in_chunks),
         daemon_test(a_late_joiner_gets_the_mesh),
         daemon_test(without_mesh_hz_describe_brings_the_mesh_and_the_last_nodes),

@@ -413,8 +413,8 @@ static void rig_create(Rig *rig, bool adapts, double mesh_hz)
     const ExchangeOptions exchange = {.velocity = true, .nodes_hz = 50.0};
     exchange_create(&rig->exchange, &rig->world, &exchange);
     Status status = {0};
-    rig->bus = bus_create(&rig->world, scene, &rig->exchange, "a rig", "memq://", &status);
-    if (rig->bus == NULL)
+    rig->bus = bus_reserve(&rig->world, scene, &rig->exchange);
+    if (!bus_connect(rig->bus, "a rig", "memq://", &status))
         fail_msg("%s", status.text);
     lcm_subscribe(rig->bus->lcm, "RIG_MESH_toy", on_mesh, rig);
     lcm_subscribe(rig->bus->lcm, "RIG_MESH_DELTA_toy", on_delta, rig);
@@ -425,7 +425,7 @@ static void rig_create(Rig *rig, bool adapts, double mesh_hz)
 
 static void rig_destroy(Rig *rig)
 {
-    bus_destroy(rig->bus);
+    bus_disconnect(rig->bus);
     mesh_frame_destroy(&rig->mesh);
     nodes_frame_destroy(&rig->nodes);
     world_destroy(&rig->world);

@@ -100,7 +100,19 @@ static void check_and_explain_print_and_exit_0(void **state)
     assert_non_null(strstr(daemon.out, "kernel of body sphere:"));
     assert_non_null(strstr(daemon.out, "bytes"));
     assert_non_null(strstr(daemon.out, "settle_s"));
-    assert_null(strstr(daemon.out, "tools = ( ... )")); // the scene has one
+}
+
+// No tool and no load can push its nodes, but springs do.
+static void a_body_that_is_only_attached_runs_off_line(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 0.01 %s",
+               write_scene("attached.cfg", "",
+                           "attachments = ( { body = \"sphere\"; to = \"world\";\n"
+                           "  sphere = [0.0, 0.0, 0.05]; radius = 0.03; } );"));
+    assert_int_equal(daemon.code, 0);
+    assert_int_equal(printed(&daemon, "ticks"), 10);
 }
 
 static void version_and_help_exit_0(void **state)
@@ -132,6 +144,7 @@ int main(int argc, char **argv)
         daemon_test(a_bad_scene_names_file_line_and_value),
         daemon_test(a_missing_folder_for_the_input_log_exits_1),
         daemon_test(check_and_explain_print_and_exit_0),
+        daemon_test(a_body_that_is_only_attached_runs_off_line),
         daemon_test(version_and_help_exit_0),
         daemon_test(rate_replaces_the_scenes),
     };

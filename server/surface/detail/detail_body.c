@@ -168,11 +168,13 @@ static void restored(Body *body)
     detail_rebuild(body);
 }
 
-// Tissue that is back in its rest shape is not stretched, nor has it been.
-static void restore(void *self, bool to_start)
+// Tissue that is back in its rest shape is not stretched, nor has it been. What was felt in a tick
+// that is taken back divides nothing.
+static void restore(void *self, RestoreMode mode)
 {
-    surface_ops.restore(self, to_start);
-    if (to_start && detail_of(self)->cut != NULL)
+    surface_ops.restore(self, mode);
+    *detail_of(self)->felt_count = 0;
+    if (mode == RESTORE_SHAPE && detail_of(self)->cut != NULL)
         detail_tear_forget(detail_of(self));
 }
 

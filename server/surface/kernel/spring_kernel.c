@@ -233,8 +233,7 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
                      bool prestressed, bool scattered)
 {
     const Vector zero = vector_set(0.0), position_limit = vector_set(pass->position_limit),
-                 velocity_limit =
-                     vector_set(SPEED_LIMIT(KERNEL_SINGLE ? PRECISION_SINGLE : PRECISION_DOUBLE)),
+                 velocity_limit = vector_set(SPEED_LIMIT),
                  scale = vector_set(pass->stiffness_scale);
     const Vector gravity[3] = {vector_set(pass->gravity[0]), vector_set(pass->gravity[1]),
                                vector_set(pass->gravity[2])};

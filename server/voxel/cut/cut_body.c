@@ -64,6 +64,12 @@ static void body_evaluate(void *self, const Stage *stage, double h)
     vertices_advance(vertices, stage, h, (Vec3){g[0], g[1], g[2]});
 }
 
+static void body_abandon(void *self)
+{
+    CutModel *model = self;
+    vertices_abandon(&model->vertices);
+}
+
 static bool body_commit(void *self)
 {
     CutModel *model = self;
@@ -77,13 +83,13 @@ static bool body_check(const void *self)
 }
 
 // Cuts stay: what is broken is no number.
-static void body_restore(void *self, bool to_start)
+static void body_restore(void *self, RestoreMode mode)
 {
     CutModel *model = self;
-    vertices_restore(&model->vertices, to_start);
+    vertices_restore(&model->vertices, mode);
     if (model->tear.felt != NULL)
         cut_tear_forget(&model->tear);
-    if (!to_start)
+    if (mode != RESTORE_SHAPE)
         return;
     cut_windows_forget_rotations(&model->windows);
     cut_blades_forget(&model->blades);
@@ -301,12 +307,13 @@ static const char *body_isa(const void *self)
 
 #define OPERATIONS                                                                                 \
     .model = "voxel", .cut = body_cut, .reconstruct = body_reconstruct, .drift = body_drift,       \
-    .evaluate = body_evaluate, .commit = body_commit, .check = body_check,                         \
-    .restore = body_restore, .read_nodes = body_read_nodes, .reserve_blades = body_reserve_blades, \
-    .add_forces = body_add_forces, .find_nodes = body_find_nodes, .add_load = body_add_load,       \
-    .clear_loads = body_clear_loads, .snapshot = body_snapshot, .read_state = body_read_state,     \
-    .measure = body_measure, .is_fixed = body_is_fixed, .gather_patch = cut_body_gather_patch,     \
-    .set = body_set, .restored = body_restored, .explain = body_explain, .isa = body_isa
+    .evaluate = body_evaluate, .commit = body_commit, .abandon = body_abandon,                     \
+    .check = body_check, .restore = body_restore, .read_nodes = body_read_nodes,                   \
+    .reserve_blades = body_reserve_blades, .add_forces = body_add_forces,                          \
+    .find_nodes = body_find_nodes, .add_load = body_add_load, .clear_loads = body_clear_loads,     \
+    .snapshot = body_snapshot, .read_state = body_read_state, .measure = body_measure,             \
+    .is_fixed = body_is_fixed, .gather_patch = cut_body_gather_patch, .set = body_set,             \
+    .restored = body_restored, .explain = body_explain, .isa = body_isa
 
 const BodyOps cut_body_ops = {OPERATIONS};
 const BodyOps cut_body_ops_tearing = {OPERATIONS, .tear = body_tear};

@@ -78,7 +78,7 @@ INLINE AdvanceFactors advance_factors(const AdvancePass *pass)
         .advance = (Real)(pass->advance * pass->h),
         .gravity = {vector_load(gravity), vector_load(gravity + (WIDTH < 4 ? 2 : 0))},
         .position_limit = vector_set(pass->position_limit),
-        .speed_limit = vector_set(SPEED_LIMIT(KERNEL_SINGLE ? PRECISION_SINGLE : PRECISION_DOUBLE)),
+        .speed_limit = vector_set(SPEED_LIMIT),
     };
     return by;
 }

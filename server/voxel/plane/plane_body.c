@@ -135,6 +135,12 @@ static bool plane_commit(void *self)
     return good;
 }
 
+static void plane_abandon(void *self)
+{
+    PlaneModel *model = self;
+    vertices_abandon(&model->vertices);
+}
+
 static bool plane_check(const void *self)
 {
     const PlaneModel *model = self;
@@ -147,10 +153,10 @@ static bool plane_check(const void *self)
     return turn.x == 0.0 && turn.y == 0.0 && vertices_check(&model->vertices);
 }
 
-static void plane_restore(void *self, bool to_start)
+static void plane_restore(void *self, RestoreMode mode)
 {
     PlaneModel *model = self;
-    vertices_restore(&model->vertices, to_start);
+    vertices_restore(&model->vertices, mode);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -293,6 +299,7 @@ const BodyOps plane_ops = {
     .drift = plane_drift,
     .evaluate = plane_evaluate,
     .commit = plane_commit,
+    .abandon = plane_abandon,
     .check = plane_check,
     .restore = plane_restore,
     .read_nodes = plane_read_nodes,

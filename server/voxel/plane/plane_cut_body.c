@@ -13,10 +13,10 @@ static void evaluate(void *self, const Stage *stage, double h)
 }
 
 // What was felt in a tick that is taken back tears nothing.
-static void restore(void *self, bool to_start)
+static void restore(void *self, RestoreMode mode)
 {
     const PlaneCut *cut = ((PlaneModel *)self)->cut;
-    plane_ops.restore(self, to_start);
+    plane_ops.restore(self, mode);
     if (cut->felt != NULL)
         memset(cut->felt, 0, (size_t)cut->vertex_capacity * sizeof *cut->felt);
 }

@@ -1,0 +1,138 @@
+#include "dynamics/estimate.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { SAMPLE = 64 }; // nodes that are compared, spread over those in use
+
+// What a try changes of a body besides its rows, of which commit keeps the present ones whole: warm
+// starts of rotations, forces that are felt. All of its listed state is kept but the rows.
+typedef struct Kept {
+    int array_count;
+    void **array; // [array_count] where each lies
+    size_t *bytes;
+    char *block;  // copies, one after the other
+    double error; // largest since it was taken [m]
+} Kept;
+
+struct Estimator {
+    Kept *kept;                         // [count]
+    Vec3 whole[SAMPLE], halves[SAMPLE]; // where a try ends [m]
+    int node[SAMPLE];
+};
+
+static bool belongs_to(const StateArray *array, const char *name)
+{
+    const size_t length = strlen(name);
+    return strncmp(array->name, name, length) == 0 && array->name[length] == '/' &&
+           array->current == NULL;
+}
+
+static void create_kept(Kept *kept, const char *name, const StateList *state, Arena *arena)
+{
+    size_t total = 0;
+    for (int i = 0; i < state->count; i++)
+        if (belongs_to(&state->array[i], name)) {
+            kept->array_count++;
+            total += state->array[i].bytes;
+        }
+    const size_t count = (size_t)kept->array_count;
+    kept->array = arena_allocate(arena, ARENA_STEP, count, sizeof *kept->array,
+                                 "%s/arrays that a try changes", name);
+    kept->bytes =
+        arena_allocate(arena, ARENA_STEP, count, sizeof *kept->bytes, "%s/their sizes", name);
+    kept->block = arena_allocate(arena, ARENA_STEP, total, 1, "%s/state before a try", name);
+    for (int i = 0, k = 0; i < state->count; i++)
+        if (belongs_to(&state->array[i], name)) {
+            kept->array[k] = state_memory(&state->array[i]);
+            kept->bytes[k++] = state->array[i].bytes;
+        }
+}
+
+Estimator *estimate_create(const Body *body, int count, const StateList *state, Arena *arena)
+{
+    Estimator *estimator =
+        arena_allocate(arena, ARENA_STEP, 1, sizeof *estimator, "error estimate");
+    estimator->kept =
+        arena_allocate(arena, ARENA_STEP, (size_t)count, sizeof(Kept), "error estimate of bodies");
+    for (int b = 0; b < count; b++)
+        create_kept(&estimator->kept[b], body[b].name, state, arena);
+    return estimator;
+}
+
+static void keep(const Kept *kept)
+{
+    char *to = kept->block;
+    for (int i = 0; i < kept->array_count; to += kept->bytes[i], i++)
+        memcpy(to, kept->array[i], kept->bytes[i]);
+}
+
+static void put_back(const Kept *kept)
+{
+    const char *from = kept->block;
+    for (int i = 0; i < kept->array_count; from += kept->bytes[i], i++)
+        memcpy(kept->array[i], from, kept->bytes[i]);
+}
+
+// Nodes of outer faces, evenly spread over the places in use.
+static int sample(const BodySurface *surface, int *node)
+{
+    const int used = surface->node_used, stride = used > SAMPLE ? used / SAMPLE : 1;
+    int count = 0;
+    for (int i = 0; i < used && count < SAMPLE; i += stride)
+        if (surface->node_face_end[i] > surface->node_face_start[i])
+            node[count++] = i;
+    return count;
+}
+
+// From the present state, whose rows stay as they are, to where the sample is then.
+static void advance(Body *body, int steps, const int *node, int count, Vec3 *position)
+{
+    const Integrator *integrator = integrator_get(body->integrator);
+    const double h = body->h / steps;
+    if (integrator->kicks)
+        body->ops->drift(body->model, integrator->first_drift * h);
+    for (int k = 0; k < steps; k++)
+        for (int s = 0; s < integrator->stage_count; s++) {
+            const Stage stage = integrator_stage(integrator, s, k == steps - 1);
+            body->ops->evaluate(body->model, &stage, h);
+        }
+    body->ops->read_nodes(body->model, node, count, position, NULL);
+    body->ops->abandon(body->model);
+}
+
+static double farthest(const Vec3 *a, const Vec3 *b, int count)
+{
+    double most = 0.0;
+    for (int i = 0; i < count; i++) {
+        const Vec3 apart = vec3_sub(a[i], b[i]);
+        most = fmax(most, vec3_dot(apart, apart));
+    }
+    return sqrt(most);
+}
+
+void estimate_try(Estimator *estimator, Body *body, int index)
+{
+    Kept *kept = &estimator->kept[index];
+    const int count = sample(&body->surface, estimator->node);
+    if (body->ops->abandon == NULL || count == 0)
+        return;
+    keep(kept);
+    advance(body, 1, estimator->node, count, estimator->whole);
+    put_back(kept);
+    advance(body, 2, estimator->node, count, estimator->halves);
+    put_back(kept);
+
+    const double twice = pow(2.0, integrator_get(body->integrator)->order);
+    const double apart = farthest(estimator->whole, estimator->halves, count);
+    const double error = twice / (twice - 1.0) * apart * body->substeps;
+    if (isfinite(error)) // a state that goes bad is the guard's to tell
+        kept->error = fmax(kept->error, error);
+}
+
+double estimate_take(Estimator *estimator, int index)
+{
+    const double error = estimator->kept[index].error;
+    estimator->kept[index].error = 0.0;
+    return error;
+}

@@ -1,0 +1,30 @@
+// What has happened in a scene and is worth telling, until somebody takes it out. Step thread.
+#include "dynamics/sim_data.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+
+// The newest do not fit when nobody takes them out.
+void sim_tell(Sim *sim, int body, const char *kind, const char *format, ...)
+{
+    EventRing *at = sim->events;
+    if (at->count == SIM_EVENTS)
+        return;
+    SimEvent *event = &at->event[(at->first + at->count++) % SIM_EVENTS];
+    *event = (SimEvent){.step = sim->clock->step, .body = body, .kind = kind};
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(event->text, sizeof event->text, format, arguments);
+    va_end(arguments);
+}
+
+bool sim_take_event(Sim *sim, SimEvent *event)
+{
+    EventRing *at = sim->events;
+    if (at->count == 0)
+        return false;
+    *event = at->event[at->first];
+    at->first = (at->first + 1) % SIM_EVENTS;
+    at->count--;
+    return true;
+}

@@ -1,0 +1,347 @@
+// pliant-study: runs a scene in many ways, off line, and says what each costs and how far it is
+// from the converged motion; then what to choose.
+#include "base/isa.h"
+#include "base/log.h"
+#include "run/realtime.h"
+#include "study/case.h"
+#include "study/ranks.h"
+#include "study/report.h"
+#include "study/table.h"
+
+#include <argp.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    OPTION_ERROR = 256,
+    OPTION_RATE,
+    OPTION_DURATION,
+    OPTION_INPUT,
+    OPTION_JOBS,
+    OPTION_REPEAT,
+    OPTION_OUT,
+    OPTION_ONLY,
+    OPTION_QUICK,
+    OPTION_LIST,
+    OPTION_ISA,
+    OPTION_LOG_LEVEL,
+    OPTION_PREFIX,
+    OPTION_USAGE,
+};
+
+typedef struct Arguments {
+    StudyOptions study;
+    const char *prefix;
+    bool list, help, usage, version;
+    int parsed; // arguments that were understood, for the message about the one that was not
+    Status status;
+} Arguments;
+
+static const struct argp_option options[] = {
+    {"error", OPTION_ERROR, "PCT", 0,
+     "Largest error of the choice to be advised: 1% or 0.01, which is what it is without", 1},
+    {"rate", OPTION_RATE, "HZ", 0, "Ticks a second to be held, instead of the scene's", 1},
+    {"duration", OPTION_DURATION, "S", 0,
+     "Simulated seconds of a run, instead of until the inputs end and the body is back", 2},
+    {"input", OPTION_INPUT, "LOG", 0,
+     "Drive the scene by the inputs of an LCM event log, instead of its loads or a press", 2},
+    {"only", OPTION_ONLY, "TEXT", 0, "Only the scene itself and cases whose name has TEXT", 2},
+    {"quick", OPTION_QUICK, 0, 0, "A coarse grid of cases", 2},
+    {"list", OPTION_LIST, 0, 0, "Print the cases, exit", 2},
+    {"jobs", OPTION_JOBS, "N", 0,
+     "Cases at a time; more than there are idle cores spoils the times (1)", 3},
+    {"repeat", OPTION_REPEAT, "N", 0, "Runs of each case, for the spread of its cost (3)", 3},
+    {"isa", OPTION_ISA, "LEVEL", 0, "Instruction-set level of the kernels: auto or a level's name",
+     3},
+    {"out", OPTION_OUT, "FOLDER", 0, "Where tables and pictures go, instead of study-NAME", 4},
+    {"lcm-url", 'l', "URL", 0, "Accepted; a study sends and receives nothing", 5},
+    {"prefix", OPTION_PREFIX, "NAME", 0,
+     "First part of the channels' names in LOG, instead of the scene's", 5},
+    {"log-level", OPTION_LOG_LEVEL, "L", 0, "error, warning, info or debug (error)", 6},
+    {"version", 'V', 0, 0, "Print the version, exit", 7},
+    {"help", '?', 0, 0, "Print this list, exit", 7},
+    {"usage", OPTION_USAGE, 0, 0, "Print the options in short, exit", 7},
+    {0}};
+
+// --- options -------------------------------------------------------------------------------------
+
+static void bad_usage(Arguments *arguments, const char *name, const char *value, const char *why)
+{
+    status_fail(&arguments->status, STATUS_INVALID,
+                "pliant-study: %s '%s' %s (see pliant-study "
+                "--help)",
+                name, value, why);
+}
+
+static double parse_number(Arguments *arguments, const char *name, const char *text, double low,
+                           double high)
+{
+    char *end, why[64];
+    double value = strtod(text, &end);
+    if (end == text || *end != '\0' || !(value >= low && value <= high)) {
+        snprintf(why, sizeof why, "is not a number in [%g, %g]", low, high);
+        bad_usage(arguments, name, text, why);
+    }
+    return value;
+}
+
+static int parse_count(Arguments *arguments, const char *name, const char *text, int most)
+{
+    char *end, why[64];
+    long value = strtol(text, &end, 10);
+    if (end == text || *end != '\0' || value < 1 || value > most) {
+        snprintf(why, sizeof why, "is not an integer in [1, %d]", most);
+        bad_usage(arguments, name, text, why);
+        return 1;
+    }
+    return (int)value;
+}
+
+// "1%", "1 %" or "0.01".
+static double parse_error(Arguments *arguments, const char *text)
+{
+    char *end;
+    double value = strtod(text, &end);
+    bool read = end != text;
+    while (*end == ' ')
+        end++;
+    if (*end == '%') {
+        value *= 0.01;
+        end++;
+    }
+    if (!read || *end != '\0' || !(value > 0.0 && value < 1.0))
+        bad_usage(arguments, "--error", text,
+                  "is neither a percentage like 1% nor a fraction in "
+                  "(0, 1)");
+    return value;
+}
+
+static void check_isa(Arguments *arguments, const char *text)
+{
+    char why[192] = "is not one of auto";
+    for (const char *const *level = isa_available(); *level != NULL; level++)
+        snprintf(why + strlen(why), sizeof why - strlen(why), ", %s", *level);
+    snprintf(why + strlen(why), sizeof why - strlen(why), " here");
+    if (isa_find(text) == ISA_COUNT)
+        bad_usage(arguments, "--isa", text, why);
+}
+
+static void check_prefix(Arguments *arguments, const char *text)
+{
+    static const char letters[] =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-";
+    if (text[0] == '\0' || strlen(text) > 31 || strspn(text, letters) != strlen(text))
+        bad_usage(arguments, "--prefix", text, "is not 1 to 31 letters, digits, _ or -");
+}
+
+static void set_level(Arguments *arguments, const char *text)
+{
+    LogLevel level;
+    if (log_parse_level(text, &level))
+        log_set_level(level);
+    else
+        bad_usage(arguments, "--log-level", text, "is not error, warning, info or debug");
+}
+
+static void set_scene(Arguments *arguments, const char *text)
+{
+    if (arguments->study.scene_path != NULL)
+        status_fail(&arguments->status, STATUS_INVALID,
+                    "pliant-study: one scene at a time, got '%s' and '%s' (see pliant-study "
+                    "--help)",
+                    arguments->study.scene_path, text);
+    arguments->study.scene_path = text;
+}
+
+static error_t parse_option(int key, char *text, struct argp_state *state)
+{
+    Arguments *a = state->input;
+    StudyOptions *study = &a->study;
+    switch (key) {
+    case OPTION_ERROR:
+        study->error = parse_error(a, text);
+        break;
+    case OPTION_RATE:
+        study->rate_hz = parse_number(a, "--rate", text, 1.0, 10000.0);
+        break;
+    case OPTION_DURATION:
+        study->duration_s = parse_number(a, "--duration", text, 1e-2, 1e4);
+        break;
+    case OPTION_INPUT:
+        study->input_log = text;
+        break;
+    case OPTION_JOBS:
+        study->jobs = parse_count(a, "--jobs", text, 256);
+        break;
+    case OPTION_REPEAT:
+        study->repeats = parse_count(a, "--repeat", text, STUDY_REPEATS);
+        break;
+    case OPTION_OUT:
+        study->out_folder = text;
+        break;
+    case OPTION_ONLY:
+        study->only = text;
+        break;
+    case OPTION_QUICK:
+        study->quick = true;
+        break;
+    case OPTION_LIST:
+        a->list = true;
+        break;
+    case OPTION_ISA:
+        check_isa(a, text);
+        study->isa = text;
+        break;
+    case 'l':
+        break;
+    case OPTION_PREFIX:
+        check_prefix(a, text);
+        a->prefix = text;
+        break;
+    case OPTION_LOG_LEVEL:
+        set_level(a, text);
+        break;
+    case ARGP_KEY_ARG:
+        set_scene(a, text);
+        break;
+    case 'V':
+        a->version = true;
+        break;
+    case '?':
+        a->help = true;
+        break;
+    case OPTION_USAGE:
+        a->usage = true;
+        break;
+    case ARGP_KEY_INIT:
+    case ARGP_KEY_SUCCESS:
+    case ARGP_KEY_END:
+    case ARGP_KEY_FINI:
+    case ARGP_KEY_NO_ARGS:
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+    a->parsed = state->next;
+    return 0;
+}
+
+// argp's own errors take two lines and an exit code of their own; told to leave them, it prints no
+// help either.
+static void parse_arguments(int argc, char **argv, Arguments *arguments)
+{
+    static const struct argp argp = {
+        options,
+        parse_option,
+        "SCENE.cfg",
+        "Runs a scene in many ways (time step, integrator, precision, level of detail), compares "
+        "each with a converged run of it, and says what each costs, how far it is off, and which "
+        "to choose.\v"
+        "Exit code 0: done; 1: failure while running; 2: bad usage, scene, mesh or file.",
+        NULL,
+        NULL,
+        NULL};
+    arguments->parsed = 1;
+    if (argp_parse(&argp, argc, argv, ARGP_IN_ORDER | ARGP_NO_ERRS | ARGP_NO_HELP, NULL,
+                   arguments) != 0)
+        status_fail(&arguments->status, STATUS_INVALID,
+                    "pliant-study: '%s' is no option or lacks its value (see pliant-study --help)",
+                    arguments->parsed < argc ? argv[arguments->parsed] : "?");
+    char name[] = "pliant-study";
+    if (arguments->help || arguments->usage)
+        argp_help(&argp, stdout,
+                  arguments->help ? ARGP_HELP_SHORT_USAGE | ARGP_HELP_LONG | ARGP_HELP_DOC
+                                  : ARGP_HELP_USAGE,
+                  name);
+    else if (arguments->version)
+        puts("pliant-study " PLIANT_VERSION);
+    else if (arguments->study.scene_path == NULL)
+        status_fail(&arguments->status, STATUS_INVALID,
+                    "pliant-study: no scene given (see pliant-study --help)");
+}
+
+// --- the study -----------------------------------------------------------------------------------
+
+static void tell_reference(void *user, int done, int count, const char *what)
+{
+    char words[128];
+    snprintf(words, sizeof words, "reference: %.110s", what);
+    report_progress(user, done, count, words);
+}
+
+static void tell_case(void *user, int done, int count, const StudyRun *run)
+{
+    report_progress(user, done, count, run->what.name);
+}
+
+// References, then the cases; the result is whole on the first rank.
+static bool measure(StudyContext *context, const StudyCase *cases, int count, StudyResult *result,
+                    Status *status)
+{
+    Progress progress;
+    report_begin(&progress);
+    bool ok = ranks_make_references(context, cases, count, ranks_is_first() ? tell_reference : NULL,
+                                    &progress, result, status);
+    progress_end(&progress);
+    if (!ok)
+        return false;
+    report_begin(&progress);
+    ok = ranks_run_all(context, cases, count, context->options.jobs,
+                       ranks_is_first() ? tell_case : NULL, &progress, result, status);
+    progress_end(&progress);
+    return ok;
+}
+
+static bool study(const Scene *scene, const Arguments *arguments, Status *status)
+{
+    static StudyCase cases[STUDY_CASES];
+    static StudyContext context;
+    int count = study_make_cases(scene, &arguments->study, cases);
+    if (arguments->list) {
+        table_print_cases(cases, count, stdout);
+        return true;
+    }
+    StudyResult *result = calloc(1, sizeof *result);
+    if (result == NULL)
+        return status_fail(status, STATUS_FAILED, "pliant-study: no memory");
+    char folder[REPORT_PATH];
+    bool ok = study_prepare(&context, scene, &arguments->study, status);
+    if (ok && ranks_is_first())
+        ok = report_make_folder(scene, arguments->study.out_folder, folder, status);
+    if (ok) {
+        study_describe(&context, result);
+        ok = measure(&context, cases, count, result, status);
+    }
+    if (ok && ranks_is_first())
+        ok = report_all(result, scene, &context.options, folder, status);
+    study_destroy(&context);
+    free(result);
+    return ok;
+}
+
+static void run(const Arguments *arguments, Status *status)
+{
+    Scene scene = {0};
+    realtime_flush_denormals();
+    if (scene_read(arguments->study.scene_path, &scene, status) &&
+        scene_override(&scene, arguments->study.rate_hz, arguments->prefix, status))
+        study(&scene, arguments, status);
+    scene_destroy(&scene);
+}
+
+int main(int argc, char **argv)
+{
+    log_set_program("pliant-study");
+    log_set_level(LOG_ERROR); // what is clamped or repaired is said by pliantd, once
+    ranks_begin(&argc, &argv);
+    static Arguments arguments = {.study = {.error = 0.01, .jobs = 1, .repeats = 3, .isa = "auto"}};
+    parse_arguments(argc, argv, &arguments);
+    Status *status = &arguments.status;
+    if (status->code == STATUS_OK && !arguments.help && !arguments.usage && !arguments.version)
+        run(&arguments, status);
+    fflush(stdout);
+    if (status->code != STATUS_OK && ranks_is_first())
+        fprintf(stderr, "%s\n", status->text);
+    ranks_end(status->code);
+    return (int)status->code;
+}

@@ -1,0 +1,192 @@
+// Chooses a case and says so in one sentence.
+#include "study/advice.h"
+
+#include "study/case.h"
+#include "study/pareto.h"
+#include "study/table.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+typedef struct Want {
+    const StudyResult *result;
+    const StudyReference *finest; // NULL: time only
+    const StudyCase *scene;       // whose mesh counts, for time only
+    double error, rate_hz;
+} Want;
+
+// How much of what is allowed a run takes of each: 1 is the limit.
+typedef struct Measure {
+    double error, p99, cost, rate;
+} Measure;
+
+static bool is_usable(const StudyReference *reference, double error)
+{
+    return reference != NULL && reference->known && reference->own_error <= error;
+}
+
+// With the error of the reference itself; NAN: unknown.
+static double whole_error(const Want *want, const StudyRun *run)
+{
+    if (want->finest != NULL)
+        return study_error(&run->total) + want->finest->own_error;
+    const StudyReference *reference = study_time_reference(want->result, &run->what);
+    return is_usable(reference, want->error) ? study_error(&run->time) + reference->own_error
+                                             : (double)NAN;
+}
+
+static bool is_candidate(const Want *want, const StudyRun *run)
+{
+    if (run->verdict != STUDY_OK || run->what.step_doubling || run->what.level < 0 ||
+        !isfinite(whole_error(want, run)) || !isfinite(run->tick_p99) || !isfinite(run->cpu_median))
+        return false;
+    return want->finest != NULL ||
+           (want->scene != NULL && study_same_mesh(want->scene, &run->what));
+}
+
+static Measure measure(const Want *want, const StudyRun *run)
+{
+    return (Measure){.error = whole_error(want, run) / want->error,
+                     .p99 = run->tick_p99 * run->rate_hz / ADVICE_SHARE,
+                     .cost = run->cpu_median / ADVICE_SHARE,
+                     // A rate that was lowered for a long step; not rounding.
+                     .rate = want->rate_hz / run->rate_hz - 1e-9};
+}
+
+static double worst(const Measure *m)
+{
+    return fmax(fmax(m->error, m->p99), fmax(m->cost, m->rate));
+}
+
+// The cheapest that has it all; if none has, the one that misses least.
+static int choose(const Want *want, bool *met)
+{
+    int best = -1;
+    double best_cost = 0.0, best_miss = 0.0;
+    *met = false;
+    for (int i = 0; i < want->result->run_count; i++) {
+        const StudyRun *run = &want->result->run[i];
+        if (!is_candidate(want, run))
+            continue;
+        Measure m = measure(want, run);
+        double miss = fmax(worst(&m), 1.0), cost = run->cpu_median;
+        if (best < 0 || miss < best_miss || (miss <= best_miss && cost < best_cost)) {
+            best = i;
+            best_cost = cost;
+            best_miss = miss;
+            *met = miss <= 1.0;
+        }
+    }
+    return best;
+}
+
+// --- words ---------------------------------------------------------------------------------------
+
+static void say(Advice *advice, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+static void say(Advice *advice, const char *format, ...)
+{
+    size_t used = strlen(advice->sentence);
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(advice->sentence + used, sizeof advice->sentence - used, format, arguments);
+    va_end(arguments);
+}
+
+static void say_error(const Want *want, const StudyRun *run, Advice *advice)
+{
+    char sum[24], own[24], measured[24];
+    const StudyReference *reference =
+        want->finest != NULL ? want->finest : study_time_reference(want->result, &run->what);
+    say(advice, "%s error %s (%s measured, %s of the reference itself)",
+        want->finest != NULL ? "total" : "time-discretisation", table_percent(advice->error, sum),
+        table_percent(study_error(want->finest != NULL ? &run->total : &run->time), measured),
+        table_percent(reference->own_error, own));
+}
+
+static void say_cost(const StudyRun *run, Advice *advice)
+{
+    say(advice,
+        "99 of 100 ticks below %.3g us of %.4g us (%.0f %% may be used), the longest %.3g us, "
+        "%.3g ms for a simulated second",
+        1e6 * run->tick_p99, 1e6 / run->rate_hz, 100.0 * ADVICE_SHARE, 1e6 * run->tick_most,
+        1e3 * run->cpu_median);
+}
+
+static void say_misses(const Want *want, const StudyRun *run, Advice *advice)
+{
+    Measure m = measure(want, run);
+    const char *comma = "";
+    char limit[24];
+    say(advice, "it misses ");
+    if (m.error > 1.0) {
+        say(advice, "the error (%.3g times what is allowed)", m.error);
+        comma = " and ";
+    }
+    if (m.rate > 1.0) {
+        say(advice, "%sthe rate (its step needs %.4g Hz)", comma, run->rate_hz);
+        comma = " and ";
+    }
+    if (m.p99 > 1.0 || m.cost > 1.0)
+        say(advice, "%sthe time of a tick (%.3g times what is allowed)", comma,
+            fmax(m.p99, m.cost));
+    say(advice, "; nothing else is nearer to %s at %.4g Hz", table_percent(want->error, limit),
+        want->rate_hz);
+}
+
+static void say_time_only(const Want *want, Advice *advice)
+{
+    char own[24];
+    const StudyReference *finest = &want->result->finest;
+    if (want->finest != NULL)
+        return;
+    if (finest->known && !isnan(finest->own_error))
+        say(advice,
+            " The promise is about the steps in time alone: the reference of the total "
+            "error has itself an error of %s.",
+            table_percent(finest->own_error, own));
+    else
+        say(advice, " The promise is about the steps in time alone: there is no reference of the "
+                    "total error whose own error is known.");
+}
+
+void advice_make(const StudyResult *result, double error, double rate_hz, Advice *advice)
+{
+    const StudyRun *scene = study_scene_run(result);
+    Want want = {.result = result,
+                 .finest = is_usable(&result->finest, error) ? &result->finest : NULL,
+                 .scene = scene != NULL ? &scene->what : NULL,
+                 .error = error,
+                 .rate_hz = rate_hz};
+    char limit[24];
+    *advice = (Advice){.time_only = want.finest == NULL};
+    advice->run = choose(&want, &advice->met);
+    if (advice->run < 0) {
+        say(advice,
+            "No advice: no case that a scene can ask for could be compared with a "
+            "reference that is known to %s.",
+            table_percent(error, limit));
+        return;
+    }
+    const StudyRun *run = &result->run[advice->run];
+    advice->error = whole_error(&want, run);
+    if (advice->met)
+        say(advice, "The cheapest choice within %s that holds %.4g Hz on this machine is \"%s\": ",
+            table_percent(error, limit), rate_hz, run->what.name);
+    else
+        say(advice,
+            "Nothing here is within %s and holds %.4g Hz on this machine; the nearest is "
+            "\"%s\": ",
+            table_percent(error, limit), rate_hz, run->what.name);
+    say_error(&want, run, advice);
+    say(advice, "; ");
+    say_cost(run, advice);
+    if (!advice->met) {
+        say(advice, "; ");
+        say_misses(&want, run, advice);
+    }
+    say(advice, ".");
+    say_time_only(&want, advice);
+}

@@ -1,0 +1,154 @@
+// Writes what a study found.
+#include "study/report.h"
+
+#include "files/data_file.h"
+#include "study/advice.h"
+#include "study/plot.h"
+#include "study/save.h"
+#include "study/scene_keys.h"
+#include "study/table.h"
+
+#include <errno.h>
+#include <string.h>
+#include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { COLUMNS = 80, FILE_NAME = 32 };
+
+// --- progress ------------------------------------------------------------------------------------
+
+static double now_s(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+void report_begin(Progress *progress)
+{
+    struct winsize size = {0};
+    bool terminal = isatty(STDERR_FILENO) == 1;
+    int columns = COLUMNS;
+    if (terminal && ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0)
+        columns = size.ws_col;
+    progress_begin(progress, stderr, terminal, columns, now_s());
+}
+
+void report_progress(Progress *progress, int done, int count, const char *what)
+{
+    progress_tell(progress, done, count, what, now_s());
+}
+
+// --- files ---------------------------------------------------------------------------------------
+
+bool report_make_folder(const Scene *scene, const char *wanted, char folder[REPORT_PATH],
+                        Status *status)
+{
+    if (wanted != NULL && strlen(wanted) >= REPORT_PATH - FILE_NAME)
+        return status_fail(status, STATUS_INVALID, "pliant-study: --out has more than %d letters",
+                           REPORT_PATH - FILE_NAME);
+    if (wanted != NULL)
+        snprintf(folder, REPORT_PATH, "%s", wanted);
+    else
+        snprintf(folder, REPORT_PATH, "study-%s", scene->name);
+    struct stat info;
+    if (mkdir(folder, 0777) == 0 || (errno == EEXIST && stat(folder, &info) == 0 &&
+                                     S_ISDIR(info.st_mode) && access(folder, W_OK) == 0))
+        return true;
+    return status_fail(status, STATUS_FAILED, "%s: cannot be made or written to: %s", folder,
+                       strerror(errno));
+}
+
+static const char *in_folder(char path[REPORT_PATH], const char *folder, const char *name)
+{
+    snprintf(path, REPORT_PATH, "%.*s/%s", REPORT_PATH - FILE_NAME - 1, folder, name);
+    return path;
+}
+
+static bool save_tables(const StudyResult *result, const Scene *scene, const char *folder,
+                        Status *status)
+{
+    char path[REPORT_PATH];
+    if (!study_save_runs(result, in_folder(path, folder, "runs.tsv"), status) ||
+        !study_save_references(result, in_folder(path, folder, "references.tsv"), status))
+        return false;
+    printf("%s/runs.tsv: every run; references.tsv: what it is compared with\n", folder);
+    if (!data_file_built()) {
+        puts("no study.h5: built without HDF5 (PLIANT_HDF5)");
+        return true;
+    }
+    if (!study_save_hdf(result, scene->text, in_folder(path, folder, "study.h5"), status))
+        return false;
+    printf("%s/study.h5: the same as HDF5\n", folder);
+    return true;
+}
+
+// Pictures are extra: without them the study is whole.
+static bool draw(const StudyResult *result, const char *folder, double error, Status *status)
+{
+    Status why = {0};
+    if (!plot_write(result, folder, error, status))
+        return false;
+    switch (plot_draw("gnuplot", folder, &why)) {
+    case PLOT_DRAWN:
+        printf("%s/time.png, total.png, and .svg: error against run time\n", folder);
+        break;
+    case PLOT_NO_GNUPLOT:
+        printf("no pictures: gnuplot is not installed; %s/study.gp holds data and script\n",
+               folder);
+        break;
+    case PLOT_FAILED:
+        printf("no pictures: %s\n", why.text);
+        break;
+    }
+    return true;
+}
+
+static bool write_keys(const SceneKeys *keys, const Scene *scene, const char *folder,
+                       Status *status)
+{
+    char path[REPORT_PATH], file_path[REPORT_PATH];
+    Status why = {0};
+    scene_keys_print(keys, stdout);
+    FILE *file = fopen(in_folder(file_path, folder, "advice.cfg"), "w");
+    if (file == NULL)
+        return status_fail(status, STATUS_FAILED, "%s: %s", file_path, strerror(errno));
+    scene_keys_print(keys, file);
+    if (fclose(file) != 0)
+        return status_fail(status, STATUS_FAILED, "%s: %s", file_path, strerror(errno));
+    // A scene whose bodies lie in a file that it includes cannot be changed this way.
+    if (scene_keys_set(keys, scene->path, in_folder(path, folder, "advised.cfg"), &why))
+        printf("%s: the scene with these keys\n", path);
+    else
+        printf("no advised.cfg: %s\n", why.text);
+    return true;
+}
+
+static bool advise(const StudyResult *result, const Scene *scene, const StudyOptions *options,
+                   const char *folder, Status *status)
+{
+    Advice advice;
+    SceneKeys keys;
+    advice_make(result, options->error, options->rate_hz, &advice);
+    printf("\n%s\n", advice.sentence);
+    if (advice.run < 0)
+        return true;
+    if (!scene_keys_of_case(scene, &result->run[advice.run].what, options->rate_hz, &keys))
+        return status_fail(status, STATUS_FAILED, "pliant-study: no memory");
+    putchar('\n');
+    return write_keys(&keys, scene, folder, status);
+}
+
+bool report_all(const StudyResult *result, const Scene *scene, const StudyOptions *options,
+                const char *folder, Status *status)
+{
+    table_print(result, stdout);
+    if (options->jobs > 1)
+        printf("costs were measured with %d cases at a time\n", options->jobs);
+    putchar('\n');
+    return save_tables(result, scene, folder, status) &&
+           draw(result, folder, options->error, status) &&
+           advise(result, scene, options, folder, status);
+}

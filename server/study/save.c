@@ -1,0 +1,231 @@
+// Runs and references as tables: tab-separated text, and HDF5.
+#include "study/save.h"
+
+#include "base/check.h"
+#include "files/data_file.h"
+#include "study/field.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { PATH = 4096, NAME = 64, STUDY_FILE_VERSION = 1 };
+
+// --- references as rows --------------------------------------------------------------------------
+
+// Of which runs a reference is, in front of its own fields. Level and threshold mean nothing for
+// the reference in all.
+typedef struct ReferenceRow {
+    char of[NAME]; // "all", or the detail whose time it is of
+    int level;
+    double threshold;
+    bool paper_rule;
+    StudyReference reference;
+} ReferenceRow;
+
+#define OF(member) offsetof(ReferenceRow, member)
+static const Field HEAD[] = {
+    {"of", "", FIELD_TEXT, OF(of)},
+    {"level", "", FIELD_INT, OF(level)},
+    {"threshold", "", FIELD_REAL, OF(threshold)},
+    {"paper_rule", "", FIELD_BOOL, OF(paper_rule)},
+};
+#undef OF
+enum { HEAD_COUNT = sizeof HEAD / sizeof HEAD[0], ROW_FIELDS = HEAD_COUNT + 16 };
+
+static int reference_fields(Field *fields)
+{
+    memcpy(fields, HEAD, sizeof HEAD);
+    for (int i = 0; i < STUDY_REFERENCE_FIELD_COUNT; i++) {
+        fields[HEAD_COUNT + i] = STUDY_REFERENCE_FIELDS[i];
+        fields[HEAD_COUNT + i].at += offsetof(ReferenceRow, reference);
+    }
+    return HEAD_COUNT + STUDY_REFERENCE_FIELD_COUNT;
+}
+
+static int reference_rows(const StudyResult *result, ReferenceRow *rows)
+{
+    rows[0] = (ReferenceRow){.of = "all", .threshold = (double)NAN, .reference = result->finest};
+    for (int i = 0; i < result->mesh_count; i++) {
+        const StudyMesh *mesh = &result->mesh[i];
+        ReferenceRow *row = &rows[1 + i];
+        *row = (ReferenceRow){.level = mesh->level,
+                              .threshold = mesh->threshold,
+                              .paper_rule = mesh->paper_rule,
+                              .reference = mesh->reference};
+        snprintf(row->of, sizeof row->of, "time, %s", study_detail_name(mesh->detail));
+    }
+    return 1 + result->mesh_count;
+}
+
+// --- text ----------------------------------------------------------------------------------------
+
+static FILE *begin_text(const char *path, char *temporary, Status *status)
+{
+    snprintf(temporary, PATH, "%s.tmp", path);
+    FILE *file = fopen(temporary, "w");
+    if (file == NULL)
+        status_fail(status, STATUS_FAILED, "%s: %s", path, strerror(errno));
+    return file;
+}
+
+static bool end_text(FILE *file, const char *path, const char *temporary, Status *status)
+{
+    bool written = fflush(file) == 0 && fsync(fileno(file)) == 0;
+    int error = errno;
+    if (fclose(file) != 0 && written) {
+        written = false;
+        error = errno;
+    }
+    if (written && rename(temporary, path) == 0)
+        return true;
+    error = written ? errno : error;
+    unlink(temporary);
+    return status_fail(status, STATUS_FAILED, "%s: %s", path, strerror(error));
+}
+
+static void print_names(const Field *fields, int count, FILE *file)
+{
+    for (int f = 0; f < count; f++)
+        fprintf(file, "%s%s", f > 0 ? "\t" : "", fields[f].name);
+}
+
+static void print_values(const Field *fields, int count, const void *of, FILE *file)
+{
+    char text[FIELD_TEXT_MAX];
+    for (int f = 0; f < count; f++)
+        fprintf(file, "%s%s", f > 0 ? "\t" : "", field_print(&fields[f], of, text));
+}
+
+static int most_repeats(const StudyResult *result)
+{
+    int most = 0;
+    for (int i = 0; i < result->run_count; i++)
+        most = result->run[i].repeats > most ? result->run[i].repeats : most;
+    return most;
+}
+
+static double repeat_cost(const StudyRun *run, int repeat)
+{
+    return repeat < run->repeats ? run->cpu_s[repeat] : (double)NAN;
+}
+
+bool study_save_runs(const StudyResult *result, const char *path, Status *status)
+{
+    char temporary[PATH], text[FIELD_TEXT_MAX];
+    int repeats = most_repeats(result);
+    FILE *file = begin_text(path, temporary, status);
+    if (file == NULL)
+        return false;
+    print_names(STUDY_RUN_FIELDS, STUDY_RUN_FIELD_COUNT, file);
+    for (int r = 0; r < repeats; r++)
+        fprintf(file, "\tcpu_%d", r + 1);
+    fputc('\n', file);
+    for (int i = 0; i < result->run_count; i++) {
+        const StudyRun *run = &result->run[i];
+        print_values(STUDY_RUN_FIELDS, STUDY_RUN_FIELD_COUNT, run, file);
+        for (int r = 0; r < repeats; r++)
+            fprintf(file, "\t%s", field_print_real(repeat_cost(run, r), text));
+        fputc('\n', file);
+    }
+    return end_text(file, path, temporary, status);
+}
+
+bool study_save_references(const StudyResult *result, const char *path, Status *status)
+{
+    static ReferenceRow rows[1 + STUDY_MESHES];
+    Field fields[ROW_FIELDS];
+    char temporary[PATH];
+    int field_count = reference_fields(fields), count = reference_rows(result, rows);
+    FILE *file = begin_text(path, temporary, status);
+    if (file == NULL)
+        return false;
+    print_names(fields, field_count, file);
+    fputc('\n', file);
+    for (int i = 0; i < count; i++) {
+        print_values(fields, field_count, &rows[i], file);
+        fputc('\n', file);
+    }
+    return end_text(file, path, temporary, status);
+}
+
+// --- HDF5 ----------------------------------------------------------------------------------------
+
+// One field of `rows` records, `size` bytes apart, as the data set /group/field.
+static bool write_field(DataFile *file, const char *group, const Field *field, const void *records,
+                        size_t size, int rows)
+{
+    char name[NAME];
+    snprintf(name, sizeof name, "/%s/%s", group, field->name);
+    char *texts = calloc((size_t)rows + 1, FIELD_TEXT_MAX);
+    double *reals = calloc((size_t)rows + 1, sizeof *reals);
+    int *ints = calloc((size_t)rows + 1, sizeof *ints);
+    ASSERT(texts != NULL && reals != NULL && ints != NULL);
+    for (int i = 0; i < rows; i++) {
+        const void *record = (const char *)records + (size_t)i * size;
+        if (field_is_text(field)) {
+            snprintf(texts + (size_t)i * FIELD_TEXT_MAX, FIELD_TEXT_MAX, "%s",
+                     field_text(field, record));
+        } else {
+            reals[i] = field_number(field, record);
+            ints[i] = field->kind == FIELD_REAL ? 0 : (int)reals[i];
+        }
+    }
+    bool ok = field_is_text(field) ? data_file_write_texts(file, name, rows, FIELD_TEXT_MAX, texts)
+              : field->kind == FIELD_REAL
+                  ? data_file_write_reals(file, name, rows, 0, reals, field->unit)
+                  : data_file_write_ints(file, name, rows, ints);
+    free(texts);
+    free(reals);
+    free(ints);
+    return ok;
+}
+
+static bool write_repeats(DataFile *file, const StudyResult *result)
+{
+    int repeats = most_repeats(result), rows = result->run_count;
+    if (repeats == 0 || rows == 0)
+        return true;
+    double *costs = calloc((size_t)rows * (size_t)repeats, sizeof *costs);
+    ASSERT(costs != NULL);
+    for (int i = 0; i < rows; i++)
+        for (int r = 0; r < repeats; r++)
+            costs[i * repeats + r] = repeat_cost(&result->run[i], r);
+    bool ok = data_file_write_reals(file, "/runs/cpu_s", rows, repeats, costs, "s/s");
+    free(costs);
+    return ok;
+}
+
+static bool write_heads(DataFile *file, const StudyResult *result)
+{
+    return data_file_write_text(file, "scene_name", result->scene) &&
+           data_file_write_text(file, "body", result->body) &&
+           data_file_write_text(file, "inputs", result->inputs) &&
+           data_file_write_text(file, "machine", result->machine) &&
+           data_file_write_reals(file, "/duration", 0, 0, &result->duration_s, "s") &&
+           data_file_write_reals(file, "/rate", 0, 0, &result->rate_hz, "Hz");
+}
+
+bool study_save_hdf(const StudyResult *result, const char *scene_text, const char *path,
+                    Status *status)
+{
+    static ReferenceRow rows[1 + STUDY_MESHES];
+    Field fields[ROW_FIELDS];
+    int field_count = reference_fields(fields), count = reference_rows(result, rows);
+    DataFile *file = data_file_create(path, "pliant-study", STUDY_FILE_VERSION, scene_text,
+                                      "pliant-study", status);
+    if (file == NULL)
+        return false;
+    bool ok = write_heads(file, result) && write_repeats(file, result);
+    for (int f = 0; f < STUDY_RUN_FIELD_COUNT && result->run_count > 0; f++)
+        ok = ok && write_field(file, "runs", &STUDY_RUN_FIELDS[f], result->run,
+                               sizeof result->run[0], result->run_count);
+    for (int f = 0; f < field_count; f++)
+        ok = ok && write_field(file, "references", &fields[f], rows, sizeof rows[0], count);
+    ok = ok && data_file_save(file);
+    data_file_destroy(file);
+    return ok;
+}

@@ -1,0 +1,118 @@
+// Cases as keys of a scene.
+#include "study/scene_keys.h"
+
+#include "study/field.h"
+#include "study/world.h"
+
+#include <math.h>
+#include <string.h>
+
+static SceneKey *add(SceneKeyList *list, const char *name)
+{
+    SceneKey *key = &list->key[list->count++];
+    snprintf(key->name, sizeof key->name, "%s", name);
+    key->value[0] = '\0';
+    return key;
+}
+
+static void set_text(SceneKey *key, const char *text)
+{
+    snprintf(key->value, sizeof key->value, "\"%s\"", text);
+}
+
+// So that it is read as a real, and as the same.
+static const char *real_text(double value, char *text)
+{
+    field_print_real(value, text);
+    if (strpbrk(text, ".e") == NULL)
+        strcat(text, ".0");
+    return text;
+}
+
+static void set_real(SceneKey *key, double value)
+{
+    char text[FIELD_TEXT_MAX];
+    snprintf(key->value, sizeof key->value, "%.60s", real_text(value, text));
+}
+
+static void set_int(SceneKey *key, int value)
+{
+    snprintf(key->value, sizeof key->value, "%d", value);
+}
+
+static void set_adapt(SceneKey *key, const SurfaceAdapt *adapt)
+{
+    char force[FIELD_TEXT_MAX], speed[FIELD_TEXT_MAX], curvature[FIELD_TEXT_MAX];
+    char check[FIELD_TEXT_MAX];
+    snprintf(key->value, sizeof key->value,
+             "{ force = %.30s;  speed = %.30s;  curvature = %.30s;  check_hz = %.30s; }",
+             real_text(adapt->force, force), real_text(adapt->speed, speed),
+             real_text(adapt->curvature, curvature), real_text(adapt->check_hz, check));
+}
+
+static void list_step(IntegratorKind integrator, double time_step, SceneKeyList *list)
+{
+    set_text(add(list, "integrator"), integrator_name(integrator));
+    SceneKey *step = add(list, "time_step");
+    if (time_step > 0.0)
+        set_real(step, time_step);
+}
+
+static void list_surface(const SurfaceOptions *surface, SceneKeyList *list)
+{
+    list_step(surface->integrator, surface->time_step, list);
+    set_int(add(list, "levels"), surface->levels);
+    set_int(add(list, "start_level"), surface->start_level);
+    set_text(add(list, "adjust"), surface->adjust == ADJUST_CHOI2005 ? "choi2005" : "continuum");
+    SceneKey *adapt = add(list, "adapt");
+    if (surface->adaptive)
+        set_adapt(adapt, &surface->adapt);
+}
+
+static void list_voxel(const VoxelOptions *voxel, SceneKeyList *list)
+{
+    list_step(voxel->integrator, voxel->time_step, list);
+    set_int(add(list, "levels"), voxel->levels);
+    set_text(add(list, "law"), voxel->law == VOXEL_MIYAZAKI2004 ? "miyazaki2004" : "affine");
+}
+
+bool scene_keys_of_case(const Scene *scene, const StudyCase *what, double rate_hz, SceneKeys *keys)
+{
+    StudyScene as_case;
+    *keys = (SceneKeys){0};
+    if (!study_copy_scene(scene, &as_case))
+        return false;
+    as_case.scene.rate_hz = rate_hz;
+    study_change_scene(&as_case, what, 1.0 / rate_hz);
+    set_real(add(&keys->top, "rate_hz"), as_case.scene.rate_hz);
+    set_text(add(&keys->top, "precision"), study_precision_name(what->precision));
+    for (int b = 0; b < scene->body_count && b < SCENE_KEYS_BODIES; b++) {
+        const SceneBody *body = &as_case.body[b];
+        snprintf(keys->name[b], sizeof keys->name[b], "%s", body->name);
+        if (body->model == MODEL_SURFACE)
+            list_surface(&body->surface, &keys->body[b]);
+        else
+            list_voxel(&body->voxel, &keys->body[b]);
+        keys->body_count = b + 1;
+    }
+    study_destroy_scene(&as_case);
+    return true;
+}
+
+static void print_list(const SceneKeyList *list, const char *indent, FILE *out)
+{
+    for (int i = 0; i < list->count; i++)
+        if (list->key[i].value[0] != '\0')
+            fprintf(out, "%s%s = %s;\n", indent, list->key[i].name, list->key[i].value);
+        else
+            fprintf(out, "%s# no %s\n", indent, list->key[i].name);
+}
+
+void scene_keys_print(const SceneKeys *keys, FILE *out)
+{
+    print_list(&keys->top, "", out);
+    for (int b = 0; b < keys->body_count; b++) {
+        fprintf(out, "# in the body %s:\n", keys->name[b]);
+        print_list(&keys->body[b], "    ", out);
+    }
+}

@@ -1,0 +1,175 @@
+// A step of an implicit body, and what it is made of. Step thread, but for implicit_create.
+#include "surface/implicit_quad.h"
+
+#include "base/isa.h"
+#include "surface/detail/detail.h"
+
+extern const ImplicitKernel implicit_kernels_double_base;
+#if defined(__x86_64__)
+extern const ImplicitKernel implicit_kernels_double_v3, implicit_kernels_double_v4;
+#endif
+
+#define ALLOCATE(count, type, label)                                                               \
+    arena_allocate(arena, ARENA_STEP, (size_t)(count), sizeof(type), "%s/implicit %s",             \
+                   options->name, label)
+
+// Before the tick: the positions at which forces from outside are evaluated. Also the base of the
+// first substep.
+static void drift(void *self, double dt)
+{
+    SurfaceModel *model = self;
+    model->base = model->rows[model->current];
+    model->implicit->explicit_ops->drift(model, model->implicit->theta * dt);
+}
+
+// The rows after the step, and those at which the next one's outside forces are evaluated unless
+// NULL.
+static void advance(SurfaceModel *model, double *next, double *ahead)
+{
+    const Implicit *system = model->implicit;
+    const double h = system->h, part = system->theta * h;
+    bool good = true;
+    for (int i = 0; i < system->moving; i++) {
+        const int slot = system->slot[i];
+        const Quad dv = system->change[i], v = quad_row(system->rows, slot, 4),
+                   x = quad_row(system->rows, slot, 0) + h * v + part * dv, fast = v + dv;
+        for (int c = 0; c < 3; c++) {
+            const long at = (long)slot * ROW + c;
+            good &= fabs(x[c]) <= model->position_limit && fabs(fast[c]) <= SPEED_LIMIT;
+            next[at] = x[c];
+            next[at + 4] = fast[c];
+            if (ahead != NULL) {
+                ahead[at] = x[c] + part * fast[c];
+                ahead[at + 4] = fast[c];
+            }
+        }
+    }
+    model->bad |= !good;
+}
+
+// Fixed nodes, and whatever else has a row: as they were.
+static void keep(const SurfaceModel *model, double *next)
+{
+    const Implicit *system = model->implicit;
+    const int fixed = system->moving + system->hanging;
+    if (next == system->rows)
+        return;
+    for (int s = 0; s < model->basis.count; s++)
+        if (system->number[s] == fixed && model->node[s] >= 0)
+            for (int c = 0; c < ROW; c++)
+                next[(long)s * ROW + c] = system->rows[(long)s * ROW + c];
+}
+
+static void evaluate(void *self, const Stage *stage, double h)
+{
+    SurfaceModel *model = self;
+    Implicit *system = model->implicit;
+    Detail *detail = model->detail;
+    double *next = stage->last ? model->rows[1 - model->current] : model->stage[1];
+    double *ahead = stage->last ? NULL : model->stage[0];
+    system->h = h;
+    system->rows = model->base;
+    implicit_number(model);
+    system->kernel->assemble(model);
+    model->bad |= !system->kernel->solve(system);
+    system->kernel->restore_momentum(system);
+    keep(model, next);
+    advance(model, next, ahead);
+    if (detail != NULL) {
+        detail_hang(model, next);
+        if (ahead != NULL) {
+            detail_hang(model, ahead);
+            *detail->felt_count = 0; // only what the last evaluation felt is of interest
+        }
+    }
+    model_clear_touched(model);
+    model->base = next;
+    model->present = ahead != NULL ? ahead : next;
+}
+
+static void explain(const void *self, FILE *out)
+{
+    const SurfaceModel *model = self;
+    const Implicit *system = model->implicit;
+    system->explicit_ops->explain(self, out);
+    fprintf(out,
+            "    implicit: theta %.6g, conjugate gradients to %.3g of the residual, at most %d "
+            "iterations a step; rows in double precision, one thread\n",
+            system->theta, system->tolerance, system->iterations);
+}
+
+// Most springs: each is in the table twice, once at each end.
+static int most_edges(const SurfaceModel *model)
+{
+    return model->springs.start[model->springs.chunk_count] * LANES / 2 + 1;
+}
+
+double implicit_theta(const SurfaceOptions *options)
+{
+    return options->implicit.theta > 0.0 ? options->implicit.theta : IMPLICIT_THETA;
+}
+
+// By the level of the spring kernels.
+static const ImplicitKernel *find_kernel(const char *level)
+{
+#if defined(__x86_64__)
+    const ImplicitKernel *const kernel[ISA_COUNT] = {
+        &implicit_kernels_double_base, &implicit_kernels_double_v3, &implicit_kernels_double_v4};
+    return kernel[isa_find(level)];
+#else
+    (void)level;
+    return &implicit_kernels_double_base;
+#endif
+}
+
+void implicit_create(Body *body, const SurfaceOptions *options, Arena *arena)
+{
+    SurfaceModel *model = body->model;
+    Implicit *system = model->implicit = ALLOCATE(1, Implicit, "system");
+    const SurfaceImplicit *asked = &options->implicit;
+    system->kernel = find_kernel(model->kernels->level);
+    system->theta = implicit_theta(options);
+    system->anchored = options->shape.wanted && options->shape.frame == SHAPE_WORLD;
+    system->tolerance = asked->tolerance > 0.0 ? asked->tolerance : IMPLICIT_TOLERANCE;
+    system->iterations = asked->iterations > 0 ? asked->iterations : IMPLICIT_ITERATIONS;
+    const int numbers = model->node_count + 1;
+    system->number = ALLOCATE(model->basis.count, int, "numbers");
+    system->slot = ALLOCATE(numbers, int, "slots");
+    if (model->detail != NULL)
+        system->master = ALLOCATE(numbers, *system->master, "masters");
+    if (model->detail != NULL && model->detail->frames != NULL)
+        system->frame = ALLOCATE(numbers, unsigned char, "frames");
+    system->edge_capacity = most_edges(model);
+    system->spring = ALLOCATE(system->edge_capacity, Quad, "springs");
+    system->end = ALLOCATE(system->edge_capacity, *system->end, "ends");
+    system->inertia = ALLOCATE(numbers, double, "inertia");
+    system->weight = ALLOCATE(numbers, double, "weights");
+    system->inverse = ALLOCATE(numbers, Block, "blocks");
+    Quad **const by_number[] = {&system->outer, &system->change,  &system->residual,
+                                &system->step,  &system->product, &system->search};
+    for (size_t k = 0; k < sizeof by_number / sizeof *by_number; k++)
+        *by_number[k] = ALLOCATE(numbers, Quad, "vectors");
+    system->island = ALLOCATE(numbers, int, "islands");
+    system->member = ALLOCATE(numbers, int, "members");
+    system->island_start = ALLOCATE(numbers + 1, int, "island starts");
+    system->held = ALLOCATE(numbers, bool, "held islands");
+    if (system->anchored)
+        system->resistance = ALLOCATE(numbers, Block, "resistance");
+    const int pieces = model->detail != NULL ? model->detail->place_count : model->node_count;
+    system->stamp = ALLOCATE(pieces, int, "pieces");
+
+    // One table of operations for each that there is without this.
+    enum { TABLES = 9 };
+    static BodyOps table[TABLES];
+    static const BodyOps *replaced[TABLES];
+    int k = 0;
+    while (k < TABLES - 1 && replaced[k] != NULL && replaced[k] != body->ops)
+        k++;
+    replaced[k] = body->ops;
+    table[k] = *body->ops;
+    table[k].drift = drift;
+    table[k].evaluate = evaluate;
+    table[k].explain = explain;
+    system->explicit_ops = body->ops;
+    body->ops = &table[k];
+}

@@ -1,0 +1,217 @@
+// The linear system of one implicit step, from the spring tables and the rows (implicit.h). Step
+// thread.
+#ifndef PLIANT_SURFACE_KERNEL_IMPLICIT_ASSEMBLE_H
+#define PLIANT_SURFACE_KERNEL_IMPLICIT_ASSEMBLE_H
+
+#include "surface/implicit_quad.h"
+
+#include "surface/detail/detail.h"
+
+#include <string.h>
+
+// What all springs share.
+typedef struct Scales {
+    double stiffness;    // of SET
+    double damping_time; // k_d / k [s]
+    double h, part;      // h and h_ [s]
+} Scales;
+
+static void add_square(Block *block, const Quad *g)
+{
+    for (int c = 0; c < 3; c++)
+        block->column[c] += (*g)[c] * *g;
+}
+
+// A spring between two numbers, its length vector d, its ends' relative velocity u.
+INLINE void add_spring(Implicit *system, const Scales *by, int i, int j, Quad d, Quad u, double k,
+                       double rest_length)
+{
+    const double length2 = quad_dot(d, d);
+    k *= by->stiffness;
+    if (!(length2 > 1e-24)) // (1e-12 m)^2: no direction, and no force, as in the kernel
+        return;
+    const double length = sqrt(length2), stretch = 1.0 - rest_length / length;
+    const double across = stretch > 0.0 ? k * stretch : 0.0, along = k - across;
+    const double damping = by->damping_time * k;
+    const Quad n = d / length;
+    const double approach = quad_dot(n, u);
+    // -f + h_ K u of end i.
+    const Quad pull = (k * stretch) * d + (damping * approach) * n +
+                      by->part * (across * u + (along * approach) * n);
+    system->residual[i] -= by->h * pull;
+    system->residual[j] += by->h * pull;
+
+    Quad g = sqrt(by->part * (by->part * along + damping)) * n;
+    const double a = by->part * by->part * across;
+    for (int c = 0; c < 3; c++) {
+        system->inverse[i].column[c][c] += a;
+        system->inverse[j].column[c][c] += a;
+    }
+    add_square(&system->inverse[i], &g);
+    add_square(&system->inverse[j], &g);
+    g[3] = a;
+    system->end[system->edge_count][0] = i;
+    system->end[system->edge_count][1] = j;
+    system->spring[system->edge_count++] = g;
+}
+
+// The springs of a chunk that lead to higher slots: each is in the table at both of its ends.
+static void add_chunk(SurfaceModel *model, const Scales *by, int chunk)
+{
+    Implicit *system = model->implicit;
+    const SpringTable *table = &model->springs;
+    const double *stiffness = table->stiffness, *rest_length = table->rest_length;
+    const int end = model->lane == NULL ? table->start[chunk + 1] : table->end[chunk];
+    for (int e = table->start[chunk]; e < end; e++)
+        for (int lane = 0; lane < LANES; lane++) {
+            const long at = (long)e * LANES + lane;
+            int other = table->neighbour[at],
+                own = model->lane == NULL ? chunk * LANES + lane : table->own[chunk * LANES + lane];
+            if (other <= own || !(stiffness[at] > 0.0))
+                continue;
+            const int i = system->number[own], j = system->number[other];
+            const Quad d = quad_row(system->rows, own, 0) - quad_row(system->rows, other, 0);
+            const Quad u = quad_row(system->rows, own, 4) - quad_row(system->rows, other, 4);
+            add_spring(system, by, i, j, d, u, stiffness[at], rest_length[at]);
+        }
+}
+
+static void add_springs(SurfaceModel *model, const Scales *by)
+{
+    const Detail *detail = model->detail;
+    for (int c = 0; detail == NULL && c < model->springs.chunk_count; c++)
+        add_chunk(model, by, c);
+    for (int k = 0; detail != NULL && k < detail->free_chunk_count; k++)
+        add_chunk(model, by, detail->free_chunk[k]);
+    for (int k = 0; detail != NULL && k < detail->hanging_chunk_count; k++)
+        add_chunk(model, by, detail->hanging_chunk[k]);
+}
+
+// Forces of hanging nodes half and half to their masters; of their blocks a quarter to each, which
+// leaves out what couples the masters and keeps the sum positive.
+static void hand_over(Implicit *system)
+{
+    for (int i = 0; i < system->hanging; i++)
+        for (int k = 0; k < 2; k++) {
+            const int from = system->moving + i, to = system->master[i][k];
+            system->residual[to] += 0.5 * system->residual[from];
+            for (int c = 0; c < 3; c++)
+                system->inverse[to].column[c] += 0.25 * system->inverse[from].column[c];
+        }
+}
+
+// The virtual node of one that follows a motion: how far it is off, and how it slips.
+INLINE void follow(const FramePose *pose, const double *rest, Quad x, Quad v, Quad *away,
+                   Quad *slip)
+{
+    Quad p = x, target = {0};
+    double arm[3];
+    for (int c = 0; c < 3; c++) {
+        p[c] -= pose->center[c];
+        arm[c] = rest[(long)c * LANES] - pose->rest_center[c];
+    }
+    for (int c = 0; c < 3; c++)
+        target[c] = pose->rotation[c][0] * arm[0] + pose->rotation[c][1] * arm[1] +
+                    pose->rotation[c][2] * arm[2];
+    const double *w = pose->angular, *b = pose->velocity;
+    const Quad moves = {b[0] + w[1] * p[2] - w[2] * p[1], b[1] + w[2] * p[0] - w[0] * p[2],
+                        b[2] + w[0] * p[1] - w[1] * p[0], 0.0};
+    *away = p - target;
+    *slip = v - moves;
+}
+
+// The motion that a node's virtual node follows; NULL: it keeps no shape.
+static const FramePose *pose_of(const SurfaceModel *model, int i)
+{
+    const Implicit *system = model->implicit;
+    const int frame = system->frame != NULL ? system->frame[i] : 0;
+    if (frame == FRAME_LOOSE)
+        return NULL;
+    return frame > 0 ? &model->detail->frames->frame[frame - 1].pose : &model->basis.rigid->pose;
+}
+
+// Forces of the shape springs and from outside on a moving node, and what its diagonal has of them.
+static void add_node(SurfaceModel *model, const Scales *by, const Quad *gravity, bool external,
+                     int i)
+{
+    Implicit *system = model->implicit;
+    const NodeTable *nodes = &model->nodes;
+    const int slot = system->slot[i], lane = model_lane_of(model, slot);
+    const Quad v = quad_row(system->rows, slot, 4);
+    const double mass = 1.0 / ((const double *)nodes->inverse_mass)[lane];
+    double inertia = mass, weight = mass;
+    Quad outer = mass * *gravity, inner = {0};
+    if (external) {
+        const double *force = (const double *)model->external + model_lane(lane);
+        outer += (Quad){force[0], force[LANES], force[2 * LANES], 0.0};
+    }
+    if (model->shape != SHAPE_FRAME_NONE) {
+        const double rate = mass * ((const double *)nodes->shape_rate)[lane];
+        const double drag = mass * ((const double *)nodes->drag)[lane];
+        const double *rest = (const double *)nodes->rest + model_lane(lane);
+        outer -= drag * v;
+        inertia += by->part * drag;
+        weight = inertia;
+        if (model->shape == SHAPE_FRAME_WORLD) {
+            const Quad place = {rest[0], rest[LANES], rest[2 * LANES], 0.0};
+            inner -= rate * (quad_row(system->rows, slot, 0) - place + by->part * v);
+            weight += by->part * by->part * rate;
+        } else if (pose_of(model, i) != NULL) {
+            const double shape_drag = mass * ((const double *)nodes->shape_drag)[lane];
+            Quad away, slip;
+            follow(pose_of(model, i), rest, quad_row(system->rows, slot, 0), v, &away, &slip);
+            inner -= rate * away + (shape_drag + by->part * rate) * slip;
+            weight += by->part * (shape_drag + by->part * rate);
+        }
+    }
+    system->outer[i] = outer;
+    system->inertia[i] = inertia;
+    system->weight[i] = weight;
+    system->residual[i] += by->h * (outer + inner);
+    for (int c = 0; c < 3; c++)
+        system->inverse[i].column[c][c] += weight;
+}
+
+// By its factors L D L^T: a block may be stiff along the wall and nearly free across it.
+static void invert(Block *block)
+{
+    const Quad *m = block->column;
+    const double d0 = m[0][0], l1 = m[0][1] / d0, l2 = m[0][2] / d0;
+    const double d1 = m[1][1] - l1 * m[0][1], l3 = (m[1][2] - l2 * m[0][1]) / d1;
+    const double d2 = m[2][2] - l2 * m[0][2] - l3 * l3 * d1;
+    const double k = l1 * l3 - l2; // of L^-1
+    const double xx = 1.0 / d0 + l1 * l1 / d1 + k * k / d2, xy = -l1 / d1 - k * l3 / d2,
+                 xz = k / d2, yy = 1.0 / d1 + l3 * l3 / d2, yz = -l3 / d2, zz = 1.0 / d2;
+    block->column[0] = (Quad){xx, xy, xz, 0.0};
+    block->column[1] = (Quad){xy, yy, yz, 0.0};
+    block->column[2] = (Quad){xz, yz, zz, 0.0};
+}
+
+static void assemble(SurfaceModel *model)
+{
+    Implicit *system = model->implicit;
+    const BodyParameters *p = model->parameters;
+    const Scales by = {.stiffness = p->stiffness_scale,
+                       .damping_time = model->damping_time * p->damping_scale,
+                       .h = system->h,
+                       .part = system->theta * system->h};
+    const size_t numbers = (size_t)(system->moving + system->hanging) + 1;
+    memset(system->residual, 0, numbers * sizeof *system->residual);
+    memset(system->inverse, 0, numbers * sizeof *system->inverse);
+    system->edge_count = 0;
+    if (model->shape == SHAPE_FRAME_BODY) {
+        rigid_frame_fit(model->basis.rigid, system->rows);
+        if (system->frame != NULL)
+            detail_frames_fit(model, system->rows);
+    }
+    add_springs(model, &by);
+    hand_over(system);
+    const Quad gravity = {p->gravity[0], p->gravity[1], p->gravity[2], 0.0};
+    const bool external = *model->loaded != 0 || model->touched_count > 0;
+    for (int i = 0; i < system->moving; i++) {
+        add_node(model, &by, &gravity, external, i);
+        invert(&system->inverse[i]);
+    }
+}
+
+#endif

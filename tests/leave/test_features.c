@@ -1,0 +1,260 @@
+// pliantd --explain: of a scene that asks for nothing every feature is left out, and each comes
+// with its key, alone or with those that the table here names.
+#include "harness.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+// What is written into the scene, and the feature that it switches on.
+typedef struct Case {
+    const char *feature; // as printed
+    const char *head;    // keys of the scene
+    const char *publish; // its group
+    const char *material, *contact;
+    const char *body; // keys of the body
+    const char *tail; // tools, loads, attachments
+    const char *arguments;
+    int others; // features that cannot come alone and bring so many along
+} Case;
+
+#define SILENT "nodes_hz = 0.0; mesh_hz = 0.0; status_hz = 0.0; contact_hz = 0.0;"
+#define BALL   "capsules = ( { from = [0.0, 0.0, 0.0]; to = [0.0, 0.0, 0.0]; radius = 0.005; } ); "
+#define PROBE  "tools = ( { id = 1; kind = \"probe\"; " BALL "} );"
+#define BLADE                                                                                      \
+    "tools = ( { id = 1; kind = \"blade\"; edge = ([0.0, 0.0, 0.0], [0.0, 0.0, 0.1]); } );"
+#define FIXED "fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.02]); } );"
+
+// Of scenes with any body.
+static const Case COMMON[] = {
+    {.feature = "gravity", .head = "gravity = [0.0, 0.0, -9.81];"},
+    {.feature = "settling before the first tick", .head = "settle_s = 0.01;"},
+    {.feature = "more threads for a step", .head = "threads = 2;"},
+    {.feature = "contact", .tail = PROBE},
+    {.feature = "blades", .tail = BLADE},
+    {.feature = "graspers",
+     .tail = "tools = ( { id = 1; kind = \"grasper\"; " BALL "} );",
+     .others = 1}, // contact
+    {.feature = "attachments",
+     .tail = "attachments = ( { body = \"body\"; sphere = [0.0, 0.0, 0.05]; "
+             "radius = 0.03; to = \"world\"; } );"},
+    {.feature = "loads of the scene",
+     .tail = "loads = ( { center = [0.0, 0.0, 0.05]; radius = 0.03; force = [0.0, 0.0, -0.1]; "
+             "start = 0.0; duration = 1.0; } );"},
+    {.feature = "positions in messages", .publish = "mesh_hz = 0.0; status_hz = 0.0;"},
+    {.feature = "velocities in messages",
+     .publish = "mesh_hz = 0.0; status_hz = 0.0; velocity = true;",
+     .others = 1}, // positions
+    {.feature = "meshes in messages", .publish = "nodes_hz = 0.0; status_hz = 0.0;"},
+    {.feature = "status in messages", .publish = "nodes_hz = 0.0; mesh_hz = 0.0;"},
+    {.feature = "contacts in messages",
+     .publish = "nodes_hz = 0.0; mesh_hz = 0.0; status_hz = 0.0; contact_stiffness = false;",
+     .tail = PROBE,
+     .others = 1}, // contact
+    {.feature = "stiffness in contacts",
+     .publish = "nodes_hz = 0.0; mesh_hz = 0.0; status_hz = 0.0;",
+     .tail = PROBE,
+     .others = 2}, // contact, its messages
+    {.feature = "error of the time steps in status", .head = "estimate_error = true;"},
+    {.feature = "checkpoints", .arguments = "--checkpoint none.h5", .others = 1}, // files thread
+    {.feature = "log of applied inputs", .arguments = "--log-inputs none.log", .others = 1},
+    {.feature = "recording",
+     .publish = "mesh_hz = 0.0; status_hz = 0.0;",
+     .arguments = "--record none.h5",
+     .others = 2}, // positions, files thread
+    {.feature = "files thread", .arguments = "--log-inputs none.log", .others = 1},
+    {.feature = "held nodes", .body = FIXED},
+    {.feature = "friction at tools",
+     .contact = "friction = 0.2;",
+     .tail = PROBE,
+     .others = 1}, // contact
+    {.feature = "cuts", .body = "cuttable = true;"},
+};
+
+static const Case SURFACE[] = {
+    {.feature = "damping of springs", .material = "damping_time = 1.0e-4;"},
+    {.feature = "drag on nodes", .material = "damping_time = 0.0; node_damping = 0.001;"},
+    {.feature = "shape springs", .body = "shape = {};"},
+    {.feature = "shape springs that follow the body",
+     .body = "shape = { frame = \"body\"; };",
+     .others = 1}, // shape springs
+    {.feature = "prestress", .body = "prestress = 0.05;"},
+    {.feature = "implicit integration", .body = "integrator = \"implicit\";"},
+    {.feature = "finer levels of detail", .body = "levels = 1;"},
+    {.feature = "refinement at run time", .body = "levels = 1; adapt = {};", .others = 2},
+    {.feature = "time budget of the detail", .body = "levels = 1; adapt = {};", .others = 2},
+    {.feature = "tearing", .body = "cuttable = true; tear = { stretch = 2.0; };", .others = 1},
+};
+
+static const Case VOXEL[] = {
+    {.feature = "damping of elements", .material = "damping = 0.2;"},
+    {.feature = "inner vertices in messages",
+     .publish = "mesh_hz = 0.0; status_hz = 0.0; nodes = \"all\";",
+     .others = 1}, // positions
+    {.feature = "larger elements inside", .body = "levels = 1;"},
+    {.feature = "display surface", .body = "levels = 0; skin = { mesh = \"skin.off\"; };"},
+    {.feature = "tearing", .body = "cuttable = true; tear = { stress = 1.0e4; };", .others = 1},
+};
+
+static const char *or_else(const char *text, const char *preset)
+{
+    return text != NULL ? text : preset;
+}
+
+static const char *const BODIES[2] = {
+    "model = \"surface\"; mesh = { generator = \"ico_sphere\"; nodes = 42; radius = 0.05; };",
+    "model = \"voxel\"; voxels = { generator = \"box\"; count = [8, 8, 8]; size = 0.0125; };"};
+static const char *const UNDAMPED[2] = {"damping_time = 0.0;", "damping = 0.0;"};
+
+static void explain(Daemon *daemon, bool voxel, const Case *what)
+{
+    char text[4096];
+    const char *body = or_else(what->body, "");
+    snprintf(text, sizeof text,
+             "name = \"test\"; %s publish = { %s };\n"
+             "bodies = ( { name = \"body\"; %s\n"
+             "  material = { %s }; contact = { %s }; %s %s } );\n%s\n",
+             or_else(what->head, ""), or_else(what->publish, SILENT), BODIES[voxel],
+             or_else(what->material, UNDAMPED[voxel]), or_else(what->contact, "friction = 0.0;"),
+             strstr(body, "levels") == NULL ? "levels = 0;" : "", body, or_else(what->tail, ""));
+    const char *scene = scratch("leave.cfg");
+    write_text(scene, text);
+    run_daemon(daemon, "--explain %s %s", or_else(what->arguments, ""), scene);
+    if (daemon->code != 0)
+        fail_msg("%s: %s", or_else(what->feature, "nothing"), daemon->err);
+}
+
+// The rows of features that are on; `found`: whether that of a name is among them, or off.
+typedef struct Rows {
+    int on, off;
+    bool listed, found;
+} Rows;
+
+static Rows read_rows(const Daemon *daemon, const char *feature)
+{
+    Rows rows = {0};
+    size_t length = strlen(feature);
+    const char *line = strstr(daemon->out, "\nfeatures of ");
+    assert_non_null(line);
+    for (; line != NULL; line = strchr(line + 1, '\n')) {
+        bool on = strncmp(line, "\n  on   ", 8) == 0, off = strncmp(line, "\n  off  ", 8) == 0;
+        rows.on += on;
+        rows.off += off;
+        // The column is wider than every name.
+        if ((on || off) && strncmp(line + 8, feature, length) == 0 &&
+            strncmp(line + 8 + length, "  ", 2) == 0) {
+            rows.listed = true;
+            rows.found = on;
+        }
+    }
+    return rows;
+}
+
+static void expect_flip(bool voxel, const Case *what)
+{
+    Daemon daemon;
+    explain(&daemon, voxel, what);
+    Rows rows = read_rows(&daemon, what->feature);
+    if (!rows.listed || !rows.found || rows.on != 1 + what->others)
+        fail_msg("%s: %s, %d features are on, not %d, in\n%s", what->feature,
+                 !rows.listed ? "not listed"
+                 : rows.found ? "on"
+                              : "off",
+                 rows.on, 1 + what->others, strstr(daemon.out, "\nfeatures of "));
+}
+
+#define COUNT(cases) ((int)(sizeof(cases) / sizeof *(cases)))
+
+// All rows are off, and there is a case for each of them: rows of the other model aside, whose
+// messages are listed too.
+static void expect_nothing(bool voxel, int cases)
+{
+    Daemon daemon;
+    explain(&daemon, voxel, &(Case){0});
+    Rows rows = read_rows(&daemon, "recording");
+    if (rows.on > 0 || rows.off != cases)
+        fail_msg("%d on, %d off for %d cases in\n%s", rows.on, rows.off, cases,
+                 strstr(daemon.out, "\nfeatures of "));
+}
+
+static void each_feature_of_a_surface_scene_has_its_key(void **state)
+{
+    (void)state;
+    if (!WITH_SURFACE)
+        skip();
+    expect_nothing(false, COUNT(COMMON) + COUNT(SURFACE) + 1); // inner vertices
+    for (int i = 0; i < COUNT(COMMON); i++)
+        if (WITH_HDF5 || or_else(COMMON[i].arguments, "")[0] == '\0')
+            expect_flip(false, &COMMON[i]);
+    for (int i = 0; i < COUNT(SURFACE); i++)
+        expect_flip(false, &SURFACE[i]);
+}
+
+static void each_feature_of_a_voxel_scene_has_its_key(void **state)
+{
+    (void)state;
+    if (!WITH_VOXEL)
+        skip();
+    // A cube on the outside of the elements: corners and two triangles a side.
+    write_text(scratch("skin.off"),
+               "OFF\n8 12 0\n-.05 -.05 -.05\n.05 -.05 -.05\n-.05 .05 -.05\n.05 .05 -.05\n"
+               "-.05 -.05 .05\n.05 -.05 .05\n-.05 .05 .05\n.05 .05 .05\n"
+               "3 0 2 1\n3 1 2 3\n3 4 5 6\n3 5 7 6\n3 0 1 4\n3 1 5 4\n"
+               "3 2 6 3\n3 3 6 7\n3 0 4 2\n3 2 4 6\n3 1 3 5\n3 3 7 5\n");
+    expect_nothing(true, COUNT(COMMON) + COUNT(VOXEL) + 1); // time budget of the detail
+    for (int i = 0; i < COUNT(COMMON); i++)
+        if (WITH_HDF5 || or_else(COMMON[i].arguments, "")[0] == '\0')
+            expect_flip(true, &COMMON[i]);
+    for (int i = 0; i < COUNT(VOXEL); i++)
+        expect_flip(true, &VOXEL[i]);
+}
+
+// Bytes of the whole, as printed last.
+static long long total_bytes(const Daemon *daemon)
+{
+    const char *at = strstr(daemon->out, "\ntotal: ");
+    assert_non_null(at);
+    return strtoll(at + 8, NULL, 10);
+}
+
+static void arrays_add_up_to_the_total(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    explain(&daemon, !WITH_SURFACE, &(Case){.feature = "everything", .tail = PROBE});
+    long long sum = 0, single = 0;
+    for (const char *line = strchr(daemon.out, '\n'); line != NULL; line = strchr(line + 1, '\n')) {
+        const char *colon = strstr(line, ": ");
+        if (strncmp(line, "\narrays, ", 9) == 0 || strncmp(line, "\nkept from ", 11) == 0)
+            sum += strtoll(colon + 2, NULL, 10);
+    }
+    // Lines of single arrays: a name of up to 47 characters, then the bytes.
+    const char *end = strstr(daemon.out, "\ntotal: ");
+    const char *line = strstr(daemon.out, "\narrays, ");
+    for (; line != NULL && line < end; line = strchr(line + 1, '\n'))
+        if (strncmp(line, "\n  ", 3) == 0)
+            single += strtoll(line + 3 + 47, NULL, 10);
+    assert_int_equal(sum, total_bytes(&daemon));
+    assert_int_equal(single, total_bytes(&daemon));
+}
+
+static void off_line_nothing_of_a_live_run_is_listed(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    explain(&daemon, !WITH_SURFACE, &(Case){.arguments = "--offline 1"});
+    assert_null(strstr(daemon.out, "run/"));
+    assert_null(strstr(daemon.out, "in messages"));
+    assert_non_null(strstr(daemon.out, "stages: forces check\n"));
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(each_feature_of_a_surface_scene_has_its_key),
+        daemon_test(each_feature_of_a_voxel_scene_has_its_key),
+        daemon_test(arrays_add_up_to_the_total),
+        daemon_test(off_line_nothing_of_a_live_run_is_listed),
+    };
+    harness_start(argc, argv);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}

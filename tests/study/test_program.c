@@ -1,0 +1,218 @@
+// pliant-study as a user runs it: options, exit codes, what it leaves behind; and that the scene it
+// advises is one that pliantd takes.
+#include "expect.h"
+#include "scratch.h"
+
+#include <sys/stat.h>
+#include <sys/wait.h>
+
+static const char *program, *daemon_program;
+static Scratch scratch;
+
+typedef struct Run {
+    int code; // exit code; -1: killed
+    char out[65536], err[8192];
+} Run;
+
+static Run result;
+
+static void read_back(const char *name, char *text, size_t size)
+{
+    char path[SCRATCH_PATH];
+    FILE *file = fopen(scratch_path(&scratch, name, path), "r");
+    assert_non_null(file);
+    text[fread(text, 1, size - 1, file)] = '\0';
+    fclose(file);
+}
+
+// Runs a program in the scratch folder; `arguments` as typed in a shell.
+static void run_program(const char *which, const char *arguments)
+{
+    char command[1024];
+    snprintf(command, sizeof command, "cd '%s' && '%s' %s >out 2>err", scratch.folder, which,
+             arguments);
+    int status = system(command);
+    result.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    read_back("out", result.out, sizeof result.out);
+    read_back("err", result.err, sizeof result.err);
+}
+
+static void run(const char *arguments)
+{
+    run_program(program, arguments);
+}
+
+// One line on stderr that begins like this.
+static void expect_failure(int code, const char *line)
+{
+    const char *end = strchr(result.err, '\n');
+    if (result.code != code || strncmp(result.err, line, strlen(line)) != 0 || end == NULL ||
+        end[1] != '\0')
+        fail_msg("exit %d, expected %d with '%s' in one line:\n%s", result.code, code, line,
+                 result.err);
+}
+
+static void expect_done(void)
+{
+    if (result.code != 0)
+        fail_msg("exit %d:\n%s%s", result.code, result.out, result.err);
+}
+
+static void expect_said(const char *text)
+{
+    if (strstr(result.out, text) == NULL)
+        fail_msg("'%s' is not in:\n%s%s", text, result.out, result.err);
+}
+
+// A ball of 42 nodes that is pressed for a twentieth of a second: the smallest study that has
+// everything.
+static const char BALL[] =
+    "name = \"ball\";  rate_hz = 500.0;  # kept\n"
+    "bodies = ( { name = \"ball\";\n"
+    "    mesh = { generator = \"ico_sphere\";  nodes = 42;  radius = 0.05; };\n"
+    "    levels = 1;  start_level = 0;\n"
+    "    shape = { angular_frequency = 50.0;  damping_ratio = 0.1; }; } );\n"
+    "loads = ( { center = [0.0, 0.0, 0.05];  radius = 0.03;  force = [0.0, 0.0, -0.3];\n"
+    "            start = 0.002;  duration = 0.05; } );\n";
+
+#define STUDY "ball.cfg --quick --duration 0.1 --repeat 1 --only 'leapfrog bound' "
+
+static void help_and_version_are_printed(void **unused)
+{
+    (void)unused;
+    run("--help");
+    expect_done();
+    expect_said("--error=PCT");
+    expect_said("--jobs=N");
+    expect_said("Exit code 0: done; 1:");
+    run("--version");
+    expect_done();
+    assert_int_equal(strncmp(result.out, "pliant-study ", 13), 0);
+}
+
+static void bad_options_are_named(void **unused)
+{
+    (void)unused;
+    static const char *const bad[][2] = {
+        {"", "pliant-study: no scene given"},
+        {"a.cfg b.cfg", "pliant-study: one scene at a time, got 'a.cfg' and 'b.cfg'"},
+        {"--nonsense a.cfg", "pliant-study: '--nonsense' is no option or lacks its value"},
+        {"a.cfg --out", "pliant-study: '--out' is no option or lacks its value"},
+        {"--error 5 a.cfg", "pliant-study: --error '5' is neither a percentage"},
+        {"--error 0% a.cfg", "pliant-study: --error '0%' is neither"},
+        {"--error 100% a.cfg", "pliant-study: --error '100%' is neither"},
+        {"--error 1%% a.cfg", "pliant-study: --error '1%%' is neither"},
+        {"--error % a.cfg", "pliant-study: --error '%' is neither"},
+        {"--error nan a.cfg", "pliant-study: --error 'nan' is neither"},
+        {"--rate 0 a.cfg", "pliant-study: --rate '0' is not a number in [1, 10000]"},
+        {"--rate 1e3x a.cfg", "pliant-study: --rate '1e3x' is not a number"},
+        {"--duration -1 a.cfg", "pliant-study: --duration '-1' is not a number"},
+        {"--jobs 0 a.cfg", "pliant-study: --jobs '0' is not an integer in [1, 256]"},
+        {"--jobs two a.cfg", "pliant-study: --jobs 'two' is not an integer"},
+        {"--repeat 33 a.cfg", "pliant-study: --repeat '33' is not an integer in [1, 32]"},
+        {"--isa avx a.cfg", "pliant-study: --isa 'avx' is not one of auto, "},
+        {"--prefix a.b a.cfg", "pliant-study: --prefix 'a.b' is not 1 to 31 letters"},
+        {"--log-level loud a.cfg", "pliant-study: --log-level 'loud' is not error"},
+        {"nowhere.cfg", "nowhere.cfg: "},
+        {"--input nowhere.log ball.cfg", "nowhere.log: "},
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
+        run(bad[i][0]);
+        expect_failure(2, bad[i][1]);
+        assert_string_equal(result.out, "");
+    }
+}
+
+static void a_folder_that_cannot_be_made_fails(void **unused)
+{
+    (void)unused;
+    run(STUDY "--out nowhere/there");
+    expect_failure(1, "nowhere/there: cannot be made or written to: No such file or directory");
+    run(STUDY "--out ball.cfg");
+    expect_failure(1, "ball.cfg: cannot be made or written to: ");
+}
+
+static void cases_are_listed_without_being_run(void **unused)
+{
+    (void)unused;
+    struct stat info;
+    char path[SCRATCH_PATH];
+    run("ball.cfg --list");
+    expect_done();
+    expect_said(" (the scene)\n");
+    expect_said("rk4 ");
+    expect_said(" cases\n");
+    size_t whole = strlen(result.out);
+    run("ball.cfg --list --quick");
+    assert_true(strlen(result.out) < whole);
+    assert_int_not_equal(stat(scratch_path(&scratch, "study-ball", path), &info), 0);
+}
+
+static bool is_there(const char *name)
+{
+    char path[SCRATCH_PATH];
+    struct stat info;
+    return stat(scratch_path(&scratch, name, path), &info) == 0 && info.st_size > 0;
+}
+
+// Files, table, progress; and the advice, taken: pliantd reads it and runs it.
+static void a_study_leaves_tables_pictures_and_a_scene_that_runs(void **unused)
+{
+    (void)unused;
+    run(STUDY "--error 20% --rate 250");
+    expect_done();
+    expect_said("ball, body ball: ");
+    expect_said("references, three runs each");
+    expect_said("(the scene)");
+    expect_said("(Pareto front)");
+    assert_non_null(strstr(result.err, "100 % "));
+    assert_null(strchr(result.err, '\r')); // no terminal
+    assert_true(is_there("study-ball/runs.tsv"));
+    assert_true(is_there("study-ball/references.tsv"));
+    assert_true(is_there("study-ball/study.gp"));
+    assert_true(is_there("study-ball/advice.cfg"));
+    expect_said("rate_hz = 250.0;");
+    run_program(daemon_program, "--offline 0.1 study-ball/advised.cfg");
+    expect_done();
+}
+
+static void a_scene_that_cannot_be_built_is_refused(void **unused)
+{
+    (void)unused;
+    scratch_write(&scratch, "bad.cfg", "bodies = ( { name = \"a\"; levels = 99; } );", 41);
+    run("bad.cfg");
+    expect_failure(2, "bad.cfg:1: ");
+}
+
+static int begin(void **unused)
+{
+    (void)unused;
+    if (scratch_create(&scratch) != 0)
+        return -1;
+    scratch_write(&scratch, "ball.cfg", BALL, sizeof BALL - 1);
+    return 0;
+}
+
+static int end(void **unused)
+{
+    (void)unused;
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(help_and_version_are_printed),
+        cmocka_unit_test(bad_options_are_named),
+        cmocka_unit_test(a_folder_that_cannot_be_made_fails),
+        cmocka_unit_test(cases_are_listed_without_being_run),
+        cmocka_unit_test(a_study_leaves_tables_pictures_and_a_scene_that_runs),
+        cmocka_unit_test(a_scene_that_cannot_be_built_is_refused),
+    };
+    if (argc < 3)
+        return 2;
+    program = argv[1];
+    daemon_program = argv[2];
+    return cmocka_run_group_tests(tests, begin, end);
+}

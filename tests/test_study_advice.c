@@ -1,0 +1,395 @@
+// What a study advises: the cheapest run that has all that was asked for, and its keys, which make
+// a scene that case.
+#include "expect.h"
+#include "scene_text.h"
+#include "study_sample.h"
+
+#include "study/advice.h"
+#include "study/scene_keys.h"
+
+static StudyResult result;
+static Advice advice;
+
+static const char *advised(double error, double rate_hz)
+{
+    advice_make(&result, error, rate_hz, &advice);
+    return advice.run < 0 ? "none" : result.run[advice.run].what.name;
+}
+
+// Within 1 % at 1000 Hz: b alone; every other lacks one thing, and would be cheaper.
+static void fill(void)
+{
+    sample_begin(&result, 0.001, 1e-6);
+    sample_add(&result, "slow, level 2", 0.5, 600e-6, 0.001, 0.001);
+    sample_add(&result, "b, level 1", 0.3, 400e-6, 0.001, 0.008);
+    sample_add(&result, "coarse, level 0", 0.1, 100e-6, 0.001, 0.02);
+    sample_add(&result, "late, level 1", 0.1, 800e-6, 0.001, 0.001);
+    StudyRun *lower = sample_add(&result, "lower rate, level 1", 0.1, 100e-6, 0.001, 0.001);
+    lower->rate_hz = 500.0;
+    StudyRun *doubling = sample_add(&result, "doubling, level 1", 0.1, 100e-6, 0.001, 0.001);
+    doubling->what.step_doubling = true;
+    StudyRun *bad = sample_add(&result, "bad, level 1", 0.1, 100e-6, 0.001, 0.001);
+    bad->verdict = STUDY_BAD;
+    StudyRun *unknown = sample_add(&result, "unknown, level 1", 0.1, 100e-6, 0.001, 0.001);
+    unknown->total.patch = unknown->total.surface = (double)NAN;
+}
+
+static void cheapest_that_has_everything_is_advised(void **unused)
+{
+    (void)unused;
+    fill();
+    assert_string_equal(advised(0.01, 1000.0), "b, level 1");
+    assert_true(advice.met);
+    assert_false(advice.time_only);
+    expect_near(advice.error, 0.009, 1e-12); // with the reference's own error of 0.1 %
+    assert_non_null(strstr(advice.sentence, "The cheapest choice within 1 % that holds 1000 Hz on "
+                                            "this machine is \"b, level 1\""));
+    assert_non_null(strstr(advice.sentence, "0.9 % (0.8 % measured, 0.1 % of the reference"));
+    assert_non_null(strstr(advice.sentence, "the longest 800 us"));
+}
+
+// Each of them would be advised, were its one fault not there.
+static void each_condition_alone_excludes(void **unused)
+{
+    (void)unused;
+    for (int i = 2; i < 8; i++) {
+        fill();
+        assert_string_equal(advised(0.01, 1000.0), "b, level 1");
+        StudyRun *run = &result.run[i];
+        run->total.patch = 0.001;
+        run->tick_p99 = 100e-6;
+        run->rate_hz = 1000.0;
+        run->what.step_doubling = false;
+        run->verdict = STUDY_OK;
+        assert_string_equal(advised(0.01, 1000.0), run->what.name);
+    }
+}
+
+static void reference_s_own_error_counts(void **unused)
+{
+    (void)unused;
+    fill();
+    result.finest.own_error = 0.0021; // b: 0.8 % and this exceed 1 %
+    assert_string_equal(advised(0.01, 1000.0), "slow, level 2");
+    assert_true(advice.met);
+}
+
+// 99 of 100 ticks may take seven tenths of the period, and no more.
+static void a_share_of_the_tick_is_kept_free(void **unused)
+{
+    (void)unused;
+    fill();
+    result.run[1].tick_p99 = 0.699e-3;
+    assert_string_equal(advised(0.01, 1000.0), "b, level 1");
+    result.run[1].tick_p99 = 0.701e-3;
+    assert_string_equal(advised(0.01, 1000.0), "slow, level 2");
+}
+
+// Also when single ticks are short: the processor must keep up.
+static void mean_cost_must_fit_too(void **unused)
+{
+    (void)unused;
+    fill();
+    result.run[1].cpu_median = 0.71;
+    result.run[0].cpu_median = 0.72;
+    advised(0.01, 1000.0);
+    assert_false(advice.met);
+}
+
+static void where_nothing_fits_the_nearest_is_named_with_what_it_misses(void **unused)
+{
+    (void)unused;
+    fill();
+    assert_string_equal(advised(0.0015, 1000.0), "late, level 1"); // 0.8 ms of 0.7 ms; b: 6 times
+    result.run[0].verdict = STUDY_BAD;                             // which had it all
+    assert_string_equal(advised(0.0025, 1000.0), "late, level 1");
+    assert_false(advice.met);
+    assert_non_null(strstr(advice.sentence, "it misses the time of a tick (1.14 times"));
+    result.run[3].verdict = STUDY_BAD;
+    result.run[4].verdict = STUDY_BAD;
+    assert_string_equal(advised(0.0025, 1000.0), "b, level 1");
+    assert_non_null(strstr(advice.sentence, "it misses the error (3.6 times"));
+}
+
+static void without_a_total_reference_the_promise_is_about_time(void **unused)
+{
+    (void)unused;
+    fill();
+    result.finest.known = false;
+    // A coarser mesh is exact in time too, and would always be cheaper: it does not count.
+    StudyRun *scene = &result.run[1];
+    scene->what.is_scene = true;
+    scene->what.level = 1;
+    for (int i = 3; i < 8; i++)
+        result.run[i].what.level = 2;
+    result.mesh[0].level = 1;
+    assert_string_equal(advised(0.01, 1000.0), "b, level 1");
+    assert_true(advice.met);
+    assert_true(advice.time_only);
+    assert_non_null(strstr(advice.sentence, "The promise is about the steps in time alone"));
+    // A reference that itself errs more than what is asked for is no better.
+    fill();
+    result.finest.own_error = 0.02;
+    result.run[1].what.is_scene = true;
+    advised(0.01, 1000.0);
+    assert_true(advice.time_only);
+    assert_non_null(strstr(advice.sentence, "has itself an error of 2 %"));
+    // Nor one whose error is not known.
+    result.finest.own_error = (double)NAN;
+    advised(0.01, 1000.0);
+    assert_true(advice.time_only);
+}
+
+static void without_any_reference_nothing_is_advised(void **unused)
+{
+    (void)unused;
+    fill();
+    result.run[1].what.is_scene = true;
+    result.finest.known = false;
+    result.mesh[0].reference.known = false;
+    assert_string_equal(advised(0.01, 1000.0), "none");
+    assert_int_equal(strncmp(advice.sentence, "No advice: ", 11), 0);
+}
+
+// --- keys ----------------------------------------------------------------------------------------
+
+#define SURFACE                                                                                    \
+    "// a comment with bodies = ( { levels = 9; } ); in it\n"                                      \
+    "name = \"a-tricky\" /* and */ \"name\";\n"                                                    \
+    "rate_hz : 500.0, /* precision = \"double\"; */\n"                                             \
+    "bodies = (\n"                                                                                 \
+    "  { name = \"one\"; mesh = { generator = \"ico_sphere\"; nodes = 42; radius = 0.05; };\n"     \
+    "    levels = 3;  # finest\n"                                                                  \
+    "    adapt = { force = 0.01; speed = 0.3; };\n"                                                \
+    "    time_step = 0.0001; fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, 0.0]); } ) },\n"    \
+    "  { name = \"two\"; mesh = { generator = \"uv_sphere\"; } }\n"                                \
+    ");\n"                                                                                         \
+    "tools = ( { id = 1; kind = \"probe\"; capsules = ( { radius = 0.005; } ); } );\n"
+
+#define VOXEL                                                                                      \
+    "bodies = ( { name = \"block\"; model = \"voxel\"; levels = 1;\n"                              \
+    "  voxels = { generator = \"box\"; count = [4, 4, 4]; size = 0.01; }; law = \"affine\"; } );"
+
+// Reads `text`, sets the keys of a case in it, reads that.
+static void set_keys(const char *text, const StudyCase *what, double rate_hz, Scene *scene)
+{
+    static char from[SCRATCH_PATH], to[SCRATCH_PATH];
+    SceneKeys keys;
+    Status status = {0};
+    assert_string_equal(read_as_scene(text, scene), "");
+    assert_true(scene_keys_of_case(scene, what, rate_hz, &keys));
+    scene_destroy(scene);
+    bool ok = scene_keys_set(&keys, scratch_path(&scratch, "x.cfg", from),
+                             scratch_path(&scratch, "y.cfg", to), &status);
+    assert_string_equal(status.text, "");
+    assert_true(ok);
+    ok = scene_read(to, scene, &status);
+    assert_string_equal(status.text, "");
+    assert_true(ok);
+}
+
+static void advised_keys_make_a_scene_that_case(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    const StudyCase held = {.integrator = INTEGRATOR_RK4,
+                            .time_step = 0.001 / 3.0,
+                            .precision = PRECISION_DOUBLE,
+                            .detail = DETAIL_HELD,
+                            .level = 2,
+                            .paper_rule = true};
+    set_keys(SURFACE, &held, 1000.0, &scene);
+    assert_true(scene.rate_hz == 1000.0);
+    assert_int_equal(scene.precision, PRECISION_DOUBLE);
+    assert_int_equal(scene.body_count, 2);
+    for (int b = 0; b < 2; b++) {
+        const SurfaceOptions *surface = &scene.body[b].surface;
+        assert_int_equal(surface->integrator, INTEGRATOR_RK4);
+        assert_true(surface->time_step == 0.001 / 3.0); // to the last bit
+        assert_int_equal(surface->levels, 2);
+        assert_int_equal(surface->start_level, 2);
+        assert_false(surface->adaptive);
+        assert_int_equal(surface->adjust, ADJUST_CHOI2005);
+    }
+    assert_string_equal(scene.name, "a-trickyname"); // what was not asked for is as it was
+    assert_int_equal(scene.body[0].fixed_count, 1);
+    assert_int_equal(scene.tool_count, 1);
+    scene_destroy(&scene);
+}
+
+static void adaptive_keys_scale_the_scene_s_thresholds(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    const StudyCase adaptive = {.integrator = INTEGRATOR_LEAPFROG,
+                                .precision = PRECISION_SINGLE,
+                                .detail = DETAIL_ADAPTIVE,
+                                .level = 2,
+                                .threshold = 0.5};
+    set_keys(SURFACE, &adaptive, 250.0, &scene);
+    const SurfaceOptions *surface = &scene.body[0].surface;
+    assert_true(surface->adaptive);
+    assert_int_equal(surface->levels, 2);
+    assert_int_equal(surface->start_level, 0);
+    assert_true(surface->adapt.force == 0.005);
+    assert_true(surface->adapt.speed == 0.15);
+    assert_true(surface->adapt.curvature == 0.2);
+    assert_true(surface->time_step == 0.0);      // the key is gone: the bound decides
+    assert_true(scene.body[1].surface.adaptive); // by the usual thresholds
+    assert_true(scene.body[1].surface.adapt.force == 0.0025);
+    scene_destroy(&scene);
+}
+
+static void the_scene_s_own_case_changes_nothing_but_the_rate(void **unused)
+{
+    (void)unused;
+    Scene before, after;
+    assert_string_equal(read_as_scene(SURFACE, &before), "");
+    const StudyCase own = {.integrator = before.body[0].surface.integrator,
+                           .time_step = before.body[0].surface.time_step,
+                           .precision = before.precision,
+                           .detail = DETAIL_SCENE,
+                           .level = 3,
+                           .threshold = 1.0,
+                           .is_scene = true};
+    set_keys(SURFACE, &own, 500.0, &after);
+    const SurfaceOptions *x = &before.body[0].surface, *y = &after.body[0].surface;
+    assert_int_equal(x->levels, y->levels);
+    assert_int_equal(x->start_level, y->start_level);
+    assert_int_equal(x->integrator, y->integrator);
+    assert_true(x->time_step == y->time_step);
+    assert_memory_equal(&x->adapt, &y->adapt, sizeof x->adapt);
+    assert_true(before.rate_hz == after.rate_hz);
+    scene_destroy(&before);
+    scene_destroy(&after);
+}
+
+static void voxel_bodies_get_their_own_keys(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    const StudyCase what = {.integrator = INTEGRATOR_LEAPFROG,
+                            .time_step = 1e-4,
+                            .precision = PRECISION_DOUBLE,
+                            .detail = DETAIL_HELD,
+                            .level = 2,
+                            .paper_rule = true};
+    set_keys(VOXEL, &what, 1000.0, &scene);
+    assert_int_equal(scene.body[0].voxel.levels, 2);
+    assert_int_equal(scene.body[0].voxel.law, VOXEL_MIYAZAKI2004);
+    assert_int_equal(scene.body[0].voxel.integrator, INTEGRATOR_LEAPFROG);
+    assert_true(scene.body[0].voxel.time_step == 1e-4);
+    scene_destroy(&scene);
+}
+
+// The copy lies in another folder, and still finds what the scene names.
+static void files_keep_their_place(void **unused)
+{
+    (void)unused;
+    static const char off[] =
+        "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 "
+        "1 2 3\n";
+    static const char text[] =
+        "bodies = ( { name = \"a\"; mesh = { file = \"a.off\"; }; initial = \"/there/b.h5\"; } );";
+    char to[] = "/tmp/pliant-study-XXXXXX";
+    char from[SCRATCH_PATH];
+    SceneKeys keys = {.body_count = 1};
+    Status status = {0};
+    Scene scene;
+    int there = mkstemp(to);
+    assert_true(there >= 0);
+    close(there);
+    scratch_write(&scratch, "a.off", off, sizeof off - 1);
+    scratch_write(&scratch, "x.cfg", text, sizeof text - 1);
+    assert_true(scene_keys_set(&keys, scratch_path(&scratch, "x.cfg", from), to, &status));
+    bool ok = scene_read(to, &scene, &status);
+    unlink(to);
+    assert_string_equal(status.text, "");
+    assert_true(ok);
+    char *real = realpath(scratch_path(&scratch, "a.off", from), NULL);
+    assert_non_null(real);
+    assert_string_equal(scene.body[0].mesh.file, real);
+    assert_string_equal(scene.body[0].initial, "/there/b.h5");
+    free(real);
+    scene_destroy(&scene);
+}
+
+static void expect_refused(const char *text, const char *said)
+{
+    char from[SCRATCH_PATH], to[SCRATCH_PATH];
+    SceneKeys keys = {.body_count = 1};
+    Status status = {0};
+    scratch_write(&scratch, "x.cfg", text, strlen(text));
+    assert_false(scene_keys_set(&keys, scratch_path(&scratch, "x.cfg", from),
+                                scratch_path(&scratch, "z.cfg", to), &status));
+    assert_string_equal(status.text + strlen(scratch.folder) + 1, said);
+    assert_int_not_equal(access(to, F_OK), 0); // nothing half done
+}
+
+static void what_is_no_scene_is_refused(void **unused)
+{
+    (void)unused;
+    char deep[200] = "x = ";
+    memset(deep + 4, '(', 100);
+    expect_refused("name = \"x", "x.cfg:1: a text has no end");
+    expect_refused("rate_hz = 1;\n/* to", "x.cfg:2: a comment has no end");
+    expect_refused("bodies = ( { levels 3 } );",
+                   "x.cfg:1: this is no scene: a key without a value");
+    expect_refused("bodies = ( { levels = 3;", "x.cfg:1: this is no scene: a key is missing or too "
+                                               "long");
+    expect_refused("x = ;", "x.cfg:1: a value is missing");
+    expect_refused("x = [1, 2", "x.cfg:1: a value is missing");
+    expect_refused("@include x", "x.cfg:1: a scene with @include, seen from its own folder, has no "
+                                 "copy elsewhere");
+    expect_refused(deep, "x.cfg:1: groups lie too deep in each other");
+}
+
+static void keys_are_printed_to_be_pasted(void **unused)
+{
+    (void)unused;
+    char said[1024] = "";
+    Scene scene;
+    SceneKeys keys;
+    const StudyCase what = {.integrator = INTEGRATOR_LEAPFROG,
+                            .time_step = 0.0005,
+                            .precision = PRECISION_SINGLE,
+                            .detail = DETAIL_HELD,
+                            .level = 1};
+    assert_string_equal(read_as_scene(BODY, &scene), "");
+    assert_true(scene_keys_of_case(&scene, &what, 1000.0, &keys));
+    scene_destroy(&scene);
+    FILE *out = fmemopen(said, sizeof said, "w");
+    scene_keys_print(&keys, out);
+    fclose(out);
+    assert_string_equal(said, "rate_hz = 1000.0;\n"
+                              "precision = \"single\";\n"
+                              "# in the body a:\n"
+                              "    integrator = \"leapfrog\";\n"
+                              "    time_step = 0.0005;\n"
+                              "    levels = 1;\n"
+                              "    start_level = 1;\n"
+                              "    adjust = \"continuum\";\n"
+                              "    # no adapt\n");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(cheapest_that_has_everything_is_advised),
+        cmocka_unit_test(each_condition_alone_excludes),
+        cmocka_unit_test(reference_s_own_error_counts),
+        cmocka_unit_test(a_share_of_the_tick_is_kept_free),
+        cmocka_unit_test(mean_cost_must_fit_too),
+        cmocka_unit_test(where_nothing_fits_the_nearest_is_named_with_what_it_misses),
+        cmocka_unit_test(without_a_total_reference_the_promise_is_about_time),
+        cmocka_unit_test(without_any_reference_nothing_is_advised),
+        cmocka_unit_test(advised_keys_make_a_scene_that_case),
+        cmocka_unit_test(adaptive_keys_scale_the_scene_s_thresholds),
+        cmocka_unit_test(the_scene_s_own_case_changes_nothing_but_the_rate),
+        cmocka_unit_test(voxel_bodies_get_their_own_keys),
+        cmocka_unit_test(files_keep_their_place),
+        cmocka_unit_test(what_is_no_scene_is_refused),
+        cmocka_unit_test(keys_are_printed_to_be_pasted),
+    };
+    return cmocka_run_group_tests(tests, scene_text_begin, scene_text_end);
+}
