@@ -14,27 +14,32 @@ study() {
         2>"$data/$name.err" || { cat "$data/$name.err" >&2; exit 1; }
 }
 
-# NAME as the scene has it, and its coarse mesh in double precision too.
-study_both() {
-    study "$1" "$here/scenes/$1.cfg"
-    { echo 'precision = "double";'; cat "$here/scenes/$1.cfg"; } >"$data/$1-double.cfg"
+# The coarse mesh of NAME alone, at all steps, in both precisions.
+study_coarse() {
+    sed '/^ *adapt = /d' "$here/scenes/$1.cfg" >"$data/$1-coarse.cfg"
+    study "$1-coarse" "$data/$1-coarse.cfg" --only 'single, level 0'
+    { echo 'precision = "double";'; cat "$data/$1-coarse.cfg"; } >"$data/$1-double.cfg"
     study "$1-double" "$data/$1-double.cfg" --only 'double, level 0'
 }
 
 if [ -n "$programs" ]; then
-    for name in sphere stomach fabric; do study_both $name; done
+    for name in sphere fabric; do study $name "$here/scenes/$name.cfg"; done
+    # The largest of them: not at every step.
+    study stomach "$here/scenes/stomach.cfg" --only bound
+    for name in sphere stomach fabric; do study_coarse $name; done
     study block "$here/scenes/block.cfg"
     sh "$here/study_outside.sh" "$programs" "$data/outside"
+    sh "$here/study_live.sh" "$programs" "$data"
 fi
 cp "$data/outside/swing.tsv" "$data/outside/beam.tsv" "$data/"
 
-# Runs of both precisions as one table; what the second repeats of the first is left out.
+# All runs as one table; what a later study repeats of an earlier one is left out.
 for name in sphere stomach fabric; do
     awk -F '\t' 'FNR == 1 && NR > 1 { next }
         NR == 1 { for (c = 1; c <= NF; c++) at[$c] = c }
-        FILENAME ~ /-double\// && $at["name"] in seen { next }
-        { seen[$at["name"]] = 1; print }' "$data/$name/runs.tsv" "$data/$name-double/runs.tsv" \
-        >"$data/$name-all.tsv"
+        $at["name"] in seen { next }
+        { seen[$at["name"]] = 1; print }' "$data/$name/runs.tsv" "$data/$name-coarse/runs.tsv" \
+        "$data/$name-double/runs.tsv" >"$data/$name-all.tsv"
 done
 
 # figures KIND TABLE
@@ -71,8 +76,9 @@ figures detail study-detail
     done
 } >"$data/study-advice.tsv"
 
-for name in sphere stomach fabric block; do
+for name in sphere stomach fabric block sphere-coarse stomach-coarse fabric-coarse; do
     for picture in time total; do
+        case $name-$picture in *-coarse-total | sphere-time | stomach-time) continue ;; esac
         [ ! -f "$data/$name/$picture.png" ] || cp "$data/$name/$picture.png" "$here/study-$name-$picture.png"
     done
 done
