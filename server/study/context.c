@@ -247,7 +247,7 @@ static void complete_options(StudyContext *context, const StudyOptions *options)
     own->rate_hz = own->rate_hz > 0.0 ? own->rate_hz : context->given->rate_hz;
     own->error = own->error > 0.0 ? own->error : 0.01;
     own->jobs = own->jobs > 0 ? own->jobs : 1;
-    own->repeats = own->repeats > 0 ? own->repeats : options->quick ? 1 : 3;
+    own->repeats = own->repeats > 0 ? own->repeats : options->quick ? 3 : 5;
     own->repeats = own->repeats < STUDY_REPEATS ? own->repeats : STUDY_REPEATS;
     own->isa = own->isa != NULL ? own->isa : "auto";
     context->limit_s = own->quick ? 60.0 : 600.0;

@@ -1,5 +1,6 @@
 #include "study/reference.h"
 
+#include "base/clock.h"
 #include "study/case.h"
 #include "study/errors.h"
 #include "study/pool.h"
@@ -72,17 +73,27 @@ static double smallest_step(const StudyCase *cases, int count, bool quick)
     return least;
 }
 
-// What a step costs, and how many are needed: of a world built for it.
+// What a substep costs, and how many are needed: of a world built for it.
 typedef struct Load {
-    int substeps;      // a tick, at the stability bound of the finest level
-    double evaluation; // of all forces once [s], about
-    double edge;       // [m]
+    int substeps;   // a tick, at the stability bound of the finest level
+    double substep; // CPU time of one [s], about
+    double edge;    // [m]
 } Load;
+
+static double time_substep(World *world, const Body *body)
+{
+    double least = HUGE_VAL;
+    for (int i = 0; i < 2; i++) {
+        int64_t begin = clock_thread_ns();
+        sim_step(world->sim);
+        least = fmin(least, 1e-9 * (double)(clock_thread_ns() - begin));
+    }
+    return least / body->substeps;
+}
 
 static bool weigh_case(const Plan *plan, StudyCase what, Load *load, Status *status)
 {
-    // Nanoseconds for a spring and an element, in double precision, on a usual machine.
-    static const double SPRING_S = 1e-8, ELEMENT_S = 1e-7, OF_ADAPTIVE = 0.3;
+    static const double OF_ADAPTIVE = 0.3; // of all faces that are refined, at the worst of times
     StudyScene copy;
     World world;
     what.time_step = 0.0;
@@ -91,8 +102,7 @@ static bool weigh_case(const Plan *plan, StudyCase what, Load *load, Status *sta
     const Body *body = sim_body(world.sim, plan->context->body);
     double growth = what.threshold > 0.0 ? fmax(OF_ADAPTIVE * exp2(2.0 * what.level), 1.0) : 1.0;
     load->substeps = body->finest_substeps;
-    load->evaluation =
-        is_voxel(plan) ? body->element_count * ELEMENT_S : body->spring_count * SPRING_S * growth;
+    load->substep = growth * time_substep(&world, body);
     load->edge = body->surface.longest_edge * exp2(-(double)what.level);
     world_destroy(&world);
     study_destroy_scene(&copy);
@@ -103,7 +113,7 @@ static double cost_of(const Plan *plan, const Load *load, double substeps)
 {
     const StudyContext *context = plan->context;
     double ticks = context->sample_count * context->sample_s * context->scene.rate_hz;
-    return ticks * substeps * load->evaluation * (is_voxel(plan) ? 1.0 : 4.0);
+    return ticks * substeps * load->substep;
 }
 
 static StudyCase reference_case(const Plan *plan, StudyCase what)
