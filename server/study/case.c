@@ -75,7 +75,9 @@ void study_name_case(const Scene *scene, StudyCase *what)
     else if (what->time_step > 0.0)
         snprintf(step, sizeof step, "%g ms", 1e3 * what->time_step);
     study_name_mesh(scene, what, mesh, sizeof mesh);
-    snprintf(what->name, sizeof what->name, "%s %s %s, %s", integrator_name(what->integrator), step,
+    bool chooses = what->is_scene && !is_voxel(scene) && scene->body[0].surface.automatic;
+    snprintf(what->name, sizeof what->name, "%s %s %s, %s",
+             chooses ? "auto" : integrator_name(what->integrator), step,
              what->precision == PRECISION_SINGLE ? "single" : "double", mesh);
 }
 
@@ -84,6 +86,8 @@ static void add(Grid *grid, StudyCase what)
 {
     const char *only = grid->options->only;
     what.is_scene = false;
+    if (what.integrator == INTEGRATOR_IMPLICIT) // knows no other
+        what.precision = PRECISION_DOUBLE;
     study_name_case(grid->scene, &what);
     for (int i = 0; i < grid->count; i++)
         if (strcmp(grid->cases[i].name, what.name) == 0)
@@ -205,6 +209,8 @@ int study_make_cases(const Scene *scene, const StudyOptions *options, StudyCase 
 {
     Grid grid = {.scene = scene, .options = options, .cases = cases};
     grid.own = study_scene_case(scene);
+    if (grid.own.integrator == INTEGRATOR_IMPLICIT)
+        grid.own.precision = PRECISION_DOUBLE;
     const SceneBody *body = &scene->body[0];
     grid.levels = is_voxel(scene) ? body->voxel.levels : body->surface.levels;
     if (!is_voxel(scene) && grid.levels < 1)
