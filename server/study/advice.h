@@ -19,11 +19,12 @@ typedef struct Advice {
 } Advice;
 
 // Among the runs with verdict ok that a scene can ask for (not step doubling): the one with the
-// least median cost whose error and that of the reference itself stay within `error` (a fraction),
-// that ran at `rate_hz` or more, whose 99th percentile of a tick is at most ADVICE_SHARE of the
-// period, and whose median cost is at most ADVICE_SHARE. Where the reference of the total error is
-// missing or itself errs more than `error`, the error in time counts, of runs on the scene's own
-// mesh alone: it says nothing of coarser ones.
+// least median cost whose error and that of the reference itself (its estimate, but no less than
+// the last difference that told it) stay within `error` (a fraction), that ran at `rate_hz` or
+// more, whose 99th percentile of a tick is at most ADVICE_SHARE of the period, and whose median
+// cost is at most ADVICE_SHARE. Where the reference of the total error is missing or itself errs
+// more than `error`, the error in time counts, of runs on the scene's own mesh alone: it says
+// nothing of coarser ones.
 void advice_make(const StudyResult *result, double error, double rate_hz, Advice *advice);
 
 #endif

@@ -52,6 +52,13 @@ END {
     if (what == "detail")
         for (a = 1; a <= adaptive_count; a++) {
             of = ""
+            least = ""
+            for (l in level) if (least == "" || held_error[l] + 0 < held_error[least] + 0) least = l
+            # Nearer than any level: beside the nearest of them, which errs more.
+            if (least != "" && own_error[a] + 0 < held_error[least] + 0) {
+                printf "%s\t%s\t%.3g %%\t%s\tlevel %d, %.3g %%: %s\tbelow %s\n", scene, name[a], 100 * own_error[a], shown(own_cost[a]), least, 100 * held_error[least], shown(held_cost[least]), ratio(own_cost[a], held_cost[least])
+                continue
+            }
             for (l = 0; (l + 1) in level; l++)
                 if (own_error[a] + 0 <= held_error[l] + 0 && own_error[a] + 0 >= held_error[l + 1] + 0)
                     of = between(own_error[a], held_error[l], held_error[l + 1], held_cost[l], held_cost[l + 1])
