@@ -69,7 +69,7 @@ void study_name_mesh(const Scene *scene, const StudyCase *what, char *name, size
 
 void study_name_case(const Scene *scene, StudyCase *what)
 {
-    char step[20] = "bound", mesh[32];
+    char step[24] = "bound", mesh[32];
     if (what->step_doubling)
         snprintf(step, sizeof step, "doubling %g", what->tolerance);
     else if (what->time_step > 0.0)
