@@ -185,11 +185,17 @@ static void add_rules(Grid *grid)
     add_mesh(grid, what);
 }
 
+// The other precision, on the scene's mesh and on the coarsest.
 static void add_precisions(Grid *grid)
 {
     StudyCase what = grid->own;
     what.precision = what.precision == PRECISION_SINGLE ? PRECISION_DOUBLE : PRECISION_SINGLE;
     add_mesh(grid, what);
+    if (is_voxel(grid->scene))
+        return;
+    StudyCase coarse = with_detail(grid, DETAIL_HELD, 0, 0.0);
+    coarse.precision = what.precision;
+    add_mesh(grid, coarse);
 }
 
 // All that the model takes and this program knows.

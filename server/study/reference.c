@@ -140,7 +140,7 @@ static void cannot(Refinement *of, const char *format, ...)
     va_end(arguments);
     of->wanted = false;
     of->reference.known = false;
-    of->reference.order = of->reference.own_error = NAN;
+    of->reference.order = of->reference.own_error = (double)NAN;
 }
 
 // Of one mesh: the same with half the step, and half of that.
@@ -384,7 +384,7 @@ static void task_done(void *user, int task, const void *result, const char *why)
 static void conclude(Refinement *of)
 {
     StudyReference *reference = &of->reference;
-    reference->difference[0] = reference->difference[1] = NAN;
+    reference->difference[0] = reference->difference[1] = (double)NAN;
     if (!of->wanted || of->failed || of->trace[RUNS - 1] == NULL)
         return;
     for (int k = of->first; k + 1 < RUNS; k++)
