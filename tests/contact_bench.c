@@ -167,6 +167,7 @@ void bench_create(Bench *bench, const BenchOptions *options)
                   .damping_ratio = options->shape_damping,
                   .frame = options->body_frame ? SHAPE_BODY : SHAPE_WORLD},
         .integrator = options->integrator,
+        .implicit.theta = options->theta,
         .time_step = time_step,
         .unsafe_time_step = time_step > 0.0,
         .fixed_count = options->fixing == BENCH_FREE ? 0 : 1,

@@ -31,6 +31,7 @@ typedef struct BenchOptions {
     double shape_damping;     // ratio
     bool body_frame;          // of the shape-preserving springs, else the world's
     IntegratorKind integrator;
+    double theta; // of an implicit body; 0: its default
     double rate_hz;
     double time_step; // [s]; 0: from the bound; else taken even beyond it
     double tool_timeout_s;

@@ -22,15 +22,18 @@ static const LoadOptions PRESS = {.center = {0.0, 0.0, -0.05},
                                   .start = 0.05,
                                   .duration = 0.35};
 
-enum { KINDS = 4, TICKS = 600, MIDDLE = 290 };
+enum { KINDS = 5, TICKS = 600, MIDDLE = 290 };
 
 static void create(DetailBench *bench, int kind, const char *isa)
 {
     SurfaceOptions options = bench_options(2, 0);
     options.adapt.check_hz = 100.0;
     options.precision = kind % 2 == 0 ? PRECISION_SINGLE : PRECISION_DOUBLE;
-    options.integrator = kind < 2 ? INTEGRATOR_LEAPFROG : INTEGRATOR_RK4;
-    options.shape.frame = kind < 2 ? SHAPE_WORLD : SHAPE_BODY; // the latter free: it floats
+    options.integrator = kind < 2   ? INTEGRATOR_LEAPFROG
+                         : kind < 4 ? INTEGRATOR_RK4
+                                    : INTEGRATOR_IMPLICIT;
+    // The latter free: it floats.
+    options.shape.frame = kind < 2 ? SHAPE_WORLD : SHAPE_BODY;
     options.isa = isa;
     TriMesh mesh;
     fixture_sphere(&mesh);

@@ -84,7 +84,11 @@ void state_copy_in(const StateList *list, const void *block)
 {
     const unsigned char *from = block;
     for (int i = 0; i < list->count; i++) {
-        memcpy(state_memory(&list->array[i]), from, list->array[i].bytes);
+        // Both buffers: what their owner does not write in a tick, places that nobody has, is not
+        // to depend on what was there before.
+        memcpy(list->array[i].memory[0], from, list->array[i].bytes);
+        if (list->array[i].memory[1] != NULL)
+            memcpy(list->array[i].memory[1], from, list->array[i].bytes);
         from += list->array[i].bytes;
     }
 }

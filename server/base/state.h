@@ -34,7 +34,8 @@ void state_add_rare(StateList *list, void *memory, size_t bytes, const char *for
 // The memory that holds an array's state now.
 void *state_memory(const StateArray *array);
 size_t state_bytes(const StateList *list);
-// Copies every array to or from one block of state_bytes(). No allocation: fit for the step thread.
+// Copies every array to or from one block of state_bytes(); into both buffers of a pair. No
+// allocation: fit for the step thread.
 void state_copy_out(const StateList *list, void *block);
 void state_copy_in(const StateList *list, const void *block);
 // FNV-1a over all arrays in their order, but for rare ones that are 0: equal states have equal

@@ -11,6 +11,8 @@
 #define PLACE_MOST     1e12 // [m]
 #define STIFFNESS_MOST 1e15 // [N/m], [N s/m]
 
+#define FAR 1e3 // longest edges of the coarsest level
+
 static const char *const keys[GUARD_KEYS] = {
     "another key", "gravity",         "gravity_x",        "gravity_y",
     "gravity_z",   "stiffness_scale", "damping_scale",    "friction",
@@ -155,6 +157,15 @@ static void tell(Sim *sim, int b, RestoreMode mode, const char *cause)
     at->untold = 0;
 }
 
+// What was withdrawn just now has left a state that is good in numbers only.
+static bool is_torn_away(const Sim *sim, int b)
+{
+    const Body *body = &sim->body[b];
+    BodyMeasure measure;
+    body->ops->measure(body->model, &measure);
+    return !(measure.max_displacement <= FAR * body->surface.longest_edge);
+}
+
 static void mend(Sim *sim, int b)
 {
     Body *body = &sim->body[b];
@@ -162,14 +173,17 @@ static void mend(Sim *sim, int b)
     char cause[SIM_EVENT_TEXT];
     const GuardCause found = guard_find_cause(sim, b, &suspect, cause, sizeof cause);
     body->tuning.bad_in_a_row++;
-    const RestoreMode mode = restore(sim, b);
+    RestoreMode mode = restore(sim, b);
+    if (guard_blame(sim, b, &suspect) && mode != RESTORE_SHAPE && is_torn_away(sim, b)) {
+        mode = RESTORE_SHAPE;
+        body->ops->restore(body->model, mode);
+    }
     body->resets++;
     sim->resets++;
     sim->guard->counts.restored[found]++;
     sim->guard->counts.rest_shapes += mode == RESTORE_SHAPE;
     cutting_break_off(sim, b); // what jumped back did not pass the blade
     tell(sim, b, mode, cause);
-    guard_blame(sim, b, &suspect);
 }
 
 bool guard_bodies(Sim *sim)

@@ -165,16 +165,17 @@ static void withdraw_load(Sim *sim, int b, int index)
     loads_expire(&sim->loads, sim->body, sim->body_count, sim->clock->step);
 }
 
-void guard_blame(Sim *sim, int b, const Suspect *suspect)
+bool guard_blame(Sim *sim, int b, const Suspect *suspect)
 {
     if (suspect->stays || (suspect->cause != GUARD_TOOL && suspect->cause != GUARD_LOAD))
-        return;
+        return false;
     Blame *blame = suspect->cause == GUARD_TOOL ? &sim->guard->tool[suspect->index].blame
                                                 : &sim->loads.record[suspect->index].blame;
     if (!guard_count(blame, sim->clock->step + 1, sim->guard->window, GUARD_MOST_BLAME))
-        return;
+        return false;
     if (suspect->cause == GUARD_TOOL)
         withdraw_tool(sim, b, suspect->index);
     else
         withdraw_load(sim, b, suspect->index);
+    return true;
 }

@@ -132,8 +132,9 @@ bool guard_check(const Sim *sim);
 // guard_blame.c
 // Finds out why a body's numbers are bad, and says so in `text`.
 GuardCause guard_find_cause(const Sim *sim, int body, Suspect *suspect, char *text, size_t size);
-// A bad tick that it is to blame for: one that has caused too many of them is withdrawn.
-void guard_blame(Sim *sim, int body, const Suspect *suspect);
+// A bad tick that it is to blame for: one that has caused too many of them is withdrawn. True: it
+// was.
+bool guard_blame(Sim *sim, int body, const Suspect *suspect);
 
 // holding.c
 // The attachments of a body: attachment[*first .. end), graspers' too; returns the end.

@@ -97,6 +97,8 @@ static void print_surface(const SceneBody *described, const Body *body, bool tou
         {options->shape.wanted && options->shape.frame == SHAPE_BODY,
          "shape springs that follow the body", "shape.frame = \"body\""},
         {options->prestress > 0.0, "prestress", "prestress"},
+        {body->integrator == INTEGRATOR_IMPLICIT, "implicit integration",
+         "integrator = \"implicit\" or \"auto\""},
         {described->fixed_count > 0, "held nodes", "fixed = ( ... )"},
         {touched && body->tuning.friction > 0.0, "friction at tools",
          "contact.friction, with tools"},

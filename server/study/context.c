@@ -250,7 +250,7 @@ static void complete_options(StudyContext *context, const StudyOptions *options)
     own->repeats = own->repeats > 0 ? own->repeats : options->quick ? 1 : 3;
     own->repeats = own->repeats < STUDY_REPEATS ? own->repeats : STUDY_REPEATS;
     own->isa = own->isa != NULL ? own->isa : "auto";
-    context->limit_s = own->quick ? 120.0 : 900.0;
+    context->limit_s = own->quick ? 60.0 : 600.0;
 }
 
 bool study_prepare(StudyContext *context, const Scene *scene, const StudyOptions *options,
@@ -273,7 +273,8 @@ bool study_prepare(StudyContext *context, const Scene *scene, const StudyOptions
         return status_fail(status, STATUS_FAILED, "out of memory");
     bool ok = world_build(&world, &copy.scene, &build, status);
     if (ok) {
-        context->extent = press_extent(sim_body(world.sim, 0));
+        double thickness;
+        context->extent = press_extent(sim_body(world.sim, 0), &thickness);
         ok = study_choose_inputs(context, &world, status);
         world_destroy(&world);
     }

@@ -2,6 +2,10 @@
 
 #include <math.h>
 
+// Differences that fall more slowly than that do not tell where they lead: extrapolated, they would
+// say anything.
+static const double LEAST_ORDER = 0.5;
+
 StudyErrors study_no_errors(void)
 {
     return (StudyErrors){.patch = NAN, .surface = NAN, .volume = NAN, .energy = NAN, .force = NAN};
@@ -76,6 +80,8 @@ void study_richardson(StudyReference *reference, double expected)
     if (!(coarse > fine))
         return;
     reference->order = fine > 0.0 ? log2(coarse / fine) : HUGE_VAL;
+    if (reference->order < LEAST_ORDER)
+        return;
     double order = fmin(reference->order, expected);
     reference->own_error = fine / (exp2(order) - 1.0);
 }

@@ -13,7 +13,8 @@ StudyErrors study_no_errors(void);
 // The error of the finest of three solutions, each twice as fine as the one before, from the
 // differences between neighbours (Richardson 1911; Roache 1994, eq 3): order p =
 // log2(difference[0] / difference[1]), error = difference[1] / (2^min(p, expected) - 1). Sets order
-// and own_error. Differences that do not fall: order NAN, own_error the larger one. `known` is set
+// and own_error. Differences that do not fall (order NAN), or hardly (below 1/2): own_error is
+// the larger one. `known` is set
 // when both differences are finite.
 void study_richardson(StudyReference *reference, double expected);
 

@@ -144,14 +144,13 @@ bool study_choose_inputs(StudyContext *context, World *world, Status *status)
                            context->given->path, context->scene.body[context->body].name);
     if (tool < 0)
         return add_load(context, &site, status);
-    press_plan(&inputs->press, tool, &context->scene.tool[tool], &site, context->extent,
-               context->plane);
+    press_plan(&inputs->press, tool, &context->scene.tool[tool], &site, context->plane);
     inputs->drive = DRIVE_PRESS;
     inputs->center = site.point;
     inputs->radius = fmax(2.0 * context->scene.tool[tool].capsule[0].radius, site.edge);
     inputs->end_s = inputs->press.down_s + inputs->press.hold_s + inputs->press.back_s;
     say(context, "a built-in press: tool %d comes down %.3g mm deep in %g s, stays %g s, goes back",
-        context->scene.tool[tool].id, 1e3 * press_depth(context->extent), inputs->press.down_s,
+        context->scene.tool[tool].id, 1e3 * press_depth(&site), inputs->press.down_s,
         inputs->press.hold_s);
     return true;
 }

@@ -4,8 +4,10 @@
 
 #include <math.h>
 
-static const double DEPTH = 0.1;  // of the body's extent
-static const double CLEAR = 0.01; // of it, before the tool starts
+static const double DEPTH = 0.1;  // of how thick the body is
+static const double CLEAR = 0.05; // of it, before the tool starts
+
+static const double FLAT = 0.05; // of the extent: no thickness
 
 static bool has_faces(const Body *body, int node)
 {
@@ -19,7 +21,7 @@ static Vec3 place(const Body *body, int node)
     return x;
 }
 
-double press_extent(const Body *body)
+double press_extent(const Body *body, double *thickness)
 {
     double low[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
     double extent = 0.0;
@@ -34,6 +36,10 @@ double press_extent(const Body *body)
             extent = fmax(extent, high[k] - low[k]);
         }
     }
+    *thickness = extent;
+    for (int k = 0; k < 3; k++)
+        if (high[k] - low[k] > FLAT * extent) // a sheet is as thick as it is long
+            *thickness = fmin(*thickness, high[k] - low[k]);
     return extent;
 }
 
@@ -58,15 +64,31 @@ static int find_middles(const Body *body, Vec3 *middle, Vec3 *held)
     return held_count;
 }
 
+// The mean normal of the faces around a node, outward.
+static Vec3 normal_at(const Body *body, int node)
+{
+    const BodySurface *surface = &body->surface;
+    Vec3 sum = {0.0, 0.0, 0.0};
+    for (int k = surface->node_face_start[node]; k < surface->node_face_end[node]; k++) {
+        const int *corner = surface->face[surface->node_face[k]];
+        Vec3 x[3];
+        body->ops->read_nodes(body->model, corner, 3, x, NULL);
+        sum = vec3_add(sum, vec3_cross(vec3_sub(x[1], x[0]), vec3_sub(x[2], x[0])));
+    }
+    return vec3_unit(sum);
+}
+
 bool press_find_site(const Body *body, bool plane, PressSite *site)
 {
     Vec3 middle, held;
+    int node = -1;
+    double extent = press_extent(body, &site->thickness);
     int held_count = find_middles(body, &middle, &held);
     Vec3 away = vec3_sub(middle, held);
     if (plane)
         away.z = 0.0;
     // Held all around, or not at all: from above.
-    if (held_count == 0 || vec3_length(away) < 0.01 * press_extent(body))
+    if (held_count == 0 || vec3_length(away) < 0.01 * extent)
         away = plane ? vec3(0.0, 1.0, 0.0) : vec3(0.0, 0.0, 1.0);
     away = vec3_unit(away);
     double best = -HUGE_VAL;
@@ -79,22 +101,25 @@ bool press_find_site(const Body *body, bool plane, PressSite *site)
         if (along - beside <= best)
             continue;
         best = along - beside;
-        site->point = place(body, i);
+        node = i;
     }
-    if (!(best > -HUGE_VAL))
+    if (node < 0)
         return false;
-    Vec3 inward = vec3_sub(middle, site->point);
-    if (plane)
-        inward.z = site->point.z = 0.0;
-    site->inward = vec3_length(inward) > 1e-6 * press_extent(body) ? vec3_unit(inward)
-                                                                   : vec3_scale(-1.0, away);
+    site->point = place(body, node);
+    if (plane) { // where faces have no normal of this kind
+        site->inward = vec3_sub(middle, site->point);
+        site->inward.z = site->point.z = 0.0;
+        site->inward = vec3_unit(site->inward);
+    } else { // along the normal, so that the tool does not slip off
+        site->inward = vec3_scale(-1.0, normal_at(body, node));
+    }
     site->edge = body->surface.longest_edge;
     return true;
 }
 
-double press_depth(double extent)
+double press_depth(const PressSite *site)
 {
-    return DEPTH * extent;
+    return DEPTH * site->thickness;
 }
 
 // The shortest turn from one direction to another, both unit.
@@ -111,7 +136,7 @@ static Quat turn_to(Vec3 from, Vec3 to)
 }
 
 void press_plan(StudyPress *press, int tool, const ToolOptions *options, const PressSite *site,
-                double extent, bool plane)
+                bool plane)
 {
     const Capsule *tip = &options->capsule[0];
     Vec3 shaft = vec3_sub(tip->to, tip->from), at = tip->from;
@@ -122,10 +147,10 @@ void press_plan(StudyPress *press, int tool, const ToolOptions *options, const P
         press->orientation = turn_to(vec3_unit(shaft), vec3_scale(-1.0, site->inward));
     if (plane && tip->from.z * tip->to.z < 0.0) // where its axis meets the plane
         at = vec3_madd(tip->from, -tip->from.z / shaft.z, shaft);
-    double clear = CLEAR * extent;
+    double clear = CLEAR * site->thickness;
     Vec3 tip_at = vec3_madd(site->point, -(tip->radius + clear), site->inward);
     press->start = vec3_sub(tip_at, quat_rotate(press->orientation, at));
-    press->way = clear + press_depth(extent);
+    press->way = clear + press_depth(site);
     press->down_s = 0.2;
     press->hold_s = 0.2;
     press->back_s = 0.2;

@@ -91,7 +91,8 @@ static bool weigh_case(const Plan *plan, StudyCase what, Load *load, Status *sta
     const Body *body = sim_body(world.sim, plan->context->body);
     double growth = what.threshold > 0.0 ? fmax(OF_ADAPTIVE * exp2(2.0 * what.level), 1.0) : 1.0;
     load->substeps = body->finest_substeps;
-    load->evaluation = body->spring_count * SPRING_S * growth + body->element_count * ELEMENT_S;
+    load->evaluation =
+        is_voxel(plan) ? body->element_count * ELEMENT_S : body->spring_count * SPRING_S * growth;
     load->edge = body->surface.longest_edge * exp2(-(double)what.level);
     world_destroy(&world);
     study_destroy_scene(&copy);

@@ -60,7 +60,8 @@ static void find_rows(Sampler *sampler, int rows)
     const StudyPoints *points = &sampler->context->points;
     const int *wanted = sampler->halved ? points->fine_id : points->id;
     IdRow point[STUDY_POINTS];
-    int nodes = 0, links = sampler->body->spring_count + sampler->body->element_count;
+    const Body *body = sampler->body;
+    int nodes = 0, links = body->spring_count > 0 ? body->spring_count : body->element_count;
     for (int p = 0; p < points->count; p++) {
         point[p] = (IdRow){wanted[p], p};
         sampler->row[p] = -1;
@@ -76,7 +77,7 @@ static void find_rows(Sampler *sampler, int rows)
     sampler->nodes_least = nodes < sampler->nodes_least ? nodes : sampler->nodes_least;
     sampler->nodes_most = nodes > sampler->nodes_most ? nodes : sampler->nodes_most;
     sampler->links_most = links > sampler->links_most ? links : sampler->links_most;
-    sampler->topology = sampler->body->mesh.topology;
+    sampler->topology = body->mesh.topology;
 }
 
 static Vec3 corner(const float *position, int node)

@@ -5,7 +5,9 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { MOST_SUBSTEPS = 100000, MOST_TRIES = 12 };
+enum { MOST_TRIES = 6 };
+// Times the substeps of the stability bound: where contacts begin and end no step is short enough.
+enum { MOST_FINER = 32 };
 // Numerical Recipes' own: they keep the step from hunting.
 static const double SAFETY = 0.9, SHRINK = -0.25, GROW = -0.2, MOST_CHANGE = 5.0;
 
@@ -15,6 +17,7 @@ bool step_doubling_create(StepDoubling *doubling, World *world, int body, double
     size_t rows = (size_t)of->state_capacity;
     *doubling = (StepDoubling){
         .world = world, .body = body, .tolerance = tolerance, .substeps = of->substeps};
+    doubling->most_substeps = MOST_FINER * of->substeps;
     doubling->before = malloc(state_bytes(&world->state));
     doubling->coarse = calloc(rows, sizeof(Vec3));
     doubling->fine = calloc(rows, sizeof(Vec3));
@@ -72,7 +75,7 @@ static int choose(const StepDoubling *doubling, double difference)
     double substeps = ceil(doubling->substeps / change);
     if (ratio > 1.0)
         substeps = fmax(substeps, doubling->substeps + 1.0);
-    return (int)fmin(fmax(substeps, 1.0), MOST_SUBSTEPS / 2.0);
+    return (int)fmin(fmax(substeps, 1.0), doubling->most_substeps);
 }
 
 int64_t step_doubling_step(StepDoubling *doubling)

@@ -15,6 +15,7 @@ typedef struct StepDoubling {
     unsigned char *before;          // the state before the tick
     Vec3 *coarse, *fine, *velocity; // rows of read_state
     int rows;
+    int most_substeps;
     long passes, refused; // refused: ticks done again with more substeps
     double worst;         // largest difference of an accepted tick [m]
     int64_t resets;       // of accepted passes

@@ -34,6 +34,7 @@ static void change_surface(SurfaceOptions *surface, const StudyCase *what)
     static const SurfaceAdapt usual = {
         .force = 0.005, .speed = 0.3, .curvature = 0.4, .check_hz = 100.0};
     surface->integrator = what->integrator;
+    surface->automatic = false;
     surface->adjust = what->paper_rule ? ADJUST_CHOI2005 : ADJUST_CONTINUUM;
     if (what->detail == DETAIL_SCENE)
         return;
@@ -77,8 +78,8 @@ void study_change_scene(StudyScene *copy, const StudyCase *what, double sample_s
         if (rate < scene->rate_hz)
             scene->rate_hz = rate;
     }
-    // What chooses its own step is not bound to the tick, unless the body adapts at ticks.
-    if (what->step_doubling && !(what->threshold > 0.0))
+    // What chooses its own step is not bound to the tick, unless something is decided at ticks.
+    if (what->step_doubling && !(what->threshold > 0.0) && scene->tool_count == 0)
         scene->rate_hz = 1.0 / sample_s;
     scene->precision = what->precision;
     for (int b = 0; b < scene->body_count; b++) {

@@ -28,7 +28,6 @@ static void advance(SurfaceModel *model, double *next, double *ahead)
 {
     const Implicit *system = model->implicit;
     const double h = system->h, part = system->theta * h;
-    const double speed_limit = SPEED_LIMIT;
     bool good = true;
     for (int i = 0; i < system->moving; i++) {
         const int slot = system->slot[i];
@@ -36,7 +35,7 @@ static void advance(SurfaceModel *model, double *next, double *ahead)
                    x = quad_row(system->rows, slot, 0) + h * v + part * dv, fast = v + dv;
         for (int c = 0; c < 3; c++) {
             const long at = (long)slot * ROW + c;
-            good &= fabs(x[c]) <= model->position_limit && fabs(fast[c]) <= speed_limit;
+            good &= fabs(x[c]) <= model->position_limit && fabs(fast[c]) <= SPEED_LIMIT;
             next[at] = x[c];
             next[at + 4] = fast[c];
             if (ahead != NULL) {
@@ -154,6 +153,8 @@ void implicit_create(Body *body, const SurfaceOptions *options, Arena *arena)
     system->member = ALLOCATE(numbers, int, "members");
     system->island_start = ALLOCATE(numbers + 1, int, "island starts");
     system->held = ALLOCATE(numbers, bool, "held islands");
+    if (system->anchored)
+        system->resistance = ALLOCATE(numbers, Block, "resistance");
     const int pieces = model->detail != NULL ? model->detail->place_count : model->node_count;
     system->stamp = ALLOCATE(pieces, int, "pieces");
 

@@ -84,6 +84,7 @@ typedef struct Implicit {
     int *island_start; // [nodes + 1]
     bool *held;        // [nodes] an island has a fixed node
     int *stamp;        // [pieces] scratch
+    Block *resistance; // [nodes] anchored bodies: of an island's springs against a turn [kg m2]
 
     // --- figures; not part of the state ---
     int64_t steps, iterations_done, stopped; // stopped: before the tolerance was reached

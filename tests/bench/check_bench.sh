@@ -15,7 +15,8 @@ awk -F '\t' '
     END {
         n = split("spring.textbook.rk4 spring.double.rk4 spring.double.leapfrog contact.sphere " \
                   "contact.capsule load.start spring.single.rk4 spring.single.leapfrog levels.sphere.1N " \
-                  "levels.sphere.0.2N levels.stomach levels.topology", wanted, " ")
+                  "levels.sphere.0.2N levels.stomach levels.topology " \
+                  "implicit.soft implicit.stiff implicit.leapfrog", wanted, " ")
         for (i = 1; i <= n; i++) if (!seen[wanted[i]]) { print "no row of " wanted[i]; bad = 1 }
         exit bad
     }' "$table"

@@ -19,7 +19,7 @@ bool bench_world_create(BenchWorld *world, const TriMesh *mesh, const BenchWorld
     *world = (BenchWorld){0};
     SurfaceOptions surface = {
         .name = "body",
-        .material = bench_material(),
+        .material = options->material != NULL ? *options->material : bench_material(),
         .shape = bench_shape(),
         .integrator = options->integrator,
         .precision = options->precision,

@@ -9,10 +9,11 @@ typedef struct BenchWorldOptions {
     IntegratorKind integrator;
     double rate_hz;
     Precision precision;
-    double time_step;             // [s]; 0: from the bound
-    const Vec3 *initial_velocity; // [node_count] or NULL
-    const ToolOptions *tool;      // or NULL
-    bool held_below;              // nodes below half the radius (0.2 m) are held
+    double time_step;                // [s]; 0: from the bound
+    const Vec3 *initial_velocity;    // [node_count] or NULL
+    const ToolOptions *tool;         // or NULL
+    const SurfaceMaterial *material; // NULL: bench_material()
+    bool held_below;                 // nodes below half the radius (0.2 m) are held
     bool may_load;
     const char *isa; // NULL: best
 } BenchWorldOptions;

@@ -81,6 +81,7 @@ static void on_status(const lcm_recv_buf_t *buffer, const char *channel, const p
         seen->max_displacement = m->body[0].max_displacement;
         seen->estimated_error = m->body[0].estimated_error;
         seen->kinetic = m->body[0].kinetic;
+        snprintf(seen->integrator, sizeof seen->integrator, "%s", m->body[0].integrator);
     }
 }
 

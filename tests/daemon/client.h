@@ -33,6 +33,7 @@ typedef struct StatusSeen {
     char reason[REASONS_MAX][64];
     int64_t reason_count[REASONS_MAX];
     double max_displacement, kinetic, estimated_error;
+    char integrator[32]; // of the first body
 } StatusSeen;
 
 typedef struct FramesSeen {

@@ -54,6 +54,7 @@ static const Case COMMON[] = {
      .publish = "nodes_hz = 0.0; mesh_hz = 0.0; status_hz = 0.0;",
      .tail = PROBE,
      .others = 2}, // contact, its messages
+    {.feature = "error of the time steps in status", .head = "estimate_error = true;"},
     {.feature = "checkpoints", .arguments = "--checkpoint none.h5", .others = 1}, // files thread
     {.feature = "log of applied inputs", .arguments = "--log-inputs none.log", .others = 1},
     {.feature = "recording",
@@ -77,6 +78,7 @@ static const Case SURFACE[] = {
      .body = "shape = { frame = \"body\"; };",
      .others = 1}, // shape springs
     {.feature = "prestress", .body = "prestress = 0.05;"},
+    {.feature = "implicit integration", .body = "integrator = \"implicit\";"},
     {.feature = "finer levels of detail", .body = "levels = 1;"},
     {.feature = "refinement at run time", .body = "levels = 1; adapt = {};", .others = 2},
     {.feature = "time budget of the detail", .body = "levels = 1; adapt = {};", .others = 2},

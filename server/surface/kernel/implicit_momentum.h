@@ -11,9 +11,11 @@
 // their middle, f the forces from outside, and y = x + h_ v where they act.
 //
 // Virtual nodes fixed in the world give momentum. But a body much stiffer than these springs moves
-// nearly rigidly, and a solver that stops early knows that motion last: the rigid velocity that the
-// solver's last residual asks for is added, w being the diagonal without springs. Both are nothing
-// where the system is solved.
+// nearly rigidly, and a solver that stops early knows that motion last. So the rigid velocity is
+// added that makes the solver's last residual r, seen by rigid motions R, zero: with
+// (R^T A R) (V, W) = R^T r the error is the smallest in the norm of A (a coarse space of one rigid
+// motion). Here r has arms x, across which g of each spring does nothing; a resists a turn as
+// a (d^2 I - d d^T). All of it is nothing where the system is solved.
 #ifndef PLIANT_SURFACE_KERNEL_IMPLICIT_MOMENTUM_H
 #define PLIANT_SURFACE_KERNEL_IMPLICIT_MOMENTUM_H
 
@@ -53,9 +55,12 @@ typedef struct RigidSums {
     Quad missing, turn;   // momentum, and angular momentum about the middle [N s], [N s m]
 } RigidSums;
 
-INLINE void restore_island(Implicit *system, const int *member, int count)
+INLINE void restore_island(Implicit *system, int island)
 {
-    const double h = system->h, arm = (1.0 - system->theta) * h, ahead = system->theta * h;
+    const int first = system->island_start[island], *member = system->member + first;
+    const int count = system->island_start[island + 1] - first;
+    const double h = system->h, ahead = system->theta * h,
+                 arm = system->anchored ? 0.0 : (1.0 - system->theta) * h;
     const double *inertia = system->anchored ? system->weight : system->inertia;
     RigidSums sum = {0};
     for (int k = 0; k < count; k++) {
@@ -80,6 +85,10 @@ INLINE void restore_island(Implicit *system, const int *member, int count)
             for (int b = 0; b < 3; b++)
                 sum.inertia[a][b] += w * ((a == b ? square : 0.0) - r[a] * r[b]);
     }
+    if (system->anchored)
+        for (int a = 0; a < 3; a++)
+            for (int b = 0; b < 3; b++)
+                sum.inertia[a][b] += system->resistance[island].column[a][b];
     // Collapsed to a line or a point it has directions without inertia: no spin about these.
     const double soft =
         1e-15 * (sum.inertia[0][0] + sum.inertia[1][1] + sum.inertia[2][2]) + 1e-300;
@@ -92,12 +101,43 @@ INLINE void restore_island(Implicit *system, const int *member, int count)
     }
 }
 
-static void restore_momentum(Implicit *system)
+// Of a number, through its masters when it hangs; -1: fixed.
+static int island_of(const Implicit *system, int number)
+{
+    while (number >= system->moving) {
+        if (number == system->moving + system->hanging)
+            return -1;
+        number = system->master[number - system->moving][0];
+    }
+    return system->island[number];
+}
+
+// What springs across their direction have against a turn of each island.
+static void sum_resistance(Implicit *system)
 {
     for (int k = 0; k < system->island_count; k++)
+        system->resistance[k] = (Block){0};
+    for (int e = 0; e < system->edge_count; e++) {
+        const double a = system->spring[e][3];
+        const int *end = system->end[e], island = island_of(system, end[0]);
+        if (!(a > 0.0) || island < 0 || system->held[island])
+            continue;
+        const Quad d = place(system, end[0], 0.0) - place(system, end[1], 0.0);
+        Block *block = &system->resistance[island];
+        for (int c = 0; c < 3; c++) {
+            block->column[c] -= (a * d[c]) * d;
+            block->column[c][c] += a * quad_dot(d, d);
+        }
+    }
+}
+
+static void restore_momentum(Implicit *system)
+{
+    if (system->anchored)
+        sum_resistance(system);
+    for (int k = 0; k < system->island_count; k++)
         if (!system->held[k])
-            restore_island(system, system->member + system->island_start[k],
-                           system->island_start[k + 1] - system->island_start[k]);
+            restore_island(system, k);
 }
 
 #endif

@@ -1,0 +1,227 @@
+// A daemon whose body is torn away, or was asked for steps that it cannot stand: every number that
+// leaves is one, events say why, and a load that keeps being why is withdrawn. The body beside it
+// and what was saved meanwhile are as ever.
+#include "client.h"
+
+#include "pliant_event_t.h"
+#include "pliant_nodes_t.h"
+#include "pliant_status_t.h"
+
+#include <lcm/lcm.h>
+
+#include <math.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char SCENE[] =
+    "name = \"guarded\"; rate_hz = 500.0; gravity = [0.0, 0.0, -1.0];\n"
+    "publish = { nodes_hz = 500.0; contact_hz = 500.0; status_hz = 50.0; velocity = true; };\n"
+    "bodies = ( { name = \"sphere\"; model = \"surface\"; %s\n"
+    "  mesh = { generator = \"ico_sphere\"; nodes = 42; radius = 0.05; };\n"
+    "  material = { youngs_modulus_2d = %g; areal_density = 0.042; damping_time = 0.0; };\n"
+    "  shape = { angular_frequency = 50.0; damping_ratio = 0.1; }; },\n"
+    "  { name = \"calm\"; model = \"surface\";\n"
+    "  mesh = { generator = \"ico_sphere\"; nodes = 42; radius = 0.02; };\n"
+    "  material = { youngs_modulus_2d = 80.0; areal_density = 4.2; damping_time = 0.0; };\n"
+    "  shape = { angular_frequency = 50.0; damping_ratio = 0.1; }; } );\n"
+    "tools = ( { id = 1; kind = \"probe\"; max_force = 5.0;\n"
+    "  capsules = ( { from = [0.0, 0.0, 0.0]; to = [0.0, 0.0, 0.0]; radius = 0.01; } ); } );\n";
+
+static const double TOP[3] = {0.0, 0.0, 0.05};
+
+static const char *make_scene(const char *name, const char *keys, double modulus)
+{
+    char text[4096];
+    snprintf(text, sizeof text, SCENE, keys, modulus);
+    const char *path = scratch(name);
+    write_text(path, text);
+    return path;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Every number that comes
+
+typedef struct Numbers {
+    long checked, bad;
+    double calm_moved; // farthest that a number of "calm" was from its first one [m]
+    float calm[126];
+    bool saw_calm;
+} Numbers;
+
+static void look(Numbers *numbers, double value)
+{
+    numbers->checked++;
+    numbers->bad += !(fabs(value) <= 1e12);
+}
+
+static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, const pliant_nodes_t *m,
+                     void *user)
+{
+    (void)buffer;
+    Numbers *numbers = user;
+    for (int i = 0; i < m->num_values; i++)
+        look(numbers, (double)m->position[i]);
+    if (strcmp(channel, "PLIANT_NODES_calm") != 0)
+        return;
+    assert_int_equal(m->num_values, 126); // one chunk
+    if (!numbers->saw_calm)
+        memcpy(numbers->calm, m->position, sizeof numbers->calm);
+    numbers->saw_calm = true;
+    for (int i = 0; i < 126; i++)
+        numbers->calm_moved =
+            fmax(numbers->calm_moved, fabs((double)(m->position[i] - numbers->calm[i])));
+}
+
+static void on_contact(const lcm_recv_buf_t *buffer, const char *channel, const pliant_contact_t *m,
+                       void *user)
+{
+    (void)buffer;
+    (void)channel;
+    Numbers *numbers = user;
+    for (int c = 0; c < 3; c++) {
+        look(numbers, m->position[c]);
+        look(numbers, m->force[c]);
+        look(numbers, m->torque[c]);
+        look(numbers, m->point[c]);
+        look(numbers, m->normal[c]);
+        for (int k = 0; k < 3; k++)
+            look(numbers, m->stiffness[c][k]);
+    }
+    look(numbers, m->depth);
+    look(numbers, m->damping);
+}
+
+static void on_status(const lcm_recv_buf_t *buffer, const char *channel, const pliant_status_t *m,
+                      void *user)
+{
+    (void)buffer;
+    (void)channel;
+    for (int i = 0; i < m->num_bodies; i++) {
+        const pliant_body_status_t *body = &m->body[i];
+        // Energies may be as large as a body of 1e5 m has them; but they are numbers.
+        look(user, isfinite(body->kinetic) ? 0.0 : (double)NAN);
+        look(user, isfinite(body->elastic) ? 0.0 : (double)NAN);
+        look(user, body->max_displacement);
+        look(user, body->time_step);
+    }
+}
+
+static void watch(Client *client, Numbers *numbers)
+{
+    *numbers = (Numbers){0};
+    pliant_nodes_t_subscribe(client->lcm, "PLIANT_NODES_.*", on_nodes, numbers);
+    pliant_nodes_t_subscribe(client->lcm, "PLIANT_VELOCITY_.*", on_nodes, numbers);
+    pliant_contact_t_subscribe(client->lcm, "PLIANT_CONTACT", on_contact, numbers);
+    pliant_status_t_subscribe(client->lcm, "PLIANT_STATUS", on_status, numbers);
+}
+
+static const char *event_text(const Client *client, const char *kind)
+{
+    for (int i = 0; i < client->events; i++)
+        if (strcmp(client->event[i].kind, kind) == 0)
+            return client->event[i].text;
+    return "";
+}
+
+static void expect_resumable(const char *checkpoint, const char *scene)
+{
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 0.2 --resume %s %s", checkpoint, scene);
+    assert_int_equal(daemon.code, 0);
+    assert_null(strstr(daemon.out, "nan"));
+    assert_null(strstr(daemon.out, "inf"));
+}
+
+// ---------------------------------------------------------------------------------------------
+
+static void a_load_that_tears_a_body_away_is_withdrawn(void **state)
+{
+    (void)state;
+    const char *scene = make_scene("load.cfg", "", 80.0);
+    const char *checkpoint = scratch("load.h5"), *log = scratch("load.log");
+    Client *client = client_create();
+    Numbers numbers;
+    watch(client, &numbers);
+    Daemon daemon;
+    daemon_start(&daemon, "--checkpoint %s --log-inputs %s %s", checkpoint, log, scene);
+    client_wait_for_daemon(client);
+    const double push[3] = {1e6, 0.0, 0.0};
+    int32_t id = send_load(client, TOP, 0.03, push, 100.0, "sphere");
+    wait_until(client, find_reply(client, id) != NULL);
+    assert_true(find_reply(client, id)->ok);
+    wait_until(client, client->status.resets > 0);
+    // In the middle of it a checkpoint is asked for.
+    assert_true(command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "")->ok);
+    wait_until(client, refused(client, "withdrawn_loads") == 1);
+    wait_until(client, client->status.max_displacement < 0.05); // hangs g / w^2 below
+    assert_true(saw_event(client, "restored"));
+    char who[64];
+    snprintf(who, sizeof who, "load %d of sender %d", id, client->sender);
+    assert_non_null(strstr(event_text(client, "restored"), who));
+    assert_non_null(strstr(event_text(client, "withdrawn"), who));
+    assert_true(refused(client, "restored_load") >= 3);
+    assert_int_equal(refused(client, "restored_load"), client->status.resets);
+    assert_true(numbers.checked > 1000);
+    assert_int_equal(numbers.bad, 0);
+    // Swings about g / w^2 below rest, 0.4 mm, no farther than twice that.
+    assert_true(numbers.saw_calm);
+    expect_at_most(numbers.calm_moved, 1e-3 + 1e-6);
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    assert_non_null(strstr(daemon.out, "  withdrawn_loads: 1\n"));
+    char live[32], repeated[32];
+    printed_state(&daemon, live);
+    const long long ticks = printed(&daemon, "step");
+    expect_resumable(checkpoint, scene);
+    // The same inputs, off line: the same restores, and the same bits.
+    run_daemon(&daemon, "--offline %.6f --input %s %s", (double)ticks / 500.0, log, scene);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, repeated);
+    assert_string_equal(live, repeated);
+    assert_non_null(strstr(daemon.out, "  withdrawn_loads: 1\n"));
+    client_destroy(client);
+}
+
+static void a_body_beyond_its_bound_tells_why_and_sends_nothing_else(void **state)
+{
+    (void)state;
+    const char *scene =
+        make_scene("step.cfg", "time_step = 0.002; unsafe_time_step = true;", 8.0e5);
+    const char *checkpoint = scratch("step.h5");
+    Client *client = client_create();
+    Numbers numbers;
+    watch(client, &numbers);
+    Daemon daemon;
+    daemon_start(&daemon, "--checkpoint %s %s", checkpoint, scene);
+    client_wait_for_daemon(client);
+    for (int i = 0; i < 500; i++) { // a hand that goes on pressing
+        pliant_tool_pose_t pose = make_pose(client, TOP);
+        send_pose(client, &pose);
+        client_listen(client, 5);
+    }
+    wait_until(client, saw_event(client, "restored"));
+    assert_non_null(strstr(event_text(client, "restored"), "time_step 0.002 s beyond its bound"));
+    assert_true(refused(client, "restored_time_step") > 0);
+    assert_true(refused(client, "rest_shapes") > 0);
+    assert_true(command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "")->ok);
+    assert_true(numbers.checked > 1000);
+    assert_int_equal(numbers.bad, 0);
+    expect_at_most(numbers.calm_moved, 1e-3 + 1e-6);
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    expect_resumable(checkpoint, scene);
+    client_destroy(client);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(a_load_that_tears_a_body_away_is_withdrawn),
+        daemon_test(a_body_beyond_its_bound_tells_why_and_sends_nothing_else),
+    };
+    harness_start(argc, argv);
+    return harness_end(cmocka_run_group_tests_name("guard", tests, NULL, NULL));
+}

@@ -1,0 +1,107 @@
+// integrator = "auto" through the real daemon: a body too stiff for leapfrog is implicit, says so,
+// and answers a tool at 1 kHz.
+#include "client.h"
+
+#include <signal.h>
+#include <string.h>
+
+static const double PRESS[3] = {0.0, 0.0, 0.052}, AWAY[3] = {0.0, 0.0, 0.2};
+static const char STIFF[] = "spring_stiffness = 1.0e8; node_mass = 1.0e-6;",
+                  SOFT[] = "youngs_modulus_2d = 80.0; areal_density = 4.2;",
+                  LIVE[] = "publish = { nodes_hz = 20.0; contact_hz = 1000.0; status_hz = 20.0; };";
+
+static const char *write_auto(const char *name, const char *material, const char *head,
+                              const char *tail)
+{
+    char text[4096];
+    snprintf(text, sizeof text,
+             "name = \"test\";\n%s\n"
+             "bodies = ( { name = \"sphere\"; model = \"surface\"; integrator = \"auto\";\n"
+             "  mesh = { generator = \"sphere\"; nodes = 114; radius = 0.05; };\n"
+             "  material = { %s };\n"
+             "  shape = { angular_frequency = 50.0; damping_ratio = 0.3; };\n"
+             "  fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.02]); } ); } );\n%s\n",
+             head, material, tail);
+    const char *path = scratch(name);
+    write_text(path, text);
+    return path;
+}
+
+static void a_stiff_body_is_implicit_and_answers_a_tool(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    Client *client = client_create();
+    daemon_start(&daemon, "%s", write_auto("stiff.cfg", STIFF, LIVE, PROBE_TOOL));
+    client_wait_for_daemon(client);
+    assert_string_equal(client->status.integrator, "implicit");
+    const double end = client_now() + 30.0;
+    const double *const place[] = {AWAY, PRESS};
+    for (int k = 0; k < 2; k++)
+        while ((k == 0 ? client->contact.pose_utime == 0 : !(client->contact.depth > 1e-5)) &&
+               client_now() < end) {
+            pliant_tool_pose_t pose = make_pose(client, place[k]);
+            send_pose(client, &pose);
+            client_listen(client, 2);
+        }
+    assert_true(client->contact.contact);
+    expect_at_least(client->contact.force[2], 1e-9); // up, out of the top
+    expect_at_most(client->contact.force[2], 5.0);   // max_force
+    client_fresh_status(client);
+    assert_int_equal(client->status.resets, 0);
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    client_destroy(client);
+}
+
+static void the_choice_is_told_before_anything_runs(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    run_daemon(&daemon, "--check %s", write_auto("stiff.cfg", STIFF, "", PROBE_TOOL));
+    assert_int_equal(daemon.code, 0);
+    assert_non_null(strstr(daemon.out, "model surface, implicit"));
+    assert_non_null(strstr(daemon.out, "leapfrog would take more than 64 substeps"));
+    assert_non_null(strstr(daemon.out, "contacts and attachments: "));
+    run_daemon(&daemon, "--explain %s", write_auto("soft.cfg", SOFT, "", ""));
+    assert_int_equal(daemon.code, 0);
+    assert_non_null(strstr(daemon.out, "model surface, leapfrog"));
+    assert_non_null(strstr(daemon.out, "leapfrog would take at most 64 substeps"));
+    assert_null(strstr(daemon.out, "sphere/implicit")); // no array
+}
+
+#ifdef WITH_HDF5
+static void a_checkpoint_goes_on_with_the_same_bits(void **state)
+{
+    (void)state;
+    static const char LOADS[] = "loads = ( { body = \"sphere\"; center = [0.0, 0.0, 0.05];\n"
+                                "  radius = 0.03; force = [0.001, 0.0, -0.004]; start = 0.02;\n"
+                                "  duration = 0.1; } );";
+    const char *scene = write_auto("loaded.cfg", STIFF, "", LOADS);
+    char whole[32], half[32];
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 0.2 %s", scene);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, whole);
+    run_daemon(&daemon, "--offline 0.07 --checkpoint %s %s", scratch("middle.h5"), scene);
+    assert_int_equal(daemon.code, 0);
+    run_daemon(&daemon, "--offline 0.13 --resume %s %s", scratch("middle.h5"), scene);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, half);
+    assert_string_equal(half, whole);
+}
+#endif
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(a_stiff_body_is_implicit_and_answers_a_tool),
+        daemon_test(the_choice_is_told_before_anything_runs),
+#ifdef WITH_HDF5
+        daemon_test(a_checkpoint_goes_on_with_the_same_bits),
+#endif
+    };
+    harness_start(argc, argv);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}

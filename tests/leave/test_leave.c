@@ -1,0 +1,442 @@
+// What a scene leaves out is not there: none of its functions is called, none of its arrays is
+// taken, switching it off in so many words changes nothing, and neither does a build without it.
+// Instructions are counted by valgrind; they do not depend on the machine's load.
+#include "harness.h"
+#include "profile.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { PATTERNS = 10, TICKS = 20 };
+
+// A feature, the scene that has it and nothing else, and what it brings.
+typedef struct Feature {
+    const char *name;
+    const char *head, *material, *body, *tail, *arguments;
+    const char *kernel;           // called in place of the plain one; NULL: none is
+    const char *files[PATTERNS];  // that may be called, and the first of them must be
+    const char *arrays[PATTERNS]; // parts of names; the first must be there
+} Feature;
+
+static const char *valgrind, *own_pliantd, *build_folder, *source_folder;
+
+// ---------------------------------------------------------------------------------------------
+// Scenes
+
+#define BALL "{ from = [0.0, 0.0, 0.1]; to = [0.0, 0.0, 0.1]; radius = 0.11; }"
+#define HELD "fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.05]); } );"
+#define LOAD                                                                                       \
+    "loads = ( { center = [0.0, 0.0, 0.1]; radius = 0.03; force = [0.0, 0.0, -0.5]; start = 0.0; " \
+    "duration = 9.0; } );"
+#define CONTACT_FILES "dynamics/contact", "dynamics/tool.c", "geometry/distance.c"
+#define OUTSIDE_FILES "surface/loads.c"
+#define FOLLOW_FILES  "dynamics/follow.c", "dynamics/time_step.c", "dynamics/stability.c"
+
+static const Feature PLAIN = {.name = "nothing"};
+
+// Of both models. The body is a ball or a cube of 0.1 m about the origin.
+static const Feature COMMON[] = {
+    {.name = "static tools",
+     .tail = "tools = ( { id = 1; kind = \"static\"; capsules = ( " BALL " ); } );",
+     .files = {CONTACT_FILES, OUTSIDE_FILES},
+     .arrays = {"contacts", "/tool0/"}},
+    {.name = "graspers",
+     .tail = "tools = ( { id = 1; kind = \"grasper\"; capsules = ( " BALL " ); } );",
+     .files = {"dynamics/holding.c", "dynamics/attachment", CONTACT_FILES, OUTSIDE_FILES},
+     .arrays = {"/grasp0", "contacts", "/tool0/", "attachments"}},
+    {.name = "attachments",
+     .tail = "attachments = ( { body = \"body\"; to = \"world\"; sphere = [0.0, 0.0, 0.1]; "
+             "radius = 0.05; } );",
+     .files = {"dynamics/attachment", "dynamics/holding.c", OUTSIDE_FILES},
+     .arrays = {"/attachment0", "attachments", "sim/joined"}},
+    {.name = "loads",
+     .tail = LOAD,
+     .files = {"dynamics/load.c", "dynamics/sim.c", OUTSIDE_FILES},
+     .arrays = {"loads/", "sim/loads"}},
+    // Bodies that are too small for it are not shared.
+    {.name = "threads", .head = "threads = 2;", .arrays = {"threads of a step"}},
+};
+
+static const Feature SURFACE[] = {
+    {.name = "damping", .material = "damping_time = 1.0e-4;", .kernel = "damped_none"},
+    {.name = "shape springs",
+     .body = "shape = {};",
+     .kernel = "plain_world",
+     .arrays = {"/shape rate", "/drag"}},
+    {.name = "shape springs that follow",
+     .body = "shape = { frame = \"body\"; };",
+     .kernel = "plain_body",
+     .arrays = {"/shape rate", "/drag", "/rigid frame"}},
+    {.name = "prestress", .body = "prestress = 0.05;", .kernel = "plain_none_prestressed"},
+    {.name = "implicit integration",
+     .body = "integrator = \"implicit\";",
+     // Valgrind 3.19 does not know every instruction that the compiler chooses for AVX.
+     .arguments = "--isa baseline",
+     .kernel = "", // the springs are its own
+     .files = {"surface/implicit"},
+     .arrays = {"/implicit"}},
+    {.name = "refinement",
+     .body = "levels = 1; adapt = {};",
+     .kernel = "plain_none_scattered", // nodes in rows that come and go
+     .files = {"surface/detail/", FOLLOW_FILES},
+     .arrays = {"/detail", "/level 1 faces"}},
+    {.name = "cuts",
+     .body = "cuttable = true; tear = { stretch = 3.0; };",
+     .kernel = "plain_none_scattered",
+     .files = {"dynamics/cutting.c", "dynamics/cut.c", "surface/cut/", "surface/detail/",
+               FOLLOW_FILES},
+     .arrays = {"/cuts", "sim/cutting"}},
+};
+
+static const Feature VOXEL[] = {
+    {.name = "damping", .material = "damping = 0.2;", .kernel = "plain_damped"},
+    {.name = "larger elements inside", .body = "levels = 1;", .arrays = {"/hanging vertices"}},
+    {.name = "cuts",
+     .body = "cuttable = true; tear = { stress = 1.0e6; };",
+     .files = {"dynamics/cutting.c", "dynamics/cut.c", "voxel/cut/", FOLLOW_FILES},
+     .arrays = {"/cuts", "sim/cutting"}},
+};
+
+static const char *or_else(const char *text, const char *preset)
+{
+    return text != NULL ? text : preset;
+}
+
+static const char *write_feature_scene(bool voxel, const Feature *what, const char *also)
+{
+    const char *body = or_else(what->body, "");
+    char text[4096];
+    snprintf(text, sizeof text,
+             "name = \"test\"; rate_hz = 2000.0; %s\n"
+             "bodies = ( { name = \"body\"; time_step = 0.0005; %s\n"
+             "  material = { %s }; %s %s %s %s } );\n%s\n",
+             or_else(what->head, ""),
+             voxel ? "model = \"voxel\"; voxels = { generator = \"box\"; count = [12, 12, 12]; "
+                     "size = 0.0166; };"
+                   : "mesh = { generator = \"ico_sphere\"; nodes = 642; radius = 0.1; };",
+             or_else(what->material, voxel ? "damping = 0.0;" : "damping_time = 0.0;"), HELD,
+             voxel && strstr(body, "levels") == NULL ? "levels = 0;" : "", body, also,
+             or_else(what->tail, ""));
+    const char *path = scratch("leave.cfg");
+    write_text(path, text);
+    return path;
+}
+
+// ---------------------------------------------------------------------------------------------
+// What is called
+
+static const char *const KERNELS[] = {"surface/kernel/", "voxel/kernel/", NULL};
+// Of a body and its integration, and how the pipeline comes to it.
+static const char *const PLAIN_FILES[] = {"surface/kernel/",
+                                          "voxel/kernel/",
+                                          "surface/surface.c",
+                                          "surface/kernel.c",
+                                          "voxel/voxel.c",
+                                          "voxel/vertices.c",
+                                          "voxel/batch.c",
+                                          "voxel/kernel.c",
+                                          "voxel/rotation.c",
+                                          "voxel/jacobi.c",   // of elements that turn far in a step
+                                          "dynamics/guard.c", // which no scene leaves out
+                                          "dynamics/step.c",
+                                          "dynamics/integrator",
+                                          "dynamics/rows.c",
+                                          "dynamics/rigid_frame.c",
+                                          NULL};
+
+static void count_steps(Profile *profile, const char *pliantd, const char *scene, int ticks,
+                        const char *arguments)
+{
+    char all[2048];
+    snprintf(all, sizeof all, "--offline %g %s %s", ticks / 2000.0, or_else(arguments, ""), scene);
+    profile_run(profile, valgrind, pliantd, "sim_step", all);
+}
+
+static bool is_brought(const Feature *feature, const ProfileFunction *called)
+{
+    return feature->files[0] != NULL && profile_is_in(called->name, feature->files);
+}
+
+// The names of kernels, with what follows the first: "plain_none" and "plain_none_external".
+static void expect_kernel(const Profile *profile, const Feature *feature, const char *kernel)
+{
+    bool any = false;
+    for (int i = 0; i < profile->count; i++) {
+        const char *name = profile->function[i].name;
+        bool variant = strncmp(name, "plain_", 6) == 0 || strncmp(name, "damped_", 7) == 0;
+        if (!variant || !profile_is_in(name, KERNELS))
+            continue;
+        any |= strcmp(name, kernel) == 0;
+        // Tools, loads and holds push from outside.
+        if (strncmp(name, kernel, strlen(kernel)) != 0 ||
+            (strstr(name, "external") != NULL && feature->tail == NULL))
+            fail_msg("with %s the kernel %s ran, not %s", feature->name, name, kernel);
+    }
+    if (!any && kernel[0] != '\0' && feature->tail == NULL)
+        fail_msg("with %s the kernel %s did not run", feature->name, kernel);
+}
+
+static int count_foreign(bool voxel, const Feature *feature)
+{
+    static Profile profile;
+    count_steps(&profile, own_pliantd, write_feature_scene(voxel, feature, ""), TICKS,
+                feature->arguments);
+    const char *const first[] = {feature->files[0], NULL};
+    bool brought = feature->files[0] == NULL;
+    int foreign = 0;
+    for (int i = 0; i < profile.count; i++) {
+        const ProfileFunction *called = &profile.function[i];
+        brought |= called->ours && !brought && profile_is_in(called->name, first);
+        // What stands in none of our files is the compiler's own.
+        if (!called->ours || strcmp(profile_file(called->name), "?") == 0 ||
+            profile_is_in(called->name, PLAIN_FILES) || is_brought(feature, called))
+            continue;
+        foreign++;
+        printf("%s: a %s with %s calls %s (%lld instructions)\n", profile_file(called->name),
+               voxel ? "cube" : "ball", feature->name, called->name, called->instructions);
+    }
+    if (!brought)
+        fail_msg("with %s nothing of %s is called", feature->name, feature->files[0]);
+    expect_kernel(&profile, feature,
+                  or_else(feature->kernel, voxel ? "plain_undamped" : "plain_none"));
+    return foreign;
+}
+
+static void only_functions_of_what_a_scene_has_are_called(void **state)
+{
+    (void)state;
+    int foreign = 0;
+    for (int voxel = !WITH_SURFACE; voxel <= WITH_VOXEL; voxel++) {
+        foreign += count_foreign(voxel, &PLAIN);
+        for (size_t i = 0; i < sizeof COMMON / sizeof *COMMON; i++)
+            foreign += count_foreign(voxel, &COMMON[i]);
+        const Feature *own = voxel ? VOXEL : SURFACE;
+        size_t count = voxel ? sizeof VOXEL / sizeof *VOXEL : sizeof SURFACE / sizeof *SURFACE;
+        for (size_t i = 0; i < count; i++)
+            foreign += count_foreign(voxel, &own[i]);
+    }
+    assert_int_equal(foreign, 0);
+}
+
+// Whatever asks during a tick whether a feature is on stands outside of the kernels, which are
+// chosen at load.
+static void all_that_is_no_kernel_takes_less_than_1_percent(void **state)
+{
+    (void)state;
+    for (int voxel = !WITH_SURFACE; voxel <= WITH_VOXEL; voxel++) {
+        static Profile profile;
+        // A body that is held: its frame does not follow it, which would be part of the body.
+        count_steps(&profile, own_pliantd, write_feature_scene(voxel, &PLAIN, ""), TICKS, NULL);
+        long long outside = 0;
+        for (int i = 0; i < profile.count; i++)
+            if (!profile.function[i].ours || !profile_is_in(profile.function[i].name, KERNELS))
+                outside += profile.function[i].instructions;
+        double share = (double)outside / (double)profile.instructions;
+        printf("%s: %.2f %% of a tick's instructions outside of the kernels\n",
+               voxel ? "cube" : "ball", 100.0 * share);
+        assert_true(share < 0.01);
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// What is taken
+
+static void explain(Daemon *daemon, const char *pliantd, const char *scene)
+{
+    daemon_program(pliantd);
+    run_daemon(daemon, "--explain --offline 1 %s", scene);
+    daemon_program(NULL);
+    if (daemon->code != 0)
+        fail_msg("%s --explain: %s", pliantd, daemon->err);
+    // What follows are features, not arrays.
+    char *features = strstr(daemon->out, "\nfeatures of ");
+    assert_non_null(features);
+    *features = '\0';
+}
+
+// Bytes of the arrays whose names hold this.
+static long long array_bytes(const Daemon *daemon, const char *part)
+{
+    long long bytes = 0;
+    for (const char *at = strstr(daemon->out, part); at != NULL; at = strstr(at + 1, part)) {
+        const char *line = at;
+        while (line > daemon->out && line[-1] != '\n')
+            line--;
+        if (strncmp(line, "  ", 2) == 0) // a name of up to 47 characters, then the bytes
+            bytes += strtoll(line + 2 + 47, NULL, 10);
+    }
+    return bytes;
+}
+
+static void expect_arrays(bool voxel, const Feature *feature, const Daemon *plain)
+{
+    Daemon with;
+    explain(&with, own_pliantd, write_feature_scene(voxel, feature, ""));
+    for (int k = 0; k < PATTERNS && feature->arrays[k] != NULL; k++) {
+        const char *name = feature->arrays[k];
+        if (array_bytes(plain, name) > 0)
+            fail_msg("without %s there are %lld bytes of %s", feature->name,
+                     array_bytes(plain, name), name);
+        if (array_bytes(&with, name) == 0)
+            fail_msg("with %s there are no bytes of %s", feature->name, name);
+    }
+}
+
+static void only_arrays_of_what_a_scene_has_are_taken(void **state)
+{
+    (void)state;
+    for (int voxel = !WITH_SURFACE; voxel <= WITH_VOXEL; voxel++) {
+        Daemon plain;
+        explain(&plain, own_pliantd, write_feature_scene(voxel, &PLAIN, ""));
+        for (size_t i = 0; i < sizeof COMMON / sizeof *COMMON; i++)
+            expect_arrays(voxel, &COMMON[i], &plain);
+        const Feature *own = voxel ? VOXEL : SURFACE;
+        size_t count = voxel ? sizeof VOXEL / sizeof *VOXEL : sizeof SURFACE / sizeof *SURFACE;
+        for (size_t i = 0; i < count; i++)
+            expect_arrays(voxel, &own[i], &plain);
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Two ways to be without
+
+static long long total_bytes(const char *pliantd, const char *scene)
+{
+    Daemon daemon;
+    explain(&daemon, pliantd, scene);
+    const char *at = strstr(daemon.out, "\ntotal: ");
+    assert_non_null(at);
+    return strtoll(at + 8, NULL, 10);
+}
+
+static void expect_within_1_percent(const char *what, long long a, long long b)
+{
+    if (llabs(a - b) * 100 > (a < b ? a : b))
+        fail_msg("%s: %lld and %lld", what, a, b);
+    printf("%s: %lld and %lld\n", what, a, b);
+}
+
+static void switched_off_by_its_key_is_as_left_out(void **state)
+{
+    (void)state;
+    static const char *const OFF[2] = {
+        "levels = 0; start_level = 0; prestress = 0.0; cuttable = false; unsafe_time_step = false;",
+        "cuttable = false; split_budget = 100; unsafe_time_step = false;"};
+    const Feature off = {.name = "everything switched off",
+                         .head = "gravity = [0.0, 0.0, 0.0]; threads = 1; settle_s = 0.0; "
+                                 "publish = { contact_hz = 0.0; contact_stiffness = false; "
+                                 "velocity = false; };",
+                         .tail = "tools = (); loads = (); attachments = ();"};
+    for (int voxel = !WITH_SURFACE; voxel <= WITH_VOXEL; voxel++) {
+        static Profile plain, without;
+        const char *scene = write_feature_scene(voxel, &PLAIN, "");
+        count_steps(&plain, own_pliantd, scene, TICKS, NULL);
+        long long bytes = total_bytes(own_pliantd, scene);
+        scene = write_feature_scene(voxel, &off, OFF[voxel]);
+        count_steps(&without, own_pliantd, scene, TICKS, NULL);
+        expect_within_1_percent("instructions", plain.instructions, without.instructions);
+        expect_within_1_percent("bytes", bytes, total_bytes(own_pliantd, scene));
+    }
+}
+
+// Built by the same compiler since the last change.
+static bool is_comparable(const char *folder)
+{
+    char command[8192];
+    snprintf(command, sizeof command,
+             "compiler() { sed -n 's/^CMAKE_C_COMPILER:[A-Z]*=//p' \"$1/CMakeCache.txt\"; }; "
+             "cd '%s' && [ -x '%s/bin/pliantd' ] && [ -e '%s/built' ] && "
+             "[ -z \"$(find server lcmtypes CMakeLists.txt -newer '%s/built')\" ] && "
+             "[ \"$(compiler '%s')\" = \"$(compiler '%s')\" ]",
+             source_folder, folder, folder, folder, folder, build_folder);
+    return system(command) == 0;
+}
+
+// The smallest builds (tests/leave/smallest.sh) lack the other model, HDF5, clients and tests.
+static void a_build_without_it_is_as_one_that_does_not_use_it(void **state)
+{
+    (void)state;
+    static const Feature RICH = {.name = "tools and loads",
+                                 .head = "gravity = [0.0, 0.0, -1.0];",
+                                 .tail = LOAD "tools = ( { id = 1; kind = \"static\"; "
+                                              "capsules = ( " BALL " ); } );"};
+    static const char *const ALSO[2] = {"shape = {}; levels = 1; adapt = {}; cuttable = true;",
+                                        "cuttable = true;"};
+    bool any = false;
+    for (int voxel = !WITH_SURFACE; voxel <= WITH_VOXEL; voxel++) {
+        char folder[1024], small_pliantd[1200];
+        snprintf(folder, sizeof folder, "%s/build/smallest-%s", source_folder,
+                 voxel ? "voxel" : "surface");
+        snprintf(small_pliantd, sizeof small_pliantd, "%s/bin/pliantd", folder);
+        if (!is_comparable(folder))
+            continue;
+        any = true;
+        for (int rich = 0; rich < 2; rich++) {
+            static Profile large, small;
+            const char *scene =
+                write_feature_scene(voxel, rich ? &RICH : &PLAIN, rich ? ALSO[voxel] : "");
+            count_steps(&large, own_pliantd, scene, TICKS, NULL);
+            count_steps(&small, small_pliantd, scene, TICKS, NULL);
+            expect_within_1_percent("instructions", large.instructions, small.instructions);
+            expect_within_1_percent("bytes", total_bytes(own_pliantd, scene),
+                                    total_bytes(small_pliantd, scene));
+        }
+    }
+    if (!any) {
+        printf("no smallest build of this compiler that is up to date: "
+               "tests/leave/smallest.sh makes it\n");
+        skip();
+    }
+}
+
+#if WITH_HDF5
+// The recording is taken between two ticks, so that what it adds shows around them.
+static void without_a_recording_none_of_its_functions_is_called(void **state)
+{
+    (void)state;
+    static const char *const FILES[] = {"files/recording", "files/hdf", "files/checkpoint", NULL};
+    static Profile profile;
+    const char *record = scratch("record.h5");
+    const char *scene = write_feature_scene(!WITH_SURFACE, &PLAIN, "");
+    for (int with = 0; with < 2; with++) {
+        char arguments[2048];
+        snprintf(arguments, sizeof arguments, "--offline 0.02 %s %s %s", with ? "--record" : "",
+                 with ? record : "", scene);
+        profile_run(&profile, valgrind, own_pliantd, "offline_run", arguments);
+        int called = 0;
+        for (int i = 0; i < profile.count; i++)
+            called += profile.function[i].ours && profile_is_in(profile.function[i].name, FILES);
+        assert_int_equal(called > 0, with);
+    }
+}
+#endif
+
+// PLIANTD VALGRIND BUILD-FOLDER SOURCE-FOLDER
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(only_functions_of_what_a_scene_has_are_called),
+        daemon_test(all_that_is_no_kernel_takes_less_than_1_percent),
+        daemon_test(only_arrays_of_what_a_scene_has_are_taken),
+        daemon_test(switched_off_by_its_key_is_as_left_out),
+        daemon_test(a_build_without_it_is_as_one_that_does_not_use_it),
+#if WITH_HDF5
+        daemon_test(without_a_recording_none_of_its_functions_is_called),
+#endif
+    };
+    if (argc < 5 || access(argv[2], X_OK) != 0) {
+        printf("skipped: no valgrind here\n");
+        return 77;
+    }
+    own_pliantd = argv[1];
+    valgrind = argv[2];
+    build_folder = argv[3];
+    source_folder = argv[4];
+    if (!profile_read_symbols(build_folder, source_folder)) {
+        printf("skipped: no nm here, or no libraries in %s/server\n", build_folder);
+        return 77;
+    }
+    harness_start(argc, argv);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}

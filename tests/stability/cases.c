@@ -1,0 +1,305 @@
+// The rows of the matrix.
+#include "matrix.h"
+
+#define UNIFORM(k)                                                                                 \
+    {                                                                                              \
+        {                                                                                          \
+            "material", "{ spring_stiffness = " k ";  node_mass = 3.0e-3;  "                       \
+                        "spring_damping = 1.0e-3; }"                                               \
+        }                                                                                          \
+    }
+#define YOUNG(e)                                                                                   \
+    {                                                                                              \
+        {                                                                                          \
+            "material", "{ youngs_modulus = " e ";  density = 1000.0;  damping = 0.2; }"           \
+        }                                                                                          \
+    }
+#define POISSON(nu)                                                                                \
+    {                                                                                              \
+        {                                                                                          \
+            "material", "{ youngs_modulus = 1.0e4;  poisson_ratio = " nu ";  density = 1000.0;  "  \
+                        "damping = 0.2; }"                                                         \
+        }                                                                                          \
+    }
+#define WALL_DAMPED(time, more, ratio)                                                             \
+    {                                                                                              \
+        {"material", "{ youngs_modulus_2d = 80.0;  areal_density = 4.2;  damping_time = " time     \
+                     ";  " more " }"},                                                             \
+        {                                                                                          \
+            "shape", "{ angular_frequency = 50.0;  damping_ratio = " ratio "; }"                   \
+        }                                                                                          \
+    }
+#define DAMPED(share)                                                                              \
+    {                                                                                              \
+        {                                                                                          \
+            "material", "{ youngs_modulus = 1.0e4;  density = 1000.0;  damping = " share "; }"     \
+        }                                                                                          \
+    }
+#define MESH(file)                                                                                 \
+    {                                                                                              \
+        "mesh", "{ file = \"" file "\"; }"                                                         \
+    }
+#define ALL_FIXED                                                                                  \
+    {                                                                                              \
+        {                                                                                          \
+            "fixed", "( { box = ([-9.0, -9.0, -9.0], [9.0, 9.0, 9.0]); } )"                        \
+        }                                                                                          \
+    }
+#define CUTTABLE                                                                                   \
+    {                                                                                              \
+        {                                                                                          \
+            "cuttable", "true"                                                                     \
+        }                                                                                          \
+    }
+#define LABELS(density)                                                                            \
+    {                                                                                              \
+        {"voxels", "{ file = \"labels.nrrd\";  label = [1, 2]; }"},                                \
+        {                                                                                          \
+            "materials", "( { label = 2;  density = " density "; } )"                              \
+        }                                                                                          \
+    }
+#define ONE_CELL   "{ generator = \"box\";  count = 1;  size = 0.05; }"
+#define ONE_SQUARE "{ generator = \"box\";  count = [1, 1];  size = 0.05; }"
+
+#define STIFFNESS(k, rate, is_quick)                                                               \
+    {                                                                                              \
+        .name = "stiffness " k, .drive = DRIVE_LOAD, .value = 1.0, .rate_hz = (rate),              \
+        .quick = (is_quick), .surface = UNIFORM(k), .voxel = YOUNG(k), .plane = YOUNG(k)           \
+    }
+#define BODILY(what, begins)                                                                       \
+    {                                                                                              \
+        .name = (what), .start = (begins), .quick = true                                           \
+    }
+
+const Case CASES[] = {
+    // [N/m] of every spring, [Pa] of an element; ticks [1/s] so long that soft ones come to rest.
+    STIFFNESS("1.0e1", 50.0, true),
+    STIFFNESS("1.0e2", 300.0, false),
+    STIFFNESS("1.0e3", 1000.0, false),
+    STIFFNESS("1.0e4", 1000.0, true),
+    STIFFNESS("1.0e5", 1000.0, false),
+    STIFFNESS("1.0e6", 1000.0, true),
+    STIFFNESS("1.0e7", 1000.0, false),
+    STIFFNESS("1.0e8", 1000.0, false),
+    STIFFNESS("1.0e9", 1000.0, false),
+
+    {.name = "node masses 1 : 1e3",
+     .drive = DRIVE_LOAD,
+     .value = 1.0,
+     .quick = true,
+     .surface = {MESH("graded3.off")},
+     .voxel = LABELS("1.0"),
+     .not_plane = true},
+    {.name = "node masses 1 : 1e6",
+     .drive = DRIVE_LOAD,
+     .value = 1.0,
+     .surface = {MESH("graded6.off")},
+     .voxel = {{"voxels", "{ file = \"labels.nrrd\";  label = [1, 2]; }"},
+               {"material", "{ youngs_modulus = 1.0e4;  density = 1.0e4;  damping = 0.2; }"},
+               {"materials", "( { label = 2;  density = 0.01; } )"}},
+     .not_plane = true},
+
+    {.name = "no damping",
+     .drive = DRIVE_LOAD,
+     .value = 0.1,
+     .undamped = true,
+     .quick = true,
+     .surface = WALL_DAMPED("0.0", "", "0.0"),
+     .voxel = DAMPED("0.0"),
+     .plane = DAMPED("0.0")},
+    {.name = "light damping",
+     .drive = DRIVE_LOAD,
+     .value = 0.1,
+     .surface = WALL_DAMPED("1.0e-5", "", "0.05"),
+     .voxel = DAMPED("0.05"),
+     .plane = DAMPED("0.05")},
+    {.name = "critical damping",
+     .drive = DRIVE_LOAD,
+     .value = 0.1,
+     .surface = WALL_DAMPED("1.0e-2", "", "1.0"),
+     .voxel = DAMPED("1.0"),
+     .plane = DAMPED("1.0")},
+    {.name = "overdamped",
+     .drive = DRIVE_LOAD,
+     .value = 0.1,
+     .quick = true,
+     .surface = WALL_DAMPED("10.0", "", "100.0"),
+     .voxel = DAMPED("10.0"),
+     .plane = DAMPED("10.0")},
+    {.name = "drag of 0.1 N s/m a node",
+     .drive = DRIVE_LOAD,
+     .value = 1.0,
+     .surface = WALL_DAMPED("2.0e-4", "node_damping = 0.1;", "0.3"),
+     .not_voxel = true,
+     .not_plane = true},
+    {.name = "drag of 1e6 N s/m a node",
+     .drive = DRIVE_LOAD,
+     .value = 1.0,
+     .quick = true,
+     .surface = WALL_DAMPED("2.0e-4", "node_damping = 1.0e6;", "0.3"),
+     .not_voxel = true,
+     .not_plane = true},
+
+    {.name = "time step 0.5 of the bound", .drive = DRIVE_STEP, .value = 0.5},
+    {.name = "time step 0.8 of the bound", .drive = DRIVE_STEP, .value = 0.8},
+    {.name = "time step 1.0 of the bound", .drive = DRIVE_STEP, .value = 0.99999, .quick = true},
+    {.name = "time step 1.1 of the bound", .drive = DRIVE_STEP, .value = 1.1, .quick = true},
+    {.name = "time step 1.1 of the bound, unsafe", .drive = DRIVE_BIG_STEP, .value = 1.1},
+    {.name = "time step 1.2 of the bound, unsafe",
+     .drive = DRIVE_BIG_STEP,
+     .value = 1.2,
+     .quick = true},
+    {.name = "time step 2.5 of the bound, unsafe",
+     .drive = DRIVE_BIG_STEP,
+     .value = 2.5,
+     .quick = true},
+
+    BODILY("starts flattened", START_FLAT),
+    BODILY("starts inside out", START_MIRRORED),
+    BODILY("starts in one point", START_POINT),
+    BODILY("starts at random", START_RANDOM),
+
+    {.name = "Poisson ratio 0.3",
+     .drive = DRIVE_LOAD,
+     .value = 0.1,
+     .not_surface = true,
+     .voxel = POISSON("0.3"),
+     .plane = POISSON("0.3")},
+    {.name = "Poisson ratio 0.45",
+     .drive = DRIVE_LOAD,
+     .value = 0.1,
+     .not_surface = true,
+     .voxel = POISSON("0.45"),
+     .plane = POISSON("0.45")},
+    {.name = "Poisson ratio 0.49",
+     .drive = DRIVE_LOAD,
+     .value = 0.1,
+     .not_surface = true,
+     .quick = true,
+     .voxel = POISSON("0.49"),
+     .plane = POISSON("0.49")},
+
+    {.name = "springs without length",
+     .drive = DRIVE_LOAD,
+     .value = 1.0,
+     .quick = true,
+     .surface = {MESH("twins.off")},
+     .not_voxel = true,
+     .not_plane = true},
+    {.name = "springs of 1 nm",
+     .drive = DRIVE_LOAD,
+     .value = 1.0,
+     .surface = {MESH("near.off")},
+     .not_voxel = true,
+     .not_plane = true},
+    {.name = "springs of 1 nm, uniform",
+     .drive = DRIVE_LOAD,
+     .value = 1.0,
+     .surface = {MESH("near.off"),
+                 {"material", "{ spring_stiffness = 80.0;  node_mass = 3.0e-3; }"}},
+     .not_voxel = true,
+     .not_plane = true},
+    {.name = "rest lengths shortened by 0.9",
+     .drive = DRIVE_LOAD,
+     .value = 1.0,
+     .surface = {{"prestress", "0.9"}},
+     .not_voxel = true,
+     .not_plane = true},
+    {.name = "cells of 1 um",
+     .drive = DRIVE_LOAD,
+     .value = 1.0e-6,
+     .not_surface = true,
+     .voxel = {{"voxels", "{ generator = \"box\";  count = 4;  size = 1.0e-6; }"},
+               {"fixed", "( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -1.9e-6]); } )"}},
+     .plane = {{"voxels", "{ generator = \"disc\";  radius = 4.0e-6;  size = 1.0e-6; }"},
+               {"fixed", "( { box = ([-1.0, -1.0, -1.0], [1.0, -2.9e-6, 1.0]); } )"}}},
+
+    {.name = "tool at 100 m/s, 3.3 N", .drive = DRIVE_TOOL_FAST, .value = 3.3, .quick = true},
+    {.name = "tool at 100 m/s, 1e6 N", .drive = DRIVE_TOOL_FAST, .value = 1.0e6, .quick = true},
+    {.name = "tool in the outside for 0.1 s, 3.3 N", .drive = DRIVE_TOOL_IN, .value = 3.3},
+    {.name = "tool in the outside for 0.1 s, 1e6 N",
+     .drive = DRIVE_TOOL_IN,
+     .value = 1.0e6,
+     .quick = true},
+    {.name = "tool left in the outside", .drive = DRIVE_TOOL_WALL, .quick = true},
+    {.name = "tool left inside", .drive = DRIVE_TOOL_STAY, .value = 0.0, .quick = true},
+
+    {.name = "1e3 N for 0.1 s", .drive = DRIVE_LOAD, .value = 1.0e3},
+    {.name = "1e6 N for 0.1 s", .drive = DRIVE_LOAD, .value = 1.0e6, .quick = true},
+
+    {.name = "cut", .drive = DRIVE_CUT, .surface = CUTTABLE, .voxel = CUTTABLE, .plane = CUTTABLE},
+    {.name = "cut while inside out",
+     .start = START_MIRRORED,
+     .drive = DRIVE_CUT,
+     .quick = true,
+     .surface = CUTTABLE,
+     .voxel = CUTTABLE,
+     .plane = CUTTABLE},
+    {.name = "cut while in one point",
+     .start = START_POINT,
+     .drive = DRIVE_CUT,
+     .surface = CUTTABLE,
+     .voxel = CUTTABLE,
+     .plane = CUTTABLE},
+    {.name = "cut while at random",
+     .start = START_RANDOM,
+     .drive = DRIVE_CUT,
+     .surface = CUTTABLE,
+     .voxel = CUTTABLE,
+     .plane = CUTTABLE},
+    {.name = "everything cut away",
+     .drive = DRIVE_CUT_ALL,
+     .value = 1.0,
+     .quick = true,
+     .surface = CUTTABLE,
+     .voxel = CUTTABLE,
+     .plane = CUTTABLE},
+
+    {.name = "all nodes fixed",
+     .drive = DRIVE_LOAD,
+     .value = 1.0,
+     .quick = true,
+     .surface = ALL_FIXED,
+     .voxel = ALL_FIXED,
+     .plane = ALL_FIXED},
+    {.name = "one element",
+     .drive = DRIVE_LOAD,
+     .value = 0.1,
+     .quick = true,
+     .surface = {MESH("triangle.off")},
+     .voxel = {{"voxels", ONE_CELL}},
+     .plane = {{"voxels", ONE_SQUARE},
+               {"fixed", "( { box = ([-1.0, -1.0, -1.0], [1.0, -0.0249, 1.0]); } )"}}},
+    {.name = "no element",
+     .drive = DRIVE_LOAD,
+     .value = 1.0,
+     .quick = true,
+     .surface = {MESH("nothing.off")},
+     .voxel = {{"voxels", "{ generator = \"ball\";  radius = 1.0e-4;  size = 0.01; }"}},
+     .plane = {{"voxels", "{ generator = \"disc\";  radius = 1.0e-4;  size = 0.01; }"}}},
+};
+const int CASE_COUNT = (int)(sizeof CASES / sizeof *CASES);
+
+bool case_concerns(const Case *at, const Model *model)
+{
+    switch (model->kind) {
+    case KIND_SURFACE:
+        return !at->not_surface;
+    case KIND_VOXEL:
+        return !at->not_voxel;
+    default:
+        return !at->not_plane;
+    }
+}
+
+const Key *case_keys(const Case *at, const Model *model)
+{
+    switch (model->kind) {
+    case KIND_SURFACE:
+        return at->surface;
+    case KIND_VOXEL:
+        return at->voxel;
+    default:
+        return at->plane;
+    }
+}

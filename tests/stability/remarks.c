@@ -1,0 +1,74 @@
+// Why bodies do not come to rest, or are taken back, where they do not or are.
+#include "matrix.h"
+
+#include <stddef.h>
+#include <string.h>
+
+typedef struct Remark {
+    const char *at_case; // how the name of the case begins
+    const char *model;   // how that of the model begins; "": any
+    const char *integrator;
+    Verdict verdict;
+    const char *sentence;
+} Remark;
+
+static const Remark REMARKS[] = {
+    {"no damping", "", "", VERDICT_BOUNDED,
+     "Nothing takes energy out: it swings for ever, with no more energy than at first."},
+    {"node masses", "voxel", "", VERDICT_BOUNDED,
+     "Damping is measured in the critical step of the lightest elements, so that the heavy ones "
+     "are "
+     "hardly damped: they still swing, with less energy than at first."},
+    {"node masses", "surface, adaptive", "", VERDICT_BOUNDED,
+     "It stands still, with a dent of about 1/1000 of its size: a wall of springs has no bending "
+     "stiffness, and a refined face may stay folded that little."},
+    {"rest lengths", "surface", "", VERDICT_BOUNDED,
+     "Springs that are nine tenths too short draw the sphere together: it rests where they and the "
+     "shape springs are in balance."},
+    {"tool left in the outside", "", "", VERDICT_BOUNDED,
+     "The tool lies in the outside for ever and dents it: it rests against the tool."},
+    {"1e3 N", "voxel", "", VERDICT_BOUNDED,
+     "100 N s on 0.125 kg: stretched to many times its length it whirls about the face that is "
+     "held; "
+     "damping acts on changes of shape alone and has not yet taken all of its energy."},
+    {"1e6 N", "voxel", "", VERDICT_BOUNDED,
+     "1e5 N s on 0.125 kg: stretched to many times its length it whirls about the face that is "
+     "held; "
+     "damping acts on changes of shape alone and has not yet taken all of its energy."},
+    {"cut while", "voxel", "", VERDICT_BOUNDED,
+     "The cut sets pieces free whose elements push apart: they fly off, and nothing slows them."},
+    {"everything cut away", "voxel", "", VERDICT_BOUNDED,
+     "Pieces that nothing holds fly on as they were pushed."},
+    {"time step 1.2 of the bound, unsafe", "voxel", "", VERDICT_BOUNDED,
+     "Beyond the bound it buzzes without end, as far as the turning of its elements lets it."},
+    {"time step 1.1 of the bound, unsafe", "", "", VERDICT_RESET,
+     "Beyond the bound energy grows without limit: the check of numbers takes the body back again "
+     "and again, which is what unsafe_time_step asks for."},
+    {"time step 1.2 of the bound, unsafe", "", "", VERDICT_RESET,
+     "Beyond the bound energy grows without limit: the check of numbers takes the body back again "
+     "and again, which is what unsafe_time_step asks for."},
+    {"time step 2.5 of the bound, unsafe", "", "", VERDICT_RESET,
+     "Beyond the bound energy grows without limit: the check of numbers takes the body back again "
+     "and again, which is what unsafe_time_step asks for."},
+    {"springs of 1 nm", "surface, adaptive", "rk4", VERDICT_RESET,
+     "Single precision rounds positions by more than the length of these springs, and so their "
+     "forces by more than the forces are: it may be taken back, and comes to rest."},
+};
+
+static bool begins(const char *text, const char *with)
+{
+    return strncmp(text, with, strlen(with)) == 0;
+}
+
+const char *remark_find(const Cell *cell, const char *integrator)
+{
+    for (size_t i = 0; i < sizeof REMARKS / sizeof *REMARKS; i++) {
+        const Remark *remark = &REMARKS[i];
+        if (remark->verdict == cell->verdict &&
+            begins(CASES[cell->at_case].name, remark->at_case) &&
+            begins(MODELS[cell->model].name, remark->model) &&
+            begins(integrator, remark->integrator))
+            return remark->sentence;
+    }
+    return NULL;
+}

@@ -1,0 +1,161 @@
+// Contact of implicit bodies, whose forces from outside are explicit: its stiffness is what the
+// step allows, and then it is as stable, and as exact in momentum, as that of explicit bodies.
+#include "contact_bench.h"
+#include "expect.h"
+
+static const double THETA[] = {0.5, 0.55, 1.0};
+enum { THETAS = 3 };
+
+// A wall of 1e8 N/m: 7000 times too stiff for leapfrog at this rate.
+static BenchOptions stiff_options(double theta)
+{
+    BenchOptions options = bench_with_tool(bench_uv_sphere(), bench_ball(0.01));
+    options.youngs_modulus_2d = 1e8;
+    options.integrator = INTEGRATOR_IMPLICIT;
+    options.theta = theta;
+    return options;
+}
+
+// With bounds a lambda and b_c a lambda of one capsule, the step is the longest stable one times
+// 0.9 (stability.h).
+static void stiffness_is_what_the_step_allows(void **unused)
+{
+    (void)unused;
+    for (int k = 0; k < THETAS; k++) {
+        BenchOptions options = stiff_options(THETA[k]);
+        Bench bench;
+        bench_create(&bench, &options);
+        const Body *body = bench.body;
+        assert_int_equal(body->substeps, 1);
+        assert_true(body->contact_share < 1e-3);
+        double lambda = 0.5 * body->contact_lambda, damping = 2e-4 * lambda, h = 1e-3 / 0.9;
+        double used = (4.0 * THETA[k] - 1.0) * h * h * lambda + 2.0 * h * damping;
+        expect_near(used, 4.0, 1e-6); // halves of a power of ten, 60 times
+        bench_destroy(&bench);
+    }
+}
+
+static void soft_body_keeps_its_contact_stiffness(void **unused)
+{
+    (void)unused;
+    double lambda[2];
+    for (int k = 0; k < 2; k++) {
+        BenchOptions options = bench_with_tool(bench_uv_sphere(), bench_ball(0.01));
+        options.integrator = k == 0 ? INTEGRATOR_LEAPFROG : INTEGRATOR_IMPLICIT;
+        Bench bench;
+        bench_create(&bench, &options);
+        lambda[k] = bench.body->contact_lambda;
+        expect_near(bench.body->contact_share, 1.0, 0.0);
+        bench_destroy(&bench);
+    }
+    expect_near(lambda[0], lambda[1], 0.0);
+}
+
+// A ball is pressed 4 mm into the top and held: the force comes to rest, points up, and the body
+// does not move on.
+static void tool_pressed_on_a_stiff_body_is_answered(void **unused)
+{
+    (void)unused;
+    for (int k = 0; k < 2 * THETAS; k++) {
+        BenchOptions options = stiff_options(THETA[k / 2]);
+        if (k % 2 == 1) { // a body that tools can push away, on its shape springs
+            options.fixing = BENCH_FREE;
+            options.shape_damping = 1.0;
+        }
+        Bench bench;
+        bench_create(&bench, &options);
+        const double touch = BENCH_RADIUS + 0.01, depth = 0.004;
+        bench_travel(&bench, 0, vec3(0.0, 0.0, touch + 0.005), vec3(0.0, 0.0, touch - depth), 0.05);
+        Vec3 force[2];
+        for (int i = 0; i < 2; i++) {
+            bench_run(&bench, 0.3);
+            force[i] = sim_wrench(bench.sim, 0)->force;
+        }
+        bench_read(&bench);
+        print_message("theta %.2f: %.4g N up, kinetic %.2g J\n", THETA[k / 2], force[1].z,
+                      bench_kinetic(&bench));
+        assert_int_equal(bench.body->resets, 0);
+        // Held by the wall of the contact alone, kappa a area of some mm: well above nothing and
+        // within what the proxy allows.
+        expect_at_least(force[1].z, 0.05);
+        expect_at_most(force[1].z, 3.3 * (1.0 + 1e-6));
+        expect_at_most(vec3_length(vec3_sub(force[1], force[0])), 1e-3 * force[1].z);
+        // Of the 1.6e-4 J that 0.13 kg have at the tool's speed.
+        expect_at_most(bench_kinetic(&bench), 1e-8);
+        bench_destroy(&bench);
+    }
+}
+
+// Tools that are moved wildly, two of them, against a body that nothing holds.
+static void body_and_tool_exchange_momentum_exactly(void **unused)
+{
+    (void)unused;
+    for (int k = 0; k < 2 * THETAS; k++) {
+        BenchOptions options = stiff_options(THETA[k / 2]);
+        options.fixing = BENCH_FREE;
+        options.body_frame = true;
+        if (k % 2 == 1)
+            options.shape_frequency = 0.0;
+        options.tool[0] = bench_capsule(0.03, 0.008);
+        Bench bench;
+        bench_create(&bench, &options);
+        Vec3 linear, angular, linear_before, angular_before;
+        bench_momentum(&bench, &linear_before, &angular_before);
+        const double tick = sim_tick(bench.sim);
+        double most = 0.0, most_moment = 0.0, rest = 0.0, rest_moment = 0.0;
+        for (int i = 0; i < 600; i++) {
+            const double t = i * tick;
+            bench_place(&bench, 0, vec3(0.02 * sin(9.0 * t), 0.01, 0.058 - 0.04 * sin(5.0 * t)),
+                        quat_from_rotation(vec3(0.4 * sin(11.0 * t), 0.3 * t, 2.0 * t)));
+            sim_step(bench.sim);
+            const ToolWrench *wrench = sim_wrench(bench.sim, 0);
+            const Vec3 impulse = vec3_scale(tick, wrench->force);
+            const Vec3 moment = vec3_scale(
+                tick, vec3_add(wrench->torque, vec3_cross(wrench->position, wrench->force)));
+            bench_read(&bench);
+            bench_momentum(&bench, &linear, &angular);
+            most = fmax(most, vec3_length(impulse));
+            most_moment = fmax(most_moment, vec3_length(moment));
+            rest = fmax(rest, vec3_length(vec3_add(vec3_sub(linear, linear_before), impulse)));
+            rest_moment =
+                fmax(rest_moment, vec3_length(vec3_add(vec3_sub(angular, angular_before), moment)));
+            linear_before = linear;
+            angular_before = angular;
+        }
+        assert_int_equal(bench.body->resets, 0);
+        assert_true(most > 1e-5);
+        // Round-off of 0.13 kg at some 0.1 m/s against impulses of 1e-4 N s.
+        expect_at_most(rest, 1e-11 * most);
+        expect_at_most(rest_moment, 1e-11 * most_moment);
+        bench_destroy(&bench);
+    }
+}
+
+// Graspers and attachments share the step with contacts.
+static void grasper_takes_its_share_of_the_step(void **unused)
+{
+    (void)unused;
+    BenchOptions options = stiff_options(0.55);
+    options.tool[0].kind = TOOL_GRASPER;
+    options.tool[0].grip_stiffness = 10.0;
+    options.tool[0].grip_damping = 0.5;
+    Bench bench;
+    bench_create(&bench, &options);
+    const Body *body = bench.body;
+    // It pushes or holds: g lambda and 2 zeta sqrt(g lambda) are more.
+    double lambda = 10.0 * body->contact_lambda, damping = sqrt(lambda), h = 1e-3 / 0.9;
+    expect_near(1.2 * h * h * lambda + 2.0 * h * damping, 4.0, 1e-6);
+    bench_destroy(&bench);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(stiffness_is_what_the_step_allows),
+        cmocka_unit_test(soft_body_keeps_its_contact_stiffness),
+        cmocka_unit_test(tool_pressed_on_a_stiff_body_is_answered),
+        cmocka_unit_test(body_and_tool_exchange_momentum_exactly),
+        cmocka_unit_test(grasper_takes_its_share_of_the_step),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,473 @@
+// Implicit bodies as wholes: momentum, extremes of stiffness and mass, what stays fixed, and that
+// the same input gives the same bits.
+#include "detail_bench.h"
+#include "effort.h"
+#include "expect.h"
+#include "fixture.h"
+#include "random.h"
+
+#include "geometry/generator.h"
+#include "base/isa.h"
+#include "surface/implicit.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+// --- momentum ---
+
+typedef struct Momentum {
+    Vec3 linear, angular; // about the origin
+} Momentum;
+
+static Momentum momentum_of(const Fixture *fixture)
+{
+    const SurfaceModel *model = fixture->body->model;
+    Momentum sum = {0};
+    for (int i = 0; i < fixture->mesh.node_count; i++) {
+        Vec3 p = vec3_scale(model->mass[i], fixture->v[i]);
+        sum.linear = vec3_add(sum.linear, p);
+        sum.angular = vec3_add(sum.angular, vec3_cross(fixture->x[i], p));
+    }
+    return sum;
+}
+
+// A sphere that flies, spins at 10 rad/s and is shaken.
+static void create_flying(Fixture *fixture, FixtureOptions *options)
+{
+    TriMesh mesh;
+    fixture_sphere(&mesh);
+    uint64_t random = 3;
+    Vec3 v[114];
+    for (int i = 0; i < mesh.node_count; i++) {
+        v[i] = vec3_add(vec3(0.3, -0.2, 0.1), vec3_cross(vec3(6.0, 0.0, 8.0), mesh.position[i]));
+        v[i] = vec3_madd(v[i], 0.1, random_vec3(&random));
+    }
+    options->initial_velocity = v;
+    fixture_create(fixture, &mesh, options);
+}
+
+static void free_body_keeps_its_momentum(void **unused)
+{
+    (void)unused;
+    static const struct {
+        bool frame;
+        double stiffness, theta;
+        int iterations; // 2: the solver gives up at once
+    } cases[] = {
+        {true, 0.0, 0.55, 0},  {true, 0.0, 1.0, 0},  {false, 0.0, 0.55, 0}, {true, 1e8, 0.55, 0},
+        {false, 1e8, 0.55, 0}, {true, 1e8, 0.55, 2}, {false, 1e4, 1.0, 2},  {true, 1e4, 0.55, 0},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        FixtureOptions options = {
+            .material = fixture_material(2e-4),
+            .shape = fixture_shape(SHAPE_BODY),
+            .integrator = INTEGRATOR_IMPLICIT,
+            .implicit = {.theta = cases[k].theta, .iterations = cases[k].iterations},
+        };
+        options.shape.wanted = cases[k].frame;
+        if (cases[k].stiffness > 0.0)
+            options.material = (SurfaceMaterial){
+                .uniform = true, .spring_stiffness = cases[k].stiffness, .node_mass = 1e-6};
+        Fixture fixture;
+        create_flying(&fixture, &options);
+        fixture_read(&fixture);
+        const Momentum start = momentum_of(&fixture);
+        fixture_run(&fixture, EFFORT(1000));
+        const Momentum end = momentum_of(&fixture);
+        const double linear = vec3_length(vec3_sub(end.linear, start.linear)) /
+                              vec3_length(start.linear),
+                     angular = vec3_length(vec3_sub(end.angular, start.angular)) /
+                               vec3_length(start.angular);
+        print_message("case %zu: linear %.2g, angular %.2g\n", k, linear, angular);
+        assert_int_equal(fixture.body->resets, 0);
+        expect_at_most(linear, 1e-10); // what is promised; rounding of 1000 steps is 1e-13
+        expect_at_most(angular, 1e-10);
+        fixture_destroy(&fixture);
+    }
+}
+
+// The change of momentum is the impulse of the load, node damping aside.
+static void load_gives_its_impulse(void **unused)
+{
+    (void)unused;
+    const LoadOptions load = {
+        .center = {0.0, 0.0, 0.05}, .radius = 0.03, .force = {0.1, 0.0, -0.2}, .duration = 0.05};
+    for (int shape = 0; shape < 2; shape++) {
+        FixtureOptions options = {
+            .material = {.uniform = true, .spring_stiffness = 1e6, .node_mass = 1e-3},
+            .shape = fixture_shape(SHAPE_BODY),
+            .integrator = INTEGRATOR_IMPLICIT,
+            .gravity = {0.0, 0.0, -1.0},
+            .load_count = 1,
+            .load = &load,
+        };
+        options.shape.wanted = shape == 1;
+        Fixture fixture;
+        fixture_create_sphere(&fixture, &options);
+        fixture_run(&fixture, 50);
+        const Vec3 p = momentum_of(&fixture).linear;
+        expect_near(p.x, 0.05 * 0.1, 1e-13); // rounding
+        expect_near(p.y, 0.0, 1e-13);
+        expect_near(p.z, 0.05 * (-0.2 - 114e-3), 1e-13);
+        fixture_destroy(&fixture);
+    }
+}
+
+static void node_damping_slows_a_free_body_by_the_theta_method(void **unused)
+{
+    (void)unused;
+    FixtureOptions options = {
+        .material = {.uniform = true,
+                     .spring_stiffness = 1e8,
+                     .node_mass = 1e-6,
+                     .node_damping = 1e-4},
+        .integrator = INTEGRATOR_IMPLICIT,
+    };
+    Fixture fixture;
+    create_flying(&fixture, &options);
+    fixture_read(&fixture);
+    const Vec3 start = momentum_of(&fixture).linear;
+    fixture_run(&fixture, 10);
+    const Vec3 end = momentum_of(&fixture).linear;
+    // v' = v - h c v / (1 + theta h c), h c = 1e-3 * 1e-4 / 1e-6.
+    const double left = pow(1.0 - 0.1 / (1.0 + 0.55 * 0.1), 10);
+    expect_at_most(vec3_length(vec3_sub(end, vec3_scale(left, start))), 1e-12 * vec3_length(start));
+    fixture_destroy(&fixture);
+}
+
+// --- extremes ---
+
+// Makes one node of the body lighter or heavier.
+static void scale_mass(Fixture *fixture, int node, double factor)
+{
+    SurfaceModel *model = fixture->body->model;
+    model->mass[node] *= factor;
+    double *inverse = model->nodes.inverse_mass;
+    inverse[model->slot[node]] /= factor;
+}
+
+static double farthest(const Fixture *fixture)
+{
+    double most = 0.0;
+    for (int i = 0; i < fixture->mesh.node_count; i++)
+        most = fmax(most, vec3_length(vec3_sub(fixture->x[i], fixture->mesh.position[i])));
+    return most;
+}
+
+// Pressed for 0.2 s, then left alone; at 1 kHz and at 100 Hz.
+static void expect_return(const char *what, FixtureOptions options, double mass_factor)
+{
+    static const double rates[] = {1000.0, 100.0};
+    for (int r = 0; r < 2; r++) {
+        const bool light = options.material.uniform && options.material.node_mass < 1e-5;
+        const LoadOptions load = {.center = {0.0, 0.0, 0.05},
+                                  .radius = 0.02,
+                                  .force = {0.0, 0.0, light ? -0.003 : -1.0},
+                                  .duration = 0.2};
+        options.integrator = INTEGRATOR_IMPLICIT;
+        options.shape = fixture_shape(SHAPE_WORLD);
+        options.shape.damping_ratio = 0.3;
+        options.rate_hz = rates[r];
+        options.load_count = 1;
+        options.load = &load;
+        Fixture fixture;
+        fixture_create_sphere(&fixture, &options);
+        if (mass_factor != 1.0)
+            scale_mass(&fixture, 40, mass_factor);
+        double most = 0.0;
+        for (int tick = 0; tick < (int)(0.8 * rates[r]); tick++) {
+            fixture_run(&fixture, 1);
+            most = fmax(most, farthest(&fixture));
+        }
+        print_message("%s, %g Hz: up to %.3g m, then %.3g m, %lld of %lld steps stopped early\n",
+                      what, rates[r], most, farthest(&fixture),
+                      (long long)((SurfaceModel *)fixture.body->model)->implicit->stopped,
+                      (long long)((SurfaceModel *)fixture.body->model)->implicit->steps);
+        assert_int_equal(fixture.body->resets, 0);
+        assert_true(fixture_is_finite(&fixture));
+        // All of the load on the shape springs moves the whole by 3 mm, and a soft wall by a radius
+        // or two; within 0.6 s these have swung 5 times and lost e^-9.
+        expect_at_least(most, 1e-3);
+        expect_at_most(most, 0.15);
+        expect_at_most(farthest(&fixture), 0.005 * most + 1e-5);
+        fixture_destroy(&fixture);
+    }
+}
+
+static void any_stiffness_is_pressed_and_returns(void **unused)
+{
+    (void)unused;
+    for (double k = 1e2; k < 2e8; k *= 1e2) {
+        char what[64];
+        snprintf(what, sizeof what, "%g N/m", k);
+        expect_return(what,
+                      (FixtureOptions){.material = {.uniform = true,
+                                                    .spring_stiffness = k,
+                                                    .spring_damping = 2e-4 * k,
+                                                    .node_mass = 1.16e-3}},
+                      1.0);
+    }
+}
+
+static void light_nodes_on_stiff_springs_are_pressed_and_return(void **unused)
+{
+    (void)unused;
+    expect_return(
+        "1e8 N/m, 1e-6 kg",
+        (FixtureOptions){.material = {.uniform = true, .spring_stiffness = 1e8, .node_mass = 1e-6}},
+        1.0);
+}
+
+static void a_node_may_be_a_million_times_lighter(void **unused)
+{
+    (void)unused;
+    expect_return("a light node", (FixtureOptions){.material = fixture_material(2e-4)}, 1e-6);
+}
+
+static void a_heavy_node_moves_slowly_and_nothing_breaks(void **unused)
+{
+    (void)unused;
+    FixtureOptions options = {.material = fixture_material(2e-4),
+                              .shape = fixture_shape(SHAPE_WORLD),
+                              .integrator = INTEGRATOR_IMPLICIT,
+                              .gravity = {0.0, 0.0, -9.81}};
+    Fixture fixture;
+    fixture_create_sphere(&fixture, &options);
+    scale_mass(&fixture, 40, 1e6);
+    fixture_run(&fixture, 100);
+    // A thousand kilograms hang on the wall: they fall, in 0.1 s by 0.049 m; the shape springs,
+    // scaled with the mass, hold back (1 - cos wt) / w^2 of it.
+    const double w = 50.0, fall = 9.81 / (w * w) * (1.0 - exp(-0.1 * w * 0.1) * cos(w * 0.1));
+    expect_near(fixture.x[40].z - fixture.mesh.position[40].z, -fall, 0.1 * fall);
+    assert_int_equal(fixture.body->resets, 0);
+    fixture_destroy(&fixture);
+}
+
+// Flattened, inverted, thrown about in a cube of 10 R, all in one point.
+static void returns_from_any_start(void **unused)
+{
+    (void)unused;
+    for (int kind = 0; kind < 8; kind++) {
+        TriMesh mesh;
+        fixture_sphere(&mesh);
+        uint64_t random = 9;
+        Vec3 x[114];
+        for (int i = 0; i < mesh.node_count; i++) {
+            const Vec3 p = mesh.position[i];
+            x[i] = kind % 4 == 0   ? vec3(p.x, p.y, 0.0)
+                   : kind % 4 == 1 ? vec3(-p.x, p.y, p.z)
+                   : kind % 4 == 2 ? vec3_scale(0.5, random_vec3(&random))
+                                   : vec3(0.01, 0.0, 0.0);
+        }
+        FixtureOptions options = {.material = fixture_material(2e-4),
+                                  .shape = fixture_shape(SHAPE_WORLD),
+                                  .integrator = INTEGRATOR_IMPLICIT,
+                                  .initial_position = x};
+        options.shape.damping_ratio = 0.3;
+        if (kind >= 4)
+            options.material = (SurfaceMaterial){.uniform = true,
+                                                 .spring_stiffness = 1e6,
+                                                 .spring_damping = 1e2,
+                                                 .node_mass = 1.16e-3};
+        Fixture fixture;
+        fixture_create(&fixture, &mesh, &options);
+        fixture_run(&fixture, 1500);
+        print_message("start %d: %.2g m\n", kind, farthest(&fixture));
+        assert_int_equal(fixture.body->resets, 0);
+        // The soft wall comes back by its shape springs, e^-22. A stiff one may stay folded,
+        // within its size.
+        if (kind < 4)
+            expect_at_most(farthest(&fixture), 1e-6);
+        expect_at_most(farthest(&fixture), 0.2);
+        fixture_destroy(&fixture);
+    }
+}
+
+// --- what stays, and what is the same ---
+
+static void fixed_nodes_stay_and_the_rest_comes_to_equilibrium(void **unused)
+{
+    (void)unused;
+    const FixedRegion fixed = {
+        .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.025}};
+    FixtureOptions options = {
+        .material = fixture_material(2e-4),
+        .shape = {.wanted = true, .angular_frequency = 50.0, .damping_ratio = 0.5},
+        .integrator = INTEGRATOR_IMPLICIT,
+        .gravity = {0.0, 0.0, -9.81},
+        .fixed = &fixed,
+        .fixed_count = 1};
+    Fixture fixture;
+    fixture_create_sphere(&fixture, &options);
+    fixture_run(&fixture, 1500);
+    Reference reference;
+    fixture_reference(&fixture, &options, &reference);
+    double(*a)[3] = calloc(114, sizeof *a);
+    for (int i = 0; i < 114; i++) {
+        const double x[3] = {fixture.x[i].x, fixture.x[i].y, fixture.x[i].z};
+        memcpy(reference.x[i], x, sizeof x);
+        memset(reference.v[i], 0, sizeof reference.v[i]);
+        if (reference.fixed[i]) {
+            expect_near(vec3_length(vec3_sub(fixture.x[i], fixture.mesh.position[i])), 0.0, 0.0);
+            expect_near(vec3_length(fixture.v[i]), 0.0, 0.0);
+        }
+    }
+    reference_accelerations(&reference, (const double(*)[3])reference.x,
+                            (const double(*)[3])reference.v, a);
+    // Of gravity nothing is left: what swung has lost e^-37.
+    for (int i = 0; i < 114; i++)
+        for (int c = 0; c < 3; c++)
+            expect_near(a[i][c], 0.0, 1e-6);
+    free(a);
+    reference_destroy(&reference);
+    fixture_destroy(&fixture);
+}
+
+static FixtureOptions busy_options(int kind)
+{
+    static const LoadOptions load = {
+        .center = {0.0, 0.0, 0.05}, .radius = 0.03, .force = {0.1, 0.0, -0.3}, .duration = 0.03};
+    FixtureOptions options = {.material = fixture_material(2e-3),
+                              .shape = fixture_shape(kind == 1 ? SHAPE_BODY : SHAPE_WORLD),
+                              .integrator = INTEGRATOR_IMPLICIT,
+                              .prestress = 0.05,
+                              .load_count = 1,
+                              .load = &load};
+    options.shape.wanted = kind != 2;
+    return options;
+}
+
+static void state_goes_on_elsewhere_with_the_same_bits(void **unused)
+{
+    (void)unused;
+    for (int kind = 0; kind < 3; kind++) {
+        FixtureOptions options = busy_options(kind);
+        Fixture whole, rest;
+        fixture_create_sphere(&whole, &options);
+        fixture_create_sphere(&rest, &options);
+        fixture_run(&rest, 37); // whatever it was before
+        fixture_run(&whole, 20);
+        void *block = malloc(state_bytes(&whole.state));
+        state_copy_out(&whole.state, block);
+        state_copy_in(&rest.state, block);
+        sim_restored(rest.sim);
+        free(block);
+        fixture_run(&whole, 40);
+        fixture_run(&rest, 40);
+        assert_true(state_hash(&rest.state) == state_hash(&whole.state));
+        fixture_destroy(&whole);
+        fixture_destroy(&rest);
+    }
+}
+
+static void every_instruction_set_level_gives_the_same_bits(void **unused)
+{
+    (void)unused;
+    for (int kind = 0; kind < 3; kind++) {
+        uint64_t first = 0;
+        for (const char *const *isa = isa_available(); *isa != NULL; isa++) {
+            FixtureOptions options = busy_options(kind);
+            options.isa = *isa;
+            Fixture fixture;
+            fixture_create_sphere(&fixture, &options);
+            fixture_run(&fixture, 60);
+            if (first == 0)
+                first = state_hash(&fixture.state);
+            assert_true(state_hash(&fixture.state) == first);
+            fixture_destroy(&fixture);
+        }
+    }
+}
+
+// With substeps the tick only says when others look.
+static void substeps_are_steps(void **unused)
+{
+    (void)unused;
+    for (int kind = 0; kind < 3; kind++) {
+        FixtureOptions options = busy_options(kind);
+        options.load_count = 0;
+        options.gravity = vec3(0.3, 0.0, -1.0);
+        options.time_step = 0.25e-3;
+        Fixture slow, fast;
+        fixture_create_sphere(&slow, &options);
+        assert_int_equal(slow.body->substeps, 4);
+        options.rate_hz = 4000.0;
+        fixture_create_sphere(&fast, &options);
+        assert_int_equal(fast.body->substeps, 1);
+        fixture_run(&slow, 10);
+        fixture_run(&fast, 40);
+        for (int i = 0; i < slow.mesh.node_count; i++) {
+            assert_memory_equal(&slow.x[i], &fast.x[i], sizeof slow.x[i]);
+            assert_memory_equal(&slow.v[i], &fast.v[i], sizeof slow.v[i]);
+        }
+        fixture_destroy(&slow);
+        fixture_destroy(&fast);
+    }
+}
+
+// --- the choice ---
+
+static void automatic_body_is_implicit_where_leapfrog_takes_too_many_substeps(void **unused)
+{
+    (void)unused;
+    int explicit_most = 0;
+    bool was_implicit = false;
+    for (double k = 1e2; k < 2e8; k *= 10.0) {
+        FixtureOptions options = {
+            .material = {.uniform = true, .spring_stiffness = k, .node_mass = 1e-3}};
+        options.automatic = true;
+        options.shape = fixture_shape(SHAPE_WORLD);
+        Fixture fixture;
+        fixture_create_sphere(&fixture, &options);
+        const bool implicit = fixture.body->integrator == INTEGRATOR_IMPLICIT;
+        if (!implicit) {
+            assert_int_equal(fixture.body->integrator, INTEGRATOR_LEAPFROG);
+            assert_false(was_implicit);
+            explicit_most = fixture.body->substeps;
+        } else {
+            assert_int_equal(fixture.body->substeps, 1);
+        }
+        was_implicit = implicit;
+        fixture_destroy(&fixture);
+    }
+    assert_true(was_implicit);
+    assert_true(explicit_most <= SURFACE_AUTO_SUBSTEPS &&
+                explicit_most > SURFACE_AUTO_SUBSTEPS / 4);
+}
+
+static void refusal_of_too_many_substeps_names_the_bound_and_the_way_out(void **unused)
+{
+    (void)unused;
+    FixtureOptions options = {
+        .material = {.uniform = true, .spring_stiffness = 1e8, .node_mass = 1e-12},
+        .integrator = INTEGRATOR_LEAPFROG};
+    Fixture fixture;
+    TriMesh mesh;
+    fixture_sphere(&mesh);
+    Status status = {0};
+    assert_false(fixture_try(&fixture, &mesh, &options, &status));
+    assert_non_null(strstr(status.text, "stability bound of leapfrog is "));
+    assert_non_null(strstr(status.text, "integrator = \"implicit\" or \"auto\""));
+    fixture_destroy(&fixture);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(free_body_keeps_its_momentum),
+        cmocka_unit_test(load_gives_its_impulse),
+        cmocka_unit_test(node_damping_slows_a_free_body_by_the_theta_method),
+        cmocka_unit_test(any_stiffness_is_pressed_and_returns),
+        cmocka_unit_test(light_nodes_on_stiff_springs_are_pressed_and_return),
+        cmocka_unit_test(a_node_may_be_a_million_times_lighter),
+        cmocka_unit_test(a_heavy_node_moves_slowly_and_nothing_breaks),
+        cmocka_unit_test(returns_from_any_start),
+        cmocka_unit_test(fixed_nodes_stay_and_the_rest_comes_to_equilibrium),
+        cmocka_unit_test(state_goes_on_elsewhere_with_the_same_bits),
+        cmocka_unit_test(every_instruction_set_level_gives_the_same_bits),
+        cmocka_unit_test(substeps_are_steps),
+        cmocka_unit_test(automatic_body_is_implicit_where_leapfrog_takes_too_many_substeps),
+        cmocka_unit_test(refusal_of_too_many_substeps_names_the_bound_and_the_way_out),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
