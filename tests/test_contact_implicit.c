@@ -148,6 +148,38 @@ static void grasper_takes_its_share_of_the_step(void **unused)
     bench_destroy(&bench);
 }
 
+// Jaws closed on the top and drawn up by 2 mm: they are held back, and all comes to rest.
+static void grasper_that_pulls_a_stiff_body_is_held_back(void **unused)
+{
+    (void)unused;
+    for (int k = 0; k < THETAS; k++) {
+        BenchOptions options = stiff_options(THETA[k]);
+        options.tool[0] = bench_ball(0.02);
+        options.tool[0].kind = TOOL_GRASPER;
+        options.tool[0].grip_stiffness = 0.3;
+        options.tool[0].grip_damping = 0.5;
+        Bench bench;
+        bench_create(&bench, &options);
+        for (int i = 0; i < 400; i++) {
+            const ToolPose pose = {.position = {0.0, 0.0, BENCH_RADIUS + fmin(0.002, 1e-4 * i)},
+                                   .orientation = {1.0, 0.0, 0.0, 0.0},
+                                   .grip = 1.0,
+                                   .active = true};
+            sim_apply_pose(bench.sim, 0, &pose, true);
+            sim_step(bench.sim);
+        }
+        bench_read(&bench);
+        const Vec3 force = sim_wrench(bench.sim, 0)->force;
+        print_message("theta %.2f: %.4g N, kinetic %.2g J\n", THETA[k], force.z,
+                      bench_kinetic(&bench));
+        assert_int_equal(bench.body->resets, 0);
+        expect_at_most(force.z, -0.05);
+        expect_at_most(vec3_length(force), 3.3 * (1.0 + 1e-6));
+        expect_at_most(bench_kinetic(&bench), 1e-8); // as above
+        bench_destroy(&bench);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -156,6 +188,7 @@ int main(void)
         cmocka_unit_test(tool_pressed_on_a_stiff_body_is_answered),
         cmocka_unit_test(body_and_tool_exchange_momentum_exactly),
         cmocka_unit_test(grasper_takes_its_share_of_the_step),
+        cmocka_unit_test(grasper_that_pulls_a_stiff_body_is_held_back),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

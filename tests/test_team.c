@@ -157,9 +157,11 @@ static void any_number_of_threads_gives_the_same_bits(void **state)
 {
     (void)state;
     Team *two = make_team(2), *three = make_team(3);
-    for (int k = 0; k < 4; k++) {
-        IntegratorKind integrator = k % 2 == 0 ? INTEGRATOR_RK4 : INTEGRATOR_LEAPFROG;
-        Precision precision = k / 2 == 0 ? PRECISION_SINGLE : PRECISION_DOUBLE;
+    static const IntegratorKind kinds[] = {INTEGRATOR_RK4, INTEGRATOR_LEAPFROG,
+                                           INTEGRATOR_IMPLICIT};
+    for (int k = 0; k < 6; k++) {
+        IntegratorKind integrator = kinds[k % 3];
+        Precision precision = k / 3 == 0 ? PRECISION_SINGLE : PRECISION_DOUBLE;
         uint64_t one = hash_of_run(integrator, precision, NULL);
         assert_true(hash_of_run(integrator, precision, two) == one);
         assert_true(hash_of_run(integrator, precision, three) == one);

@@ -123,15 +123,16 @@ static RestoreMode choose_mode(Sim *sim, int b)
     return row > 1 ? RESTORE_PLACES : RESTORE_MOTION;
 }
 
-// A state that a change of topology has spoilt before the forces could is no good one.
+// A state that was spoilt before the forces could, by a change of topology, is no good one.
 static RestoreMode restore(Sim *sim, int b)
 {
     const Body *body = &sim->body[b];
+    const BodyOps *ops = body->ops;
     RestoreMode mode = choose_mode(sim, b);
-    body->ops->restore(body->model, mode);
-    if (mode != RESTORE_SHAPE && body->ops->check != NULL && !body->ops->check(body->model)) {
-        mode = RESTORE_SHAPE;
-        body->ops->restore(body->model, mode);
+    ops->restore(body->model, mode);
+    while (mode != RESTORE_SHAPE && ops->check != NULL && !ops->check(body->model)) {
+        mode = mode == RESTORE_MOTION ? RESTORE_PLACES : RESTORE_SHAPE;
+        ops->restore(body->model, mode);
     }
     if (mode == RESTORE_SHAPE)
         sim->guard->body[b].bad = (Blame){0}; // begins anew

@@ -131,7 +131,7 @@ static double read_pulls(const Joint *joint, const Tie *tie, double e[3])
 }
 
 // All springs anew. Corners that cannot move, or hang on others, do not limit.
-static void stiffen(Joint *joint)
+void joint_stiffen(Joint *joint)
 {
     const Body *body = joint->body, *other = joint->other;
     const BodySurface *surface = &other->surface;
@@ -213,7 +213,7 @@ static bool tie_all(Joint *joint, const int *node, int count, Status *status)
         fit(joint, &joint->tie[i], face, x);
     }
     *joint->count = count;
-    stiffen(joint);
+    joint_stiffen(joint);
     return true;
 }
 
@@ -381,7 +381,7 @@ void joint_other_changed(Joint *joint, const TopologyChange *change)
         else if (replaced)
             remove_tie(joint, i); // its matter is gone
     }
-    stiffen(joint);
+    joint_stiffen(joint);
 }
 
 static int64_t find_tie(const Joint *joint, int node)
@@ -449,7 +449,7 @@ void joint_topology_changed(Joint *joint, const TopologyChange *change)
         joint->tie[at] = tie;
         ++*joint->count;
     }
-    stiffen(joint);
+    joint_stiffen(joint);
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -29,6 +29,8 @@ const AttachmentOptions *joint_options(const Joint *joint);
 // The most entries that one evaluation pushes, of the one body and the other.
 int joint_node_capacity(const Joint *joint);
 int joint_other_capacity(const Joint *joint);
+// After contact_lambda of a body has changed: the springs anew. Load time.
+void joint_stiffen(Joint *joint);
 
 // Adds the springs' forces to the nodes of both, for one evaluation.
 void joint_apply(Joint *joint);

@@ -7,6 +7,20 @@
 #include <stdio.h>
 #include <string.h>
 
+// Between one that is allowed and one that is not, a little less than the most that is.
+static double largest_scale(const Sim *sim, const Body *body, double *scale, double low,
+                            double high)
+{
+    double limit, step;
+    for (int i = 0; i < 40; i++) {
+        *scale = 0.5 * (low + high);
+        bool fits = time_step_allows(sim, body, body->tuning.stiffness_scale,
+                                     body->tuning.damping_scale, &limit, &step);
+        *(fits ? &low : &high) = *scale;
+    }
+    return low * (1.0 - 1e-4); // as it is told in four digits
+}
+
 // stiffness_scale and damping_scale of one body: only within the stability bound of its step.
 static bool set_scale(Sim *sim, Body *body, BodyParameter parameter, double value, char *why,
                       size_t why_size)
@@ -17,10 +31,12 @@ static bool set_scale(Sim *sim, Body *body, BodyParameter parameter, double valu
     *scale = value;
     if (!time_step_allows(sim, body, body->tuning.stiffness_scale, body->tuning.damping_scale,
                           &limit, &step)) {
+        double most = largest_scale(sim, body, scale, before, value);
         *scale = before;
         snprintf(why, why_size,
-                 "%g needs a time step of at most %.4g s, and body %s runs at %.4g s", value, limit,
-                 body->name, step);
+                 "%g needs a time step of at most %.4g s, and body %s runs at %.4g s; take at most "
+                 "%.4g",
+                 value, limit, body->name, step, most);
         return false;
     }
     if (!body->ops->set(body->model, parameter, value)) {

@@ -276,6 +276,9 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
         state_add(sim->state, &sim->body[b].tuning, sizeof sim->body[b].tuning, "%s/tuning",
                   sim->body[b].name);
     }
+    for (int k = 0; k < sim->scene_attachment_count; k++)
+        if (sim->scene_attachment[k].joint != NULL)
+            joint_stiffen(sim->scene_attachment[k].joint);
     cutting_create(sim);
     time_step_join(sim);
     create_contacts(sim);

@@ -155,6 +155,11 @@ void holding_add_forces(Sim *sim, int body, const Stage *stage, double substep_t
 void sim_tell(Sim *sim, int body, const char *kind, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 
+// time_step_advice.c
+// Writes ", or <key> of at most <value>": the one whose change is the smallest that lets the body
+// take steps of h [s], or "" where none alone does. Load time.
+void time_step_advise(Sim *sim, Body *body, double h, char *text, size_t size);
+
 // cutting.c
 // At load, once all bodies and tools are there.
 void cutting_create(Sim *sim);
@@ -181,6 +186,8 @@ void time_step_follow(Sim *sim, Body *body);
 // At load, once every body has chosen: bodies that are joined take the same steps, the shortest of
 // any.
 void time_step_join(Sim *sim);
+// The largest stable step of a body at its finest level, tools and all [s].
+double time_step_bound(const Sim *sim, const Body *body);
 // Whether the step that the body takes at its finest level allows these scales; what they allow
 // and what it takes [s].
 bool time_step_allows(const Sim *sim, const Body *body, double stiffness_scale,

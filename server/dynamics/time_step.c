@@ -104,6 +104,11 @@ void time_step_join(Sim *sim)
     }
 }
 
+double time_step_bound(const Sim *sim, const Body *body)
+{
+    return finest_bound(sim, body, 1.0, 1.0);
+}
+
 void time_step_cap_contacts(const Sim *sim, Body *body)
 {
     const double asked = body->contact_lambda;
@@ -130,7 +135,40 @@ void time_step_cap_contacts(const Sim *sim, Body *body)
 // Advice for bodies that explicit steps are too long for.
 static const char *way_out(const Body *body)
 {
-    return body->spring_count > 0 ? "; take integrator = \"implicit\" or \"auto\"" : "";
+    return body->spring_count > 0 ? ", or integrator = \"implicit\" or \"auto\"" : "";
+}
+
+// More substeps than can be counted on.
+static bool refuse_substeps(Sim *sim, Body *body, double wanted, double limit, Status *status)
+{
+    const double least = sim->tick / MOST_SUBSTEPS;
+    char nearest[224] = "", other[112] = "";
+    if (least <= limit) {
+        snprintf(nearest, sizeof nearest, "; take a time_step of at least %.4g s",
+                 least * (1.0 + 1e-4));
+    } else {
+        time_step_advise(sim, body, least, other, sizeof other);
+        snprintf(nearest, sizeof nearest, "; take a rate_hz of at least %.4g%s%s",
+                 1.0001 / (limit * MOST_SUBSTEPS), other, way_out(body));
+    }
+    return status_fail(status, STATUS_INVALID,
+                       "body %s: a time step of %.3g s needs more than %d substeps a tick of %g s; "
+                       "the stability bound of %s is %.3g s%s",
+                       body->name, wanted, MOST_SUBSTEPS, sim->tick,
+                       integrator_name(body->integrator), limit, nearest);
+}
+
+static bool refuse_length(Sim *sim, Body *body, double h, double limit, Status *status)
+{
+    const int substeps = stability_substeps(sim->tick, limit);
+    char other[112];
+    time_step_advise(sim, body, h, other, sizeof other);
+    return status_fail(status, STATUS_INVALID,
+                       "body %s: time_step %.6g s is above the stability bound %.6g s of %s%s; "
+                       "take at most that, %.10g s (%d a tick)%s, or set unsafe_time_step = true",
+                       body->name, h, limit, integrator_name(body->integrator),
+                       body->finest_lambda > 0.0 ? " at the finest level" : "",
+                       sim->tick / substeps, substeps, other);
 }
 
 bool time_step_choose(Sim *sim, Body *body, Status *status)
@@ -138,21 +176,11 @@ bool time_step_choose(Sim *sim, Body *body, Status *status)
     double limit = finest_bound(sim, body, 1.0, 1.0);
     double wanted = body->time_step_wanted > 0.0 ? body->time_step_wanted : limit;
     if (!(sim->tick / wanted <= MOST_SUBSTEPS))
-        return status_fail(
-            status, STATUS_INVALID,
-            "body %s: a time step of %.3g s needs more than %d substeps a tick of %g s; the "
-            "stability bound of %s is %.3g s%s",
-            body->name, wanted, MOST_SUBSTEPS, sim->tick, integrator_name(body->integrator), limit,
-            sim->tick / limit <= MOST_SUBSTEPS ? "" : way_out(body));
+        return refuse_substeps(sim, body, wanted, limit, status);
     body->finest_substeps = stability_substeps(sim->tick, wanted);
     double h = sim->tick / body->finest_substeps;
     if (h > limit * ROUNDING && !body->unsafe_time_step)
-        return status_fail(
-            status, STATUS_INVALID,
-            "body %s: time_step %.6g s is above the stability bound %.6g s of %s%s; take "
-            "at most that, or set unsafe_time_step = true",
-            body->name, h, limit, integrator_name(body->integrator),
-            body->finest_lambda > 0.0 ? " at the finest level" : "");
+        return refuse_length(sim, body, h, limit, status);
     time_step_follow(sim, body);
     return true;
 }

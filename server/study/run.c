@@ -14,8 +14,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double FAR = 100.0;       // extents of the body: motion beyond all bounds
-static const double REPEAT_UP_TO = 30; // [s] of all repeats together
+static const double FAR = 100.0; // extents of the body: motion beyond all bounds
+static const double REPEAT_UP_TO = 20.0, QUICKLY_UP_TO = 2.0; // [s] of all repeats together
 
 // One run of a case.
 typedef struct Once {
@@ -110,6 +110,7 @@ static void describe(Once *once, const World *world, const Scene *scene)
     once->run->rate_hz = scene->rate_hz;
     once->run->substeps = body->substeps;
     once->run->time_step = body->h;
+    once->run->what.integrator = body->integrator; // what "auto" has chosen
 }
 
 static void out_of_memory(StudyRun *run)
@@ -209,6 +210,7 @@ bool study_trace_case(const StudyContext *context, const StudyCase *what, int re
                       StudyRun *run, StudyTrace *trace)
 {
     Once repeat[STUDY_REPEATS] = {0};
+    const double most = context->options.quick ? QUICKLY_UP_TO : REPEAT_UP_TO;
     double all = 0.0;
     memset(run, 0, sizeof *run);
     run->what = *what;
@@ -221,7 +223,7 @@ bool study_trace_case(const StudyContext *context, const StudyCase *what, int re
         trace->has_volume = isfinite(context->rest_volume);
         trace->has_force = context->scene.tool_count > 0;
     }
-    for (int r = 0; r < repeats && (r == 0 || all < REPEAT_UP_TO); r++) {
+    for (int r = 0; r < repeats && (r == 0 || all < most); r++) {
         repeat[r] =
             (Once){.context = context, .what = what, .run = run, .trace = r == 0 ? trace : NULL};
         run_once(&repeat[r]);

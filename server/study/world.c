@@ -34,7 +34,7 @@ static void change_surface(SurfaceOptions *surface, const StudyCase *what)
     static const SurfaceAdapt usual = {
         .force = 0.005, .speed = 0.3, .curvature = 0.4, .check_hz = 100.0};
     surface->integrator = what->integrator;
-    surface->automatic = false;
+    surface->automatic = surface->automatic && what->is_scene;
     surface->adjust = what->paper_rule ? ADJUST_CHOI2005 : ADJUST_CONTINUUM;
     if (what->detail == DETAIL_SCENE)
         return;

@@ -27,7 +27,7 @@ static void drift(void *self, double dt)
 static void advance(SurfaceModel *model, double *next, double *ahead)
 {
     const Implicit *system = model->implicit;
-    const double h = system->h, part = system->theta * h;
+    const double h = system->h, part = system->share * h, further = system->theta * h;
     bool good = true;
     for (int i = 0; i < system->moving; i++) {
         const int slot = system->slot[i];
@@ -39,7 +39,7 @@ static void advance(SurfaceModel *model, double *next, double *ahead)
             next[at] = x[c];
             next[at + 4] = fast[c];
             if (ahead != NULL) {
-                ahead[at] = x[c] + part * fast[c];
+                ahead[at] = x[c] + further * fast[c];
                 ahead[at + 4] = fast[c];
             }
         }

@@ -13,7 +13,10 @@
 //
 // The system is solved by conjugate gradients with the inverses of the diagonal 3 x 3 blocks,
 // matrix free: a spring is kept as one vector g, g g^T its share along it, and one number a, a I
-// its share across. All in double precision, on one thread: the bits depend on the state alone.
+// its share across. A solver that stops early leaves a body slower than it should be, not wilder;
+// its rigid motion, which would come last, is made right apart. All in double precision, on one
+// thread, from zero: the bits depend on the state alone. A step in which springs change by more
+// than their length takes theta = 1.
 //
 // Forces from outside (contacts, attachments) are not in the matrix. They are evaluated at
 // x + h_ v, where the step's forces are taken, and stay stable as explicit ones do (time_step.c).
@@ -58,6 +61,7 @@ typedef struct Implicit {
 
     // --- of the step: made anew in each ---
     double h;
+    double share; // its theta: 1 when the motion is violent (kernel/implicit_assemble.h)
     const double *rows;   // at its start
     int moving, hanging;  // nodes: numbers 0 .. moving - 1, and on to moving + hanging - 1;
                           // the next one stands for all that are fixed

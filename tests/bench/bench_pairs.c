@@ -1,6 +1,8 @@
-// What a scene does not need costs nothing: pairs of scenes that differ in one feature. Thread CPU
-// time a step, interleaved; bytes a node of what steps and contacts use; and, with valgrind,
-// instructions a step of the real pliantd (in whose AVX2 kernels valgrind can look).
+// What a feature costs, and that leaving it out costs nothing (tests/leave proves that): pairs of
+// scenes that differ in one feature, pairs of command lines, and a pair of builds. Thread CPU time
+// a step, interleaved; bytes a node of what steps and contacts use; all bytes that pliantd
+// --explain lists; and, with valgrind, instructions a step of the real pliantd (in whose AVX2
+// kernels valgrind can look).
 #include "bench.h"
 #include "daemon.h"
 
@@ -42,7 +44,19 @@ static const Pair pairs[] = {
     {"tool", {DAMPED, DAMPED}, {SHAPE, SHAPE}, {TOOL, ""}},
     {"load", {DAMPED, DAMPED}, {SHAPE, SHAPE}, {LOAD, ""}},
     {"levels", {DAMPED, DAMPED}, {SHAPE LEVELS, SHAPE}, {"", ""}},
+    {"adapt", {DAMPED, DAMPED}, {SHAPE LEVELS, SHAPE " levels = 1;"}, {"", ""}},
+    {"cuttable", {DAMPED, DAMPED}, {SHAPE " cuttable = true;", SHAPE}, {"", ""}},
 };
+
+// One scene, run in two ways.
+static const Pair same = {"same", {DAMPED, DAMPED}, {SHAPE, SHAPE}, {"", ""}};
+
+// A way to run a scene.
+typedef struct Way {
+    const char *pliantd;
+    const char *path; // of the scene
+    char record[64];  // file, or ""
+} Way;
 
 // Builds one scene of a pair. `path` receives its file, to be unlinked by the caller, or is NULL.
 static bool build(const Pair *pair, int which, int nodes, double rate, const BuildOptions *options,
@@ -82,33 +96,117 @@ static double time_steps(Sim *sim, int steps)
     return (double)(clock_thread_ns() - begin) * 1e-3 / steps;
 }
 
-// Instructions that valgrind counts over a run of so many ticks; 0 without a count.
-static double count_instructions(const char *path, int ticks)
+static void unlink_recording(const Way *way)
 {
-    char command[4608], line[256];
-    double count = 0.0;
-    snprintf(command, sizeof command,
-             "valgrind --tool=callgrind --callgrind-out-file=/dev/null '%s' --log-level error "
-             "--offline %.9g '%s' 2>&1",
-             daemon_path(), ticks / RATE, path);
+    char beside[80];
+    if (way->record[0] == '\0')
+        return;
+    snprintf(beside, sizeof beside, "%s.xdmf", way->record);
+    unlink(way->record);
+    unlink(beside);
+}
+
+// The number behind `word` in what a command prints; 0 without one, or when it fails.
+static double printed_number(const char *command, const char *word)
+{
+    char line[256];
+    double number = 0.0;
     FILE *out = popen(command, "r");
     while (out != NULL && fgets(line, sizeof line, out) != NULL) {
-        const char *found = strstr(line, "Collected : ");
+        const char *found = strstr(line, word);
         if (found != NULL)
-            count = strtod(found + strlen("Collected : "), NULL);
+            number = strtod(found + strlen(word), NULL);
     }
-    return out != NULL && pclose(out) == 0 ? count : 0.0;
+    return out != NULL && pclose(out) == 0 ? number : 0.0;
+}
+
+// Instructions that valgrind counts over a run of so many ticks; 0 without a count.
+static double count_instructions(const Way *way, int ticks)
+{
+    char command[9216];
+    snprintf(command, sizeof command,
+             "valgrind --tool=callgrind --callgrind-out-file=/dev/null '%s' --log-level error "
+             "--offline %.9g %s %s '%s' 2>&1",
+             way->pliantd, ticks / RATE, way->record[0] != '\0' ? "--record" : "", way->record,
+             way->path);
+    unlink_recording(way);
+    double count = printed_number(command, "Collected : ");
+    unlink_recording(way);
+    return count;
 }
 
 // The difference of a longer and a shorter run is steps only.
-static void row_instructions(Bench *bench, const char *name, const char *path, int nodes)
+static void row_instructions(Bench *bench, const char *name, const Way *way, int nodes)
 {
     enum { SHORT = 50, LONG = 150 };
-    double few = count_instructions(path, SHORT), many = count_instructions(path, LONG);
+    double few = count_instructions(way, SHORT), many = count_instructions(way, LONG);
     if (few > 0.0 && many > few)
         bench_row(bench, name, nodes, "instructions_per_step", (many - few) / (LONG - SHORT), "1");
     else
         bench_fail(bench, name, "valgrind gave no count");
+}
+
+// Of a live run, its threads' part too.
+static void row_all_bytes(Bench *bench, const char *name, const Way *way, int nodes)
+{
+    char command[9216];
+    snprintf(command, sizeof command, "'%s' --log-level error --explain %s %s '%s' 2>&1",
+             way->pliantd, way->record[0] != '\0' ? "--record" : "", way->record, way->path);
+    double bytes = printed_number(command, "total: ");
+    if (bytes > 0.0)
+        bench_row(bench, name, nodes, "bytes_live", bytes, "B");
+    else
+        bench_fail(bench, name, "pliantd --explain gave no total");
+}
+
+// The same scene in two ways.
+static void run_ways(Bench *bench, const char *feature, Way way[2], int nodes, bool instructions)
+{
+    char path[64] = "", name[48];
+    World world = {0};
+    Status status = {0};
+    const BuildOptions options = {.isa = bench->isa};
+    bool whole = build(&same, WITH, nodes, RATE, &options, &world, path, &status);
+    world_destroy(&world);
+    if (!whole)
+        bench_fail(bench, feature, status.text);
+    for (int k = WITH; k <= WITHOUT && whole; k++) {
+        way[k].path = path;
+        snprintf(name, sizeof name, "pair.%s.%s", feature, k == WITH ? "with" : "without");
+        row_all_bytes(bench, name, &way[k], nodes);
+        if (instructions)
+            row_instructions(bench, name, &way[k], nodes);
+    }
+    if (path[0] != '\0')
+        unlink(path);
+}
+
+static void run_recording(Bench *bench, int nodes, bool instructions)
+{
+#ifdef PLIANT_WITH_HDF5
+    Way way[2] = {{.pliantd = daemon_path()}, {.pliantd = daemon_path()}};
+    snprintf(way[WITH].record, sizeof way[WITH].record, "/tmp/pliant-bench-%d.h5", (int)getpid());
+    run_ways(bench, "recording", way, nodes, instructions);
+#else
+    (void)nodes;
+    (void)instructions;
+    bench_skip(bench, "pair.recording", "built without HDF5");
+#endif
+}
+
+// This build, which has the other model, HDF5, clients and tests, and the smallest one.
+static void run_models(Bench *bench, int nodes, bool instructions)
+{
+    char smallest[4352];
+    const char *own = daemon_path(), *bin = strstr(own, "/build/");
+    snprintf(smallest, sizeof smallest, "%.*s/build/smallest-surface/bin/pliantd",
+             bin != NULL ? (int)(bin - own) : 0, own);
+    if (access(smallest, X_OK) != 0) {
+        bench_skip(bench, "pair.models", "no smallest build: tests/leave/smallest.sh makes it");
+        return;
+    }
+    Way way[2] = {{.pliantd = own}, {.pliantd = smallest}};
+    run_ways(bench, "models", way, nodes, instructions);
 }
 
 static void run_pair(Bench *bench, const Pair *pair, int nodes, bool instructions)
@@ -133,8 +231,11 @@ static void run_pair(Bench *bench, const Pair *pair, int nodes, bool instruction
         snprintf(name[k], sizeof name[k], "pair.%s.%s", pair->name, k == WITH ? "with" : "without");
         bench_row(bench, name[k], nodes, "us_per_step", samples_min(&samples[k]), "us");
         row_bytes(bench, name[k], nodes, &world[k]);
+        const Way way = {.pliantd = daemon_path(), .path = path[k]};
+        if (way.pliantd != NULL)
+            row_all_bytes(bench, name[k], &way, nodes);
         if (instructions)
-            row_instructions(bench, name[k], path[k], nodes);
+            row_instructions(bench, name[k], &way, nodes);
     }
     for (int k = WITH; k <= WITHOUT; k++) {
         world_destroy(&world[k]);
@@ -172,6 +273,16 @@ void bench_pairs(Bench *bench)
         any = true;
         // Few nodes where valgrind looks: it takes a hundred times as long.
         run_pair(bench, &pairs[k], bench->quick ? 642 : 2562, instructions && !bench->quick);
+    }
+    const int nodes = bench->quick ? 642 : 2562;
+    const bool counts = instructions && !bench->quick;
+    if (daemon_path() != NULL && bench_wants(bench, "pair.recording")) {
+        any = true;
+        run_recording(bench, nodes, counts);
+    }
+    if (daemon_path() != NULL && bench_wants(bench, "pair.models")) {
+        any = true;
+        run_models(bench, nodes, counts);
     }
     if (any && !instructions)
         bench_skip(bench, "pair: instructions_per_step", "no valgrind here");

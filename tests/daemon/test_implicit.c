@@ -71,6 +71,36 @@ static void the_choice_is_told_before_anything_runs(void **state)
     assert_null(strstr(daemon.out, "sphere/implicit")); // no array
 }
 
+// One hangs on the other, which is held: springs between them are as stiff as the step allows too.
+static void joined_stiff_bodies_hang_together(void **state)
+{
+    (void)state;
+    static const char FORMAT[] =
+        "gravity = [0.0, 0.0, -9.81];\n"
+        "bodies = ( { name = \"upper\"; model = \"surface\"; integrator = \"auto\";\n"
+        "  mesh = { generator = \"sphere\"; nodes = 114; radius = 0.05; };\n"
+        "  material = { spring_stiffness = %s; node_mass = 1.0e-4; };\n"
+        "  fixed = ( { box = ([-1.0, -1.0, 0.025], [1.0, 1.0, 1.0]); } ); },\n"
+        "{ name = \"lower\"; model = \"surface\"; integrator = \"implicit\";\n"
+        "  mesh = { generator = \"sphere\"; nodes = 114; radius = 0.05;\n"
+        "           place = { translation = [0.0, 0.0, -0.1]; }; };\n"
+        "  material = { youngs_modulus_2d = 1.0e5; areal_density = 4.2; }; } );\n"
+        "attachments = ( { body = \"lower\"; to_body = \"upper\";\n"
+        "  box = ([-0.03, -0.03, -0.07], [0.03, 0.03, -0.04]); } );";
+    char text[2048];
+    Daemon daemon;
+    snprintf(text, sizeof text, FORMAT, "1.0e8");
+    write_text(scratch("joined.cfg"), text);
+    run_daemon(&daemon, "--offline 0.5 %s", scratch("joined.cfg"));
+    assert_int_equal(daemon.code, 0);
+    assert_int_equal(printed(&daemon, "resets"), 0);
+    snprintf(text, sizeof text, FORMAT, "100.0"); // soft enough for leapfrog: not the other's
+    write_text(scratch("joined.cfg"), text);
+    run_daemon(&daemon, "--check %s", scratch("joined.cfg"));
+    assert_int_equal(daemon.code, 2);
+    assert_non_null(strstr(daemon.err, "must have one integrator"));
+}
+
 #ifdef WITH_HDF5
 static void a_checkpoint_goes_on_with_the_same_bits(void **state)
 {
@@ -98,6 +128,7 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         daemon_test(a_stiff_body_is_implicit_and_answers_a_tool),
         daemon_test(the_choice_is_told_before_anything_runs),
+        daemon_test(joined_stiff_bodies_hang_together),
 #ifdef WITH_HDF5
         daemon_test(a_checkpoint_goes_on_with_the_same_bits),
 #endif

@@ -315,6 +315,7 @@ static void a_reset_takes_clients_back_to_the_first_mesh(void **state)
     client_destroy(client);
 }
 
+#ifdef WITH_HDF5
 // ---------------------------------------------------------------------------------------------
 // The same bits
 
@@ -406,7 +407,6 @@ static void an_input_log_repeats_a_live_run(void **state)
 // ---------------------------------------------------------------------------------------------
 // Recordings
 
-#ifdef WITH_HDF5
 typedef struct Side {
     int32_t from, to;
 } Side;

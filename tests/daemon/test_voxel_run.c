@@ -71,8 +71,8 @@ static void check_and_explain_say_what_it_is_made_of(void **state)
                                           "label 1: E 10000 Pa, nu 0, density 1000 kg/m3",
                                           NULL};
     static const char *const explained[] = {"kernel of body sphere:", " by level)",
-                                            "display surface of voxel bodies: skin",
-                                            "inner vertices of voxel bodies in messages", NULL};
+                                            "off  display surface ",
+                                            "off  inner vertices in messages ", NULL};
     const char *scene = write_solid("x.cfg", SCENE("", VOXELS, ""));
     Daemon daemon;
     run_daemon(&daemon, "--check %s", scene);

@@ -55,6 +55,40 @@ INLINE void add_spring(Implicit *system, const Scales *by, int i, int j, Quad d,
     system->spring[system->edge_count++] = g;
 }
 
+// Whether a spring of the chunk changes by more than its length in a step: then the system,
+// linear, says little of what is to come. The stiff springs of such a state would go on flipping
+// for long, since with theta little above 1/2 the method hardly damps them; backward Euler brings
+// it to rest.
+INLINE bool is_violent(const SurfaceModel *model, int chunk)
+{
+    const Implicit *system = model->implicit;
+    const SpringTable *table = &model->springs;
+    const double *rest_length = table->rest_length, h = system->h;
+    const int end = model->lane == NULL ? table->start[chunk + 1] : table->end[chunk];
+    bool violent = false;
+    for (int e = table->start[chunk]; e < end; e++)
+        for (int lane = 0; lane < LANES; lane++) {
+            const long at = (long)e * LANES + lane;
+            int other = table->neighbour[at],
+                own = model->lane == NULL ? chunk * LANES + lane : table->own[chunk * LANES + lane];
+            const Quad u = quad_row(system->rows, own, 4) - quad_row(system->rows, other, 4);
+            violent |= h * h * quad_dot(u, u) > rest_length[at] * rest_length[at];
+        }
+    return violent;
+}
+
+// The theta of this step.
+static double choose_share(const SurfaceModel *model)
+{
+    const Detail *detail = model->detail;
+    bool violent = false;
+    for (int c = 0; detail == NULL && c < model->springs.chunk_count; c++)
+        violent |= is_violent(model, c);
+    for (int k = 0; detail != NULL && k < detail->free_chunk_count; k++)
+        violent |= is_violent(model, detail->free_chunk[k]);
+    return violent ? 1.0 : model->implicit->theta;
+}
+
 // The springs of a chunk that lead to higher slots: each is in the table at both of its ends.
 static void add_chunk(SurfaceModel *model, const Scales *by, int chunk)
 {
@@ -191,10 +225,11 @@ static void assemble(SurfaceModel *model)
 {
     Implicit *system = model->implicit;
     const BodyParameters *p = model->parameters;
+    system->share = choose_share(model);
     const Scales by = {.stiffness = p->stiffness_scale,
                        .damping_time = model->damping_time * p->damping_scale,
                        .h = system->h,
-                       .part = system->theta * system->h};
+                       .part = system->share * system->h};
     const size_t numbers = (size_t)(system->moving + system->hanging) + 1;
     memset(system->residual, 0, numbers * sizeof *system->residual);
     memset(system->inverse, 0, numbers * sizeof *system->inverse);

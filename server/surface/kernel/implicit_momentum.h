@@ -60,7 +60,7 @@ INLINE void restore_island(Implicit *system, int island)
     const int first = system->island_start[island], *member = system->member + first;
     const int count = system->island_start[island + 1] - first;
     const double h = system->h, ahead = system->theta * h,
-                 arm = system->anchored ? 0.0 : (1.0 - system->theta) * h;
+                 arm = system->anchored ? 0.0 : (1.0 - system->share) * h;
     const double *inertia = system->anchored ? system->weight : system->inertia;
     RigidSums sum = {0};
     for (int k = 0; k < count; k++) {
