@@ -379,10 +379,10 @@ static void nothing_of_it_exists_in_a_scene_that_does_not_record(void **state)
     const char *scene = write_scene("none.cfg", HEAD, "");
     Daemon daemon;
     run_daemon(&daemon, "--explain %s", scene);
-    assert_non_null(strstr(daemon.out, "recording: option --record FILE"));
+    assert_non_null(strstr(daemon.out, "  off  recording "));
     assert_null(strstr(daemon.out, "run/recorded"));
     run_daemon(&daemon, "--explain --record %s %s", scratch("none.h5"), scene);
-    assert_null(strstr(daemon.out, "option --record FILE"));
+    assert_non_null(strstr(daemon.out, "  on   recording "));
     assert_non_null(strstr(daemon.out, "run/recorded"));
     assert_int_equal(access(scratch("none.h5"), F_OK), -1); // explained, not begun
 
