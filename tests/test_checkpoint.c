@@ -475,6 +475,28 @@ static void files_that_cannot_be_written_are_named(void **unused)
     run_destroy(&run);
 }
 
+static void numbers_that_are_none_are_not_written(void **unused)
+{
+    (void)unused;
+    Run run;
+    char path[SCRATCH_PATH];
+    CheckpointImage image;
+    run_create(&run, SCENE("leapfrog", ""));
+    save(&run, "whole.h5");
+    checkpoint_reserve(&image, &run.world);
+    scratch_path(&scratch, "whole.h5", path);
+    for (int k = 0; k < 2; k++) {
+        Status status = {0};
+        checkpoint_take(&image, &run.world);
+        Vec3 *row = k == 0 ? image.position[0] : image.velocity[0];
+        row[3].y = (double)NAN;
+        assert_false(checkpoint_write(path, &image, &run.world, &run.scene, &status));
+        assert_non_null(strstr(status.text, "whole.h5: not written: row 3 of body "));
+        assert_string_equal(load(&run, "whole.h5"), ""); // the good one is still there
+    }
+    run_destroy(&run);
+}
+
 static void a_full_disk_leaves_the_previous_file_whole(void **unused)
 {
     (void)unused;
@@ -525,6 +547,7 @@ int main(void)
         cmocka_unit_test(truncated_files_are_refused),
         cmocka_unit_test(altered_files_are_refused_wherever_the_change_is),
         cmocka_unit_test(files_that_cannot_be_written_are_named),
+        cmocka_unit_test(numbers_that_are_none_are_not_written),
         cmocka_unit_test(a_full_disk_leaves_the_previous_file_whole),
     };
     return cmocka_run_group_tests(tests, run_begin, run_end);

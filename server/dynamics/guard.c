@@ -240,7 +240,7 @@ void guard_wrenches(Sim *sim)
     }
 }
 
-static double withhold(Sim *sim, double figure)
+double sim_figure(Sim *sim, double figure)
 {
     if (isfinite(figure))
         return figure;
@@ -252,9 +252,9 @@ void sim_measure(Sim *sim, int b, BodyMeasure *measure)
 {
     const Body *body = &sim->body[b];
     body->ops->measure(body->model, measure);
-    measure->kinetic = withhold(sim, measure->kinetic);
-    measure->elastic = withhold(sim, measure->elastic);
-    measure->max_displacement = withhold(sim, measure->max_displacement);
+    measure->kinetic = sim_figure(sim, measure->kinetic);
+    measure->elastic = sim_figure(sim, measure->elastic);
+    measure->max_displacement = sim_figure(sim, measure->max_displacement);
 }
 
 // ---------------------------------------------------------------------------------------------

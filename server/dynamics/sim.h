@@ -162,7 +162,9 @@ int64_t sim_resets(const Sim *sim);
 const GuardCounts *sim_guard_counts(const Sim *sim);
 // Whether a tool was withdrawn by the guard, so that its poses do nothing until an inactive one.
 bool sim_tool_withdrawn(const Sim *sim, int index);
-// Figures of a body, fit to be published: what is not finite is 0, and counted.
+// A figure that is fit to be published: one that is not finite becomes 0, and is counted.
+double sim_figure(Sim *sim, double figure);
+// Figures of a body, likewise.
 void sim_measure(Sim *sim, int body, BodyMeasure *measure);
 // Connected pieces of a body.
 int sim_pieces(const Sim *sim, int body);

@@ -107,11 +107,24 @@ static bool write_state(const HdfFile *file, const CheckpointImage *image, const
     return hdf_write_text(file, "/state", "isa", isa_of(world));
 }
 
+// The guard lets no such state be; whatever wrote over it since, a good file is not replaced by it.
+static bool is_finite(const char *path, const CheckpointImage *image, const World *world,
+                      Status *status)
+{
+    for (int i = 0; i < sim_body_count(world->sim); i++)
+        for (int k = 0; k < image->node_count[i]; k++)
+            if (!vec3_finite(image->position[i][k]) || !vec3_finite(image->velocity[i][k]))
+                return status_fail(status, STATUS_FAILED,
+                                   "%s: not written: row %d of body %s is not finite", path, k,
+                                   sim_body(world->sim, i)->name);
+    return true;
+}
+
 bool checkpoint_write(const char *path, const CheckpointImage *image, const World *world,
                       const Scene *scene, Status *status)
 {
     HdfFile file;
-    if (!hdf_create(&file, path, status))
+    if (!is_finite(path, image, world, status) || !hdf_create(&file, path, status))
         return false;
     bool ok = write_head(&file, image, world, scene);
     for (int i = 0; i < sim_body_count(world->sim) && ok; i++)

@@ -113,7 +113,7 @@ static void push_body(BodyOut *out, Sim *sim, int index, bool estimates)
     sim_measure(sim, index, &out->measure);
     if (estimates) {
         const double moved = fmax(out->measure.max_displacement, 1e-3 * body->surface.longest_edge);
-        out->estimated_error = sim_take_error(sim, index) / moved;
+        out->estimated_error = sim_figure(sim, sim_take_error(sim, index) / moved);
     }
 }
 

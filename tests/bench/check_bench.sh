@@ -16,7 +16,8 @@ awk -F '\t' '
         n = split("spring.textbook.rk4 spring.double.rk4 spring.double.leapfrog contact.sphere " \
                   "contact.capsule load.start spring.single.rk4 spring.single.leapfrog levels.sphere.1N " \
                   "levels.sphere.0.2N levels.stomach levels.topology " \
-                  "implicit.soft implicit.stiff implicit.leapfrog", wanted, " ")
+                  "implicit.soft implicit.stiff implicit.leapfrog " \
+                  "guard.surface.rk4 guard.surface.leapfrog", wanted, " ")
         for (i = 1; i <= n; i++) if (!seen[wanted[i]]) { print "no row of " wanted[i]; bad = 1 }
         exit bad
     }' "$table"

@@ -1,0 +1,96 @@
+// A wall whose numbers go bad in the tick in which a blade goes through it: the cut stays, nodes
+// that were there have what they had, and their copies the same.
+#include "wall_bench.h"
+
+#include "expect.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static void put_blade(DetailBench *bench, double x)
+{
+    const ToolPose pose = {.utime = 1,
+                           .position = {x, 0.003, 0.0},
+                           .orientation = {1.0, 0.0, 0.0, 0.0},
+                           .active = true};
+    sim_apply_pose(bench->sim, 0, &pose, true);
+}
+
+typedef struct Row {
+    bool on;
+    Vec3 x, v;
+} Row;
+
+static Row *read_all(const DetailBench *bench)
+{
+    const int count = bench->body->surface.node_count;
+    Row *row = calloc((size_t)count, sizeof *row);
+    for (int i = 0; i < count; i++) {
+        row[i].on = bench->detail->status[i] != NODE_OFF;
+        if (row[i].on)
+            bench->body->ops->read_nodes(bench->model, &i, 1, &row[i].x, &row[i].v);
+    }
+    return row;
+}
+
+static void a_cut_in_a_bad_tick_stays_and_its_nodes_are_where_they_were(void **unused)
+{
+    (void)unused;
+    for (int precision = 0; precision < 2; precision++) {
+        const ToolOptions blade = {.id = 1,
+                                   .kind = TOOL_BLADE,
+                                   .edge = {{0.0, 0.0, -0.4}, {0.0, 0.0, 0.4}},
+                                   .max_force = 10.0};
+        const LoadOptions huge = {.center = {0.0, 0.0, 0.04},
+                                  .radius = 0.03,
+                                  .force = {1e30, 0.0, 0.0},
+                                  .duration = 1e-3};
+        SurfaceOptions options = wall_options(1, 1);
+        options.precision = (Precision)precision;
+        DetailBench bench;
+        wall_create_with(&bench, WALL_SPHERE, &options, 0.3, &blade);
+        put_blade(&bench, -0.07);
+        for (int tick = 0; tick < 3; tick++)
+            sim_step(bench.sim);
+        assert_int_equal(sim_resets(bench.sim), 0);
+        Row *was = read_all(&bench);
+        const int count = bench.body->surface.node_count, topology = bench.body->mesh.topology;
+        char why[128];
+        assert_true(sim_apply_load(bench.sim, &huge, why, sizeof why));
+        put_blade(&bench, 0.02);
+        sim_step(bench.sim);
+        assert_int_equal(sim_resets(bench.sim), 1);
+        assert_true(bench.body->mesh.topology > topology);
+        Row *is = read_all(&bench);
+        int born = 0;
+        for (int i = 0; i < count; i++) {
+            if (!is[i].on)
+                continue;
+            int from = i;
+            for (int k = 0; k < count && !was[i].on; k++)
+                if (was[k].on && memcmp(&was[k].x, &is[i].x, sizeof(Vec3)) == 0)
+                    from = k;
+            born += !was[i].on;
+            assert_true(was[from].on); // itself, or one in whose place it is
+            assert_memory_equal(&is[i].x, &was[from].x, sizeof(Vec3));
+            assert_memory_equal(&is[i].v, &was[from].v, sizeof(Vec3));
+        }
+        assert_true(born > 5);
+        assert_true(bench.body->ops->check(bench.model));
+        bench_expect_sound(&bench);
+        for (int tick = 0; tick < 200; tick++)
+            sim_step(bench.sim);
+        assert_int_equal(sim_resets(bench.sim), 1);
+        free(was);
+        free(is);
+        bench_destroy(&bench);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_cut_in_a_bad_tick_stays_and_its_nodes_are_where_they_were),
+    };
+    return cmocka_run_group_tests_name("cut_wall_guard", tests, NULL, NULL);
+}
