@@ -157,11 +157,17 @@ static bool refuse_substeps(Sim *sim, Body *body, double wanted, double limit, S
         time_step_advise(sim, body, least, other, sizeof other);
         snprintf(nearest, sizeof nearest, "; take %s%s%s", first, other, way_out(body));
     }
+    char bound[80];
+    if (isfinite(limit))
+        snprintf(bound, sizeof bound, "the stability bound of %s is %.3g s",
+                 integrator_name(body->integrator), limit);
+    else
+        snprintf(bound, sizeof bound, "%s has no stability bound",
+                 integrator_name(body->integrator));
     return status_fail(status, STATUS_INVALID,
                        "body %s: a time step of %.3g s needs more than %d substeps a tick of %g s; "
-                       "the stability bound of %s is %.3g s%s",
-                       body->name, wanted, MOST_SUBSTEPS, sim->tick,
-                       integrator_name(body->integrator), limit, nearest);
+                       "%s%s",
+                       body->name, wanted, MOST_SUBSTEPS, sim->tick, bound, nearest);
 }
 
 static bool refuse_length(Sim *sim, Body *body, double h, double limit, Status *status)
