@@ -44,6 +44,10 @@ static const Remark REMARKS[] = {
      "1e5 N s on 0.125 kg: stretched to many times its length it whirls about the face that is "
      "held; "
      "damping acts on changes of shape alone and has not yet taken all of its energy."},
+    {"cut while", "surface", "", VERDICT_BOUNDED,
+     "It stands still, but with a fold in its wall: a wall of springs has no bending stiffness, "
+     "and "
+     "shape springs as soft as these do not open every fold of a crumpled wall that was cut."},
     {"cut while", "voxel", "", VERDICT_BOUNDED,
      "The cut sets pieces free whose elements push apart: they fly off, and nothing slows them."},
     {"everything cut away", "voxel", "", VERDICT_BOUNDED,
