@@ -129,6 +129,9 @@ static void meshes_of_absurd_size_are_refused_with_a_hint(void **unused)
                 "metres a unit of the file, 0.001 for millimetres");
     expect_part(MESH("file = \"organ.obj\"; scale = 1.0e-9;"),
                 "x.cfg:2: ", "organ.obj: measures 2.5e-07 m after scale 1e-09, outside");
+    // Generated ones too: squares of such lengths are no numbers.
+    expect_part(MESH("generator = \"uv_sphere\"; scale = 1.0e-300;"),
+                "x.cfg:2: ", "mesh: measures 1e-301 m after scale 1e-300, outside");
 }
 
 static void fixed_nodes_are_those_of_the_file_whatever_was_repaired(void **unused)

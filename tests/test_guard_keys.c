@@ -139,6 +139,20 @@ static void more_substeps_than_can_be_are_refused_with_a_way_out(void **state)
     assert_true(is_accepted(&faster, text));
     expect_advice(&asked, "a stiffness (material, shape) of at most ", offsetof(Asked, stiffness),
                   1e12);
+    // What has no bound names none.
+    asked.integrator = INTEGRATOR_IMPLICIT;
+    asked.time_step = 1e-12;
+    assert_false(is_accepted(&asked, refusal));
+    assert_null(strstr(refusal, "inf"));
+    asked.integrator = usual.integrator;
+    asked.time_step = 0.0;
+    // Beyond all rates that a scene may have, and beyond all numbers.
+    for (asked.stiffness = 1e20; asked.stiffness < 1e301; asked.stiffness *= 1e100) {
+        assert_false(is_accepted(&asked, refusal));
+        assert_null(strstr(refusal, "rate_hz"));
+        assert_null(strstr(refusal, "inf"));
+        assert_non_null(strstr(refusal, "take less stiffness or more mass"));
+    }
 }
 
 static void a_scale_that_is_refused_is_refused_with_the_most_that_is_not(void **state)

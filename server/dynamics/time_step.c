@@ -4,7 +4,10 @@
 
 #include "dynamics/stability.h"
 
-enum { MOST_SUBSTEPS = 100000 };
+enum {
+    MOST_SUBSTEPS = 100000,
+    RATE_MOST = 10000, // ticks a second that a scene may have
+};
 static const double ROUNDING = 1.0 + 1e-9; // forgiven, as in stability_substeps
 
 // Implicit bodies: what acts from outside is explicit, at x + theta h v. An oscillator lambda with
@@ -147,15 +150,24 @@ static bool refuse_substeps(Sim *sim, Body *body, double wanted, double limit, S
         snprintf(nearest, sizeof nearest, "; take a time_step of at least %.4g s",
                  least * (1.0 + 1e-4));
     } else {
+        const double rate = 1.0001 / (limit * MOST_SUBSTEPS);
+        char first[64] = "less stiffness or more mass"; // no rate is high enough
+        if (rate <= RATE_MOST)
+            snprintf(first, sizeof first, "a rate_hz of at least %.4g", rate);
         time_step_advise(sim, body, least, other, sizeof other);
-        snprintf(nearest, sizeof nearest, "; take a rate_hz of at least %.4g%s%s",
-                 1.0001 / (limit * MOST_SUBSTEPS), other, way_out(body));
+        snprintf(nearest, sizeof nearest, "; take %s%s%s", first, other, way_out(body));
     }
+    char bound[80];
+    if (isfinite(limit))
+        snprintf(bound, sizeof bound, "the stability bound of %s is %.3g s",
+                 integrator_name(body->integrator), limit);
+    else
+        snprintf(bound, sizeof bound, "%s has no stability bound",
+                 integrator_name(body->integrator));
     return status_fail(status, STATUS_INVALID,
                        "body %s: a time step of %.3g s needs more than %d substeps a tick of %g s; "
-                       "the stability bound of %s is %.3g s%s",
-                       body->name, wanted, MOST_SUBSTEPS, sim->tick,
-                       integrator_name(body->integrator), limit, nearest);
+                       "%s%s",
+                       body->name, wanted, MOST_SUBSTEPS, sim->tick, bound, nearest);
 }
 
 static bool refuse_length(Sim *sim, Body *body, double h, double limit, Status *status)

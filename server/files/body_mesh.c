@@ -65,6 +65,8 @@ static bool place_mesh(const MeshSource *source, TriMesh *mesh, Status *status)
         if (!generate_mesh(source, mesh, status))
             return false;
         mesh_place(mesh, source->scale, source->rotation, source->translation);
+        if (!check_extent("mesh", source->scale, mesh, status))
+            return false;
     }
     MeshFault fault;
     if (mesh_validate(mesh, &fault))

@@ -23,14 +23,14 @@
 #include <unistd.h>
 
 enum {
-    TICKS_MOST = 120,
+    TICKS_MOST = 80,
     STRIKES_MOST = 80,
     TEXT = 512,
     CHECKPOINT_EACH = 4, // of so many scenes one goes on from a checkpoint
-    PLIANTD_EACH = 8,    // and one is run by the program itself
+    PLIANTD_EACH = 12,   // and one is run by the program itself
 };
 // Node and spring evaluations that a run may take; what would take more in two ticks is left out.
-#define BUDGET 4e6
+#define BUDGET 1e6
 
 typedef enum Outcome {
     OUTCOME_NONE, // the process did not get to its end

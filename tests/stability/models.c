@@ -6,7 +6,7 @@
 #define CALM         "{ angular_frequency = 50.0;  damping_ratio = 0.3; }"
 #define TISSUE       "{ youngs_modulus = 1.0e4;  density = 1000.0;  damping = 0.2; }"
 #define CUBE         "{ generator = \"box\";  count = 4;  size = 0.0125; }"
-#define FINE_CUBE    "{ generator = \"box\";  count = 8;  size = 0.00625; }"
+#define FINE_CUBE    "{ generator = \"box\";  count = 6;  size = 0.00833333333; }"
 #define DISC         "{ generator = \"disc\";  radius = 0.05;  size = 0.0125; }"
 #define BOTTOM       "( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.0249]); } )"
 #define BOTTOM_PLANE "( { box = ([-1.0, -1.0, -1.0], [1.0, -0.036, 1.0]); } )"
@@ -58,14 +58,14 @@ const Model MODELS[] = {
       {"levels", "0"},
       {"fixed", BOTTOM}}},
     {"voxel, graded levels",
-     "A cube of 8 x 8 x 8 cells whose inside is made of larger elements, affine.",
+     "A cube of 6 x 6 x 6 cells whose inside is made of 8 larger elements, affine.",
      KIND_VOXEL,
      false,
      {{"model", "\"voxel\""},
       {"voxels", FINE_CUBE},
       {"material", TISSUE},
       {"law", "\"affine\""},
-      {"levels", "2"},
+      {"levels", "1"},
       {"fixed", BOTTOM}}},
     {"voxel, plane, affine",
      "A disc of 8 cells across with larger elements inside.",

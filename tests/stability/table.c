@@ -84,23 +84,24 @@ static const char INTRODUCTION[] =
     "Written by `./dev stability`; a test repeats a part of it and fails when a verdict changes.\n"
     "Every cell is a scene that is read, built and run like any other, in a process of its own.\n"
     "\n"
-    "- **rest**: every number that left the body was finite, its energy stayed bounded, and at "
-    "the\n"
-    "  end every node was within 1/1000 of the body's size of where it belongs.\n"
-    "- **bounded**: finite and bounded likewise, but not at rest where it began: the note says "
-    "why.\n"
+    "- **rest**: every number that left the body was finite, its energy stayed bounded, and at\n"
+    "  the end every node was within 1/1000 of the body's size of where it belongs.\n"
+    "- **bounded**: finite and bounded likewise, but not at rest where it began: the note below\n"
+    "  the table says why.\n"
     "- **reset N**: the check of numbers took the body back to its last good state N times; then\n"
     "  how it ended.\n"
     "- **swelled X**: for a while it had X times the energy that it was left with, more than its\n"
     "  scheme is known to swing by; then how it ended.\n"
-    "- **refused**: the scene is refused at load; the note below the table is the error in full.\n"
+    "- **refused**: the scene is refused at load; the note is the error in full.\n"
     "- **FAILED**: a crash, a hang, a number that is none, or energy out of nothing.\n"
     "\n"
     "Bounded energy: left alone, a body never has more than it was left with but for what the\n"
     "scheme is known to swing by (times 1.05 for rk4, 19 for symplectic Euler at the bound, 5.3\n"
-    "for the others; twice that where levels come and go); and a load of F newtons for t\n"
-    "seconds has never brought more than (F t)^2 sum(s_i^2 / m_i) / 2, s_i being the nodes' "
-    "shares.\n";
+    "for the others; twice that where levels come and go); and a load of F newtons for t seconds\n"
+    "has never brought more than (F t)^2 sum(s_i^2 / m_i) / 2, s_i being the nodes' shares.\n"
+    "\n"
+    "The bound of a time step is the one that refusals name; where a scene has none, as implicit\n"
+    "steps do not, 10 ms stand for it.\n";
 
 void table_print(const Matrix *matrix, FILE *out)
 {
