@@ -109,7 +109,7 @@ static void differences_that_do_not_fall_are_the_error(void **state)
 {
     (void)state;
     StudyReference rising = {.difference = {0.01, 0.02}}, slow = {.difference = {0.02, 0.018}};
-    StudyReference missing = {.difference = {NAN, 0.02}};
+    StudyReference missing = {.difference = {(double)NAN, 0.02}};
     study_richardson(&rising, 4.0);
     assert_true(rising.known);
     assert_true(isnan(rising.order));

@@ -142,7 +142,7 @@ static const char *way_out(const Body *body)
 static bool refuse_substeps(Sim *sim, Body *body, double wanted, double limit, Status *status)
 {
     const double least = sim->tick / MOST_SUBSTEPS;
-    char nearest[160] = "", other[112] = "";
+    char nearest[224] = "", other[112] = "";
     if (least <= limit) {
         snprintf(nearest, sizeof nearest, "; take a time_step of at least %.4g s",
                  least * (1.0 + 1e-4));

@@ -69,13 +69,15 @@ void study_name_mesh(const Scene *scene, const StudyCase *what, char *name, size
 
 void study_name_case(const Scene *scene, StudyCase *what)
 {
-    char step[32] = "bound", mesh[48];
+    char step[24] = "bound", mesh[32];
     if (what->step_doubling)
         snprintf(step, sizeof step, "doubling %g", what->tolerance);
     else if (what->time_step > 0.0)
         snprintf(step, sizeof step, "%g ms", 1e3 * what->time_step);
     study_name_mesh(scene, what, mesh, sizeof mesh);
-    snprintf(what->name, sizeof what->name, "%s %s %s, %s", integrator_name(what->integrator), step,
+    bool chooses = what->is_scene && !is_voxel(scene) && scene->body[0].surface.automatic;
+    snprintf(what->name, sizeof what->name, "%s %s %s, %s",
+             chooses ? "auto" : integrator_name(what->integrator), step,
              what->precision == PRECISION_SINGLE ? "single" : "double", mesh);
 }
 
@@ -84,6 +86,8 @@ static void add(Grid *grid, StudyCase what)
 {
     const char *only = grid->options->only;
     what.is_scene = false;
+    if (what.integrator == INTEGRATOR_IMPLICIT) // knows no other
+        what.precision = PRECISION_DOUBLE;
     study_name_case(grid->scene, &what);
     for (int i = 0; i < grid->count; i++)
         if (strcmp(grid->cases[i].name, what.name) == 0)
@@ -181,11 +185,17 @@ static void add_rules(Grid *grid)
     add_mesh(grid, what);
 }
 
+// The other precision, on the scene's mesh and on the coarsest.
 static void add_precisions(Grid *grid)
 {
     StudyCase what = grid->own;
     what.precision = what.precision == PRECISION_SINGLE ? PRECISION_DOUBLE : PRECISION_SINGLE;
     add_mesh(grid, what);
+    if (is_voxel(grid->scene))
+        return;
+    StudyCase coarse = with_detail(grid, DETAIL_HELD, 0, 0.0);
+    coarse.precision = what.precision;
+    add_mesh(grid, coarse);
 }
 
 // All that the model takes and this program knows.
@@ -205,6 +215,8 @@ int study_make_cases(const Scene *scene, const StudyOptions *options, StudyCase 
 {
     Grid grid = {.scene = scene, .options = options, .cases = cases};
     grid.own = study_scene_case(scene);
+    if (grid.own.integrator == INTEGRATOR_IMPLICIT)
+        grid.own.precision = PRECISION_DOUBLE;
     const SceneBody *body = &scene->body[0];
     grid.levels = is_voxel(scene) ? body->voxel.levels : body->surface.levels;
     if (!is_voxel(scene) && grid.levels < 1)

@@ -12,6 +12,7 @@
 #include <string.h>
 
 static const double SAMPLE_S = 0.01;
+static const double LEAST_LIMIT_S = 10.0, SLOWEST = 30.0; // times slower than real time
 
 int study_mesh_of(const StudyContext *context, const StudyCase *what)
 {
@@ -238,6 +239,8 @@ static void choose_times(StudyContext *context)
         (int)fmin(ceil(options->duration_s / context->sample_s - 1e-9), 10000.0);
     context->sample_count = context->sample_count > 0 ? context->sample_count : 1;
     options->duration_s = context->sample_count * context->sample_s;
+    // What is that far from real time is no choice.
+    context->limit_s = fmax(LEAST_LIMIT_S, SLOWEST * options->duration_s);
 }
 
 static void complete_options(StudyContext *context, const StudyOptions *options)
@@ -250,7 +253,6 @@ static void complete_options(StudyContext *context, const StudyOptions *options)
     own->repeats = own->repeats > 0 ? own->repeats : options->quick ? 3 : 5;
     own->repeats = own->repeats < STUDY_REPEATS ? own->repeats : STUDY_REPEATS;
     own->isa = own->isa != NULL ? own->isa : "auto";
-    context->limit_s = own->quick ? 60.0 : 600.0;
 }
 
 bool study_prepare(StudyContext *context, const Scene *scene, const StudyOptions *options,

@@ -8,7 +8,11 @@ static const double LEAST_ORDER = 0.5;
 
 StudyErrors study_no_errors(void)
 {
-    return (StudyErrors){.patch = NAN, .surface = NAN, .volume = NAN, .energy = NAN, .force = NAN};
+    return (StudyErrors){.patch = (double)NAN,
+                         .surface = (double)NAN,
+                         .volume = (double)NAN,
+                         .energy = (double)NAN,
+                         .force = (double)NAN};
 }
 
 // A difference over a size, where there is any.
@@ -72,8 +76,8 @@ void study_richardson(StudyReference *reference, double expected)
 {
     const double coarse = reference->difference[0], fine = reference->difference[1];
     reference->known = isfinite(coarse) && isfinite(fine);
-    reference->order = NAN;
-    reference->own_error = NAN;
+    reference->order = (double)NAN;
+    reference->own_error = (double)NAN;
     if (!reference->known)
         return;
     reference->own_error = fmax(coarse, fine);

@@ -27,6 +27,9 @@ typedef struct Refinement {
     bool failed;
 } Refinement;
 
+// CPU time of one run, times the budget that its mesh was given: what is estimated may be wrong.
+static const double PATIENCE = 10.0;
+
 // What is to be done, and how far it is.
 typedef struct Plan {
     StudyContext *context;
@@ -34,6 +37,7 @@ typedef struct Plan {
     int task_list[LISTS * RUNS], task_run[LISTS * RUNS];
     int task_count, done;
     size_t trace_bytes;
+    bool stiff; // explicit methods would take too long
     StudyReferenceProgress *progress;
     void *user;
 } Plan;
@@ -60,7 +64,7 @@ static bool is_voxel(const Plan *plan)
 
 static double budget(const Plan *plan)
 {
-    return plan->context->options.quick ? 20.0 : 120.0;
+    return plan->context->options.quick ? 10.0 : 120.0;
 }
 
 // The smallest step that any case asks for [s].
@@ -118,7 +122,9 @@ static double cost_of(const Plan *plan, const Load *load, double substeps)
 
 static StudyCase reference_case(const Plan *plan, StudyCase what)
 {
-    what.integrator = is_voxel(plan) ? INTEGRATOR_LEAPFROG : INTEGRATOR_RK4;
+    what.integrator = is_voxel(plan) ? INTEGRATOR_LEAPFROG
+                      : plan->stiff  ? INTEGRATOR_IMPLICIT
+                                     : INTEGRATOR_RK4;
     what.precision = PRECISION_DOUBLE;
     what.step_doubling = what.is_scene = false;
     return what;
@@ -134,7 +140,7 @@ static void cannot(Refinement *of, const char *format, ...)
     va_end(arguments);
     of->wanted = false;
     of->reference.known = false;
-    of->reference.order = of->reference.own_error = NAN;
+    of->reference.order = of->reference.own_error = (double)NAN;
 }
 
 // Of one mesh: the same with half the step, and half of that.
@@ -151,6 +157,9 @@ static void plan_time(Plan *plan, int m, StudyCase what, double step)
         return;
     }
     const double tick = 1.0 / plan->context->scene.rate_hz;
+    // The implicit method is of order 1 or 2: it needs shorter steps than what it judges.
+    if (plan->stiff)
+        step *= 0.25;
     double substeps = fmax(ceil(tick / step - 1e-9), load.substeps);
     while (cost_of(plan, &load, 7.0 * substeps) > budget(plan) && substeps > load.substeps)
         substeps = fmax(ceil(0.5 * substeps), load.substeps);
@@ -160,7 +169,7 @@ static void plan_time(Plan *plan, int m, StudyCase what, double step)
         return;
     }
     of->wanted = true;
-    of->expected = is_voxel(plan) ? 2.0 : 4.0;
+    of->expected = is_voxel(plan) || plan->stiff ? 2.0 : 4.0;
     for (int k = 0; k < RUNS; k++) {
         of->run[k] = what;
         of->run[k].time_step = tick / (substeps * exp2(k));
@@ -186,6 +195,8 @@ static bool plan_level(Plan *plan, int k, int level)
         return false;
     }
     double substeps = load.substeps * (plan->context->options.quick ? 1.0 : 2.0);
+    if (plan->stiff) // which has no bound
+        substeps = fmax(substeps, ceil(1e3 / plan->context->scene.rate_hz));
     double seconds = cost_of(plan, &load, substeps);
     if (seconds > budget(plan)) {
         cannot(of, "none: level %d would take %.0f s", level, seconds);
@@ -242,6 +253,22 @@ static void plan_finest_voxel(Plan *plan)
     name_finest(plan);
 }
 
+// Whether RK4 at its bound is out of reach on the scene's own mesh, and the implicit method is not.
+static bool is_stiff(Plan *plan)
+{
+    Status status = {0};
+    Load load;
+    if (is_voxel(plan))
+        return false;
+    StudyCase what = reference_case(plan, study_scene_case(&plan->context->scene));
+    if (weigh_case(plan, what, &load, &status) &&
+        cost_of(plan, &load, 7.0 * load.substeps) <= 5.0 * budget(plan))
+        return false;
+    what.integrator = INTEGRATOR_IMPLICIT;
+    status = (Status){0};
+    return weigh_case(plan, what, &load, &status);
+}
+
 static void add_tasks(Plan *plan, int list)
 {
     // The longest first, so that no process is left with it at the end.
@@ -259,10 +286,16 @@ static Plan *make_plan(StudyContext *context, const StudyCase *cases, int count)
     plan->context = context;
     plan->trace_bytes = study_trace_bytes(context->sample_count, context->points.count);
     double step = smallest_step(cases, count, context->options.quick);
+    plan->stiff = is_stiff(plan);
     if (is_voxel(plan))
         plan_finest_voxel(plan);
     else
         plan_finest_surface(plan);
+    if (!plan->list[FINEST].wanted && !is_voxel(plan) && !plan->stiff) {
+        plan->stiff = true; // finer meshes are stiffer
+        plan_finest_surface(plan);
+        plan->stiff = false;
+    }
     if (plan->list[FINEST].wanted)
         add_tasks(plan, FINEST);
     context->mesh_count = 0;
@@ -311,11 +344,12 @@ bool study_plan_references(StudyContext *context, const StudyCase *cases, int co
 static void run_task(void *user, int task, void *result)
 {
     const Plan *plan = user;
-    const StudyContext *context = plan->context;
+    StudyContext patient = *plan->context, *context = &patient;
     const Refinement *of = &plan->list[plan->task_list[task]];
     StudyTrace *trace = (StudyTrace *)((Reply *)result + 1);
     Reply *reply = result;
     StudyRun run;
+    patient.limit_s = PATIENCE * budget(plan);
     trace->sample_count = context->sample_count;
     trace->point_count = context->points.count;
     study_trace_case(context, &of->run[plan->task_run[task]], 1, &run, trace);
@@ -350,7 +384,7 @@ static void task_done(void *user, int task, const void *result, const char *why)
 static void conclude(Refinement *of)
 {
     StudyReference *reference = &of->reference;
-    reference->difference[0] = reference->difference[1] = NAN;
+    reference->difference[0] = reference->difference[1] = (double)NAN;
     if (!of->wanted || of->failed || of->trace[RUNS - 1] == NULL)
         return;
     for (int k = of->first; k + 1 < RUNS; k++)
@@ -383,7 +417,7 @@ bool study_make_references(StudyContext *context, const StudyCase *cases, int co
     const Pool pool = {.task_count = plan->task_count,
                        .jobs = context->options.jobs,
                        .result_bytes = sizeof(Reply) + plan->trace_bytes,
-                       .timeout_s = 4.0 * context->limit_s + 60.0,
+                       .timeout_s = 4.0 * PATIENCE * budget(plan) + 60.0,
                        .user = plan,
                        .run = run_task,
                        .done = task_done};

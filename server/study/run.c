@@ -110,6 +110,7 @@ static void describe(Once *once, const World *world, const Scene *scene)
     once->run->rate_hz = scene->rate_hz;
     once->run->substeps = body->substeps;
     once->run->time_step = body->h;
+    once->run->what.integrator = body->integrator; // what "auto" has chosen
 }
 
 static void out_of_memory(StudyRun *run)

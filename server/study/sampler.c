@@ -147,8 +147,10 @@ bool sampler_take(Sampler *sampler, StudyTrace *trace)
     BodyMeasure measure = {0};
     body->ops->measure(body->model, &measure);
     StudySample *sample = study_trace_sample(trace, index);
-    *sample = (StudySample){
-        .patch = patch, .kinetic = measure.kinetic, .elastic = measure.elastic, .volume = NAN};
+    *sample = (StudySample){.patch = patch,
+                            .kinetic = measure.kinetic,
+                            .elastic = measure.elastic,
+                            .volume = (double)NAN};
     if (trace->has_volume) {
         body->ops->snapshot(body->model, sampler->mesh, NULL);
         sample->volume = sampler_volume(&body->mesh, sampler->mesh, context->extent);
