@@ -18,11 +18,13 @@
 
 static const char LIVE[] =
     "publish = { nodes_hz = 60.0; mesh_hz = 1.0; contact_hz = 100.0; status_hz = 20.0; };";
+#ifdef WITH_HDF5
 static const char PAUSED[] =
     "start = \"paused\"; publish = { nodes_hz = 60.0; mesh_hz = 1.0; contact_hz = 100.0; };";
 static const char LOADS[] = "loads = ( { body = \"sphere\"; center = [0.0, 0.0, 0.05];\n"
                             "  radius = 0.03; force = [0.1, 0.0, -0.4]; start = 0.05;\n"
                             "  duration = 0.4; } );";
+#endif
 
 // The small scene with levels.
 static const char *write_levels(const char *name, const char *precision, const char *head,
