@@ -322,18 +322,23 @@ static void destroy_plan(Plan *plan)
     free(plan);
 }
 
+static void describe_plan(const Plan *plan, char *text, size_t size)
+{
+    double seconds = 0.0;
+    for (int l = 0; l < LISTS; l++)
+        seconds += plan->list[l].wanted ? plan->list[l].seconds : 0.0;
+    snprintf(text, size, "%d runs for %d meshes, about %.0f s of one processor; finest: %s",
+             plan->task_count, plan->context->mesh_count, seconds,
+             plan->list[FINEST].reference.what);
+}
+
 bool study_plan_references(StudyContext *context, const StudyCase *cases, int count, char *text,
                            size_t size)
 {
     Plan *plan = make_plan(context, cases, count);
     if (plan == NULL)
         return false;
-    double seconds = 0.0;
-    for (int l = 0; l < LISTS; l++)
-        seconds += plan->list[l].wanted ? plan->list[l].seconds : 0.0;
-    snprintf(text, size,
-             "%d reference runs for %d meshes, about %.0f s of one processor; finest: %s",
-             plan->task_count, context->mesh_count, seconds, plan->list[FINEST].reference.what);
+    describe_plan(plan, text, size);
     destroy_plan(plan);
     return true;
 }
@@ -421,6 +426,10 @@ bool study_make_references(StudyContext *context, const StudyCase *cases, int co
                        .user = plan,
                        .run = run_task,
                        .done = task_done};
+    char text[2 * STUDY_NAME];
+    describe_plan(plan, text, sizeof text);
+    if (progress != NULL)
+        progress(user, 0, plan->task_count, text);
     bool ok = pool_run(&pool, status);
     for (int l = 0; l < LISTS && ok; l++)
         conclude(&plan->list[l]);

@@ -6,7 +6,7 @@
 
 #include "study/context.h"
 
-// What a reference run is about to be or was: for a progress bar.
+// For a progress bar: first with done = 0 and what it will take, then what each run was.
 typedef void StudyReferenceProgress(void *user, int done, int count, const char *what);
 
 // Makes all references that `cases` need, up to options.jobs at a time; they stay in the context,
