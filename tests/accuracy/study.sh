@@ -38,7 +38,7 @@ for name in sphere stomach fabric; do
     awk -F '\t' 'FNR == 1 && NR > 1 { next }
         NR == 1 { for (c = 1; c <= NF; c++) at[$c] = c }
         $at["name"] in seen { next }
-        { seen[$at["name"]] = 1; print }' "$data/$name/runs.tsv" "$data/$name-coarse/runs.tsv" \
+        { seen[$at["name"]] = 1; print }' "$data/$name-coarse/runs.tsv" "$data/$name/runs.tsv" \
         "$data/$name-double/runs.tsv" >"$data/$name-all.tsv"
 done
 
