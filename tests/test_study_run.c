@@ -195,6 +195,16 @@ static void the_patch_is_where_the_load_is(void **state)
     }
     assert_int_equal(inside, 5); // the middle and its four neighbours, 25 mm away
     expect_near(sum, 1.0, 1e-14);
+    StudyRun run;
+    StudyTrace *trace = trace_of(&bench, INTEGRATOR_RK4, 0.001, &run);
+    for (int s = 0; s < trace->used; s++) {
+        Vec3 mean = {0.0, 0.0, 0.0};
+        for (int p = 0; p < points->count; p++)
+            mean = vec3_madd(mean, points->weight[p], study_trace_points(trace, s)[p]);
+        assert_true(mean.z < 0.0); // the way that it is pressed
+        expect_near(vec3_length(vec3_sub(study_trace_sample(trace, s)->patch, mean)), 0.0, 1e-15);
+    }
+    free(trace);
     bench_destroy(&bench);
 }
 

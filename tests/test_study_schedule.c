@@ -14,14 +14,14 @@
 // ---------------------------------------------------------------------------------------------
 // The pool
 
-enum { TASKS = 9, BIG = 100000 }; // results larger than a pipe holds
+enum { TASKS = 9, MANY = 100, BIG = 100000 }; // results larger than a pipe holds
 
 typedef struct Trial {
     int done[TASKS];
     bool lost[TASKS];
     char why[TASKS][160];
     bool whole;
-    int deadly, hanging; // tasks; -1: none
+    int deadly, hanging; // tasks; -1: none; MANY: all but the last
     pid_t parent;
 } Trial;
 
@@ -29,7 +29,8 @@ static void trial_run(void *user, int task, void *result)
 {
     const Trial *trial = user;
     int *number = result;
-    if (task == trial->deadly && getpid() != trial->parent)
+    bool dies = task == trial->deadly || (trial->deadly == MANY && task < TASKS - 1);
+    if (dies && getpid() != trial->parent)
         kill(getpid(), SIGKILL);
     while (task == trial->hanging && getpid() != trial->parent)
         pause();
@@ -86,6 +87,15 @@ static void a_task_that_dies_loses_only_itself(void **state)
             assert_int_equal(trial.lost[t], t == deadly);
         assert_non_null(strstr(trial.why[deadly], "signal 9"));
     }
+}
+
+// More than there are processes at a time: each is replaced.
+static void the_last_task_is_done_when_all_others_die(void **state)
+{
+    (void)state;
+    Trial trial = try_pool(2, MANY, -1, 0.0);
+    for (int t = 0; t < TASKS; t++)
+        assert_int_equal(trial.lost[t], t < TASKS - 1);
 }
 
 static void a_task_that_hangs_is_ended(void **state)
@@ -190,6 +200,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_task_is_done_once_by_any_number_of_processes),
         cmocka_unit_test(a_task_that_dies_loses_only_itself),
+        cmocka_unit_test(the_last_task_is_done_when_all_others_die),
         cmocka_unit_test(a_task_that_hangs_is_ended),
         cmocka_unit_test(results_do_not_depend_on_the_number_of_processes),
         cmocka_unit_test(references_are_better_than_what_they_judge),

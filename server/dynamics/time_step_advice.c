@@ -79,14 +79,17 @@ static double find_factor(Sim *sim, Body *body, Knob knob, double h)
 {
     const Body own = *body;
     ToolOptions tools[SIM_TOOLS];
-    memcpy(tools, sim->tool, (size_t)sim->tool_count * sizeof *tools);
+    const size_t bytes = (size_t)sim->tool_count * sizeof *tools;
+    if (bytes > 0) // without tools there is no array
+        memcpy(tools, sim->tool, bytes);
     double low = log10(LEAST), high = 0.0;
     for (int i = 0; i <= 50; i++) {
         const double middle = i == 0 ? low : 0.5 * (low + high);
         turn(sim, body, knob, pow(10.0, middle));
         const bool fits = time_step_bound(sim, body) >= h;
         *body = own;
-        memcpy(sim->tool, tools, (size_t)sim->tool_count * sizeof *tools);
+        if (bytes > 0)
+            memcpy(sim->tool, tools, bytes);
         if (i == 0 && !fits)
             return 0.0;
         *(fits ? &low : &high) = middle;

@@ -14,7 +14,8 @@ static const Option MATERIAL_OPTIONS[] = {
      .preset = 4.2,
      .about = "Mass of the wall an area; a node has a third of the faces around it."},
     {"damping_time", OPTION_REAL, AT(damping_time), "s", 0.0, 10.0, .preset = 2e-4,
-     .about = "Damping of a spring over its stiffness."},
+     .about = "Damping of a spring over its stiffness. Shortened, with a warning, where explicit "
+              "steps would have to be shorter for it; `implicit` takes it as it is."},
     {"spring_stiffness", OPTION_REAL, AT(spring_stiffness), "N/m", 0.0, 1e9, .open = true,
      .preset_text = "none", .about = "Uniform: stiffness of every spring."},
     {"spring_damping", OPTION_REAL, AT(spring_damping), "N s/m", 0.0, 1e6,

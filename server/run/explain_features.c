@@ -48,7 +48,6 @@ static void print_scene(World *world, const Scene *scene, FILE *out)
         {has_tool(sim, TOOL_GRASPER), "graspers", "kind = \"grasper\" in tools"},
         {scene->attachment_count > 0, "attachments", "attachments = ( ... )"},
         {scene->load_count > 0, "loads of the scene", "loads = ( ... )"},
-        {has_stage(sim, STAGE_ADAPT), "time budget of the detail", "adapt = { ... } of a body"},
     };
     fprintf(out, "features of the scene, and what switches each on:\n");
     PRINT(features, out);
@@ -64,7 +63,6 @@ static void print_live(World *world, const Scene *scene, const ExchangeOptions *
         {publish->nodes_hz > 0.0, "positions in messages", "publish.nodes_hz"},
         {publish->nodes_hz > 0.0 && asked->velocity, "velocities in messages",
          "publish.velocity = true"},
-        {publish->all_nodes, "inner vertices in messages", "publish.nodes = \"all\""},
         {publish->mesh_hz > 0.0, "meshes in messages", "publish.mesh_hz"},
         {publish->status_hz > 0.0, "status in messages", "publish.status_hz"},
         {contacts, "contacts in messages", "publish.contact_hz, with tools"},
@@ -79,6 +77,13 @@ static void print_live(World *world, const Scene *scene, const ExchangeOptions *
          "any of these three"},
     };
     PRINT(features, out);
+    const Feature inner[] = {
+        {publish->all_nodes, "inner vertices in messages", "publish.nodes = \"all\""}};
+    bool solid = false; // has such vertices
+    for (int i = 0; i < scene->body_count; i++)
+        solid |= scene->body[i].model == MODEL_VOXEL;
+    if (solid)
+        PRINT(inner, out);
 }
 
 static bool is_damped(const SurfaceMaterial *material)
@@ -104,6 +109,7 @@ static void print_surface(const SceneBody *described, const Body *body, bool tou
          "contact.friction, with tools"},
         {options->levels > 0, "finer levels of detail", "levels"},
         {body->ops->adapt != NULL, "refinement at run time", "adapt = { ... }"},
+        {body->ops->adapt != NULL, "time budget of the detail", "adapt = { ... }"},
         {body->ops->cut != NULL, "cuts", "cuttable = true"},
         {body->ops->tear != NULL, "tearing", "tear = { ... }"},
     };

@@ -61,7 +61,7 @@ typedef struct Implicit {
 
     // --- of the step: made anew in each ---
     double h;
-    double share; // its theta: 1 when the motion is violent (kernel/implicit_assemble.h)
+    double share;         // its theta: 1 when the motion is violent (kernel/implicit_assemble.h)
     const double *rows;   // at its start
     int moving, hanging;  // nodes: numbers 0 .. moving - 1, and on to moving + hanging - 1;
                           // the next one stands for all that are fixed

@@ -60,7 +60,7 @@ typedef struct SpringPass {
     double damping_time; // k_d / k_s, scaled [s]
     double stiffness_scale;
     double gravity[3];
-    double position_limit; // a |component| beyond it counts as bad [m]
+    double position_limit; // a row longer than that counts as bad [m]
     const int *chunk;      // scattered only: the chunks to go over; first and last count in it
     // scattered only: rows of forces that come by way of other nodes, Real x y z 0 and four unused
     // [N]; sums write them

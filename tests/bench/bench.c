@@ -224,10 +224,12 @@ int main(int argc, char **argv)
     bench_voxel_presses(&bench);
     bench_windows(&bench);
     bench_divisions(&bench);
+    bench_guard_voxels(&bench);
 #endif
     bench_live(&bench);
     bench_cuts(&bench);
     bench_estimates(&bench);
+    bench_guards(&bench);
     if (bench.table != NULL && fclose(bench.table) != 0) {
         fprintf(stderr, "pliant-bench: cannot write %s: %s\n", arguments.table, strerror(errno));
         return 1;

@@ -51,10 +51,12 @@ void bench_levels(Bench *bench);
 void bench_live(Bench *bench);
 void bench_cuts(Bench *bench);
 void bench_estimates(Bench *bench);
+void bench_guards(Bench *bench);
 // Where voxel bodies are built in.
 void bench_voxels(Bench *bench);
 void bench_voxel_presses(Bench *bench);
 void bench_windows(Bench *bench);
 void bench_divisions(Bench *bench);
+void bench_guard_voxels(Bench *bench);
 
 #endif

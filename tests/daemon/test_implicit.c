@@ -8,7 +8,8 @@
 static const double PRESS[3] = {0.0, 0.0, 0.052}, AWAY[3] = {0.0, 0.0, 0.2};
 static const char STIFF[] = "spring_stiffness = 1.0e8; node_mass = 1.0e-6;",
                   SOFT[] = "youngs_modulus_2d = 80.0; areal_density = 4.2;",
-                  LIVE[] = "publish = { nodes_hz = 20.0; contact_hz = 1000.0; status_hz = 20.0; };";
+                  LIVE[] = "estimate_error = true; publish = { nodes_hz = 20.0; contact_hz = "
+                           "1000.0; status_hz = 20.0; };";
 
 static const char *write_auto(const char *name, const char *material, const char *head,
                               const char *tail)
@@ -49,6 +50,8 @@ static void a_stiff_body_is_implicit_and_answers_a_tool(void **state)
     expect_at_most(client->contact.force[2], 5.0);   // max_force
     client_fresh_status(client);
     assert_int_equal(client->status.resets, 0);
+    wait_until(client, client->status.estimated_error > 0.0); // steps can be tried
+    expect_at_most(client->status.estimated_error, 0.05);     // the radius
     daemon_signal(&daemon, SIGTERM);
     daemon_wait(&daemon);
     assert_int_equal(daemon.code, 0);

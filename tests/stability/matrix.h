@@ -61,7 +61,8 @@ typedef struct Case {
 typedef enum Verdict {
     VERDICT_FAILED, // crashed, hung, a number that is none, or energy out of nothing
     VERDICT_REFUSED,
-    VERDICT_RESET, // the check of numbers took the body back
+    VERDICT_RESET,   // the check of numbers took the body back
+    VERDICT_SWELLED, // more energy than it was left with for a while, less than a thousand times
     VERDICT_BOUNDED,
     VERDICT_REST,
     VERDICT_COUNT,
@@ -75,7 +76,7 @@ typedef struct Cell {
     // results
     bool done;
     Verdict verdict;
-    bool came_to_rest;
+    bool came_to_rest, swelled;
     int resets;
     double simulated; // [s]
     double cpu_s;

@@ -50,6 +50,10 @@ static const Remark REMARKS[] = {
     {"time step 2.5 of the bound, unsafe", "", "", VERDICT_RESET,
      "Beyond the bound energy grows without limit: the check of numbers takes the body back again "
      "and again, which is what unsafe_time_step asks for."},
+    {"springs of 1 nm", "surface", "", VERDICT_SWELLED,
+     "An implicit step turns these springs by large angles and draws their ends straight ahead, "
+     "which "
+     "stretches them by many times their length; the next steps take that energy out again."},
     {"springs of 1 nm", "surface, adaptive", "rk4", VERDICT_RESET,
      "Single precision rounds positions by more than the length of these springs, and so their "
      "forces by more than the forces are: it may be taken back, and comes to rest."},

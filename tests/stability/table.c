@@ -31,9 +31,11 @@ void table_column(const Cell *cell, const char *integrator, char name[64])
 static void print_cell(const Cell *cell, const char *integrator, Notes *notes, FILE *out)
 {
     fprintf(out, " %s", verdict_word(cell->verdict));
+    const char *end = verdict_word(cell->came_to_rest ? VERDICT_REST : VERDICT_BOUNDED);
     if (cell->verdict == VERDICT_RESET)
-        fprintf(out, " %d, %s", cell->resets,
-                verdict_word(cell->came_to_rest ? VERDICT_REST : VERDICT_BOUNDED));
+        fprintf(out, " %d, %s", cell->resets, end);
+    if (cell->verdict == VERDICT_SWELLED)
+        fprintf(out, " %.1f, %s", cell->growth, end);
     const char *why = cell->verdict == VERDICT_REFUSED || cell->verdict == VERDICT_FAILED
                           ? cell->reason
                           : remark_find(cell, integrator);
@@ -45,8 +47,10 @@ static void print_cell(const Cell *cell, const char *integrator, Notes *notes, F
 }
 
 // The cells of a model lie together, case by case, column by column.
-static int print_model(const Matrix *matrix, int first, Notes *notes, FILE *out)
+static int print_model(const Matrix *matrix, int first, FILE *out)
 {
+    static Notes notes;
+    notes.count = 0;
     const int model = matrix->cell[first].model, columns = 2 * matrix->integrator_count;
     fprintf(out, "\n## %s\n\n%s\n\n| case |", MODELS[model].name, MODELS[model].about);
     for (int c = 0; c < columns; c++) {
@@ -64,10 +68,13 @@ static int print_model(const Matrix *matrix, int first, Notes *notes, FILE *out)
         fprintf(out, "| %s |", CASES[matrix->cell[i].at_case].name);
         for (int c = 0; c < columns; c++, i++) {
             const Cell *cell = &matrix->cell[i];
-            print_cell(cell, matrix->integrator[cell->integrator], notes, out);
+            print_cell(cell, matrix->integrator[cell->integrator], &notes, out);
         }
         fprintf(out, "\n");
     }
+    fprintf(out, "\n");
+    for (int n = 0; n < notes.count; n++)
+        fprintf(out, "%d. %s\n", n + 1, notes.text[n]);
     return i;
 }
 
@@ -84,25 +91,22 @@ static const char INTRODUCTION[] =
     "why.\n"
     "- **reset N**: the check of numbers took the body back to its last good state N times; then\n"
     "  how it ended.\n"
-    "- **refused**: the scene is refused at load; the note is the error in full.\n"
+    "- **swelled X**: for a while it had X times the energy that it was left with, more than its\n"
+    "  scheme is known to swing by; then how it ended.\n"
+    "- **refused**: the scene is refused at load; the note below the table is the error in full.\n"
     "- **FAILED**: a crash, a hang, a number that is none, or energy out of nothing.\n"
     "\n"
     "Bounded energy: left alone, a body never has more than it was left with but for what the\n"
-    "scheme is known to swing by (times 5.3 for leapfrog, 19 for symplectic Euler at the bound,\n"
-    "1.05 for the others; twice that where levels come and go); and a load of F newtons for t\n"
+    "scheme is known to swing by (times 1.05 for rk4, 19 for symplectic Euler at the bound, 5.3\n"
+    "for the others; twice that where levels come and go); and a load of F newtons for t\n"
     "seconds has never brought more than (F t)^2 sum(s_i^2 / m_i) / 2, s_i being the nodes' "
     "shares.\n";
 
 void table_print(const Matrix *matrix, FILE *out)
 {
-    static Notes notes;
-    notes.count = 0;
     fputs(INTRODUCTION, out);
     for (int i = 0; i < matrix->cell_count;)
-        i = print_model(matrix, i, &notes, out);
-    fprintf(out, "\n## Notes\n\n");
-    for (int i = 0; i < notes.count; i++)
-        fprintf(out, "%d. %s\n", i + 1, notes.text[i]);
+        i = print_model(matrix, i, out);
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -19,10 +19,16 @@ enum { SCENE_TEXT = 8192, CUTS_ALONG = 8 };
 // sees, a thousand times what single precision rounds.
 #define REST_SHARE 1e-3
 enum { REST_LOOKS = 5, RESETS_MOST = 200 };
+// More than that times its energy at first is energy out of nothing; less, and more than is
+// allowed, needs a remark.
+#define SWELL 1e3
+// It stands still elsewhere when so slow [sizes/s] for a second: what is on its way is faster.
+#define STILL 1e-6
+enum { STILL_LOOKS = 100 };
 // How long a body has to come to rest: whichever ends later. Surface bodies lose a factor of e in
 // 1/15 s (shape springs); elements lose energy by the step.
 #define REST_S        1.5
-#define REST_SUBSTEPS 40000.0
+#define REST_SUBSTEPS 25000.0
 
 typedef struct Trial {
     Cell *cell;
@@ -40,8 +46,8 @@ typedef struct Trial {
 
 const char *verdict_word(Verdict verdict)
 {
-    static const char *const words[VERDICT_COUNT] = {"FAILED", "refused", "reset", "bounded",
-                                                     "rest"};
+    static const char *const words[VERDICT_COUNT] = {"FAILED",  "refused", "reset",
+                                                     "swelled", "bounded", "rest"};
     return words[verdict];
 }
 
@@ -388,13 +394,16 @@ static bool drive(Trial *trial, int i)
 // with a = h omega / 2 < 0.9 (the safety of the bound) leapfrog keeps v^2 + (1 - a^2) (omega x)^2,
 // so that the energy swings by 1 / (1 - a^2) = 5.3; symplectic Euler keeps
 // v^2 + 2 a v omega x + (omega x)^2, so that it swings by (1 + a) / (1 - a) = 19. RK4 loses energy
-// at every frequency within its bound; 5 % are for what is not linear.
+// at every frequency within its bound; 5 % are for what is not linear. An implicit step is as
+// stable as that for springs that only stretch; one that turns by an angle a within a step is
+// stretched by a^2 / 2 of its length, however stiff it is: such energy comes and goes, and it is
+// allowed what leapfrog is.
 static double allowed_growth(const Trial *trial)
 {
     double growth = 1.05;
-    if (strcmp(trial->integrator, "leapfrog") == 0)
+    if (strcmp(trial->integrator, "rk4") != 0)
         growth = 5.3;
-    else if (strcmp(trial->integrator, "symplectic_euler") == 0)
+    if (strcmp(trial->integrator, "symplectic_euler") == 0)
         growth = 19.0;
     // New midpoints begin at the mean of their neighbours' displacements: a change of level keeps
     // momentum, not energy; it was measured to bring up to 8 % a change (surface.md section 6).
@@ -430,7 +439,7 @@ static bool run_alone(Trial *trial, double begin)
     Cell *cell = trial->cell;
     BodyMeasure measure;
     double peak = begin, substeps = 0.0;
-    int at_rest = 0;
+    int at_rest = 0, still = 0;
     const bool undamped = trial->at->undamped;
     for (int i = 1; i * tick < REST_S || substeps < REST_SUBSTEPS; i++) {
         if (!step(trial, &measure))
@@ -444,11 +453,23 @@ static bool run_alone(Trial *trial, double begin)
         const bool alone = trial->at->drive != DRIVE_TOOL_STAY &&
                            trial->at->drive != DRIVE_TOOL_WALL &&
                            trial->at->drive != DRIVE_BIG_STEP && sim_resets(trial->world.sim) == 0;
-        if (alone && peak > allowed * begin + noise(trial))
-            return fail(trial, "more energy than it was left with");
+        if (alone && peak > allowed * begin + noise(trial)) {
+            snprintf(cell->reason, REASON_TEXT, "%.3g times the energy it was left with",
+                     peak / begin);
+            if (peak > SWELL * begin + noise(trial)) {
+                cell->verdict = VERDICT_FAILED;
+                return false;
+            }
+            cell->swelled = true;
+        }
         if (i % look == 0) {
             at_rest = measure.max_displacement < REST_SHARE * trial->size ? at_rest + 1 : 0;
             if (at_rest == REST_LOOKS && !undamped)
+                break;
+            // Or stands still elsewhere.
+            const double speed = sqrt(2.0 * measure.kinetic / trial->body->mass);
+            still = speed < STILL * trial->size ? still + 1 : 0;
+            if (still == STILL_LOOKS && at_rest == 0)
                 break;
         }
         // An undamped body tells nothing more after a hundred of its slowest swings.
@@ -478,6 +499,7 @@ static void judge(Trial *trial)
     cell->resets = (int)sim_resets(trial->world.sim);
     if (sound)
         cell->verdict = cell->resets > 0     ? VERDICT_RESET
+                        : cell->swelled      ? VERDICT_SWELLED
                         : cell->came_to_rest ? VERDICT_REST
                                              : VERDICT_BOUNDED;
     free(trial->snapshot);

@@ -229,21 +229,27 @@ INLINE void advance(const SpringPass *pass, const Coefficients *by, const Nodes 
     next->vz = advance_rk4(by, base.vz, from.vz, a[2], sums[5]);
 }
 
+INLINE Vector square(Vector x, Vector y, Vector z)
+{
+    return x * x + y * y + z * z;
+}
+
 INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bool external,
                      bool prestressed, bool scattered)
 {
-    const Vector zero = vector_set(0.0), position_limit = vector_set(pass->position_limit),
-                 velocity_limit = vector_set(SPEED_LIMIT),
-                 scale = vector_set(pass->stiffness_scale);
+    const Vector zero = vector_set(0.0), scale = vector_set(pass->stiffness_scale),
+                 position_limit = vector_set(pass->position_limit * pass->position_limit),
+                 velocity_limit = vector_set(SPEED_LIMIT * SPEED_LIMIT);
     const Vector gravity[3] = {vector_set(pass->gravity[0]), vector_set(pass->gravity[1]),
                                vector_set(pass->gravity[2])};
     const Coefficients by = {.rule = pass->stage.rule,
                              .h = vector_set(pass->h),
                              .weight = vector_set(pass->stage.weight * pass->h),
                              .advance = vector_set(pass->stage.advance * pass->h)};
-    // Bad numbers of a stage spread into the sum, and so into the substep's result.
-    const bool ends = by.rule == STAGE_RK4_LAST || by.rule == STAGE_KICK;
-    Vector bad = zero;
+    // Bad numbers of a stage spread into the sum, and so into the substep's result; what went bad
+    // earlier in the tick is still bad.
+    const bool ends = pass->stage.last && (by.rule == STAGE_RK4_LAST || by.rule == STAGE_KICK);
+    Mask good = zero == zero;
     for (int k = pass->first_chunk; k < pass->last_chunk; k++) {
         const int chunk = scattered ? pass->chunk[k] : k;
         for (int lane = 0; lane < LANES; lane += WIDTH) {
@@ -273,14 +279,9 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
 
             Nodes next;
             advance(pass, &by, &own, a, chunk, lane, scattered, &next);
-            if (ends) {
-                bad = vector_or(bad, vector_not_within(next.x, position_limit));
-                bad = vector_or(bad, vector_not_within(next.y, position_limit));
-                bad = vector_or(bad, vector_not_within(next.z, position_limit));
-                bad = vector_or(bad, vector_not_within(next.vx, velocity_limit));
-                bad = vector_or(bad, vector_not_within(next.vy, velocity_limit));
-                bad = vector_or(bad, vector_not_within(next.vz, velocity_limit));
-            }
+            if (ends) // a sum of squares is no number, or infinite, where one of them is
+                good &= (square(next.x, next.y, next.z) <= position_limit) &
+                        (square(next.vx, next.vy, next.vz) <= velocity_limit);
             int slots[WIDTH];
             count_slots(slots);
             if (scattered)
@@ -289,7 +290,7 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
                 store_nodes((Real *)pass->next + slot * ROW, slots, &next);
         }
     }
-    if (vector_any(bad))
+    if (vector_any((Vector)~good))
         *pass->bad = true;
 }
 
