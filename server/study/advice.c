@@ -103,6 +103,21 @@ static void say(Advice *advice, const char *format, ...)
     va_end(arguments);
 }
 
+// What is too small to matter is not told to the last digit.
+static const char *own_words(const StudyReference *reference, char text[24])
+{
+    if (own_error(reference) >= 1e-5)
+        return table_percent(own_error(reference), text);
+    return strcpy(text, "0.001 %");
+}
+
+// Microseconds, without powers of ten.
+static const char *microseconds(double seconds, char text[24])
+{
+    snprintf(text, 24, seconds >= 1e-3 ? "%.0f us" : "%.3g us", 1e6 * seconds);
+    return text;
+}
+
 static void say_error(const Want *want, const StudyRun *run, Advice *advice)
 {
     char sum[24], own[24], measured[24];
@@ -111,16 +126,17 @@ static void say_error(const Want *want, const StudyRun *run, Advice *advice)
     say(advice, "%s error %s (%s measured, up to %s of the reference itself)",
         want->finest != NULL ? "total" : "time-discretisation", table_percent(advice->error, sum),
         table_percent(study_error(want->finest != NULL ? &run->total : &run->time), measured),
-        table_percent(own_error(reference), own));
+        own_words(reference, own));
 }
 
 static void say_cost(const StudyRun *run, Advice *advice)
 {
+    char p99[24], period[24], most[24];
     say(advice,
-        "99 of 100 ticks below %.3g us of %.4g us (%.0f %% may be used), the longest %.3g us, "
-        "%.3g ms for a simulated second",
-        1e6 * run->tick_p99, 1e6 / run->rate_hz, 100.0 * ADVICE_SHARE, 1e6 * run->tick_most,
-        1e3 * run->cpu_median);
+        "99 of 100 ticks below %s of %s (%.0f %% may be used), the longest %s, %.3g ms for a "
+        "simulated second",
+        microseconds(run->tick_p99, p99), microseconds(1.0 / run->rate_hz, period),
+        100.0 * ADVICE_SHARE, microseconds(run->tick_most, most), 1e3 * run->cpu_median);
 }
 
 static void say_misses(const Want *want, const StudyRun *run, Advice *advice)

@@ -23,9 +23,9 @@ study_coarse() {
 }
 
 if [ -n "$programs" ]; then
-    for name in sphere fabric; do study $name "$here/scenes/$name.cfg"; done
-    # The largest of them: not at every step.
-    study stomach "$here/scenes/stomach.cfg" --only bound
+    study fabric "$here/scenes/fabric.cfg"
+    # Their fine meshes only at the longest stable step.
+    for name in sphere stomach; do study $name "$here/scenes/$name.cfg" --only bound; done
     for name in sphere stomach fabric; do study_coarse $name; done
     study block "$here/scenes/block.cfg"
     sh "$here/study_outside.sh" "$programs" "$data/outside"
@@ -38,7 +38,7 @@ for name in sphere stomach fabric; do
     awk -F '\t' 'FNR == 1 && NR > 1 { next }
         NR == 1 { for (c = 1; c <= NF; c++) at[$c] = c }
         $at["name"] in seen { next }
-        { seen[$at["name"]] = 1; print }' "$data/$name/runs.tsv" "$data/$name-coarse/runs.tsv" \
+        { seen[$at["name"]] = 1; print }' "$data/$name-coarse/runs.tsv" "$data/$name/runs.tsv" \
         "$data/$name-double/runs.tsv" >"$data/$name-all.tsv"
 done
 

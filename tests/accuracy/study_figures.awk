@@ -37,17 +37,19 @@ function cost_at(curve, limit,    i) {
     return ""
 }
 function shown(cost) { return cost == "" ? "not reached" : sprintf("%.3g", 1000 * cost) }
+function shown_of(curve, cost) { return points[curve] == 0 ? "-" : shown(cost) }
 function ratio(own, of) { return own == "" || of == "" ? "-" : sprintf("%.2f", own / of) }
 END {
     if (what == "time")
         for (m = 1; m <= mesh_count; m++) {
             mesh = meshes[m]
-            own = cost_at("t" SUBSEP mesh SUBSEP "leapfrog, single", limit)
-            single = cost_at("t" SUBSEP mesh SUBSEP "rk4, single", limit)
-            double = cost_at("t" SUBSEP mesh SUBSEP "rk4, double", limit)
-            doubling = cost_at("t" SUBSEP mesh SUBSEP "rk4 with step doubling, single", limit)
-            if (points["t" SUBSEP mesh SUBSEP "leapfrog, single"] == 0) continue
-            printf "%s\t%s\t%s\t%s\t%s\t%s\t%s\t%s\t%s\n", scene, mesh, shown(own), shown(single), shown(double), shown(doubling), ratio(own, single), ratio(own, double), ratio(own, doubling)
+            of = "t" SUBSEP mesh SUBSEP
+            own = cost_at(of "leapfrog, single", limit)
+            single = cost_at(of "rk4, single", limit)
+            double = cost_at(of "rk4, double", limit)
+            doubling = cost_at(of "rk4 with step doubling, single", limit)
+            if (own == "" && single == "") continue
+            printf "%s\t%s\t%s\t%s\t%s\t%s\t%s\t%s\t%s\n", scene, mesh, shown_of(of "leapfrog, single", own), shown_of(of "rk4, single", single), shown_of(of "rk4, double", double), shown_of(of "rk4 with step doubling, single", doubling), ratio(own, single), ratio(own, double), ratio(own, doubling)
         }
     if (what == "detail")
         for (a = 1; a <= adaptive_count; a++) {
