@@ -53,6 +53,21 @@ void guard_create(Sim *sim)
     sim->guard = guard;
 }
 
+bool guard_can_be(const Body *body, Status *status)
+{
+    BodyMeasure measure = {0};
+    if (body->ops->measure != NULL)
+        body->ops->measure(body->model, &measure);
+    if (isfinite(measure.kinetic) && isfinite(measure.elastic) &&
+        isfinite(measure.max_displacement) && isfinite(body->mass))
+        return true;
+    return status_fail(status, STATUS_INVALID,
+                       "body %s: its energies, displacements or mass are no numbers at the start; "
+                       "its mesh (%.3g kg, longest edge %.3g m) or its material is beyond what can "
+                       "be computed",
+                       body->name, body->mass, body->surface.longest_edge);
+}
+
 // A tick that can have been.
 static bool was(const Sim *sim, int64_t tick)
 {

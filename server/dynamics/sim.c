@@ -305,6 +305,9 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
             "settle_s: settling gave numbers out of bounds %lld times; take a smaller "
             "time_step",
             (long long)sim->resets);
+    for (int b = 0; b < sim->body_count; b++)
+        if (!guard_can_be(&sim->body[b], status))
+            return false;
     memset(sim->stage_ns, 0, sizeof sim->stage_ns);
     if (sim->options.estimate_error)
         sim->estimator = estimate_create(sim->body, sim->body_count, sim->state, sim->arena);

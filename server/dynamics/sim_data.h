@@ -117,6 +117,8 @@ void change_body(Sim *sim, int body, BodyChange *make, void *context);
 // guard.c
 // At load, once all bodies and tools are there.
 void guard_create(Sim *sim);
+// Whether a body as loaded is one of which numbers can be told.
+bool guard_can_be(const Body *body, Status *status);
 // Every body keeps the result of the tick, or gets the last good state back. True: some did, and
 // what they did to tools is forgotten.
 bool guard_bodies(Sim *sim);

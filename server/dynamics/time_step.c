@@ -4,10 +4,9 @@
 
 #include "dynamics/stability.h"
 
-enum {
-    MOST_SUBSTEPS = 100000,
-    RATE_MOST = 10000, // ticks a second that a scene may have
-};
+#include <string.h>
+
+enum { MOST_SUBSTEPS = 100000 };
 static const double ROUNDING = 1.0 + 1e-9; // forgiven, as in stability_substeps
 
 // Implicit bodies: what acts from outside is explicit, at x + theta h v. An oscillator lambda with
@@ -144,29 +143,31 @@ static const char *way_out(const Body *body)
 // More substeps than can be counted on.
 static bool refuse_substeps(Sim *sim, Body *body, double wanted, double limit, Status *status)
 {
-    const double least = sim->tick / MOST_SUBSTEPS;
-    char nearest[224] = "", other[112] = "";
+    enum { MOST_RATE = 10000 }; // [Hz] that a scene may ask for
+    const double least = sim->tick / MOST_SUBSTEPS, rate = 1.0001 / (limit * MOST_SUBSTEPS);
+    char bound[80] = "", nearest[256] = "", other[112] = "";
+    if (isfinite(limit))
+        snprintf(bound, sizeof bound, "; the stability bound of %s is %.3g s",
+                 integrator_name(body->integrator), limit);
     if (least <= limit) {
         snprintf(nearest, sizeof nearest, "; take a time_step of at least %.4g s",
                  least * (1.0 + 1e-4));
     } else {
-        const double rate = 1.0001 / (limit * MOST_SUBSTEPS);
-        char first[64] = "less stiffness or more mass"; // no rate is high enough
-        if (rate <= RATE_MOST)
-            snprintf(first, sizeof first, "a rate_hz of at least %.4g", rate);
+        char faster[48] = ", or less stiffness or more mass"; // no rate is high enough
+        if (rate <= MOST_RATE)
+            snprintf(faster, sizeof faster, ", or a rate_hz of at least %.4g", rate);
         time_step_advise(sim, body, least, other, sizeof other);
-        snprintf(nearest, sizeof nearest, "; take %s%s%s", first, other, way_out(body));
+        const char *ways[] = {faster, other, way_out(body)};
+        for (int k = 0; k < 3; k++) { // ", or this, or that": the first opens the advice
+            const size_t at = strlen(nearest);
+            const bool first = at == 0 && ways[k][0] != '\0';
+            snprintf(nearest + at, sizeof nearest - at, "%s%s", first ? "; take" : "",
+                     first ? ways[k] + strlen(", or") : ways[k]);
+        }
     }
-    char bound[80];
-    if (isfinite(limit))
-        snprintf(bound, sizeof bound, "the stability bound of %s is %.3g s",
-                 integrator_name(body->integrator), limit);
-    else
-        snprintf(bound, sizeof bound, "%s has no stability bound",
-                 integrator_name(body->integrator));
     return status_fail(status, STATUS_INVALID,
-                       "body %s: a time step of %.3g s needs more than %d substeps a tick of %g s; "
-                       "%s%s",
+                       "body %s: a time step of %.3g s needs more than %d substeps a tick of %g "
+                       "s%s%s",
                        body->name, wanted, MOST_SUBSTEPS, sim->tick, bound, nearest);
 }
 
