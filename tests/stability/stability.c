@@ -48,10 +48,11 @@ static bool matches(const char *text, const char *begin)
     return begin == NULL || strncmp(text, begin, strlen(begin)) == 0;
 }
 
-// The test's share: of quick cases a quarter, every model, integrator and precision among them.
+// The test's share: of quick cases one in sixteen, every model, integrator and precision among
+// them.
 static bool is_quick(int model, int at_case, int integrator, int precision)
 {
-    const int share = EFFORT(4) == 4 ? 4 : 24; // less under sanitizers
+    const int share = EFFORT(16) == 16 ? 16 : 96; // less under sanitizers
     return CASES[at_case].quick && (model + at_case + integrator + 2 * precision) % share == 0;
 }
 
