@@ -16,7 +16,7 @@ typedef struct FixtureOptions {
     SurfaceAdjust adjust;
     IntegratorKind integrator;
     SurfaceImplicit implicit;
-    bool automatic; // integrator = "auto"
+    bool automatic;      // integrator = "auto"
     Precision precision; // double when zeroed
     double time_step;    // 0: from the bound
     bool unsafe_time_step;
