@@ -227,7 +227,9 @@ void contact_end_substep(Contact *contact)
     for (int shape = 0; shape < contact->tool->capsule_count && contact->local_count > 0; shape++)
         contact->next.bristle[shape] = contact->trial[shape];
     const ContactForces *last = &contact->forces;
-    contact->next.crossed_only = last->acting > 0 && last->acting == last->crossed;
+    // Of a tool that is nowhere near, the last forces are those of long ago, which no state keeps.
+    contact->next.crossed_only =
+        contact_is_near(contact) && last->acting > 0 && last->acting == last->crossed;
     contact->next.away = contact->proxy->away;
     *contact->proxy = contact->next;
 }

@@ -125,7 +125,7 @@ static void print_time_step(const Body *body, const SceneBody *described, FILE *
 {
     const bool implicit = body->integrator == INTEGRATOR_IMPLICIT;
     fprintf(out, "  time step %.6g s, %d substeps a tick, ", body->h, body->substeps);
-    if (implicit && isinf(body->time_step_limit))
+    if (isinf(body->time_step_limit))
         fprintf(out, "no stability limit");
     else
         fprintf(out, "stability limit %.6g s%s", body->time_step_limit,
