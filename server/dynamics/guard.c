@@ -14,9 +14,8 @@
 #define FAR 1e3 // longest edges of the coarsest level
 
 static const char *const keys[GUARD_KEYS] = {
-    "another key", "gravity",         "gravity_x",        "gravity_y",
-    "gravity_z",   "stiffness_scale", "damping_scale",    "friction",
-    "adapt_level", "adapt_scale",     "adapt thresholds",
+    "another key", "gravity",         "gravity_x",     "gravity_y",
+    "gravity_z",   "stiffness_scale", "damping_scale", "friction",
 };
 
 const char *guard_key(int64_t key)
@@ -293,8 +292,11 @@ bool guard_admits(Sim *sim, int t, const ToolPose *pose)
 
 void guard_note_set(Sim *sim, int body, const char *key)
 {
-    int64_t about = strncmp(key, "adapt_", 6) == 0 ? GUARD_KEYS - 1 : 0;
-    for (int k = 1; k < GUARD_KEYS - 1; k++)
+    // Of levels of detail all are stable, and the governor of a live run chooses among them.
+    if (strncmp(key, "adapt_", 6) == 0)
+        return;
+    int64_t about = 0;
+    for (int k = 1; k < GUARD_KEYS; k++)
         if (strcmp(key, keys[k]) == 0)
             about = k;
     for (int b = 0; b < sim->body_count; b++)

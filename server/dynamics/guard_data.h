@@ -45,6 +45,6 @@ bool guard_count(Blame *blame, int64_t tick, int64_t window, int most);
 
 // What SET can be about, by GuardBody.set_key.
 const char *guard_key(int64_t key);
-enum { GUARD_KEYS = 11 };
+enum { GUARD_KEYS = 8 };
 
 #endif
