@@ -337,13 +337,20 @@ static void the_client_moves_a_blade(void **state)
     reset(client);
     client->events = 0;
     Daemon run;
-    run_cutter(&run, "--stroke --tool 2 --speed 0.5 --blade 0,0,0.1 --point 0.0001,-0.04,-0.03 "
-                     "--point 0.0001,0.04,-0.03");
-    if (run.code != 0)
-        print_error("%s", run.err);
-    assert_int_equal(run.code, 0);
-    assert_non_null(strstr(run.out, "cut: tool 2, stroke ended: body 'box': "));
-    wait_until(client, saw_event(client, "piece"));
+    // On a machine that is held up for 0.2 s the tool falls silent amid the stroke and is
+    // withdrawn: then nothing falls apart, and the stroke is made again.
+    for (int tries = 0; tries < 3 && !saw_event(client, "piece"); tries++) {
+        run_cutter(&run, "--stroke --tool 2 --speed 0.5 --blade 0,0,0.1 --point 0.0001,-0.04,-0.03 "
+                         "--point 0.0001,0.04,-0.03");
+        if (run.code != 0)
+            print_error("%s", run.err);
+        assert_int_equal(run.code, 0);
+        assert_non_null(strstr(run.out, "cut: tool 2, stroke ended: body 'box': "));
+        for (double limit = client_now() + 5.0;
+             client_now() < limit && !saw_event(client, "piece");)
+            client_listen(client, 20);
+    }
+    assert_true(saw_event(client, "piece"));
     // A tool that is no blade.
     run_cutter(&run, "--stroke --tool 1 --speed 1 --blade 0,0,0.1 --point 0,-0.4,0.3 "
                      "--point 0,-0.3,0.3");

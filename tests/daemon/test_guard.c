@@ -107,13 +107,29 @@ static void on_status(const lcm_recv_buf_t *buffer, const char *channel, const p
     }
 }
 
-static void watch(Client *client, Numbers *numbers)
+typedef struct Watch {
+    pliant_nodes_t_subscription_t *nodes, *velocities;
+    pliant_contact_t_subscription_t *contacts;
+    pliant_status_t_subscription_t *states;
+} Watch;
+
+static Watch watch(Client *client, Numbers *numbers)
 {
+    lcm_t *lcm = client->lcm;
     *numbers = (Numbers){0};
-    pliant_nodes_t_subscribe(client->lcm, "PLIANT_NODES_.*", on_nodes, numbers);
-    pliant_nodes_t_subscribe(client->lcm, "PLIANT_VELOCITY_.*", on_nodes, numbers);
-    pliant_contact_t_subscribe(client->lcm, "PLIANT_CONTACT", on_contact, numbers);
-    pliant_status_t_subscribe(client->lcm, "PLIANT_STATUS", on_status, numbers);
+    return (Watch){
+        .nodes = pliant_nodes_t_subscribe(lcm, "PLIANT_NODES_.*", on_nodes, numbers),
+        .velocities = pliant_nodes_t_subscribe(lcm, "PLIANT_VELOCITY_.*", on_nodes, numbers),
+        .contacts = pliant_contact_t_subscribe(lcm, "PLIANT_CONTACT", on_contact, numbers),
+        .states = pliant_status_t_subscribe(lcm, "PLIANT_STATUS", on_status, numbers)};
+}
+
+static void watch_no_more(Client *client, const Watch *on)
+{
+    pliant_nodes_t_unsubscribe(client->lcm, on->nodes);
+    pliant_nodes_t_unsubscribe(client->lcm, on->velocities);
+    pliant_contact_t_unsubscribe(client->lcm, on->contacts);
+    pliant_status_t_unsubscribe(client->lcm, on->states);
 }
 
 static const char *event_text(const Client *client, const char *kind)
@@ -142,7 +158,7 @@ static void a_load_that_tears_a_body_away_is_withdrawn(void **state)
     const char *checkpoint = scratch("load.h5"), *log = scratch("load.log");
     Client *client = client_create();
     Numbers numbers;
-    watch(client, &numbers);
+    const Watch on = watch(client, &numbers);
     Daemon daemon;
     daemon_start(&daemon, "--checkpoint %s --log-inputs %s %s", checkpoint, log, scene);
     client_wait_for_daemon(client);
@@ -181,6 +197,7 @@ static void a_load_that_tears_a_body_away_is_withdrawn(void **state)
     printed_state(&daemon, repeated);
     assert_string_equal(live, repeated);
     assert_non_null(strstr(daemon.out, "  withdrawn_loads: 1\n"));
+    watch_no_more(client, &on);
     client_destroy(client);
 }
 
@@ -192,7 +209,7 @@ static void a_body_beyond_its_bound_tells_why_and_sends_nothing_else(void **stat
     const char *checkpoint = scratch("step.h5");
     Client *client = client_create();
     Numbers numbers;
-    watch(client, &numbers);
+    const Watch on = watch(client, &numbers);
     Daemon daemon;
     daemon_start(&daemon, "--checkpoint %s %s", checkpoint, scene);
     client_wait_for_daemon(client);
@@ -213,6 +230,7 @@ static void a_body_beyond_its_bound_tells_why_and_sends_nothing_else(void **stat
     daemon_wait(&daemon);
     assert_int_equal(daemon.code, 0);
     expect_resumable(checkpoint, scene);
+    watch_no_more(client, &on);
     client_destroy(client);
 }
 
