@@ -93,9 +93,11 @@ static bool begin_stroke(CutBlades *blades, const void *row, BladeMemory *memory
                          const BladeEdge *edge)
 {
     BladeStroke *stroke = memory->stroke;
+    CutPoint ends[2];
     *stroke = (BladeStroke){.under_way = 0};
-    if (!quantise_edge(blades, edge, stroke->edge))
+    if (!quantise_edge(blades, edge, ends))
         return false;
+    memcpy(stroke->edge, ends, sizeof stroke->edge);
     memset(memory->stamp, 0, (size_t)blades->cell_count * sizeof *memory->stamp);
     stroke->under_way = stroke->fresh = stroke->now = 1;
     BladeSearch search = {.blades = blades, .memory = memory, .now = 1, .was = -1};
