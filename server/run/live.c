@@ -154,6 +154,7 @@ static bool run(Live *live, Status *status)
 ExchangeOptions live_exchange(const Scene *scene, const LiveOptions *options)
 {
     return (ExchangeOptions){.velocity = scene->publish.velocity,
+                             .rest = scene->publish.rest,
                              .checkpoints = options->checkpoint_path != NULL,
                              .logs_inputs = options->input_log_path != NULL,
                              .records = options->record_path != NULL,
