@@ -269,6 +269,13 @@ bool recorder_write_event(Recorder *recorder, const EventOut *event)
     return recording_add_event(recorder->recording, &out);
 }
 
+void recorder_set_dropped(Recorder *recorder, int64_t frames)
+{
+    const RecordingCounts counts = {.dropped = frames};
+    for (int i = 0; i < sim_body_count(recorder->sim) && recorder->recording != NULL; i++)
+        recording_set_counts(recorder->recording, i, &counts);
+}
+
 bool recorder_close(Recorder *recorder, Status *status)
 {
     Recording *recording = recorder->recording;

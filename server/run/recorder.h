@@ -65,6 +65,8 @@ bool recorder_follow_mesh(Recorder *recorder, int body, const BodyMesh *mesh);
 bool recorder_take_meshes(Recorder *recorder, Exchange *exchange, const RecordFrame *frame);
 bool recorder_write_frame(Recorder *recorder, const RecordFrame *frame);
 bool recorder_write_event(Recorder *recorder, const EventOut *event);
+// Frames that the file will say it lacks.
+void recorder_set_dropped(Recorder *recorder, int64_t frames);
 // recording_close; nothing to do without a recording.
 bool recorder_close(Recorder *recorder, Status *status);
 
