@@ -199,6 +199,7 @@ bool files_thread_close(FilesThread *files, Status *status)
     if (files->recorder == NULL)
         return true;
     write_events(files);
+    recorder_set_dropped(files->recorder, atomic_load(&files->exchange->recorded_lost));
     Status result = {0};
     bool whole = recorder_close(files->recorder, &result);
     return whole || status_fail(status, result.code, "%s", result.text);
