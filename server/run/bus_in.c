@@ -94,33 +94,7 @@ static void on_input(const lcm_recv_buf_t *message, const char *channel, void *u
     }
 }
 
-// A status on our channel that we did not send: somebody else publishes there. The time stamp
-// behind the fingerprint is enough to know our own.
-static void on_status(const lcm_recv_buf_t *message, const char *channel, void *user)
-{
-    Bus *bus = user;
-    int64_t utime = 0;
-    if (message->data_size >= 16)
-        for (int i = 8; i < 16; i++)
-            utime = (int64_t)((uint64_t)utime << 8 | ((const unsigned char *)message->data)[i]);
-    for (int i = 0; i < OWN_STATUSES; i++)
-        if (bus->own_status[i] == utime)
-            return;
-    int64_t now = clock_now_ns();
-    if (bus->foreign_told_ns != 0 && now - bus->foreign_told_ns < 10000000000)
-        return;
-    bus->foreign_told_ns = now;
-    log_line(LOG_WARNING, "another daemon publishes on %s too: its clients mix both", channel);
-}
-
-static void on_claim(const lcm_recv_buf_t *message, const char *channel, void *user)
-{
-    (void)message;
-    (void)channel;
-    ((Bus *)user)->claimed = true;
-}
-
-static bool subscribe(Bus *bus, const char *channel, lcm_msg_handler_t handler, void *user,
+bool bus_subscribe_to(Bus *bus, const char *channel, lcm_msg_handler_t handler, void *user,
                       int queue, Status *status)
 {
     lcm_subscription_t *subscription = lcm_subscribe(bus->lcm, channel, handler, user);
@@ -134,17 +108,16 @@ static bool subscribe(Bus *bus, const char *channel, lcm_msg_handler_t handler, 
 bool bus_subscribe(Bus *bus, Status *status)
 {
     // The queues keep the oldest and drop the newest: long enough never to fill between two looks.
-    enum { QUEUE = 4096, SHORT_QUEUE = 16 };
+    enum { QUEUE = 4096 };
     for (int k = 0; k < INPUT_KINDS; k++) {
         char channel[2 * CHANNEL_MAX];
         snprintf(channel, sizeof channel, "%s_%s", bus->scene->input_prefix,
                  input_channel((InputKind)k));
         bus->subscription[k] = (Subscription){.bus = bus, .kind = (InputKind)k};
-        if (!subscribe(bus, channel, on_input, &bus->subscription[k], QUEUE, status))
+        if (!bus_subscribe_to(bus, channel, on_input, &bus->subscription[k], QUEUE, status))
             return false;
     }
-    return subscribe(bus, bus->status_channel, on_status, bus, SHORT_QUEUE, status) &&
-           subscribe(bus, bus->claim_channel, on_claim, bus, SHORT_QUEUE, status);
+    return bus_subscribe_claims(bus, status);
 }
 
 bool bus_receive(Bus *bus)

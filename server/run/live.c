@@ -148,6 +148,10 @@ static bool run(Live *live, Status *status)
     if (live->files.running && !files_thread_finish(&live->files, sim_steps(live->world->sim)))
         whole = status_fail(status, live->files.status.code, "%s", live->files.status.text);
     bus_stop(live->bus);
+    if (whole && bus_yielded(live->bus))
+        whole = status_fail(status, STATUS_FAILED,
+                            "another daemon has held the prefix %s for longer: this one ended",
+                            live->scene->prefix);
     return files_thread_close(&live->files, status) && whole;
 }
 
