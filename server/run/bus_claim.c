@@ -1,8 +1,8 @@
 // Whose output prefix it is. Two daemons on one prefix would mix their meshes, so one asks before
 // it starts. What slips through (a lost packet, a link that was cut, a daemon that was stopped
 // while the other started) is found when one hears the other's status: both ask again, and the one
-// that has held the prefix for a shorter time ends. A hold ends when the bus thread was away for
-// longer than anybody waits for an answer. Questions are random numbers, so that a log which is
+// that has held the prefix for a shorter time ends. A hold begins anew when the bus thread was away
+// for longer than anybody waits for an answer. Questions are random numbers, so that a log which is
 // played back answers none.
 #include "run/bus_parts.h"
 

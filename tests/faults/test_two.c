@@ -137,7 +137,9 @@ static void a_daemon_that_was_stopped_ends_when_another_has_taken_its_place(void
     client_listen(client, 100); // what it has sent before
     int before = client->status.count;
     start_on(HOST_CLIENT, &second);
-    wait_until(client, client->status.count > before + 5);
+    // Away for more than a second: before that, the first would stay.
+    double enough = client_now() + 1.5;
+    wait_until(client, client->status.count > before + 5 && client_now() > enough);
     daemon_signal(&first, SIGCONT);
     daemon_wait(&first);
     assert_int_equal(first.code, 1);
