@@ -161,8 +161,8 @@ typedef struct BodyOps {
     bool (*is_fixed)(const void *model, int node);
     // Adds forces [N] for the next evaluation only.
     void (*add_forces)(void *model, const int *node, int count, const Vec3 *force);
-    // Nodes inside a region, in an order that depends on the topology alone; returns how many there
-    // are, writes at most `capacity` of them.
+    // Nodes of faces inside a region, in an order that depends on the topology alone; returns how
+    // many there are, writes at most `capacity` of them. Places of nobody are not among them.
     int (*find_nodes)(const void *model, const Region *region, int *node, int capacity);
     // Constant forces on nodes [N], kept until cleared and part of the model's state; after a
     // change of topology they are cleared and added anew.
