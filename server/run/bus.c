@@ -94,10 +94,11 @@ static void *bus_main(void *argument)
 {
     Bus *bus = argument;
     bool more = false;
+    bus->looked_ns = clock_now_ns();
     while (!atomic_load(&bus->finish)) {
         if (!more)
             wait_for_something(bus);
-        bus_hold(bus, clock_now_ns());
+        bus_look(bus, clock_now_ns());
         more = bus_receive(bus);
         send_all(bus);
     }

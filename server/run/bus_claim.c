@@ -95,7 +95,7 @@ bool bus_claim(Bus *bus, const char *url, Status *status)
     BusClaim *claim = &bus->claim;
     claim->daemon = draw();
     claim->question = draw();
-    claim->since_ns = claim->looked_ns = clock_now_ns();
+    claim->since_ns = clock_now_ns();
     if (url != NULL && strncmp(url, "memq://", 7) == 0)
         return true;
     Asking asking = {.bus = bus};
@@ -109,7 +109,7 @@ bool bus_claim(Bus *bus, const char *url, Status *status)
     for (int i = 0; i < 2; i++)
         lcm_unsubscribe(bus->lcm, on[i]);
     claim->question = 0;
-    claim->since_ns = claim->looked_ns = clock_now_ns();
+    claim->since_ns = clock_now_ns();
     if (asking.taken)
         return status_fail(status, STATUS_FAILED,
                            "another daemon publishes on %s: give this one another --prefix",
@@ -119,12 +119,10 @@ bool bus_claim(Bus *bus, const char *url, Status *status)
 
 // --- while running ---
 
-void bus_hold(Bus *bus, int64_t now_ns)
+void bus_hold_anew(Bus *bus, int64_t away_ns, int64_t now_ns)
 {
-    BusClaim *claim = &bus->claim;
-    if (now_ns - claim->looked_ns > AWAY_MS * INT64_C(1000000))
-        claim->since_ns = now_ns;
-    claim->looked_ns = now_ns;
+    if (away_ns > AWAY_MS * INT64_C(1000000))
+        bus->claim.since_ns = now_ns;
 }
 
 // At most once a second.

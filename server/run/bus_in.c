@@ -68,6 +68,18 @@ static void hand_over(Bus *bus, GateResult *result)
     exchange_wake(exchange->step_fd);
 }
 
+void bus_look(Bus *bus, int64_t now_ns)
+{
+    // It looks at least every 100 ms. The kernel's buffer keeps the oldest of what came meanwhile
+    // and liblcm's thread has to empty it first.
+    enum { LOOKS_NS = 100000000, EMPTIED_NS = 50000000 };
+    int64_t away_ns = now_ns - bus->looked_ns;
+    bus->looked_ns = now_ns;
+    if (away_ns > LOOKS_NS + (int64_t)(bus->scene->tool_timeout_s * 1e9))
+        bus->stale_until_ns = now_ns + EMPTIED_NS;
+    bus_hold_anew(bus, away_ns, now_ns);
+}
+
 static void on_input(const lcm_recv_buf_t *message, const char *channel, void *user)
 {
     (void)channel;
@@ -75,8 +87,14 @@ static void on_input(const lcm_recv_buf_t *message, const char *channel, void *u
     Bus *bus = subscription->bus;
     bus->counts.received++;
     GateResult result;
-    gate_pass(&bus->gate, subscription->kind, message->data, message->data_size,
-              clock_now_ns() / 1000, &result);
+    int64_t now_ns = clock_now_ns();
+    bus_look(bus, now_ns);
+    if (subscription->kind == INPUT_POSE && now_ns < bus->stale_until_ns) {
+        gate_count(&bus->gate, REFUSED_STALE);
+        return;
+    }
+    gate_pass(&bus->gate, subscription->kind, message->data, message->data_size, now_ns / 1000,
+              &result);
     switch (result.passage) {
     case PASSAGE_OPEN:
         hand_over(bus, &result);

@@ -44,7 +44,7 @@ typedef struct Subscription {
 typedef struct BusClaim {
     int64_t daemon, question; // random; question 0: none is open
     int64_t since_ns;         // from when on we have held the prefix and could always answer
-    int64_t looked_ns, asked_ns, told_ns;
+    int64_t asked_ns, told_ns;
     bool asked;   // somebody wants a status
     bool yielded; // to another daemon: we publish nothing more
 } BusClaim;
@@ -62,7 +62,9 @@ struct Bus {
     // in
     Gate gate;
     Subscription subscription[INPUT_KINDS];
-    int outstanding; // requests handed to the step thread and not answered
+    int outstanding;        // requests handed to the step thread and not answered
+    int64_t looked_ns;      // when the thread looked last
+    int64_t stale_until_ns; // poses that come before are older than they look
     int64_t refusal_told_ns[REFUSAL_COUNT];
     int64_t foreign_told_ns;
 
@@ -82,6 +84,8 @@ struct Bus {
 };
 
 // bus_in.c
+// Each time the bus thread looks: it finds out when it was away.
+void bus_look(Bus *bus, int64_t now_ns);
 bool bus_subscribe(Bus *bus, Status *status);
 // Handles what has arrived; true when there may be more.
 bool bus_receive(Bus *bus);
@@ -93,8 +97,8 @@ bool bus_subscribe_to(Bus *bus, const char *channel, lcm_msg_handler_t handler, 
 // Before the start: false when another daemon holds the prefix.
 bool bus_claim(Bus *bus, const char *url, Status *status);
 bool bus_subscribe_claims(Bus *bus, Status *status);
-// Each time the bus thread looks: one that was away for too long holds the prefix anew.
-void bus_hold(Bus *bus, int64_t now_ns);
+// One that was away for too long to answer holds the prefix anew.
+void bus_hold_anew(Bus *bus, int64_t away_ns, int64_t now_ns);
 
 // bus_out.c
 void bus_create_streams(Bus *bus, Arena *arena);

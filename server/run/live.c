@@ -64,6 +64,7 @@ static bool prepare(Live *live, Status *status)
                         .publish = live->scene->publish,
                         .start_paused = live->scene->start_paused,
                         .estimate_error = live->scene->estimate_error,
+                        .tool_timeout_s = live->scene->tool_timeout_s,
                         .duration_s = options->duration_s,
                         .checkpoint_s = options->checkpoint_s};
     loop_init(&live->loop, live->world, &live->exchange, &loop, live->done_fd);

@@ -2,6 +2,7 @@
 // requests are answered at last and executed once, a viewer shows the truth or nothing, what is
 // lost is counted, and everything comes back with the link.
 #include "client.h"
+#include "figure.h"
 #include "hosts.h"
 #include "shown.h"
 
@@ -152,7 +153,7 @@ static void requests_over_a_lossy_link_are_answered_and_executed_once(void **sta
             step = now;
         }
         LinkCounts counts = hosts_counts();
-        printf("loss %2.0f %%: %d requests sent %d times, %lld of %lld packets lost\n",
+        figure("loss %2.0f %%: %d requests sent %d times, %lld of %lld packets lost",
                100.0 * LOSS[i], REQUESTS, sent, (long long)(counts.lost[0] + counts.lost[1]),
                (long long)(counts.packets[0] + counts.packets[1]));
     }
@@ -172,7 +173,7 @@ static void a_viewer_behind_a_lossy_link_shows_the_truth_or_nothing(void **state
         play(&s, EFFORT(40));
         LinkCounts counts = hosts_counts();
         lost += counts.lost[HOST_SERVER];
-        printf("loss %2.0f %%: %lld of %lld frames shown, %lld of %lld packets lost\n",
+        figure("loss %2.0f %%: %lld of %lld frames shown, %lld of %lld packets lost",
                100.0 * LOSS[i], (long long)(s.shown->count - before),
                (long long)(s.truth->count - all), (long long)(counts.lost[0] + counts.lost[1]),
                (long long)(counts.packets[0] + counts.packets[1]));
