@@ -236,7 +236,8 @@ void loads_follow(LoadSet *set, Body *bodies, int body_count, int changed,
 // ---------------------------------------------------------------------------------------------
 // Start and end
 
-// Takes the nodes that no face has out of the list; returns how many those are.
+// Takes the nodes that no face has out of the list; returns how many those are. What is behind the
+// list's new end is zero again: the pool is part of the state, and such nodes lie anywhere.
 static int drop_faceless(const BodySurface *surface, int *node, int *count)
 {
     int kept = 0;
@@ -244,6 +245,7 @@ static int drop_faceless(const BodySurface *surface, int *node, int *count)
         if (surface->node_face_end[node[i]] > surface->node_face_start[node[i]])
             node[kept++] = node[i];
     const int dropped = *count - kept;
+    memset(&node[kept], 0, (size_t)dropped * sizeof *node);
     *count = kept;
     return dropped;
 }

@@ -76,9 +76,14 @@ void plane_cut_create_surface(PlaneModel *model, Body *body, const VoxelOptions 
     };
 }
 
-static void clear_nodes(const PlaneModel *model)
+// Also those of vertices that a reset has taken back: `used` nodes were in use before.
+static void clear_nodes(const PlaneModel *model, int used)
 {
     const PlaneStrip *strip = &model->cut->strip;
+    for (int n = 2 * model->vertices.count; n < used; n++) {
+        strip->end[n] = strip->start[n];
+        strip->node_area[n] = strip->node_mass[n] = 0.0;
+    }
     for (int n = 0; n < 2 * model->vertices.count; n++) {
         strip->end[n] = strip->start[n];
         strip->node_area[n] = 0.0;
@@ -116,7 +121,7 @@ static void show_strip(PlaneModel *model, Body *body)
 {
     const PlaneCut *cut = model->cut;
     const PlaneStrip *strip = &cut->strip;
-    clear_nodes(model);
+    clear_nodes(model, body->surface.node_used);
     for (int v = 0; v < model->vertices.count; v++)
         strip->edge_from[v] = -1;
     for (int k = 0; k < cut->mesh.edge_count; k++)
