@@ -50,6 +50,7 @@ struct Bus {
     const Scene *scene;
     Exchange *exchange;
     const char *describe;
+    Service *service;
     pthread_t thread;
     atomic_bool finish;
     bool claimed; // another daemon asks whether this prefix is in use

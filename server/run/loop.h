@@ -36,6 +36,7 @@ typedef struct Loop {
     int64_t epoch_ns, slot;             // deadline of slot k: epoch_ns + k / rate
     Input stepping;                     // the STEP being executed
     int64_t stepped;                    // its ticks so far
+    int64_t beats;                      // turns so far
     bool handed_over;                   // something waits for the bus
     Answer asked[EXCHANGE_CHECKPOINTS]; // who waits for the next checkpoint
     int asked_count;
