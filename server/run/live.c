@@ -27,7 +27,9 @@ struct Live {
 
 static bool open_input_log(Live *live, Status *status)
 {
-    InputLogHeader header = {.rate_hz = live->scene->rate_hz, .step = sim_steps(live->world->sim)};
+    InputLogHeader header = {.rate_hz = live->scene->rate_hz,
+                             .step = sim_steps(live->world->sim),
+                             .inputs = world_inputs(live->world)};
     snprintf(header.scene, sizeof header.scene, "%s", live->scene->name);
     snprintf(header.prefix, sizeof header.prefix, "%s", live->scene->input_prefix);
     snprintf(header.isa, sizeof header.isa, "%s", live->options->isa);
@@ -154,6 +156,7 @@ static bool run(Live *live, Status *status)
 ExchangeOptions live_exchange(const Scene *scene, const LiveOptions *options)
 {
     return (ExchangeOptions){.velocity = scene->publish.velocity,
+                             .rest = scene->publish.rest,
                              .checkpoints = options->checkpoint_path != NULL,
                              .logs_inputs = options->input_log_path != NULL,
                              .records = options->record_path != NULL,
