@@ -1,6 +1,6 @@
 // What the bus's files share: bus.c (thread and start), bus_in.c (messages in), bus_out.c (frames
 // and contacts), bus_mesh.c (meshes), bus_rest.c (rest positions), bus_tell.c (replies, events,
-// status). Bus thread only.
+// status), bus_claim.c (whose prefix it is). Bus thread only.
 #ifndef PLIANT_RUN_BUS_PARTS_H
 #define PLIANT_RUN_BUS_PARTS_H
 
@@ -44,6 +44,15 @@ typedef struct Subscription {
     InputKind kind;
 } Subscription;
 
+// What the daemons of one prefix know of each other.
+typedef struct BusClaim {
+    int64_t daemon, question; // random; question 0: none is open
+    int64_t since_ns;         // from when on we have held the prefix and could always answer
+    int64_t asked_ns, told_ns;
+    bool asked;   // somebody wants a status
+    bool yielded; // to another daemon: we publish nothing more
+} BusClaim;
+
 struct Bus {
     lcm_t *lcm;
     Sim *sim; // only what is constant in it is read
@@ -52,12 +61,14 @@ struct Bus {
     const char *describe;
     pthread_t thread;
     atomic_bool finish;
-    bool claimed; // another daemon asks whether this prefix is in use
+    BusClaim claim;
 
     // in
     Gate gate;
     Subscription subscription[INPUT_KINDS];
-    int outstanding; // requests handed to the step thread and not answered
+    int outstanding;        // requests handed to the step thread and not answered
+    int64_t looked_ns;      // when the thread looked last
+    int64_t stale_until_ns; // poses that come before are older than they look
     int64_t refusal_told_ns[REFUSAL_COUNT];
     int64_t foreign_told_ns;
 
@@ -78,9 +89,21 @@ struct Bus {
 };
 
 // bus_in.c
+// Each time the bus thread looks: it finds out when it was away.
+void bus_look(Bus *bus, int64_t now_ns);
 bool bus_subscribe(Bus *bus, Status *status);
 // Handles what has arrived; true when there may be more.
 bool bus_receive(Bus *bus);
+
+bool bus_subscribe_to(Bus *bus, const char *channel, lcm_msg_handler_t handler, void *user,
+                      int queue, Status *status);
+
+// bus_claim.c
+// Before the start: false when another daemon holds the prefix.
+bool bus_claim(Bus *bus, const char *url, Status *status);
+bool bus_subscribe_claims(Bus *bus, Status *status);
+// One that was away for too long to answer holds the prefix anew.
+void bus_hold_anew(Bus *bus, int64_t away_ns, int64_t now_ns);
 
 // bus_out.c
 void bus_create_streams(Bus *bus, Arena *arena);
