@@ -24,6 +24,8 @@ InputLogWriter *input_log_create(const char *path, const InputLogHeader *header,
 // False once the disk refuses (reported by input_log_close).
 bool input_log_write(InputLogWriter *writer, const AppliedInput *applied);
 void input_log_flush(InputLogWriter *writer);
+// False with `status` once something could not be written.
+bool input_log_whole(const InputLogWriter *writer, Status *status);
 // The run ended after `step` ticks; `lost` inputs are missing. Destroys the writer.
 bool input_log_close(InputLogWriter *writer, int64_t step, int64_t lost, Status *status);
 
