@@ -15,16 +15,17 @@
 typedef struct Receiver {
     NodesFrame nodes;
     MeshFrame mesh;
+    RestFrame rest;
     View view;
     int64_t now_ns;
     FILE *out; // nowhere
 } Receiver;
 
-enum { MESSAGE_MOST = 4096, KINDS = 9 };
+enum { MESSAGE_MOST = 4096, KINDS = 10 };
 
-static const WireType *const TYPES[KINDS] = {&WIRE_NODES,   &WIRE_MESH,      &WIRE_MESH_DELTA,
-                                             &WIRE_CONTACT, &WIRE_STATUS,    &WIRE_EVENT,
-                                             &WIRE_REPLY,   &WIRE_TOOL_POSE, &WIRE_COMMAND};
+static const WireType *const TYPES[KINDS] = {
+    &WIRE_NODES, &WIRE_MESH,  &WIRE_MESH_DELTA, &WIRE_CONTACT, &WIRE_STATUS,
+    &WIRE_EVENT, &WIRE_REPLY, &WIRE_TOOL_POSE,  &WIRE_COMMAND, &WIRE_REST};
 
 static void check_nodes(const NodesFrame *frame)
 {
@@ -84,6 +85,13 @@ static void take(Receiver *receiver, int kind, const uint8_t *data, size_t size)
         if (right)
             DECODE(reply_t, client_print_text(receiver->out, message.text, true));
         break;
+    case 9:
+        result = rest_frame_add(&receiver->rest, data, size);
+        MUST(right || result == FRAMES_REFUSED);
+        if (result == FRAMES_WHOLE)
+            for (int i = 0; i < 3 * receiver->rest.node_count; i++)
+                MUST(receiver->rest.position[i] - receiver->rest.position[i] == 0.0f);
+        break;
     default:
         break;
     }
@@ -125,6 +133,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     show(&receiver);
     nodes_frame_destroy(&receiver.nodes);
     mesh_frame_destroy(&receiver.mesh);
+    rest_frame_destroy(&receiver.rest);
     view_destroy(&receiver.view);
     return 0;
 }

@@ -184,6 +184,28 @@ def texts():
     put("text", "file", "\2file:///tmp/x?speed=0")
 
 
+# --- pages of pliant-web ---
+
+def pages():
+    for name, text in (
+            ("drawn", '{"type": "drawn", "round": 5}'),
+            ("tool", '{"type": "tool", "tool": 1, "position": [0.0, 0.1, 0.2], "orientation": [1, 0, 0, 0], '
+                     '"grip": 0.5, "active": true}'),
+            ("cut", '{"type": "cut", "id": 3, "before": [[0, 0, 0], [0, 0, 0.1]], "after": [[0.1, 0, 0], '
+                    '[0.1, 0, 0.1]], "body": "ball"}'),
+            ("load", '{"type": "load", "id": 4, "center": [0, 0, 0], "radius": 0.01, "force": [0, 0, 1e0], '
+                     '"duration": 0.5, "body": ""}'),
+            ("command", '{"type": "command", "id": 5, "kind": "set", "value": 1, "argument": "gravity=0"}')):
+        put("page", name, "\0" + text)
+    put("page", "host", "\1localhost:8080\nhttp://localhost:8080")
+    put("page", "host-six", "\1[::1]:8080\nhttps://[::1]:8080")
+    put("page", "cookie", "\1a=b; pliant8080=0123456789abcdef; c=d")
+    put("page", "query", "\1x=1&token=0123456789abcdef")
+    put("page", "describe", "\2scene 's' at 500 Hz\ntool 1: probe, 1 capsules, max_force 5 N\n  capsule [0, 0, "
+        "0] to [0, 0, 0.1], radius 0.005 m\ntool 2: blade, 0 capsules\n  edge [0, 0, 0] to [0, 0, 0.02] m\n"
+        "tool 4: static, 0 capsules\n  plane [0, 0, 0] m, normal [0, 0, 1]\n")
+
+
 # --- messages ---
 
 def load_types():
@@ -249,7 +271,7 @@ def messages(pliant):
         out = b""
         for kind, message in parts:
             data = message.encode()[8:]
-            out += bytes([72 - 72 % 9 + kind]) + struct.pack(">H", len(data)) + data
+            out += bytes([70 + kind]) + struct.pack(">H", len(data)) + data
         return out
 
     def mesh(first, count, chunk, chunks, topology=1, sequence=1):
@@ -272,6 +294,9 @@ def messages(pliant):
                      id=[4], origin=[4], parent=[0, 1], piece=[0], level=b"\1"))
     put("frames", "mesh", frame(mesh(0, 2, 0, 2), mesh(2, 2, 1, 2), nodes(0, 2, 0, 2), nodes(2, 2, 1, 2),
                                 delta, nodes(0, 4, 0, 1, 2, 2)))
+    rest = (9, fill(pliant.rest_t(), sequence=1, topology=1, node_count=4, chunk=0, chunk_count=1,
+                    num_values=12, position=[0.5] * 12, num_coordinates=8, texture=[0.25] * 8))
+    put("frames", "rest", frame(rest))
     contact = (3, fill(pliant.contact_t(), sequence=1, tool=1, step=5, time=0.01, contact=True,
                        position=[0.0, 0.0, 0.1], force=[0.0, 0.0, 1.0], normal=[0.0, 0.0, 1.0]))
     body = fill(pliant.body_status_t(), name="ball", model="surface", integrator="leapfrog", nodes=42)
@@ -337,7 +362,7 @@ def edits():
     def edit(what, index, rest):
         return bytes([what]) + struct.pack(">H", index) + rest
 
-    for corpus, sets in (("initial", 2), ("checkpoint", 60), ("prepared", 16)):
+    for corpus, sets in (("initial", 2), ("checkpoint", 60), ("prepared", 16), ("recording", 20)):
         put(corpus, "nothing", b"\0")
         put(corpus, "not-hdf5", b"\1not HDF5")
         for index in range(0, sets, max(1, sets // 10)):
@@ -356,6 +381,7 @@ meshes()
 volumes()
 scenes()
 texts()
+pages()
 messages(load_types())
 sessions()
 edits()
