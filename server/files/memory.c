@@ -10,7 +10,7 @@
 
 // --- what there is -------------------------------------------------------------------------------
 
-// The number [bytes] behind a key of a file of /proc, which counts in kB; nan(""): not there.
+// The number [bytes] behind a key of a file of /proc, which counts in kB; NaN: not there.
 static double read_key(const char *path, const char *key)
 {
     char line[256];
@@ -24,7 +24,7 @@ static double read_key(const char *path, const char *key)
     return value;
 }
 
-// The single number of a file of the control group; nan(""): none, or "max".
+// The single number of a file of the control group; NaN: none, or "max".
 static double read_group(const char *folder, const char *name)
 {
     char path[600], line[64], *end;
