@@ -68,6 +68,8 @@ static void *write_rounds(void *user)
         due_ns = client_now_ns() + period_ns;
         ok = send_round(page);
     }
+    // 1001, going away: also when only the page does, which hears of it no more.
+    mg_websocket_write(page->connection, MG_WEBSOCKET_OPCODE_CONNECTION_CLOSE, "\x03\xe9", 2);
     return NULL;
 }
 

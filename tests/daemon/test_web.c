@@ -135,7 +135,7 @@ static void a_page_learns_the_scene_and_follows_every_body(void **state)
     assert_true(ball.matched && hard.matched);
     // The daemon repeats its meshes every second; what has not changed is not sent again.
     int status = page_count(page, "status");
-    page_wait(page_count(page, "status") > status + 25);
+    page_wait(page_count(page, "status") > status + 15);
     assert_int_equal(page_body(page, 0).meshes, 1);
     page_disconnect(page);
     end();
