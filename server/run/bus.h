@@ -23,6 +23,9 @@ bool bus_connect(Bus *bus, const char *describe, const char *lcm_url, Status *st
 bool bus_start(Bus *bus, Status *status);
 // After the other threads have ended: publishes what they left and ends.
 void bus_stop(Bus *bus);
+// After bus_stop: whether the bus ended the run, because another daemon has held the prefix for
+// longer.
+bool bus_yielded(const Bus *bus);
 BusCounts bus_counts(const Bus *bus);
 // Leaves the network; the memory goes with the arena.
 void bus_disconnect(Bus *bus);

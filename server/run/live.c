@@ -27,7 +27,9 @@ struct Live {
 
 static bool open_input_log(Live *live, Status *status)
 {
-    InputLogHeader header = {.rate_hz = live->scene->rate_hz, .step = sim_steps(live->world->sim)};
+    InputLogHeader header = {.rate_hz = live->scene->rate_hz,
+                             .step = sim_steps(live->world->sim),
+                             .inputs = world_inputs(live->world)};
     snprintf(header.scene, sizeof header.scene, "%s", live->scene->name);
     snprintf(header.prefix, sizeof header.prefix, "%s", live->scene->input_prefix);
     snprintf(header.isa, sizeof header.isa, "%s", live->options->isa);
@@ -64,6 +66,7 @@ static bool prepare(Live *live, Status *status)
                         .publish = live->scene->publish,
                         .start_paused = live->scene->start_paused,
                         .estimate_error = live->scene->estimate_error,
+                        .tool_timeout_s = live->scene->tool_timeout_s,
                         .duration_s = options->duration_s,
                         .checkpoint_s = options->checkpoint_s};
     loop_init(&live->loop, live->world, &live->exchange, &loop, live->done_fd);
@@ -148,12 +151,17 @@ static bool run(Live *live, Status *status)
     if (live->files.running && !files_thread_finish(&live->files, sim_steps(live->world->sim)))
         whole = status_fail(status, live->files.status.code, "%s", live->files.status.text);
     bus_stop(live->bus);
+    if (whole && bus_yielded(live->bus))
+        whole = status_fail(status, STATUS_FAILED,
+                            "another daemon has held the prefix %s for longer: this one ended",
+                            live->scene->prefix);
     return files_thread_close(&live->files, status) && whole;
 }
 
 ExchangeOptions live_exchange(const Scene *scene, const LiveOptions *options)
 {
     return (ExchangeOptions){.velocity = scene->publish.velocity,
+                             .rest = scene->publish.rest,
                              .checkpoints = options->checkpoint_path != NULL,
                              .logs_inputs = options->input_log_path != NULL,
                              .records = options->record_path != NULL,
