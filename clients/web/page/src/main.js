@@ -26,8 +26,9 @@ let started = false; // everything below is there
 const images = {
     get drawn() { return colours ??= drawnTissue(stage.software); },
     get plain() { return stage.software; },
+    /** Null: the body has none. */
     of(name) {
-        if (!textures.includes(name)) return this.drawn;
+        if (!textures.includes(name)) return null;
         const image = new TextureLoader().load(
             `/texture/${encodeURIComponent(name)}${location.search}`, () => stage.invalidate());
         image.colorSpace = NoColorSpace; // the shader squares it

@@ -40,10 +40,8 @@ void main() {
     // Summed triangle normals: long where triangles are large, zero where there are none.
     vec3 n = normalMatrix * normal;
     vNormal = n * inversesqrt(max(dot(n, n), 1e-30));
-#if COLOURED == 1
-    vColour = palette[min(int(info.x), 7)];
-#elif COLOURED == 2
-    vColour = palette[int(info.y) & 7];
+#ifdef COLOURED
+    vColour = palette[COLOURED == 1 ? min(int(info.x), 7) : int(info.y) & 7];
 #endif
 #if defined(RED) || defined(LIPS)
     vShiftLip = vec2(distance(position, rest), info.z);
