@@ -306,6 +306,7 @@ static void take_mesh(Intake *intake, int index, bool is_delta, const void *data
     FramesResult result =
         is_delta ? mesh_frame_add_delta(mesh, data, size) : mesh_frame_add(mesh, data, size);
     intake->wants_mesh |= result == FRAMES_MISSED;
+    intake->mesh_chunks += !is_delta;
     if (result != FRAMES_WHOLE)
         return;
     bool same = body->mapped && body->map.topology == mesh->topology;

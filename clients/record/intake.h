@@ -53,12 +53,13 @@ typedef struct Intake {
     RecordingEvent event[INTAKE_EVENTS_WAITING];
     int events_waiting;
     int64_t events_lost;
-    bool open;       // a file has begun
-    int files;       // begun so far
-    int restarts;    // of the daemon
-    int bodies;      // in the file
-    char *path;      // of the newest file
-    bool wants_mesh; // one was missed: DESCRIBE would bring it
+    bool open;           // a file has begun
+    int files;           // begun so far
+    int restarts;        // of the daemon
+    int bodies;          // in the file
+    char *path;          // of the newest file
+    bool wants_mesh;     // one was missed: DESCRIBE would bring it
+    int64_t mesh_chunks; // that came: one may be under way
     Status status;
 } Intake;
 
