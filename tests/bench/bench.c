@@ -227,6 +227,9 @@ int main(int argc, char **argv)
     bench_guard_voxels(&bench);
 #endif
     bench_live(&bench);
+#ifdef PLIANT_BENCH_RECORD
+    bench_record(&bench);
+#endif
     bench_cuts(&bench);
     bench_estimates(&bench);
     bench_guards(&bench);
