@@ -120,15 +120,6 @@ static void copy(int32_t *to, const int32_t *from, int32_t count)
         memcpy(to, from, sizeof *to * (size_t)count);
 }
 
-// Whether a chunk of a later sending belongs to the mesh under way: one topology is one mesh, so
-// that what was lost of a sending may come with the next.
-static bool mesh_goes_on(const MeshParts *next, const pliant_mesh_t *chunk)
-{
-    int32_t ahead = (int32_t)((uint32_t)chunk->sequence - (uint32_t)next->sequence);
-    return next->started && !next->done && ahead > 0 && chunk->topology == next->topology &&
-           chunk->node_count == next->node_count && chunk->triangle_count == next->triangle_count;
-}
-
 static FramesResult mesh_take(MeshFrame *frame, const pliant_mesh_t *chunk)
 {
     MeshParts *next = &frame->next;
@@ -137,10 +128,8 @@ static FramesResult mesh_take(MeshFrame *frame, const pliant_mesh_t *chunk)
     if (next->started &&
         frames_stale(chunk->sequence, chunk->utime, next->sequence, next->utime, STALE_MESHES))
         return FRAMES_STALE;
-    if (mesh_goes_on(next, chunk)) {
+    if (mesh_goes_on(next, chunk))
         next->sequence = chunk->sequence;
-        next->chunk_count = chunk->chunk_count;
-    }
     if (!next->started || chunk->sequence != next->sequence)
         mesh_begin(frame, chunk);
     else if (chunk->node_count != next->node_count ||
