@@ -251,12 +251,14 @@ static void expect_recording_readable(const char *path, const char *body)
     H5Fclose(file);
 }
 
-// Sends a session at its pace for a random time, then kills.
+// Sends a session at its pace for a random time, then kills; now and then while it starts.
 static void drive_and_kill(Daemon *daemon, Client *client, const Session *session, double most_s)
 {
-    double begin = client_now(), limit = random_between(&chance_state, 0.0, most_s);
     int tick = 0, next = 0;
-    client->status.count = client->replies = 0;
+    client->status.count = client->replies = client->events = 0;
+    if (random_below(&chance_state, 4) > 0)
+        client_wait_for_daemon(client);
+    double begin = client_now(), limit = random_between(&chance_state, 0.0, most_s);
     while (client_now() - begin < limit) {
         client_listen(client, 1);
         if (client->status.count > 0 && tick < session->ticks)
@@ -290,7 +292,7 @@ static void kill_live(const KeepScene *scene, int round, Client *client, Tally *
                  "--log-inputs %s --record %s --checkpoint-every 0.005 --checkpoint %s "
                  "%s %s %s",
                  log, record, kept, resumed ? "--resume" : "", resumed ? base : "", config);
-    drive_and_kill(&daemon, client, &session, 1.2);
+    drive_and_kill(&daemon, client, &session, 0.8);
     session_destroy(&session);
 
     look_for_litter(kept, tally);

@@ -316,7 +316,7 @@ static void a_log_of_the_logger_is_input_off_line(void **state)
     if (!installed())
         skip();
     const char *config = session_scene(scene, "single", 1), *path = scratch("session.lcmlog");
-    char still[32], moved[32], cut[32];
+    char still[32], moved[32];
     Daemon daemon;
     run_daemon(&daemon, "--offline 0.3 %s", config);
     printed_state(&daemon, still);
@@ -328,12 +328,11 @@ static void a_log_of_the_logger_is_input_off_line(void **state)
     assert_string_not_equal(moved, still);
 
     // Its writer was killed: the last event is not whole.
-    assert_int_equal(truncate(path, 100000), 0);
-    run_daemon(&daemon, "--offline 5 --input %s %s", path, config);
+    assert_int_equal(truncate(path, 40000), 0);
+    run_daemon(&daemon, "--offline 2 --input %s %s", path, config);
     assert_int_equal(daemon.code, 0);
     assert_non_null(strstr(daemon.err, "cut off after"));
-    printed_state(&daemon, cut);
-    assert_string_not_equal(cut, still);
+    assert_null(strstr(daemon.out, "applied 0,"));
 }
 
 int main(int argc, char **argv)
