@@ -156,35 +156,12 @@ static void letting_go_clears_what_was_known(void **state)
     toy_scene_destroy(&scene);
 }
 
-// Cuts leave nodes behind that no face has any more, without saying that they are gone.
-static void a_node_that_loses_its_last_face_is_let_go(void **state)
-{
-    (void)state;
-    ToolOptions tool = jaws(0.02);
-    ToyScene scene;
-    create(&scene, &tool);
-    Attachment *grip = scene.sim->attachment[0];
-    pull(&scene, vec3(0, 0, 0), 1.0);
-    const int held = (int)grip->hold->count, lost = grip->node[held / 2];
-    assert_true(held > 3);
-    scene.toy[0]->face_end[lost] = scene.toy[0]->face_start[lost];
-    assert_false(attachment_check(grip));
-    attachment_remember(grip);
-    attachment_topology_changed(grip, &(TopologyChange){0});
-    assert_true(attachment_check(grip));
-    assert_int_equal(grip->hold->count, held - 1);
-    for (int i = 0; i < held - 1; i++)
-        assert_int_not_equal(grip->node[i], lost);
-    toy_scene_destroy(&scene);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_lies_within_the_jaws_is_held_at_any_level),
         cmocka_unit_test(points_of_faces_pass_on_and_give_way_to_nodes),
         cmocka_unit_test(letting_go_clears_what_was_known),
-        cmocka_unit_test(a_node_that_loses_its_last_face_is_let_go),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

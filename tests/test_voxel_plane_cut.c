@@ -448,6 +448,47 @@ static void a_hostile_state_is_refused(void **state)
     plane_world_destroy(&world);
 }
 
+// Nodes that a region around everything finds: exactly those that a face in use has.
+static int expect_nodes_of_faces(const PlaneWorld *world)
+{
+    const BodySurface *surface = &world->body->surface;
+    const Region all = {.kind = REGION_CAPSULE, .radius = 1.0};
+    const int edges = cut_of(world)->mesh.edge_count, places = surface->node_count;
+    bool *has = calloc((size_t)places, sizeof *has);
+    int *found = malloc((size_t)places * sizeof *found), wanted = 0;
+    for (int f = 0; f < 2 * edges; f++)
+        for (int k = 0; k < 3; k++) {
+            wanted += !has[surface->face[f][k]];
+            has[surface->face[f][k]] = true;
+        }
+    const int count = world->body->ops->find_nodes(world->model, &all, found, places);
+    assert_int_equal(count, wanted);
+    for (int i = 0; i < count; i++)
+        assert_true(has[found[i]]);
+    for (int n = 0; n < places; n++)
+        assert_int_equal(surface->node_face_end[n] > surface->node_face_start[n], has[n]);
+    free(has);
+    free(found);
+    return count;
+}
+
+static void only_nodes_of_the_outline_are_found_also_after_a_reset(void **state)
+{
+    (void)state;
+    PlaneWorldOptions options = cuttable_disc(12);
+    PlaneWorld world;
+    plane_world_create(&world, &options);
+    const int before = expect_nodes_of_faces(&world);
+    assert_true(before < 2 * world.model->vertices.count); // there are vertices inside
+    CutOutcome sum;
+    assert_true(slice(&world, vec3(0.001, -0.05, 0), vec3(0.001, 0.05, 0), &sum));
+    plane_world_run(&world, 0.01);
+    assert_true(expect_nodes_of_faces(&world) > before);
+    sim_reset(world.sim);
+    assert_int_equal(expect_nodes_of_faces(&world), before);
+    plane_world_destroy(&world);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -460,6 +501,7 @@ int main(void)
         cmocka_unit_test(a_released_vertex_carves_the_quarter_beside_it),
         cmocka_unit_test(a_strong_push_tears_and_a_weak_one_does_not),
         cmocka_unit_test(a_hostile_state_is_refused),
+        cmocka_unit_test(only_nodes_of_the_outline_are_found_also_after_a_reset),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

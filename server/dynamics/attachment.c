@@ -338,7 +338,8 @@ void attachment_clear(Attachment *attachment)
 
 static bool is_used_node(const BodySurface *surface, int node)
 {
-    return node >= 0 && node < surface->node_count && attachment_may_hold(surface, node);
+    return node >= 0 && node < surface->node_count &&
+           surface->node_face_end[node] > surface->node_face_start[node];
 }
 
 static bool is_used_face(const BodySurface *surface, int64_t face)

@@ -59,12 +59,6 @@ struct Attachment {
     int64_t taken, refused;
 };
 
-// Whether a node is of some face at present: only such can be held.
-static inline bool attachment_may_hold(const BodySurface *surface, int node)
-{
-    return surface->node_face_end[node] > surface->node_face_start[node];
-}
-
 static inline bool attachment_is_marked(const Attachment *attachment, int node)
 {
     return (attachment->mark[node / 64] >> (node % 64) & 1) != 0;

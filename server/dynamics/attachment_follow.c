@@ -86,8 +86,6 @@ static void follow_nodes(Attachment *attachment, const TopologyChange *change)
     for (int word = 0; word < (attachment->body->surface.node_count + 63) / 64; word++) {
         for (uint64_t bits = attachment->mark[word]; bits != 0; bits &= bits - 1) {
             int node = word * 64 + __builtin_ctzll(bits);
-            if (!attachment_may_hold(&attachment->body->surface, node))
-                continue; // what was cut away around it left it behind
             if (count == attachment->capacity) {
                 attachment->refused += attachment->given[node].share > 0.0;
                 continue;

@@ -32,9 +32,8 @@ static void mark_near(Attachment *attachment, Vec3 position, Quat orientation, d
         contact_axis(capsule, &at, &region.from, &region.to);
         int count = body->ops->find_nodes(body->model, &region, attachment->found,
                                           body->surface.node_count);
-        for (int i = 0; i < count; i++) // of which some may have no face, inside of a plane body
-            if (attachment_may_hold(&body->surface, attachment->found[i]))
-                attachment_mark(attachment, attachment->found[i]);
+        for (int i = 0; i < count; i++)
+            attachment_mark(attachment, attachment->found[i]);
     }
 }
 

@@ -236,20 +236,6 @@ void loads_follow(LoadSet *set, Body *bodies, int body_count, int changed,
 // ---------------------------------------------------------------------------------------------
 // Start and end
 
-// Takes the nodes that no face has out of the list; returns how many those are. What is behind the
-// list's new end is zero again: the pool is part of the state, and such nodes lie anywhere.
-static int drop_faceless(const BodySurface *surface, int *node, int *count)
-{
-    int kept = 0;
-    for (int i = 0; i < *count; i++)
-        if (surface->node_face_end[node[i]] > surface->node_face_start[node[i]])
-            node[kept++] = node[i];
-    const int dropped = *count - kept;
-    memset(&node[kept], 0, (size_t)dropped * sizeof *node);
-    *count = kept;
-    return dropped;
-}
-
 // Appends the nodes of a body within a region to the load that is last in the pool. Returns how
 // many there are; those that do not fit are not written.
 static int64_t take_nodes(LoadSet *set, const Load *load, const Body *body, int first_node,
@@ -264,8 +250,6 @@ static int64_t take_nodes(LoadSet *set, const Load *load, const Body *body, int 
     int room = set->pool_capacity - (int)at;
     int count = body->ops->find_nodes(body->model, &region, found, room);
     int written = count < room ? count : room;
-    if (changes) // of which some may have no face at present: places that are nobody's
-        count -= drop_faceless(&body->surface, found, &written);
     for (int i = 0; i < written; i++) {
         LoadNode node = {.share = 1.0};
         if (changes) {

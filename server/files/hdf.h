@@ -66,6 +66,10 @@ bool hdf_write(const HdfFile *file, const char *name, hid_t type, int rank, cons
                const void *data, const char *unit);
 bool hdf_write_text(const HdfFile *file, const char *object, const char *name, const char *text);
 bool hdf_write_int(const HdfFile *file, const char *object, const char *name, int value);
+// The same with 64 bits; hdf_set_long changes the value of one that is there.
+bool hdf_read_long(const HdfFile *file, const char *object, const char *name, int64_t *value);
+bool hdf_write_long(const HdfFile *file, const char *object, const char *name, int64_t value);
+bool hdf_set_long(const HdfFile *file, const char *object, const char *name, int64_t value);
 #endif
 
 #endif

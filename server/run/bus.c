@@ -31,40 +31,6 @@ static bool name_channels(Bus *bus, Status *status)
     return true;
 }
 
-static void on_answer_to_claim(const lcm_recv_buf_t *message, const char *channel, void *user)
-{
-    (void)message;
-    (void)channel;
-    *(bool *)user = true;
-}
-
-// Two daemons on one output prefix would mix their meshes. A daemon answers a message on its claim
-// channel with a status at once, so that asking takes a moment and not a status period.
-static bool claim_prefix(Bus *bus, const char *url, Status *status)
-{
-    enum { WAIT_MS = 250 };
-    if (url != NULL && strncmp(url, "memq://", 7) == 0)
-        return true;
-    bool taken = false;
-    lcm_subscription_t *answers =
-        lcm_subscribe(bus->lcm, bus->status_channel, on_answer_to_claim, &taken);
-    if (answers == NULL)
-        return status_fail(status, STATUS_FAILED,
-                           "LCM cannot receive: are multicast packets filtered?");
-    int64_t utime = clock_utime();
-    lcm_publish(bus->lcm, bus->claim_channel, &utime, sizeof utime);
-    int64_t end_ns = clock_now_ns() + WAIT_MS * INT64_C(1000000);
-    int64_t left_ms;
-    while (!taken && (left_ms = (end_ns - clock_now_ns()) / 1000000) > 0)
-        lcm_handle_timeout(bus->lcm, (int)left_ms);
-    lcm_unsubscribe(bus->lcm, answers);
-    if (taken)
-        return status_fail(status, STATUS_FAILED,
-                           "another daemon publishes on %s: give this one another --prefix",
-                           bus->status_channel);
-    return true;
-}
-
 static bool join_network(Bus *bus, const char *url, Status *status)
 {
     if (!lcm_url_check(url, status))
@@ -73,7 +39,7 @@ static bool join_network(Bus *bus, const char *url, Status *status)
     if (bus->lcm == NULL)
         return status_fail(status, STATUS_FAILED, "LCM cannot use '%s'",
                            url != NULL ? url : "its default URL");
-    return claim_prefix(bus, url, status) && bus_subscribe(bus, status);
+    return bus_claim(bus, url, status) && bus_subscribe(bus, status);
 }
 
 Bus *bus_reserve(World *world, const Scene *scene, Exchange *exchange)
@@ -98,6 +64,8 @@ bool bus_connect(Bus *bus, const char *describe, const char *lcm_url, Status *st
 
 static void send_all(Bus *bus)
 {
+    if (bus->claim.yielded)
+        return;
     int64_t now_ns = clock_now_ns();
     bus_tell(bus, now_ns);
     bus_send_contacts(bus);
@@ -112,7 +80,8 @@ static void wait_for_something(Bus *bus)
 {
     int64_t now_ns = clock_now_ns();
     int64_t wait_ns = bus->scene->publish.contact_hz > 0.0 ? 100000000 : 5000000;
-    int64_t due_ns = bus_next_chunk_ns(bus);
+    int64_t due_ns = bus_next_chunk_ns(bus), look_ns = service_due_ns(bus->service);
+    due_ns = look_ns < due_ns ? look_ns : due_ns;
     if (due_ns != INT64_MAX && due_ns - now_ns < wait_ns)
         wait_ns = due_ns > now_ns ? due_ns - now_ns : 0;
     struct pollfd fds[2] = {{.fd = lcm_get_fileno(bus->lcm), .events = POLLIN},
@@ -126,19 +95,26 @@ static void *bus_main(void *argument)
 {
     Bus *bus = argument;
     bool more = false;
+    bus->looked_ns = clock_now_ns();
     while (!atomic_load(&bus->finish)) {
         if (!more)
             wait_for_something(bus);
+        bus_look(bus, clock_now_ns());
         more = bus_receive(bus);
         send_all(bus);
+        if (bus->service->told)
+            service_look(bus->service, bus->exchange, bus->status, bus->scene->rate_hz,
+                         clock_now_ns());
     }
     send_all(bus);
-    bus_send_frames(bus, clock_now_ns(), true);
+    if (!bus->claim.yielded)
+        bus_send_frames(bus, clock_now_ns(), true);
     return NULL;
 }
 
-bool bus_start(Bus *bus, Status *status)
+bool bus_start(Bus *bus, Service *service, Status *status)
 {
+    bus->service = service;
     int error = pthread_create(&bus->thread, NULL, bus_main, bus);
     if (error != 0)
         return status_fail(status, STATUS_FAILED, "cannot start the bus thread: %s",

@@ -68,6 +68,18 @@ static void hand_over(Bus *bus, GateResult *result)
     exchange_wake(exchange->step_fd);
 }
 
+void bus_look(Bus *bus, int64_t now_ns)
+{
+    // It looks at least every 100 ms. The kernel's buffer keeps the oldest of what came meanwhile
+    // and liblcm's thread has to empty it first.
+    enum { LOOKS_NS = 100000000, EMPTIED_NS = 50000000 };
+    int64_t away_ns = now_ns - bus->looked_ns;
+    bus->looked_ns = now_ns;
+    if (away_ns > LOOKS_NS + (int64_t)(bus->scene->tool_timeout_s * 1e9))
+        bus->stale_until_ns = now_ns + EMPTIED_NS;
+    bus_hold_anew(bus, away_ns, now_ns);
+}
+
 static void on_input(const lcm_recv_buf_t *message, const char *channel, void *user)
 {
     (void)channel;
@@ -75,8 +87,14 @@ static void on_input(const lcm_recv_buf_t *message, const char *channel, void *u
     Bus *bus = subscription->bus;
     bus->counts.received++;
     GateResult result;
-    gate_pass(&bus->gate, subscription->kind, message->data, message->data_size,
-              clock_now_ns() / 1000, &result);
+    int64_t now_ns = clock_now_ns();
+    bus_look(bus, now_ns);
+    if (subscription->kind == INPUT_POSE && now_ns < bus->stale_until_ns) {
+        gate_count(&bus->gate, REFUSED_STALE);
+        return;
+    }
+    gate_pass(&bus->gate, subscription->kind, message->data, message->data_size, now_ns / 1000,
+              &result);
     switch (result.passage) {
     case PASSAGE_OPEN:
         hand_over(bus, &result);
@@ -94,33 +112,7 @@ static void on_input(const lcm_recv_buf_t *message, const char *channel, void *u
     }
 }
 
-// A status on our channel that we did not send: somebody else publishes there. The time stamp
-// behind the fingerprint is enough to know our own.
-static void on_status(const lcm_recv_buf_t *message, const char *channel, void *user)
-{
-    Bus *bus = user;
-    int64_t utime = 0;
-    if (message->data_size >= 16)
-        for (int i = 8; i < 16; i++)
-            utime = (int64_t)((uint64_t)utime << 8 | ((const unsigned char *)message->data)[i]);
-    for (int i = 0; i < OWN_STATUSES; i++)
-        if (bus->own_status[i] == utime)
-            return;
-    int64_t now = clock_now_ns();
-    if (bus->foreign_told_ns != 0 && now - bus->foreign_told_ns < 10000000000)
-        return;
-    bus->foreign_told_ns = now;
-    log_line(LOG_WARNING, "another daemon publishes on %s too: its clients mix both", channel);
-}
-
-static void on_claim(const lcm_recv_buf_t *message, const char *channel, void *user)
-{
-    (void)message;
-    (void)channel;
-    ((Bus *)user)->claimed = true;
-}
-
-static bool subscribe(Bus *bus, const char *channel, lcm_msg_handler_t handler, void *user,
+bool bus_subscribe_to(Bus *bus, const char *channel, lcm_msg_handler_t handler, void *user,
                       int queue, Status *status)
 {
     lcm_subscription_t *subscription = lcm_subscribe(bus->lcm, channel, handler, user);
@@ -134,17 +126,16 @@ static bool subscribe(Bus *bus, const char *channel, lcm_msg_handler_t handler, 
 bool bus_subscribe(Bus *bus, Status *status)
 {
     // The queues keep the oldest and drop the newest: long enough never to fill between two looks.
-    enum { QUEUE = 4096, SHORT_QUEUE = 16 };
+    enum { QUEUE = 4096 };
     for (int k = 0; k < INPUT_KINDS; k++) {
         char channel[2 * CHANNEL_MAX];
         snprintf(channel, sizeof channel, "%s_%s", bus->scene->input_prefix,
                  input_channel((InputKind)k));
         bus->subscription[k] = (Subscription){.bus = bus, .kind = (InputKind)k};
-        if (!subscribe(bus, channel, on_input, &bus->subscription[k], QUEUE, status))
+        if (!bus_subscribe_to(bus, channel, on_input, &bus->subscription[k], QUEUE, status))
             return false;
     }
-    return subscribe(bus, bus->status_channel, on_status, bus, SHORT_QUEUE, status) &&
-           subscribe(bus, bus->claim_channel, on_claim, bus, SHORT_QUEUE, status);
+    return bus_subscribe_claims(bus, status);
 }
 
 bool bus_receive(Bus *bus)

@@ -188,10 +188,10 @@ void bus_tell_status(Bus *bus, int64_t now_ns)
     if (bus->status == NULL)
         return;
     bool overdue = hz > 0.0 && now_ns >= bus->next_status_ns;
-    if (newest == NULL && !overdue && !bus->claimed)
+    if (newest == NULL && !overdue && !bus->claim.asked)
         return;
     bus_send_status(bus, newest != NULL);
-    bus->claimed = false;
+    bus->claim.asked = false;
     // The step thread's own beat comes first; only when it rests do we repeat the last one.
     if (hz > 0.0)
         bus->next_status_ns = now_ns + (int64_t)(1.5e9 / hz);
@@ -234,6 +234,6 @@ void bus_tell(Bus *bus, int64_t now_ns)
     tell_answers(bus, &exchange->answer, now_ns);
     if (exchange->checkpoints)
         tell_answers(bus, &exchange->written, now_ns);
-    if (exchange->checkpoints || exchange->records)
+    if (exchange->checkpoints || exchange->records || exchange->logs_inputs)
         tell_events(bus, &exchange->files_event);
 }

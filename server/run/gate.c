@@ -35,17 +35,37 @@ static GateEntry *new_entry(Gate *gate, const Input *input)
     return entry;
 }
 
+// On its way a pose may be overtaken. Both the count and the sender's clock must say so: a sender
+// may count as it likes, and its clock may be set back.
+static bool was_overtaken(const ToolOwner *owner, const Input *input)
+{
+    enum { MOST = 1024 }; // a second's poses
+    int32_t ahead = (int32_t)((uint32_t)input->id - (uint32_t)owner->sequence);
+    return ahead < 0 && ahead >= -MOST && input->utime < owner->utime;
+}
+
 // The first sender that makes a tool active owns it until it is stale or given up.
 static Refusal check_owner(Gate *gate, const Input *input, int64_t now_us, char *why)
 {
     ToolOwner *owner = &gate->owner[input->index];
-    bool fresh = owner->owned && now_us - owner->last_us <= gate->timeout_us;
+    bool recent = now_us - owner->last_us <= gate->timeout_us;
+    bool fresh = owner->owned && recent;
     if (fresh && owner->sender != input->sender) {
         snprintf(why, INPUT_WHY_MAX, "tool %d belongs to sender %d, pose of sender %d refused",
                  input->pose.tool, owner->sender, input->sender);
         return REFUSED_OWNER;
     }
-    *owner = (ToolOwner){.owned = input->pose.active, .sender = input->sender, .last_us = now_us};
+    // Also when it was given up: what comes after that must not take it again.
+    if (recent && owner->sender == input->sender && was_overtaken(owner, input)) {
+        snprintf(why, INPUT_WHY_MAX, "tool %d: pose %d came after pose %d of its sender",
+                 input->pose.tool, input->id, owner->sequence);
+        return REFUSED_LATE;
+    }
+    *owner = (ToolOwner){.owned = input->pose.active,
+                         .sender = input->sender,
+                         .last_us = now_us,
+                         .sequence = input->id,
+                         .utime = input->utime};
     return ACCEPTED;
 }
 

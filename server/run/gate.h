@@ -30,7 +30,9 @@ typedef enum Passage {
 typedef struct ToolOwner {
     bool owned;
     int32_t sender;
-    int64_t last_us; // newest accepted pose
+    int64_t last_us;  // arrival of the newest accepted pose
+    int32_t sequence; // of that pose
+    int64_t utime;    // of that pose, the sender's
 } ToolOwner;
 
 typedef struct GateEntry {

@@ -31,6 +31,8 @@ static const char *const refusal_names[REFUSAL_COUNT] = {
     [REFUSED_RANGE] = "out_of_range",
     [REFUSED_COMMAND] = "unknown_command",
     [REFUSED_OWNER] = "tool_owned_by_other",
+    [REFUSED_LATE] = "overtaken",
+    [REFUSED_STALE] = "stale",
     [REFUSED_FULL] = "queue_full",
     [REFUSED_NOT_POSSIBLE] = "not_possible",
 };

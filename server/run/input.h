@@ -25,6 +25,8 @@ typedef enum Refusal {
     REFUSED_RANGE,        // a value outside its range
     REFUSED_COMMAND,      // unknown kind, or an argument that it does not take
     REFUSED_OWNER,        // the tool belongs to another sender
+    REFUSED_LATE,         // a pose that a newer one of its sender has overtaken
+    REFUSED_STALE,        // a pose that waited while the daemon was stopped
     REFUSED_FULL,         // too many requests are waiting
     REFUSED_NOT_POSSIBLE, // well formed, but the scene cannot do it
     REFUSAL_COUNT

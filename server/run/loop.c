@@ -198,6 +198,30 @@ static void lift_blade(Loop *loop, const Input *input)
     apply_pose(loop, &lift);
 }
 
+// While the process or the machine was stopped the hands went on, and where they are now nobody has
+// said yet: a tool that swept there in a tick would tear at what it holds. So tools are let go of,
+// as those that are stale, and the poses of before are forgotten.
+static void let_go(Loop *loop)
+{
+    Exchange *exchange = loop->exchange;
+    for (int i = 0; i < exchange->tool_count; i++) {
+        const ToolMotion *motion = sim_tool_motion(loop->sim, i);
+        const ToolOptions *tool = sim_tool(loop->sim, i);
+        slot_take(&exchange->pose[i]);
+        if (!motion->active || tool->kind == TOOL_STATIC)
+            continue;
+        const Input lift = {.kind = INPUT_POSE,
+                            .index = i,
+                            .sender = exchange->taken[i][1],
+                            .utime = motion->pose_utime,
+                            .pose = {.tool = tool->id, .orientation = {1.0, 0.0, 0.0, 0.0}}};
+        apply_pose(loop, &lift);
+    }
+    requests_event(loop, -1, "stopped", "for %.3f s: its ticks are skipped, its tools let go of",
+                   (double)loop->away_ns * 1e-9);
+    loop->away_ns = 0;
+}
+
 static void take_poses(Loop *loop)
 {
     Exchange *exchange = loop->exchange;
@@ -213,6 +237,8 @@ static void take_poses(Loop *loop)
 static void tick(Loop *loop, int64_t begin_ns)
 {
     Sim *sim = loop->sim;
+    if (loop->away_ns > 0)
+        let_go(loop);
     take_poses(loop);
     int64_t taken_ns = clock_now_ns();
     sim_add_stage_ns(sim, STAGE_INPUTS, taken_ns - begin_ns);
@@ -244,12 +270,23 @@ static void tick(Loop *loop, int64_t begin_ns)
         loop_push_status(loop);
 }
 
+// For whoever watches whether we live.
+static void beat(Loop *loop)
+{
+    Exchange *exchange = loop->exchange;
+    loop->beats++;
+    atomic_store_explicit(&exchange->beat, loop->beats, memory_order_relaxed);
+    atomic_store_explicit(&exchange->step, loop->ticks, memory_order_relaxed);
+    atomic_store_explicit(&exchange->late, loop->late_ticks, memory_order_relaxed);
+}
+
 // The ticks of a STEP, at once; a PAUSE or STOP that arrives meanwhile ends them early.
 static void run_steps(Loop *loop)
 {
     while (loop->stepped < loop->stepping.command.value && !is_over(loop) &&
            atomic_load_explicit(&loop->exchange->interrupts, memory_order_relaxed) == 0) {
         tick(loop, clock_now_ns());
+        beat(loop);
         loop->stepped++;
         requests_checkpoint(loop);
     }
@@ -277,6 +314,9 @@ static void start_clock(Loop *loop)
 static void wait_for_deadline(Loop *loop)
 {
     int64_t now = clock_now_ns();
+    int64_t missed = now - deadline(loop, loop->slot);
+    if ((double)missed > loop->options.tool_timeout_s * 1e9)
+        loop->away_ns = missed;
     while (deadline(loop, loop->slot) < now) {
         loop->slot++;
         loop->late_ticks++;
@@ -343,6 +383,7 @@ static void *loop_main(void *argument)
             tick(loop, begin_ns);
         requests_checkpoint(loop);
         wake_bus(loop);
+        beat(loop);
         if (loop->estimates && loop->state == RUN_RUNNING && before == RUN_RUNNING)
             try_step(loop);
     }

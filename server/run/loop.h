@@ -16,8 +16,9 @@ typedef struct LoopOptions {
     ScenePublish publish;
     bool start_paused;
     bool estimate_error;
-    double duration_s;   // simulated plus skipped time after which the loop ends; 0: never
-    double checkpoint_s; // simulated time between checkpoints; 0: none
+    double tool_timeout_s; // a stop for longer lets go of the tools
+    double duration_s;     // simulated plus skipped time after which the loop ends; 0: never
+    double checkpoint_s;   // simulated time between checkpoints; 0: none
 } LoopOptions;
 
 typedef struct Loop {
@@ -33,9 +34,11 @@ typedef struct Loop {
 
     // the thread's own
     RunState state;
-    int64_t epoch_ns, slot;             // deadline of slot k: epoch_ns + k / rate
-    Input stepping;                     // the STEP being executed
-    int64_t stepped;                    // its ticks so far
+    int64_t epoch_ns, slot; // deadline of slot k: epoch_ns + k / rate
+    Input stepping;         // the STEP being executed
+    int64_t stepped;        // its ticks so far
+    int64_t away_ns; // by how much the last deadline was missed, when the tools are to be let go of
+    int64_t beats;   // turns so far
     bool handed_over;                   // something waits for the bus
     Answer asked[EXCHANGE_CHECKPOINTS]; // who waits for the next checkpoint
     int asked_count;

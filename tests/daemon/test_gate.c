@@ -1,6 +1,6 @@
 // What is let in, with a clock of our own: ownership, repeats, counters. And when things are due.
 #include "expect.h"
-#include "run/event_log.h"
+#include "files/event_log.h"
 #include "run/gate.h"
 #include "run/lcm_url.h"
 #include "run/loop.h"
@@ -42,16 +42,24 @@ static int tear_down(void **state)
     return 0;
 }
 
-static Refusal pass_pose(Fixture *fixture, int sender, int tool, bool active, int64_t now_us)
+static Refusal pass_numbered(Fixture *fixture, int32_t sequence, int64_t utime, bool active,
+                             int sender, int tool, int64_t now_us)
 {
     Input input = {.kind = INPUT_POSE,
                    .sender = sender,
+                   .id = sequence,
+                   .utime = utime,
                    .pose = {.tool = tool, .orientation = {1.0}, .active = active}};
     unsigned char data[INPUT_WIRE_MAX];
     size_t size = input_encode(&input, data);
     static GateResult result;
     gate_pass(&fixture->gate, INPUT_POSE, data, size, now_us, &result);
     return result.refusal;
+}
+
+static Refusal pass_pose(Fixture *fixture, int sender, int tool, bool active, int64_t now_us)
+{
+    return pass_numbered(fixture, 0, 0, active, sender, tool, now_us);
 }
 
 static Passage pass_request(Fixture *fixture, int sender, int id, const Answer **answer)
@@ -80,6 +88,28 @@ static void a_tool_belongs_to_its_first_sender_until_stale_or_given_up(void **st
     assert_int_equal(pass_pose(fixture, 1, 1, true, 300004), ACCEPTED);
     assert_int_equal(fixture->gate.refused[REFUSED_OWNER], 4);
     assert_int_equal(gate_refused(&fixture->gate), 4);
+}
+
+static void a_pose_that_was_overtaken_is_refused_whatever_clocks_and_counts_do(void **state)
+{
+    Fixture *f = *state;
+    const int64_t hour = INT64_C(3600000000);
+    assert_int_equal(pass_numbered(f, 10, 5000, true, 1, 1, 1000), ACCEPTED);
+    assert_int_equal(pass_numbered(f, 9, 4000, true, 1, 1, 2000), REFUSED_LATE);
+    assert_int_equal(pass_numbered(f, 10, 5000, true, 1, 1, 3000), ACCEPTED); // came twice
+    assert_int_equal(pass_numbered(f, 12, 7000, false, 1, 1, 4000), ACCEPTED);
+    assert_int_equal(pass_numbered(f, 11, 6000, true, 1, 1, 5000), REFUSED_LATE); // it is given up
+    // The sender's clock is set back, then forward; its counter starts anew; it wraps.
+    assert_int_equal(pass_numbered(f, 13, 8000 - hour, true, 1, 1, 6000), ACCEPTED);
+    assert_int_equal(pass_numbered(f, 14, 9000 + hour, true, 1, 1, 7000), ACCEPTED);
+    assert_int_equal(pass_numbered(f, 0, 10000 + hour, true, 1, 1, 8000), ACCEPTED);
+    assert_int_equal(pass_numbered(f, INT32_MAX, 11000 + hour, true, 1, 1, 9000), ACCEPTED);
+    assert_int_equal(pass_numbered(f, INT32_MIN, 12000 + hour, true, 1, 1, 10000), ACCEPTED);
+    assert_int_equal(pass_numbered(f, INT32_MAX, 11000 + hour, true, 1, 1, 11000), REFUSED_LATE);
+    // Of another sender, or long after: not overtaken.
+    assert_int_equal(pass_numbered(f, INT32_MAX, 11000 + hour, true, 1, 1, 500000), ACCEPTED);
+    assert_int_equal(pass_numbered(f, INT32_MAX - 1, 0, true, 2, 1, 900000), ACCEPTED);
+    assert_int_equal(f->gate.refused[REFUSED_LATE], 3);
 }
 
 static void static_and_unknown_tools_take_no_poses(void **state)
@@ -202,6 +232,8 @@ static void hostile_event_logs_end_with_a_sentence(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(
+            a_pose_that_was_overtaken_is_refused_whatever_clocks_and_counts_do, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_tool_belongs_to_its_first_sender_until_stale_or_given_up,
                                         set_up, tear_down),
         cmocka_unit_test_setup_teardown(static_and_unknown_tools_take_no_poses, set_up, tear_down),

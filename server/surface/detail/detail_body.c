@@ -205,6 +205,15 @@ static void snapshot(const void *self, float *position, float *velocity)
     }
 }
 
+static void snapshot_rest(const void *self, float *position)
+{
+    const SurfaceModel *model = self;
+    const SlotTable *table = &model->detail->slots->node;
+    for (int s = 0; s < table->high; s++)
+        if (table->thing[s] >= 0)
+            rows_snapshot_rest(&model->basis, &model->slot[table->thing[s]], 1, position + 3L * s);
+}
+
 static int read_state(const void *self, int *id, Vec3 *position, Vec3 *velocity)
 {
     const SurfaceModel *model = self;
@@ -290,6 +299,7 @@ const BodyOps *detail_ops(const SurfaceOptions *options)
     ops->add_load = add_load;
     ops->look = options->adaptive ? look : NULL;
     ops->snapshot = snapshot;
+    ops->snapshot_rest = snapshot_rest;
     ops->read_state = read_state;
     ops->measure = measure;
     ops->is_fixed = is_fixed;

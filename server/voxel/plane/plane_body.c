@@ -194,6 +194,8 @@ static int plane_find_nodes(const void *self, const Region *region, int *node, i
     const RegionTest test = region_test(&here);
     int found = 0;
     for (int n = 0; n < model->node_count; n++) {
+        if (model->node_face_end[n] == model->node_face_start[n])
+            continue;
         Vec3 x = rows_local(&model->vertices.rows, model->vertices.present, model->node_vertex[n]);
         x.z += height_of(model, n);
         if (region_contains(&test, x)) {
@@ -232,6 +234,12 @@ static void plane_snapshot(const void *self, float *position, float *velocity)
     const Vertices *vertices = &model->vertices;
     rows_snapshot(&vertices->rows, vertices_row(vertices), model->vertex, vertices->count, position,
                   velocity);
+}
+
+static void plane_snapshot_rest(const void *self, float *position)
+{
+    const PlaneModel *model = self;
+    rows_snapshot_rest(&model->vertices.rows, model->vertex, model->vertices.count, position);
 }
 
 static int plane_read_state(const void *self, int *id, Vec3 *position, Vec3 *velocity)
@@ -308,6 +316,7 @@ const BodyOps plane_ops = {
     .add_load = plane_add_load,
     .clear_loads = plane_clear_loads,
     .snapshot = plane_snapshot,
+    .snapshot_rest = plane_snapshot_rest,
     .read_state = plane_read_state,
     .measure = plane_measure,
     .is_fixed = plane_is_fixed,

@@ -38,6 +38,8 @@ void plane_cut_create_surface(PlaneModel *model, Body *body, const VoxelOptions 
     strip->edge_from = ALLOCATE(ARENA_TOPOLOGY, cut->vertex_capacity, int, "edges from vertices");
     for (int n = 0; n < nodes; n++)
         strip->start[n] = strip->end[n] = n * FACES_OF_NODE;
+    model->node_face_start = strip->start;
+    model->node_face_end = strip->end;
     for (int f = 0; f < faces; f++)
         strip->finest_area[f] = 0.5 * cut->forms.size * cut->forms.size;
     body->surface = (BodySurface){
@@ -76,18 +78,17 @@ void plane_cut_create_surface(PlaneModel *model, Body *body, const VoxelOptions 
     };
 }
 
-// Also those of vertices that a reset has taken back: `used` nodes were in use before.
-static void clear_nodes(const PlaneModel *model, int used)
+// Those that were in use before a reset, too.
+static void clear_nodes(const PlaneModel *model, BodySurface *surface)
 {
     const PlaneStrip *strip = &model->cut->strip;
-    for (int n = 2 * model->vertices.count; n < used; n++) {
-        strip->end[n] = strip->start[n];
-        strip->node_area[n] = strip->node_mass[n] = 0.0;
-    }
-    for (int n = 0; n < 2 * model->vertices.count; n++) {
+    const int nodes = 2 * model->vertices.count;
+    surface->node_used = surface->node_used > nodes ? surface->node_used : nodes;
+    for (int n = 0; n < surface->node_used; n++) {
         strip->end[n] = strip->start[n];
         strip->node_area[n] = 0.0;
-        strip->node_mass[n] = 0.5 * model->vertices.mass[n / 2]; // what pushes both pushes it
+        // What pushes both pushes the vertex.
+        strip->node_mass[n] = n < nodes ? 0.5 * model->vertices.mass[n / 2] : 0.0;
     }
 }
 
@@ -121,7 +122,7 @@ static void show_strip(PlaneModel *model, Body *body)
 {
     const PlaneCut *cut = model->cut;
     const PlaneStrip *strip = &cut->strip;
-    clear_nodes(model, body->surface.node_used);
+    clear_nodes(model, &body->surface);
     for (int v = 0; v < model->vertices.count; v++)
         strip->edge_from[v] = -1;
     for (int k = 0; k < cut->mesh.edge_count; k++)
@@ -133,7 +134,6 @@ static void show_strip(PlaneModel *model, Body *body)
             strip->neighbor[2 * next + 1][2] = 2 * k;
         }
     }
-    body->surface.node_used = 2 * model->vertices.count;
     body->surface.face_used = 2 * cut->mesh.edge_count > body->surface.face_used
                                   ? 2 * cut->mesh.edge_count
                                   : body->surface.face_used;

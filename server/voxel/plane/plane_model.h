@@ -36,10 +36,12 @@ typedef struct PlaneModel {
     Vertices vertices; // z = 0
     int *vertex;       // [vertex_count] all of them, in their order: what is published
 
-    // --- nodes of the strip: 2 k below and 2 k + 1 above the k-th vertex of the outline ---
+    // --- nodes of the strip: 2 k below and 2 k + 1 above the k-th vertex of the outline; of a
+    // cuttable body, above every vertex there may ever be: those inside have no faces ---
     int node_count;
-    int *node_vertex; // [node_count]
-    double half;      // half the thickness [m]
+    int *node_vertex;                           // [node_count]
+    const int *node_face_start, *node_face_end; // [node_count] as in BodySurface
+    double half;                                // half the thickness [m]
 
     struct PlaneCut *cut; // of cuttable bodies, else NULL
 } PlaneModel;

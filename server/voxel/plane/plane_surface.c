@@ -103,6 +103,8 @@ void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh,
         .node_mass = node_mass,
         .longest_edge = longest,
     };
+    model->node_face_start = body->surface.node_face_start;
+    model->node_face_end = body->surface.node_face_end;
     // A corner of the outline bears a third of what a notch does.
     if (!options->without_contacts) {
         body->surface.face_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)faces,

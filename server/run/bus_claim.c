@@ -1,0 +1,229 @@
+// Whose output prefix it is. Two daemons on one prefix would mix their meshes, so one asks before
+// it starts. What slips through (a lost packet, a link that was cut, a daemon that was stopped
+// while the other started) is found when one hears the other's status: both ask again, and the one
+// that has held the prefix for a shorter time ends. A hold begins anew when the bus thread was away
+// for longer than anybody waits for an answer. Questions are random numbers, so that a log which is
+// played back answers none.
+#include "run/bus_parts.h"
+
+#include "base/clock.h"
+#include "base/log.h"
+
+#include "pliant_claim_t.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <sys/random.h>
+
+enum {
+    WAIT_MS = 250,     // for an answer
+    ASK_AGAIN_MS = 50, // before the start: packets get lost
+    CLOSE_US = 100000, // holds that began within this are as old as each other
+    AWAY_MS = 1000,    // more than WAIT_MS, lest a busy machine's daemon yields to a newcomer
+};
+
+static int64_t draw(void)
+{
+    int64_t number = 0;
+    if (getrandom(&number, sizeof number, GRND_NONBLOCK) != sizeof number)
+        number = clock_now_ns();
+    return number != 0 ? number : 1;
+}
+
+static int64_t held_us(const Bus *bus)
+{
+    return (clock_now_ns() - bus->claim.since_ns) / 1000;
+}
+
+static void publish(Bus *bus, int64_t question, int64_t answers, int64_t held)
+{
+    const pliant_claim_t message = {.utime = clock_utime(),
+                                    .daemon = bus->claim.daemon,
+                                    .question = question,
+                                    .answers = answers,
+                                    .held = held};
+    pliant_claim_t_publish(bus->lcm, bus->claim_channel, &message);
+}
+
+static bool read_claim(const lcm_recv_buf_t *message, pliant_claim_t *claim)
+{
+    const pliant_claim_t any = {0};
+    return message->data_size == (uint32_t)pliant_claim_t_encoded_size(&any) &&
+           pliant_claim_t_decode(message->data, 0, (int)message->data_size, claim) >= 0;
+}
+
+// --- before the start ---
+
+typedef struct Asking {
+    const Bus *bus;
+    bool taken;
+} Asking;
+
+static void on_any_status(const lcm_recv_buf_t *message, const char *channel, void *user)
+{
+    (void)message;
+    (void)channel;
+    ((Asking *)user)->taken = true;
+}
+
+static void on_first_answer(const lcm_recv_buf_t *message, const char *channel, void *user)
+{
+    (void)channel;
+    Asking *asking = user;
+    pliant_claim_t claim;
+    if (read_claim(message, &claim) && claim.answers == asking->bus->claim.question)
+        asking->taken = true;
+}
+
+static void ask_until_answered(Bus *bus, const Asking *asking)
+{
+    int64_t now_ns = clock_now_ns(), end_ns = now_ns + WAIT_MS * INT64_C(1000000);
+    int64_t again_ns = now_ns;
+    while (!asking->taken && now_ns < end_ns) {
+        if (now_ns >= again_ns) {
+            publish(bus, bus->claim.question, 0, -1);
+            again_ns = now_ns + ASK_AGAIN_MS * INT64_C(1000000);
+        }
+        int64_t until_ns = again_ns < end_ns ? again_ns : end_ns;
+        lcm_handle_timeout(bus->lcm, 1 + (int)((until_ns - now_ns) / 1000000));
+        now_ns = clock_now_ns();
+    }
+}
+
+bool bus_claim(Bus *bus, const char *url, Status *status)
+{
+    BusClaim *claim = &bus->claim;
+    claim->daemon = draw();
+    claim->question = draw();
+    claim->since_ns = clock_now_ns();
+    if (url != NULL && strncmp(url, "memq://", 7) == 0)
+        return true;
+    Asking asking = {.bus = bus};
+    lcm_subscription_t *on[2] = {
+        lcm_subscribe(bus->lcm, bus->status_channel, on_any_status, &asking),
+        lcm_subscribe(bus->lcm, bus->claim_channel, on_first_answer, &asking)};
+    if (on[0] == NULL || on[1] == NULL)
+        return status_fail(status, STATUS_FAILED,
+                           "LCM cannot receive: are multicast packets filtered?");
+    ask_until_answered(bus, &asking);
+    for (int i = 0; i < 2; i++)
+        lcm_unsubscribe(bus->lcm, on[i]);
+    claim->question = 0;
+    claim->since_ns = clock_now_ns();
+    if (asking.taken)
+        return status_fail(status, STATUS_FAILED,
+                           "another daemon publishes on %s: give this one another --prefix",
+                           bus->status_channel);
+    return true;
+}
+
+// --- while running ---
+
+void bus_hold_anew(Bus *bus, int64_t away_ns, int64_t now_ns)
+{
+    if (away_ns > AWAY_MS * INT64_C(1000000))
+        bus->claim.since_ns = now_ns;
+}
+
+// At most once a second.
+static void ask_rival(Bus *bus)
+{
+    BusClaim *claim = &bus->claim;
+    int64_t now_ns = clock_now_ns();
+    if (claim->asked_ns != 0 && now_ns - claim->asked_ns < 1000000000)
+        return;
+    claim->asked_ns = now_ns;
+    claim->question = draw();
+    publish(bus, claim->question, 0, held_us(bus));
+}
+
+static bool must_yield(const Bus *bus, const pliant_claim_t *rival)
+{
+    int64_t ahead_us = rival->held - held_us(bus);
+    if (llabs(ahead_us) < CLOSE_US)
+        return rival->daemon > bus->claim.daemon;
+    return ahead_us > 0;
+}
+
+static void meet_rival(Bus *bus, const pliant_claim_t *rival)
+{
+    EventOut event = {.step = bus->status != NULL ? bus->status->step : 0, .body = -1};
+    double held = (double)rival->held * 1e-6, ours = (double)held_us(bus) * 1e-6;
+    bool yields = must_yield(bus, rival);
+    int64_t now_ns = clock_now_ns();
+    if (!yields && bus->claim.told_ns != 0 && now_ns - bus->claim.told_ns < 10000000000)
+        return;
+    bus->claim.told_ns = now_ns;
+    snprintf(event.kind, sizeof event.kind, "%s", yields ? "yielded" : "rival");
+    snprintf(event.text, sizeof event.text,
+             "another daemon publishes on %.64s too, for %.1f s; this one for %.1f s: %s",
+             bus->status_channel, held, ours, yields ? "it ends" : "the other one is to end");
+    log_line(yields ? LOG_ERROR : LOG_WARNING, "%s", event.text);
+    bus_send_event(bus, &event);
+    if (!yields)
+        return;
+    bus->claim.yielded = true;
+    atomic_store(&bus->exchange->stop, true);
+    exchange_wake(bus->exchange->step_fd);
+}
+
+static void on_claim(const lcm_recv_buf_t *message, const char *channel, void *user)
+{
+    (void)channel;
+    Bus *bus = user;
+    pliant_claim_t claim;
+    bool read = read_claim(message, &claim);
+    if (bus->claim.yielded || (read && claim.daemon == bus->claim.daemon))
+        return;
+    if (!read) {
+        bus->claim.asked = true; // any other message asks for a status
+        return;
+    }
+    if (claim.answers != 0 && claim.answers == bus->claim.question) {
+        bus->claim.question = 0;
+        meet_rival(bus, &claim);
+        return;
+    }
+    if (claim.question == 0)
+        return;
+    publish(bus, 0, claim.question, held_us(bus));
+    if (claim.held < 0)
+        bus->claim.asked = true;
+    else
+        ask_rival(bus); // it would know who we are, and we not who it is
+}
+
+// A status on our channel that we did not send. The time stamp behind the fingerprint is enough to
+// know our own.
+static void on_status(const lcm_recv_buf_t *message, const char *channel, void *user)
+{
+    (void)channel;
+    Bus *bus = user;
+    int64_t utime = 0;
+    if (message->data_size >= 16)
+        for (int i = 8; i < 16; i++)
+            utime = (int64_t)((uint64_t)utime << 8 | ((const unsigned char *)message->data)[i]);
+    for (int i = 0; i < OWN_STATUSES; i++)
+        if (bus->own_status[i] == utime)
+            return;
+    if (bus->claim.yielded)
+        return;
+    ask_rival(bus);
+    int64_t now = clock_now_ns();
+    if (bus->foreign_told_ns != 0 && now - bus->foreign_told_ns < 10000000000)
+        return;
+    bus->foreign_told_ns = now;
+    log_line(LOG_WARNING, "statuses on %s that are not ours: its clients mix both", channel);
+}
+
+bool bus_subscribe_claims(Bus *bus, Status *status)
+{
+    enum { QUEUE = 16 };
+    return bus_subscribe_to(bus, bus->status_channel, on_status, bus, QUEUE, status) &&
+           bus_subscribe_to(bus, bus->claim_channel, on_claim, bus, QUEUE, status);
+}
+
+bool bus_yielded(const Bus *bus)
+{
+    return bus->claim.yielded;
+}

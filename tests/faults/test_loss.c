@@ -1,0 +1,247 @@
+// A link between two hosts that loses, delays, reorders and repeats packets, and one that is cut:
+// requests are answered at last and executed once, a viewer shows the truth or nothing, what is
+// lost is counted, and everything comes back with the link.
+#include "client.h"
+#include "figure.h"
+#include "hosts.h"
+#include "shown.h"
+
+#include "effort.h"
+
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double LOSS[] = {0.01, 0.05, 0.10, 0.20, 0.30};
+enum { LOSSES = 5 };
+
+// A daemon on one host, a client on the other, and a witness beside the daemon who misses nothing.
+typedef struct Scenery {
+    Daemon daemon;
+    Client *near, *far;
+    Shown *truth, *shown;
+} Scenery;
+
+// A sphere that refines where it is pressed, so that meshes change.
+static const char *write_adapting(void)
+{
+    const char *path = scratch("adapting.cfg");
+    write_text(
+        path,
+        "name = \"adapting\"; rate_hz = 500.0;\n"
+        "publish = { nodes_hz = 50.0; mesh_hz = 4.0; contact_hz = 100.0; status_hz = 10.0; };\n"
+        "bodies = ( { name = \"sphere\"; model = \"surface\"; levels = 1;\n"
+        "  mesh = { generator = \"ico_sphere\"; nodes = 42; radius = 0.05; };\n"
+        "  adapt = { force = 0.005; speed = 0.3; curvature = 0.4; check_hz = 50.0; };\n"
+        "  material = { youngs_modulus_2d = 80.0; areal_density = 4.2;\n"
+        "               damping_time = 2.0e-4; };\n"
+        "  shape = { angular_frequency = 50.0; damping_ratio = 0.1; };\n"
+        "  fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.02]); } ); } );\n"
+        "tools = ( { id = 1; kind = \"probe\"; max_force = 5.0;\n"
+        "  capsules = ( { from = [0.0, 0.0, 0.0]; radius = 0.005; } ); } );\n");
+    return path;
+}
+
+static void begin(Scenery *scenery, const char *scene)
+{
+    hosts_fault(NULL);
+    hosts_enter(HOST_SERVER);
+    scenery->near = client_create();
+    scenery->truth = shown_create(scenery->near->lcm, "sphere");
+    daemon_start(&scenery->daemon, "%s", scene);
+    hosts_enter(HOST_CLIENT);
+    scenery->far = client_create();
+    scenery->shown = shown_create(scenery->far->lcm, "sphere");
+    hosts_enter(HOST_SERVER);
+    client_wait_for_daemon(scenery->near);
+    client_wait_for_daemon(scenery->far);
+}
+
+static void end(Scenery *scenery)
+{
+    hosts_fault(NULL);
+    daemon_signal(&scenery->daemon, SIGTERM);
+    daemon_wait(&scenery->daemon);
+    assert_int_equal(scenery->daemon.code, 0);
+    shown_destroy(scenery->truth);
+    shown_destroy(scenery->shown);
+    client_destroy(scenery->near);
+    client_destroy(scenery->far);
+}
+
+static void listen(Scenery *scenery, int ms)
+{
+    client_listen(scenery->far, ms);
+    client_listen(scenery->near, 0);
+}
+
+#define listen_until(scenery, condition)                                                           \
+    do {                                                                                           \
+        double limit_ = client_now() + 60.0;                                                       \
+        while (!(condition) && client_now() < limit_)                                              \
+            listen(scenery, 5);                                                                    \
+        if (!(condition))                                                                          \
+            fail_msg("waited in vain for: %s", #condition);                                        \
+    } while (0)
+
+// A request from the far host, sent again every 50 ms until it is answered, as clients do. How
+// often it was sent.
+static int ask(Scenery *scenery, int kind, int64_t value)
+{
+    Client *far = scenery->far;
+    char none[] = "";
+    pliant_command_t m = {.sender = far->sender,
+                          .id = ++far->next_id,
+                          .kind = kind,
+                          .value = value,
+                          .argument = none};
+    for (int sent = 1; sent < 1200; sent++) {
+        assert_int_equal(pliant_command_t_publish(far->lcm, "PLIANT_COMMAND", &m), 0);
+        for (double next = client_now() + 0.05; client_now() < next;) {
+            listen(scenery, 5);
+            const Reply *reply = find_reply(far, m.id);
+            if (reply != NULL) {
+                assert_true(reply->ok);
+                return sent;
+            }
+        }
+    }
+    fail_msg("no answer to command %d in a minute", kind);
+    return 0;
+}
+
+// The tool goes round on the sphere's top, in and out of it.
+static void send_round(Scenery *scenery, double time)
+{
+    const double position[3] = {0.02 * cos(6.0 * time), 0.02 * sin(6.0 * time),
+                                0.052 - 0.004 * sin(20.0 * time)};
+    pliant_tool_pose_t pose = make_pose(scenery->far, position);
+    send_pose(scenery->far, &pose);
+}
+
+// Poses come from the far host until its viewer has shown `frames` more, and felt the body.
+static void play(Scenery *scenery, int frames)
+{
+    int64_t wanted = scenery->shown->count + frames;
+    bool felt = false;
+    double start = client_now();
+    while ((scenery->shown->count < wanted || !felt) && client_now() < start + 60.0) {
+        send_round(scenery, client_now() - start);
+        listen(scenery, 5);
+        felt |= scenery->far->contact.contact != 0;
+    }
+    expect_at_least((double)scenery->shown->count, (double)wanted);
+    assert_true(felt);
+}
+
+static void requests_over_a_lossy_link_are_answered_and_executed_once(void **state)
+{
+    (void)state;
+    Scenery s;
+    begin(&s, write_scene("steps.cfg", "publish = { nodes_hz = 10.0; status_hz = 10.0; };", ""));
+    ask(&s, PLIANT_COMMAND_T_PAUSE, 0);
+    int64_t step = -1;
+    for (int i = 0; i < LOSSES; i++) {
+        enum { REQUESTS = 8, STEPS = 3 };
+        hosts_fault(&(LinkFaults){.loss = LOSS[i], .duplicate = 0.1});
+        int sent = 0;
+        for (int k = 0; k < REQUESTS; k++) {
+            sent += ask(&s, PLIANT_COMMAND_T_STEP, STEPS);
+            int64_t now = find_reply(s.far, s.far->next_id)->step;
+            if (step >= 0) // each of them ran its three ticks and no more
+                assert_int_equal(now, step + STEPS);
+            step = now;
+        }
+        LinkCounts counts = hosts_counts();
+        figure("loss %2.0f %%: %d requests sent %d times, %lld of %lld packets lost",
+               100.0 * LOSS[i], REQUESTS, sent, (long long)(counts.lost[0] + counts.lost[1]),
+               (long long)(counts.packets[0] + counts.packets[1]));
+    }
+    end(&s);
+    assert_int_equal(printed(&s.daemon, "step"), step);
+}
+
+static void a_viewer_behind_a_lossy_link_shows_the_truth_or_nothing(void **state)
+{
+    (void)state;
+    Scenery s;
+    begin(&s, write_adapting());
+    int64_t lost = 0;
+    for (int i = 0; i < LOSSES; i++) {
+        hosts_fault(&(LinkFaults){.loss = LOSS[i]});
+        int64_t before = s.shown->count, all = s.truth->count;
+        play(&s, EFFORT(40));
+        LinkCounts counts = hosts_counts();
+        lost += counts.lost[HOST_SERVER];
+        figure("loss %2.0f %%: %lld of %lld frames shown, %lld of %lld packets lost",
+               100.0 * LOSS[i], (long long)(s.shown->count - before),
+               (long long)(s.truth->count - all), (long long)(counts.lost[0] + counts.lost[1]),
+               (long long)(counts.packets[0] + counts.packets[1]));
+    }
+    expect_at_least((double)lost, 10.0);
+    // Each loss ran on one connection, so that what one has broken the next would find.
+    expect_at_least((double)shown_compare(s.truth, s.shown), 5.0 * EFFORT(20));
+    assert_true(s.truth->meshes > s.truth->mesh.lost && s.truth->mesh.topology > 1);
+    end(&s);
+}
+
+static void delays_reordering_and_repeats_show_the_truth(void **state)
+{
+    (void)state;
+    static const LinkFaults FAULTS[] = {
+        {.delay_ms = 50.0},
+        {.delay_ms = 5.0, .jitter_ms = 40.0},
+        {.duplicate = 0.5},
+        {.loss = 0.05, .duplicate = 0.2, .delay_ms = 10.0, .jitter_ms = 30.0},
+    };
+    Scenery s;
+    begin(&s, write_adapting());
+    for (int i = 0; i < 4; i++) {
+        hosts_fault(&FAULTS[i]);
+        play(&s, EFFORT(40));
+        LinkCounts counts = hosts_counts();
+        assert_true((counts.delayed > 0) == (FAULTS[i].delay_ms > 0.0));
+        assert_true((counts.repeated > 0) == (FAULTS[i].duplicate > 0.0));
+        ask(&s, PLIANT_COMMAND_T_DESCRIBE, 0);
+    }
+    expect_at_least((double)shown_compare(s.truth, s.shown), 4.0 * EFFORT(20));
+    end(&s);
+}
+
+static void a_link_that_was_cut_comes_back(void **state)
+{
+    (void)state;
+    Scenery s;
+    begin(&s, write_adapting());
+    play(&s, 20);
+    hosts_fault(&(LinkFaults){.cut = true});
+    int64_t before = s.shown->count;
+    // The tool that no pose moves any more is withdrawn: no force for a hand that is not there.
+    listen_until(&s, s.near->contact.contact && s.near->contact.step > 0);
+    listen_until(&s, !s.near->contact.contact);
+    int64_t step = s.near->status.step;
+    listen_until(&s, s.near->status.step > step + 500);
+    assert_true(s.shown->count - before <= 1);
+    hosts_fault(NULL);
+    play(&s, 20);
+    ask(&s, PLIANT_COMMAND_T_DESCRIBE, 0);
+    expect_at_least((double)shown_compare(s.truth, s.shown), 20.0);
+    assert_int_equal(refused(s.near, "tool_owned_by_other"), 0);
+    end(&s);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(requests_over_a_lossy_link_are_answered_and_executed_once),
+        daemon_test(a_viewer_behind_a_lossy_link_shows_the_truth_or_nothing),
+        daemon_test(delays_reordering_and_repeats_show_the_truth),
+        daemon_test(a_link_that_was_cut_comes_back),
+    };
+    if (!hosts_create(8))
+        return 77;
+    harness_start(argc, argv);
+    int result = harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+    hosts_destroy();
+    return result;
+}

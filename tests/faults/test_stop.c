@@ -1,0 +1,239 @@
+// Processes that are stopped: the daemon itself, and those that listen to it.
+#include "client.h"
+#include "figure.h"
+
+#include "effort.h"
+
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static const char *monitor_path;
+
+static void stop_for(Client *client, const Daemon *daemon, double seconds)
+{
+    daemon_signal(daemon, SIGSTOP);
+    for (double end = client_now() + seconds; client_now() < end;)
+        client_listen(client, 10);
+    daemon_signal(daemon, SIGCONT);
+}
+
+// --- the daemon ---
+
+static void pose_at(Client *client, double z)
+{
+    const double position[3] = {0.0, 0.0, z};
+    pliant_tool_pose_t pose = make_pose(client, position);
+    send_pose(client, &pose);
+}
+
+// Presses until it is felt.
+static void press(Client *client)
+{
+    for (double limit = client_now() + 30.0; !client->contact.contact && client_now() < limit;) {
+        pose_at(client, 0.053);
+        client_listen(client, 10);
+    }
+    assert_true(client->contact.contact != 0);
+}
+
+// While the daemon is stopped the hand goes through where the body is, to its other side. Nothing
+// of that must be felt, and nothing of what was due must be made up for.
+static void a_stopped_daemon_skips_its_ticks_and_lets_go_of_its_tools(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    Client *client = client_create();
+    daemon_start(&daemon, "%s",
+                 write_scene("stop.cfg",
+                             "rate_hz = 1000.0; publish = { nodes_hz = 50.0; contact_hz = 250.0; "
+                             "status_hz = 20.0; };",
+                             PROBE_TOOL));
+    client_wait_for_daemon(client);
+    press(client);
+    int64_t late = client->status.late_ticks;
+    daemon_signal(&daemon, SIGSTOP);
+    for (int i = 0; i <= 100; i++) {
+        pose_at(client, 0.053 - 0.0025 * i);
+        client_listen(client, 10);
+    }
+    client_listen(client, 100); // what came before the stop
+    client->contact.contact = 0;
+    int64_t step = client->contact.step;
+    int frames = client->frames.whole;
+    daemon_signal(&daemon, SIGCONT);
+    int touching = 0;
+    for (double limit = client_now() + 30.0;
+         client_now() < limit && client->contact.step < step + 400;) {
+        pose_at(client, 0.053 - 0.25);
+        client_listen(client, 5);
+        touching += client->contact.contact != 0;
+    }
+    assert_int_equal(touching, 0);
+    wait_until(client, saw_event(client, "stopped"));
+    client_fresh_status(client);
+    // Nearly all deadlines of the second.
+    expect_at_least((double)(client->status.late_ticks - late), 900.0);
+    // A frame each 20 ticks that were run, and one that was on its way.
+    double due = (double)(client->frames.step - step) / 20.0 + 2.0;
+    expect_at_most((double)(client->frames.whole - frames), due);
+    assert_true(client->frames.ordered);
+    figure("daemon stopped for 1.0 s with a tool in contact: %lld ticks skipped, %d of %lld steps "
+           "after it felt the tool that had passed through, %lld stale poses refused",
+           (long long)(client->status.late_ticks - late), touching,
+           (long long)(client->contact.step - step), (long long)refused(client, "stale"));
+    // Another touch is felt again.
+    press(client);
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    assert_int_equal(printed(&daemon, "resets"), 0);
+    client_destroy(client);
+}
+
+static void a_daemon_stopped_many_times_keeps_its_accounts(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    Client *client = client_create();
+    daemon_start(&daemon, "--duration 4 %s",
+                 write_scene("often.cfg", "publish = { status_hz = 20.0; };", PROBE_TOOL));
+    client_wait_for_daemon(client);
+    for (int i = 0; i < 8; i++) {
+        stop_for(client, &daemon, 0.02 * i);
+        client_listen(client, 20);
+    }
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    expect_at_least((double)(printed(&daemon, "ticks") + printed(&daemon, "late ticks")), 4000.0);
+    client_destroy(client);
+}
+
+// --- who listens ---
+
+static long resident_kb(const Daemon *daemon)
+{
+    char path[64], line[256];
+    long kb = 0;
+    snprintf(path, sizeof path, "/proc/%d/status", (int)daemon->pid);
+    FILE *file = fopen(path, "r");
+    assert_non_null(file);
+    while (fgets(line, sizeof line, file) != NULL)
+        if (sscanf(line, "VmRSS: %ld", &kb) == 1)
+            break;
+    fclose(file);
+    return kb;
+}
+
+static void subscribers_that_read_nothing_hold_up_nobody(void **state)
+{
+    (void)state;
+    Daemon daemon, monitor;
+    Client *client = client_create(), *deaf = client_create();
+    daemon_start(&daemon, "%s",
+                 write_scene("stalled.cfg",
+                             "rate_hz = 500.0; publish = { nodes_hz = 100.0; status_hz = 20.0; "
+                             "contact_hz = 500.0; };",
+                             PROBE_TOOL));
+    daemon_program(monitor_path);
+    daemon_start(&monitor, "--nodes sphere --write %s", scratch("curve.tsv"));
+    daemon_program(NULL);
+    client_wait_for_daemon(client);
+    wait_until(client, client->frames.whole >= 20);
+    daemon_signal(&monitor, SIGSTOP);
+    long before = resident_kb(&daemon);
+    client->frames.gaps = 0;
+    int seen = client->frames.whole;
+    // Nobody reads what `deaf` has subscribed to: liblcm's queue of it fills, then the kernel's.
+    wait_until(client, client->frames.whole >= seen + EFFORT(300));
+    // The client reads all the time: what it misses, the daemon has not sent.
+    assert_int_equal(client->frames.gaps, 0);
+    long grown = resident_kb(&daemon) - before;
+    expect_at_most((double)grown, 512.0); // nothing is kept for them: no queue grows in the daemon
+    figure("two stalled subscribers (one SIGSTOP, one that reads nothing): %d frames to a third, "
+           "%d missing, daemon %+ld kB",
+           client->frames.whole - seen, client->frames.gaps, grown);
+    daemon_signal(&monitor, SIGCONT);
+    daemon_signal(&monitor, SIGTERM);
+    daemon_wait(&monitor);
+    assert_int_equal(monitor.code, 0);
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    assert_null(strstr(daemon.out, "not published"));
+    client_destroy(client);
+    client_destroy(deaf);
+}
+
+// --- a hundred of them ---
+
+typedef struct Listener {
+    lcm_t *lcm;
+    lcm_subscription_t *on;
+    int messages;
+} Listener;
+
+static void on_message(const lcm_recv_buf_t *message, const char *channel, void *user)
+{
+    (void)message;
+    (void)channel;
+    ((Listener *)user)->messages++;
+}
+
+static void a_hundred_subscribers_all_get_what_is_published(void **state)
+{
+    (void)state;
+    enum { LISTENERS = 100 };
+    static Listener listener[LISTENERS];
+    Daemon daemon;
+    Client *client = client_create();
+    daemon_start(&daemon, "%s",
+                 write_scene("crowd.cfg",
+                             "rate_hz = 500.0; publish = { nodes_hz = 20.0; status_hz = 10.0; "
+                             "contact_hz = 20.0; };",
+                             PROBE_TOOL));
+    client_wait_for_daemon(client);
+    for (int i = 0; i < LISTENERS; i++) {
+        listener[i].lcm = lcm_create(NULL);
+        assert_non_null(listener[i].lcm);
+        listener[i].on =
+            lcm_subscribe(listener[i].lcm, "PLIANT_NODES_sphere", on_message, &listener[i]);
+        lcm_subscription_set_queue_capacity(listener[i].on, 1000);
+    }
+    int least = 0;
+    for (double limit = client_now() + 60.0; least < 20 && client_now() < limit;) {
+        client_listen(client, 20);
+        least = 20;
+        for (int i = 0; i < LISTENERS; i++) {
+            while (lcm_handle_timeout(listener[i].lcm, 0) > 0) {
+            }
+            least = listener[i].messages < least ? listener[i].messages : least;
+        }
+    }
+    assert_int_equal(least, 20);
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    assert_null(strstr(daemon.out, "not published"));
+    for (int i = 0; i < LISTENERS; i++) {
+        lcm_unsubscribe(listener[i].lcm, listener[i].on);
+        lcm_destroy(listener[i].lcm);
+    }
+    client_destroy(client);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(a_stopped_daemon_skips_its_ticks_and_lets_go_of_its_tools),
+        daemon_test(a_daemon_stopped_many_times_keeps_its_accounts),
+        daemon_test(subscribers_that_read_nothing_hold_up_nobody),
+        daemon_test(a_hundred_subscribers_all_get_what_is_published),
+    };
+    if (argc < 3)
+        return 2;
+    monitor_path = argv[2];
+    harness_start(argc, argv);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}

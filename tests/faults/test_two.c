@@ -1,0 +1,228 @@
+// Two daemons on one output prefix: the second is refused, on one host and between two; what slips
+// through because packets were lost, the link was cut or the first was stopped ends as soon as they
+// hear each other, and one of them is left.
+#include "client.h"
+#include "hosts.h"
+
+#include "pliant_claim_t.h"
+#include "pliant_status_t.h"
+
+#include <signal.h>
+#include <string.h>
+
+static const char *write_small(void)
+{
+    return write_scene("two.cfg",
+                       "rate_hz = 200.0; publish = { nodes_hz = 10.0; status_hz = 10.0; };", "");
+}
+
+static void start_on(Host host, Daemon *daemon)
+{
+    hosts_enter(host);
+    daemon_start(daemon, "%s", write_small());
+    hosts_enter(HOST_SERVER);
+}
+
+static Client *client_on(Host host)
+{
+    hosts_enter(host);
+    Client *client = client_create();
+    hosts_enter(HOST_SERVER);
+    return client;
+}
+
+static void expect_refused(Daemon *second)
+{
+    daemon_wait(second);
+    assert_int_equal(second->code, 1);
+    if (strstr(second->err, "another daemon publishes on PLIANT_STATUS") == NULL ||
+        strstr(second->err, "another --prefix") == NULL)
+        fail_msg("it said: %s", second->err);
+}
+
+static void expect_alive(Client *client, Daemon *daemon)
+{
+    int64_t step = client->status.step;
+    wait_until(client, client->status.step > step + 20);
+    assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
+    daemon_wait(daemon);
+    assert_int_equal(daemon->code, 0);
+}
+
+static void a_second_daemon_is_refused_on_one_host_and_between_two(void **state)
+{
+    (void)state;
+    static const Host HOSTS[] = {HOST_SERVER, HOST_CLIENT};
+    Daemon first, second;
+    hosts_fault(NULL);
+    Client *client = client_on(HOST_SERVER);
+    start_on(HOST_SERVER, &first);
+    client_wait_for_daemon(client);
+    for (int i = 0; i < 2; i++) {
+        start_on(HOSTS[i], &second);
+        expect_refused(&second);
+    }
+    expect_alive(client, &first);
+    client_destroy(client);
+}
+
+// A paused one publishes seldom: it is asked, not waited for.
+static void a_paused_daemon_holds_its_prefix(void **state)
+{
+    (void)state;
+    Daemon first, second;
+    hosts_fault(NULL);
+    Client *client = client_on(HOST_SERVER);
+    start_on(HOST_SERVER, &first);
+    client_wait_for_daemon(client);
+    assert_true(command(client, PLIANT_COMMAND_T_PAUSE, 0, "")->ok);
+    start_on(HOST_CLIENT, &second);
+    expect_refused(&second);
+    assert_true(command(client, PLIANT_COMMAND_T_RESUME, 0, "")->ok);
+    expect_alive(client, &first);
+    client_destroy(client);
+}
+
+static void a_second_daemon_on_a_lossy_link_ends_and_the_first_does_not(void **state)
+{
+    (void)state;
+    Daemon first, second;
+    hosts_fault(NULL);
+    Client *client = client_on(HOST_SERVER);
+    start_on(HOST_SERVER, &first);
+    client_wait_for_daemon(client);
+    for (int i = 0; i < 3; i++) { // at its start or a moment later
+        hosts_fault(&(LinkFaults){.loss = 0.5});
+        start_on(HOST_CLIENT, &second);
+        daemon_wait(&second);
+        assert_int_equal(second.code, 1);
+        assert_non_null(strstr(second.err, "another daemon"));
+    }
+    expect_alive(client, &first);
+    client_destroy(client);
+}
+
+static void of_two_that_started_apart_the_later_ends_when_the_link_is_back(void **state)
+{
+    (void)state;
+    Daemon first, second;
+    Client *client = client_on(HOST_SERVER), *other = client_on(HOST_CLIENT);
+    hosts_fault(NULL);
+    start_on(HOST_SERVER, &first);
+    client_wait_for_daemon(client);
+    hosts_fault(&(LinkFaults){.cut = true});
+    int early = other->status.count;
+    start_on(HOST_CLIENT, &second);
+    // Statuses that were on their way may still come; new ones are the second's.
+    wait_until(other, other->status.count > early + 5);
+    hosts_fault(NULL);
+    daemon_wait(&second);
+    assert_int_equal(second.code, 1);
+    assert_non_null(strstr(second.err, "has held the prefix PLIANT for longer"));
+    wait_until(client, saw_event(client, "rival") || saw_event(client, "yielded"));
+    expect_alive(client, &first);
+    client_destroy(client);
+    client_destroy(other);
+}
+
+static void a_daemon_that_was_stopped_ends_when_another_has_taken_its_place(void **state)
+{
+    (void)state;
+    Daemon first, second;
+    hosts_fault(NULL);
+    Client *client = client_on(HOST_SERVER);
+    start_on(HOST_SERVER, &first);
+    client_wait_for_daemon(client);
+    daemon_signal(&first, SIGSTOP);
+    client_listen(client, 100); // what it has sent before
+    int before = client->status.count;
+    start_on(HOST_CLIENT, &second);
+    // Away for more than a second: before that, the first would stay.
+    double enough = client_now() + 1.5;
+    wait_until(client, client->status.count > before + 5 && client_now() > enough);
+    daemon_signal(&first, SIGCONT);
+    daemon_wait(&first);
+    assert_int_equal(first.code, 1);
+    assert_non_null(strstr(first.err, "has held the prefix PLIANT for longer"));
+    expect_alive(client, &second);
+    client_destroy(client);
+}
+
+static void a_daemon_that_was_stopped_alone_goes_on(void **state)
+{
+    (void)state;
+    Daemon first;
+    hosts_fault(NULL);
+    Client *client = client_on(HOST_SERVER);
+    start_on(HOST_SERVER, &first);
+    client_wait_for_daemon(client);
+    daemon_signal(&first, SIGSTOP);
+    for (double end = client_now() + 1.0; client_now() < end;)
+        client_listen(client, 20);
+    daemon_signal(&first, SIGCONT);
+    expect_alive(client, &first);
+    client_destroy(client);
+}
+
+// --- a log that is played back ---
+
+typedef struct Logged {
+    unsigned char data[4096];
+    uint32_t size;
+} Logged;
+
+static void keep(const lcm_recv_buf_t *message, const char *channel, void *user)
+{
+    (void)channel;
+    Logged *logged = user;
+    if (message->data_size <= sizeof logged->data) {
+        memcpy(logged->data, message->data, message->data_size);
+        logged->size = message->data_size;
+    }
+}
+
+static void a_log_that_is_played_back_ends_no_daemon(void **state)
+{
+    (void)state;
+    Daemon first;
+    hosts_fault(NULL);
+    Client *client = client_on(HOST_SERVER);
+    start_on(HOST_SERVER, &first);
+    client_wait_for_daemon(client);
+    Logged status = {.size = 0};
+    lcm_subscription_t *on = lcm_subscribe(client->lcm, "PLIANT_STATUS", keep, &status);
+    wait_until(client, status.size > 0);
+    lcm_unsubscribe(client->lcm, on);
+    status.data[15] ^= 0x55; // another utime: one that it did not send
+    // An answer and a question of a daemon that has held the prefix for a year.
+    pliant_claim_t claim[2] = {{.daemon = 7, .answers = 99, .held = INT64_C(31536000000000)},
+                               {.daemon = 7, .question = 98, .held = INT64_C(31536000000000)}};
+    for (int i = 0; i < 30; i++) {
+        lcm_publish(client->lcm, "PLIANT_STATUS", status.data, status.size);
+        pliant_claim_t_publish(client->lcm, "PLIANT_CLAIM", &claim[i % 2]);
+        lcm_publish(client->lcm, "PLIANT_CLAIM", status.data, (unsigned)i);
+        client_listen(client, 20);
+    }
+    expect_alive(client, &first);
+    assert_false(saw_event(client, "yielded"));
+    client_destroy(client);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(a_second_daemon_is_refused_on_one_host_and_between_two),
+        daemon_test(a_paused_daemon_holds_its_prefix),
+        daemon_test(a_second_daemon_on_a_lossy_link_ends_and_the_first_does_not),
+        daemon_test(of_two_that_started_apart_the_later_ends_when_the_link_is_back),
+        daemon_test(a_daemon_that_was_stopped_ends_when_another_has_taken_its_place),
+        daemon_test(a_daemon_that_was_stopped_alone_goes_on),
+        daemon_test(a_log_that_is_played_back_ends_no_daemon),
+    };
+    if (!hosts_create(1))
+        return 77;
+    harness_start(argc, argv);
+    int result = harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+    hosts_destroy();
+    return result;
+}
