@@ -1,6 +1,6 @@
-// Puts chunked meshes, their deltas and frames of node positions together again. One thread; the
-// sizes on the wire are bounded, chunks that contradict their frame are refused, chunks of other
-// frames dropped.
+// Puts chunked meshes, their deltas, frames of node positions and rest positions together again.
+// One thread; the sizes on the wire are bounded, chunks that contradict their frame are refused,
+// chunks of other frames dropped.
 #ifndef PLIANT_CLIENTS_FRAMES_H
 #define PLIANT_CLIENTS_FRAMES_H
 
@@ -44,12 +44,29 @@ typedef struct NodesFrame {
     int64_t refused; // chunks
 } NodesFrame;
 
+// Rest positions of one body, and its texture coordinates if it has any.
+typedef struct RestFrame {
+    // of the message in the making, or of the last whole one
+    int64_t utime; // of the server [us]
+    int32_t sequence, topology, chunk_count;
+    int node_count;
+    float *position; // [3 node_count], world frame [m]
+    bool textured;
+    float *texture; // [2 node_count] u v, zero unless textured
+    // bookkeeping
+    bool started, whole;
+    FramesParts nodes;
+    int64_t lost;    // messages given up because a newer one began
+    int64_t refused; // chunks
+} RestFrame;
+
 // The whole mesh under way.
 typedef struct MeshParts {
     int64_t utime; // of its newest chunk
     int32_t sequence, topology, chunk_count;
     int node_count, triangle_count;
-    int32_t *triangle, *id, *parent;
+    int32_t *triangle, *id, *origin, *parent, *piece;
+    int8_t *level;
     FramesParts nodes, triangles;
     bool started, done; // done: whole, or given up
 } MeshParts;
@@ -60,8 +77,8 @@ typedef struct MeshChange {
     int32_t sequence, from_topology, topology, chunk_count;
     int node_count, triangle_count; // of the resulting mesh
     FramesParts chunks;
-    int32_t (*node)[4];     // [nodes] slot, id, parents
-    int32_t (*triangle)[4]; // [triangles] slot, corners
+    int32_t *node;     // [7 nodes] slot, id, origin, parents, piece, level
+    int32_t *triangle; // [4 triangles] slot, corners
     int nodes, triangles, node_capacity, triangle_capacity;
     bool started, done;
 } MeshChange;
@@ -75,7 +92,10 @@ typedef struct MeshFrame {
     int node_count, triangle_count;
     int32_t *triangle; // [3 triangle_count], node slots; 0 0 0: a free slot
     int32_t *id;       // [node_count]; -1: a free slot
+    int32_t *origin;   // [node_count] the id that a duplicate was split from, else its own
     int32_t *parent;   // [2 node_count] ids
+    int32_t *piece;    // [node_count]
+    int8_t *level;     // [node_count] at which the node was born
     // bookkeeping
     MeshParts next;
     MeshChange change;
@@ -90,7 +110,9 @@ FramesResult nodes_frame_add(NodesFrame *frame, const void *data, size_t size);
 FramesResult mesh_frame_add(MeshFrame *frame, const void *data, size_t size);
 // A delta: FRAMES_WHOLE when all of it came and the mesh is now that of its topology.
 FramesResult mesh_frame_add_delta(MeshFrame *frame, const void *data, size_t size);
+FramesResult rest_frame_add(RestFrame *frame, const void *data, size_t size);
 void nodes_frame_destroy(NodesFrame *frame);
 void mesh_frame_destroy(MeshFrame *frame);
+void rest_frame_destroy(RestFrame *frame);
 
 #endif

@@ -38,21 +38,38 @@ static bool mesh_valid(const pliant_mesh_t *chunk)
            all_inside(chunk->triangle, chunk->num_indices, 0, chunk->node_count);
 }
 
-static void free_arrays(int32_t *triangle, int32_t *id, int32_t *parent)
+static void free_parts(MeshParts *next)
 {
-    free(triangle);
-    free(id);
-    free(parent);
+    free(next->triangle);
+    free(next->id);
+    free(next->origin);
+    free(next->parent);
+    free(next->piece);
+    free(next->level);
+}
+
+static void free_mesh(MeshFrame *frame)
+{
+    free(frame->triangle);
+    free(frame->id);
+    free(frame->origin);
+    free(frame->parent);
+    free(frame->piece);
+    free(frame->level);
 }
 
 static void mesh_begin(MeshFrame *frame, const pliant_mesh_t *chunk)
 {
     MeshParts *next = &frame->next;
     frame->lost += next->started && !next->done;
-    free_arrays(next->triangle, next->id, next->parent);
+    free_parts(next);
+    size_t nodes = (size_t)chunk->node_count;
     next->triangle = frames_allocate(3 * (size_t)chunk->triangle_count, sizeof(int32_t));
-    next->id = frames_allocate((size_t)chunk->node_count, sizeof(int32_t));
-    next->parent = frames_allocate(2 * (size_t)chunk->node_count, sizeof(int32_t));
+    next->id = frames_allocate(nodes, sizeof(int32_t));
+    next->origin = frames_allocate(nodes, sizeof(int32_t));
+    next->parent = frames_allocate(2 * nodes, sizeof(int32_t));
+    next->piece = frames_allocate(nodes, sizeof(int32_t));
+    next->level = frames_allocate(nodes, sizeof(int8_t));
     parts_begin(&next->nodes, chunk->node_count);
     parts_begin(&next->triangles, chunk->triangle_count);
     next->sequence = chunk->sequence;
@@ -80,11 +97,15 @@ static bool mesh_goes_on(const MeshParts *next, const pliant_mesh_t *chunk)
 static void mesh_replace(MeshFrame *frame)
 {
     MeshParts *next = &frame->next;
-    free_arrays(frame->triangle, frame->id, frame->parent);
+    free_mesh(frame);
     frame->triangle = next->triangle;
     frame->id = next->id;
+    frame->origin = next->origin;
     frame->parent = next->parent;
-    next->triangle = next->id = next->parent = NULL;
+    frame->piece = next->piece;
+    frame->level = next->level;
+    next->triangle = next->id = next->origin = next->parent = next->piece = NULL;
+    next->level = NULL;
     frame->utime = next->utime;
     frame->topology = next->topology;
     frame->node_count = next->node_count;
@@ -120,7 +141,11 @@ static FramesResult mesh_take(MeshFrame *frame, const pliant_mesh_t *chunk)
     next->utime = chunk->utime;
     copy(next->triangle + 3 * (size_t)chunk->first_triangle, chunk->triangle, chunk->num_indices);
     copy(next->id + chunk->first_node, chunk->id, chunk->num_nodes);
+    copy(next->origin + chunk->first_node, chunk->origin, chunk->num_nodes);
     copy(next->parent + 2 * (size_t)chunk->first_node, chunk->parent, chunk->num_parents);
+    copy(next->piece + chunk->first_node, chunk->piece, chunk->num_nodes);
+    if (chunk->num_nodes)
+        memcpy(next->level + chunk->first_node, chunk->level, (size_t)chunk->num_nodes);
     parts_mark(&next->triangles, chunk->first_triangle, chunk->num_indices / 3);
     parts_mark(&next->nodes, chunk->first_node, chunk->num_nodes);
     if (!parts_whole(&next->nodes) || !parts_whole(&next->triangles))
@@ -172,32 +197,48 @@ static void change_begin(MeshFrame *frame, const pliant_mesh_delta_t *chunk)
     change->done = false;
 }
 
-static void *make_room(void *rows, int count, int *capacity)
+enum { NODE_COLUMNS = 7, TRIANGLE_COLUMNS = 4 };
+
+static int32_t *make_room(int32_t *rows, int columns, int count, int *capacity)
 {
     if (count <= *capacity)
         return rows;
     *capacity = 2 * count;
-    rows = realloc(rows, sizeof(int32_t[4]) * (size_t)*capacity);
+    rows = realloc(rows, sizeof *rows * (size_t)columns * (size_t)*capacity);
     if (!rows)
         abort(); // the counts are bounded: the machine itself is out of memory
     return rows;
 }
 
+static const int32_t *node_row(const MeshChange *change, int k)
+{
+    return change->node + NODE_COLUMNS * (size_t)k;
+}
+
+static const int32_t *triangle_row(const MeshChange *change, int k)
+{
+    return change->triangle + TRIANGLE_COLUMNS * (size_t)k;
+}
+
 static void change_add(MeshChange *change, const pliant_mesh_delta_t *chunk)
 {
-    change->node = make_room(change->node, change->nodes + chunk->num_nodes, //
+    change->node = make_room(change->node, NODE_COLUMNS, change->nodes + chunk->num_nodes,
                              &change->node_capacity);
     for (int k = 0; k < chunk->num_nodes; k++) {
-        int32_t *row = change->node[change->nodes++];
+        int32_t *row = change->node + NODE_COLUMNS * (size_t)change->nodes++;
         row[0] = chunk->node_slot[k];
         row[1] = chunk->id[k];
-        row[2] = chunk->parent[2 * k];
-        row[3] = chunk->parent[2 * k + 1];
+        row[2] = chunk->origin[k];
+        row[3] = chunk->parent[2 * k];
+        row[4] = chunk->parent[2 * k + 1];
+        row[5] = chunk->piece[k];
+        row[6] = chunk->level[k];
     }
-    change->triangle = make_room(change->triangle, change->triangles + chunk->num_triangles,
-                                 &change->triangle_capacity);
+    change->triangle =
+        make_room(change->triangle, TRIANGLE_COLUMNS, change->triangles + chunk->num_triangles,
+                  &change->triangle_capacity);
     for (int k = 0; k < chunk->num_triangles; k++) {
-        int32_t *row = change->triangle[change->triangles++];
+        int32_t *row = change->triangle + TRIANGLE_COLUMNS * (size_t)change->triangles++;
         row[0] = chunk->triangle_slot[k];
         memcpy(row + 1, chunk->triangle + 3 * k, 3 * sizeof *row);
     }
@@ -214,7 +255,7 @@ static bool change_fits(const MeshFrame *frame)
     unsigned char *replaced = frames_allocate((size_t)change->triangle_count, 1);
     bool fits = true;
     for (int k = 0; k < change->triangles; k++)
-        replaced[change->triangle[k][0]] = 1;
+        replaced[triangle_row(change, k)[0]] = 1;
     for (int t = 0; t < frame->triangle_count && t < change->triangle_count; t++)
         fits = fits && (replaced[t] ||
                         all_inside(frame->triangle + 3 * (size_t)t, 3, 0, change->node_count));
@@ -236,22 +277,38 @@ static int32_t *resize(int32_t *rows, int columns, int old, int count, int32_t f
     return more;
 }
 
+static int8_t *resize_levels(int8_t *level, int old, int count)
+{
+    if (old == count)
+        return level;
+    int8_t *more = frames_allocate((size_t)count, 1);
+    memcpy(more, level, (size_t)(old < count ? old : count));
+    free(level);
+    return more;
+}
+
 static void change_apply(MeshFrame *frame)
 {
     const MeshChange *change = &frame->change;
     int nodes = change->node_count, triangles = change->triangle_count;
     frame->id = resize(frame->id, 1, frame->node_count, nodes, -1);
+    frame->origin = resize(frame->origin, 1, frame->node_count, nodes, -1);
     frame->parent = resize(frame->parent, 2, frame->node_count, nodes, -1);
+    frame->piece = resize(frame->piece, 1, frame->node_count, nodes, 0);
+    frame->level = resize_levels(frame->level, frame->node_count, nodes);
     frame->triangle = resize(frame->triangle, 3, frame->triangle_count, triangles, 0);
     frame->node_count = nodes;
     frame->triangle_count = triangles;
     for (int k = 0; k < change->nodes; k++) {
-        const int32_t *row = change->node[k];
+        const int32_t *row = node_row(change, k);
         frame->id[row[0]] = row[1];
-        memcpy(frame->parent + 2 * (size_t)row[0], row + 2, 2 * sizeof *row);
+        frame->origin[row[0]] = row[2];
+        memcpy(frame->parent + 2 * (size_t)row[0], row + 3, 2 * sizeof *row);
+        frame->piece[row[0]] = row[5];
+        frame->level[row[0]] = (int8_t)row[6];
     }
     for (int k = 0; k < change->triangles; k++) {
-        const int32_t *row = change->triangle[k];
+        const int32_t *row = triangle_row(change, k);
         memcpy(frame->triangle + 3 * (size_t)row[0], row + 1, 3 * sizeof *row);
     }
     frame->topology = change->topology;
@@ -313,8 +370,8 @@ FramesResult mesh_frame_add_delta(MeshFrame *frame, const void *data, size_t siz
 
 void mesh_frame_destroy(MeshFrame *frame)
 {
-    free_arrays(frame->triangle, frame->id, frame->parent);
-    free_arrays(frame->next.triangle, frame->next.id, frame->next.parent);
+    free_mesh(frame);
+    free_parts(&frame->next);
     free(frame->next.nodes.seen);
     free(frame->next.triangles.seen);
     free(frame->change.chunks.seen);

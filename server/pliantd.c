@@ -52,7 +52,10 @@ static const struct argp_option options[] = {
      "Print stages, kernels, bytes of every array and what is left out, exit", 2},
     {"offline", OPTION_OFFLINE, "SECONDS", 0,
      "Simulate that long as fast as possible, without network", 3},
-    {"input", OPTION_INPUT, "LOG", 0, "Off line: apply the inputs of an LCM event log", 3},
+    {"input", OPTION_INPUT, "LOG", 0,
+     "Off line: apply the inputs of an LCM event log; with --resume, a log of --log-inputs is gone "
+     "on with from the checkpoint's step",
+     3},
     {"log-inputs", OPTION_LOG_INPUTS, "FILE", 0,
      "Write every accepted input with its tick; --input of it repeats the run bit for bit", 3},
     {"record", OPTION_RECORD, "FILE", 0,
@@ -333,6 +336,6 @@ int main(int argc, char **argv)
         run(&arguments, status);
     fflush(stdout);
     if (status->code != STATUS_OK)
-        fprintf(stderr, "%s\n", status->text);
+        fprintf(stderr, "%s%s\n", log_priority(LOG_ERROR), status->text);
     return (int)status->code;
 }

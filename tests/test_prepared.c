@@ -57,7 +57,7 @@ static const char *build(const char *text, const char *prepared, World *world)
     char path[SCRATCH_PATH];
     Scene scene;
     Status status = {0};
-    BuildOptions options = {.isa = "auto"};
+    BuildOptions options = {.isa = "auto", .publishes = true};
     if (prepared != NULL)
         options.prepared = scratch_path(&scratch, prepared, path);
     read_scene(text, &scene);
@@ -100,6 +100,11 @@ static void expect_same_world(const char *text)
         assert_memory_equal(one->origin, two->origin, nodes * sizeof *one->origin);
         assert_memory_equal(one->parent, two->parent, nodes * sizeof *one->parent);
         assert_memory_equal(one->level, two->level, nodes);
+        const Body *a = sim_body(made.sim, b), *c = sim_body(read.sim, b);
+        assert_int_equal(a->texture_count, c->texture_count);
+        if (a->texture != NULL)
+            assert_memory_equal(a->texture, c->texture,
+                                (size_t)a->texture_count * sizeof *a->texture);
     }
     world_destroy(&made);
     world_destroy(&read);
@@ -109,6 +114,8 @@ static void expect_same_world(const char *text)
 #define SCENE(mesh, more) "gravity = [0, 0, -9.81]; bodies = (\n" BODY(mesh, more) " );\n"
 #define STOMACH           "generator = \"stomach\"; nodes = 100;"
 
+#define ORGAN_FACES "f 1 5 2\nf 1 3 6\nf 3 5 6\nf 5 1 6\nf 1 7 8\nf 1 8 9\nf 8 7 9\nf 7 1 9\n"
+
 // Two tetrahedra that share vertex 1 (node 0 of the file, which is split), with vertex 3 a double
 // of vertex 2, and vertex 4 of no face.
 static void write_organ(const char *more)
@@ -117,8 +124,8 @@ static void write_organ(const char *more)
     snprintf(text, sizeof text,
              "v 0 0 0\nv 1 0 0\nv 1 0 0\nv 9 9 9\nv 0 1 0\nv 0 0 1\n"
              "v -1 0 0\nv 0 -1 0\nv 0 0 -1\n"
-             "f 1 5 2\nf 1 3 6\nf 3 5 6\nf 5 1 6\nf 1 7 8\nf 1 8 9\nf 8 7 9\nf 7 1 9\n%s",
-             more);
+             "%s%s",
+             strstr(more, "vt") != NULL ? "" : ORGAN_FACES, more);
     scratch_write(&scratch, "organ.obj", text, strlen(text));
 }
 #define ORGAN "file = \"organ.obj\"; scale = 0.01;"
@@ -134,6 +141,23 @@ static void runs_from_a_prepared_model_have_the_same_bits(void **unused)
     write_organ("");
     expect_same_world(SCENE(ORGAN, "levels = 2; start_level = 2; fixed = ( { nodes = [0]; } );"));
     expect_same_world(SCENE(ORGAN, ""));
+}
+
+// Of nodes that were split, welded and dropped, too.
+static void textures_are_prepared_with_their_mesh(void **unused)
+{
+    (void)unused;
+    char text[512];
+    World world;
+    snprintf(text, sizeof text, "publish = { rest = true; }; %s", SCENE(ORGAN, "levels = 1;"));
+    write_organ("vt 0.5 0.25\nvt 1 0\n"
+                "f 1/1 5/2 2/2\nf 1/1 3/2 6/2\nf 3/2 5/2 6/1\nf 5/2 1/1 6/1\n"
+                "f 1/2 7/2 8/1\nf 1/2 8/1 9/1\nf 8/1 7/2 9/1\nf 7/2 1/2 9/1\n");
+    expect_same_world(text);
+    prepare(text, "a.h5");
+    assert_string_equal(build(text, "a.h5", &world), "");
+    assert_non_null(sim_body(world.sim, 0)->texture);
+    world_destroy(&world);
 }
 
 static void each_body_finds_its_own(void **unused)
@@ -502,6 +526,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(runs_from_a_prepared_model_have_the_same_bits),
+        cmocka_unit_test(textures_are_prepared_with_their_mesh),
         cmocka_unit_test(each_body_finds_its_own),
         cmocka_unit_test(keys_beside_mesh_and_levels_may_change),
         cmocka_unit_test(scenes_name_their_prepared_model),

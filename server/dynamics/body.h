@@ -180,6 +180,10 @@ typedef struct BodyOps {
     // --- out ---
     // Float positions (and velocities unless NULL) of all nodes, in the order of BodyMesh.
     void (*snapshot)(const void *model, float *position, float *velocity);
+    // Where these nodes are when nothing acts, in the world, as the scene placed the body; constant
+    // between changes of topology. NULL: the body has no such places. What stands in free slots
+    // means nothing.
+    void (*snapshot_rest)(const void *model, float *position);
     // The exact state of all that moves, for checkpoints: id (NULL: not asked for), position [m]
     // and velocity [m/s] in a constant order between changes of topology; id -1 and zeros: nobody's
     // place. Returns how many, at most state_capacity; of a state that check calls sound. The ids
@@ -220,7 +224,11 @@ struct Body {
     void *model;         // owned by the arena of the scene
     BodySurface surface; // valid after creation
     BodyMesh mesh;       // valid after creation
-    int state_capacity;  // most that read_state may ever give
+    // Texture coordinates by a node's id in BodyMesh; a node whose id is beyond them is a copy and
+    // has those of its origin. Owned by whom it was made by; NULL: none, or nobody asks for them.
+    const float (*texture)[2];
+    int texture_count;
+    int state_capacity; // most that read_state may ever give
     IntegratorKind integrator;
     double mass; // [kg]
     int spring_count, element_count;

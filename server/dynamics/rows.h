@@ -98,5 +98,7 @@ void rows_return_to_rest(Rows *rows, void *row);
 // Positions [m] and, unless NULL, velocities of the rows slot[0 .. count), as [count][3] floats.
 void rows_snapshot(const Rows *rows, const void *row, const int *slot, int count, float *position,
                    float *velocity);
+// Where the same rows are at rest, in the world.
+void rows_snapshot_rest(const Rows *rows, const int *slot, int count, float *position);
 
 #endif

@@ -125,3 +125,13 @@ void rows_snapshot(const Rows *rows, const void *row, const int *slot, int count
     else
         take_of(rows, row, slot, count, position, NULL);
 }
+
+void rows_snapshot_rest(const Rows *rows, const int *slot, int count, float *position)
+{
+    for (long i = 0; i < count; i++) {
+        Vec3 x = rows_rest(rows, slot[i]);
+        position[3 * i] = (float)x.x;
+        position[3 * i + 1] = (float)x.y;
+        position[3 * i + 2] = (float)x.z;
+    }
+}

@@ -64,6 +64,7 @@ static bool place_mesh(const MeshSource *source, TriMesh *mesh, Status *status)
     } else {
         if (!generate_mesh(source, mesh, status))
             return false;
+        generate_texture(mesh, source->kind != MESH_SHEET);
         mesh_place(mesh, source->scale, source->rotation, source->translation);
         if (!check_extent("mesh", source->scale, mesh, status))
             return false;

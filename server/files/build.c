@@ -65,6 +65,18 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
     return ok;
 }
 
+void world_count_input(World *world)
+{
+    int64_t step = sim_steps(world->sim);
+    world->inputs = step == world->inputs_step ? world->inputs + 1 : 1;
+    world->inputs_step = step;
+}
+
+int64_t world_inputs(const World *world)
+{
+    return sim_steps(world->sim) == world->inputs_step ? world->inputs : 0;
+}
+
 void world_destroy(World *world)
 {
     team_destroy(world->team);

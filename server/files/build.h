@@ -33,7 +33,15 @@ typedef struct World {
                    // empty for bodies that are not made from one
     int mesh_count;
     WorldCells *cells; // [body_count] of voxel bodies; else zero
+    // Inputs applied since tick `inputs_step`, the newest: what a log of them holds for it is, in
+    // part, behind the state already.
+    int64_t inputs_step, inputs;
 } World;
+
+// The thread that steps the world: one more input is applied before the next tick.
+void world_count_input(World *world);
+// How many have been, since the newest tick.
+int64_t world_inputs(const World *world);
 
 // False with `status` naming scene file and line, or mesh file and element.
 bool world_build(World *world, const Scene *scene, const BuildOptions *options, Status *status);

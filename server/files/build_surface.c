@@ -68,7 +68,8 @@ static bool read_initial(const SceneBody *described, const TriMesh *mesh, const 
 }
 
 // Makes a body from the mesh of level 0, which becomes that of its level when it stays there.
-static bool create_surface(World *world, SurfaceOptions *surface, TriMesh *mesh, Status *status)
+static bool create_surface(World *world, SurfaceOptions *surface, TriMesh *mesh, Texture texture,
+                           Status *status)
 {
     if (surface->hierarchy != NULL && !surface_changes(surface)) {
         TriMesh coarse = *mesh;
@@ -79,6 +80,8 @@ static bool create_surface(World *world, SurfaceOptions *surface, TriMesh *mesh,
     if (!check_capacity(surface, mesh, status) ||
         !surface_create(&body, mesh, surface, &world->arena, &world->state, status))
         return false;
+    body.texture = texture.uv;
+    body.texture_count = texture.count;
     sim_add_body(world->sim, &body);
     return true;
 }
@@ -111,7 +114,11 @@ bool build_surface(World *world, const Scene *scene, int index, const Prepared *
     surface.without_loads = scene->load_count == 0 && !options->may_load;
     surface.initial_position = position;
     surface.initial_velocity = velocity;
-    ok = ok && create_surface(world, &surface, mesh, status);
+    if (ok) {
+        Texture texture =
+            build_texture(world, scene, options, described->name, mesh, surface.hierarchy);
+        ok = create_surface(world, &surface, mesh, texture, status);
+    }
     free(position);
     free(velocity);
     arena_destroy(&arena);

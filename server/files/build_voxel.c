@@ -48,12 +48,14 @@ static bool check_capacity(const Scene *scene, const Body *body, Status *status)
 }
 
 static bool create_voxel(World *world, const Scene *scene, const VoxelOptions *voxel,
-                         Status *status)
+                         Texture texture, Status *status)
 {
     Body body = {0};
     if (!voxel_create(&body, voxel, &world->arena, &world->state, status) ||
         !check_capacity(scene, &body, status))
         return false;
+    body.texture = texture.uv;
+    body.texture_count = texture.count;
     sim_add_body(world->sim, &body);
     return true;
 }
@@ -92,7 +94,8 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
         voxel.without_loads = scene->load_count == 0 && !options->may_load;
         voxel.publish_all = scene->publish.all_nodes;
         voxel.skin = described->skin.file != NULL ? &skin : NULL;
-        ok = create_voxel(world, scene, &voxel, status);
+        Texture texture = build_texture(world, scene, options, described->name, &skin, NULL);
+        ok = create_voxel(world, scene, &voxel, texture, status);
     }
     free(position);
     free(velocity);

@@ -55,6 +55,7 @@ void checkpoint_take(CheckpointImage *image, const World *world)
     }
     image->time = sim_time(world->sim);
     image->step = sim_steps(world->sim);
+    image->inputs = world_inputs(world);
 }
 
 #ifdef PLIANT_WITH_HDF5
@@ -78,7 +79,8 @@ static bool write_head(const HdfFile *file, const CheckpointImage *image, const 
            hdf_write_text(file, "/", "created_by", "pliantd " PLIANT_VERSION) &&
            hdf_write_text(file, "/", "physics", physics) &&
            hdf_write(file, "/time", H5T_NATIVE_DOUBLE, 0, NULL, &image->time, "s") &&
-           hdf_write(file, "/step", H5T_NATIVE_INT64, 0, NULL, &image->step, "ticks");
+           hdf_write(file, "/step", H5T_NATIVE_INT64, 0, NULL, &image->step, "ticks") &&
+           hdf_write(file, "/inputs", H5T_NATIVE_INT64, 0, NULL, &image->inputs, "1");
 }
 
 static bool write_body(const HdfFile *file, const CheckpointImage *image, const Body *body,
@@ -162,6 +164,17 @@ static bool check_head(const HdfFile *file, const World *world, const Scene *sce
                     scene->path);
 }
 
+// Checkpoints of older builds do not say: there are none, unless it was taken in a pause.
+static bool read_inputs(const HdfFile *file, CheckpointImage *image)
+{
+    image->inputs = 0;
+    if (!hdf_exists(file, "/inputs"))
+        return true;
+    return hdf_read_numbers(file, "/inputs", H5T_NATIVE_INT64, 0, &image->inputs) &&
+           (image->inputs >= 0 ||
+            hdf_fail(file, "/inputs", "%lld is no number of inputs", (long long)image->inputs));
+}
+
 // `rows` [body_count] are the caller's to destroy, also after a failure.
 static bool read_image(const HdfFile *file, CheckpointImage *image, BodyRows *rows,
                        const World *world)
@@ -179,7 +192,8 @@ static bool read_image(const HdfFile *file, CheckpointImage *image, BodyRows *ro
         to += array->bytes;
     }
     return hdf_read_numbers(file, "/time", H5T_NATIVE_DOUBLE, 0, &image->time) &&
-           hdf_read_numbers(file, "/step", H5T_NATIVE_INT64, 0, &image->step);
+           hdf_read_numbers(file, "/step", H5T_NATIVE_INT64, 0, &image->step) &&
+           read_inputs(file, image);
 }
 
 // Whether the state now in force is the one that the file shows, and one that can be stepped on.
@@ -218,6 +232,10 @@ static bool apply_image(const HdfFile *file, const CheckpointImage *image, const
     if (!ok) {
         state_copy_in(&world->state, before);
         sim_restored(world->sim);
+    }
+    if (ok) {
+        world->inputs_step = image->step;
+        world->inputs = image->inputs;
     }
     free(before);
     return ok;

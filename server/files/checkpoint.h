@@ -14,6 +14,7 @@ typedef struct CheckpointImage {
     Vec3 **velocity; // [body][node_count]
     double time;
     int64_t step;
+    int64_t inputs; // applied since that step (world_inputs)
 } CheckpointImage;
 
 // Load time: reserves the image from the world's arena.
@@ -22,10 +23,9 @@ void checkpoint_reserve(CheckpointImage *image, World *world);
 void checkpoint_take(CheckpointImage *image, const World *world);
 
 // Writes FILE.tmp, flushes, renames, flushes the folder. Root attributes format, version, scene,
-// created_by; /time, /step; /bodies/<name>/{id, position, velocity} float64 of the nodes alive, in
-// ascending id;
-// /state/<array> as bytes, with attribute isa; every dataset with attribute unit. The first 512
-// bytes, which HDF5 leaves to its user, hold a seal: the hash of the rest.
+// created_by; /time, /step, /inputs; /bodies/<name>/{id, position, velocity} float64 of the nodes
+// alive, in ascending id; /state/<array> as bytes, with attribute isa; every dataset with attribute
+// unit. The first 512 bytes, which HDF5 leaves to its user, hold a seal: the hash of the rest.
 bool checkpoint_write(const char *path, const CheckpointImage *image, const World *world,
                       const Scene *scene, Status *status);
 // Validates everything against the scene and the world (format, version, names, sizes, hash of the

@@ -13,6 +13,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -108,18 +109,44 @@ static void flush_folder(const char *path)
     free(folder);
 }
 
-// The whole content of a file on the disk, or errno set.
-static bool write_sealed(const char *path, const unsigned char *image, size_t size)
+// The temporary file, empty and ours alone until it is closed: two programs that save under one
+// name would else write into each other's. One that a killed program has left behind is used again.
+// -1 with errno.
+static int open_temporary(const char *path)
+{
+    for (;;) {
+        int fd = open(path, O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+        if (fd < 0)
+            return -1;
+        struct stat ours, named;
+        bool held = flock(fd, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+        bool there = held && fstat(fd, &ours) == 0 && stat(path, &named) == 0;
+        // Another program may have renamed it between our two calls: it is a finished file then.
+        if (there && ours.st_ino == named.st_ino && ftruncate(fd, 0) == 0)
+            return fd;
+        int error = held ? errno : EBUSY;
+        close(fd);
+        errno = error;
+        if (!held || (there && ours.st_ino == named.st_ino))
+            return -1;
+    }
+}
+
+// The whole content of a file on the disk, under its name, or errno set.
+static bool write_sealed(const char *path, const char *temporary, const unsigned char *image,
+                         size_t size)
 {
     unsigned char seal[SEAL_BYTES] = {0};
     snprintf((char *)seal, sizeof seal, SEAL_FORMAT, size, fnv_bytes(FNV_START, image, size));
-    int fd = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    int fd = open_temporary(temporary);
     if (fd < 0)
         return false;
-    bool ok = write_all(fd, seal, sizeof seal) && write_all(fd, image, size) && fsync(fd) == 0;
+    bool ok = write_all(fd, seal, sizeof seal) && write_all(fd, image, size) && fsync(fd) == 0 &&
+              rename(temporary, path) == 0;
     int error = errno;
-    if (close(fd) != 0 && ok)
-        return false;
+    if (!ok)
+        unlink(temporary);
+    close(fd);
     errno = error;
     return ok;
 }
@@ -137,12 +164,10 @@ bool hdf_save(HdfFile *file)
     char *temporary = malloc(length);
     ASSERT(temporary != NULL);
     snprintf(temporary, length, "%s.tmp", file->path);
-    bool ok = write_sealed(temporary, image, (size_t)size) && rename(temporary, file->path) == 0;
+    bool ok = write_sealed(file->path, temporary, image, (size_t)size);
     int error = errno;
     if (ok)
         flush_folder(file->path);
-    else
-        unlink(temporary);
     free(temporary);
     free(image);
     return ok || status_fail(file->status, STATUS_FAILED, "%s: %s", file->path, strerror(error));

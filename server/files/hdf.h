@@ -28,7 +28,8 @@ bool hdf_open(HdfFile *file, const char *path, Status *status);
 // Begins a file in memory; hdf_save writes it to its path.
 bool hdf_create(HdfFile *file, const char *path, Status *status);
 // Writes PATH.tmp, flushes it to the disk, renames it to PATH and flushes the folder: there is
-// always a whole file. In front of the data stands a seal, in a block that HDF5 leaves to its user:
+// always a whole file. PATH.tmp is locked meanwhile; one left behind by a killed program is used
+// again. In front of the data stands a seal, in a block that HDF5 leaves to its user:
 // their number of bytes and a hash of them.
 bool hdf_save(HdfFile *file);
 // Whether a file is as hdf_save wrote it. Asked before HDF5 reads a file of ours: its library does
@@ -65,6 +66,10 @@ bool hdf_write(const HdfFile *file, const char *name, hid_t type, int rank, cons
                const void *data, const char *unit);
 bool hdf_write_text(const HdfFile *file, const char *object, const char *name, const char *text);
 bool hdf_write_int(const HdfFile *file, const char *object, const char *name, int value);
+// The same with 64 bits; hdf_set_long changes the value of one that is there.
+bool hdf_read_long(const HdfFile *file, const char *object, const char *name, int64_t *value);
+bool hdf_write_long(const HdfFile *file, const char *object, const char *name, int64_t value);
+bool hdf_set_long(const HdfFile *file, const char *object, const char *name, int64_t value);
 #endif
 
 #endif

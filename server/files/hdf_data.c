@@ -182,14 +182,25 @@ static hid_t open_attribute(const HdfFile *file, const char *object, const char 
     return -1;
 }
 
-bool hdf_read_int(const HdfFile *file, const char *object, const char *name, int *value)
+static bool read_integer(const HdfFile *file, const char *object, const char *name, hid_t type,
+                         void *value)
 {
     hid_t attribute = open_attribute(file, object, name, H5T_INTEGER);
     if (attribute < 0)
         return false;
-    bool ok = H5Aread(attribute, H5T_NATIVE_INT, value) >= 0;
+    bool ok = H5Aread(attribute, type, value) >= 0;
     H5Aclose(attribute);
     return ok || hdf_fail(file, object, "attribute %s cannot be read", name);
+}
+
+bool hdf_read_int(const HdfFile *file, const char *object, const char *name, int *value)
+{
+    return read_integer(file, object, name, H5T_NATIVE_INT, value);
+}
+
+bool hdf_read_long(const HdfFile *file, const char *object, const char *name, int64_t *value)
+{
+    return read_integer(file, object, name, H5T_NATIVE_INT64, value);
 }
 
 bool hdf_read_text(const HdfFile *file, const char *object, const char *name, char *text,
@@ -256,13 +267,36 @@ bool hdf_write_text(const HdfFile *file, const char *object, const char *name, c
                              file->path, object, name);
 }
 
-bool hdf_write_int(const HdfFile *file, const char *object, const char *name, int value)
+static bool write_integer(const HdfFile *file, const char *object, const char *name, hid_t stored,
+                          hid_t type, const void *value)
 {
     hid_t id = H5Oopen(file->id, object, H5P_DEFAULT), space = H5Screate(H5S_SCALAR);
-    hid_t attribute = H5Acreate2(id, name, H5T_STD_I32LE, space, H5P_DEFAULT, H5P_DEFAULT);
-    bool ok = attribute >= 0 && H5Awrite(attribute, H5T_NATIVE_INT, &value) >= 0;
+    hid_t attribute = H5Acreate2(id, name, stored, space, H5P_DEFAULT, H5P_DEFAULT);
+    bool ok = attribute >= 0 && H5Awrite(attribute, type, value) >= 0;
     H5Aclose(attribute);
     H5Sclose(space);
+    H5Oclose(id);
+    return ok || status_fail(file->status, STATUS_FAILED, "%s: %s attribute %s cannot be written",
+                             file->path, object, name);
+}
+
+bool hdf_write_int(const HdfFile *file, const char *object, const char *name, int value)
+{
+    return write_integer(file, object, name, H5T_STD_I32LE, H5T_NATIVE_INT, &value);
+}
+
+bool hdf_write_long(const HdfFile *file, const char *object, const char *name, int64_t value)
+{
+    return write_integer(file, object, name, H5T_STD_I64LE, H5T_NATIVE_INT64, &value);
+}
+
+bool hdf_set_long(const HdfFile *file, const char *object, const char *name, int64_t value)
+{
+    // HDF5 1.10 does not write what H5Aopen_by_name has opened.
+    hid_t id = H5Oopen(file->id, object, H5P_DEFAULT);
+    hid_t attribute = H5Aopen(id, name, H5P_DEFAULT);
+    bool ok = attribute >= 0 && H5Awrite(attribute, H5T_NATIVE_INT64, &value) >= 0;
+    H5Aclose(attribute);
     H5Oclose(id);
     return ok || status_fail(file->status, STATUS_FAILED, "%s: %s attribute %s cannot be written",
                              file->path, object, name);

@@ -7,11 +7,12 @@
 // attributes `source` (hash of the group `mesh` and of the mesh file's bytes), `levels`,
 // `file_nodes` and `copies`; triangle [faces][3] and file_index [nodes] of level 0, file_node
 // [file_nodes] if nodes of the file were joined or dropped, copy_of [copies] if any were split;
-// position [nodes of the finest level][3] at rest; and with levels > 0, for each level l,
-// level<l>/edge [edges][2], edge_face [edges][2] and face_edge [faces][3] (geometry/levels.h). For
-// each voxel body /bodies/<name> with attribute `source` (hash of the group `voxels` and of its
-// file's bytes); count [3], size, origin [1][3], turn [4] and label [cells] of its lattice as it
-// stands in the world (geometry/lattice.h). Sealed like checkpoints.
+// texture [2 nodes of level 0] u v where the mesh has texture coordinates; position [nodes of the
+// finest level][3] at rest; and with levels > 0, for each level l, level<l>/edge [edges][2],
+// edge_face [edges][2] and face_edge [faces][3] (geometry/levels.h). For each voxel body
+// /bodies/<name> with attribute `source` (hash of the group `voxels` and of its file's bytes);
+// count [3], size, origin [1][3], turn [4] and label [cells] of its lattice as it stands in the
+// world (geometry/lattice.h). Sealed like checkpoints.
 #ifndef PLIANT_FILES_PREPARED_H
 #define PLIANT_FILES_PREPARED_H
 

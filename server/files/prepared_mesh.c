@@ -4,6 +4,7 @@
 #include "base/check.h"
 #include "files/body_mesh.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -51,7 +52,10 @@ static bool write_mesh(const HdfFile *file, const char *body, const TriMesh *mes
            (mesh->file_node == NULL || write_ints(file, prepared_path(name, body, "/file_node"),
                                                   mesh->file_node_count, 1, mesh->file_node)) &&
            (mesh->copy_count == 0 || write_ints(file, prepared_path(name, body, "/copy_of"),
-                                                mesh->copy_count, 1, mesh->copy_of));
+                                                mesh->copy_count, 1, mesh->copy_of)) &&
+           (mesh->uv == NULL ||
+            hdf_write(file, prepared_path(name, body, "/texture"), H5T_NATIVE_DOUBLE, 1,
+                      (hsize_t[]){2 * (hsize_t)mesh->node_count}, mesh->uv, "1"));
 }
 
 static bool write_levels(const HdfFile *file, const char *body, const Levels *levels)
@@ -160,6 +164,19 @@ static bool read_names(const HdfFile *file, const char *name, int count, int **t
     return hdf_read_ints(file, name, 1, count, *to);
 }
 
+static bool read_texture(const HdfFile *file, const char *name, TriMesh *mesh)
+{
+    const size_t values = 2 * (size_t)mesh->node_count;
+    mesh->uv = calloc(values + 2, sizeof(double));
+    ASSERT(mesh->uv != NULL);
+    if (!hdf_read_numbers(file, name, H5T_NATIVE_DOUBLE, values, mesh->uv))
+        return false;
+    for (size_t i = 0; i < values; i++)
+        if (!isfinite(mesh->uv[i / 2][i % 2]))
+            return hdf_fail(file, name, "has a number that is not finite");
+    return true;
+}
+
 // Everything of the mesh but positions.
 static bool read_mesh(const HdfFile *file, const char *body, TriMesh *mesh)
 {
@@ -185,6 +202,8 @@ static bool read_mesh(const HdfFile *file, const char *body, TriMesh *mesh)
         return false;
     if (copies > 0 &&
         !read_names(file, prepared_path(name, body, "/copy_of"), copies, &mesh->copy_of))
+        return false;
+    if (hdf_exists(file, prepared_path(name, body, "/texture")) && !read_texture(file, name, mesh))
         return false;
     return check_names(mesh) || hdf_fail(file, group, "has inconsistent numbers of nodes");
 }

@@ -37,19 +37,30 @@ static bool refuse(const char *path, const char *why, Status *status)
     return status_fail(status, STATUS_INVALID, "%s: cannot record: %s", path, why);
 }
 
+static bool is_hdf5(int fd)
+{
+    static const char signature[8] = "\211HDF\r\n\032\n";
+    char head[sizeof signature];
+    return pread(fd, head, sizeof head, 0) == sizeof head &&
+           memcmp(head, signature, sizeof head) == 0;
+}
+
 // A recording never replaces what somebody may still want. What HDF5 would only call a failure gets
 // its reason here. Returns a descriptor, or -1.
-static int claim(const char *path, Status *status)
+static int claim(const char *path, bool overwrite, Status *status)
 {
     struct stat facts;
-    int fd = open(path, O_WRONLY | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666);
+    int mode = overwrite ? O_RDWR : O_WRONLY; // what is overwritten is looked at first
+    int fd = open(path, mode | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666);
     if (fd < 0 || fstat(fd, &facts) != 0)
         refuse(path, strerror(errno), status);
     else if (!S_ISREG(facts.st_mode))
         refuse(path, "is not a regular file", status);
-    else if (facts.st_size > 0)
+    else if (facts.st_size > 0 && !overwrite)
         refuse(path, "exists already, and a recording replaces no file: remove it or name another",
                status);
+    else if (facts.st_size > 0 && !is_hdf5(fd))
+        refuse(path, "is no HDF5 file, which is all that a recording overwrites", status);
     else
         return fd;
     if (fd >= 0)
@@ -57,7 +68,16 @@ static int claim(const char *path, Status *status)
     return -1;
 }
 
-static bool create_file(Recording *recording)
+bool recording_claim(const char *path, bool overwrite, Status *status)
+{
+    int fd = claim(path, overwrite, status);
+    if (fd >= 0)
+        close(fd);
+    return fd >= 0;
+}
+
+// The file with the properties that it is made with; create: else one that exists.
+static hid_t open_file(const char *path, bool create)
 {
     hdf_begin();
     hid_t access_list = H5Pcreate(H5P_FILE_ACCESS);
@@ -66,8 +86,15 @@ static bool create_file(Recording *recording)
     // larger ones are written at once: so the file's size tells what it needs of the disk.
     H5Pset_cache(access_list, 0, 1, CHUNK_KEPT, 1.0);
     errno = 0;
-    recording->file.id = H5Fcreate(recording->path, H5F_ACC_TRUNC, H5P_DEFAULT, access_list);
+    hid_t id = create ? H5Fcreate(path, H5F_ACC_TRUNC, H5P_DEFAULT, access_list)
+                      : H5Fopen(path, H5F_ACC_RDWR, access_list);
     H5Pclose(access_list);
+    return id;
+}
+
+static bool create_file(Recording *recording)
+{
+    recording->file.id = open_file(recording->path, true);
     return recording->file.id >= 0 ||
            status_fail(&recording->status, STATUS_INVALID, "%s: HDF5 cannot create it: %s",
                        recording->path,
@@ -118,6 +145,14 @@ static bool create_table(const Recording *recording, const char *group, const Ta
                             form->unit, table);
 }
 
+#define COUNT_FORM(name)                                                                           \
+    {                                                                                              \
+#name, offsetof(RecordingCounts, name)                                                     \
+    }
+
+const RecordingCountForm recording_count_form[RECORDING_COUNTS] = {
+    COUNT_FORM(lost), COUNT_FORM(dropped), COUNT_FORM(without_mesh), COUNT_FORM(refused)};
+
 static bool create_body(Recording *recording, int index, const RecordingBody *described)
 {
     RecordedBody *body = &recording->body[index];
@@ -130,6 +165,9 @@ static bool create_body(Recording *recording, int index, const RecordingBody *de
         if (!create_table(recording, group, &body_form[t], chunk, &body->table[t]))
             return false;
     }
+    for (int i = 0; i < RECORDING_COUNTS; i++)
+        if (!hdf_write_long(&recording->file, group, recording_count_form[i].name, 0))
+            return false;
     return true;
 }
 
@@ -171,6 +209,7 @@ static bool write_head(Recording *recording, const RecordingOptions *options)
     const HdfFile *file = &recording->file;
     return hdf_write_text(file, "/", "format", RECORDING_FORMAT) &&
            hdf_write_int(file, "/", "version", RECORDING_VERSION) &&
+           hdf_write_long(file, "/", RECORDING_ENDED, 0) &&
            hdf_write_text(file, "/", "scene", options->scene) &&
            hdf_write_text(file, "/", "created_by", options->created_by);
 }
@@ -290,6 +329,12 @@ bool recording_add_event(Recording *recording, const RecordingEvent *event)
     return begin(recording, &recording->event, 1) && append(recording, &recording->event, 1, event);
 }
 
+void recording_set_counts(Recording *recording, int body, const RecordingCounts *counts)
+{
+    ASSERT(body >= 0 && body < recording->body_count);
+    recording->body[body].counts = *counts;
+}
+
 // --- flushing ------------------------------------------------------------------------------------
 
 // Rewriting all of a long sidecar at each flush would cost more than the recording.
@@ -362,6 +407,30 @@ static void close_file(Recording *recording)
     hdf_close(&recording->file);
 }
 
+// What is only known now. A file that is read while it is written lets no attribute change: it is
+// opened anew. They are there already, so that this needs no room on the disk.
+static bool write_end(Recording *recording)
+{
+    HdfFile *file = &recording->file;
+    char group[64];
+    file->id = open_file(recording->path, false);
+    bool ok = file->id >= 0 ||
+              status_fail(file->status, STATUS_FAILED, "%s: cannot be marked as ended: %s",
+                          recording->path, errno != 0 ? strerror(errno) : "HDF5 refuses");
+    for (int i = 0; i < recording->body_count && ok; i++) {
+        const char *counts = (const char *)&recording->body[i].counts;
+        snprintf(group, sizeof group, "/bodies/%s", recording->body[i].name);
+        for (int k = 0; k < RECORDING_COUNTS && ok; k++) {
+            int64_t count;
+            memcpy(&count, counts + recording_count_form[k].offset, sizeof count);
+            ok = hdf_set_long(file, group, recording_count_form[k].name, count);
+        }
+    }
+    ok = ok && hdf_set_long(file, "/", RECORDING_ENDED, 1);
+    hdf_close(file);
+    return ok;
+}
+
 static void destroy(Recording *recording)
 {
     for (int i = 0; i < recording->body_count; i++)
@@ -375,7 +444,7 @@ static void destroy(Recording *recording)
 
 Recording *recording_create(const char *path, const RecordingOptions *options, Status *status)
 {
-    int fd = claim(path, status);
+    int fd = claim(path, options->overwrite, status);
     if (fd < 0)
         return NULL;
     Recording *recording = calloc(1, sizeof *recording);
@@ -407,8 +476,10 @@ bool recording_close(Recording *recording, Status *status)
     if (flushed && !write_sidecar(recording))
         status_fail(&recording->status, STATUS_FAILED, "%s", recording->sidecar.text);
     // HDF5 cannot close a file that it cannot write; it is left as after a kill.
-    if (flushed)
+    if (flushed) {
         close_file(recording);
+        write_end(recording);
+    }
     bool ok = recording->status.code == STATUS_OK ||
               status_fail(status, STATUS_FAILED, "%s", recording->status.text);
     destroy(recording);
@@ -416,6 +487,12 @@ bool recording_close(Recording *recording, Status *status)
 }
 
 #else
+
+bool recording_claim(const char *path, bool overwrite, Status *status)
+{
+    (void)overwrite;
+    return status_fail(status, STATUS_INVALID, "%s: %s", path, HDF_NOT_BUILT);
+}
 
 Recording *recording_create(const char *path, const RecordingOptions *options, Status *status)
 {
@@ -447,6 +524,11 @@ bool recording_add_event(Recording *recording, const RecordingEvent *event)
 {
     (void)recording, (void)event;
     return false;
+}
+
+void recording_set_counts(Recording *recording, int body, const RecordingCounts *counts)
+{
+    (void)recording, (void)body, (void)counts;
 }
 
 bool recording_flush(Recording *recording)

@@ -23,7 +23,16 @@ typedef struct RecordingOptions {
     int body_count, tool_count;
     const RecordingBody *body;
     const int *tool; // ids, unique
+    bool overwrite;  // replaces an HDF5 file that is there
 } RecordingOptions;
+
+// Frames and messages of a body that are not in the file, and why.
+typedef struct RecordingCounts {
+    int64_t lost;         // frames that did not arrive whole
+    int64_t dropped;      // frames, the disk was too slow
+    int64_t without_mesh; // frames whose mesh did not come in time
+    int64_t refused;      // messages that no daemon of ours sends
+} RecordingCounts;
 
 // The mesh of all frames that carry its number.
 typedef struct RecordingTopology {
@@ -57,8 +66,13 @@ typedef struct RecordingEvent {
 
 typedef struct Recording Recording;
 
+// Whether FILE can be recorded to, before there is anything to record: it is made if it is not
+// there, and stays as it is otherwise. False with `status` (STATUS_INVALID).
+bool recording_claim(const char *path, bool overwrite, Status *status);
+
 // Creates FILE with every data set, and FILE.xdmf. A file that is there already is refused unless
-// it is empty; a sidecar is replaced. NULL with `status` (STATUS_INVALID), and no file.
+// it is empty or may be overwritten; a sidecar is replaced. NULL with `status` (STATUS_INVALID),
+// and no file.
 Recording *recording_create(const char *path, const RecordingOptions *options, Status *status);
 
 // Each appends; bodies and tools by their index in the options. False from the first failure on: a
@@ -69,6 +83,9 @@ bool recording_add_frame(Recording *recording, int body, const RecordingFrame *f
 bool recording_add_tool(Recording *recording, int tool, double time, const RecordingTool *sample);
 bool recording_add_event(Recording *recording, const RecordingEvent *event);
 
+// What the file will say of a body once it is closed.
+void recording_set_counts(Recording *recording, int body, const RecordingCounts *counts);
+
 // Hands everything to the operating system: it survives the end of this program from now on. The
 // sidecar follows at once in the first minutes; later it lags behind by a sixteenth of the frames
 // at most, because it can only be written as a whole.
@@ -78,8 +95,8 @@ bool recording_flush_if_due(Recording *recording, int64_t now_ns);
 // The first failure, or STATUS_OK.
 const Status *recording_status(const Recording *recording);
 
-// Flushes, brings the sidecar up to date, closes and frees. False with `status` if not everything
-// was written.
+// Flushes, brings the sidecar up to date, marks the file as ended, closes and frees. False with
+// `status` if not everything was written.
 bool recording_close(Recording *recording, Status *status);
 
 #endif

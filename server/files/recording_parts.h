@@ -42,8 +42,18 @@ typedef struct TopologyRows {
     int64_t first_triangle, first_node;
 } TopologyRows;
 
+// Attributes of a body, 0 until the file is closed; and of the file: 1 once it was.
+#define RECORDING_ENDED "ended"
+typedef struct RecordingCountForm {
+    const char *name;
+    size_t offset; // in RecordingCounts
+} RecordingCountForm;
+enum { RECORDING_COUNTS = 4 };
+extern const RecordingCountForm recording_count_form[RECORDING_COUNTS];
+
 typedef struct RecordedBody {
     char name[RECORDING_BODY_TEXT];
+    RecordingCounts counts;
     HdfTable table[BODY_TABLES];
     TopologyRows *topology; // [topology_count], the same as in the file
     int topology_count, topology_capacity;

@@ -92,7 +92,7 @@ const OptionTable SCENE_TABLE =
 typedef struct PublishGroup {
     double nodes_hz, mesh_hz, contact_hz, status_hz;
     int nodes;
-    bool velocity, contact_stiffness;
+    bool velocity, rest, contact_stiffness;
 } PublishGroup;
 static const Option PUBLISH_OPTIONS[] = {
     {"nodes_hz", OPTION_REAL, AT(nodes_hz), "Hz", 0.0, 10000.0, .preset = 60.0,
@@ -106,6 +106,9 @@ static const Option PUBLISH_OPTIONS[] = {
     {"nodes", OPTION_WORD, AT(nodes), "", .words = NODES_WORDS,
      .about = "Which nodes: those of the surface, or all: those inside of voxel bodies too."},
     {"velocity", OPTION_BOOL, AT(velocity), "", .about = "Whether velocities are published too."},
+    {"rest", OPTION_BOOL, AT(rest), "",
+     .about = "Whether each whole mesh comes with the places of its nodes at rest and the texture "
+              "coordinates of its file, for viewers."},
     {"contact_stiffness", OPTION_BOOL, AT(contact_stiffness), "", .preset = 1.0,
      .about = "Whether contact messages tell how stiff the body is there, which hands behind a "
               "network need; it takes up to 4 % of a tick, while a probe touches."},
@@ -156,6 +159,7 @@ static bool read_publish(const SceneReader *reader, const config_setting_t *grou
                                             .status_hz = raw.status_hz,
                                             .all_nodes = raw.nodes == NODES_ALL,
                                             .velocity = raw.velocity,
+                                            .rest = raw.rest,
                                             .contact_stiffness = raw.contact_stiffness};
     return true;
 }

@@ -59,6 +59,7 @@ typedef struct ScenePublish {
     double nodes_hz, mesh_hz, contact_hz, status_hz; // 0: never
     bool all_nodes;                                  // nodes = "all"
     bool velocity;
+    bool rest;              // where nodes rest, and their texture coordinates, with meshes
     bool contact_stiffness; // of contacts
 } ScenePublish;
 

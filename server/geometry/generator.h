@@ -28,4 +28,8 @@ bool generate_sheet(TriMesh *mesh, int columns, int rows, double width, double h
 // (Choi et al. 2005, Table 1). nodes in [60, 20000].
 bool generate_stomach(TriMesh *mesh, int nodes, double length, Status *status);
 
+// Texture coordinates in [0, 1]: of a closed mesh the angle around the z axis through its middle,
+// there and back so that no seam is left, and the height; of a sheet in z = 0 its x and y.
+void generate_texture(TriMesh *mesh, bool closed);
+
 #endif

@@ -42,19 +42,19 @@ static void send_mesh_chunk(Bus *bus, int index)
 {
     BodyStream *stream = &bus->body[index];
     const BodyMesh *mesh = &stream->mesh;
-    Pace *pace = &stream->whole;
-    int triangle = chunk_begin(mesh->triangle_count, pace->next, pace->count);
-    int triangle_end = chunk_begin(mesh->triangle_count, pace->next + 1, pace->count);
-    int node = chunk_begin(mesh->node_count, pace->next, pace->count);
-    int node_end = chunk_begin(mesh->node_count, pace->next + 1, pace->count);
+    const int chunk = stream->whole.next, chunks = stream->mesh_chunks;
+    int triangle = chunk_begin(mesh->triangle_count, chunk, chunks);
+    int triangle_end = chunk_begin(mesh->triangle_count, chunk + 1, chunks);
+    int node = chunk_begin(mesh->node_count, chunk, chunks);
+    int node_end = chunk_begin(mesh->node_count, chunk + 1, chunks);
     // The generated type has no const; encoding only reads.
     pliant_mesh_t message = {.utime = clock_utime(),
                              .sequence = stream->mesh_sequence,
                              .topology = mesh->topology,
                              .node_count = mesh->node_count,
                              .triangle_count = mesh->triangle_count,
-                             .chunk = pace->next,
-                             .chunk_count = pace->count,
+                             .chunk = chunk,
+                             .chunk_count = chunks,
                              .first_triangle = triangle,
                              .num_indices = 3 * (triangle_end - triangle),
                              .triangle = (int32_t *)(uintptr_t)mesh->triangle[triangle],
@@ -67,7 +67,16 @@ static void send_mesh_chunk(Bus *bus, int index)
                              .piece = (int32_t *)(uintptr_t)(mesh->piece + node),
                              .level = (int8_t *)(uintptr_t)(mesh->level + node)};
     bus_count_published(bus, pliant_mesh_t_publish(bus->lcm, stream->mesh_channel, &message));
-    pace->next++;
+}
+
+static void send_whole_chunk(Bus *bus, int index)
+{
+    BodyStream *stream = &bus->body[index];
+    if (stream->whole.next < stream->mesh_chunks)
+        send_mesh_chunk(bus, index);
+    else
+        bus_send_rest_chunk(bus, index, stream->whole.next - stream->mesh_chunks);
+    stream->whole.next++;
 }
 
 static void start_mesh(Bus *bus, int index, int64_t now_ns)
@@ -75,7 +84,8 @@ static void start_mesh(Bus *bus, int index, int64_t now_ns)
     BodyStream *stream = &bus->body[index];
     int by_triangles = chunks_of(stream->mesh.triangle_count, TRIANGLES_IN_CHUNK);
     int by_nodes = chunks_of(stream->mesh.node_count, NODES_IN_MESH_CHUNK);
-    int count = by_triangles > by_nodes ? by_triangles : by_nodes;
+    stream->mesh_chunks = by_triangles > by_nodes ? by_triangles : by_nodes;
+    int count = stream->mesh_chunks + bus_rest_chunks(stream);
     stream->whole_wanted = false;
     stream->mesh_sequence++;
     pace_start(&stream->whole, count,
@@ -96,7 +106,7 @@ void bus_send_meshes(Bus *bus, int64_t now_ns)
             !pace_is_under_way(&stream->delta_pace))
             start_mesh(bus, i, now_ns);
         while (pace_is_due(&stream->whole, now_ns))
-            send_mesh_chunk(bus, i);
+            send_whole_chunk(bus, i);
     }
 }
 
@@ -120,7 +130,7 @@ bool bus_follow_mesh(Bus *bus, int index, int64_t now_ns, bool at_once)
     if (stream->frame->topology == stream->mesh.topology)
         return true;
     while (at_once && pace_is_under_way(&stream->whole))
-        send_mesh_chunk(bus, index);
+        send_whole_chunk(bus, index);
     if (pace_is_under_way(&stream->whole))
         return false;
     const MeshCopy *newest = exchange_frame_mesh(bus->exchange, index, stream->frame);
@@ -128,6 +138,8 @@ bool bus_follow_mesh(Bus *bus, int index, int64_t now_ns, bool at_once)
     mesh_delta_find(&stream->delta, &stream->mesh, &mesh);
     mesh_copy_follow(stream->copy, &mesh);
     stream->mesh = mesh_copy_view(stream->copy);
+    if (stream->rest != NULL)
+        rest_copy_take(stream->rest, exchange_frame_rest(bus->exchange, index, stream->frame));
     stream->delta_sequence++;
     // In a quarter of the time to the next frame: the nodes still want theirs.
     pace_start(&stream->delta_pace, mesh_delta_chunks(&stream->delta),

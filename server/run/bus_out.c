@@ -21,6 +21,7 @@ void bus_create_streams(Bus *bus, Arena *arena)
         snprintf(stream->nodes_channel, 2 * CHANNEL_MAX, "%s_NODES_%s", prefix, name);
         snprintf(stream->velocity_channel, 2 * CHANNEL_MAX, "%s_VELOCITY_%s", prefix, name);
         bus_create_mesh_stream(bus, i, arena);
+        bus_create_rest_stream(bus, i, arena);
     }
 }
 

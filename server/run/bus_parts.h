@@ -1,6 +1,6 @@
 // What the bus's files share: bus.c (thread and start), bus_in.c (messages in), bus_out.c (frames
-// and contacts), bus_mesh.c (meshes), bus_tell.c (replies, events, status), bus_claim.c (whose
-// prefix it is). Bus thread only.
+// and contacts), bus_mesh.c (meshes), bus_rest.c (rest positions), bus_tell.c (replies, events,
+// status), bus_claim.c (whose prefix it is). Bus thread only.
 #ifndef PLIANT_RUN_BUS_PARTS_H
 #define PLIANT_RUN_BUS_PARTS_H
 
@@ -17,6 +17,7 @@ enum {
     NODES_IN_CHUNK = 4096,     // 49 kB: below one datagram
     TRIANGLES_IN_CHUNK = 2048, // with NODES_IN_MESH_CHUNK 46 kB
     NODES_IN_MESH_CHUNK = 1024,
+    NODES_IN_REST_CHUNK = 2048, // 41 kB with texture coordinates
     OWN_STATUSES = 8,
 };
 
@@ -25,14 +26,17 @@ enum {
 typedef struct BodyStream {
     char nodes_channel[2 * CHANNEL_MAX], velocity_channel[2 * CHANNEL_MAX];
     char mesh_channel[2 * CHANNEL_MAX], delta_channel[2 * CHANNEL_MAX];
-    const Frame *frame; // the newest taken, or NULL
-    bool frame_waits;   // for its mesh to be told
-    bool whole_wanted;  // as soon as the delta under way has left
-    Pace nodes, whole, delta_pace;
+    const Frame *frame;            // the newest taken, or NULL
+    bool frame_waits;              // for its mesh to be told
+    bool whole_wanted;             // as soon as the delta under way has left
+    Pace nodes, whole, delta_pace; // of the whole mesh, then of its rest positions
+    int mesh_chunks;               // of the first
     int32_t nodes_sequence, mesh_sequence, delta_sequence;
     BodyMesh mesh; // of the body itself when it never changes, else of `copy`
     MeshCopy *copy;
     MeshDelta delta;
+    char rest_channel[2 * CHANNEL_MAX];
+    RestCopy *rest; // of `mesh`; NULL: not published
 } BodyStream;
 
 typedef struct Subscription {
@@ -55,6 +59,7 @@ struct Bus {
     const Scene *scene;
     Exchange *exchange;
     const char *describe;
+    Service *service;
     pthread_t thread;
     atomic_bool finish;
     BusClaim claim;
@@ -75,6 +80,7 @@ struct Bus {
     char contact_channel[2 * CHANNEL_MAX], status_channel[2 * CHANNEL_MAX];
     char claim_channel[2 * CHANNEL_MAX];
     MeshDeltaChunk *delta_chunk; // scratch; NULL when no mesh changes
+    float *texture;              // scratch of a chunk; NULL when no body has one to be told
     int32_t *contact_sequence;
     int32_t event_sequence, status_sequence;
     const StatusOut *status;          // the newest taken, or NULL
@@ -119,6 +125,12 @@ void bus_restart_meshes(Bus *bus, int64_t now_ns);
 bool bus_follow_mesh(Bus *bus, int body, int64_t now_ns, bool at_once);
 // Sends the chunks of the delta that are due, or all `now`; true when none is left.
 bool bus_send_delta(Bus *bus, int body, int64_t now_ns, bool now);
+
+// bus_rest.c
+void bus_create_rest_stream(Bus *bus, int body, Arena *arena);
+// Chunks that follow those of a whole mesh; 0: rest positions are not published.
+int bus_rest_chunks(const BodyStream *stream);
+void bus_send_rest_chunk(Bus *bus, int body, int chunk);
 
 // bus_tell.c
 void bus_send_answer(Bus *bus, const Answer *answer);

@@ -33,6 +33,10 @@ static void create_frames(Exchange *exchange, int index, const Body *body, Arena
     if (mesh_changes(body)) {
         exchange->mesh_at[index] = round_up(bytes);
         bytes = exchange->mesh_at[index] + mesh_copy_bytes(&body->mesh);
+        if (exchange->rest_at != NULL && rest_is_known(body)) {
+            exchange->rest_at[index] = bytes;
+            bytes += rest_copy_bytes(&body->mesh);
+        }
     }
     char name[64];
     snprintf(name, sizeof name, "frame_%s", body->name);
@@ -43,6 +47,12 @@ MeshCopy *exchange_frame_mesh(const Exchange *exchange, int body, const Frame *f
 {
     size_t at = exchange->mesh_at[body];
     return at == 0 ? NULL : (MeshCopy *)((uintptr_t)frame + at);
+}
+
+RestCopy *exchange_frame_rest(const Exchange *exchange, int body, const Frame *frame)
+{
+    size_t at = exchange->rest_at == NULL ? 0 : exchange->rest_at[body];
+    return at == 0 ? NULL : (RestCopy *)((uintptr_t)frame + at);
 }
 
 const float *exchange_push_frame(Exchange *exchange, Sim *sim, int index, bool at_once)
@@ -58,6 +68,9 @@ const float *exchange_push_frame(Exchange *exchange, Sim *sim, int index, bool a
     MeshCopy *mesh = exchange_frame_mesh(exchange, index, frame);
     if (mesh != NULL)
         mesh_copy_follow(mesh, &body->mesh);
+    RestCopy *rest = exchange_frame_rest(exchange, index, frame);
+    if (rest != NULL)
+        rest_copy_follow(rest, body);
     body->ops->snapshot(body->model, frame->value,
                         exchange->velocity ? frame->value + 3 * frame->node_count : NULL);
     slot_publish(&exchange->frame[index]);
@@ -117,6 +130,9 @@ void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
                                      sizeof *exchange->frame, "run/frame_slots");
     exchange->mesh_at = arena_allocate(arena, ARENA_OUTPUT, (size_t)exchange->body_count,
                                        sizeof *exchange->mesh_at, "run/frame_meshes");
+    if (options->rest)
+        exchange->rest_at = arena_allocate(arena, ARENA_OUTPUT, (size_t)exchange->body_count,
+                                           sizeof *exchange->rest_at, "run/frame_rests");
     for (int i = 0; i < exchange->body_count; i++)
         create_frames(exchange, i, sim_body(sim, i), arena);
     create_slot(&exchange->status, arena,

@@ -10,6 +10,7 @@
 #include "files/checkpoint.h"
 #include "run/gate.h"
 #include "run/mesh_copy.h"
+#include "run/rest_copy.h"
 
 #include <stdatomic.h>
 
@@ -27,8 +28,8 @@ enum {
 typedef enum RunState { RUN_RUNNING, RUN_PAUSED, RUN_LOCKSTEP } RunState;
 
 // Positions (and velocities) of one body after a tick. Behind them, of a body whose mesh changes, a
-// copy of the mesh to which they belong: so a frame and its mesh always come together, however many
-// frames are never taken.
+// copy of the mesh to which they belong, and where its nodes rest if that is published: so a frame
+// and its mesh always come together, however many frames are never taken.
 typedef struct Frame {
     int64_t utime; // [us]
     int64_t step;
@@ -89,13 +90,16 @@ typedef struct Exchange {
     Ring request;          // of Input
     atomic_int interrupts; // PAUSEs and STOPs that wait: they end a STEP early
     // step -> bus
-    Slot *frame;       // [body_count] of Frame
-    size_t *mesh_at;   // [body_count] where the mesh lies in such a Frame; 0: it never changes
-    Slot status;       // of StatusOut
-    Ring contact;      // of ContactOut; no memory without tools
-    Ring answer;       // of Answer
-    Ring event;        // of EventOut
-    atomic_llong lost; // contacts and events that found their ring full
+    Slot *frame;     // [body_count] of Frame
+    size_t *mesh_at; // [body_count] where the mesh lies in such a Frame; 0: it never changes
+    size_t *rest_at; // [body_count] where the rest positions lie in it; 0: it never changes. NULL:
+                     // they are not published
+    Slot status;     // of StatusOut
+    Ring contact;    // of ContactOut; no memory without tools
+    Ring answer;     // of Answer
+    Ring event;      // of EventOut
+    atomic_llong lost;             // contacts and events that found their ring full
+    atomic_llong beat, step, late; // turns of the step thread, ticks since the start, late ones
     // step -> files, only with a files thread
     bool logs_inputs, checkpoints;
     Ring applied; // of AppliedInput
@@ -118,6 +122,7 @@ typedef struct Exchange {
     // main -> step
     atomic_bool stop;
     atomic_bool checkpoint_wanted;
+    atomic_bool step_ended; // main -> bus: no more beats will come
     // wake-ups (eventfd)
     int step_fd, bus_fd, files_fd;
     // constant
@@ -127,6 +132,7 @@ typedef struct Exchange {
 
 typedef struct ExchangeOptions {
     bool velocity;    // frames carry velocities
+    bool rest;        // and, with a mesh that changes, where its nodes rest
     bool checkpoints; // space for a checkpoint image
     bool logs_inputs;
     bool records;
@@ -141,6 +147,8 @@ const float *exchange_push_frame(Exchange *exchange, Sim *sim, int body, bool at
 // The mesh copied behind a frame; NULL for a body whose mesh never changes. The step thread writes
 // it, whoever has taken the frame reads it.
 MeshCopy *exchange_frame_mesh(const Exchange *exchange, int body, const Frame *frame);
+// Likewise where the nodes of that mesh rest; NULL unless that is published.
+RestCopy *exchange_frame_rest(const Exchange *exchange, int body, const Frame *frame);
 // The wake-up descriptors. False: none left.
 bool exchange_open(Exchange *exchange, Status *status);
 void exchange_close(Exchange *exchange);

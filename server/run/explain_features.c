@@ -64,6 +64,7 @@ static void print_live(World *world, const Scene *scene, const ExchangeOptions *
         {publish->nodes_hz > 0.0 && asked->velocity, "velocities in messages",
          "publish.velocity = true"},
         {publish->mesh_hz > 0.0, "meshes in messages", "publish.mesh_hz"},
+        {publish->rest, "rest positions in messages", "publish.rest = true"},
         {publish->status_hz > 0.0, "status in messages", "publish.status_hz"},
         {contacts, "contacts in messages", "publish.contact_hz, with tools"},
         {has_stage(sim, STAGE_STIFFNESS), "stiffness in contacts",

@@ -43,23 +43,6 @@ static void report(FilesThread *files, const Status *result, int64_t step)
     tell(files, &event);
 }
 
-static void write_checkpoint(FilesThread *files)
-{
-    Exchange *exchange = files->exchange;
-    if (!exchange->checkpoints ||
-        !atomic_load_explicit(&exchange->image_full, memory_order_acquire))
-        return;
-    Status result = {0};
-    if (checkpoint_write(files->checkpoint_path, &exchange->image, files->world, files->scene,
-                         &result))
-        files->checkpoints++;
-    else
-        log_line(LOG_ERROR, "%s", result.text);
-    files->status = result;
-    report(files, &result, exchange->image.step);
-    atomic_store_explicit(&exchange->image_full, false, memory_order_release);
-}
-
 // The first failure ends the log, not the run.
 static void check_log(FilesThread *files, int64_t step)
 {
@@ -90,6 +73,27 @@ static void write_inputs(FilesThread *files)
         input_log_flush(files->log);
         check_log(files, step);
     }
+}
+
+static void write_checkpoint(FilesThread *files)
+{
+    Exchange *exchange = files->exchange;
+    if (!exchange->checkpoints ||
+        !atomic_load_explicit(&exchange->image_full, memory_order_acquire))
+        return;
+    // What led to the image first: whenever there is a checkpoint, the log reaches it.
+    write_inputs(files);
+    if (files->log != NULL)
+        input_log_sync(files->log);
+    Status result = {0};
+    if (checkpoint_write(files->checkpoint_path, &exchange->image, files->world, files->scene,
+                         &result))
+        files->checkpoints++;
+    else
+        log_line(LOG_ERROR, "%s", result.text);
+    files->status = result;
+    report(files, &result, exchange->image.step);
+    atomic_store_explicit(&exchange->image_full, false, memory_order_release);
 }
 
 // --- recording ---
@@ -212,6 +216,7 @@ bool files_thread_close(FilesThread *files, Status *status)
     if (files->recorder == NULL)
         return true;
     write_events(files);
+    recorder_set_dropped(files->recorder, atomic_load(&files->exchange->recorded_lost));
     Status result = {0};
     bool whole = recorder_close(files->recorder, &result);
     return whole || status_fail(status, result.code, "%s", result.text);

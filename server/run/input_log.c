@@ -8,6 +8,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 static const char CHANNEL[] = "PLIANT_INPUT_LOG";
 
@@ -60,8 +61,9 @@ InputLogWriter *input_log_create(const char *path, const InputLogHeader *header,
     char text[512];
     snprintf(text, sizeof text,
              "format = pliant-input-log\nversion = 1\nscene = %s\nprefix = %s\nisa = %s\n"
-             "rate_hz = %.17g\nstep = %lld\n",
-             header->scene, header->prefix, header->isa, header->rate_hz, (long long)header->step);
+             "rate_hz = %.17g\nstep = %lld\ninputs = %lld\n",
+             header->scene, header->prefix, header->isa, header->rate_hz, (long long)header->step,
+             (long long)header->inputs);
     write_text(writer, header->step, text);
     input_log_flush(writer);
     return writer;
@@ -88,6 +90,13 @@ bool input_log_whole(const InputLogWriter *writer, Status *status)
     return !writer->failed ||
            status_fail(status, STATUS_FAILED, "%s: could not write every input: %s", writer->path,
                        strerror(writer->error));
+}
+
+void input_log_sync(InputLogWriter *writer)
+{
+    input_log_flush(writer);
+    if (fdatasync(fileno(writer->log->f)) != 0 && errno != EINVAL) // a pipe has no disk
+        writer->failed = true;
 }
 
 bool input_log_close(InputLogWriter *writer, int64_t step, int64_t lost, Status *status)
@@ -158,6 +167,8 @@ static bool read_header(InputLogReader *reader, Status *status)
         !find_integer(text, "step", &header->step))
         return status_fail(status, STATUS_INVALID, "%s: header without %s", reader->log.path,
                            "scene, prefix, isa, rate_hz or step");
+    if (!find_integer(text, "inputs", &header->inputs))
+        header->inputs = 0; // older logs
     header->rate_hz = strtod(value, &end);
     if (*end != '\0' || !(header->rate_hz > 0.0) || !isfinite(header->rate_hz))
         return status_fail(status, STATUS_INVALID, "%s: header with rate_hz '%s'", reader->log.path,

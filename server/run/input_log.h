@@ -6,7 +6,7 @@
 #ifndef PLIANT_RUN_INPUT_LOG_H
 #define PLIANT_RUN_INPUT_LOG_H
 
-#include "run/event_log.h"
+#include "files/event_log.h"
 #include "run/exchange.h"
 
 typedef struct InputLogHeader {
@@ -14,7 +14,8 @@ typedef struct InputLogHeader {
     char prefix[64]; // of the input channels
     char isa[32];    // instruction-set level of the kernels
     double rate_hz;
-    int64_t step; // ticks completed at the start of the run
+    int64_t step;   // ticks completed at the start of the run
+    int64_t inputs; // applied since that tick before it, and not in this log (a resumed run)
 } InputLogHeader;
 
 typedef struct InputLogWriter InputLogWriter;
@@ -24,6 +25,8 @@ InputLogWriter *input_log_create(const char *path, const InputLogHeader *header,
 // False once the disk refuses (reported by input_log_close).
 bool input_log_write(InputLogWriter *writer, const AppliedInput *applied);
 void input_log_flush(InputLogWriter *writer);
+// And to the disk.
+void input_log_sync(InputLogWriter *writer);
 // False with `status` once something could not be written.
 bool input_log_whole(const InputLogWriter *writer, Status *status);
 // The run ended after `step` ticks; `lost` inputs are missing. Destroys the writer.

@@ -21,13 +21,16 @@ struct Live {
     Bus *bus;
     FilesThread files;
     Recorder recorder;
+    Service service;
     int done_fd, signal_fd;
     char *describe;
 };
 
 static bool open_input_log(Live *live, Status *status)
 {
-    InputLogHeader header = {.rate_hz = live->scene->rate_hz, .step = sim_steps(live->world->sim)};
+    InputLogHeader header = {.rate_hz = live->scene->rate_hz,
+                             .step = sim_steps(live->world->sim),
+                             .inputs = world_inputs(live->world)};
     snprintf(header.scene, sizeof header.scene, "%s", live->scene->name);
     snprintf(header.prefix, sizeof header.prefix, "%s", live->scene->input_prefix);
     snprintf(header.isa, sizeof header.isa, "%s", live->options->isa);
@@ -137,15 +140,18 @@ static bool run(Live *live, Status *status)
 {
     bool with_files = live->options->checkpoint_path != NULL || live->files.log != NULL ||
                       live->files.recorder != NULL;
-    if (!bus_start(live->bus, status))
+    if (!bus_start(live->bus, &live->service, status))
         return false;
     bool whole = !with_files || files_thread_start(&live->files, status);
     if (whole && loop_start(&live->loop, status)) {
+        service_tell(&live->service, "READY=1\nSTATUS=started");
         wait_for_end(live);
+        service_tell(&live->service, "STOPPING=1\nSTATUS=ending");
         loop_join(&live->loop);
     } else {
         whole = false;
     }
+    atomic_store(&live->exchange.step_ended, true);
     if (live->files.running && !files_thread_finish(&live->files, sim_steps(live->world->sim)))
         whole = status_fail(status, live->files.status.code, "%s", live->files.status.text);
     bus_stop(live->bus);
@@ -159,6 +165,7 @@ static bool run(Live *live, Status *status)
 ExchangeOptions live_exchange(const Scene *scene, const LiveOptions *options)
 {
     return (ExchangeOptions){.velocity = scene->publish.velocity,
+                             .rest = scene->publish.rest,
                              .checkpoints = options->checkpoint_path != NULL,
                              .logs_inputs = options->input_log_path != NULL,
                              .records = options->record_path != NULL,
@@ -181,7 +188,11 @@ Live *live_reserve(World *world, const Scene *scene, const LiveOptions *options)
 
 bool live_run(Live *live, LiveResult *result, Status *status)
 {
+    service_open(&live->service);
     bool whole = prepare(live, status) && run(live, status);
+    if (!whole)
+        service_tell(&live->service, "STATUS=%s", status->text);
+    service_close(&live->service);
     collect(live, result);
     finish(live);
     return whole;

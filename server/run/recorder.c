@@ -99,7 +99,7 @@ void recorder_reserve(Recorder *recorder, World *world)
         arena_allocate(arena, ARENA_OUTPUT, (size_t)bodies, sizeof *recorder->mesh, "run/recorder");
     for (int i = 0; i < bodies; i++) {
         const Body *body = sim_body(world->sim, i);
-        RecorderMesh *mesh = &recorder->mesh[i];
+        RecordingMesh *mesh = &recorder->mesh[i].mesh;
         if (!mesh_changes(body))
             continue;
         size_t nodes = (size_t)body->mesh.node_capacity;
@@ -108,36 +108,19 @@ void recorder_reserve(Recorder *recorder, World *world)
         mesh->row = RESERVE(nodes, int, "rows");
         mesh->id = RESERVE(nodes, int, "ids");
         mesh->triangle = RESERVE(triangles, int[3], "triangles");
-        mesh->position = RESERVE(3 * nodes, float, "positions");
+        recorder->mesh[i].position = RESERVE(3 * nodes, float, "positions");
     }
 }
 
 // The mesh without its free slots.
 static RecordingTopology compact(RecorderMesh *to, const BodyMesh *mesh)
 {
-    int triangles = 0;
-    to->topology = mesh->topology;
-    to->live_count = 0;
-    for (int i = 0; i < mesh->node_count; i++) {
-        if (mesh->id[i] < 0)
-            continue;
-        to->row[i] = to->live_count;
-        to->id[to->live_count] = mesh->id[i];
-        to->live[to->live_count++] = i;
-    }
-    for (int t = 0; t < mesh->triangle_count; t++) {
-        const int *corner = mesh->triangle[t];
-        if (corner[0] == corner[1])
-            continue;
-        for (int k = 0; k < 3; k++)
-            to->triangle[triangles][k] = to->row[corner[k]];
-        triangles++;
-    }
-    return (RecordingTopology){.number = mesh->topology,
-                               .node_count = to->live_count,
-                               .triangle_count = triangles,
-                               .node_id = to->id,
-                               .triangle = (const int(*)[3])to->triangle};
+    const RecordingSlots slots = {.topology = mesh->topology,
+                                  .node_count = mesh->node_count,
+                                  .triangle_count = mesh->triangle_count,
+                                  .id = mesh->id,
+                                  .triangle = mesh->triangle};
+    return recording_mesh_take(&to->mesh, &slots);
 }
 
 static RecordingTopology whole(const BodyMesh *mesh)
@@ -152,7 +135,7 @@ static RecordingTopology whole(const BodyMesh *mesh)
 bool recorder_follow_mesh(Recorder *recorder, int body, const BodyMesh *mesh)
 {
     RecorderMesh *to = &recorder->mesh[body];
-    if (to->live == NULL || to->topology == mesh->topology)
+    if (to->mesh.live == NULL || to->mesh.topology == mesh->topology)
         return true;
     const RecordingTopology topology = compact(to, mesh);
     return recording_add_topology(recorder->recording, body, &topology);
@@ -164,7 +147,7 @@ bool recorder_take_meshes(Recorder *recorder, Exchange *exchange, const RecordFr
     bool ok = true;
     for (int i = 0; i < exchange->body_count; i++) {
         Ring *ring = &exchange->recorded_mesh[i];
-        RecorderMesh *mesh = &recorder->mesh[i];
+        const RecordingMesh *mesh = &recorder->mesh[i].mesh;
         const MeshCopy *copy;
         // Those of frames that were dropped come first.
         while (mesh->live != NULL && mesh->topology != body->topology &&
@@ -187,7 +170,7 @@ static bool write_topologies(Recorder *recorder)
         const BodyMesh *mesh = &sim_body(recorder->sim, i)->mesh;
         RecorderMesh *changing = &recorder->mesh[i];
         const RecordingTopology topology =
-            changing->live != NULL ? compact(changing, mesh) : whole(mesh);
+            changing->mesh.live != NULL ? compact(changing, mesh) : whole(mesh);
         ok = recording_add_topology(recorder->recording, i, &topology);
     }
     return ok && recording_flush(recorder->recording);
@@ -248,12 +231,10 @@ static RecordingFrame frame_of(const RecordFrame *frame, const RecordBody *body,
                           .topology = body->topology,
                           .node_count = body->node_count,
                           .position = body->position};
-    if (mesh->live == NULL)
+    if (mesh->mesh.live == NULL)
         return out;
-    for (int i = 0; i < mesh->live_count; i++)
-        memcpy(mesh->position + 3 * (size_t)i, body->position + 3 * (size_t)mesh->live[i],
-               3 * sizeof *mesh->position);
-    out.node_count = mesh->live_count;
+    recording_mesh_positions(&mesh->mesh, body->position, mesh->position);
+    out.node_count = mesh->mesh.live_count;
     out.position = mesh->position;
     return out;
 }
@@ -286,6 +267,13 @@ bool recorder_write_event(Recorder *recorder, const EventOut *event)
     snprintf(out.kind, sizeof out.kind, "%s", event->kind);
     snprintf(out.text, sizeof out.text, "%s", event->text);
     return recording_add_event(recorder->recording, &out);
+}
+
+void recorder_set_dropped(Recorder *recorder, int64_t frames)
+{
+    const RecordingCounts counts = {.dropped = frames};
+    for (int i = 0; i < sim_body_count(recorder->sim) && recorder->recording != NULL; i++)
+        recording_set_counts(recorder->recording, i, &counts);
 }
 
 bool recorder_close(Recorder *recorder, Status *status)

@@ -5,7 +5,7 @@
 #define PLIANT_RUN_RECORDER_H
 
 #include "files/build.h"
-#include "files/recording.h"
+#include "files/recording_mesh.h"
 #include "run/exchange.h"
 
 typedef struct RecordTool {
@@ -39,16 +39,10 @@ RecordBody *record_body(RecordBody *to, const Body *body, const float *position)
 // All of a frame.
 void record_frame_take(RecordFrame *frame, Sim *sim);
 
-// What a recorder knows of a body whose mesh changes. A recording has no free slots: its nodes are
-// the live ones in the order of their slots.
+// What a recorder knows of a body whose mesh changes.
 typedef struct RecorderMesh {
-    int topology; // written last
-    int live_count;
-    int *live;          // [node_capacity] slots
-    int *row;           // [node_capacity] of the file by slot; of live ones only
-    int *id;            // [node_capacity] of live nodes
-    int (*triangle)[3]; // [triangle_capacity] rows
-    float *position;    // [3 node_capacity]
+    RecordingMesh mesh;
+    float *position; // [3 node_capacity] of live nodes
 } RecorderMesh;
 
 typedef struct Recorder {
@@ -71,6 +65,8 @@ bool recorder_follow_mesh(Recorder *recorder, int body, const BodyMesh *mesh);
 bool recorder_take_meshes(Recorder *recorder, Exchange *exchange, const RecordFrame *frame);
 bool recorder_write_frame(Recorder *recorder, const RecordFrame *frame);
 bool recorder_write_event(Recorder *recorder, const EventOut *event);
+// Frames that the file will say it lacks.
+void recorder_set_dropped(Recorder *recorder, int64_t frames);
 // recording_close; nothing to do without a recording.
 bool recorder_close(Recorder *recorder, Status *status);
 

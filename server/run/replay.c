@@ -94,6 +94,7 @@ static void apply_waiting(Replay *replay)
     const LogEvent *event = &replay->options.input->event;
     GateResult result = {.refusal = ACCEPTED};
     if (replay->options.input->exact) {
+        world_count_input(replay->world);
         result.refusal =
             input_decode(replay->kind, event->data, event->size, &result.input, result.why);
         if (result.refusal == ACCEPTED)
@@ -134,20 +135,63 @@ static bool check_log(Replay *replay, const Scene *scene, Status *status)
     if (header->rate_hz != scene->rate_hz && !replay->options.any_rate)
         return status_fail(status, STATUS_INVALID, "%s: made at rate_hz %.17g, not %.17g",
                            input->log.path, header->rate_hz, scene->rate_hz);
-    if (header->step != replay->first_step)
+    if (header->step > replay->first_step)
         return status_fail(status, STATUS_INVALID,
                            "%s: begins at step %lld, the run at %lld (--resume?)", input->log.path,
                            (long long)header->step, (long long)replay->first_step);
+    if (header->step == replay->first_step && header->inputs > world_inputs(replay->world))
+        return status_fail(status, STATUS_INVALID,
+                           "%s: begins at step %lld after %lld inputs, the run after %lld of them",
+                           input->log.path, (long long)header->step, (long long)header->inputs,
+                           (long long)world_inputs(replay->world));
     if (strcmp(header->scene, scene->name) != 0 && speaks(replay))
         log_line(LOG_WARNING, "%s: made with the scene '%s', not '%s'", input->log.path,
                  header->scene, scene->name);
     return true;
 }
 
+// Of an input that is behind the state already, only what it said of the pace is still to be known.
+static void pass_over(Replay *replay)
+{
+    const LogEvent *event = &replay->options.input->event;
+    Input input;
+    char why[INPUT_WHY_MAX];
+    if (input_decode(replay->kind, event->data, event->size, &input, why) != ACCEPTED ||
+        input.kind != INPUT_COMMAND)
+        return;
+    if (input.command.kind == PLIANT_COMMAND_T_STEP)
+        replay->lockstep = true;
+    if (input.command.kind == PLIANT_COMMAND_T_RESUME ||
+        input.command.kind == PLIANT_COMMAND_T_PAUSE)
+        replay->lockstep = false;
+}
+
+// To where the world stands, which may be inside the log: a run that goes on from a checkpoint.
+static bool find_start(Replay *replay, Status *status)
+{
+    const InputLogReader *input = replay->options.input;
+    int64_t done = world_inputs(replay->world);
+    if (input->header.step == replay->first_step)
+        done -= input->header.inputs;
+    read_ahead(replay);
+    while (input->exact && replay->waiting &&
+           (replay->waiting_step < replay->first_step ||
+            (replay->waiting_step == replay->first_step && done > 0))) {
+        done -= replay->waiting_step == replay->first_step;
+        pass_over(replay);
+        read_ahead(replay);
+    }
+    sim_set_lockstep(replay->sim, replay->lockstep);
+    return !input->ended || input->end_step >= replay->first_step || replay->options.any_rate ||
+           status_fail(status, STATUS_INVALID, "%s: ends at step %lld, the run begins at %lld",
+                       input->log.path, (long long)input->end_step, (long long)replay->first_step);
+}
+
 bool replay_begin(Replay *replay, World *world, const Scene *scene, int64_t end_step,
                   const ReplayOptions *options, Status *status)
 {
     memset(replay, 0, sizeof *replay);
+    replay->world = world;
     replay->sim = world->sim;
     replay->rate_hz = scene->rate_hz;
     replay->options = *options;
@@ -157,10 +201,7 @@ bool replay_begin(Replay *replay, World *world, const Scene *scene, int64_t end_
     sim_set_lockstep(world->sim, false);
     if (options->input == NULL)
         return true;
-    if (!check_log(replay, scene, status))
-        return false;
-    read_ahead(replay);
-    return true;
+    return check_log(replay, scene, status) && find_start(replay, status);
 }
 
 void replay_report(const Replay *replay)

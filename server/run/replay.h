@@ -19,6 +19,7 @@ typedef struct ReplayOptions {
 } ReplayOptions;
 
 typedef struct Replay {
+    World *world;
     Sim *sim;
     double rate_hz;
     ReplayOptions options;
@@ -35,7 +36,8 @@ typedef struct Replay {
     int64_t waiting_step;
 } Replay;
 
-// `end_step`: where the run ends if the log does not. False with `status`: a log that does not
+// `end_step`: where the run ends if the log does not. Of an exact log that began before the world's
+// present step, what is behind that state is passed over. False with `status`: a log that does not
 // belong to this run.
 bool replay_begin(Replay *replay, World *world, const Scene *scene, int64_t end_step,
                   const ReplayOptions *options, Status *status);

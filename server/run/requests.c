@@ -72,6 +72,7 @@ bool requests_execute(Sim *sim, const Input *input, Answer *answer)
 void requests_log(Loop *loop, const Input *input)
 {
     Exchange *exchange = loop->exchange;
+    world_count_input(loop->world);
     if (!exchange->logs_inputs)
         return;
     AppliedInput applied = {.step = sim_steps(loop->sim), .input = *input};

@@ -261,6 +261,12 @@ static void surface_clear_loads(void *self)
 // ---------------------------------------------------------------------------------------------
 // Out
 
+static void surface_snapshot_rest(const void *self, float *position)
+{
+    const SurfaceModel *model = self;
+    rows_snapshot_rest(&model->basis, model->slot, model->node_count, position);
+}
+
 static void surface_snapshot(const void *self, float *position, float *velocity)
 {
     const SurfaceModel *model = self;
@@ -380,6 +386,7 @@ const BodyOps surface_ops = {
     .add_load = surface_add_load,
     .clear_loads = surface_clear_loads,
     .snapshot = surface_snapshot,
+    .snapshot_rest = surface_snapshot_rest,
     .read_state = surface_read_rows,
     .measure = surface_measure,
     .is_fixed = surface_is_fixed,

@@ -189,3 +189,15 @@ void skin_snapshot(const Skin *skin, const Rows *rows, const void *row, float *p
             (float)(axis[0].z * (double)v[0] + axis[1].z * (double)v[1] + axis[2].z * (double)v[2]);
     }
 }
+
+void skin_snapshot_rest(const Skin *skin, const Rows *rows, float *position)
+{
+    for (long i = 0; i < skin->node_count; i++) {
+        const double *place = skin->place[i];
+        Vec3 turned = quat_rotate(rows->rest_turn, (Vec3){place[0], place[1], place[2]});
+        Vec3 x = vec3_add(rows->rest_origin, turned);
+        position[3 * i] = (float)x.x;
+        position[3 * i + 1] = (float)x.y;
+        position[3 * i + 2] = (float)x.z;
+    }
+}

@@ -21,5 +21,7 @@ Skin *skin_create(Body *body, const TriMesh *mesh, const Lattice *lattice, const
 // Positions [m] and, unless NULL, velocities [m/s] of all its nodes. Step thread.
 void skin_snapshot(const Skin *skin, const Rows *rows, const void *row, float *position,
                    float *velocity);
+// Where they are at rest [m].
+void skin_snapshot_rest(const Skin *skin, const Rows *rows, float *position);
 
 #endif

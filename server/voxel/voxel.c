@@ -185,6 +185,16 @@ static void voxel_snapshot(const void *self, float *position, float *velocity)
         rows_snapshot(rows, row, model->node, model->node_count, position, velocity);
 }
 
+static void voxel_snapshot_rest(const void *self, float *position)
+{
+    const VoxelModel *model = self;
+    const Rows *rows = &model->vertices.rows;
+    if (model->skin != NULL)
+        skin_snapshot_rest(model->skin, rows, position);
+    else
+        rows_snapshot_rest(rows, model->node, model->node_count, position);
+}
+
 static int voxel_read_state(const void *self, int *id, Vec3 *position, Vec3 *velocity)
 {
     const VoxelModel *model = self;
@@ -241,6 +251,7 @@ const BodyOps voxel_ops = {
     .add_load = voxel_add_load,
     .clear_loads = voxel_clear_loads,
     .snapshot = voxel_snapshot,
+    .snapshot_rest = voxel_snapshot_rest,
     .read_state = voxel_read_state,
     .measure = voxel_measure,
     .is_fixed = voxel_is_fixed,

@@ -177,7 +177,7 @@ static void an_input_log_repeats_the_live_run_bit_for_bit(void **state)
     assert_string_equal(resumed, live);
 }
 
-static void a_log_of_another_rate_or_start_is_refused(void **state)
+static void a_log_of_another_rate_or_time_is_refused(void **state)
 {
     (void)state;
     const char *scene = write_scene("log.cfg", HEAD, PROBE_TOOL);
@@ -185,10 +185,14 @@ static void a_log_of_another_rate_or_start_is_refused(void **state)
     run_daemon(&daemon, "--offline 1 --rate 500 --input %s %s", scratch("inputs.log"), scene);
     assert_int_equal(daemon.code, 2);
     assert_non_null(strstr(daemon.err, "rate_hz 1000"));
-    run_daemon(&daemon, "--offline 1 --resume %s --input %s %s", scratch("live.h5"),
+    // A run that went on after the log had ended.
+    run_daemon(&daemon, "--offline 0.1 --resume %s --checkpoint %s %s", scratch("live.h5"),
+               scratch("later.h5"), scene);
+    assert_int_equal(daemon.code, 0);
+    run_daemon(&daemon, "--offline 1 --resume %s --input %s %s", scratch("later.h5"),
                scratch("inputs.log"), scene);
     assert_int_equal(daemon.code, 2);
-    assert_non_null(strstr(daemon.err, "begins at step 0"));
+    assert_non_null(strstr(daemon.err, "inputs.log: ends at step "));
 }
 
 static void a_cut_off_log_is_used_as_far_as_it_goes(void **state)
@@ -270,7 +274,7 @@ int main(int argc, char **argv)
         daemon_test(checkpoints_come_every_so_often),
         daemon_test(a_checkpoint_that_cannot_be_written_exits_1),
         daemon_test(an_input_log_repeats_the_live_run_bit_for_bit),
-        daemon_test(a_log_of_another_rate_or_start_is_refused),
+        daemon_test(a_log_of_another_rate_or_time_is_refused),
         daemon_test(a_cut_off_log_is_used_as_far_as_it_goes),
         daemon_test(a_plain_log_is_applied_at_its_times),
     };

@@ -45,6 +45,7 @@ static const Case COMMON[] = {
      .publish = "mesh_hz = 0.0; status_hz = 0.0; velocity = true;",
      .others = 1}, // positions
     {.feature = "meshes in messages", .publish = "nodes_hz = 0.0; status_hz = 0.0;"},
+    {.feature = "rest positions in messages", .publish = SILENT " rest = true;"},
     {.feature = "status in messages", .publish = "nodes_hz = 0.0; mesh_hz = 0.0;"},
     {.feature = "contacts in messages",
      .publish = "nodes_hz = 0.0; mesh_hz = 0.0; status_hz = 0.0; contact_stiffness = false;",

@@ -163,7 +163,7 @@ static void restored(Body *body)
     detail->is_sound = detail_check(detail);
     if (!detail->is_sound) // whoever put it there asks check() and takes it back
         return;
-    if (1 + *topology < body->mesh.topology)
+    if (1 + *topology <= body->mesh.topology)
         *topology = body->mesh.topology;
     detail_rebuild(body);
 }
@@ -203,6 +203,15 @@ static void snapshot(const void *self, float *position, float *velocity)
             velocity[3 * s + 2] = (float)v.z;
         }
     }
+}
+
+static void snapshot_rest(const void *self, float *position)
+{
+    const SurfaceModel *model = self;
+    const SlotTable *table = &model->detail->slots->node;
+    for (int s = 0; s < table->high; s++)
+        if (table->thing[s] >= 0)
+            rows_snapshot_rest(&model->basis, &model->slot[table->thing[s]], 1, position + 3L * s);
 }
 
 static int read_state(const void *self, int *id, Vec3 *position, Vec3 *velocity)
@@ -290,6 +299,7 @@ const BodyOps *detail_ops(const SurfaceOptions *options)
     ops->add_load = add_load;
     ops->look = options->adaptive ? look : NULL;
     ops->snapshot = snapshot;
+    ops->snapshot_rest = snapshot_rest;
     ops->read_state = read_state;
     ops->measure = measure;
     ops->is_fixed = is_fixed;

@@ -259,6 +259,13 @@ static void body_snapshot(const void *self, float *position, float *velocity)
                   (int)*model->faces.slot_count, position, velocity);
 }
 
+static void body_snapshot_rest(const void *self, float *position)
+{
+    const CutModel *model = self;
+    rows_snapshot_rest(&model->vertices.rows, model->faces.slot_vertex,
+                       (int)*model->faces.slot_count, position);
+}
+
 static int body_read_state(const void *self, int *id, Vec3 *position, Vec3 *velocity)
 {
     const CutModel *model = self;
@@ -311,9 +318,9 @@ static const char *body_isa(const void *self)
     .check = body_check, .restore = body_restore, .read_nodes = body_read_nodes,                   \
     .reserve_blades = body_reserve_blades, .add_forces = body_add_forces,                          \
     .find_nodes = body_find_nodes, .add_load = body_add_load, .clear_loads = body_clear_loads,     \
-    .snapshot = body_snapshot, .read_state = body_read_state, .measure = body_measure,             \
-    .is_fixed = body_is_fixed, .gather_patch = cut_body_gather_patch, .set = body_set,             \
-    .restored = body_restored, .explain = body_explain, .isa = body_isa
+    .snapshot = body_snapshot, .snapshot_rest = body_snapshot_rest, .read_state = body_read_state, \
+    .measure = body_measure, .is_fixed = body_is_fixed, .gather_patch = cut_body_gather_patch,     \
+    .set = body_set, .restored = body_restored, .explain = body_explain, .isa = body_isa
 
 const BodyOps cut_body_ops = {OPERATIONS};
 const BodyOps cut_body_ops_tearing = {OPERATIONS, .tear = body_tear};

@@ -236,6 +236,12 @@ static void plane_snapshot(const void *self, float *position, float *velocity)
                   velocity);
 }
 
+static void plane_snapshot_rest(const void *self, float *position)
+{
+    const PlaneModel *model = self;
+    rows_snapshot_rest(&model->vertices.rows, model->vertex, model->vertices.count, position);
+}
+
 static int plane_read_state(const void *self, int *id, Vec3 *position, Vec3 *velocity)
 {
     const PlaneModel *model = self;
@@ -310,6 +316,7 @@ const BodyOps plane_ops = {
     .add_load = plane_add_load,
     .clear_loads = plane_clear_loads,
     .snapshot = plane_snapshot,
+    .snapshot_rest = plane_snapshot_rest,
     .read_state = plane_read_state,
     .measure = plane_measure,
     .is_fixed = plane_is_fixed,

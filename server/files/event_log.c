@@ -1,4 +1,4 @@
-#include "run/event_log.h"
+#include "files/event_log.h"
 
 #include <errno.h>
 #include <string.h>

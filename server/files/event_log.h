@@ -1,7 +1,8 @@
 // Reader of LCM event logs, as lcm-logger writes them. Our own, because the library's trusts the
-// lengths in the file. One thread; load time and off line only.
-#ifndef PLIANT_RUN_EVENT_LOG_H
-#define PLIANT_RUN_EVENT_LOG_H
+// lengths in the file. One thread; load time and off line only. Any message of ours fits: they stay
+// below a datagram.
+#ifndef PLIANT_FILES_EVENT_LOG_H
+#define PLIANT_FILES_EVENT_LOG_H
 
 #include "base/status.h"
 
@@ -10,7 +11,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-enum { EVENT_LOG_CHANNEL_MAX = 63, EVENT_LOG_DATA_MAX = 4096 };
+enum { EVENT_LOG_CHANNEL_MAX = 63, EVENT_LOG_DATA_MAX = 1 << 16 };
 
 typedef struct LogEvent {
     int64_t timestamp; // [us]

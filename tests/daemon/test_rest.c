@@ -1,0 +1,220 @@
+// Rest positions and texture coordinates from the real daemon: with each whole mesh, of its slots,
+// also of a body that was refined and cut.
+#include "client.h"
+
+#include "pliant_mesh_t.h"
+#include "pliant_rest_t.h"
+
+#include <math.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SLOTS = 20000 };
+
+// What a viewer would put together.
+typedef struct Viewer {
+    int32_t sequence, topology, node_count; // of the mesh under way
+    int mesh_parts, mesh_whole;             // chunks, meshes
+    int id[SLOTS], origin[SLOTS], parent[SLOTS][2], level[SLOTS];
+    int rest_parts, rest_whole, rest_next;
+    int32_t rest_topology; // of the last whole one
+    float rest[3 * SLOTS], texture[2 * SLOTS];
+    int textured; // chunks with texture coordinates
+} Viewer;
+
+static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    Viewer *viewer = user;
+    pliant_mesh_t mesh;
+    assert_true(pliant_mesh_t_decode(buffer->data, 0, (int)buffer->data_size, &mesh) >= 0);
+    if (mesh.chunk == 0)
+        viewer->mesh_parts = viewer->rest_parts = viewer->rest_next = 0;
+    viewer->sequence = mesh.sequence;
+    viewer->topology = mesh.topology;
+    viewer->node_count = mesh.node_count;
+    assert_true(mesh.first_node + mesh.num_nodes <= SLOTS);
+    for (int k = 0; k < mesh.num_nodes; k++) {
+        int slot = mesh.first_node + k;
+        viewer->id[slot] = mesh.id[k];
+        viewer->origin[slot] = mesh.origin[k];
+        memcpy(viewer->parent[slot], mesh.parent + 2 * k, sizeof viewer->parent[slot]);
+        viewer->level[slot] = mesh.level[k];
+    }
+    viewer->mesh_whole += ++viewer->mesh_parts == mesh.chunk_count;
+    pliant_mesh_t_decode_cleanup(&mesh);
+}
+
+// Behind the mesh whose sequence it shares; slots in order, each once.
+static void on_rest(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    Viewer *viewer = user;
+    pliant_rest_t rest;
+    assert_true(buffer->data_size <= 65499);
+    assert_true(pliant_rest_t_decode(buffer->data, 0, (int)buffer->data_size, &rest) >= 0);
+    if (viewer->sequence == rest.sequence) { // else we came in its middle
+        assert_int_equal(rest.topology, viewer->topology);
+        assert_int_equal(rest.node_count, viewer->node_count);
+        assert_int_equal(rest.first, viewer->rest_next);
+        assert_int_equal(rest.chunk, viewer->rest_parts);
+        assert_true(rest.num_coordinates == 0 || 3 * rest.num_coordinates == 2 * rest.num_values);
+        viewer->rest_next += rest.num_values / 3;
+        assert_true(viewer->rest_next <= SLOTS);
+        memcpy(viewer->rest + 3 * rest.first, rest.position, (size_t)rest.num_values * 4);
+        memcpy(viewer->texture + 2 * rest.first, rest.texture, (size_t)rest.num_coordinates * 4);
+        viewer->textured += rest.num_coordinates > 0;
+        if (++viewer->rest_parts == rest.chunk_count) {
+            assert_int_equal(viewer->rest_next, rest.node_count);
+            viewer->rest_whole++;
+            viewer->rest_topology = rest.topology;
+        }
+    }
+    pliant_rest_t_decode_cleanup(&rest);
+}
+
+static Viewer *viewer_create(Client *client, const char *body)
+{
+    Viewer *viewer = calloc(1, sizeof *viewer);
+    assert_non_null(viewer);
+    char channel[64];
+    snprintf(channel, sizeof channel, "PLIANT_MESH_%s", body);
+    lcm_subscription_set_queue_capacity(lcm_subscribe(client->lcm, channel, on_mesh, viewer), 4096);
+    snprintf(channel, sizeof channel, "PLIANT_REST_%s", body);
+    lcm_subscription_set_queue_capacity(lcm_subscribe(client->lcm, channel, on_rest, viewer), 4096);
+    return viewer;
+}
+
+static int slot_of(const Viewer *viewer, int id)
+{
+    for (int i = 0; i < viewer->node_count; i++)
+        if (viewer->id[i] == id)
+            return i;
+    return -1;
+}
+
+static double distance(const float *a, const float *b)
+{
+    double d[3] = {(double)(a[0] - b[0]), (double)(a[1] - b[1]), (double)(a[2] - b[2])};
+    return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+}
+
+// A ball of 5 cm in which a load refines and blades cut, in lockstep; meshes only when asked for.
+static const char *write_ball(const char *publish)
+{
+    char text[1024];
+    snprintf(text, sizeof text,
+             "name = \"rest\"; start = \"paused\"; publish = { mesh_hz = 0.0; %s };\n"
+             "bodies = ( { name = \"sphere\"; levels = 2; cuttable = true; shape = {};\n"
+             "  mesh = { generator = \"ico_sphere\"; nodes = 642; radius = 0.05; };\n"
+             "  adapt = { force = 0.005; }; prestress = 0.05;\n"
+             "  fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.02]); } ); } );\n",
+             publish);
+    const char *path = scratch("ball.cfg");
+    write_text(path, text);
+    return path;
+}
+
+static void ask_for_meshes(Client *client, const Viewer *viewer)
+{
+    int wholes = viewer->rest_whole;
+    assert_true(command(client, PLIANT_COMMAND_T_DESCRIBE, 0, "")->ok);
+    wait_until(client, viewer->rest_whole > wholes);
+}
+
+static void expect_on_the_ball(const Viewer *viewer, bool was_cut)
+{
+    int midpoints = 0, copies = 0;
+    for (int i = 0; i < viewer->node_count; i++) {
+        const float *x = viewer->rest + 3 * i;
+        if (viewer->id[i] < 0)
+            continue;
+        const float zero[3] = {0.0F, 0.0F, 0.0F};
+        double r = distance(x, zero);
+        int origin = slot_of(viewer, viewer->origin[i]);
+        if (viewer->origin[i] != viewer->id[i]) {
+            copies++;
+            if (origin >= 0) // both lips of a cut rest at one place
+                assert_true(distance(x, viewer->rest + 3 * origin) < 1e-7);
+        } else if (viewer->level[i] > 0) {
+            midpoints++;
+        }
+        // Corners lie on the ball, midpoints a little below or, by the butterfly, above its
+        // surface: edges are 8 mm and less, so their middles lie at most 0.16 mm inside.
+        assert_true(r < 0.0502 && r > 0.0498);
+        if (viewer->level[i] == 0 && !was_cut) // a blade draws nodes onto its way
+            expect_near(r, 0.05, 1e-7);        // single precision
+    }
+    assert_true(midpoints > 20);
+    assert_int_equal(copies > 5, was_cut);
+}
+
+static void each_whole_mesh_comes_with_its_rest(void **state)
+{
+    (void)state;
+    static Daemon daemon;
+    Client *client = client_create();
+    Viewer *viewer = viewer_create(client, "sphere");
+    daemon_start(&daemon, "%s", write_ball("rest = true;"));
+    client_wait_for_daemon(client);
+    assert_true(command(client, PLIANT_COMMAND_T_STEP, 1, "")->ok); // nodes that have hardly moved
+    ask_for_meshes(client, viewer);
+    assert_int_equal(viewer->node_count, 642);
+    assert_true(viewer->textured > 0);
+    const double top[3] = {0.0, 0.0, 0.05}, force[3] = {0.05, 0.0, -0.4};
+    send_load(client, top, 0.02, force, 10.0, "sphere");
+    assert_true(command(client, PLIANT_COMMAND_T_STEP, 100, "")->ok);
+    ask_for_meshes(client, viewer);
+    expect_on_the_ball(viewer, false);
+    pliant_cut_t cut = {.sender = client->sender,
+                        .id = ++client->next_id,
+                        .before = {{0.011, -0.1, 0.0}, {0.011, -0.1, 0.1}},
+                        .after = {{0.011, 0.1, 0.0}, {0.011, 0.1, 0.1}},
+                        .body = (char[]){"sphere"}};
+    pliant_cut_t_publish(client->lcm, "PLIANT_CUT", &cut);
+    assert_true(command(client, PLIANT_COMMAND_T_STEP, 20, "")->ok);
+    ask_for_meshes(client, viewer);
+    assert_int_equal(viewer->rest_topology, client->frames.topology);
+    assert_int_equal(viewer->node_count, client->frames.node_count);
+    expect_on_the_ball(viewer, true);
+    for (int i = 0; i < viewer->node_count; i++) // the generator's lies in [0, 1]
+        assert_true(viewer->texture[2 * i] >= 0.0F && viewer->texture[2 * i] <= 1.0F &&
+                    viewer->texture[2 * i + 1] >= 0.0F && viewer->texture[2 * i + 1] <= 1.0F);
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    client_destroy(client);
+    free(viewer);
+}
+
+static void unasked_nobody_sends_rest_positions(void **state)
+{
+    (void)state;
+    static Daemon daemon;
+    Client *client = client_create();
+    Viewer *viewer = viewer_create(client, "sphere");
+    daemon_start(&daemon, "%s", write_ball(""));
+    client_wait_for_daemon(client);
+    for (int n = 0; n < 3; n++) {
+        int wholes = viewer->mesh_whole;
+        assert_true(command(client, PLIANT_COMMAND_T_DESCRIBE, 0, "")->ok);
+        wait_until(client, viewer->mesh_whole > wholes);
+    }
+    assert_true(command(client, PLIANT_COMMAND_T_STEP, 1, "")->ok); // after all chunks
+    assert_int_equal(viewer->rest_whole + viewer->rest_parts, 0);
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    client_destroy(client);
+    free(viewer);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(each_whole_mesh_comes_with_its_rest),
+        daemon_test(unasked_nobody_sends_rest_positions),
+    };
+    harness_start(argc, argv);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}

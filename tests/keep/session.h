@@ -1,0 +1,55 @@
+// What the tests of this folder run: small scenes with levels, cuts, tears and graspers, and all
+// that is done to them, drawn from a seed. The same messages are written into a log as --log-inputs
+// does, or sent to a running daemon.
+#ifndef PLIANT_TESTS_KEEP_SESSION_H
+#define PLIANT_TESTS_KEEP_SESSION_H
+
+#include "harness.h"
+
+#include <lcm/lcm.h>
+
+#include <stdint.h>
+
+enum { TARGETS_MOST = 3, MESSAGE_BYTES = 256, SESSION_RATE = 1000 };
+
+// Where a body is, for whoever wants to touch it.
+typedef struct Target {
+    const char *body;
+    double center[3], radius; // [m]
+} Target;
+
+typedef struct KeepScene {
+    const char *name; // of the file in scenes/
+    int targets;
+    Target target[TARGETS_MOST];
+    bool blade, grasper; // has tool 2, tool 3; all have tool 1, a probe
+    bool flat;           // in the plane z = 0
+} KeepScene;
+
+enum { KEEP_SCENES = 5 };
+extern const KeepScene keep_scenes[KEEP_SCENES];
+
+// The scene with its precision and number of threads in the scratch folder; its path.
+const char *session_scene(const KeepScene *scene, const char *precision, int threads);
+
+typedef struct Message {
+    int tick;
+    const char *channel; // without the prefix
+    int size;
+    unsigned char data[MESSAGE_BYTES];
+} Message;
+
+typedef struct Session {
+    int count, capacity, ticks;
+    Message *message; // ascending ticks
+} Session;
+
+// `ticks` of poses of all tools, and of cuts, loads and commands now and then.
+Session session_create(const KeepScene *scene, uint64_t seed, int ticks);
+void session_destroy(Session *session);
+// As --log-inputs would have written it.
+void session_write_log(const Session *session, const KeepScene *scene, const char *path);
+// Sends the messages of one tick; `next` counts those sent.
+void session_send(const Session *session, int tick, int *next, lcm_t *lcm);
+
+#endif

@@ -1,0 +1,142 @@
+// The same bits on every instruction-set level of this machine, with one thread and with two, and
+// as they were when golden.tsv was written: a change of them is made on purpose or not at all.
+#include "session.h"
+
+#include "effort.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { TICKS = 300, HASH_TEXT = 32 };
+static const uint64_t SEED = 8;
+static const char *const PRECISIONS[] = {"single", "double"};
+static const char *const LEVELS[] = {"baseline", "x86-64-v3", "x86-64-v4"};
+static const char HEADER[] = "scene\tprecision\tticks\tstate\n";
+
+static const char *table_path;
+static char state_of[KEEP_SCENES][2][HASH_TEXT]; // found by the first test
+
+// Whether this machine runs kernels of a level.
+static bool runs(const char *level, const char *scene)
+{
+    Daemon daemon;
+    run_daemon(&daemon, "--check --isa %s %s", level, scene);
+    if (daemon.code != 0)
+        assert_non_null(strstr(daemon.err, level)); // and for no other reason
+    return daemon.code == 0;
+}
+
+static void run_session(const KeepScene *scene, const char *precision, const char *level,
+                        int threads, char hash[HASH_TEXT])
+{
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 1000 --isa %s --input %s %s", level, scratch("golden.log"),
+               session_scene(scene, precision, threads));
+    if (daemon.code != 0)
+        fail_msg("%s", daemon.err);
+    assert_int_equal(printed(&daemon, "step"), TICKS);
+    printed_state(&daemon, hash);
+}
+
+static void write_session(const KeepScene *scene)
+{
+    Session session = session_create(scene, SEED, TICKS);
+    session_write_log(&session, scene, scratch("golden.log"));
+    session_destroy(&session);
+}
+
+static void every_level_and_number_of_threads_gives_the_same_bits(void **state)
+{
+    (void)state;
+    for (int s = 0; s < EFFORT(KEEP_SCENES); s++) {
+        const KeepScene *scene = &keep_scenes[s];
+        write_session(scene);
+        for (int p = 0; p < 2; p++) {
+            char *first = state_of[s][p], other[HASH_TEXT];
+            run_session(scene, PRECISIONS[p], LEVELS[0], 1, first);
+            for (int k = 1; k < 3; k++) {
+                if (!runs(LEVELS[k], session_scene(scene, PRECISIONS[p], 1))) {
+                    print_message("this machine does not run %s\n", LEVELS[k]);
+                    continue;
+                }
+                run_session(scene, PRECISIONS[p], LEVELS[k], 1, other);
+                assert_string_equal(other, first);
+            }
+            run_session(scene, PRECISIONS[p], "auto", 2, other);
+            assert_string_equal(other, first);
+        }
+    }
+}
+
+// The state that the table has, or "none".
+static void find_golden(const char *scene, const char *precision, char hash[HASH_TEXT])
+{
+    char line[256], name[64], kind[64];
+    int ticks;
+    FILE *file = fopen(table_path, "r");
+    assert_non_null(file);
+    strcpy(hash, "none");
+    while (fgets(line, sizeof line, file) != NULL) {
+        char found[HASH_TEXT];
+        if (sscanf(line, "%63s %63s %d %31s", name, kind, &ticks, found) == 4 &&
+            strcmp(name, scene) == 0 && strcmp(kind, precision) == 0 && ticks == TICKS)
+            strcpy(hash, found);
+    }
+    fclose(file);
+}
+
+// After the other test, which has run them.
+static void states_are_those_of_the_table(void **state)
+{
+    (void)state;
+    int differ = 0;
+    for (int s = 0; s < EFFORT(KEEP_SCENES); s++) {
+        for (int p = 0; p < 2; p++) {
+            const char *now = state_of[s][p];
+            char golden[HASH_TEXT];
+            find_golden(keep_scenes[s].name, PRECISIONS[p], golden);
+            if (strcmp(now, golden) != 0) {
+                print_error("%s, %s: %s instead of %s\n", keep_scenes[s].name, PRECISIONS[p], now,
+                            golden);
+                differ++;
+            }
+        }
+    }
+    if (differ > 0)
+        fail_msg("%d states differ from %s; if that is meant: ./dev golden --write", differ,
+                 table_path);
+}
+
+static void write_table(void **state)
+{
+    (void)state;
+    FILE *file = fopen(table_path, "w");
+    assert_non_null(file);
+    fputs(HEADER, file);
+    for (int s = 0; s < KEEP_SCENES; s++) {
+        write_session(&keep_scenes[s]);
+        for (int p = 0; p < 2; p++) {
+            char hash[HASH_TEXT];
+            run_session(&keep_scenes[s], PRECISIONS[p], "baseline", 1, hash);
+            fprintf(file, "%s\t%s\t%d\t%s\n", keep_scenes[s].name, PRECISIONS[p], TICKS, hash);
+        }
+    }
+    assert_int_equal(fclose(file), 0);
+}
+
+// PLIANTD TABLE [--write]
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(every_level_and_number_of_threads_gives_the_same_bits),
+        daemon_test(states_are_those_of_the_table),
+    };
+    const struct CMUnitTest writes[] = {daemon_test(write_table)};
+    harness_start(argc, argv);
+    if (argc < 3)
+        return harness_end(2);
+    table_path = argv[2];
+    bool write = argc > 3 && strcmp(argv[3], "--write") == 0;
+    return harness_end(write ? cmocka_run_group_tests(writes, NULL, NULL)
+                             : cmocka_run_group_tests(tests, NULL, NULL));
+}
