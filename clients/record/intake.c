@@ -1,0 +1,578 @@
+#include "intake.h"
+
+#include "client.h"
+#include "wire.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "pliant_event_t.h"
+
+struct IntakeFrame {
+    IntakeFrame *next;
+    RecordingFrame frame;
+    size_t bytes;
+    float position[];
+};
+
+void intake_create(Intake *intake, const IntakeOptions *options, Queue *queue)
+{
+    *intake = (Intake){.options = *options, .queue = queue};
+    for (int i = 0; i < ITEM_BODIES; i++)
+        intake->body[i].file_index = -1;
+    for (int i = 0; i < ITEM_TOOLS; i++) {
+        gather_restart(&intake->tool[i]);
+        intake->tool_index[i] = -1;
+    }
+}
+
+// --- frames that wait ----------------------------------------------------------------------------
+
+static IntakeFrame *pop_waiting(IntakeBody *body)
+{
+    IntakeFrame *frame = body->first;
+    if (!frame)
+        return NULL;
+    body->first = frame->next;
+    if (!body->first)
+        body->last = NULL;
+    body->waiting--;
+    body->waiting_bytes -= frame->bytes;
+    return frame;
+}
+
+static void push_waiting(IntakeBody *body, const RecordingFrame *from)
+{
+    size_t bytes = sizeof(IntakeFrame) + 3 * (size_t)from->node_count * sizeof *from->position;
+    while (body->first && (body->waiting == INTAKE_FRAMES_WAITING ||
+                           body->waiting_bytes + bytes > INTAKE_BYTES_WAITING)) {
+        free(pop_waiting(body));
+        body->counts.without_mesh++;
+    }
+    IntakeFrame *frame = malloc(bytes);
+    if (!frame)
+        abort(); // what waits is bounded: the machine itself is out of memory
+    *frame = (IntakeFrame){.frame = *from, .bytes = bytes};
+    memcpy(frame->position, from->position, bytes - sizeof *frame);
+    frame->frame.position = frame->position;
+    if (body->last)
+        body->last->next = frame;
+    else
+        body->first = frame;
+    body->last = frame;
+    body->waiting++;
+    body->waiting_bytes += bytes;
+}
+
+static void drop_waiting(IntakeBody *body)
+{
+    for (IntakeFrame *frame; (frame = pop_waiting(body));) {
+        free(frame);
+        body->counts.without_mesh++;
+    }
+}
+
+// --- tools and events ----------------------------------------------------------------------------
+
+static void push_rows(Intake *intake, int tool)
+{
+    GatherRow row;
+    if (!intake->open || intake->tool_index[tool] < 0)
+        return;
+    while (gather_next(&intake->tool[tool], intake->survey.tool[tool].is_static, &row))
+        queue_push(intake->queue, item_tool(intake->tool_index[tool], row.time, &row.sample),
+                   intake->options.when_full);
+}
+
+static void want_rows(Intake *intake, int64_t step)
+{
+    for (int t = 0; t < intake->survey.tool_count; t++) {
+        gather_want(&intake->tool[t], step);
+        push_rows(intake, t);
+    }
+}
+
+static void take_contact(Intake *intake, const void *data, size_t size)
+{
+    GatherContact contact;
+    int id;
+    if (!gather_read_contact(data, size, &id, &contact)) {
+        intake->survey.refused++;
+        return;
+    }
+    int tool = survey_add_tool(&intake->survey, id);
+    if (tool < 0)
+        return;
+    gather_take_contact(&intake->tool[tool], &contact);
+    push_rows(intake, tool);
+}
+
+static void take_pose(Intake *intake, const void *data, size_t size)
+{
+    GatherPose pose;
+    int id;
+    // What others send to the daemon is its to refuse.
+    if (!gather_read_pose(data, size, &id, &pose))
+        return;
+    int tool = survey_find_tool(&intake->survey, id);
+    if (tool >= 0)
+        gather_take_pose(&intake->tool[tool], &pose);
+}
+
+static void push_event(Intake *intake, const RecordingEvent *event)
+{
+    if (!queue_push(intake->queue, item_event(event), intake->options.when_full))
+        intake->events_lost++;
+}
+
+static void take_event(Intake *intake, const void *data, size_t size)
+{
+    pliant_event_t message;
+    if (!wire_check(&WIRE_EVENT, data, size) ||
+        pliant_event_t_decode(data, 0, (int)size, &message) < 0) {
+        intake->survey.refused++;
+        return;
+    }
+    double rate = intake->survey.rate_hz;
+    RecordingEvent event = {.time = rate > 0.0 ? (double)message.step * (1.0 / rate) : 0.0,
+                            .step = message.step};
+    snprintf(event.body, sizeof event.body, "%s", message.body);
+    snprintf(event.kind, sizeof event.kind, "%s", message.kind);
+    snprintf(event.text, sizeof event.text, "%s", message.text);
+    pliant_event_t_decode_cleanup(&message);
+    if (intake->open)
+        push_event(intake, &event);
+    else if (intake->events_waiting < INTAKE_EVENTS_WAITING)
+        intake->event[intake->events_waiting++] = event;
+    else
+        intake->events_lost++;
+}
+
+// --- meshes --------------------------------------------------------------------------------------
+
+// No live triangle may want a free node.
+static bool mesh_is_sound(const MeshFrame *mesh)
+{
+    for (int t = 0; t < mesh->triangle_count; t++) {
+        const int32_t *corner = mesh->triangle + 3 * (size_t)t;
+        bool free = corner[0] == corner[1];
+        for (int k = 0; k < 3 && !free; k++) {
+            if (mesh->id[corner[k]] < 0)
+                return false;
+        }
+    }
+    return true;
+}
+
+static void *grow(void *array, int count, size_t size)
+{
+    array = realloc(array, (size_t)count * size);
+    if (!array)
+        abort(); // the counts are bounded: the machine itself is out of memory
+    return array;
+}
+
+static void make_room(IntakeBody *body)
+{
+    RecordingMesh *map = &body->map;
+    if (body->mesh.node_count > body->node_capacity) {
+        body->node_capacity = body->mesh.node_count;
+        map->live = grow(map->live, body->node_capacity, sizeof *map->live);
+        map->row = grow(map->row, body->node_capacity, sizeof *map->row);
+        map->id = grow(map->id, body->node_capacity, sizeof *map->id);
+    }
+    if (body->mesh.triangle_count > body->triangle_capacity) {
+        body->triangle_capacity = body->mesh.triangle_count;
+        map->triangle = grow(map->triangle, body->triangle_capacity, sizeof *map->triangle);
+    }
+}
+
+static void map_mesh(IntakeBody *body)
+{
+    const MeshFrame *mesh = &body->mesh;
+    const RecordingSlots slots = {.topology = mesh->topology,
+                                  .node_count = mesh->node_count,
+                                  .triangle_count = mesh->triangle_count,
+                                  .id = mesh->id,
+                                  .triangle = (const int(*)[3])mesh->triangle};
+    make_room(body);
+    body->slots = mesh->node_count;
+    body->triangle_slots = mesh->triangle_count;
+    body->topology = recording_mesh_take(&body->map, &slots);
+    body->mapped = true;
+}
+
+// --- frames --------------------------------------------------------------------------------------
+
+static bool fits(const IntakeBody *body, const RecordingFrame *frame)
+{
+    return body->mapped && body->map.topology == frame->topology &&
+           body->slots == frame->node_count;
+}
+
+// Hands a frame to the writer, after its mesh if that is new.
+static void push_frame(Intake *intake, IntakeBody *body, const RecordingFrame *frame)
+{
+    Queue *queue = intake->queue;
+    QueueWhenFull when_full = intake->options.when_full;
+    bool ok = true;
+    if (body->told != body->map.topology) {
+        ok = queue_push(queue, item_topology(body->file_index, &body->topology), when_full);
+        if (ok)
+            body->told = body->topology.number;
+    }
+    ok = ok && queue_push(queue, item_frame(body->file_index, frame, &body->map), when_full);
+    if (ok)
+        want_rows(intake, frame->step);
+    else
+        body->counts.dropped++;
+}
+
+static IntakeFrame *last_that_fits(const IntakeBody *body)
+{
+    IntakeFrame *last = NULL;
+    for (IntakeFrame *frame = body->first; frame; frame = frame->next)
+        last = fits(body, &frame->frame) ? frame : last;
+    return last;
+}
+
+// What waited for the mesh that is there now goes; what came before that has lost its own.
+static void push_waiting_frames(Intake *intake, IntakeBody *body)
+{
+    if (!intake->open || body->file_index < 0)
+        return;
+    IntakeFrame *last = last_that_fits(body), *frame = NULL;
+    while (last && frame != last) {
+        free(frame);
+        frame = pop_waiting(body);
+        if (fits(body, &frame->frame))
+            push_frame(intake, body, &frame->frame);
+        else
+            body->counts.without_mesh++;
+    }
+    free(frame);
+    intake->wants_mesh |= body->first != NULL;
+}
+
+static bool is_due(const Intake *intake, const IntakeBody *body, double time)
+{
+    double hz = intake->options.hz;
+    // On a grid of 1/hz, so that the rate holds on average; a tick's rounding is no reason to wait.
+    return hz <= 0.0 || !body->taken || floor(time * hz + 1e-6) > floor(body->time * hz + 1e-6);
+}
+
+static void take_frame(Intake *intake, IntakeBody *body)
+{
+    const NodesFrame *nodes = &body->nodes;
+    bool left_out = intake->open && body->file_index < 0;
+    if (left_out || !is_due(intake, body, nodes->time))
+        return;
+    body->taken = true;
+    body->time = nodes->time;
+    const RecordingFrame frame = {.step = nodes->step,
+                                  .time = nodes->time,
+                                  .topology = nodes->topology,
+                                  .node_count = nodes->node_count,
+                                  .position = nodes->position};
+    if (intake->open && body->file_index >= 0 && !body->first && fits(body, &frame)) {
+        push_frame(intake, body, &frame);
+        return;
+    }
+    push_waiting(body, &frame);
+    push_waiting_frames(intake, body);
+}
+
+// --- another run ---------------------------------------------------------------------------------
+
+static int64_t refused(const IntakeBody *body)
+{
+    return body->nodes.refused + body->mesh.refused + body->mesh_refused;
+}
+
+static void forget(IntakeBody *body)
+{
+    drop_waiting(body);
+    body->mesh_refused += body->mesh.refused;
+    mesh_frame_destroy(&body->mesh);
+    body->mapped = body->any = body->taken = false;
+    body->told = 0;
+    body->file_index = -1;
+}
+
+// The daemon was started anew: its meshes and its time begin again, and so does the recording.
+static void restart(Intake *intake)
+{
+    intake_end(intake);
+    intake->restarts++;
+    for (int i = 0; i < intake->survey.body_count; i++)
+        forget(&intake->body[i]);
+    for (int i = 0; i < ITEM_TOOLS; i++)
+        gather_restart(&intake->tool[i]);
+    if (intake->options.when_full != QUEUE_WAIT) // of a log all is known already
+        survey_restart(&intake->survey);
+    intake->wants_mesh = true;
+}
+
+static int32_t frames_ahead(const IntakeBody *body)
+{
+    return (int32_t)((uint32_t)body->nodes.sequence - (uint32_t)body->sequence);
+}
+
+static bool is_another_run(const IntakeBody *body)
+{
+    return body->any && (frames_ahead(body) <= 0 || body->nodes.step < body->step);
+}
+
+static void take_nodes(Intake *intake, int index, const void *data, size_t size)
+{
+    IntakeBody *body = &intake->body[index];
+    const NodesFrame *nodes = &body->nodes;
+    intake->survey.body[index].seen = true;
+    if (intake->options.survey_only)
+        return;
+    if (nodes_frame_add(&body->nodes, data, size) != FRAMES_WHOLE)
+        return;
+    if (is_another_run(body)) {
+        restart(intake);
+        intake->survey.body[index].seen = true;
+    }
+    if (body->any)
+        body->counts.lost += frames_ahead(body) - 1;
+    bool repeated = body->any && nodes->step == body->step; // a paused daemon may say it again
+    body->any = true;
+    body->sequence = nodes->sequence;
+    body->step = nodes->step;
+    if (!repeated)
+        take_frame(intake, body);
+}
+
+static void take_mesh(Intake *intake, int index, bool is_delta, const void *data, size_t size)
+{
+    IntakeBody *body = &intake->body[index];
+    MeshFrame *mesh = &body->mesh;
+    if (!is_delta)
+        survey_take_mesh(&intake->survey, index, data, size);
+    if (intake->options.survey_only)
+        return;
+    FramesResult result =
+        is_delta ? mesh_frame_add_delta(mesh, data, size) : mesh_frame_add(mesh, data, size);
+    intake->wants_mesh |= result == FRAMES_MISSED;
+    if (result != FRAMES_WHOLE)
+        return;
+    bool same = body->mapped && body->map.topology == mesh->topology;
+    if (same && body->slots == mesh->node_count && body->triangle_slots == mesh->triangle_count)
+        return; // said again
+    // Numbers only grow, and one number means one mesh.
+    if (same || mesh->topology < body->told || !mesh_is_sound(mesh)) {
+        body->mesh_refused++;
+        return;
+    }
+    map_mesh(body);
+    push_waiting_frames(intake, body);
+}
+
+// A description brings the list of tools, in its own order.
+static void take_reply(Intake *intake, const void *data, size_t size)
+{
+    bool described = intake->survey.described != NULL;
+    survey_take_reply(&intake->survey, data, size);
+    for (int i = 0; i < ITEM_TOOLS && !described && intake->survey.described && !intake->open; i++)
+        gather_restart(&intake->tool[i]);
+}
+
+// --- messages ------------------------------------------------------------------------------------
+
+// What follows "<prefix>_", or NULL.
+static const char *behind(const char *channel, const char *prefix)
+{
+    size_t length = strlen(prefix);
+    return strncmp(channel, prefix, length) == 0 && channel[length] == '_' ? channel + length + 1
+                                                                           : NULL;
+}
+
+static const char *behind_head(const char *name, const char *head)
+{
+    size_t length = strlen(head);
+    return strncmp(name, head, length) == 0 ? name + length : NULL;
+}
+
+static int find_body(Intake *intake, const char *name)
+{
+    return name ? survey_find_body(&intake->survey, name, strlen(name)) : -1;
+}
+
+static void take_of_body(Intake *intake, const char *name, const void *data, size_t size)
+{
+    int body = find_body(intake, behind_head(name, "NODES_"));
+    if (body >= 0) {
+        take_nodes(intake, body, data, size);
+        return;
+    }
+    body = find_body(intake, behind_head(name, "MESH_DELTA_"));
+    if (body >= 0) {
+        take_mesh(intake, body, true, data, size);
+        return;
+    }
+    body = find_body(intake, behind_head(name, "MESH_"));
+    if (body >= 0)
+        take_mesh(intake, body, false, data, size);
+}
+
+void intake_take(Intake *intake, const char *channel, const void *data, size_t size)
+{
+    const char *name = behind(channel, intake->options.input_prefix);
+    if (name && strcmp(name, "TOOL_POSE") == 0) {
+        take_pose(intake, data, size);
+        return;
+    }
+    name = behind(channel, intake->options.prefix);
+    if (!name)
+        return;
+    if (strcmp(name, "CONTACT") == 0)
+        take_contact(intake, data, size);
+    else if (strcmp(name, "EVENT") == 0)
+        take_event(intake, data, size);
+    else if (strcmp(name, "STATUS") == 0)
+        survey_take_status(&intake->survey, data, size);
+    else if (strcmp(name, "REPLY") == 0)
+        take_reply(intake, data, size);
+    else
+        take_of_body(intake, name, data, size);
+}
+
+// --- files ---------------------------------------------------------------------------------------
+
+char *intake_path(const char *path, int number)
+{
+    size_t size = strlen(path) + 16;
+    char *out = malloc(size);
+    if (!out)
+        abort();
+    const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.');
+    int stem = dot && dot > (slash ? slash + 1 : path) ? (int)(dot - path) : (int)strlen(path);
+    if (number == 1)
+        snprintf(out, size, "%s", path);
+    else
+        snprintf(out, size, "%.*s.%d%s", stem, path, number, path + stem);
+    return out;
+}
+
+// What HDF5 keeps together: a frame, or a part of a large one.
+static int kept_together(int count)
+{
+    enum { ROWS = 1 << 16 };
+    return count < ROWS ? count : ROWS;
+}
+
+static void push_begin(Intake *intake)
+{
+    Survey *survey = &intake->survey;
+    RecordingBody body[ITEM_BODIES];
+    int tool[ITEM_TOOLS];
+    intake->bodies = 0;
+    for (int i = 0; i < survey->body_count; i++) {
+        intake->body[i].file_index = -1;
+        if (!survey_records(survey, i))
+            continue;
+        intake->body[i].file_index = intake->bodies;
+        body[intake->bodies++] =
+            (RecordingBody){.name = survey->body[i].name,
+                            .nodes = kept_together(survey->body[i].nodes),
+                            .triangles = kept_together(survey->body[i].triangles)};
+    }
+    for (int i = 0; i < ITEM_TOOLS; i++)
+        intake->tool_index[i] = i < survey->tool_count ? i : -1;
+    for (int i = 0; i < survey->tool_count; i++)
+        tool[i] = survey->tool[i].id;
+    const RecordingOptions options = {.scene = survey->described ? survey->described : "",
+                                      .created_by = "pliant-record " PLIANT_VERSION,
+                                      .body_count = intake->bodies,
+                                      .tool_count = survey->tool_count,
+                                      .body = body,
+                                      .tool = tool,
+                                      .overwrite = intake->options.overwrite};
+    queue_push(intake->queue, item_begin(intake->path, &options), QUEUE_FORCE);
+}
+
+// The counts of a file begin with its first frame: what came before it was before the recording.
+static void begin_body(Intake *intake, IntakeBody *body)
+{
+    while (body->first && !fits(body, &body->first->frame) && last_that_fits(body))
+        free(pop_waiting(body));
+    body->counts = (RecordingCounts){0};
+    body->refused_before = refused(body);
+    push_waiting_frames(intake, body);
+}
+
+bool intake_begin(Intake *intake, bool patient)
+{
+    if (intake->status.code != STATUS_OK)
+        return false;
+    if (intake->open || !survey_ready(&intake->survey, patient))
+        return true;
+    if (intake->files == INTAKE_FILES)
+        return status_fail(&intake->status, STATUS_FAILED,
+                           "%s: the daemon was started anew %d times: ends", intake->options.path,
+                           INTAKE_FILES);
+    free(intake->path);
+    intake->path = intake_path(intake->options.path, ++intake->files);
+    push_begin(intake);
+    intake->open = intake->survey.fixed = true;
+    for (int i = 0; i < intake->events_waiting; i++)
+        push_event(intake, &intake->event[i]);
+    intake->events_waiting = 0;
+    for (int i = 0; i < intake->survey.body_count; i++)
+        if (intake->body[i].file_index >= 0)
+            begin_body(intake, &intake->body[i]);
+    return true;
+}
+
+static RecordingCounts counts_of(const IntakeBody *body)
+{
+    RecordingCounts counts = body->counts;
+    counts.refused = refused(body) - body->refused_before;
+    return counts;
+}
+
+void intake_end(Intake *intake)
+{
+    RecordingCounts counts[ITEM_BODIES] = {0};
+    for (int i = 0; i < intake->survey.body_count; i++) {
+        IntakeBody *body = &intake->body[i];
+        drop_waiting(body);
+        if (body->file_index >= 0)
+            counts[body->file_index] = counts_of(body);
+    }
+    if (intake->open)
+        queue_push(intake->queue, item_end(counts, intake->bodies), QUEUE_FORCE);
+    intake->open = false;
+}
+
+RecordingCounts intake_counts(const Intake *intake)
+{
+    RecordingCounts sum = {.refused = intake->survey.refused};
+    for (int i = 0; i < intake->survey.body_count; i++) {
+        const RecordingCounts counts = counts_of(&intake->body[i]);
+        sum.lost += counts.lost;
+        sum.dropped += counts.dropped;
+        sum.without_mesh += counts.without_mesh;
+        sum.refused += counts.refused;
+    }
+    return sum;
+}
+
+void intake_destroy(Intake *intake)
+{
+    for (int i = 0; i < ITEM_BODIES; i++) {
+        IntakeBody *body = &intake->body[i];
+        forget(body);
+        nodes_frame_destroy(&body->nodes);
+        free(body->map.live);
+        free(body->map.row);
+        free(body->map.id);
+        free(body->map.triangle);
+    }
+    survey_destroy(&intake->survey);
+    free(intake->path);
+}

@@ -1,0 +1,48 @@
+// What is in a recording, read from the file as it is: ended, being written, or left by a writer
+// that was killed. Every index in it is checked; nothing that is not there is promised.
+#ifndef PLIANT_FILES_RECORDING_INFO_H
+#define PLIANT_FILES_RECORDING_INFO_H
+
+#include "files/recording.h"
+
+#include <stdio.h>
+
+typedef struct RecordingBodyInfo {
+    char name[RECORDING_BODY_TEXT];
+    int64_t frames; // whole ones
+    int64_t broken; // begun, but not all of them is there
+    int64_t first_step, last_step;
+    double first_time, last_time; // [s]
+    int64_t topologies;
+    int least_nodes, most_nodes; // of a frame
+    RecordingCounts counts;      // of a file that was ended
+} RecordingBodyInfo;
+
+typedef struct RecordingToolInfo {
+    char name[16]; // its id
+    int64_t rows;
+} RecordingToolInfo;
+
+typedef struct RecordingKindInfo {
+    char kind[RECORDING_KIND_TEXT];
+    int64_t events;
+} RecordingKindInfo;
+
+enum { RECORDING_INFO_BODIES = 64, RECORDING_INFO_TOOLS = 32, RECORDING_INFO_KINDS = 64 };
+
+typedef struct RecordingInfo {
+    char created_by[64];
+    bool ended; // cleanly; false: being written, or its writer was killed
+    int body_count, tool_count, kind_count;
+    RecordingBodyInfo body[RECORDING_INFO_BODIES];
+    RecordingToolInfo tool[RECORDING_INFO_TOOLS];
+    RecordingKindInfo kind[RECORDING_INFO_KINDS];
+    int64_t events;
+} RecordingInfo;
+
+// False with `status` (STATUS_INVALID): not a recording, or damaged, and where.
+bool recording_info_read(const char *path, RecordingInfo *info, Status *status);
+
+void recording_info_print(const RecordingInfo *info, FILE *out);
+
+#endif

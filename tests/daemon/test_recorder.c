@@ -1,0 +1,628 @@
+// pliant-record beside the real daemon: what it makes of the messages is what the daemon records
+// itself; late starts, restarts, kills, full disks, event logs and hostile messages.
+#include "client.h"
+#include "recording_view.h"
+
+#include "files/recording_info.h"
+
+#include "pliant_event_t.h"
+#include "pliant_mesh_t.h"
+#include "pliant_nodes_t.h"
+
+#include <errno.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+static const char *recorder; // path of pliant-record
+
+static const char PAUSED[] =
+    "start = \"paused\"; publish = { nodes_hz = 60.0; contact_hz = 100.0; status_hz = 20.0; };";
+static const char LIVE[] =
+    "publish = { nodes_hz = 60.0; mesh_hz = 5.0; contact_hz = 100.0; status_hz = 20.0; };";
+static const double TOP[3] = {0.0, 0.0, 0.05}, DOWN[3] = {0.0, 0.02, -0.4};
+
+// A body that refines, and one that is cut.
+static const char CHANGING[] =
+    "name = \"changing\"; start = \"paused\";\n"
+    "publish = { nodes_hz = 60.0; mesh_hz = 1.0; contact_hz = 100.0; status_hz = 20.0; };\n"
+    "bodies = (\n"
+    "  { name = \"soft\"; model = \"surface\"; levels = 2; adapt = { check_hz = 100.0; };\n"
+    "    mesh = { generator = \"ico_sphere\"; nodes = 42; radius = 0.05; };\n"
+    "    material = { youngs_modulus_2d = 80.0; areal_density = 4.2; damping_time = 2.0e-4; };\n"
+    "    shape = { angular_frequency = 50.0; damping_ratio = 0.3; };\n"
+    "    fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.02]); } ); },\n"
+    "  { name = \"ball\"; model = \"surface\"; cuttable = true; shape = {};\n"
+    "    mesh = { generator = \"ico_sphere\"; nodes = 162; radius = 0.03;\n"
+    "             place = { translation = [0.2, 0.0, 0.0]; }; }; } );\n";
+
+// ---------------------------------------------------------------------------------------------
+// Two programs
+
+static void record_start(Daemon *program, const char *path, const char *more)
+{
+    daemon_program(recorder);
+    daemon_start(program, "-o %s %s", path, more);
+    daemon_program(NULL);
+}
+
+static void record_run(Daemon *program, const char *arguments)
+{
+    daemon_program(recorder);
+    run_daemon(program, "%s", arguments);
+    daemon_program(NULL);
+}
+
+static bool has_sidecar(const char *path)
+{
+    char xdmf[1100];
+    snprintf(xdmf, sizeof xdmf, "%s.xdmf", path);
+    return access(xdmf, F_OK) == 0;
+}
+
+// Frames of all bodies that the sidecar lists: those that were flushed.
+static int sidecar_frames(const char *path)
+{
+    char xdmf[1100];
+    int count;
+    if (!has_sidecar(path))
+        return 0;
+    snprintf(xdmf, sizeof xdmf, "%s.xdmf", path);
+    free(view_sidecar(xdmf, &count));
+    return count;
+}
+
+static void end(Daemon *program, int number, int code)
+{
+    daemon_signal(program, number);
+    daemon_wait(program);
+    if (program->code != code)
+        fail_msg("exit %d, expected %d: %s%s", program->code, code, program->out, program->err);
+}
+
+static void stop(Client *client, Daemon *daemon)
+{
+    command(client, PLIANT_COMMAND_T_STOP, 0, "");
+    daemon_wait(daemon);
+    assert_int_equal(daemon->code, 0);
+}
+
+static RecordingInfo *info_of(const char *path)
+{
+    static RecordingInfo info;
+    Status status = {0};
+    if (!recording_info_read(path, &info, &status))
+        fail_msg("%s", status.text);
+    return &info;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Two recordings of the same run
+
+static void read_body(const char *path, const char *body, BodyView *view)
+{
+    hid_t file = view_open(path, false);
+    if (file < 0)
+        fail_msg("%s cannot be opened", path);
+    view_body(view, file, body);
+    H5Fclose(file);
+}
+
+static int topology_at(const BodyView *view, int number)
+{
+    for (int i = 0; i < view->topologies; i++)
+        if (view->number[i] == number)
+            return i;
+    fail_msg("no topology %d", number);
+    return -1;
+}
+
+static void expect_same_mesh(const BodyView *a, const BodyView *b, int number)
+{
+    int i = topology_at(a, number), k = topology_at(b, number);
+    assert_int_equal(a->triangle_count[i], b->triangle_count[k]);
+    assert_int_equal(a->node_count[i], b->node_count[k]);
+    assert_memory_equal(a->triangle[a->first_triangle[i]], b->triangle[b->first_triangle[k]],
+                        (size_t)a->triangle_count[i] * sizeof *a->triangle);
+    assert_memory_equal(a->node_id + a->first_node[i], b->node_id + b->first_node[k],
+                        (size_t)a->node_count[i] * sizeof *a->node_id);
+}
+
+// Every frame that both have is the same to the bit, with the same mesh. Returns how many.
+static int expect_same_frames(const char *path_a, const char *path_b, const char *body)
+{
+    BodyView a, b;
+    int both = 0;
+    read_body(path_a, body, &a);
+    read_body(path_b, body, &b);
+    for (int i = 0, k = 0; i < a.frames; i++) {
+        while (k < b.frames && b.step[k] < a.step[i])
+            k++;
+        if (k == b.frames || b.step[k] != a.step[i])
+            continue;
+        assert_true(a.time[i] == b.time[k]);
+        assert_int_equal(a.topology[i], b.topology[k]);
+        assert_int_equal(a.count[i], b.count[k]);
+        assert_memory_equal(a.position[a.first[i]], b.position[b.first[k]],
+                            (size_t)a.count[i] * sizeof *a.position);
+        if (both == 0 || a.topology[i] != a.topology[i - 1])
+            expect_same_mesh(&a, &b, a.topology[i]);
+        both++;
+    }
+    view_free(&a);
+    view_free(&b);
+    return both;
+}
+
+static void expect_same_rows(const char *path_a, const char *path_b, const char *set, int least)
+{
+    int rows_a, rows_b;
+    hid_t a = view_open(path_a, false), b = view_open(path_b, false);
+    double *of_a = view_rows(a, set, H5T_NATIVE_DOUBLE, &rows_a);
+    double *of_b = view_rows(b, set, H5T_NATIVE_DOUBLE, &rows_b);
+    assert_int_equal(rows_a, rows_b);
+    expect_at_least(rows_a, least);
+    int columns = strstr(set, "/time") ? 1 : strstr(set, "/orientation") ? 4 : 3;
+    assert_memory_equal(of_a, of_b, (size_t)(rows_a * columns) * sizeof *of_a);
+    free(of_a);
+    free(of_b);
+    H5Fclose(a);
+    H5Fclose(b);
+}
+
+// The events of both from the first one of `b` on.
+static void expect_same_events(const char *path_a, const char *path_b, int least)
+{
+    int rows_a, rows_b;
+    hid_t a = view_open(path_a, false), b = view_open(path_b, false);
+    hid_t set = H5Dopen2(a, "/events", H5P_DEFAULT), type = H5Dget_type(set);
+    hid_t memory = H5Tget_native_type(type, H5T_DIR_ASCEND);
+    size_t size = H5Tget_size(memory);
+    char *of_a = view_rows(a, "/events", memory, &rows_a);
+    char *of_b = view_rows(b, "/events", memory, &rows_b);
+    expect_at_least(rows_b, least);
+    assert_int_equal(rows_a, rows_b);
+    assert_memory_equal(of_a, of_b, (size_t)rows_a * size);
+    free(of_a);
+    free(of_b);
+    H5Tclose(memory);
+    H5Tclose(type);
+    H5Dclose(set);
+    H5Fclose(a);
+    H5Fclose(b);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Beside --record
+
+static void what_comes_by_messages_is_what_the_daemon_records(void **state)
+{
+    (void)state;
+    enum { STEPS = 40 };
+    const char *own = scratch("own.h5"), *path = scratch("heard.h5");
+    Client *client = client_create();
+    Daemon daemon, program;
+    daemon_start(&daemon, "--record %s %s", own, write_scene("own.cfg", PAUSED, PROBE_TOOL));
+    record_start(&program, path, "");
+    client_wait_for_daemon(client);
+    wait_until(client, has_sidecar(path));
+    command(client, PLIANT_COMMAND_T_SET, 0, "gravity_z=-2");
+    send_load(client, TOP, 0.03, DOWN, 1.0, "");
+    command(client, PLIANT_COMMAND_T_STEP, 3, ""); // no pose yet
+    for (int i = 0; i < STEPS; i++) {
+        const double position[3] = {1e-3 * i, 0.0, 0.052 - 2e-4 * i};
+        pliant_tool_pose_t pose = make_pose(client, position);
+        send_pose(client, &pose);
+        const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, 1 + i % 4, "");
+        wait_until(client, client->contact.step == reply->step);
+    }
+    wait_until(client, sidecar_frames(path) >= STEPS + 1);
+    stop(client, &daemon);
+    end(&program, SIGTERM, 0);
+    client_destroy(client);
+
+    expect_at_least(expect_same_frames(own, path, "sphere"), STEPS + 1);
+    expect_same_rows(own, path, "/tools/1/time", STEPS);
+    expect_same_rows(own, path, "/tools/1/position", STEPS);
+    expect_same_rows(own, path, "/tools/1/force", STEPS);
+    expect_same_rows(own, path, "/tools/1/orientation", STEPS);
+    expect_same_events(own, path, 2);
+    const RecordingInfo *info = info_of(path);
+    assert_true(info->ended);
+    assert_int_equal(info->body_count, 1);
+    assert_int_equal(info->body[0].counts.lost + info->body[0].counts.dropped +
+                         info->body[0].counts.without_mesh + info->body[0].counts.refused,
+                     0);
+    assert_string_equal(info->tool[0].name, "1");
+    assert_non_null(strstr(program.out, "body sphere: frames "));
+}
+
+static void cut_at(Client *client, double x)
+{
+    char body[] = "ball";
+    const pliant_cut_t cut = {.sender = client->sender,
+                              .id = ++client->next_id,
+                              .before = {{x, -0.05, -0.05}, {x, -0.05, 0.05}},
+                              .after = {{x, 0.05, -0.05}, {x, 0.05, 0.05}},
+                              .body = body};
+    assert_int_equal(pliant_cut_t_publish(client->lcm, "PLIANT_CUT", &cut), 0);
+    command(client, PLIANT_COMMAND_T_STEP, 1, "");
+    wait_until(client, find_reply(client, cut.id) != NULL);
+    const Reply *reply = find_reply(client, cut.id);
+    if (!reply->ok || reply->separated == 0)
+        fail_msg("nothing was cut: %s", reply->text);
+}
+
+// Refined, coarsened, cut and put together again; recorded by the daemon, by messages, from a log.
+static void every_frame_has_its_mesh_while_bodies_refine_and_are_cut(void **state)
+{
+    (void)state;
+    enum { ROUNDS = 60 };
+    const char *own = scratch("changing.h5"), *path = scratch("changing-heard.h5");
+    const char *log = scratch("changing.log"), *scene = scratch("changing.cfg");
+    const char *converted = scratch("changing-converted.h5");
+    write_text(scene, CHANGING);
+    Client *client = client_create();
+    Daemon daemon, program, logger;
+    bool logs = access("/usr/bin/lcm-logger", X_OK) == 0;
+    if (logs) {
+        daemon_program("/usr/bin/lcm-logger");
+        daemon_start(&logger, "-q --flush-interval=10 %s", log);
+        daemon_program(NULL);
+        wait_until(client, access(log, F_OK) == 0);
+        client_listen(client, 300); // for its subscription, which nothing tells of
+    } else {
+        print_message("no lcm-logger: its log is not converted\n");
+    }
+    daemon_start(&daemon, "--record %s %s", own, scene);
+    record_start(&program, path, "");
+    client_wait_for_daemon(client);
+    wait_until(client, has_sidecar(path));
+    send_load(client, TOP, 0.03, DOWN, 0.15, "soft");
+    for (int i = 0; i < ROUNDS; i++) {
+        if (i % 20 == 10)
+            cut_at(client, 0.19 + 5e-4 * i);
+        if (i == 45)
+            assert_true(command(client, PLIANT_COMMAND_T_RESET, 0, "")->ok);
+        assert_true(command(client, PLIANT_COMMAND_T_STEP, 6, "")->ok);
+    }
+    wait_until(client, sidecar_frames(path) >= 2 * ROUNDS);
+    stop(client, &daemon);
+    end(&program, SIGINT, 0);
+    if (logs)
+        end(&logger, SIGTERM, 0);
+    client_destroy(client);
+
+    expect_at_least(expect_same_frames(own, path, "soft"), ROUNDS);
+    expect_at_least(expect_same_frames(own, path, "ball"), ROUNDS);
+    BodyView view;
+    read_body(path, "soft", &view);
+    expect_at_least(view.topologies, 3);
+    view_free(&view);
+    read_body(path, "ball", &view);
+    expect_at_least(view.topologies, 3);
+    view_free(&view);
+    if (!logs)
+        return;
+    char arguments[2200];
+    snprintf(arguments, sizeof arguments, "--convert %s -o %s", log, converted);
+    record_run(&program, arguments);
+    if (program.code != 0)
+        fail_msg("exit %d: %s", program.code, program.err);
+    expect_at_least(expect_same_frames(path, converted, "soft"), ROUNDS);
+    expect_at_least(expect_same_frames(path, converted, "ball"), ROUNDS);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Beginnings and ends
+
+static void it_comes_first_or_late_and_goes_on_with_a_daemon_that_is_started_anew(void **state)
+{
+    (void)state;
+    const char *path = scratch("run.h5"), *second = scratch("run.2.h5");
+    const char *scene = write_scene("run.cfg", LIVE, PROBE_TOOL);
+    Client *client = client_create();
+    Daemon daemon, program;
+    record_start(&program, path, "--hz 20"); // before there is a daemon
+    daemon_start(&daemon, "%s", scene);
+    client_wait_for_daemon(client);
+    wait_until(client, sidecar_frames(path) >= 10);
+    daemon_signal(&daemon, SIGKILL);
+    daemon_wait(&daemon);
+    daemon_start(&daemon, "%s", scene);
+    wait_until(client, sidecar_frames(second) >= 10);
+    end(&program, SIGTERM, 0);
+    stop(client, &daemon);
+    client_destroy(client);
+    assert_non_null(strstr(program.err, "the daemon was started anew"));
+    assert_non_null(strstr(program.err, "run.2.h5"));
+    for (int k = 0; k < 2; k++) {
+        const char *file = k == 0 ? path : second;
+        BodyView view;
+        read_body(file, "sphere", &view);
+        expect_at_least(view.frames, 10);
+        // Of every twentieth of a second one at most.
+        for (int i = 1; i < view.frames; i++)
+            assert_true(view.step[i] / 50 > view.step[i - 1] / 50);
+        view_free(&view);
+        assert_true(info_of(file)->ended);
+    }
+}
+
+static void what_was_flushed_survives_kill_9(void **state)
+{
+    (void)state;
+    const char *path = scratch("killed.h5");
+    Client *client = client_create();
+    Daemon daemon, program;
+    daemon_start(&daemon, "%s", write_scene("killed.cfg", LIVE, ""));
+    client_wait_for_daemon(client);
+    record_start(&program, path, "");
+    wait_until(client, sidecar_frames(path) >= 60);
+    client_listen(client, rand() % 300);
+    int flushed = sidecar_frames(path);
+    end(&program, SIGKILL, 1000 + SIGKILL);
+
+    const RecordingInfo *info = info_of(path);
+    assert_false(info->ended);
+    expect_at_least((double)info->body[0].frames, flushed);
+    char clear[1200];
+    snprintf(clear, sizeof clear, "h5clear -s %s", path);
+    if (system("command -v h5clear >/dev/null") == 0) {
+        assert_int_equal(system(clear), 0);
+        BodyView view;
+        read_body(path, "sphere", &view);
+        expect_at_least(view.frames, flushed);
+        view_free(&view);
+    } else {
+        print_message("no h5clear: plain readers are not tried\n");
+    }
+    stop(client, &daemon);
+    client_destroy(client);
+}
+
+static void a_full_disk_ends_it_with_a_whole_file(void **state)
+{
+    (void)state;
+    const char *path = scratch("full.h5");
+    struct rlimit before, tight;
+    assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
+    tight = before;
+    tight.rlim_cur = 600000; // stands in for a full disk
+    Client *client = client_create();
+    Daemon daemon, program;
+    daemon_start(&daemon, "%s",
+                 write_scene("full.cfg", "publish = { nodes_hz = 500.0; status_hz = 20.0; };", ""));
+    client_wait_for_daemon(client);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &tight), 0);
+    record_start(&program, path, "");
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
+    daemon_wait(&program);
+    assert_int_equal(program.code, 1);
+    assert_non_null(strstr(program.err, strerror(EFBIG)));
+    const RecordingInfo *info = info_of(path);
+    assert_true(info->ended);
+    expect_at_least((double)info->body[0].frames, 1.0);
+    assert_int_equal(info->body[0].broken, 0);
+    BodyView view;
+    read_body(path, "sphere", &view);
+    assert_int_equal(view.frames, info->body[0].frames);
+    view_free(&view);
+    stop(client, &daemon);
+    client_destroy(client);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Hostile messages
+
+static void send_nodes(Client *client, pliant_nodes_t *nodes)
+{
+    assert_int_equal(pliant_nodes_t_publish(client->lcm, "PLIANT_NODES_sphere", nodes), 0);
+}
+
+static void hostile_messages_are_refused_and_counted(void **state)
+{
+    (void)state;
+    const char *path = scratch("hostile.h5");
+    Client *client = client_create();
+    Daemon daemon, program;
+    daemon_start(&daemon, "%s", write_scene("hostile.cfg", PAUSED, PROBE_TOOL));
+    client_wait_for_daemon(client);
+    record_start(&program, path, "");
+    wait_until(client, has_sidecar(path));
+    command(client, PLIANT_COMMAND_T_STEP, 1, "");
+    wait_until(client, client->frames.step == 1);
+
+    // A later frame, so that nothing but its content can be why it is refused, of an earlier time,
+    // so that the daemon's own are not taken for belated ones.
+    float position[3 * SPHERE_NODES] = {0};
+    pliant_nodes_t nodes = {.utime = 1,
+                            .sequence = client->frames.sequence + 10,
+                            .step = 2,
+                            .time = 2e-3,
+                            .topology = client->frames.topology,
+                            .node_count = SPHERE_NODES,
+                            .chunk_count = 2,
+                            .num_values = 3 * SPHERE_NODES / 2,
+                            .position = position};
+    int refused = 0;
+    const unsigned char bytes[64] = {1, 2, 3};
+    for (size_t size = 0; size < sizeof bytes; size += 9) {
+        send_bytes(client, "PLIANT_NODES_sphere", bytes, size);
+        send_bytes(client, "PLIANT_MESH_sphere", bytes, size);
+        send_bytes(client, "PLIANT_MESH_DELTA_sphere", bytes, size);
+        refused += 3;
+    }
+    position[5] = NAN;
+    send_nodes(client, &nodes), refused++;
+    position[5] = 0.0f;
+    pliant_nodes_t wrong = nodes;
+    wrong.first = SPHERE_NODES; // beyond the end
+    send_nodes(client, &wrong), refused++;
+    wrong = nodes;
+    wrong.node_count = 1 << 30;
+    send_nodes(client, &wrong), refused++;
+    wrong = nodes;
+    wrong.num_values = 4;
+    send_nodes(client, &wrong), refused++;
+    wrong = nodes;
+    wrong.time = INFINITY;
+    send_nodes(client, &wrong), refused++;
+    // Half a frame that makes sense, and chunks that contradict it.
+    send_nodes(client, &nodes);
+    wrong = nodes;
+    wrong.chunk = 1;
+    wrong.first = SPHERE_NODES / 2;
+    wrong.node_count = SPHERE_NODES + 1;
+    send_nodes(client, &wrong), refused++;
+    wrong.node_count = SPHERE_NODES;
+    wrong.topology++;
+    send_nodes(client, &wrong), refused++;
+    // A mesh whose triangle wants a free node, and one that contradicts the mesh of its number.
+    int32_t id[4] = {0, 1, 2, -1}, triangle[6] = {0, 1, 2, 0, 1, 3}, none[8] = {0};
+    int8_t level[4] = {0};
+    pliant_mesh_t mesh = {.utime = 1,
+                          .sequence = 1000000,
+                          .topology = nodes.topology + 1,
+                          .node_count = 4,
+                          .triangle_count = 2,
+                          .chunk_count = 1,
+                          .num_indices = 6,
+                          .triangle = triangle,
+                          .num_nodes = 4,
+                          .num_parents = 8,
+                          .id = id,
+                          .origin = none,
+                          .parent = none,
+                          .piece = none,
+                          .level = level};
+    assert_int_equal(pliant_mesh_t_publish(client->lcm, "PLIANT_MESH_sphere", &mesh), 0);
+    refused++;
+    mesh.sequence++;
+    mesh.topology = nodes.topology;
+    assert_int_equal(pliant_mesh_t_publish(client->lcm, "PLIANT_MESH_sphere", &mesh), 0);
+    refused++;
+    send_bytes(client, "PLIANT_STATUS", bytes, sizeof bytes);
+    send_bytes(client, "PLIANT_EVENT", bytes, sizeof bytes);
+    send_bytes(client, "PLIANT_CONTACT", bytes, sizeof bytes);
+    send_bytes(client, "PLIANT_REPLY", bytes, sizeof bytes);
+
+    // Through an event that was sent after all of it we know that all of it was taken.
+    char text[] = "last", empty[] = "";
+    const pliant_event_t last = {.step = 1, .body = empty, .kind = text, .text = text};
+    assert_int_equal(pliant_event_t_publish(client->lcm, "PLIANT_EVENT", &last), 0);
+    // The daemon's own frames are still taken: the half one is given up for a newer one.
+    for (int i = 0; i < 3; i++)
+        command(client, PLIANT_COMMAND_T_STEP, 1, "");
+    wait_until(client, sidecar_frames(path) >= 3);
+    stop(client, &daemon);
+    end(&program, SIGTERM, 0);
+    client_destroy(client);
+    const RecordingInfo *info = info_of(path);
+    assert_int_equal(info->body[0].counts.refused, refused);
+    assert_int_equal(info->body[0].counts.dropped, 0);
+    assert_int_equal(info->events, 2); // "lockstep" and ours
+    BodyView view;
+    read_body(path, "sphere", &view);
+    for (int i = 0; i < view.rows; i++)
+        for (int k = 0; k < 3; k++)
+            assert_true(isfinite(view.position[i][k]));
+    assert_int_equal(view.topologies, 1);
+    view_free(&view);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Options
+
+static void expect_end(const char *arguments, int code, const char *needle)
+{
+    Daemon program;
+    record_run(&program, arguments);
+    if (program.code != code || strstr(program.err, needle) == NULL)
+        fail_msg("%s: exit %d, expected %d, with '%s' in: %s", arguments, program.code, code,
+                 needle, program.err);
+}
+
+static void what_cannot_be_recorded_is_refused(void **state)
+{
+    (void)state;
+    char line[2400];
+    const char *kept = scratch("kept.txt"), *path = scratch("none.h5");
+    write_text(kept, "precious");
+    expect_end("", 2, "--output");
+    expect_end("-o x.h5 --hz 0", 2, "--hz");
+    expect_end("-o x.h5 --body a/b", 2, "--body");
+    expect_end("-o x.h5 more", 2, "more");
+    expect_end("--info x.h5 -o y.h5", 2, "--info");
+    snprintf(line, sizeof line, "-o %s", kept);
+    expect_end(line, 2, "exists already");
+    snprintf(line, sizeof line, "-o %s --overwrite", kept);
+    expect_end(line, 2, "no HDF5 file");
+    snprintf(line, sizeof line, "-o %s --convert %s", path, scratch("nowhere.log"));
+    expect_end(line, 2, "nowhere.log");
+    snprintf(line, sizeof line, "-o %s --convert %s", path, kept);
+    expect_end(line, 1, "not an LCM event log");
+    snprintf(line, sizeof line, "--info %s", kept);
+    expect_end(line, 2, "not an HDF5 file");
+    snprintf(line, sizeof line, "-o %s --wait 0.2", path);
+    expect_end(line, 1, "is pliantd running");
+    assert_int_equal(access(path, F_OK), -1); // nothing is left of it
+}
+
+static void bodies_are_chosen_and_files_replaced(void **state)
+{
+    (void)state;
+    char line[1200];
+    const char *path = scratch("chosen.h5"), *scene = scratch("chosen.cfg");
+    write_text(scene, CHANGING);
+    Client *client = client_create();
+    Daemon daemon, program;
+    daemon_start(&daemon, "%s", scene);
+    client_wait_for_daemon(client);
+    snprintf(line, sizeof line, "-o %s --body none", path);
+    expect_end(line, 1, "no body of this name");
+    for (int round = 0; round < 2; round++) {
+        snprintf(line, sizeof line, "%s.xdmf", path);
+        unlink(line);
+        record_start(&program, path, round == 0 ? "--body ball" : "--body soft --overwrite");
+        // The newest frame waits for those who ask.
+        for (int i = 0; i < 30 && sidecar_frames(path) < 5; i++) {
+            command(client, PLIANT_COMMAND_T_STEP, 10, "");
+            client_listen(client, 100);
+        }
+        end(&program, SIGTERM, 0);
+        const RecordingInfo *info = info_of(path);
+        assert_int_equal(info->body_count, 1);
+        assert_string_equal(info->body[0].name, round == 0 ? "ball" : "soft");
+    }
+    snprintf(line, sizeof line, "--info %s", path);
+    record_run(&program, line);
+    assert_int_equal(program.code, 0);
+    assert_non_null(strstr(program.out, "ended cleanly"));
+    assert_non_null(strstr(program.out, "body soft: "));
+    stop(client, &daemon);
+    client_destroy(client);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(what_comes_by_messages_is_what_the_daemon_records),
+        daemon_test(every_frame_has_its_mesh_while_bodies_refine_and_are_cut),
+        daemon_test(it_comes_first_or_late_and_goes_on_with_a_daemon_that_is_started_anew),
+        daemon_test(what_was_flushed_survives_kill_9),
+        daemon_test(a_full_disk_ends_it_with_a_whole_file),
+        daemon_test(hostile_messages_are_refused_and_counted),
+        daemon_test(what_cannot_be_recorded_is_refused),
+        daemon_test(bodies_are_chosen_and_files_replaced),
+    };
+    harness_start(argc, argv);
+    if (argc < 3) {
+        fprintf(stderr, "usage: %s PLIANTD PLIANT_RECORD\n", argv[0]);
+        return 2;
+    }
+    recorder = argv[2];
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}
