@@ -111,6 +111,19 @@ static void newer_frame_replaces_an_unfinished_one_and_late_chunks_are_dropped(v
     nodes_frame_destroy(&frame);
 }
 
+static void frames_of_which_nothing_came_are_counted(void **state)
+{
+    (void)state;
+    NodesFrame frame = {0};
+    for (int k = 0; k < CHUNKS; k++)
+        add_nodes_chunk(&frame, 3, k);
+    add_nodes_chunk(&frame, 7, 0); // 4, 5 and 6 are missing
+    assert_int_equal(frame.lost, 3);
+    add_nodes_chunk(&frame, 8, 0); // and 7 never became whole
+    assert_int_equal(frame.lost, 4);
+    nodes_frame_destroy(&frame);
+}
+
 static void daemon_that_starts_anew_is_followed_at_once(void **state)
 {
     (void)state;
@@ -200,6 +213,35 @@ static pliant_mesh_t mesh_chunk(int k)
     return chunk;
 }
 
+static FramesResult add_mesh_chunk(MeshFrame *frame, int sequence, int k, int topology)
+{
+    pliant_mesh_t chunk = mesh_chunk(k);
+    chunk.sequence = sequence;
+    chunk.utime = 1000000 * sequence;
+    chunk.topology = topology;
+    return add_mesh(frame, &chunk);
+}
+
+// On a link that loses much no mesh ever comes whole; its halves do.
+static void what_is_missing_of_a_mesh_may_come_with_the_next(void **state)
+{
+    (void)state;
+    MeshFrame frame = {0};
+    assert_int_equal(add_mesh_chunk(&frame, 1, 0, 2), FRAMES_MORE);
+    assert_int_equal(add_mesh_chunk(&frame, 2, 0, 2), FRAMES_MORE);
+    assert_int_equal(add_mesh_chunk(&frame, 4, 1, 2), FRAMES_WHOLE);
+    assert_int_equal(frame.triangle[5], 3);
+    assert_int_equal(frame.id[0], 10);
+    assert_int_equal(frame.lost, 0);
+    // But only of the same one, and not of a daemon that counts anew.
+    assert_int_equal(add_mesh_chunk(&frame, 5, 0, 3), FRAMES_MORE);
+    assert_int_equal(add_mesh_chunk(&frame, 6, 1, 4), FRAMES_MORE);
+    assert_int_equal(add_mesh_chunk(&frame, 7, 0, 3), FRAMES_MORE);
+    assert_int_equal(add_mesh_chunk(&frame, 1, 1, 3), FRAMES_MORE);
+    assert_int_equal(frame.topology, 2);
+    mesh_frame_destroy(&frame);
+}
+
 static void mesh_chunks_make_the_mesh(void **state)
 {
     (void)state;
@@ -213,6 +255,33 @@ static void mesh_chunks_make_the_mesh(void **state)
         assert_int_equal(frame.triangle[9], 0);
         assert_int_equal(frame.id[0], 10);
         assert_int_equal(frame.id[3], -1);
+        mesh_frame_destroy(&frame);
+    }
+}
+
+static void what_was_lost_of_a_mesh_comes_with_its_next_sending(void **state)
+{
+    (void)state;
+    MeshFrame frame = {0};
+    for (int sequence = 1; sequence <= 2; sequence++) { // of each sending another half arrives
+        pliant_mesh_t chunk = mesh_chunk(sequence - 1);
+        chunk.sequence = sequence;
+        assert_int_equal(add_mesh(&frame, &chunk), sequence == 2 ? FRAMES_WHOLE : FRAMES_MORE);
+    }
+    assert_int_equal(frame.lost, 0);
+    mesh_frame_destroy(&frame);
+    // Another topology, or a daemon that starts anew, is another mesh.
+    for (int other = 0; other < 2; other++) {
+        pliant_mesh_t chunk = mesh_chunk(0);
+        chunk.utime = 1;
+        chunk.sequence = 5;
+        assert_int_equal(add_mesh(&frame, &chunk), FRAMES_MORE);
+        chunk = mesh_chunk(1);
+        chunk.utime = 2;
+        chunk.sequence = other == 0 ? 6 : 1;
+        chunk.topology += other == 0;
+        assert_int_equal(add_mesh(&frame, &chunk), FRAMES_MORE);
+        assert_int_equal(frame.lost, 1);
         mesh_frame_destroy(&frame);
     }
 }
@@ -273,7 +342,10 @@ int main(void)
         cmocka_unit_test(newer_frame_replaces_an_unfinished_one_and_late_chunks_are_dropped),
         cmocka_unit_test(daemon_that_starts_anew_is_followed_at_once),
         cmocka_unit_test(hostile_sizes_are_refused_and_leave_the_frame_alone),
+        cmocka_unit_test(frames_of_which_nothing_came_are_counted),
+        cmocka_unit_test(what_is_missing_of_a_mesh_may_come_with_the_next),
         cmocka_unit_test(mesh_chunks_make_the_mesh),
+        cmocka_unit_test(what_was_lost_of_a_mesh_comes_with_its_next_sending),
         cmocka_unit_test(mesh_with_an_index_outside_is_refused),
         cmocka_unit_test(garbage_is_refused),
     };

@@ -107,6 +107,7 @@ static void on_reply(const lcm_recv_buf_t *buffer, const char *channel, void *us
         return;
     }
     if (reply.sender != feed->client->sender) {
+        requests_answered(feed->requests, reply.sender, reply.id);
         board_tell(feed->board, reply.sender, text_reply(&reply));
     } else if (reply.id == feed->describe_id) {
         feed->describe_id = 0;
@@ -188,9 +189,9 @@ static void on_rest(const lcm_recv_buf_t *buffer, const char *channel, void *use
                      buffer->data_size);
 }
 
-bool feed_start(Feed *feed, Client *client, Board *board, ClientError *error)
+bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, ClientError *error)
 {
-    *feed = (Feed){.client = client, .board = board};
+    *feed = (Feed){.client = client, .board = board, .requests = requests};
     bodies_init(&feed->bodies, board);
     // MESH_.+ also takes the deltas of MESH_DELTA_<body>; no body has that name, so they pass by.
     bool ok = client_subscribe(client, "STATUS", NULL, 16, on_status, feed) &&
@@ -235,6 +236,7 @@ void feed_run(Feed *feed)
     while (client_wait(feed->client, client_now_ns() + turn_ns, NULL)) {
         tell_link(feed);
         ask_for_missing(feed);
+        requests_repeat(feed->requests, feed->board, client_now_ns());
     }
 }
 
