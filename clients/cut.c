@@ -216,7 +216,7 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
 
 static void take_reply(Cut *cut, Pending *pending, const pliant_reply_t *reply)
 {
-    int64_t trip_us = client_utime() - pending->first_us;
+    int64_t trip_us = client_now_ns() / 1000 - pending->first_us;
     pending->used = false;
     cut->under_way--;
     cut->answered++;
@@ -281,15 +281,14 @@ static void send_sweep(Cut *cut, Pending *pending)
     const BladePlace *place = &cut->options.path.place[pending->place];
     if (cut->options.body != NULL)
         snprintf(body, sizeof body, "%s", cut->options.body);
-    int64_t now = client_utime();
     pliant_cut_t message = {
-        .utime = now, .sender = cut->client.sender, .id = pending->id, .body = body};
+        .utime = client_utime(), .sender = cut->client.sender, .id = pending->id, .body = body};
     memcpy(message.before, place[0].end, sizeof message.before);
     memcpy(message.after, place[1].end, sizeof message.after);
     client_channel(&cut->client, "CUT", NULL, channel);
     pliant_cut_t_publish(cut->client.lcm, channel, &message);
     if (pending->tries++ == 0)
-        pending->first_us = now;
+        pending->first_us = client_now_ns() / 1000;
     else
         cut->resent++;
     pending->again_ns = client_now_ns() + (int64_t)(cut->options.timeout_s * 1e9);

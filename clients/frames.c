@@ -29,13 +29,10 @@ void parts_mark(FramesParts *parts, int first, int count)
     }
 }
 
-// How far behind a sequence may be to count as late.
-enum { STALE_FRAMES = 64 };
-
-bool frames_stale(int32_t sequence, int64_t utime, int32_t newest, int64_t newest_utime)
+bool frames_stale(int32_t sequence, int64_t utime, int32_t newest, int64_t newest_utime, int most)
 {
     int32_t ahead = (int32_t)((uint32_t)sequence - (uint32_t)newest);
-    return ahead < 0 && ahead >= -STALE_FRAMES && utime <= newest_utime;
+    return ahead < 0 && ahead >= -most && utime <= newest_utime;
 }
 
 static bool nodes_valid(const pliant_nodes_t *chunk)
@@ -46,9 +43,14 @@ static bool nodes_valid(const pliant_nodes_t *chunk)
            range_inside(chunk->first, chunk->num_values / 3, chunk->node_count);
 }
 
+enum { LOST_MOST = 1 << 16 };
+
 static void nodes_begin(NodesFrame *frame, const pliant_nodes_t *chunk)
 {
-    frame->lost += frame->started && !frame->whole;
+    // Also those of which nothing came; after a longer silence the daemon is another one.
+    int32_t ahead = (int32_t)((uint32_t)chunk->sequence - (uint32_t)frame->sequence);
+    if (frame->started)
+        frame->lost += !frame->whole + (ahead > 1 && ahead <= LOST_MOST ? ahead - 1 : 0);
     if (!frame->position || frame->node_count != chunk->node_count) {
         free(frame->position);
         frame->position = frames_allocate(3 * (size_t)chunk->node_count, sizeof(float));
@@ -70,7 +72,7 @@ static FramesResult nodes_take(NodesFrame *frame, const pliant_nodes_t *chunk)
     if (!nodes_valid(chunk))
         return FRAMES_REFUSED;
     if (frame->started &&
-        frames_stale(chunk->sequence, chunk->utime, frame->sequence, frame->utime))
+        frames_stale(chunk->sequence, chunk->utime, frame->sequence, frame->utime, STALE_FRAMES))
         return FRAMES_STALE;
     if (!frame->started || chunk->sequence != frame->sequence)
         nodes_begin(frame, chunk);

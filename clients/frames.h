@@ -40,7 +40,7 @@ typedef struct NodesFrame {
     // bookkeeping
     bool started, whole;
     FramesParts nodes;
-    int64_t lost;    // frames given up because a newer one began
+    int64_t lost;    // frames given up because a newer one began, or of which nothing came
     int64_t refused; // chunks
 } NodesFrame;
 

@@ -81,6 +81,18 @@ static void mesh_begin(MeshFrame *frame, const pliant_mesh_t *chunk)
     next->done = false;
 }
 
+// The same mesh is sent again and again: on a link that loses much, what is missing of it may come
+// with the next. The same topology of the same daemon is the same mesh.
+static bool mesh_goes_on(const MeshParts *next, const pliant_mesh_t *chunk)
+{
+    enum { MOST_AHEAD = 64, MOST_APART_US = 60000000 };
+    int32_t ahead = (int32_t)((uint32_t)chunk->sequence - (uint32_t)next->sequence);
+    return next->started && !next->done && ahead > 0 && ahead <= MOST_AHEAD &&
+           chunk->topology == next->topology && chunk->chunk_count == next->chunk_count &&
+           chunk->node_count == next->node_count && chunk->triangle_count == next->triangle_count &&
+           chunk->utime >= next->utime && chunk->utime - next->utime <= MOST_APART_US;
+}
+
 // The mesh that has come together becomes the mesh.
 static void mesh_replace(MeshFrame *frame)
 {
@@ -108,26 +120,16 @@ static void copy(int32_t *to, const int32_t *from, int32_t count)
         memcpy(to, from, sizeof *to * (size_t)count);
 }
 
-// Whether a chunk of a later sending belongs to the mesh under way: one topology is one mesh, so
-// that what was lost of a sending may come with the next.
-static bool mesh_goes_on(const MeshParts *next, const pliant_mesh_t *chunk)
-{
-    int32_t ahead = (int32_t)((uint32_t)chunk->sequence - (uint32_t)next->sequence);
-    return next->started && !next->done && ahead > 0 && chunk->topology == next->topology &&
-           chunk->node_count == next->node_count && chunk->triangle_count == next->triangle_count;
-}
-
 static FramesResult mesh_take(MeshFrame *frame, const pliant_mesh_t *chunk)
 {
     MeshParts *next = &frame->next;
     if (!mesh_valid(chunk))
         return FRAMES_REFUSED;
-    if (next->started && frames_stale(chunk->sequence, chunk->utime, next->sequence, next->utime))
+    if (next->started &&
+        frames_stale(chunk->sequence, chunk->utime, next->sequence, next->utime, STALE_MESHES))
         return FRAMES_STALE;
-    if (mesh_goes_on(next, chunk)) {
+    if (mesh_goes_on(next, chunk))
         next->sequence = chunk->sequence;
-        next->chunk_count = chunk->chunk_count;
-    }
     if (!next->started || chunk->sequence != next->sequence)
         mesh_begin(frame, chunk);
     else if (chunk->node_count != next->node_count ||
@@ -324,7 +326,7 @@ static FramesResult delta_take(MeshFrame *frame, const pliant_mesh_delta_t *chun
     if (!delta_valid(chunk))
         return FRAMES_REFUSED;
     if (change->started &&
-        frames_stale(chunk->sequence, chunk->utime, change->sequence, change->utime))
+        frames_stale(chunk->sequence, chunk->utime, change->sequence, change->utime, STALE_FRAMES))
         return FRAMES_STALE;
     if (!change->started || chunk->sequence != change->sequence)
         change_begin(frame, chunk);

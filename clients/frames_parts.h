@@ -20,7 +20,12 @@ static inline bool range_inside(int32_t first, int32_t count, int32_t limit)
     return first >= 0 && count >= 0 && first <= limit && count <= limit - first;
 }
 
-// Older by number and by clock: a daemon that starts anew counts from 0 with a later clock.
-bool frames_stale(int32_t sequence, int64_t utime, int32_t newest, int64_t newest_utime);
+// How far behind a sequence may be to count as late: frames are many a second. Whole meshes are
+// seconds apart, and a daemon that starts anew with its clock set back must not wait for long.
+enum { STALE_FRAMES = 64, STALE_MESHES = 2 };
+
+// Older by number, by `most` at most, and by clock: a daemon that starts anew counts from 0 with a
+// later clock.
+bool frames_stale(int32_t sequence, int64_t utime, int32_t newest, int64_t newest_utime, int most);
 
 #endif

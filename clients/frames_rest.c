@@ -44,7 +44,7 @@ static FramesResult rest_take(RestFrame *frame, const pliant_rest_t *chunk)
     if (!rest_valid(chunk))
         return FRAMES_REFUSED;
     if (frame->started &&
-        frames_stale(chunk->sequence, chunk->utime, frame->sequence, frame->utime))
+        frames_stale(chunk->sequence, chunk->utime, frame->sequence, frame->utime, STALE_MESHES))
         return FRAMES_STALE;
     if (!frame->started || chunk->sequence != frame->sequence)
         rest_begin(frame, chunk);

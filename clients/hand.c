@@ -106,7 +106,11 @@ void hand_feel(Hand *hand, double time)
         if (!is_due(hand->due[first], time))
             break;
         hand->last = hand->heard[first];
+        hand->last_due = hand->due[first];
     }
+    // A daemon that has fallen silent holds nobody's hand.
+    if (hand->last.valid > 0.0 && time > hand->last_due + hand->last.valid)
+        hand->last.contact = false;
     double position[3], linear[3], force[3], work = 0.0, change = 0.0;
     hand_at(hand, time, position, linear);
     hand_show(&hand->last, position, options->stiffness, options->max_force, force);

@@ -3,8 +3,8 @@
 //   F = F_msg - K (x - x_msg),
 // K the stiffness that the message tells and x_msg the pose that it was computed for: so a force
 // that comes late gives the hand no work that the body never had. Only while the message says
-// contact; never inwards; never more than the device can. Knows no network and no clock: whoever
-// owns it says what time it is. One thread.
+// contact, and as long as it is valid; never inwards; never more than the device can. Knows no
+// network and no clock: whoever owns it says what time it is. One thread.
 #ifndef PLIANT_CLIENTS_HAND_H
 #define PLIANT_CLIENTS_HAND_H
 
@@ -33,6 +33,7 @@ typedef struct HandForce {
     double force[3];        // [N] on the tool
     double normal[3];       // unit, out of the body
     double stiffness[3][3]; // [N/m]
+    double valid;           // for how long after it came [s]; 0: until the next one
 } HandForce;
 
 typedef struct HandPose {
@@ -59,6 +60,7 @@ typedef struct Hand {
     double next_pose; // [s]
     uint64_t random;
     HandForce last; // the newest that is due
+    double last_due;
     double position[3], force[3];
     bool counting;
     HandFigures figures;

@@ -9,7 +9,9 @@ void hand_run_hear(HandRun *run, const pliant_contact_t *contact)
 {
     if (!run->active)
         return;
-    HandForce force = {.contact = contact->contact != 0};
+    // A time span, so that it is the same on every clock.
+    HandForce force = {.contact = contact->contact != 0,
+                       .valid = 1e-6 * (double)(contact->valid_until - contact->utime)};
     double size = 0.0;
     memcpy(force.position, contact->position, sizeof force.position);
     memcpy(force.force, contact->force, sizeof force.force);

@@ -285,7 +285,7 @@ static void take_contact(Probe *probe, const pliant_contact_t *contact)
         note_other_tool(probe, contact->tool);
         return;
     }
-    if (!round_trip_received(&probe->trips, contact->pose_utime, client_utime(), &trip)) {
+    if (!round_trip_received(&probe->trips, contact->pose_utime, client_now_ns() / 1000, &trip)) {
         probe->foreign++;
         return;
     }
@@ -364,7 +364,7 @@ static void send_pose(Probe *probe)
     memcpy(message.twist, pose->linear, sizeof pose->linear);
     memcpy(message.twist + 3, pose->angular, sizeof pose->angular);
     client_channel(&probe->client, "TOOL_POSE", NULL, channel);
-    round_trip_sent(&probe->trips, utime);
+    round_trip_sent(&probe->trips, utime, client_now_ns() / 1000);
     pliant_tool_pose_t_publish(probe->client.lcm, channel, &message);
     probe->poses++;
 }

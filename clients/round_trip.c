@@ -3,8 +3,9 @@
 
 #include <math.h>
 
-void round_trip_sent(RoundTrips *trips, int64_t utime)
+void round_trip_sent(RoundTrips *trips, int64_t utime, int64_t now)
 {
+    trips->at[trips->next % ROUND_TRIP_SENT] = now;
     trips->sent[trips->next++ % ROUND_TRIP_SENT] = utime;
 }
 
@@ -20,7 +21,8 @@ bool round_trip_received(RoundTrips *trips, int64_t pose_utime, int64_t now, int
         if (utime != pose_utime)
             continue;
         if (*sent > 0) {
-            int64_t trip = now > pose_utime ? now - pose_utime : 0;
+            const int64_t at = trips->at[(trips->next - k) % ROUND_TRIP_SENT];
+            int64_t trip = now > at ? now - at : 0;
             trips->bin[trip < ROUND_TRIP_BINS ? trip : ROUND_TRIP_BINS - 1]++;
             trips->count++;
             *us = trip;

@@ -13,14 +13,16 @@ enum {
 
 typedef struct RoundTrips {
     int64_t sent[ROUND_TRIP_SENT]; // utime of poses not yet answered; 0: none
+    int64_t at[ROUND_TRIP_SENT];   // when they were sent
     unsigned next;
     uint32_t bin[ROUND_TRIP_BINS];
     int64_t count;
 } RoundTrips;
 
-// Starts zeroed. `utime` is that of the pose, above all before it [us].
-void round_trip_sent(RoundTrips *trips, int64_t utime);
-// A contact with this pose_utime came at `now` [us]. True for a pose of ours; `*us` is its trip, or
+// Starts zeroed. `utime` is that of the pose, above all before it [us]. `now` [us] here and below
+// is of a clock that nobody sets.
+void round_trip_sent(RoundTrips *trips, int64_t utime, int64_t now);
+// A contact with this pose_utime came at `now`. True for a pose of ours; `*us` is its trip, or
 // -1 when it was measured before.
 bool round_trip_received(RoundTrips *trips, int64_t pose_utime, int64_t now, int64_t *us);
 // The trip that `fraction` of all do not exceed [us]; 0: the shortest. -1 when none was measured.

@@ -336,6 +336,6 @@ int main(int argc, char **argv)
         run(&arguments, status);
     fflush(stdout);
     if (status->code != STATUS_OK)
-        fprintf(stderr, "%s\n", status->text);
+        fprintf(stderr, "%s%s\n", log_priority(LOG_ERROR), status->text);
     return (int)status->code;
 }

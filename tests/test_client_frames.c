@@ -111,6 +111,19 @@ static void newer_frame_replaces_an_unfinished_one_and_late_chunks_are_dropped(v
     nodes_frame_destroy(&frame);
 }
 
+static void frames_of_which_nothing_came_are_counted(void **state)
+{
+    (void)state;
+    NodesFrame frame = {0};
+    for (int k = 0; k < CHUNKS; k++)
+        add_nodes_chunk(&frame, 3, k);
+    add_nodes_chunk(&frame, 7, 0); // 4, 5 and 6 are missing
+    assert_int_equal(frame.lost, 3);
+    add_nodes_chunk(&frame, 8, 0); // and 7 never became whole
+    assert_int_equal(frame.lost, 4);
+    nodes_frame_destroy(&frame);
+}
+
 static void daemon_that_starts_anew_is_followed_at_once(void **state)
 {
     (void)state;
@@ -198,6 +211,35 @@ static pliant_mesh_t mesh_chunk(int k)
     chunk.parent = parent;
     chunk.level = level;
     return chunk;
+}
+
+static FramesResult add_mesh_chunk(MeshFrame *frame, int sequence, int k, int topology)
+{
+    pliant_mesh_t chunk = mesh_chunk(k);
+    chunk.sequence = sequence;
+    chunk.utime = 1000000 * sequence;
+    chunk.topology = topology;
+    return add_mesh(frame, &chunk);
+}
+
+// On a link that loses much no mesh ever comes whole; its halves do.
+static void what_is_missing_of_a_mesh_may_come_with_the_next(void **state)
+{
+    (void)state;
+    MeshFrame frame = {0};
+    assert_int_equal(add_mesh_chunk(&frame, 1, 0, 2), FRAMES_MORE);
+    assert_int_equal(add_mesh_chunk(&frame, 2, 0, 2), FRAMES_MORE);
+    assert_int_equal(add_mesh_chunk(&frame, 4, 1, 2), FRAMES_WHOLE);
+    assert_int_equal(frame.triangle[5], 3);
+    assert_int_equal(frame.id[0], 10);
+    assert_int_equal(frame.lost, 0);
+    // But only of the same one, and not of a daemon that counts anew.
+    assert_int_equal(add_mesh_chunk(&frame, 5, 0, 3), FRAMES_MORE);
+    assert_int_equal(add_mesh_chunk(&frame, 6, 1, 4), FRAMES_MORE);
+    assert_int_equal(add_mesh_chunk(&frame, 7, 0, 3), FRAMES_MORE);
+    assert_int_equal(add_mesh_chunk(&frame, 1, 1, 3), FRAMES_MORE);
+    assert_int_equal(frame.topology, 2);
+    mesh_frame_destroy(&frame);
 }
 
 static void mesh_chunks_make_the_mesh(void **state)
@@ -300,6 +342,8 @@ int main(void)
         cmocka_unit_test(newer_frame_replaces_an_unfinished_one_and_late_chunks_are_dropped),
         cmocka_unit_test(daemon_that_starts_anew_is_followed_at_once),
         cmocka_unit_test(hostile_sizes_are_refused_and_leave_the_frame_alone),
+        cmocka_unit_test(frames_of_which_nothing_came_are_counted),
+        cmocka_unit_test(what_is_missing_of_a_mesh_may_come_with_the_next),
         cmocka_unit_test(mesh_chunks_make_the_mesh),
         cmocka_unit_test(what_was_lost_of_a_mesh_comes_with_its_next_sending),
         cmocka_unit_test(mesh_with_an_index_outside_is_refused),

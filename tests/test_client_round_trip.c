@@ -17,7 +17,7 @@ static void trip_of_each_pose_is_counted_once(void **state)
     RoundTrips *trips = create();
     int64_t us;
     for (int k = 1; k <= 100; k++)
-        round_trip_sent(trips, 1000 * k);
+        round_trip_sent(trips, 1000 * k, 1000 * k);
     assert_true(round_trip_received(trips, 42000, 42150, &us));
     assert_int_equal(us, 150);
     assert_true(round_trip_received(trips, 42000, 43150, &us)); // the next tick with the same pose
@@ -34,12 +34,27 @@ static void poses_of_others_are_not_ours(void **state)
     assert_false(round_trip_received(trips, 0, 10, &us));
     assert_false(round_trip_received(trips, 77, 100, &us));
     for (int k = 1; k <= 3 * ROUND_TRIP_SENT; k++)
-        round_trip_sent(trips, 10 * k);
+        round_trip_sent(trips, 10 * k, 10 * k);
     assert_false(round_trip_received(trips, 0, 10, &us));
     assert_false(round_trip_received(trips, 20 * ROUND_TRIP_SENT + 5, 10, &us));
     assert_false(round_trip_received(trips, 10, 100, &us)); // too old to be remembered
     assert_false(round_trip_received(trips, INT64_MAX, 10, &us));
     assert_int_equal(trips->count, 0);
+    free(trips);
+}
+
+// The clock that poses are stamped with may be set while they are under way.
+static void a_clock_that_is_set_changes_no_trip(void **state)
+{
+    (void)state;
+    RoundTrips *trips = create();
+    int64_t us;
+    round_trip_sent(trips, 5000000000, 100);
+    round_trip_sent(trips, 5000000001, 1100); // set back by an hour: still above all before it
+    assert_true(round_trip_received(trips, 5000000000, 400, &us));
+    assert_int_equal(us, 300);
+    assert_true(round_trip_received(trips, 5000000001, 1350, &us));
+    assert_int_equal(us, 250);
     free(trips);
 }
 
@@ -50,7 +65,7 @@ static void quantiles_are_those_of_the_sorted_trips(void **state)
     int64_t us;
     assert_int_equal(round_trip_quantile(trips, 0.5), -1);
     for (int k = 1; k <= 100; k++) { // trips of 1 .. 100 us
-        round_trip_sent(trips, 1000 * k);
+        round_trip_sent(trips, 1000 * k, 1000 * k);
         assert_true(round_trip_received(trips, 1000 * k, 1000 * k + k, &us));
     }
     assert_int_equal(round_trip_quantile(trips, 0.0), 1);
@@ -65,6 +80,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(trip_of_each_pose_is_counted_once),
         cmocka_unit_test(poses_of_others_are_not_ours),
+        cmocka_unit_test(a_clock_that_is_set_changes_no_trip),
         cmocka_unit_test(quantiles_are_those_of_the_sorted_trips),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

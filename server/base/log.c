@@ -2,10 +2,14 @@
 
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 static LogLevel log_level = LOG_INFO;
 static const char *program = "pliant";
+static bool to_journal;
 static const char *const level_names[] = {"error", "warning", "info", "debug"};
 
 void log_set_level(LogLevel level)
@@ -13,9 +17,27 @@ void log_set_level(LogLevel level)
     log_level = level;
 }
 
+// JOURNAL_STREAM names device and inode of the stream that leads to the journal; it may be
+// inherited by programs whose stderr has been turned elsewhere since.
+static bool stderr_is_the_journal(void)
+{
+    const char *named = getenv("JOURNAL_STREAM");
+    unsigned long long device, inode;
+    struct stat own;
+    return named != NULL && sscanf(named, "%llu:%llu", &device, &inode) == 2 &&
+           fstat(STDERR_FILENO, &own) == 0 && own.st_dev == device && own.st_ino == inode;
+}
+
 void log_set_program(const char *name)
 {
     program = name;
+    to_journal = stderr_is_the_journal();
+}
+
+const char *log_priority(LogLevel level)
+{
+    static const char *const priorities[] = {"<3>", "<4>", "<6>", "<7>"}; // of syslog
+    return to_journal ? priorities[level] : "";
 }
 
 bool log_parse_level(const char *name, LogLevel *level)
@@ -39,7 +61,7 @@ void log_line(LogLevel level, const char *format, ...)
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
     if (level == LOG_INFO)
-        fprintf(stderr, "%s: %s\n", program, text);
+        fprintf(stderr, "%s%s: %s\n", log_priority(level), program, text);
     else
-        fprintf(stderr, "%s: %s: %s\n", program, level_names[level], text);
+        fprintf(stderr, "%s%s: %s: %s\n", log_priority(level), program, level_names[level], text);
 }

@@ -12,7 +12,10 @@ void log_set_level(LogLevel level);
 bool log_parse_level(const char *name, LogLevel *level);
 // One line: "pliantd: warning: text".
 void log_line(LogLevel level, const char *format, ...) __attribute__((format(printf, 2, 3)));
-// The program's name in front of each line; not copied.
+// The program's name in front of each line; not copied. Where stderr leads to the journal of
+// systemd, each line also begins with its priority, "<4>", which the journal takes off.
 void log_set_program(const char *name);
+// What a line of this level begins with on stderr: "", or its priority for the journal.
+const char *log_priority(LogLevel level);
 
 #endif

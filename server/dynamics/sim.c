@@ -3,6 +3,7 @@
 
 #include "base/check.h"
 
+#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -342,14 +343,6 @@ bool sim_apply_load(Sim *sim, const LoadOptions *options, char *why, size_t why_
     return true;
 }
 
-void sim_reset(Sim *sim)
-{
-    SimClock clock = *sim->clock;
-    state_copy_in(sim->state, sim->start_state);
-    *sim->clock = clock;
-    sim_restored(sim);
-}
-
 bool sim_check(const Sim *sim)
 {
     int nodes = 0;
@@ -369,20 +362,47 @@ bool sim_check(const Sim *sim)
            loads_check(&sim->loads, nodes) && cutting_check(sim) && guard_check(sim);
 }
 
-void sim_restored(Sim *sim)
+// A mesh changes about once a tick at most: clients of another run know no number this high.
+static int number_by_step(const Sim *sim, int before)
+{
+    const int64_t step = sim->clock->step;
+    return step > before ? (int)(step % (INT_MAX / 2)) : before;
+}
+
+// What follows from the state is made anew. Meshes get numbers not seen before, unless a body's
+// state says the number that it had there: `another_run`, whose numbers count, not those of this
+// one.
+static void follow_state(Sim *sim, bool another_run)
 {
     if (sim->stiffness != NULL)
         stiffness_forget(sim->stiffness);
     for (int b = 0; b < sim->body_count; b++) {
         Body *body = &sim->body[b];
-        int topology = body->mesh.topology;
+        const int before = body->mesh.topology;
+        if (another_run && body_changes(body))
+            body->mesh.topology = 0;
+        const int known = body->mesh.topology;
         if (body->ops->restored != NULL)
             body->ops->restored(body);
         if (!body_changes(body))
             continue;
-        body->mesh.topology = topology + 1;
+        if (body->mesh.topology <= known)
+            body->mesh.topology = 1 + (another_run ? number_by_step(sim, before) : before);
         time_step_follow(sim, body);
     }
+}
+
+void sim_restored(Sim *sim)
+{
+    follow_state(sim, true);
+}
+
+void sim_reset(Sim *sim)
+{
+    SimClock clock = *sim->clock;
+    state_copy_in(sim->state, sim->start_state);
+    *sim->clock = clock;
+    follow_state(sim, false);
 }
 
 void sim_set_lockstep(Sim *sim, bool lockstep)

@@ -80,7 +80,8 @@ static void wait_for_something(Bus *bus)
 {
     int64_t now_ns = clock_now_ns();
     int64_t wait_ns = bus->scene->publish.contact_hz > 0.0 ? 100000000 : 5000000;
-    int64_t due_ns = bus_next_chunk_ns(bus);
+    int64_t due_ns = bus_next_chunk_ns(bus), look_ns = service_due_ns(bus->service);
+    due_ns = look_ns < due_ns ? look_ns : due_ns;
     if (due_ns != INT64_MAX && due_ns - now_ns < wait_ns)
         wait_ns = due_ns > now_ns ? due_ns - now_ns : 0;
     struct pollfd fds[2] = {{.fd = lcm_get_fileno(bus->lcm), .events = POLLIN},
@@ -101,6 +102,9 @@ static void *bus_main(void *argument)
         bus_look(bus, clock_now_ns());
         more = bus_receive(bus);
         send_all(bus);
+        if (bus->service->told)
+            service_look(bus->service, bus->exchange, bus->status, bus->scene->rate_hz,
+                         clock_now_ns());
     }
     send_all(bus);
     if (!bus->claim.yielded)
@@ -108,8 +112,9 @@ static void *bus_main(void *argument)
     return NULL;
 }
 
-bool bus_start(Bus *bus, Status *status)
+bool bus_start(Bus *bus, Service *service, Status *status)
 {
+    bus->service = service;
     int error = pthread_create(&bus->thread, NULL, bus_main, bus);
     if (error != 0)
         return status_fail(status, STATUS_FAILED, "cannot start the bus thread: %s",

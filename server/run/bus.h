@@ -6,6 +6,7 @@
 
 #include "files/scene.h"
 #include "run/exchange.h"
+#include "run/service.h"
 
 typedef struct Bus Bus;
 
@@ -19,8 +20,8 @@ Bus *bus_reserve(World *world, const Scene *scene, Exchange *exchange);
 // Main thread: connects, refuses an output prefix that another daemon uses, subscribes. `describe`
 // is the answer to DESCRIBE. False with `status`.
 bool bus_connect(Bus *bus, const char *describe, const char *lcm_url, Status *status);
-// The thread "pliant-bus".
-bool bus_start(Bus *bus, Status *status);
+// The thread "pliant-bus". It tells `service` how the run does.
+bool bus_start(Bus *bus, Service *service, Status *status);
 // After the other threads have ended: publishes what they left and ends.
 void bus_stop(Bus *bus);
 // After bus_stop: whether the bus ended the run, because another daemon has held the prefix for

@@ -59,6 +59,7 @@ struct Bus {
     const Scene *scene;
     Exchange *exchange;
     const char *describe;
+    Service *service;
     pthread_t thread;
     atomic_bool finish;
     BusClaim claim;

@@ -234,6 +234,6 @@ void bus_tell(Bus *bus, int64_t now_ns)
     tell_answers(bus, &exchange->answer, now_ns);
     if (exchange->checkpoints)
         tell_answers(bus, &exchange->written, now_ns);
-    if (exchange->checkpoints || exchange->records)
+    if (exchange->checkpoints || exchange->records || exchange->logs_inputs)
         tell_events(bus, &exchange->files_event);
 }

@@ -150,7 +150,7 @@ void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
     }
     if (options->records)
         create_recording(exchange, world, options->nodes_hz);
-    if (options->checkpoints || options->records)
+    if (options->checkpoints || options->records || options->logs_inputs)
         create_ring(&exchange->files_event, arena, EXCHANGE_EVENTS, sizeof(EventOut),
                     "files_events");
 

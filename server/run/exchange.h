@@ -90,15 +90,16 @@ typedef struct Exchange {
     Ring request;          // of Input
     atomic_int interrupts; // PAUSEs and STOPs that wait: they end a STEP early
     // step -> bus
-    Slot *frame;       // [body_count] of Frame
-    size_t *mesh_at;   // [body_count] where the mesh lies in such a Frame; 0: it never changes
-    size_t *rest_at;   // [body_count] where the rest positions lie in it; 0: it never changes. NULL:
-                       // they are not published
-    Slot status;       // of StatusOut
-    Ring contact;      // of ContactOut; no memory without tools
-    Ring answer;       // of Answer
-    Ring event;        // of EventOut
-    atomic_llong lost; // contacts and events that found their ring full
+    Slot *frame;     // [body_count] of Frame
+    size_t *mesh_at; // [body_count] where the mesh lies in such a Frame; 0: it never changes
+    size_t *rest_at; // [body_count] where the rest positions lie in it; 0: it never changes. NULL:
+                     // they are not published
+    Slot status;     // of StatusOut
+    Ring contact;    // of ContactOut; no memory without tools
+    Ring answer;     // of Answer
+    Ring event;      // of EventOut
+    atomic_llong lost;             // contacts and events that found their ring full
+    atomic_llong beat, step, late; // turns of the step thread, ticks since the start, late ones
     // step -> files, only with a files thread
     bool logs_inputs, checkpoints;
     Ring applied; // of AppliedInput
@@ -121,6 +122,7 @@ typedef struct Exchange {
     // main -> step
     atomic_bool stop;
     atomic_bool checkpoint_wanted;
+    atomic_bool step_ended; // main -> bus: no more beats will come
     // wake-ups (eventfd)
     int step_fd, bus_fd, files_fd;
     // constant

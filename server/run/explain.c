@@ -163,6 +163,23 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
     print_cutting(described, out);
 }
 
+// What it is made of, in its own frame (static: the world's): viewers read these lines.
+static void print_tool_parts(const ToolOptions *tool, FILE *out)
+{
+    for (int i = 0; i < tool->capsule_count; i++) {
+        const Capsule *c = &tool->capsule[i];
+        fprintf(out, "  capsule [%.9g, %.9g, %.9g] to [%.9g, %.9g, %.9g], radius %.9g m\n",
+                c->from.x, c->from.y, c->from.z, c->to.x, c->to.y, c->to.z, c->radius);
+    }
+    const Vec3 *edge = tool->edge, *point = &tool->plane.point, *normal = &tool->plane.normal;
+    if (tool->kind == TOOL_BLADE)
+        fprintf(out, "  edge [%.9g, %.9g, %.9g] to [%.9g, %.9g, %.9g] m\n", edge[0].x, edge[0].y,
+                edge[0].z, edge[1].x, edge[1].y, edge[1].z);
+    if (tool->has_plane)
+        fprintf(out, "  plane [%.9g, %.9g, %.9g] m, normal [%.9g, %.9g, %.9g]\n", point->x,
+                point->y, point->z, normal->x, normal->y, normal->z);
+}
+
 static void print_tool(const ToolOptions *tool, FILE *out)
 {
     if (tool->kind == TOOL_STATIC)
@@ -179,6 +196,7 @@ static void print_tool(const ToolOptions *tool, FILE *out)
     if (tool->kind == TOOL_GRASPER)
         fprintf(out, "  grip stiffness %.6g of the body's, damping ratio %.6g\n",
                 tool->grip_stiffness, tool->grip_damping);
+    print_tool_parts(tool, out);
 }
 
 static void print_attachment(World *world, const Scene *scene, int index, FILE *out)

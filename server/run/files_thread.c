@@ -43,19 +43,36 @@ static void report(FilesThread *files, const Status *result, int64_t step)
     tell(files, &event);
 }
 
+// The first failure ends the log, not the run.
+static void check_log(FilesThread *files, int64_t step)
+{
+    Status said = {0};
+    if (files->log_failed || input_log_whole(files->log, &said))
+        return;
+    files->log_failed = true;
+    log_line(LOG_ERROR, "%s; the log ends", said.text);
+    EventOut event = {.step = step, .body = -1, .kind = "inputs"};
+    snprintf(event.text, sizeof event.text, "%.180s; ends", said.text);
+    tell(files, &event);
+}
+
 static void write_inputs(FilesThread *files)
 {
     if (files->log == NULL)
         return;
     const AppliedInput *applied;
+    int64_t step = 0;
     bool any = false;
     while ((applied = ring_peek(&files->exchange->applied)) != NULL) {
         input_log_write(files->log, applied);
+        step = applied->step;
         ring_pop(&files->exchange->applied);
         any = true;
     }
-    if (any)
+    if (any) {
         input_log_flush(files->log);
+        check_log(files, step);
+    }
 }
 
 static void write_checkpoint(FilesThread *files)

@@ -22,7 +22,7 @@ typedef struct FilesThread {
     // the thread's own
     int look_ms;  // how long it rests
     int64_t step; // of the newest frame
-    bool recording_failed;
+    bool recording_failed, log_failed;
     int64_t lost_told, lost_told_ns;
     // results
     int64_t checkpoints;

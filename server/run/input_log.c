@@ -19,7 +19,14 @@ struct InputLogWriter {
     char *path;
     InputLogHeader header;
     bool failed;
+    int error; // errno of the first failure
 };
+
+static void note_failure(InputLogWriter *writer)
+{
+    writer->error = writer->failed ? writer->error : errno;
+    writer->failed = true;
+}
 
 static bool write_event(InputLogWriter *writer, const char *channel, int64_t step, const void *data,
                         size_t size)
@@ -32,7 +39,7 @@ static bool write_event(InputLogWriter *writer, const char *channel, int64_t ste
                                   .channel = name,
                                   .data = (void *)(uintptr_t)data};
     if (!writer->failed && lcm_eventlog_write_event(writer->log, &event) != 0)
-        writer->failed = true;
+        note_failure(writer);
     return !writer->failed;
 }
 
@@ -74,8 +81,15 @@ bool input_log_write(InputLogWriter *writer, const AppliedInput *applied)
 
 void input_log_flush(InputLogWriter *writer)
 {
-    if (fflush(writer->log->f) != 0)
-        writer->failed = true;
+    if (!writer->failed && fflush(writer->log->f) != 0)
+        note_failure(writer);
+}
+
+bool input_log_whole(const InputLogWriter *writer, Status *status)
+{
+    return !writer->failed ||
+           status_fail(status, STATUS_FAILED, "%s: could not write every input: %s", writer->path,
+                       strerror(writer->error));
 }
 
 void input_log_sync(InputLogWriter *writer)
@@ -92,10 +106,7 @@ bool input_log_close(InputLogWriter *writer, int64_t step, int64_t lost, Status 
              (long long)lost);
     write_text(writer, step, text);
     input_log_flush(writer);
-    bool whole = !writer->failed;
-    if (!whole)
-        status_fail(status, STATUS_FAILED, "%s: could not write every input: %s", writer->path,
-                    strerror(errno));
+    bool whole = input_log_whole(writer, status);
     lcm_eventlog_destroy(writer->log);
     free(writer->path);
     free(writer);

@@ -27,6 +27,8 @@ bool input_log_write(InputLogWriter *writer, const AppliedInput *applied);
 void input_log_flush(InputLogWriter *writer);
 // And to the disk.
 void input_log_sync(InputLogWriter *writer);
+// False with `status` once something could not be written.
+bool input_log_whole(const InputLogWriter *writer, Status *status);
 // The run ended after `step` ticks; `lost` inputs are missing. Destroys the writer.
 bool input_log_close(InputLogWriter *writer, int64_t step, int64_t lost, Status *status);
 

@@ -21,6 +21,7 @@ struct Live {
     Bus *bus;
     FilesThread files;
     Recorder recorder;
+    Service service;
     int done_fd, signal_fd;
     char *describe;
 };
@@ -139,15 +140,18 @@ static bool run(Live *live, Status *status)
 {
     bool with_files = live->options->checkpoint_path != NULL || live->files.log != NULL ||
                       live->files.recorder != NULL;
-    if (!bus_start(live->bus, status))
+    if (!bus_start(live->bus, &live->service, status))
         return false;
     bool whole = !with_files || files_thread_start(&live->files, status);
     if (whole && loop_start(&live->loop, status)) {
+        service_tell(&live->service, "READY=1\nSTATUS=started");
         wait_for_end(live);
+        service_tell(&live->service, "STOPPING=1\nSTATUS=ending");
         loop_join(&live->loop);
     } else {
         whole = false;
     }
+    atomic_store(&live->exchange.step_ended, true);
     if (live->files.running && !files_thread_finish(&live->files, sim_steps(live->world->sim)))
         whole = status_fail(status, live->files.status.code, "%s", live->files.status.text);
     bus_stop(live->bus);
@@ -184,7 +188,11 @@ Live *live_reserve(World *world, const Scene *scene, const LiveOptions *options)
 
 bool live_run(Live *live, LiveResult *result, Status *status)
 {
+    service_open(&live->service);
     bool whole = prepare(live, status) && run(live, status);
+    if (!whole)
+        service_tell(&live->service, "STATUS=%s", status->text);
+    service_close(&live->service);
     collect(live, result);
     finish(live);
     return whole;

@@ -270,12 +270,23 @@ static void tick(Loop *loop, int64_t begin_ns)
         loop_push_status(loop);
 }
 
+// For whoever watches whether we live.
+static void beat(Loop *loop)
+{
+    Exchange *exchange = loop->exchange;
+    loop->beats++;
+    atomic_store_explicit(&exchange->beat, loop->beats, memory_order_relaxed);
+    atomic_store_explicit(&exchange->step, loop->ticks, memory_order_relaxed);
+    atomic_store_explicit(&exchange->late, loop->late_ticks, memory_order_relaxed);
+}
+
 // The ticks of a STEP, at once; a PAUSE or STOP that arrives meanwhile ends them early.
 static void run_steps(Loop *loop)
 {
     while (loop->stepped < loop->stepping.command.value && !is_over(loop) &&
            atomic_load_explicit(&loop->exchange->interrupts, memory_order_relaxed) == 0) {
         tick(loop, clock_now_ns());
+        beat(loop);
         loop->stepped++;
         requests_checkpoint(loop);
     }
@@ -372,6 +383,7 @@ static void *loop_main(void *argument)
             tick(loop, begin_ns);
         requests_checkpoint(loop);
         wake_bus(loop);
+        beat(loop);
         if (loop->estimates && loop->state == RUN_RUNNING && before == RUN_RUNNING)
             try_step(loop);
     }

@@ -38,6 +38,7 @@ typedef struct Loop {
     Input stepping;         // the STEP being executed
     int64_t stepped;        // its ticks so far
     int64_t away_ns; // by how much the last deadline was missed, when the tools are to be let go of
+    int64_t beats;   // turns so far
     bool handed_over;                   // something waits for the bus
     Answer asked[EXCHANGE_CHECKPOINTS]; // who waits for the next checkpoint
     int asked_count;

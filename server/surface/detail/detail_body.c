@@ -163,7 +163,7 @@ static void restored(Body *body)
     detail->is_sound = detail_check(detail);
     if (!detail->is_sound) // whoever put it there asks check() and takes it back
         return;
-    if (1 + *topology < body->mesh.topology)
+    if (1 + *topology <= body->mesh.topology)
         *topology = body->mesh.topology;
     detail_rebuild(body);
 }

@@ -1,0 +1,287 @@
+// The newest of everything that came over LCM, for every page to take when it is ready.
+#include "board.h"
+
+#include <string.h>
+#include <sys/random.h>
+#include <time.h>
+
+#include "client.h"
+
+void board_init(Board *board)
+{
+    *board = (Board){0};
+    pthread_mutex_init(&board->lock, NULL);
+    pthread_condattr_t attributes;
+    pthread_condattr_init(&attributes);
+    pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
+    pthread_cond_init(&board->news, &attributes);
+    pthread_condattr_destroy(&attributes);
+}
+
+static void empty_slot(BoardSlot *slot)
+{
+    parcel_drop(slot->parcel);
+    *slot = (BoardSlot){0};
+}
+
+static void empty_bodies(Board *board)
+{
+    for (int i = 0; i < BOARD_BODIES; i++) {
+        empty_slot(&board->body[i].mesh);
+        empty_slot(&board->body[i].rest);
+        empty_slot(&board->body[i].nodes);
+    }
+}
+
+void board_destroy(Board *board)
+{
+    empty_slot(&board->scene);
+    empty_slot(&board->status);
+    empty_slot(&board->link);
+    empty_bodies(board);
+    pthread_cond_destroy(&board->news);
+    pthread_mutex_destroy(&board->lock);
+}
+
+// --- the LCM thread ---
+
+// Under the lock, as all `static` functions below.
+static void fill_slot(Board *board, BoardSlot *slot, Parcel *parcel)
+{
+    if (!parcel)
+        return;
+    parcel_drop(slot->parcel);
+    *slot = (BoardSlot){parcel, ++board->version};
+}
+
+static void set_slot(Board *board, BoardSlot *slot, Parcel *parcel)
+{
+    pthread_mutex_lock(&board->lock);
+    fill_slot(board, slot, parcel);
+    pthread_cond_broadcast(&board->news);
+    pthread_mutex_unlock(&board->lock);
+}
+
+void board_clear(Board *board)
+{
+    pthread_mutex_lock(&board->lock);
+    empty_bodies(board);
+    memset(board->contact, 0, sizeof board->contact);
+    memset(board->pose, 0, sizeof board->pose);
+    pthread_mutex_unlock(&board->lock);
+}
+
+void board_set_scene(Board *board, Parcel *scene)
+{
+    set_slot(board, &board->scene, scene);
+}
+
+void board_set_status(Board *board, Parcel *status)
+{
+    set_slot(board, &board->status, status);
+}
+
+void board_set_link(Board *board, Parcel *link)
+{
+    set_slot(board, &board->link, link);
+}
+
+void board_set_body(Board *board, int body, Parcel *mesh, Parcel *rest, Parcel *nodes)
+{
+    BoardBody *to = &board->body[body];
+    pthread_mutex_lock(&board->lock);
+    fill_slot(board, &to->mesh, mesh);
+    fill_slot(board, &to->rest, rest);
+    fill_slot(board, &to->nodes, nodes);
+    pthread_cond_broadcast(&board->news);
+    pthread_mutex_unlock(&board->lock);
+}
+
+// Contacts and poses wake nobody: they come up to a thousand times a second, and the threads of
+// pages look again soon enough.
+void board_set_contact(Board *board, const pliant_contact_t *contact)
+{
+    pthread_mutex_lock(&board->lock);
+    for (int i = 0; i < BOARD_TOOLS; i++) {
+        BoardContact *slot = &board->contact[i];
+        if (slot->version != 0 && slot->contact.tool != contact->tool)
+            continue;
+        slot->version = ++board->version;
+        slot->contact = *contact;
+        break;
+    }
+    pthread_mutex_unlock(&board->lock);
+}
+
+void board_set_pose(Board *board, const pliant_tool_pose_t *pose)
+{
+    pthread_mutex_lock(&board->lock);
+    for (int i = 0; i < BOARD_TOOLS; i++) {
+        BoardPose *slot = &board->pose[i];
+        if (slot->version != 0 && slot->pose.tool != pose->tool)
+            continue;
+        slot->version = ++board->version;
+        slot->pose = *pose;
+        break;
+    }
+    pthread_mutex_unlock(&board->lock);
+}
+
+static void push(BoardPage *page, Parcel *text)
+{
+    if (page->waiting == OUTBOX_MAX) {
+        parcel_drop(page->outbox[page->first]);
+        page->first = (page->first + 1) % OUTBOX_MAX;
+        page->waiting--;
+        page->dropped++;
+    }
+    page->outbox[(page->first + page->waiting++) % OUTBOX_MAX] = parcel_hold(text);
+}
+
+void board_tell_all(Board *board, Parcel *text)
+{
+    pthread_mutex_lock(&board->lock);
+    for (int i = 0; i < BOARD_PAGES; i++) {
+        if (board->page[i].used)
+            push(&board->page[i], text);
+    }
+    pthread_cond_broadcast(&board->news);
+    pthread_mutex_unlock(&board->lock);
+    parcel_drop(text);
+}
+
+bool board_tell(Board *board, int32_t sender, Parcel *text)
+{
+    bool found = false;
+    pthread_mutex_lock(&board->lock);
+    for (int i = 0; i < BOARD_PAGES; i++) {
+        if (!board->page[i].used || board->page[i].sender != sender)
+            continue;
+        push(&board->page[i], text);
+        found = true;
+    }
+    pthread_cond_broadcast(&board->news);
+    pthread_mutex_unlock(&board->lock);
+    parcel_drop(text);
+    return found;
+}
+
+int board_pages(Board *board)
+{
+    pthread_mutex_lock(&board->lock);
+    int pages = board->pages;
+    pthread_mutex_unlock(&board->lock);
+    return pages;
+}
+
+// --- the threads of pages ---
+
+// A number that no page has; 31 bits, never 0, as those of other clients.
+static int32_t draw_sender(const Board *board)
+{
+    for (;;) {
+        uint32_t random;
+        if (getrandom(&random, sizeof random, 0) != sizeof random)
+            random = (uint32_t)client_now_ns() * 2654435761u;
+        int32_t sender = (int32_t)(random >> 1 | 1u);
+        bool taken = false;
+        for (int i = 0; i < BOARD_PAGES; i++)
+            taken = taken || (board->page[i].used && board->page[i].sender == sender);
+        if (!taken)
+            return sender;
+    }
+}
+
+BoardPage *board_add_page(Board *board)
+{
+    BoardPage *page = NULL;
+    pthread_mutex_lock(&board->lock);
+    for (int i = 0; i < BOARD_PAGES && !page; i++) {
+        if (!board->page[i].used)
+            page = &board->page[i];
+    }
+    if (page) {
+        *page = (BoardPage){.used = true, .drawn = true, .sender = draw_sender(board)};
+        board->pages++;
+    }
+    pthread_mutex_unlock(&board->lock);
+    return page;
+}
+
+void board_remove_page(Board *board, BoardPage *page)
+{
+    pthread_mutex_lock(&board->lock);
+    for (int i = 0; i < page->waiting; i++)
+        parcel_drop(page->outbox[(page->first + i) % OUTBOX_MAX]);
+    *page = (BoardPage){0};
+    board->pages--;
+    pthread_mutex_unlock(&board->lock);
+}
+
+void board_drawn(Board *board, BoardPage *page, int64_t round)
+{
+    pthread_mutex_lock(&board->lock);
+    page->drawn = page->drawn || round == page->round;
+    pthread_cond_broadcast(&board->news);
+    pthread_mutex_unlock(&board->lock);
+}
+
+void board_stop_page(Board *board, BoardPage *page)
+{
+    pthread_mutex_lock(&board->lock);
+    page->stop = true;
+    pthread_cond_broadcast(&board->news);
+    pthread_mutex_unlock(&board->lock);
+}
+
+static void take_slot(const BoardSlot *slot, uint64_t seen, Round *round)
+{
+    if (slot->parcel && slot->version > seen)
+        round->parcel[round->parcels++] = parcel_hold(slot->parcel);
+}
+
+static void take(Board *board, BoardPage *page, Round *round)
+{
+    uint64_t seen = page->seen;
+    *round = (Round){.number = ++page->round};
+    take_slot(&board->scene, seen, round);
+    take_slot(&board->link, seen, round);
+    take_slot(&board->status, seen, round);
+    for (int i = 0; i < BOARD_BODIES; i++) {
+        take_slot(&board->body[i].mesh, seen, round);
+        take_slot(&board->body[i].rest, seen, round);
+        take_slot(&board->body[i].nodes, seen, round);
+    }
+    for (; page->waiting > 0; page->waiting--) {
+        round->parcel[round->parcels++] = page->outbox[page->first];
+        page->first = (page->first + 1) % OUTBOX_MAX;
+    }
+    for (int i = 0; i < BOARD_TOOLS; i++) {
+        if (board->contact[i].version > seen)
+            round->contact[round->contacts++] = board->contact[i].contact;
+        if (board->pose[i].version > seen)
+            round->pose[round->poses++] = board->pose[i].pose;
+    }
+    page->seen = board->version;
+    page->drawn = false;
+}
+
+bool board_next_round(Board *board, BoardPage *page, int64_t due_ns, Round *round)
+{
+    const int64_t look_again_ns = 20000000; // contacts and poses wake nobody
+    pthread_mutex_lock(&board->lock);
+    while (!page->stop) {
+        int64_t now = client_now_ns();
+        bool ready = page->drawn && (page->waiting > 0 || board->version > page->seen);
+        if (ready && now >= due_ns) {
+            take(board, page, round);
+            break;
+        }
+        int64_t until = now < due_ns ? due_ns : now + look_again_ns;
+        struct timespec t = {until / 1000000000, until % 1000000000};
+        pthread_cond_timedwait(&board->news, &board->lock, &t);
+    }
+    bool going = !page->stop;
+    pthread_mutex_unlock(&board->lock);
+    return going;
+}

@@ -1,0 +1,109 @@
+// The newest of everything that came over LCM, for every page to take when it is ready: the one
+// place where the LCM thread meets the threads of pages. One lock, held for the copying of pointers
+// and a few figures only, never over a system call that waits, an allocation of a frame or LCM.
+#ifndef PLIANT_WEB_BOARD_H
+#define PLIANT_WEB_BOARD_H
+
+#include "parcel.h"
+
+#include <pthread.h>
+
+#include "pliant_contact_t.h"
+#include "pliant_tool_pose_t.h"
+
+enum {
+    BOARD_BODIES = 64, // as many as a scene has at most
+    BOARD_TOOLS = 32,
+    BOARD_PAGES = 16,
+    OUTBOX_MAX = 256, // events, replies and errors that wait for a page; the oldest give way
+    ROUND_PARCELS = 3 + 3 * BOARD_BODIES + OUTBOX_MAX,
+};
+
+// A place for the newest parcel of one kind.
+typedef struct BoardSlot {
+    Parcel *parcel;
+    uint64_t version; // of the board when it came
+} BoardSlot;
+
+typedef struct BoardBody {
+    BoardSlot mesh, rest, nodes; // the nodes are those of the mesh
+} BoardBody;
+
+typedef struct BoardContact {
+    uint64_t version; // 0: none yet
+    pliant_contact_t contact;
+} BoardContact;
+
+typedef struct BoardPose {
+    uint64_t version; // 0: none yet
+    pliant_tool_pose_t pose;
+} BoardPose;
+
+// What a page has and waits for. The page's own threads and the LCM thread touch it under the lock.
+typedef struct BoardPage {
+    bool used, stop;
+    int32_t sender;             // its own number among the senders of LCM
+    bool drawn;                 // it has answered the last round
+    int64_t round;              // number of the last round
+    uint64_t seen;              // version of the board that it has
+    Parcel *outbox[OUTBOX_MAX]; // ring
+    int first, waiting;
+    int64_t dropped; // from the outbox
+} BoardPage;
+
+typedef struct Board {
+    pthread_mutex_t lock;
+    pthread_cond_t news; // for the threads that write to pages
+    uint64_t version;    // grows with every change
+    BoardSlot scene, status, link;
+    BoardBody body[BOARD_BODIES];
+    BoardContact contact[BOARD_TOOLS];
+    BoardPose pose[BOARD_TOOLS];
+    BoardPage page[BOARD_PAGES];
+    int pages; // used
+} Board;
+
+// What goes to a page at once, in this order: parcels, then contacts and poses.
+typedef struct Round {
+    int64_t number;
+    Parcel *parcel[ROUND_PARCELS]; // held
+    int parcels;
+    pliant_contact_t contact[BOARD_TOOLS];
+    int contacts;
+    pliant_tool_pose_t pose[BOARD_TOOLS];
+    int poses;
+} Round;
+
+void board_init(Board *board);
+// No page is left.
+void board_destroy(Board *board);
+
+// --- the LCM thread; parcels are taken over (their holding moves to the board) ---
+
+// Forgets bodies, contacts and poses: another daemon.
+void board_clear(Board *board);
+void board_set_scene(Board *board, Parcel *scene);
+void board_set_status(Board *board, Parcel *status);
+void board_set_link(Board *board, Parcel *link);
+// A new mesh comes together with nodes of it. NULL: stays as it is.
+void board_set_body(Board *board, int body, Parcel *mesh, Parcel *rest, Parcel *nodes);
+void board_set_contact(Board *board, const pliant_contact_t *contact);
+void board_set_pose(Board *board, const pliant_tool_pose_t *pose);
+// To every page, or to the page of that sender (false: there is none).
+void board_tell_all(Board *board, Parcel *text);
+bool board_tell(Board *board, int32_t sender, Parcel *text);
+int board_pages(Board *board);
+
+// --- the threads of pages ---
+
+// NULL: as many as there may be. `sender` is drawn at random.
+BoardPage *board_add_page(Board *board);
+void board_remove_page(Board *board, BoardPage *page);
+void board_drawn(Board *board, BoardPage *page, int64_t round);
+// Ends board_next_round of the page.
+void board_stop_page(Board *board, BoardPage *page);
+// Waits until `due_ns` (CLOCK_MONOTONIC) has passed, the page has drawn the last round and there is
+// news, and takes it. False: the page has been stopped.
+bool board_next_round(Board *board, BoardPage *page, int64_t due_ns, Round *round);
+
+#endif

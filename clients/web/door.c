@@ -1,0 +1,114 @@
+// Who may come in. Pure functions, any thread.
+#include "door.h"
+
+#include <arpa/inet.h>
+#include <ctype.h>
+#include <errno.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/random.h>
+
+#include <civetweb.h>
+
+// --- the token ---
+
+bool door_draw_token(Door *door, ClientError *error)
+{
+    unsigned char random[16];
+    if (getrandom(random, sizeof random, 0) != sizeof random)
+        return client_fail(error, "the kernel gives no random numbers for a token");
+    for (size_t k = 0; k < sizeof random; k++)
+        snprintf(door->token + 2 * k, 3, "%02x", random[k]);
+    return true;
+}
+
+bool door_read_token(Door *door, const char *path, ClientError *error)
+{
+    FILE *file = fopen(path, "re");
+    if (!file)
+        return client_fail(error, "--token %s: %s", path, strerror(errno));
+    char line[TOKEN_MAX + 3] = "";
+    bool read = fgets(line, sizeof line, file) != NULL;
+    fclose(file);
+    line[strcspn(line, "\r\n")] = '\0';
+    if (!read || strlen(line) < TOKEN_MIN || !client_name_valid(line, TOKEN_MAX))
+        return client_fail(
+            error, "--token %s: want %d to %d letters, digits, '-' or '_' in its first line", path,
+            TOKEN_MIN, TOKEN_MAX);
+    strcpy(door->token, line);
+    return true;
+}
+
+// In a time that does not tell how much of it is right.
+static bool token_equal(const Door *door, const char *given)
+{
+    size_t length = strlen(door->token);
+    if (length == 0 || strlen(given) != length)
+        return false;
+    unsigned different = 0;
+    for (size_t k = 0; k < length; k++)
+        different |= (unsigned)(unsigned char)door->token[k] ^ (unsigned)(unsigned char)given[k];
+    return different == 0;
+}
+
+bool door_admits_query(const Door *door, const char *query)
+{
+    char given[TOKEN_MAX + 2];
+    return query && mg_get_var(query, strlen(query), "token", given, sizeof given) > 0 &&
+           token_equal(door, given);
+}
+
+bool door_admits_cookie(const Door *door, const char *cookies)
+{
+    char given[TOKEN_MAX + 2];
+    return cookies && mg_get_cookie(cookies, door->cookie, given, sizeof given) > 0 &&
+           token_equal(door, given);
+}
+
+// --- names ---
+
+static bool port_valid(const char *text)
+{
+    long port;
+    return isdigit((unsigned char)text[0]) && client_parse_integer(text, 1, 65535, &port);
+}
+
+bool door_admits_host(const Door *door, const char *host)
+{
+    char name[256];
+    if (!host || strlen(host) >= sizeof name)
+        return false;
+    strcpy(name, host);
+    char *end; // of the name
+    bool bracketed = name[0] == '[';
+    if (bracketed) {
+        end = strchr(name, ']');
+        if (!end)
+            return false;
+        *end++ = '\0';
+    } else {
+        end = name + strcspn(name, ":");
+    }
+    if (*end != '\0') {
+        if (*end != ':' || !port_valid(end + 1))
+            return false;
+        *end = '\0';
+    }
+    // A numeric address cannot be pointed elsewhere by whoever owns a name.
+    unsigned char address[16];
+    if (bracketed)
+        return inet_pton(AF_INET6, name + 1, address) == 1;
+    return inet_pton(AF_INET, name, address) == 1 || strcasecmp(name, "localhost") == 0 ||
+           (door->host[0] && strcasecmp(name, door->host) == 0);
+}
+
+bool door_admits_origin(const char *origin, const char *host)
+{
+    if (!origin)
+        return true;
+    if (!host)
+        return false;
+    if (strncasecmp(origin, "http://", 7) == 0)
+        return strcasecmp(origin + 7, host) == 0;
+    return strncasecmp(origin, "https://", 8) == 0 && strcasecmp(origin + 8, host) == 0;
+}

@@ -1,0 +1,247 @@
+// The LCM side of pliant-web. One thread.
+#include "feed.h"
+#include "texts.h"
+#include "wire.h"
+
+#include <string.h>
+
+#include "pliant_command_t.h"
+#include "pliant_event_t.h"
+#include "pliant_reply_t.h"
+
+static const double SILENCE_S = 2.0;       // without a status: the daemon is gone
+static const double MESH_PATIENCE_S = 0.3; // nodes without their mesh, before we ask
+static const double ASK_FIRST_S = 0.5, ASK_LONGEST_S = 4.0;
+
+static double seconds_since(int64_t then_ns)
+{
+    return (double)(client_now_ns() - then_ns) / 1e9;
+}
+
+// --- the scene ---
+
+// Asks for the scene and whole meshes; again with the same number while no answer comes.
+static void describe(Feed *feed)
+{
+    char channel[CLIENT_CHANNEL_MAX];
+    bool again = feed->describe_id != 0;
+    if (!again) {
+        feed->describe_id = ++feed->client->last_id;
+        feed->patience_s = ASK_FIRST_S;
+    } else if (feed->patience_s < ASK_LONGEST_S) {
+        feed->patience_s *= 2.0;
+    }
+    feed->describe_ns = client_now_ns();
+    client_channel(feed->client, "COMMAND", NULL, channel);
+    pliant_command_t command = {.utime = client_utime(),
+                                .sender = feed->client->sender,
+                                .id = feed->describe_id,
+                                .kind = PLIANT_COMMAND_T_DESCRIBE,
+                                .argument = (char[]){""}};
+    pliant_command_t_publish(feed->client->lcm, channel, &command);
+}
+
+static void learn_scene(Feed *feed, const char *text)
+{
+    if (!feed->status)
+        return; // the first status asks again
+    Parcel *scene = text_scene(feed->status, text);
+    // Only this thread changes what the board holds.
+    if (feed->another || !parcel_equal(scene, feed->board->scene.parcel))
+        board_set_scene(feed->board, scene);
+    else
+        parcel_drop(scene);
+    feed->known = true;
+    feed->another = false;
+    if (!feed->bodies.open)
+        bodies_open(&feed->bodies);
+}
+
+// Whether a status came from another daemon, or of another scene, than the last one.
+static bool is_another(const Feed *feed, const pliant_status_t *status)
+{
+    const pliant_status_t *last = feed->status;
+    return !last || status->sequence < last->sequence || status->step < last->step ||
+           strcmp(status->scene, last->scene) != 0 || !bodies_are(&feed->bodies, status);
+}
+
+// --- what comes ---
+
+static void on_status(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    Feed *feed = user;
+    pliant_status_t status;
+    if (!wire_check(&WIRE_STATUS, buffer->data, buffer->data_size) ||
+        pliant_status_t_decode(buffer->data, 0, (int)buffer->data_size, &status) < 0) {
+        feed->wrong_types++;
+        return;
+    }
+    bool silent = feed->status && seconds_since(feed->status_ns) > SILENCE_S;
+    if (is_another(feed, &status)) {
+        bodies_name(&feed->bodies, &status);
+        board_clear(feed->board);
+        feed->known = false;
+        feed->another = true;
+        feed->describe_id = 0;
+    }
+    if (feed->status)
+        pliant_status_t_destroy(feed->status);
+    feed->status = pliant_status_t_copy(&status);
+    feed->status_ns = client_now_ns();
+    pliant_status_t_decode_cleanup(&status);
+    // After a silence it may be another daemon that only looks the same.
+    if (!feed->known || silent)
+        describe(feed);
+    board_set_status(feed->board, text_status(feed->status));
+}
+
+static void on_reply(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    Feed *feed = user;
+    pliant_reply_t reply;
+    if (!wire_check(&WIRE_REPLY, buffer->data, buffer->data_size) ||
+        pliant_reply_t_decode(buffer->data, 0, (int)buffer->data_size, &reply) < 0) {
+        feed->wrong_types++;
+        return;
+    }
+    if (reply.sender != feed->client->sender) {
+        board_tell(feed->board, reply.sender, text_reply(&reply));
+    } else if (reply.id == feed->describe_id) {
+        feed->describe_id = 0;
+        if (reply.ok)
+            learn_scene(feed, reply.text);
+    }
+    pliant_reply_t_decode_cleanup(&reply);
+}
+
+static void on_event(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    Feed *feed = user;
+    pliant_event_t event;
+    if (!wire_check(&WIRE_EVENT, buffer->data, buffer->data_size) ||
+        pliant_event_t_decode(buffer->data, 0, (int)buffer->data_size, &event) < 0) {
+        feed->wrong_types++;
+        return;
+    }
+    board_tell_all(feed->board, text_event(&event));
+    pliant_event_t_decode_cleanup(&event);
+}
+
+static void on_contact(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    Feed *feed = user;
+    pliant_contact_t contact;
+    if (wire_check(&WIRE_CONTACT, buffer->data, buffer->data_size) &&
+        pliant_contact_t_decode(buffer->data, 0, (int)buffer->data_size, &contact) >= 0)
+        board_set_contact(feed->board, &contact);
+    else
+        feed->wrong_types++;
+}
+
+static void on_pose(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    Feed *feed = user;
+    pliant_tool_pose_t pose;
+    if (wire_check(&WIRE_TOOL_POSE, buffer->data, buffer->data_size) &&
+        pliant_tool_pose_t_decode(buffer->data, 0, (int)buffer->data_size, &pose) >= 0)
+        board_set_pose(feed->board, &pose);
+    else
+        feed->wrong_types++;
+}
+
+static const char *body_of(const Feed *feed, const char *name, const char *channel)
+{
+    const char *body = client_body_of(feed->client, name, channel);
+    return body ? body : "";
+}
+
+static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    Feed *feed = user;
+    bodies_take_mesh(&feed->bodies, body_of(feed, "MESH", channel), buffer->data,
+                     buffer->data_size);
+}
+
+static void on_delta(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    Feed *feed = user;
+    bodies_take_delta(&feed->bodies, body_of(feed, "MESH_DELTA", channel), buffer->data,
+                      buffer->data_size);
+}
+
+static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    Feed *feed = user;
+    bodies_take_nodes(&feed->bodies, body_of(feed, "NODES", channel), buffer->data,
+                      buffer->data_size);
+}
+
+static void on_rest(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    Feed *feed = user;
+    bodies_take_rest(&feed->bodies, body_of(feed, "REST", channel), buffer->data,
+                     buffer->data_size);
+}
+
+bool feed_start(Feed *feed, Client *client, Board *board, ClientError *error)
+{
+    *feed = (Feed){.client = client, .board = board};
+    bodies_init(&feed->bodies, board);
+    // MESH_.+ also takes the deltas of MESH_DELTA_<body>; no body has that name, so they pass by.
+    bool ok = client_subscribe(client, "STATUS", NULL, 16, on_status, feed) &&
+              client_subscribe(client, "REPLY", NULL, 256, on_reply, feed) &&
+              client_subscribe(client, "EVENT", NULL, 256, on_event, feed) &&
+              client_subscribe(client, "CONTACT", NULL, 1024, on_contact, feed) &&
+              client_subscribe(client, "TOOL_POSE", NULL, 1024, on_pose, feed) &&
+              client_subscribe(client, "MESH", ".+", 4096, on_mesh, feed) &&
+              client_subscribe(client, "MESH_DELTA", ".+", 4096, on_delta, feed) &&
+              client_subscribe(client, "NODES", ".+", 4096, on_nodes, feed) &&
+              client_subscribe(client, "REST", ".+", 4096, on_rest, feed);
+    if (!ok)
+        return client_fail(error, "LCM refuses to subscribe to %s_*", client->prefix);
+    describe(feed);
+    return true;
+}
+
+// --- the loop ---
+
+static void tell_link(Feed *feed)
+{
+    double age = feed->status ? seconds_since(feed->status_ns) : 0.0;
+    bool linked = feed->status && age <= SILENCE_S;
+    if (linked == feed->linked && feed->link_ns != 0 && seconds_since(feed->link_ns) < 1.0)
+        return;
+    feed->linked = linked;
+    feed->link_ns = client_now_ns();
+    board_set_link(feed->board, text_link(linked, age));
+}
+
+static void ask_for_missing(Feed *feed)
+{
+    bool missing = bodies_unmatched(&feed->bodies, client_now_ns()) > MESH_PATIENCE_S;
+    bool wanted = !feed->known || feed->describe_id != 0 || missing;
+    if (wanted && seconds_since(feed->describe_ns) > feed->patience_s)
+        describe(feed);
+}
+
+void feed_run(Feed *feed)
+{
+    const int64_t turn_ns = 20000000;
+    while (client_wait(feed->client, client_now_ns() + turn_ns, NULL)) {
+        tell_link(feed);
+        ask_for_missing(feed);
+    }
+}
+
+void feed_stop(Feed *feed)
+{
+    if (feed->status)
+        pliant_status_t_destroy(feed->status);
+    bodies_destroy(&feed->bodies);
+    *feed = (Feed){0};
+}

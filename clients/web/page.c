@@ -1,0 +1,245 @@
+// One page's WebSocket.
+#include "page.h"
+#include "ask.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include <civetweb.h>
+
+#include "pliant_command_t.h"
+#include "pliant_cut_t.h"
+#include "pliant_load_t.h"
+
+enum { WS_FIN = 0x80, WS_OPCODE = 0x0f };
+
+struct Page {
+    const PageRoom *room;
+    struct mg_connection *connection;
+    BoardPage *slot;
+    pthread_t writer;
+    Round round; // of the writer
+    // of the thread that reads
+    int32_t sequence;
+    pliant_tool_pose_t held[BOARD_TOOLS]; // newest poses of the tools that it has made active
+    int held_count;
+};
+
+// --- to the page ---
+
+static bool send(Page *page, const Parcel *parcel)
+{
+    int opcode = parcel->text ? MG_WEBSOCKET_OPCODE_TEXT : MG_WEBSOCKET_OPCODE_BINARY;
+    return mg_websocket_write(page->connection, opcode, (const char *)parcel->data, parcel->size) >
+           0;
+}
+
+static bool send_once(Page *page, Parcel *parcel)
+{
+    bool sent = send(page, parcel);
+    parcel_drop(parcel);
+    return sent;
+}
+
+// All that belongs to a round; parcels are dropped also after a failure.
+static bool send_round(Page *page)
+{
+    Round *round = &page->round;
+    bool ok = true;
+    for (int k = 0; k < round->parcels; k++) {
+        ok = ok && send(page, round->parcel[k]);
+        parcel_drop(round->parcel[k]);
+    }
+    if (ok && round->contacts > 0)
+        ok = send_once(page, text_contacts(round->contact, round->contacts));
+    if (ok && round->poses > 0)
+        ok = send_once(page, text_poses(round->pose, round->poses, page->slot->sender));
+    return ok && send_once(page, text_round(round->number));
+}
+
+static void *write_rounds(void *user)
+{
+    Page *page = user;
+    const PageRoom *room = page->room;
+    const int64_t period_ns = (int64_t)(1e9 / room->hello.rate_hz);
+    bool ok = send_once(page, text_hello(&room->hello));
+    int64_t due_ns = client_now_ns();
+    while (ok && board_next_round(room->board, page->slot, due_ns, &page->round)) {
+        due_ns = client_now_ns() + period_ns;
+        ok = send_round(page);
+    }
+    return NULL;
+}
+
+// --- from the page ---
+
+static void refuse(Page *page, const char *why)
+{
+    board_tell(page->room->board, page->slot->sender, text_error(why));
+}
+
+static void channel_of(const Page *page, const char *name, char channel[CLIENT_CHANNEL_MAX])
+{
+    client_channel(page->room->client, name, NULL, channel);
+}
+
+// Remembers what must be withdrawn when the page goes. False: it drives too many tools.
+static bool hold(Page *page, const pliant_tool_pose_t *pose)
+{
+    int k = 0;
+    while (k < page->held_count && page->held[k].tool != pose->tool)
+        k++;
+    if (!pose->active) {
+        if (k < page->held_count)
+            page->held[k] = page->held[--page->held_count];
+        return true;
+    }
+    if (k == BOARD_TOOLS)
+        return false;
+    page->held[k] = *pose;
+    page->held_count += k == page->held_count;
+    return true;
+}
+
+static void publish_pose(Page *page, pliant_tool_pose_t *pose)
+{
+    char channel[CLIENT_CHANNEL_MAX];
+    channel_of(page, "TOOL_POSE", channel);
+    pose->utime = client_utime();
+    pose->sender = page->slot->sender;
+    pose->sequence = page->sequence++;
+    pliant_tool_pose_t_publish(page->room->client->lcm, channel, pose);
+}
+
+static void move_tool(Page *page, const Ask *ask)
+{
+    pliant_tool_pose_t pose = {
+        .tool = ask->pose.tool, .grip = ask->pose.grip, .active = ask->pose.active};
+    memcpy(pose.position, ask->pose.position, sizeof pose.position);
+    memcpy(pose.orientation, ask->pose.orientation, sizeof pose.orientation);
+    if (!hold(page, &pose)) {
+        refuse(page, "tool: this page drives too many tools");
+        return;
+    }
+    publish_pose(page, &pose);
+}
+
+static void cut(Page *page, Ask *ask)
+{
+    char channel[CLIENT_CHANNEL_MAX];
+    channel_of(page, "CUT", channel);
+    pliant_cut_t message = {
+        .utime = client_utime(), .sender = page->slot->sender, .id = ask->id, .body = ask->text};
+    memcpy(message.before, ask->cut.before, sizeof message.before);
+    memcpy(message.after, ask->cut.after, sizeof message.after);
+    pliant_cut_t_publish(page->room->client->lcm, channel, &message);
+}
+
+static void load(Page *page, Ask *ask)
+{
+    char channel[CLIENT_CHANNEL_MAX];
+    channel_of(page, "LOAD", channel);
+    pliant_load_t message = {.utime = client_utime(),
+                             .sender = page->slot->sender,
+                             .id = ask->id,
+                             .radius = ask->load.radius,
+                             .duration = ask->load.duration,
+                             .body = ask->text};
+    memcpy(message.center, ask->load.center, sizeof message.center);
+    memcpy(message.force, ask->load.force, sizeof message.force);
+    pliant_load_t_publish(page->room->client->lcm, channel, &message);
+}
+
+static void command(Page *page, Ask *ask)
+{
+    char channel[CLIENT_CHANNEL_MAX];
+    channel_of(page, "COMMAND", channel);
+    pliant_command_t message = {.utime = client_utime(),
+                                .sender = page->slot->sender,
+                                .id = ask->id,
+                                .kind = ask->command.kind,
+                                .value = ask->command.value,
+                                .argument = ask->text};
+    pliant_command_t_publish(page->room->client->lcm, channel, &message);
+}
+
+static void take_text(Page *page, const char *data, size_t size)
+{
+    Ask ask;
+    ClientError why;
+    if (!ask_parse(data, size, &ask, &why)) {
+        refuse(page, why.text);
+        return;
+    }
+    if (page->room->hello.read_only && ask.kind != ASK_DRAWN) {
+        refuse(page, "this server only shows (--read-only)");
+        return;
+    }
+    switch (ask.kind) {
+    case ASK_DRAWN:
+        board_drawn(page->room->board, page->slot, ask.round);
+        break;
+    case ASK_TOOL:
+        move_tool(page, &ask);
+        break;
+    case ASK_CUT:
+        cut(page, &ask);
+        break;
+    case ASK_LOAD:
+        load(page, &ask);
+        break;
+    case ASK_COMMAND:
+        command(page, &ask);
+        break;
+    }
+}
+
+bool page_take(Page *page, int bits, const char *data, size_t size)
+{
+    switch (bits & WS_OPCODE) {
+    case MG_WEBSOCKET_OPCODE_TEXT:
+        if (!(bits & WS_FIN) || size > ASK_BYTES_MAX)
+            return false; // browsers send what is short in one frame
+        take_text(page, data, size);
+        return true;
+    case MG_WEBSOCKET_OPCODE_PING: // answered by civetweb
+    case MG_WEBSOCKET_OPCODE_PONG:
+        return true;
+    default: // close, binary, fragments
+        return false;
+    }
+}
+
+// --- begin and end ---
+
+Page *page_open(const PageRoom *room, struct mg_connection *connection)
+{
+    Page *page = calloc(1, sizeof *page);
+    BoardPage *slot = page ? board_add_page(room->board) : NULL;
+    if (!slot) {
+        free(page);
+        return NULL;
+    }
+    page->room = room;
+    page->connection = connection;
+    page->slot = slot;
+    if (pthread_create(&page->writer, NULL, write_rounds, page) != 0) {
+        board_remove_page(room->board, slot);
+        free(page);
+        return NULL;
+    }
+    return page;
+}
+
+void page_close(Page *page)
+{
+    // First what others wait for: nobody drives these tools any more.
+    for (int k = 0; k < page->held_count; k++) {
+        page->held[k].active = false;
+        publish_pose(page, &page->held[k]);
+    }
+    board_stop_page(page->room->board, page->slot);
+    pthread_join(page->writer, NULL);
+    board_remove_page(page->room->board, page->slot);
+    free(page);
+}

@@ -1,0 +1,27 @@
+// Writes the page into a folder: `npm run build -- FOLDER`.
+import { build } from 'esbuild';
+import { mkdir, copyFile } from 'node:fs/promises';
+import { dirname, join, resolve } from 'node:path';
+import { fileURLToPath } from 'node:url';
+
+const here = dirname(fileURLToPath(import.meta.url));
+if (process.argv.length !== 3) {
+    console.error('usage: npm run build -- FOLDER');
+    process.exit(2);
+}
+// npm runs this in its own folder, and says in INIT_CWD where it was called.
+const folder = resolve(process.env.INIT_CWD ?? '.', process.argv[2]);
+await mkdir(folder, { recursive: true });
+await build({
+    entryPoints: [join(here, 'src/main.js')],
+    outfile: join(folder, 'page.js'),
+    bundle: true,
+    format: 'esm',
+    target: 'es2022',
+    minify: true,
+    legalComments: 'none',
+    // three.js is MIT-licensed: its notice stays with what is made of it.
+    banner: { js: '/* Contains three.js, Copyright 2010-2026 three.js authors, MIT License. */' },
+});
+await copyFile(join(here, 'index.html'), join(folder, 'index.html'));
+await copyFile(join(here, 'page.css'), join(folder, 'page.css'));

@@ -1,0 +1,62 @@
+// Binary messages into views of their numbers: nothing is copied, nothing is trusted.
+
+const MESH = 1, NODES = 2, REST = 3;
+const NODES_MAX = 4e6, TRIANGLES_MAX = 8e6;
+
+/** The message as {kind, body, topology, n, ...}, or null: not as protocol.md says. */
+export function decode(buffer) {
+    if (buffer.byteLength < 16) return null;
+    const head = new DataView(buffer);
+    const kind = head.getUint32(0, true);
+    const message = {
+        kind: 'mesh', body: head.getUint32(4, true), topology: head.getInt32(8, true),
+        n: head.getUint32(12, true),
+    };
+    if (message.n > NODES_MAX) return null;
+    if (kind === NODES) return nodes(message, buffer, head);
+    if (buffer.byteLength < 24) return null;
+    if (kind === MESH) return mesh(message, buffer, head.getUint32(16, true));
+    if (kind === REST) return rest(message, buffer, head.getUint32(16, true));
+    return null;
+}
+
+function nodes(message, buffer, head) {
+    if (buffer.byteLength !== 40 + 12 * message.n) return null;
+    message.kind = 'nodes';
+    message.time = head.getFloat64(16, true);
+    message.step = head.getFloat64(24, true);
+    message.utime = head.getFloat64(32, true);
+    message.position = new Float32Array(buffer, 40, 3 * message.n);
+    return message;
+}
+
+function mesh(message, buffer, t) {
+    const n = message.n;
+    if (t > TRIANGLES_MAX || buffer.byteLength !== 24 + 12 * t + 21 * n) return null;
+    let at = 24;
+    const ints = (count) => {
+        const view = new Int32Array(buffer, at, count);
+        at += 4 * count;
+        return view;
+    };
+    message.t = t;
+    message.triangle = ints(3 * t);
+    message.id = ints(n);
+    message.origin = ints(n);
+    message.parent = ints(2 * n);
+    message.piece = ints(n);
+    message.level = new Int8Array(buffer, at, n);
+    const { triangle } = message;
+    for (let i = 0; i < triangle.length; i++)
+        if (triangle[i] < 0 || triangle[i] >= n) return null;
+    return message;
+}
+
+function rest(message, buffer, texture) {
+    const n = message.n;
+    if (texture > 1 || buffer.byteLength !== 24 + 12 * n + 8 * n * texture) return null;
+    message.kind = 'rest';
+    message.rest = new Float32Array(buffer, 24, 3 * n);
+    message.texture = texture ? new Float32Array(buffer, 24 + 12 * n, 2 * n) : null;
+    return message;
+}

@@ -1,0 +1,234 @@
+// The mouse as a hand: presses with a probe, pulls with a grasper (or with a load where the scene has
+// none), cuts. Poses go out from the pointer's events, and again every few milliseconds while a tool
+// is in use, whatever the drawing does.
+
+import { Plane, Quaternion, Vector3 } from 'three';
+import { pickTriangle } from './normals.js';
+import { Knife } from './knife.js';
+import { turned } from './tools.js';
+
+const TICK = 10, REPEAT = 40;     // [ms]
+const GRIP_AFTER = 40;            // [ms] jaws arrive open, and close then
+const LOAD_EVERY = 100;           // [ms]
+const LOAD_MAX = 2;               // [N]
+
+export class Hand {
+    /** `world`: {stage, tools, bodies(), link, settings, told(text)}. */
+    constructor(world, trail) {
+        this.world = world;
+        this.mode = 'press';
+        this.drag = null;
+        this.allowed = false;
+        this.hit = { distance: 0, triangle: -1 };
+        this.plane = new Plane();
+        this.forward = new Vector3();
+        this.cursor = new Vector3(); // where the pointer is on the plane
+        this.place = new Vector3();  // of the tool
+        this.knife = new Knife(world, trail);
+        this.timer = 0;
+        this.message = { type: 'tool', tool: 0, position: [0, 0, 0], orientation: [1, 0, 0, 0], grip: 0,
+            active: true };
+        const { canvas } = world.stage;
+        // Before the camera's own listeners, which see whether they are enabled.
+        canvas.addEventListener('pointerdown', (event) => this.down(event), { capture: true });
+        // Raw events come at once, others with the next frame; older browsers have only these.
+        const moves = 'onpointerrawupdate' in window ? 'pointerrawupdate' : 'pointermove';
+        canvas.addEventListener(moves, (event) => this.move(event));
+        for (const kind of ['pointerup', 'pointercancel', 'lostpointercapture'])
+            canvas.addEventListener(kind, (event) => this.up(event));
+        window.addEventListener('blur', () => this.end());
+        canvas.addEventListener('wheel', (event) => this.wheel(event), { capture: true, passive: false });
+        canvas.addEventListener('contextmenu', (event) => event.preventDefault());
+    }
+
+    /** What a pointer with these keys does on tissue. */
+    intent(event) {
+        if (event.shiftKey) return 'cut';
+        if (event.ctrlKey || event.altKey || event.metaKey) return 'pull';
+        return this.mode;
+    }
+
+    /** The nearest point of any body under the pointer; fills `hit`. */
+    pick(ray) {
+        let found = null, nearest = Infinity;
+        for (const body of this.world.bodies()) {
+            if (!body.shown) continue;
+            if (!pickTriangle(body.index, body.m, body.position, ray.origin, ray.direction, 1e-6, this.hit))
+                continue;
+            if (this.hit.distance < nearest) {
+                nearest = this.hit.distance;
+                found = { body, distance: nearest, triangle: this.hit.triangle };
+            }
+        }
+        return found;
+    }
+
+    down(event) {
+        if (!this.allowed || this.drag || event.button !== 0) return;
+        const { stage } = this.world;
+        const ray = stage.rayThrough(event.clientX, event.clientY);
+        const intent = this.intent(event);
+        const found = this.pick(ray);
+        if (intent === 'cut') this.drag = this.knife.begin(ray, found, event);
+        else if (found) this.drag = this.take(intent, ray, found);
+        else if (stage.flat && intent === 'press') this.drag = this.takeStick(ray);
+        if (!this.drag) return; // the camera's
+        stage.controls.enabled = false;
+        this.drag.pointer = event.pointerId;
+        stage.canvas.setPointerCapture(event.pointerId);
+        this.world.told('');
+        this.follow(event);
+        this.timer = setInterval(() => this.tick(), TICK);
+    }
+
+    take(intent, ray, found) {
+        const { stage, tools } = this.world;
+        const point = ray.at(found.distance, new Vector3());
+        const direction = ray.direction.clone();
+        this.plane.setFromNormalAndCoplanarPoint(stage.viewDirection(this.forward), point);
+        const base = { direction, point, started: performance.now(), sent: -Infinity, advance: 0 };
+        const probe = tools.of('probe'), grasper = tools.of('grasper');
+        if (intent === 'press' && probe) return { ...base, kind: 'press', ...this.hold(probe, direction),
+            advance: -0.03 * stage.size, depth: this.world.settings.depth * stage.size };
+        if (intent === 'pull' && grasper)
+            return { ...base, kind: 'pull', ...this.hold(grasper, direction), depth: 0 };
+        if (intent === 'press' && !probe)
+            this.world.told('This scene has no probe: the tissue is pulled instead.');
+        return { ...base, kind: 'load', body: found.body, node: nearestNode(found, point), depth: 0,
+            radius: Math.max(0.07 * stage.size, 2 * edgeOf(found)) };
+    }
+
+    // A stick that stands in the plane of a flat body pushes it from the side.
+    takeStick(ray) {
+        const { stage, tools } = this.world;
+        const probe = tools.of('probe');
+        if (!probe?.tip().stick) return null;
+        this.plane.setFromNormalAndCoplanarPoint(new Vector3(0, 0, 1), new Vector3(0, 0, stage.center.z));
+        return { kind: 'press', direction: new Vector3(0, 0, 0), point: stage.center.clone(), advance: 0,
+            depth: 0, started: performance.now(), sent: -Infinity, ...this.hold(probe, ray.direction) };
+    }
+
+    // The shaft leans towards the viewer's upper right, so that its tip stays in sight.
+    hold(tool, direction) {
+        const { at, axis, radius, stick } = tool.tip();
+        if (stick) return { tool, radius: 0, tip: new Vector3(), turn: new Quaternion(), stick };
+        const { camera } = this.world.stage;
+        const lean = new Vector3(0.62, 0.68, 0).normalize().transformDirection(camera.matrixWorld);
+        const back = direction.clone().multiplyScalar(-0.72).addScaledVector(lean, 0.69).normalize();
+        const turn = turned(axis, back);
+        return { tool, radius, tip: at.clone().applyQuaternion(turn), turn, stick };
+    }
+
+    move(event) {
+        if (this.drag?.pointer === event.pointerId) this.follow(event);
+    }
+
+    follow(event) {
+        const { drag } = this;
+        const ray = this.world.stage.rayThrough(event.clientX, event.clientY);
+        if (drag.kind === 'cut') return this.knife.follow(ray, this.pick(ray), event);
+        if (!ray.intersectPlane(this.plane, this.cursor)) return;
+        if (drag.tool) this.send();
+    }
+
+    // Deeper with time, up to the chosen depth; loads and poses again before they run out.
+    tick() {
+        const { drag } = this;
+        if (!drag || drag.kind === 'cut') return;
+        const now = performance.now();
+        if (drag.kind === 'load') {
+            if (now - drag.sent >= LOAD_EVERY) this.sendLoad(now);
+            return;
+        }
+        const { stage, settings } = this.world;
+        const step = settings.speed * stage.size * TICK / 1000;
+        const before = drag.advance;
+        drag.advance += Math.min(Math.max(drag.depth - drag.advance, -2 * step), step);
+        if (drag.advance !== before || now - drag.sent >= REPEAT || this.gripOf(drag, now) !== drag.grip)
+            this.send();
+    }
+
+    gripOf(drag, now) { return drag.kind === 'pull' && now - drag.started > GRIP_AFTER ? 1 : 0; }
+
+    send() {
+        const { drag, place, message } = this;
+        const now = performance.now();
+        drag.grip = this.gripOf(drag, now);
+        drag.sent = now;
+        // Of a probe the surface of its tip touches the point, of jaws the middle.
+        const back = drag.kind === 'press' ? drag.radius : 0;
+        place.copy(this.cursor).addScaledVector(drag.direction, drag.advance - back).sub(drag.tip);
+        message.tool = drag.tool.id;
+        place.toArray(message.position);
+        const { x, y, z, w } = drag.turn;
+        message.orientation[0] = w;
+        message.orientation[1] = x;
+        message.orientation[2] = y;
+        message.orientation[3] = z;
+        message.grip = drag.grip;
+        message.active = true;
+        this.world.link.send(message);
+    }
+
+    // Towards the pointer, harder the farther it is: the node that was picked follows.
+    sendLoad(now) {
+        const { drag } = this;
+        const { stage, link } = this.world;
+        const at = new Vector3().fromArray(drag.body.position, 3 * drag.node);
+        const force = this.cursor.clone().addScaledVector(drag.direction, drag.advance + drag.depth).sub(at)
+            .multiplyScalar(LOAD_MAX / (0.25 * stage.size)).clampLength(0, LOAD_MAX);
+        drag.sent = now;
+        drag.newtons = force.length();
+        if (drag.newtons < 1e-3) return;
+        // A little longer than until the next one: no gap when that is late.
+        link.request({ type: 'load', center: at.toArray(), radius: drag.radius, force: force.toArray(),
+            duration: LOAD_EVERY / 1000, body: drag.body.name });
+        this.world.told(`pulling with ${drag.newtons.toFixed(2)} N`);
+    }
+
+    wheel(event) {
+        if (!this.drag || this.drag.kind === 'cut') return;
+        event.preventDefault();
+        event.stopPropagation();
+        const step = -Math.sign(event.deltaY) * 0.02 * this.world.stage.size;
+        this.drag.depth = Math.max(this.drag.depth + step, -this.world.stage.size);
+    }
+
+    up(event) {
+        if (this.drag?.pointer === event.pointerId) this.end();
+    }
+
+    end() {
+        const { drag } = this;
+        if (!drag) return;
+        clearInterval(this.timer);
+        this.drag = null;
+        this.world.stage.controls.enabled = true;
+        if (drag.kind === 'cut') return this.knife.end();
+        if (drag.tool) {
+            this.message.active = false;
+            this.message.grip = 0;
+            this.world.link.send(this.message);
+        }
+        if (drag.kind === 'load') this.world.told('');
+    }
+}
+
+function nearestNode({ body, triangle }, point) {
+    let best = -1, least = Infinity;
+    const node = new Vector3();
+    for (let k = 0; k < 3; k++) {
+        const i = body.index[triangle + k];
+        const distance = node.fromArray(body.position, 3 * i).distanceToSquared(point);
+        if (distance < least) {
+            least = distance;
+            best = i;
+        }
+    }
+    return best;
+}
+
+function edgeOf({ body, triangle }) {
+    const a = new Vector3().fromArray(body.position, 3 * body.index[triangle]);
+    return a.distanceTo(new Vector3().fromArray(body.position, 3 * body.index[triangle + 1]));
+}

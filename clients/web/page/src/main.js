@@ -1,0 +1,187 @@
+// The page: puts together the link, the bodies, the tools, the hand and the panel.
+
+import { NoColorSpace, TextureLoader } from 'three';
+import { Body } from './body.js';
+import { Hand } from './hand.js';
+import { Link } from './link.js';
+import { Panel } from './panel.js';
+import { Stage, boxOfAll } from './stage.js';
+import { Tools } from './tools.js';
+import { applyLook, drawnTissue, look } from './tissue.js';
+
+const HINTS = {
+    press: 'Drag on tissue: press (wheel: depth) · Shift: cut · Ctrl: pull · empty space or right button: turn',
+    pull: 'Drag on tissue: pull (wheel: nearer, farther) · Shift: cut · empty space or right button: turn',
+    cut: 'Drag across tissue: cut · right button: turn',
+};
+// Ours and what the page asks for over and over: nobody wants these in the list.
+const QUIET = new Set(['load', 'tool']);
+
+const element = (id) => document.getElementById(id);
+let bodies = [], textures = [], switches = { wireframe: false, springs: false };
+let round = null, fitted = false, daemon = false, connected = false, drawnAt = 0;
+let colours = null;
+let started = false; // everything below is there
+
+const images = {
+    get drawn() { return colours ??= drawnTissue(stage.software); },
+    get plain() { return stage.software; },
+    /** Null: the body has none. */
+    of(name) {
+        if (!textures.includes(name)) return null;
+        const image = new TextureLoader().load(
+            `/texture/${encodeURIComponent(name)}${location.search}`, () => stage.invalidate());
+        image.colorSpace = NoColorSpace; // the shader squares it
+        return image;
+    },
+};
+
+const stage = new Stage(element('picture'), beforeDraw, afterDraw);
+const tools = new Tools(stage, element('labels'));
+const panel = new Panel({
+    command: (kind) => link.request({ type: 'command', kind, value: kind === 'step' ? 1 : 0, argument: '' }),
+    mode: (mode) => {
+        hand.mode = mode;
+        panel.hint(HINTS[mode]);
+        stage.canvas.style.cursor = mode === 'cut' ? 'crosshair' : 'default';
+    },
+    look: takeLook,
+    home: () => stage.home(),
+});
+const scheme = location.protocol === 'https:' ? 'wss:' : 'ws:';
+const link = new Link(`${scheme}//${location.host}/live${location.search}`,
+    { text: takeText, binary: takeBinary, state: takeState });
+const hand = new Hand({ stage, tools, link, settings: panel.settings, bodies: () => bodies,
+    told: (text) => panel.hint(text || HINTS[hand.mode]) }, element('trail'));
+panel.hint(HINTS.press);
+started = true;
+// For tests and measurements.
+window.pliant = { stage, tools, hand, link, look, get bodies() { return bodies; } };
+
+function takeLook(settings) {
+    switches = settings;
+    const { colouring, threshold, lips } = settings;
+    Object.assign(look, { colouring, threshold, lips });
+    changeLook();
+}
+
+function changeLook() {
+    for (const body of bodies) {
+        Object.assign(body.show, switches);
+        if (body.dressed) applyLook(body.surface.material);
+    }
+    stage.invalidate();
+}
+
+function takeBinary(message) {
+    const body = bodies[message.body];
+    if (!body) return;
+    if (message.kind === 'mesh') body.takeMesh(message);
+    else if (message.kind === 'rest') body.takeRest(message);
+    else body.takeNodes(message);
+}
+
+function takeText(message) {
+    const now = performance.now();
+    switch (message.type) {
+    case 'hello': return takeHello(message);
+    case 'scene': return takeScene(message);
+    case 'link': return takeLink(message);
+    case 'status': return panel.takeStatus(message);
+    case 'pose': for (const pose of message.tools) tools.takePose(pose, now); return changed();
+    case 'contact':
+        for (const contact of message.tools) tools.takeContact(contact, now);
+        return changed();
+    case 'event':
+        if (!QUIET.has(message.kind))
+            panel.takeEvent(message.kind, message.text, /refused|restored|withdrawn|reset/.test(message.kind));
+        return undefined;
+    case 'reply':
+        if (!message.ok) panel.takeEvent('refused', message.text, true);
+        return undefined;
+    case 'error': return panel.takeEvent('error', message.text, true);
+    case 'round': return takeRound(message.round);
+    default: return undefined;
+    }
+}
+
+let toolsChanged = false;
+function changed() { toolsChanged = true; }
+
+// All of a round is there: draw it, if there is anything new to see, and ask for the next.
+function takeRound(number) {
+    round = number;
+    if (toolsChanged || bodies.some((body) => body.moved)) stage.invalidate();
+    else if (!stage.wanted) afterDraw();
+}
+
+function beforeDraw() {
+    drawnAt = performance.now();
+    toolsChanged = false;
+    for (const body of bodies) body.prepare();
+    if (!fitted && bodies.length && bodies.every((body) => body.shown)) {
+        fitted = true;
+        const box = boxOfAll(bodies);
+        stage.fit(box, box.max.z - box.min.z < 1e-3 * (box.max.x - box.min.x));
+        panel.sized(stage.size);
+    }
+    tools.prepare(drawnAt);
+    panel.takeForces(tools.list);
+}
+
+function afterDraw() {
+    if (round !== null) link.send({ type: 'drawn', round });
+    round = null;
+}
+
+function takeHello(hello) {
+    textures = hello.textures ?? [];
+    panel.readOnly(hello.read_only);
+    hand.allowed = !hello.read_only;
+}
+
+function takeScene(scene) {
+    for (const body of bodies) {
+        stage.scene.remove(body.group);
+        body.dispose();
+    }
+    bodies = scene.bodies.map((described, number) => new Body(number, described, images));
+    for (const body of bodies) {
+        Object.assign(body.show, switches);
+        stage.scene.add(body.group);
+    }
+    hand.end();
+    tools.take(scene.tools ?? []);
+    panel.takeScene(scene);
+    fitted = false;
+    stage.invalidate();
+}
+
+function takeState(state) {
+    connected = state === 'open';
+    if (!connected) {
+        round = null;
+        if (started) hand.end();
+    }
+    showLink();
+}
+
+function takeLink(message) {
+    daemon = message.daemon;
+    showLink(message.age);
+}
+
+function showLink(age) {
+    if (!connected) panel.takeLink('no connection', 'pliant-web does not answer. The page goes on trying.');
+    else if (!daemon) panel.takeLink('daemon silent', bodies.length
+        ? `The daemon has been silent${age > 0 ? ` for ${Math.round(age)} s` : ''}. What you see is old.`
+        : 'Waiting for pliantd …');
+    else panel.takeLink('live', '');
+    look.silent = !(connected && daemon);
+    changeLook();
+}
+
+// A tool that falls silent, or a force that nobody repeats, leaves the picture without a round.
+setInterval(() => {
+    if (tools.fading && performance.now() - drawnAt > 200) stage.invalidate();
+}, 250);

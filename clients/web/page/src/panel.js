@@ -1,0 +1,190 @@
+// The switches, the figures and the list of events: everything on the page but the picture.
+
+import { Chart } from './charts.js';
+import { LEVELS } from './tissue.js';
+
+const EVENTS_SHOWN = 60;
+const element = (id) => document.getElementById(id);
+const set = (id, text) => {
+    const node = typeof id === 'string' ? element(id) : id;
+    if (node.textContent !== text) node.textContent = text;
+};
+const figure = (x, digits = 2) => Number.isFinite(x) ? x.toFixed(digits) : '–';
+const millimetres = (x) => `${figure(1000 * x, Math.abs(x) < 0.01 ? 2 : 1)} mm`;
+const micros = (x) => x < 1000 ? `${figure(x, 0)} µs` : `${figure(x / 1000, 1)} ms`;
+
+export class Panel {
+    /** `on`: {command(kind), mode(mode), look(settings), home()}. */
+    constructor(on) {
+        this.on = on;
+        this.state = '';
+        this.late = null;
+        this.size = 0.2;
+        this.settings = { depth: 0.1, speed: 0.25, shallow: false };
+        this.stepChart = new Chart(element('step-chart'), { log: true,
+            lines: [{ colour: '#6d7880' }, { colour: '#f0b429' }, { colour: '#7cc4f0' }] });
+        this.lateChart = new Chart(element('late-chart'), { lines: [{ colour: '#e0655f', bars: true }] });
+        this.errorChart = new Chart(element('error-chart'), { log: true, lines: [{ colour: '#6fc28b' }] });
+        for (const id of ['colouring', 'wireframe', 'springs', 'lips', 'red', 'threshold', 'depth', 'speed',
+            'shallow'])
+            element(id).addEventListener('input', () => this.changed());
+        for (const input of document.querySelectorAll('input[name=mode]'))
+            input.addEventListener('change', () => this.on.mode(input.value));
+        for (const kind of ['pause', 'resume', 'step', 'reset'])
+            element(kind).addEventListener('click', () => this.on.command(kind));
+        element('home').addEventListener('click', () => this.on.home());
+        element('panel-button').addEventListener('click', () => this.fold());
+        document.addEventListener('keydown', (event) => this.key(event));
+        this.fold(innerWidth >= 820);
+        this.legend();
+    }
+
+    fold(open = !document.body.classList.contains('panelled')) {
+        document.body.classList.toggle('panelled', open);
+        element('panel-button').setAttribute('aria-expanded', String(open));
+    }
+
+    legend() {
+        element('legend').replaceChildren(...LEVELS.slice(0, 6).map((hex, level) => {
+            const field = document.createElement('span');
+            field.textContent = String(level);
+            field.style.background = `#${hex.toString(16).padStart(6, '0')}`;
+            return field;
+        }));
+    }
+
+    key(event) {
+        if (event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
+        if (/^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName) && event.target.type !== 'radio' &&
+            event.target.type !== 'checkbox') return;
+        const mode = { 1: 'press', 2: 'pull', 3: 'cut' }[event.key];
+        if (mode) {
+            document.querySelector(`input[name=mode][value=${mode}]`).checked = true;
+            this.on.mode(mode);
+        }
+        const key = event.key.toLowerCase();
+        if (key === 'h') this.on.home();
+        const kind = { p: this.state === 'running' ? 'pause' : 'resume', s: 'step', r: 'reset' }[key];
+        if (kind && !document.body.classList.contains('read-only')) this.on.command(kind);
+    }
+
+    /** What the switches say; tells the page. */
+    changed() {
+        const checked = (id) => element(id).checked;
+        const number = (id) => Number(element(id).value);
+        const { settings } = this;
+        settings.depth = number('depth') / 100;
+        settings.speed = number('speed') / 100;
+        settings.shallow = checked('shallow');
+        // Finer where displacements are small: the square of the slider, up to a quarter of the size.
+        const threshold = 0.25 * this.size * (number('threshold') / 100) ** 2;
+        set('threshold-text', millimetres(threshold));
+        set('depth-text', millimetres(settings.depth * this.size));
+        set('speed-text', `${figure(1000 * settings.speed * this.size, 0)} mm/s`);
+        const colouring = number('colouring');
+        element('legend').hidden = colouring !== 1;
+        this.on.look({ colouring, wireframe: checked('wireframe'), springs: checked('springs'),
+            lips: checked('lips'), threshold: checked('red') ? Math.max(threshold, 1e-9) : 0 });
+    }
+
+    sized(size) {
+        this.size = size;
+        this.changed();
+    }
+
+    takeScene(scene) {
+        set('scene-name', scene.name || 'Pliant');
+        document.title = scene.name ? `${scene.name} · Pliant` : 'Pliant';
+        set('describe', scene.describe ?? '');
+        this.late = null;
+        for (const chart of [this.stepChart, this.lateChart, this.errorChart]) chart.clear();
+        element('bodies').replaceChildren(...scene.bodies.map(({ name }) => {
+            const row = document.createElement('tr');
+            row.dataset.body = name;
+            row.append(...['name', 'nodes', 'pieces', 'moved'].map((field) => {
+                const cell = document.createElement('td');
+                cell.dataset.field = field;
+                cell.textContent = field === 'name' ? name : '–';
+                return cell;
+            }));
+            return row;
+        }));
+    }
+
+    takeStatus(status) {
+        this.state = status.state;
+        const pill = element('state');
+        set(pill, status.state);
+        pill.className = `pill ${status.state === 'running' ? 'good' : 'warm'}`;
+        element('pause').disabled = status.state === 'paused';
+        element('resume').disabled = status.state === 'running';
+        set('clock', `${figure(status.time, 1)} s · ${figure(status.real_time_factor, 2)}× real time`);
+        this.drawTiming(status);
+        for (const row of element('bodies').children) {
+            const body = status.body.find(({ name }) => name === row.dataset.body);
+            if (!body) continue;
+            const [, nodes, pieces, moved] = row.children;
+            row.title = `${body.model}, ${body.integrator}: ${body.springs} springs, ${body.elements} elements, ` +
+                `finest level ${body.finest_level}, time step ${micros(1e6 * body.time_step)}`;
+            set(nodes, String(body.nodes));
+            set(pieces, String(body.pieces));
+            set(moved, millimetres(body.max_displacement));
+            moved.dataset.metres = body.max_displacement;
+        }
+    }
+
+    drawTiming(status) {
+        const [p50, p99, , most] = status.step_us;
+        const deadline = 1e6 / status.rate_hz;
+        this.stepChart.limit = deadline;
+        this.stepChart.add([most, p99, p50]);
+        set('step-text', `${figure(p50, 0)} / ${figure(p99, 0)} / ${figure(most, 0)} of ${micros(deadline)}`);
+        const late = this.late === null ? 0 : Math.max(status.late_ticks - this.late, 0);
+        this.late = status.late_ticks;
+        this.lateChart.add([late]);
+        set('late-text', `${status.late_ticks}${late ? ` (+${late})` : ''}`);
+        const error = Math.max(0, ...status.body.map((body) => body.estimated_error));
+        this.errorChart.add([error]);
+        set('error-text', error > 0 ? error.toExponential(1) : 'not estimated');
+        set('counts', `resets ${status.resets} · refused ${status.rejected}`);
+    }
+
+    takeEvent(kind, text, bad) {
+        const list = element('events');
+        const item = document.createElement('li');
+        const name = document.createElement('b');
+        name.textContent = kind;
+        item.append(name, ` ${text}`);
+        item.classList.toggle('bad', bad);
+        list.prepend(item);
+        while (list.children.length > EVENTS_SHOWN) list.lastChild.remove();
+    }
+
+    /** The link: 'live', or why there is nothing to see. */
+    takeLink(short, notice) {
+        const pill = element('link');
+        set(pill, short);
+        pill.className = `pill ${short === 'live' ? 'good' : 'bad'}`;
+        document.body.classList.toggle('silent', short !== 'live');
+        element('notice').hidden = !notice;
+        set('notice', notice);
+    }
+
+    takeForces(tools) {
+        let text = '', newtons = 0;
+        for (const tool of tools)
+            if (tool.touching) {
+                newtons += tool.force;
+                text += `${text ? ', ' : ''}${tool.kind} ${tool.id}: ${figure(tool.force)} N` +
+                    (tool.contact.depth > 0 ? `, ${millimetres(tool.contact.depth)} deep` : '');
+            }
+        const output = element('force');
+        set(output, `${figure(newtons)} N`);
+        output.title = text;
+        output.classList.toggle('idle', newtons === 0);
+    }
+
+    hint(text) { set('hint', text); }
+
+    readOnly(on) { document.body.classList.toggle('read-only', on); }
+}

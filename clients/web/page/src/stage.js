@@ -1,0 +1,165 @@
+// The camera, the renderer and the ground: draws when something changed, never otherwise.
+
+import { Box3, Color, GridHelper, MOUSE, PerspectiveCamera, Plane, Raycaster, Scene, Vector2, Vector3,
+    WebGLRenderer } from 'three';
+import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
+
+const BACKGROUND = 0x171b1f;
+
+// Drawn by the processor: then without smoothed edges and at one pixel a pixel.
+function drawsInSoftware() {
+    const context = document.createElement('canvas').getContext('webgl2');
+    const info = context?.getExtension('WEBGL_debug_renderer_info');
+    const name = info ? context.getParameter(info.UNMASKED_RENDERER_WEBGL) : '';
+    context?.getExtension('WEBGL_lose_context')?.loseContext();
+    return /swiftshader|llvmpipe|software/i.test(name);
+}
+
+export class Stage {
+    /** `beforeDraw` and `afterDraw` are called around each frame. */
+    constructor(canvas, beforeDraw, afterDraw) {
+        this.canvas = canvas;
+        this.beforeDraw = beforeDraw;
+        this.afterDraw = afterDraw;
+        this.software = drawsInSoftware();
+        this.renderer = new WebGLRenderer({ canvas, antialias: !this.software,
+            powerPreference: 'high-performance' });
+        this.renderer.setPixelRatio(this.software ? 1 : Math.min(devicePixelRatio, 2));
+        this.renderer.setClearColor(new Color(BACKGROUND));
+        this.scene = new Scene();
+        this.camera = new PerspectiveCamera(34, 1, 0.001, 10);
+        this.camera.up.set(0, 0, 1);
+        this.camera.position.set(0.3, -0.6, 0.3);
+        this.controls = new OrbitControls(this.camera, canvas);
+        this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.PAN, RIGHT: MOUSE.ROTATE };
+        this.controls.rotateSpeed = 0.8;
+        this.controls.addEventListener('change', () => this.invalidate());
+        this.size = 0.2; // of what is shown [m]
+        this.center = new Vector3();
+        this.frames = 0;
+        this.wanted = false;
+        this.ray = new Raycaster();
+        this.point = new Vector2();
+        this.plane = new Plane();
+        this.draw = this.draw.bind(this);
+        new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
+        canvas.addEventListener('keydown', (event) => this.key(event));
+        this.resize();
+    }
+
+    resize() {
+        const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
+        if (width === 0 || height === 0) return;
+        this.renderer.setSize(width, height, false);
+        this.camera.aspect = width / height;
+        this.camera.updateProjectionMatrix();
+        this.invalidate();
+    }
+
+    invalidate() {
+        if (this.wanted) return;
+        this.wanted = true;
+        requestAnimationFrame(this.draw);
+    }
+
+    draw() {
+        this.wanted = false;
+        this.beforeDraw();
+        this.renderer.render(this.scene, this.camera);
+        this.frames++;
+        this.afterDraw();
+    }
+
+    /** Looks at all of a box; `flat`: from above. */
+    fit(box, flat) {
+        this.size = Math.max(box.getSize(new Vector3()).length(), 1e-3);
+        box.getCenter(this.center);
+        this.flat = flat;
+        this.home();
+        this.layGround(box, flat);
+    }
+
+    home() {
+        const away = this.flat ? new Vector3(0, -0.02, 1) : new Vector3(0.55, -1, 0.48);
+        const { fov, aspect } = this.camera;
+        const narrow = Math.min(1, aspect);
+        const distance = 0.52 * this.size / Math.sin(0.5 * fov * Math.PI / 180) / narrow;
+        this.camera.position.copy(this.center).addScaledVector(away.normalize(), distance);
+        this.camera.near = 0.02 * distance;
+        this.camera.far = 12 * distance;
+        this.camera.updateProjectionMatrix();
+        this.controls.target.copy(this.center);
+        this.controls.minDistance = 0.1 * distance;
+        this.controls.maxDistance = 8 * distance;
+        this.controls.update();
+        this.invalidate();
+    }
+
+    // A grid below the bodies, of 1, 2 or 5 cm, m, ...: how large they are.
+    layGround(box, flat) {
+        if (this.ground) {
+            this.scene.remove(this.ground);
+            this.ground.geometry.dispose();
+            this.ground.material.dispose();
+        }
+        const power = 10 ** Math.floor(Math.log10(this.size / 14));
+        const cell = power * [5, 2, 1].find((times) => times * power <= this.size / 14);
+        const cells = 2 * Math.ceil(this.size / cell);
+        const grid = new GridHelper(cells * cell, cells, 0x2c3238, 0x23292e);
+        grid.rotation.x = Math.PI / 2;
+        grid.position.set(this.center.x, this.center.y, box.min.z - (flat ? 0.05 : 0.02) * this.size);
+        this.ground = grid;
+        this.scene.add(grid);
+    }
+
+    /** The ray through a point of the page: {origin, direction}; valid until the next call. */
+    rayThrough(clientX, clientY) {
+        const frame = this.canvas.getBoundingClientRect();
+        this.point.set(2 * (clientX - frame.left) / frame.width - 1,
+            1 - 2 * (clientY - frame.top) / frame.height);
+        this.camera.updateMatrixWorld();
+        this.ray.setFromCamera(this.point, this.camera);
+        return this.ray.ray;
+    }
+
+    viewDirection(out) { return this.camera.getWorldDirection(out); }
+
+    /** Where a point of the world is on the canvas [css pixels], into {x, y}; false: behind. */
+    onScreen(point, out) {
+        out.copy(point).project(this.camera);
+        const { clientWidth, clientHeight } = this.canvas;
+        out.x = (0.5 + 0.5 * out.x) * clientWidth;
+        out.y = (0.5 - 0.5 * out.y) * clientHeight;
+        return out.z < 1;
+    }
+
+    // The camera by keys, while the picture has the focus.
+    key(event) {
+        const turn = 0.12;
+        const by = { ArrowLeft: [-turn, 0, 1], ArrowRight: [turn, 0, 1], ArrowUp: [0, -turn, 1],
+            ArrowDown: [0, turn, 1], '+': [0, 0, 0.88], '=': [0, 0, 0.88], '-': [0, 0, 1.14] }[event.key];
+        if (!by) return;
+        event.preventDefault();
+        const offset = this.camera.position.clone().sub(this.controls.target);
+        const radius = Math.min(Math.max(offset.length() * by[2], this.controls.minDistance),
+            this.controls.maxDistance);
+        const azimuth = Math.atan2(offset.y, offset.x) + by[0];
+        const polar = Math.min(Math.max(Math.acos(offset.z / offset.length()) + by[1], 0.02), 3.12);
+        offset.set(Math.sin(polar) * Math.cos(azimuth), Math.sin(polar) * Math.sin(azimuth),
+            Math.cos(polar)).multiplyScalar(radius);
+        this.camera.position.copy(this.controls.target).add(offset);
+        this.controls.update();
+        this.invalidate();
+    }
+}
+
+/** The box of all bodies that are shown; empty: none is. */
+export function boxOfAll(bodies) {
+    const box = new Box3();
+    for (const body of bodies)
+        if (body.shown) {
+            box.expandByPoint(new Vector3(body.box[0], body.box[1], body.box[2]));
+            box.expandByPoint(new Vector3(body.box[3], body.box[4], body.box[5]));
+        }
+    return box;
+}

@@ -1,0 +1,267 @@
+// How tissue looks: one small shader, cheap enough for a processor that draws in software, and the
+// texture of bodies that bring no image.
+
+import { CanvasTexture, Color, DoubleSide, LinearFilter, NoColorSpace, RepeatWrapping,
+    ShaderMaterial } from 'three';
+
+export const COLOUR = { TISSUE: 0, LEVEL: 1, PIECE: 2 };
+const TISSUES = [0xc4695c, 0xa8503f, 0xd29a78, 0xb5607a, 0xc58a52, 0x9a6a8c];
+/** Level 0, 1, ...: from calm to warm; also the legend's. */
+export const LEVELS = [0x4f7cac, 0x4fa69a, 0x9cc06a, 0xe3c451, 0xe58a45, 0xd65353, 0xb0479b, 0x6f4bb3];
+const PIECES = [0xc4695c, 0x5c93c4, 0x7db56a, 0xd9b44a, 0x9a78c4, 0x4fb0a8, 0xd07fa8, 0x9c8f7a];
+
+const vertexShader = /* glsl */ `
+attribute vec3 rest;
+attribute vec4 info; // level, piece, beside a cut
+uniform vec3 palette[8];
+varying vec3 vNormal;
+#ifdef COLOURED
+varying vec3 vColour;
+#endif
+#if defined(RED) || defined(LIPS)
+varying vec2 vShiftLip;
+#endif
+#ifndef PLAIN
+varying vec3 vEye;
+#endif
+#ifdef THREE_SIDES
+attribute vec3 restNormal;
+varying vec3 vRest, vRestNormal;
+#else
+varying vec2 vUv;
+#endif
+uniform float grain;
+void main() {
+    vec4 eye = modelViewMatrix * vec4(position, 1.0);
+    gl_Position = projectionMatrix * eye;
+#ifndef PLAIN
+    vEye = eye.xyz;
+#endif
+    // Summed triangle normals: long where triangles are large, zero where there are none.
+    vec3 n = normalMatrix * normal;
+    vNormal = n * inversesqrt(max(dot(n, n), 1e-30));
+#ifdef COLOURED
+    vColour = palette[COLOURED == 1 ? min(int(info.x), 7) : int(info.y) & 7];
+#endif
+#if defined(RED) || defined(LIPS)
+    vShiftLip = vec2(distance(position, rest), info.z);
+#endif
+#ifdef THREE_SIDES
+    vRest = rest * grain;
+    vRestNormal = abs(restNormal) * inversesqrt(max(dot(restNormal, restNormal), 1e-30));
+#elif defined(OWN_IMAGE)
+    vUv = uv;
+#else
+    vUv = grain * (rest.xz + vec2(0.83, -0.55) * rest.y);
+#endif
+}`;
+
+// PLAIN, for processors that draw in software, leaves out what costs most: the grain from three
+// sides, the exact direction of view, the rim.
+const fragmentShader = /* glsl */ `
+uniform vec3 tissue, inside, lipColour;
+uniform float threshold; // [m]
+uniform vec2 lipEdge;    // where a face begins to count as one of a cut, and does wholly
+uniform sampler2D image;
+varying vec3 vNormal;
+#ifdef COLOURED
+varying vec3 vColour;
+#endif
+#if defined(RED) || defined(LIPS)
+varying vec2 vShiftLip;
+#endif
+#ifndef PLAIN
+varying vec3 vEye;
+#endif
+#ifdef THREE_SIDES
+varying vec3 vRest, vRestNormal;
+#else
+varying vec2 vUv;
+#endif
+const vec3 KEY = vec3(-0.42, 0.62, 0.66);
+const vec3 HALF = vec3(-0.2305, 0.3403, 0.9116); // between the key light and the eye
+const vec3 FILL = vec3(0.72, -0.18, 0.67);
+void main() {
+#ifdef THREE_SIDES
+    // The grain from three sides, mixed by where the rest shape faces.
+    vec3 w = vRestNormal * vRestNormal;
+    w *= w;
+    vec3 grainColour = (texture2D(image, vRest.yz).rgb * w.x + texture2D(image, vRest.zx).rgb * w.y +
+        texture2D(image, vRest.xy).rgb * w.z) / (w.x + w.y + w.z + 1e-6);
+#else
+    vec3 grainColour = texture2D(image, vUv).rgb;
+#endif
+    grainColour *= grainColour; // about linear
+#ifdef COLOURED
+    vec3 base = mix(tissue * grainColour, vColour * (0.5 + 0.9 * grainColour.g), 0.9);
+    float wet = 0.5;
+#else
+    vec3 base = tissue * grainColour;
+    float wet = 1.0;
+#endif
+    vec3 n = vNormal * inversesqrt(dot(vNormal, vNormal));
+    if (!gl_FrontFacing) {
+        n = -n;
+#ifndef COLOURED
+        base = mix(base, inside, 0.75);
+#endif
+        wet *= 0.6;
+    }
+#ifdef LIPS
+    base = mix(base, lipColour, 0.9 * smoothstep(lipEdge.x, lipEdge.y, vShiftLip.y));
+#endif
+#ifdef RED
+    base = mix(base, vec3(0.86, 0.02, 0.015), 0.94 * smoothstep(0.985, 1.015, vShiftLip.x / threshold));
+#endif
+    // Light goes round the edge of soft tissue, red farther than blue.
+    const vec3 reach = vec3(0.42, 0.22, 0.16);
+    vec3 light = max(dot(n, KEY) * (1.18 / (1.0 + reach)) + reach * (1.18 / (1.0 + reach)), 0.0);
+    light += max(dot(n, FILL), 0.0) * vec3(0.20, 0.25, 0.32);
+    light += vec3(0.14, 0.14, 0.145) + n.y * vec3(0.045, 0.065, 0.075);
+#ifdef PLAIN
+    float shine = max(dot(n, HALF), 0.0);
+#else
+    vec3 v = normalize(-vEye);
+    float shine = max(dot(n, normalize(KEY + v)), 0.0);
+#endif
+    float s4 = shine * shine;
+    s4 *= s4;
+    float s16 = s4 * s4;
+    s16 *= s16;
+    float s64 = s16 * s16;
+    s64 *= s64;
+    vec3 colour = base * light + wet * (0.07 * s16 + 0.26 * s64 * s16);
+#ifndef PLAIN
+    float rim = 1.0 - max(dot(n, v), 0.0);
+    colour += wet * rim * rim * rim * vec3(0.12, 0.10, 0.10);
+#endif
+#ifdef SILENT
+    colour = vec3(dot(colour, vec3(0.21, 0.72, 0.07))) * 0.55 + 0.02;
+#endif
+    gl_FragColor = vec4(sqrt(colour), 1.0);
+}`;
+
+const colours = (list) => list.map((hex) => new Color(hex));
+const levelColours = colours(LEVELS), pieceColours = colours(PIECES);
+
+/** What the switches and the link say, for all bodies. */
+export const look = { colouring: COLOUR.TISSUE, threshold: 0, lips: false, silent: false };
+const threshold = { value: 0 };
+
+/** Brings a body's material in line with `look`. What is switched off is not in the shader at all. */
+export function applyLook(material) {
+    threshold.value = look.threshold;
+    const { defines } = material;
+    const set = (name, value) => {
+        if (defines[name] === value) return;
+        if (value === undefined) delete defines[name];
+        else defines[name] = value;
+        material.needsUpdate = true;
+    };
+    set('COLOURED', look.colouring || undefined);
+    set('RED', look.threshold > 0 ? 1 : undefined);
+    set('LIPS', look.lips ? 1 : undefined);
+    set('SILENT', look.silent ? 1 : undefined);
+    material.uniforms.palette.value = look.colouring === COLOUR.PIECE ? pieceColours : levelColours;
+}
+
+/**
+ * `grain` [1/m]: repeats of the drawn texture a metre. `own`: the image lies on the body by its
+ * texture coordinates. `plain`: for processors that draw in software.
+ */
+export function tissueMaterial({ number, model, grain, image, own, plain }) {
+    const defines = {};
+    if (plain) defines.PLAIN = 1;
+    if (own) defines.OWN_IMAGE = 1;
+    else if (!plain) defines.THREE_SIDES = 1;
+    const material = new ShaderMaterial({
+        vertexShader, fragmentShader, side: DoubleSide, defines,
+        polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
+        uniforms: {
+            threshold, palette: { value: levelColours },
+            // The drawn texture is a little darker than white; an image has its own colours.
+            tissue: { value: own ? new Color(1, 1, 1)
+                : new Color(TISSUES[number % TISSUES.length]).multiplyScalar(1.35) },
+            inside: { value: new Color(0x6e1f20) },
+            lipColour: { value: new Color(0xf2c230) },
+            // A solid shows faces of its inside, all of whose nodes lie at the cut; a wall has a rim.
+            lipEdge: { value: model === 'voxel' ? { x: 0.9, y: 0.999 } : { x: 0.35, y: 0.75 } },
+            grain: { value: grain }, image: { value: image },
+        },
+    });
+    applyLook(material);
+    return material;
+}
+
+/** A square of tissue that repeats without seams: soft mottles and fine vessels, near white. */
+export function drawnTissue(plain, size = 256) {
+    const canvas = document.createElement('canvas');
+    canvas.width = canvas.height = size;
+    const context = canvas.getContext('2d');
+    const random = generator(7);
+    const pixels = context.createImageData(size, size);
+    const noise = [[4, 0.5], [9, 0.28], [21, 0.16], [64, 0.10]].map(([cells, weight]) =>
+        ({ cells, weight, value: Float32Array.from({ length: cells * cells }, random) }));
+    for (let y = 0, at = 0; y < size; y++)
+        for (let x = 0; x < size; x++, at += 4) {
+            let sum = 0;
+            for (const layer of noise)
+                sum += layer.weight * smoothNoise(layer, x / size, y / size);
+            pixels.data[at] = 202 + 34 * sum;
+            pixels.data[at + 1] = 176 + 62 * sum;
+            pixels.data[at + 2] = 172 + 62 * sum;
+            pixels.data[at + 3] = 255;
+        }
+    context.putImageData(pixels, 0, 0);
+    for (let i = 0; i < 9; i++) vessel(context, size, random);
+    const texture = new CanvasTexture(canvas);
+    texture.wrapS = texture.wrapT = RepeatWrapping;
+    texture.colorSpace = NoColorSpace; // the shader squares it: cheaper
+    if (plain) {
+        texture.generateMipmaps = false;
+        texture.minFilter = LinearFilter;
+    }
+    return texture;
+}
+
+function generator(seed) {
+    let state = seed;
+    return () => {
+        state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
+        return state / 4294967296;
+    };
+}
+
+function smoothNoise({ cells, value }, u, v) {
+    const x = u * cells, y = v * cells;
+    const i = Math.floor(x), j = Math.floor(y);
+    const fade = (t) => t * t * (3 - 2 * t);
+    const a = fade(x - i), b = fade(y - j);
+    const at = (p, q) => value[(q % cells) * cells + (p % cells)];
+    return (at(i, j) * (1 - a) + at(i + 1, j) * a) * (1 - b) +
+        (at(i, j + 1) * (1 - a) + at(i + 1, j + 1) * a) * b;
+}
+
+// A wandering line, drawn nine times so that what leaves on one side comes in on the other.
+function vessel(context, size, random) {
+    const points = [[random() * size, random() * size]];
+    let angle = random() * 2 * Math.PI;
+    for (let i = 0; i < 40; i++) {
+        const [x, y] = points[points.length - 1];
+        angle += (random() - 0.5) * 0.9;
+        points.push([x + Math.cos(angle) * size / 50, y + Math.sin(angle) * size / 50]);
+    }
+    context.lineJoin = context.lineCap = 'round';
+    for (let k = 0; k < 9; k++) {
+        context.setTransform(1, 0, 0, 1, ((k % 3) - 1) * size, (Math.floor(k / 3) - 1) * size);
+        for (const [width, alpha] of [[3.4, 0.10], [1.5, 0.22]]) {
+            context.strokeStyle = `rgba(140, 24, 34, ${alpha})`;
+            context.lineWidth = width;
+            context.beginPath();
+            points.forEach(([x, y], i) => i ? context.lineTo(x, y) : context.moveTo(x, y));
+            context.stroke();
+        }
+    }
+    context.setTransform(1, 0, 0, 1, 0, 0);
+}
+

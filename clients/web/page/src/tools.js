@@ -1,0 +1,205 @@
+// Tools where they are, and the forces that they feel.
+
+import { BufferGeometry, CapsuleGeometry, Color, ConeGeometry, CylinderGeometry, Float32BufferAttribute,
+    Group, Mesh, Quaternion, ShaderMaterial, SphereGeometry, Vector3, DoubleSide } from 'three';
+
+const STALE = 1000; // [ms] after which a contact or pose that nobody repeats is no longer shown
+
+const steel = (colour) => new ShaderMaterial({
+    uniforms: { colour: { value: new Color(colour) } },
+    side: DoubleSide,
+    vertexShader: /* glsl */ `
+varying vec3 vNormal, vEye;
+void main() {
+    vec4 eye = modelViewMatrix * vec4(position, 1.0);
+    gl_Position = projectionMatrix * eye;
+    vEye = eye.xyz;
+    vNormal = normalMatrix * normal;
+}`,
+    // A dark room with a soft light above: bands along a bright instrument.
+    fragmentShader: /* glsl */ `
+uniform vec3 colour;
+varying vec3 vNormal, vEye;
+void main() {
+    vec3 n = normalize(vNormal), v = normalize(-vEye);
+    if (!gl_FrontFacing) n = -n;
+    vec3 r = reflect(-v, n);
+    float sky = smoothstep(-0.3, 0.9, r.y);
+    float lamp = smoothstep(0.80, 0.97, dot(r, vec3(-0.42, 0.62, 0.66)));
+    float edge = 1.0 - max(dot(n, v), 0.0);
+    vec3 c = colour * (0.10 + 0.55 * sky + 0.25 * max(n.z, 0.0)) + 0.65 * lamp + 0.12 * edge * edge;
+    gl_FragColor = vec4(sqrt(min(c, 1.0)), 1.0);
+}`,
+});
+
+const vector = (list) => new Vector3(...(list ?? [0, 0, 0]));
+const UP = new Vector3(0, 1, 0);
+
+/** One tool of the scene. */
+class Tool {
+    constructor(described) {
+        this.id = described.id;
+        this.kind = described.kind;
+        this.maxForce = described.max_force > 0 && Number.isFinite(described.max_force)
+            ? described.max_force : 3.3;
+        this.capsules = (described.capsules ?? []).map(({ from, to, radius }) =>
+            ({ from: vector(from), to: vector(to ?? from), radius: radius ?? 0.001 }));
+        this.edge = described.edge?.map(vector) ?? null;
+        this.group = new Group();
+        this.group.visible = described.kind === 'static';
+        this.position = new Vector3(); // of the pose
+        this.poseAt = -Infinity;       // [ms]
+        this.active = false;
+        this.contact = null;
+        this.contactAt = -Infinity;
+        this.force = 0;                // [N] as last told
+        this.touching = false;
+        this.build();
+    }
+
+    build() {
+        const material = steel({ blade: 0xd7dde2, grasper: 0xb9c2ca, static: 0x6d757c }[this.kind] ?? 0xc3cad0);
+        for (const { from, to, radius } of this.capsules) {
+            const length = from.distanceTo(to);
+            const shape = length > 0 ? new CapsuleGeometry(radius, length, 8, 20)
+                : new SphereGeometry(radius, 24, 16);
+            const part = new Mesh(shape, material);
+            part.position.addVectors(from, to).multiplyScalar(0.5);
+            if (length > 0)
+                part.quaternion.setFromUnitVectors(UP, to.clone().sub(from).normalize());
+            this.group.add(part);
+        }
+        if (this.edge) this.group.add(new Mesh(bladeShape(this.edge), material));
+    }
+
+    /** The nearest end of a capsule to the tool's origin, and where the shaft goes from it. */
+    tip() {
+        const first = this.capsules[0];
+        if (!first) return { at: new Vector3(), axis: new Vector3(0, 0, 1), radius: 0.002, stick: false };
+        const flip = first.from.length() > first.to.length();
+        const at = flip ? first.to : first.from, other = flip ? first.from : first.to;
+        const axis = other.clone().sub(at);
+        // Held in the middle: a stick that stands upright, not one that is pointed at things.
+        const stick = axis.length() > 0 && at.length() > 0.25 * axis.length();
+        return { at, axis: axis.length() > 0 ? axis.normalize() : new Vector3(0, 0, 1),
+            radius: first.radius, stick };
+    }
+}
+
+// A blade of which the edge is one side.
+function bladeShape([a, b]) {
+    const along = b.clone().sub(a), length = along.length();
+    const side = new Vector3(0, 1, 0);
+    if (Math.abs(along.y) > 0.9 * length) side.set(1, 0, 0);
+    side.cross(along).normalize().multiplyScalar(0.22 * length);
+    const c = b.clone().add(side), d = a.clone().add(side).addScaledVector(along, 0.25);
+    const shape = new BufferGeometry();
+    shape.setAttribute('position', new Float32BufferAttribute([a, b, c, d].flatMap((p) => p.toArray()), 3));
+    shape.setIndex([0, 1, 2, 0, 2, 3]);
+    shape.computeVertexNormals();
+    return shape;
+}
+
+export class Tools {
+    /** `labels`: the element that carries the newtons. */
+    constructor(stage, labels) {
+        this.stage = stage;
+        this.labels = labels;
+        this.list = [];
+        this.byId = new Map();
+        this.group = new Group();
+        stage.scene.add(this.group);
+        this.screen = new Vector3();
+        this.direction = new Vector3();
+        this.origin = new Vector3();
+    }
+
+    take(described) {
+        this.group.clear();
+        this.labels.replaceChildren();
+        this.byId.clear();
+        this.list = described.map((one) => new Tool(one));
+        for (const tool of this.list) {
+            this.byId.set(tool.id, tool);
+            tool.arrow = arrow();
+            tool.label = document.createElement('span');
+            tool.label.className = 'newtons';
+            tool.label.hidden = true;
+            this.labels.append(tool.label);
+            this.group.add(tool.group, tool.arrow);
+        }
+    }
+
+    takePose(pose, now) {
+        const tool = this.byId.get(pose.tool);
+        if (!tool) return;
+        tool.active = pose.active;
+        tool.poseAt = now;
+        tool.position.fromArray(pose.position);
+        const [w, x, y, z] = pose.orientation;
+        tool.group.quaternion.set(x, y, z, w);
+        tool.grip = pose.grip;
+    }
+
+    takeContact(contact, now) {
+        const tool = this.byId.get(contact.tool);
+        if (!tool) return;
+        tool.contact = contact;
+        tool.contactAt = now;
+        tool.force = contact.contact ? Math.hypot(...contact.force) : 0;
+    }
+
+    /** Before a frame. */
+    prepare(now) {
+        for (const tool of this.list) {
+            const touches = Boolean(tool.contact?.contact) && now - tool.contactAt < STALE;
+            tool.touching = touches;
+            if (tool.kind !== 'static') {
+                tool.group.visible = tool.active && now - tool.poseAt < STALE;
+                // What touches is drawn where it felt: the daemon may hold it back from the pose.
+                if (touches) tool.group.position.fromArray(tool.contact.position);
+                else tool.group.position.copy(tool.position);
+            }
+            this.drawForce(tool, touches && tool.force > 1e-4);
+        }
+    }
+
+    drawForce(tool, shown) {
+        tool.arrow.visible = shown;
+        tool.label.hidden = !shown;
+        if (!shown) return;
+        const { contact, arrow, label } = tool;
+        const length = this.stage.size * (0.05 + 0.32 * Math.min(tool.force / tool.maxForce, 1));
+        this.direction.fromArray(contact.force).normalize();
+        const held = Math.hypot(...contact.point) === 0 && Math.hypot(...contact.normal) === 0;
+        this.origin.fromArray(held ? contact.position : contact.point);
+        arrow.position.copy(this.origin);
+        arrow.quaternion.setFromUnitVectors(UP, this.direction);
+        arrow.scale.set(this.stage.size, length, this.stage.size);
+        this.origin.addScaledVector(this.direction, length);
+        this.stage.onScreen(this.origin, this.screen);
+        label.style.transform =
+            `translate(${Math.round(this.screen.x + 8)}px, ${Math.round(this.screen.y - 10)}px)`;
+        const text = `${tool.force.toFixed(2)} N`;
+        if (label.textContent !== text) label.textContent = text;
+    }
+
+    /** Whether a tool goes on being shown only for a while: then another frame is due. */
+    get fading() { return this.list.some((tool) => tool.group.visible && tool.kind !== 'static'); }
+
+    of(kind) { return this.list.find((tool) => tool.kind === kind); }
+}
+
+// Along +y, of length one; as wide as a small part of the scene, which its scale says.
+function arrow() {
+    const material = steel(0xf0b429);
+    const group = new Group();
+    const shaft = new Mesh(new CylinderGeometry(0.006, 0.006, 0.8, 12).translate(0, 0.4, 0), material);
+    const head = new Mesh(new ConeGeometry(0.018, 0.26, 16).translate(0, 0.87, 0), material);
+    group.add(shaft, head);
+    group.visible = false;
+    return group;
+}
+
+/** The turn that brings the tool's `axis` to the direction `to`. */
+export const turned = (axis, to) => new Quaternion().setFromUnitVectors(axis, to);

@@ -1,0 +1,39 @@
+// The web server: the page's files, images for bodies, and the WebSocket /live. civetweb's threads
+// run it; it answers GET only, and only those whom the door admits.
+#ifndef PLIANT_WEB_SITE_H
+#define PLIANT_WEB_SITE_H
+
+#include "door.h"
+#include "page.h"
+
+enum { SITE_TEXTURES = BOARD_BODIES };
+
+// An image for a body.
+typedef struct Texture {
+    char body[64];
+    const char *type;    // "image/png" or "image/jpeg"
+    unsigned char *data; // owned
+    size_t size;
+} Texture;
+
+typedef struct Site {
+    // set before site_start
+    char address[64];  // numeric; IPv6 without brackets
+    int port;          // 0: any; site_start sets it
+    char folder[4096]; // of the page; "" for none
+    Door door;
+    PageRoom room;
+    Texture texture[SITE_TEXTURES];
+    int textures;
+    // own
+    char root[4096]; // the folder without links; "" for none
+    struct mg_context *context;
+} Site;
+
+// Reads "BODY=IMAGE", a PNG or JPEG of at most 64 MB.
+bool site_add_texture(Site *site, const char *argument, ClientError *error);
+bool site_start(Site *site, ClientError *error);
+// Closes all connections; pages withdraw their tools.
+void site_stop(Site *site);
+
+#endif

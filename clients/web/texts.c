@@ -1,0 +1,259 @@
+// The JSON messages of protocol.md. Any thread.
+#include "texts.h"
+#include "describe.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include <jansson.h>
+
+// Text from the network as a JSON string: what is not UTF-8 becomes '?'.
+static json_t *string(const char *text)
+{
+    json_t *value = json_string(text);
+    if (value)
+        return value;
+    char *plain = strdup(text);
+    for (char *c = plain; c && *c; c++)
+        *c = (unsigned char)*c < 0x80 ? *c : '?';
+    value = json_string(plain ? plain : "");
+    free(plain);
+    return value;
+}
+
+static json_t *numbers(const double *number, int count)
+{
+    json_t *array = json_array();
+    for (int k = 0; k < count; k++)
+        json_array_append_new(array, json_real(number[k]));
+    return array;
+}
+
+static void put(json_t *object, const char *name, json_t *value)
+{
+    json_object_set_new(object, name, value);
+}
+
+static void put_numbers(json_t *object, const char *name, const double *number, int count)
+{
+    put(object, name, numbers(number, count));
+}
+
+static json_t *message(const char *type)
+{
+    json_t *object = json_object();
+    put(object, "type", json_string(type));
+    return object;
+}
+
+static Parcel *finish(json_t *object)
+{
+    // Twelve digits: positions to a picometre, and half the bytes of seventeen.
+    char *text = json_dumps(object, JSON_COMPACT | JSON_REAL_PRECISION(12));
+    if (!text)
+        abort(); // out of memory
+    Parcel *parcel = parcel_text(text);
+    free(text);
+    json_decref(object);
+    return parcel;
+}
+
+Parcel *text_hello(const HelloText *hello)
+{
+    json_t *object = message("hello"), *names = json_array();
+    put(object, "version", json_integer(1));
+    put(object, "prefix", string(hello->prefix));
+    put(object, "read_only", json_boolean(hello->read_only));
+    put(object, "rate_hz", json_real(hello->rate_hz));
+    for (int k = 0; k < hello->textures; k++)
+        json_array_append_new(names, string(hello->texture[k]));
+    put(object, "textures", names);
+    return finish(object);
+}
+
+static json_t *tool_object(const DescribedTool *tool)
+{
+    json_t *object = json_object();
+    put(object, "id", json_integer(tool->id));
+    put(object, "kind", json_string(tool->kind));
+    if (tool->has_force)
+        put(object, "max_force", json_real(tool->max_force));
+    if (tool->capsules) {
+        json_t *capsules = json_array();
+        for (int k = 0; k < tool->capsules; k++) {
+            json_t *capsule = json_object();
+            put_numbers(capsule, "from", tool->capsule[k].from, 3);
+            put_numbers(capsule, "to", tool->capsule[k].to, 3);
+            put(capsule, "radius", json_real(tool->capsule[k].radius));
+            json_array_append_new(capsules, capsule);
+        }
+        put(object, "capsules", capsules);
+    }
+    if (tool->has_edge) {
+        json_t *edge = json_array();
+        json_array_append_new(edge, numbers(tool->edge[0], 3));
+        json_array_append_new(edge, numbers(tool->edge[1], 3));
+        put(object, "edge", edge);
+    }
+    if (tool->has_plane) {
+        json_t *plane = json_object();
+        put_numbers(plane, "point", tool->point, 3);
+        put_numbers(plane, "normal", tool->normal, 3);
+        put(object, "plane", plane);
+    }
+    return object;
+}
+
+Parcel *text_scene(const pliant_status_t *status, const char *describe)
+{
+    json_t *object = message("scene"), *bodies = json_array(), *tools = json_array();
+    DescribedTool tool[DESCRIBE_TOOLS];
+    put(object, "name", string(status->scene));
+    for (int k = 0; k < status->num_bodies; k++) {
+        json_t *body = json_object();
+        put(body, "name", string(status->body[k].name));
+        put(body, "model", string(status->body[k].model));
+        json_array_append_new(bodies, body);
+    }
+    put(object, "bodies", bodies);
+    for (int k = 0, count = describe_tools(describe, tool); k < count; k++)
+        json_array_append_new(tools, tool_object(&tool[k]));
+    put(object, "tools", tools);
+    put(object, "describe", string(describe));
+    return finish(object);
+}
+
+Parcel *text_link(bool daemon, double age_s)
+{
+    json_t *object = message("link");
+    put(object, "daemon", json_boolean(daemon));
+    put(object, "age", json_real(age_s));
+    return finish(object);
+}
+
+static json_t *body_status(const pliant_body_status_t *body)
+{
+    json_t *object = json_object();
+    put(object, "name", string(body->name));
+    put(object, "model", string(body->model));
+    put(object, "integrator", string(body->integrator));
+    put(object, "topology", json_integer(body->topology));
+    put(object, "nodes", json_integer(body->nodes));
+    put(object, "springs", json_integer(body->springs));
+    put(object, "elements", json_integer(body->elements));
+    put(object, "pieces", json_integer(body->pieces));
+    put(object, "finest_level", json_integer(body->finest_level));
+    put(object, "time_step", json_real(body->time_step));
+    put(object, "kinetic", json_real(body->kinetic));
+    put(object, "elastic", json_real(body->elastic));
+    put(object, "mass", json_real(body->mass));
+    put(object, "max_displacement", json_real(body->max_displacement));
+    put(object, "estimated_error", json_real(body->estimated_error));
+    return object;
+}
+
+Parcel *text_status(const pliant_status_t *status)
+{
+    json_t *object = message("status");
+    json_t *bodies = json_array(), *reasons = json_object(), *stages = json_object();
+    put(object, "utime", json_integer(status->utime));
+    put(object, "sequence", json_integer(status->sequence));
+    put(object, "scene", string(status->scene));
+    put(object, "state", string(status->state));
+    put(object, "step", json_integer(status->step));
+    put(object, "time", json_real(status->time));
+    put(object, "rate_hz", json_real(status->rate_hz));
+    put(object, "real_time_factor", json_real(status->real_time_factor));
+    put(object, "late_ticks", json_integer(status->late_ticks));
+    put(object, "resets", json_integer(status->resets));
+    put(object, "rejected", json_integer(status->rejected));
+    put_numbers(object, "step_us", status->step_us, 4);
+    put_numbers(object, "wake_us", status->wake_us, 4);
+    for (int k = 0; k < status->num_bodies; k++)
+        json_array_append_new(bodies, body_status(&status->body[k]));
+    put(object, "body", bodies);
+    // Names that are not UTF-8 are refused by jansson and left out.
+    for (int k = 0; k < status->num_reasons; k++)
+        put(reasons, status->reason[k], json_integer(status->count[k]));
+    put(object, "reasons", reasons);
+    for (int k = 0; k < status->num_stages; k++)
+        put(stages, status->stage[k], json_real(status->stage_us[k]));
+    put(object, "stages", stages);
+    return finish(object);
+}
+
+Parcel *text_contacts(const pliant_contact_t *contact, int count)
+{
+    json_t *object = message("contact"), *tools = json_array();
+    for (int k = 0; k < count; k++) {
+        json_t *tool = json_object();
+        put(tool, "tool", json_integer(contact[k].tool));
+        put(tool, "contact", json_boolean(contact[k].contact));
+        put_numbers(tool, "position", contact[k].position, 3);
+        put_numbers(tool, "force", contact[k].force, 3);
+        put_numbers(tool, "torque", contact[k].torque, 3);
+        put_numbers(tool, "point", contact[k].point, 3);
+        put_numbers(tool, "normal", contact[k].normal, 3);
+        put(tool, "depth", json_real(contact[k].depth));
+        put(tool, "pose_utime", json_integer(contact[k].pose_utime));
+        put(tool, "utime", json_integer(contact[k].utime));
+        json_array_append_new(tools, tool);
+    }
+    put(object, "tools", tools);
+    return finish(object);
+}
+
+Parcel *text_poses(const pliant_tool_pose_t *pose, int count, int32_t ours)
+{
+    json_t *object = message("pose"), *tools = json_array();
+    for (int k = 0; k < count; k++) {
+        json_t *tool = json_object();
+        put(tool, "tool", json_integer(pose[k].tool));
+        put_numbers(tool, "position", pose[k].position, 3);
+        put_numbers(tool, "orientation", pose[k].orientation, 4);
+        put(tool, "grip", json_real(pose[k].grip));
+        put(tool, "active", json_boolean(pose[k].active));
+        put(tool, "ours", json_boolean(pose[k].sender == ours));
+        json_array_append_new(tools, tool);
+    }
+    put(object, "tools", tools);
+    return finish(object);
+}
+
+Parcel *text_event(const pliant_event_t *event)
+{
+    json_t *object = message("event");
+    put(object, "body", string(event->body));
+    put(object, "kind", string(event->kind));
+    put(object, "text", string(event->text));
+    put(object, "step", json_integer(event->step));
+    put(object, "utime", json_integer(event->utime));
+    return finish(object);
+}
+
+Parcel *text_reply(const pliant_reply_t *reply)
+{
+    json_t *object = message("reply");
+    put(object, "id", json_integer(reply->id));
+    put(object, "ok", json_boolean(reply->ok));
+    put(object, "text", string(reply->text));
+    put(object, "separated", json_integer(reply->separated));
+    put(object, "nodes_added", json_integer(reply->nodes_added));
+    put(object, "pieces", json_integer(reply->pieces));
+    put(object, "step", json_integer(reply->step));
+    return finish(object);
+}
+
+Parcel *text_error(const char *text)
+{
+    json_t *object = message("error");
+    put(object, "text", string(text));
+    return finish(object);
+}
+
+Parcel *text_round(int64_t round)
+{
+    json_t *object = message("round");
+    put(object, "round", json_integer(round));
+    return finish(object);
+}

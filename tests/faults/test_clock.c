@@ -1,0 +1,213 @@
+// Clocks that are set while they are in use: by an hour forward and back, of the daemon and of a
+// client. Nothing that waits, times out or measures may rest on them.
+#include "client.h"
+#include "figure.h"
+#include "shown.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+static const char *library, *probe_path;
+static volatile int64_t *offset_us; // of the clocks of what is started by start_with_clock
+
+static const int64_t HOUR_US = INT64_C(3600000000);
+
+static const char HEAD[] = "rate_hz = 500.0; publish = { nodes_hz = 50.0; mesh_hz = 5.0; "
+                           "contact_hz = 100.0; status_hz = 20.0; };";
+
+static void open_clock(void)
+{
+    const char *path = scratch("clock");
+    int fd = open(path, O_RDWR | O_CREAT, 0600);
+    assert_true(fd >= 0 && ftruncate(fd, sizeof *offset_us) == 0);
+    void *memory = mmap(NULL, sizeof *offset_us, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
+    assert_true(memory != MAP_FAILED);
+    offset_us = memory;
+    close(fd);
+    setenv("PLIANT_SET_CLOCK", path, 1);
+}
+
+static void start_with_clock(Daemon *daemon, const char *arguments)
+{
+    static char assignment[1100];
+    snprintf(assignment, sizeof assignment, "LD_PRELOAD=%s", library);
+    daemon_environment(assignment);
+    daemon_start(daemon, "%s", arguments);
+    daemon_environment(NULL);
+}
+
+// Presses with poses of our own clock until so many contacts more were felt; false when the contact
+// broke off meanwhile.
+static bool feel(Client *client, int contacts)
+{
+    const double position[3] = {0.0, 0.0, 0.053};
+    bool unbroken = true;
+    for (int wanted = client->contacts + contacts; client->contacts < wanted;) {
+        pliant_tool_pose_t pose = make_pose(client, position);
+        send_pose(client, &pose);
+        int before = client->contacts;
+        wait_until(client, client->contacts > before);
+        unbroken &= client->contact.contact != 0;
+    }
+    return unbroken;
+}
+
+static void a_daemon_whose_clock_is_set_goes_on_as_before(void **state)
+{
+    (void)state;
+    static const int64_t OFFSETS[] = {HOUR_US, -HOUR_US, 0};
+    Daemon daemon;
+    *offset_us = 0;
+    Client *client = client_create();
+    Shown *shown = shown_create(client->lcm, "sphere");
+    start_with_clock(&daemon, write_scene("clock.cfg", HEAD, PROBE_TOOL));
+    client_wait_for_daemon(client);
+    feel(client, 20);
+    for (int i = 0; i < 3; i++) {
+        const int64_t before = client->contact.utime;
+        *offset_us = OFFSETS[i];
+        int64_t frames = shown->count, meshes = shown->meshes;
+        int statuses = client->status.count;
+        feel(client, 2);
+        // It was set: by an hour, give or take a minute.
+        const double jump = (double)(client->contact.utime - before) / (double)HOUR_US;
+        const double wanted[] = {1.0, -2.0, 1.0};
+        expect_near(jump, wanted[i], 1.0 / 60.0);
+        assert_true(feel(client, 60));
+        wait_until(client, shown->count > frames + 10 && shown->meshes > meshes &&
+                               client->status.count > statuses + 5);
+        const double valid = (double)(client->contact.valid_until - client->contact.utime);
+        assert_true(valid > 0.0 && valid < 1e6);
+    }
+    assert_int_equal(client->status.rejected, 0);
+    daemon_signal(&daemon, SIGTERM);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    figure("clock of the daemon set by +1 h, -2 h, +1 h: contact unbroken, %lld frames shown, %lld "
+           "late ticks, nothing refused",
+           (long long)shown->count, printed(&daemon, "late ticks"));
+    shown_destroy(shown);
+    client_destroy(client);
+}
+
+// A viewer that has seen the first one must not take the second one's frames for old ones.
+static void a_daemon_that_restarts_with_an_earlier_clock_is_shown(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    *offset_us = 0;
+    Client *client = client_create();
+    Shown *shown = shown_create(client->lcm, "sphere");
+    const char *scene = write_scene("restart.cfg", HEAD, PROBE_TOOL);
+    for (int run = 0; run < 2; run++) {
+        start_with_clock(&daemon, scene);
+        int64_t meshes = shown->meshes;
+        memset(shown->hash, 0, SHOWN_MOST * sizeof *shown->hash);
+        shown->count = 0;
+        wait_until(client, shown->meshes > meshes + 8 && shown->count >= 20);
+        daemon_signal(&daemon, SIGTERM);
+        daemon_wait(&daemon);
+        assert_int_equal(daemon.code, 0);
+        *offset_us = -HOUR_US;
+    }
+    shown_destroy(shown);
+    client_destroy(client);
+}
+
+static void a_client_whose_clock_is_set_keeps_its_tool_and_its_measures(void **state)
+{
+    (void)state;
+    Daemon daemon, probe;
+    char arguments[PATH_TEXT * 3];
+    *offset_us = 0;
+    Client *client = client_create();
+    daemon_start(&daemon, "%s", write_scene("client.cfg", HEAD, PROBE_TOOL));
+    client_wait_for_daemon(client);
+    const char *log = scratch("probe.tsv");
+    snprintf(arguments, sizeof arguments,
+             "--press 0,0,0.058 --depth 0.008 --speed 0.05 --hold 1.5 --rate 200 --log %s", log);
+    daemon_program(probe_path);
+    start_with_clock(&probe, arguments);
+    daemon_program(NULL);
+    wait_until(client, client->contact.contact);
+    static const int64_t OFFSETS[] = {HOUR_US, -HOUR_US, 0};
+    for (int i = 0; i < 3; i++) {
+        *offset_us = OFFSETS[i];
+        int64_t step = client->contact.step;
+        wait_until(client, client->contact.step > step + 100);
+        assert_true(client->contact.contact != 0);
+    }
+    daemon_wait(&probe);
+    if (probe.code != 0)
+        fail_msg("it said: %s%s", probe.out, probe.err);
+    assert_int_equal(refused(client, "overtaken"), 0);
+    // No trip took an hour, and none took no time.
+    FILE *file = fopen(log, "r");
+    assert_non_null(file);
+    char line[1024];
+    int trips = 0;
+    double longest = 0.0;
+    while (fgets(line, sizeof line, file) != NULL) {
+        char *last = strrchr(line, '\t');
+        double us = last != NULL ? strtod(last + 1, NULL) : (double)NAN;
+        if (line[0] == '#' || !(us == us))
+            continue;
+        trips++;
+        longest = us > longest ? us : longest;
+        assert_true(us > 0.0 && us < 60e6);
+    }
+    fclose(file);
+    expect_at_least(trips, 50.0);
+    figure("clock of a client set by +1 h, -2 h, +1 h: its tool stays in contact, round trips of "
+           "%d poses at most %.1f ms",
+           trips, 1e-3 * longest);
+    assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
+    daemon_wait(&daemon);
+    client_destroy(client);
+}
+
+static void time_stamps_of_poses_mean_nothing_to_the_daemon(void **state)
+{
+    (void)state;
+    static const int64_t UTIMES[] = {0, -1, INT64_MIN, INT64_MAX, 1, INT64_MAX - 1, -HOUR_US};
+    Daemon daemon;
+    Client *client = client_create();
+    daemon_start(&daemon, "%s", write_scene("stamps.cfg", HEAD, PROBE_TOOL));
+    client_wait_for_daemon(client);
+    while (!feel(client, 5)) { // until what came before the first pose has been read
+    }
+    const double position[3] = {0.0, 0.0, 0.053};
+    for (size_t i = 0; i < sizeof UTIMES / sizeof *UTIMES; i++)
+        for (int again = 0; again < 3; again++) {
+            pliant_tool_pose_t pose = make_pose(client, position);
+            pose.utime = UTIMES[i];
+            send_pose(client, &pose);
+            wait_until(client, client->contact.pose_utime == UTIMES[i]);
+            assert_true(client->contact.contact != 0);
+        }
+    assert_int_equal(client->status.rejected, 0);
+    assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
+    daemon_wait(&daemon);
+    client_destroy(client);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(a_daemon_whose_clock_is_set_goes_on_as_before),
+        daemon_test(a_daemon_that_restarts_with_an_earlier_clock_is_shown),
+        daemon_test(a_client_whose_clock_is_set_keeps_its_tool_and_its_measures),
+        daemon_test(time_stamps_of_poses_mean_nothing_to_the_daemon),
+    };
+    if (argc < 4)
+        return 2;
+    library = argv[2];
+    probe_path = argv[3];
+    harness_start(argc, argv);
+    open_clock();
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}

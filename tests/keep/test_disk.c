@@ -1,0 +1,227 @@
+// What a checkpoint survives besides a kill at any moment: a kill at each of the system calls that
+// write it, a machine that stops (by the order of those calls), a full disk, two writers of one
+// file. With strace and a small file system of its own, where they are permitted.
+#include "session.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <sched.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/mount.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum { TRACE_MAX = 1 << 20 };
+
+static const char STRACE[] = "/usr/bin/strace";
+static const char *pliantd;
+
+static bool exists(const char *path)
+{
+    struct stat facts;
+    return stat(path, &facts) == 0;
+}
+
+// Runs the daemon under strace; false where there is none or it may not trace.
+static bool run_traced(Daemon *daemon, const char *options, const char *arguments)
+{
+    static int permitted = -1;
+    if (permitted < 0 && access(STRACE, X_OK) != 0)
+        permitted = 0;
+    daemon_program(STRACE);
+    daemon_environment("ASAN_OPTIONS=detect_leaks=0"); // which traces, too
+    if (permitted < 0) {
+        run_daemon(daemon, "-o /dev/null /bin/true");
+        permitted = daemon->code == 0;
+    }
+    if (permitted)
+        run_daemon(daemon, "-f -qq %s %s %s", options, pliantd, arguments);
+    daemon_program(NULL);
+    daemon_environment(NULL);
+    if (!permitted)
+        print_message("skipped: no strace here, or it may not trace\n");
+    return permitted;
+}
+
+// --- the order of the calls ---
+
+// The end of the first line in [from, until) that holds both texts, or NULL.
+static const char *look_for(const char *from, const char *until, const char *call, const char *what)
+{
+    for (const char *line = from; line < until;) {
+        size_t length = strcspn(line, "\n");
+        char text[1024];
+        snprintf(text, sizeof text, "%.*s", (int)(length < 1000 ? length : 1000), line);
+        if (strstr(text, call) != NULL && strstr(text, what) != NULL)
+            return line + length;
+        line += length + (line[length] == '\n');
+    }
+    return NULL;
+}
+
+static const char *find_call(const char *from, const char *call, const char *what)
+{
+    const char *found = look_for(from, from + strlen(from), call, what);
+    if (found == NULL)
+        fail_msg("no %s of %s where it belongs, in: %.2000s", call, what, from);
+    return found;
+}
+
+// The name is changed when the content is on the disk, and the run goes on when the name is.
+static void a_checkpoint_is_on_the_disk_before_it_has_its_name(void **state)
+{
+    (void)state;
+    Daemon daemon;
+    char arguments[2048], options[1024];
+    const char *trace = scratch("trace");
+    snprintf(options, sizeof options, "-y -o %s -e trace=openat,write,fsync,rename,close", trace);
+    snprintf(arguments, sizeof arguments, "--offline 0.01 --checkpoint %s %s", scratch("order.h5"),
+             session_scene(&keep_scenes[2], "single", 1));
+    if (!run_traced(&daemon, options, arguments))
+        skip();
+    assert_int_equal(daemon.code, 0);
+    char *text = calloc(1, TRACE_MAX);
+    FILE *file = fopen(trace, "r");
+    assert_non_null(file);
+    size_t size = fread(text, 1, TRACE_MAX - 1, file);
+    fclose(file);
+    assert_true(size > 0 && size < TRACE_MAX - 1);
+    char folder[PATH_TEXT * 2];
+    snprintf(folder, sizeof folder, "%s", scratch("x"));
+    *strrchr(folder, '/') = '\0';
+    const char *at = find_call(text, "openat(", "order.h5.tmp");
+    at = find_call(at, "write(", "order.h5.tmp>");
+    at = find_call(at, "fsync(", "order.h5.tmp>");
+    const char *renamed = find_call(at, "rename(", "order.h5.tmp\", ");
+    assert_null(look_for(at, renamed, "write(", "order.h5.tmp>"));
+    at = find_call(renamed, "openat(", "O_DIRECTORY");
+    at = find_call(at, "fsync(", folder);
+    free(text);
+}
+
+// --- killed at each of them ---
+
+static void a_kill_at_any_call_leaves_a_checkpoint(void **state)
+{
+    (void)state;
+    static const char *const calls[] = {"openat", "flock", "ftruncate", "write", "fsync", "rename"};
+    const char *scene = session_scene(&keep_scenes[2], "single", 1);
+    const char *kept = scratch("calls.h5");
+    char arguments[2048], options[1024], former[32];
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 0.02 --checkpoint %s %s", kept, scene);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, former);
+    snprintf(arguments, sizeof arguments,
+             "--offline 0.1 --checkpoint-every 0.02 --resume %s "
+             "--checkpoint %s %s",
+             kept, kept, scene);
+    int seen = 0;
+    for (size_t k = 0; k < sizeof calls / sizeof *calls; k++) {
+        // -P: only calls on this file count.
+        snprintf(options, sizeof options,
+                 "-o /dev/null -P %s.tmp -e trace=%s -e inject=%s:signal=KILL:when=2", kept,
+                 calls[k], calls[k]);
+        if (!run_traced(&daemon, options, arguments))
+            skip();
+        bool killed = daemon.code == 1000 + SIGKILL;
+        seen += killed;
+        print_message("%s: %s\n", calls[k], killed ? "killed" : "not called twice");
+        run_daemon(&daemon, "--offline 0 --resume %s %s", kept, scene);
+        if (daemon.code != 0)
+            fail_msg("killed in %s: %s", calls[k], daemon.err);
+        assert_true(printed(&daemon, "step") >= 20);
+    }
+    assert_true(seen >= 5);
+    // Whatever they left is used by the next writer.
+    run_daemon(&daemon, "--offline 0.01 --resume %s --checkpoint %s %s", kept, kept, scene);
+    assert_int_equal(daemon.code, 0);
+    char temporary[PATH_TEXT * 2 + 8];
+    snprintf(temporary, sizeof temporary, "%s.tmp", kept);
+    assert_false(exists(temporary));
+}
+
+// --- the disk ---
+
+static void a_full_disk_leaves_the_former_checkpoint(void **state)
+{
+    (void)state;
+    const char *scene = session_scene(&keep_scenes[2], "single", 1), *disk = scratch("disk");
+    char kept[PATH_TEXT * 2], filler[PATH_TEXT * 2], former[32], now[32];
+    assert_int_equal(mkdir(disk, 0700), 0);
+    if (unshare(CLONE_NEWNS) != 0 || mount(NULL, "/", NULL, MS_REC | MS_PRIVATE, NULL) != 0 ||
+        mount("none", disk, "tmpfs", 0, "size=4m") != 0) {
+        print_message("skipped: no file system of its own: %s\n", strerror(errno));
+        skip();
+    }
+    snprintf(kept, sizeof kept, "%s", scratch("disk/kept.h5"));
+    snprintf(filler, sizeof filler, "%s", scratch("disk/filler"));
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 0.02 --checkpoint %s %s", kept, scene);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, former);
+    static const char zero[4096];
+    int fd = open(filler, O_WRONLY | O_CREAT, 0600);
+    while (write(fd, zero, sizeof zero) > 0) {
+    }
+    // Some room, less than a checkpoint takes.
+    assert_int_equal(ftruncate(fd, lseek(fd, 0, SEEK_END) - 65536), 0);
+    close(fd);
+
+    run_daemon(&daemon, "--offline 0.1 --checkpoint-every 0.02 --resume %s --checkpoint %s %s",
+               kept, kept, scene);
+    assert_int_equal(daemon.code, 1);
+    assert_non_null(strstr(daemon.err, "kept.h5: No space left on device"));
+    strcat(kept, ".tmp");
+    assert_false(exists(kept));
+    *strrchr(kept, '.') = '\0';
+    run_daemon(&daemon, "--offline 0 --resume %s %s", kept, scene);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, now);
+    assert_string_equal(now, former);
+
+    // With room again it is replaced.
+    unlink(filler);
+    run_daemon(&daemon, "--offline 0.1 --resume %s --checkpoint %s %s", kept, kept, scene);
+    assert_int_equal(daemon.code, 0);
+    run_daemon(&daemon, "--offline 0 --resume %s %s", kept, scene);
+    assert_int_equal(printed(&daemon, "step"), 120);
+    umount(disk);
+}
+
+// --- two writers ---
+
+static void a_file_that_another_program_writes_is_left_to_it(void **state)
+{
+    (void)state;
+    const char *scene = session_scene(&keep_scenes[2], "single", 1), *kept = scratch("two.h5");
+    char temporary[PATH_TEXT * 2];
+    snprintf(temporary, sizeof temporary, "%s", scratch("two.h5.tmp"));
+    int fd = open(temporary, O_WRONLY | O_CREAT, 0600);
+    assert_int_equal(flock(fd, LOCK_EX), 0);
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 0.01 --checkpoint %s %s", kept, scene);
+    assert_int_equal(daemon.code, 1);
+    assert_non_null(strstr(daemon.err, "two.h5: Device or resource busy"));
+    assert_true(exists(temporary));
+    close(fd); // as one that was killed
+    run_daemon(&daemon, "--offline 0.01 --checkpoint %s %s", kept, scene);
+    assert_int_equal(daemon.code, 0);
+    assert_false(exists(temporary));
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(a_checkpoint_is_on_the_disk_before_it_has_its_name),
+        daemon_test(a_kill_at_any_call_leaves_a_checkpoint),
+        daemon_test(a_full_disk_leaves_the_former_checkpoint),
+        daemon_test(a_file_that_another_program_writes_is_left_to_it),
+    };
+    harness_start(argc, argv);
+    pliantd = argv[1];
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}

@@ -1,0 +1,326 @@
+// A server that is killed at any moment leaves a whole checkpoint, the former or the newer, from
+// which it goes on with the same bits; its log of inputs and its recording are readable as far as
+// they were written. How often: PLIANT_KILLS in the environment, half off line and half live.
+#include "recording_view.h"
+#include "session.h"
+
+#include "client.h"
+#include "effort.h"
+#include "random.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { OFFLINE_TICKS = 250, LIVE_TICKS = 1000, AFTER_TICKS = 60, HASH_TEXT = 32 };
+
+// What came of the kills of one scene.
+typedef struct Tally {
+    int kills, ended, none, former, newer, temporaries;
+} Tally;
+
+static uint64_t chance_state = 20;
+
+static int rounds(void)
+{
+    const char *text = getenv("PLIANT_KILLS");
+    int asked = text != NULL ? atoi(text) : EFFORT(12);
+    return (asked + 1) / 2;
+}
+
+static bool exists(const char *path)
+{
+    struct stat facts;
+    return stat(path, &facts) == 0;
+}
+
+static void copy_file(const char *from_path, const char *to_path)
+{
+    char bytes[65536];
+    size_t size;
+    FILE *from = fopen(from_path, "rb"), *to = fopen(to_path, "wb");
+    assert_non_null(from);
+    assert_non_null(to);
+    while ((size = fread(bytes, 1, sizeof bytes, from)) > 0)
+        assert_int_equal(fwrite(bytes, 1, size, to), size);
+    fclose(from);
+    assert_int_equal(fclose(to), 0);
+}
+
+// In a folder of its own, so that whatever else a killed writer leaves is seen.
+static const char *keep_path(const KeepScene *scene, const char *kind, const char *file)
+{
+    char name[128];
+    snprintf(name, sizeof name, "%s-%s", kind, scene->name);
+    if (mkdir(scratch(name), 0700) != 0)
+        assert_int_equal(errno, EEXIST);
+    snprintf(name, sizeof name, "%s-%s/%s", kind, scene->name, file);
+    return scratch(name);
+}
+
+// What lies beside the checkpoint: at most one temporary file, however many writers were killed.
+static void look_for_litter(const char *checkpoint, Tally *tally)
+{
+    char folder[PATH_TEXT * 2];
+    snprintf(folder, sizeof folder, "%s", checkpoint);
+    *strrchr(folder, '/') = '\0';
+    DIR *all = opendir(folder);
+    assert_non_null(all);
+    for (const struct dirent *entry; (entry = readdir(all)) != NULL;) {
+        bool temporary = strcmp(entry->d_name, "kept.h5.tmp") == 0;
+        if (entry->d_name[0] != '.' && !temporary && strcmp(entry->d_name, "kept.h5") != 0)
+            fail_msg("a killed server left %s/%s", folder, entry->d_name);
+        tally->temporaries += temporary;
+    }
+    closedir(all);
+}
+
+// The step of a checkpoint, which must load; -1: there is none.
+static long long step_of(const char *checkpoint, const char *scene)
+{
+    if (!exists(checkpoint))
+        return -1;
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 0 --resume %s %s", checkpoint, scene);
+    if (daemon.code != 0)
+        fail_msg("the checkpoint does not load: %s", daemon.err);
+    return printed(&daemon, "step");
+}
+
+// Ends the daemon after a random part of `most` seconds. False if it had ended by then.
+static bool kill_at_random(Daemon *daemon, double most)
+{
+    double s = random_between(&chance_state, 0.0, most);
+    const struct timespec pause = {.tv_sec = (time_t)s, .tv_nsec = (long)(fmod(s, 1.0) * 1e9)};
+    nanosleep(&pause, NULL);
+    daemon_signal(daemon, SIGKILL);
+    daemon_wait(daemon);
+    if (daemon->code != 0 && daemon->code != 1000 + SIGKILL)
+        fail_msg("exit %d: %s", daemon->code, daemon->err);
+    return daemon->code != 0;
+}
+
+static void count_kill(Tally *tally, bool killed, long long before, long long after)
+{
+    tally->kills += killed;
+    tally->ended += !killed;
+    tally->none += after < 0;
+    tally->former += after >= 0 && after == before;
+    tally->newer += after > before;
+}
+
+static void print_tallies(const char *kind, const Tally *tally)
+{
+    print_message("%-8s %-7s %6s %9s %6s %7s %6s %10s\n", kind, "scene", "killed", "had ended",
+                  "none", "former", "newer", "temporary");
+    for (int s = 0; s < KEEP_SCENES; s++)
+        print_message("%-8s %-7s %6d %9d %6d %7d %6d %10d\n", kind, keep_scenes[s].name,
+                      tally[s].kills, tally[s].ended, tally[s].none, tally[s].former,
+                      tally[s].newer, tally[s].temporaries);
+}
+
+// --- off line: nearly always in the middle of writing ---
+
+typedef struct Chain {
+    const KeepScene *scene;
+    const char *precision;
+    char config[PATH_TEXT * 2], log[PATH_TEXT * 2], kept[PATH_TEXT * 2];
+    char whole[HASH_TEXT]; // the end of the run that nobody interrupts
+    double run_s;          // how long that takes, with its checkpoints
+    Tally *tally;
+} Chain;
+
+static void chain_begin(Chain *chain, int index, Tally *tally)
+{
+    const KeepScene *scene = &keep_scenes[index % KEEP_SCENES];
+    const char *precision = index / KEEP_SCENES % 2 == 0 ? "single" : "double";
+    *chain = (Chain){.scene = scene, .precision = precision, .tally = tally};
+    snprintf(chain->config, sizeof chain->config, "%s", session_scene(scene, precision, 1));
+    snprintf(chain->log, sizeof chain->log, "%s", scratch("offline.log"));
+    snprintf(chain->kept, sizeof chain->kept, "%s", keep_path(scene, "offline", "kept.h5"));
+    unlink(chain->kept);
+    Session session = session_create(scene, 100 + (uint64_t)index, OFFLINE_TICKS);
+    session_write_log(&session, scene, chain->log);
+    session_destroy(&session);
+    Daemon daemon;
+    double begin = client_now();
+    run_daemon(&daemon, "--offline 1000 --checkpoint-every 0.004 --checkpoint %s --input %s %s",
+               chain->kept, chain->log, chain->config);
+    if (daemon.code != 0)
+        fail_msg("%s", daemon.err);
+    chain->run_s = client_now() - begin;
+    printed_state(&daemon, chain->whole);
+    unlink(chain->kept);
+}
+
+static void expect_same_end(const Chain *chain)
+{
+    Daemon daemon;
+    char state[HASH_TEXT];
+    run_daemon(&daemon, "--offline 1000 --resume %s --input %s %s", chain->kept, chain->log,
+               chain->config);
+    if (daemon.code != 0)
+        fail_msg("%s", daemon.err);
+    assert_int_equal(printed(&daemon, "step"), OFFLINE_TICKS);
+    printed_state(&daemon, state);
+    assert_string_equal(state, chain->whole);
+}
+
+// Killed, gone on with, killed again, until it comes to its end.
+static void run_offline_kills(Chain *chain, int count)
+{
+    enum { TRIES = 8 }; // for each kill: a run may end before it comes
+    long long before = -1;
+    int kills = 0;
+    for (int k = 0; kills < count && k < TRIES * count; k++) {
+        double left_s =
+            chain->run_s * (double)(OFFLINE_TICKS - (before < 0 ? 0 : before)) / OFFLINE_TICKS;
+        Daemon daemon;
+        daemon_start(&daemon,
+                     "--offline 1000 --checkpoint-every 0.004 --checkpoint %s %s %s "
+                     "--input %s %s",
+                     chain->kept, before < 0 ? "" : "--resume", before < 0 ? "" : chain->kept,
+                     chain->log, chain->config);
+        bool killed = kill_at_random(&daemon, left_s);
+        kills += killed;
+        look_for_litter(chain->kept, chain->tally);
+        long long after = step_of(chain->kept, chain->config);
+        count_kill(chain->tally, killed, before, after);
+        assert_true(after >= before);
+        if (after >= 0)
+            expect_same_end(chain);
+        if (after == OFFLINE_TICKS)
+            unlink(chain->kept);
+        before = after == OFFLINE_TICKS ? -1 : after;
+    }
+    assert_int_equal(kills, count);
+}
+
+static void a_run_killed_while_it_writes_goes_on_with_the_same_bits(void **state)
+{
+    (void)state;
+    Tally tally[KEEP_SCENES] = {0};
+    const int all = rounds(), chains = all < 2 * KEEP_SCENES ? all : 2 * KEEP_SCENES;
+    for (int c = 0; c < chains; c++) {
+        Chain chain;
+        chain_begin(&chain, c, &tally[c % KEEP_SCENES]);
+        run_offline_kills(&chain, all / chains + (c < all % chains));
+    }
+    print_tallies("offline", tally);
+}
+
+// --- live ---
+
+// What the log of a killed server holds, on top of where it started, leads to the same state as
+// its newest checkpoint and the rest of the log.
+static void expect_log_leads_on(const char *config, const char *log, const char *base,
+                                long long base_step, const char *kept, long long step)
+{
+    char from_log[HASH_TEXT], from_kept[HASH_TEXT];
+    Daemon daemon;
+    const double after_s = (double)AFTER_TICKS / SESSION_RATE;
+    run_daemon(&daemon, "--offline %.3f --input %s %s %s %s",
+               (double)(step - base_step) / SESSION_RATE + after_s, log,
+               base == NULL ? "" : "--resume", base == NULL ? "" : base, config);
+    if (daemon.code != 0)
+        fail_msg("%s", daemon.err);
+    assert_int_equal(printed(&daemon, "step"), step + AFTER_TICKS);
+    printed_state(&daemon, from_log);
+    run_daemon(&daemon, "--offline %.3f --input %s --resume %s %s", after_s, log, kept, config);
+    if (daemon.code != 0)
+        fail_msg("%s", daemon.err);
+    assert_int_equal(printed(&daemon, "step"), step + AFTER_TICKS);
+    printed_state(&daemon, from_kept);
+    assert_string_equal(from_kept, from_log);
+}
+
+// Every frame that the file counts is there.
+static void expect_recording_readable(const char *path, const char *body)
+{
+    BodyView view = {0};
+    hid_t file = exists(path) ? view_open(path, true) : -1;
+    if (file < 0)
+        return; // killed before it was begun
+    view_body(&view, file, body);
+    view_free(&view);
+    H5Fclose(file);
+}
+
+// Sends a session at its pace for a random time, then kills; now and then while it starts.
+static void drive_and_kill(Daemon *daemon, Client *client, const Session *session, double most_s)
+{
+    int tick = 0, next = 0;
+    client->status.count = client->replies = client->events = 0;
+    if (random_below(&chance_state, 4) > 0)
+        client_wait_for_daemon(client);
+    double begin = client_now(), limit = random_between(&chance_state, 0.0, most_s);
+    while (client_now() - begin < limit) {
+        client_listen(client, 1);
+        if (client->status.count > 0 && tick < session->ticks)
+            session_send(session, ++tick, &next, client->lcm);
+    }
+    daemon_signal(daemon, SIGKILL);
+    daemon_wait(daemon);
+    if (daemon->code != 1000 + SIGKILL)
+        fail_msg("exit %d: %s", daemon->code, daemon->err);
+}
+
+static void kill_live(const KeepScene *scene, int round, Client *client, Tally *tally)
+{
+    char config[PATH_TEXT * 2], kept[PATH_TEXT * 2], base[PATH_TEXT * 2];
+    char log[PATH_TEXT * 2], record[PATH_TEXT * 2];
+    snprintf(config, sizeof config, "%s", session_scene(scene, "single", 1 + round % 2));
+    snprintf(kept, sizeof kept, "%s", keep_path(scene, "live", "kept.h5"));
+    snprintf(base, sizeof base, "%s", scratch("base.h5"));
+    snprintf(log, sizeof log, "%s", scratch("live.log"));
+    snprintf(record, sizeof record, "%s", scratch("live-record.h5"));
+    unlink(log);
+    unlink(record);
+    long long before = step_of(kept, config);
+    bool resumed = before >= 0;
+    if (resumed)
+        copy_file(kept, base);
+
+    Session session = session_create(scene, 1000 + (uint64_t)round, LIVE_TICKS);
+    Daemon daemon;
+    daemon_start(&daemon,
+                 "--log-inputs %s --record %s --checkpoint-every 0.005 --checkpoint %s "
+                 "%s %s %s",
+                 log, record, kept, resumed ? "--resume" : "", resumed ? base : "", config);
+    drive_and_kill(&daemon, client, &session, 0.8);
+    session_destroy(&session);
+
+    look_for_litter(kept, tally);
+    long long after = step_of(kept, config);
+    count_kill(tally, true, before, after);
+    assert_true(after >= before);
+    expect_recording_readable(record, scene->target[0].body);
+    if (after > before)
+        expect_log_leads_on(config, log, resumed ? base : NULL, resumed ? before : 0, kept, after);
+}
+
+static void a_live_server_that_is_killed_goes_on_with_the_same_bits(void **state)
+{
+    (void)state;
+    Tally tally[KEEP_SCENES] = {0};
+    Client *client = client_create();
+    for (int round = 0; round < rounds(); round++)
+        kill_live(&keep_scenes[round % KEEP_SCENES], round, client, &tally[round % KEEP_SCENES]);
+    client_destroy(client);
+    print_tallies("live", tally);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(a_run_killed_while_it_writes_goes_on_with_the_same_bits),
+        daemon_test(a_live_server_that_is_killed_goes_on_with_the_same_bits),
+    };
+    harness_start(argc, argv);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}

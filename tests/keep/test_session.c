@@ -1,0 +1,124 @@
+// Live sessions of everything that can be sent - poses, strokes and pulls, cuts, loads, settings,
+// resets, pauses and lockstep - and what the governor does meanwhile: their logs repeat them off
+// line bit for bit, also on a machine that is kept busy.
+#include "session.h"
+
+#include "client.h"
+#include "effort.h"
+
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+enum { TICKS = 500, HASH_TEXT = 32 };
+
+// Sends the session at its pace, or as the machine lets it; then ends the daemon.
+static void drive(Daemon *daemon, Client *client, const Session *session)
+{
+    int next = 0;
+    client->status.count = client->replies = client->events = 0;
+    client_wait_for_daemon(client);
+    for (int tick = 1; tick <= session->ticks; tick++) {
+        session_send(session, tick, &next, client->lcm);
+        client_listen(client, 1);
+        client->replies = 0;
+    }
+    command(client, PLIANT_COMMAND_T_STOP, 0, "");
+    daemon_wait(daemon);
+    if (daemon->code != 0)
+        fail_msg("%s", daemon->err);
+}
+
+static void expect_repeated(const KeepScene *scene, const char *precision, uint64_t seed,
+                            Client *client)
+{
+    char log[PATH_TEXT * 2], kept[PATH_TEXT * 2], config[PATH_TEXT * 2];
+    char live[HASH_TEXT], again[HASH_TEXT];
+    snprintf(log, sizeof log, "%s", scratch("session.log"));
+    snprintf(kept, sizeof kept, "%s", scratch("session.h5"));
+    snprintf(config, sizeof config, "%s", session_scene(scene, precision, 1 + (int)(seed % 2)));
+    Session session = session_create(scene, seed, TICKS);
+    Daemon daemon;
+    daemon_start(&daemon, "--log-inputs %s --checkpoint %s %s", log, kept, config);
+    drive(&daemon, client, &session);
+    session_destroy(&session);
+    printed_state(&daemon, live);
+    long long step = printed(&daemon, "step"), late = printed(&daemon, "late ticks");
+    const char *governor = strstr(daemon.out, "governor: ");
+    print_message("%s, %s, seed %d: %lld ticks, %lld late%s%.*s\n", scene->name, precision,
+                  (int)seed, step, late, governor != NULL ? ", " : "",
+                  governor != NULL ? (int)strcspn(governor, "\n") : 0,
+                  governor != NULL ? governor : "");
+
+    run_daemon(&daemon, "--offline 1000 --input %s %s", log, config);
+    assert_int_equal(daemon.code, 0);
+    assert_int_equal(printed(&daemon, "step"), step);
+    printed_state(&daemon, again);
+    assert_string_equal(again, live);
+    // The log ends where the checkpoint does: nothing is left of it to apply.
+    run_daemon(&daemon, "--offline 1000 --resume %s --input %s %s", kept, log, config);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, again);
+    assert_string_equal(again, live);
+}
+
+static void sessions_repeat_bit_for_bit(void **state)
+{
+    (void)state;
+    Client *client = client_create();
+    for (int s = 0; s < EFFORT(KEEP_SCENES); s++)
+        expect_repeated(&keep_scenes[s], s % 2 == 0 ? "single" : "double", 40 + (uint64_t)s,
+                        client);
+    client_destroy(client);
+}
+
+// As many that only compute as the machine has cores.
+static int start_load(pid_t *pid, int most)
+{
+    int count = (int)sysconf(_SC_NPROCESSORS_ONLN);
+    count = count < most ? count : most;
+    for (int i = 0; i < count; i++) {
+        pid[i] = fork();
+        assert_true(pid[i] >= 0);
+        if (pid[i] == 0) {
+            alarm(120); // also when this test was killed
+            for (volatile unsigned x = 0;; x++) {
+            }
+        }
+    }
+    return count;
+}
+
+static pid_t busy[8];
+static int busy_count;
+
+static int end_load(void **state)
+{
+    for (int i = 0; i < busy_count; i++)
+        if (kill(busy[i], SIGKILL) == 0)
+            waitpid(busy[i], NULL, 0);
+    busy_count = 0;
+    return harness_teardown(state);
+}
+
+static void a_busy_machine_changes_nothing(void **state)
+{
+    (void)state;
+    Client *client = client_create();
+    busy_count = start_load(busy, 8);
+    expect_repeated(&keep_scenes[0], "double", 60, client); // with the governor at work
+    expect_repeated(&keep_scenes[1], "single", 61, client);
+    client_destroy(client);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(sessions_repeat_bit_for_bit),
+        cmocka_unit_test_teardown(a_busy_machine_changes_nothing, end_load),
+    };
+    harness_start(argc, argv);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}
