@@ -56,4 +56,5 @@ for pose.sequence in range(801):
     if pose.sequence % 20 == 0:
         felt = newest["contact"]
         numbers = (*felt.position, *felt.force, *newest["node"])
-        print("tool %6.3f %6.3f %6.3f m  force %6.3f %6.3f %6.3f N  node 0 %6.3f %6.3f %6.3f m" % numbers)
+        form = "tool %6.3f %6.3f %6.3f m  force %6.3f %6.3f %6.3f N  node 0 %6.3f %6.3f %6.3f m"
+        print(form % numbers)
