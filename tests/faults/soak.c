@@ -41,6 +41,7 @@ typedef struct Soak {
     double start, warm, next_sample; // [s]
     Sample first, last;              // the first: after the warm-up
     bool warmed;
+    bool wanders; // the body comes back by a reset only
     // the body at rest
     float *rest;
     int32_t *rest_id;
@@ -251,6 +252,8 @@ static void wait_for_frame(Soak *soak)
 static void remember_rest(Soak *soak)
 {
     double low[3] = {1e9, 1e9, 1e9}, high[3] = {-1e9, -1e9, -1e9};
+    // Without the loads that a scene begins with, which a reset ends.
+    request(soak, PLIANT_COMMAND_T_RESET, 0, "");
     settle(soak);
     wait_for_frame(soak);
     const NodesFrame *nodes = &soak->shown->nodes;
@@ -292,6 +295,12 @@ static void compare_with_rest(Soak *soak)
     }
     expect_at_least(same, 1.0);
     soak->drift = sqrt(worst);
+    if (soak->drift > DRIFT * soak->size && soak->compared == 0 && !soak->wanders) {
+        puts("the body does not come back by itself (nothing holds it, or it tears): it is reset "
+             "before each comparison");
+        soak->wanders = true;
+        return;
+    }
     soak->drift_max = soak->drift > soak->drift_max ? soak->drift : soak->drift_max;
     soak->compared++;
     if (soak->drift > DRIFT * soak->size)
@@ -314,12 +323,12 @@ static void cycle(Soak *soak)
     }
     if (WITH_HDF5 && draw(soak, 0.0, 1.0) < 0.2)
         request(soak, PLIANT_COMMAND_T_CHECKPOINT, 0, "");
-    if (draw(soak, 0.0, 1.0) < 0.3) {
+    if (scene_path == NULL && draw(soak, 0.0, 1.0) < 0.3) { // of ours we know what it was
         request(soak, PLIANT_COMMAND_T_SET, 0, "gravity=0.5 0 -1");
         client_listen(soak->client, 50);
         request(soak, PLIANT_COMMAND_T_SET, 0, "gravity=0 0 0");
     }
-    if (cuts || draw(soak, 0.0, 1.0) < 0.1) {
+    if (cuts || draw(soak, 0.0, 1.0) < 0.1 || soak->wanders) {
         request(soak, PLIANT_COMMAND_T_RESET, 0, "");
         soak->resets++;
     }
