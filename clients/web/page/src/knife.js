@@ -18,7 +18,7 @@ export class Knife {
         this.depth = found ? found.distance : null;
         this.points = '';
         this.frame = this.world.stage.canvas.getBoundingClientRect();
-        this.trail.removeAttribute('hidden');
+        this.trail.parentElement.removeAttribute('hidden');
         this.x = event.clientX;
         this.y = event.clientY;
         return { kind: 'cut' };
@@ -56,7 +56,7 @@ export class Knife {
 
     end() {
         this.last = null;
-        this.trail.setAttribute('hidden', '');
+        this.trail.parentElement.setAttribute('hidden', '');
         this.trail.setAttribute('points', '');
         this.world.told(this.sent ? `${this.sent} cuts sent` : 'Drag farther to cut.');
     }
