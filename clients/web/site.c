@@ -10,6 +10,7 @@
 #include <strings.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <civetweb.h>
@@ -296,10 +297,40 @@ bool site_start(Site *site, ClientError *error)
     return true;
 }
 
+static void *stop_server(void *user)
+{
+    Site *site = user;
+    mg_stop(site->context);
+    atomic_store(&site->stopped, true);
+    return NULL;
+}
+
+// civetweb looks only every 2 s whether it should end, unless someone knocks.
+static void knock(const Site *site)
+{
+    struct sockaddr_in v4 = {.sin_family = AF_INET, .sin_port = htons((uint16_t)site->port)};
+    inet_pton(AF_INET, site->address, &v4.sin_addr); // IPv6: it ends all the same, later
+    int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    if (fd >= 0) {
+        connect(fd, (struct sockaddr *)&v4, sizeof v4);
+        close(fd);
+    }
+}
+
 void site_stop(Site *site)
 {
+    pthread_t thread;
     if (site->context) {
-        mg_stop(site->context);
+        board_stop(site->room.board); // pages are told, and answer by closing
+        if (pthread_create(&thread, NULL, stop_server, site) == 0) {
+            while (!atomic_load(&site->stopped)) {
+                knock(site);
+                nanosleep(&(struct timespec){.tv_nsec = 20000000}, NULL);
+            }
+            pthread_join(thread, NULL);
+        } else {
+            mg_stop(site->context);
+        }
         mg_exit_library();
     }
     for (int k = 0; k < site->textures; k++)

@@ -127,6 +127,9 @@ PageClient *page_connect(int port, const char *path, const char *origin, char wh
 
 void page_disconnect(PageClient *page)
 {
+    // The server closes at once, which civetweb's thread here sees earlier than our wish.
+    mg_websocket_client_write(page->connection, MG_WEBSOCKET_OPCODE_CONNECTION_CLOSE, "\x03\xe8",
+                              2);
     mg_close_connection(page->connection);
     pthread_mutex_destroy(&page->lock);
     free(page);

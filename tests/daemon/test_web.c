@@ -135,7 +135,7 @@ static void a_page_learns_the_scene_and_follows_every_body(void **state)
     assert_true(ball.matched && hard.matched);
     // The daemon repeats its meshes every second; what has not changed is not sent again.
     int status = page_count(page, "status");
-    page_wait(page_count(page, "status") > status + 25);
+    page_wait(page_count(page, "status") > status + 15);
     assert_int_equal(page_body(page, 0).meshes, 1);
     page_disconnect(page);
     end();
@@ -435,6 +435,44 @@ static void hostile_frames_close_their_connection_only(void **state)
 
 // --- comings and goings of daemons ---
 
+typedef struct CommandsSeen {
+    int count;
+    bool same; // all by one sender with one number
+    pliant_command_t first;
+} CommandsSeen;
+
+static void on_command(const lcm_recv_buf_t *buffer, const char *channel,
+                       const pliant_command_t *command, void *user)
+{
+    (void)buffer;
+    (void)channel;
+    CommandsSeen *seen = user;
+    if (command->kind != PLIANT_COMMAND_T_PAUSE)
+        return;
+    if (seen->count++ == 0)
+        seen->first = *command;
+    seen->same = command->sender == seen->first.sender && command->id == 3 && seen->first.id == 3;
+}
+
+static void what_is_not_answered_is_asked_again_and_then_given_up(void **state)
+{
+    (void)state;
+    char line[512];
+    Daemon server;
+    CommandsSeen seen = {0};
+    rig.port = start_web(&server, "--port 0", line);
+    Client *client = client_create();
+    pliant_command_t_subscribe(client->lcm, "PLIANT_COMMAND", on_command, &seen);
+    PageClient *page = open_page();
+    page_send(page, "{\"type\":\"command\",\"id\":3,\"kind\":\"pause\"}");
+    wait_until(client, seen.count >= 3);
+    assert_true(seen.same);
+    page_wait(page_says(page, "error", "no daemon answers command 3"));
+    page_disconnect(page);
+    client_destroy(client);
+    stop(&server);
+}
+
 static void daemons_may_come_late_go_and_come_again(void **state)
 {
     (void)state;
@@ -446,7 +484,7 @@ static void daemons_may_come_late_go_and_come_again(void **state)
     Daemon daemon;
     start_daemon(&daemon, scene_path());
     page_wait(page_body(page, 0).frames > 3);
-    assert_true(page_says(page, "link", "\"daemon\":true"));
+    page_wait(page_says(page, "link", "\"daemon\":true"));
     assert_int_equal(page_count(page, "scene"), 1);
     // The same once more: it begins again, and the page is told.
     stop(&daemon);
@@ -526,6 +564,7 @@ int main(int argc, char **argv)
         daemon_test(where_others_can_listen_a_token_is_needed),
         daemon_test(there_is_an_end_to_connections),
         daemon_test(hostile_frames_close_their_connection_only),
+        daemon_test(what_is_not_answered_is_asked_again_and_then_given_up),
         daemon_test(daemons_may_come_late_go_and_come_again),
         daemon_test(what_is_wrong_is_told_in_one_line),
     };
