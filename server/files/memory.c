@@ -14,7 +14,7 @@
 static double read_key(const char *path, const char *key)
 {
     char line[256];
-    double value = NAN;
+    double value = (double)NAN;
     FILE *file = fopen(path, "r");
     while (file != NULL && fgets(line, sizeof line, file) != NULL)
         if (strncmp(line, key, strlen(key)) == 0)
@@ -30,7 +30,7 @@ static double read_group(const char *folder, const char *name)
     char path[600], line[64], *end;
     snprintf(path, sizeof path, "/sys/fs/cgroup%s/%s", folder, name);
     FILE *file = fopen(path, "r");
-    double value = NAN;
+    double value = (double)NAN;
     if (file != NULL && fgets(line, sizeof line, file) != NULL) {
         value = strtod(line, &end);
         value = end != line ? value : (double)NAN;
@@ -56,7 +56,7 @@ static double limit_free(int resource, const char *key)
 {
     struct rlimit limit;
     if (getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
-        return NAN;
+        return (double)NAN;
     return (double)limit.rlim_cur - read_key("/proc/self/status", key);
 }
 
