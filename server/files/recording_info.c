@@ -382,7 +382,9 @@ static bool read_all(const HdfFile *file, RecordingInfo *info)
 {
     char format[32];
     int64_t ended = 0;
-    if (!hdf_read_text(file, "/", "format", format, sizeof format) ||
+    Status why = {0}; // none that says more
+    const HdfFile quiet = {.id = file->id, .path = file->path, .status = &why};
+    if (!hdf_read_text(&quiet, "/", "format", format, sizeof format) ||
         strcmp(format, "pliant-recording") != 0)
         return status_fail(file->status, STATUS_INVALID, "%s: is no recording", file->path);
     bool ok = hdf_read_text(file, "/", "created_by", info->created_by, sizeof info->created_by) &&

@@ -24,14 +24,18 @@ static void tell_refusal(Bus *bus, Refusal refusal, const char *why)
     log_line(LOG_DEBUG, "refused: %s", why);
 }
 
-static void answer_refusal(Bus *bus, const GateResult *result)
+// `again`: a repeat of it is tried again.
+static void answer_refusal(Bus *bus, const GateResult *result, bool again)
 {
     Answer answer = {.kind = result->input.kind,
                      .sender = result->input.sender,
                      .id = result->input.id,
                      .step = bus->status != NULL ? bus->status->step : 0};
     memcpy(answer.text, result->why, sizeof answer.text);
-    gate_answer(&bus->gate, &answer);
+    if (again)
+        gate_forget(&bus->gate, &result->input);
+    else
+        gate_answer(&bus->gate, &answer);
     bus_send_answer(bus, &answer);
 }
 
@@ -39,6 +43,16 @@ static bool ends_a_step(const Input *input)
 {
     return input->kind == INPUT_COMMAND && (input->command.kind == PLIANT_COMMAND_T_PAUSE ||
                                             input->command.kind == PLIANT_COMMAND_T_STOP);
+}
+
+// As many answers fit into their ring as requests may wait; one sender may have half of them.
+static bool has_room(const Bus *bus, const Input *input)
+{
+    const int half = EXCHANGE_REQUESTS / 2;
+    if (bus->outstanding < half)
+        return true;
+    // The request itself is pending already.
+    return bus->outstanding < EXCHANGE_REQUESTS && gate_pending(&bus->gate, input->sender) <= half;
 }
 
 static void hand_over(Bus *bus, GateResult *result)
@@ -53,12 +67,11 @@ static void hand_over(Bus *bus, GateResult *result)
         slot_publish(slot);
         return;
     }
-    // As many answers fit into their ring as requests may wait.
-    if (bus->outstanding == EXCHANGE_REQUESTS) {
-        snprintf(result->why, sizeof result->why, "%d requests wait already", EXCHANGE_REQUESTS);
+    if (!has_room(bus, &result->input)) {
+        snprintf(result->why, sizeof result->why, "%d requests wait already", bus->outstanding);
         gate_count(&bus->gate, REFUSED_FULL);
         tell_refusal(bus, REFUSED_FULL, result->why);
-        answer_refusal(bus, result);
+        answer_refusal(bus, result, true);
         return;
     }
     if (ends_a_step(&result->input))
@@ -102,7 +115,7 @@ static void on_input(const lcm_recv_buf_t *message, const char *channel, void *u
     case PASSAGE_REFUSED:
         tell_refusal(bus, result.refusal, result.why);
         if (result.known && input_is_request(&result.input))
-            answer_refusal(bus, &result);
+            answer_refusal(bus, &result, false);
         break;
     case PASSAGE_ANSWERED:
         bus_send_answer(bus, result.answer);

@@ -24,13 +24,32 @@ static GateEntry *find_entry(Gate *gate, InputKind kind, int32_t sender, int32_t
     return NULL;
 }
 
-// The oldest entry makes room: no more requests wait at a time than there are entries.
+// The oldest entry makes room, of a sender that has half of them its own oldest: one that asks
+// without end must not make the others' repeats look new. Far fewer requests wait at a time than a
+// sender may have entries.
 static GateEntry *new_entry(Gate *gate, const Input *input)
 {
-    GateEntry *entry = &gate->entry[gate->next];
-    gate->next = (gate->next + 1) % GATE_ANSWERS;
+    GateEntry *oldest = NULL, *own = NULL;
+    int own_count = 0;
+    for (int i = 0; i < GATE_ANSWERS; i++) {
+        GateEntry *entry = &gate->entry[i];
+        if (!entry->used) {
+            oldest = entry;
+            own_count = 0;
+            break;
+        }
+        if (oldest == NULL || entry->number < oldest->number)
+            oldest = entry;
+        if (entry->answer.sender != input->sender)
+            continue;
+        own_count++;
+        if (own == NULL || entry->number < own->number)
+            own = entry;
+    }
+    GateEntry *entry = own_count >= GATE_ANSWERS / 2 ? own : oldest;
     *entry = (GateEntry){.used = true,
                          .pending = true,
+                         .number = gate->requests++,
                          .answer = {.kind = input->kind, .sender = input->sender, .id = input->id}};
     return entry;
 }
@@ -105,6 +124,23 @@ void gate_answer(Gate *gate, const Answer *answer)
     entry->pending = false;
     entry->answer = *answer;
     entry->answer.after_frame = false; // a repeat is answered at once
+}
+
+void gate_forget(Gate *gate, const Input *input)
+{
+    GateEntry *entry = find_entry(gate, input->kind, input->sender, input->id);
+    if (entry != NULL)
+        *entry = (GateEntry){0};
+}
+
+int gate_pending(const Gate *gate, int32_t sender)
+{
+    int count = 0;
+    for (int i = 0; i < GATE_ANSWERS; i++) {
+        const GateEntry *entry = &gate->entry[i];
+        count += entry->used && entry->pending && entry->answer.sender == sender;
+    }
+    return count;
 }
 
 void gate_count(Gate *gate, Refusal refusal)

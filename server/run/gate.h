@@ -37,6 +37,7 @@ typedef struct ToolOwner {
 
 typedef struct GateEntry {
     bool used, pending;
+    int64_t number; // counts requests: the smallest is the oldest
     Answer answer;
 } GateEntry;
 
@@ -44,8 +45,8 @@ typedef struct Gate {
     Sim *sim; // only what is constant in it is read
     int64_t timeout_us;
     ToolOwner *owner;              // [tool_count], of the arena
-    GateEntry entry[GATE_ANSWERS]; // the newest requests, a circle
-    int next;
+    GateEntry entry[GATE_ANSWERS]; // the newest requests
+    int64_t requests;
     int64_t refused[REFUSAL_COUNT];
 } Gate;
 
@@ -67,6 +68,11 @@ void gate_pass(Gate *gate, InputKind kind, const void *data, size_t size, int64_
                GateResult *result);
 // Keeps the answer of a request for repeats of it.
 void gate_answer(Gate *gate, const Answer *answer);
+// Forgets a request that was let in and then not executed for want of room: a repeat of it is tried
+// again.
+void gate_forget(Gate *gate, const Input *input);
+// How many requests of a sender are being executed.
+int gate_pending(const Gate *gate, int32_t sender);
 // Counts a refusal that was found later: a full queue, a request that the scene could not do.
 void gate_count(Gate *gate, Refusal refusal);
 int64_t gate_refused(const Gate *gate);

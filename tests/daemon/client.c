@@ -32,6 +32,8 @@ static void on_reply(const lcm_recv_buf_t *buffer, const char *channel, const pl
     (void)buffer;
     (void)channel;
     Client *client = user;
+    if (m->sender != client->sender && client->replies >= REPLIES_MAX / 2)
+        return; // room for our own
     assert_true(client->replies < REPLIES_MAX);
     Reply *reply = &client->reply[client->replies++];
     *reply = (Reply){.sender = m->sender,

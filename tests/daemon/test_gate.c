@@ -148,6 +148,36 @@ static void the_newest_256_answers_are_kept(void **state)
     assert_int_equal(pass_request(fixture, 5, 0, NULL), PASSAGE_OPEN); // the oldest went
 }
 
+static void a_flood_of_one_sender_makes_no_other_sender_s_repeat_new(void **state)
+{
+    Fixture *fixture = *state;
+    assert_int_equal(pass_request(fixture, 5, 1, NULL), PASSAGE_OPEN);
+    const Answer answer = {.kind = INPUT_COMMAND, .sender = 5, .id = 1, .ok = true, .step = 42};
+    gate_answer(&fixture->gate, &answer);
+    for (int id = 0; id < 10 * GATE_ANSWERS; id++) {
+        assert_int_equal(pass_request(fixture, 66, id, NULL), PASSAGE_OPEN);
+        const Answer done = {.kind = INPUT_COMMAND, .sender = 66, .id = id};
+        gate_answer(&fixture->gate, &done);
+    }
+    const Answer *stored;
+    assert_int_equal(pass_request(fixture, 5, 1, &stored), PASSAGE_ANSWERED);
+    assert_int_equal(stored->step, 42);
+    // Its own newest are kept, too.
+    assert_int_equal(pass_request(fixture, 66, 10 * GATE_ANSWERS - 500, NULL), PASSAGE_ANSWERED);
+}
+
+static void a_request_for_which_there_was_no_room_is_tried_again(void **state)
+{
+    Fixture *fixture = *state;
+    assert_int_equal(pass_request(fixture, 5, 1, NULL), PASSAGE_OPEN);
+    assert_int_equal(pass_request(fixture, 5, 2, NULL), PASSAGE_OPEN);
+    assert_int_equal(gate_pending(&fixture->gate, 5), 2);
+    const Input input = {.kind = INPUT_COMMAND, .sender = 5, .id = 1};
+    gate_forget(&fixture->gate, &input);
+    assert_int_equal(gate_pending(&fixture->gate, 5), 1);
+    assert_int_equal(pass_request(fixture, 5, 1, NULL), PASSAGE_OPEN);
+}
+
 static void what_is_due_is_evenly_spread_and_counted_exactly(void **state)
 {
     (void)state;
@@ -240,6 +270,10 @@ int main(void)
         cmocka_unit_test_setup_teardown(a_repeat_is_pending_then_answered_from_the_store, set_up,
                                         tear_down),
         cmocka_unit_test_setup_teardown(the_newest_256_answers_are_kept, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_flood_of_one_sender_makes_no_other_sender_s_repeat_new,
+                                        set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_request_for_which_there_was_no_room_is_tried_again,
+                                        set_up, tear_down),
         cmocka_unit_test(what_is_due_is_evenly_spread_and_counted_exactly),
         cmocka_unit_test(urls_that_lcm_lacks_are_named),
         cmocka_unit_test(hostile_event_logs_end_with_a_sentence),

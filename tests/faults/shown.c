@@ -44,8 +44,10 @@ static void on_nodes(const lcm_recv_buf_t *message, const char *channel, void *u
 {
     (void)channel;
     Shown *shown = user;
-    if (nodes_frame_add(&shown->nodes, message->data, message->data_size) == FRAMES_WHOLE)
-        show(shown);
+    if (nodes_frame_add(&shown->nodes, message->data, message->data_size) != FRAMES_WHOLE)
+        return;
+    shown->whole++;
+    show(shown);
 }
 
 static void on_mesh(const lcm_recv_buf_t *message, const char *channel, void *user)

@@ -15,6 +15,7 @@ typedef struct Shown {
     NodesFrame nodes;
     uint64_t *hash;      // [SHOWN_MOST] of the frame with this sequence; 0: not shown
     int64_t count;       // shown
+    int64_t whole;       // frames that came whole, shown or not
     int64_t meshes;      // whole meshes and deltas taken
     int32_t first, last; // sequences shown
     lcm_subscription_t *on[3];

@@ -1,0 +1,177 @@
+// Mad clients: poses at 10 kHz, requests and garbage as fast as they go. The daemon keeps its beat,
+// counts what it refuses, and still answers a polite client.
+#include "ask.h"
+#include "figure.h"
+
+#include <pthread.h>
+#include <signal.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+static const char HEAD[] = "rate_hz = 500.0; publish = { nodes_hz = 20.0; contact_hz = 100.0; "
+                           "status_hz = 10.0; };";
+static const double SECONDS = 1.5; // that a flood lasts, at least
+
+typedef struct Flood {
+    void (*pour)(struct Flood *flood); // one message, or a few
+    lcm_t *lcm;
+    pthread_t thread;
+    atomic_bool finish;
+    atomic_llong sent;
+    int32_t sender, sequence;
+    double start; // [s]
+} Flood;
+
+static void *flood_main(void *argument)
+{
+    Flood *flood = argument;
+    while (!atomic_load(&flood->finish))
+        flood->pour(flood);
+    return NULL;
+}
+
+static void flood_begin(Flood *flood, void (*pour)(Flood *flood))
+{
+    *flood = (Flood){.pour = pour, .lcm = lcm_create(NULL), .sender = 66, .start = client_now()};
+    assert_non_null(flood->lcm);
+    assert_int_equal(pthread_create(&flood->thread, NULL, flood_main, flood), 0);
+}
+
+static long long flood_end(Flood *flood)
+{
+    atomic_store(&flood->finish, true);
+    pthread_join(flood->thread, NULL);
+    lcm_destroy(flood->lcm);
+    return atomic_load(&flood->sent);
+}
+
+// A daemon under the flood: it steps on, answers a polite request at last, and its accounts add up.
+static void endure(void (*pour)(Flood *flood), const char *name, const char *reason)
+{
+    Daemon daemon;
+    Flood flood;
+    Client *client = client_create();
+    daemon_start(&daemon, "%s", write_scene("flood.cfg", HEAD, PROBE_TOOL));
+    client_wait_for_daemon(client);
+    double start = client_now();
+    flood_begin(&flood, pour);
+    int64_t step = client->status.step;
+    double end = start + SECONDS;
+    wait_until(client, client_now() > end && client->status.step > step + 100 &&
+                           (reason == NULL || refused(client, reason) > 0));
+    // While it goes on.
+    int64_t before = client->status.step;
+    int asked = ask(client, NULL, PLIANT_COMMAND_T_SET, 0, "gravity_x=0.5");
+    wait_until(client, client->status.step > before + 50);
+    double seconds = client_now() - start;
+    long long sent = flood_end(&flood);
+    client_fresh_status(client);
+    assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    assert_int_equal(printed(&daemon, "resets"), 0);
+    long long ticks = printed(&daemon, "ticks"), late = printed(&daemon, "late ticks");
+    expect_at_least((double)(ticks + late), 500.0 * seconds); // of 500 a second none is missing
+    const char *line = strstr(daemon.out, "messages: in ");
+    long long in = 0, out = 0, rejected = 0;
+    assert_non_null(line);
+    assert_int_equal(
+        sscanf(line, "messages: in %lld, out %lld, rejected %lld", &in, &out, &rejected), 3);
+    expect_at_least((double)in, 1000.0);
+    expect_at_most((double)in, (double)sent + 100.0);
+    figure(
+        "%s: %.0f a second, %lld of %lld read, %lld refused and counted, %lld of %lld ticks late, "
+        "a polite request answered after %d tries",
+        name, (double)sent / seconds, in, sent, rejected, late, ticks + late, asked);
+    client_destroy(client);
+}
+
+// --- poses ---
+
+static void pour_poses(Flood *flood)
+{
+    const struct timespec pause = {.tv_nsec = 500000};
+    // As many as are due, however late we wake.
+    for (int due = (int)(1e4 * (client_now() - flood->start)); flood->sequence < due;) {
+        int32_t k = ++flood->sequence;
+        pliant_tool_pose_t pose = {.utime = k,
+                                   .sender = flood->sender,
+                                   .sequence = k,
+                                   .tool = 1,
+                                   .position = {0.01 * sin(0.01 * k), 0.0, 0.053},
+                                   .orientation = {1.0, 0.0, 0.0, 0.0},
+                                   .active = 1};
+        pliant_tool_pose_t_publish(flood->lcm, "PLIANT_TOOL_POSE", &pose);
+        atomic_fetch_add(&flood->sent, 1);
+    }
+    nanosleep(&pause, NULL);
+}
+
+static void poses_at_10_khz_move_the_tool_and_hold_up_nothing(void **state)
+{
+    (void)state;
+    endure(pour_poses, "poses at 10 kHz", NULL);
+}
+
+// --- requests ---
+
+// Each is a new one.
+static void pour_requests(Flood *flood)
+{
+    char argument[] = "gravity_x=0.5";
+    pliant_command_t request = {.sender = flood->sender,
+                                .id = ++flood->sequence,
+                                .kind = PLIANT_COMMAND_T_SET,
+                                .argument = argument};
+    pliant_command_t_publish(flood->lcm, "PLIANT_COMMAND", &request);
+    atomic_fetch_add(&flood->sent, 1);
+}
+
+static void a_flood_of_requests_is_refused_when_the_queue_is_full(void **state)
+{
+    (void)state;
+    endure(pour_requests, "requests as fast as they go", "queue_full");
+}
+
+// --- garbage ---
+
+static void pour_garbage(Flood *flood)
+{
+    static const char *const CHANNELS[] = {"PLIANT_TOOL_POSE", "PLIANT_CUT", "PLIANT_LOAD",
+                                           "PLIANT_COMMAND", "PLIANT_CLAIM"};
+    static unsigned char data[2048];
+    static uint64_t random = 5;
+    for (size_t i = 0; i < sizeof data; i += 8) {
+        random = random * UINT64_C(6364136223846793005) + 1442695040888963407;
+        memcpy(data + i, &random, 8);
+    }
+    // Now and then what looks like a pose or a request of the right size.
+    const pliant_tool_pose_t pose = {.tool = 1};
+    unsigned size = (unsigned)(random >> 40) % sizeof data;
+    if (random % 5 == 0)
+        pliant_tool_pose_t_encode(data, 0, sizeof data, &pose);
+    if (random % 5 <= 1)
+        size = (unsigned)pliant_tool_pose_t_encoded_size(&pose);
+    const char *channel = CHANNELS[flood->sequence++ % 5];
+    lcm_publish(flood->lcm, channel, data, size);
+    atomic_fetch_add(&flood->sent, 1);
+}
+
+static void garbage_on_all_channels_is_refused_and_counted(void **state)
+{
+    (void)state;
+    endure(pour_garbage, "garbage on all channels as fast as it goes", "wrong_size");
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(poses_at_10_khz_move_the_tool_and_hold_up_nothing),
+        daemon_test(a_flood_of_requests_is_refused_when_the_queue_is_full),
+        daemon_test(garbage_on_all_channels_is_refused_and_counted),
+    };
+    harness_start(argc, argv);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}
