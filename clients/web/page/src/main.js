@@ -16,6 +16,8 @@ const HINTS = {
 };
 // Ours and what the page asks for over and over: nobody wants these in the list.
 const QUIET = new Set(['load', 'tool']);
+// Of the many cuts of one drag some meet nothing.
+const isIdleCut = (text) => /met no tissue|was cut already/.test(text);
 
 const element = (id) => document.getElementById(id);
 let bodies = [], textures = [], switches = { wireframe: false, springs: false };
@@ -93,11 +95,11 @@ function takeText(message) {
         for (const contact of message.tools) tools.takeContact(contact, now);
         return changed();
     case 'event':
-        if (!QUIET.has(message.kind))
+        if (!QUIET.has(message.kind) && !isIdleCut(message.text))
             panel.takeEvent(message.kind, message.text, /refused|restored|withdrawn|reset/.test(message.kind));
         return undefined;
     case 'reply':
-        if (!message.ok) panel.takeEvent('refused', message.text, true);
+        if (!message.ok && !isIdleCut(message.text)) panel.takeEvent('refused', message.text, true);
         return undefined;
     case 'error': return panel.takeEvent('error', message.text, true);
     case 'round': return takeRound(message.round);
