@@ -514,6 +514,22 @@ static void daemons_may_come_late_go_and_come_again(void **state)
     stop(&server);
 }
 
+static void a_scene_may_listen_on_another_prefix(void **state)
+{
+    (void)state;
+    char line[512];
+    start_daemon(&rig.daemon, write_scene("inputs.cfg", "input_prefix = \"HANDS\";", PROBE_TOOL));
+    rig.port = start_web(&rig.server, "--port 0 --input-prefix HANDS", line);
+    PageClient *page = open_page();
+    page_wait(page_body(page, 0).frames > 0); // so it has been described
+    page_send(page, "{\"type\":\"command\",\"id\":1,\"kind\":\"pause\"}");
+    page_wait(page_says(page, "reply", "\"id\":1,\"ok\":true"));
+    send_tool(page, 0.3, true);
+    page_wait(page_says(page, "pose", "\"ours\":true"));
+    page_disconnect(page);
+    end();
+}
+
 // --- usage ---
 
 static void what_is_wrong_is_told_in_one_line(void **state)
@@ -536,6 +552,7 @@ static void what_is_wrong_is_told_in_one_line(void **state)
         {"--listen 127.0.0.1", "want ADDRESS:PORT", 2},
         {"--listen 127.0.0.1:80 --port 80", "give either", 2},
         {"--rate nan", "--rate 'nan'", 2},
+        {"--input-prefix a.b", "--input-prefix 'a.b': 1 to 31 letters", 2},
         {"--host a:b", "--host 'a:b': want a name", 2},
         {"--texture ball", "--texture 'ball': want BODY=IMAGE", 2},
         {"--texture ball=/etc/passwd", "/etc/passwd: want a PNG or JPEG", 2},
@@ -572,6 +589,7 @@ int main(int argc, char **argv)
         daemon_test(hostile_frames_close_their_connection_only),
         daemon_test(what_is_not_answered_is_asked_again_and_then_given_up),
         daemon_test(daemons_may_come_late_go_and_come_again),
+        daemon_test(a_scene_may_listen_on_another_prefix),
         daemon_test(what_is_wrong_is_told_in_one_line),
     };
     harness_start(argc, argv);
