@@ -423,7 +423,7 @@ static void a_turn_that_nobody_told_is_not_a_number(void **state)
     send_nodes(&rig, 1, 10, 1);
     expect_topology(&rig, 1);
     expect_next(&rig, ITEM_FRAME);
-    expect_row(&rig, 1, 10, NAN);
+    expect_row(&rig, 1, 10, (double)NAN);
     rig_destroy(&rig);
 }
 

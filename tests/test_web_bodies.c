@@ -42,7 +42,8 @@ static int end(void **state)
 static void send_mesh(const char *name, int topology)
 {
     unsigned char data[DATA];
-    pliant_mesh_t mesh = {.utime = ++sequence,
+    sequence++;
+    pliant_mesh_t mesh = {.utime = sequence,
                           .sequence = sequence,
                           .topology = topology,
                           .node_count = 3,
@@ -65,8 +66,9 @@ static void send_mesh(const char *name, int topology)
 static void send_delta(const char *name, int from, int to)
 {
     unsigned char data[DATA];
+    sequence++;
     int32_t slot = 3;
-    pliant_mesh_delta_t delta = {.utime = ++sequence,
+    pliant_mesh_delta_t delta = {.utime = sequence,
                                  .sequence = sequence,
                                  .from_topology = from,
                                  .topology = to,
@@ -88,7 +90,8 @@ static void send_delta(const char *name, int from, int to)
 static void send_nodes(const char *name, int topology, int count)
 {
     unsigned char data[DATA];
-    pliant_nodes_t nodes = {.utime = ++sequence,
+    sequence++;
+    pliant_nodes_t nodes = {.utime = sequence,
                             .sequence = sequence,
                             .step = sequence,
                             .topology = topology,
@@ -103,7 +106,8 @@ static void send_nodes(const char *name, int topology, int count)
 static void send_rest(const char *name, int topology)
 {
     unsigned char data[DATA];
-    pliant_rest_t rest = {.utime = ++sequence,
+    sequence++;
+    pliant_rest_t rest = {.utime = sequence,
                           .sequence = sequence,
                           .topology = topology,
                           .node_count = 3,

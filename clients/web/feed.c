@@ -20,19 +20,16 @@ static double seconds_since(int64_t then_ns)
 
 // --- the scene ---
 
-// Asks for the scene and whole meshes; again with the same number while no answer comes.
+// Asks for the scene and whole meshes; again with the same number while no answer comes. Each time
+// that it is in vain the patience grows: whole meshes of large bodies take their time.
 static void describe(Feed *feed)
 {
     char channel[CLIENT_CHANNEL_MAX];
-    bool again = feed->describe_id != 0;
-    if (!again) {
+    if (feed->describe_id == 0)
         feed->describe_id = ++feed->client->last_id;
-        feed->patience_s = ASK_FIRST_S;
-    } else if (feed->patience_s < ASK_LONGEST_S) {
-        feed->patience_s *= 2.0;
-    }
+    feed->patience_s = feed->patience_s < ASK_LONGEST_S ? 2.0 * feed->patience_s : ASK_LONGEST_S;
     feed->describe_ns = client_now_ns();
-    client_channel(feed->client, "COMMAND", NULL, channel);
+    requests_channel(feed->requests, "COMMAND", channel);
     pliant_command_t command = {.utime = client_utime(),
                                 .sender = feed->client->sender,
                                 .id = feed->describe_id,
@@ -84,6 +81,7 @@ static void on_status(const lcm_recv_buf_t *buffer, const char *channel, void *u
         feed->known = false;
         feed->another = true;
         feed->describe_id = 0;
+        feed->patience_s = ASK_FIRST_S;
     }
     if (feed->status)
         pliant_status_t_destroy(feed->status);
@@ -189,6 +187,15 @@ static void on_rest(const lcm_recv_buf_t *buffer, const char *channel, void *use
                      buffer->data_size);
 }
 
+// What pages publish, we hear too.
+static bool subscribe_poses(Feed *feed)
+{
+    char channel[CLIENT_CHANNEL_MAX];
+    requests_channel(feed->requests, "TOOL_POSE", channel);
+    lcm_subscription_t *poses = lcm_subscribe(feed->client->lcm, channel, on_pose, feed);
+    return poses && lcm_subscription_set_queue_capacity(poses, 1024) == 0;
+}
+
 bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, ClientError *error)
 {
     *feed = (Feed){.client = client, .board = board, .requests = requests};
@@ -198,13 +205,14 @@ bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, Cl
               client_subscribe(client, "REPLY", NULL, 256, on_reply, feed) &&
               client_subscribe(client, "EVENT", NULL, 256, on_event, feed) &&
               client_subscribe(client, "CONTACT", NULL, 1024, on_contact, feed) &&
-              client_subscribe(client, "TOOL_POSE", NULL, 1024, on_pose, feed) &&
+              subscribe_poses(feed) &&
               client_subscribe(client, "MESH", ".+", 4096, on_mesh, feed) &&
               client_subscribe(client, "MESH_DELTA", ".+", 4096, on_delta, feed) &&
               client_subscribe(client, "NODES", ".+", 4096, on_nodes, feed) &&
               client_subscribe(client, "REST", ".+", 4096, on_rest, feed);
     if (!ok)
         return client_fail(error, "LCM refuses to subscribe to %s_*", client->prefix);
+    feed->patience_s = ASK_FIRST_S;
     describe(feed);
     return true;
 }
@@ -226,6 +234,8 @@ static void ask_for_missing(Feed *feed)
 {
     bool missing = bodies_unmatched(&feed->bodies, client_now_ns()) > MESH_PATIENCE_S;
     bool wanted = !feed->known || feed->describe_id != 0 || missing;
+    if (!wanted)
+        feed->patience_s = ASK_FIRST_S;
     if (wanted && seconds_since(feed->describe_ns) > feed->patience_s)
         describe(feed);
 }

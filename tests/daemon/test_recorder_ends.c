@@ -165,7 +165,7 @@ static void hostile_messages_are_refused_and_counted(void **state)
     wrong.num_values = 4;
     send_nodes(client, &wrong), refused++;
     wrong = nodes;
-    wrong.time = INFINITY;
+    wrong.time = (double)INFINITY;
     send_nodes(client, &wrong), refused++;
     // Half a frame that makes sense, and chunks that contradict it.
     send_nodes(client, &nodes);

@@ -64,6 +64,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     fuzz_tell(ok ? "taken" : status.text);
     MUST(ok == (status.code == STATUS_OK));
     MUST(strchr(status.text, '\n') == NULL);
+    // Unchanged, all of it is there.
+    MUST(size > 1 || data[0] != 0 ||
+         (ok && info.body[0].frames == FRAMES && info.events == FRAMES));
     if (ok)
         recording_info_print(&info, nowhere);
     return 0;

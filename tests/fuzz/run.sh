@@ -44,7 +44,7 @@ fuzz_one() {
     local start=$SECONDS
     # 1 GB in all and half of that at a time: inputs of some kilobytes must not take more.
     TMPDIR=$folder nice -n 10 "$program" "${limit[@]}" ${words[@]+"${words[@]}"} -print_final_stats=1 \
-        -rss_limit_mb=1024 -malloc_limit_mb=512 -timeout=60 -max_len=6000 \
+        -rss_limit_mb=1024 -malloc_limit_mb=512 -timeout=60 -report_slow_units=60 -max_len=6000 \
         -artifact_prefix="$kept/found/$corpus/" "$new" "$here/corpus/$corpus" >"$log" 2>&1 ||
         true
     rm -rf "$folder"
