@@ -41,6 +41,7 @@ typedef struct Soak {
     double start, warm, next_sample; // [s]
     Sample first, last;              // the first: after the warm-up
     bool warmed;
+    bool wanders; // the body comes back by a reset only
     // the body at rest
     float *rest;
     int32_t *rest_id;
@@ -107,6 +108,18 @@ static Sample take_sample(const Soak *soak)
     return sample;
 }
 
+// A checkpoint that is being written has files open: the fewest of a few looks.
+static Sample take_calm_sample(const Soak *soak)
+{
+    Sample calm = take_sample(soak);
+    for (int i = 0; i < 20; i++) {
+        client_listen(soak->client, 10);
+        const Sample other = take_sample(soak);
+        calm.files = other.files < calm.files ? other.files : calm.files;
+    }
+    return calm;
+}
+
 static void watch(Soak *soak, bool now)
 {
     double time = client_now() - soak->start;
@@ -114,7 +127,7 @@ static void watch(Soak *soak, bool now)
         return;
     soak->next_sample = time + (seconds > 120.0 ? 10.0 : 1.0);
     const StatusSeen *status = &soak->client->status;
-    soak->last = take_sample(soak);
+    soak->last = now || !soak->warmed ? take_calm_sample(soak) : take_sample(soak);
     if (!soak->warmed && time >= soak->warm) {
         soak->first = soak->last;
         soak->warmed = true;
@@ -239,6 +252,8 @@ static void wait_for_frame(Soak *soak)
 static void remember_rest(Soak *soak)
 {
     double low[3] = {1e9, 1e9, 1e9}, high[3] = {-1e9, -1e9, -1e9};
+    // Without the loads that a scene begins with, which a reset ends.
+    request(soak, PLIANT_COMMAND_T_RESET, 0, "");
     settle(soak);
     wait_for_frame(soak);
     const NodesFrame *nodes = &soak->shown->nodes;
@@ -280,6 +295,12 @@ static void compare_with_rest(Soak *soak)
     }
     expect_at_least(same, 1.0);
     soak->drift = sqrt(worst);
+    if (soak->drift > DRIFT * soak->size && soak->compared == 0 && !soak->wanders) {
+        puts("the body does not come back by itself (nothing holds it, or it tears): it is reset "
+             "before each comparison");
+        soak->wanders = true;
+        return;
+    }
     soak->drift_max = soak->drift > soak->drift_max ? soak->drift : soak->drift_max;
     soak->compared++;
     if (soak->drift > DRIFT * soak->size)
@@ -300,14 +321,14 @@ static void cycle(Soak *soak)
             cut(soak);
         watch(soak, false);
     }
-    if (draw(soak, 0.0, 1.0) < 0.2)
+    if (WITH_HDF5 && draw(soak, 0.0, 1.0) < 0.2)
         request(soak, PLIANT_COMMAND_T_CHECKPOINT, 0, "");
-    if (draw(soak, 0.0, 1.0) < 0.3) {
+    if (scene_path == NULL && draw(soak, 0.0, 1.0) < 0.3) { // of ours we know what it was
         request(soak, PLIANT_COMMAND_T_SET, 0, "gravity=0.5 0 -1");
         client_listen(soak->client, 50);
         request(soak, PLIANT_COMMAND_T_SET, 0, "gravity=0 0 0");
     }
-    if (cuts || draw(soak, 0.0, 1.0) < 0.1) {
+    if (cuts || draw(soak, 0.0, 1.0) < 0.1 || soak->wanders) {
         request(soak, PLIANT_COMMAND_T_RESET, 0, "");
         soak->resets++;
     }

@@ -77,7 +77,7 @@ static void a_daemon_whose_clock_is_set_goes_on_as_before(void **state)
         const double jump = (double)(client->contact.utime - before) / (double)HOUR_US;
         const double wanted[] = {1.0, -2.0, 1.0};
         expect_near(jump, wanted[i], 1.0 / 60.0);
-        assert_true(feel(client, 60));
+        assert_true(feel(client, 30));
         wait_until(client, shown->count > frames + 10 && shown->meshes > meshes &&
                                client->status.count > statuses + 5);
         const double valid = (double)(client->contact.valid_until - client->contact.utime);

@@ -97,16 +97,16 @@ static void a_daemon_stopped_many_times_keeps_its_accounts(void **state)
     (void)state;
     Daemon daemon;
     Client *client = client_create();
-    daemon_start(&daemon, "--duration 4 %s",
+    daemon_start(&daemon, "--duration 2 %s",
                  write_scene("often.cfg", "publish = { status_hz = 20.0; };", PROBE_TOOL));
     client_wait_for_daemon(client);
     for (int i = 0; i < 8; i++) {
-        stop_for(client, &daemon, 0.02 * i);
+        stop_for(client, &daemon, 0.01 * i);
         client_listen(client, 20);
     }
     daemon_wait(&daemon);
     assert_int_equal(daemon.code, 0);
-    expect_at_least((double)(printed(&daemon, "ticks") + printed(&daemon, "late ticks")), 4000.0);
+    expect_at_least((double)(printed(&daemon, "ticks") + printed(&daemon, "late ticks")), 2000.0);
     client_destroy(client);
 }
 
@@ -146,7 +146,7 @@ static void subscribers_that_read_nothing_hold_up_nobody(void **state)
     client->frames.gaps = 0;
     int seen = client->frames.whole;
     // Nobody reads what `deaf` has subscribed to: liblcm's queue of it fills, then the kernel's.
-    wait_until(client, client->frames.whole >= seen + EFFORT(300));
+    wait_until(client, client->frames.whole >= seen + EFFORT(150));
     // The client reads all the time: what it misses, the daemon has not sent.
     assert_int_equal(client->frames.gaps, 0);
     long grown = resident_kb(&daemon) - before;
@@ -166,70 +166,12 @@ static void subscribers_that_read_nothing_hold_up_nobody(void **state)
     client_destroy(deaf);
 }
 
-// --- a hundred of them ---
-
-typedef struct Listener {
-    lcm_t *lcm;
-    lcm_subscription_t *on;
-    int messages;
-} Listener;
-
-static void on_message(const lcm_recv_buf_t *message, const char *channel, void *user)
-{
-    (void)message;
-    (void)channel;
-    ((Listener *)user)->messages++;
-}
-
-static void a_hundred_subscribers_all_get_what_is_published(void **state)
-{
-    (void)state;
-    enum { LISTENERS = 100 };
-    static Listener listener[LISTENERS];
-    Daemon daemon;
-    Client *client = client_create();
-    daemon_start(&daemon, "%s",
-                 write_scene("crowd.cfg",
-                             "rate_hz = 500.0; publish = { nodes_hz = 20.0; status_hz = 10.0; "
-                             "contact_hz = 20.0; };",
-                             PROBE_TOOL));
-    client_wait_for_daemon(client);
-    for (int i = 0; i < LISTENERS; i++) {
-        listener[i].lcm = lcm_create(NULL);
-        assert_non_null(listener[i].lcm);
-        listener[i].on =
-            lcm_subscribe(listener[i].lcm, "PLIANT_NODES_sphere", on_message, &listener[i]);
-        lcm_subscription_set_queue_capacity(listener[i].on, 1000);
-    }
-    int least = 0;
-    for (double limit = client_now() + 60.0; least < 20 && client_now() < limit;) {
-        client_listen(client, 20);
-        least = 20;
-        for (int i = 0; i < LISTENERS; i++) {
-            while (lcm_handle_timeout(listener[i].lcm, 0) > 0) {
-            }
-            least = listener[i].messages < least ? listener[i].messages : least;
-        }
-    }
-    assert_int_equal(least, 20);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
-    assert_null(strstr(daemon.out, "not published"));
-    for (int i = 0; i < LISTENERS; i++) {
-        lcm_unsubscribe(listener[i].lcm, listener[i].on);
-        lcm_destroy(listener[i].lcm);
-    }
-    client_destroy(client);
-}
-
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         daemon_test(a_stopped_daemon_skips_its_ticks_and_lets_go_of_its_tools),
         daemon_test(a_daemon_stopped_many_times_keeps_its_accounts),
         daemon_test(subscribers_that_read_nothing_hold_up_nobody),
-        daemon_test(a_hundred_subscribers_all_get_what_is_published),
     };
     if (argc < 3)
         return 2;

@@ -1,0 +1,108 @@
+// A hundred subscribers of one daemon: all of them get what is published, and the daemon's own
+// figures beside those of a run with one.
+#include "client.h"
+#include "figure.h"
+
+#include "effort.h"
+
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { CROWD = 100 };
+
+typedef struct Listener {
+    lcm_t *lcm;
+    lcm_subscription_t *on;
+    int messages;
+} Listener;
+
+static Listener listener[CROWD];
+
+static void on_message(const lcm_recv_buf_t *message, const char *channel, void *user)
+{
+    (void)message;
+    (void)channel;
+    ((Listener *)user)->messages++;
+}
+
+static void open_listeners(int count)
+{
+    for (int i = 0; i < count; i++) {
+        listener[i] = (Listener){.lcm = lcm_create(NULL)};
+        assert_non_null(listener[i].lcm);
+        listener[i].on =
+            lcm_subscribe(listener[i].lcm, "PLIANT_NODES_sphere", on_message, &listener[i]);
+        lcm_subscription_set_queue_capacity(listener[i].on, 1000);
+    }
+}
+
+static void close_listeners(int count)
+{
+    for (int i = 0; i < count; i++) {
+        lcm_unsubscribe(listener[i].lcm, listener[i].on);
+        lcm_destroy(listener[i].lcm);
+    }
+}
+
+// Until each has heard so many messages.
+static void listen_to_all(Client *client, int count, int wanted)
+{
+    int least = 0;
+    for (double limit = client_now() + 60.0; least < wanted && client_now() < limit;) {
+        client_listen(client, 20);
+        least = client->frames.whole;
+        for (int i = 0; i < count; i++) {
+            while (lcm_handle_timeout(listener[i].lcm, 0) > 0) {
+            }
+            least = listener[i].messages < least ? listener[i].messages : least;
+        }
+    }
+    expect_at_least(least, wanted);
+}
+
+static void times_line(const Daemon *daemon, const char *name, char line[128])
+{
+    const char *at = strstr(daemon->out, name);
+    assert_non_null(at);
+    snprintf(line, 128, "%.*s", (int)strcspn(at, "\n"), at);
+}
+
+static void a_hundred_subscribers_all_get_what_is_published(void **state)
+{
+    (void)state;
+    for (int count = 0; count <= CROWD; count += CROWD) {
+        Daemon daemon;
+        Client *client = client_create();
+        daemon_start(&daemon, "%s",
+                     write_scene("crowd.cfg",
+                                 "rate_hz = 1000.0; publish = { nodes_hz = 30.0; status_hz = 10.0; "
+                                 "contact_hz = 100.0; };",
+                                 PROBE_TOOL));
+        client_wait_for_daemon(client);
+        open_listeners(count);
+        client->frames.whole = 0;
+        listen_to_all(client, count, EFFORT(60));
+        daemon_signal(&daemon, SIGTERM);
+        daemon_wait(&daemon);
+        assert_int_equal(daemon.code, 0);
+        assert_null(strstr(daemon.out, "not published"));
+        char step[128], wake[128];
+        times_line(&daemon, "step time: ", step);
+        times_line(&daemon, "wake-up: ", wake);
+        figure("%d subscribers: %s; %s; %lld of %lld ticks late", count + 1, step, wake,
+               printed(&daemon, "late ticks"),
+               printed(&daemon, "ticks") + printed(&daemon, "late ticks"));
+        close_listeners(count);
+        client_destroy(client);
+    }
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(a_hundred_subscribers_all_get_what_is_published),
+    };
+    harness_start(argc, argv);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}
