@@ -17,12 +17,15 @@ function(lcm_generate_c target)
     file(MAKE_DIRECTORY ${out}) # lcm-gen exits 0 without writing when the folder is missing
     set(sources "")
     foreach(type ${ARGN})
+        file(STRINGS ${type} package REGEX "^package ")
+        string(REGEX REPLACE "^package +([a-z0-9_]+).*" "\\1" package "${package}")
         get_filename_component(name ${type} NAME_WE)
+        set(name ${package}_${name})
         add_custom_command(
-            OUTPUT ${out}/pliant_${name}.c ${out}/pliant_${name}.h
+            OUTPUT ${out}/${name}.c ${out}/${name}.h
             COMMAND ${LCM_GEN} -c --c-cpath ${out} --c-hpath ${out} ${CMAKE_CURRENT_SOURCE_DIR}/${type}
             DEPENDS ${type} VERBATIM)
-        list(APPEND sources ${out}/pliant_${name}.c)
+        list(APPEND sources ${out}/${name}.c)
     endforeach()
     add_library(${target} STATIC ${sources})
     target_include_directories(${target} SYSTEM PUBLIC ${out})

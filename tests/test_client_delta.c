@@ -53,8 +53,9 @@ static void make_delta(Delta *delta)
                      .triangle = {0, 1, 4, 0, 4, 3, 4, 1, 2, 4, 2, 3},
                      .node_slot = {4},
                      .id = {70},
-                     .origin = {70},
+                     .origin = {10},
                      .parent = {10, 12},
+                     .piece = {3},
                      .level = {1}};
     delta->message = (pliant_mesh_delta_t){.utime = 100,
                                            .sequence = 1,
@@ -105,6 +106,11 @@ static void expect_after(const MeshFrame *frame)
     assert_int_equal(frame->triangle_count, 4);
     assert_memory_equal(frame->id, ids, sizeof ids);
     assert_memory_equal(frame->parent + 8, born_of, sizeof born_of);
+    assert_int_equal(frame->origin[0], 10); // of the mesh before
+    assert_int_equal(frame->piece[3], 13);
+    assert_int_equal(frame->origin[4], 10); // of the delta
+    assert_int_equal(frame->piece[4], 3);
+    assert_int_equal(frame->level[4], 1);
     assert_memory_equal(frame->triangle, triangles, sizeof triangles);
 }
 

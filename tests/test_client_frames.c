@@ -259,6 +259,33 @@ static void mesh_chunks_make_the_mesh(void **state)
     }
 }
 
+static void what_was_lost_of_a_mesh_comes_with_its_next_sending(void **state)
+{
+    (void)state;
+    MeshFrame frame = {0};
+    for (int sequence = 1; sequence <= 2; sequence++) { // of each sending another half arrives
+        pliant_mesh_t chunk = mesh_chunk(sequence - 1);
+        chunk.sequence = sequence;
+        assert_int_equal(add_mesh(&frame, &chunk), sequence == 2 ? FRAMES_WHOLE : FRAMES_MORE);
+    }
+    assert_int_equal(frame.lost, 0);
+    mesh_frame_destroy(&frame);
+    // Another topology, or a daemon that starts anew, is another mesh.
+    for (int other = 0; other < 2; other++) {
+        pliant_mesh_t chunk = mesh_chunk(0);
+        chunk.utime = 1;
+        chunk.sequence = 5;
+        assert_int_equal(add_mesh(&frame, &chunk), FRAMES_MORE);
+        chunk = mesh_chunk(1);
+        chunk.utime = 2;
+        chunk.sequence = other == 0 ? 6 : 1;
+        chunk.topology += other == 0;
+        assert_int_equal(add_mesh(&frame, &chunk), FRAMES_MORE);
+        assert_int_equal(frame.lost, 1);
+        mesh_frame_destroy(&frame);
+    }
+}
+
 static void mesh_with_an_index_outside_is_refused(void **state)
 {
     (void)state;
@@ -318,6 +345,7 @@ int main(void)
         cmocka_unit_test(frames_of_which_nothing_came_are_counted),
         cmocka_unit_test(what_is_missing_of_a_mesh_may_come_with_the_next),
         cmocka_unit_test(mesh_chunks_make_the_mesh),
+        cmocka_unit_test(what_was_lost_of_a_mesh_comes_with_its_next_sending),
         cmocka_unit_test(mesh_with_an_index_outside_is_refused),
         cmocka_unit_test(garbage_is_refused),
     };

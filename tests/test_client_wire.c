@@ -12,6 +12,7 @@
 #include "pliant_mesh_t.h"
 #include "pliant_nodes_t.h"
 #include "pliant_reply_t.h"
+#include "pliant_rest_t.h"
 #include "pliant_status_t.h"
 #include "pliant_tool_pose_t.h"
 
@@ -51,8 +52,9 @@ DEFINE_CODEC(mesh_delta)
 DEFINE_CODEC(contact)
 DEFINE_CODEC(status)
 DEFINE_CODEC(event)
+DEFINE_CODEC(rest)
 
-enum { TYPES = 9 };
+enum { TYPES = 10 };
 
 static void make_all(Raw raw[TYPES])
 {
@@ -113,6 +115,12 @@ static void make_all(Raw raw[TYPES])
                                                                         .parent = parent,
                                                                         .piece = id,
                                                                         .level = level});
+    raw[9] = encode_rest(&WIRE_REST, &(pliant_rest_t){.node_count = 2,
+                                                      .chunk_count = 1,
+                                                      .num_values = 6,
+                                                      .position = position,
+                                                      .num_coordinates = 4,
+                                                      .texture = position});
 }
 
 static void free_all(Raw raw[TYPES])

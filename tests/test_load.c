@@ -2,6 +2,8 @@
 #include "expect.h"
 #include "fixture.h"
 
+#include "dynamics/load.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -157,6 +159,27 @@ static void full_set_of_loads_refuses_and_takes_again_when_one_ended(void **stat
     fixture_destroy(&fixture);
 }
 
+// As a checkpoint may bring them: places are counted on from body to body, and of the first body
+// here the last one never had a node.
+static void a_load_on_a_place_that_never_had_a_node_cannot_be(void **state)
+{
+    (void)state;
+    const Body bodies[2] = {{.surface = {.node_count = 4, .node_used = 3}},
+                            {.surface = {.node_count = 2, .node_used = 2}}};
+    static const struct {
+        int node;
+        bool sound;
+    } cases[] = {{-1, false}, {0, true}, {2, true}, {3, false}, {4, true}, {5, true}, {6, false}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        int64_t count = 1, used = 1;
+        int pool[1] = {cases[k].node};
+        Load load = {.area = 1.0, .count = 1};
+        const LoadSet set = {
+            .count = &count, .used = &used, .load = &load, .pool = pool, .pool_capacity = 1};
+        assert_int_equal(loads_check(&set, bodies, 2), cases[k].sound);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -165,6 +188,7 @@ int main(void)
         cmocka_unit_test(scene_loads_start_at_their_time_and_add_up),
         cmocka_unit_test(load_on_nothing_is_refused),
         cmocka_unit_test(load_on_held_nodes_alone_is_refused),
+        cmocka_unit_test(a_load_on_a_place_that_never_had_a_node_cannot_be),
         cmocka_unit_test(full_set_of_loads_refuses_and_takes_again_when_one_ended),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

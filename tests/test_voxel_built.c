@@ -163,6 +163,10 @@ static void faults_of_bodies_name_the_scenes_line(void **unused)
                    "x.cfg:3: body a has 150 nodes to start with, capacity.nodes is 149");
     expect_refusal("capacity = { faces = 295; };\n" BODY(BOX, "levels = 0;"),
                    "x.cfg:3: body a has 296 faces to start with, capacity.faces is 295");
+    expect_refusal("capacity = { nodes = 8; };\n" BODY(
+                       "generator = \"box\"; count = [2, 2]; size = 0.01; dimensions = 2;",
+                       "levels = 0; cuttable = true;"),
+                   "x.cfg:3: body a has 9 vertices to start with, capacity.nodes is 8");
 }
 
 // --- initial states ------------------------------------------------------------------------------

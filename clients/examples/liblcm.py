@@ -1,4 +1,4 @@
-"""LCM for Python where there is no module `lcm` (Debian has none): the same few calls, on liblcm.so.1."""
+"""LCM where Python has no module `lcm` (Debian has none): the same few calls, on liblcm.so.1."""
 import ctypes
 
 _lib = ctypes.CDLL("liblcm.so.1")

@@ -1,7 +1,7 @@
 // A front end in a page of C, on LCM and the generated types alone: pushes tool 1 from a place
 // along a way and back in four seconds, and prints ten times a second what it feels and where the
 // body is.
-//   touch BODY X Y Z DX DY DZ          [m], e.g.  touch stomach -0.02 -0.09 0 0.03 0.03 0
+//   touch BODY X Y Z DX DY DZ          [m], e.g.  touch stomach -0.10 -0.07 0 0.03 0.05 0
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

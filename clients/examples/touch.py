@@ -43,16 +43,18 @@ lcm.subscribe("PLIANT_NODES_" + body, on_nodes)
 pose = tool_pose_t()
 pose.sender, pose.tool, pose.orientation, pose.active = os.getpid(), 1, [1.0, 0.0, 0.0, 0.0], True
 period = 0.005  # [s]: 200 poses a second are enough for the eye
-begin = time.monotonic()
 for pose.sequence in range(801):
     share = 0.5 - 0.5 * math.cos(2 * math.pi * pose.sequence / 800)  # 0, 1, 0 of the way
     pose.position = [start[k] + share * way[k] for k in range(3)]
     pose.active = pose.sequence < 800  # the last one withdraws the tool
     pose.utime = int(time.time() * 1e6)
     lcm.publish("PLIANT_TOOL_POSE", pose.encode())
-    while (left := begin + (pose.sequence + 1) * period - time.monotonic()) > 0:
-        lcm.handle_timeout(math.ceil(left * 1000))
+    due = time.monotonic() + period
+    # Everything that comes until the next pose, so that nothing grows old in LCM's queues.
+    while lcm.handle_timeout(1 if time.monotonic() < due else 0) or time.monotonic() < due:
+        pass
     if pose.sequence % 20 == 0:
         felt = newest["contact"]
         numbers = (*felt.position, *felt.force, *newest["node"])
-        print("tool %6.3f %6.3f %6.3f m  force %6.3f %6.3f %6.3f N  node 0 %6.3f %6.3f %6.3f m" % numbers)
+        form = "tool %6.3f %6.3f %6.3f m  force %6.3f %6.3f %6.3f N  node 0 %6.3f %6.3f %6.3f m"
+        print(form % numbers)

@@ -11,7 +11,8 @@
 void gather_restart(GatherTool *tool)
 {
     // A tool whose turn is not known yet has none.
-    *tool = (GatherTool){.row_step = -1, .orientation = {NAN, NAN, NAN, NAN}};
+    const double none = (double)NAN;
+    *tool = (GatherTool){.row_step = -1, .orientation = {none, none, none, none}};
 }
 
 static Vec3 vector(const double v[3])

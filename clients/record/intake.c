@@ -9,13 +9,6 @@
 
 #include "pliant_event_t.h"
 
-struct IntakeFrame {
-    IntakeFrame *next;
-    RecordingFrame frame;
-    size_t bytes;
-    float position[];
-};
-
 void intake_create(Intake *intake, const IntakeOptions *options, Queue *queue)
 {
     *intake = (Intake){.options = *options, .queue = queue};
@@ -24,52 +17,6 @@ void intake_create(Intake *intake, const IntakeOptions *options, Queue *queue)
     for (int i = 0; i < ITEM_TOOLS; i++) {
         gather_restart(&intake->tool[i]);
         intake->tool_index[i] = -1;
-    }
-}
-
-// --- frames that wait ----------------------------------------------------------------------------
-
-static IntakeFrame *pop_waiting(IntakeBody *body)
-{
-    IntakeFrame *frame = body->first;
-    if (!frame)
-        return NULL;
-    body->first = frame->next;
-    if (!body->first)
-        body->last = NULL;
-    body->waiting--;
-    body->waiting_bytes -= frame->bytes;
-    return frame;
-}
-
-static void push_waiting(IntakeBody *body, const RecordingFrame *from)
-{
-    size_t bytes = sizeof(IntakeFrame) + 3 * (size_t)from->node_count * sizeof *from->position;
-    while (body->first && (body->waiting == INTAKE_FRAMES_WAITING ||
-                           body->waiting_bytes + bytes > INTAKE_BYTES_WAITING)) {
-        free(pop_waiting(body));
-        body->counts.without_mesh++;
-    }
-    IntakeFrame *frame = malloc(bytes);
-    if (!frame)
-        abort(); // what waits is bounded: the machine itself is out of memory
-    *frame = (IntakeFrame){.frame = *from, .bytes = bytes};
-    memcpy(frame->position, from->position, bytes - sizeof *frame);
-    frame->frame.position = frame->position;
-    if (body->last)
-        body->last->next = frame;
-    else
-        body->first = frame;
-    body->last = frame;
-    body->waiting++;
-    body->waiting_bytes += bytes;
-}
-
-static void drop_waiting(IntakeBody *body)
-{
-    for (IntakeFrame *frame; (frame = pop_waiting(body));) {
-        free(frame);
-        body->counts.without_mesh++;
     }
 }
 
@@ -229,10 +176,10 @@ static void push_frame(Intake *intake, IntakeBody *body, const RecordingFrame *f
         body->counts.dropped++;
 }
 
-static IntakeFrame *last_that_fits(const IntakeBody *body)
+static const WaitingFrame *last_that_fits(const IntakeBody *body)
 {
-    IntakeFrame *last = NULL;
-    for (IntakeFrame *frame = body->first; frame; frame = frame->next)
+    const WaitingFrame *last = NULL;
+    for (const WaitingFrame *frame = body->waiting.first; frame; frame = frame->next)
         last = fits(body, &frame->frame) ? frame : last;
     return last;
 }
@@ -242,17 +189,18 @@ static void push_waiting_frames(Intake *intake, IntakeBody *body)
 {
     if (!intake->open || body->file_index < 0)
         return;
-    IntakeFrame *last = last_that_fits(body), *frame = NULL;
+    const WaitingFrame *last = last_that_fits(body);
+    WaitingFrame *frame = NULL;
     while (last && frame != last) {
         free(frame);
-        frame = pop_waiting(body);
+        frame = waiting_pop(&body->waiting);
         if (fits(body, &frame->frame))
             push_frame(intake, body, &frame->frame);
         else
             body->counts.without_mesh++;
     }
     free(frame);
-    intake->wants_mesh |= body->first != NULL;
+    intake->wants_mesh |= body->waiting.first != NULL;
 }
 
 static bool is_due(const Intake *intake, const IntakeBody *body, double time)
@@ -275,11 +223,11 @@ static void take_frame(Intake *intake, IntakeBody *body)
                                   .topology = nodes->topology,
                                   .node_count = nodes->node_count,
                                   .position = nodes->position};
-    if (intake->open && body->file_index >= 0 && !body->first && fits(body, &frame)) {
+    if (intake->open && body->file_index >= 0 && !body->waiting.first && fits(body, &frame)) {
         push_frame(intake, body, &frame);
         return;
     }
-    push_waiting(body, &frame);
+    body->counts.without_mesh += waiting_push(&body->waiting, &frame);
     push_waiting_frames(intake, body);
 }
 
@@ -292,7 +240,7 @@ static int64_t refused(const IntakeBody *body)
 
 static void forget(IntakeBody *body)
 {
-    drop_waiting(body);
+    waiting_drop(&body->waiting);
     body->mesh_refused += body->mesh.refused;
     mesh_frame_destroy(&body->mesh);
     body->mapped = body->any = body->taken = false;
@@ -358,6 +306,7 @@ static void take_mesh(Intake *intake, int index, bool is_delta, const void *data
     FramesResult result =
         is_delta ? mesh_frame_add_delta(mesh, data, size) : mesh_frame_add(mesh, data, size);
     intake->wants_mesh |= result == FRAMES_MISSED;
+    intake->mesh_chunks += !is_delta;
     if (result != FRAMES_WHOLE)
         return;
     bool same = body->mapped && body->map.topology == mesh->topology;
@@ -498,8 +447,8 @@ static void push_begin(Intake *intake)
 // The counts of a file begin with its first frame: what came before it was before the recording.
 static void begin_body(Intake *intake, IntakeBody *body)
 {
-    while (body->first && !fits(body, &body->first->frame) && last_that_fits(body))
-        free(pop_waiting(body));
+    while (last_that_fits(body) && !fits(body, &body->waiting.first->frame))
+        free(waiting_pop(&body->waiting));
     body->counts = (RecordingCounts){0};
     body->refused_before = refused(body);
     push_waiting_frames(intake, body);
@@ -540,7 +489,7 @@ void intake_end(Intake *intake)
     RecordingCounts counts[ITEM_BODIES] = {0};
     for (int i = 0; i < intake->survey.body_count; i++) {
         IntakeBody *body = &intake->body[i];
-        drop_waiting(body);
+        body->counts.without_mesh += waiting_drop(&body->waiting);
         if (body->file_index >= 0)
             counts[body->file_index] = counts_of(body);
     }

@@ -7,15 +7,12 @@
 #include "frames.h"
 #include "gather.h"
 #include "queue.h"
+#include "waiting.h"
 
 enum {
-    INTAKE_FRAMES_WAITING = 256,      // of a body, for their mesh or for the file to begin
-    INTAKE_BYTES_WAITING = 128 << 20, // of a body, likewise
-    INTAKE_EVENTS_WAITING = 64,       // for the file to begin
-    INTAKE_FILES = 100,               // a daemon that starts anew begins another
+    INTAKE_EVENTS_WAITING = 64, // for the file to begin
+    INTAKE_FILES = 100,         // a daemon that starts anew begins another
 };
-
-typedef struct IntakeFrame IntakeFrame;
 
 typedef struct IntakeBody {
     NodesFrame nodes;
@@ -32,9 +29,7 @@ typedef struct IntakeBody {
     int64_t step; // of the newest whole frame
     double time;  // of the newest frame taken [s]
     bool taken;
-    IntakeFrame *first, *last; // waiting
-    int waiting;
-    size_t waiting_bytes;
+    Waiting waiting;                      // for its mesh, or for the file to begin
     int64_t mesh_refused, refused_before; // meshes that are not sound; all before this file
     RecordingCounts counts;
 } IntakeBody;
@@ -58,12 +53,13 @@ typedef struct Intake {
     RecordingEvent event[INTAKE_EVENTS_WAITING];
     int events_waiting;
     int64_t events_lost;
-    bool open;       // a file has begun
-    int files;       // begun so far
-    int restarts;    // of the daemon
-    int bodies;      // in the file
-    char *path;      // of the newest file
-    bool wants_mesh; // one was missed: DESCRIBE would bring it
+    bool open;           // a file has begun
+    int files;           // begun so far
+    int restarts;        // of the daemon
+    int bodies;          // in the file
+    char *path;          // of the newest file
+    bool wants_mesh;     // one was missed: DESCRIBE would bring it
+    int64_t mesh_chunks; // that came: one may be under way
     Status status;
 } Intake;
 

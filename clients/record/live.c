@@ -4,10 +4,11 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 
 #include "pliant_command_t.h"
 
-enum { LOOK_MS = 20, PATIENCE_S = 2, SILENCE_S = 3, QUEUE_MESSAGES = 4096 };
+enum { LOOK_MS = 20, PATIENCE_S = 2, SILENCE_S = 3, QUEUE_MESSAGES = 4096, URGENT = -10 };
 static const int64_t SECOND_NS = 1000000000;
 
 typedef struct Live {
@@ -18,7 +19,8 @@ typedef struct Live {
     int64_t start_ns, begun_ns; // of the first file; 0: none yet
     int64_t heard_ns;           // the first message of the daemon that runs now; 0: none yet
     int64_t asked_ns, told_ns;
-    bool warned;
+    int64_t mesh_chunks, mesh_ns; // that came, and when the last one did
+    bool warned, hinted;
     int restarts;
     RecordingCounts told; // what was said of what is missing
 } Live;
@@ -63,19 +65,44 @@ static bool subscribe(Live *live, ClientError *error)
            client_fail(error, "LCM refuses to subscribe to %s_*", client->prefix);
 }
 
+// LCM's receiving thread inherits this thread's urgency when it starts, with the first
+// subscription: it only copies, and what it is late for is lost. Where that is not permitted it
+// goes without.
+static bool subscribe_urgently(Live *live, ClientError *error)
+{
+    int usual = getpriority(PRIO_PROCESS, 0);
+    bool raised = usual > URGENT && setpriority(PRIO_PROCESS, 0, URGENT) == 0;
+    bool ok = subscribe(live, error);
+    if (raised)
+        setpriority(PRIO_PROCESS, 0, usual);
+    return ok;
+}
+
 // --- now and then --------------------------------------------------------------------------------
+
+// To be asked for: who the daemon is, at first; and whole meshes, unless one is under way, which
+// asking would send from its beginning.
+static bool is_wanted(Live *live, int64_t now_ns)
+{
+    const Intake *intake = &live->intake;
+    if (intake->mesh_chunks != live->mesh_chunks) {
+        live->mesh_chunks = intake->mesh_chunks;
+        live->mesh_ns = now_ns;
+    }
+    int64_t since = now_ns - live->asked_ns;
+    if (intake->wants_mesh)
+        return since >= SECOND_NS && now_ns - live->mesh_ns >= SECOND_NS / 2;
+    // Once before anything is heard. Nobody answers those who speak of another input prefix: no
+    // need to go on asking.
+    if (intake->survey.described || live->heard_ns == 0)
+        return live->asked_ns == 0;
+    return since >= SECOND_NS && now_ns - live->heard_ns < PATIENCE_S * SECOND_NS;
+}
 
 // A description says which tools there are, and brings the whole meshes.
 static void ask(Live *live, int64_t now_ns)
 {
-    const Intake *intake = &live->intake;
-    bool wanted = intake->wants_mesh || !intake->survey.described;
-    bool heard = live->heard_ns != 0 || live->asked_ns == 0;
-    if (!wanted || !heard || (live->asked_ns != 0 && now_ns - live->asked_ns < SECOND_NS / 2))
-        return;
-    // Nobody answers those who speak of another input prefix: no need to go on asking.
-    if (!intake->wants_mesh && live->heard_ns != 0 &&
-        now_ns - live->heard_ns > PATIENCE_S * SECOND_NS)
+    if (!is_wanted(live, now_ns))
         return;
     char channel[CLIENT_CHANNEL_MAX];
     snprintf(channel, sizeof channel, "%s_COMMAND", live->options->intake.input_prefix);
@@ -87,6 +114,31 @@ static void ask(Live *live, int64_t now_ns)
     pliant_command_t_publish(live->client.lcm, channel, &command);
     live->asked_ns = now_ns;
     live->intake.wants_mesh = false;
+}
+
+// Frames are lost in the kernel's buffer, which can be made larger.
+static bool buffer_is_small(void)
+{
+    FILE *file = fopen("/proc/sys/net/core/rmem_max", "r");
+    long bytes = CLIENT_RECEIVE_BYTES;
+    if (file) {
+        if (fscanf(file, "%ld", &bytes) != 1)
+            bytes = CLIENT_RECEIVE_BYTES;
+        fclose(file);
+    }
+    return bytes < CLIENT_RECEIVE_BYTES;
+}
+
+static void hint(Live *live)
+{
+    if (live->hinted || live->told.lost == 0)
+        return;
+    live->hinted = true;
+    if (buffer_is_small())
+        fprintf(stderr,
+                "pliant-record: a larger receive buffer loses less; as root: "
+                "sysctl -w net.core.rmem_max=%d\n",
+                CLIENT_RECEIVE_BYTES);
 }
 
 static void tell_missing(Live *live, int64_t now_ns)
@@ -103,6 +155,7 @@ static void tell_missing(Live *live, int64_t now_ns)
             (long long)now.refused);
     live->told = now;
     live->told_ns = now_ns;
+    hint(live);
 }
 
 static void tell_restart(Live *live)
@@ -182,7 +235,7 @@ static bool record(Live *live, ClientError *error)
     Status status = {0};
     if (!writer_start(&live->writer, live->options->queue_bytes, stdout, &status))
         return client_fail(error, "%s", status.text);
-    bool ok = subscribe(live, error) && receive(live, error);
+    bool ok = subscribe_urgently(live, error) && receive(live, error);
     intake_end(&live->intake);
     if (!writer_finish(&live->writer, &status))
         ok = client_fail(error, "%s", status.text);

@@ -40,7 +40,7 @@ static const struct argp_option OPTIONS[] = {
     {"info", KEY_INFO, "FILE", 0, "say what is in a recording, instead of making one", 2},
     {"convert", KEY_CONVERT, "LOG", 0, "record an event log of lcm-logger, instead of a daemon", 2},
     {"input-prefix", KEY_INPUT_PREFIX, "NAME", 0,
-     "prefix of tools and commands, if the scene has an input_prefix (default: as --prefix)", 91},
+     "prefix of tools and commands, if the scene has an input_prefix (default: as --prefix)", 3},
     {0},
 };
 
@@ -182,7 +182,7 @@ static int record(const Options *options)
 
 int main(int argc, char **argv)
 {
-    static const struct argp_child children[] = {{&CLIENT_ARGP, 0, "Where:", 90}, {0}};
+    static const struct argp_child children[] = {{&CLIENT_ARGP, 0, "Where:", 3}, {0}};
     static const struct argp argp = {
         .options = OPTIONS,
         .parser = parse_option,

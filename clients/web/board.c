@@ -174,6 +174,15 @@ int board_pages(Board *board)
     return pages;
 }
 
+void board_stop(Board *board)
+{
+    pthread_mutex_lock(&board->lock);
+    for (int i = 0; i < BOARD_PAGES; i++)
+        board->page[i].stop = true;
+    pthread_cond_broadcast(&board->news);
+    pthread_mutex_unlock(&board->lock);
+}
+
 // --- the threads of pages ---
 
 // A number that no page has; 31 bits, never 0, as those of other clients.

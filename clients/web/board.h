@@ -93,6 +93,8 @@ void board_set_pose(Board *board, const pliant_tool_pose_t *pose);
 void board_tell_all(Board *board, Parcel *text);
 bool board_tell(Board *board, int32_t sender, Parcel *text);
 int board_pages(Board *board);
+// Ends board_next_round of every page.
+void board_stop(Board *board);
 
 // --- the threads of pages ---
 

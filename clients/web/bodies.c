@@ -119,7 +119,10 @@ void bodies_open(Bodies *bodies)
 void bodies_take_mesh(Bodies *bodies, const char *name, const void *data, size_t size)
 {
     Body *body = find(bodies, name);
-    if (!body || mesh_frame_add(&body->mesh, data, size) != FRAMES_WHOLE)
+    if (!body)
+        return;
+    body->chunk_ns = client_now_ns();
+    if (mesh_frame_add(&body->mesh, data, size) != FRAMES_WHOLE)
         return;
     body->new_mesh = true;
     show(bodies, body);
@@ -154,9 +157,13 @@ void bodies_take_rest(Bodies *bodies, const char *name, const void *data, size_t
 
 double bodies_unmatched(const Bodies *bodies, int64_t now_ns)
 {
+    const int64_t pause_ns = 500000000; // longer than between the chunks of one mesh
     int64_t longest = 0;
     for (int i = 0; i < bodies->count; i++) {
         const Body *body = &bodies->body[i];
+        bool under_way = body->mesh.next.started && !body->mesh.next.done;
+        if (under_way && now_ns - body->chunk_ns < pause_ns)
+            continue;
         if (body->unmatched_ns && now_ns - body->unmatched_ns > longest)
             longest = now_ns - body->unmatched_ns;
     }

@@ -16,6 +16,7 @@ typedef struct Body {
     RestFrame rest;
     bool new_mesh, new_nodes, new_rest; // since the board got them
     int32_t shown;                      // topology on the board; -1: none
+    int64_t chunk_ns;                   // when a chunk of a mesh last came (CLOCK_MONOTONIC)
     int64_t unmatched_ns; // since when nodes lack a mesh (CLOCK_MONOTONIC); 0: they do not
 } Body;
 
@@ -41,7 +42,8 @@ void bodies_take_delta(Bodies *bodies, const char *name, const void *data, size_
 void bodies_take_nodes(Bodies *bodies, const char *name, const void *data, size_t size);
 void bodies_take_rest(Bodies *bodies, const char *name, const void *data, size_t size);
 
-// For how long nodes of some body have come without their mesh [s]; 0: none.
+// For how long nodes of some body have come without their mesh, while none is under way [s]; 0:
+// none.
 double bodies_unmatched(const Bodies *bodies, int64_t now_ns);
 
 #endif

@@ -20,17 +20,14 @@ static double seconds_since(int64_t then_ns)
 
 // --- the scene ---
 
-// Asks for the scene and whole meshes; again with the same number while no answer comes.
+// Asks for the scene and whole meshes; again with the same number while no answer comes. Each time
+// that it is in vain the patience grows: whole meshes of large bodies take their time.
 static void describe(Feed *feed)
 {
     char channel[CLIENT_CHANNEL_MAX];
-    bool again = feed->describe_id != 0;
-    if (!again) {
+    if (feed->describe_id == 0)
         feed->describe_id = ++feed->client->last_id;
-        feed->patience_s = ASK_FIRST_S;
-    } else if (feed->patience_s < ASK_LONGEST_S) {
-        feed->patience_s *= 2.0;
-    }
+    feed->patience_s = feed->patience_s < ASK_LONGEST_S ? 2.0 * feed->patience_s : ASK_LONGEST_S;
     feed->describe_ns = client_now_ns();
     client_channel(feed->client, "COMMAND", NULL, channel);
     pliant_command_t command = {.utime = client_utime(),
@@ -84,6 +81,7 @@ static void on_status(const lcm_recv_buf_t *buffer, const char *channel, void *u
         feed->known = false;
         feed->another = true;
         feed->describe_id = 0;
+        feed->patience_s = ASK_FIRST_S;
     }
     if (feed->status)
         pliant_status_t_destroy(feed->status);
@@ -107,6 +105,7 @@ static void on_reply(const lcm_recv_buf_t *buffer, const char *channel, void *us
         return;
     }
     if (reply.sender != feed->client->sender) {
+        requests_answered(feed->requests, reply.sender, reply.id);
         board_tell(feed->board, reply.sender, text_reply(&reply));
     } else if (reply.id == feed->describe_id) {
         feed->describe_id = 0;
@@ -188,9 +187,9 @@ static void on_rest(const lcm_recv_buf_t *buffer, const char *channel, void *use
                      buffer->data_size);
 }
 
-bool feed_start(Feed *feed, Client *client, Board *board, ClientError *error)
+bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, ClientError *error)
 {
-    *feed = (Feed){.client = client, .board = board};
+    *feed = (Feed){.client = client, .board = board, .requests = requests};
     bodies_init(&feed->bodies, board);
     // MESH_.+ also takes the deltas of MESH_DELTA_<body>; no body has that name, so they pass by.
     bool ok = client_subscribe(client, "STATUS", NULL, 16, on_status, feed) &&
@@ -204,6 +203,7 @@ bool feed_start(Feed *feed, Client *client, Board *board, ClientError *error)
               client_subscribe(client, "REST", ".+", 4096, on_rest, feed);
     if (!ok)
         return client_fail(error, "LCM refuses to subscribe to %s_*", client->prefix);
+    feed->patience_s = ASK_FIRST_S;
     describe(feed);
     return true;
 }
@@ -225,6 +225,8 @@ static void ask_for_missing(Feed *feed)
 {
     bool missing = bodies_unmatched(&feed->bodies, client_now_ns()) > MESH_PATIENCE_S;
     bool wanted = !feed->known || feed->describe_id != 0 || missing;
+    if (!wanted)
+        feed->patience_s = ASK_FIRST_S;
     if (wanted && seconds_since(feed->describe_ns) > feed->patience_s)
         describe(feed);
 }
@@ -235,6 +237,7 @@ void feed_run(Feed *feed)
     while (client_wait(feed->client, client_now_ns() + turn_ns, NULL)) {
         tell_link(feed);
         ask_for_missing(feed);
+        requests_repeat(feed->requests, feed->board, client_now_ns());
     }
 }
 

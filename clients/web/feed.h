@@ -5,10 +5,12 @@
 
 #include "bodies.h"
 #include "client.h"
+#include "requests.h"
 
 typedef struct Feed {
     Client *client;
     Board *board;
+    Requests *requests;
     Bodies bodies;
     // the newest status
     pliant_status_t *status; // NULL: none yet
@@ -24,7 +26,7 @@ typedef struct Feed {
     int64_t wrong_types; // messages that are not what their channel says
 } Feed;
 
-bool feed_start(Feed *feed, Client *client, Board *board, ClientError *error);
+bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, ClientError *error);
 // Handles messages until a signal comes or the connection breaks.
 void feed_run(Feed *feed);
 void feed_stop(Feed *feed);

@@ -7,10 +7,6 @@
 
 #include <civetweb.h>
 
-#include "pliant_command_t.h"
-#include "pliant_cut_t.h"
-#include "pliant_load_t.h"
-
 enum { WS_FIN = 0x80, WS_OPCODE = 0x0f };
 
 struct Page {
@@ -68,6 +64,8 @@ static void *write_rounds(void *user)
         due_ns = client_now_ns() + period_ns;
         ok = send_round(page);
     }
+    // 1001, going away: also when only the page does, which hears of it no more.
+    mg_websocket_write(page->connection, MG_WEBSOCKET_OPCODE_CONNECTION_CLOSE, "\x03\xe9", 2);
     return NULL;
 }
 
@@ -76,11 +74,6 @@ static void *write_rounds(void *user)
 static void refuse(Page *page, const char *why)
 {
     board_tell(page->room->board, page->slot->sender, text_error(why));
-}
-
-static void channel_of(const Page *page, const char *name, char channel[CLIENT_CHANNEL_MAX])
-{
-    client_channel(page->room->client, name, NULL, channel);
 }
 
 // Remembers what must be withdrawn when the page goes. False: it drives too many tools.
@@ -104,7 +97,7 @@ static bool hold(Page *page, const pliant_tool_pose_t *pose)
 static void publish_pose(Page *page, pliant_tool_pose_t *pose)
 {
     char channel[CLIENT_CHANNEL_MAX];
-    channel_of(page, "TOOL_POSE", channel);
+    client_channel(page->room->client, "TOOL_POSE", NULL, channel);
     pose->utime = client_utime();
     pose->sender = page->slot->sender;
     pose->sequence = page->sequence++;
@@ -122,45 +115,6 @@ static void move_tool(Page *page, const Ask *ask)
         return;
     }
     publish_pose(page, &pose);
-}
-
-static void cut(Page *page, Ask *ask)
-{
-    char channel[CLIENT_CHANNEL_MAX];
-    channel_of(page, "CUT", channel);
-    pliant_cut_t message = {
-        .utime = client_utime(), .sender = page->slot->sender, .id = ask->id, .body = ask->text};
-    memcpy(message.before, ask->cut.before, sizeof message.before);
-    memcpy(message.after, ask->cut.after, sizeof message.after);
-    pliant_cut_t_publish(page->room->client->lcm, channel, &message);
-}
-
-static void load(Page *page, Ask *ask)
-{
-    char channel[CLIENT_CHANNEL_MAX];
-    channel_of(page, "LOAD", channel);
-    pliant_load_t message = {.utime = client_utime(),
-                             .sender = page->slot->sender,
-                             .id = ask->id,
-                             .radius = ask->load.radius,
-                             .duration = ask->load.duration,
-                             .body = ask->text};
-    memcpy(message.center, ask->load.center, sizeof message.center);
-    memcpy(message.force, ask->load.force, sizeof message.force);
-    pliant_load_t_publish(page->room->client->lcm, channel, &message);
-}
-
-static void command(Page *page, Ask *ask)
-{
-    char channel[CLIENT_CHANNEL_MAX];
-    channel_of(page, "COMMAND", channel);
-    pliant_command_t message = {.utime = client_utime(),
-                                .sender = page->slot->sender,
-                                .id = ask->id,
-                                .kind = ask->command.kind,
-                                .value = ask->command.value,
-                                .argument = ask->text};
-    pliant_command_t_publish(page->room->client->lcm, channel, &message);
 }
 
 static void take_text(Page *page, const char *data, size_t size)
@@ -183,13 +137,10 @@ static void take_text(Page *page, const char *data, size_t size)
         move_tool(page, &ask);
         break;
     case ASK_CUT:
-        cut(page, &ask);
-        break;
     case ASK_LOAD:
-        load(page, &ask);
-        break;
     case ASK_COMMAND:
-        command(page, &ask);
+        if (!requests_send(page->room->requests, page->slot->sender, &ask))
+            refuse(page, "too many requests wait for an answer");
         break;
     }
 }
@@ -238,6 +189,7 @@ void page_close(Page *page)
         page->held[k].active = false;
         publish_pose(page, &page->held[k]);
     }
+    requests_forget(page->room->requests, page->slot->sender);
     board_stop_page(page->room->board, page->slot);
     pthread_join(page->writer, NULL);
     board_remove_page(page->room->board, page->slot);

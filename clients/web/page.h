@@ -5,6 +5,7 @@
 
 #include "board.h"
 #include "client.h"
+#include "requests.h"
 #include "texts.h"
 
 struct mg_connection;
@@ -13,6 +14,7 @@ struct mg_connection;
 typedef struct PageRoom {
     Client *client; // publishing only, which any thread may
     Board *board;
+    Requests *requests;
     HelloText hello;
 } PageRoom;
 

@@ -10,13 +10,14 @@
 #include <strings.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <civetweb.h>
 
 enum { TEXTURE_BYTES_MAX = 64 << 20, SPARE_THREADS = 6 };
 
-// Nothing but our own files, run and shown by nobody else; always the newest.
+// Nothing but our own files, run and shown by nobody else.
 static const char HEADERS[] =
     "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self' "
     "'unsafe-inline'; img-src 'self' data: blob:; font-src 'self'; connect-src 'self'; "
@@ -25,8 +26,7 @@ static const char HEADERS[] =
     "X-Frame-Options: DENY\r\n"
     "Referrer-Policy: no-referrer\r\n"
     "Cross-Origin-Opener-Policy: same-origin\r\n"
-    "Cross-Origin-Resource-Policy: same-origin\r\n"
-    "Cache-Control: no-cache\r\n";
+    "Cross-Origin-Resource-Policy: same-origin\r\n";
 
 static const char NO_PAGE[] =
     "pliant-web is running, but the page is not built.\n"
@@ -41,7 +41,7 @@ static void answer(struct mg_connection *connection, int code, const char *reaso
 {
     mg_printf(connection,
               "HTTP/1.1 %d %s\r\nContent-Type: %s\r\nContent-Length: %zu\r\n%s%s"
-              "Connection: close\r\n\r\n",
+              "Cache-Control: no-cache\r\nConnection: close\r\n\r\n",
               code, reason, type, size, HEADERS, more);
     mg_write(connection, data, size);
 }
@@ -271,25 +271,15 @@ bool site_start(Site *site, ClientError *error)
     bool six = strchr(site->address, ':') != NULL;
     snprintf(ports, sizeof ports, six ? "[%s]:%d" : "%s:%d", site->address, site->port);
     snprintf(threads, sizeof threads, "%d", BOARD_PAGES + SPARE_THREADS);
-    const char *options[] = {"listening_ports",
-                             ports,
-                             "num_threads",
-                             threads, //
-                             "tcp_nodelay",
-                             "1",
-                             "request_timeout_ms",
-                             "10000",
-                             "websocket_timeout_ms",
-                             "30000",
-                             "enable_websocket_ping_pong",
-                             "yes",
-                             "keep_alive_timeout_ms",
-                             "0",
-                             "max_request_size",
-                             "16384",
-                             "enable_directory_listing",
-                             "no",
-                             NULL};
+    // clang-format off
+    const char *options[] = {
+        "listening_ports", ports,           "num_threads", threads,
+        "tcp_nodelay", "1",                 "max_request_size", "16384",
+        "request_timeout_ms", "10000",      "keep_alive_timeout_ms", "0",
+        "websocket_timeout_ms", "30000",    "enable_websocket_ping_pong", "yes",
+        "static_file_max_age", "0",         "enable_directory_listing", "no",
+        NULL};
+    // clang-format on
     const struct mg_callbacks callbacks = {
         .begin_request = begin_request, .log_message = log_nothing, .log_access = log_nothing};
     mg_init_library(0);
@@ -307,10 +297,40 @@ bool site_start(Site *site, ClientError *error)
     return true;
 }
 
+static void *stop_server(void *user)
+{
+    Site *site = user;
+    mg_stop(site->context);
+    atomic_store(&site->stopped, true);
+    return NULL;
+}
+
+// civetweb looks only every 2 s whether it should end, unless someone knocks.
+static void knock(const Site *site)
+{
+    struct sockaddr_in v4 = {.sin_family = AF_INET, .sin_port = htons((uint16_t)site->port)};
+    inet_pton(AF_INET, site->address, &v4.sin_addr); // IPv6: it ends all the same, later
+    int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    if (fd >= 0) {
+        connect(fd, (struct sockaddr *)&v4, sizeof v4);
+        close(fd);
+    }
+}
+
 void site_stop(Site *site)
 {
+    pthread_t thread;
     if (site->context) {
-        mg_stop(site->context);
+        board_stop(site->room.board); // pages are told, and answer by closing
+        if (pthread_create(&thread, NULL, stop_server, site) == 0) {
+            while (!atomic_load(&site->stopped)) {
+                knock(site);
+                nanosleep(&(struct timespec){.tv_nsec = 20000000}, NULL);
+            }
+            pthread_join(thread, NULL);
+        } else {
+            mg_stop(site->context);
+        }
         mg_exit_library();
     }
     for (int k = 0; k < site->textures; k++)

@@ -28,6 +28,7 @@ typedef struct Site {
     // own
     char root[4096]; // the folder without links; "" for none
     struct mg_context *context;
+    atomic_bool stopped;
 } Site;
 
 // Reads "BODY=IMAGE", a PNG or JPEG of at most 64 MB.

@@ -204,23 +204,27 @@ static bool run(const Options *options, Client *client, Site *site, ClientError 
 {
     static Board board;
     static Feed feed;
+    static Requests requests;
     const char *names[SITE_TEXTURES];
     for (int k = 0; k < site->textures; k++)
         names[k] = site->texture[k].body;
     site->room.client = client;
     site->room.board = &board;
+    site->room.requests = &requests;
     site->room.hello.prefix = client->prefix;
     site->room.hello.rate_hz = options->rate_hz;
     site->room.hello.texture = names;
     site->room.hello.textures = site->textures;
     board_init(&board);
-    bool ok = feed_start(&feed, client, &board, error) && site_start(site, error);
+    requests_init(&requests, client);
+    bool ok = feed_start(&feed, client, &board, &requests, error) && site_start(site, error);
     if (ok) {
         tell(site);
         feed_run(&feed);
     }
     site_stop(site); // pages withdraw their tools while LCM is still there
     feed_stop(&feed);
+    requests_destroy(&requests);
     board_destroy(&board);
     if (ok && client->broken)
         return client_fail(error, "the LCM connection failed");

@@ -355,7 +355,18 @@ void loads_expire(LoadSet *set, Body *bodies, int body_count, int64_t step)
         apply_all(set, bodies, body_count);
 }
 
-bool loads_check(const LoadSet *set, int nodes)
+// Whether a place of all bodies together has ever had a node.
+static bool is_place(const Body *bodies, int body_count, int node)
+{
+    for (int b = 0; b < body_count && node >= 0; b++) {
+        if (node < bodies[b].surface.node_count)
+            return node < bodies[b].surface.node_used;
+        node -= bodies[b].surface.node_count;
+    }
+    return false;
+}
+
+bool loads_check(const LoadSet *set, const Body *bodies, int body_count)
 {
     if (set->count == NULL)
         return true;
@@ -371,7 +382,7 @@ bool loads_check(const LoadSet *set, int nodes)
         used += load->count;
     }
     for (int64_t i = 0; i < used; i++) {
-        if (set->pool[i] < 0 || set->pool[i] >= nodes)
+        if (!is_place(bodies, body_count, set->pool[i]))
             return false;
         if (set->node != NULL && !(set->node[i].share >= 0.0 && set->node[i].share <= 1.0 &&
                                    vec3_finite(set->node[i].start)))

@@ -68,8 +68,8 @@ void loads_follow(LoadSet *set, Body *bodies, int body_count, int changed,
 bool loads_act_on(const LoadSet *set, int64_t load, int first_node, int node_count);
 // Ends the loads whose time has come.
 void loads_expire(LoadSet *set, Body *bodies, int body_count, int64_t step);
-// Whether what a checkpoint has brought can be: `nodes` places of all bodies together.
-bool loads_check(const LoadSet *set, int nodes);
+// Whether what a checkpoint has brought can be: loads act on places that have or had a node.
+bool loads_check(const LoadSet *set, const Body *bodies, int body_count);
 void loads_clear(LoadSet *set, Body *bodies, int body_count);
 
 #endif

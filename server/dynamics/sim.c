@@ -345,7 +345,6 @@ bool sim_apply_load(Sim *sim, const LoadOptions *options, char *why, size_t why_
 
 bool sim_check(const Sim *sim)
 {
-    int nodes = 0;
     for (int k = 0; k < sim->attachment_count; k++)
         if (!attachment_check(sim->attachment[k]))
             return false;
@@ -355,11 +354,10 @@ bool sim_check(const Sim *sim)
     for (int t = 0; t < sim->tool_count; t++)
         if (!tool_motion_check(&sim->motion[t], sim->clock->step))
             return false;
-    for (int b = 0; b < sim->body_count; b++)
-        nodes += sim->body[b].surface.node_count;
     return sim->clock->step >= 0 && sim->clock->step <= INT64_MAX / 4 &&
            sim->clock->next_load >= 0 && sim->clock->next_load <= sim->scene_load_count &&
-           loads_check(&sim->loads, nodes) && cutting_check(sim) && guard_check(sim);
+           loads_check(&sim->loads, sim->body, sim->body_count) && cutting_check(sim) &&
+           guard_check(sim);
 }
 
 // A mesh changes about once a tick at most: clients of another run know no number this high.

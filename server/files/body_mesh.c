@@ -2,6 +2,7 @@
 #include "files/body_mesh.h"
 
 #include "base/log.h"
+#include "files/memory.h"
 #include "files/mesh_import.h"
 #include "geometry/generator.h"
 
@@ -80,7 +81,9 @@ bool body_mesh_make(const SceneBody *body, TriMesh *mesh, Levels *levels, Arena 
                     Status *status)
 {
     int finest = body->surface.levels;
-    return place_mesh(&body->mesh, mesh, status) &&
+    return memory_check_surface(body, memory_source_nodes(&body->mesh), status) &&
+           place_mesh(&body->mesh, mesh, status) &&
+           memory_check_surface(body, mesh->node_count, status) &&
            (finest == 0 || levels_create(levels, mesh, finest, body->name, arena, status));
 }
 

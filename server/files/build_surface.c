@@ -4,6 +4,7 @@
 #include "base/check.h"
 #include "files/body_mesh.h"
 #include "files/checkpoint.h"
+#include "files/memory.h"
 
 #include <stdlib.h>
 
@@ -98,6 +99,7 @@ bool build_surface(World *world, const Scene *scene, int index, const Prepared *
     Levels levels;
     bool ok = prepared != NULL ? prepared_read(prepared, described, mesh, &levels, keeper, status)
                                : body_mesh_make(described, mesh, &levels, keeper, status);
+    ok = ok && memory_check_surface(described, mesh->node_count, status);
     if (ok && surface.levels == 0 && surface.cuttable)
         ok = levels_create(&levels, mesh, 0, described->name, keeper, status);
     if (ok && (surface.levels > 0 || surface.cuttable))

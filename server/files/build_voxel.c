@@ -5,6 +5,7 @@
 #include "files/body_voxels.h"
 #include "files/checkpoint.h"
 #include "files/fnv.h"
+#include "files/memory.h"
 
 #include <stdlib.h>
 
@@ -70,6 +71,7 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
     Vec3 *position = NULL, *velocity = NULL;
     bool ok = prepared != NULL ? prepared_read_voxels(prepared, described, &lattice, status)
                                : body_voxels_make(&described->voxels, &lattice, status);
+    ok = ok && memory_check_voxel(described, (double)lattice_solid(&lattice), status);
     ok = ok && (described->skin.file == NULL || body_skin_make(described, &skin, status));
     if (ok && described->initial != NULL) {
         // A vertex is a corner of a cell.

@@ -227,9 +227,13 @@ int main(int argc, char **argv)
     bench_guard_voxels(&bench);
 #endif
     bench_live(&bench);
+#ifdef PLIANT_BENCH_RECORD
+    bench_record(&bench);
+#endif
     bench_cuts(&bench);
     bench_estimates(&bench);
     bench_guards(&bench);
+    bench_checkpoints(&bench);
     if (bench.table != NULL && fclose(bench.table) != 0) {
         fprintf(stderr, "pliant-bench: cannot write %s: %s\n", arguments.table, strerror(errno));
         return 1;

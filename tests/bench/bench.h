@@ -49,9 +49,11 @@ void bench_pairs(Bench *bench);
 void bench_load(Bench *bench);
 void bench_levels(Bench *bench);
 void bench_live(Bench *bench);
+void bench_record(Bench *bench);
 void bench_cuts(Bench *bench);
 void bench_estimates(Bench *bench);
 void bench_guards(Bench *bench);
+void bench_checkpoints(Bench *bench);
 // Where voxel bodies are built in.
 void bench_voxels(Bench *bench);
 void bench_voxel_presses(Bench *bench);

@@ -141,6 +141,13 @@ static void on_delta(const lcm_recv_buf_t *buffer, const char *channel,
         watch->delta_parts = 0;
         watch->skip = !watch->whole || m->from_topology != watch->topology;
         watch->missed += watch->whole && watch->skip;
+        assert_in_range(m->node_count, 0, SLOTS);
+        assert_in_range(m->triangle_count, 0, SLOTS);
+        // Slots that the mesh has not had are free unless the delta names them.
+        for (int i = watch->node_count; !watch->skip && i < m->node_count; i++)
+            watch->id[i] = -1;
+        for (int t = watch->triangle_count; !watch->skip && t < m->triangle_count; t++)
+            memset(watch->triangle[t], 0, sizeof watch->triangle[t]);
     }
     watch->delta_sequence = m->sequence;
     if (watch->skip)

@@ -204,6 +204,16 @@ static void create_body(Body *body, Making *making, const PlaneKernels *kernels,
     body->damping = making->forms.damping_lambda;
 }
 
+// As of solid bodies: what does not fit at the start is an error.
+static bool check_capacity(const VoxelOptions *options, int vertices, Status *status)
+{
+    if (!options->cuttable || options->vertex_capacity == 0 || options->vertex_capacity >= vertices)
+        return true;
+    return status_fail(status, STATUS_INVALID,
+                       "body %s has %d vertices to start with, capacity.nodes is %d", options->name,
+                       vertices, options->vertex_capacity);
+}
+
 bool plane_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
                   Status *status)
 {
@@ -214,7 +224,8 @@ bool plane_create(Body *body, const VoxelOptions *options, Arena *arena, StateLi
     Making making = {.options = options};
     plane_layout_create(&making.layout, options->lattice, options->levels);
     bool ok = plane_mesh_create(&making.mesh, &making.layout, NULL, status) &&
-              setup_check(options, kernels != NULL, making.mesh.vertex_count, status);
+              setup_check(options, kernels != NULL, making.mesh.vertex_count, status) &&
+              check_capacity(options, making.mesh.vertex_count, status);
     if (ok)
         making.by_id = vertex_ids_sort(making.mesh.id, making.mesh.vertex_count);
     ok = ok && make_fixed(&making, status);

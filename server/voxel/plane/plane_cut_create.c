@@ -1,6 +1,8 @@
 // Makes the tables of a plane body that can be cut. Load time only.
 #include "voxel/plane/plane_cut.h"
 
+#include "base/check.h"
+
 #include <string.h>
 
 #define ALLOCATE(use, count, type, label)                                                          \
@@ -121,8 +123,7 @@ void plane_cut_create(PlaneModel *model, const VoxelOptions *options, const bool
     // A body that is cut to its last edge has four vertices a cell.
     cut->vertex_capacity =
         options->vertex_capacity > 0 ? options->vertex_capacity : cut->room.vertices;
-    if (cut->vertex_capacity < cut->mesh.vertex_count)
-        cut->vertex_capacity = cut->mesh.vertex_count;
+    ASSERT(cut->vertex_capacity >= cut->mesh.vertex_count); // plane_create has looked
     plane_forms_create(&cut->forms, options, &cut->layout, &cut->mesh, true, arena);
     cut->id = ALLOCATE(ARENA_TOPOLOGY, cut->vertex_capacity, int, "vertex ids");
     take_tables(cut, name, arena);

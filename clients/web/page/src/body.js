@@ -1,9 +1,9 @@
 // One body: its mesh in slots, its nodes' positions, and what is drawn of them. Arrays grow with the
 // mesh; a frame of positions allocates nothing.
 
-import { BufferAttribute, BufferGeometry, DynamicDrawUsage, Group, LineBasicMaterial, LineSegments,
+import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, FrontSide, Group, LineBasicMaterial, LineSegments,
     Mesh, Points, PointsMaterial } from 'three';
-import { addNormals, boxOf } from './normals.js';
+import { addNormals, boxOf, isClosed } from './normals.js';
 import { RestShape } from './rest_shape.js';
 import { tissueMaterial } from './tissue.js';
 
@@ -14,7 +14,7 @@ export class Body {
         this.number = number;
         this.name = name;
         this.model = model;
-        this.images = images; // {drawn, of(name)}
+        this.images = images; // {drawn, of(name), plain}
         this.topology = null; // of the mesh; null: none yet
         this.n = 0;
         this.m = 0;           // indices of triangles in use
@@ -25,6 +25,7 @@ export class Body {
         this.moved = false;   // since the last frame
         this.next = null;     // a newer mesh whose positions have not come yet, and its rest message
         this.nextRest = null;
+        this.dressed = false; // its material is there
         this.box = new Float32Array(6);
         this.restShape = new RestShape();
         this.group = new Group();
@@ -53,6 +54,7 @@ export class Body {
             this.index[m++] = c;
         }
         this.m = m;
+        this.closed = isClosed(this.index, m);
         this.surface.geometry.index.needsUpdate = true;
         this.surface.geometry.setDrawRange(0, m);
         this.fillInfo(mesh);
@@ -141,16 +143,19 @@ export class Body {
         addNormals(this.index, this.m, this.rest, this.restNormal);
         attributes.rest.needsUpdate = attributes.restNormal.needsUpdate = attributes.uv.needsUpdate = true;
         const textured = this.restShape.textured;
-        if (!this.surface.material?.uniforms || this.textured !== textured) this.dress(textured);
+        if (!this.dressed || this.textured !== textured) this.dress(textured);
+        this.surface.material.side = this.closed ? FrontSide : DoubleSide;
     }
 
     dress(textured) {
         this.textured = textured;
+        this.dressed = true;
         boxOf(this.index, this.m, this.rest, this.box);
         const own = textured ? this.images.of(this.name) : null;
         this.surface.material?.dispose();
-        this.surface.material = tissueMaterial(this.number, this.model, 2.2 / this.size(),
-            own ?? this.images.drawn, own !== null);
+        this.surface.material = tissueMaterial({ number: this.number, model: this.model,
+            grain: 2.2 / this.size(), image: own ?? this.images.drawn, own: own !== null,
+            plain: this.images.plain });
     }
 
     /** Nodes of another mesh are refused: false. */

@@ -26,6 +26,7 @@ export class Hand {
         this.place = new Vector3();  // of the tool
         this.knife = new Knife(world, trail);
         this.timer = 0;
+        this.pick = this.pick.bind(this);
         this.message = { type: 'tool', tool: 0, position: [0, 0, 0], orientation: [1, 0, 0, 0], grip: 0,
             active: true };
         const { canvas } = world.stage;
@@ -69,7 +70,7 @@ export class Hand {
         const ray = stage.rayThrough(event.clientX, event.clientY);
         const intent = this.intent(event);
         const found = this.pick(ray);
-        if (intent === 'cut') this.drag = this.knife.begin(ray, found, event);
+        if (intent === 'cut') this.drag = this.knife.begin(found, event);
         else if (found) this.drag = this.take(intent, ray, found);
         else if (stage.flat && intent === 'press') this.drag = this.takeStick(ray);
         if (!this.drag) return; // the camera's
@@ -125,8 +126,8 @@ export class Hand {
 
     follow(event) {
         const { drag } = this;
+        if (drag.kind === 'cut') return this.knife.follow(event, this.pick);
         const ray = this.world.stage.rayThrough(event.clientX, event.clientY);
-        if (drag.kind === 'cut') return this.knife.follow(ray, this.pick(ray), event);
         if (!ray.intersectPlane(this.plane, this.cursor)) return;
         if (drag.tool) this.send();
     }

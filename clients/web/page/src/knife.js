@@ -3,7 +3,8 @@
 
 import { Vector3 } from 'three';
 
-const STEP = 16; // [css pixels] between two places of the edge
+const STEP = 16;      // [css pixels] between two places of the edge
+const OVERLAP = 0.5;  // of a step: tissue that moves between two cuts leaves no bridge
 
 export class Knife {
     constructor(world, trail) {
@@ -12,36 +13,46 @@ export class Knife {
         this.points = '';
     }
 
-    begin(ray, found, event) {
-        this.last = null;
+    begin(found, event) {
+        this.begun = false;
         this.sent = 0;
         this.depth = found ? found.distance : null;
         this.points = '';
         this.frame = this.world.stage.canvas.getBoundingClientRect();
-        this.trail.removeAttribute('hidden');
+        this.trail.parentElement.removeAttribute('hidden');
         this.x = event.clientX;
         this.y = event.clientY;
         return { kind: 'cut' };
     }
 
-    follow(ray, found, event) {
-        const far = Math.hypot(event.clientX - this.x, event.clientY - this.y);
-        if (this.last && far < STEP) return;
+    /** `pick(ray)` finds what is under the pointer, or null. */
+    follow(event, pick) {
+        const { stage, link } = this.world;
+        const dx = event.clientX - this.x, dy = event.clientY - this.y;
+        if (this.begun && Math.hypot(dx, dy) < STEP) return;
         this.points += `${event.clientX - this.frame.left},${event.clientY - this.frame.top} `;
         this.trail.setAttribute('points', this.points);
-        const edge = this.edge(ray, found);
-        if (this.last) {
-            this.sent++;
-            this.world.link.request({ type: 'cut', before: this.last, after: edge, body: '' });
+        if (this.begun) {
+            // From a little before the last place.
+            const before = this.edge(this.x - OVERLAP * dx, this.y - OVERLAP * dy, pick);
+            const after = this.edge(event.clientX, event.clientY, pick);
+            // Not by what is seen: a cut that gapes hides what is left beside it.
+            const ray = stage.rayThrough(event.clientX, event.clientY);
+            if (ray.distanceToPoint(stage.center) < 0.6 * stage.size) {
+                this.sent++;
+                link.request({ type: 'cut', before, after, body: '' });
+            }
         }
-        this.last = edge;
+        this.begun = true;
         this.x = event.clientX;
         this.y = event.clientY;
     }
 
     // Through all that is there, or from just before the surface to a little behind it.
-    edge(ray, found) {
+    edge(x, y, pick) {
         const { stage, settings } = this.world;
+        const ray = stage.rayThrough(x, y);
+        const found = settings.shallow ? pick(ray) : null;
         if (found) this.depth = found.distance;
         const across = new Vector3().subVectors(stage.center, ray.origin).dot(ray.direction);
         let near = across - 0.75 * stage.size, far = across + 0.75 * stage.size;
@@ -55,9 +66,8 @@ export class Knife {
     }
 
     end() {
-        this.last = null;
-        this.trail.setAttribute('hidden', '');
+        this.trail.parentElement.setAttribute('hidden', '');
         this.trail.setAttribute('points', '');
-        this.world.told(this.sent ? `${this.sent} cuts sent` : 'Drag farther to cut.');
+        this.world.told(this.sent ? `${this.sent} cuts sent` : 'Drag across the tissue to cut.');
     }
 }

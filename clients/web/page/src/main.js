@@ -1,13 +1,13 @@
 // The page: puts together the link, the bodies, the tools, the hand and the panel.
 
-import { TextureLoader, SRGBColorSpace } from 'three';
+import { NoColorSpace, TextureLoader } from 'three';
 import { Body } from './body.js';
 import { Hand } from './hand.js';
 import { Link } from './link.js';
 import { Panel } from './panel.js';
 import { Stage, boxOfAll } from './stage.js';
 import { Tools } from './tools.js';
-import { drawnTissue, look } from './tissue.js';
+import { applyLook, drawnTissue, look } from './tissue.js';
 
 const HINTS = {
     press: 'Drag on tissue: press (wheel: depth) · Shift: cut · Ctrl: pull · empty space or right button: turn',
@@ -16,6 +16,8 @@ const HINTS = {
 };
 // Ours and what the page asks for over and over: nobody wants these in the list.
 const QUIET = new Set(['load', 'tool']);
+// Of the many cuts of one drag some meet nothing.
+const isIdleCut = (text) => /met no tissue|was cut already/.test(text);
 
 const element = (id) => document.getElementById(id);
 let bodies = [], textures = [], switches = { wireframe: false, springs: false };
@@ -24,12 +26,14 @@ let colours = null;
 let started = false; // everything below is there
 
 const images = {
-    get drawn() { return colours ??= drawnTissue(); },
+    get drawn() { return colours ??= drawnTissue(stage.software); },
+    get plain() { return stage.software; },
+    /** Null: the body has none. */
     of(name) {
-        if (!textures.includes(name)) return this.drawn;
+        if (!textures.includes(name)) return null;
         const image = new TextureLoader().load(
             `/texture/${encodeURIComponent(name)}${location.search}`, () => stage.invalidate());
-        image.colorSpace = SRGBColorSpace;
+        image.colorSpace = NoColorSpace; // the shader squares it
         return image;
     },
 };
@@ -43,7 +47,7 @@ const panel = new Panel({
         panel.hint(HINTS[mode]);
         stage.canvas.style.cursor = mode === 'cut' ? 'crosshair' : 'default';
     },
-    look: applyLook,
+    look: takeLook,
     home: () => stage.home(),
 });
 const scheme = location.protocol === 'https:' ? 'wss:' : 'ws:';
@@ -56,12 +60,18 @@ started = true;
 // For tests and measurements.
 window.pliant = { stage, tools, hand, link, look, get bodies() { return bodies; } };
 
-function applyLook(settings) {
+function takeLook(settings) {
     switches = settings;
-    look.colouring.value = settings.colouring;
-    look.threshold.value = settings.threshold;
-    look.showLips.value = settings.lips;
-    for (const body of bodies) Object.assign(body.show, settings);
+    const { colouring, threshold, lips } = settings;
+    Object.assign(look, { colouring, threshold, lips });
+    changeLook();
+}
+
+function changeLook() {
+    for (const body of bodies) {
+        Object.assign(body.show, switches);
+        if (body.dressed) applyLook(body.surface.material);
+    }
     stage.invalidate();
 }
 
@@ -85,11 +95,11 @@ function takeText(message) {
         for (const contact of message.tools) tools.takeContact(contact, now);
         return changed();
     case 'event':
-        if (!QUIET.has(message.kind))
+        if (!QUIET.has(message.kind) && !isIdleCut(message.text))
             panel.takeEvent(message.kind, message.text, /refused|restored|withdrawn|reset/.test(message.kind));
         return undefined;
     case 'reply':
-        if (!message.ok) panel.takeEvent('refused', message.text, true);
+        if (!message.ok && !isIdleCut(message.text)) panel.takeEvent('refused', message.text, true);
         return undefined;
     case 'error': return panel.takeEvent('error', message.text, true);
     case 'round': return takeRound(message.round);
@@ -169,8 +179,8 @@ function showLink(age) {
         ? `The daemon has been silent${age > 0 ? ` for ${Math.round(age)} s` : ''}. What you see is old.`
         : 'Waiting for pliantd …');
     else panel.takeLink('live', '');
-    look.alive.value = connected && daemon ? 1 : 0;
-    stage.invalidate();
+    look.silent = !(connected && daemon);
+    changeLook();
 }
 
 // A tool that falls silent, or a force that nobody repeats, leaves the picture without a round.

@@ -63,3 +63,19 @@ export function boxOf(index, m, position, box) {
     }
     return m > 0;
 }
+
+/**
+ * Whether each edge has a triangle on either side (then nothing is seen from behind): the directed
+ * edges a -> b and b -> a cancel out in a sum of mixed numbers. Wrong once in four thousand million.
+ */
+export function isClosed(index, m) {
+    let sum = 0;
+    for (let i = 0; i < m; i += 3)
+        for (let k = 0; k < 3; k++) {
+            const a = index[i + k], b = index[i + (k + 1) % 3];
+            let mixed = Math.imul(Math.min(a, b) + 1, 0x9e3779b1) ^ Math.imul(Math.max(a, b) + 1, 0x85ebca6b);
+            mixed = Math.imul(mixed ^ (mixed >>> 15), 0x2c1b3c6d);
+            sum = (a < b ? sum + mixed : sum - mixed) | 0;
+        }
+    return sum === 0;
+}

@@ -83,7 +83,7 @@ export class Stage {
         const away = this.flat ? new Vector3(0, -0.02, 1) : new Vector3(0.55, -1, 0.48);
         const { fov, aspect } = this.camera;
         const narrow = Math.min(1, aspect);
-        const distance = 0.62 * this.size / Math.sin(0.5 * fov * Math.PI / 180) / narrow;
+        const distance = 0.52 * this.size / Math.sin(0.5 * fov * Math.PI / 180) / narrow;
         this.camera.position.copy(this.center).addScaledVector(away.normalize(), distance);
         this.camera.near = 0.02 * distance;
         this.camera.far = 12 * distance;
@@ -95,20 +95,20 @@ export class Stage {
         this.invalidate();
     }
 
-    // A grid of centimetres (or a power of ten of them) below the bodies: how large they are.
+    // A grid below the bodies, of 1, 2 or 5 cm, m, ...: how large they are.
     layGround(box, flat) {
         if (this.ground) {
             this.scene.remove(this.ground);
             this.ground.geometry.dispose();
             this.ground.material.dispose();
         }
-        const cell = 10 ** Math.round(Math.log10(this.size / 15));
-        const cells = 2 * Math.ceil(1.1 * this.size / cell);
-        const grid = new GridHelper(cells * cell, cells, 0x2f363c, 0x242a2f);
+        const power = 10 ** Math.floor(Math.log10(this.size / 14));
+        const cell = power * [5, 2, 1].find((times) => times * power <= this.size / 14);
+        const cells = 2 * Math.ceil(this.size / cell);
+        const grid = new GridHelper(cells * cell, cells, 0x2c3238, 0x23292e);
         grid.rotation.x = Math.PI / 2;
         grid.position.set(this.center.x, this.center.y, box.min.z - (flat ? 0.05 : 0.02) * this.size);
         this.ground = grid;
-        this.groundCell = cell;
         this.scene.add(grid);
     }
 

@@ -1,7 +1,8 @@
 // How tissue looks: one small shader, cheap enough for a processor that draws in software, and the
 // texture of bodies that bring no image.
 
-import { CanvasTexture, Color, DoubleSide, RepeatWrapping, ShaderMaterial, SRGBColorSpace } from 'three';
+import { CanvasTexture, Color, DoubleSide, LinearFilter, NoColorSpace, RepeatWrapping,
+    ShaderMaterial } from 'three';
 
 export const COLOUR = { TISSUE: 0, LEVEL: 1, PIECE: 2 };
 const TISSUES = [0xc4695c, 0xa8503f, 0xd29a78, 0xb5607a, 0xc58a52, 0x9a6a8c];
@@ -11,114 +12,176 @@ const PIECES = [0xc4695c, 0x5c93c4, 0x7db56a, 0xd9b44a, 0x9a78c4, 0x4fb0a8, 0xd0
 
 const vertexShader = /* glsl */ `
 attribute vec3 rest;
-attribute vec3 restNormal;
 attribute vec4 info; // level, piece, beside a cut
-uniform int colouring;
-uniform vec3 levels[8];
-uniform vec3 pieces[8];
-varying vec3 vNormal, vEye, vColour;
-varying float vShift, vLip;
-#ifdef TEXTURED
-varying vec2 vUv;
-#else
-varying vec3 vRest, vRestNormal;
-uniform float grain;
+uniform vec3 palette[8];
+varying vec3 vNormal;
+#ifdef COLOURED
+varying vec3 vColour;
 #endif
+#if defined(RED) || defined(LIPS)
+varying vec2 vShiftLip;
+#endif
+#ifndef PLAIN
+varying vec3 vEye;
+#endif
+#ifdef THREE_SIDES
+attribute vec3 restNormal;
+varying vec3 vRest, vRestNormal;
+#else
+varying vec2 vUv;
+#endif
+uniform float grain;
 void main() {
     vec4 eye = modelViewMatrix * vec4(position, 1.0);
     gl_Position = projectionMatrix * eye;
+#ifndef PLAIN
     vEye = eye.xyz;
+#endif
     // Summed triangle normals: long where triangles are large, zero where there are none.
     vec3 n = normalMatrix * normal;
     vNormal = n * inversesqrt(max(dot(n, n), 1e-30));
-    vColour = colouring == 1 ? levels[min(int(info.x), 7)] : pieces[int(info.y) & 7];
-    vShift = distance(position, rest);
-    vLip = info.z;
-#ifdef TEXTURED
-    vUv = uv;
-#else
+#ifdef COLOURED
+    vColour = palette[COLOURED == 1 ? min(int(info.x), 7) : int(info.y) & 7];
+#endif
+#if defined(RED) || defined(LIPS)
+    vShiftLip = vec2(distance(position, rest), info.z);
+#endif
+#ifdef THREE_SIDES
     vRest = rest * grain;
     vRestNormal = abs(restNormal) * inversesqrt(max(dot(restNormal, restNormal), 1e-30));
+#elif defined(OWN_IMAGE)
+    vUv = uv;
+#else
+    vUv = grain * (rest.xz + vec2(0.83, -0.55) * rest.y);
 #endif
 }`;
 
+// PLAIN, for processors that draw in software, leaves out what costs most: the grain from three
+// sides, the exact direction of view, the rim.
 const fragmentShader = /* glsl */ `
-uniform int colouring;
 uniform vec3 tissue, inside, lipColour;
-uniform float threshold; // [m]; 0: no red
+uniform float threshold; // [m]
 uniform vec2 lipEdge;    // where a face begins to count as one of a cut, and does wholly
-uniform bool showLips;
-uniform float alive;     // 0: greyed, the daemon is silent
 uniform sampler2D image;
-varying vec3 vNormal, vEye, vColour;
-varying float vShift, vLip;
-#ifdef TEXTURED
-varying vec2 vUv;
-#else
+varying vec3 vNormal;
+#ifdef COLOURED
+varying vec3 vColour;
+#endif
+#if defined(RED) || defined(LIPS)
+varying vec2 vShiftLip;
+#endif
+#ifndef PLAIN
+varying vec3 vEye;
+#endif
+#ifdef THREE_SIDES
 varying vec3 vRest, vRestNormal;
+#else
+varying vec2 vUv;
 #endif
 const vec3 KEY = vec3(-0.42, 0.62, 0.66);
+const vec3 HALF = vec3(-0.2305, 0.3403, 0.9116); // between the key light and the eye
 const vec3 FILL = vec3(0.72, -0.18, 0.67);
 void main() {
-#ifdef TEXTURED
-    vec3 grainColour = texture2D(image, vUv).rgb;
-    vec3 base = grainColour;
-#else
+#ifdef THREE_SIDES
     // The grain from three sides, mixed by where the rest shape faces.
     vec3 w = vRestNormal * vRestNormal;
     w *= w;
     vec3 grainColour = (texture2D(image, vRest.yz).rgb * w.x + texture2D(image, vRest.zx).rgb * w.y +
         texture2D(image, vRest.xy).rgb * w.z) / (w.x + w.y + w.z + 1e-6);
-    vec3 base = tissue * grainColour * 1.65;
+#else
+    vec3 grainColour = texture2D(image, vUv).rgb;
 #endif
-    if (colouring != 0) base = mix(base, vColour * (0.6 + 0.8 * grainColour.g), 0.88);
-    float wet = colouring == 0 ? 1.0 : 0.45;
-    vec3 n = normalize(vNormal);
+    grainColour *= grainColour; // about linear
+#ifdef COLOURED
+    vec3 base = mix(tissue * grainColour, vColour * (0.5 + 0.9 * grainColour.g), 0.9);
+    float wet = 0.5;
+#else
+    vec3 base = tissue * grainColour;
+    float wet = 1.0;
+#endif
+    vec3 n = vNormal * inversesqrt(dot(vNormal, vNormal));
     if (!gl_FrontFacing) {
         n = -n;
-        if (colouring == 0) base = mix(base, inside, 0.75);
+#ifndef COLOURED
+        base = mix(base, inside, 0.75);
+#endif
         wet *= 0.6;
     }
-    if (showLips) base = mix(base, lipColour, 0.9 * smoothstep(lipEdge.x, lipEdge.y, vLip));
-    if (threshold > 0.0)
-        base = mix(base, vec3(0.86, 0.02, 0.015), 0.94 * smoothstep(0.985, 1.015, vShift / threshold));
-    vec3 v = normalize(-vEye);
-    float key = dot(n, KEY);
+#ifdef LIPS
+    base = mix(base, lipColour, 0.9 * smoothstep(lipEdge.x, lipEdge.y, vShiftLip.y));
+#endif
+#ifdef RED
+    base = mix(base, vec3(0.86, 0.02, 0.015), 0.94 * smoothstep(0.985, 1.015, vShiftLip.x / threshold));
+#endif
     // Light goes round the edge of soft tissue, red farther than blue.
-    vec3 reach = vec3(0.42, 0.22, 0.16);
-    vec3 light = max((vec3(key) + reach) / (1.0 + reach), 0.0) * 1.25;
-    light += max(dot(n, FILL), 0.0) * vec3(0.22, 0.27, 0.34);
-    light += mix(vec3(0.10, 0.075, 0.07), vec3(0.20, 0.22, 0.24), 0.5 + 0.5 * n.y);
+    const vec3 reach = vec3(0.42, 0.22, 0.16);
+    vec3 light = max(dot(n, KEY) * (1.18 / (1.0 + reach)) + reach * (1.18 / (1.0 + reach)), 0.0);
+    light += max(dot(n, FILL), 0.0) * vec3(0.20, 0.25, 0.32);
+    light += vec3(0.14, 0.14, 0.145) + n.y * vec3(0.045, 0.065, 0.075);
+#ifdef PLAIN
+    float shine = max(dot(n, HALF), 0.0);
+#else
+    vec3 v = normalize(-vEye);
     float shine = max(dot(n, normalize(KEY + v)), 0.0);
-    float shine2 = shine * shine, shine4 = shine2 * shine2, shine16 = shine4 * shine4;
-    shine16 *= shine16;
-    float shine64 = shine16 * shine16;
-    shine64 *= shine64;
+#endif
+    float s4 = shine * shine;
+    s4 *= s4;
+    float s16 = s4 * s4;
+    s16 *= s16;
+    float s64 = s16 * s16;
+    s64 *= s64;
+    vec3 colour = base * light + wet * (0.07 * s16 + 0.26 * s64 * s16);
+#ifndef PLAIN
     float rim = 1.0 - max(dot(n, v), 0.0);
-    rim *= rim * rim;
-    vec3 colour = base * light + wet * (0.10 * shine16 + 0.34 * shine64) + wet * rim * vec3(0.12, 0.10, 0.10);
-    colour = mix(vec3(dot(colour, vec3(0.21, 0.72, 0.07))) * 0.55 + 0.02, colour, alive);
-    gl_FragColor = vec4(sqrt(min(colour, 1.0)), 1.0);
+    colour += wet * rim * rim * rim * vec3(0.12, 0.10, 0.10);
+#endif
+#ifdef SILENT
+    colour = vec3(dot(colour, vec3(0.21, 0.72, 0.07))) * 0.55 + 0.02;
+#endif
+    gl_FragColor = vec4(sqrt(colour), 1.0);
 }`;
 
 const colours = (list) => list.map((hex) => new Color(hex));
 const levelColours = colours(LEVELS), pieceColours = colours(PIECES);
 
-/** Shared by all bodies: what the switches and the link say. */
-export const look = {
-    colouring: { value: COLOUR.TISSUE }, threshold: { value: 0 }, showLips: { value: false },
-    alive: { value: 1 },
-};
+/** What the switches and the link say, for all bodies. */
+export const look = { colouring: COLOUR.TISSUE, threshold: 0, lips: false, silent: false };
+const threshold = { value: 0 };
 
-/** `grain` [1/m]: repeats of the drawn texture a metre. `uv`: the body has texture coordinates. */
-export function tissueMaterial(number, model, grain, image, uv) {
-    return new ShaderMaterial({
-        vertexShader, fragmentShader, side: DoubleSide, defines: uv ? { TEXTURED: 1 } : {},
+/** Brings a body's material in line with `look`. What is switched off is not in the shader at all. */
+export function applyLook(material) {
+    threshold.value = look.threshold;
+    const { defines } = material;
+    const set = (name, value) => {
+        if (defines[name] === value) return;
+        if (value === undefined) delete defines[name];
+        else defines[name] = value;
+        material.needsUpdate = true;
+    };
+    set('COLOURED', look.colouring || undefined);
+    set('RED', look.threshold > 0 ? 1 : undefined);
+    set('LIPS', look.lips ? 1 : undefined);
+    set('SILENT', look.silent ? 1 : undefined);
+    material.uniforms.palette.value = look.colouring === COLOUR.PIECE ? pieceColours : levelColours;
+}
+
+/**
+ * `grain` [1/m]: repeats of the drawn texture a metre. `own`: the image lies on the body by its
+ * texture coordinates. `plain`: for processors that draw in software.
+ */
+export function tissueMaterial({ number, model, grain, image, own, plain }) {
+    const defines = {};
+    if (plain) defines.PLAIN = 1;
+    if (own) defines.OWN_IMAGE = 1;
+    else if (!plain) defines.THREE_SIDES = 1;
+    const material = new ShaderMaterial({
+        vertexShader, fragmentShader, side: DoubleSide, defines,
         polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
         uniforms: {
-            ...look,
-            levels: { value: levelColours }, pieces: { value: pieceColours },
-            tissue: { value: new Color(TISSUES[number % TISSUES.length]) },
+            threshold, palette: { value: levelColours },
+            // The drawn texture is a little darker than white; an image has its own colours.
+            tissue: { value: own ? new Color(1, 1, 1)
+                : new Color(TISSUES[number % TISSUES.length]).multiplyScalar(1.35) },
             inside: { value: new Color(0x6e1f20) },
             lipColour: { value: new Color(0xf2c230) },
             // A solid shows faces of its inside, all of whose nodes lie at the cut; a wall has a rim.
@@ -126,10 +189,12 @@ export function tissueMaterial(number, model, grain, image, uv) {
             grain: { value: grain }, image: { value: image },
         },
     });
+    applyLook(material);
+    return material;
 }
 
 /** A square of tissue that repeats without seams: soft mottles and fine vessels, near white. */
-export function drawnTissue(size = 256) {
+export function drawnTissue(plain, size = 256) {
     const canvas = document.createElement('canvas');
     canvas.width = canvas.height = size;
     const context = canvas.getContext('2d');
@@ -151,7 +216,11 @@ export function drawnTissue(size = 256) {
     for (let i = 0; i < 9; i++) vessel(context, size, random);
     const texture = new CanvasTexture(canvas);
     texture.wrapS = texture.wrapT = RepeatWrapping;
-    texture.colorSpace = SRGBColorSpace;
+    texture.colorSpace = NoColorSpace; // the shader squares it: cheaper
+    if (plain) {
+        texture.generateMipmaps = false;
+        texture.minFilter = LinearFilter;
+    }
     return texture;
 }
 

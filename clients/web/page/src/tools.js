@@ -5,8 +5,9 @@ import { BufferGeometry, CapsuleGeometry, Color, ConeGeometry, CylinderGeometry,
 
 const STALE = 1000; // [ms] after which a contact or pose that nobody repeats is no longer shown
 
-const steel = (colour) => new ShaderMaterial({
-    uniforms: { colour: { value: new Color(colour) } },
+const steel = (colour, opacity = 1) => new ShaderMaterial({
+    uniforms: { colour: { value: new Color(colour) }, opacity: { value: opacity } },
+    transparent: opacity < 1,
     side: DoubleSide,
     vertexShader: /* glsl */ `
 varying vec3 vNormal, vEye;
@@ -19,6 +20,7 @@ void main() {
     // A dark room with a soft light above: bands along a bright instrument.
     fragmentShader: /* glsl */ `
 uniform vec3 colour;
+uniform float opacity;
 varying vec3 vNormal, vEye;
 void main() {
     vec3 n = normalize(vNormal), v = normalize(-vEye);
@@ -27,8 +29,9 @@ void main() {
     float sky = smoothstep(-0.3, 0.9, r.y);
     float lamp = smoothstep(0.80, 0.97, dot(r, vec3(-0.42, 0.62, 0.66)));
     float edge = 1.0 - max(dot(n, v), 0.0);
-    vec3 c = colour * (0.10 + 0.55 * sky + 0.25 * max(n.z, 0.0)) + 0.65 * lamp + 0.12 * edge * edge;
-    gl_FragColor = vec4(sqrt(min(c, 1.0)), 1.0);
+    float band = smoothstep(0.25, 0.55, r.x) * (1.0 - smoothstep(0.60, 0.85, r.x));
+    vec3 c = colour * (0.13 + 0.55 * sky + 0.22 * max(n.z, 0.0) + 0.25 * band) + 0.65 * lamp + 0.15 * edge * edge;
+    gl_FragColor = vec4(sqrt(min(c, 1.0)), opacity);
 }`,
 });
 
@@ -58,7 +61,9 @@ class Tool {
     }
 
     build() {
-        const material = steel({ blade: 0xd7dde2, grasper: 0xb9c2ca, static: 0x6d757c }[this.kind] ?? 0xc3cad0);
+        // Jaws are a ball that reaches around tissue: seen through.
+        const material = steel({ blade: 0xe4e9ed, grasper: 0xc9d2da, static: 0x6d757c }[this.kind] ?? 0xdfe5ea,
+            this.kind === 'grasper' ? 0.5 : 1);
         for (const { from, to, radius } of this.capsules) {
             const length = from.distanceTo(to);
             const shape = length > 0 ? new CapsuleGeometry(radius, length, 8, 20)
@@ -169,7 +174,7 @@ export class Tools {
         tool.label.hidden = !shown;
         if (!shown) return;
         const { contact, arrow, label } = tool;
-        const length = this.stage.size * (0.05 + 0.32 * Math.min(tool.force / tool.maxForce, 1));
+        const length = this.stage.size * (0.09 + 0.30 * Math.min(tool.force / tool.maxForce, 1));
         this.direction.fromArray(contact.force).normalize();
         const held = Math.hypot(...contact.point) === 0 && Math.hypot(...contact.normal) === 0;
         this.origin.fromArray(held ? contact.position : contact.point);
@@ -196,6 +201,9 @@ function arrow() {
     const group = new Group();
     const shaft = new Mesh(new CylinderGeometry(0.006, 0.006, 0.8, 12).translate(0, 0.4, 0), material);
     const head = new Mesh(new ConeGeometry(0.018, 0.26, 16).translate(0, 0.87, 0), material);
+    // Over everything else: what it says matters more than what is before it.
+    for (const part of [shaft, head]) part.renderOrder = 10;
+    shaft.onBeforeRender = (renderer) => renderer.clearDepth();
     group.add(shaft, head);
     group.visible = false;
     return group;

@@ -1,0 +1,231 @@
+// pliant-drake: sends all bodies of a running daemon on to Drake's viewers (meldis,
+// drake_visualizer), as deformable meshes. One thread; only listens, but for one DESCRIBE that
+// brings the meshes.
+#include "arguments.h"
+#include "client.h"
+#include "frames.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "drake_lcmt_viewer_link_data.h"
+#include "pliant_command_t.h"
+
+enum { BODIES_MAX = 32, QUEUE = 4096, PATIENCE_S = 3 };
+#define CHANNEL "DRAKE_VIEWER_DEFORMABLE"
+
+typedef struct Options {
+    ClientOptions client;
+    double rate_hz, duration; // [Hz], [s]; 0: until a signal
+    double color[3];
+} Options;
+
+typedef struct Shown {
+    char name[CLIENT_CHANNEL_MAX];
+    NodesFrame nodes;
+    MeshFrame mesh;
+    float *data; // of the newest frame whose mesh we have; [capacity]
+    size_t capacity;
+    int values; // 0: none yet
+} Shown;
+
+typedef struct Bridge {
+    Options options;
+    Client client;
+    Shown body[BODIES_MAX];
+    int bodies;
+    bool fresh; // something to send
+    int64_t sent;
+} Bridge;
+
+// --- options ---
+
+static const struct argp_option OPTIONS[] = {
+    {"rate", 'r', "HZ", 0, "messages a second, at most (20)", 1},
+    {"color", 'c', "R,G,B", 0, "of the bodies, each 0 to 1 (0.85,0.5,0.45)", 1},
+    {"duration", 'd', "S", 0, "exit after so many seconds", 1},
+    {0},
+};
+
+static error_t parse_option(int key, char *argument, struct argp_state *state)
+{
+    Options *options = state->input;
+    switch (key) {
+    case ARGP_KEY_INIT:
+        state->child_inputs[0] = &options->client;
+        return 0;
+    case 'r':
+        argument_number(state, "rate", argument, 0.1, 1000.0, &options->rate_hz);
+        return 0;
+    case 'd':
+        argument_number(state, "duration", argument, 0.01, 1e7, &options->duration);
+        return 0;
+    case 'c':
+        if (!client_parse_vector(argument, 1.0, options->color) || options->color[0] < 0.0 ||
+            options->color[1] < 0.0 || options->color[2] < 0.0)
+            argp_error(state, "--color '%s': want R,G,B, each inside [0, 1]", argument);
+        return 0;
+    case ARGP_KEY_ARG:
+        argp_error(state, "'%s' is not an option", argument);
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
+// --- what comes ---
+
+// The body of a channel, new ones as they appear; NULL: none of ours, or one too many.
+static Shown *find_body(Bridge *bridge, const char *kind, const char *channel)
+{
+    const char *name = client_body_of(&bridge->client, kind, channel);
+    // "_MESH_DELTA_<body>" fits the pattern of "_MESH_<body>" too.
+    if (!name || (strcmp(kind, "MESH") == 0 && strncmp(name, "DELTA_", 6) == 0))
+        return NULL;
+    for (int k = 0; k < bridge->bodies; k++) {
+        if (strcmp(bridge->body[k].name, name) == 0)
+            return &bridge->body[k];
+    }
+    if (bridge->bodies == BODIES_MAX)
+        return NULL;
+    Shown *body = &bridge->body[bridge->bodies++];
+    snprintf(body->name, sizeof body->name, "%s", name);
+    return body;
+}
+
+// Copies a whole frame, since the next one overwrites its positions chunk by chunk. Free triangles
+// are left out; free nodes stay, so that triangles keep their numbers (exact in a float: the frames
+// bound them to 2^22).
+static void pack(Bridge *bridge, Shown *body)
+{
+    const NodesFrame *nodes = &body->nodes;
+    const MeshFrame *mesh = &body->mesh;
+    if (!mesh->whole || mesh->topology != nodes->topology || mesh->node_count != nodes->node_count)
+        return;
+    size_t points = 3 * (size_t)nodes->node_count;
+    size_t most = 2 + points + 3 * (size_t)mesh->triangle_count;
+    if (most > body->capacity) {
+        float *data = realloc(body->data, most * sizeof *data);
+        if (!data)
+            return;
+        body->data = data;
+        body->capacity = most;
+    }
+    memcpy(body->data + 2, nodes->position, points * sizeof(float));
+    float *corner = body->data + 2 + points;
+    int triangles = 0;
+    for (int t = 0; t < mesh->triangle_count; t++) {
+        const int32_t *v = mesh->triangle + 3 * (size_t)t;
+        if (v[0] == v[1])
+            continue;
+        for (int k = 0; k < 3; k++)
+            *corner++ = (float)v[k];
+        triangles++;
+    }
+    body->data[0] = (float)nodes->node_count;
+    body->data[1] = (float)triangles;
+    body->values = (int)(corner - body->data);
+    bridge->fresh = true;
+}
+
+static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    Shown *body = find_body(user, "NODES", channel);
+    if (body && nodes_frame_add(&body->nodes, buffer->data, buffer->data_size) == FRAMES_WHOLE)
+        pack(user, body);
+}
+
+static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    Shown *body = find_body(user, "MESH", channel);
+    if (body)
+        mesh_frame_add(&body->mesh, buffer->data, buffer->data_size);
+}
+
+static void on_delta(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    Shown *body = find_body(user, "MESH_DELTA", channel);
+    if (body)
+        mesh_frame_add_delta(&body->mesh, buffer->data, buffer->data_size);
+}
+
+// --- what goes ---
+
+static void send_bodies(Bridge *bridge)
+{
+    drake_lcmt_viewer_geometry_data shape[BODIES_MAX];
+    drake_lcmt_viewer_link_data message = {.name = bridge->client.prefix, .geom = shape};
+    for (int k = 0; k < bridge->bodies; k++) {
+        Shown *body = &bridge->body[k];
+        if (body->values == 0)
+            continue;
+        const double *color = bridge->options.color;
+        shape[message.num_geom++] = (drake_lcmt_viewer_geometry_data){
+            .type = DRAKE_LCMT_VIEWER_GEOMETRY_DATA_MESH,
+            .quaternion = {1.0f},
+            .color = {(float)color[0], (float)color[1], (float)color[2], 1.0f},
+            .string_data = body->name,
+            .num_float_data = body->values,
+            .float_data = body->data};
+    }
+    drake_lcmt_viewer_link_data_publish(bridge->client.lcm, CHANNEL, &message);
+    bridge->fresh = false;
+    bridge->sent++;
+}
+
+static bool run(Bridge *bridge, ClientError *error)
+{
+    Client *client = &bridge->client;
+    if (!client_subscribe(client, "NODES", ".+", QUEUE, on_nodes, bridge) ||
+        !client_subscribe(client, "MESH", ".+", QUEUE, on_mesh, bridge) ||
+        !client_subscribe(client, "MESH_DELTA", ".+", QUEUE, on_delta, bridge))
+        return client_fail(error, "LCM refuses to subscribe to %s_*", client->prefix);
+    ClientError ignored; // the daemon may start later, and sends its meshes once a second too
+    client_request(client, PLIANT_COMMAND_T_DESCRIBE, 0, "", 0.5, 2, &ignored);
+    const Options *options = &bridge->options;
+    const int64_t period = (int64_t)(1e9 / options->rate_hz), start = client_now_ns();
+    const int64_t end =
+        options->duration > 0.0 ? start + (int64_t)(options->duration * 1e9) : INT64_MAX;
+    bool waited = true, warned = false;
+    while (waited && client_now_ns() < end) {
+        waited = client_wait(client, client_now_ns() + period, NULL);
+        if (bridge->fresh)
+            send_bodies(bridge);
+        if (!bridge->sent && !warned && client_now_ns() - start > PATIENCE_S * 1000000000LL) {
+            client_fail(error, "no body came on %s_NODES_* within %d s: still waiting",
+                        client->prefix, PATIENCE_S);
+            client_print_error("pliant-drake", error);
+            warned = true;
+        }
+    }
+    if (client->broken)
+        return client_fail(error, "the LCM connection failed");
+    return bridge->sent ? true : client_fail(error, "no body came on %s_NODES_*", client->prefix);
+}
+
+int main(int argc, char **argv)
+{
+    static const struct argp_child children[] = {{&CLIENT_ARGP, 0, "Where:", 3}, {0}};
+    static const struct argp argp = {
+        .options = OPTIONS,
+        .parser = parse_option,
+        .children = children,
+        .doc = "Sends all bodies of a running pliantd on to Drake's viewers, on " CHANNEL ".\v"
+               "Exit status: 0 done, 1 no body came, 2 bad usage."};
+    static Bridge bridge = {.options = {.rate_hz = 20.0, .color = {0.85, 0.5, 0.45}}};
+    argp_err_exit_status = 2;
+    argp_parse(&argp, argc, argv, 0, NULL, &bridge.options);
+    client_catch_signals();
+    ClientError error = {0};
+    bool ok =
+        client_connect(&bridge.client, &bridge.options.client, &error) && run(&bridge, &error);
+    if (!ok)
+        client_print_error("pliant-drake", &error);
+    client_disconnect(&bridge.client);
+    for (int k = 0; k < bridge.bodies; k++) {
+        nodes_frame_destroy(&bridge.body[k].nodes);
+        mesh_frame_destroy(&bridge.body[k].mesh);
+        free(bridge.body[k].data);
+    }
+    return ok ? 0 : 1;
+}

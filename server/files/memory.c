@@ -1,0 +1,128 @@
+// What the machine has left, and what bodies take. Called at load, once or twice a body.
+#include "files/memory.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+// --- what there is -------------------------------------------------------------------------------
+
+// The number [bytes] behind a key of a file of /proc, which counts in kB; NAN: not there.
+static double read_key(const char *path, const char *key)
+{
+    char line[256];
+    double value = NAN;
+    FILE *file = fopen(path, "r");
+    while (file != NULL && fgets(line, sizeof line, file) != NULL)
+        if (strncmp(line, key, strlen(key)) == 0)
+            value = strtod(line + strlen(key), NULL) * 1024.0;
+    if (file != NULL)
+        fclose(file);
+    return value;
+}
+
+// The single number of a file of the control group; NAN: none, or "max".
+static double read_group(const char *folder, const char *name)
+{
+    char path[600], line[64], *end;
+    snprintf(path, sizeof path, "/sys/fs/cgroup%s/%s", folder, name);
+    FILE *file = fopen(path, "r");
+    double value = NAN;
+    if (file != NULL && fgets(line, sizeof line, file) != NULL) {
+        value = strtod(line, &end);
+        value = end != line ? value : (double)NAN;
+    }
+    if (file != NULL)
+        fclose(file);
+    return value;
+}
+
+static double group_free(void)
+{
+    char line[512], folder[512] = "";
+    FILE *file = fopen("/proc/self/cgroup", "r");
+    while (file != NULL && fgets(line, sizeof line, file) != NULL)
+        if (strncmp(line, "0::", 3) == 0)
+            snprintf(folder, sizeof folder, "%.*s", (int)strcspn(line + 3, "\n"), line + 3);
+    if (file != NULL)
+        fclose(file);
+    return read_group(folder, "memory.max") - read_group(folder, "memory.current");
+}
+
+static double limit_free(int resource, const char *key)
+{
+    struct rlimit limit;
+    if (getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
+        return NAN;
+    return (double)limit.rlim_cur - read_key("/proc/self/status", key);
+}
+
+double memory_free(void)
+{
+    // fmin passes over what is not known.
+    double least =
+        read_key("/proc/meminfo", "MemAvailable:") + read_key("/proc/meminfo", "SwapFree:");
+    least = fmin(least, group_free());
+    least = fmin(least, limit_free(RLIMIT_AS, "VmSize:"));
+    least = fmin(least, limit_free(RLIMIT_DATA, "VmData:"));
+    return isnan(least) ? HUGE_VAL : fmax(least, 0.0);
+}
+
+// --- what is needed ------------------------------------------------------------------------------
+
+static bool check(const char *what, double count, double bytes, Status *status)
+{
+    double have = memory_free();
+    return bytes <= have ||
+           status_fail(status, STATUS_INVALID,
+                       "%.0f %s need at least %.2g GB of memory, and %.2g GB are free", count, what,
+                       bytes / 1e9, have / 1e9);
+}
+
+bool memory_check_surface(const SceneBody *body, double nodes, Status *status)
+{
+    // Bytes a node at the finest level, a tenth less than the least that was seen: of bodies that
+    // stay as they are, that refine and coarsen, that can be cut.
+    enum { FIXED = 580, CHANGING = 1900, CUTTABLE = 2500, A_COPY = 100, HIERARCHY = 140 };
+    const SurfaceOptions *surface = &body->surface;
+    bool changes = surface_changes(surface);
+    double start = nodes * pow(4.0, surface->start_level);
+    double finest = nodes * pow(4.0, surface->levels);
+    if (!changes) // the levels are made all the same
+        return check(surface->levels > 0 ? "nodes at the finest level" : "nodes", finest,
+                     start * FIXED + (surface->levels > 0 ? finest * HIERARCHY : 0.0), status);
+    double each = surface->node_capacity > 0 ? FIXED : surface->cuttable ? CUTTABLE : CHANGING;
+    double copies = surface->cuttable ? fmax(surface->node_capacity - finest, 0.0) : 0.0;
+    return check("nodes at the finest level", finest + copies, finest * each + copies * A_COPY,
+                 status);
+}
+
+bool memory_check_voxel(const SceneBody *body, double cells, Status *status)
+{
+    // Bytes a cell, in the same way; levels spare most of the inner cells. Room that the scene asks
+    // for takes what it asks.
+    enum { FINE = 300, LEVELED = 60, CUTTABLE = 2300, A_VERTEX = 100 };
+    const VoxelOptions *voxel = &body->voxel;
+    if (voxel->cuttable && voxel->vertex_capacity > 0)
+        return check("nodes (capacity)", voxel->vertex_capacity,
+                     fmax(cells * LEVELED, (double)voxel->vertex_capacity * A_VERTEX), status);
+    double each = voxel->cuttable ? CUTTABLE : voxel->levels == 0 ? FINE : LEVELED;
+    return check("cells", cells, cells * each, status);
+}
+
+double memory_source_nodes(const MeshSource *source)
+{
+    switch (source->kind) {
+    case MESH_FILE:
+        return 0.0;
+    case MESH_UV_SPHERE:
+        return 2.0 + (double)source->rings * source->segments;
+    case MESH_SHEET:
+        return (double)source->columns * source->rows;
+    default:
+        return source->nodes;
+    }
+}

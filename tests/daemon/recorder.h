@@ -1,0 +1,92 @@
+// pliant-record as a second program beside the daemon, and what is in its files.
+#ifndef PLIANT_TESTS_DAEMON_RECORDER_H
+#define PLIANT_TESTS_DAEMON_RECORDER_H
+
+#include "client.h"
+#include "recording_view.h"
+
+#include "files/recording_info.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static const char *recorder; // path of pliant-record
+
+// The third word of a test program's command.
+static inline void recorder_program(int argc, char **argv)
+{
+    if (argc < 3) {
+        fprintf(stderr, "usage: %s PLIANTD PLIANT_RECORD\n", argv[0]);
+        exit(2);
+    }
+    recorder = argv[2];
+}
+
+static inline void record_start(Daemon *program, const char *path, const char *more)
+{
+    daemon_program(recorder);
+    daemon_start(program, "-o %s %s", path, more);
+    daemon_program(NULL);
+}
+
+static inline void record_run(Daemon *program, const char *arguments)
+{
+    daemon_program(recorder);
+    run_daemon(program, "%s", arguments);
+    daemon_program(NULL);
+}
+
+static inline bool has_sidecar(const char *path)
+{
+    char xdmf[1100];
+    snprintf(xdmf, sizeof xdmf, "%s.xdmf", path);
+    return access(xdmf, F_OK) == 0;
+}
+
+// Frames of all bodies that the sidecar lists: those that were flushed.
+static inline int sidecar_frames(const char *path)
+{
+    char xdmf[1100];
+    int count;
+    if (!has_sidecar(path))
+        return 0;
+    snprintf(xdmf, sizeof xdmf, "%s.xdmf", path);
+    free(view_sidecar(xdmf, &count));
+    return count;
+}
+
+static inline void end(Daemon *program, int number, int code)
+{
+    daemon_signal(program, number);
+    daemon_wait(program);
+    if (program->code != code)
+        fail_msg("exit %d, expected %d: %s%s", program->code, code, program->out, program->err);
+}
+
+static inline void stop(Client *client, Daemon *daemon)
+{
+    command(client, PLIANT_COMMAND_T_STOP, 0, "");
+    daemon_wait(daemon);
+    assert_int_equal(daemon->code, 0);
+}
+
+static inline const RecordingInfo *info_of(const char *path)
+{
+    static RecordingInfo info;
+    Status status = {0};
+    if (!recording_info_read(path, &info, &status))
+        fail_msg("%s", status.text);
+    return &info;
+}
+
+static inline void read_body(const char *path, const char *body, BodyView *view)
+{
+    hid_t file = view_open(path, false);
+    if (file < 0)
+        fail_msg("%s cannot be opened", path);
+    view_body(view, file, body);
+    H5Fclose(file);
+}
+
+#endif

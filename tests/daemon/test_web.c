@@ -1,0 +1,577 @@
+// pliant-web between a real daemon and pages: what they see, what they may do, who may come in, and
+// what happens when daemon or page goes.
+#include "client.h"
+#include "page_client.h"
+
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <civetweb.h>
+
+static const char *web; // path of pliant-web
+
+static const char SCENE[] =
+    "name = \"pages\"; rate_hz = 200.0; tool_timeout_s = 20.0;\n"
+    "publish = { status_hz = 10.0; nodes_hz = 30.0; contact_hz = 200.0; rest = true; };\n"
+    "bodies = (\n"
+    "  { name = \"ball\"; model = \"surface\"; cuttable = true; shape = {};\n"
+    "    mesh = { generator = \"ico_sphere\"; nodes = 162; radius = 0.03; }; },\n"
+    "  { name = \"hard\"; model = \"surface\"; shape = {};\n"
+    "    mesh = { generator = \"ico_sphere\"; nodes = 42; radius = 0.03;\n"
+    "             place = { translation = [0.4, 0.0, 0.0]; }; }; } );\n"
+    "tools = ( { id = 1; kind = \"probe\"; max_force = 5.0;\n"
+    "            capsules = ( { from = [0.0, 0.0, 0.0]; radius = 0.005; } ); },\n"
+    "          { id = 2; kind = \"blade\"; edge = ([0.0, 0.0, 0.0], [0.0, 0.0, 0.06]); } );\n";
+
+enum { ANSWER = 8192 };
+
+// --- the two programs ---
+
+static void start_daemon(Daemon *daemon, const char *scene)
+{
+    daemon_program(NULL);
+    daemon_start(daemon, "%s", scene);
+}
+
+static const char *scene_path(void)
+{
+    const char *path = scratch("pages.cfg");
+    write_text(path, SCENE);
+    return path;
+}
+
+// Starts pliant-web on a free port and returns that.
+static int start_web(Daemon *server, const char *arguments, char line[512])
+{
+    char path[PATH_TEXT * 2];
+    int port = 0;
+    daemon_program(web);
+    daemon_start(server, "%s", arguments);
+    daemon_program(NULL);
+    snprintf(path, sizeof path, "daemon-%d.out", server->number);
+    for (int turn = 0; turn < 3000 && port == 0; turn++) {
+        page_pause();
+        FILE *out = fopen(scratch(path), "r");
+        if (out == NULL)
+            continue;
+        if (fgets(line, 512, out) != NULL && strchr(line, '\n') != NULL)
+            sscanf(line, "page: http://127.0.0.1:%d/", &port);
+        fclose(out);
+    }
+    if (port == 0)
+        fail_msg("pliant-web %s does not say where its page is", arguments);
+    return port;
+}
+
+static void stop(Daemon *program)
+{
+    daemon_signal(program, SIGTERM);
+    daemon_wait(program);
+    if (program->code != 0)
+        fail_msg("exit %d: %s", program->code, program->err);
+}
+
+typedef struct Rig {
+    Daemon daemon, server;
+    int port;
+} Rig;
+
+static Rig rig;
+
+static void begin(const char *arguments)
+{
+    char line[512];
+    start_daemon(&rig.daemon, scene_path());
+    rig.port = start_web(&rig.server, arguments, line);
+}
+
+static void end(void)
+{
+    stop(&rig.server);
+    stop(&rig.daemon);
+}
+
+static PageClient *open_page(void)
+{
+    char why[256] = "";
+    PageClient *page = page_connect(rig.port, "/live", NULL, why);
+    if (page == NULL)
+        fail_msg("not connected: %s", why);
+    return page;
+}
+
+static void send_tool(PageClient *page, double z, bool active)
+{
+    page_send(page,
+              "{\"type\":\"tool\",\"tool\":1,\"position\":[0,0,%.4f],\"orientation\":[1,0,0,0],"
+              "\"grip\":0,\"active\":%s}",
+              z, active ? "true" : "false");
+}
+
+// --- what a page sees ---
+
+static void a_page_learns_the_scene_and_follows_every_body(void **state)
+{
+    (void)state;
+    begin("--port 0");
+    PageClient *page = open_page();
+    page_wait(page_body(page, 0).frames > 3 && page_body(page, 1).frames > 3);
+    page_wait(page_body(page, 0).rests > 0 && page_count(page, "status") > 1);
+    page_wait(page_count(page, "contact") > 0 && page_count(page, "link") > 0);
+    assert_string_equal(page->first, "hello");
+    assert_true(page_says(page, "hello", "\"prefix\":\"PLIANT\",\"read_only\":false"));
+    assert_true(page_says(page, "scene", "{\"name\":\"ball\",\"model\":\"surface\"}"));
+    assert_true(page_says(page, "scene",
+                          "{\"id\":1,\"kind\":\"probe\",\"max_force\":5.0,\"capsules\":[{\"from\":"
+                          "[0.0,0.0,0.0],\"to\":[0.0,0.0,0.0],\"radius\":0.005}]}"));
+    assert_true(page_says(page, "scene", "\"edge\":[[0.0,0.0,0.0],[0.0,0.0,0.06]]"));
+    assert_true(page_says(page, "status", "\"state\":\"running\""));
+    PageBody ball = page_body(page, 0), hard = page_body(page, 1);
+    assert_int_equal(ball.nodes, 162);
+    assert_int_equal(ball.triangles, 320);
+    assert_int_equal(hard.nodes, 42);
+    assert_true(ball.matched && hard.matched);
+    // The daemon repeats its meshes every second; what has not changed is not sent again.
+    int status = page_count(page, "status");
+    page_wait(page_count(page, "status") > status + 15);
+    assert_int_equal(page_body(page, 0).meshes, 1);
+    page_disconnect(page);
+    end();
+}
+
+static void a_page_that_stalls_holds_up_nobody_and_then_gets_the_newest(void **state)
+{
+    (void)state;
+    begin("--port 0");
+    PageClient *stalled = open_page(), *other = open_page();
+    page_wait(page_body(stalled, 0).frames > 0 && page_body(other, 0).frames > 0);
+    pthread_mutex_lock(&stalled->lock);
+    stalled->answers = false;
+    pthread_mutex_unlock(&stalled->lock);
+    int rounds = page_rounds(other);
+    page_wait(page_rounds(other) > rounds + 5);
+    int stopped_at = page_rounds(stalled);
+    double step = page_body(stalled, 0).step;
+    rounds = page_rounds(other);
+    page_wait(page_rounds(other) > rounds + 20);
+    assert_int_equal(page_rounds(stalled), stopped_at);
+    expect_near(page_body(stalled, 0).step, step, 0.0);
+    double newest = page_body(other, 0).step;
+    page_answer(stalled);
+    page_wait(page_rounds(stalled) > stopped_at);
+    // The first round after is of now, not of then.
+    expect_at_least(page_body(stalled, 0).step, newest);
+    page_disconnect(stalled);
+    page_disconnect(other);
+    end();
+}
+
+// --- what it does ---
+
+typedef struct PoseSeen {
+    int count;
+    pliant_tool_pose_t pose;
+} PoseSeen;
+
+static void on_pose(const lcm_recv_buf_t *buffer, const char *channel,
+                    const pliant_tool_pose_t *pose, void *user)
+{
+    (void)buffer;
+    (void)channel;
+    PoseSeen *seen = user;
+    seen->count++;
+    seen->pose = *pose;
+}
+
+static void a_pose_presses_the_body_and_is_withdrawn_with_the_page(void **state)
+{
+    (void)state;
+    begin("--port 0");
+    Client *client = client_create();
+    PoseSeen seen = {0};
+    pliant_tool_pose_t_subscribe(client->lcm, "PLIANT_TOOL_POSE", on_pose, &seen);
+    client_wait_for_daemon(client);
+    PageClient *page = open_page(), *other = open_page();
+    page_wait(page_count(page, "scene") > 0);
+    for (double z = 0.045; z > 0.03; z -= 0.0005) {
+        send_tool(page, z, true);
+        client_listen(client, 20);
+    }
+    wait_until(client, client->contacts > 0 && client->contact.contact);
+    expect_at_least(client->contact.force[2], 1e-4); // on the tool, away from the ball
+    page_wait(page_says(page, "contact", "\"contact\":true"));
+    page_wait(page_says(page, "pose", "\"active\":true,\"ours\":true"));
+    page_wait(page_says(other, "pose", "\"active\":true,\"ours\":false"));
+    assert_true(seen.pose.active);
+    int32_t sender = seen.pose.sender;
+    page_disconnect(page);
+    wait_until(client, !seen.pose.active);
+    assert_int_equal(seen.pose.sender, sender);
+    assert_int_equal(seen.pose.tool, 1);
+    wait_until(client, !client->contact.contact);
+    page_wait(page_says(other, "pose", "\"active\":false"));
+    page_disconnect(other);
+    client_destroy(client);
+    end();
+}
+
+static void a_cut_changes_the_mesh_and_is_answered_to_whom_asked(void **state)
+{
+    (void)state;
+    begin("--port 0");
+    PageClient *page = open_page(), *other = open_page();
+    page_wait(page_body(page, 0).frames > 0 && page_body(other, 0).frames > 0);
+    page_send(page, "{\"type\":\"cut\",\"id\":12,\"body\":\"ball\","
+                    "\"before\":[[0.0051,-0.05,-0.05],[0.0051,-0.05,0.05]],"
+                    "\"after\":[[0.0051,0.05,-0.05],[0.0051,0.05,0.05]]}");
+    page_wait(page_count(page, "reply") > 0);
+    assert_true(page_says(page, "reply", "\"id\":12,\"ok\":true"));
+    assert_true(page_says(page, "reply", "\"pieces\":2"));
+    page_wait(page_body(page, 0).meshes > 1 && page_body(other, 0).meshes > 1);
+    page_wait(page_body(page, 0).frame_topology == page_body(page, 0).topology);
+    assert_true(page_body(page, 0).matched);
+    page_wait(page_count(other, "event") > 0);
+    // A command that the daemon refuses, and one that the server does.
+    page_send(page, "{\"type\":\"command\",\"id\":13,\"kind\":\"set\",\"argument\":\"nothing=1\"}");
+    page_wait(page_says(page, "reply", "\"id\":13,\"ok\":false"));
+    page_send(page, "{\"type\":\"command\",\"id\":14,\"kind\":\"set\",\"argument\":7}");
+    page_wait(page_says(page, "error", "argument: want a text"));
+    page_send(page, "{\"type\":\"command\",\"id\":15,\"kind\":\"pause\"}");
+    page_wait(page_says(page, "status", "\"state\":\"paused\""));
+    // Who comes late to a daemon that stands still sees it all the same.
+    PageClient *late = open_page();
+    page_wait(page_body(late, 0).frames > 0 && page_body(late, 1).frames > 0);
+    assert_int_equal(page_count(other, "reply"), 0);
+    page_disconnect(late);
+    page_disconnect(page);
+    page_disconnect(other);
+    end();
+}
+
+static void a_read_only_server_shows_and_does_nothing(void **state)
+{
+    (void)state;
+    begin("--port 0 --read-only");
+    Client *client = client_create();
+    PoseSeen seen = {0};
+    pliant_tool_pose_t_subscribe(client->lcm, "PLIANT_TOOL_POSE", on_pose, &seen);
+    PageClient *page = open_page();
+    page_wait(page_body(page, 0).frames > 0);
+    assert_true(page_says(page, "hello", "\"read_only\":true"));
+    send_tool(page, 0.045, true);
+    page_wait(page_count(page, "error") > 0);
+    page_send(page, "{\"type\":\"command\",\"id\":1,\"kind\":\"stop\"}");
+    page_wait(page_count(page, "error") > 1);
+    assert_true(page_says(page, "error", "this server only shows"));
+    client_fresh_status(client); // by now a pose would have come
+    assert_int_equal(seen.count, 0);
+    assert_int_equal(page_count(page, "reply"), 0);
+    page_disconnect(page);
+    client_destroy(client);
+    end(); // the daemon has not been stopped
+}
+
+// --- who may come in ---
+
+static int upgrade(int port, const char *host, const char *more)
+{
+    char request[1024], answer[ANSWER];
+    snprintf(request, sizeof request,
+             "GET /live HTTP/1.1\r\nHost: %s\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+             "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n%s\r\n",
+             host, more);
+    return http_request(port, request, answer, sizeof answer);
+}
+
+static int get(int port, const char *method, const char *path, const char *more, char *answer)
+{
+    char request[1024];
+    snprintf(request, sizeof request, "%s %s HTTP/1.1\r\nHost: localhost:%d\r\n%s\r\n", method,
+             path, port, more);
+    return http_request(port, request, answer, ANSWER);
+}
+
+static void pages_of_other_sites_stay_outside(void **state)
+{
+    (void)state;
+    char line[512];
+    Daemon server;
+    int port = start_web(&server, "--port 0", line);
+    assert_int_equal(upgrade(port, "127.0.0.1:8080", ""), 101);
+    assert_int_equal(upgrade(port, "127.0.0.1:8080", "Origin: http://127.0.0.1:8080\r\n"), 101);
+    assert_int_equal(upgrade(port, "127.0.0.1:8080", "Origin: http://evil.example\r\n"), 403);
+    assert_int_equal(upgrade(port, "127.0.0.1:8080", "Origin: null\r\n"), 403);
+    // Its own name, pointed here: origin and host agree, and are not ours.
+    assert_int_equal(upgrade(port, "evil.example:8080", "Origin: http://evil.example:8080\r\n"),
+                     403);
+    char why[256];
+    assert_null(page_connect(port, "/live", "http://evil.example", why));
+    stop(&server);
+}
+
+static void only_files_of_the_page_are_served(void **state)
+{
+    (void)state;
+    char line[512], answer[ANSWER], arguments[PATH_TEXT * 4];
+    write_text(scratch("index.html"), "the page itself");
+    write_text(scratch(".hidden"), "hidden");
+    write_text(scratch("tissue.png"), "\x89PNG\r\n\x1a\nand so on");
+    assert_int_equal(symlink("/etc/passwd", scratch("link.txt")), 0);
+    Daemon server;
+    snprintf(arguments, sizeof arguments, "--port 0 --page %s --texture ball=%s", scratch(""),
+             scratch("tissue.png"));
+    int port = start_web(&server, arguments, line);
+    assert_int_equal(get(port, "GET", "/", "", answer), 200);
+    assert_non_null(strstr(answer, "the page itself"));
+    static const char *const headers[] = {"Content-Security-Policy: default-src 'none'",
+                                          "X-Content-Type-Options: nosniff",
+                                          "X-Frame-Options: DENY", "Content-Type: text/html"};
+    for (size_t k = 0; k < sizeof headers / sizeof *headers; k++) {
+        if (strstr(answer, headers[k]) == NULL)
+            fail_msg("no '%s' in: %s", headers[k], answer);
+    }
+    static const char *const missing[] = {"/no.html",
+                                          "/.hidden",
+                                          "/link.txt",
+                                          "/../../../../etc/passwd",
+                                          "/%2e%2e/%2e%2e/etc/passwd",
+                                          "//etc/passwd",
+                                          "/sub/../../etc/passwd",
+                                          "/index.html%00.png",
+                                          "/texture/hard",
+                                          "/texture/../index.html"};
+    for (size_t k = 0; k < sizeof missing / sizeof *missing; k++) {
+        int code = get(port, "GET", missing[k], "", answer);
+        if (code != 404 && code != 400 && strstr(answer, "the page itself") == NULL)
+            fail_msg("%s: %d %s", missing[k], code, answer);
+        assert_null(strstr(answer, "root:"));
+        assert_null(strstr(answer, "hidden"));
+    }
+    assert_int_equal(get(port, "GET", "/texture/ball", "", answer), 200);
+    assert_non_null(strstr(answer, "Content-Type: image/png"));
+    static const char *const methods[] = {"POST", "PUT", "DELETE", "OPTIONS", "HEAD", "PROPFIND"};
+    for (size_t k = 0; k < sizeof methods / sizeof *methods; k++)
+        assert_int_equal(get(port, methods[k], "/", "Content-Length: 0\r\n", answer), 405);
+    assert_int_equal(get(port, "GET", "/live", "", answer), 426);
+    stop(&server);
+}
+
+static void where_others_can_listen_a_token_is_needed(void **state)
+{
+    (void)state;
+    char line[512], answer[ANSWER], arguments[PATH_TEXT * 4], why[256], path[128];
+    write_text(scratch("token"), "0123456789abcdefXYZ\n");
+    Daemon server;
+    snprintf(arguments, sizeof arguments, "--listen 127.0.0.1:0 --token %s", scratch("token"));
+    int port = start_web(&server, arguments, line);
+    assert_non_null(strstr(line, "/?token=0123456789abcdefXYZ"));
+    assert_int_equal(get(port, "GET", "/", "", answer), 403);
+    assert_int_equal(get(port, "GET", "/?token=0123456789abcdefXYz", "", answer), 403);
+    assert_int_equal(upgrade(port, "127.0.0.1", ""), 403);
+    assert_null(page_connect(port, "/live", NULL, why));
+    assert_null(page_connect(port, "/live?token=1", NULL, why));
+    // The address with the token gives a cookie, and with that all the rest opens.
+    assert_int_equal(get(port, "GET", "/?token=0123456789abcdefXYZ", "", answer), 303);
+    assert_non_null(strstr(answer, "Location: /\r\n"));
+    assert_non_null(strstr(answer, "HttpOnly; SameSite=Strict"));
+    snprintf(path, sizeof path, "Set-Cookie: pliant_token_%d=0123456789abcdefXYZ;", port);
+    assert_non_null(strstr(answer, path));
+    snprintf(path, sizeof path, "Cookie: pliant_token_%d=0123456789abcdefXYZ\r\n", port);
+    assert_int_equal(get(port, "GET", "/", path, answer), 200);
+    assert_int_equal(upgrade(port, "127.0.0.1", path), 101);
+    PageClient *page = page_connect(port, "/live?token=0123456789abcdefXYZ", NULL, why);
+    assert_non_null(page);
+    page_wait(page_count(page, "hello") > 0);
+    page_disconnect(page);
+    stop(&server);
+}
+
+static void there_is_an_end_to_connections(void **state)
+{
+    (void)state;
+    char line[512], why[256];
+    Daemon server;
+    int port = start_web(&server, "--port 0", line);
+    PageClient *page[16];
+    for (int k = 0; k < 16; k++) {
+        page[k] = page_connect(port, "/live", NULL, why);
+        assert_non_null(page[k]);
+        page_wait(page_count(page[k], "hello") > 0);
+    }
+    assert_int_equal(upgrade(port, "127.0.0.1", ""), 503);
+    page_disconnect(page[7]);
+    page_wait(upgrade(port, "127.0.0.1", "") == 101);
+    for (int k = 0; k < 16; k++) {
+        if (k != 7)
+            page_disconnect(page[k]);
+    }
+    stop(&server);
+}
+
+static void hostile_frames_close_their_connection_only(void **state)
+{
+    (void)state;
+    char line[512];
+    Daemon server;
+    rig.port = start_web(&server, "--port 0", line);
+    PageClient *good = open_page(), *bad = open_page(), *big = open_page();
+    mg_websocket_client_write(bad->connection, MG_WEBSOCKET_OPCODE_BINARY, "\x01\x02", 2);
+    page_wait(bad->closed);
+    char *much = malloc(100000);
+    assert_non_null(much);
+    memset(much, 'x', 100000);
+    mg_websocket_client_write(big->connection, MG_WEBSOCKET_OPCODE_TEXT, much, 100000);
+    free(much);
+    page_wait(big->closed);
+    page_send(good, "{\"type\":\"tool\"");
+    page_wait(page_says(good, "error", "not JSON"));
+    page_disconnect(good);
+    page_disconnect(bad);
+    page_disconnect(big);
+    stop(&server);
+}
+
+// --- comings and goings of daemons ---
+
+typedef struct CommandsSeen {
+    int count;
+    bool same; // all by one sender with one number
+    pliant_command_t first;
+} CommandsSeen;
+
+static void on_command(const lcm_recv_buf_t *buffer, const char *channel,
+                       const pliant_command_t *command, void *user)
+{
+    (void)buffer;
+    (void)channel;
+    CommandsSeen *seen = user;
+    if (command->kind != PLIANT_COMMAND_T_PAUSE)
+        return;
+    if (seen->count++ == 0)
+        seen->first = *command;
+    seen->same = command->sender == seen->first.sender && command->id == 3 && seen->first.id == 3;
+}
+
+static void what_is_not_answered_is_asked_again_and_then_given_up(void **state)
+{
+    (void)state;
+    char line[512];
+    Daemon server;
+    CommandsSeen seen = {0};
+    rig.port = start_web(&server, "--port 0", line);
+    Client *client = client_create();
+    pliant_command_t_subscribe(client->lcm, "PLIANT_COMMAND", on_command, &seen);
+    PageClient *page = open_page();
+    page_send(page, "{\"type\":\"command\",\"id\":3,\"kind\":\"pause\"}");
+    wait_until(client, seen.count >= 3);
+    assert_true(seen.same);
+    page_wait(page_says(page, "error", "no daemon answers command 3"));
+    page_disconnect(page);
+    client_destroy(client);
+    stop(&server);
+}
+
+static void daemons_may_come_late_go_and_come_again(void **state)
+{
+    (void)state;
+    char line[512];
+    Daemon server;
+    rig.port = start_web(&server, "--port 0", line);
+    PageClient *page = open_page();
+    page_wait(page_says(page, "link", "\"daemon\":false"));
+    Daemon daemon;
+    start_daemon(&daemon, scene_path());
+    page_wait(page_body(page, 0).frames > 3);
+    page_wait(page_says(page, "link", "\"daemon\":true"));
+    assert_int_equal(page_count(page, "scene"), 1);
+    // The same once more: it begins again, and the page is told.
+    stop(&daemon);
+    double step = page_body(page, 0).step;
+    page_wait(page_says(page, "link", "\"daemon\":false"));
+    start_daemon(&daemon, scene_path());
+    page_wait(page_count(page, "scene") > 1);
+    int frames = page_body(page, 0).frames;
+    page_wait(page_body(page, 0).frames > frames + 3);
+    assert_true(page_body(page, 0).step != step);
+    daemon_signal(&daemon, SIGKILL);
+    daemon_wait(&daemon);
+    // Another scene whose body has another's name, tools and size.
+    start_daemon(&daemon, write_scene("other.cfg", "publish = { status_hz = 10.0; };", PROBE_TOOL));
+    page_wait(page_says(page, "scene", "\"name\":\"test\""));
+    page_wait(page_body(page, 0).nodes == SPHERE_NODES &&
+              page_body(page, 0).frame_nodes == SPHERE_NODES);
+    assert_true(page_body(page, 0).matched);
+    page_disconnect(page);
+    stop(&daemon);
+    stop(&server);
+}
+
+// --- usage ---
+
+static void what_is_wrong_is_told_in_one_line(void **state)
+{
+    (void)state;
+    char line[512], arguments[128];
+    Daemon server, run;
+    int port = start_web(&server, "--port 0", line);
+    daemon_program(web);
+    run_daemon(&run, "--port %d", port);
+    assert_int_equal(run.code, 1);
+    snprintf(arguments, sizeof arguments, "port %d of 127.0.0.1 is in use: choose another", port);
+    assert_non_null(strstr(run.err, arguments));
+    static const struct {
+        const char *arguments, *says;
+        int code;
+    } cases[] = {
+        {"--port 70000", "--port '70000' outside [0, 65535]", 2},
+        {"--listen localhost:80", "--listen 'localhost:80': want ADDRESS:PORT", 2},
+        {"--listen 127.0.0.1", "want ADDRESS:PORT", 2},
+        {"--listen 127.0.0.1:80 --port 80", "give either", 2},
+        {"--rate nan", "--rate 'nan'", 2},
+        {"--host a:b", "--host 'a:b': want a name", 2},
+        {"--texture ball", "--texture 'ball': want BODY=IMAGE", 2},
+        {"--texture ball=/etc/passwd", "/etc/passwd: want a PNG or JPEG", 2},
+        {"what", "'what' is not an option", 2},
+        {"--page /nowhere", "--page /nowhere: no index.html there", 1},
+        {"--token /nowhere", "--token /nowhere: No such file", 1},
+        {"--listen 192.0.2.1:0", "cannot listen on port 0 of 192.0.2.1", 1},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        run_daemon(&run, "%s", cases[k].arguments);
+        if (run.code != cases[k].code || strstr(run.err, cases[k].says) == NULL)
+            fail_msg("'%s': exit %d, '%s' does not say '%s'", cases[k].arguments, run.code, run.err,
+                     cases[k].says);
+    }
+    run_daemon(&run, "--help");
+    assert_int_equal(run.code, 0);
+    assert_non_null(strstr(run.out, "--read-only"));
+    daemon_program(NULL);
+    stop(&server);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(a_page_learns_the_scene_and_follows_every_body),
+        daemon_test(a_page_that_stalls_holds_up_nobody_and_then_gets_the_newest),
+        daemon_test(a_pose_presses_the_body_and_is_withdrawn_with_the_page),
+        daemon_test(a_cut_changes_the_mesh_and_is_answered_to_whom_asked),
+        daemon_test(a_read_only_server_shows_and_does_nothing),
+        daemon_test(pages_of_other_sites_stay_outside),
+        daemon_test(only_files_of_the_page_are_served),
+        daemon_test(where_others_can_listen_a_token_is_needed),
+        daemon_test(there_is_an_end_to_connections),
+        daemon_test(hostile_frames_close_their_connection_only),
+        daemon_test(what_is_not_answered_is_asked_again_and_then_given_up),
+        daemon_test(daemons_may_come_late_go_and_come_again),
+        daemon_test(what_is_wrong_is_told_in_one_line),
+    };
+    harness_start(argc, argv);
+    web = argv[2];
+    mg_init_library(0);
+    int result = cmocka_run_group_tests(tests, NULL, NULL);
+    mg_exit_library();
+    return harness_end(result);
+}

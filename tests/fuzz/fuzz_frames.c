@@ -1,0 +1,139 @@
+// What a client receives: messages on all channels of a daemon, checked, decoded and put together.
+// An input is a list of messages, each with its type and length in front; a type of 64 and more
+// gets the right fingerprint, without which nothing happens.
+#include "fuzz.h"
+
+#include "frames.h"
+#include "view.h"
+#include "wire.h"
+
+#include "pliant_reply_t.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+typedef struct Receiver {
+    NodesFrame nodes;
+    MeshFrame mesh;
+    RestFrame rest;
+    View view;
+    int64_t now_ns;
+    FILE *out; // nowhere
+} Receiver;
+
+enum { MESSAGE_MOST = 4096, KINDS = 10 };
+
+static const WireType *const TYPES[KINDS] = {
+    &WIRE_NODES, &WIRE_MESH,  &WIRE_MESH_DELTA, &WIRE_CONTACT, &WIRE_STATUS,
+    &WIRE_EVENT, &WIRE_REPLY, &WIRE_TOOL_POSE,  &WIRE_COMMAND, &WIRE_REST};
+
+static void check_nodes(const NodesFrame *frame)
+{
+    MUST(frame->node_count >= 1 && frame->node_count <= FRAMES_NODES_MAX);
+    for (int i = 0; i < 3 * frame->node_count; i++)
+        MUST(frame->position[i] - frame->position[i] == 0.0f);
+}
+
+static void check_mesh(const MeshFrame *mesh)
+{
+    for (int i = 0; i < 3 * mesh->triangle_count; i++)
+        MUST(mesh->triangle[i] >= 0 && mesh->triangle[i] < mesh->node_count);
+}
+
+#define DECODE(type, taken)                                                                        \
+    do {                                                                                           \
+        pliant_##type message;                                                                     \
+        MUST(pliant_##type##_decode(data, 0, (int)size, &message) == (int)size);                   \
+        taken;                                                                                     \
+        pliant_##type##_decode_cleanup(&message);                                                  \
+    } while (0)
+
+static void take(Receiver *receiver, int kind, const uint8_t *data, size_t size)
+{
+    bool right = wire_check(TYPES[kind], data, size);
+    FramesResult result;
+    fuzz_tell(right ? "right" : "wrong");
+    receiver->now_ns += 1000000;
+    switch (kind) {
+    case 0:
+        result = nodes_frame_add(&receiver->nodes, data, size);
+        MUST(right || result == FRAMES_REFUSED);
+        if (result == FRAMES_WHOLE)
+            check_nodes(&receiver->nodes);
+        break;
+    case 1:
+    case 2:
+        result = kind == 1 ? mesh_frame_add(&receiver->mesh, data, size)
+                           : mesh_frame_add_delta(&receiver->mesh, data, size);
+        MUST(right || result == FRAMES_REFUSED);
+        if (receiver->mesh.whole)
+            check_mesh(&receiver->mesh);
+        break;
+    case 3:
+        if (right)
+            DECODE(contact_t, view_take_contact(&receiver->view, &message, receiver->now_ns));
+        break;
+    case 4:
+        if (right)
+            DECODE(status_t, view_take_status(&receiver->view, &message, receiver->now_ns));
+        break;
+    case 5:
+        if (right)
+            DECODE(event_t, view_take_event(&receiver->view, &message));
+        break;
+    case 6:
+        if (right)
+            DECODE(reply_t, client_print_text(receiver->out, message.text, true));
+        break;
+    case 9:
+        result = rest_frame_add(&receiver->rest, data, size);
+        MUST(right || result == FRAMES_REFUSED);
+        if (result == FRAMES_WHOLE)
+            for (int i = 0; i < 3 * receiver->rest.node_count; i++)
+                MUST(receiver->rest.position[i] - receiver->rest.position[i] == 0.0f);
+        break;
+    default:
+        break;
+    }
+}
+
+static void show(Receiver *receiver)
+{
+    view_print(&receiver->view, receiver->out, receiver->now_ns);
+    if (receiver->view.status != NULL)
+        view_print_line(&receiver->view, receiver->out);
+    if (receiver->view.events > 0)
+        view_print_last_event(&receiver->view, receiver->out);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    static FILE *nowhere;
+    if (nowhere == NULL)
+        nowhere = fopen("/dev/null", "w");
+    MUST(nowhere != NULL);
+    Receiver receiver = {.out = nowhere};
+    Feed feed = {data, size};
+    for (int messages = 0; feed.left > 0 && messages < 64; messages++) {
+        uint8_t kind = feed_byte(&feed);
+        Feed part = feed_part(&feed, MESSAGE_MOST);
+        size_t length = part.left + (kind >= 64 ? 8 : 0);
+        uint8_t *message = malloc(length > 0 ? length : 1);
+        MUST(message != NULL);
+        if (kind >= 64) {
+            uint64_t fingerprint = (uint64_t)TYPES[kind % KINDS]->fingerprint();
+            for (int i = 0; i < 8; i++)
+                message[i] = (uint8_t)(fingerprint >> (56 - 8 * i));
+        }
+        if (part.left > 0)
+            memcpy(message + length - part.left, part.at, part.left);
+        take(&receiver, kind % KINDS, message, length);
+        free(message);
+    }
+    show(&receiver);
+    nodes_frame_destroy(&receiver.nodes);
+    mesh_frame_destroy(&receiver.mesh);
+    rest_frame_destroy(&receiver.rest);
+    view_destroy(&receiver.view);
+    return 0;
+}

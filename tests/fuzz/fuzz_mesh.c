@@ -1,0 +1,31 @@
+// A mesh file of any format, as the group `mesh` of a scene names it: read, repaired, placed and
+// divided once. Either it is refused, or what comes out is fit for simulation.
+#include "fuzz.h"
+
+#include "base/log.h"
+#include "files/body_mesh.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    log_set_level(LOG_ERROR);
+    // Small meshes show all there is; large ones only take time.
+    if (size > 1 << 16)
+        return 0;
+    SceneBody body = {.name = "a", .mesh = {.kind = MESH_FILE, .scale = 1.0}};
+    body.surface.levels = 1;
+    body.mesh.file = (char *)fuzz_write("mesh", data, size);
+    TriMesh mesh = {0};
+    Levels levels;
+    Arena arena = {0};
+    Status status = {0};
+    bool ok = body_mesh_make(&body, &mesh, &levels, &arena, &status);
+    fuzz_tell(ok ? "taken" : status.text);
+    MUST(ok == (status.code == STATUS_OK));
+    MUST(ok || (status.code == STATUS_INVALID && status.text[0] != '\0'));
+    MUST(strchr(status.text, '\n') == NULL);
+    MeshFault fault;
+    MUST(!ok || mesh_validate(&mesh, &fault));
+    mesh_destroy(&mesh);
+    arena_destroy(&arena);
+    return 0;
+}

@@ -1,0 +1,87 @@
+// What pages and browsers send to pliant-web: JSON texts, the headers of requests, and what a
+// daemon answers to DESCRIBE. The first byte says which.
+#include "fuzz.h"
+
+#include "ask.h"
+#include "describe.h"
+#include "door.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+static void check_ask(const Ask *ask)
+{
+    MUST(memchr(ask->text, 0, sizeof ask->text) != NULL);
+    if (ask->kind == ASK_TOOL) {
+        double length = 0.0;
+        for (int c = 0; c < 4; c++)
+            length += ask->pose.orientation[c] * ask->pose.orientation[c];
+        MUST(isfinite(ask->pose.position[0]) && fabs(sqrt(length) - 1.0) <= 1e-3);
+        MUST(ask->pose.grip >= 0.0 && ask->pose.grip <= 1.0);
+    } else if (ask->kind == ASK_LOAD) {
+        MUST(isfinite(ask->load.radius) && isfinite(ask->load.duration));
+    }
+}
+
+static void read_ask(const char *text, size_t size)
+{
+    Ask ask;
+    ClientError error = {{0}};
+    if (ask_parse(text, size, &ask, &error)) {
+        fuzz_tell("asked");
+        check_ask(&ask);
+    } else {
+        fuzz_tell(error.text);
+        MUST(error.text[0] != '\0');
+    }
+}
+
+static void knock(const char *text)
+{
+    static const Door door = {
+        .host = "lab.example", .token = "0123456789abcdef", .cookie = "pliant8080"};
+    // Two headers: host and origin.
+    char *copy = strdup(text);
+    MUST(copy != NULL);
+    char *second = strchr(copy, '\n');
+    if (second != NULL)
+        *second++ = '\0';
+    door_admits_host(&door, copy);
+    door_admits_origin(second, copy);
+    door_admits_query(&door, copy);
+    door_admits_cookie(&door, copy);
+    free(copy);
+}
+
+static void describe(const char *text)
+{
+    DescribedTool tool[DESCRIBE_TOOLS];
+    int count = describe_tools(text, tool);
+    MUST(count >= 0 && count <= DESCRIBE_TOOLS);
+    for (int i = 0; i < count; i++) {
+        MUST(memchr(tool[i].kind, 0, sizeof tool[i].kind) != NULL);
+        MUST(tool[i].capsules >= 0 && tool[i].capsules <= DESCRIBE_CAPSULES);
+    }
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    if (size == 0)
+        return 0;
+    char *text = malloc(size);
+    MUST(text != NULL);
+    memcpy(text, data + 1, size - 1);
+    text[size - 1] = '\0';
+    switch (data[0] % 3) {
+    case 0:
+        read_ask(text, size - 1);
+        break;
+    case 1:
+        knock(text);
+        break;
+    default:
+        describe(text);
+    }
+    free(text);
+    return 0;
+}

@@ -1,0 +1,72 @@
+// A label volume of any format, as the group `voxels` of a scene names it. An input may be two
+// files: what follows the mark is the file of voxels, which headers name "data", or of a NIfTI
+// pair.
+#include "fuzz.h"
+
+#include "base/log.h"
+#include "files/body_voxels.h"
+#include "files/volume_import.h"
+
+#include <unistd.h>
+
+#define MARK "\n=data=\n"
+
+enum { CELLS_MOST = 1 << 20 };
+
+// The names tell a pair of NIfTI files; NRRD does not look at them.
+static const char *write_files(const uint8_t *data, size_t size)
+{
+    const uint8_t *mark = memmem(data, size, MARK, strlen(MARK));
+    size_t head = mark != NULL ? (size_t)(mark - data) : size;
+    if (mark != NULL) {
+        const uint8_t *rest = mark + strlen(MARK);
+        fuzz_write("data", rest, size - head - strlen(MARK));
+        fuzz_write("volume.img", rest, size - head - strlen(MARK));
+    } else {
+        unlink(fuzz_path("data"));
+        unlink(fuzz_path("volume.img"));
+    }
+    return fuzz_write("volume.hdr", data, head);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    log_set_level(LOG_ERROR);
+    if (size > 1 << 16)
+        return 0;
+    const char *path = write_files(data, size);
+    LabelVolume volume;
+    Status status = {0};
+    bool ok = volume_import(path, &volume, &status);
+    fuzz_tell(ok ? "taken" : status.text);
+    MUST(ok == (status.code == STATUS_OK));
+    MUST(ok || (status.code == STATUS_INVALID && strchr(status.text, '\n') == NULL));
+    double cells = 1.0;
+    for (int a = 0; a < 3; a++)
+        cells *= volume.count[a];
+    if (ok) {
+        int sum = 0; // every label is there
+        for (size_t i = 0; i < (size_t)cells; i++)
+            sum ^= volume.label[i];
+        static volatile int seen;
+        seen = sum;
+        (void)seen;
+    }
+    volume_destroy(&volume);
+    if (!ok || cells > CELLS_MOST)
+        return 0;
+
+    VoxelSource source = {.kind = VOXELS_FILE, .file = (char *)path, .scale = 1.0};
+    source.label_count = 2;
+    source.label[0] = 1;
+    source.label[1] = 2;
+    Lattice lattice;
+    if (body_voxels_make(&source, &lattice, &status)) {
+        MUST(lattice_solid(&lattice) > 0);
+        lattice_destroy(&lattice);
+    } else {
+        fuzz_tell(status.text);
+        MUST(status.code == STATUS_INVALID && status.text[0] != '\0');
+    }
+    return 0;
+}

@@ -1,0 +1,387 @@
+#!/usr/bin/env python3
+"""Writes the first files of corpus/: small valid inputs of every kind. They are committed, so this
+runs only when a format changes: seeds.py (needs python3 and lcm-gen). Files that a fuzzer found
+stay as they are; their names begin with "found-"."""
+import gzip
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+TYPES = os.path.join(HERE, "..", "..", "lcmtypes")
+
+
+def put(corpus, name, data):
+    folder = os.path.join(HERE, "corpus", corpus)
+    os.makedirs(folder, exist_ok=True)
+    if isinstance(data, str):
+        data = data.encode()
+    with open(os.path.join(folder, name), "wb") as file:
+        file.write(data)
+
+
+# --- meshes: a tetrahedron, and a square pyramid with a quad ---
+
+POINTS = [(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.1)]
+FACES = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]
+QUADS = [(0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)]
+BASE = [(0, 0, 0), (0.1, 0, 0), (0.1, 0.1, 0), (0, 0.1, 0), (0.05, 0.05, 0.1)]
+
+
+def meshes():
+    lines = ["v %g %g %g" % p for p in BASE] + ["vt 0 0", "vt 1 0.5"]
+    put("obj", "pyramid", "\n".join(lines + ["f " + " ".join(str(c + 1) for c in f) for f in QUADS]))
+    put("obj", "negative", "# c\n" + "\n".join(["v %g %g %g" % p for p in POINTS]
+        + ["vt 0 1"] + ["f " + " ".join("%d/1" % (c - 4) for c in f) for f in FACES]) + "\n")
+    put("obj", "joined", "o a\ng b\nv 0 0 0 1.0\nv .1 0 \\\n0\nv 0 .1 0\nv .1 .1 0\nvn 0 0 1\n"
+        "f 1//1 2//1 3//1\nf 2 4 3\nl 1 2\ns off\nusemtl x\n")
+    put("obj", "repairs", "\n".join("v %g %g %g" % p for p in POINTS + POINTS[:1])
+        + "\nf 1 3 2\nf 1 2 4\nf 2 4 3\nf 3 5 4\nf 1 1 2\nf 1 3 2\n")
+    facets = ["facet normal 0 0 0\nouter loop\n" + "".join("vertex %g %g %g\n" % POINTS[c] for c in f)
+              + "endloop\nendfacet\n" for f in FACES]
+    put("stl", "ascii", "solid a\n" + "".join(facets) + "endsolid a\n")
+    data = b"solid in the header".ljust(80) + struct.pack("<I", len(FACES))
+    for f in FACES:
+        data += struct.pack("<3f", 0, 0, 0) + b"".join(struct.pack("<3f", *POINTS[c]) for c in f)
+        data += b"\0\0"
+    put("stl", "binary", data)
+    for kind, end in (("ascii", None), ("binary_little_endian", "<"), ("binary_big_endian", ">")):
+        head = ("ply\nformat %s 1.0\ncomment c\nelement vertex %d\nproperty double x\n"
+                "property float y\nproperty float z\nproperty uchar red\nelement face %d\n"
+                "property list uchar int vertex_indices\nelement edge 1\nproperty list int short a\n"
+                "end_header\n") % (kind, len(BASE), len(QUADS))
+        if end is None:
+            body = "".join("%g %g %g 7\n" % p for p in BASE)
+            body += "".join("%d %s\n" % (len(f), " ".join(map(str, f))) for f in QUADS) + "1 2\n"
+            put("ply", kind, head + body)
+            continue
+        body = b"".join(struct.pack(end + "dffB", *p, 7) for p in BASE)
+        body += b"".join(struct.pack(end + "B%di" % len(f), len(f), *f) for f in QUADS)
+        put("ply", kind, head.encode() + body + struct.pack(end + "ih", 1, 2))
+    for name in ("OFF", "COFF", "NOFF", "STOFF"):
+        more = {"OFF": "", "COFF": " 1 0 0 1", "NOFF": " 0 0 1", "STOFF": " 0 1"}[name]
+        put("off", name, "%s\n# c\n%d %d 0\n" % (name, len(BASE), len(QUADS))
+            + "".join("%g %g %g%s\n" % (*p, more) for p in BASE)
+            + "".join("%d %s 255 0 0\n" % (len(f), " ".join(map(str, f))) for f in QUADS))
+
+
+# --- volumes: 2 x 2 x 2 cells of 10 mm ---
+
+LABELS = bytes([1, 1, 1, 1, 2, 2, 1, 0])
+MARK = b"\n=data=\n"
+
+
+def volumes():
+    head = ("NRRD0004\n# c\ntype: uchar\ndimension: 3\nspace: left-posterior-superior\nsizes: 2 2 2\n"
+            "space directions: (10,0,0) (0,10,0) (0,0,10)\nspace origin: (1,2,3)\nkinds: domain domain "
+            "domain\nkey:=value\n")
+    put("nrrd", "raw", (head + "encoding: raw\n\n").encode() + LABELS)
+    put("nrrd", "gzip", (head + "encoding: gzip\n\n").encode() + gzip.compress(LABELS, mtime=0))
+    put("nrrd", "ascii", head + "encoding: ascii\n\n" + " ".join(map(str, LABELS)) + "\n")
+    put("nrrd", "hex", head + "encoding: hex\n\n" + LABELS.hex())
+    put("nrrd", "detached", (head + "encoding: raw\nbyte skip: 3\ndata file: data\n").encode() + MARK
+        + b"xyz" + LABELS)
+    put("nrrd", "detached-gzip", (head + "encoding: gzip\ndata file: data\n").encode() + MARK
+        + gzip.compress(LABELS, mtime=0))
+    put("nrrd", "spacings", ("NRRD0001\ntype: short\ndimension: 4\nsizes: 1 2 2 2\nspacings: nan 10 10 "
+        "10\nendian: big\nencoding: raw\nbyte skip: -1\n\n").encode()
+        + b"".join(struct.pack(">h", v) for v in LABELS))
+    put("nrrd", "double", ("NRRD0005\ntype: double\ndimension: 3\nspace: RAS\nsizes: 2 2 2\nspace units:"
+        " \"cm\" \"cm\" \"cm\"\nspace directions: (1,0,0) (0,1,0) (0,0,-1)\nendian: little\nencoding: "
+        "raw\nline skip: 1\n\nline\n").encode() + struct.pack("<8d", *LABELS))
+
+    def nifti(end, magic, offset, kind, bits, **more):
+        head = bytearray(348)
+        struct.pack_into(end + "i", head, 0, 348)
+        struct.pack_into(end + "8h", head, 40, 3, 2, 2, 2, 1, 1, 1, 1)
+        struct.pack_into(end + "2h", head, 70, kind, bits)
+        struct.pack_into(end + "8f", head, 76, 1, 10, 10, 10, 0, 0, 0, 0)
+        struct.pack_into(end + "3f", head, 108, offset, more.get("slope", 0), 0)
+        head[123] = 2
+        struct.pack_into(end + "2h", head, 252, 1, more.get("sform", 0))
+        struct.pack_into(end + "6f", head, 256, 0, 0, 0, 1, 2, 3)
+        struct.pack_into(end + "12f", head, 280, 10, 0, 0, 1, 0, 10, 0, 2, 0, 0, 10, 3)
+        head[344:348] = magic
+        return bytes(head)
+
+    single = nifti("<", b"n+1\0", 352, 2, 8) + bytes(4) + LABELS
+    put("nifti", "plain", single)
+    put("nifti", "gzipped", gzip.compress(single, mtime=0))
+    put("nifti", "big", nifti(">", b"n+1\0", 352, 4, 16, slope=1.0, sform=1) + bytes(4)
+        + struct.pack(">8h", *LABELS))
+    put("nifti", "float", nifti("<", b"n+1\0", 352, 16, 32, sform=1) + bytes(4)
+        + struct.pack("<8f", *LABELS))
+    put("nifti", "pair", nifti("<", b"ni1\0", 0, 2, 8) + MARK + LABELS)
+
+
+# --- scenes ---
+
+SURFACE = """name = "s"; rate_hz = 500.0; precision = "double"; threads = 2;
+publish = { nodes_hz = 30.0; nodes = "all"; velocity = true; };
+bodies = ( { name = "ball"; mesh = { generator = "%s"; };
+  levels = 1; start_level = 0; adjust = "continuum"; cuttable = true; prestress = 0.1;
+  adapt = { force = 0.005; speed = 0.3; curvature = 0.4; check_hz = 100.0; };
+  material = { youngs_modulus_2d = 80.0; areal_density = 4.2; damping_time = 2.0e-4; };
+  shape = { angular_frequency = 50.0; damping_ratio = 0.1; frame = "body"; };
+  integrator = "%s";
+  fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.03]); }, { nodes = [0, 1]; } ); } );
+tools = ( { id = 1; kind = "probe"; max_force = 3.3;
+    capsules = ( { from = [0.0, 0.0, 0.0]; to = [0.0, 0.0, 0.1]; radius = 0.005; } ); },
+  { id = 2; kind = "blade"; edge = ( [0.0, 0.0, 0.0], [0.0, 0.0, 0.02] ); },
+  { id = 3; kind = "grasper"; capsules = ( { radius = 0.006; } ); grip_stiffness = 0.3; },
+  { id = 4; kind = "static"; plane = { point = [0.0, 0.0, -0.06]; normal = [0.0, 0.0, 1.0]; }; } );
+attachments = ( { body = "ball"; to = "world"; sphere = [0.05, 0.0, 0.0]; radius = 0.02; } );
+loads = ( { body = "ball"; center = [0.05, 0.0, 0.0]; radius = 0.03; force = [0.0, 0.5, 0.0];
+            start = 0.0; duration = 0.5; } );
+"""
+VOXEL = """gravity = [0.0, 0.0, -9.81];
+bodies = ( { name = "b"; model = "voxel"; voxels = { %s };
+  levels = 1; law = "%s"; cuttable = true; split_budget = 4; tear = { stress = 2000.0; };
+  material = { youngs_modulus = 5000.0; poisson_ratio = %s; density = 1000.0; damping = 0.2; };
+%s  fixed = ( { sphere = [0.0, 0.0, -0.02]; radius = 0.02; } ); } );
+"""
+
+
+def scenes():
+    put("scene", "minimal", 'bodies = ( { name = "a"; mesh = { generator = "uv_sphere"; }; } );\n')
+    put("scene", "surface", SURFACE % ("uv_sphere", "leapfrog"))
+    put("scene", "stomach", SURFACE.replace('"%s"; }', '%s }') % (
+        '"stomach"; nodes = 60; length = 0.1;', "rk4"))
+    put("scene", "implicit", SURFACE.replace('"%s"; }', '%s }') % (
+        '"ico_sphere"; subdivisions = 1; radius = 0.05;', "implicit"))
+    put("scene", "file", SURFACE.replace("0.05, 0.0, 0.0]; r", "0.0, 0.1, 0.0]; r").replace('generator = "%s"', 'file = "m.obj"; scale = 1.0; place = { '
+        'translation = [0.0, 0.0, 0.0]; rotation = [0.1, 0.0, 0.0]; }') % "symplectic_euler")
+    put("scene", "sheet", 'bodies = ( { name = "a"; mesh = { generator = "sheet"; columns = 4; rows = 5; '
+        'width = 0.1; height = 0.2; }; shape = { stiffness = 1.0; damping = 0.01; }; } );\n')
+    put("scene", "sheet-huge", 'bodies = ( { name = "a"; mesh = { generator = "sheet"; columns = 4000; '
+        'rows = 4000; }; } );\n')
+    put("scene", "box", VOXEL % ('generator = "box"; count = [3, 3, 3]; size = 0.01;', "affine", "0.0", ""))
+    put("scene", "ball", VOXEL % ('generator = "ball"; radius = 0.03; size = 0.01;', "miyazaki2004",
+        "0.0", ""))
+    put("scene", "disc", 'bodies = ( { name = "d"; model = "voxel"; dimensions = 2; voxels = { generator ='
+        ' "disc"; radius = 0.03; size = 0.01; }; material = { youngs_modulus = 5000.0; }; } );\n')
+    put("scene", "volume", VOXEL % ('file = "v.nrrd"; label = [1, 2];', "affine", "0.2",
+        "  materials = ( { label = 2; youngs_modulus = 20000.0; } );\n"))
+    put("scene", "filled", (VOXEL % ('mesh = "m.obj"; size = 0.02;', "affine", "0.2", "")).replace(
+        'levels = 1;', 'levels = 0; skin = { mesh = "m.obj"; };'))
+    put("scene", "include", '@include "i.cfg"\n/* c */ // c\nbodies = ( { name = "a"; mesh = { generator = '
+        '"sphere"; nodes = 0x20; }; } ); # c\n')
+    put("scene", "include-loop", '@include "loop.cfg"\n')
+
+
+# --- texts of clients ---
+
+def texts():
+    put("text", "poses", "\0# t x y z qw qx qy qz\n0 0 0 0.1\n0.5 0 0 0.05 1 0 0 0\n1 0 0 0.1 0 1 0 0\n")
+    put("text", "edges", "\1# edge\n0 0 0 0 0 0.1\n0.1 0 0 0.1 0 0.1\nlift\n0 0.1 0 0 0.1 0.1\n"
+        "0.1 0.1 0 0.1 0.1 0.1\n")
+    put("text", "vector", "\0020.1,-2e-1,3")
+    put("text", "number", "\00212.5")
+    put("text", "integer", "\00242")
+    put("text", "url", "\2udpm://239.255.76.67:7667?ttl=1")
+    put("text", "file", "\2file:///tmp/x?speed=0")
+
+
+# --- pages of pliant-web ---
+
+def pages():
+    for name, text in (
+            ("drawn", '{"type": "drawn", "round": 5}'),
+            ("tool", '{"type": "tool", "tool": 1, "position": [0.0, 0.1, 0.2], "orientation": [1, 0, 0, 0], '
+                     '"grip": 0.5, "active": true}'),
+            ("cut", '{"type": "cut", "id": 3, "before": [[0, 0, 0], [0, 0, 0.1]], "after": [[0.1, 0, 0], '
+                    '[0.1, 0, 0.1]], "body": "ball"}'),
+            ("load", '{"type": "load", "id": 4, "center": [0, 0, 0], "radius": 0.01, "force": [0, 0, 1e0], '
+                     '"duration": 0.5, "body": ""}'),
+            ("command", '{"type": "command", "id": 5, "kind": "set", "value": 1, "argument": "gravity=0"}')):
+        put("page", name, "\0" + text)
+    put("page", "host", "\1localhost:8080\nhttp://localhost:8080")
+    put("page", "host-six", "\1[::1]:8080\nhttps://[::1]:8080")
+    put("page", "cookie", "\1a=b; pliant8080=0123456789abcdef; c=d")
+    put("page", "query", "\1x=1&token=0123456789abcdef")
+    put("page", "describe", "\2scene 's' at 500 Hz\ntool 1: probe, 1 capsules, max_force 5 N\n  capsule [0, 0, "
+        "0] to [0, 0, 0.1], radius 0.005 m\ntool 2: blade, 0 capsules\n  edge [0, 0, 0] to [0, 0, 0.02] m\n"
+        "tool 4: static, 0 capsules\n  plane [0, 0, 0] m, normal [0, 0, 1]\n")
+
+
+# --- messages ---
+
+def load_types():
+    folder = tempfile.mkdtemp()
+    files = [os.path.join(TYPES, name) for name in os.listdir(TYPES) if name.endswith(".lcm")]
+    subprocess.run(["lcm-gen", "-p", "--ppath", folder] + files, check=True)
+    sys.path.insert(0, folder)
+    import pliant
+    return pliant
+
+
+def fill(message, **fields):
+    for name, value in fields.items():
+        assert hasattr(message, name), name
+        setattr(message, name, value)
+    return message
+
+
+def inputs(pliant):
+    return {
+        "pose": (0, fill(pliant.tool_pose_t(), utime=1, sender=1, sequence=1, tool=1,
+                         position=[0.0, 0.0, 0.15], orientation=[1.0, 0.0, 0.0, 0.0], active=True)),
+        "pose-twist": (0, fill(pliant.tool_pose_t(), utime=2, sender=1, sequence=2, tool=3,
+                               position=[0.05, 0.0, 0.0], orientation=[0.0, 1.0, 0.0, 0.0],
+                               twist=[0.1, 0.0, 0.0, 0.0, 1.0, 0.0], twist_valid=True, grip=1.0,
+                               active=True)),
+        "cut": (1, fill(pliant.cut_t(), sender=1, id=1, before=[[-0.1, 0.0, -0.1], [-0.1, 0.0, 0.1]],
+                        after=[[0.1, 0.0, -0.1], [0.1, 0.0, 0.1]], body="ball")),
+        "load": (2, fill(pliant.load_t(), sender=1, id=2, center=[0.05, 0.0, 0.0], radius=0.03,
+                         force=[0.1, 0.0, 0.0], duration=0.1, body="")),
+        "set": (3, fill(pliant.command_t(), sender=2, id=3, kind=7, argument="gravity=0 0 -9.81")),
+        "step": (3, fill(pliant.command_t(), sender=2, id=4, kind=3, value=5, argument="")),
+        "reset": (3, fill(pliant.command_t(), sender=2, id=5, kind=4, argument="")),
+        "stop": (3, fill(pliant.command_t(), sender=2, id=6, kind=8, argument="")),
+    }
+
+
+CHANNELS = ["TOOL_POSE", "CUT", "LOAD", "COMMAND"]
+
+
+def event(number, time, channel, data):
+    channel = channel.encode()
+    return struct.pack(">IqqII", 0xEDA1DA01, number, time, len(channel), len(data)) + channel + data
+
+
+def messages(pliant):
+    sent = inputs(pliant)
+    plain = event(0, 0, "LCM_SELF_TEST", b"x")
+    exact = event(0, 0, "PLIANT_INPUT_LOG", b"format = pliant-input-log\nversion = 1\nscene = fuzz\n"
+                  b"prefix = PLIANT\nisa = baseline\nrate_hz = 500\nstep = 0\n")
+    for number, (name, (kind, message)) in enumerate(sent.items()):
+        data = message.encode()
+        put("input", name, bytes([kind]) + data)
+        put("input", name + "-body", bytes([64 + kind]) + data[8:])
+        if name != "stop":
+            plain += event(number, 4000 * number, "PLIANT_" + CHANNELS[kind], data)
+            exact += event(number, 2000 * number + 10000, "PLIANT_" + CHANNELS[kind], data)
+    put("log", "plain", plain + event(9, 50000, "OTHER", b"abc"))
+    put("log", "exact", exact + event(9, 40000, "PLIANT_INPUT_LOG", b"end\nstep = 20\nlost = 0\n"))
+    put("log", "exact-rate", exact.replace(b"= 500", b"= 250"))
+
+    def frame(*parts):
+        out = b""
+        for kind, message in parts:
+            data = message.encode()[8:]
+            out += bytes([70 + kind]) + struct.pack(">H", len(data)) + data
+        return out
+
+    def mesh(first, count, chunk, chunks, topology=1, sequence=1):
+        ids = list(range(first, first + count))
+        triangle = [0, 2, 1, 0, 1, 3] if chunk == 0 else [1, 2, 3, 2, 0, 3]
+        return (1, fill(pliant.mesh_t(), sequence=sequence, topology=topology, node_count=4,
+                        triangle_count=4, chunk=chunk, chunk_count=chunks, first_triangle=2 * chunk,
+                        num_indices=6, triangle=triangle, first_node=first, num_nodes=count,
+                        num_parents=2 * count, id=ids, origin=ids, parent=[i for i in ids for _ in "12"],
+                        piece=[0] * count, level=bytes(count)))
+
+    def nodes(first, count, chunk, chunks, topology=1, sequence=1):
+        return (0, fill(pliant.nodes_t(), sequence=sequence, step=5, time=0.01, topology=topology,
+                        node_count=4, chunk=chunk, chunk_count=chunks, first=first,
+                        num_values=3 * count, position=[0.5] * (3 * count)))
+
+    delta = (2, fill(pliant.mesh_delta_t(), sequence=1, from_topology=1, topology=2, node_count=5,
+                     triangle_count=5, chunk=0, chunk_count=1, num_triangles=1, num_indices=3,
+                     triangle_slot=[4], triangle=[0, 1, 4], num_nodes=1, num_parents=2, node_slot=[4],
+                     id=[4], origin=[4], parent=[0, 1], piece=[0], level=b"\1"))
+    put("frames", "mesh", frame(mesh(0, 2, 0, 2), mesh(2, 2, 1, 2), nodes(0, 2, 0, 2), nodes(2, 2, 1, 2),
+                                delta, nodes(0, 4, 0, 1, 2, 2)))
+    rest = (9, fill(pliant.rest_t(), sequence=1, topology=1, node_count=4, chunk=0, chunk_count=1,
+                    num_values=12, position=[0.5] * 12, num_coordinates=8, texture=[0.25] * 8))
+    put("frames", "rest", frame(rest))
+    contact = (3, fill(pliant.contact_t(), sequence=1, tool=1, step=5, time=0.01, contact=True,
+                       position=[0.0, 0.0, 0.1], force=[0.0, 0.0, 1.0], normal=[0.0, 0.0, 1.0]))
+    body = fill(pliant.body_status_t(), name="ball", model="surface", integrator="leapfrog", nodes=42)
+    status = (4, fill(pliant.status_t(), scene="s", state="running", step=5, rate_hz=500.0, num_stages=2,
+                      stage=["inputs", "tools"], stage_us=[1.0, 2.0], num_bodies=1, body=[body],
+                      num_reasons=1, reason=["wrong_size"], count=[3]))
+    happened = (5, fill(pliant.event_t(), sequence=1, step=5, body="ball", kind="cut", text="a\nb"))
+    reply = (6, fill(pliant.reply_t(), sender=1, id=1, ok=True, channel="PLIANT_CUT", text="done\n\x01"))
+    put("frames", "told", frame(contact, status, happened, reply))
+    put("frames", "whole", b"".join(bytes([kind]) + struct.pack(">H", len(m.encode())) + m.encode()
+                                    for kind, m in (nodes(0, 4, 0, 1), contact, happened)))
+    return sent
+
+
+# --- sessions: the encoding of fuzz_session.c ---
+
+def number(value, scale):
+    return struct.pack(">h", max(-32766, min(32766, round(value / scale * 16384))))
+
+
+def sessions():
+    def pose(tool, x, y, z, bits=1, turn=0, sender=0, extra=b""):
+        return (bytes([0, sender, 1, tool]) + b"".join(number(v, 0.2) for v in (x, y, z))
+                + bytes([turn, bits]) + extra)
+
+    def cut(ident, before, after, body=0):
+        out = bytes([1, 0, ident])
+        for k in range(2):
+            for c in range(3):
+                out += number(before[k][c], 0.2) + number(after[k][c], 0.2)
+        return out + bytes([body])
+
+    def load(ident, center, force, radius, duration, body=0):
+        out = bytes([2, 0, ident])
+        for c in range(3):
+            out += number(center[c], 0.1) + bytes([0]) + number(force[c], 1.0)
+        return out + number(radius, 0.1) + number(duration, 0.1) + bytes([body])
+
+    def setting(ident, index):
+        return bytes([3, 0, ident, 0]) + number(0, 1) + bytes([0, index])
+
+    tick, ticks = b"\4", b"\6"
+    press = b"".join(pose(1, 0.0, 0.0, 0.07 - 0.002 * i) + tick for i in range(12))
+    put("session", "press", press)
+    put("session", "press-block", b"".join(pose(1, 0.1, 0.0, 0.06 - 0.002 * i) + tick for i in range(12)))
+    put("session", "cuts", cut(1, ((-0.1, 0, -0.1), (-0.1, 0, 0.1)), ((0.05, 0, -0.1), (0.05, 0, 0.1)))
+        + ticks + cut(2, ((0.02, 0.003, -0.1), (0.02, 0.003, 0.1)), ((0.18, 0.003, -0.1),
+        (0.18, 0.003, 0.1))) + ticks)
+    put("session", "blade", b"".join(pose(2, 0.04 - 0.006 * i, 0.001, -0.02) + tick for i in range(14)))
+    put("session", "blade-block", b"".join(pose(2, 0.16 - 0.008 * i, 0.011, -0.02) + tick
+                                           for i in range(14)))
+    put("session", "grasp", b"".join(pose(3, 0.05 + 0.004 * i, 0, 0, bits=17) + tick for i in range(12)))
+    put("session", "loads", load(1, (0.05, 0, 0), (0.5, 0, 0), 0.03, 0.02) + ticks
+        + load(2, (0.1, 0, 0.04), (0, 0, 1.5), 0.05, 0.05) + ticks + load(3, (0, 0, 0), (0, 0, 1), 0.001,
+        0.1) + ticks)
+    put("session", "settings", b"".join(setting(i, i) + tick for i in range(18)))
+    put("session", "reset", press[:60] + bytes([3, 0, 9, 1]) + number(0, 1) + bytes([0, 0]) + ticks)
+
+
+# --- HDF5: the encoding of hdf_edit.c, with an even byte in front ---
+
+def edits():
+    def edit(what, index, rest):
+        return bytes([what]) + struct.pack(">H", index) + rest
+
+    for corpus, sets in (("initial", 2), ("checkpoint", 60), ("prepared", 16), ("recording", 20)):
+        put(corpus, "nothing", b"\0")
+        put(corpus, "not-hdf5", b"\1not HDF5")
+        for index in range(0, sets, max(1, sets // 10)):
+            put(corpus, "byte-%d" % index, b"\0" + edit(0, index, bytes([0, 0, 8, 1, 0, 2, 255, 255])))
+            put(corpus, "number-%d" % index, b"\0" + edit(3, index, bytes([0, 0, 1, 2, 0, 1])))
+        put(corpus, "rows", b"\0" + edit(5, 0, bytes([2, 8])))
+        put(corpus, "columns", b"\0" + edit(5, 0, bytes([4, 2])))
+        put(corpus, "type", b"\0" + edit(5, 0, bytes([16, 2])))
+        put(corpus, "claims", b"\0" + edit(5, 0, bytes([2 + 32, 10])))
+        put(corpus, "missing", b"\0" + edit(6, 1, b""))
+        put(corpus, "attribute", b"\0" + edit(7, 1, bytes([2, 1, 1])))
+        put(corpus, "attribute-text", b"\0" + edit(7, 1, bytes([2, 0, 2, 0, 3]) + b"abc"))
+
+
+meshes()
+volumes()
+scenes()
+texts()
+pages()
+messages(load_types())
+sessions()
+edits()

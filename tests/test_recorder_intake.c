@@ -1,0 +1,484 @@
+// What pliant-record makes of messages: which frames it hands to its writer, with which mesh, what
+// it counts as missing, and when it begins another file.
+#include "expect.h"
+#include "intake.h"
+
+#include <stdlib.h>
+
+#include "pliant_contact_t.h"
+#include "pliant_event_t.h"
+#include "pliant_mesh_t.h"
+#include "pliant_nodes_t.h"
+#include "pliant_reply_t.h"
+#include "pliant_status_t.h"
+#include "pliant_tool_pose_t.h"
+
+enum { SLOTS = 5 }; // the last but one is free
+
+typedef struct Rig {
+    Intake *intake;
+    Queue queue;
+    int mesh_sequence;
+    int64_t utime;
+} Rig;
+
+static void rig_create(Rig *rig, size_t limit)
+{
+    const IntakeOptions options = {.prefix = "P", .input_prefix = "P", .path = "run.h5"};
+    *rig = (Rig){.intake = malloc(sizeof *rig->intake), .utime = 1000};
+    assert_non_null(rig->intake);
+    queue_create(&rig->queue, limit);
+    intake_create(rig->intake, &options, &rig->queue);
+}
+
+static void rig_destroy(Rig *rig)
+{
+    intake_destroy(rig->intake);
+    queue_destroy(&rig->queue);
+    free(rig->intake);
+}
+
+// The next item of the queue; NULL: there is none.
+static Item *next(Rig *rig)
+{
+    bool ended;
+    return queue_take(&rig->queue, 0, &ended);
+}
+
+static void expect_next(Rig *rig, ItemKind kind)
+{
+    Item *item = next(rig);
+    assert_non_null(item);
+    assert_int_equal(item->kind, kind);
+    item_destroy(item);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Messages
+
+#define SEND(rig, type, channel, message)                                                          \
+    do {                                                                                           \
+        int size_ = pliant_##type##_encoded_size(message);                                         \
+        void *data_ = malloc((size_t)size_);                                                       \
+        assert_int_equal(pliant_##type##_encode(data_, 0, size_, message), size_);                 \
+        intake_take((rig)->intake, channel, data_, (size_t)size_);                                 \
+        free(data_);                                                                               \
+    } while (0)
+
+static void send_status(Rig *rig)
+{
+    char name[] = "ball", other[] = "x";
+    pliant_body_status_t body = {.name = name, .model = other, .integrator = other};
+    const pliant_status_t status = {
+        .scene = other, .state = other, .rate_hz = 1000.0, .num_bodies = 1, .body = &body};
+    SEND(rig, status_t, "P_STATUS", &status);
+}
+
+static void send_description(Rig *rig)
+{
+    char text[] = "scene x: 1000 Hz\ntool 7: static, 1 capsules\ntool 2: probe, 1 capsules, "
+                  "max_force 5 N\nunits: m\n",
+         channel[] = "P_COMMAND";
+    const pliant_reply_t reply = {.ok = 1, .channel = channel, .text = text};
+    SEND(rig, reply_t, "P_REPLY", &reply);
+}
+
+// A strip of triangles; slot 3 is free, and so is the second triangle.
+static void send_mesh(Rig *rig, int topology)
+{
+    int32_t id[SLOTS] = {10, 11, 12, -1, 14}, triangle[9] = {0, 1, 2, 0, 0, 0, 1, 2, 4};
+    int32_t none[2 * SLOTS] = {0};
+    int8_t level[SLOTS] = {0};
+    const pliant_mesh_t mesh = {.utime = ++rig->utime,
+                                .sequence = ++rig->mesh_sequence,
+                                .topology = topology,
+                                .node_count = SLOTS,
+                                .triangle_count = 3,
+                                .chunk_count = 1,
+                                .num_indices = 9,
+                                .triangle = triangle,
+                                .num_nodes = SLOTS,
+                                .num_parents = 2 * SLOTS,
+                                .id = id,
+                                .origin = none,
+                                .parent = none,
+                                .piece = none,
+                                .level = level};
+    SEND(rig, mesh_t, "P_MESH_ball", &mesh);
+}
+
+// Slot i is at (step, i, 0).
+static void send_nodes(Rig *rig, int sequence, int64_t step, int topology)
+{
+    float position[3 * SLOTS] = {0};
+    for (int i = 0; i < SLOTS; i++) {
+        position[3 * i] = (float)step;
+        position[3 * i + 1] = (float)i;
+    }
+    const pliant_nodes_t nodes = {.utime = ++rig->utime,
+                                  .sequence = sequence,
+                                  .step = step,
+                                  .time = 1e-3 * (double)step,
+                                  .topology = topology,
+                                  .node_count = SLOTS,
+                                  .chunk_count = 1,
+                                  .num_values = 3 * SLOTS,
+                                  .position = position};
+    SEND(rig, nodes_t, "P_NODES_ball", &nodes);
+}
+
+static void send_contact(Rig *rig, int tool, int64_t step, int64_t pose_utime)
+{
+    const pliant_contact_t contact = {.tool = tool,
+                                      .step = step,
+                                      .time = 1e-3 * (double)step,
+                                      .pose_utime = pose_utime,
+                                      .position = {(double)step, 0.0, 0.0},
+                                      .force = {0.0, 0.0, (double)step}};
+    SEND(rig, contact_t, "P_CONTACT", &contact);
+}
+
+static void send_pose(Rig *rig, int tool, int64_t utime, double x)
+{
+    const pliant_tool_pose_t pose = {
+        .utime = utime, .tool = tool, .orientation = {sqrt(1.0 - x * x), x, 0.0, 0.0}, .active = 1};
+    SEND(rig, tool_pose_t, "P_TOOL_POSE", &pose);
+}
+
+// A recording that has begun: body "ball" with mesh 1, tools 7 (static) and 2.
+static void begin(Rig *rig, size_t limit)
+{
+    rig_create(rig, limit);
+    send_status(rig);
+    send_description(rig);
+    send_mesh(rig, 1);
+    assert_true(intake_begin(rig->intake, true));
+    assert_true(rig->intake->open);
+    Item *item = next(rig);
+    assert_int_equal(item->kind, ITEM_BEGIN);
+    assert_string_equal(item->as.begin.path, "run.h5");
+    const RecordingOptions *options = &item->as.begin.options;
+    assert_int_equal(options->body_count, 1);
+    assert_string_equal(options->body[0].name, "ball");
+    assert_int_equal(options->tool_count, 2);
+    assert_int_equal(options->tool[0], 7);
+    assert_int_equal(options->tool[1], 2);
+    assert_int_equal(strncmp(options->scene, "scene x", 7), 0);
+    item_destroy(item);
+}
+
+static void expect_frame(Rig *rig, int64_t step, int topology)
+{
+    static const int slot[4] = {0, 1, 2, 4};
+    Item *item = next(rig);
+    assert_non_null(item);
+    assert_int_equal(item->kind, ITEM_FRAME);
+    const RecordingFrame *frame = &item->as.frame;
+    assert_int_equal(frame->step, step);
+    assert_int_equal(frame->topology, topology);
+    assert_int_equal(frame->node_count, 4);
+    for (int i = 0; i < 4; i++) { // small integers: exact
+        assert_true(frame->position[3 * i] == (float)step);
+        assert_true(frame->position[3 * i + 1] == (float)slot[i]);
+    }
+    item_destroy(item);
+}
+
+static void expect_topology(Rig *rig, int number)
+{
+    static const int id[4] = {10, 11, 12, 14}, triangle[2][3] = {{0, 1, 2}, {1, 2, 3}};
+    Item *item = next(rig);
+    assert_non_null(item);
+    assert_int_equal(item->kind, ITEM_TOPOLOGY);
+    const RecordingTopology *topology = &item->as.topology;
+    assert_int_equal(topology->number, number);
+    assert_int_equal(topology->node_count, 4);
+    assert_int_equal(topology->triangle_count, 2);
+    assert_memory_equal(topology->node_id, id, sizeof id);
+    assert_memory_equal(topology->triangle, triangle, sizeof triangle);
+    item_destroy(item);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Frames
+
+static void a_frame_goes_without_free_slots_after_its_mesh(void **state)
+{
+    (void)state;
+    Rig rig;
+    begin(&rig, 1 << 20);
+    send_nodes(&rig, 1, 10, 1);
+    expect_topology(&rig, 1);
+    expect_frame(&rig, 10, 1);
+    send_nodes(&rig, 2, 20, 1); // the mesh is known
+    send_mesh(&rig, 1);         // and said again
+    expect_frame(&rig, 20, 1);
+    assert_null(next(&rig));
+    rig_destroy(&rig);
+}
+
+static void frames_wait_for_their_mesh_and_what_lost_its_own_is_counted(void **state)
+{
+    (void)state;
+    Rig rig;
+    begin(&rig, 1 << 20);
+    rig.intake->wants_mesh = false;
+    send_nodes(&rig, 1, 10, 2);
+    send_nodes(&rig, 2, 20, 3);
+    send_nodes(&rig, 3, 30, 3);
+    assert_null(next(&rig));
+    assert_true(rig.intake->wants_mesh);
+    send_mesh(&rig, 3);
+    expect_topology(&rig, 3);
+    expect_frame(&rig, 20, 3);
+    expect_frame(&rig, 30, 3);
+    assert_int_equal(intake_counts(rig.intake).without_mesh, 1);
+    // Bounded: the oldest are given up.
+    for (int i = 0; i < WAITING_FRAMES + 3; i++)
+        send_nodes(&rig, 4 + i, 40 + i, 9);
+    assert_null(next(&rig));
+    assert_int_equal(intake_counts(rig.intake).without_mesh, 4);
+    assert_int_equal(rig.intake->body[0].waiting.count, WAITING_FRAMES);
+    intake_end(rig.intake);
+    Item *item = next(&rig);
+    assert_int_equal(item->kind, ITEM_END);
+    assert_int_equal(item->as.counts[0].without_mesh, 4 + WAITING_FRAMES);
+    item_destroy(item);
+    rig_destroy(&rig);
+}
+
+static void frames_that_did_not_come_are_counted_by_their_numbers(void **state)
+{
+    (void)state;
+    Rig rig;
+    begin(&rig, 1 << 20);
+    send_nodes(&rig, 5, 10, 1);
+    send_nodes(&rig, 6, 20, 1);
+    send_nodes(&rig, 10, 60, 1);
+    send_nodes(&rig, 11, 60, 1); // of a tick that was told already
+    expect_topology(&rig, 1);
+    expect_frame(&rig, 10, 1);
+    expect_frame(&rig, 20, 1);
+    expect_frame(&rig, 60, 1);
+    assert_null(next(&rig));
+    assert_int_equal(intake_counts(rig.intake).lost, 3);
+    rig_destroy(&rig);
+}
+
+static void what_does_not_fit_into_the_queue_is_dropped_and_counted(void **state)
+{
+    (void)state;
+    Rig rig;
+    begin(&rig, 1000); // a few items
+    for (int i = 1; i <= 20; i++)
+        send_nodes(&rig, i, 10 * i, 1);
+    expect_topology(&rig, 1);
+    int frames = 0;
+    for (Item *item; (item = next(&rig)) != NULL; frames++) {
+        assert_int_equal(item->as.frame.step, 10 * (frames + 1));
+        item_destroy(item);
+    }
+    assert_in_range(frames, 1, 10);
+    assert_int_equal(intake_counts(rig.intake).dropped, 20 - frames);
+    // Room again.
+    send_nodes(&rig, 21, 210, 1);
+    expect_frame(&rig, 210, 1);
+    rig_destroy(&rig);
+}
+
+static void what_came_before_the_file_begins_is_recorded_too(void **state)
+{
+    (void)state;
+    Rig rig;
+    rig_create(&rig, 1 << 20);
+    send_nodes(&rig, 3, 30, 1);
+    send_status(&rig);
+    char text[] = "cut", none[] = "";
+    const pliant_event_t event = {.step = 35, .body = none, .kind = text, .text = text};
+    SEND(&rig, event_t, "P_EVENT", &event);
+    assert_true(intake_begin(rig.intake, true));
+    assert_false(rig.intake->open); // no mesh, no description
+    send_mesh(&rig, 1);
+    send_nodes(&rig, 4, 40, 1);
+    assert_true(intake_begin(rig.intake, true));
+    assert_false(rig.intake->open);
+    assert_true(intake_begin(rig.intake, false)); // long enough: it does not describe itself
+    assert_true(rig.intake->open);
+    expect_next(&rig, ITEM_BEGIN);
+    Item *item = next(&rig);
+    assert_int_equal(item->kind, ITEM_EVENT);
+    expect_near(item->as.event.time, 0.035, 1e-12); // one rounding
+    item_destroy(item);
+    expect_topology(&rig, 1);
+    expect_frame(&rig, 30, 1);
+    expect_frame(&rig, 40, 1);
+    rig_destroy(&rig);
+}
+
+static void another_run_of_the_daemon_begins_another_file(void **state)
+{
+    (void)state;
+    Rig rig;
+    begin(&rig, 1 << 20);
+    send_nodes(&rig, 100, 1000, 1);
+    expect_topology(&rig, 1);
+    expect_frame(&rig, 1000, 1);
+    send_nodes(&rig, 1, 10, 1); // its numbers begin again
+    expect_next(&rig, ITEM_END);
+    assert_int_equal(rig.intake->restarts, 1);
+    assert_true(intake_begin(rig.intake, false));
+    assert_false(rig.intake->open); // what the other one said means nothing now
+    rig.mesh_sequence = 0;
+    send_mesh(&rig, 1);
+    send_status(&rig);
+    send_description(&rig);
+    assert_true(intake_begin(rig.intake, true));
+    Item *item = next(&rig);
+    assert_int_equal(item->kind, ITEM_BEGIN);
+    assert_string_equal(item->as.begin.path, "run.2.h5");
+    item_destroy(item);
+    expect_topology(&rig, 1);
+    expect_frame(&rig, 10, 1);
+    assert_int_equal(intake_counts(rig.intake).lost, 0);
+    rig_destroy(&rig);
+}
+
+static void files_are_numbered_before_their_ending(void **state)
+{
+    (void)state;
+    static const char *const cases[][2] = {{"run.h5", "run.2.h5"},
+                                           {"a.b/run", "a.b/run.2"},
+                                           {"a.b/run.x.h5", "a.b/run.x.2.h5"},
+                                           {"a/.hidden", "a/.hidden.2"},
+                                           {".hidden", ".hidden.2"}};
+    for (int k = 0; k < 5; k++) {
+        char *first = intake_path(cases[k][0], 1), *second = intake_path(cases[k][0], 2);
+        assert_string_equal(first, cases[k][0]);
+        assert_string_equal(second, cases[k][1]);
+        free(first);
+        free(second);
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Tools
+
+static void expect_row(Rig *rig, int index, double step, double turn)
+{
+    Item *item = next(rig);
+    assert_non_null(item);
+    assert_int_equal(item->kind, ITEM_TOOL);
+    assert_int_equal(item->index, index);
+    const RecordingTool *sample = &item->as.tool.sample;
+    expect_near(item->as.tool.time, 1e-3 * step, 1e-12); // one rounding
+    expect_near(sample->position.x, step, 0.0);
+    expect_near(sample->force.z, step, 0.0);
+    if (isnan(turn))
+        assert_true(isnan(sample->orientation.x));
+    else
+        expect_near(sample->orientation.x, turn, 0.0);
+    item_destroy(item);
+}
+
+static void tools_have_a_row_at_the_tick_of_each_frame(void **state)
+{
+    (void)state;
+    enum { STATIC, PROBE };
+    Rig rig;
+    begin(&rig, 1 << 20);
+    send_pose(&rig, 2, 500, 0.25);
+    send_pose(&rig, 2, 501, 0.5);
+    for (int step = 1; step <= 10; step++) {
+        send_contact(&rig, 7, step, 0);
+        send_contact(&rig, 2, step, step < 10 ? 0 : 500); // driven from there on
+        send_contact(&rig, 99, step, 500);                // not one of the scene
+    }
+    send_nodes(&rig, 1, 5, 1);
+    expect_topology(&rig, 1);
+    expect_next(&rig, ITEM_FRAME);
+    expect_row(&rig, STATIC, 5, 0.0);
+    assert_null(next(&rig));
+    send_nodes(&rig, 2, 10, 1);
+    expect_next(&rig, ITEM_FRAME);
+    expect_row(&rig, STATIC, 10, 0.0);
+    expect_row(&rig, PROBE, 10, 0.25);
+    // A frame that comes before the contact of its tick.
+    send_nodes(&rig, 3, 15, 1);
+    expect_next(&rig, ITEM_FRAME);
+    assert_null(next(&rig));
+    send_contact(&rig, 2, 14, 501);
+    assert_null(next(&rig));
+    send_contact(&rig, 2, 16, 501); // that of 15 is lost: the one before it
+    expect_row(&rig, PROBE, 14, 0.5);
+    assert_null(next(&rig));
+    rig_destroy(&rig);
+}
+
+static void a_turn_that_nobody_told_is_not_a_number(void **state)
+{
+    (void)state;
+    Rig rig;
+    begin(&rig, 1 << 20);
+    send_contact(&rig, 2, 10, 600);
+    send_nodes(&rig, 1, 10, 1);
+    expect_topology(&rig, 1);
+    expect_next(&rig, ITEM_FRAME);
+    expect_row(&rig, 1, 10, (double)NAN);
+    rig_destroy(&rig);
+}
+
+// ---------------------------------------------------------------------------------------------
+// The queue
+
+// Counts the items that come in their order.
+static void *take_all(void *user)
+{
+    Queue *queue = user;
+    int64_t *taken = calloc(1, sizeof *taken);
+    bool ended = false;
+    while (!ended) {
+        Item *item = queue_take(queue, 1000, &ended);
+        if (item == NULL)
+            continue;
+        *taken += item->as.tool.time == (double)*taken;
+        item_destroy(item);
+    }
+    return taken;
+}
+
+static void a_queue_that_waits_loses_nothing_and_keeps_the_order(void **state)
+{
+    (void)state;
+    enum { ITEMS = 5000 };
+    Queue queue;
+    pthread_t thread;
+    const RecordingTool sample = {0};
+    queue_create(&queue, 2000);
+    assert_int_equal(pthread_create(&thread, NULL, take_all, &queue), 0);
+    for (int i = 0; i < ITEMS; i++)
+        assert_true(queue_push(&queue, item_tool(0, i, &sample), QUEUE_WAIT));
+    queue_close(&queue);
+    void *taken;
+    pthread_join(thread, &taken);
+    assert_int_equal(*(int64_t *)taken, ITEMS);
+    assert_in_range(queue.most, 1, 2000);
+    free(taken);
+    queue_destroy(&queue);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_frame_goes_without_free_slots_after_its_mesh),
+        cmocka_unit_test(frames_wait_for_their_mesh_and_what_lost_its_own_is_counted),
+        cmocka_unit_test(frames_that_did_not_come_are_counted_by_their_numbers),
+        cmocka_unit_test(what_does_not_fit_into_the_queue_is_dropped_and_counted),
+        cmocka_unit_test(what_came_before_the_file_begins_is_recorded_too),
+        cmocka_unit_test(another_run_of_the_daemon_begins_another_file),
+        cmocka_unit_test(files_are_numbered_before_their_ending),
+        cmocka_unit_test(tools_have_a_row_at_the_tick_of_each_frame),
+        cmocka_unit_test(a_turn_that_nobody_told_is_not_a_number),
+        cmocka_unit_test(a_queue_that_waits_loses_nothing_and_keeps_the_order),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,176 @@
+// What a page may send: every number is checked before it goes anywhere.
+#include "ask.h"
+#include "expect.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "pliant_command_t.h"
+
+// Parsed from a block of exactly its size, so that the sanitizer sees a read beyond it.
+static bool parse(const char *text, Ask *ask, ClientError *error)
+{
+    size_t size = strlen(text);
+    char *exact = malloc(size ? size : 1);
+    assert_non_null(exact);
+    memcpy(exact, text, size);
+    bool ok = ask_parse(exact, size, ask, error);
+    free(exact);
+    return ok;
+}
+
+static void a_tool_message_becomes_a_pose(void **state)
+{
+    (void)state;
+    Ask ask;
+    ClientError error;
+    assert_true(parse("{\"type\":\"tool\",\"tool\":3,\"position\":[0.5,-1,2e-3],"
+                      "\"orientation\":[0,0,0,1.0005],\"grip\":0.25,\"active\":true}",
+                      &ask, &error));
+    assert_int_equal(ask.kind, ASK_TOOL);
+    assert_int_equal(ask.pose.tool, 3);
+    expect_near(ask.pose.position[0], 0.5, 0.0);
+    expect_near(ask.pose.position[1], -1.0, 0.0);
+    expect_near(ask.pose.position[2], 2e-3, 0.0);
+    expect_near(ask.pose.orientation[3], 1.0, 1e-15); // made unit: one rounding
+    expect_near(ask.pose.grip, 0.25, 0.0);
+    assert_true(ask.pose.active);
+}
+
+static void requests_keep_their_numbers_and_bodies(void **state)
+{
+    (void)state;
+    Ask ask;
+    ClientError error;
+    assert_true(parse("{\"type\":\"cut\",\"id\":7,\"before\":[[1,2,3],[4,5,6]],"
+                      "\"after\":[[7,8,9],[10,11,12]],\"body\":\"liver\"}",
+                      &ask, &error));
+    assert_int_equal(ask.kind, ASK_CUT);
+    assert_int_equal(ask.id, 7);
+    assert_string_equal(ask.text, "liver");
+    for (int k = 0; k < 6; k++) {
+        expect_near((&ask.cut.before[0][0])[k], k + 1, 0.0);
+        expect_near((&ask.cut.after[0][0])[k], k + 7, 0.0);
+    }
+    assert_true(parse("{\"type\":\"load\",\"id\":8,\"center\":[1,2,3],\"radius\":0.1,"
+                      "\"force\":[0,0,-2],\"duration\":1.5}",
+                      &ask, &error));
+    assert_int_equal(ask.kind, ASK_LOAD);
+    assert_string_equal(ask.text, "");
+    expect_near(ask.load.force[2], -2.0, 0.0);
+    expect_near(ask.load.duration, 1.5, 0.0);
+    assert_true(
+        parse("{\"type\":\"command\",\"id\":9,\"kind\":\"step\",\"value\":20}", &ask, &error));
+    assert_int_equal(ask.command.kind, PLIANT_COMMAND_T_STEP);
+    assert_int_equal(ask.command.value, 20);
+    assert_true(parse("{\"type\":\"command\",\"id\":9,\"kind\":\"set\","
+                      "\"argument\":\"gravity=0 0 -9.81\"}",
+                      &ask, &error));
+    assert_int_equal(ask.command.kind, PLIANT_COMMAND_T_SET);
+    assert_string_equal(ask.text, "gravity=0 0 -9.81");
+    assert_true(parse("{\"type\":\"drawn\",\"round\":41}", &ask, &error));
+    assert_int_equal(ask.round, 41);
+}
+
+#define TOOL_HEAD "{\"type\":\"tool\",\"tool\":1,"
+#define TOOL_AT   TOOL_HEAD "\"position\":[0,0,0],"
+#define TOOL_TAIL "\"orientation\":[1,0,0,0],\"grip\":0,\"active\":true}"
+#define CUT_HEAD  "{\"type\":\"cut\",\"id\":1,"
+#define LOAD_HEAD "{\"type\":\"load\",\"id\":1,\"center\":[0,0,0],"
+
+static void what_is_wrong_is_refused_by_name(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text, *says;
+    } cases[] = {
+        {"", "not JSON"},
+        {"{", "not JSON"},
+        {"[]", "want a JSON object"},
+        {"nul", "not JSON"},
+        {"{\"type\":\"tool\"} x", "not JSON"},
+        {"{\"type\":\"tool\",\"type\":\"cut\"}", "not JSON"}, // twice
+        {"{}", "type: want"},
+        {"{\"type\":5}", "type: want"},
+        {"{\"type\":\"fly\"}", "type: want"},
+        {"{\"type\":\"drawn\"}", "round: want an integer"},
+        {"{\"type\":\"drawn\",\"round\":-1}", "round: want"},
+        {"{\"type\":\"drawn\",\"round\":1.5}", "round: want"},
+        {TOOL_HEAD TOOL_TAIL, "position: want 3 numbers"},
+        {TOOL_HEAD "\"position\":[0,0]," TOOL_TAIL, "position: want 3"},
+        {TOOL_HEAD "\"position\":[0,0,null]," TOOL_TAIL, "position: want a number"},
+        {TOOL_HEAD "\"position\":[0,0,\"1\"]," TOOL_TAIL, "position: want a number"},
+        {TOOL_HEAD "\"position\":[0,0,1001]," TOOL_TAIL,
+         "position: want a number in [-1000, 1000]"},
+        {TOOL_HEAD "\"position\":[0,0,1e999]," TOOL_TAIL, "not JSON"}, // no double holds it
+        {TOOL_HEAD "\"position\":[0,0,NaN]," TOOL_TAIL, "not JSON"},
+        {TOOL_AT "\"orientation\":[1,0,0,0.1],\"active\":true}", "orientation: length 1.00499"},
+        {TOOL_AT "\"orientation\":[0,0,0,0],\"active\":true}", "orientation: length 0"},
+        {TOOL_AT "\"orientation\":[1,0,0],\"active\":true}", "orientation: want 4"},
+        {TOOL_AT "\"orientation\":[1,0,0,0],\"active\":1}", "active: want true or false"},
+        {TOOL_AT "\"orientation\":[1,0,0,0],\"grip\":2,\"active\":true}", "grip: want"},
+        {"{\"type\":\"tool\",\"tool\":1e9,\"position\":[0,0,0]," TOOL_TAIL,
+         "tool: want an integer"},
+        {"{\"type\":\"tool\",\"tool\":4294967297,\"position\":[0,0,0]," TOOL_TAIL, "tool: want"},
+        {CUT_HEAD "\"before\":[[0,0,0]],\"after\":[[0,0,0],[1,1,1]]}", "before: want two points"},
+        {CUT_HEAD "\"before\":[[0,0,0],[1,1,1]],\"after\":[[0,0,0],[1,1]]}", "after: want 3"},
+        {CUT_HEAD "\"before\":[[0,0,0],[1,1,1]],\"after\":[[0,0,0],[1,1,1]],\"body\":\"a b\"}",
+         "body: want"},
+        {CUT_HEAD "\"before\":[[0,0,0],[1,1,1]],\"after\":[[0,0,0],[1,1,1]],\"body\":7}",
+         "body: want"},
+        {"{\"type\":\"cut\",\"before\":[[0,0,0],[1,1,1]],\"after\":[[0,0,0],[1,1,1]]}", "id: want"},
+        {LOAD_HEAD "\"radius\":0,\"force\":[0,0,0],\"duration\":1}", "radius: want"},
+        {LOAD_HEAD "\"radius\":1,\"force\":[0,0,1e7],\"duration\":1}", "force: want"},
+        {LOAD_HEAD "\"radius\":1,\"force\":[0,0,1],\"duration\":-1}", "duration: want"},
+        {LOAD_HEAD "\"radius\":1,\"force\":[0,0,1]}", "duration: want"},
+        {"{\"type\":\"command\",\"id\":1,\"kind\":\"explode\"}", "kind: want"},
+        {"{\"type\":\"command\",\"id\":1}", "kind: want"},
+        {"{\"type\":\"command\",\"id\":1,\"kind\":\"step\",\"value\":1e300}", "value: want"},
+        {"{\"type\":\"command\",\"id\":1,\"kind\":\"set\",\"argument\":\"a\\u0001b\"}",
+         "argument: want printable"},
+        {"{\"type\":\"command\",\"id\":1,\"kind\":\"set\",\"argument\":\"a\\u0000b\"}", "not JSON"},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        Ask ask;
+        ClientError error = {0};
+        if (parse(cases[k].text, &ask, &error))
+            fail_msg("taken: %s", cases[k].text);
+        if (strstr(error.text, cases[k].says) == NULL)
+            fail_msg("%s: '%s' does not say '%s'", cases[k].text, error.text, cases[k].says);
+    }
+}
+
+static void long_and_deep_messages_are_refused(void **state)
+{
+    (void)state;
+    char *text = malloc(ASK_BYTES_MAX + 2);
+    assert_non_null(text);
+    memset(text, '[', ASK_BYTES_MAX + 1);
+    text[ASK_BYTES_MAX + 1] = '\0';
+    Ask ask;
+    ClientError error = {0};
+    assert_false(parse(text, &ask, &error));
+    assert_non_null(strstr(error.text, "more than 16384"));
+    text[ASK_BYTES_MAX] = '\0'; // of the length allowed, nested as deep as it is long
+    assert_false(parse(text, &ask, &error));
+    assert_non_null(strstr(error.text, "not JSON"));
+    free(text);
+    char argument[512], name[200];
+    memset(name, 'a', sizeof name - 1);
+    name[sizeof name - 1] = '\0';
+    snprintf(argument, sizeof argument,
+             "{\"type\":\"command\",\"id\":1,\"kind\":\"set\",\"argument\":\"%s\"}", name);
+    assert_false(parse(argument, &ask, &error));
+    assert_non_null(strstr(error.text, "argument: want a text of less than"));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_tool_message_becomes_a_pose),
+        cmocka_unit_test(requests_keep_their_numbers_and_bodies),
+        cmocka_unit_test(what_is_wrong_is_refused_by_name),
+        cmocka_unit_test(long_and_deep_messages_are_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

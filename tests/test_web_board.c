@@ -1,0 +1,228 @@
+// What pages get: the newest of everything, once, when they are ready; bounded, whatever they do.
+#include "board.h"
+#include "client.h"
+#include "expect.h"
+
+#include <string.h>
+
+static Parcel *parcel(const char *text)
+{
+    return parcel_text(text);
+}
+
+static bool is(const Parcel *parcel, const char *text)
+{
+    return parcel->size == strlen(text) && memcmp(parcel->data, text, parcel->size) == 0;
+}
+
+// Takes a round that must be there, and lets its parcels go after noting their texts.
+static void take(Board *board, BoardPage *page, Round *round, char *texts, size_t size)
+{
+    assert_true(board_next_round(board, page, 0, round));
+    texts[0] = '\0';
+    for (int k = 0; k < round->parcels; k++) {
+        size_t length = strlen(texts);
+        snprintf(texts + length, size - length, "%.*s ", (int)round->parcel[k]->size,
+                 (const char *)round->parcel[k]->data);
+        parcel_drop(round->parcel[k]);
+    }
+}
+
+static Board board;
+static Round round_;
+
+static int begin(void **state)
+{
+    (void)state;
+    board_init(&board);
+    return 0;
+}
+
+static int end(void **state)
+{
+    (void)state;
+    board_destroy(&board);
+    return 0;
+}
+
+static void a_late_page_gets_the_newest_of_everything_in_order(void **state)
+{
+    (void)state;
+    board_set_status(&board, parcel("status1"));
+    board_set_body(&board, 1, parcel("mesh1"), parcel("rest1"), parcel("nodes1"));
+    board_set_body(&board, 1, NULL, NULL, parcel("nodes2"));
+    board_set_body(&board, 0, parcel("mesh0"), NULL, parcel("nodes0"));
+    board_set_scene(&board, parcel("scene"));
+    board_set_status(&board, parcel("status2"));
+    BoardPage *page = board_add_page(&board);
+    char texts[256];
+    take(&board, page, &round_, texts, sizeof texts);
+    assert_string_equal(texts, "scene status2 mesh0 nodes0 mesh1 rest1 nodes2 ");
+    board_remove_page(&board, page);
+}
+
+static void what_came_while_a_page_drew_is_replaced_by_what_is_newer(void **state)
+{
+    (void)state;
+    BoardPage *page = board_add_page(&board);
+    char texts[256];
+    board_set_body(&board, 0, parcel("mesh0"), NULL, parcel("nodes0"));
+    take(&board, page, &round_, texts, sizeof texts);
+    for (int k = 0; k < 1000; k++) {
+        board_set_body(&board, 0, NULL, NULL, parcel("older"));
+        board_set_contact(&board, &(pliant_contact_t){.tool = 7, .depth = k});
+        board_set_contact(&board, &(pliant_contact_t){.tool = 9, .depth = -k});
+    }
+    board_set_body(&board, 0, NULL, NULL, parcel("newest"));
+    board_drawn(&board, page, round_.number);
+    take(&board, page, &round_, texts, sizeof texts);
+    assert_string_equal(texts, "newest ");
+    assert_int_equal(round_.contacts, 2);
+    expect_near(round_.contact[0].depth, 999.0, 0.0);
+    expect_near(round_.contact[1].depth, -999.0, 0.0);
+    board_remove_page(&board, page);
+}
+
+typedef struct Waiter {
+    BoardPage *page;
+    Round round;
+    atomic_bool came;
+    bool going;
+    pthread_t thread;
+} Waiter;
+
+static void *wait_for_round(void *user)
+{
+    Waiter *waiter = user;
+    waiter->going = board_next_round(&board, waiter->page, 0, &waiter->round);
+    atomic_store(&waiter->came, true);
+    return NULL;
+}
+
+static void a_page_that_does_not_answer_gets_no_further_round(void **state)
+{
+    (void)state;
+    static Waiter waiter;
+    waiter.page = board_add_page(&board);
+    board_set_status(&board, parcel("status1"));
+    char texts[256];
+    take(&board, waiter.page, &round_, texts, sizeof texts);
+    board_set_status(&board, parcel("status2"));
+    board_drawn(&board, waiter.page, round_.number - 1); // not that round
+    pthread_create(&waiter.thread, NULL, wait_for_round, &waiter);
+    // Another page is served as ever, and the LCM thread is not held up.
+    BoardPage *other = board_add_page(&board);
+    for (int k = 0; k < 20; k++) {
+        board_set_link(&board, parcel("link"));
+        take(&board, other, &round_, texts, sizeof texts);
+        board_drawn(&board, other, round_.number);
+    }
+    assert_false(atomic_load(&waiter.came));
+    board_drawn(&board, waiter.page, 1);
+    pthread_join(waiter.thread, NULL);
+    assert_true(waiter.going);
+    assert_int_equal(waiter.round.number, 2);
+    assert_int_equal(waiter.round.parcels, 2);
+    for (int k = 0; k < waiter.round.parcels; k++)
+        parcel_drop(waiter.round.parcel[k]);
+    board_remove_page(&board, waiter.page);
+    board_remove_page(&board, other);
+}
+
+static void a_stopped_page_is_let_go(void **state)
+{
+    (void)state;
+    static Waiter waiter;
+    waiter.page = board_add_page(&board);
+    pthread_create(&waiter.thread, NULL, wait_for_round, &waiter);
+    board_stop_page(&board, waiter.page);
+    pthread_join(waiter.thread, NULL);
+    assert_false(waiter.going);
+    board_remove_page(&board, waiter.page);
+}
+
+static void the_newest_256_events_wait_for_a_page_that_stalls(void **state)
+{
+    (void)state;
+    BoardPage *page = board_add_page(&board);
+    for (int k = 0; k < 1000; k++) {
+        char text[32];
+        snprintf(text, sizeof text, "event%d", k);
+        board_tell_all(&board, parcel(text));
+    }
+    assert_true(board_next_round(&board, page, 0, &round_));
+    assert_int_equal(round_.parcels, OUTBOX_MAX);
+    assert_true(is(round_.parcel[0], "event744"));
+    assert_true(is(round_.parcel[OUTBOX_MAX - 1], "event999"));
+    for (int k = 0; k < round_.parcels; k++)
+        parcel_drop(round_.parcel[k]);
+    assert_int_equal(page->dropped, 744);
+    // Those that wait when a page goes are let go too: the leak checker looks.
+    board_tell_all(&board, parcel("left"));
+    board_remove_page(&board, page);
+}
+
+static void replies_go_to_the_page_that_asked(void **state)
+{
+    (void)state;
+    BoardPage *a = board_add_page(&board), *b = board_add_page(&board);
+    char texts[256];
+    assert_int_not_equal(a->sender, b->sender);
+    assert_true(board_tell(&board, b->sender, parcel("for b")));
+    assert_true(board_tell(&board, a->sender, parcel("for a")));
+    assert_false(board_tell(&board, 0, parcel("for nobody")));
+    take(&board, a, &round_, texts, sizeof texts);
+    assert_string_equal(texts, "for a ");
+    take(&board, b, &round_, texts, sizeof texts);
+    assert_string_equal(texts, "for b ");
+    board_remove_page(&board, a);
+    board_remove_page(&board, b);
+}
+
+static void there_are_no_more_pages_than_places(void **state)
+{
+    (void)state;
+    BoardPage *page[BOARD_PAGES];
+    for (int k = 0; k < BOARD_PAGES; k++) {
+        page[k] = board_add_page(&board);
+        assert_non_null(page[k]);
+    }
+    assert_null(board_add_page(&board));
+    assert_int_equal(board_pages(&board), BOARD_PAGES);
+    board_remove_page(&board, page[3]);
+    page[3] = board_add_page(&board);
+    assert_non_null(page[3]);
+    for (int k = 0; k < BOARD_PAGES; k++)
+        board_remove_page(&board, page[k]);
+}
+
+static void contacts_of_more_tools_than_places_are_left_out(void **state)
+{
+    (void)state;
+    BoardPage *page = board_add_page(&board);
+    for (int tool = 0; tool < 2 * BOARD_TOOLS; tool++) {
+        board_set_contact(&board, &(pliant_contact_t){.tool = tool});
+        board_set_pose(&board, &(pliant_tool_pose_t){.tool = tool});
+    }
+    assert_true(board_next_round(&board, page, 0, &round_));
+    assert_int_equal(round_.contacts, BOARD_TOOLS);
+    assert_int_equal(round_.poses, BOARD_TOOLS);
+    board_remove_page(&board, page);
+}
+
+#define on_board(test) cmocka_unit_test_setup_teardown(test, begin, end)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        on_board(a_late_page_gets_the_newest_of_everything_in_order),
+        on_board(what_came_while_a_page_drew_is_replaced_by_what_is_newer),
+        on_board(a_page_that_does_not_answer_gets_no_further_round),
+        on_board(a_stopped_page_is_let_go),
+        on_board(the_newest_256_events_wait_for_a_page_that_stalls),
+        on_board(replies_go_to_the_page_that_asked),
+        on_board(there_are_no_more_pages_than_places),
+        on_board(contacts_of_more_tools_than_places_are_left_out),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,237 @@
+// Meshes, nodes and rest positions from LCM to the board: only what belongs together, and only
+// once.
+#include "bodies.h"
+#include "client.h"
+#include "expect.h"
+
+#include <string.h>
+
+#include "pliant_mesh_delta_t.h"
+#include "pliant_mesh_t.h"
+#include "pliant_nodes_t.h"
+#include "pliant_rest_t.h"
+
+enum { DATA = 4096 };
+
+static Board board;
+static Bodies bodies;
+static int32_t sequence;
+static int32_t triangle[3] = {0, 1, 2}, id[4] = {10, 11, 12, 13}, parent[8];
+static int8_t level[4];
+static float position[12];
+
+static int begin(void **state)
+{
+    (void)state;
+    pliant_body_status_t names[2] = {{.name = (char[]){"a"}}, {.name = (char[]){"b"}}};
+    board_init(&board);
+    bodies_init(&bodies, &board);
+    bodies_name(&bodies, &(pliant_status_t){.num_bodies = 2, .body = names});
+    bodies_open(&bodies);
+    return 0;
+}
+
+static int end(void **state)
+{
+    (void)state;
+    bodies_destroy(&bodies);
+    board_destroy(&board);
+    return 0;
+}
+
+static void send_mesh(const char *name, int topology)
+{
+    unsigned char data[DATA];
+    sequence++;
+    pliant_mesh_t mesh = {.utime = sequence,
+                          .sequence = sequence,
+                          .topology = topology,
+                          .node_count = 3,
+                          .triangle_count = 1,
+                          .chunk_count = 1,
+                          .num_indices = 3,
+                          .triangle = triangle,
+                          .num_nodes = 3,
+                          .num_parents = 6,
+                          .id = id,
+                          .origin = id,
+                          .parent = parent,
+                          .piece = id,
+                          .level = level};
+    int size = pliant_mesh_t_encode(data, 0, DATA, &mesh);
+    bodies_take_mesh(&bodies, name, data, (size_t)size);
+}
+
+// Adds a node in a fourth slot.
+static void send_delta(const char *name, int from, int to)
+{
+    unsigned char data[DATA];
+    sequence++;
+    int32_t slot = 3;
+    pliant_mesh_delta_t delta = {.utime = sequence,
+                                 .sequence = sequence,
+                                 .from_topology = from,
+                                 .topology = to,
+                                 .node_count = 4,
+                                 .triangle_count = 1,
+                                 .chunk_count = 1,
+                                 .num_nodes = 1,
+                                 .num_parents = 2,
+                                 .node_slot = &slot,
+                                 .id = id + 3,
+                                 .origin = id + 3,
+                                 .parent = parent,
+                                 .piece = id,
+                                 .level = level};
+    int size = pliant_mesh_delta_t_encode(data, 0, DATA, &delta);
+    bodies_take_delta(&bodies, name, data, (size_t)size);
+}
+
+static void send_nodes(const char *name, int topology, int count)
+{
+    unsigned char data[DATA];
+    sequence++;
+    pliant_nodes_t nodes = {.utime = sequence,
+                            .sequence = sequence,
+                            .step = sequence,
+                            .topology = topology,
+                            .node_count = count,
+                            .chunk_count = 1,
+                            .num_values = 3 * count,
+                            .position = position};
+    int size = pliant_nodes_t_encode(data, 0, DATA, &nodes);
+    bodies_take_nodes(&bodies, name, data, (size_t)size);
+}
+
+static void send_rest(const char *name, int topology)
+{
+    unsigned char data[DATA];
+    sequence++;
+    pliant_rest_t rest = {.utime = sequence,
+                          .sequence = sequence,
+                          .topology = topology,
+                          .node_count = 3,
+                          .chunk_count = 1,
+                          .num_values = 9,
+                          .position = position};
+    int size = pliant_rest_t_encode(data, 0, DATA, &rest);
+    bodies_take_rest(&bodies, name, data, (size_t)size);
+}
+
+// Of a binary message on the board.
+static int32_t topology_of(const BoardSlot *slot)
+{
+    int32_t word[3];
+    assert_non_null(slot->parcel);
+    memcpy(word, slot->parcel->data, sizeof word);
+    return word[2];
+}
+
+static void a_mesh_waits_for_its_nodes_and_nodes_for_their_mesh(void **state)
+{
+    (void)state;
+    send_mesh("b", 1);
+    assert_null(board.body[1].mesh.parcel);
+    send_nodes("b", 1, 3);
+    assert_int_equal(topology_of(&board.body[1].mesh), 1);
+    assert_int_equal(topology_of(&board.body[1].nodes), 1);
+    assert_null(board.body[0].mesh.parcel);
+    send_nodes("a", 5, 3);
+    assert_null(board.body[0].nodes.parcel);
+    send_mesh("a", 5);
+    assert_int_equal(topology_of(&board.body[0].nodes), 5);
+    send_mesh("nobody", 1); // not in the scene: dropped
+    send_nodes("nobody", 1, 3);
+}
+
+static void a_delta_is_shown_with_the_first_nodes_of_its_mesh(void **state)
+{
+    (void)state;
+    send_mesh("a", 1);
+    send_nodes("a", 1, 3);
+    send_delta("a", 1, 2);
+    assert_int_equal(topology_of(&board.body[0].mesh), 1);
+    send_nodes("a", 2, 4);
+    assert_int_equal(topology_of(&board.body[0].mesh), 2);
+    assert_int_equal(topology_of(&board.body[0].nodes), 2);
+    expect_near(bodies_unmatched(&bodies, client_now_ns()), 0.0, 0.0);
+}
+
+static void nodes_of_a_mesh_that_was_missed_are_not_shown_but_counted_as_time(void **state)
+{
+    (void)state;
+    send_mesh("a", 1);
+    send_nodes("a", 1, 3);
+    uint64_t version = board.version;
+    send_delta("a", 2, 3); // the one from 1 to 2 was lost
+    send_nodes("a", 3, 4);
+    send_nodes("a", 1, 4); // a count that its mesh does not have
+    assert_true(board.version == version);
+    expect_at_least(bodies_unmatched(&bodies, client_now_ns() + 1000000000), 1.0);
+    send_nodes("a", 3, 3);
+    send_mesh("a", 3); // the whole mesh heals it
+    assert_int_equal(topology_of(&board.body[0].nodes), 3);
+    expect_near(bodies_unmatched(&bodies, client_now_ns() + 1000000000), 0.0, 0.0);
+}
+
+static void what_is_repeated_unchanged_is_not_news(void **state)
+{
+    (void)state;
+    send_mesh("a", 1);
+    send_nodes("a", 1, 3);
+    send_rest("a", 1);
+    assert_int_equal(topology_of(&board.body[0].rest), 1);
+    uint64_t version = board.version;
+    send_mesh("a", 1);
+    send_rest("a", 1);
+    assert_true(board.version == version);
+    triangle[0] = 2, triangle[2] = 0; // another mesh by the same number, as of another daemon
+    send_mesh("a", 1);
+    triangle[0] = 0, triangle[2] = 2;
+    assert_true(board.body[0].mesh.version > version);
+    assert_true(board.body[0].nodes.version > board.body[0].mesh.version);
+}
+
+static void rest_positions_wait_for_their_mesh(void **state)
+{
+    (void)state;
+    send_rest("a", 2);
+    send_mesh("a", 1);
+    send_nodes("a", 1, 3);
+    assert_null(board.body[0].rest.parcel);
+    send_mesh("a", 2);
+    send_nodes("a", 2, 3);
+    assert_int_equal(topology_of(&board.body[0].rest), 2);
+}
+
+static void bodies_of_a_scene_that_pages_do_not_know_stay_back(void **state)
+{
+    (void)state;
+    pliant_body_status_t name = {.name = (char[]){"c"}};
+    pliant_status_t status = {.num_bodies = 1, .body = &name};
+    assert_false(bodies_are(&bodies, &status));
+    bodies_name(&bodies, &status);
+    assert_true(bodies_are(&bodies, &status));
+    send_mesh("c", 1);
+    send_nodes("c", 1, 3);
+    send_mesh("a", 1);
+    send_nodes("a", 1, 3);
+    assert_null(board.body[0].mesh.parcel);
+    bodies_open(&bodies);
+    assert_int_equal(topology_of(&board.body[0].mesh), 1);
+}
+
+#define on_board(test) cmocka_unit_test_setup_teardown(test, begin, end)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        on_board(a_mesh_waits_for_its_nodes_and_nodes_for_their_mesh),
+        on_board(a_delta_is_shown_with_the_first_nodes_of_its_mesh),
+        on_board(nodes_of_a_mesh_that_was_missed_are_not_shown_but_counted_as_time),
+        on_board(what_is_repeated_unchanged_is_not_news),
+        on_board(rest_positions_wait_for_their_mesh),
+        on_board(bodies_of_a_scene_that_pages_do_not_know_stay_back),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

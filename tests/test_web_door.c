@@ -1,0 +1,156 @@
+// Who may come in: names, origins and tokens.
+#include "door.h"
+#include "expect.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static void only_addresses_localhost_and_the_given_name_are_admitted(void **state)
+{
+    (void)state;
+    static const char *const yes[] = {"localhost",   "localhost:8080",     "LOCALHOST:1",
+                                      "127.0.0.1",   "127.0.0.1:8080",     "192.168.7.1:80",
+                                      "[::1]",       "[::1]:8080",         "lab.example:8080",
+                                      "Lab.Example", "[2001:db8::1]:65535"};
+    static const char *const no[] = {"",
+                                     "evil.example",
+                                     "evil.example:8080",
+                                     "127.0.0.1.evil.example",
+                                     "localhost.evil.example",
+                                     "localhost:",
+                                     "localhost:0",
+                                     "localhost:65536",
+                                     "localhost:80:80",
+                                     "localhost: 80",
+                                     "localhost:+80",
+                                     "localhost:8080/",
+                                     " localhost",
+                                     "user@localhost",
+                                     "[::1",
+                                     "[::1]x",
+                                     "[localhost]",
+                                     "::1",
+                                     "127.1",
+                                     "lab.example.evil"};
+    Door door = {.host = "lab.example"};
+    for (size_t k = 0; k < sizeof yes / sizeof *yes; k++) {
+        if (!door_admits_host(&door, yes[k]))
+            fail_msg("'%s' is kept out", yes[k]);
+    }
+    for (size_t k = 0; k < sizeof no / sizeof *no; k++) {
+        if (door_admits_host(&door, no[k]))
+            fail_msg("'%s' is let in", no[k]);
+    }
+    assert_false(door_admits_host(&door, NULL));
+    assert_false(door_admits_host(&(Door){0}, "lab.example"));
+    char longest[4000];
+    memset(longest, '1', sizeof longest - 1);
+    longest[sizeof longest - 1] = '\0';
+    assert_false(door_admits_host(&door, longest));
+}
+
+static void only_pages_of_this_server_are_of_the_right_origin(void **state)
+{
+    (void)state;
+    const char *host = "127.0.0.1:8080";
+    assert_true(door_admits_origin(NULL, host)); // no browser
+    assert_true(door_admits_origin("http://127.0.0.1:8080", host));
+    assert_true(door_admits_origin("https://127.0.0.1:8080", host)); // behind a proxy
+    static const char *const no[] = {"http://127.0.0.1",
+                                     "http://127.0.0.1:8081",
+                                     "http://127.0.0.1:80801",
+                                     "http://localhost:8080",
+                                     "http://evil.example",
+                                     "http://127.0.0.1:8080.evil.example",
+                                     "http://127.0.0.1:8080/",
+                                     "ftp://127.0.0.1:8080",
+                                     "127.0.0.1:8080",
+                                     "null",
+                                     ""};
+    for (size_t k = 0; k < sizeof no / sizeof *no; k++) {
+        if (door_admits_origin(no[k], host))
+            fail_msg("'%s' is let in", no[k]);
+    }
+    assert_false(door_admits_origin("http://127.0.0.1:8080", NULL));
+}
+
+static void the_whole_token_is_needed(void **state)
+{
+    (void)state;
+    Door door = {.token = "0123456789abcdef", .cookie = "pliant_token_8080"};
+    assert_true(door_admits_query(&door, "token=0123456789abcdef"));
+    assert_true(door_admits_query(&door, "a=b&token=0123456789abcdef"));
+    assert_false(door_admits_query(&door, NULL));
+    assert_false(door_admits_query(&door, ""));
+    assert_false(door_admits_query(&door, "token="));
+    assert_false(door_admits_query(&door, "token=0123456789abcde"));
+    assert_false(door_admits_query(&door, "token=0123456789abcdeF"));
+    assert_false(door_admits_query(&door, "token=0123456789abcdef0"));
+    assert_false(door_admits_query(&door, "xtoken=0123456789abcdef"));
+    assert_true(door_admits_cookie(&door, "pliant_token_8080=0123456789abcdef"));
+    assert_true(door_admits_cookie(&door, "x=y; pliant_token_8080=0123456789abcdef; z=1"));
+    assert_false(door_admits_cookie(&door, "pliant_token_8081=0123456789abcdef"));
+    assert_false(door_admits_cookie(&door, "pliant_token_8080=0123456789abcdeg"));
+    assert_false(door_admits_cookie(&door, NULL));
+    // Where there is no token, an empty one opens nothing.
+    assert_false(door_admits_query(&(Door){.cookie = "c"}, "token="));
+}
+
+static void drawn_tokens_differ_and_are_long(void **state)
+{
+    (void)state;
+    Door a = {0}, b = {0};
+    ClientError error;
+    assert_true(door_draw_token(&a, &error));
+    assert_true(door_draw_token(&b, &error));
+    assert_int_equal(strlen(a.token), 32);
+    assert_int_equal(strspn(a.token, "0123456789abcdef"), 32);
+    assert_string_not_equal(a.token, b.token);
+}
+
+static void tokens_of_files_are_checked(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text;
+        bool good;
+    } cases[] = {{"0123456789abcdef\n", true},       {"0123456789abcdef", true},
+                 {"0123-56789_bcdef\r\nmore", true}, {"0123456789abcde\n", false},
+                 {"0123456789 abcdef", false},       {"", false},
+                 {"\n0123456789abcdef", false}};
+    char path[] = "/tmp/pliant-token-XXXXXX";
+    int fd = mkstemp(path);
+    assert_true(fd >= 0);
+    close(fd);
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        FILE *file = fopen(path, "w");
+        assert_non_null(file);
+        fputs(cases[k].text, file);
+        fclose(file);
+        Door door = {0};
+        ClientError error = {0};
+        if (door_read_token(&door, path, &error) != cases[k].good)
+            fail_msg("'%s': %s", cases[k].text, error.text);
+        if (cases[k].good)
+            assert_int_equal(strlen(door.token), 16);
+        else
+            assert_non_null(strstr(error.text, path));
+    }
+    unlink(path);
+    ClientError error;
+    assert_false(door_read_token(&(Door){0}, path, &error));
+    assert_non_null(strstr(error.text, "No such file"));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(only_addresses_localhost_and_the_given_name_are_admitted),
+        cmocka_unit_test(only_pages_of_this_server_are_of_the_right_origin),
+        cmocka_unit_test(the_whole_token_is_needed),
+        cmocka_unit_test(drawn_tokens_differ_and_are_long),
+        cmocka_unit_test(tokens_of_files_are_checked),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
