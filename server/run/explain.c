@@ -229,9 +229,10 @@ void explain_summary(World *world, const Scene *scene, FILE *out)
     for (int i = 0; i < scene->attachment_count; i++)
         print_attachment(world, scene, i, out);
     const ScenePublish *publish = &scene->publish;
-    fprintf(out, "publish on %s_...: nodes %g Hz, mesh %g Hz, contact %g Hz, status %g Hz%s\n",
+    fprintf(out, "publish on %s_...: nodes %g Hz, mesh %g Hz, contact %g Hz, status %g Hz%s%s\n",
             scene->prefix, publish->nodes_hz, publish->mesh_hz, publish->contact_hz,
-            publish->status_hz, publish->velocity ? ", velocities" : "");
+            publish->status_hz, publish->velocity ? ", velocities" : "",
+            publish->rest ? ", rest positions" : "");
     fprintf(out, "listen on %s_...: tool timeout %g s\n", scene->input_prefix,
             scene->tool_timeout_s);
 }

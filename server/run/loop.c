@@ -45,6 +45,16 @@ static bool is_over(const Loop *loop)
            (loop->duration_ticks > 0 && loop->ticks + loop->late_ticks >= loop->duration_ticks);
 }
 
+// For whoever watches whether we live.
+static void beat(Loop *loop)
+{
+    Exchange *exchange = loop->exchange;
+    loop->beats++;
+    atomic_store_explicit(&exchange->beat, loop->beats, memory_order_relaxed);
+    atomic_store_explicit(&exchange->step, loop->ticks, memory_order_relaxed);
+    atomic_store_explicit(&exchange->late, loop->late_ticks, memory_order_relaxed);
+}
+
 // Room for a frame of the recording, its meshes handed over, or NULL when none is to be taken. In
 // lockstep no clock runs: then it waits for room instead of dropping.
 static RecordFrame *find_record(Loop *loop, bool waits)
@@ -55,6 +65,7 @@ static RecordFrame *find_record(Loop *loop, bool waits)
     const struct timespec pause = {.tv_nsec = 1000000};
     RecordFrame *frame = record_find_room(exchange, loop->sim);
     while (frame == NULL && waits && !is_over(loop)) {
+        beat(loop); // waiting is no fault of ours
         nanosleep(&pause, NULL);
         frame = record_find_room(exchange, loop->sim);
     }
@@ -268,16 +279,6 @@ static void tick(Loop *loop, int64_t begin_ns)
         requests_govern(loop, end_ns - begin_ns);
     if (loop_due(step, publish->status_hz, rate))
         loop_push_status(loop);
-}
-
-// For whoever watches whether we live.
-static void beat(Loop *loop)
-{
-    Exchange *exchange = loop->exchange;
-    loop->beats++;
-    atomic_store_explicit(&exchange->beat, loop->beats, memory_order_relaxed);
-    atomic_store_explicit(&exchange->step, loop->ticks, memory_order_relaxed);
-    atomic_store_explicit(&exchange->late, loop->late_ticks, memory_order_relaxed);
 }
 
 // The ticks of a STEP, at once; a PAUSE or STOP that arrives meanwhile ends them early.
