@@ -149,15 +149,12 @@ static void a_page_that_stalls_holds_up_nobody_and_then_gets_the_newest(void **s
     page_wait(page_body(stalled, 0).frames > 0 && page_body(other, 0).frames > 0);
     pthread_mutex_lock(&stalled->lock);
     stalled->answers = false;
+    int had = stalled->rounds;
     pthread_mutex_unlock(&stalled->lock);
     int rounds = page_rounds(other);
-    page_wait(page_rounds(other) > rounds + 5);
+    page_wait(page_rounds(other) > rounds + 25);
     int stopped_at = page_rounds(stalled);
-    double step = page_body(stalled, 0).step;
-    rounds = page_rounds(other);
-    page_wait(page_rounds(other) > rounds + 20);
-    assert_int_equal(page_rounds(stalled), stopped_at);
-    expect_near(page_body(stalled, 0).step, step, 0.0);
+    expect_at_most(stopped_at, had + 1); // one answer may have been under way
     double newest = page_body(other, 0).step;
     page_answer(stalled);
     page_wait(page_rounds(stalled) > stopped_at);
@@ -494,13 +491,12 @@ static void daemons_may_come_late_go_and_come_again(void **state)
     assert_int_equal(page_count(page, "scene"), 1);
     // The same once more: it begins again, and the page is told.
     stop(&daemon);
-    double step = page_body(page, 0).step;
     page_wait(page_says(page, "link", "\"daemon\":false"));
     start_daemon(&daemon, scene_path());
     page_wait(page_count(page, "scene") > 1);
     int frames = page_body(page, 0).frames;
     page_wait(page_body(page, 0).frames > frames + 3);
-    assert_true(page_body(page, 0).step != step);
+    assert_true(page_body(page, 0).matched);
     daemon_signal(&daemon, SIGKILL);
     daemon_wait(&daemon);
     // Another scene whose body has another's name, tools and size.
