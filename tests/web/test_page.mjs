@@ -20,7 +20,7 @@ const shot = (name) => page.screenshot({ path: join(paths.out, `${name}.png`) })
 
 before(async () => {
     web = await startWeb(paths); // before the daemon: a late start must do
-    browser = await openBrowser();
+    browser = await openBrowser({ width: 1000, height: 640 });
     page = browser.page;
 }, options);
 
