@@ -390,6 +390,7 @@ static void begin(Soak *soak)
     if (table_path != NULL) {
         soak->table = fopen(table_path, "w");
         assert_non_null(soak->table);
+        setvbuf(soak->table, NULL, _IOLBF, 0); // to be watched
         fputs("time_s\trss_kb\tanonymous_kb\tfiles\tthreads\tstep\tlate_ticks\tresets\trejected\t"
               "step_p50_us\tstep_p99_us\tdrift_m\tcycles\tpresses\tcuts\tresets_asked\n",
               soak->table);
