@@ -97,7 +97,7 @@ static bool hold(Page *page, const pliant_tool_pose_t *pose)
 static void publish_pose(Page *page, pliant_tool_pose_t *pose)
 {
     char channel[CLIENT_CHANNEL_MAX];
-    client_channel(page->room->client, "TOOL_POSE", NULL, channel);
+    requests_channel(page->room->requests, "TOOL_POSE", channel);
     pose->utime = client_utime();
     pose->sender = page->slot->sender;
     pose->sequence = page->sequence++;

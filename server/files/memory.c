@@ -10,11 +10,11 @@
 
 // --- what there is -------------------------------------------------------------------------------
 
-// The number [bytes] behind a key of a file of /proc, which counts in kB; NAN: not there.
+// The number [bytes] behind a key of a file of /proc, which counts in kB; NaN: not there.
 static double read_key(const char *path, const char *key)
 {
     char line[256];
-    double value = NAN;
+    double value = nan("");
     FILE *file = fopen(path, "r");
     while (file != NULL && fgets(line, sizeof line, file) != NULL)
         if (strncmp(line, key, strlen(key)) == 0)
@@ -24,16 +24,16 @@ static double read_key(const char *path, const char *key)
     return value;
 }
 
-// The single number of a file of the control group; NAN: none, or "max".
+// The single number of a file of the control group; NaN: none, or "max".
 static double read_group(const char *folder, const char *name)
 {
     char path[600], line[64], *end;
     snprintf(path, sizeof path, "/sys/fs/cgroup%s/%s", folder, name);
     FILE *file = fopen(path, "r");
-    double value = NAN;
+    double value = nan("");
     if (file != NULL && fgets(line, sizeof line, file) != NULL) {
         value = strtod(line, &end);
-        value = end != line ? value : (double)NAN;
+        value = end != line ? value : nan("");
     }
     if (file != NULL)
         fclose(file);
@@ -56,7 +56,7 @@ static double limit_free(int resource, const char *key)
 {
     struct rlimit limit;
     if (getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
-        return NAN;
+        return nan("");
     return (double)limit.rlim_cur - read_key("/proc/self/status", key);
 }
 

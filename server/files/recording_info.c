@@ -354,6 +354,19 @@ static bool read_events(const HdfFile *file, RecordingInfo *info)
     return ok;
 }
 
+// Of a file that is being written. A block whose checksum is wrong may be half written and is read
+// again, after a sleep twice as long as the one before, from a nanosecond on: HDF5 would try a
+// hundred times, which takes longer than anybody lives. Twenty take a millisecond.
+static hid_t open_growing(const char *path)
+{
+    enum { ATTEMPTS = 20 };
+    hid_t how = H5Pcreate(H5P_FILE_ACCESS);
+    H5Pset_metadata_read_attempts(how, ATTEMPTS);
+    hid_t id = H5Fopen(path, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, how);
+    H5Pclose(how);
+    return id;
+}
+
 // One that was left by a killed writer, or still grows, is opened as its readers do.
 static bool open_any(HdfFile *file, const char *path, Status *status)
 {
@@ -361,9 +374,7 @@ static bool open_any(HdfFile *file, const char *path, Status *status)
     if (hdf_open(file, path, &why))
         file->status = status;
     else if (H5Fis_hdf5(path) > 0)
-        *file = (HdfFile){.id = H5Fopen(path, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, H5P_DEFAULT),
-                          .path = path,
-                          .status = status};
+        *file = (HdfFile){.id = open_growing(path), .path = path, .status = status};
     return file->id >= 0 || status_fail(status, why.code, "%s", why.text);
 }
 

@@ -126,6 +126,7 @@ function beforeDraw() {
         const box = boxOfAll(bodies);
         stage.fit(box, box.max.z - box.min.z < 1e-3 * (box.max.x - box.min.x));
         panel.sized(stage.size);
+        stage.firstBodies ??= drawnAt; // since the navigation began [ms]
     }
     tools.prepare(drawnAt);
     panel.takeForces(tools.list);
