@@ -47,10 +47,10 @@ typedef struct Soak {
     // the body at rest
     float *rest;
     int32_t *rest_id;
-    int rest_count;
+    int rest_count, rest_live;
     double center[3], size;  // [m]
     double drift, drift_max; // [m]
-    int cycles, presses, cuts, cuts_made, loads, resets, compared;
+    int cycles, presses, cuts, cuts_made, loads, resets, compared, finer;
 } Soak;
 
 static const char *scene_path, *table_path;
@@ -265,6 +265,14 @@ static void wait_for_frame(Soak *soak)
     fail_msg("no frame came in a minute");
 }
 
+static int live_nodes(const MeshFrame *mesh)
+{
+    int live = 0;
+    for (int i = 0; i < mesh->node_count; i++)
+        live += mesh->id[i] >= 0;
+    return live;
+}
+
 static void remember_rest(Soak *soak)
 {
     double low[3] = {1e9, 1e9, 1e9}, high[3] = {-1e9, -1e9, -1e9};
@@ -274,6 +282,7 @@ static void remember_rest(Soak *soak)
     wait_for_frame(soak);
     const NodesFrame *nodes = &soak->shown->nodes;
     soak->rest_count = nodes->node_count;
+    soak->rest_live = live_nodes(&soak->shown->mesh);
     soak->rest = calloc((size_t)soak->rest_count, 3 * sizeof *soak->rest);
     soak->rest_id = calloc((size_t)soak->rest_count, sizeof *soak->rest_id);
     memcpy(soak->rest, nodes->position, 3 * sizeof(float) * (size_t)soak->rest_count);
@@ -298,6 +307,12 @@ static void compare_with_rest(Soak *soak)
     const Shown *shown = soak->shown;
     double worst = 0.0;
     int same = 0;
+    // Where faces stay fine at rest (a criterion between its two thresholds) another mesh is at
+    // rest, and not quite in the same place.
+    if (live_nodes(&shown->mesh) != soak->rest_live) {
+        soak->finer++;
+        return;
+    }
     for (int i = 0; i < soak->rest_count && i < shown->nodes.node_count; i++) {
         if (soak->rest_id[i] < 0 || shown->mesh.id[i] != soak->rest_id[i])
             continue;
@@ -320,8 +335,11 @@ static void compare_with_rest(Soak *soak)
     soak->drift_max = soak->drift > soak->drift_max ? soak->drift : soak->drift_max;
     soak->compared++;
     if (soak->drift > DRIFT * soak->size)
-        fail_msg("after %d cycles the body is %.3g m off its rest shape, more than %.3g m",
-                 soak->cycles, soak->drift, DRIFT * soak->size);
+        fail_msg(
+            "after %d cycles the body is %.3g m off its rest shape, more than %.3g m (%d nodes "
+            "now, %d at first)",
+            soak->cycles, soak->drift, DRIFT * soak->size, live_nodes(&shown->mesh),
+            soak->rest_live);
 }
 
 // Presses and loads, then back to rest; every now and then cuts, which a reset heals.
@@ -356,6 +374,7 @@ static void cycle(Soak *soak)
     watch(soak, false);
 }
 
+// The threshold of curvature is so high that a sphere at rest is coarse.
 static const char *write_scene_of_ours(void)
 {
     const char *path = scratch("soak.cfg");
@@ -365,7 +384,7 @@ static const char *write_scene_of_ours(void)
         "publish = { nodes_hz = 60.0; mesh_hz = 1.0; contact_hz = 500.0; status_hz = 5.0; };\n"
         "bodies = ( { name = \"ball\"; model = \"surface\"; levels = 2; cuttable = true;\n"
         "  mesh = { generator = \"ico_sphere\"; nodes = 162; radius = 0.05; };\n"
-        "  adapt = { force = 0.005; speed = 0.3; curvature = 0.4; check_hz = 100.0; };\n"
+        "  adapt = { force = 0.005; speed = 0.3; curvature = 1.0; check_hz = 100.0; };\n"
         "  material = { youngs_modulus_2d = 80.0; areal_density = 4.2;\n"
         "               damping_time = 2.0e-4; };\n"
         "  shape = { angular_frequency = 50.0; damping_ratio = 0.1; };\n"
@@ -390,6 +409,7 @@ static void begin(Soak *soak)
     if (table_path != NULL) {
         soak->table = fopen(table_path, "w");
         assert_non_null(soak->table);
+        setvbuf(soak->table, NULL, _IOLBF, 0); // to be watched
         fputs("time_s\trss_kb\tanonymous_kb\tfiles\tthreads\tstep\tlate_ticks\tresets\trejected\t"
               "step_p50_us\tstep_p99_us\tdrift_m\tcycles\tpresses\tcuts\tresets_asked\n",
               soak->table);
@@ -418,12 +438,12 @@ static void a_long_run_keeps_its_memory_and_its_rest_shape(void **state)
     figure("soak of %.0f s, %d cycles: %d presses, %d loads, %d cuts (%d made), %d resets asked; "
            "memory %ld kB %+.0f kB after the first %.0f s, files %d, threads %d; %lld ticks, %lld "
            "late, %lld refused, %lld states restored; rest shape off by at most %.2g m of %.2g m "
-           "(%d times compared)",
+           "(%d times compared, %d times finer than at first)",
            client_now() - soak.start, soak.cycles, soak.presses, soak.loads, soak.cuts,
            soak.cuts_made, soak.resets, soak.first.rss_kb, grown, soak.warm, soak.last.files,
            soak.last.threads, (long long)status.step, (long long)status.late_ticks,
            (long long)status.rejected, (long long)status.resets, soak.drift_max, soak.size,
-           soak.compared);
+           soak.compared, soak.finer);
     assert_true(soak.warmed && soak.compared > 0);
     if (EFFORT(6) == 6) // sanitizers keep what is freed
         expect_at_most(grown, allowed);
