@@ -86,6 +86,15 @@ bool hdf_read_vectors(const HdfFile *file, const char *name, int64_t count, Vec3
     return ok;
 }
 
+// In one piece, as we write; of chunks HDF5 would look for every one that a file says it has.
+static bool is_contiguous(const DataSet *data)
+{
+    hid_t properties = H5Dget_create_plist(data->id);
+    bool contiguous = H5Pget_layout(properties) != H5D_CHUNKED;
+    H5Pclose(properties);
+    return contiguous;
+}
+
 // Whether the data set is [n][columns] of integers that are in the file.
 static bool check_ints(const HdfFile *file, const char *name, const DataSet *data, int columns)
 {
@@ -99,7 +108,8 @@ static bool check_ints(const HdfFile *file, const char *name, const DataSet *dat
     if (data->size[0] > ROW_LIMIT)
         return hdf_fail(file, name, "has %llu rows, at most %d", (unsigned long long)data->size[0],
                         ROW_LIMIT);
-    return H5Dget_storage_size(data->id) == data->size[0] * (hsize_t)columns * data->type_size ||
+    return (is_contiguous(data) &&
+            H5Dget_storage_size(data->id) == data->size[0] * (hsize_t)columns * data->type_size) ||
            hdf_fail(file, name, "is compressed or incomplete");
 }
 

@@ -9,21 +9,25 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <sys/stat.h>
 
 enum { BLOCK = 4096, GROUP_TEXT = 64, NAME_TEXT = 128, TOPOLOGY_LIMIT = 1 << 24 };
 
 // --- data sets -----------------------------------------------------------------------------------
 
-// Rows that the storage of a data set can hold, however many it says it has: rows that were never
-// written cost a file nothing, and reading them would go on for ever.
-static hsize_t most_rows(hid_t set, hid_t type, int columns)
+// Rows that the file can hold, however many the data set says it has: rows that were never written
+// cost a file nothing, and reading them would go on for ever. (What the data set itself takes is no
+// better a bound: HDF5 counts it chunk by chunk, those that are not there, too.)
+static hsize_t most_rows(const HdfFile *file, hid_t set, hid_t type, int columns)
 {
     enum { PACKED_MOST = 1100 }; // times as much: deflate packs no better
+    struct stat about;
     hid_t layout = H5Dget_create_plist(set);
     bool packed = H5Pget_nfilters(layout) != 0;
     hsize_t row = H5Tget_size(type) * (columns > 0 ? (hsize_t)columns : 1);
+    hsize_t bytes = stat(file->path, &about) == 0 ? (hsize_t)about.st_size : 0;
     H5Pclose(layout);
-    return H5Dget_storage_size(set) / row * (packed ? PACKED_MOST : 1);
+    return bytes / row * (packed ? PACKED_MOST : 1);
 }
 
 // Rows of a data set of numbers with so many columns (0: of one dimension), or -1 with a status.
@@ -40,7 +44,7 @@ static int64_t count_rows(const HdfFile *file, const char *name, H5T_class_t cla
     bool ok = rank == (columns > 0 ? 2 : 1) && H5Tget_class(type) == class &&
               H5Sget_simple_extent_dims(space, size, NULL) == rank &&
               (columns == 0 || size[1] == (hsize_t)columns) && size[0] <= INT64_MAX;
-    hsize_t most = ok ? most_rows(set, type, columns) : 0;
+    hsize_t most = ok ? most_rows(file, set, type, columns) : 0;
     H5Tclose(type);
     H5Sclose(space);
     H5Dclose(set);
