@@ -343,6 +343,25 @@ static void another_run_of_the_daemon_begins_another_file(void **state)
     rig_destroy(&rig);
 }
 
+static void bodies_that_no_status_lists_are_not_recorded(void **state)
+{
+    (void)state;
+    Rig rig;
+    rig_create(&rig, 1 << 20);
+    send_status(&rig);
+    for (int i = 0; i < 2 * ITEM_BODIES; i++) {
+        char channel[32];
+        snprintf(channel, sizeof channel, "P_NODES_other%d", i);
+        intake_take(rig.intake, channel, channel, sizeof channel);
+    }
+    assert_int_equal(rig.intake->survey.body_count, 1);
+    send_description(&rig);
+    send_mesh(&rig, 1);
+    assert_true(intake_begin(rig.intake, true));
+    assert_int_equal(rig.intake->bodies, 1);
+    rig_destroy(&rig);
+}
+
 static void files_are_numbered_before_their_ending(void **state)
 {
     (void)state;
@@ -475,6 +494,7 @@ int main(void)
         cmocka_unit_test(what_does_not_fit_into_the_queue_is_dropped_and_counted),
         cmocka_unit_test(what_came_before_the_file_begins_is_recorded_too),
         cmocka_unit_test(another_run_of_the_daemon_begins_another_file),
+        cmocka_unit_test(bodies_that_no_status_lists_are_not_recorded),
         cmocka_unit_test(files_are_numbered_before_their_ending),
         cmocka_unit_test(tools_have_a_row_at_the_tick_of_each_frame),
         cmocka_unit_test(a_turn_that_nobody_told_is_not_a_number),

@@ -45,8 +45,9 @@ int main(int argc, char **argv)
     float node[3] = {0};
     char channel[64];
     snprintf(channel, sizeof channel, "PLIANT_NODES_%s", argv[1]);
-    pliant_contact_t_subscribe(lcm, "PLIANT_CONTACT", on_contact, &felt);
-    pliant_nodes_t_subscribe(lcm, channel, on_nodes, node);
+    pliant_contact_t_subscription_t *contacts =
+        pliant_contact_t_subscribe(lcm, "PLIANT_CONTACT", on_contact, &felt);
+    pliant_nodes_t_subscription_t *frames = pliant_nodes_t_subscribe(lcm, channel, on_nodes, node);
     pliant_tool_pose_t pose = {.sender = getpid(), .tool = 1, .orientation = {1}, .active = 1};
     for (pose.sequence = 0; pose.sequence <= 4000; pose.sequence++) { // one pose a millisecond
         double way = 0.5 - 0.5 * cos(6.283185307179586 * pose.sequence / 4000); // 0, 1, 0
@@ -65,6 +66,8 @@ int main(int argc, char **argv)
                 felt.position[0], felt.position[1], felt.position[2], felt.force[0], felt.force[1],
                 felt.force[2], (double)node[0], (double)node[1], (double)node[2]);
     }
+    pliant_contact_t_unsubscribe(lcm, contacts);
+    pliant_nodes_t_unsubscribe(lcm, frames);
     lcm_destroy(lcm);
     return 0;
 }

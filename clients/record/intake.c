@@ -348,7 +348,7 @@ static const char *behind_head(const char *name, const char *head)
 
 static int find_body(Intake *intake, const char *name)
 {
-    return name ? survey_find_body(&intake->survey, name, strlen(name)) : -1;
+    return name ? survey_find_body(&intake->survey, name) : -1;
 }
 
 static void take_of_body(Intake *intake, const char *name, const void *data, size_t size)

@@ -41,24 +41,24 @@ static bool is_wanted(const Survey *survey, const char *name)
     return survey->wanted_count == 0;
 }
 
-int survey_find_body(Survey *survey, const char *name, size_t length)
+static int find_body(Survey *survey, const char *name, bool may_add)
 {
-    char text[RECORDING_BODY_TEXT];
-    if (length >= sizeof text)
-        return -1;
-    memcpy(text, name, length);
-    text[length] = '\0';
     for (int i = 0; i < survey->body_count; i++) {
-        if (strcmp(survey->body[i].name, text) == 0)
+        if (strcmp(survey->body[i].name, name) == 0)
             return i;
     }
-    if (survey->body_count == ITEM_BODIES || !is_wanted(survey, text) ||
-        !client_name_valid(text, sizeof text - 1))
+    if (!may_add || survey->body_count == ITEM_BODIES || !is_wanted(survey, name) ||
+        !client_name_valid(name, RECORDING_BODY_TEXT - 1))
         return -1;
     SurveyBody *body = &survey->body[survey->body_count];
     *body = (SurveyBody){0};
-    memcpy(body->name, text, sizeof text);
+    snprintf(body->name, sizeof body->name, "%s", name);
     return survey->body_count++;
+}
+
+int survey_find_body(Survey *survey, const char *name)
+{
+    return find_body(survey, name, !survey->status_come);
 }
 
 int survey_find_tool(const Survey *survey, int id)
@@ -97,7 +97,7 @@ void survey_take_status(Survey *survey, const void *data, size_t size)
     for (int i = 0; i < survey->body_count; i++)
         survey->body[i].listed = false;
     for (int i = 0; i < status.num_bodies; i++) {
-        int body = survey_find_body(survey, status.body[i].name, strlen(status.body[i].name));
+        int body = find_body(survey, status.body[i].name, true);
         if (body >= 0)
             survey->body[body].listed = true;
     }

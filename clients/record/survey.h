@@ -36,8 +36,9 @@ void survey_destroy(Survey *survey);
 // Another daemon: all but the bodies' names is forgotten.
 void survey_restart(Survey *survey);
 
-// The index of a body, which is added if there is room and it is wanted; else -1.
-int survey_find_body(Survey *survey, const char *name, size_t length);
+// The index of a body, or -1. One that is wanted is added while there is room, but once a status
+// has listed the bodies no others are believed in.
+int survey_find_body(Survey *survey, const char *name);
 // -1: not known.
 int survey_find_tool(const Survey *survey, int id);
 

@@ -243,6 +243,14 @@ void board_stop_page(Board *board, BoardPage *page)
     pthread_mutex_unlock(&board->lock);
 }
 
+bool board_stopped(Board *board, const BoardPage *page)
+{
+    pthread_mutex_lock(&board->lock);
+    bool stopped = page->stop;
+    pthread_mutex_unlock(&board->lock);
+    return stopped;
+}
+
 static void take_slot(const BoardSlot *slot, uint64_t seen, Round *round)
 {
     if (slot->parcel && slot->version > seen)

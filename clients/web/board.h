@@ -104,6 +104,7 @@ void board_remove_page(Board *board, BoardPage *page);
 void board_drawn(Board *board, BoardPage *page, int64_t round);
 // Ends board_next_round of the page.
 void board_stop_page(Board *board, BoardPage *page);
+bool board_stopped(Board *board, const BoardPage *page);
 // Waits until `due_ns` (CLOCK_MONOTONIC) has passed, the page has drawn the last round and there is
 // news, and takes it. False: the page has been stopped.
 bool board_next_round(Board *board, BoardPage *page, int64_t due_ns, Round *round);

@@ -29,7 +29,7 @@ static void describe(Feed *feed)
         feed->describe_id = ++feed->client->last_id;
     feed->patience_s = feed->patience_s < ASK_LONGEST_S ? 2.0 * feed->patience_s : ASK_LONGEST_S;
     feed->describe_ns = client_now_ns();
-    client_channel(feed->client, "COMMAND", NULL, channel);
+    requests_channel(feed->requests, "COMMAND", channel);
     pliant_command_t command = {.utime = client_utime(),
                                 .sender = feed->client->sender,
                                 .id = feed->describe_id,
@@ -187,6 +187,15 @@ static void on_rest(const lcm_recv_buf_t *buffer, const char *channel, void *use
                      buffer->data_size);
 }
 
+// What pages publish, we hear too.
+static bool subscribe_poses(Feed *feed)
+{
+    char channel[CLIENT_CHANNEL_MAX];
+    requests_channel(feed->requests, "TOOL_POSE", channel);
+    lcm_subscription_t *poses = lcm_subscribe(feed->client->lcm, channel, on_pose, feed);
+    return poses && lcm_subscription_set_queue_capacity(poses, 1024) == 0;
+}
+
 bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, ClientError *error)
 {
     *feed = (Feed){.client = client, .board = board, .requests = requests};
@@ -196,7 +205,7 @@ bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, Cl
               client_subscribe(client, "REPLY", NULL, 256, on_reply, feed) &&
               client_subscribe(client, "EVENT", NULL, 256, on_event, feed) &&
               client_subscribe(client, "CONTACT", NULL, 1024, on_contact, feed) &&
-              client_subscribe(client, "TOOL_POSE", NULL, 1024, on_pose, feed) &&
+              subscribe_poses(feed) &&
               client_subscribe(client, "MESH", ".+", 4096, on_mesh, feed) &&
               client_subscribe(client, "MESH_DELTA", ".+", 4096, on_delta, feed) &&
               client_subscribe(client, "NODES", ".+", 4096, on_nodes, feed) &&

@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include <civetweb.h>
 
@@ -53,6 +54,17 @@ static bool send_round(Page *page)
     return ok && send_once(page, text_round(round->number));
 }
 
+// Asks the page to close: 1001, going away. One that took nothing for so long that a write failed
+// is asked again until it takes that or its connection ends; it will connect anew.
+static void close_politely(Page *page)
+{
+    const struct timespec pause = {.tv_nsec = 200000000};
+    while (mg_websocket_write(page->connection, MG_WEBSOCKET_OPCODE_CONNECTION_CLOSE, "\x03\xe9",
+                              2) <= 0 &&
+           !board_stopped(page->room->board, page->slot))
+        nanosleep(&pause, NULL);
+}
+
 static void *write_rounds(void *user)
 {
     Page *page = user;
@@ -64,8 +76,7 @@ static void *write_rounds(void *user)
         due_ns = client_now_ns() + period_ns;
         ok = send_round(page);
     }
-    // 1001, going away: also when only the page does, which hears of it no more.
-    mg_websocket_write(page->connection, MG_WEBSOCKET_OPCODE_CONNECTION_CLOSE, "\x03\xe9", 2);
+    close_politely(page);
     return NULL;
 }
 
@@ -97,7 +108,7 @@ static bool hold(Page *page, const pliant_tool_pose_t *pose)
 static void publish_pose(Page *page, pliant_tool_pose_t *pose)
 {
     char channel[CLIENT_CHANNEL_MAX];
-    client_channel(page->room->client, "TOOL_POSE", NULL, channel);
+    requests_channel(page->room->requests, "TOOL_POSE", channel);
     pose->utime = client_utime();
     pose->sender = page->slot->sender;
     pose->sequence = page->sequence++;

@@ -10,9 +10,10 @@
 
 static const int64_t PATIENCE_NS = 400000000; // before a request is sent again
 
-void requests_init(Requests *requests, Client *client)
+void requests_init(Requests *requests, Client *client, const char *prefix)
 {
     *requests = (Requests){.client = client};
+    snprintf(requests->prefix, sizeof requests->prefix, "%s", prefix ? prefix : client->prefix);
     pthread_mutex_init(&requests->lock, NULL);
 }
 
@@ -21,15 +22,15 @@ void requests_destroy(Requests *requests)
     pthread_mutex_destroy(&requests->lock);
 }
 
-static void channel_of(const Requests *requests, const char *name, char channel[CLIENT_CHANNEL_MAX])
+void requests_channel(const Requests *requests, const char *name, char channel[CLIENT_CHANNEL_MAX])
 {
-    client_channel(requests->client, name, NULL, channel);
+    snprintf(channel, CLIENT_CHANNEL_MAX, "%s_%s", requests->prefix, name);
 }
 
 static void publish_cut(const Requests *requests, int32_t sender, Ask *ask)
 {
     char channel[CLIENT_CHANNEL_MAX];
-    channel_of(requests, "CUT", channel);
+    requests_channel(requests, "CUT", channel);
     pliant_cut_t message = {
         .utime = client_utime(), .sender = sender, .id = ask->id, .body = ask->text};
     memcpy(message.before, ask->cut.before, sizeof message.before);
@@ -40,7 +41,7 @@ static void publish_cut(const Requests *requests, int32_t sender, Ask *ask)
 static void publish_load(const Requests *requests, int32_t sender, Ask *ask)
 {
     char channel[CLIENT_CHANNEL_MAX];
-    channel_of(requests, "LOAD", channel);
+    requests_channel(requests, "LOAD", channel);
     pliant_load_t message = {.utime = client_utime(),
                              .sender = sender,
                              .id = ask->id,
@@ -55,7 +56,7 @@ static void publish_load(const Requests *requests, int32_t sender, Ask *ask)
 static void publish_command(const Requests *requests, int32_t sender, Ask *ask)
 {
     char channel[CLIENT_CHANNEL_MAX];
-    channel_of(requests, "COMMAND", channel);
+    requests_channel(requests, "COMMAND", channel);
     pliant_command_t message = {.utime = client_utime(),
                                 .sender = sender,
                                 .id = ask->id,

@@ -18,14 +18,18 @@ typedef struct Request {
 } Request;
 
 typedef struct Requests {
-    Client *client; // publishing only
+    Client *client;                 // publishing only
+    char prefix[CLIENT_PREFIX_MAX]; // of the channels that the daemon listens to
     pthread_mutex_t lock;
     Request request[REQUESTS_MAX];
 } Requests;
 
-void requests_init(Requests *requests, Client *client);
+// `prefix`: NULL for the client's own.
+void requests_init(Requests *requests, Client *client, const char *prefix);
 void requests_destroy(Requests *requests);
 
+// "<PREFIX>_<name>" of a channel that the daemon listens to.
+void requests_channel(const Requests *requests, const char *name, char channel[CLIENT_CHANNEL_MAX]);
 // Publishes a cut, load or command at once. Any thread. False: too many wait for an answer.
 bool requests_send(Requests *requests, int32_t sender, const Ask *ask);
 // An answer has come. The LCM thread.

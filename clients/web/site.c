@@ -276,7 +276,7 @@ bool site_start(Site *site, ClientError *error)
         "listening_ports", ports,           "num_threads", threads,
         "tcp_nodelay", "1",                 "max_request_size", "16384",
         "request_timeout_ms", "10000",      "keep_alive_timeout_ms", "0",
-        "websocket_timeout_ms", "30000",    "enable_websocket_ping_pong", "yes",
+        "websocket_timeout_ms", "10000",    "enable_websocket_ping_pong", "yes",
         "static_file_max_age", "0",         "enable_directory_listing", "no",
         NULL};
     // clang-format on

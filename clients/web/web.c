@@ -12,11 +12,20 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { KEY_LISTEN = 0x600, KEY_PORT, KEY_TOKEN, KEY_HOST, KEY_READ_ONLY, KEY_PAGE, KEY_TEXTURE };
+enum {
+    KEY_LISTEN = 0x600,
+    KEY_PORT,
+    KEY_TOKEN,
+    KEY_HOST,
+    KEY_READ_ONLY,
+    KEY_PAGE,
+    KEY_TEXTURE,
+    KEY_INPUT_PREFIX
+};
 
 typedef struct Options {
     ClientOptions client;
-    const char *listen, *token_file, *page;
+    const char *listen, *token_file, *page, *input_prefix;
     long port;
     bool has_port;
     double rate_hz;
@@ -35,6 +44,7 @@ static const struct argp_option OPTIONS[] = {
     {"read-only", KEY_READ_ONLY, 0, 0, "shows, but moves, cuts and commands nothing", 2},
     {"rate", 'r', "HZ", 0, "frames a second, at most (60)", 2},
     {"texture", KEY_TEXTURE, "BODY=IMAGE", 0, "a PNG or JPEG on the surface of a body", 2},
+    {"input-prefix", KEY_INPUT_PREFIX, "NAME", 0, "of a scene that has an input_prefix", 3},
     {"page", KEY_PAGE, "DIR", 0, "folder of the built page (what ./dev build has made)", 2},
     {0},
 };
@@ -106,6 +116,12 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
     case KEY_TEXTURE:
         if (!site_add_texture(site, argument, &error))
             argp_error(state, "%s", error.text);
+        return 0;
+    case KEY_INPUT_PREFIX:
+        if (!client_name_valid(argument, CLIENT_PREFIX_MAX - 1))
+            argp_error(state, "--input-prefix '%s': 1 to %d letters, digits, '_' or '-'", argument,
+                       CLIENT_PREFIX_MAX - 1);
+        options->input_prefix = argument;
         return 0;
     case KEY_PAGE:
         options->page = argument;
@@ -216,7 +232,7 @@ static bool run(const Options *options, Client *client, Site *site, ClientError 
     site->room.hello.texture = names;
     site->room.hello.textures = site->textures;
     board_init(&board);
-    requests_init(&requests, client);
+    requests_init(&requests, client, options->input_prefix);
     bool ok = feed_start(&feed, client, &board, &requests, error) && site_start(site, error);
     if (ok) {
         tell(site);

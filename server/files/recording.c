@@ -76,8 +76,7 @@ bool recording_claim(const char *path, bool overwrite, Status *status)
     return fd >= 0;
 }
 
-// The file with the properties that it is made with; create: else one that exists.
-static hid_t open_file(const char *path, bool create)
+static bool create_file(Recording *recording)
 {
     hdf_begin();
     hid_t access_list = H5Pcreate(H5P_FILE_ACCESS);
@@ -86,15 +85,8 @@ static hid_t open_file(const char *path, bool create)
     // larger ones are written at once: so the file's size tells what it needs of the disk.
     H5Pset_cache(access_list, 0, 1, CHUNK_KEPT, 1.0);
     errno = 0;
-    hid_t id = create ? H5Fcreate(path, H5F_ACC_TRUNC, H5P_DEFAULT, access_list)
-                      : H5Fopen(path, H5F_ACC_RDWR, access_list);
+    recording->file.id = H5Fcreate(recording->path, H5F_ACC_TRUNC, H5P_DEFAULT, access_list);
     H5Pclose(access_list);
-    return id;
-}
-
-static bool create_file(Recording *recording)
-{
-    recording->file.id = open_file(recording->path, true);
     return recording->file.id >= 0 ||
            status_fail(&recording->status, STATUS_INVALID, "%s: HDF5 cannot create it: %s",
                        recording->path,
@@ -407,16 +399,14 @@ static void close_file(Recording *recording)
     hdf_close(&recording->file);
 }
 
-// What is only known now. A file that is read while it is written lets no attribute change: it is
-// opened anew. They are there already, so that this needs no room on the disk.
+// What is only known now. The attributes are there already, of fixed size: while others read the
+// file none can be added, and changing them needs no room on the disk.
 static bool write_end(Recording *recording)
 {
-    HdfFile *file = &recording->file;
+    const HdfFile *file = &recording->file;
     char group[64];
-    file->id = open_file(recording->path, false);
-    bool ok = file->id >= 0 ||
-              status_fail(file->status, STATUS_FAILED, "%s: cannot be marked as ended: %s",
-                          recording->path, errno != 0 ? strerror(errno) : "HDF5 refuses");
+    bool ok = !recording->broken;
+    hdf_begin();
     for (int i = 0; i < recording->body_count && ok; i++) {
         const char *counts = (const char *)&recording->body[i].counts;
         snprintf(group, sizeof group, "/bodies/%s", recording->body[i].name);
@@ -426,9 +416,7 @@ static bool write_end(Recording *recording)
             ok = hdf_set_long(file, group, recording_count_form[k].name, count);
         }
     }
-    ok = ok && hdf_set_long(file, "/", RECORDING_ENDED, 1);
-    hdf_close(file);
-    return ok;
+    return ok && hdf_set_long(file, "/", RECORDING_ENDED, 1);
 }
 
 static void destroy(Recording *recording)
@@ -471,15 +459,14 @@ Recording *recording_create(const char *path, const RecordingOptions *options, S
 
 bool recording_close(Recording *recording, Status *status)
 {
+    write_end(recording);
     bool flushed = flush_file(recording);
     disk_space_release(&recording->space);
     if (flushed && !write_sidecar(recording))
         status_fail(&recording->status, STATUS_FAILED, "%s", recording->sidecar.text);
     // HDF5 cannot close a file that it cannot write; it is left as after a kill.
-    if (flushed) {
+    if (flushed)
         close_file(recording);
-        write_end(recording);
-    }
     bool ok = recording->status.code == STATUS_OK ||
               status_fail(status, STATUS_FAILED, "%s", recording->status.text);
     destroy(recording);

@@ -85,6 +85,7 @@ run() { # CASE
     "$bin/pliant-probe" --auto --hold $((seconds > 5 ? seconds - 5 : 1)) >"$out/probe.log" 2>&1
     wait "$daemon" || { cat "$out/daemon.err" >&2; exit 1; }
     end_attached
+    [ ! -s "$out/page.log" ] || cp "$out/page.log" "$out/page.last"
     # step p50 p99 p99.9 max, wake-up p50 p99 p99.9 max, late ticks
     awk -v name="$1" '
         /^step time:|^wake-up:/ { gsub(/[^0-9. ]/, " "); row = row "\t" $2 "\t" $4 "\t" $6 "\t" $7 }
@@ -100,6 +101,7 @@ done >"$out/rows.tsv"
 
 echo "$(basename "$scene"), $repeats runs of $seconds s each, median of the runs; us"
 [ ${#left_out[@]} -eq 0 ] || echo "left out: ${left_out[*]}"
+[ ! -s "$out/page.last" ] || echo "the page got, in the last run: $(cat "$out/page.last")"
 {
     printf 'attached\tstep p50\tp99\tp99.9\tmax\twake-up p50\tp99\tp99.9\tmax\tlate ticks\n'
     awk -F '\t' '

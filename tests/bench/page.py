@@ -63,7 +63,7 @@ def main():
             if first & 0xf == 1 and data.startswith(b'{"type":') and b'"round"' in data[:40]:
                 rounds += 1
                 send_text(stream, json.dumps({"type": "drawn", "round": json.loads(data)["round"]}))
-    except (EOFError, OSError):
+    except (EOFError, OSError, KeyboardInterrupt):
         pass
     print(f"{rounds} rounds, {size} bytes")
 

@@ -69,7 +69,8 @@ static void bodies_reach_a_viewer_as_triangles(void **state)
     Daemon daemon, drake;
     Viewer viewer = {0};
     Client *client = client_create();
-    drake_lcmt_viewer_link_data_subscribe(client->lcm, "DRAKE_VIEWER_DEFORMABLE", on_link, &viewer);
+    drake_lcmt_viewer_link_data_subscription_t *links = drake_lcmt_viewer_link_data_subscribe(
+        client->lcm, "DRAKE_VIEWER_DEFORMABLE", on_link, &viewer);
     daemon_start(&daemon, "%s", write_scene("drake.cfg", "rate_hz = 100.0;", ""));
     client_wait_for_daemon(client);
     daemon_program(drake_path);
@@ -83,6 +84,7 @@ static void bodies_reach_a_viewer_as_triangles(void **state)
     daemon_signal(&daemon, SIGTERM);
     daemon_wait(&daemon);
     assert_int_equal(daemon.code, 0);
+    drake_lcmt_viewer_link_data_unsubscribe(client->lcm, links);
     client_destroy(client);
 }
 

@@ -149,15 +149,12 @@ static void a_page_that_stalls_holds_up_nobody_and_then_gets_the_newest(void **s
     page_wait(page_body(stalled, 0).frames > 0 && page_body(other, 0).frames > 0);
     pthread_mutex_lock(&stalled->lock);
     stalled->answers = false;
+    int had = stalled->rounds;
     pthread_mutex_unlock(&stalled->lock);
     int rounds = page_rounds(other);
-    page_wait(page_rounds(other) > rounds + 5);
+    page_wait(page_rounds(other) > rounds + 25);
     int stopped_at = page_rounds(stalled);
-    double step = page_body(stalled, 0).step;
-    rounds = page_rounds(other);
-    page_wait(page_rounds(other) > rounds + 20);
-    assert_int_equal(page_rounds(stalled), stopped_at);
-    expect_near(page_body(stalled, 0).step, step, 0.0);
+    expect_at_most(stopped_at, had + 1); // one answer may have been under way
     double newest = page_body(other, 0).step;
     page_answer(stalled);
     page_wait(page_rounds(stalled) > stopped_at);
@@ -191,7 +188,8 @@ static void a_pose_presses_the_body_and_is_withdrawn_with_the_page(void **state)
     begin("--port 0");
     Client *client = client_create();
     PoseSeen seen = {0};
-    pliant_tool_pose_t_subscribe(client->lcm, "PLIANT_TOOL_POSE", on_pose, &seen);
+    pliant_tool_pose_t_subscription_t *poses =
+        pliant_tool_pose_t_subscribe(client->lcm, "PLIANT_TOOL_POSE", on_pose, &seen);
     client_wait_for_daemon(client);
     PageClient *page = open_page(), *other = open_page();
     page_wait(page_count(page, "scene") > 0);
@@ -213,6 +211,7 @@ static void a_pose_presses_the_body_and_is_withdrawn_with_the_page(void **state)
     wait_until(client, !client->contact.contact);
     page_wait(page_says(other, "pose", "\"active\":false"));
     page_disconnect(other);
+    pliant_tool_pose_t_unsubscribe(client->lcm, poses);
     client_destroy(client);
     end();
 }
@@ -256,7 +255,8 @@ static void a_read_only_server_shows_and_does_nothing(void **state)
     begin("--port 0 --read-only");
     Client *client = client_create();
     PoseSeen seen = {0};
-    pliant_tool_pose_t_subscribe(client->lcm, "PLIANT_TOOL_POSE", on_pose, &seen);
+    pliant_tool_pose_t_subscription_t *poses =
+        pliant_tool_pose_t_subscribe(client->lcm, "PLIANT_TOOL_POSE", on_pose, &seen);
     PageClient *page = open_page();
     page_wait(page_body(page, 0).frames > 0);
     assert_true(page_says(page, "hello", "\"read_only\":true"));
@@ -269,6 +269,7 @@ static void a_read_only_server_shows_and_does_nothing(void **state)
     assert_int_equal(seen.count, 0);
     assert_int_equal(page_count(page, "reply"), 0);
     page_disconnect(page);
+    pliant_tool_pose_t_unsubscribe(client->lcm, poses);
     client_destroy(client);
     end(); // the daemon has not been stopped
 }
@@ -462,13 +463,15 @@ static void what_is_not_answered_is_asked_again_and_then_given_up(void **state)
     CommandsSeen seen = {0};
     rig.port = start_web(&server, "--port 0", line);
     Client *client = client_create();
-    pliant_command_t_subscribe(client->lcm, "PLIANT_COMMAND", on_command, &seen);
+    pliant_command_t_subscription_t *commands =
+        pliant_command_t_subscribe(client->lcm, "PLIANT_COMMAND", on_command, &seen);
     PageClient *page = open_page();
     page_send(page, "{\"type\":\"command\",\"id\":3,\"kind\":\"pause\"}");
     wait_until(client, seen.count >= 3);
     assert_true(seen.same);
     page_wait(page_says(page, "error", "no daemon answers command 3"));
     page_disconnect(page);
+    pliant_command_t_unsubscribe(client->lcm, commands);
     client_destroy(client);
     stop(&server);
 }
@@ -488,13 +491,12 @@ static void daemons_may_come_late_go_and_come_again(void **state)
     assert_int_equal(page_count(page, "scene"), 1);
     // The same once more: it begins again, and the page is told.
     stop(&daemon);
-    double step = page_body(page, 0).step;
     page_wait(page_says(page, "link", "\"daemon\":false"));
     start_daemon(&daemon, scene_path());
     page_wait(page_count(page, "scene") > 1);
     int frames = page_body(page, 0).frames;
     page_wait(page_body(page, 0).frames > frames + 3);
-    assert_true(page_body(page, 0).step != step);
+    assert_true(page_body(page, 0).matched);
     daemon_signal(&daemon, SIGKILL);
     daemon_wait(&daemon);
     // Another scene whose body has another's name, tools and size.
@@ -506,6 +508,22 @@ static void daemons_may_come_late_go_and_come_again(void **state)
     page_disconnect(page);
     stop(&daemon);
     stop(&server);
+}
+
+static void a_scene_may_listen_on_another_prefix(void **state)
+{
+    (void)state;
+    char line[512];
+    start_daemon(&rig.daemon, write_scene("inputs.cfg", "input_prefix = \"HANDS\";", PROBE_TOOL));
+    rig.port = start_web(&rig.server, "--port 0 --input-prefix HANDS", line);
+    PageClient *page = open_page();
+    page_wait(page_body(page, 0).frames > 0); // so it has been described
+    page_send(page, "{\"type\":\"command\",\"id\":1,\"kind\":\"pause\"}");
+    page_wait(page_says(page, "reply", "\"id\":1,\"ok\":true"));
+    send_tool(page, 0.3, true);
+    page_wait(page_says(page, "pose", "\"ours\":true"));
+    page_disconnect(page);
+    end();
 }
 
 // --- usage ---
@@ -530,6 +548,7 @@ static void what_is_wrong_is_told_in_one_line(void **state)
         {"--listen 127.0.0.1", "want ADDRESS:PORT", 2},
         {"--listen 127.0.0.1:80 --port 80", "give either", 2},
         {"--rate nan", "--rate 'nan'", 2},
+        {"--input-prefix a.b", "--input-prefix 'a.b': 1 to 31 letters", 2},
         {"--host a:b", "--host 'a:b': want a name", 2},
         {"--texture ball", "--texture 'ball': want BODY=IMAGE", 2},
         {"--texture ball=/etc/passwd", "/etc/passwd: want a PNG or JPEG", 2},
@@ -566,6 +585,7 @@ int main(int argc, char **argv)
         daemon_test(hostile_frames_close_their_connection_only),
         daemon_test(what_is_not_answered_is_asked_again_and_then_given_up),
         daemon_test(daemons_may_come_late_go_and_come_again),
+        daemon_test(a_scene_may_listen_on_another_prefix),
         daemon_test(what_is_wrong_is_told_in_one_line),
     };
     harness_start(argc, argv);

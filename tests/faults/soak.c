@@ -7,6 +7,8 @@
 #include "figure.h"
 #include "shown.h"
 
+#include "effort.h"
+
 #include "pliant_status_t.h"
 
 #include <dirent.h>
@@ -45,10 +47,10 @@ typedef struct Soak {
     // the body at rest
     float *rest;
     int32_t *rest_id;
-    int rest_count;
+    int rest_count, rest_live;
     double center[3], size;  // [m]
     double drift, drift_max; // [m]
-    int cycles, presses, cuts, cuts_made, loads, resets, compared;
+    int cycles, presses, cuts, cuts_made, loads, resets, compared, finer;
 } Soak;
 
 static const char *scene_path, *table_path;
@@ -156,10 +158,13 @@ static void on_status(const lcm_recv_buf_t *buffer, const char *channel, const p
 
 // --- what is done ---
 
-static void request(Soak *soak, int kind, int64_t value, const char *argument)
+// Returns the step after which it was done.
+static int64_t request(Soak *soak, int kind, int64_t value, const char *argument)
 {
     ask(soak->client, NULL, kind, value, argument);
+    const int64_t step = find_reply(soak->client, soak->client->next_id)->step;
     soak->client->replies = soak->client->events = 0;
+    return step;
 }
 
 static void send_at(Soak *soak, const double position[3], bool active)
@@ -237,16 +242,35 @@ static void settle(Soak *soak)
 
 // --- rest ---
 
-// The newest frame with the mesh that it belongs to; the daemon sends both again when asked.
+// Whether what is shown is of this step or later.
+static bool is_shown(const Shown *shown, int64_t step)
+{
+    return shown->nodes.whole && shown->mesh.whole &&
+           shown->nodes.topology == shown->mesh.topology && shown->nodes.step >= step;
+}
+
+// The newest frame with the mesh that it belongs to. On a busy machine messages get lost: another
+// step brings another frame, and DESCRIBE the mesh.
 static void wait_for_frame(Soak *soak)
 {
-    Shown *shown = soak->shown;
-    request(soak, PLIANT_COMMAND_T_STEP, 1, "");
-    int64_t step = soak->client->status.step;
-    request(soak, PLIANT_COMMAND_T_DESCRIBE, 0, "");
-    wait_until(soak->client, shown->nodes.whole && shown->mesh.whole &&
-                                 shown->nodes.topology == shown->mesh.topology &&
-                                 shown->nodes.step >= step);
+    for (int tries = 0; tries < 30; tries++) {
+        const int64_t step = request(soak, PLIANT_COMMAND_T_STEP, 1, "");
+        request(soak, PLIANT_COMMAND_T_DESCRIBE, 0, "");
+        for (double limit = client_now() + 2.0; client_now() < limit;) {
+            if (is_shown(soak->shown, step))
+                return;
+            client_listen(soak->client, 10);
+        }
+    }
+    fail_msg("no frame came in a minute");
+}
+
+static int live_nodes(const MeshFrame *mesh)
+{
+    int live = 0;
+    for (int i = 0; i < mesh->node_count; i++)
+        live += mesh->id[i] >= 0;
+    return live;
 }
 
 static void remember_rest(Soak *soak)
@@ -258,6 +282,7 @@ static void remember_rest(Soak *soak)
     wait_for_frame(soak);
     const NodesFrame *nodes = &soak->shown->nodes;
     soak->rest_count = nodes->node_count;
+    soak->rest_live = live_nodes(&soak->shown->mesh);
     soak->rest = calloc((size_t)soak->rest_count, 3 * sizeof *soak->rest);
     soak->rest_id = calloc((size_t)soak->rest_count, sizeof *soak->rest_id);
     memcpy(soak->rest, nodes->position, 3 * sizeof(float) * (size_t)soak->rest_count);
@@ -282,6 +307,12 @@ static void compare_with_rest(Soak *soak)
     const Shown *shown = soak->shown;
     double worst = 0.0;
     int same = 0;
+    // Where faces stay fine at rest (a criterion between its two thresholds) another mesh is at
+    // rest, and not quite in the same place.
+    if (live_nodes(&shown->mesh) != soak->rest_live) {
+        soak->finer++;
+        return;
+    }
     for (int i = 0; i < soak->rest_count && i < shown->nodes.node_count; i++) {
         if (soak->rest_id[i] < 0 || shown->mesh.id[i] != soak->rest_id[i])
             continue;
@@ -304,8 +335,11 @@ static void compare_with_rest(Soak *soak)
     soak->drift_max = soak->drift > soak->drift_max ? soak->drift : soak->drift_max;
     soak->compared++;
     if (soak->drift > DRIFT * soak->size)
-        fail_msg("after %d cycles the body is %.3g m off its rest shape, more than %.3g m",
-                 soak->cycles, soak->drift, DRIFT * soak->size);
+        fail_msg(
+            "after %d cycles the body is %.3g m off its rest shape, more than %.3g m (%d nodes "
+            "now, %d at first)",
+            soak->cycles, soak->drift, DRIFT * soak->size, live_nodes(&shown->mesh),
+            soak->rest_live);
 }
 
 // Presses and loads, then back to rest; every now and then cuts, which a reset heals.
@@ -340,6 +374,7 @@ static void cycle(Soak *soak)
     watch(soak, false);
 }
 
+// The threshold of curvature is so high that a sphere at rest is coarse.
 static const char *write_scene_of_ours(void)
 {
     const char *path = scratch("soak.cfg");
@@ -349,7 +384,7 @@ static const char *write_scene_of_ours(void)
         "publish = { nodes_hz = 60.0; mesh_hz = 1.0; contact_hz = 500.0; status_hz = 5.0; };\n"
         "bodies = ( { name = \"ball\"; model = \"surface\"; levels = 2; cuttable = true;\n"
         "  mesh = { generator = \"ico_sphere\"; nodes = 162; radius = 0.05; };\n"
-        "  adapt = { force = 0.005; speed = 0.3; curvature = 0.4; check_hz = 100.0; };\n"
+        "  adapt = { force = 0.005; speed = 0.3; curvature = 1.0; check_hz = 100.0; };\n"
         "  material = { youngs_modulus_2d = 80.0; areal_density = 4.2;\n"
         "               damping_time = 2.0e-4; };\n"
         "  shape = { angular_frequency = 50.0; damping_ratio = 0.1; };\n"
@@ -374,6 +409,7 @@ static void begin(Soak *soak)
     if (table_path != NULL) {
         soak->table = fopen(table_path, "w");
         assert_non_null(soak->table);
+        setvbuf(soak->table, NULL, _IOLBF, 0); // to be watched
         fputs("time_s\trss_kb\tanonymous_kb\tfiles\tthreads\tstep\tlate_ticks\tresets\trejected\t"
               "step_p50_us\tstep_p99_us\tdrift_m\tcycles\tpresses\tcuts\tresets_asked\n",
               soak->table);
@@ -402,14 +438,14 @@ static void a_long_run_keeps_its_memory_and_its_rest_shape(void **state)
     figure("soak of %.0f s, %d cycles: %d presses, %d loads, %d cuts (%d made), %d resets asked; "
            "memory %ld kB %+.0f kB after the first %.0f s, files %d, threads %d; %lld ticks, %lld "
            "late, %lld refused, %lld states restored; rest shape off by at most %.2g m of %.2g m "
-           "(%d times compared)",
+           "(%d times compared, %d times finer than at first)",
            client_now() - soak.start, soak.cycles, soak.presses, soak.loads, soak.cuts,
            soak.cuts_made, soak.resets, soak.first.rss_kb, grown, soak.warm, soak.last.files,
            soak.last.threads, (long long)status.step, (long long)status.late_ticks,
            (long long)status.rejected, (long long)status.resets, soak.drift_max, soak.size,
-           soak.compared);
+           soak.compared, soak.finer);
     assert_true(soak.warmed && soak.compared > 0);
-    if (!UNDER_SANITIZERS) // they keep what is freed
+    if (EFFORT(6) == 6) // sanitizers keep what is freed
         expect_at_most(grown, allowed);
     assert_int_equal(soak.last.files, soak.first.files);
     assert_int_equal(soak.last.threads, soak.first.threads);

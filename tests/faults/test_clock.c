@@ -16,8 +16,10 @@ static volatile int64_t *offset_us; // of the clocks of what is started by start
 
 static const int64_t HOUR_US = INT64_C(3600000000);
 
-static const char HEAD[] = "rate_hz = 500.0; publish = { nodes_hz = 50.0; mesh_hz = 5.0; "
-                           "contact_hz = 100.0; status_hz = 20.0; };";
+// A long time-out: on a busy machine the poses come seldom, and this is not about that.
+static const char HEAD[] =
+    "rate_hz = 500.0; tool_timeout_s = 30.0; publish = { nodes_hz = 50.0; mesh_hz = 5.0; "
+    "contact_hz = 100.0; status_hz = 20.0; };";
 
 static void open_clock(void)
 {

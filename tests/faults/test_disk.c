@@ -78,6 +78,15 @@ static int end(Client *client, Daemon *daemon)
     return daemon->code;
 }
 
+// On a busy machine frames are dropped too, which is told under the same kind.
+static bool saw_end(const Client *client, const char *kind)
+{
+    for (int i = 0; i < client->events; i++)
+        if (strcmp(client->event[i].kind, kind) == 0 && strstr(client->event[i].text, "ends"))
+            return true;
+    return false;
+}
+
 static void a_full_disk_ends_the_recording_whole(void **state)
 {
     (void)state;
@@ -90,7 +99,7 @@ static void a_full_disk_ends_the_recording_whole(void **state)
     client_wait_for_daemon(client);
     wait_until(client, client->status.step > 200);
     fill_disk("ballast", 0);
-    wait_until(client, saw_event(client, "recording"));
+    wait_until(client, saw_end(client, "recording"));
     expect_running(client);
     wait_until(client, refused(client, "frames_not_recorded") > 0);
     assert_int_equal(end(client, &daemon), 1);
@@ -161,14 +170,13 @@ static void a_full_disk_ends_the_log_of_inputs_with_status_1(void **state)
                              PROBE_TOOL));
     client_wait_for_daemon(client);
     fill_disk("ballast", 16384);
-    for (double limit = client_now() + 30.0;
-         !saw_event(client, "inputs") && client_now() < limit;) {
+    for (double limit = client_now() + 30.0; !saw_end(client, "inputs") && client_now() < limit;) {
         const double position[3] = {0.0, 0.0, 0.2};
         pliant_tool_pose_t pose = make_pose(client, position);
         send_pose(client, &pose);
         client_listen(client, 1);
     }
-    assert_true(saw_event(client, "inputs"));
+    assert_true(saw_end(client, "inputs"));
     expect_running(client);
     assert_int_equal(end(client, &daemon), 1);
     assert_non_null(strstr(daemon.err, "inputs.log"));

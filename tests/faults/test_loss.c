@@ -144,7 +144,7 @@ static void a_viewer_behind_a_lossy_link_shows_the_truth_or_nothing(void **state
     for (int i = 0; i < LOSSES; i++) {
         hosts_fault(&(LinkFaults){.loss = LOSS[i]});
         int64_t before = s.shown->count, all = s.truth->count;
-        play(&s, EFFORT(40));
+        play(&s, EFFORT(24));
         LinkCounts counts = hosts_counts();
         lost += counts.lost[HOST_SERVER];
         figure("loss %2.0f %%: %lld of %lld frames shown, %lld of %lld packets lost",
@@ -158,7 +158,7 @@ static void a_viewer_behind_a_lossy_link_shows_the_truth_or_nothing(void **state
                 (double)(s.shown->nodes.sequence - s.truth->first + 1),
                 2.0); // the first and the last
     // Each loss ran on one connection, so that what one has broken the next would find.
-    expect_at_least((double)shown_compare(s.truth, s.shown), 5.0 * EFFORT(20));
+    expect_at_least((double)shown_compare(s.truth, s.shown), 5.0 * EFFORT(12));
     assert_true(s.truth->meshes > s.truth->mesh.lost && s.truth->mesh.topology > 1);
     end(&s);
 }
@@ -177,7 +177,7 @@ static void delays_reordering_and_repeats_show_the_truth(void **state)
     int64_t overtaken = 0;
     for (int i = 0; i < 4; i++) {
         hosts_fault(&FAULTS[i]);
-        play(&s, EFFORT(40));
+        play(&s, EFFORT(24));
         LinkCounts counts = hosts_counts();
         assert_true((counts.delayed > 0) == (FAULTS[i].delay_ms > 0.0));
         assert_true((counts.repeated > 0) == (FAULTS[i].duplicate > 0.0));
@@ -187,7 +187,45 @@ static void delays_reordering_and_repeats_show_the_truth(void **state)
         overtaken = refused(s.near, "overtaken");
         ask(s.far, s.near, PLIANT_COMMAND_T_DESCRIBE, 0, "");
     }
-    expect_at_least((double)shown_compare(s.truth, s.shown), 4.0 * EFFORT(20));
+    expect_at_least((double)shown_compare(s.truth, s.shown), 4.0 * EFFORT(12));
+    end(&s);
+}
+
+// A frame of 21 packets comes whole one time in three when one packet in twenty is lost, a mesh of
+// 95 next to never; but its parts do.
+static void frames_of_many_packets_come_whole_or_not_at_all(void **state)
+{
+    (void)state;
+    const char *path = scratch("large.cfg");
+    write_text(path, "name = \"large\"; rate_hz = 100.0;\n"
+                     "publish = { nodes_hz = 50.0; mesh_hz = 10.0; status_hz = 10.0; };\n"
+                     "bodies = ( { name = \"sphere\"; model = \"surface\";\n"
+                     "  mesh = { generator = \"ico_sphere\"; nodes = 2562; radius = 0.1; };\n"
+                     "  material = { youngs_modulus_2d = 20.0; areal_density = 4.0; };\n"
+                     "  shape = { angular_frequency = 50.0; damping_ratio = 0.1; }; } );\n");
+    Scenery s;
+    begin(&s, path);
+    // Pieces of what never becomes whole wait for 30 s unless told otherwise, and when 4 MB of them
+    // wait the kernel takes no others: then next to nothing arrives.
+    hosts_enter(HOST_CLIENT);
+    bool told = system("echo 1 2>/dev/null >/proc/sys/net/ipv4/ipfrag_time") == 0;
+    hosts_enter(HOST_SERVER);
+    shown_destroy(s.shown); // what came before the loss
+    hosts_fault(&(LinkFaults){.loss = 0.05});
+    s.shown = shown_create(s.far->lcm, "sphere");
+    double start = client_now();
+    listen_until(&s, s.shown->mesh.whole);
+    double waited = client_now() - start;
+    int64_t before = s.shown->count, all = s.truth->count;
+    listen_until(&s, s.shown->count >= before + EFFORT(20));
+    LinkCounts counts = hosts_counts();
+    assert_true(counts.lost[HOST_SERVER] > 0 && s.shown->nodes.lost > 0);
+    expect_at_least((double)shown_compare(s.truth, s.shown), (double)EFFORT(20));
+    figure(
+        "frames of 21 packets at 5 %% loss, ipfrag_time %s: %lld of %lld shown (1 in 3 expected), "
+        "the mesh of 95 packets after %.1f s",
+        told ? "1 s" : "as it is", (long long)(s.shown->count - before),
+        (long long)(s.truth->count - all), waited);
     end(&s);
 }
 
@@ -218,6 +256,7 @@ int main(int argc, char **argv)
         daemon_test(requests_over_a_lossy_link_are_answered_and_executed_once),
         daemon_test(a_viewer_behind_a_lossy_link_shows_the_truth_or_nothing),
         daemon_test(delays_reordering_and_repeats_show_the_truth),
+        daemon_test(frames_of_many_packets_come_whole_or_not_at_all),
         daemon_test(a_link_that_was_cut_comes_back),
     };
     if (!hosts_create(8))

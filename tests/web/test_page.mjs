@@ -20,7 +20,7 @@ const shot = (name) => page.screenshot({ path: join(paths.out, `${name}.png`) })
 
 before(async () => {
     web = await startWeb(paths); // before the daemon: a late start must do
-    browser = await openBrowser();
+    browser = await openBrowser({ width: 1000, height: 640 });
     page = browser.page;
 }, options);
 
@@ -153,7 +153,7 @@ test('shift_drag_cuts_the_ball_in_two', options, async () => {
     const count = await nodes();
     const m = await middle(page);
     await page.keyboard.down('Shift');
-    await drag({ x: m.x - 330, y: m.y - 40 }, { x: m.x + 330, y: m.y - 40 }, 40);
+    await drag({ x: m.x - 330, y: m.y - 40 }, { x: m.x + 330, y: m.y - 40 }, 24);
     await shot('5-cutting');
     await page.mouse.up();
     await page.keyboard.up('Shift');

@@ -21,7 +21,7 @@ const isIdleCut = (text) => /met no tissue|was cut already/.test(text);
 
 const element = (id) => document.getElementById(id);
 let bodies = [], textures = [], switches = { wireframe: false, springs: false };
-let round = null, fitted = false, daemon = false, connected = false, drawnAt = 0;
+let round = null, fitted = false, daemon = false, connected = false, drawnAt = 0, figuresAt = 0;
 let colours = null;
 let started = false; // everything below is there
 
@@ -38,7 +38,7 @@ const images = {
     },
 };
 
-const stage = new Stage(element('picture'), beforeDraw, afterDraw);
+const stage = new Stage(element('picture'), beforeDraw);
 const tools = new Tools(stage, element('labels'));
 const panel = new Panel({
     command: (kind) => link.request({ type: 'command', kind, value: kind === 'step' ? 1 : 0, argument: '' }),
@@ -114,7 +114,7 @@ function changed() { toolsChanged = true; }
 function takeRound(number) {
     round = number;
     if (toolsChanged || bodies.some((body) => body.moved)) stage.invalidate();
-    else if (!stage.wanted) afterDraw();
+    else if (!stage.wanted) askForMore();
 }
 
 function beforeDraw() {
@@ -126,12 +126,18 @@ function beforeDraw() {
         const box = boxOfAll(bodies);
         stage.fit(box, box.max.z - box.min.z < 1e-3 * (box.max.x - box.min.x));
         panel.sized(stage.size);
+        stage.firstBodies ??= drawnAt; // since the navigation began [ms]
     }
-    tools.prepare(drawnAt);
-    panel.takeForces(tools.list);
+    // Figures ten times a second: more nobody reads, and each new text is laid out and mixed in again.
+    const figures = drawnAt - figuresAt > 100;
+    if (figures) figuresAt = drawnAt;
+    tools.prepare(drawnAt, figures);
+    if (figures) panel.takeForces(tools.list);
+    askForMore();
 }
 
-function afterDraw() {
+// Once what came is taken over, not once it is on the screen: the next round is on its way meanwhile.
+function askForMore() {
     if (round !== null) link.send({ type: 'drawn', round });
     round = null;
 }
@@ -185,5 +191,6 @@ function showLink(age) {
 
 // A tool that falls silent, or a force that nobody repeats, leaves the picture without a round.
 setInterval(() => {
+    panel.takeForces(tools.list);
     if (tools.fading && performance.now() - drawnAt > 200) stage.invalidate();
 }, 250);

@@ -16,11 +16,10 @@ function drawsInSoftware() {
 }
 
 export class Stage {
-    /** `beforeDraw` and `afterDraw` are called around each frame. */
-    constructor(canvas, beforeDraw, afterDraw) {
+    /** `beforeDraw` is called before each frame. */
+    constructor(canvas, beforeDraw) {
         this.canvas = canvas;
         this.beforeDraw = beforeDraw;
-        this.afterDraw = afterDraw;
         this.software = drawsInSoftware();
         this.renderer = new WebGLRenderer({ canvas, antialias: !this.software,
             powerPreference: 'high-performance' });
@@ -67,7 +66,6 @@ export class Stage {
         this.beforeDraw();
         this.renderer.render(this.scene, this.camera);
         this.frames++;
-        this.afterDraw();
     }
 
     /** Looks at all of a box; `flat`: from above. */

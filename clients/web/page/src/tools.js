@@ -1,37 +1,35 @@
 // Tools where they are, and the forces that they feel.
 
 import { BufferGeometry, CapsuleGeometry, Color, ConeGeometry, CylinderGeometry, Float32BufferAttribute,
-    Group, Mesh, Quaternion, ShaderMaterial, SphereGeometry, Vector3, DoubleSide } from 'three';
+    Group, Mesh, Quaternion, ShaderMaterial, SphereGeometry, Vector3, DoubleSide, FrontSide } from 'three';
 
 const STALE = 1000; // [ms] after which a contact or pose that nobody repeats is no longer shown
 
-const steel = (colour, opacity = 1) => new ShaderMaterial({
+const steel = (colour, opacity = 1, side = FrontSide) => new ShaderMaterial({
     uniforms: { colour: { value: new Color(colour) }, opacity: { value: opacity } },
     transparent: opacity < 1,
-    side: DoubleSide,
+    side,
     vertexShader: /* glsl */ `
-varying vec3 vNormal, vEye;
+varying vec3 vNormal;
 void main() {
-    vec4 eye = modelViewMatrix * vec4(position, 1.0);
-    gl_Position = projectionMatrix * eye;
-    vEye = eye.xyz;
+    gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
     vNormal = normalMatrix * normal;
 }`,
-    // A dark room with a soft light above: bands along a bright instrument.
+    // A dark room with a soft light above and a lamp: cheap, and bright as an instrument.
     fragmentShader: /* glsl */ `
 uniform vec3 colour;
 uniform float opacity;
-varying vec3 vNormal, vEye;
+varying vec3 vNormal;
 void main() {
-    vec3 n = normalize(vNormal), v = normalize(-vEye);
-    if (!gl_FrontFacing) n = -n;
-    vec3 r = reflect(-v, n);
-    float sky = smoothstep(-0.3, 0.9, r.y);
-    float lamp = smoothstep(0.80, 0.97, dot(r, vec3(-0.42, 0.62, 0.66)));
-    float edge = 1.0 - max(dot(n, v), 0.0);
-    float band = smoothstep(0.25, 0.55, r.x) * (1.0 - smoothstep(0.60, 0.85, r.x));
-    vec3 c = colour * (0.13 + 0.55 * sky + 0.22 * max(n.z, 0.0) + 0.25 * band) + 0.65 * lamp + 0.15 * edge * edge;
-    gl_FragColor = vec4(sqrt(min(c, 1.0)), opacity);
+    vec3 n = vNormal * inversesqrt(dot(vNormal, vNormal));
+    n.z = abs(n.z);
+    vec3 r = 2.0 * n.z * n - vec3(0.0, 0.0, 1.0); // the reflected line of sight, seen from far
+    float lamp = max(dot(r, vec3(-0.42, 0.62, 0.66)), 0.0);
+    lamp *= lamp;
+    lamp *= lamp;
+    lamp *= lamp;
+    vec3 c = colour * (0.36 + 0.26 * r.y + 0.20 * n.z) + 0.55 * lamp * lamp;
+    gl_FragColor = vec4(sqrt(c), opacity);
 }`,
 });
 
@@ -63,7 +61,7 @@ class Tool {
     build() {
         // Jaws are a ball that reaches around tissue: seen through.
         const material = steel({ blade: 0xe4e9ed, grasper: 0xc9d2da, static: 0x6d757c }[this.kind] ?? 0xdfe5ea,
-            this.kind === 'grasper' ? 0.5 : 1);
+            this.kind === 'grasper' ? 0.5 : 1, this.edge ? DoubleSide : FrontSide);
         for (const { from, to, radius } of this.capsules) {
             const length = from.distanceTo(to);
             const shape = length > 0 ? new CapsuleGeometry(radius, length, 8, 20)
@@ -154,8 +152,8 @@ export class Tools {
         tool.force = contact.contact ? Math.hypot(...contact.force) : 0;
     }
 
-    /** Before a frame. */
-    prepare(now) {
+    /** Before a frame; `figures`: also what the labels say. */
+    prepare(now, figures) {
         for (const tool of this.list) {
             const touches = Boolean(tool.contact?.contact) && now - tool.contactAt < STALE;
             tool.touching = touches;
@@ -165,13 +163,13 @@ export class Tools {
                 if (touches) tool.group.position.fromArray(tool.contact.position);
                 else tool.group.position.copy(tool.position);
             }
-            this.drawForce(tool, touches && tool.force > 1e-4);
+            this.drawForce(tool, touches && tool.force > 1e-4, figures);
         }
     }
 
-    drawForce(tool, shown) {
+    drawForce(tool, shown, figures) {
         tool.arrow.visible = shown;
-        tool.label.hidden = !shown;
+        if (tool.label.hidden === shown) tool.label.hidden = !shown;
         if (!shown) return;
         const { contact, arrow, label } = tool;
         const length = this.stage.size * (0.09 + 0.30 * Math.min(tool.force / tool.maxForce, 1));
@@ -185,6 +183,7 @@ export class Tools {
         this.stage.onScreen(this.origin, this.screen);
         label.style.transform =
             `translate(${Math.round(this.screen.x + 8)}px, ${Math.round(this.screen.y - 10)}px)`;
+        if (!figures && label.textContent) return;
         const text = `${tool.force.toFixed(2)} N`;
         if (label.textContent !== text) label.textContent = text;
     }

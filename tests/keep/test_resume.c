@@ -1,0 +1,133 @@
+// Runs that go on inside their log of inputs: from a checkpoint before and after a reset, and from
+// one that was taken in a pause, when part of the inputs of its tick were applied already.
+#include "session.h"
+
+#include "client.h"
+#include "effort.h"
+
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { TICKS = 250, HASH_TEXT = 32 };
+
+static void run_to_end(const char *arguments, const char *log, const char *config,
+                       char state[HASH_TEXT])
+{
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 1000 %s --input %s %s", arguments, log, config);
+    if (daemon.code != 0)
+        fail_msg("%s", daemon.err);
+    printed_state(&daemon, state);
+}
+
+static void a_run_goes_on_inside_its_log(void **state)
+{
+    (void)state;
+    static const double at_s[] = {0.06, 0.17}; // of 0.25 s; most sessions reset in between
+    char log[PATH_TEXT * 2], part[PATH_TEXT * 2], arguments[PATH_TEXT * 3];
+    snprintf(log, sizeof log, "%s", scratch("resume.log"));
+    snprintf(part, sizeof part, "%s", scratch("part.h5"));
+    snprintf(arguments, sizeof arguments, "--resume %s", part);
+    for (int s = 0; s < EFFORT(KEEP_SCENES); s++) {
+        const KeepScene *scene = &keep_scenes[s];
+        const char *config = session_scene(scene, "single", 1);
+        Session session = session_create(scene, 100, TICKS); // with a reset at tick 132
+        session_write_log(&session, scene, log);
+        session_destroy(&session);
+        char whole[HASH_TEXT], resumed[HASH_TEXT];
+        run_to_end("", log, config, whole);
+        for (int k = 0; k < 2; k++) {
+            Daemon daemon;
+            run_daemon(&daemon, "--offline %g --checkpoint %s --input %s %s", at_s[k], part, log,
+                       config);
+            assert_int_equal(daemon.code, 0);
+            run_to_end(arguments, log, config, resumed);
+            assert_string_equal(resumed, whole);
+        }
+    }
+}
+
+static void push(Client *client, double z)
+{
+    const double center[3] = {0.0, 0.0, 0.05}, force[3] = {0.0, 0.05, z};
+    int32_t id = send_load(client, center, 0.03, force, 0.2, "ball");
+    wait_until(client, find_reply(client, id) != NULL);
+    assert_true(find_reply(client, id)->ok);
+}
+
+// Starts a server on a checkpoint or none, loads in a pause before a checkpoint and behind it,
+// lets it go on, and kills it.
+static void kill_after_pause(const char *config, const char *from, const char *kept,
+                             const char *log)
+{
+    Client *client = client_create();
+    Daemon daemon;
+    daemon_start(&daemon, "--log-inputs %s --checkpoint %s %s %s %s", log, kept,
+                 from != NULL ? "--resume" : "", from != NULL ? from : "", config);
+    client_wait_for_daemon(client);
+    command(client, PLIANT_COMMAND_T_STEP, 30, "");
+    command(client, PLIANT_COMMAND_T_PAUSE, 0, "");
+    push(client, -0.1);
+    push(client, 0.07);
+    assert_true(command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "")->ok);
+    push(client, -0.05);
+    command(client, PLIANT_COMMAND_T_STEP, 40, "");
+    daemon_signal(&daemon, SIGKILL);
+    daemon_wait(&daemon);
+    client_destroy(client);
+}
+
+static void expect_same(const char *first, const char *second, const char *log, const char *config,
+                        double first_s, double second_s)
+{
+    char one[HASH_TEXT], other[HASH_TEXT];
+    Daemon daemon;
+    run_daemon(&daemon, "--offline %g %s --input %s %s", first_s, first, log, config);
+    assert_int_equal(daemon.code, 0);
+    printed_state(&daemon, one);
+    long long step = printed(&daemon, "step");
+    run_daemon(&daemon, "--offline %g %s --input %s %s", second_s, second, log, config);
+    assert_int_equal(daemon.code, 0);
+    assert_int_equal(printed(&daemon, "step"), step);
+    printed_state(&daemon, other);
+    assert_string_equal(other, one);
+}
+
+static long long step_of(const char *kept, const char *config)
+{
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 0 --resume %s %s", kept, config);
+    assert_int_equal(daemon.code, 0);
+    return printed(&daemon, "step");
+}
+
+static void inputs_of_a_pause_are_applied_once(void **state)
+{
+    (void)state;
+    char first[PATH_TEXT * 2], second[PATH_TEXT * 2], log[PATH_TEXT * 2];
+    char from_first[PATH_TEXT * 3], from_second[PATH_TEXT * 3];
+    const char *config = session_scene(&keep_scenes[0], "single", 1);
+    snprintf(first, sizeof first, "%s", scratch("first.h5"));
+    snprintf(second, sizeof second, "%s", scratch("second.h5"));
+    snprintf(log, sizeof log, "%s", scratch("pause.log"));
+    snprintf(from_first, sizeof from_first, "--resume %s", first);
+    snprintf(from_second, sizeof from_second, "--resume %s", second);
+    kill_after_pause(config, NULL, first, log);
+    double begin_s = (double)step_of(first, config) / SESSION_RATE;
+    expect_same("", from_first, log, config, begin_s + 0.05, 0.05);
+    // A second log begins where the first checkpoint was: in a pause, behind its inputs.
+    kill_after_pause(config, first, second, log);
+    double end_s = (double)step_of(second, config) / SESSION_RATE;
+    expect_same(from_first, from_second, log, config, end_s - begin_s + 0.05, 0.05);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(a_run_goes_on_inside_its_log),
+        daemon_test(inputs_of_a_pause_are_applied_once),
+    };
+    harness_start(argc, argv);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}
