@@ -44,7 +44,11 @@ static void on_nodes(const lcm_recv_buf_t *message, const char *channel, void *u
 {
     (void)channel;
     Shown *shown = user;
-    if (nodes_frame_add(&shown->nodes, message->data, message->data_size) != FRAMES_WHOLE)
+    const bool started = shown->nodes.started;
+    FramesResult result = nodes_frame_add(&shown->nodes, message->data, message->data_size);
+    if (!started && shown->nodes.started)
+        shown->begun = shown->nodes.sequence;
+    if (result != FRAMES_WHOLE)
         return;
     shown->whole++;
     show(shown);

@@ -18,6 +18,7 @@ typedef struct Shown {
     int64_t whole;       // frames that came whole, shown or not
     int64_t meshes;      // whole meshes and deltas taken
     int32_t first, last; // sequences shown
+    int32_t begun;       // sequence of the first frame of which something came
     lcm_subscription_t *on[3];
     lcm_t *lcm;
 } Shown;
