@@ -3,6 +3,7 @@
 #include "scratch.h"
 
 #include "files/build.h"
+#include "files/memory.h"
 #include "surface/surface.h"
 
 #include <string.h>
@@ -255,9 +256,11 @@ static void bodies_that_do_not_fit_are_refused(void **unused)
                 "x.cfg:2: ", "body a has 746 nodes to start with, capacity.nodes is 745");
     expect_part("capacity = { faces = 371; };" LEVELLED("levels = 1;"),
                 "x.cfg:2: ", "body a has 372 faces to start with, capacity.faces is 371");
-    expect_part("bodies = (\n{ name = \"a\"; mesh = { generator = \"sphere\"; nodes = 5000; };\n"
-                "levels = 8; } );",
-                "x.cfg:2: ", "level 8 has");
+    // 46 GB of levels: where they would fit, there are too many nodes to be counted.
+    expect_part(
+        "bodies = (\n{ name = \"a\"; mesh = { generator = \"sphere\"; nodes = 5000; };\n"
+        "levels = 8; } );",
+        "x.cfg:2: ", memory_free() < 45e9 ? "nodes at the finest level need" : "level 8 has");
 }
 
 static void fixed_nodes_must_exist(void **unused)

@@ -10,15 +10,15 @@
 
 // --- what there is -------------------------------------------------------------------------------
 
-// The number [bytes] behind a key of a file of /proc, which counts in kB; NaN: not there.
-static double read_key(const char *path, const char *key)
+// The number behind a key of a file, which counts in `unit` bytes; NaN: not there.
+static double read_key(const char *path, const char *key, double unit)
 {
     char line[256];
     double value = nan("");
     FILE *file = fopen(path, "r");
     while (file != NULL && fgets(line, sizeof line, file) != NULL)
         if (strncmp(line, key, strlen(key)) == 0)
-            value = strtod(line + strlen(key), NULL) * 1024.0;
+            value = strtod(line + strlen(key), NULL) * unit;
     if (file != NULL)
         fclose(file);
     return value;
@@ -40,16 +40,19 @@ static double read_group(const char *folder, const char *name)
     return value;
 }
 
+// Copies of files count as the group's, but give way.
 static double group_free(void)
 {
-    char line[512], folder[512] = "";
+    char line[512], folder[512] = "", stat[600];
     FILE *file = fopen("/proc/self/cgroup", "r");
     while (file != NULL && fgets(line, sizeof line, file) != NULL)
         if (strncmp(line, "0::", 3) == 0)
             snprintf(folder, sizeof folder, "%.*s", (int)strcspn(line + 3, "\n"), line + 3);
     if (file != NULL)
         fclose(file);
-    return read_group(folder, "memory.max") - read_group(folder, "memory.current");
+    snprintf(stat, sizeof stat, "/sys/fs/cgroup%s/memory.stat", folder);
+    return read_group(folder, "memory.max") - read_group(folder, "memory.current") +
+           read_key(stat, "inactive_file ", 1.0) + read_key(stat, "active_file ", 1.0);
 }
 
 static double limit_free(int resource, const char *key)
@@ -57,14 +60,14 @@ static double limit_free(int resource, const char *key)
     struct rlimit limit;
     if (getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
         return nan("");
-    return (double)limit.rlim_cur - read_key("/proc/self/status", key);
+    return (double)limit.rlim_cur - read_key("/proc/self/status", key, 1024.0);
 }
 
 double memory_free(void)
 {
     // fmin passes over what is not known.
-    double least =
-        read_key("/proc/meminfo", "MemAvailable:") + read_key("/proc/meminfo", "SwapFree:");
+    double least = read_key("/proc/meminfo", "MemAvailable:", 1024.0) +
+                   read_key("/proc/meminfo", "SwapFree:", 1024.0);
     least = fmin(least, group_free());
     least = fmin(least, limit_free(RLIMIT_AS, "VmSize:"));
     least = fmin(least, limit_free(RLIMIT_DATA, "VmData:"));
