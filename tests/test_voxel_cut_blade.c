@@ -477,6 +477,23 @@ static void blade_that_meets_nothing_says_so(void **state)
     cut_bench_destroy(&bench);
 }
 
+// Its memory is part of the state: half an edge in it would not come back from a checkpoint.
+static void stroke_that_begins_beyond_reach_leaves_nothing_behind(void **state)
+{
+    (void)state;
+    static const BladeStroke none = {0};
+    CutBench bench;
+    make_bar(&bench, 2);
+    const BladeEdge half_out = {{{1.0, 1.0, 1.0}, {1e12, 0.0, 0.0}}};
+    const CutSweep sweep = {
+        .phase = CUT_BEGINS, .before = half_out, .after = half_out, .stroke = &bench.stroke};
+    CutOutcome outcome;
+    assert_false(cut_blades_find(&bench.blades, bench.vertices.present, 1e-3, &sweep, &outcome));
+    assert_int_equal(outcome.verdict, CUT_TOO_LARGE);
+    assert_memory_equal(bench.blades.blade[0].stroke, &none, sizeof none);
+    cut_bench_destroy(&bench);
+}
+
 // What a file says of a stroke may be anything: it goes on, or begins anew.
 static void any_memory_of_a_stroke_is_survived(void **state)
 {
@@ -526,6 +543,7 @@ int main(void)
         cmocka_unit_test(planes_commute),
         cmocka_unit_test(division_moves_no_centre),
         cmocka_unit_test(blade_that_meets_nothing_says_so),
+        cmocka_unit_test(stroke_that_begins_beyond_reach_leaves_nothing_behind),
         cmocka_unit_test(any_memory_of_a_stroke_is_survived),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
