@@ -38,7 +38,7 @@ typedef struct Scene {
 
 static const Scene SCENES[] = {
     {"single leapfrog", PRECISION_SINGLE, INTEGRATOR_LEAPFROG, SHAPE_WORLD, ADJUST_CONTINUUM, false,
-     0.0, 0.0, EFFORT(24)},
+     0.0, 0.0, EFFORT(12)},
     {"double rk4", PRECISION_DOUBLE, INTEGRATOR_RK4, SHAPE_WORLD, ADJUST_CONTINUUM, false, 0.0, 0.0,
      EFFORT(12)},
     {"single leapfrog body frame", PRECISION_SINGLE, INTEGRATOR_LEAPFROG, SHAPE_BODY,
