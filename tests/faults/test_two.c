@@ -49,15 +49,22 @@ static void expect_alive(Client *client, Daemon *daemon)
     assert_int_equal(daemon->code, 0);
 }
 
+// A good link, the first daemon on the server's host, and a client beside it that has heard it.
+static Client *start_first(Daemon *first)
+{
+    hosts_fault(NULL);
+    Client *client = client_on(HOST_SERVER);
+    start_on(HOST_SERVER, first);
+    client_wait_for_daemon(client);
+    return client;
+}
+
 static void a_second_daemon_is_refused_on_one_host_and_between_two(void **state)
 {
     (void)state;
     static const Host HOSTS[] = {HOST_SERVER, HOST_CLIENT};
     Daemon first, second;
-    hosts_fault(NULL);
-    Client *client = client_on(HOST_SERVER);
-    start_on(HOST_SERVER, &first);
-    client_wait_for_daemon(client);
+    Client *client = start_first(&first);
     for (int i = 0; i < 2; i++) {
         start_on(HOSTS[i], &second);
         expect_refused(&second);
@@ -71,10 +78,7 @@ static void a_paused_daemon_holds_its_prefix(void **state)
 {
     (void)state;
     Daemon first, second;
-    hosts_fault(NULL);
-    Client *client = client_on(HOST_SERVER);
-    start_on(HOST_SERVER, &first);
-    client_wait_for_daemon(client);
+    Client *client = start_first(&first);
     assert_true(command(client, PLIANT_COMMAND_T_PAUSE, 0, "")->ok);
     start_on(HOST_CLIENT, &second);
     expect_refused(&second);
@@ -87,10 +91,7 @@ static void a_second_daemon_on_a_lossy_link_ends_and_the_first_does_not(void **s
 {
     (void)state;
     Daemon first, second;
-    hosts_fault(NULL);
-    Client *client = client_on(HOST_SERVER);
-    start_on(HOST_SERVER, &first);
-    client_wait_for_daemon(client);
+    Client *client = start_first(&first);
     for (int i = 0; i < 3; i++) { // at its start or a moment later
         hosts_fault(&(LinkFaults){.loss = 0.5});
         start_on(HOST_CLIENT, &second);
@@ -106,10 +107,7 @@ static void of_two_that_started_apart_the_later_ends_when_the_link_is_back(void 
 {
     (void)state;
     Daemon first, second;
-    Client *client = client_on(HOST_SERVER), *other = client_on(HOST_CLIENT);
-    hosts_fault(NULL);
-    start_on(HOST_SERVER, &first);
-    client_wait_for_daemon(client);
+    Client *client = start_first(&first), *other = client_on(HOST_CLIENT);
     hosts_fault(&(LinkFaults){.cut = true});
     int early = other->status.count;
     start_on(HOST_CLIENT, &second);
@@ -129,10 +127,7 @@ static void a_daemon_that_was_stopped_ends_when_another_has_taken_its_place(void
 {
     (void)state;
     Daemon first, second;
-    hosts_fault(NULL);
-    Client *client = client_on(HOST_SERVER);
-    start_on(HOST_SERVER, &first);
-    client_wait_for_daemon(client);
+    Client *client = start_first(&first);
     daemon_signal(&first, SIGSTOP);
     client_listen(client, 100); // what it has sent before
     int before = client->status.count;
@@ -152,10 +147,7 @@ static void a_daemon_that_was_stopped_alone_goes_on(void **state)
 {
     (void)state;
     Daemon first;
-    hosts_fault(NULL);
-    Client *client = client_on(HOST_SERVER);
-    start_on(HOST_SERVER, &first);
-    client_wait_for_daemon(client);
+    Client *client = start_first(&first);
     daemon_signal(&first, SIGSTOP);
     for (double end = client_now() + 1.0; client_now() < end;)
         client_listen(client, 20);
@@ -185,10 +177,7 @@ static void a_log_that_is_played_back_ends_no_daemon(void **state)
 {
     (void)state;
     Daemon first;
-    hosts_fault(NULL);
-    Client *client = client_on(HOST_SERVER);
-    start_on(HOST_SERVER, &first);
-    client_wait_for_daemon(client);
+    Client *client = start_first(&first);
     Logged status = {.size = 0};
     lcm_subscription_t *on = lcm_subscribe(client->lcm, "PLIANT_STATUS", keep, &status);
     wait_until(client, status.size > 0);

@@ -8,6 +8,7 @@
 #include "pliant_event_t.h"
 #include "pliant_status_t.h"
 
+#include <math.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
@@ -74,6 +75,34 @@ static Logged *read_log(const char *path)
     }
     lcm_eventlog_destroy(log);
     return logged;
+}
+
+// The middle one of the log's inputs: how long after the log's first message it came, for a log
+// begins when its logger does, and where in the file it ends.
+typedef struct Middle {
+    double seconds;
+    long end; // [bytes]
+} Middle;
+
+static Middle middle_input(const char *path, int inputs)
+{
+    Middle middle = {0.0, 0};
+    int64_t first = 0;
+    lcm_eventlog_t *log = lcm_eventlog_create(path, "r");
+    assert_non_null(log);
+    for (int before = inputs / 2; before > 0;) {
+        lcm_eventlog_event_t *event = lcm_eventlog_read_next_event(log);
+        assert_non_null(event);
+        char channel[64];
+        snprintf(channel, sizeof channel, "%.*s", event->channellen, event->channel);
+        if (first == 0 && strcmp(channel, "LCM_SELF_TEST") != 0) // which a replay leaves out
+            first = event->timestamp;
+        before -= is_input(channel);
+        middle = (Middle){1e-6 * (double)(event->timestamp - first), ftell(log->f)};
+        lcm_eventlog_free_event(event);
+    }
+    lcm_eventlog_destroy(log);
+    return middle;
 }
 
 static int compare_hashes(const void *a, const void *b)
@@ -316,20 +345,24 @@ static void a_log_of_the_logger_is_input_off_line(void **state)
     if (!installed())
         skip();
     const char *config = session_scene(scene, "single", 1), *path = scratch("session.lcmlog");
+    Logged *logged = read_log(path);
+    const Middle middle = middle_input(path, logged->inputs);
+    free(logged);
+    const int ticks = (int)ceil(middle.seconds * SESSION_RATE);
     char still[32], moved[32];
     Daemon daemon;
-    run_daemon(&daemon, "--offline 0.3 %s", config);
+    run_daemon(&daemon, "--offline %.3f %s", (double)ticks / SESSION_RATE, config);
     printed_state(&daemon, still);
-    run_daemon(&daemon, "--offline 0.3 --input %s %s", path, config);
+    run_daemon(&daemon, "--offline %.3f --input %s %s", (double)ticks / SESSION_RATE, path, config);
     assert_int_equal(daemon.code, 0);
     assert_null(strstr(daemon.err, "cut off"));
-    assert_true(printed(&daemon, "step") == 300);
+    assert_true(printed(&daemon, "step") == ticks);
     printed_state(&daemon, moved);
     assert_string_not_equal(moved, still);
 
     // Its writer was killed: the last event is not whole.
-    assert_int_equal(truncate(path, 40000), 0);
-    run_daemon(&daemon, "--offline 2 --input %s %s", path, config);
+    assert_int_equal(truncate(path, middle.end - 10), 0);
+    run_daemon(&daemon, "--offline %.3f --input %s %s", (double)ticks / SESSION_RATE, path, config);
     assert_int_equal(daemon.code, 0);
     assert_non_null(strstr(daemon.err, "cut off after"));
     assert_null(strstr(daemon.out, "applied 0,"));
