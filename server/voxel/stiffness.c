@@ -17,7 +17,7 @@ static double paper_stiffness(const Template *shape, double mu, double edge)
 
 // The largest eigenvalue of M^-1 K of a plain cube is max(4 (2 mu + 3 lambda), 8 alpha mu) /
 // (rho H^2); with hanging vertices it is at most twice that of its own cube
-// (tests/test_voxel_bound.c: 1.81 with nu = 0, less with more).
+// (tests/voxel/test_voxel_bound.c: 1.81 with nu = 0, less with more).
 ElementBounds stiffness_of_element(VoxelLaw law, const VoxelMaterial *material, double edge,
                                    const Template *shape, ElementClass *out)
 {

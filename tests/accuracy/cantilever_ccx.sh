@@ -1,5 +1,5 @@
 #!/bin/sh
-# The cantilever of tests/test_voxel_cantilever.c by CalculiX (Debian's calculix-ccx): deflection of
+# The cantilever of tests/voxel/test_voxel_cantilever.c by CalculiX (Debian's calculix-ccx): deflection of
 # the end over Timoshenko's with the shear coefficient 5/6, for bricks with incompatible modes
 # (C3D8I), full (C3D8) and reduced (C3D8R) integration, with 1, 2, 4 and 8 elements through the
 # thickness. Then the mean move of the end [mm] of the same beam with E = 1 MPa that sags under its
