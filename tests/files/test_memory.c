@@ -24,27 +24,23 @@ static const char *refusal_of(const char *text)
 static void a_body_that_no_machine_holds_is_refused_before_it_is_made(void **unused)
 {
     (void)unused;
-#ifdef PLIANT_WITH_SURFACE
     const char *said = refusal_of("bodies = ( { name = \"a\"; mesh = { generator = \"sheet\"; "
                                   "columns = 4000; rows = 4000; }; levels = 8; adapt = { }; } );");
     assert_ptr_equal(strstr(said, "x.cfg:1: 1048576000000 nodes at the finest level need at least "
                                   "2e+06 GB of memory, and "),
                      said);
-#endif
 }
 
 // More than a machine has that runs tests, less than would be refused for other reasons.
 static void room_that_a_scene_asks_for_counts(void **unused)
 {
     (void)unused;
-#ifdef PLIANT_WITH_SURFACE
     SceneBody body = {.model = MODEL_SURFACE,
                       .surface = {.cuttable = true, .node_capacity = 100000000}};
     Status status = {0};
     bool fits = memory_free() >= 1e8 * 100.0;
     assert_int_equal(memory_check_surface(&body, 100.0, &status), fits);
     assert_int_equal(status.code, fits ? STATUS_OK : STATUS_INVALID);
-#endif
 }
 
 static void what_is_free_is_a_number(void **unused)
