@@ -126,6 +126,14 @@ static long resident_kb(const Daemon *daemon)
     return kb;
 }
 
+// Pages that a program touches for the first time: none of them for a queue, which would keep some
+// kilobytes a frame. The thread sanitizer keeps four bytes of its own for each.
+#ifdef __SANITIZE_THREAD__
+static const double GROWTH_KB = 5.0 * 512.0;
+#else
+static const double GROWTH_KB = 512.0;
+#endif
+
 static void subscribers_that_read_nothing_hold_up_nobody(void **state)
 {
     (void)state;
@@ -150,7 +158,7 @@ static void subscribers_that_read_nothing_hold_up_nobody(void **state)
     // The client reads all the time: what it misses, the daemon has not sent.
     assert_int_equal(client->frames.gaps, 0);
     long grown = resident_kb(&daemon) - before;
-    expect_at_most((double)grown, 512.0); // nothing is kept for them: no queue grows in the daemon
+    expect_at_most((double)grown, GROWTH_KB); // nothing is kept for them
     figure("two stalled subscribers (one SIGSTOP, one that reads nothing): %d frames to a third, "
            "%d missing, daemon %+ld kB",
            client->frames.whole - seen, client->frames.gaps, grown);
