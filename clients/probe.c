@@ -74,7 +74,9 @@ typedef struct Probe {
 
 static const struct argp_option OPTIONS[] = {
     {0, 0, 0, 0, "What to do (one of):", 1},
-    {"auto", 'a', 0, 0, "press the first body where it lies nearest along --direction", 1},
+    {"auto", 'a', 0, 0,
+     "press the first body where it lies nearest along --direction (of a flat side: in its middle)",
+     1},
     {"press", 'p', "X,Y,Z", 0, "press from this point [m] along --direction", 1},
     {"poses", 'f', "FILE", 0, "follow the lines 't x y z [qw qx qy qz]' of a text file", 1},
     {"keys", 'k', 0, 0,
