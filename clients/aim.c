@@ -2,11 +2,13 @@
 #include "aim.h"
 #include "frames.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "pliant_command_t.h"
 
 enum { AIM_QUEUE = 4096, AIM_WAIT_S = 3 }; // the queue holds every chunk of the largest mesh
+#define LEVEL 1e-3 // nodes that lie first: within this share of the body's extent along the press
 
 typedef struct Search {
     Client *client;
@@ -55,18 +57,40 @@ static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *us
     update_ready(search);
 }
 
-static void choose_node(const Search *search, const double direction[3], double node[3])
+static double along(const float x[3], const double direction[3])
 {
-    double first = 0.0;
-    bool found = false;
-    for (int i = 0; i < search->nodes.node_count; i++) {
-        const float *x = search->nodes.position + 3 * (size_t)i;
-        double along =
-            direction[0] * (double)x[0] + direction[1] * (double)x[1] + direction[2] * (double)x[2];
-        if (search->mesh.id[i] < 0 || (found && along >= first))
+    return direction[0] * (double)x[0] + direction[1] * (double)x[1] + direction[2] * (double)x[2];
+}
+
+void aim_choose(int count, const float *position, const int32_t *id, const double direction[3],
+                double node[3])
+{
+    double first = HUGE_VAL, last = -HUGE_VAL, middle[3] = {0.0, 0.0, 0.0}, nearest = HUGE_VAL;
+    int level = 0;
+    for (int i = 0; i < count; i++) {
+        if (id[i] < 0)
             continue;
-        found = true;
-        first = along;
+        first = fmin(first, along(position + 3 * i, direction));
+        last = fmax(last, along(position + 3 * i, direction));
+    }
+    // Of a flat side many nodes lie first: not its corner, but the one in its middle.
+    const double limit = first + LEVEL * (last - first);
+    for (int i = 0; i < count; i++) {
+        const float *x = position + 3 * i;
+        if (id[i] < 0 || !(along(x, direction) <= limit))
+            continue;
+        level++;
+        for (int k = 0; k < 3; k++)
+            middle[k] += ((double)x[k] - middle[k]) / level;
+    }
+    for (int i = 0; i < count; i++) {
+        const float *x = position + 3 * i;
+        double distance = 0.0;
+        for (int k = 0; k < 3; k++)
+            distance += ((double)x[k] - middle[k]) * ((double)x[k] - middle[k]);
+        if (id[i] < 0 || !(along(x, direction) <= limit) || distance >= nearest)
+            continue;
+        nearest = distance;
         for (int k = 0; k < 3; k++)
             node[k] = (double)x[k];
     }
@@ -114,7 +138,8 @@ bool aim_find(Client *client, const double direction[3], Aim *aim, ClientError *
     if (nodes)
         lcm_unsubscribe(client->lcm, nodes);
     if (ok)
-        choose_node(&search, direction, aim->node);
+        aim_choose(search.nodes.node_count, search.nodes.position, search.mesh.id, direction,
+                   aim->node);
     mesh_frame_destroy(&search.mesh);
     nodes_frame_destroy(&search.nodes);
     return ok;

@@ -331,6 +331,26 @@ bool client_wait(Client *client, int64_t deadline_ns, const bool *done)
     return false;
 }
 
+static void on_anything(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)buffer;
+    (void)channel;
+    *(bool *)user = true;
+}
+
+bool client_hear_daemon(Client *client, double timeout_s)
+{
+    bool heard = false;
+    lcm_subscription_t *contact = client_subscribe(client, "CONTACT", NULL, 1, on_anything, &heard);
+    lcm_subscription_t *status = client_subscribe(client, "STATUS", NULL, 1, on_anything, &heard);
+    client_wait(client, client_now_ns() + (int64_t)(timeout_s * 1e9), &heard);
+    if (contact)
+        lcm_unsubscribe(client->lcm, contact);
+    if (status)
+        lcm_unsubscribe(client->lcm, status);
+    return heard;
+}
+
 // --- requests ---
 
 static void on_reply(const lcm_recv_buf_t *buffer, const char *channel, void *user)

@@ -97,6 +97,10 @@ int64_t client_utime(void);
 // connection. True when the deadline or `*done` was reached.
 bool client_wait(Client *client, int64_t deadline_ns, const bool *done);
 
+// Waits until a daemon is heard (_CONTACT or _STATUS), so that one that is just starting misses
+// nothing of a path. False: silence for `timeout_s`, a signal or a broken connection.
+bool client_hear_daemon(Client *client, double timeout_s);
+
 // --- requests ---
 
 // Sends a command and waits for its reply; sends it again with the same id, so that the daemon

@@ -74,7 +74,9 @@ typedef struct Probe {
 
 static const struct argp_option OPTIONS[] = {
     {0, 0, 0, 0, "What to do (one of):", 1},
-    {"auto", 'a', 0, 0, "press the first body where it lies nearest along --direction", 1},
+    {"auto", 'a', 0, 0,
+     "press the first body where it lies nearest along --direction (of a flat side: in its middle)",
+     1},
     {"press", 'p', "X,Y,Z", 0, "press from this point [m] along --direction", 1},
     {"poses", 'f', "FILE", 0, "follow the lines 't x y z [qw qx qy qz]' of a text file", 1},
     {"keys", 'k', 0, 0,
@@ -90,7 +92,8 @@ static const struct argp_option OPTIONS[] = {
     {0, 0, 0, 0, "How:", 2},
     {"tool", 't', "ID", 0, "id of the tool in the scene (1)", 2},
     {"rate", 'r', "HZ", 0, "poses a second (1000)", 2},
-    {"direction", 'd', "X,Y,Z", 0, "of the press (0,0,-1: downwards)", 2},
+    {"direction", 'd', "X,Y,Z", 0,
+     "of the press (0,0,-1: downwards); the tool's z axis points back against it", 2},
     {"depth", 'D', "M", 0, "of the press; with --auto from the first touch on (0.01)", 2},
     {"speed", 's', "M/S", 0, "of the tool (0.02)", 2},
     {"hold", 'H', "S", 0, "rest at the deepest point (1)", 2},
@@ -647,7 +650,12 @@ static bool feel(Probe *probe, ClientError *error)
 
 static bool run(Probe *probe, ClientError *error)
 {
-    if (!subscribe(probe, error) || !prepare_path(probe, error) || !open_log(probe, error))
+    if (!subscribe(probe, error))
+        return false;
+    if (!probe->options.aim && // which asks, and waits for the answer
+        !client_hear_daemon(&probe->client, probe->options.timeout_s))
+        return explain_silence(probe, error);
+    if (!prepare_path(probe, error) || !open_log(probe, error))
         return false;
     const bool hand = probe->options.hand, approach = !hand || probe->options.mode == MODE_AUTO;
     bool ok = (!approach || drive(probe, error)) && (!hand || feel(probe, error));

@@ -150,7 +150,7 @@ static void parse_arguments(int argc, char **argv, StudyArguments *arguments)
         "Runs a scene in many ways (time step, integrator, precision, level of detail), compares "
         "each with a converged run of it, and says what each costs, how far it is off, and which "
         "to choose.\v"
-        "Exit code 0: done; 1: failure while running; 2: bad usage, scene, mesh or file.",
+        "Exit code 0: done; 1: failed while running; 2: bad usage, scene, mesh or file.",
         NULL,
         NULL,
         NULL};

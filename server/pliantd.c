@@ -182,7 +182,7 @@ static void parse_arguments(int argc, char **argv, DaemonArguments *arguments)
         parse_option,
         "SCENE.cfg",
         "Simulates the soft bodies of a scene in real time and serves them over LCM.\v"
-        "Exit code 0: done; 1: failure while running; 2: bad usage, scene, mesh or file.",
+        "Exit code 0: done; 1: failed while running; 2: bad usage, scene, mesh or file.",
         NULL,
         NULL,
         NULL};

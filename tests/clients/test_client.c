@@ -103,6 +103,39 @@ static void channels_name_prefix_message_and_body(void **state)
     assert_null(client_body_of(&client, "NODES", "LAB_MESH_liver"));
 }
 
+// memq keeps only what somebody has subscribed to.
+static void on_nothing(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)buffer;
+    (void)channel;
+    (void)user;
+}
+
+static void a_daemon_is_heard_by_contact_or_status_alone(void **state)
+{
+    (void)state;
+    Client client;
+    ClientError error;
+    ClientOptions options = {.url = "memq://"};
+    assert_true(client_connect(&client, &options, &error));
+    lcm_subscribe(client.lcm, ".*", on_nothing, NULL);
+    static const struct {
+        const char *channel;
+        bool heard;
+    } cases[] = {{"PLIANT_STATUS", true},
+                 {"PLIANT_NODES_liver", false},
+                 {"OTHER_STATUS", false},
+                 {"PLIANT_CONTACT", true}};
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        lcm_publish(client.lcm, cases[k].channel, "x", 1);
+        assert_int_equal(client_hear_daemon(&client, 0.01), cases[k].heard);
+        const int64_t start = client_now_ns();
+        assert_false(client_hear_daemon(&client, 0.01)); // what was heard before does not count
+        assert_true(client_now_ns() - start >= 10000000);
+    }
+    client_disconnect(&client);
+}
+
 static void text_from_the_network_cannot_steer_the_terminal(void **state)
 {
     (void)state;
@@ -130,6 +163,7 @@ int main(void)
         cmocka_unit_test(vectors_have_three_numbers),
         cmocka_unit_test(names_hold_nothing_that_a_pattern_would_read),
         cmocka_unit_test(channels_name_prefix_message_and_body),
+        cmocka_unit_test(a_daemon_is_heard_by_contact_or_status_alone),
         cmocka_unit_test(text_from_the_network_cannot_steer_the_terminal),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -329,6 +329,9 @@ static void the_client_says_what_is_wrong_with_its_arguments(void **state)
     run_cutter(&run, "--prefix NOBODY --timeout 0.05 --tries 3 --plane 0,0,0,0,0,1");
     assert_int_equal(run.code, 1);
     assert_non_null(strstr(run.err, "no reply on NOBODY_REPLY within 0.15 s"));
+    run_cutter(&run, "--stroke --prefix NOBODY --timeout 0.05 --tries 3 --plane 0,0,0,0,0,1");
+    assert_int_equal(run.code, 1);
+    assert_non_null(strstr(run.err, "NOBODY_STATUS within 0.15 s: no pliantd on"));
 }
 
 static void the_client_moves_a_blade(void **state)

@@ -140,6 +140,7 @@ static void version_and_help_exit_0(void **state)
     run_daemon(&daemon, "--help");
     assert_int_equal(daemon.code, 0);
     assert_non_null(strstr(daemon.out, "--log-inputs"));
+    assert_non_null(strstr(daemon.out, "mesh or file.\n")); // the prompt comes on a line of its own
 }
 
 static void rate_replaces_the_scenes(void **state)

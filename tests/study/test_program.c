@@ -85,6 +85,7 @@ static void help_and_version_are_printed(void **unused)
     expect_said("--error=PCT");
     expect_said("--jobs=N");
     expect_said("Exit code 0: done; 1:");
+    expect_said("mesh or file.\n");
     run("--version");
     expect_done();
     assert_int_equal(strncmp(result.out, "pliant-study ", 13), 0);
