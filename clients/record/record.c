@@ -171,8 +171,14 @@ static int record(const Options *options)
         client_fail(&error, "%s: cannot be read", options->convert);
         return fail_with(error.text, 2);
     }
-    if (!recording_claim(options->output, options->overwrite, &status))
-        return fail_with(status.text, 2);
+    struct stat facts;
+    const bool kept =
+        stat(options->output, &facts) == 0 && S_ISREG(facts.st_mode) && facts.st_size > 0;
+    if (!recording_claim(options->output, options->overwrite, &status)) {
+        client_fail(&error, "%s%s", status.text,
+                    kept && !options->overwrite ? "; --overwrite replaces a recording" : "");
+        return fail_with(error.text, 2);
+    }
     client_catch_signals();
     bool ok = options->convert ? convert_log(options->convert, &options->live, &error)
                                : live_record(&options->live, &error);

@@ -258,6 +258,7 @@ static void what_cannot_be_recorded_is_refused(void **state)
     expect_end("--info x.h5 -o y.h5", 2, "--info");
     snprintf(line, sizeof line, "-o %s", kept);
     expect_end(line, 2, "exists already");
+    expect_end(line, 2, "; --overwrite replaces a recording");
     snprintf(line, sizeof line, "-o %s --overwrite", kept);
     expect_end(line, 2, "no HDF5 file");
     snprintf(line, sizeof line, "-o %s --convert %s", path, scratch("nowhere.log"));
