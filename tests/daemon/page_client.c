@@ -175,6 +175,14 @@ int page_rounds(PageClient *page)
     return rounds;
 }
 
+bool page_closed(PageClient *page)
+{
+    pthread_mutex_lock(&page->lock);
+    bool closed = page->closed;
+    pthread_mutex_unlock(&page->lock);
+    return closed;
+}
+
 PageBody page_body(PageClient *page, int body)
 {
     pthread_mutex_lock(&page->lock);

@@ -43,6 +43,7 @@ void page_send(PageClient *page, const char *format, ...) __attribute__((format(
 
 int page_count(PageClient *page, const char *type);
 int page_rounds(PageClient *page);
+bool page_closed(PageClient *page); // by the server
 PageBody page_body(PageClient *page, int body);
 // Whether the newest text of that type contains `part`.
 bool page_says(PageClient *page, const char *type, const char *part);

@@ -419,13 +419,13 @@ static void hostile_frames_close_their_connection_only(void **state)
     rig.port = start_web(&server, "--port 0", line);
     PageClient *good = open_page(), *bad = open_page(), *big = open_page();
     mg_websocket_client_write(bad->connection, MG_WEBSOCKET_OPCODE_BINARY, "\x01\x02", 2);
-    page_wait(bad->closed);
+    page_wait(page_closed(bad));
     char *much = malloc(100000);
     assert_non_null(much);
     memset(much, 'x', 100000);
     mg_websocket_client_write(big->connection, MG_WEBSOCKET_OPCODE_TEXT, much, 100000);
     free(much);
-    page_wait(big->closed);
+    page_wait(page_closed(big));
     page_send(good, "{\"type\":\"tool\"");
     page_wait(page_says(good, "error", "not JSON"));
     page_disconnect(good);
