@@ -4,6 +4,7 @@
 #include "base/check.h"
 #include "files/body_voxels.h"
 #include "files/volume_import.h"
+#include "geometry/mesh.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -96,8 +97,13 @@ static bool reserve_lattice(const HdfFile *file, const char *body, Lattice *latt
         return hdf_fail(file, name, "has %lld cells, the lattice %d x %d x %d", (long long)cells,
                         count[0], count[1], count[2]);
     Status said = {0};
-    return lattice_create(lattice, count, size, &said) ||
-           hdf_fail(file, prepared_path(name, body, ""), "%s", said.text);
+    if (!lattice_create(lattice, count, size, &said))
+        return hdf_fail(file, prepared_path(name, body, ""), "%s", said.text);
+    double extent = size * fmax(count[0], fmax(count[1], count[2]));
+    return (extent >= MESH_SMALLEST_EXTENT && extent <= MESH_LARGEST_EXTENT) ||
+           hdf_fail(file, prepared_path(name, body, "/size"),
+                    "makes a body of %g m, outside [%g, %g]", extent, MESH_SMALLEST_EXTENT,
+                    MESH_LARGEST_EXTENT);
 }
 
 // Whether every label has a material and some cell is solid.
@@ -126,8 +132,12 @@ static bool read_lattice(const HdfFile *file, const SceneBody *body, Lattice *la
         return false;
     if (!check_labels(lattice, body->voxels.label_count))
         return hdf_fail(file, name, "has no solid cell, too many, or one without a material");
-    if (!hdf_read_vectors(file, prepared_path(name, body->name, "/origin"), 1, &lattice->origin) ||
-        !hdf_read_numbers(file, prepared_path(name, body->name, "/turn"), H5T_NATIVE_DOUBLE, 4,
+    const Vec3 *origin = &lattice->origin;
+    if (!hdf_read_vectors(file, prepared_path(name, body->name, "/origin"), 1, &lattice->origin))
+        return false;
+    if (!(fmax(fabs(origin->x), fmax(fabs(origin->y), fabs(origin->z))) <= LATTICE_FARTHEST))
+        return hdf_fail(file, name, "lies farther than %g m away", LATTICE_FARTHEST);
+    if (!hdf_read_numbers(file, prepared_path(name, body->name, "/turn"), H5T_NATIVE_DOUBLE, 4,
                           turn))
         return false;
     lattice->turn = (Quat){turn[0], turn[1], turn[2], turn[3]};

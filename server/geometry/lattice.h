@@ -11,6 +11,10 @@ enum {
     LATTICE_MOST_SOLID = 1 << 24, // cells of a body
 };
 
+// How far from the world's origin a lattice may begin [m]: beyond, something else than a place was
+// read, and single precision has no numbers left for it.
+#define LATTICE_FARTHEST 1e12
+
 // A rigid grid of cubes. Cell (i, j, k) has the corner origin + turn (i, j, k) size; its label is
 // label[(k * count[1] + j) * count[0] + i].
 typedef struct Lattice {

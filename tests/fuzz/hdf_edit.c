@@ -40,13 +40,27 @@ void hdf_base_read(HdfBase *base, const char *path)
 
 // --- edits ---------------------------------------------------------------------------------------
 
+// Whether it consists of many chunks of one number, as edit_shape makes them: HDF5 takes some
+// hundred bytes of memory for each that is written.
+static bool is_crumbs(hid_t set, size_t numbers)
+{
+    hsize_t chunk[8] = {0}, in_chunk = 1;
+    hid_t layout = H5Dget_create_plist(set);
+    int rank = H5Pget_layout(layout) == H5D_CHUNKED ? H5Pget_chunk(layout, 8, chunk) : 0;
+    for (int d = 0; d < rank; d++)
+        in_chunk *= chunk[d];
+    H5Pclose(layout);
+    return rank > 0 && numbers / in_chunk > 65536;
+}
+
 // Other bytes at some place of a data set.
 static void edit_bytes(hid_t set, Feed *feed)
 {
     static unsigned char data[SET_MOST];
     hid_t type = H5Dget_type(set), space = H5Dget_space(set);
-    size_t size = H5Tget_size(type) * (size_t)H5Sget_simple_extent_npoints(space);
-    if (size > 0 && size <= SET_MOST &&
+    size_t numbers = (size_t)H5Sget_simple_extent_npoints(space);
+    size_t size = H5Tget_size(type) * numbers;
+    if (size > 0 && size <= SET_MOST && !is_crumbs(set, numbers) &&
         H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0) {
         size_t at = feed_word(feed, 3) % size;
         // Whole numbers more often than parts of them.
