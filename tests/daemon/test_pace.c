@@ -46,7 +46,7 @@ static void nodes_come_at_the_steps_when_they_are_due(void **state)
     (void)state;
     Daemon daemon;
     Client *client = client_create();
-    daemon_start(&daemon, "--duration 2 %s",
+    daemon_start(&daemon, "%s",
                  write_scene("nodes.cfg",
                              "publish = { nodes_hz = 40.0; status_hz = 10.0; velocity = true; };",
                              ""));
@@ -57,6 +57,7 @@ static void nodes_come_at_the_steps_when_they_are_due(void **state)
     assert_int_equal(client->frames.gaps, 0);      // sequences count frames without holes
     wait_until(client, client->velocities.whole >= 30);
     assert_int_equal(client->velocities.node_count, SPHERE_NODES);
+    daemon_signal(&daemon, SIGTERM);
     daemon_wait(&daemon);
     assert_int_equal(daemon.code, 0);
     client_destroy(client);
