@@ -1,5 +1,5 @@
-// Bending of the cantilever of tests/voxel/voxel_trials.h by solid bodies of both laws, for the study's
-// report: a row a body with the ratio of its end's deflection to Timoshenko's.
+// Bending of the cantilever of tests/voxel/voxel_trials.h by solid bodies of both laws, for the
+// study's report: a row a body with the ratio of its end's deflection to Timoshenko's.
 #include "voxel_trials.h"
 
 #include <stdio.h>

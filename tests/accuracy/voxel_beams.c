@@ -1,4 +1,5 @@
-// Bending, patches, tension and shear by both laws: the trials of tests/voxel/voxel_trials.h as tables.
+// Bending, patches, tension and shear by both laws: the trials of tests/voxel/voxel_trials.h as
+// tables.
 #include "voxel_accuracy.h"
 
 #include "random.h"
