@@ -338,7 +338,7 @@ static void on_anything(const lcm_recv_buf_t *buffer, const char *channel, void 
     *(bool *)user = true;
 }
 
-bool client_hear_daemon(Client *client, double timeout_s)
+bool client_hear_daemon(Client *client, double timeout_s, ClientError *error)
 {
     bool heard = false;
     lcm_subscription_t *contact = client_subscribe(client, "CONTACT", NULL, 1, on_anything, &heard);
@@ -348,7 +348,17 @@ bool client_hear_daemon(Client *client, double timeout_s)
         lcm_unsubscribe(client->lcm, contact);
     if (status)
         lcm_unsubscribe(client->lcm, status);
-    return heard;
+    if (heard)
+        return true;
+    if (client_stopped())
+        return client_fail(error, "interrupted");
+    if (client->broken)
+        return client_fail(error, "the LCM connection failed");
+    return client_fail(
+        error,
+        "nothing heard on %s_CONTACT and %s_STATUS within %g s: no pliantd on %s, or "
+        "one with another prefix (--prefix)?",
+        client->prefix, client->prefix, timeout_s, client->url);
 }
 
 // --- requests ---

@@ -98,8 +98,9 @@ int64_t client_utime(void);
 bool client_wait(Client *client, int64_t deadline_ns, const bool *done);
 
 // Waits until a daemon is heard (_CONTACT or _STATUS), so that one that is just starting misses
-// nothing of a path. False: silence for `timeout_s`, a signal or a broken connection.
-bool client_hear_daemon(Client *client, double timeout_s);
+// nothing of a path. False with a sentence: silence for `timeout_s`, a signal or a broken
+// connection.
+bool client_hear_daemon(Client *client, double timeout_s, ClientError *error);
 
 // --- requests ---
 

@@ -443,14 +443,8 @@ static bool move_tool(Cut *cut, ClientError *error)
     if (!client_subscribe(&cut->client, "EVENT", NULL, 256, on_event, cut))
         return client_fail(error, "LCM refuses to subscribe to %s_EVENT", cut->client.prefix);
     const double patience = options->timeout_s * (double)options->tries; // as with messages
-    if (!client_hear_daemon(&cut->client, patience))
-        return client_stopped()
-                   ? client_fail(error, "interrupted")
-                   : client_fail(
-                         error,
-                         "nothing heard on %s_CONTACT and %s_STATUS within %g s: no pliantd on "
-                         "%s, or one with another prefix (--prefix)?",
-                         cut->client.prefix, cut->client.prefix, patience, cut->client.url);
+    if (!client_hear_daemon(&cut->client, patience, error))
+        return false;
     for (long n = 0; n < options->repeat; n++)
         for (int next, i = 0; i < options->path.count; i = next) {
             long before = cut->cuts;

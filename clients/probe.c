@@ -653,8 +653,8 @@ static bool run(Probe *probe, ClientError *error)
     if (!subscribe(probe, error))
         return false;
     if (!probe->options.aim && // which asks, and waits for the answer
-        !client_hear_daemon(&probe->client, probe->options.timeout_s))
-        return explain_silence(probe, error);
+        !client_hear_daemon(&probe->client, probe->options.timeout_s, error))
+        return false;
     if (!prepare_path(probe, error) || !open_log(probe, error))
         return false;
     const bool hand = probe->options.hand, approach = !hand || probe->options.mode == MODE_AUTO;

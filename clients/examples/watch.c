@@ -20,7 +20,8 @@ static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, const pl
     if (nodes->chunk == 0)
         sequence = nodes->sequence, next_chunk = 0;
     if (nodes->sequence != sequence || nodes->chunk != next_chunk || nodes->first < 0 ||
-        nodes->first > NODES_MOST || nodes->num_values > 3 * (NODES_MOST - nodes->first))
+        nodes->first > NODES_MOST || nodes->num_values < 0 ||
+        nodes->num_values > 3 * (NODES_MOST - nodes->first))
         return;
     memcpy(&position[3 * nodes->first], nodes->position, sizeof(float) * nodes->num_values);
     if (++next_chunk < nodes->chunk_count)

@@ -6,11 +6,10 @@
 #include "files/mesh_import.h"
 #include "geometry/generator.h"
 
-// What is not of the size of an organ, by orders of magnitude, was given in other units.
-static bool check_extent(const char *file, double scale, const TriMesh *mesh, Status *status)
+bool body_mesh_check_extent(const char *file, double scale, const TriMesh *mesh, Status *status)
 {
     double extent = mesh_extent(mesh);
-    if (extent >= MESH_SMALLEST_EXTENT && extent <= MESH_LARGEST_EXTENT)
+    if (mesh_extent_fits(extent))
         return true;
     return status_fail(status, STATUS_INVALID,
                        "%s: measures %g m after scale %g, outside [%g, %g] m; scale is metres a "
@@ -29,7 +28,7 @@ bool body_mesh_import(const char *file, double scale, Vec3 rotation, Vec3 transl
     if (repairs[0] != '\0')
         log_line(LOG_INFO, "%s: %s", file, repairs);
     mesh_place(mesh, scale, rotation, translation);
-    return check_extent(file, scale, mesh, status);
+    return body_mesh_check_extent(file, scale, mesh, status);
 }
 
 static bool generate_mesh(const MeshSource *source, TriMesh *mesh, Status *status)
@@ -67,7 +66,7 @@ static bool place_mesh(const MeshSource *source, TriMesh *mesh, Status *status)
             return false;
         generate_texture(mesh, source->kind != MESH_SHEET);
         mesh_place(mesh, source->scale, source->rotation, source->translation);
-        if (!check_extent("mesh", source->scale, mesh, status))
+        if (!body_mesh_check_extent("mesh", source->scale, mesh, status))
             return false;
     }
     MeshFault fault;

@@ -5,6 +5,10 @@
 #include "base/arena.h"
 #include "files/scene.h"
 
+// What is not of the size of an organ, by orders of magnitude, was given in other units: false with
+// a `status` that names the file and the scale it was taken at.
+bool body_mesh_check_extent(const char *file, double scale, const TriMesh *mesh, Status *status);
+
 // Imports (and repairs, which is logged) a mesh and places it as mesh_place does. False with
 // `status` also when it is then larger or smaller than any organ. The mesh belongs to the caller in
 // any case.

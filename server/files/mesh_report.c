@@ -1,6 +1,7 @@
 #include "files/mesh_report.h"
 
 #include "dynamics/stability.h"
+#include "files/body_mesh.h"
 #include "files/mesh_import.h"
 #include "files/scene.h"
 #include "geometry/mesh_quality.h"
@@ -104,18 +105,6 @@ static bool print_time_step(const TriMesh *mesh, FILE *out, Status *status)
 }
 #endif
 
-// Whether a scene would take the mesh at this scale; without a scale it is for the user to say.
-static bool check_extent(const char *path, double scale, const TriMesh *mesh, Status *status)
-{
-    double extent = mesh_extent(mesh);
-    if (scale == 0.0 || (extent >= MESH_SMALLEST_EXTENT && extent <= MESH_LARGEST_EXTENT))
-        return true;
-    return status_fail(status, STATUS_INVALID,
-                       "%s: measures %g m after scale %g, outside [%g, %g] m; scale is metres a "
-                       "unit of the file, 0.001 for millimetres",
-                       path, extent, scale, MESH_SMALLEST_EXTENT, MESH_LARGEST_EXTENT);
-}
-
 static void print_unit(const TriMesh *mesh, double scale, FILE *out)
 {
     double extent = mesh_extent(mesh);
@@ -139,7 +128,8 @@ static bool print_mesh(const char *path, double scale, const MeshImport *import,
                        const TriMesh *mesh, FILE *out, Status *status)
 {
     MeshFault fault;
-    if (!check_extent(path, scale, mesh, status))
+    // Without a scale it is for the user to say.
+    if (scale != 0.0 && !body_mesh_check_extent(path, scale, mesh, status))
         return false;
     if (!mesh_validate(mesh, &fault))
         return status_fail(status, STATUS_INVALID, "%s: %s", path, fault.text);

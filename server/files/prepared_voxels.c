@@ -100,10 +100,9 @@ static bool reserve_lattice(const HdfFile *file, const char *body, Lattice *latt
     if (!lattice_create(lattice, count, size, &said))
         return hdf_fail(file, prepared_path(name, body, ""), "%s", said.text);
     double extent = size * fmax(count[0], fmax(count[1], count[2]));
-    return (extent >= MESH_SMALLEST_EXTENT && extent <= MESH_LARGEST_EXTENT) ||
-           hdf_fail(file, prepared_path(name, body, "/size"),
-                    "makes a body of %g m, outside [%g, %g]", extent, MESH_SMALLEST_EXTENT,
-                    MESH_LARGEST_EXTENT);
+    return mesh_extent_fits(extent) || hdf_fail(file, prepared_path(name, body, "/size"),
+                                                "makes a body of %g m, outside [%g, %g]", extent,
+                                                MESH_SMALLEST_EXTENT, MESH_LARGEST_EXTENT);
 }
 
 // Whether every label has a material and some cell is solid.

@@ -191,7 +191,7 @@ static bool find_cells(Part *part, double size, Status *status)
         along[a] = part->copied ? voxels : fmax(ceil(voxels * s[a] / part->size - 1e-6), 1.0);
         cells *= along[a];
     }
-    if (!(extent >= MESH_SMALLEST_EXTENT && extent <= MESH_LARGEST_EXTENT))
+    if (!mesh_extent_fits(extent))
         return status_fail(status, STATUS_INVALID,
                            "measures %g m, outside [%g, %g] m: its spacing is in other units than "
                            "it says, or scale is wrong",

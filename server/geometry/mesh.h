@@ -53,6 +53,11 @@ double mesh_extent(const TriMesh *mesh);
 #define MESH_SMALLEST_EXTENT 1e-6
 #define MESH_LARGEST_EXTENT  1e4
 
+static inline bool mesh_extent_fits(double extent)
+{
+    return extent >= MESH_SMALLEST_EXTENT && extent <= MESH_LARGEST_EXTENT;
+}
+
 // A triangle that is no higher than this fraction of its longest edge has no area: its normal would
 // be rounding error. Coordinates in a file carry at least 6 digits, so a real sliver is far above.
 #define MESH_SMALLEST_HEIGHT 1e-9

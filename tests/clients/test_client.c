@@ -128,9 +128,10 @@ static void a_daemon_is_heard_by_contact_or_status_alone(void **state)
                  {"PLIANT_CONTACT", true}};
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         lcm_publish(client.lcm, cases[k].channel, "x", 1);
-        assert_int_equal(client_hear_daemon(&client, 0.01), cases[k].heard);
+        assert_int_equal(client_hear_daemon(&client, 0.01, &error), cases[k].heard);
         const int64_t start = client_now_ns();
-        assert_false(client_hear_daemon(&client, 0.01)); // what was heard before does not count
+        assert_false(client_hear_daemon(&client, 0.01, &error)); // what was before does not count
+        assert_non_null(strstr(error.text, "nothing heard on PLIANT_CONTACT and PLIANT_STATUS"));
         assert_true(client_now_ns() - start >= 10000000);
     }
     client_disconnect(&client);

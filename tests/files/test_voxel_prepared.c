@@ -308,16 +308,25 @@ static void numbers_that_do_not_fit_are_refused_behind_a_right_seal(void **unuse
         replace("/bodies/a/size", H5T_NATIVE_DOUBLE, 0, &one, &SIZES[i]);
         expect_part("are not possible");
     }
+    static const double ODD[] = {1e4, 1e-7}; // no organ
+    for (size_t i = 0; i < sizeof ODD / sizeof *ODD; i++) {
+        free(prepare(BOX));
+        replace("/bodies/a/size", H5T_NATIVE_DOUBLE, 0, &one, &ODD[i]);
+        expect_part("size makes a body of ");
+    }
     static const double TURNS[][4] = {{0, 0, 0, 0}, {1, 1, 0, 0}, {(double)NAN, 0, 0, 0}};
     for (size_t i = 0; i < sizeof TURNS / sizeof *TURNS; i++) {
         free(prepare(BOX));
         replace("/bodies/a/turn", H5T_NATIVE_DOUBLE, 1, &four, TURNS[i]);
         expect_part("turn is no unit quaternion");
     }
-    static const double FAR[3] = {0.0, HUGE_VAL, 0.0};
+    static const double NOWHERE[3] = {0.0, HUGE_VAL, 0.0}, FAR[3] = {0.0, -1e300, 0.0};
+    free(prepare(BOX));
+    replace("/bodies/a/origin", H5T_NATIVE_DOUBLE, 2, rows, NOWHERE);
+    expect_part("origin row 0 is not finite");
     free(prepare(BOX));
     replace("/bodies/a/origin", H5T_NATIVE_DOUBLE, 2, rows, FAR);
-    expect_part("origin row 0 is not finite");
+    expect_part("origin lies farther than 1e+12 m away");
 }
 
 static void sources_that_cannot_be_read_are_named(void **unused)
