@@ -8,14 +8,14 @@
 #include "pliant_command_t.h"
 
 enum { AIM_QUEUE = 4096, AIM_WAIT_S = 3 }; // the queue holds every chunk of the largest mesh
-#define LEVEL 1e-3 // nodes that lie first: within this share of the body's extent along the press
+#define LEVEL 1e-3 // tolerance for coming first: this fraction of the body's extent along the press
 
 typedef struct Search {
     Client *client;
     Aim *aim;
     MeshFrame mesh;
     NodesFrame nodes;
-    bool ready; // both whole and of the same topology
+    bool ready; // both complete and of the same topology
 } Search;
 
 static void update_ready(Search *search)
@@ -29,7 +29,7 @@ static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, void *use
 {
     Search *search = user;
     const char *body = client_body_of(search->client, "MESH", channel);
-    // "_MESH_DELTA_<body>" fits the pattern too, but is another type.
+    // "_MESH_DELTA_<body>" matches the pattern too, but has another type.
     if (search->ready || !body || strncmp(body, "DELTA_", 6) == 0)
         return;
     if (search->aim->body[0] == '\0')
@@ -73,7 +73,7 @@ void aim_choose(int count, const float *position, const int32_t *id, const doubl
         first = fmin(first, along(position + 3 * i, direction));
         last = fmax(last, along(position + 3 * i, direction));
     }
-    // Of a flat side many nodes lie first: not its corner, but the one in its middle.
+    // On a flat side many nodes come first: take the one in its middle, not at its corner.
     const double limit = first + LEVEL * (last - first);
     for (int i = 0; i < count; i++) {
         const float *x = position + 3 * i;
@@ -83,6 +83,7 @@ void aim_choose(int count, const float *position, const int32_t *id, const doubl
         for (int k = 0; k < 3; k++)
             middle[k] += ((double)x[k] - middle[k]) / level;
     }
+    // The node nearest to the mean of those that come first.
     for (int i = 0; i < count; i++) {
         const float *x = position + 3 * i;
         double distance = 0.0;
@@ -103,12 +104,14 @@ static bool search_wait(Search *search, ClientError *error)
     bool answered = client_request(client, PLIANT_COMMAND_T_DESCRIBE, 0, "", 1.0, 3, &why);
     if (!answered)
         return client_fail(error, "%s", why.text);
+    const char *body = search->aim->body;
+    if (body[0] != '\0' && !client_described_body(client, body, error))
+        return false;
     int64_t deadline = client_now_ns() + (int64_t)AIM_WAIT_S * 1000000000;
     if (!client_wait(client, deadline, &search->ready))
         return client_fail(error, client->broken ? "the LCM connection failed" : "interrupted");
     if (search->ready)
         return true;
-    const char *body = search->aim->body;
     if (!search->mesh.whole)
         return client_fail(error,
                            "the daemon answers, but no whole mesh came on %s_MESH_%s within 3 s "
@@ -124,19 +127,17 @@ bool aim_find(Client *client, const double direction[3], Aim *aim, ClientError *
 {
     Search search = {.client = client, .aim = aim};
     const char *body = aim->body[0] ? aim->body : ".+";
-    lcm_subscription_t *mesh = client_subscribe(client, "MESH", body, AIM_QUEUE, on_mesh, &search);
-    lcm_subscription_t *delta =
+    ReceiverSubscription *mesh =
+        client_subscribe(client, "MESH", body, AIM_QUEUE, on_mesh, &search);
+    ReceiverSubscription *delta =
         client_subscribe(client, "MESH_DELTA", body, AIM_QUEUE, on_delta, &search);
-    lcm_subscription_t *nodes =
+    ReceiverSubscription *nodes =
         client_subscribe(client, "NODES", body, AIM_QUEUE, on_nodes, &search);
     bool ok = mesh && delta && nodes ? search_wait(&search, error)
                                      : client_fail(error, "LCM refuses to subscribe to the meshes");
-    if (mesh)
-        lcm_unsubscribe(client->lcm, mesh);
-    if (delta)
-        lcm_unsubscribe(client->lcm, delta);
-    if (nodes)
-        lcm_unsubscribe(client->lcm, nodes);
+    receiver_unsubscribe(client->receiver, mesh);
+    receiver_unsubscribe(client->receiver, delta);
+    receiver_unsubscribe(client->receiver, nodes);
     if (ok)
         aim_choose(search.nodes.node_count, search.nodes.position, search.mesh.id, direction,
                    aim->node);

@@ -1,4 +1,4 @@
-// Numbers among a client's arguments: what does not fit its range ends the program with a sentence.
+// Numbers in a client's arguments: one outside its range ends the program with a sentence.
 #ifndef PLIANT_CLIENTS_ARGUMENTS_H
 #define PLIANT_CLIENTS_ARGUMENTS_H
 

@@ -1,4 +1,4 @@
-// Where a blade's edge goes. One thread.
+// The path of a blade's edge. One thread.
 #include "blade.h"
 
 #include "client.h"
@@ -61,7 +61,7 @@ static bool read_place(char *line, bool lifted, BladePath *path, char why[160])
 {
     double number[6];
     if (client_read_numbers(line, number, 6) != 6) {
-        snprintf(why, 160, "want x y z x y z, the two ends of the edge, or \"lift\"");
+        snprintf(why, 160, "expected x y z x y z, the two ends of the edge, or \"lift\"");
         return false;
     }
     for (int k = 0; k < 6; k++) {
@@ -75,7 +75,7 @@ static bool read_place(char *line, bool lifted, BladePath *path, char why[160])
     memcpy(end, number, sizeof end);
     if (blade_add(path, (const double(*)[3])end, lifted))
         return true;
-    snprintf(why, 160, "more than %d places", path->count);
+    snprintf(why, 160, "more than %d positions", path->count);
     return false;
 }
 
@@ -83,7 +83,7 @@ static bool read_lines(BladePath *path, FILE *file, const char *name, ClientErro
 {
     char *line = NULL;
     size_t size = 0;
-    bool ok = true, lifted = true; // the first place begins a stroke
+    bool ok = true, lifted = true; // the first position begins a stroke
     for (long number = 1; ok && getline(&line, &size, file) >= 0; number++) {
         char why[160];
         line[strcspn(line, "#")] = '\0';
@@ -112,7 +112,7 @@ bool blade_read(BladePath *path, const char *name, ClientError *error)
     bool ok = read_lines(path, file, name, error);
     fclose(file);
     if (ok && blade_sweeps(path) == before)
-        ok = client_fail(error, "%s: no sweep in it: two places of the blade, one after the other",
+        ok = client_fail(error, "%s: no sweep in it: give two successive positions of the blade",
                          name);
     return ok;
 }
@@ -140,7 +140,7 @@ static bool make_unit(double v[3])
 
 void blade_plane(BladePath *path, const double point[3], const double normal[3], double size)
 {
-    // The axis that is most across the normal gives the square its first side.
+    // The world axis most perpendicular to the normal defines the first side of the square.
     int axis = 0;
     for (int k = 1; k < 3; k++)
         if (fabs(normal[k]) < fabs(normal[axis]))
@@ -163,14 +163,14 @@ void blade_plane(BladePath *path, const double point[3], const double normal[3],
 
 // --- tracks ---
 
-// The shortest turn of the unit vector `from` to `to`, before which q is applied.
+// Applies the shortest rotation of the unit vector `from` to `to` after q.
 static void turn_to(const double from[3], const double to[3], double q[4])
 {
     double axis[3], old[4], turn[4];
     memcpy(old, q, sizeof old);
     cross(from, to, axis);
     double w = 1.0 + from[0] * to[0] + from[1] * to[1] + from[2] * to[2];
-    if (w < 1e-9) { // opposite: half a turn about any axis across
+    if (w < 1e-9) { // opposite: half a turn about any perpendicular axis
         int least = fabs(from[0]) < fabs(from[1]) ? 0 : 1;
         double side[3] = {least == 0, least == 1, 0.0};
         cross(from, side, axis);
@@ -208,7 +208,7 @@ int blade_track(const BladePath *path, int first, double speed, Track *track)
                 d[k] = place->end[end][k] - place[-1].end[end][k];
             way = fmax(way, length_of(d));
         }
-        // Poses closer together than a microsecond are one (track_add).
+        // Poses less than a microsecond apart are one (track_add).
         time += i > first ? fmax(way / speed, 2e-6) : 0.0;
         track_add(track, time, place->end[0], q);
     }

@@ -1,4 +1,4 @@
-// Where a blade's edge goes: given by points on the command line, or read from a file. One thread.
+// The path of a blade's edge: given by points on the command line, or read from a file. One thread.
 #ifndef PLIANT_CLIENTS_BLADE_H
 #define PLIANT_CLIENTS_BLADE_H
 
@@ -7,10 +7,10 @@
 
 enum { BLADE_EDGES_MAX = 1000000 };
 
-// One place of the edge; between two of them it sweeps a quadrilateral.
+// One position of the edge; between two of them it sweeps a quadrilateral.
 typedef struct BladePlace {
     double end[2][3]; // world [m]
-    bool lifted;      // nothing is swept between the place before and this one
+    bool lifted;      // nothing is swept between the previous position and this one
 } BladePlace;
 
 typedef struct BladePath {
@@ -18,19 +18,21 @@ typedef struct BladePath {
     int count, capacity;
 } BladePath;
 
-// Starts zeroed. Appends a place. False: no memory, or BLADE_EDGES_MAX.
+// Appends a position; the path starts zeroed. Returns false without memory, or beyond
+// BLADE_EDGES_MAX.
 bool blade_add(BladePath *path, const double end[2][3], bool lifted);
-// Lines "x y z x y z": the two ends of the edge [m]; "lift" on a line of its own: what follows is
-// another stroke; '#' starts a comment. Errors name file and line. Appends at least one sweep.
+// Reads lines "x y z x y z": the two ends of the edge [m]; a line "lift" starts another stroke; '#'
+// starts a comment. Errors name file and line. Appends at least one sweep.
 bool blade_read(BladePath *path, const char *file, ClientError *error);
 // Appends a stroke through the plane at `point` with this normal (not zero): a square of side
-// `size` [m] round the point.
+// `size` [m] around the point.
 void blade_plane(BladePath *path, const double point[3], const double normal[3], double size);
-// The sweep after place `at`, or -1: sweeps go from place [i] to [i + 1].
+// Returns the sweep after position `at`, or -1: a sweep goes from place [i] to [i + 1].
 int blade_next_sweep(const BladePath *path, int at);
 int blade_sweeps(const BladePath *path);
-// The poses of a tool whose edge goes from its origin along its z axis, from place `first` until
-// the blade is lifted, with no end faster than `speed` [m/s]. Returns the place after the last.
+// Makes the poses of a tool whose edge extends from its origin along its z axis, from place `first`
+// until the blade is lifted, with no end faster than `speed` [m/s]. Returns the place after the
+// last.
 int blade_track(const BladePath *path, int first, double speed, Track *track);
 void blade_destroy(BladePath *path);
 

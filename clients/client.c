@@ -1,4 +1,4 @@
-// What every client program shares: options, connection, waiting, requests. One thread.
+// Shared by every client program: options, connection, waiting, requests. One thread.
 #include "client.h"
 #include "wire.h"
 
@@ -11,17 +11,10 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/random.h>
-#include <sys/socket.h>
-#include <arpa/inet.h>
-#include <netinet/in.h>
 #include <time.h>
 #include <unistd.h>
 
 #include "pliant_command_t.h"
-
-#define DEFAULT_GROUP "239.255.76.67"
-#define DEFAULT_PORT  7667
-#define DEFAULT_URL   "udpm://239.255.76.67:7667?ttl=0"
 
 bool client_fail(ClientError *error, const char *format, ...)
 {
@@ -59,6 +52,9 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
                        CLIENT_PREFIX_MAX - 1);
         options->prefix = argument;
         return 0;
+    case ARGP_KEY_ARG:
+        argp_error(state, "'%s' is not an option", argument);
+        return 0;
     default:
         return ARGP_ERR_UNKNOWN;
     }
@@ -72,6 +68,7 @@ static const struct argp_option OPTIONS[] = {
 };
 
 const struct argp CLIENT_ARGP = {.options = OPTIONS, .parser = parse_option};
+const struct argp_child CLIENT_WHERE[] = {{&CLIENT_ARGP, 0, "Where:", 3}, {0}};
 
 bool client_parse_number(const char *text, double low, double high, double *number)
 {
@@ -125,83 +122,27 @@ int client_read_numbers(const char *line, double *number, int most)
     }
 }
 
-bool client_url(const char *url, const char *fallback, int receive_bytes, char *out, size_t size)
-{
-    if (!url || !*url)
-        url = fallback && *fallback ? fallback : DEFAULT_URL;
-    int length;
-    if (receive_bytes == 0 || strncmp(url, "udpm://", 7) != 0 || strstr(url, "recv_buf_size="))
-        length = snprintf(out, size, "%s", url);
-    else
-        length = snprintf(out, size, "%s%crecv_buf_size=%d", url, strchr(url, '?') ? '&' : '?',
-                          receive_bytes);
-    return length >= 0 && (size_t)length < size;
-}
-
 // --- connection ---
 
-// The largest receive buffer up to CLIENT_RECEIVE_BYTES that the kernel grants: asking LCM for more
-// makes it print a warning at every start.
-static int granted_receive_bytes(void)
-{
-    int granted = CLIENT_RECEIVE_BYTES, wanted = CLIENT_RECEIVE_BYTES;
-    socklen_t size = sizeof granted;
-    int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-    if (fd < 0)
-        return wanted;
-    setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &wanted, sizeof wanted);
-    if (getsockopt(fd, SOL_SOCKET, SO_RCVBUF, &granted, &size) != 0 || granted > wanted)
-        granted = wanted;
-    close(fd);
-    return granted;
-}
+// Tells a user who expects another host's messages why there are none.
+#define NEAR_ONLY " (with ttl=0 only messages of this host arrive)"
 
-// Address and port of a udpm URL, each of which may be left out.
-static bool parse_group(const char *url, struct sockaddr_in *address)
+static bool join(Client *client, const char *url, ClientError *error)
 {
-    char group[64] = DEFAULT_GROUP;
-    long port = DEFAULT_PORT;
-    const char *network = url + strlen("udpm://");
-    size_t length = strcspn(network, "?");
-    char text[64];
-    if (length >= sizeof text)
-        return false;
-    memcpy(text, network, length);
-    text[length] = '\0';
-    char *colon = strchr(text, ':');
-    if (colon) {
-        *colon = '\0';
-        if (colon[1] && !client_parse_integer(colon + 1, 1, 65535, &port))
-            return false;
-    }
-    if (text[0])
-        memcpy(group, text, sizeof text);
-    *address = (struct sockaddr_in){.sin_family = AF_INET, .sin_port = htons((uint16_t)port)};
-    return inet_pton(AF_INET, group, &address->sin_addr) == 1 &&
-           IN_MULTICAST(ntohl(address->sin_addr.s_addr));
-}
-
-static bool check_route(const char *url, ClientError *error)
-{
-    struct sockaddr_in address;
-    if (!parse_group(url, &address))
-        return client_fail(error,
-                           "--lcm-url %s: want udpm://GROUP:PORT?ttl=N with a multicast address "
-                           "(224.0.0.0 to 239.255.255.255) and a port in [1, 65535]",
-                           url);
-    int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-    bool routed = fd < 0 || connect(fd, (struct sockaddr *)&address, sizeof address) == 0;
-    if (fd >= 0)
-        close(fd);
-    if (routed)
-        return true;
-    return client_fail(
-        error,
-        "%s: this machine has no route for multicast. As root run\n"
-        "  ip link set lo up; ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo\n"
-        "or choose another network with --lcm-url: udpm://GROUP:PORT?ttl=1 over an interface that "
-        "has such a route, or tcpq://HOST:PORT with LCM's Java server (slow: not for control)",
-        url);
+    Network network;
+    char why[RECEIVER_WHY_MAX];
+    if (!network_read(&network, url, why) || !network_has_route(&network, why))
+        return client_fail(error, "%s", why);
+    const bool near = network.udpm && network.ttl == 0;
+    snprintf(client->url, sizeof client->url, "%s%s", network.url, near ? NEAR_ONLY : "");
+    client->lcm = lcm_create(network.url);
+    if (!client->lcm)
+        return client_fail(error, "--lcm-url %s: LCM cannot open it", client->url);
+    // A client whose messages stay on this host cannot talk to a daemon on another one.
+    const ReceiverOptions options = {.receive_bytes = CLIENT_RECEIVE_BYTES,
+                                     .remote = network.ttl > 0};
+    client->receiver = receiver_create(client->lcm, &network, &options, why);
+    return client->receiver || client_fail(error, "%s", why);
 }
 
 bool client_connect(Client *client, const ClientOptions *options, ClientError *error)
@@ -209,29 +150,22 @@ bool client_connect(Client *client, const ClientOptions *options, ClientError *e
     *client = (Client){0};
     snprintf(client->prefix, sizeof client->prefix, "%s",
              options->prefix ? options->prefix : "PLIANT");
-    // A number of our own: the daemon tells senders apart by it. 31 bits, never 0.
+    // A number by which the daemon identifies its senders: 31 bits, never 0.
     uint32_t random;
     if (getrandom(&random, sizeof random, 0) != sizeof random)
         random = (uint32_t)client_now_ns() ^ (uint32_t)getpid() << 16;
     client->sender = (int32_t)(random >> 1 | 1u);
-    // Messages name the URL as the user knows it: the size 0 adds nothing.
-    char url[CLIENT_URL_MAX];
-    const char *fallback = getenv("LCM_DEFAULT_URL");
-    if (!client_url(options->url, fallback, 0, client->url, sizeof client->url) ||
-        !client_url(options->url, fallback, granted_receive_bytes(), url, sizeof url))
-        return client_fail(error, "--lcm-url: longer than %d characters", CLIENT_URL_MAX - 40);
-    if (strncmp(url, "udpm://", 7) == 0 && !check_route(client->url, error))
-        return false;
-    client->lcm = lcm_create(url);
-    if (!client->lcm)
-        return client_fail(error, "--lcm-url %s: LCM cannot open it", client->url);
-    return true;
+    if (join(client, options->url, error))
+        return true;
+    client_disconnect(client);
+    return false;
 }
 
 void client_disconnect(Client *client)
 {
     if (client->reply)
         pliant_reply_t_destroy(client->reply);
+    receiver_destroy(client->receiver);
     if (client->lcm)
         lcm_destroy(client->lcm);
     *client = (Client){0};
@@ -244,15 +178,12 @@ void client_channel(const Client *client, const char *name, const char *body,
              body ? body : "");
 }
 
-lcm_subscription_t *client_subscribe(Client *client, const char *name, const char *body, int queue,
-                                     lcm_msg_handler_t handler, void *user)
+ReceiverSubscription *client_subscribe(Client *client, const char *name, const char *body,
+                                       int queue, lcm_msg_handler_t handler, void *user)
 {
     char channel[CLIENT_CHANNEL_MAX];
     client_channel(client, name, body, channel);
-    lcm_subscription_t *subscription = lcm_subscribe(client->lcm, channel, handler, user);
-    if (subscription)
-        lcm_subscription_set_queue_capacity(subscription, queue);
-    return subscription;
+    return receiver_subscribe(client->receiver, channel, queue, handler, user);
 }
 
 const char *client_body_of(const Client *client, const char *name, const char *channel)
@@ -272,7 +203,7 @@ static void note_signal(int signal)
     stop_signal = signal;
 }
 
-// The signals stay blocked but inside ppoll, so that none can slip in between a test and the wait.
+// The signals stay blocked except inside ppoll, so that none is lost between a test and the wait.
 void client_catch_signals(void)
 {
     struct sigaction action = {.sa_handler = note_signal};
@@ -316,15 +247,15 @@ bool client_wait(Client *client, int64_t deadline_ns, const bool *done)
         if (left < 0)
             left = 0;
         struct timespec timeout = {left / 1000000000, left % 1000000000};
-        struct pollfd poll = {.fd = lcm_get_fileno(client->lcm), .events = POLLIN};
+        struct pollfd poll = {.fd = receiver_file(client->receiver), .events = POLLIN};
         int ready = ppoll(&poll, 1, &timeout, &open);
         if (client_stopped())
             return false;
         if (ready > 0)
-            client->broken = lcm_handle(client->lcm) < 0;
+            client->broken = receiver_handle(client->receiver) < 0;
         else if (ready < 0 && errno != EINTR)
             client->broken = true;
-        // Also when messages keep coming, a deadline that has passed ends the wait.
+        // A deadline ends the wait even if messages keep arriving.
         if ((ready == 0 || left == 0) && !client->broken)
             return true;
     }
@@ -341,24 +272,22 @@ static void on_anything(const lcm_recv_buf_t *buffer, const char *channel, void 
 bool client_hear_daemon(Client *client, double timeout_s, ClientError *error)
 {
     bool heard = false;
-    lcm_subscription_t *contact = client_subscribe(client, "CONTACT", NULL, 1, on_anything, &heard);
-    lcm_subscription_t *status = client_subscribe(client, "STATUS", NULL, 1, on_anything, &heard);
+    ReceiverSubscription *on[2] = {
+        client_subscribe(client, "CONTACT", NULL, 1, on_anything, &heard),
+        client_subscribe(client, "STATUS", NULL, 1, on_anything, &heard)};
     client_wait(client, client_now_ns() + (int64_t)(timeout_s * 1e9), &heard);
-    if (contact)
-        lcm_unsubscribe(client->lcm, contact);
-    if (status)
-        lcm_unsubscribe(client->lcm, status);
+    for (int k = 0; k < 2; k++)
+        receiver_unsubscribe(client->receiver, on[k]);
     if (heard)
         return true;
     if (client_stopped())
         return client_fail(error, "interrupted");
     if (client->broken)
         return client_fail(error, "the LCM connection failed");
-    return client_fail(
-        error,
-        "nothing heard on %s_CONTACT and %s_STATUS within %g s: no pliantd on %s, or "
-        "one with another prefix (--prefix)?",
-        client->prefix, client->prefix, timeout_s, client->url);
+    return client_fail(error,
+                       "no message on %s_CONTACT and %s_STATUS within %g s: no pliantd on %s, or "
+                       "one with another prefix (--prefix)?",
+                       client->prefix, client->prefix, timeout_s, client->url);
 }
 
 // --- requests ---
@@ -392,6 +321,7 @@ bool client_request(Client *client, int32_t kind, int64_t value, const char *arg
     client->last_id++;
     snprintf(text, sizeof text, "%s", argument);
     client_channel(client, "COMMAND", NULL, channel);
+    // The same id each time, so that the daemon executes the command once.
     for (int k = 0; k < tries && !client->reply_come; k++) {
         pliant_command_t command = {.utime = client_utime(),
                                     .sender = client->sender,
@@ -412,13 +342,43 @@ bool client_request(Client *client, int32_t kind, int64_t value, const char *arg
     return true;
 }
 
+// --- bodies by name ---
+
+void client_bodies_add(ClientBodies *bodies, const char *name)
+{
+    size_t used = strlen(bodies->list);
+    snprintf(bodies->list + used, sizeof bodies->list - used, "%s%s", bodies->count > 0 ? ", " : "",
+             name);
+    bodies->found |= strcmp(name, bodies->wanted) == 0;
+    bodies->count++;
+}
+
+bool client_bodies_check(const ClientBodies *bodies, ClientError *error)
+{
+    return bodies->found || client_fail(error, "the daemon has no body '%s', only: %s",
+                                        bodies->wanted, bodies->list);
+}
+
+bool client_described_body(const Client *client, const char *wanted, ClientError *error)
+{
+    ClientBodies bodies = {.wanted = wanted};
+    const char *line = client->reply != NULL ? client->reply->text : NULL;
+    for (; line != NULL; line = strchr(line, '\n')) {
+        char name[CLIENT_CHANNEL_MAX];
+        line += *line == '\n';
+        if (sscanf(line, "body %63[^: \n]", name) == 1)
+            client_bodies_add(&bodies, name);
+    }
+    return bodies.count == 0 || client_bodies_check(&bodies, error);
+}
+
 // --- printing ---
 
 void client_print_text(FILE *out, const char *text, bool lines)
 {
     for (; *text; text++) {
         unsigned char c = (unsigned char)*text;
-        // C1 controls come as c2 80 .. c2 9f in UTF-8; c2 is masked there.
+        // C1 controls are c2 80 .. c2 9f in UTF-8; c2 is masked there.
         bool control = c < 0x20 || c == 0x7f || (c == 0xc2 && (unsigned char)text[1] < 0xa0);
         putc(control && !(lines && (c == '\n' || c == '\t')) ? '?' : c, out);
     }

@@ -1,5 +1,5 @@
-// What every client program shares: options, connection, waiting, requests. One thread: the one
-// that called client_connect. Prints nothing but what client_print_* is asked to, and never exits.
+// Shared by every client program: options, connection, waiting, requests. One thread: the one that
+// called client_connect. Never exits; only client_print_* print.
 #ifndef PLIANT_CLIENTS_CLIENT_H
 #define PLIANT_CLIENTS_CLIENT_H
 
@@ -9,15 +9,15 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include <lcm/lcm.h>
+#include "receiver.h"
 
 #include "pliant_reply_t.h"
 
 enum {
     CLIENT_PREFIX_MAX = 32,  // with the longest body name a channel still has at most 63 characters
     CLIENT_CHANNEL_MAX = 64, // LCM's own limit, with the terminating zero
-    CLIENT_URL_MAX = 256,
-    CLIENT_RECEIVE_BYTES = 2097152, // kernel buffer asked for: bursts of 4 MB arrive whole
+    CLIENT_URL_MAX = 320,
+    CLIENT_RECEIVE_BYTES = 2097152, // requested kernel buffer: bursts of 4 MB arrive complete
 };
 
 // One sentence that names the thing, the value and the limit.
@@ -25,7 +25,7 @@ typedef struct ClientError {
     char text[1024];
 } ClientError;
 
-// Sets the text and returns false, so that callers can write `return client_fail(error, ...)`.
+// Sets the text and returns false, for `return client_fail(error, ...)`.
 bool client_fail(ClientError *error, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 // --- options ---
@@ -35,86 +35,103 @@ typedef struct ClientOptions {
     const char *prefix; // NULL: "PLIANT"
 } ClientOptions;
 
-// -l/--lcm-url and --prefix, as a child parser; its input is a ClientOptions.
+// Options -l/--lcm-url and --prefix, as a child parser whose input is a ClientOptions. It refuses
+// words that are no options. CLIENT_WHERE: as the only child, under a heading.
 extern const struct argp CLIENT_ARGP;
+extern const struct argp_child CLIENT_WHERE[];
 
-// Letters, digits, '_' and '-' only, 1 to `max` of them: what may stand in a channel, where
+// True for 1 to `max` letters, digits, '_' and '-': the characters of a channel name, since
 // subscriptions are patterns.
 bool client_name_valid(const char *name, size_t max);
 
-// Numbers from arguments: the whole text, finite, inside [low, high].
+// Parse numbers of arguments: the whole text, finite, in [low, high].
 bool client_parse_number(const char *text, double low, double high, double *number);
 bool client_parse_integer(const char *text, long low, long high, long *number);
-// "X,Y,Z", finite, each inside [-limit, limit].
+// Parses "X,Y,Z", finite, each in [-limit, limit].
 bool client_parse_vector(const char *text, double limit, double vector[3]);
-// Numbers of a line between white space: how many, at most `most`; -1: something else, or more.
+// Reads the numbers of a line, separated by white space: returns how many, at most `most`; -1 for
+// other text or too many.
 int client_read_numbers(const char *line, double *number, int most);
-
-// The URL that a client opens: `url`, else `fallback` (LCM_DEFAULT_URL), else LCM's default; with
-// recv_buf_size added to a udpm URL that does not set it (unless 0). False when it does not fit.
-bool client_url(const char *url, const char *fallback, int receive_bytes, char *out, size_t size);
 
 // --- connection ---
 
 typedef struct Client {
-    lcm_t *lcm;
-    char url[CLIENT_URL_MAX]; // as the user gave it
+    lcm_t *lcm;               // publishes only
+    Receiver *receiver;       // receives all messages
+    char url[CLIENT_URL_MAX]; // for error texts: as the user gave it, and whom it reaches
     char prefix[CLIENT_PREFIX_MAX];
-    int32_t sender; // drawn at random
+    int32_t sender; // random
     int32_t last_id;
     bool broken;                 // the connection failed; client_wait returns at once
     pliant_reply_t *reply;       // the answer to last_id, or NULL
     bool reply_come, subscribed; // `subscribed`: to _REPLY
 } Client;
 
-// Connects; on failure nothing is held. Checks the multicast route first, because LCM's own
-// complaint prints a wrong address.
+// Connects; on failure nothing is left open. Hears other hosts if the URL's time to live lets
+// messages leave this one.
 bool client_connect(Client *client, const ClientOptions *options, ClientError *error);
 void client_disconnect(Client *client);
 
-// "<PREFIX>_<name>" or "<PREFIX>_<name>_<body>" (body may be NULL).
+// Writes "<PREFIX>_<name>" or "<PREFIX>_<name>_<body>" (body may be NULL).
 void client_channel(const Client *client, const char *name, const char *body,
                     char channel[CLIENT_CHANNEL_MAX]);
-// Subscribes with room for `queue` messages; the handler runs inside client_wait. `body` may be the
-// pattern ".+". NULL when LCM refuses.
-lcm_subscription_t *client_subscribe(Client *client, const char *name, const char *body, int queue,
-                                     lcm_msg_handler_t handler, void *user);
-// The body of a channel "<PREFIX>_<name>_<body>", or NULL when it is none.
+// Subscribes; the handler runs inside client_wait. `body` may be the pattern ".+". `queue` and NULL
+// as in receiver_subscribe.
+ReceiverSubscription *client_subscribe(Client *client, const char *name, const char *body,
+                                       int queue, lcm_msg_handler_t handler, void *user);
+// Returns the body in a channel "<PREFIX>_<name>_<body>", or NULL for other channels.
 const char *client_body_of(const Client *client, const char *name, const char *channel);
 
 // --- waiting ---
 
-// SIGINT, SIGTERM and SIGHUP end the next waits instead of the program. Call it before
-// client_connect, so that liblcm's threads leave these signals to us.
+// Lets SIGINT, SIGTERM and SIGHUP end the next waits instead of the program. Call before
+// client_connect, so that liblcm's threads inherit the blocked signals.
 void client_catch_signals(void);
 bool client_stopped(void);
 
-// CLOCK_MONOTONIC [ns] and CLOCK_REALTIME [us].
+// Return CLOCK_MONOTONIC [ns] and CLOCK_REALTIME [us].
 int64_t client_now_ns(void);
 int64_t client_utime(void);
 
-// Handles messages until `deadline_ns`, or until `*done` (may be NULL), a signal or a broken
-// connection. True when the deadline or `*done` was reached.
+// Handles messages until `deadline_ns`, `*done` (may be NULL), a signal or a broken connection.
+// Returns true if the deadline or `*done` was reached.
 bool client_wait(Client *client, int64_t deadline_ns, const bool *done);
 
-// Waits until a daemon is heard (_CONTACT or _STATUS), so that one that is just starting misses
-// nothing of a path. False with a sentence: silence for `timeout_s`, a signal or a broken
-// connection.
+// Waits for a message of a daemon (_CONTACT or _STATUS), so that a daemon that is starting misses
+// nothing of a path. Returns false with a sentence after `timeout_s` of silence, a signal or a
+// broken connection.
 bool client_hear_daemon(Client *client, double timeout_s, ClientError *error);
 
 // --- requests ---
 
-// Sends a command and waits for its reply; sends it again with the same id, so that the daemon
-// executes it once, `tries` times in all, each with `timeout_s`. The reply in client->reply stays
-// until the next request. False: no reply (or refused: reply->ok is false).
+// Sends a command and waits for its reply; repeats it with the same id, so that the daemon executes
+// it once, `tries` times in all, each with `timeout_s`. client->reply keeps the reply until the
+// next request. Returns false without reply, or if the command is refused (reply->ok is false).
 bool client_request(Client *client, int32_t kind, int64_t value, const char *argument,
                     double timeout_s, int tries, ClientError *error);
 
+// --- bodies by name ---
+
+// The names of a daemon's bodies, and whether a wanted one is among them.
+typedef struct ClientBodies {
+    const char *wanted;
+    bool found;
+    int count;
+    char list[900]; // "liver, stomach"
+} ClientBodies;
+
+void client_bodies_add(ClientBodies *bodies, const char *name);
+// Returns false with a sentence that lists the bodies if the wanted one is not among them.
+bool client_bodies_check(const ClientBodies *bodies, ClientError *error);
+// The same for the bodies in the reply to DESCRIBE in client->reply; true also if the daemon
+// describes none.
+bool client_described_body(const Client *client, const char *wanted, ClientError *error);
+
 // --- printing ---
 
-// Text that came from the network: control characters become '?', line breaks stay if `lines`.
+// Prints text from the network: control characters become '?', line breaks stay if `lines`.
 void client_print_text(FILE *out, const char *text, bool lines);
-// "program: text" on stderr.
+// Prints "program: text" on stderr.
 void client_print_error(const char *program, const ClientError *error);
 
 #endif

@@ -1,12 +1,13 @@
-// Records what a body did from what the daemon really published. One thread.
+// Records the motion of a body from the published messages. One thread.
 #include "curve.h"
 
-#include <errno.h>
+#include "output.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { DEEPEST = 16 }; // nodes between nodes between nodes ..., in one change of topology
+enum { DEEPEST = 16 }; // most nodes between nodes between nodes ..., in one change of topology
 
 static double displacement_of(const float *first, const float *position, int node)
 {
@@ -19,7 +20,7 @@ static double displacement_of(const float *first, const float *position, int nod
     return sqrt(sum);
 }
 
-// Room for `count` rows of `size` bytes in the place of `old`.
+// Reallocates to `count` rows of `size` bytes.
 static void *make_rows(void *old, int count, size_t size)
 {
     void *rows = realloc(old, size * (size_t)count + 1);
@@ -33,7 +34,7 @@ static void *copy_rows(void *old, const void *from, int count, size_t size)
     return memcpy(make_rows(old, count, size), from, size * (size_t)count);
 }
 
-// Whether the mesh is that of the frame in hand.
+// True if the mesh is that of the current frame.
 static bool mesh_known(const Curve *curve)
 {
     const MeshFrame *mesh = &curve->mesh;
@@ -54,7 +55,7 @@ static int compare_ids(const void *left, const void *right)
     return (a->id > b->id) - (a->id < b->id);
 }
 
-// The slot of a node, or -1.
+// Returns the slot of a node, or -1.
 static int find_slot(const IdSlot *order, int count, int32_t id)
 {
     const IdSlot key = {.id = id};
@@ -62,7 +63,7 @@ static int find_slot(const IdSlot *order, int count, int32_t id)
     return found ? found->slot : -1;
 }
 
-// Where a node would have begun that comes between two whose beginnings are known.
+// Sets the reference position of a node between two whose references are known.
 static void set_first(Curve *curve, int node, const int parent[2])
 {
     const float *position = curve->nodes.position;
@@ -74,7 +75,7 @@ static void set_first(Curve *curve, int node, const int parent[2])
     }
 }
 
-// Nodes that came: those between known ones become known, and then those between them.
+// Sets the references of new nodes: first those between known ones, then those between them.
 static void begin_births(Curve *curve, unsigned char *known)
 {
     const MeshFrame *mesh = &curve->mesh;
@@ -102,7 +103,7 @@ static void begin_births(Curve *curve, unsigned char *known)
     free(order);
 }
 
-// The mesh before and this one are known: a slot whose node is another begins anew.
+// With both meshes known: a slot that changed its node gets a new reference.
 static void follow_topology(Curve *curve)
 {
     const int32_t *id = curve->mesh.id;
@@ -132,7 +133,7 @@ static void free_shape(CurveShape *shape)
     *shape = (CurveShape){0};
 }
 
-// Another mesh whose nodes cannot be compared with those of the last one.
+// Starts a mesh whose nodes cannot be compared with those of the last one.
 static void begin_topology(Curve *curve)
 {
     curve->first =
@@ -256,17 +257,16 @@ bool curve_write_shape(const Curve *curve, CurveFrame which, const char *path, C
     const CurveShape *shape = &curve->shape[which];
     if (!curve->frames)
         return client_fail(error, "%s not written: no whole frame of positions came", path);
-    // Its own, or one that came later.
+    // Its own mesh, or one that arrived later.
     bool late =
         mesh->whole && mesh->topology == shape->topology && mesh->node_count == shape->node_count;
     if (!shape->triangle && !late)
         return client_fail(error, "%s not written: no whole mesh of topology %d came", path,
                            shape->topology);
-    FILE *out = fopen(path, "w");
+    FILE *out = client_open_output(path, CURVE_SHAPE_MARK, error);
     if (!out)
-        return client_fail(error, "%s: %s", path, strerror(errno));
-    fprintf(out, "# x_m y_m z_m displacement_m at %.6f s, largest %.9g m\n", shape->time,
-            shape->displacement);
+        return false;
+    fprintf(out, CURVE_SHAPE_MARK " at %.6f s, largest %.9g m\n", shape->time, shape->displacement);
     if (shape->triangle)
         write_triangles(out, shape, shape->triangle, shape->triangle_count);
     else

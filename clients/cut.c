@@ -1,9 +1,10 @@
-// pliant-cut: cuts tissue, either by messages that each sweep a blade at once and are answered, or
-// (--stroke) by moving a blade tool along the same path. One thread; a request that is not answered
-// is sent again with its number, so that the daemon executes it once.
+// pliant-cut: cuts tissue, either by messages, each of which sweeps a blade and is answered, or
+// (--stroke) by moving a blade tool along the same path. One thread. A request without answer is
+// repeated with the same number, so that the daemon executes it once.
 #include "arguments.h"
 #include "blade.h"
 #include "client.h"
+#include "session.h"
 #include "track.h"
 #include "wire.h"
 
@@ -11,11 +12,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "pliant_command_t.h"
 #include "pliant_cut_t.h"
 #include "pliant_event_t.h"
 #include "pliant_tool_pose_t.h"
 
-enum { PENDING_MOST = 64 }; // requests under way; the daemon lets 128 wait
+enum { PENDING_MOST = 64 }; // requests in progress; the daemon queues 128
 
 typedef struct Options {
     ClientOptions client;
@@ -23,7 +25,7 @@ typedef struct Options {
     bool has_before, has_blade, stroke, quiet;
     double before[2][3], blade[3], plane_size;
     const char *file, *body;
-    double rate_hz, speed, timeout_s; // rate 0: each sweep after the answer to the last one
+    double rate_hz, speed, timeout_s; // rate 0: each sweep waits for the answer to the last one
     long tool, tries, repeat;
 } Options;
 
@@ -31,19 +33,23 @@ typedef struct Pending {
     bool used;
     int32_t id;
     long number; // of the sweep, from 1
-    int place;   // it begins there
+    int place;   // index of its first position
     long tries;
-    int64_t first_us, again_ns; // when it was first sent; when it is sent again
+    bool waits;                 // to be sent as soon as the daemon is known to be there
+    int64_t utime;              // of the request, kept by repeats
+    int64_t first_us, again_ns; // when it was first sent; when it is repeated
 } Pending;
 
 typedef struct Cut {
     Options options;
     Client client;
     Pending pending[PENDING_MOST];
+    Session session;
+    int64_t daemon; // the daemon that all of this is for; 0: not known yet
     int under_way;
     int32_t next_id;
-    bool lost;   // no answer to some request
-    bool change; // something came: look again
+    bool lost;   // some request has no answer
+    bool change; // something arrived: check again
     long sent, answered, made, resent;
     long long separated, nodes_added;
     int pieces;
@@ -51,28 +57,32 @@ typedef struct Cut {
     // strokes
     long events, cuts;
     char refusal[256];
-    int32_t sequence;
+    uint32_t sequence;
 } Cut;
 
 // --- options ---
 
+const char *argp_program_version = "pliant-cut " PLIANT_VERSION; // argp prints it for --version
+
 static const struct argp_option OPTIONS[] = {
-    {0, 0, 0, 0, "Where the blade goes (one way):", 1},
-    {"before", 'B', "X,Y,Z,X,Y,Z", 0, "the two ends of its edge before [m] ...", 1},
+    {0, 0, 0, 0, "Path of the blade (one of):", 1},
+    {"before", 'B', "X,Y,Z,X,Y,Z", 0, "the two ends of its edge before the sweep [m] ...", 1},
     {"after", 'A', "X,Y,Z,X,Y,Z", 0, "... and after the sweep; repeated: a polyline", 1},
-    {"blade", 'e', "X,Y,Z", 0, "the edge from its tip to its other end [m], of --point", 1},
-    {"point", 'p', "X,Y,Z", 0, "where its tip passes, twice or more", 1},
-    {"plane", 'P', "X,Y,Z,NX,NY,NZ", 0, "sweep the whole plane through a point with a normal", 1},
-    {"size", 'S', "M", 0, "side of the square swept in it (1); before --plane", 1},
+    {"blade", 'e', "X,Y,Z", 0, "with --point: vector from the edge's tip to its other end [m]", 1},
+    {"point", 'p', "X,Y,Z", 0, "a point on the path of its tip, at least twice", 1},
+    {"plane", 'P', "X,Y,Z,NX,NY,NZ", 0, "sweep the plane through a point with this normal", 1},
+    {"size", 'S', "M", 0, "side of the square that --plane sweeps (1); give it before --plane", 1},
     {"file", 'f', "FILE", 0,
-     "lines 'x y z x y z': the two ends of the edge, from place to place; 'lift' begins anew", 1},
+     "lines 'x y z x y z': successive positions of the edge's two ends; 'lift' starts a new path",
+     1},
     {0, 0, 0, 0, "What to cut, and how:", 2},
     {"body", 'b', "NAME", 0, "only this body (all)", 2},
-    {"rate", 'r', "HZ", 0, "sweeps a second (each after the last one's answer); poses (1000)", 2},
-    {"repeat", 'n', "N", 0, "times that the whole path is cut (1)", 2},
-    {"timeout", 'T', "S", 0, "wait so long for an answer before it is asked for again (0.5)", 2},
-    {"tries", 'N', "N", 0, "times that a request is sent at most (6)", 2},
-    {"quiet", 'q', 0, 0, "print the summary only", 2},
+    {"rate", 'r', "HZ", 0,
+     "sweeps per second (each after the reply to the last one); of --stroke: poses (1000)", 2},
+    {"repeat", 'n', "N", 0, "cut the whole path N times (1)", 2},
+    {"timeout", 'T', "S", 0, "repeat a request when no reply arrives within this time (0.5)", 2},
+    {"tries", 'N', "N", 0, "send a request at most N times (6)", 2},
+    {"quiet", 'q', 0, 0, "print only the summary", 2},
     {"stroke", 's', 0, 0, "move a blade tool along the path instead of sending cuts", 2},
     {"tool", 't', "ID", 0, "its id; its edge goes from its origin along its z axis (1)", 2},
     {"speed", 'v', "M/S", 0, "of --stroke (0.05)", 2},
@@ -96,15 +106,15 @@ static void want_numbers(struct argp_state *state, const char *name, const char 
                          double *number)
 {
     if (!parse_numbers(text, count, number))
-        argp_error(state, "--%s '%s': want %d numbers X,Y,Z..., each inside [-%g, %g]", name, text,
-                   count, TRACK_REACH, TRACK_REACH);
+        argp_error(state, "--%s '%s': expected %d numbers X,Y,Z..., each inside [-%g, %g]", name,
+                   text, count, TRACK_REACH, TRACK_REACH);
 }
 
 static void add_place(struct argp_state *state, const double end[2][3], bool lifted)
 {
     Options *options = state->input;
     if (!blade_add(&options->path, end, lifted))
-        argp_error(state, "more than %d places of the blade", BLADE_EDGES_MAX);
+        argp_error(state, "more than %d positions of the blade", BLADE_EDGES_MAX);
 }
 
 static void add_point(struct argp_state *state, const char *text)
@@ -134,7 +144,7 @@ static void check_options(const Options *options, struct argp_state *state)
 {
     int sweeps = blade_sweeps(&options->path);
     if (options->file != NULL && options->path.count > 0)
-        argp_error(state, "give either --file or places of the blade");
+        argp_error(state, "give either --file or positions of the blade");
     if (options->file == NULL && sweeps == 0)
         argp_error(state, "nothing to cut: give --before and --after, --blade and two --point, "
                           "--plane, or --file");
@@ -200,9 +210,6 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
         return 0;
     case 'v':
         argument_number(state, "speed", argument, 1e-5, 100.0, &options->speed);
-        return 0;
-    case ARGP_KEY_ARG:
-        argp_error(state, "'%s' is not an option", argument);
         return 0;
     case ARGP_KEY_END:
         check_options(options, state);
@@ -282,16 +289,16 @@ static void send_sweep(Cut *cut, Pending *pending)
     if (cut->options.body != NULL)
         snprintf(body, sizeof body, "%s", cut->options.body);
     pliant_cut_t message = {
-        .utime = client_utime(), .sender = cut->client.sender, .id = pending->id, .body = body};
+        .utime = pending->utime, .sender = cut->client.sender, .id = pending->id, .body = body};
     memcpy(message.before, place[0].end, sizeof message.before);
     memcpy(message.after, place[1].end, sizeof message.after);
     client_channel(&cut->client, "CUT", NULL, channel);
     pliant_cut_t_publish(cut->client.lcm, channel, &message);
-    if (pending->tries++ == 0)
+    if (pending->first_us == 0)
         pending->first_us = client_now_ns() / 1000;
     else
         cut->resent++;
-    pending->again_ns = client_now_ns() + (int64_t)(cut->options.timeout_s * 1e9);
+    pending->waits = false;
 }
 
 static void begin_sweep(Cut *cut, int place)
@@ -300,15 +307,53 @@ static void begin_sweep(Cut *cut, int place)
         Pending *pending = &cut->pending[k];
         if (pending->used)
             continue;
-        *pending =
-            (Pending){.used = true, .id = ++cut->next_id, .number = ++cut->sent, .place = place};
+        *pending = (Pending){.used = true,
+                             .id = ++cut->next_id,
+                             .number = ++cut->sent,
+                             .place = place,
+                             .utime = client_utime()};
         cut->under_way++;
-        send_sweep(cut, pending);
         return;
     }
 }
 
-// Sends again what is overdue, gives up on what was sent often enough; the next time to look.
+// True if a message sent now reaches the daemon that this is for, and no other.
+static bool is_there(Cut *cut, int64_t now)
+{
+    session_ask(&cut->session);
+    return cut->session.daemon == cut->daemon && session_is_sure(&cut->session, now);
+}
+
+static bool is_gone(const Cut *cut, ClientError *error)
+{
+    if (cut->daemon == 0 || cut->session.daemon == cut->daemon)
+        return false;
+    client_fail(error, SESSION_GONE ", another one runs: nothing more is cut");
+    return true;
+}
+
+// Finds the daemon to send to; waits for one that is just starting.
+static bool find_daemon(Cut *cut, ClientError *error)
+{
+    const double patience = cut->options.timeout_s * (double)cut->options.tries;
+    const int64_t end = client_now_ns() + (int64_t)(patience * 1e9);
+    if (!session_open(&cut->session, &cut->client, &cut->change))
+        return client_fail(error, "LCM refuses to subscribe to %s_CLAIM", cut->client.prefix);
+    while (cut->session.daemon == 0 && client_now_ns() < end) {
+        session_ask(&cut->session);
+        cut->change = false;
+        int64_t next = client_now_ns() + 50000000;
+        if (!client_wait(&cut->client, next < end ? next : end, &cut->change))
+            return client_fail(error,
+                               cut->client.broken ? "the LCM connection failed" : "interrupted");
+    }
+    cut->daemon = cut->session.daemon;
+    return cut->daemon != 0 ||
+           client_fail(error, "no reply on %s_CLAIM within %g s: is pliantd running on %s?",
+                       cut->client.prefix, patience, cut->client.url);
+}
+
+// Sends what is due and gives up after the last try; returns the time of the next call.
 static int64_t look_after(Cut *cut)
 {
     int64_t now = client_now_ns(), next = now + 1000000000;
@@ -321,7 +366,15 @@ static int64_t look_after(Cut *cut)
                 cut->lost = true;
                 continue;
             }
-            send_sweep(cut, pending);
+            pending->tries++;
+            pending->waits = true;
+            pending->again_ns = now + (int64_t)(cut->options.timeout_s * 1e9);
+        }
+        if (pending->used && pending->waits) {
+            if (is_there(cut, now))
+                send_sweep(cut, pending);
+            else
+                next = now + 20000000 < next ? now + 20000000 : next;
         }
         if (pending->used && pending->again_ns < next)
             next = pending->again_ns;
@@ -329,11 +382,13 @@ static int64_t look_after(Cut *cut)
     return next;
 }
 
-// Waits until `until_ns`, and until at most `under_way` requests wait for their answer.
+// Waits until `until_ns`, and until at most `under_way` requests lack their answer.
 static bool wait_for(Cut *cut, int64_t until_ns, int under_way, ClientError *error)
 {
     for (;;) {
         int64_t next = look_after(cut);
+        if (is_gone(cut, error))
+            return false;
         if (cut->lost)
             return client_fail(error, "no reply on %s_REPLY within %g s: is pliantd running on %s?",
                                cut->client.prefix,
@@ -354,7 +409,7 @@ static bool cut_all(Cut *cut, ClientError *error)
 {
     const Options *options = &cut->options;
     const int64_t start = client_now_ns();
-    // At a rate of its own, a sweep does not wait for the answers to those before.
+    // With a rate of its own, a sweep does not wait for earlier answers.
     const int most = options->rate_hz > 0.0 ? PENDING_MOST - 1 : 0;
     for (long n = 0; n < options->repeat; n++)
         for (int i = blade_next_sweep(&options->path, -1); i >= 0;
@@ -381,15 +436,28 @@ static void print_summary(const Cut *cut)
     putchar('\n');
 }
 
+// No sweep cut anything: checks whether a body of that name exists.
+static bool explain_nothing(Cut *cut, ClientError *error)
+{
+    const Options *options = &cut->options;
+    cut->client.last_id = cut->next_id; // a sender uses each id once
+    if (options->body != NULL &&
+        client_request(&cut->client, PLIANT_COMMAND_T_DESCRIBE, 0, "", options->timeout_s,
+                       (int)options->tries, error) &&
+        !client_described_body(&cut->client, options->body, error))
+        return false;
+    return client_fail(error, "nothing was cut");
+}
+
 static bool send_cuts(Cut *cut, ClientError *error)
 {
     if (!client_subscribe(&cut->client, "REPLY", NULL, 256, on_reply, cut))
         return client_fail(error, "LCM refuses to subscribe to %s_REPLY", cut->client.prefix);
-    bool ok = cut_all(cut, error);
+    bool ok = find_daemon(cut, error) && cut_all(cut, error);
     if (cut->answered > 0)
         print_summary(cut);
     if (ok && cut->made == 0)
-        return client_fail(error, "nothing was cut");
+        return explain_nothing(cut, error);
     return ok;
 }
 
@@ -400,7 +468,7 @@ static void send_pose(Cut *cut, const TrackPose *pose, bool active)
     char channel[CLIENT_CHANNEL_MAX];
     pliant_tool_pose_t message = {.utime = client_utime(),
                                   .sender = cut->client.sender,
-                                  .sequence = cut->sequence++,
+                                  .sequence = (int32_t)cut->sequence++,
                                   .tool = (int32_t)cut->options.tool,
                                   .active = active};
     memcpy(message.position, pose->position, sizeof message.position);
@@ -409,7 +477,7 @@ static void send_pose(Cut *cut, const TrackPose *pose, bool active)
     pliant_tool_pose_t_publish(cut->client.lcm, channel, &message);
 }
 
-// From place `first` until the blade is lifted; *next is where the following stroke begins.
+// Moves from place `first` until the blade is lifted; *next is the start of the following stroke.
 static bool move_stroke(Cut *cut, int first, int *next, ClientError *error)
 {
     const Options *options = &cut->options;
@@ -417,22 +485,28 @@ static bool move_stroke(Cut *cut, int first, int *next, ClientError *error)
     Track track;
     *next = blade_track(&options->path, first, options->speed, &track);
     const int64_t start = client_now_ns();
-    const double end = track_duration(&track) + 2.0 / rate; // the last pose is reached
+    const double end = track_duration(&track) + 2.0 / rate; // time to reach the last pose
     TrackPose pose;
     bool going = true;
     for (int64_t k = 0; going; k++) {
-        double time = (double)(client_now_ns() - start) * 1e-9; // late ones are left out
+        double time = (double)(client_now_ns() - start) * 1e-9; // skips poses that are late
         if (time > end)
             break;
         track_at(&track, fmin(time, track_duration(&track)), &pose);
-        send_pose(cut, &pose, true);
+        if (is_there(cut, client_now_ns()))
+            send_pose(cut, &pose, true);
+        if (cut->session.daemon != cut->daemon)
+            break;
         int64_t due = start + (int64_t)((double)(k + 1) * 1e9 / rate);
         going = client_wait(&cut->client, due, NULL);
     }
     track_at(&track, track_duration(&track), &pose);
-    for (int k = 0; k < 3; k++) // one lost datagram must not leave the blade in the tissue
+    for (int k = 0; k < 3;
+         k++) // repeated, so that a lost datagram does not leave the blade in the tissue
         send_pose(cut, &pose, false);
     track_destroy(&track);
+    if (is_gone(cut, error))
+        return false;
     return going ||
            client_fail(error, cut->client.broken ? "the LCM connection failed" : "interrupted");
 }
@@ -443,14 +517,14 @@ static bool move_tool(Cut *cut, ClientError *error)
     if (!client_subscribe(&cut->client, "EVENT", NULL, 256, on_event, cut))
         return client_fail(error, "LCM refuses to subscribe to %s_EVENT", cut->client.prefix);
     const double patience = options->timeout_s * (double)options->tries; // as with messages
-    if (!client_hear_daemon(&cut->client, patience, error))
+    if (!client_hear_daemon(&cut->client, patience, error) || !find_daemon(cut, error))
         return false;
     for (long n = 0; n < options->repeat; n++)
         for (int next, i = 0; i < options->path.count; i = next) {
             long before = cut->cuts;
             if (!move_stroke(cut, i, &next, error))
                 return false;
-            // The event of the stroke, or so long that none can be on its way.
+            // Until the event of the stroke, or until none can be in transit any more.
             int64_t until = client_now_ns() + (int64_t)(options->timeout_s * 1e9);
             while (cut->cuts == before && client_now_ns() < until) {
                 cut->change = false;
@@ -461,23 +535,23 @@ static bool move_tool(Cut *cut, ClientError *error)
     if (cut->cuts > 0)
         return true;
     return client_fail(error,
-                       "no stroke was told of on %s_EVENT: tool %ld met no tissue that can be cut, "
-                       "is no blade, or its edge does not lie along its z axis%s%s",
+                       "no stroke was reported on %s_EVENT: tool %ld met no cuttable tissue, "
+                       "is not a blade, or its edge is not along its z axis%s%s",
                        cut->client.prefix, options->tool,
                        cut->refusal[0] ? "; the daemon said: " : "", cut->refusal);
 }
 
 int main(int argc, char **argv)
 {
-    static const struct argp_child children[] = {{&CLIENT_ARGP, 0, "Where:", 3}, {0}};
     static const struct argp argp = {
         .options = OPTIONS,
         .parser = parse_option,
-        .children = children,
-        .doc = "Cuts the bodies of a running pliantd and says what was severed.\v"
-               "A cut that should meet another one must overlap it by half an edge of the finest "
-               "mesh. Exit status: 0 something was cut, 1 nothing was cut or no answer came, 2 bad "
-               "usage."};
+        .children = CLIENT_WHERE,
+        .doc =
+            "Cuts the bodies of a running pliantd and prints what was severed.\v"
+            "To join another cut, a cut must overlap it by half an edge of the finest "
+            "mesh. Exit status: 0 something was cut, 1 nothing was cut or no reply arrived, 2 bad "
+            "usage."};
     static Cut cut = {.options = {.plane_size = 1.0,
                                   .timeout_s = 0.5,
                                   .speed = 0.05,

@@ -1,4 +1,4 @@
-// Puts chunked frames of node positions together again. One thread.
+// Assembles chunked frames of node positions. One thread.
 #include "frames_parts.h"
 #include "wire.h"
 
@@ -47,7 +47,7 @@ enum { LOST_MOST = 1 << 16 };
 
 static void nodes_begin(NodesFrame *frame, const pliant_nodes_t *chunk)
 {
-    // Also those of which nothing came; after a longer silence the daemon is another one.
+    // Count missing frames too; after a longer silence the daemon is another one.
     int32_t ahead = (int32_t)((uint32_t)chunk->sequence - (uint32_t)frame->sequence);
     if (frame->started)
         frame->lost += !frame->whole + (ahead > 1 && ahead <= LOST_MOST ? ahead - 1 : 0);
@@ -80,7 +80,7 @@ static FramesResult nodes_take(NodesFrame *frame, const pliant_nodes_t *chunk)
              chunk->chunk_count != frame->chunk_count || chunk->step != frame->step)
         return FRAMES_REFUSED;
     else if (frame->whole)
-        return FRAMES_STALE; // a repeated chunk must not change a frame already handed out
+        return FRAMES_STALE; // a repeated chunk must not change a completed frame
     memcpy(frame->position + 3 * (size_t)chunk->first, chunk->position,
            sizeof(float) * (size_t)chunk->num_values);
     parts_mark(&frame->nodes, chunk->first, chunk->num_values / 3);

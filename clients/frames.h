@@ -1,6 +1,6 @@
-// Puts chunked meshes, their deltas, frames of node positions and rest positions together again.
-// One thread; the sizes on the wire are bounded, chunks that contradict their frame are refused,
-// chunks of other frames dropped.
+// Assembles chunked meshes, their deltas, frames of node positions and rest positions. One thread.
+// The sizes on the wire are bounded; chunks that contradict their frame are refused, chunks of
+// other frames dropped.
 #ifndef PLIANT_CLIENTS_FRAMES_H
 #define PLIANT_CLIENTS_FRAMES_H
 
@@ -13,13 +13,13 @@ enum {
     FRAMES_TRIANGLES_MAX = 1 << 23,
 };
 
-// What became of a chunk.
+// The result of a chunk.
 typedef enum FramesResult {
     FRAMES_MORE,    // taken, others are missing
-    FRAMES_WHOLE,   // taken, and now the frame is whole
+    FRAMES_WHOLE,   // taken, and the frame is complete
     FRAMES_STALE,   // of an earlier frame: dropped
-    FRAMES_MISSED,  // a whole delta of a mesh that is not ours: wait for a mesh, or DESCRIBE
-    FRAMES_REFUSED, // not a message of this type, or it contradicts its own frame or the bounds
+    FRAMES_MISSED,  // a complete delta of another mesh than ours: wait for a mesh, or send DESCRIBE
+    FRAMES_REFUSED, // another type, or it contradicts its own frame or the bounds
 } FramesResult;
 
 // Which slots of an array have arrived.
@@ -30,7 +30,7 @@ typedef struct FramesParts {
 
 // Node positions of one body.
 typedef struct NodesFrame {
-    // of the frame in the making, or of the last whole one
+    // of the frame being assembled, or of the last complete one
     int64_t utime; // of the server [us]
     int64_t step;
     double time; // simulated [s]
@@ -40,13 +40,13 @@ typedef struct NodesFrame {
     // bookkeeping
     bool started, whole;
     FramesParts nodes;
-    int64_t lost;    // frames given up because a newer one began, or of which nothing came
+    int64_t lost;    // frames given up for a newer one, or of which nothing arrived
     int64_t refused; // chunks
 } NodesFrame;
 
 // Rest positions of one body, and its texture coordinates if it has any.
 typedef struct RestFrame {
-    // of the message in the making, or of the last whole one
+    // of the message being assembled, or of the last complete one
     int64_t utime; // of the server [us]
     int32_t sequence, topology, chunk_count;
     int node_count;
@@ -56,11 +56,11 @@ typedef struct RestFrame {
     // bookkeeping
     bool started, whole;
     FramesParts nodes;
-    int64_t lost;    // messages given up because a newer one began
+    int64_t lost;    // messages given up for a newer one
     int64_t refused; // chunks
 } RestFrame;
 
-// The whole mesh under way.
+// The whole mesh being assembled.
 typedef struct MeshParts {
     int64_t utime; // of its newest chunk
     int32_t sequence, topology, chunk_count;
@@ -68,10 +68,10 @@ typedef struct MeshParts {
     int32_t *triangle, *id, *origin, *parent, *piece;
     int8_t *level;
     FramesParts nodes, triangles;
-    bool started, done; // done: whole, or given up
+    bool started, done; // done: complete, or given up
 } MeshParts;
 
-// The delta under way: what it will change.
+// The delta being assembled: the changes that it will make.
 typedef struct MeshChange {
     int64_t utime; // of its newest chunk
     int32_t sequence, from_topology, topology, chunk_count;
@@ -85,9 +85,9 @@ typedef struct MeshChange {
 
 // Triangles of one body, kept up to date by deltas.
 typedef struct MeshFrame {
-    // the mesh, once `whole`; it stays so while the next one arrives
+    // the mesh, once `whole`; it stays valid while the next one arrives
     bool whole;
-    int64_t utime; // of the message that made it what it is [us], the server's
+    int64_t utime; // of the message that last changed it [us], the server's clock
     int32_t topology;
     int node_count, triangle_count;
     int32_t *triangle; // [3 triangle_count], node slots; 0 0 0: a free slot
@@ -95,20 +95,20 @@ typedef struct MeshFrame {
     int32_t *origin;   // [node_count] the id that a duplicate was split from, else its own
     int32_t *parent;   // [2 node_count] ids
     int32_t *piece;    // [node_count]
-    int8_t *level;     // [node_count] at which the node was born
+    int8_t *level;     // [node_count] at which the node was created
     // bookkeeping
     MeshParts next;
     MeshChange change;
-    int64_t lost;    // whole meshes and deltas given up because a newer one began
+    int64_t lost;    // whole meshes and deltas given up for a newer one
     int64_t missed;  // deltas of meshes that we do not have
     int64_t refused; // chunks
 } MeshFrame;
 
-// Takes one raw message. After FRAMES_WHOLE the arrays hold the frame until the next call. A frame
-// starts zeroed; the arrays are owned by it.
+// Takes one raw message. After FRAMES_WHOLE the arrays hold the frame until the next call. The
+// frame starts zeroed and owns the arrays.
 FramesResult nodes_frame_add(NodesFrame *frame, const void *data, size_t size);
 FramesResult mesh_frame_add(MeshFrame *frame, const void *data, size_t size);
-// A delta: FRAMES_WHOLE when all of it came and the mesh is now that of its topology.
+// Takes a delta: FRAMES_WHOLE when all of it has arrived and the mesh has its topology.
 FramesResult mesh_frame_add_delta(MeshFrame *frame, const void *data, size_t size);
 FramesResult rest_frame_add(RestFrame *frame, const void *data, size_t size);
 void nodes_frame_destroy(NodesFrame *frame);

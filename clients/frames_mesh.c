@@ -1,4 +1,4 @@
-// Puts chunked meshes together again and follows their deltas. One thread.
+// Assembles chunked meshes and applies their deltas. One thread.
 #include "frames_parts.h"
 #include "wire.h"
 
@@ -16,7 +16,7 @@ static bool counts_valid(int32_t node_count, int32_t triangle_count, int32_t chu
            chunk_count <= node_count + triangle_count;
 }
 
-// Whether all of `count` numbers are in [low, high).
+// True if all `count` numbers are in [low, high).
 static bool all_inside(const int32_t *number, int32_t count, int32_t low, int32_t high)
 {
     for (int k = 0; k < count; k++) {
@@ -81,8 +81,9 @@ static void mesh_begin(MeshFrame *frame, const pliant_mesh_t *chunk)
     next->done = false;
 }
 
-// The same mesh is sent again and again: on a link that loses much, what is missing of it may come
-// with the next. The same topology of the same daemon is the same mesh.
+// True if a chunk of a repeated mesh completes the one being assembled: on a link with much loss
+// the missing chunks may come with the next copy. The same topology of the same daemon is the same
+// mesh.
 static bool mesh_goes_on(const MeshParts *next, const pliant_mesh_t *chunk)
 {
     enum { MOST_AHEAD = 64, MOST_APART_US = 60000000 };
@@ -90,10 +91,11 @@ static bool mesh_goes_on(const MeshParts *next, const pliant_mesh_t *chunk)
     return next->started && !next->done && ahead > 0 && ahead <= MOST_AHEAD &&
            chunk->topology == next->topology && chunk->chunk_count == next->chunk_count &&
            chunk->node_count == next->node_count && chunk->triangle_count == next->triangle_count &&
-           chunk->utime >= next->utime && chunk->utime - next->utime <= MOST_APART_US;
+           chunk->utime >= next->utime &&
+           (uint64_t)chunk->utime - (uint64_t)next->utime <= MOST_APART_US;
 }
 
-// The mesh that has come together becomes the mesh.
+// Makes the assembled mesh the current one.
 static void mesh_replace(MeshFrame *frame)
 {
     MeshParts *next = &frame->next;
@@ -113,7 +115,7 @@ static void mesh_replace(MeshFrame *frame)
     frame->whole = next->done = true;
 }
 
-// An empty array's pointer may be null, which memcpy must not see.
+// An empty array's pointer may be NULL, which memcpy must not get.
 static void copy(int32_t *to, const int32_t *from, int32_t count)
 {
     if (count)
@@ -126,6 +128,7 @@ static FramesResult mesh_take(MeshFrame *frame, const pliant_mesh_t *chunk)
     if (!mesh_valid(chunk))
         return FRAMES_REFUSED;
     if (next->started &&
+        // In order: another mesh begins, a contradiction, a repeat.
         frames_stale(chunk->sequence, chunk->utime, next->sequence, next->utime, STALE_MESHES))
         return FRAMES_STALE;
     if (mesh_goes_on(next, chunk))
@@ -137,7 +140,7 @@ static FramesResult mesh_take(MeshFrame *frame, const pliant_mesh_t *chunk)
              chunk->chunk_count != next->chunk_count)
         return FRAMES_REFUSED;
     else if (next->done)
-        return FRAMES_STALE; // a repeated chunk must not change a mesh already handed out
+        return FRAMES_STALE; // a repeated chunk must not change a completed mesh
     next->utime = chunk->utime;
     copy(next->triangle + 3 * (size_t)chunk->first_triangle, chunk->triangle, chunk->num_indices);
     copy(next->id + chunk->first_node, chunk->id, chunk->num_nodes);
@@ -246,7 +249,7 @@ static void change_add(MeshChange *change, const pliant_mesh_delta_t *chunk)
     parts_mark(&change->chunks, chunk->chunk, 1);
 }
 
-// Where nodes go, no triangle that stays may want them.
+// True if no remaining triangle uses a removed node.
 static bool change_fits(const MeshFrame *frame)
 {
     const MeshChange *change = &frame->change;
@@ -263,7 +266,7 @@ static bool change_fits(const MeshFrame *frame)
     return fits;
 }
 
-// `old` rows of `columns` numbers become `count`; new ones are `fill`.
+// Reallocates `old` rows of `columns` numbers to `count`; fills new ones with `fill`.
 static int32_t *resize(int32_t *rows, int columns, int old, int count, int32_t fill)
 {
     if (old == count)
@@ -299,6 +302,7 @@ static void change_apply(MeshFrame *frame)
     frame->triangle = resize(frame->triangle, 3, frame->triangle_count, triangles, 0);
     frame->node_count = nodes;
     frame->triangle_count = triangles;
+    // Write the changed slots.
     for (int k = 0; k < change->nodes; k++) {
         const int32_t *row = node_row(change, k);
         frame->id[row[0]] = row[1];
@@ -313,7 +317,7 @@ static void change_apply(MeshFrame *frame)
     }
     frame->topology = change->topology;
     frame->utime = change->utime;
-    // A mesh still under way is older than this one.
+    // A whole mesh being assembled is older than this one.
     if (frame->next.started && !frame->next.done) {
         frame->lost++;
         frame->next.done = true;
@@ -337,7 +341,7 @@ static FramesResult delta_take(MeshFrame *frame, const pliant_mesh_delta_t *chun
         return FRAMES_REFUSED;
     else if (change->done || change->chunks.seen[chunk->chunk])
         return FRAMES_STALE;
-    // Each slot changes once.
+    // Each slot changes once, so more than the mesh has is a contradiction.
     if (chunk->num_nodes > change->node_count - change->nodes ||
         chunk->num_triangles > change->triangle_count - change->triangles)
         return FRAMES_REFUSED;
@@ -345,6 +349,7 @@ static FramesResult delta_take(MeshFrame *frame, const pliant_mesh_delta_t *chun
     if (!parts_whole(&change->chunks))
         return FRAMES_MORE;
     change->done = true;
+    // A complete delta applies only to the mesh that it starts from.
     if (!frame->whole || frame->topology != change->from_topology) {
         frame->missed++;
         return FRAMES_MISSED;

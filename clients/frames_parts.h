@@ -1,10 +1,10 @@
-// What frames.c and frames_mesh.c share.
+// Shared by frames.c and frames_mesh.c.
 #ifndef PLIANT_CLIENTS_FRAMES_PARTS_H
 #define PLIANT_CLIENTS_FRAMES_PARTS_H
 
 #include "frames.h"
 
-// Zeroed; aborts when there is none.
+// Allocates zeroed memory; aborts if there is none.
 void *frames_allocate(size_t count, size_t size);
 
 void parts_begin(FramesParts *parts, int count);
@@ -20,12 +20,12 @@ static inline bool range_inside(int32_t first, int32_t count, int32_t limit)
     return first >= 0 && count >= 0 && first <= limit && count <= limit - first;
 }
 
-// How far behind a sequence may be to count as late: frames are many a second. Whole meshes are
-// seconds apart, and a daemon that starts anew with its clock set back must not wait for long.
+// How far a sequence may be behind and still count as late. Many frames come per second. Whole
+// meshes come seconds apart, and a daemon that restarts with its clock set back must not wait long.
 enum { STALE_FRAMES = 64, STALE_MESHES = 2 };
 
-// Older by number, by `most` at most, and by clock: a daemon that starts anew counts from 0 with a
-// later clock.
+// True if older by number, by `most` at most, and by clock: a daemon that restarts counts from 0
+// with a later clock.
 bool frames_stale(int32_t sequence, int64_t utime, int32_t newest, int64_t newest_utime, int most);
 
 #endif

@@ -1,4 +1,4 @@
-// Puts chunked rest positions and texture coordinates together again. One thread.
+// Assembles chunked rest positions and texture coordinates. One thread.
 #include "frames_parts.h"
 #include "wire.h"
 
@@ -53,7 +53,7 @@ static FramesResult rest_take(RestFrame *frame, const pliant_rest_t *chunk)
              (chunk->num_coordinates > 0) != frame->textured)
         return FRAMES_REFUSED;
     else if (frame->whole)
-        return FRAMES_STALE; // a repeated chunk must not change what was already handed out
+        return FRAMES_STALE; // a repeated chunk must not change completed data
     memcpy(frame->position + 3 * (size_t)chunk->first, chunk->position,
            sizeof(float) * (size_t)chunk->num_values);
     if (frame->textured)

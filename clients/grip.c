@@ -2,7 +2,7 @@
 
 #include <stdlib.h>
 
-// A number at *text, which moves behind it.
+// Reads a number at *text and advances past it.
 static bool take_number(const char **text, double low, double high, double *number)
 {
     char *end;

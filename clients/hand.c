@@ -20,7 +20,7 @@ void hand_show(const HandForce *last, const double position[3], bool stiffness, 
     for (int i = 0; i < 3 && stiffness; i++)
         for (int k = 0; k < 3; k++)
             force[i] -= last->stiffness[i][k] * (position[k] - last->position[k]);
-    // A body never pulls: what of it points inwards is left out.
+    // A body never pulls: an inward force is dropped.
     double out = dot(force, last->normal);
     for (int i = 0; i < 3 && out < 0.0; i++)
         force[i] -= out * last->normal[i];
@@ -54,14 +54,14 @@ double hand_duration(const HandOptions *options, int cycles)
     return (1 + cycles) / options->frequency;
 }
 
-// In [0, 1): Knuth's linear congruential generator, its upper bits.
+// Returns a random number in [0, 1): the upper bits of Knuth's linear congruential generator.
 static double random_share(Hand *hand)
 {
     hand->random = hand->random * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
     return (double)(hand->random >> 11) * 0x1p-53;
 }
 
-// A millionth of a tick: times are multiples of ticks, but for rounding.
+// True within a millionth of a tick, since times are multiples of ticks only up to rounding.
 static bool is_due(double due, double time)
 {
     return due <= time + 1e-6 / HAND_RATE;
@@ -92,7 +92,7 @@ bool hand_take_pose(Hand *hand, double time, HandPose *pose)
 void hand_hear(Hand *hand, double time, const HandForce *force)
 {
     if (hand->heard_end - hand->heard_first == HAND_WAITING)
-        hand->heard_first++; // the oldest would only be overtaken
+        hand->heard_first++; // drop the oldest, which newer ones supersede
     hand->heard[hand->heard_end % HAND_WAITING] = *force;
     hand->due[hand->heard_end % HAND_WAITING] = time + 0.5 * hand->options.latency;
     hand->heard_end++;
@@ -101,6 +101,7 @@ void hand_hear(Hand *hand, double time, const HandForce *force)
 void hand_feel(Hand *hand, double time)
 {
     const HandOptions *options = &hand->options;
+    // Take the newest force that has arrived by now.
     for (; hand->heard_first != hand->heard_end; hand->heard_first++) {
         unsigned first = hand->heard_first % HAND_WAITING;
         if (!is_due(hand->due[first], time))
@@ -108,19 +109,20 @@ void hand_feel(Hand *hand, double time)
         hand->last = hand->heard[first];
         hand->last_due = hand->due[first];
     }
-    // A daemon that has fallen silent holds nobody's hand.
+    // The force of a daemon that has fallen silent expires.
     if (hand->last.valid > 0.0 && time > hand->last_due + hand->last.valid)
         hand->last.contact = false;
     double position[3], linear[3], force[3], work = 0.0, change = 0.0;
     hand_at(hand, time, position, linear);
     hand_show(&hand->last, position, options->stiffness, options->max_force, force);
+    // Trapezoidal work of this tick, and the change of the force.
     for (int k = 0; k < 3; k++) {
         work -= 0.5 * (force[k] + hand->force[k]) * (position[k] - hand->position[k]);
         change += (force[k] - hand->force[k]) * (force[k] - hand->force[k]);
     }
     memcpy(hand->position, position, sizeof position);
     memcpy(hand->force, force, sizeof force);
-    if (!hand->counting) { // the first cycle: until all that shall ring rings
+    if (!hand->counting) { // the first cycle excites all oscillations before counting starts
         hand->counting = time >= 1.0 / options->frequency;
         return;
     }

@@ -3,15 +3,15 @@
 #include <math.h>
 #include <string.h>
 
-static const double REST = 0.4; // before each run: the body comes to rest [s]
+static const double REST = 0.4; // pause before each run, in which the body comes to rest [s]
 
 void hand_run_hear(HandRun *run, const pliant_contact_t *contact)
 {
     if (!run->active)
         return;
-    // A time span, so that it is the same on every clock.
+    // A duration is the same on every clock.
     HandForce force = {.contact = contact->contact != 0,
-                       .valid = 1e-6 * (double)(contact->valid_until - contact->utime)};
+                       .valid = 1e-6 * ((double)contact->valid_until - (double)contact->utime)};
     double size = 0.0;
     memcpy(force.position, contact->position, sizeof force.position);
     memcpy(force.force, contact->force, sizeof force.force);
@@ -24,7 +24,7 @@ void hand_run_hear(HandRun *run, const pliant_contact_t *contact)
     hand_hear(&run->hand, (double)(client_now_ns() - run->start_ns) * 1e-9, &force);
 }
 
-// Ticks until `seconds` are over; `moves`: the hand does, else it rests where it is.
+// Runs ticks for `seconds`; `moves`: the hand moves, else it rests.
 static bool run_ticks(HandRun *run, double seconds, bool moves, ClientError *error)
 {
     const int64_t period_ns = (int64_t)(1e9 / HAND_RATE);
@@ -32,7 +32,7 @@ static bool run_ticks(HandRun *run, double seconds, bool moves, ClientError *err
     run->start_ns = client_now_ns();
     for (int64_t tick = 0;; tick++) {
         int64_t behind = (client_now_ns() - run->start_ns) / period_ns - tick;
-        if (behind > 1) // we were stopped for a while: go on from here, not in a burst
+        if (behind > 1) // the process was stopped: continue from now, without a burst
             tick += behind;
         double time = (double)tick / HAND_RATE;
         if (time > seconds)
@@ -75,7 +75,7 @@ void hand_run_print(const HandRun *run)
            figures->put_in > 0.0 ? 1e2 * figures->lost / figures->put_in : 0.0, figures->step,
            figures->peak);
     if (by->stiffness && run->forces > 0 && run->stiff == 0)
-        printf("   (the daemon tells no stiffness: publish.contact_stiffness)\n");
+        printf("   (the daemon publishes no stiffness: publish.contact_stiffness)\n");
     fflush(stdout);
 }
 

@@ -14,9 +14,9 @@ bool keys_open(void)
         return false;
     struct termios raw = saved;
     raw.c_lflag &= ~(tcflag_t)(ICANON | ECHO);
-    raw.c_cc[VMIN] = 0; // read returns at once
+    raw.c_cc[VMIN] = 0; // read returns immediately
     raw.c_cc[VTIME] = 0;
-    // Stopping or dumping core in between would leave the terminal as we made it.
+    // A stop or core dump in between would leave the terminal modified.
     raw.c_cc[VSUSP] = _POSIX_VDISABLE;
     raw.c_cc[VQUIT] = _POSIX_VDISABLE;
     if (tcsetattr(STDIN_FILENO, TCSANOW, &raw) != 0)
@@ -33,7 +33,7 @@ int keys_read(void)
         return KEY_NONE;
     if (c != 0x1b)
         return c;
-    // An arrow is ESC [ A..D, sent in one piece; a lone ESC means nothing here.
+    // An arrow is ESC [ A..D in one piece; a lone ESC has no meaning.
     unsigned char rest[2];
     if (read(STDIN_FILENO, rest, 2) != 2 || (rest[0] != '[' && rest[0] != 'O'))
         return KEY_NONE;

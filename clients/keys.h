@@ -1,4 +1,4 @@
-// Single key presses from a terminal, which is put back as it was at exit. One thread.
+// Single key presses from a terminal, whose settings are restored at exit. One thread.
 #ifndef PLIANT_CLIENTS_KEYS_H
 #define PLIANT_CLIENTS_KEYS_H
 
@@ -6,9 +6,10 @@
 
 enum { KEY_NONE = 0, KEY_UP = 0x100, KEY_DOWN, KEY_LEFT, KEY_RIGHT };
 
-// Keys come at once and unseen; Ctrl-C stays a signal. False when standard input is no terminal.
+// Delivers keys immediately and without echo; Ctrl-C stays a signal. Returns false if standard
+// input is no terminal.
 bool keys_open(void);
-// The next key (a character or one of the above), or KEY_NONE. Never waits.
+// Returns the next key (a character or one of the above), or KEY_NONE. Never blocks.
 int keys_read(void);
 void keys_close(void);
 

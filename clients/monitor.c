@@ -1,19 +1,19 @@
-// pliant-monitor: shows how a running daemon is doing, in place on a terminal and line by line
-// elsewhere, and records what a body does. One thread; only listens, but for one DESCRIBE when it
-// needs a mesh.
+// pliant-monitor: shows the state of a running daemon, in place on a terminal and line by line
+// elsewhere, and records the motion of a body. One thread; only listens, except for one DESCRIBE
+// when it needs a mesh.
 #include "client.h"
 #include "curve.h"
+#include "output.h"
 #include "view.h"
 #include "wire.h"
 
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "pliant_command_t.h"
 
-enum { MONITOR_PATIENCE_S = 3 }; // within which a daemon's first status comes
+enum { MONITOR_PATIENCE_S = 3 }; // limit for a daemon's first status
 
 typedef struct Options {
     ClientOptions client;
@@ -28,14 +28,18 @@ typedef struct Monitor {
     View view;
     Curve curve;
     bool terminal; // redraw in place
-    bool come;     // the first status
+    bool come;     // the first status has arrived
+    bool unknown;  // it lists no body of the name to be recorded
+    ClientError why;
 } Monitor;
 
 // --- options ---
 
+const char *argp_program_version = "pliant-monitor " PLIANT_VERSION; // argp prints it for --version
+
 static const struct argp_option OPTIONS[] = {
-    {"once", '1', 0, 0, "print one status and exit (1 when none comes within 3 s)", 1},
-    {"duration", 'd', "S", 0, "exit after so many seconds", 1},
+    {"once", '1', 0, 0, "print one status and exit (status 1 if none arrives within 3 s)", 1},
+    {"duration", 'd', "S", 0, "exit after S seconds", 1},
     {"nodes", 'n', "BODY", 0, "record this body, with:", 2},
     {"write", 'w', "FILE", 0, "its largest displacement over time, as a table", 2},
     {"shape", 's', "FILE", 0, "its triangles in the last frame, for gnuplot's pm3d", 2},
@@ -71,9 +75,6 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
     case 'p':
         options->peak = argument;
         return 0;
-    case ARGP_KEY_ARG:
-        argp_error(state, "'%s' is not an option", argument);
-        return 0;
     case ARGP_KEY_END:
         if (!options->body != !(options->write || options->shape || options->peak))
             argp_error(state,
@@ -86,6 +87,15 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
 
 // --- what comes ---
 
+// A daemon with other bodies will not get this one: reports it at once and ends the recording.
+static void find_body(Monitor *monitor, const pliant_status_t *status)
+{
+    ClientBodies bodies = {.wanted = monitor->options.body};
+    for (int i = 0; i < status->num_bodies; i++)
+        client_bodies_add(&bodies, status->body[i].name);
+    monitor->unknown = bodies.count > 0 && !client_bodies_check(&bodies, &monitor->why);
+}
+
 static void on_status(const lcm_recv_buf_t *buffer, const char *channel, void *user)
 {
     (void)channel;
@@ -95,6 +105,8 @@ static void on_status(const lcm_recv_buf_t *buffer, const char *channel, void *u
         pliant_status_t_decode(buffer->data, 0, (int)buffer->data_size, &status) < 0)
         return;
     view_take_status(&monitor->view, &status, client_now_ns());
+    if (monitor->options.body != NULL && !monitor->come)
+        find_body(monitor, &status);
     pliant_status_t_decode_cleanup(&status);
     monitor->come = true;
     if (!monitor->terminal && !monitor->options.once) {
@@ -172,7 +184,7 @@ static void redraw(const Monitor *monitor)
         return;
     view_print(&monitor->view, memory, client_now_ns());
     fclose(memory);
-    // Home; each line cleared to its end; the rest of the screen cleared: no flicker.
+    // Go home; clear each line's end and the rest of the screen: no flicker.
     fputs("\033[H", stdout);
     for (const char *c = text; c && *c; c++) {
         if (*c == '\n')
@@ -184,7 +196,7 @@ static void redraw(const Monitor *monitor)
     free(text);
 }
 
-// Long lines are cut at the margin instead of wrapping, which would shift what is drawn in place.
+// Truncates long lines at the margin, since wrapping would shift the text drawn in place.
 static void terminal_begin(void)
 {
     fputs("\033[2J\033[?7l\033[?25l", stdout);
@@ -211,6 +223,8 @@ static bool watch_once(Monitor *monitor, ClientError *error)
     client_wait(&monitor->client, deadline, &monitor->come);
     if (!monitor->come)
         return none_came(monitor, error);
+    if (monitor->unknown)
+        return client_fail(error, "%s", monitor->why.text);
     view_print(&monitor->view, stdout, client_now_ns());
     return true;
 }
@@ -224,9 +238,9 @@ static bool watch(Monitor *monitor, ClientError *error)
     if (monitor->terminal)
         terminal_begin();
     bool waited = true, warned = false;
-    for (int64_t next = start; waited && client_now_ns() < end;) {
+    for (int64_t next = start; waited && !monitor->unknown && client_now_ns() < end;) {
         next += 200000000;
-        waited = client_wait(&monitor->client, next < end ? next : end, NULL);
+        waited = client_wait(&monitor->client, next < end ? next : end, &monitor->unknown);
         if (monitor->terminal)
             redraw(monitor);
         bool silent = !monitor->come && client_now_ns() - start > MONITOR_PATIENCE_S * 1000000000LL;
@@ -240,25 +254,31 @@ static bool watch(Monitor *monitor, ClientError *error)
         terminal_end();
     if (monitor->client.broken)
         return client_fail(error, "the LCM connection failed");
+    if (monitor->unknown)
+        return client_fail(error, "%s", monitor->why.text);
     return monitor->come ? true : none_came(monitor, error);
 }
 
 static bool open_curve(Monitor *monitor, ClientError *error)
 {
     const Options *options = &monitor->options;
-    ClientError ignored; // the daemon may start later, and sends its mesh once a second too
+    if ((options->shape && !client_may_write(options->shape, CURVE_SHAPE_MARK, error)) ||
+        (options->peak && !client_may_write(options->peak, CURVE_SHAPE_MARK, error)))
+        return false;
+    ClientError ignored; // the daemon may start later, and sends its mesh every second too
     if (options->write) {
-        monitor->curve.out = fopen(options->write, "w");
+        static const char head[] = "# simulated_s\tlargest_displacement_m\tnode\n";
+        monitor->curve.out = client_open_output(options->write, head, error);
         if (!monitor->curve.out)
-            return client_fail(error, "%s: %s", options->write, strerror(errno));
-        fputs("# simulated_s\tlargest_displacement_m\tnode\n", monitor->curve.out);
+            return false;
+        fputs(head, monitor->curve.out);
     }
     if (options->shape || options->peak)
         client_request(&monitor->client, PLIANT_COMMAND_T_DESCRIBE, 0, "", 0.5, 2, &ignored);
     return true;
 }
 
-// Writes what was asked for; the first failure is kept, the others are still tried.
+// Writes the requested files; keeps the first failure and still tries the others.
 static bool close_curve(Monitor *monitor, ClientError *error)
 {
     const Options *options = &monitor->options;
@@ -293,14 +313,13 @@ static bool run(Monitor *monitor, ClientError *error)
 
 int main(int argc, char **argv)
 {
-    static const struct argp_child children[] = {{&CLIENT_ARGP, 0, "Where:", 3}, {0}};
     static const struct argp argp = {
         .options = OPTIONS,
         .parser = parse_option,
-        .children = children,
-        .doc =
-            "Shows how a running pliantd is doing and records what a body does.\v"
-            "Exit status: 0 done, 1 no status came or a file could not be written, 2 bad usage."};
+        .children = CLIENT_WHERE,
+        .doc = "Shows the status of a running pliantd and records the motion of a body.\v"
+               "Exit status: 0 done, 1 no status arrived or a file could not be written, 2 bad "
+               "usage."};
     static Monitor monitor;
     argp_err_exit_status = 2;
     argp_parse(&argp, argc, argv, 0, NULL, &monitor.options);

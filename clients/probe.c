@@ -1,17 +1,17 @@
 // pliant-probe: drives one tool along a path, by a press that finds the body, or from the keyboard,
-// and shows what the tool feels. One thread, poses at absolute deadlines, the tool withdrawn at the
-// end.
+// and shows the force on the tool. One thread, poses at absolute deadlines; withdraws the tool at
+// the end.
 #include "aim.h"
 #include "arguments.h"
 #include "client.h"
 #include "grip.h"
 #include "hand_run.h"
 #include "keys.h"
+#include "output.h"
 #include "round_trip.h"
 #include "track.h"
 #include "wire.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,7 +22,7 @@
 #include "pliant_tool_pose_t.h"
 
 enum { OTHER_TOOLS = 8 };
-#define AUTO_REACH 0.1 // how far --auto looks for the body beyond its nearest node [m]
+#define AUTO_REACH 0.1 // how far --auto searches beyond the body's nearest node [m]
 
 typedef enum Mode { MODE_NONE, MODE_POSES, MODE_PRESS, MODE_AUTO, MODE_KEYS } Mode;
 
@@ -30,7 +30,7 @@ typedef struct Options {
     ClientOptions client;
     Mode mode;
     bool keys, has_start, aim, has_depth;
-    bool hand, hand_table; // a hand on a device, at the end of the approach
+    bool hand, hand_table; // a hand on a device, after the approach
     HandOptions by;        // the hand
     long tool, repeat;
     const char *poses, *body, *log;
@@ -49,14 +49,14 @@ typedef struct Probe {
     // what is sent
     TrackPose pose;
     bool active;
-    int32_t sequence;
-    int64_t last_utime, poses, missed; // missed: deadlines that had passed altogether
+    uint32_t sequence;
+    int64_t last_utime, poses, missed; // missed: deadlines that had passed
     RoundTrips trips;
     // what comes back
-    pliant_contact_t contact;  // the last one computed with a pose of ours
-    int64_t contact_ns;        // when it came; 0: none yet
-    int64_t contacts, foreign; // foreign: of our tool, but with somebody else's pose
-    bool touched, deepened;    // --auto deepens its press at the first touch
+    pliant_contact_t contact;  // the last one computed for a pose of ours
+    int64_t contact_ns;        // its arrival; 0: none yet
+    int64_t contacts, foreign; // foreign: of our tool, but for another client's pose
+    bool touched, deepened;    // --auto deepens its press at the first contact
     double force_max, force_sum, depth_max;
     int64_t touching;
     long other_tool[OTHER_TOOLS];
@@ -72,45 +72,48 @@ typedef struct Probe {
 
 // --- options ---
 
+const char *argp_program_version = "pliant-probe " PLIANT_VERSION; // argp prints it for --version
+
 static const struct argp_option OPTIONS[] = {
     {0, 0, 0, 0, "What to do (one of):", 1},
     {"auto", 'a', 0, 0,
-     "press the first body where it lies nearest along --direction (of a flat side: in its middle)",
-     1},
+     "press the first body at its nearest point along --direction (a flat side: at its middle)", 1},
     {"press", 'p', "X,Y,Z", 0, "press from this point [m] along --direction", 1},
     {"poses", 'f', "FILE", 0, "follow the lines 't x y z [qw qx qy qz]' of a text file", 1},
     {"keys", 'k', 0, 0,
-     "w/s, a/d, q/e or arrows move by --step, g closes or opens jaws, space withdraws, x ends; "
-     "starts at --press or --auto",
+     "w/s, a/d, q/e or arrows move the tool by --step, g closes or opens jaws, space withdraws it, "
+     "x exits; starts at --press or --auto",
      1},
     {"hand", 'h' + 256, 0, 0,
-     "with --press (from there) or --auto (from the first touch): a hand that pushes in and out "
-     "like a sine, on a device of 1 kHz that shows F - K (x - x of F) between messages; prints the "
-     "work that it put in, and what it lost of it: negative, the loop was active",
+     "with --press (from there) or --auto (from the first contact): simulate a hand that moves in "
+     "and out sinusoidally, on a 1 kHz device that renders F - K (x - x of F) between messages; "
+     "prints the work of the hand and how much of it was dissipated (negative: the loop was "
+     "active)",
      1},
-    {"hand-table", 't' + 256, 0, 0, "the same for a table of streams: rates, latencies, losses", 1},
+    {"hand-table", 't' + 256, 0, 0, "the same for a table of rates, latencies and losses", 1},
     {0, 0, 0, 0, "How:", 2},
     {"tool", 't', "ID", 0, "id of the tool in the scene (1)", 2},
-    {"rate", 'r', "HZ", 0, "poses a second (1000)", 2},
+    {"rate", 'r', "HZ", 0, "poses per second (1000)", 2},
     {"direction", 'd', "X,Y,Z", 0,
-     "of the press (0,0,-1: downwards); the tool's z axis points back against it", 2},
-    {"depth", 'D', "M", 0, "of the press; with --auto from the first touch on (0.01)", 2},
+     "of the press (0,0,-1: downwards); the tool's z axis points the other way", 2},
+    {"depth", 'D', "M", 0, "of the press; with --auto from the first contact (0.01)", 2},
     {"speed", 's', "M/S", 0, "of the tool (0.02)", 2},
-    {"hold", 'H', "S", 0, "rest at the deepest point (1)", 2},
-    {"repeat", 'n', "N", 0, "presses (1)", 2},
-    {"clearance", 'c', "M", 0, "of --auto: where it starts before the body (0.01)", 2},
-    {"body", 'b', "NAME", 0, "of --auto: the body (the first that answers)", 2},
+    {"hold", 'H', "S", 0, "time at the deepest point (1)", 2},
+    {"repeat", 'n', "N", 0, "number of presses (1)", 2},
+    {"clearance", 'c', "M", 0, "of --auto: distance from the body at the start (0.01)", 2},
+    {"body", 'b', "NAME", 0, "of --auto: the body (default: the first that replies)", 2},
     {"step", 'S', "MM", 0, "of --keys, in millimetres (1)", 2},
     {"grip", 'g', "G|T:G,...", 0,
      "of a grasper: 0 open, 1 closed (from 0.5 on), or points in seconds since the start", 2},
-    {"frequency", 'F', "HZ", 0, "of --hand (2); --repeat cycles count (3), --depth is 0.006", 2},
-    {"latency", 'L', "MS", 0, "of --hand: added there and back together, in milliseconds (0)", 2},
-    {"loss", 'x' + 256, "PERCENT", 0, "of --hand: poses that get lost (0)", 2},
-    {"no-stiffness", 'K', 0, 0, "of --hand: forces are shown as they come, K = 0", 2},
-    {"no-twist", 'W', 0, 0, "of --hand: poses do not tell the velocity", 2},
-    {"max-force", 'M', "N", 0, "of --hand: what the device can (3.3)", 2},
-    {"log", 'o', "FILE", 0, "write pose, force, torque, depth and round trip as a table", 2},
-    {"timeout", 'T', "S", 0, "give up when no force comes for so long (3)", 2},
+    {"frequency", 'F', "HZ", 0,
+     "of --hand (2); then --repeat is the number of measured cycles (3), --depth 0.006", 2},
+    {"latency", 'L', "MS", 0, "of --hand: added latency of the round trip, in milliseconds (0)", 2},
+    {"loss", 'x' + 256, "PERCENT", 0, "of --hand: share of poses that are lost (0)", 2},
+    {"no-stiffness", 'K', 0, 0, "of --hand: render forces as they arrive, K = 0", 2},
+    {"no-twist", 'W', 0, 0, "of --hand: send poses without velocity", 2},
+    {"max-force", 'M', "N", 0, "of --hand: largest force of the device (3.3)", 2},
+    {"log", 'o', "FILE", 0, "write pose, force, torque, depth and round-trip time as a table", 2},
+    {"timeout", 'T', "S", 0, "give up when no force arrives for this long (3)", 2},
     {0},
 };
 
@@ -118,8 +121,8 @@ static void want_vector(struct argp_state *state, const char *name, const char *
                         double vector[3])
 {
     if (!client_parse_vector(text, TRACK_REACH, vector))
-        argp_error(state, "--%s '%s': want X,Y,Z, each inside [-%g, %g]", name, text, TRACK_REACH,
-                   TRACK_REACH);
+        argp_error(state, "--%s '%s': expected X,Y,Z, each inside [-%g, %g]", name, text,
+                   TRACK_REACH, TRACK_REACH);
 }
 
 static void check_options(Options *options, struct argp_state *state)
@@ -231,19 +234,17 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
         return 0;
     case 'g':
         if (!grip_parse(argument, &options->grip))
-            argp_error(state,
-                       "--grip '%s': want G or T:G,T:G,... with G inside [0, 1] and seconds T that "
-                       "do not fall",
-                       argument);
+            argp_error(
+                state,
+                "--grip '%s': expected G or T:G,T:G,... with G inside [0, 1] and seconds T that "
+                "do not fall",
+                argument);
         return 0;
     case 'o':
         options->log = argument;
         return 0;
     case 'T':
         argument_number(state, "timeout", argument, 0.1, 3600.0, &options->timeout_s);
-        return 0;
-    case ARGP_KEY_ARG:
-        argp_error(state, "'%s' is not an option", argument);
         return 0;
     case ARGP_KEY_END:
         check_options(options, state);
@@ -347,7 +348,7 @@ static void on_event(const lcm_recv_buf_t *buffer, const char *channel, void *us
 static void send_pose(Probe *probe)
 {
     char channel[CLIENT_CHANNEL_MAX];
-    // Each utime is unique, so that a contact names the pose it was computed with.
+    // Each utime is unique, so that a contact identifies its pose.
     int64_t utime = client_utime();
     if (utime <= probe->last_utime)
         utime = probe->last_utime + 1;
@@ -355,7 +356,7 @@ static void send_pose(Probe *probe)
     const TrackPose *pose = &probe->pose;
     pliant_tool_pose_t message = {.utime = utime,
                                   .sender = probe->client.sender,
-                                  .sequence = probe->sequence++,
+                                  .sequence = (int32_t)probe->sequence++,
                                   .tool = (int32_t)probe->options.tool,
                                   .twist_valid = !probe->no_twist,
                                   .active = probe->active};
@@ -372,7 +373,7 @@ static void send_pose(Probe *probe)
     probe->poses++;
 }
 
-// Three times, because one lost datagram must not leave the tool in the tissue until its time-out.
+// Repeats it, because a lost datagram would leave the tool in the tissue until its time-out.
 static void withdraw(Probe *probe)
 {
     probe->active = false;
@@ -384,8 +385,8 @@ static void withdraw(Probe *probe)
 
 // --- paths ---
 
-// --auto, at the first touch: the press that was on its way goes on to the wanted depth from here.
-// It starts where it did and has the same speed, so the tool does not jump.
+// --auto, at the first contact: extends the current press to the required depth from here. Start
+// and speed stay the same, so the tool does not jump.
 static void deepen(Probe *probe, double time)
 {
     const Options *options = &probe->options;
@@ -417,7 +418,7 @@ static void handle_key(Probe *probe, int key)
     probe->leave |= key == 'x';
 }
 
-// The tool follows the point that the keys have moved to, at most with --speed.
+// Moves the tool to the point chosen by keys, at most with --speed.
 static void follow_keys(Probe *probe, double period)
 {
     for (int key = keys_read(); key != KEY_NONE; key = keys_read())
@@ -433,7 +434,7 @@ static void follow_keys(Probe *probe, double period)
     }
 }
 
-// The pose at `time`; false when the path has ended.
+// Returns the pose at `time`; false after the end of the path.
 static bool next_pose(Probe *probe, double time, double period)
 {
     if (probe->options.mode == MODE_KEYS) {
@@ -441,7 +442,7 @@ static bool next_pose(Probe *probe, double time, double period)
         return !probe->leave;
     }
     if (probe->options.mode == MODE_AUTO && probe->touched && probe->options.hand)
-        return false; // it takes over here
+        return false; // the keyboard takes over here
     if (probe->options.mode == MODE_AUTO && probe->touched && !probe->deepened)
         deepen(probe, time);
     track_at(&probe->track, time, &probe->pose);
@@ -465,7 +466,7 @@ static bool prepare_path(Probe *probe, ClientError *error)
         printf("': nearest node at %.4f %.4f %.4f m, starting %.1f mm before it\n", aim.node[0],
                aim.node[1], aim.node[2], 1e3 * options->clearance);
     }
-    bool automatic = options->mode == MODE_AUTO; // how deep is known at the first touch
+    bool automatic = options->mode == MODE_AUTO; // depth counts from the first contact
     track_press(&probe->track, options->start, options->direction,
                 automatic ? options->clearance + AUTO_REACH : options->depth, options->speed,
                 automatic ? 0.0 : options->hold, automatic ? 1 : (int)options->repeat);
@@ -493,7 +494,7 @@ static void print_line(const Probe *probe, double time, const char *end)
     fflush(stdout);
 }
 
-// Why no contact of ours comes, as far as can be told from what else comes.
+// Explains from the other messages why no contact of ours arrives.
 static bool explain_silence(const Probe *probe, ClientError *error)
 {
     const Options *options = &probe->options;
@@ -534,10 +535,11 @@ static bool drive(Probe *probe, ClientError *error)
     double printed = 0.0;
     probe->active = true;
     probe->start_ns = client_now_ns();
+    // Poses at absolute deadlines; between them, messages.
     for (int64_t tick = 0;; tick++) {
         int64_t now = client_now_ns();
         int64_t behind = (now - probe->start_ns) / period_ns - tick;
-        if (behind > 1) { // we were stopped for a while: go on from here, not in a burst
+        if (behind > 1) { // the process was stopped: continue from now, without a burst
             probe->missed += behind;
             tick += behind;
         }
@@ -549,6 +551,7 @@ static bool drive(Probe *probe, ClientError *error)
             print_line(probe, time, live ? "\r" : "\n");
             printed = time;
         }
+        // No contact for too long: the daemon is gone, or the tool is not ours.
         int64_t heard = probe->contact_ns ? probe->contact_ns : probe->start_ns;
         if ((double)(now - heard) * 1e-9 > options->timeout_s)
             return explain_silence(probe, error);
@@ -583,16 +586,18 @@ static void print_summary(const Probe *probe)
                (long long)round_trip_quantile(trips, 0.99), (long long)trips->count);
 }
 
+#define LOG_MARK "# time_s\tsimulated_s\t"
+
 static bool open_log(Probe *probe, ClientError *error)
 {
     const char *path = probe->options.log;
     if (!path)
         return true;
-    probe->log = fopen(path, "w");
+    probe->log = client_open_output(path, LOG_MARK, error);
     if (!probe->log)
-        return client_fail(error, "%s: %s", path, strerror(errno));
-    fputs("# time_s\tsimulated_s\tx_m\ty_m\tz_m\tfx_n\tfy_n\tfz_n\ttx_nm\tty_nm\ttz_nm\tdepth_m\t"
-          "contact\tround_trip_us\n",
+        return false;
+    fputs(LOG_MARK "x_m\ty_m\tz_m\tfx_n\tfy_n\tfz_n\ttx_nm\tty_nm\ttz_nm\tdepth_m\t"
+                   "contact\tround_trip_us\n",
           probe->log);
     return true;
 }
@@ -625,7 +630,7 @@ static void send_hand(void *user, const double position[3], const double linear[
     send_pose(probe);
 }
 
-// The hand starts where the approach ended, or at --press.
+// Starts the hand where the approach ended, or at --press.
 static bool feel(Probe *probe, ClientError *error)
 {
     const Options *options = &probe->options;
@@ -650,9 +655,10 @@ static bool feel(Probe *probe, ClientError *error)
 
 static bool run(Probe *probe, ClientError *error)
 {
-    if (!subscribe(probe, error))
+    const char *log = probe->options.log;
+    if ((log && !client_may_write(log, LOG_MARK, error)) || !subscribe(probe, error))
         return false;
-    if (!probe->options.aim && // which asks, and waits for the answer
+    if (!probe->options.aim && // --auto waits for an answer itself
         !client_hear_daemon(&probe->client, probe->options.timeout_s, error))
         return false;
     if (!prepare_path(probe, error) || !open_log(probe, error))
@@ -671,12 +677,11 @@ static bool run(Probe *probe, ClientError *error)
 
 int main(int argc, char **argv)
 {
-    static const struct argp_child children[] = {{&CLIENT_ARGP, 0, "Where:", 3}, {0}};
     static const struct argp argp = {
         .options = OPTIONS,
         .parser = parse_option,
-        .children = children,
-        .doc = "Drives one tool of a running pliantd and shows what it feels.\v"
+        .children = CLIENT_WHERE,
+        .doc = "Moves one tool of a running pliantd and shows the force on it.\v"
                "Exit status: 0 done, 1 no answer from the daemon, 2 bad usage."};
     static Probe probe = {
         .options = {.tool = 1,

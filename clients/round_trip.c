@@ -12,12 +12,12 @@ void round_trip_sent(RoundTrips *trips, int64_t utime, int64_t now)
 bool round_trip_received(RoundTrips *trips, int64_t pose_utime, int64_t now, int64_t *us)
 {
     *us = -1;
-    // The answered pose is nearly always among the last few.
+    // The answered pose is nearly always among the newest.
     for (unsigned k = 1; k <= ROUND_TRIP_SENT; k++) {
         int64_t *sent = &trips->sent[(trips->next - k) % ROUND_TRIP_SENT];
         int64_t utime = *sent < 0 ? -*sent : *sent;
         if (utime == 0 || utime < pose_utime)
-            return false; // older ones are older still
+            return false; // earlier entries are even older
         if (utime != pose_utime)
             continue;
         if (*sent > 0) {
@@ -27,7 +27,7 @@ bool round_trip_received(RoundTrips *trips, int64_t pose_utime, int64_t now, int
             trips->count++;
             *us = trip;
         }
-        *sent = -pose_utime; // measured; still ours
+        *sent = -pose_utime; // measured; still recognised as ours
         return true;
     }
     return false;

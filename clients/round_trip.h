@@ -1,5 +1,5 @@
-// Round trips of poses: from the moment a pose was sent to the arrival of the first contact that
-// the daemon computed with it. One thread; all memory inside the struct.
+// Round trips of poses: from the sending of a pose to the arrival of the first contact that the
+// daemon computed with it. One thread; all memory inside the struct.
 #ifndef PLIANT_CLIENTS_ROUND_TRIP_H
 #define PLIANT_CLIENTS_ROUND_TRIP_H
 
@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 enum {
-    ROUND_TRIP_SENT = 4096,   // poses under way at most
+    ROUND_TRIP_SENT = 4096,   // poses in transit at most
     ROUND_TRIP_BINS = 100000, // of 1 us; longer trips share the last one
 };
 
@@ -19,13 +19,14 @@ typedef struct RoundTrips {
     int64_t count;
 } RoundTrips;
 
-// Starts zeroed. `utime` is that of the pose, above all before it [us]. `now` [us] here and below
-// is of a clock that nobody sets.
+// Records a sent pose. `utime`, its time stamp [us], is above all earlier ones. `now` [us] here and
+// below is of a monotonic clock. The struct starts zeroed.
 void round_trip_sent(RoundTrips *trips, int64_t utime, int64_t now);
-// A contact with this pose_utime came at `now`. True for a pose of ours; `*us` is its trip, or
-// -1 when it was measured before.
+// Records that a contact with this pose_utime arrived at `now`. Returns true for a pose of ours;
+// `*us` is its round trip, or -1 if it was measured before.
 bool round_trip_received(RoundTrips *trips, int64_t pose_utime, int64_t now, int64_t *us);
-// The trip that `fraction` of all do not exceed [us]; 0: the shortest. -1 when none was measured.
+// Returns the time that `fraction` of all round trips do not exceed [us]; 0: the shortest. -1
+// without any.
 int64_t round_trip_quantile(const RoundTrips *trips, double fraction);
 
 #endif

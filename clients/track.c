@@ -22,7 +22,7 @@ static bool append(Track *track, const TrackPose *pose)
     return true;
 }
 
-// a b, quaternions w x y z
+// Multiplies quaternions w x y z: a b.
 static void quat_multiply(const double a[4], const double b[4], double out[4])
 {
     out[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3];
@@ -31,7 +31,7 @@ static void quat_multiply(const double a[4], const double b[4], double out[4])
     out[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0];
 }
 
-// The angular velocity [rad/s] that turns `from` into `to` the short way within `dt`.
+// Finds the angular velocity [rad/s] that turns `from` into `to` the short way within `dt`.
 static void angular_between(const double from[4], const double to[4], double dt, double angular[3])
 {
     const double inverse[4] = {from[0], -from[1], -from[2], -from[3]};
@@ -44,7 +44,7 @@ static void angular_between(const double from[4], const double to[4], double dt,
         angular[k] = sign * scale * turn[k + 1] / dt;
 }
 
-// Velocities from each pose to the next; the last one rests.
+// Sets the velocities from each pose to the next; the last one rests.
 void track_finish(Track *track)
 {
     for (int i = 0; i < track->count; i++) {
@@ -67,7 +67,7 @@ static bool read_pose(char *line, double last_time, TrackPose *pose, char why[16
     line[strcspn(line, "#")] = '\0'; // a comment
     int count = client_read_numbers(line, number, 8);
     if (count != 4 && count != 8) {
-        snprintf(why, 160, "want t x y z or t x y z qw qx qy qz, all finite numbers");
+        snprintf(why, 160, "expected t x y z or t x y z qw qx qy qz, all finite numbers");
         return false;
     }
     *pose = (TrackPose){.time = number[0], .orientation = {1.0, 0.0, 0.0, 0.0}};
@@ -76,7 +76,7 @@ static bool read_pose(char *line, double last_time, TrackPose *pose, char why[16
         snprintf(why, 160, "time %g outside [0, %g] s", pose->time, TRACK_TIME);
         return false;
     }
-    if (!(pose->time >= last_time + 1e-6)) { // closer together, velocities would be absurd
+    if (!(pose->time >= last_time + 1e-6)) { // closer poses would give absurd velocities
         snprintf(why, 160, "time %.9g is not at least 1 us after the pose before (%.9g s)",
                  pose->time, last_time);
         return false;
@@ -92,8 +92,8 @@ static bool read_pose(char *line, double last_time, TrackPose *pose, char why[16
         return true;
     const double *q = number + 4;
     double length = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    if (!(fabs(length - 1.0) <= 1e-3)) { // what the daemon accepts
-        snprintf(why, 160, "quaternion of length %g, want 1 within 0.001", length);
+    if (!(fabs(length - 1.0) <= 1e-3)) { // the daemon's tolerance
+        snprintf(why, 160, "quaternion of length %g, expected 1 within 0.001", length);
         return false;
     }
     for (int k = 0; k < 4; k++)
@@ -144,7 +144,7 @@ bool track_read(Track *track, const char *path, ClientError *error)
     return true;
 }
 
-// The shortest turn of the z axis to -direction.
+// Finds the shortest rotation of the z axis to -direction.
 static void orient_shaft(const double direction[3], double q[4])
 {
     const double back[3] = {-direction[0], -direction[1], -direction[2]};
@@ -167,7 +167,7 @@ void track_press(Track *track, const double start[3], const double direction[3],
     double time = 0.0;
     const double travel = depth / speed;
     for (int n = 0; n < repeat; n++) {
-        const double after[4] = {0.0, travel, hold, travel}; // how long after the pose before
+        const double after[4] = {0.0, travel, hold, travel}; // time since the pose before
         for (int k = n > 0; k < 4; k++) {
             TrackPose pose = {0};
             orient_shaft(direction, pose.orientation);
@@ -176,7 +176,7 @@ void track_press(Track *track, const double start[3], const double direction[3],
             pose.time = time;
             for (int axis = 0; axis < 3; axis++)
                 pose.position[axis] = start[axis] + along * direction[axis];
-            // Poses at one time (no hold, no depth) are one pose.
+            // Poses at the same time (no hold, no depth) are one pose.
             bool same = track->count > 0 && !(time > track->pose[track->count - 1].time);
             if (!same && !append(track, &pose))
                 abort(); // a handful of poses: the machine itself is out of memory
@@ -219,6 +219,7 @@ void track_at(const Track *track, double time, TrackPose *out)
     }
     if (low + 1 == track->count)
         return;
+    // Constant velocities within the segment.
     double angle = 0.0;
     for (int k = 0; k < 3; k++) {
         out->position[k] += dt * out->linear[k];

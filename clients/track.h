@@ -1,5 +1,5 @@
 // A tool's path in time: read from a text file of poses, or made for a press. Between two poses the
-// tool moves and turns evenly. One thread.
+// tool moves and turns uniformly. One thread.
 #ifndef PLIANT_CLIENTS_TRACK_H
 #define PLIANT_CLIENTS_TRACK_H
 
@@ -22,20 +22,20 @@ typedef struct Track {
     int count, capacity;
 } Track;
 
-// Lines "t x y z [qw qx qy qz]": seconds, metres, a unit quaternion (default: none turned); '#'
-// starts a comment. Times are taken from the first one on. Errors name file and line. At least one
+// Reads lines "t x y z [qw qx qy qz]": seconds, metres, a unit quaternion (default: identity); '#'
+// starts a comment. Times are relative to the first one. Errors name file and line. At least one
 // pose.
 bool track_read(Track *track, const char *path, ClientError *error);
-// From `start` by `depth` [m] along the unit vector `direction` at `speed` [m/s], rest for `hold`
-// [s], and back; `repeat` times. The tool's z axis, along which scenes lay its shaft, points
-// backwards.
+// Makes a press: from `start` by `depth` [m] along the unit vector `direction` at `speed` [m/s], a
+// rest of `hold` [s], and back; `repeat` times. The tool's z axis, the axis of its shaft in scenes,
+// points backwards.
 void track_press(Track *track, const double start[3], const double direction[3], double depth,
                  double speed, double hold, int repeat);
-// Pose by pose, times ascending from 0 on, then the velocities.
+// Add poses, in ascending times from 0 on, then set the velocities.
 void track_add(Track *track, double time, const double position[3], const double orientation[4]);
 void track_finish(Track *track);
 double track_duration(const Track *track); // [s]
-// The pose at `time`, with its velocities (zero outside the track).
+// Returns the pose at `time`, with its velocities (zero outside the track).
 void track_at(const Track *track, double time, TrackPose *pose);
 void track_destroy(Track *track);
 

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-// A tool without news for so long is not shown as touching.
+// After so long without news a tool is not shown in contact.
 #define STALE_NS 500000000
 
 void view_take_status(View *view, const pliant_status_t *status, int64_t now_ns)
@@ -67,7 +67,7 @@ static void print_timing(const View *view, FILE *out)
             s->step_us[2], s->step_us[3]);
     fprintf(out, "%10s %9.1f %9.1f %9.1f %9.1f\n", "wake-up", s->wake_us[0], s->wake_us[1],
             s->wake_us[2], s->wake_us[3]);
-    fputs("\nstages [us a tick]", out);
+    fputs("\nstages [us per tick]", out);
     for (int k = 0; k < s->num_stages; k++) {
         fputs("  ", out);
         client_print_text(out, s->stage[k], false);
@@ -98,7 +98,7 @@ static void print_bodies(const pliant_status_t *s, FILE *out)
         fprintf(out, "  kinetic %.3e J  elastic %.3e J  largest displacement %.3f mm\n", b->kinetic,
                 b->elastic, 1e3 * b->max_displacement);
         if (b->estimated_error > 0.0)
-            fprintf(out, "  a tick's time steps are off by %.2g of that, by estimate\n",
+            fprintf(out, "  estimated error of a tick's time steps: %.2g of that displacement\n",
                     b->estimated_error);
     }
 }
@@ -138,7 +138,7 @@ void view_print(const View *view, FILE *out, int64_t now_ns)
         print_head(view->status, out);
         double age = (double)(now_ns - view->status_ns) * 1e-9;
         if (age > 3.0)
-            fprintf(out, "NO STATUS FOR %.0f s: what follows is old\n", age);
+            fprintf(out, "NO STATUS FOR %.0f s: the following is old\n", age);
         print_timing(view, out);
         print_bodies(view->status, out);
     }

@@ -4,6 +4,7 @@
 #include <ctype.h>
 #include <string.h>
 
+#include "pliant_claim_t.h"
 #include "pliant_command_t.h"
 #include "pliant_contact_t.h"
 #include "pliant_event_t.h"
@@ -26,6 +27,7 @@ const WireType WIRE_REST = {"l iiiii i n *0f n *1f", __pliant_rest_t_get_hash};
 const WireType WIRE_CONTACT = {"l ii l d ll b 3d 3d 3d 3d 3d d 9d d", __pliant_contact_t_get_hash};
 const WireType WIRE_STATUS = {"l i ss l ddd lll 4d 4d n *0s *0d n *1(sss iiiiii dddddd) n *2s *2l",
                               __pliant_status_t_get_hash};
+const WireType WIRE_CLAIM = {"lllll", __pliant_claim_t_get_hash};
 const WireType WIRE_EVENT = {"l i l sss", __pliant_event_t_get_hash};
 
 enum { WALK_COUNTS = 4 };
@@ -33,11 +35,11 @@ enum { WALK_COUNTS = 4 };
 typedef struct Walk {
     const unsigned char *data;
     size_t size, at;
-    uint32_t count[WALK_COUNTS]; // values of the n's met so far
+    uint32_t count[WALK_COUNTS]; // values of the n's read so far
     int counts;
 } Walk;
 
-// LCM sends big-endian words.
+// Reads a big-endian word, as LCM sends it.
 static uint64_t word_at(const Walk *walk, size_t bytes)
 {
     uint64_t word = 0;
@@ -59,7 +61,7 @@ static size_t item_bytes(char kind)
     }
 }
 
-// One number or string; false when it does not fit or is not what it should be.
+// Checks one number or string; returns false if it does not fit or is invalid.
 static bool walk_item(Walk *walk, char kind)
 {
     size_t bytes = item_bytes(kind);
@@ -73,13 +75,13 @@ static bool walk_item(Walk *walk, char kind)
     case 'd':
         return (word & 0x7ff0000000000000u) != 0x7ff0000000000000u;
     case 'n':
-        // Every element has at least one byte, so a count beyond the rest cannot be true.
+        // Every element has at least one byte, so a count beyond the rest is false.
         if (walk->counts == WALK_COUNTS || word > walk->size - walk->at)
             return false;
         walk->count[walk->counts++] = (uint32_t)word;
         return true;
     case 's':
-        // The length counts the terminating zero, which must be the only one.
+        // The length includes the terminator, which must be the only zero.
         if (word < 1 || word > walk->size - walk->at)
             return false;
         walk->at += word;
@@ -89,7 +91,7 @@ static bool walk_item(Walk *walk, char kind)
     }
 }
 
-// Walks the fields of `shape` up to its end or its closing bracket.
+// Checks the fields of `shape` up to its end or its closing bracket.
 static bool walk_shape(Walk *walk, const char *shape)
 {
     for (; *shape && *shape != ')'; shape++) {

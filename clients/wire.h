@@ -17,10 +17,10 @@ typedef struct WireType {
 } WireType;
 
 extern const WireType WIRE_TOOL_POSE, WIRE_COMMAND, WIRE_REPLY, WIRE_NODES, WIRE_MESH,
-    WIRE_MESH_DELTA, WIRE_REST, WIRE_CONTACT, WIRE_STATUS, WIRE_EVENT;
+    WIRE_MESH_DELTA, WIRE_REST, WIRE_CONTACT, WIRE_STATUS, WIRE_EVENT, WIRE_CLAIM;
 
-// Whether `data` is one whole message of the type: fingerprint, every count and string inside the
-// message, every number finite, no byte left over. After that lcm-gen's decoder is safe.
+// True if `data` is one whole message of the type: fingerprint, every count and string inside the
+// message, every number finite, no byte left over. lcm-gen's decoder is safe on it.
 bool wire_check(const WireType *type, const void *data, size_t size);
 
 #endif

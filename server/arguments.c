@@ -37,7 +37,7 @@ int arguments_count(Arguments *arguments, const char *option, const char *text, 
     return (int)value;
 }
 
-// Channels are matched as regular expressions and hold at most 63 characters.
+// Channels are matched as regular expressions and have at most 63 characters.
 const char *arguments_prefix(Arguments *arguments, const char *text)
 {
     static const char letters[] =
@@ -103,7 +103,7 @@ error_t arguments_parse_one(int key, char *text, struct argp_state *state, Argum
     return 0;
 }
 
-// Told to leave its errors, argp prints no help either.
+// With ARGP_NO_ERRS argp prints no help either.
 bool arguments_parse(Arguments *arguments, const struct argp *argp, int argc, char **argv)
 {
     arguments->parsed = 1;

@@ -1,5 +1,5 @@
-// pliant-study: runs a scene in many ways, off line, and says what each costs and how far it is
-// from the converged motion; then what to choose.
+// pliant-study: runs a scene offline in many ways, reports the cost of each and its error relative
+// to the converged motion; then advises a choice.
 #include "arguments.h"
 
 #include "base/log.h"
@@ -37,31 +37,31 @@ typedef struct StudyArguments {
 
 static const struct argp_option options[] = {
     {"error", OPTION_ERROR, "PCT", 0,
-     "Largest error of the choice to be advised: 1% or 0.01, which is what it is without", 1},
-    {"rate", OPTION_RATE, "HZ", 0, "Ticks a second to be held, instead of the scene's", 1},
+     "Largest error that the recommended choice may have, as 1% or 0.01 (1%)", 1},
+    {"rate", OPTION_RATE, "HZ", 0, "Rate that the choice must sustain, instead of the scene's", 1},
     {"duration", OPTION_DURATION, "S", 0,
-     "Simulated seconds of a run, instead of until the inputs end and the body is back", 2},
+     "Simulated seconds per run; by default until the inputs end and the body is at rest again", 2},
     {"input", OPTION_INPUT, "LOG", 0,
-     "Drive the scene by the inputs of an LCM event log, instead of its loads or a press", 2},
-    {"only", OPTION_ONLY, "TEXT", 0, "Only the scene itself and cases whose name has TEXT", 2},
+     "Drive the scene with the inputs of an LCM event log, instead of its loads or a press", 2},
+    {"only", OPTION_ONLY, "TEXT", 0, "Only the scene itself and cases whose name contains TEXT", 2},
     {"quick", OPTION_QUICK, 0, 0, "A coarse grid of cases", 2},
     {"list", OPTION_LIST, 0, 0, "Print the cases, exit", 2},
     {"jobs", OPTION_JOBS, "N", 0,
-     "Cases at a time; more than there are idle cores spoils the times (1)", 3},
-    {"repeat", OPTION_REPEAT, "N", 0, "Runs of each case, for the spread of its cost (3)", 3},
+     "Cases to run in parallel; more than there are idle cores distorts the times (1)", 3},
+    {"repeat", OPTION_REPEAT, "N", 0, "Runs per case, for the spread of its cost (3)", 3},
     {"isa", OPTION_ISA, "LEVEL", 0, "Instruction-set level of the kernels: auto or a level's name",
      3},
-    {"out", OPTION_OUT, "FOLDER", 0, "Where tables and pictures go, instead of study-NAME", 4},
+    {"out", OPTION_OUT, "FOLDER", 0, "Folder for tables and pictures, instead of study-NAME", 4},
     {"lcm-url", 'l', "URL", 0, "Accepted; a study sends and receives nothing", 5},
-    {"prefix", OPTION_PREFIX, "NAME", 0,
-     "First part of the channels' names in LOG, instead of the scene's", 5},
+    {"prefix", OPTION_PREFIX, "NAME", 0, "Prefix of the channels in LOG, instead of the scene's",
+     5},
     {"log-level", OPTION_LOG_LEVEL, "L", 0, "error, warning, info or debug (error)", 6},
     ARGUMENTS_COMMON(7),
     {0}};
 
 // --- options -------------------------------------------------------------------------------------
 
-// "1%", "1 %" or "0.01".
+// Parses "1%", "1 %" or "0.01".
 static double parse_error(Arguments *arguments, const char *text)
 {
     char *end;
@@ -147,9 +147,9 @@ static void parse_arguments(int argc, char **argv, StudyArguments *arguments)
         options,
         parse_option,
         "SCENE.cfg",
-        "Runs a scene in many ways (time step, integrator, precision, level of detail), compares "
-        "each with a converged run of it, and says what each costs, how far it is off, and which "
-        "to choose.\v"
+        "Runs a scene in many variants (time step, integrator, precision, level of detail), "
+        "compares "
+        "each with a converged run, prints the cost and error of each, and recommends one.\v"
         "Exit code 0: done; 1: failed while running; 2: bad usage, scene, mesh or file.",
         NULL,
         NULL,
@@ -174,7 +174,7 @@ static void tell_case(void *user, int done, int count, const StudyRun *run)
     report_progress(user, done, count, run->what.name);
 }
 
-// References, then the cases; the result is whole on the first rank.
+// Makes the references, then runs the cases; the first rank gets the complete result.
 static bool measure(StudyContext *context, const StudyCase *cases, int count, StudyResult *result,
                     Status *status)
 {
@@ -232,7 +232,7 @@ static void run(const StudyArguments *arguments, Status *status)
 int main(int argc, char **argv)
 {
     log_set_program("pliant-study");
-    log_set_level(LOG_ERROR); // what is clamped or repaired is said by pliantd, once
+    log_set_level(LOG_ERROR); // pliantd reports what is clamped or repaired
     ranks_begin(&argc, &argv);
     static StudyArguments arguments = {
         .common.program = "pliant-study",

@@ -1,10 +1,12 @@
-// pliantd: the daemon's command line. Reads and builds the scene, then runs it live, off line, or
-// prints what it is.
+// pliantd: the daemon's command line. Reads and builds the scene, then runs it live or offline, or
+// describes it.
 #include "arguments.h"
 
 #include "base/isa.h"
 #include "base/log.h"
+#include "base/output.h"
 #include "files/checkpoint.h"
+#include "files/plausible.h"
 #include "run/explain.h"
 #include "run/live.h"
 #include "run/offline.h"
@@ -14,6 +16,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 enum {
     OPTION_CHECK = ARGUMENT_OWN,
@@ -22,9 +25,11 @@ enum {
     OPTION_INPUT,
     OPTION_LOG_INPUTS,
     OPTION_RECORD,
+    OPTION_RECORD_TOOLS,
     OPTION_CHECKPOINT,
     OPTION_CHECKPOINT_EVERY,
     OPTION_RESUME,
+    OPTION_CONTINUE,
     OPTION_PREPARED,
     OPTION_RATE,
     OPTION_DURATION,
@@ -32,48 +37,65 @@ enum {
     OPTION_LOG_LEVEL,
     OPTION_ISA,
     OPTION_PREFIX,
+    OPTION_REMOTE,
+    OPTION_NO_STOP,
 };
 
 typedef struct DaemonArguments {
     Arguments common;
     const char *scene, *lcm_url, *input, *log_inputs, *record, *checkpoint, *resume, *isa, *prefix;
     const char *prepared;
-    bool check, explain, offline;
-    double offline_s, checkpoint_s, duration_s, rate_hz; // 0: not given
+    bool check, explain, offline, to_log_end, continues, remote, no_stop;
+    double offline_s, checkpoint_s, duration_s, rate_hz, record_tools_hz; // 0: not given
 } DaemonArguments;
 
 static const struct argp_option options[] = {
-    {"lcm-url", 'l', "URL", 0, "Where messages travel (else the scene's, LCM_DEFAULT_URL, ttl 0)",
-     1},
-    {"prefix", OPTION_PREFIX, "NAME", 0,
-     "First part of the channels' names, instead of the scene's", 1},
+    {"lcm-url", 'l', "URL", 0,
+     "LCM network (default: the scene's lcm_url, else LCM_DEFAULT_URL, else LCM's own, ttl 0)", 1},
+    {"prefix", OPTION_PREFIX, "NAME", 0, "Prefix of the channels, instead of the scene's", 1},
+    {"remote", OPTION_REMOTE, 0, 0,
+     "Accept messages from other hosts, as with the scene's remote = true", 1},
+    {"no-stop", OPTION_NO_STOP, 0, 0,
+     "Refuse the command STOP, as with the scene's stop_command = false", 1},
     {"check", OPTION_CHECK, 0, 0, "Read and validate everything, print a summary, exit", 2},
     {"explain", OPTION_EXPLAIN, 0, 0,
-     "Print stages, kernels, bytes of every array and what is left out, exit", 2},
+     "Print stages, kernels, bytes of every array and disabled features, exit", 2},
     {"offline", OPTION_OFFLINE, "SECONDS", 0,
      "Simulate that long as fast as possible, without network", 3},
     {"input", OPTION_INPUT, "LOG", 0,
-     "Off line: apply the inputs of an LCM event log; with --resume, a log of --log-inputs is gone "
-     "on with from the checkpoint's step",
+     "Offline: apply the inputs of an LCM event log, and end where it ends, or after --offline "
+     "SECONDS; with --resume, continue a log of --log-inputs from the checkpoint's step",
      3},
     {"log-inputs", OPTION_LOG_INPUTS, "FILE", 0,
-     "Write every accepted input with its tick; --input of it repeats the run bit for bit", 3},
+     "Write every accepted input with its tick; --input FILE repeats the run bit-identically. An "
+     "existing file is refused unless it is empty (--continue: numbered)",
+     3},
     {"record", OPTION_RECORD, "FILE", 0,
-     "Record node positions at publish.nodes_hz into a new HDF5 file (one that exists is refused "
-     "unless it is empty), with FILE.xdmf beside it for ParaView",
+     "Record node positions at publish.nodes_hz into a new HDF5 file (an existing file is refused "
+     "unless it is empty; --continue: numbered), with a sidecar FILE.xdmf for ParaView",
      4},
+    {"record-tools-hz", OPTION_RECORD_TOOLS, "HZ", 0,
+     "Record positions and forces of tools at this rate, instead of with the nodes", 4},
     {"checkpoint", OPTION_CHECKPOINT, "FILE", 0,
-     "Write a checkpoint at the end, on SIGUSR1 and on command", 4},
-    {"checkpoint-every", OPTION_CHECKPOINT_EVERY, "S", 0, "And every S simulated seconds", 4},
-    {"resume", OPTION_RESUME, "FILE", 0, "Start from a checkpoint", 4},
-    {"prepared", OPTION_PREPARED, "FILE", 0,
-     "Read meshes and levels from FILE, which pliant-prepare SCENE.cfg -o FILE made, instead of "
-     "the "
-     "scene's",
+     "Write a checkpoint at the end, on SIGUSR1 and on command. It replaces only an earlier "
+     "checkpoint: see --continue",
      4},
-    {"rate", OPTION_RATE, "HZ", 0, "Ticks a second, instead of the scene's", 5},
+    {"checkpoint-every", OPTION_CHECKPOINT_EVERY, "S", 0,
+     "Also write a checkpoint every S simulated seconds", 4},
+    {"resume", OPTION_RESUME, "FILE", 0,
+     "Start from a checkpoint; with --continue, only if the file of --checkpoint does not exist",
+     4},
+    {"continue", OPTION_CONTINUE, 0, 0,
+     "Continue the last run: start from the file of --checkpoint if it exists, and write the log "
+     "and the recording of this run to FILE-2, FILE-3, ... (before the extension) if FILE exists",
+     4},
+    {"prepared", OPTION_PREPARED, "FILE", 0,
+     "Read meshes and levels from FILE, made by pliant-prepare SCENE.cfg -o FILE, instead of "
+     "building the scene's",
+     4},
+    {"rate", OPTION_RATE, "HZ", 0, "Ticks per second, instead of the scene's", 5},
     {"duration", OPTION_DURATION, "S", 0, "End after S seconds (late ticks included)", 5},
-    {"seed", OPTION_SEED, "N", 0, "Accepted; nothing is random in this version", 5},
+    {"seed", OPTION_SEED, "N", 0, "Accepted and ignored: nothing is random in this version", 5},
     {"isa", OPTION_ISA, "LEVEL", 0, "Instruction-set level of the kernels: auto or a level's name",
      5},
     {"log-level", OPTION_LOG_LEVEL, "L", 0, "error, warning, info or debug", 6},
@@ -91,6 +113,12 @@ static bool parse_own(int key, char *text, void *arguments)
         break;
     case OPTION_PREFIX:
         a->prefix = arguments_prefix(common, text);
+        break;
+    case OPTION_REMOTE:
+        a->remote = true;
+        break;
+    case OPTION_NO_STOP:
+        a->no_stop = true;
         break;
     case OPTION_CHECK:
         a->check = true;
@@ -111,6 +139,9 @@ static bool parse_own(int key, char *text, void *arguments)
     case OPTION_RECORD:
         a->record = text;
         break;
+    case OPTION_RECORD_TOOLS:
+        a->record_tools_hz = arguments_number(common, "--record-tools-hz", text, 1e-3, 10000.0);
+        break;
     case OPTION_CHECKPOINT:
         a->checkpoint = text;
         break;
@@ -119,6 +150,9 @@ static bool parse_own(int key, char *text, void *arguments)
         break;
     case OPTION_RESUME:
         a->resume = text;
+        break;
+    case OPTION_CONTINUE:
+        a->continues = true;
         break;
     case OPTION_PREPARED:
         a->prepared = text;
@@ -154,16 +188,22 @@ static error_t parse_option(int key, char *text, struct argp_state *state)
     return arguments_parse_one(key, text, state, parse_own);
 }
 
-// Options that only make sense together.
+// Checks options that are valid only together.
 static void check_together(DaemonArguments *a)
 {
     Status *status = &a->common.status;
     if (a->scene == NULL)
         status_fail(status, STATUS_INVALID, "pliantd: no scene given (see pliantd --help)");
-    if (a->input != NULL && !a->offline)
-        status_fail(status, STATUS_INVALID, "pliantd: --input needs --offline SECONDS");
+    a->to_log_end = a->input != NULL && !a->offline;
+    a->offline |= a->to_log_end;
     if (a->log_inputs != NULL && a->offline)
-        status_fail(status, STATUS_INVALID, "pliantd: --log-inputs logs a live run, not --offline");
+        status_fail(status, STATUS_INVALID, "pliantd: --log-inputs logs a live run, not %s",
+                    a->to_log_end ? "--input" : "--offline");
+    if (a->duration_s > 0.0 && a->to_log_end)
+        status_fail(
+            status, STATUS_INVALID,
+            "pliantd: --input ends with its log: --offline SECONDS, not --duration, ends it "
+            "earlier");
     if (a->duration_s > 0.0 && a->offline)
         status_fail(status, STATUS_INVALID,
                     "pliantd: --offline SECONDS has its own duration, drop --duration");
@@ -171,6 +211,8 @@ static void check_together(DaemonArguments *a)
                               (a->log_inputs != NULL && strcmp(a->record, a->log_inputs) == 0)))
         status_fail(status, STATUS_INVALID, "pliantd: --record '%s' needs a file of its own",
                     a->record);
+    if (a->record_tools_hz > 0.0 && a->record == NULL)
+        status_fail(status, STATUS_INVALID, "pliantd: --record-tools-hz needs --record FILE");
     if (a->checkpoint_s > 0.0 && a->checkpoint == NULL)
         status_fail(status, STATUS_INVALID, "pliantd: --checkpoint-every needs --checkpoint FILE");
 }
@@ -181,7 +223,7 @@ static void parse_arguments(int argc, char **argv, DaemonArguments *arguments)
         options,
         parse_option,
         "SCENE.cfg",
-        "Simulates the soft bodies of a scene in real time and serves them over LCM.\v"
+        "Simulates the soft bodies of a scene in real time and publishes them over LCM.\v"
         "Exit code 0: done; 1: failed while running; 2: bad usage, scene, mesh or file.",
         NULL,
         NULL,
@@ -192,7 +234,7 @@ static void parse_arguments(int argc, char **argv, DaemonArguments *arguments)
 
 // --- the scene ---
 
-// The level asked for, else that of the log to be repeated, else the best.
+// Chooses the level of the command line, else that of the log to be replayed, else the best.
 static const char *choose_isa(const DaemonArguments *arguments, const InputLogReader *input)
 {
     if (arguments->isa != NULL)
@@ -208,16 +250,39 @@ static const char *choose_isa(const DaemonArguments *arguments, const InputLogRe
 
 // --- the run ---
 
+static const int END_SIGNALS[] = {SIGINT, SIGTERM, SIGHUP};
+enum { END_SIGNAL_COUNT = sizeof END_SIGNALS / sizeof END_SIGNALS[0] };
+
+// While the daemon loads, nothing needs to be ended: a signal ends the program.
+static void end_at_once(int number)
+{
+    static const char text[] = "pliantd: ended by a signal before it had loaded\n";
+    ssize_t ignored = write(STDERR_FILENO, text, sizeof text - 1);
+    (void)ignored;
+    signal(number, SIG_DFL);
+    raise(number);
+}
+
+static void end_while_loading(void)
+{
+    sigset_t later;
+    sigemptyset(&later);
+    sigaddset(&later, SIGUSR1);
+    pthread_sigmask(SIG_BLOCK, &later, NULL);
+    signal(SIGPIPE, SIG_IGN);
+    for (int i = 0; i < END_SIGNAL_COUNT; i++)
+        signal(END_SIGNALS[i], end_at_once);
+}
+
+// Blocks signals, which wait for signalfd; before the first thread starts.
 static sigset_t block_signals(void)
 {
     sigset_t signals;
     sigemptyset(&signals);
-    sigaddset(&signals, SIGINT);
-    sigaddset(&signals, SIGTERM);
-    sigaddset(&signals, SIGHUP);
     sigaddset(&signals, SIGUSR1);
+    for (int i = 0; i < END_SIGNAL_COUNT; i++)
+        sigaddset(&signals, END_SIGNALS[i]);
     pthread_sigmask(SIG_BLOCK, &signals, NULL);
-    signal(SIGPIPE, SIG_IGN);
     return signals;
 }
 
@@ -231,10 +296,11 @@ static LiveOptions live_options(World *world, const DaemonArguments *arguments, 
                          .checkpoint_s = arguments->checkpoint_s,
                          .input_log_path = arguments->log_inputs,
                          .record_path = arguments->record,
+                         .record_tools_hz = arguments->record_tools_hz,
                          .signals = signals};
 }
 
-// With everything that a live run adds, unless the plan of a run off line is asked for.
+// Includes everything that a live run adds, unless the plan of an offline run is requested.
 static void explain_run(World *world, const Scene *scene, const DaemonArguments *arguments,
                         sigset_t signals)
 {
@@ -258,10 +324,12 @@ static bool run_world(World *world, Scene *scene, const DaemonArguments *argumen
     }
     if (arguments->offline) {
         OfflineOptions offline = {.seconds = arguments->offline_s,
+                                  .to_log_end = arguments->to_log_end,
                                   .input = input,
                                   .checkpoint_path = arguments->checkpoint,
                                   .checkpoint_s = arguments->checkpoint_s,
                                   .record_path = arguments->record,
+                                  .record_tools_hz = arguments->record_tools_hz,
                                   .signals = signals};
         OfflineResult result;
         if (!offline_run(world, scene, &offline, &result, status))
@@ -278,7 +346,7 @@ static bool run_world(World *world, Scene *scene, const DaemonArguments *argumen
     return whole;
 }
 
-// A checkpoint holds the loads in force, so both sides of it must have room for them.
+// A checkpoint contains the active loads, so both of its sides need slots for them.
 static bool may_load(const DaemonArguments *arguments)
 {
     return !arguments->offline || arguments->input != NULL || arguments->checkpoint != NULL ||
@@ -287,15 +355,65 @@ static bool may_load(const DaemonArguments *arguments)
 
 static bool may_record(const Scene *scene, const DaemonArguments *arguments, Status *status)
 {
-    return arguments->record == NULL || scene->publish.nodes_hz > 0.0 ||
-           status_fail(status, STATUS_INVALID,
-                       "%s: --record records at publish.nodes_hz, which is 0", scene->path);
+    if (arguments->record == NULL)
+        return true;
+    if (!(scene->publish.nodes_hz > 0.0))
+        return status_fail(status, STATUS_INVALID,
+                           "%s: --record records at publish.nodes_hz, which is 0", scene->path);
+    return arguments->record_tools_hz <= scene->rate_hz ||
+           status_fail(status, STATUS_INVALID, "%s: --record-tools-hz %g above rate_hz %g",
+                       scene->path, arguments->record_tools_hz, scene->rate_hz);
 }
 
-static bool run(const DaemonArguments *arguments, Status *status)
+// Returns the file that the run starts from, or NULL; with --continue its own checkpoint has
+// precedence.
+static const char *choose_start(const DaemonArguments *arguments)
 {
-    sigset_t signals = block_signals();
+    const bool goes_on = arguments->continues && arguments->checkpoint != NULL;
+    if (goes_on && checkpoint_is_there(arguments->checkpoint))
+        return arguments->checkpoint;
+    if (goes_on)
+        log_line(LOG_INFO, "--continue: %s does not exist yet, the run starts %s%s",
+                 arguments->checkpoint, arguments->resume == NULL ? "from scratch" : "from ",
+                 arguments->resume == NULL ? "" : arguments->resume);
+    return arguments->resume;
+}
+
+static bool start_world(World *world, const Scene *scene, const DaemonArguments *arguments,
+                        Status *status)
+{
+    if (arguments->resume != NULL) {
+        if (!checkpoint_read(arguments->resume, world, scene, status))
+            return false;
+        if (arguments->continues)
+            log_line(LOG_INFO, "--continue: continuing from %s, step %lld", arguments->resume,
+                     (long long)sim_steps(world->sim));
+    }
+    return arguments->checkpoint == NULL ||
+           checkpoint_check_target(arguments->checkpoint, world, scene, status);
+}
+
+// Numbers the log and recording of successive runs. The names live as long as the program.
+static void number_outputs(DaemonArguments *arguments)
+{
+    const char **path[] = {&arguments->log_inputs, &arguments->record};
+    for (int i = 0; i < 2; i++) {
+        if (*path[i] == NULL)
+            continue;
+        const char *first = *path[i];
+        *path[i] = output_next(first);
+        if (strcmp(first, *path[i]) != 0)
+            log_line(LOG_INFO, "--continue: %s exists, this run writes %s", first, *path[i]);
+    }
+}
+
+static bool run(DaemonArguments *arguments, Status *status)
+{
+    end_while_loading();
     realtime_flush_denormals();
+    arguments->resume = choose_start(arguments);
+    if (arguments->continues)
+        number_outputs(arguments);
     Scene scene = {0};
     World world = {0};
     InputLogReader *input = NULL;
@@ -308,15 +426,18 @@ static bool run(const DaemonArguments *arguments, Status *status)
     whole = status->code == STATUS_OK && scene_read(arguments->scene, &scene, status) &&
             scene_override(&scene, arguments->rate_hz, arguments->prefix, status) &&
             may_record(&scene, arguments, status);
+    scene.remote |= arguments->remote;
+    scene.stop_command &= !arguments->no_stop;
     if (whole) {
         BuildOptions build = {.isa = isa,
                               .prepared = arguments->prepared,
                               .may_load = may_load(arguments),
                               .publishes = !arguments->offline};
-        whole = world_build(&world, &scene, &build, status) &&
-                (arguments->resume == NULL ||
-                 checkpoint_read(arguments->resume, &world, &scene, status)) &&
-                run_world(&world, &scene, arguments, input, signals, status);
+        whole = world_build(&world, &scene, &build, status);
+        if (whole)
+            plausible_warn(&world, &scene);
+        whole = whole && start_world(&world, &scene, arguments, status) &&
+                run_world(&world, &scene, arguments, input, block_signals(), status);
         world_destroy(&world);
     }
     scene_destroy(&scene);

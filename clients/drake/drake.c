@@ -1,6 +1,6 @@
-// pliant-drake: sends all bodies of a running daemon on to Drake's viewers (meldis,
-// drake_visualizer), as deformable meshes. One thread; only listens, but for one DESCRIBE that
-// brings the meshes.
+// pliant-drake: forwards all bodies of a running daemon to Drake's viewers (meldis,
+// drake_visualizer), as deformable meshes. One thread; only listens, except for one DESCRIBE that
+// requests the meshes.
 #include "arguments.h"
 #include "client.h"
 #include "frames.h"
@@ -24,7 +24,7 @@ typedef struct Shown {
     char name[CLIENT_CHANNEL_MAX];
     NodesFrame nodes;
     MeshFrame mesh;
-    float *data; // of the newest frame whose mesh we have; [capacity]
+    float *data; // of the newest frame whose mesh is known; [capacity]
     size_t capacity;
     int values; // 0: none yet
 } Shown;
@@ -34,16 +34,18 @@ typedef struct Bridge {
     Client client;
     Shown body[BODIES_MAX];
     int bodies;
-    bool fresh; // something to send
+    bool fresh; // has data to send
     int64_t sent;
 } Bridge;
 
 // --- options ---
 
+const char *argp_program_version = "pliant-drake " PLIANT_VERSION; // argp prints it for --version
+
 static const struct argp_option OPTIONS[] = {
-    {"rate", 'r', "HZ", 0, "messages a second, at most (20)", 1},
-    {"color", 'c', "R,G,B", 0, "of the bodies, each 0 to 1 (0.85,0.5,0.45)", 1},
-    {"duration", 'd', "S", 0, "exit after so many seconds", 1},
+    {"rate", 'r', "HZ", 0, "messages per second, at most (20)", 1},
+    {"color", 'c', "R,G,B", 0, "colour of the bodies, each value 0 to 1 (0.85,0.5,0.45)", 1},
+    {"duration", 'd', "S", 0, "exit after S seconds", 1},
     {0},
 };
 
@@ -63,10 +65,7 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
     case 'c':
         if (!client_parse_vector(argument, 1.0, options->color) || options->color[0] < 0.0 ||
             options->color[1] < 0.0 || options->color[2] < 0.0)
-            argp_error(state, "--color '%s': want R,G,B, each inside [0, 1]", argument);
-        return 0;
-    case ARGP_KEY_ARG:
-        argp_error(state, "'%s' is not an option", argument);
+            argp_error(state, "--color '%s': expected R,G,B, each inside [0, 1]", argument);
         return 0;
     default:
         return ARGP_ERR_UNKNOWN;
@@ -75,11 +74,12 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
 
 // --- what comes ---
 
-// The body of a channel, new ones as they appear; NULL: none of ours, or one too many.
+// Finds the body of a channel, adds new ones; returns NULL for other channels, or one body too
+// many.
 static Shown *find_body(Bridge *bridge, const char *kind, const char *channel)
 {
     const char *name = client_body_of(&bridge->client, kind, channel);
-    // "_MESH_DELTA_<body>" fits the pattern of "_MESH_<body>" too.
+    // "_MESH_DELTA_<body>" matches the pattern of "_MESH_<body>" too.
     if (!name || (strcmp(kind, "MESH") == 0 && strncmp(name, "DELTA_", 6) == 0))
         return NULL;
     for (int k = 0; k < bridge->bodies; k++) {
@@ -93,9 +93,9 @@ static Shown *find_body(Bridge *bridge, const char *kind, const char *channel)
     return body;
 }
 
-// Copies a whole frame, since the next one overwrites its positions chunk by chunk. Free triangles
-// are left out; free nodes stay, so that triangles keep their numbers (exact in a float: the frames
-// bound them to 2^22).
+// Copies a complete frame, since the next one overwrites its positions chunk by chunk. Omits free
+// triangles; keeps free nodes, so that triangles keep their numbers (exact in a float: frames limit
+// them to 2^22).
 static void pack(Bridge *bridge, Shown *body)
 {
     const NodesFrame *nodes = &body->nodes;
@@ -180,7 +180,7 @@ static bool run(Bridge *bridge, ClientError *error)
         !client_subscribe(client, "MESH", ".+", QUEUE, on_mesh, bridge) ||
         !client_subscribe(client, "MESH_DELTA", ".+", QUEUE, on_delta, bridge))
         return client_fail(error, "LCM refuses to subscribe to %s_*", client->prefix);
-    ClientError ignored; // the daemon may start later, and sends its meshes once a second too
+    ClientError ignored; // the daemon may start later, and sends its meshes every second too
     client_request(client, PLIANT_COMMAND_T_DESCRIBE, 0, "", 0.5, 2, &ignored);
     const Options *options = &bridge->options;
     const int64_t period = (int64_t)(1e9 / options->rate_hz), start = client_now_ns();
@@ -205,13 +205,12 @@ static bool run(Bridge *bridge, ClientError *error)
 
 int main(int argc, char **argv)
 {
-    static const struct argp_child children[] = {{&CLIENT_ARGP, 0, "Where:", 3}, {0}};
     static const struct argp argp = {
         .options = OPTIONS,
         .parser = parse_option,
-        .children = children,
-        .doc = "Sends all bodies of a running pliantd on to Drake's viewers, on " CHANNEL ".\v"
-               "Exit status: 0 done, 1 no body came, 2 bad usage."};
+        .children = CLIENT_WHERE,
+        .doc = "Forwards all bodies of a running pliantd to Drake's viewers, on " CHANNEL ".\v"
+               "Exit status: 0 done, 1 no body arrived, 2 bad usage."};
     static Bridge bridge = {.options = {.rate_hz = 20.0, .color = {0.85, 0.5, 0.45}}};
     argp_err_exit_status = 2;
     argp_parse(&argp, argc, argv, 0, NULL, &bridge.options);

@@ -1,6 +1,6 @@
-// A front end in a page of C, on LCM and the generated types alone: pushes tool 1 from a place
-// along a way and back in four seconds, and prints ten times a second what it feels and where the
-// body is.
+// A front end in a page of C, on LCM and the generated types alone: pushes tool 1 from a position
+// along a vector and back in four seconds, and prints ten times per second the force and the
+// position of the body.
 //   touch BODY X Y Z DX DY DZ          [m], e.g.  touch stomach -0.10 -0.07 0 0.03 0.05 0
 #include <math.h>
 #include <stdio.h>
@@ -27,7 +27,7 @@ static void on_contact(const lcm_recv_buf_t *buffer, const char *channel,
         *(pliant_contact_t *)newest = *contact;
 }
 
-// A large body comes in several chunks: this one holds num_values / 3 nodes from `first` on.
+// A large body comes in several chunks: this one has num_values / 3 nodes from `first` on.
 static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, const pliant_nodes_t *nodes,
                      void *node)
 {
@@ -49,14 +49,14 @@ int main(int argc, char **argv)
         pliant_contact_t_subscribe(lcm, "PLIANT_CONTACT", on_contact, &felt);
     pliant_nodes_t_subscription_t *frames = pliant_nodes_t_subscribe(lcm, channel, on_nodes, node);
     pliant_tool_pose_t pose = {.sender = getpid(), .tool = 1, .orientation = {1}, .active = 1};
-    for (pose.sequence = 0; pose.sequence <= 4000; pose.sequence++) { // one pose a millisecond
+    for (pose.sequence = 0; pose.sequence <= 4000; pose.sequence++) { // one pose per millisecond
         double way = 0.5 - 0.5 * cos(6.283185307179586 * pose.sequence / 4000); // 0, 1, 0
         for (int k = 0; k < 3; k++)
             pose.position[k] = atof(argv[2 + k]) + way * atof(argv[5 + k]);
         pose.active = pose.sequence < 4000; // the last one withdraws the tool
         pose.utime = utime();
         pliant_tool_pose_t_publish(lcm, "PLIANT_TOOL_POSE", &pose);
-        // Everything that comes until the next pose, so that nothing grows old in LCM's queues.
+        // Handle all messages until the next pose, so that none grows old in LCM's queues.
         while (lcm_handle_timeout(lcm, utime() - pose.utime < 1000) > 0 ||
                utime() - pose.utime < 1000)
             ;

@@ -12,7 +12,7 @@ static float position[3 * NODES_MOST]; // of one frame [m]
 static int32_t sequence, next_chunk;   // of the frame that is coming
 static int frames_left = 1 << 30;
 
-// A large body comes in several chunks of at most 4096 nodes; a frame with a lost one is left out.
+// A large body comes in several chunks of at most 4096 nodes; skips a frame with a lost chunk.
 static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, const pliant_nodes_t *nodes,
                      void *user)
 {

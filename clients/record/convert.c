@@ -9,11 +9,11 @@
 typedef struct Convert {
     Intake survey, intake;
     Writer writer;
-    Queue nothing; // what the first reading would write to
+    Queue nothing; // output of the first reading, unused
     LogEvent event;
 } Convert;
 
-// Reads the log to its end or to where it is damaged.
+// Reads the log to its end or to its first damage.
 static void read_log(Convert *convert, const char *path, Intake *intake, bool record,
                      Status *status)
 {
@@ -31,7 +31,7 @@ static void read_log(Convert *convert, const char *path, Intake *intake, bool re
     event_log_close(&log);
 }
 
-// What the recording begins with: all that the log ever says of bodies and tools.
+// Surveys the whole log: a recording begins with all bodies and tools.
 static bool take_survey(Convert *convert, const char *log, const LiveOptions *options,
                         ClientError *error)
 {
@@ -42,7 +42,7 @@ static bool take_survey(Convert *convert, const char *log, const LiveOptions *op
         body->listed = body->seen && body->nodes > 0;
         bodies += body->listed;
         if (body->seen && !body->listed)
-            fprintf(stderr, "pliant-record: %s: no mesh of body %s in it: left out\n", log,
+            fprintf(stderr, "pliant-record: %s: no mesh of body %s in it: skipped\n", log,
                     body->name);
     }
     survey->status_come = true;
@@ -76,7 +76,7 @@ static bool record(Convert *convert, const char *log, const LiveOptions *options
     if (!writer_finish(&convert->writer, &status))
         ok = client_fail(error, "%s", status.text);
     if (convert->intake.restarts > 0)
-        fprintf(stderr, "pliant-record: %s: the daemon was started anew %d times: %d files\n", log,
+        fprintf(stderr, "pliant-record: %s: the daemon restarted %d times: %d files\n", log,
                 convert->intake.restarts, convert->intake.files);
     return ok;
 }

@@ -10,7 +10,7 @@
 
 void gather_restart(GatherTool *tool)
 {
-    // A tool whose turn is not known yet has none.
+    // A tool whose orientation is unknown has NAN.
     const double none = (double)NAN;
     *tool = (GatherTool){.row_step = -1, .orientation = {none, none, none, none}};
 }
@@ -61,7 +61,7 @@ void gather_want(GatherTool *tool, int64_t step)
 {
     if (tool->waiting_count > 0 && tool->waiting[tool->waiting_count - 1] >= step)
         return;
-    if (tool->waiting_count == GATHER_WAITING) // no contacts come: the oldest has waited enough
+    if (tool->waiting_count == GATHER_WAITING) // no contacts arrive: drop the oldest request
         memmove(tool->waiting, tool->waiting + 1,
                 (size_t)--tool->waiting_count * sizeof *tool->waiting);
     tool->waiting[tool->waiting_count++] = step;
@@ -72,7 +72,8 @@ static int64_t kept(int64_t came)
     return came < GATHER_HISTORY ? came : GATHER_HISTORY;
 }
 
-// The newest contact of that tick or before; `reached`: one of that tick or later has come.
+// Returns the newest contact up to that tick; sets `reached` if one of that tick or later has
+// arrived.
 static const GatherContact *find_contact(const GatherTool *tool, int64_t step, bool *reached)
 {
     const GatherContact *best = NULL;
@@ -86,7 +87,7 @@ static const GatherContact *find_contact(const GatherTool *tool, int64_t step, b
     return best;
 }
 
-// The turn of the pose that a contact belongs to; poses that are not known leave it as it was.
+// Returns the orientation of the pose that a contact refers to; the previous one if it is unknown.
 static Quat find_turn(const GatherTool *tool, bool is_static, int64_t pose_utime)
 {
     if (is_static)

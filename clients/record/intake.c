@@ -59,7 +59,7 @@ static void take_pose(Intake *intake, const void *data, size_t size)
 {
     GatherPose pose;
     int id;
-    // What others send to the daemon is its to refuse.
+    // The daemon refuses invalid messages of others.
     if (!gather_read_pose(data, size, &id, &pose))
         return;
     int tool = survey_find_tool(&intake->survey, id);
@@ -98,7 +98,7 @@ static void take_event(Intake *intake, const void *data, size_t size)
 
 // --- meshes --------------------------------------------------------------------------------------
 
-// No live triangle may want a free node.
+// True if no live triangle uses a free node.
 static bool mesh_is_sound(const MeshFrame *mesh)
 {
     for (int t = 0; t < mesh->triangle_count; t++) {
@@ -184,7 +184,7 @@ static const WaitingFrame *last_that_fits(const IntakeBody *body)
     return last;
 }
 
-// What waited for the mesh that is there now goes; what came before that has lost its own.
+// Writes the frames that waited for the current mesh; earlier ones have lost theirs.
 static void push_waiting_frames(Intake *intake, IntakeBody *body)
 {
     if (!intake->open || body->file_index < 0)
@@ -206,7 +206,8 @@ static void push_waiting_frames(Intake *intake, IntakeBody *body)
 static bool is_due(const Intake *intake, const IntakeBody *body, double time)
 {
     double hz = intake->options.hz;
-    // On a grid of 1/hz, so that the rate holds on average; a tick's rounding is no reason to wait.
+    // On a grid of 1/hz, so that the mean rate is exact; the tolerance absorbs the rounding of a
+    // tick.
     return hz <= 0.0 || !body->taken || floor(time * hz + 1e-6) > floor(body->time * hz + 1e-6);
 }
 
@@ -248,7 +249,7 @@ static void forget(IntakeBody *body)
     body->file_index = -1;
 }
 
-// The daemon was started anew: its meshes and its time begin again, and so does the recording.
+// Handles a restart of the daemon: meshes and time start over, and so does the recording.
 static void restart(Intake *intake)
 {
     intake_end(intake);
@@ -257,7 +258,7 @@ static void restart(Intake *intake)
         forget(&intake->body[i]);
     for (int i = 0; i < ITEM_TOOLS; i++)
         gather_restart(&intake->tool[i]);
-    if (intake->options.when_full != QUEUE_WAIT) // of a log all is known already
+    if (intake->options.when_full != QUEUE_WAIT) // in a log all is known already
         survey_restart(&intake->survey);
     intake->wants_mesh = true;
 }
@@ -287,7 +288,7 @@ static void take_nodes(Intake *intake, int index, const void *data, size_t size)
     }
     if (body->any)
         body->counts.lost += frames_ahead(body) - 1;
-    bool repeated = body->any && nodes->step == body->step; // a paused daemon may say it again
+    bool repeated = body->any && nodes->step == body->step; // a paused daemon may repeat it
     body->any = true;
     body->sequence = nodes->sequence;
     body->step = nodes->step;
@@ -311,9 +312,10 @@ static void take_mesh(Intake *intake, int index, bool is_delta, const void *data
         return;
     bool same = body->mapped && body->map.topology == mesh->topology;
     if (same && body->slots == mesh->node_count && body->triangle_slots == mesh->triangle_count)
-        return; // said again
-    // Numbers only grow, and one number means one mesh.
-    if (same || mesh->topology < body->told || !mesh_is_sound(mesh)) {
+        return; // a repeat
+    // Numbers only grow, except that 1 follows INT32_MAX, and one number means one mesh.
+    const bool old = mesh->topology < body->told && body->told - mesh->topology <= INT32_MAX / 2;
+    if (same || old || !mesh_is_sound(mesh)) {
         body->mesh_refused++;
         return;
     }
@@ -321,7 +323,7 @@ static void take_mesh(Intake *intake, int index, bool is_delta, const void *data
     push_waiting_frames(intake, body);
 }
 
-// A description brings the list of tools, in its own order.
+// Takes a description, which has the list of tools in its own order.
 static void take_reply(Intake *intake, const void *data, size_t size)
 {
     bool described = intake->survey.described != NULL;
@@ -332,7 +334,7 @@ static void take_reply(Intake *intake, const void *data, size_t size)
 
 // --- messages ------------------------------------------------------------------------------------
 
-// What follows "<prefix>_", or NULL.
+// Returns the part after "<prefix>_", or NULL.
 static const char *behind(const char *channel, const char *prefix)
 {
     size_t length = strlen(prefix);
@@ -407,7 +409,7 @@ char *intake_path(const char *path, int number)
     return out;
 }
 
-// What HDF5 keeps together: a frame, or a part of a large one.
+// Chunk size for HDF5: a frame, or a part of a large one.
 static int kept_together(int count)
 {
     enum { ROWS = 1 << 16 };
@@ -444,7 +446,7 @@ static void push_begin(Intake *intake)
     queue_push(intake->queue, item_begin(intake->path, &options), QUEUE_FORCE);
 }
 
-// The counts of a file begin with its first frame: what came before it was before the recording.
+// The counts of a file start with its first frame.
 static void begin_body(Intake *intake, IntakeBody *body)
 {
     while (last_that_fits(body) && !fits(body, &body->waiting.first->frame))
@@ -462,8 +464,8 @@ bool intake_begin(Intake *intake, bool patient)
         return true;
     if (intake->files == INTAKE_FILES)
         return status_fail(&intake->status, STATUS_FAILED,
-                           "%s: the daemon was started anew %d times: ends", intake->options.path,
-                           INTAKE_FILES);
+                           "%s: the daemon restarted %d times: the recording ends",
+                           intake->options.path, INTAKE_FILES);
     free(intake->path);
     intake->path = intake_path(intake->options.path, ++intake->files);
     push_begin(intake);

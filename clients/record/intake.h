@@ -1,6 +1,6 @@
-// Takes raw messages of a daemon and makes the items of recordings of them: assembles frames, gives
-// each the mesh of its topology, bounds what waits, counts what is missing. One thread; knows
-// neither network nor file.
+// Turns raw messages of a daemon into items of recordings: assembles frames, matches each with the
+// mesh of its topology, bounds the memory of waiting frames, counts what is missing. One thread;
+// uses neither network nor files.
 #ifndef PLIANT_CLIENTS_RECORD_INTAKE_H
 #define PLIANT_CLIENTS_RECORD_INTAKE_H
 
@@ -10,27 +10,27 @@
 #include "waiting.h"
 
 enum {
-    INTAKE_EVENTS_WAITING = 64, // for the file to begin
-    INTAKE_FILES = 100,         // a daemon that starts anew begins another
+    INTAKE_EVENTS_WAITING = 64, // until the file begins
+    INTAKE_FILES = 100,         // a restarted daemon begins another
 };
 
 typedef struct IntakeBody {
     NodesFrame nodes;
     MeshFrame mesh;
-    // the newest sound mesh, without its free slots, if `mapped`
+    // the newest valid mesh, without its free slots, if `mapped`
     RecordingMesh map;
     RecordingTopology topology; // points into `map`
     int slots, triangle_slots, node_capacity, triangle_capacity;
     bool mapped;
-    int told;       // the newest topology that is in the file; 0: none
+    int told;       // the newest topology in the file; 0: none
     int file_index; // -1: not in the file
-    bool any;       // a whole frame has come
+    bool any;       // a complete frame has arrived
     int32_t sequence;
-    int64_t step; // of the newest whole frame
+    int64_t step; // of the newest complete frame
     double time;  // of the newest frame taken [s]
     bool taken;
-    Waiting waiting;                      // for its mesh, or for the file to begin
-    int64_t mesh_refused, refused_before; // meshes that are not sound; all before this file
+    Waiting waiting;                      // for its mesh, or until the file begins
+    int64_t mesh_refused, refused_before; // invalid meshes; all of them before this file
     RecordingCounts counts;
 } IntakeBody;
 
@@ -38,9 +38,9 @@ typedef struct IntakeOptions {
     const char *prefix, *input_prefix;
     const char *path;
     bool overwrite;
-    double hz; // at most so many frames a simulated second; 0: all
+    double hz; // frames per simulated second at most; 0: all
     QueueWhenFull when_full;
-    bool survey_only; // makes nothing of it, finds out only what there is
+    bool survey_only; // only surveys the daemon, makes no items
 } IntakeOptions;
 
 typedef struct Intake {
@@ -58,26 +58,26 @@ typedef struct Intake {
     int restarts;        // of the daemon
     int bodies;          // in the file
     char *path;          // of the newest file
-    bool wants_mesh;     // one was missed: DESCRIBE would bring it
-    int64_t mesh_chunks; // that came: one may be under way
+    bool wants_mesh;     // a mesh was missed: DESCRIBE requests it
+    int64_t mesh_chunks; // received: one may be in transit
     Status status;
 } Intake;
 
-// `intake` is large: not for the stack. What the options point to must outlive it.
+// `intake` is large: not for the stack. The options' pointers must outlive it.
 void intake_create(Intake *intake, const IntakeOptions *options, Queue *queue);
 void intake_destroy(Intake *intake);
 
-// One message. Channels that mean nothing to a recording are left alone.
+// Takes one message. Ignores channels that a recording does not use.
 void intake_take(Intake *intake, const char *channel, const void *data, size_t size);
 // Begins a file as soon as the daemon is known. `patient`: its status and description may still
-// come. False once recording cannot go on; `status` says why.
+// arrive. Returns false if recording cannot go on; `status` says why.
 bool intake_begin(Intake *intake, bool patient);
-// Ends the file under way: what still waits for its mesh counts as without one.
+// Ends the current file: frames that still wait for their mesh count as without one.
 void intake_end(Intake *intake);
 
-// What is missing so far, of all bodies of the file under way.
+// Returns what is missing so far, over all bodies of the current file.
 RecordingCounts intake_counts(const Intake *intake);
-// "NAME.2.h5" for the second file of "NAME.h5"; malloc'ed.
+// Returns "NAME.2.h5" for the second file of "NAME.h5"; the caller frees it.
 char *intake_path(const char *path, int number);
 
 #endif

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-// An item with room for `extra` bytes behind it.
+// Creates an item with `extra` bytes after it.
 static Item *create(ItemKind kind, int index, size_t extra)
 {
     Item *item = malloc(sizeof *item + extra);
@@ -18,7 +18,7 @@ static void *behind(Item *item)
     return item + 1;
 }
 
-// Copies `size` bytes to *at, which moves on; returns where they are now.
+// Copies `size` bytes to *at and advances it; returns the copy.
 static void *put(char **at, const void *from, size_t size)
 {
     char *to = *at;
@@ -39,7 +39,7 @@ Item *item_begin(const char *path, const RecordingOptions *options)
     RecordingOptions *to = &item->as.begin.options;
     char *at = behind(item);
     *to = *options;
-    RecordingBody *body = put(&at, options->body, bodies * sizeof *body); // what is aligned first
+    RecordingBody *body = put(&at, options->body, bodies * sizeof *body); // strictest alignment
     to->tool = put(&at, options->tool, tools * sizeof *options->tool);
     for (size_t i = 0; i < bodies; i++)
         body[i].name = put(&at, body[i].name, strlen(body[i].name) + 1);

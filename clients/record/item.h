@@ -1,5 +1,5 @@
-// What the receiving thread hands to the writing one: a piece of a recording with its data, in one
-// block of memory that belongs to whoever holds it.
+// A part of a recording that the receiving thread hands to the writing one, in one block of memory
+// owned by the thread that has it.
 #ifndef PLIANT_CLIENTS_RECORD_ITEM_H
 #define PLIANT_CLIENTS_RECORD_ITEM_H
 
@@ -7,7 +7,7 @@
 
 #include <stddef.h>
 
-enum { ITEM_BODIES = 64, ITEM_TOOLS = 32 }; // in a file at most: as many as a scene has
+enum { ITEM_BODIES = 64, ITEM_TOOLS = 32 }; // most in a file: as many as in a scene
 
 typedef enum ItemKind {
     ITEM_BEGIN, // a file
@@ -21,7 +21,7 @@ typedef enum ItemKind {
 typedef struct Item {
     ItemKind kind;
     int index;    // of the body or the tool in the file
-    size_t bytes; // of all of it
+    size_t bytes; // of the whole item
     struct Item *next;
     union {
         struct {
@@ -39,10 +39,10 @@ typedef struct Item {
     } as;
 } Item;
 
-// Each copies what it is given. Abort when there is no memory: what waits is bounded.
+// Each copies its arguments; aborts without memory, since the waiting items are bounded.
 Item *item_begin(const char *path, const RecordingOptions *options);
 Item *item_topology(int body, const RecordingTopology *topology);
-// The positions are those of all slots; the item holds those of live nodes.
+// Makes a frame from the positions of all slots; the item has those of live nodes.
 Item *item_frame(int body, const RecordingFrame *frame, const RecordingMesh *mesh);
 Item *item_tool(int tool, double time, const RecordingTool *sample);
 Item *item_event(const RecordingEvent *event);

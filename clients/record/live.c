@@ -17,12 +17,12 @@ typedef struct Live {
     Intake intake;
     Writer writer;
     int64_t start_ns, begun_ns; // of the first file; 0: none yet
-    int64_t heard_ns;           // the first message of the daemon that runs now; 0: none yet
+    int64_t heard_ns;           // first message of the current daemon; 0: none yet
     int64_t asked_ns, told_ns;
-    int64_t mesh_chunks, mesh_ns; // that came, and when the last one did
+    int64_t mesh_chunks, mesh_ns; // chunks received, and arrival of the last one
     bool warned, hinted;
     int restarts;
-    RecordingCounts told; // what was said of what is missing
+    RecordingCounts told; // missing frames reported so far
 } Live;
 
 static void on_message(const lcm_recv_buf_t *buffer, const char *channel, void *user)
@@ -35,7 +35,7 @@ static bool subscribe_bodies(Live *live)
 {
     const LiveOptions *options = live->options;
     Client *client = &live->client;
-    if (options->body_count == 0) // the second pattern also means deltas
+    if (options->body_count == 0) // the second pattern also matches deltas
         return client_subscribe(client, "NODES", ".+", QUEUE_MESSAGES, on_message, live) &&
                client_subscribe(client, "MESH", ".+", QUEUE_MESSAGES, on_message, live);
     bool ok = true;
@@ -57,31 +57,15 @@ static bool subscribe(Live *live, ClientError *error)
     for (int i = 0; i < 4 && ok; i++)
         ok = client_subscribe(client, names[i], NULL, QUEUE_MESSAGES, on_message, live) != NULL;
     snprintf(poses, sizeof poses, "%s_TOOL_POSE", live->options->intake.input_prefix);
-    lcm_subscription_t *subscription =
-        ok ? lcm_subscribe(client->lcm, poses, on_message, live) : NULL;
-    if (subscription)
-        lcm_subscription_set_queue_capacity(subscription, QUEUE_MESSAGES);
-    return (subscription && subscribe_bodies(live)) ||
+    ok = ok && receiver_subscribe(client->receiver, poses, QUEUE_MESSAGES, on_message, live);
+    return (ok && subscribe_bodies(live)) ||
            client_fail(error, "LCM refuses to subscribe to %s_*", client->prefix);
 }
 
-// LCM's receiving thread inherits this thread's urgency when it starts, with the first
-// subscription: it only copies, and what it is late for is lost. Where that is not permitted it
-// goes without.
-static bool subscribe_urgently(Live *live, ClientError *error)
-{
-    int usual = getpriority(PRIO_PROCESS, 0);
-    bool raised = usual > URGENT && setpriority(PRIO_PROCESS, 0, URGENT) == 0;
-    bool ok = subscribe(live, error);
-    if (raised)
-        setpriority(PRIO_PROCESS, 0, usual);
-    return ok;
-}
+// --- periodic work -------------------------------------------------------------------------------
 
-// --- now and then --------------------------------------------------------------------------------
-
-// To be asked for: who the daemon is, at first; and whole meshes, unless one is under way, which
-// asking would send from its beginning.
+// True if DESCRIBE is needed: at first, to learn about the daemon; later for whole meshes, unless
+// one is in transit, which a request would restart.
 static bool is_wanted(Live *live, int64_t now_ns)
 {
     const Intake *intake = &live->intake;
@@ -92,14 +76,14 @@ static bool is_wanted(Live *live, int64_t now_ns)
     int64_t since = now_ns - live->asked_ns;
     if (intake->wants_mesh)
         return since >= SECOND_NS && now_ns - live->mesh_ns >= SECOND_NS / 2;
-    // Once before anything is heard. Nobody answers those who speak of another input prefix: no
-    // need to go on asking.
+    // Ask once before anything is heard. A client with another input prefix gets no answer and need
+    // not go on asking.
     if (intake->survey.described || live->heard_ns == 0)
         return live->asked_ns == 0;
     return since >= SECOND_NS && now_ns - live->heard_ns < PATIENCE_S * SECOND_NS;
 }
 
-// A description says which tools there are, and brings the whole meshes.
+// Requests a description, which lists the tools and brings the whole meshes.
 static void ask(Live *live, int64_t now_ns)
 {
     if (!is_wanted(live, now_ns))
@@ -116,7 +100,7 @@ static void ask(Live *live, int64_t now_ns)
     live->intake.wants_mesh = false;
 }
 
-// Frames are lost in the kernel's buffer, which can be made larger.
+// True if the kernel's buffer, where frames are lost, can be enlarged.
 static bool buffer_is_small(void)
 {
     FILE *file = fopen("/proc/sys/net/core/rmem_max", "r");
@@ -166,7 +150,7 @@ static void tell_restart(Live *live)
     live->heard_ns = live->asked_ns = 0;
     live->told = (RecordingCounts){0};
     char *next = intake_path(live->options->intake.path, live->intake.files + 1);
-    fprintf(stderr, "pliant-record: the daemon was started anew: goes on in %s\n", next);
+    fprintf(stderr, "pliant-record: the daemon restarted: continuing in %s\n", next);
     free(next);
 }
 
@@ -178,12 +162,13 @@ static bool begin(Live *live, int64_t now_ns, ClientError *error)
         live->heard_ns = now_ns;
     const char *missing = survey_missing(&intake->survey);
     if (missing && !known)
-        return client_fail(error, "--body %s: the daemon has no body of this name", missing);
+        return client_fail(error, "--body %s: the daemon has no body of this name, only: %s",
+                           missing, intake->survey.listed.list);
     bool patient = now_ns - live->heard_ns < PATIENCE_S * SECOND_NS;
     if (!intake_begin(intake, patient))
         return client_fail(error, "%s", intake->status.text);
     if (intake->open && !known) {
-        fprintf(stderr, "pliant-record: records to %s\n", intake->path);
+        fprintf(stderr, "pliant-record: recording to %s\n", intake->path);
         live->begun_ns = live->begun_ns == 0 ? now_ns : live->begun_ns;
     }
     if (!intake->open && !live->warned && now_ns - live->start_ns > SILENCE_S * SECOND_NS) {
@@ -226,7 +211,7 @@ static bool receive(Live *live, ClientError *error)
             break;
     }
     return live->intake.files > 0 ||
-           client_fail(error, "nothing came on %s_...: is pliantd running on %s?",
+           client_fail(error, "no message on %s_...: is pliantd running on %s?",
                        live->client.prefix, live->client.url);
 }
 
@@ -235,7 +220,13 @@ static bool record(Live *live, ClientError *error)
     Status status = {0};
     if (!writer_start(&live->writer, live->options->queue_bytes, stdout, &status))
         return client_fail(error, "%s", status.text);
-    bool ok = subscribe_urgently(live, error) && receive(live, error);
+    // This thread only copies, and data that it misses is lost: raise its priority over the
+    // writer's, if that is permitted.
+    int usual = getpriority(PRIO_PROCESS, 0);
+    bool raised = usual > URGENT && setpriority(PRIO_PROCESS, 0, URGENT) == 0;
+    bool ok = subscribe(live, error) && receive(live, error);
+    if (raised)
+        setpriority(PRIO_PROCESS, 0, usual);
     intake_end(&live->intake);
     if (!writer_finish(&live->writer, &status))
         ok = client_fail(error, "%s", status.text);

@@ -25,7 +25,7 @@ void queue_destroy(Queue *queue)
     pthread_mutex_destroy(&queue->lock);
 }
 
-// An item that alone is larger than the limit passes when nothing else waits.
+// True if the item fits, or if it is larger than the limit but the queue is empty.
 static bool fits(const Queue *queue, const Item *item)
 {
     return queue->bytes == 0 || item->bytes <= queue->limit - queue->bytes;

@@ -1,5 +1,5 @@
-// What waits between the receiving and the writing thread: bounded by its bytes, first in first
-// out.
+// The queue between the receiving and the writing thread: first in, first out, bounded by its
+// bytes.
 #ifndef PLIANT_CLIENTS_RECORD_QUEUE_H
 #define PLIANT_CLIENTS_RECORD_QUEUE_H
 
@@ -7,11 +7,11 @@
 
 #include <pthread.h>
 
-// What to do with an item that does not fit.
+// What happens to an item that does not fit.
 typedef enum QueueWhenFull {
     QUEUE_REFUSE, // destroy it
-    QUEUE_WAIT,   // until the writer has made room
-    QUEUE_FORCE,  // take it all the same: few and small ones only
+    QUEUE_WAIT,   // wait until the writer has freed space
+    QUEUE_FORCE,  // accept it all the same: for few and small ones only
 } QueueWhenFull;
 
 typedef struct Queue {
@@ -19,19 +19,19 @@ typedef struct Queue {
     pthread_cond_t changed;
     Item *first, *last;
     size_t bytes, limit;
-    size_t most; // bytes that ever waited
-    bool closed; // nothing more will come
+    size_t most; // largest number of bytes so far
+    bool closed; // no more items follow
 } Queue;
 
 void queue_create(Queue *queue, size_t limit);
-// Destroys what is still in it.
+// Destroys the queue and its items.
 void queue_destroy(Queue *queue);
 
-// Hands the item over. False when it was refused, and counts as gone.
+// Hands the item over. Returns false if it was refused; it is destroyed then.
 bool queue_push(Queue *queue, Item *item, QueueWhenFull when_full);
-// No more pushes; the taker gets what is there, then NULL with `closed`.
+// Ends pushing; the reader gets the remaining items, then NULL with `ended`.
 void queue_close(Queue *queue);
-// The next item, or NULL when none came within `timeout_ms`, or at the end.
+// Returns the next item, or NULL if none came within `timeout_ms`, or at the end.
 Item *queue_take(Queue *queue, int timeout_ms, bool *ended);
 
 #endif

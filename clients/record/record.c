@@ -1,5 +1,5 @@
-// pliant-record: records a running daemon from its messages, makes a recording of an event log, and
-// says what is in one.
+// pliant-record: records a running daemon from its messages, converts an event log to a recording,
+// and describes a recording.
 #include "arguments.h"
 #include "convert.h"
 #include "live.h"
@@ -29,16 +29,19 @@ enum {
     KEY_QUEUE
 };
 
+const char *argp_program_version = "pliant-record " PLIANT_VERSION; // argp prints it for --version
+
 static const struct argp_option OPTIONS[] = {
-    {"output", 'o', "FILE", 0, "the recording (HDF5, with FILE.xdmf for ParaView beside it)", 1},
-    {"overwrite", KEY_OVERWRITE, 0, 0, "replace an HDF5 file that is there", 1},
-    {"body", 'b', "NAME", 0, "record this body; may be repeated (default: all)", 1},
-    {"hz", KEY_HZ, "HZ", 0, "at most so many frames a simulated second (default: all)", 1},
-    {"duration", 'd', "S", 0, "end so many seconds after the recording began", 1},
-    {"wait", KEY_WAIT, "S", 0, "give up when no daemon comes within so many seconds", 1},
-    {"queue", KEY_QUEUE, "MB", 0, "what may wait for the disk (default: 256)", 1},
-    {"info", KEY_INFO, "FILE", 0, "say what is in a recording, instead of making one", 2},
-    {"convert", KEY_CONVERT, "LOG", 0, "record an event log of lcm-logger, instead of a daemon", 2},
+    {"output", 'o', "FILE", 0, "the recording (HDF5, with a sidecar FILE.xdmf for ParaView)", 1},
+    {"overwrite", KEY_OVERWRITE, 0, 0, "replace an existing recording", 1},
+    {"body", 'b', "NAME", 0, "record this body; may be repeated (default: all bodies)", 1},
+    {"hz", KEY_HZ, "HZ", 0, "at most HZ frames per simulated second (default: all)", 1},
+    {"duration", 'd', "S", 0, "end S seconds after the recording began", 1},
+    {"wait", KEY_WAIT, "S", 0, "give up when no daemon is found within S seconds", 1},
+    {"queue", KEY_QUEUE, "MB", 0, "memory for frames that wait for the disk (default: 256)", 1},
+    {"info", KEY_INFO, "FILE", 0, "print the contents of a recording, instead of making one", 2},
+    {"convert", KEY_CONVERT, "LOG", 0,
+     "record from an event log of lcm-logger, instead of from a daemon", 2},
     {"input-prefix", KEY_INPUT_PREFIX, "NAME", 0,
      "prefix of tools and commands, if the scene has an input_prefix (default: as --prefix)", 3},
     {0},
@@ -111,9 +114,6 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
             argp_error(state, "--input-prefix '%s': 1 to %d letters, digits, '_' or '-'", argument,
                        CLIENT_PREFIX_MAX - 1);
         live->intake.input_prefix = argument;
-        return 0;
-    case ARGP_KEY_ARG:
-        argp_error(state, "'%s' is not an option", argument);
         return 0;
     case ARGP_KEY_END:
         check(options, state);
@@ -188,20 +188,19 @@ static int record(const Options *options)
 
 int main(int argc, char **argv)
 {
-    static const struct argp_child children[] = {{&CLIENT_ARGP, 0, "Where:", 3}, {0}};
     static const struct argp argp = {
         .options = OPTIONS,
         .parser = parse_option,
-        .children = children,
-        .doc = "Records what a running pliantd publishes: where the nodes of its bodies are, their "
-               "meshes, its tools and events. The daemon need not have been started for it, may "
-               "come later, and may be started anew: then the recording goes on in another "
-               "file.\v"
-               "The file can be read while it is written, and after this program was killed up to "
-               "its last second. It ends on SIGINT or SIGTERM, when the time is over, or when the "
-               "disk is full.\n"
-               "Exit status: 0 done, 1 nothing came or not all could be written, 2 bad usage or a "
-               "file that cannot be used."};
+        .children = CLIENT_WHERE,
+        .doc = "Records what a running pliantd publishes: node positions and meshes of its bodies, "
+               "its "
+               "tools and events. The daemon needs no option for it, may start later, and may "
+               "restart: the recording then continues in another file.\v"
+               "The file can be read while it is written, and up to its last second after this "
+               "program was killed. The recording ends on SIGINT or SIGTERM, after --duration, or "
+               "when the disk is full.\n"
+               "Exit status: 0 done, 1 nothing arrived or not everything could be written, 2 bad "
+               "usage or a file that cannot be used."};
     static Options options = {.queue_mb = 256};
     argp_err_exit_status = 2;
     argp_parse(&argp, argc, argv, 0, NULL, &options);

@@ -1,6 +1,5 @@
 #include "survey.h"
 
-#include "client.h"
 #include "frames.h"
 #include "wire.h"
 
@@ -96,7 +95,9 @@ void survey_take_status(Survey *survey, const void *data, size_t size)
     }
     for (int i = 0; i < survey->body_count; i++)
         survey->body[i].listed = false;
+    survey->listed = (ClientBodies){.wanted = ""};
     for (int i = 0; i < status.num_bodies; i++) {
+        client_bodies_add(&survey->listed, status.body[i].name);
         int body = find_body(survey, status.body[i].name, true);
         if (body >= 0)
             survey->body[body].listed = true;
@@ -106,7 +107,7 @@ void survey_take_status(Survey *survey, const void *data, size_t size)
     pliant_status_t_decode_cleanup(&status);
 }
 
-// The lines "tool 4: static, ..." of a description.
+// Takes the lines "tool 4: static, ..." of a description.
 static void take_description(Survey *survey, const char *text)
 {
     if (!survey->fixed)
@@ -135,7 +136,7 @@ void survey_take_reply(Survey *survey, const void *data, size_t size)
         survey->refused++;
         return;
     }
-    // Whoever asked: it is the daemon that answers.
+    // Any client may have requested it: the daemon's answer counts.
     if (reply.ok && !survey->described && strncmp(reply.text, "scene ", 6) == 0 &&
         strstr(reply.text, "\nunits: "))
         take_description(survey, reply.text);
@@ -157,7 +158,7 @@ void survey_take_mesh(Survey *survey, int body, const void *data, size_t size)
     pliant_mesh_t_decode_cleanup(&mesh);
 }
 
-// --- what is known ---
+// --- state ---
 
 bool survey_records(const Survey *survey, int body)
 {

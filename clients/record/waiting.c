@@ -28,7 +28,7 @@ int waiting_push(Waiting *waiting, const RecordingFrame *from)
     }
     WaitingFrame *frame = malloc(bytes);
     if (!frame)
-        abort(); // what waits is bounded: the machine itself is out of memory
+        abort(); // waiting frames are bounded: the machine itself is out of memory
     *frame = (WaitingFrame){.frame = *from, .bytes = bytes};
     memcpy(frame->position, from->position, values * sizeof *from->position);
     frame->frame.position = frame->position;

@@ -1,5 +1,5 @@
-// Frames of a body that wait, for their mesh or for the file to begin: bounded, the oldest go
-// first.
+// Frames of a body that wait for their mesh or for the file to begin. Bounded; the oldest are
+// dropped first.
 #ifndef PLIANT_CLIENTS_RECORD_WAITING_H
 #define PLIANT_CLIENTS_RECORD_WAITING_H
 
@@ -11,7 +11,7 @@ enum { WAITING_FRAMES = 256, WAITING_BYTES = 128 << 20 }; // at most
 
 typedef struct WaitingFrame {
     struct WaitingFrame *next;
-    RecordingFrame frame; // its positions are below
+    RecordingFrame frame; // its positions follow
     size_t bytes;
     float position[];
 } WaitingFrame;
@@ -22,11 +22,11 @@ typedef struct Waiting {
     size_t bytes;
 } Waiting;
 
-// Copies a frame behind the others. Returns how many were given up for it.
+// Copies a frame to the end. Returns the number of frames dropped for it.
 int waiting_push(Waiting *waiting, const RecordingFrame *frame);
-// The oldest, which the caller frees, or NULL.
+// Returns the oldest, which the caller frees, or NULL.
 WaitingFrame *waiting_pop(Waiting *waiting);
-// Gives up all of them; returns how many.
+// Drops all of them; returns how many.
 int waiting_drop(Waiting *waiting);
 
 #endif

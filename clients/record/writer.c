@@ -68,7 +68,7 @@ static void end(Writer *writer, const RecordingCounts *counts)
     writer->begin = NULL;
 }
 
-// --- what is in it ---
+// --- items of a file ---
 
 static void add_frame(Writer *writer, const Item *item)
 {

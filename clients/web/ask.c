@@ -1,4 +1,5 @@
-// What a page asks for: JSON text to plain numbers, every one checked. Pure functions, any thread.
+// Requests of a page: JSON text to plain numbers, all of them validated. Pure functions, any
+// thread.
 #include "ask.h"
 
 #include <math.h>
@@ -13,7 +14,7 @@ static const double POSITION_MAX = 1e3; // [m]
 static const double FORCE_MAX = 1e6;    // [N]
 static const double DURATION_MAX = 3600.0;
 static const double STEPS_MAX = 1e7;
-static const double UNIT_SLACK = 1e-3; // of a quaternion's length
+static const double UNIT_SLACK = 1e-3; // tolerance of a quaternion's length
 
 // --- numbers ---
 
@@ -22,7 +23,7 @@ static bool take_number(const json_t *value, const char *name, double low, doubl
 {
     double number = json_number_value(value);
     if (!json_is_number(value) || !isfinite(number) || number < low || number > high)
-        return client_fail(error, "%s: want a number in [%g, %g]", name, low, high);
+        return client_fail(error, "%s: expected a number in [%g, %g]", name, low, high);
     *out = number;
     return true;
 }
@@ -33,7 +34,7 @@ static bool take_integer(const json_t *object, const char *name, int64_t low, in
     const json_t *value = json_object_get(object, name);
     json_int_t number = json_integer_value(value);
     if (!json_is_integer(value) || number < low || number > high)
-        return client_fail(error, "%s: want an integer in [%lld, %lld]", name, (long long)low,
+        return client_fail(error, "%s: expected an integer in [%lld, %lld]", name, (long long)low,
                            (long long)high);
     *out = number;
     return true;
@@ -43,7 +44,7 @@ static bool take_vector(const json_t *array, const char *name, size_t count, dou
                         double *out, ClientError *error)
 {
     if (!json_is_array(array) || json_array_size(array) != count)
-        return client_fail(error, "%s: want %zu numbers", name, count);
+        return client_fail(error, "%s: expected %zu numbers", name, count);
     for (size_t k = 0; k < count; k++) {
         if (!take_number(json_array_get(array, k), name, -limit, limit, out + k, error))
             return false;
@@ -55,7 +56,7 @@ static bool take_edge(const json_t *object, const char *name, double out[2][3], 
 {
     const json_t *array = json_object_get(object, name);
     if (!json_is_array(array) || json_array_size(array) != 2)
-        return client_fail(error, "%s: want two points", name);
+        return client_fail(error, "%s: expected two points", name);
     return take_vector(json_array_get(array, 0), name, 3, POSITION_MAX, out[0], error) &&
            take_vector(json_array_get(array, 1), name, 3, POSITION_MAX, out[1], error);
 }
@@ -69,7 +70,7 @@ static bool take_id(const json_t *object, Ask *ask, ClientError *error)
     return true;
 }
 
-// A string that may be left out: "".
+// Reads an optional string: "" if missing.
 static bool take_text(const json_t *object, const char *name, char out[ASK_TEXT_MAX],
                       ClientError *error)
 {
@@ -78,10 +79,10 @@ static bool take_text(const json_t *object, const char *name, char out[ASK_TEXT_
         return true;
     const char *text = json_string_value(value);
     if (!text || strlen(text) >= ASK_TEXT_MAX)
-        return client_fail(error, "%s: want a text of less than %d bytes", name, ASK_TEXT_MAX);
+        return client_fail(error, "%s: expected a text of less than %d bytes", name, ASK_TEXT_MAX);
     for (const char *c = text; *c; c++) {
         if ((unsigned char)*c < 0x20 || (unsigned char)*c > 0x7e)
-            return client_fail(error, "%s: want printable ASCII", name);
+            return client_fail(error, "%s: expected printable ASCII", name);
     }
     strcpy(out, text);
     return true;
@@ -92,7 +93,7 @@ static bool take_body(const json_t *object, Ask *ask, ClientError *error)
     if (!take_text(object, "body", ask->text, error))
         return false;
     if (ask->text[0] && !client_name_valid(ask->text, 31))
-        return client_fail(error, "body: want the name of a body, or \"\" for all");
+        return client_fail(error, "body: expected the name of a body, or \"\" for all");
     return true;
 }
 
@@ -119,13 +120,14 @@ static bool take_tool(const json_t *object, Ask *ask, ClientError *error)
     if (grip && !take_number(grip, "grip", 0.0, 1.0, &ask->pose.grip, error))
         return false;
     if (!json_is_boolean(active))
-        return client_fail(error, "active: want true or false");
+        return client_fail(error, "active: expected true or false");
     double *q = ask->pose.orientation, length = 0.0;
     for (int k = 0; k < 4; k++)
         length += q[k] * q[k];
     length = sqrt(length);
     if (!(fabs(length - 1.0) <= UNIT_SLACK))
-        return client_fail(error, "orientation: length %g, want a unit quaternion w x y z", length);
+        return client_fail(error, "orientation: length %g, expected a unit quaternion w x y z",
+                           length);
     for (int k = 0; k < 4; k++)
         q[k] /= length;
     ask->pose.tool = (int32_t)tool;
@@ -173,7 +175,7 @@ static bool take_command(const json_t *object, Ask *ask, ClientError *error)
     ask->kind = ASK_COMMAND;
     if (!take_id(object, ask, error) || !take_text(object, "argument", ask->text, error))
         return false;
-    if (json_object_get(object, "value")) { // of `step`; else it may be left out
+    if (json_object_get(object, "value")) { // for `step`; optional
         double value = 0.0;
         if (!take_number(json_object_get(object, "value"), "value", 0.0, STEPS_MAX, &value, error))
             return false;
@@ -186,8 +188,9 @@ static bool take_command(const json_t *object, Ask *ask, ClientError *error)
             return true;
         }
     }
-    return client_fail(error, "kind: want pause, resume, step, reset, checkpoint, describe, set or "
-                              "stop");
+    return client_fail(error,
+                       "kind: expected pause, resume, step, reset, checkpoint, describe, set or "
+                       "stop");
 }
 
 static bool take_message(const json_t *object, Ask *ask, ClientError *error)
@@ -207,7 +210,7 @@ static bool take_message(const json_t *object, Ask *ask, ClientError *error)
         ClientError why;
         return types[k].take(object, ask, &why) || client_fail(error, "%s: %s", type, why.text);
     }
-    return client_fail(error, "type: want drawn, tool, cut, load or command");
+    return client_fail(error, "type: expected drawn, tool, cut, load or command");
 }
 
 bool ask_parse(const char *text, size_t size, Ask *ask, ClientError *error)
@@ -220,7 +223,7 @@ bool ask_parse(const char *text, size_t size, Ask *ask, ClientError *error)
     if (!object)
         return client_fail(error, "not JSON: %s", where.text);
     bool ok = json_is_object(object) ? take_message(object, ask, error)
-                                     : client_fail(error, "want a JSON object");
+                                     : client_fail(error, "expected a JSON object");
     json_decref(object);
     return ok;
 }

@@ -1,4 +1,5 @@
-// What a page asks for: JSON text to plain numbers, every one checked. Pure functions, any thread.
+// Requests of a page: JSON text to plain numbers, all of them validated. Pure functions, any
+// thread.
 #ifndef PLIANT_WEB_ASK_H
 #define PLIANT_WEB_ASK_H
 
@@ -37,7 +38,8 @@ typedef struct Ask {
     };
 } Ask;
 
-// False: not such a message, or a number outside its range; `error` says which.
+// Parses a message. Returns false if it is none, or if a number is outside its range; `error` says
+// which.
 bool ask_parse(const char *text, size_t size, Ask *ask, ClientError *error);
 
 #endif

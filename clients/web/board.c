@@ -1,4 +1,4 @@
-// The newest of everything that came over LCM, for every page to take when it is ready.
+// The newest data of everything received over LCM, which every page takes when it is ready.
 #include "board.h"
 
 #include <string.h>
@@ -45,7 +45,7 @@ void board_destroy(Board *board)
 
 // --- the LCM thread ---
 
-// Under the lock, as all `static` functions below.
+// Call under the lock, like all `static` functions below.
 static void fill_slot(Board *board, BoardSlot *slot, Parcel *parcel)
 {
     if (!parcel)
@@ -97,8 +97,8 @@ void board_set_body(Board *board, int body, Parcel *mesh, Parcel *rest, Parcel *
     pthread_mutex_unlock(&board->lock);
 }
 
-// Contacts and poses wake nobody: they come up to a thousand times a second, and the threads of
-// pages look again soon enough.
+// Wakes no thread: contacts and poses come up to a thousand times per second, and the threads of
+// pages poll often enough.
 void board_set_contact(Board *board, const pliant_contact_t *contact)
 {
     pthread_mutex_lock(&board->lock);
@@ -185,7 +185,7 @@ void board_stop(Board *board)
 
 // --- the threads of pages ---
 
-// A number that no page has; 31 bits, never 0, as those of other clients.
+// Draws a number that no page has; 31 bits, never 0, like those of other clients.
 static int32_t draw_sender(const Board *board)
 {
     for (;;) {
@@ -285,7 +285,7 @@ static void take(Board *board, BoardPage *page, Round *round)
 
 bool board_next_round(Board *board, BoardPage *page, int64_t due_ns, Round *round)
 {
-    const int64_t look_again_ns = 20000000; // contacts and poses wake nobody
+    const int64_t look_again_ns = 20000000; // contacts and poses wake no thread
     pthread_mutex_lock(&board->lock);
     while (!page->stop) {
         int64_t now = client_now_ns();

@@ -1,6 +1,7 @@
-// The newest of everything that came over LCM, for every page to take when it is ready: the one
-// place where the LCM thread meets the threads of pages. One lock, held for the copying of pointers
-// and a few figures only, never over a system call that waits, an allocation of a frame or LCM.
+// The newest data of everything received over LCM, which every page takes when it is ready: the
+// only place where the LCM thread and the threads of pages meet. One lock, taken only to copy
+// pointers and a few numbers, never during a blocking system call, the allocation of a frame, or
+// LCM.
 #ifndef PLIANT_WEB_BOARD_H
 #define PLIANT_WEB_BOARD_H
 
@@ -12,17 +13,17 @@
 #include "pliant_tool_pose_t.h"
 
 enum {
-    BOARD_BODIES = 64, // as many as a scene has at most
+    BOARD_BODIES = 64, // most in a scene
     BOARD_TOOLS = 32,
     BOARD_PAGES = 16,
-    OUTBOX_MAX = 256, // events, replies and errors that wait for a page; the oldest give way
+    OUTBOX_MAX = 256, // events, replies and errors that wait for a page; the oldest are dropped
     ROUND_PARCELS = 3 + 3 * BOARD_BODIES + OUTBOX_MAX,
 };
 
-// A place for the newest parcel of one kind.
+// The newest parcel of one kind.
 typedef struct BoardSlot {
     Parcel *parcel;
-    uint64_t version; // of the board when it came
+    uint64_t version; // of the board when it was set
 } BoardSlot;
 
 typedef struct BoardBody {
@@ -39,13 +40,13 @@ typedef struct BoardPose {
     pliant_tool_pose_t pose;
 } BoardPose;
 
-// What a page has and waits for. The page's own threads and the LCM thread touch it under the lock.
+// The state of a page. The page's own threads and the LCM thread use it under the lock.
 typedef struct BoardPage {
     bool used, stop;
-    int32_t sender;             // its own number among the senders of LCM
-    bool drawn;                 // it has answered the last round
+    int32_t sender;             // its number as a sender on LCM
+    bool drawn;                 // it has confirmed the last round
     int64_t round;              // number of the last round
-    uint64_t seen;              // version of the board that it has
+    uint64_t seen;              // version of the board that the page has
     Parcel *outbox[OUTBOX_MAX]; // ring
     int first, waiting;
     int64_t dropped; // from the outbox
@@ -53,7 +54,7 @@ typedef struct BoardPage {
 
 typedef struct Board {
     pthread_mutex_t lock;
-    pthread_cond_t news; // for the threads that write to pages
+    pthread_cond_t news; // wakes the threads that write to pages
     uint64_t version;    // grows with every change
     BoardSlot scene, status, link;
     BoardBody body[BOARD_BODIES];
@@ -63,7 +64,7 @@ typedef struct Board {
     int pages; // used
 } Board;
 
-// What goes to a page at once, in this order: parcels, then contacts and poses.
+// Data sent to a page at once, in this order: parcels, then contacts and poses.
 typedef struct Round {
     int64_t number;
     Parcel *parcel[ROUND_PARCELS]; // held
@@ -75,21 +76,21 @@ typedef struct Round {
 } Round;
 
 void board_init(Board *board);
-// No page is left.
+// Call when no page is left.
 void board_destroy(Board *board);
 
-// --- the LCM thread; parcels are taken over (their holding moves to the board) ---
+// --- the LCM thread; the board takes over the caller's reference to a parcel ---
 
-// Forgets bodies, contacts and poses: another daemon.
+// Removes bodies, contacts and poses, for another daemon.
 void board_clear(Board *board);
 void board_set_scene(Board *board, Parcel *scene);
 void board_set_status(Board *board, Parcel *status);
 void board_set_link(Board *board, Parcel *link);
-// A new mesh comes together with nodes of it. NULL: stays as it is.
+// Sets parcels of a body; a new mesh must come with nodes of it. NULL: unchanged.
 void board_set_body(Board *board, int body, Parcel *mesh, Parcel *rest, Parcel *nodes);
 void board_set_contact(Board *board, const pliant_contact_t *contact);
 void board_set_pose(Board *board, const pliant_tool_pose_t *pose);
-// To every page, or to the page of that sender (false: there is none).
+// To every page, or to the page of that sender (returns false if there is none).
 void board_tell_all(Board *board, Parcel *text);
 bool board_tell(Board *board, int32_t sender, Parcel *text);
 int board_pages(Board *board);
@@ -98,7 +99,7 @@ void board_stop(Board *board);
 
 // --- the threads of pages ---
 
-// NULL: as many as there may be. `sender` is drawn at random.
+// Returns NULL if the number of pages is at its limit. `sender` is random.
 BoardPage *board_add_page(Board *board);
 void board_remove_page(Board *board, BoardPage *page);
 void board_drawn(Board *board, BoardPage *page, int64_t round);
@@ -106,7 +107,7 @@ void board_drawn(Board *board, BoardPage *page, int64_t round);
 void board_stop_page(Board *board, BoardPage *page);
 bool board_stopped(Board *board, const BoardPage *page);
 // Waits until `due_ns` (CLOCK_MONOTONIC) has passed, the page has drawn the last round and there is
-// news, and takes it. False: the page has been stopped.
+// new data, and takes it. Returns false if the page has been stopped.
 bool board_next_round(Board *board, BoardPage *page, int64_t due_ns, Round *round);
 
 #endif

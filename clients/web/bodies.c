@@ -1,4 +1,4 @@
-// The bodies of the scene as they come over LCM. The LCM thread only.
+// The bodies of the scene as they arrive over LCM. The LCM thread only.
 #include "bodies.h"
 #include "client.h"
 
@@ -66,18 +66,18 @@ static Body *find(const Bodies *bodies, const char *name)
     return NULL;
 }
 
-// NULL when the board has the same.
+// Returns NULL if the board has the same parcel.
 static Parcel *unless_shown(const BoardSlot *slot, Parcel *parcel)
 {
-    // Only this thread changes what the slot holds.
+    // Only this thread changes the slot.
     if (!parcel_equal(slot->parcel, parcel))
         return parcel;
     parcel_drop(parcel);
     return NULL;
 }
 
-// Puts on the board what is new and belongs together: nodes never without the mesh of their
-// topology, a mesh never without nodes of it.
+// Puts new, consistent data on the board: nodes always with the mesh of their topology, and a mesh
+// always with nodes of it.
 static void show(Bodies *bodies, Body *body)
 {
     const MeshFrame *mesh = &body->mesh;
@@ -99,7 +99,7 @@ static void show(Bodies *bodies, Body *body)
     bool fits = rest->whole && rest->topology == mesh->topology;
     if (body->new_rest && fits)
         new_rest = unless_shown(&on_board->rest, parcel_rest(index, rest));
-    // With a mesh the nodes come anew, so that the page can draw it at once.
+    // Send the nodes again with a mesh, so that the page can draw it at once.
     if (body->new_nodes || new_mesh)
         new_nodes = parcel_nodes(index, nodes);
     body->new_mesh = body->new_nodes = false;

@@ -1,4 +1,4 @@
-// The tools that a daemon's answer to DESCRIBE tells of. Pure functions, any thread.
+// The tools in a daemon's answer to DESCRIBE. Pure functions, any thread.
 #include "describe.h"
 
 #include <math.h>
@@ -16,7 +16,7 @@ static bool all_finite(const double *number, int count)
     return true;
 }
 
-// "tool 1: probe, 1 capsules, max_force 5 N"
+// Reads "tool 1: probe, 1 capsules, max_force 5 N".
 static bool read_tool(const char *line, DescribedTool *tool)
 {
     *tool = (DescribedTool){0};
@@ -28,7 +28,7 @@ static bool read_tool(const char *line, DescribedTool *tool)
     return true;
 }
 
-// An indented line below a tool's.
+// Reads an indented line below a tool's.
 static void read_part(const char *line, DescribedTool *tool)
 {
     DescribedCapsule c;
@@ -58,7 +58,7 @@ static void read_part(const char *line, DescribedTool *tool)
 int describe_tools(const char *text, DescribedTool tool[DESCRIBE_TOOLS])
 {
     int count = 0;
-    bool within = false; // the lines of the newest tool
+    bool within = false; // inside the lines of the newest tool
     while (*text) {
         size_t length = strcspn(text, "\n");
         char line[LINE_BYTES];

@@ -1,4 +1,4 @@
-// The tools that a daemon's answer to DESCRIBE tells of. Pure functions, any thread.
+// The tools in a daemon's answer to DESCRIBE. Pure functions, any thread.
 #ifndef PLIANT_WEB_DESCRIBE_H
 #define PLIANT_WEB_DESCRIBE_H
 
@@ -21,7 +21,7 @@ typedef struct DescribedTool {
     double point[3], normal[3]; // of a static plane, world frame [m]
 } DescribedTool;
 
-// Lines that say nothing of tools are passed over, tools beyond DESCRIBE_TOOLS left out. How many.
+// Reads the tools; ignores other lines, and tools beyond DESCRIBE_TOOLS. Returns their number.
 int describe_tools(const char *text, DescribedTool tool[DESCRIBE_TOOLS]);
 
 #endif

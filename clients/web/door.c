@@ -1,4 +1,4 @@
-// Who may come in. Pure functions, any thread.
+// Access control. Pure functions, any thread.
 #include "door.h"
 
 #include <arpa/inet.h>
@@ -7,8 +7,6 @@
 #include <string.h>
 #include <strings.h>
 #include <sys/random.h>
-
-#include <civetweb.h>
 
 // --- the token ---
 
@@ -33,36 +31,22 @@ bool door_read_token(Door *door, const char *path, ClientError *error)
     line[strcspn(line, "\r\n")] = '\0';
     if (!read || strlen(line) < TOKEN_MIN || !client_name_valid(line, TOKEN_MAX))
         return client_fail(
-            error, "--token %s: want %d to %d letters, digits, '-' or '_' in its first line", path,
-            TOKEN_MIN, TOKEN_MAX);
+            error, "--token %s: expected %d to %d letters, digits, '-' or '_' in its first line",
+            path, TOKEN_MIN, TOKEN_MAX);
     strcpy(door->token, line);
     return true;
 }
 
-// In a time that does not tell how much of it is right.
-static bool token_equal(const Door *door, const char *given)
+bool door_admits(const Door *door, const char *given)
 {
     size_t length = strlen(door->token);
-    if (length == 0 || strlen(given) != length)
+    if (!given || length == 0 || strlen(given) != length)
         return false;
+    // Compare in constant time, which does not show how much of it is right.
     unsigned different = 0;
     for (size_t k = 0; k < length; k++)
         different |= (unsigned)(unsigned char)door->token[k] ^ (unsigned)(unsigned char)given[k];
     return different == 0;
-}
-
-bool door_admits_query(const Door *door, const char *query)
-{
-    char given[TOKEN_MAX + 2];
-    return query && mg_get_var(query, strlen(query), "token", given, sizeof given) > 0 &&
-           token_equal(door, given);
-}
-
-bool door_admits_cookie(const Door *door, const char *cookies)
-{
-    char given[TOKEN_MAX + 2];
-    return cookies && mg_get_cookie(cookies, door->cookie, given, sizeof given) > 0 &&
-           token_equal(door, given);
 }
 
 // --- names ---
@@ -79,7 +63,7 @@ bool door_admits_host(const Door *door, const char *host)
     if (!host || strlen(host) >= sizeof name)
         return false;
     strcpy(name, host);
-    char *end; // of the name
+    char *end; // end of the name
     bool bracketed = name[0] == '[';
     if (bracketed) {
         end = strchr(name, ']');
@@ -94,7 +78,7 @@ bool door_admits_host(const Door *door, const char *host)
             return false;
         *end = '\0';
     }
-    // A numeric address cannot be pointed elsewhere by whoever owns a name.
+    // The owner of a name can point it anywhere; a numeric address is safe.
     unsigned char address[16];
     if (bracketed)
         return inet_pton(AF_INET6, name + 1, address) == 1;

@@ -10,7 +10,7 @@
 #include "pliant_reply_t.h"
 
 static const double SILENCE_S = 2.0;       // without a status: the daemon is gone
-static const double MESH_PATIENCE_S = 0.3; // nodes without their mesh, before we ask
+static const double MESH_PATIENCE_S = 0.3; // nodes without their mesh, before a request
 static const double ASK_FIRST_S = 0.5, ASK_LONGEST_S = 4.0;
 
 static double seconds_since(int64_t then_ns)
@@ -20,8 +20,8 @@ static double seconds_since(int64_t then_ns)
 
 // --- the scene ---
 
-// Asks for the scene and whole meshes; again with the same number while no answer comes. Each time
-// that it is in vain the patience grows: whole meshes of large bodies take their time.
+// Requests the scene and whole meshes; repeats the request with the same number until an answer
+// comes. The interval grows each time, because whole meshes of large bodies take long.
 static void describe(Feed *feed)
 {
     char channel[CLIENT_CHANNEL_MAX];
@@ -29,6 +29,7 @@ static void describe(Feed *feed)
         feed->describe_id = ++feed->client->last_id;
     feed->patience_s = feed->patience_s < ASK_LONGEST_S ? 2.0 * feed->patience_s : ASK_LONGEST_S;
     feed->describe_ns = client_now_ns();
+    session_ask(&feed->requests->session); // which daemon's scene it is
     requests_channel(feed->requests, "COMMAND", channel);
     pliant_command_t command = {.utime = client_utime(),
                                 .sender = feed->client->sender,
@@ -40,10 +41,13 @@ static void describe(Feed *feed)
 
 static void learn_scene(Feed *feed, const char *text)
 {
-    if (!feed->status)
-        return; // the first status asks again
+    // A page that has the scene may send requests, which are for this daemon, so both must be known
+    // first. The first status asks again, and so does the loop.
+    if (!feed->status || feed->requests->session.daemon == 0)
+        return;
+    requests_follow(feed->requests);
     Parcel *scene = text_scene(feed->status, text);
-    // Only this thread changes what the board holds.
+    // Only this thread changes the board.
     if (feed->another || !parcel_equal(scene, feed->board->scene.parcel))
         board_set_scene(feed->board, scene);
     else
@@ -54,12 +58,24 @@ static void learn_scene(Feed *feed, const char *text)
         bodies_open(&feed->bodies);
 }
 
-// Whether a status came from another daemon, or of another scene, than the last one.
+static void forget(Feed *feed)
+{
+    board_clear(feed->board);
+    feed->known = false;
+    feed->another = true;
+    feed->describe_id = 0;
+    feed->patience_s = ASK_FIRST_S;
+}
+
+// True if a status is from another daemon, or of another scene, than the last one.
 static bool is_another(const Feed *feed, const pliant_status_t *status)
 {
     const pliant_status_t *last = feed->status;
-    return !last || status->sequence < last->sequence || status->step < last->step ||
-           strcmp(status->scene, last->scene) != 0 || !bodies_are(&feed->bodies, status);
+    if (!last)
+        return true;
+    const int32_t ahead = (int32_t)((uint32_t)status->sequence - (uint32_t)last->sequence);
+    return ahead < 0 || status->step < last->step || strcmp(status->scene, last->scene) != 0 ||
+           !bodies_are(&feed->bodies, status);
 }
 
 // --- what comes ---
@@ -77,18 +93,14 @@ static void on_status(const lcm_recv_buf_t *buffer, const char *channel, void *u
     bool silent = feed->status && seconds_since(feed->status_ns) > SILENCE_S;
     if (is_another(feed, &status)) {
         bodies_name(&feed->bodies, &status);
-        board_clear(feed->board);
-        feed->known = false;
-        feed->another = true;
-        feed->describe_id = 0;
-        feed->patience_s = ASK_FIRST_S;
+        forget(feed);
     }
     if (feed->status)
         pliant_status_t_destroy(feed->status);
     feed->status = pliant_status_t_copy(&status);
     feed->status_ns = client_now_ns();
     pliant_status_t_decode_cleanup(&status);
-    // After a silence it may be another daemon that only looks the same.
+    // After a silence it may be another daemon that looks the same.
     if (!feed->known || silent)
         describe(feed);
     board_set_status(feed->board, text_status(feed->status));
@@ -187,25 +199,25 @@ static void on_rest(const lcm_recv_buf_t *buffer, const char *channel, void *use
                      buffer->data_size);
 }
 
-// What pages publish, we hear too.
+// Subscribes to poses, those of pages included.
 static bool subscribe_poses(Feed *feed)
 {
     char channel[CLIENT_CHANNEL_MAX];
     requests_channel(feed->requests, "TOOL_POSE", channel);
-    lcm_subscription_t *poses = lcm_subscribe(feed->client->lcm, channel, on_pose, feed);
-    return poses && lcm_subscription_set_queue_capacity(poses, 1024) == 0;
+    return receiver_subscribe(feed->client->receiver, channel, 1024, on_pose, feed) != NULL;
 }
 
 bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, ClientError *error)
 {
     *feed = (Feed){.client = client, .board = board, .requests = requests};
     bodies_init(&feed->bodies, board);
-    // MESH_.+ also takes the deltas of MESH_DELTA_<body>; no body has that name, so they pass by.
+    // MESH_.+ also matches the deltas of MESH_DELTA_<body>; no body has that name, so they are
+    // ignored.
     bool ok = client_subscribe(client, "STATUS", NULL, 16, on_status, feed) &&
               client_subscribe(client, "REPLY", NULL, 256, on_reply, feed) &&
               client_subscribe(client, "EVENT", NULL, 256, on_event, feed) &&
               client_subscribe(client, "CONTACT", NULL, 1024, on_contact, feed) &&
-              subscribe_poses(feed) &&
+              session_open(&requests->session, client, NULL) && subscribe_poses(feed) &&
               client_subscribe(client, "MESH", ".+", 4096, on_mesh, feed) &&
               client_subscribe(client, "MESH_DELTA", ".+", 4096, on_delta, feed) &&
               client_subscribe(client, "NODES", ".+", 4096, on_nodes, feed) &&
@@ -230,6 +242,17 @@ static void tell_link(Feed *feed)
     board_set_link(feed->board, text_link(linked, age));
 }
 
+// Detects a daemon that looks like the last one and is another.
+static void follow_daemon(Feed *feed)
+{
+    const int64_t daemon = feed->requests->session.daemon;
+    if (feed->daemon != 0 && feed->daemon != daemon && feed->known && feed->status) {
+        bodies_name(&feed->bodies, feed->status);
+        forget(feed);
+    }
+    feed->daemon = daemon;
+}
+
 static void ask_for_missing(Feed *feed)
 {
     bool missing = bodies_unmatched(&feed->bodies, client_now_ns()) > MESH_PATIENCE_S;
@@ -245,6 +268,7 @@ void feed_run(Feed *feed)
     const int64_t turn_ns = 20000000;
     while (client_wait(feed->client, client_now_ns() + turn_ns, NULL)) {
         tell_link(feed);
+        follow_daemon(feed);
         ask_for_missing(feed);
         requests_repeat(feed->requests, feed->board, client_now_ns());
     }

@@ -1,4 +1,4 @@
-// The LCM side of pliant-web: takes in all channels of the prefix, learns the scene, asks again for
+// The LCM side of pliant-web: receives all channels of the prefix, learns the scene, requests again
 // what was missed, and fills the board. One thread, the one that connected.
 #ifndef PLIANT_WEB_FEED_H
 #define PLIANT_WEB_FEED_H
@@ -15,19 +15,20 @@ typedef struct Feed {
     // the newest status
     pliant_status_t *status; // NULL: none yet
     int64_t status_ns;       // when it came (CLOCK_MONOTONIC)
-    bool linked;             // pages were told that a daemon is there
-    int64_t link_ns;         // when they were last told anything of it
+    int64_t daemon;          // the daemon's number at the last iteration; 0: unknown
+    bool linked;             // pages know that a daemon is there
+    int64_t link_ns;         // when they were last informed of it
     // the scene
-    bool known;   // its text is on the board and describes the daemon that sent the newest status
-    bool another; // a new daemon: pages hear of its scene even if it reads the same
-    int32_t describe_id; // of the request under way; 0: none
+    bool known;          // the scene's text is on the board and is that of the newest status
+    bool another;        // a new daemon: pages get its scene even if the text is the same
+    int32_t describe_id; // of the open request; 0: none
     int64_t describe_ns; // when it was last sent
     double patience_s;   // before it is sent again
-    int64_t wrong_types; // messages that are not what their channel says
+    int64_t wrong_types; // messages of another type than their channel's
 } Feed;
 
 bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, ClientError *error);
-// Handles messages until a signal comes or the connection breaks.
+// Handles messages until a signal arrives or the connection breaks.
 void feed_run(Feed *feed);
 void feed_stop(Feed *feed);
 

@@ -1,50 +1,61 @@
 // One page's WebSocket.
 #include "page.h"
 #include "ask.h"
+#include "websocket.h"
 
 #include <stdlib.h>
 #include <string.h>
+#include <sys/socket.h>
 #include <time.h>
 
-#include <civetweb.h>
+// A silent page gets a ping and answers it, even in a background tab.
+static const int64_t ANSWER_NS = 4000000000;   // from the upgrade to its first bytes
+static const int64_t ASK_NS = 4000000000;      // of silence, before the ping
+static const int64_t SILENCE_NS = 10000000000; // of silence, before the page counts as gone
+static const int64_t FRAME_NS = 10000000000;   // from a frame's first byte to its last
+static const int64_t FAREWELL_NS = 1000000000; // for the page's close frame when the server ends
+// A mouse sends a thousand poses per second at most. Faster ones wait in the network.
+static const int64_t PACE_NS = 250000;     // per frame
+static const int64_t BURST_NS = 500000000; // of frames at once
+static const int LOOK_MS = 100;
 
-enum { WS_FIN = 0x80, WS_OPCODE = 0x0f };
-
-struct Page {
+typedef struct Page {
     const PageRoom *room;
-    struct mg_connection *connection;
+    PageEnd end;
     BoardPage *slot;
     pthread_t writer;
     Round round; // of the writer
     // of the thread that reads
-    int32_t sequence;
-    pliant_tool_pose_t held[BOARD_TOOLS]; // newest poses of the tools that it has made active
+    int64_t opened_ns, asked_ns, frame_ns, stopped_ns, paced_ns; // 0: not (yet)
+    bool answered;
+    uint32_t sequence;
+    pliant_tool_pose_t held[BOARD_TOOLS]; // newest poses of the tools that the page has activated
     int held_count;
-};
+    WebSocket socket;
+} Page;
 
 // --- to the page ---
 
-static bool send(Page *page, const Parcel *parcel)
+static bool send_parcel(Page *page, const Parcel *parcel)
 {
-    int opcode = parcel->text ? MG_WEBSOCKET_OPCODE_TEXT : MG_WEBSOCKET_OPCODE_BINARY;
-    return mg_websocket_write(page->connection, opcode, (const char *)parcel->data, parcel->size) >
-           0;
+    return websocket_send(&page->socket, parcel->text ? WEBSOCKET_TEXT : WEBSOCKET_BINARY,
+                          parcel->data, parcel->size);
 }
 
 static bool send_once(Page *page, Parcel *parcel)
 {
-    bool sent = send(page, parcel);
+    bool sent = send_parcel(page, parcel);
     parcel_drop(parcel);
     return sent;
 }
 
-// All that belongs to a round; parcels are dropped also after a failure.
+// Sends a round; drops its parcels also after a failure.
 static bool send_round(Page *page)
 {
     Round *round = &page->round;
     bool ok = true;
     for (int k = 0; k < round->parcels; k++) {
-        ok = ok && send(page, round->parcel[k]);
+        ok = ok && send_parcel(page, round->parcel[k]);
         parcel_drop(round->parcel[k]);
     }
     if (ok && round->contacts > 0)
@@ -52,17 +63,6 @@ static bool send_round(Page *page)
     if (ok && round->poses > 0)
         ok = send_once(page, text_poses(round->pose, round->poses, page->slot->sender));
     return ok && send_once(page, text_round(round->number));
-}
-
-// Asks the page to close: 1001, going away. One that took nothing for so long that a write failed
-// is asked again until it takes that or its connection ends; it will connect anew.
-static void close_politely(Page *page)
-{
-    const struct timespec pause = {.tv_nsec = 200000000};
-    while (mg_websocket_write(page->connection, MG_WEBSOCKET_OPCODE_CONNECTION_CLOSE, "\x03\xe9",
-                              2) <= 0 &&
-           !board_stopped(page->room->board, page->slot))
-        nanosleep(&pause, NULL);
 }
 
 static void *write_rounds(void *user)
@@ -76,18 +76,19 @@ static void *write_rounds(void *user)
         due_ns = client_now_ns() + period_ns;
         ok = send_round(page);
     }
-    close_politely(page);
+    websocket_send_close(&page->socket, WEBSOCKET_GOING_AWAY);
     return NULL;
 }
 
 // --- from the page ---
 
-static void refuse(Page *page, const char *why)
+// `id`: of the request, or 0.
+static void refuse(Page *page, int32_t id, const char *why)
 {
-    board_tell(page->room->board, page->slot->sender, text_error(why));
+    board_tell(page->room->board, page->slot->sender, text_error(id, why));
 }
 
-// Remembers what must be withdrawn when the page goes. False: it drives too many tools.
+// Remembers a tool to withdraw when the page closes. Returns false if it drives too many tools.
 static bool hold(Page *page, const pliant_tool_pose_t *pose)
 {
     int k = 0;
@@ -111,7 +112,7 @@ static void publish_pose(Page *page, pliant_tool_pose_t *pose)
     requests_channel(page->room->requests, "TOOL_POSE", channel);
     pose->utime = client_utime();
     pose->sender = page->slot->sender;
-    pose->sequence = page->sequence++;
+    pose->sequence = (int32_t)page->sequence++;
     pliant_tool_pose_t_publish(page->room->client->lcm, channel, pose);
 }
 
@@ -122,7 +123,7 @@ static void move_tool(Page *page, const Ask *ask)
     memcpy(pose.position, ask->pose.position, sizeof pose.position);
     memcpy(pose.orientation, ask->pose.orientation, sizeof pose.orientation);
     if (!hold(page, &pose)) {
-        refuse(page, "tool: this page drives too many tools");
+        refuse(page, 0, "tool: this page drives too many tools");
         return;
     }
     publish_pose(page, &pose);
@@ -133,11 +134,11 @@ static void take_text(Page *page, const char *data, size_t size)
     Ask ask;
     ClientError why;
     if (!ask_parse(data, size, &ask, &why)) {
-        refuse(page, why.text);
+        refuse(page, 0, why.text);
         return;
     }
     if (page->room->hello.read_only && ask.kind != ASK_DRAWN) {
-        refuse(page, "this server only shows (--read-only)");
+        refuse(page, ask.id, "this server only shows (--read-only)");
         return;
     }
     switch (ask.kind) {
@@ -151,58 +152,148 @@ static void take_text(Page *page, const char *data, size_t size)
     case ASK_LOAD:
     case ASK_COMMAND:
         if (!requests_send(page->room->requests, page->slot->sender, &ask))
-            refuse(page, "too many requests wait for an answer");
+            refuse(page, ask.id, "too many requests wait for an answer");
         break;
     }
 }
 
-bool page_take(Page *page, int bits, const char *data, size_t size)
+// Returns false if the page closes.
+static bool take_frame(Page *page, const WebSocketFrame *frame)
 {
-    switch (bits & WS_OPCODE) {
-    case MG_WEBSOCKET_OPCODE_TEXT:
-        if (!(bits & WS_FIN) || size > ASK_BYTES_MAX)
-            return false; // browsers send what is short in one frame
-        take_text(page, data, size);
+    switch (frame->opcode) {
+    case WEBSOCKET_TEXT:
+        take_text(page, frame->data, frame->size);
         return true;
-    case MG_WEBSOCKET_OPCODE_PING: // answered by civetweb
-    case MG_WEBSOCKET_OPCODE_PONG:
+    case WEBSOCKET_PING:
+        websocket_send_idle(&page->socket, WEBSOCKET_PONG, frame->data, frame->size);
         return true;
-    default: // close, binary, fragments
+    case WEBSOCKET_PONG:
+        return true;
+    default:
         return false;
     }
 }
 
-// --- begin and end ---
-
-Page *page_open(const PageRoom *room, struct mg_connection *connection)
+// Waits if frames come faster than any page sends them.
+static void keep_pace(Page *page)
 {
-    Page *page = calloc(1, sizeof *page);
-    BoardPage *slot = page ? board_add_page(room->board) : NULL;
-    if (!slot) {
-        free(page);
-        return NULL;
-    }
-    page->room = room;
-    page->connection = connection;
-    page->slot = slot;
-    if (pthread_create(&page->writer, NULL, write_rounds, page) != 0) {
-        board_remove_page(room->board, slot);
-        free(page);
-        return NULL;
-    }
-    return page;
+    int64_t now = client_now_ns();
+    if (page->paced_ns < now - BURST_NS)
+        page->paced_ns = now - BURST_NS;
+    page->paced_ns += PACE_NS;
+    int64_t early = page->paced_ns - now;
+    if (early > 0)
+        nanosleep(&(struct timespec){.tv_nsec = early}, NULL);
 }
 
-void page_close(Page *page)
+// Takes all frames received: returns 0, or the reason to close the connection.
+static int take_frames(Page *page)
 {
-    // First what others wait for: nobody drives these tools any more.
+    WebSocketFrame frame;
+    int taken;
+    while ((taken = websocket_take(&page->socket, &frame)) == 1) {
+        page->frame_ns = 0;
+        keep_pace(page);
+        if (!take_frame(page, &frame))
+            return WEBSOCKET_GOING_AWAY;
+    }
+    return -taken;
+}
+
+// Pings a silent page; returns false if it stays silent, sends a frame too slowly, or must end.
+static bool page_lives(Page *page)
+{
+    int64_t now = client_now_ns();
+    const WebSocket *socket = &page->socket;
+    if (board_stopped(page->room->board, page->slot)) {
+        page->stopped_ns = page->stopped_ns ? page->stopped_ns : now;
+        return now - page->stopped_ns < FAREWELL_NS;
+    }
+    if (socket->end == socket->begin)
+        page->frame_ns = 0;
+    else if (page->frame_ns == 0)
+        page->frame_ns = now;
+    if ((page->frame_ns && now - page->frame_ns > FRAME_NS) ||
+        (!page->answered && now - page->opened_ns > ANSWER_NS))
+        return false;
+    int64_t silence = now - atomic_load(&socket->alive_ns);
+    if (silence > ASK_NS && now - page->asked_ns > ASK_NS) {
+        page->asked_ns = now;
+        websocket_send_idle(&page->socket, WEBSOCKET_PING, NULL, 0);
+    }
+    return silence < SILENCE_NS;
+}
+
+// Reads until the page closes or the server ends. Returns the reason for the close frame.
+static int read_frames(Page *page)
+{
+    while (page_lives(page)) {
+        int reason = take_frames(page);
+        if (reason)
+            return reason;
+        int come = websocket_read(&page->socket, LOOK_MS);
+        if (come < 0)
+            break;
+        page->answered = page->answered || come > 0;
+    }
+    return WEBSOCKET_GOING_AWAY;
+}
+
+// --- begin and end ---
+
+static void leave(Page *page, int reason)
+{
+    // First what others wait for: release its tools.
     for (int k = 0; k < page->held_count; k++) {
         page->held[k].active = false;
         publish_pose(page, &page->held[k]);
     }
     requests_forget(page->room->requests, page->slot->sender);
+    if (reason != WEBSOCKET_GOING_AWAY) // else the writer sends it, unless it waits for the page
+        websocket_send_close(&page->socket, reason);
     board_stop_page(page->room->board, page->slot);
+    shutdown(page->socket.fd, SHUT_RDWR); // ends a blocked writer
+}
+
+static void *run_page(void *user)
+{
+    Page *page = user;
+    PageEnd end = page->end;
+    leave(page, read_frames(page));
     pthread_join(page->writer, NULL);
     board_remove_page(page->room->board, page->slot);
+    websocket_destroy(&page->socket);
     free(page);
+    end.call(end.site, end.connection);
+    return NULL;
+}
+
+bool page_open(const PageRoom *room, int fd, const void *read, size_t size, PageEnd end)
+{
+    Page *page = calloc(1, sizeof *page);
+    BoardPage *slot = page ? board_add_page(room->board) : NULL;
+    if (!slot) {
+        free(page);
+        return false;
+    }
+    page->room = room;
+    page->end = end;
+    page->slot = slot;
+    page->opened_ns = client_now_ns();
+    websocket_init(&page->socket, fd, read, size);
+    websocket_send_idle(&page->socket, WEBSOCKET_PING, NULL, 0);
+    if (pthread_create(&page->writer, NULL, write_rounds, page) == 0) {
+        pthread_t reader; // frees the page
+        if (pthread_create(&reader, NULL, run_page, page) == 0) {
+            pthread_detach(reader);
+            return true;
+        }
+        board_stop_page(room->board, slot);
+        shutdown(fd, SHUT_RDWR);
+        pthread_join(page->writer, NULL);
+    }
+    board_remove_page(room->board, slot);
+    websocket_destroy(&page->socket);
+    free(page);
+    return false;
 }

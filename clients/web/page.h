@@ -1,5 +1,5 @@
-// One page's WebSocket: a thread of its own writes rounds to it, the thread that reads from it
-// publishes what it asks for at once. A page that stalls holds up neither LCM nor other pages.
+// One page's WebSocket, with two threads: one writes rounds to it; the other reads from it and
+// publishes its requests immediately. A page that stalls delays neither LCM nor other pages.
 #ifndef PLIANT_WEB_PAGE_H
 #define PLIANT_WEB_PAGE_H
 
@@ -8,23 +8,23 @@
 #include "requests.h"
 #include "texts.h"
 
-struct mg_connection;
-
-// What all pages share; constant while pages are open.
+// Shared by all pages; constant while pages are open.
 typedef struct PageRoom {
-    Client *client; // publishing only, which any thread may
+    Client *client; // for publishing only, which any thread may do
     Board *board;
     Requests *requests;
     HelloText hello;
 } PageRoom;
 
-typedef struct Page Page;
+// Called as the last act of a page, by its own thread: the socket may be closed.
+typedef struct PageEnd {
+    void (*call)(void *site, void *connection);
+    void *site, *connection;
+} PageEnd;
 
-// NULL: no more pages, or out of memory.
-Page *page_open(const PageRoom *room, struct mg_connection *connection);
-// A message of the page. False: it breaks the protocol of WebSockets as we speak it; close it.
-bool page_take(Page *page, int bits, const char *data, size_t size);
-// Withdraws its tools, waits for its thread. Before the connection is closed.
-void page_close(Page *page);
+// Takes over an upgraded connection, of which `size` bytes have been read already, until the page
+// or the board ends it; its tools are withdrawn then. Returns false if there are too many pages or
+// memory runs out.
+bool page_open(const PageRoom *room, int fd, const void *read, size_t size, PageEnd end);
 
 #endif

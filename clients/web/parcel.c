@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-// Binary messages are written as they lie in memory.
+// Binary messages are written in memory order.
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the page expects little-endian numbers");
 
 enum { KIND_MESH = 1, KIND_NODES = 2, KIND_REST = 3, HEADER_WORDS = 6 };
@@ -13,14 +13,14 @@ static Parcel *make(bool text, size_t size)
 {
     Parcel *parcel = malloc(sizeof *parcel + size);
     if (!parcel)
-        abort(); // what comes in is bounded: the machine itself is out of memory
+        abort(); // messages are bounded: the machine itself is out of memory
     atomic_init(&parcel->holders, 1);
     parcel->text = text;
     parcel->size = size;
     return parcel;
 }
 
-// Copies `count` elements to *at, which moves behind them.
+// Copies `count` elements to *at and advances it.
 static void put(unsigned char **at, const void *from, size_t count, size_t size)
 {
     if (count)

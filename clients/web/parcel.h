@@ -1,5 +1,5 @@
-// Messages to pages, built once and shared by all: whoever holds one drops it. Any thread; a parcel
-// never changes after it was made.
+// Messages to pages, built once, shared by all and counted by references. Any thread; a parcel
+// never changes.
 #ifndef PLIANT_WEB_PARCEL_H
 #define PLIANT_WEB_PARCEL_H
 
@@ -14,10 +14,10 @@ typedef struct Parcel {
     unsigned char data[];
 } Parcel;
 
-// A copy of `text`, held once by the caller.
+// Copies `text`; the caller owns one reference.
 Parcel *parcel_text(const char *text);
-// The binary messages of protocol.md for body number `body`, held once by the caller; the frames
-// are whole.
+// Make the binary messages of protocol.md for body number `body`; the caller owns one reference.
+// The frames are complete.
 Parcel *parcel_mesh(int body, const MeshFrame *mesh);
 Parcel *parcel_nodes(int body, const NodesFrame *nodes);
 Parcel *parcel_rest(int body, const RestFrame *rest);

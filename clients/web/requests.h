@@ -1,11 +1,14 @@
-// What pages ask of the daemon on LCM. Requests that are not answered are sent again with their
-// number, so that the daemon executes them once; those that never are, are told of. One small lock
-// of its own, never held together with the board's, nor over LCM.
+// Requests of pages to the daemon over LCM. A request without answer is repeated with the same
+// number, so that the daemon executes it once; if it is never answered, the page is informed. A
+// request is for the daemon that the pages see when it is made: it is dropped with that one, and
+// sent only while no other can listen. A small lock of its own, never taken together with the
+// board's, nor during LCM calls.
 #ifndef PLIANT_WEB_REQUESTS_H
 #define PLIANT_WEB_REQUESTS_H
 
 #include "ask.h"
 #include "board.h"
+#include "session.h"
 
 enum { REQUESTS_MAX = 64, REQUEST_TRIES = 8 };
 
@@ -13,14 +16,19 @@ typedef struct Request {
     bool used;
     int32_t sender;
     Ask ask;
-    int tries;        // made
-    int64_t again_ns; // when it is sent again
+    int tries;        // attempts so far
+    bool waits;       // to be sent as soon as its daemon is known to be there
+    int64_t utime;    // creation time, kept by repeats
+    int64_t daemon;   // the daemon that it is for; 0: none was known
+    int64_t again_ns; // when it is repeated
 } Request;
 
 typedef struct Requests {
     Client *client;                 // publishing only
-    char prefix[CLIENT_PREFIX_MAX]; // of the channels that the daemon listens to
+    char prefix[CLIENT_PREFIX_MAX]; // of the daemon's input channels
+    Session session;                // used by the LCM thread alone
     pthread_mutex_t lock;
+    int64_t daemon, sure_until_ns; // of the session, for all threads
     Request request[REQUESTS_MAX];
 } Requests;
 
@@ -28,15 +36,19 @@ typedef struct Requests {
 void requests_init(Requests *requests, Client *client, const char *prefix);
 void requests_destroy(Requests *requests);
 
-// "<PREFIX>_<name>" of a channel that the daemon listens to.
+// Writes "<PREFIX>_<name>", a channel that the daemon listens to.
 void requests_channel(const Requests *requests, const char *name, char channel[CLIENT_CHANNEL_MAX]);
-// Publishes a cut, load or command at once. Any thread. False: too many wait for an answer.
+// Makes later requests go to the daemon that answered last. The LCM thread.
+void requests_follow(Requests *requests);
+// Publishes a cut, load or command immediately, or in the LCM thread's next iteration. Any thread.
+// Returns false if too many wait for an answer.
 bool requests_send(Requests *requests, int32_t sender, const Ask *ask);
-// An answer has come. The LCM thread.
+// Handles an answer. The LCM thread.
 void requests_answered(Requests *requests, int32_t sender, int32_t id);
-// Nobody waits for these answers any more. Any thread.
+// Drops the requests of a page that is gone. Any thread.
 void requests_forget(Requests *requests, int32_t sender);
-// Sends again what is due; pages hear of what is given up. The LCM thread, every few ms.
+// Repeats the requests that are due and informs pages of those given up. The LCM thread, every few
+// ms.
 void requests_repeat(Requests *requests, Board *board, int64_t now_ns);
 
 #endif

@@ -1,32 +1,46 @@
-// The web server. civetweb's threads.
+// The web server: libmicrohttpd in one thread, which accepts, reads and answers requests. A
+// WebSocket gets threads of its own (page.h).
 #include "site.h"
+#include "websocket.h"
 
 #include <arpa/inet.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <limits.h>
 #include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <time.h>
 #include <unistd.h>
 
-#include <civetweb.h>
+#include <microhttpd.h>
 
-enum { TEXTURE_BYTES_MAX = 64 << 20, SPARE_THREADS = 6 };
+enum {
+    TEXTURE_BYTES_MAX = 64 << 20,
+    REQUEST_BYTES_MAX = 16384, // of a request, and of its answer's headers
+    QUIET_S = 10,              // a visitor that neither sends nor receives is closed
+    TURN_MS = 100,
+    BACKLOG = 128,
+};
 
-// Nothing but our own files, run and shown by nobody else.
-static const char HEADERS[] =
-    "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self' "
-    "'unsafe-inline'; img-src 'self' data: blob:; font-src 'self'; connect-src 'self'; "
-    "worker-src 'self' blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'\r\n"
-    "X-Content-Type-Options: nosniff\r\n"
-    "X-Frame-Options: DENY\r\n"
-    "Referrer-Policy: no-referrer\r\n"
-    "Cross-Origin-Opener-Policy: same-origin\r\n"
-    "Cross-Origin-Resource-Policy: same-origin\r\n";
+// Only our own files may be loaded, and no other site may embed the page. One request per
+// connection.
+static const char *const HEADERS[][2] = {
+    {"Content-Security-Policy",
+     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' "
+     "data: blob:; font-src 'self'; connect-src 'self'; worker-src 'self' blob:; base-uri 'none'; "
+     "form-action 'none'; frame-ancestors 'none'"},
+    {"X-Content-Type-Options", "nosniff"},
+    {"X-Frame-Options", "DENY"},
+    {"Referrer-Policy", "no-referrer"},
+    {"Cross-Origin-Opener-Policy", "same-origin"},
+    {"Cross-Origin-Resource-Policy", "same-origin"},
+    {"Cache-Control", "no-cache"},
+    {"Connection", "close"},
+};
 
 static const char NO_PAGE[] =
     "pliant-web is running, but the page is not built.\n"
@@ -34,33 +48,55 @@ static const char NO_PAGE[] =
     "Run ./dev build in the source folder (it needs node and npm), or give --page DIR.\n"
     "The WebSocket at /live works without it.\n";
 
+typedef struct MHD_Connection Connection;
+typedef struct MHD_Response Response;
+typedef enum MHD_Result Result;
+
 // --- answers ---
 
-static void answer(struct mg_connection *connection, int code, const char *reason, const char *type,
-                   const char *more, const void *data, size_t size)
+// `more`: NULL-terminated pairs of further headers, or NULL. Takes over the response; NULL: no
+// memory.
+static Result answer(Connection *connection, unsigned code, Response *response, const char *type,
+                     const char *const *more)
 {
-    mg_printf(connection,
-              "HTTP/1.1 %d %s\r\nContent-Type: %s\r\nContent-Length: %zu\r\n%s%s"
-              "Cache-Control: no-cache\r\nConnection: close\r\n\r\n",
-              code, reason, type, size, HEADERS, more);
-    mg_write(connection, data, size);
+    if (!response)
+        return MHD_NO;
+    bool ok = MHD_add_response_header(response, "Content-Type", type) == MHD_YES;
+    for (size_t k = 0; k < sizeof HEADERS / sizeof *HEADERS; k++)
+        ok = ok && MHD_add_response_header(response, HEADERS[k][0], HEADERS[k][1]) == MHD_YES;
+    for (; more && *more; more += 2)
+        ok = ok && MHD_add_response_header(response, more[0], more[1]) == MHD_YES;
+    Result queued = ok ? MHD_queue_response(connection, code, response) : MHD_NO;
+    MHD_destroy_response(response);
+    return queued;
 }
 
-static int answer_text(struct mg_connection *connection, int code, const char *reason,
-                       const char *more, const char *text)
+static Response *constant(const void *data, size_t size)
 {
-    answer(connection, code, reason, "text/plain; charset=utf-8", more, text, strlen(text));
-    return code;
+    return MHD_create_response_from_buffer(size, (void *)(uintptr_t)data, MHD_RESPMEM_PERSISTENT);
 }
 
-static int not_found(struct mg_connection *connection)
+// `text` is constant.
+static Result answer_text(Connection *connection, unsigned code, const char *const *more,
+                          const char *text)
 {
-    return answer_text(connection, 404, "Not Found", "", "there is no such file\n");
+    return answer(connection, code, constant(text, strlen(text)), "text/plain; charset=utf-8",
+                  more);
+}
+
+static Result not_found(Connection *connection)
+{
+    return answer_text(connection, 404, NULL, "no such file\n");
+}
+
+static const char *header(Connection *connection, const char *name)
+{
+    return MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
 }
 
 // --- files ---
 
-// Letters, digits and "._-" in names that do not begin with a dot.
+// True for letters, digits and "._-" in names that do not begin with a dot.
 static bool path_valid(const char *path)
 {
     bool begins = true;
@@ -74,35 +110,58 @@ static bool path_valid(const char *path)
     return true;
 }
 
-static int serve_file(const Site *site, struct mg_connection *connection, const char *uri)
+static const char *type_of(const char *path)
+{
+    static const char *const types[][2] = {{".html", "text/html; charset=utf-8"},
+                                           {".js", "text/javascript; charset=utf-8"},
+                                           {".css", "text/css; charset=utf-8"},
+                                           {".svg", "image/svg+xml"},
+                                           {".png", "image/png"},
+                                           {".jpg", "image/jpeg"},
+                                           {".json", "application/json"},
+                                           {".txt", "text/plain; charset=utf-8"}};
+    const char *dot = strrchr(path, '.');
+    for (size_t k = 0; dot && k < sizeof types / sizeof *types; k++) {
+        if (strcmp(dot, types[k][0]) == 0)
+            return types[k][1];
+    }
+    return "application/octet-stream";
+}
+
+static Result serve_file(const Site *site, Connection *connection, const char *uri)
 {
     if (!site->root[0]) {
         if (strcmp(uri, "/") == 0)
-            return answer_text(connection, 200, "OK", "", NO_PAGE);
+            return answer_text(connection, 200, NULL, NO_PAGE);
         return not_found(connection);
     }
     char path[sizeof site->root + 512], real[PATH_MAX];
     const char *name = strcmp(uri, "/") == 0 ? "/index.html" : uri;
     size_t root = strlen(site->root);
     struct stat file;
-    // A link may not lead out of the folder.
+    // A link must not lead out of the folder.
     if (strlen(name) > 500 || !path_valid(name) ||
         snprintf(path, sizeof path, "%s%s", site->root, name) < 0 || !realpath(path, real) ||
-        strncmp(real, site->root, root) != 0 || real[root] != '/' || stat(real, &file) != 0 ||
-        !S_ISREG(file.st_mode))
+        strncmp(real, site->root, root) != 0 || real[root] != '/')
         return not_found(connection);
-    mg_send_mime_file2(connection, real, NULL, HEADERS);
-    return 200;
+    int fd = open(real, O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+    bool plain = fd >= 0 && fstat(fd, &file) == 0 && S_ISREG(file.st_mode);
+    Response *response =
+        plain ? MHD_create_response_from_fd64((uint64_t)file.st_size, fd) : NULL; // closes fd
+    if (!response && fd >= 0)
+        close(fd);
+    if (!plain)
+        return not_found(connection);
+    return answer(connection, 200, response, type_of(real), NULL);
 }
 
-static int serve_texture(const Site *site, struct mg_connection *connection, const char *body)
+static Result serve_texture(const Site *site, Connection *connection, const char *body)
 {
     for (int k = 0; k < site->textures; k++) {
         const Texture *texture = &site->texture[k];
-        if (strcmp(texture->body, body) == 0) {
-            answer(connection, 200, "OK", texture->type, "", texture->data, texture->size);
-            return 200;
-        }
+        if (strcmp(texture->body, body) == 0)
+            return answer(connection, 200, constant(texture->data, texture->size), texture->type,
+                          NULL);
     }
     return not_found(connection);
 }
@@ -114,10 +173,11 @@ bool site_add_texture(Site *site, const char *argument, ClientError *error)
     if (site->textures == SITE_TEXTURES)
         return client_fail(error, "--texture: more than %d", SITE_TEXTURES);
     if (!path || (size_t)(path - argument) >= sizeof texture->body)
-        return client_fail(error, "--texture '%s': want BODY=IMAGE", argument);
+        return client_fail(error, "--texture '%s': expected BODY=IMAGE", argument);
     snprintf(texture->body, sizeof texture->body, "%.*s", (int)(path - argument), argument);
     if (!client_name_valid(texture->body, 31))
-        return client_fail(error, "--texture '%s': want the name of a body before '='", argument);
+        return client_fail(error, "--texture '%s': expected the name of a body before '='",
+                           argument);
     FILE *file = fopen(++path, "rbe");
     struct stat info;
     if (!file || fstat(fileno(file), &info) != 0) {
@@ -126,6 +186,7 @@ bool site_add_texture(Site *site, const char *argument, ClientError *error)
             fclose(file);
         return client_fail(error, "--texture %s: %s", path, strerror(why));
     }
+    // The content decides on the type, not the name.
     bool fits = S_ISREG(info.st_mode) && info.st_size > 8 && info.st_size <= TEXTURE_BYTES_MAX;
     unsigned char *data = fits ? malloc((size_t)info.st_size) : NULL;
     bool read = data && fread(data, (size_t)info.st_size, 1, file) == 1;
@@ -137,7 +198,7 @@ bool site_add_texture(Site *site, const char *argument, ClientError *error)
         texture->type = "image/jpeg";
     if (!texture->type) {
         free(data);
-        return client_fail(error, "--texture %s: want a PNG or JPEG of at most %d MB", path,
+        return client_fail(error, "--texture %s: expected a PNG or JPEG of at most %d MB", path,
                            TEXTURE_BYTES_MAX >> 20);
     }
     texture->data = data;
@@ -146,195 +207,234 @@ bool site_add_texture(Site *site, const char *argument, ClientError *error)
     return true;
 }
 
-// --- the door ---
+// --- /live ---
 
-// 0: admitted; else the code of the answer that was given.
-static int check_token(const Site *site, struct mg_connection *connection,
-                       const struct mg_request_info *request)
+// Ends a page, in its own thread.
+static void on_page_end(void *user, void *connection)
 {
-    const Door *door = &site->door;
-    if (!door->token[0] || door_admits_cookie(door, mg_get_header(connection, "Cookie")))
-        return 0;
-    if (!door_admits_query(door, request->query_string))
-        return answer_text(connection, 403, "Forbidden", "",
-                           "open the page by the address with its token that pliant-web printed\n");
-    if (strcmp(request->local_uri, "/") != 0)
-        return 0;
-    // From here on the browser sends it as a cookie: it stays in no history and on no screen.
-    char cookie[TOKEN_MAX + 128];
-    snprintf(cookie, sizeof cookie,
-             "Set-Cookie: %s=%s; Path=/; HttpOnly; SameSite=Strict\r\nLocation: /\r\n",
-             door->cookie, door->token);
-    return answer_text(connection, 303, "See Other", cookie, "");
+    Site *site = user;
+    MHD_upgrade_action(connection, MHD_UPGRADE_ACTION_CLOSE);
+    pthread_mutex_lock(&site->lock);
+    site->pages--;
+    pthread_cond_broadcast(&site->page_ended);
+    pthread_mutex_unlock(&site->lock);
 }
 
-// civetweb's callback for every request, before it handles any itself: 0 lets it.
-static int begin_request(struct mg_connection *connection)
+static void on_upgrade(void *user, Connection *connection, void *visitor, const char *read,
+                       size_t size, MHD_socket fd, struct MHD_UpgradeResponseHandle *upgraded)
 {
-    const struct mg_request_info *request = mg_get_request_info(connection);
-    const Site *site = request->user_data;
-    const char *host = mg_get_header(connection, "Host"), *uri = request->local_uri;
-    if (!door_admits_host(&site->door, host))
-        return answer_text(connection, 403, "Forbidden", "",
-                           "this server is not known by that name (see --host)\n");
-    if (strcmp(request->request_method, "GET") != 0)
-        return answer_text(connection, 405, "Method Not Allowed", "Allow: GET\r\n", "want GET\n");
-    if (!door_admits_origin(mg_get_header(connection, "Origin"), host))
-        return answer_text(connection, 403, "Forbidden", "", "pages of other sites stay outside\n");
-    int refused = check_token(site, connection, request);
-    if (refused)
-        return refused;
-    if (strcmp(uri, "/live") == 0) {
-        if (!mg_get_header(connection, "Sec-WebSocket-Key"))
-            return answer_text(connection, 426, "Upgrade Required", "Upgrade: websocket\r\n",
-                               "/live is a WebSocket\n");
-        if (board_pages(site->room.board) >= BOARD_PAGES)
-            return answer_text(connection, 503, "Service Unavailable", "",
-                               "as many pages as there may be are open\n");
-        return 0;
-    }
+    (void)connection;
+    Site *site = user;
+    int on = 1;
+    ((Visitor *)visitor)->page = true;
+    setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+    fcntl(fd, F_SETFL, fcntl(fd, F_GETFL) | O_NONBLOCK);
+    pthread_mutex_lock(&site->lock);
+    site->pages++;
+    pthread_mutex_unlock(&site->lock);
+    if (page_open(&site->room, fd, read, size, (PageEnd){on_page_end, site, upgraded}))
+        return;
+    on_page_end(site, upgraded);
+}
+
+static Result serve_live(Site *site, Connection *connection)
+{
+    static const char *const wanted[] = {"Upgrade", "websocket", "Sec-WebSocket-Version", "13",
+                                         NULL};
+    char accept[WEBSOCKET_ANSWER];
+    const char *upgrade = header(connection, "Upgrade");
+    const char *version = header(connection, "Sec-WebSocket-Version");
+    if (!upgrade || strcasecmp(upgrade, "websocket") != 0 || !version ||
+        strcmp(version, "13") != 0 ||
+        !websocket_answer(header(connection, "Sec-WebSocket-Key"), accept))
+        return answer_text(connection, 426, wanted, "/live is a WebSocket\n");
+    if (board_pages(site->room.board) >= BOARD_PAGES)
+        return answer_text(connection, 503, NULL, "as many pages as there may be are open\n");
+    Response *response = MHD_create_response_for_upgrade(on_upgrade, site);
+    if (!response)
+        return MHD_NO;
+    bool ok = MHD_add_response_header(response, "Upgrade", "websocket") == MHD_YES &&
+              MHD_add_response_header(response, "Sec-WebSocket-Accept", accept) == MHD_YES;
+    Result queued = ok ? MHD_queue_response(connection, 101, response) : MHD_NO;
+    MHD_destroy_response(response);
+    return queued;
+}
+
+// --- the door ---
+
+static bool knows_token(const Door *door, Connection *connection, enum MHD_ValueKind kind,
+                        const char *name)
+{
+    return door_admits(door, MHD_lookup_connection_value(connection, kind, name));
+}
+
+static Result admit(Site *site, Connection *connection, const char *uri)
+{
+    if (strcmp(uri, "/live") == 0)
+        return serve_live(site, connection);
     if (strncmp(uri, "/texture/", 9) == 0)
         return serve_texture(site, connection, uri + 9);
     return serve_file(site, connection, uri);
 }
 
-// --- /live ---
-
-static void on_ready(struct mg_connection *connection, void *user)
+static Result ask_for_token(Site *site, Connection *connection, const char *uri)
 {
-    const Site *site = user;
-    Page *page = page_open(&site->room, connection);
-    mg_set_user_connection_data(connection, page);
-    if (!page) // 1013: try again later
-        mg_websocket_write(connection, MG_WEBSOCKET_OPCODE_CONNECTION_CLOSE, "\x03\xf5", 2);
+    const Door *door = &site->door;
+    if (!knows_token(door, connection, MHD_GET_ARGUMENT_KIND, "token"))
+        return answer_text(connection, 403, NULL,
+                           "open the page by the address with its token that pliant-web printed\n");
+    if (strcmp(uri, "/") != 0)
+        return admit(site, connection, uri);
+    // The browser sends it as a cookie from now on, so that it is in no history and on no screen.
+    char cookie[TOKEN_MAX + 128];
+    snprintf(cookie, sizeof cookie, "%s=%s; Path=/; HttpOnly; SameSite=Strict", door->cookie,
+             door->token);
+    const char *const more[] = {"Set-Cookie", cookie, "Location", "/", NULL};
+    return answer_text(connection, 303, more, "");
 }
 
-static int on_data(struct mg_connection *connection, int bits, char *data, size_t size, void *user)
+// libmicrohttpd's callback: called when the header has arrived, and again for the whole request.
+static Result on_request(void *user, Connection *connection, const char *uri, const char *method,
+                         const char *version, const char *data, size_t *size, void **visitor)
 {
-    (void)user;
-    Page *page = mg_get_user_connection_data(connection);
-    return page && page_take(page, bits, data, size);
+    (void)version;
+    (void)data;
+    (void)size;
+    Site *site = user;
+    static const char *const allowed[] = {"Allow", "GET", NULL};
+    const char *host = header(connection, "Host");
+    if (!door_admits_host(&site->door, host))
+        return answer_text(connection, 403, NULL,
+                           "this server is not known by that name (see --host)\n");
+    if (strcmp(method, "GET") != 0)
+        return answer_text(connection, 405, allowed, "use GET\n");
+    if (!door_admits_origin(header(connection, "Origin"), host))
+        return answer_text(connection, 403, NULL, "pages of other sites stay outside\n");
+    if (!*visitor) {
+        const union MHD_ConnectionInfo *info =
+            MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+        *visitor = info->socket_context;
+        if (!*visitor)
+            return MHD_NO;
+        ((Visitor *)*visitor)->asked = true;
+        return MHD_YES;
+    }
+    if (*size > 0) { // ignore the body of a GET
+        *size = 0;
+        return MHD_YES;
+    }
+    if (site->door.token[0] &&
+        !knows_token(&site->door, connection, MHD_COOKIE_KIND, site->door.cookie))
+        return ask_for_token(site, connection, uri);
+    return admit(site, connection, uri);
 }
 
-static void on_close(const struct mg_connection *connection, void *user)
+static void on_connection(void *user, Connection *connection, void **visitor,
+                          enum MHD_ConnectionNotificationCode what)
 {
-    (void)user;
-    Page *page = mg_get_user_connection_data(connection);
-    if (page)
-        page_close(page);
+    Site *site = user;
+    if (what == MHD_CONNECTION_NOTIFY_CLOSED) {
+        if (*visitor)
+            visitors_remove(*visitor);
+        return;
+    }
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+    int fd = info->connect_fd;
+    info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+    *visitor = visitors_add(&site->visitors, fd, info->client_addr, client_now_ns());
 }
 
 // --- begin and end ---
 
-// civetweb's own complaint names neither the port nor a way out.
-static bool check_port(const Site *site, ClientError *error)
+// Opens a listening socket and sets the port.
+static int open_port(Site *site, ClientError *error)
 {
     struct sockaddr_in v4 = {.sin_family = AF_INET, .sin_port = htons((uint16_t)site->port)};
     struct sockaddr_in6 v6 = {.sin6_family = AF_INET6, .sin6_port = htons((uint16_t)site->port)};
     bool six = inet_pton(AF_INET6, site->address, &v6.sin6_addr) == 1;
-    if (!six && inet_pton(AF_INET, site->address, &v4.sin_addr) != 1)
-        return client_fail(error, "--listen: '%s' is not a numeric address", site->address);
-    int fd = socket(six ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0), on = 1;
-    if (fd < 0)
-        return client_fail(error, "no socket: %s", strerror(errno));
+    struct sockaddr *address = six ? (struct sockaddr *)&v6 : (struct sockaddr *)&v4;
+    socklen_t size = six ? sizeof v6 : sizeof v4;
+    if (!six && inet_pton(AF_INET, site->address, &v4.sin_addr) != 1) {
+        client_fail(error, "--listen: '%s' is not a numeric address", site->address);
+        return -1;
+    }
+    int fd = socket(six ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    int on = 1;
+    if (fd < 0) {
+        client_fail(error, "no socket: %s", strerror(errno));
+        return -1;
+    }
     setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-    bool bound = six ? bind(fd, (struct sockaddr *)&v6, sizeof v6) == 0
-                     : bind(fd, (struct sockaddr *)&v4, sizeof v4) == 0;
-    bound = bound && listen(fd, 1) == 0;
+    if (bind(fd, address, size) == 0 && listen(fd, BACKLOG) == 0 &&
+        getsockname(fd, address, &size) == 0) {
+        site->port = ntohs(six ? v6.sin6_port : v4.sin_port);
+        return fd;
+    }
     int why = errno;
     close(fd);
-    if (bound)
-        return true;
     if (why == EADDRINUSE)
-        return client_fail(error,
-                           "port %d of %s is in use: choose another with --port, or end the "
-                           "program that has it (ss -ltnp 'sport = :%d' tells which)",
-                           site->port, site->address, site->port);
-    return client_fail(error, "cannot listen on port %d of %s: %s%s", site->port, site->address,
-                       strerror(why), why == EACCES ? " (ports below 1024 are root's)" : "");
+        client_fail(error,
+                    "port %d of %s is in use: choose another with --port, or end the program that "
+                    "uses it (ss -ltnp 'sport = :%d' shows which)",
+                    site->port, site->address, site->port);
+    else
+        client_fail(error, "cannot listen on port %d of %s: %s%s", site->port, site->address,
+                    strerror(why), why == EACCES ? " (ports below 1024 are root's)" : "");
+    return -1;
 }
 
-static int log_nothing(const struct mg_connection *connection, const char *message)
+static void *serve(void *user)
 {
-    (void)connection;
-    (void)message;
-    return 1;
+    Site *site = user;
+    while (!atomic_load(&site->stopping) && MHD_run_wait(site->server, TURN_MS) == MHD_YES)
+        visitors_sweep(&site->visitors, client_now_ns());
+    return NULL;
 }
 
 bool site_start(Site *site, ClientError *error)
 {
     if (site->folder[0] && !realpath(site->folder, site->root))
         return client_fail(error, "--page %s: %s", site->folder, strerror(errno));
-    if (!check_port(site, error))
+    int fd = open_port(site, error);
+    if (fd < 0)
         return false;
-    char ports[96], threads[16];
-    bool six = strchr(site->address, ':') != NULL;
-    snprintf(ports, sizeof ports, six ? "[%s]:%d" : "%s:%d", site->address, site->port);
-    snprintf(threads, sizeof threads, "%d", BOARD_PAGES + SPARE_THREADS);
-    // clang-format off
-    const char *options[] = {
-        "listening_ports", ports,           "num_threads", threads,
-        "tcp_nodelay", "1",                 "max_request_size", "16384",
-        "request_timeout_ms", "10000",      "keep_alive_timeout_ms", "0",
-        "websocket_timeout_ms", "10000",    "enable_websocket_ping_pong", "yes",
-        "static_file_max_age", "0",         "enable_directory_listing", "no",
-        NULL};
-    // clang-format on
-    const struct mg_callbacks callbacks = {
-        .begin_request = begin_request, .log_message = log_nothing, .log_access = log_nothing};
-    mg_init_library(0);
-    site->context = mg_start(&callbacks, site, options);
-    if (!site->context) {
-        mg_exit_library();
+    snprintf(site->door.cookie, sizeof site->door.cookie, "pliant_token_%d", site->port);
+    visitors_init(&site->visitors);
+    pthread_mutex_init(&site->lock, NULL);
+    pthread_cond_init(&site->page_ended, NULL);
+    unsigned six = strchr(site->address, ':') ? MHD_USE_IPv6 : 0;
+    site->server = MHD_start_daemon(
+        MHD_USE_EPOLL | MHD_ALLOW_UPGRADE | MHD_USE_ITC | six, 0, NULL, NULL, on_request, site,
+        MHD_OPTION_LISTEN_SOCKET, fd, MHD_OPTION_NOTIFY_CONNECTION, on_connection, site,
+        MHD_OPTION_CONNECTION_LIMIT, (unsigned)VISITORS_MAX, MHD_OPTION_CONNECTION_TIMEOUT,
+        (unsigned)QUIET_S, MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)REQUEST_BYTES_MAX,
+        MHD_OPTION_END);
+    if (!site->server)
+        close(fd);
+    site->serving = site->server && pthread_create(&site->thread, NULL, serve, site) == 0;
+    if (!site->serving)
         return client_fail(error, "the web server does not start on port %d of %s", site->port,
                            site->address);
-    }
-    struct mg_server_port port[4];
-    if (mg_get_server_ports(site->context, 4, port) > 0)
-        site->port = port[0].port;
-    snprintf(site->door.cookie, sizeof site->door.cookie, "pliant_token_%d", site->port);
-    mg_set_websocket_handler(site->context, "/live", NULL, on_ready, on_data, on_close, site);
     return true;
-}
-
-static void *stop_server(void *user)
-{
-    Site *site = user;
-    mg_stop(site->context);
-    atomic_store(&site->stopped, true);
-    return NULL;
-}
-
-// civetweb looks only every 2 s whether it should end, unless someone knocks.
-static void knock(const Site *site)
-{
-    struct sockaddr_in v4 = {.sin_family = AF_INET, .sin_port = htons((uint16_t)site->port)};
-    inet_pton(AF_INET, site->address, &v4.sin_addr); // IPv6: it ends all the same, later
-    int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    if (fd >= 0) {
-        connect(fd, (struct sockaddr *)&v4, sizeof v4);
-        close(fd);
-    }
 }
 
 void site_stop(Site *site)
 {
-    pthread_t thread;
-    if (site->context) {
-        board_stop(site->room.board); // pages are told, and answer by closing
-        if (pthread_create(&thread, NULL, stop_server, site) == 0) {
-            while (!atomic_load(&site->stopped)) {
-                knock(site);
-                nanosleep(&(struct timespec){.tv_nsec = 20000000}, NULL);
-            }
-            pthread_join(thread, NULL);
-        } else {
-            mg_stop(site->context);
-        }
-        mg_exit_library();
+    if (site->serving) {
+        board_stop(site->room.board); // pages are informed and end within a second
+        pthread_mutex_lock(&site->lock);
+        while (site->pages > 0)
+            pthread_cond_wait(&site->page_ended, &site->lock);
+        pthread_mutex_unlock(&site->lock);
+        atomic_store(&site->stopping, true);
+        pthread_join(site->thread, NULL);
     }
+    if (site->server)
+        MHD_stop_daemon(site->server);
     for (int k = 0; k < site->textures; k++)
         free(site->texture[k].data);
-    site->context = NULL;
+    site->server = NULL;
+    site->serving = false;
     site->textures = 0;
 }

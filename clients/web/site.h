@@ -1,10 +1,11 @@
-// The web server: the page's files, images for bodies, and the WebSocket /live. civetweb's threads
-// run it; it answers GET only, and only those whom the door admits.
+// The web server: the page's files, images for bodies, and the WebSocket /live. It runs in its own
+// thread, answers GET only, and only requests that door.h admits.
 #ifndef PLIANT_WEB_SITE_H
 #define PLIANT_WEB_SITE_H
 
 #include "door.h"
 #include "page.h"
+#include "visitors.h"
 
 enum { SITE_TEXTURES = BOARD_BODIES };
 
@@ -27,14 +28,20 @@ typedef struct Site {
     int textures;
     // own
     char root[4096]; // the folder without links; "" for none
-    struct mg_context *context;
-    atomic_bool stopped;
+    struct MHD_Daemon *server;
+    pthread_t thread;
+    bool serving;
+    atomic_bool stopping;
+    Visitors visitors; // used by the thread alone
+    pthread_mutex_t lock;
+    pthread_cond_t page_ended;
+    int pages; // running page threads; under the lock
 } Site;
 
 // Reads "BODY=IMAGE", a PNG or JPEG of at most 64 MB.
 bool site_add_texture(Site *site, const char *argument, ClientError *error);
 bool site_start(Site *site, ClientError *error);
-// Closes all connections; pages withdraw their tools.
+// Closes all connections; pages withdraw their tools. Call also after site_start has failed.
 void site_stop(Site *site);
 
 #endif

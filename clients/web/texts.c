@@ -7,7 +7,7 @@
 
 #include <jansson.h>
 
-// Text from the network as a JSON string: what is not UTF-8 becomes '?'.
+// Makes text from the network a JSON string; invalid UTF-8 becomes '?'.
 static json_t *string(const char *text)
 {
     json_t *value = json_string(text);
@@ -48,7 +48,7 @@ static json_t *message(const char *type)
 
 static Parcel *finish(json_t *object)
 {
-    // Twelve digits: positions to a picometre, and half the bytes of seventeen.
+    // Twelve digits: positions to a picometre, in half the bytes of seventeen.
     char *text = json_dumps(object, JSON_COMPACT | JSON_REAL_PRECISION(12));
     if (!text)
         abort(); // out of memory
@@ -172,7 +172,7 @@ Parcel *text_status(const pliant_status_t *status)
     for (int k = 0; k < status->num_bodies; k++)
         json_array_append_new(bodies, body_status(&status->body[k]));
     put(object, "body", bodies);
-    // Names that are not UTF-8 are refused by jansson and left out.
+    // jansson refuses names that are not UTF-8; they are omitted.
     for (int k = 0; k < status->num_reasons; k++)
         put(reasons, status->reason[k], json_integer(status->count[k]));
     put(object, "reasons", reasons);
@@ -244,9 +244,11 @@ Parcel *text_reply(const pliant_reply_t *reply)
     return finish(object);
 }
 
-Parcel *text_error(const char *text)
+Parcel *text_error(int32_t id, const char *text)
 {
     json_t *object = message("error");
+    if (id > 0)
+        put(object, "id", json_integer(id));
     put(object, "text", string(text));
     return finish(object);
 }

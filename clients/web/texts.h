@@ -1,4 +1,5 @@
-// The JSON messages of protocol.md. Each returns a parcel held once by the caller. Any thread.
+// The JSON messages of protocol.md. Each function returns a parcel with one reference, the
+// caller's. Any thread.
 #ifndef PLIANT_WEB_TEXTS_H
 #define PLIANT_WEB_TEXTS_H
 
@@ -19,7 +20,7 @@ typedef struct HelloText {
 } HelloText;
 
 Parcel *text_hello(const HelloText *hello);
-// Names and models of the bodies are those of `status`.
+// Takes names and models of the bodies from `status`.
 Parcel *text_scene(const pliant_status_t *status, const char *describe);
 Parcel *text_link(bool daemon, double age_s);
 Parcel *text_status(const pliant_status_t *status);
@@ -28,7 +29,7 @@ Parcel *text_contacts(const pliant_contact_t *contact, int count);
 Parcel *text_poses(const pliant_tool_pose_t *pose, int count, int32_t ours);
 Parcel *text_event(const pliant_event_t *event);
 Parcel *text_reply(const pliant_reply_t *reply);
-Parcel *text_error(const char *text);
+Parcel *text_error(int32_t id, const char *text); // `id` of the request concerned, or 0
 Parcel *text_round(int64_t round);
 
 #endif

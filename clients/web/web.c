@@ -1,5 +1,5 @@
-// pliant-web: shows what a daemon simulates on a page in a browser, and lets the mouse act on it.
-// The main thread handles LCM; civetweb's threads and one a page serve the browser.
+// pliant-web: shows a daemon's simulation on a page in a browser, and lets the mouse act on it. The
+// main thread handles LCM; one thread answers browsers, two threads serve each page.
 #include "arguments.h"
 #include "client.h"
 #include "feed.h"
@@ -32,26 +32,32 @@ typedef struct Options {
     Site *site;
 } Options;
 
+const char *argp_program_version = "pliant-web " PLIANT_VERSION; // argp prints it for --version
+
 static const struct argp_option OPTIONS[] = {
-    {0, 0, 0, 0, "Where the page is:", 1},
-    {"port", KEY_PORT, "PORT", 0, "on this machine only: http://127.0.0.1:PORT (8080; 0: any)", 1},
+    {0, 0, 0, 0, "Where to serve the page:", 1},
+    {"port", KEY_PORT, "PORT", 0,
+     "for this machine only: http://127.0.0.1:PORT (8080; 0: any free port)", 1},
     {"listen", KEY_LISTEN, "ADDRESS:PORT", 0,
-     "instead: for other machines too, by a token (addresses of this machine; 0.0.0.0: all)", 1},
+     "instead: also for other machines, with a token (an address of this machine; 0.0.0.0: all)",
+     1},
     {"token", KEY_TOKEN, "FILE", 0,
-     "the token is the first line of FILE (--listen without it draws one and prints it)", 1},
-    {"host", KEY_HOST, "NAME", 0, "a name that this machine is reached by (else its addresses)", 1},
-    {0, 0, 0, 0, "What it shows:", 2},
-    {"read-only", KEY_READ_ONLY, 0, 0, "shows, but moves, cuts and commands nothing", 2},
-    {"rate", 'r', "HZ", 0, "frames a second, at most (60)", 2},
+     "first line of FILE is the token (without it --listen makes a new one and prints it)", 1},
+    {"host", KEY_HOST, "NAME", 0,
+     "a name under which others reach this machine (default: only its addresses)", 1},
+    {0, 0, 0, 0, "What to show:", 2},
+    {"read-only", KEY_READ_ONLY, 0, 0, "pages only show: no tools, cuts or commands", 2},
+    {"rate", 'r', "HZ", 0, "frames per second, at most (60)", 2},
     {"texture", KEY_TEXTURE, "BODY=IMAGE", 0, "a PNG or JPEG on the surface of a body", 2},
-    {"input-prefix", KEY_INPUT_PREFIX, "NAME", 0, "of a scene that has an input_prefix", 3},
-    {"page", KEY_PAGE, "DIR", 0, "folder of the built page (what ./dev build has made)", 2},
+    {"input-prefix", KEY_INPUT_PREFIX, "NAME", 0,
+     "prefix of tools and commands, if the scene has an input_prefix", 3},
+    {"page", KEY_PAGE, "DIR", 0, "folder of the built page (./dev build builds it)", 2},
     {0},
 };
 
 // --- options ---
 
-// "ADDRESS:PORT", "[ADDRESS]:PORT".
+// Parses "ADDRESS:PORT" or "[ADDRESS]:PORT".
 static bool parse_listen(const char *text, Site *site)
 {
     const char *colon = strrchr(text, ':');
@@ -76,7 +82,7 @@ static void take_host(struct argp_state *state, const char *name, Door *door)
 {
     for (const char *c = name; *c; c++) {
         if (!client_name_valid((char[]){*c, '\0'}, 1) && *c != '.')
-            argp_error(state, "--host '%s': want a name, without a port", name);
+            argp_error(state, "--host '%s': expected a name, without a port", name);
     }
     if (strlen(name) >= sizeof door->host)
         argp_error(state, "--host: longer than %zu", sizeof door->host - 1);
@@ -99,7 +105,8 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
     case KEY_LISTEN:
         options->listen = argument;
         if (!parse_listen(argument, site))
-            argp_error(state, "--listen '%s': want ADDRESS:PORT, the address in numbers", argument);
+            argp_error(state, "--listen '%s': expected ADDRESS:PORT, the address in numbers",
+                       argument);
         return 0;
     case KEY_TOKEN:
         options->token_file = argument;
@@ -126,9 +133,6 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
     case KEY_PAGE:
         options->page = argument;
         return 0;
-    case ARGP_KEY_ARG:
-        argp_error(state, "'%s' is not an option", argument);
-        return 0;
     case ARGP_KEY_END:
         if (options->listen && options->has_port)
             argp_error(state, "give either --port or --listen ADDRESS:PORT");
@@ -147,8 +151,8 @@ static bool has_page(const char *folder)
            access(path, R_OK) == 0;
 }
 
-// Given, else of the build that this program is of (its folder is FOLDER/release/bin), else as
-// installed; "" for none.
+// Finds the page: the given one, else that of this program's build (its folder is
+// FOLDER/release/bin), else the installed one; "" for none.
 static bool find_page(const Options *options, Site *site, ClientError *error)
 {
     static const char *const places[] = {"../../web", "../web", "../share/pliant/web"};
@@ -238,7 +242,7 @@ static bool run(const Options *options, Client *client, Site *site, ClientError 
         tell(site);
         feed_run(&feed);
     }
-    site_stop(site); // pages withdraw their tools while LCM is still there
+    site_stop(site); // pages withdraw their tools while LCM is still connected
     feed_stop(&feed);
     requests_destroy(&requests);
     board_destroy(&board);
@@ -254,10 +258,11 @@ int main(int argc, char **argv)
         .options = OPTIONS,
         .parser = parse_option,
         .children = children,
-        .doc = "Serves a page that shows the bodies of a running pliantd, live, and lets the mouse "
-               "press, pull and cut them.\v"
-               "The daemon may start before or after, and again. Exit status: 0 ended by a signal, "
-               "1 the network failed or the port is in use, 2 bad usage."};
+        .doc =
+            "Serves a page that shows the bodies of a running pliantd, live, and lets the mouse "
+            "press, pull and cut them.\v"
+            "The daemon may start earlier or later, and restart. Exit status: 0 ended by a signal, "
+            "1 the network failed or the port is in use, 2 bad usage."};
     static Site site;
     static Client client;
     Options options = {.port = 8080, .rate_hz = 60.0, .site = &site};

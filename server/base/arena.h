@@ -1,4 +1,4 @@
-// All memory of a scene, taken before the first tick and listed by name, so that --explain can
+// All memory of a scene: allocated before the first tick, listed by name so that --explain can
 // print what each feature costs. Load time only; the step thread never calls this.
 #ifndef PLIANT_BASE_ARENA_H
 #define PLIANT_BASE_ARENA_H
@@ -9,7 +9,7 @@ typedef enum ArenaUse {
     ARENA_STEP,     // read or written by every step
     ARENA_CONTACT,  // read or written while a tool is near
     ARENA_TOPOLOGY, // meshes and tables of connectivity
-    ARENA_OUTPUT,   // snapshots, message buffers, checkpoint space
+    ARENA_OUTPUT,   // snapshots, message buffers, checkpoint buffers
 } ArenaUse;
 
 typedef struct ArenaBlock {
@@ -24,13 +24,16 @@ typedef struct Arena {
     int count, capacity;
 } Arena;
 
-// `count` zeroed elements of `size` bytes, 64-byte aligned, owned by the arena. Aborts when the
-// machine has no memory left (sizes are validated by the caller). The name is "body/array", cut at
-// 47 bytes.
+// Returns `count` zeroed elements of `size` bytes, 64-byte aligned, owned by the arena. Never NULL:
+// aborts when the machine is out of memory (the caller validates sizes). The name is "body/array",
+// truncated at 47 bytes.
 void *arena_allocate(Arena *arena, ArenaUse use, size_t count, size_t size, const char *format, ...)
     __attribute__((format(printf, 5, 6)));
+// Returns the bytes of all blocks.
 size_t arena_bytes(const Arena *arena);
+// Returns the bytes of the blocks of one use.
 size_t arena_bytes_of(const Arena *arena, ArenaUse use);
+// Frees all blocks and leaves the arena empty ({0}).
 void arena_destroy(Arena *arena);
 
 #endif

@@ -1,5 +1,5 @@
-// Two tiers of assertions for programmer's errors: ASSERT is cheap and always on, VALIDATE is an
-// O(n) sweep that only debug builds make.
+// Assertions for programming errors: cheap and always on. Checks that sweep over all nodes belong
+// in tests.
 #ifndef PLIANT_BASE_CHECK_H
 #define PLIANT_BASE_CHECK_H
 
@@ -7,11 +7,5 @@
 _Noreturn void check_failed(const char *condition, const char *file, int line);
 
 #define ASSERT(condition) ((condition) ? (void)0 : check_failed(#condition, __FILE__, __LINE__))
-
-#ifdef PLIANT_VALIDATE
-#define VALIDATE(condition) ASSERT(condition)
-#else
-#define VALIDATE(condition) ((void)sizeof(condition))
-#endif
 
 #endif

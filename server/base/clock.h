@@ -5,7 +5,7 @@
 #include <stdint.h>
 #include <time.h>
 
-// CLOCK_MONOTONIC [ns].
+// Returns CLOCK_MONOTONIC [ns].
 static inline int64_t clock_now_ns(void)
 {
     struct timespec t;
@@ -13,7 +13,7 @@ static inline int64_t clock_now_ns(void)
     return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
 }
 
-// CLOCK_REALTIME [us], the `utime` of every message.
+// Returns CLOCK_REALTIME [us], the `utime` of every message.
 static inline int64_t clock_utime(void)
 {
     struct timespec t;
@@ -21,7 +21,7 @@ static inline int64_t clock_utime(void)
     return (int64_t)t.tv_sec * 1000000 + t.tv_nsec / 1000;
 }
 
-// CPU time of the calling thread [ns].
+// Returns the CPU time of the calling thread [ns].
 static inline int64_t clock_thread_ns(void)
 {
     struct timespec t;

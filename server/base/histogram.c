@@ -33,6 +33,7 @@ void histogram_summarize(const Histogram *histogram, double us[4])
     memset(us, 0, 4 * sizeof *us);
     if (histogram->count == 0)
         return;
+    // Walk the bins once; each percentile is the first bin that reaches its share of the count.
     uint64_t below = 0;
     int wanted = 0;
     for (int bin = 0; bin < HISTOGRAM_BINS && wanted < 3; bin++) {

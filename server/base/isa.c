@@ -14,6 +14,7 @@ const char *isa_name(IsaLevel level)
 IsaLevel isa_best(void)
 {
 #if defined(__x86_64__)
+    // The features of x86-64-v3 and -v4 that kernels use.
     __builtin_cpu_init();
     if (!(__builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi2") &&
           __builtin_cpu_supports("fma")))

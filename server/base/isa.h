@@ -4,13 +4,14 @@
 
 typedef enum IsaLevel { ISA_BASE, ISA_V3, ISA_V4, ISA_COUNT } IsaLevel;
 
-// "x86-64-v4", "x86-64-v3" or, of any processor, "baseline".
+// Returns "x86-64-v4", "x86-64-v3" or, on any processor, "baseline".
 const char *isa_name(IsaLevel level);
-// The best that this machine can run.
+// Returns the best level that this machine can run.
 IsaLevel isa_best(void);
-// By name, or the best for "auto"; ISA_COUNT when unknown or not runnable here.
+// Finds a level by name; "auto" is the best one. Returns ISA_COUNT if unknown or not runnable on
+// this machine.
 IsaLevel isa_find(const char *name);
-// Names of those that this machine can run, best first; NULL at the end.
+// Returns the names of the levels that this machine can run, best first, NULL at the end.
 const char *const *isa_available(void);
 
 #endif

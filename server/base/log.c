@@ -17,8 +17,8 @@ void log_set_level(LogLevel level)
     log_level = level;
 }
 
-// JOURNAL_STREAM names device and inode of the stream that leads to the journal; it may be
-// inherited by programs whose stderr has been turned elsewhere since.
+// True if stderr leads to the journal. JOURNAL_STREAM names device and inode of that stream; a
+// program may inherit it although its stderr was redirected since, so both are compared.
 static bool stderr_is_the_journal(void)
 {
     const char *named = getenv("JOURNAL_STREAM");
@@ -55,7 +55,7 @@ void log_line(LogLevel level, const char *format, ...)
 {
     if (level > log_level)
         return;
-    char text[1024]; // one write a line, so that lines of several threads do not mix
+    char text[1024]; // one write per line, so that lines of several threads do not mix
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);

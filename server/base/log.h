@@ -1,4 +1,4 @@
-// Log lines on stderr. Any thread but the step thread.
+// Log lines on stderr, from any thread but the step thread.
 #ifndef PLIANT_BASE_LOG_H
 #define PLIANT_BASE_LOG_H
 
@@ -6,16 +6,16 @@
 
 typedef enum LogLevel { LOG_ERROR, LOG_WARNING, LOG_INFO, LOG_DEBUG } LogLevel;
 
-// Lines above this level are dropped; LOG_INFO at the start. Set once, before threads start.
+// Drops lines above this level; LOG_INFO by default. Call before threads start.
 void log_set_level(LogLevel level);
-// "error", "warning", "info" or "debug"; false for anything else.
+// Parses "error", "warning", "info" or "debug"; false for anything else.
 bool log_parse_level(const char *name, LogLevel *level);
-// One line: "pliantd: warning: text".
+// Writes one line: "pliantd: warning: text".
 void log_line(LogLevel level, const char *format, ...) __attribute__((format(printf, 2, 3)));
-// The program's name in front of each line; not copied. Where stderr leads to the journal of
-// systemd, each line also begins with its priority, "<4>", which the journal takes off.
+// Sets the program name at the start of each line (not copied). If stderr is the journal of
+// systemd, each line also begins with its priority, "<4>", which the journal removes.
 void log_set_program(const char *name);
-// What a line of this level begins with on stderr: "", or its priority for the journal.
+// Returns the prefix of a line of this level on stderr: "", or its priority for the journal.
 const char *log_priority(LogLevel level);
 
 #endif

@@ -1,4 +1,4 @@
-// The precisions in which the kernels of bodies hold their numbers.
+// The precisions in which the kernels of bodies compute and store their numbers.
 #ifndef PLIANT_BASE_PRECISION_H
 #define PLIANT_BASE_PRECISION_H
 

@@ -16,8 +16,8 @@ void *slot_back(Slot *slot)
 
 void slot_publish(Slot *slot)
 {
-    // Release our writes with the index; acquire, so that we do not write a buffer still being
-    // read.
+    // Release: the reader sees our writes before the index. Acquire: we do not write a buffer that
+    // is still being read.
     unsigned old =
         atomic_exchange_explicit(&slot->middle, slot->back | SLOT_FRESH, memory_order_acq_rel);
     slot->back = old & 3;

@@ -7,7 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static StateArray *append(StateList *list, const char *format, va_list arguments)
+static StateArray *append(StateList *list, void *memory, size_t bytes, const char *format,
+                          va_list arguments)
 {
     if (list->count == list->capacity) {
         list->capacity = list->capacity == 0 ? 32 : 2 * list->capacity;
@@ -15,7 +16,7 @@ static StateArray *append(StateList *list, const char *format, va_list arguments
         ASSERT(list->array != NULL);
     }
     StateArray *array = &list->array[list->count];
-    *array = (StateArray){0};
+    *array = (StateArray){.memory = {memory}, .bytes = bytes};
     int length = vsnprintf(array->name, sizeof array->name, format, arguments);
     ASSERT(length > 0 && length < (int)sizeof array->name);
     for (int i = 0; i < list->count; i++)
@@ -28,10 +29,8 @@ void state_add(StateList *list, void *memory, size_t bytes, const char *format, 
 {
     va_list arguments;
     va_start(arguments, format);
-    StateArray *array = append(list, format, arguments);
+    append(list, memory, bytes, format, arguments);
     va_end(arguments);
-    array->memory[0] = memory;
-    array->bytes = bytes;
 }
 
 void state_add_pair(StateList *list, void *first, void *second, const int *current, size_t bytes,
@@ -39,23 +38,26 @@ void state_add_pair(StateList *list, void *first, void *second, const int *curre
 {
     va_list arguments;
     va_start(arguments, format);
-    StateArray *array = append(list, format, arguments);
+    StateArray *array = append(list, first, bytes, format, arguments);
     va_end(arguments);
-    array->memory[0] = first;
     array->memory[1] = second;
     array->current = current;
-    array->bytes = bytes;
 }
 
 void state_add_rare(StateList *list, void *memory, size_t bytes, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
-    StateArray *array = append(list, format, arguments);
+    append(list, memory, bytes, format, arguments)->rare = true;
     va_end(arguments);
-    array->memory[0] = memory;
-    array->bytes = bytes;
-    array->rare = true;
+}
+
+void state_add_aside(StateList *list, void *memory, size_t bytes, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    append(list, memory, bytes, format, arguments)->aside = true;
+    va_end(arguments);
 }
 
 void *state_memory(const StateArray *array)
@@ -84,8 +86,8 @@ void state_copy_in(const StateList *list, const void *block)
 {
     const unsigned char *from = block;
     for (int i = 0; i < list->count; i++) {
-        // Both buffers: what their owner does not write in a tick, places that nobody has, is not
-        // to depend on what was there before.
+        // Fill both buffers: an owner may skip unused slots when it writes, and their content must
+        // not depend on what was there before.
         memcpy(list->array[i].memory[0], from, list->array[i].bytes);
         if (list->array[i].memory[1] != NULL)
             memcpy(list->array[i].memory[1], from, list->array[i].bytes);
@@ -106,7 +108,7 @@ uint64_t state_hash(const StateList *list)
     uint64_t hash = UINT64_C(0xcbf29ce484222325);
     for (int i = 0; i < list->count; i++) {
         const unsigned char *byte = state_memory(&list->array[i]);
-        if (list->array[i].rare && is_zero(byte, list->array[i].bytes))
+        if (list->array[i].aside || (list->array[i].rare && is_zero(byte, list->array[i].bytes)))
             continue;
         for (size_t k = 0; k < list->array[i].bytes; k++)
             hash = (hash ^ byte[k]) * UINT64_C(0x100000001b3);

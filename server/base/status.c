@@ -1,4 +1,4 @@
-// Status texts. Called at load time and at the border, never on the step thread.
+// Status texts. Called at load time and where input enters, never on the step thread.
 #include "base/status.h"
 
 #include <stdarg.h>

@@ -10,16 +10,16 @@ typedef enum StatusCode {
     STATUS_INVALID = 2, // bad usage, scene, mesh or file: exit code 2
 } StatusCode;
 
-// One sentence that names the thing, the value and the limit: "press.cfg:12: rate_hz 0 outside
+// One sentence that names the object, the value and the limit: "press.cfg:12: rate_hz 0 outside
 // ...".
 typedef struct Status {
     StatusCode code;
     char text[512];
 } Status;
 
-// Sets code and text (printf style, cut at the buffer's end) and returns false, so that callers can
-// write `return status_fail(status, ...)`. A status that already holds a failure keeps the first
-// one.
+// Sets code and text (printf style, truncated at the buffer's end) and returns false, so that
+// callers can write `return status_fail(status, ...)`. A status that already holds a failure keeps
+// the first one. `status` may be NULL.
 bool status_fail(Status *status, StatusCode code, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 

@@ -12,14 +12,15 @@
 #include <unistd.h>
 
 enum {
-    PIECES = 8,         // of a share: what a late worker can keep the caller waiting for
-    LOOKS_A_CLOCK = 64, // looks of a spinning thread between looks at the clock
+    PIECES = 8,         // per share: bounds how long a late worker can delay the caller
+    LOOKS_A_CLOCK = 64, // polls of a spinning thread between two readings of the clock
 };
 
-// One thread's share of the loop. Cache lines of its own: others' shares change at the same time.
+// One thread's share of the loop, in cache lines of its own: the other shares change at the same
+// time.
 typedef struct Share {
-    // Loop number * 16 + next piece to begin. Whoever changes it from one piece to the next owns
-    // the piece; the loop's number makes sure that nobody who slept begins a piece of another loop.
+    // Loop number * 16 + next piece to begin. The thread that advances it by one owns the piece;
+    // the loop number keeps a thread that slept from beginning a piece of another loop.
     _Alignas(64) atomic_ullong next;
     atomic_uint done; // pieces that the worker has finished
     atomic_int asleep;
@@ -30,16 +31,16 @@ typedef struct Share {
 
 struct Team {
     Share share[TEAM_THREADS_MOST]; // 0 is the caller's
-    int threads, running;           // asked for; with the caller, those that work
+    int threads, running;           // as created; started so far, the caller included
     atomic_bool ends;
 
-    // Of the present loop; valid for whoever owns a piece of it.
+    // The current loop; valid for threads that own a piece of it.
     TeamWork *work;
     void *context;
     int count;
     uint64_t loop;
-    int64_t alone;     // loops left without help
-    atomic_llong late; // times waited too long
+    int64_t alone;     // loops still to run without help
+    atomic_llong late; // how often a worker exceeded TEAM_LATE_NS
 };
 
 static inline void pause_briefly(void)
@@ -51,7 +52,7 @@ static inline void pause_briefly(void)
 #endif
 }
 
-// The next piece of a share in that loop, or -1.
+// Claims the next piece of a share in that loop; returns -1 if none is left.
 static int begin_piece(Share *share, uint64_t loop)
 {
     unsigned long long next = atomic_load_explicit(&share->next, memory_order_acquire);
@@ -62,7 +63,7 @@ static int begin_piece(Share *share, uint64_t loop)
     return -1;
 }
 
-// First item of a piece, counted through all shares.
+// Returns the first item of a piece; pieces are counted through all shares.
 static int piece_start(const Team *team, int piece)
 {
     return (int)((int64_t)team->count * piece / (PIECES * team->running));
@@ -83,7 +84,7 @@ static uint64_t loop_of(Share *share)
     return atomic_load_explicit(&share->next, memory_order_acquire) >> 4;
 }
 
-// Until there is a loop other than `seen`.
+// Sleeps until there is a loop other than `seen`, or the team ends.
 static void sleep_until_called(Share *share, uint64_t seen)
 {
     atomic_store(&share->asleep, 1);
@@ -95,14 +96,15 @@ static void sleep_until_called(Share *share, uint64_t seen)
 
 static void wake(Share *share)
 {
-    // The store of the new loop comes before this load in one order for both threads.
+    // Sequential consistency: the store of the new loop comes before this load in both threads'
+    // order.
     if (atomic_load(&share->asleep) == 0)
         return;
     atomic_store(&share->asleep, 0);
     syscall(SYS_futex, &share->asleep, FUTEX_WAKE_PRIVATE, 1, NULL, NULL, 0);
 }
 
-// The number of the next loop after `seen`, or the same when the team ends.
+// Returns the number of the next loop after `seen`, or `seen` itself when the team ends.
 static uint64_t wait_for_loop(Share *share, uint64_t seen)
 {
     int64_t until = clock_now_ns() + TEAM_SPIN_NS;
@@ -194,7 +196,7 @@ int64_t team_late(const Team *team)
     return atomic_load_explicit(&team->late, memory_order_relaxed);
 }
 
-// Waits for the pieces that a worker has begun, which may be as long as all that the caller did.
+// Waits for the pieces that a worker has begun; one may take as long as all that the caller did.
 static void wait_for_worker(Team *team, Share *share, unsigned pieces, int64_t patience)
 {
     int64_t since = 0;
@@ -219,6 +221,7 @@ void team_run(Team *team, TeamWork *work, void *context, int count)
         work(context, 0, count);
         return;
     }
+    // Publish the loop, then its shares; the store to `next` starts the workers.
     team->work = work;
     team->context = context;
     team->count = count;
@@ -229,6 +232,8 @@ void team_run(Team *team, TeamWork *work, void *context, int count)
         if (i > 0)
             wake(&team->share[i]);
     }
+    // Do the own share first, then what is left of the others: a late worker costs at most the
+    // pieces it began.
     const int64_t began = clock_now_ns();
     unsigned taken[TEAM_THREADS_MOST] = {0}; // pieces of each share that the caller did
     for (int i = 0; i < team->running; i++)

@@ -54,7 +54,7 @@ static inline double vec3_length(Vec3 a)
     return sqrt(vec3_dot(a, a));
 }
 
-// a / |a|, or zero for a vector too short to have a direction.
+// Returns a / |a|, or zero for a vector too short to have a direction.
 static inline Vec3 vec3_unit(Vec3 a)
 {
     double length = vec3_length(a);
@@ -95,7 +95,7 @@ static inline Vec3 quat_rotate(Quat q, Vec3 v)
     return vec3_add(vec3_madd(v, q.w, t), vec3_cross(u, t));
 }
 
-// The rotation by the vector r: axis r/|r|, angle |r| [rad].
+// Returns the rotation by the vector r: axis r/|r|, angle |r| [rad].
 static inline Quat quat_from_rotation(Vec3 r)
 {
     double angle = vec3_length(r);
@@ -105,7 +105,7 @@ static inline Quat quat_from_rotation(Vec3 r)
     return (Quat){cos(0.5 * angle), s * r.x, s * r.y, s * r.z};
 }
 
-// The rotation vector of the unit quaternion q, angle in [0, pi].
+// Returns the rotation vector of the unit quaternion q, angle in [0, pi].
 static inline Vec3 quat_to_rotation(Quat q)
 {
     if (q.w < 0.0)

@@ -1,8 +1,8 @@
-// Private to the kernels: a vector of KERNEL_WIDTH numbers of type Real in gcc's and clang's
-// portable vector types, with the few operations that these lack. Real is float (KERNEL_SINGLE)
-// with widths 4, 8, 16, or double with widths 2, 4, 8. The widths of float that only
-// x86-64 has load and store rows by its intrinsics: the shuffle unit is the bottleneck, and
-// compilers do not find the forms that spare it.
+// Private to the kernels: a vector of KERNEL_WIDTH numbers of type Real in the portable vector
+// types of gcc and clang, with the few operations that these lack. Real is float (KERNEL_SINGLE)
+// with widths 4, 8, 16, or double with widths 2, 4, 8. The float widths that only x86-64 has load
+// and store rows by intrinsics: the shuffle unit is the bottleneck, and compilers do not find the
+// forms that use it least.
 #ifndef PLIANT_BASE_VECTOR_H
 #define PLIANT_BASE_VECTOR_H
 
@@ -13,8 +13,8 @@
 #include <immintrin.h>
 #endif
 
-// gcc 12 would otherwise call the larger functions, with all vectors in memory. Under a sanitizer
-// that is as well: it takes minutes over what inlining makes of the kernels.
+// Without this gcc 12 calls the larger functions, with all vectors in memory. Under a sanitizer the
+// calls stay: inlining everything takes minutes to compile.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define INLINE static inline
 #else
@@ -74,14 +74,14 @@ static inline Vector vector_sqrt(Vector v)
 #endif
 }
 
-// a > b ? yes : no, lane by lane; `no` where a or b is not a number.
+// Returns a > b ? yes : no, lane by lane; `no` where a or b is NaN.
 static inline Vector vector_select_greater(Vector a, Vector b, Vector yes, Vector no)
 {
     Mask mask = a > b;
     return (Vector)((mask & (Mask)yes) | (~mask & (Mask)no));
 }
 
-// All bits set where |v| <= limit does not hold (not-a-number included).
+// Returns all bits set in the lanes where |v| <= limit does not hold (NaN included).
 static inline Vector vector_not_within(Vector v, Vector limit)
 {
     Mask within = (v <= limit) & (v >= -limit);
@@ -93,7 +93,7 @@ static inline Vector vector_or(Vector a, Vector b)
     return (Vector)((Mask)a | (Mask)b);
 }
 
-// All bits set where a > b does not hold (not-a-number included).
+// Returns all bits set in the lanes where a > b does not hold (NaN included).
 static inline Vector vector_not_greater(Vector a, Vector b)
 {
     Mask greater = a > b;
@@ -146,8 +146,8 @@ typedef double Block __attribute__((vector_size(32)));
 #endif
 
 #if KERNEL_WIDTH > 2
-// Rows first, 4 + first, 8 + first ... side by side. Inserting from memory needs no shuffle unit,
-// which the transpositions keep busy; gcc does not find that form by itself.
+// Loads rows first, 4 + first, 8 + first ... side by side. Inserting from memory does not use the
+// shuffle unit, which the transpositions keep busy; gcc does not find that form itself.
 static inline Vector gather_blocks(const Real *const row[WIDTH], int first, int offset)
 {
 #if KERNEL_WIDTH == 16
@@ -181,11 +181,11 @@ INLINE void scatter_blocks(Real *rows, const int *slot, int first, Vector v)
 #endif
 
 #if KERNEL_WIDTH > 2
-// First, second and third numbers of the rows a b c d, in this order in every block.
+// Transposes the rows a b c d: their first, second and third numbers, in this order in every block.
 INLINE void transpose(Vector a, Vector b, Vector c, Vector d, Vector *x, Vector *y, Vector *z)
 {
 #if KERNEL_WIDTH == 16
-    // a a c c, then b and d over its odd places: two shuffles for each result.
+    // a a c c, then b and d into its odd lanes: two shuffles per result.
 #define MERGED(n)                                                                                  \
     (Vector) _mm512_mask_shuffle_ps(_mm512_shuffle_ps((__m512)a, (__m512)c, (n)*0x55), 0xaaaa,     \
                                     (__m512)b, (__m512)d, (n)*0x55)
@@ -208,7 +208,7 @@ INLINE void transpose(Vector a, Vector b, Vector c, Vector d, Vector *x, Vector 
 #endif
 
 #if KERNEL_WIDTH == 16
-// Whole rows, two to a vector: half the loads and a third of the insertions of the blocks' way.
+// Loads whole rows, two per vector: half the loads and a third of the insertions of gather_blocks.
 INLINE void load_whole_rows(const float *rows, const int *slot, Vector first[3], Vector second[3])
 {
     Vector part[2][3]; // of rows 0 to 7 and 8 to 15: four of `first`, four of `second`, twice
@@ -230,8 +230,8 @@ INLINE void load_whole_rows(const float *rows, const int *slot, Vector first[3],
 }
 #endif
 
-// x, y, z of the rows that begin at rows + ROW * slot[i], and with `both` the same four numbers on.
-// Row by row, so that few addresses are alive at a time.
+// Loads x, y, z of the rows that begin at rows + 8 * slot[i], and with `both` also of the same rows
+// four numbers further on. Works row by row, so that few addresses are alive at a time.
 INLINE void vector_load_rows(const Real *rows, const int *slot, bool both, Vector first[3],
                              Vector second[3])
 {
@@ -291,7 +291,7 @@ INLINE void transpose_back(Vector x, Vector y, Vector z, Vector row[4])
 #else
     Vector zero = {0};
 #if defined(__SANITIZE_THREAD__) && defined(__x86_64__)
-    // gcc 12.2, with this sanitizer and 8 lanes, takes z for the zero that it knows (vmovddup).
+    // gcc 12.2, with this sanitizer and 8 lanes, mistakes z for the known zero (vmovddup).
     __asm__("" : "+v"(zero));
 #endif
     Vector evens = EVENS(x, y), odds = ODDS(x, y), zevens = EVENS(z, zero), zodds = ODDS(z, zero);
@@ -303,7 +303,7 @@ INLINE void transpose_back(Vector x, Vector y, Vector z, Vector row[4])
 }
 #endif
 
-// The reverse: x y z 0 written at the start of the rows.
+// The reverse of vector_load_rows: writes x y z 0 at the start of the rows.
 INLINE void vector_store_rows(Real *rows, const int *slot, Vector x, Vector y, Vector z)
 {
 #if KERNEL_WIDTH == 2
@@ -321,8 +321,8 @@ INLINE void vector_store_rows(Real *rows, const int *slot, Vector x, Vector y, V
 #endif
 }
 
-// x y z 0 of each lane as rows of four numbers one after another, in the order that costs least:
-// that of lane i begins at rows + vector_row_at(i).
+// Writes x y z 0 of each lane as rows of four numbers one after another, in the cheapest order: the
+// row of lane i begins at rows + vector_row_at(i).
 INLINE void vector_spread_rows(Real rows[4 * WIDTH], Vector x, Vector y, Vector z)
 {
 #if KERNEL_WIDTH == 2

@@ -32,8 +32,8 @@ static int compare_nodes(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-// The nodes of the outside that stand where the state shows those ids; copies of a node stand with
-// it. Returns how many ids have none.
+// Finds the outer nodes whose ids the state shows at a region's positions, with their copies.
+// Returns how many ids have none.
 static int find_by_id(const Body *body, const FixedRegion *region, bool *inside)
 {
     size_t places = (size_t)body->state_capacity;
@@ -49,7 +49,8 @@ static int find_by_id(const Body *body, const FixedRegion *region, bool *inside)
                 if (body->surface.node_face_end[i] <= body->surface.node_face_start[i])
                     continue;
                 body->ops->read_nodes(body->model, &i, 1, &at, NULL);
-                bool same = vec3_length(vec3_sub(at, x[s])) == 0.0;
+                const Vec3 away = vec3_sub(at, x[s]);
+                bool same = away.x == 0.0 && away.y == 0.0 && fabs(away.z) == body->half_thickness;
                 inside[i] |= same;
                 any |= same;
             }
@@ -170,9 +171,9 @@ int attachment_node_capacity(const Attachment *attachment)
 }
 
 // ---------------------------------------------------------------------------------------------
-// Once a tick
+// Once per tick
 
-// Graspers close and open by their grip, with hysteresis.
+// Closes and opens graspers by their grip, with hysteresis.
 static void follow_grip(Attachment *attachment, bool active, double grip, Vec3 position,
                         Quat orientation)
 {
@@ -222,10 +223,10 @@ bool attachment_mutes_contact(const Attachment *attachment)
 // Forces
 
 typedef struct Spring {
-    double stiffness, damping; // a unit of mass [1/s2], [1/s]
+    double stiffness, damping; // per unit mass [1/s2], [1/s]
 } Spring;
 
-// Force on what is held, and its part in the sums.
+// Returns the force on a held node and adds it to the sums.
 static Vec3 pull(Attachment *attachment, const Spring *spring, double mass, Vec3 place, Vec3 x,
                  Vec3 v, const ToolPlacement *at)
 {
@@ -243,14 +244,14 @@ static Vec3 pull(Attachment *attachment, const Spring *spring, double mass, Vec3
     return force;
 }
 
-// The mass that a face has a share in [kg].
+// Returns the mass of which a face has a share [kg].
 static double face_mass(const Body *body, int face)
 {
     const BodySurface *surface = &body->surface;
     double least = (double)INFINITY; // [kg/m2]; node_area is a third of the sum
     for (int k = 0; k < 3; k++) {
         int node = surface->face[face][k];
-        double mass = surface->node_mass[node]; // none: it hangs on others
+        double mass = surface->node_mass[node]; // a hanging node has none
         least = fmin(least,
                      mass > 0.0 ? mass / (3.0 * surface->node_area[node]) : body->contact_density);
     }
@@ -327,7 +328,7 @@ const ContactSums *attachment_sums(const Attachment *attachment)
 }
 
 // ---------------------------------------------------------------------------------------------
-// What others ask
+// Queries
 
 void attachment_clear(Attachment *attachment)
 {
@@ -346,14 +347,14 @@ static bool is_used_face(const BodySurface *surface, int64_t face)
 {
     if (face < 0 || face >= surface->face_count)
         return false;
-    for (int k = 0; k < 3; k++) // a free place has no corners, or thrice the same
+    for (int k = 0; k < 3; k++) // a free slot has no corners, or the same one three times
         if (!is_used_node(surface, surface->face[face][k]) ||
             surface->face[face][k] == surface->face[face][(k + 1) % 3])
             return false;
     return true;
 }
 
-// Far beyond what a tool and a body may be apart.
+// True for positions within any possible distance of a tool and a body.
 static bool is_place(Vec3 place)
 {
     return vec3_length(place) < 1e9;

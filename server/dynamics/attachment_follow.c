@@ -1,5 +1,5 @@
-// What an attachment holds, carried over a change of topology: nodes that come between held ones,
-// copies, nodes that go, faces that hand over. Step thread.
+// Updates the held nodes after a change of topology: nodes created between held ones, copies,
+// removed nodes, replaced faces. Step thread.
 #include "dynamics/attachment_data.h"
 #include "geometry/distance.h"
 
@@ -27,8 +27,8 @@ static void give(Attachment *attachment, int node, Vec3 place, double share)
     attachment->given[node] = (HeldNode){place, share};
 }
 
-// A grasper's capsules say whether a node that comes between known ones is held; elsewhere it is
-// when both of its parents are, as the scene's fixed nodes.
+// Decides if a new node between known ones is held: by a grasper's capsules; elsewhere if both of
+// its parents are, like fixed nodes of the scene.
 static double judge(const Attachment *attachment, int node, Vec3 place, double both)
 {
     const Body *body = attachment->body;
@@ -39,8 +39,8 @@ static double judge(const Attachment *attachment, int node, Vec3 place, double b
     return attachment_is_within(attachment, place) ? 1.0 : 0.0;
 }
 
-// The marked nodes after a change. Where nobody would be left, the parents of those that went
-// carry on.
+// Updates the marked nodes after a change. If no held node would be left, the parents of removed
+// ones are held instead.
 static void change_nodes(Attachment *attachment, int held, const TopologyChange *change)
 {
     for (int i = 0; i < change->gone_count; i++)
@@ -102,8 +102,8 @@ static void follow_nodes(Attachment *attachment, const TopologyChange *change)
     hold->count = count;
 }
 
-// The point passes to the face that took over from its own nearest to where it was. Points that
-// come to the same face become one: its mass counts once.
+// Moves each point to the nearest of the faces that replaced its own. Points that reach the same
+// face become one: its mass counts once.
 static void follow_points(Attachment *attachment, const TopologyChange *change)
 {
     const Body *body = attachment->body;
@@ -114,6 +114,7 @@ static void follow_points(Attachment *attachment, const TopologyChange *change)
         const Vec3 before = attachment->before[i];
         bool replaced = false, any = false;
         double least = (double)INFINITY;
+        // Among the faces that replaced the point's own, the nearest to its old position.
         for (int c = 0; c < change->face_count; c++) {
             replaced |= change->face[c].face == attachment->point[i].face;
             if (change->face[c].from != attachment->point[i].face)
@@ -131,7 +132,8 @@ static void follow_points(Attachment *attachment, const TopologyChange *change)
             memcpy(point.weight, pair.weight, sizeof point.weight);
         }
         if (replaced && !any)
-            continue; // nobody took over
+            continue; // no face replaced it
+        // Each face carries one point at most.
         bool twice = false;
         for (int64_t k = 0; k < kept; k++)
             twice |= attachment->point[k].face == point.face;
@@ -144,7 +146,7 @@ static void follow_points(Attachment *attachment, const TopologyChange *change)
     hold->points = kept;
 }
 
-// Once there are nodes enough within the capsules, they are held instead of points.
+// Holds nodes instead of points as soon as enough are within the capsules.
 static void prefer_nodes(Attachment *attachment)
 {
     HoldState *hold = attachment->hold;
@@ -154,8 +156,9 @@ static void prefer_nodes(Attachment *attachment)
         for (int64_t i = 0; i < hold->count; i++) {
             bool is_free = !body->ops->is_fixed(body->model, attachment->node[i]);
             bool inside = is_free && attachment_is_within(attachment, attachment->held[i].place);
-            within += inside && pass == 0 &&
-                      body->surface.node_mass[attachment->node[i]] > 0.0; // else it hangs
+            within +=
+                inside && pass == 0 &&
+                body->surface.node_mass[attachment->node[i]] > 0.0; // else it is a hanging node
             if (pass == 1)
                 attachment->held[i].share = inside ? 1.0 : 0.0;
         }

@@ -1,10 +1,12 @@
-// Taking hold and letting go. Step thread, once a tick.
+// Grasping and releasing. Step thread, once per tick.
 #include "dynamics/attachment_data.h"
 #include "dynamics/contact_data.h"
 
 #include <string.h>
 
-enum { NODES_ENOUGH = 3 }; // with fewer, points of faces are held: a node alone may turn
+enum {
+    NODES_ENOUGH = 3
+}; // with fewer, points of faces are held: a single node cannot resist rotation
 
 static Vec3 place_of(Vec3 x, Vec3 position, Quat orientation)
 {
@@ -49,7 +51,7 @@ static int collect_marked(Attachment *attachment)
     return count;
 }
 
-// Adds a node at the end; false when it cannot be pulled by: one that hangs on others has no mass.
+// Appends a node; returns false if no force can act on it: a hanging node has no mass.
 static bool add_node(Attachment *attachment, int node, const HeldNode *held)
 {
     HoldState *hold = attachment->hold;
@@ -62,8 +64,8 @@ static bool add_node(Attachment *attachment, int node, const HeldNode *held)
     return held->share > 0.0 && attachment->body->surface.node_mass[node] > 0.0;
 }
 
-// The nodes within the capsules and, where the topology changes, those around. Returns how many
-// are held by their mass.
+// Takes the nodes within the capsules and, if the topology changes, those around. Returns how many
+// carry force by their mass.
 static int take_nodes(Attachment *attachment, Vec3 position, Quat orientation)
 {
     const Body *body = attachment->body;
@@ -83,7 +85,7 @@ static int take_nodes(Attachment *attachment, Vec3 position, Quat orientation)
     return within;
 }
 
-// The nearest point of a face to the capsules; false: none lies within them.
+// Finds the point of a face nearest to the capsules; returns false if none is within them.
 static bool nearest_point(const Attachment *attachment, const ToolPlacement *at, int face,
                           ClosestPair *nearest)
 {
@@ -108,13 +110,14 @@ static bool nearest_point(const Attachment *attachment, const ToolPlacement *at,
     return within;
 }
 
-// Of the faces around the nodes found, each once: by its lowest corner among them. `take` false:
-// only looks. Returns how many lie within the capsules.
+// Finds points of the faces around the nodes found, each face once: by its lowest corner among
+// them. `take` false: only counts. Returns how many are within the capsules.
 static int find_points(Attachment *attachment, Vec3 position, Quat orientation, bool take)
 {
     const Body *body = attachment->body;
     const BodySurface *surface = &body->surface;
     const ToolPlacement at = {.position = position, .orientation = orientation};
+    // The marks show which corners were found.
     mark_near(attachment, position, orientation, CONTACT_FACE_REACH * surface->longest_edge);
     int found = collect_marked(attachment), within = 0;
     for (int i = 0; i < found; i++)
@@ -135,6 +138,7 @@ static int find_points(Attachment *attachment, Vec3 position, Quat orientation, 
             within++;
             if (!take)
                 continue;
+            // Take the point, as far as there are slots.
             if (attachment->hold->points == HELD_POINTS) {
                 attachment->refused++;
                 continue;

@@ -1,5 +1,5 @@
-// The seam between the pipeline and the models of bodies: a table of operations. Nothing here knows
-// springs or elements. An operation that a body does not need is NULL.
+// The interface between the pipeline and the models of bodies: a table of operations, independent
+// of springs and elements. An operation that a body does not need is NULL.
 #ifndef PLIANT_DYNAMICS_BODY_H
 #define PLIANT_DYNAMICS_BODY_H
 
@@ -11,54 +11,56 @@
 #include "dynamics/patch.h"
 #include "dynamics/region.h"
 
+#include <limits.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 
 enum { BODY_NAME_MAX = 32 };
 
-// The faces that tools and loads meet: a conforming mesh. Its nodes need not be those of BodyMesh,
-// nor all that the body has. Owned by the model, constant between
-// changes of topology. A body with levels has places for all nodes and faces that it may ever have;
-// those that are not in use belong to nobody's list of faces.
+// The faces that tools and loads act on: a conforming mesh. Its nodes need not be those of
+// BodyMesh, nor all nodes of the body. Owned by the model, constant between changes of topology. A
+// body with levels has slots for all nodes and faces that it can ever have; unused slots are in no
+// list of faces.
 typedef struct BodySurface {
-    int node_count, face_count;    // places
-    int node_used, face_used;      // those beyond were never in use; only ever grow
-    const int (*face)[3];          // counter-clockwise seen from outside
-    const double *face_area;       // at rest [m2]
-    const double *finest_area;     // [face_count] for capacities: the smallest that faces can be;
-                                   // read at load only
+    int node_count, face_count; // slots
+    int node_used, face_used;   // slots beyond were never in use; only grow
+    const int (*face)[3];       // counter-clockwise seen from outside
+    const double *face_area;    // at rest [m2]
+    const double *finest_area;  // [face_count] smallest areas that faces can have, for capacities;
+                                // read at load time only
     const int (*face_neighbor)[3]; // face across edge (k, k+1), -1 at a border
     const int *node_face_start;    // faces of node i: node_face[start[i] .. end[i])
     const int *node_face_end;
     const int *node_face;
-    const double *node_area; // a third of the faces around [m2]
+    const double *node_area; // a third of the surrounding faces [m2]
     const double *node_mass; // [kg]
     double longest_edge;     // at rest, of the coarsest level [m]: constant
-    bool solid;              // closed, with nothing but matter inside: every face stands against
-                             // its front alone, and a tool that is inside is pushed out
-    // Times contact_kappa, the contact stiffness of a face and that of a node against a plane;
-    // NULL, both: 1. Memory of the model's, filled by contact_set_stiffness: for bodies whose nodes
-    // carry masses that differ much for their area.
+    bool solid; // closed and filled: only the front of each face acts, and a tool inside is pushed
+                // out
+    // Factors on contact_kappa: contact stiffness of a face, and of a node against a plane. Both
+    // NULL: 1. The model's memory, set by contact_set_stiffness, for bodies whose nodes have very
+    // different masses per area.
     double *face_firmness; // [face_count]
     double *node_firmness; // [node_count]
 } BodySurface;
 
-// Figures for status and summary; computed when asked.
+// Figures for status and summary; computed on request.
 typedef struct BodyMeasure {
     double kinetic;          // [J]
     double elastic;          // [J]
-    double max_displacement; // from rest [m]
-    int64_t refused;         // divisions of faces that did not fit, since the start
+    double max_displacement; // from rest positions [m]
+    double outer;            // potential of gravity and constant loads, up to a constant [J]
+    int64_t refused;         // subdivisions of faces beyond the capacity, since the start
 } BodyMeasure;
 
-// What a client's mesh looks like (lcmtypes/mesh_t.lcm): what is published and recorded, which may
-// be another mesh than BodySurface, finer, coarser or of other nodes. All arrays by node or
-// triangle slot. A free node slot has id -1, a free triangle is 0 0 0. Constant between changes of
-// topology.
+// The mesh that clients get (lcmtypes/mesh_t.lcm), published and recorded. It may differ from
+// BodySurface: finer, coarser or with other nodes. All arrays by node or triangle slot. A free node
+// slot has id -1, a free triangle is 0 0 0. Constant between changes of topology.
 typedef struct BodyMesh {
-    int topology; // goes up by one with every change and every restore of the state, so that no
-                  // number ever names two meshes of a run; the pipeline counts, and no state has it
+    int topology; // incremented by every change and every restore of the state, so that a number is
+                  // unique among 2^31 meshes of a run; counted by the pipeline, part of no state.
+                  // Positive: 1 follows INT_MAX
     int node_count, triangle_count; // slots in use so far
     int node_capacity, triangle_capacity;
     const int (*triangle)[3];
@@ -69,49 +71,48 @@ typedef struct BodyMesh {
     const signed char *level;
 } BodyMesh;
 
-// A place for a face that changed hands. The face there takes over from the one in place `from`,
-// which lay (at least partly) where it lies; -1: the place is free now. A face that takes over from
-// several has an entry for each.
+// A face slot with a new face. It replaces the face in slot `from`, which was (at least partly) in
+// its location; -1: the slot is now free. A face that replaces several has an entry for each.
 typedef struct FaceChange {
     int face, from;
 } FaceChange;
 
-// A node that came, and the two between which it lies; a copy of another: that one twice.
+// A new node and the two nodes that it is between; a copy has its original twice.
 typedef struct NodeBirth {
     int node, parent[2];
 } NodeBirth;
 
-// What one change of topology did to BodySurface; owned by the model, valid until the next change.
+// Effect of one change of topology on BodySurface; owned by the model, valid until the next change.
 typedef struct TopologyChange {
     int face_count, born_count, gone_count;
-    const FaceChange *face;      // `from` speaks of the places before the change
+    const FaceChange *face;      // `from` is a slot before the change
     const NodeBirth *born;       // parents before their children
     const int *gone;             // children before their parents
-    const int (*gone_parent)[2]; // [gone_count] between which they lay
-    bool again; // ask once more in this tick: what came may have to be divided in turn
+    const int (*gone_parent)[2]; // [gone_count] nodes that they were between
+    bool again; // call once more in this tick: new faces may have to be divided in turn
 } TopologyChange;
 
-// What can be changed while a scene runs.
+// Parameters that can change while a scene runs.
 typedef enum BodyParameter {
     BODY_GRAVITY_X,
     BODY_GRAVITY_Y,
     BODY_GRAVITY_Z,       // [m/s2]
-    BODY_STIFFNESS_SCALE, // times the stiffness of springs, as loaded
-    BODY_DAMPING_SCALE,   // times the damping of springs, as loaded
-    BODY_ADAPT_FORCE,     // thresholds of refinement (surface.md section 6)
+    BODY_STIFFNESS_SCALE, // factor on the stiffness of springs, as loaded
+    BODY_DAMPING_SCALE,   // factor on the damping of springs, as loaded
+    // thresholds of refinement (server/surface/detail/README.md, "Refinement criteria")
+    BODY_ADAPT_FORCE,
     BODY_ADAPT_SPEED,
     BODY_ADAPT_CURVATURE,
-    BODY_ADAPT_SCALE, // times all three thresholds: the time budget's
-    BODY_ADAPT_LEVEL, // finest level that may be used: the time budget's. May be more than there
-                      // are
+    BODY_ADAPT_SCALE, // factor on all three thresholds, of the time budget
+    BODY_ADAPT_LEVEL, // finest level allowed, of the time budget; may exceed the levels of the body
 } BodyParameter;
 
 typedef struct Body Body;
 
-// How much of the state before a tick a body gets back. Its topology stays as it is in any case.
+// How much of the state before a tick is restored. The topology stays in any case.
 typedef enum RestoreMode {
-    RESTORE_PLACES, // positions, at rest
-    RESTORE_SHAPE,  // the rest shape, at rest
+    RESTORE_PLACES, // positions, with zero velocity
+    RESTORE_SHAPE,  // the rest shape, with zero velocity
     RESTORE_MOTION, // positions and velocities
 } RestoreMode;
 
@@ -119,102 +120,101 @@ typedef struct BodyOps {
     const char *model; // "surface"
 
     // --- a tick, in this order; called by the step thread ---
-    // Refines and coarsens where the present state asks for it; NULL: the body has one level of
-    // detail. True when the topology changed: `change` says how, and the body's surface, mesh,
-    // mass, bounds and counts have changed with it. `step` counts from 0 again after settling.
+    // Refines and coarsens by the current state; NULL: the body has one level of detail. Returns
+    // true if the topology changed: `change` describes it, and the body's surface, mesh, mass,
+    // bounds and counts are updated. `step` restarts from 0 after settling.
     bool (*adapt)(Body *body, int64_t step, double tick, TopologyChange *change);
-    // Breaks the links that a blade's edge meets (cut.h); NULL: the body is not cuttable. Says what
-    // happened in `outcome`, whose verdict alone matters when it returns false: then nothing was
-    // changed. True when the topology changed, as with adapt; change->again: call once more with
-    // the same sweep, and the counts of all calls add up. What an earlier tick put off may be done
-    // with CUT_ENDS. A verdict that refuses (cut_refuses) ends the stroke: CUT_ENDS follows.
+    // Breaks the links that a blade's edge crosses (cut.h); NULL: the body is not cuttable. Sets
+    // `outcome`; if it returns false, only its verdict is valid and nothing was changed. Returns
+    // true if the topology changed, as for adapt; change->again: call once more with the same
+    // sweep, and the counts of all calls add up. CUT_ENDS may do work that an earlier tick
+    // postponed. A verdict that refuses (cut_refuses) ends the stroke: CUT_ENDS follows.
     bool (*cut)(Body *body, const CutSweep *sweep, CutOutcome *outcome, TopologyChange *change);
-    // Breaks links that are strained beyond the tissue's strength, by the present state; NULL: it
+    // Breaks links whose strain in the current state exceeds the tissue's strength; NULL: the body
     // does not tear. As cut.
     bool (*tear)(Body *body, double tick, CutOutcome *outcome, TopologyChange *change);
-    // Refines what a cut has left to be refined, as much as fits a tick; NULL: nothing ever has to
-    // be. As adapt.
+    // Refines the surroundings of cuts, as much as fits a tick; NULL: never needed. As adapt.
     bool (*reconstruct)(Body *body, TopologyChange *change);
-    // Kicks only: moves positions by dt [s] with the present velocities.
+    // Moves positions by dt [s] with the current velocities; schemes of kicks only.
     void (*drift)(void *model, double dt);
-    // One evaluation of all forces at the present rows, fused with the stage's algebra.
+    // Evaluates all forces at the current rows, fused with the stage's algebra.
     void (*evaluate)(void *model, const Stage *stage, double h);
-    // After the last stage: true when every number is finite and in bounds; the result becomes the
-    // present state. Otherwise false, and the state before the tick is still whole: restore it.
+    // Ends the tick after the last stage. Returns true if every number is finite and in bounds: the
+    // result becomes the current state. If false, the state before the tick is still intact:
+    // restore it.
     bool (*commit)(void *model);
-    // Forgets what was evaluated since the last commit, as if it had not been: the present state is
-    // that after it again. Warm starts and what is felt stay changed. NULL: steps cannot be tried.
+    // Discards all evaluations since the last commit: the current state is again that of the
+    // commit. Warm starts and measured forces stay changed. NULL: steps cannot be tried.
     void (*abandon)(void *model);
-    // Whether every number of the present state is finite and in bounds: after a checkpoint was
-    // read.
+    // True if every number of the current state is finite and in bounds; called after reading a
+    // checkpoint.
     bool (*check)(const void *model);
-    // Back to the state before the tick, as much of it as `mode` says. Nodes that came in this tick
-    // are in it already, between their parents (adapt, cut), since topology changes before the
-    // forces do.
+    // Restores the state before the tick, to the extent of `mode`. Nodes created in this tick exist
+    // in it already, between their parents (adapt, cut), since topology changes before the forces
+    // are evaluated.
     void (*restore)(void *model, RestoreMode mode);
 
     // --- nodes by their index in BodySurface ---
-    // Positions [m] and velocities [m/s] of the present rows; velocity may be NULL.
+    // Reads positions [m] and velocities [m/s] of the current rows; velocity may be NULL.
     void (*read_nodes)(const void *model, const int *node, int count, Vec3 *position,
                        Vec3 *velocity);
     // Whether the node is held by the scene (does not move).
     bool (*is_fixed)(const void *model, int node);
     // Adds forces [N] for the next evaluation only.
     void (*add_forces)(void *model, const int *node, int count, const Vec3 *force);
-    // Nodes of faces inside a region, in an order that depends on the topology alone; returns how
-    // many there are, writes at most `capacity` of them. Places of nobody are not among them.
+    // Finds the nodes of faces inside a region, in an order that depends on the topology alone.
+    // Returns their number, writes at most `capacity` of them; skips free slots.
     int (*find_nodes)(const void *model, const Region *region, int *node, int capacity);
-    // Constant forces on nodes [N], kept until cleared and part of the model's state; after a
-    // change of topology they are cleared and added anew.
+    // Adds a constant force to a node [N], kept until cleared, part of the model's state. After a
+    // change of topology they are cleared and added again.
     void (*add_load)(void *model, int node, Vec3 force);
     void (*clear_loads)(void *model);
-    // A new load is among them: what it asks of a body that adapts is looked at in the next ticks.
-    // Not called for loads that only follow a change of topology. NULL: the body does not adapt.
+    // Announces a new load, so that the next ticks check the criteria of adaptation. Not called for
+    // loads that only follow a change of topology. NULL: the body does not adapt.
     void (*look)(void *model);
 
-    // The stiffness of the free nodes of a region against small motions, of the state after a tick
-    // (patch.h): goes on where the last call stopped, for about `budget` nodes looked at. True when
-    // it is complete, or full. NULL: not known, and contacts tell no stiffness.
+    // Collects the stiffness of a region's free nodes against small motions, from the state after a
+    // tick (patch.h). Continues where the last call stopped, for about `budget` nodes. Returns true
+    // when complete or full. NULL: unknown, and contacts have no stiffness.
     bool (*gather_patch)(const void *model, Patch *patch, int budget);
 
     // --- out ---
-    // Float positions (and velocities unless NULL) of all nodes, in the order of BodyMesh.
+    // Writes float positions (and velocities unless NULL) of all nodes, in the order of BodyMesh.
     void (*snapshot)(const void *model, float *position, float *velocity);
-    // Where these nodes are when nothing acts, in the world, as the scene placed the body; constant
-    // between changes of topology. NULL: the body has no such places. What stands in free slots
-    // means nothing.
+    // Writes the rest positions of these nodes in the world, as the scene placed the body; constant
+    // between changes of topology. NULL: the body has none. Values in free slots are undefined.
     void (*snapshot_rest)(const void *model, float *position);
-    // The exact state of all that moves, for checkpoints: id (NULL: not asked for), position [m]
-    // and velocity [m/s] in a constant order between changes of topology; id -1 and zeros: nobody's
-    // place. Returns how many, at most state_capacity; of a state that check calls sound. The ids
-    // of a body that does not change (body_changes) are always the same.
+    // Reads the exact state of all moving nodes, for checkpoints: id (may be NULL), position [m]
+    // and velocity [m/s] in an order that is constant between changes of topology; free slots have
+    // id -1 and zeros. Returns the number of rows, at most state_capacity, for a state that passes
+    // check. The ids of a body that does not change (body_changes) are constant.
     int (*read_state)(const void *model, int *id, Vec3 *position, Vec3 *velocity);
     void (*measure)(const void *model, BodyMeasure *measure);
 
     // --- changes while running (SET): false when the model has no such parameter ---
     bool (*set)(void *model, BodyParameter parameter, double value);
 
-    // After the state list was restored (checkpoint, reset): whatever follows from it; may be NULL.
-    // The bytes may come from any file: of a state that cannot be, check says so afterwards.
+    // Recomputes what depends on the state list after it was restored (checkpoint, reset); may be
+    // NULL. The bytes may come from any file: check detects an invalid state afterwards.
     void (*restored)(Body *body);
 
     // --- load time ---
-    // Before the first cut: memory for the links around so many blades. NULL as cut.
+    // Reserves memory for the links around so many blades, before the first cut. NULL as cut.
     void (*reserve_blades)(void *model, int blades, Arena *arena, StateList *state);
-    // Before the first add_forces: memory for forces on so many nodes in one evaluation. NULL: it
-    // needs none.
+    // Reserves memory for forces on so many nodes in one evaluation, before the first add_forces.
+    // NULL: not needed.
     void (*reserve_forces)(void *model, const char *name, int count, Arena *arena);
-    // Kernel variant and what was left out, one line each, for --explain.
+    // Prints the kernel variant and the disabled features, one line each, for --explain.
     void (*explain)(const void *model, FILE *out);
-    // The instruction-set level of its kernels.
+    // Returns the instruction-set level of its kernels.
     const char *(*isa)(const void *model);
 } BodyOps;
 
-// What SET and the check of numbers change; plain data, part of the state.
+// Parameters changed by SET and by the guard; plain data, part of the state.
 typedef struct BodyTuning {
     double friction; // mu
     double stiffness_scale, damping_scale;
-    int64_t bad_in_a_row; // ticks that ended in bad numbers, without a good one between
+    int64_t bad_in_a_row; // consecutive ticks that ended in bad numbers
 } BodyTuning;
 
 // One body of a scene.
@@ -224,11 +224,13 @@ struct Body {
     void *model;         // owned by the arena of the scene
     BodySurface surface; // valid after creation
     BodyMesh mesh;       // valid after creation
-    // Texture coordinates by a node's id in BodyMesh; a node whose id is beyond them is a copy and
-    // has those of its origin. Owned by whom it was made by; NULL: none, or nobody asks for them.
+    // Texture coordinates by node id in BodyMesh; a node with a higher id is a copy and has those
+    // of its origin. Owned by the creator; NULL: none, or not used.
     const float (*texture)[2];
     int texture_count;
-    int state_capacity; // most that read_state may ever give
+    int state_capacity;    // most rows of read_state
+    double half_thickness; // [m] of a plane body: distance of the nodes of `surface` above and
+                           // below its state's positions; else 0
     IntegratorKind integrator;
     double mass; // [kg]
     int spring_count, element_count;
@@ -237,36 +239,51 @@ struct Body {
     // Bounds of the body alone, for the step and for the stiffness of contacts.
     double lambda;         // of M^-1 K [1/s2]
     double damping;        // of M^-1 C [1/s]
-    double contact_lambda; // lambda of the coarsest level: contact is as stiff at every level
+    double contact_lambda; // lambda of the coarsest level, so that contact is equally stiff at
+                           // every level
     double theta;          // implicit bodies: the method's, else 0
-    double contact_share;  // of that lambda, what the step of an implicit body has left; else 1
-    double finest_lambda, finest_damping; // of the finest level at rest; 0: one level, or not known
+    double
+        contact_share; // implicit bodies: fraction of that lambda which their step leaves; else 1
+    double finest_lambda, finest_damping; // of the finest level at rest; 0: one level, or unknown
 
-    // Contact law (contact.md 2.1), set by sim_create from `lambda`.
-    double contact_density; // least mass of a node over the sum of the face areas at it [kg/m2]
+    // Contact law (README.md, "Contact stiffness"), set by sim_create from `lambda`.
+    double contact_density; // least ratio of a node's mass to the sum of its face areas [kg/m2]
     double contact_kappa;   // stiffness per rest area [N/m3], times firmness
     double contact_ratio;   // a: share of the body's own stiffness
     double contact_damping; // b_c: damping time [s]
     BodyTuning tuning;
 
-    // The time step, set by sim_seal and again whenever the bounds change.
+    // The time step, set by sim_seal and whenever the bounds change.
     double time_step_limit;  // of the stability bound, contacts included [s]
     double time_step_wanted; // of the scene; 0: none
     bool unsafe_time_step;
-    int substeps;        // a tick
-    int finest_substeps; // at the finest level as loaded, where that is known: the most
+    int substeps;        // per tick
+    int finest_substeps; // at the finest level as loaded, if known: the maximum
     double h;            // tick / substeps [s]
 
     int64_t resets; // restores of the last good state
 };
 
-// Whether its topology can change while it runs.
+// Returns the number of the next mesh.
+static inline int topology_after(int topology)
+{
+    return topology < INT_MAX ? topology + 1 : 1;
+}
+
+// True if a positive number is ahead of another by less than half the range; 0 is no mesh.
+static inline bool topology_is_newer(int topology, int than)
+{
+    const int ahead = topology - than;
+    return than == 0 || (ahead > 0 && ahead <= INT_MAX / 2) || ahead < -(INT_MAX / 2);
+}
+
+// True if the topology can change while the body runs.
 static inline bool body_changes(const Body *body)
 {
     return body->ops->adapt != NULL || body->ops->cut != NULL || body->ops->tear != NULL;
 }
 
-// Pieces: different values of BodyMesh.piece. Not for the step thread.
+// Returns the number of pieces: different values of BodyMesh.piece. Not for the step thread.
 int body_count_pieces(const BodyMesh *mesh);
 
 #endif

@@ -1,16 +1,17 @@
-// Proxy and bookkeeping of a contact; the law is in contact_force.c. Step thread.
+// Proxy (README.md, "The proxy") and bookkeeping of a contact; contact_force.c has the law. Step
+// thread.
 #include "dynamics/contact_data.h"
 
 #include <string.h>
 
-enum { RETREATS = 8 };               // steps back in a substep before forces are scaled instead
-static const double AWAY_TIME = 0.1; // [s] after which a tool caught behind a wall is let go
+enum { RETREATS = 8 };               // steps back per substep before forces are scaled instead
+static const double AWAY_TIME = 0.1; // [s] after which a tool caught behind a wall is released
 
 // ---------------------------------------------------------------------------------------------
-// The beginning of a tick
+// Start of a tick
 
-// A tool caught behind a wall: only crossed faces act while the hand itself is clear of the body.
-// Let go after a while, otherwise it would pull for ever.
+// Watches for a tool caught behind a wall: only crossed faces act while the hand itself is clear of
+// the body. Releases it after a while, since it would pull for ever.
 static void watch_caught(Contact *contact, Vec3 pose, double margin, double tick)
 {
     Proxy *proxy = contact->proxy;
@@ -19,7 +20,7 @@ static void watch_caught(Contact *contact, Vec3 pose, double margin, double tick
         Region region = {.kind = REGION_CAPSULE, .from = pose, .to = pose};
         region.radius = contact->lever + contact->largest_radius + margin +
                         CONTACT_FACE_REACH * contact->body->surface.longest_edge;
-        int node; // only the count is wanted
+        int node; // not used, only the count is
         caught = contact->body->ops->find_nodes(contact->body->model, &region, &node, 0) == 0;
     }
     proxy->away = caught ? proxy->away + tick : 0.0;
@@ -27,7 +28,7 @@ static void watch_caught(Contact *contact, Vec3 pose, double margin, double tick
         contact_clear(contact);
 }
 
-// Whether any node lies so near that a capsule could meet a face when it moves by `travel`.
+// True if any node is so near that a capsule could reach a face within `travel`.
 static bool may_meet(const Contact *contact, const ToolPlacement *at, double travel)
 {
     const Body *body = contact->body;
@@ -36,7 +37,7 @@ static bool may_meet(const Contact *contact, const ToolPlacement *at, double tra
         contact_axis(&contact->tool->capsule[shape], at, &region.from, &region.to);
         region.radius = contact->tool->capsule[shape].radius + contact->smallest_radius + travel +
                         CONTACT_FACE_REACH * body->surface.longest_edge;
-        int node; // only the count is wanted
+        int node; // not used, only the count is
         if (body->ops->find_nodes(body->model, &region, &node, 0) > 0)
             return true;
     }
@@ -69,6 +70,7 @@ static void begin_tick_plane(Contact *contact)
 
 void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation, double tick)
 {
+    contact->kicked = 0.0;
     if (contact->is_plane) {
         begin_tick_plane(contact);
         return;
@@ -88,11 +90,11 @@ void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation
     Quat turn = quat_multiply(orientation, quat_conjugate(proxy->orientation));
     double way = vec3_length(vec3_sub(end, proxy->position));
     double swing = vec3_length(quat_to_rotation(turn)) * contact->lever;
-    double cap = contact->body->substeps * CONTACT_STEP_CAP * r; // of the way and of the swing
+    double cap = contact->body->substeps * CONTACT_STEP_CAP * r; // of translation and rotation
     contact_forget_candidates(contact);
     bool clear = way + swing > cap && !may_meet(contact, &at, way + swing);
-    // Walls of hollow bodies are seen early, so that sides are known before they are touched. What
-    // comes to a solid's faces in a tick is what these move: by an edge, in a body that holds.
+    // Search walls of hollow bodies early, so that sides are known before contact. A solid's faces
+    // approach by their own motion alone: by an edge per tick in a sound body.
     const BodySurface *surface = &contact->body->surface;
     double margin = r;
     if (surface->solid)
@@ -100,8 +102,8 @@ void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation
             r, fmax((CONTACT_SOLID_REACH - 1.0) * contact->largest_radius, surface->longest_edge));
     if (!clear)
         contact_find_candidates(contact, &at, margin + fmin(way, cap) + fmin(swing, cap));
-    // Near a body the proxy walks in small steps, substep by substep; in free air it follows at
-    // once, or as far as was searched.
+    // Near a body the proxy moves in small steps, substep by substep; in free air it follows
+    // immediately, or as far as the search reached.
     if (contact->local_count == 0)
         move_towards(proxy, end, orientation, contact->lever, clear ? (double)INFINITY : cap);
     contact->sums = (ContactSums){.about = proxy->position};
@@ -114,14 +116,14 @@ bool contact_is_near(const Contact *contact)
 }
 
 // ---------------------------------------------------------------------------------------------
-// Proxy, once a substep
+// Proxy, once per substep
 
 static double limited(double size, double cap)
 {
     return size > cap ? cap / size : 1.0;
 }
 
-// The proxy's motion over the substep from where it is to `next`.
+// Returns the proxy's motion over the substep from its position to `next`.
 static ToolPlacement placement(const Contact *contact, double fraction, double h)
 {
     const Proxy *from = contact->proxy, *to = &contact->next;
@@ -141,10 +143,23 @@ static ToolPlacement placement(const Contact *contact, double fraction, double h
     return at;
 }
 
+// Adds the work of the forces: a force acts with the mean of the nodes' velocities before and after
+// its kick, which also moves them.
+static void add_work(Contact *contact)
+{
+    double work = 0.0;
+    for (int i = 0; i < contact->local_count; i++)
+        work += vec3_dot(contact->f[i], contact->v[i]);
+    contact->sums.work += contact->kicked * work;
+}
+
 static void read_local_nodes(Contact *contact)
 {
     const Body *body = contact->body;
     body->ops->read_nodes(body->model, contact->node, contact->local_count, contact->x, contact->v);
+    if (contact->kicked > 0.0)
+        add_work(contact); // of the last forces
+    contact->kicked = 0.0;
     if (contact->is_plane)
         return;
     double farthest = 0.0;
@@ -188,6 +203,7 @@ void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, doub
 
 void contact_apply(Contact *contact, double fraction, double weight, double h)
 {
+    // Evaluate unless the last evaluation of the substep was at this very placement.
     if (!contact->fresh || fraction != 1.0) {
         read_local_nodes(contact);
         ToolPlacement at = placement(contact, fraction, h);
@@ -199,7 +215,7 @@ void contact_apply(Contact *contact, double fraction, double weight, double h)
     if (f->acting == 0)
         return;
 
-    // Where stepping back was not enough, body and tool feel the same share of the force.
+    // If stepping back was not enough, scale the force on body and tool alike.
     double scale = 1.0;
     if (contact->tool->kind != TOOL_STATIC)
         scale = limited(vec3_length(f->force), contact->tool->max_force);
@@ -208,6 +224,7 @@ void contact_apply(Contact *contact, double fraction, double weight, double h)
             contact->f[i] = vec3_scale(scale, contact->f[i]);
     contact->body->ops->add_forces(contact->body->model, contact->node, contact->local_count,
                                    contact->f);
+    // Impulse, moment and weighted means for the wrench.
     double share = scale * weight * h;
     ContactSums *sums = &contact->sums;
     sums->impulse = vec3_madd(sums->impulse, share, f->force);
@@ -215,6 +232,35 @@ void contact_apply(Contact *contact, double fraction, double weight, double h)
     sums->point = vec3_madd(sums->point, share, f->point);
     sums->normal = vec3_madd(sums->normal, share, f->normal);
     sums->weight += share * f->weight;
+    // RK4 has the whole work at once; kicks get the other half with the next velocities.
+    const bool kicks = contact->body->integrator != INTEGRATOR_RK4;
+    contact->kicked = kicks ? 0.5 * weight * h : weight * h;
+    add_work(contact);
+    contact->kicked = kicks ? contact->kicked : 0.0;
+}
+
+void contact_end_tick(Contact *contact)
+{
+    enum { AT_ONCE = 64 };
+    int node[AT_ONCE];
+    Vec3 f[AT_ONCE], x[AT_ONCE], v[AT_ONCE]; // other results of the evaluation stay unchanged
+    const Body *body = contact->body;
+    double work = 0.0;
+    for (int i = 0; i < contact->local_count && contact->kicked > 0.0;) {
+        // Of all nodes within reach, read only those that were pushed.
+        int count = 0;
+        for (; i < contact->local_count && count < AT_ONCE; i++) {
+            const Vec3 *own = &contact->f[i];
+            node[count] = contact->node[i];
+            f[count] = *own;
+            count += own->x != 0.0 || own->y != 0.0 || own->z != 0.0;
+        }
+        body->ops->read_nodes(body->model, node, count, x, v);
+        for (int k = 0; k < count; k++)
+            work += vec3_dot(f[k], v[k]);
+    }
+    contact->sums.work += contact->kicked * work;
+    contact->kicked = 0.0;
 }
 
 void contact_end_substep(Contact *contact)
@@ -227,7 +273,7 @@ void contact_end_substep(Contact *contact)
     for (int shape = 0; shape < contact->tool->capsule_count && contact->local_count > 0; shape++)
         contact->next.bristle[shape] = contact->trial[shape];
     const ContactForces *last = &contact->forces;
-    // Of a tool that is nowhere near, the last forces are those of long ago, which no state keeps.
+    // A tool out of reach has no recent forces; the old ones are in no state.
     contact->next.crossed_only =
         contact_is_near(contact) && last->acting > 0 && last->acting == last->crossed;
     contact->next.away = contact->proxy->away;
@@ -247,7 +293,7 @@ void contact_clear(Contact *contact)
     }
     contact_forget_candidates(contact);
     contact->sums = (ContactSums){.about = contact->proxy->position};
-    contact->next = *contact->proxy; // a substep that ends must not bring the old proxy back
+    contact->next = *contact->proxy; // the end of a substep must not restore the old proxy
 }
 
 int contact_springs(Contact *contact, ContactSpring *spring, int capacity)

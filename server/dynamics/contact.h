@@ -1,7 +1,7 @@
-// Contact of one tool with one body (contact.md): a penalty on faces with one closest pair each,
-// soft minimum for capsules, remembered sides, a proxy that yields beyond max_force, bristle
-// friction. Contact knows no physics of the body: it reads node rows and adds node forces. Step
-// thread.
+// Contact of one tool with one body (README.md, "Contact of faces"): a penalty on faces with one
+// closest pair each, a soft minimum for capsules, remembered sides, a proxy that yields beyond
+// max_force, bristle friction. Independent of the body's physics: it reads node rows and adds node
+// forces. Step thread.
 #ifndef PLIANT_DYNAMICS_CONTACT_H
 #define PLIANT_DYNAMICS_CONTACT_H
 
@@ -12,73 +12,80 @@
 
 typedef struct Contact Contact;
 
-// What a contact gathers over a tick; read when the tick ends, cleared by contact_begin_tick.
+// Sums of a contact over a tick; read when the tick ends, cleared by contact_begin_tick.
 typedef struct ContactSums {
     Vec3 impulse;  // on the tool [N s]
-    Vec3 about;    // the proxy's position when the tick began [m]
+    Vec3 about;    // the proxy's position at the start of the tick [m]
     Vec3 moment;   // of the impulse about that point [N m s]
     Vec3 point;    // impulse-weighted contact point, times `weight`
     Vec3 normal;   // impulse-weighted normal out of the body, times `weight`
     double weight; // [N s]
     double depth;  // largest [m]
+    double work;   // of the contact's springs and dampers on the body's nodes [J]
 } ContactSums;
 
-// The law of contact with this body: sets contact_kappa so that the stiffness of a contact stays in
-// the given share of the body's own (contact.md 2.1), and the firmness of faces and nodes where the
-// body has memory for it. Such a body calls it again when its faces or masses have changed: kappa
-// may change then, its products with firmness do so only where masses or areas did.
+// Sets contact_kappa so that the stiffness of a contact is the given fraction of the body's own
+// (README.md, "Contact stiffness"), and the firmness of faces and nodes if the body has memory for
+// it. Such a body calls it again when its faces or masses have changed: kappa may change then; its
+// product with firmness changes only where masses or areas did.
 void contact_set_stiffness(Body *body);
-// What one tool adds to the bounds of the body: of M^-1 K [1/s2] and M^-1 C [1/s].
+// Computes what one tool adds to the bounds of the body: of M^-1 K [1/s2] and M^-1 C [1/s].
 void contact_bounds(const Body *body, const ToolOptions *tool, double *lambda, double *damping);
+// Returns how many times the contacts with a tool count in these bounds: more than once if they
+// have little damping, in a scheme without numerical damping (README.md, "Contacts of little
+// damping").
+double contact_bounce_share(const Body *body, const ToolOptions *tool);
 
-// Load time. Either the tool's capsules or its plane; a tool with both has two contacts. `name` is
-// "body/tool7" in lists of arrays. The body and the options outlive the contact.
+// Creates the contact of the tool's capsules or of its plane; a tool with both has two contacts.
+// Load time. `name` is "body/tool7" in lists of arrays. The body and the options outlive the
+// contact.
 Contact *contact_create(const char *name, const ToolOptions *tool, bool plane, Body *body,
                         Arena *arena, StateList *state);
 
-// Once a tick: clears the sums; finds the faces (or nodes) that the tool can reach while it moves
-// from `begin` to `end`, and the side on which it stands.
+// Clears the sums; finds the faces (or nodes) that the tool can reach as it moves from `begin` to
+// `end`, and on which side of them it is. Once per tick.
 void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation, double tick);
-// False when the tool cannot reach the body in this tick: contact_apply is not needed.
+// Returns false if the tool cannot reach the body in this tick: contact_apply is not needed.
 bool contact_is_near(const Contact *contact);
-// Before the first stage of each substep: chooses where the proxy goes in it, towards the tool's
-// pose.
+// Chooses the proxy's motion in a substep, towards the tool's pose; before its first stage.
 void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, double h);
-// At every stage, with the proxy a `fraction` of its way along: adds the contact's forces to the
-// body's nodes, for that evaluation; `weight` is the stage's share of the substep's impulse.
+// Adds the contact's forces to the body's nodes for this evaluation, with the proxy a `fraction` of
+// its way along; `weight` is the stage's share of the substep's impulse. At every stage.
 void contact_apply(Contact *contact, double fraction, double weight, double h);
-// After the last stage of a substep: the friction's memory moves on.
+// Updates the friction's memory; after the last stage of a substep.
 void contact_end_substep(Contact *contact);
-// After the body's topology has changed, before the next contact_begin_tick: faces that took over
-// from others stand on the same side of the tool; nodes that came hold the plane as their parents
+// Completes the work in the sums; after a good tick, with its result as the current state.
+void contact_end_tick(Contact *contact);
+// Follows a change of the body's topology, before the next contact_begin_tick: new faces are on the
+// same side of the tool as those that they replace; new nodes stick to the plane as their parents
 // do. The proxy and its friction stay.
 void contact_topology_changed(Contact *contact, const TopologyChange *change);
-// The tool was withdrawn, or the body was restored: forget sides, friction and proxy.
+// Clears sides, friction and proxy, after the tool was withdrawn or the body was restored.
 void contact_clear(Contact *contact);
 
-// The most nodes that one evaluation can push, for BodyOps.reserve_forces.
+// Returns the most nodes that one evaluation can push, for BodyOps.reserve_forces.
 int contact_node_capacity(const Contact *contact);
-// Faces within the tool's reach that had no room among the candidates, since the start: they act as
-// if they were not there.
+// Returns the number of faces, since the start, within the tool's reach but beyond the capacity for
+// candidates: they have no effect.
 int64_t contact_refused(const Contact *contact);
 
-// One push as a spring between the tool and the point of a face.
+// One push, as a spring between the tool and a point of a face.
 typedef struct ContactSpring {
     int node[3];      // of BodySurface
     double weight[3]; // barycentric
     Vec3 normal;      // unit
     double stiffness; // [N/m]
-    // What it gives way sideways, where the point stays as the tool moves: it pushes from it, and
-    // so turns as the tool goes round. force / distance [N/m]; negative: it draws back.
+    // Sideways yield, for a point that stays while the tool moves: the force acts from it, and so
+    // turns as the tool moves around. force / distance [N/m]; negative: it pulls back.
     double yield;
 } ContactSpring;
 
-// Between two ticks: the springs that act at the end of the last one, without friction. Returns how
-// many; -1: more than `capacity`.
+// Lists the springs at the end of the last tick, without friction; between two ticks. Returns their
+// number; -1: more than `capacity`.
 int contact_springs(Contact *contact, ContactSpring *spring, int capacity);
 
 const ContactSums *contact_sums(const Contact *contact);
-// Where the proxy is.
+// Returns position and orientation of the proxy.
 void contact_proxy(const Contact *contact, Vec3 *position, Quat *orientation);
 
 #endif

@@ -1,6 +1,6 @@
-// Private to the dynamics room: what a contact of one tool with one body holds. contact.c moves
+// Private to the dynamics module: the data of a contact of one tool with one body. contact.c moves
 // the proxy, contact_find.c finds candidates, contact_side.c remembers sides, contact_follow.c
-// keeps them when faces change, contact_force.c is the law.
+// follows changes of faces, contact_force.c is the law.
 #ifndef PLIANT_DYNAMICS_CONTACT_DATA_H
 #define PLIANT_DYNAMICS_CONTACT_DATA_H
 
@@ -14,7 +14,7 @@ typedef struct Candidate {
     bool border[3]; // edge (k, k + 1) belongs to this face alone
 } Candidate;
 
-// Where the tool is for this body; plain data, part of the state.
+// The tool's position for this body; plain data, part of the state.
 typedef struct Proxy {
     int64_t valid; // 0 or 1
     Vec3 position;
@@ -24,14 +24,14 @@ typedef struct Proxy {
     double away; // time that only crossed faces acted while the pose was clear of the body [s]
 } Proxy;
 
-// One push between a capsule and a face, kept until friction has had its share.
+// One push between a capsule and a face, kept until friction is added.
 typedef struct Push {
     int candidate;
     double weight[3]; // barycentric, on the candidate's nodes
     double force;     // normal force >= 0 [N]
 } Push;
 
-// The pushes of one capsule together, each weighted with its normal force.
+// The sum of one capsule's pushes, each weighted with its normal force.
 typedef struct PushSums {
     double force;     // [N]
     double stiffness; // [N/m] times [N]
@@ -39,24 +39,24 @@ typedef struct PushSums {
     Vec3 slip;        // tangential velocity of the tool relative to the faces [m/s] times [N]
 } PushSums;
 
-// Of the radius: the proxy's largest step in a substep.
+// Largest step of the proxy in a substep, relative to the radius.
 #define CONTACT_STEP_CAP 0.25
 
-// Of the radius: how near the axis may come to a solid's faces; and how far from it a face of a
-// solid may be felt then.
+// Relative to the radius: least distance of the axis from a solid's faces, and largest distance at
+// which a solid's face then acts.
 #define CONTACT_SOLID_FLOOR (1.0 / 3.0)
 #define CONTACT_SOLID_REACH 1.14
-// What the push of a solid's faces may add to the bounds, times that of a pair along its distance.
+// Factor on the bounds for the push of a solid's faces, relative to a pair along its distance.
 #define CONTACT_SOLID_BOUND 1.3
 
-// How far behind a tool with a proxy a wall may be that it has crossed, as a share of the radius:
-// the proxy steps back before its axis comes to a wall, so what shows its back farther off was not
+// Largest distance of a crossed wall behind a tool with a proxy, relative to the radius. The proxy
+// steps back before its axis reaches a wall, so a wall whose back is visible farther off was not
 // crossed but seen through another wall.
 #define CONTACT_CROSSED_REACH 0.5
 
-// A face is found by its nodes: none of its points is farther than 0.58 of its longest edge from
-// one (the circumradius of an equilateral face); faces may be stretched to twice their rest length.
-// Faces that already are candidates stay so until they are too far, however stretched.
+// Faces are found by their nodes: every point of a face is within 0.58 of its longest edge of a
+// node (the circumradius of an equilateral face); faces may be stretched to twice their rest
+// length. Candidates remain until they are too far, however stretched.
 #define CONTACT_FACE_REACH (2.0 * 0.58)
 
 enum { CONTACT_PUSHES = 2048 }; // at most, with friction; more pushes act without it
@@ -85,79 +85,82 @@ struct Contact {
     signed char *side[TOOL_SHAPES]; // [face_count] per capsule: +1, -1, or 0: not a candidate
     Vec3 *plane_bristle;            // [node_count], planes only
 
-    // Only on bodies that adapt, else NULL. By face [face_count]: its distance [m] when it was a
-    // candidate last, part of the state; and scratch.
+    // For bodies that adapt, else NULL. By face [face_count]: its distance [m] when it was last a
+    // candidate, part of the state; and scratch.
     float *gap[TOOL_SHAPES], *old_gap;
     signed char *old_side;
 
     // --- of the tick: filled by contact_begin_tick ---
-    // By candidate [face_capacity] or local node [node_capacity] unless said.
+    // Indexed by candidate [face_capacity] or local node [node_capacity] unless stated.
     int candidate_count, local_count;
     int face_capacity, node_capacity, push_capacity;
     int ring_capacity;    // of x: local nodes and the nodes around them
-    int64_t refused;      // faces within reach, and rings, that did not fit, since the start
+    int64_t refused;      // faces within reach, and rings, beyond the capacity, since the start
     Candidate *candidate; // by face number
     int *node;            // [node_count] of a local node; candidates' nodes first, then their ring
     int *local;           // [node_count] of a node; -1
-    uint64_t *mark;       // bit a face: marked, then those that are candidates
+    uint64_t *mark;       // one bit per face: marked, then candidates
     int *rank;            // candidates before each word of `mark`
     Vec3 *x;              // [ring_capacity] position [m]
     Vec3 *v, *f;          // velocity [m/s], force [N]
     Vec3 *node_normal;    // area-weighted, not unit; zero on a border
-    double *ridge;        // solids only: how far a node stands out of those around it, in edges
+    double *ridge;        // solids only: height of a node above its neighbours, in edges
     ToolPlacement begin;  // of the proxy
     Vec3 *x_begin;        // [m]
     double *gap_begin[TOOL_SHAPES]; // distance per capsule [m]
-    unsigned char *corners;         // bit a corner that carries the nearest point, at the begin
-    signed char *seen_side;         // when the tick began
-    bool *has_side;                 // false where the nearest point lies on a free border
-    int *teller;                    // the candidate that tells a candidate's side
-    double *distance;               // in the present evaluation, unsigned
-    Vec3 *plane_trial;              // planes only: bristles of the present evaluation
+    unsigned char *corners; // bit mask of the corners that carry the nearest point, at the start
+    signed char *seen_side; // when the tick began
+    bool *has_side;         // false if the nearest point is on a free border
+    int *teller;            // the candidate whose side a candidate takes
+    double *distance;       // in the current evaluation, unsigned
+    Vec3 *plane_trial;      // planes only: bristles of the current evaluation
 
     // --- of the substep ---
-    double yielded; // farthest that a local node has moved since the tick began [m]
+    double yielded; // largest displacement of a local node since the tick began [m]
     Proxy next;     // where the proxy goes
-    bool fresh;     // `forces` and `f` hold the evaluation at `next`
+    bool fresh;     // `forces` and `f` are those of `next`
     ContactForces forces;
-    Vec3 trial[TOOL_SHAPES]; // bristles of the present evaluation
+    Vec3 trial[TOOL_SHAPES]; // bristles of the current evaluation
     int push_count;
     Push *push;         // [push_capacity]
     PushSums push_sums; // of the capsule under evaluation
-    // While somebody asks for them, else NULL: the springs of the evaluation.
+    // The springs of the evaluation while contact_springs needs them, else NULL.
     ContactSpring *spring;
     int spring_count, spring_capacity;
-    double spring_turn; // of the pair: how the normal turns as the tool moves sideways [1/m]
+    double spring_turn; // of the pair: rotation of the normal per sideways motion of the tool [1/m]
 
+    double kicked; // half the duration of the forces `f` whose work is half counted [s], or 0
     ContactSums sums;
 };
 
 // A capsule without length.
 bool contact_is_sphere(const Capsule *capsule);
-// The capsule's axis at a placement.
+// Returns the capsule's axis at a placement.
 void contact_axis(const Capsule *capsule, const ToolPlacement *at, Vec3 *p, Vec3 *q);
-// Unit normal of a candidate's face at the present positions; zero for a face without area.
+// Returns the unit normal of a candidate's face at the current positions; zero for a face without
+// area.
 Vec3 contact_face_normal(const Contact *contact, const Candidate *candidate);
 
-// contact_find.c: the faces within `margin` of touch at a placement (or the nodes below a plane),
-// in ascending order, their local nodes and normals; then their sides.
+// contact_find.c: finds the faces within `margin` of contact at a placement (or the nodes below a
+// plane), in ascending order, their local nodes and normals; then their sides.
 void contact_find_candidates(Contact *contact, const ToolPlacement *at, double margin);
 void contact_forget_candidates(Contact *contact);
-// The number of a face among the candidates, or -1; once they are known.
+// Returns the number of a face among the known candidates, or -1.
 int contact_find_candidate(const Contact *contact, int face);
 
-// contact_side.c: nearest pair of a face and an axis; at no distance when the axis passes through.
+// contact_side.c: finds the nearest pair of a face and an axis; zero distance if the axis passes
+// through.
 void contact_nearest_pair(const Vec3 x[3], Vec3 p, Vec3 q, bool sphere, ClosestPair *nearest);
-// After the candidates are known, decides the side of new ones and releases old
-// ones.
+// Decides the side of new candidates and forgets that of old ones; call when the candidates are
+// known.
 void contact_update_sides(Contact *contact, const ToolPlacement *at);
 
-// contact_force.c: forces on the tool and, in `f`, on the local nodes, at a placement and the
-// present x and v. `dt` is how far friction's memory moves [s].
+// contact_force.c: computes forces on the tool and, in `f`, on the local nodes, at a placement and
+// the current x and v. `dt`: time by which friction's memory advances [s].
 void contact_evaluate(Contact *contact, const ToolPlacement *at, double dt);
 
-// Sign of (c - z) . N for a pair: +1 in front of the face, -1 behind; 0 on a free border, where
-// there is no side. `weight` and `on_face` as in ClosestPair.
+// Returns the sign of (c - z) . N for a pair: +1 in front of the face, -1 behind; 0 on a free
+// border, which has no sides. `weight` and `on_face` as in ClosestPair.
 int contact_sign(const Contact *contact, const Candidate *candidate, const double weight[3],
                  Vec3 on_face, Vec3 on_axis);
 

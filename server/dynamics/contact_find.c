@@ -1,5 +1,6 @@
-// Finds the faces (or nodes) that a tool can reach in a tick: by nodes near an axis, then the faces
-// around them by exact distance; and the normals at their nodes. Step thread, once a tick.
+// Finds the faces (or nodes) that a tool can reach in a tick: first nodes near an axis, then the
+// faces around them by exact distance (README.md, "Candidate faces"); and the normals at their
+// nodes. Step thread, once per tick.
 #include "dynamics/contact_data.h"
 
 #include "geometry/distance.h"
@@ -11,7 +12,7 @@ static void mark_face(Contact *contact, int face)
     contact->mark[face / 64] |= UINT64_C(1) << (face % 64);
 }
 
-// Marks the faces around every node near a capsule, and those that are candidates already.
+// Marks the faces around every node near a capsule, and the existing candidates.
 static void mark_faces(Contact *contact, const ToolPlacement *at, double margin)
 {
     const BodySurface *surface = &contact->body->surface;
@@ -30,7 +31,7 @@ static void mark_faces(Contact *contact, const ToolPlacement *at, double margin)
         }
         const signed char *side = contact->side[shape];
         for (int f = 0; f < surface->face_used; f++) {
-            uint64_t eight; // nearly all are 0: look at eight at a time
+            uint64_t eight; // nearly all are 0: check eight at a time
             while (f + 8 <= surface->face_used && (memcpy(&eight, side + f, 8), eight == 0))
                 f += 8;
             if (f < surface->face_used && side[f] != 0)
@@ -48,8 +49,8 @@ static int local_number(Contact *contact, int node)
     return contact->local[node];
 }
 
-// Cheap bounds of the distance between a face and an axis: from the face's centre, which lies on
-// it.
+// Computes cheap bounds of the distance between a face and an axis, from the face's centre, which
+// is on the face.
 static void face_bounds(const Vec3 x[3], Vec3 p, Vec3 q, double *lower, double *upper)
 {
     Vec3 center = vec3_scale(1.0 / 3.0, vec3_add(vec3_add(x[0], x[1]), x[2]));
@@ -87,7 +88,7 @@ static bool within_reach(const Contact *contact, const ToolPlacement *at, const 
     return false;
 }
 
-// Makes a face the next candidate; false when it or its nodes do not fit.
+// Makes a face the next candidate; returns false if it or its nodes exceed the capacity.
 static bool add_candidate(Contact *contact, int face)
 {
     const BodySurface *surface = &contact->body->surface;
@@ -136,8 +137,8 @@ int contact_find_candidate(const Contact *contact, int face)
                              : contact->rank[face / 64] + __builtin_popcountll(word & (bit - 1));
 }
 
-// Area-weighted normal at a node, from all faces around it; zero at a node of a free border, where
-// there is no side.
+// Returns the area-weighted normal at a node, from all faces around it; zero at a node of a free
+// border, which has no sides.
 static Vec3 node_normal(const Contact *contact, int node)
 {
     const BodySurface *surface = &contact->body->surface;
@@ -156,8 +157,8 @@ static Vec3 node_normal(const Contact *contact, int node)
     return sum;
 }
 
-// How far a node stands out of those around it, along its normal, in edges: nothing where it is
-// flat, 0.35 and more at a cube's edges and corners, less than nothing in a hollow.
+// Returns the height of a node above its neighbours, along its normal, in edges: 0 on a plane, 0.35
+// and more at a cube's edges and corners, negative in a hollow.
 static double node_ridge(const Contact *contact, int node, Vec3 normal)
 {
     const BodySurface *surface = &contact->body->surface;
@@ -165,7 +166,7 @@ static double node_ridge(const Contact *contact, int node, Vec3 normal)
     double length = 0.0;
     for (int k = surface->node_face_start[node]; k < surface->node_face_end[node]; k++) {
         const int *corner = surface->face[surface->node_face[k]];
-        for (int c = 0; c < 3; c++) { // itself adds nothing
+        for (int c = 0; c < 3; c++) { // the node itself adds nothing
             Vec3 away = vec3_sub(x, contact->x[contact->local[corner[c]]]);
             sum = vec3_add(sum, away);
             length += vec3_length(away);
@@ -178,7 +179,7 @@ static void compute_node_normals(Contact *contact)
 {
     const BodySurface *surface = &contact->body->surface;
     const Body *body = contact->body;
-    int own = contact->local_count, whole = own; // nodes whose ring fits
+    int own = contact->local_count, whole = own; // nodes with a complete ring
     for (int i = 0; i < own && whole == own; i++)
         for (int k = surface->node_face_start[contact->node[i]];
              k < surface->node_face_end[contact->node[i]]; k++) {

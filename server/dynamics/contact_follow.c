@@ -1,10 +1,10 @@
-// What a contact remembers of a body's faces and nodes, carried over a change of topology. Step
-// thread, before the next tick's candidates are found.
+// Updates a contact's memory of a body's faces and nodes after a change of topology. Step thread,
+// before the next tick's candidates are found.
 #include "dynamics/contact_data.h"
 
-// A tool does not cross a wall by its being divided: faces stand where those that lay there stood.
-// Where several merge, the one that was nearest to the tool tells: others may have been seen across
-// a fold.
+// Refinement must not move a tool across a wall: new faces take the side of those that they
+// replace. When several merge, the one that was nearest to the tool decides: others may have been
+// seen across a fold.
 static void follow_faces(Contact *contact, int shape, const TopologyChange *change)
 {
     signed char *side = contact->side[shape], *old_side = contact->old_side;
@@ -27,7 +27,7 @@ static void follow_faces(Contact *contact, int shape, const TopologyChange *chan
     }
 }
 
-// A node on the plane comes with the hold that its place had between its parents.
+// Gives a new node on the plane the mean bristle of its parents.
 static void follow_nodes(Vec3 *bristle, const TopologyChange *change)
 {
     for (int i = 0; i < change->gone_count; i++)

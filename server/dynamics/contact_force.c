@@ -1,18 +1,18 @@
-// The law of contact (contact.md 1.3, 2): every face with depth > 0 pushes with its own stiffness
-// kappa * rest area along the gradient of its distance; nothing is shared or merged at edges, so
-// the sum is continuous and conservative. Step thread.
+// The law of contact (README.md, "Contact of faces"): every face with depth > 0 pushes with its own
+// stiffness kappa * rest area along the gradient of its distance; nothing is shared or merged at
+// edges, so the sum is continuous and conservative. Step thread.
 #include "dynamics/contact_data.h"
 
 #include "geometry/distance.h"
 
 #include <string.h>
 
-// Soft minimum over a capsule's pairs: its width as a share of the radius. At 0.01 the torque of a
+// Width of the soft minimum over a capsule's pairs, relative to the radius. At 0.01 the torque of a
 // capsule that tilts over an edge changes by under 1 % per 0.005 degrees.
 static const double SOFT = 0.01;
-// log 5, a little more: that far, in widths, the soft minimum of five pairs may lie below them all.
+// log 5, rounded up: largest distance, in widths, of the soft minimum of five pairs below them all.
 static const double SOFT_REACH = 1.61;
-static const double AXIS_FLOOR = 0.1; // of the radius: how near an axis may come to a wall
+static const double AXIS_FLOOR = 0.1; // least distance of an axis from a wall, over the radius
 static const double TOUCHING = 1e-9;  // [m] closer, a pair has no direction of its own
 
 Vec3 contact_face_normal(const Contact *contact, const Candidate *candidate)
@@ -52,7 +52,7 @@ int contact_sign(const Contact *contact, const Candidate *candidate, const doubl
     return vec3_dot(vec3_sub(on_axis, on_face), normal) < 0.0 ? -1 : 1;
 }
 
-// --- what pushes where ---
+// --- pushes ---
 
 static Vec3 node_velocity(const Contact *contact, const Candidate *candidate,
                           const double weight[3])
@@ -68,7 +68,7 @@ static Vec3 tool_velocity(const ToolPlacement *at, Vec3 point)
     return vec3_add(at->linear, vec3_cross(at->angular, vec3_sub(point, at->position)));
 }
 
-// Adds a force on the tool at a point, and its opposite on the nodes of a face.
+// Adds a force on the tool at a point, and the opposite on the nodes of a face.
 static void add_force(Contact *contact, const Candidate *candidate, const double weight[3], Vec3 at,
                       Vec3 force)
 {
@@ -80,7 +80,7 @@ static void add_force(Contact *contact, const Candidate *candidate, const double
             vec3_madd(contact->f[candidate->node[k]], -weight[k], force);
 }
 
-// [N/m]
+// Returns the contact stiffness of a face [N/m].
 static double face_stiffness(const Body *body, int face)
 {
     double stiffness = body->contact_kappa * body->surface.face_area[face];
@@ -88,7 +88,7 @@ static double face_stiffness(const Body *body, int face)
     return firmness != NULL ? stiffness * firmness[face] : stiffness;
 }
 
-// Against a plane [N/m].
+// Returns the contact stiffness of a node against a plane [N/m].
 static double node_stiffness(const Body *body, int node)
 {
     double stiffness = body->contact_kappa * body->surface.node_area[node];
@@ -101,7 +101,7 @@ static double friction_of(const Contact *contact)
     return contact->tool->has_friction ? contact->tool->friction : contact->body->tuning.friction;
 }
 
-// For contact_springs.
+// Records a spring for contact_springs.
 static void note_spring(Contact *contact, const Candidate *candidate, const double weight[3],
                         Vec3 normal, double stiffness, double depth)
 {
@@ -118,7 +118,8 @@ static void note_spring(Contact *contact, const Candidate *candidate, const doub
     spring->yield = stiffness * depth * contact->spring_turn;
 }
 
-// The push of one pair: `share` of the face's stiffness, along `normal`, for an overlap `depth`.
+// Adds the push of one pair: `share` of the face's stiffness, along `normal`, for an overlap
+// `depth`.
 static void add_push(Contact *contact, const ToolPlacement *at, int index, const double weight[3],
                      Vec3 point, Vec3 normal, double depth, double share)
 {
@@ -132,6 +133,7 @@ static void add_push(Contact *contact, const ToolPlacement *at, int index, const
         share * stiffness * fmax(0.0, depth - contact->body->contact_damping * separating);
     add_force(contact, candidate, weight, point, vec3_scale(force, normal));
 
+    // Sums for the wrench and for the proxy's steps.
     double k = share * stiffness;
     sum->stiffness[0] += k * normal.x * normal.x;
     sum->stiffness[1] += k * normal.y * normal.y;
@@ -144,6 +146,7 @@ static void add_push(Contact *contact, const ToolPlacement *at, int index, const
     sum->normal = vec3_madd(sum->normal, force, normal);
     if (contact->spring != NULL)
         note_spring(contact, candidate, weight, normal, k, depth);
+    // Friction needs the push again, with its slip.
     if (force > 0.0 && friction_of(contact) > 0.0 && contact->push_count < contact->push_capacity) {
         contact->push[contact->push_count++] =
             (Push){.candidate = index, .weight = {weight[0], weight[1], weight[2]}, .force = force};
@@ -163,7 +166,7 @@ static void face_corners(const Contact *contact, const Candidate *candidate, Vec
         x[k] = contact->x[candidate->node[k]];
 }
 
-// Signed distance of a capsule's axis to a face, and the pairs that carry its gradient.
+// Signed distance of a capsule's axis to a face, and the pairs that determine its gradient.
 typedef struct FaceDistance {
     double phi;      // [m]
     double distance; // unsigned, of the nearest pair [m]
@@ -219,8 +222,9 @@ static void measure_face(const Contact *contact, const Candidate *candidate, Vec
     out->phi = out->turn * nearest->distance;
 }
 
-// Pushes of one acting face. Soft minimum of the pairs: d = d_min - eps log sum exp(-(d_j -
-// d_min)/eps), whose gradient shares the force among the pairs by their exponentials.
+// Adds the pushes of one acting face. Soft minimum of the pairs: d = d_min - eps log sum exp(-(d_j
+// - d_min)/eps); its gradient distributes the force over the pairs by their exponentials
+// (README.md, "Capsules").
 static void push_face(Contact *contact, const ToolPlacement *at, int index,
                       const FaceDistance *face, int side, double radius)
 {
@@ -236,12 +240,14 @@ static void push_face(Contact *contact, const ToolPlacement *at, int index,
     double depth = radius - phi;
     if (!(depth > 0.0))
         return;
+    // Figures of the whole contact.
     ContactForces *forces = &contact->forces;
     forces->acting++;
     forces->crossed += face->crossed || face->turn < 0;
     forces->depth = fmax(forces->depth, depth);
     double least = contact->body->surface.solid ? CONTACT_SOLID_FLOOR : AXIS_FLOOR;
     forces->floor = fmin(forces->floor, phi - least * radius);
+    // Each pair pushes along its own direction; without a distance, along the face's normal.
     for (int j = 0; j < face->pair_count; j++) {
         if (share[j] == 0.0)
             continue;
@@ -259,7 +265,7 @@ static void push_face(Contact *contact, const ToolPlacement *at, int index,
     }
 }
 
-// --- one face of a solid and one capsule ---
+// --- one face of a solid and one capsule (README.md, "Contact of solids") ---
 //
 // Along the distance to its nearest point a face beside a tool is pushed sideways, so that a ball
 // at height z above a flat wall of small faces feels only pi kappa z (r - z)^2, which is largest at
@@ -275,22 +281,23 @@ static void push_face(Contact *contact, const ToolPlacement *at, int index,
 // Straight on, until the axis was inside, was tried too: forces rise further, but a ball held at
 // its floor trembles by 30 %.
 
-// Of the edge of a square of two faces: from this radius on some of it, from that on all. The
+// Limits of the radius, relative to the edge of a square of two faces: the normal counts partly
+// from the first on, fully from the second. The
 // square of the gradient is 2 on the cone, but only faces that turn the same corner or edge to the
 // tool are there: with these limits a node bears 1.3 times the bound's share at most (rings of 4 to
 // 8 faces, by search), and 1.0 from twice the edge on.
 static const double FLAT_FROM = 0.5, FLAT_ALL = 1.25;
 static const double RIDGE_FROM = 0.05, RIDGE_ALL = 0.2; // node_ridge: a ridge from there on, wholly
 
-// From 0 to 1 between two limits, without a kink.
+// Returns a smooth step from 0 to 1 between two limits.
 static double rise(double x, double low, double high)
 {
     double t = fmin(1.0, fmax(0.0, (x - low) / (high - low)));
     return t * t * (3.0 - 2.0 * t);
 }
 
-// How much the face's normal counts against the distance. Constant in a tick, so that it does no
-// work.
+// Returns the weight of the face's normal against the distance. Constant in a tick, so that it does
+// no work.
 static double flatness(const Contact *contact, const Candidate *candidate, double radius)
 {
     double edge = sqrt(2.0 * contact->body->surface.face_area[candidate->face]), ridge = -1.0;
@@ -299,7 +306,7 @@ static double flatness(const Contact *contact, const Candidate *candidate, doubl
     return rise(radius / edge, FLAT_FROM, FLAT_ALL) * (1.0 - rise(ridge, RIDGE_FROM, RIDGE_ALL));
 }
 
-// Signed distance of a pair and its gradient, whose length is not 1.
+// Computes the signed distance of a pair and its gradient, whose length is not 1.
 static double measure_flat(const ClosestPair *pair, Vec3 normal, double flat, double radius,
                            Vec3 *gradient)
 {
@@ -318,12 +325,13 @@ static double measure_flat(const ClosestPair *pair, Vec3 normal, double flat, do
     return flat * (height + radius * q) + (1.0 - flat) * pair->distance;
 }
 
-// Pushes of a face that shows its front; as push_face.
+// Adds the pushes of a face seen from its front; like push_face.
 static void push_solid(Contact *contact, const ToolPlacement *at, int index,
                        const FaceDistance *face, int side, double radius)
 {
     const Candidate *candidate = &contact->candidate[index];
     const double flat = flatness(contact, candidate, radius), eps = SOFT * radius;
+    // At ridges, and without a distance, the plain law of a face.
     if (flat == 0.0 || face->crossed || face->distance < TOUCHING) {
         if (face->phi < (1.0 + SOFT_REACH * SOFT) * radius)
             push_face(contact, at, index, face, side, radius);
@@ -335,6 +343,7 @@ static void push_solid(Contact *contact, const ToolPlacement *at, int index,
         phi[j] = measure_flat(&face->pair[j], normal, flat, radius, &gradient[j]);
         least = fmin(least, phi[j]);
     }
+    // Soft minimum of the pairs, as in push_face.
     for (int j = 0; j < face->pair_count; j++) {
         share[j] = phi[j] - least > 20.0 * eps ? 0.0 : exp((least - phi[j]) / eps);
         sum += share[j];
@@ -350,7 +359,7 @@ static void push_solid(Contact *contact, const ToolPlacement *at, int index,
         double size = vec3_length(gradient[j]);
         if (share[j] == 0.0 || !(size > 0.0))
             continue;
-        // About the curvature of phi sideways, that of the ball.
+        // Approximately the sideways curvature of phi, that of the ball.
         contact->spring_turn = (flat / radius + (1.0 - flat) / face->pair[j].distance) / size;
         // k depth gradient, along a unit vector: a spring of k size^2, compressed by depth / size.
         add_push(contact, at, index, face->pair[j].weight, face->pair[j].on_triangle,
@@ -358,8 +367,9 @@ static void push_solid(Contact *contact, const ToolPlacement *at, int index,
     }
 }
 
-// A face that the axis has crossed acts only where no candidate that shares a node with it is
-// nearer; otherwise neighbours would count their growing distance as depth (contact.md 3, rule 3).
+// True if no candidate that shares a node with a crossed face is nearer. Only then the face acts;
+// otherwise neighbours would count their growing distance as depth (README.md, "Sides of hollow
+// walls").
 static bool is_locally_nearest(const Contact *contact, int index)
 {
     const Candidate *own = &contact->candidate[index];
@@ -378,7 +388,7 @@ static bool is_locally_nearest(const Contact *contact, int index)
     return true;
 }
 
-// How much nearer any face may have come to any point of the tool's axes since the tick began.
+// Returns how much nearer any face may be to any point of the tool's axes than at the tick's start.
 static double approach(const Contact *contact, const ToolPlacement *at)
 {
     const ToolPlacement *begin = &contact->begin;
@@ -387,8 +397,8 @@ static double approach(const Contact *contact, const ToolPlacement *at)
            vec3_length(quat_to_rotation(turn)) * contact->lever;
 }
 
-// Whether a face leads to the nearest way out of a solid, rather than another one: the nearest face
-// tells whether an axis is inside; of several that the axis pierces, the shallowest.
+// True if a face leads to a nearer way out of a solid than another one: the nearest face decides
+// whether an axis is inside; of several that the axis pierces, the shallowest.
 static bool is_nearer_way_out(const FaceDistance *face, const FaceDistance *than)
 {
     return face->distance < than->distance ||
@@ -410,7 +420,7 @@ static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shap
     const double farthest = solid ? CONTACT_SOLID_REACH * capsule->radius : reach;
     const double may_act = fmax(farthest, crossed_reach) + approach(contact, at);
     FaceDistance face, out = {.distance = (double)INFINITY};
-    int way_out = -1; // solids: the nearest face, when that one is seen from behind
+    int way_out = -1; // solids: the nearest face, if that one is seen from behind
     for (int i = 0; i < contact->candidate_count; i++) {
         const Candidate *candidate = &contact->candidate[i];
         int side = contact->side[shape][candidate->face];
@@ -422,7 +432,7 @@ static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shap
             way_out = face.phi < 0.0 ? i : -1;
         }
         if (!solid && face.phi < 0.0 && face.distance < crossed_reach)
-            crossed = true; // needs everyone's distance: below
+            crossed = true; // needs all distances: below
         else if (solid && face.phi >= 0.0 && face.phi < CONTACT_SOLID_REACH * capsule->radius)
             push_solid(contact, at, i, &face, side, capsule->radius);
         else if (face.phi >= 0.0 && face.phi < reach)
@@ -433,6 +443,7 @@ static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shap
                   contact->side[shape][contact->candidate[way_out].face], capsule->radius);
     if (!crossed)
         return;
+    // Crossed walls: all distances first, then the locally nearest faces push.
     for (int i = 0; i < contact->candidate_count; i++) {
         int side = contact->side[shape][contact->candidate[i].face];
         measure_face(contact, &contact->candidate[i], p, q, sphere, side == 0 ? 1 : side, &face);
@@ -448,8 +459,8 @@ static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shap
     }
 }
 
-// Bristle friction (contact.md 2.3): one tangential spring a capsule with a Coulomb cap, shared by
-// the pushes in proportion to their normal forces.
+// Adds bristle friction (README.md, "Friction"): one tangential spring per capsule with a Coulomb
+// cap, distributed over the pushes in proportion to their normal forces.
 static void add_friction(Contact *contact, int first, Vec3 *bristle, double dt)
 {
     const PushSums *sums = &contact->push_sums;
@@ -458,6 +469,7 @@ static void add_friction(Contact *contact, int first, Vec3 *bristle, double dt)
         *bristle = (Vec3){0.0, 0.0, 0.0};
         return;
     }
+    // The bristle follows the mean slip and stays tangential.
     Vec3 normal = vec3_unit(sums->normal), slip = vec3_scale(1.0 / normal_force, sums->slip);
     double stiffness = sums->stiffness / normal_force;
     Vec3 s = vec3_madd(*bristle, dt, slip);
@@ -475,6 +487,7 @@ static void add_friction(Contact *contact, int first, Vec3 *bristle, double dt)
             force = vec3_scale(cap / size, force);
     }
     *bristle = s;
+    // Distribute the force over the pushes.
     for (int i = first; i < contact->push_count; i++) {
         const Push *push = &contact->push[i];
         const Candidate *candidate = &contact->candidate[push->candidate];
@@ -486,8 +499,8 @@ static void add_friction(Contact *contact, int first, Vec3 *bristle, double dt)
     }
 }
 
-// A plane against flat faces: the deepest point of a face is a node, so nodes are exact. Each node
-// carries its own friction.
+// Evaluates a plane against flat faces: the deepest point of a face is a node, so nodes are exact.
+// Each node has its own friction.
 static void evaluate_plane(Contact *contact, double dt)
 {
     const Plane *plane = &contact->tool->plane;
@@ -501,6 +514,7 @@ static void evaluate_plane(Contact *contact, double dt)
             double leaving = vec3_dot(contact->v[i], plane->normal);
             double push = stiffness * fmax(0.0, -height - body->contact_damping * leaving);
             Vec3 force = vec3_scale(push, plane->normal); // on the node
+            // Friction as for capsules, one bristle per node.
             const double cap = friction_of(contact) * push;
             if (cap > 0.0) {
                 Vec3 slip = vec3_madd(contact->v[i], -leaving, plane->normal);
@@ -515,6 +529,7 @@ static void evaluate_plane(Contact *contact, double dt)
                 force = vec3_madd(force, size > cap ? -cap / size * stiffness : -stiffness, hold);
             }
             contact->f[i] = vec3_add(contact->f[i], force);
+            // Action and reaction: the sums are those on the tool.
             Vec3 on_tool = vec3_scale(-1.0, force);
             sum->force = vec3_add(sum->force, on_tool);
             sum->moment = vec3_add(

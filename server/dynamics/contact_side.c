@@ -1,13 +1,13 @@
-// On which side of each face a tool stands (contact.md 3): a hollow wall pushes the tool back to
-// the side from which it came, even after the axis has crossed it. Step thread, once a tick.
-//
-// Only a face whose own inside is nearest can be crossed. Where the nearest point of a face lies on
-// an edge or a corner, a neighbour that is nearer there tells: in front of that one, the tool
-// stands where it is seen, because it went round the edge; behind that one, it has crossed both.
-// Faces beyond a fold are seen from behind, through the wall, until the tool comes round to them,
-// so what was once seen from afar must not be held against it.
-//
-// A solid has no inside in which a tool could stand: its faces that nobody tells are met from
+// On which side of each face a tool is (README.md, "Sides of hollow walls"): a hollow wall pushes
+// the tool back to the side from which it came, even after the axis has crossed it. Step thread,
+// once per tick.
+// Only a face whose interior is nearest can be crossed. If the nearest point of a face is on an
+// edge or a corner, a nearer neighbour there decides: in front of it, the tool is on the side that
+// is seen, because it went around the edge; behind it, the tool has crossed both. Faces beyond a
+// fold are seen from behind, through the wall, until the tool comes around to them, so a side seen
+// from afar must not be remembered.
+// A solid has no interior in which a tool could be: its undecided faces always push from outside,
+// and nothing is remembered.
 // outside, always, and nothing is remembered.
 #include "dynamics/contact_data.h"
 
@@ -55,8 +55,8 @@ static bool is_nearer(const Contact *contact, int a, int b)
     return da < db || (da == db && a < b);
 }
 
-// The nearest candidate around the edge or corner on which the nearest point of candidate `index`
-// lies; itself when that point is inside the face, or nobody there is nearer.
+// Returns the nearest candidate around the edge or corner of candidate `index`'s nearest point;
+// itself if that point is inside the face, or if no neighbour is nearer.
 static int nearest_around(const Contact *contact, int index)
 {
     const BodySurface *surface = &contact->body->surface;
@@ -83,7 +83,7 @@ static int nearest_around(const Contact *contact, int index)
     return best;
 }
 
-// Neighbours across edges that already have a side give it to a new candidate.
+// Returns the side that neighbours across edges give to a new candidate.
 static signed char inherited_side(const Contact *contact, const Candidate *candidate,
                                   const signed char *side)
 {
@@ -94,7 +94,7 @@ static signed char inherited_side(const Contact *contact, const Candidate *candi
     return 0;
 }
 
-// Measures a candidate: its distance, the side that is seen, and who tells its side.
+// Measures a candidate: its distance, the visible side, and the candidate that decides its side.
 static void look_at(Contact *contact, int index, Vec3 p, Vec3 q, bool sphere)
 {
     const Candidate *candidate = &contact->candidate[index];
@@ -105,7 +105,7 @@ static void look_at(Contact *contact, int index, Vec3 p, Vec3 q, bool sphere)
     int sign =
         contact_sign(contact, candidate, nearest.weight, nearest.on_triangle, nearest.on_segment);
     contact->has_side[index] = sign != 0;
-    if (sign == 0) { // at a free border: of the face's plane
+    if (sign == 0) { // at a free border: the side of the face's plane
         Vec3 normal = contact_face_normal(contact, candidate);
         Vec3 away = vec3_sub(nearest.on_segment, nearest.on_triangle);
         sign = vec3_dot(away, normal) < 0.0 ? -1 : 1;
@@ -121,8 +121,8 @@ static void update_shape(Contact *contact, const ToolPlacement *at, int shape)
 {
     const Capsule *capsule = &contact->tool->capsule[shape];
     signed char *side = contact->side[shape];
-    // Static tools have no proxy that keeps them in front: whatever they meet lies on the same
-    // side, however far behind.
+    // Static tools have no proxy that keeps them in front: every face is on the same side, however
+    // far behind.
     const bool solid = contact->body->surface.solid;
     const double remember_within = contact->tool->kind == TOOL_STATIC
                                        ? (double)INFINITY
@@ -137,7 +137,7 @@ static void update_shape(Contact *contact, const ToolPlacement *at, int shape)
     for (int i = 0; i < count; i++)
         contact->teller[i] = nearest_around(contact, i);
 
-    // First those that nobody tells: what is remembered, or inherited, or seen.
+    // First the faces that decide themselves: by the remembered, inherited or visible side.
     for (int i = 0; i < count; i++) {
         const Candidate *candidate = &contact->candidate[i];
         if (contact->teller[i] != i)
@@ -146,7 +146,7 @@ static void update_shape(Contact *contact, const ToolPlacement *at, int shape)
             side[candidate->face] = 1;
             continue;
         }
-        // A wall out of touch is not one that the tool has crossed.
+        // A wall out of contact has not been crossed.
         if (!contact->has_side[i] || contact->distance[i] > remember_within)
             side[candidate->face] = contact->seen_side[i];
         if (side[candidate->face] == 0 && contact->distance[i] < remember_within)
@@ -156,7 +156,7 @@ static void update_shape(Contact *contact, const ToolPlacement *at, int shape)
     }
     for (int i = 0; i < count; i++) {
         int root = i;
-        while (contact->teller[root] != root) // ever nearer: it ends
+        while (contact->teller[root] != root) // distances decrease, so it ends
             root = contact->teller[root];
         if (root == i)
             continue;

@@ -15,8 +15,8 @@ bool cut_quantise(Vec3 point, Vec3 origin, double q, CutPoint *out)
     return true;
 }
 
-// A few units, from the low bits of a mixed counter (the finaliser of SplitMix64, Steele et al.
-// 2014).
+// Returns a few units, from the low bits of a mixed counter (the finaliser of SplitMix64, Steele et
+// al. 2014).
 CutPoint cut_shift(int64_t attempt, int end)
 {
     CutPoint shift = {{0, 0, 0}};
@@ -84,7 +84,7 @@ void cut_describe(const CutOutcome *outcome, const char *body, char *text, size_
     case CUT_NO_FACES: {
         const char *what = outcome->verdict == CUT_NO_NODES ? "nodes" : "faces";
         snprintf(text, size,
-                 "body '%s' may need %d more %s and has room for %d: capacity.%s raises that", body,
+                 "body '%s' may need %d more %s and has space for %d: raise capacity.%s", body,
                  outcome->needed, what, outcome->room, what);
         return;
     }
@@ -95,7 +95,8 @@ void cut_describe(const CutOutcome *outcome, const char *body, char *text, size_
             body, CUT_SUBTICKS_MOST);
         return;
     case CUT_UNRESOLVED:
-        snprintf(text, size, "body '%s': no side could be told of a link after %d shifts", body,
+        snprintf(text, size,
+                 "body '%s': the side of a link could not be determined after %d shifts", body,
                  CUT_TRIES);
         return;
     case CUT_TOO_LARGE:

@@ -133,7 +133,7 @@ int cut_count(const CutPath edge[2], const CutPath link[2])
 
 // --- what can be seen without it ---
 
-static bool boxes_apart(const CutPath edge[2], const CutPath link[2])
+bool cut_boxes_apart(const CutPath edge[2], const CutPath link[2])
 {
     for (int c = 0; c < 3; c++) {
         int64_t low[2], high[2];
@@ -152,7 +152,7 @@ static bool boxes_apart(const CutPath edge[2], const CutPath link[2])
     return false;
 }
 
-// Whether all points of the link, early and late, lie strictly on one side of a triangle's plane.
+// True if all points of the link, early and late, are strictly on one side of a triangle's plane.
 static int side_of_link(const CutPoint *a, const CutPoint *b, const CutPoint *c,
                         const CutPath link[2])
 {
@@ -172,7 +172,7 @@ static int side_of_link(const CutPoint *a, const CutPoint *b, const CutPoint *c,
 
 bool cut_may_meet(const CutPath edge[2], const CutPath link[2])
 {
-    if (boxes_apart(edge, link))
+    if (cut_boxes_apart(edge, link))
         return false;
     const CutPoint *a0 = &edge[0].at[0], *a1 = &edge[0].at[1], *b0 = &edge[1].at[0],
                    *b1 = &edge[1].at[1];

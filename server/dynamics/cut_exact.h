@@ -1,7 +1,7 @@
 // Whether a moving link meets the moving edge of a blade: exactly, in space and time. Pure
 // functions of integers, so that whatever shares a point agrees about it and nothing can leak
-// between neighbouring links, ticks or quadrilaterals (cutting.md 1; the predicate is the
-// orientation test of Shewchuk 1997, in four dimensions of which one, time, is only 0 or 1).
+// between neighbouring links, ticks or quadrilaterals (README.md, "The exact test"; the predicate
+// is the orientation test of Shewchuk 1997, in four dimensions of which one, time, is only 0 or 1).
 #ifndef PLIANT_DYNAMICS_CUT_EXACT_H
 #define PLIANT_DYNAMICS_CUT_EXACT_H
 
@@ -32,6 +32,8 @@ enum { CUT_DEGENERATE = -1 };
 int cut_count(const CutPath edge[2], const CutPath link[2]);
 // False: they certainly do not meet. By boxes, then by the planes of the edge's two triangles.
 bool cut_may_meet(const CutPath edge[2], const CutPath link[2]);
+// Returns true if the boxes of all places of the edge and of the link share no point.
+bool cut_boxes_apart(const CutPath edge[2], const CutPath link[2]);
 
 static inline bool cut_points_equal(CutPoint a, CutPoint b)
 {

@@ -1,5 +1,5 @@
-// Where blades and bodies meet in a tick: strokes, tearing, what is left to be refined, and what
-// of it all is worth telling. Step thread. No allocation but in cutting_create.
+// Cuts in a tick: strokes of blades, tearing, postponed refinement, and the events of all of them
+// (README.md, "Strokes and commands"). Step thread. No allocation except in cutting_create.
 #include "dynamics/sim_data.h"
 
 #include "base/check.h"
@@ -9,12 +9,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-// An end of a blade that goes farther in a tick was not moved by a hand: it begins a new stroke.
+// An end of a blade that moves faster than any hand starts a new stroke.
 #define BLADE_FASTEST 100.0 // [m/s]
 
 #define NEVER (INT64_MIN / 2) // a step long before the first
 
-// A sweep without length or area within rounding of millimetres is none [m], [m2].
+// A sweep with less than this length, or an area within rounding of millimetres, is empty [m],
+// [m2].
 static const double NO_LENGTH = 1e-9;
 static const double NO_AREA = 1e-12;
 
@@ -67,7 +68,7 @@ static void create_body(Sim *sim, int b)
         body->ops->reserve_blades(body->model, blades, sim->arena, sim->state);
 }
 
-// A body's strokes, one a blade; none where it has none.
+// Returns the number of a body's strokes, one per blade; 0 if it has none.
 static int stroke_count(const Sim *sim, int b)
 {
     return sim->cutting->stroke[b] != NULL ? sim->cutting->blade_count : 0;
@@ -96,7 +97,7 @@ void cutting_create(Sim *sim)
             create_body(sim, b);
 }
 
-// Time begins anew when a scene has settled.
+// Restarts the time when a scene has settled.
 void cutting_settled(Sim *sim)
 {
     if (sim->cutting == NULL)
@@ -111,7 +112,7 @@ static bool edge_finite(const BladeEdge *edge)
     return vec3_finite(edge->end[0]) && vec3_finite(edge->end[1]);
 }
 
-// A step that has been, or NEVER.
+// True for a step in the past, or NEVER.
 static bool was(const Sim *sim, int64_t step)
 {
     return step == NEVER || (step >= 0 && step <= sim->clock->step);
@@ -139,7 +140,7 @@ bool cutting_check(const Sim *sim)
 }
 
 // ---------------------------------------------------------------------------------------------
-// What is worth telling
+// Events
 
 static bool is_due(const Sim *sim, int64_t last, double seconds)
 {
@@ -156,7 +157,7 @@ static void note_pieces(Sim *sim, int b, int pieces)
         cuts->pieces = pieces;
 }
 
-// A stroke may be refused a thousand times a second.
+// Reports a refusal at most a few times per second: a stroke may be refused a thousand times.
 static void tell_refusal(Sim *sim, int b, int tool, const CutOutcome *outcome)
 {
     BodyCuts *cuts = sim->cutting->cuts[b];
@@ -174,8 +175,8 @@ static void tell_refusal(Sim *sim, int b, int tool, const CutOutcome *outcome)
 // ---------------------------------------------------------------------------------------------
 // One sweep
 
-// What the calls of one sweep did adds up; the verdict is the last one's, but for what was done
-// before.
+// Adds up the results of one sweep's calls; the verdict is the last one's, unless an earlier call
+// cut something.
 static void add_outcome(CutOutcome *sum, const CutOutcome *one)
 {
     CutVerdict verdict =
@@ -207,7 +208,7 @@ static bool sweep_once(Sim *sim, int b, void *context, TopologyChange *change)
     return changed;
 }
 
-// All of it, however often the body asks for more.
+// Executes a whole sweep, as often as the body asks for more.
 static void sweep_body(Sim *sim, int b, const CutSweep *sweep, CutOutcome *outcome)
 {
     *outcome = (CutOutcome){.verdict = CUT_MET_NOTHING};
@@ -220,7 +221,7 @@ static void sweep_body(Sim *sim, int b, const CutSweep *sweep, CutOutcome *outco
 // ---------------------------------------------------------------------------------------------
 // Strokes
 
-// Where a blade's edge is when a tick begins: that is the time of the bodies' positions.
+// Returns the edge of a blade at the start of the tick: the time of the bodies' positions.
 static BladeEdge edge_now(const Sim *sim, int tool)
 {
     Vec3 position;
@@ -262,8 +263,8 @@ static void sweep_blade(Sim *sim, int b, int blade, CutPhase phase, BladeEdge to
     stroke->lifted = STROKE_BROKEN;
 }
 
-// The blade has left: the summary of the stroke. One that was broken off for the body's own reasons
-// goes on for whoever moves the blade, and is told of when he lifts it.
+// Summarises a stroke whose blade has left. A stroke that the body broke off continues for the
+// client that moves the blade, and is reported when the blade is lifted.
 static void end_stroke(Sim *sim, int b, int blade, bool left)
 {
     Stroke *stroke = &sim->cutting->stroke[b][blade];
@@ -286,7 +287,7 @@ static void end_stroke(Sim *sim, int b, int blade, bool left)
     *stroke = (Stroke){0};
 }
 
-// One blade through one body, from where it was when the last tick began.
+// Sweeps one blade through one body, from its position at the start of the last tick.
 static void stroke_body(Sim *sim, int b, int blade)
 {
     const ToolMotion *motion = &sim->motion[sim->cutting->blade_tool[blade]];
@@ -327,7 +328,7 @@ void cutting_break_off(Sim *sim, int body)
 // ---------------------------------------------------------------------------------------------
 // Tearing
 
-// What has torn is told a few times a second at most.
+// Reports tears at most a few times per second.
 static void tell_torn(Sim *sim, int b)
 {
     enum { A_SECOND = 4 };
@@ -350,7 +351,7 @@ static bool tear_once(Sim *sim, int b, void *context, TopologyChange *change)
     bool changed = body->ops->tear(body, sim->tick, &outcome, change);
     if (cut_refuses(outcome.verdict))
         tell_refusal(sim, b, -1, &outcome);
-    cuts->torn += outcome.separated; // also what does not show yet
+    cuts->torn += outcome.separated; // also those not visible yet
     cuts->torn_nodes += outcome.nodes_added;
     if (outcome.verdict == CUT_DONE)
         note_pieces(sim, b, outcome.pieces);
@@ -399,7 +400,7 @@ static double edge_length(const BladeEdge *edge)
     return vec3_length(vec3_sub(edge->end[1], edge->end[0]));
 }
 
-// The two triangles between the edge before and after.
+// Returns the area of the two triangles between the edge before and after.
 static double swept_area(const BladeEdge *before, const BladeEdge *after)
 {
     Vec3 a = before->end[0], b = before->end[1], a1 = after->end[0], b1 = after->end[1];
@@ -407,7 +408,7 @@ static double swept_area(const BladeEdge *before, const BladeEdge *after)
                   vec3_length(vec3_cross(vec3_sub(b1, b), vec3_sub(a1, b))));
 }
 
-// A sentence about sweeps that no body could be cut by; else NULL.
+// Returns a sentence about sweeps that can cut no body; else NULL.
 static const char *find_fault(const CutOptions *cut)
 {
     const BladeEdge *before = &cut->before, *after = &cut->after;
@@ -423,14 +424,13 @@ static const char *find_fault(const CutOptions *cut)
     return NULL;
 }
 
-// The verdict that says most of several bodies: what was done, then what was refused, then what
-// was cut before.
+// Orders the verdicts of several bodies: first cut, then refused, then cut before.
 static int weight_of(CutVerdict verdict)
 {
     return verdict == CUT_DONE ? 3 : cut_refuses(verdict) ? 2 : verdict == CUT_WAS_CUT ? 1 : 0;
 }
 
-// Several bodies in one sentence: those that were cut, and how many were refused.
+// Describes several bodies in one sentence: those cut, and the number refused.
 static void describe_sum(const CutOutcome *sum, int cut_bodies, int refused, char *why, size_t size)
 {
     char more[80] = "";
@@ -451,8 +451,9 @@ bool sim_apply_cut(Sim *sim, const CutOptions *cut, CutOutcome *sum, char *why, 
     }
     const CutSweep sweep = {
         .phase = CUT_WHOLE, .before = cut->before, .after = cut->after, .blade = -1};
-    int asked = 0, done = 0, refused = 0, told = -1; // whom the sentence is about
+    int asked = 0, done = 0, refused = 0, told = -1; // told: the body that the sentence is about
     CutOutcome most = *sum;
+    // Sweep through every cuttable body; the most important verdict is reported.
     for (int b = 0; b < sim->body_count; b++) {
         if ((cut->body >= 0 && cut->body != b) || sim->body[b].ops->cut == NULL)
             continue;
@@ -475,6 +476,7 @@ bool sim_apply_cut(Sim *sim, const CutOptions *cut, CutOutcome *sum, char *why, 
     sum->verdict = most.verdict;
     sum->needed = most.needed;
     sum->room = most.room;
+    // The sentence: nothing to cut, several bodies, or the one.
     if (asked == 0 && cut->body < 0 && sim->body_count > 1)
         snprintf(why, why_size, "no body is cuttable (cuttable = true)");
     else if (asked == 0)

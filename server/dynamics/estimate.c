@@ -3,13 +3,13 @@
 #include <math.h>
 #include <string.h>
 
-enum { SAMPLE = 64 }; // nodes that are compared, spread over those in use
+enum { SAMPLE = 64 }; // compared nodes, spread over those in use
 
-// What a try changes of a body besides its rows, of which commit keeps the present ones whole: warm
-// starts of rotations, forces that are felt. All of its listed state is kept but the rows.
+// The state that a try changes besides the rows, whose current values commit keeps: warm starts of
+// rotations, measured forces. All of the listed state but the rows is saved.
 typedef struct Kept {
     int array_count;
-    void **array; // [array_count] where each lies
+    void **array; // [array_count] addresses
     size_t *bytes;
     char *block;  // copies, one after the other
     double error; // largest since it was taken [m]
@@ -17,7 +17,7 @@ typedef struct Kept {
 
 struct Estimator {
     Kept *kept;                         // [count]
-    Vec3 whole[SAMPLE], halves[SAMPLE]; // where a try ends [m]
+    Vec3 whole[SAMPLE], halves[SAMPLE]; // results of a try [m]
     int node[SAMPLE];
 };
 
@@ -74,7 +74,7 @@ static void put_back(const Kept *kept)
         memcpy(kept->array[i], from, kept->bytes[i]);
 }
 
-// Nodes of outer faces, evenly spread over the places in use.
+// Samples nodes of outer faces, evenly over the slots in use.
 static int sample(const BodySurface *surface, int *node)
 {
     const int used = surface->node_used, stride = used > SAMPLE ? used / SAMPLE : 1;
@@ -85,7 +85,7 @@ static int sample(const BodySurface *surface, int *node)
     return count;
 }
 
-// From the present state, whose rows stay as they are, to where the sample is then.
+// Advances from the current state, whose rows are unchanged, and returns the sample's positions.
 static void advance(Body *body, int steps, const int *node, int count, Vec3 *position)
 {
     const Integrator *integrator = integrator_get(body->integrator);
@@ -126,7 +126,7 @@ void estimate_try(Estimator *estimator, Body *body, int index)
     const double twice = pow(2.0, integrator_get(body->integrator)->order);
     const double apart = farthest(estimator->whole, estimator->halves, count);
     const double error = twice / (twice - 1.0) * apart * body->substeps;
-    if (isfinite(error)) // a state that goes bad is the guard's to tell
+    if (isfinite(error)) // a state that goes bad is reported by the guard
         kept->error = fmax(kept->error, error);
 }
 

@@ -1,10 +1,10 @@
-// What has happened in a scene and is worth telling, until somebody takes it out. Step thread.
+// Events of a scene, until they are taken. Step thread.
 #include "dynamics/sim_data.h"
 
 #include <stdarg.h>
 #include <stdio.h>
 
-// The newest do not fit when nobody takes them out.
+// The newest are dropped if they are not taken.
 void sim_tell(Sim *sim, int body, const char *kind, const char *format, ...)
 {
     EventRing *at = sim->events;

@@ -1,4 +1,4 @@
-// Regions whose nodes the world holds.
+// Regions of fixed nodes.
 #ifndef PLIANT_DYNAMICS_FIXED_H
 #define PLIANT_DYNAMICS_FIXED_H
 
@@ -16,7 +16,7 @@ typedef struct FixedRegion {
     int node_count;
 } FixedRegion;
 
-// Whether a point lies in a box or sphere, borders included.
+// True if a point is in the box or sphere, borders included.
 bool fixed_contains(const FixedRegion *region, Vec3 x);
 
 #endif

@@ -1,8 +1,8 @@
-// Changes of a body's topology, whoever makes them: whatever knows its nodes and faces follows.
+// Changes of a body's topology by any cause: everything that refers to its nodes and faces follows.
 // Step thread.
 #include "dynamics/sim_data.h"
 
-// Before a change that may come: whoever knows a body by its nodes takes note.
+// Prepares everything that refers to a body's nodes for a possible change.
 static void expect(Sim *sim, int b)
 {
     int first, end = holding_of(sim, b, &first);
@@ -31,6 +31,7 @@ static void follow(Sim *sim, int b, const TopologyChange *change)
             joint_topology_changed(joint, change);
     }
     loads_follow(&sim->loads, sim->body, sim->body_count, b, change);
+    guard_renew(sim, b);
     time_step_follow(sim, &sim->body[b]);
 }
 
@@ -43,7 +44,7 @@ void change_body(Sim *sim, int b, BodyChange *make, void *context)
         expect(sim, b);
         const int topology = body->mesh.topology;
         const bool changed = make(sim, b, context, &change);
-        body->mesh.topology = topology + changed;
+        body->mesh.topology = changed ? topology_after(topology) : topology;
         if (!changed)
             return;
         follow(sim, b, &change);

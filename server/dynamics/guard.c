@@ -1,12 +1,12 @@
-// The check at the end of a tick, and what follows from a bad one. Step thread: no allocation, no
-// lock, no log; a tick without bad numbers asks each body for its note and looks at a few numbers a
-// tool.
+// The check at the end of a tick, and the reaction to a bad one. Step thread: no allocation, no
+// lock, no log. A tick without bad numbers reads one flag per body and a few numbers per tool.
 #include "dynamics/sim_data.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
-// Beyond any wrench that a hand, or a scene, has a use for.
+// Beyond any useful wrench.
 #define FORCE_MOST     1e9  // [N], [N m]
 #define PLACE_MOST     1e12 // [m]
 #define STIFFNESS_MOST 1e15 // [N/m], [N s/m]
@@ -26,9 +26,9 @@ const char *guard_key(int64_t key)
 int64_t guard_reason(const GuardCounts *counts, int index, const char **name)
 {
     static const char *const names[GUARD_REASONS] = {
-        "restored_tool",     "restored_load",    "restored_set",    "restored_time_step",
-        "restored_unknown",  "rest_shapes",      "withdrawn_tools", "withdrawn_loads",
-        "wrenches_withheld", "figures_withheld",
+        "restored_tool",    "restored_load",     "restored_set",     "restored_time_step",
+        "restored_unknown", "restored_energy",   "rest_shapes",      "withdrawn_tools",
+        "withdrawn_loads",  "wrenches_withheld", "figures_withheld",
     };
     const int64_t others[] = {counts->rest_shapes, counts->tools, counts->loads, counts->wrenches,
                               counts->figures};
@@ -38,13 +38,16 @@ int64_t guard_reason(const GuardCounts *counts, int index, const char **name)
 
 void guard_create(Sim *sim)
 {
-    // Read when something is bad, or SET: not part of what a step reads.
+    // Read only after a bad tick or a SET: not part of what a step reads.
     Guard *guard = arena_allocate(sim->arena, ARENA_OUTPUT, 1, sizeof *guard, "guard");
     const size_t bodies = (size_t)sim->body_count, tools = (size_t)sim->tool_count;
     guard->body =
         arena_allocate(sim->arena, ARENA_OUTPUT, bodies, sizeof *guard->body, "guard/bodies");
     guard->tool =
         arena_allocate(sim->arena, ARENA_OUTPUT, tools, sizeof *guard->tool, "guard/tools");
+    guard->energy =
+        arena_allocate(sim->arena, ARENA_OUTPUT, bodies, sizeof *guard->energy, "guard/energy");
+    state_add_aside(sim->state, guard->energy, bodies * sizeof *guard->energy, "guard/energy");
     guard->window = llround(fmax(1.0, GUARD_WINDOW / sim->tick));
     state_add_rare(sim->state, guard->body, bodies * sizeof *guard->body, "guard/bodies");
     if (tools > 0)
@@ -61,13 +64,13 @@ bool guard_can_be(const Body *body, Status *status)
         isfinite(measure.max_displacement) && isfinite(body->mass))
         return true;
     return status_fail(status, STATUS_INVALID,
-                       "body %s: its energies, displacements or mass are no numbers at the start; "
+                       "body %s: its energies, displacements or mass are not finite at the start; "
                        "its mesh (%.3g kg, longest edge %.3g m) or its material is beyond what can "
                        "be computed",
                        body->name, body->mass, body->surface.longest_edge);
 }
 
-// A tick that can have been.
+// True for a possible tick.
 static bool was(const Sim *sim, int64_t tick)
 {
     return tick >= 0 && tick <= sim->clock->step + 1;
@@ -84,8 +87,15 @@ bool guard_check(const Sim *sim)
     const Guard *guard = sim->guard;
     for (int b = 0; b < sim->body_count; b++) {
         const GuardBody *body = &guard->body[b];
-        if (!can_be(sim, &body->bad) || !was(sim, body->told) || body->untold < 0 ||
-            !was(sim, body->set) || body->set_key < 0 || body->set_key >= GUARD_KEYS)
+        if (!can_be(sim, &body->bad) || !can_be(sim, &body->energy) || !was(sim, body->told) ||
+            body->untold < 0 || !was(sim, body->set) || body->set_key < 0 ||
+            body->set_key >= GUARD_KEYS || !was(sim, body->loaded) ||
+            !vec3_finite(body->load_force) || body->cause < 0 || body->cause >= GUARD_CAUSE_COUNT)
+            return false;
+        const EnergyAccount *energy = &guard->energy[b];
+        if (!(energy->had >= 0.0) || !(energy->given >= 0.0) || !isfinite(energy->outer) ||
+            !isfinite(energy->touch) || !(energy->held >= 0.0) ||
+            (energy->known != 0 && energy->known != 1))
             return false;
     }
     for (int t = 0; t < sim->tool_count; t++) {
@@ -106,7 +116,7 @@ bool guard_count(Blame *blame, int64_t tick, int64_t window, int most)
 {
     if (blame->count == 0 || tick - blame->since >= window)
         *blame = (Blame){.since = tick};
-    blame->count += blame->last != tick; // of several bodies in a tick
+    blame->count += blame->last != tick; // once per tick, for any number of bodies
     blame->last = tick;
     return blame->count >= most;
 }
@@ -114,7 +124,7 @@ bool guard_count(Blame *blame, int64_t tick, int64_t window, int most)
 // ---------------------------------------------------------------------------------------------
 // Bodies
 
-// What the body did to tools in this tick did not happen.
+// Discards the body's effect on tools in this tick.
 static void forget_contacts(Sim *sim, int b)
 {
     int first, end = holding_of(sim, b, &first);
@@ -125,8 +135,8 @@ static void forget_contacts(Sim *sim, int b)
         contact_clear(sim->contact[k]);
 }
 
-// The first time with its velocities, since a blow that passes should not stop it; when that was
-// not enough at rest, then in its rest shape.
+// The first restore keeps velocities, since a passing blow should not stop the body; if that was
+// not enough, it restores rest, then the rest shape.
 static RestoreMode choose_mode(Sim *sim, int b)
 {
     GuardBody *at = &sim->guard->body[b];
@@ -137,7 +147,7 @@ static RestoreMode choose_mode(Sim *sim, int b)
     return row > 1 ? RESTORE_PLACES : RESTORE_MOTION;
 }
 
-// A state that was spoilt before the forces could, by a change of topology, is no good one.
+// A state that a change of topology spoilt before the forces were evaluated is not a good one.
 static RestoreMode restore(Sim *sim, int b)
 {
     const Body *body = &sim->body[b];
@@ -149,12 +159,12 @@ static RestoreMode restore(Sim *sim, int b)
         ops->restore(body->model, mode);
     }
     if (mode == RESTORE_SHAPE)
-        sim->guard->body[b].bad = (Blame){0}; // begins anew
+        sim->guard->body[b].bad = (Blame){0}; // restarts the window
     return mode;
 }
 
-// At most one word a window about each body.
-static void tell(Sim *sim, int b, RestoreMode mode, const char *cause)
+// Reports at most once per window about each body.
+static void tell(Sim *sim, int b, RestoreMode mode, const char *what)
 {
     static const char *const back[] = {"the state before the tick, at rest", "the rest shape",
                                        "the state before the tick"};
@@ -164,15 +174,15 @@ static void tell(Sim *sim, int b, RestoreMode mode, const char *cause)
     if (at->told > 0 && tick - at->told < sim->guard->window)
         return;
     if (at->untold > 1)
-        sim_tell(sim, b, "restored", "bad numbers with %s; back to %s; %lld times since last told",
-                 cause, back[mode], (long long)at->untold);
+        sim_tell(sim, b, "restored", "%s; restored to %s; %lld times since the last report", what,
+                 back[mode], (long long)at->untold);
     else
-        sim_tell(sim, b, "restored", "bad numbers with %s; back to %s", cause, back[mode]);
+        sim_tell(sim, b, "restored", "%s; restored to %s", what, back[mode]);
     at->told = tick;
     at->untold = 0;
 }
 
-// What was withdrawn just now has left a state that is good in numbers only.
+// A tool or load that was just withdrawn left a state with good numbers only.
 static bool is_torn_away(const Sim *sim, int b)
 {
     const Body *body = &sim->body[b];
@@ -181,24 +191,58 @@ static bool is_torn_away(const Sim *sim, int b)
     return !(measure.max_displacement <= FAR * body->surface.longest_edge);
 }
 
+static void note_restore(Sim *sim, int b, RestoreMode mode, GuardCause cause, const char *what)
+{
+    sim->body[b].resets++;
+    sim->resets++;
+    sim->guard->counts.restored[cause]++;
+    sim->guard->counts.rest_shapes += mode == RESTORE_SHAPE;
+    sim->guard->energy[b] = (EnergyAccount){0};
+    if (mode == RESTORE_SHAPE) { // no effect of it remains
+        sim->guard->body[b].loaded = 0;
+        sim->guard->body[b].cause = GUARD_UNKNOWN;
+    }
+    cutting_break_off(sim, b); // the jump back is no motion past the blade
+    tell(sim, b, mode, what);
+}
+
 static void mend(Sim *sim, int b)
 {
     Body *body = &sim->body[b];
     Suspect suspect;
-    char cause[SIM_EVENT_TEXT];
+    char cause[SIM_EVENT_TEXT], what[SIM_EVENT_TEXT + 32];
     const GuardCause found = guard_find_cause(sim, b, &suspect, cause, sizeof cause);
+    snprintf(what, sizeof what, "bad numbers with %s", cause);
     body->tuning.bad_in_a_row++;
+    sim->guard->body[b].cause = found;
     RestoreMode mode = restore(sim, b);
     if (guard_blame(sim, b, &suspect) && mode != RESTORE_SHAPE && is_torn_away(sim, b)) {
         mode = RESTORE_SHAPE;
         body->ops->restore(body->model, mode);
     }
-    body->resets++;
-    sim->resets++;
-    sim->guard->counts.restored[found]++;
-    sim->guard->counts.rest_shapes += mode == RESTORE_SHAPE;
-    cutting_break_off(sim, b); // what jumped back did not pass the blade
-    tell(sim, b, mode, cause);
+    note_restore(sim, b, mode, found, what);
+}
+
+// Handles good numbers with wrong energy, for which the tick before would be no better. Zero
+// velocity may not be enough, so a body with wrong energy again soon gets its rest shape.
+static void mend_energy(Sim *sim, int b, EnergyVerdict verdict, double has, double most)
+{
+    char what[SIM_EVENT_TEXT];
+    const Body *body = &sim->body[b];
+    GuardBody *at = &sim->guard->body[b];
+    const int64_t looks = 4 * guard_energy_ticks(body), window = sim->guard->window;
+    const bool again =
+        guard_count(&at->energy, sim->clock->step + 1, looks > window ? looks : window, 2);
+    const RestoreMode mode =
+        again || verdict == ENERGY_WRONG_SHAPE ? RESTORE_SHAPE : RESTORE_PLACES;
+    body->ops->restore(body->model, mode);
+    if (mode == RESTORE_SHAPE)
+        at->energy = (Blame){0};
+    if (verdict == ENERGY_WRONG_TOUCH)
+        snprintf(what, sizeof what, "%.3g J out of contacts that had %.3g J to give", has, most);
+    else
+        snprintf(what, sizeof what, "%.3g J where %.3g J were there or given", has, most);
+    note_restore(sim, b, mode, GUARD_ENERGY, what);
 }
 
 bool guard_bodies(Sim *sim)
@@ -211,24 +255,33 @@ bool guard_bodies(Sim *sim)
         if (!bad[b])
             body->tuning.bad_in_a_row = 0;
     }
+    bool wrong[SIM_BODIES];
+    for (int b = 0; b < sim->body_count; b++) {
+        double has, most;
+        const EnergyVerdict verdict = bad[b] ? ENERGY_RIGHT : guard_energy(sim, b, &has, &most);
+        wrong[b] = verdict != ENERGY_RIGHT;
+        any |= wrong[b];
+        if (wrong[b])
+            mend_energy(sim, b, verdict, has, most);
+    }
     if (!any)
         return false;
-    // Who acted on whom is looked up before anybody forgets.
+    // Find the causes before contacts are discarded.
     for (int b = 0; b < sim->body_count; b++)
         if (bad[b])
             mend(sim, b);
     for (int b = 0; b < sim->body_count; b++)
-        if (bad[b])
+        if (bad[b] || wrong[b])
             forget_contacts(sim, b);
     return true;
 }
 
 // ---------------------------------------------------------------------------------------------
-// What leaves
+// Outputs
 
 static bool is_within(Vec3 v, double most)
 {
-    return fabs(v.x) <= most && fabs(v.y) <= most && fabs(v.z) <= most; // false of NaN
+    return fabs(v.x) <= most && fabs(v.y) <= most && fabs(v.z) <= most; // false for NaN
 }
 
 static bool is_sound(const ToolWrench *wrench)
@@ -272,9 +325,9 @@ void sim_measure(Sim *sim, int b, BodyMeasure *measure)
 }
 
 // ---------------------------------------------------------------------------------------------
-// What comes in
+// Inputs
 
-// Its sender must let go of it, or be silent for as long as it takes to become stale.
+// The sender must release it, or be silent until it is stale.
 bool guard_admits(Sim *sim, int t, const ToolPose *pose)
 {
     GuardTool *tool = &sim->guard->tool[t];
@@ -292,13 +345,14 @@ bool guard_admits(Sim *sim, int t, const ToolPose *pose)
 
 void guard_note_set(Sim *sim, int body, const char *key)
 {
-    // Of levels of detail all are stable, and the governor of a live run chooses among them.
+    // Levels of detail are always stable, and a live run's governor sets them.
     if (strncmp(key, "adapt_", 6) == 0)
         return;
     int64_t about = 0;
     for (int k = 1; k < GUARD_KEYS; k++)
         if (strcmp(key, keys[k]) == 0)
             about = k;
+    guard_renew(sim, body);
     for (int b = 0; b < sim->body_count; b++)
         if (body < 0 || body == b) {
             sim->guard->body[b].set = sim->clock->step + 1;
@@ -307,7 +361,7 @@ void guard_note_set(Sim *sim, int body, const char *key)
 }
 
 // ---------------------------------------------------------------------------------------------
-// What others ask
+// Queries
 
 const GuardCounts *sim_guard_counts(const Sim *sim)
 {

@@ -1,25 +1,25 @@
-// Why the numbers of a body went bad, as far as what acted on it tells; and what becomes of who did
-// it. A pure function of the state and the tick, so that a repeated run blames the same. Step
-// thread, only in a bad tick.
+// The cause of a body's bad numbers, judged by what acted on it, and its withdrawal. A pure
+// function of the state and the tick, so that a repeated run finds the same cause. Step thread,
+// only in a bad tick.
 #include "dynamics/sim_data.h"
 
 #include <math.h>
 #include <stdio.h>
 
 // ---------------------------------------------------------------------------------------------
-// Who acted
+// What acted
 
 static double strength(Vec3 impulse, double tick, const ToolOptions *tool)
 {
     double force = vec3_length(impulse) / tick, most = (double)INFINITY;
     if (tool->kind != TOOL_STATIC)
-        most = tool->max_force;          // the body was never given more
-    return force <= most ? force : most; // also of a number that is none
+        most = tool->max_force;          // the body never got more
+    return force <= most ? force : most; // also if the number is not finite
 }
 
 static void suspect_more(Suspect *worst, const Suspect *one)
 {
-    // What can be withdrawn comes first, then what pushes harder; of equals the first.
+    // What can be withdrawn ranks first, then the stronger; of equals the first.
     bool nobody = worst->cause == GUARD_UNKNOWN;
     if (nobody || (worst->stays && !one->stays) ||
         (worst->stays == one->stays && one->force > worst->force))
@@ -32,7 +32,7 @@ static void suspect_tools(const Sim *sim, int b, Suspect *worst)
          sim->contact_count > 0 && k < sim->contact_start[b + 1]; k++) {
         const ContactSums *sums = contact_sums(sim->contact[k]);
         const int t = sim->contact_tool[k];
-        if (!contact_is_near(sim->contact[k]) || sums->weight == 0.0) // NaN acted
+        if (!contact_is_near(sim->contact[k]) || sums->weight == 0.0) // NaN counts as acting
             continue;
         Suspect one = {.cause = GUARD_TOOL,
                        .index = t,
@@ -73,13 +73,8 @@ static void suspect_loads(const Sim *sim, int b, Suspect *worst)
     }
 }
 
-static bool are_joined(const Sim *sim, int a, int b)
-{
-    return a == b || (sim->joint_count > 0 && sim->joined[a] == sim->joined[b]);
-}
-
 // ---------------------------------------------------------------------------------------------
-// In words
+// Description
 
 static void describe_load(const Sim *sim, int index, char *text, size_t size)
 {
@@ -95,12 +90,32 @@ static void describe_load(const Sim *sim, int index, char *text, size_t size)
 
 static void describe_tool(const Sim *sim, const Suspect *suspect, char *text, size_t size)
 {
-    char force[32] = ""; // of a static tool it may be no number
+    char force[32] = ""; // a static tool may have no valid number
     if (isfinite(suspect->force))
         snprintf(force, sizeof force, ", %.3g N", suspect->force);
     snprintf(text, size, "tool %d %s (%.3g %.3g %.3g)%s", sim->tool[suspect->index].id,
-             suspect->holds ? "holding at" : "in contact at", suspect->point.x, suspect->point.y,
+             suspect->holds ? "grasping at" : "in contact at", suspect->point.x, suspect->point.y,
              suspect->point.z, force);
+}
+
+// Finds a load that has ended: there is nothing left to withdraw.
+static bool find_ended_load(const Sim *sim, int b, Suspect *suspect, char *text, size_t size)
+{
+    int64_t ended = 0;
+    Vec3 force = {0.0, 0.0, 0.0};
+    for (int i = 0; i < sim->body_count; i++) {
+        const GuardBody *at = &sim->guard->body[i];
+        if (!in_one_group(sim, i, b) || at->loaded <= ended)
+            continue;
+        ended = at->loaded;
+        force = at->load_force;
+    }
+    if (ended == 0)
+        return false;
+    *suspect = (Suspect){.cause = GUARD_LOAD, .stays = true, .force = vec3_length(force)};
+    snprintf(text, size, "a load of (%.3g %.3g %.3g) N that ended %.3g s before", force.x, force.y,
+             force.z, (double)(sim->clock->step + 1 - ended) * sim->tick);
+    return true;
 }
 
 GuardCause guard_find_cause(const Sim *sim, int b, Suspect *suspect, char *text, size_t size)
@@ -108,8 +123,9 @@ GuardCause guard_find_cause(const Sim *sim, int b, Suspect *suspect, char *text,
     const Body *body = &sim->body[b];
     const GuardBody *at = &sim->guard->body[b];
     *suspect = (Suspect){.cause = GUARD_UNKNOWN};
+    // Tools and loads on any body of the group may be the cause.
     for (int i = 0; i < sim->body_count; i++)
-        if (are_joined(sim, i, b)) {
+        if (in_one_group(sim, i, b)) {
             suspect_tools(sim, i, suspect);
             suspect_loads(sim, i, suspect);
         }
@@ -120,19 +136,30 @@ GuardCause guard_find_cause(const Sim *sim, int b, Suspect *suspect, char *text,
     if (suspect->cause != GUARD_UNKNOWN)
         return suspect->cause;
 
+    // Without them, in order: a SET, the time step, past loads, past pushes.
     const int64_t since = sim->clock->step + 1 - at->set;
     if (at->set > 0 && since < sim->guard->window) {
         snprintf(text, size, "%s SET %.3g s before", guard_key(at->set_key),
                  (double)since * sim->tick);
         return GUARD_SET;
     }
-    double limit, finest; // by the scales as they are now
+    double limit, finest; // with the current scales
     time_step_allows(sim, body, body->tuning.stiffness_scale, body->tuning.damping_scale, &limit,
                      &finest);
     if (body->unsafe_time_step && body->h > limit) {
         snprintf(text, size, "time_step %.4g s beyond its bound %.4g s (unsafe_time_step)", body->h,
                  limit);
         return GUARD_TIME_STEP;
+    }
+    if (find_ended_load(sim, b, suspect, text, size))
+        return GUARD_LOAD;
+    if (guard_was_pushed(sim, b)) {
+        snprintf(text, size, "tools that pushed it earlier");
+        return GUARD_TOOL;
+    }
+    if (body->tuning.bad_in_a_row > 0 && at->cause != GUARD_UNKNOWN) { // it moved out of its reach
+        snprintf(text, size, "the same cause as in the tick before");
+        return (GuardCause)at->cause;
     }
     snprintf(text, size, "nothing acting");
     return GUARD_UNKNOWN;
@@ -141,7 +168,7 @@ GuardCause guard_find_cause(const Sim *sim, int b, Suspect *suspect, char *text,
 // ---------------------------------------------------------------------------------------------
 // Withdrawal
 
-// As a stale one, but for that its poses do nothing until its sender lets go of it.
+// Withdraws like a stale tool, but its poses have no effect until the sender releases it.
 static void withdraw_tool(Sim *sim, int b, int t)
 {
     cutting_lift(sim, t);
@@ -162,7 +189,9 @@ static void withdraw_load(Sim *sim, int b, int index)
     sim_tell(sim, b, "withdrawn", "%s: %d bad ticks within %g s", which, GUARD_MOST_BLAME,
              GUARD_WINDOW);
     sim->loads.load[index].end_step = sim->clock->step;
+    guard_note_loads(sim);
     loads_expire(&sim->loads, sim->body, sim->body_count, sim->clock->step);
+    guard_renew(sim, -1);
 }
 
 bool guard_blame(Sim *sim, int b, const Suspect *suspect)

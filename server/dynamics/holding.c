@@ -1,7 +1,7 @@
-// What graspers and attachments hold, in a tick. Step thread.
+// Graspers and attachments in a tick. Step thread.
 #include "dynamics/sim_data.h"
 
-// Graspers take hold and let go at the pose at which the tick begins.
+// Makes graspers grasp and release at the pose at the start of the tick.
 void holding_stage(Sim *sim)
 {
     for (int k = 0; k < sim->attachment_count; k++) {
@@ -29,7 +29,7 @@ bool holding_mutes(const Sim *sim, int b, int tool)
     return false;
 }
 
-// The springs of what is held, at one evaluation. All that a tool holds of a body together pulls it
+// Adds the springs of attachments at one evaluation. All that a tool holds of a body together pulls
 // with at most its max_force: beyond, it slips with that force.
 void holding_add_forces(Sim *sim, int b, const Stage *stage, double substep_time, double h)
 {

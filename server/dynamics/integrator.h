@@ -1,34 +1,34 @@
-// Time integration schemes as lists of stages. A body evaluates its forces once a stage and
-// advances its own rows in the same pass; this file only says with which coefficients.
+// Time integration schemes as lists of stages. A body evaluates its forces once per stage and
+// advances its own rows in the same pass; this file provides the coefficients.
 #ifndef PLIANT_DYNAMICS_INTEGRATOR_H
 #define PLIANT_DYNAMICS_INTEGRATOR_H
 
 #include <stdbool.h>
 
 typedef enum IntegratorKind {
-    INTEGRATOR_RK4,              // classic Runge-Kutta, 4 evaluations, order 4 (Choi et al. 2005)
-    INTEGRATOR_LEAPFROG,         // drift-kick-drift, 1 evaluation, order 2; damping, taken from
-                                 // the velocity before the kick, is right to order 1
+    INTEGRATOR_RK4,      // classic Runge-Kutta, 4 evaluations, order 4 (Choi et al. 2005)
+    INTEGRATOR_LEAPFROG, // drift-kick-drift, 1 evaluation, order 2; damping, from the velocity
+                         // before the kick, is correct to order 1
     INTEGRATOR_SYMPLECTIC_EULER, // kick-drift, 1 evaluation, order 1
-    INTEGRATOR_EXPLICIT,         // how many explicit ones there are
-    // Theta method, one linear system a step; stable whatever the stiffness of the body itself.
+    INTEGRATOR_EXPLICIT,         // number of explicit schemes
+    // Theta method, one linear system per step; stable for any stiffness of the body itself.
     // Surface bodies only (surface/implicit.h).
     INTEGRATOR_IMPLICIT = INTEGRATOR_EXPLICIT,
     INTEGRATOR_COUNT,
 } IntegratorKind;
 
-// "rk4", "leapfrog", "symplectic_euler", "implicit".
+// Returns "rk4", "leapfrog", "symplectic_euler" or "implicit".
 const char *integrator_name(IntegratorKind kind);
 bool integrator_parse(const char *name, IntegratorKind *kind);
 
-// What a body does with the accelerations a(x, v) of one evaluation. k = (v, a) is the derivative
-// of the row y = (x, v); y0 is the row at the start of the substep, ys the row evaluated.
+// Use of the accelerations a(x, v) of one evaluation. k = (v, a) is the derivative of the row y =
+// (x, v); y0 is the row at the start of the substep, ys the evaluated row.
 typedef enum StageRule {
     STAGE_RK4_FIRST,  // sum = y0 + weight h k;   next = y0 + advance h k
     STAGE_RK4_MIDDLE, // sum += weight h k;       next = y0 + advance h k
     STAGE_RK4_LAST,   // next = sum + weight h k
     STAGE_KICK,       // v += h a;                x += advance h v (the new v)
-    STAGE_IMPLICIT,   // a is that of the end of a step, in part: the body knows how
+    STAGE_IMPLICIT,   // a is partly that of the end of a step; the body has the details
 } StageRule;
 
 typedef struct Stage {
@@ -43,16 +43,16 @@ typedef struct Integrator {
     int order; // p: halving the step divides the error by 2^p
     int stage_count;
     Stage stage[4];
-    // Kicks only. Leapfrog: positions are moved by half a substep before the tick's first kick,
-    // whole drifts lie between kicks, and half a drift follows the last. Implicit: before the first
-    // kick the body makes the positions at which forces from outside are to be evaluated.
+    // Schemes of kicks only. Leapfrog: positions move by half a substep before the tick's first
+    // kick, by whole drifts between kicks, and by half a drift after the last. Implicit: before the
+    // first kick the body sets the positions at which external forces are evaluated.
     bool kicks;
     double first_drift; // before the first kick, in substeps
     double last_drift;  // after the last kick, instead of stage.advance
 } Integrator;
 
 const Integrator *integrator_get(IntegratorKind kind);
-// Stage s of a substep; `last`: of the last substep of a tick.
+// Returns stage s of a substep; `last`: of the last substep of a tick.
 Stage integrator_stage(const Integrator *integrator, int s, bool last);
 
 #endif

@@ -31,13 +31,13 @@ struct Joint {
     Vec3 *at, *velocity, *on; // of the corners
 
     // --- scratch ---
-    Vec3 *before;   // [capacity] where the other ends were before a change [m]
-    double *demand; // [node places of the other] sums of e_j
+    Vec3 *before;   // [capacity] the other ends' positions before a change [m]
+    double *demand; // [node slots of the other] sums of e_j
     int64_t refused;
 };
 
-// How far a region may lie from the other body, in its longest edges: farther, a face says little
-// of where a point would go.
+// Largest distance of a region from the other body, in its longest edges: farther away, a face does
+// not define the motion of a point.
 #define REACH 2.0
 
 // ---------------------------------------------------------------------------------------------
@@ -80,12 +80,12 @@ static Vec3 find_end(const Joint *joint, const Tie *tie)
     return end_of(tie, x, &facet);
 }
 
-// Weights and offset with which the face's corners x carry the place `target`: in its plane also
-// beyond its sides.
+// Finds weights and offset with which the face's corners x carry the point `target`, also beyond
+// the face's sides.
 static void fit_to(Tie *tie, const Vec3 x[3], const Facet *facet, Vec3 target)
 {
     tie->offset = 0.0;
-    if (!(facet->twice > 1e-12 * vec3_dot(facet->a, facet->a))) { // no plane to speak of
+    if (!(facet->twice > 1e-12 * vec3_dot(facet->a, facet->a))) { // degenerate face
         ClosestPair pair;
         distance_point_triangle(target, x, &pair);
         memcpy(tie->weight, pair.weight, sizeof tie->weight);
@@ -107,10 +107,10 @@ static void fit(const Joint *joint, Tie *tie, int64_t face, Vec3 target)
     fit_to(tie, x, &facet, target);
 }
 
-// --- how stiff ---
+// --- stiffness ---
 
-// Bounds of |dz/dx_j|: a corner that moves by 1 turns the normal by at most the side opposite to it
-// over twice the area.
+// Bounds |dz/dx_j|: a corner that moves by 1 rotates the normal by at most the opposite side over
+// twice the area.
 static double find_pulls(const Tie *tie, const Vec3 x[3], const Facet *facet, double e[3])
 {
     double turn = facet->twice > 0.0 ? fabs(tie->offset) / facet->twice : 0.0, sum = 0.0;
@@ -130,7 +130,7 @@ static double read_pulls(const Joint *joint, const Tie *tie, double e[3])
     return find_pulls(tie, x, &facet, e);
 }
 
-// All springs anew. Corners that cannot move, or hang on others, do not limit.
+// Recomputes all springs. Fixed and hanging corners do not limit the stiffness.
 void joint_stiffen(Joint *joint)
 {
     const Body *body = joint->body, *other = joint->other;
@@ -167,7 +167,7 @@ static bool is_used_face(const BodySurface *surface, int64_t face)
 {
     const int *corner = surface->face[face];
     if (corner[0] == corner[1] || corner[1] == corner[2])
-        return false; // nobody's place
+        return false; // a free slot
     for (int k = 0; k < 3; k++)
         if (corner[k] < 0 || corner[k] >= surface->node_count ||
             surface->node_face_end[corner[k]] <= surface->node_face_start[corner[k]])
@@ -272,7 +272,7 @@ int joint_other_capacity(const Joint *joint)
 // ---------------------------------------------------------------------------------------------
 // Forces
 
-// The force on the end z of a spring, handed to the corners.
+// Distributes the force on the end z of a spring to the corners.
 static void hand_over(const Tie *tie, const Facet *facet, Vec3 force, Vec3 on[3])
 {
     // F . d dn = G . (da x b + a x db) with G = d (F - (F . n) n) / |a x b|.
@@ -295,9 +295,9 @@ static Vec3 end_velocity(const Tie *tie, const Facet *facet, const Vec3 v[3])
     return sum;
 }
 
-// A dashpot does not pull along its spring: its moments cancel only when both ends feel it at the
-// same place, which is the node's; where stretching has taken that far off the face, it is weakened
-// so that it asks no shorter steps than at the start.
+// Adds the damping. A dashpot does not act along its spring: its moments cancel only if both ends
+// act at the same point, the node; if stretching has moved that far off the face, it is weakened so
+// that it requires no shorter steps than at the start.
 static Vec3 damp(Joint *joint, int i, const Vec3 x[3], const Facet *facet)
 {
     Tie here = joint->tie[i];
@@ -353,7 +353,7 @@ static void remove_tie(Joint *joint, int64_t at)
     memset(&joint->tie[--*joint->count], 0, sizeof *joint->tie);
 }
 
-// The end passes to the face that took over from its own nearest to it, and stays where it is.
+// Moves the end to the nearest of the faces that replaced its own; its position stays.
 void joint_other_changed(Joint *joint, const TopologyChange *change)
 {
     const int64_t ties = *joint->count;
@@ -403,7 +403,7 @@ static Tie *tie_of(Joint *joint, int node)
     return at < *joint->count && joint->tie[at].node == node ? &joint->tie[at] : NULL;
 }
 
-// The face nearest to `target` that a walk across sides comes to from the tie's own.
+// Finds the face nearest to `target`, walking across sides from the tie's own.
 static void walk(const Joint *joint, Tie *tie, Vec3 target)
 {
     enum { STEPS = 64 };
@@ -420,7 +420,7 @@ static void walk(const Joint *joint, Tie *tie, Vec3 target)
     }
 }
 
-// A node that comes between two that are tied is tied between their ends; a copy as its original.
+// Ties a new node between two tied ones between their ends; a copy like its original.
 void joint_topology_changed(Joint *joint, const TopologyChange *change)
 {
     const Body *body = joint->body;
@@ -453,7 +453,7 @@ void joint_topology_changed(Joint *joint, const TopologyChange *change)
 }
 
 // ---------------------------------------------------------------------------------------------
-// What others ask
+// Queries
 
 bool joint_check(const Joint *joint)
 {

@@ -13,8 +13,8 @@ void loads_create(LoadSet *set, const Body *bodies, int body_count, Arena *arena
         most = body_changes(&bodies[b]) && own > most ? own : most;
         adapts |= bodies[b].ops->adapt != NULL;
     }
-    // Room for two loads that each take every node, or many small ones; where bodies adapt, for
-    // eight, since a load also holds the nodes around.
+    // Space for two loads that each take every node, or many small ones; with adaptive bodies for
+    // eight, since a load also stores the surrounding nodes.
     set->pool_capacity = (adapts ? 8 : 2) * nodes;
     size_t capacity = (size_t)set->pool_capacity;
     set->count = arena_allocate(arena, ARENA_STEP, 1, sizeof *set->count, "loads/count");
@@ -56,7 +56,7 @@ static void clear_entries(LoadSet *set, int64_t first, int64_t count)
         memset(&set->node[first], 0, (size_t)count * sizeof *set->node);
 }
 
-// Goes through the nodes of a load in the pool, which are in the order of the bodies.
+// Iterates over the nodes of a load in the pool, which are ordered by body.
 typedef struct Walk {
     const Body *body;
     int first_node; // of that body
@@ -82,8 +82,8 @@ static void measure_area(const LoadSet *set, const Body *bodies, Load *load)
     }
 }
 
-// Sums the forces anew in the order of the loads, so that they depend on the loads in force alone
-// and not on those that came and went.
+// Recomputes the forces in the order of the loads, so that they depend on the active loads alone
+// and not on past ones.
 static void apply_all(const LoadSet *set, Body *bodies, int body_count)
 {
     for (int b = 0; b < body_count; b++)
@@ -102,7 +102,7 @@ static void apply_all(const LoadSet *set, Body *bodies, int body_count)
 }
 
 // ---------------------------------------------------------------------------------------------
-// Nodes that come and go
+// New and removed nodes
 
 static bool is_marked(const LoadSet *set, int node)
 {
@@ -146,15 +146,15 @@ static int64_t count_marked(const LoadSet *set, int node_count)
     return count;
 }
 
-// A node of a load that began when the node was at `start`.
+// Returns the data of a node whose position was `start` when the load began.
 static LoadNode judge_node(const Load *load, Vec3 start)
 {
     bool inside = vec3_length(vec3_sub(start, load->center)) <= load->radius;
     return (LoadNode){start, inside ? 1.0 : 0.0};
 }
 
-// The marked nodes after a change. Where nobody would be left inside, the parents of those that
-// went carry on.
+// Updates the marked nodes after a change. If none would be left inside, the parents of removed
+// ones take over.
 static void change_nodes(LoadSet *set, const Load *load, int64_t inside,
                          const TopologyChange *change)
 {
@@ -179,7 +179,7 @@ static void change_nodes(LoadSet *set, const Load *load, int64_t inside,
         const int *parent = born->parent;
         if (!is_marked(set, parent[0]) || !is_marked(set, parent[1]))
             continue;
-        // A copy of a node has the part in the load that the node has: what was one area is two.
+        // A copy gets its original's part in the load: the two share one area.
         Vec3 sum = vec3_add(set->given[parent[0]].start, set->given[parent[1]].start);
         LoadNode child =
             parent[0] == parent[1] ? set->given[parent[0]] : judge_node(load, vec3_scale(0.5, sum));
@@ -187,7 +187,7 @@ static void change_nodes(LoadSet *set, const Load *load, int64_t inside,
     }
 }
 
-// Replaces the entries of one body, `first_node` its first, in one load.
+// Replaces the entries of one body, whose first node is `first_node`, in one load.
 static void follow_load(LoadSet *set, int k, int first_node, const BodySurface *surface,
                         const TopologyChange *change)
 {
@@ -222,7 +222,7 @@ void loads_follow(LoadSet *set, Body *bodies, int body_count, int changed,
                   const TopologyChange *change)
 {
     if (set->count == NULL || *set->count == 0)
-        return; // a scene without loads, or none in force
+        return; // a scene without loads, or without active ones
     int first_node = 0;
     for (int b = 0; b < changed; b++)
         first_node += bodies[b].surface.node_count;
@@ -236,12 +236,12 @@ void loads_follow(LoadSet *set, Body *bodies, int body_count, int changed,
 // ---------------------------------------------------------------------------------------------
 // Start and end
 
-// Appends the nodes of a body within a region to the load that is last in the pool. Returns how
-// many there are; those that do not fit are not written.
+// Appends the nodes of a body within a region to the last load in the pool. Returns their number,
+// including those beyond the capacity, which are not written.
 static int64_t take_nodes(LoadSet *set, const Load *load, const Body *body, int first_node,
                           bool *any_free, bool *any)
 {
-    // On a body that changes, with the nodes around: what comes between lies between two of these.
+    // On a body that changes, include the surrounding nodes: a new node is between two of these.
     bool changes = body_changes(body);
     Region region = {.kind = REGION_CAPSULE, .from = load->center, .to = load->center};
     region.radius = load->radius + (changes ? 2.0 * body->surface.longest_edge : 0.0);
@@ -282,9 +282,10 @@ bool loads_start(LoadSet *set, Body *bodies, int body_count, int body, Vec3 cent
                  .radius = radius,
                  .first = *set->used};
     bool any = false;
-    bool any_free = false; // held nodes take their share of the area, and the scene holds them
+    bool any_free = false; // fixed nodes take their share of the area, and the scene carries it
     bool fits = true;
     int first_node = 0;
+    // Take the nodes; without a free one, or without space, give the entries back.
     for (int b = 0; b < body_count && fits; first_node += bodies[b++].surface.node_count) {
         if (body >= 0 && b != body)
             continue;
@@ -296,7 +297,7 @@ bool loads_start(LoadSet *set, Body *bodies, int body_count, int body, Vec3 cent
     if (!fits || !any_free)
         clear_entries(set, load.first, load.count);
     if (!fits) {
-        snprintf(why, why_size, "the loads in force hold too many nodes (room for %d)",
+        snprintf(why, why_size, "the active loads act on too many nodes (space for %d)",
                  set->pool_capacity);
         return false;
     }
@@ -306,10 +307,11 @@ bool loads_start(LoadSet *set, Body *bodies, int body_count, int body, Vec3 cent
         return false;
     }
     if (!any_free) {
-        snprintf(why, why_size, "no free node within %g m of (%g, %g, %g): all %lld are held",
+        snprintf(why, why_size, "no free node within %g m of (%g, %g, %g): all %lld are fixed",
                  radius, center.x, center.y, center.z, (long long)load.count);
         return false;
     }
+    // The load is valid: activate it and check the criteria of adaptation there.
     measure_area(set, bodies, &load);
     *set->used += load.count;
     set->record[*set->count] = (LoadRecord){0};
@@ -355,7 +357,7 @@ void loads_expire(LoadSet *set, Body *bodies, int body_count, int64_t step)
         apply_all(set, bodies, body_count);
 }
 
-// Whether a place of all bodies together has ever had a node.
+// True if a slot, counted over all bodies, has ever had a node.
 static bool is_place(const Body *bodies, int body_count, int node)
 {
     for (int b = 0; b < body_count && node >= 0; b++) {

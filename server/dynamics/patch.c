@@ -1,4 +1,4 @@
-// Sums up a patch's blocks. Step thread, but for patch_create.
+// Sums a patch's blocks. Step thread, except patch_create.
 #include "dynamics/patch.h"
 
 #include <string.h>
@@ -93,7 +93,7 @@ static void add_diagonal(Patch *patch, int a, double s, const double m[9])
     d[5] += 0.5 * s * (m[1] + m[3]);
 }
 
-// The block of a row and a later column; NULL when there is no room for a new one.
+// Returns the block of a row and a later column; NULL beyond the capacity.
 static PatchBlock *find_block(Patch *patch, int row, int column)
 {
     for (int at = patch->first[row]; at >= 0; at = patch->block[at].next)

@@ -1,7 +1,7 @@
-// A piece of a body around a contact, as a linear system: what its free nodes resist when they are
-// moved a little and all around them is held. The body's model fills it (BodyOps.gather_patch), a
-// little at a time, so that no tick is spent on it; stiffness.c solves it. Knows neither springs
-// nor elements, only 3 x 3 blocks between nodes. Step thread.
+// A part of a body around a contact as a linear system: the resistance of its free nodes against
+// small displacements while all surrounding nodes are fixed. The body's model fills it
+// (BodyOps.gather_patch) in small steps that each fit a tick; stiffness.c solves it. Independent of
+// springs and elements: only 3 x 3 blocks between nodes. Step thread.
 #ifndef PLIANT_DYNAMICS_PATCH_H
 #define PLIANT_DYNAMICS_PATCH_H
 
@@ -13,7 +13,7 @@
 #include <stdint.h>
 
 enum {
-    PATCH_NODES = 384,   // more: gathered anew from a smaller region
+    PATCH_NODES = 384,   // more: gathered again from a smaller region
     PATCH_BLOCKS = 6144, // between two nodes each
     PATCH_CARRIERS = 4,  // of a node that others carry
     PATCH_TIES = 256,
@@ -26,8 +26,8 @@ typedef struct PatchBlock {
     double m[9];       // by rows [N/m]
 } PatchBlock;
 
-// A node that is no unknown of its own: it moves as its carriers do, by their shares. Carriers that
-// are not in the patch are held.
+// A node without unknowns of its own: it moves with its carriers, by their shares. Carriers outside
+// the patch are fixed.
 typedef struct PatchTie {
     int node, count;
     short local[PATCH_CARRIERS];
@@ -40,20 +40,20 @@ typedef struct PatchColumns {
 } PatchColumns;
 
 typedef struct Patch {
-    // --- asked for: patch_begin ---
-    Region region; // whose free nodes are in the patch [m], world
+    // --- the request: patch_begin ---
+    Region region; // its free nodes are in the patch [m], world frame
     double time;   // t: masses count with 1 / t^2, damping with 1 / t [s]
-    bool tensed;   // what is compressed does not give way sideways: positive in every state
+    bool tensed; // compressed links do not yield sideways: keeps the system positive in every state
 
-    // --- where gathering goes on; the model's ---
+    // --- progress of gathering; used by the model ---
     int pass;
     int64_t next;
 
     // --- gathered so far ---
-    bool full;         // something did not fit
-    double relaxation; // damping over stiffness of what connects nodes, at most [s]
+    bool full;         // something exceeded the capacity
+    double relaxation; // largest ratio of damping to stiffness of the links between nodes [s]
     int node_count, tie_count, block_count;
-    int node[PATCH_NODES];           // the model's numbers; those of BodySurface come first in them
+    int node[PATCH_NODES];           // the model's numbers; those of BodySurface come first
     double mass[PATCH_NODES];        // of m / t^2 + c / t + k of the node alone [N/m]
     double drag[PATCH_NODES];        // c of the node alone [N s/m]
     double diagonal[PATCH_NODES][6]; // xx yy zz yz zx xy [N/m], with all of it
@@ -61,33 +61,33 @@ typedef struct Patch {
     PatchTie tie[PATCH_TIES];
     PatchBlock block[PATCH_BLOCKS];
 
-    int place_count; // numbers that nodes may have
-    short *local;    // [place_count] -1: not in the patch; else the node here, or -2 - its tie
+    int place_count; // largest number of nodes
+    short *local;    // [place_count] -1: not in the patch; else the local number, or -2 - its tie
 } Patch;
 
-// Load time.
+// Allocates a patch. Load time.
 Patch *patch_create(int place_count, const char *name, Arena *arena);
-// Forgets what was gathered.
+// Discards what was gathered and starts a request.
 void patch_begin(Patch *patch, const Region *region, double time, bool tensed);
 
 // --- for models ---
-// A free node: its mass [kg], and the drag [N s/m] and stiffness [N/m] that hold it to where it is.
-// False when it does not fit.
+// Adds a free node: its mass [kg], and the drag [N s/m] and stiffness [N/m] relative to space.
+// Returns false beyond the capacity.
 bool patch_add_node(Patch *patch, int node, double mass, double drag, double stiffness);
-// A node that hangs on others, once all nodes are there.
+// Adds a hanging node, once all other nodes are there.
 bool patch_add_tie(Patch *patch, int node, int count, const int *carrier, const double *share);
-// The unknowns that carry a node, at most PATCH_CARRIERS; 0 for one that is held.
+// Finds the unknowns that carry a node, at most PATCH_CARRIERS; returns 0 for a fixed one.
 int patch_carriers(const Patch *patch, int node, short *local, double *share);
-// Stiffness `m` (3 x 3, by rows) between the nodes at two local numbers: what node a feels when b
-// moves; a != b counts for both, a == b has to be symmetric.
+// Adds the stiffness `m` (3 x 3, by rows) between two local nodes: the force on node a when b
+// moves; a != b counts for both, a == b must be symmetric.
 void patch_add_block(Patch *patch, int a, int b, const double m[9]);
-// A symmetric stiffness against sum_k share_k u_k; local numbers may come twice.
+// Adds a symmetric stiffness against sum_k share_k u_k; local numbers may repeat.
 void patch_add_form(Patch *patch, int count, const short *local, const double *share,
                     const double m[9]);
 
 // --- for the solver ---
-// Adds blocks first to last - 1 of y = A x; from the first on also what precedes them: the
-// diagonal. Each [node_count].
+// Adds blocks first to last - 1 of y = A x; if first is 0, also the diagonal before them. Each
+// [node_count].
 void patch_multiply(const Patch *patch, const PatchColumns *x, PatchColumns *y, int first,
                     int last);
 

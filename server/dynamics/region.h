@@ -1,4 +1,4 @@
-// Regions of space that nodes are looked for in.
+// Regions of space in which nodes are searched.
 #ifndef PLIANT_DYNAMICS_REGION_H
 #define PLIANT_DYNAMICS_REGION_H
 
@@ -13,7 +13,7 @@ typedef struct Region {
     double radius; // [m]; for the plane: signed height below which nodes are found
 } Region;
 
-// A region made ready for many points.
+// A region prepared for testing many points.
 typedef struct RegionTest {
     bool plane;
     Vec3 from, axis; // from -> to, or the plane's normal

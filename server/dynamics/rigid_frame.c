@@ -83,7 +83,7 @@ static void rotation_matrix(const double q[4], double r[3][3])
     r[2][2] = 1.0 - 2.0 * (x * x + y * y);
 }
 
-// Solves the symmetric system m s = b by Cramer's rule; false when m is not safely positive
+// Solves the symmetric system m s = b by Cramer's rule; returns false unless m is safely positive
 // definite.
 static bool solve_positive(const double m[3][3], const double b[3], double s[3])
 {
@@ -103,9 +103,9 @@ static bool solve_positive(const double m[3][3], const double b[3], double s[3])
     return true;
 }
 
-// Where the gradient vanishes at a rotation that is not the best one (a half turn off), no gradient
-// leads away: adds a turn of 0.5 rad along the axis of the most negative curvature to a step that
-// is too short to leave.
+// Leaves a saddle: where the gradient vanishes at a rotation that is not the best one (half a turn
+// off), adds a rotation of 0.5 rad about the axis of the most negative curvature to a step that is
+// too short.
 static void leave_saddle(const double hessian[3][3], double step[3])
 {
     if (step[0] * step[0] + step[1] * step[1] + step[2] * step[2] > 0.01)
@@ -129,7 +129,7 @@ static void leave_saddle(const double hessian[3][3], double step[3])
         for (int i = 0; i < 3; i++)
             axis[i] = along[i] / size;
     }
-    // A line or a point has no curvature about its axis: nothing to leave, nothing to fit.
+    // A line or a point has no curvature about its axis: no saddle, and nothing to fit.
     if (!(curvature < -1e-6 * shift))
         return;
     double slope = axis[0] * step[0] + axis[1] * step[1] + axis[2] * step[2];
@@ -181,6 +181,7 @@ void rigid_frame_fit(RigidFrame *frame, const void *rows)
 {
     FramePose *pose = &frame->pose;
     const double *w = frame->weight;
+    // Weighted means of positions and velocities.
     double sum[6] = {0.0};
     FOR_EACH_SLOT(frame, s)
     {
@@ -237,7 +238,7 @@ void rigid_frame_fit(RigidFrame *frame, const void *rows)
 
 double rigid_frame_energy(const RigidFrame *frame, const void *rows)
 {
-    RigidFrame fit = *frame; // of its own, so that asking does not change the next step's bits
+    RigidFrame fit = *frame; // a copy, so that the query does not change the next step's bits
     double rotation[4];
     memcpy(rotation, frame->rotation, sizeof rotation);
     fit.rotation = rotation;

@@ -1,6 +1,6 @@
 // Best fit of the rest shape to the present shape, weighted by masses or by shape-preserving
-// springs (surface.md section 4): the rigid motion that base frames follow, and the virtual nodes
-// of surface bodies with frame = "body".
+// springs: the rigid motion that base frames follow, and the virtual nodes of surface bodies with
+// frame = "body" (server/surface/README.md, "Virtual nodes on a rigid frame").
 #ifndef PLIANT_DYNAMICS_RIGID_FRAME_H
 #define PLIANT_DYNAMICS_RIGID_FRAME_H
 
@@ -32,17 +32,17 @@ typedef struct RigidFrame {
     FramePose pose;   // valid after rigid_frame_fit
 } RigidFrame;
 
-// Places and weights are kept by reference; weights must sum to more than 0 (those of a body with
-// levels may come later: rigid_frame_weigh).
+// Keeps positions and weights by reference; weights must sum to more than 0 (those of a body with
+// levels may be set later: rigid_frame_weigh).
 RigidFrame *rigid_frame_create(const char *name, Precision precision, bool displaced,
                                int slot_count, const double (*place)[3], const double *weight,
                                Arena *arena, StateList *state);
-// After places, weights or runs have changed: the rest centre anew.
+// Recomputes the rest centre after rest positions, weights or runs have changed.
 void rigid_frame_weigh(RigidFrame *frame);
 // Fits position, rotation and velocities to rows (rows.h) [slot_count][ROW].
 void rigid_frame_fit(RigidFrame *frame, const void *rows);
 
-// Energy of the shape-preserving springs in these rows [J]; changes nothing.
+// Returns the energy of the shape-preserving springs in these rows [J]; changes nothing.
 double rigid_frame_energy(const RigidFrame *frame, const void *rows);
 
 #endif

@@ -1,11 +1,11 @@
-// Between a body's rows and the world. Step thread.
+// Conversion between a body's rows and the world. Step thread.
 #include "dynamics/rows.h"
 
 #include <math.h>
 
 enum {
     FOLLOW_TICKS = 16, // ticks between moves of the base frame
-    FOLLOW_LEAST = 4,  // at least so many, however fast the body
+    FOLLOW_LEAST = 4,  // at least so many, even for fast bodies
 };
 
 // The numbers of a row: position or displacement, and velocity.
@@ -38,7 +38,9 @@ void rows_read(const Rows *rows, const void *row, int at, Vec3 *position, Vec3 *
             p = quat_rotate(rows->frame->turn, p);
             v = quat_rotate(rows->frame->turn, v);
         }
-        p = vec3_add(rows->frame->origin, p);
+        p = vec3_add(rows_origin(rows), p);
+        if (rows->fall != NULL)
+            v = vec3_add(rows_velocity(rows), v);
     }
     *position = p;
     if (velocity != NULL)
@@ -49,9 +51,9 @@ void rows_write(const Rows *rows, void *row, int at, Vec3 position, Vec3 velocit
 {
     Vec3 p = position, v = velocity;
     if (rows->displaced) {
-        p = rows_turn_in(rows, vec3_sub(position, rows->frame->origin));
+        p = rows_turn_in(rows, vec3_sub(position, rows_origin(rows)));
         p = vec3_sub(p, place_of(rows, at));
-        v = rows_turn_in(rows, velocity);
+        v = rows_turn_in(rows, vec3_sub(velocity, rows_velocity(rows)));
     }
     const double value[ROW] = {p.x, p.y, p.z, 0.0, v.x, v.y, v.z, 0.0};
     for (int c = 0; c < ROW; c++)
@@ -68,10 +70,10 @@ Region rows_region(const Rows *rows, const Region *region)
     Region here = *region;
     if (!rows->displaced)
         return here;
-    here.from = rows_turn_in(rows, vec3_sub(region->from, rows->frame->origin));
-    here.to = region->kind == REGION_BELOW_PLANE
-                  ? rows_turn_in(rows, region->to)
-                  : rows_turn_in(rows, vec3_sub(region->to, rows->frame->origin));
+    const Vec3 origin = rows_origin(rows);
+    here.from = rows_turn_in(rows, vec3_sub(region->from, origin));
+    here.to = region->kind == REGION_BELOW_PLANE ? rows_turn_in(rows, region->to)
+                                                 : rows_turn_in(rows, vec3_sub(region->to, origin));
     return here;
 }
 
@@ -88,7 +90,12 @@ Vec3 rows_rest(const Rows *rows, int at)
     return vec3_add(rows->rest_origin, rows->turned ? quat_rotate(rows->rest_turn, place) : place);
 }
 
-// Of a frame read from a file, too.
+static bool is_within(Vec3 v, double limit)
+{
+    return fabs(v.x) <= limit && fabs(v.y) <= limit && fabs(v.z) <= limit;
+}
+
+// True if a frame is valid; one read from a file may be anything.
 static bool frame_is_sound(const BaseFrame *frame)
 {
     const Quat q = frame->turn;
@@ -100,6 +107,8 @@ bool rows_are_sound(const Rows *rows, const void *row, double limit)
 {
     if (rows->displaced && !frame_is_sound(rows->frame))
         return false;
+    if (!is_within(rows_velocity(rows), SPEED_LIMIT))
+        return false;
     for (long i = 0; i < (long)rows->count * ROW; i++) {
         double most = i % ROW < 4 ? limit : SPEED_LIMIT;
         if (!(fabs(rows_get(rows, row, i)) <= most))
@@ -108,11 +117,11 @@ bool rows_are_sound(const Rows *rows, const void *row, double limit)
     return true;
 }
 
-// With the fit p = center + R (place - rest_center) in the rows' coordinates: the new frame is the
-// one in which the fitted body does not move, p' = R^T (p - center) + rest_center. Rows move along,
-// by R^T.
+// With the fit p = center + R (place - rest_center) in the rows' coordinates, the new frame is the
+// one in which the fitted body does not move: p' = R^T (p - center) + rest_center. Rows are
+// transformed by R^T, and lose `speed`.
 static inline __attribute__((always_inline)) void
-move_rows(const Rows *rows, void *row, bool single, Quat back, Vec3 center, Vec3 rest)
+move_rows(const Rows *rows, void *row, bool single, Quat back, Vec3 center, Vec3 rest, Vec3 speed)
 {
     for (int s = 0; s < rows->count; s++) {
         if (rows->owner != NULL && rows->owner[s] < 0)
@@ -123,7 +132,7 @@ move_rows(const Rows *rows, void *row, bool single, Quat back, Vec3 center, Vec3
         // R^T (arm + u - shift) - arm, the difference of rotations taken first: it is small.
         Vec3 away = vec3_sub(u, vec3_sub(center, rest));
         Vec3 moved = vec3_add(vec3_sub(quat_rotate(back, arm), arm), quat_rotate(back, away));
-        v = quat_rotate(back, v);
+        v = quat_rotate(back, vec3_sub(v, speed));
         if (single) {
             float *to = (float *)row + (long)s * ROW;
             to[0] = (float)moved.x, to[1] = (float)moved.y, to[2] = (float)moved.z;
@@ -146,10 +155,15 @@ static void move_frame(Rows *rows, void *row)
     Quat back = quat_conjugate(turn);
     Vec3 center = {pose->center[0], pose->center[1], pose->center[2]};
     Vec3 rest = {pose->rest_center[0], pose->rest_center[1], pose->rest_center[2]};
+    Vec3 speed = {0.0, 0.0, 0.0}; // taken over by the frame
+    if (rows->fall != NULL)
+        speed = (Vec3){pose->velocity[0], pose->velocity[1], pose->velocity[2]};
     if (rows->precision == PRECISION_SINGLE)
-        move_rows(rows, row, true, back, center, rest);
+        move_rows(rows, row, true, back, center, rest, speed);
     else
-        move_rows(rows, row, false, back, center, rest);
+        move_rows(rows, row, false, back, center, rest, speed);
+    if (rows->fall != NULL)
+        rows->fall->velocity = vec3_add(rows->fall->velocity, quat_rotate(frame->turn, speed));
 
     Vec3 shift = vec3_sub(center, quat_rotate(turn, rest));
     frame->origin = vec3_add(frame->origin, quat_rotate(frame->turn, shift));
@@ -163,7 +177,7 @@ bool rows_follow(Rows *rows, void *row)
 {
     BaseFrame *frame = rows->frame;
     frame->ticks++;
-    double moved = 0.0; // of one node: the first
+    double moved = 0.0; // of one node, the first
     for (int c = 0; c < 3; c++)
         moved += fabs(rows_get(rows, row, c));
     bool far = moved > 0.1 * rows->longest_edge && frame->ticks >= FOLLOW_LEAST;
@@ -175,12 +189,27 @@ bool rows_follow(Rows *rows, void *row)
 
 bool rows_are_near(const Rows *rows, double limit)
 {
-    const Vec3 away = vec3_sub(rows->frame->origin, rows->rest_origin);
-    return fabs(away.x) <= limit && fabs(away.y) <= limit && fabs(away.z) <= limit;
+    return is_within(vec3_sub(rows->frame->origin, rows->rest_origin), limit) &&
+           is_within(rows_velocity(rows), SPEED_LIMIT);
+}
+
+static void stop_frame(Rows *rows)
+{
+    if (rows->fall != NULL)
+        *rows->fall = (FrameFall){0};
+}
+
+void rows_stop(Rows *rows, void *row)
+{
+    stop_frame(rows);
+    for (long s = 0; s < rows->count; s++)
+        for (int c = 4; c < ROW; c++)
+            rows_put(rows, row, s * ROW + c, 0.0);
 }
 
 void rows_return_to_rest(Rows *rows, void *row)
 {
+    stop_frame(rows);
     if (rows->displaced)
         *rows->frame = (BaseFrame){.origin = rows->rest_origin,
                                    .turn = rows->turned ? rows->rest_turn : QUAT_NONE};

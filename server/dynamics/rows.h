@@ -1,16 +1,20 @@
-// Rows: how bodies hold the positions and velocities of their nodes. A row is 8 numbers of type
-// Real (float or double): x y z 0 vx vy vz 0.
-//
-// Rows hold positions in the world (double precision of surface bodies), or displacements u from
-// the rest place in a base frame: x = origin + turn (place + u), velocities turned alike. The base
-// frame is still for bodies that the world holds; for floating ones it is moved along with them
+// Rows: the storage of node positions and velocities. A row is 8 numbers of type Real (float or
+// double): x y z 0 vx vy vz 0.
+// Rows contain positions in the world (surface bodies in double precision), or displacements u from
+// the rest position in a base frame: x = origin + turn (place + u), with velocities rotated alike.
+// The base frame of bodies fixed to the world is constant; that of floating bodies follows them
 // every few ticks, so that u stays as small as the deformation, and single precision keeps its
-// accuracy far from the origin. Step thread: no allocation.
+// accuracy far from the origin. In single precision a floating frame also has a velocity, to which
+// those of its rows are relative: it falls in their place (rows_fall.c). Step thread: no
+// allocation.
 #ifndef PLIANT_DYNAMICS_ROWS_H
 #define PLIANT_DYNAMICS_ROWS_H
 
+#include "base/arena.h"
 #include "base/precision.h"
+#include "base/state.h"
 #include "base/vec.h"
+#include "dynamics/integrator.h"
 #include "dynamics/region.h"
 #include "dynamics/rigid_frame.h"
 
@@ -24,27 +28,41 @@ enum { ROW = 8 };
 // grows without end is noticed there long before it overflows.
 #define SPEED_LIMIT 3e8
 
-// Where the coordinates of displacement rows lie in the world; plain data, part of the state.
+// Position of the displacement rows' coordinates in the world; plain data, part of the state.
 typedef struct BaseFrame {
     Vec3 origin; // [m]
     Quat turn;
     int64_t ticks; // since it was last moved
 } BaseFrame;
 
+typedef struct FrameMotion {
+    Vec3 shift, velocity; // in the world [m], [m/s]
+} FrameMotion;
+
+// A base frame that gravity accelerates in place of its rows.
+typedef struct FrameFall {
+    Vec3 velocity;     // at the end of a tick [m/s]; state
+    FrameMotion ahead; // of that end, within a tick: how far, and how much faster; else zero
+    FrameMotion begin; // of the substep, and its sum: RK4
+    FrameMotion sum;
+} FrameFall;
+
 typedef struct Rows {
     Precision precision;
     bool displaced;   // rows hold u, else positions in the world; always in single precision
-    bool floating;    // displaced only: nothing holds the body, the frame follows it
+    bool floating;    // displaced only: nothing fixes the body, the frame follows it
     bool turned;      // displaced only: the rows' axes may not be the world's; floating implies it
     int count;        // rows
-    const int *owner; // [count] negative: nobody's row, which stays as it is; NULL: all are used
-    double (*place)[3];  // [count] rest position, less rest_origin [m]
-    Vec3 rest_origin;    // zero unless displaced
-    Quat rest_turn;      // from the axes of `place` to the world's; of turned rows
-    BaseFrame *frame;    // displaced only; part of the state
-    RigidFrame *rigid;   // the best fit of the rest shape: that of floating ones is what the frame
-                         // follows
-    double longest_edge; // at rest [m]: a frame that lags by more than a tenth of it is moved early
+    const int *owner; // [count] negative: a free row, which stays unchanged; NULL: all are used
+    double (*place)[3]; // [count] rest position, less rest_origin [m]
+    Vec3 rest_origin;   // zero unless displaced
+    Quat rest_turn;     // from the axes of `place` to the world's; of turned rows
+    BaseFrame *frame;   // displaced only; part of the state
+    FrameFall *fall;    // NULL: the frame moves in rows_follow only
+    RigidFrame *rigid;  // the best fit of the rest shape: that of floating ones is what the frame
+                        // follows
+    double
+        longest_edge; // at rest [m]: a frame that lags by more than a tenth of it is moved earlier
 } Rows;
 
 static inline size_t rows_real_size(const Rows *rows)
@@ -52,7 +70,7 @@ static inline size_t rows_real_size(const Rows *rows)
     return rows->precision == PRECISION_SINGLE ? sizeof(float) : sizeof(double);
 }
 
-// An element of an array of Real.
+// Returns an element of an array of Real.
 static inline double rows_get(const Rows *rows, const void *array, long index)
 {
     return rows->precision == PRECISION_SINGLE ? (double)((const float *)array)[index]
@@ -67,7 +85,7 @@ static inline void rows_put(const Rows *rows, void *array, long index, double va
         ((double *)array)[index] = value;
 }
 
-// Numbers `from` to from + 2 of row `at`: 0 its place or displacement, 4 its velocity.
+// Returns numbers `from` to from + 2 of row `at`: 0 its position or displacement, 4 its velocity.
 static inline Vec3 rows_vector(const Rows *rows, const void *row, int at, int from)
 {
     long first = (long)at * ROW + from;
@@ -75,30 +93,80 @@ static inline Vec3 rows_vector(const Rows *rows, const void *row, int at, int fr
                   rows_get(rows, row, first + 2)};
 }
 
-// Position [m] and velocity [m/s] in the world of row `at` of `row`; velocity may be NULL.
+// Reads position [m] and velocity [m/s] of row `at` in the world; velocity may be NULL.
 void rows_read(const Rows *rows, const void *row, int at, Vec3 *position, Vec3 *velocity);
 void rows_write(const Rows *rows, void *row, int at, Vec3 position, Vec3 velocity);
-// A direction of the world in the rows' coordinates.
+// Converts a direction of the world to the rows' coordinates.
 Vec3 rows_turn_in(const Rows *rows, Vec3 direction);
-// A region of the world in the rows' coordinates, in which rows_local says where a row is.
+// Converts a region of the world to the rows' coordinates, which rows_local uses.
 Region rows_region(const Rows *rows, const Region *region);
 Vec3 rows_local(const Rows *rows, const void *row, int at);
-// Where a row is at rest, in the world [m].
+// Returns the rest position of a row in the world [m].
 Vec3 rows_rest(const Rows *rows, int at);
-// Whether all numbers, the frame's too, are finite, coordinates within `limit` [m] and velocities
-// within SPEED_LIMIT.
+// True if all numbers, the frame's included, are finite, coordinates within `limit` [m] and
+// velocities within SPEED_LIMIT.
 bool rows_are_sound(const Rows *rows, const void *row, double limit);
-// After a tick of a floating body: moves the base frame along when it is time, and `row` with it.
-// True when it was moved: forces held in the rows' coordinates have to be turned anew.
+// Moves the base frame of a floating body, and `row` with it, if it is due; after a tick. Returns
+// true if it moved: forces in the rows' coordinates must be rotated again.
 bool rows_follow(Rows *rows, void *row);
-// Whether the base frame is no farther than `limit` from where the scene placed it [m].
+// True if the base frame was within `limit` [m] of the scene's placement when the tick began and is
+// no faster than SPEED_LIMIT. Stopping a body does not bring it back within the limit; it then
+// returns to its rest shape.
 bool rows_are_near(const Rows *rows, double limit);
-// To the rest shape where the scene placed it, at rest, and the frame back to where it was.
+// Sets all velocities to zero, the frame's included.
+void rows_stop(Rows *rows, void *row);
+// Restores the rest shape at the scene's placement, with zero velocity, and the frame's initial
+// pose.
 void rows_return_to_rest(Rows *rows, void *row);
-// Positions [m] and, unless NULL, velocities of the rows slot[0 .. count), as [count][3] floats.
+
+// --- a frame that falls; for other rows these do nothing ---
+// Makes the frame of these floating rows fall from now on. Load time. No force on them may depend
+// on their velocity in the world.
+void rows_let_fall(Rows *rows, const char *name, Arena *arena, StateList *state);
+// Of a frame that falls: see rows_drift, rows_advance and rows_end_tick.
+void frame_drift(Rows *rows, double dt);
+void frame_advance(Rows *rows, const Stage *stage, double h, Vec3 gravity);
+void frame_end_tick(Rows *rows, bool stays);
+// Returns the part of gravity [m/s2] that the kernel applies to its rows, in their coordinates: all
+// or zero.
+static inline Vec3 rows_gravity(const Rows *rows, Vec3 gravity)
+{
+    return rows->fall != NULL ? (Vec3){0.0, 0.0, 0.0} : rows_turn_in(rows, gravity);
+}
+// Apply the body's drift and stages to the frame, in double precision.
+static inline void rows_drift(Rows *rows, double dt)
+{
+    if (rows->fall != NULL)
+        frame_drift(rows, dt);
+}
+static inline void rows_advance(Rows *rows, const Stage *stage, double h, Vec3 gravity)
+{
+    if (rows->fall != NULL)
+        frame_advance(rows, stage, h, gravity);
+}
+// Keeps the frame's position after the stages, or restores that before the tick.
+static inline void rows_end_tick(Rows *rows, bool stays)
+{
+    if (rows->fall != NULL)
+        frame_end_tick(rows, stays);
+}
+// Return the frame's current origin [m] and velocity [m/s].
+static inline Vec3 rows_origin(const Rows *rows)
+{
+    const Vec3 origin = rows->frame->origin;
+    return rows->fall == NULL ? origin : vec3_add(origin, rows->fall->ahead.shift);
+}
+static inline Vec3 rows_velocity(const Rows *rows)
+{
+    const FrameFall *fall = rows->fall;
+    return fall == NULL ? (Vec3){0.0, 0.0, 0.0} : vec3_add(fall->velocity, fall->ahead.velocity);
+}
+
+// Writes positions [m] and, unless NULL, velocities of the rows slot[0 .. count), as [count][3]
+// floats.
 void rows_snapshot(const Rows *rows, const void *row, const int *slot, int count, float *position,
                    float *velocity);
-// Where the same rows are at rest, in the world.
+// Writes the rest positions of the same rows in the world.
 void rows_snapshot_rest(const Rows *rows, const int *slot, int count, float *position);
 
 #endif

@@ -1,15 +1,16 @@
-// What the bus and the recording take of all nodes between two ticks: rows_read without its
-// questions for each node, since every microsecond here is one of the tick's. Step thread.
+// Copies all nodes for the bus and the recording between two ticks: rows_read without its decisions
+// per node, since every microsecond here is one of the tick's. Step thread.
 #include "dynamics/rows.h"
 
 #include <string.h>
 
-// Nodes ahead to prefetch: in slots they lie scattered, and the tick's tables have driven their
+// Nodes to prefetch ahead: slots are scattered, and the tick's tables have displaced them from the
+// near cache.
 // places out of the near cache.
 enum { AHEAD = 32 };
 
-// Four numbers at a time, as rows hold them; the fourth is of no use. Passed by address: by value
-// they would need AVX.
+// Four numbers at a time, as in rows; the fourth is unused. Passed by address: by value they would
+// need AVX.
 typedef double Four __attribute__((vector_size(4 * sizeof(double))));
 typedef float FourSingle __attribute__((vector_size(4 * sizeof(float))));
 
@@ -24,7 +25,7 @@ static inline void load(const void *row, bool single, int at, Four *out)
     }
 }
 
-// `whole` also writes the number behind the three, which is cheaper.
+// `whole` also writes the number after the three, which is cheaper.
 static inline void store(float *to, const Four *v, bool whole)
 {
     FourSingle single = __builtin_convertvector(*v, FourSingle);
@@ -36,7 +37,7 @@ static inline void turn(const Four column[3], Four *v)
     *v = column[0] * (*v)[0] + column[1] * (*v)[1] + column[2] * (*v)[2];
 }
 
-// What the loop below would ask for each node.
+// Decisions of the loop below, made once.
 typedef struct Kind {
     bool single, displaced, turned; // as in the rows
     bool whole;                     // as in store
@@ -48,10 +49,13 @@ static inline __attribute__((always_inline)) void take(const Rows *rows, Kind ki
                                                        float *position, float *velocity)
 {
     const size_t real = kind.single ? sizeof(float) : sizeof(double);
-    Four origin = {0.0}, column[3] = {{0.0}};
+    Four origin = {0.0}, speed = {0.0}, column[3] = {{0.0}};
+    // The frame's motion, once for all nodes.
     if (kind.displaced) {
         const BaseFrame *frame = rows->frame;
+        const Vec3 v = rows_velocity(rows);
         origin = (Four){frame->origin.x, frame->origin.y, frame->origin.z};
+        speed = (Four){v.x, v.y, v.z};
         for (int c = 0; c < 3 && kind.turned; c++) {
             Vec3 axis = quat_rotate(frame->turn, (Vec3){c == 0, c == 1, c == 2});
             column[c] = (Four){axis.x, axis.y, axis.z};
@@ -59,6 +63,7 @@ static inline __attribute__((always_inline)) void take(const Rows *rows, Kind ki
     }
     for (long i = first; i < last; i++) {
         const long slot = slots[i], soon = slots[i + AHEAD < last ? i + AHEAD : i];
+        // Slots are scattered: fetch ahead.
         __builtin_prefetch((const char *)row + soon * (long)(ROW * real));
         if (kind.displaced)
             __builtin_prefetch(rows->place[soon]);
@@ -76,13 +81,15 @@ static inline __attribute__((always_inline)) void take(const Rows *rows, Kind ki
         if (velocity == NULL)
             continue;
         load(own, kind.single, 4, &v);
-        if (kind.turned)
+        if (kind.turned) {
             turn(column, &v);
+            v += speed;
+        }
         store(velocity + 3 * i, &v, kind.whole);
     }
 }
 
-// All nodes: the last alone, because nothing may be written behind it.
+// All nodes: the last one separately, because nothing may be written after it.
 static inline __attribute__((always_inline)) void take_all(const Rows *rows, Kind kind,
                                                            const void *row, const int *slot,
                                                            int count, float *position,

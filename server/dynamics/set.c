@@ -1,5 +1,5 @@
-// What a scene's bodies can be told to change while they run (sim_apply_set, sim_apply_gravity).
-// Step thread, between two ticks.
+// Parameters of bodies that change while a scene runs (sim_apply_set, sim_apply_gravity). Step
+// thread, between two ticks.
 #include "dynamics/sim_data.h"
 
 #include "geometry/levels.h"
@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-// Between one that is allowed and one that is not, a little less than the most that is.
+// Returns the largest allowed scale, by bisection, rounded down a little.
 static double largest_scale(const Sim *sim, const Body *body, double *scale, double low,
                             double high)
 {
@@ -18,10 +18,10 @@ static double largest_scale(const Sim *sim, const Body *body, double *scale, dou
                                      body->tuning.damping_scale, &limit, &step);
         *(fits ? &low : &high) = *scale;
     }
-    return low * (1.0 - 1e-4); // as it is told in four digits
+    return low * (1.0 - 1e-4); // rounded for four digits
 }
 
-// stiffness_scale and damping_scale of one body: only within the stability bound of its step.
+// Sets stiffness_scale or damping_scale of one body, within the stability bound of its step.
 static bool set_scale(Sim *sim, Body *body, BodyParameter parameter, double value, char *why,
                       size_t why_size)
 {
@@ -49,12 +49,12 @@ static bool set_scale(Sim *sim, Body *body, BodyParameter parameter, double valu
     return true;
 }
 
-// What bodies with levels of detail know.
+// Parameters of bodies with levels of detail.
 typedef struct AdaptKey {
     const char *key;
     BodyParameter parameter;
     double most; // from 0
-    bool whole;  // a whole number
+    bool whole;  // an integer
 } AdaptKey;
 
 static const AdaptKey *find_adapt_key(const char *key)
@@ -72,7 +72,7 @@ static const AdaptKey *find_adapt_key(const char *key)
     return NULL;
 }
 
-// Of one body, or (NULL) of all that have levels.
+// Sets it for one body, or (NULL) for all with levels.
 static bool set_adapt(Sim *sim, Body *body, const AdaptKey *key, double value, char *why,
                       size_t why_size)
 {
@@ -123,7 +123,7 @@ static bool set_body(Sim *sim, Body *body, const char *key, double value, char *
     return false;
 }
 
-// A key without a body's name changes every body, or none when one refuses.
+// A key without a body's name changes every body, or none if one refuses.
 static bool set_every_body(Sim *sim, const char *key, double value, char *why, size_t why_size)
 {
     BodyTuning before[SIM_BODIES];
@@ -163,6 +163,7 @@ bool sim_apply_gravity(Sim *sim, Vec3 gravity, char *why, size_t why_size)
 static bool set(Sim *sim, const char *key, double value, char *why, size_t why_size)
 {
     static const char *const axes[3] = {"gravity_x", "gravity_y", "gravity_z"};
+    // Gravity is that of all bodies.
     for (int axis = 0; axis < 3; axis++) {
         if (strcmp(key, axes[axis]) != 0)
             continue;
@@ -175,6 +176,7 @@ static bool set(Sim *sim, const char *key, double value, char *why, size_t why_s
                                   value);
         return true;
     }
+    // "<body>.key", then keys of every body.
     for (int b = 0; b < sim->body_count; b++) {
         size_t length = strlen(sim->body[b].name);
         if (strncmp(key, sim->body[b].name, length) == 0 && key[length] == '.')

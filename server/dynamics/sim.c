@@ -1,4 +1,4 @@
-// Makes a scene's bodies, tools and loads; step.c runs them, set.c changes what can be set.
+// Makes a scene's bodies, tools and loads; step.c runs them, set.c changes parameters.
 #include "dynamics/sim_data.h"
 
 #include "base/check.h"
@@ -8,18 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const stage_names[STAGE_COUNT] = {
-    "inputs",   "tools", "loads",         "cut",      "reconstruct",
-    "adapt",    "grasp", "find contacts", "forces",   "contact",
-    "wrenches", "check", "stiffness",     "estimate", "snapshot",
-};
-
-const char *stage_name(StageId stage)
-{
-    return stage_names[stage];
-}
-
-// Only what the scene has, where that is known.
+// Allocates for what the scene has, if that is known.
 static void create_room(Sim *sim)
 {
     const SimCounts most = {SIM_BODIES, SIM_TOOLS, SIM_SCENE_LOADS, SIM_ATTACHMENTS};
@@ -33,12 +22,11 @@ static void create_room(Sim *sim)
     if (room.loads > 0)
         sim->scene_load = arena_allocate(arena, ARENA_STEP, (size_t)room.loads,
                                          sizeof *sim->scene_load, "sim/loads");
-    if (room.attachments == 0)
-        return;
-    sim->scene_attachment = arena_allocate(arena, ARENA_CONTACT, (size_t)room.attachments,
-                                           sizeof *sim->scene_attachment, "sim/attachments");
-    sim->joined = arena_allocate(arena, ARENA_CONTACT, (size_t)room.bodies, sizeof *sim->joined,
-                                 "sim/joined bodies");
+    sim->group =
+        arena_allocate(arena, ARENA_STEP, (size_t)room.bodies, sizeof *sim->group, "sim/groups");
+    if (room.attachments > 0)
+        sim->scene_attachment = arena_allocate(arena, ARENA_CONTACT, (size_t)room.attachments,
+                                               sizeof *sim->scene_attachment, "sim/attachments");
 }
 
 Sim *sim_create(const SimOptions *options, Arena *arena, StateList *state)
@@ -59,6 +47,7 @@ Body *sim_add_body(Sim *sim, const Body *body)
 {
     ASSERT(sim->body_count < sim->room.bodies);
     sim->body[sim->body_count] = *body;
+    sim->group[sim->body_count] = (GroupMember){.first = sim->body_count, .next = -1};
     return &sim->body[sim->body_count++];
 }
 
@@ -71,19 +60,26 @@ void sim_add_tool(Sim *sim, const ToolOptions *options)
 void sim_add_load(Sim *sim, const LoadOptions *options)
 {
     ASSERT(sim->scene_load_count < sim->room.loads);
-    int at = sim->scene_load_count++; // kept sorted by start; equal starts in the order given
+    int at = sim->scene_load_count++; // kept sorted by start; equal starts in the given order
     for (; at > 0 && sim->scene_load[at - 1].start > options->start; at--)
         sim->scene_load[at] = sim->scene_load[at - 1];
     sim->scene_load[at] = *options;
 }
 
-// The bodies joined with each other, over any number of joints.
+// Merges the groups of two bodies.
 static void join(Sim *sim, int a, int b)
 {
-    int from = sim->joined[a], to = sim->joined[b];
-    for (int i = 0; i < sim->body_count; i++)
-        if (sim->joined[i] == from || sim->joined[i] == to)
-            sim->joined[i] = from < to ? from : to;
+    const int from = sim->group[a].first, to = sim->group[b].first, first = from < to ? from : to;
+    int last = -1;
+    for (int i = 0; i < sim->body_count; i++) {
+        GroupMember *member = &sim->group[i];
+        if (member->first != from && member->first != to)
+            continue;
+        *member = (GroupMember){.first = first, .next = -1};
+        if (last >= 0)
+            sim->group[last].next = i;
+        last = i;
+    }
 }
 
 bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *status)
@@ -105,8 +101,6 @@ bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *stat
                                  sim->state, status);
         if (at->joint == NULL)
             return false;
-        for (int i = 0; i < sim->body_count && sim->joint_count == 0; i++)
-            sim->joined[i] = i;
         join(sim, options->body, options->to_body);
         sim->joint_count++;
     } else {
@@ -123,7 +117,7 @@ bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *stat
 // ---------------------------------------------------------------------------------------------
 // Sealing
 
-// Of a grasper with a body.
+// Creates the attachment of a grasper to a body.
 static Attachment *create_grasp(Sim *sim, int b, int t)
 {
     const ToolOptions *tool = &sim->tool[t];
@@ -174,6 +168,7 @@ static void create_contacts(Sim *sim)
                                  sizeof *sim->wrench, "tools/wrench");
     if (sim->tool_count == 0)
         return;
+    // Contacts of a body are consecutive: contact_start leads to them.
     sim->contact =
         arena_allocate(sim->arena, ARENA_CONTACT, (size_t)most, sizeof *sim->contact, "contacts");
     sim->contact_tool = arena_allocate(sim->arena, ARENA_CONTACT, (size_t)most,
@@ -204,7 +199,7 @@ static void create_contacts(Sim *sim)
     }
 }
 
-// Room for all nodes that contacts and attachments can push in one evaluation.
+// Reserves space for all nodes that contacts and attachments can push in one evaluation.
 static void reserve_forces(Sim *sim)
 {
     if (sim->contact_start == NULL && sim->attachment == NULL && sim->joint_count == 0)
@@ -231,42 +226,6 @@ static void reserve_forces(Sim *sim)
     }
 }
 
-static void list_stages(Sim *sim)
-{
-    bool tools = sim->tool_count > 0, probes = false, shapes = false;
-    for (int t = 0; t < sim->tool_count; t++) {
-        probes |= sim->tool[t].kind != TOOL_STATIC;
-        shapes |= sim->tool[t].capsule_count > 0 || sim->tool[t].has_plane;
-    }
-    bool adapts = false, cuts = false, reconstructs = false;
-    for (int b = 0; b < sim->body_count; b++) {
-        const BodyOps *ops = sim->body[b].ops;
-        adapts |= ops->adapt != NULL;
-        cuts |= (sim->cutting != NULL && sim->cutting->stroke[b] != NULL) || ops->tear != NULL;
-        reconstructs |= ops->reconstruct != NULL;
-    }
-    const bool wanted[STAGE_COUNT] = {
-        [STAGE_INPUTS] = sim->options.may_load,
-        [STAGE_TOOLS] = probes,
-        [STAGE_LOADS] = sim->options.may_load || sim->scene_load_count > 0,
-        [STAGE_CUT] = cuts,
-        [STAGE_RECONSTRUCT] = reconstructs,
-        [STAGE_ADAPT] = adapts,
-        [STAGE_FIND_CONTACTS] = shapes,
-        [STAGE_GRASP] = sim->attachment_count > 0,
-        [STAGE_FORCES] = true,
-        [STAGE_CONTACT] = shapes,
-        [STAGE_WRENCHES] = tools,
-        [STAGE_CHECK] = true,
-        [STAGE_STIFFNESS] = sim->stiffness != NULL,
-        [STAGE_ESTIMATE] = sim->options.estimate_error,
-        [STAGE_SNAPSHOT] = sim->options.may_load,
-    };
-    for (int s = 0; s < STAGE_COUNT; s++)
-        if (wanted[s])
-            sim->stage[sim->stage_count++] = (StageId)s;
-}
-
 bool sim_seal(Sim *sim, double settle_s, Status *status)
 {
     for (int b = 0; b < sim->body_count; b++) {
@@ -277,6 +236,7 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
         state_add(sim->state, &sim->body[b].tuning, sizeof sim->body[b].tuning, "%s/tuning",
                   sim->body[b].name);
     }
+    // Joints and steps depend on the contacts' stiffness, contacts and attachments on the steps.
     for (int k = 0; k < sim->scene_attachment_count; k++)
         if (sim->scene_attachment[k].joint != NULL)
             joint_stiffen(sim->scene_attachment[k].joint);
@@ -288,11 +248,12 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
     guard_create(sim);
     if (sim->options.contact_stiffness && sim->contact_count > 0)
         sim->stiffness = stiffness_create(sim->contact, sim->contact_count, sim->tick, sim->arena);
-    list_stages(sim);
+    pipeline_create(sim);
     if (sim->options.may_load || sim->scene_load_count > 0)
         loads_create(&sim->loads, sim->body, sim->body_count, sim->arena, sim->state);
 
     sim->settling = true;
+    // Let the bodies settle without loads; the step counter and events start after it.
     int64_t ticks = (int64_t)llround(settle_s / sim->tick);
     for (int64_t i = 0; i < ticks; i++)
         sim_step(sim);
@@ -312,6 +273,7 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
     memset(sim->stage_ns, 0, sizeof sim->stage_ns);
     if (sim->options.estimate_error)
         sim->estimator = estimate_create(sim->body, sim->body_count, sim->state, sim->arena);
+    // RESET returns to this state.
     sim->start_state =
         arena_allocate(sim->arena, ARENA_OUTPUT, state_bytes(sim->state), 1, "state at the start");
     state_copy_out(sim->state, sim->start_state);
@@ -327,6 +289,8 @@ void sim_apply_pose(Sim *sim, int tool, const ToolPose *pose, bool hold)
         return;
     if (!pose->active)
         cutting_lift(sim, tool);
+    if (pose->active && !sim->motion[tool].active)
+        guard_renew(sim, -1); // it may start inside tissue
     tool_motion_apply(&sim->motion[tool], pose, sim->clock->step, sim->tick, hold);
 }
 
@@ -338,6 +302,7 @@ bool sim_apply_load(Sim *sim, const LoadOptions *options, char *why, size_t why_
                      options->radius, options->force, end, why, why_size))
         return false;
     LoadRecord *record = &sim->loads.record[*sim->loads.count - 1];
+    guard_renew(sim, -1);
     record->sender = options->sender;
     record->id = options->id;
     return true;
@@ -360,16 +325,15 @@ bool sim_check(const Sim *sim)
            guard_check(sim);
 }
 
-// A mesh changes about once a tick at most: clients of another run know no number this high.
+// A mesh changes about once per tick at most: clients of another run have no number this high.
 static int number_by_step(const Sim *sim, int before)
 {
     const int64_t step = sim->clock->step;
     return step > before ? (int)(step % (INT_MAX / 2)) : before;
 }
 
-// What follows from the state is made anew. Meshes get numbers not seen before, unless a body's
-// state says the number that it had there: `another_run`, whose numbers count, not those of this
-// one.
+// Recomputes what depends on the state. Meshes get new numbers, unless a body's state has the
+// number that it had in `another_run`, whose numbers count instead of this run's.
 static void follow_state(Sim *sim, bool another_run)
 {
     if (sim->stiffness != NULL)
@@ -384,8 +348,9 @@ static void follow_state(Sim *sim, bool another_run)
             body->ops->restored(body);
         if (!body_changes(body))
             continue;
-        if (body->mesh.topology <= known)
-            body->mesh.topology = 1 + (another_run ? number_by_step(sim, before) : before);
+        if (!topology_is_newer(body->mesh.topology, known))
+            body->mesh.topology =
+                topology_after(another_run ? number_by_step(sim, before) : before);
         time_step_follow(sim, body);
     }
 }
@@ -409,7 +374,7 @@ void sim_set_lockstep(Sim *sim, bool lockstep)
 }
 
 // ---------------------------------------------------------------------------------------------
-// What others ask
+// Queries
 
 int64_t sim_steps(const Sim *sim)
 {

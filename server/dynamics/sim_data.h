@@ -1,5 +1,5 @@
-// Private to the dynamics room: what a Sim holds. sim.c makes it, set.c changes it, step.c runs it
-// with cutting.c, holding.c, follow.c and guard.c, time_step.c chooses how finely.
+// Private to the dynamics module: the data of a Sim. sim.c makes it, set.c changes it, step.c runs
+// it with cutting.c, holding.c, follow.c and guard.c, time_step.c chooses the substeps.
 #ifndef PLIANT_DYNAMICS_SIM_DATA_H
 #define PLIANT_DYNAMICS_SIM_DATA_H
 
@@ -12,7 +12,7 @@
 
 enum { SIM_BODIES = 64, SIM_TOOLS = 32, SIM_SCENE_LOADS = 64, SIM_ATTACHMENTS = 64 };
 
-// Where a scene stands in time; plain data, part of the state.
+// The time of a scene; plain data, part of the state.
 typedef struct SimClock {
     int64_t step;      // ticks completed
     int64_t lockstep;  // 0 or 1: tools do not become stale
@@ -25,33 +25,40 @@ enum { STROKE_BROKEN = 1, STROKE_LIFTED };
 typedef struct Stroke {
     CutStroke cut;
     int64_t separated, nodes_added; // since it began
-    int64_t lifted;                 // what comes next is another one, though the blade is active:
-                                    // STROKE_BROKEN off by the body, or STROKE_LIFTED
+    int64_t lifted; // the next motion starts another stroke, though the blade is active:
+                    // STROKE_BROKEN off by the body, or STROKE_LIFTED
 } Stroke;
 
 // A body that can be cut or torn; plain data, part of the state.
 typedef struct BodyCuts {
     int64_t pieces;
-    int64_t torn, torn_nodes;        // not told yet
-    int64_t told_step, refused_step; // when a tear and a refusal were told last
+    int64_t torn, torn_nodes;        // not reported yet
+    int64_t told_step, refused_step; // last reports of a tear and of a refusal
 } BodyCuts;
 
-// One of the scene's: to a frame or to another body.
+// One attachment of the scene: to a frame or to another body.
 typedef struct SimAttachment {
     Attachment *attachment; // NULL: the joint
     Joint *joint;
 } SimAttachment;
 
-// What a scene has in which something can be cut.
+// Bodies connected by joints, over any number of joints, advance together stage by stage. A body
+// without joints is a group of one.
+typedef struct GroupMember {
+    int first; // of the group, by index: itself if it is alone
+    int next;  // in the group; -1: none
+} GroupMember;
+
+// The blades, strokes and cuttable bodies of a scene.
 typedef struct Cutting {
     int blade_count, blade_tool[SIM_TOOLS]; // blades in the order of the tools
     BodyCuts *cuts[SIM_BODIES];             // NULL: neither cuttable nor tears
     Stroke *stroke[SIM_BODIES];             // [blade_count]; NULL likewise, or without blades
 } Cutting;
 
-// Events that nobody has taken out yet.
+// Events that have not been taken yet.
 typedef struct EventRing {
-    SimEvent event[SIM_EVENTS]; // a circle
+    SimEvent event[SIM_EVENTS]; // a ring
     int first, count;
 } EventRing;
 
@@ -62,7 +69,8 @@ struct Sim {
     StateList *state;
     double tick; // [s]
     int body_count, tool_count, scene_load_count, contact_count;
-    SimCounts room;          // of the arrays of the scene's own
+    SimCounts room;          // capacities of the scene's own arrays
+    GroupMember *group;      // [room.bodies]
     ToolOptions *tool;       // [room.tools]
     LoadOptions *scene_load; // [room.loads] by start
     int stage_count;
@@ -81,117 +89,138 @@ struct Sim {
     Cutting *cutting;                // NULL: no body can be cut
     SimAttachment *scene_attachment; // [room.attachments] as given
     int scene_attachment_count, joint_count;
-    int *joined;             // [room.bodies] the first of the bodies that are joined with this one,
-                             // itself too; NULL without attachments
     Attachment **attachment; // [attachment_count], of the scene, then graspers, for each body;
     int attachment_count;    // NULL: none
     int *attachment_start;   // [body_count + 1]
-    GraspEvent *told;        // [attachment_count] what sim_next_grasp has told of graspers
-    Estimator *estimator;    // of the error of steps; NULL: not wanted
-    StiffnessEstimator *stiffness; // NULL: not wanted, or no contact has any
+    GraspEvent *told;        // [attachment_count] grasps that sim_next_grasp has reported
+    Estimator *estimator;    // of the steps' error; NULL: disabled
+    StiffnessEstimator *stiffness; // NULL: disabled, or no contact has any
 
     // --- results of the last tick ---
-    EventRing *events; // and what of earlier ones was not taken out
+    EventRing *events; // including earlier ones that were not taken
     Guard *guard;
     ToolWrench *wrench; // [tool_count]
-    bool settling;      // loads wait, stale tools cannot be
+    bool settling;      // loads wait, and tools do not become stale
 
     // --- accounting, since the start ---
     int64_t stage_ns[STAGE_COUNT];
     int64_t resets, lost_loads;
 };
 
-// Simulated time since a tool's newest pose was applied, at the start of this tick [s].
+static inline bool in_one_group(const Sim *sim, int a, int b)
+{
+    return sim->group[a].first == sim->group[b].first;
+}
+
+// Returns the simulated time between the application of a tool's newest pose and the start of this
+// tick [s].
 static inline double sim_pose_age(const Sim *sim, const ToolMotion *motion)
 {
     return (double)(sim->clock->step - motion->pose_step) * sim->tick;
 }
 
+// step.c
+// Lists the stages that the scene needs. Load time, when all else is complete.
+void pipeline_create(Sim *sim);
+
 // follow.c
-// Changes a body's topology and says how; false: nothing has changed.
+// Changes a body's topology and describes the change; returns false if nothing has changed.
 typedef bool BodyChange(Sim *sim, int body, void *context, TopologyChange *change);
-// One change, and more as long as the body asks for them (TopologyChange.again): the number of the
-// topology goes up, and contacts, holds, ties, loads and the time step follow.
+// Makes one change, and more while the body requires them (TopologyChange.again). The topology
+// number increases, and contacts, attachments, joints, loads and the time step are updated.
 void change_body(Sim *sim, int body, BodyChange *make, void *context);
 
 // guard.c
-// At load, once all bodies and tools are there.
+// Load time, when all bodies and tools exist.
 void guard_create(Sim *sim);
-// Whether a body as loaded is one of which numbers can be told.
+// True if the body as loaded can be simulated.
 bool guard_can_be(const Body *body, Status *status);
-// Every body keeps the result of the tick, or gets the last good state back. True: some did, and
-// what they did to tools is forgotten.
+// Keeps each body's result of the tick, or restores its last good state. Returns true if any was
+// restored; its effect on tools is then discarded.
 bool guard_bodies(Sim *sim);
-// A wrench that nobody should feel becomes none.
+// guard_energy.c
+// Remembers loads that leave energy behind; call before they end.
+void guard_note_loads(Sim *sim);
+// True if contacts have given the body excess energy since the last check.
+bool guard_was_pushed(const Sim *sim, int body);
+// Returns the number of ticks between two checks of a body's energy.
+int64_t guard_energy_ticks(const Body *body);
+// Checks a body's energy after a good tick; sets what it has and the most that was there or given
+// [J].
+EnergyVerdict guard_energy(Sim *sim, int body, double *has, double *most);
+// Restarts the account of a body, or (-1) of all, after a change that is no work.
+void guard_renew(Sim *sim, int body);
+
+// Sets a wrench that is not fit to be published to zero.
 void guard_wrenches(Sim *sim);
-// Whether a pose may move its tool: not one that was withdrawn, before its sender has let it go.
+// True if a pose may move its tool: not after a withdrawal, until its sender has released the tool.
 bool guard_admits(Sim *sim, int tool, const ToolPose *pose);
-// `body` -1: all. What is not said of a body is not noted.
+// Records a SET. `body` -1: all. SETs that concern no body are not recorded.
 void guard_note_set(Sim *sim, int body, const char *key);
-// Whether what a checkpoint has brought can be.
+// True if the state read from a checkpoint is consistent.
 bool guard_check(const Sim *sim);
 
 // guard_blame.c
-// Finds out why a body's numbers are bad, and says so in `text`.
+// Finds the cause of a body's bad numbers and describes it in `text`.
 GuardCause guard_find_cause(const Sim *sim, int body, Suspect *suspect, char *text, size_t size);
-// A bad tick that it is to blame for: one that has caused too many of them is withdrawn. True: it
-// was.
+// Counts a bad tick for its cause and withdraws it if there are too many. Returns true if it was
+// withdrawn.
 bool guard_blame(Sim *sim, int body, const Suspect *suspect);
 
 // holding.c
-// The attachments of a body: attachment[*first .. end), graspers' too; returns the end.
+// The attachments of a body: attachment[*first .. end), including graspers; returns the end.
 static inline int holding_of(const Sim *sim, int body, int *first)
 {
     *first = sim->attachment_count > 0 ? sim->attachment_start[body] : 0;
     return sim->attachment_count > 0 ? sim->attachment_start[body + 1] : 0;
 }
-// Graspers take hold and let go.
+// Makes graspers grasp and release.
 void holding_stage(Sim *sim);
-// Whether a tool does not push a body, since it holds it.
+// True if a tool does not push a body because it grasps the body.
 bool holding_mutes(const Sim *sim, int body, int tool);
-// The springs of what is held, at one evaluation, so long after the tick began [s].
+// Adds the springs of attachments at one evaluation, `substep_time` after the start of the tick
+// [s].
 void holding_add_forces(Sim *sim, int body, const Stage *stage, double substep_time, double h);
 
 // events.c
-// Puts an event in line. `kind` is a literal.
+// Appends an event. `kind` is a literal.
 void sim_tell(Sim *sim, int body, const char *kind, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 
 // time_step_advice.c
-// Writes ", or <key> of at most <value>": the one whose change is the smallest that lets the body
-// take steps of h [s], or "" where none alone does. Load time.
+// Writes ", or <key> of at most <value>": the smallest change of a single key that lets the body
+// take steps of h [s], or "" if there is none. Load time.
 void time_step_advise(Sim *sim, Body *body, double h, char *text, size_t size);
 
 // cutting.c
-// At load, once all bodies and tools are there.
+// Load time, when all bodies and tools exist.
 void cutting_create(Sim *sim);
 void cutting_settled(Sim *sim);
 void cutting_stage(Sim *sim);
 void reconstruct_stage(Sim *sim);
-// A tool was withdrawn: what it does next is another stroke.
+// Ends the strokes of a withdrawn tool; its next motion is another stroke.
 void cutting_lift(Sim *sim, int tool);
-// A body was restored: what its links did is no motion that a blade cuts.
+// Ends the strokes in a restored body: the jump of its links is no motion that a blade cuts.
 void cutting_break_off(Sim *sim, int body);
-// Whether what a checkpoint has brought can be.
+// True if the state read from a checkpoint is consistent.
 bool cutting_check(const Sim *sim);
 
 // time_step.c
-// At load, before the contacts' stiffness is set: lowers contact_lambda of an implicit body to what
-// its step allows.
+// Lowers contact_lambda of an implicit body to what its step allows. Load time, before the
+// contacts' stiffness is set.
 void time_step_cap_contacts(const Sim *sim, Body *body);
-// At load. False: a wanted time step that is above the bound of the body's finest level, or too
-// many substeps.
+// Chooses the time step at load time. Returns false if the scene's exceeds the bound of the body's
+// finest level, or needs too many substeps.
 bool time_step_choose(Sim *sim, Body *body, Status *status);
-// After the body's bounds or scales have changed: sets time_step_limit, substeps and h. A wanted
-// time step that is longer than the bound gives way, unless it was called unsafe.
+// Sets time_step_limit, substeps and h after the body's bounds or scales have changed. A time step
+// of the scene that exceeds the bound is shortened, unless it is unsafe_time_step.
 void time_step_follow(Sim *sim, Body *body);
-// At load, once every body has chosen: bodies that are joined take the same steps, the shortest of
-// any.
+// Gives joined bodies the same steps, the shortest of any. Load time, once every body has chosen.
 void time_step_join(Sim *sim);
-// The largest stable step of a body at its finest level, tools and all [s].
+// Returns the largest stable step of a body at its finest level, with all tools [s].
 double time_step_bound(const Sim *sim, const Body *body);
-// Whether the step that the body takes at its finest level allows these scales; what they allow
-// and what it takes [s].
+// True if the body's step at its finest level allows these scales; sets the allowed step and its
+// step [s].
 bool time_step_allows(const Sim *sim, const Body *body, double stiffness_scale,
                       double damping_scale, double *limit, double *step);
 

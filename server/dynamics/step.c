@@ -13,40 +13,71 @@ static void take_wrenches(Sim *sim);
 static void check_numbers(Sim *sim);
 static void estimate_stiffness(Sim *sim);
 
-typedef void StageFunction(Sim *sim);
+static bool has_inputs(const Sim *sim);
+static bool has_probes(const Sim *sim);
+static bool has_loads(const Sim *sim);
+static bool has_cuts(const Sim *sim);
+static bool has_levels_to_cut(const Sim *sim);
+static bool has_levels(const Sim *sim);
+static bool has_attachments(const Sim *sim);
+static bool has_shapes(const Sim *sim);
+static bool has_tools(const Sim *sim);
+static bool has_stiffness(const Sim *sim);
+static bool has_estimate(const Sim *sim);
+static bool always(const Sim *sim);
 
-// A scene's list of stages holds only what the scene has (sim_seal). Contact forces are part of the
-// substeps and timed there; inputs and snapshots belong to the runner, before and after the tick.
-static StageFunction *const stage_function[STAGE_COUNT] = {
-    [STAGE_TOOLS] = place_tools,
-    [STAGE_LOADS] = start_and_end_loads,
-    [STAGE_CUT] = cutting_stage,
-    [STAGE_RECONSTRUCT] = reconstruct_stage,
-    [STAGE_ADAPT] = adapt_bodies,
-    [STAGE_GRASP] = holding_stage,
-    [STAGE_FIND_CONTACTS] = find_contacts,
-    [STAGE_FORCES] = advance_bodies,
-    [STAGE_WRENCHES] = take_wrenches,
-    [STAGE_CHECK] = check_numbers,
-    [STAGE_STIFFNESS] = estimate_stiffness,
+// The stages of a tick, in order. A scene runs those that it needs. Without a function: the
+// runner's, before and after the tick, and contact forces, which the substeps add and time.
+static const struct {
+    const char *name;
+    bool (*needed)(const Sim *sim);
+    void (*run)(Sim *sim);
+} PIPELINE[STAGE_COUNT] = {
+    [STAGE_INPUTS] = {"inputs", has_inputs, NULL},
+    [STAGE_TOOLS] = {"tools", has_probes, place_tools},
+    [STAGE_LOADS] = {"loads", has_loads, start_and_end_loads},
+    [STAGE_CUT] = {"cut", has_cuts, cutting_stage},
+    [STAGE_RECONSTRUCT] = {"reconstruct", has_levels_to_cut, reconstruct_stage},
+    [STAGE_ADAPT] = {"adapt", has_levels, adapt_bodies},
+    [STAGE_GRASP] = {"grasp", has_attachments, holding_stage},
+    [STAGE_FIND_CONTACTS] = {"find contacts", has_shapes, find_contacts},
+    [STAGE_FORCES] = {"forces", always, advance_bodies},
+    [STAGE_CONTACT] = {"contact", has_shapes, NULL},
+    [STAGE_WRENCHES] = {"wrenches", has_tools, take_wrenches},
+    [STAGE_CHECK] = {"check", always, check_numbers},
+    [STAGE_STIFFNESS] = {"stiffness", has_stiffness, estimate_stiffness},
+    [STAGE_ESTIMATE] = {"estimate", has_estimate, NULL},
+    [STAGE_SNAPSHOT] = {"snapshot", has_inputs, NULL},
 };
+
+const char *stage_name(StageId stage)
+{
+    return PIPELINE[stage].name;
+}
+
+void pipeline_create(Sim *sim)
+{
+    for (int s = 0; s < STAGE_COUNT; s++)
+        if (PIPELINE[s].needed(sim))
+            sim->stage[sim->stage_count++] = (StageId)s;
+}
 
 void sim_step(Sim *sim)
 {
     int64_t begin = clock_now_ns();
     for (int i = 0; i < sim->stage_count; i++) {
-        StageFunction *run = stage_function[sim->stage[i]];
-        if (run == NULL)
+        const StageId stage = sim->stage[i];
+        if (PIPELINE[stage].run == NULL)
             continue;
-        run(sim);
+        PIPELINE[stage].run(sim);
         int64_t end = clock_now_ns();
-        sim->stage_ns[sim->stage[i]] += end - begin;
+        sim->stage_ns[stage] += end - begin;
         begin = end;
     }
     sim->clock->step++;
 }
 
-// Stale tools are withdrawn: no force from a hand that went silent.
+// Withdraws stale tools: a hand that went silent exerts no force.
 static void place_tools(Sim *sim)
 {
     if (sim->clock->lockstep || sim->settling)
@@ -63,7 +94,11 @@ static void start_and_end_loads(Sim *sim)
 {
     if (sim->settling)
         return;
+    const int64_t loads = *sim->loads.count;
+    guard_note_loads(sim);
     loads_expire(&sim->loads, sim->body, sim->body_count, sim->clock->step);
+    if (*sim->loads.count != loads)
+        guard_renew(sim, -1);
     while (sim->clock->next_load < sim->scene_load_count) {
         const LoadOptions *load = &sim->scene_load[sim->clock->next_load];
         if (load->start > ((double)sim->clock->step + 0.5) * sim->tick)
@@ -71,7 +106,7 @@ static void start_and_end_loads(Sim *sim)
         char why[128];
         sim->clock->next_load++;
         if (!sim_apply_load(sim, load, why, sizeof why))
-            sim->lost_loads++; // nothing was inside any more when its time came
+            sim->lost_loads++; // no node was inside when it started
     }
 }
 
@@ -82,7 +117,7 @@ static bool adapt(Sim *sim, int b, void *context, TopologyChange *change)
     return body->ops->adapt(body, sim->clock->step, sim->tick, change);
 }
 
-// Bodies refine and coarsen.
+// Refines and coarsens bodies.
 static void adapt_bodies(Sim *sim)
 {
     for (int b = 0; b < sim->body_count; b++)
@@ -90,7 +125,7 @@ static void adapt_bodies(Sim *sim)
             change_body(sim, b, adapt, NULL);
 }
 
-// Candidates for the whole tick: what the tool can reach from where its proxy is.
+// Finds candidates for the whole tick: what the tool can reach from its proxy.
 static void find_contacts(Sim *sim)
 {
     for (int k = 0, b = 0; k < sim->contact_count; k++) {
@@ -112,8 +147,8 @@ static void find_contacts(Sim *sim)
     }
 }
 
-// Contact forces of one evaluation. `begins`: the proxy moves first, towards the tool's pose at the
-// time of the substep's (last) evaluation.
+// Adds the contact forces of one evaluation. `begins`: first moves the proxy towards the tool's
+// pose at the time of the substep's (last) evaluation.
 static void add_contacts(Sim *sim, int b, const Stage *stage, double substep_time, double h,
                          bool begins)
 {
@@ -140,7 +175,7 @@ static void add_contacts(Sim *sim, int b, const Stage *stage, double substep_tim
     sim->stage_ns[STAGE_FORCES] -= spent;
 }
 
-// Forces from outside on a body at one stage.
+// Adds the external forces on a body at one stage.
 static void add_outer_forces(Sim *sim, int b, const Stage *stage, int substep, bool begins)
 {
     const Body *body = &sim->body[b];
@@ -158,59 +193,37 @@ static void end_substep(Sim *sim, int b)
         contact_end_substep(sim->contact[k]);
 }
 
-static void advance_body(Sim *sim, int b)
+// Advances all bodies of a group: the forces of a stage are complete before any of them moves.
+static void advance_group(Sim *sim, int first)
 {
-    Body *body = &sim->body[b];
-    const Integrator *integrator = integrator_get(body->integrator);
-    if (integrator->kicks)
-        body->ops->drift(body->model, integrator->first_drift * body->h);
-    for (int substep = 0; substep < body->substeps; substep++) {
-        for (int s = 0; s < integrator->stage_count; s++) {
-            Stage stage = integrator_stage(integrator, s, substep == body->substeps - 1);
-            add_outer_forces(sim, b, &stage, substep, s == 0);
-            body->ops->evaluate(body->model, &stage, body->h);
-        }
-        end_substep(sim, b);
-    }
-}
-
-// Bodies that are joined, `group` the first of them: all forces of a stage are there before any
-// body moves on.
-static void advance_joined(Sim *sim, int group)
-{
-    const int substeps = sim->body[group].substeps, count = sim->body_count;
-    const Integrator *integrator = integrator_get(sim->body[group].integrator);
-    for (int b = group; b < count && integrator->kicks; b++)
-        if (sim->joined[b] == group)
-            sim->body[b].ops->drift(sim->body[b].model, integrator->first_drift * sim->body[b].h);
+    const Integrator *integrator = integrator_get(sim->body[first].integrator);
+    const int substeps = sim->body[first].substeps;
+    const int ties = sim->joint_count > 0 ? sim->scene_attachment_count : 0;
+    for (int b = first; b >= 0 && integrator->kicks; b = sim->group[b].next)
+        sim->body[b].ops->drift(sim->body[b].model, integrator->first_drift * sim->body[b].h);
     for (int substep = 0; substep < substeps; substep++) {
         for (int s = 0; s < integrator->stage_count; s++) {
             Stage stage = integrator_stage(integrator, s, substep == substeps - 1);
-            for (int b = group; b < count; b++)
-                if (sim->joined[b] == group)
-                    add_outer_forces(sim, b, &stage, substep, s == 0);
-            for (int k = 0; k < sim->scene_attachment_count; k++) {
+            for (int b = first; b >= 0; b = sim->group[b].next)
+                add_outer_forces(sim, b, &stage, substep, s == 0);
+            for (int k = 0; k < ties; k++) {
                 Joint *joint = sim->scene_attachment[k].joint;
-                if (joint != NULL && sim->joined[joint_options(joint)->body] == group)
+                if (joint != NULL && sim->group[joint_options(joint)->body].first == first)
                     joint_apply(joint);
             }
-            for (int b = group; b < count; b++)
-                if (sim->joined[b] == group)
-                    sim->body[b].ops->evaluate(sim->body[b].model, &stage, sim->body[b].h);
+            for (int b = first; b >= 0; b = sim->group[b].next)
+                sim->body[b].ops->evaluate(sim->body[b].model, &stage, sim->body[b].h);
         }
-        for (int b = group; b < count; b++)
-            if (sim->joined[b] == group)
-                end_substep(sim, b);
+        for (int b = first; b >= 0; b = sim->group[b].next)
+            end_substep(sim, b);
     }
 }
 
 static void advance_bodies(Sim *sim)
 {
     for (int b = 0; b < sim->body_count; b++)
-        if (sim->joint_count == 0)
-            advance_body(sim, b);
-        else if (sim->joined[b] == b)
-            advance_joined(sim, b);
+        if (sim->group[b].first == b)
+            advance_group(sim, b);
 }
 
 static void add_sums(ContactSums *sum, const ContactSums *part, Vec3 about)
@@ -224,7 +237,7 @@ static void add_sums(ContactSums *sum, const ContactSums *part, Vec3 about)
     sum->depth = fmax(sum->depth, part->depth);
 }
 
-// Of the contacts of the last tick, as far as it is known.
+// Sets the stiffness from the contacts of the last tick, if known.
 static void tell_stiffness(const Sim *sim, int contact, ToolWrench *wrench)
 {
     const ContactStiffness *stiffness = stiffness_get(sim->stiffness, contact);
@@ -235,11 +248,12 @@ static void tell_stiffness(const Sim *sim, int contact, ToolWrench *wrench)
     wrench->damping += stiffness->damping;
 }
 
-// The wrench on a tool is the impulse of all bodies over the tick.
+// Computes the wrench on a tool: the impulse of all bodies over the tick.
 static void take_wrenches(Sim *sim)
 {
     ContactSums sums[SIM_TOOLS];
     bool holds[SIM_TOOLS]; // also without force
+    // A tool without contact is at its pose, one in contact at its proxy.
     for (int t = 0; t < sim->tool_count; t++) {
         sums[t] = (ContactSums){0};
         holds[t] = false;
@@ -253,10 +267,11 @@ static void take_wrenches(Sim *sim)
         if (!contact_is_near(sim->contact[k]) || !(part->weight > 0.0))
             continue;
         Quat orientation;
-        if (!(sums[t].weight > 0.0)) // of several bodies the first says where the tool is
+        if (!(sums[t].weight > 0.0)) // of several bodies the first defines the position
             contact_proxy(sim->contact[k], &sim->wrench[t].position, &orientation);
         add_sums(&sums[t], part, sim->wrench[t].position);
     }
+    // Attachments pull on their tools.
     for (int k = 0; k < sim->attachment_count; k++) {
         int t = attachment_options(sim->attachment[k])->tool;
         if (t < 0)
@@ -264,6 +279,7 @@ static void take_wrenches(Sim *sim)
         add_sums(&sums[t], attachment_sums(sim->attachment[k]), sim->wrench[t].position);
         holds[t] |= attachment_is_holding(sim->attachment[k]);
     }
+    // The mean force over the tick; the point of a tool that only grasps is its position.
     for (int t = 0; t < sim->tool_count; t++) {
         const ContactSums *sum = &sums[t];
         ToolWrench *wrench = &sim->wrench[t];
@@ -285,11 +301,11 @@ static void take_wrenches(Sim *sim)
             tell_stiffness(sim, k, &sim->wrench[sim->contact_tool[k]]);
 }
 
-// What leaves from here on is checked.
+// Checks all results before they are published.
 static void check_numbers(Sim *sim)
 {
     if (guard_bodies(sim))
-        take_wrenches(sim); // of what is left
+        take_wrenches(sim); // of the remaining bodies
     guard_wrenches(sim);
 }
 
@@ -297,4 +313,86 @@ static void estimate_stiffness(Sim *sim)
 {
     if (!sim->settling)
         stiffness_step(sim->stiffness, sim->clock->step);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Conditions of the stages
+
+static bool always(const Sim *sim)
+{
+    (void)sim;
+    return true;
+}
+
+// From messages, in a live run.
+static bool has_inputs(const Sim *sim)
+{
+    return sim->options.may_load;
+}
+
+static bool has_tools(const Sim *sim)
+{
+    return sim->tool_count > 0;
+}
+
+static bool has_probes(const Sim *sim)
+{
+    for (int t = 0; t < sim->tool_count; t++)
+        if (sim->tool[t].kind != TOOL_STATIC)
+            return true;
+    return false;
+}
+
+// True for tools with which bodies collide.
+static bool has_shapes(const Sim *sim)
+{
+    for (int t = 0; t < sim->tool_count; t++)
+        if (sim->tool[t].capsule_count > 0 || sim->tool[t].has_plane)
+            return true;
+    return false;
+}
+
+static bool has_loads(const Sim *sim)
+{
+    return sim->options.may_load || sim->scene_load_count > 0;
+}
+
+static bool has_attachments(const Sim *sim)
+{
+    return sim->attachment_count > 0;
+}
+
+static bool has_cuts(const Sim *sim)
+{
+    for (int b = 0; b < sim->body_count; b++)
+        if ((sim->cutting != NULL && sim->cutting->stroke[b] != NULL) ||
+            sim->body[b].ops->tear != NULL)
+            return true;
+    return false;
+}
+
+static bool has_levels(const Sim *sim)
+{
+    for (int b = 0; b < sim->body_count; b++)
+        if (sim->body[b].ops->adapt != NULL)
+            return true;
+    return false;
+}
+
+static bool has_levels_to_cut(const Sim *sim)
+{
+    for (int b = 0; b < sim->body_count; b++)
+        if (sim->body[b].ops->reconstruct != NULL)
+            return true;
+    return false;
+}
+
+static bool has_stiffness(const Sim *sim)
+{
+    return sim->stiffness != NULL;
+}
+
+static bool has_estimate(const Sim *sim)
+{
+    return sim->options.estimate_error;
 }

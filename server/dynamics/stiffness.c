@@ -1,18 +1,18 @@
-// Conjugate gradients on a patch, for three directions of the tool at once, a few steps a tick.
-// Step thread, but for stiffness_create.
+// Conjugate gradients on a patch, for three directions of the tool at once, a few steps per tick.
+// Step thread, except stiffness_create.
 #include "dynamics/stiffness.h"
 
 #include "dynamics/contact_data.h"
 
 #include <string.h>
 
-static const double RATE = 60.0;        // estimates of a contact a second, at most [Hz]
-static const double TIME = 0.1;         // t [s]: what a hand does in less is not the body's to say
-static const double WIDTH = 0.02;       // the patch's radius [m], at least; 2.5 radii, two faces
-static const double ENOUGH = 1e-3;      // of the residual
-static const double SHARE = 0.04;       // of a tick, about, where a block takes BLOCK_TIME
+static const double RATE = 60.0;   // most estimates of a contact per second [Hz]
+static const double TIME = 0.1;    // t [s]: the body does not respond to faster motion of a hand
+static const double WIDTH = 0.02;  // the patch's radius [m], at least; 2.5 radii, two faces
+static const double ENOUGH = 1e-3; // of the residual
+static const double SHARE = 0.04;  // of a tick, approximately, if a block takes BLOCK_TIME
 static const double BLOCK_TIME = 12e-9; // [s]
-static const double SHRINK = 0.8;       // of the radius, when a patch does not fit
+static const double SHRINK = 0.8;       // factor on the radius if a patch exceeds the capacity
 
 enum {
     STEPS = 30, // of conjugate gradients, at most
@@ -21,7 +21,7 @@ enum {
 
 typedef enum Phase { PHASE_IDLE, PHASE_GATHER, PHASE_SOLVE } Phase;
 
-// What is known of one contact. The last solution is where the next one starts.
+// Data of one contact. The last solution is the start of the next.
 typedef struct Estimate {
     bool valid;
     ContactStiffness stiffness;
@@ -35,16 +35,16 @@ struct StiffnessEstimator {
     Contact *const *contact;
     int count;
     int period;         // ticks between two estimates of a contact
-    int budget;         // blocks a tick
+    int budget;         // blocks per tick
     Estimate *estimate; // [count]
     Patch *patch;
 
-    // --- the one under way ---
+    // --- the current estimate ---
     Phase phase;
     int at;         // contact
-    int next_block; // of the product under way
-    bool failed;    // what is under way is not positive
-    int topology;   // of its body when it began
+    int next_block; // of the current product
+    bool failed;    // the current system is not positive
+    int topology;   // of its body at the start
     int spring_count, step_count;
     ContactSpring spring[SPRINGS];
     double kc[6], yield[6];         // sums over the springs, along and sideways
@@ -146,7 +146,7 @@ void stiffness_eigenvalues(const double k[6], double *least, double *most)
 }
 
 // ---------------------------------------------------------------------------------------------
-// The beginning
+// Start
 
 static Vec3 spring_point(const Contact *contact, const ContactSpring *spring)
 {
@@ -157,7 +157,7 @@ static Vec3 spring_point(const Contact *contact, const ContactSpring *spring)
     return at;
 }
 
-// The farthest from a point of where springs push.
+// Returns the largest distance of the springs' points from a point.
 static Vec3 farthest_from(const StiffnessEstimator *all, const Contact *contact, Vec3 from)
 {
     Vec3 best = from;
@@ -173,7 +173,7 @@ static Vec3 farthest_from(const StiffnessEstimator *all, const Contact *contact,
     return best;
 }
 
-// Around all that touches, by far enough that what is held does not matter much.
+// Chooses a region around all contact points, so large that the fixed surroundings matter little.
 static Region choose_region(const StiffnessEstimator *all, const Contact *contact)
 {
     double edge = 0.0;
@@ -190,7 +190,7 @@ static Region choose_region(const StiffnessEstimator *all, const Contact *contac
     return region;
 }
 
-// A spring gives way sideways where its point does not follow the tool: at a corner in every
+// Adds the sideways yield of a spring whose point does not follow the tool: at a corner in every
 // direction, at an edge across it, inside a face in none.
 static void add_yield(const Contact *contact, const ContactSpring *spring, double yield[6])
 {
@@ -218,7 +218,7 @@ static bool is_touching(const Contact *contact)
     return contact_is_near(contact) && contact_sums(contact)->weight > 0.0;
 }
 
-// The next contact in turn whose time has come.
+// Starts the next contact that is due.
 static void begin_next(StiffnessEstimator *all, int64_t step)
 {
     for (int k = 1; k <= all->count; k++) {
@@ -254,7 +254,7 @@ static void begin_next(StiffnessEstimator *all, int64_t step)
 // ---------------------------------------------------------------------------------------------
 // The system
 
-// The nodes under a spring that move, with their shares.
+// Finds the moving nodes under a spring, with their shares.
 static int spring_carriers(const StiffnessEstimator *all, const ContactSpring *spring,
                            short local[3 * PATCH_CARRIERS], double share[3 * PATCH_CARRIERS])
 {
@@ -297,7 +297,7 @@ static double dot(const StiffnessEstimator *all, const PatchColumns *a, const Pa
     return sum;
 }
 
-// Nodes that the last solution knew start with it.
+// Starts nodes of the last solution with their values.
 static void warm_start(StiffnessEstimator *all)
 {
     const Estimate *last = &all->estimate[all->at];
@@ -327,18 +327,18 @@ static void begin_solving(StiffnessEstimator *all)
     Patch *patch = all->patch;
     add_springs(all);
     if (patch->full) {
-        all->phase = PHASE_IDLE; // no room for what couples faces: not told
+        all->phase = PHASE_IDLE; // no capacity for the coupling of faces: not reported
         return;
     }
     for (int i = 0; i < patch->node_count; i++)
         invert(patch->diagonal[i], all->inverse[i]);
-    // What zero would leave, to measure by.
+    // The residual of zero, as the reference.
     memcpy(all->r, all->b, (size_t)patch->node_count * sizeof *all->r);
     precondition(all, all->first);
     warm_start(all);
     patch_multiply(patch, all->u, all->q, 0, patch->block_count);
     for (int c = 0; c < 3; c++) {
-        // A start that is worse than none: its energy u . A u / 2 - b . u is above zero.
+        // A start that is worse than zero: its energy u . A u / 2 - b . u is positive.
         bool worse = 0.5 * dot(all, all->u, all->q, c, c) - dot(all, all->b, all->u, c, c) > 0.0;
         for (int i = 0; i < patch->node_count; i++) {
             if (worse)
@@ -361,7 +361,7 @@ static bool is_solved(const StiffnessEstimator *all)
     return true;
 }
 
-// One step of conjugate gradients, each direction by itself; q = A d is there.
+// One step of conjugate gradients, each direction separately; q = A d is known.
 static void advance(StiffnessEstimator *all)
 {
     const int count = all->patch->node_count;
@@ -387,11 +387,11 @@ static void advance(StiffnessEstimator *all)
 }
 
 // ---------------------------------------------------------------------------------------------
-// The result
+// Result
 
-// What the body's damping takes when it moves as slowly as the tool does: u^T C u, with C that of
-// the nodes and, of what connects them, the relaxation times its stiffness: u^T A u without the
-// nodes' own and the contact's share.
+// Returns the body's damping in a motion as slow as the tool's: u^T C u, with C that of the nodes
+// and, for the links between them, the relaxation times their stiffness: u^T A u without the parts
+// of nodes and contact.
 static double find_damping(const StiffnessEstimator *all)
 {
     const Patch *patch = all->patch;
@@ -419,8 +419,8 @@ static double find_damping(const StiffnessEstimator *all)
     return of_nodes + patch->relaxation * fmax(0.0, inner - alone - contact);
 }
 
-// The nearest positive matrix whose eigenvalues are at most `limit`: by turning one pair of axes
-// after another until it is diagonal (Jacobi's method).
+// Finds the nearest positive matrix with eigenvalues of at most `limit`, by rotating pairs of axes
+// until it is diagonal (Jacobi's method).
 static void clamp_eigenvalues(double k[6], double limit)
 {
     double a[3][3] = {{k[0], k[5], k[4]}, {k[5], k[1], k[3]}, {k[4], k[3], k[2]}};
@@ -497,7 +497,7 @@ static void solve(StiffnessEstimator *all)
 {
     const Patch *patch = all->patch;
     for (int budget = all->budget; budget > 0;) {
-        if (all->failed) { // out of balance: compressed parts are about to give way
+        if (all->failed) { // out of balance: compressed parts are about to buckle
             Region region = patch->region;
             patch_begin(all->patch, &region, patch->time, true);
             all->phase = PHASE_GATHER;

@@ -1,5 +1,5 @@
 // The time step of each body: from its own bounds, those of every tool that may touch it, and the
-// scales of its stiffness and damping. No allocation: fit for the step thread.
+// scales of its stiffness and damping. No allocation: safe for the step thread.
 #include "dynamics/sim_data.h"
 
 #include "dynamics/stability.h"
@@ -7,15 +7,16 @@
 #include <string.h>
 
 enum { MOST_SUBSTEPS = 100000 };
-static const double ROUNDING = 1.0 + 1e-9; // forgiven, as in stability_substeps
+static const double ROUNDING = 1.0 + 1e-9; // tolerance, as in stability_substeps
 
-// Implicit bodies: what acts from outside is explicit, at x + theta h v. An oscillator lambda with
-// damping c goes by a matrix of determinant 1 - h c + (1 - 2 theta) h^2 lambda and trace
-// 2 - h c - 2 theta h^2 lambda: stable for (4 theta - 1) h^2 lambda + 2 h c <= 4, which is
-// leapfrog's bound for (4 theta - 1) lambda. Its own springs add to neither: with the mass m +
-// (theta h)^2 k they only take from h^2 lambda.
+// Implicit bodies: external forces are explicit, at x + theta h v. An oscillator lambda with
+// damping c advances by a matrix of determinant 1 - h c + (1 - 2 theta) h^2 lambda and trace 2 - h
+// c - 2 theta h^2 lambda: stable for (4 theta - 1) h^2 lambda + 2 h c <= 4, which is leapfrog's
+// bound for (4 theta - 1) lambda. The body's own springs add to neither: with the mass m + (theta
+// h)^2 k they only reduce h^2 lambda.
 
-// Largest stable step of a body with bounds `lambda` and `damping` of its own and every tool.
+// Returns the largest stable step of a body with bounds `lambda` and `damping` of its own and every
+// tool.
 static double bound(const Sim *sim, const Body *body, double lambda, double damping,
                     double stiffness_scale, double damping_scale)
 {
@@ -26,7 +27,7 @@ static double bound(const Sim *sim, const Body *body, double lambda, double damp
         const ToolOptions *tool = &sim->tool[t];
         double more_lambda, more_damping, held_lambda = 0.0, held_damping = 0.0;
         contact_bounds(body, tool, &more_lambda, &more_damping);
-        if (tool->kind == TOOL_GRASPER) // pushes the body or holds it, never both
+        if (tool->kind == TOOL_GRASPER) // pushes the body or grasps it, never both
             attachment_bounds(body, tool->grip_stiffness, tool->grip_damping, &held_lambda,
                               &held_damping);
         lambda += fmax(more_lambda, held_lambda);
@@ -57,7 +58,7 @@ static double finest_bound(const Sim *sim, const Body *body, double stiffness_sc
                  fmax(body->damping, body->finest_damping), stiffness_scale, damping_scale);
 }
 
-// Substeps that the body needs for itself.
+// Returns the substeps that the body needs by itself.
 static int count_substeps(const Sim *sim, Body *body)
 {
     body->time_step_limit = bound(sim, body, body->lambda, body->damping,
@@ -70,25 +71,18 @@ static int count_substeps(const Sim *sim, Body *body)
     return substeps < MOST_SUBSTEPS ? substeps : MOST_SUBSTEPS;
 }
 
-static bool are_joined(const Sim *sim, const Body *a, const Body *b)
-{
-    return a == b ||
-           (sim->joint_count > 0 && sim->joined[a - sim->body] == sim->joined[b - sim->body]);
-}
-
 void time_step_follow(Sim *sim, Body *body)
 {
-    int substeps = count_substeps(sim, body);
-    for (int b = 0; b < sim->body_count && sim->joint_count > 0; b++)
-        if (&sim->body[b] != body && are_joined(sim, &sim->body[b], body)) {
-            int needed = count_substeps(sim, &sim->body[b]);
-            substeps = needed > substeps ? needed : substeps;
-        }
-    for (int b = 0; b < sim->body_count; b++)
-        if (are_joined(sim, &sim->body[b], body)) {
-            sim->body[b].substeps = substeps;
-            sim->body[b].h = sim->tick / substeps;
-        }
+    const int first = sim->group[body - sim->body].first;
+    int substeps = 1;
+    for (int b = first; b >= 0; b = sim->group[b].next) {
+        const int needed = count_substeps(sim, &sim->body[b]);
+        substeps = needed > substeps ? needed : substeps;
+    }
+    for (int b = first; b >= 0; b = sim->group[b].next) {
+        sim->body[b].substeps = substeps;
+        sim->body[b].h = sim->tick / substeps;
+    }
 }
 
 void time_step_join(Sim *sim)
@@ -96,12 +90,12 @@ void time_step_join(Sim *sim)
     if (sim->joint_count == 0)
         return;
     for (int b = 0; b < sim->body_count; b++) {
-        Body *first = &sim->body[sim->joined[b]], *body = &sim->body[b];
+        Body *first = &sim->body[sim->group[b].first], *body = &sim->body[b];
         if (body->finest_substeps > first->finest_substeps)
             first->finest_substeps = body->finest_substeps;
     }
     for (int b = 0; b < sim->body_count; b++) {
-        sim->body[b].finest_substeps = sim->body[sim->joined[b]].finest_substeps;
+        sim->body[b].finest_substeps = sim->body[sim->group[b].first].finest_substeps;
         time_step_follow(sim, &sim->body[b]);
     }
 }
@@ -121,7 +115,7 @@ void time_step_cap_contacts(const Sim *sim, Body *body)
     const double h = sim->tick / stability_substeps(sim->tick, wanted);
     if (finest_bound(sim, body, 1.0, 1.0) >= h)
         return;
-    double low = -300.0, high = 0.0; // of log10 of the share, by halves
+    double low = -300.0, high = 0.0; // of log10 of the share, by bisection
     for (int i = 0; i < 60; i++) {
         double middle = 0.5 * (low + high);
         body->contact_lambda = asked * pow(10.0, middle);
@@ -134,16 +128,16 @@ void time_step_cap_contacts(const Sim *sim, Body *body)
     body->contact_lambda = asked * body->contact_share;
 }
 
-// Advice for bodies that explicit steps are too long for.
+// Returns advice for bodies whose explicit steps are too long.
 static const char *way_out(const Body *body)
 {
     return body->spring_count > 0 ? ", or integrator = \"implicit\" or \"auto\"" : "";
 }
 
-// More substeps than can be counted on.
+// Refuses a number of substeps beyond the limit.
 static bool refuse_substeps(Sim *sim, Body *body, double wanted, double limit, Status *status)
 {
-    enum { MOST_RATE = 10000 }; // [Hz] that a scene may ask for
+    enum { MOST_RATE = 10000 }; // [Hz] highest rate of a scene
     const double least = sim->tick / MOST_SUBSTEPS, rate = 1.0001 / (limit * MOST_SUBSTEPS);
     char bound[80] = "", nearest[256] = "", other[112] = "";
     if (isfinite(limit))
@@ -184,6 +178,32 @@ static bool refuse_length(Sim *sim, Body *body, double h, double limit, Status *
                        sim->tick / substeps, substeps, other);
 }
 
+// Limit of an implicit step: ratio of a mesh's longest edge squared to its smallest face, that is
+// lambda h^2 of the stiffest spring on the lightest node. Sheets of 0.1 m by a micrometre or less
+// made 1e9 times the energy of a push, or were restored again and again; even meshes are correct at
+// any stiffness.
+static const double UNEVEN = 1e5, UNEVEN_MOST = 1e10;
+
+static bool refuse_uneven(const Body *body, Status *status)
+{
+    const double lambda = fmax(body->lambda, body->finest_lambda),
+                 longest = body->surface.longest_edge;
+    double least = longest * longest;
+    for (int f = 0; f < body->surface.face_used; f++)
+        if (body->surface.face_area[f] > 0.0)
+            least = fmin(least, body->surface.face_area[f]);
+    if (longest * longest <= UNEVEN * least)
+        return true;
+    return status_fail(
+        status, STATUS_INVALID,
+        "body %s: its mesh is too uneven (longest edge %.3g m, smallest face %.3g "
+        "m2) for an implicit step of %.3g s: stiffness over mass times time_step^2 "
+        "is %.3g, beyond %.3g; take a time_step of at most %.3g s, less stiffness or "
+        "more mass, or an even mesh, or set unsafe_time_step = true",
+        body->name, longest, least, body->h, lambda * body->h * body->h, UNEVEN_MOST,
+        0.999 * sqrt(UNEVEN_MOST / lambda));
+}
+
 bool time_step_choose(Sim *sim, Body *body, Status *status)
 {
     double limit = finest_bound(sim, body, 1.0, 1.0);
@@ -195,6 +215,10 @@ bool time_step_choose(Sim *sim, Body *body, Status *status)
     if (h > limit * ROUNDING && !body->unsafe_time_step)
         return refuse_length(sim, body, h, limit, status);
     time_step_follow(sim, body);
+    const double lambda = fmax(body->lambda, body->finest_lambda);
+    if (body->integrator == INTEGRATOR_IMPLICIT && lambda * h * h > UNEVEN_MOST &&
+        !body->unsafe_time_step)
+        return refuse_uneven(body, status);
     return true;
 }
 

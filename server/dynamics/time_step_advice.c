@@ -1,12 +1,12 @@
-// For a scene that is refused because its steps would be longer than is stable: which of its keys
-// would have to be how much smaller. Load time only.
+// For a scene that is refused because its steps would be unstable: which of its keys would have to
+// be how much smaller. Load time only.
 #include "dynamics/sim_data.h"
 
 #include <stdio.h>
 #include <string.h>
 
-// What shortens the bound, each by itself. The first whose change is worth asking for is asked for:
-// what a tissue is made of comes last.
+// Keys that shorten the bound, each by itself. The first with a reasonable change is advised: the
+// tissue's material comes last.
 typedef enum Knob {
     KNOB_CONTACT_DAMPING,
     KNOB_GRIP_DAMPING,
@@ -17,8 +17,8 @@ typedef enum Knob {
     KNOB_COUNT,
 } Knob;
 
-static const double LEAST = 1e-15; // as good as without
-static const double WORTH = 1e-4;  // less would leave nothing of it
+static const double LEAST = 1e-15; // practically zero
+static const double WORTH = 1e-4;  // a smaller factor would leave nothing of it
 
 static void turn(Sim *sim, Body *body, Knob knob, double factor)
 {
@@ -74,7 +74,7 @@ static void describe(const Sim *sim, const Body *body, Knob knob, double factor,
              units[knob]);
 }
 
-// The largest factor, up to 1, with which the body can take steps of h; 0: none.
+// Returns the largest factor, up to 1, with which the body can take steps of h; 0: none.
 static double find_factor(Sim *sim, Body *body, Knob knob, double h)
 {
     const Body own = *body;

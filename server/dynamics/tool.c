@@ -14,7 +14,7 @@ static bool is_turn(Quat q)
     return fabs(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z - 1.0) < 1e-3;
 }
 
-// Far beyond what poses may say.
+// True within far more than poses may contain.
 static bool is_near(Vec3 v)
 {
     return vec3_length(v) < 1e9;
@@ -36,8 +36,8 @@ bool tool_motion_check(const ToolMotion *motion, int64_t step)
            is_near(motion->linear) && is_near(motion->angular);
 }
 
-// The period follows slow changes of the sender's rate and jumps with sudden ones. Arrivals are
-// counted in ticks, so that a logged run repeats exactly.
+// Measures the period, which follows slow changes of the sender's rate and jumps with sudden ones.
+// Arrivals are counted in ticks, so that a logged run repeats exactly.
 static double measured_period(double period, double since, double tick)
 {
     if (since < tick)

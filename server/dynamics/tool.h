@@ -1,4 +1,4 @@
-// Tools: what a scene says of them, and where they are at any time of a tick.
+// Tools: their description in a scene, and their positions at any time of a tick.
 #ifndef PLIANT_DYNAMICS_TOOL_H
 #define PLIANT_DYNAMICS_TOOL_H
 
@@ -12,8 +12,8 @@ enum { TOOL_SHAPES = 8 };
 typedef enum ToolKind {
     TOOL_PROBE,   // moved by poses; spheres and capsules
     TOOL_STATIC,  // never moves; planes and capsules in the world frame
-    TOOL_BLADE,   // moved by poses; cuts along its edge; capsules (its back) push, if it has any
-    TOOL_GRASPER, // moved by poses; takes hold of what lies in its capsules when it closes
+    TOOL_BLADE,   // moved by poses; cuts along its edge; its capsules (the back), if any, push
+    TOOL_GRASPER, // moved by poses; grasps the nodes in its capsules when it closes
     TOOL_KIND_COUNT,
 } ToolKind;
 
@@ -27,7 +27,7 @@ typedef struct Plane {
     Vec3 normal; // unit, towards the free side
 } Plane;
 
-// As the scene describes it; constant.
+// A tool as in the scene; constant.
 typedef struct ToolOptions {
     int id; // unique in the scene; tool_pose_t.tool
     ToolKind kind;
@@ -36,10 +36,10 @@ typedef struct ToolOptions {
     bool has_plane; // static tools only
     Plane plane;
     Vec3 edge[2];     // of blades: the ends, in the tool frame [m]
-    double max_force; // [N], on what poses move: the proxy yields beyond it; > 0
+    double max_force; // [N], of tools moved by poses: the proxy yields beyond it; > 0
     bool has_friction;
-    double friction;       // mu, if it has its own; else that of the body it meets
-    double grip_stiffness; // of graspers: g, share of the body's own stiffness (attachment.h)
+    double friction;       // mu, if the tool has its own; else that of the body
+    double grip_stiffness; // of graspers: g, relative to the body's own stiffness (attachment.h)
     double grip_damping;   // of graspers: damping ratio
 } ToolOptions;
 
@@ -61,18 +61,17 @@ typedef struct ToolPlacement {
     Vec3 linear, angular; // [m/s], [rad/s] about `position`
 } ToolPlacement;
 
-// Where a tool is and how it moves. Between two poses it moves over one measured pose period
-// (towards the newest pose, or along its twist from it), never further. Plain data: part of the
-// state.
+// Position and motion of a tool. Between two poses it moves over one measured pose period (towards
+// the newest pose, or along its twist from it), never further. Plain data, part of the state.
 typedef struct ToolMotion {
     int64_t active;       // 0 or 1 (whole words: no padding in the state)
     int64_t pose_utime;   // of the newest pose
     int64_t pose_step;    // tick at which it was applied
     int64_t follow_twist; // 0 or 1
-    double period;        // measured time between poses [s]; 0: hold at once
+    double period;        // measured time between poses [s]; 0: take effect at once
     double from_grip;     // when the newest pose arrived: 0 open, 1 closed
     double to_grip;       // of the newest pose
-    Vec3 from_position;   // where the tool was when the newest pose arrived
+    Vec3 from_position;   // the tool's position when the newest pose arrived
     Quat from_orientation;
     Vec3 to_position; // the newest pose
     Quat to_orientation;
@@ -80,15 +79,16 @@ typedef struct ToolMotion {
 } ToolMotion;
 
 void tool_motion_init(ToolMotion *motion);
-// Whether what a checkpoint has brought can be, before tick `step`.
+// True if the state read from a checkpoint is consistent before tick `step`.
 bool tool_motion_check(const ToolMotion *motion, int64_t step);
-// A pose applied at the start of tick `step`; tick length [s]. `hold`: lockstep, the pose is taken
-// at once. An inactive pose withdraws the tool.
+// Applies a pose at the start of tick `step`; tick length [s]. `hold`: lockstep, the pose takes
+// effect at once. An inactive pose withdraws the tool.
 void tool_motion_apply(ToolMotion *motion, const ToolPose *pose, int64_t step, double tick,
                        bool hold);
-// The tool's pose `time` seconds after the tick in which the newest pose was applied began.
+// Computes the tool's pose `time` seconds after the start of the tick in which the newest pose was
+// applied.
 void tool_motion_at(const ToolMotion *motion, double time, Vec3 *position, Quat *orientation);
-// Its grip: that of a pose counts when the tool has got there.
+// Returns its grip: that of a pose takes effect when the tool has reached the pose.
 double tool_motion_grip(const ToolMotion *motion, double time);
 // The same as tool_motion_at with the mean velocity over the substep [begin, begin + h] in which
 // `time` lies.

@@ -1,4 +1,4 @@
-// Meshes from generators and files, and their levels. Called once a body, at load.
+// Meshes from generators and files, and their levels. Called once per body, at load time.
 #include "files/body_mesh.h"
 
 #include "base/log.h"

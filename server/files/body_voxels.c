@@ -1,4 +1,4 @@
-// Lattices from volumes, meshes and generators. Called once a body, at load.
+// Lattices from volumes, meshes and generators. Called once per body, at load time.
 #include "files/body_voxels.h"
 
 #include "base/log.h"
@@ -7,13 +7,13 @@
 #include "files/volume_lattice.h"
 #include "geometry/voxelise.h"
 
-// Names the file in front of what a function without files said.
+// Prefixes the file name to the error of a function that does not know it.
 static bool fail_file(const VoxelSource *source, const Status *said, Status *status)
 {
     return status_fail(status, said->code, "%s: %s", source->file, said->text);
 }
 
-// The volume is scaled before it becomes cells, so that their size is that in the world.
+// Scales the volume before it becomes cells, so that their size is that in the world.
 static bool make_from_volume(const VoxelSource *source, Lattice *lattice, Status *status)
 {
     LabelVolume volume;
@@ -32,7 +32,7 @@ static bool make_from_volume(const VoxelSource *source, Lattice *lattice, Status
     return ok;
 }
 
-// The mesh is placed before it becomes cells: their axes are the world's.
+// Places the mesh before it becomes cells, so that their axes are those of the world.
 static bool make_from_mesh(const VoxelSource *source, Lattice *lattice, Status *status)
 {
     TriMesh mesh = {0};

@@ -1,13 +1,13 @@
-// The lattice that a scene asks for, where the body stands in the world.
+// The lattice of a voxel body as the scene describes it, and its placement in the world.
 #ifndef PLIANT_FILES_BODY_VOXELS_H
 #define PLIANT_FILES_BODY_VOXELS_H
 
 #include "base/status.h"
 #include "files/voxel_source.h"
 
-// Imports a volume or a mesh, or generates, and places. Cells that no face joins to the others are
-// kept and warned of. False with `status` naming the file and what is wrong; the lattice belongs to
-// the caller when true.
+// Imports a volume or a mesh, or generates the lattice, and places it. Keeps cells that share no
+// face with the others, with a warning. Returns false with a `status` that names the file and the
+// fault; if true, the lattice belongs to the caller.
 bool body_voxels_make(const VoxelSource *source, Lattice *lattice, Status *status);
 
 #endif

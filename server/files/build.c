@@ -1,12 +1,12 @@
-// Builds the world of a scene: bodies of either model, tools, loads. Called once, at load,
-// by the thread that starts the daemon; every pass over a mesh is linear in its size.
+// Builds the world of a scene: bodies of both models, tools, loads. Called once, at load time, by
+// the thread that starts the daemon; every pass over a mesh is linear in its size.
 #include "files/build_parts.h"
 
 #include "base/check.h"
 
 #include <stdlib.h>
 
-// Puts the place in the scene file in front of what a lower room has said.
+// Prefixes the location in the scene file to the error of a lower layer.
 static bool fail_at(const Scene *scene, const SceneBody *body, const Status *said, Status *status)
 {
     return status_fail(status, said->code, "%s:%d: %s", scene->path, body->line, said->text);
@@ -23,6 +23,7 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
         world->team = team_create(scene->threads);
         ASSERT(world->team != NULL);
     }
+    // Options of the sim follow from the scene; without a listener the costly extras are disabled.
     SimOptions sim = {.rate_hz = scene->rate_hz,
                       .gravity = scene->gravity,
                       .tool_timeout_s = scene->tool_timeout_s,
@@ -34,6 +35,7 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
                                  scene->attachment_count}};
     world->sim = sim_create(&sim, &world->arena, &world->state);
 
+    // Bodies first: loads and attachments refer to them.
     const char *path = options->prepared != NULL ? options->prepared : scene->prepared;
     Prepared *prepared = NULL;
     bool ok = path == NULL || prepared_open(&prepared, path, status);
@@ -55,6 +57,7 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
              status_fail(status, said.code, "%s:%d: attachments: %s", scene->path, attachment->line,
                          said.text);
     }
+    // Seal checks the complete scene and lets the bodies settle.
     if (ok) {
         Status said = {0};
         ok = sim_seal(world->sim, scene->settle_s, &said) ||

@@ -1,5 +1,5 @@
-// From a scene as written to a Sim ready for its first tick: meshes made or imported, initial
-// states read, bodies, tools and loads created, settled.
+// Builds a Sim, ready for its first tick, from a scene: makes or imports meshes, reads initial
+// states, creates bodies, tools and loads, and lets the bodies settle.
 #ifndef PLIANT_FILES_BUILD_H
 #define PLIANT_FILES_BUILD_H
 
@@ -10,20 +10,20 @@
 
 typedef struct BuildOptions {
     const char *isa;      // "auto" or a level
-    const char *prepared; // file of prepared models, or NULL: the scene's, if it names one
-    bool may_load;        // loads can come at run time: false only off line without an input log
-    bool publishes;       // somebody may hear what the scene publishes
+    const char *prepared; // file of prepared models, or NULL: the scene's, if any
+    bool may_load;        // loads may come at run time: false only offline without an input log
+    bool publishes;       // a client may receive what the scene publishes
 } BuildOptions;
 
-// What is kept of a voxel body's lattice, which stands in the world.
+// Data of a voxel body's lattice, which is placed in the world.
 typedef struct WorldCells {
-    uint64_t hash; // of everything that its elements follow from
+    uint64_t hash; // of everything that determines its elements
     int count[3];
     long solid;
     double size; // of a cell [m]
 } WorldCells;
 
-// A scene built. The arena owns the sim; destroy in one call.
+// A scene that has been built. The arena owns the sim; world_destroy frees everything.
 typedef struct World {
     Arena arena;
     StateList state;
@@ -33,17 +33,17 @@ typedef struct World {
                    // empty for bodies that are not made from one
     int mesh_count;
     WorldCells *cells; // [body_count] of voxel bodies; else zero
-    // Inputs applied since tick `inputs_step`, the newest: what a log of them holds for it is, in
-    // part, behind the state already.
+    // Inputs applied since tick `inputs_step`, the newest tick: the state already contains them, so
+    // a run that continues from it skips them in a log of inputs.
     int64_t inputs_step, inputs;
 } World;
 
-// The thread that steps the world: one more input is applied before the next tick.
+// Counts an input that is applied before the next tick. For the thread that steps the world.
 void world_count_input(World *world);
-// How many have been, since the newest tick.
+// Returns the number of inputs counted since the newest tick.
 int64_t world_inputs(const World *world);
 
-// False with `status` naming scene file and line, or mesh file and element.
+// Returns false with a `status` that names scene file and line, or mesh file and element.
 bool world_build(World *world, const Scene *scene, const BuildOptions *options, Status *status);
 void world_destroy(World *world);
 

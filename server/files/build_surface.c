@@ -9,8 +9,8 @@
 #include <stdlib.h>
 
 #ifdef PLIANT_WITH_SURFACE
-// Rows of the mesh to rows of a level of it: midpoints lie beside their place at rest as their
-// parents do, on average.
+// Spreads rows of the mesh to rows of one of its levels: a midpoint is displaced from its rest
+// position by the mean of its parents.
 static Vec3 *spread_position(const Levels *levels, int level, Vec3 *position)
 {
     int given = levels->level[0].node_count, nodes = levels->level[level].node_count;
@@ -51,8 +51,8 @@ static bool check_capacity(const SurfaceOptions *surface, const TriMesh *mesh, S
                        surface->name, have, key, key, room);
 }
 
-// Initial rows of the mesh that the body is made from, owned by the caller; NULL when it starts at
-// rest.
+// Returns the initial rows of the mesh that the body is made from, owned by the caller; NULL if it
+// starts at rest.
 static bool read_initial(const SceneBody *described, const TriMesh *mesh, const Levels *levels,
                          Vec3 **position, Vec3 **velocity, Status *status)
 {
@@ -68,7 +68,7 @@ static bool read_initial(const SceneBody *described, const TriMesh *mesh, const 
     return true;
 }
 
-// Makes a body from the mesh of level 0, which becomes that of its level when it stays there.
+// Makes a body from the mesh of level 0, which becomes that of its level if the level is fixed.
 static bool create_surface(World *world, SurfaceOptions *surface, TriMesh *mesh, Texture texture,
                            Status *status)
 {
@@ -94,17 +94,20 @@ bool build_surface(World *world, const Scene *scene, int index, const Prepared *
     TriMesh *mesh = &world->mesh[index];
     Vec3 *position = NULL, *velocity = NULL;
     SurfaceOptions surface = described->surface;
-    Arena arena = {0}; // a body that stays at its level needs the hierarchy no longer
+    Arena arena = {0}; // a body with a fixed level needs the hierarchy only while it is built
     Arena *keeper = surface_changes(&surface) ? &world->arena : &arena;
     Levels levels;
+    // The mesh with its levels, prepared or made from scratch.
     bool ok = prepared != NULL ? prepared_read(prepared, described, mesh, &levels, keeper, status)
                                : body_mesh_make(described, mesh, &levels, keeper, status);
     ok = ok && memory_check_surface(described, mesh->node_count, status);
+    // A cuttable mesh without levels needs a hierarchy of one level.
     if (ok && surface.levels == 0 && surface.cuttable)
         ok = levels_create(&levels, mesh, 0, described->name, keeper, status);
     if (ok && (surface.levels > 0 || surface.cuttable))
         surface.hierarchy = &levels;
     ok = ok && read_initial(described, mesh, surface.hierarchy, &position, &velocity, status);
+    // Options unknown to the scene reader: initial state, gravity, kernels, unused features.
     surface.name = described->name;
     surface.fixed = described->fixed;
     surface.fixed_count = described->fixed_count;

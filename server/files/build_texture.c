@@ -1,10 +1,9 @@
-// Texture coordinates of a body's published mesh, for scenes that tell them (publish.rest). Load
-// time only.
+// Texture coordinates of a body's published mesh, for scenes with publish.rest. Load time only.
 #include "files/build_parts.h"
 
 #include <stdlib.h>
 
-// The id that clients know node i of the mesh or its levels by.
+// Returns the published id of node i of the mesh or its levels.
 static int id_of(const TriMesh *mesh, int i)
 {
     if (i < mesh->node_count)
@@ -34,7 +33,7 @@ Texture build_texture(World *world, const Scene *scene, const BuildOptions *opti
         }
         texture.uv = (const float(*)[2])uv;
     }
-    free(mesh->uv); // nobody else looks at them
+    free(mesh->uv); // no other code uses them
     mesh->uv = NULL;
     return texture;
 }

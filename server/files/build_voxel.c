@@ -11,7 +11,7 @@
 
 #ifdef PLIANT_WITH_VOXEL
 
-// Of all that the elements follow from: cells, labels, and where they stand.
+// Hashes everything that determines the elements: cells, labels and placement.
 static uint64_t hash_lattice(const Lattice *lattice)
 {
     uint64_t hash = FNV_START;
@@ -35,7 +35,7 @@ static WorldCells summarize(const Lattice *lattice)
                         .size = lattice->size};
 }
 
-// The keys of a scene that bound what a body may have.
+// Checks the body against the capacities of the scene.
 static bool check_capacity(const Scene *scene, const Body *body, Status *status)
 {
     int nodes = body->mesh.node_count, faces = body->mesh.triangle_count;
@@ -69,6 +69,7 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
     Lattice lattice = {0};
     TriMesh skin = {0};
     Vec3 *position = NULL, *velocity = NULL;
+    // The lattice, prepared or made from scratch, and the skin.
     bool ok = prepared != NULL ? prepared_read_voxels(prepared, described, &lattice, status)
                                : body_voxels_make(&described->voxels, &lattice, status);
     ok = ok && memory_check_voxel(described, (double)lattice_solid(&lattice), status);
@@ -80,6 +81,8 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
                                status);
     }
     if (ok) {
+        // Options unknown to the scene reader: lattice, initial state, gravity, kernels, unused
+        // features.
         world->cells[index] = summarize(&lattice);
         voxel.name = described->name;
         voxel.lattice = &lattice;

@@ -1,6 +1,6 @@
-// Checkpoints: one copy of everything that changes, taken between two ticks and written at leisure.
-// checkpoint_take is called by the step thread and only copies; checkpoint_write by the thread that
-// writes files; the rest once, at load.
+// Checkpoints: a copy of everything that changes, taken between two ticks and written later. The
+// step thread calls checkpoint_take, which only copies; the thread that writes files calls
+// checkpoint_write; the rest is called once, at load time.
 #include "files/checkpoint.h"
 
 #include "base/check.h"
@@ -11,6 +11,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #define CHECKPOINT_FORMAT "pliant-checkpoint"
 enum { CHECKPOINT_VERSION = 1, NAME_TEXT = 160 };
@@ -109,7 +110,8 @@ static bool write_state(const HdfFile *file, const CheckpointImage *image, const
     return hdf_write_text(file, "/state", "isa", isa_of(world));
 }
 
-// The guard lets no such state be; whatever wrote over it since, a good file is not replaced by it.
+// Refuses an image with numbers that are not finite. The guard excludes such states, but if memory
+// was overwritten since, a good file must not be replaced.
 static bool is_finite(const char *path, const CheckpointImage *image, const World *world,
                       Status *status)
 {
@@ -122,12 +124,13 @@ static bool is_finite(const char *path, const CheckpointImage *image, const Worl
     return true;
 }
 
-bool checkpoint_write(const char *path, const CheckpointImage *image, const World *world,
-                      const Scene *scene, Status *status)
+static bool write_file(const char *path, OutputClaim *claim, const CheckpointImage *image,
+                       const World *world, const Scene *scene, Status *status)
 {
     HdfFile file;
     if (!is_finite(path, image, world, status) || !hdf_create(&file, path, status))
         return false;
+    file.claim = claim;
     bool ok = write_head(&file, image, world, scene);
     for (int i = 0; i < sim_body_count(world->sim) && ok; i++)
         ok = write_body(&file, image, sim_body(world->sim, i), i);
@@ -136,9 +139,59 @@ bool checkpoint_write(const char *path, const CheckpointImage *image, const Worl
     return ok;
 }
 
+bool checkpoint_write(const char *path, const CheckpointImage *image, const World *world,
+                      const Scene *scene, Status *status)
+{
+    return write_file(path, NULL, image, world, scene, status);
+}
+
+bool checkpoint_write_claimed(OutputClaim *claim, const CheckpointImage *image, const World *world,
+                              const Scene *scene, Status *status)
+{
+    return write_file(claim->path, claim, image, world, scene, status);
+}
+
+bool checkpoint_check_target(const char *path, const World *world, const Scene *scene,
+                             Status *status)
+{
+    HdfFile file;
+    int64_t there = 0;
+    const int64_t step = sim_steps(world->sim);
+    char physics[FNV_TEXT], text[64];
+    if (!hdf_open_target(&file, path, CHECKPOINT_FORMAT, status))
+        return false;
+    if (file.child == NULL)
+        return true;
+    fnv_text(physics, physics_hash(scene, world));
+    bool ok = hdf_read_text(&file, "/", "physics", text, sizeof text) &&
+              hdf_read_numbers(&file, "/step", H5T_NATIVE_INT64, 0, &there) &&
+              (strcmp(text, physics) != 0 || there <= step ||
+               status_fail(status, STATUS_INVALID,
+                           "%s: holds step %lld, and a run from step %lld would replace it: go on "
+                           "from it (--continue), remove it, or name another file",
+                           path, (long long)there, (long long)step));
+    hdf_close(&file);
+    return ok;
+}
+
+// Checks the target again after claiming it: another run may have written there until then.
+bool checkpoint_claim(OutputClaim *claim, const char *path, const World *world, const Scene *scene,
+                      Status *status)
+{
+    return output_claim(claim, path, HDF_MARK, status) &&
+           checkpoint_check_target(path, world, scene, status);
+}
+
+bool checkpoint_is_there(const char *path)
+{
+    struct stat info;
+    return lstat(path, &info) == 0 && !S_ISCHR(info.st_mode) &&
+           !(S_ISREG(info.st_mode) && info.st_size == 0);
+}
+
 // --- reading -------------------------------------------------------------------------------------
 
-// Format, version and scene: what a file must be before any of its numbers is looked at.
+// Checks format, version and scene before any number is read.
 static bool check_head(const HdfFile *file, const World *world, const Scene *scene)
 {
     char text[64], physics[FNV_TEXT];
@@ -164,7 +217,8 @@ static bool check_head(const HdfFile *file, const World *world, const Scene *sce
                     scene->path);
 }
 
-// Checkpoints of older builds do not say: there are none, unless it was taken in a pause.
+// Reads the count of inputs. Checkpoints of older builds lack it: it is zero, unless the checkpoint
+// was taken in a pause.
 static bool read_inputs(const HdfFile *file, CheckpointImage *image)
 {
     image->inputs = 0;
@@ -175,7 +229,7 @@ static bool read_inputs(const HdfFile *file, CheckpointImage *image)
             hdf_fail(file, "/inputs", "%lld is no number of inputs", (long long)image->inputs));
 }
 
-// `rows` [body_count] are the caller's to destroy, also after a failure.
+// Reads everything into an image; the caller destroys `rows` [body_count], also after a failure.
 static bool read_image(const HdfFile *file, CheckpointImage *image, BodyRows *rows,
                        const World *world)
 {
@@ -187,7 +241,10 @@ static bool read_image(const HdfFile *file, CheckpointImage *image, BodyRows *ro
         const StateArray *array = &world->state.array[i];
         char name[NAME_TEXT];
         snprintf(name, sizeof name, "/state/%s", array->name);
-        if (!hdf_read_bytes(file, name, array->bytes, to))
+        // Checkpoints of older builds may not have it.
+        if (array->rare && !hdf_exists(file, name))
+            memset(to, 0, array->bytes);
+        else if (!hdf_read_bytes(file, name, array->bytes, to))
             return false;
         to += array->bytes;
     }
@@ -196,7 +253,7 @@ static bool read_image(const HdfFile *file, CheckpointImage *image, BodyRows *ro
            read_inputs(file, image);
 }
 
-// Whether the state now in force is the one that the file shows, and one that can be stepped on.
+// Checks that the current state is the one that the file shows, and that it can be stepped.
 static bool check_state(const HdfFile *file, const CheckpointImage *image, const BodyRows *rows,
                         const World *world)
 {
@@ -210,7 +267,7 @@ static bool check_state(const HdfFile *file, const CheckpointImage *image, const
         bool sound = body->ops->check == NULL || body->ops->check(body->model);
         char name[NAME_TEXT];
         snprintf(name, sizeof name, "/bodies/%s", body->name);
-        // Of a mesh that changes the check comes first: it says whether there is one to look at.
+        // For a mesh that changes check the state first: only a sound one has nodes to compare.
         if ((sound || !body_changes(body)) && !checkpoint_rows_shown(body, &rows[i]))
             return hdf_fail(file, name, "does not match the state");
         if (!sound)
@@ -219,7 +276,7 @@ static bool check_state(const HdfFile *file, const CheckpointImage *image, const
     return true;
 }
 
-// Replaces the world's state, or leaves it as it was.
+// Replaces the world's state, or leaves it unchanged on failure.
 static bool apply_image(const HdfFile *file, const CheckpointImage *image, const BodyRows *rows,
                         World *world)
 {
@@ -244,7 +301,7 @@ static bool apply_image(const HdfFile *file, const CheckpointImage *image, const
 bool checkpoint_read(const char *path, World *world, const Scene *scene, Status *status)
 {
     HdfFile file;
-    if (!hdf_check_seal(path, status) || !hdf_open(&file, path, status))
+    if (!hdf_open_sealed(&file, path, status))
         return false;
     Arena arena = {0};
     CheckpointImage image;
@@ -253,7 +310,7 @@ bool checkpoint_read(const char *path, World *world, const Scene *scene, Status 
     ASSERT(rows != NULL);
     char isa[64];
     bool ok = check_head(&file, world, scene) && read_image(&file, &image, rows, world) &&
-              hdf_read_text(&file, "/state", "isa", isa, sizeof isa) &&
+              hdf_read_text(&file, "/state", "isa", isa, sizeof isa) && hdf_alive(&file) &&
               apply_image(&file, &image, rows, world);
     for (int i = 0; i < sim_body_count(world->sim); i++)
         checkpoint_rows_destroy(&rows[i]);
@@ -267,6 +324,32 @@ bool checkpoint_read(const char *path, World *world, const Scene *scene, Status 
 }
 
 #else
+
+bool checkpoint_check_target(const char *path, const World *world, const Scene *scene,
+                             Status *status)
+{
+    (void)world, (void)scene;
+    return status_fail(status, STATUS_INVALID, "%s: %s", path, HDF_NOT_BUILT);
+}
+
+bool checkpoint_claim(OutputClaim *claim, const char *path, const World *world, const Scene *scene,
+                      Status *status)
+{
+    *claim = (OutputClaim){.fd = -1};
+    return checkpoint_check_target(path, world, scene, status);
+}
+
+bool checkpoint_write_claimed(OutputClaim *claim, const CheckpointImage *image, const World *world,
+                              const Scene *scene, Status *status)
+{
+    return checkpoint_write(claim->path, image, world, scene, status);
+}
+
+bool checkpoint_is_there(const char *path)
+{
+    (void)path;
+    return false;
+}
 
 bool checkpoint_write(const char *path, const CheckpointImage *image, const World *world,
                       const Scene *scene, Status *status)

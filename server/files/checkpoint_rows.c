@@ -62,7 +62,7 @@ static bool same_rows(const BodyRows *a, const BodyRows *b)
            memcmp(a->velocity, b->velocity, count * sizeof *a->velocity) == 0;
 }
 
-// The data sets of a body.
+// Names of a body's data sets.
 typedef struct RowNames {
     char id[NAME_TEXT], position[NAME_TEXT], velocity[NAME_TEXT];
 } RowNames;
@@ -76,7 +76,7 @@ static RowNames name_rows(const Body *body)
     return names;
 }
 
-// The rows of the present state. To be destroyed.
+// Takes the rows of the current state; the caller destroys them.
 static void show(BodyRows *rows, const Body *body)
 {
     BodyRows places;
@@ -95,7 +95,7 @@ bool checkpoint_rows_shown(const Body *body, const BodyRows *rows)
     return same;
 }
 
-// Whether these are the ids of a body that always has the same.
+// True if these are the ids of a body whose ids never change.
 static bool same_ids(const Body *body, const BodyRows *rows)
 {
     BodyRows now;
@@ -145,7 +145,7 @@ bool checkpoint_rows_read(const HdfFile *file, const Body *body, BodyRows *rows)
     create_rows(rows, (int)count);
     if (!hdf_read_numbers(file, names.id, H5T_NATIVE_INT, (size_t)count, rows->id))
         return false;
-    // Which nodes a changing mesh has is for the state to say.
+    // The state decides which nodes a changing mesh has.
     bool fits = body_changes(body) ? ascend(rows->id, rows->count) : same_ids(body, rows);
     return (fits || hdf_fail(file, names.id, "differ from the nodes of the mesh")) &&
            hdf_read_vectors(file, names.position, count, rows->position) &&

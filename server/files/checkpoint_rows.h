@@ -1,4 +1,4 @@
-// What anybody may read of a body in a checkpoint: all that moves of it, in ascending id. Private
+// The readable part of a body in a checkpoint: the state of all its nodes, in ascending id. Private
 // to files/.
 #ifndef PLIANT_FILES_CHECKPOINT_ROWS_H
 #define PLIANT_FILES_CHECKPOINT_ROWS_H
@@ -13,19 +13,19 @@ typedef struct BodyRows {
     Vec3 *position, *velocity; // [m], [m/s]
 } BodyRows;
 
-// From slots, of which some may be free (id -1). To be destroyed.
+// Sorts slots, some of which may be free (id -1), into rows. The caller destroys them.
 void checkpoint_rows_sort(BodyRows *rows, int slots, const int *id, const Vec3 *position,
                           const Vec3 *velocity);
 void checkpoint_rows_destroy(BodyRows *rows);
-// Whether the body's present state shows these rows, bit for bit.
+// True if the body's current state has exactly these rows, bit for bit.
 bool checkpoint_rows_shown(const Body *body, const BodyRows *rows);
 
-// /bodies/<name>/{id, position, velocity}.
+// Writes /bodies/<name>/{id, position, velocity}.
 bool checkpoint_rows_write(const HdfFile *file, const Body *body, const BodyRows *rows);
-// Whether the file has as many nodes as the body, or may have.
+// True if the number of nodes in the file is one that the body has or can have.
 bool checkpoint_rows_check_count(const HdfFile *file, const Body *body);
-// After checkpoint_rows_check_count. Ids must be those of the body; of one whose mesh changes,
-// ascending. To be destroyed also after a failure.
+// Reads the rows; call after checkpoint_rows_check_count. Ids must be those of the body, or
+// ascending if its mesh changes. The caller destroys the rows, also after a failure.
 bool checkpoint_rows_read(const HdfFile *file, const Body *body, BodyRows *rows);
 #endif
 

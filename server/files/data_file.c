@@ -1,4 +1,4 @@
-// Data sets by the plainest means of hdf.h.
+// Data sets by the functions of hdf.h.
 #include "files/data_file.h"
 
 #include "base/check.h"

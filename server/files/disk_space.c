@@ -6,9 +6,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { AT_A_TIME = 1 << 20 }; // [bytes], so that few appends ask the system
+enum { AT_A_TIME = 1 << 20 }; // [bytes], so that few appends need a system call
 
-// fallocate does not ask for the limit of the process; a write beyond it would end the process.
+// Returns the file size limit of the process: fallocate ignores it, but a write beyond it ends the
+// process.
 static int64_t size_limit(void)
 {
     struct rlimit limit;
@@ -41,7 +42,7 @@ bool disk_space_reserve(DiskSpace *space, int64_t end)
 void disk_space_release(DiskSpace *space)
 {
     struct stat facts;
-    // Setting a file's size to what it is frees what was reserved behind it.
+    // Setting a file's size to its current value releases the space reserved after it.
     if (space->reserved > 0 && fstat(space->fd, &facts) == 0 &&
         ftruncate(space->fd, facts.st_size) == 0)
         space->reserved = 0;

@@ -1,5 +1,5 @@
-// Disk space taken in advance, for a file that must not meet a full disk half way through a write:
-// HDF5 does not survive that. Private to files/. Any thread but the step thread.
+// Disk space reserved in advance. HDF5 does not survive a disk that fills up in the middle of a
+// write. Private to files/. Any thread but the step thread.
 #ifndef PLIANT_FILES_DISK_SPACE_H
 #define PLIANT_FILES_DISK_SPACE_H
 
@@ -11,11 +11,11 @@ typedef struct DiskSpace {
     int64_t reserved; // [bytes] from the start of the file
 } DiskSpace;
 
-// Makes sure that the file can grow to `end` bytes, without changing its size. False with errno
-// when it cannot (full disk, quota, limit of the process). A file system that reserves nothing
-// says yes.
+// Ensures that the file can grow to `end` bytes, without changing its size. Returns false with
+// errno if it cannot (full disk, quota, limit of the process). A file system that cannot reserve
+// space always succeeds.
 bool disk_space_reserve(DiskSpace *space, int64_t end);
-// Gives back what lies behind the file's end.
+// Releases the space after the file's end.
 void disk_space_release(DiskSpace *space);
 
 #endif

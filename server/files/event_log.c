@@ -47,6 +47,7 @@ bool event_log_next(EventLog *log, LogEvent *event, Status *status)
     size_t got = fread(header, 1, sizeof header, log->file);
     if (got == 0 && feof(log->file))
         return false;
+    // An event begins with a sync word; without it the file is no log, or is damaged from here on.
     if (got < 4 || big_endian(header, 4) != SYNC)
         return log->events == 0
                    ? status_fail(status, STATUS_INVALID, "%s: not an LCM event log", log->path)
@@ -58,6 +59,7 @@ bool event_log_next(EventLog *log, LogEvent *event, Status *status)
     event->timestamp = (int64_t)big_endian(header + 12, 8);
     int64_t channel_size = (int32_t)big_endian(header + 20, 4);
     int64_t size = (int32_t)big_endian(header + 24, 4);
+    // Lengths decide what is read next: refuse what no log can have.
     if (channel_size < 1 || channel_size > EVENT_LOG_CHANNEL_MAX || size < 0 || size > DATA_LIMIT)
         return status_fail(status, STATUS_INVALID,
                            "%s: event %lld states a channel of %lld and data of %lld bytes",
@@ -68,6 +70,7 @@ bool event_log_next(EventLog *log, LogEvent *event, Status *status)
     if (fread(event->channel, 1, (size_t)channel_size, log->file) != (size_t)channel_size)
         return cut_off(log, status);
     event->size = (size_t)size;
+    // Keep what fits and skip the rest, so that a long event of another program is no error.
     size_t kept = event->size < EVENT_LOG_DATA_MAX ? event->size : EVENT_LOG_DATA_MAX;
     if (fread(event->data, 1, kept, log->file) != kept)
         return cut_off(log, status);

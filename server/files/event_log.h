@@ -1,6 +1,6 @@
-// Reader of LCM event logs, as lcm-logger writes them. Our own, because the library's trusts the
-// lengths in the file. One thread; load time and off line only. Any message of ours fits: they stay
-// below a datagram.
+// Reader of LCM event logs as lcm-logger writes them. It replaces the library's, which trusts the
+// lengths in the file. One thread; load time and offline only. Any message of ours fits, since it
+// is smaller than a datagram.
 #ifndef PLIANT_FILES_EVENT_LOG_H
 #define PLIANT_FILES_EVENT_LOG_H
 
@@ -27,7 +27,8 @@ typedef struct EventLog {
 } EventLog;
 
 bool event_log_open(EventLog *log, const char *path, Status *status);
-// False at the end; with a failure in `status` when the file is cut off or not a log from here on.
+// Reads the next event. Returns false at the end; also sets `status` if the file is truncated or
+// invalid from here on.
 bool event_log_next(EventLog *log, LogEvent *event, Status *status);
 void event_log_close(EventLog *log);
 

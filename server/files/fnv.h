@@ -1,4 +1,4 @@
-// FNV-1a over plain values, member by member: structures have padding, whose bytes mean nothing.
+// FNV-1a hash of plain values, member by member: the padding bytes of structures are undefined.
 // Private to files/.
 #ifndef PLIANT_FILES_FNV_H
 #define PLIANT_FILES_FNV_H
@@ -38,7 +38,7 @@ static inline void fnv_vector(uint64_t *hash, Vec3 v)
 }
 
 enum { FNV_TEXT = 17 };
-// 16 hexadecimal digits.
+// Writes 16 hexadecimal digits.
 static inline void fnv_text(char text[FNV_TEXT], uint64_t hash)
 {
     snprintf(text, FNV_TEXT, "%016" PRIx64, hash);

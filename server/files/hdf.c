@@ -1,25 +1,24 @@
-// HDF5 files as wholes: opening, saving, seals. Called at load, by the files thread, and by clients
-// that record; never by the step thread. HDF5 prints nothing: what it would say is turned into a
-// Status.
+// Whole HDF5 files: opening, saving, seals. Called at load time, by the files thread, and by
+// clients that record; never by the step thread. HDF5 prints nothing: its errors become a Status.
 #include "files/hdf.h"
 
 #ifdef PLIANT_WITH_HDF5
-#include "base/check.h"
+#include "base/output.h"
 #include "files/fnv.h"
+#include "files/hdf_child.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 enum { CORE_INCREMENT = 1 << 20, SEAL_BYTES = 512, PIECE_BYTES = 1 << 16 };
+static const size_t LARGEST_BYTES = (size_t)1 << 34;
 
-#define SEAL_FORMAT "pliant: %zu bytes follow, fnv1a %016" PRIx64 "\n"
+#define SEAL_FORMAT HDF_MARK "%zu bytes follow, fnv1a %016" PRIx64 "\n"
 
 bool hdf_fail(const HdfFile *file, const char *object, const char *format, ...)
 {
@@ -48,7 +47,7 @@ void hdf_begin(void)
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
 }
 
-bool hdf_open(HdfFile *file, const char *path, Status *status)
+bool hdf_open_here(HdfFile *file, const char *path, Status *status)
 {
     hdf_begin();
     *file = (HdfFile){.id = -1, .path = path, .status = status};
@@ -61,10 +60,47 @@ bool hdf_open(HdfFile *file, const char *path, Status *status)
            status_fail(status, STATUS_INVALID, "%s: is truncated, damaged or being written", path);
 }
 
+// Answers first whether the file could be opened.
+static void serve(int fd, void *path)
+{
+    HdfFile file;
+    Status said = {0};
+    bool ok = hdf_open_here(&file, path, &said);
+    if (hdf_child_send(fd, &said, sizeof said) && ok)
+        hdf_serve(&file, fd);
+}
+
+bool hdf_open(HdfFile *file, const char *path, Status *status)
+{
+    Status said;
+    *file = (HdfFile){.id = -1, .path = path, .status = status};
+    if (!check_readable(path, status))
+        return false;
+    file->child = hdf_child_start(path, serve, (void *)(uintptr_t)path, status);
+    if (file->child == NULL)
+        return false;
+    if (!hdf_child_receive(file->child->fd, &said, sizeof said)) {
+        hdf_child_failed(file->child, path, status);
+    } else if (said.code != STATUS_OK) {
+        said.text[sizeof said.text - 1] = '\0';
+        status_fail(status, STATUS_INVALID, "%s", said.text);
+    } else {
+        return true;
+    }
+    hdf_close(file);
+    return false;
+}
+
+bool hdf_open_sealed(HdfFile *file, const char *path, Status *status)
+{
+    *file = (HdfFile){.id = -1, .path = path, .status = status};
+    return hdf_check_seal(path, status) && hdf_open(file, path, status);
+}
+
 bool hdf_create(HdfFile *file, const char *path, Status *status)
 {
-    // In memory first: a full disk then fails in our own write, which can be undone, and not inside
-    // the library, which cannot close such a file.
+    // Write to memory first: a full disk then fails in our own write, which can be undone, and not
+    // in the library, which cannot close such a file.
     hdf_begin();
     *file = (HdfFile){.id = -1, .path = path, .status = status};
     hid_t access_list = H5Pcreate(H5P_FILE_ACCESS);
@@ -78,77 +114,25 @@ void hdf_close(HdfFile *file)
 {
     if (file->id >= 0)
         H5Fclose(file->id);
+    hdf_child_end(file->child);
     file->id = -1;
+    file->child = NULL;
 }
 
-static bool write_all(int fd, const unsigned char *data, size_t size)
-{
-    while (size > 0) {
-        ssize_t written = write(fd, data, size);
-        if (written < 0 && errno == EINTR)
-            continue;
-        if (written <= 0)
-            return false;
-        data += written;
-        size -= (size_t)written;
-    }
-    return true;
-}
-
-// A rename is safe once the folder is on the disk too.
-static void flush_folder(const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    char *folder = slash == NULL ? strdup(".") : strndup(path, (size_t)(slash - path) + 1);
-    ASSERT(folder != NULL);
-    int fd = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd >= 0) {
-        fsync(fd);
-        close(fd);
-    }
-    free(folder);
-}
-
-// The temporary file, empty and ours alone until it is closed: two programs that save under one
-// name would else write into each other's. One that a killed program has left behind is used again.
-// -1 with errno.
-static int open_temporary(const char *path)
-{
-    for (;;) {
-        int fd = open(path, O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
-        if (fd < 0)
-            return -1;
-        struct stat ours, named;
-        bool held = flock(fd, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
-        bool there = held && fstat(fd, &ours) == 0 && stat(path, &named) == 0;
-        // Another program may have renamed it between our two calls: it is a finished file then.
-        if (there && ours.st_ino == named.st_ino && ftruncate(fd, 0) == 0)
-            return fd;
-        int error = held ? errno : EBUSY;
-        close(fd);
-        errno = error;
-        if (!held || (there && ours.st_ino == named.st_ino))
-            return -1;
-    }
-}
-
-// The whole content of a file on the disk, under its name, or errno set.
-static bool write_sealed(const char *path, const char *temporary, const unsigned char *image,
-                         size_t size)
+// Writes seal and content under the file's name and syncs it to the disk.
+static bool write_sealed(const HdfFile *file, const unsigned char *image, size_t size)
 {
     unsigned char seal[SEAL_BYTES] = {0};
+    Output output;
     snprintf((char *)seal, sizeof seal, SEAL_FORMAT, size, fnv_bytes(FNV_START, image, size));
-    int fd = open_temporary(temporary);
-    if (fd < 0)
+    if (file->claim != NULL ? !output_begin_claimed(&output, file->claim, file->status)
+                            : !output_begin(&output, file->path, HDF_MARK, file->status))
         return false;
-    bool ok = write_all(fd, seal, sizeof seal) && write_all(fd, image, size) && fsync(fd) == 0 &&
-              rename(temporary, path) == 0;
-    int error = errno;
-    if (!ok)
-        unlink(temporary);
-    close(fd);
-    errno = error;
-    return ok;
+    if (output_write(&output, seal, sizeof seal) && output_write(&output, image, size))
+        return output_commit(&output, true, file->status);
+    status_fail(file->status, STATUS_FAILED, "%s: %s", file->path, strerror(errno));
+    output_abandon(&output);
+    return false;
 }
 
 bool hdf_save(HdfFile *file)
@@ -156,21 +140,22 @@ bool hdf_save(HdfFile *file)
     ssize_t size =
         H5Fflush(file->id, H5F_SCOPE_GLOBAL) >= 0 ? H5Fget_file_image(file->id, NULL, 0) : -1;
     unsigned char *image = size > 0 ? malloc((size_t)size) : NULL;
-    if (image == NULL || H5Fget_file_image(file->id, image, (size_t)size) != size) {
-        free(image);
-        return status_fail(file->status, STATUS_FAILED, "%s: no memory to write it", file->path);
-    }
-    size_t length = strlen(file->path) + sizeof ".tmp";
-    char *temporary = malloc(length);
-    ASSERT(temporary != NULL);
-    snprintf(temporary, length, "%s.tmp", file->path);
-    bool ok = write_sealed(file->path, temporary, image, (size_t)size);
-    int error = errno;
-    if (ok)
-        flush_folder(file->path);
-    free(temporary);
+    bool ok = (image != NULL && H5Fget_file_image(file->id, image, (size_t)size) == size) ||
+              status_fail(file->status, STATUS_FAILED, "%s: no memory to write it", file->path);
+    ok = ok && write_sealed(file, image, (size_t)size);
     free(image);
-    return ok || status_fail(file->status, STATUS_FAILED, "%s: %s", file->path, strerror(error));
+    return ok;
+}
+
+// Checks that the length in the seal is the file's, and at most that of any of our files: a sparse
+// file can be too long to read.
+static bool check_length(FILE *file, const char *seal)
+{
+    struct stat info;
+    size_t size = 0;
+    return sscanf(seal, HDF_MARK "%zu", &size) == 1 && fstat(fileno(file), &info) == 0 &&
+           info.st_size >= SEAL_BYTES && size == (size_t)info.st_size - SEAL_BYTES &&
+           size <= LARGEST_BYTES;
 }
 
 bool hdf_check_seal(const char *path, Status *status)
@@ -181,11 +166,12 @@ bool hdf_check_seal(const char *path, Status *status)
     if (file == NULL)
         return status_fail(status, STATUS_INVALID, "%s: %s", path, strerror(errno));
     unsigned char piece[PIECE_BYTES];
-    char found[SEAL_BYTES] = "", expected[SEAL_BYTES] = "";
-    size_t size = 0, count = fread(found, 1, sizeof found, file);
-    bool sealed = count == sizeof found && strncmp(found, "pliant: ", 8) == 0;
+    char found[SEAL_BYTES + 1] = "", expected[SEAL_BYTES] = "";
+    size_t size = 0, count = fread(found, 1, SEAL_BYTES, file);
+    bool sealed = count == SEAL_BYTES && strncmp(found, HDF_MARK, strlen(HDF_MARK)) == 0;
+    bool ours = sealed && check_length(file, found);
     uint64_t hash = FNV_START;
-    while (sealed && (count = fread(piece, 1, sizeof piece, file)) > 0) {
+    while (ours && (count = fread(piece, 1, sizeof piece, file)) > 0) {
         hash = fnv_bytes(hash, piece, count);
         size += count;
     }
@@ -193,8 +179,30 @@ bool hdf_check_seal(const char *path, Status *status)
     if (!sealed)
         return status_fail(status, STATUS_INVALID, "%s: is no file that Pliant wrote", path);
     snprintf(expected, sizeof expected, SEAL_FORMAT, size, hash);
-    return memcmp(found, expected, sizeof found) == 0 ||
+    return (ours && memcmp(found, expected, SEAL_BYTES) == 0) ||
            status_fail(status, STATUS_INVALID,
                        "%s: is truncated or was altered: it differs from its seal", path);
+}
+
+bool hdf_open_target(HdfFile *file, const char *path, const char *format, Status *status)
+{
+    struct stat info;
+    char text[64];
+    *file = (HdfFile){.id = -1, .path = path, .status = status};
+    if (!output_check(path, HDF_MARK, status))
+        return false;
+    if (lstat(path, &info) != 0 || !S_ISREG(info.st_mode) || info.st_size == 0)
+        return true;
+    Status why = {0};
+    bool whole = hdf_open_sealed(file, path, &why);
+    file->status = &why;
+    whole = whole && hdf_read_text(file, "/", "format", text, sizeof text) &&
+            (strcmp(text, format) == 0 ||
+             hdf_fail(file, "/", "format \"%.40s\" is not \"%s\"", text, format));
+    file->status = status;
+    if (whole)
+        return true;
+    hdf_close(file);
+    return status_fail(status, STATUS_INVALID, "%.400s: it is not replaced", why.text);
 }
 #endif

@@ -4,7 +4,7 @@
 #include <errno.h>
 #include <string.h>
 
-// HDF5 says what failed but not why; the last system call often does.
+// Fails with the last system error: HDF5 reports what failed but not why.
 static bool fail(const HdfFile *file, const char *what)
 {
     const char *reason = errno != 0 ? strerror(errno) : "HDF5 refuses";
@@ -41,7 +41,7 @@ bool hdf_table_create(const HdfFile *file, const char *name, hid_t type, int col
     return (table->set >= 0 || fail(file, "created")) && hdf_write_text(file, name, "unit", unit);
 }
 
-// The rows [first, first + rows) of the data set, as dataspaces of the file and of the memory.
+// Selects rows [first, first + rows) of the data set, in the file and in memory.
 static void select_rows(const HdfTable *table, hsize_t first, hsize_t rows, hid_t *in_file,
                         hid_t *in_memory)
 {

@@ -1,5 +1,5 @@
-// A data set that only grows, row by row, in a file that others read while it is written (SWMR).
-// Private to files/. Any thread but the step thread.
+// A data set that grows row by row, in a file that others read while it is written (SWMR). Private
+// to files/. Any thread but the step thread.
 #ifndef PLIANT_FILES_HDF_TABLE_H
 #define PLIANT_FILES_HDF_TABLE_H
 
@@ -14,13 +14,13 @@ typedef struct HdfTable {
     hsize_t count; // rows
 } HdfTable;
 
-// Creates an empty data set with its attribute unit, making the groups on the way. `chunk` rows are
-// stored together.
+// Creates an empty data set with its attribute unit and makes its groups. `chunk` rows are stored
+// together.
 bool hdf_table_create(const HdfFile *file, const char *name, hid_t type, int columns, hsize_t chunk,
                       const char *unit, HdfTable *table);
-// Appends rows; they are in the file for good after the next flush of it.
+// Appends rows; they are permanent after the next flush of the file.
 bool hdf_table_append(const HdfFile *file, HdfTable *table, hsize_t rows, const void *data);
-// Reads rows [first, first + rows), which must be there.
+// Reads rows [first, first + rows), which must exist.
 bool hdf_table_read(const HdfFile *file, const HdfTable *table, hsize_t first, hsize_t rows,
                     void *to);
 void hdf_table_close(HdfTable *table);

@@ -1,4 +1,4 @@
-// Reads the initial state of a body. Called once a body, at load.
+// Reads the initial state of a body. Called once per body, at load time.
 #include "files/checkpoint.h"
 #include "files/hdf.h"
 
@@ -8,7 +8,7 @@
 
 #ifdef PLIANT_WITH_HDF5
 
-// Rows of the mesh file to rows of its nodes as they are now; frees the former.
+// Converts rows of the mesh file to rows of its current nodes; frees the former.
 static Vec3 *pick_rows(const TriMesh *mesh, Vec3 *row)
 {
     Vec3 *picked = malloc((size_t)mesh->node_count * sizeof *picked + 1);
@@ -47,13 +47,14 @@ static Vec3 *read_rows(const HdfFile *file, const char *name, const TriMesh *mes
     return row != NULL && rows == mesh->file_node_count ? pick_rows(mesh, row) : row;
 }
 
-// Both or none.
-static bool finish(Vec3 **position, Vec3 *const *velocity)
+// Returns both arrays or neither.
+static bool finish(bool alive, Vec3 **position, Vec3 **velocity)
 {
-    if (*velocity != NULL)
+    if (alive && *velocity != NULL)
         return true;
     free(*position);
-    *position = NULL;
+    free(*velocity);
+    *position = *velocity = NULL;
     return false;
 }
 
@@ -71,8 +72,9 @@ bool initial_read(const char *path, const TriMesh *mesh, Vec3 **position, Vec3 *
         else
             *velocity = calloc((size_t)mesh->node_count + 1, sizeof **velocity);
     }
+    bool alive = hdf_alive(&file);
     hdf_close(&file);
-    return finish(position, velocity);
+    return finish(alive, position, velocity);
 }
 
 bool initial_read_rows(const char *path, int most, int *count, Vec3 **position, Vec3 **velocity,
@@ -93,8 +95,9 @@ bool initial_read_rows(const char *path, int most, int *count, Vec3 **position, 
         *velocity = hdf_exists(&file, "/velocity") ? read_vectors(&file, "/velocity", rows)
                                                    : calloc((size_t)rows + 1, sizeof **velocity);
     }
+    bool alive = hdf_alive(&file);
     hdf_close(&file);
-    return finish(position, velocity);
+    return finish(alive, position, velocity);
 }
 
 #else

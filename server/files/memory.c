@@ -1,4 +1,4 @@
-// What the machine has left, and what bodies take. Called at load, once or twice a body.
+// The memory left on the machine, and that of bodies. Called at load time, once or twice per body.
 #include "files/memory.h"
 
 #include <math.h>
@@ -8,9 +8,9 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-// --- what there is -------------------------------------------------------------------------------
+// --- available -----------------------------------------------------------------------------------
 
-// The number behind a key of a file, which counts in `unit` bytes; NaN: not there.
+// Returns the number after a key of a file, in units of `unit` bytes; NaN: missing.
 static double read_key(const char *path, const char *key, double unit)
 {
     char line[256];
@@ -24,7 +24,7 @@ static double read_key(const char *path, const char *key, double unit)
     return value;
 }
 
-// The single number of a file of the control group; NaN: none, or "max".
+// Returns the only number of a file of the control group; NaN: none, or "max".
 static double read_group(const char *folder, const char *name)
 {
     char path[600], line[64], *end;
@@ -40,7 +40,7 @@ static double read_group(const char *folder, const char *name)
     return value;
 }
 
-// Copies of files count as the group's, but give way.
+// Returns what the control group has left. Its file cache counts as used but can be dropped.
 static double group_free(void)
 {
     char line[512], folder[512] = "", stat[600];
@@ -65,7 +65,7 @@ static double limit_free(int resource, const char *key)
 
 double memory_free(void)
 {
-    // fmin passes over what is not known.
+    // fmin ignores the unknown values, which are NaN.
     double least = read_key("/proc/meminfo", "MemAvailable:", 1024.0) +
                    read_key("/proc/meminfo", "SwapFree:", 1024.0);
     least = fmin(least, group_free());
@@ -74,7 +74,7 @@ double memory_free(void)
     return isnan(least) ? HUGE_VAL : fmax(least, 0.0);
 }
 
-// --- what is needed ------------------------------------------------------------------------------
+// --- required ------------------------------------------------------------------------------------
 
 static bool check(const char *what, double count, double bytes, Status *status)
 {
@@ -87,14 +87,14 @@ static bool check(const char *what, double count, double bytes, Status *status)
 
 bool memory_check_surface(const SceneBody *body, double nodes, Status *status)
 {
-    // Bytes a node at the finest level, a tenth less than the least that was seen: of bodies that
-    // stay as they are, that refine and coarsen, that can be cut.
+    // Bytes per node at the finest level, a tenth less than the smallest measured, for bodies that
+    // stay as they are, that refine and coarsen, and that can be cut.
     enum { FIXED = 580, CHANGING = 1900, CUTTABLE = 2500, A_COPY = 100, HIERARCHY = 140 };
     const SurfaceOptions *surface = &body->surface;
     bool changes = surface_changes(surface);
     double start = nodes * pow(4.0, surface->start_level);
     double finest = nodes * pow(4.0, surface->levels);
-    if (!changes) // the levels are made all the same
+    if (!changes) // the levels are built in any case
         return check(surface->levels > 0 ? "nodes at the finest level" : "nodes", finest,
                      start * FIXED + (surface->levels > 0 ? finest * HIERARCHY : 0.0), status);
     double each = surface->node_capacity > 0 ? FIXED : surface->cuttable ? CUTTABLE : CHANGING;
@@ -105,8 +105,8 @@ bool memory_check_surface(const SceneBody *body, double nodes, Status *status)
 
 bool memory_check_voxel(const SceneBody *body, double cells, Status *status)
 {
-    // Bytes a cell, in the same way; levels spare most of the inner cells. Room that the scene asks
-    // for takes what it asks.
+    // Bytes per cell, found in the same way; levels save most of the inner cells. Capacities that
+    // the scene sets explicitly count as they are.
     enum { FINE = 300, LEVELED = 60, CUTTABLE = 2300, A_VERTEX = 100 };
     const VoxelOptions *voxel = &body->voxel;
     if (voxel->cuttable && voxel->vertex_capacity > 0)

@@ -1,22 +1,21 @@
-// Whether the machine has the memory that a body will take, asked before it is taken: a scene that
-// is too large is refused with a sentence, and not by the end of the program in the midst of it.
-// Load time only; private to files.
+// Checks that the machine has the memory of a body before it is allocated, so that a scene that is
+// too large is refused with a sentence instead of being killed. Load time only; private to files.
 #ifndef PLIANT_FILES_MEMORY_H
 #define PLIANT_FILES_MEMORY_H
 
 #include "files/scene.h"
 
-// What may still be taken [bytes]: the least of what the machine, the limits of this process and
-// its control group leave. HUGE_VAL where nothing is known.
+// Returns the memory that can still be allocated [bytes]: the least of what the machine, the limits
+// of this process and its control group leave. HUGE_VAL if unknown.
 double memory_free(void);
 
-// Each is asked as soon as a size is known: `nodes` of level 0 of a surface body, `cells` of a
-// voxel body. What they take is bounded from below, from figures that --explain prints for small
-// scenes, so that nothing is refused that would have fitted. False with `status`.
+// Check a body as soon as its size is known: `nodes` of level 0 of a surface body, `cells` of a
+// voxel body. They use lower bounds, from figures that --explain prints for small scenes, so that
+// no scene is refused that would fit. Return false with `status`.
 bool memory_check_surface(const SceneBody *body, double nodes, Status *status);
 bool memory_check_voxel(const SceneBody *body, double cells, Status *status);
 
-// Nodes that a generator will make; 0: a file, which says so itself.
+// Returns the nodes that a generator will make; 0: a file, whose own size decides.
 double memory_source_nodes(const MeshSource *source);
 
 #endif

@@ -1,5 +1,5 @@
-// Reads a mesh file into memory at once, tells its format by its content, and repairs what it
-// holds. Load time only; never writes, never follows other files that the mesh file names.
+// Reads a mesh file into memory at once, recognises its format by its content and repairs it. Load
+// time only; never writes, never opens other files that the mesh file names.
 #include "files/mesh_import.h"
 
 #include "files/obj.h"
@@ -16,7 +16,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-// Lines, nodes and triangles of a file of this size all count in an int.
+// Lines, nodes and triangles of a file up to this size all fit an int.
 static const size_t LARGEST_FILE = INT_MAX;
 
 static bool read_bytes(int descriptor, FileBytes *file, Status *status)
@@ -39,13 +39,14 @@ static bool read_bytes(int descriptor, FileBytes *file, Status *status)
 
 static bool read_file(const char *path, FileBytes *file, Status *status)
 {
-    // O_NONBLOCK: opening a pipe that nobody writes to must not wait.
+    // O_NONBLOCK: opening a pipe without a writer must not block.
     int descriptor = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     struct stat about;
     if (descriptor < 0)
         return status_fail(status, STATUS_INVALID, "%s: %s", path, strerror(errno));
     *file = (FileBytes){.path = path};
     bool ok = true;
+    // Refuse what is no regular file of a readable size, before memory is allocated.
     if (fstat(descriptor, &about) != 0)
         ok = status_fail(status, STATUS_INVALID, "%s: %s", path, strerror(errno));
     else if (!S_ISREG(about.st_mode))
@@ -69,7 +70,7 @@ static bool read_file(const char *path, FileBytes *file, Status *status)
     return ok;
 }
 
-// Text starts behind a byte order mark and blanks; 'solid' there is ASCII STL.
+// Text starts after a byte order mark and blanks; 'solid' there means ASCII STL.
 static bool starts_with_solid(const FileBytes *file)
 {
     const char *at = file->bytes;
@@ -77,7 +78,7 @@ static bool starts_with_solid(const FileBytes *file)
     return strncasecmp(at, "solid", 5) == 0 && (at[5] == 0 || strchr(" \t\r\n", at[5]) != NULL);
 }
 
-// Text as the readers know it: no byte order mark, lines that end in a newline.
+// Normalises text for the readers: no byte order mark, lines that end in a newline.
 static void normalize_text(FileBytes *file)
 {
     if (strncmp(file->bytes, "\xEF\xBB\xBF", 3) == 0)
@@ -86,6 +87,17 @@ static void normalize_text(FileBytes *file)
         return;
     for (char *at = file->bytes; (at = strchr(at, '\r')) != NULL;)
         *at = '\n';
+}
+
+// Some writers terminate a text as C does, or pad its last block with zeros. Text without lines is
+// no text.
+static void drop_final_zeros(FileBytes *file)
+{
+    size_t size = file->size;
+    while (size > 0 && file->bytes[size - 1] == 0)
+        size--;
+    if (memchr(file->bytes, '\n', size) != NULL || memchr(file->bytes, '\r', size) != NULL)
+        file->size = size;
 }
 
 static bool refuse_binary(const FileBytes *file, size_t triangles, Status *status)
@@ -110,8 +122,10 @@ static bool read_draft(FileBytes *file, MeshDraft *draft, const char **format, S
     *format = "binary STL";
     if (file->size == stl_binary_size(count))
         return stl_read_binary(file, draft, status);
+    const FileBytes whole = *file;
+    drop_final_zeros(file);
     if (memchr(file->bytes, 0, file->size) != NULL)
-        return refuse_binary(file, count, status);
+        return refuse_binary(&whole, count, status);
     normalize_text(file);
     if (starts_with_solid(file)) {
         *format = "ASCII STL";

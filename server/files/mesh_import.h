@@ -1,12 +1,12 @@
-// Mesh files to TriMesh: OBJ, STL and PLY (ASCII and binary), OFF, told apart by content, not by
-// name.
+// Reads mesh files to TriMesh: OBJ, STL and PLY (ASCII and binary), OFF, recognised by content, not
+// by name.
 #ifndef PLIANT_FILES_MESH_IMPORT_H
 #define PLIANT_FILES_MESH_IMPORT_H
 
 #include "base/status.h"
 #include "geometry/mesh_repair.h"
 
-// What was in a file and what had to be repaired.
+// Contents of a file and the repairs that were needed.
 typedef struct MeshImport {
     const char *format; // "binary STL"
     int node_count, face_count;

@@ -3,13 +3,13 @@
 #include "dynamics/stability.h"
 #include "files/body_mesh.h"
 #include "files/mesh_import.h"
-#include "files/scene.h"
+#include "files/proposal.h"
+#include "files/units.h"
 #include "geometry/mesh_quality.h"
 
-enum { COMPONENTS_SHOWN = 20 };
+#include <math.h>
 
-// A body longer than this is more likely one whose unit is the millimetre [m].
-static const double LARGE_ORGAN = 2.0;
+enum { COMPONENTS_SHOWN = 20 };
 
 static double degrees(double angle)
 {
@@ -51,10 +51,16 @@ static void print_components(const MeshQuality *quality, FILE *out)
         fprintf(out, "    and %d more\n", quality->component_count - COMPONENTS_SHOWN);
 }
 
+static void print_box(const Box *box, FILE *out)
+{
+    const Vec3 low = box_low(box), high = box_high(box);
+    fprintf(out, "  box: [%.6g, %.6g, %.6g] to [%.6g, %.6g, %.6g] m\n", low.x, low.y, low.z, high.x,
+            high.y, high.z);
+}
+
 static void print_shape(const TriMesh *mesh, const MeshQuality *quality, FILE *out)
 {
-    fprintf(out, "  box: [%.6g, %.6g, %.6g] to [%.6g, %.6g, %.6g] m\n", quality->low.x,
-            quality->low.y, quality->low.z, quality->high.x, quality->high.y, quality->high.z);
+    print_box(&quality->box, out);
     fprintf(out, "  area: %.6g m2, enclosed volume: %.6g m3\n", quality->area, quality->volume);
     fprintf(out, "  edge lengths: min %.6g, mean %.6g, max %.6g m\n", quality->edge_min,
             quality->edge_mean, quality->edge_max);
@@ -72,7 +78,7 @@ static void print_shape(const TriMesh *mesh, const MeshQuality *quality, FILE *o
 }
 
 #ifdef PLIANT_WITH_SURFACE
-// The bounds of a body of this mesh as a scene makes it that says nothing but `shape = {}`.
+// Prints the time step bounds of a body of this mesh whose scene says only `shape = {}`.
 static bool print_time_step(const TriMesh *mesh, FILE *out, Status *status)
 {
     SurfaceOptions options = {.name = "mesh", .without_contacts = true, .without_loads = true};
@@ -105,56 +111,90 @@ static bool print_time_step(const TriMesh *mesh, FILE *out, Status *status)
 }
 #endif
 
-static void print_unit(const TriMesh *mesh, double scale, FILE *out)
+static void print_unit(const TriMesh *mesh, double scale, const Units *guess, FILE *out)
 {
-    double extent = mesh_extent(mesh);
-    if (scale != 0.0)
-        fprintf(out, "  scale: %g m a unit of the file, extent %.6g m\n", scale, extent);
-    else if (extent > LARGE_ORGAN)
-        fprintf(out,
-                "  scale: not given, extent %.6g m if the unit were the metre; if it is the "
-                "millimetre, scale = 0.001\n",
-                extent);
-    else if (extent < MESH_SMALLEST_EXTENT)
-        fprintf(out,
-                "  scale: not given, extent %.6g m if the unit were the metre; a scene wants at "
-                "least %g m\n",
-                extent, MESH_SMALLEST_EXTENT);
+    if (guess == NULL)
+        fprintf(out, "  scale: %g m a unit of the file, extent %.6g m\n", scale, mesh_extent(mesh));
     else
-        fprintf(out, "  scale: not given, unit taken as the metre, extent %.6g m\n", extent);
+        fprintf(out, "  scale: not given, %s%s (else --units m, dm, cm, mm or um)\n",
+                guess->doubt ? "in doubt " : "", guess->reason);
 }
 
-static bool print_mesh(const char *path, double scale, const MeshImport *import,
+// Edges of length L give A / (sqrt(3)/2 L^2) nodes on an area A.
+static void print_even(const MeshQuality *quality, double scale, FILE *out)
+{
+    enum { NODES = 1000 }; // a wall of 25 cm can be stepped in real time with this many
+    const double length = sqrt(quality->area / (0.5 * sqrt(3.0) * NODES));
+    fprintf(out,
+            "  remeshed evenly: edges of %.3g units of the file would make %d nodes of it "
+            "(./dev remesh)\n",
+            length / scale, NODES);
+}
+
+// Prints the verdict of both models, for the report and its exit status.
+static bool print_verdict(const char *path, const Proposals *proposals, FILE *out, Status *status)
+{
+    proposal_print(proposals, out);
+    return proposal_best(proposals) != NULL ||
+           status_fail(status, STATUS_INVALID, "%s: usable neither as a wall nor as a solid", path);
+}
+
+static bool print_mesh(const char *path, double scale, const Units *guess, const MeshImport *import,
                        const TriMesh *mesh, FILE *out, Status *status)
 {
     MeshFault fault;
-    // Without a scale it is for the user to say.
-    if (scale != 0.0 && !body_mesh_check_extent(path, scale, mesh, status))
+    Proposals proposals;
+    if (!body_mesh_check_extent(path, scale, mesh, status))
         return false;
     if (!mesh_validate(mesh, &fault))
         return status_fail(status, STATUS_INVALID, "%s: %s", path, fault.text);
+    if (!proposal_judge(path, scale, &proposals, status))
+        return false;
     MeshQuality quality;
     mesh_quality_measure(mesh, &quality);
-    fprintf(out, "%s: usable\n", path);
+    fprintf(out, "%s: %s\n", path, proposal_best(&proposals) != NULL ? "usable" : "not usable");
     print_source(import, out);
-    print_unit(mesh, scale, out);
+    print_unit(mesh, scale, guess, out);
     fprintf(out, "  nodes: %d, edges: %d, triangles: %d%s\n", mesh->node_count, quality.edge_count,
             mesh->triangle_count, mesh->uv != NULL ? ", with texture coordinates" : "");
     print_components(&quality, out);
     print_shape(mesh, &quality, out);
+    print_even(&quality, scale, out);
     mesh_quality_destroy(&quality);
-    return print_time_step(mesh, out, status);
+    return print_time_step(mesh, out, status) && print_verdict(path, &proposals, out, status);
+}
+
+static bool print_volume(const char *path, double scale, FILE *out, Status *status)
+{
+    Proposals proposals;
+    if (!proposal_judge(path, scale > 0.0 ? scale : 1.0, &proposals, status))
+        return false;
+    const Proposal *of = &proposals.subject;
+    fprintf(out, "%s: %s\n", path, proposal_best(&proposals) != NULL ? "usable" : "not usable");
+    fprintf(out,
+            "  file: label volume, label %d, in the units that it states (mm, where it states "
+            "none)\n",
+            of->label);
+    print_box(&of->box, out);
+    return print_verdict(path, &proposals, out, status);
 }
 
 bool mesh_report_print(const char *path, double scale, FILE *out, Status *status)
 {
     TriMesh mesh;
     MeshImport import;
+    Units guess;
+    if (proposal_is_volume(path))
+        return print_volume(path, scale, out, status);
     if (!mesh_import(path, &mesh, &import, status))
         return false;
-    if (scale != 0.0)
-        mesh_place(&mesh, scale, vec3(0.0, 0.0, 0.0), vec3(0.0, 0.0, 0.0));
-    bool ok = print_mesh(path, scale, &import, &mesh, out, status);
+    const bool given = scale > 0.0;
+    if (!given) {
+        guess = units_guess(path, mesh_extent(&mesh));
+        scale = guess.scale;
+    }
+    mesh_place(&mesh, scale, vec3(0.0, 0.0, 0.0), vec3(0.0, 0.0, 0.0));
+    bool ok = print_mesh(path, scale, given ? NULL : &guess, &import, &mesh, out, status);
     mesh_destroy(&mesh);
     return ok;
 }

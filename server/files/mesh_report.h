@@ -1,5 +1,5 @@
-// The report of `pliant-prepare --check`: what a mesh file holds, what had to be repaired, how good
-// its triangles are, and the time step that it allows. Load time only.
+// The report of `pliant-prepare --check`: contents of a mesh file, necessary repairs, quality of
+// its triangles, the time step that it allows, and the models that it fits. Load time only.
 #ifndef PLIANT_FILES_MESH_REPORT_H
 #define PLIANT_FILES_MESH_REPORT_H
 
@@ -7,8 +7,10 @@
 
 #include <stdio.h>
 
-// Prints the report of a mesh file whose unit is `scale` metres; 0: not known, taken as metres.
-// False with one sentence in `status` when a scene could not use it; then nothing is printed.
+// Prints the report of a mesh file whose unit is `scale` metres (0: guessed, files/units.h), or of
+// a label volume, whose own units are multiplied by `scale` (0: 1), and whether it can be a wall or
+// a solid (files/proposal.h). Returns false with one sentence in `status` if it can be neither;
+// prints nothing about a file that cannot be read.
 bool mesh_report_print(const char *path, double scale, FILE *out, Status *status);
 
 #endif

@@ -1,7 +1,7 @@
 // NIfTI-1 headers (https://nifti.nimh.nih.gov/nifti-1): one file (.nii, packed or not) or a pair
-// (.hdr and .img). Niftilib turns header bytes into transforms. It prints to stderr and loses
-// memory over headers that it refuses, so those are refused before; and it wants names by its own
-// rules, so it gets none.
+// (.hdr and .img). Niftilib turns header bytes into transforms. It prints to stderr and leaks
+// memory on headers that it refuses, so this file refuses them first; it also requires file names
+// by its own rules, so it gets none.
 #include "files/volume_data.h"
 
 #include "base/check.h"
@@ -16,9 +16,9 @@ _Static_assert(sizeof(nifti_1_header) == HEADER_SIZE, "the header is read as it 
 
 typedef struct Nifti {
     const VolumeFile *file;
-    nifti_1_header header; // in this machine's order of bytes
-    bool swapped;          // in the file
-    bool paired;           // voxels in a file of their own
+    nifti_1_header header; // in this machine's byte order
+    bool swapped;          // the file has the other byte order
+    bool paired;           // voxels are in a separate file
     Status *status;
 } Nifti;
 
@@ -44,7 +44,7 @@ bool volume_is_nifti(const unsigned char *head, int size)
 {
     bool swapped;
     if (size >= 4 && header_size(head, &swapped) == NIFTI2_SIZE)
-        return true; // to be refused by its name
+        return true; // refused later, by its name
     return size >= HEADER_SIZE && has_magic(head);
 }
 
@@ -122,7 +122,8 @@ static bool find_unit(const Nifti *nifti, double *metres)
     }
 }
 
-// Niftilib puts 1 for spacings that are none, and turns by a quaternion that is none.
+// Checks spacings and quaternion: niftilib replaces invalid spacings by 1 and uses invalid
+// quaternions.
 static bool check_spacing(const Nifti *nifti)
 {
     const nifti_1_header *header = &nifti->header;
@@ -144,9 +145,9 @@ static bool check_spacing(const Nifti *nifti)
                        nifti->file->path, b, c, d);
 }
 
-// --- where the volume and its voxels are ---
+// --- location of the volume and its voxels ---
 
-// NIfTI's world is RAS.
+// Converts from NIfTI's world, which is RAS.
 static Vec3 from_ras(double x, double y, double z, double metres)
 {
     return vec3(-x * metres, -y * metres, z * metres);
@@ -157,6 +158,7 @@ static bool place(const Nifti *nifti, LabelVolume *volume, VolumeData *data)
     double metres = 0.0;
     if (!find_unit(nifti, &metres))
         return false;
+    // Niftilib computes the transforms; the sform takes precedence over the qform.
     nifti_set_debug_level(0);
     nifti_image *image = nifti_convert_nhdr2nim(nifti->header, NULL);
     if (image == NULL)
@@ -175,6 +177,7 @@ static bool place(const Nifti *nifti, LabelVolume *volume, VolumeData *data)
     }
     if (turned)
         volume->origin = from_ras((double)m.m[0][3], (double)m.m[1][3], (double)m.m[2][3], metres);
+    // A scale other than identity applies to the labels.
     double slope = (double)image->scl_slope, inter = (double)image->scl_inter;
     if (slope != 1.0 || inter != 0.0) {
         data->slope = slope;
@@ -184,7 +187,7 @@ static bool place(const Nifti *nifti, LabelVolume *volume, VolumeData *data)
     return true;
 }
 
-// The file of voxels of a pair has the name of the header with another end.
+// Opens the file of voxels of a pair: the name of the header with another ending.
 static bool open_pair(const Nifti *nifti, VolumeData *data)
 {
     static const char *const ends[] = {".img", ".img.gz"};
@@ -218,7 +221,7 @@ static bool find_data(const Nifti *nifti, VolumeData *data)
     double offset = (double)nifti->header.vox_offset;
     data->swapped = nifti->swapped;
     if (!nifti->paired && offset == 0.0)
-        offset = 352.0; // what it can only mean
+        offset = 352.0; // the only possible meaning
     double least = nifti->paired ? 0.0 : HEADER_SIZE;
     if (!(offset >= least && offset <= 1e9) || offset != floor(offset))
         return status_fail(nifti->status, STATUS_INVALID,

@@ -1,7 +1,7 @@
-// NRRD headers (http://teem.sourceforge.net/nrrd/format.html). Teem says what the fields mean. It
-// is given only those that matter, in a fixed order and each once, as a string, so that it opens no
-// file and allocates nothing by what a file claims; fields that would make it lose memory on errors
-// are checked before.
+// NRRD headers (http://teem.sourceforge.net/nrrd/format.html). Teem interprets the fields. It gets
+// only the relevant ones, in a fixed order, each once, as a string, so that it opens no file and
+// allocates nothing that a file claims; fields on whose errors it would leak memory are checked
+// before.
 #include "files/volume_data.h"
 
 #include "base/check.h"
@@ -16,10 +16,10 @@
 
 enum {
     HEADER_MOST = 1 << 20, // bytes of a header
-    LINE_MOST = 2000,      // of a line that counts
+    LINE_MOST = 2000,      // of a relevant line
 };
 
-// Given to teem, in this order: the number of axes comes before what is told of each.
+// Passed to teem in this order: the number of axes comes before the fields per axis.
 static const int FIELDS[] = {
     nrrdField_type,        nrrdField_dimension,        nrrdField_space,
     nrrdField_sizes,       nrrdField_space_dimension,  nrrdField_spacings,
@@ -31,9 +31,9 @@ enum { FIELD_COUNT = sizeof FIELDS / sizeof *FIELDS };
 typedef struct Header {
     const VolumeFile *file;
     char *text;                        // the header, lines cut into strings
-    size_t size;                       // of the header in the file, the empty line included
+    size_t size;                       // of the header in the file, including the empty line
     bool ended;                        // by an empty line
-    const char *value[nrrdField_last]; // of each field, or NULL
+    const char *value[nrrdField_last]; // by field, or NULL
     Status *status;
 } Header;
 
@@ -44,7 +44,7 @@ static bool fail(const Header *header, const char *what)
 
 // --- lines ---
 
-// Bytes of a file as an error text may show them.
+// Makes bytes of a file printable for an error text.
 static const char *show(const char *text, char shown[41])
 {
     snprintf(shown, 41, "%.40s", text);
@@ -54,7 +54,7 @@ static const char *show(const char *text, char shown[41])
     return shown;
 }
 
-// field: value; key:=value and comments are passed over.
+// Reads a line "field: value"; ignores key:=value and comments.
 static bool read_line(Header *header, char *line, int number)
 {
     char shown[41];
@@ -67,6 +67,7 @@ static bool read_line(Header *header, char *line, int number)
         *colon = 0;
         field = airEnumVal(nrrdField, line);
     }
+    // An unknown field is an error, since it may change the meaning of the voxels.
     if (field <= nrrdField_unknown || field >= nrrdField_last || field == nrrdField_keyvalue ||
         field == nrrdField_comment) {
         if (keyed)
@@ -76,13 +77,14 @@ static bool read_line(Header *header, char *line, int number)
                            "header",
                            header->file->path, number, show(line, shown));
     }
+    // Each field once, on a line of bounded length.
     if (header->value[field] != NULL)
         return status_fail(header->status, STATUS_INVALID, "%s:%d: a second field '%s'",
                            header->file->path, number, show(line, shown));
     if (strlen(colon + 2) > LINE_MOST)
         return status_fail(header->status, STATUS_INVALID, "%s:%d: more than %d characters",
                            header->file->path, number, LINE_MOST);
-    // Among them a carriage return, which teem takes for the end of a line.
+    // Includes carriage returns, which end a line for teem.
     for (const char *at = colon + 2; *at != 0; at++)
         if ((unsigned char)*at < 32 && *at != '\t')
             return status_fail(header->status, STATUS_INVALID,
@@ -119,7 +121,7 @@ static bool read_lines(Header *header, size_t have)
     return true;
 }
 
-// Quotes that open must close: teem loses memory over those that do not.
+// Checks that quotes are closed: teem leaks memory otherwise.
 static bool check_quotes(const Header *header, int field)
 {
     bool open = false;
@@ -162,9 +164,9 @@ static bool read_text(Header *header)
     return read_lines(header, have) && check_fields(header);
 }
 
-// --- what they mean ---
+// --- interpretation ---
 
-// What biff says innermost, without the names of functions.
+// Fails with biff's innermost message, without function names.
 static bool fail_teem(const Header *header)
 {
     char shown[161] = "it cannot be read";
@@ -186,8 +188,8 @@ static bool fail_teem(const Header *header)
                        header->file->path, shown);
 }
 
-// As nrrdStringRead, but for its last check, which loses memory over fields that disagree; those
-// that matter are checked below.
+// Does the work of nrrdStringRead without its last check, which leaks memory on contradicting
+// fields; the relevant ones are checked below.
 static bool parse(const Header *header, Nrrd *nrrd, NrrdIoState *state)
 {
     char *text = malloc(16 + (size_t)FIELD_COUNT * (LINE_MOST + 64));
@@ -199,7 +201,7 @@ static bool parse(const Header *header, Nrrd *nrrd, NrrdIoState *state)
                           header->value[FIELDS[i]]);
     nrrdIoStateSet(state, nrrdIoStateSkipData, AIR_TRUE);
     state->format = nrrdFormatNRRD;
-    state->line = airStrdup("NRRD0005"); // as if it had been read
+    state->line = airStrdup("NRRD0005"); // as if that line had been read
     state->lineLen = (unsigned)strlen(state->line) + 1;
     state->headerStringRead = text;
     bool ok = nrrdFormatNRRD->read(NULL, nrrd, state) == 0 || fail_teem(header);
@@ -208,7 +210,7 @@ static bool parse(const Header *header, Nrrd *nrrd, NrrdIoState *state)
     return ok;
 }
 
-// Metres a unit; 0: unknown. What is not said is in millimetres.
+// Returns metres per unit; 0: unknown. The default is the millimetre.
 static double unit_metres(const char *name)
 {
     static const struct {
@@ -250,7 +252,7 @@ static bool has_directions(const Nrrd *nrrd)
     return false;
 }
 
-// The three axes of space, the others having one sample each.
+// Finds the three spatial axes; the others have one sample each.
 static bool find_axes(const Header *header, const Nrrd *nrrd, int axis[3], LabelVolume *volume)
 {
     bool directed = has_directions(nrrd), is_space[NRRD_DIM_MAX] = {false};
@@ -260,6 +262,7 @@ static bool find_axes(const Header *header, const Nrrd *nrrd, int axis[3], Label
                                : is_kind_of_space(nrrd->axis[a].kind);
         spatial += is_space[a];
     }
+    // More than three axes by their kind: those of one sample are no axes of space.
     for (int a = (int)nrrd->dim - 1; a >= 0 && spatial > 3; a--)
         if (is_space[a] && nrrd->axis[a].size == 1 && !directed) {
             is_space[a] = false;
@@ -269,6 +272,7 @@ static bool find_axes(const Header *header, const Nrrd *nrrd, int axis[3], Label
         return status_fail(header->status, STATUS_INVALID,
                            "%s: has %d axes of space, not 3 as a volume", header->file->path,
                            spatial);
+    // Every other axis must have one sample: a label per voxel.
     spatial = 0;
     for (unsigned a = 0; a < nrrd->dim; a++) {
         size_t size = nrrd->axis[a].size;
@@ -288,7 +292,7 @@ static bool find_axes(const Header *header, const Nrrd *nrrd, int axis[3], Label
     return true;
 }
 
-// The signs of x and y that turn a space into LPS.
+// Sets the signs of x and y that turn a space into LPS.
 static bool find_frame(const Header *header, const Nrrd *nrrd, double *x, double *y)
 {
     *x = *y = 1.0;
@@ -359,7 +363,7 @@ static bool place_spaced(const Header *header, const Nrrd *nrrd, const int axis[
     return true;
 }
 
-// --- where the voxels are ---
+// --- location of the voxels ---
 
 static bool find_encoding(const Header *header, const Nrrd *nrrd, const NrrdIoState *state,
                           VolumeData *data)
@@ -395,7 +399,7 @@ static bool find_encoding(const Header *header, const Nrrd *nrrd, const NrrdIoSt
     return true;
 }
 
-// A whole number of the header, 0 when the field is not there.
+// Reads an integer of the header, 0 if the field is missing.
 static bool find_number(const Header *header, int field, long least, long *number)
 {
     const char *value = header->value[field];
@@ -411,7 +415,7 @@ static bool find_number(const Header *header, int field, long least, long *numbe
                        header->file->path, airEnumStr(nrrdField, field), show(value, shown), least);
 }
 
-// Opens the file of voxels that a header names: one, and beside it.
+// Opens the file of voxels that a header names: a single one, in the same folder.
 static bool open_detached(const Header *header, VolumeData *data)
 {
     const char *name = header->value[nrrdField_data_file], *path = header->file->path;
@@ -435,7 +439,7 @@ static bool open_detached(const Header *header, VolumeData *data)
     return ok;
 }
 
-// Moves data->offset behind `lines` lines.
+// Advances data->offset by `lines` lines.
 static bool skip_lines(const Header *header, const VolumeFile *file, long lines, VolumeData *data)
 {
     char buffer[4096];

@@ -1,4 +1,4 @@
-// Wavefront OBJ: v, vt and f lines; every other keyword is passed over. Load time only.
+// Wavefront OBJ: v, vt and f lines; all other keywords are ignored. Load time only.
 #include "files/obj.h"
 
 #include <limits.h>
@@ -16,12 +16,12 @@ static bool read_vertex(Text *text, MeshDraft *draft, int line, Status *status)
             return status_fail(status, STATUS_INVALID, "%s:%d: coordinate '%s' is not a number",
                                text->path, word.line, word_show(word).text);
     }
-    // A weight or a colour may follow; neither says anything about shape.
+    // A weight or a colour may follow; neither affects the shape.
     mesh_draft_add_node(draft, vec3(x[0], x[1], x[2]));
     return true;
 }
 
-// One to three numbers, of which the first two count.
+// Reads one to three numbers, of which the first two are used.
 static bool read_texture(Text *text, MeshDraft *draft, Status *status)
 {
     double uv[2] = {0.0, 0.0};
@@ -38,8 +38,8 @@ static bool read_texture(Text *text, MeshDraft *draft, Status *status)
     return true;
 }
 
-// A decimal integer with a sign at *at, moved behind it; false if there is none or it is out of
-// int.
+// Parses a signed decimal integer at *at and advances past it; returns false if there is none or it
+// does not fit an int.
 static bool read_integer(const char **at, const char *end, int *value)
 {
     bool negative = *at < end && **at == '-';
@@ -54,7 +54,7 @@ static bool read_integer(const char **at, const char *end, int *value)
     return true;
 }
 
-// The indices of a corner written v, v/vt, v//vn or v/vt/vn; texture 0 where there is none.
+// Parses the indices of a corner v, v/vt, v//vn or v/vt/vn; texture 0: none.
 static bool parse_corner(Word word, int *vertex, int *texture)
 {
     const char *at = word.at, *end = word.at + word.size;
@@ -78,7 +78,8 @@ static bool parse_corner(Word word, int *vertex, int *texture)
     return at == end;
 }
 
-// Negative indices count back from the last of `count` elements so far; -1 for none of them.
+// Resolves an index: negative ones count back from the last of `count` elements so far; -1:
+// invalid.
 static int resolve(int index, int count)
 {
     return index > 0 ? index - 1 : index < 0 && index >= -count ? count + index : -1;
@@ -106,7 +107,7 @@ static bool read_face(Text *text, MeshDraft *draft, int line, Status *status)
     return true;
 }
 
-// Positive indices may name vertices that follow: they are checked at the end.
+// Checks positive indices at the end of the file, since they may name vertices that follow.
 static bool check_indices(const char *path, const MeshDraft *draft, Status *status)
 {
     for (int p = 0; p < draft->polygon_count; p++)

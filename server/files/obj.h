@@ -5,8 +5,8 @@
 #include "files/text.h"
 #include "geometry/mesh_draft.h"
 
-// Adds what v, vt and f lines say to a draft, or fails naming file and line. Faces that name
-// vertices that are not there are refused, texture coordinates that are not there are passed over.
+// Adds the v, vt and f lines to a draft, or fails with file and line. Refuses faces with missing
+// vertices; ignores references to missing texture coordinates.
 bool obj_read(const FileBytes *file, MeshDraft *draft, Status *status);
 
 #endif

@@ -1,5 +1,5 @@
-// Geomview's OFF: counts, then one vertex a line, then one face a line. Normals, colours and
-// texture coordinates that follow on a line are passed over.
+// Geomview's OFF: counts, then one vertex per line, then one face per line. Ignores normals,
+// colours and texture coordinates that follow on a line.
 #include "files/off.h"
 
 #include <limits.h>
@@ -7,10 +7,11 @@
 #include <stdio.h>
 #include <string.h>
 
-// Letters that may stand before OFF: texture, colour, normal; and those of other dimensions.
+// Letters that may precede OFF: texture, colour, normal; and those of other dimensions.
 static const char PREFIX[] = "STCN4n";
 
-// The length of the keyword at `at`, 0 if there is none. Some writers put the counts right behind.
+// Returns the length of the keyword at `at`, 0 if none. Some writers put the counts on the same
+// line.
 static size_t keyword_size(const char *at)
 {
     size_t prefix = strspn(at, PREFIX);
@@ -42,7 +43,7 @@ static bool read_count(Text *text, const char *what, int *count, Status *status)
     return true;
 }
 
-// The first word of the next line that has one.
+// Reads the first word of the next line that is not empty.
 static bool next_line(Text *text, const char *what, int index, int count, Word *word,
                       Status *status)
 {
@@ -133,4 +134,15 @@ bool off_read(const FileBytes *file, MeshDraft *draft, Status *status)
         return status_fail(status, STATUS_INVALID, "%s:%d: binary OFF files are not read",
                            file->path, text.line);
     return read_body(&text, draft, status);
+}
+
+void off_write(const TriMesh *mesh, FILE *out)
+{
+    fprintf(out, "OFF\n%d %d 0\n", mesh->node_count, mesh->triangle_count);
+    for (int i = 0; i < mesh->node_count; i++)
+        fprintf(out, "%.17g %.17g %.17g\n", mesh->position[i].x, mesh->position[i].y,
+                mesh->position[i].z);
+    for (int t = 0; t < mesh->triangle_count; t++)
+        fprintf(out, "3 %d %d %d\n", mesh->triangle[t][0], mesh->triangle[t][1],
+                mesh->triangle[t][2]);
 }

@@ -1,4 +1,4 @@
-// Prints an option table as Markdown. Called by programs and tests; never while a scene runs.
+// Prints an option table as Markdown. Called by programs and tests, never while a scene runs.
 #include "files/option_table.h"
 
 static const char *type_text(const Option *option)
@@ -24,10 +24,8 @@ static const char *type_text(const Option *option)
         return "group";
     case OPTION_LIST:
         return "list";
-    case OPTION_LATER:
-        break;
     }
-    return "reserved";
+    return "";
 }
 
 static void print_range(const Option *option, FILE *out)
@@ -48,8 +46,7 @@ static void print_range(const Option *option, FILE *out)
         break;
     case OPTION_WORD:
         for (const OptionWord *word = option->words; word->word != NULL; word++)
-            if (word->later == NULL)
-                fprintf(out, "%s`\"%s\"`", word == option->words ? "" : ", ", word->word);
+            fprintf(out, "%s`\"%s\"`", word == option->words ? "" : ", ", word->word);
         break;
     default:
         break;
@@ -71,9 +68,9 @@ static void print_default(const Option *option, FILE *out)
         fprintf(out, "0 0 0");
     } else if (option->type == OPTION_WORD) {
         for (const OptionWord *word = option->words; word->word != NULL; word++)
-            if (word->value == (int)option->preset && word->later == NULL)
+            if (word->value == (int)option->preset)
                 fprintf(out, "%s", word->word);
-    } else if (option->type != OPTION_LATER) {
+    } else {
         fprintf(out, "none");
     }
 }
@@ -94,11 +91,6 @@ void option_print_reference(const OptionTable *table, FILE *out)
         fprintf(out, " | ");
         print_default(option, out);
         fprintf(out, " | %s", option->about);
-        if (option->later != NULL)
-            fprintf(out, " (%s)", option->later);
-        for (const OptionWord *word = option->words; word != NULL && word->word != NULL; word++)
-            if (word->later != NULL)
-                fprintf(out, " (`\"%s\"`: %s)", word->word, word->later);
         fprintf(out, " |\n");
     }
 }

@@ -38,7 +38,7 @@ const char *option_number_text(char text[OPTION_NUMBER_TEXT], double value)
     return text;
 }
 
-// A string in quotes, cut and with control characters replaced: an error stays one line.
+// Quotes a string for an error, truncated and without control characters: an error stays one line.
 static const char *quoted_text(char text[VALUE_TEXT], const char *string)
 {
     size_t length = 0;
@@ -49,7 +49,7 @@ static const char *quoted_text(char text[VALUE_TEXT], const char *string)
     return text;
 }
 
-// How a value looks in an error.
+// Formats a value for an error.
 static const char *value_text(char text[VALUE_TEXT], const config_setting_t *setting)
 {
     switch (config_setting_type(setting)) {
@@ -76,7 +76,7 @@ bool option_fail(const OptionSource *source, const config_setting_t *at, const c
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
 
-    // The root group has no line; an included file is named as the scene names it.
+    // The root group has no line; an included file has the name that the scene gives it.
     const char *file = at != NULL ? config_setting_source_file(at) : NULL;
     int line = at != NULL ? (int)config_setting_source_line(at) : 0;
     if (file == NULL)
@@ -94,11 +94,11 @@ static bool fail_type(const Option *option, const config_setting_t *setting,
                        wanted);
 }
 
-// `noun` is "" or what of the value is outside: " length".
+// `noun` is "" or the property that is checked: " length".
 static bool check_range(const Option *option, const config_setting_t *setting,
                         const OptionSource *source, double value, const char *noun)
 {
-    // Written so that a value that is not a number fails.
+    // The form of the comparison makes NaN fail.
     bool inside = (option->open ? value > option->low : value >= option->low);
     if (inside && value <= option->high)
         return true;
@@ -193,18 +193,14 @@ static bool read_word(const config_setting_t *setting, const Option *option,
         string = config_setting_get_string(setting);
     size_t length = 0;
     for (const OptionWord *word = option->words; word->word != NULL; word++) {
-        if (strcmp(word->word, string) == 0 && word->later == NULL) {
+        if (strcmp(word->word, string) == 0) {
             *value = word->value;
             return true;
         }
-        if (word->later == NULL && length < sizeof allowed)
+        if (length < sizeof allowed)
             length += (size_t)snprintf(allowed + length, sizeof allowed - length, "%s\"%s\"",
                                        length > 0 ? ", " : "", word->word);
     }
-    for (const OptionWord *word = option->words; word->word != NULL; word++)
-        if (strcmp(word->word, string) == 0)
-            return option_fail(source, setting, "%s \"%s\": %s; only %s", option->key, string,
-                               word->later, allowed);
     return option_fail(source, setting, "%s %s must be %s%s", option->key,
                        value_text(text, setting), strchr(allowed, ',') != NULL ? "one of " : "",
                        allowed);
@@ -239,21 +235,6 @@ static bool read_string(const config_setting_t *setting, const Option *option,
     return true;
 }
 
-// A value of a feature that comes later is read like any other, and then must be the default.
-static bool check_later(const Option *option, const config_setting_t *setting,
-                        const OptionSource *source, double value)
-{
-    if (option->later == NULL || (value >= option->preset && value <= option->preset))
-        return true;
-    char text[VALUE_TEXT], only[OPTION_NUMBER_TEXT];
-    if (option->type == OPTION_BOOL)
-        snprintf(only, sizeof only, "%s", option->preset > 0.0 ? "true" : "false");
-    else
-        option_number_text(only, option->preset);
-    return option_fail(source, setting, "%s %s: %s; only %s", option->key,
-                       value_text(text, setting), option->later, only);
-}
-
 static void store_default(const Option *option, void *member)
 {
     switch (option->type) {
@@ -279,8 +260,6 @@ static void store_default(const Option *option, void *member)
     case OPTION_INTS:
         *(const config_setting_t **)member = NULL;
         break;
-    case OPTION_LATER:
-        break;
     }
 }
 
@@ -290,18 +269,16 @@ static bool read_value(const Option *option, const config_setting_t *setting,
     int type = config_setting_type(setting);
     switch (option->type) {
     case OPTION_REAL:
-        return read_real(setting, option, source, member) &&
-               check_later(option, setting, source, *(double *)member);
+        return read_real(setting, option, source, member);
     case OPTION_INT:
-        return option_read_int(setting, option, source, member) &&
-               check_later(option, setting, source, *(int *)member);
+        return option_read_int(setting, option, source, member);
     case OPTION_INTS:
         return check_ints(setting, option, source, member);
     case OPTION_BOOL:
         if (type != CONFIG_TYPE_BOOL)
             return fail_type(option, setting, source, "true or false");
         *(bool *)member = config_setting_get_bool(setting) != CONFIG_FALSE;
-        return check_later(option, setting, source, *(bool *)member ? 1.0 : 0.0);
+        return true;
     case OPTION_WORD:
         return read_word(setting, option, source, member);
     case OPTION_NAME:
@@ -319,10 +296,8 @@ static bool read_value(const Option *option, const config_setting_t *setting,
             return fail_type(option, setting, source, "a list ( ... )");
         *(const config_setting_t **)member = setting;
         return true;
-    case OPTION_LATER:
-        break;
     }
-    return option_fail(source, setting, "%s: %s", option->key, option->later);
+    return false;
 }
 
 // Edit distance (Wagner and Fischer 1974), one row at a time.
@@ -368,7 +343,7 @@ static bool check_key(const OptionTable *table, const config_setting_t *setting,
         const char *known = table->option[i].key;
         if (strcmp(known, key) == 0)
             return true;
-        // A key cut short comes before one that is misspelt.
+        // A truncated key ranks before a misspelt one.
         bool cut = strncmp(key, known, strlen(key)) == 0;
         size_t distance = cut ? 0 : edit_distance(key, known);
         if (option_is_near(key, known) && (nearest == NULL || distance < nearest_distance)) {

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-// What bodies of every model have.
+// Adds what bodies of all models have.
 static void add_shared(uint64_t *hash, IntegratorKind integrator, double time_step,
                        double contact_ratio, double contact_damping, double friction)
 {
@@ -31,6 +31,7 @@ static void add_surface(uint64_t *hash, const SurfaceOptions *surface)
     }
     fnv_real(hash, material->node_damping);
 
+    // Options of a disabled feature do not count.
     const SurfaceShape *shape = &surface->shape;
     fnv_int(hash, shape->wanted);
     if (shape->wanted) {
@@ -38,6 +39,8 @@ static void add_surface(uint64_t *hash, const SurfaceOptions *surface)
         fnv_real(hash, shape->per_node ? shape->stiffness : shape->angular_frequency);
         fnv_real(hash, shape->per_node ? shape->damping : shape->damping_ratio);
         fnv_int(hash, shape->frame);
+        if (shape->direction == SHAPE_DAMPS_RADIAL)
+            fnv_int(hash, shape->direction);
     }
     if (surface->levels > 0) {
         fnv_int(hash, surface->levels);
@@ -69,7 +72,7 @@ static void add_surface(uint64_t *hash, const SurfaceOptions *surface)
     }
 }
 
-// The cells themselves are in World.cells.
+// World.cells has the hash of the cells.
 static void add_voxel(uint64_t *hash, const VoxelOptions *voxel)
 {
     fnv_int(hash, voxel->dimensions);

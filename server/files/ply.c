@@ -1,7 +1,7 @@
 // Stanford PLY. The header lists elements and their properties; the data follow in that order, one
-// element a line in ASCII files. Of vertices x, y and z are read, of faces the list vertex_indices
-// (or vertex_index); everything else is stepped over by its type. Nothing is allocated by what the
-// header announces: whoever announces more than the file holds is told so where it ends.
+// element per line in ASCII files. Reads x, y and z of vertices and the list vertex_indices (or
+// vertex_index) of faces; skips all else by its type. Allocates nothing that the header only
+// announces: data that ends too early is an error at its end.
 #include "files/ply.h"
 
 #include <limits.h>
@@ -59,8 +59,8 @@ typedef struct Ply {
     PlyElement element[ELEMENTS];
     PlyProperty property[PROPERTIES];
     int element_count, property_count;
-    const PlyElement *now; // being read
-    long index;            // of it
+    const PlyElement *now; // element being read
+    long index;            // index of that element
     MeshDraft *draft;
     Status *status;
 } Ply;
@@ -161,7 +161,7 @@ static bool read_property(Ply *ply, int line)
     return true;
 }
 
-// Whether the element has a property of each of the roles from `first` to `last`.
+// True if the element has a property of each role from `first` to `last`.
 static bool has_roles(const Ply *ply, const PlyElement *element, PlyRole first, PlyRole last)
 {
     for (PlyRole role = first; role <= last; role++) {
@@ -209,6 +209,7 @@ static bool read_header(Ply *ply)
         if (word.size == 0 && ply->text.at == ply->text.end)
             return status_fail(ply->status, STATUS_INVALID, "%s:%d: file ends inside its header",
                                ply->text.path, ply->text.line);
+        // One keyword per line; unknown ones are errors, comments are not.
         if (word_is(word, "format"))
             ok = formatted = read_format(ply);
         else if (word_is(word, "element"))
@@ -277,7 +278,7 @@ static double binary_number(const char *at, PlyType type, PlyFormat format)
     }
 }
 
-// The next number of the element.
+// Reads the next number of the element.
 static bool read_number(Ply *ply, PlyType type, double *number)
 {
     if (ply->format != PLY_ASCII) {
@@ -351,7 +352,7 @@ static bool read_one(Ply *ply)
     return true;
 }
 
-// Nothing but blanks may follow: more faces than announced would be holes in silence.
+// Only blanks may follow: more faces than announced would be lost without an error.
 static bool check_rest(Ply *ply)
 {
     Text rest = ply->text;
@@ -370,7 +371,7 @@ static bool read_elements(Ply *ply)
 {
     for (int i = 0; i < ply->element_count; i++) {
         ply->now = &ply->element[i];
-        // Elements without properties take no room, however many are announced.
+        // Elements without properties occupy no space, however many are announced.
         long count = ply->now->property_count > 0 ? ply->now->count : 0;
         for (ply->index = 0; ply->index < count && !ply->draft->full; ply->index++)
             if (!read_one(ply))

@@ -5,10 +5,10 @@
 #include "files/text.h"
 #include "geometry/mesh_draft.h"
 
-// Whether the file begins as a PLY file does.
+// True if the file begins as a PLY file does.
 bool ply_is(const FileBytes *file);
-// Adds the elements vertex and face to a draft, or fails naming file and line or element. `format`
-// becomes "ASCII PLY" and the like.
+// Adds the elements vertex and face to a draft, or fails with file and line or element. Sets
+// `format` to "ASCII PLY" and the like.
 bool ply_read(const FileBytes *file, MeshDraft *draft, const char **format, Status *status);
 
 #endif

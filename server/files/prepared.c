@@ -1,4 +1,4 @@
-// Called at load, and by pliant-prepare.
+// Called at load time, and by pliant-prepare.
 #include "files/prepared_parts.h"
 
 #include "base/check.h"
@@ -12,7 +12,7 @@
 #define PREPARED_FORMAT "pliant-prepared"
 enum { PREPARED_VERSION = 1 };
 
-// --- what a body is made from --------------------------------------------------------------------
+// --- source of a body ----------------------------------------------------------------------------
 
 bool prepared_hash_file(uint64_t *hash, const char *path, Status *status)
 {
@@ -68,6 +68,9 @@ static bool prepare_body(const HdfFile *file, const SceneBody *body, FILE *repor
 bool prepared_write(const char *path, const Scene *scene, FILE *report, Status *status)
 {
     HdfFile file;
+    if (!hdf_open_target(&file, path, PREPARED_FORMAT, status))
+        return false;
+    hdf_close(&file);
     if (!hdf_create(&file, path, status))
         return false;
     bool ok = hdf_write_text(&file, "/", "format", PREPARED_FORMAT) &&
@@ -109,8 +112,7 @@ bool prepared_open(Prepared **prepared, const char *path, Status *status)
     ASSERT((*prepared)->path != NULL);
     HdfFile *file = &(*prepared)->file;
     file->id = -1;
-    if (hdf_check_seal(path, status) && hdf_open(file, (*prepared)->path, status) &&
-        check_head(file))
+    if (hdf_open_sealed(file, (*prepared)->path, status) && check_head(file))
         return true;
     prepared_close(*prepared);
     *prepared = NULL;

@@ -1,7 +1,7 @@
-// Prepared models: what the off-line phase (Choi et al. 2005, section 3) makes of the meshes and
-// volumes of a scene, in HDF5, so that a daemon starts without generating, repairing and dividing
-// them. Only what follows from `mesh` and `levels` of surface bodies and `voxels` of voxel bodies
-// is stored: all other keys of the scene may change.
+// Prepared models: the result of the offline phase (Choi et al. 2005, section 3) for the meshes and
+// volumes of a scene, in HDF5. A daemon that uses them starts without generating, repairing and
+// subdividing meshes. They depend only on `mesh` and `levels` of surface bodies and `voxels` of
+// voxel bodies: all other keys of the scene may change.
 //
 // Root attributes format, version, scene, created_by. For each surface body /bodies/<name> with
 // attributes `source` (hash of the group `mesh` and of the mesh file's bytes), `levels`,
@@ -20,21 +20,23 @@
 #include "files/scene.h"
 #include "geometry/lattice.h"
 
-// Makes the meshes, levels and lattices of all bodies of a scene and writes them; prints one line a
-// body. False with `status` naming scene file and line, or the file that cannot be written.
+// Makes the meshes, levels and lattices of all bodies of a scene and writes them; prints one line
+// per body. Returns false with a `status` that names scene file and line, or the file that cannot
+// be written.
 bool prepared_write(const char *path, const Scene *scene, FILE *report, Status *status);
 
 typedef struct Prepared Prepared; // a file open for reading
 
-// False with `status`: no such file, not whole, altered, of another format or version.
+// Opens a file. Returns false with `status` if it is missing, incomplete, altered, or of another
+// format or version.
 bool prepared_open(Prepared **prepared, const char *path, Status *status);
 // Reads the mesh of a body (owned by the caller, also after a failure) and, if it has levels, the
-// hierarchy, which belongs to the arena. Every size and index is checked: what comes out is fit for
-// simulation, and numbered as body_mesh_make and levels_create do. False with `status`: prepared
-// for another mesh, other levels, or not consistent.
+// hierarchy, which belongs to the arena. Checks every size and index: the result is fit for
+// simulation and numbered as by body_mesh_make and levels_create. Returns false with `status` if
+// the file was prepared for another mesh or other levels, or is inconsistent.
 bool prepared_read(const Prepared *prepared, const SceneBody *body, TriMesh *mesh, Levels *levels,
                    Arena *arena, Status *status);
-// Reads the lattice of a voxel body in the same way; it is as body_voxels_make makes it.
+// Reads the lattice of a voxel body in the same way; it equals that of body_voxels_make.
 bool prepared_read_voxels(const Prepared *prepared, const SceneBody *body, Lattice *lattice,
                           Status *status);
 void prepared_close(Prepared *prepared);

@@ -74,7 +74,7 @@ static bool write_levels(const HdfFile *file, const char *body, const Levels *le
     return ok;
 }
 
-// `levels` is NULL for a body without.
+// `levels` is NULL for a body without levels.
 static bool write_body(const HdfFile *file, const SceneBody *body, const TriMesh *mesh,
                        const Levels *levels)
 {
@@ -114,7 +114,7 @@ bool prepared_write_mesh(const HdfFile *file, const SceneBody *body, FILE *repor
 
 // --- reading -------------------------------------------------------------------------------------
 
-// Whether the group was made from what the scene says now.
+// True if the group was made from what the scene says now.
 static bool check_source(const HdfFile *file, const SceneBody *body)
 {
     char group[PREPARED_NAME];
@@ -130,7 +130,7 @@ static bool check_source(const HdfFile *file, const SceneBody *body)
                     body->surface.levels);
 }
 
-// Whether names of nodes lead from mesh to file and back as mesh.h says.
+// True if the node names map between mesh and file as mesh.h requires.
 static bool check_names(const TriMesh *mesh)
 {
     int own = mesh->node_count - mesh->copy_count; // nodes that are no copies
@@ -154,7 +154,7 @@ static bool check_names(const TriMesh *mesh)
     return true;
 }
 
-// Reads [count] integers into memory of their own.
+// Reads [count] integers into newly allocated memory.
 static bool read_names(const HdfFile *file, const char *name, int count, int **to)
 {
     if (hdf_count_ints(file, name, 1) != count)
@@ -177,7 +177,7 @@ static bool read_texture(const HdfFile *file, const char *name, TriMesh *mesh)
     return true;
 }
 
-// Everything of the mesh but positions.
+// Reads all of the mesh except positions.
 static bool read_mesh(const HdfFile *file, const char *body, TriMesh *mesh)
 {
     char group[PREPARED_NAME], triangle[PREPARED_NAME], index[PREPARED_NAME], name[PREPARED_NAME];
@@ -208,7 +208,7 @@ static bool read_mesh(const HdfFile *file, const char *body, TriMesh *mesh)
     return check_names(mesh) || hdf_fail(file, group, "has inconsistent numbers of nodes");
 }
 
-// Room for the levels, and their tables but faces; positions are read by the caller.
+// Allocates the levels and reads their tables except faces; the caller reads positions.
 static bool read_levels(const HdfFile *file, const SceneBody *body, const TriMesh *mesh,
                         Levels *levels, Arena *arena)
 {
@@ -216,7 +216,7 @@ static bool read_levels(const HdfFile *file, const SceneBody *body, const TriMes
         face_edge[PREPARED_NAME];
     Status said = {0};
     bool ok = true;
-    // A file that is too small for its levels is refused before memory is taken for them.
+    // Refuse a file that is too small for its levels before allocating memory for them.
     int64_t first = hdf_count_ints(file, level_path(edge, body->name, 0, "edge"), 2);
     int64_t edges = first, faces = mesh->triangle_count;
     for (int l = 0; l <= body->surface.levels; l++) {
@@ -229,6 +229,7 @@ static bool read_levels(const HdfFile *file, const SceneBody *body, const TriMes
     const int count[3] = {mesh->node_count, (int)first, mesh->triangle_count};
     if (!levels_reserve(levels, count, body->surface.levels, body->name, arena, &said))
         return hdf_fail(file, prepared_path(group, body->name, ""), "%s", said.text);
+    // The tables of each level.
     for (int l = 0; l <= levels->finest && ok; l++) {
         Level *level = &levels->level[l];
         ok = hdf_read_ints(file, level_path(edge, body->name, l, "edge"), 2, level->edge_count,
@@ -270,7 +271,7 @@ bool prepared_read(const Prepared *prepared, const SceneBody *body, TriMesh *mes
 {
     HdfFile file = prepared->file;
     file.status = status;
-    return read_body(&file, body, mesh, levels, arena);
+    return read_body(&file, body, mesh, levels, arena) && hdf_alive(&file);
 }
 
 #else

@@ -1,4 +1,4 @@
-// What the parts of prepared.c share: one source file a model. Private to it.
+// Functions shared by the parts of prepared.c: one source file per model. Private to it.
 #ifndef PLIANT_FILES_PREPARED_PARTS_H
 #define PLIANT_FILES_PREPARED_PARTS_H
 
@@ -15,17 +15,17 @@ struct Prepared {
     char *path;
 };
 
-// The name of a body's group, or of something in it.
+// Returns the name of a body's group, or of an object in it.
 const char *prepared_path(char text[PREPARED_NAME], const char *body, const char *rest);
-// The bytes of a file that a body is made from.
+// Adds the bytes of a file that a body is made from to a hash.
 bool prepared_hash_file(uint64_t *hash, const char *path, Status *status);
-// Whether the body has a group, of its model, whose attribute `source` is this. `noun`: what it was
+// True if the body has a group, of its model, with this attribute `source`. `noun`: what it was
 // made from, "mesh".
 bool prepared_check_source(const HdfFile *file, const SceneBody *body, uint64_t source,
                            const char *noun);
 bool prepared_write_source(const HdfFile *file, const SceneBody *body, uint64_t source);
 
-// Makes what a body of one model needs, writes it and prints a line.
+// Make the data of one model's body, write it and print a line.
 bool prepared_write_mesh(const HdfFile *file, const SceneBody *body, FILE *report);
 bool prepared_write_voxels(const HdfFile *file, const SceneBody *body, FILE *report);
 

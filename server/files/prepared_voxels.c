@@ -12,7 +12,7 @@
 
 #if defined(PLIANT_WITH_HDF5) && defined(PLIANT_WITH_VOXEL)
 
-// Of a volume whose header stands alone both files count.
+// Hashes the source files: for a detached header both.
 static bool hash_files(const VoxelSource *source, uint64_t *hash, Status *status)
 {
     char *data = NULL;
@@ -79,7 +79,7 @@ bool prepared_write_voxels(const HdfFile *file, const SceneBody *body, FILE *rep
 
 // --- reading -------------------------------------------------------------------------------------
 
-// Room for the labels, after a look at whether the file holds so many.
+// Allocates the labels after checking that the file holds so many.
 static bool reserve_lattice(const HdfFile *file, const char *body, Lattice *lattice)
 {
     char name[PREPARED_NAME];
@@ -105,7 +105,7 @@ static bool reserve_lattice(const HdfFile *file, const char *body, Lattice *latt
                                                 MESH_SMALLEST_EXTENT, MESH_LARGEST_EXTENT);
 }
 
-// Whether every label has a material and some cell is solid.
+// True if every label has a material and some cell is solid.
 static bool check_labels(const Lattice *lattice, int materials)
 {
     size_t cells =
@@ -149,12 +149,12 @@ bool prepared_read_voxels(const Prepared *prepared, const SceneBody *body, Latti
 {
     HdfFile file = prepared->file;
     file.status = status;
-    return read_lattice(&file, body, lattice);
+    return read_lattice(&file, body, lattice) && hdf_alive(&file);
 }
 
 #else
 
-// A scene with a voxel body cannot be read without them, and no prepared file without HDF5.
+// Without HDF5 there are no prepared files.
 #ifdef PLIANT_WITH_HDF5
 bool prepared_write_voxels(const HdfFile *file, const SceneBody *body, FILE *report)
 {

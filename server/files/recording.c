@@ -3,6 +3,7 @@
 #include "files/recording.h"
 
 #include "base/check.h"
+#include "files/recording_info.h"
 #include "files/recording_parts.h"
 
 #include <stddef.h>
@@ -19,12 +20,12 @@
 enum {
     RECORDING_VERSION = 1,
     CHUNK_KEPT = 1 << 14,   // [bytes]
-    SPACE_MARGIN = 1 << 18, // [bytes], more than HDF5 ever adds to one append
+    SPACE_MARGIN = 1 << 18, // [bytes], more than HDF5 ever adds per append
     FRAME_ROWS = 512,       // of the short columns, stored together
     TOPOLOGY_ROWS = 16,
     EVENT_ROWS = 16,
     NAME_TEXT = 160,
-    XDMF_LAG = 16,       // the sidecar is rewritten when this part of its frames is missing, ...
+    XDMF_LAG = 16,       // the sidecar is rewritten when this share of its frames is missing, ...
     XDMF_AT_ONCE = 4096, // ... or at every flush while it has less frames (4 MB)
 };
 
@@ -45,12 +46,21 @@ static bool is_hdf5(int fd)
            memcmp(head, signature, sizeof head) == 0;
 }
 
-// A recording never replaces what somebody may still want. What HDF5 would only call a failure gets
-// its reason here. Returns a descriptor, or -1.
+static bool is_recording(const char *path)
+{
+    RecordingInfo *info = malloc(sizeof *info);
+    ASSERT(info != NULL);
+    bool ok = recording_info_read(path, info, &(Status){0});
+    free(info);
+    return ok;
+}
+
+// Never replaces data that may still be needed, and gives reasons where HDF5 only reports a
+// failure. Returns a descriptor, or -1.
 static int claim(const char *path, bool overwrite, Status *status)
 {
     struct stat facts;
-    int mode = overwrite ? O_RDWR : O_WRONLY; // what is overwritten is looked at first
+    int mode = overwrite ? O_RDWR : O_WRONLY; // a file to be overwritten is read first
     int fd = open(path, mode | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666);
     if (fd < 0 || fstat(fd, &facts) != 0)
         refuse(path, strerror(errno), status);
@@ -60,7 +70,10 @@ static int claim(const char *path, bool overwrite, Status *status)
         refuse(path, "exists already, and a recording replaces no file: remove it or name another",
                status);
     else if (facts.st_size > 0 && !is_hdf5(fd))
-        refuse(path, "is no HDF5 file, which is all that a recording overwrites", status);
+        refuse(path, "is no HDF5 file, let alone a recording, which is all that is overwritten",
+               status);
+    else if (facts.st_size > 0 && !is_recording(path))
+        refuse(path, "is no recording, which is all that is overwritten", status);
     else
         return fd;
     if (fd >= 0)
@@ -81,11 +94,15 @@ static bool create_file(Recording *recording)
     hdf_begin();
     hid_t access_list = H5Pcreate(H5P_FILE_ACCESS);
     H5Pset_libver_bounds(access_list, H5F_LIBVER_V110, H5F_LIBVER_V110);
-    // One small chunk of each data set waits in memory until it is full or the file is flushed,
-    // larger ones are written at once: so the file's size tells what it needs of the disk.
+    // One small chunk of each data set stays in memory until it is full or the file is flushed;
+    // larger ones are written at once. The file's size then shows how much disk space it needs.
     H5Pset_cache(access_list, 0, 1, CHUNK_KEPT, 1.0);
+    // Open the claimed file itself, whatever its name refers to by now.
+    char claimed[64];
+    snprintf(claimed, sizeof claimed, "/proc/self/fd/%d", recording->space.fd);
+    const char *path = access(claimed, W_OK) == 0 ? claimed : recording->path;
     errno = 0;
-    recording->file.id = H5Fcreate(recording->path, H5F_ACC_TRUNC, H5P_DEFAULT, access_list);
+    recording->file.id = H5Fcreate(path, H5F_ACC_TRUNC, H5P_DEFAULT, access_list);
     H5Pclose(access_list);
     return recording->file.id >= 0 ||
            status_fail(&recording->status, STATUS_INVALID, "%s: HDF5 cannot create it: %s",
@@ -93,7 +110,7 @@ static bool create_file(Recording *recording)
                        errno != 0 ? strerror(errno) : "does the file system know locks?");
 }
 
-// What the data sets of a body and of a tool are called and hold.
+// Names and shapes of the data sets of a body and of a tool.
 typedef struct TableForm {
     const char *name;
     enum { REAL, SINGLE, LONG, INTEGER } type;
@@ -206,7 +223,7 @@ static bool write_head(Recording *recording, const RecordingOptions *options)
            hdf_write_text(file, "/", "created_by", options->created_by);
 }
 
-// Room for so many bytes more, and for what HDF5 notes about them.
+// Reserves disk space for `bytes` more and for the metadata of HDF5.
 static bool reserve(Recording *recording, size_t bytes)
 {
     hsize_t size = 0;
@@ -240,8 +257,8 @@ static bool create_all(Recording *recording, const RecordingOptions *options)
 
 // --- appending -----------------------------------------------------------------------------------
 
-// Before each addition, which is then made as a whole. False once something has failed. `rows` of
-// the long table that is added to; what goes into short ones is small change.
+// Call before each addition, which then succeeds as a whole. Returns false after any failure.
+// `rows` of the long table that is added to; those of short ones fit the margin.
 static bool begin(Recording *recording, const HdfTable *table, int rows)
 {
     size_t columns = table->columns > 0 ? (size_t)table->columns : 1;
@@ -329,7 +346,7 @@ void recording_set_counts(Recording *recording, int body, const RecordingCounts 
 
 // --- flushing ------------------------------------------------------------------------------------
 
-// Rewriting all of a long sidecar at each flush would cost more than the recording.
+// Rewriting a long sidecar at each flush would cost more than the recording.
 static bool sidecar_is_due(const Recording *recording)
 {
     int64_t missing = recording->frames - recording->frames_in_sidecar;
@@ -337,7 +354,7 @@ static bool sidecar_is_due(const Recording *recording)
            (recording->frames <= XDMF_AT_ONCE || missing > recording->frames / XDMF_LAG);
 }
 
-// Without a sidecar the recording is still worth going on with: it is tried again and told at the
+// A recording without a sidecar is still useful: tries again later and reports the failure at the
 // end.
 static bool write_sidecar(Recording *recording)
 {
@@ -399,8 +416,8 @@ static void close_file(Recording *recording)
     hdf_close(&recording->file);
 }
 
-// What is only known now. The attributes are there already, of fixed size: while others read the
-// file none can be added, and changing them needs no room on the disk.
+// Writes what is known only now, into existing attributes of fixed size: none can be added while
+// others read the file, and changing them needs no disk space.
 static bool write_end(Recording *recording)
 {
     const HdfFile *file = &recording->file;
@@ -464,7 +481,7 @@ bool recording_close(Recording *recording, Status *status)
     disk_space_release(&recording->space);
     if (flushed && !write_sidecar(recording))
         status_fail(&recording->status, STATUS_FAILED, "%s", recording->sidecar.text);
-    // HDF5 cannot close a file that it cannot write; it is left as after a kill.
+    // HDF5 cannot close a file that it cannot write; leave it as after a kill.
     if (flushed)
         close_file(recording);
     bool ok = recording->status.code == STATUS_OK ||
@@ -488,7 +505,7 @@ Recording *recording_create(const char *path, const RecordingOptions *options, S
     return NULL;
 }
 
-// Never called: there is no recording to call them with.
+// Never called: without HDF5 there is no recording.
 bool recording_add_topology(Recording *recording, int body, const RecordingTopology *topology)
 {
     (void)recording, (void)body, (void)topology;

@@ -6,6 +6,7 @@
 
 #ifdef PLIANT_WITH_HDF5
 #include "base/check.h"
+#include "files/hdf_child.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -15,22 +16,25 @@ enum { BLOCK = 4096, GROUP_TEXT = 64, NAME_TEXT = 128, TOPOLOGY_LIMIT = 1 << 24 
 
 // --- data sets -----------------------------------------------------------------------------------
 
-// Rows that the file can hold, however many the data set says it has: rows that were never written
-// cost a file nothing, and reading them would go on for ever. (What the data set itself takes is no
-// better a bound: HDF5 counts it chunk by chunk, those that are not there, too.)
+// Returns the largest number of rows that the file can hold, whatever the data set claims: rows
+// that were never written cost a file nothing, and reading them would not end. (The storage size of
+// the data set is no better bound: HDF5 counts missing chunks too.) A file may be sparse; file
+// systems that compress, or that do not count unwritten data, get a margin.
 static hsize_t most_rows(const HdfFile *file, hid_t set, hid_t type, int columns)
 {
-    enum { PACKED_MOST = 1100 }; // times as much: deflate packs no better
+    enum { PACKED_MOST = 1100, UNCOUNTED = 1 << 26 }; // factor: deflate compresses no better
     struct stat about;
     hid_t layout = H5Dget_create_plist(set);
-    bool packed = H5Pget_nfilters(layout) != 0;
+    bool packed = H5Pget_nfilters(layout) != 0, known = stat(file->path, &about) == 0;
     hsize_t row = H5Tget_size(type) * (columns > 0 ? (hsize_t)columns : 1);
-    hsize_t bytes = stat(file->path, &about) == 0 ? (hsize_t)about.st_size : 0;
+    hsize_t bytes = known ? (hsize_t)about.st_size : 0;
+    hsize_t stored = known ? (hsize_t)about.st_blocks * 512 * PACKED_MOST + UNCOUNTED : 0;
     H5Pclose(layout);
-    return bytes / row * (packed ? PACKED_MOST : 1);
+    return (bytes < stored ? bytes : stored) / row * (packed ? PACKED_MOST : 1);
 }
 
-// Rows of a data set of numbers with so many columns (0: of one dimension), or -1 with a status.
+// Returns the rows of a data set of numbers with so many columns (0: one dimension), or -1 with a
+// status.
 static int64_t count_rows(const HdfFile *file, const char *name, H5T_class_t class, int columns)
 {
     hid_t set = H5Dopen2(file->id, name, H5P_DEFAULT);
@@ -67,7 +71,7 @@ static bool read_rows(const HdfFile *file, const char *name, hid_t type, int64_t
     return ok || hdf_fail(file, name, "cannot be read: the file is damaged");
 }
 
-// The shortest of some columns: the rows that all have. -1 with a status.
+// Finds the shortest of some columns: the number of complete rows. -1 with a status.
 typedef struct Column {
     const char *name;
     H5T_class_t class;
@@ -90,7 +94,7 @@ static int64_t shortest(const HdfFile *file, const char *group, const Column *co
 // --- topologies ----------------------------------------------------------------------------------
 
 typedef struct Topologies {
-    int *number, *nodes; // [count], of whole ones
+    int *number, *nodes; // [count], of complete ones
     int count;
 } Topologies;
 
@@ -100,7 +104,7 @@ static void topologies_free(Topologies *topologies)
     free(topologies->nodes);
 }
 
-// A topology whose rows are all there.
+// Rows that a topology may refer to.
 typedef struct Extents {
     int64_t triangles, ids; // rows of the flat data sets
 } Extents;
@@ -138,7 +142,8 @@ static bool read_topologies(const HdfFile *file, const char *group, const Extent
         read_column(file, group, "topology/count", H5T_NATIVE_INT, 0, rows, count) &&
         read_column(file, group, "topology/node_first", H5T_NATIVE_INT64, 0, rows, node_first) &&
         read_column(file, group, "topology/node_count", H5T_NATIVE_INT, 0, rows, out->nodes);
-    // One that was being added when the writer was killed is not whole; frames of it neither.
+    // A topology that was being added when the writer was killed is incomplete, and so are its
+    // frames.
     for (int i = 0; i < rows && ok; i++) {
         if (!is_whole(first[i], count[i], extents->triangles) ||
             !is_whole(node_first[i], out->nodes[i], extents->ids))
@@ -152,7 +157,7 @@ static bool read_topologies(const HdfFile *file, const char *group, const Extent
     return ok;
 }
 
-// -1: no such topology. Most frames have that of the frame before them.
+// Returns -1 if there is no such topology. Most frames have that of the frame before.
 static int nodes_of(const Topologies *topologies, int number, int *at)
 {
     for (int i = 0; i < topologies->count; i++) {
@@ -218,7 +223,7 @@ static bool read_frames(const HdfFile *file, const char *group, const Topologies
     return ok;
 }
 
-// Recordings of older versions lack some.
+// Reads an attribute that older recordings may lack.
 static bool read_attribute(const HdfFile *file, const char *object, const char *name,
                            int64_t *value)
 {
@@ -251,6 +256,7 @@ static bool read_body(const HdfFile *file, RecordingBodyInfo *info)
                                               {"topology/node_first", H5T_INTEGER},
                                               {"topology/node_count", H5T_INTEGER}};
     char group[GROUP_TEXT], name[NAME_TEXT];
+    // Rows of the flat data sets, then of the columns that point into them; -1 passes an error on.
     snprintf(group, sizeof group, "/bodies/%s", info->name);
     snprintf(name, sizeof name, "%s/position", group);
     const int64_t positions = count_rows(file, name, H5T_FLOAT, 3);
@@ -265,6 +271,7 @@ static bool read_body(const HdfFile *file, RecordingBodyInfo *info)
     if (topologies > TOPOLOGY_LIMIT)
         return hdf_fail(file, group, "has %lld topologies, at most %d", (long long)topologies,
                         TOPOLOGY_LIMIT);
+    // Topologies first, since frames are checked against them.
     const Extents extents = {triangles, ids};
     Topologies all;
     bool ok = read_topologies(file, group, &extents, (int)topologies, &all) &&
@@ -277,7 +284,8 @@ static bool read_body(const HdfFile *file, RecordingBodyInfo *info)
 
 // --- the rest ------------------------------------------------------------------------------------
 
-// The names in a group, at most `most`; how many, or -1 with a status. `size` of each name's slot.
+// Lists the names in a group, at most `most`; returns how many, or -1 with a status. `size` of each
+// name's slot.
 static int list(const HdfFile *file, const char *group, int most, size_t stride, size_t size,
                 char *name)
 {
@@ -339,7 +347,7 @@ static bool read_events(const HdfFile *file, RecordingInfo *info)
     info->events = count_rows(file, "/events", H5T_COMPOUND, 0);
     if (info->events < 0)
         return false;
-    // Of each event only this member.
+    // Read only this member of each event.
     hid_t text = H5Tcopy(H5T_C_S1), type = H5Tcreate(H5T_COMPOUND, RECORDING_KIND_TEXT);
     H5Tset_size(text, RECORDING_KIND_TEXT);
     H5Tset_cset(text, H5T_CSET_UTF8);
@@ -358,9 +366,9 @@ static bool read_events(const HdfFile *file, RecordingInfo *info)
     return ok;
 }
 
-// Of a file that is being written. A block whose checksum is wrong may be half written and is read
-// again, after a sleep twice as long as the one before, from a nanosecond on: HDF5 would try a
-// hundred times, which takes longer than anybody lives. Twenty take a millisecond.
+// Opens a file that is being written. A block with a wrong checksum may be half written and is read
+// again, after sleeps that double from a nanosecond on. HDF5 would try a hundred times, which never
+// ends; twenty take a millisecond.
 static hid_t open_growing(const char *path)
 {
     enum { ATTEMPTS = 20 };
@@ -371,11 +379,11 @@ static hid_t open_growing(const char *path)
     return id;
 }
 
-// One that was left by a killed writer, or still grows, is opened as its readers do.
+// Opens a file of a killed writer, or one that still grows, as its readers do.
 static bool open_any(HdfFile *file, const char *path, Status *status)
 {
     Status why = {0};
-    if (hdf_open(file, path, &why))
+    if (hdf_open_here(file, path, &why))
         file->status = status;
     else if (H5Fis_hdf5(path) > 0)
         *file = (HdfFile){.id = open_growing(path), .path = path, .status = status};
@@ -386,7 +394,7 @@ static bool read_all(const HdfFile *file, RecordingInfo *info)
 {
     char format[32];
     int64_t ended = 0;
-    Status why = {0}; // none that says more
+    Status why = {0}; // no other error has more detail
     const HdfFile quiet = {.id = file->id, .path = file->path, .status = &why};
     if (!hdf_read_text(&quiet, "/", "format", format, sizeof format) ||
         strcmp(format, "pliant-recording") != 0)
@@ -407,14 +415,58 @@ static bool read_all(const HdfFile *file, RecordingInfo *info)
     return ok && info->body_count >= 0 && info->tool_count >= 0 && read_events(file, info);
 }
 
+// The child's result.
+typedef struct Findings {
+    Status status;
+    RecordingInfo info;
+} Findings;
+
+static void serve(int fd, void *path)
+{
+    Findings *found = calloc(1, sizeof *found);
+    ASSERT(found != NULL);
+    HdfFile file;
+    if (open_any(&file, path, &found->status))
+        read_all(&file, &found->info);
+    hdf_child_send(fd, found, sizeof *found);
+}
+
+// Checks data from a process that HDF5 may have corrupted: every index stays inside the arrays.
+static void tidy(RecordingInfo *info)
+{
+    const int most[] = {RECORDING_INFO_BODIES, RECORDING_INFO_TOOLS, RECORDING_INFO_KINDS};
+    int *const count[] = {&info->body_count, &info->tool_count, &info->kind_count};
+    for (int i = 0; i < 3; i++)
+        if (*count[i] < 0 || *count[i] > most[i])
+            *count[i] = 0;
+    info->created_by[sizeof info->created_by - 1] = '\0';
+    for (int i = 0; i < info->body_count; i++)
+        info->body[i].name[sizeof info->body[i].name - 1] = '\0';
+    for (int i = 0; i < info->tool_count; i++)
+        info->tool[i].name[sizeof info->tool[i].name - 1] = '\0';
+    for (int i = 0; i < info->kind_count; i++)
+        info->kind[i].kind[sizeof info->kind[i].kind - 1] = '\0';
+}
+
 bool recording_info_read(const char *path, RecordingInfo *info, Status *status)
 {
-    HdfFile file;
     *info = (RecordingInfo){0};
-    if (!open_any(&file, path, status))
+    HdfChild *child = hdf_child_start(path, serve, (void *)(uintptr_t)path, status);
+    if (child == NULL)
         return false;
-    bool ok = read_all(&file, info);
-    hdf_close(&file);
+    Findings *found = calloc(1, sizeof *found);
+    ASSERT(found != NULL);
+    bool ok =
+        hdf_child_receive(child->fd, found, sizeof *found) || hdf_child_failed(child, path, status);
+    if (ok) {
+        found->status.text[sizeof found->status.text - 1] = '\0';
+        *info = found->info;
+        tidy(info);
+        ok = found->status.code == STATUS_OK ||
+             status_fail(status, found->status.code, "%s", found->status.text);
+    }
+    hdf_child_end(child);
+    free(found);
     return ok;
 }
 

@@ -1,5 +1,5 @@
-// What is in a recording, read from the file as it is: ended, being written, or left by a writer
-// that was killed. Every index in it is checked; nothing that is not there is promised.
+// Describes the contents of a recording, from the file as it is: ended, being written, or left by a
+// writer that was killed. Checks every index and reports only data that exists.
 #ifndef PLIANT_FILES_RECORDING_INFO_H
 #define PLIANT_FILES_RECORDING_INFO_H
 
@@ -9,8 +9,8 @@
 
 typedef struct RecordingBodyInfo {
     char name[RECORDING_BODY_TEXT];
-    int64_t frames; // whole ones
-    int64_t broken; // begun, but not all of them is there
+    int64_t frames; // complete frames
+    int64_t broken; // begun but incomplete
     int64_t first_step, last_step;
     double first_time, last_time; // [s]
     int64_t topologies;
@@ -40,7 +40,7 @@ typedef struct RecordingInfo {
     int64_t events;
 } RecordingInfo;
 
-// False with `status` (STATUS_INVALID): not a recording, or damaged, and where.
+// Returns false with `status` (STATUS_INVALID) if it is not a recording, or which part is damaged.
 bool recording_info_read(const char *path, RecordingInfo *info, Status *status);
 
 void recording_info_print(const RecordingInfo *info, FILE *out);

@@ -1,7 +1,6 @@
-// Meshes in slots, as bodies keep them and messages carry them, turned into what a recording holds:
-// a recording has no free slots, its nodes are the live ones in the order of their slots. Plain
-// data and no memory of its own, so that the daemon and whoever receives its messages write the
-// same.
+// Converts meshes in slots, as in bodies and messages, to the form of a recording, which has no
+// free slots: its nodes are the live ones in the order of their slots. Plain data that allocates
+// nothing, so that the daemon and any receiver of its messages write the same.
 #ifndef PLIANT_FILES_RECORDING_MESH_H
 #define PLIANT_FILES_RECORDING_MESH_H
 
@@ -15,20 +14,20 @@ typedef struct RecordingSlots {
     const int (*triangle)[3];       // slots
 } RecordingSlots;
 
-// What is known of a body's newest mesh. The arrays are the caller's.
+// A body's newest mesh. The caller owns the arrays.
 typedef struct RecordingMesh {
     int topology; // written last
     int live_count;
     int *live;          // [node_capacity] slots
-    int *row;           // [node_capacity] of the file by slot; of live ones only
+    int *row;           // [node_capacity] row in the file by slot; live slots only
     int *id;            // [node_capacity] of live nodes
     int (*triangle)[3]; // [triangle_capacity] rows
 } RecordingMesh;
 
-// The mesh without its free slots. What is returned points into `to`.
+// Returns the mesh without its free slots; the result points into `to`.
 RecordingTopology recording_mesh_take(RecordingMesh *to, const RecordingSlots *slots);
 
-// The positions of live nodes, of those in all slots; `to`: [3 live_count].
+// Copies the positions of live nodes out of those of all slots; `to`: [3 live_count].
 void recording_mesh_positions(const RecordingMesh *mesh, const float *slots, float *to);
 
 #endif

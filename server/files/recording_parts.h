@@ -1,4 +1,4 @@
-// What the recording's files share: recording.c (the HDF5 file), recording_xdmf.c (the sidecar).
+// Shared by the recording's files: recording.c (the HDF5 file), recording_xdmf.c (the sidecar).
 // Private to files/.
 #ifndef PLIANT_FILES_RECORDING_PARTS_H
 #define PLIANT_FILES_RECORDING_PARTS_H
@@ -9,8 +9,8 @@
 
 #ifdef PLIANT_WITH_HDF5
 
-// The data sets of a body: columns of its frames and topologies, and the flat arrays into which
-// `first` and `count` point.
+// The data sets of a body: columns of its frames and topologies, and the flat arrays that `first`
+// and `count` index.
 typedef enum BodyTable {
     FRAME_TIME,
     FRAME_STEP,
@@ -36,13 +36,13 @@ typedef enum ToolTable {
     TOOL_TABLES
 } ToolTable;
 
-// Where a topology lies among the rows of triangles and node_id.
+// Rows of a topology in triangles and node_id.
 typedef struct TopologyRows {
     int number, triangle_count, node_count;
     int64_t first_triangle, first_node;
 } TopologyRows;
 
-// Attributes of a body, 0 until the file is closed; and of the file: 1 once it was.
+// Attributes: of a body, 0 until the file is closed; of the file, 1 once it is closed.
 #define RECORDING_ENDED "ended"
 typedef struct RecordingCountForm {
     const char *name;
@@ -66,8 +66,8 @@ typedef struct RecordedTool {
 struct Recording {
     HdfFile file;
     char *path;
-    DiskSpace space; // taken in advance
-    bool broken;     // HDF5 has failed to write: it must not touch the file any more
+    DiskSpace space; // reserved in advance
+    bool broken;     // HDF5 has failed to write and must not touch the file any more
     Status status;   // the first failure
     Status sidecar;  // of its newest writing
     int body_count, tool_count;
@@ -79,8 +79,8 @@ struct Recording {
     int64_t frames, frames_in_sidecar; // of all bodies
 };
 
-// Writes FILE.xdmf for the frames up to now, which must have been flushed: a temporary file,
-// renamed, so that there is always a whole one.
+// Writes FILE.xdmf for all frames so far, which must have been flushed. Writes a temporary file and
+// renames it, so that there is always a complete one.
 bool recording_write_xdmf(const Recording *recording, Status *status);
 #endif
 

@@ -1,16 +1,18 @@
-// The sidecar of a recording: an XDMF 2 text that tells ParaView's "XDMF Reader" which rows of the
-// HDF5 file are which frame. One temporal collection of grids for each body. What it says is read
-// back from the file, so that nothing of a long recording is kept in memory.
+// The sidecar of a recording: an XDMF 2 text that describes to ParaView's "XDMF Reader" which rows
+// of the HDF5 file belong to which frame, as one temporal collection of grids per body. It is made
+// from the file, so that no data of a long recording stays in memory.
 #include "files/recording_parts.h"
 
 #ifdef PLIANT_WITH_HDF5
 #include "base/check.h"
+#include "base/output.h"
 
-#include <errno.h>
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
+
+#define XDMF_HEAD                                                                                  \
+    "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<!DOCTYPE Xdmf SYSTEM \"Xdmf.dtd\" []>\n"
 
 enum { BLOCK = 1024 }; // frames read back at a time
 
@@ -35,7 +37,7 @@ static void write_escaped(FILE *out, const char *text)
     }
 }
 
-// `rows` rows of a data set, from row `first`; columns 0: of single numbers.
+// Writes a reference to `rows` rows of a data set, from row `first`; columns 0: single numbers.
 static void write_rows(const Recording *recording, const RecordedBody *body, const char *set,
                        const HdfTable *table, int64_t first, int rows, FILE *out)
 {
@@ -89,7 +91,7 @@ static bool read_block(const Recording *recording, const RecordedBody *body, hsi
            hdf_table_read(file, &table[FRAME_TOPOLOGY], first, rows, block->topology);
 }
 
-// The topology with this number; most frames have that of the frame before them.
+// Finds the topology with this number; most frames have that of the frame before.
 static const TopologyRows *find_topology(const RecordedBody *body, int number, int *at)
 {
     for (int i = 0; i < body->topology_count; i++) {
@@ -127,9 +129,7 @@ static bool write_all(const Recording *recording, FILE *out)
 {
     Block *block = malloc(sizeof *block);
     ASSERT(block != NULL);
-    fprintf(out, "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n"
-                 "<!DOCTYPE Xdmf SYSTEM \"Xdmf.dtd\" []>\n"
-                 "<Xdmf Version=\"2.0\"><Domain>\n");
+    fputs(XDMF_HEAD "<Xdmf Version=\"2.0\"><Domain>\n", out);
     bool ok = true;
     for (int i = 0; i < recording->body_count && ok; i++)
         ok = write_body(recording, &recording->body[i], block, out);
@@ -140,32 +140,15 @@ static bool write_all(const Recording *recording, FILE *out)
 
 bool recording_write_xdmf(const Recording *recording, Status *status)
 {
-    size_t size = strlen(recording->path) + sizeof ".xdmf.tmp";
-    char *path = malloc(size), *temporary = malloc(size);
-    ASSERT(path != NULL && temporary != NULL);
+    size_t size = strlen(recording->path) + sizeof ".xdmf";
+    char *path = malloc(size);
+    ASSERT(path != NULL);
     snprintf(path, size, "%s.xdmf", recording->path);
-    snprintf(temporary, size, "%s.xdmf.tmp", recording->path);
-    FILE *out = fopen(temporary, "w");
-    bool whole = out != NULL && write_all(recording, out);
-    // The reason of the first failure of all, whichever call met it.
-    int error = errno;
-    if (out != NULL) {
-        bool written = fflush(out) == 0 && !ferror(out);
-        if (whole && !written)
-            error = errno;
-        whole = fclose(out) == 0 && written && whole;
-    }
-    if (whole && rename(temporary, path) != 0) {
-        error = errno;
-        whole = false;
-    }
-    if (!whole) {
-        if (out != NULL)
-            unlink(temporary);
-        status_fail(status, STATUS_FAILED, "%s: cannot be written: %s", path, strerror(error));
-    }
+    Output output;
+    FILE *out = output_begin_text(&output, path, XDMF_HEAD, status);
+    bool whole =
+        out != NULL && output_end_text(&output, out, write_all(recording, out), false, status);
     free(path);
-    free(temporary);
     return whole;
 }
 #endif

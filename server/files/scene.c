@@ -1,5 +1,5 @@
 // Reads a scene file: the keys of the scene itself, then its bodies, tools and loads. Called once,
-// at load; builds nothing and opens no file but the scene's.
+// at load time; builds nothing and opens no file but the scene's.
 #include "files/scene.h"
 
 #include "base/check.h"
@@ -16,72 +16,77 @@ typedef struct SceneGroup {
     double rate_hz, tool_timeout_s, settle_s;
     Vec3 gravity;
     int threads, precision, late, start;
-    bool estimate_error;
+    bool estimate_error, remote, stop_command;
     const config_setting_t *publish, *capacity, *bodies, *tools, *attachments, *loads;
 } SceneGroup;
 
 enum { ONLY_WORD, START_RUNNING = 0, START_PAUSED, NODES_SURFACE = 0, NODES_ALL };
 
 static const OptionWord PRECISION_WORDS[] = {
-    {"single", PRECISION_SINGLE, NULL}, {"double", PRECISION_DOUBLE, NULL}, {NULL, 0, NULL}};
-static const OptionWord LATE_WORDS[] = {{"skip", ONLY_WORD, NULL}, {NULL, 0, NULL}};
+    {"single", PRECISION_SINGLE}, {"double", PRECISION_DOUBLE}, {NULL, 0}};
+static const OptionWord LATE_WORDS[] = {{"skip", ONLY_WORD}, {NULL, 0}};
 static const OptionWord START_WORDS[] = {
-    {"running", START_RUNNING, NULL}, {"paused", START_PAUSED, NULL}, {NULL, 0, NULL}};
-static const OptionWord NODES_WORDS[] = {
-    {"surface", NODES_SURFACE, NULL}, {"all", NODES_ALL, NULL}, {NULL, 0, NULL}};
+    {"running", START_RUNNING}, {"paused", START_PAUSED}, {NULL, 0}};
+static const OptionWord NODES_WORDS[] = {{"surface", NODES_SURFACE}, {"all", NODES_ALL}, {NULL, 0}};
 
 #define AT(member) offsetof(SceneGroup, member)
 static const Option SCENE_OPTIONS[] = {
     {"name", OPTION_NAME, AT(name), "", .low = 1, .high = SCENE_WORD_MAX, .preset_text = "scene",
      .about = "Name of the scene in status messages and files."},
     {"rate_hz", OPTION_REAL, AT(rate_hz), "Hz", 1.0, 10000.0, .preset = 1000.0,
-     .about = "Ticks a second: how often tools move and contacts are found."},
+     .about = "Ticks per second: how often tools move and contacts are found."},
     {"gravity", OPTION_VECTOR, AT(gravity), "m/s2", 0.0, 1e4,
      .about = "Acceleration of every node, world frame."},
     {"threads", OPTION_INT, AT(threads), "", 1.0, TEAM_THREADS_MOST, .preset = 1.0,
-     .about = "Threads that compute one step, each on a processor of its own: worth it from some "
-              "thousand nodes and only where nothing else needs these processors. The results are "
-              "the same for any number."},
+     .about = "Threads that compute one step, each on its own processor: useful from a few "
+              "thousand nodes on, and only if no other program needs these processors. Results are "
+              "bit-identical for any number."},
     {"precision", OPTION_WORD, AT(precision), "", .words = PRECISION_WORDS,
      .preset = PRECISION_SINGLE,
-     .about = "Numbers in which the bodies are computed: single is fast and holds displacements to "
+     .about = "Precision of the bodies' arithmetic: single is fast and computes displacements to "
               "about 1e-6 of the largest; double is the reference."},
     {"prefix", OPTION_NAME, AT(prefix), "", .low = 1, .high = SCENE_WORD_MAX,
      .preset_text = "PLIANT",
-     .about = "Begins the name of every channel that the daemon publishes on."},
+     .about = "First part of the name of every channel on which the daemon publishes."},
     {"input_prefix", OPTION_NAME, AT(input_prefix), "", .low = 1, .high = SCENE_WORD_MAX,
      .preset_text = "as prefix",
-     .about = "Begins the name of every channel that the daemon listens to; several daemons may "
-              "share it."},
+     .about = "First part of the name of every channel to which the daemon listens; several "
+              "daemons may share it."},
     {"lcm_url", OPTION_STRING, AT(lcm_url), "", .low = 1, .high = 255, .preset_text = "LCM's own",
-     .about = "Network to join, unless the command line names one."},
+     .about = "LCM network, unless the command line names one."},
+    {"remote", OPTION_BOOL, AT(remote), "",
+     .about = "Whether messages from other hosts are accepted; otherwise only those of programs on "
+              "this host are, and others are refused. Replies to other hosts require an `lcm_url` "
+              "with `ttl=1`."},
+    {"stop_command", OPTION_BOOL, AT(stop_command), "", .preset = 1.0,
+     .about = "Whether the command STOP ends the daemon; otherwise it is refused."},
     {"publish", OPTION_GROUP, AT(publish), "", .preset_text = "its defaults",
      .about = "What is published, and how often."},
     {"late", OPTION_WORD, AT(late), "", .words = LATE_WORDS,
-     .about = "What becomes of a tick that could not begin in time: it is skipped and counted."},
+     .about = "What happens to a tick that could not begin in time: it is skipped and counted."},
     {"start", OPTION_WORD, AT(start), "", .words = START_WORDS,
      .about = "Whether time runs at once or waits for a RESUME or STEP command."},
     {"estimate_error", OPTION_BOOL, AT(estimate_error), "",
-     .about = "Whether a live run tells the error of its time steps (`body_status_t`): steps are "
-              "tried, whole and in halves, in the time that ticks leave. The motion is the same to "
-              "the bit."},
+     .about = "Whether a live run reports the error of its time steps (`body_status_t`): in the "
+              "spare time of ticks, steps are tried whole and in two halves. The motion is "
+              "bit-identical with and without it."},
     {"tool_timeout_s", OPTION_REAL, AT(tool_timeout_s), "s", 0.0, 3600.0, .open = true,
      .preset = 0.2, .about = "A tool whose newest pose is older is withdrawn."},
     {"settle_s", OPTION_REAL, AT(settle_s), "s", 0.0, 3600.0,
-     .about = "Simulated before the first tick, so that gravity and prestress are at rest."},
+     .about = "Time simulated before the first tick, so that the bodies are at rest under gravity "
+              "and prestress."},
     {"capacity", OPTION_GROUP, AT(capacity), "", .preset_text = "from the meshes and levels",
-     .about = "Most nodes and faces that a body may have at a time."},
+     .about = "Largest number of nodes and faces that a body may have at a time."},
     {"prepared", OPTION_STRING, AT(prepared), "", .low = 1, .high = SCENE_FILE_MAX,
-     .preset_text = "meshes and voxels are made anew",
-     .about =
-         "File that `pliant-prepare` made of this scene: meshes, their levels and voxels are read "
-         "from it. Of this scene only `mesh` and `levels` of surface bodies and `voxels` of voxel "
-         "bodies must be as they were."},
+     .preset_text = "meshes and voxels are built at load",
+     .about = "File that `pliant-prepare` made from this scene: meshes, their levels and voxels "
+              "are read from it. Only `mesh` and `levels` of surface bodies and `voxels` of voxel "
+              "bodies must be unchanged since."},
     {"bodies", OPTION_LIST, AT(bodies), "", .required = true,
      .about = "The soft bodies: 1 to 64 groups."},
-    {"tools", OPTION_LIST, AT(tools), "", .about = "The tools that touch them: up to 32 groups."},
+    {"tools", OPTION_LIST, AT(tools), "", .about = "The tools: up to 32 groups."},
     {"attachments", OPTION_LIST, AT(attachments), "",
-     .about = "Springs that hold regions of bodies: up to 64 groups."},
+     .about = "Springs that attach regions of bodies: up to 64 groups."},
     {"loads", OPTION_LIST, AT(loads), "", .about = "Forces at given times: up to 64 groups."},
 };
 #undef AT
@@ -96,22 +101,23 @@ typedef struct PublishGroup {
 } PublishGroup;
 static const Option PUBLISH_OPTIONS[] = {
     {"nodes_hz", OPTION_REAL, AT(nodes_hz), "Hz", 0.0, 10000.0, .preset = 60.0,
-     .about = "Frames of node positions a second; 0: never."},
+     .about = "Frames of node positions per second; 0: never."},
     {"mesh_hz", OPTION_REAL, AT(mesh_hz), "Hz", 0.0, 10000.0, .preset = 1.0,
-     .about = "Whole meshes a second, for clients that join late; 0: only when asked."},
+     .about = "Whole meshes per second, for clients that join late; 0: only on request."},
     {"contact_hz", OPTION_REAL, AT(contact_hz), "Hz", 0.0, 10000.0, .preset = 1000.0,
-     .about = "Contact messages a second and tool; 0: never."},
+     .about = "Contact messages per second and tool; 0: never."},
     {"status_hz", OPTION_REAL, AT(status_hz), "Hz", 0.0, 10000.0, .preset = 2.0,
-     .about = "Status messages a second; 0: never."},
+     .about = "Status messages per second; 0: never."},
     {"nodes", OPTION_WORD, AT(nodes), "", .words = NODES_WORDS,
-     .about = "Which nodes: those of the surface, or all: those inside of voxel bodies too."},
+     .about = "Which nodes: those of the surface, or all, including those inside voxel bodies."},
     {"velocity", OPTION_BOOL, AT(velocity), "", .about = "Whether velocities are published too."},
     {"rest", OPTION_BOOL, AT(rest), "",
-     .about = "Whether each whole mesh comes with the places of its nodes at rest and the texture "
-              "coordinates of its file, for viewers."},
+     .about = "Whether rest positions of the nodes and the texture coordinates of the mesh file "
+              "are published with each whole mesh, for viewers."},
     {"contact_stiffness", OPTION_BOOL, AT(contact_stiffness), "", .preset = 1.0,
-     .about = "Whether contact messages tell how stiff the body is there, which hands behind a "
-              "network need; it takes up to 4 % of a tick, while a probe touches."},
+     .about = "Whether contact messages report the body's stiffness at the contact, which haptic "
+              "devices behind a network need; it takes up to 4 % of a tick while a probe touches. "
+              "Not for plane bodies."},
 };
 #undef AT
 const OptionTable PUBLISH_TABLE = OPTION_TABLE(
@@ -125,15 +131,14 @@ typedef struct CapacityGroup {
 } CapacityGroup;
 static const Option CAPACITY_OPTIONS[] = {
     {"nodes", OPTION_INT, offsetof(CapacityGroup, nodes), "", 0.0, 1e8,
-     .about = "Most nodes of a body; 0: as many as its mesh and levels can give."},
+     .about = "Largest number of nodes of a body; 0: as many as its mesh and levels can have."},
     {"faces", OPTION_INT, offsetof(CapacityGroup, faces), "", 0.0, 1e8,
-     .about = "Most faces of a body; 0: as many as its mesh and levels can give."},
+     .about = "Largest number of faces of a body; 0: as many as its mesh and levels can have."},
 };
-const OptionTable CAPACITY_TABLE =
-    OPTION_TABLE("capacity",
-                 "A body that does not fit when it is made is an error; what does not fit later is "
-                 "refused and counted.",
-                 CAPACITY_OPTIONS);
+const OptionTable CAPACITY_TABLE = OPTION_TABLE(
+    "capacity",
+    "A body that does not fit at load is an error; what does not fit later is refused and counted.",
+    CAPACITY_OPTIONS);
 
 static bool read_publish(const SceneReader *reader, const config_setting_t *group)
 {
@@ -164,7 +169,7 @@ static bool read_publish(const SceneReader *reader, const config_setting_t *grou
     return true;
 }
 
-// Zeroed room for the groups of a list; NULL for none or, with a status, for too many.
+// Allocates zeroed groups of a list; returns NULL for none or, with a status, for too many.
 static void *allocate_groups(const SceneReader *reader, const config_setting_t *list, int limit,
                              size_t size)
 {
@@ -217,11 +222,14 @@ static bool read_tools(const SceneReader *reader, const config_setting_t *list)
     scene->tool = allocate_groups(reader, list, SCENE_TOOLS, sizeof *scene->tool);
     if (scene->tool == NULL)
         return option_length(list) == 0;
+    scene->tool_line = calloc((size_t)option_length(list), sizeof *scene->tool_line);
+    ASSERT(scene->tool_line != NULL);
     for (int i = 0; i < option_length(list); i++) {
         const config_setting_t *group = option_group_at(list, i, &reader->source);
         ToolOptions *tool = &scene->tool[scene->tool_count++];
         if (group == NULL || !scene_read_tool(reader, group, tool))
             return false;
+        scene->tool_line[i] = (int)config_setting_source_line(group);
         for (int k = 0; k < i; k++)
             if (scene->tool[k].id == tool->id)
                 return option_fail(&reader->source, option_find(group, "id"),
@@ -242,7 +250,7 @@ static bool read_attachments(const SceneReader *reader, const config_setting_t *
             !scene_read_attachment(reader, group, &scene->attachment[scene->attachment_count++]))
             return false;
     }
-    return true;
+    return scene_join_bodies(reader, list);
 }
 
 static bool read_loads(const SceneReader *reader, const config_setting_t *list)
@@ -260,6 +268,12 @@ static bool read_loads(const SceneReader *reader, const config_setting_t *list)
     return true;
 }
 
+// Returns the line of a key of the root; 0: not given.
+static int line_of(const config_setting_t *root, const char *key)
+{
+    return option_given(root, key) ? (int)config_setting_source_line(option_find(root, key)) : 0;
+}
+
 static bool read_root(const SceneReader *reader, const config_setting_t *root)
 {
     SceneGroup raw = {0};
@@ -269,12 +283,17 @@ static bool read_root(const SceneReader *reader, const config_setting_t *root)
     Scene *scene = reader->scene;
     scene->rate_hz = raw.rate_hz;
     scene->gravity = raw.gravity;
+    scene->rate_line = line_of(root, "rate_hz");
+    scene->gravity_line = line_of(root, "gravity");
     scene->threads = raw.threads;
     scene->precision = (Precision)raw.precision;
     scene->start_paused = raw.start == START_PAUSED;
     scene->estimate_error = raw.estimate_error;
+    scene->remote = raw.remote;
+    scene->stop_command = raw.stop_command;
     scene->tool_timeout_s = raw.tool_timeout_s;
     scene->settle_s = raw.settle_s;
+    // Inputs use the output prefix unless the scene gives them their own.
     const char *input = option_given(root, "input_prefix") ? raw.input_prefix : raw.prefix;
     snprintf(scene->name, sizeof scene->name, "%s", raw.name);
     snprintf(scene->prefix, sizeof scene->prefix, "%s", raw.prefix);
@@ -285,6 +304,7 @@ static bool read_root(const SceneReader *reader, const config_setting_t *root)
     }
     if (option_given(root, "prepared"))
         scene->prepared = scene_source_resolve(reader->folder, raw.prepared);
+    // Groups and lists; bodies before tools and loads, which refer to them by name.
     if (!read_publish(reader, raw.publish) ||
         !option_read(&CAPACITY_TABLE, raw.capacity, &reader->source, &capacity))
         return false;
@@ -304,6 +324,8 @@ bool scene_read(const char *path, Scene *scene, Status *status)
     char *folder = scene_source_folder(path);
     SceneReader reader = {{path, status}, folder, scene};
     bool ok = scene->text != NULL && read_root(&reader, config_root_setting(&config));
+    if (ok)
+        scene_find_idle(scene, config_root_setting(&config));
     free(folder);
     config_destroy(&config);
     if (!ok)
@@ -326,10 +348,14 @@ void scene_destroy(Scene *scene)
     }
     free(scene->body);
     free(scene->tool);
+    free(scene->tool_line);
     for (int i = 0; i < scene->attachment_count; i++)
         free((void *)scene->attachment[i].options.region.node);
     free(scene->attachment);
     free(scene->load);
+    for (int i = 0; i < scene->idle_count; i++)
+        free(scene->idle[i]);
+    free(scene->idle);
     free(scene->prepared);
     free(scene->lcm_url);
     free(scene->text);

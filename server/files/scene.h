@@ -1,4 +1,4 @@
-// A scene as written: every value checked for type, range and meaning, nothing built yet.
+// A scene as read: every value is checked for type, range and meaning; nothing is built yet.
 #ifndef PLIANT_FILES_SCENE_H
 #define PLIANT_FILES_SCENE_H
 
@@ -20,7 +20,7 @@ typedef enum MeshSourceKind {
     MESH_STOMACH,
 } MeshSourceKind;
 
-// Where a body's mesh comes from.
+// The source of a body's mesh.
 typedef struct MeshSource {
     MeshSourceKind kind;
     char *file;          // resolved against the scene file's folder; owned by the scene
@@ -35,16 +35,17 @@ typedef struct MeshSource {
 
 typedef enum SceneModel { MODEL_SURFACE, MODEL_VOXEL } SceneModel;
 
-// One body. `surface` or `voxel`, by the model, is complete but for what needs the mesh or the
-// lattice (and the initial state), the gravity, the precision and the isa, which world_build fills
-// in; the other is zero.
+// One body. `surface` or `voxel`, by the model, is complete except for values that depend on the
+// mesh or lattice, the initial state, gravity, precision and isa, which world_build sets; the other
+// one is zero.
 typedef struct SceneBody {
     char name[BODY_NAME_MAX];
     SceneModel model;
     int line;           // of the group in the scene file, for later errors
     FixedRegion *fixed; // owned
     int fixed_count;
-    char *initial; // file, resolved, or NULL; owned
+    char *initial;       // file, resolved, or NULL; owned
+    bool any_integrator; // no integrator given: takes that of the bodies it is joined to
     // A surface body.
     MeshSource mesh;
     SurfaceOptions surface;
@@ -59,7 +60,7 @@ typedef struct ScenePublish {
     double nodes_hz, mesh_hz, contact_hz, status_hz; // 0: never
     bool all_nodes;                                  // nodes = "all"
     bool velocity;
-    bool rest;              // where nodes rest, and their texture coordinates, with meshes
+    bool rest;              // publishes rest positions and texture coordinates with meshes
     bool contact_stiffness; // of contacts
 } ScenePublish;
 
@@ -74,10 +75,11 @@ typedef struct SceneAttachment {
 
 typedef struct Scene {
     char *path; // of the scene file
-    char *text; // its text, includes not expanded; kept for files that we write
+    char *text; // its text, includes not expanded; stored in files that we write
     char name[SCENE_NAME_MAX];
     double rate_hz;
     Vec3 gravity;
+    int rate_line, gravity_line; // in the scene file; 0: not given there
     int threads;
     Precision precision;
     char prefix[SCENE_NAME_MAX];       // of the channels that the daemon publishes on
@@ -86,6 +88,8 @@ typedef struct Scene {
     char *prepared;                    // file of prepared models, resolved, or NULL
     bool start_paused;                 // start = "paused"
     bool estimate_error;               // live, in the time left in a tick
+    bool remote;                       // accepts messages from other hosts
+    bool stop_command;                 // executes STOP
     double tool_timeout_s, settle_s;
     int node_capacity, face_capacity; // of each body; 0: from its mesh and levels
     ScenePublish publish;
@@ -93,30 +97,34 @@ typedef struct Scene {
     SceneBody *body;
     int tool_count;
     ToolOptions *tool;
+    int *tool_line; // [tool_count] of the groups in the scene file
     int attachment_count;
     SceneAttachment *attachment;
     int load_count;
     SceneLoad *load;
+    int idle_count;
+    char **idle; // keys without effect: "file:line: key has no effect: why"; owned
 } Scene;
 
-// Reads and checks a scene. Every error is one sentence "file:line: key value why".
+// Reads and checks a scene. Every error is one sentence "file:line: key value why". Keys without
+// effect are accepted and listed in `idle`.
 bool scene_read(const char *path, Scene *scene, Status *status);
 void scene_destroy(Scene *scene);
 
-// Replaces the rate [Hz] (0: keep) and the prefix (NULL: keep) of a scene that was read, and checks
-// what depends on them: rates of publishing and checking above the new rate come down to it; a
-// prefix that makes a channel's name too long is refused. A scene that listens on a prefix of its
-// own goes on doing so.
+// Replaces the rate [Hz] (0: keep) and the prefix (NULL: keep) of a scene that was read, and
+// updates what depends on them: rates of publishing and checking above the new rate are lowered to
+// it; a prefix that makes a channel's name too long is refused. A scene with its own input prefix
+// keeps it.
 bool scene_override(Scene *scene, double rate_hz, const char *prefix, Status *status);
 
-// "surface" or "voxel".
+// Returns "surface" or "voxel".
 const char *scene_model_name(SceneModel model);
 
-// The material and the shape springs of a body whose scene says nothing more of them than
-// `shape = {}`; the rest of `surface` stays as it is.
+// Sets the material and the shape springs of a body whose scene says only `shape = {}`; leaves the
+// rest of `surface` unchanged.
 void scene_preset_surface(SurfaceOptions *surface);
 
-// The reference of all keys, as Markdown (config/README.md is this text).
+// Prints the reference of all keys, as Markdown (config/README.md is this text).
 void scene_print_reference(FILE *out);
 
 #endif

@@ -1,4 +1,4 @@
-// Reads one entry of `attachments`.
+// Reads one entry of `attachments` and chooses the integrator of joined bodies.
 #include "files/scene_parts.h"
 
 #include <limits.h>
@@ -10,39 +10,40 @@ typedef struct AttachmentGroup {
     double stiffness, damping_ratio;
 } AttachmentGroup;
 
-static const OptionWord TO_WORDS[] = {{"world", ATTACH_WORLD, NULL}, {NULL, 0, NULL}};
+static const OptionWord TO_WORDS[] = {{"world", ATTACH_WORLD}, {NULL, 0}};
 
 #define AT(member) offsetof(AttachmentGroup, member)
 static const Option ATTACHMENT_OPTIONS[] = {
     {"body", OPTION_NAME, AT(body), "", .high = SCENE_WORD_MAX, .preset_text = "none",
-     .required = true, .about = "The body whose nodes are held."},
+     .required = true, .about = "The body whose nodes are attached."},
     {"box", OPTION_LIST, AT(region.box), "m",
      .about = "Two opposite corners, `([x, y, z], [x, y, z])`, the lower one first; faces "
               "included."},
     {"sphere", OPTION_VECTOR, AT(region.sphere), "m", 0.0, POSITION_LIMIT, .preset_text = "none",
-     .about = "Centre of a ball; goes with `radius`."},
+     .about = "Centre of a ball; requires `radius`."},
     {"radius", OPTION_REAL, AT(region.radius), "m", 0.0, POSITION_LIMIT, .open = true,
      .preset_text = "none", .about = "Radius of the ball."},
     {"nodes", OPTION_LIST, AT(region.nodes), "",
-     .about = "Node numbers as in `bodies.fixed`, on the outside of the body."},
+     .about = "Node numbers as in `bodies.fixed`, on the outer surface of the body."},
     {"to", OPTION_WORD, AT(to), "", .words = TO_WORDS, .preset_text = "none",
-     .about = "To the world: the nodes are held where they are at the start."},
+     .about = "To the world: the nodes are attached to their positions at the start."},
     {"tool", OPTION_INT, AT(tool), "", 0.0, INT_MAX, .preset_text = "none",
-     .about = "To the tool of this id, held while it is active, where they are when it becomes "
-              "so."},
+     .about = "To the tool with this id, while it is active: at their positions relative to it "
+              "when it becomes active."},
     {"to_body", OPTION_NAME, AT(to_body), "", .high = SCENE_WORD_MAX, .preset_text = "none",
      .about = "To the nearest points of this other body."},
     {"stiffness", OPTION_REAL, AT(stiffness), "", 0.0, 1e3, .open = true, .preset = 0.3,
-     .about = "Of the springs, as a share of the body's own stiffness; the time step gets shorter "
-              "with it."},
+     .about = "Stiffness of the springs, as a share of the body's own stiffness; stiffer springs "
+              "shorten the time step."},
     {"damping_ratio", OPTION_REAL, AT(damping_ratio), "", 0.0, 1e3, .preset = 0.5,
-     .about = "Of the springs and the masses that they hold: 1 is critical."},
+     .about = "Damping ratio of the springs with the attached masses: 1 is critical."},
 };
 #undef AT
 const OptionTable ATTACHMENT_TABLE = OPTION_TABLE(
     "attachments",
-    "Springs that hold the nodes of a region, one of `box`, `sphere` with `radius`, and `nodes`, "
-    "to one of `to = \"world\"`, `tool = id` and `to_body = \"name\"`. Nodes of the outside only.",
+    "Springs that attach the nodes of a region, one of `box`, `sphere` with `radius`, and `nodes`, "
+    "to one of `to = \"world\"`, `tool = id` and `to_body = \"name\"`. Only nodes of the outer "
+    "surface.",
     ATTACHMENT_OPTIONS);
 
 static bool find_tool(const SceneReader *reader, const config_setting_t *at, int id, int *tool)
@@ -54,25 +55,65 @@ static bool find_tool(const SceneReader *reader, const config_setting_t *at, int
     return option_fail(&reader->source, at, "tool %d is not in the scene", id);
 }
 
-// Bodies that are joined are stepped together.
-static bool check_joint(const SceneReader *reader, const config_setting_t *at,
-                        const AttachmentOptions *options)
+static IntegratorKind *integrator_of(SceneBody *body)
 {
-    const SceneBody *body = &reader->scene->body[options->body];
-    const SceneBody *other = &reader->scene->body[options->to_body];
-    if (options->body == options->to_body)
-        return option_fail(&reader->source, at, "to_body \"%s\" is the body itself", body->name);
-    IntegratorKind kind[2];
-    const SceneBody *both[2] = {body, other};
-    for (int i = 0; i < 2; i++)
-        kind[i] =
-            both[i]->model == MODEL_VOXEL ? both[i]->voxel.integrator : both[i]->surface.integrator;
-    const bool chooses = body->surface.automatic || other->surface.automatic; // sim.c compares then
-    if (!chooses && kind[0] != kind[1])
-        return option_fail(&reader->source, at,
-                           "to_body: bodies \"%s\" (%s) and \"%s\" (%s) must have one integrator",
-                           body->name, integrator_name(kind[0]), other->name,
-                           integrator_name(kind[1]));
+    return body->model == MODEL_VOXEL ? &body->voxel.integrator : &body->surface.integrator;
+}
+
+// Finds the two bodies of a joint; returns false for an attachment to anything else.
+static bool find_joint(const Scene *scene, int index, SceneBody *both[2])
+{
+    const AttachmentOptions *options = &scene->attachment[index].options;
+    if (options->to != ATTACH_BODY)
+        return false;
+    both[0] = &scene->body[options->body];
+    both[1] = &scene->body[options->to_body];
+    return true;
+}
+
+// True if a body without an integrator of its own takes that of a joined one: the one that the
+// other was given, else the default of surface bodies, which voxel bodies support too.
+static bool take_integrator(SceneBody *body, SceneBody *other)
+{
+    IntegratorKind *own = integrator_of(body), kind = *integrator_of(other);
+    const bool has = body->model == MODEL_SURFACE || kind == INTEGRATOR_LEAPFROG ||
+                     kind == INTEGRATOR_SYMPLECTIC_EULER;
+    const bool takes = other->any_integrator ? *own != kind && kind == INTEGRATOR_LEAPFROG : has;
+    if (!body->any_integrator || !takes)
+        return false;
+    *own = kind;
+    body->any_integrator = other->any_integrator;
+    return true;
+}
+
+static void share_integrators(const Scene *scene)
+{
+    SceneBody *both[2];
+    for (bool again = true; again;) {
+        again = false;
+        for (int i = 0; i < scene->attachment_count; i++)
+            if (find_joint(scene, i, both) &&
+                (take_integrator(both[0], both[1]) || take_integrator(both[1], both[0])))
+                again = true;
+    }
+}
+
+bool scene_join_bodies(const SceneReader *reader, const config_setting_t *list)
+{
+    const Scene *scene = reader->scene;
+    SceneBody *both[2];
+    share_integrators(scene);
+    for (int i = 0; i < scene->attachment_count; i++) {
+        if (!find_joint(scene, i, both))
+            continue;
+        IntegratorKind kind[2] = {*integrator_of(both[0]), *integrator_of(both[1])};
+        const bool chooses = both[0]->surface.automatic || both[1]->surface.automatic;
+        if (!chooses && kind[0] != kind[1]) // sim.c compares otherwise
+            return option_fail(
+                &reader->source, option_find(config_setting_get_elem(list, (unsigned)i), "to_body"),
+                "to_body: bodies \"%s\" (%s) and \"%s\" (%s) must have one integrator",
+                both[0]->name, integrator_name(kind[0]), both[1]->name, integrator_name(kind[1]));
+    }
     return true;
 }
 
@@ -92,6 +133,7 @@ bool scene_read_attachment(const SceneReader *reader, const config_setting_t *gr
         return false;
     if (!scene_read_region(reader, group, &raw.region, "attachments", &options->region))
         return false;
+    // Exactly one target: the world, a tool or another body.
     bool to = option_given(group, "to"), tool = option_given(group, "tool"),
          to_body = option_given(group, "to_body");
     if (to + tool + to_body != 1)
@@ -105,5 +147,7 @@ bool scene_read_attachment(const SceneReader *reader, const config_setting_t *gr
         return true;
     const config_setting_t *at = option_find(group, "to_body");
     options->to_body = scene_find_body(reader, at, raw.to_body);
-    return options->to_body >= 0 && check_joint(reader, at, options);
+    return options->to_body >= 0 &&
+           (options->to_body != options->body ||
+            option_fail(source, at, "to_body \"%s\" is the body itself", raw.to_body));
 }

@@ -1,4 +1,4 @@
-// Reads the list `fixed` of a body: boxes, spheres and node numbers that never move.
+// Reads the list `fixed` of a body: boxes, spheres and node numbers that do not move.
 #include "files/scene_parts.h"
 
 #include "base/check.h"
@@ -12,20 +12,20 @@ static const Option FIXED_OPTIONS[] = {
      .about = "Two opposite corners, `([x, y, z], [x, y, z])`, the lower one first; faces "
               "included."},
     {"sphere", OPTION_VECTOR, offsetof(RegionGroup, sphere), "m", 0.0, POSITION_LIMIT,
-     .preset_text = "none", .about = "Centre of a ball; goes with `radius`."},
+     .preset_text = "none", .about = "Centre of a ball; requires `radius`."},
     {"radius", OPTION_REAL, offsetof(RegionGroup, radius), "m", 0.0, POSITION_LIMIT, .open = true,
      .preset_text = "none", .about = "Radius of the ball."},
     {"nodes", OPTION_LIST, offsetof(RegionGroup, nodes), "",
-     .about = "Node numbers of the mesh file or generator, from 0; of a voxel body, lattice points "
-              "as by `id` in messages."},
+     .about = "Node numbers of the mesh file or generator, from 0; for a voxel body, lattice "
+              "points, as `id` in messages."},
 };
 const OptionTable FIXED_TABLE = OPTION_TABLE(
     "bodies.fixed",
-    "Nodes that lie inside a region at the start stay where they are. Each entry is one "
+    "Nodes that are inside a region at the start are fixed. Each entry is one "
     "of `{ box = ... }`, `{ sphere = ...; radius = ...; }` and `{ nodes = [ ... ]; }`.",
     FIXED_OPTIONS);
 
-// Corners may lie far outside of any mesh: "everything below".
+// Corners may be far outside of any mesh: "everything below".
 static const Option CORNER = {.key = "box", .type = OPTION_VECTOR, .high = 1e12};
 static const Option NODE = {.key = "nodes", .type = OPTION_INT, .high = 1 << 28};
 

@@ -11,15 +11,15 @@ typedef struct LoadGroup {
 #define AT(member) offsetof(LoadGroup, load.member)
 static const Option LOAD_OPTIONS[] = {
     {"body", OPTION_NAME, offsetof(LoadGroup, body), "", .high = SCENE_WORD_MAX,
-     .preset_text = "all bodies", .about = "The body that it acts on."},
+     .preset_text = "all bodies", .about = "The body on which it acts."},
     {"center", OPTION_VECTOR, AT(center), "m", 0.0, POSITION_LIMIT, .required = true,
-     .about = "Of the sphere whose nodes carry the load, world frame."},
+     .about = "Centre of the sphere whose nodes carry the load, world frame."},
     {"radius", OPTION_REAL, AT(radius), "m", 0.0, POSITION_LIMIT, .open = true, .required = true,
-     .about = "Of that sphere; the nodes inside are taken when the load starts."},
+     .about = "Radius of that sphere; the nodes inside are selected when the load starts."},
     {"force", OPTION_VECTOR, AT(force), "N", 0.0, FORCE_LIMIT, .required = true,
-     .about = "In total, shared by the nodes by area, world frame."},
+     .about = "Total force, shared by the nodes in proportion to their areas, world frame."},
     {"start", OPTION_REAL, AT(start), "s", 0.0, TIME_LIMIT,
-     .about = "Simulated time of its start."},
+     .about = "Simulated time at which it starts."},
     {"duration", OPTION_REAL, AT(duration), "s", 0.0, TIME_LIMIT, .open = true, .required = true,
      .about = "Simulated time for which it lasts."},
 };

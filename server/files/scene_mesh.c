@@ -1,4 +1,4 @@
-// Reads the group `mesh` of a body: a file or a generator, and how it is placed in the world.
+// Reads the group `mesh` of a body: a file or a generator, and its placement in the world.
 #include "files/scene_parts.h"
 #include "files/scene_source.h"
 
@@ -12,9 +12,8 @@ typedef struct MeshGroup {
 } MeshGroup;
 
 static const OptionWord GENERATOR_WORDS[] = {
-    {"sphere", MESH_SPHERE, NULL},         {"uv_sphere", MESH_UV_SPHERE, NULL},
-    {"ico_sphere", MESH_ICO_SPHERE, NULL}, {"sheet", MESH_SHEET, NULL},
-    {"stomach", MESH_STOMACH, NULL},       {NULL, 0, NULL}};
+    {"sphere", MESH_SPHERE}, {"uv_sphere", MESH_UV_SPHERE}, {"ico_sphere", MESH_ICO_SPHERE},
+    {"sheet", MESH_SHEET},   {"stomach", MESH_STOMACH},     {NULL, 0}};
 
 enum { ICO_DEEPEST = 8, ICO_USUAL = 3, ICO_MOST = 655362 };
 
@@ -22,9 +21,9 @@ enum { ICO_DEEPEST = 8, ICO_USUAL = 3, ICO_MOST = 655362 };
 static const Option MESH_OPTIONS[] = {
     {"file", OPTION_STRING, AT(file), "", .low = 1, .high = SCENE_FILE_MAX, .preset_text = "none",
      .about =
-         "OBJ, STL, PLY or OFF file, seen from the scene's folder. Either this or `generator`."},
+         "OBJ, STL, PLY or OFF file, relative to the scene's folder. Either this or `generator`."},
     {"generator", OPTION_WORD, AT(generator), "", .words = GENERATOR_WORDS, .preset = -1,
-     .preset_text = "none", .about = "Formula that makes the mesh."},
+     .preset_text = "none", .about = "Shape that is generated."},
     {"nodes", OPTION_INT, AT(nodes), "", 4.0, ICO_MOST,
      .preset_text = "`sphere` 114, `stomach` 188",
      .about =
@@ -35,13 +34,13 @@ static const Option MESH_OPTIONS[] = {
     {"rings", OPTION_INT, AT(rings), "", 1.0, 2000.0, .preset = 8.0,
      .about = "`uv_sphere`: rings of nodes between the poles."},
     {"segments", OPTION_INT, AT(segments), "", 3.0, 4000.0, .preset = 14.0,
-     .about = "`uv_sphere`: nodes of a ring."},
+     .about = "`uv_sphere`: nodes per ring."},
     {"columns", OPTION_INT, AT(columns), "", 2.0, 4000.0, .preset = 21.0,
      .about = "`sheet`: nodes along x."},
     {"rows", OPTION_INT, AT(rows), "", 2.0, 4000.0, .preset = 21.0,
      .about = "`sheet`: nodes along y."},
     {"radius", OPTION_REAL, AT(radius), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.05,
-     .about = "Of the spheres."},
+     .about = "Radius of the spheres."},
     {"width", OPTION_REAL, AT(width), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.1,
      .about = "`sheet`: extent along x."},
     {"height", OPTION_REAL, AT(height), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.1,
@@ -49,9 +48,9 @@ static const Option MESH_OPTIONS[] = {
     {"length", OPTION_REAL, AT(length), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.25,
      .about = "`stomach`: its largest extent."},
     {"scale", OPTION_REAL, AT(scale), "", 0.0, 1e6, .open = true, .preset = 1.0,
-     .about = "Metres a unit of the file or generator; 0.001 for millimetres."},
+     .about = "Metres per unit of the file or generator; 0.001 for millimetres."},
     {"place", OPTION_GROUP, AT(place), "", .preset_text = "as it is",
-     .about = "Where the scaled mesh stands."},
+     .about = "Position and rotation of the scaled mesh."},
 };
 #undef AT
 const OptionTable MESH_TABLE = OPTION_TABLE(
@@ -87,7 +86,7 @@ bool scene_read_place(const SceneReader *reader, const config_setting_t *group, 
 #define FROM(kind) (1u << (kind))
 static const struct {
     const char *key;
-    unsigned sources; // that know the key
+    unsigned sources; // bit set of the sources that use the key
 } MEANT_FOR[] = {
     {"nodes", FROM(MESH_SPHERE) | FROM(MESH_ICO_SPHERE) | FROM(MESH_STOMACH)},
     {"subdivisions", FROM(MESH_ICO_SPHERE)},
@@ -101,7 +100,7 @@ static const struct {
     {"length", FROM(MESH_STOMACH)},
 };
 
-// A key that the chosen source would ignore is a mistake.
+// Refuses a key that the chosen source would ignore.
 static bool check_meant(const SceneReader *reader, const config_setting_t *group,
                         MeshSourceKind kind)
 {
@@ -116,7 +115,7 @@ static bool check_meant(const SceneReader *reader, const config_setting_t *group
     return true;
 }
 
-// The number of nodes, which each generator limits in its own way; 0 for those that have none.
+// Chooses the number of nodes, limited by each generator in its own way; 0 for those without one.
 static bool choose_nodes(const SceneReader *reader, const config_setting_t *group,
                          const MeshGroup *raw, MeshSource *mesh)
 {

@@ -14,7 +14,7 @@ enum {
     SCENE_FILE_MAX = 4000, // characters of a file name
 };
 
-// What `integrator` says besides the kinds there are: the body chooses.
+// Value of `integrator` beyond the integrators: the body chooses.
 enum { INTEGRATOR_AUTO = INTEGRATOR_COUNT };
 
 #define POSITION_LIMIT 1e6 // [m] from the origin
@@ -36,7 +36,7 @@ extern const OptionTable VOXELS_TABLE, VOXEL_MATERIAL_TABLE, LABEL_MATERIAL_TABL
 extern const OptionTable TOOL_TABLE, CAPSULE_TABLE, PLANE_TABLE;
 extern const OptionTable LOAD_TABLE, ATTACHMENT_TABLE;
 
-// All of them, in the order of the reference.
+// The tables in the order of the reference.
 enum { SCENE_TABLE_COUNT = 21 };
 const OptionTable *scene_table(int index);
 
@@ -69,39 +69,45 @@ typedef struct BodyGroup {
     int split_budget;
 } BodyGroup;
 
-// The keys that say where nodes are.
+// The keys that select nodes.
 typedef struct RegionGroup {
     const config_setting_t *box, *nodes;
     Vec3 sphere;
     double radius;
 } RegionGroup;
 
-// Each reads one group into zeroed memory; false with a status. What they allocate belongs to the
-// scene also when they fail.
+// Each reads one group into zeroed memory; returns false with a status. The scene owns what they
+// allocate, also after a failure.
 bool scene_read_body(const SceneReader *reader, const config_setting_t *group, SceneBody *body);
-// What is of one model only.
+// Read the keys of one model.
 bool scene_read_surface(const SceneReader *reader, const BodyGroup *raw, SceneBody *body);
 bool scene_read_voxel(const SceneReader *reader, const BodyGroup *raw, SceneBody *body);
 bool scene_read_fixed(const SceneReader *reader, const config_setting_t *list, SceneBody *body);
 bool scene_read_mesh(const SceneReader *reader, const config_setting_t *group, MeshSource *mesh);
-// `place` of the group `owner`, "bodies.mesh.place".
+// Reads `place` of the group `owner`, "bodies.mesh.place".
 bool scene_read_place(const SceneReader *reader, const config_setting_t *group, const char *owner,
                       Vec3 *rotation, Vec3 *translation);
 bool scene_read_material(const SceneReader *reader, const config_setting_t *group,
                          SurfaceMaterial *material);
 bool scene_read_shape(const SceneReader *reader, const config_setting_t *group,
                       SurfaceShape *shape);
-// `dimensions` is that of the body, 0 when it says nothing; replaced by what the voxels make it.
+// `dimensions`: the body's, 0 if not given; replaced by that of the voxels.
 bool scene_read_voxels(const SceneReader *reader, const config_setting_t *group,
                        VoxelSource *voxels, int *dimensions);
 bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, ToolOptions *tool);
-// What the keys of an entry of `list` say; a list of nodes belongs to the caller.
+// Reads the node selection of an entry of `list`; the caller owns a list of nodes.
 bool scene_read_region(const SceneReader *reader, const config_setting_t *group,
                        const RegionGroup *raw, const char *list, FixedRegion *region);
 bool scene_read_attachment(const SceneReader *reader, const config_setting_t *group,
                            SceneAttachment *attachment);
-// The index of a body by its name, `at` being the setting that names it; -1 with a status.
+// Joined bodies are stepped together: gives those without an integrator the one of the others. Call
+// after all bodies and attachments are read. Returns false with a status if two name different
+// ones.
+bool scene_join_bodies(const SceneReader *reader, const config_setting_t *list);
+// Returns the index of a body by its name; `at` is the setting that names it. -1 with a status.
 int scene_find_body(const SceneReader *reader, const config_setting_t *at, const char *name);
 bool scene_read_load(const SceneReader *reader, const config_setting_t *group, LoadOptions *load);
+// Lists in scene->idle the keys that others make idle. Call last.
+void scene_find_idle(Scene *scene, const config_setting_t *root);
 
 #endif

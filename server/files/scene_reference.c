@@ -1,4 +1,4 @@
-// The reference of every key of a scene file, printed from the tables that read it.
+// Prints the reference of all keys of a scene file from the tables that read it.
 #include "files/scene_parts.h"
 
 #include "base/check.h"
@@ -20,8 +20,8 @@ const OptionTable *scene_table(int index)
 static const char INTRODUCTION[] =
     "# Scene files\n"
     "\n"
-    "This page is printed from the tables that read scene files; a test keeps the two\n"
-    "equal. The annotated scenes beside it show every group at work: start from\n"
+    "This page is generated from the tables that read scene files; a test keeps it up to\n"
+    "date. The annotated scenes in this folder show every group in use: start from\n"
     "`minimal.cfg`.\n"
     "\n"
     "A scene is a [libconfig](https://hyperrealm.github.io/libconfig/) file:\n"
@@ -31,15 +31,17 @@ static const char INTRODUCTION[] =
     "\n"
     "- A real may be written as an integer; an integer may not be written with a point.\n"
     "- A vector is three numbers in `[ ]` or `( )`, without a comma after the last. In\n"
-    "  included files an array `[ ]` holds numbers of one kind: write\n"
+    "  included files an array `[ ]` has numbers of one kind: write\n"
     "  `[0.0, 0.0, -9.81]` or `(0, 0, -9.81)` there.\n"
-    "- A name is made of letters, digits, `_` and `-`.\n"
+    "- A name consists of letters, digits, `_` and `-`.\n"
     "- File names are relative to the folder of the scene file; so are includes.\n"
     "- In ranges, `(` excludes its bound and `[` includes it. The range of a vector is\n"
     "  that of its length.\n"
     "- Integers are one number or a list of them.\n"
     "- Unknown keys, wrong types and values out of range are errors that name file and\n"
-    "  line.\n";
+    "  line. A key that has no effect because of another one (`theta` with `leapfrog`) is "
+    "accepted,\n"
+    "  with a warning that says why.\n";
 
 void scene_print_reference(FILE *out)
 {

@@ -1,6 +1,6 @@
-// Reads a scene file and what it includes, refusing beforehand what libconfig 1.5 gets wrong: a
-// folder or device as a file (its scanner ends the process), integers beyond 32 bits (it keeps
-// their low bits), and files with more lines than its 16-bit line numbers can say.
+// Reads a scene file and its includes and refuses what libconfig 1.5 gets wrong: a folder or device
+// as a file (its scanner ends the process), integers beyond 32 bits (it keeps their low bits), and
+// files with more lines than its 16-bit line numbers can count.
 #include "files/scene_source.h"
 
 #include "base/check.h"
@@ -15,18 +15,18 @@
 #include <sys/stat.h>
 
 enum {
-    BYTE_LIMIT = 16 << 20, // of all files together, counted as often as they are included
-    BYTES_A_FILE = 4096,   // what an empty file counts, so that includes of includes come to an end
+    BYTE_LIMIT = 16 << 20, // of all files, counted as often as they are included
+    BYTES_A_FILE = 4096,   // count of an empty file, so that nested includes reach the limit
     LINE_LIMIT = 65535,
     DEPTH_LIMIT = 10, // libconfig's own
     LINE_SHOWN = 60,  // characters of an offending line
     WHY_MAX = 120,
 };
 
-// One file being looked through.
+// A file being checked.
 typedef struct Scan {
-    const char *folder; // of the scene file: every include is seen from there
-    const char *shown;  // the file's name in complaints
+    const char *folder; // of the scene file: all includes are relative to it
+    const char *shown;  // the file's name in errors
     int line;
     int depth;
     size_t *bytes; // of all files so far
@@ -53,7 +53,7 @@ char *scene_source_resolve(const char *folder, const char *name)
     return path;
 }
 
-// The whole of a regular file with a zero behind it, or NULL and why not.
+// Returns the text of a regular file, or NULL and the reason.
 static char *read_text(const char *path, size_t *bytes, char why[WHY_MAX])
 {
     struct stat info;
@@ -98,13 +98,13 @@ scan_fail(const Scan *scan, const char *format, ...)
 
 static bool scan_text(Scan *scan, char *text);
 
-// At a line that begins with @include: looks through the file it names.
+// At a line that begins with @include: checks the file that it names.
 static bool scan_include(Scan *scan, const char *at)
 {
     const char *name = strchr(at, '"');
     const char *end = name != NULL ? strpbrk(name + 1, "\"\n") : NULL;
     if (end == NULL || *end != '"')
-        return true; // libconfig complains
+        return true; // libconfig reports the error
     char *file = strndup(name + 1, (size_t)(end - name - 1));
     ASSERT(file != NULL);
     char *path = scene_source_resolve(scan->folder, file);
@@ -129,7 +129,7 @@ static bool scan_include(Scan *scan, const char *at)
     return ok;
 }
 
-// Past a number; refuses integers that libconfig would cut to 32 bits without a word.
+// Skips a number; refuses integers that libconfig would silently truncate to 32 bits.
 static const char *scan_number(const Scan *scan, const char *at)
 {
     const char *end = at + (*at == '+' || *at == '-');
@@ -158,7 +158,7 @@ static const char *scan_number(const Scan *scan, const char *at)
     return NULL;
 }
 
-// Past a string; NULL when it does not end (libconfig would leak it).
+// Skips a string; returns NULL if it does not end (libconfig would leak it).
 static const char *skip_string(const char *at)
 {
     for (at++; *at != '\0' && *at != '"'; at++)
@@ -167,7 +167,7 @@ static const char *skip_string(const char *at)
     return *at == '"' ? at + 1 : NULL;
 }
 
-// Past a comment or a word that begins at `at`; NULL when none does.
+// Skips a comment or a word that begins at `at`; returns NULL if there is none.
 static const char *skip_opaque(const char *at)
 {
     if (*at == '#' || (at[0] == '/' && at[1] == '/'))
@@ -184,12 +184,13 @@ static const char *skip_opaque(const char *at)
     return NULL;
 }
 
-// Looks through a file. Turns [ ] into ( ), of which libconfig lets only the latter hold integers
-// and reals together; their readers take both.
+// Checks a file. Turns [ ] into ( ), since libconfig allows integers and reals together only in the
+// latter; the readers accept both.
 static bool scan_text(Scan *scan, char *text)
 {
     bool line_start = true;
     for (char *at = text; *at != '\0';) {
+        // Find the end of the token at `at`, whatever it is.
         const char *end = skip_opaque(at);
         bool sign = (*at == '+' || *at == '-') && isdigit((unsigned char)at[1]);
         if (line_start && strncmp(at, "@include", 8) == 0) {
@@ -208,6 +209,7 @@ static bool scan_text(Scan *scan, char *text)
             *at = *at == '[' ? '(' : *at == ']' ? ')' : *at;
             end = at + 1;
         }
+        // Move past the token and count its lines.
         for (; at < end; at++) {
             line_start = *at == '\n' || (line_start && (*at == ' ' || *at == '\t'));
             scan->line += *at == '\n';
@@ -218,7 +220,7 @@ static bool scan_text(Scan *scan, char *text)
     return true;
 }
 
-// The text of line `line`, without the spaces around it, or "".
+// Copies line `line` of the text, trimmed, or "".
 static void find_line(const char *text, int line, char shown[LINE_SHOWN + 1])
 {
     for (; line > 1 && *text != '\0'; text++)
@@ -227,7 +229,7 @@ static void find_line(const char *text, int line, char shown[LINE_SHOWN + 1])
     snprintf(shown, LINE_SHOWN + 1, "%.*s", (int)strcspn(text, "\r\n"), text);
 }
 
-// What libconfig's parser said, with the line it said it of.
+// Reports the error of libconfig's parser with the text of its line.
 static bool fail_parse(const char *path, const char *text, const config_t *config, Status *status)
 {
     const char *file = config_error_file(config), *said = config_error_text(config);

@@ -1,28 +1,28 @@
-// Reads what of a body is of the surface model only.
+// Reads the keys of a body that only the surface model has.
 #include "files/scene_parts.h"
 
 #define AT(member) offsetof(SurfaceAdapt, member)
 static const Option ADAPT_OPTIONS[] = {
     {"force", OPTION_REAL, AT(force), "", 0.0, 1e9, .open = true, .preset = 0.005,
-     .about = "Load an area times the edge length over `youngs_modulus_2d` beyond which a face is "
-              "refined."},
+     .about = "Load per unit area times the edge length over `youngs_modulus_2d` beyond which a "
+              "face is refined."},
     {"speed", OPTION_REAL, AT(speed), "", 0.0, 1e9, .open = true, .preset = 0.3,
-     .about =
-         "Speed against the body's rigid motion, over that of waves in the wall times 2^level, "
-         "beyond which a face is refined."},
+     .about = "Speed relative to the body's rigid motion, over the wave speed in the membrane "
+              "times 2^level, beyond which a face is refined."},
     {"curvature", OPTION_REAL, AT(curvature), "rad", 0.0, 1e9, .open = true, .preset = 0.4,
      .about = "Change of the angle between two faces beyond which they are refined."},
     {"check_hz", OPTION_REAL, AT(check_hz), "Hz", 0.0, 10000.0, .open = true, .preset = 100.0,
-     .about = "How often all faces are looked at; at most, and by default lowered to, `rate_hz`."},
+     .about =
+         "How often all faces are checked; at most `rate_hz`, to which the default is lowered."},
 };
 #undef AT
-const OptionTable ADAPT_TABLE = OPTION_TABLE(
-    "bodies.adapt",
-    "The body refines where it is loaded, moves or bends, up to `levels`, and coarsens where it is "
-    "at ease. A criterion is switched off by a large value.",
-    ADAPT_OPTIONS);
+const OptionTable ADAPT_TABLE =
+    OPTION_TABLE("bodies.adapt",
+                 "The body refines where it is loaded, moves or bends, up to `levels`, and "
+                 "coarsens where it is at rest. A large value disables a criterion.",
+                 ADAPT_OPTIONS);
 
-// What of the levels can be said before the mesh is known.
+// Checks levels as far as possible before the mesh is known.
 static bool read_levels(const SceneReader *reader, const BodyGroup *raw, SurfaceOptions *surface)
 {
     const OptionSource *source = &reader->source;
@@ -42,6 +42,7 @@ static bool read_levels(const SceneReader *reader, const BodyGroup *raw, Surface
                            "adapt needs levels, the finest level of detail: set it to 1 or more");
     if (!option_read(&ADAPT_TABLE, raw->adapt, source, &surface->adapt))
         return false;
+    // A default rate of checks is lowered to the tick rate; one that the scene gives is refused.
     if (surface->adapt.check_hz <= reader->scene->rate_hz)
         return true;
     char rate[OPTION_NUMBER_TEXT], limit[OPTION_NUMBER_TEXT];
@@ -52,6 +53,18 @@ static bool read_levels(const SceneReader *reader, const BodyGroup *raw, Surface
                            option_number_text(limit, reader->scene->rate_hz));
     surface->adapt.check_hz = reader->scene->rate_hz;
     return true;
+}
+
+// Eq. 10 as printed cannot be part of the implicit system.
+static bool check_direction(const SceneReader *reader, const BodyGroup *raw,
+                            const SurfaceOptions *surface)
+{
+    if (raw->shape == NULL || surface->shape.direction != SHAPE_DAMPS_RADIAL ||
+        (!surface->automatic && surface->integrator != INTEGRATOR_IMPLICIT))
+        return true;
+    return option_fail(&reader->source, option_find(raw->shape, "damping_direction"),
+                       "damping_direction \"radial\" needs an explicit integrator, not \"%s\"",
+                       surface->automatic ? "auto" : "implicit");
 }
 
 bool scene_read_surface(const SceneReader *reader, const BodyGroup *raw, SceneBody *body)
@@ -71,5 +84,6 @@ bool scene_read_surface(const SceneReader *reader, const BodyGroup *raw, SceneBo
     surface->unsafe_time_step = raw->unsafe_time_step;
     return scene_read_mesh(reader, raw->mesh, &body->mesh) && read_levels(reader, raw, surface) &&
            scene_read_material(reader, raw->material, &surface->material) &&
-           scene_read_shape(reader, raw->shape, &surface->shape);
+           scene_read_shape(reader, raw->shape, &surface->shape) &&
+           check_direction(reader, raw, surface);
 }

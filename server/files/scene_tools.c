@@ -9,35 +9,34 @@ typedef struct ToolGroup {
     double max_force, friction, grip_stiffness, grip_damping;
 } ToolGroup;
 
-static const OptionWord KIND_WORDS[] = {{"probe", TOOL_PROBE, NULL},
-                                        {"static", TOOL_STATIC, NULL},
-                                        {"blade", TOOL_BLADE, NULL},
-                                        {"grasper", TOOL_GRASPER, NULL},
-                                        {NULL, 0, NULL}};
+static const OptionWord KIND_WORDS[] = {{"probe", TOOL_PROBE},
+                                        {"static", TOOL_STATIC},
+                                        {"blade", TOOL_BLADE},
+                                        {"grasper", TOOL_GRASPER},
+                                        {NULL, 0}};
 
 #define AT(member) offsetof(ToolGroup, member)
 static const Option TOOL_OPTIONS[] = {
     {"id", OPTION_INT, AT(id), "", 0.0, INT_MAX, .required = true,
-     .about = "Number by which messages name the tool; unique."},
+     .about = "Number that identifies the tool in messages; unique."},
     {"kind", OPTION_WORD, AT(kind), "", .words = KIND_WORDS, .required = true,
-     .about =
-         "Probe: moved by messages. Static: stands in the world. Blade: moved by messages, cuts "
-         "along its edge. Grasper: moved by messages; closing its jaws it takes hold of what lies "
-         "in its capsules."},
+     .about = "Probe: moved by messages. Static: fixed in the world. Blade: moved by messages, "
+              "cuts along its edge. Grasper: moved by messages; when it closes, it grasps the "
+              "nodes inside its capsules."},
     {"capsules", OPTION_LIST, AT(capsules), "",
-     .about =
-         "Its shape: up to 8 groups, at least one for a probe; of a blade what pushes, its back."},
+     .about = "Its shape: up to 8 groups, at least one for a probe; for a blade the part that "
+              "pushes, its back."},
     {"plane", OPTION_GROUP, AT(plane), "", .about = "A half space; static tools only."},
     {"max_force", OPTION_REAL, AT(max_force), "N", 0.0, FORCE_LIMIT, .open = true, .preset = 3.3,
-     .about =
-         "A tool pushed or pulled harder yields: the bodies and its user feel no more than this."},
+     .about = "Largest force on the bodies and on the tool: a tool that is pushed or pulled harder "
+              "yields."},
     {"friction", OPTION_REAL, AT(friction), "", 0.0, 10.0, .preset_text = "the body's",
-     .about = "Coefficient of friction between the tool and any body."},
+     .about = "Friction coefficient between the tool and any body."},
     {"grip_stiffness", OPTION_REAL, AT(grip_stiffness), "", 0.0, 1e3, .open = true, .preset = 0.3,
-     .about = "Of a grasper's hold, as a share of the body's own stiffness; the time step gets "
-              "shorter with it."},
+     .about = "Stiffness of a grasper's springs, as a share of the body's own stiffness; stiffer "
+              "springs shorten the time step."},
     {"grip_damping_ratio", OPTION_REAL, AT(grip_damping), "", 0.0, 1e3, .preset = 0.5,
-     .about = "Of a grasper's hold and the masses in it: 1 is critical."},
+     .about = "Damping ratio of a grasper's springs with the grasped masses: 1 is critical."},
     {"edge", OPTION_LIST, AT(edge), "m", .preset_text = "required of a blade",
      .about = "The two ends of a blade's edge, in its frame: ([x, y, z], [x, y, z])."},
 };
@@ -46,11 +45,11 @@ const OptionTable TOOL_TABLE = OPTION_TABLE("tools", "One tool.", TOOL_OPTIONS);
 
 static const Option CAPSULE_OPTIONS[] = {
     {"from", OPTION_VECTOR, offsetof(Capsule, from), "m", 0.0, POSITION_LIMIT,
-     .about = "One end of the axis, in the tool's frame (of a static tool: the world)."},
+     .about = "One end of the axis, in the tool's frame (for a static tool: the world frame)."},
     {"to", OPTION_VECTOR, offsetof(Capsule, to), "m", 0.0, POSITION_LIMIT,
      .preset_text = "as `from`", .about = "The other end; equal ends make a ball."},
     {"radius", OPTION_REAL, offsetof(Capsule, radius), "m", 0.0, 10.0, .open = true,
-     .required = true, .about = "Around the axis."},
+     .required = true, .about = "Radius around the axis."},
 };
 const OptionTable CAPSULE_TABLE =
     OPTION_TABLE("tools.capsules", "A cylinder with round ends.", CAPSULE_OPTIONS);
@@ -61,7 +60,8 @@ static const Option PLANE_OPTIONS[] = {
     {"normal", OPTION_VECTOR, offsetof(Plane, normal), "", 1e-6, 1e6, .required = true,
      .about = "Towards the free side; any length."},
 };
-const OptionTable PLANE_TABLE = OPTION_TABLE("tools.plane", "A table, a wall.", PLANE_OPTIONS);
+const OptionTable PLANE_TABLE =
+    OPTION_TABLE("tools.plane", "A half space, such as a table.", PLANE_OPTIONS);
 
 static bool read_capsules(const SceneReader *reader, const config_setting_t *list,
                           ToolOptions *tool)
@@ -121,6 +121,7 @@ bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, T
             return false;
         tool->plane.normal = vec3_unit(tool->plane.normal);
     }
+    // Refuse keys that have no effect for this kind of tool.
     const char *kind = KIND_WORDS[tool->kind].word;
     bool moved = tool->kind != TOOL_STATIC;
     if (moved && tool->has_plane)
@@ -136,6 +137,7 @@ bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, T
                            "max_force means nothing for a static tool: it never yields");
     if (!read_edge(reader, group, raw.edge, tool))
         return false;
+    // Every tool but a blade needs a shape to collide with.
     if (tool->kind != TOOL_BLADE && tool->capsule_count == 0 && !tool->has_plane)
         return option_fail(source, group, "tool %d has no shape: give it capsules%s", tool->id,
                            moved ? "" : " or a plane");

@@ -1,4 +1,4 @@
-// Reads what of a body is of the voxel model only: its voxels, materials and skin.
+// Reads the keys of a body that only the voxel model has: voxels, materials and skin.
 #include "files/scene_parts.h"
 #include "files/scene_source.h"
 
@@ -19,17 +19,17 @@ static const Option MATERIAL_OPTIONS[] = {
     {"youngs_modulus", OPTION_REAL, AT(youngs_modulus), "Pa", 0.0, 1e12, .open = true,
      .preset = 1e4, .about = "Young's modulus."},
     {"poisson_ratio", OPTION_REAL, AT(poisson_ratio), "", 0.0, POISSON_MAX,
-     .about = "How far it keeps its volume; the time step shrinks with sqrt(1 - 2 nu). 0 with law "
+     .about = "Poisson's ratio; the time step is proportional to sqrt(1 - 2 nu). 0 with law "
               "`miyazaki2004`."},
     {"density", OPTION_REAL, AT(density), "kg/m3", 0.0, 1e6, .open = true, .preset = 1000.0,
-     .about = "Mass a volume."},
+     .about = "Mass per unit volume."},
     {"damping", OPTION_REAL, AT(damping), "", 0.0, 10.0, .preset = 0.2,
-     .about = "Of the elements' change of shape, over their stiffness, in units of the critical "
-              "time step: below 0.1 crushed elements may not find back."},
+     .about = "Damping of the elements' deformation over their stiffness, in units of the critical "
+              "time step: below 0.1 crushed elements may not recover."},
 };
 const OptionTable VOXEL_MATERIAL_TABLE =
     TITLED_TABLE("`bodies.material` of a voxel body", "bodies.material",
-                 "Of all cells without an entry in `materials`.", MATERIAL_OPTIONS);
+                 "Material of all cells without an entry in `materials`.", MATERIAL_OPTIONS);
 
 static const Option LABEL_OPTIONS[] = {
     {"label", OPTION_INT, AT(label), "", 1.0, 1e9, .required = true,
@@ -37,9 +37,9 @@ static const Option LABEL_OPTIONS[] = {
     {"youngs_modulus", OPTION_REAL, AT(youngs_modulus), "Pa", 0.0, 1e12, .open = true,
      .preset_text = "as in `material`", .about = "Young's modulus."},
     {"poisson_ratio", OPTION_REAL, AT(poisson_ratio), "", 0.0, POISSON_MAX,
-     .preset_text = "as in `material`", .about = "How far it keeps its volume."},
+     .preset_text = "as in `material`", .about = "Poisson's ratio."},
     {"density", OPTION_REAL, AT(density), "kg/m3", 0.0, 1e6, .open = true,
-     .preset_text = "as in `material`", .about = "Mass a volume."},
+     .preset_text = "as in `material`", .about = "Mass per unit volume."},
 };
 #undef AT
 const OptionTable LABEL_MATERIAL_TABLE =
@@ -53,17 +53,16 @@ typedef struct SkinGroup {
 
 static const Option SKIN_OPTIONS[] = {
     {"mesh", OPTION_STRING, offsetof(SkinGroup, mesh), "", .low = 1, .high = SCENE_FILE_MAX,
-     .required = true, .about = "OBJ, STL, PLY or OFF file, seen from the scene's folder."},
+     .required = true, .about = "OBJ, STL, PLY or OFF file, relative to the scene's folder."},
     {"scale", OPTION_REAL, offsetof(SkinGroup, scale), "", 0.0, 1e6, .open = true, .preset = 1.0,
-     .about = "Metres a unit of the file; 0.001 for millimetres."},
+     .about = "Metres per unit of the file; 0.001 for millimetres."},
     {"place", OPTION_GROUP, offsetof(SkinGroup, place), "", .preset_text = "as it is",
-     .about = "Where the scaled mesh stands, as the voxels' own."},
+     .about = "Position and rotation of the scaled mesh, as of the voxels."},
 };
-const OptionTable SKIN_TABLE =
-    OPTION_TABLE("bodies.skin",
-                 "A mesh that is published in the place of the cells' faces; tools still meet the "
-                 "cells.",
-                 SKIN_OPTIONS);
+const OptionTable SKIN_TABLE = OPTION_TABLE(
+    "bodies.skin",
+    "A mesh that is published instead of the cells' faces; tools still collide with the cells.",
+    SKIN_OPTIONS);
 
 // The paper's element has one stiffness: its Poisson ratio is 0.
 static bool check_poisson(const SceneReader *reader, const BodyGroup *raw,
@@ -77,7 +76,7 @@ static bool check_poisson(const SceneReader *reader, const BodyGroup *raw,
                        option_number_text(text, poisson_ratio));
 }
 
-// One entry of `materials`; `given`: by index of the label, where an entry was already.
+// Reads one entry of `materials`; `given`: by index of the label, whether it has an entry already.
 static bool read_label(const SceneReader *reader, const BodyGroup *raw,
                        const config_setting_t *group, bool *given, SceneBody *body)
 {

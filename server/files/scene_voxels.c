@@ -1,5 +1,5 @@
-// Reads the group `voxels` of a body: a label volume, a mesh to be filled or a generator, and how
-// it is placed in the world.
+// Reads the group `voxels` of a body: a label volume, a mesh to be filled or a generator, and its
+// placement in the world.
 #include "files/scene_parts.h"
 #include "files/scene_source.h"
 
@@ -10,10 +10,8 @@ typedef struct VoxelsGroup {
     const config_setting_t *label, *count, *place;
 } VoxelsGroup;
 
-static const OptionWord GENERATOR_WORDS[] = {{"box", VOXELS_BOX, NULL},
-                                             {"ball", VOXELS_BALL, NULL},
-                                             {"disc", VOXELS_DISC, NULL},
-                                             {NULL, 0, NULL}};
+static const OptionWord GENERATOR_WORDS[] = {
+    {"box", VOXELS_BOX}, {"ball", VOXELS_BALL}, {"disc", VOXELS_DISC}, {NULL, 0}};
 
 enum { CELLS_ALONG = 4096, CELLS_USUAL = 16, LABEL_MAX = 1000000000 };
 #define GENERATED_SIZE 0.003125 // [m]
@@ -21,40 +19,41 @@ enum { CELLS_ALONG = 4096, CELLS_USUAL = 16, LABEL_MAX = 1000000000 };
 #define AT(member) offsetof(VoxelsGroup, member)
 static const Option VOXELS_OPTIONS[] = {
     {"file", OPTION_STRING, AT(file), "", .low = 1, .high = SCENE_FILE_MAX, .preset_text = "none",
-     .about = "Label volume, NRRD or NIfTI, seen from the scene's folder. One of this, `mesh` and "
-              "`generator`."},
+     .about =
+         "Label volume, NRRD or NIfTI, relative to the scene's folder. One of this, `mesh` and "
+         "`generator`."},
     {"label", OPTION_INTS, AT(label), "", 1.0, LABEL_MAX, .preset_text = "1",
-     .about = "Of a `file`: the labels that belong to the body, one or a list of up to 255."},
+     .about = "With `file`: the labels that belong to the body, one or a list of up to 255."},
     {"mesh", OPTION_STRING, AT(mesh), "", .low = 1, .high = SCENE_FILE_MAX, .preset_text = "none",
-     .about = "Closed OBJ, STL, PLY or OFF mesh, seen from the scene's folder, whose inside is "
+     .about = "Closed OBJ, STL, PLY or OFF mesh, relative to the scene's folder, whose inside is "
               "filled with cells of `size`."},
     {"generator", OPTION_WORD, AT(generator), "", .words = GENERATOR_WORDS, .preset = -1,
      .preset_text = "none",
-     .about = "Formula that makes the cells, around the origin; `disc` is a plane body."},
+     .about = "Shape that is generated, around the origin; `disc` is a plane body."},
     {"count", OPTION_INTS, AT(count), "", 1.0, CELLS_ALONG, .preset_text = "16",
      .about = "`box`: cells along x, y and z; one number: the same along all. A plane box has "
               "two."},
     {"radius", OPTION_REAL, AT(radius), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.05,
-     .about = "`ball`, `disc`: cells whose centre lies within it belong to the body."},
+     .about = "`ball`, `disc`: cells whose centres lie within it belong to the body."},
     {"size", OPTION_REAL, AT(size), "m", 0.0, SIZE_LIMIT, .open = true,
      .preset_text = "generators 0.003125, `file` the volume's spacing, `mesh` none",
-     .about = "Edge of a cell. Of generators before `scale`, else in the world."},
+     .about = "Edge length of a cell; for generators before `scale`, otherwise in the world."},
     {"scale", OPTION_REAL, AT(scale), "", 0.0, 1e6, .open = true, .preset = 1.0,
-     .about = "Metres a unit of the mesh file; 0.001 for millimetres. A volume knows its own units "
-              "and is enlarged, as a generator's cells are."},
+     .about = "Metres per unit of the mesh file; 0.001 for millimetres. A volume states its own "
+              "units and is enlarged by this factor, as a generator's cells are."},
     {"place", OPTION_GROUP, AT(place), "", .preset_text = "as it is",
-     .about = "Where the scaled cells stand."},
+     .about = "Position and rotation of the scaled cells."},
     {"dimensions", OPTION_INT, AT(dimensions), "", 2.0, 3.0, .preset_text = "the body's",
-     .about = "As that of the body, which may be written here."},
+     .about = "The body's `dimensions`, which may be written here instead."},
 };
 #undef AT
 const OptionTable VOXELS_TABLE =
-    OPTION_TABLE("bodies.voxels", "The cells that a voxel body is made from.", VOXELS_OPTIONS);
+    OPTION_TABLE("bodies.voxels", "The cells of a voxel body.", VOXELS_OPTIONS);
 
 #define FROM(kind) (1u << (kind))
 static const struct {
     const char *key;
-    unsigned sources; // that know the key
+    unsigned sources; // bit set of the sources that use the key
 } MEANT_FOR[] = {
     {"label", FROM(VOXELS_FILE)},
     {"count", FROM(VOXELS_BOX)},
@@ -69,7 +68,7 @@ static const char *source_name(VoxelSourceKind kind)
     return kind == VOXELS_MESH ? "a mesh" : "a file";
 }
 
-// A key that the chosen source would ignore is a mistake.
+// Refuses a key that the chosen source would ignore.
 static bool check_meant(const SceneReader *reader, const config_setting_t *group,
                         VoxelSourceKind kind)
 {
@@ -165,7 +164,7 @@ static bool choose_dimensions(const SceneReader *reader, const config_setting_t 
     return true;
 }
 
-// A plane body stays in z = 0.
+// Checks that a plane body stays in z = 0.
 static bool check_place(const SceneReader *reader, const config_setting_t *place,
                         const VoxelSource *voxels)
 {

@@ -1,5 +1,4 @@
-// STL, ASCII and binary. Normals are passed over: the order of corners says which side is out. Load
-// time only.
+// STL, ASCII and binary. Ignores normals: the order of corners defines the outside. Load time only.
 #include "files/stl.h"
 
 #include <stdint.h>
@@ -7,7 +6,7 @@
 
 enum { HEADER_SIZE = 84, RECORD_SIZE = 50 };
 
-// The next word must be `name`; `line` is where it stands.
+// Requires the next word to be `name`; sets `line` to its line.
 static bool expect_word(Text *text, const char *name, int *line, Status *status)
 {
     Word word = text_word_anywhere(text);
@@ -40,7 +39,7 @@ static bool read_vertex(Text *text, MeshDraft *draft, Status *status)
     return true;
 }
 
-// What follows 'facet'.
+// Reads a facet after the word 'facet'.
 static bool read_facet(Text *text, MeshDraft *draft, Status *status)
 {
     int line = text->line, unused;
@@ -62,7 +61,15 @@ static bool read_facet(Text *text, MeshDraft *draft, Status *status)
     return true;
 }
 
-// Any number of solids, each 'solid name', facets, 'endsolid name'.
+// True for 'endsolid', or as some writers have it, 'end solid'.
+static bool ends_solid(Text *text, Word word)
+{
+    if (!word_is(word, "end"))
+        return word_is(word, "endsolid");
+    return word_is(text_word(text), "solid");
+}
+
+// Reads any number of solids, each 'solid name', facets, 'endsolid name'.
 static bool read_solids(Text *text, MeshDraft *draft, Status *status)
 {
     int line;
@@ -72,9 +79,9 @@ static bool read_solids(Text *text, MeshDraft *draft, Status *status)
         if (inside && word_is(word, "facet")) {
             if (!read_facet(text, draft, status))
                 return false;
-        } else if (word_is(word, inside ? "endsolid" : "solid")) {
+        } else if (inside ? ends_solid(text, word) : word_is(word, "solid")) {
             inside = !inside;
-            text_next_line(text); // a name may be anything
+            text_next_line(text); // a name may be any text
         } else {
             return status_fail(status, STATUS_INVALID, "%s:%d: '%s' where '%s' is expected",
                                text->path, word.line, word_show(word).text,
@@ -117,7 +124,7 @@ bool stl_read_binary(const FileBytes *file, MeshDraft *draft, Status *status)
     if (count == 0)
         return status_fail(status, STATUS_INVALID, "%s: no triangles", file->path);
     for (size_t t = 0; t < count; t++) {
-        // A record is a normal, three corners of three floats, and two bytes of attributes.
+        // A record has a normal, three corners of three floats each, and two bytes of attributes.
         const char *record = file->bytes + stl_binary_size(t);
         for (int c = 1; c <= 3; c++) {
             float x[3];

@@ -15,7 +15,7 @@ Text text_start(const FileBytes *file)
         .path = file->path, .at = file->bytes, .end = file->bytes + file->size, .line = 1};
 }
 
-// The length of a backslash and the line end that it hides, or 0.
+// Returns the length of a backslash and the line end that it hides, or 0.
 static int continuation(const Text *text)
 {
     if (text->at[0] != '\\')
@@ -71,7 +71,7 @@ bool word_is(Word word, const char *name)
 
 bool word_number(Word word, double *value)
 {
-    // strtod stops at the blank, line end or final 0 behind every word.
+    // strtod stops at the blank, line end or final 0 after every word.
     char *end;
     if (word.size == 0)
         return false;

@@ -1,4 +1,4 @@
-// Voxels of every width and encoding to integer labels. Load time only; never writes.
+// Converts voxels of every type and encoding to integer labels. Load time only; never writes.
 #include "files/volume_data.h"
 
 #include "base/check.h"
@@ -17,7 +17,7 @@
 
 enum {
     CHUNK = 1 << 15,      // voxels read at once
-    DEFLATE_RATIO = 1032, // deflate packs no better
+    DEFLATE_RATIO = 1032, // deflate compresses no better
     LONGEST_NUMBER = 63,  // characters of a number in text
 };
 
@@ -27,7 +27,7 @@ bool volume_file_open(const char *path, VolumeFile *file, Status *status)
 {
     struct stat about;
     unsigned char magic[2] = {0};
-    // O_NONBLOCK: opening a pipe that nobody writes to must not wait.
+    // O_NONBLOCK: opening a pipe without a writer must not block.
     *file = (VolumeFile){.descriptor = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
     if (file->descriptor < 0 || fstat(file->descriptor, &about) != 0)
         return status_fail(status, STATUS_INVALID, "%s: %s", path, strerror(errno));
@@ -64,7 +64,7 @@ typedef struct Source {
 static bool source_open(Source *source, const VolumeFile *file, long long offset, bool packed)
 {
     *source = (Source){0};
-    // A descriptor of its own, for both ways of reading close it.
+    // Duplicate the descriptor, because both ways of reading close it.
     int own = dup(file->descriptor);
     if (own < 0)
         return false;
@@ -89,7 +89,7 @@ static void source_close(Source *source)
         fclose(source->plain);
 }
 
-// Up to `size` bytes; less at the end of the file or where it is damaged.
+// Reads up to `size` bytes; fewer at the end of the file or where it is damaged.
 static size_t source_read(Source *source, void *bytes, size_t size)
 {
     if (source->packed == NULL)
@@ -98,14 +98,14 @@ static size_t source_read(Source *source, void *bytes, size_t size)
     return got > 0 ? (size_t)got : 0;
 }
 
-// What is wrong with the packed bytes behind the last that was read; NULL: nothing.
+// Returns the fault of the packed data after the last byte read; NULL: none.
 static const char *source_fault(Source *source)
 {
     int code = Z_OK;
     unsigned char more;
     if (source->packed == NULL)
         return NULL;
-    // At the end of the stream its checksum is compared when one byte more is asked for.
+    // The checksum at the end of the stream is checked when one more byte is read.
     int got = gzread(source->packed, &more, 1);
     gzerror(source->packed, &code);
     if (code == Z_BUF_ERROR)
@@ -123,7 +123,7 @@ int volume_file_head(const VolumeFile *file, void *bytes, int size)
     return got;
 }
 
-// Pairs of hexadecimal digits, blanks between them: reads `size` bytes.
+// Reads `size` bytes of hexadecimal digit pairs, separated by blanks.
 static size_t read_hex(Source *source, unsigned char *bytes, size_t size)
 {
     size_t digits = 0;
@@ -142,7 +142,7 @@ static size_t read_hex(Source *source, unsigned char *bytes, size_t size)
     return digits / 2;
 }
 
-// The next number of a text, or false: none is there, or something else is.
+// Reads the next number of a text; returns false if there is none.
 static bool read_number(Source *source, double *number, char word[LONGEST_NUMBER + 1])
 {
     static const char *const blanks = " \t\r\n\v\f,";
@@ -184,7 +184,7 @@ static void swap_values(unsigned char *bytes, size_t count, size_t size)
     }                                                                                              \
     break
 
-// Whole numbers beyond 2^53 lose digits, but they are no labels anyway.
+// Integers beyond 2^53 lose digits, but labels are smaller anyway.
 static void convert(const unsigned char *bytes, size_t count, VoxelType type, double *value)
 {
     switch (type) {
@@ -211,8 +211,8 @@ static void convert(const unsigned char *bytes, size_t count, VoxelType type, do
     }
 }
 
-// Labels are whole numbers that count in an int. Scaled values are so up to the rounding of their
-// factors, which are single precision.
+// Converts values to labels, which are integers that fit an int. Scaled values are integers up to
+// the rounding of their factors, which are single precision.
 static bool to_labels(const VolumeData *data, const double *value, size_t count, long first,
                       LabelVolume *volume, Status *status)
 {
@@ -238,9 +238,9 @@ static bool to_labels(const VolumeData *data, const double *value, size_t count,
     return true;
 }
 
-// --- all of it ---
+// --- a whole volume ---
 
-// Refuses by arithmetic what the file cannot hold, before memory is asked for it.
+// Refuses by arithmetic what the file cannot hold, before memory is allocated.
 static bool check_size(const VolumeData *data, double voxels, Status *status)
 {
     const VolumeFile *file = &data->file;
@@ -249,7 +249,7 @@ static bool check_size(const VolumeData *data, double voxels, Status *status)
         return status_fail(status, STATUS_INVALID,
                            "%s: %.0f voxels take %.0f bytes, the file has %.0f for them",
                            file->path, voxels, bytes, fmax(have, 0.0));
-    double least = 0.0; // bytes that it takes in the encoding
+    double least = 0.0; // bytes that they occupy in the encoding
     if (data->encoding == ENCODING_GZIP)
         least = (bytes + (double)data->skip) / DEFLATE_RATIO;
     else if (data->encoding == ENCODING_TEXT)

@@ -1,10 +1,9 @@
-// Where the voxels of a volume lie in a file and how they are written; read by one function for all
+// Location and encoding of a volume's voxels in a file, and one function that reads them for all
 // formats. Private to files/.
-//
-// Teem and niftilib have readers of their own, which are not for files of unknown origin: that of
-// ASCII numbers writes words of any length into a buffer of fixed size, that of gzip keeps its
-// memory when the stream is damaged, both allocate what a header asks for. So the libraries say
-// what a header means, and this reads the voxels.
+// The readers of Teem and niftilib are unsafe for files of unknown origin: that of ASCII numbers
+// writes words of any length into a buffer of fixed size, that of gzip leaks its memory if the
+// stream is damaged, and both allocate what a header claims. So the libraries interpret the header,
+// and this module reads the voxels.
 #ifndef PLIANT_FILES_VOLUME_DATA_H
 #define PLIANT_FILES_VOLUME_DATA_H
 
@@ -41,26 +40,27 @@ typedef enum VoxelEncoding {
 typedef struct VolumeData {
     VolumeFile file;
     long long offset; // of the first byte in the file
-    long long skip;   // bytes to leave out behind it, when unpacked
+    long long skip;   // bytes to skip after it, when unpacked
     VoxelEncoding encoding;
     VoxelType type;
-    bool swapped;        // bytes in the order that is not this machine's
+    bool swapped;        // byte order differs from this machine's
     double slope, inter; // label = slope value + inter; slope 0: label = value
 } VolumeData;
 
-// False with a status that names the file; volume_file_close in any case.
+// Opens a file. Returns false with a status that names it; call volume_file_close in any case.
 bool volume_file_open(const char *path, VolumeFile *file, Status *status);
 void volume_file_close(VolumeFile *file);
-// The first bytes, unpacked: up to `size`, returns how many.
+// Reads up to `size` first bytes, unpacked; returns how many.
 int volume_file_head(const VolumeFile *file, void *bytes, int size);
 
 int voxel_type_size(VoxelType type); // [bytes]
 
-// Reads volume->count labels into volume->label, which it allocates when the file can hold them.
+// Reads volume->count labels into volume->label, which it allocates after checking that the file
+// can hold them.
 bool volume_data_read(const VolumeData *data, LabelVolume *volume, Status *status);
 
-// The headers of the two formats: fill everything of `volume` but the labels, and `data`, whose
-// file is `file` or takes its place (a header's own file of voxels).
+// Read the headers of the two formats: set everything of `volume` but the labels, and `data`, whose
+// file is `file` or, for a detached header, the file of voxels that replaces it.
 bool volume_read_nrrd(const VolumeFile *file, LabelVolume *volume, VolumeData *data,
                       Status *status);
 bool volume_is_nifti(const unsigned char *head, int size);

@@ -1,6 +1,6 @@
-// Tells the format of a volume file by its content and checks what its header says before any voxel
-// is read. Load time only; follows no other file than the one for voxels that a header names beside
-// itself.
+// Recognises the format of a volume file by its content and checks its header before any voxel is
+// read. Load time only; opens no other file than the one for voxels that a header names in its own
+// folder.
 #include "files/volume_import.h"
 
 #include "files/volume_data.h"
@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-// Beyond these spacings [m] something else than a length was read; scenes are limited far within.
+// Spacings [m] outside of these are no lengths; the limits of scenes are far within.
 static const double LEAST_SPACING = 1e-12, MOST_SPACING = 1e12;
-// Axes that stand at right angles but for this cosine are taken for such.
+// Axes whose angle has a smaller cosine count as perpendicular.
 static const double MOST_SHEAR = 1e-3;
 
 void volume_destroy(LabelVolume *volume)
@@ -67,8 +67,8 @@ static bool read_header(const VolumeFile *file, LabelVolume *volume, VolumeData 
                        file->path);
 }
 
-// Both files and everything of the volume but its labels. data->file is empty when the voxels are
-// in `file`.
+// Opens both files and reads everything of the volume but its labels. data->file is empty if the
+// voxels are in `file`.
 static bool open_volume(const char *path, VolumeFile *file, LabelVolume *volume, VolumeData *data,
                         Status *status)
 {
@@ -96,6 +96,17 @@ bool volume_import(const char *path, LabelVolume *volume, Status *status)
     if (!ok)
         volume_destroy(volume);
     return ok;
+}
+
+bool volume_is_one(const char *path)
+{
+    VolumeFile file;
+    Status ignored = {0};
+    unsigned char head[352] = {0};
+    int size =
+        volume_file_open(path, &file, &ignored) ? volume_file_head(&file, head, sizeof head) : 0;
+    volume_file_close(&file);
+    return volume_is_nifti(head, size) || (size >= 4 && memcmp(head, "NRRD", 4) == 0);
 }
 
 bool volume_find_data(const char *path, char **found, Status *status)

@@ -1,4 +1,4 @@
-// Chooses the voxels of a body and lays cells over them. Load time only.
+// Chooses the voxels of a body and covers them with cells. Load time only.
 #include "files/volume_lattice.h"
 
 #include "base/check.h"
@@ -7,11 +7,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-static const double CUBE = 1e-3; // spacings that differ by less make cubes
+static const double CUBE = 1e-3; // spacings with a smaller difference make cubes
 enum { LABELS_SHOWN = 12 };
 
-// The part of a volume that is asked for. Axis a of the frame is that of the volume, or its
-// opposite.
+// The selected part of a volume. Axis a of the frame is that of the volume, or its opposite.
 typedef struct Part {
     const LabelVolume *volume;
     const int *label;
@@ -21,7 +20,7 @@ typedef struct Part {
     Vec3 unit[3];        // right-handed
     bool reversed[3];
     double size; // of the cells [m]
-    bool copied; // a cell is a voxel
+    bool copied; // one voxel per cell
     int count[3];
 } Part;
 
@@ -51,8 +50,8 @@ static bool check_list(const Part *part, Status *status)
     return true;
 }
 
-// The smallest labels of a volume but 0, ascending; returns how many there are, LABELS_SHOWN + 1
-// when more.
+// Lists the smallest labels of a volume but 0, ascending; returns how many there are, LABELS_SHOWN
+// + 1 if more.
 static int list_labels(const LabelVolume *volume, int found[LABELS_SHOWN + 1])
 {
     long voxels = (long)volume->count[0] * volume->count[1] * volume->count[2];
@@ -126,8 +125,9 @@ static double component(Vec3 v, int a)
     return a == 0 ? v.x : a == 1 ? v.y : v.z;
 }
 
-// Of a mirrored volume the axis is turned round that points most against the axis of the world with
-// its number, so that a volume whose axes are those of the world but for signs is not turned.
+// Finds the frame. For a mirrored volume it reverses the axis that points most against the world
+// axis of the same number, so that a volume whose axes are the world's but for signs is not
+// rotated.
 static void find_frame(Part *part)
 {
     Vec3 *unit = part->unit;
@@ -143,12 +143,12 @@ static void find_frame(Part *part)
         part->reversed[least] = true;
         unit[least] = vec3_scale(-1.0, unit[least]);
     }
-    // Exactly at right angles, the first as it is.
+    // Make the axes exactly perpendicular; the first stays.
     unit[1] = vec3_unit(vec3_madd(unit[1], -vec3_dot(unit[0], unit[1]), unit[0]));
     unit[2] = vec3_cross(unit[0], unit[1]);
 }
 
-// The rotation that takes x, y, z to three axes (Shepperd 1978: by the largest component).
+// Returns the rotation that takes x, y, z to three axes (Shepperd 1978: by the largest component).
 static Quat quat_from_axes(const Vec3 u[3])
 {
     double xx = u[0].x, yy = u[1].y, zz = u[2].z, trace = xx + yy + zz;
@@ -161,13 +161,13 @@ static Quat quat_from_axes(const Vec3 u[3])
         q = (Quat){u[2].x - u[0].z, u[1].x + u[0].y, 1.0 - xx + yy - zz, u[2].y + u[1].z};
     else
         q = (Quat){u[0].y - u[1].x, u[2].x + u[0].z, u[2].y + u[1].z, 1.0 - xx - yy + zz};
-    // Adding zero turns -0 into 0, so that no turn has one look.
+    // Adding zero turns -0 into 0, so that the identity has one representation.
     return quat_unit((Quat){q.w + 0.0, q.x + 0.0, q.y + 0.0, q.z + 0.0});
 }
 
 // --- the cells ---
 
-// Too many: the size that would do, with two digits and a little more.
+// Fails because there are too many cells; suggests a size that fits, with two digits and a margin.
 static bool fail_cells(double size, double cells, int most, const char *what, Status *status)
 {
     double enough = 1.02 * size * cbrt(cells / most);
@@ -187,7 +187,7 @@ static bool find_cells(Part *part, double size, Status *status)
     for (int a = 0; a < 3; a++) {
         int voxels = part->high[a] - part->low[a];
         extent = fmax(extent, voxels * s[a]);
-        // What exceeds a whole number of cells by less than 1e-6 of one is rounding.
+        // An excess below 1e-6 of a cell over a whole number of cells is rounding.
         along[a] = part->copied ? voxels : fmax(ceil(voxels * s[a] / part->size - 1e-6), 1.0);
         cells *= along[a];
     }
@@ -203,7 +203,8 @@ static bool find_cells(Part *part, double size, Status *status)
     return true;
 }
 
-// The voxel that each layer of cells along an axis lies in, -1 outside the box. The middles of the
+// Finds the voxel of each layer of cells along an axis, -1 outside the box. Lattice and box share
+// their middles. Centres on the border of two voxels take the upper one.
 // lattice and of the box are the same. Centres on the border of two voxels take the upper one.
 static int *find_layers(const Part *part, int a)
 {

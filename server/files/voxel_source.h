@@ -1,4 +1,4 @@
-// Where the cells of a voxel body come from, as a scene says it.
+// The source of a voxel body's cells, as in a scene.
 #ifndef PLIANT_FILES_VOXEL_SOURCE_H
 #define PLIANT_FILES_VOXEL_SOURCE_H
 
@@ -18,13 +18,13 @@ typedef struct VoxelSource {
     char *file;                   // of a volume or a mesh, resolved; owned by the scene
     int label_count;              // of a volume: at least one
     int label[LATTICE_MATERIALS]; // material m is the m-th
-    double size;                  // edge of a cell [m] after scale, but that of a generator, which
-                                  // is scaled too; 0 (volumes only): the smallest spacing
-    int count[3];                 // box: cells
-    double radius;                // ball, disc [m]
-    double scale;                 // file coordinates to metres; of a volume on top of its units
-    Vec3 rotation;                // rotation vector [rad], applied after scale
-    Vec3 translation;             // [m], applied last
+    double size;   // edge of a cell [m] after scale, except of a generator, which is scaled too; 0
+                   // (volumes only): the smallest spacing
+    int count[3];  // box: cells
+    double radius; // ball, disc [m]
+    double scale;  // file coordinates to metres; for a volume a factor on its units
+    Vec3 rotation; // rotation vector [rad], applied after scale
+    Vec3 translation; // [m], applied last
 } VoxelSource;
 
 #endif

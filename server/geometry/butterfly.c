@@ -16,7 +16,7 @@ static bool is_regular(const WingedMesh *winged, int node)
     return winged_valence(winged, node) == 6 || winged_is_boundary_node(winged, node);
 }
 
-// The node of a face that is neither u nor v.
+// Returns the node of a face that is neither u nor v.
 static int third_node(const int face[3], int u, int v)
 {
     for (int k = 0; k < 2; k++)
@@ -27,16 +27,18 @@ static int third_node(const int face[3], int u, int v)
 
 // --- boundary edges ---
 
-// The node before `node` when the boundary is walked towards `edge`.
+// Returns the boundary edge's neighbour: the node before `node` when the boundary is walked towards
+// `edge`.
 static int along_boundary(const WingedMesh *winged, int node, int edge)
 {
-    // The turn round a border node starts and ends at its two border edges.
+    // The edges round a border node start and end with its two border edges.
     int first = winged->node_edge[winged->node_edge_start[node]];
     int last = winged->node_edge[winged->node_edge_start[node + 1] - 1];
     return winged_other(winged, first == edge ? last : first, node);
 }
 
-// The point beyond a, seen from b: the next one of the boundary, or at a corner the reflection.
+// Returns the point beyond a, seen from b: the next one of the boundary, or at a corner the
+// reflection.
 static Vec3 beyond(const Stencil *s, int a, int b, int edge)
 {
     Vec3 at = s->position[a], before = s->position[along_boundary(s->winged, a, edge)];
@@ -56,7 +58,7 @@ static Vec3 boundary_point(const Stencil *s, int edge)
 
 // --- regular edges ---
 
-// The wing of the face across its edge (u, v), whose third node is w.
+// Returns the wing of the face across its edge (u, v), whose third node is w.
 static Vec3 wing(const Stencil *s, int face, int u, int v, int w)
 {
     for (int k = 0; k < 3; k++) {
@@ -83,8 +85,8 @@ static Vec3 regular_point(const Stencil *s, int edge)
 
 // --- extraordinary nodes ---
 
-// Neighbour i of a node, as seen from it; the sums of weights are 1/4, so that
-// 3/4 v + sum s_j p_j = v + sum s_j (p_j - v).
+// Returns neighbour i of a node relative to it; as the weights sum to 1/4, 3/4 v + sum s_j p_j = v
+// + sum s_j (p_j - v).
 static Vec3 spoke(const Stencil *s, int node, int i)
 {
     const WingedMesh *winged = s->winged;
@@ -111,13 +113,13 @@ static Vec3 small_offset(const Stencil *s, int node, int valence, int i)
     return sum;
 }
 
-// Sums over the spokes that all their stencils share: by the addition theorem
-// cos(2 pi (j - i)/K) = cos_i cos_j + sin_i sin_j, so that a node takes O(K), not O(K^2).
+// Sums over the spokes that all stencils of a node share. With cos(2 pi (j - i)/K) = cos_i cos_j +
+// sin_i sin_j a node takes O(K), not O(K^2).
 typedef struct Moments {
     Vec3 sum, cos1, sin1, cos2, sin2;
 } Moments;
 
-// Cosine and sine of turn i of K.
+// Cosine and sine of 2 pi i / K.
 static void turn(int i, int valence, double *c, double *s)
 {
     double angle = 2.0 * PI * i / valence;

@@ -1,19 +1,18 @@
-// Closest points, written for contact: pure double arithmetic, no allocation, fit for the step
-// thread.
+// Closest points for contact: pure double arithmetic, no allocation, safe on the step thread.
 //
 // Point against triangle and segment against segment are one problem: the point of a + u d + v e
-// that is nearest to p, with (u, v) in a triangle or a square. The plane's point comes from
-// Gram-Schmidt (v from the part of e across d, then u from what is left) and not from the normal
-// equations: their determinant cancels for slivers and nearly parallel segments, and the error
-// would be first order along the long side. When the plane's point is outside, the nearest one is
-// on a side that separates it from the inside, so only sides whose bound is broken are tried.
+// that is nearest to p, with (u, v) in a triangle or a square. The nearest point of the plane comes
+// from Gram-Schmidt (v from the part of e across d, then u from the remainder) and not from the
+// normal equations: their determinant cancels for slivers and nearly parallel segments, with a
+// first-order error along the long side. If that point is outside, the nearest one is on a side
+// that separates it from the inside, so that only sides whose bound is violated are tried.
 #include "geometry/distance.h"
 
-// Directions whose part across is below this fraction (squared) count as parallel. What is
-// neglected is then smaller than the rounding of the coordinates.
+// Directions whose part across is below this fraction (squared) count as parallel. The error is
+// then smaller than the rounding of the coordinates.
 static const double PARALLEL = 1e-30;
 
-// Parameter in [0, 1] of the point of a + t d nearest to p; 0 when d vanishes.
+// Returns the parameter in [0, 1] of the point of a + t d nearest to p; 0 if d vanishes.
 static double nearest_along(Vec3 p, Vec3 a, Vec3 d)
 {
     double dd = vec3_dot(d, d);
@@ -23,7 +22,7 @@ static double nearest_along(Vec3 p, Vec3 a, Vec3 d)
     return t > 0.0 ? (t < 1.0 ? t : 1.0) : 0.0;
 }
 
-// The minimum of |r - u d - v e| over all u, v; false when d and e do not span a plane.
+// Finds the minimum of |r - u d - v e| over all u, v; false if d and e do not span a plane.
 static bool nearest_in_plane(Vec3 r, Vec3 d, Vec3 e, double *u, double *v)
 {
     double dd = vec3_dot(d, d);
@@ -50,6 +49,7 @@ void distance_point_triangle(Vec3 p, const Vec3 x[3], ClosestPair *pair)
     }
     pair->along = 0.0;
     pair->on_segment = p;
+    // Nearest in the plane and inside: done.
     if (weight[0] >= 0.0 && weight[1] >= 0.0 && weight[2] >= 0.0) {
         for (int k = 0; k < 3; k++)
             pair->weight[k] = weight[k];
@@ -57,6 +57,7 @@ void distance_point_triangle(Vec3 p, const Vec3 x[3], ClosestPair *pair)
         pair->distance = vec3_length(vec3_sub(p, pair->on_triangle));
         return;
     }
+    // Otherwise the best of corner 0 and the sides that the point is beyond.
     pair->on_triangle = x[0];
     pair->weight[0] = 1.0;
     pair->weight[1] = pair->weight[2] = 0.0;
@@ -114,7 +115,7 @@ void distance_segment_segment(Vec3 p, Vec3 q, Vec3 a, Vec3 b, double *s, double 
         try_pair(r, d, e, nearest_along(b, p, d), 1.0, &best, s, t);
 }
 
-// A point of the segment p + along d: exact at both ends.
+// Returns the point p + along d, exact at both ends.
 static Vec3 point_along(Vec3 p, Vec3 q, double along)
 {
     return along == 1.0 ? q : vec3_madd(p, along, vec3_sub(q, p));
@@ -142,6 +143,7 @@ void distance_segment_triangle_pairs(Vec3 p, Vec3 q, const Vec3 x[3],
 
 bool distance_segment_crosses(Vec3 p, Vec3 q, const Vec3 x[3], double *along, double weight[3])
 {
+    // Both ends on the same side of the plane: no crossing.
     Vec3 normal = vec3_cross(vec3_sub(x[1], x[0]), vec3_sub(x[2], x[0]));
     double above = vec3_dot(normal, vec3_sub(p, x[0]));
     double below = vec3_dot(normal, vec3_sub(q, x[0]));
@@ -149,7 +151,7 @@ bool distance_segment_crosses(Vec3 p, Vec3 q, const Vec3 x[3], double *along, do
         return false;
 
     // Volumes spanned by the segment and each side. Swapping a side's ends flips the sign exactly,
-    // so that a segment cannot slip through between two triangles that share the side.
+    // so that a segment cannot slip between two triangles that share the side.
     Vec3 d = vec3_sub(q, p);
     Vec3 r[3] = {vec3_sub(x[0], p), vec3_sub(x[1], p), vec3_sub(x[2], p)};
     double volume[3], sum = 0.0;

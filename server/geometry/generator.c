@@ -1,4 +1,4 @@
-// Spheres and the sheet. The organ has a file of its own, generator_stomach.c. Load time only.
+// Spheres and sheets; generator_stomach.c makes the organ. Load time only.
 #include "geometry/generator.h"
 
 #include "base/check.h"
@@ -21,7 +21,7 @@ static bool check_count(const char *name, int value, int low, int high, Status *
 
 static bool check_length(const char *name, double value, Status *status)
 {
-    // Squares and cubes of lengths stay far from the ends of double's range.
+    // Keeps squares and cubes of lengths far from the limits of double.
     if (value >= 1e-30 && value <= 1e30)
         return true;
     return status_fail(status, STATUS_INVALID, "%s %g outside [1e-30, 1e+30] m", name, value);
@@ -32,8 +32,8 @@ static Vec3 to_unit_sphere(Vec3 x)
     return vec3_unit(x);
 }
 
-// Unit directions to lengths; dividing by the length again keeps every node at `radius` to the last
-// bits whatever rounding the direction carries.
+// Scales unit directions to `radius`. Dividing by the length again puts every node on the sphere to
+// the last bits, whatever rounding error the direction carries.
 static void inflate(TriMesh *mesh, double radius)
 {
     for (int i = 0; i < mesh->node_count; i++)
@@ -45,7 +45,7 @@ bool generate_sphere(TriMesh *mesh, int nodes, double radius, Status *status)
     if (!check_count("nodes", nodes, 4, 20000, status) || !check_length("radius", radius, status))
         return false;
     mesh_create(mesh, nodes, 2 * nodes - 4);
-    // A spiral of golden-angle steps, equal steps in z: already even but at the poles.
+    // A spiral of golden-angle steps with equal steps in z: even everywhere but at the poles.
     double golden_angle = PI * (3.0 - sqrt(5.0));
     for (int i = 0; i < nodes; i++) {
         double z = 1.0 - (2.0 * i + 1.0) / nodes, rho = sqrt(1.0 - z * z);
@@ -97,7 +97,7 @@ bool generate_uv_sphere(TriMesh *mesh, int rings, int segments, double radius, S
 
 static void make_icosahedron(TriMesh *mesh)
 {
-    // Corners of three golden rectangles.
+    // The corners of three golden rectangles.
     const double g = 0.5 * (1.0 + sqrt(5.0));
     const Vec3 corner[12] = {{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0},
                              {0, -1, g}, {0, 1, g}, {0, -1, -g}, {0, 1, -g},
@@ -122,6 +122,7 @@ static void split_in_four(TriMesh *mesh)
     memcpy(fine.position, mesh->position, (size_t)mesh->node_count * sizeof *fine.position);
     int *middle = malloc((size_t)half.count * sizeof *middle); // node in the middle of a half-edge
     ASSERT(middle != NULL);
+    // One new node per edge: both half-edges share it.
     for (int i = 0, node = mesh->node_count; i < half.count; i += 2, node++) {
         int h = half.order[i];
         middle[h] = middle[half.twin[h]] = node;

@@ -1,6 +1,6 @@
 // A stomach: the surface swept by a ball whose radius shrinks from the fundus to the pylorus while
-// its centre follows a J in the x-z plane. Such a surface is smooth, round at both ends, and its
-// signed distance is simple: the least of |x - c(u)| - r(u). Load time only.
+// its centre follows a J in the x-z plane. Such a surface is smooth and round at both ends, and its
+// signed distance is simple: the minimum over u of |x - c(u)| - r(u). Load time only.
 #include "geometry/generator.h"
 
 #include "base/check.h"
@@ -12,8 +12,8 @@
 
 static const double PI = 3.14159265358979323846;
 
-// Control points of the centre's cubic curve, from fundus to pylorus, in lengths of the organ, and
-// the Bernstein coefficients of the ball's radius. The curve's radius of curvature is everywhere
+// Control points of the cubic centre curve, from fundus to pylorus, in lengths of the organ, and
+// Bernstein coefficients of the ball's radius. The radius of curvature of the curve is everywhere
 // more than 1.5 times the ball's, so that the inner side does not fold.
 static const Vec3 CENTER[4] = {
     {0.0, 0.0, 0.45}, {-0.15, 0.0, -0.05}, {0.05, 0.0, -0.60}, {0.60, 0.0, -0.10}};
@@ -29,7 +29,7 @@ static Vec3 center_at(double u)
     return c;
 }
 
-// dc/du
+// dc/du.
 static Vec3 center_slope(double u)
 {
     double v = 1.0 - u;
@@ -51,10 +51,12 @@ static double radius_slope(double u)
     return 2.0 * ((1.0 - u) * (RADIUS[1] - RADIUS[0]) + u * (RADIUS[2] - RADIUS[1]));
 }
 
-// The surface point nearest to x: from the centre of the ball whose surface is nearest, through x.
+// Returns the surface point nearest to x: from the centre of the ball whose surface is nearest,
+// through x.
 static Vec3 to_stomach(Vec3 x)
 {
     enum { SAMPLES = 24, HALVINGS = 30 };
+    // Bracket the minimum by sampling.
     double best = HUGE_VAL, u = 0.0;
     for (int i = 0; i <= SAMPLES; i++) {
         double at = (double)i / SAMPLES;
@@ -64,7 +66,7 @@ static Vec3 to_stomach(Vec3 x)
             u = at;
         }
     }
-    // Between the neighbouring samples the distance has one minimum: halve on the sign of its
+    // Between the neighbouring samples the distance has one minimum: bisect on the sign of its
     // slope.
     double low = fmax(0.0, u - 1.0 / SAMPLES), high = fmin(1.0, u + 1.0 / SAMPLES);
     for (int i = 0; i < HALVINGS; i++) {
@@ -79,9 +81,9 @@ static Vec3 to_stomach(Vec3 x)
     return vec3_madd(center, radius_at(u), vec3_unit(vec3_sub(x, center)));
 }
 
-// A circle on the surface, by a parameter w in [0, 3]: the round end of the fundus in [0, 1], the
-// tube in [1, 2], the round end of the pylorus in [2, 3]. `angle` is that of the surface normal
-// with the curve's backward direction: on the tube its cosine is r' / |c'|, where the swept balls
+// Finds a circle on the surface by a parameter w in [0, 3]: the round end of the fundus in [0, 1],
+// the tube in [1, 2], the round end of the pylorus in [2, 3]. `angle` is between the surface normal
+// and the curve's backward direction; on the tube its cosine is r' / |c'|, where neighbouring balls
 // touch.
 static void circle_at(double w, double *u, double *angle)
 {
@@ -105,7 +107,8 @@ static Vec3 place(double w, double longitude)
     return vec3_madd(center_at(u), radius_at(u), direction);
 }
 
-// Area of the straightened organ from the fundus' tip to each of `steps` + 1 circles.
+// Accumulates the area of the straightened organ from the fundus' tip to each of `steps` + 1
+// circles.
 static void accumulate_area(double *area, int steps)
 {
     double way = 0.0, last_u = 0.0, last_axis = 0.0, last_rho = 0.0;
@@ -123,7 +126,7 @@ static void accumulate_area(double *area, int steps)
     }
 }
 
-// Circles of nodes with equal area of the organ between them.
+// Places circles of nodes with equal areas of the organ between them.
 static void spread_circles(double *w, int count)
 {
     enum { STEPS = 3000 };
@@ -139,9 +142,9 @@ static void spread_circles(double *w, int count)
     }
 }
 
-// Nodes along a spiral of golden-angle steps with equal area between them: even on any surface of
-// revolution, and still nearly so after bending. The triangles start as the hull of a sphere; while
-// the sphere is drawn out to the organ's proportions in small stages, edges turn to stay well
+// Places nodes along a spiral of golden-angle steps with equal area between them: even on any
+// surface of revolution, and still nearly so after bending. The triangles start as the hull of a
+// sphere; while it is stretched to the organ's proportions in small stages, edges turn to stay well
 // shaped.
 static void make_spiral(TriMesh *mesh)
 {
@@ -161,6 +164,7 @@ static void make_spiral(TriMesh *mesh)
         }
         relax_mesh(mesh, NULL, 0);
     }
+    // Only the positions change now: the triangles of the stretched sphere fit the organ.
     double *w = malloc((size_t)n * sizeof *w);
     ASSERT(w != NULL);
     spread_circles(w, n);
@@ -169,17 +173,12 @@ static void make_spiral(TriMesh *mesh)
     free(w);
 }
 
-// Centres the bounding box and makes its largest side `length`.
+// Centres the bounding box and scales its largest side to `length`.
 static void fit_box(TriMesh *mesh, double length)
 {
-    Vec3 low = mesh->position[0], high = low;
-    for (int i = 1; i < mesh->node_count; i++) {
-        Vec3 x = mesh->position[i];
-        low = vec3(fmin(low.x, x.x), fmin(low.y, x.y), fmin(low.z, x.z));
-        high = vec3(fmax(high.x, x.x), fmax(high.y, x.y), fmax(high.z, x.z));
-    }
-    Vec3 size = vec3_sub(high, low), middle = vec3_scale(0.5, vec3_add(low, high));
-    double scale = length / fmax(size.x, fmax(size.y, size.z));
+    const Box box = mesh_box(mesh);
+    const Vec3 middle = box_middle(&box);
+    double scale = length / box_extent(&box);
     for (int i = 0; i < mesh->node_count; i++)
         mesh->position[i] = vec3_scale(scale, vec3_sub(mesh->position[i], middle));
 }

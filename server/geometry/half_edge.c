@@ -16,7 +16,7 @@ static int larger_node(const TriMesh *mesh, int h)
     return a > b ? a : b;
 }
 
-// One stable counting sort by a key in [0, node_count); `start` has node_count + 1 entries.
+// Counting sort by a key in [0, node_count), stable; `start` has node_count + 1 entries.
 static void sort_by(const TriMesh *mesh, int (*key)(const TriMesh *, int), int count,
                     const int *from, int *to, int *start)
 {
@@ -51,7 +51,8 @@ void half_edge_create(HalfEdges *half, const TriMesh *mesh)
     int *start = malloc(((size_t)mesh->node_count + 1) * sizeof *start);
     ASSERT(half->order != NULL && half->twin != NULL && start != NULL);
 
-    // Two counting sorts instead of a comparison sort: linear even for a node with a million edges.
+    // Two counting sorts in place of a comparison sort: linear even for a node with a million
+    // edges.
     sort_by(mesh, larger_node, half->count, NULL, half->twin, start);
     sort_by(mesh, smaller_node, half->count, half->twin, half->order, start);
     free(start);

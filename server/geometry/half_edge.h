@@ -1,5 +1,5 @@
-// The three directed edges of every triangle, sorted so that those of one undirected edge stand
-// side by side: the common start of mesh_validate and winged_create. Load time only, private to
+// The three directed edges of every triangle, sorted so that those of one undirected edge are
+// neighbours: the common basis of mesh_validate and winged_create. Load time only, private to
 // geometry.
 #ifndef PLIANT_GEOMETRY_HALF_EDGE_H
 #define PLIANT_GEOMETRY_HALF_EDGE_H
@@ -13,7 +13,8 @@ typedef struct HalfEdges {
     int *twin;  // [count] the other half-edge of an edge with exactly two, else -1
 } HalfEdges;
 
-// Indices of the mesh must be in range. Takes O(nodes + triangles) whatever the mesh looks like.
+// Fills `half`, which owns its arrays. Indices of the mesh must be in range. Takes O(nodes +
+// triangles) for any mesh.
 void half_edge_create(HalfEdges *half, const TriMesh *mesh);
 void half_edge_destroy(HalfEdges *half);
 
@@ -27,7 +28,7 @@ static inline int half_edge_to(const TriMesh *mesh, int h)
     return mesh->triangle[h / 3][(h + 1) % 3];
 }
 
-// The half-edge after and before h in its triangle.
+// The half-edges after and before h in its triangle.
 static inline int half_edge_next(int h)
 {
     return h % 3 == 2 ? h - 2 : h + 1;
@@ -38,7 +39,8 @@ static inline int half_edge_previous(int h)
     return h % 3 == 0 ? h + 2 : h - 1;
 }
 
-// Past the last entry of `order` that belongs to the same undirected edge as order[first].
+// Returns the index after the last entry of `order` that belongs to the same undirected edge as
+// order[first].
 int half_edge_group_end(const HalfEdges *half, const TriMesh *mesh, int first);
 
 #endif

@@ -7,21 +7,21 @@
 #include <stdint.h>
 #include <stdlib.h>
 
-// A point sees a face from more than this above it: far above rounding for points of size 1, far
-// below what 20000 even points on a sphere show (about 1e-6).
+// A point sees a face from more than this height above it: far above the rounding error for points
+// of size 1, far below the heights of 20000 even points on a sphere (about 1e-6).
 static const double VISIBLE = 1e-13;
 
 typedef struct Face {
     int corner[3];
     int neighbor[3]; // across the edge from corner k to corner k + 1
-    int waiting;     // first of the points that wait here, or -1
-    int stamp;       // of the insertion that removed it
+    int waiting;     // first of the points that wait at this face, or -1
+    int stamp;       // number of the insertion that removed it
 } Face;
 
-// An edge of the rim between what the new point sees and what it does not.
+// An edge of the rim between visible and hidden faces.
 typedef struct RimEdge {
     int from, to;
-    int outside; // the face that stays
+    int outside; // the face that remains
 } RimEdge;
 
 typedef struct Hull {
@@ -36,7 +36,7 @@ typedef struct Hull {
     int seen_count, rim_count;
 } Hull;
 
-// Six volumes of the face's tetrahedron with the point: positive above the face.
+// Returns six volumes of the face's tetrahedron with the point: positive above the face.
 static double height_above(const Hull *hull, int face, int point)
 {
     const int *corner = hull->face[face].corner;
@@ -45,7 +45,7 @@ static double height_above(const Hull *hull, int face, int point)
     return vec3_dot(vec3_cross(u, v), vec3_sub(hull->point[point], a));
 }
 
-// Lets a point wait at the highest-standing of some faces.
+// Makes a point wait at the one of some faces above which it is highest.
 static void wait_at_best(Hull *hull, int point, const int *face, int count)
 {
     int best = face[0];
@@ -62,7 +62,8 @@ static void wait_at_best(Hull *hull, int point, const int *face, int count)
     hull->face[best].waiting = point;
 }
 
-// Four points far from one plane: the longest way, then the widest triangle, then the highest apex.
+// Picks four points far from one plane: the longest distance, then the widest triangle, then the
+// highest apex.
 static void pick_first(const Vec3 *point, int count, int first[4])
 {
     for (int i = 0; i < 4; i++)
@@ -84,7 +85,7 @@ static void pick_first(const Vec3 *point, int count, int first[4])
     }
 }
 
-// The tetrahedron of the first four points, outward.
+// Starts with the tetrahedron of the first four points, outward.
 static void start_tetrahedron(Hull *hull, const int first[4])
 {
     static const int corners[4][3] = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}};
@@ -99,9 +100,10 @@ static void start_tetrahedron(Hull *hull, const int first[4])
     hull->face_count = 4;
 }
 
-// Faces that the point sees, connected to the one where it waits, and their rim.
+// Finds the faces that the point sees, connected to the one where it waits, and their rim.
 static void find_visible(Hull *hull, int point)
 {
+    // Flood fill over the visible faces.
     hull->seen_count = hull->rim_count = 0;
     hull->seen[hull->seen_count++] = hull->wait[point];
     hull->face[hull->wait[point]].stamp = point;
@@ -117,6 +119,7 @@ static void find_visible(Hull *hull, int point)
             }
         }
     }
+    // The rim: edges between a visible and a hidden face.
     for (int i = 0; i < hull->seen_count; i++) {
         const Face *face = &hull->face[hull->seen[i]];
         for (int k = 0; k < 3; k++)
@@ -126,12 +129,11 @@ static void find_visible(Hull *hull, int point)
     }
 }
 
-// Replaces the visible faces by a fan from the rim to the point. False if a point already inserted
-// would be buried, which is when the points are not in convex position.
+// Replaces the visible faces by a fan from the rim to the point. False if an inserted point would
+// be buried, which means that the points are not in convex position.
 static bool insert_point(Hull *hull, int point)
 {
-    // Rounding may have let it wait where it sees nothing (four points in one plane): look
-    // everywhere.
+    // Rounding may let a point wait where it sees nothing (four coplanar points): search all faces.
     for (int f = 0; f < hull->face_count && height_above(hull, hull->wait[point], point) <= VISIBLE;
          f++)
         hull->wait[point] = f;
@@ -140,7 +142,7 @@ static bool insert_point(Hull *hull, int point)
     find_visible(hull, point);
     if (hull->rim_count != hull->seen_count + 2)
         return false;
-    // Points that waited at what goes away, in one list.
+    // Collect the points that wait at removed faces in one list.
     int orphans = -1;
     for (int i = 0; i < hull->seen_count; i++) {
         int at = hull->face[hull->seen[i]].waiting;
@@ -155,7 +157,7 @@ static bool insert_point(Hull *hull, int point)
     }
     hull->wait[point] = -1;
 
-    // Two more faces than were removed: the slots of those, and two new ones.
+    // The fan has two more faces than were removed: reuse their slots and add two.
     hull->seen[hull->seen_count] = hull->face_count;
     hull->seen[hull->seen_count + 1] = hull->face_count + 1;
     hull->face_count += 2;
@@ -172,11 +174,13 @@ static bool insert_point(Hull *hull, int point)
             if (outside->corner[k] == rim->to)
                 outside->neighbor[k] = f;
     }
+    // Connect the faces of the fan to each other.
     for (int i = 0; i < hull->rim_count; i++) {
         int f = hull->seen[i], g = hull->fan[hull->rim[i].to];
         hull->face[f].neighbor[1] = g;
         hull->face[g].neighbor[2] = f;
     }
+    // The orphans wait at one of the new faces.
     while (orphans >= 0) {
         int after = hull->next[orphans];
         wait_at_best(hull, orphans, hull->seen, hull->rim_count);
@@ -185,7 +189,7 @@ static bool insert_point(Hull *hull, int point)
     return true;
 }
 
-// The same pseudo-random order on every machine.
+// Shuffles into the same pseudo-random order on every machine.
 static void shuffle(int *order, int count)
 {
     uint64_t state = 1;
@@ -224,6 +228,7 @@ bool hull_triangulate(const Vec3 *point, int count, int (*triangle)[3])
         first[1] = swap;
         start_tetrahedron(&hull, first);
     }
+    // Every other point waits at the face of the tetrahedron that it is highest above.
     bool convex = true;
     for (int i = 0; i < count; i++) {
         hull.wait[i] = -1;

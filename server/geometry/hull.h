@@ -8,8 +8,8 @@
 #include <stdbool.h>
 
 // Writes the 2 count - 4 triangles of the hull, outward. The points are distinct, of size about 1
-// and not all in one plane; count >= 4. Four points in one plane within rounding get either
-// diagonal. False, with nothing useful written, if some point is not a corner of the hull.
+// and not all in one plane; count >= 4. Four points coplanar within rounding get either diagonal.
+// False, with undefined triangles, if some point is not a corner of the hull.
 bool hull_triangulate(const Vec3 *point, int count, int (*triangle)[3]);
 
 #endif

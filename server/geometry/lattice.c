@@ -1,7 +1,8 @@
-// Lattices: life, placement, pieces. Load time only; never on the step thread.
+// Lattices: creation, placement, number of pieces. Load time only; never on the step thread.
 #include "geometry/lattice.h"
 
 #include "base/check.h"
+#include "base/union_find.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -42,7 +43,7 @@ int lattice_label(const Lattice *lattice, int i, int j, int k)
     return lattice->label[lattice_index(lattice, i, j, k)];
 }
 
-// Not turning leaves every bit alone.
+// True if the lattice is rotated; without a rotation placement keeps all bits.
 static bool is_turned(const Lattice *lattice)
 {
     return lattice->turn.x != 0.0 || lattice->turn.y != 0.0 || lattice->turn.z != 0.0;
@@ -85,7 +86,7 @@ void lattice_place(Lattice *lattice, double scale, Vec3 rotation, Vec3 translati
 
 // --- margins ---
 
-// The box of solid cells: low to high, high not in it. False when there are none.
+// Finds the box of solid cells, low to high, high excluded. False if there are none.
 static bool solid_box(const Lattice *lattice, int low[3], int high[3])
 {
     for (int a = 0; a < 3; a++) {
@@ -118,7 +119,7 @@ bool lattice_crop(Lattice *lattice, Status *status)
         return status_fail(status, STATUS_INVALID, "no cell of the lattice is solid");
     for (int a = 0; a < 3; a++)
         count[a] = high[a] - low[a];
-    // Rows move towards the start, so that none is written over before it has moved.
+    // Rows move towards the start, so that none is overwritten before it has moved.
     unsigned char *to = lattice->label;
     for (int k = low[2]; k < high[2]; k++)
         for (int j = low[1]; j < high[1]; j++) {
@@ -136,30 +137,18 @@ bool lattice_crop(Lattice *lattice, Status *status)
 
 // --- pieces ---
 
-// Solid cells of one row without a gap.
+// Consecutive solid cells of one row.
 typedef struct Run {
     int first, end;
-    int parent; // another run of the same piece, or itself
 } Run;
 
-static int find_root(Run *run, int r)
-{
-    while (run[r].parent != r)
-        r = run[r].parent = run[run[r].parent].parent;
-    return r;
-}
-
-// Joins the runs of two rows that lie side by side; returns how many pieces became one with
-// another.
-static int join_rows(Run *run, int a, int a_end, int b, int b_end)
+// Joins the runs of two adjacent rows; returns by how much the number of pieces falls.
+static int join_rows(const Run *run, int *parent, int a, int a_end, int b, int b_end)
 {
     int joined = 0;
     while (a < a_end && b < b_end) {
-        if (run[a].first < run[b].end && run[b].first < run[a].end) {
-            int x = find_root(run, a), y = find_root(run, b);
-            run[x > y ? x : y].parent = x > y ? y : x;
-            joined += x != y;
-        }
+        if (run[a].first < run[b].end && run[b].first < run[a].end)
+            joined += union_find_join(parent, a, b);
         if (run[a].end < run[b].end)
             a++;
         else
@@ -168,7 +157,7 @@ static int join_rows(Run *run, int a, int a_end, int b, int b_end)
     return joined;
 }
 
-// Appends the runs of a row to `run` (NULL: only counts them).
+// Appends the runs of a row to `run` (NULL: only counts them); returns the new number of runs.
 static int find_runs(const unsigned char *row, int count, Run *run, int run_count)
 {
     for (int i = 0; i < count; i++) {
@@ -178,7 +167,7 @@ static int find_runs(const unsigned char *row, int count, Run *run, int run_coun
         while (i < count && row[i] != 0)
             i++;
         if (run != NULL)
-            run[run_count] = (Run){first, i, run_count};
+            run[run_count] = (Run){first, i};
         run_count++;
     }
     return run_count;
@@ -188,24 +177,30 @@ int lattice_pieces(const Lattice *lattice)
 {
     int width = lattice->count[0], height = lattice->count[1];
     size_t rows = (size_t)height * (size_t)lattice->count[2];
+    // First pass: count the runs, to allocate them.
     int run_count = 0;
     for (size_t r = 0; r < rows; r++)
         run_count = find_runs(&lattice->label[r * (size_t)width], width, NULL, run_count);
     Run *run = malloc(((size_t)run_count + 1) * sizeof *run);
-    int *start = malloc((rows + 1) * sizeof *start); // [row] its first run
-    ASSERT(run != NULL && start != NULL);
+    int *start = malloc((rows + 1) * sizeof *start);                // [row] its first run
+    int *parent = malloc(((size_t)run_count + 1) * sizeof *parent); // [run] union_find.h
+    ASSERT(run != NULL && start != NULL && parent != NULL);
+    union_find_reset(parent, run_count);
+    // Second pass: each run is a piece until it touches one of the row before or the layer below.
     int pieces = run_count;
     start[0] = 0;
     for (size_t r = 0; r < rows; r++) {
         start[r + 1] = find_runs(&lattice->label[r * (size_t)width], width, run, start[r]);
         if (r % (size_t)height > 0)
-            pieces -= join_rows(run, start[r - 1], start[r], start[r], start[r + 1]);
+            pieces -= join_rows(run, parent, start[r - 1], start[r], start[r], start[r + 1]);
         if (r >= (size_t)height) {
             size_t below = r - (size_t)height;
-            pieces -= join_rows(run, start[below], start[below + 1], start[r], start[r + 1]);
+            pieces -=
+                join_rows(run, parent, start[below], start[below + 1], start[r], start[r + 1]);
         }
     }
     free(run);
     free(start);
+    free(parent);
     return pieces;
 }

@@ -1,4 +1,4 @@
-// Blocks of cubic cells with labels: what voxel bodies are made from.
+// Blocks of labelled cubic cells, from which voxel bodies are made.
 #ifndef PLIANT_GEOMETRY_LATTICE_H
 #define PLIANT_GEOMETRY_LATTICE_H
 
@@ -7,25 +7,26 @@
 
 enum {
     LATTICE_MATERIALS = 255,      // most labels in one lattice
-    LATTICE_MOST_CELLS = 1 << 28, // void ones too
-    LATTICE_MOST_SOLID = 1 << 24, // cells of a body
+    LATTICE_MOST_CELLS = 1 << 28, // void ones included
+    LATTICE_MOST_SOLID = 1 << 24, // solid cells
 };
 
-// How far from the world's origin a lattice may begin [m]: beyond, something else than a place was
-// read, and single precision has no numbers left for it.
+// Largest distance of a lattice from the world's origin [m]. A larger one is a reading error, and
+// single precision could not resolve the cells there.
 #define LATTICE_FARTHEST 1e12
 
-// A rigid grid of cubes. Cell (i, j, k) has the corner origin + turn (i, j, k) size; its label is
-// label[(k * count[1] + j) * count[0] + i].
+// A rigid grid of cubes. Cell (i, j, k) has its low corner at origin + turn ((i, j, k) size) and
+// the label label[(k * count[1] + j) * count[0] + i].
 typedef struct Lattice {
-    int count[3];         // cells along its axes; count[2] is 1 in the plane case
+    int count[3];         // cells along the axes; count[2] is 1 in the plane case
     double size;          // edge of a cell [m]
     Vec3 origin;          // low corner of cell (0, 0, 0) [m]
     Quat turn;            // from the lattice's axes to the world's, unit
     unsigned char *label; // 0: void; m: the m-th material, from 1. malloc'ed, owned
 } Lattice;
 
-// All void. False with a status: no cells, too many, a size that is not positive and finite.
+// Creates an all-void lattice. False with a status: no cells, too many, or a size that is not
+// positive and finite.
 bool lattice_create(Lattice *lattice, const int count[3], double size, Status *status);
 void lattice_destroy(Lattice *lattice);
 
@@ -34,22 +35,23 @@ static inline long lattice_index(const Lattice *lattice, int i, int j, int k)
     return ((long)k * lattice->count[1] + j) * lattice->count[0] + i;
 }
 
-// The label of a cell; 0 outside.
+// Returns the label of a cell; 0 outside.
 int lattice_label(const Lattice *lattice, int i, int j, int k);
-// A point given in cells from the low corner, in the world [m].
+// Returns the world position [m] of a point given in cells from the low corner.
 Vec3 lattice_point(const Lattice *lattice, double i, double j, double k);
-long lattice_solid(const Lattice *lattice); // cells that are not void
-// Parts of the solid that no face joins: their number.
+long lattice_solid(const Lattice *lattice); // number of solid cells
+// Returns the number of parts of the solid that are not connected through cell faces.
 int lattice_pieces(const Lattice *lattice);
-// Cuts void margins away, so that the outermost cells on every side are solid; the origin follows.
+// Crops void margins, so that the outermost cells on every side are solid; the origin follows.
 // False with a status when nothing is solid.
 bool lattice_crop(Lattice *lattice, Status *status);
-// x -> rotation (scale x) + translation, as mesh_place.
+// Applies x -> rotation (scale x) + translation [m], as mesh_place.
 void lattice_place(Lattice *lattice, double scale, Vec3 rotation, Vec3 translation);
 
-// Generators, all material 1, centred on the origin of the world. `count`: cells.
+// Generators, all of material 1, centred on the world's origin. `count`: cells. Errors as for
+// lattice_create.
 bool lattice_box(Lattice *lattice, const int count[3], double size, Status *status);
-// Cells whose centre lies within `radius` [m] of the middle, which is a lattice point.
+// The cells whose centre lies within `radius` [m] of the middle, which is a lattice point.
 bool lattice_ball(Lattice *lattice, double radius, double size, Status *status);
 // The plane case: one layer of cells with the middle plane z = 0, by the same rule in x and y.
 bool lattice_disc(Lattice *lattice, double radius, double size, Status *status);

@@ -30,21 +30,21 @@ bool lattice_box(Lattice *lattice, const int count[3], double size, Status *stat
     return false;
 }
 
-// Cells of `layers` layers whose centre lies within the radius, measured in x and y only for one
-// layer.
+// Fills the cells whose centre lies within the radius; `flat`: one layer, distances in x and y
+// only.
 static bool make_round(Lattice *lattice, double radius, double size, bool flat, Status *status)
 {
     *lattice = (Lattice){0};
     if (!(radius > 0.0) || !(size > 0.0) || !isfinite(radius) || !isfinite(size))
         return status_fail(status, STATUS_INVALID,
                            "a radius of %g m in cells of %g m is not possible", radius, size);
-    // In half cells the centres are odd whole numbers, and their squares exact.
+    // In half cells the centres are odd integers, and their squares exact.
     double limit = 2.0 * radius / size;
     if (limit > LATTICE_MOST_CELLS)
         return status_fail(status, STATUS_INVALID,
                            "a radius of %g m takes more than %d cells of %g m", radius,
                            LATTICE_MOST_CELLS, size);
-    // The outermost centre is at limit at most: half = floor((limit + 1) / 2) cells to a side.
+    // The outermost centre is at most at `limit`: half = floor((limit + 1) / 2) cells to each side.
     int half = (int)(0.5 * (limit + 1.0));
     const int count[3] = {2 * half, 2 * half, flat ? 1 : 2 * half};
     if (half == 0)

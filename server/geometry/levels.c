@@ -1,5 +1,5 @@
-// Builds the hierarchy from the coarsest level down, or checks one that was built before, once at
-// load; then it is only read.
+// Builds the levels from the coarsest down, or validates levels that were built before; once at
+// load, read-only afterwards.
 #include "geometry/levels.h"
 
 #include "base/check.h"
@@ -19,6 +19,8 @@ bool levels_reserve(Levels *levels, const int count[3], int finest, const char *
     *levels = (Levels){.finest = finest};
     if (finest < 0 || finest > LEVELS_MAX)
         return status_fail(status, STATUS_INVALID, "levels %d outside [0, %d]", finest, LEVELS_MAX);
+    // Count nodes and faces of all levels first: each edge and face multiplies, and the limit must
+    // hold before anything is allocated.
     int64_t nodes = count[0], edges = count[1], faces = count[2];
     for (int l = 0;; l++) {
         if (nodes > MESH_COUNT_MAX || faces > MESH_COUNT_MAX)
@@ -45,7 +47,7 @@ bool levels_reserve(Levels *levels, const int count[3], int finest, const char *
     return true;
 }
 
-// Edges of a level whose faces are there.
+// Copies the edges of a level whose faces exist.
 static void copy_edges(Level *level, const WingedMesh *winged)
 {
     ASSERT(winged->edge_count == level->edge_count);
@@ -58,7 +60,7 @@ static void copy_edges(Level *level, const WingedMesh *winged)
         }
 }
 
-// Four children of every face, from the midpoints of its edges.
+// Makes four children of every face, from the midpoints of its edges.
 static void divide_faces(const Level *coarse, int (*fine)[3])
 {
     for (int f = 0; f < coarse->face_count; f++) {
@@ -81,7 +83,8 @@ static void set_coarsest(Levels *levels, const TriMesh *mesh)
     memcpy(levels->position, mesh->position, (size_t)mesh->node_count * sizeof *levels->position);
 }
 
-// Smooth as the butterfly is, it can fold the faces of a very irregular mesh down to nothing.
+// Checks the areas of a level's faces: the butterfly, although smooth, can collapse faces of a very
+// irregular mesh.
 static bool check_faces(const Levels *levels, int l, const TriMesh *mesh, Status *status)
 {
     const Level *level = &levels->level[l];
@@ -109,6 +112,7 @@ bool levels_create(Levels *levels, const TriMesh *mesh, int finest, const char *
         set_coarsest(levels, mesh);
         copy_edges(&levels->level[0], &winged);
     }
+    // Each level: positions of midpoints, then faces, then the edge table of the new faces.
     for (int l = 1; l <= finest && ok; l++) {
         const Level *coarse = &levels->level[l - 1];
         Level *fine = &levels->level[l];
@@ -127,8 +131,8 @@ bool levels_create(Levels *levels, const TriMesh *mesh, int finest, const char *
     return ok;
 }
 
-// Whether the edges of a level are those of its faces, each once, and sorted: then they are what
-// winged_create makes of them, number for number.
+// True if the edges of a level are those of its faces, each once and sorted: then they are number
+// for number those of winged_create.
 static bool check_edges(const Level *level, int l, Status *status)
 {
     int sides = 0, both = 0;
@@ -145,6 +149,7 @@ static bool check_edges(const Level *level, int l, Status *status)
                                l, e, beside[0], beside[1]);
         both += (beside[0] >= 0) + (beside[1] >= 0);
     }
+    // Each face must run along its edges in the direction that the edge's table says.
     for (int f = 0; f < level->face_count; f++)
         for (int k = 0; k < 3; k++) {
             int e = level->face_edge[f][k], from = level->face[f][k];
@@ -157,7 +162,7 @@ static bool check_edges(const Level *level, int l, Status *status)
                                    "level %d: face %d does not lie at its edge %d", l, f, e);
             sides++;
         }
-    // Every side of an edge that names a face was met above, unless there are more of them.
+    // Each side of an edge with a face was counted above, unless the table names too many.
     return sides == both ||
            status_fail(status, STATUS_INVALID, "level %d: edges have %d faces beside them, not %d",
                        l, both, sides);
@@ -195,8 +200,9 @@ void levels_parents(const Levels *levels, int node, int parent[2])
 
 void levels_halves(const Levels *levels, int level, int edge, int half[2])
 {
-    // Edge k of a face is edge k of its child at corner k and of the one at corner k + 1. It runs
-    // from its first to its second end in the left face, the other way in the right one.
+    // Edge k of a face is edge k of its child at corner k and of the child at corner k + 1. It runs
+    // from its first to its second end in the left face, in the opposite direction in the right
+    // one.
     const Level *coarse = &levels->level[level];
     int side = coarse->edge_face[edge][0] >= 0 ? 0 : 1;
     int face = coarse->edge_face[edge][side], k = 0;

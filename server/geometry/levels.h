@@ -1,7 +1,7 @@
-// The hierarchy of levels of a triangle mesh: every level divides each face of the one above into
-// four (Choi et al. 2005, section 3). It needs no pointers: the midpoint of edge e of level l is
-// node level[l].node_count + e, and the children of face f are faces 4 f .. 4 f + 3 of level l + 1:
-// child k < 3 keeps corner k of its parent as its own corner k, child 3 lies in the middle. Nodes
+// The levels of a triangle mesh: each level divides every face of the one above into four (Choi et
+// al. 2005, section 3). Indices replace pointers: the midpoint of edge e of level l is node
+// level[l].node_count + e, and the children of face f are faces 4 f .. 4 f + 3 of level l + 1.
+// Child k < 3 keeps corner k of its parent as its own corner k, child 3 lies in the middle. Nodes
 // keep their number at every finer level.
 #ifndef PLIANT_GEOMETRY_LEVELS_H
 #define PLIANT_GEOMETRY_LEVELS_H
@@ -10,7 +10,7 @@
 #include "base/status.h"
 #include "geometry/mesh.h"
 
-enum { LEVELS_MAX = 8 }; // finest level that can be asked for
+enum { LEVELS_MAX = 8 }; // finest level that a scene may set
 
 typedef struct Level {
     int node_count; // of this level and all coarser ones
@@ -18,8 +18,8 @@ typedef struct Level {
     int (*face)[3];      // [face_count] corners, counter-clockwise seen from outside
     int (*face_edge)[3]; // [face_count] edge k joins corners k and (k + 1) % 3
     int (*edge)[2];      // [edge_count] ends
-    int (*edge_face)[2]; // [edge_count] faces in which it runs from its first end to its second,
-                         // and the other way; -1: none
+    int (*edge_face)[2]; // faces in which the edge runs from its first end to its second, and in
+                         // the opposite direction; -1: none
 } Level;
 
 typedef struct Levels {
@@ -29,43 +29,43 @@ typedef struct Levels {
 } Levels;
 
 // Divides a valid mesh (mesh_validate) `finest` times. Nodes and faces of level 0 are those of the
-// mesh, edges of each level sorted by their nodes, the smaller one first: the table of
-// winged_create for levels_mesh. Arrays belong to the arena, named "name/...". False with `status`:
-// more than MESH_COUNT_MAX nodes or faces, `finest` out of range, or a face that division leaves
-// without area (MESH_SMALLEST_HEIGHT).
+// mesh. The edges of each level are sorted by their nodes, the smaller one first, as winged_create
+// numbers those of levels_mesh. The arena owns the arrays, named "name/...". False with `status`:
+// more than MESH_COUNT_MAX nodes or faces, `finest` out of range, or a face without area after
+// division (MESH_SMALLEST_HEIGHT).
 bool levels_create(Levels *levels, const TriMesh *mesh, int finest, const char *name, Arena *arena,
                    Status *status);
 
-// A hierarchy that was divided before and comes back from outside: levels_reserve makes room for a
-// mesh of count = {nodes, edges, faces}; the caller fills positions, and of every level edge,
-// edge_face and face_edge with whatever it was given; levels_validate takes level 0 from the mesh,
-// derives the other faces, and is false with `status` unless all tables are, number for number,
-// what levels_create makes of this mesh, and all faces fit for simulation. Rest positions may be
-// others.
+// Two functions read back levels that were divided before, from untrusted data. levels_reserve
+// allocates for a mesh of count = {nodes, edges, faces}. The caller fills the positions and, of
+// every level, edge, edge_face and face_edge. levels_validate takes the faces of level 0 from the
+// mesh and derives all others; it is false with `status` unless all tables equal those of
+// levels_create for this mesh and all faces are fit for simulation. Rest positions may differ.
 bool levels_reserve(Levels *levels, const int count[3], int finest, const char *name, Arena *arena,
                     Status *status);
 bool levels_validate(Levels *levels, const TriMesh *mesh, Status *status);
 
-// The face on the other side of an edge of `face`, or -1.
+// Returns the face on the other side of an edge of `face`, or -1.
 static inline int levels_beyond(const Level *level, int edge, int face)
 {
     return level->edge_face[edge][level->edge_face[edge][0] == face];
 }
 
-// The level at which a node first exists; 0 for those of the mesh.
+// Returns the level at which a node first exists; 0 for nodes of the mesh.
 int levels_of_node(const Levels *levels, int node);
-// The two ends of the edge in whose middle the node lies; the node itself twice at level 0.
+// Writes the two ends of the edge whose midpoint the node is; twice the node itself at level 0.
 void levels_parents(const Levels *levels, int node, int parent[2]);
-// The two halves of edge `edge` of `level`, as edges of level + 1: half[k] ends at edge[edge][k].
+// Writes the two halves of edge `edge` of `level`, as edges of level + 1: half[k] ends at
+// edge[edge][k].
 void levels_halves(const Levels *levels, int level, int edge, int half[2]);
 
-// Fills a field given on level 0, row[nodes of level 0], up to `level`: every midpoint gets the
-// mean of its parents.
+// Extends a field from level 0, row[nodes of level 0], up to `level`: each midpoint gets the mean
+// of its parents.
 void levels_spread(const Levels *levels, int level, Vec3 *row);
 
-// All faces of one level as a mesh of its own: node i is node i of the hierarchy. file_index and
-// what maps nodes to the source follow `mesh`, from which the hierarchy was made; nodes that the
-// source does not have count on from there. Owned by the caller (mesh_destroy).
+// Creates the mesh of all faces of one level; node i is node i of the levels. file_index and the
+// maps to the source follow `mesh`, from which the levels were made; nodes that the source lacks
+// are numbered on from there. Owned by the caller (mesh_destroy).
 void levels_mesh(const Levels *levels, int level, const TriMesh *mesh, TriMesh *out);
 
 #endif

@@ -1,5 +1,5 @@
-// Triangle meshes: life, placement, equal nodes, measures. Load time only; never on the step
-// thread. The rules of a valid mesh are in mesh_validate.c.
+// Triangle meshes: creation, placement, equal nodes, measures. Load time only; never on the step
+// thread. mesh_validate.c has the rules of a valid mesh.
 #include "geometry/mesh.h"
 
 #include "base/check.h"
@@ -14,7 +14,7 @@ void mesh_create(TriMesh *mesh, int node_count, int triangle_count)
     ASSERT(triangle_count >= 0 && triangle_count <= MESH_COUNT_MAX);
     *mesh = (TriMesh){
         .node_count = node_count, .triangle_count = triangle_count, .file_node_count = node_count};
-    // One element more than asked, so that an empty mesh has arrays too.
+    // One element more than needed, so that an empty mesh has arrays too.
     mesh->position = calloc((size_t)node_count + 1, sizeof *mesh->position);
     mesh->triangle = calloc((size_t)triangle_count + 1, sizeof *mesh->triangle);
     mesh->file_index = calloc((size_t)node_count + 1, sizeof *mesh->file_index);
@@ -37,7 +37,7 @@ void mesh_destroy(TriMesh *mesh)
 void mesh_place(TriMesh *mesh, double scale, Vec3 rotation, Vec3 translation)
 {
     Quat turn = quat_from_rotation(rotation);
-    // Not turning leaves every bit alone, so that nodes bit-equal in a file stay recognisable.
+    // Without a rotation all bits are kept, so that nodes bit-equal in a file stay recognisable.
     bool turned = rotation.x != 0.0 || rotation.y != 0.0 || rotation.z != 0.0;
     for (int i = 0; i < mesh->node_count; i++) {
         Vec3 x = vec3_scale(scale, mesh->position[i]);
@@ -47,7 +47,7 @@ void mesh_place(TriMesh *mesh, double scale, Vec3 rotation, Vec3 translation)
     }
 }
 
-// The bits that decide whether two nodes are the same; adding zero turns -0 into 0.
+// The bits that decide whether two nodes are equal; adding zero turns -0 into 0.
 static void position_key(Vec3 x, uint64_t key[3])
 {
     double part[3] = {x.x + 0.0, x.y + 0.0, x.z + 0.0};
@@ -69,7 +69,7 @@ void mesh_find_equal(const Vec3 *position, int count, int *first)
     size_t slots = 16; // at least twice as many as nodes: short chains
     while (slots < 2 * (size_t)count)
         slots *= 2;
-    int *slot = malloc(slots * sizeof *slot); // the first node that lives here, or -1
+    int *slot = malloc(slots * sizeof *slot); // the first node with this hash, or -1
     ASSERT(slot != NULL);
     memset(slot, 0xff, slots * sizeof *slot);
     for (int i = 0; i < count; i++) {
@@ -106,7 +106,7 @@ double mesh_volume(const TriMesh *mesh)
 {
     double six_volumes = 0.0;
     for (int t = 0; t < mesh->triangle_count; t++) {
-        // Measured from a node of the mesh: a mesh far from the origin loses no digits.
+        // Relative to a node of the mesh: a mesh far from the origin loses no digits.
         Vec3 origin = mesh->position[0];
         const int *corner = mesh->triangle[t];
         Vec3 a = vec3_sub(mesh->position[corner[0]], origin);
@@ -129,14 +129,16 @@ double mesh_area(const TriMesh *mesh)
     return area;
 }
 
+Box mesh_box(const TriMesh *mesh)
+{
+    Box box = box_empty();
+    for (int i = 0; i < mesh->node_count; i++)
+        box_add(&box, mesh->position[i]);
+    return box;
+}
+
 double mesh_extent(const TriMesh *mesh)
 {
-    Vec3 low = mesh->position[0], high = low;
-    for (int i = 0; i < mesh->node_count; i++) {
-        Vec3 x = mesh->position[i];
-        low = vec3(fmin(low.x, x.x), fmin(low.y, x.y), fmin(low.z, x.z));
-        high = vec3(fmax(high.x, x.x), fmax(high.y, x.y), fmax(high.z, x.z));
-    }
-    Vec3 size = vec3_sub(high, low);
-    return fmax(size.x, fmax(size.y, size.z));
+    const Box box = mesh_box(mesh);
+    return box_extent(&box);
 }

@@ -4,7 +4,7 @@
 
 #include <stdlib.h>
 
-// Makes room for one element more; false when there are as many as can be counted.
+// Grows the capacity for one more element if necessary; false when the limit is reached.
 static bool has_room(MeshDraft *draft, int count, int *capacity)
 {
     if (count == MESH_COUNT_MAX)

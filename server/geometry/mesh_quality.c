@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-// Numbers the components; returns them by triangle, owned by the caller.
+// Labels the components; returns the labels by triangle, owned by the caller.
 static int *label_components(const TriMesh *mesh, const HalfEdges *half, int *count)
 {
     size_t triangles = (size_t)mesh->triangle_count;
@@ -19,6 +19,7 @@ static int *label_components(const TriMesh *mesh, const HalfEdges *half, int *co
         if (label[t] >= 0)
             continue;
         int found = 0;
+        // Breadth-first over edges with a twin.
         queue[found++] = t;
         label[t] = *count;
         for (int i = 0; i < found; i++)
@@ -35,7 +36,7 @@ static int *label_components(const TriMesh *mesh, const HalfEdges *half, int *co
     return label;
 }
 
-// The border half-edge that begins where border half-edge h ends.
+// Returns the border half-edge that begins where border half-edge h ends.
 static int next_on_border(const HalfEdges *half, int h)
 {
     h = half_edge_next(h);
@@ -87,7 +88,7 @@ static void measure_edges(const TriMesh *mesh, const HalfEdges *half, const int 
     quality->edge_mean = sum / quality->edge_count;
 }
 
-// The angle of a triangle at the start of half-edge h.
+// Returns the angle of a triangle at the start of half-edge h [rad].
 static double angle_at(const TriMesh *mesh, int h)
 {
     Vec3 x = mesh->position[half_edge_from(mesh, h)];
@@ -129,7 +130,7 @@ static void measure_faces(const TriMesh *mesh, const int *label, MeshQuality *qu
     }
 }
 
-// Nodes belong to the component of any of their triangles: a valid mesh has one fan a node.
+// Nodes belong to the component of any of their triangles: a valid mesh has one fan per node.
 static void count_nodes(const TriMesh *mesh, const int *label, MeshQuality *quality)
 {
     bool *seen = calloc((size_t)mesh->node_count + 1, sizeof *seen);
@@ -142,16 +143,6 @@ static void count_nodes(const TriMesh *mesh, const int *label, MeshQuality *qual
     free(seen);
 }
 
-static void measure_box(const TriMesh *mesh, MeshQuality *quality)
-{
-    quality->low = quality->high = mesh->position[0];
-    for (int i = 1; i < mesh->node_count; i++) {
-        Vec3 x = mesh->position[i], *low = &quality->low, *high = &quality->high;
-        *low = vec3(fmin(low->x, x.x), fmin(low->y, x.y), fmin(low->z, x.z));
-        *high = vec3(fmax(high->x, x.x), fmax(high->y, x.y), fmax(high->z, x.z));
-    }
-}
-
 void mesh_quality_measure(const TriMesh *mesh, MeshQuality *quality)
 {
     *quality = (MeshQuality){0};
@@ -160,12 +151,13 @@ void mesh_quality_measure(const TriMesh *mesh, MeshQuality *quality)
     int *label = label_components(mesh, &half, &quality->component_count);
     quality->component = calloc((size_t)quality->component_count, sizeof *quality->component);
     ASSERT(quality->component != NULL);
-    measure_box(mesh, quality);
+    quality->box = mesh_box(mesh);
     measure_angles(mesh, quality);
     measure_edges(mesh, &half, label, quality);
     measure_faces(mesh, label, quality);
     count_nodes(mesh, label, quality);
     count_loops(&half, label, quality);
+    // Genus from the Euler characteristic; only closed components enclose a volume.
     for (int i = 0; i < quality->component_count; i++) {
         MeshComponent *component = &quality->component[i];
         int euler = component->node_count - component->edge_count + component->triangle_count;

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-// Beyond these the squares and cubes of lengths would leave the range of numbers.
+// Beyond these limits squares and cubes of lengths would over- or underflow.
 static const double SMALLEST_EXTENT = 1e-90, LARGEST_EXTENT = 1e90;
 
 static bool set_fault(MeshFault *fault, int node, int polygon, const char *format,
@@ -46,7 +46,7 @@ void repair_compact(Repair *repair)
     mesh->triangle_count = kept;
 }
 
-// --- what no repair can mend ---
+// --- faults that cannot be repaired ---
 
 static bool draft_fail(MeshFault *fault, int node, int polygon, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
@@ -116,6 +116,7 @@ static void take_texture(const Repair *repair, const int *number, TriMesh *mesh)
     bool *seam = calloc(nodes + 1, sizeof *seam);
     ASSERT(mesh->uv != NULL && from != NULL && seam != NULL);
     memset(from, 0xff, (nodes + 1) * sizeof *from);
+    // The first corner decides; a different value at another corner is a seam.
     for (int h = 0; h < 3 * repair->mesh.triangle_count; h++) {
         int node = number[half_edge_from(&repair->mesh, h)];
         int uv = draft->corner_uv[repair->corner[h / 3][h % 3]];
@@ -139,7 +140,7 @@ static void take_texture(const Repair *repair, const int *number, TriMesh *mesh)
     free(seam);
 }
 
-// What became of each node of the source, and how many went which way.
+// Maps each node of the source to the node that replaces it, and counts the repairs of nodes.
 static void take_file_nodes(const Repair *repair, const int *number, TriMesh *mesh)
 {
     const MeshDraft *draft = repair->draft;
@@ -148,7 +149,7 @@ static void take_file_nodes(const Repair *repair, const int *number, TriMesh *me
     ASSERT(mesh->file_node != NULL);
     for (int i = 0; i < draft->node_count; i++)
         mesh->file_node[i] = number[repair_node(repair, i)];
-    // Nodes that were split: to the fan that was drawn with it.
+    // A split node of the source maps to the fan that was drawn with it.
     for (int h = 0; repair->repairs->split_nodes > 0 && h < 3 * repair->mesh.triangle_count; h++) {
         int node = number[half_edge_from(&repair->mesh, h)];
         if (mesh->file_index[node] < draft->node_count)
@@ -164,7 +165,7 @@ static void take_file_nodes(const Repair *repair, const int *number, TriMesh *me
     repairs->welded_nodes -= repairs->merged_nodes;
 }
 
-// Numbers the nodes that are in use, in the order of the source, copies last.
+// Creates the result: numbers the nodes in use in the order of the source, copies last.
 static void take_mesh(Repair *repair, TriMesh *mesh)
 {
     const TriMesh *from = &repair->mesh;
@@ -193,7 +194,7 @@ static void take_mesh(Repair *repair, TriMesh *mesh)
     free(number);
 }
 
-// --- the whole ---
+// --- all steps ---
 
 static void repair_create(Repair *repair, const MeshDraft *draft)
 {
@@ -202,7 +203,7 @@ static void repair_create(Repair *repair, const MeshDraft *draft)
         int size = draft->end[p] - mesh_draft_start(draft, p);
         triangles += size > 2 ? size - 2 : 0;
     }
-    // No more than corners, which a draft counts up to MESH_COUNT_MAX.
+    // At most as many as corners, which a draft counts up to MESH_COUNT_MAX.
     mesh_create(&repair->mesh, draft->node_count, (int)triangles);
     repair->mesh.triangle_count = 0;
     memcpy(repair->mesh.position, draft->position,
@@ -221,7 +222,7 @@ static void repair_destroy(Repair *repair)
     free(repair->kept);
 }
 
-// `overfull` tells whether it was an edge of more than two faces that could not be repaired.
+// Runs all steps. `overfull`: the failure was an edge of more than two faces.
 static bool run(const MeshDraft *draft, bool ties_borders, TriMesh *mesh, MeshRepairs *repairs,
                 MeshFault *fault, bool *overfull)
 {
@@ -236,11 +237,11 @@ static bool run(const MeshDraft *draft, bool ties_borders, TriMesh *mesh, MeshRe
         ok = repair_flat_faces(&repair);
     }
     if (ok) {
-        // A face without area that has gone from a border may have been all that held two fans.
+        // A removed border face may have been the only connection between two fans.
         if (repairs->flat_faces > 0)
             repair_fans(&repair);
         take_mesh(&repair, mesh);
-        // Proof that the repairs have left nothing over.
+        // Prove that the repairs left no fault.
         ok = mesh_validate(mesh, fault);
         if (!ok) {
             fault->triangle = -1;
@@ -261,14 +262,14 @@ bool mesh_repair(const MeshDraft *draft, TriMesh *mesh, MeshRepairs *repairs, Me
     bool overfull, again;
     if (run(draft, false, mesh, repairs, fault, &overfull))
         return true;
-    // Closed surfaces that touch along an edge were tied together by welding: once more without.
+    // Closed surfaces that touch along an edge were joined by welding: try again without.
     MeshFault second;
     if (overfull && run(draft, true, mesh, repairs, &second, &again))
         return true;
     return false;
 }
 
-// --- in words ---
+// --- summary ---
 
 void mesh_repairs_text(const MeshRepairs *repairs, char *text, size_t size)
 {

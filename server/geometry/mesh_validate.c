@@ -1,4 +1,4 @@
-// The rules of a mesh fit for simulation, one function a rule. Load time only; never changes a
+// The rules of a mesh fit for simulation, one function per rule. Load time only; never changes a
 // mesh.
 #include "geometry/mesh.h"
 
@@ -23,7 +23,7 @@ static bool fault_set(MeshFault *fault, int node, int triangle, const char *form
     return false;
 }
 
-// The index by which the user knows a node: the one in the file.
+// Returns the index by which the user knows a node: the one in the file.
 static int name_of(const TriMesh *mesh, int node)
 {
     return mesh->file_index != NULL ? mesh->file_index[node] : node;
@@ -42,7 +42,7 @@ static bool nodes_are_finite(const TriMesh *mesh, MeshFault *fault)
 
 double mesh_relative_height(const Vec3 *position, const int corner[3])
 {
-    // Scaled first: neither tiny nor huge triangles may under- or overflow.
+    // Scale first: neither tiny nor huge triangles may under- or overflow.
     Vec3 edge[3];
     double scale = 0.0;
     for (int k = 0; k < 3; k++) {
@@ -86,7 +86,7 @@ static bool triangles_are_sound(const TriMesh *mesh, MeshFault *fault)
     return true;
 }
 
-// Every edge in one or two triangles that run through it in opposite directions.
+// True if every edge is in one or two triangles that run through it in opposite directions.
 static bool edges_are_manifold(const TriMesh *mesh, const HalfEdges *half, MeshFault *fault)
 {
     for (int first = 0; first < half->count;) {
@@ -107,8 +107,7 @@ static bool edges_are_manifold(const TriMesh *mesh, const HalfEdges *half, MeshF
     return true;
 }
 
-// Triangles met when turning round the start of h, first one way, then the other if there is a
-// border.
+// Counts the triangles around the start of h, first one way, then the other if there is a border.
 static int fan_size(const HalfEdges *half, int h)
 {
     int size = 1;
@@ -125,7 +124,8 @@ static int fan_size(const HalfEdges *half, int h)
     return size;
 }
 
-// Every node used, and all its triangles in one fan: two cones that touch in a point are refused.
+// True if every node is used and all its triangles form one fan: two cones that touch in a point
+// are refused.
 static bool nodes_have_one_fan(const TriMesh *mesh, const HalfEdges *half, MeshFault *fault)
 {
     int *corners = calloc((size_t)mesh->node_count + 1, sizeof *corners);

@@ -1,15 +1,15 @@
-// Ear clipping in the plane of the polygon: an ear is a corner whose triangle holds no other
-// corner; cutting it off leaves a polygon with one corner less. Of all ears the best shaped one
-// goes first, and ears that would leave a corner all but on their own long edge go last: the sliver
-// left there would dictate the time step. Every corner's standing is kept and only the two beside a
-// cut are looked at again, so that the work is quadratic in the corners.
+// Ear clipping in the plane of the polygon. An ear is a corner whose triangle contains no other
+// corner; cutting it off leaves a polygon with one corner less. The best shaped ear goes first, and
+// ears that would leave a corner almost on their own long edge go last: the remaining sliver would
+// dictate the time step. The quality of every corner is stored and only the two beside a cut are
+// updated, so that the work is quadratic in the corners.
 #include "geometry/polygon.h"
 
 #include "geometry/mesh.h"
 
 #include <string.h>
 
-// How near to an ear another corner may come, as a fraction of the ear.
+// Smallest allowed distance of another corner from an ear, as a fraction of the ear.
 static const double COMFORT = 1e-2;
 
 enum { EAR_NONE, EAR_TIGHT, EAR_GOOD };
@@ -20,7 +20,7 @@ typedef struct Point {
 
 typedef struct Ears {
     int count;
-    Vec3 corner[POLYGON_CORNERS]; // relative to the first, over the extent
+    Vec3 corner[POLYGON_CORNERS]; // relative to the first, divided by the extent
     Point point[POLYGON_CORNERS]; // in the plane, turning counter-clockwise
     int key[POLYGON_CORNERS];
     int next[POLYGON_CORNERS], previous[POLYGON_CORNERS];
@@ -33,7 +33,7 @@ static double component(Vec3 v, int axis)
     return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
 }
 
-// Twice the area vector of the polygon (Newell).
+// Returns twice the area vector of the polygon (Newell).
 static Vec3 area_vector(const Vec3 *x, int count)
 {
     Vec3 sum = {0.0, 0.0, 0.0};
@@ -42,7 +42,7 @@ static Vec3 area_vector(const Vec3 *x, int count)
     return sum;
 }
 
-// Drops the coordinate in which the polygon is thinnest; containment and convexity do not change
+// Drops the coordinate in which the polygon is thinnest; containment and convexity are invariant
 // under such a projection.
 static Point project(Vec3 x, Vec3 normal)
 {
@@ -52,13 +52,13 @@ static Point project(Vec3 x, Vec3 normal)
     return component(normal, axis) > 0.0 ? (Point){u, v} : (Point){v, u};
 }
 
-// Twice the signed area of a triangle in the plane.
+// Returns twice the signed area of a triangle in the plane.
 static double turn(Point a, Point b, Point c)
 {
     return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-// Whether p lies in the triangle, widened by the fraction `margin` of its area over each edge.
+// True if p lies in the triangle, widened by the fraction `margin` of its area over each edge.
 static bool holds(Point a, Point b, Point c, double margin, Point p)
 {
     double least = -margin * turn(a, b, c);
@@ -88,7 +88,7 @@ static void judge(Ears *ears, int i)
     }
 }
 
-// The best ear of those that are left, or -1.
+// Returns the best of the remaining ears, or -1.
 static int find_ear(const Ears *ears, int first)
 {
     int best = -1, i = first;
@@ -102,7 +102,7 @@ static int find_ear(const Ears *ears, int first)
     return best;
 }
 
-// Whether nothing but a line is left: then every corner is as good as an ear.
+// True if only a line remains: then every corner counts as an ear.
 static bool is_flat(const Ears *ears, int first)
 {
     for (int i = ears->next[first]; ears->next[i] != first; i = ears->next[i]) {
@@ -138,8 +138,8 @@ static bool clip(Ears *ears, int (*triangle)[3])
     return true;
 }
 
-// Where the list of corners begins and which way it runs so that equal polygons are cut alike: at
-// the smallest key, towards its smaller neighbour. Returns the step, +1 or -1.
+// Chooses where the list of corners begins and its direction, so that equal polygons are cut alike:
+// at the smallest key, towards its smaller neighbour. Returns the step, +1 or -1.
 static int canonical_order(const int *key, int count, int *first)
 {
     *first = 0;
@@ -149,7 +149,7 @@ static int canonical_order(const int *key, int count, int *first)
     return key[(*first + 1) % count] <= key[(*first + count - 1) % count] ? 1 : -1;
 }
 
-// Triangles from one corner to all edges, if that is a way to cut the polygon.
+// Makes triangles from one corner to all edges, if that is a valid way to cut the polygon.
 static bool fan(const Vec3 *x, int count, int first, int (*triangle)[3])
 {
     Vec3 normal = area_vector(x, count);
@@ -169,6 +169,7 @@ bool polygon_triangulate(const Vec3 *corner, const int *key, int count, int (*tr
     if (count > POLYGON_CORNERS)
         return fan(corner, count, first, triangle);
     static _Thread_local Ears ears; // too large for every stack
+    // Scale by the extent: the thresholds are relative.
     double extent = 0.0;
     for (int i = 0; i < count; i++) {
         Vec3 d = vec3_sub(corner[i], corner[first]);
@@ -187,6 +188,7 @@ bool polygon_triangulate(const Vec3 *corner, const int *key, int count, int (*tr
         ears.point[i] = project(ears.corner[i], normal);
     if (!clip(&ears, triangle))
         return false;
+    // Return to the caller's order of corners.
     for (int t = 0; t < count - 2; t++) {
         for (int k = 0; k < 3; k++)
             triangle[t][k] = (first + step * triangle[t][k] + count) % count;

@@ -1,5 +1,5 @@
-// Lloyd's relaxation and Delaunay turns on a triangle mesh in space: nodes end up evenly spread
-// with five to seven neighbours each.
+// Lloyd's relaxation and Delaunay edge flips on a triangle mesh in space: nodes end up evenly
+// spread with five to seven neighbours each.
 #include "geometry/relax.h"
 
 #include "base/check.h"
@@ -7,11 +7,11 @@
 
 #include <stdlib.h>
 
-// Turning edges ends by itself in the plane; on a coarse curved surface two edges may take turns
-// for ever, hence a limit.
+// In the plane the flips end by themselves; on a coarse curved surface two edges may alternate for
+// ever, hence a limit.
 enum { TURN_PASSES = 60 };
 
-// The four nodes round an edge and what lies across the rim of its two triangles.
+// The four nodes round an edge and the half-edges across the rim of its two triangles.
 typedef struct Quad {
     int h, g;       // the two half-edges, a to b and b to a
     int a, b, c, d; // triangles a b c and b a d
@@ -34,7 +34,7 @@ static Vec3 normal_of(const TriMesh *mesh, int a, int b, int c)
                       vec3_sub(mesh->position[c], mesh->position[a]));
 }
 
-// Cotangent of the angle at `apex` between the ways to a and b.
+// Returns the cotangent of the angle at `apex` between the directions to a and b.
 static double cotangent(const TriMesh *mesh, int apex, int a, int b)
 {
     Vec3 u = vec3_sub(mesh->position[a], mesh->position[apex]);
@@ -54,10 +54,10 @@ static bool are_joined(const TriMesh *mesh, const int *twin, int from, int h, in
     return false;
 }
 
-// Whether the edge c d would shape the two triangles better than a b and keeps the surface sound.
+// True if the edge c d would give better shaped triangles than a b and keeps the surface sound.
 static bool should_turn(const TriMesh *mesh, const int *twin, const int *valence, Quad quad)
 {
-    const double tie = -1e-6; // four nodes on one circle keep the edge that they have
+    const double tie = -1e-6; // four nodes on one circle keep their edge
     if (!(cotangent(mesh, quad.c, quad.a, quad.b) + cotangent(mesh, quad.d, quad.b, quad.a) < tie))
         return false;
     // Nodes keep four neighbours: with three they become flat tips.
@@ -114,13 +114,13 @@ static void turn_edges(TriMesh *mesh, int *twin, int *valence)
     }
 }
 
-// Edge of an equilateral triangle as large as the mean one.
+// Returns the edge of an equilateral triangle with the mean area.
 static double mean_edge(const TriMesh *mesh)
 {
     return sqrt(4.0 / sqrt(3.0) * mesh_area(mesh) / mesh->triangle_count);
 }
 
-// Scratch of one relaxation, [node_count] each.
+// Scratch memory of one relaxation, [node_count] each.
 typedef struct Relax {
     int *valence;
     int *leaving; // a half-edge that leaves the node
@@ -129,20 +129,21 @@ typedef struct Relax {
     Vec3 *moved;
 } Relax;
 
-// Where a node moves when pushed by all nodes within REACH mean edges l that are reached over such
-// nodes: with (l / distance)^3, fading to nothing at REACH. The push does not depend on which edges
-// exist, or nodes with many neighbours would drive more neighbours away.
+// Returns the new position of a node that is pushed by all nodes within REACH mean edges l that are
+// connected through such nodes: with (l / distance)^3, fading to nothing at REACH. The push does
+// not depend on which edges exist, or nodes with many neighbours would drive away more of them.
 static Vec3 pushed(const TriMesh *mesh, const int *twin, Relax *relax, int node, double l)
 {
     const double REACH = 3.0;
     // A push p at distance d has the stiffness 3 p / d along the line between two nodes; the sum
-    // over a ring of neighbours is half of that in any direction, and the stiffest mode swings at
-    // twice the sum. Steps shrink with it where nodes are crowded; above a factor 1.5 they would
+    // over a ring of neighbours is half of that in any direction, and the stiffest mode oscillates
+    // at twice the sum. Steps shrink with it where nodes are crowded; above a factor 1.5 they would
     // grow.
     const double STIFFNESS = 2.4;
     Vec3 push = {0.0, 0.0, 0.0};
     double stiffness = 0.0;
     int count = 0;
+    // Breadth-first over the nodes within REACH; the stamp marks visited ones.
     relax->queue[count++] = node;
     relax->stamp[node] = node;
     for (int i = 0; i < count; i++) {

@@ -1,18 +1,18 @@
-// Edges of more than two faces. A face without area that merely lies along edges of others is taken
-// away; any other such edge is refused, for nobody can say which of its faces belong together.
+// Edges of more than two faces. A face without area that merely lies along edges of others is
+// removed; any other such edge is refused, because nothing says which of its faces belong together.
 #include "geometry/repair.h"
 
 #include "base/check.h"
 
 #include <stdlib.h>
 
-// Faces at the edge of each half-edge: shared[group[h]].
+// The number of faces at the edge of each half-edge: count[group[h]].
 typedef struct EdgeFaces {
-    int *group; // [half-edge] its first place in `order`
-    int *count; // [place in `order`]
+    int *group; // [half-edge] its first index in `order`
+    int *count; // [index in `order`]
 } EdgeFaces;
 
-// Whether the triangle can go without opening a border: at each of its edges it is either alone or
+// True if removing the triangle opens no border: at each of its edges it is either the only face or
 // one of more than two.
 static bool lies_along_others(const EdgeFaces *faces, int triangle)
 {
@@ -43,6 +43,7 @@ static void drop_flat_fins(Repair *repair, const HalfEdges *half)
     EdgeFaces faces = {.group = malloc(((size_t)half->count + 1) * sizeof(int)),
                        .count = malloc(((size_t)half->count + 1) * sizeof(int))};
     ASSERT(faces.group != NULL && faces.count != NULL);
+    // Group the half-edges of each edge and count its faces.
     for (int i = 0; i < half->count;) {
         int end = half_edge_group_end(half, mesh, i);
         faces.count[i] = end - i;
@@ -50,6 +51,8 @@ static void drop_flat_fins(Repair *repair, const HalfEdges *half)
             faces.group[half->order[k]] = i;
         i = end;
     }
+    // Counts fall with each removal, so that two fins at one edge are not both judged by the old
+    // count.
     for (int t = 0; t < mesh->triangle_count; t++) {
         if (!lies_along_others(&faces, t) ||
             mesh_relative_height(mesh->position, mesh->triangle[t]) > MESH_SMALLEST_HEIGHT)

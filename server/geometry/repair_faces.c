@@ -1,5 +1,4 @@
-// Welds nodes and cuts polygons into triangles; drops faces that are none and those that are there
-// twice.
+// Welds nodes and cuts polygons into triangles; drops degenerate and duplicate faces.
 #include "geometry/repair.h"
 
 #include "base/check.h"
@@ -12,8 +11,8 @@
 
 // --- triangles ---
 
-// The corners of a polygon whose node is not that of the corner before: their draft corners, node
-// numbers and positions.
+// The corners of a polygon, without repetitions of the same node: their draft corners, node numbers
+// and positions.
 typedef struct Outline {
     int *corner, *node;
     Vec3 *position;
@@ -110,8 +109,8 @@ static bool repeats_a_node(const int corner[3])
     return corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0];
 }
 
-// Triangles lose what welding made of them: a polygon that loses all of its triangles is a
-// degenerate face.
+// Drops triangles that welding collapsed; a polygon that loses all its triangles is a degenerate
+// face.
 static void drop_degenerate(Repair *repair)
 {
     TriMesh *mesh = &repair->mesh;
@@ -154,10 +153,11 @@ static size_t hash_nodes(const int node[3])
     return (size_t)(hash * UINT64_C(0xbf58476d1ce4e5b9) >> 20);
 }
 
-// Of triangles with the same nodes the first stays, whichever way they run.
+// Keeps the first of the triangles with the same nodes, whatever their orientations.
 static void drop_duplicates(Repair *repair)
 {
     TriMesh *mesh = &repair->mesh;
+    // A hash table with open addressing, at most half full.
     size_t slots = 16;
     while (slots < 2 * (size_t)mesh->triangle_count)
         slots *= 2;
@@ -177,7 +177,7 @@ static void drop_duplicates(Repair *repair)
             slot[at] = t;
             continue;
         }
-        // A quad that is there twice is one duplicate face.
+        // A quad that occurs twice is one duplicate face.
         repair->repairs->duplicate_faces += repair->polygon[t] != last;
         last = repair->polygon[t];
         repair->polygon[t] = -1;
@@ -200,8 +200,8 @@ static void join(Repair *repair, int a, int b)
     repair->kept[a > b ? a : b] = a > b ? b : a;
 }
 
-// Welds bit-equal nodes where that closes a gap: on borders, and along edges without length. So
-// closed surfaces that touch each other stay apart.
+// Welds bit-equal nodes where that closes a gap: on borders, and along edges without length. Closed
+// surfaces that touch each other stay separate.
 static void weld_borders(Repair *repair)
 {
     const TriMesh *mesh = &repair->mesh;
@@ -214,6 +214,7 @@ static void weld_borders(Repair *repair)
 
     HalfEdges half;
     half_edge_create(&half, mesh);
+    // Mark nodes inside a surface, then unmark both ends of each border edge.
     for (int h = 0; h < half.count; h++)
         inside[half_edge_from(mesh, h)] = true;
     for (int i = 0; i < half.count;) {
@@ -227,6 +228,7 @@ static void weld_borders(Repair *repair)
     }
     half_edge_destroy(&half);
 
+    // All border nodes at one position become one node.
     memset(first, 0xff, ((size_t)nodes + 1) * sizeof *first);
     for (int i = 0; i < nodes; i++) {
         if (inside[i])

@@ -1,6 +1,6 @@
-// Nodes in which surfaces meet point to point are split, so that every node has one fan of
-// triangles. A fan that the source drew with a node of its own gets that node back; any other gets
-// a copy, numbered after the nodes of the source.
+// Splits nodes in which surfaces meet point to point, so that every node has one fan of triangles.
+// A fan that has a node of its own in the source gets that node back; any other gets a copy,
+// numbered after the nodes of the source.
 #include "geometry/repair.h"
 
 #include "base/check.h"
@@ -10,11 +10,11 @@
 
 typedef struct Fans {
     HalfEdges half;
-    int *fan;     // [half-edge] of its start
+    int *fan;     // [half-edge] the fan around its start
     int *member;  // [half-edge] the next of the same fan
     int *first;   // [fan] a half-edge
-    int count;    // of fans
-    int *of_node; // [node] fans met so far
+    int count;    // number of fans
+    int *of_node; // [node] fans found so far
 } Fans;
 
 static void add_member(Fans *fans, int h)
@@ -24,7 +24,7 @@ static void add_member(Fans *fans, int h)
     fans->first[fans->count] = h;
 }
 
-// All half-edges that leave a node within the fan of h.
+// Collects all half-edges that leave a node within the fan of h.
 static void trace_fan(Fans *fans, int h)
 {
     const int *twin = fans->half.twin;
@@ -40,7 +40,7 @@ static void trace_fan(Fans *fans, int h)
     fans->count++;
 }
 
-// The node of the source by which a fan can go: its own in the draft, unless it is the shared one.
+// Returns the node of the source for a fan: its own in the draft, unless that is the shared one.
 static int own_node(const Repair *repair, const Fans *fans, int fan)
 {
     int smallest = repair->draft->node_count;
@@ -55,7 +55,7 @@ static int add_copy(Repair *repair, int node)
 {
     TriMesh *mesh = &repair->mesh;
     int copies = mesh->copy_count++;
-    // Doubled whenever the number so far is a power of two.
+    // Grow whenever the number so far is a power of two.
     if ((copies & (copies - 1)) == 0) {
         size_t room = copies == 0 ? 1 : 2 * (size_t)copies;
         mesh->copy_of = realloc(mesh->copy_of, room * sizeof *mesh->copy_of);
@@ -80,7 +80,7 @@ static void split_nodes(Repair *repair, Fans *fans)
     bool *taken = calloc((size_t)nodes + 1, sizeof *taken); // [draft node]
     bool *stays = calloc((size_t)fans->count + 1, sizeof *stays);
     ASSERT(taken != NULL && stays != NULL);
-    // Whoever was drawn with the node itself keeps it; else the first of its fans.
+    // The fan drawn with the node itself keeps it; else the first of its fans.
     for (int pass = 0; pass < 2; pass++)
         for (int fan = 0; fan < fans->count; fan++) {
             int node = half_edge_from(&repair->mesh, fans->first[fan]);
@@ -89,6 +89,7 @@ static void split_nodes(Repair *repair, Fans *fans)
             if (!taken[node] && (pass == 1 || own_node(repair, fans, fan) == node))
                 taken[node] = stays[fan] = true;
         }
+    // All other fans get their own node of the source if it is free, or a copy.
     for (int fan = 0; fan < fans->count; fan++) {
         int node = half_edge_from(&repair->mesh, fans->first[fan]);
         if (node >= nodes || fans->of_node[node] < 2 || stays[fan])

@@ -1,12 +1,12 @@
-// Triangles without area, taken out without a crack. Such a triangle is a line: the middle node
-// lies on the edge between the other two. Dropped alone it would leave that edge without a face
-// beside the two shorter ones (a T-junction), so
+// Removes triangles without area, without leaving a crack. Such a triangle is a line: the middle
+// node lies on the edge between the other two. Dropping it alone would leave that edge without a
+// face beside the two shorter ones (a T-junction), so
 //   - at a border it is dropped: the two shorter edges become the border;
 //   - else its longest edge is turned: the neighbour across is cut in two at the middle node;
-//   - where that gives no better triangles because two nodes all but coincide, those are merged;
-// and what fits none of these is refused. Where such triangles lie side by side, one whose
-// neighbour across has no area either waits for it, unless they share their longest edge: then
-// turning it makes both shorter. So each is looked at again only when a neighbour has changed.
+//   - where that gives no better triangles because two nodes almost coincide, those are merged;
+// and all other cases are refused. Of two adjacent such triangles, the one whose neighbour across
+// has no area either waits for it, unless they share their longest edge: then turning it makes both
+// shorter. Each is examined again only when a neighbour has changed.
 #include "geometry/repair.h"
 
 #include "base/check.h"
@@ -19,14 +19,14 @@ enum {
     LOOKS = 100
 }; // most rounds of merging; most looks at a flat triangle, on average
 
-// Nodes nearer to each other than this fraction of the triangle's longest edge may be merged: no
-// more than rounding of single-precision coordinates.
+// Nodes nearer to each other than this fraction of the triangle's longest edge may be merged: a
+// distance at the rounding error of single-precision coordinates.
 static const double NEAR = 1e-6;
 
 typedef struct Flats {
     Repair *repair;
-    HalfEdges half; // twins are kept up to date
-    int *waiting;   // [capacity] triangles to look at, a stack
+    HalfEdges half; // with up-to-date twins
+    int *waiting;   // [capacity] triangles to examine, a stack
     int count, capacity;
     bool *listed; // [triangle] is on the stack
 } Flats;
@@ -61,7 +61,7 @@ static int longest_edge(const TriMesh *mesh, int triangle)
     return longest;
 }
 
-// The node across from half-edge h in its triangle.
+// Returns the node across from half-edge h in its triangle.
 static int apex(const TriMesh *mesh, int h)
 {
     return half_edge_from(mesh, half_edge_previous(h));
@@ -69,19 +69,20 @@ static int apex(const TriMesh *mesh, int h)
 
 // --- neighbours of a node ---
 
-// A walk round the start of a half-edge, one way, then the other if there is a border.
+// A walk around the start of a half-edge, one way, then the other if there is a border.
 typedef struct FanWalk {
     int start, at;
-    int last; // the neighbour at the border, still to be told, or -1
+    int last; // the neighbour at the border, still to be returned, or -1
     bool back;
 } FanWalk;
 
-// The next neighbour, -1 after the last.
+// Returns the next neighbour, -1 after the last.
 static int next_neighbour(const Flats *flats, FanWalk *walk)
 {
     const TriMesh *mesh = &flats->repair->mesh;
     if (walk->at < 0)
         return -1;
+    // Forward until the walk closes or meets a border; then return the border node and walk back.
     if (!walk->back) {
         int neighbour = half_edge_to(mesh, walk->at), previous = half_edge_previous(walk->at);
         walk->at = flats->half.twin[previous];
@@ -104,8 +105,8 @@ static int next_neighbour(const Flats *flats, FanWalk *walk)
     return walk->at < 0 ? -1 : half_edge_to(mesh, walk->at);
 }
 
-// Whether the starts of two half-edges are neighbours. Walks round both at once: it costs what the
-// smaller fan costs, however large the other one is.
+// True if the starts of two half-edges are neighbours. Walks around both at once, so that the cost
+// is that of the smaller fan, however large the other one is.
 static bool share_an_edge(const Flats *flats, int h, int g)
 {
     const TriMesh *mesh = &flats->repair->mesh;
@@ -200,7 +201,7 @@ static bool can_turn(const Flats *flats, int h)
     return !is_flat(mesh, a, d, c) && !is_flat(mesh, b, c, d);
 }
 
-// Takes out what dropping and turning can; false when that took too long.
+// Removes what dropping and turning can; false when the limit of steps is reached.
 static bool drop_and_turn(Flats *flats)
 {
     const TriMesh *mesh = &flats->repair->mesh;
@@ -224,7 +225,8 @@ static bool drop_and_turn(Flats *flats)
     return flats->count == 0;
 }
 
-// Merges the two nodes of flat triangles that all but coincide; returns how many were merged.
+// Merges the two nearest nodes of flat triangles where they almost coincide; returns how many were
+// merged.
 static int merge(Repair *repair)
 {
     TriMesh *mesh = &repair->mesh;
@@ -232,6 +234,7 @@ static int merge(Repair *repair)
     for (int t = 0; t < mesh->triangle_count; t++) {
         if (!is_flat_triangle(mesh, t))
             continue;
+        // The shorter of the two other edges joins the nodes that may coincide.
         int longest = longest_edge(mesh, t), h = half_edge_next(longest);
         if (length(mesh, half_edge_previous(longest)) < length(mesh, h))
             h = half_edge_previous(longest);
@@ -244,6 +247,7 @@ static int merge(Repair *repair)
         repair->kept[a > b ? a : b] = a > b ? b : a;
         merged += a != b;
     }
+    // Rename the nodes in all triangles; those that collapse are dropped.
     for (int t = 0; merged > 0 && t < mesh->triangle_count; t++) {
         int *node = mesh->triangle[t];
         for (int k = 0; k < 3; k++)
@@ -275,6 +279,7 @@ bool repair_flat_faces(Repair *repair)
     Flats flats = {.repair = repair};
     flats.listed = calloc((size_t)mesh->triangle_count + 1, sizeof *flats.listed);
     ASSERT(flats.listed != NULL);
+    // A merge can make new flat triangles that dropping or turning removes, so alternate.
     for (int i = 0; i < MERGES; i++)
         if (!drop_and_turn(&flats) || count_flat(mesh) == 0 || merge(repair) == 0)
             break;

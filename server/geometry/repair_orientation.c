@@ -1,26 +1,25 @@
-// One orientation a component: faces are turned until neighbours run through their common edge in
-// opposite directions, then a closed component until it looks outward, an open one the way that
-// most of its faces did.
+// Gives each component one orientation: turns faces until neighbours run through their common edge
+// in opposite directions, then a closed component outward, an open one as most of its faces were.
 #include "geometry/repair.h"
 
 #include "base/check.h"
 
 #include <stdlib.h>
 
-// A closed component whose volume is smaller than this share of the volumes that it is the sum of
-// has no inside to speak of: rounding must not decide what is out.
+// A closed component whose volume is below this fraction of the absolute volumes that it sums up
+// has no definite inside: rounding must not decide which side is out.
 static const double LEAST_VOLUME = 1e-9;
 
 typedef struct Walk {
     HalfEdges half;
     int *queue;     // triangles of the component, in the order of discovery
-    int count;      // of them
+    int count;      // of triangles in the queue
     bool *reached;  // [triangle]
-    bool *opposite; // [triangle] to the orientation of the component's first
+    bool *opposite; // [triangle] opposite to the component's first triangle
     bool closed;
 } Walk;
 
-// Finds the component of a triangle; false with the fault set when it has one side only.
+// Walks the component of a triangle; false with the fault set if it is one-sided.
 static bool walk_component(Repair *repair, Walk *walk, int start)
 {
     const TriMesh *mesh = &repair->mesh;
@@ -36,6 +35,7 @@ static bool walk_component(Repair *repair, Walk *walk, int start)
                 continue;
             }
             int other = twin / 3;
+            // Neighbours with one orientation run through the edge in opposite directions.
             bool agrees = half_edge_from(mesh, h) == half_edge_to(mesh, twin);
             bool opposite = walk->opposite[h / 3] != !agrees;
             if (!walk->reached[other]) {
@@ -124,6 +124,8 @@ bool repair_orientation(Repair *repair)
             continue;
         repair->repairs->components++;
         ok = walk_component(repair, &walk, t);
+        // The whole component flips if it faces inward, or if most of its faces disagree with the
+        // first.
         bool turn =
             ok && (walk.closed ? looks_inward(repair, &walk, extent) : most_are_opposite(&walk));
         for (int i = 0; turn && i < walk.count; i++)

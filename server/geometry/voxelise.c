@@ -1,10 +1,9 @@
-// Meshes to lattices. Nodes are rounded to a fine grid of whole numbers first, 2^-20 of a cell;
-// everything behind that is exact. A row of cell centres, a line in x, enters or leaves the solid
-// where it passes through a triangle. Rows through edges, corners or along faces are decided as if
-// they lay an infinitesimal e to the side in y, e^2 in z, and their centres e^3 in x (Edelsbrunner
-// and Mücke 1990, simulation of simplicity): no row meets an edge then, each crossing of a closed
-// surface belongs to exactly one triangle, and the number of crossings of a row is even. Load time
-// only.
+// Meshes to lattices. Nodes are first rounded to a fine integer grid, 2^-20 of a cell; all that
+// follows is exact. A row of cell centres, a line in x, enters or leaves the solid where it passes
+// through a triangle. Rows through edges, corners or along faces are decided as if shifted by an
+// infinitesimal e in y, e^2 in z, and their centres e^3 in x (Edelsbrunner and Mücke 1990,
+// simulation of simplicity). Then no row meets an edge, each crossing of a closed surface belongs
+// to exactly one triangle, and the number of crossings of a row is even. Load time only.
 #include "geometry/voxelise.h"
 
 #include "base/check.h"
@@ -13,23 +12,23 @@
 #include <stdint.h>
 #include <stdlib.h>
 
-// Steps of the grid in half a cell, and most cells along an axis. With both, coordinates are below
-// 2^37, areas below 2^76 and six-fold volumes below 2^115: all fit.
+// Grid steps in half a cell, and most cells along an axis. With both, coordinates are below 2^37,
+// areas below 2^76 and six-fold volumes below 2^115: all fit.
 #define HALF_CELL ((int64_t)1 << 19)
 enum { MOST_ALONG = 1 << 16 };
 
 __extension__ typedef __int128 Wide;
 
-typedef int64_t Point[3]; // in steps of the grid
+typedef int64_t Point[3]; // in grid steps
 
 // The rows that a mesh is cut along.
 typedef struct Raster {
-    Lattice *lattice; // label: parity of the crossings before each cell, of the cell alone
+    Lattice *lattice; // label: parity of the crossings before each cell, of this cell alone
     Vec3 low;         // low corner of the grid [m]
     Point *point;     // [node]
 } Raster;
 
-// --- closed? ---
+// --- is the mesh closed? ---
 
 static bool check_closed(const TriMesh *mesh, Status *status)
 {
@@ -54,42 +53,29 @@ static bool check_closed(const TriMesh *mesh, Status *status)
 
 // --- the grid ---
 
-static void find_box(const TriMesh *mesh, double low[3], double high[3])
-{
-    for (int a = 0; a < 3; a++) {
-        low[a] = (double)INFINITY;
-        high[a] = -(double)INFINITY;
-    }
-    for (int n = 0; n < mesh->node_count; n++) {
-        const double x[3] = {mesh->position[n].x, mesh->position[n].y, mesh->position[n].z};
-        for (int a = 0; a < 3; a++) {
-            low[a] = fmin(low[a], x[a]);
-            high[a] = fmax(high[a], x[a]);
-        }
-    }
-}
-
-// The size of cells of which `cells` (of size 1 a unit) become few enough, with two digits.
+// Returns a cell size at which the number of cells fits, with two digits. `share`: the factor that
+// is needed.
 static double coarser(double size, double share)
 {
     double enough = size * share, digit = pow(10.0, floor(log10(enough)) - 1.0);
     return digit * ceil(enough / digit * (1.0 + 1e-9));
 }
 
-// A grid around the box of the mesh, with the same middle. What exceeds a whole number of cells by
-// less than 1e-6 of one is rounding.
+// Creates a grid around the box of the mesh, with the same middle. An excess below 1e-6 of a cell
+// over a whole number of cells is rounding.
 static bool create_grid(Raster *raster, const TriMesh *mesh, double size, Status *status)
 {
-    double low[3], high[3], cells = 1.0, most = 0.0, share = cbrt(1.0 / LATTICE_MOST_CELLS);
+    // `share` becomes the cube root of the number of cells over the limit.
+    double low[3], cells = 1.0, most = 0.0, share = cbrt(1.0 / LATTICE_MOST_CELLS);
     int count[3] = {0};
-    find_box(mesh, low, high);
+    const Box box = mesh_box(mesh);
     for (int a = 0; a < 3; a++) {
-        double along = ceil((high[a] - low[a]) / size - 1e-6);
+        double along = ceil((box.high[a] - box.low[a]) / size - 1e-6);
         along = along >= 1.0 ? along : 1.0;
         cells *= along;
-        share *= cbrt(along); // which does not overflow
+        share *= cbrt(along); // a product of cube roots does not overflow
         most = fmax(most, along);
-        low[a] = 0.5 * (low[a] + high[a]) - 0.5 * along * size;
+        low[a] = 0.5 * (box.low[a] + box.high[a]) - 0.5 * along * size;
         count[a] = along <= MOST_ALONG ? (int)along : 0;
     }
     if (!(cells <= LATTICE_MOST_CELLS) || most > MOST_ALONG) {
@@ -120,14 +106,14 @@ static void round_nodes(Raster *raster, const TriMesh *mesh)
 
 // --- one triangle ---
 
-// Twice the area in the y-z plane of the row and the edge from `a` to `b`.
+// Returns twice the area in the y-z plane of the row and the edge from `a` to `b`.
 static Wide edge_area(const Point a, const Point b, int64_t y, int64_t z)
 {
     return (Wide)(a[1] - y) * (b[2] - z) - (Wide)(b[1] - y) * (a[2] - z);
 }
 
-// Whether the row, moved infinitesimally, is to the left of the edge. The derivatives of edge_area
-// by y and z decide where it is zero.
+// True if the row, shifted infinitesimally, is to the left of the edge. Where edge_area is zero,
+// its derivatives by y and z decide.
 static bool is_left(Wide area, const Point a, const Point b)
 {
     if (area != 0)
@@ -143,8 +129,8 @@ static int64_t floor_divide(Wide n, Wide d) // d > 0
     return (int64_t)(q - (q * d > n));
 }
 
-// The first cell of the row whose centre, moved, is beyond the plane of the triangle p. `w`: the
-// areas opposite to the corners, sum > 0. The crossing is at x = sum w p.x / sum w.
+// Returns the first cell of the row whose shifted centre is beyond the plane of the triangle p.
+// `w`: the areas opposite to the corners, sum > 0. The crossing is at x = sum w p.x / sum w.
 static int64_t first_beyond(const int64_t *const p[3], const Wide w[3])
 {
     Wide sum = w[0] + w[1] + w[2];
@@ -154,7 +140,7 @@ static int64_t first_beyond(const int64_t *const p[3], const Wide w[3])
     int64_t before = floor_divide(excess, cell);
     if (before * cell != excess)
         return before + 1;
-    // How excess changes with y, then z; that of sum is zero.
+    // Derivatives of `excess` by y, then z; those of `sum` are zero.
     Wide by_y = 0, by_z = 0;
     for (int c = 0; c < 3; c++) {
         const int64_t *a = p[(c + 1) % 3], *b = p[(c + 2) % 3];
@@ -180,8 +166,7 @@ static void cross_row(Raster *raster, const int64_t *const p[3], int j, int k)
         raster->lattice->label[lattice_index(raster->lattice, cell < 0 ? 0 : (int)cell, j, k)] ^= 1;
 }
 
-// Where the triangle lies in the layer of rows with this z, one row more on either side than it
-// can meet.
+// Finds the rows with this z that the triangle can meet, with one row more on either side.
 static void find_rows(const int64_t *const p[3], int64_t z, int count, int *first, int *end)
 {
     double low = (double)INFINITY, high = -(double)INFINITY;
@@ -208,7 +193,7 @@ static void cross_triangle(Raster *raster, const int corner[3])
     const int64_t *p[3];
     for (int c = 0; c < 3; c++)
         p[c] = raster->point[corner[c]];
-    // Either way round; edge-on it has no inside that a row could pass.
+    // Orient the triangle; edge-on it has no inside that a row could cross.
     Wide area = edge_area(p[0], p[1], p[2][1], p[2][2]);
     if (area == 0)
         return;
@@ -217,6 +202,7 @@ static void cross_triangle(Raster *raster, const int corner[3])
         p[1] = p[2];
         p[2] = other;
     }
+    // The layers of rows between its lowest and highest corner.
     int64_t low = p[0][2], high = p[0][2];
     for (int c = 1; c < 3; c++) {
         low = p[c][2] < low ? p[c][2] : low;
@@ -233,7 +219,7 @@ static void cross_triangle(Raster *raster, const int corner[3])
     }
 }
 
-// From crossings to inside and outside: returns the solid cells.
+// Turns crossings into inside and outside; returns the number of solid cells.
 static long fill_rows(const Lattice *lattice)
 {
     long solid = 0, rows = (long)lattice->count[1] * lattice->count[2];

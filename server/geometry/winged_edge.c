@@ -2,6 +2,7 @@
 #include "geometry/winged_edge.h"
 
 #include "base/check.h"
+#include "base/union_find.h"
 #include "geometry/half_edge.h"
 
 #include <stdlib.h>
@@ -13,12 +14,15 @@ static int *new_ints(size_t count)
     return array;
 }
 
-// Edges in their order, faces on both sides, and the edges and neighbours of each face.
+// Links the edges in their order with the faces on both sides, and each face with its edges and
+// neighbours.
 static void link_edges(WingedMesh *winged, const TriMesh *mesh, const HalfEdges *half)
 {
     int(*face_edge)[3] = winged->face_edge;
     for (int first = 0; first < half->count;) {
-        int end = first + (half->twin[half->order[first]] >= 0 ? 2 : 1); // of a valid mesh
+        int end = first + (half->twin[half->order[first]] >= 0
+                               ? 2
+                               : 1); // a valid mesh has at most two half-edges per edge
         WingedEdge *edge = &winged->edge[winged->edge_count];
         int h = half->order[first];
         int a = half_edge_from(mesh, h), b = half_edge_to(mesh, h);
@@ -35,6 +39,7 @@ static void link_edges(WingedMesh *winged, const TriMesh *mesh, const HalfEdges 
         winged->edge_count++;
         first = end;
     }
+    // All edges of a face are numbered now: link each with the ones before and after it.
     for (int h = 0; h < half->count; h++) {
         WingedEdge *edge = &winged->edge[face_edge[h / 3][h % 3]];
         int side = half_edge_from(mesh, h) == edge->node[0] ? 0 : 1;
@@ -62,10 +67,12 @@ static void link_node_faces(WingedMesh *winged, const TriMesh *mesh)
     start[0] = 0;
 }
 
-// The edges round each node. A border node starts at its border edge, any other at its first edge.
+// Lists the edges round each node. A border node starts at its border edge, any other at its first
+// edge.
 static void link_node_edges(WingedMesh *winged, const TriMesh *mesh, const HalfEdges *half)
 {
     int *first = new_ints((size_t)mesh->node_count); // half-edge where the turn starts
+    // Choose the start: a half-edge without a twin starts at a border.
     for (int i = 0; i < mesh->node_count; i++)
         first[i] = -1;
     for (int i = 0; i < half->count; i++) {
@@ -79,7 +86,8 @@ static void link_node_edges(WingedMesh *winged, const TriMesh *mesh, const HalfE
         int h = first[i];
         while (h >= 0) {
             winged->node_edge[count++] = winged->face_edge[h / 3][h % 3];
-            int back = half_edge_previous(h); // ends at the node: the next edge of the turn
+            int back =
+                half_edge_previous(h); // ends at the node: its twin is the next edge round the node
             h = half->twin[back];
             if (h < 0)
                 winged->node_edge[count++] = winged->face_edge[back / 3][back % 3];
@@ -96,7 +104,7 @@ void winged_create(WingedMesh *winged, const TriMesh *mesh)
 {
     HalfEdges half;
     half_edge_create(&half, mesh);
-    size_t edge_count = 0; // of a valid mesh: each half-edge is one, or half of one
+    size_t edge_count = 0; // in a valid mesh each half-edge is an edge, or half of one
     for (int h = 0; h < half.count; h++)
         edge_count += half.twin[h] < h;
     size_t faces = (size_t)mesh->triangle_count, nodes = (size_t)mesh->node_count;
@@ -163,39 +171,24 @@ bool winged_is_boundary_edge(const WingedMesh *winged, int edge)
 
 bool winged_is_boundary_node(const WingedMesh *winged, int node)
 {
-    // The turn round a border node starts at the border.
+    // The edges round a border node start at the border.
     int start = winged->node_edge_start[node];
     return start < winged->node_edge_start[node + 1] &&
            winged_is_boundary_edge(winged, winged->node_edge[start]);
 }
 
-// The root of i in a forest of parents; halves the path on its way.
-static int find_root(int *parent, int i)
-{
-    while (parent[i] != i) {
-        parent[i] = parent[parent[i]];
-        i = parent[i];
-    }
-    return i;
-}
-
-// Trees left after joining nodes along all edges, or only border nodes along border edges.
+// Counts the trees left after joining nodes along all edges, or only border nodes along border
+// edges.
 static int count_trees(const WingedMesh *winged, bool boundary_only)
 {
     int *parent = new_ints((size_t)winged->node_count);
     int trees = 0;
-    for (int i = 0; i < winged->node_count; i++) {
-        parent[i] = i;
+    union_find_reset(parent, winged->node_count);
+    for (int i = 0; i < winged->node_count; i++)
         trees += !boundary_only || winged_is_boundary_node(winged, i);
-    }
-    for (int e = 0; e < winged->edge_count; e++) {
-        if (boundary_only && !winged_is_boundary_edge(winged, e))
-            continue;
-        int a = find_root(parent, winged->edge[e].node[0]);
-        int b = find_root(parent, winged->edge[e].node[1]);
-        trees -= a != b;
-        parent[a > b ? a : b] = a > b ? b : a;
-    }
+    for (int e = 0; e < winged->edge_count; e++)
+        if (!boundary_only || winged_is_boundary_edge(winged, e))
+            trees -= union_find_join(parent, winged->edge[e].node[0], winged->edge[e].node[1]);
     free(parent);
     return trees;
 }

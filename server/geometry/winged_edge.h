@@ -1,5 +1,5 @@
-// Winged-edge table of a valid triangle mesh (Baumgart's structure as listed by Choi et al. 2005,
-// implementation section): each edge knows its two nodes, its two faces, and in each face the edge
+// Winged-edge table of a valid triangle mesh (Baumgart's structure as in Choi et al. 2005,
+// implementation section): each edge has its two nodes, its two faces, and in each face the edges
 // before and after it.
 #ifndef PLIANT_GEOMETRY_WINGED_EDGE_H
 #define PLIANT_GEOMETRY_WINGED_EDGE_H
@@ -8,9 +8,9 @@
 
 typedef struct WingedEdge {
     int node[2];     // start and end; node[0] < node[1]
-    int face[2];     // left (in which it runs from start to end) and right; -1 at a boundary
-    int previous[2]; // edge before this one when walking round face[i]; -1 without a face
-    int next[2];     // edge after this one when walking round face[i]; -1 without a face
+    int face[2];     // left (where it runs from start to end) and right; -1 at a boundary
+    int previous[2]; // edge before this one around face[i]; -1 without a face
+    int next[2];     // edge after this one around face[i]; -1 without a face
 } WingedEdge;
 
 typedef struct WingedMesh {
@@ -19,24 +19,26 @@ typedef struct WingedMesh {
     int (*face_edge)[3];     // [face_count]; edge k joins corners k and (k + 1) % 3
     int (*face_neighbor)[3]; // [face_count]; face across edge k, -1 at a boundary
     int *node_edge_start;    // [node_count + 1]; edges of node i: node_edge[start[i] .. start[i+1])
-    int *node_edge;       // [2 edge_count], in turning order round the node (counter-clockwise seen
-                          // from outside; from boundary to boundary at a border node)
+    int *node_edge;       // [2 edge_count], counter-clockwise seen from outside; from boundary to
+                          // boundary at a border node
     int *node_face_start; // [node_count + 1]
     int *node_face;       // [3 face_count], ascending for each node
 } WingedMesh;
 
-// The mesh must have passed mesh_validate. Arrays are owned by `winged`.
+// Builds the table of a mesh that passes mesh_validate. `winged` owns its arrays.
 void winged_create(WingedMesh *winged, const TriMesh *mesh);
 void winged_destroy(WingedMesh *winged);
 
+// Returns the number of edges of a node.
 int winged_valence(const WingedMesh *winged, int node);
-// The other end of an edge of `node`.
+// Returns the other end of an edge of `node`.
 int winged_other(const WingedMesh *winged, int edge, int node);
-// The edge between two nodes, or -1.
+// Returns the edge between two nodes, or -1.
 int winged_find_edge(const WingedMesh *winged, int a, int b);
 bool winged_is_boundary_edge(const WingedMesh *winged, int edge);
 bool winged_is_boundary_node(const WingedMesh *winged, int node);
-// Boundary loops, connected components, and the Euler characteristic V - E + F.
+// Return the number of boundary loops, of connected components, and the Euler characteristic V - E
+// + F.
 int winged_boundary_loops(const WingedMesh *winged);
 int winged_components(const WingedMesh *winged);
 int winged_euler(const WingedMesh *winged);

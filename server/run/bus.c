@@ -1,7 +1,6 @@
 #include "run/bus_parts.h"
 
 #include "base/clock.h"
-#include "run/lcm_url.h"
 
 #include <errno.h>
 #include <poll.h>
@@ -10,7 +9,8 @@
 
 // --- start ---
 
-// Channels: at most 63 characters; the longest of a body is that of its velocities or mesh deltas.
+// A channel has at most 63 characters; the longest channels of a body are its velocities and
+// deltas.
 static bool name_channels(Bus *bus, Status *status)
 {
     const char *prefix = bus->scene->prefix;
@@ -33,13 +33,38 @@ static bool name_channels(Bus *bus, Status *status)
 
 static bool join_network(Bus *bus, const char *url, Status *status)
 {
-    if (!lcm_url_check(url, status))
-        return false;
-    bus->lcm = lcm_create(url);
+    Network network;
+    char why[RECEIVER_WHY_MAX];
+    if (!network_read(&network, url, why))
+        return status_fail(status, STATUS_INVALID, "%s", why);
+    if (strncmp(network.url, "file://", 7) == 0)
+        return status_fail(status, STATUS_INVALID,
+                           "LCM URL '%s': a log is applied with --input LOG --offline SECONDS",
+                           network.url);
+    if (!network_has_route(&network, why))
+        return status_fail(status, STATUS_FAILED, "%s", why);
+    bus->lcm = lcm_create(network.url);
     if (bus->lcm == NULL)
-        return status_fail(status, STATUS_FAILED, "LCM cannot use '%s'",
-                           url != NULL ? url : "its default URL");
-    return bus_claim(bus, url, status) && bus_subscribe(bus, status);
+        return status_fail(status, STATUS_FAILED, "LCM cannot use '%s'", network.url);
+    return bus_listen(bus, &network, status) && bus_claim(bus, network.url, status) &&
+           bus_subscribe(bus, status);
+}
+
+// First value of every sequence on the wire. A test build starts just below the wrap-around.
+#ifndef BUS_FIRST_SEQUENCE
+#define BUS_FIRST_SEQUENCE 0
+#endif
+
+static void start_sequences(Bus *bus)
+{
+    const uint32_t first = BUS_FIRST_SEQUENCE;
+    bus->event_sequence = bus->status_sequence = first;
+    for (int i = 0; i < sim_tool_count(bus->sim); i++)
+        bus->contact_sequence[i] = first;
+    for (int i = 0; i < sim_body_count(bus->sim); i++) {
+        BodyStream *stream = &bus->body[i];
+        stream->nodes_sequence = stream->mesh_sequence = stream->delta_sequence = first;
+    }
 }
 
 Bus *bus_reserve(World *world, const Scene *scene, Exchange *exchange)
@@ -50,6 +75,7 @@ Bus *bus_reserve(World *world, const Scene *scene, Exchange *exchange)
     bus->exchange = exchange;
     gate_init(&bus->gate, world->sim, scene->tool_timeout_s, &world->arena);
     bus_create_streams(bus, &world->arena);
+    start_sequences(bus);
     return bus;
 }
 
@@ -74,8 +100,8 @@ static void send_all(Bus *bus)
     bus_tell_status(bus, now_ns);
 }
 
-// Until the next chunk or status is due, something arrives or the step thread wakes us. A step
-// thread that has no contacts to publish does not wake us: then we look often enough by ourselves.
+// Waits until the next chunk or status is due, a message arrives or the step thread wakes us. A
+// step thread without contacts to publish does not wake us, so the wait is short then.
 static void wait_for_something(Bus *bus)
 {
     int64_t now_ns = clock_now_ns();
@@ -84,7 +110,7 @@ static void wait_for_something(Bus *bus)
     due_ns = look_ns < due_ns ? look_ns : due_ns;
     if (due_ns != INT64_MAX && due_ns - now_ns < wait_ns)
         wait_ns = due_ns > now_ns ? due_ns - now_ns : 0;
-    struct pollfd fds[2] = {{.fd = lcm_get_fileno(bus->lcm), .events = POLLIN},
+    struct pollfd fds[2] = {{.fd = receiver_file(bus->receiver), .events = POLLIN},
                             {.fd = bus->exchange->bus_fd, .events = POLLIN}};
     struct timespec wait = {.tv_sec = wait_ns / 1000000000, .tv_nsec = wait_ns % 1000000000};
     ppoll(fds, 2, &wait, NULL);
@@ -95,7 +121,7 @@ static void *bus_main(void *argument)
 {
     Bus *bus = argument;
     bool more = false;
-    bus->looked_ns = clock_now_ns();
+    bus->looked_ns = bus->born_ns = clock_now_ns();
     while (!atomic_load(&bus->finish)) {
         if (!more)
             wait_for_something(bus);
@@ -140,6 +166,8 @@ BusCounts bus_counts(const Bus *bus)
 
 void bus_disconnect(Bus *bus)
 {
+    receiver_destroy(bus->receiver);
+    bus->receiver = NULL;
     if (bus->lcm != NULL)
         lcm_destroy(bus->lcm);
     bus->lcm = NULL;

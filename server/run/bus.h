@@ -1,6 +1,7 @@
-// Messages in and out: the only files that know LCM's sockets. The bus thread takes what arrives,
-// checks it and hands it to the step thread; encodes, chunks and paces what the step thread hands
-// out. It never touches the simulation's state.
+// Messages in and out: the only files that use LCM's sockets (README.md, "What LCM does, and what
+// we do about it"). The bus thread receives messages, checks them and hands them to the step
+// thread. It encodes, chunks and paces what the step thread hands over. It never touches the
+// simulation's state.
 #ifndef PLIANT_RUN_BUS_H
 #define PLIANT_RUN_BUS_H
 
@@ -11,24 +12,24 @@
 typedef struct Bus Bus;
 
 typedef struct BusCounts {
-    int64_t received, published, rejected, failed; // failed: publishing that the system refused
+    int64_t received, published, rejected, failed; // failed: publishing refused by the system
     int64_t reason[REFUSAL_COUNT];
 } BusCounts;
 
-// Load time: all memory of the bus, from the world's arena. Everything outlives the bus.
+// Allocates all memory of the bus from the world's arena. The arguments outlive the bus. Load time.
 Bus *bus_reserve(World *world, const Scene *scene, Exchange *exchange);
-// Main thread: connects, refuses an output prefix that another daemon uses, subscribes. `describe`
-// is the answer to DESCRIBE. False with `status`.
+// Connects, refuses an output prefix that another daemon uses, and subscribes. `describe` is the
+// answer to DESCRIBE. Main thread. Returns false with `status` on failure.
 bool bus_connect(Bus *bus, const char *describe, const char *lcm_url, Status *status);
-// The thread "pliant-bus". It tells `service` how the run does.
+// Starts the thread "pliant-bus", which reports the state of the run to `service`.
 bool bus_start(Bus *bus, Service *service, Status *status);
-// After the other threads have ended: publishes what they left and ends.
+// Publishes what the other threads have left and ends; call after they have ended.
 void bus_stop(Bus *bus);
-// After bus_stop: whether the bus ended the run, because another daemon has held the prefix for
-// longer.
+// True if the bus ended the run because another daemon has held the prefix for longer. Valid after
+// bus_stop.
 bool bus_yielded(const Bus *bus);
 BusCounts bus_counts(const Bus *bus);
-// Leaves the network; the memory goes with the arena.
+// Disconnects from the network; the arena frees the memory.
 void bus_disconnect(Bus *bus);
 
 #endif

@@ -1,9 +1,8 @@
-// Whose output prefix it is. Two daemons on one prefix would mix their meshes, so one asks before
-// it starts. What slips through (a lost packet, a link that was cut, a daemon that was stopped
-// while the other started) is found when one hears the other's status: both ask again, and the one
-// that has held the prefix for a shorter time ends. A hold begins anew when the bus thread was away
-// for longer than anybody waits for an answer. Questions are random numbers, so that a log which is
-// played back answers none.
+// Ownership of the output prefix. Two daemons on one prefix would mix their meshes, so a daemon
+// asks before it starts. A lost packet, a broken link or a daemon that was stopped meanwhile can
+// hide a second one; each then hears the other's status, both ask again, and the one that has held
+// the prefix for a shorter time ends. A hold restarts when the bus thread did not run for longer
+// than a client waits for an answer. Questions are random numbers, so a replayed log answers none.
 #include "run/bus_parts.h"
 
 #include "base/clock.h"
@@ -11,6 +10,7 @@
 
 #include "pliant_claim_t.h"
 
+#include <poll.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/random.h>
@@ -18,8 +18,9 @@
 enum {
     WAIT_MS = 250,     // for an answer
     ASK_AGAIN_MS = 50, // before the start: packets get lost
-    CLOSE_US = 100000, // holds that began within this are as old as each other
-    AWAY_MS = 1000,    // more than WAIT_MS, lest a busy machine's daemon yields to a newcomer
+    CLOSE_US = 100000, // holds that began within this time count as equally old
+    QUEUE = 16,        // messages that liblcm queues for URLs other than udpm
+    AWAY_MS = 1000,    // longer than WAIT_MS, lest a daemon on a busy machine yields to a newcomer
 };
 
 static int64_t draw(void)
@@ -50,6 +51,14 @@ static bool read_claim(const lcm_recv_buf_t *message, pliant_claim_t *claim)
     const pliant_claim_t any = {0};
     return message->data_size == (uint32_t)pliant_claim_t_encoded_size(&any) &&
            pliant_claim_t_decode(message->data, 0, (int)message->data_size, claim) >= 0;
+}
+
+// True if the claim can come from a daemon of this host: it holds its prefix since boot at most.
+static bool is_plausible(const Bus *bus, const pliant_claim_t *claim)
+{
+    const int64_t years_us = INT64_C(10) * 365 * 86400 * 1000000;
+    return claim->held >= -1 &&
+           claim->held <= (bus->scene->remote ? years_us : clock_now_ns() / 1000);
 }
 
 // --- before the start ---
@@ -85,7 +94,9 @@ static void ask_until_answered(Bus *bus, const Asking *asking)
             again_ns = now_ns + ASK_AGAIN_MS * INT64_C(1000000);
         }
         int64_t until_ns = again_ns < end_ns ? again_ns : end_ns;
-        lcm_handle_timeout(bus->lcm, 1 + (int)((until_ns - now_ns) / 1000000));
+        struct pollfd in = {.fd = receiver_file(bus->receiver), .events = POLLIN};
+        poll(&in, 1, 1 + (int)((until_ns - now_ns) / 1000000));
+        receiver_handle(bus->receiver);
         now_ns = clock_now_ns();
     }
 }
@@ -99,15 +110,15 @@ bool bus_claim(Bus *bus, const char *url, Status *status)
     if (url != NULL && strncmp(url, "memq://", 7) == 0)
         return true;
     Asking asking = {.bus = bus};
-    lcm_subscription_t *on[2] = {
-        lcm_subscribe(bus->lcm, bus->status_channel, on_any_status, &asking),
-        lcm_subscribe(bus->lcm, bus->claim_channel, on_first_answer, &asking)};
+    Receiver *receiver = bus->receiver;
+    ReceiverSubscription *on[2] = {
+        receiver_subscribe(receiver, bus->status_channel, QUEUE, on_any_status, &asking),
+        receiver_subscribe(receiver, bus->claim_channel, QUEUE, on_first_answer, &asking)};
     if (on[0] == NULL || on[1] == NULL)
-        return status_fail(status, STATUS_FAILED,
-                           "LCM cannot receive: are multicast packets filtered?");
+        return status_fail(status, STATUS_FAILED, "LCM cannot receive");
     ask_until_answered(bus, &asking);
     for (int i = 0; i < 2; i++)
-        lcm_unsubscribe(bus->lcm, on[i]);
+        receiver_unsubscribe(receiver, on[i]);
     claim->question = 0;
     claim->since_ns = clock_now_ns();
     if (asking.taken)
@@ -125,7 +136,7 @@ void bus_hold_anew(Bus *bus, int64_t away_ns, int64_t now_ns)
         bus->claim.since_ns = now_ns;
 }
 
-// At most once a second.
+// Asks at most once per second.
 static void ask_rival(Bus *bus)
 {
     BusClaim *claim = &bus->claim;
@@ -173,10 +184,14 @@ static void on_claim(const lcm_recv_buf_t *message, const char *channel, void *u
     Bus *bus = user;
     pliant_claim_t claim;
     bool read = read_claim(message, &claim);
+    if (read && !is_plausible(bus, &claim)) {
+        bus_refuse(bus, REFUSED_RANGE, "a claim that was held for longer than may be");
+        return;
+    }
     if (bus->claim.yielded || (read && claim.daemon == bus->claim.daemon))
         return;
     if (!read) {
-        bus->claim.asked = true; // any other message asks for a status
+        bus->claim.asked = true; // any other message requests a status
         return;
     }
     if (claim.answers != 0 && claim.answers == bus->claim.question) {
@@ -190,11 +205,11 @@ static void on_claim(const lcm_recv_buf_t *message, const char *channel, void *u
     if (claim.held < 0)
         bus->claim.asked = true;
     else
-        ask_rival(bus); // it would know who we are, and we not who it is
+        ask_rival(bus); // else the rival would know us, but we would not know the rival
 }
 
-// A status on our channel that we did not send. The time stamp behind the fingerprint is enough to
-// know our own.
+// Handles a status on our channel that we did not send. Our own are known by the time stamp after
+// the fingerprint.
 static void on_status(const lcm_recv_buf_t *message, const char *channel, void *user)
 {
     (void)channel;
@@ -218,7 +233,6 @@ static void on_status(const lcm_recv_buf_t *message, const char *channel, void *
 
 bool bus_subscribe_claims(Bus *bus, Status *status)
 {
-    enum { QUEUE = 16 };
     return bus_subscribe_to(bus, bus->status_channel, on_status, bus, QUEUE, status) &&
            bus_subscribe_to(bus, bus->claim_channel, on_claim, bus, QUEUE, status);
 }

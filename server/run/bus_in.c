@@ -6,11 +6,10 @@
 
 #include "pliant_command_t.h"
 
-#include <poll.h>
 #include <stdio.h>
 #include <string.h>
 
-// One event a second for each reason at most; the counters miss nothing.
+// Publishes at most one event per second for each reason; the counters count all.
 static void tell_refusal(Bus *bus, Refusal refusal, const char *why)
 {
     int64_t now = clock_now_ns();
@@ -24,7 +23,13 @@ static void tell_refusal(Bus *bus, Refusal refusal, const char *why)
     log_line(LOG_DEBUG, "refused: %s", why);
 }
 
-// `again`: a repeat of it is tried again.
+void bus_refuse(Bus *bus, Refusal refusal, const char *why)
+{
+    gate_count(&bus->gate, refusal);
+    tell_refusal(bus, refusal, why);
+}
+
+// `again`: a repeat of the request will be tried again.
 static void answer_refusal(Bus *bus, const GateResult *result, bool again)
 {
     Answer answer = {.kind = result->input.kind,
@@ -45,35 +50,50 @@ static bool ends_a_step(const Input *input)
                                             input->command.kind == PLIANT_COMMAND_T_STOP);
 }
 
-// As many answers fit into their ring as requests may wait; one sender may have half of them.
+static bool is_switched_off(const Bus *bus, const Input *input)
+{
+    return !bus->scene->stop_command && input->kind == INPUT_COMMAND &&
+           input->command.kind == PLIANT_COMMAND_T_STOP;
+}
+
+// True if the request fits. The ring of answers is as long as the ring of requests. A sender may
+// use as many slots as are left: one sender gets half, two a third each, and one more client always
+// finds some.
 static bool has_room(const Bus *bus, const Input *input)
 {
-    const int half = EXCHANGE_REQUESTS / 2;
-    if (bus->outstanding < half)
-        return true;
-    // The request itself is pending already.
-    return bus->outstanding < EXCHANGE_REQUESTS && gate_pending(&bus->gate, input->sender) <= half;
+    const int left = EXCHANGE_REQUESTS - bus->outstanding;
+    return left > 0 &&
+           gate_pending(&bus->gate, input->sender) <= left; // already counted as pending
 }
 
 static void hand_over(Bus *bus, GateResult *result)
 {
     Exchange *exchange = bus->exchange;
     if (!input_is_request(&result->input)) {
+        // A pose overwrites the unread one of its tool; `lifts` lets the step thread see a lift in
+        // between.
         Slot *slot = &exchange->pose[result->input.index];
-        int32_t *lifts = &exchange->lifts[result->input.index];
+        uint32_t *lifts = &exchange->lifts[result->input.index];
         *lifts += !result->input.pose.active;
-        result->input.pose.lifts = *lifts;
+        result->input.pose.lifts = (int32_t)*lifts;
         memcpy(slot_back(slot), &result->input, sizeof result->input);
         slot_publish(slot);
         return;
     }
+    // Refuse requests that the scene disables or that find no slot.
+    if (is_switched_off(bus, &result->input)) {
+        snprintf(result->why, sizeof result->why, "STOP is switched off here (stop_command)");
+        bus_refuse(bus, REFUSED_SWITCHED_OFF, result->why);
+        answer_refusal(bus, result, false);
+        return;
+    }
     if (!has_room(bus, &result->input)) {
         snprintf(result->why, sizeof result->why, "%d requests wait already", bus->outstanding);
-        gate_count(&bus->gate, REFUSED_FULL);
-        tell_refusal(bus, REFUSED_FULL, result->why);
+        bus_refuse(bus, REFUSED_FULL, result->why);
         answer_refusal(bus, result, true);
         return;
     }
+    // Hand the request to the step thread; a PAUSE or STOP also interrupts a running STEP.
     if (ends_a_step(&result->input))
         atomic_fetch_add(&exchange->interrupts, 1);
     if (ring_push(&exchange->request, &result->input))
@@ -83,14 +103,31 @@ static void hand_over(Bus *bus, GateResult *result)
 
 void bus_look(Bus *bus, int64_t now_ns)
 {
-    // It looks at least every 100 ms. The kernel's buffer keeps the oldest of what came meanwhile
-    // and liblcm's thread has to empty it first.
+    // The thread runs at least every 100 ms. After a longer gap the kernel's buffer keeps the
+    // oldest messages, which liblcm's thread must drain first.
     enum { LOOKS_NS = 100000000, EMPTIED_NS = 50000000 };
     int64_t away_ns = now_ns - bus->looked_ns;
     bus->looked_ns = now_ns;
     if (away_ns > LOOKS_NS + (int64_t)(bus->scene->tool_timeout_s * 1e9))
         bus->stale_until_ns = now_ns + EMPTIED_NS;
     bus_hold_anew(bus, away_ns, now_ns);
+}
+
+// True for a request older than this daemon: a repeat of one that another daemon did not answer,
+// with its original time stamp. Only an age of a few seconds counts: clients have given up by then,
+// replayed logs are older, and a changed clock can give any age.
+static bool is_older_than_we(const Bus *bus, const Input *input, int64_t now_ns, char *why)
+{
+    enum { MOST_US = 5000000, SLACK_US = 20000 };
+    const int64_t now_utime = clock_utime(),
+                  age_least_us = (now_ns - bus->born_ns) / 1000 + SLACK_US;
+    if (!input_is_request(input) || input->utime <= now_utime - MOST_US ||
+        input->utime >= now_utime - age_least_us)
+        return false;
+    snprintf(why, INPUT_WHY_MAX,
+             "made %.2f s ago, before this daemon started: the daemon that it was sent to is gone",
+             1e-6 * (double)(now_utime - input->utime));
+    return true;
 }
 
 static void on_input(const lcm_recv_buf_t *message, const char *channel, void *user)
@@ -102,15 +139,22 @@ static void on_input(const lcm_recv_buf_t *message, const char *channel, void *u
     GateResult result;
     int64_t now_ns = clock_now_ns();
     bus_look(bus, now_ns);
+    // After a gap the age of a pose is unknown: drop it before the gate, which would accept it.
     if (subscription->kind == INPUT_POSE && now_ns < bus->stale_until_ns) {
         gate_count(&bus->gate, REFUSED_STALE);
         return;
     }
     gate_pass(&bus->gate, subscription->kind, message->data, message->data_size, now_ns / 1000,
               &result);
+    // Each passage has its answer: execute, refuse, repeat the stored answer, or wait for it.
     switch (result.passage) {
     case PASSAGE_OPEN:
-        hand_over(bus, &result);
+        if (is_older_than_we(bus, &result.input, now_ns, result.why)) {
+            bus_refuse(bus, REFUSED_STALE, result.why);
+            answer_refusal(bus, &result, false);
+        } else {
+            hand_over(bus, &result);
+        }
         break;
     case PASSAGE_REFUSED:
         tell_refusal(bus, result.refusal, result.why);
@@ -125,20 +169,34 @@ static void on_input(const lcm_recv_buf_t *message, const char *channel, void *u
     }
 }
 
+static void on_dropped(Drop drop, const char *why, void *user)
+{
+    static const Refusal REFUSED[DROP_COUNT] = {[DROP_MALFORMED] = REFUSED_PACKET,
+                                                [DROP_FRAGMENT] = REFUSED_FRAGMENT,
+                                                [DROP_REMOTE] = REFUSED_REMOTE};
+    bus_refuse(user, REFUSED[drop], why);
+}
+
+bool bus_listen(Bus *bus, const Network *network, Status *status)
+{
+    const ReceiverOptions options = {
+        .remote = bus->scene->remote, .dropped = on_dropped, .user = bus};
+    char why[RECEIVER_WHY_MAX];
+    bus->receiver = receiver_create(bus->lcm, network, &options, why);
+    return bus->receiver != NULL || status_fail(status, STATUS_FAILED, "%s", why);
+}
+
 bool bus_subscribe_to(Bus *bus, const char *channel, lcm_msg_handler_t handler, void *user,
                       int queue, Status *status)
 {
-    lcm_subscription_t *subscription = lcm_subscribe(bus->lcm, channel, handler, user);
-    if (subscription == NULL)
-        return status_fail(status, STATUS_FAILED,
-                           "LCM cannot receive on %s: are multicast packets filtered?", channel);
-    lcm_subscription_set_queue_capacity(subscription, queue);
-    return true;
+    return receiver_subscribe(bus->receiver, channel, queue, handler, user) != NULL ||
+           status_fail(status, STATUS_FAILED, "LCM cannot receive on %s", channel);
 }
 
 bool bus_subscribe(Bus *bus, Status *status)
 {
-    // The queues keep the oldest and drop the newest: long enough never to fill between two looks.
+    // Where liblcm receives, its queues keep the oldest messages and drop the newest, so they are
+    // long enough never to fill between two iterations.
     enum { QUEUE = 4096 };
     for (int k = 0; k < INPUT_KINDS; k++) {
         char channel[2 * CHANNEL_MAX];
@@ -153,12 +211,9 @@ bool bus_subscribe(Bus *bus, Status *status)
 
 bool bus_receive(Bus *bus)
 {
-    enum { MOST = 1024 }; // a flood of messages must not stop what goes out
-    struct pollfd in = {.fd = lcm_get_fileno(bus->lcm), .events = POLLIN};
-    for (int i = 0; i < MOST; i++) {
-        if (poll(&in, 1, 0) <= 0 || (in.revents & POLLIN) == 0)
+    enum { MOST = 1024 }; // limit per call, so that a flood of messages does not block publishing
+    for (int i = 0; i < MOST; i++)
+        if (receiver_handle(bus->receiver) <= 0)
             return false;
-        lcm_handle(bus->lcm);
-    }
     return true;
 }

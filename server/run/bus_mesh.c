@@ -1,5 +1,6 @@
-// Meshes out, whole and as deltas. Whole ones are sent over time from memory that does not change
-// meanwhile: the body's own if it never does, else the bus's copy of the mesh last told.
+// Meshes out, whole and as deltas. A whole mesh is sent over time, so its memory must not change
+// meanwhile: the body's own mesh if it never changes, else the bus's copy of the mesh last
+// published.
 #include "run/bus_parts.h"
 
 #include "base/clock.h"
@@ -8,8 +9,8 @@
 
 #include <stdio.h>
 
-// While a whole mesh is under way frames of newer topologies wait, so it leaves faster than one
-// that nothing waits for: 46 MB/s, 5 chunks in the smallest default receive buffer.
+// While a whole mesh is being sent, frames of newer topologies wait. It leaves faster then: 46
+// MB/s, 5 chunks in the smallest default receive buffer.
 enum { CHUNKS_A_SECOND = 1000 };
 
 void bus_create_mesh_stream(Bus *bus, int index, Arena *arena)
@@ -43,13 +44,14 @@ static void send_mesh_chunk(Bus *bus, int index)
     BodyStream *stream = &bus->body[index];
     const BodyMesh *mesh = &stream->mesh;
     const int chunk = stream->whole.next, chunks = stream->mesh_chunks;
+    // This chunk's share of the triangles and of the nodes.
     int triangle = chunk_begin(mesh->triangle_count, chunk, chunks);
     int triangle_end = chunk_begin(mesh->triangle_count, chunk + 1, chunks);
     int node = chunk_begin(mesh->node_count, chunk, chunks);
     int node_end = chunk_begin(mesh->node_count, chunk + 1, chunks);
     // The generated type has no const; encoding only reads.
     pliant_mesh_t message = {.utime = clock_utime(),
-                             .sequence = stream->mesh_sequence,
+                             .sequence = (int32_t)stream->mesh_sequence,
                              .topology = mesh->topology,
                              .node_count = mesh->node_count,
                              .triangle_count = mesh->triangle_count,
@@ -91,6 +93,7 @@ static void start_mesh(Bus *bus, int index, int64_t now_ns)
     pace_start(&stream->whole, count,
                stream->copy == NULL ? bus->scene->publish.mesh_hz : (double)CHUNKS_A_SECOND / count,
                now_ns);
+    stream->whole_next_ns = pace_end_ns(&stream->whole, now_ns) + BUS_AGAIN_NS;
 }
 
 void bus_send_meshes(Bus *bus, int64_t now_ns)
@@ -103,23 +106,19 @@ void bus_send_meshes(Bus *bus, int64_t now_ns)
         BodyStream *stream = &bus->body[i];
         stream->whole_wanted |= all_due && !pace_is_under_way(&stream->whole);
         if (stream->whole_wanted && !pace_is_under_way(&stream->whole) &&
-            !pace_is_under_way(&stream->delta_pace))
+            !pace_is_under_way(&stream->delta_pace) && (all_due || now_ns >= stream->whole_next_ns))
             start_mesh(bus, i, now_ns);
         while (pace_is_due(&stream->whole, now_ns))
             send_whole_chunk(bus, i);
     }
 }
 
-// From their start at once, or, where a newer topology may wait for the end of the one under way,
-// after that: asking again and again must not keep it waiting.
-void bus_restart_meshes(Bus *bus, int64_t now_ns)
+// Restarts only after the mesh being sent has left, so that repeated requests delay no chunk and no
+// newer topology.
+void bus_restart_meshes(Bus *bus)
 {
-    for (int i = 0; i < sim_body_count(bus->sim); i++) {
-        if (bus->body[i].copy == NULL)
-            start_mesh(bus, i, now_ns);
-        else
-            bus->body[i].whole_wanted = true;
-    }
+    for (int i = 0; i < sim_body_count(bus->sim); i++)
+        bus->body[i].whole_wanted = true;
 }
 
 // --- deltas ---
@@ -141,7 +140,7 @@ bool bus_follow_mesh(Bus *bus, int index, int64_t now_ns, bool at_once)
     if (stream->rest != NULL)
         rest_copy_take(stream->rest, exchange_frame_rest(bus->exchange, index, stream->frame));
     stream->delta_sequence++;
-    // In a quarter of the time to the next frame: the nodes still want theirs.
+    // Use a quarter of the time to the next frame, so that time is left for the nodes.
     pace_start(&stream->delta_pace, mesh_delta_chunks(&stream->delta),
                4.0 * bus->scene->publish.nodes_hz, now_ns);
     return true;
@@ -155,7 +154,7 @@ bool bus_send_delta(Bus *bus, int index, int64_t now_ns, bool now)
         pliant_mesh_delta_t message =
             mesh_delta_chunk(&stream->delta, &stream->mesh, pace->next, bus->delta_chunk);
         message.utime = clock_utime();
-        message.sequence = stream->delta_sequence;
+        message.sequence = (int32_t)stream->delta_sequence;
         bus_count_published(bus,
                             pliant_mesh_delta_t_publish(bus->lcm, stream->delta_channel, &message));
         pace->next++;

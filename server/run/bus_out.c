@@ -1,4 +1,4 @@
-// Frames and contacts out. The nodes of a topology never leave before its mesh does.
+// Frames and contacts out. The mesh of a topology always leaves before its nodes.
 #include "run/bus_parts.h"
 
 #include "pliant_contact_t.h"
@@ -35,8 +35,9 @@ static void send_nodes_chunk(Bus *bus, int index)
     int nodes = frame->node_count;
     int first = chunk_begin(nodes, pace->next, pace->count);
     int end = chunk_begin(nodes, pace->next + 1, pace->count);
+    // Positions and velocities share a message type; they differ in channel and array.
     pliant_nodes_t message = {.utime = frame->utime,
-                              .sequence = stream->nodes_sequence,
+                              .sequence = (int32_t)stream->nodes_sequence,
                               .step = frame->step,
                               .time = frame->time,
                               .topology = frame->topology,
@@ -56,8 +57,8 @@ static void send_nodes_chunk(Bus *bus, int index)
     pace->next++;
 }
 
-// The newest frame of a body, unless chunks of the last one are still to go. One of a new topology
-// waits until the whole mesh under way has left, and its own mesh goes first.
+// Takes the newest frame of a body unless chunks of the last one are left to send. A frame of a new
+// topology waits until the whole mesh being sent has left, and its own mesh goes first.
 static void take_frame(Bus *bus, int index, int64_t now_ns, bool at_once)
 {
     BodyStream *stream = &bus->body[index];
@@ -68,20 +69,23 @@ static void take_frame(Bus *bus, int index, int64_t now_ns, bool at_once)
         stream->frame = frame;
         stream->frame_waits = true;
     }
-    if (!stream->frame_waits ||
-        !bus_follow_mesh(bus, index, now_ns, at_once || stream->frame->at_once))
+    const bool again = stream->frame_wanted && stream->frame != NULL && !stream->frame_waits &&
+                       now_ns >= stream->frame_next_ns;
+    if (!again && (!stream->frame_waits ||
+                   !bus_follow_mesh(bus, index, now_ns, at_once || stream->frame->at_once)))
         return;
-    stream->frame_waits = false;
-    stream->nodes_sequence++;
+    stream->nodes_sequence += stream->frame_waits;
+    stream->frame_waits = stream->frame_wanted = false;
     pace_start(&stream->nodes, chunks_of(stream->frame->node_count, NODES_IN_CHUNK),
                bus->scene->publish.nodes_hz, pace_end_ns(&stream->delta_pace, now_ns));
+    stream->frame_next_ns = pace_end_ns(&stream->nodes, now_ns) + BUS_AGAIN_NS;
 }
 
 void bus_send_frames(Bus *bus, int64_t now_ns, bool at_once)
 {
     for (int i = 0; i < sim_body_count(bus->sim); i++) {
         BodyStream *stream = &bus->body[i];
-        // The rest of the last frame first, then the newest one.
+        // First pass: the rest of the last frame. Second pass: the newest one.
         for (int pass = 0; pass < 2; pass++) {
             take_frame(bus, i, now_ns, at_once);
             bool now = at_once || (stream->frame != NULL && stream->frame->at_once);
@@ -94,14 +98,11 @@ void bus_send_frames(Bus *bus, int64_t now_ns, bool at_once)
     }
 }
 
-void bus_restart_streams(Bus *bus, int64_t now_ns)
+void bus_restart_streams(Bus *bus)
 {
-    bus_restart_meshes(bus, now_ns);
-    for (int i = 0; i < sim_body_count(bus->sim); i++) {
-        BodyStream *stream = &bus->body[i];
-        if (stream->frame != NULL && !stream->frame_waits)
-            stream->nodes.next = 0;
-    }
+    bus_restart_meshes(bus);
+    for (int i = 0; i < sim_body_count(bus->sim); i++)
+        bus->body[i].frame_wanted = true;
 }
 
 int64_t bus_next_chunk_ns(const Bus *bus)
@@ -116,6 +117,9 @@ int64_t bus_next_chunk_ns(const Bus *bus)
             int64_t due = pace_next_ns(pace[k]);
             next = due < next ? due : next;
         }
+        if (stream->whole_wanted && pace_next_ns(&stream->whole) == INT64_MAX &&
+            pace_next_ns(&stream->delta_pace) == INT64_MAX && stream->whole_next_ns < next)
+            next = stream->whole_next_ns;
     }
     return next;
 }
@@ -131,14 +135,14 @@ static void set3(double to[3], Vec3 from)
 
 static void send_contact(Bus *bus, const ContactOut *contact)
 {
-    // Long enough for a few lost messages, short enough that a stale force is soon dropped.
+    // Valid long enough for a few lost messages, briefly enough to drop a stale force soon.
     double hz = bus->scene->publish.contact_hz;
     int64_t valid_us = 20000;
     if (hz > 0.0 && 3e6 / hz > (double)valid_us)
         valid_us = (int64_t)(3e6 / hz);
     const ToolWrench *wrench = &contact->wrench;
     pliant_contact_t message = {.utime = contact->utime,
-                                .sequence = ++bus->contact_sequence[contact->tool],
+                                .sequence = (int32_t)++bus->contact_sequence[contact->tool],
                                 .tool = sim_tool(bus->sim, contact->tool)->id,
                                 .step = contact->step,
                                 .time = contact->time,
@@ -152,6 +156,7 @@ static void send_contact(Bus *bus, const ContactOut *contact)
         set3(message.point, wrench->point);
         set3(message.normal, wrench->normal);
         message.depth = wrench->depth;
+        // Voigt order (xx yy zz yz xz xy) to a full 3 x 3 matrix.
         const double *k = wrench->stiffness;
         const double all[9] = {k[0], k[5], k[4], k[5], k[1], k[3], k[4], k[3], k[2]};
         memcpy(message.stiffness, all, sizeof message.stiffness);

@@ -1,5 +1,5 @@
-// Rest positions and texture coordinates out: of the mesh that its listeners were told, behind each
-// whole one, for scenes with publish.rest.
+// Rest positions and texture coordinates of the published mesh; they follow each whole mesh in
+// scenes with publish.rest.
 #include "run/bus_parts.h"
 
 #include "base/clock.h"
@@ -31,13 +31,13 @@ int bus_rest_chunks(const BodyStream *stream)
 void bus_send_rest_chunk(Bus *bus, int index, int chunk)
 {
     const BodyStream *stream = &bus->body[index];
-    const Body *body = sim_body(bus->sim, index); // only what is constant in it is read
+    const Body *body = sim_body(bus->sim, index); // only its constant members are read
     const RestCopy *rest = stream->rest;
     const int chunks = bus_rest_chunks(stream);
     const int first = chunk_begin(rest->node_count, chunk, chunks);
     const int end = chunk_begin(rest->node_count, chunk + 1, chunks);
     pliant_rest_t message = {.utime = clock_utime(),
-                             .sequence = stream->mesh_sequence,
+                             .sequence = (int32_t)stream->mesh_sequence,
                              .topology = rest->topology,
                              .node_count = rest->node_count,
                              .chunk = chunk,

@@ -45,14 +45,14 @@ void bus_send_answer(Bus *bus, const Answer *answer)
                               .text = (char *)(uintptr_t)text};
     bus_count_published(bus, pliant_reply_t_publish(bus->lcm, bus->reply_channel, &message));
     if (describes)
-        bus_restart_streams(bus, clock_now_ns());
+        bus_restart_streams(bus);
 }
 
 void bus_send_event(Bus *bus, const EventOut *event)
 {
     const char *body = event->body >= 0 ? sim_body(bus->sim, event->body)->name : "";
     pliant_event_t message = {.utime = clock_utime(),
-                              .sequence = ++bus->event_sequence,
+                              .sequence = (int32_t)++bus->event_sequence,
                               .step = event->step,
                               .body = (char *)(uintptr_t)body,
                               .kind = (char *)(uintptr_t)event->kind,
@@ -67,7 +67,7 @@ void bus_send_event(Bus *bus, const EventOut *event)
 static void fill_bodies(const Bus *bus, pliant_body_status_t *out)
 {
     for (int i = 0; i < sim_body_count(bus->sim); i++) {
-        Body *body = sim_body(bus->sim, i); // only what is constant in it is read
+        Body *body = sim_body(bus->sim, i); // only its constant members are read
         const BodyOut *from = &bus->status->body[i];
         out[i] = (pliant_body_status_t){.name = body->name,
                                         .model = (char *)(uintptr_t)body->ops->model,
@@ -113,7 +113,7 @@ static int fill_guard(const GuardCounts *guard, char **name, int64_t *count)
     return reasons;
 }
 
-// What was refused, dropped, held back or put right, and how often.
+// Fills names and counts of what was refused, dropped, held back or corrected.
 static int fill_reasons(const Bus *bus, char *name[REASONS], int64_t count[REASONS])
 {
     int reasons = 0;
@@ -138,10 +138,11 @@ static int fill_reasons(const Bus *bus, char *name[REASONS], int64_t count[REASO
     return reasons;
 }
 
-// Not fresh: sent before, so its figures "since the last status" are zero now.
+// Sends the status. Not `fresh`: a repeat, whose figures "since the last status" are zero.
 void bus_send_status(Bus *bus, bool fresh)
 {
     const StatusOut *from = bus->status;
+    // Collect the variable parts: figures of bodies, stages and reasons.
     char *stage[STAGE_COUNT], *reason[REASONS];
     double stage_us[STAGE_COUNT];
     int64_t count[REASONS];
@@ -150,7 +151,7 @@ void bus_send_status(Bus *bus, bool fresh)
     ASSERT(body != NULL);
     fill_bodies(bus, body);
     pliant_status_t message = {.utime = clock_utime(),
-                               .sequence = ++bus->status_sequence,
+                               .sequence = (int32_t)++bus->status_sequence,
                                .scene = (char *)(uintptr_t)bus->scene->name,
                                .state = (char *)(uintptr_t)loop_state_name(from->state),
                                .step = from->step,
@@ -168,12 +169,14 @@ void bus_send_status(Bus *bus, bool fresh)
                                .num_reasons = fill_reasons(bus, reason, count),
                                .reason = reason,
                                .count = count};
+    // A repeated status has no new timings.
     if (fresh) {
         memcpy(message.step_us, from->step_us, sizeof message.step_us);
         memcpy(message.wake_us, from->wake_us, sizeof message.wake_us);
     } else {
         memset(stage_us, 0, sizeof stage_us);
     }
+    // Remember the time stamp, by which bus_claim.c tells our statuses from a rival's.
     bus->own_status[bus->status_sequence % OWN_STATUSES] = message.utime;
     bus_count_published(bus, pliant_status_t_publish(bus->lcm, bus->status_channel, &message));
     free(body);
@@ -188,11 +191,14 @@ void bus_tell_status(Bus *bus, int64_t now_ns)
     if (bus->status == NULL)
         return;
     bool overdue = hz > 0.0 && now_ns >= bus->next_status_ns;
-    if (newest == NULL && !overdue && !bus->claim.asked)
+    // Limit the rate, however often a client requests it.
+    bool asked = bus->claim.asked && now_ns >= bus->status_told_ns + BUS_AGAIN_NS;
+    if (newest == NULL && !overdue && !asked)
         return;
     bus_send_status(bus, newest != NULL);
     bus->claim.asked = false;
-    // The step thread's own beat comes first; only when it rests do we repeat the last one.
+    bus->status_told_ns = now_ns;
+    // The step thread's own status comes first; only while it is idle is the last one repeated.
     if (hz > 0.0)
         bus->next_status_ns = now_ns + (int64_t)(1.5e9 / hz);
 }
@@ -203,7 +209,7 @@ static void tell_answers(Bus *bus, Ring *ring, int64_t now_ns)
 {
     const Answer *answer;
     while ((answer = ring_peek(ring)) != NULL) {
-        // Whoever steps sees the nodes and contacts of the last tick before the reply.
+        // The client that steps receives nodes and contacts of the last tick before the reply.
         if (answer->after_frame) {
             bus_send_frames(bus, now_ns, true);
             bus_send_contacts(bus);

@@ -77,7 +77,7 @@ const float *exchange_push_frame(Exchange *exchange, Sim *sim, int index, bool a
     return frame->value; // the reader does not write
 }
 
-// A second of frames: so long may a busy disk or a checkpoint keep the files thread.
+// Frames of one second: the time for which a busy disk or a checkpoint may block the files thread.
 static unsigned frames_waiting(double nodes_hz)
 {
     unsigned frames = EXCHANGE_FRAMES_LEAST;
@@ -86,10 +86,22 @@ static unsigned frames_waiting(double nodes_hz)
     return frames;
 }
 
-static void create_recording(Exchange *exchange, World *world, double nodes_hz)
+// The same for tools, whose samples of one second are small at any rate.
+static unsigned tools_waiting(double tools_hz)
 {
-    create_ring(&exchange->recorded, &world->arena, frames_waiting(nodes_hz),
+    unsigned rows = EXCHANGE_FRAMES_LEAST;
+    while ((double)rows < tools_hz)
+        rows *= 2;
+    return rows;
+}
+
+static void create_recording(Exchange *exchange, World *world, const ExchangeOptions *options)
+{
+    create_ring(&exchange->recorded, &world->arena, frames_waiting(options->nodes_hz),
                 round_up(record_frame_bytes(world->sim)), "recorded");
+    if (options->tools_hz > 0.0)
+        create_ring(&exchange->recorded_tools, &world->arena, tools_waiting(options->tools_hz),
+                    round_up(record_tools_bytes(world->sim)), "recorded_tools");
     exchange->recorded_mesh =
         arena_allocate(&world->arena, ARENA_OUTPUT, (size_t)exchange->body_count,
                        sizeof *exchange->recorded_mesh, "run/recorded_mesh_rings");
@@ -98,7 +110,8 @@ static void create_recording(Exchange *exchange, World *world, double nodes_hz)
                        sizeof *exchange->recorded_topology, "run/recorded_topologies");
     for (int i = 0; i < exchange->body_count; i++) {
         const Body *body = sim_body(world->sim, i);
-        exchange->recorded_topology[i] = body->mesh.topology; // recorder_create writes this one
+        exchange->recorded_topology[i] =
+            body->mesh.topology; // recorder_create writes this topology
         if (mesh_changes(body))
             create_ring(&exchange->recorded_mesh[i], &world->arena, EXCHANGE_MESHES,
                         mesh_copy_bytes(&body->mesh), "recorded_meshes");
@@ -118,6 +131,7 @@ void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
     exchange->logs_inputs = options->logs_inputs;
     exchange->records = options->records;
 
+    // Slots to the step thread: the newest pose of each tool.
     exchange->pose = arena_allocate(arena, ARENA_OUTPUT, (size_t)exchange->tool_count,
                                     sizeof *exchange->pose, "run/pose_slots");
     exchange->lifts = arena_allocate(arena, ARENA_OUTPUT, (size_t)exchange->tool_count,
@@ -126,6 +140,7 @@ void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
                                      sizeof *exchange->taken, "run/poses_taken");
     for (int i = 0; i < exchange->tool_count; i++)
         create_slot(&exchange->pose[i], arena, sizeof(Input), "pose");
+    // Slots from the step thread: a frame of each body, with mesh and rest positions behind it.
     exchange->frame = arena_allocate(arena, ARENA_OUTPUT, (size_t)exchange->body_count,
                                      sizeof *exchange->frame, "run/frame_slots");
     exchange->mesh_at = arena_allocate(arena, ARENA_OUTPUT, (size_t)exchange->body_count,
@@ -137,11 +152,13 @@ void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
         create_frames(exchange, i, sim_body(sim, i), arena);
     create_slot(&exchange->status, arena,
                 sizeof(StatusOut) + (size_t)exchange->body_count * sizeof(BodyOut), "status");
+    // Rings of requests and of the answers, contacts and events that go out.
     create_ring(&exchange->request, arena, EXCHANGE_REQUESTS, sizeof(Input), "requests");
     if (exchange->tool_count > 0)
         create_ring(&exchange->contact, arena, EXCHANGE_CONTACTS, sizeof(ContactOut), "contacts");
     create_ring(&exchange->answer, arena, EXCHANGE_REQUESTS, sizeof(Answer), "answers");
     create_ring(&exchange->event, arena, EXCHANGE_EVENTS, sizeof(EventOut), "events");
+    // Only the enabled files take memory.
     if (options->logs_inputs)
         create_ring(&exchange->applied, arena, EXCHANGE_APPLIED, sizeof(AppliedInput), "applied");
     if (options->checkpoints) {
@@ -149,7 +166,7 @@ void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
         create_ring(&exchange->written, arena, EXCHANGE_REQUESTS, sizeof(Answer), "written");
     }
     if (options->records)
-        create_recording(exchange, world, options->nodes_hz);
+        create_recording(exchange, world, options);
     if (options->checkpoints || options->records || options->logs_inputs)
         create_ring(&exchange->files_event, arena, EXCHANGE_EVENTS, sizeof(EventOut),
                     "files_events");
@@ -179,7 +196,7 @@ void exchange_close(Exchange *exchange)
 void exchange_wake(int fd)
 {
     uint64_t one = 1;
-    // A full counter means that a wake-up is already waiting.
+    // A full counter means that a wake-up is already pending.
     if (write(fd, &one, sizeof one) < 0)
         return;
 }
@@ -188,5 +205,5 @@ void exchange_clear(int fd)
 {
     uint64_t count;
     if (read(fd, &count, sizeof count) < 0)
-        return; // nothing was waiting
+        return; // no wake-up was pending
 }

@@ -1,6 +1,6 @@
-// Everything that the step thread shares with the bus and files threads: latest-value slots,
-// bounded rings, two wake-up descriptors and a few flags. All memory is taken at load; nobody waits
-// for anybody. For each member: who writes, who reads.
+// The data that the step thread shares with the bus and files threads: latest-value slots, bounded
+// rings, two wake-up descriptors and a few flags. All memory is allocated at load time; no thread
+// waits for another. The comments of the members name the writer and the reader.
 #ifndef PLIANT_RUN_EXCHANGE_H
 #define PLIANT_RUN_EXCHANGE_H
 
@@ -27,9 +27,10 @@ enum {
 
 typedef enum RunState { RUN_RUNNING, RUN_PAUSED, RUN_LOCKSTEP } RunState;
 
-// Positions (and velocities) of one body after a tick. Behind them, of a body whose mesh changes, a
-// copy of the mesh to which they belong, and where its nodes rest if that is published: so a frame
-// and its mesh always come together, however many frames are never taken.
+// Positions (and velocities) of one body after a tick. If the body's mesh changes, a copy of the
+// mesh that the positions belong to follows, and the rest positions of its nodes if they are
+// published. A frame and its mesh therefore always arrive together, however many frames are
+// dropped.
 typedef struct Frame {
     int64_t utime; // [us]
     int64_t step;
@@ -56,15 +57,15 @@ typedef struct EventOut {
     char text[INPUT_WHY_MAX];
 } EventOut;
 
-// What changes of body_status_t, as the step thread sees it.
+// The members of body_status_t that change, as the step thread knows them.
 typedef struct BodyOut {
     BodyMeasure measure;
     int topology, nodes, springs, elements, pieces, finest_level;
     double time_step, mass; // [s], [kg]
-    double estimated_error; // of a tick, over the largest displacement; 0: not known
+    double estimated_error; // of a tick, divided by the largest displacement; 0: unknown
 } BodyOut;
 
-// status_t as the step thread sees it.
+// status_t as the step thread knows it.
 typedef struct StatusOut {
     RunState state;
     int64_t step, late_ticks, resets;
@@ -84,45 +85,48 @@ typedef struct AppliedInput {
 
 typedef struct Exchange {
     // bus -> step
-    Slot *pose;            // [tool_count] of Input
-    int32_t *lifts;        // [tool_count] inactive poses so far; the bus's own
-    int32_t (*taken)[2];   // [tool_count] lifts and sender of the newest pose taken; step thread's
-    Ring request;          // of Input
+    Slot *pose;          // [tool_count] of Input
+    uint32_t *lifts;     // [tool_count] inactive poses so far; used by the bus only
+    int32_t (*taken)[2]; // [tool_count] lifts and sender of the newest pose taken; step thread only
+    Ring request;        // of Input
     atomic_int interrupts; // PAUSEs and STOPs that wait: they end a STEP early
     // step -> bus
-    Slot *frame;     // [body_count] of Frame
-    size_t *mesh_at; // [body_count] where the mesh lies in such a Frame; 0: it never changes
-    size_t *rest_at; // [body_count] where the rest positions lie in it; 0: it never changes. NULL:
-                     // they are not published
-    Slot status;     // of StatusOut
-    Ring contact;    // of ContactOut; no memory without tools
-    Ring answer;     // of Answer
-    Ring event;      // of EventOut
-    atomic_llong lost;             // contacts and events that found their ring full
-    atomic_llong beat, step, late; // turns of the step thread, ticks since the start, late ones
+    Slot *frame;       // [body_count] of Frame
+    size_t *mesh_at;   // [body_count] offset of the mesh in such a Frame [bytes]; 0: the mesh never
+                       // changes
+    size_t *rest_at;   // [body_count] offset of its rest positions [bytes]; 0: never change. NULL:
+                       // not published
+    Slot status;       // of StatusOut
+    Ring contact;      // of ContactOut; no memory without tools
+    Ring answer;       // of Answer
+    Ring event;        // of EventOut
+    atomic_llong lost; // contacts and events that found their ring full
+    atomic_llong beat, step,
+        late; // iterations of the step thread, ticks since the start, late ticks
     // step -> files, only with a files thread
     bool logs_inputs, checkpoints;
     Ring applied; // of AppliedInput
     atomic_llong applied_lost;
     CheckpointImage image;
     atomic_bool image_full;             // set by the step thread, cleared by the files thread
-    Answer asked[EXCHANGE_CHECKPOINTS]; // whom the image answers; owned like the image
+    Answer asked[EXCHANGE_CHECKPOINTS]; // requests that the image answers; owned like the image
     int asked_count;
     // step -> files, only when recording
     bool records;
-    Ring recorded;              // of RecordFrame
-    Ring *recorded_mesh;        // [body_count] of MeshCopy: before the first frame of a topology
-    int *recorded_topology;     // [body_count] handed over last; the step thread's own
-    atomic_llong recorded_lost; // frames that found their ring full, or the disk
+    Ring recorded;          // of RecordFrame
+    Ring recorded_tools;    // of RecordFrame without bodies; only if tools have a rate of their own
+    Ring *recorded_mesh;    // [body_count] of MeshCopy; pushed before the first frame of a topology
+    int *recorded_topology; // [body_count] handed over last; step thread only
+    atomic_llong recorded_lost; // frames dropped because their ring or the disk was full
     // bus -> files, only when recording
     Ring told; // of EventOut: every event that was published
-    // files -> bus, only with a files thread that has something to tell
+    // files -> bus, only with a files thread that has answers or events to publish
     Ring written;     // of Answer
     Ring files_event; // of EventOut
     // main -> step
     atomic_bool stop;
     atomic_bool checkpoint_wanted;
-    atomic_bool step_ended; // main -> bus: no more beats will come
+    atomic_bool step_ended; // main -> bus: no more beats follow
     // wake-ups (eventfd)
     int step_fd, bus_fd, files_fd;
     // constant
@@ -132,27 +136,29 @@ typedef struct Exchange {
 
 typedef struct ExchangeOptions {
     bool velocity;    // frames carry velocities
-    bool rest;        // and, with a mesh that changes, where its nodes rest
+    bool rest;        // frames of a mesh that changes also carry rest positions
     bool checkpoints; // space for a checkpoint image
     bool logs_inputs;
     bool records;
-    double nodes_hz; // frames a second to be recorded
+    double nodes_hz; // frames per second to be recorded
+    double tools_hz; // tool samples per second to be recorded; 0: with the nodes
 } ExchangeOptions;
 
-// Load time; memory comes from the world's arena and goes with it.
+// Allocates everything from the world's arena, which frees it. Load time.
 void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *options);
-// Step thread, between two ticks: hands the state of a body to the bus. At once: all chunks leave
-// before the reply. Returns the positions handed over, valid until the next call for this body.
+// Hands the state of a body to the bus; step thread, between two ticks. With `at_once` all chunks
+// leave before the reply. Returns the positions handed over, valid until the next call for this
+// body.
 const float *exchange_push_frame(Exchange *exchange, Sim *sim, int body, bool at_once);
-// The mesh copied behind a frame; NULL for a body whose mesh never changes. The step thread writes
-// it, whoever has taken the frame reads it.
+// Returns the mesh copied behind a frame; NULL for a body whose mesh never changes. The step thread
+// writes it, the thread that took the frame reads it.
 MeshCopy *exchange_frame_mesh(const Exchange *exchange, int body, const Frame *frame);
-// Likewise where the nodes of that mesh rest; NULL unless that is published.
+// Returns the rest positions of that mesh; NULL unless they are published.
 RestCopy *exchange_frame_rest(const Exchange *exchange, int body, const Frame *frame);
-// The wake-up descriptors. False: none left.
+// Opens the wake-up descriptors. Returns false if the system has none left.
 bool exchange_open(Exchange *exchange, Status *status);
 void exchange_close(Exchange *exchange);
-// One write to an eventfd, and reading it empty.
+// Write to an eventfd once; read it until it is empty.
 void exchange_wake(int fd);
 void exchange_clear(int fd);
 

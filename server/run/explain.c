@@ -1,53 +1,19 @@
 #include "run/explain_parts.h"
 
 #include "base/check.h"
+#include "dynamics/outline.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
-// Nodes that a body has.
+// Returns the number of nodes of a body.
 static int node_count(const Body *body)
 {
     return body_changes(body) ? body->mesh.node_count : body->state_capacity;
 }
 
-// What tools meet.
-typedef struct Outside {
-    int nodes, fixed;
-    Vec3 low, high; // [m]
-} Outside;
-
-// Rounding of rows that hold displacements is nothing to show.
-static double without_rounding(double x, double size)
-{
-    return fabs(x) < 1e-12 * size ? 0.0 : x;
-}
-
-static Outside measure_outside(const Body *body)
-{
-    const double infinite = (double)INFINITY;
-    const BodySurface *places = &body->surface; // more than there are nodes, where a body adapts
-    Outside outside = {.low = {infinite, infinite, infinite},
-                       .high = {-infinite, -infinite, -infinite}};
-    Vec3 *low = &outside.low, *high = &outside.high;
-    for (int i = 0; i < places->node_count; i++) {
-        if (places->node_face_end[i] <= places->node_face_start[i])
-            continue;
-        Vec3 x;
-        body->ops->read_nodes(body->model, &i, 1, &x, NULL);
-        *low = vec3(fmin(low->x, x.x), fmin(low->y, x.y), fmin(low->z, x.z));
-        *high = vec3(fmax(high->x, x.x), fmax(high->y, x.y), fmax(high->z, x.z));
-        outside.nodes++;
-        outside.fixed += body->ops->is_fixed != NULL && body->ops->is_fixed(body->model, i);
-    }
-    const double size = vec3_length(*low) + vec3_length(*high);
-    double *number[] = {&low->x, &low->y, &low->z, &high->x, &high->y, &high->z};
-    for (int k = 0; k < 6; k++)
-        *number[k] = without_rounding(*number[k], size);
-    return outside;
-}
-
-static void print_nodes(const Body *body, const Outside *outside, FILE *out)
+static void print_nodes(const Body *body, const BodyOutline *outside, FILE *out)
 {
     if (body->spring_count > 0) {
         fprintf(out, "  nodes %d (%d fixed), springs %d, faces %d, pieces %d, mass %.6g kg\n",
@@ -68,7 +34,7 @@ static void print_cells(const WorldCells *cells, FILE *out)
             cells->count[2], cells->size, cells->solid);
 }
 
-// How finely a surface body is divided.
+// Prints the levels of a surface body.
 static void print_levels(const Body *body, const SurfaceOptions *surface, FILE *out)
 {
     if (surface->levels > 0)
@@ -82,7 +48,7 @@ static void print_levels(const Body *body, const SurfaceOptions *surface, FILE *
                 body->mesh.triangle_capacity);
 }
 
-// Law and materials of a voxel body.
+// Prints law and materials of a voxel body.
 static void print_elements(const SceneBody *described, const Body *body, FILE *out)
 {
     const VoxelOptions *voxel = &described->voxel;
@@ -102,7 +68,7 @@ static void print_elements(const SceneBody *described, const Body *body, FILE *o
         fprintf(out, "  skin %s\n", described->skin.file);
 }
 
-// What may be done to it while it runs.
+// Prints what may happen to it at run time: cuts, tears and so on.
 static void print_cutting(const SceneBody *described, FILE *out)
 {
     const SurfaceOptions *surface = &described->surface;
@@ -121,7 +87,24 @@ static void print_cutting(const SceneBody *described, FILE *out)
     fprintf(out, "\n");
 }
 
-static void print_time_step(const Body *body, const SceneBody *described, FILE *out)
+// Prints the contact stiffness of an implicit body: its step limits it (time_step.c) whatever
+// contact.stiffness is. The line says how much more a fifth of the step allows.
+static void print_contact_share(const Body *body, FILE *out)
+{
+    const double h = body->h, shorter = 0.2 * h, more = 4.0 * body->theta - 1.0,
+                 damping = 2.0 * body->contact_damping;
+    if (!(body->contact_share < 1.0))
+        return;
+    fprintf(out,
+            "  contacts and attachments: %.3g of their stiffness, which this time step allows; "
+            "contact.stiffness changes nothing, time_step = %.3g allows %.3g times as much\n",
+            body->contact_share, shorter,
+            fmin(1.0 / body->contact_share,
+                 h * (more * h + damping) / (shorter * (more * shorter + damping))));
+}
+
+static void print_time_step(const World *world, const Body *body, const SceneBody *described,
+                            FILE *out)
 {
     const bool implicit = body->integrator == INTEGRATOR_IMPLICIT;
     fprintf(out, "  time step %.6g s, %d substeps a tick, ", body->h, body->substeps);
@@ -131,11 +114,15 @@ static void print_time_step(const Body *body, const SceneBody *described, FILE *
         fprintf(out, "stability limit %.6g s%s", body->time_step_limit,
                 implicit ? ", of what acts from outside" : "");
     fprintf(out, "%s\n", body->unsafe_time_step ? " (unsafe_time_step)" : "");
-    if (body->contact_share < 1.0)
+    print_contact_share(body, out);
+    double bounce = 1.0;
+    for (int t = 0; t < sim_tool_count(world->sim); t++)
+        bounce = fmax(bounce, contact_bounce_share(body, sim_tool(world->sim, t)));
+    if (bounce > 1.0)
         fprintf(out,
-                "  contacts and attachments: %.3g of their stiffness, which this time step allows; "
-                "a shorter time_step allows more\n",
-                body->contact_share);
+                "  contacts with %s damping (contact.damping_time = %g): shorter steps, so that "
+                "bounces gain no energy\n",
+                body->contact_damping > 0.0 ? "little" : "no", body->contact_damping);
     if (described->model == MODEL_SURFACE && described->surface.automatic)
         fprintf(out, "  integrator = \"auto\": leapfrog would take %s%d substeps for its springs\n",
                 implicit ? "more than " : "at most ", SURFACE_AUTO_SUBSTEPS);
@@ -145,8 +132,8 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
 {
     const SceneBody *described = &scene->body[index];
     const Body *body = sim_body(world->sim, index);
-    const Outside outside = measure_outside(body);
-    const Vec3 low = outside.low, high = outside.high;
+    const BodyOutline outside = body_outline(body);
+    const Vec3 low = box_low(&outside.box), high = box_high(&outside.box);
     bool voxel = described->model == MODEL_VOXEL;
     fprintf(out, "body %s: model %s, %s\n", body->name, body->ops->model,
             integrator_name(body->integrator));
@@ -155,7 +142,7 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
     print_nodes(body, &outside, out);
     fprintf(out, "  box [%.6g, %.6g, %.6g] to [%.6g, %.6g, %.6g] m\n", low.x, low.y, low.z, high.x,
             high.y, high.z);
-    print_time_step(body, described, out);
+    print_time_step(world, body, described, out);
     if (voxel)
         print_elements(described, body, out);
     else
@@ -163,7 +150,8 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
     print_cutting(described, out);
 }
 
-// What it is made of, in its own frame (static: the world's): viewers read these lines.
+// Prints the parts of a tool in its own frame (static tools: in the world); viewers parse these
+// lines.
 static void print_tool_parts(const ToolOptions *tool, FILE *out)
 {
     for (int i = 0; i < tool->capsule_count; i++) {
@@ -233,8 +221,9 @@ void explain_summary(World *world, const Scene *scene, FILE *out)
             scene->prefix, publish->nodes_hz, publish->mesh_hz, publish->contact_hz,
             publish->status_hz, publish->velocity ? ", velocities" : "",
             publish->rest ? ", rest positions" : "");
-    fprintf(out, "listen on %s_...: tool timeout %g s\n", scene->input_prefix,
-            scene->tool_timeout_s);
+    fprintf(out, "listen on %s_...: %s, tool timeout %g s%s\n", scene->input_prefix,
+            scene->remote ? "all hosts" : "this host only", scene->tool_timeout_s,
+            scene->stop_command ? "" : ", STOP is refused");
 }
 
 static int node_total(World *world)
@@ -262,6 +251,24 @@ void explain_plan(World *world, const Scene *scene, const ExchangeOptions *asked
     explain_features(world, scene, asked, out);
 }
 
+// A description must fit one message of one packet. Removes lines from the middle, where bodies and
+// tools are listed, until it fits.
+static void shorten(char *text)
+{
+    enum { MOST = 50000, HALF = MOST / 2 - 100 };
+    size_t size = strlen(text);
+    if (size <= MOST)
+        return;
+    char *from = text + HALF, *to = strchr(text + size - HALF, '\n') + 1;
+    while (from[-1] != '\n')
+        from--;
+    int lines = 0;
+    for (const char *c = from; c < to; c++)
+        lines += *c == '\n';
+    from += sprintf(from, "... %d lines more than one message holds ...\n", lines);
+    memmove(from, to, strlen(to) + 1);
+}
+
 char *explain_describe(World *world, const Scene *scene)
 {
     char *text = NULL;
@@ -274,5 +281,6 @@ char *explain_describe(World *world, const Scene *scene)
     fprintf(out, "units: m, kg, s, N, rad; world frame of the scene\n");
     fclose(out);
     ASSERT(text != NULL);
+    shorten(text);
     return text;
 }

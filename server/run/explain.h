@@ -1,5 +1,5 @@
-// What a scene is and what it costs, as text: --check, --explain and the answer to DESCRIBE. Before
-// the first tick, main thread.
+// Describes a scene and its cost as text, for --check, --explain and the answer to DESCRIBE. Main
+// thread, before the first tick.
 #ifndef PLIANT_RUN_EXPLAIN_H
 #define PLIANT_RUN_EXPLAIN_H
 
@@ -7,12 +7,13 @@
 
 #include <stdio.h>
 
-// Bodies, tools and publishing of a valid scene.
+// Prints bodies, tools and publishing of a valid scene.
 void explain_summary(World *world, const Scene *scene, FILE *out);
-// Stages, kernel variants, bytes of every array, and each feature, on or left out, with the key or
-// option that switches it on. `asked`: of the live run that was reserved; NULL: off line.
+// Prints pipeline stages, kernel variants, the bytes of every array, and each feature: enabled or
+// disabled, and the key or option that enables it. `asked`: of the live run that was reserved;
+// NULL: offline.
 void explain_plan(World *world, const Scene *scene, const ExchangeOptions *asked, FILE *out);
-// The summary with units and capacities, for clients. malloc'ed for the caller.
+// Returns the summary with units and capacities, for clients; the caller frees it.
 char *explain_describe(World *world, const Scene *scene);
 
 #endif

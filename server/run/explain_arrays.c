@@ -1,5 +1,5 @@
-// The bytes of every array, by what uses it. Arrays that share a name (one a level, or a blade) are
-// one line.
+// Prints the bytes of every array, grouped by use. Arrays that share a name (one per level or
+// blade) share a line.
 #include "run/explain_parts.h"
 
 #include <string.h>
@@ -17,7 +17,7 @@ static bool is_same(const ArenaBlock *a, const ArenaBlock *b)
     return a->use == b->use && strcmp(a->name, b->name) == 0;
 }
 
-// All arrays of this one's name, unless they were printed with an earlier one.
+// Prints all arrays of this one's name, unless an earlier one has printed them.
 static void print_block(const Arena *arena, int index, FILE *out)
 {
     const ArenaBlock *block = &arena->block[index];
@@ -47,7 +47,7 @@ static size_t mesh_bytes(const TriMesh *mesh)
            (mesh->uv != NULL ? nodes : 0) * sizeof *mesh->uv;
 }
 
-// What is no array of the running scene but stays with it.
+// Prints memory that belongs to no array of the running scene but stays allocated with it.
 static size_t print_kept(World *world, FILE *out)
 {
     size_t meshes = 0;

@@ -1,6 +1,6 @@
-// What can be left out, whether it was, and the key that switches it on. This is the one list of
-// it: a feature that a scene may do without has a row here. Whether it is on is read from what was
-// built wherever that shows it, not from the scene.
+// The list of features that a scene can disable: whether each is enabled, and the key or option
+// that enables it. A feature that a scene can do without must have a row here. The state is read
+// from what was built wherever possible, not from the scene.
 #include "run/explain_parts.h"
 
 typedef struct Feature {
@@ -49,11 +49,11 @@ static void print_scene(World *world, const Scene *scene, FILE *out)
         {scene->attachment_count > 0, "attachments", "attachments = ( ... )"},
         {scene->load_count > 0, "loads of the scene", "loads = ( ... )"},
     };
-    fprintf(out, "features of the scene, and what switches each on:\n");
+    fprintf(out, "features of the scene, and what enables each:\n");
     PRINT(features, out);
 }
 
-// Only a live run has these.
+// Prints the features that only a live run has.
 static void print_live(World *world, const Scene *scene, const ExchangeOptions *asked, FILE *out)
 {
     const Sim *sim = world->sim;
@@ -80,7 +80,7 @@ static void print_live(World *world, const Scene *scene, const ExchangeOptions *
     PRINT(features, out);
     const Feature inner[] = {
         {publish->all_nodes, "inner vertices in messages", "publish.nodes = \"all\""}};
-    bool solid = false; // has such vertices
+    bool solid = false; // a body has inner vertices
     for (int i = 0; i < scene->body_count; i++)
         solid |= scene->body[i].model == MODEL_VOXEL;
     if (solid)
@@ -102,6 +102,8 @@ static void print_surface(const SceneBody *described, const Body *body, bool tou
         {options->shape.wanted, "shape springs", "shape = { ... }"},
         {options->shape.wanted && options->shape.frame == SHAPE_BODY,
          "shape springs that follow the body", "shape.frame = \"body\""},
+        {options->shape.wanted && options->shape.direction == SHAPE_DAMPS_RADIAL,
+         "shape springs damped along themselves", "shape.damping_direction = \"radial\""},
         {options->prestress > 0.0, "prestress", "prestress"},
         {body->integrator == INTEGRATOR_IMPLICIT, "implicit integration",
          "integrator = \"implicit\" or \"auto\""},
@@ -141,7 +143,7 @@ void explain_features(World *world, const Scene *scene, const ExchangeOptions *a
     const bool touched = has_stage(world->sim, STAGE_CONTACT);
     for (int i = 0; i < scene->body_count; i++) {
         const SceneBody *described = &scene->body[i];
-        fprintf(out, "features of body %s, and what switches each on:\n", described->name);
+        fprintf(out, "features of body %s, and what enables each:\n", described->name);
         const Body *body = sim_body(world->sim, i);
         if (described->model == MODEL_VOXEL)
             print_voxel(described, body, touched, out);

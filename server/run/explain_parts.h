@@ -1,13 +1,13 @@
-// Private to explain*.c.
+// Functions shared by explain*.c alone.
 #ifndef PLIANT_RUN_EXPLAIN_PARTS_H
 #define PLIANT_RUN_EXPLAIN_PARTS_H
 
 #include "run/explain.h"
 
-// `nodes` of all bodies.
+// Prints the arrays and their bytes; `nodes`: the sum over all bodies.
 void explain_arrays(World *world, int nodes, FILE *out);
-// Every feature of the scene and of each body, whether it is on, and the key or option that
-// switches it on. `asked`: of a live run; NULL: off line.
+// Prints every feature of the scene and of each body: whether it is enabled, and the key or option
+// that enables it. `asked`: of a live run; NULL: offline.
 void explain_features(World *world, const Scene *scene, const ExchangeOptions *asked, FILE *out);
 
 #endif

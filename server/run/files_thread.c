@@ -8,7 +8,7 @@
 #include <pthread.h>
 #include <string.h>
 
-// The step thread wakes nobody for a file (that would be a system call more in its tick).
+// The step thread does not wake this one, which would cost a system call per tick.
 enum { LOOK_EVERY_MS = 10 };
 
 static void tell(FilesThread *files, const EventOut *event)
@@ -27,7 +27,7 @@ static void report(FilesThread *files, const Status *result, int64_t step)
     EventOut event = {.step = step, .body = -1, .kind = "checkpoint"};
     if (result->code == STATUS_OK)
         snprintf(event.text, sizeof event.text, "step %lld written to %.150s", (long long)step,
-                 files->checkpoint_path);
+                 files->checkpoint.path);
     else
         snprintf(event.text, sizeof event.text, "%.190s", result->text);
 
@@ -43,7 +43,7 @@ static void report(FilesThread *files, const Status *result, int64_t step)
     tell(files, &event);
 }
 
-// The first failure ends the log, not the run.
+// Ends the log at the first failure; the run goes on.
 static void check_log(FilesThread *files, int64_t step)
 {
     Status said = {0};
@@ -81,13 +81,13 @@ static void write_checkpoint(FilesThread *files)
     if (!exchange->checkpoints ||
         !atomic_load_explicit(&exchange->image_full, memory_order_acquire))
         return;
-    // What led to the image first: whenever there is a checkpoint, the log reaches it.
+    // Write the inputs before the image: the log of every checkpoint on disk then reaches it.
     write_inputs(files);
     if (files->log != NULL)
         input_log_sync(files->log);
     Status result = {0};
-    if (checkpoint_write(files->checkpoint_path, &exchange->image, files->world, files->scene,
-                         &result))
+    if (checkpoint_write_claimed(&files->checkpoint, &exchange->image, files->world, files->scene,
+                                 &result))
         files->checkpoints++;
     else
         log_line(LOG_ERROR, "%s", result.text);
@@ -98,7 +98,7 @@ static void write_checkpoint(FilesThread *files)
 
 // --- recording ---
 
-// The first failure ends the recording, not the run.
+// Ends the recording at the first failure; the run goes on.
 static void check_recording(FilesThread *files)
 {
     const Status *said = recording_status(files->recorder->recording);
@@ -111,7 +111,7 @@ static void check_recording(FilesThread *files)
     tell(files, &event);
 }
 
-// Dropped frames are told at most once a second.
+// Reports dropped frames at most once per second.
 static void tell_lost(FilesThread *files, int64_t now_ns)
 {
     int64_t lost = atomic_load_explicit(&files->exchange->recorded_lost, memory_order_relaxed);
@@ -136,6 +136,17 @@ static void write_events(FilesThread *files)
     }
 }
 
+// Writes tool samples with a rate of their own; else they come with the frames.
+static void write_tools(FilesThread *files)
+{
+    Ring *ring = &files->exchange->recorded_tools;
+    const RecordFrame *row;
+    while (files->recorder->tools_apart && (row = ring_peek(ring)) != NULL) {
+        recorder_write_tools(files->recorder, row);
+        ring_pop(ring);
+    }
+}
+
 static void write_frames(FilesThread *files)
 {
     if (files->recorder == NULL)
@@ -149,6 +160,7 @@ static void write_frames(FilesThread *files)
             atomic_fetch_add_explicit(&exchange->recorded_lost, 1, memory_order_relaxed);
         ring_pop(&exchange->recorded);
     }
+    write_tools(files);
     write_events(files);
     int64_t now_ns = clock_now_ns();
     recording_flush_if_due(files->recorder->recording, now_ns);
@@ -178,7 +190,7 @@ bool files_thread_start(FilesThread *files, Status *status)
 {
     atomic_init(&files->finish, false);
     files->look_ms = LOOK_EVERY_MS;
-    // Before half of the frames that may wait do.
+    // Look again before half of the waiting frames' ring is full.
     if (files->recorder != NULL) {
         double half_ms =
             500.0 * files->exchange->recorded.capacity / files->scene->publish.nodes_hz;

@@ -1,6 +1,6 @@
-// The files thread: writes checkpoint images and frames to be recorded that the step thread has
-// taken, and the log of applied inputs. Started only when one of them is asked for. Never touches
-// the simulation.
+// The files thread writes checkpoint images and recorded frames that the step thread has copied,
+// and the log of applied inputs. It runs only if one of them is enabled, and never touches the
+// simulation.
 #ifndef PLIANT_RUN_FILES_THREAD_H
 #define PLIANT_RUN_FILES_THREAD_H
 
@@ -13,15 +13,15 @@
 
 typedef struct FilesThread {
     // constant while the thread runs
-    const char *checkpoint_path; // or NULL
     const World *world;
     const Scene *scene;
     Exchange *exchange;
     InputLogWriter *log; // or NULL; destroyed by files_thread_finish
     Recorder *recorder;  // or NULL; closed by files_thread_close
-    // the thread's own
-    int look_ms;  // how long it rests
-    int64_t step; // of the newest frame
+    // used by the thread alone
+    OutputClaim checkpoint; // claimed by the owner before the start and released after the end
+    int look_ms;            // pause between two iterations [ms]
+    int64_t step;           // of the newest frame
     bool recording_failed, log_failed;
     int64_t lost_told, lost_told_ns;
     // results
@@ -32,13 +32,13 @@ typedef struct FilesThread {
     bool running;
 } FilesThread;
 
-// Everything but `log` and `recorder` outlives the thread.
+// Starts the thread. Everything but `log` and `recorder` outlives it.
 bool files_thread_start(FilesThread *files, Status *status);
-// After the step thread has ended: writes what is left and ends. `step`: ticks completed. False
-// with files->status if a file is not whole.
+// Writes what is left and ends the thread; call after the step thread has ended. `step`: ticks
+// completed. Returns false with files->status if a file is incomplete.
 bool files_thread_finish(FilesThread *files, int64_t step);
-// After the bus thread has ended too: records what it told last and closes the recording. False
-// with `status` if it is not whole.
+// Records the last events of the bus and closes the recording; call after the bus thread has ended
+// too. Returns false with `status` if the recording is incomplete.
 bool files_thread_close(FilesThread *files, Status *status);
 
 #endif

@@ -12,7 +12,7 @@ void gate_init(Gate *gate, Sim *sim, double timeout_s, Arena *arena)
                                  sizeof *gate->owner, "run/tool_owners");
 }
 
-// Requests of one sender count for each channel on their own: clients may number them either way.
+// Finds a request by channel, sender and id: clients may count per channel or over all.
 static GateEntry *find_entry(Gate *gate, InputKind kind, int32_t sender, int32_t id)
 {
     for (int i = 0; i < GATE_ANSWERS; i++) {
@@ -24,9 +24,9 @@ static GateEntry *find_entry(Gate *gate, InputKind kind, int32_t sender, int32_t
     return NULL;
 }
 
-// The oldest entry makes room, of a sender that has half of them its own oldest: one that asks
-// without end must not make the others' repeats look new. Far fewer requests wait at a time than a
-// sender may have entries.
+// Returns a free entry, or the oldest one; for a sender that has half of them, its own oldest. A
+// client that floods the daemon then cannot push out the entries by which other clients' repeats
+// are recognised. Far fewer requests wait at a time than a sender may have entries.
 static GateEntry *new_entry(Gate *gate, const Input *input)
 {
     GateEntry *oldest = NULL, *own = NULL;
@@ -54,16 +54,17 @@ static GateEntry *new_entry(Gate *gate, const Input *input)
     return entry;
 }
 
-// On its way a pose may be overtaken. Both the count and the sender's clock must say so: a sender
-// may count as it likes, and its clock may be set back.
+// True if a newer pose of the same sender arrived earlier. Both its count and its clock must say
+// so: a client may count as it likes, and its clock may be set back.
 static bool was_overtaken(const ToolOwner *owner, const Input *input)
 {
-    enum { MOST = 1024 }; // a second's poses
+    enum { MOST = 1024 }; // poses of a second
     int32_t ahead = (int32_t)((uint32_t)input->id - (uint32_t)owner->sequence);
     return ahead < 0 && ahead >= -MOST && input->utime < owner->utime;
 }
 
-// The first sender that makes a tool active owns it until it is stale or given up.
+// Checks that the sender owns the tool. The first sender that makes a tool active owns it until it
+// is stale or withdrawn.
 static Refusal check_owner(Gate *gate, const Input *input, int64_t now_us, char *why)
 {
     ToolOwner *owner = &gate->owner[input->index];
@@ -74,7 +75,7 @@ static Refusal check_owner(Gate *gate, const Input *input, int64_t now_us, char 
                  input->pose.tool, owner->sender, input->sender);
         return REFUSED_OWNER;
     }
-    // Also when it was given up: what comes after that must not take it again.
+    // Also after a withdrawal: a pose that was overtaken must not take the tool again.
     if (recent && owner->sender == input->sender && was_overtaken(owner, input)) {
         snprintf(why, INPUT_WHY_MAX, "tool %d: pose %d came after pose %d of its sender",
                  input->pose.tool, input->id, owner->sequence);
@@ -120,10 +121,10 @@ void gate_answer(Gate *gate, const Answer *answer)
 {
     GateEntry *entry = find_entry(gate, answer->kind, answer->sender, answer->id);
     if (entry == NULL)
-        return; // pushed out by newer ones
+        return; // pushed out by newer requests
     entry->pending = false;
     entry->answer = *answer;
-    entry->answer.after_frame = false; // a repeat is answered at once
+    entry->answer.after_frame = false; // a repeat is answered immediately
 }
 
 void gate_forget(Gate *gate, const Input *input)

@@ -5,18 +5,19 @@
 #include <stdio.h>
 #include <string.h>
 
-// Thresholds first, since they take detail where it matters least; then whole levels.
+// Thresholds come first, since they remove detail where it matters least; then whole levels.
 static const double scales[] = {1.0, 2.0, 4.0, 8.0};
 enum { LAST_SCALE = sizeof scales / sizeof *scales - 1 };
 
-// One decision a window, which gives a stage time to show in the times.
+// One decision per window, so that the effect of a stage shows in the times.
 static const double WINDOW = 0.25; // [s] of ticks
 enum { LEAST_WINDOW = 20 };
-static const double LATE = 0.05; // share of ticks that may be longer: the limits are for the p95
-static const double BUSY = 0.9;  // of the period: beyond, ticks do not end in time
-// Below, there is room. Far from BUSY, since a stage back may cost half as much again or more.
+static const double LATE =
+    0.05; // share of ticks that may be longer: the limits apply to the 95th percentile
+static const double BUSY = 0.9; // of the period: above, ticks end late
+// Below, time is left. Far from BUSY, since a stage back may add half of the cost or more.
 static const double ROOM = 0.5;
-// Windows with room before a stage back; twice as many each time that one had to be taken back at
+// Windows with time left before a stage back; doubled each time that a stage back was reversed at
 // once, up to half a minute.
 enum { PATIENCE = 8, MOST_PATIENCE = 128 };
 
@@ -62,7 +63,7 @@ static GovernorAct lower(Governor *governor, int finest_level)
     if (governor->stage == LAST_SCALE)
         governor->top_level = finest_level;
     if (governor->stage >= LAST_SCALE &&
-        governor->stage - LAST_SCALE == governor->top_level) { // level 0 is all that is left
+        governor->stage - LAST_SCALE == governor->top_level) { // only level 0 is left
         bool again = governor->spent;
         governor->spent = true;
         return again ? GOVERNOR_RESTS : GOVERNOR_SPENT;
@@ -94,7 +95,7 @@ GovernorAct governor_tick(Governor *governor, int64_t ns, int finest_level)
     governor_forget(governor);
 
     if (governor->returned < MOST_PATIENCE && ++governor->returned == MOST_PATIENCE)
-        governor->patience = PATIENCE; // the stage back has proved itself
+        governor->patience = PATIENCE; // the stage back lasted
     if (busy)
         return lower(governor, finest_level);
     governor->calm = room ? governor->calm + 1 : 0;

@@ -1,4 +1,4 @@
-// What is said of a grasper that took hold or let go: an event's kind and text.
+// The kind and text of the event that a grasper has grasped or released nodes.
 #ifndef PLIANT_RUN_GRASP_TEXT_H
 #define PLIANT_RUN_GRASP_TEXT_H
 
@@ -17,9 +17,9 @@ static inline void grasp_text(const Sim *sim, const GraspEvent *event, char text
 {
     int id = sim_tool(sim, event->tool)->id;
     if (event->nodes == 0)
-        snprintf(text, GRASP_TEXT, "tool %d let go", id);
+        snprintf(text, GRASP_TEXT, "tool %d released", id);
     else
-        snprintf(text, GRASP_TEXT, "tool %d holds %d %s", id, event->nodes,
+        snprintf(text, GRASP_TEXT, "tool %d grasped %d %s", id, event->nodes,
                  event->points ? "points of faces" : "nodes");
 }
 

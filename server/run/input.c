@@ -35,6 +35,10 @@ static const char *const refusal_names[REFUSAL_COUNT] = {
     [REFUSED_STALE] = "stale",
     [REFUSED_FULL] = "queue_full",
     [REFUSED_NOT_POSSIBLE] = "not_possible",
+    [REFUSED_PACKET] = "not_a_packet",
+    [REFUSED_FRAGMENT] = "fragment",
+    [REFUSED_REMOTE] = "other_host",
+    [REFUSED_SWITCHED_OFF] = "switched_off",
 };
 
 static const char *const channels[INPUT_KINDS] = {"TOOL_POSE", "CUT", "LOAD", "COMMAND"};
@@ -58,10 +62,10 @@ bool input_is_request(const Input *input)
 
 // --- the wire ---
 
-// What each type looks like on the wire before its string.
+// Size and fingerprint of each type on the wire.
 typedef struct WireType {
     uint64_t fingerprint;
-    size_t fixed_size; // with the fingerprint, without the string's characters
+    size_t fixed_size; // including the fingerprint, without the string's characters
     bool has_string;
 } WireType;
 
@@ -96,8 +100,8 @@ static uint64_t read_big_endian(const unsigned char *byte, int count)
     return value;
 }
 
-// The generated decoder trusts counts: a corrupt one makes it read or copy out of bounds. So the
-// raw length must be exactly what the type and its one string need, before the decoder runs.
+// The generated decoder trusts counts: a corrupt one makes it read or copy out of bounds. The raw
+// length must therefore match the type and its only string before the decoder runs.
 static Refusal check_wire(InputKind kind, const unsigned char *data, size_t size, char *why)
 {
     WireType type = wire_type(kind);
@@ -111,6 +115,7 @@ static Refusal check_wire(InputKind kind, const unsigned char *data, size_t size
                                        : REFUSE(REFUSED_SIZE, "%s of %zu bytes, not %zu",
                                                 channels[kind], size, type.fixed_size);
 
+    // The string is last: its stated length must be what is left, with one NUL at the end.
     if (size <= type.fixed_size)
         return REFUSE(REFUSED_SIZE, "%s of %zu bytes, at least %zu needed", channels[kind], size,
                       type.fixed_size + 1);
@@ -243,7 +248,7 @@ size_t input_encode(const Input *input, void *data)
         break;
     }
     default: {
-        // 17 digits give the same double back.
+        // 17 digits read back as the same double.
         if (input->command.kind == PLIANT_COMMAND_T_SET) {
             int length = snprintf(text, sizeof text, "%s=", input->text);
             for (int i = 0; i < input->command.set_count; i++)
@@ -284,6 +289,7 @@ static bool all_within(const double *value, int count, double limit)
 
 static Refusal validate_pose(Input *input, Sim *sim, char *why)
 {
+    // The tool must exist and be moved by poses.
     int tool = input->pose.tool;
     for (int i = 0; i < sim_tool_count(sim); i++)
         if (sim_tool(sim, i)->id == tool)
@@ -293,6 +299,7 @@ static Refusal validate_pose(Input *input, Sim *sim, char *why)
     if (sim_tool(sim, input->index)->kind == TOOL_STATIC)
         return REFUSE(REFUSED_TOOL, "pose of tool %d, which is static", tool);
 
+    // Finite numbers first, then their ranges; the comparisons below rely on it.
     const double *q = input->pose.orientation;
     if (!all_finite(input->pose.position, 3) || !all_finite(q, 4) ||
         !all_finite(input->pose.twist, 6) || !isfinite(input->pose.grip))
@@ -314,7 +321,7 @@ static Refusal validate_pose(Input *input, Sim *sim, char *why)
     return ACCEPTED;
 }
 
-// "" means all bodies. The name is printed short and without control characters.
+// "" means all bodies. The message shows the name truncated and without control characters.
 static Refusal find_body(Input *input, Sim *sim, char *why)
 {
     input->index = -1;
@@ -360,13 +367,13 @@ static Refusal validate_load(Input *input, Sim *sim, char *why)
     return find_body(input, sim, why);
 }
 
-// "key=value" becomes the key in `text` and the number.
+// Splits "key=value" into the key, left in `text`, and the numbers.
 static Refusal split_setting(Input *input, char *why)
 {
     char *equals = strchr(input->text, '=');
     if (equals == NULL || equals == input->text)
         return REFUSE(REFUSED_COMMAND, "SET wants \"key=number\"");
-    // One number, or three of a vector: "0 0 -9.81", "0, 0, -9.81" or "[0, 0, -9.81]".
+    // Accepts one number, or a vector of three: "0 0 -9.81", "0, 0, -9.81" or "[0, 0, -9.81]".
     static const char between[] = " ,[]";
     double value[3] = {0.0, 0.0, 0.0};
     int count = 0;
@@ -383,7 +390,7 @@ static Refusal split_setting(Input *input, char *why)
     }
     if (count != 1 && count != 3)
         return REFUSE(REFUSED_COMMAND, "SET wants \"key=number\" or three numbers");
-    // A key must leave room for its numbers when it is written back as text.
+    // The key must leave space for its numbers when it is written back as text.
     if (equals - input->text > INPUT_TEXT_MAX - 96)
         return REFUSE(REFUSED_COMMAND, "SET with a key longer than %d bytes", INPUT_TEXT_MAX - 96);
     *equals = '\0';
@@ -432,7 +439,7 @@ Refusal input_validate(Input *input, Sim *sim, char *why)
     }
 }
 
-// --- as the simulation takes them ---
+// --- conversion to the simulation's types ---
 
 static Vec3 vec3_of(const double v[3])
 {

@@ -5,12 +5,15 @@
 #include <lcm/lcm.h>
 
 #include <errno.h>
+#include <fcntl.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 static const char CHANNEL[] = "PLIANT_INPUT_LOG";
+static const double LONGEST_US = 1e15; // of a run
 
 // --- writing ---
 
@@ -48,13 +51,69 @@ static bool write_text(InputLogWriter *writer, int64_t step, const char *text)
     return write_event(writer, CHANNEL, step, text, strlen(text));
 }
 
+// Fails with the process that has locked the file, if it is known.
+static bool refuse_locked(const char *path, int fd, Status *status)
+{
+    struct flock lock = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
+    char holder[40] = "another program";
+    if (fcntl(fd, F_GETLK, &lock) == 0 && lock.l_type != F_UNLCK && lock.l_pid > 0)
+        snprintf(holder, sizeof holder, "process %ld", (long)lock.l_pid);
+    return status_fail(status, STATUS_INVALID, "%s: %s is writing its log there", path, holder);
+}
+
+// Opens the file for writing and locks it while it is open. Never replaces data, nor a file that
+// another daemon is writing. Returns a descriptor or -1.
+static int claim(const char *path, Status *status)
+{
+    struct stat facts;
+    struct flock lock = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
+    bool is_free = false;
+    int fd = open(path, O_WRONLY | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666);
+    if (fd < 0 || fstat(fd, &facts) != 0)
+        status_fail(status, STATUS_FAILED, "%s: cannot write: %s", path,
+                    fd < 0 && errno == ENXIO ? "nobody reads this pipe" : strerror(errno));
+    else if (S_ISREG(facts.st_mode) && fcntl(fd, F_SETLK, &lock) != 0 &&
+             (errno == EACCES || errno == EAGAIN))
+        refuse_locked(path, fd, status);
+    else if (S_ISREG(facts.st_mode) && fstat(fd, &facts) == 0 && facts.st_size > 0)
+        status_fail(status, STATUS_INVALID,
+                    "%s: exists already, and a log replaces no file: remove it, name another, or "
+                    "let --continue number it",
+                    path);
+    else
+        is_free = true;
+    if (is_free && fcntl(fd, F_SETFL, O_WRONLY) == 0) // a pipe blocks until it has a reader
+        return fd;
+    if (fd >= 0)
+        close(fd);
+    return -1;
+}
+
+// liblcm opens files by name and truncates them: open a dummy file, then substitute ours.
+static lcm_eventlog_t *open_log(const char *path, Status *status)
+{
+    int fd = claim(path, status);
+    if (fd < 0)
+        return NULL;
+    lcm_eventlog_t *log = lcm_eventlog_create("/dev/null", "w");
+    FILE *file = log != NULL ? fdopen(fd, "w") : NULL;
+    if (file != NULL) {
+        fclose(log->f);
+        log->f = file;
+        return log;
+    }
+    status_fail(status, STATUS_FAILED, "%s: cannot write: %s", path, strerror(errno));
+    if (log != NULL)
+        lcm_eventlog_destroy(log);
+    close(fd);
+    return NULL;
+}
+
 InputLogWriter *input_log_create(const char *path, const InputLogHeader *header, Status *status)
 {
-    lcm_eventlog_t *log = lcm_eventlog_create(path, "w");
-    if (log == NULL) {
-        status_fail(status, STATUS_FAILED, "%s: cannot write: %s", path, strerror(errno));
+    lcm_eventlog_t *log = open_log(path, status);
+    if (log == NULL)
         return NULL;
-    }
     InputLogWriter *writer = malloc(sizeof *writer);
     ASSERT(writer != NULL);
     *writer = (InputLogWriter){.log = log, .path = strdup(path), .header = *header};
@@ -115,7 +174,8 @@ bool input_log_close(InputLogWriter *writer, int64_t step, int64_t lost, Status 
 
 // --- reading ---
 
-// The value behind "\nkey = " in a header's text, up to the end of its line.
+// Finds the value after "
+// key = " in a header's text, up to the end of its line.
 static bool find_value(const char *text, const char *key, char *value, size_t size)
 {
     char pattern[64];
@@ -141,7 +201,7 @@ static bool find_integer(const char *text, const char *key, int64_t *value)
     return end != number && *end == '\0' && *value >= 0;
 }
 
-// The text of a header or end event, with a line break in front so that find_value works.
+// Copies the text of a header or end event, preceded by a line break so that find_value works.
 static void event_text(const LogEvent *event, char text[EVENT_LOG_DATA_MAX + 2])
 {
     size_t size = event->size < EVENT_LOG_DATA_MAX ? event->size : EVENT_LOG_DATA_MAX;
@@ -168,7 +228,7 @@ static bool read_header(InputLogReader *reader, Status *status)
         return status_fail(status, STATUS_INVALID, "%s: header without %s", reader->log.path,
                            "scene, prefix, isa, rate_hz or step");
     if (!find_integer(text, "inputs", &header->inputs))
-        header->inputs = 0; // older logs
+        header->inputs = 0; // logs of older versions
     header->rate_hz = strtod(value, &end);
     if (*end != '\0' || !(header->rate_hz > 0.0) || !isfinite(header->rate_hz))
         return status_fail(status, STATUS_INVALID, "%s: header with rate_hz '%s'", reader->log.path,
@@ -208,20 +268,40 @@ static bool match_channel(const char *channel, const char *prefix, InputKind *ki
     return false;
 }
 
-// The tick of a time stamp; false for one that no run can have.
+// Returns the tick of a time stamp that lies `since` [us] after the start of the run.
+static int64_t step_at(const InputLogReader *reader, double since, double rate_hz,
+                       int64_t first_step)
+{
+    if (reader->exact)
+        return llround(since * rate_hz / 1e6);
+    // with a tolerance of a millionth of a tick for rounding
+    return first_step + (int64_t)ceil(fmax(since, 0.0) * rate_hz / 1e6 - 1e-6);
+}
+
+static double since_start(const InputLogReader *reader, int64_t stamp)
+{
+    return reader->exact ? (double)stamp : (double)stamp - (double)reader->first_us;
+}
+
+// Finds the tick; returns false for a time stamp that no run can have.
 static bool find_step(InputLogReader *reader, double rate_hz, int64_t first_step, int64_t *step,
                       Status *status)
 {
     int64_t stamp = reader->event.timestamp;
-    double since = reader->exact ? (double)stamp : (double)stamp - (double)reader->first_us;
-    if (!(fabs(since) <= 1e15))
+    double since = since_start(reader, stamp);
+    if (!(fabs(since) <= LONGEST_US))
         return status_fail(status, STATUS_INVALID, "%s: event %lld has the time stamp %lld us",
                            reader->log.path, (long long)reader->log.events, (long long)stamp);
-    if (reader->exact)
-        *step = llround(since * rate_hz / 1e6);
-    else // forgiving rounding of a millionth of a tick
-        *step = first_step + (int64_t)ceil(fmax(since, 0.0) * rate_hz / 1e6 - 1e-6);
+    *step = step_at(reader, since, rate_hz, first_step);
     return true;
+}
+
+int64_t input_log_last_step(const InputLogReader *reader, double rate_hz, int64_t first_step)
+{
+    double since = since_start(reader, reader->last_us);
+    if (!reader->started || !(fabs(since) <= LONGEST_US))
+        return first_step;
+    return step_at(reader, since, rate_hz, first_step);
 }
 
 bool input_log_next(InputLogReader *reader, double rate_hz, int64_t first_step, InputKind *kind,
@@ -232,6 +312,7 @@ bool input_log_next(InputLogReader *reader, double rate_hz, int64_t first_step, 
             return false;
         reader->has_event = false;
         const LogEvent *event = &reader->event;
+        // The end mark of an exact log.
         if (reader->exact && strcmp(event->channel, CHANNEL) == 0) {
             char text[EVENT_LOG_DATA_MAX + 2];
             event_text(event, text);
@@ -239,13 +320,15 @@ bool input_log_next(InputLogReader *reader, double rate_hz, int64_t first_step, 
                             find_integer(text, "lost", &reader->lost);
             continue;
         }
-        // lcm-logger's own test message may come first and is no part of the recording.
+        // The test message of lcm-logger may come first; it is not part of the recording.
         if (strcmp(event->channel, "LCM_SELF_TEST") == 0)
             continue;
+        // The first event defines time zero of a plain log.
         if (!reader->started) {
             reader->started = true;
             reader->first_us = event->timestamp;
         }
+        reader->last_us = event->timestamp;
         if (match_channel(event->channel, reader->prefix, kind)) {
             reader->used++;
             return find_step(reader, rate_hz, first_step, step, status);

@@ -38,15 +38,15 @@ static bool open_input_log(Live *live, Status *status)
     return live->files.log != NULL;
 }
 
-// Last of all that can fail, so that no file is left of a daemon that did not start.
 static bool open_recording(Live *live, Status *status)
 {
     live->files.recorder = &live->recorder;
+    live->recorder.tools_apart = live->options->record_tools_hz > 0.0;
     return recorder_create(&live->recorder, live->options->record_path, live->world, live->scene,
                            status);
 }
 
-// Everything that can fail for reasons outside, before the first thread starts.
+// Does everything that can fail for external reasons, before the first thread starts.
 static bool prepare(Live *live, Status *status)
 {
     const LiveOptions *options = live->options;
@@ -56,12 +56,9 @@ static bool prepare(Live *live, Status *status)
         return status_fail(status, STATUS_FAILED, "cannot wait for signals: %s", strerror(errno));
     if (!exchange_open(&live->exchange, status))
         return false;
-    live->files.checkpoint_path = options->checkpoint_path;
     live->files.world = live->world;
     live->files.scene = live->scene;
     live->files.exchange = &live->exchange;
-    if (live->exchange.logs_inputs && !open_input_log(live, status))
-        return false;
 
     LoopOptions loop = {.rate_hz = live->scene->rate_hz,
                         .publish = live->scene->publish,
@@ -69,14 +66,21 @@ static bool prepare(Live *live, Status *status)
                         .estimate_error = live->scene->estimate_error,
                         .tool_timeout_s = live->scene->tool_timeout_s,
                         .duration_s = options->duration_s,
+                        .record_tools_hz = options->record_tools_hz,
                         .checkpoint_s = options->checkpoint_s};
     loop_init(&live->loop, live->world, &live->exchange, &loop, live->done_fd);
     live->describe = explain_describe(live->world, live->scene);
+    // Claim the files last, after the prefix, so that a daemon that fails to start touches none.
     return bus_connect(live->bus, live->describe, options->lcm_url, status) &&
+           (!live->exchange.checkpoints ||
+            checkpoint_claim(&live->files.checkpoint, options->checkpoint_path, live->world,
+                             live->scene, status)) &&
+           (!live->exchange.records || recording_claim(options->record_path, false, status)) &&
+           (!live->exchange.logs_inputs || open_input_log(live, status)) &&
            (!live->exchange.records || open_recording(live, status));
 }
 
-// Until the loop ends by itself or a signal ends it.
+// Waits until the loop ends by itself or by a signal.
 static void wait_for_end(Live *live)
 {
     struct pollfd fds[2] = {{.fd = live->done_fd, .events = POLLIN},
@@ -120,12 +124,13 @@ static void collect(Live *live, LiveResult *result)
                            .recorded_high = exchange->recorded.high_water};
 }
 
-// The memory stays the arena's.
+// Closes everything; the arena keeps the memory.
 static void finish(Live *live)
 {
     if (live->files.log != NULL)
         input_log_close(live->files.log, sim_steps(live->world->sim), 0, &(Status){0});
     recorder_close(&live->recorder, &(Status){0});
+    output_release(&live->files.checkpoint);
     bus_disconnect(live->bus);
     free(live->describe);
     exchange_close(&live->exchange);
@@ -135,7 +140,7 @@ static void finish(Live *live)
         close(live->signal_fd);
 }
 
-// The bus outlives the others, so that their last words go out.
+// The bus stops last, so that the final messages of the other threads go out.
 static bool run(Live *live, Status *status)
 {
     bool with_files = live->options->checkpoint_path != NULL || live->files.log != NULL ||
@@ -169,7 +174,8 @@ ExchangeOptions live_exchange(const Scene *scene, const LiveOptions *options)
                              .checkpoints = options->checkpoint_path != NULL,
                              .logs_inputs = options->input_log_path != NULL,
                              .records = options->record_path != NULL,
-                             .nodes_hz = scene->publish.nodes_hz};
+                             .nodes_hz = scene->publish.nodes_hz,
+                             .tools_hz = options->record_tools_hz};
 }
 
 Live *live_reserve(World *world, const Scene *scene, const LiveOptions *options)

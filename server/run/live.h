@@ -1,4 +1,4 @@
-// The running daemon: starts and ends the step, bus and files threads and handles signals. Main
+// The live daemon: starts and ends the step, bus and files threads and handles signals. Main
 // thread.
 #ifndef PLIANT_RUN_LIVE_H
 #define PLIANT_RUN_LIVE_H
@@ -11,12 +11,13 @@
 
 typedef struct LiveOptions {
     const char *lcm_url;         // or NULL: the scene's, else LCM's default
-    const char *isa;             // level of the kernels in use
+    const char *isa;             // instruction-set level of the kernels in use
     double duration_s;           // 0: until a signal or STOP
     const char *checkpoint_path; // or NULL
-    double checkpoint_s;         // 0: only at the end and when asked
+    double checkpoint_s;         // 0: only at the end and on request
     const char *input_log_path;  // or NULL
     const char *record_path;     // or NULL
+    double record_tools_hz;      // 0: with the nodes
     sigset_t signals;            // blocked before any thread started
 } LiveOptions;
 
@@ -34,12 +35,13 @@ typedef struct LiveResult {
 
 typedef struct Live Live;
 
-// Load time: all memory that a live run needs beside the world's, from the world's arena;
-// everything outlives it.
+// Allocates, from the world's arena, all memory that a live run needs beside the world's. All
+// arguments outlive the run. Load time.
 Live *live_reserve(World *world, const Scene *scene, const LiveOptions *options);
-// What of it a scene and these options ask for.
+// Returns the exchange options that a scene and these options require.
 ExchangeOptions live_exchange(const Scene *scene, const LiveOptions *options);
-// Runs until it is told to end; once. False with `status` for what could not be started or written.
+// Runs once, until a signal, STOP or the duration ends it. Returns false with `status` if something
+// could not be started or written.
 bool live_run(Live *live, LiveResult *result, Status *status);
 
 #endif

@@ -26,7 +26,7 @@ bool loop_due(int64_t step, double hz, double rate_hz)
         return false;
     if (events >= ticks)
         return true;
-    // Split, so that no product overflows however long the daemon runs.
+    // Split so that no product overflows, however long the daemon runs.
     int64_t inside = step % ticks;
     return inside == 0 || inside * events / ticks != (inside - 1) * events / ticks;
 }
@@ -39,14 +39,13 @@ int64_t loop_ticks(double seconds, double rate_hz)
 
 // --- out ---
 
-static bool is_over(const Loop *loop)
+bool loop_is_over(const Loop *loop)
 {
     return atomic_load_explicit(&loop->exchange->stop, memory_order_relaxed) ||
            (loop->duration_ticks > 0 && loop->ticks + loop->late_ticks >= loop->duration_ticks);
 }
 
-// For whoever watches whether we live.
-static void beat(Loop *loop)
+void loop_beat(Loop *loop)
 {
     Exchange *exchange = loop->exchange;
     loop->beats++;
@@ -55,8 +54,8 @@ static void beat(Loop *loop)
     atomic_store_explicit(&exchange->late, loop->late_ticks, memory_order_relaxed);
 }
 
-// Room for a frame of the recording, its meshes handed over, or NULL when none is to be taken. In
-// lockstep no clock runs: then it waits for room instead of dropping.
+// Returns space for a recorded frame after handing over its meshes; NULL if none is due. Lockstep
+// has no clock to keep, so it waits for space instead of dropping the frame.
 static RecordFrame *find_record(Loop *loop, bool waits)
 {
     Exchange *exchange = loop->exchange;
@@ -64,8 +63,8 @@ static RecordFrame *find_record(Loop *loop, bool waits)
         return NULL;
     const struct timespec pause = {.tv_nsec = 1000000};
     RecordFrame *frame = record_find_room(exchange, loop->sim);
-    while (frame == NULL && waits && !is_over(loop)) {
-        beat(loop); // waiting is no fault of ours
+    while (frame == NULL && waits && !loop_is_over(loop)) {
+        loop_beat(loop); // the thread is alive while it waits
         nanosleep(&pause, NULL);
         frame = record_find_room(exchange, loop->sim);
     }
@@ -74,7 +73,7 @@ static RecordFrame *find_record(Loop *loop, bool waits)
     return frame;
 }
 
-// The bus and the recording get the same numbers, converted once.
+// Converts positions once, so that the bus and the recording get the same numbers.
 static void push_frames(Loop *loop, bool at_once)
 {
     Exchange *exchange = loop->exchange;
@@ -90,6 +89,26 @@ static void push_frames(Loop *loop, bool at_once)
         loop->recorded_step = sim_steps(loop->sim);
     }
     loop->handed_over = true;
+}
+
+// Records the tools if they have a rate of their own, also in the ticks of a STEP, which waits for
+// space.
+static void record_tools(Loop *loop)
+{
+    const struct timespec pause = {.tv_nsec = 1000000};
+    Ring *ring = &loop->exchange->recorded_tools;
+    RecordFrame *row = ring_back(ring);
+    while (row == NULL && loop->state != RUN_RUNNING && !loop_is_over(loop)) {
+        loop_beat(loop); // the thread is alive while it waits
+        nanosleep(&pause, NULL);
+        row = ring_back(ring);
+    }
+    if (row == NULL) {
+        atomic_fetch_add_explicit(&loop->exchange->lost, 1, memory_order_relaxed);
+        return;
+    }
+    record_frame_begin(row, loop->sim);
+    ring_publish(ring);
 }
 
 static void push_contacts(Loop *loop)
@@ -128,7 +147,7 @@ static void push_body(BodyOut *out, Sim *sim, int index, bool estimates)
     }
 }
 
-// Timings since the last status, figures of the bodies, counters.
+// Sends timings since the last status, figures of the bodies and counters.
 void loop_push_status(Loop *loop)
 {
     Sim *sim = loop->sim;
@@ -142,6 +161,7 @@ void loop_push_status(Loop *loop)
                        .governor_stage = loop->governor.stage,
                        .governor_actions = loop->governor.actions,
                        .time = sim_time(sim)};
+    // Averages since the last status: real-time factor, times per tick and per stage.
     if (now > loop->window_start_ns)
         out->real_time_factor =
             (double)steps * sim_tick(sim) * 1e9 / (double)(now - loop->window_start_ns);
@@ -156,7 +176,8 @@ void loop_push_status(Loop *loop)
     for (int i = 0; i < loop->exchange->body_count; i++) {
         push_body(&out->body[i], sim, i, loop->estimates);
     }
-    out->guard = *sim_guard_counts(sim); // what was measured, too
+    out->guard = *sim_guard_counts(sim); // includes the measured quantities
+    // Start the next window.
     histogram_clear(&loop->step_window);
     histogram_clear(&loop->wake_window);
     loop->window_start_ns = now;
@@ -177,7 +198,7 @@ static void report_grasps(Loop *loop)
 
 static void wake_bus(Loop *loop)
 {
-    // Without contacts the bus looks by itself, so that a tick makes no system call for it.
+    // Without contacts the bus polls by itself, so that a tick makes no system call for it.
     if (loop->handed_over && (loop->options.publish.contact_hz > 0.0 || loop->state != RUN_RUNNING))
         exchange_wake(loop->exchange->bus_fd);
     loop->handed_over = false;
@@ -192,8 +213,9 @@ static void apply_pose(Loop *loop, const Input *input)
     requests_log(loop, input);
 }
 
-// Only the newest pose of a tick is seen. A blade that was lifted meanwhile, or that another hand
-// took over, must not cut on its way from where it was; and a tool that was withdrawn is let go of.
+// The step thread sees only the newest pose of a tick. If the blade was lifted in between, or
+// another client took it over, it must not cut on its way from the old position; a tool that was
+// withdrawn in between is released.
 static void lift_blade(Loop *loop, const Input *input)
 {
     int32_t *taken = loop->exchange->taken[input->index];
@@ -209,9 +231,9 @@ static void lift_blade(Loop *loop, const Input *input)
     apply_pose(loop, &lift);
 }
 
-// While the process or the machine was stopped the hands went on, and where they are now nobody has
-// said yet: a tool that swept there in a tick would tear at what it holds. So tools are let go of,
-// as those that are stale, and the poses of before are forgotten.
+// While the process or the machine was stopped, the hands moved on, and their positions are
+// unknown. A tool that moved there within a tick would tear at what it grasps. Tools are released,
+// as stale ones are, and earlier poses are discarded.
 static void let_go(Loop *loop)
 {
     Exchange *exchange = loop->exchange;
@@ -228,7 +250,7 @@ static void let_go(Loop *loop)
                             .pose = {.tool = tool->id, .orientation = {1.0, 0.0, 0.0, 0.0}}};
         apply_pose(loop, &lift);
     }
-    requests_event(loop, -1, "stopped", "for %.3f s: its ticks are skipped, its tools let go of",
+    requests_event(loop, -1, "stopped", "for %.3f s: these ticks are skipped, all tools withdrawn",
                    (double)loop->away_ns * 1e-9);
     loop->away_ns = 0;
 }
@@ -248,6 +270,7 @@ static void take_poses(Loop *loop)
 static void tick(Loop *loop, int64_t begin_ns)
 {
     Sim *sim = loop->sim;
+    // Inputs, then the step.
     if (loop->away_ns > 0)
         let_go(loop);
     take_poses(loop);
@@ -268,9 +291,14 @@ static void tick(Loop *loop, int64_t begin_ns)
         if (loop_due(step, publish->nodes_hz, rate))
             push_frames(loop, false);
     }
+    // Tool samples, grasp events and periodic checkpoints, in every state.
+    const double tools_hz = loop->options.record_tools_hz;
+    if (tools_hz > 0.0 && loop_due(step, tools_hz, rate))
+        record_tools(loop);
     report_grasps(loop);
     if (loop->checkpoint_ticks > 0 && step % loop->checkpoint_ticks == 0)
         atomic_store_explicit(&loop->exchange->checkpoint_wanted, true, memory_order_relaxed);
+    // Timings come last: they include the copying above.
     int64_t end_ns = clock_now_ns();
     sim_add_stage_ns(sim, STAGE_SNAPSHOT, end_ns - stepped_ns);
     histogram_add(&loop->step_total, end_ns - begin_ns);
@@ -281,13 +309,13 @@ static void tick(Loop *loop, int64_t begin_ns)
         loop_push_status(loop);
 }
 
-// The ticks of a STEP, at once; a PAUSE or STOP that arrives meanwhile ends them early.
+// Runs the ticks of a STEP without pacing; a PAUSE or STOP that arrives meanwhile ends them early.
 static void run_steps(Loop *loop)
 {
-    while (loop->stepped < loop->stepping.command.value && !is_over(loop) &&
+    while (loop->stepped < loop->stepping.command.value && !loop_is_over(loop) &&
            atomic_load_explicit(&loop->exchange->interrupts, memory_order_relaxed) == 0) {
         tick(loop, clock_now_ns());
-        beat(loop);
+        loop_beat(loop);
         loop->stepped++;
         requests_checkpoint(loop);
     }
@@ -311,17 +339,23 @@ static void start_clock(Loop *loop)
     loop->slot = 1;
 }
 
-// Sleeps until the next deadline that has not passed; those that have are counted as late.
+// Skips the deadlines that have passed by the clock, for whatever reason.
+static void skip_missed(Loop *loop, int64_t now)
+{
+    while (deadline(loop, loop->slot) < now) {
+        loop->slot++;
+        loop->late_ticks++;
+    }
+}
+
+// Sleeps until the next future deadline; those that have passed are counted as late.
 static void wait_for_deadline(Loop *loop)
 {
     int64_t now = clock_now_ns();
     int64_t missed = now - deadline(loop, loop->slot);
     if ((double)missed > loop->options.tool_timeout_s * 1e9)
         loop->away_ns = missed;
-    while (deadline(loop, loop->slot) < now) {
-        loop->slot++;
-        loop->late_ticks++;
-    }
+    skip_missed(loop, now);
     int64_t until = deadline(loop, loop->slot++);
     struct timespec time = {.tv_sec = until / 1000000000, .tv_nsec = until % 1000000000};
     while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &time, NULL) == EINTR) {
@@ -331,8 +365,8 @@ static void wait_for_deadline(Loop *loop)
     histogram_add(&loop->wake_window, lateness);
 }
 
-// In the time that a tick leaves, one body after the other tries a step, seldom enough to cost next
-// to nothing. Until it is known how long a try takes, half a period has to be left.
+// Uses the time left after a tick to try a step of one body after the other, rarely enough to cost
+// next to nothing. Until the duration of a try is known, half a period must be left.
 static void try_step(Loop *loop)
 {
     enum { EVERY = 16 }; // ticks
@@ -345,7 +379,7 @@ static void try_step(Loop *loop)
     sim_try_step(loop->sim, (int)(step / EVERY % loop->exchange->body_count));
     const int64_t taken = clock_now_ns() - begin_ns;
     sim_add_stage_ns(loop->sim, STAGE_ESTIMATE, taken);
-    // One that was interrupted is forgotten little by little.
+    // After an interrupted try the known duration decays slowly.
     loop->try_ns = taken > loop->try_ns ? taken : loop->try_ns - (loop->try_ns - taken) / 8;
 }
 
@@ -361,33 +395,39 @@ static void *loop_main(void *argument)
 {
     Loop *loop = argument;
     realtime_flush_denormals();
+    // Publish the initial state, so that clients see it before the first tick.
     loop->window_start_ns = clock_now_ns();
     push_frames(loop, false);
     loop_push_status(loop);
     exchange_wake(loop->exchange->bus_fd);
     if (loop->governs && sim_steps(loop->sim) > 0)
-        requests_release(loop); // what a checkpoint of a governed run holds back
+        requests_release(loop); // detail that the checkpoint of a governed run holds back
     start_clock(loop);
 
-    while (!is_over(loop)) {
+    while (!loop_is_over(loop)) {
+        // One iteration: wait for the deadline or a request, execute requests, run a tick, wake the
+        // bus.
         RunState before = loop->state;
         if (before == RUN_RUNNING)
             wait_for_deadline(loop);
-        else
+        else if (ring_peek(&loop->exchange->request) == NULL)
             wait_for_request(loop);
         int64_t begin_ns = clock_now_ns();
         while (requests_take(loop))
             run_steps(loop);
         if (before != RUN_RUNNING)
             start_clock(loop); // the first deadline after a RESUME
-        else if (loop->state == RUN_RUNNING && !is_over(loop))
+        else if (loop->state == RUN_RUNNING && !loop_is_over(loop))
             tick(loop, begin_ns);
         requests_checkpoint(loop);
         wake_bus(loop);
-        beat(loop);
+        loop_beat(loop);
         if (loop->estimates && loop->state == RUN_RUNNING && before == RUN_RUNNING)
             try_step(loop);
     }
+    // Leave counters, checkpoint and status final before the other threads are told.
+    if (loop->state == RUN_RUNNING)
+        skip_missed(loop, clock_now_ns());
     requests_last_checkpoint(loop);
     loop->state = loop->state == RUN_RUNNING ? RUN_PAUSED : loop->state;
     loop_push_status(loop);
@@ -409,7 +449,7 @@ void loop_init(Loop *loop, World *world, Exchange *exchange, const LoopOptions *
     loop->duration_ticks = loop_ticks(options->duration_s, options->rate_hz);
     loop->checkpoint_ticks = loop_ticks(options->checkpoint_s, options->rate_hz);
     loop->window_start_step = sim_steps(loop->sim);
-    loop->recorded_step = -1;
+    loop->recorded_step = loop->reset_step = -1;
     for (int i = 0; i < sim_body_count(loop->sim); i++) {
         loop->governs |= sim_body(loop->sim, i)->ops->adapt != NULL;
     }

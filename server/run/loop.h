@@ -1,6 +1,7 @@
-// The step thread: one tick of the simulation at each deadline, or on command. Allocates nothing,
-// locks nothing, logs nothing; its only system calls are the clock, the sleep and one eventfd write
-// a tick. Ticks that come late are skipped and counted, never replayed in a burst.
+// The step thread: one tick of the simulation at each deadline, or on command. It allocates, locks
+// and logs nothing; its only system calls are the clock, the sleep and one eventfd write per tick.
+// Late ticks are skipped and counted, never replayed in a burst (README.md, "A tick at its
+// deadline").
 #ifndef PLIANT_RUN_LOOP_H
 #define PLIANT_RUN_LOOP_H
 
@@ -16,9 +17,10 @@ typedef struct LoopOptions {
     ScenePublish publish;
     bool start_paused;
     bool estimate_error;
-    double tool_timeout_s; // a stop for longer lets go of the tools
-    double duration_s;     // simulated plus skipped time after which the loop ends; 0: never
-    double checkpoint_s;   // simulated time between checkpoints; 0: none
+    double tool_timeout_s;  // a longer pause releases the tools
+    double duration_s;      // simulated plus skipped time after which the loop ends; 0: never
+    double record_tools_hz; // 0: tools are recorded with the nodes
+    double checkpoint_s;    // simulated time between checkpoints; 0: none
 } LoopOptions;
 
 typedef struct Loop {
@@ -30,19 +32,21 @@ typedef struct Loop {
     int64_t duration_ticks, checkpoint_ticks;
     int done_fd;    // written once when the loop ends
     bool governs;   // some body adapts its level of detail
-    bool estimates; // the scene asks for the error of its steps
+    bool estimates; // the scene enables the error estimate
 
     // the thread's own
     RunState state;
-    int64_t epoch_ns, slot; // deadline of slot k: epoch_ns + k / rate
-    Input stepping;         // the STEP being executed
-    int64_t stepped;        // its ticks so far
-    int64_t away_ns; // by how much the last deadline was missed, when the tools are to be let go of
-    int64_t beats;   // turns so far
-    bool handed_over;                   // something waits for the bus
-    Answer asked[EXCHANGE_CHECKPOINTS]; // who waits for the next checkpoint
+    int64_t epoch_ns, slot;  // deadline of slot k: epoch_ns + k / rate
+    Input stepping;          // the STEP being executed
+    int64_t stepped;         // its ticks so far
+    int64_t away_ns;         // how late the last deadline was, if tools must be released; else 0
+    int64_t beats;           // iterations and requests so far
+    int64_t requests_due_ns; // earliest time for the next requests, by their share of the clock
+    int64_t reset_step;      // when bodies were last reset, if untouched since; -1: none
+    bool handed_over;        // data for the bus is waiting
+    Answer asked[EXCHANGE_CHECKPOINTS]; // requests that the next checkpoint answers
     int asked_count;
-    int64_t try_ns;        // the longest that a body's try has taken
+    int64_t try_ns;        // longest time that a body's try has taken
     int64_t recorded_step; // newest frame handed to the recording
     Governor governor;
 
@@ -54,21 +58,26 @@ typedef struct Loop {
     pthread_t thread;
 } Loop;
 
-// Load time. `done_fd` is an eventfd that the caller polls; everything outlives the loop.
+// Initialises the loop at load time. The caller polls the eventfd `done_fd`. All arguments outlive
+// the loop.
 void loop_init(Loop *loop, World *world, Exchange *exchange, const LoopOptions *options,
                int done_fd);
 // Starts the thread "pliant-step"; it ends after `exchange->stop`, STOP or the duration.
 bool loop_start(Loop *loop, Status *status);
 void loop_join(Loop *loop);
 
-// Whether something that happens hz times a simulated second is due at the end of tick `step`.
-// Integer arithmetic on millihertz: the same ticks in every run.
+// True if something that happens `hz` times per simulated second is due at the end of tick `step`.
+// Uses integer arithmetic in millihertz, so every run gives the same ticks.
 bool loop_due(int64_t step, double hz, double rate_hz);
-// Whole ticks of a time; at least one for any time but 0.
+// Returns the whole ticks in a time; at least one for any time but 0.
 int64_t loop_ticks(double seconds, double rate_hz);
-// The step thread's own: hands the figures since the last status to the bus.
+// True if the loop must end; checked before each tick and each request.
+bool loop_is_over(const Loop *loop);
+// Step thread only: count an iteration, as the sign of life that other threads watch; hand the
+// figures since the last status to the bus.
+void loop_beat(Loop *loop);
 void loop_push_status(Loop *loop);
-// "running", "paused", "lockstep".
+// Returns "running", "paused" or "lockstep".
 const char *loop_state_name(RunState state);
 
 #endif

@@ -10,7 +10,7 @@ int mesh_live_nodes(const BodyMesh *mesh)
     return live;
 }
 
-// Bytes of all arrays of one node: id, origin, piece, two parents and the level; of a triangle.
+// Ints per node (id, origin, piece, two parents; the level is a byte) and per triangle.
 enum { NODE_INTS = 5, TRIANGLE_INTS = 3 };
 
 static size_t bytes_of(size_t nodes, size_t triangles)
@@ -47,7 +47,7 @@ BodyMesh mesh_copy_view(const MeshCopy *copy)
 
 static unsigned char *append(unsigned char *to, const void *from, size_t bytes)
 {
-    if (bytes > 0) // nothing may come from nowhere
+    if (bytes > 0) // memcpy from NULL is undefined even for no bytes
         memcpy(to, from, bytes);
     return to + bytes;
 }
@@ -62,7 +62,7 @@ void mesh_copy_follow(MeshCopy *copy, const BodyMesh *mesh)
     copy->triangle_count = mesh->triangle_count;
     copy->node_capacity = mesh->node_capacity;
     copy->triangle_capacity = mesh->triangle_capacity;
-    // In the order of mesh_copy_view.
+    // Arrays follow in the order of mesh_copy_view.
     unsigned char *to = (unsigned char *)copy->data;
     to = append(to, mesh->id, nodes * sizeof *mesh->id);
     to = append(to, mesh->origin, nodes * sizeof *mesh->origin);

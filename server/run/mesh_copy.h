@@ -1,5 +1,5 @@
-// Copies of a mesh that changes while it runs: what one thread hands to another, because nobody but
-// the step thread may look at such a body's own. Plain memory; the pure part of messages and files.
+// Copies of a mesh that changes during the run. One thread hands them to another, because only the
+// step thread may read such a body's own mesh. Plain memory, used for messages and files.
 #ifndef PLIANT_RUN_MESH_COPY_H
 #define PLIANT_RUN_MESH_COPY_H
 
@@ -14,27 +14,27 @@ typedef struct MeshCopy {
     int data[];
 } MeshCopy;
 
-// Whether other threads need a copy of this body's mesh.
+// True if other threads need a copy of this body's mesh.
 static inline bool mesh_changes(const Body *body)
 {
     return body_changes(body);
 }
 
-// Node slots that frames of this body may ever have.
+// Returns the largest number of node slots in a frame of this body.
 static inline int mesh_most_nodes(const Body *body)
 {
     return mesh_changes(body) ? body->mesh.node_capacity : body->mesh.node_count;
 }
 
-// Nodes alive: slots that are not free.
+// Returns the number of live nodes: slots that are not free.
 int mesh_live_nodes(const BodyMesh *mesh);
 
-// Bytes of a copy of the largest mesh, a multiple of 8.
+// Returns the bytes of a copy of the largest mesh, a multiple of 8.
 size_t mesh_copy_bytes(const BodyMesh *mesh);
-// Copies the mesh unless the copy has its topology already. No allocation. A topology number must
-// never name two meshes in one run.
+// Copies the mesh unless the copy has the same topology already. Allocates nothing. A topology
+// number must name one mesh only during a run.
 void mesh_copy_follow(MeshCopy *copy, const BodyMesh *mesh);
-// The copy, to be read like the body's own; valid as long as the copy stays what it is.
+// Returns a view of the copy, read like the body's own mesh; valid until the copy changes.
 BodyMesh mesh_copy_view(const MeshCopy *copy);
 
 #endif

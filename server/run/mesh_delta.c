@@ -43,6 +43,7 @@ int mesh_delta_chunks(const MeshDelta *delta)
 pliant_mesh_delta_t mesh_delta_chunk(const MeshDelta *delta, const BodyMesh *after, int chunk,
                                      MeshDeltaChunk *memory)
 {
+    // This chunk's share of the changed triangles and nodes, gathered into the message's arrays.
     int count = mesh_delta_chunks(delta);
     int triangle = chunk_begin(delta->triangle_count, chunk, count);
     int node = chunk_begin(delta->node_count, chunk, count);

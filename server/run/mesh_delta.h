@@ -1,5 +1,5 @@
-// What changed between two published meshes of one body, slot by slot, and the messages that tell
-// it (mesh_delta_t). Pure: no thread, no clock, no socket.
+// The differences between two published meshes of one body, slot by slot, and their messages
+// (mesh_delta_t). Pure functions without thread, clock or socket.
 #ifndef PLIANT_RUN_MESH_DELTA_H
 #define PLIANT_RUN_MESH_DELTA_H
 
@@ -28,12 +28,12 @@ typedef struct MeshDeltaChunk {
 } MeshDeltaChunk;
 
 // Lists the slots of `after` that differ from `before`. Slots beyond the counts of `before` were
-// free; two free slots are the same whatever else they hold.
+// free; two free slots are equal whatever else they contain.
 void mesh_delta_find(MeshDelta *delta, const BodyMesh *before, const BodyMesh *after);
-// At least one, even when nothing but the number of the topology changed.
+// Returns the number of chunks: at least one, even if only the topology number changed.
 int mesh_delta_chunks(const MeshDelta *delta);
-// Chunk `chunk` of a message without utime and sequence. `after` as in mesh_delta_find; the arrays
-// of the message are those of `memory`.
+// Returns chunk `chunk` as a message without utime and sequence. `after` as in mesh_delta_find; the
+// arrays of the message are those of `memory`.
 pliant_mesh_delta_t mesh_delta_chunk(const MeshDelta *delta, const BodyMesh *after, int chunk,
                                      MeshDeltaChunk *memory);
 

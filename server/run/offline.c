@@ -22,11 +22,12 @@ typedef struct Offline {
     Replay replay;
     bool stopped; // by a signal
     CheckpointImage image;
+    OutputClaim checkpoint;
     Recorder recorder;
     RecordFrame *frame; // to be recorded, or NULL
 } Offline;
 
-// What is an event in a live run, for the recording.
+// Records an event that a live run would publish.
 static void record_event(Offline *run, int body, const char *kind, const char *text)
 {
     if (run->frame == NULL)
@@ -47,7 +48,7 @@ static void record_grasps(Offline *run)
     }
 }
 
-// What happened in the simulation itself.
+// Records the events of the simulation itself.
 static void record_sim_events(Offline *run)
 {
     SimEvent event;
@@ -55,7 +56,7 @@ static void record_sim_events(Offline *run)
         record_event(run, event.body, event.kind, event.text);
 }
 
-// What an input of the log did, and what came of it.
+// Records an input of the log and its result.
 static void record_input(void *user, int body, const char *kind, const char *text)
 {
     Offline *run = user;
@@ -68,8 +69,15 @@ static void record_input(void *user, int body, const char *kind, const char *tex
 static bool write_checkpoint(Offline *run)
 {
     checkpoint_take(&run->image, run->world);
-    return checkpoint_write(run->options->checkpoint_path, &run->image, run->world, run->scene,
-                            run->status);
+    return checkpoint_write_claimed(&run->checkpoint, &run->image, run->world, run->scene,
+                                    run->status);
+}
+
+static bool claim_checkpoint(Offline *run)
+{
+    const char *path = run->options->checkpoint_path;
+    return path == NULL ||
+           checkpoint_claim(&run->checkpoint, path, run->world, run->scene, run->status);
 }
 
 static bool open_recording(Offline *run)
@@ -77,12 +85,25 @@ static bool open_recording(Offline *run)
     if (run->options->record_path == NULL)
         return true;
     run->frame = malloc(record_frame_bytes(run->sim));
+    run->recorder.tools_apart = run->options->record_tools_hz > 0.0;
     return run->frame == NULL ? status_fail(run->status, STATUS_FAILED, "out of memory")
                               : recorder_create(&run->recorder, run->options->record_path,
                                                 run->world, run->scene, run->status);
 }
 
-// Nobody waits for a tick here, so the file may take its time; one that takes no more ends the run.
+// Records the tools if they have a rate of their own.
+static bool record_tools(Offline *run)
+{
+    if (run->frame == NULL || !run->recorder.tools_apart)
+        return true;
+    record_frame_begin(run->frame, run->sim);
+    if (recorder_write_tools(&run->recorder, run->frame))
+        return true;
+    const Status *said = recording_status(run->recorder.recording);
+    return status_fail(run->status, said->code, "%s", said->text);
+}
+
+// An offline run waits for the file; a file that accepts no more data ends the run.
 static bool record(Offline *run)
 {
     if (run->frame == NULL)
@@ -139,6 +160,9 @@ static bool run_ticks(Offline *run)
         run->result->ticks++;
         if (loop_due(sim_steps(run->sim), run->scene->publish.nodes_hz, rate) && !record(run))
             return false;
+        if (loop_due(sim_steps(run->sim), run->options->record_tools_hz, rate) &&
+            !record_tools(run))
+            return false;
         if (checkpoint_ticks > 0 && sim_steps(run->sim) % checkpoint_ticks == 0 &&
             !write_checkpoint(run))
             return false;
@@ -160,20 +184,31 @@ bool offline_run(World *world, const Scene *scene, const OfflineOptions *options
     run->options = options;
     run->result = result;
     run->status = status;
-    const ReplayOptions replay = {.input = options->input, .tell = record_input, .user = run};
-    int64_t end_step = sim_steps(world->sim) + llround(options->seconds * scene->rate_hz);
+    // The log decides on the end, or a number of ticks does.
+    const ReplayOptions replay = {.input = options->input,
+                                  .to_its_end = options->to_log_end,
+                                  .tell = record_input,
+                                  .user = run};
+    int64_t end_step = options->to_log_end
+                           ? INT64_MAX
+                           : sim_steps(world->sim) + llround(options->seconds * scene->rate_hz);
     if (options->checkpoint_path != NULL)
         checkpoint_reserve(&run->image, world);
 
+    // Refuse a log, target or file that does not fit before the first tick.
     bool whole = replay_begin(&run->replay, world, scene, end_step, &replay, status) &&
-                 open_recording(run) && realtime_start_team(world->team, false, status);
+                 claim_checkpoint(run) && open_recording(run) &&
+                 realtime_start_team(world->team, false, status);
     realtime_pin_step(world->team, pthread_self());
     whole = whole && record(run) && run_ticks(run) &&
             (options->checkpoint_path == NULL || write_checkpoint(run));
+    // Close what was begun, also after a failure.
     whole = close_recording(run) && whole;
+    output_release(&run->checkpoint);
     if (whole)
         replay_report(&run->replay);
     result->applied = run->replay.applied;
+    result->log_ended = options->input != NULL && !run->replay.waiting && !run->stopped;
     result->rejected = gate_refused(&run->replay.gate);
     free(run);
     return whole;

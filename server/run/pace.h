@@ -1,5 +1,6 @@
-// Chunks of something that is too large for one datagram, and when each is due: spread over a
-// period, because a receiver's kernel buffer holds a few chunks, not a burst.
+// Pacing of data that is too large for one datagram: the chunks and when each is due. They are
+// spread over a period, because a receiver's kernel buffer holds a few chunks, not a burst
+// (README.md, "Loss and pacing").
 #ifndef PLIANT_RUN_PACE_H
 #define PLIANT_RUN_PACE_H
 

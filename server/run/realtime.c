@@ -14,7 +14,7 @@
 #include <xmmintrin.h>
 #endif
 
-enum { PRIORITY = 60 }; // above the threaded interrupts' 50
+enum { PRIORITY = 60 }; // above the 50 of threaded interrupts
 
 void realtime_flush_denormals(void)
 {
@@ -27,7 +27,8 @@ void realtime_flush_denormals(void)
 #endif
 }
 
-// What comes later is locked only where no limit can refuse it: an allocation that a limit made
+// Locks later allocations too, but only where no limit can refuse them: a failed allocation would
+// end the daemon.
 // fail would end the daemon.
 static int lock_memory(void)
 {
@@ -52,7 +53,8 @@ void realtime_request(pthread_t thread)
              locked != 0 ? strerror(locked) : "", PRIORITY);
 }
 
-// The processors that this process may use, the last first: the first often has the interrupts.
+// Lists the processors available to this process, the last one first: the first often serves
+// interrupts.
 static int find_processors(int processor[TEAM_THREADS_MOST])
 {
     cpu_set_t allowed;
@@ -65,7 +67,7 @@ static int find_processors(int processor[TEAM_THREADS_MOST])
     return count;
 }
 
-// Member 0 is the step thread. Where pinning fails the scheduler finds a place.
+// Pins a thread; member 0 is the step thread. If it fails, the scheduler chooses the processor.
 static void pin(pthread_t thread, int member)
 {
     int processor[TEAM_THREADS_MOST];

@@ -1,4 +1,4 @@
-// What the operating system and the processor must do for a real-time thread.
+// Settings of the operating system and the processor for real-time threads.
 #ifndef PLIANT_RUN_REALTIME_H
 #define PLIANT_RUN_REALTIME_H
 
@@ -7,20 +7,21 @@
 
 #include <pthread.h>
 
-// Denormal numbers become zero on the calling thread: a decaying body runs much slower without.
-// Every computing thread calls it, settling included, so that all of them give the same bits; the
-// workers of a team begin with the setting of the thread that starts them.
+// Sets denormal numbers to zero on the calling thread. Without it a decaying body runs much slower
+// (server/PERFORMANCE.md, "Denormal numbers"). Every computing thread calls it, also while bodies
+// settle, so that all give the same bits; the workers of a team inherit the setting of the thread
+// that starts them.
 void realtime_flush_denormals(void);
-// Locks all memory and gives `thread` SCHED_FIFO. Where that is not permitted: goes on and logs one
-// warning that says what to grant.
+// Locks all memory and gives `thread` SCHED_FIFO. If that is not permitted, logs one warning that
+// says which permission to grant, and goes on.
 void realtime_request(pthread_t thread);
-// Starts the workers of a step that has several threads, each on a processor of its own and with
-// SCHED_FIFO where `live`. Where there are too few processors, it logs a warning and starts fewer.
-// `team` may be NULL. False with a sentence: a thread did not start.
+// Starts the workers of a step that has several threads, each on its own processor, with SCHED_FIFO
+// if `live`. With too few processors it logs a warning and starts fewer. `team` may be NULL.
+// Returns false with a sentence in `status` if a thread did not start.
 bool realtime_start_team(Team *team, bool live, Status *status);
-// Gives the thread that computes the step the processor that the workers left.
+// Pins the thread that computes the step to the processor that the workers left free.
 void realtime_pin_step(const Team *team, pthread_t step);
-// The calling thread gives up SCHED_FIFO, or takes it again where that is permitted.
+// Make the calling thread give up SCHED_FIFO, or take it again if that is permitted.
 void realtime_pause(void);
 void realtime_resume(void);
 

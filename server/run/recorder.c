@@ -7,9 +7,14 @@
 
 // --- the step thread -----------------------------------------------------------------------------
 
+size_t record_tools_bytes(Sim *sim)
+{
+    return sizeof(RecordFrame) + (size_t)sim_tool_count(sim) * sizeof(RecordTool);
+}
+
 size_t record_frame_bytes(Sim *sim)
 {
-    size_t bytes = sizeof(RecordFrame) + (size_t)sim_tool_count(sim) * sizeof(RecordTool);
+    size_t bytes = record_tools_bytes(sim);
     for (int i = 0; i < sim_body_count(sim); i++)
         bytes += sizeof(RecordBody) + 3 * (size_t)mesh_most_nodes(sim_body(sim, i)) * sizeof(float);
     return bytes;
@@ -40,7 +45,8 @@ static void take_tool(RecordTool *tool, Sim *sim, int index)
     tool->active = motion->active;
     tool_motion_at(motion, (double)(sim_steps(sim) - motion->pose_step) * sim_tick(sim), &pose,
                    &tool->sample.orientation);
-    // Where the bodies felt it, which is not where the hand is while it pushes beyond max_force.
+    // The position where the bodies feel the tool; the hand is elsewhere while it pushes beyond
+    // max_force.
     tool->sample.position = wrench->contact ? wrench->position : pose;
     tool->sample.force = wrench->force;
 }
@@ -94,7 +100,7 @@ void recorder_reserve(Recorder *recorder, World *world)
 {
     Arena *arena = &world->arena;
     int bodies = sim_body_count(world->sim);
-    *recorder = (Recorder){.sim = world->sim};
+    *recorder = (Recorder){.sim = world->sim, .tools_apart = recorder->tools_apart};
     recorder->mesh =
         arena_allocate(arena, ARENA_OUTPUT, (size_t)bodies, sizeof *recorder->mesh, "run/recorder");
     for (int i = 0; i < bodies; i++) {
@@ -112,7 +118,7 @@ void recorder_reserve(Recorder *recorder, World *world)
     }
 }
 
-// The mesh without its free slots.
+// Returns the mesh without its free slots.
 static RecordingTopology compact(RecorderMesh *to, const BodyMesh *mesh)
 {
     const RecordingSlots slots = {.topology = mesh->topology,
@@ -149,7 +155,7 @@ bool recorder_take_meshes(Recorder *recorder, Exchange *exchange, const RecordFr
         Ring *ring = &exchange->recorded_mesh[i];
         const RecordingMesh *mesh = &recorder->mesh[i].mesh;
         const MeshCopy *copy;
-        // Those of frames that were dropped come first.
+        // Meshes of dropped frames come first.
         while (mesh->live != NULL && mesh->topology != body->topology &&
                (copy = ring_peek(ring)) != NULL) {
             const BodyMesh view = mesh_copy_view(copy);
@@ -178,7 +184,7 @@ static bool write_topologies(Recorder *recorder)
 
 // --- writing -------------------------------------------------------------------------------------
 
-// What HDF5 keeps together: a whole frame, or, of a body that grows and shrinks, 48 kB of it.
+// Chunk size for HDF5: a whole frame; for a body that grows and shrinks, 48 kB.
 static int kept_together(bool changes, int count, int capacity)
 {
     enum { ROWS = 4096 };
@@ -196,6 +202,7 @@ bool recorder_create(Recorder *recorder, const char *path, World *world, const S
     ASSERT(body != NULL && tool != NULL);
     if (recorder->mesh == NULL)
         recorder_reserve(recorder, world);
+    // Describe the bodies, with chunk sizes, and the tools.
     for (int i = 0; i < bodies; i++) {
         const Body *from = sim_body(sim, i);
         const BodyMesh *mesh = &from->mesh;
@@ -222,7 +229,7 @@ bool recorder_create(Recorder *recorder, const char *path, World *world, const S
            status_fail(status, STATUS_INVALID, "%s", recording_status(recorder->recording)->text);
 }
 
-// The positions of live nodes.
+// Returns the positions of live nodes.
 static RecordingFrame frame_of(const RecordFrame *frame, const RecordBody *body,
                                const RecorderMesh *mesh)
 {
@@ -239,16 +246,21 @@ static RecordingFrame frame_of(const RecordFrame *frame, const RecordBody *body,
     return out;
 }
 
+bool recorder_write_tools(Recorder *recorder, const RecordFrame *frame)
+{
+    bool ok = true;
+    for (int i = 0; i < sim_tool_count(recorder->sim) && ok; i++)
+        if (frame->tool[i].active)
+            ok = recording_add_tool(recorder->recording, i, frame->time, &frame->tool[i].sample);
+    return ok;
+}
+
 bool recorder_write_frame(Recorder *recorder, const RecordFrame *frame)
 {
     Recording *recording = recorder->recording;
     Sim *sim = recorder->sim;
-    int tools = sim_tool_count(sim);
-    bool ok = true;
-    for (int i = 0; i < tools && ok; i++)
-        if (frame->tool[i].active)
-            ok = recording_add_tool(recording, i, frame->time, &frame->tool[i].sample);
-    const RecordBody *body = (const RecordBody *)(frame->tool + tools);
+    bool ok = recorder->tools_apart || recorder_write_tools(recorder, frame);
+    const RecordBody *body = (const RecordBody *)(frame->tool + sim_tool_count(sim));
     for (int i = 0; i < sim_body_count(sim) && ok; i++) {
         const RecordingFrame of_body = frame_of(frame, body, &recorder->mesh[i]);
         ok = recording_add_frame(recording, i, &of_body);

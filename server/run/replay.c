@@ -18,7 +18,7 @@ static bool speaks(const Replay *replay)
     return !replay->options.quiet;
 }
 
-// A log that breaks off (its writer was killed) is used as far as it goes.
+// Uses a truncated log (its writer was killed) as far as it goes.
 static void read_ahead(Replay *replay)
 {
     InputLogReader *input = replay->options.input;
@@ -26,17 +26,20 @@ static void read_ahead(Replay *replay)
     replay->waiting = input_log_next(input, replay->rate_hz, replay->first_step, &replay->kind,
                                      &replay->waiting_step, &broken);
     if (broken.code != STATUS_OK && speaks(replay))
-        log_line(LOG_WARNING, "%s; going on without the rest", broken.text);
-    if (replay->waiting || !input->ended)
+        log_line(LOG_WARNING, "%s; continuing without the rest", broken.text);
+    if (replay->waiting || (!input->ended && !replay->options.to_its_end))
         return;
-    int64_t end = input->end_step;
-    if (input->header.rate_hz != replay->rate_hz)
+    int64_t end = input->ended
+                      ? input->end_step
+                      // the tick that applies the last input is computed, too
+                      : 1 + input_log_last_step(input, replay->rate_hz, replay->first_step);
+    if (input->ended && input->header.rate_hz != replay->rate_hz)
         end = llround((double)end / input->header.rate_hz * replay->rate_hz);
     if (end < replay->end_step)
         replay->end_step = end;
 }
 
-// Changes the scene, or says why not.
+// Executes an input on the scene, or reports why it failed.
 static void execute(Replay *replay, const Input *input, const char *kind)
 {
     Answer answer = {0};
@@ -50,7 +53,7 @@ static void execute(Replay *replay, const Input *input, const char *kind)
         log_line(LOG_WARNING, "step %lld: %s", (long long)sim_steps(replay->sim), answer.text);
 }
 
-// Pacing means nothing off line; what STEP and RESUME say of poses does.
+// Offline runs ignore pacing, but STEP and RESUME also set when poses take effect.
 static void apply_command(Replay *replay, const Input *input)
 {
     const InputLogReader *log = replay->options.input;
@@ -61,7 +64,7 @@ static void apply_command(Replay *replay, const Input *input)
         replay->lockstep = input->command.kind == PLIANT_COMMAND_T_STEP;
         sim_set_lockstep(replay->sim, replay->lockstep);
         if (!log->exact && !replay->ignored_pacing && speaks(replay))
-            log_line(LOG_WARNING, "%s: PAUSE, RESUME and STEP do not change the pace off line",
+            log_line(LOG_WARNING, "%s: PAUSE, RESUME and STEP do not change the pace offline",
                      log->log.path);
         replay->ignored_pacing = true;
         break;
@@ -123,7 +126,7 @@ void replay_due(Replay *replay)
     }
 }
 
-// A log that does not belong to this run is refused before the first tick.
+// Refuses a log that does not belong to this run, before the first tick.
 static bool check_log(Replay *replay, const Scene *scene, Status *status)
 {
     InputLogReader *input = replay->options.input;
@@ -150,7 +153,7 @@ static bool check_log(Replay *replay, const Scene *scene, Status *status)
     return true;
 }
 
-// Of an input that is behind the state already, only what it said of the pace is still to be known.
+// Skips an input that the state already contains, except for its effect on lockstep.
 static void pass_over(Replay *replay)
 {
     const LogEvent *event = &replay->options.input->event;
@@ -166,7 +169,7 @@ static void pass_over(Replay *replay)
         replay->lockstep = false;
 }
 
-// To where the world stands, which may be inside the log: a run that goes on from a checkpoint.
+// Moves to the world's step, which may be inside the log when a run continues from a checkpoint.
 static bool find_start(Replay *replay, Status *status)
 {
     const InputLogReader *input = replay->options.input;

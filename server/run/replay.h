@@ -1,5 +1,6 @@
-// A log of inputs applied to a simulation off line: messages of a plain log pass the same gate as
-// live ones, those of an exact log have passed it. The thread that steps the simulation.
+// Applies a log of inputs to a simulation offline. Messages of a plain log pass the same gate as
+// live ones; those of an exact log passed it when they were recorded. Called by the thread that
+// steps the simulation.
 #ifndef PLIANT_RUN_REPLAY_H
 #define PLIANT_RUN_REPLAY_H
 
@@ -7,13 +8,14 @@
 #include "run/gate.h"
 #include "run/input_log.h"
 
-// What is an event in a live run; body -1: of none.
+// Receives what a live run would publish as an event; body -1: no body in particular.
 typedef void ReplayTell(void *user, int body, const char *kind, const char *text);
 
 typedef struct ReplayOptions {
     InputLogReader *input; // opened, or NULL: there is no log
-    bool any_rate;         // an exact log of another tick rate is taken too: what it says of time
-    bool quiet;            // no warnings of what was refused or does not fit
+    bool to_its_end;       // the run ends with the log, even if the log has no end mark
+    bool any_rate;         // accept an exact log of another tick rate, by its times
+    bool quiet;            // no warnings about inputs that were refused or do not fit
     ReplayTell *tell;      // or NULL
     void *user;
 } ReplayOptions;
@@ -24,7 +26,7 @@ typedef struct Replay {
     double rate_hz;
     ReplayOptions options;
     Gate gate;
-    bool lockstep; // poses hold at once
+    bool lockstep; // poses take effect at once
     bool stopped;  // by STOP
     bool ignored_pacing;
     int64_t first_step;
@@ -36,14 +38,14 @@ typedef struct Replay {
     int64_t waiting_step;
 } Replay;
 
-// `end_step`: where the run ends if the log does not. Of an exact log that began before the world's
-// present step, what is behind that state is passed over. False with `status`: a log that does not
+// Begins a replay. `end_step`: the end of the run if the log does not end it. Skips the part of an
+// exact log that precedes the world's current step. Returns false with `status` if the log does not
 // belong to this run.
 bool replay_begin(Replay *replay, World *world, const Scene *scene, int64_t end_step,
                   const ReplayOptions *options, Status *status);
 // Applies all inputs due at the start of the next tick.
 void replay_due(Replay *replay);
-// Warns of what of the log was not used.
+// Warns about inputs of the log that were not used.
 void replay_report(const Replay *replay);
 
 #endif

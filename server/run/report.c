@@ -8,7 +8,7 @@ static void print_times(const char *name, const Histogram *histogram, FILE *out)
             us[3]);
 }
 
-// The hash lets two runs be compared at a glance: the same bits, the same hash.
+// Prints a hash by which two runs can be compared: the same bits give the same hash.
 static void print_end(World *world, FILE *out)
 {
     fprintf(out, "step: %lld, time: %.9g s\nstate: %016llx\n", (long long)sim_steps(world->sim),
@@ -101,6 +101,8 @@ void report_offline(World *world, const OfflineResult *result, FILE *out)
     print_refused(world, out);
     fprintf(out, "inputs: applied %lld, rejected %lld\n", (long long)result->applied,
             (long long)result->rejected);
+    if (result->log_ended)
+        fprintf(out, "log: all of it\n");
     if (result->recorded > 0)
         fprintf(out, "recorded frames: %lld, dropped 0\n", (long long)result->recorded);
     print_end(world, out);

@@ -1,4 +1,5 @@
-// What a run was like, printed at its end: "name: value" lines for people and scripts. Main thread.
+// Prints the result of a run at its end, as "name: value" lines for people and scripts. Main
+// thread.
 #ifndef PLIANT_RUN_REPORT_H
 #define PLIANT_RUN_REPORT_H
 

@@ -1,5 +1,6 @@
 #include "run/requests.h"
 
+#include "base/clock.h"
 #include "run/realtime.h"
 
 #include "pliant_command_t.h"
@@ -8,7 +9,9 @@
 #include <stdio.h>
 #include <string.h>
 
-// --- what a request does to the scene ---
+static const char RESET_DONE[] = "bodies returned to their start";
+
+// --- effect of a request on the scene ---
 
 static bool execute_cut(Sim *sim, const Input *input, Answer *answer)
 {
@@ -61,7 +64,7 @@ bool requests_execute(Sim *sim, const Input *input, Answer *answer)
         answer->ok = execute_set(sim, input, answer);
     else {
         sim_reset(sim);
-        snprintf(answer->text, sizeof answer->text, "bodies returned to their start");
+        snprintf(answer->text, sizeof answer->text, "%s", RESET_DONE);
         answer->ok = true;
     }
     return answer->ok;
@@ -116,7 +119,7 @@ static Answer answer_to(const Loop *loop, const Input *input)
                     .pieces = pieces};
 }
 
-// The answers' ring has room for every request that the bus lets wait.
+// The ring of answers has a slot for every request that the bus queues.
 static void push_answer(Loop *loop, const Answer *answer)
 {
     if (!ring_push(&loop->exchange->answer, answer))
@@ -132,6 +135,7 @@ static void set(Loop *loop, const char *key, double value)
                    .command = {.kind = PLIANT_COMMAND_T_SET, .set_value = {value}, .set_count = 1}};
     snprintf(input.text, sizeof input.text, "%s", key);
     requests_log(loop, &input);
+    loop->reset_step = -1;
     Answer answer = {0};
     if (!requests_execute(loop->sim, &input, &answer))
         requests_event(loop, -1, "governor", "%s", answer.text);
@@ -176,8 +180,8 @@ static void enter(Loop *loop, RunState state, Answer *answer)
     if (loop->state != state)
         requests_event(loop, -1, kinds[state], "%s at step %lld", kinds[state],
                        (long long)answer->step);
-    // The ticks of a STEP run without pause: in real time they would keep a core, and with it the
-    // threads that receive messages, for as long as they last.
+    // The ticks of a STEP run without pause. At real-time priority they would occupy a core, and
+    // block the threads that receive messages there.
     if (loop->state != state && state == RUN_RUNNING)
         realtime_resume();
     else if (loop->state != state && state == RUN_LOCKSTEP)
@@ -207,8 +211,9 @@ static bool ask_for_checkpoint(Loop *loop, Answer *answer)
     return true;
 }
 
-// False: the answer comes from elsewhere, once the checkpoint's file is whole.
+// Executes a command of the loop. False: the answer follows once the checkpoint's file is complete.
 static bool command(Loop *loop, const Input *input, Answer *answer)
+// PLACE
 {
     switch (input->command.kind) {
     case PLIANT_COMMAND_T_PAUSE:
@@ -227,7 +232,7 @@ static bool command(Loop *loop, const Input *input, Answer *answer)
         answer->ok = ask_for_checkpoint(loop, answer);
         return !answer->ok;
     case PLIANT_COMMAND_T_DESCRIBE:
-        return true; // the bus knows the text
+        return true; // the bus has the text
     default:
         requests_execute(loop->sim, input, answer);
         if (answer->ok && input->command.kind == PLIANT_COMMAND_T_RESET)
@@ -239,35 +244,91 @@ static bool command(Loop *loop, const Input *input, Answer *answer)
     }
 }
 
+// --- the share of a tick ---
+
+enum {
+    MOST_AT_ONCE = 64,   // requests between two ticks, however cheap
+    TURNS_A_REQUEST = 2, // ticks get at least as much of the clock as requests
+};
+
+// Requests must not delay the ticks: a client that sends faster than they are executed first fills
+// the ring, then is refused. While ticks have a rate to keep, requests get up to half of a tick's
+// time, and a longer one delays those that follow. In lockstep and pause they have no limit.
+static bool is_their_turn(Loop *loop, int taken)
+{
+    if (taken == MOST_AT_ONCE || loop_is_over(loop))
+        return false;
+    if (loop->state != RUN_RUNNING)
+        return true;
+    const int64_t now_ns = clock_now_ns(), tick_ns = (int64_t)(1e9 / loop->options.rate_hz);
+    if (loop->requests_due_ns < now_ns - tick_ns)
+        loop->requests_due_ns = now_ns - tick_ns;
+    return loop->requests_due_ns <= now_ns;
+}
+
+// True for a RESET of a state that no tick and no request has touched since the last RESET. It
+// changes nothing: it is answered, but neither executed nor logged again.
+static bool repeats_a_reset(const Loop *loop, const Input *input)
+{
+    return input->kind == INPUT_COMMAND && input->command.kind == PLIANT_COMMAND_T_RESET &&
+           loop->reset_step == sim_steps(loop->sim);
+}
+
+static bool leaves_bodies_alone(const Input *input)
+{
+    return input->kind == INPUT_COMMAND && (input->command.kind == PLIANT_COMMAND_T_PAUSE ||
+                                            input->command.kind == PLIANT_COMMAND_T_RESUME ||
+                                            input->command.kind == PLIANT_COMMAND_T_CHECKPOINT ||
+                                            input->command.kind == PLIANT_COMMAND_T_DESCRIBE);
+}
+
+// Executes a request. False: the answer follows later.
+static bool take(Loop *loop, const Input *input, Answer *answer)
+{
+    if (repeats_a_reset(loop, input)) {
+        snprintf(answer->text, sizeof answer->text, "%s", RESET_DONE);
+        return true;
+    }
+    requests_log(loop, input);
+    if (!leaves_bodies_alone(input))
+        loop->reset_step = -1;
+    if (input->kind == INPUT_COMMAND) {
+        const bool answered = command(loop, input, answer);
+        if (input->command.kind == PLIANT_COMMAND_T_RESET)
+            loop->reset_step = sim_steps(loop->sim);
+        return answered;
+    }
+    if (requests_execute(loop->sim, input, answer))
+        requests_event(loop, input->index, input->kind == INPUT_CUT ? "cut" : "load", "%s",
+                       answer->text);
+    requests_tell(loop);
+    return true;
+}
+
 bool requests_take(Loop *loop)
 {
     Ring *ring = &loop->exchange->request;
     const Input *input;
-    while ((input = ring_peek(ring)) != NULL) {
-        requests_log(loop, input);
+    for (int taken = 0; (input = ring_peek(ring)) != NULL && is_their_turn(loop, taken); taken++) {
+        const int64_t begin_ns = clock_now_ns();
         Answer answer = answer_to(loop, input);
         if (input->kind == INPUT_COMMAND && input->command.kind == PLIANT_COMMAND_T_STEP) {
+            requests_log(loop, input);
             loop->stepping = *input;
             loop->stepped = 0;
             enter(loop, RUN_LOCKSTEP, &answer);
             ring_pop(ring);
             return true;
         }
-        bool answered = true;
         RunState before = loop->state;
-        if (input->kind == INPUT_COMMAND) {
-            answered = command(loop, input, &answer);
-        } else {
-            if (requests_execute(loop->sim, input, &answer))
-                requests_event(loop, input->index, input->kind == INPUT_CUT ? "cut" : "load", "%s",
-                               answer.text);
-            requests_tell(loop);
-        }
+        const bool answered = take(loop, input, &answer);
         if (loop->state != before)
             loop_push_status(loop);
         if (answered)
             push_answer(loop, &answer);
         ring_pop(ring);
+        loop->requests_due_ns += TURNS_A_REQUEST * (clock_now_ns() - begin_ns);
+        loop_beat(loop);
     }
     return false;
 }

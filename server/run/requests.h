@@ -1,37 +1,38 @@
-// What the requests of other programs do to a running scene. Called by the step thread between two
-// ticks; requests_execute also by the off-line runner. Allocates nothing.
+// Executes the requests of other programs on a running scene. Called by the step thread between two
+// ticks; offline runs call requests_execute too. Allocates nothing.
 #ifndef PLIANT_RUN_REQUESTS_H
 #define PLIANT_RUN_REQUESTS_H
 
 #include "run/loop.h"
 
-// Executes the waiting requests in their order and answers each. True: the next one is a STEP, its
-// ticks are to be run now, then requests_finish_step.
+// Executes the waiting requests in order and answers each, within their share of the clock: ticks
+// with a rate to keep get at least half of it, and the other requests stay in the ring. Returns
+// true if the next request is a STEP: the caller runs its ticks, then calls requests_finish_step.
 bool requests_take(Loop *loop);
 void requests_finish_step(Loop *loop);
 
-// Takes a checkpoint image if one is wanted and the last one has been written.
+// Takes a checkpoint image if one is due and the last one has been written.
 void requests_checkpoint(Loop *loop);
-// At the end of the loop: waits for the last one to be written and takes the final image.
+// Waits for the last image to be written and takes the final one; called at the end of the loop.
 void requests_last_checkpoint(Loop *loop);
 
-// Notes an input as applied at the present tick, for --log-inputs.
+// Records an input as applied at the current tick, for --log-inputs.
 void requests_log(Loop *loop, const Input *input);
-// The governor of the time budget, where some body adapts: at the end of each tick in real time,
-// which took `tick_ns`; and all detail again, as it must be where no time is measured. What they
-// change they change by SET, logged like anybody's.
+// The governor of the time budget, in scenes with adaptive bodies. requests_govern runs at the end
+// of each real-time tick, which took `tick_ns`; requests_release restores full detail when no time
+// is measured. Their changes are SETs, logged like a client's.
 void requests_govern(Loop *loop, int64_t tick_ns);
 void requests_release(Loop *loop);
-// Tells the bus of something that happened once; body -1: none in particular.
+// Sends the bus an event; body -1: none in particular.
 void requests_event(Loop *loop, int body, const char *kind, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 
-// Tells the bus of what happened in the simulation itself: strokes, tears, pieces.
+// Sends the bus the events of the simulation itself: strokes, tears, pieces.
 void requests_tell(Loop *loop);
 
-// A cut, load, RESET or SET on the scene, live or off line. Sets `ok` and `text` of the answer, and
-// the counts of a cut; returns `ok`. False: nothing was changed, and `text` says why; else what was
-// done.
+// Executes a cut, load, RESET or SET on the scene, live or offline. Sets `ok`, `text` and the
+// counts of a cut in the answer; returns `ok`. If false, nothing was changed and `text` says why;
+// else `text` says what was done.
 bool requests_execute(Sim *sim, const Input *input, Answer *answer);
 
 #endif

@@ -13,7 +13,7 @@
 
 enum {
     LINE_SECONDS = 1,
-    LOOKS_A_WATCHDOG = 4, // pings in the time after which we are taken for dead
+    LOOKS_A_WATCHDOG = 4, // pings per watchdog period
 };
 
 static bool read_address(Service *service, const char *name)
@@ -27,14 +27,14 @@ static bool read_address(Service *service, const char *name)
         return false;
     }
     memcpy(address->sun_path, name, length);
-    if (name[0] == '@') // in no folder: a zero stands in front of the name, and none behind it
+    if (name[0] == '@') // abstract socket: a leading zero byte instead of '@', no terminator
         address->sun_path[0] = '\0';
     service->address_size =
         (socklen_t)(offsetof(struct sockaddr_un, sun_path) + length + (name[0] == '/' ? 1 : 0));
     return true;
 }
 
-// 0: nobody watches, or somebody else is watched.
+// Returns the watchdog period; 0: none, or for another process.
 static int64_t read_watchdog(void)
 {
     const char *text = getenv("WATCHDOG_USEC"), *pid = getenv("WATCHDOG_PID");
@@ -83,7 +83,7 @@ void service_tell(const Service *service, const char *format, ...)
     va_end(arguments);
     if (length >= (int)sizeof text)
         length = (int)sizeof text - 1;
-    // A manager that does not listen is not waited for: there is nothing that it could do.
+    // Do not wait for a manager that does not read: it could not act anyway.
     if (length > 0)
         sendto(service->fd, text, (size_t)length, MSG_NOSIGNAL,
                (const struct sockaddr *)&service->address, service->address_size);
@@ -91,7 +91,7 @@ void service_tell(const Service *service, const char *format, ...)
 
 // --- while it runs ---
 
-// "running: 1000 of 1000 ticks a second, 3 late since start".
+// Reports "running: 1000 of 1000 ticks a second, 3 late since start".
 static void tell_line(const Service *service, const Exchange *exchange, const StatusOut *status,
                       double rate_hz, int64_t now_ns)
 {
@@ -106,8 +106,8 @@ static void tell_line(const Service *service, const Exchange *exchange, const St
                      (double)(step - service->line_step) / seconds, rate_hz, (long long)late);
 }
 
-// A step thread that rests sleeps until something is asked of it. Woken, it sleeps again; one that
-// runs does not notice.
+// Wakes an idle step thread, which sleeps until a request comes; it goes back to sleep. A running
+// one does not notice.
 static void ping(Service *service, const Exchange *exchange)
 {
     const int64_t beat = atomic_load_explicit(&exchange->beat, memory_order_relaxed);
@@ -128,7 +128,7 @@ void service_look(Service *service, Exchange *exchange, const StatusOut *status,
         service->next_look_ns = now_ns + service->watchdog_ns / LOOKS_A_WATCHDOG;
     }
     if (now_ns >= service->next_line_ns) {
-        if (service->line_ns != 0 && status != NULL) // the first look begins to count
+        if (service->line_ns != 0 && status != NULL) // the first call starts the count
             tell_line(service, exchange, status, rate_hz, now_ns);
         service->line_step = atomic_load_explicit(&exchange->step, memory_order_relaxed);
         service->line_ns = now_ns;

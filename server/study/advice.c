@@ -1,4 +1,4 @@
-// Chooses a case and says so in one sentence.
+// Chooses a case and explains the choice in one sentence.
 #include "study/advice.h"
 
 #include "study/case.h"
@@ -12,18 +12,18 @@
 
 typedef struct Want {
     const StudyResult *result;
-    const StudyReference *finest; // NULL: time only
-    const StudyCase *scene;       // whose mesh counts, for time only
+    const StudyReference *finest; // NULL: error in time only
+    const StudyCase *scene;       // whose mesh counts, for error in time only
     double error, rate_hz;
 } Want;
 
-// How much of what is allowed a run takes of each: 1 is the limit.
+// The ratio of each quantity of a run to its limit: 1 is the limit.
 typedef struct Measure {
     double error, p99, cost, rate;
 } Measure;
 
-// Not less than what the last refinement changed: an extrapolation trusts an order that three runs
-// have shown by chance, where loads fall on other nodes of every mesh.
+// Returns at least the change by the last refinement: extrapolation relies on an order that three
+// runs may show by chance, since loads act on other nodes of every mesh.
 static double own_error(const StudyReference *reference)
 {
     return fmax(reference->own_error, reference->difference[1]);
@@ -35,7 +35,7 @@ static bool is_usable(const StudyReference *reference, double error)
            own_error(reference) <= error;
 }
 
-// With the error of the reference itself; NAN: unknown.
+// Includes the error of the reference; NAN: unknown.
 static double whole_error(const Want *want, const StudyRun *run)
 {
     if (want->finest != NULL)
@@ -59,7 +59,7 @@ static Measure measure(const Want *want, const StudyRun *run)
     return (Measure){.error = whole_error(want, run) / want->error,
                      .p99 = run->tick_p99 * run->rate_hz / ADVICE_SHARE,
                      .cost = run->cpu_median / ADVICE_SHARE,
-                     // A rate that was lowered for a long step; not rounding.
+                     // only for a rate that was lowered for a long step; not for rounding
                      .rate = want->rate_hz / run->rate_hz - 1e-9};
 }
 
@@ -68,7 +68,7 @@ static double worst(const Measure *m)
     return fmax(fmax(m->error, m->p99), fmax(m->cost, m->rate));
 }
 
-// The cheapest that has it all; if none has, the one that misses least.
+// Returns the cheapest run within all limits; if none is, the one that exceeds them least.
 static int choose(const Want *want, bool *met)
 {
     int best = -1;
@@ -103,7 +103,7 @@ static void say(Advice *advice, const char *format, ...)
     va_end(arguments);
 }
 
-// What is too small to matter is not told to the last digit.
+// Prints a negligible error only as an upper limit.
 static const char *own_words(const StudyReference *reference, char text[24])
 {
     if (own_error(reference) >= 1e-5)
@@ -111,7 +111,7 @@ static const char *own_words(const StudyReference *reference, char text[24])
     return strcpy(text, "0.001 %");
 }
 
-// Microseconds, without powers of ten.
+// Formats microseconds without powers of ten.
 static const char *microseconds(double seconds, char text[24])
 {
     snprintf(text, 24, seconds >= 1e-3 ? "%.0f us" : "%.3g us", 1e6 * seconds);
@@ -187,6 +187,7 @@ void advice_make(const StudyResult *result, double error, double rate_hz, Advice
     char limit[24];
     *advice = (Advice){.time_only = want.finest == NULL};
     advice->run = choose(&want, &advice->met);
+    // Nothing to compare: say so and stop.
     if (advice->run < 0) {
         say(advice,
             "No advice: no case that a scene can ask for could be compared with a "
@@ -196,6 +197,7 @@ void advice_make(const StudyResult *result, double error, double rate_hz, Advice
     }
     const StudyRun *run = &result->run[advice->run];
     advice->error = whole_error(&want, run);
+    // The sentence: choice, error, cost, and what it misses.
     if (advice->met)
         say(advice, "The cheapest choice within %s that holds %.4g Hz on this machine is \"%s\": ",
             table_percent(error, limit), rate_hz, run->what.name);

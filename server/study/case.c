@@ -6,14 +6,14 @@
 
 enum { KINDS = INTEGRATOR_COUNT };
 
-// The grid while it is made.
+// The grid under construction.
 typedef struct Grid {
     const Scene *scene;
     const StudyOptions *options;
     StudyCase own; // the scene itself
     IntegratorKind kind[KINDS];
     int kind_count;
-    int levels; // finest level of detail to be tried
+    int levels; // finest level of detail to try
     StudyCase *cases;
     int count;
 } Grid;
@@ -81,12 +81,12 @@ void study_name_case(const Scene *scene, StudyCase *what)
              what->precision == PRECISION_SINGLE ? "single" : "double", mesh);
 }
 
-// Puts a case on the list, unless it is there or was not asked for.
+// Adds a case to the list unless it exists or was not selected.
 static void add(Grid *grid, StudyCase what)
 {
     const char *only = grid->options->only;
     what.is_scene = false;
-    if (what.integrator == INTEGRATOR_IMPLICIT) // knows no other
+    if (what.integrator == INTEGRATOR_IMPLICIT) // has no other precision
         what.precision = PRECISION_DOUBLE;
     study_name_case(grid->scene, &what);
     for (int i = 0; i < grid->count; i++)
@@ -109,7 +109,7 @@ static StudyCase with_detail(const Grid *grid, StudyDetail detail, int level, do
     return what;
 }
 
-// Integrator x time step on one mesh.
+// Adds integrator x time step on one mesh.
 static void add_steps(Grid *grid, StudyCase what)
 {
     static const double all[] = {0.01, 0.005, 0.0025, 0.002, 0.001, 0.0005, 0.00025, 0.0001, 0.0};
@@ -125,7 +125,7 @@ static void add_steps(Grid *grid, StudyCase what)
         }
 }
 
-// RK4 that chooses its step.
+// Adds RK4 with adaptive steps.
 static void add_doubling(Grid *grid, StudyCase what)
 {
     const bool quick = grid->options->quick;
@@ -133,7 +133,7 @@ static void add_doubling(Grid *grid, StudyCase what)
     what.step_doubling = true;
     what.time_step = 0.0;
     for (double tolerance = 1e-3; tolerance > 0.5e-6; tolerance *= quick ? 0.01 : 0.1) {
-        // Powers of ten as they are written, however they were reached.
+        // Round to the decimal text, however the power of ten was computed.
         char text[24];
         snprintf(text, sizeof text, "%.0e", tolerance);
         sscanf(text, "%lf", &what.tolerance);
@@ -141,7 +141,7 @@ static void add_doubling(Grid *grid, StudyCase what)
     }
 }
 
-// One mesh with the scene's integrator, the default one and the paper's.
+// Adds one mesh with the scene's integrator, the default one and the paper's.
 static void add_mesh(Grid *grid, StudyCase what)
 {
     add(grid, what);
@@ -165,7 +165,7 @@ static void add_details(Grid *grid)
         add_mesh(grid, with_detail(grid, DETAIL_ADAPTIVE, level, 1.0));
 }
 
-// The other rule, where there is something that it rules.
+// Adds the other rule of adaptation, for cases that adapt.
 static void add_rules(Grid *grid)
 {
     const bool voxel = is_voxel(grid->scene);
@@ -185,7 +185,7 @@ static void add_rules(Grid *grid)
     add_mesh(grid, what);
 }
 
-// The other precision, on the scene's mesh and on the coarsest.
+// Adds the other precision, on the scene's mesh and on the coarsest.
 static void add_precisions(Grid *grid)
 {
     StudyCase what = grid->own;
@@ -198,7 +198,7 @@ static void add_precisions(Grid *grid)
     add_mesh(grid, coarse);
 }
 
-// All that the model takes and this program knows.
+// Chooses the integrators that both the model and the study support.
 static void choose_kinds(Grid *grid)
 {
     static const char *const surface[] = {"rk4", "leapfrog", "symplectic_euler", "implicit"};

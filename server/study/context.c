@@ -29,7 +29,7 @@ int study_mesh_of(const StudyContext *context, const StudyCase *what)
 // ---------------------------------------------------------------------------------------------
 // Points
 
-// One candidate while points are chosen.
+// A candidate during the choice of points.
 typedef struct Candidate {
     int id;
     Vec3 rest;
@@ -48,7 +48,7 @@ static Candidate *find_candidate(Candidate *list, int count, int id)
     return bsearch(&key, list, (size_t)count, sizeof *list, by_id);
 }
 
-// Every node of the surface as it is published, with its share of the area; malloc'ed.
+// Lists every published node of the surface with its share of the area; the caller frees it.
 static Candidate *list_candidates(const Body *body, int *count)
 {
     const BodyMesh *mesh = &body->mesh;
@@ -58,11 +58,13 @@ static Candidate *list_candidates(const Body *body, int *count)
     int *id = malloc(rows * sizeof *id);
     *count = 0;
     if (list != NULL && x != NULL && v != NULL && id != NULL) {
+        // Candidates by id, so that triangles find their nodes by search.
         int used = body->ops->read_state(body->model, id, x, v);
         for (int r = 0; r < used; r++)
             if (id[r] >= 0)
                 list[(*count)++] = (Candidate){.id = id[r], .rest = x[r]};
         qsort(list, (size_t)*count, sizeof *list, by_id);
+        // A third of each triangle's area to each of its corners.
         for (int t = 0; t < mesh->triangle_count; t++) {
             Candidate *corner[3];
             for (int k = 0; k < 3; k++)
@@ -75,6 +77,7 @@ static Candidate *list_candidates(const Body *body, int *count)
             for (int k = 0; k < 3; k++)
                 corner[k]->area += vec3_length(normal) / 6.0;
         }
+        // Nodes inside a solid have no area and are dropped.
         int kept = 0;
         for (int i = 0; i < *count; i++)
             if (list[i].area > 0.0)
@@ -87,7 +90,8 @@ static Candidate *list_candidates(const Body *body, int *count)
     return list;
 }
 
-// Shares `amount` among the nodes inside a sphere, by area; none inside: the nearest has it all.
+// Distributes `amount` over the nodes inside a sphere, by area; with none inside, the nearest gets
+// it all.
 static void share(Candidate *list, int count, Vec3 center, double radius, double amount)
 {
     double area = 0.0, nearest = HUGE_VAL;
@@ -125,7 +129,7 @@ static void weigh(const StudyContext *context, Candidate *list, int count)
         share(list, count, inputs->center, inputs->radius, 1.0);
 }
 
-// Those of the patch, and as many of the others as there is room for, evenly.
+// Takes the points of the patch, and as many evenly spaced others as fit.
 static void take_points(StudyPoints *points, const Candidate *list, int count)
 {
     double sum = 0.0;
@@ -135,6 +139,7 @@ static void take_points(StudyPoints *points, const Candidate *list, int count)
         others += !(list[i].weight > 0.0);
         sum += list[i].weight;
     }
+    // Strides over the patch and over the others, so that all fit STUDY_POINTS.
     const int patch = count - others;
     const int stride = patch > STUDY_POINTS ? (count + STUDY_POINTS - 1) / STUDY_POINTS : 1;
     const int room = STUDY_POINTS - (patch + stride - 1) / stride;
@@ -150,7 +155,7 @@ static void take_points(StudyPoints *points, const Candidate *list, int count)
         points->rest[p] = list[i].rest;
         points->weight[p] = list[i].weight / sum;
     }
-    // A patch of which only some could be taken.
+    // If only some of the patch were taken, their weights must again sum to 1.
     double kept = 0.0;
     for (int p = 0; p < points->count; p++)
         kept += points->weight[p];
@@ -158,7 +163,7 @@ static void take_points(StudyPoints *points, const Candidate *list, int count)
         points->weight[p] /= kept;
 }
 
-// Of a lattice with half the cells: the vertices in the same places.
+// Finds the vertices at the same positions in a lattice of half the cell size.
 static void find_fine_points(StudyContext *context, const Body *body)
 {
     int count;
@@ -174,8 +179,8 @@ static void find_fine_points(StudyContext *context, const Body *body)
 // ---------------------------------------------------------------------------------------------
 // The rest
 
-// The coarsest mesh of the scene, or its lattice, at rest and before anything moves. With the
-// study's own points if `first`, else with those of half the cells.
+// Builds the coarsest mesh of the scene, or its lattice, at rest. Takes the study's points if
+// `first`, else finds them in the lattice of half the cell size.
 static bool look_at_rest(StudyContext *context, StudyCase what, bool first, Status *status)
 {
     StudyScene copy;
@@ -183,6 +188,7 @@ static bool look_at_rest(StudyContext *context, StudyCase what, bool first, Stat
     const BuildOptions options = {.isa = context->options.isa, .may_load = true};
     if (!study_copy_scene(&context->scene, &copy))
         return status_fail(status, STATUS_FAILED, "out of memory");
+    // At rest: the scene without initial state and settling.
     what.time_step = 0.0;
     study_change_scene(&copy, &what, context->sample_s);
     copy.scene.settle_s = 0.0;
@@ -214,7 +220,7 @@ static bool look_at_rest(StudyContext *context, StudyCase what, bool first, Stat
     return ok;
 }
 
-// A box of cells can be cut finer without becoming another body.
+// True for a generated box, which stays the same body with smaller cells.
 static bool may_halve(const Scene *scene)
 {
     for (int b = 0; b < scene->body_count; b++) {
@@ -233,13 +239,13 @@ static void choose_times(StudyContext *context)
     StudyOptions *options = &context->options;
     double tick = 1.0 / context->scene.rate_hz, end = context->inputs.end_s;
     context->sample_s = tick * fmax(1.0, round(SAMPLE_S / tick));
-    if (!(options->duration_s > 0.0)) // and then long enough to come back
+    if (!(options->duration_s > 0.0)) // then long enough to return
         options->duration_s = end + fmin(fmax(end, 0.3), 0.6);
     context->sample_count =
         (int)fmin(ceil(options->duration_s / context->sample_s - 1e-9), 10000.0);
     context->sample_count = context->sample_count > 0 ? context->sample_count : 1;
     options->duration_s = context->sample_count * context->sample_s;
-    // What is that far from real time is no choice.
+    // A case that is so far from real time is no choice.
     context->limit_s = fmax(LEAST_LIMIT_S, SLOWEST * options->duration_s);
 }
 
@@ -266,6 +272,7 @@ bool study_prepare(StudyContext *context, const Scene *scene, const StudyOptions
     complete_options(context, options);
     if (scene->body_count == 0)
         return status_fail(status, STATUS_INVALID, "%s: no body to be studied", scene->path);
+    // Same floating-point mode as the daemon.
     realtime_flush_denormals();
     const SceneBody *first = &scene->body[0];
     context->plane = first->model == MODEL_VOXEL && first->voxel.dimensions == 2;
@@ -274,6 +281,7 @@ bool study_prepare(StudyContext *context, const Scene *scene, const StudyOptions
     if (!study_copy_scene(scene, &copy))
         return status_fail(status, STATUS_FAILED, "out of memory");
     bool ok = world_build(&world, &copy.scene, &build, status);
+    // The body's size and the inputs follow from the scene as it is.
     if (ok) {
         double thickness;
         context->extent = press_extent(sim_body(world.sim, 0), &thickness);
@@ -287,6 +295,7 @@ bool study_prepare(StudyContext *context, const Scene *scene, const StudyOptions
     }
     choose_times(context);
     context->may_halve = may_halve(scene);
+    // The points are those of the coarsest mesh, which all cases have.
     StudyCase coarse = study_scene_case(scene);
     coarse.is_scene = scene->body[0].surface.unsafe_time_step;
     if (first->model == MODEL_SURFACE)

@@ -1,11 +1,11 @@
-// What a study says of itself before its first run.
+// Describes a study before its first run.
 #include "base/isa.h"
 #include "study/context.h"
 
 #include <stdio.h>
 #include <string.h>
 
-// The processor's own name, where the system tells it.
+// Finds the processor's name, if the system reports it.
 static void find_processor(char *name, size_t size)
 {
     char line[256];
@@ -22,6 +22,12 @@ static void find_processor(char *name, size_t size)
         fclose(file);
 }
 
+#ifdef __clang__
+#define COMPILER "clang " __clang_version__
+#else
+#define COMPILER "gcc " __VERSION__
+#endif
+
 void study_describe(const StudyContext *context, StudyResult *result)
 {
     char processor[96];
@@ -31,13 +37,7 @@ void study_describe(const StudyContext *context, StudyResult *result)
     snprintf(result->body, sizeof result->body, "%s", context->scene.body[context->body].name);
     snprintf(result->inputs, sizeof result->inputs, "%s", context->inputs.text);
     snprintf(result->machine, sizeof result->machine, "%s, %s, %s", processor,
-             level < ISA_COUNT ? isa_name(level) : context->options.isa,
-#ifdef __clang__
-             "clang " __clang_version__
-#else
-             "gcc " __VERSION__
-#endif
-    );
+             level < ISA_COUNT ? isa_name(level) : context->options.isa, COMPILER);
     result->duration_s = context->options.duration_s;
     result->rate_hz = context->options.rate_hz;
 }

@@ -2,8 +2,7 @@
 
 #include <math.h>
 
-// Differences that fall more slowly than that do not tell where they lead: extrapolated, they would
-// say anything.
+// Differences that decrease more slowly do not show a limit, and cannot be extrapolated.
 static const double LEAST_ORDER = 0.5;
 
 StudyErrors study_no_errors(void)
@@ -15,7 +14,7 @@ StudyErrors study_no_errors(void)
                          .force = (double)NAN};
 }
 
-// A difference over a size, where there is any.
+// Returns a difference divided by a size, if that is positive.
 static double relative(double difference, double size)
 {
     return size > 0.0 ? difference / size : difference > 0.0 ? HUGE_VAL : (double)NAN;
@@ -60,7 +59,7 @@ StudyErrors study_errors(const StudyTrace *trace, const StudyTrace *reference)
         force_size += square(b->force);
         energy = fmax(energy, fabs(energy_of(a) - energy_of(b)));
         energy_size = fmax(energy_size, energy_of(b));
-        volume = fmax(volume, fabs(a->volume - b->volume)); // skips what is not known
+        volume = fmax(volume, fabs(a->volume - b->volume)); // skips unknown values
     }
     errors.patch = relative(sqrt(patch), sqrt(patch_size));
     errors.surface = surface_error(trace, reference, samples);

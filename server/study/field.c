@@ -149,7 +149,7 @@ const char *field_print(const Field *field, const void *of, char *text)
     if (!field_is_text(field))
         return field_print_real(field_number(field, of), text);
     snprintf(text, FIELD_TEXT_MAX, "%s", field_text(field, of));
-    for (char *c = text; *c != '\0'; c++) // what would end a column or a row
+    for (char *c = text; *c != '\0'; c++) // characters that would end a column or a row
         if (*c == '\t' || *c == '\n' || *c == '\r')
             *c = ' ';
     return text[0] != '\0' ? text : strcpy(text, "-");

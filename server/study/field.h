@@ -1,5 +1,5 @@
-// The fields of runs and references by name, unit and kind: the one list that drives every file
-// that a study writes. Functions only read.
+// The fields of runs and references by name, unit and kind: the one list from which every file of a
+// study is written. Functions only read.
 #ifndef PLIANT_STUDY_FIELD_H
 #define PLIANT_STUDY_FIELD_H
 
@@ -19,12 +19,12 @@ typedef enum FieldKind {
 } FieldKind;
 
 typedef struct Field {
-    const char *name, *unit; // unit "": a number of its own or a text
+    const char *name, *unit; // unit "": dimensionless number or text
     FieldKind kind;
     size_t at; // offset in StudyRun or StudyReference
 } Field;
 
-// Longest text of a field, with its end.
+// Longest text of a field, including the terminator.
 enum { FIELD_TEXT_MAX = STUDY_WHY };
 
 // All of a StudyRun but cpu_s, which is an array.
@@ -34,13 +34,13 @@ extern const Field STUDY_REFERENCE_FIELDS[];
 extern const int STUDY_REFERENCE_FIELD_COUNT;
 
 bool field_is_text(const Field *field);
-// The word or text of a field for which field_is_text.
+// Returns the word or text of a field for which field_is_text holds.
 const char *field_text(const Field *field, const void *of);
-// The number of any other; NAN: missing.
+// Returns the number of any other field; NAN: missing.
 double field_number(const Field *field, const void *of);
-// Either as it stands in a file; "-": missing. `text` of FIELD_TEXT_MAX.
+// Prints either as in a file; "-": missing. `text` of FIELD_TEXT_MAX.
 const char *field_print(const Field *field, const void *of, char *text);
-// A number so that reading it gives the same bits; "-" for NAN.
+// Prints a number so that it reads back bit-identical; "-" for NAN.
 const char *field_print_real(double value, char *text);
 
 const char *study_precision_name(Precision precision);

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-// Loads that last longer are taken to be there for good.
+// Loads that last longer count as permanent.
 static const double LASTING_S = 30.0;
 
 static void say(StudyContext *context, const char *format, ...)
@@ -55,7 +55,7 @@ static bool is_moved(const StudyContext *context)
     return vec3_length(context->scene.gravity) > 0.0 && !(context->scene.settle_s > 0.0);
 }
 
-// A force that deforms a body of this size and stiffness visibly, by a few hundredths.
+// Returns a force that visibly deforms a body of this size and stiffness, by a few hundredths.
 static double gentle_force(const StudyContext *context)
 {
     const SceneBody *body = &context->scene.body[context->body];
@@ -66,7 +66,7 @@ static double gentle_force(const StudyContext *context)
            (wall->uniform ? wall->spring_stiffness : wall->youngs_modulus_2d);
 }
 
-// A load where nothing else moves the body.
+// Adds a load if nothing else moves the body.
 static bool add_load(StudyContext *context, const PressSite *site, Status *status)
 {
     SceneLoad *load = calloc(1, sizeof *load);
@@ -89,7 +89,7 @@ static bool add_load(StudyContext *context, const PressSite *site, Status *statu
 
 // --- a log ---
 
-// Runs the scene once to see where and until when the log drives it.
+// Runs the scene once to find where and until when the log drives it.
 static bool use_log(StudyContext *context, World *world, Status *status)
 {
     StudyInputs *inputs = &context->inputs;
@@ -102,6 +102,7 @@ static bool use_log(StudyContext *context, World *world, Status *status)
         return false;
     double most = context->options.duration_s > 0.0 ? context->options.duration_s : 600.0;
     bool touched = false;
+    // Run to the log's end; the first contact of a moved tool is the centre of the patch.
     while (study_play_tick(&play) && sim_time(sim) < most &&
            (play.replay->waiting || (play.log.ended && sim_steps(sim) < play.replay->end_step))) {
         sim_step(sim);
@@ -125,6 +126,7 @@ bool study_choose_inputs(StudyContext *context, World *world, Status *status)
 {
     PressSite site;
     StudyInputs *inputs = &context->inputs;
+    // In order of preference: a log, loads, the scene's own motion, a press by its tool, a load.
     if (context->options.input_log != NULL)
         return use_log(context, world, status);
     if (context->scene.load_count > 0) {
@@ -155,10 +157,10 @@ bool study_choose_inputs(StudyContext *context, World *world, Status *status)
     return true;
 }
 
-// --- playing ---
+// --- replay ---
 
-// The tool's pose for the coming tick: where it is now, and the straight line to where it will be
-// at its end. Within a tick the body sees just this line.
+// Sends the tool's pose for the next tick: its current position and the straight line to that at
+// the end of the tick, which is exact within a tick.
 static void send_pose(StudyPlay *play)
 {
     const StudyContext *context = play->context;

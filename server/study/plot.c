@@ -1,4 +1,4 @@
-// Writes a gnuplot script that holds its own data, and runs it.
+// Writes a gnuplot script that contains its own data, and runs it.
 #include "study/plot.h"
 
 #include "study/case.h"
@@ -18,14 +18,14 @@ extern char **environ;
 
 enum { PATH = 4096, SERIES_MAX = 64, SERIES_NAME = 64 };
 
-// Points of one kind, joined or not. Costs and errors are those of runs.
+// Points of one kind, connected or not. Costs and errors are those of runs.
 typedef struct Series {
     char name[SERIES_NAME];
     int count;
     const StudyRun *run[STUDY_CASES];
 } Series;
 
-// What one picture shows.
+// The content of one picture.
 typedef struct Picture {
     const StudyResult *result;
     bool total;   // else in time
@@ -40,13 +40,13 @@ static double error_of(const Picture *picture, const StudyRun *run)
     return study_error(picture->total ? &run->total : &run->time);
 }
 
-// A logarithm can show it.
+// True if the value has a logarithm.
 static bool can_show(double value)
 {
     return isfinite(value) && value > 0.0;
 }
 
-// --- which points --------------------------------------------------------------------------------
+// --- choice of points ----------------------------------------------------------------------------
 
 static void name_in_time(const StudyCase *what, char *name)
 {
@@ -82,7 +82,7 @@ static int by_cost(const void *a, const void *b)
     return (first->cpu_median > second->cpu_median) - (first->cpu_median < second->cpu_median);
 }
 
-// Steps from short to long: the order in which a curve is to be joined.
+// Orders by step, short to long: the order in which a curve connects its points.
 static int by_step(const void *a, const void *b)
 {
     const StudyRun *first = *(const StudyRun *const *)a, *second = *(const StudyRun *const *)b;
@@ -102,7 +102,7 @@ static void widen(Picture *picture, double cost, double error)
 static void collect(Picture *picture)
 {
     const StudyResult *result = picture->result;
-    // The limits are always in the picture.
+    // The limits are always inside the picture.
     picture->low[0] = picture->high[0] = 1.0;
     picture->low[1] = picture->high[1] = picture->error;
     for (int i = 0; i < result->run_count; i++) {
@@ -149,7 +149,7 @@ static void write_data(const Picture *picture, const char *prefix, FILE *out)
     }
 }
 
-// The Pareto front, from the cheapest on, as gnuplot's "steps" want it.
+// Writes the Pareto front, from the cheapest on, as gnuplot's "steps" expect it.
 static int write_front(const Picture *picture, FILE *out)
 {
     bool front[STUDY_CASES];
@@ -174,7 +174,7 @@ static void write_line(double x0, double y0, double x1, double y1, const char *c
             y1, color);
 }
 
-// Limits as lines, with words at their ends; lengths in the units of the axes.
+// Writes limits as lines, labelled at their ends; lengths in the units of the axes.
 static void write_limits(const Picture *picture, FILE *out)
 {
     double left = picture->low[0] / 1.6, right = picture->high[0] * 1.6;
@@ -201,7 +201,7 @@ static void write_limits(const Picture *picture, FILE *out)
             left, 100.0 * finest->own_error);
 }
 
-// Single quotes are doubled; the words of gnuplot's enhanced text are taken as they are.
+// Doubles single quotes; enhanced text of gnuplot stays as it is.
 static void write_quoted(const char *text, FILE *out)
 {
     fputc('\'', out);
@@ -238,7 +238,7 @@ static void write_series(const Picture *picture, const char *prefix, FILE *out)
     }
 }
 
-// The step [ms] at each point of a curve in time.
+// Writes the step [ms] at each point of a curve in time.
 static void write_steps(const Picture *picture, const char *prefix, FILE *out)
 {
     for (int s = 0; s < picture->series_count; s++)
@@ -306,7 +306,7 @@ bool plot_write(const StudyResult *result, const char *folder, double error, Sta
 
 PlotResult plot_draw(const char *program, const char *folder, Status *status)
 {
-    // In its folder: names in the script then are the same for everybody.
+    // Run in the folder, so that names in the script do not depend on the caller's.
     posix_spawn_file_actions_t actions;
     char name[] = "study.gp";
     char first[PATH];

@@ -14,11 +14,11 @@
 
 enum { MOST_JOBS = 256, WHY = 160 };
 
-// One child, as the parent sees it.
+// A child as the parent sees it.
 typedef struct Worker {
     pid_t pid;
     int to, from;     // pipes; -1: closed
-    int task;         // it works on; -1: none
+    int task;         // the current one; -1: none
     int64_t begun_ns; // when the task was given
     size_t received;  // bytes of the result
     bool late;        // killed for taking too long
@@ -61,7 +61,7 @@ static bool read_all(int file, void *data, size_t size)
     return true;
 }
 
-// The child: tasks in, results out, until the parent closes the pipe.
+// The loop of a child: reads tasks and writes results until the parent closes the pipe.
 static _Noreturn void serve(const Pool *pool, int in, int out)
 {
     void *result = malloc(pool->result_bytes);
@@ -72,7 +72,7 @@ static _Noreturn void serve(const Pool *pool, int in, int out)
         if (!write_all(out, result, pool->result_bytes))
             break;
     }
-    // No exit handlers of the parent's, and none of its buffers written twice.
+    // Run no exit handlers of the parent, and do not write its buffers twice.
     _exit(0);
 }
 
@@ -85,8 +85,8 @@ static void close_both(Worker *worker)
     worker->to = worker->from = -1;
 }
 
-// A new child in a worker's place. The pipes of the others are closed in it, or they would never
-// see their end.
+// Starts a new child for a worker. It closes the pipes of the other children, which would otherwise
+// never see the end of theirs.
 static bool start(Crowd *crowd, Worker *worker)
 {
     int task_pipe[2], result_pipe[2];
@@ -97,6 +97,7 @@ static bool start(Crowd *crowd, Worker *worker)
         close(task_pipe[1]);
         return false;
     }
+    // Flush first: the child would write the parent's buffers again.
     fflush(NULL);
     pid_t pid = fork();
     if (pid == 0) {
@@ -119,7 +120,7 @@ static bool start(Crowd *crowd, Worker *worker)
     return pid > 0;
 }
 
-// Waits for a child that has ended or was told to; says how it ended.
+// Waits for a child that has ended or was told to end; writes how it ended.
 static void bury(Worker *worker, char why[WHY])
 {
     int ended = 0;
@@ -138,7 +139,7 @@ static void bury(Worker *worker, char why[WHY])
         snprintf(why, WHY, "its process ended with code %d", WEXITSTATUS(ended));
 }
 
-// The next task, if there is one; else the child may go.
+// Gives the child the next task, or lets it end if there is none.
 static void hand_out(Crowd *crowd, Worker *worker)
 {
     if (crowd->next >= crowd->pool->task_count) {
@@ -149,11 +150,11 @@ static void hand_out(Crowd *crowd, Worker *worker)
     worker->task = crowd->next++;
     worker->received = 0;
     worker->begun_ns = clock_now_ns();
-    // One that is gone already shows when its result does not come.
+    // If the child is gone already, its missing result shows it.
     (void)write_all(worker->to, &worker->task, sizeof worker->task);
 }
 
-// Reads what is there of a result. False: the child has ended.
+// Reads the available part of a result. Returns false if the child has ended.
 static bool receive(Crowd *crowd, Worker *worker)
 {
     const Pool *pool = crowd->pool;
@@ -173,7 +174,7 @@ static bool receive(Crowd *crowd, Worker *worker)
     return true;
 }
 
-// A child has ended: its task is lost, and another takes its place.
+// Handles a child that has ended: its task is lost, and a new child takes its place.
 static bool replace(Crowd *crowd, Worker *worker)
 {
     char why[WHY];
@@ -249,7 +250,7 @@ static bool run_crowd(const Pool *pool, Status *status)
     crowd.worker = calloc((size_t)crowd.jobs + 1, sizeof *crowd.worker);
     if (crowd.worker == NULL)
         return status_fail(status, STATUS_FAILED, "out of memory");
-    // A child that died must not take the parent with it.
+    // Writing to a child that died must not end the parent.
     struct sigaction ignore = {.sa_handler = SIG_IGN}, before;
     sigaction(SIGPIPE, &ignore, &before);
     bool ok = true;

@@ -1,5 +1,5 @@
-// Tasks in processes of their own: each takes the next task from the parent over a pipe and sends a
-// result of fixed size back. A child that dies or takes too long loses its task, not the others.
+// Runs tasks in child processes: each gets its next task from the parent over a pipe and returns a
+// result of fixed size. A child that dies or takes too long loses its own task only.
 #ifndef PLIANT_STUDY_POOL_H
 #define PLIANT_STUDY_POOL_H
 
@@ -7,18 +7,19 @@
 
 #include <stddef.h>
 
-// What `why` says of a task whose process was ended for taking too long.
+// Value of `why` for a task that was ended for taking too long.
 #define POOL_TOO_LONG "took too long"
 
 typedef struct Pool {
     int task_count;
     int jobs; // processes at a time; 1: everything in this process
     size_t result_bytes;
-    double timeout_s; // of a task, real time; 0: none. Not with one job
+    double timeout_s; // real time per task; 0: unlimited. Not with one job
     void *user;
-    // Makes the result of a task; in a child. `result` is zeroed.
+    // Computes the result of a task, in a child. `result` is zeroed.
     void (*run)(void *user, int task, void *result);
-    // A task is done, in the parent, in the order in which they end. result NULL: lost, `why`.
+    // Receives a result in the parent, in order of completion. result NULL: lost, with reason
+    // `why`.
     void (*done)(void *user, int task, const void *result, const char *why);
 } Pool;
 

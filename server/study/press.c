@@ -1,13 +1,14 @@
 #include "study/press.h"
 
 #include "dynamics/body.h"
+#include "geometry/box.h"
 
 #include <math.h>
 
-static const double DEPTH = 0.1;  // of how thick the body is
-static const double CLEAR = 0.05; // of it, before the tool starts
+static const double DEPTH = 0.1;  // as a fraction of the body's thickness
+static const double CLEAR = 0.05; // as a fraction of it, before the tool starts
 
-static const double FLAT = 0.05; // of the extent: no thickness
+static const double FLAT = 0.05; // as a fraction of the extent: no thickness
 
 static bool has_faces(const Body *body, int node)
 {
@@ -23,27 +24,19 @@ static Vec3 place(const Body *body, int node)
 
 double press_extent(const Body *body, double *thickness)
 {
-    double low[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-    double extent = 0.0;
-    for (int i = 0; i < body->surface.node_used; i++) {
-        if (!has_faces(body, i))
-            continue;
-        Vec3 x = place(body, i);
-        const double at[3] = {x.x, x.y, x.z};
-        for (int k = 0; k < 3; k++) {
-            low[k] = fmin(low[k], at[k]);
-            high[k] = fmax(high[k], at[k]);
-            extent = fmax(extent, high[k] - low[k]);
-        }
-    }
+    Box box = box_empty();
+    for (int i = 0; i < body->surface.node_used; i++)
+        if (has_faces(body, i))
+            box_add(&box, place(body, i));
+    const double extent = fmax(0.0, box_extent(&box));
     *thickness = extent;
     for (int k = 0; k < 3; k++)
-        if (high[k] - low[k] > FLAT * extent) // a sheet is as thick as it is long
-            *thickness = fmin(*thickness, high[k] - low[k]);
+        if (box.high[k] - box.low[k] > FLAT * extent) // a sheet is as thick as it is long
+            *thickness = fmin(*thickness, box.high[k] - box.low[k]);
     return extent;
 }
 
-// The mean place of all nodes and of those that are held.
+// Finds the mean positions of all nodes and of the fixed ones.
 static int find_middles(const Body *body, Vec3 *middle, Vec3 *held)
 {
     int count = 0, held_count = 0;
@@ -64,7 +57,7 @@ static int find_middles(const Body *body, Vec3 *middle, Vec3 *held)
     return held_count;
 }
 
-// The mean normal of the faces around a node, outward.
+// Returns the mean outward normal of the faces around a node.
 static Vec3 normal_at(const Body *body, int node)
 {
     const BodySurface *surface = &body->surface;
@@ -87,7 +80,7 @@ bool press_find_site(const Body *body, bool plane, PressSite *site)
     Vec3 away = vec3_sub(middle, held);
     if (plane)
         away.z = 0.0;
-    // Held all around, or not at all: from above.
+    // Fixed all around, or not at all: press from above.
     if (held_count == 0 || vec3_length(away) < 0.01 * extent)
         away = plane ? vec3(0.0, 1.0, 0.0) : vec3(0.0, 0.0, 1.0);
     away = vec3_unit(away);
@@ -106,7 +99,7 @@ bool press_find_site(const Body *body, bool plane, PressSite *site)
     if (node < 0)
         return false;
     site->point = place(body, node);
-    if (plane) { // where faces have no normal of this kind
+    if (plane) { // faces of a plane body have no usable normal
         site->inward = vec3_sub(middle, site->point);
         site->inward.z = site->point.z = 0.0;
         site->inward = vec3_unit(site->inward);
@@ -122,12 +115,12 @@ double press_depth(const PressSite *site)
     return DEPTH * site->thickness;
 }
 
-// The shortest turn from one direction to another, both unit.
+// Returns the shortest rotation from one unit vector to another.
 static Quat turn_to(Vec3 from, Vec3 to)
 {
     Vec3 axis = vec3_cross(from, to);
     double sine = vec3_length(axis), angle = atan2(sine, vec3_dot(from, to));
-    if (sine < 1e-9) { // the same, or opposite: about anything across
+    if (sine < 1e-9) { // equal or opposite: rotate about any perpendicular axis
         Vec3 across = fabs(from.x) < 0.7 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0);
         axis = vec3_cross(from, across);
         sine = vec3_length(axis);
@@ -145,7 +138,7 @@ void press_plan(StudyPress *press, int tool, const ToolOptions *options, const P
     press->inward = site->inward;
     if (!plane && vec3_length(shaft) > 0.0)
         press->orientation = turn_to(vec3_unit(shaft), vec3_scale(-1.0, site->inward));
-    if (plane && tip->from.z * tip->to.z < 0.0) // where its axis meets the plane
+    if (plane && tip->from.z * tip->to.z < 0.0) // the point where its axis intersects the plane
         at = vec3_madd(tip->from, -tip->from.z / shaft.z, shaft);
     double clear = CLEAR * site->thickness;
     Vec3 tip_at = vec3_madd(site->point, -(tip->radius + clear), site->inward);
@@ -168,7 +161,7 @@ static double smooth_way(const StudyPress *press, double time)
 
 double press_way_at(const StudyPress *press, double time, double knot_s)
 {
-    // Forgiving rounding: a tick that ends at a knot must not look beyond it.
+    // Tolerate rounding: a tick that ends at a knot must not use the next segment.
     double knot = floor(time / knot_s + 1e-9);
     double from = smooth_way(press, knot * knot_s), to = smooth_way(press, (knot + 1.0) * knot_s);
     return from + (to - from) * fmax(time / knot_s - knot, 0.0);

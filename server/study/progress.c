@@ -60,7 +60,7 @@ void progress_tell(Progress *progress, int done, int count, const char *name, do
     int most =
         progress->columns > 1 && progress->columns <= LINE ? progress->columns - 1 : LINE - 1;
     length = length < most ? length : most;
-    // What the last line had more is overwritten with spaces.
+    // Overwrite the rest of a longer last line with spaces.
     int more = progress->width > length ? progress->width - length : 0;
     fprintf(progress->out, "\r%.*s%*s", length, line, more, "");
     fflush(progress->out);

@@ -1,4 +1,4 @@
-// How far a study is, on stderr: on a terminal one line that is rewritten, else a line every tenth.
+// Progress of a study on stderr: on a terminal one line that is rewritten, else a line per tenth.
 #ifndef PLIANT_STUDY_PROGRESS_H
 #define PLIANT_STUDY_PROGRESS_H
 
@@ -10,20 +10,20 @@ typedef struct Progress {
     bool terminal;
     int columns;    // of the terminal
     double begin_s; // clock at the start
-    int told;       // last tenth that was told; -1: none
-    int width;      // of the line that stands on the terminal
+    int told;       // last tenth that was printed; -1: none
+    int width;      // of the line on the terminal
 } Progress;
 
-// `now_s`: a clock that only goes forward [s].
+// `now_s`: a monotonic clock [s].
 void progress_begin(Progress *progress, FILE *out, bool terminal, int columns, double now_s);
-// `done` of `count` cases are finished, `name` is the one at work.
+// `done` of `count` cases are finished; `name` is being computed.
 void progress_tell(Progress *progress, int done, int count, const char *name, double now_s);
-// Takes the line away, before something else is printed.
+// Removes the line before other output.
 void progress_end(Progress *progress);
 
-// Seconds that the rest takes if every case takes as long as those done so far; negative: unknown.
+// Estimates the remaining seconds from the mean of the cases done; negative: unknown.
 double progress_left(double elapsed_s, int done, int count);
-// "1:02:03", "2:03"; of a negative time "?". `text` of 32 characters.
+// Formats "1:02:03" or "2:03"; "?" for a negative time. `text` of 32 characters.
 const char *progress_clock(double seconds, char *text);
 
 #endif

@@ -1,4 +1,4 @@
-// Ranks of MPI take cases one after the other from a counter that the first of them holds.
+// MPI ranks take cases one after the other from a counter on the first rank.
 #include "study/ranks.h"
 
 #include "study/run.h"
@@ -71,10 +71,10 @@ bool ranks_make_references(StudyContext *context, const StudyCase *cases, int co
                            Status *status)
 {
     if (ranks_count() > 1)
-        context->options.jobs = 1; // MPI's processes must not fork
+        context->options.jobs = 1; // MPI processes must not fork
     if (ranks_is_first() &&
         !study_make_references(context, cases, count, progress, user, result, status))
-        return false; // and ranks_end ends the others
+        return false; // ranks_end ends the others
     send_to_all(&context->mesh_count, sizeof context->mesh_count);
     send_to_all(context->mesh, sizeof context->mesh);
     send_to_all(&context->finest, sizeof context->finest);
@@ -86,7 +86,7 @@ bool ranks_make_references(StudyContext *context, const StudyCase *cases, int co
 
 // --- cases ---------------------------------------------------------------------------------------
 
-// The next case that nobody has.
+// Takes the next free case.
 static int take_case(MPI_Win counter)
 {
     const int one = 1;
@@ -97,7 +97,7 @@ static int take_case(MPI_Win counter)
     return taken;
 }
 
-// Sent to the first rank, each with its index in the tag.
+// Sends results to the first rank, each with its index in the tag.
 static void gather(StudyRun *runs, const bool *mine, int count)
 {
     for (int i = 0; i < count; i++)

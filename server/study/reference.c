@@ -19,18 +19,18 @@ enum { RUNS = 3, FINEST = STUDY_MESHES, LISTS = STUDY_MESHES + 1 };
 typedef struct Refinement {
     StudyReference reference;
     StudyCase run[RUNS];
-    int first;       // runs before it are not made
-    double expected; // order of convergence
-    double seconds;  // of one processor, about
+    int first;       // index of the first run that is made
+    double expected; // expected order of convergence
+    double seconds;  // estimated CPU time
     bool wanted;
     StudyTrace *trace[RUNS];
     bool failed;
 } Refinement;
 
-// CPU time of one run, times the budget that its mesh was given: what is estimated may be wrong.
+// Limit of a run's CPU time, relative to the budget of its mesh: estimates may be wrong.
 static const double PATIENCE = 10.0;
 
-// What is to be done, and how far it is.
+// The work and its progress.
 typedef struct Plan {
     StudyContext *context;
     Refinement list[LISTS]; // by mesh; [FINEST] for the total error
@@ -42,7 +42,7 @@ typedef struct Plan {
     void *user;
 } Plan;
 
-// What a task sends back: this, then the trace.
+// The result of a task, followed by the trace.
 typedef struct Reply {
     StudyVerdict verdict;
     char why[STUDY_WHY];
@@ -67,7 +67,7 @@ static double budget(const Plan *plan)
     return plan->context->options.quick ? 10.0 : 120.0;
 }
 
-// The smallest step that any case asks for [s].
+// Returns the smallest step of any case [s].
 static double smallest_step(const StudyCase *cases, int count, bool quick)
 {
     double least = quick ? 2.5e-4 : 1e-4;
@@ -77,10 +77,10 @@ static double smallest_step(const StudyCase *cases, int count, bool quick)
     return least;
 }
 
-// What a substep costs, and how many are needed: of a world built for it.
+// Cost and number of substeps, measured on a world that was built for it.
 typedef struct Load {
-    int substeps;   // a tick, at the stability bound of the finest level
-    double substep; // CPU time of one [s], about
+    int substeps;   // per tick, at the stability bound of the finest level
+    double substep; // CPU time, estimated [s]
     double edge;    // [m]
 } Load;
 
@@ -97,7 +97,7 @@ static double time_substep(World *world, const Body *body)
 
 static bool weigh_case(const Plan *plan, StudyCase what, Load *load, Status *status)
 {
-    static const double OF_ADAPTIVE = 0.3; // of all faces that are refined, at the worst of times
+    static const double OF_ADAPTIVE = 0.3; // most faces that are refined at a time, relative to all
     StudyScene copy;
     World world;
     what.time_step = 0.0;
@@ -143,7 +143,7 @@ static void cannot(Refinement *of, const char *format, ...)
     of->reference.order = of->reference.own_error = (double)NAN;
 }
 
-// Of one mesh: the same with half the step, and half of that.
+// Plans the reference of one mesh: half of the step, and half of that.
 static void plan_time(Plan *plan, int m, StudyCase what, double step)
 {
     Refinement *of = &plan->list[m];
@@ -157,9 +157,10 @@ static void plan_time(Plan *plan, int m, StudyCase what, double step)
         return;
     }
     const double tick = 1.0 / plan->context->scene.rate_hz;
-    // The implicit method is of order 1 or 2: it needs shorter steps than what it judges.
+    // The implicit method has order 1 or 2: it needs shorter steps than the cases that it judges.
     if (plan->stiff)
         step *= 0.25;
+    // Fewer substeps than wanted if they exceed the budget, but never above the stability bound.
     double substeps = fmax(ceil(tick / step - 1e-9), load.substeps);
     while (cost_of(plan, &load, 7.0 * substeps) > budget(plan) && substeps > load.substeps)
         substeps = fmax(ceil(0.5 * substeps), load.substeps);
@@ -168,6 +169,7 @@ static void plan_time(Plan *plan, int m, StudyCase what, double step)
         cannot(of, "none: %s would take %.0f s", mesh, of->seconds);
         return;
     }
+    // Three runs, each with half the step of the one before.
     of->wanted = true;
     of->expected = is_voxel(plan) || plan->stiff ? 2.0 : 4.0;
     for (int k = 0; k < RUNS; k++) {
@@ -179,7 +181,7 @@ static void plan_time(Plan *plan, int m, StudyCase what, double step)
              integrator_name(what.integrator), 1e3 * of->run[RUNS - 1].time_step, mesh);
 }
 
-// One run of the finest meshes; false: it cannot be, or takes too long.
+// Plans one run of the finest meshes; returns false if it is impossible or takes too long.
 static bool plan_level(Plan *plan, int k, int level)
 {
     Refinement *of = &plan->list[FINEST];
@@ -195,7 +197,7 @@ static bool plan_level(Plan *plan, int k, int level)
         return false;
     }
     double substeps = load.substeps * (plan->context->options.quick ? 1.0 : 2.0);
-    if (plan->stiff) // which has no bound
+    if (plan->stiff) // no stability bound
         substeps = fmax(substeps, ceil(1e3 / plan->context->scene.rate_hz));
     double seconds = cost_of(plan, &load, substeps);
     if (seconds > budget(plan)) {
@@ -220,7 +222,7 @@ static void name_finest(Plan *plan)
              integrator_name(last->integrator), 1e3 * last->time_step, mesh);
 }
 
-// One level more than the scene has and the two below it, or as fine as time allows.
+// Plans one level above the scene's and the two below it, or as fine as time allows.
 static void plan_finest_surface(Plan *plan)
 {
     int top = first_body(plan)->surface.levels + 1;
@@ -237,8 +239,8 @@ static void plan_finest_surface(Plan *plan)
     }
 }
 
-// Elements of one cell; and, where the body is a box, of half a cell, which is as close as its own
-// error can be told.
+// Plans elements of one cell; for a box also of half a cell, which is the best estimate of its own
+// error.
 static void plan_finest_voxel(Plan *plan)
 {
     Refinement *of = &plan->list[FINEST];
@@ -253,7 +255,8 @@ static void plan_finest_voxel(Plan *plan)
     name_finest(plan);
 }
 
-// Whether RK4 at its bound is out of reach on the scene's own mesh, and the implicit method is not.
+// True if RK4 at its bound takes too long on the scene's own mesh, and the implicit method does
+// not.
 static bool is_stiff(Plan *plan)
 {
     Status status = {0};
@@ -287,6 +290,7 @@ static Plan *make_plan(StudyContext *context, const StudyCase *cases, int count)
     plan->trace_bytes = study_trace_bytes(context->sample_count, context->points.count);
     double step = smallest_step(cases, count, context->options.quick);
     plan->stiff = is_stiff(plan);
+    // The finest mesh first, then a reference in time for each mesh of the cases.
     if (is_voxel(plan))
         plan_finest_voxel(plan);
     else
@@ -385,7 +389,7 @@ static void task_done(void *user, int task, const void *result, const char *why)
         plan->progress(plan->user, plan->done, plan->task_count, name);
 }
 
-// What the runs say of each other.
+// Estimates the reference's own error from its runs.
 static void conclude(Refinement *of)
 {
     StudyReference *reference = &of->reference;
@@ -395,7 +399,7 @@ static void conclude(Refinement *of)
     for (int k = of->first; k + 1 < RUNS; k++)
         reference->difference[k] = study_errors(of->trace[k], of->trace[k + 1]).patch;
     study_richardson(reference, of->expected);
-    if (of->first == 1) { // two runs tell no order
+    if (of->first == 1) { // two runs give no order
         reference->own_error = reference->difference[1];
         reference->known = isfinite(reference->own_error);
     }
@@ -428,6 +432,7 @@ bool study_make_references(StudyContext *context, const StudyCase *cases, int co
                        .done = task_done};
     char text[2 * STUDY_NAME];
     describe_plan(plan, text, sizeof text);
+    // Run all, then keep what succeeded.
     if (progress != NULL)
         progress(user, 0, plan->task_count, text);
     bool ok = pool_run(&pool, status);

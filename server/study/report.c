@@ -1,6 +1,7 @@
-// Writes what a study found.
+// Writes the results of a study.
 #include "study/report.h"
 
+#include "base/output.h"
 #include "files/data_file.h"
 #include "study/advice.h"
 #include "study/plot.h"
@@ -43,6 +44,36 @@ void report_progress(Progress *progress, int done, int count, const char *what)
 
 // --- files ---------------------------------------------------------------------------------------
 
+static const char *in_folder(char path[REPORT_PATH], const char *folder, const char *name)
+{
+    snprintf(path, REPORT_PATH, "%.*s/%s", REPORT_PATH - FILE_NAME - 1, folder, name);
+    return path;
+}
+
+// Checks that report_all replaces only files of an earlier study: those next to its table.
+static bool check_names(const char *folder, Status *status)
+{
+    static const char *const name[] = {"runs.tsv",   "references.tsv", "study.h5", "study.gp",
+                                       "advice.cfg", "advised.cfg",    "time.png", "time.svg",
+                                       "total.png",  "total.svg"};
+    char path[REPORT_PATH], table[REPORT_PATH];
+    struct stat facts;
+    Status why = {0};
+    bool studied = stat(in_folder(table, folder, name[0]), &facts) == 0 && facts.st_size > 0;
+    if (!output_check(table, STUDY_RUNS_MARK, status))
+        return false;
+    for (size_t i = 0; i < sizeof name / sizeof name[0]; i++) {
+        if (lstat(in_folder(path, folder, name[i]), &facts) != 0)
+            continue;
+        if (!(studied && S_ISREG(facts.st_mode)) && !output_check(path, "", &why))
+            return status_fail(status, STATUS_INVALID,
+                               "%s: is not of a study and would be replaced: name another folder "
+                               "with --out",
+                               path);
+    }
+    return true;
+}
+
 bool report_make_folder(const Scene *scene, const char *wanted, char folder[REPORT_PATH],
                         Status *status)
 {
@@ -56,15 +87,9 @@ bool report_make_folder(const Scene *scene, const char *wanted, char folder[REPO
     struct stat info;
     if (mkdir(folder, 0777) == 0 || (errno == EEXIST && stat(folder, &info) == 0 &&
                                      S_ISDIR(info.st_mode) && access(folder, W_OK) == 0))
-        return true;
+        return check_names(folder, status);
     return status_fail(status, STATUS_FAILED, "%s: cannot be made or written to: %s", folder,
                        strerror(errno));
-}
-
-static const char *in_folder(char path[REPORT_PATH], const char *folder, const char *name)
-{
-    snprintf(path, REPORT_PATH, "%.*s/%s", REPORT_PATH - FILE_NAME - 1, folder, name);
-    return path;
 }
 
 static bool save_tables(const StudyResult *result, const Scene *scene, const char *folder,
@@ -85,7 +110,7 @@ static bool save_tables(const StudyResult *result, const Scene *scene, const cha
     return true;
 }
 
-// Pictures are extra: without them the study is whole.
+// Pictures are optional: the study is complete without them.
 static bool draw(const StudyResult *result, const char *folder, double error, Status *status)
 {
     Status why = {0};
@@ -118,7 +143,7 @@ static bool write_keys(const SceneKeys *keys, const Scene *scene, const char *fo
     scene_keys_print(keys, file);
     if (fclose(file) != 0)
         return status_fail(status, STATUS_FAILED, "%s: %s", file_path, strerror(errno));
-    // A scene whose bodies lie in a file that it includes cannot be changed this way.
+    // This does not work for a scene whose bodies are in an included file.
     if (scene_keys_set(keys, scene->path, in_folder(path, folder, "advised.cfg"), &why))
         printf("%s: the scene with these keys\n", path);
     else

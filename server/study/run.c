@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double FAR = 100.0; // extents of the body: motion beyond all bounds
+static const double FAR = 100.0; // extents of the body: larger motion is a failure
 static const double REPEAT_UP_TO = 20.0, QUICKLY_UP_TO = 2.0; // [s] of all repeats together
 
 // One run of a case.
@@ -31,7 +31,7 @@ typedef struct Once {
 static void set_verdict(StudyRun *run, StudyVerdict verdict, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-// The first one stays.
+// Keeps the first verdict.
 static void set_verdict(StudyRun *run, StudyVerdict verdict, const char *format, ...)
 {
     if (run->verdict != STUDY_OK)
@@ -43,7 +43,7 @@ static void set_verdict(StudyRun *run, StudyVerdict verdict, const char *format,
     run->verdict = verdict;
 }
 
-// What reading the clock costs by itself [ns].
+// Measures the cost of reading the clock [ns].
 static int64_t clock_cost(void)
 {
     int64_t least = INT64_MAX;
@@ -78,7 +78,7 @@ static bool went_well(Once *once, const Sampler *sampler, bool finite, int64_t r
     return run->verdict == STUDY_OK;
 }
 
-// Drives a world to the end.
+// Runs a world to the end of its inputs.
 static void play(Once *once, World *world, StudyPlay *inputs, Sampler *sampler,
                  StepDoubling *doubling)
 {
@@ -96,7 +96,7 @@ static void play(Once *once, World *world, StudyPlay *inputs, Sampler *sampler,
             sampler_feel(sampler);
         }
         SimEvent event;
-        while (sim_take_event(sim, &event)) // nobody is told
+        while (sim_take_event(sim, &event)) // events are discarded
             ;
         bool finite = sampler_take(sampler, once->trace);
         int64_t resets = doubling != NULL ? doubling->resets : sim_resets(sim);
@@ -110,7 +110,7 @@ static void describe(Once *once, const World *world, const Scene *scene)
     once->run->rate_hz = scene->rate_hz;
     once->run->substeps = body->substeps;
     once->run->time_step = body->h;
-    once->run->what.integrator = body->integrator; // what "auto" has chosen
+    once->run->what.integrator = body->integrator; // resolves "auto"
 }
 
 static void out_of_memory(StudyRun *run)
@@ -118,7 +118,7 @@ static void out_of_memory(StudyRun *run)
     set_verdict(run, STUDY_SKIPPED, "out of memory");
 }
 
-// The file and line are those of the scene, of which all cases are.
+// Removes file and line, which are those of the scene and thus of all cases.
 static const char *without_path(const StudyContext *context, const char *text)
 {
     size_t length = strlen(context->given->path);
@@ -126,7 +126,7 @@ static const char *without_path(const StudyContext *context, const char *text)
     return strncmp(text, context->given->path, length) == 0 && colon != NULL ? colon + 2 : text;
 }
 
-// Builds the world and plays it.
+// Builds the world and runs it.
 static void run_once(Once *once)
 {
     const StudyContext *context = once->context;
@@ -139,6 +139,7 @@ static void run_once(Once *once)
         return;
     }
     describe(once, &world, &copy.scene);
+    // Memory for the samples; then the inputs, which may refuse the scene.
     StudyPlay inputs = {0};
     Sampler sampler = {0};
     StepDoubling doubling = {0};
@@ -180,7 +181,7 @@ static double quantile(const double *sorted, int count, double share)
     return count == 0 ? 0.0 : sorted[at < 0 ? 0 : at];
 }
 
-// Of the repeat whose ticks are given.
+// Takes the tick times of one repeat.
 static void take_ticks(StudyRun *run, double *tick_s, int count)
 {
     qsort(tick_s, (size_t)count, sizeof *tick_s, by_size);
@@ -189,7 +190,7 @@ static void take_ticks(StudyRun *run, double *tick_s, int count)
     run->tick_most = quantile(tick_s, count, 1.0);
 }
 
-// The median is that of the lower middle repeat, whose ticks are told.
+// Sets the costs. The median is that of the lower middle repeat, whose tick times are used.
 static void summarize(StudyRun *run, Once *repeat)
 {
     int order[STUDY_REPEATS];
@@ -216,6 +217,7 @@ bool study_trace_case(const StudyContext *context, const StudyCase *what, int re
     run->what = *what;
     run->time = run->total = study_no_errors();
     realtime_flush_denormals();
+    // Only the first repeat is sampled.
     if (trace != NULL) {
         trace->used = 0;
         trace->extent = context->extent;
@@ -223,6 +225,7 @@ bool study_trace_case(const StudyContext *context, const StudyCase *what, int re
         trace->has_volume = isfinite(context->rest_volume);
         trace->has_force = context->scene.tool_count > 0;
     }
+    // Repeat for the cost until the time for repeats is used up.
     for (int r = 0; r < repeats && (r == 0 || all < most); r++) {
         repeat[r] =
             (Once){.context = context, .what = what, .run = run, .trace = r == 0 ? trace : NULL};

@@ -54,7 +54,7 @@ static int by_id(const void *a, const void *b)
     return (p->id > q->id) - (p->id < q->id);
 }
 
-// Which rows hold the points: once a topology.
+// Finds the rows of the points, once per topology.
 static void find_rows(Sampler *sampler, int rows)
 {
     const StudyPoints *points = &sampler->context->points;
@@ -86,7 +86,7 @@ static Vec3 corner(const float *position, int node)
                 (double)position[3 * node + 2]);
 }
 
-// About the first corner in use, so that a body far from the origin loses no digits.
+// Sums relative to the first corner in use, so that a body far from the origin loses no digits.
 double sampler_volume(const BodyMesh *mesh, const float *position, double extent)
 {
     double volume = 0.0, area = 0.0;
@@ -94,7 +94,7 @@ double sampler_volume(const BodyMesh *mesh, const float *position, double extent
     for (int t = 0; t < mesh->triangle_count; t++) {
         const int *node = mesh->triangle[t];
         if (node[0] == node[1])
-            continue; // a free place
+            continue; // a free slot
         if (!(area > 0.0))
             about = corner(position, node[0]);
         Vec3 a = vec3_sub(corner(position, node[0]), about);
@@ -105,7 +105,7 @@ double sampler_volume(const BodyMesh *mesh, const float *position, double extent
         areas = vec3_add(areas, normal);
         area += vec3_length(normal);
     }
-    // The areas of a closed surface, as vectors, cancel; to what float positions allow.
+    // The area vectors of a closed surface cancel, within the precision of float positions.
     bool closed = vec3_length(areas) < 1e-4 * area;
     return closed && fabs(volume) > 1e-6 * extent * extent * extent ? volume : (double)NAN;
 }
@@ -122,6 +122,7 @@ bool sampler_take(Sampler *sampler, StudyTrace *trace)
     const Body *body = sampler->body;
     bool changed = sampler->topology != body->mesh.topology;
     int rows = body->ops->read_state(body->model, changed ? sampler->id : NULL, sampler->position,
+                                     // Rows change with the topology.
                                      sampler->velocity);
     if (changed)
         find_rows(sampler, rows);
@@ -129,7 +130,7 @@ bool sampler_take(Sampler *sampler, StudyTrace *trace)
     bool finite = true;
     int index = trace != NULL ? trace->used : 0;
     for (int p = 0; p < points->count; p++) {
-        // What was cut away stays, for this purpose, where it was last.
+        // A point that was cut away keeps its last displacement.
         int row = sampler->row[p];
         Vec3 moved = {0.0, 0.0, 0.0};
         if (row >= 0)
@@ -144,6 +145,7 @@ bool sampler_take(Sampler *sampler, StudyTrace *trace)
     }
     if (trace == NULL)
         return finite;
+    // Energies, volume and the mean force since the last sample.
     BodyMeasure measure = {0};
     body->ops->measure(body->model, &measure);
     StudySample *sample = study_trace_sample(trace, index);

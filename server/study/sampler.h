@@ -1,4 +1,4 @@
-// Takes samples of a world into a trace.
+// Samples a world into a trace.
 #ifndef PLIANT_STUDY_SAMPLER_H
 #define PLIANT_STUDY_SAMPLER_H
 
@@ -10,9 +10,9 @@ typedef struct Sampler {
     const StudyContext *context;
     const Body *body;
     const Sim *sim;
-    bool halved;           // the lattice has half the cells
-    int topology;          // for which `row` holds; -1: none
-    int row[STUDY_POINTS]; // of read_state; -1: not there (any more)
+    bool halved;           // the lattice has half the cell size
+    int topology;          // topology for which `row` is valid; -1: none
+    int row[STUDY_POINTS]; // of read_state; -1: the point is gone
     int *id;
     Vec3 *position, *velocity;
     float *mesh;  // positions in the order of BodyMesh
@@ -22,16 +22,16 @@ typedef struct Sampler {
     int nodes_least, nodes_most, links_most;
 } Sampler;
 
-// False: out of memory.
+// Returns false if memory runs out.
 bool sampler_create(Sampler *sampler, const StudyContext *context, const World *world, bool halved);
 void sampler_destroy(Sampler *sampler);
-// After every tick: what the tools felt.
+// Adds the forces on tools; call after every tick.
 void sampler_feel(Sampler *sampler);
-// Takes a sample; false when a number is not finite. `trace` may be NULL, then it only looks at
-// sizes and at how far points have moved.
+// Takes a sample; returns false if a number is not finite. With `trace` NULL it only measures sizes
+// and displacements.
 bool sampler_take(Sampler *sampler, StudyTrace *trace);
 
-// The volume that the faces of a mesh enclose [m3]; NAN: they do not.
+// Returns the volume that the faces of a mesh enclose [m3]; NAN: the mesh is not closed.
 double sampler_volume(const BodyMesh *mesh, const float *position, double extent);
 
 #endif

@@ -2,24 +2,23 @@
 #include "study/save.h"
 
 #include "base/check.h"
+#include "base/output.h"
 #include "files/data_file.h"
 #include "study/field.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
-enum { PATH = 4096, NAME = 64, STUDY_FILE_VERSION = 1 };
+enum { NAME = 64, STUDY_FILE_VERSION = 1 };
 
 // --- references as rows --------------------------------------------------------------------------
 
-// Of which runs a reference is, in front of its own fields. Level and threshold mean nothing for
-// the reference in all.
+// The run that a reference belongs to, in front of its own fields. Level and threshold do not apply
+// to the total reference.
 typedef struct ReferenceRow {
-    char of[NAME]; // "all", or the detail whose time it is of
+    char of[NAME]; // "all", or the detail of a reference in time
     int level;
     double threshold;
     bool paper_rule;
@@ -63,30 +62,6 @@ static int reference_rows(const StudyResult *result, ReferenceRow *rows)
 
 // --- text ----------------------------------------------------------------------------------------
 
-static FILE *begin_text(const char *path, char *temporary, Status *status)
-{
-    snprintf(temporary, PATH, "%s.tmp", path);
-    FILE *file = fopen(temporary, "w");
-    if (file == NULL)
-        status_fail(status, STATUS_FAILED, "%s: %s", path, strerror(errno));
-    return file;
-}
-
-static bool end_text(FILE *file, const char *path, const char *temporary, Status *status)
-{
-    bool written = fflush(file) == 0 && fsync(fileno(file)) == 0;
-    int error = errno;
-    if (fclose(file) != 0 && written) {
-        written = false;
-        error = errno;
-    }
-    if (written && rename(temporary, path) == 0)
-        return true;
-    error = written ? errno : error;
-    unlink(temporary);
-    return status_fail(status, STATUS_FAILED, "%s: %s", path, strerror(error));
-}
-
 static void print_names(const Field *fields, int count, FILE *file)
 {
     for (int f = 0; f < count; f++)
@@ -115,9 +90,10 @@ static double repeat_cost(const StudyRun *run, int repeat)
 
 bool study_save_runs(const StudyResult *result, const char *path, Status *status)
 {
-    char temporary[PATH], text[FIELD_TEXT_MAX];
+    char text[FIELD_TEXT_MAX];
+    Output output;
     int repeats = most_repeats(result);
-    FILE *file = begin_text(path, temporary, status);
+    FILE *file = output_begin_text(&output, path, STUDY_RUNS_MARK, status);
     if (file == NULL)
         return false;
     print_names(STUDY_RUN_FIELDS, STUDY_RUN_FIELD_COUNT, file);
@@ -131,16 +107,16 @@ bool study_save_runs(const StudyResult *result, const char *path, Status *status
             fprintf(file, "\t%s", field_print_real(repeat_cost(run, r), text));
         fputc('\n', file);
     }
-    return end_text(file, path, temporary, status);
+    return output_end_text(&output, file, true, true, status);
 }
 
 bool study_save_references(const StudyResult *result, const char *path, Status *status)
 {
     static ReferenceRow rows[1 + STUDY_MESHES];
     Field fields[ROW_FIELDS];
-    char temporary[PATH];
+    Output output;
     int field_count = reference_fields(fields), count = reference_rows(result, rows);
-    FILE *file = begin_text(path, temporary, status);
+    FILE *file = output_begin_text(&output, path, STUDY_REFERENCES_MARK, status);
     if (file == NULL)
         return false;
     print_names(fields, field_count, file);
@@ -149,12 +125,12 @@ bool study_save_references(const StudyResult *result, const char *path, Status *
         print_values(fields, field_count, &rows[i], file);
         fputc('\n', file);
     }
-    return end_text(file, path, temporary, status);
+    return output_end_text(&output, file, true, true, status);
 }
 
 // --- HDF5 ----------------------------------------------------------------------------------------
 
-// One field of `rows` records, `size` bytes apart, as the data set /group/field.
+// Writes one field of `rows` records, `size` bytes apart, as the data set /group/field.
 static bool write_field(DataFile *file, const char *group, const Field *field, const void *records,
                         size_t size, int rows)
 {

@@ -1,6 +1,6 @@
-// Sets keys in the text of a scene file without touching the rest of it: one pass that copies, and
-// stops where a key stands or is wanted. Knows of libconfig's grammar what is needed to tell names
-// from values; whether the text means something is scene_read's business.
+// Sets keys in the text of a scene file and leaves the rest unchanged: one pass that copies, and
+// stops where a key is or belongs. Knows enough of libconfig's grammar to tell names from values;
+// scene_read checks the meaning.
 #include "study/scene_keys.h"
 
 #include "base/check.h"
@@ -13,18 +13,18 @@
 
 enum { DEPTH_MAX = 64, NAME_MAX_LENGTH = 64 };
 
-// Where a group of settings stands.
+// Location of a group of settings.
 typedef enum Place { PLACE_TOP, PLACE_BODY_LIST, PLACE_BODY, PLACE_OTHER } Place;
 
 typedef struct Editor {
     const char *path, *text;
-    size_t at;     // next character to look at
+    size_t at;     // next character to read
     size_t copied; // first character that is not in `out` yet
     FILE *out;
     const SceneKeys *keys;
     char *folder; // absolute, of `path`
     int body;     // bodies behind
-    bool muted;   // inside of what is replaced anyway
+    bool muted;   // inside a value that is replaced anyway
     Status *status;
 } Editor;
 
@@ -44,7 +44,7 @@ static void copy_until(Editor *e, size_t end)
     }
 }
 
-// Puts `text` in the place of [begin, end).
+// Replaces [begin, end) by `text`.
 static void replace(Editor *e, size_t begin, size_t end, const char *text)
 {
     if (e->muted)
@@ -54,7 +54,7 @@ static void replace(Editor *e, size_t begin, size_t end, const char *text)
     e->copied = end;
 }
 
-// --- words ---------------------------------------------------------------------------------------
+// --- tokens --------------------------------------------------------------------------------------
 
 static const char *here(const Editor *e)
 {
@@ -66,7 +66,7 @@ static void skip_line(Editor *e)
     e->at += strcspn(here(e), "\n");
 }
 
-// A string that begins here; its content lies between the quotes.
+// Skips a string that begins here; its content is between the quotes.
 static bool skip_string(Editor *e)
 {
     for (e->at++; *here(e) != '\0' && *here(e) != '"'; e->at++)
@@ -102,7 +102,7 @@ static bool skip_space(Editor *e)
 
 // --- files ---------------------------------------------------------------------------------------
 
-// The string [begin, end), quotes included, is the name of a file.
+// Makes the file name in the string [begin, end), quotes included, absolute.
 static void absolute_path(Editor *e, size_t begin, size_t end)
 {
     if (e->text[begin + 1] == '/' || end - begin <= 2)
@@ -120,7 +120,7 @@ static bool names_a_file(const char *name)
 
 // --- settings ------------------------------------------------------------------------------------
 
-// The keys that are wanted in a group that stands at `place`, or NULL.
+// Returns the keys to set in a group at `place`, or NULL.
 static const SceneKeyList *wanted(const Editor *e, Place place)
 {
     if (place == PLACE_TOP)
@@ -130,7 +130,7 @@ static const SceneKeyList *wanted(const Editor *e, Place place)
 
 static bool edit_settings(Editor *e, Place place, char end, int depth);
 
-// A list or an array: values up to `end`, with commas.
+// Copies a list or an array: values up to `end`, separated by commas.
 static bool edit_list(Editor *e, Place place, char end, int depth);
 
 static bool edit_value(Editor *e, Place place, int depth)
@@ -149,7 +149,7 @@ static bool edit_value(Editor *e, Place place, int depth)
         e->at++;
         return edit_list(e, PLACE_OTHER, ']', depth + 1);
     case '"':
-        // Strings side by side are one.
+        // Adjacent strings are one.
         while (*here(e) == '"')
             if (!skip_string(e) || !skip_space(e))
                 return false;
@@ -192,7 +192,7 @@ static bool read_name(Editor *e, char name[NAME_MAX_LENGTH])
     return true;
 }
 
-// One setting, its terminator included. `key`: what is to become of it, or NULL.
+// Copies one setting with its terminator. `key`: its new value, or NULL.
 static bool edit_setting(Editor *e, Place place, const char *name, const SceneKey *key,
                          size_t name_begin, int depth)
 {
@@ -207,16 +207,18 @@ static bool edit_setting(Editor *e, Place place, const char *name, const SceneKe
     bool was_muted = e->muted;
     Place inside =
         place == PLACE_TOP && strcmp(name, "bodies") == 0 ? PLACE_BODY_LIST : PLACE_OTHER;
+    // Relative names would be wrong in another folder.
     if (*here(e) == '"' && names_a_file(name))
         absolute_path(e, begin, begin + 2 + strcspn(here(e) + 1, "\""));
     e->muted = was_muted || key != NULL;
     bool ok = edit_value(e, inside, depth);
     e->muted = was_muted;
     size_t end = e->at;
-    while (end > begin && isspace((unsigned char)e->text[end - 1])) // behind a string
+    while (end > begin && isspace((unsigned char)e->text[end - 1])) // blanks after a string
         end--;
     if (!ok || !skip_space(e))
         return false;
+    // Replace the value, or remove the whole setting.
     bool terminated = *here(e) == ';' || *here(e) == ',';
     e->at += terminated;
     if (key != NULL && key->value[0] != '\0')
@@ -226,7 +228,7 @@ static bool edit_setting(Editor *e, Place place, const char *name, const SceneKe
     return true;
 }
 
-// The keys that a group did not have, in front of its end.
+// Adds the keys that a group lacks at its end.
 static void add_missing(Editor *e, const SceneKeyList *list, const bool *found)
 {
     copy_until(e, e->at);
@@ -264,7 +266,7 @@ static bool edit_settings(Editor *e, Place place, char end, int depth)
     return true;
 }
 
-// --- files as wholes -----------------------------------------------------------------------------
+// --- whole files ---------------------------------------------------------------------------------
 
 static char *read_text(const char *path, Status *status)
 {

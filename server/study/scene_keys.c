@@ -1,4 +1,4 @@
-// Cases as keys of a scene.
+// Converts cases to keys of a scene.
 #include "study/scene_keys.h"
 
 #include "study/field.h"
@@ -20,7 +20,7 @@ static void set_text(SceneKey *key, const char *text)
     snprintf(key->value, sizeof key->value, "\"%s\"", text);
 }
 
-// So that it is read as a real, and as the same.
+// Formats a number so that it reads back as the same real.
 static const char *real_text(double value, char *text)
 {
     field_print_real(value, text);

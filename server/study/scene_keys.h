@@ -1,4 +1,4 @@
-// A case as keys of a scene file: to be read, to be pasted, or set in a copy of the file.
+// A case as keys of a scene file: to print, to paste, or to set in a copy of the file.
 #ifndef PLIANT_STUDY_SCENE_KEYS_H
 #define PLIANT_STUDY_SCENE_KEYS_H
 
@@ -20,21 +20,21 @@ typedef struct SceneKeyList {
 
 typedef struct SceneKeys {
     SceneKeyList top; // of the scene
-    int body_count;   // those behind SCENE_KEYS_BODIES stay as they are
+    int body_count;   // bodies after SCENE_KEYS_BODIES are not changed
     char name[SCENE_KEYS_BODIES][BODY_NAME_MAX];
     SceneKeyList body[SCENE_KEYS_BODIES];
 } SceneKeys;
 
-// The keys that make `scene` the case, at `rate_hz` ticks a second: of all bodies, as a study runs
-// it. Not for step doubling and halved cells, which no such key asks for. False: out of memory.
+// Finds the keys that turn `scene` into the case, at `rate_hz` ticks per second, for all bodies, as
+// the study runs it. Not for step doubling and halved cells, which no key specifies. Returns false
+// if memory runs out.
 bool scene_keys_of_case(const Scene *scene, const StudyCase *what, double rate_hz, SceneKeys *keys);
-// As text to be pasted.
+// Prints the keys as text to paste.
 void scene_keys_print(const SceneKeys *keys, FILE *out);
 
-// Writes a copy of the scene file `from` to `to` with these keys set in it and everything else as
-// it stands, comments too; names of files that are relative are made absolute, since the copy may
-// lie elsewhere. False with `status`: a file that cannot be read or written, a text that is no
-// scene.
+// Writes a copy of the scene file `from` to `to` with these keys set and all else unchanged,
+// comments included. Relative file names become absolute, since the copy may be in another folder.
+// Returns false with `status` if a file cannot be read or written, or the text is no scene.
 bool scene_keys_set(const SceneKeys *keys, const char *from, const char *to, Status *status);
 
 #endif

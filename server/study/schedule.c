@@ -56,7 +56,7 @@ bool study_run_all(const StudyContext *context, const StudyCase *cases, int coun
                          .progress = progress,
                          .user = user,
                          .result = result};
-    // A run gives up by itself after limit_s of each repeat; what then still goes on hangs.
+    // A run ends itself after limit_s per repeat; one that goes on after that hangs.
     const Pool pool = {.task_count = count,
                        .jobs = jobs,
                        .result_bytes = sizeof(StudyRun),

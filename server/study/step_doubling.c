@@ -6,9 +6,10 @@
 #include <stdlib.h>
 
 enum { MOST_TRIES = 6 };
-// Times the substeps of the stability bound: where contacts begin and end no step is short enough.
+// Factor on the substeps of the stability bound: where contacts begin and end no step is short
+// enough.
 enum { MOST_FINER = 32 };
-// Numerical Recipes' own: they keep the step from hunting.
+// The constants of Numerical Recipes, which keep the step from oscillating.
 static const double SAFETY = 0.9, SHRINK = -0.25, GROW = -0.2, MOST_CHANGE = 5.0;
 
 bool step_doubling_create(StepDoubling *doubling, World *world, int body, double tolerance)
@@ -38,7 +39,7 @@ void step_doubling_destroy(StepDoubling *doubling)
     *doubling = (StepDoubling){0};
 }
 
-// One tick with so many substeps. Set as a wish that may be unsafe, so that it also holds when the
+// Computes one tick with so many substeps. Sets them as an unsafe request, which stays valid if the
 // topology changes within the tick.
 static int64_t pass(StepDoubling *doubling, int substeps, Vec3 *position, int64_t *resets)
 {
@@ -66,12 +67,12 @@ static double largest_difference(const Vec3 *a, const Vec3 *b, int count)
     return worst;
 }
 
-// Substeps for a difference of the tolerance, from those that made one of `difference`.
+// Returns the substeps for a difference equal to the tolerance, given those that made `difference`.
 static int choose(const StepDoubling *doubling, double difference)
 {
     double ratio = difference / doubling->tolerance;
     double change = ratio > 1.0 ? pow(ratio, SHRINK) : pow(fmax(ratio, 1e-12), GROW);
-    change = fmin(fmax(SAFETY * change, 1.0 / MOST_CHANGE), MOST_CHANGE); // of the step
+    change = fmin(fmax(SAFETY * change, 1.0 / MOST_CHANGE), MOST_CHANGE); // factor on the step
     double substeps = ceil(doubling->substeps / change);
     if (ratio > 1.0)
         substeps = fmax(substeps, doubling->substeps + 1.0);
@@ -88,7 +89,7 @@ int64_t step_doubling_step(StepDoubling *doubling)
         state_copy_in(&world->state, doubling->before);
         sim_restored(world->sim);
         spent += pass(doubling, 2 * doubling->substeps, doubling->fine, &fine_resets);
-        // Rows mean the same nodes in both passes: what adapts decides before the substeps.
+        // Rows are the same nodes in both passes: adaptation happens before the substeps.
         double difference = largest_difference(doubling->coarse, doubling->fine, doubling->rows);
         if (coarse_resets + fine_resets > 0 || !isfinite(difference))
             difference = HUGE_VAL;

@@ -1,10 +1,9 @@
-// Error against run time: a scene run off line in many ways, each compared with a reference that is
-// finer in every respect. This header is what the study's parts share: what a case is, what is
-// measured of it, what is known of the reference. case.h makes the grid, reference.h the
-// references, run.h runs; table.h, plot.h and advice.h tell what came out.
-//
-// Everything a case gives is plain data of fixed size, so that other processes and other machines
-// can make it and send it.
+// Error against run time: a scene is run offline in many ways, each compared with a reference that
+// is finer in every respect. This header has the types that the study's parts share: cases,
+// measurements and references. case.h makes the grid, reference.h the references, run.h runs;
+// table.h, plot.h and advice.h present the result.
+// The result of a case is plain data of fixed size, so that other processes and machines can
+// compute and send it.
 #ifndef PLIANT_STUDY_STUDY_H
 #define PLIANT_STUDY_STUDY_H
 
@@ -17,27 +16,27 @@
 
 enum { STUDY_CASES = 512, STUDY_REPEATS = 32, STUDY_NAME = 80, STUDY_WHY = 200 };
 
-// How finely the bodies are divided.
+// How finely the bodies are subdivided.
 typedef enum StudyDetail {
-    DETAIL_SCENE,    // as the scene says
+    DETAIL_SCENE,    // as in the scene
     DETAIL_HELD,     // all faces (elements) at `level`
-    DETAIL_ADAPTIVE, // surface: from level 0 to `level`, thresholds times `threshold`
+    DETAIL_ADAPTIVE, // surface: from level 0 to `level`, thresholds scaled by `threshold`
 } StudyDetail;
 
 // One way to run the scene: a row of the table.
 typedef struct StudyCase {
     char name[STUDY_NAME]; // unique and readable: "leapfrog 0.5 ms single, adaptive 2"
     IntegratorKind integrator;
-    bool step_doubling; // RK4 that chooses its step by doubling it (Press et al.): `tolerance`
-    double tolerance;   // of a doubled step's difference, relative to the size of the body
-    double time_step;   // [s] at most; 0: the stability bound's. Above the tick: the rate is
-                        // lowered to 1 / time_step
+    bool step_doubling; // RK4 with adaptive steps (Press et al.), controlled by `tolerance`
+    double tolerance;   // of the difference of a doubled step, relative to the size of the body
+    double time_step; // [s] at most; 0: the stability bound. Above the tick: the rate is lowered to
+                      // 1 / time_step
     Precision precision;
     StudyDetail detail;
     int level;
     double threshold;
     bool paper_rule; // adjust = "choi2005", law = "miyazaki2004"; else ours
-    bool is_scene;   // exactly what the scene itself asks for
+    bool is_scene;   // exactly the scene's own choice
 } StudyCase;
 
 typedef enum StudyVerdict {
@@ -47,12 +46,12 @@ typedef enum StudyVerdict {
     STUDY_SKIPPED, // not run: `why`
 } StudyVerdict;
 
-// Differences from a reference; each relative to the largest (for patch and force the L2 norm over
-// time) of the reference's own. NAN: there is none, or the scene has no such thing.
+// Differences from a reference, each relative to the reference's largest value (for patch and force
+// to its L2 norm over time). NAN: no reference, or the scene lacks the quantity.
 typedef struct StudyErrors {
     double patch;   // L2 in time of the displacement of the pressed patch
     double surface; // largest distance of any sampled point at any sampled time
-    double volume;  // largest difference of the enclosed volume, over that at rest
+    double volume;  // largest difference of the enclosed volume, relative to that at rest
     double energy;  // largest difference of kinetic + elastic energy
     double force;   // L2 in time of the force on the tool
 } StudyErrors;
@@ -61,19 +60,19 @@ typedef struct StudyRun {
     StudyCase what;
     StudyVerdict verdict;
     char why[STUDY_WHY];
-    int substeps;                       // a tick, at the start
+    int substeps;                       // per tick, at the start
     double rate_hz;                     // of ticks, as run
     double time_step;                   // [s] as run, at the start
     int nodes_least, nodes_most, links; // springs or elements, at the most
     int repeats;
-    double cpu_s[STUDY_REPEATS]; // of the steps alone, for a simulated second [s]
+    double cpu_s[STUDY_REPEATS]; // of the steps alone, per simulated second [s]
     double cpu_median, cpu_least, cpu_most;
     double tick_p50, tick_p99, tick_most; // [s] of the repeat with the median cost
     StudyErrors time;  // from the converged run of the same mesh: of the steps in time alone
     StudyErrors total; // from the finest reference: of everything
 } StudyRun;
 
-// What is known of a reference's own error: three runs, each twice as fine as the one before.
+// Estimate of a reference's own error from three runs, each twice as fine as the one before.
 typedef struct StudyReference {
     char what[STUDY_NAME]; // "rk4 double, 0.0625 ms, level 4"
     double step[3];        // [s], or the edge length of the level [m]
@@ -83,7 +82,7 @@ typedef struct StudyReference {
     bool known;
 } StudyReference;
 
-// Of all cases with the same detail and rule: their common reference in time.
+// The common reference in time of all cases with the same detail and rule.
 typedef struct StudyMesh {
     StudyDetail detail;
     int level;
@@ -95,7 +94,8 @@ typedef struct StudyMesh {
 enum { STUDY_MESHES = 32 };
 
 typedef struct StudyResult {
-    char scene[SCENE_NAME_MAX], body[BODY_NAME_MAX], inputs[STUDY_WHY]; // what pressed it, in words
+    char scene[SCENE_NAME_MAX], body[BODY_NAME_MAX],
+        inputs[STUDY_WHY];   // inputs: how it is pressed, in words
     char machine[STUDY_WHY]; // processor, kernels' level, compiler
     double duration_s, rate_hz;
     int mesh_count, run_count;
@@ -106,9 +106,9 @@ typedef struct StudyResult {
 
 typedef struct StudyOptions {
     const char *scene_path, *input_log, *out_folder, *only; // only: cases whose name has this
-    double duration_s; // 0: until the inputs end, and then long enough to come back
-    double rate_hz;    // to be held; 0: the scene's
-    double error;      // to be reached, as a fraction (0.01)
+    double duration_s; // 0: until the inputs end, and then long enough to return
+    double rate_hz;    // required rate; 0: the scene's
+    double error;      // required error, as a fraction (0.01)
     int jobs, repeats;
     bool quick; // a coarse grid
     const char *isa;

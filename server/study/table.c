@@ -1,4 +1,4 @@
-// The table of a study. Columns are as wide as what stands in them.
+// Prints the table of a study. Columns are as wide as their content.
 #include "study/table.h"
 
 #include "study/field.h"
@@ -31,7 +31,7 @@ const char *table_percent(double fraction, char *text)
     return text;
 }
 
-// Three digits, and no power of ten for what a person still reads.
+// Formats three digits, without a power of ten for readable numbers.
 static const char *three_digits(double value, char *text)
 {
     if (isnan(value))
@@ -64,7 +64,7 @@ static void fill_row(const StudyRun *run, Row *row)
     put_number(row->cell[8], study_error(&run->total), 100.0);
 }
 
-// Bytes that a terminal shows as one character count once.
+// Counts bytes that a terminal shows as one character once.
 static int shown(const char *text)
 {
     int count = 0;
@@ -119,7 +119,7 @@ static void print_rows(const StudyResult *result, FILE *out)
           out);
 }
 
-// Why cases have no row, one line each.
+// Prints why cases have no row, one line each.
 static void print_missing(const StudyResult *result, FILE *out)
 {
     for (int i = 0; i < result->run_count; i++) {

@@ -1,5 +1,5 @@
-// What a study says on the terminal: what was run, the references and how far they can be trusted,
-// a row a case, and why cases have none.
+// The terminal output of a study: inputs, the references and their reliability, a row per case, and
+// the reasons for missing cases.
 #ifndef PLIANT_STUDY_TABLE_H
 #define PLIANT_STUDY_TABLE_H
 
@@ -7,12 +7,12 @@
 
 #include <stdio.h>
 
-// Everything but the advice.
+// Prints everything but the advice.
 void table_print(const StudyResult *result, FILE *out);
-// The cases alone, before any was run.
+// Prints the cases alone, before any has run.
 void table_print_cases(const StudyCase *cases, int count, FILE *out);
 
-// "0.123 %", of a fraction; "-" for NAN. At most 24 characters.
+// Formats a fraction as "0.123 %"; "-" for NAN. At most 24 characters.
 const char *table_percent(double fraction, char *text);
 
 #endif

@@ -1,5 +1,5 @@
-// What is kept of one run: samples at times that all runs of a study have in common. One block of
-// plain data, whose size follows from the counts alone, so that it can be sent as it is.
+// The samples of one run, at times common to all runs of a study. One block of plain data whose
+// size follows from the counts alone, so that it can be sent as it is.
 #ifndef PLIANT_STUDY_TRACE_H
 #define PLIANT_STUDY_TRACE_H
 
@@ -18,19 +18,19 @@ typedef struct StudySample {
 } StudySample;
 
 typedef struct StudyTrace {
-    int sample_count, point_count; // room
+    int sample_count, point_count; // capacity
     int used;                      // samples taken
     bool has_volume, has_force;
     double extent, rest_volume; // of the body [m], [m3]
-    // behind it in memory: StudySample [sample_count], Vec3 displacement
+    // followed in memory by StudySample [sample_count], Vec3 displacement
     // [sample_count][point_count]
 } StudyTrace;
 
 size_t study_trace_bytes(int sample_count, int point_count);
-// Zeroed; free() it. NULL: out of memory.
+// Returns a zeroed trace, which the caller frees; NULL: out of memory.
 StudyTrace *study_trace_create(int sample_count, int point_count);
 StudySample *study_trace_sample(const StudyTrace *trace, int index);
-// Displacements of all points from their place at rest [m].
+// Returns the displacements of all points from their rest positions [m].
 Vec3 *study_trace_points(const StudyTrace *trace, int index);
 
 #endif

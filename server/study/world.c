@@ -14,7 +14,7 @@ bool study_copy_scene(const Scene *from, StudyScene *copy)
         return false;
     memcpy(copy->body, from->body, bytes);
     copy->scene.body = copy->body;
-    copy->scene.threads = 1; // what is measured is the time of one processor
+    copy->scene.threads = 1; // the study measures the time of one processor
     copy->scene.prepared = NULL;
     copy->scene.publish.all_nodes = false;
     for (int b = 0; b < from->body_count; b++)
@@ -30,7 +30,7 @@ void study_destroy_scene(StudyScene *copy)
 
 static void change_surface(SurfaceOptions *surface, const StudyCase *what)
 {
-    // What `adapt = {}` says (config/README.md), where the scene says nothing.
+    // The values of `adapt = {}` (config/README.md), for a scene that does not set them.
     static const SurfaceAdapt usual = {
         .force = 0.005, .speed = 0.3, .curvature = 0.4, .check_hz = 100.0};
     surface->integrator = what->integrator;
@@ -40,7 +40,7 @@ static void change_surface(SurfaceOptions *surface, const StudyCase *what)
         return;
     surface->adaptive = what->detail == DETAIL_ADAPTIVE;
     surface->start_level = surface->adaptive ? 0 : what->level;
-    // There are no rules of levels without levels, and a body held at level 0 has them too.
+    // Rules of levels need levels; a body held at level 0 gets one too.
     surface->levels = what->level > 0 ? what->level : 1;
     if (!surface->adaptive)
         return;
@@ -70,7 +70,7 @@ void study_change_scene(StudyScene *copy, const StudyCase *what, double sample_s
 {
     Scene *scene = &copy->scene;
     double step = what->time_step;
-    // A step longer than the tick wants a longer tick, of which a whole number fits a sample.
+    // A step longer than the tick needs a longer tick, of which a whole number fits a sample.
     if (step > (1.0 + 1e-9) / scene->rate_hz) {
         double ticks = ceil(sample_s / step * (1.0 - 1e-9));
         double rate = fmax(ticks, 1.0) / sample_s;
@@ -78,13 +78,13 @@ void study_change_scene(StudyScene *copy, const StudyCase *what, double sample_s
         if (rate < scene->rate_hz)
             scene->rate_hz = rate;
     }
-    // What chooses its own step is not bound to the tick, unless something is decided at ticks.
+    // A method with adaptive steps is not bound to the tick, unless something is decided at ticks.
     if (what->step_doubling && !(what->threshold > 0.0) && scene->tool_count == 0)
         scene->rate_hz = 1.0 / sample_s;
     scene->precision = what->precision;
     for (int b = 0; b < scene->body_count; b++) {
         SceneBody *body = &copy->body[b];
-        // The scene's own step may be one that it calls unsafe; no other case takes such a step.
+        // Only the scene's own case may take a step that the scene calls unsafe.
         if (body->model == MODEL_SURFACE) {
             change_surface(&body->surface, what);
             body->surface.adapt.check_hz = fmin(body->surface.adapt.check_hz, scene->rate_hz);
@@ -98,7 +98,7 @@ void study_change_scene(StudyScene *copy, const StudyCase *what, double sample_s
     }
 }
 
-// What the reading of a scene refuses, and building it takes for granted.
+// Checks what the scene reader refuses and the builder relies on.
 static bool check(const StudyScene *copy, Status *status)
 {
     for (int b = 0; b < copy->scene.body_count; b++) {

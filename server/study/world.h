@@ -1,4 +1,4 @@
-// The scene as a case wants it.
+// The scene modified for a case.
 #ifndef PLIANT_STUDY_WORLD_H
 #define PLIANT_STUDY_WORLD_H
 
@@ -12,13 +12,13 @@ typedef struct StudyScene {
     SceneBody *body; // owned
 } StudyScene;
 
-// The study's scene without what does not matter to its motion: one thread, no skin, no prepared
-// file. False: out of memory.
+// Copies the study's scene without what does not affect its motion: one thread, no skin, no
+// prepared file. Returns false if memory runs out.
 bool study_copy_scene(const Scene *from, StudyScene *copy);
 void study_destroy_scene(StudyScene *copy);
-// Changes bodies and rate to what the case asks. `sample_s`: the tick of a lower rate divides it.
+// Changes bodies and rate for the case. `sample_s`: a lower rate's tick divides it.
 void study_change_scene(StudyScene *copy, const StudyCase *what, double sample_s);
-// Both, and builds. False with `status`: refused.
+// Copies, changes and builds. Returns false with `status` if the scene is refused.
 bool study_build(const StudyContext *context, const StudyCase *what, StudyScene *copy, World *world,
                  Status *status);
 

@@ -1,5 +1,5 @@
-// Makes a surface body from a mesh: springs and masses, the order of nodes, the tables of the
-// kernel, what tools see. Load time only.
+// Creates a surface body from a mesh: springs and masses, the order of nodes, the tables of the
+// kernel, the faces that tools touch. Load time only.
 #include "surface/surface.h"
 
 #include "base/check.h"
@@ -18,7 +18,8 @@
 #define ALLOCATE(use, count, type, label)                                                          \
     (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
 
-// Nodes: with fewer, calling another thread costs more than it saves.
+// Least number of nodes for more than one thread: with fewer, calling a thread costs more than it
+// saves.
 enum { SHARED_LEAST = 1000 };
 
 static int compare_ints(const void *a, const void *b)
@@ -31,6 +32,19 @@ void *model_allocate_reals(const SurfaceModel *model, size_t count, const char *
                            const char *label, Arena *arena)
 {
     return arena_allocate(arena, ARENA_STEP, count, model_real_size(model), "%s/%s", name, label);
+}
+
+void model_allocate_springs(SurfaceModel *model, size_t entries, const char *name, Arena *arena)
+{
+    SpringTable *springs = &model->springs;
+    springs->neighbour = ALLOCATE(ARENA_STEP, entries, int, "spring neighbours");
+    springs->rest_length = model_allocate_reals(model, entries, name, "spring rest lengths", arena);
+    springs->stiffness = model_allocate_reals(model, entries, name, "spring stiffness", arena);
+    if (model->basis.precision != PRECISION_SINGLE)
+        return;
+    springs->rest_vector = model_allocate_reals(model, 3 * entries, name, "spring vectors", arena);
+    if (model->prestressed)
+        springs->preload = model_allocate_reals(model, entries, name, "spring preloads", arena);
 }
 
 void model_put_spring(SurfaceModel *model, long at, int slot, int other_slot, double r,
@@ -54,11 +68,13 @@ void model_put_spring(SurfaceModel *model, long at, int slot, int other_slot, do
         model_put(model, springs->preload, at, square - r * r);
 }
 
-// Springs by chunk and entry; a node's springs in ascending order of the neighbour's slot.
+// Fills the springs by chunk and entry; a node's springs are in ascending order of the neighbour's
+// slot.
 static void create_springs(SurfaceModel *model, const WingedMesh *winged,
                            const SpringNetwork *network, const char *name, Arena *arena)
 {
     int chunk_count = model->basis.count / LANES;
+    // A chunk has as many entries as its node with the most springs.
     int *start = ALLOCATE(ARENA_STEP, chunk_count + 1, int, "spring start");
     for (int c = 0; c < chunk_count; c++) {
         int most = 0;
@@ -70,20 +86,13 @@ static void create_springs(SurfaceModel *model, const WingedMesh *winged,
         start[c + 1] = start[c] + most;
     }
     size_t entries = (size_t)start[chunk_count] * LANES;
-    int *neighbour = ALLOCATE(ARENA_STEP, entries, int, "spring neighbours");
-    SpringTable *springs = &model->springs;
-    *springs = (SpringTable){.chunk_count = chunk_count, .start = start, .neighbour = neighbour};
-    springs->rest_length = model_allocate_reals(model, entries, name, "spring rest lengths", arena);
-    springs->stiffness = model_allocate_reals(model, entries, name, "spring stiffness", arena);
-    if (model->basis.precision == PRECISION_SINGLE) {
-        springs->rest_vector =
-            model_allocate_reals(model, 3 * entries, name, "spring vectors", arena);
-        if (model->prestressed)
-            springs->preload = model_allocate_reals(model, entries, name, "spring preloads", arena);
-    }
+    model->springs = (SpringTable){.chunk_count = chunk_count, .start = start};
+    model_allocate_springs(model, entries, name, arena);
+    int *neighbour = model->springs.neighbour;
 
     int(*around)[2] = calloc((size_t)winged->edge_count + 1, sizeof *around); // slot, edge
     ASSERT(around != NULL);
+    // Springs of padding lanes keep stiffness 0 and refer to the lane itself.
     for (int s = 0; s < model->basis.count; s++) {
         int node = model->node[s], count = 0;
         if (node >= 0)
@@ -112,11 +121,14 @@ void model_create_node_table(SurfaceModel *model, const SurfaceOptions *options,
     const char *name = options->name;
     bool uses_drag = options->shape.wanted || options->material.node_damping > 0.0;
     bool body_frame = options->shape.wanted && options->shape.frame == SHAPE_BODY;
+    bool radial = options->shape.wanted && options->shape.direction == SHAPE_DAMPS_RADIAL;
     bool single = model->basis.precision == PRECISION_SINGLE;
     model->shape = !uses_drag   ? SHAPE_FRAME_NONE
                    : body_frame ? SHAPE_FRAME_BODY
+                   : radial     ? SHAPE_FRAME_WORLD_RADIAL
                                 : SHAPE_FRAME_WORLD;
-    model->basis.floating = single && model->shape != SHAPE_FRAME_WORLD && all_free;
+    // A body that nothing ties to the world may travel far: its rows follow the base frame.
+    model->basis.floating = single && !shape_stands(model->shape) && all_free;
     model->basis.turned = model->basis.floating;
     model->basis.rest_turn = QUAT_NONE;
     size_t lanes = (size_t)model->lane_count;
@@ -129,7 +141,7 @@ void model_create_node_table(SurfaceModel *model, const SurfaceOptions *options,
         nodes->shape_rate = model_allocate_reals(model, lanes, name, "shape rate", arena);
         nodes->drag = model_allocate_reals(model, lanes, name, "drag", arena);
     }
-    if (body_frame)
+    if (shape_drag_is_apart(model->shape))
         nodes->shape_drag = model_allocate_reals(model, lanes, name, "shape drag", arena);
 }
 
@@ -140,6 +152,7 @@ static void create_nodes(SurfaceModel *model, const TriMesh *mesh, const SpringN
     model_create_node_table(model, options, network->free_count == mesh->node_count, arena);
     const bool uses_drag = model->shape != SHAPE_FRAME_NONE;
     const bool body_frame = model->shape == SHAPE_FRAME_BODY;
+    const bool drag_apart = shape_drag_is_apart(model->shape);
     const bool single = model->basis.precision == PRECISION_SINGLE;
     const size_t slots = (size_t)model->basis.count;
     NodeTable *nodes = &model->nodes;
@@ -147,6 +160,7 @@ static void create_nodes(SurfaceModel *model, const TriMesh *mesh, const SpringN
     if (body_frame || model->basis.floating)
         weight = model->rigid_weight = ALLOCATE(ARENA_STEP, slots, double, "frame weights");
 
+    // Fixed nodes get zeros in all tables: their accelerations vanish without a test.
     for (int i = 0; i < mesh->node_count; i++) {
         int s = model->slot[i];
         double m = network->mass[i], share = network->fixed[i] ? 0.0 : 1.0 / m;
@@ -154,11 +168,11 @@ static void create_nodes(SurfaceModel *model, const TriMesh *mesh, const SpringN
         model_put(model, nodes->inverse_mass, s, share);
         if (uses_drag) {
             double drag = network->node_damping[i];
-            drag += body_frame ? 0.0 : network->shape_damping[i];
+            drag += drag_apart ? 0.0 : network->shape_damping[i];
             model_put(model, nodes->shape_rate, s, share * network->shape_stiffness[i]);
             model_put(model, nodes->drag, s, share * drag);
         }
-        if (body_frame)
+        if (drag_apart)
             model_put(model, nodes->shape_drag, s, share * network->shape_damping[i]);
         if (weight != NULL)
             weight[s] = body_frame ? network->shape_stiffness[i] : m;
@@ -178,8 +192,8 @@ static void create_nodes(SurfaceModel *model, const TriMesh *mesh, const SpringN
         }
 }
 
-// Where nodes are at rest: in single precision from the middle of the body, so that a body far from
-// the origin is held as exactly as one near it.
+// Sets rest positions: in single precision relative to the middle of the body, so that a body far
+// from the origin is represented as exactly as one near it.
 void model_create_places(SurfaceModel *model, const TriMesh *mesh, const char *name, Arena *arena,
                          StateList *state)
 {
@@ -220,6 +234,7 @@ void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fix
     model->parameters = ALLOCATE(ARENA_STEP, 1, BodyParameters, "parameters");
     *model->parameters = body_parameters(options->gravity);
 
+    // Initial state; the largest distance gives the limit for bad numbers.
     double farthest = 0.0;
     for (int i = 0; i < mesh->node_count; i++) {
         Vec3 x =
@@ -230,12 +245,15 @@ void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fix
         rows_write(&model->basis, model->rows[0], model->slot[i], x, v);
         farthest = fmax(farthest, fmax(vec3_length(x), vec3_length(mesh->position[i])));
     }
-    // Far beyond any use of a scene, and small enough for single precision.
+    // Nodal damping acts relative to the world: such a body does not fall freely.
+    if (model->basis.floating && !(options->material.node_damping > 0.0))
+        rows_let_fall(&model->basis, name, arena, state);
+    // Far beyond any sensible scene, and small enough for single precision.
     model->position_limit = 1e6 * farthest;
     model->present = model->rows[0];
 
     state_add_pair(state, model->rows[0], model->rows[1], &model->current, bytes, "%s/rows", name);
-    // Pieces of a cut body pull at its virtual nodes from outside.
+    // The shape springs of a cut body's pieces act as external forces.
     bool pieces = options->cuttable && model->shape == SHAPE_FRAME_BODY;
     if (!options->without_contacts || !options->without_loads || pieces) {
         size_t forces = (size_t)model->lane_count * 3;
@@ -267,6 +285,7 @@ static void create_surface(SurfaceModel *model, Body *body, const TriMesh *mesh,
     model->node_area = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "node areas");
     model->node_face_start = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, int, "node face start");
     model->node_face = ALLOCATE(ARENA_TOPOLOGY, 3 * faces, int, "node faces");
+    // Copies: the mesh and the winged table are freed after creation.
     memcpy(model->face, mesh->triangle, (size_t)faces * sizeof *model->face);
     memcpy(model->face_neighbor, winged->face_neighbor,
            (size_t)faces * sizeof *model->face_neighbor);
@@ -297,7 +316,7 @@ static void create_surface(SurfaceModel *model, Body *body, const TriMesh *mesh,
     };
 }
 
-// A body of one level: a slot a node, everything in use.
+// Creates a body of one level: one slot per node, all in use.
 static void create_dense(Body *body, SurfaceModel *model, const TriMesh *mesh,
                          const WingedMesh *winged, const SpringNetwork *network,
                          const SurfaceOptions *options, Arena *arena, StateList *state)
@@ -324,7 +343,8 @@ static void create_dense(Body *body, SurfaceModel *model, const TriMesh *mesh,
     model_create_mesh(model, body, mesh, options, arena);
 }
 
-// Decides what was left to the body, from the bounds of its springs.
+// Chooses the integrator from the bounds of the springs, if the scene leaves the choice to the
+// body.
 static void choose_integrator(SurfaceOptions *options, const SpringNetwork *network)
 {
     if (options->automatic) {
@@ -345,6 +365,7 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
     const SurfaceOptions *options = &chosen;
     const char *name = options->name;
     const SpringKernels *kernels =
+        // Refuse combinations of options that the equations do not support.
         kernels_find(options->precision, options->isa == NULL ? "auto" : options->isa);
     if (kernels == NULL)
         return status_fail(status, STATUS_INVALID,
@@ -354,6 +375,12 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
     if (options->shape.wanted && options->shape.frame == SHAPE_BODY && !(frame_weight > 0.0))
         return status_fail(status, STATUS_INVALID,
                            "shape: frame \"body\" needs a stiffness above 0 to fit the frame with");
+    if (options->shape.wanted && options->shape.direction == SHAPE_DAMPS_RADIAL &&
+        (options->shape.frame == SHAPE_BODY || options->automatic ||
+         options->integrator == INTEGRATOR_IMPLICIT))
+        return status_fail(status, STATUS_INVALID,
+                           "shape: damping_direction \"radial\" needs frame \"world\" and an "
+                           "integrator with explicit steps");
     if (options->cuttable && options->levels > 0 && options->adjust == ADJUST_CHOI2005)
         return status_fail(status, STATUS_INVALID,
                            "cuttable needs adjust = \"continuum\", whose masses and springs belong "
@@ -363,13 +390,14 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
     winged_create(&winged, mesh);
     SpringNetwork network;
     const bool changes = surface_changes(options);
-    SurfaceOptions coarse = *options; // what a body that changes is made from
+    SurfaceOptions coarse = *options; // options for a body that changes, which starts from level 0
     coarse.start_level = changes ? 0 : options->start_level;
     coarse.adjust = options->levels > 0 ? options->adjust : ADJUST_CONTINUUM;
     if (!network_create(&network, mesh, &winged, &coarse, status)) {
         winged_destroy(&winged);
         return false;
     }
+    // The bounds of the springs are known now, and with them the integrator.
     choose_integrator(&chosen, &network);
     const bool implicit = options->integrator == INTEGRATOR_IMPLICIT;
     if (network.clamped && !implicit)
@@ -386,6 +414,7 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
     model->team = mesh->node_count < SHARED_LEAST && !changes ? NULL : options->team;
     model->damping_time = implicit ? network.asked_damping_time : network.damping_time;
     model->damped = model->damping_time > 0.0;
+    // All fields that the two kinds of bodies share; the rest follows below.
     *body = (Body){
         .ops = &surface_ops,
         .model = model,

@@ -1,6 +1,8 @@
-// The mesh of a surface body as clients see it: names, parents, pieces and levels of its nodes.
-// Load time only.
+// The mesh of a surface body as clients see it: ids, parents, pieces and levels of its nodes. Load
+// time only.
 #include "surface/model.h"
+
+#include "base/union_find.h"
 
 #include <string.h>
 
@@ -8,28 +10,14 @@
     (type *)arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof(type), "%s/%s", name,    \
                            label)
 
-// The piece of each node: connected parts of the mesh, numbered by their lowest node.
+// Labels the piece of each node: connected parts of the mesh, numbered by their lowest node.
 void model_label_pieces(const TriMesh *mesh, int *piece)
 {
-    for (int i = 0; i < mesh->node_count; i++)
-        piece[i] = i;
-    for (bool changed = true; changed;) { // sweeps both ways: few even for long chains
-        changed = false;
-        for (int pass = 0; pass < 2; pass++)
-            for (int k = 0; k < mesh->triangle_count; k++) {
-                const int *t = mesh->triangle[pass == 0 ? k : mesh->triangle_count - 1 - k];
-                int low = piece[t[0]];
-                for (int c = 1; c < 3; c++)
-                    low = piece[t[c]] < low ? piece[t[c]] : low;
-                for (int c = 0; c < 3; c++) {
-                    changed |= piece[t[c]] != low;
-                    piece[t[c]] = low;
-                }
-            }
-    }
-    int count = 0;
-    for (int i = 0; i < mesh->node_count; i++)
-        piece[i] = piece[i] == i ? count++ : piece[piece[i]];
+    union_find_reset(piece, mesh->node_count);
+    for (int t = 0; t < mesh->triangle_count; t++)
+        for (int c = 1; c < 3; c++)
+            union_find_join(piece, mesh->triangle[t][0], mesh->triangle[t][c]);
+    union_find_number(piece, mesh->node_count);
 }
 
 void model_create_mesh(SurfaceModel *model, Body *body, const TriMesh *mesh,
@@ -44,6 +32,7 @@ void model_create_mesh(SurfaceModel *model, Body *body, const TriMesh *mesh,
     model->level = ALLOCATE(nodes, signed char, "node levels");
     const Levels *levels = options->hierarchy;
     int file_nodes = levels != NULL ? levels->level[0].node_count : nodes;
+    // Nodes of the file are their own parents; midpoints have the two ends of their edge.
     for (int i = 0; i < nodes; i++) {
         int parent[2] = {i, i};
         if (i >= file_nodes)
@@ -54,6 +43,7 @@ void model_create_mesh(SurfaceModel *model, Body *body, const TriMesh *mesh,
         model->level[i] = (signed char)(levels != NULL ? levels_of_node(levels, i) : 0);
     }
     const int *origin = model->id;
+    // Copies that the repair made have the origin of the node from which they were split.
     if (mesh->copy_count > 0) {
         int *row = ALLOCATE(nodes, int, "node origins");
         memcpy(row, model->id, (size_t)nodes * sizeof *row);

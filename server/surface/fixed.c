@@ -21,10 +21,12 @@ bool fixed_mark(const TriMesh *mesh, const SurfaceOptions *options, bool *fixed,
             if (fixed_contains(region, mesh->position[i]))
                 fixed[i] = true;
     }
-    // Copies, the last nodes of the mesh, have no number of their own in the file.
+    // Copies, the last nodes of the mesh, have no number of their own in the file: they follow
+    // their originals.
     for (int c = 0; c < mesh->copy_count; c++)
         if (fixed[mesh_node_of_file(mesh, mesh->copy_of[c])])
             fixed[nodes - mesh->copy_count + c] = true;
+    // A midpoint is fixed when both its parents are.
     for (int l = 0; levels != NULL && l < levels->finest; l++) {
         const Level *level = &levels->level[l];
         for (int e = 0; e < level->edge_count; e++)

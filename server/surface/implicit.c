@@ -1,4 +1,4 @@
-// A step of an implicit body, and what it is made of. Step thread, but for implicit_create.
+// One step of an implicit body, and its creation. Step thread, except implicit_create.
 #include "surface/implicit_quad.h"
 
 #include "base/isa.h"
@@ -13,8 +13,8 @@ extern const ImplicitKernel implicit_kernels_double_v3, implicit_kernels_double_
     arena_allocate(arena, ARENA_STEP, (size_t)(count), sizeof(type), "%s/implicit %s",             \
                    options->name, label)
 
-// Before the tick: the positions at which forces from outside are evaluated. Also the base of the
-// first substep.
+// Before the tick: computes the positions at which external forces are evaluated. Also sets the
+// base of the first substep.
 static void drift(void *self, double dt)
 {
     SurfaceModel *model = self;
@@ -22,8 +22,8 @@ static void drift(void *self, double dt)
     model->implicit->explicit_ops->drift(model, model->implicit->theta * dt);
 }
 
-// The rows after the step, and those at which the next one's outside forces are evaluated unless
-// NULL.
+// Computes the rows after the step, and, unless NULL, those at which the next step's external
+// forces are evaluated.
 static void advance(SurfaceModel *model, double *next, double *ahead)
 {
     const Implicit *system = model->implicit;
@@ -47,7 +47,19 @@ static void advance(SurfaceModel *model, double *next, double *ahead)
     model->bad |= !good;
 }
 
-// Fixed nodes, and whatever else has a row: as they were.
+// Computes the same positions for rows that were changed after advance.
+static void look_ahead(const Implicit *system, const double *next, double *ahead)
+{
+    const double further = system->theta * system->h;
+    for (int i = 0; i < system->moving && ahead != NULL; i++)
+        for (int c = 0; c < 3; c++) {
+            const long at = (long)system->slot[i] * ROW + c;
+            ahead[at] = next[at] + further * next[at + 4];
+            ahead[at + 4] = next[at + 4];
+        }
+}
+
+// Copies the rows of fixed nodes and of unused slots unchanged.
 static void keep(const SurfaceModel *model, double *next)
 {
     const Implicit *system = model->implicit;
@@ -67,6 +79,7 @@ static void evaluate(void *self, const Stage *stage, double h)
     Detail *detail = model->detail;
     double *next = stage->last ? model->rows[1 - model->current] : model->stage[1];
     double *ahead = stage->last ? NULL : model->stage[0];
+    // Build and solve the system at the current state, then correct the momentum.
     system->h = h;
     system->rows = model->base;
     implicit_number(model);
@@ -74,12 +87,19 @@ static void evaluate(void *self, const Stage *stage, double h)
     model->bad |= !system->kernel->solve(system);
     system->kernel->restore_momentum(system);
     keep(model, next);
-    advance(model, next, ahead);
+    // A violent step of a floating body is turned on a circle, after which the look-ahead is
+    // repeated.
+    advance(model, next, system->violent && !system->anchored ? NULL : ahead);
+    if (system->violent && !system->anchored) {
+        model->bad |= !implicit_turn(system, next);
+        look_ahead(system, next, ahead);
+    }
+    // Hanging rows are not unknowns: they follow their masters.
     if (detail != NULL) {
         detail_hang(model, next);
         if (ahead != NULL) {
             detail_hang(model, ahead);
-            *detail->felt_count = 0; // only what the last evaluation felt is of interest
+            *detail->felt_count = 0; // only contact forces of the last evaluation count
         }
     }
     model_clear_touched(model);
@@ -98,7 +118,7 @@ static void explain(const void *self, FILE *out)
             system->theta, system->tolerance, system->iterations);
 }
 
-// Most springs: each is in the table twice, once at each end.
+// Returns the most springs that can be active: each is in the table at both ends.
 static int most_edges(const SurfaceModel *model)
 {
     return model->springs.start[model->springs.chunk_count] * LANES / 2 + 1;
@@ -109,7 +129,7 @@ double implicit_theta(const SurfaceOptions *options)
     return options->implicit.theta > 0.0 ? options->implicit.theta : IMPLICIT_THETA;
 }
 
-// By the level of the spring kernels.
+// Finds the kernel for the level of the spring kernels.
 static const ImplicitKernel *find_kernel(const char *level)
 {
 #if defined(__x86_64__)
@@ -158,7 +178,7 @@ void implicit_create(Body *body, const SurfaceOptions *options, Arena *arena)
     const int pieces = model->detail != NULL ? model->detail->place_count : model->node_count;
     system->stamp = ALLOCATE(pieces, int, "pieces");
 
-    // One table of operations for each that there is without this.
+    // Patch a copy of the body's operations; there are at most this many tables to copy from.
     enum { TABLES = 9 };
     static BodyOps table[TABLES];
     static const BodyOps *replaced[TABLES];

@@ -1,5 +1,5 @@
-// Numbers the nodes of an implicit body for one step, by the order of the kernel's lanes, and sorts
-// them by what shares momentum. Step thread.
+// Numbers the nodes of an implicit body for one step in the order of the kernel's lanes, and sorts
+// them into islands. Step thread.
 #include "surface/implicit.h"
 
 #include "surface/detail/detail.h"
@@ -35,7 +35,7 @@ static void number_nodes(SurfaceModel *model)
             system->slot[number] = detail->hanging[i];
         }
     }
-    // All that are fixed share the last number; slots out of use are nobody's neighbours.
+    // All fixed nodes share the last number; unused slots are neighbours of none.
     const int fixed = system->moving + system->hanging;
     for (int s = 0; s < model->basis.count; s++)
         if (system->number[s] < 0)
@@ -45,7 +45,7 @@ static void number_nodes(SurfaceModel *model)
             system->master[i][k] = system->number[detail->master[i][k]];
 }
 
-// Of pieces that follow motions of their own (detail_frames.h): 0 is the body's.
+// Sets the frames of pieces with motions of their own (detail_frames.h): 0 is the body's frame.
 static void number_frames(SurfaceModel *model)
 {
     Implicit *system = model->implicit;
@@ -56,7 +56,8 @@ static void number_frames(SurfaceModel *model)
             system->frame[system->number[frames->slot[i]]] = frames->slot_frame[i];
 }
 
-// The piece that a node shares its momentum with: with virtual nodes on one frame, the whole body.
+// Returns the piece with which a node shares its momentum; with virtual nodes on one frame, the
+// whole body.
 static int piece_of(const SurfaceModel *model, int node)
 {
     const Detail *detail = model->detail;
@@ -73,13 +74,14 @@ static bool is_one_piece(const SurfaceModel *model)
     return model->shape == SHAPE_FRAME_BODY;
 }
 
-// Islands in the order of their first node; those with a fixed node are held.
+// Orders islands by their first node; marks those with a fixed node.
 static void sort_islands(SurfaceModel *model)
 {
     Implicit *system = model->implicit;
     const bool whole = is_one_piece(model);
     int *start = system->island_start;
     system->island_count = 0;
+    // Count the members of each island; the stamp maps pieces to islands.
     for (int i = 0; i < system->moving; i++) {
         int *stamp = &system->stamp[whole ? 0 : piece_of(model, model->node[system->slot[i]])];
         if (*stamp == 0) {
@@ -90,6 +92,7 @@ static void sort_islands(SurfaceModel *model)
         system->island[i] = *stamp - 1;
         start[*stamp]++;
     }
+    // A fixed node of a piece anchors its island.
     for (int s = 0; s < model->basis.count; s++) {
         int node = model->node[s];
         if (node < 0 || system->number[s] < system->moving + system->hanging)
@@ -98,14 +101,16 @@ static void sort_islands(SurfaceModel *model)
         if (island >= 0)
             system->held[island] = true;
     }
+    // Counting sort of the nodes by island.
     start[0] = 0;
     for (int k = 0; k < system->island_count; k++)
         start[k + 1] += start[k];
     for (int i = system->moving - 1; i >= 0; i--)
         system->member[--start[system->island[i] + 1]] = i;
-    // Each start has moved down to that of the island before: up again.
+    // Each start has moved down to that of the island before: shift them back.
     memmove(start, start + 1, (size_t)system->island_count * sizeof *start);
     start[system->island_count] = system->moving;
+    // Clear the stamps for the next step.
     for (int i = 0; i < system->moving; i++)
         system->stamp[whole ? 0 : piece_of(model, model->node[system->slot[i]])] = 0;
 }

@@ -1,4 +1,4 @@
-// Which instruction-set levels of the kernel this machine can run.
+// The instruction-set levels of the kernel that this machine can run.
 #include "surface/kernel.h"
 
 #include "base/isa.h"

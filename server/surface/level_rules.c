@@ -22,7 +22,7 @@ static double measure_areas(LevelRules *rules, const Vec3 *x, const int (*face)[
     return total;
 }
 
-// Of the springs of level 0, as the continuum has them.
+// Returns the mean stiffness of the springs of level 0 by the continuum rule [N/m].
 static double mean_stiffness(const LevelRules *rules)
 {
     const Level *level = &rules->levels->level[0];
@@ -36,7 +36,7 @@ static double mean_stiffness(const LevelRules *rules)
     return sum / level->edge_count;
 }
 
-// Properties of all levels, when there are levels.
+// Sets the properties of all levels, if there are levels.
 static void set_levels(LevelRules *rules, double total_area)
 {
     const SurfaceMaterial *material = &rules->options->material;
@@ -52,7 +52,7 @@ static void set_levels(LevelRules *rules, double total_area)
         return;
     double stiffness = material->uniform ? material->spring_stiffness : mean_stiffness(rules);
     for (int l = 0; l <= levels->finest; l++) {
-        double share = (double)nodes / levels->level[l].node_count; // of the mass of a node
+        double share = (double)nodes / levels->level[l].node_count; // of a node's mass
         rules->mass[l] = rules->mean_mass * share;
         rules->stiffness[l] = rules->same_nodes ? ldexp(stiffness, l) * share : stiffness;
     }
@@ -114,7 +114,7 @@ double level_rules_mixed_mass(const LevelRules *rules, const int *edges)
     return sum / count;
 }
 
-// A value that the scene gives a node, for one of that mass.
+// Scales a value that the scene gives per node to a node of that mass.
 static double by_mass(const LevelRules *rules, double value, double mass)
 {
     return rules->mean_mass > 0.0 ? value * (mass / rules->mean_mass) : value;
@@ -149,9 +149,11 @@ LevelBounds level_rules_bounds(const LevelRules *rules, int level, const bool *f
     size_t nodes = (size_t)at->node_count;
     double *sum = calloc(nodes, sizeof *sum), *area = calloc(nodes, sizeof *area);
     ASSERT(sum != NULL && area != NULL);
+    // A node stands for a third of the faces around it.
     for (int f = 0; f < at->face_count; f++)
         for (int k = 0; k < 3; k++)
             area[at->face[f][k]] += level_rules_area(rules, level, f) / 3.0;
+    // Each edge adds its stiffness to the row sums of both ends.
     for (int e = 0; e < at->edge_count; e++) {
         double stiffness = rules->same_springs ? rules->stiffness[level] : 0.0;
         double length = edge_length(rules->levels->position, at->edge[e]);
@@ -163,6 +165,7 @@ LevelBounds level_rules_bounds(const LevelRules *rules, int level, const bool *f
             sum[at->edge[e][k]] += stiffness;
     }
 
+    // The bound is over free nodes; over all if every node is fixed.
     bool any_free = false;
     for (int i = 0; i < at->node_count; i++)
         any_free |= !fixed[i];
@@ -185,7 +188,8 @@ void level_rules_raise_bounds(const LevelRules *rules, int level, double lambda_
 {
     if (rules->levels == NULL || rules->options->adjust != ADJUST_CHOI2005)
         return;
-    *lambda = fmax(*lambda, ldexp(lambda_0, 2 * level)); // the step goes with 1 / sqrt(lambda)
+    *lambda =
+        fmax(*lambda, ldexp(lambda_0, 2 * level)); // the step is proportional to 1 / sqrt(lambda)
     *damping = fmax(*damping, ldexp(damping_0, level));
 }
 

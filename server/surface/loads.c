@@ -1,4 +1,4 @@
-// Forces from outside in the tables of the kernel, in the coordinates of the rows. Step thread.
+// External forces in the tables of the kernel, in the coordinates of the rows. Step thread.
 #include "surface/model.h"
 
 void model_add_external(SurfaceModel *model, int slot, Vec3 force)

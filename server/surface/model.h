@@ -1,14 +1,15 @@
-// Private to the surface room: the arrays of one surface body. Constant after creation unless said.
+// Private to the surface module: the arrays of one surface body. Constant after creation unless
+// noted.
 //
-// Layout (performance.md): nodes live in slots, breadth first and then sorted by valence within
-// windows, so that 16 consecutive slots (a chunk) have neighbours close in memory and equally many.
-// Each node has a row of 8 numbers (x y z 0 vx vy vz 0) that neighbours read whole; every spring is
-// stored at both ends, so that a chunk's forces are sums in registers, with no scatter. Springs of
-// a chunk lie slot-major: entry e holds the e-th neighbour of its 16 nodes; short nodes are padded
-// with themselves and stiffness 0.
+// Layout (server/PERFORMANCE.md, "Rows and order"): nodes have slots in breadth-first order, sorted
+// by valence within windows, so that the neighbours of 16 consecutive slots (a chunk) are close in
+// memory and equally many. Each node has a row of 8 numbers (x y z 0 vx vy vz 0) that neighbours
+// read whole. Every spring is stored at both ends, so that a chunk's forces are sums in registers,
+// without scatter. The springs of a chunk are slot-major: entry e holds the e-th neighbour of its
+// 16 nodes; nodes with fewer springs are padded with springs of stiffness 0 to themselves.
 //
-// Real is float or double, by the body's precision. In double a row holds the position, in single
-// the displacement from the node's place (dynamics/rows.h).
+// Real is float or double, depending on the body's precision. A row holds the position in double
+// precision, the displacement from the node's rest position in single (dynamics/rows.h).
 #ifndef PLIANT_SURFACE_MODEL_H
 #define PLIANT_SURFACE_MODEL_H
 
@@ -20,13 +21,13 @@
 
 typedef struct SurfaceModel {
     int node_count, edge_count, face_count;
-    // How rows hold nodes. A row a slot: basis.count is node_count rounded up to whole chunks. The
-    // fit `rigid` is also there for frame = "body".
+    // The coordinates of rows, one row per slot: basis.count is node_count rounded up to whole
+    // chunks. frame = "body" needs the fit `rigid` as well.
     Rows basis;
-    int *slot;      // [node_count] of a node
-    int *node;      // [slots] of a slot; -1 for padding
-    int lane_count; // of the tables by chunk and lane: as many, unless there is `lane`
-    int *lane;      // [slots] bodies with levels: where in the tables; else NULL: at the slot
+    int *slot;      // [node_count] slot of a node
+    int *node;      // [slots] node of a slot; -1 for padding
+    int lane_count; // of the tables by chunk and lane: the number of slots, unless there is `lane`
+    int *lane;      // [slots] bodies with levels: index in the tables; else NULL: the slot itself
     struct Detail *detail;     // bodies with levels, else NULL
     struct Implicit *implicit; // of bodies with integrator = "implicit", else NULL
 
@@ -37,24 +38,24 @@ typedef struct SurfaceModel {
 
     // --- nodes; by slot ---
     NodeTable nodes;
-    double *mass; // [node_count] of every node, fixed ones too [kg]
+    double *mass; // [node_count] of every node, also of fixed ones [kg]
     ShapeVariant shape;
 
-    // --- rows; `current` says which of the two is the present state ---
+    // --- rows; `current` is the index of the current state ---
     void *rows[2]; // Real [slots][ROW]
     int current;
     void *stage[2];      // Real rows between stages
     void *sum;           // RK4 only: Real [slots / LANES][6][LANES]
     const void *base;    // rows at the start of the substep
     const void *present; // rows to be evaluated next
-    int next_stage;      // which of `stage` is free
+    int next_stage;      // index of the free one of `stage`
 
-    // --- forces from outside ---
+    // --- external forces ---
     void *external;   // Real [chunk][3][LANES] constant loads in the base frame [N]; part of the
                       // state between ticks
     int64_t *loaded;  // 1 while there are constant loads; part of the state
-    int *touched;     // [touched_count] slots of `external` that contact has added to
-    void *untouched;  // Real [touched_count][3] what was there before
+    int *touched;     // [touched_count] lanes of `external` with contact forces
+    void *untouched;  // Real [touched_count][3] their values without them
     bool *is_touched; // [slots]
     int touched_count, touched_capacity;
 
@@ -63,10 +64,10 @@ typedef struct SurfaceModel {
     double *rigid_weight;    // [slots] of basis.rigid
     double (*world_load)[3]; // [slots] floating bodies: constant loads in the world frame [N]
 
-    double position_limit; // [m] a coordinate beyond it is a bad number
+    double position_limit; // [m] a coordinate beyond it counts as a bad number
     bool bad;              // the last pass wrote a number out of bounds
 
-    // --- what others see ---
+    // --- what BodyMesh and BodySurface point to ---
     int (*face)[3];
     int (*face_neighbor)[3];
     double *face_area, *node_area;
@@ -79,7 +80,7 @@ typedef struct SurfaceModel {
     Team *team; // shares the passes; NULL: one thread
 } SurfaceModel;
 
-// Elements of arrays of Real.
+// Read and write elements of arrays of Real.
 static inline double model_get(const SurfaceModel *model, const void *array, long index)
 {
     return rows_get(&model->basis, array, index);
@@ -95,14 +96,14 @@ static inline size_t model_real_size(const SurfaceModel *model)
     return rows_real_size(&model->basis);
 }
 
-// Index of component 0 of a slot in an array [chunk][3][LANES]; the next components follow by
-// LANES.
+// Index of component 0 of a slot in an array [chunk][3][LANES]; the next components follow at steps
+// of LANES.
 static inline long model_lane(int slot)
 {
     return (long)(slot / LANES) * 3 * LANES + slot % LANES;
 }
 
-// Where a slot is at rest, less rest_origin [m].
+// Returns the rest position of a slot relative to rest_origin [m].
 static inline Vec3 model_place(const SurfaceModel *model, int slot)
 {
     return (Vec3){model->basis.place[slot][0], model->basis.place[slot][1],
@@ -116,53 +117,55 @@ static inline int model_lane_of(const SurfaceModel *model, int slot)
 
 // --- loads.c ---
 
-// Adds a force of the world frame to a slot's entry in `external`.
+// Adds a force in the world frame [N] to a slot's entry in `external`.
 void model_add_external(SurfaceModel *model, int slot, Vec3 force);
-// After the base frame has moved: constant loads turn with its coordinates. Taken from the world's
-// anew, so that no rounding builds up.
+// Rotates constant loads with the base frame after it has moved. Starts from the loads in the world
+// frame, so that rounding does not accumulate.
 void model_turn_loads(SurfaceModel *model);
 
 // --- create_mesh.c ---
 
-// Load time: the tables behind body->mesh, once model->face is there.
+// Load time: builds the tables behind body->mesh, once model->face exists.
 void model_create_mesh(SurfaceModel *model, Body *body, const TriMesh *mesh,
                        const SurfaceOptions *options, Arena *arena);
-// The piece of each node: connected parts of the mesh, numbered by their lowest node.
+// Labels the piece of each node: connected parts of the mesh, numbered by their lowest node.
 void model_label_pieces(const TriMesh *mesh, int *piece);
 
-// --- surface.c: the operations, and what bodies with levels share of them ---
+// --- surface.c: the operations, and what they share with bodies with levels ---
 extern const BodyOps surface_ops;
 
-// Remembers what a lane of `external` holds until the next evaluation ends.
+// Saves what a lane of `external` holds, until the next evaluation ends.
 void model_touch(SurfaceModel *model, int lane);
-// Takes the contact forces of one evaluation back, leaving the constant loads as they were.
+// Removes the contact forces of one evaluation and restores the constant loads bit by bit.
 void model_clear_touched(SurfaceModel *model);
-// What one evaluation reads and writes; then, after the kernel.
+// Fills in what one evaluation reads and writes; model_end_pass follows the kernel.
 void model_fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringPass *pass);
-// Over all chunks of the pass, by all threads that share the step.
+// Runs the kernel over all chunks of the pass, on all threads that share the step.
 void model_run_kernel(SurfaceModel *model, SpringKernel *evaluate, const SpringPass *pass);
 void model_end_pass(SurfaceModel *model, const SpringPass *pass);
 void model_add_load(SurfaceModel *model, int slot, Vec3 force);
 void model_reserve_touched(SurfaceModel *model, const char *name, int count, Arena *arena);
 void model_explain_kernel(const SurfaceModel *model, FILE *out);
 
-// --- patch.c: BodyOps.gather_patch, of bodies with levels too ---
+// --- patch.c: BodyOps.gather_patch, also for bodies with levels ---
 bool model_gather_patch(const void *self, Patch *patch, int budget);
 
 // --- create.c ---
-// Rest places and rows of the nodes of a mesh, which come first in model->slot; memory for all
-// slots.
+// Creates rest positions and rows of the nodes of a mesh, which come first in model->slot, and
+// memory for all slots.
 void model_create_places(SurfaceModel *model, const TriMesh *mesh, const char *name, Arena *arena,
                          StateList *state);
 void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fixed,
                        const SurfaceOptions *options, Arena *arena, StateList *state);
-// Decides model->shape and model->basis.floating, and takes memory for what the kernel knows of
-// nodes.
+// Sets model->shape and model->basis.floating, and allocates the node constants of the kernel.
 void model_create_node_table(SurfaceModel *model, const SurfaceOptions *options, bool all_free,
                              Arena *arena);
 void *model_allocate_reals(const SurfaceModel *model, size_t count, const char *name,
                            const char *label, Arena *arena);
-// Fills the entry `at` of the spring table: a spring of the node in `slot` to the one in `other`.
+// Allocates this many entries of the spring table, in the model's precision.
+void model_allocate_springs(SurfaceModel *model, size_t entries, const char *name, Arena *arena);
+// Fills entry `at` of the spring table: a spring of the node in `slot` to the one in `other`; rest
+// length [m], stiffness [N/m].
 void model_put_spring(SurfaceModel *model, long at, int slot, int other, double rest_length,
                       double stiffness);
 

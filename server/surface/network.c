@@ -1,5 +1,5 @@
-// Load time. Gives every spring and node of a mesh what level_rules.h says; bounds for the time
-// step.
+// Applies level_rules.h to every spring and node of a mesh, and computes bounds for the time step.
+// Load time.
 #include "surface/network.h"
 
 #include "base/check.h"
@@ -56,17 +56,18 @@ static void set_nodes(SpringNetwork *network, const LevelRules *rules, int level
     }
 }
 
-// lambda = max over free nodes of (2 sum k_e + k'_s) / m_i bounds M^-1 K by its row sums
-// (surface.md section 3); c likewise. The springs' damping time is k_d / k_s, so their share of c
-// is its multiple. With levels it is that of the finest, at whichever the body stays.
+// Sets the bounds: lambda = max over free nodes of (2 sum k_e + k'_s) / m_i bounds M^-1 K by its
+// row sums (README.md, "Stability bounds"); the damping bound likewise. The springs' damping time
+// is k_d / k_s, so that their part of it is a multiple of theirs. With levels the damping time is
+// that of the finest level, whichever level the body is at.
 static void set_bounds(SpringNetwork *network, const WingedMesh *winged, const LevelRules *rules)
 {
     double springs = 0.0, drag = 0.0;
     for (int i = 0; i < winged->node_count; i++)
         network->free_count += !network->fixed[i];
     for (int i = 0; i < winged->node_count; i++) {
-        // Fixed nodes do not vibrate; of a body wholly fixed only the contact stiffness needs
-        // lambda.
+        // Fixed nodes do not vibrate; a body that is entirely fixed needs lambda for the contact
+        // stiffness only.
         if (network->fixed[i] && network->free_count > 0)
             continue;
         double sum = 0.0;
@@ -77,6 +78,7 @@ static void set_bounds(SpringNetwork *network, const WingedMesh *winged, const L
         network->lambda = fmax(network->lambda, (2.0 * sum + network->shape_stiffness[i]) / m);
         drag = fmax(drag, (network->shape_damping[i] + network->node_damping[i]) / m);
     }
+    // A body with levels must be stable at the finest one.
     LevelBounds finest = {springs, network->lambda}, coarsest = {springs, network->lambda};
     if (rules->levels != NULL) {
         finest = level_rules_bounds(rules, rules->levels->finest, network->fixed);

@@ -7,11 +7,11 @@
 
 enum {
     WINDOW = 256,     // sorting by valence moves a node at most this far: 16 kB of rows
-    MAX_VALENCE = 32, // larger ones are sorted as one
+    MAX_VALENCE = 32, // larger valences are sorted as one
 };
 
-// Breadth first from the lowest node of each component, neighbours in their turning order: the
-// oriented Cuthill-McKee order, whose fronts run round the body.
+// Orders breadth first from the lowest node of each component, neighbours counter-clockwise: the
+// oriented Cuthill-McKee order, whose fronts run around the body.
 static void breadth_first(const WingedMesh *winged, int *order)
 {
     bool *seen = calloc((size_t)winged->node_count + 1, sizeof *seen);

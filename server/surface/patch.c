@@ -1,5 +1,5 @@
-// The local stiffness of a surface body, for haptics (dynamics/patch.h): each spring with its
-// stiffness along itself, and across itself that of its tension. Step thread.
+// Local stiffness of a surface body, for haptics (dynamics/patch.h): each spring with its stiffness
+// along itself, and across itself with that of its tension. Step thread.
 #include "surface/detail/detail.h"
 #include "surface/model.h"
 
@@ -16,7 +16,7 @@ static bool hangs(const SurfaceModel *model, int node)
     return detail != NULL && detail->constrained && detail->status[node] == NODE_HANGING;
 }
 
-// Free nodes of the region; the masses are of what the kernel knows by lane.
+// Adds the free nodes of the region; masses come from the kernel's tables, by lane.
 static void add_nodes(const SurfaceModel *model, Patch *patch, int *budget)
 {
     const NodeTable *nodes = &model->nodes;
@@ -31,11 +31,11 @@ static void add_nodes(const SurfaceModel *model, Patch *patch, int *budget)
         if (!(inverse > 0.0))
             continue;
         double mass = 1.0 / inverse, drag = 0.0, stiffness = 0.0;
-        if (model->shape != SHAPE_FRAME_NONE) { // else there is no drag either
+        if (model->shape != SHAPE_FRAME_NONE) { // otherwise there is no drag either
             drag = model_get(model, nodes->drag, lane);
             stiffness = mass * model_get(model, nodes->shape_rate, lane);
         }
-        if (model->shape == SHAPE_FRAME_BODY)
+        if (shape_drag_is_apart(model->shape))
             drag += model_get(model, nodes->shape_drag, lane);
         if (!patch_add_node(patch, node, mass, mass * drag, stiffness))
             return;
@@ -47,7 +47,7 @@ static void add_nodes(const SurfaceModel *model, Patch *patch, int *budget)
     patch->next = 0;
 }
 
-// The free nodes that carry a node, with their shares; how many so far.
+// Finds the free nodes that carry a node, with their weights; returns how many so far.
 static int find_carriers(const Detail *detail, int node, double share, int count, int *carrier,
                          double *shares)
 {
@@ -57,7 +57,7 @@ static int find_carriers(const Detail *detail, int node, double share, int count
         count = find_carriers(detail, parent[0], 0.5 * share, count, carrier, shares);
         return find_carriers(detail, parent[1], 0.5 * share, count, carrier, shares);
     }
-    if (count < PATCH_CARRIERS) { // more: the others count as held
+    if (count < PATCH_CARRIERS) { // more: the others count as fixed
         carrier[count] = node;
         shares[count++] = share;
     }
@@ -84,7 +84,7 @@ static void add_ties(const SurfaceModel *model, Patch *patch, int *budget)
     patch->next = 0;
 }
 
-// k (n n^T + (1 - r / l) (1 - n n^T)) between two nodes: negative across a compressed spring.
+// Adds k (n n^T + (1 - r / l) (1 - n n^T)) between two nodes: negative across a compressed spring.
 static void add_spring(const SurfaceModel *model, Patch *patch, int node, int other, long entry)
 {
     Vec3 x = position_of(model, model->slot[node]), y = position_of(model, model->slot[other]);
@@ -108,7 +108,7 @@ static void add_spring(const SurfaceModel *model, Patch *patch, int node, int ot
     patch_add_form(patch, count + more, local, share, m);
 }
 
-// Springs are stored at both ends: one with both ends here is taken at the lower number.
+// Springs are stored at both ends: one with both ends in the patch is added at the lower number.
 static void add_springs(const SurfaceModel *model, Patch *patch, int node)
 {
     const SpringTable *springs = &model->springs;

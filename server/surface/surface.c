@@ -1,4 +1,4 @@
-// What the pipeline asks of a surface body (dynamics/body.h). Step thread: no allocation, no lock.
+// The operations of a surface body (dynamics/body.h). Step thread: no allocation, no lock.
 #include "surface/model.h"
 
 #include "base/check.h"
@@ -13,6 +13,7 @@ static void surface_drift(void *self, double dt)
 {
     SurfaceModel *model = self;
     model->kernels->drift(model->rows[model->current], model->stage[0], model->basis.count, dt);
+    rows_drift(&model->basis, dt);
     model->present = model->stage[0];
     model->next_stage = 1;
 }
@@ -42,7 +43,7 @@ void model_clear_touched(SurfaceModel *model)
     model->touched_count = 0;
 }
 
-// A pass that several threads share; each has its own note of bad numbers.
+// A pass that several threads share; each has a flag for bad numbers of its own.
 typedef struct SharedPass {
     const SpringPass *pass;
     SpringKernel *evaluate;
@@ -76,7 +77,7 @@ void model_run_kernel(SurfaceModel *model, SpringKernel *evaluate, const SpringP
 void model_fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringPass *pass)
 {
     const BodyParameters *p = model->parameters;
-    Vec3 gravity = rows_turn_in(&model->basis, (Vec3){p->gravity[0], p->gravity[1], p->gravity[2]});
+    Vec3 gravity = rows_gravity(&model->basis, (Vec3){p->gravity[0], p->gravity[1], p->gravity[2]});
     *pass = (SpringPass){
         .springs = &model->springs,
         .nodes = &model->nodes,
@@ -90,8 +91,8 @@ void model_fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringPa
         .position_limit = model->position_limit,
         .bad = &model->bad,
     };
-    // Which rows are read and written: the tick's result goes to the rows that are not current, so
-    // that the state before the tick stays whole until commit.
+    // The result of the tick goes to the rows that are not current, so that the state before the
+    // tick stays intact until commit.
     void *result = model->rows[1 - model->current];
     if (stage->rule == STAGE_RK4_FIRST) {
         model->base = model->present;
@@ -110,7 +111,9 @@ void model_fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringPa
 
 void model_end_pass(SurfaceModel *model, const SpringPass *pass)
 {
+    const double *g = model->parameters->gravity;
     model_clear_touched(model);
+    rows_advance(&model->basis, &pass->stage, pass->h, (Vec3){g[0], g[1], g[2]});
     model->present = pass->next;
     model->next_stage = 1 - model->next_stage;
 }
@@ -130,10 +133,12 @@ static void surface_evaluate(void *self, const Stage *stage, double h)
 static bool surface_commit(void *self)
 {
     SurfaceModel *model = self;
-    // A floating body's numbers are small however far it has flown.
+    // The coordinates of a floating body are small however far it has travelled: check the distance
+    // too.
     bool good = !model->bad &&
                 (!model->basis.floating || rows_are_near(&model->basis, model->position_limit));
     model->bad = false;
+    rows_end_tick(&model->basis, good);
     if (good) {
         model->current = 1 - model->current;
         if (model->basis.floating && rows_follow(&model->basis, model->rows[model->current]) &&
@@ -147,6 +152,7 @@ static bool surface_commit(void *self)
 static void surface_abandon(void *self)
 {
     SurfaceModel *model = self;
+    rows_end_tick(&model->basis, false);
     model->present = model->rows[model->current];
     model->bad = false;
 }
@@ -165,10 +171,9 @@ static void surface_restore(void *self, RestoreMode mode)
         rows_return_to_rest(&model->basis, rows);
         if (model->world_load != NULL)
             model_turn_loads(model);
+    } else if (mode != RESTORE_MOTION) {
+        rows_stop(&model->basis, rows);
     }
-    for (long s = 0; s < model->basis.count && mode != RESTORE_MOTION; s++)
-        for (int c = 4; c < 7; c++)
-            model_put(model, rows, s * ROW + c, 0.0);
     model->present = rows;
 }
 
@@ -274,7 +279,25 @@ static void surface_snapshot(const void *self, float *position, float *velocity)
                   position, velocity);
 }
 
-// Elastic energy of a slot's springs, half of each: the other half is at the other end.
+// Returns the potential of gravity and constant loads at a slot [J].
+static double outer_potential(const SurfaceModel *model, int slot, Vec3 x)
+{
+    const double *g = model->parameters->gravity, mass = model->mass[model->node[slot]];
+    Vec3 force = {mass * g[0], mass * g[1], mass * g[2]};
+    if (*model->loaded != 0 && model->world_load != NULL) {
+        const double *load = model->world_load[slot];
+        force = vec3_add(force, (Vec3){load[0], load[1], load[2]});
+    } else if (*model->loaded != 0) {
+        const long at = model_lane(model_lane_of(model, slot));
+        force = vec3_add(force, (Vec3){model_get(model, model->external, at),
+                                       model_get(model, model->external, at + LANES),
+                                       model_get(model, model->external, at + 2 * LANES)});
+    }
+    return -vec3_dot(force, x);
+}
+
+// Returns the elastic energy of a slot's springs, half of each: the other half is at the other end
+// [J].
 static double spring_energy(const SurfaceModel *model, const void *rows, int slot, Vec3 x)
 {
     const SpringTable *springs = &model->springs;
@@ -296,7 +319,7 @@ static void surface_measure(const void *self, BodyMeasure *measure)
 {
     const SurfaceModel *model = self;
     const void *rows = model->rows[model->current];
-    double kinetic = 0.0, elastic = 0.0, shape = 0.0, farthest = 0.0;
+    double kinetic = 0.0, elastic = 0.0, shape = 0.0, farthest = 0.0, outer = 0.0;
     for (int s = 0; s < model->basis.count; s++) {
         if (model->node[s] < 0)
             continue;
@@ -307,8 +330,10 @@ static void surface_measure(const void *self, BodyMeasure *measure)
         double mass = model->mass[model->node[s]], away = vec3_dot(u, u);
         kinetic += 0.5 * mass * vec3_dot(v, v);
         elastic += spring_energy(model, rows, s, x);
+        outer += outer_potential(model, s, x);
         farthest = fmax(farthest, away);
-        if (model->shape == SHAPE_FRAME_WORLD)
+        // Shape springs to the world are summed by node, those to a body's frame by its fit below.
+        if (shape_stands(model->shape))
             shape += 0.5 * mass * away *
                      model_get(model, model->nodes.shape_rate, model_lane_of(model, s));
     }
@@ -318,6 +343,7 @@ static void surface_measure(const void *self, BodyMeasure *measure)
         .kinetic = kinetic,
         .elastic = model->parameters->stiffness_scale * elastic + shape,
         .max_displacement = sqrt(farthest),
+        .outer = outer,
     };
 }
 
@@ -336,7 +362,9 @@ static bool surface_set(void *self, BodyParameter parameter, double value)
 void model_explain_kernel(const SurfaceModel *model, FILE *out)
 {
     static const char *const shapes[] = {"none", "virtual nodes fixed in the world",
-                                         "virtual nodes on a best-fit rigid frame"};
+                                         "virtual nodes on a best-fit rigid frame",
+                                         ("virtual nodes fixed in the world, damped along the "
+                                          "springs")};
     fprintf(out, "    kernel: %s, %s, %d lanes a chunk, %d nodes, %d springs\n",
             model->basis.precision == PRECISION_SINGLE ? "single" : "double", model->kernels->level,
             LANES, model->node_count, model->edge_count);

@@ -1,5 +1,5 @@
-// Surface bodies: hollow organs as triangle mass-spring meshes with shape-preserving springs
-// (Choi et al. 2005), at one level of detail or at several.
+// Surface bodies: hollow organs as triangle mass-spring meshes with shape-preserving springs (Choi
+// et al. 2005), with one or several levels of detail.
 #ifndef PLIANT_SURFACE_SURFACE_H
 #define PLIANT_SURFACE_SURFACE_H
 
@@ -13,7 +13,7 @@
 #include "geometry/levels.h"
 #include "geometry/mesh.h"
 
-// Material in physical units, or the paper's uniform values.
+// Material in physical units, or the uniform values of the paper.
 typedef struct SurfaceMaterial {
     bool uniform;
     // physical: k_e = E2D (A_1 + A_2)/L^2 (Van Gelder 1998), m_i = rho_A A_i, k_d = damping_time
@@ -31,38 +31,43 @@ typedef struct SurfaceMaterial {
 
 typedef enum ShapeFrame { SHAPE_WORLD, SHAPE_BODY } ShapeFrame;
 
-// Shape-preserving springs (eq 10, damping on the full velocity vector).
+// The part of a node's velocity that its shape spring damps: all of it, or only the part along the
+// spring, as eq 10 is printed; then nothing slows a node that circles around its rest position.
+typedef enum ShapeDamping { SHAPE_DAMPS_ALL, SHAPE_DAMPS_RADIAL } ShapeDamping;
+
+// Shape-preserving springs (eq 10).
 typedef struct SurfaceShape {
     bool wanted;
-    bool per_node; // stiffness and damping given for each node instead of angular_frequency
+    bool per_node;            // stiffness and damping given per node instead of angular_frequency
     double angular_frequency; // w_s [rad/s]: k'_s = m w_s^2
     double damping_ratio;     // z_s: k'_d = 2 z_s w_s m
-    double stiffness;         // k'_s [N/m] a node
-    double damping;           // k'_d [N s/m] a node
-    ShapeFrame frame;         // where the virtual nodes live
+    double stiffness;         // k'_s per node [N/m]
+    double damping;           // k'_d per node [N s/m]
+    ShapeFrame frame;         // frame of the virtual nodes
+    ShapeDamping direction;   // SHAPE_DAMPS_RADIAL: in the world's frame, explicit steps only
 } SurfaceShape;
 
-// How the properties of springs and nodes follow the level of detail (level_rules.h).
+// How the properties of springs and nodes depend on the level of detail (level_rules.h).
 typedef enum SurfaceAdjust { ADJUST_CONTINUUM, ADJUST_CHOI2005 } SurfaceAdjust;
 
-// When a body refines: each is the value at which the criterion asks for the next level (surface.md
-// section 6).
+// Refinement criteria: each value is where the criterion requires the next level (detail/README.md,
+// "Refinement criteria").
 typedef struct SurfaceAdapt {
     double force; // traction on a node times the edge length of its level, over E2D
-    double speed; // of a node against the body's rigid motion, over the speed of waves times 2^l
+    double speed; // of a node relative to the body's rigid motion, over the wave speed times 2^l
     double curvature; // change of the angle between two faces [rad]
-    double check_hz;  // how often all faces are looked at
+    double check_hz;  // how often all faces are examined [Hz]
 } SurfaceAdapt;
 
-// The theta method (implicit.h); zeros: the defaults.
+// The theta method (implicit.h); zeros select the defaults.
 typedef struct SurfaceImplicit {
-    double theta;     // [0.5, 1]: share of the step's end in the forces; 1: backward Euler
-    double tolerance; // at which the linear system counts as solved, relative
+    double theta;     // weight of the step's end in the forces, in [0.5, 1]; 1: backward Euler
+    double tolerance; // relative residual at which the linear system counts as solved
     int iterations;   // at most
 } SurfaceImplicit;
 
-// From so many substeps of leapfrog on the implicit method is chosen: a tick of it costs as much as
-// 17 to 110 of them (tests/bench, `implicit`), by stiffness and size.
+// Number of leapfrog substeps per tick from which the implicit method is chosen: its tick costs as
+// much as 17 to 110 of them (tests/bench, `implicit`), depending on stiffness and size.
 enum { SURFACE_AUTO_SUBSTEPS = 64 };
 
 typedef struct SurfaceOptions {
@@ -71,51 +76,53 @@ typedef struct SurfaceOptions {
     SurfaceShape shape;
     int levels;                       // finest level of detail; 0: the mesh and nothing finer
     int start_level;                  // in [0, levels]
-    SurfaceAdjust adjust;             // of no effect with levels = 0
+    SurfaceAdjust adjust;             // no effect with levels = 0
     bool adaptive;                    // refines and coarsens; else it stays at start_level
     SurfaceAdapt adapt;               // if adaptive
     bool cuttable;                    // blades can cut it
-    double tear_stretch;              // of a bond, at which it breaks; 0: it does not tear
-    int node_capacity, face_capacity; // most that may be in use at a time; 0: what levels can give
+    double tear_stretch;              // stretch of a bond at which it breaks; 0: no tearing
+    int node_capacity, face_capacity; // most in use at the same time; 0: as many as the levels have
     const Levels *hierarchy;          // of the mesh, `levels` deep; NULL with levels = 0, unless
                                       // the body is cuttable
     double prestress;                 // rest lengths shortened by this fraction, [0, 0.9]
     IntegratorKind integrator;
     SurfaceImplicit implicit;
-    // Leapfrog where the bound of the body's springs asks for at most SURFACE_AUTO_SUBSTEPS in
-    // `tick` [s], else implicit; `integrator` is not looked at.
+    // Leapfrog where the bound of the springs requires at most SURFACE_AUTO_SUBSTEPS per `tick`
+    // [s], else implicit; `integrator` is ignored.
     bool automatic;
     double tick;         // if automatic
-    Precision precision; // of the kernels: single is for speed, double is the reference; implicit
-                         // bodies are double always
+    Precision precision; // of the kernels: single is faster, double is the reference; implicit
+                         // bodies always use double
     double time_step;    // [s]; 0: from the stability bound
     bool unsafe_time_step;
     int fixed_count;
     const FixedRegion *fixed;
-    // initial state in mesh order [node_count], or NULL: at rest
+    // Initial state in mesh order [node_count] [m], [m/s], or NULL: at rest.
     const Vec3 *initial_position, *initial_velocity;
     Vec3 gravity;
     double contact_ratio, contact_damping, friction; // see dynamics/body.h
-    bool without_contacts; // nothing can touch or hold it: no arrays for such forces
-    bool without_loads;    // no load can act on it either: no array for outside forces
+    bool without_contacts; // nothing can touch or attach to it: no arrays for such forces
+    bool without_loads;    // no loads either: no array for external forces
     const char *isa;       // "auto" or a level of surface_isa_*
-    Team *team;            // shares the evaluation of forces; NULL: one thread; outlives the body
+    Team *team;            // shares the force evaluation; NULL: one thread; outlives the body
 } SurfaceOptions;
 
-// Whether faces of the body come and go: it is built from level 0 and keeps the hierarchy.
+// True if faces of the body are created and removed: it is built from level 0 and keeps the
+// hierarchy.
 static inline bool surface_changes(const SurfaceOptions *options)
 {
     return options->adaptive || options->cuttable;
 }
 
-// Builds a body from a valid mesh (mesh_validate); with levels, from that of start_level
-// (levels_mesh), and the hierarchy is needed no longer afterwards; unless it changes. Initial rows
-// are those of this mesh. Allocates from `arena`, lists its state. Warnings (a clamped damping) go
-// to the log. False with `status`: what does not fit the options.
+// Builds a body from a valid mesh (mesh_validate); with levels from the mesh of start_level
+// (levels_mesh). The hierarchy must outlive the body if surface_changes, otherwise only this call.
+// Initial rows are those of this mesh. Allocates from `arena` and adds its arrays to `state`.
+// Warnings (a clamped damping) go to the log. False with `status` if the options do not fit.
 bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *options, Arena *arena,
                     StateList *state, Status *status);
 
-// Double-precision readers for checkpoints and tests: [node_count] in mesh order.
+// Reads positions [m] and velocities [m/s] in double precision, for checkpoints and tests:
+// [node_count] in mesh order.
 void surface_read_state(const Body *body, Vec3 *position, Vec3 *velocity);
 
 #endif

@@ -9,11 +9,11 @@
     (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", options->name,    \
                            label)
 
-// What elements are ordered by.
+// Sort keys of an element.
 typedef struct Key {
-    int mixed_count; // vertices of those in mixed batches; 0: others
+    int mixed_count; // number of vertices in mixed batches; 0 in others
     unsigned mask;
-    int element_class; // 0 with hanging vertices: their batches may hold several
+    int element_class; // 0 with hanging vertices: their batches may mix classes
     int element;
 } Key;
 
@@ -35,7 +35,8 @@ static bool same_class(const ElementClass *a, const ElementClass *b)
            a->residual == b->residual && a->damping == b->damping;
 }
 
-// The classes in use, each once; returns what became of each of the options' (malloc'ed).
+// Collects the classes in use, each once; returns the new index of each of the options' classes
+// (malloc'ed).
 static int *unite_classes(Batches *out, const BatchOptions *options, Arena *arena)
 {
     int given = 0;
@@ -62,7 +63,7 @@ static int *unite_classes(Batches *out, const BatchOptions *options, Arena *aren
     return become;
 }
 
-// Ascending; returns how many have no hanging vertex.
+// Sorts ascending; returns how many elements have no hanging vertex.
 static int sort_elements(const BatchOptions *options, const int *become, Key *key)
 {
     int plain = 0;
@@ -78,7 +79,7 @@ static int sort_elements(const BatchOptions *options, const int *become, Key *ke
     return plain;
 }
 
-// The end of the batch that begins at `first`.
+// Returns the end of the batch that begins at `first`.
 static int batch_end(const Key *key, int first, int count)
 {
     int end = first + 1;
@@ -98,8 +99,8 @@ static int count_batches(const Key *key, int count)
     return batches;
 }
 
-// A lane's vertices by the nodes of its rest shape; without an element the spare vertex. Shorter
-// lists are filled up with that, too.
+// Writes a lane's vertices by the nodes of its rest shape; the spare vertex without an element.
+// Shorter lists are padded with the spare vertex, too.
 static void put_vertices(const BatchOptions *options, int element, const int *node, int node_count,
                          int row_count, int *row, int lane)
 {
@@ -153,8 +154,8 @@ static int template_at(const Batches *batches, unsigned mask)
     return t;
 }
 
-// Moves what would leave a batch too empty behind all others. Ascending masks before, and after
-// that ascending counts.
+// Moves elements that would leave a batch too empty behind all others. Ascending masks before,
+// ascending numbers of vertices after.
 static void choose_mixed(const Batches *batches, Key *key, int count)
 {
     for (int first = 0, end; first < count; first = end) {
@@ -178,10 +179,11 @@ static void create_hanging(Batches *out, const BatchOptions *options, const int 
         arena_allocate(arena, ARENA_STEP, (size_t)batch_count, sizeof *element_class,
                        "%s/hanging classes", options->name);
     int pure = 0, mixed = 0;
+    // Count the batches and the rows of each: a mixed batch needs those of its largest template.
     for (int first = 0, end, batch = 0; first < count; first = end, batch++) {
         end = batch_end(key, first, count);
         const bool mixes = key[first].mixed_count > 0;
-        const int last = template_at(out, key[end - 1].mask); // that with the most vertices
+        const int last = template_at(out, key[end - 1].mask); // the one with the most vertices
         table[batch] = mixes ? out->template_count + mixed : last;
         start[batch + 1] = start[batch] + out->templates[last].count;
         pure += !mixes;
@@ -190,6 +192,7 @@ static void create_hanging(Batches *out, const BatchOptions *options, const int 
     int *vertex = ALLOCATE(ARENA_STEP, (long)start[batch_count] * LANES, int, "hanging vertices");
     out->mixture = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)mixed, sizeof *out->mixture,
                                   "%s/mixed templates", options->name);
+    // Fill the lanes; unused ones repeat the class of the first.
     for (int first = 0, end, batch = 0; first < count; first = end, batch++) {
         end = batch_end(key, first, count);
         for (int lane = 0; lane < LANES; lane++) {

@@ -1,5 +1,5 @@
-// Makes a voxel body from a lattice: elements, vertices, masses, batches, what tools see. Load time
-// only.
+// Creates a voxel body from a lattice: elements, vertices, masses, batches, and what tools act on.
+// Load time only.
 #include "voxel/voxel.h"
 
 #include "base/check.h"
@@ -18,7 +18,7 @@
 #define ALLOCATE(use, count, type, label)                                                          \
     (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
 
-// What creation needs between its steps.
+// Intermediate results of the creation.
 typedef struct Making {
     const VoxelOptions *options;
     Layout layout;
@@ -29,7 +29,7 @@ typedef struct Making {
     VertexId *by_id;       // [vertex_count]
     bool *fixed;           // [vertex_count]
     double step;           // dt0: the smallest critical step of the elements [s]
-    double lambda;         // bounds of M^-1 K and, a unit of beta, of M^-1 C [1/s2]
+    double lambda;         // bounds of M^-1 K and, per unit of beta, of M^-1 C [1/s2]
     double damping_lambda;
 } Making;
 
@@ -38,7 +38,7 @@ static double edge_of(const Making *making, int element)
     return making->options->lattice->size * (double)(1 << making->layout.leaf[element].level);
 }
 
-// Its share in the bounds of the time step.
+// Adds an element's part to the bounds of the time step.
 static void set_element(Making *making, int element, const Template *shape)
 {
     const VoxelOptions *options = making->options;
@@ -72,41 +72,22 @@ static void make_elements(Making *making)
         making->classes[e].damping *= beta;
 }
 
-static bool mark_nodes(Making *making, const FixedRegion *region, Status *status)
+static Vec3 place_of(const Lattice *lattice, const void *mesh, int vertex)
 {
-    const LatticeMesh *mesh = &making->mesh;
-    for (int k = 0; k < region->node_count; k++) {
-        int vertex = setup_held_vertex(making->by_id, mesh->vertex_count, region->node[k], status);
-        if (vertex < 0)
-            return false;
-        making->fixed[vertex] = true;
-    }
-    return true;
+    const int *p = ((const LatticeMesh *)mesh)->point[vertex];
+    return lattice_point(lattice, p[0], p[1], p[2]);
 }
 
 static bool make_fixed(Making *making, Status *status)
 {
-    const VoxelOptions *options = making->options;
-    const LatticeMesh *mesh = &making->mesh;
-    making->fixed = calloc((size_t)mesh->vertex_count, sizeof *making->fixed);
+    const int vertices = making->mesh.vertex_count;
+    making->fixed = calloc((size_t)vertices, sizeof *making->fixed);
     ASSERT(making->fixed != NULL);
-    for (int r = 0; r < options->fixed_count; r++) {
-        const FixedRegion *region = &options->fixed[r];
-        if (region->kind == FIXED_NODES) {
-            if (!mark_nodes(making, region, status))
-                return false;
-            continue;
-        }
-        for (int i = 0; i < mesh->vertex_count; i++) {
-            const int *p = mesh->point[i];
-            making->fixed[i] |=
-                fixed_contains(region, lattice_point(options->lattice, p[0], p[1], p[2]));
-        }
-    }
-    return true;
+    return setup_fixed(making->options, making->by_id, vertices, place_of, &making->mesh,
+                       making->fixed, status);
 }
 
-// Each element gives its mass to its vertices by its weights: total and first moment are exact.
+// Distributes each element's mass to its vertices by weight: total and first moment are exact.
 static void make_masses(const Making *making, VoxelModel *model, double *total)
 {
     const LatticeMesh *mesh = &making->mesh;
@@ -126,7 +107,7 @@ static void make_masses(const Making *making, VoxelModel *model, double *total)
     }
 }
 
-// The batches of one half: views of the body's.
+// Sets up the batches of one half: views of the body's batches.
 static void take_half(const Batches *batches, int half, BatchHalf *out)
 {
     const PlainBatches *plain = &batches->plain;
@@ -163,7 +144,7 @@ static void create_batches(VoxelModel *model, const Making *making, const char *
     int *element_class = calloc((size_t)mesh->element_count, sizeof *element_class);
     ASSERT(element_class != NULL);
     for (int e = 0; e < mesh->element_count; e++)
-        element_class[e] = e; // batches_create finds the equal ones
+        element_class[e] = e; // batches_create merges equal ones
     const BatchOptions batches = {
         .name = name,
         .element_count = mesh->element_count,
@@ -206,6 +187,8 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
     memcpy(vertices->id, mesh->id, (size_t)mesh->vertex_count * sizeof *vertices->id);
     double mass = 0.0;
     make_masses(making, model, &mass);
+    // The order matters: rows need masses, the frame needs rows, batches need the vertices'
+    // precision.
     setup_vertices(vertices, options, (const int(*)[3])mesh->point, making->by_id, making->fixed,
                    mesh->element_count, mesh->surface_count, arena, state);
     setup_frame(vertices, name, arena, state);

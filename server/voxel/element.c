@@ -15,10 +15,10 @@ void element_polyhedron(const Vec3 *place, int count, const int (*triangle)[3], 
         area[i] = vec3(0.0, 0.0, 0.0);
     for (int t = 0; t < triangle_count; t++) {
         const int *corner = triangle[t];
-        // From one vertex of the body, so that its distance from the origin costs no digits.
+        // Relative to one vertex of the body, so that the distance from the origin costs no digits.
         Vec3 a = vec3_sub(place[corner[0]], place[0]), b = vec3_sub(place[corner[1]], place[0]);
         Vec3 c = vec3_sub(place[corner[2]], place[0]);
-        Vec3 twice = vec3_cross(vec3_sub(b, a), vec3_sub(c, a)); // its area vector
+        Vec3 twice = vec3_cross(vec3_sub(b, a), vec3_sub(c, a)); // twice its area vector
         for (int k = 0; k < 3; k++)
             area[corner[k]] = vec3_madd(area[corner[k]], 1.0 / 6.0, twice);
         sum += vec3_dot(a, twice) / 6.0;
@@ -26,7 +26,7 @@ void element_polyhedron(const Vec3 *place, int count, const int (*triangle)[3], 
     *volume = sum;
 }
 
-// m += s a b^T
+// m += s a b^T.
 static void add_outer(double m[3][3], double s, Vec3 a, Vec3 b)
 {
     double left[3] = {s * a.x, s * a.y, s * a.z}, right[3] = {b.x, b.y, b.z};
@@ -43,7 +43,7 @@ static Vec3 multiply(const double m[3][3], Vec3 a)
                 m[2][0] * a.x + m[2][1] * a.y + m[2][2] * a.z);
 }
 
-// sum w_i a_i / sum w_i
+// Returns sum w_i a_i / sum w_i.
 static Vec3 mean(const Element *element, const Vec3 *a)
 {
     Vec3 sum = {0.0, 0.0, 0.0};
@@ -55,7 +55,7 @@ static Vec3 mean(const Element *element, const Vec3 *a)
     return vec3_scale(1.0 / total, sum);
 }
 
-// The principal axes of a symmetric matrix as columns; its largest eigenvalue.
+// Computes the principal axes of a symmetric matrix as columns; returns its largest eigenvalue.
 static double principal_axes(const double m[3][3], Vec3 axis[3], double value[3])
 {
     double a[JACOBI_MAX][JACOBI_MAX] = {{0.0}}, v[JACOBI_MAX][JACOBI_MAX], size = 0.0;
@@ -73,8 +73,9 @@ static double principal_axes(const double m[3][3], Vec3 axis[3], double value[3]
     return fmax(value[0], fmax(value[1], value[2]));
 }
 
-// G = (sum w r X^T) M^+, M = sum w X X^T: the affine map of the rest shape that lies nearest to the
-// vertices. Where these are in a plane or on a line, M has no inverse, and nothing across is known.
+// Computes G = (sum w r X^T) M^+, M = sum w X X^T: the affine map of the rest shape that is nearest
+// to the vertices. Where these are in a plane or on a line, M has no inverse, and the map across is
+// undefined.
 static void affine_fit(const Element *element, Vec3 rest_centre, const Vec3 *position, Vec3 centre,
                        double g[3][3])
 {
@@ -95,7 +96,7 @@ static void affine_fit(const Element *element, Vec3 rest_centre, const Vec3 *pos
     }
 }
 
-// Force and energy of the uniform part and the residual (VOXEL_AFFINE).
+// Computes force and energy of the uniform part and the residual (VOXEL_AFFINE).
 //   F = sum r_i a_i^T / V,  R = argmax tr(R^T F),  P = 2 mu (F - R) + lambda tr(R^T F - 1) R
 //   f_i = -P a_i - alpha k w_i e_i,  e_i = r_i - G X_i
 // is the negative gradient of V (mu |F - R|^2 + lambda/2 tr^2) + alpha k/2 sum w_i |e_i|^2, as the
@@ -106,6 +107,7 @@ static double affine_forces(const Element *element, const ElementStiffness *stif
                             const Vec3 *position, Vec3 centre, Quat *last, Vec3 *force)
 {
     double f[3][3] = {{0.0}}, r[3][3], g[3][3], stress[3][3];
+    // Uniform part: deformation gradient, best rotation, stress.
     for (int i = 0; i < element->count; i++)
         add_outer(f, 1.0 / element->volume, vec3_sub(position[i], centre), element->area[i]);
     rotation_fit((const double(*)[3])f, r, last);
@@ -120,6 +122,7 @@ static double affine_forces(const Element *element, const ElementStiffness *stif
             stress[i][k] =
                 2.0 * stiffness->mu * (f[i][k] - r[i][k]) + stiffness->lambda * trace * r[i][k];
     }
+    // Residual: what the best affine map leaves.
     Vec3 rest_centre = mean(element, element->place);
     affine_fit(element, rest_centre, position, centre, g);
     double residual = 0.0;
@@ -134,9 +137,9 @@ static double affine_forces(const Element *element, const ElementStiffness *stif
            0.5 * stiffness->residual * residual;
 }
 
-// Miyazaki et al. (2004), section 2.2: f_i = k w_i (R R0_i - r_i), R such that the moment vanishes
-// (Eq. 1): where tr(R^T A), A = sum w_i r_i R0_i^T, is largest. The negative gradient of
-// k/2 sum w_i |r_i - R R0_i|^2.
+// Computes Miyazaki et al. (2004), section 2.2: f_i = k w_i (R R0_i - r_i), with the R for which
+// the moment vanishes (Eq. 1): where tr(R^T A), A = sum w_i r_i R0_i^T, is largest. The negative
+// gradient of k/2 sum w_i |r_i - R R0_i|^2.
 static double paper_forces(const Element *element, const ElementStiffness *stiffness,
                            const Vec3 *position, Vec3 centre, Quat *last, Vec3 *force)
 {
@@ -163,17 +166,18 @@ static Vec3 solve_scaled(const double m[3][3], Vec3 b)
     double scale[3], l[3][3] = {{0.0}}, x[3] = {b.x, b.y, b.z};
     double largest = fmax(m[0][0], fmax(m[1][1], m[2][2]));
     for (int i = 0; i < 3; i++) {
-        // A body of 1e-14 of its length across turns with that share of the moment at most.
+        // A body whose width is 1e-14 of its length gets at most that fraction of the moment.
         bool turns = m[i][i] > 1e-28 * largest && m[i][i] > DBL_MIN;
         scale[i] = turns ? 1.0 / sqrt(m[i][i]) : 0.0;
         x[i] *= scale[i];
     }
+    // Cholesky factors of the scaled matrix, then forward and backward substitution.
     for (int i = 0; i < 3; i++) {
         for (int k = 0; k <= i; k++) {
             double sum = i == k ? 1.0 : m[i][k] * scale[i] * scale[k];
             for (int c = 0; c < k; c++)
                 sum -= l[i][c] * l[k][c];
-            // Below rounding: two axes that cannot be told apart.
+            // Below rounding: two axes that cannot be distinguished.
             l[i][k] = i != k ? sum / l[k][k] : sqrt(fmax(sum, DBL_EPSILON));
         }
     }
@@ -190,28 +194,30 @@ static Vec3 solve_scaled(const double m[3][3], Vec3 b)
     return vec3(scale[0] * x[0], scale[1] * x[1], scale[2] * x[2]);
 }
 
-// Coordinates along three axes.
+// Returns the coordinates along three axes.
 static Vec3 along(const Vec3 axis[3], Vec3 a)
 {
     return vec3(vec3_dot(a, axis[0]), vec3_dot(a, axis[1]), vec3_dot(a, axis[2]));
 }
 
-// -beta k w_i (v_i - v_c - omega x r_i), I omega = sum w r x v: what of the velocities is no rigid
-// motion. As that is a projection, linear and angular momentum stay, and energy only falls. Without
-// a unique omega (a line, a point) any solution will do, as what it is multiplied with is zero;
-// nearly there omega is so large that a small moment of inertia must keep its digits, or a moment
-// is left over, and a resultant from a centre that is out by rounding. Hence all in the body's own
-// axes and from the centre that its coordinates there have.
+// Adds -beta k w_i (v_i - v_c - omega x r_i), I omega = sum w r x v: damps the non-rigid part of
+// the velocities. This is a projection, so that linear and angular momentum stay, and energy only
+// falls. Without a unique omega (a line, a point) any solution will do, because its factor is zero.
+// Near such a state omega is so large that a small moment of inertia must keep its digits;
+// otherwise a moment remains, and a resultant from a centre that is wrong by rounding. Hence all of
+// it is computed in the principal axes, relative to the centre that the coordinates have there.
 static void damping_forces(const Element *element, double damping, const Vec3 *position,
                            Vec3 centre, const Vec3 *velocity, Vec3 *force)
 {
     Vec3 drift = mean(element, velocity), axis[3], moment = {0.0, 0.0, 0.0};
     double spread[3][3] = {{0.0}}, inertia[3][3] = {{0.0}}, value[3];
+    // Principal axes of the vertices.
     for (int i = 0; i < element->count; i++) {
         Vec3 r = vec3_sub(position[i], centre);
         add_outer(spread, element->weight[i], r, r);
     }
     principal_axes((const double(*)[3])spread, axis, value);
+    // The centre again, from the rotated coordinates.
     Vec3 own = {0.0, 0.0, 0.0};
     double total = 0.0;
     for (int i = 0; i < element->count; i++) {
@@ -219,6 +225,7 @@ static void damping_forces(const Element *element, double damping, const Vec3 *p
         total += element->weight[i];
     }
     own = vec3_scale(1.0 / total, own);
+    // Moment and inertia in these axes.
     for (int i = 0; i < element->count; i++) {
         double w = element->weight[i];
         Vec3 r = vec3_sub(along(axis, vec3_sub(position[i], centre)), own);
@@ -231,6 +238,7 @@ static void damping_forces(const Element *element, double damping, const Vec3 *p
         inertia[2][1] -= w * r.y * r.z;
     }
     Vec3 omega = solve_scaled((const double(*)[3])inertia, moment);
+    // Remove the rigid rotation, then damp the rest.
     for (int i = 0; i < element->count; i++) {
         Vec3 r = vec3_sub(along(axis, vec3_sub(position[i], centre)), own);
         Vec3 turn = vec3_cross(omega, r);

@@ -1,5 +1,6 @@
-// The elastic element, for any number of vertices in any place: the reference in double precision
-// that the kernels are tested against, and what they do in readable form (voxel.md section 1).
+// The elastic element, for any number of vertices at any positions: the reference in double
+// precision against which the kernels are tested, and a readable form of what they do (README.md,
+// "The element of the paper" and "The affine law").
 #ifndef PLIANT_VOXEL_ELEMENT_H
 #define PLIANT_VOXEL_ELEMENT_H
 
@@ -10,25 +11,25 @@ typedef enum VoxelLaw {
     VOXEL_MIYAZAKI2004, // the paper's force k w_i (R R0_i - r_i)
 } VoxelLaw;
 
-// Rest shape; arrays of the caller.
+// Rest shape; the caller owns the arrays.
 typedef struct Element {
     int count;
     const Vec3 *place;    // X_i [m]
-    const double *weight; // w_i > 0; any scale
+    const double *weight; // w_i > 0; only ratios matter
     const Vec3 *area;     // a_i [m2], sum 0, sum X_i a_i^T = volume * 1 (VOXEL_AFFINE)
     double volume;        // [m3]
 } Element;
 
-// Area vectors and volume of a polyhedron with outward triangles: a_i = a third of the area vectors
-// of its triangles (exact for fields linear on each triangle).
+// Computes area vectors [m2] and volume [m3] of a polyhedron with outward triangles: a_i = a third
+// of the area vectors of its triangles (exact for fields that are linear on each triangle).
 void element_polyhedron(const Vec3 *place, int count, const int (*triangle)[3], int triangle_count,
                         Vec3 *area, double *volume);
 
 typedef struct ElementStiffness {
     VoxelLaw law;
     double mu, lambda; // Lame's [Pa] (VOXEL_AFFINE)
-    double residual;   // alpha k: of the residual (VOXEL_AFFINE), or k of the paper [N/m]
-    double damping;    // beta k: on the velocity without its rigid part [N s/m]
+    double residual;   // alpha k: stiffness of the residual (VOXEL_AFFINE), or k of the paper [N/m]
+    double damping;    // beta k: damps the velocity without its rigid part [N s/m]
 } ElementStiffness;
 
 // Adds forces [N] to `force`; returns the energy [J]. velocity may be NULL (no damping). `last` as

@@ -3,12 +3,12 @@
 #include <float.h>
 #include <math.h>
 
-// Zeroes a[p][q] by a turn in the plane of p and q.
+// Zeroes a[p][q] by a rotation in the plane of p and q.
 static void turn(int n, double a[JACOBI_MAX][JACOBI_MAX], double v[JACOBI_MAX][JACOBI_MAX], int p,
                  int q)
 {
     double theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
-    // An infinite theta (a[p][q] far below the diagonal's difference) gives the turn 0.
+    // An infinite theta (a[p][q] far below the diagonal's difference) gives the rotation 0.
     double t = copysign(1.0 / (fabs(theta) + sqrt(theta * theta + 1.0)), theta);
     double c = 1.0 / sqrt(t * t + 1.0), s = t * c;
     double shift = t * a[p][q];
@@ -36,7 +36,7 @@ void jacobi_diagonalise(int n, double a[JACOBI_MAX][JACOBI_MAX], double v[JACOBI
             norm = fmax(norm, fabs(a[i][k]));
         }
     }
-    // Convergence is quadratic: 4 x 4 takes five or six sweeps, and no input was seen to take ten.
+    // Convergence is quadratic: 4 x 4 takes five or six sweeps; no known input takes ten.
     for (int sweep = 0; sweep < 16; sweep++) {
         double off = 0.0;
         for (int p = 0; p < n; p++) {

@@ -1,11 +1,11 @@
-// The seam of the element kernels: batches of 16 elements of one kind, and what one evaluation of
-// all forces reads and writes. The kernel is one source (kernel/voxel_kernel.c) compiled once for
-// each precision and instruction-set level; additions keep one order at every width and nothing is
-// contracted, so that every level of a precision gives the same bits.
+// Interface of the element kernels: batches of 16 elements of one kind, and what one evaluation of
+// all forces reads and writes. The kernel is one source (kernel/voxel_kernel.c), compiled for each
+// precision and instruction-set level. Additions keep one order at every width and nothing is
+// contracted, so that all levels of a precision are bit-identical.
 //
-// Rows hold displacements u from the rest place, in the body's base frame, in both precisions: an
-// element's deformation is F = 1 + (1/V) sum u_i a_i^T, so that rounding is relative to the
-// deformation and not to the place.
+// Rows hold displacements u from the rest position, in the body's base frame, in both precisions:
+// an element's deformation is F = 1 + (1/V) sum u_i a_i^T, so that rounding is relative to the
+// deformation and not to the distance from the origin.
 #ifndef PLIANT_VOXEL_KERNEL_H
 #define PLIANT_VOXEL_KERNEL_H
 
@@ -17,41 +17,41 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { LANES = 16 }; // elements in a batch
+enum { LANES = 16 }; // elements per batch
 
-// Real below is float or double, by the kernel's precision.
+// Real is float or double below, depending on the kernel's precision.
 
-// What all elements of a batch have in common, in the terms of their rest shape scaled to H.
+// Parameters that all elements of a batch share, for their rest shape scaled to H.
 typedef struct ElementClass {
     double size;     // H [m]
     double mu;       // [Pa]
     double lambda;   // [Pa]
-    double residual; // alpha k, k = mu H [N/m]; k of the paper's law, which needs no mu and lambda
+    double residual; // alpha k, k = mu H [N/m]; for the paper's law k, and mu and lambda are unused
     double damping;  // beta k [N s/m]; 0: none
 } ElementClass;
 
-// Cubes with 8 corners and no other vertex. Batches of one class follow one another; lanes left
-// over in a class's last batch hold the spare vertex eight times.
+// Cubes with 8 corners and no other vertex. Batches of one class are consecutive; unused lanes of a
+// class's last batch hold the spare vertex eight times.
 typedef struct PlainBatches {
     int batch_count;
     const int *vertex;        // [batch][8][LANES], corners as in template.h
     const int *element_class; // [batch]
 } PlainBatches;
 
-// Elements with hanging vertices: batches of one template, then mixed ones, made of what is left
-// over of all templates (an organ has many, most of them of few elements).
+// Elements with hanging vertices: batches of one template, then mixed ones, made of the rest of all
+// templates (an organ has many, most of them with few elements).
 typedef struct HangingBatches {
     int batch_count, mixed_count; // the last mixed_count are mixed
-    const int *start;             // [batch + 1] of its rows of `vertex`
-    const int *vertex;            // [rows][LANES]; lanes with fewer vertices end in the spare one
-    const int *table;             // [batch] index into VoxelPass.tables
+    const int *start;             // [batch + 1] first row of a batch in `vertex`
+    const int *vertex; // [rows][LANES]; lanes with fewer vertices are padded with the spare one
+    const int *table;  // [batch] index into VoxelPass.tables
     const int (*element_class)[LANES]; // [batch]
 } HangingBatches;
 
 // Rest shapes of a batch, for one law and precision, made by tables.h: Real [TABLE_HEAD], then
-// [count][TABLE_ROW]; of mixed batches each of these numbers is [LANES].
+// [count][TABLE_ROW]; in mixed batches each of these numbers is [LANES].
 enum {
-    TABLE_HEAD = 8, // sum w, 1 / sum w; Miyazaki's law: A at rest less 1, as xx yy zz yz zx xy
+    TABLE_HEAD = 8, // sum w, 1 / sum w; Miyazaki's law: A at rest minus 1, as xx yy zz yz zx xy
     TABLE_ROW = 10, // a x y z; w; X x y z; w M^-1 X x y z
 };
 typedef struct RestTable {
@@ -62,39 +62,42 @@ typedef struct RestTable {
 typedef struct VoxelPass {
     const PlainBatches *plain;
     const HangingBatches *hanging;
-    const RestTable *tables; // of the law
+    const RestTable *tables; // for the law
     const ElementClass *classes;
     VoxelLaw law;
     bool damped;
-    const void *rows; // Real [vertex][ROW]: u and velocity in the base frame
-    void *force;      // Real [vertex][4]; added to
-    // Quaternions w x y z [plain batches, then hanging ones][LANES]: the rotation that an element
-    // had when it was last too flat or inverted for the fast path. Written by those only. State.
+    const void *rows; // Real [vertex][ROW]: u [m] and velocity [m/s] in the base frame
+    void *force;      // Real [vertex][4] [N]; added to
+    // Quaternions w x y z [plain batches, then hanging ones][LANES]: an element's rotation when it
+    // was last too flat or inverted for the fast path; only such elements write it. Part of the
+    // state.
     double (*last)[LANES][4];
-    // The first multiplies all forces, also of damping (which is beta k); the second those alone.
+    // stiffness_scale multiplies all forces, damping included (which is beta k); damping_scale only
+    // damping.
     double stiffness_scale, damping_scale;
 } VoxelPass;
 
 typedef void VoxelKernel(const VoxelPass *pass);
-// The elastic energy of all elements [J]; `force` is not used, and nothing is changed.
+// Returns the elastic energy of all elements [J]; `force` is not used, and nothing is changed.
 typedef double VoxelEnergy(const VoxelPass *pass);
 
-// Which elements are under more stress than `limit` [Pa]: bit `lane` of high[batch], hanging
-// batches after the plain ones, is set where |P| > limit (Frobenius norm of the nominal stress,
-// scales included), and of elements too flat or inverted for the fast path. `force` and `last` are
-// not used, and nothing is changed.
+// Finds the elements with more stress than `limit` [Pa]: sets bit `lane` of high[batch], hanging
+// batches after the plain ones, where |P| > limit (Frobenius norm of the nominal stress, scales
+// included), and for elements too flat or inverted for the fast path. `force` and `last` are not
+// used, and nothing is changed.
 typedef void VoxelStress(const VoxelPass *pass, double limit, uint16_t *high);
 
-// After all forces: v += h (f / m + g), u += advance h v, forces to zero. Vertices with inverse
-// mass 0 stay. `next` may be `present`. Returns whether every |u| stays within position_limit and
-// every |v| within the speed limit; if `check` is not set it may return true without having looked.
+// Advances all vertices after their forces are complete: v += h (f / m + g), u += advance h v,
+// forces to zero. Vertices with inverse mass 0 do not move. `next` may be `present`. Returns true
+// if every |u| is within position_limit and every |v| within the speed limit; without `check` it
+// may return true unchecked.
 typedef struct AdvancePass {
     const void *present;      // Real [vertex][ROW]
     void *next;               // Real [vertex][ROW]
     void *force;              // Real [vertex][4]
-    void *more;               // NULL, or forces to be added to these, likewise
+    void *more;               // NULL, or forces that are added to these, likewise
     const void *inverse_mass; // Real [vertex] [1/kg]
-    int vertex_count;         // with the spare one
+    int vertex_count;         // the spare one included
     double h, advance;
     double gravity[3]; // in the base frame [m/s2]
     double position_limit;
@@ -114,7 +117,7 @@ typedef struct VoxelKernels {
     VoxelStress *stress;
 } VoxelKernels;
 
-// NULL when that level was not compiled in or does not run here.
+// Finds the kernels of a level; NULL if it was not compiled in or does not run on this machine.
 const VoxelKernels *voxel_kernels_find(Precision precision, const char *level);
 
 #endif

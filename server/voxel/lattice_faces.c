@@ -1,4 +1,4 @@
-// The faces of the smallest elements that look at void, as triangles with neighbours. Load time
+// The faces of the smallest elements that border on void, as triangles with neighbours. Load time
 // only.
 #include "voxel/lattice_faces.h"
 
@@ -12,7 +12,7 @@ const int SQUARE_CORNER[DIRECTIONS][4] = {
     {0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6},
 };
 
-// The element behind a face, or -1 if the face joins it to none.
+// Returns the element behind a face, or -1 if the face connects it to none.
 static int beyond(const Layout *layout, int element, int direction)
 {
     int cell[3];
@@ -33,9 +33,9 @@ int square_side(int direction, int k)
     return -1;
 }
 
-// Around edge k of an outer square through the solid: from its element to the side, outwards, back
-// and down again, until a face leads nowhere: that is the next outer face. All cells around an edge
-// of an outer face are elements of level 0.
+// Walks around edge k of an outer square through the solid: from its element to the side, outwards,
+// back and down again, until a face leads to no element: that is the next outer face. All cells
+// around an edge of an outer face are elements of level 0.
 static int square_across(const Layout *layout, int (*square)[DIRECTIONS], int element,
                          int direction, int k)
 {
@@ -48,11 +48,11 @@ static int square_across(const Layout *layout, int (*square)[DIRECTIONS], int el
         ASSERT(layout->leaf[next].level == 0);
         element = next;
     }
-    ASSERT(false); // the way around ends at the other side of the square itself
+    ASSERT(false); // the walk ends at the latest at the other side of the square itself
     return -1;
 }
 
-// Numbers the outer squares by element and direction; -1 elsewhere. Returns how many.
+// Numbers the outer squares by element and direction; -1 elsewhere. Returns their number.
 static int number_squares(const Layout *layout, int (*square)[DIRECTIONS], int fine_count)
 {
     int count = 0;
@@ -78,7 +78,7 @@ static void set_square(LatticeMesh *mesh, int square, int element, int direction
     mesh->face_neighbor[2 * square + 1][FAR_DIAGONAL] = 2 * square;
 }
 
-// The triangle of a square that has an edge from vertex a to vertex b.
+// Returns the triangle of a square that has an edge from vertex a to vertex b.
 static int half_with_edge(const LatticeMesh *mesh, int square, int a, int b)
 {
     for (int k = 0; k < 4; k++) {
@@ -104,6 +104,7 @@ void lattice_faces_create(LatticeMesh *mesh, const Layout *layout)
     mesh->face_element = malloc(room * sizeof *mesh->face_element);
     ASSERT(mesh->face != NULL && mesh->face_neighbor != NULL && mesh->face_element != NULL);
 
+    // All faces first: neighbours refer to each other's triangles.
     for (int e = 0; e < fine_count; e++)
         for (int d = 0; d < DIRECTIONS; d++)
             if (square[e][d] >= 0)

@@ -1,7 +1,8 @@
-// Vertices of elements by what lies around each lattice point. Load time only.
+// Vertices of elements from the parts around each lattice point. Load time only.
 #include "voxel/lattice_mesh.h"
 
 #include "base/check.h"
+#include "base/union_find.h"
 #include "voxel/lattice_faces.h"
 #include "voxel/point_parts.h"
 
@@ -25,24 +26,8 @@ typedef struct Sweep {
     int points[3];
     int capacity;
     bool *outer; // [found vertex]
-    int *parent; // [element] towards the lowest element that holds together with it
+    int *parent; // [element] union_find.h: connected elements
 } Sweep;
-
-static int piece_root(int *parent, int element)
-{
-    while (parent[element] != element) {
-        parent[element] = parent[parent[element]];
-        element = parent[element];
-    }
-    return element;
-}
-
-static void join_pieces(int *parent, int a, int b)
-{
-    a = piece_root(parent, a);
-    b = piece_root(parent, b);
-    parent[a > b ? a : b] = a < b ? a : b;
-}
 
 static void reserve(Sweep *sweep)
 {
@@ -69,7 +54,7 @@ static int add_vertex(Sweep *sweep, const int point[3], int rank, bool outer)
     return v;
 }
 
-// Where a point lies on a leaf that touches it.
+// Returns the node of a leaf that a point on it is.
 static int node_of_point(const Leaf *leaf, const int point[3])
 {
     int offset[3];
@@ -98,7 +83,7 @@ static void visit_point(Sweep *sweep, const int point[3], const int slot[8])
         int part = parts.part[s];
         if (part < 0)
             continue;
-        join_pieces(sweep->parent, slot[s], slot[part]);
+        union_find_join(sweep->parent, slot[s], slot[part]);
         if (parts.owns >> part & 1)
             sweep->mesh->vertex[slot[s]][node_of_point(&sweep->layout->leaf[slot[s]], point)] =
                 vertex[part];
@@ -130,7 +115,7 @@ static void visit_row(Sweep *sweep, int y, int z)
 
 // --- final numbers ---
 
-// Those on the outer faces first, otherwise in the order found.
+// Renumbers: those on the outer faces first, otherwise in the order found.
 static void number_vertices(Sweep *sweep)
 {
     LatticeMesh *mesh = sweep->mesh;
@@ -144,6 +129,7 @@ static void number_vertices(Sweep *sweep)
         if (outer)
             mesh->surface_count = next;
     }
+    // Permute points and ids, then rename in the elements.
     int(*point)[3] = sized(count, sizeof *point);
     int *id = sized(count, sizeof *id);
     for (int v = 0; v < mesh->vertex_count; v++) {
@@ -164,16 +150,12 @@ static void number_vertices(Sweep *sweep)
 static void number_pieces(Sweep *sweep)
 {
     LatticeMesh *mesh = sweep->mesh;
-    int *number = sized((size_t)mesh->element_count, sizeof *number); // [element]
     mesh->piece = sized((size_t)mesh->vertex_count, sizeof *mesh->piece);
-    for (int e = 0; e < mesh->element_count; e++) {
-        int root = piece_root(sweep->parent, e);
-        number[e] = root == e ? mesh->piece_count++ : number[root];
+    mesh->piece_count = union_find_number(sweep->parent, mesh->element_count);
+    for (int e = 0; e < mesh->element_count; e++)
         for (int n = 0; n < NODE_COUNT; n++)
             if (mesh->vertex[e][n] >= 0)
-                mesh->piece[mesh->vertex[e][n]] = number[e];
-    }
-    free(number);
+                mesh->piece[mesh->vertex[e][n]] = sweep->parent[e];
 }
 
 bool lattice_mesh_create(LatticeMesh *mesh, const Layout *layout, Status *status)
@@ -190,12 +172,12 @@ bool lattice_mesh_create(LatticeMesh *mesh, const Layout *layout, Status *status
                            layout->lattice_count[0], layout->lattice_count[1],
                            layout->lattice_count[2], INT_MAX / 8);
 
+    // Every lattice point once; each adds its vertices to the elements around it.
     size_t elements = (size_t)mesh->element_count;
     mesh->vertex = sized(elements, sizeof *mesh->vertex);
     memset(mesh->vertex, -1, elements * sizeof *mesh->vertex);
     sweep.parent = sized(elements, sizeof *sweep.parent);
-    for (int e = 0; e < mesh->element_count; e++)
-        sweep.parent[e] = e;
+    union_find_reset(sweep.parent, mesh->element_count);
     reserve(&sweep);
     for (int z = 0; z < sweep.points[2]; z++)
         for (int y = 0; y < sweep.points[1]; y++)

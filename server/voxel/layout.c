@@ -1,18 +1,20 @@
-// Which blocks of cells become one element. Load time only.
+// Merging of blocks of cells into elements. Load time only.
 #include "voxel/layout.h"
 
 #include "base/check.h"
 
 #include <stdlib.h>
 
-// A leaf of this level needs one of the level below on every side, which needs one of its own, down
-// to the cells at the surface: 2^l + 2 (2^(l-1) + ... + 1) cells along every axis.
+// Returns the smallest width for a leaf of this level: it needs one of the level below on every
+// side, which needs one of its own, down to the cells at the surface: 2^l + 2 (2^(l-1) + ... + 1)
+// cells along every axis.
 static int span_of_level(int level)
 {
     return 3 * (1 << level) - 2;
 }
 
-// Finer when the lattice is too narrow anyway: what it is rounded up to stays near its own size.
+// Lowers the coarsest level when the lattice is too narrow for it, so that it is not rounded up to
+// far more than its size.
 static void set_sizes(Layout *layout, const Lattice *lattice, int levels)
 {
     ASSERT(levels >= 0 && levels <= VOXEL_LEVELS_MAX);
@@ -33,7 +35,7 @@ static size_t block_index(const Layout *layout, int level, int i, int j, int k)
     return ((size_t)k * ny + (size_t)j) * nx + (size_t)i;
 }
 
-// While the table is made it holds the material of each leaf, and NONE elsewhere.
+// During construction the table holds the material of each leaf, and NONE elsewhere.
 enum { NONE = -1 };
 
 static void allocate_level(Layout *layout, int level)
@@ -60,8 +62,9 @@ static void place_cells(Layout *layout, const Lattice *lattice)
         }
 }
 
-// The material of the leaf that block (i, j, k) of `level` can become, or NONE: its children are
-// leaves of one material, and so, of whatever material, are the blocks of their size all around.
+// Returns the material of the leaf that block (i, j, k) of `level` can become, or NONE: its
+// children are leaves of one material, and the blocks of their size all around are leaves too (of
+// any material).
 static int merged_material(const Layout *layout, int level, int i, int j, int k)
 {
     const int *below = layout->lut[level - 1];
@@ -88,7 +91,7 @@ static void remove_children(Layout *layout, int level, int i, int j, int k)
                                            2 * k + (c >> 2))] = NONE;
 }
 
-// All decide by what the level below was, and only then does any of it go.
+// Decides for all blocks from the level below before any of that level is removed.
 static void merge_level(Layout *layout, int level)
 {
     allocate_level(layout, level);
@@ -107,7 +110,7 @@ static void merge_level(Layout *layout, int level)
                     remove_children(layout, level, i, j, k);
 }
 
-// From materials to leaves: -1 stays, others are numbered in order.
+// Turns materials into leaves: -1 stays, others are numbered in order.
 static void number_level(Layout *layout, int level)
 {
     int *slot = layout->lut[level];

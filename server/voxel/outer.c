@@ -1,5 +1,4 @@
-// What a voxel body shows of itself: the outer faces for tools and loads, and the mesh for clients.
-// Load time only.
+// The outer faces of a voxel body for tools and loads, and the mesh for clients. Load time only.
 #include "voxel/model.h"
 
 #include <math.h>
@@ -9,7 +8,7 @@
     (type *)arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof(type), "%s/%s", name,    \
                            label)
 
-// Faces by node: those of node i are list[start[i] .. start[i + 1]), ascending.
+// Lists faces by node: those of node i are list[start[i] .. start[i + 1]), ascending.
 static void list_faces(const LatticeMesh *mesh, int nodes, int *start, int *list)
 {
     for (int f = 0; f < mesh->face_count; f++)
@@ -65,7 +64,7 @@ void voxel_create_surface(VoxelModel *model, Body *body, const LatticeMesh *mesh
     };
     if (options->without_contacts)
         return;
-    // A corner of the body bears a sixth of what the middle of a face does.
+    // A corner of the body is a sixth as stiff as the middle of a face: contacts need the firmness.
     body->surface.face_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)faces,
                                                  sizeof(double), "%s/face firmness", name);
     body->surface.node_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)nodes,

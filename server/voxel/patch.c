@@ -1,9 +1,9 @@
-// The local stiffness of a voxel body, for haptics (dynamics/patch.h): each element's about its
-// present rotation, without what turns it, so that what comes out is positive. With F = sum u_i
-// g_i^T and b_i = R g_i the stiffness between two vertices of an element is
+// Local stiffness of a voxel body, for haptics (dynamics/patch.h): that of each element at its
+// current rotation, without the derivative of the rotation, so that it is positive. With F = sum
+// u_i g_i^T and b_i = R g_i the stiffness between two vertices of an element is
 //   V (mu (b_i . b_k 1 + b_k b_i^T) + lambda b_i b_k^T)
 //   + r (w_i d_ik - w_i w_k / sum w - w_i w_k X_i^T M^-1 X_k) 1,
-// where Miyazaki's law is that with g_i = 3 X_i / tr M, V mu = k tr M / 6 and r = k. Step thread.
+// where Miyazaki's law has g_i = 3 X_i / tr M, V mu = k tr M / 6 and r = k. Step thread.
 #include "voxel/patch.h"
 
 #include "voxel/model.h"
@@ -36,7 +36,7 @@ static bool is_near(const Patch *patch, const int *vertex, int count)
     return false;
 }
 
-// What turns an element's rest shape to where it is, in the world; the best fit of its vertices.
+// Computes the rotation of an element's rest shape in the world: the best fit of its vertices.
 static void find_rotation(const Vertices *vertices, const PatchElement *piece, const double last[4],
                           double out[3][3])
 {
@@ -65,6 +65,7 @@ void patch_add_element(const Vertices *vertices, Patch *patch, const PatchElemen
     double turn[3][3], total = 0.0, m[9];
     Vec3 b[NODE_COUNT];
     find_rotation(vertices, piece, last, turn);
+    // Rotate the gradients.
     for (int i = 0; i < piece->count; i++) {
         Vec3 g = piece->g[i];
         b[i] = vec3(turn[0][0] * g.x + turn[0][1] * g.y + turn[0][2] * g.z,
@@ -72,6 +73,7 @@ void patch_add_element(const Vertices *vertices, Patch *patch, const PatchElemen
                     turn[2][0] * g.x + turn[2][1] * g.y + turn[2][2] * g.z);
         total += piece->weight[i];
     }
+    // A block for each pair of vertices that are both in the patch.
     for (int i = 0; i < piece->count; i++) {
         int a = patch->local[piece->vertex[i]];
         const double p[3] = {b[i].x, b[i].y, b[i].z};
@@ -140,7 +142,7 @@ double patch_add_row(VoxelLaw law, const ElementClass *by, const double row[TABL
     piece->g[i] = vec3_scale(1.0 / by->size, vec3(row[0], row[1], row[2]));
     piece->weight[i] = row[3];
     piece->place[i] = vec3(row[4], row[5], row[6]);
-    // Of Miyazaki's law the table has only 3 X / tr M, which is near M^-1 X.
+    // For Miyazaki's law the table has only 3 X / tr M, which approximates M^-1 X.
     piece->lever[i] =
         law == VOXEL_AFFINE ? vec3(row[7], row[8], row[9]) : vec3(row[0], row[1], row[2]);
     return row[3] * vec3_dot(piece->place[i], piece->place[i]);
@@ -175,7 +177,7 @@ static bool add_hanging(const VoxelModel *model, Patch *patch, int batch, int la
 bool voxel_gather_patch(const void *self, Patch *patch, int budget)
 {
     const VoxelModel *model = self;
-    enum { SKIPPED = 4, ADDED = 128 }; // of the budget: an element
+    enum { SKIPPED = 4, ADDED = 128 }; // of the budget: per element
     if (patch->pass == 0)
         patch_add_vertices(&model->vertices, patch, &budget);
     const int plain = model->batches.plain.batch_count, count = batches_total(&model->batches);

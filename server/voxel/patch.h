@@ -1,4 +1,4 @@
-// Private to the voxel room: one element's part of a local stiffness (patch.c). Step thread.
+// Private to the voxel module: one element's part of a local stiffness (patch.c). Step thread.
 #ifndef PLIANT_VOXEL_PATCH_H
 #define PLIANT_VOXEL_PATCH_H
 
@@ -7,27 +7,28 @@
 #include "voxel/template.h"
 #include "voxel/vertices.h"
 
-// An element as the kernels have it, in double precision.
+// An element with the kernels' numbers, in double precision.
 typedef struct PatchElement {
     int count;
     int vertex[NODE_COUNT];
     Vec3 g[NODE_COUNT];          // [1/m]
-    Vec3 place[NODE_COUNT];      // X, in units of the edge
+    Vec3 place[NODE_COUNT];      // X, in edge lengths
     Vec3 lever[NODE_COUNT];      // w M^-1 X, likewise
     double weight[NODE_COUNT];   // w
     double mu, lambda, residual; // V mu, V lambda [N m]; r [N/m]
 } PatchElement;
 
-// The free vertices in the patch's region, from patch->next on; then the next pass.
+// Adds the free vertices in the patch's region, from patch->next on; when done, starts the next
+// pass.
 void patch_add_vertices(const Vertices *vertices, Patch *patch, int *budget);
-// One more vertex, with the numbers of its row of a RestTable; returns its part of tr M.
+// Adds one vertex with the numbers of its row of a RestTable; returns its part of tr M.
 double patch_add_row(VoxelLaw law, const ElementClass *by, const double row[TABLE_ROW], int vertex,
                      PatchElement *piece);
-// Numbers of a class with the scales of now; damping, on all motion that is not rigid, counts like
-// Miyazaki's law. `spread` is tr M in units of the edge.
+// Sets the parameters of a class with the current scales; damping, which acts on all non-rigid
+// motion, is treated like Miyazaki's law. `spread` is tr M in edge lengths squared.
 void patch_set_factors(const Vertices *vertices, VoxelLaw law, Patch *patch, const ElementClass *by,
                        double spread, PatchElement *piece);
-// `last` as of VoxelPass.
+// Adds the element's stiffness to the patch. `last` as in VoxelPass.
 void patch_add_element(const Vertices *vertices, Patch *patch, const PatchElement *piece,
                        const double last[4]);
 

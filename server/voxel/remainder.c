@@ -15,7 +15,7 @@ typedef struct Blocks {
 typedef struct Remainder {
     const Lattice *lattice;
     int dimensions;
-    int children;        // of a block: 4 or 8
+    int children;        // per block: 4 or 8
     unsigned char whole; // all children kept
 } Remainder;
 
@@ -31,7 +31,7 @@ static unsigned char *block_at(const Blocks *blocks, const int at[3])
                          (size_t)at[0]];
 }
 
-// Nothing outside.
+// Returns 0 outside.
 static unsigned kept_at(const Blocks *blocks, const int at[3])
 {
     for (int d = 0; d < 3; d++)
@@ -55,7 +55,7 @@ static void create_blocks(Blocks *blocks, const Remainder *remainder, int level)
     ASSERT(blocks->kept != NULL);
 }
 
-// --- who stays with its block ---
+// --- children that stay with their block ---
 
 static bool cell_stays(const Remainder *remainder, const int at[3])
 {
@@ -74,7 +74,7 @@ static bool cell_stays(const Remainder *remainder, const int at[3])
     return own != 0;
 }
 
-// Of a block that is not a cell.
+// True if a block that is not a cell stays with its parent.
 static bool block_stays(const Remainder *remainder, const Blocks *blocks, const int at[3])
 {
     if (kept_at(blocks, at) != remainder->whole)
@@ -83,7 +83,7 @@ static bool block_stays(const Remainder *remainder, const Blocks *blocks, const 
         for (int side = 0; side < 2; side++) {
             int beside[3] = {at[0], at[1], at[2]};
             beside[d] += side ? 1 : -1;
-            // Of the block beside, the children at the common face.
+            // In the adjacent block: the children at the common face.
             for (int c = 0; c < remainder->children; c++)
                 if ((c >> d & 1) != side && !(kept_at(blocks, beside) >> c & 1))
                     return false;
@@ -91,7 +91,7 @@ static bool block_stays(const Remainder *remainder, const Blocks *blocks, const 
     return true;
 }
 
-// Whether one can walk between any two of these children through faces.
+// True if these children are connected through faces.
 static bool holds_together(const Remainder *remainder, unsigned kept)
 {
     unsigned reached = kept & (~kept + 1u), before;
@@ -129,7 +129,7 @@ static void remove_kept(const Blocks *below, const int at[3], unsigned kept)
         }
 }
 
-// All blocks decide by what the level below was; then what joined them is no element any more.
+// Decides for all blocks from the level below before the joined ones stop being elements.
 static void join_level(const Remainder *remainder, const Blocks *below, const Blocks *blocks,
                        int level)
 {

@@ -1,20 +1,20 @@
-// The other way to lay out elements, by Miyazaki et al. 2004, section 2.3: a larger element keeps
+// The other way to arrange elements, by Miyazaki et al. 2004, section 2.3: a larger element keeps
 // what was not carved out of it as one element of that shape, and is not divided as a whole. Only
-// counted here, to compare with layout.h; nothing is simulated with such elements in space.
+// counted here, for comparison with layout.h; such elements are not simulated in space.
 #ifndef PLIANT_VOXEL_REMAINDER_H
 #define PLIANT_VOXEL_REMAINDER_H
 
 #include "geometry/lattice.h"
 
-// Elements of every level, count[levels + 1], with levels up to `levels` in [0, VOXEL_LEVELS_MAX].
-// dimensions 3, or 2: the layer k = 0 alone. A block is aligned and has 2^level cells a side; its
-// children are those of half the side. A child is carved out of its block, as an element of its
-// own,
+// Counts the elements of every level, count[levels + 1], with levels up to `levels` in [0,
+// VOXEL_LEVELS_MAX]. dimensions 3, or 2: the layer k = 0 alone. A block is aligned and has 2^level
+// cells a side; its children have half the side. A child is carved out of its block, as an element
+// of its own,
 //   - if it is a cell that has void or another material next to it: across a face, an edge or a
 //     corner in space, across an edge in the plane;
 //   - if it is larger and not whole itself, or has finer elements next to it across a face (an edge
 //     in the plane).
-// What is left must hold together by faces; otherwise all children are carved.
+// The rest must be connected through faces; otherwise all children are carved.
 void layout_count_remainder(const Lattice *lattice, int dimensions, int levels, long *count);
 
 #endif

@@ -10,10 +10,10 @@ typedef struct Foam {
 } Foam;
 
 // Markley (1993), "Attitude determination using vector observations: a fast optimal matrix
-// algorithm": Newton's method from above for the largest root of
-// (lambda^2 - |A|^2)^2 - 8 lambda det A - 4 |cof A|^2, then R as a polynomial in A. As that
-// polynomial keeps A's singular vectors, A R^T is symmetric to rounding even where lambda is not
-// yet converged; only R's orthogonality suffers.
+// algorithm": Newton's method from above for the largest root of (lambda^2 - |A|^2)^2 - 8 lambda
+// det A - 4 |cof A|^2, then R as a polynomial in A. As that polynomial keeps A's singular vectors,
+// A R^T is symmetric to rounding even where lambda has not yet converged; only R's orthogonality
+// suffers.
 static Foam foam(const double a[3][3], int steps, double r[3][3])
 {
     double cofactor[3][3], norm = 0.0, cofactor_norm = 0.0;
@@ -31,7 +31,7 @@ static Foam foam(const double a[3][3], int steps, double r[3][3])
     for (int n = 0; n < steps; n++) {
         double u = lambda * lambda - norm;
         double slope = 4.0 * lambda * u - 8.0 * det;
-        if (!(slope > 0.0)) // a double root, met exactly
+        if (!(slope > 0.0)) // a double root, reached exactly
             break;
         lambda -= (u * u - 8.0 * lambda * det - 4.0 * cofactor_norm) / slope;
     }
@@ -57,8 +57,8 @@ bool rotation_foam(const double a[3][3], int steps, double rotation[3][3], doubl
     return result.zeta >= 0.1 * result.trace * result.trace * result.trace && result.zeta > 0.0;
 }
 
-// R <- R (3 - R^T R) / 2, which keeps the singular vectors and squares the distance from a
-// rotation. Returns that distance before the step.
+// R <- R (3 - R^T R) / 2 keeps the singular vectors and squares the distance from a rotation.
+// Returns that distance before the step.
 static double orthogonalise(double r[3][3])
 {
     double out[3][3], gram[3][3], error = 0.0;
@@ -93,7 +93,7 @@ static void to_matrix(Quat q, double r[3][3])
     r[2][2] = 1.0 - 2.0 * (q.x * q.x + q.y * q.y);
 }
 
-// By the largest of the four components, whose square is at least 1/4.
+// Uses the largest of the four components, whose square is at least 1/4.
 static Quat to_quat(const double r[3][3])
 {
     double square[4] = {r[0][0] + r[1][1] + r[2][2], r[0][0] - r[1][1] - r[2][2],
@@ -118,8 +118,8 @@ static Quat to_quat(const double r[3][3])
     }
 }
 
-// The quaternion q with the largest q^T K q = tr(R(q)^T A) (Davenport; Horn 1987). Where several
-// eigenvalues are the largest to rounding, `last` as far as it lies in their space.
+// Returns the quaternion q with the largest q^T K q = tr(R(q)^T A) (Davenport; Horn 1987). Where
+// several eigenvalues are the largest to rounding, projects `last` on their space.
 static Quat davenport(const double a[3][3], Quat last)
 {
     double k[4][4] = {
@@ -148,7 +148,7 @@ static Quat davenport(const double a[3][3], Quat last)
             q[c] += part * v[c][i];
         length += part * part;
     }
-    if (length < 1e-16) // `last` is turned by pi from all of them: any will do
+    if (length < 1e-16) // `last` is orthogonal to all of them: any will do
         return quat_unit((Quat){v[0][best], v[1][best], v[2][best], v[3][best]});
     return quat_unit((Quat){q[0], q[1], q[2], q[3]});
 }
@@ -170,7 +170,8 @@ void rotation_fit(const double a[3][3], double rotation[3][3], Quat *last)
     to_matrix(start, rotation);
     if (!finite || largest == 0.0)
         return;
-    // A power of two brings entries to 1, exactly: their fourth powers must not leave the range.
+    // Scaling by a power of two brings entries to 1, exactly: their fourth powers must stay in
+    // range.
     int exponent;
     frexp(largest, &exponent);
     for (int i = 0; i < 3; i++) {
@@ -180,7 +181,8 @@ void rotation_fit(const double a[3][3], double rotation[3][3], Quat *last)
     double r[3][3];
     Foam result = foam((const double(*)[3])b, 12, r);
     // Newton's error halves until it is below the distance of the two largest roots, then squares:
-    // twelve steps are enough above this limit, and the error they leave tells.
+    // twelve steps are enough above this limit, and the orthogonality error shows whether they
+    // were.
     bool fits = result.zeta > 0.01 * result.trace * result.trace * result.trace &&
                 orthogonalise(r) < 1e-6 && orthogonalise(r) < 1e-10;
     if (fits) {
@@ -191,6 +193,7 @@ void rotation_fit(const double a[3][3], double rotation[3][3], Quat *last)
         *last = to_quat((const double(*)[3])r);
         return;
     }
+    // Near flat and inverted states: the eigenvector is exact.
     *last = davenport((const double(*)[3])b, start);
     to_matrix(*last, rotation);
 }

@@ -22,6 +22,34 @@ int setup_held_vertex(const VertexId *by_id, int vertices, int id, Status *statu
     return vertex;
 }
 
+static bool hold_nodes(const FixedRegion *region, const VertexId *by_id, int vertices, bool *fixed,
+                       Status *status)
+{
+    for (int k = 0; k < region->node_count; k++) {
+        int vertex = setup_held_vertex(by_id, vertices, region->node[k], status);
+        if (vertex < 0)
+            return false;
+        fixed[vertex] = true;
+    }
+    return true;
+}
+
+bool setup_fixed(const VoxelOptions *options, const VertexId *by_id, int vertices,
+                 SetupPlace *place, const void *mesh, bool *fixed, Status *status)
+{
+    for (int r = 0; r < options->fixed_count; r++) {
+        const FixedRegion *region = &options->fixed[r];
+        if (region->kind == FIXED_NODES) {
+            if (!hold_nodes(region, by_id, vertices, fixed, status))
+                return false;
+            continue;
+        }
+        for (int v = 0; v < vertices; v++)
+            fixed[v] |= fixed_contains(region, place(options->lattice, mesh, v));
+    }
+    return true;
+}
+
 Body setup_body(const VoxelOptions *options, const BodyOps *ops, void *model)
 {
     Body body = {

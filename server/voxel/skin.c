@@ -14,14 +14,14 @@ struct Skin {
     float (*weight)[NODE_CORNERS]; // [node] sum 1; trilinear, extrapolated outside
 };
 
-// A point in cells from the lattice's low corner.
+// Converts a point to cells from the lattice's low corner.
 static void to_cells(const Lattice *lattice, Vec3 x, double cell[3])
 {
     Vec3 p = quat_rotate(quat_conjugate(lattice->turn), vec3_sub(x, lattice->origin));
     cell[0] = p.x / lattice->size, cell[1] = p.y / lattice->size, cell[2] = p.z / lattice->size;
 }
 
-// Distance from a point to a cell, squared [cells2].
+// Returns the squared distance from a point to a cell [cells2].
 static double square_to_cell(const double at[3], const int cell[3])
 {
     double sum = 0.0;
@@ -32,8 +32,8 @@ static double square_to_cell(const double at[3], const int cell[3])
     return sum;
 }
 
-// The leaf of the cell nearest to a point; of several as near the first in z, y, x. -1: none within
-// reach.
+// Returns the leaf of the cell nearest to a point; of equally near ones the first in z, y, x. -1:
+// none within reach.
 static int nearest_leaf(const Layout *layout, const double at[3])
 {
     int low[3], found = -1;
@@ -57,7 +57,7 @@ static int nearest_leaf(const Layout *layout, const double at[3])
 
 static void tie(Skin *skin, int node, const double at[3], const Leaf *leaf, const int *corner)
 {
-    double t[3]; // place in the leaf, 0 to 1; outside no farther than one edge
+    double t[3]; // position in the leaf, 0 to 1; outside at most one edge away
     for (int c = 0; c < 3; c++) {
         double edge = (double)(1 << leaf->level);
         t[c] = fmin(fmax((at[c] - leaf->cell[c]) / edge, -1.0), 2.0);
@@ -70,7 +70,7 @@ static void tie(Skin *skin, int node, const double at[3], const Leaf *leaf, cons
     }
 }
 
-// The mesh for clients: ids as those of a surface body made from the same file.
+// Creates the mesh for clients: ids as those of a surface body made from the same file.
 static void show(Body *body, const TriMesh *mesh, const Skin *skin, const int *piece_of_vertex,
                  Arena *arena)
 {
@@ -88,6 +88,7 @@ static void show(Body *body, const TriMesh *mesh, const Skin *skin, const int *p
         id[i] = origin[i] = parent[i][0] = parent[i][1] = mesh->file_index[i];
         piece[i] = piece_of_vertex[skin->vertex[i][0]];
     }
+    // Copies that the repair made have the origin of the node from which they were split.
     for (int i = nodes - mesh->copy_count; i < nodes; i++)
         origin[i] = mesh->file_index[mesh_node_of_file(mesh, mesh_file_row(mesh, i))];
     body->mesh = (BodyMesh){
@@ -132,6 +133,7 @@ Skin *skin_create(Body *body, const TriMesh *mesh, const Lattice *lattice, const
             return NULL;
         }
         tie(skin, i, at, &layout->leaf[leaf], elements->vertex[leaf]);
+        // The node keeps its own rest position: the element only gives its displacement.
         Vec3 place = quat_rotate(back, vec3_sub(mesh->position[i], rows->rest_origin));
         skin->place[i][0] = place.x, skin->place[i][1] = place.y, skin->place[i][2] = place.z;
     }
@@ -139,8 +141,8 @@ Skin *skin_create(Body *body, const TriMesh *mesh, const Lattice *lattice, const
     return skin;
 }
 
-// A point's displacement is the weighted mean of its corners'; single precision is enough for what
-// is published in it.
+// A point's displacement is the weighted mean of its corners'; single precision is sufficient for
+// data that is published in it.
 typedef float Four __attribute__((vector_size(4 * sizeof(float))));
 
 static inline Four blend(const Skin *skin, const Rows *rows, const void *row, int node, int first)
@@ -167,7 +169,7 @@ void skin_snapshot(const Skin *skin, const Rows *rows, const void *row, float *p
     Vec3 axis[3]; // the rows' axes in the world
     for (int c = 0; c < 3; c++)
         axis[c] = quat_rotate(rows->frame->turn, (Vec3){c == 0, c == 1, c == 2});
-    const Vec3 origin = rows->frame->origin;
+    const Vec3 origin = rows->frame->origin, speed = rows_velocity(rows);
     for (int i = 0; i < skin->node_count; i++) {
         Four u = blend(skin, rows, row, i, 0);
         double p[3];
@@ -181,12 +183,12 @@ void skin_snapshot(const Skin *skin, const Rows *rows, const void *row, float *p
             continue;
         Four v = blend(skin, rows, row, i, 4);
         float *to = velocity + 3L * i;
-        to[0] =
-            (float)(axis[0].x * (double)v[0] + axis[1].x * (double)v[1] + axis[2].x * (double)v[2]);
-        to[1] =
-            (float)(axis[0].y * (double)v[0] + axis[1].y * (double)v[1] + axis[2].y * (double)v[2]);
-        to[2] =
-            (float)(axis[0].z * (double)v[0] + axis[1].z * (double)v[1] + axis[2].z * (double)v[2]);
+        to[0] = (float)(speed.x + axis[0].x * (double)v[0] + axis[1].x * (double)v[1] +
+                        axis[2].x * (double)v[2]);
+        to[1] = (float)(speed.y + axis[0].y * (double)v[0] + axis[1].y * (double)v[1] +
+                        axis[2].y * (double)v[2]);
+        to[2] = (float)(speed.z + axis[0].z * (double)v[0] + axis[1].z * (double)v[1] +
+                        axis[2].z * (double)v[2]);
     }
 }
 

@@ -8,16 +8,16 @@ double voxel_critical_step(const VoxelMaterial *material, double size)
                        material->youngs_modulus);
 }
 
-// The paper's unit weights: the stiffness that gives an element with hanging vertices the energy of
-// one with 8 corners under the same uniform stretch, on average over the axes.
+// Returns k for the paper's unit weights: an element with hanging vertices then has the energy of
+// one with 8 corners under the same uniform stretch, averaged over the axes.
 static double paper_stiffness(const Template *shape, double mu, double edge)
 {
     return mu * edge * 6.0 / template_spread(shape); // 8 corners of the unit cube: 6
 }
 
-// The largest eigenvalue of M^-1 K of a plain cube is max(4 (2 mu + 3 lambda), 8 alpha mu) /
-// (rho H^2); with hanging vertices it is at most twice that of its own cube
-// (tests/voxel/test_voxel_bound.c: 1.81 with nu = 0, less with more).
+// The largest eigenvalue of M^-1 K of a plain cube is max(4 (2 mu + 3 lambda), 8 alpha mu) / (rho
+// H^2) (README.md, "Critical time step"); with hanging vertices it is at most twice that of its own
+// cube (tests/voxel/test_voxel_bound.c: 1.81 with nu = 0, less with larger nu).
 ElementBounds stiffness_of_element(VoxelLaw law, const VoxelMaterial *material, double edge,
                                    const Template *shape, ElementClass *out)
 {

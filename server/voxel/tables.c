@@ -69,7 +69,7 @@ static Numbers numbers_of(const Template *template, VoxelLaw law)
     return numbers;
 }
 
-// Every `stride`-th number, of `count` vertices.
+// Writes every `stride`-th number, of `count` vertices.
 static void put_numbers(void *to, int stride, int at, int count, const Numbers *numbers,
                         bool single)
 {
@@ -85,7 +85,7 @@ void voxel_table_put(void *number, const Template *shape, VoxelLaw law, Precisio
     put_numbers(number, 1, 0, shape->count, &numbers, precision == PRECISION_SINGLE);
 }
 
-// Rounded up so that tables begin on cache lines.
+// Rounds up so that tables begin on cache lines.
 static size_t numbers_in(const RestTable *table, bool mixed)
 {
     size_t numbers = (size_t)(TABLE_HEAD + table->count * TABLE_ROW) * (mixed ? LANES : 1);
@@ -102,6 +102,7 @@ const RestTable *voxel_tables_create(const Batches *batches, VoxelLaw law, Preci
     const int count = batches->template_count + hanging->mixed_count;
     RestTable *tables =
         arena_allocate(arena, ARENA_STEP, (size_t)count, sizeof *tables, "%s/rest tables", name);
+    // Vertices per table: of one template, or of the longest in a mixed batch.
     size_t total = 0;
     for (int k = 0; k < count; k++) {
         const int mixed = k - batches->template_count, batch = pure + mixed;
@@ -114,7 +115,7 @@ const RestTable *voxel_tables_create(const Batches *batches, VoxelLaw law, Preci
         const int mixed = k - batches->template_count;
         const int stride = mixed < 0 ? 1 : LANES;
         for (int lane = 0; lane < stride; lane++) {
-            // A lane without an element is one that never deforms.
+            // A lane without an element gets a shape that never deforms.
             const int t = mixed < 0 ? k : batches->mixture[mixed][lane];
             const Numbers numbers = numbers_of(&batches->templates[t < 0 ? 0 : t], law);
             put_numbers(out, stride, lane, tables[k].count, &numbers, single);

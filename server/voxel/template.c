@@ -48,9 +48,9 @@ static Vec3 place_of(int node)
     return vec3(0.5 * (o[0] - 1), 0.5 * (o[1] - 1), 0.5 * (o[2] - 1));
 }
 
-// All 26 present: the surface is 24 squares of edge 1/2, and each of a square's four corners gets a
-// quarter of its area vector, exact for fields bilinear on it. On a face a corner of the cube meets
-// one square, a mid-edge two, a mid-face four.
+// Returns a node's area vector with all 26 present: the surface is 24 squares of edge 1/2, and each
+// of a square's four corners gets a quarter of its area vector, exact for fields bilinear on it. On
+// a face a corner of the cube meets one square, a mid-edge two, a mid-face four.
 static Vec3 full_area(int node)
 {
     const signed char *o = NODE_OFFSET[node];
@@ -62,8 +62,8 @@ static Vec3 full_area(int node)
     return vec3(area[0], area[1], area[2]);
 }
 
-// A place without a vertex moves as the mean of those around it, one step coarser: gives its share
-// to them, in equal parts.
+// Distributes the area vector of an absent node: it moves as the mean of the nodes around it, one
+// step coarser, and gives them equal parts.
 static void hand_on(Vec3 area[NODE_COUNT], int node)
 {
     const signed char *o = NODE_OFFSET[node];
@@ -85,7 +85,7 @@ void template_create(Template *out, unsigned mask)
     Vec3 area[NODE_COUNT];
     for (int node = 0; node < NODE_COUNT; node++)
         area[node] = full_area(node);
-    // Faces first: they may hand on to mid-edges that are not there either.
+    // Faces first: they may distribute to mid-edges that are absent too.
     for (int node = NODE_COUNT - 1; node >= NODE_CORNERS; node--)
         if (!(mask >> (node - NODE_CORNERS) & 1))
             hand_on(area, node);
@@ -99,8 +99,8 @@ void template_create(Template *out, unsigned mask)
         out->node[i] = node;
         out->place[i] = place;
         out->area[i] = area[node];
-        // Eight times the volume of the cone from the middle over the node's share of the surface:
-        // sums of powers of two but for the last division.
+        // Eight times the volume of the cone from the middle over the node's part of the surface:
+        // sums of powers of two except for the last division.
         double weight = 8.0 * vec3_dot(area[node], place) / 3.0;
         out->weight[i] = weight;
         spread[0] += weight * place.x * place.x;

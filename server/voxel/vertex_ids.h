@@ -1,4 +1,4 @@
-// Vertices by their id, for files and scenes that name them. Load time only.
+// Look-up of vertices by id, for files and scenes that refer to them. Load time only.
 #ifndef PLIANT_VOXEL_VERTEX_IDS_H
 #define PLIANT_VOXEL_VERTEX_IDS_H
 
@@ -8,9 +8,9 @@ typedef struct VertexId {
     int id, vertex;
 } VertexId;
 
-// [count] in ascending order of id; malloc'ed, the caller frees.
+// Returns [count] entries in ascending order of id; malloc'ed, the caller frees.
 VertexId *vertex_ids_sort(const int *id, int count);
-// The vertex of an id; -1: none.
+// Returns the vertex of an id; -1: none.
 int vertex_ids_find(const VertexId *sorted, int count, int id);
 
 #endif

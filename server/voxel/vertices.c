@@ -22,9 +22,12 @@ static void create_frame(Vertices *vertices, const char *name, const bool *fixed
     rows->frame = ALLOCATE(ARENA_STEP, 1, BaseFrame, "base frame");
     *rows->frame = (BaseFrame){.origin = rows->rest_origin, .turn = rows->rest_turn};
     state_add(state, rows->frame, sizeof *rows->frame, "%s/base_frame", name);
+    if (rows->floating && rows->precision == PRECISION_SINGLE)
+        rows_let_fall(rows, name, arena, state);
 }
 
-// Returns how far from the middle of the body vertices begin [m].
+// Writes the initial rows; returns the largest initial distance of a vertex from the middle of the
+// body [m].
 static double write_initial(Vertices *vertices, const VoxelOptions *options, const VertexId *by_id,
                             const bool *fixed)
 {
@@ -76,7 +79,7 @@ void vertices_create(Vertices *vertices, const VoxelOptions *options, const Vert
     vertices->present = vertices->row[0];
     state_add_pair(state, vertices->row[0], vertices->row[1], &vertices->current,
                    ROW * count * real, "%s/rows", name);
-    // Far beyond any use, and small enough for single precision.
+    // Far beyond any sensible scene, and small enough for single precision.
     vertices->position_limit = 1e6 * fmax(extent, write_initial(vertices, options, by_id, fixed));
     vertices->damped = options->damping > 0.0;
     vertices->parameters = ALLOCATE(ARENA_STEP, 1, BodyParameters, "parameters");
@@ -92,8 +95,7 @@ void vertices_put_mass(Vertices *vertices, int vertex, double mass, bool fixed)
     rows_put(&vertices->rows, vertices->inverse_mass, vertex, fixed ? 0.0 : 1.0 / mass);
 }
 
-// The spare row is among those in use where it follows them: so it was always, without room
-// between.
+// The spare row counts as in use where it directly follows the vertices.
 void vertices_set_count(Vertices *vertices, int count)
 {
     vertices->count = count;
@@ -107,6 +109,7 @@ void vertices_drift(Vertices *vertices, double dt)
 {
     void *next = vertices->row[1 - vertices->current];
     vertices->kernels->drift(vertices->present, next, vertices->rows.count, dt);
+    rows_drift(&vertices->rows, dt);
     vertices->present = next;
 }
 
@@ -147,7 +150,7 @@ void vertices_begin(Vertices *vertices)
     }
 }
 
-enum { SHARE = 1024 }; // vertices that a thread takes at a time
+enum { SHARE = 1024 }; // vertices per thread and piece
 
 typedef struct SharedAdvance {
     const AdvancePass *pass;
@@ -156,7 +159,7 @@ typedef struct SharedAdvance {
     atomic_bool bad;
 } SharedAdvance;
 
-// Vertices are advanced each by itself: shares give the same bits.
+// Each vertex is advanced independently: any division among threads gives the same bits.
 static void advance_part(void *context, int first, int last)
 {
     SharedAdvance *shared = context;
@@ -186,7 +189,7 @@ static bool advance_all(const Vertices *vertices, const AdvancePass *pass)
     return !atomic_load_explicit(&shared.bad, memory_order_relaxed);
 }
 
-// Nothing else clears what the lanes without an element have added.
+// Clears the forces that lanes without an element have added; nothing else does.
 static void forget_spare(const Vertices *vertices)
 {
     const size_t bytes = 4 * rows_real_size(&vertices->rows);
@@ -196,11 +199,11 @@ static void forget_spare(const Vertices *vertices)
 }
 
 // The first kick of a tick writes the rows that are not current, so that the state before the tick
-// stays whole until the end; later ones stay there.
+// stays intact until the end; later ones stay there.
 void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gravity)
 {
     void *next = vertices->row[1 - vertices->current];
-    Vec3 g = rows_turn_in(&vertices->rows, gravity);
+    Vec3 g = rows_gravity(&vertices->rows, gravity);
     const AdvancePass pass = {
         .present = vertices->present,
         .next = next,
@@ -212,9 +215,10 @@ void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gra
         .advance = stage->advance,
         .gravity = {g.x, g.y, g.z},
         .position_limit = vertices->position_limit,
-        .check = stage->last, // what went bad earlier in the tick is still bad
+        .check = stage->last, // a number that went bad earlier in the tick is still bad
     };
     vertices->bad |= !advance_all(vertices, &pass);
+    rows_advance(&vertices->rows, stage, h, gravity);
     if (vertices->count < vertices->capacity)
         forget_spare(vertices);
     vertices->present = next;
@@ -222,10 +226,12 @@ void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gra
 
 bool vertices_end(Vertices *vertices)
 {
-    // A floating body's numbers are small however far it has flown.
+    // The coordinates of a floating body are small however far it has travelled: check the distance
+    // too.
     bool good = !vertices->bad && (!vertices->rows.floating ||
                                    rows_are_near(&vertices->rows, vertices->position_limit));
     vertices->bad = false;
+    rows_end_tick(&vertices->rows, good);
     if (good)
         vertices->current = 1 - vertices->current;
     vertices->present = vertices->row[vertices->current];
@@ -234,6 +240,7 @@ bool vertices_end(Vertices *vertices)
 
 void vertices_abandon(Vertices *vertices)
 {
+    rows_end_tick(&vertices->rows, false);
     vertices->present = vertices_row(vertices);
     vertices->bad = false;
 }
@@ -248,13 +255,12 @@ bool vertices_commit(Vertices *vertices)
 
 void vertices_restore(Vertices *vertices, RestoreMode mode)
 {
-    const Rows *rows = &vertices->rows;
+    Rows *rows = &vertices->rows;
     void *row = vertices->row[vertices->current];
     if (mode == RESTORE_SHAPE)
-        rows_return_to_rest(&vertices->rows, row);
-    for (long i = 0; i < rows->count && mode != RESTORE_MOTION; i++)
-        for (int c = 4; c < ROW; c++)
-            rows_put(rows, row, i * ROW + c, 0.0);
+        rows_return_to_rest(rows, row);
+    else if (mode != RESTORE_MOTION)
+        rows_stop(rows, row);
     const size_t bytes = ((size_t)vertices->capacity + 1) * 4 * rows_real_size(rows);
     memset(vertices->force, 0, bytes);
     if (vertices->more != NULL)
@@ -262,7 +268,7 @@ void vertices_restore(Vertices *vertices, RestoreMode mode)
     vertices->present = row;
 }
 
-// The spare row too, which lanes without an element read.
+// Includes the spare row, which lanes without an element read.
 bool vertices_check(const Vertices *vertices)
 {
     const Rows *rows = &vertices->rows;
@@ -333,19 +339,36 @@ void vertices_measure(const Vertices *vertices, BodyMeasure *measure)
 {
     const Rows *rows = &vertices->rows;
     const void *row = vertices_row(vertices);
+    const Vec3 velocity = rows_turn_in(rows, rows_velocity(rows)); // of the frame
     double kinetic = 0.0, farthest = 0.0;
+    Vec3 weight = {0.0, 0.0, 0.0}; // sum of mass times displacement, in the rows' axes
     for (int i = 0; i < vertices->count; i++) {
         Vec3 u = rows_vector(rows, row, i, 0), v = rows_vector(rows, row, i, 4);
-        if (rows->floating) { // u is small whatever the body's way
+        if (rows->floating) { // u is small however far the body has travelled
             Vec3 x;
             rows_read(rows, row, i, &x, NULL);
             u = vec3_sub(x, rows_rest(rows, i));
+            v = vec3_add(velocity, v);
         }
         kinetic += 0.5 * vertices->mass[i] * vec3_dot(v, v);
+        weight = vec3_madd(weight, vertices->mass[i], u);
         farthest = fmax(farthest, vec3_dot(u, u));
     }
     measure->kinetic = kinetic;
     measure->max_displacement = sqrt(farthest);
+    const double *g = vertices->parameters->gravity;
+    if (!rows->floating)
+        weight = quat_rotate(rows->frame->turn, weight);
+    // Potential of gravity and of the constant loads.
+    measure->outer = -(g[0] * weight.x + g[1] * weight.y + g[2] * weight.z);
+    for (int i = 0; i < vertices->loadable_count; i++) {
+        const double *load = vertices->load[i];
+        if (load[0] == 0.0 && load[1] == 0.0 && load[2] == 0.0)
+            continue;
+        Vec3 x;
+        rows_read(rows, row, i, &x, NULL);
+        measure->outer -= vec3_dot((Vec3){load[0], load[1], load[2]}, x);
+    }
 }
 
 void vertices_explain(const Vertices *vertices, int lanes, const int *element_at_level, FILE *out)
@@ -365,5 +388,7 @@ void vertices_explain(const Vertices *vertices, int lanes, const int *element_at
         fprintf(out, "    shared by two threads\n");
     fprintf(out, "    damping: %s\n    base frame: %s\n",
             vertices->damped ? "in the kernel" : "left out (material.damping)",
-            vertices->rows.floating ? "follows the body" : "still");
+            vertices->rows.fall != NULL ? "follows the body, and falls in its place"
+            : vertices->rows.floating   ? "follows the body"
+                                        : "still");
 }

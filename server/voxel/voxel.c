@@ -1,4 +1,4 @@
-// What the pipeline asks of a voxel body (dynamics/body.h). Step thread: no allocation, no lock.
+// The operations of a voxel body (dynamics/body.h). Step thread: no allocation, no lock.
 #include "voxel/model.h"
 
 #include "voxel/skin.h"
@@ -31,7 +31,7 @@ static VoxelPass make_pass(const VoxelModel *model, const void *rows)
     };
 }
 
-// A pass whose halves two threads share, each with forces of its own.
+// A pass whose halves run on two threads, each with forces of its own.
 typedef struct SharedPass {
     const VoxelModel *model;
     const VoxelPass *pass;
@@ -69,7 +69,7 @@ static void evaluate_all(const VoxelModel *model, const VoxelPass *pass)
         team_run(model->vertices.team, evaluate_halves, &shared, 2);
 }
 
-// Forces of all elements, then the vertices move.
+// Computes the forces of all elements, then advances the vertices.
 static void voxel_evaluate(void *self, const Stage *stage, double h)
 {
     VoxelModel *model = self;
@@ -137,7 +137,7 @@ static void voxel_add_forces(void *self, const int *node, int count, const Vec3 
     vertices_add_forces(&model->vertices, node, count, force);
 }
 
-// The region is brought to the rows' coordinates, not every vertex to the world.
+// Transforms the region to the rows' coordinates rather than every vertex to the world.
 static int voxel_find_nodes(const void *self, const Region *region, int *node, int capacity)
 {
     const VoxelModel *model = self;

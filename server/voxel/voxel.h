@@ -1,4 +1,4 @@
-// Voxel bodies: solid organs as elements that pull their vertices back to a rotated reference
+// Voxel bodies: solid organs as elements that pull their vertices towards a rotated reference
 // shape, small at the surface and large inside (Miyazaki et al. 2004).
 #ifndef PLIANT_VOXEL_VOXEL_H
 #define PLIANT_VOXEL_VOXEL_H
@@ -28,37 +28,39 @@ typedef struct VoxelOptions {
     VoxelLaw law;
     int material_count;
     const VoxelMaterial *material; // [material_count] by label - 1
-    double damping;                // beta in units of the critical step dt0 of the body
+    double damping;                // beta as a multiple of the body's critical step dt0
     IntegratorKind integrator;     // symplectic_euler or leapfrog
     Precision precision;
     double time_step; // [s]; 0: from the stability bound
     bool unsafe_time_step;
     int fixed_count;
     const FixedRegion *fixed; // nodes: indices of lattice points
-    // initial state by ascending vertex id, or NULL: at rest
+    // Initial state by ascending vertex id [m], [m/s], or NULL: at rest.
     int initial_count;
     const Vec3 *initial_position, *initial_velocity;
     Vec3 gravity;
     double contact_ratio, contact_damping, friction; // see dynamics/body.h
-    bool without_contacts;                           // no tool can touch it
-    bool without_loads;                              // no load can act on it
-    bool publish_all;                                // inner vertices too
-    bool cuttable;       // blades can cut it; the rest of this group means nothing otherwise
-    int split_budget;    // elements divided in a tick
-    double tear_stress;  // strength of the tissue [Pa]; 0: it does not tear
+    bool without_contacts;                           // tools cannot touch it
+    bool without_loads;                              // loads cannot act on it
+    bool publish_all;                                // also inner vertices
+    bool cuttable;       // blades can cut it; otherwise the rest of this group is ignored
+    int split_budget;    // elements divided per tick
+    double tear_stress;  // strength of the tissue [Pa]; 0: no tearing by stress
     double tear_force;   // the paper's threshold on the external force on a vertex [N]; 0: none
-    int vertex_capacity; // most vertices and outer triangles; 0: enough for a body divided wholly
+    int vertex_capacity; // most vertices and outer triangles; 0: enough for a fully divided body
     int face_capacity;
-    const TriMesh *skin; // display surface in the place of the outer faces, or NULL
+    const TriMesh *skin; // display surface in place of the outer faces, or NULL
     const char *isa;     // "auto" or a name of isa.h
     Team *team;          // shares the elements of large bodies; NULL: one thread; outlives the body
 } VoxelOptions;
 
-// Builds a body. Allocates from `arena`, lists its state. False with `status`: what does not fit.
+// Builds a body. Allocates from `arena` and adds its arrays to `state`. False with `status` if the
+// options do not fit.
 bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
                   Status *status);
 
-// The critical step dt0 of a cube of this material [s] (voxel.md 6.1): h sqrt(rho (1 - 2 nu) / E).
+// Returns the critical step dt0 of a cube of this material [s], h sqrt(rho (1 - 2 nu) / E)
+// (README.md, "Critical time step").
 double voxel_critical_step(const VoxelMaterial *material, double size);
 
 #endif

@@ -1,7 +1,5 @@
-// pliant-accuracy SCENES OUT [REPEATS]: the experiments of Choi et al. 2005 off line.
+// pliant-accuracy SCENES OUT [REPEATS [PART...]]: the experiments of Choi et al. 2005 offline.
 #include "accuracy.h"
-
-#include <stdlib.h>
 
 const char *rule_name(SurfaceAdjust rule)
 {
@@ -10,15 +8,11 @@ const char *rule_name(SurfaceAdjust rule)
 
 int main(int argc, char **argv)
 {
-    if (argc < 3 || argc > 4 || (argc == 4 && atoi(argv[3]) < 1)) {
-        fprintf(stderr, "usage: pliant-accuracy SCENES OUT [REPEATS]\n");
-        return 2;
-    }
-    const Experiment experiment = {argv[1], argv[2], argc == 4 ? atoi(argv[3]) : 5};
-    masses_and_counts(&experiment);
-    collapse_and_recovery(&experiment);
-    coarse_against_refined(&experiment);
-    displaced_region(&experiment);
-    cost_and_curves(&experiment);
-    return 0;
+    static const ExperimentPart parts[] = {
+        {"masses", masses_and_counts},         {"collapse", collapse_and_recovery},
+        {"damping", damping_of_shape_springs}, {"fabric", coarse_against_refined},
+        {"region", displaced_region},          {"cost", cost_and_curves},
+        {"thresholds", curvature_thresholds},  {"constant", constant_shape_springs},
+    };
+    return experiment_main(argc, argv, parts, sizeof parts / sizeof parts[0]);
 }

@@ -8,10 +8,13 @@
 
 const char *rule_name(SurfaceAdjust rule);
 
-void masses_and_counts(const Experiment *experiment);      // Fig. 6, eqs 6 and 7, Table 1's counts
-void collapse_and_recovery(const Experiment *experiment);  // Fig. 8
-void coarse_against_refined(const Experiment *experiment); // Figs. 9 and 10
-void displaced_region(const Experiment *experiment);       // Fig. 11
-void cost_and_curves(const Experiment *experiment);        // Fig. 12 and Table 1
+void masses_and_counts(const Experiment *experiment);     // Fig. 6, eqs 6 and 7, Table 1's counts
+void collapse_and_recovery(const Experiment *experiment); // Fig. 8
+void damping_of_shape_springs(const Experiment *experiment); // eq 10
+void coarse_against_refined(const Experiment *experiment);   // Figs. 9 and 10
+void displaced_region(const Experiment *experiment);         // Fig. 11
+void cost_and_curves(const Experiment *experiment);          // Fig. 12 and Table 1
+void curvature_thresholds(const Experiment *experiment);     // what the threshold of curvature buys
+void constant_shape_springs(const Experiment *experiment);   // shape springs that no level changes
 
 #endif

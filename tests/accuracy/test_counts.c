@@ -73,7 +73,7 @@ static void mixed_node_has_the_mean_mass_of_its_edges(void **state)
     patch_refine_two_faces(&world, node);
     const double mixed = detail_mass(patch_body(&world)->model, node);
     expect_near(mixed, (2.0 * coarse + 3.0 * fine) / 5.0, 1e-12 * coarse); // rounding of the sums
-    // Only nearly kept (erratum 7): surface.md 2a measured up to 0.13 % on a sphere.
+    // Only nearly kept: up to 0.15 % on the sphere (tests/accuracy/report.md, "Fig. 6: masses").
     expect_at_most(fabs(patch_body(&world)->mass / whole - 1.0), 2e-3);
     drop(&scene, &world);
 

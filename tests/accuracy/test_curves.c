@@ -89,8 +89,8 @@ static void fabric_is_as_stiff_refined_as_coarse(void **state)
     expect_near(compliance(ADJUST_CHOI2005, 50.0, false), 1.0, 0.1); // the paper's Fig. 10
 }
 
-// Erratum 8: springs half as stiff at level 1, so in its plane a sheet gives way by twice as much,
-// less what the shape springs hold.
+// Springs half as stiff at level 1, so in its plane a sheet gives way by twice as much, less what
+// the shape springs hold (server/surface/detail/README.md, "Properties that follow the level").
 static void equation_8_softens_fabric_where_nothing_hides_it(void **state)
 {
     (void)state;

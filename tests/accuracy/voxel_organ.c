@@ -83,12 +83,17 @@ static void organ_destroy(Organ *organ)
     scene_destroy(&organ->scene);
 }
 
-// Lowered in 0.3 s, then held for 1.2 s; the tool's force along its way, mean of the last 0.2 s
-// [N].
-static double organ_press(Organ *organ)
+// The tool's force along its way over the last 0.2 s of a press that is held [N].
+typedef struct Held {
+    double mean, least, most;
+} Held;
+
+// Lowered in 0.3 s, then held for 1.2 s.
+static Held organ_press(Organ *organ)
 {
     Sim *sim = organ->world.sim;
-    double radius = organ->scene.tool[0].capsule[0].radius, force = 0.0;
+    double radius = organ->scene.tool[0].capsule[0].radius;
+    Held held = {.least = HUGE_VAL, .most = -HUGE_VAL};
     long ticks = lround(1.5 / sim_tick(sim)), last = lround(0.2 / sim_tick(sim));
     for (long k = 0; k < ticks; k++) {
         double depth = DEPTH * fmin(1.0, (double)k * sim_tick(sim) / 0.3);
@@ -98,12 +103,16 @@ static double organ_press(Organ *organ)
                          .active = true};
         sim_apply_pose(sim, 0, &pose, true);
         sim_step(sim);
-        if (k >= ticks - last)
-            force -= sim_wrench(sim, 0)->force.y / (double)last;
+        if (k < ticks - last)
+            continue;
+        double force = -sim_wrench(sim, 0)->force.y;
+        held.mean += force / (double)last;
+        held.least = fmin(held.least, force);
+        held.most = fmax(held.most, force);
     }
     ASSERT(sim_resets(sim) == 0);
     read_positions(organ, organ->x);
-    return force;
+    return held;
 }
 
 static void time_step(Organ *organ, double *least_us, double *least_forces_us)
@@ -207,7 +216,8 @@ void organ(const Experiment *experiment)
                                               "as the scene has it, every cell an element"};
     static Organ organs[ORGANS];
     char path[4096];
-    double force[ORGANS], step_us[ORGANS] = {0.0}, forces_us[ORGANS] = {0.0};
+    Held force[ORGANS];
+    double step_us[ORGANS] = {0.0}, forces_us[ORGANS] = {0.0};
     snprintf(path, sizeof path, "%s/../../../config/organ-volume.cfg", experiment->scenes);
     for (int o = 0; o < ORGANS; o++) {
         organ_create(&organs[o], path, o == EVEN ? 5000.0 : 0.0, o == FULL ? 0 : -1);
@@ -219,7 +229,8 @@ void organ(const Experiment *experiment)
     FILE *out = experiment_open(experiment, "organ.tsv");
     fprintf(
         out,
-        "liver\telements\tforce at %g mm [N]\tlargest displacement [mm]\tbatches, plain\twith "
+        "liver\telements\tforce at %g mm, mean of 0.2 s [N]\tfrom\tto\tlargest displacement "
+        "[mm]\tbatches, plain\twith "
         "hanging vertices\tstep [us]\tof it forces and update [us]\tthe time it stands for [us]\n",
         1e3 * DEPTH);
     for (int o = 0; o < ORGANS; o++) {
@@ -227,10 +238,10 @@ void organ(const Experiment *experiment)
         for (int i = 0; i < organs[o].count; i++)
             most = fmax(most, vec3_length(vec3_sub(organs[o].x[i], organs[o].rest[i])));
         const VoxelModel *model = organs[o].body->model;
-        fprintf(out, "%s\t%d\t%.3f\t%.1f\t%d\t%d\t%.0f\t%.0f\t%.0f\n", NAMES[o],
-                model->element_count, force[o], 1e3 * most, model->batches.plain.batch_count,
-                model->batches.hanging.batch_count, step_us[o], forces_us[o],
-                1e6 * organs[o].body->h);
+        fprintf(out, "%s\t%d\t%.3f\t%.3f\t%.3f\t%.1f\t%d\t%d\t%.0f\t%.0f\t%.0f\n", NAMES[o],
+                model->element_count, force[o].mean, force[o].least, force[o].most, 1e3 * most,
+                model->batches.plain.batch_count, model->batches.hanging.batch_count, step_us[o],
+                forces_us[o], 1e6 * organs[o].body->h);
     }
     fclose(out);
     write_layout(experiment, &organs[GRADED]);

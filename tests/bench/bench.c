@@ -84,14 +84,14 @@ typedef struct Arguments {
 } Arguments;
 
 static const struct argp_option OPTIONS[] = {
-    {"tsv", 't', "FILE", 0, "write the rows there, tab-separated, with a header line", 0},
-    {"case", 'c', "PREFIX", 0, "only cases whose name begins so", 0},
+    {"tsv", 't', "FILE", 0, "write the rows to FILE, tab-separated, with a header line", 0},
+    {"case", 'c', "PREFIX", 0, "only cases whose name begins with PREFIX", 0},
     {"isa", 'i', "LEVEL", 0,
      "run springs and elements with the kernels of this level (pliantd --isa)", 0},
     {"facts", 'f', NULL, 0, "begin the table with comment lines: machine, compiler, date", 0},
-    {"compare", 'C', "OLD.tsv", 0, "measure nothing: compare that table with the one named last",
+    {"compare", 'C', "OLD.tsv", 0, "measure nothing: compare OLD.tsv with the table named last", 0},
+    {"quick", 'q', NULL, 0, "few repeats of small sizes: shows that it works, not how fast it is",
      0},
-    {"quick", 'q', NULL, 0, "few repeats of small sizes: shows that it works, not how fast", 0},
     {0},
 };
 
@@ -159,7 +159,7 @@ static void print_facts(FILE *out, const char *isa)
 }
 
 static const char DOC[] =
-    "Measures what Pliant's steps cost.\v"
+    "Measures the cost of Pliant's steps.\v"
     "Cases: spring.textbook.rk4 (an array of structures, springs scattered to their two nodes, in "
     "double; compiled with the project's flags and -O3 for the compiler's default instruction "
     "set), "

@@ -21,3 +21,20 @@ awk -F '\t' '
         for (i = 1; i <= n; i++) if (!seen[wanted[i]]) { print "no row of " wanted[i]; bad = 1 }
         exit bad
     }' "$table"
+
+# The committed table is that of this program, as far as that does not depend on the machine: memory, and
+# instructions of a step as valgrind counts them. 3 %: work that meant to change neither has moved them by up to
+# 1 %; beyond, the table is another program's.
+[ -n "${2-}" ] && command -v valgrind >/dev/null || exit 0
+for case in bytes pair.tool; do
+    "$1" --case $case --tsv "$table" >/dev/null || { echo "pliant-bench --case $case failed"; exit 1; }
+    awk -F '\t' '
+        $3 !~ /^(bytes_per_node|instructions_per_step)$/ { next }
+        NR == FNR { stands[$1, $2, $3] = $4; next }
+        {
+            seen++
+            off = $4 / stands[$1, $2, $3] - 1
+            if (off > 0.03 || off < -0.03) { print $1 " " $3 ": " stands[$1, $2, $3] " in the committed table, now " $4; bad = 1 }
+        }
+        END { exit bad || !seen }' "$2" "$table" || { echo "results.tsv is old: ./dev report bench"; exit 1; }
+done

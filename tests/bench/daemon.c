@@ -8,8 +8,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-enum { SKIPPED = 77 };
-
 const char *daemon_path(void)
 {
     static char path[PATH_MAX];
@@ -43,7 +41,7 @@ static FILE *start(const char *daemon, const char *scene, int seconds, const cha
                    pid_t *child)
 {
     static const char script[] = "ip link set lo up && ip link set lo multicast on && "
-                                 "ip route add 224.0.0.0/4 dev lo || exit 77; "
+                                 "ip route add 224.0.0.0/4 dev lo || exit 1; "
                                  "if [ -n \"$BESIDE\" ]; then BIN=$(dirname \"$1\"); "
                                  "(sleep 0.5; eval \"$BESIDE\") >/dev/null 2>&1 & fi; "
                                  "exec \"$@\"";
@@ -61,7 +59,7 @@ static FILE *start(const char *daemon, const char *scene, int seconds, const cha
         close(ends[1]);
         execlp("unshare", "unshare", geteuid() == 0 ? "-n" : "-rn", "sh", "-c", script, "sh",
                daemon, "--duration", duration, "--log-level", "error", scene, (char *)NULL);
-        _exit(SKIPPED);
+        _exit(127);
     }
     close(ends[1]);
     if (*child < 0) {
@@ -106,6 +104,11 @@ DaemonEnd daemon_run_beside(const char *scene, int seconds, const char *beside, 
         *why = "there is no pliantd beside pliant-bench";
         return DAEMON_SKIPPED;
     }
+    if (system(geteuid() == 0 ? "unshare -n true 2>/dev/null" : "unshare -rn true 2>/dev/null") !=
+        0) {
+        *why = "a private network (unshare -n) is not permitted here";
+        return DAEMON_SKIPPED;
+    }
     *why = "cannot start pliantd";
     if (!daemon_write_scene(scene, path, sizeof path))
         return DAEMON_FAILED;
@@ -121,10 +124,6 @@ DaemonEnd daemon_run_beside(const char *scene, int seconds, const char *beside, 
     unlink(path);
     if (summary == NULL)
         return DAEMON_FAILED;
-    if (lines == 0 && WIFEXITED(status) && WEXITSTATUS(status) != 2) {
-        *why = "a private network (unshare -n) is not permitted here";
-        return DAEMON_SKIPPED;
-    }
     *why = "pliantd did not end as it should";
     return lines == 4 && WIFEXITED(status) && WEXITSTATUS(status) == 0 ? DAEMON_DONE
                                                                        : DAEMON_FAILED;

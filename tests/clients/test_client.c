@@ -2,34 +2,45 @@
 #include "client.h"
 #include "expect.h"
 
+#include <stdlib.h>
 #include <string.h>
 
-static void receive_buffer_is_added_to_udpm_urls_that_do_not_set_it(void **state)
+static void the_url_is_the_option_else_the_environment_else_lcms_own(void **state)
 {
     (void)state;
     static const struct {
         const char *url, *fallback, *expected;
+        int ttl, bytes;
     } cases[] = {
-        {NULL, NULL, "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152"},
-        {NULL, "", "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152"},
-        {NULL, "udpm://239.1.1.1:9000", "udpm://239.1.1.1:9000?recv_buf_size=2097152"},
-        {"udpm://?ttl=1", "udpm://239.1.1.1:9000", "udpm://?ttl=1&recv_buf_size=2097152"},
-        {"udpm://?recv_buf_size=5", NULL, "udpm://?recv_buf_size=5"},
-        {"tcpq://localhost:7700", NULL, "tcpq://localhost:7700"},
+        {NULL, NULL, "udpm://239.255.76.67:7667?ttl=0", 0, 0},
+        {NULL, "", "udpm://239.255.76.67:7667?ttl=0", 0, 0},
+        {NULL, "udpm://239.1.1.1:9000?ttl=2", "udpm://239.1.1.1:9000?ttl=2", 2, 0},
+        {"udpm://?ttl=1", "udpm://239.1.1.1:9000", "udpm://?ttl=1", 1, 0},
+        {"udpm://?recv_buf_size=5&ttl=300", NULL, "udpm://?recv_buf_size=5&ttl=300", 255, 5},
+        {"tcpq://localhost:7700", NULL, "tcpq://localhost:7700", 0, 0},
     };
-    char out[CLIENT_URL_MAX];
+    char why[RECEIVER_WHY_MAX];
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
-        assert_true(client_url(cases[k].url, cases[k].fallback, 2097152, out, sizeof out));
-        assert_string_equal(out, cases[k].expected);
+        Network network;
+        if (cases[k].fallback)
+            setenv("LCM_DEFAULT_URL", cases[k].fallback, 1);
+        else
+            unsetenv("LCM_DEFAULT_URL");
+        assert_true(network_read(&network, cases[k].url, why));
+        assert_string_equal(network.url, cases[k].expected);
+        assert_int_equal(network.ttl, cases[k].ttl);
+        assert_int_equal(network.receive_bytes, cases[k].bytes);
     }
+    unsetenv("LCM_DEFAULT_URL");
 }
 
 static void url_that_does_not_fit_is_refused(void **state)
 {
     (void)state;
-    char url[CLIENT_URL_MAX + 10] = "udpm://", out[CLIENT_URL_MAX];
+    char url[300] = "udpm://", why[RECEIVER_WHY_MAX];
+    Network network;
     memset(url + 7, '1', sizeof url - 8);
-    assert_false(client_url(url, NULL, 2097152, out, sizeof out));
+    assert_false(network_read(&network, url, why));
 }
 
 static void addresses_that_are_no_multicast_group_are_refused_with_the_form_wanted(void **state)
@@ -131,7 +142,7 @@ static void a_daemon_is_heard_by_contact_or_status_alone(void **state)
         assert_int_equal(client_hear_daemon(&client, 0.01, &error), cases[k].heard);
         const int64_t start = client_now_ns();
         assert_false(client_hear_daemon(&client, 0.01, &error)); // what was before does not count
-        assert_non_null(strstr(error.text, "nothing heard on PLIANT_CONTACT and PLIANT_STATUS"));
+        assert_non_null(strstr(error.text, "no message on PLIANT_CONTACT and PLIANT_STATUS"));
         assert_true(client_now_ns() - start >= 10000000);
     }
     client_disconnect(&client);
@@ -157,7 +168,7 @@ static void text_from_the_network_cannot_steer_the_terminal(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(receive_buffer_is_added_to_udpm_urls_that_do_not_set_it),
+        cmocka_unit_test(the_url_is_the_option_else_the_environment_else_lcms_own),
         cmocka_unit_test(url_that_does_not_fit_is_refused),
         cmocka_unit_test(addresses_that_are_no_multicast_group_are_refused_with_the_form_wanted),
         cmocka_unit_test(numbers_must_be_whole_finite_and_inside),

@@ -49,12 +49,12 @@ static void faulty_files_are_refused_with_their_line(void **unused)
         {"", "no sweep"},
         {"0 0 0 0 0 1\n", "no sweep"},
         {"0 0 0 0 0 1\nlift\n0 1 0 0 1 1\n", "no sweep"},
-        {"0 0 0 0 0\n", ":1: want x y z x y z"},
-        {"0 0 0 0 0 1 2\n", ":1: want x y z x y z"},
-        {"0 0 0 0 0 1\n0 0 0 0 0 nan\n", ":2: want x y z x y z"},
-        {"0 0 0 0 0 1\n0 0 0 0 0 1e999\n", ":2: want x y z x y z"},
-        {"0 0 0 0 0 1x\n", ":1: want x y z x y z"},
-        {"lifted\n", ":1: want x y z x y z"},
+        {"0 0 0 0 0\n", ":1: expected x y z x y z"},
+        {"0 0 0 0 0 1 2\n", ":1: expected x y z x y z"},
+        {"0 0 0 0 0 1\n0 0 0 0 0 nan\n", ":2: expected x y z x y z"},
+        {"0 0 0 0 0 1\n0 0 0 0 0 1e999\n", ":2: expected x y z x y z"},
+        {"0 0 0 0 0 1x\n", ":1: expected x y z x y z"},
+        {"lifted\n", ":1: expected x y z x y z"},
         {"\n\n0 0 0 0 0 1001\n", ":3: position 1001 outside"},
     };
     for (size_t k = 0; k < sizeof faults / sizeof faults[0]; k++) {

@@ -78,23 +78,15 @@ static void only_pages_of_this_server_are_of_the_right_origin(void **state)
 static void the_whole_token_is_needed(void **state)
 {
     (void)state;
-    Door door = {.token = "0123456789abcdef", .cookie = "pliant_token_8080"};
-    assert_true(door_admits_query(&door, "token=0123456789abcdef"));
-    assert_true(door_admits_query(&door, "a=b&token=0123456789abcdef"));
-    assert_false(door_admits_query(&door, NULL));
-    assert_false(door_admits_query(&door, ""));
-    assert_false(door_admits_query(&door, "token="));
-    assert_false(door_admits_query(&door, "token=0123456789abcde"));
-    assert_false(door_admits_query(&door, "token=0123456789abcdeF"));
-    assert_false(door_admits_query(&door, "token=0123456789abcdef0"));
-    assert_false(door_admits_query(&door, "xtoken=0123456789abcdef"));
-    assert_true(door_admits_cookie(&door, "pliant_token_8080=0123456789abcdef"));
-    assert_true(door_admits_cookie(&door, "x=y; pliant_token_8080=0123456789abcdef; z=1"));
-    assert_false(door_admits_cookie(&door, "pliant_token_8081=0123456789abcdef"));
-    assert_false(door_admits_cookie(&door, "pliant_token_8080=0123456789abcdeg"));
-    assert_false(door_admits_cookie(&door, NULL));
+    Door door = {.token = "0123456789abcdef"};
+    assert_true(door_admits(&door, "0123456789abcdef"));
+    static const char *const no[] = {"", "0123456789abcde", "0123456789abcdeF", "0123456789abcdef0",
+                                     " 0123456789abcdef"};
+    for (size_t k = 0; k < sizeof no / sizeof *no; k++)
+        assert_false(door_admits(&door, no[k]));
+    assert_false(door_admits(&door, NULL));
     // Where there is no token, an empty one opens nothing.
-    assert_false(door_admits_query(&(Door){.cookie = "c"}, "token="));
+    assert_false(door_admits(&(Door){.cookie = "c"}, ""));
 }
 
 static void drawn_tokens_differ_and_are_long(void **state)

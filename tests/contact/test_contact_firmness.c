@@ -1,5 +1,6 @@
-// Contact stiffness by face (contact.md 2.1): on bodies whose nodes carry very different masses for
-// their area, as voxels do at corners, every face may be as stiff as its own nodes bear.
+// Contact stiffness by face (server/dynamics/README.md, "Contact stiffness"): on bodies whose nodes
+// carry very different masses for their area, as voxels do at corners, every face may be as stiff
+// as its own nodes bear.
 #include "expect.h"
 #include "contact_bench.h"
 #include "random.h"

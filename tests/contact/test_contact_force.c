@@ -9,8 +9,8 @@
 #include <stdlib.h>
 
 // ---------------------------------------------------------------------------------------------
-// Energy of contact, from contact.md 1.3 alone: own closest points, in long double, so that
-// differences over 10 nm keep ten digits.
+// Energy of contact, from server/dynamics/README.md, "Contact of faces" and "Capsules", alone: own
+// closest points, in long double, so that differences over 10 nm keep ten digits.
 
 typedef long double Real;
 typedef struct Point {

@@ -1,6 +1,6 @@
-// Where contact acts (contact.md 1): on frozen sheets, so that nothing but geometry plays. Forces
-// must be conservative and without jumps wherever a tool goes, found faces must be all the faces
-// there are, and a free border must have no side.
+// Where contact acts (server/dynamics/README.md, "Contact of faces"): on frozen sheets, so that
+// nothing but geometry plays. Forces must be conservative and without jumps wherever a tool goes,
+// found faces must be all the faces there are, and a free border must have no side.
 #include "expect.h"
 #include "contact_bench.h"
 #include "random.h"
@@ -67,7 +67,7 @@ static void closed_loops_cost_no_work(void **state)
                 last = next;
                 force = then;
             }
-            // The trapezoid rule leaves 0.01..0.1 % at this step (contact.md 1.1).
+            // The trapezoid rule leaves 0.01..0.1 % at this step.
             expect_near(work / press_energy(edges[e]), 0.0, 2e-3);
         }
         bench_destroy(&bench);
@@ -141,8 +141,9 @@ static void slide(double radius, double edge, Vec3 from, Vec3 to, double *jump, 
 static void sliding_over_vertices_and_edges_has_no_jumps(void **state)
 {
     (void)state;
-    // contact.md 1.1: changes of 1..7 % of the mean a step; never less than 0.4 of the mean where a
-    // face's middle is crossed, so a quarter is a safe meaning of "never 0".
+    // In the prototype by which the law was chosen a step changed the force by 1..7 % of its mean,
+    // and it never fell below 0.4 of it where a face's middle is crossed: a quarter is a safe
+    // meaning of "never 0" (server/dynamics/README.md, "Contact of faces").
     static const double cases[][2] = {
         {0.003, 0.004}, {0.003, 0.008}, {0.005, 0.008}, {0.005, 0.016}, {0.010, 0.016}};
     for (int k = 0; k < 5; k++) {

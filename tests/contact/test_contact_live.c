@@ -1,5 +1,6 @@
-// Tools against bodies that yield (contact.md 2.1, 4): presses in equilibrium, thin tools, jumps,
-// and what happens when a tool comes, goes, turns or falls silent.
+// Tools against bodies that yield (server/dynamics/README.md, "Contact stiffness" and "The proxy"):
+// presses in equilibrium, thin tools, jumps, and what happens when a tool comes, goes, turns or
+// falls silent.
 #include "expect.h"
 #include "contact_bench.h"
 #include "random.h"
@@ -76,9 +77,10 @@ static void held_press_is_silent_and_in_equilibrium(void **state)
         bench_read(&bench);
         Vec3 rest = vec3_sub(inner_forces(&bench, 80.0, 50.0), sim_wrench(bench.sim, 0)->force);
         expect_at_most(vec3_length(rest), 3e-5 * mean);
-        // contact.md 2.2 pressed at a place that it does not tell: 0.0523 N, 0.15 mm. Between a
-        // node and a face the force spreads over 20 %; the depth is that of one face that carries
-        // all of it, or of up to six that share it evenly.
+        // The prototype pressed at a place that is not known: 0.0523 N, 0.15 mm
+        // (server/dynamics/README.md, "Contact stiffness"). Between a node and a face the force
+        // spreads over 20 %; the depth is that of one face that carries all of it, or of up to six
+        // that share it evenly.
         expect_near(mean, 0.0523, 0.2 * 0.0523);
         double one_face = mean / (bench.body->contact_kappa * bench.body->surface.face_area[face]);
         expect_at_most(sim_wrench(bench.sim, 0)->depth, 1.01 * one_face);
@@ -87,8 +89,8 @@ static void held_press_is_silent_and_in_equilibrium(void **state)
     }
 }
 
-// Without a proxy such a face would hold 0.67 N (contact.md 1.2); with it, what the face gives when
-// the axis has come down to a tenth of the radius.
+// Without a proxy such a face held 0.67 N in the prototype (server/dynamics/README.md, "Contact of
+// faces"); with it, what the face gives when the axis has come down to a tenth of the radius.
 static void thin_tool_cannot_pass_the_middle_of_a_large_face(void **state)
 {
     (void)state;

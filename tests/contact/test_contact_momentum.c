@@ -1,5 +1,5 @@
-// What a tool gives, a body takes (contact.md 4): momentum of free bodies in every tick, and the
-// work of slow loops.
+// What a tool gives, a body takes (server/dynamics/README.md, "Contact of faces" and "The proxy"):
+// momentum of free bodies in every tick, and the work of slow loops.
 #include "expect.h"
 #include "contact_bench.h"
 #include "random.h"
@@ -64,8 +64,8 @@ static void body_and_tool_exchange_momentum_exactly(void **state)
     collide(INTEGRATOR_LEAPFROG, false, &linear, &angular);
     expect_at_most(linear, 1e-12);
     expect_at_most(angular, 1e-12);
-    // The frame's rotation is a fit that stops at 1e-12 or so (contact.md 4: 3.7e-12, 9.4e-11 over
-    // 2000 ticks).
+    // The frame's rotation is a fit that stops at 1e-12 or so: over 2000 ticks 3.7e-12 and 9.4e-11
+    // were lost in the prototype by which the law was chosen.
     collide(INTEGRATOR_LEAPFROG, true, &linear, &angular);
     expect_at_most(linear, 1e-12);
     expect_at_most(angular, 1e-10);

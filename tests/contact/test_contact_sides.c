@@ -1,5 +1,6 @@
-// A hollow wall remembers on which side a tool stands (contact.md 3): random pushes, held and
-// slowly withdrawn, must not leak. Pushes are as fast as 10 m/s and go through most of the body.
+// A hollow wall remembers on which side a tool stands (server/dynamics/README.md, "Sides of hollow
+// walls"): random pushes, held and slowly withdrawn, must not leak. Pushes are as fast as 10 m/s
+// and go through most of the body.
 #include "expect.h"
 #include "contact_bench.h"
 #include "random.h"
@@ -103,8 +104,8 @@ static void count_leaks(int mesh, int seeds, double length, int *all, int *slow)
     }
 }
 
-// contact.md 3 knew 2 failures of 144, none slower than 1.1 m/s; of 900 we know 2, both on the 114
-// nodes, where a fold closes over the ball.
+// The prototype by which the rules were chosen knew 2 failures of 144, none slower than 1.1 m/s; of
+// 900 we know 2, both on the 114 nodes, where a fold closes over the ball.
 static void balls_do_not_leak(void **state)
 {
     (void)state;

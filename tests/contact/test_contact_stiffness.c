@@ -1,5 +1,5 @@
-// The stiffness that contacts tell (T17 of contact.md): positive, about what a slow hand feels, and
-// rather too stiff than too soft.
+// The stiffness that contacts tell (server/dynamics/README.md, "Stiffness for clients"): positive,
+// about what a slow hand feels, and rather too stiff than too soft.
 #include "expect.h"
 #include "contact_bench.h"
 #include "effort.h"

@@ -1,6 +1,7 @@
-// Hand, network and server in one loop (contact.md 4): poses that come at 60 Hz or 1 kHz, late or
-// not, held, interpolated or extrapolated, and the force that the hand feels. Work that the hand
-// loses is what the body damps; a loop that gives the hand work is active, and a hand shakes in it.
+// Hand, network and server in one loop (server/dynamics/README.md, "Stiffness for clients"): poses
+// that come at 60 Hz or 1 kHz, late or not, held, interpolated or extrapolated, and the force that
+// the hand feels. Work that the hand loses is what the body damps; a loop that gives the hand work
+// is active, and a hand shakes in it.
 #include "expect.h"
 #include "contact_bench.h"
 
@@ -126,8 +127,8 @@ static Felt feel(int period, int latency, Following following, double stiffness,
 enum { POSES_60_HZ = 17, POSES_1_KHZ = 1, ROUND_TRIP_20_MS = 10 }; // ticks
 static const double BODY = 6.0; // quasi-static stiffness of the pressed body [N/m]
 
-// The margins are a third of what contact.md 4 measured with a hand and a body like these; signs
-// and orders are the claim.
+// The margins are a third of what the prototype measured with a hand and a body like these
+// (server/dynamics/README.md, "Stiffness for clients"); signs and orders are the claim.
 
 static void prompt_streams_lose_work(void **state)
 {
@@ -157,7 +158,7 @@ static void client_stiffness_makes_latency_passive(void **state)
     expect_at_least(feel(POSES_60_HZ, ROUND_TRIP_20_MS, INTERPOLATED, 2.0 * BODY, 2.0).lost, 0.25);
 }
 
-// With what the body tells of itself, as contact.md 4 has it with a formula.
+// With what the body tells of itself; the prototype had a stiffness from a formula.
 static void told_stiffness_makes_latency_passive(void **state)
 {
     (void)state;
@@ -175,7 +176,7 @@ static void interpolation_smooths_and_twist_follows(void **state)
     Felt held = feel(POSES_60_HZ, 0, HELD, 0.0, 2.0);
     Felt interpolated = feel(POSES_60_HZ, 0, INTERPOLATED, 0.0, 2.0);
     Felt extrapolated = feel(POSES_60_HZ, 0, EXTRAPOLATED, 0.0, 2.0);
-    // contact.md 4: .166, .004 and .012 N between two ticks.
+    // In the prototype .166, .004 and .012 N between two ticks.
     expect_at_least(held.step, 10.0 * interpolated.step);
     expect_at_least(held.step, 3.0 * extrapolated.step);
     // Interpolated over one period the tool is up to that late (17 ms at 38 mm/s), by its twist

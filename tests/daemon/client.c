@@ -91,7 +91,7 @@ static void see_chunk(FramesSeen *seen, const pliant_nodes_t *m)
 {
     seen->chunks++;
     if (m->sequence != seen->sequence) {
-        if (seen->sequence != 0 && m->sequence != seen->sequence + 1)
+        if (seen->sequence != 0 && (uint32_t)m->sequence != (uint32_t)seen->sequence + 1)
             seen->gaps++;
         seen->parts = 0;
     }

@@ -164,6 +164,14 @@ void daemon_start(Daemon *daemon, const char *format, ...)
     start(daemon, arguments);
 }
 
+void daemon_end(Daemon *daemon)
+{
+    daemon_signal(daemon, SIGTERM);
+    daemon_wait(daemon);
+    if (daemon->code != 0)
+        fail_msg("exit %d: %s", daemon->code, daemon->err);
+}
+
 void run_daemon(Daemon *daemon, const char *format, ...)
 {
     char arguments[4096];

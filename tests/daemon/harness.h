@@ -41,6 +41,8 @@ void daemon_environment(const char *assignment);
 void daemon_signal(const Daemon *daemon, int number);
 // Waits for its end (at most a minute, then the test fails) and reads what it printed.
 void daemon_wait(Daemon *daemon);
+// Asks it to end with SIGTERM and waits; fails the test unless its exit code is 0.
+void daemon_end(Daemon *daemon);
 // Start and wait.
 void run_daemon(Daemon *daemon, const char *format, ...) __attribute__((format(printf, 2, 3)));
 

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Runs a command in a private network with multicast on its loopback device: messages of a test reach
-# nobody else. Exit code 77 (skipped) where that is not permitted.
+# nobody else. Exit code 77 (skipped) where that is not permitted; all else that fails is a failure.
 if [ "$(id -u)" = 0 ]; then unshare="unshare -n"; else unshare="unshare -rn"; fi
 if ! $unshare true 2>/dev/null; then
     echo "skipped: a private network (unshare -n) is not permitted here"
@@ -8,7 +8,7 @@ if ! $unshare true 2>/dev/null; then
 fi
 exec $unshare sh -c '
     ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo || {
-        echo "skipped: cannot set up the private network"
-        exit 77
+        echo "cannot set up the private network (Debian: iproute2)"
+        exit 1
     }
     exec "$@"' sh "$@"

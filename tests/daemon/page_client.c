@@ -2,15 +2,14 @@
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
+#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
 #include <time.h>
 #include <unistd.h>
 
-#include <civetweb.h>
-
-enum { OPCODE = 0x0f };
+enum { TEXT = 1, BINARY = 2, CLOSE = 8, PING = 9, PONG = 10, FIN = 0x80, FRAME_MAX = 1 << 26 };
 
 // --- what comes ---
 
@@ -74,64 +73,170 @@ static void answer(PageClient *page, long long round)
 {
     char text[64];
     int length = snprintf(text, sizeof text, "{\"type\":\"drawn\",\"round\":%lld}", round);
-    mg_websocket_client_write(page->connection, MG_WEBSOCKET_OPCODE_TEXT, text, (size_t)length);
+    page_send_frame(page, FIN | TEXT, text, (size_t)length);
 }
 
-static int on_data(struct mg_connection *connection, int bits, char *data, size_t size, void *user)
+static void take_message(PageClient *page, int opcode, const char *data, size_t size)
 {
-    (void)connection;
-    PageClient *page = user;
     pthread_mutex_lock(&page->lock);
     int rounds = page->rounds;
-    if ((bits & OPCODE) == MG_WEBSOCKET_OPCODE_TEXT)
+    if (opcode == TEXT)
         take_text(page, data, size);
-    else if ((bits & OPCODE) == MG_WEBSOCKET_OPCODE_BINARY)
+    else if (opcode == BINARY)
         take_binary(page, data, size);
-    bool drawn = page->rounds > rounds && page->answers && page->connection != NULL;
+    bool drawn = page->rounds > rounds && page->answers;
     long long round = page->round;
     pthread_mutex_unlock(&page->lock);
     if (drawn)
         answer(page, round);
-    return 1;
 }
 
-static void on_close(const struct mg_connection *connection, void *user)
+// --- frames ---
+
+static bool receive(int fd, void *data, size_t size)
 {
-    (void)connection;
+    return size == 0 || recv(fd, data, size, MSG_WAITALL) == (ssize_t)size;
+}
+
+// One frame of the server; false: the connection has ended.
+static bool take_frame(PageClient *page)
+{
+    unsigned char head[2], more[8];
+    if (!receive(page->fd, head, 2))
+        return false;
+    uint64_t size = head[1]; // unmasked: the first bit is 0
+    int bytes = size == 126 ? 2 : size == 127 ? 8 : 0;
+    if (!receive(page->fd, more, (size_t)bytes))
+        return false;
+    for (int k = 0; k < bytes; k++)
+        size = (k == 0 ? 0 : size << 8) | more[k];
+    char *data = size <= FRAME_MAX ? malloc(size + 1) : NULL;
+    bool ok = data != NULL && head[0] & FIN && receive(page->fd, data, size);
+    int opcode = head[0] & 0x0f;
+    if (ok && opcode == PING && page->pongs)
+        page_send_frame(page, FIN | PONG, data, size);
+    if (ok && opcode == CLOSE && size >= 2) {
+        pthread_mutex_lock(&page->lock);
+        page->reason = (unsigned char)data[0] << 8 | (unsigned char)data[1];
+        pthread_mutex_unlock(&page->lock);
+    }
+    if (ok)
+        take_message(page, opcode, data, size);
+    free(data);
+    return ok && opcode != CLOSE;
+}
+
+static void *take_frames(void *user)
+{
     PageClient *page = user;
+    while (take_frame(page)) {
+    }
+    shutdown(page->fd, SHUT_RDWR);
     pthread_mutex_lock(&page->lock);
     page->closed = true;
     pthread_mutex_unlock(&page->lock);
+    return NULL;
+}
+
+void page_send_raw(PageClient *page, const void *data, size_t size)
+{
+    const char *at = data;
+    while (size > 0) {
+        ssize_t sent = send(page->fd, at, size, MSG_NOSIGNAL);
+        if (sent <= 0)
+            return;
+        at += sent;
+        size -= (size_t)sent;
+    }
+}
+
+void page_send_frame(PageClient *page, int first, const void *data, size_t size)
+{
+    unsigned char *frame = malloc(size + 14);
+    assert_non_null(frame);
+    size_t at = 0;
+    int bytes = size < 126 ? 0 : size < 65536 ? 2 : 8;
+    frame[at++] = (unsigned char)first;
+    frame[at++] = (unsigned char)(0x80 | (bytes == 0 ? (int)size : bytes == 2 ? 126 : 127));
+    for (int k = 0; k < bytes; k++)
+        frame[at++] = (unsigned char)((uint64_t)size >> 8 * (bytes - 1 - k));
+    for (int k = 0; k < 4; k++) // a mask
+        frame[at++] = (unsigned char)(0x5a + k);
+    for (size_t k = 0; k < size; k++)
+        frame[at + k] = (unsigned char)(((const unsigned char *)data)[k] ^ (0x5a + k % 4));
+    pthread_mutex_lock(&page->sending);
+    page_send_raw(page, frame, at + size);
+    pthread_mutex_unlock(&page->sending);
+    free(frame);
 }
 
 // --- the connection ---
+
+int http_connect(int port, const char *from)
+{
+    struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = htons((uint16_t)port)};
+    struct sockaddr_in own = {.sin_family = AF_INET};
+    int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    struct timeval limit = {.tv_sec = 30};
+    setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+    setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
+    inet_pton(AF_INET, "127.0.0.1", &address.sin_addr);
+    inet_pton(AF_INET, from, &own.sin_addr);
+    assert_int_equal(bind(fd, (struct sockaddr *)&own, sizeof own), 0);
+    assert_int_equal(connect(fd, (struct sockaddr *)&address, sizeof address), 0);
+    return fd;
+}
+
+// Reads to the end of the headers, no further.
+static bool take_answer(int fd, char why[256])
+{
+    char text[2048] = "";
+    size_t length = 0;
+    while (length + 1 < sizeof text && strstr(text, "\r\n\r\n") == NULL) {
+        if (recv(fd, text + length, 1, 0) != 1)
+            break;
+        text[++length] = '\0';
+    }
+    snprintf(why, 256, "%.*s", (int)strcspn(text, "\r"), text);
+    return strncmp(text, "HTTP/1.1 101", 12) == 0 &&
+           strstr(text, "Sec-WebSocket-Accept: s3pPLMBiTxaQ9kYGzzhZRbK+xOo=\r\n") != NULL;
+}
 
 PageClient *page_connect(int port, const char *path, const char *origin, char why[256])
 {
     PageClient *page = calloc(1, sizeof *page);
     assert_non_null(page);
+    char request[1024];
+    // Key and answer are the example of RFC 6455.
+    int length =
+        snprintf(request, sizeof request,
+                 "GET %s HTTP/1.1\r\nHost: 127.0.0.1:%d\r\nUpgrade: websocket\r\n"
+                 "Connection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+                 "Sec-WebSocket-Version: 13\r\n%s%s%s\r\n",
+                 path, port, origin ? "Origin: " : "", origin ? origin : "", origin ? "\r\n" : "");
+    page->fd = http_connect(port, "127.0.0.1");
+    page->pongs = true;
     pthread_mutex_init(&page->lock, NULL);
-    struct mg_connection *connection = mg_connect_websocket_client(
-        "127.0.0.1", port, 0, why, 256, path, origin, on_data, on_close, page);
-    if (connection == NULL) {
-        pthread_mutex_destroy(&page->lock);
+    pthread_mutex_init(&page->sending, NULL);
+    page_send_raw(page, request, (size_t)length);
+    if (!take_answer(page->fd, why) ||
+        pthread_create(&page->reader, NULL, take_frames, page) != 0) {
+        close(page->fd);
         free(page);
         return NULL;
     }
-    pthread_mutex_lock(&page->lock);
-    page->connection = connection;
-    pthread_mutex_unlock(&page->lock);
     page_answer(page);
     return page;
 }
 
 void page_disconnect(PageClient *page)
 {
-    // The server closes at once, which civetweb's thread here sees earlier than our wish.
-    mg_websocket_client_write(page->connection, MG_WEBSOCKET_OPCODE_CONNECTION_CLOSE, "\x03\xe8",
-                              2);
-    mg_close_connection(page->connection);
+    page_send_frame(page, FIN | CLOSE, "\x03\xe8", 2);
+    shutdown(page->fd, SHUT_RDWR);
+    pthread_join(page->reader, NULL);
+    close(page->fd);
     pthread_mutex_destroy(&page->lock);
+    pthread_mutex_destroy(&page->sending);
     free(page);
 }
 
@@ -152,7 +257,7 @@ void page_send(PageClient *page, const char *format, ...)
     va_start(list, format);
     int length = vsnprintf(text, sizeof text, format, list);
     va_end(list);
-    mg_websocket_client_write(page->connection, MG_WEBSOCKET_OPCODE_TEXT, text, (size_t)length);
+    page_send_frame(page, FIN | TEXT, text, (size_t)length);
 }
 
 int page_count(PageClient *page, const char *type)
@@ -183,6 +288,14 @@ bool page_closed(PageClient *page)
     return closed;
 }
 
+int page_reason(PageClient *page)
+{
+    pthread_mutex_lock(&page->lock);
+    int reason = page->reason;
+    pthread_mutex_unlock(&page->lock);
+    return reason;
+}
+
 PageBody page_body(PageClient *page, int body)
 {
     pthread_mutex_lock(&page->lock);
@@ -208,16 +321,43 @@ void page_pause(void)
     nanosleep(&(struct timespec){.tv_nsec = 10000000}, NULL);
 }
 
+// --- the server ---
+
+int web_start(Daemon *server, const char *web, const char *arguments, char line[512])
+{
+    char path[PATH_TEXT * 2];
+    int port = 0;
+    daemon_program(web);
+    daemon_start(server, "%s", arguments);
+    daemon_program(NULL);
+    snprintf(path, sizeof path, "daemon-%d.out", server->number);
+    for (int turn = 0; turn < 3000 && port == 0; turn++) {
+        page_pause();
+        FILE *out = fopen(scratch(path), "r");
+        if (out == NULL)
+            continue;
+        if (fgets(line, 512, out) != NULL && strchr(line, '\n') != NULL)
+            sscanf(line, "page: http://127.0.0.1:%d/", &port);
+        fclose(out);
+    }
+    if (port == 0)
+        fail_msg("pliant-web %s does not say where its page is", arguments);
+    return port;
+}
+
+void program_stop(Daemon *program)
+{
+    daemon_signal(program, SIGTERM);
+    daemon_wait(program);
+    if (program->code != 0)
+        fail_msg("exit %d: %s", program->code, program->err);
+}
+
 // --- HTTP ---
 
 int http_request(int port, const char *request, char *answer_text, size_t size)
 {
-    struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = htons((uint16_t)port)};
-    inet_pton(AF_INET, "127.0.0.1", &address.sin_addr);
-    int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0), code = -1;
-    struct timeval limit = {.tv_sec = 30};
-    setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
-    assert_int_equal(connect(fd, (struct sockaddr *)&address, sizeof address), 0);
+    int fd = http_connect(port, "127.0.0.1"), code = -1;
     assert_int_equal(send(fd, request, strlen(request), MSG_NOSIGNAL), strlen(request));
     size_t length = 0;
     answer_text[0] = '\0';

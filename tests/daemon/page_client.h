@@ -1,4 +1,4 @@
-// A page's end of pliant-web's WebSocket, by civetweb's own client, and plain HTTP requests.
+// A page's end of pliant-web's WebSocket, also one that misbehaves, and plain HTTP requests.
 #ifndef PLIANT_TESTS_PAGE_CLIENT_H
 #define PLIANT_TESTS_PAGE_CLIENT_H
 
@@ -24,10 +24,14 @@ typedef struct PageBody {
 } PageBody;
 
 typedef struct PageClient {
-    struct mg_connection *connection;
-    pthread_mutex_t lock; // all below; written by civetweb's thread
+    int fd;
+    bool pongs; // answers pings
+    pthread_t reader;
+    pthread_mutex_t sending;
+    pthread_mutex_t lock; // all below; written by the reader
     bool answers;         // rounds with `drawn`
     bool closed;
+    int reason; // of the server's close frame; 0: none
     int rounds;
     long long round; // the newest
     int kinds;
@@ -41,15 +45,28 @@ PageClient *page_connect(int port, const char *path, const char *origin, char wh
 void page_disconnect(PageClient *page);
 void page_send(PageClient *page, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
+// A frame whose first byte is that, masked; bytes as they are.
+void page_send_frame(PageClient *page, int first, const void *data, size_t size);
+void page_send_raw(PageClient *page, const void *data, size_t size);
+
 int page_count(PageClient *page, const char *type);
 int page_rounds(PageClient *page);
 bool page_closed(PageClient *page); // by the server
+int page_reason(PageClient *page);  // that it gave
 PageBody page_body(PageClient *page, int body);
 // Whether the newest text of that type contains `part`.
 bool page_says(PageClient *page, const char *type, const char *part);
 // Answers rounds from now on, and the one that waits.
 void page_answer(PageClient *page);
 
+// Starts pliant-web (`web` is its path) on a free port and returns that; `line`: what it says
+// first.
+int web_start(Daemon *server, const char *web, const char *arguments, char line[512]);
+// By SIGTERM; it must end well.
+void program_stop(Daemon *program);
+
+// A connection from an address of this machine, 127.0.0.1 or 127.0.0.2; waits 30 s at most.
+int http_connect(int port, const char *from);
 // Sends a request as it is and returns the status code of the answer, which goes to `answer` as far
 // as there is room; -1: none.
 int http_request(int port, const char *request, char *answer, size_t size);

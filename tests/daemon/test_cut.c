@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char *cutter; // path of pliant-cut
+static const char *cutter, *prober, *watcher; // paths of pliant-cut, -probe and -monitor
 
 static const char SCENE[] =
     "name = \"cuts\"; publish = { status_hz = 20.0; nodes_hz = 20.0; };\n"
@@ -291,6 +291,26 @@ static void the_client_cuts_planes_polylines_and_files(void **state)
     assert_non_null(strstr(run.out, "2 sweeps, 2 of them cut: "));
 }
 
+static void an_unknown_body_is_answered_with_those_there_are(void **state)
+{
+    (void)state;
+    const char *says = "the daemon has no body 'bax', only: box, ball, hard\n";
+    Daemon run;
+    run_cutter(&run, "--body bax --plane 0.0001,0,0,1,0,0");
+    assert_int_equal(run.code, 1);
+    assert_non_null(strstr(run.err, says));
+    daemon_program(prober);
+    run_daemon(&run, "--auto --body bax");
+    assert_int_equal(run.code, 1);
+    assert_non_null(strstr(run.err, says));
+    // It ends by itself, long before the duration.
+    daemon_program(watcher);
+    run_daemon(&run, "--nodes bax --write %s --duration 1e6", scratch("curve.tsv"));
+    daemon_program(NULL);
+    assert_int_equal(run.code, 1);
+    assert_non_null(strstr(run.err, says));
+}
+
 static void the_client_says_what_is_wrong_with_its_arguments(void **state)
 {
     (void)state;
@@ -302,13 +322,13 @@ static void the_client_says_what_is_wrong_with_its_arguments(void **state)
         {"", "nothing to cut"},
         {"--before 0,0,0,0,0,1", "nothing to cut"},
         {"--after 0,0,0,0,0,1", "--after needs --before"},
-        {"--before 0,0,0,0,0", "--before '0,0,0,0,0': want 6 numbers"},
-        {"--before 0,0,0,0,0,nan", "want 6 numbers"},
+        {"--before 0,0,0,0,0", "--before '0,0,0,0,0': expected 6 numbers"},
+        {"--before 0,0,0,0,0,nan", "expected 6 numbers"},
         {"--point 0,0,0", "--point needs --blade"},
         {"--plane 0,0,0,0,0,0", "its normal has no length"},
         {"--plane 0,0,0,0,0,1 --rate 0", "--rate '0' outside"},
         {"--plane 0,0,0,0,0,1 --body a/b", "--body 'a/b'"},
-        {"--plane 0,0,0,0,0,1 --file x", "either --file or places"},
+        {"--plane 0,0,0,0,0,1 --file x", "either --file or positions"},
         {"--plane 0,0,0,0,0,1 what", "'what' is not an option"},
         {"--file no-such-file", "no-such-file: No such file"},
     };
@@ -321,14 +341,14 @@ static void the_client_says_what_is_wrong_with_its_arguments(void **state)
     }
     run_cutter(&run, "--file %s", file);
     assert_int_equal(run.code, 2);
-    assert_non_null(strstr(run.err, "bad.txt:2: want x y z x y z"));
+    assert_non_null(strstr(run.err, "bad.txt:2: expected x y z x y z"));
     run_cutter(&run, "--help");
     assert_int_equal(run.code, 0);
     assert_non_null(strstr(run.out, "--plane"));
     // Nobody answers there.
     run_cutter(&run, "--prefix NOBODY --timeout 0.05 --tries 3 --plane 0,0,0,0,0,1");
     assert_int_equal(run.code, 1);
-    assert_non_null(strstr(run.err, "no reply on NOBODY_REPLY within 0.15 s"));
+    assert_non_null(strstr(run.err, "no reply on NOBODY_CLAIM within 0.15 s"));
     run_cutter(&run, "--stroke --prefix NOBODY --timeout 0.05 --tries 3 --plane 0,0,0,0,0,1");
     assert_int_equal(run.code, 1);
     assert_non_null(strstr(run.err, "NOBODY_STATUS within 0.15 s: no pliantd on"));
@@ -358,7 +378,7 @@ static void the_client_moves_a_blade(void **state)
     run_cutter(&run, "--stroke --tool 1 --speed 1 --blade 0,0,0.1 --point 0,-0.4,0.3 "
                      "--point 0,-0.3,0.3");
     assert_int_equal(run.code, 1);
-    assert_non_null(strstr(run.err, "no stroke was told of on PLIANT_EVENT"));
+    assert_non_null(strstr(run.err, "no stroke was reported on PLIANT_EVENT"));
 }
 
 // --- blades ---
@@ -417,9 +437,7 @@ static void a_log_of_inputs_repeats_cuts_and_strokes_bit_for_bit(void **state)
         client_listen(client, 2);
     }
     assert_true(cut_at(client, 0.2003, "ball")->ok);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    daemon_end(&daemon);
     printed_state(&daemon, live);
     run_daemon(&daemon, "--offline 1000 --input %s %s", log, path);
     assert_int_equal(daemon.code, 0);
@@ -522,10 +540,49 @@ static void hundred_cuts_a_second_are_all_answered_while_a_tool_presses(void **s
     assert_int_equal(client->status.resets, 0);
     print_message("late ticks %lld of %lld; %s", (long long)client->status.late_ticks,
                   (long long)client->status.step, run.out);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    daemon_end(&daemon);
     client_destroy(client);
+}
+
+// Neither by messages, which are sent again until they are answered, nor by a blade on its way.
+static void a_daemon_that_starts_is_not_cut_by_what_was_meant_for_the_last(void **state)
+{
+    (void)state;
+    static const char *const ways[] = {
+        "--body ball --tries 1000 --rate 20 --repeat 100000 --plane 0.2001,0,0,1,0,0",
+        "--stroke --tries 1000 --tool 2 --speed 0.02 --repeat 1000 --blade 0,0,0.06 "
+        "--point 0.2001,-0.5,-0.03 --point 0.2001,0.5,-0.03"};
+    const char *path = scratch("next.cfg");
+    write_text(path, SCENE);
+    for (int k = 0; k < 2; k++) {
+        static Daemon daemon, run;
+        Client *client = client_create();
+        daemon_start(&daemon, "%s", path);
+        client_wait_for_daemon(client);
+        daemon_program(cutter);
+        daemon_start(&run, "%s", ways[k]);
+        daemon_program(NULL);
+        if (k == 0)
+            wait_until(client, client->replies > 2);
+        else
+            wait_until(client, client->contacts > 0 && client->contact.tool == 2 &&
+                                   client->contact.pose_utime > 0);
+        daemon_signal(&daemon, SIGKILL);
+        daemon_wait(&daemon);
+        client_destroy(client);
+        client = client_create();
+        daemon_start(&daemon, "%s", path);
+        client_wait_for_daemon(client);
+        daemon_wait(&run);
+        assert_int_equal(run.code, 1);
+        assert_non_null(strstr(run.err, "the daemon that this was sent to is gone"));
+        client_fresh_status(client);
+        assert_false(saw_event(client, "cut") || saw_event(client, "piece"));
+        for (int i = 0; i < client->replies; i++)
+            assert_string_not_equal(client->reply[i].channel, "PLIANT_CUT");
+        daemon_end(&daemon);
+        client_destroy(client);
+    }
 }
 
 int main(int argc, char **argv)
@@ -538,6 +595,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(an_inside_out_blade_cuts_like_any),
         cmocka_unit_test(random_cuts_do_no_harm),
         cmocka_unit_test(the_client_cuts_planes_polylines_and_files),
+        cmocka_unit_test(an_unknown_body_is_answered_with_those_there_are),
         cmocka_unit_test(the_client_says_what_is_wrong_with_its_arguments),
         cmocka_unit_test(the_client_moves_a_blade),
         cmocka_unit_test(a_blade_that_is_put_elsewhere_cuts_nothing_between),
@@ -548,9 +606,12 @@ int main(int argc, char **argv)
         daemon_test(a_cut_scene_goes_on_from_checkpoints_bit_for_bit),
 #endif
         daemon_test(hundred_cuts_a_second_are_all_answered_while_a_tool_presses),
+        daemon_test(a_daemon_that_starts_is_not_cut_by_what_was_meant_for_the_last),
     };
     harness_start(argc, argv);
     cutter = argv[2];
+    prober = argv[3];
+    watcher = argv[4];
     int failed = cmocka_run_group_tests(tests, start_daemon, stop_daemon);
     return harness_end(cmocka_run_group_tests(alone, NULL, NULL) + failed);
 }

@@ -226,6 +226,41 @@ static void write_log_event(lcm_eventlog_t *log, const char *channel, int64_t ut
     assert_int_equal(lcm_eventlog_write_event(log, &event), 0);
 }
 
+// Whole, as a killed writer leaves it, and of lcm-logger.
+static void a_log_without_a_duration_is_applied_to_its_end(void **state)
+{
+    (void)state;
+    const char *scene = write_scene("log.cfg", HEAD, PROBE_TOOL);
+    char whole[32], to_end[32];
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 1000 --input %s %s", scratch("inputs.log"), scene);
+    printed_state(&daemon, whole);
+    run_daemon(&daemon, "--input %s %s", scratch("inputs.log"), scene);
+    assert_int_equal(daemon.code, 0);
+    assert_non_null(strstr(daemon.out, "log: all of it"));
+    printed_state(&daemon, to_end);
+    assert_string_equal(to_end, whole);
+
+    run_daemon(&daemon, "--input %s %s", scratch("short.log"), scene);
+    assert_int_equal(daemon.code, 0);
+    assert_non_null(strstr(daemon.err, "cut off after"));
+    assert_non_null(strstr(daemon.out, "log: all of it"));
+    expect_at_least((double)printed(&daemon, "ticks"), 1.0);
+    expect_at_most((double)printed(&daemon, "ticks"), (double)printed(&daemon, "step"));
+
+    const char *plain = scratch("plain-end.log");
+    lcm_eventlog_t *log = lcm_eventlog_create(plain, "w");
+    write_log_event(log, "OTHER", 1000000, "x", 1);
+    write_log_event(log, "OTHER", 1250000, "x", 1); // a quarter of a second later
+    lcm_eventlog_destroy(log);
+    run_daemon(&daemon, "--input %s %s", plain, scene);
+    assert_int_equal(daemon.code, 0);
+    assert_int_equal(printed(&daemon, "step"), 251);
+    // A time that is given ends it before.
+    run_daemon(&daemon, "--offline 0.1 --input %s %s", plain, scene);
+    assert_int_equal(printed(&daemon, "step"), 100);
+}
+
 static void a_plain_log_is_applied_at_its_times(void **state)
 {
     (void)state;
@@ -276,6 +311,7 @@ int main(int argc, char **argv)
         daemon_test(an_input_log_repeats_the_live_run_bit_for_bit),
         daemon_test(a_log_of_another_rate_or_time_is_refused),
         daemon_test(a_cut_off_log_is_used_as_far_as_it_goes),
+        daemon_test(a_log_without_a_duration_is_applied_to_its_end),
         daemon_test(a_plain_log_is_applied_at_its_times),
     };
     harness_start(argc, argv);

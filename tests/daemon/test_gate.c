@@ -2,8 +2,9 @@
 #include "expect.h"
 #include "files/event_log.h"
 #include "run/gate.h"
-#include "run/lcm_url.h"
 #include "run/loop.h"
+
+#include "receiver.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -213,16 +214,21 @@ static void urls_that_lcm_lacks_are_named(void **state)
                                "udpm://239.1.1.1:0",
                                "udpm://239.1.1.1:99999",
                                "udpm://239.1.1.1:1x",
-                               "file://a.log"};
+                               "udpm://239.1.1.1"};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
-        Status status = {0};
-        assert_false(lcm_url_check(bad[i], &status));
-        assert_int_equal(status.code, STATUS_INVALID);
-        assert_non_null(strstr(status.text, bad[i]));
+        Network network;
+        char why[RECEIVER_WHY_MAX];
+        assert_false(network_read(&network, bad[i], why));
+        assert_non_null(strstr(why, bad[i]));
     }
-    Status status = {0};
-    assert_true(lcm_url_check("memq://", &status));
-    assert_true(lcm_url_check("tcpq://localhost:7700", &status));
+    Network network;
+    char why[RECEIVER_WHY_MAX];
+    assert_true(network_read(&network, "memq://", why) && !network.udpm);
+    assert_true(network_read(&network, "tcpq://localhost:7700", why) && !network.udpm);
+    assert_true(network_read(&network, "udpm://239.1.2.3:99?ttl=1&recv_buf_size=0x1000", why));
+    assert_true(network.udpm && network.ttl == 1 && network.receive_bytes == 4096);
+    assert_int_equal(network.port, 99);
+    assert_int_equal(network.group, 0xef010203);
 }
 
 // Events with hostile lengths, each file read to its end or its fault.

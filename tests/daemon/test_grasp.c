@@ -56,7 +56,7 @@ static void jaws_take_hold_pull_and_let_go(void **state)
     int before = client->contacts;
     move_until(client, TOP, 1.0, client->contact.contact && client->contacts > before + 100);
     wait_until(client, saw_event(client, "grasp"));
-    assert_non_null(strstr(text_of(client, "grasp"), "tool 1 holds "));
+    assert_non_null(strstr(text_of(client, "grasp"), "tool 1 grasped "));
     // Pulled up by 20 mm: drawn back down.
     for (int i = 0; i <= 200; i++)
         move(client, TOP + 1e-4 * i, 1.0);

@@ -84,6 +84,7 @@ static void the_choice_is_told_before_anything_runs(void **state)
     assert_non_null(strstr(daemon.out, "model surface, implicit"));
     assert_non_null(strstr(daemon.out, "leapfrog would take more than 64 substeps"));
     assert_non_null(strstr(daemon.out, "contacts and attachments: "));
+    assert_non_null(strstr(daemon.out, "contact.stiffness changes nothing, time_step = "));
     run_daemon(&daemon, "--explain %s", write_auto("soft.cfg", SOFT, "", ""));
     assert_int_equal(daemon.code, 0);
     assert_non_null(strstr(daemon.out, "model surface, leapfrog"));

@@ -11,6 +11,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #ifdef WITH_HDF5
 #include "recording_view.h"
@@ -337,6 +338,7 @@ static void a_resumed_run_matches_the_uninterrupted_one(void **state)
         const char *part = scratch("part.h5");
         char whole[32], resumed[32];
         Daemon daemon;
+        unlink(part); // of the case before, which stands later
         run_daemon(&daemon, "--offline 1 %s", scene);
         printed_state(&daemon, whole);
         run_daemon(&daemon, "--offline 0.3 --checkpoint %s %s", part, scene);

@@ -207,6 +207,61 @@ static void tools_and_events_are_recorded(void **state)
     client_destroy(client);
 }
 
+// All rows of a column of tool 1; the last force is what the last contact said.
+static double (*tool_rows(const char *path, const char *column, int *rows))[3]
+{
+    hid_t file = view_open(path, false);
+    double(*row)[3] = view_rows(file, column, H5T_NATIVE_DOUBLE, rows);
+    H5Fclose(file);
+    return row;
+}
+
+static void tools_may_be_recorded_at_a_rate_of_their_own(void **state)
+{
+    (void)state;
+    enum { TICKS = 100, ROWS = TICKS / 2 };
+    char scene[PATH_TEXT * 2], live[PATH_TEXT * 2], again[PATH_TEXT * 2], log[PATH_TEXT * 2];
+    snprintf(scene, sizeof scene, "%s", write_scene("rate.cfg", PAUSED, PROBE_TOOL));
+    snprintf(live, sizeof live, "%s", scratch("rate.h5"));
+    snprintf(again, sizeof again, "%s", scratch("rate-again.h5"));
+    snprintf(log, sizeof log, "%s", scratch("rate.log"));
+    const double position[3] = {0.0, 0.0, 0.05};
+    Client *client = client_create();
+    Daemon daemon;
+    daemon_start(&daemon, "--record %s --record-tools-hz 500 --log-inputs %s %s", live, log, scene);
+    client_wait_for_daemon(client);
+    pliant_tool_pose_t pose = make_pose(client, position);
+    send_pose(client, &pose);
+    const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, TICKS, "");
+    wait_until(client, client->contact.step == reply->step);
+    command(client, PLIANT_COMMAND_T_STOP, 0, "");
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+
+    int rows, rows_again;
+    double(*force)[3] = tool_rows(live, "/tools/1/force", &rows);
+    assert_int_equal(rows, ROWS);
+    assert_memory_equal(force[ROWS - 1], client->contact.force, sizeof force[0]);
+    assert_true(force[0][2] > 0.0);
+    assert_true(force[1][2] != force[0][2]); // not one number over and over
+    double *time = (double *)tool_rows(live, "/tools/1/time", &rows);
+    assert_int_equal(rows, ROWS);
+    for (int i = 0; i < ROWS; i++) // to the rounding of a sum of ticks
+        expect_near(time[i], 0.002 * (i + 1), 1e-12);
+    free(time);
+
+    // And off line the same, while the frames have theirs.
+    run_daemon(&daemon, "--input %s --record %s --record-tools-hz 500 %s", log, again, scene);
+    assert_int_equal(daemon.code, 0);
+    double(*force_again)[3] = tool_rows(again, "/tools/1/force", &rows_again);
+    assert_int_equal(rows_again, ROWS);
+    assert_memory_equal(force_again, force, ROWS * sizeof *force);
+    assert_in_range(printed(&daemon, "recorded frames"), 1, ROWS / 2);
+    free(force);
+    free(force_again);
+    client_destroy(client);
+}
+
 static void offline_records_every_due_frame_with_the_exact_state(void **state)
 {
     (void)state;
@@ -308,8 +363,8 @@ static void expect_refusal(const char *arguments, const char *scene, const char 
     run_daemon(&daemon, "%s %s", arguments, scene);
     if (daemon.code != 2 || strstr(daemon.err, needle) == NULL)
         fail_msg("exit %d, expected 2, with '%s' in: %s", daemon.code, needle, daemon.err);
-    const char *end = strchr(daemon.err, '\n');
-    assert_true(end != NULL && end[1] == '\0'); // one line
+    const char *end = strchr(strstr(daemon.err, needle), '\n');
+    assert_true(end != NULL && end[1] == '\0'); // one line, the last
 }
 
 static void what_cannot_be_recorded_is_refused_at_the_start(void **state)
@@ -407,6 +462,7 @@ int main(int argc, char **argv)
         daemon_test(every_published_frame_of_a_lockstep_run_is_recorded),
         daemon_test(a_live_recording_is_read_while_it_runs_and_after_kill_9),
         daemon_test(tools_and_events_are_recorded),
+        daemon_test(tools_may_be_recorded_at_a_rate_of_their_own),
         daemon_test(offline_records_every_due_frame_with_the_exact_state),
         daemon_test(a_recording_and_checkpoints_share_the_files_thread),
         daemon_test(a_full_disk_ends_the_recording_and_not_the_run),

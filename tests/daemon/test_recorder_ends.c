@@ -33,7 +33,7 @@ static void it_comes_first_or_late_and_goes_on_with_a_daemon_that_is_started_ane
     end(&program, SIGTERM, 0);
     stop(client, &daemon);
     client_destroy(client);
-    assert_non_null(strstr(program.err, "the daemon was started anew"));
+    assert_non_null(strstr(program.err, "the daemon restarted"));
     assert_non_null(strstr(program.err, "run.2.h5"));
     for (int k = 0; k < 2; k++) {
         const char *file = k == 0 ? path : second;

@@ -3,6 +3,7 @@
 
 #include <signal.h>
 #include <string.h>
+#include <time.h>
 
 static const char HEAD[] = "publish = { nodes_hz = 20.0; contact_hz = 100.0; status_hz = 20.0; };";
 static const double TOP[3] = {0.0, 0.0, 0.05}, DOWN[3] = {0.0, 0.0, -0.2};
@@ -208,6 +209,63 @@ static void more_requests_than_fit_are_refused_and_all_are_answered(void **state
     assert_int_equal(refused(client, "queue_full"), full);
 }
 
+// Any message on the claims' channel asks for a status: one follows, but not one for each.
+static void statuses_that_are_asked_for_are_few(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    client_fresh_status(client);
+    const int before = client->status.count;
+    const double start = client_now();
+    for (int sent = 0; sent < 400; sent++) {
+        send_bytes(client, "PLIANT_CLAIM", "", 1);
+        client_listen(client, 2);
+    }
+    const double seconds = client_now() - start;
+    // 20 a second of the scene, 10 of those who ask; one more of each at either end.
+    expect_at_most((double)(client->status.count - before), 30.0 * seconds + 4.0);
+}
+
+static const Reply *pause_made_at(Client *client, int64_t utime)
+{
+    char nothing[] = "";
+    pliant_command_t m = {.utime = utime,
+                          .sender = client->sender,
+                          .id = ++client->next_id,
+                          .kind = PLIANT_COMMAND_T_PAUSE,
+                          .argument = nothing};
+    pliant_command_t_publish(client->lcm, "PLIANT_COMMAND", &m);
+    wait_until(client, find_reply(client, m.id) != NULL);
+    return find_reply(client, m.id);
+}
+
+// What a client repeats, with the time at which it was made, was meant for another daemon. A log
+// that is played back, a clock that was set and a client that gives no time are not meant by that.
+static void a_request_that_is_older_than_the_daemon_is_refused(void **state)
+{
+    (void)state;
+    Client *client = client_create();
+    Daemon daemon;
+    daemon_start(&daemon, "%s", write_scene("older.cfg", HEAD, ""));
+    client_wait_for_daemon(client);
+    struct timespec now;
+    clock_gettime(CLOCK_REALTIME, &now);
+    const int64_t utime = (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
+    const int64_t hour = INT64_C(3600000000);
+    const Reply *reply = pause_made_at(client, utime - 1000000);
+    assert_false(reply->ok);
+    assert_non_null(strstr(reply->text, "before this daemon started"));
+    client_fresh_status(client);
+    assert_int_equal(refused(client, "stale"), 1);
+    assert_string_equal(client->status.state, "running");
+    const int64_t fine[] = {utime, utime + hour, utime - hour, 0, INT64_MIN, INT64_MAX};
+    for (size_t i = 0; i < sizeof fine / sizeof *fine; i++)
+        assert_true(pause_made_at(client, fine[i])->ok);
+    assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
+    daemon_wait(&daemon);
+    assert_int_equal(daemon.code, 0);
+    client_destroy(client);
+}
+
 static void stop_ends_the_daemon_cleanly(void **state)
 {
     (void)state;
@@ -231,6 +289,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(a_repeated_request_is_answered_again_and_not_executed),
         cmocka_unit_test(pause_stops_and_resume_goes_on),
         cmocka_unit_test(set_changes_gravity_and_reset_brings_the_start_back),
+        cmocka_unit_test(statuses_that_are_asked_for_are_few),
     };
     const struct CMUnitTest lockstep[] = {
         cmocka_unit_test(step_runs_exactly_n_ticks_with_nodes_and_contacts_before_the_reply),
@@ -238,7 +297,10 @@ int main(int argc, char **argv)
         cmocka_unit_test(a_pause_ends_a_long_step_early),
         cmocka_unit_test(more_requests_than_fit_are_refused_and_all_are_answered),
     };
-    const struct CMUnitTest ending[] = {daemon_test(stop_ends_the_daemon_cleanly)};
+    const struct CMUnitTest ending[] = {
+        daemon_test(a_request_that_is_older_than_the_daemon_is_refused),
+        daemon_test(stop_ends_the_daemon_cleanly),
+    };
     harness_start(argc, argv);
     int failed = cmocka_run_group_tests(running, start_running, stop);
     failed += cmocka_run_group_tests(lockstep, start_paused, stop);

@@ -44,9 +44,12 @@ static void bad_usage_exits_2_with_one_line(void **state)
         {"--duration -1", "-1", true},
         {"--offline 1 --duration 1", "--duration", true},
         {"--offline soon", "soon", true},
-        {"--input x.log", "--offline", true},
+        {"--input x.log --duration 1", "--duration", true},
+        {"--input x.log --log-inputs y.log", "not --input", true},
         {"--offline 1 --log-inputs x.log", "--log-inputs", true},
         {"--checkpoint-every 1", "--checkpoint", true},
+        {"--record-tools-hz 100", "--record", true},
+        {"--record a.h5 --record-tools-hz 0", "--record-tools-hz", true},
         {"--record a.h5 --checkpoint a.h5", "a file of its own", true},
         {"--isa sse9", "sse9", true},
         {"--seed many", "many", true},
@@ -55,6 +58,7 @@ static void bad_usage_exits_2_with_one_line(void **state)
         {"second.cfg", "second.cfg", true},
         {"--lcm-url http://x", "http://x", true},
         {"--lcm-url udpm://127.0.0.1:7667", "127.0.0.1", true},
+        {"--lcm-url file://a.log", "file://a.log", true},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         Daemon daemon;

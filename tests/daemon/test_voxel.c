@@ -6,6 +6,7 @@
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 #ifdef WITH_HDF5
 #include "recording_view.h"
 #endif
@@ -195,6 +196,7 @@ static void runs_resume_and_repeat_bit_for_bit(void **state)
         const char *scene = write_voxels("resume.cfg", head, cases[k].voxels, cases[k].keys);
         const char *part = scratch("part.h5");
         Daemon daemon;
+        unlink(part); // of the case before, which stands later
         run_daemon(&daemon, "--offline 0.4 %s", scene);
         if (daemon.code != 0)
             fail_msg("%s", daemon.err);

@@ -3,12 +3,14 @@
 #include "client.h"
 #include "page_client.h"
 
+#include "pliant_claim_t.h"
+#include "pliant_reply_t.h"
+#include "pliant_status_t.h"
+
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-
-#include <civetweb.h>
 
 static const char *web; // path of pliant-web
 
@@ -42,37 +44,6 @@ static const char *scene_path(void)
     return path;
 }
 
-// Starts pliant-web on a free port and returns that.
-static int start_web(Daemon *server, const char *arguments, char line[512])
-{
-    char path[PATH_TEXT * 2];
-    int port = 0;
-    daemon_program(web);
-    daemon_start(server, "%s", arguments);
-    daemon_program(NULL);
-    snprintf(path, sizeof path, "daemon-%d.out", server->number);
-    for (int turn = 0; turn < 3000 && port == 0; turn++) {
-        page_pause();
-        FILE *out = fopen(scratch(path), "r");
-        if (out == NULL)
-            continue;
-        if (fgets(line, 512, out) != NULL && strchr(line, '\n') != NULL)
-            sscanf(line, "page: http://127.0.0.1:%d/", &port);
-        fclose(out);
-    }
-    if (port == 0)
-        fail_msg("pliant-web %s does not say where its page is", arguments);
-    return port;
-}
-
-static void stop(Daemon *program)
-{
-    daemon_signal(program, SIGTERM);
-    daemon_wait(program);
-    if (program->code != 0)
-        fail_msg("exit %d: %s", program->code, program->err);
-}
-
 typedef struct Rig {
     Daemon daemon, server;
     int port;
@@ -84,13 +55,13 @@ static void begin(const char *arguments)
 {
     char line[512];
     start_daemon(&rig.daemon, scene_path());
-    rig.port = start_web(&rig.server, arguments, line);
+    rig.port = web_start(&rig.server, web, arguments, line);
 }
 
 static void end(void)
 {
-    stop(&rig.server);
-    stop(&rig.daemon);
+    program_stop(&rig.server);
+    program_stop(&rig.daemon);
 }
 
 static PageClient *open_page(void)
@@ -236,7 +207,7 @@ static void a_cut_changes_the_mesh_and_is_answered_to_whom_asked(void **state)
     page_send(page, "{\"type\":\"command\",\"id\":13,\"kind\":\"set\",\"argument\":\"nothing=1\"}");
     page_wait(page_says(page, "reply", "\"id\":13,\"ok\":false"));
     page_send(page, "{\"type\":\"command\",\"id\":14,\"kind\":\"set\",\"argument\":7}");
-    page_wait(page_says(page, "error", "argument: want a text"));
+    page_wait(page_says(page, "error", "argument: expected a text"));
     page_send(page, "{\"type\":\"command\",\"id\":15,\"kind\":\"pause\"}");
     page_wait(page_says(page, "status", "\"state\":\"paused\""));
     // Who comes late to a daemon that stands still sees it all the same.
@@ -299,7 +270,7 @@ static void pages_of_other_sites_stay_outside(void **state)
     (void)state;
     char line[512];
     Daemon server;
-    int port = start_web(&server, "--port 0", line);
+    int port = web_start(&server, web, "--port 0", line);
     assert_int_equal(upgrade(port, "127.0.0.1:8080", ""), 101);
     assert_int_equal(upgrade(port, "127.0.0.1:8080", "Origin: http://127.0.0.1:8080\r\n"), 101);
     assert_int_equal(upgrade(port, "127.0.0.1:8080", "Origin: http://evil.example\r\n"), 403);
@@ -309,7 +280,7 @@ static void pages_of_other_sites_stay_outside(void **state)
                      403);
     char why[256];
     assert_null(page_connect(port, "/live", "http://evil.example", why));
-    stop(&server);
+    program_stop(&server);
 }
 
 static void only_files_of_the_page_are_served(void **state)
@@ -323,7 +294,7 @@ static void only_files_of_the_page_are_served(void **state)
     Daemon server;
     snprintf(arguments, sizeof arguments, "--port 0 --page %s --texture ball=%s", scratch(""),
              scratch("tissue.png"));
-    int port = start_web(&server, arguments, line);
+    int port = web_start(&server, web, arguments, line);
     assert_int_equal(get(port, "GET", "/", "", answer), 200);
     assert_non_null(strstr(answer, "the page itself"));
     static const char *const headers[] = {"Content-Security-Policy: default-src 'none'",
@@ -356,7 +327,7 @@ static void only_files_of_the_page_are_served(void **state)
     for (size_t k = 0; k < sizeof methods / sizeof *methods; k++)
         assert_int_equal(get(port, methods[k], "/", "Content-Length: 0\r\n", answer), 405);
     assert_int_equal(get(port, "GET", "/live", "", answer), 426);
-    stop(&server);
+    program_stop(&server);
 }
 
 static void where_others_can_listen_a_token_is_needed(void **state)
@@ -366,7 +337,7 @@ static void where_others_can_listen_a_token_is_needed(void **state)
     write_text(scratch("token"), "0123456789abcdefXYZ\n");
     Daemon server;
     snprintf(arguments, sizeof arguments, "--listen 127.0.0.1:0 --token %s", scratch("token"));
-    int port = start_web(&server, arguments, line);
+    int port = web_start(&server, web, arguments, line);
     assert_non_null(strstr(line, "/?token=0123456789abcdefXYZ"));
     assert_int_equal(get(port, "GET", "/", "", answer), 403);
     assert_int_equal(get(port, "GET", "/?token=0123456789abcdefXYz", "", answer), 403);
@@ -386,7 +357,7 @@ static void where_others_can_listen_a_token_is_needed(void **state)
     assert_non_null(page);
     page_wait(page_count(page, "hello") > 0);
     page_disconnect(page);
-    stop(&server);
+    program_stop(&server);
 }
 
 static void there_is_an_end_to_connections(void **state)
@@ -394,7 +365,7 @@ static void there_is_an_end_to_connections(void **state)
     (void)state;
     char line[512], why[256];
     Daemon server;
-    int port = start_web(&server, "--port 0", line);
+    int port = web_start(&server, web, "--port 0", line);
     PageClient *page[16];
     for (int k = 0; k < 16; k++) {
         page[k] = page_connect(port, "/live", NULL, why);
@@ -408,7 +379,7 @@ static void there_is_an_end_to_connections(void **state)
         if (k != 7)
             page_disconnect(page[k]);
     }
-    stop(&server);
+    program_stop(&server);
 }
 
 static void hostile_frames_close_their_connection_only(void **state)
@@ -416,14 +387,14 @@ static void hostile_frames_close_their_connection_only(void **state)
     (void)state;
     char line[512];
     Daemon server;
-    rig.port = start_web(&server, "--port 0", line);
+    rig.port = web_start(&server, web, "--port 0", line);
     PageClient *good = open_page(), *bad = open_page(), *big = open_page();
-    mg_websocket_client_write(bad->connection, MG_WEBSOCKET_OPCODE_BINARY, "\x01\x02", 2);
+    page_send_frame(bad, 0x82, "\x01\x02", 2);
     page_wait(page_closed(bad));
     char *much = malloc(100000);
     assert_non_null(much);
     memset(much, 'x', 100000);
-    mg_websocket_client_write(big->connection, MG_WEBSOCKET_OPCODE_TEXT, much, 100000);
+    page_send_frame(big, 0x81, much, 100000);
     free(much);
     page_wait(page_closed(big));
     page_send(good, "{\"type\":\"tool\"");
@@ -431,7 +402,7 @@ static void hostile_frames_close_their_connection_only(void **state)
     page_disconnect(good);
     page_disconnect(bad);
     page_disconnect(big);
-    stop(&server);
+    program_stop(&server);
 }
 
 // --- comings and goings of daemons ---
@@ -455,25 +426,103 @@ static void on_command(const lcm_recv_buf_t *buffer, const char *channel,
     seen->same = command->sender == seen->first.sender && command->id == 3 && seen->first.id == 3;
 }
 
+// A daemon that says that it is there, and no more.
+static void on_claim(const lcm_recv_buf_t *buffer, const char *channel, const pliant_claim_t *claim,
+                     void *user)
+{
+    (void)buffer;
+    const pliant_claim_t answer = {.daemon = 5, .answers = claim->question};
+    if (claim->question != 0)
+        pliant_claim_t_publish(user, channel, &answer);
+}
+
+static void on_describe(const lcm_recv_buf_t *buffer, const char *channel,
+                        const pliant_command_t *command, void *user)
+{
+    (void)channel;
+    const pliant_reply_t reply = {.sender = command->sender,
+                                  .id = command->id,
+                                  .ok = 1,
+                                  .channel = (char[]){""},
+                                  .text = (char[]){""}};
+    if (command->kind != PLIANT_COMMAND_T_DESCRIBE)
+        return;
+    (*(int *)user)++;
+    pliant_reply_t_publish(buffer->lcm, "PLIANT_REPLY", &reply);
+}
+
+// Of a scene without bodies.
+static void publish_status(Client *client)
+{
+    static int sequence;
+    sequence++;
+    const pliant_status_t status = {.sequence = sequence,
+                                    .step = sequence,
+                                    .scene = (char[]){"empty"},
+                                    .state = (char[]){"running"},
+                                    .rate_hz = 1000.0};
+    pliant_status_t_publish(client->lcm, "PLIANT_STATUS", &status);
+}
+
+// Else the page shows a daemon as running whose first command is refused: "no daemon ran".
+static void a_scene_is_shown_once_it_is_known_whose_it_is(void **state)
+{
+    (void)state;
+    char line[512];
+    Daemon server;
+    CommandsSeen seen = {0};
+    int described = 0;
+    rig.port = web_start(&server, web, "--port 0", line);
+    Client *client = client_create();
+    pliant_command_t_subscription_t *describes =
+        pliant_command_t_subscribe(client->lcm, "PLIANT_COMMAND", on_describe, &described);
+    PageClient *page = open_page();
+    // Its answers to questions come late: a busy machine.
+    wait_until(client, (publish_status(client), described >= 5));
+    page_wait(page_count(page, "status") > 0);
+    assert_int_equal(page_count(page, "scene"), 0);
+    pliant_command_t_subscription_t *commands =
+        pliant_command_t_subscribe(client->lcm, "PLIANT_COMMAND", on_command, &seen);
+    pliant_claim_t_subscription_t *claims =
+        pliant_claim_t_subscribe(client->lcm, "PLIANT_CLAIM", on_claim, client->lcm);
+    wait_until(client, (publish_status(client), page_count(page, "scene") > 0));
+    page_send(page, "{\"type\":\"command\",\"id\":3,\"kind\":\"pause\"}");
+    wait_until(client, seen.count > 0);
+    page_disconnect(page);
+    pliant_command_t_unsubscribe(client->lcm, describes);
+    pliant_command_t_unsubscribe(client->lcm, commands);
+    pliant_claim_t_unsubscribe(client->lcm, claims);
+    client_destroy(client);
+    program_stop(&server);
+}
+
 static void what_is_not_answered_is_asked_again_and_then_given_up(void **state)
 {
     (void)state;
     char line[512];
     Daemon server;
     CommandsSeen seen = {0};
-    rig.port = start_web(&server, "--port 0", line);
+    rig.port = web_start(&server, web, "--port 0", line);
     Client *client = client_create();
     pliant_command_t_subscription_t *commands =
         pliant_command_t_subscribe(client->lcm, "PLIANT_COMMAND", on_command, &seen);
+    pliant_claim_t_subscription_t *claims =
+        pliant_claim_t_subscribe(client->lcm, "PLIANT_CLAIM", on_claim, client->lcm);
     PageClient *page = open_page();
-    page_send(page, "{\"type\":\"command\",\"id\":3,\"kind\":\"pause\"}");
+    // One that is made before the daemon is known is not sent.
+    for (int tries = 0; tries < 20 && seen.count == 0; tries++) {
+        page_send(page, "{\"type\":\"command\",\"id\":3,\"kind\":\"pause\"}");
+        for (int i = 0; i < 15; i++)
+            client_listen(client, 20);
+    }
     wait_until(client, seen.count >= 3);
     assert_true(seen.same);
-    page_wait(page_says(page, "error", "no daemon answers command 3"));
+    wait_until(client, page_says(page, "error", "no daemon answers command 3"));
     page_disconnect(page);
     pliant_command_t_unsubscribe(client->lcm, commands);
+    pliant_claim_t_unsubscribe(client->lcm, claims);
     client_destroy(client);
-    stop(&server);
+    program_stop(&server);
 }
 
 static void daemons_may_come_late_go_and_come_again(void **state)
@@ -481,7 +530,7 @@ static void daemons_may_come_late_go_and_come_again(void **state)
     (void)state;
     char line[512];
     Daemon server;
-    rig.port = start_web(&server, "--port 0", line);
+    rig.port = web_start(&server, web, "--port 0", line);
     PageClient *page = open_page();
     page_wait(page_says(page, "link", "\"daemon\":false"));
     Daemon daemon;
@@ -490,7 +539,7 @@ static void daemons_may_come_late_go_and_come_again(void **state)
     page_wait(page_says(page, "link", "\"daemon\":true"));
     assert_int_equal(page_count(page, "scene"), 1);
     // The same once more: it begins again, and the page is told.
-    stop(&daemon);
+    program_stop(&daemon);
     page_wait(page_says(page, "link", "\"daemon\":false"));
     start_daemon(&daemon, scene_path());
     page_wait(page_count(page, "scene") > 1);
@@ -506,8 +555,58 @@ static void daemons_may_come_late_go_and_come_again(void **state)
               page_body(page, 0).frame_nodes == SPHERE_NODES);
     assert_true(page_body(page, 0).matched);
     page_disconnect(page);
-    stop(&daemon);
-    stop(&server);
+    program_stop(&daemon);
+    program_stop(&server);
+}
+
+// What was asked of a daemon that is gone is not done by the next one, of the same scene or
+// another.
+static void requests_die_with_the_daemon_that_they_are_for(void **state)
+{
+    (void)state;
+    char line[512];
+    static Daemon server, daemon;
+    rig.port = web_start(&server, web, "--port 0", line);
+    PageClient *page = open_page();
+    const char *const scenes[] = {
+        write_scene("again.cfg", "publish = { status_hz = 10.0; };", PROBE_TOOL),
+        write_scene("again2.cfg", "rate_hz = 500.0; publish = { status_hz = 10.0; };", "")};
+    start_daemon(&daemon, scenes[0]);
+    page_wait(page_says(page, "scene", "\"name\":\"test\""));
+    page_send(page, "{\"type\":\"command\",\"id\":1,\"kind\":\"reset\"}");
+    page_wait(page_says(page, "reply", "\"id\":1"));
+    for (int round = 0; round < 2; round++) {
+        daemon_signal(&daemon, SIGKILL);
+        daemon_wait(&daemon);
+        const int errors = page_count(page, "error"), scenes_seen = page_count(page, "scene");
+        page_send(page, "{\"type\":\"command\",\"id\":10,\"kind\":\"pause\"}");
+        page_send(page, "{\"type\":\"command\",\"id\":11,\"kind\":\"reset\"}");
+        for (int k = 0; k < 10; k++)
+            page_send(page,
+                      "{\"type\":\"cut\",\"id\":%d,\"body\":\"\",\"before\":"
+                      "[[-1,0,-1],[-1,0,1]],\"after\":[[1,0,-1],[1,0,1]]}",
+                      20 + k);
+        Client *client = client_create();
+        start_daemon(&daemon, scenes[1 - round]);
+        client_wait_for_daemon(client);
+        page_wait(page_count(page, "error") >= errors + 12);
+        assert_true(page_says(page, "error", "the daemon that this was sent to is gone"));
+        page_wait(page_count(page, "scene") > scenes_seen);
+        // The next request is for the new one, which has heard of no other.
+        page_send(page, "{\"type\":\"command\",\"id\":%d,\"kind\":\"describe\"}", 40 + round);
+        char id[32];
+        snprintf(id, sizeof id, "\"id\":%d", 40 + round);
+        wait_until(client, page_says(page, "reply", id));
+        client_fresh_status(client);
+        assert_string_equal(client->status.state, "running");
+        assert_false(saw_event(client, "paused") || saw_event(client, "reset"));
+        for (int i = 0; i < client->replies; i++)
+            assert_string_not_equal(client->reply[i].channel, "PLIANT_CUT");
+        client_destroy(client);
+    }
+    page_disconnect(page);
+    program_stop(&daemon);
+    program_stop(&server);
 }
 
 static void a_scene_may_listen_on_another_prefix(void **state)
@@ -515,7 +614,7 @@ static void a_scene_may_listen_on_another_prefix(void **state)
     (void)state;
     char line[512];
     start_daemon(&rig.daemon, write_scene("inputs.cfg", "input_prefix = \"HANDS\";", PROBE_TOOL));
-    rig.port = start_web(&rig.server, "--port 0 --input-prefix HANDS", line);
+    rig.port = web_start(&rig.server, web, "--port 0 --input-prefix HANDS", line);
     PageClient *page = open_page();
     page_wait(page_body(page, 0).frames > 0); // so it has been described
     page_send(page, "{\"type\":\"command\",\"id\":1,\"kind\":\"pause\"}");
@@ -533,7 +632,7 @@ static void what_is_wrong_is_told_in_one_line(void **state)
     (void)state;
     char line[512], arguments[128];
     Daemon server, run;
-    int port = start_web(&server, "--port 0", line);
+    int port = web_start(&server, web, "--port 0", line);
     daemon_program(web);
     run_daemon(&run, "--port %d", port);
     assert_int_equal(run.code, 1);
@@ -544,14 +643,14 @@ static void what_is_wrong_is_told_in_one_line(void **state)
         int code;
     } cases[] = {
         {"--port 70000", "--port '70000' outside [0, 65535]", 2},
-        {"--listen localhost:80", "--listen 'localhost:80': want ADDRESS:PORT", 2},
-        {"--listen 127.0.0.1", "want ADDRESS:PORT", 2},
+        {"--listen localhost:80", "--listen 'localhost:80': expected ADDRESS:PORT", 2},
+        {"--listen 127.0.0.1", "expected ADDRESS:PORT", 2},
         {"--listen 127.0.0.1:80 --port 80", "give either", 2},
         {"--rate nan", "--rate 'nan'", 2},
         {"--input-prefix a.b", "--input-prefix 'a.b': 1 to 31 letters", 2},
-        {"--host a:b", "--host 'a:b': want a name", 2},
-        {"--texture ball", "--texture 'ball': want BODY=IMAGE", 2},
-        {"--texture ball=/etc/passwd", "/etc/passwd: want a PNG or JPEG", 2},
+        {"--host a:b", "--host 'a:b': expected a name", 2},
+        {"--texture ball", "--texture 'ball': expected BODY=IMAGE", 2},
+        {"--texture ball=/etc/passwd", "/etc/passwd: expected a PNG or JPEG", 2},
         {"what", "'what' is not an option", 2},
         {"--page /nowhere", "--page /nowhere: no index.html there", 1},
         {"--token /nowhere", "--token /nowhere: No such file", 1},
@@ -567,7 +666,7 @@ static void what_is_wrong_is_told_in_one_line(void **state)
     assert_int_equal(run.code, 0);
     assert_non_null(strstr(run.out, "--read-only"));
     daemon_program(NULL);
-    stop(&server);
+    program_stop(&server);
 }
 
 int main(int argc, char **argv)
@@ -583,15 +682,14 @@ int main(int argc, char **argv)
         daemon_test(where_others_can_listen_a_token_is_needed),
         daemon_test(there_is_an_end_to_connections),
         daemon_test(hostile_frames_close_their_connection_only),
+        daemon_test(a_scene_is_shown_once_it_is_known_whose_it_is),
         daemon_test(what_is_not_answered_is_asked_again_and_then_given_up),
         daemon_test(daemons_may_come_late_go_and_come_again),
+        daemon_test(requests_die_with_the_daemon_that_they_are_for),
         daemon_test(a_scene_may_listen_on_another_prefix),
         daemon_test(what_is_wrong_is_told_in_one_line),
     };
     harness_start(argc, argv);
     web = argv[2];
-    mg_init_library(0);
-    int result = cmocka_run_group_tests(tests, NULL, NULL);
-    mg_exit_library();
-    return harness_end(result);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -467,7 +467,7 @@ static void commands_that_cannot_be_done_say_why_and_change_nothing(void **unuse
     char why[192], text[192];
     assert_false(sim_apply_cut(scene.sim, &cut, &sum, why, sizeof why));
     snprintf(text, sizeof text,
-             "body 'wall' may need %d more nodes and has room for 3: capacity.nodes raises that",
+             "body 'wall' may need %d more nodes and has space for 3: raise capacity.nodes",
              sum.needed);
     assert_string_equal(why, text);
     assert_int_equal(cut_toy_broken(scene.toy), 0);

@@ -24,13 +24,14 @@ static ToySceneOptions options_with(double time_step, bool unsafe)
 }
 
 // Of symplectic Euler, as stability.h states it: times 4 where anything is split; the ball adds
-// its contact, a = 0.5 of the coarse body's stiffness.
+// its contact, a = 0.5 of the coarse body's stiffness, 1.65 times since it has no damping
+// (contact_create.c).
 static double limit_of(bool split, bool touched, double stiffness_scale, double damping_scale)
 {
     double times = split ? 4.0 : 1.0;
     double lambda = times * SPLIT_TOY_LAMBDA * fmax(1.0, stiffness_scale);
     double c = times * SPLIT_TOY_DAMPING * fmax(1.0, stiffness_scale * damping_scale);
-    lambda += touched ? 0.5 * SPLIT_TOY_LAMBDA : 0.0;
+    lambda += touched ? 1.65 * 0.5 * SPLIT_TOY_LAMBDA : 0.0;
     return 0.9 * (sqrt(c * c + 4.0 * lambda) - c) / lambda;
 }
 

@@ -266,6 +266,92 @@ static void a_frame_follows_now_and_then_and_early_when_it_lags(void **state)
     }
 }
 
+// A tick of an integrator, by its own stages.
+static void fall_through(Rows *rows, IntegratorKind kind, int substeps, double h, Vec3 gravity)
+{
+    const Integrator *integrator = integrator_get(kind);
+    if (integrator->kicks)
+        rows_drift(rows, integrator->first_drift * h);
+    for (int k = 0; k < substeps; k++)
+        for (int s = 0; s < integrator->stage_count; s++) {
+            const Stage stage = integrator_stage(integrator, s, k == substeps - 1);
+            rows_advance(rows, &stage, h, gravity);
+        }
+}
+
+static void a_frame_falls_as_its_integrator_says(void **state)
+{
+    (void)state;
+    const Vec3 gravity = vec3(1.0, -2.0, 3.0), thrown = vec3(0.5, 0.25, -1.0);
+    const int substeps = 7;
+    const double h = 1e-3, time = substeps * h;
+    for (int kind = 0; kind < INTEGRATOR_EXPLICIT; kind++) {
+        Cloud c;
+        create_cloud(&c, (Kind){PRECISION_SINGLE, true, true});
+        rows_let_fall(&c.rows, "cloud", &c.arena, &c.state);
+        assert_true(vec3_length(rows_gravity(&c.rows, gravity)) == 0.0);
+        c.rows.fall->velocity = thrown;
+        Vec3 before, x, v, read_v;
+        rows_read(&c.rows, c.row, 3, &before, NULL);
+        const FrameFall start = *c.rows.fall;
+        const BaseFrame frame = c.frame;
+
+        // What a tick that is taken back leaves: nothing.
+        fall_through(&c.rows, (IntegratorKind)kind, substeps, h, gravity);
+        rows_end_tick(&c.rows, false);
+        assert_memory_equal(c.rows.fall, &start, sizeof start);
+        assert_memory_equal(&c.frame, &frame, sizeof frame);
+
+        // Leapfrog and RK4 fall along the parabola, symplectic Euler half a substep ahead of it.
+        fall_through(&c.rows, (IntegratorKind)kind, substeps, h, gravity);
+        rows_read(&c.rows, c.row, 3, &x, &v);
+        const double ahead = kind == INTEGRATOR_SYMPLECTIC_EULER ? h : 0.0;
+        const Vec3 way = vec3_madd(vec3_scale(time, thrown), 0.5 * time * (time + ahead), gravity);
+        expect_same(vec3_sub(x, before), way, 1e-13); // ulps of 30 m
+        expect_same(v, vec3_madd(thrown, time, gravity), 1e-15);
+        // The end of a tick moves nothing, nor does writing what was read.
+        rows_end_tick(&c.rows, true);
+        rows_write(&c.rows, c.row, 3, x, v);
+        rows_read(&c.rows, c.row, 3, &before, &read_v);
+        expect_same(before, x, rounding(PRECISION_SINGLE, SIZE));
+        expect_same(read_v, v, 1e-15);
+        destroy_cloud(&c);
+    }
+}
+
+// What the rows have of a common velocity by other forces, the frame takes over: what is left in
+// the rows is small, and what is read is the same.
+static void a_frame_that_falls_takes_over_the_common_velocity(void **state)
+{
+    (void)state;
+    Cloud c;
+    create_cloud(&c, (Kind){PRECISION_SINGLE, true, true});
+    rows_let_fall(&c.rows, "cloud", &c.arena, &c.state);
+    uint64_t random = 4;
+    Vec3 before[COUNT], x;
+    for (int i = 0; i < PADDING; i++) {
+        rows_read(&c.rows, c.row, i, &x, NULL);
+        rows_write(&c.rows, c.row, i, x,
+                   vec3_madd(vec3(7.0, -3.0, 2.0), 1e-3, random_vec3(&random)));
+        rows_read(&c.rows, c.row, i, &x, &before[i]);
+    }
+    while (!rows_follow(&c.rows, c.row))
+        ;
+    for (int i = 0; i < PADDING; i++) {
+        Vec3 v;
+        rows_read(&c.rows, c.row, i, &x, &v);
+        // Of 7 m/s, in double precision; what the rows keep they keep to a float's last place.
+        expect_same(v, before[i], 1e-14 + rounding(PRECISION_SINGLE, 4e-3));
+        expect_at_most(vec3_length(rows_vector(&c.rows, c.row, i, 4)), 4e-3);
+    }
+    rows_stop(&c.rows, c.row);
+    rows_read(&c.rows, c.row, 3, &x, &before[0]);
+    assert_true(vec3_length(before[0]) == 0.0);
+    c.rows.fall->velocity.y = (double)NAN;
+    assert_false(rows_are_sound(&c.rows, c.row, 100.0));
+    destroy_cloud(&c);
+}
+
 static void rows_return_to_where_the_scene_placed_them(void **state)
 {
     (void)state;
@@ -321,6 +407,8 @@ int main(void)
         cmocka_unit_test(snapshots_are_what_is_read_row_by_row),
         cmocka_unit_test(a_frame_that_follows_leaves_the_body_where_it_is),
         cmocka_unit_test(a_frame_follows_now_and_then_and_early_when_it_lags),
+        cmocka_unit_test(a_frame_falls_as_its_integrator_says),
+        cmocka_unit_test(a_frame_that_falls_takes_over_the_common_velocity),
         cmocka_unit_test(rows_return_to_where_the_scene_placed_them),
         cmocka_unit_test(bad_numbers_are_found_wherever_they_are),
     };

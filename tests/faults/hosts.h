@@ -5,7 +5,10 @@
 #ifndef PLIANT_TESTS_FAULTS_HOSTS_H
 #define PLIANT_TESTS_FAULTS_HOSTS_H
 
+#include "harness.h"
+
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 typedef enum Host { HOST_SERVER, HOST_CLIENT } Host;
@@ -23,15 +26,23 @@ typedef struct LinkCounts {
 } LinkCounts;
 
 // Builds both and starts the link, which is whole. The calling thread is then on HOST_SERVER, and
-// LCM_DEFAULT_URL names the network between the two. False where that is not permitted, after
-// having said why.
-bool hosts_create(uint64_t seed);
+// LCM_DEFAULT_URL names the network between the two. Returns 0, or the exit status of the test
+// after having said why: 77 (skipped) where that is not permitted, 1.
+int hosts_create(uint64_t seed);
 // Sockets that this thread opens and programs that it starts from now on are on that host.
 void hosts_enter(Host host);
 // From now on; packets that are delayed already keep their time. NULL: a good link.
 void hosts_fault(const LinkFaults *faults);
 // Since the last hosts_fault.
 LinkCounts hosts_counts(void);
+// Puts an IP packet on the wire to that host, whatever address it says that it comes from.
+void hosts_forge(Host to, const void *packet, size_t size);
 void hosts_destroy(void);
+
+// What main returns of tests that need two hosts: makes them, runs the tests, takes them down.
+int hosts_run_tests(int argc, char **argv, uint64_t seed, const struct CMUnitTest *tests,
+                    size_t count);
+#define hosts_run(argc, argv, seed, tests)                                                         \
+    hosts_run_tests(argc, argv, seed, tests, sizeof(tests) / sizeof *(tests))
 
 #endif

@@ -48,7 +48,7 @@ static void begin(Scenery *scenery, const char *scene)
     hosts_enter(HOST_SERVER);
     scenery->near = client_create();
     scenery->truth = shown_create(scenery->near->lcm, "sphere");
-    daemon_start(&scenery->daemon, "%s", scene);
+    daemon_start(&scenery->daemon, "--remote %s", scene);
     hosts_enter(HOST_CLIENT);
     scenery->far = client_create();
     scenery->shown = shown_create(scenery->far->lcm, "sphere");
@@ -265,10 +265,5 @@ int main(int argc, char **argv)
         daemon_test(frames_of_many_packets_come_whole_or_not_at_all),
         daemon_test(a_link_that_was_cut_comes_back),
     };
-    if (!hosts_create(8))
-        return 77;
-    harness_start(argc, argv);
-    int result = harness_end(cmocka_run_group_tests(tests, NULL, NULL));
-    hosts_destroy();
-    return result;
+    return hosts_run(argc, argv, 8, tests);
 }

@@ -12,8 +12,9 @@
 
 static const char *write_small(void)
 {
-    return write_scene("two.cfg",
-                       "rate_hz = 200.0; publish = { nodes_hz = 10.0; status_hz = 10.0; };", "");
+    return write_scene(
+        "two.cfg",
+        "rate_hz = 200.0; remote = true; publish = { nodes_hz = 10.0; status_hz = 10.0; };", "");
 }
 
 static void start_on(Host host, Daemon *daemon)
@@ -208,10 +209,5 @@ int main(int argc, char **argv)
         daemon_test(a_daemon_that_was_stopped_alone_goes_on),
         daemon_test(a_log_that_is_played_back_ends_no_daemon),
     };
-    if (!hosts_create(1))
-        return 77;
-    harness_start(argc, argv);
-    int result = harness_end(cmocka_run_group_tests(tests, NULL, NULL));
-    hosts_destroy();
-    return result;
+    return hosts_run(argc, argv, 1, tests);
 }

@@ -10,6 +10,7 @@
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #if defined(PLIANT_WITH_HDF5) && defined(PLIANT_WITH_SURFACE)
 #include <hdf5.h>
@@ -48,8 +49,8 @@ static void save(Run *run, const char *name)
     CheckpointImage image;
     checkpoint_reserve(&image, &run->world);
     checkpoint_take(&image, &run->world);
-    bool ok = checkpoint_write(scratch_path(&scratch, name, path), &image, &run->world, &run->scene,
-                               &status);
+    unlink(scratch_path(&scratch, name, path)); // what was altered is not replaced
+    bool ok = checkpoint_write(path, &image, &run->world, &run->scene, &status);
     if (!ok)
         print_error("%s\n", status.text);
     assert_true(ok);

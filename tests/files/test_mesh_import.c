@@ -282,6 +282,51 @@ static void ascii_stl_tolerates_capitals_crlf_solids_and_bad_normals(void **stat
     mesh_destroy(&mesh);
 }
 
+// As some writers end their files.
+static void ascii_stl_may_end_with_two_words_or_zero_bytes(void **state)
+{
+    (void)state;
+    static const char *const ends[] = {"end solid\n", "END SOLID two facets\n",
+                                       "end solid\nsolid more\nendsolid\n", "endsolid\n\0\0"};
+    const size_t body = (size_t)(strstr(TWO_FACETS, "endsolid") - TWO_FACETS);
+    for (size_t i = 0; i < sizeof ends / sizeof *ends; i++) {
+        char text[2048];
+        TriMesh mesh;
+        MeshImport import;
+        Status status = {0};
+        const size_t size = body + strlen(ends[i]);
+        memset(text, 0, sizeof text);
+        memcpy(text, TWO_FACETS, body);
+        memcpy(text + body, ends[i], strlen(ends[i]));
+        write_bytes(text, size + (i == 3 ? 2 : 0));
+        if (!mesh_import(path, &mesh, &import, &status))
+            fail_msg("%s", status.text);
+        expect_two_facets(&mesh);
+        mesh_destroy(&mesh);
+    }
+    expect_text_error("solid\nend facet\n", ":2: 'end' where 'facet' or 'endsolid' is expected");
+}
+
+static void obj_may_end_with_a_zero_byte_but_not_hold_one(void **state)
+{
+    (void)state;
+    static const char text[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\n"
+                               "f 1 4 3\n";
+    TriMesh mesh;
+    MeshImport import;
+    Status status = {0};
+    char inside[sizeof text];
+    write_bytes(text, sizeof text); // its final zero too
+    if (!mesh_import(path, &mesh, &import, &status))
+        fail_msg("%s", status.text);
+    assert_int_equal(mesh.triangle_count, 4);
+    mesh_destroy(&mesh);
+    memcpy(inside, text, sizeof text);
+    inside[30] = 0;
+    write_bytes(inside, sizeof inside);
+    expect_error(": neither text nor a binary STL, which has at least 84 bytes");
+}
+
 static void ascii_stl_faults_name_file_and_line(void **state)
 {
     (void)state;
@@ -515,6 +560,8 @@ int main(void)
         cmocka_unit_test(obj_faults_name_file_and_line),
         cmocka_unit_test(ascii_stl_is_welded_and_remembers_its_corners),
         cmocka_unit_test(ascii_stl_tolerates_capitals_crlf_solids_and_bad_normals),
+        cmocka_unit_test(ascii_stl_may_end_with_two_words_or_zero_bytes),
+        cmocka_unit_test(obj_may_end_with_a_zero_byte_but_not_hold_one),
         cmocka_unit_test(ascii_stl_faults_name_file_and_line),
         cmocka_unit_test(binary_stl_that_says_solid_is_read),
         cmocka_unit_test(binary_stl_keeps_every_float),

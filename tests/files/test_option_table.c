@@ -9,23 +9,20 @@
 
 typedef struct Target {
     double real;
-    int whole, word, later;
+    int whole, word;
     bool flag;
     Vec3 vector;
     const char *name, *string;
     const config_setting_t *group, *list, *labels;
 } Target;
 
-static const OptionWord WORDS[] = {
-    {"one", 1, NULL}, {"two", 2, NULL}, {"three", 3, "three is not built in"}, {NULL, 0, NULL}};
+static const OptionWord WORDS[] = {{"one", 1}, {"two", 2}, {NULL, 0}};
 
 #define AT(member) offsetof(Target, member)
 static const Option OPTIONS[] = {
     {"rate_hz", OPTION_REAL, AT(real), "Hz", 1.0, 10000.0, .preset = 1000.0, .about = "Rate."},
     {"count", OPTION_INT, AT(whole), "", 0.0, INT_MAX, .preset = 7.0, .about = "Count."},
     {"kind", OPTION_WORD, AT(word), "", .words = WORDS, .preset = 2.0, .about = "Kind."},
-    {"levels", OPTION_INT, AT(later), "", 0.0, 8.0, .later = "refinement is not built in",
-     .about = "Levels."},
     {"flag", OPTION_BOOL, AT(flag), "", .preset = 1.0, .about = "Flag."},
     {"gravity", OPTION_VECTOR, AT(vector), "m/s2", 0.0, 100.0, .about = "Gravity."},
     {"name", OPTION_NAME, AT(name), "", .low = 1, .high = 8, .preset_text = "nobody",
@@ -94,7 +91,7 @@ static void given_values_are_stored(void **unused)
     Target t;
     assert_string_equal(read_text("rate_hz = 0.5e2; count = 3; kind = \"one\"; flag = false;\n"
                                   "gravity = (0, 1.5, -2L); name = \"a_b-9\"; file = \"x y.h5\";\n"
-                                  "inner = { }; items = ( 1, 2 ); levels = 0;",
+                                  "inner = { }; items = ( 1, 2 );",
                                   &t),
                         "");
     expect_near(t.real, 50.0, 0.0);
@@ -213,14 +210,6 @@ static void words_list_what_is_allowed(void **unused)
     expect_refused("kind = 4;", "press.cfg:1: kind 4 must be one of \"one\", \"two\"");
 }
 
-static void later_features_are_refused_by_name(void **unused)
-{
-    (void)unused;
-    expect_refused("kind = \"three\";",
-                   "press.cfg:1: kind \"three\": three is not built in; only \"one\", \"two\"");
-    expect_refused("levels = 2;", "press.cfg:1: levels 2: refinement is not built in; only 0");
-}
-
 static void unknown_keys_suggest_the_nearest_known_one(void **unused)
 {
     (void)unused;
@@ -295,7 +284,6 @@ int main(void)
         cmocka_unit_test(wrong_types_are_named),
         cmocka_unit_test(names_are_short_and_plain),
         cmocka_unit_test(words_list_what_is_allowed),
-        cmocka_unit_test(later_features_are_refused_by_name),
         cmocka_unit_test(unknown_keys_suggest_the_nearest_known_one),
         cmocka_unit_test(missing_required_keys_are_named_at_their_group),
         cmocka_unit_test(numbers_print_as_written),

@@ -209,10 +209,7 @@ static void every_key_refuses_a_wrong_type(void **unused)
             const Option *option = &table->option[k];
             bool string = option->type == OPTION_WORD || option->type == OPTION_NAME ||
                           option->type == OPTION_STRING;
-            if (option->type == OPTION_LATER)
-                expect_refused(table, option->key, "1", option->later);
-            else
-                expect_refused(table, option->key, string ? "3" : "\"word\"", "must be");
+            expect_refused(table, option->key, string ? "3" : "\"word\"", "must be");
             if (option->type == OPTION_INT || option->type == OPTION_INTS)
                 expect_refused(table, option->key, "1.0", "without a point");
             if (option->type == OPTION_INTS) {
@@ -284,29 +281,6 @@ static void every_string_refuses_what_is_too_long(void **unused)
             expect_refused(table, option->key, "\"a\\x01\"", "must be");
             if (option->type == OPTION_NAME)
                 expect_refused(table, option->key, "\"a/b\"", "must be made of letters");
-        }
-    }
-}
-
-static void every_later_feature_is_refused_by_name(void **unused)
-{
-    (void)unused;
-    char value[64];
-    for (int i = 0; i < SCENE_TABLE_COUNT; i++) {
-        const OptionTable *table = scene_table(i);
-        for (int k = 0; k < table->count; k++) {
-            const Option *option = &table->option[k];
-            for (const OptionWord *word = option->words; word != NULL && word->word != NULL;
-                 word++) {
-                snprintf(value, sizeof value, "\"%s\"", word->word);
-                if (word->later != NULL)
-                    expect_refused(table, option->key, value, word->later);
-            }
-            if (option->later == NULL || option->type == OPTION_LATER)
-                continue;
-            bool flag = option->type == OPTION_BOOL;
-            snprintf(value, sizeof value, "%.0f", option->preset + 1.0);
-            expect_refused(table, option->key, flag ? "true" : value, option->later);
         }
     }
 }
@@ -429,7 +403,6 @@ int main(int argc, char **argv)
         cmocka_unit_test(every_key_refuses_a_wrong_type),
         cmocka_unit_test(every_number_refuses_what_is_outside_its_range),
         cmocka_unit_test(every_string_refuses_what_is_too_long),
-        cmocka_unit_test(every_later_feature_is_refused_by_name),
         cmocka_unit_test(every_required_key_is_missed),
         cmocka_unit_test(damaged_scenes_are_read_or_refused_in_one_line),
         cmocka_unit_test(every_scene_in_config_is_valid),

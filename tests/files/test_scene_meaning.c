@@ -48,7 +48,7 @@ static void a_bare_body_takes_all_defaults(void **unused)
     scene_destroy(&scene);
 }
 
-static void known_words_of_later_features_are_accepted_at_their_defaults(void **unused)
+static void keys_are_accepted_at_their_defaults(void **unused)
 {
     (void)unused;
     Scene scene;
@@ -97,6 +97,27 @@ static void implicit_integration_has_its_keys(void **unused)
     expect_error(IN_BODY("theta = 0.4;"), "x.cfg:2: theta 0.4 outside [0.5, 1]");
 }
 
+static void shape_springs_may_be_damped_along_themselves(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    assert_string_equal(read_as_scene(IN_BODY("shape = {};"), &scene), "");
+    assert_int_equal(scene.body[0].surface.shape.direction, SHAPE_DAMPS_ALL);
+    scene_destroy(&scene);
+    assert_string_equal(
+        read_as_scene(IN_BODY("shape = { damping_direction = \"radial\"; };"), &scene), "");
+    assert_int_equal(scene.body[0].surface.shape.direction, SHAPE_DAMPS_RADIAL);
+    scene_destroy(&scene);
+    expect_error(IN_BODY("shape = { frame = \"body\";\ndamping_direction = \"radial\"; };"),
+                 "x.cfg:3: damping_direction \"radial\" needs frame \"world\"");
+    expect_error(IN_BODY("integrator = \"implicit\"; shape = { damping_direction = \"radial\"; };"),
+                 "x.cfg:2: damping_direction \"radial\" needs an explicit integrator, not "
+                 "\"implicit\"");
+    expect_error(IN_BODY("integrator = \"auto\"; shape = { damping_direction = \"radial\"; };"),
+                 "x.cfg:2: damping_direction \"radial\" needs an explicit integrator, not "
+                 "\"auto\"");
+}
+
 static void cuttable_body_may_tear_by_stretch(void **unused)
 {
     (void)unused;
@@ -125,7 +146,7 @@ static void surface_body_needs_a_mesh_and_no_key_of_a_voxel_body(void **unused)
 {
     (void)unused;
     expect_error("bodies = (\n{ name = \"a\"; } );",
-                 "x.cfg:2: bodies.mesh is missing (Where its triangles come from.)");
+                 "x.cfg:2: bodies.mesh is missing (Source of its triangles.)");
     expect_error(IN_BODY("voxels = {};"), "x.cfg:2: voxels means nothing for a surface body");
     expect_error(IN_BODY("law = \"affine\";"), "x.cfg:2: law means nothing for a surface body");
     expect_error(IN_BODY("dimensions = 3;"),
@@ -569,9 +590,10 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_bare_body_takes_all_defaults),
-        cmocka_unit_test(known_words_of_later_features_are_accepted_at_their_defaults),
+        cmocka_unit_test(keys_are_accepted_at_their_defaults),
         cmocka_unit_test(step_may_have_several_threads),
         cmocka_unit_test(implicit_integration_has_its_keys),
+        cmocka_unit_test(shape_springs_may_be_damped_along_themselves),
         cmocka_unit_test(cuttable_body_may_tear_by_stretch),
         cmocka_unit_test(blades_have_an_edge_and_may_have_a_back),
         cmocka_unit_test(surface_body_needs_a_mesh_and_no_key_of_a_voxel_body),

@@ -171,8 +171,8 @@ static void meshes_are_filled_with_cells_of_a_size(void **unused)
     assert_int_equal(voxels->label_count, 1);
     scene_destroy(&scene);
     expect_error(VOXELS("mesh = \"liver.stl\";"),
-                 "x.cfg:2: bodies.voxels.size is missing (Edge of a cell. Of generators before "
-                 "`scale`, else in the world.)");
+                 "x.cfg:2: bodies.voxels.size is missing (Edge length of a cell; for generators "
+                 "before `scale`, otherwise in the world.)");
     expect_error(VOXELS("mesh = \"liver.stl\"; size = 0.004; label = 1;"),
                  "x.cfg:2: label means nothing for voxels from a mesh");
 }
@@ -280,6 +280,23 @@ static void plane_bodies_are_boxes_and_discs_in_their_plane(void **unused)
                  "x.cfg:2: dimensions 4 outside [2, 3]");
 }
 
+static void plane_bodies_tear_by_force_and_divide_nothing(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    static const char DISC[] = "voxels = { generator = \"disc\"; }; cuttable = true;\n";
+    char text[512];
+    snprintf(text, sizeof text, START "%s tear = { force = 2; }; } );", DISC);
+    read_valid(text, &scene);
+    expect_near(scene.body[0].voxel.tear_force, 2.0, 0.0);
+    scene_destroy(&scene);
+    snprintf(text, sizeof text, START "%s tear = { stress = 2000; }; } );", DISC);
+    expect_error(text, "x.cfg:2: tear.stress means nothing for a plane body, only force");
+    snprintf(text, sizeof text, START "%s split_budget = 3; } );", DISC);
+    expect_error(text, "x.cfg:2: split_budget means nothing for a plane body: a cut divides none "
+                       "of its elements");
+}
+
 static void labels_without_an_entry_take_the_bodys_material(void **unused)
 {
     (void)unused;
@@ -384,7 +401,7 @@ static void skin_is_a_mesh_placed_like_others(void **unused)
     expect_near(scene.body[0].skin.rotation.z, 1.0, 0.0);
     scene_destroy(&scene);
     expect_error(IN_BODY("skin = { };"),
-                 "x.cfg:2: bodies.skin.mesh is missing (OBJ, STL, PLY or OFF file, seen from the "
+                 "x.cfg:2: bodies.skin.mesh is missing (OBJ, STL, PLY or OFF file, relative to the "
                  "scene's folder.)");
     expect_error(IN_BODY("skin = { mesh = \"a.stl\"; place = { zzz = 1; }; };"),
                  "x.cfg:2: unknown key zzz in bodies.skin.place");
@@ -412,7 +429,7 @@ static void what_a_voxel_body_cannot_do_is_refused(void **unused)
 {
     (void)unused;
     expect_error("bodies = (\n{ name = \"a\"; model = \"voxel\"; } );",
-                 "x.cfg:2: bodies.voxels is missing (Where its cells come from.)");
+                 "x.cfg:2: bodies.voxels is missing (Source of its cells.)");
     expect_error(IN_BODY("levels = 6;"), "x.cfg:2: levels 6 outside [0, 5] of a voxel body");
     expect_error(IN_BODY("integrator = \"rk4\";"),
                  "x.cfg:2: integrator \"rk4\" means nothing for a voxel body; only "
@@ -455,6 +472,7 @@ int main(void)
         cmocka_unit_test(meshes_are_filled_with_cells_of_a_size),
         cmocka_unit_test(voxel_generators_take_their_own_keys_only),
         cmocka_unit_test(plane_bodies_are_boxes_and_discs_in_their_plane),
+        cmocka_unit_test(plane_bodies_tear_by_force_and_divide_nothing),
         cmocka_unit_test(labels_without_an_entry_take_the_bodys_material),
         cmocka_unit_test(materials_must_be_of_labels_that_are_chosen),
         cmocka_unit_test(numbers_of_materials_have_their_ranges),

@@ -7,6 +7,7 @@
 #include "files/prepared.h"
 
 #include <string.h>
+#include <unistd.h>
 
 #ifdef PLIANT_WITH_HDF5
 #include <hdf5.h>
@@ -44,7 +45,8 @@ static char *prepare(const char *text)
     Status status = {0};
     FILE *report = open_memstream(&printed, &size);
     read_scene(text, &scene);
-    if (!prepared_write(scratch_path(&scratch, "a.h5", path), &scene, report, &status))
+    unlink(scratch_path(&scratch, "a.h5", path)); // what was altered is not replaced
+    if (!prepared_write(path, &scene, report, &status))
         fail_msg("%s", status.text);
     fclose(report);
     scene_destroy(&scene);

@@ -1,10 +1,11 @@
-// What pages and browsers send to pliant-web: JSON texts, the headers of requests, and what a
-// daemon answers to DESCRIBE. The first byte says which.
+// What pages and browsers send to pliant-web: JSON texts, the headers of requests, the frames of a
+// WebSocket, and what a daemon answers to DESCRIBE. The first byte says which.
 #include "fuzz.h"
 
 #include "ask.h"
 #include "describe.h"
 #include "door.h"
+#include "websocket.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -48,8 +49,7 @@ static void knock(const char *text)
         *second++ = '\0';
     door_admits_host(&door, copy);
     door_admits_origin(second, copy);
-    door_admits_query(&door, copy);
-    door_admits_cookie(&door, copy);
+    door_admits(&door, copy);
     free(copy);
 }
 
@@ -64,6 +64,23 @@ static void describe(const char *text)
     }
 }
 
+// Frames lie within what came, and are taken one after the other.
+static void take_frames(const char *data, size_t size)
+{
+    static WebSocket socket;
+    WebSocketFrame frame;
+    websocket_init(&socket, -1, data, size);
+    size_t end = socket.end;
+    int taken;
+    while ((taken = websocket_take(&socket, &frame)) == 1) {
+        fuzz_tell("frame");
+        MUST(frame.size <= WEBSOCKET_FRAME_MAX && socket.begin <= end);
+        MUST(frame.data + frame.size == (char *)socket.buffer + socket.begin);
+    }
+    MUST(taken == 0 || (taken <= -WEBSOCKET_GOING_AWAY && taken >= -WEBSOCKET_TOO_BIG));
+    websocket_destroy(&socket);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     if (size == 0)
@@ -72,15 +89,18 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     MUST(text != NULL);
     memcpy(text, data + 1, size - 1);
     text[size - 1] = '\0';
-    switch (data[0] % 3) {
+    switch (data[0] % 4) {
     case 0:
         read_ask(text, size - 1);
         break;
     case 1:
         knock(text);
         break;
-    default:
+    case 2:
         describe(text);
+        break;
+    default:
+        take_frames(text, size - 1);
     }
     free(text);
     return 0;

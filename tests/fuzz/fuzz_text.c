@@ -54,7 +54,8 @@ static void parse_arguments(const char *text)
 {
     double number, vector[3], line[8];
     long integer;
-    char url[CLIENT_URL_MAX];
+    char why[RECEIVER_WHY_MAX];
+    Network network;
     if (client_parse_number(text, -1.0, 1e6, &number))
         MUST(number >= -1.0 && number <= 1e6);
     if (client_parse_integer(text, 1, 100, &integer))
@@ -65,8 +66,8 @@ static void parse_arguments(const char *text)
     MUST(client_read_numbers(text, line, 8) <= 8);
     if (client_name_valid(text, CLIENT_PREFIX_MAX - 1))
         MUST(strlen(text) < CLIENT_PREFIX_MAX);
-    client_url(text, NULL, CLIENT_RECEIVE_BYTES, url, sizeof url);
-    client_url(NULL, text, CLIENT_RECEIVE_BYTES, url, sizeof url);
+    if (network_read(&network, text, why))
+        MUST(!network.udpm || network.group >> 28 == 14);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

@@ -199,8 +199,12 @@ def pages():
         put("page", name, "\0" + text)
     put("page", "host", "\1localhost:8080\nhttp://localhost:8080")
     put("page", "host-six", "\1[::1]:8080\nhttps://[::1]:8080")
-    put("page", "cookie", "\1a=b; pliant8080=0123456789abcdef; c=d")
-    put("page", "query", "\1x=1&token=0123456789abcdef")
+    put("page", "token", "\0010123456789abcdef")
+    # Of a WebSocket: two texts, a ping, a text of 256 bytes, and one that claims 300 MB.
+    mask, text = b"\0\0\0\0", b'{"type": "drawn"}'
+    put("page", "frames", b"\3" + 2 * (bytes([0x81, 0x80 | len(text)]) + mask + text) + b"\x89\x80" + mask +
+        b"\x81\xfe\x01\x00" + mask + 256 * b"x")
+    put("page", "frame-too-big", b"\3\x81\xff" + struct.pack(">Q", 300000000) + mask)
     put("page", "describe", "\2scene 's' at 500 Hz\ntool 1: probe, 1 capsules, max_force 5 N\n  capsule [0, 0, "
         "0] to [0, 0, 0.1], radius 0.005 m\ntool 2: blade, 0 capsules\n  edge [0, 0, 0] to [0, 0, 0.02] m\n"
         "tool 4: static, 0 capsules\n  plane [0, 0, 0] m, normal [0, 0, 1]\n")
@@ -356,6 +360,32 @@ def sessions():
     put("session", "reset", press[:60] + bytes([3, 0, 9, 1]) + number(0, 1) + bytes([0, 0]) + ticks)
 
 
+# --- packets of LCM: where it comes from, then the packet ---
+
+def packets():
+    def whole(channel, data):
+        return b"\0LC02" + struct.pack(">I", 1) + channel + b"\0" + data
+
+    def fragment(size, offset, number, count, channel, data):
+        return b"\0LC03" + struct.pack(">IIIHH", 1, size, offset, number, count) + channel + data
+
+    put("packet", "whole", whole(b"PLIANT_COMMAND", b"data"))
+    put("packet", "pattern", whole(b"PLIANT_NODES_liver", b""))
+    put("packet", "remote", b"\1" + whole(b"PLIANT_COMMAND", b"data")[1:])
+    put("packet", "remote-heard", b"\3" + whole(b"PLIANT_COMMAND", b"data")[1:])
+    put("packet", "longest-channel", whole(b"c" * 63, b"x"))
+    put("packet", "long-channel", whole(b"c" * 64, b"x"))
+    put("packet", "no-end", whole(b"PLIANT_COMMAND", b"")[:-1])
+    put("packet", "no-channel", whole(b"", b"x"))
+    put("packet", "short", b"\0LC02\0\0")
+    put("packet", "magic", b"\0LC04" + b"\0" * 30)
+    put("packet", "fragment", fragment(9, 0, 0, 1, b"PLIANT_COMMAND\0", b"x" * 9))
+    put("packet", "second-fragment", fragment(9, 4, 1, 2, b"", b"x" * 5))
+    # What ended programs with liblcm inside: the sum of offset and size wraps around.
+    put("packet", "wrap-546", fragment(600, 0xffffff00, 0, 1, b"PLIANT_COMMAND\0", b"x" * 511))
+    put("packet", "claim-256-mb", fragment(1 << 28, 0, 0, 4100, b"PLIANT_COMMAND\0", b"x" * 102))
+
+
 # --- HDF5: the encoding of hdf_edit.c, with an even byte in front ---
 
 def edits():
@@ -384,4 +414,5 @@ texts()
 pages()
 messages(load_types())
 sessions()
+packets()
 edits()

@@ -9,6 +9,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 const KeepScene keep_scenes[KEEP_SCENES] = {
     {"levels", 1, {{"ball", {0.0, 0.0, 0.0}, 0.05}}, false, true, false},
@@ -28,6 +29,7 @@ const KeepScene keep_scenes[KEEP_SCENES] = {
      false,
      true,
      false},
+    {"choi2005", 1, {{"ball", {0.0, 0.0, 0.0}, 0.05}}, false, true, false},
 };
 
 const char *session_scene(const KeepScene *scene, const char *precision, int threads)
@@ -231,6 +233,18 @@ static void change_pace(Draw *draw, int tick)
     else
         command(draw, tick, PLIANT_COMMAND_T_STEP, ticks, "");
     draw->running_again = tick + ticks;
+}
+
+long long kept_step(const char *checkpoint, const char *scene)
+{
+    struct stat facts;
+    if (stat(checkpoint, &facts) != 0 || facts.st_size == 0)
+        return -1;
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 0 --resume %s %s", checkpoint, scene);
+    if (daemon.code != 0)
+        fail_msg("the checkpoint does not load: %s", daemon.err);
+    return printed(&daemon, "step");
 }
 
 Session session_create(const KeepScene *scene, uint64_t seed, int ticks)

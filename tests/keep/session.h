@@ -26,11 +26,14 @@ typedef struct KeepScene {
     bool flat;           // in the plane z = 0
 } KeepScene;
 
-enum { KEEP_SCENES = 5 };
+enum { KEEP_SCENES = 6 };
 extern const KeepScene keep_scenes[KEEP_SCENES];
 
 // The scene with its precision and number of threads in the scratch folder; its path.
 const char *session_scene(const KeepScene *scene, const char *precision, int threads);
+
+// The step that a checkpoint holds, which must load with its scene; -1: there is none.
+long long kept_step(const char *checkpoint, const char *scene);
 
 typedef struct Message {
     int tick;

@@ -80,18 +80,6 @@ static void look_for_litter(const char *checkpoint, Tally *tally)
     closedir(all);
 }
 
-// The step of a checkpoint, which must load; -1: there is none.
-static long long step_of(const char *checkpoint, const char *scene)
-{
-    if (!exists(checkpoint))
-        return -1;
-    Daemon daemon;
-    run_daemon(&daemon, "--offline 0 --resume %s %s", checkpoint, scene);
-    if (daemon.code != 0)
-        fail_msg("the checkpoint does not load: %s", daemon.err);
-    return printed(&daemon, "step");
-}
-
 // Ends the daemon after a random part of `most` seconds. False if it had ended by then.
 static bool kill_at_random(Daemon *daemon, double most)
 {
@@ -189,7 +177,7 @@ static void run_offline_kills(Chain *chain, int count)
         bool killed = kill_at_random(&daemon, left_s);
         kills += killed;
         look_for_litter(chain->kept, chain->tally);
-        long long after = step_of(chain->kept, chain->config);
+        long long after = kept_step(chain->kept, chain->config);
         count_kill(chain->tally, killed, before, after);
         assert_true(after >= before);
         if (after >= 0)
@@ -281,7 +269,7 @@ static void kill_live(const KeepScene *scene, int round, Client *client, Tally *
     snprintf(record, sizeof record, "%s", scratch("live-record.h5"));
     unlink(log);
     unlink(record);
-    long long before = step_of(kept, config);
+    long long before = kept_step(kept, config);
     bool resumed = before >= 0;
     if (resumed)
         copy_file(kept, base);
@@ -296,7 +284,7 @@ static void kill_live(const KeepScene *scene, int round, Client *client, Tally *
     session_destroy(&session);
 
     look_for_litter(kept, tally);
-    long long after = step_of(kept, config);
+    long long after = kept_step(kept, config);
     count_kill(tally, true, before, after);
     assert_true(after >= before);
     expect_recording_readable(record, scene->target[0].body);

@@ -8,6 +8,7 @@
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 enum { TICKS = 250, HASH_TEXT = 32 };
 
@@ -39,6 +40,7 @@ static void a_run_goes_on_inside_its_log(void **state)
         run_to_end("", log, config, whole);
         for (int k = 0; k < 2; k++) {
             Daemon daemon;
+            unlink(part);
             run_daemon(&daemon, "--offline %g --checkpoint %s --input %s %s", at_s[k], part, log,
                        config);
             assert_int_equal(daemon.code, 0);
@@ -63,6 +65,7 @@ static void kill_after_pause(const char *config, const char *from, const char *k
 {
     Client *client = client_create();
     Daemon daemon;
+    unlink(log);
     daemon_start(&daemon, "--log-inputs %s --checkpoint %s %s %s %s", log, kept,
                  from != NULL ? "--resume" : "", from != NULL ? from : "", config);
     client_wait_for_daemon(client);
@@ -94,14 +97,6 @@ static void expect_same(const char *first, const char *second, const char *log, 
     assert_string_equal(other, one);
 }
 
-static long long step_of(const char *kept, const char *config)
-{
-    Daemon daemon;
-    run_daemon(&daemon, "--offline 0 --resume %s %s", kept, config);
-    assert_int_equal(daemon.code, 0);
-    return printed(&daemon, "step");
-}
-
 static void inputs_of_a_pause_are_applied_once(void **state)
 {
     (void)state;
@@ -114,11 +109,11 @@ static void inputs_of_a_pause_are_applied_once(void **state)
     snprintf(from_first, sizeof from_first, "--resume %s", first);
     snprintf(from_second, sizeof from_second, "--resume %s", second);
     kill_after_pause(config, NULL, first, log);
-    double begin_s = (double)step_of(first, config) / SESSION_RATE;
+    double begin_s = (double)kept_step(first, config) / SESSION_RATE;
     expect_same("", from_first, log, config, begin_s + 0.05, 0.05);
     // A second log begins where the first checkpoint was: in a pause, behind its inputs.
     kill_after_pause(config, first, second, log);
-    double end_s = (double)step_of(second, config) / SESSION_RATE;
+    double end_s = (double)kept_step(second, config) / SESSION_RATE;
     expect_same(from_first, from_second, log, config, end_s - begin_s + 0.05, 0.05);
 }
 

@@ -39,6 +39,8 @@ static void expect_repeated(const KeepScene *scene, const char *precision, uint6
     snprintf(log, sizeof log, "%s", scratch("session.log"));
     snprintf(kept, sizeof kept, "%s", scratch("session.h5"));
     snprintf(config, sizeof config, "%s", session_scene(scene, precision, 1 + (int)(seed % 2)));
+    unlink(log);
+    unlink(kept);
     Session session = session_create(scene, seed, TICKS);
     Daemon daemon;
     daemon_start(&daemon, "--log-inputs %s --checkpoint %s %s", log, kept, config);

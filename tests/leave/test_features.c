@@ -78,6 +78,9 @@ static const Case SURFACE[] = {
     {.feature = "shape springs that follow the body",
      .body = "shape = { frame = \"body\"; };",
      .others = 1}, // shape springs
+    {.feature = "shape springs damped along themselves",
+     .body = "shape = { damping_direction = \"radial\"; };",
+     .others = 1}, // shape springs
     {.feature = "prestress", .body = "prestress = 0.05;"},
     {.feature = "implicit integration", .body = "integrator = \"implicit\";"},
     {.feature = "finer levels of detail", .body = "levels = 1;"},

@@ -49,7 +49,7 @@ static const Feature COMMON[] = {
      .tail = "attachments = ( { body = \"body\"; to = \"world\"; sphere = [0.0, 0.0, 0.1]; "
              "radius = 0.05; } );",
      .files = {"dynamics/attachment", "dynamics/holding.c", OUTSIDE_FILES},
-     .arrays = {"/attachment0", "attachments", "sim/joined"}},
+     .arrays = {"/attachment0", "attachments"}},
     {.name = "loads",
      .tail = LOAD,
      .files = {"dynamics/load.c", "dynamics/sim.c", OUTSIDE_FILES},
@@ -68,6 +68,10 @@ static const Feature SURFACE[] = {
      .body = "shape = { frame = \"body\"; };",
      .kernel = "plain_body",
      .arrays = {"/shape rate", "/drag", "/rigid frame"}},
+    {.name = "shape springs damped along themselves",
+     .body = "shape = { damping_direction = \"radial\"; };",
+     .kernel = "plain_radial",
+     .arrays = {"/shape rate", "/shape drag", "/drag"}},
     {.name = "prestress", .body = "prestress = 0.05;", .kernel = "plain_none_prestressed"},
     {.name = "implicit integration",
      .body = "integrator = \"implicit\";",
@@ -131,22 +135,14 @@ static const char *write_feature_scene(bool voxel, const Feature *what, const ch
 
 static const char *const KERNELS[] = {"surface/kernel/", "voxel/kernel/", NULL};
 // Of a body and its integration, and how the pipeline comes to it.
-static const char *const PLAIN_FILES[] = {"surface/kernel/",
-                                          "voxel/kernel/",
-                                          "surface/surface.c",
-                                          "surface/kernel.c",
-                                          "voxel/voxel.c",
-                                          "voxel/vertices.c",
-                                          "voxel/batch.c",
-                                          "voxel/kernel.c",
-                                          "voxel/rotation.c",
-                                          "voxel/jacobi.c",   // of elements that turn far in a step
-                                          "dynamics/guard.c", // which no scene leaves out
-                                          "dynamics/step.c",
-                                          "dynamics/integrator",
-                                          "dynamics/rows.c",
-                                          "dynamics/rigid_frame.c",
-                                          NULL};
+static const char *const PLAIN_FILES[] = {
+    "surface/kernel/",         "voxel/kernel/",          "surface/surface.c",
+    "surface/kernel.c",        "voxel/voxel.c",          "voxel/vertices.c",
+    "voxel/batch.c",           "voxel/kernel.c",         "voxel/rotation.c",
+    "voxel/jacobi.c",   // of elements that turn far in a step
+    "dynamics/guard.c", // which no scene leaves out
+    "dynamics/guard_energy.c", "dynamics/step.c",        "dynamics/integrator",
+    "dynamics/rows.c",         "dynamics/rigid_frame.c", NULL};
 
 static void count_steps(Profile *profile, const char *pliantd, const char *scene, int ticks,
                         const char *arguments)

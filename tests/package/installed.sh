@@ -57,6 +57,38 @@ else
     echo "installed: no systemd-analyze here: the unit was not verified"
 fi
 
+# --- documents ---
+
+# Each link of the installed front page leads to what is installed, and nothing there speaks of the source's
+# commands but the line that says so.
+doc=$(dirname "$(find "$prefix" -path '*/doc/pliant/README.md')")
+links=0
+for link in $(sed -n 's/.*](\([^)]*\)).*/\1/gp' "$doc/README.md" | grep -v '^http'); do
+    [ -e "$doc/$link" ] || die "the installed README.md links to $link, which is not there"
+    links=$((links + 1))
+done
+[ $links -ge 3 ] || die "the installed README.md has $links links: the test does not see them"
+grep -v 'exist only there' "$doc/README.md" | grep -n '\./dev\|build/' &&
+    die "the installed README.md names commands of the source"
+
+# --- hardening ---
+
+# hardened PROGRAM: loads anywhere, its relocations are read-only, it has stack protectors and checked calls.
+hardened() {
+    readelf -h "$1" | grep -q 'Type: *DYN' || die "$1 is not position independent"
+    readelf -d "$1" | grep -q 'BIND_NOW\|FLAGS_1.*NOW' || die "$1 binds lazily"
+    readelf -l "$1" | grep -q GNU_RELRO || die "$1 has no read-only relocations"
+    readelf -Ws --dyn-syms "$1" >"$work/symbols"
+    grep -q '__stack_chk_fail' "$work/symbols" || die "$1 has no stack protector"
+    grep -q '__[a-z]*printf_chk' "$work/symbols" || die "$1 was built without _FORTIFY_SOURCE"
+}
+
+if [ -z "$sanitize" ] && grep -q '^PLIANT_HARDEN:BOOL=ON' "$build/CMakeCache.txt"; then
+    for program in "$prefix"/bin/pliant*; do
+        hardened "$program"
+    done
+fi
+
 # --- message types ---
 
 pc=$(find "$prefix" -name pliant-lcmtypes.pc)

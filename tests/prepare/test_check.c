@@ -114,10 +114,12 @@ static void handles_and_boundaries_are_counted(void **state)
     write_torus("torus.off", true);
     write_torus("tube.off", false);
     run(&result, "--check torus.off tube.off");
+#ifdef PLIANT_WITH_SURFACE // an open tube can be a wall only
     assert_int_equal(result.code, 0);
+    expect_line(&result, "tube.off: usable\n");
+#endif
     expect_line(&result, "torus.off: usable\n");
     expect_line(&result, "1: nodes 96, triangles 192, closed, genus 1, volume ");
-    expect_line(&result, "tube.off: usable\n");
     expect_line(&result, "1: nodes 96, triangles 176, open, boundary loops 2, genus 0\n");
     expect_line(&result, "boundary loops: 2, boundary edges: 16\n");
 }
@@ -179,17 +181,135 @@ static void what_is_not_usable_exits_2_with_one_line(void **state)
     expect_line(&result, "cube.obj: usable\n");
 }
 
-static void a_size_that_suggests_millimetres_is_said_not_refused(void **state)
+// A box of 1 : 0.6 : 0.4 with this longest side, behind a line of text.
+static void write_box(const char *name, const char *head, double side)
+{
+    char text[1024];
+    double x = side, y = 0.6 * side, z = 0.4 * side;
+    snprintf(text, sizeof text,
+             "%sv 0 0 0\nv %g 0 0\nv %g %g 0\nv 0 %g 0\nv 0 0 %g\nv %g 0 %g\nv %g %g %g\n"
+             "v 0 %g %g\nf 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n",
+             head, x, x, y, y, z, x, z, x, y, z, y, z);
+    write_text(name, text);
+}
+
+static void a_unit_that_is_not_given_is_guessed_with_its_reason(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *head;
+        double side;
+        const char *says;
+    } cases[] = {
+        {"", 0.25, "scale: not given, taken as m: 0.25 of them are 250 mm, that is the size of"},
+        {"", 2.5, "scale: not given, in doubt taken as dm: 2.5 of them are 250 mm"},
+        {"", 25.0, "scale: not given, in doubt taken as cm: 25 of them are 250 mm"},
+        {"", 250.0, "scale: not given, taken as mm: 250 of them are 250 mm, that is the size of"},
+        {"", 900.0, "scale: not given, in doubt taken as mm: 900 of them are 900 mm"},
+        {"", 2.5e5, "scale: not given, taken as um: 2.5e+05 of them are 250 mm"},
+        {"# Units: centimeters\n", 9.0, "taken as cm: 9 of them are 90 mm, its first lines say so"},
+        {"# UNITS=mm\n", 25.0, "scale: not given, taken as mm: 25 of them are 25 mm, its first"},
+        {"# 3D Slicer output. SPACE=LPS\n", 25.0, "taken as mm: 25 of them are 25 mm, its first"},
+        {"# 12 units, mmx\n", 25.0, "in doubt taken as cm"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        Run result;
+        write_box("box.obj", cases[i].head, cases[i].side);
+        run(&result, "--check box.obj");
+        assert_int_equal(result.code, 0);
+        expect_line(&result, cases[i].says);
+    }
+}
+
+static void units_and_scale_are_the_same_and_end_the_guessing(void **state)
+{
+    (void)state;
+    Run named, scaled;
+    write_box("box.obj", "", 2.5);
+    run(&named, "--check --units cm box.obj");
+    run(&scaled, "--check --scale 0.01 box.obj");
+    assert_int_equal(named.code, 0);
+    assert_string_equal(named.out, scaled.out);
+    expect_line(&named, "scale: 0.01 m a unit of the file, extent 0.025 m\n");
+}
+
+#if defined(PLIANT_WITH_SURFACE) && defined(PLIANT_WITH_VOXEL)
+// An octahedron with two slivers of that width; not closed, a face is missing.
+static void write_slivers(const char *name, double width, bool closed)
+{
+    char path[SCRATCH_PATH];
+    FILE *file = fopen(scratch_path(&scratch, name, path), "w");
+    assert_non_null(file);
+    // An octahedron of 0.1 m whose edge from 0 to 2 has a node close to 0.
+    fprintf(file,
+            "OFF\n7 10 0\n0.05 0 0\n-0.05 0 0\n0 0.05 0\n0 -0.05 0\n0 0 0.05\n0 0 -0.05\n"
+            "%.17g %.17g 0\n",
+            0.05 - width, width);
+    const char *faces[] = {"0 6 4", "6 2 4", "2 1 4", "1 3 4", "3 0 4",
+                           "6 0 5", "2 6 5", "1 2 5", "3 1 5", "0 3 5"};
+    for (int i = 0; i < 10; i++)
+        fprintf(file, "3 %s\n", i < 9 || closed ? faces[i] : "0 0 0"); // which is dropped
+    fclose(file);
+}
+
+static void each_model_has_its_verdict_with_reason_and_cost(void **state)
 {
     (void)state;
     Run result;
-    write_text("large.obj", "v 0 0 0\nv 250 0 0\nv 0 90000 0\nv 0 0 1\n"
-                            "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
-    run(&result, "--check large.obj");
+    write_box("box.obj", "", 0.1);
+    run(&result, "--check --scale 1 box.obj");
     assert_int_equal(result.code, 0);
-    expect_line(&result,
-                "scale: not given, extent 90000 m if the unit were the metre; if it is the "
-                "millimetre, scale = 0.001\n");
+    expect_line(&result, "box.obj: usable\n");
+    expect_line(&result, "  as a wall: yes, 1 substep a tick, about ");
+    expect_line(&result, "  as a solid: yes, ");
+    expect_line(&result, "times are estimates for a core of 2 GHz, not measured here");
+    // What a wall cannot be, a solid can.
+    write_slivers("sliver.off", 1e-8, true);
+    run(&result, "--check --scale 1 sliver.off");
+    assert_int_equal(result.code, 0);
+    expect_line(&result, "sliver.off: usable\n");
+    expect_line(&result, "  as a wall: no, edges of 0.0141 um need ");
+    expect_line(&result, "  as a solid: yes, ");
+    // And the other way round.
+    write_torus("tube.off", false);
+    run(&result, "--check --scale 0.1 tube.off");
+    assert_int_equal(result.code, 0);
+    expect_line(&result, "  as a wall: yes, ");
+    expect_line(&result, "  as a solid: no, its surface is not closed\n");
+}
+
+static void what_can_be_neither_is_reported_and_exits_2(void **state)
+{
+    (void)state;
+    Run result;
+    write_slivers("open.off", 1e-8, false);
+    run(&result, "--check --scale 1 open.off");
+    expect_refusal(&result, "open.off: usable neither as a wall nor as a solid");
+    expect_line(&result, "open.off: not usable\n");
+    expect_line(&result, "  as a wall: no, ");
+    expect_line(&result, "  as a solid: no, ");
+}
+#endif
+
+static void a_repaired_mesh_is_written_for_other_programs_and_read_back(void **state)
+{
+    (void)state;
+    Run result, before, after;
+    write_text("cube.obj", CUBE);
+    run(&result, "--repair cube.obj -o repaired.off");
+    assert_string_equal(result.err, "");
+    assert_int_equal(result.code, 0);
+    expect_line(&result, "repaired.off: 8 nodes, 12 triangles; repairs: cut 6 polygons into");
+    run(&before, "--check --units cm cube.obj");
+    run(&after, "--check --units cm repaired.off");
+    assert_int_equal(after.code, 0);
+    expect_line(&after, "repairs: none\n");
+    const char *shape = strstr(before.out, "  box: ");
+    assert_non_null(shape);
+    assert_string_equal(strstr(after.out, "  box: "), shape); // and all that follows
+    expect_line(&after, "remeshed evenly: edges of 0.166 units of the file would make 1000 nodes");
+    run(&result, "--repair cube.obj -o repaired.off");
+    expect_refusal(&result, "repaired.off: File exists");
 }
 
 static void bad_usage_exits_2_with_one_line(void **state)
@@ -206,6 +326,12 @@ static void bad_usage_exits_2_with_one_line(void **state)
         {"scene.cfg -o model.h5", "scene.cfg: No such file"},
         {"--check --frobnicate cube.obj", "--frobnicate"},
         {"--check --scale cube.obj", "--scale 'cube.obj' is not a number in (0, 1e+06]"},
+        {"--check --units inch cube.obj", "--units 'inch' is none of m, dm, cm, mm and um"},
+        {"--check --model voxel cube.obj", "--model goes with --propose"},
+        {"--propose cube.obj", "needs either --check"},
+        {"--repair --propose cube.obj -o a.cfg", "needs either --check"},
+        {"--repair --units mm cube.obj -o a.off", "--scale goes with --check or --propose"},
+        {"--propose --model tube cube.obj -o a.cfg", "--model 'tube' is neither"},
         {"--check --scale nan cube.obj", "--scale 'nan'"},
         {"--check --scale -1 cube.obj", "--scale '-1'"},
         {"--check cube.obj --scale", "--scale"},
@@ -253,7 +379,13 @@ int main(int argc, char **argv)
         cmocka_unit_test(the_time_step_is_that_of_the_stiffest_node),
 #endif
         cmocka_unit_test(what_is_not_usable_exits_2_with_one_line),
-        cmocka_unit_test(a_size_that_suggests_millimetres_is_said_not_refused),
+        cmocka_unit_test(a_unit_that_is_not_given_is_guessed_with_its_reason),
+        cmocka_unit_test(units_and_scale_are_the_same_and_end_the_guessing),
+#if defined(PLIANT_WITH_SURFACE) && defined(PLIANT_WITH_VOXEL)
+        cmocka_unit_test(each_model_has_its_verdict_with_reason_and_cost),
+        cmocka_unit_test(what_can_be_neither_is_reported_and_exits_2),
+#endif
+        cmocka_unit_test(a_repaired_mesh_is_written_for_other_programs_and_read_back),
         cmocka_unit_test(bad_usage_exits_2_with_one_line),
         cmocka_unit_test(help_and_version_exit_0),
     };

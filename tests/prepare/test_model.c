@@ -118,6 +118,69 @@ static void a_file_that_cannot_be_written_exits_1(void **state)
     assert_string_equal(result.err, "none/x.h5: No such file or directory\n");
 }
 
+#ifdef PLIANT_WITH_VOXEL
+// What is proposed is a scene that pliantd takes without a warning, with figures as they were said.
+static void a_proposed_scene_is_one_that_the_daemon_takes(void **state)
+{
+    (void)state;
+    static const char BOX[] = "v 0 0 0\nv 250 0 0\nv 250 150 0\nv 0 150 0\nv 0 0 100\nv 250 0 100\n"
+                              "v 250 150 100\nv 0 150 100\nf 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\n"
+                              "f 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+    static const struct {
+        const char *options, *says, *figures;
+    } cases[] = {
+        {"", "p.cfg: a scene with it as a wall\n", "model surface, leapfrog\n  nodes 8 (4 fixed)"},
+        {"--model voxel", "p.cfg: a scene with it as a solid\n", "model voxel, symplectic_euler\n"},
+        {"--scale 0.0005 --model voxel", "p.cfg: a scene with it as a solid\n", "to [0.12"},
+    };
+    const char *name = "bo\"x \\1.obj"; // quotes and backslashes come through
+    scratch_write(&scratch, name, BOX, strlen(BOX));
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        Run result;
+        char arguments[256], path[SCRATCH_PATH];
+        snprintf(arguments, sizeof arguments, "--propose %s 'bo\"x \\1.obj' -o p.cfg",
+                 cases[i].options);
+        run(&result, prepare_program, arguments);
+        assert_string_equal(result.err, "");
+        assert_int_equal(result.code, 0);
+        assert_non_null(strstr(result.out, cases[i].says));
+        assert_non_null(strstr(result.out, "  as a wall: yes, "));
+        run(&result, daemon_program, "--check p.cfg");
+        assert_int_equal(result.code, 0);
+        if (strstr(result.out, cases[i].figures) == NULL)
+            fail_msg("'%s' is not in: %s%s", cases[i].figures, result.out, result.err);
+        assert_null(strstr(result.err, "p.cfg:")); // no warning
+        // A scene that is there stays as it is.
+        run(&result, prepare_program, arguments);
+        assert_int_equal(result.code, 2);
+        assert_non_null(strstr(result.err, "p.cfg: File exists"));
+        remove(scratch_path(&scratch, "p.cfg", path));
+    }
+}
+
+static void every_piece_of_a_proposed_solid_is_held(void **state)
+{
+    (void)state;
+    // Two tetrahedra of 10 cm, one high above the other.
+    static const char PAIR[] = "v 0 0 0\nv 100 0 0\nv 0 100 0\nv 0 0 100\nv 0 0 200\nv 100 0 200\n"
+                               "v 0 100 200\nv 0 0 300\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+                               "f 5 7 6\nf 5 6 8\nf 6 7 8\nf 7 5 8\n";
+    Run result;
+    scratch_write(&scratch, "pair.obj", PAIR, strlen(PAIR));
+    run(&result, prepare_program, "--propose --units mm --model voxel pair.obj -o pair.cfg");
+    assert_int_equal(result.code, 0);
+    assert_non_null(strstr(result.out, "in 2 pieces, each of which something has to hold"));
+    char scene[4096];
+    read_back("pair.cfg", scene, sizeof scene);
+    int regions = 0;
+    for (const char *at = scene; (at = strstr(at, "{ box = (")) != NULL; at++)
+        regions++;
+    assert_int_equal(regions, 2);
+    run(&result, daemon_program, "--check pair.cfg");
+    assert_int_equal(result.code, 0);
+}
+#endif
+
 static int begin(void **state)
 {
     (void)state;
@@ -141,6 +204,10 @@ int main(int argc, char **argv)
         cmocka_unit_test(daemon_runs_alike_from_the_prepared_model),
         cmocka_unit_test(daemon_refuses_what_does_not_fit_in_one_line),
         cmocka_unit_test(a_file_that_cannot_be_written_exits_1),
+#ifdef PLIANT_WITH_VOXEL
+        cmocka_unit_test(a_proposed_scene_is_one_that_the_daemon_takes),
+        cmocka_unit_test(every_piece_of_a_proposed_solid_is_held),
+#endif
     };
     return cmocka_run_group_tests(tests, begin, end);
 }

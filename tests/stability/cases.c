@@ -278,6 +278,10 @@ const Case CASES[] = {
      .surface = {MESH("nothing.off")},
      .voxel = {{"voxels", "{ generator = \"ball\";  radius = 1.0e-4;  size = 0.01; }"}},
      .plane = {{"voxels", "{ generator = \"disc\";  radius = 1.0e-4;  size = 0.01; }"}}},
+
+    // Behind the others, so that the test's share of these stays.
+    {.name = "pressed by one radius and held", .drive = DRIVE_PRESS, .value = 1.0, .quick = true},
+    {.name = "pressed by two radii and held", .drive = DRIVE_PRESS, .value = 2.0, .quick = true},
 };
 const int CASE_COUNT = (int)(sizeof CASES / sizeof *CASES);
 

@@ -1,9 +1,13 @@
 // Random scenes of valid keys with extreme values, each run for a moment in a process of its own:
-// none may crash, hang or give out a number that is none. A few are also run by pliantd itself, and
-// a few go on from a checkpoint.
+// none may crash, hang, give out a number that is none, or be restored for no known cause or for
+// energy. A few are also run by pliantd itself, and a few go on from a checkpoint. Each is run once
+// more without all that acts on its bodies but gravity (free_fall.h).
 //
-// fuzz_scenes [--count N] [--first N] [--jobs N] [--pliantd PROGRAM] [--keep FOLDER] [--verbose]
+// fuzz_scenes [--count N] [--first N] [--scene FILE] [--jobs N] [--pliantd PROGRAM] [--keep FOLDER]
+// [--verbose]
+// --scene: instead of a scene that is drawn, which another key in a table makes another one.
 #include "children.h"
+#include "free_fall.h"
 #include "random_scene.h"
 #include "trial.h"
 
@@ -32,6 +36,26 @@ enum {
 // Node and spring evaluations that a run may take; what would take more in two ticks is left out.
 #define BUDGET 1e6
 
+// Causes: a wire whose edges across are so short that each turns by much in a step; a solver that
+// the scene gives no time, or no accuracy, in an uneven mesh; faces that are refined at the
+// start and coarsen while they fall; contacts with nodes of less than 1e-20 kg.
+#define THIN         "implicit sheet of 1.7 m by 0.2 mm"
+#define AN_ITERATION "implicit sheet of edges of 5 um and 5 mm with solver_iterations = 1"
+#define NO_ACCURACY  "solver_tolerance = 1 asks for none"
+#define GRADED       "edges of 0.3 mm and 0.3 m, 50 iterations a step of 74 ms"
+#define COARSENS     "faces refined at the start coarsen as they fall, which moves mass"
+#define NO_MASS      "tools touch nodes of 1e-20 kg"
+
+// What is wrong for a cause that is known and not mended yet. One that goes right fails too: it is
+// to be taken out. "cause": restored for no known cause, or for energy.
+static const struct {
+    int seed;
+    const char *verdict, *cause;
+} KNOWN[] = {
+    {18, "pushed", AN_ITERATION},   {71866, "pushed", THIN},   {71894, "shape", GRADED},
+    {79887, "pushed", NO_ACCURACY}, {78307, "work", COARSENS}, {70453, "cause", NO_MASS},
+};
+
 typedef enum Outcome {
     OUTCOME_NONE, // the process did not get to its end
     OUTCOME_FAILED,
@@ -44,14 +68,15 @@ typedef enum Outcome {
 
 typedef struct Result {
     Outcome outcome;
-    int ticks, resets, struck, bodies, tools, changes;
-    bool voxel, surface, resumed, served;
+    int ticks, resets, unknown, energy, struck, bodies, tools, changes;
+    bool voxel, surface, resumed, served, fell;
+    FallResult fall;
     char text[TEXT];
 } Result;
 
 typedef struct Fuzz {
     int count, first, jobs, cpu_s;
-    const char *pliantd, *keep;
+    const char *pliantd, *keep, *scene;
     char folder[64];
     Result *result;
     int ended, failed;
@@ -231,7 +256,9 @@ static bool disturb(Run *run)
                                   .radius = pow(10.0, random_between(&run->random, -3.0, 1.0)),
                                   .force = vec3_scale(force, random_vec3(&run->random)),
                                   .duration = pow(10.0, random_between(&run->random, -4.0, 1.0))};
-        sim_apply_load(sim, &load, why, sizeof why);
+        if (sim_apply_load(sim, &load, why, sizeof why))
+            snprintf(why, sizeof why, "a load of (%.3g %.3g %.3g) N for %.3g s", load.force.x,
+                     load.force.y, load.force.z, load.duration);
     } else if (what == 1) {
         CutOutcome outcome;
         const CutOptions cut = {
@@ -293,9 +320,13 @@ static bool check_numbers(Run *run, float *row)
             return fail(run, "a wrench that is no number");
     }
     SimEvent event;
-    while (sim_take_event(sim, &event))
+    while (sim_take_event(sim, &event)) {
+        if (run->fuzz->verbose)
+            fprintf(stderr, "tick %lld: %s: %s\n", (long long)sim_steps(sim), event.kind,
+                    event.text);
         if (names_no_number(event.text))
             return fail(run, event.text);
+    }
     return true;
 }
 
@@ -413,6 +444,32 @@ static bool serve(Run *run, int ticks)
            call(run, "--offline", seconds);
 }
 
+// The scene without all that acts on its bodies but gravity, in a file of its own.
+static void run_fall(const Run *run, const RandomScene *drawn, int seed)
+{
+    static RandomScene stripped;
+    static Run fall;
+    Result result = {0};
+    int ticks;
+    stripped = *drawn;
+    free_fall_strip(&stripped);
+    fall = (Run){.fuzz = run->fuzz, .result = &result, .random = run->random};
+    snprintf(fall.path, sizeof fall.path, "%s/s%d-falls.cfg", run->fuzz->folder, seed);
+    if (read_scene(&fall, &stripped)) {
+        if (build_fit(&fall, &ticks)) {
+            run->result->fell = true;
+            free_fall_judge(fall.world.sim, fall.scene.gravity, fall.scene.precision, ticks,
+                            &run->result->fall);
+            world_destroy(&fall.world);
+        }
+        scene_destroy(&fall.scene);
+    }
+    for (int v = 0; v < FALL_COUNT; v++)
+        if (run->result->fall.wrong[v] > 0)
+            return;
+    unlink(fall.path);
+}
+
 static void run_scene(int index, void *context)
 {
     static RandomScene drawn;
@@ -422,7 +479,12 @@ static void run_scene(int index, void *context)
     run = (Run){.fuzz = fuzz, .result = &fuzz->result[index], .random = (uint64_t)seed + 77};
     log_set_level(LOG_ERROR);
     snprintf(run.path, sizeof run.path, "%s/s%d.cfg", fuzz->folder, seed);
-    random_scene_draw(&drawn, (uint64_t)seed);
+    if (fuzz->scene == NULL)
+        random_scene_draw(&drawn, (uint64_t)seed);
+    else if (!random_scene_read(&drawn, fuzz->scene)) {
+        fail(&run, "the scene cannot be read");
+        return;
+    }
     int ticks = 0;
     const bool read = read_scene(&run, &drawn);
     // Before it runs here: its folder is in use.
@@ -436,7 +498,10 @@ static void run_scene(int index, void *context)
         run.result->bodies = run.scene.body_count;
         run.result->tools = run.scene.tool_count;
         bool sound = run_ticks(&run, ticks);
+        const GuardCounts *counts = sim_guard_counts(run.world.sim);
         run.result->resets = (int)sim_resets(run.world.sim);
+        run.result->unknown = (int)counts->restored[GUARD_UNKNOWN];
+        run.result->energy = (int)counts->restored[GUARD_ENERGY];
         if (sound && seed % CHECKPOINT_EACH == 0)
             sound = resume(&run);
         world_destroy(&run.world);
@@ -448,17 +513,63 @@ static void run_scene(int index, void *context)
     } else if (served && run.result->outcome == OUTCOME_NOT_BUILT) {
         call(&run, "--check", "");
     }
-    if (read)
+    if (read) {
         scene_destroy(&run.scene);
-    if (run.result->outcome != OUTCOME_FAILED)
+        run_fall(&run, &drawn, seed);
+    }
+    if (run.result->outcome != OUTCOME_FAILED && run.result->unknown + run.result->energy == 0)
         unlink(run.path);
+}
+
+static void keep_scene(const Fuzz *fuzz, int index, const char *which)
+{
+    char command[500];
+    const int seed = fuzz->first + index;
+    snprintf(command, sizeof command, "cp '%s/s%d%s.cfg' '%s/'", fuzz->folder, seed, which,
+             fuzz->keep);
+    if (system(command) == 0)
+        printf("  scene: %s/s%d%s.cfg\n", fuzz->keep, seed, which);
+    fflush(stdout);
+}
+
+// One verdict on a scene that was judged by it.
+static void judge(Fuzz *fuzz, int index, const char *verdict, bool wrong, const char *text)
+{
+    const int seed = fuzz->first + index;
+    const char *cause = NULL;
+    for (size_t k = 0; k < sizeof KNOWN / sizeof *KNOWN; k++)
+        if (KNOWN[k].seed == seed && strcmp(KNOWN[k].verdict, verdict) == 0)
+            cause = KNOWN[k].cause;
+    if (wrong)
+        printf("seed %d: %s: %s%s%s\n", seed, verdict, text, cause != NULL ? "; known: " : "",
+               cause != NULL ? cause : "");
+    else if (cause != NULL)
+        printf("seed %d: %s: right, but listed as known to be wrong (mended, or another "
+               "scene since its tables changed)\n",
+               seed, verdict);
+    if (wrong == (cause != NULL))
+        return;
+    fuzz->failed++;
+    if (wrong)
+        keep_scene(fuzz, index, strcmp(verdict, "cause") == 0 ? "" : "-falls");
+}
+
+static void judge_scene(Fuzz *fuzz, int index)
+{
+    const Result *result = &fuzz->result[index];
+    char text[TEXT];
+    snprintf(text, sizeof text, "restored %d times for no known cause, %d times for energy",
+             result->unknown, result->energy);
+    if (result->outcome == OUTCOME_RAN)
+        judge(fuzz, index, "cause", result->unknown + result->energy > 0, text);
+    for (int v = 0; v < FALL_COUNT && result->fell; v++)
+        judge(fuzz, index, fall_word(v), result->fall.wrong[v] > 0, result->fall.text[v]);
 }
 
 static void end_scene(int index, int signal, void *context)
 {
     Fuzz *fuzz = context;
     Result *result = &fuzz->result[index];
-    char path[160];
     fuzz->ended++;
     if (result->outcome == OUTCOME_NONE || signal != 0) {
         if (result->outcome != OUTCOME_FAILED)
@@ -471,14 +582,10 @@ static void end_scene(int index, int signal, void *context)
     }
     if (result->outcome == OUTCOME_FAILED) {
         fuzz->failed++;
-        snprintf(path, sizeof path, "%s/s%d.cfg", fuzz->folder, fuzz->first + index);
         printf("seed %d: %s\n", fuzz->first + index, result->text);
-        char command[400];
-        snprintf(command, sizeof command, "cp '%s' '%s/'", path, fuzz->keep);
-        if (system(command) == 0)
-            printf("  scene: %s/s%d.cfg\n", fuzz->keep, fuzz->first + index);
-        fflush(stdout);
+        keep_scene(fuzz, index, "");
     }
+    judge_scene(fuzz, index);
     if (fuzz->ended % 500 == 0)
         fprintf(stderr, "%d of %d, %d failed\n", fuzz->ended, fuzz->count, fuzz->failed);
 }
@@ -517,16 +624,34 @@ static void summarize(const Fuzz *fuzz)
            ticks, surface, voxel, both, tools, reset, resets, resumed, served);
 }
 
+// Bodies that each verdict on free fall judged; false: one judged none in a sample of many.
+static bool summarize_falls(const Fuzz *fuzz)
+{
+    enum { MANY = 50 }; // of so few scenes none may be fit for a verdict
+    bool all = true;
+    printf("in free fall, bodies judged and wrong:");
+    for (int v = 0; v < FALL_COUNT; v++) {
+        int judged = 0, wrong = 0;
+        for (int i = 0; i < fuzz->count; i++) {
+            judged += fuzz->result[i].fall.judged[v];
+            wrong += fuzz->result[i].fall.wrong[v];
+        }
+        printf(" %s %d %d%s", fall_word(v), judged, wrong, v == FALL_COUNT - 1 ? "\n" : ",");
+        all &= judged > 0 || fuzz->count < MANY;
+    }
+    if (!all)
+        printf("a verdict judged nothing\n");
+    return all;
+}
+
 static bool parse(int argc, char **argv, Fuzz *fuzz)
 {
-    static const struct option options[] = {{"count", required_argument, NULL, 'n'},
-                                            {"first", required_argument, NULL, 'f'},
-                                            {"jobs", required_argument, NULL, 'j'},
-                                            {"pliantd", required_argument, NULL, 'p'},
-                                            {"keep", required_argument, NULL, 'k'},
-                                            {"verbose", no_argument, NULL, 'v'},
-                                            {NULL, 0, NULL, 0}};
-    for (int key; (key = getopt_long(argc, argv, "n:f:j:p:k:v", options, NULL)) != -1;)
+    static const struct option options[] = {
+        {"count", required_argument, NULL, 'n'}, {"first", required_argument, NULL, 'f'},
+        {"jobs", required_argument, NULL, 'j'},  {"pliantd", required_argument, NULL, 'p'},
+        {"keep", required_argument, NULL, 'k'},  {"scene", required_argument, NULL, 's'},
+        {"verbose", no_argument, NULL, 'v'},     {NULL, 0, NULL, 0}};
+    for (int key; (key = getopt_long(argc, argv, "n:f:s:j:p:k:v", options, NULL)) != -1;)
         switch (key) {
         case 'n':
             fuzz->count = atoi(optarg);
@@ -543,6 +668,9 @@ static bool parse(int argc, char **argv, Fuzz *fuzz)
         case 'k':
             fuzz->keep = optarg;
             break;
+        case 's':
+            fuzz->scene = optarg;
+            break;
         case 'v':
             fuzz->verbose = true;
             break;
@@ -554,7 +682,7 @@ static bool parse(int argc, char **argv, Fuzz *fuzz)
 
 int main(int argc, char **argv)
 {
-    static const char usage[] = "fuzz_scenes [--count N] [--first SEED] [--jobs N] "
+    static const char usage[] = "fuzz_scenes [--count N] [--first SEED] [--scene FILE] [--jobs N] "
                                 "[--pliantd PROGRAM] [--keep FOLDER] [--verbose]\n";
     Fuzz fuzz = {.count = EFFORT(300), .jobs = 1, .keep = ".", .cpu_s = 20};
     const char *count = getenv("PLIANT_FUZZ_SCENES"); // for the test, which has no options
@@ -576,11 +704,12 @@ int main(int argc, char **argv)
     if (system(command) != 0)
         perror(fuzz.folder);
     summarize(&fuzz);
+    const bool judged = summarize_falls(&fuzz);
     // A fuzz that runs nothing finds nothing.
     int ran = 0;
     for (int i = 0; i < fuzz.count; i++)
         ran += fuzz.result[i].outcome == OUTCOME_RAN;
     if (ran * 4 < fuzz.count)
         printf("fewer than a quarter ran\n");
-    return fuzz.failed > 0 || ran * 4 < fuzz.count ? EXIT_FAILURE : EXIT_SUCCESS;
+    return fuzz.failed > 0 || !judged || ran * 4 < fuzz.count ? EXIT_FAILURE : EXIT_SUCCESS;
 }

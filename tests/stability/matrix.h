@@ -39,6 +39,7 @@ typedef enum Drive {
     DRIVE_TOOL_IN,   // a ball put into its outside for LOAD_S, with at most `value` N
     DRIVE_TOOL_STAY, // a static ball in its middle, for ever
     DRIVE_TOOL_WALL, // a static ball in its outside, for ever
+    DRIVE_PRESS,     // a ball pressed into the outside by `value` of its radius, and held there
     DRIVE_CUT,       // one cut through its middle
     DRIVE_CUT_ALL,   // a push, then cuts through every cell along every axis
     DRIVE_STEP,      // DRIVE_LOAD at `value` of the largest stable time step
@@ -61,8 +62,10 @@ typedef struct Case {
 typedef enum Verdict {
     VERDICT_FAILED, // crashed, hung, a number that is none, or energy out of nothing
     VERDICT_REFUSED,
-    VERDICT_RESET,   // the check of numbers took the body back
-    VERDICT_SWELLED, // more energy than it was left with for a while, less than a thousand times
+    VERDICT_RESET,    // the check of numbers took the body back
+    VERDICT_TREMBLES, // under a tool that is held still its force or its motion does not settle
+    VERDICT_SINKS,    // a tool that is held lies deeper in the body than its radius
+    VERDICT_SWELLED,  // more energy than it was left with for a while, less than a thousand times
     VERDICT_BOUNDED,
     VERDICT_REST,
     VERDICT_COUNT,
@@ -76,7 +79,10 @@ typedef struct Cell {
     // results
     bool done;
     Verdict verdict;
-    bool came_to_rest, swelled;
+    bool came_to_rest, swelled, trembles, sinks;
+    double held_force;    // mean on the tool that is held, in the last second [N]
+    double held_swing;    // largest distance of the force from that [N]
+    double held_farthest; // of a node from its rest while it is held, in depths of the press
     int resets;
     double simulated; // [s]
     double cpu_s;

@@ -89,5 +89,30 @@ const Model MODELS[] = {
       {"levels", "1"},
       {"dimensions", "2"},
       {"fixed", BOTTOM_PLANE}}},
+    // Behind the others, so that the test's share of these stays.
+    {"surface, choi2005, adaptive",
+     "The sphere with two levels of detail that come and go, by the paper's rules.",
+     KIND_SURFACE,
+     true,
+     {{"model", "\"surface\""},
+      {"mesh", SPHERE},
+      {"material", WALL},
+      {"shape", CALM},
+      {"levels", "2"},
+      {"adjust", "\"choi2005\""},
+      {"adapt", "{ }"}}},
+    {"surface, choi2005, held at level 1",
+     "The sphere, 162 nodes, wholly refined once by the paper's rules, its shape springs damped "
+     "along themselves.",
+     KIND_SURFACE,
+     false,
+     {{"model", "\"surface\""},
+      {"mesh", SPHERE},
+      {"material", WALL},
+      {"shape", "{ angular_frequency = 50.0;  damping_ratio = 0.3;  damping_direction = "
+                "\"radial\"; }"},
+      {"levels", "1"},
+      {"start_level", "1"},
+      {"adjust", "\"choi2005\""}}},
 };
 const int MODEL_COUNT = (int)(sizeof MODELS / sizeof *MODELS);

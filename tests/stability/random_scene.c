@@ -213,10 +213,10 @@ static void draw_word(RandomScene *scene, const Option *option)
 {
     int count = 0, taken;
     for (const OptionWord *word = option->words; word->word != NULL; word++)
-        count += word->later == NULL;
+        count++;
     taken = below(scene, count);
     for (const OptionWord *word = option->words; word->word != NULL; word++)
-        if (word->later == NULL && taken-- == 0)
+        if (taken-- == 0)
             add(scene, "%s = \"%s\";", option->key, word->word);
 }
 
@@ -262,8 +262,6 @@ static void draw_key(RandomScene *scene, const OptionTable *table, const Option 
     }
     case OPTION_LIST:
         draw_list(scene, table, option);
-        break;
-    case OPTION_LATER:
         break;
     }
 }
@@ -396,6 +394,28 @@ static const char *comma_less(const RandomScene *scene, int line)
         next++;
     const bool last = next < scene->count && strcmp(scene->line[next].text, ");") == 0;
     return last && strcmp(text, "},") == 0 ? "}" : text;
+}
+
+bool random_scene_read(RandomScene *scene, const char *path)
+{
+    FILE *file = fopen(path, "r");
+    scene->count = 0;
+    if (file == NULL)
+        return false;
+    bool fits = true;
+    char text[SCENE_LINE];
+    while (fits && fgets(text, sizeof text, file) != NULL) {
+        text[strcspn(text, "\n")] = '\0';
+        fits = scene->count < SCENE_LINES;
+        if (!fits)
+            break;
+        memcpy(scene->line[scene->count].text, text, sizeof text);
+        scene->line[scene->count].last = scene->count;
+        scene->line[scene->count].gone = false;
+        scene->count++;
+    }
+    fclose(file);
+    return fits;
 }
 
 void random_scene_print(const RandomScene *scene, FILE *out)

@@ -23,6 +23,9 @@ typedef struct RandomScene {
 
 // Draws scene `seed`.
 void random_scene_draw(RandomScene *scene, uint64_t seed);
+// Reads a scene as it was printed. False: `path` cannot be read, or is longer than any that is
+// drawn.
+bool random_scene_read(RandomScene *scene, const char *path);
 void random_scene_print(const RandomScene *scene, FILE *out);
 // Strikes out what stands at line `number` of the text as printed (from 1): a key, or the group
 // that begins or ends there. False: nothing can be struck out.

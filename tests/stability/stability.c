@@ -38,8 +38,7 @@ static int find_integrators(const char *name[INTEGRATORS_MOST])
         if (strcmp(BODY_TABLE.option[i].key, "integrator") == 0)
             for (const OptionWord *word = BODY_TABLE.option[i].words;
                  word->word != NULL && count < INTEGRATORS_MOST; word++)
-                if (word->later == NULL)
-                    name[count++] = word->word;
+                name[count++] = word->word;
     return count;
 }
 
@@ -99,12 +98,12 @@ static void end_cell(int index, int signal, void *context)
     if (session->verbose)
         fprintf(stderr,
                 "%d/%d %s, %s, %s %s: %s %s; %d resets, %.3g s, at %.2g, speed %.2g, energy x "
-                "%.3g, %.2f s\n",
+                "%.3g, held %.3g N +- %.3g N, moved %.2g depths, %.2f s\n",
                 session->ended, session->matrix.cell_count, MODELS[cell->model].name,
                 CASES[cell->at_case].name, session->matrix.integrator[cell->integrator],
                 cell->is_double ? "double" : "single", verdict_word(cell->verdict), cell->reason,
                 cell->resets, cell->simulated, cell->displacement, cell->speed, cell->growth,
-                cell->cpu_s);
+                cell->held_force, cell->held_swing, cell->held_farthest, cell->cpu_s);
     else if (session->ended % 50 == 0 || session->ended == session->matrix.cell_count)
         fprintf(stderr, "\r%d of %d cells%s", session->ended, session->matrix.cell_count,
                 session->ended == session->matrix.cell_count ? "\n" : "");

@@ -34,6 +34,10 @@ static void print_cell(const Cell *cell, const char *integrator, Notes *notes, F
     const char *end = verdict_word(cell->came_to_rest ? VERDICT_REST : VERDICT_BOUNDED);
     if (cell->verdict == VERDICT_RESET)
         fprintf(out, " %d, %s", cell->resets, end);
+    if (cell->verdict == VERDICT_TREMBLES)
+        fprintf(out, " %.2g of %.2g N, %s", cell->held_swing, cell->held_force, end);
+    if (cell->verdict == VERDICT_SINKS)
+        fprintf(out, ", %s", end);
     if (cell->verdict == VERDICT_SWELLED)
         fprintf(out, " %.1f, %s", cell->growth, end);
     const char *why = cell->verdict == VERDICT_REFUSED || cell->verdict == VERDICT_FAILED
@@ -92,6 +96,11 @@ static const char INTRODUCTION[] =
     "  how it ended.\n"
     "- **swelled X**: for a while it had X times the energy that it was left with, more than its\n"
     "  scheme is known to swing by; then how it ended.\n"
+    "- **trembles F of G N**: under a tool that is held still for two seconds the force does not\n"
+    "  settle: in the last second it is up to F off its mean G, more than a tenth; or a node is\n"
+    "  three times as far from its place as the tool was pressed; then how it ended.\n"
+    "- **sinks**: such a tool lies deeper in the body than its radius: it has gone in rather than\n"
+    "  moved the body; then how it ended.\n"
     "- **refused**: the scene is refused at load; the note is the error in full.\n"
     "- **FAILED**: a crash, a hang, a number that is none, or energy out of nothing.\n"
     "\n"

@@ -25,6 +25,14 @@ enum { REST_LOOKS = 5, RESETS_MOST = 200 };
 // It stands still elsewhere when so slow [sizes/s] for a second: what is on its way is faster.
 #define STILL 1e-6
 enum { STILL_LOOKS = 100 };
+// A press goes in, and is held; its last second is looked at.
+#define PRESS_IN_S   0.3
+#define PRESS_HELD_S 2.0
+#define TOOL_RADIUS  0.01 // [m]
+// A hand feels changes of force of a tenth. A body that is pressed follows its tool: a node that
+// moves three times as far as that is on its own way.
+#define FORCE_SWING   0.1
+#define FARTHEST_MOVE 3.0
 // How long a body has to come to rest: whichever ends later. Surface bodies lose a factor of e in
 // 1/15 s (shape springs); elements lose energy by the step.
 #define REST_S        1.5
@@ -46,8 +54,8 @@ typedef struct Trial {
 
 const char *verdict_word(Verdict verdict)
 {
-    static const char *const words[VERDICT_COUNT] = {"FAILED",  "refused", "reset",
-                                                     "swelled", "bounded", "rest"};
+    static const char *const words[VERDICT_COUNT] = {"FAILED", "refused", "reset",   "trembles",
+                                                     "sinks",  "swelled", "bounded", "rest"};
     return words[verdict];
 }
 
@@ -78,10 +86,10 @@ static const char *tools_of(const Trial *trial, char text[400])
     const Drive drive = trial->at->drive;
     const bool is_static = drive == DRIVE_TOOL_STAY || drive == DRIVE_TOOL_WALL;
     text[0] = '\0';
-    if (!is_static && drive != DRIVE_TOOL_FAST && drive != DRIVE_TOOL_IN)
+    if (!is_static && drive != DRIVE_TOOL_FAST && drive != DRIVE_TOOL_IN && drive != DRIVE_PRESS)
         return text;
     char force[64] = "";
-    if (!is_static)
+    if (!is_static && drive != DRIVE_PRESS) // there its preset
         snprintf(force, sizeof force, "max_force = %.1f;", trial->at->value);
     const Vec3 at = drive == DRIVE_TOOL_WALL ? top_of(trial) : (Vec3){0.0, 0.0, 0.0};
     // In the plane a tool acts by its section with it: an upright stick.
@@ -373,6 +381,15 @@ static bool drive(Trial *trial, int i)
     case DRIVE_TOOL_IN:
         move_tool(trial, vec3_scale(0.9, top_of(trial)), i < load_ticks);
         return i < load_ticks;
+    case DRIVE_PRESS: {
+        // From 5 mm off.
+        const double part = fmin(1.0, tick * i / PRESS_IN_S), clear = TOOL_RADIUS + 0.005;
+        const double depth = part * (at->value * TOOL_RADIUS + 0.005);
+        const Vec3 top = top_of(trial), out = vec3_unit(top);
+        const bool held = tick * i < PRESS_IN_S + PRESS_HELD_S;
+        move_tool(trial, vec3_madd(top, clear - depth, out), held);
+        return held;
+    }
     case DRIVE_CUT:
         if (i == 2)
             cut(trial, (Vec3){0.003, -0.5, -0.5}, (Vec3){0.0, 0.0, 1.0}, (Vec3){0.0, 1.0, 0.0});
@@ -406,7 +423,8 @@ static double allowed_growth(const Trial *trial)
     if (strcmp(trial->integrator, "symplectic_euler") == 0)
         growth = 19.0;
     // New midpoints begin at the mean of their neighbours' displacements: a change of level keeps
-    // momentum, not energy; it was measured to bring up to 8 % a change (surface.md section 6).
+    // momentum, not energy; it was measured to bring up to 8 % a change
+    // (server/surface/detail/README.md, "Momentum and mass across changes").
     return trial->model->adapts ? 2.0 * growth : growth;
 }
 
@@ -418,12 +436,38 @@ static double noise(const Trial *trial)
     return trial->body->lambda * trial->body->mass * blur * blur + 1e-30;
 }
 
+// What a tool that is held still feels in its last second, and how far it moves the body.
+static void watch_press(Trial *trial, int i, const BodyMeasure *measure, double force[3])
+{
+    Cell *cell = trial->cell;
+    const double time = sim_tick(trial->world.sim) * (i + 1);
+    const double depth = trial->at->value * TOOL_RADIUS;
+    if (time < PRESS_IN_S + PRESS_HELD_S - 1.0)
+        return;
+    const double felt = vec3_length(sim_wrench(trial->world.sim, 0)->force);
+    const bool first = force[2] == 0.0;
+    force[0] = first ? felt : fmin(force[0], felt);
+    force[1] = first ? felt : fmax(force[1], felt);
+    force[2] += 1.0;
+    cell->held_force += (felt - cell->held_force) / force[2];
+    cell->held_swing = fmax(cell->held_force - force[0], force[1] - cell->held_force);
+    cell->held_farthest = fmax(cell->held_farthest, measure->max_displacement / depth);
+    cell->trembles = cell->held_swing > FORCE_SWING * cell->held_force + 1e-9 ||
+                     cell->held_farthest > FARTHEST_MOVE;
+    // Of the part of the depth that no node has gone.
+    cell->sinks = (1.0 - cell->held_farthest) * depth > TOOL_RADIUS;
+}
+
 static bool run_driven(Trial *trial, BodyMeasure *measure)
 {
     const double begin = measure->kinetic + measure->elastic;
-    for (int i = 0; drive(trial, i) && sim_resets(trial->world.sim) < RESETS_MOST; i++)
+    double force[3] = {0.0}; // least, most, how many
+    for (int i = 0; drive(trial, i) && sim_resets(trial->world.sim) < RESETS_MOST; i++) {
         if (!step(trial, measure))
             return false;
+        if (trial->at->drive == DRIVE_PRESS)
+            watch_press(trial, i, measure, force);
+    }
     const double energy = measure->kinetic + measure->elastic;
     const double most = sqrt(begin) + sqrt(trial->impulse);
     if (trial->at->drive == DRIVE_LOAD && sim_resets(trial->world.sim) == 0 &&
@@ -499,6 +543,8 @@ static void judge(Trial *trial)
     cell->resets = (int)sim_resets(trial->world.sim);
     if (sound)
         cell->verdict = cell->resets > 0     ? VERDICT_RESET
+                        : cell->trembles     ? VERDICT_TREMBLES
+                        : cell->sinks        ? VERDICT_SINKS
                         : cell->swelled      ? VERDICT_SWELLED
                         : cell->came_to_rest ? VERDICT_REST
                                              : VERDICT_BOUNDED;

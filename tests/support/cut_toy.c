@@ -384,6 +384,13 @@ static bool toy_set(void *self, BodyParameter parameter, double value)
     return true;
 }
 
+// Its energy is of no interest: none, at any time.
+static void toy_measure(const void *self, BodyMeasure *measure)
+{
+    (void)self;
+    *measure = (BodyMeasure){0};
+}
+
 static const BodyOps toy_ops = {
     .model = "cut toy",
     .cut = toy_cut,
@@ -393,6 +400,7 @@ static const BodyOps toy_ops = {
     .commit = toy_commit,
     .restore = toy_restore,
     .read_nodes = toy_read_nodes,
+    .measure = toy_measure,
     .is_fixed = toy_is_fixed,
     .add_forces = toy_add_forces,
     .find_nodes = toy_find_nodes,

@@ -188,6 +188,7 @@ void fixture_reference(const Fixture *fixture, const FixtureOptions *options, Re
         .shape = !shape->wanted                ? REFERENCE_NO_SHAPE
                  : shape->frame == SHAPE_WORLD ? REFERENCE_WORLD
                                                : REFERENCE_BODY,
+        .radial = shape->wanted && shape->direction == SHAPE_DAMPS_RADIAL,
         .angular_frequency = shape->angular_frequency,
         .damping_ratio = shape->damping_ratio,
         .per_node = shape->per_node,

@@ -291,6 +291,16 @@ static void virtual_node(const Reference *reference, const ReferenceFrame *frame
     }
 }
 
+// Makes what is carried along all of the velocity but its part along the spring.
+static void leave_radial(const double x[3], const double v[3], const double target[3],
+                         double carried[3])
+{
+    const double d[3] = {x[0] - target[0], x[1] - target[1], x[2] - target[2]};
+    const double square = dot(d, d);
+    for (int c = 0; c < 3; c++)
+        carried[c] = v[c] - (square > 0.0 ? dot(v, d) * d[c] / square : 0.0);
+}
+
 void reference_accelerations(const Reference *reference, const double (*x)[3], const double (*v)[3],
                              double (*acceleration)[3])
 {
@@ -304,6 +314,8 @@ void reference_accelerations(const Reference *reference, const double (*x)[3], c
         double target[3] = {0.0, 0.0, 0.0}, carried[3] = {0.0, 0.0, 0.0};
         if (options->shape != REFERENCE_NO_SHAPE)
             virtual_node(reference, &frame, i, x[i], target, carried);
+        if (options->radial)
+            leave_radial(x[i], v[i], target, carried);
         for (int c = 0; c < 3; c++) {
             force[i][c] += reference->load[i][c];
             force[i][c] -= options->node_damping * v[i][c];

@@ -1,7 +1,7 @@
 // A plain mass-spring solver to compare the server with: textbook arrays and loops in double,
 // written from the equations alone (Choi et al. 2005, eq 1, 2 and 10 with damping on the full
-// vector; Horn 1987 for the best fit). It shares no code with the server, and builds its own edges,
-// areas and masses.
+// vector or as printed; Horn 1987 for the best fit). It shares no code with the server, and builds
+// its own edges, areas and masses.
 #ifndef PLIANT_TESTS_REFERENCE_H
 #define PLIANT_TESTS_REFERENCE_H
 
@@ -26,6 +26,7 @@ typedef struct ReferenceOptions {
     double node_damping;                                   // gamma of eq 1 [N s/m]
     ReferenceShape shape;
     double angular_frequency, damping_ratio; // k' = m w^2, d' = 2 z w m
+    bool radial;                             // REFERENCE_WORLD: eq 10 as printed
     bool per_node;                           // shape_stiffness, shape_damping instead
     double shape_stiffness, shape_damping;   // [N/m], [N s/m]
     double prestress;

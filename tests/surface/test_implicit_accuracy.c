@@ -244,8 +244,8 @@ static void errors_of_a_press_are_those_of_the_prototype(void **unused)
                               .fixed_count = 1};
     Vec3 reference[FRAMES], curve[FRAMES];
     press_and_release(options, 1e-4, reference);
-    // surface.md section 3 [%]: measured on another sphere and patch, with the solver's own
-    // tolerance; the curve is of a wall that buckles.
+    // Of a prototype [%], on another sphere and patch, with the solver's own tolerance; the curve
+    // is of a wall that buckles (server/surface/README.md, "Implicit step").
     static const double step[] = {1e-2, 5e-3, 2.5e-3, 1e-3};
     static const double published[2][4] = {{8.1, 5.0, 2.6, 1.25}, {14.0, 10.0, 7.1, 4.5}};
     options.integrator = INTEGRATOR_IMPLICIT;

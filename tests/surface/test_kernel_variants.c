@@ -209,12 +209,24 @@ static void plain_shape(const Problem *p, int node, int shape, Sum a[3])
     const double *row = p->present + node * ROW;
     const double *rest = p->rest + (node / LANES) * 3 * LANES + node % LANES;
     const FramePose *f = &p->frame;
+    double along = 0.0, size = 0.0, square = 0.0; // of the velocity along the spring
+    for (int c = 0; c < 3; c++) {
+        const double away = row[c] - rest[c * LANES];
+        along += row[4 + c] * away;
+        size += fabs(row[4 + c]) * (fabs(row[c]) + fabs(rest[c * LANES]));
+        square += away * away;
+    }
     for (int c = 0; c < 3; c++) {
         add(&a[c], -p->drag[node] * row[4 + c]);
         double rate = p->shape_rate[node], drag = p->shape_drag[node];
-        if (shape == SHAPE_FRAME_WORLD) {
+        if (shape_stands((ShapeVariant)shape)) {
             add(&a[c], -rate * row[c]);
             add(&a[c], rate * rest[c * LANES]);
+            if (shape == SHAPE_FRAME_WORLD_RADIAL && square > 1e-24) {
+                const double by = drag * (row[c] - rest[c * LANES]) / square;
+                a[c].value -= by * along;
+                a[c].size += fabs(by) * size;
+            }
             continue;
         }
         add(&a[c], -rate * row[c]);

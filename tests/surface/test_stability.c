@@ -127,7 +127,7 @@ static void network_bound_is_above_the_largest_eigenvalue_but_not_far(void **sta
             fixture_create(&fixture, &mesh, &options);
             fixture_reference(&fixture, &options, &reference);
             double lambda = reference_largest_eigenvalue(&reference, 1500, NULL);
-            // surface.md section 3 measured 1.59 to 2.41 for this bound.
+            // 1.59 to 2.41 (server/surface/README.md, "Stability bounds").
             expect_at_least(fixture.body->lambda / lambda, 1.5);
             expect_at_most(fixture.body->lambda / lambda, 2.5);
             reference_destroy(&reference);
@@ -190,7 +190,8 @@ static void bodies_blow_up_just_above_the_prediction(void **state)
             options.material.spring_damping = beta * options.material.spring_stiffness;
             double predicted =
                 stability_time_step((IntegratorKind)kind, lambda, beta * lambda) / 0.9;
-            // surface.md section 3: RK4 1.09 to 1.18 (1.02 overdamped), kicks 1.00 to 1.18.
+            // RK4 1.09 to 1.18 (1.02 overdamped), kicks 1.00 to 1.18
+            // (server/surface/README.md, "Stability bounds").
             double least = kind == INTEGRATOR_RK4 ? 1.02 : 0.99;
             assert_false(
                 blows_up(&options, fixture_sphere, predicted * least, (const double(*)[3])mode));
@@ -345,7 +346,8 @@ static void too_long_a_damping_time_is_shortened_with_a_warning(void **state)
     capture(&options, &fixture, text, sizeof text);
     assert_non_null(strstr(text, "warning"));
     assert_non_null(strstr(text, "damping_time 1 s"));
-    // surface.md: beta <= 0.8 / w, so that c = beta w^2 <= 0.8 w.
+    // beta <= 0.8 / w, so that c = beta w^2 <= 0.8 w
+    // (server/surface/README.md, "Springs and masses from the material").
     expect_at_most(fixture.body->damping, 0.8 * sqrt(fixture.body->lambda) * (1.0 + 1e-12));
     expect_at_least(fixture.body->damping, 0.79 * sqrt(fixture.body->lambda));
     fixture_destroy(&fixture);

@@ -269,8 +269,8 @@ static void free_body_keeps_its_momentum(void **state)
                 momentum(&fixture, &p0, &l0);
                 fixture_run(&fixture, 500);
                 momentum(&fixture, &p1, &l1);
-                // Rounding of 500 ticks of a few substeps (surface.md: 4e-13 to 2e-11 over 2 s);
-                // kicks keep the angular momentum as well, RK4 only to its order.
+                // Rounding of 500 ticks of a few substeps; kicks keep the angular momentum as well,
+                // RK4 only to its order (server/surface/README.md, "What is conserved").
                 expect_at_most(vec3_length(vec3_sub(p1, p0)), 1e-11 * vec3_length(p0));
                 if (kind != INTEGRATOR_RK4)
                     expect_at_most(vec3_length(vec3_sub(l1, l0)), 3e-11 * vec3_length(l0));

@@ -1,5 +1,6 @@
 // Surface bodies held at a level of detail: properties by both rules, against formulas written out
 // here and against the plain reference solver.
+#include "dynamics/stability.h"
 #include "expect.h"
 #include "fixture.h"
 #include "geometry/generator.h"
@@ -100,6 +101,38 @@ static void equations_6_and_8_are_as_printed(void **state)
         expect_near(ruled.rules.stiffness[l], (1 << l) * 60.0 * share, 1e-13);
     }
     drop_rules(&ruled);
+}
+
+// Steps go with 1 / sqrt(lambda), and with 1 / c of damping: both follow eq 9 exactly, since what
+// eq 8 as printed asks of them is less: lambda doubles with a level, and the step needs 1 /
+// sqrt(2).
+static void equation_9_halves_the_time_step_with_each_level(void **state)
+{
+    (void)state;
+    static const IntegratorKind kinds[] = {INTEGRATOR_RK4, INTEGRATOR_LEAPFROG,
+                                           INTEGRATOR_SYMPLECTIC_EULER};
+    for (int kind = 0; kind < 3; kind++) {
+        double zero_level = 0.0;
+        for (int level = 0; level <= LEVELS; level++) {
+            TriMesh mesh;
+            Fixture fixture;
+            fixture_sphere(&mesh);
+            FixtureOptions options = {.material = uniform_material(),
+                                      .integrator = kinds[kind],
+                                      .levels = LEVELS,
+                                      .start_level = level,
+                                      .adjust = ADJUST_CHOI2005};
+            options.material.spring_damping = 0.0;
+            fixture_create(&fixture, &mesh, &options);
+            const Body *body = fixture.body;
+            double limit = stability_time_step(kinds[kind], body->lambda, body->damping);
+            if (level == 0)
+                zero_level = limit;
+            expect_near(limit / ldexp(zero_level, -level), 1.0, 1e-12);
+            expect_at_most(1e-3 / body->substeps, limit); // which is what it takes
+            fixture_destroy(&fixture);
+        }
+    }
 }
 
 static void equation_7_is_the_mean_over_edges(void **state)
@@ -384,7 +417,8 @@ static void wall_is_as_stiff_at_every_level(void **state)
     expect_at_least(coarse, 1e-6); // E2D A strain^2 / 2 is 8e-5 J
     for (int l = 1; l <= LEVELS; l++)
         expect_near(stretch_energy(l, ADJUST_CONTINUUM) / coarse, 1.0, 1e-10);
-    // Eq 8 lets it get softer by nearly half a level, which errata tell.
+    // Eq 8 lets it get softer by nearly half a level
+    // (server/surface/detail/README.md, "Properties that follow the level").
     expect_near(stretch_energy(1, ADJUST_CHOI2005) / stretch_energy(0, ADJUST_CHOI2005), 0.5, 0.1);
 }
 
@@ -463,6 +497,7 @@ int main(void)
         cmocka_unit_test(mass_is_the_same_at_every_level),
         cmocka_unit_test(equations_6_and_8_are_as_printed),
         cmocka_unit_test(equation_7_is_the_mean_over_edges),
+        cmocka_unit_test(equation_9_halves_the_time_step_with_each_level),
         cmocka_unit_test(paper_takes_the_mean_of_a_physical_material),
         cmocka_unit_test(shape_springs_and_drag_follow_the_mass),
         cmocka_unit_test(midpoints_are_held_between_held_nodes),

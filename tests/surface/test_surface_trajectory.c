@@ -16,7 +16,8 @@ typedef enum Extra {
     LOAD = 2,
     FIXED = 4,
     PRESTRESS = 8,
-    PER_NODE = 16
+    PER_NODE = 16,
+    RADIAL = 32, // of shape springs in the world
 } Extra;
 
 typedef struct Case {
@@ -51,6 +52,8 @@ static const Case cases[] = {
     {LEAPFROG, ORGAN, BODY, true, DAMPED, GRAVITY | PER_NODE, true},
     {LEAPFROG, ORGAN, FREE, true, DAMPED, LOAD, false},
     {LEAPFROG, SPHERE, BODY, false, UNDAMPED, PLAIN, true},
+    {LEAPFROG, SPHERE, WORLD, false, NODE_DAMPED, LOAD | RADIAL, true},
+    {RK4, ORGAN, WORLD, true, DAMPED, GRAVITY | RADIAL | PER_NODE, true},
     {SYMPLECTIC, SHEET, FREE, false, DAMPED, LOAD | FIXED, true},
     {SYMPLECTIC, SPHERE, WORLD, false, NODE_DAMPED, GRAVITY | PRESTRESS, true},
     {SYMPLECTIC, ORGAN, BODY, false, UNDAMPED, LOAD | GRAVITY, true},
@@ -85,6 +88,8 @@ static FixtureOptions options_of(const Case *c, const LoadOptions *load)
     options.material.node_damping = c->damping == NODE_DAMPED ? 0.005 : 0.0;
     if (c->shape != FREE)
         options.shape = fixture_shape(c->shape == WORLD ? SHAPE_WORLD : SHAPE_BODY);
+    if (c->extra & RADIAL)
+        options.shape.direction = SHAPE_DAMPS_RADIAL;
     if (c->extra & PER_NODE) {
         options.shape.per_node = true;
         options.shape.stiffness = 3.0;

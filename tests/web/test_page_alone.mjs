@@ -50,6 +50,13 @@ async function open({ mesh = ball, hello = {}, what = SCENE } = {}) {
     await untilShown(page);
 }
 
+/** Presses the mouse at a point of the picture and drags it so many pixels to the right. */
+async function drag(from, right) {
+    await page.mouse.move(from.x, from.y);
+    await page.mouse.down();
+    await page.mouse.move(from.x + right, from.y, { steps: 4 });
+}
+
 // The ball with these changes; settles into one picture.
 async function shows(position, topology = 1) {
     session.binary(nodesMessage(0, topology, position));
@@ -184,13 +191,16 @@ test('without_grasper_pulling_sends_loads', options, async () => {
     await open();
     const m = await middle(page);
     await page.keyboard.press('2');
-    await page.mouse.move(m.x, m.y);
-    await page.mouse.down();
-    await page.mouse.move(m.x + 60, m.y, { steps: 4 });
+    await drag(m, 60);
     const load = await until('a load is sent', () => session.got.findLast(({ type }) => type === 'load'));
+    // Far away it is the ball's weight, and no more.
+    const most = 0.1 * 9.81; // of the mass in statusMessage
+    await page.mouse.move(m.x + 400, m.y, { steps: 4 });
+    await until('it is the most', async () => /by a load of 0\.98 N, which is the most/.test(await hint()));
     await page.mouse.up();
     assert.equal(load.body, 'ball');
-    assert(Math.hypot(...load.force) > 0 && Math.hypot(...load.force) <= 2 + 1e-9, `${load.force} N`);
+    const forces = session.got.filter(({ type }) => type === 'load').map(({ force }) => Math.hypot(...force));
+    assert(Math.min(...forces) > 0 && Math.abs(Math.max(...forces) - most) < 1e-6, `${forces} N`);
     // Where it takes hold the ball's surface is.
     assert(Math.abs(Math.hypot(...load.center) - 0.05) < 5e-3);
     await page.keyboard.press('1');
@@ -209,6 +219,148 @@ test('pose_is_repeated_while_the_button_is_held', options, async () => {
     assert.equal(last.tool, 4);
     for (const { orientation } of poses())
         assert(Math.abs(Math.hypot(...orientation) - 1) < 1e-6, 'a unit quaternion');
+});
+
+const PROBE = { id: 4, kind: 'probe', max_force: 3.3, capsules: [{ from: [0, 0, 0], to: [0, 0, 0.1], radius: 0.005 }] };
+const hint = () => page.locator('#hint').textContent();
+
+// Drags across the ball with the knife; `reply(cut)` is what the daemon says to each cut.
+async function cutAcross(reply) {
+    session.onMessage = (message) => {
+        if (message.type === 'cut') session.text({ type: 'reply', id: message.id, step: 1, nodes_added: 0, pieces: 1, ...reply(message) });
+    };
+    const m = await middle(page);
+    await page.keyboard.press('3');
+    await page.mouse.move(m.x - 120, m.y);
+    await page.mouse.down();
+    await page.mouse.move(m.x + 120, m.y, { steps: 12 });
+    await page.mouse.up();
+}
+
+test('a_stroke_tells_what_came_of_its_cuts_not_that_they_were_sent', options, async () => {
+    const why = "body 'ball' is not cuttable";
+    await open();
+    await cutAcross(() => ({ ok: false, separated: 0, text: why }));
+    await until('it says that nothing was cut', async () => (await hint()) === `Nothing was cut: ${why}`);
+    // One line with its number, not one a cut.
+    const cuts = session.got.filter(({ type }) => type === 'cut').length;
+    await until('events are told once', async () => (await page.locator('#events').innerText()) === `refused ${why} ×${cuts}`);
+    await open();
+    let count = 0;
+    await cutAcross(() => (count++ ? { ok: true, separated: 3, text: 'cut' } : { ok: false, separated: 0, text: why }));
+    await until('both are told', async () =>
+        (await hint()) === `${3 * (count - 1)} links or faces were cut; 1 of ${count} strokes were refused: ${why}`);
+    await open();
+    await cutAcross(() => ({ ok: true, separated: 0, text: 'the stroke met no tissue' }));
+    await until('a drag beside is told', async () => /^Nothing was cut: the drag met/.test(await hint()));
+    await page.keyboard.press('1');
+});
+
+test('the_force_of_a_load_is_the_force_that_is_shown', options, async () => {
+    await open();
+    const m = await middle(page);
+    await page.keyboard.press('2');
+    await drag(m, 60);
+    const force = page.locator('#force');
+    await until('hint and figure agree', async () => {
+        const [told] = (await hint()).match(/[\d.]+ N/) ?? [];
+        return told && parseFloat(told) > 0 && (await force.textContent()) === told;
+    });
+    // One that is refused pulls nothing.
+    session.onMessage = (message) => message.type === 'load' &&
+        session.text({ type: 'reply', id: message.id, ok: false, text: 'no node there', step: 1, separated: 0 });
+    await until('a refusal is told', async () => (await hint()) === 'Not pulled: no node there' &&
+        (await force.textContent()) === '0.00 N');
+    await page.mouse.up();
+    await page.keyboard.press('1');
+});
+
+test('a_press_tells_how_deep_it_goes', options, async () => {
+    await open({ what: { ...SCENE, tools: [PROBE] } });
+    const m = await middle(page);
+    await page.mouse.move(m.x, m.y);
+    await page.mouse.down();
+    // A tenth of the ball's diagonal of 0.17 m.
+    await until('the whole depth is told', async () => 
+        /^Pressing: (17\.\d mm) of \1 past the first touch, but the probe touches nothing/.test(await hint()));
+    session.text({ type: 'contact', tools: [{ tool: 4, contact: true, position: [0, 0, 0.05], force: [0, 0, 1],
+        torque: [0, 0, 0], point: [0, 0, 0.05], normal: [0, 0, 1], depth: 0.001, pose_utime: 0, utime: 0 }] });
+    await session.round();
+    await until('it touches', async () => /^Pressing: (17\.\d mm) of \1 past the first touch · wheel/.test(await hint()));
+    await page.mouse.wheel(0, 100);
+    await until('the wheel changes it', async () => /of 13\.\d mm/.test(await hint()));
+    await page.mouse.up();
+    assert.match(await hint(), /^Drag on tissue/);
+});
+
+test('figures_have_their_units', options, async () => {
+    const step = (step_us) => async () => {
+        session.text(statusMessage(SCENE, { step_us }));
+        await session.round();
+        return page.locator('#step-text').textContent();
+    };
+    await open();
+    assert.equal(await step([1100, 1400, 1700, 1780])(), '1.10 / 1.40 / 1.78 ms of 1.00 ms');
+    assert.equal(await step([6, 11, 50, 64])(), '6 / 11 / 64 µs of 1.00 ms');
+    // A status in whose time there was no step says nothing of steps, nor of the pace.
+    session.text(statusMessage(SCENE, { step_us: [0, 0, 0, 0], real_time_factor: 0, time: 2 }));
+    await session.round();
+    assert.equal(await page.locator('#step-text').textContent(), '6 / 11 / 64 µs of 1.00 ms');
+    assert.equal(await page.locator('#clock').textContent(), '2.0 s · 1.00× real time');
+    // A piece that flies off: 147 m, not 147317.5 mm.
+    const far = statusMessage(SCENE);
+    far.body[0].max_displacement = 147.3175;
+    session.text(far);
+    await session.round();
+    assert.equal(await page.locator('[data-field=moved]').textContent(), '147.3 m');
+});
+
+test('the_legend_shows_the_levels_that_there_are', options, async () => {
+    const legend = async () => page.locator('#legend span').allTextContents();
+    await open();
+    await page.locator('#colouring').selectOption('1');
+    await until('there is one', async () => (await legend()).join() === '0: nothing is refined now');
+    const level = Int8Array.from({ length: COUNT }, (_, i) => i % 3);
+    session.binary(meshMessage(0, 2, { ...ball, level }));
+    await shows(ball.position, 2);
+    await until('there are three', async () => (await legend()).join() === '0,1,2');
+    await page.locator('#colouring').selectOption('0');
+});
+
+test('a_daemon_that_is_gone_is_said_to_be_gone', options, async () => {
+    await open({ what: { ...SCENE, tools: [PROBE] } });
+    assert(await page.locator('#state').isVisible());
+    session.text({ type: 'link', daemon: false, age: 3.2 });
+    await session.round();
+    assert.match(await page.locator('#notice').textContent(), /^pliantd is gone: .* 3 s\. What you see is old\./);
+    assert.equal(await page.locator('#state').isVisible(), false, 'nothing is said to run');
+    for (const id of ['pause', 'resume', 'step', 'reset']) assert(await page.locator(`#${id}`).isDisabled(), id);
+    // A drag turns the view; nothing is kept for the next daemon.
+    const m = await middle(page);
+    await drag(m, 30);
+    assert.match(await hint(), /^pliantd is silent/);
+    await page.mouse.up();
+    await page.keyboard.press('p');
+    assert.deepEqual(session.got, []);
+    session.text({ type: 'link', daemon: true, age: 0 });
+    await session.round();
+    assert.equal(await page.locator('#notice').isVisible(), false);
+    assert.equal(await page.locator('#state').textContent(), 'running');
+});
+
+test('on_a_phone_the_panel_leaves_its_button_and_the_picture', options, async () => {
+    await page.setViewportSize({ width: 390, height: 844 });
+    await open({ what: { ...SCENE, tools: [PROBE] } });
+    const button = page.locator('#panel-button');
+    for (const opened of ['true', 'false', 'true']) {
+        await button.click({ timeout: PATIENCE }); // fails where something lies over it
+        assert.equal(await button.getAttribute('aria-expanded'), opened);
+    }
+    const { width, height } = await page.locator('#view').boundingBox();
+    assert(width > 380 && height > 350, `a picture of ${width} x ${height}`);
+    for (const id of ['pause', 'home', 'scene-name', 'wireframe']) await page.locator(`#${id}`).click({ trial: true, timeout: PATIENCE });
+    await page.screenshot({ path: join(out, '22-phone.png') });
+    await page.setViewportSize({ width: 900, height: 600 });
 });
 
 test('nothing_failed_in_the_page', options, () => {

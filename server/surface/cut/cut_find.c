@@ -1,19 +1,20 @@
 #include "surface/cut/cut_find.h"
 
 #include "base/check.h"
+#include "geometry/box.h"
 
 #include <math.h>
 #include <string.h>
 
-// Marks in CutFinder.odd.
+// Bits of CutFinder.odd.
 enum { MARK_ODD = 1, MARK_TOUCHED = 2 };
 
-// Shifts are at most 7 units and rounding is half of one: boxes and slabs are grown by more.
+// Shifts are at most 7 units and rounding is half a unit: boxes and slabs grow by more.
 #define GROW_UNITS 16.0
 
-// The room that a quadrilateral takes: a box, and a slab across its mean normal.
+// The space that a quadrilateral occupies: a box, and a slab across its mean normal.
 typedef struct Reach {
-    double low[3], high[3]; // [m]
+    Box box; // [m]
     Vec3 normal;
     double near, far; // [m]
 } Reach;
@@ -96,32 +97,21 @@ bool cut_find_check(const CutFinder *finder)
     return true;
 }
 
-// --- which faces are near ---
+// --- faces near the sweep ---
 
 static Reach reach_of(const BladeEdge *before, const BladeEdge *after, double grow)
 {
     const Vec3 p[4] = {before->end[0], before->end[1], after->end[0], after->end[1]};
-    Reach reach = {.near = HUGE_VAL, .far = -HUGE_VAL};
-    // The diagonals' cross product; zero, and so without effect, for a sweep without area.
+    Reach reach = {.box = box_empty(), .near = HUGE_VAL, .far = -HUGE_VAL};
+    // The cross product of the diagonals; zero, and so without effect, for a sweep without area.
     reach.normal = vec3_unit(vec3_cross(vec3_sub(p[3], p[0]), vec3_sub(p[2], p[1])));
-    for (int c = 0; c < 3; c++) {
-        reach.low[c] = HUGE_VAL;
-        reach.high[c] = -HUGE_VAL;
-    }
     for (int i = 0; i < 4; i++) {
-        const double x[3] = {p[i].x, p[i].y, p[i].z};
         double along = vec3_dot(reach.normal, p[i]);
-        for (int c = 0; c < 3; c++) {
-            reach.low[c] = x[c] < reach.low[c] ? x[c] : reach.low[c];
-            reach.high[c] = x[c] > reach.high[c] ? x[c] : reach.high[c];
-        }
+        box_add(&reach.box, p[i]);
         reach.near = along < reach.near ? along : reach.near;
         reach.far = along > reach.far ? along : reach.far;
     }
-    for (int c = 0; c < 3; c++) {
-        reach.low[c] -= grow;
-        reach.high[c] += grow;
-    }
+    box_grow(&reach.box, grow);
     reach.near -= grow;
     reach.far += grow;
     return reach;
@@ -141,9 +131,9 @@ static double most(double a, double b, double c)
 
 static bool triangle_in_reach(const Reach *reach, Vec3 a, Vec3 b, Vec3 c)
 {
-    if (least(a.x, b.x, c.x) > reach->high[0] || most(a.x, b.x, c.x) < reach->low[0] ||
-        least(a.y, b.y, c.y) > reach->high[1] || most(a.y, b.y, c.y) < reach->low[1] ||
-        least(a.z, b.z, c.z) > reach->high[2] || most(a.z, b.z, c.z) < reach->low[2])
+    if (least(a.x, b.x, c.x) > reach->box.high[0] || most(a.x, b.x, c.x) < reach->box.low[0] ||
+        least(a.y, b.y, c.y) > reach->box.high[1] || most(a.y, b.y, c.y) < reach->box.low[1] ||
+        least(a.z, b.z, c.z) > reach->box.high[2] || most(a.z, b.z, c.z) < reach->box.low[2])
         return false;
     double da = vec3_dot(reach->normal, a), db = vec3_dot(reach->normal, b),
            dc = vec3_dot(reach->normal, c);
@@ -156,14 +146,14 @@ static void corners_of(const CutTissue *tissue, int face, Vec3 x[3])
         x[k] = tissue->position[tissue->corner[face][k]];
 }
 
-// Lists what meets the reach of one quadrilateral at least: ascending, as tissue->face.
+// Lists the faces that the reach of at least one quadrilateral meets: ascending, as tissue->face.
 static void list_near(CutFinder *finder, const CutTissue *tissue, const BladeEdge *edge, int edges,
                       double grow)
 {
     finder->near_count = 0;
     for (int at = 0; at < tissue->face_count; at++)
         finder->listed[tissue->face[at]] = 1;
-    // One quadrilateral, the usual case: its reach is found once.
+    // One quadrilateral, the usual case: compute its reach once.
     Reach only = reach_of(&edge[0], &edge[1], grow);
     for (int at = 0; at < tissue->face_count; at++) {
         Vec3 x[3];
@@ -186,7 +176,7 @@ static void forget_listed(CutFinder *finder, const CutTissue *tissue)
 
 // --- points ---
 
-// False: beyond reach, or not finite.
+// Computes the points of a face's half links. False: out of range, or not finite.
 static bool points_of(const CutFinder *finder, const CutTissue *tissue, int face,
                       CutFacePoints *points)
 {
@@ -219,33 +209,14 @@ static void shift_edge(CutPoint point[2], int64_t attempt)
 
 // --- links against one quadrilateral ---
 
-static bool boxes_apart(const CutPath edge[2], const CutPath half[2])
-{
-    for (int c = 0; c < 3; c++) {
-        int64_t low[2], high[2];
-        const CutPath *pair[2] = {edge, half};
-        for (int i = 0; i < 2; i++) {
-            low[i] = high[i] = pair[i][0].at[0].x[c];
-            for (int k = 1; k < 4; k++) {
-                int64_t x = pair[i][k / 2].at[k % 2].x[c];
-                low[i] = x < low[i] ? x : low[i];
-                high[i] = x > high[i] ? x : high[i];
-            }
-        }
-        if (low[0] > high[1] || low[1] > high[0])
-            return true;
-    }
-    return false;
-}
-
-// How often the edge meets a half link in all sub-ticks, or CUT_DEGENERATE.
+// Returns how often the edge meets a half link in all sub-ticks, or CUT_DEGENERATE.
 static int count_half(const CutPath piece[][2], const CutPath half[2], int parts)
 {
     if (parts == 1)
         return cut_may_meet(piece[0], half) ? cut_count(piece[0], half) : 0;
     int sum = 0;
     for (int part = 0; part < parts; part++) {
-        if (boxes_apart(piece[part], half)) // a part of the link lies in the box of the whole
+        if (cut_boxes_apart(piece[part], half)) // a part of the link lies in the box of the whole
             continue;
         CutPath link[2] = {cut_part(half[0], part, parts), cut_part(half[1], part, parts)};
         int count = cut_may_meet(piece[part], link) ? cut_count(piece[part], link) : 0;
@@ -263,7 +234,7 @@ static void divide(const CutPath edge[2], int parts, CutPath piece[][2])
             piece[part][end] = cut_part(edge[end], part, parts);
 }
 
-// Adds what the half links of near faces meet. False: degenerate.
+// Counts what the half links of near faces meet. False: degenerate.
 static bool count_sweep(CutFinder *finder, const CutPath edge[2], int parts)
 {
     const Level *level = finder->level;
@@ -318,9 +289,9 @@ CutVerdict cut_find_keep_odd(CutFinder *finder, const CutTissue *tissue)
 
 // --- commands ---
 
-// An edge of a command at try `attempt`: always shifted, so that the same command is shifted alike
-// when what it cut has moved a little; by a hash of where it is, so that those that share an edge
-// (the quadrilaterals of a loop, one command and the next) still do.
+// Quantises an edge of a command at try `attempt`. It is always shifted, so that the same command
+// gets the same shift when the tissue that it cut has moved a little; by a hash of its position, so
+// that quadrilaterals with a common edge (in a loop, or of successive commands) share the shift.
 static void command_edge(const CutFinder *finder, const BladeEdge *edge, int attempt,
                          CutPoint out[2])
 {
@@ -359,14 +330,14 @@ int cut_find_half(const CutFinder *finder, const BladeEdge *edge, int edges, Vec
         !cut_quantise(middle, finder->origin, finder->q, &point[1]))
         return CUT_DEGENERATE;
     const CutPath half[2] = {{{point[0], point[0]}}, {{point[1], point[1]}}};
-    if (edges == 2) // still as the command left it
+    if (edges == 2) // unchanged since the command
         return count_half((const CutPath(*)[2])finder->piece, half, finder->parts);
     int sum = 0;
     command_edge(finder, &edge[0], finder->tries, from);
     for (int k = 0; k + 1 < edges; k++) {
         command_edge(finder, &edge[k + 1], finder->tries, to);
         CutPath path[2] = {{{from[0], to[0]}}, {{from[1], to[1]}}};
-        if (!boxes_apart(path, half)) {
+        if (!cut_boxes_apart(path, half)) {
             CutPath piece[CUT_SUBTICKS_MOST][2];
             CutSweep sweep = {.before = edge[k], .after = edge[k + 1]};
             int parts = cut_subticks(&sweep, CUT_FIND_TOLERANCE * finder->h);
@@ -382,7 +353,7 @@ int cut_find_half(const CutFinder *finder, const BladeEdge *edge, int edges, Vec
     return sum;
 }
 
-// Whether the command can be asked at all.
+// Returns CUT_DONE if the command can be evaluated, else the reason.
 static CutVerdict look_at_command(const CutFinder *finder, const BladeEdge *edge, int edges)
 {
     for (int k = 0; k < edges; k++) {
@@ -406,6 +377,8 @@ CutVerdict cut_find_whole(CutFinder *finder, const CutTissue *tissue, const Blad
         return verdict;
     list_near(finder, tissue, edge, edges, GROW_UNITS * finder->q);
     int kept = 0;
+    // Drop faces whose points cannot be represented; before and after coincide, as the tissue is
+    // still.
     for (int at = 0; at < finder->near_count; at++) {
         CutFacePoints *path = finder->path[kept];
         finder->near[kept] = finder->near[at];
@@ -415,6 +388,7 @@ CutVerdict cut_find_whole(CutFinder *finder, const CutTissue *tissue, const Blad
         kept++;
     }
     finder->near_count = kept;
+    // A degenerate case is resolved by another shift.
     bool resolved = false;
     while (!resolved && finder->tries <= CUT_TRIES) {
         resolved = count_command(finder, edge, edges, finder->tries);
@@ -437,8 +411,8 @@ static int side_of(const Level *level, int face, int edge)
     return k;
 }
 
-// Where a face's points were at the last look; where that is not known, at rest. What the face
-// across a side remembers of its middle holds for both: their links must go on from the same place.
+// Fills a face's points at the last call; if unknown, the tissue counts as at rest. The stored
+// middle of a side holds for both of its faces: their links must continue from the same point.
 static void take_before(const CutFinder *finder, const CutMemory *memory, int face,
                         const CutFacePoints *now, CutFacePoints *before)
 {
@@ -485,7 +459,7 @@ static void remember(CutFinder *finder, CutMemory *memory, const CutPoint edge[2
 
 static void forget(CutMemory *memory)
 {
-    memory->clock[0] += 2; // so that nothing was seen at the last look
+    memory->clock[0] += 2; // by 2, so that nothing counts as seen in the last call
     memory->clock[1] = 0;
     *memory->tries = 0;
 }
@@ -507,8 +481,8 @@ static CutVerdict go_on(CutFinder *finder, const CutTissue *tissue, CutMemory *m
 {
     CutPoint to[2];
     bool first = memory->clock[1] == 1, resolved = false;
-    // A shift stays until the stroke ends: one that changed with the tick would let a cut through
-    // centroids change sides.
+    // A shift stays until the stroke ends: if it changed every tick, a cut through centroids could
+    // change sides.
     int64_t attempt = *memory->tries;
     while (!resolved && finder->tries <= CUT_TRIES) {
         bool both = finder->tries > (first ? 0 : CUT_TRIES / 2);
@@ -536,6 +510,7 @@ CutVerdict cut_find_tick(CutFinder *finder, const CutTissue *tissue, const CutSw
     CutPoint begin[2], end[2];
     CutSweep way = *sweep;
     bool begins = sweep->phase == CUT_BEGINS;
+    // Without a previous edge a stroke starts where the sweep says.
     if (begins)
         forget(memory);
     bool fresh = memory->clock[1] == 0;

@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-// Marks in CutFinder.odd while smoothing.
+// Bits of CutFinder.odd while smoothing.
 enum { MARK_PATH = 1, MARK_LISTED = 2 };
 
 double cut_sweep_distance(const BladeEdge *edge, int edges, Vec3 point)
@@ -22,7 +22,7 @@ double cut_sweep_distance(const BladeEdge *edge, int edges, Vec3 point)
     return nearest;
 }
 
-// What the sides of a face would cost as parts of the path.
+// Computes what the sides of a face cost as parts of the path.
 static void weigh_sides(const CutFinder *finder, const CutTissue *tissue, const BladeEdge *edge,
                         int edges, int face, double cost[3])
 {
@@ -39,12 +39,12 @@ static void weigh_sides(const CutFinder *finder, const CutTissue *tissue, const 
     }
 }
 
-// Whether the path gets better when the face changes sides: `freely`, without any new broken link.
+// True if the path improves when the face changes sides; `freely`: without any new broken link.
 static bool gains(const CutFinder *finder, const CutTissue *tissue, const BladeEdge *edge,
                   int edges, int face, bool freely)
 {
     const Level *level = finder->level;
-    bool on[3], costs[3]; // on the path; not, and would have to break
+    bool on[3], costs[3]; // on the path; not on it, and would have to break
     int count = 0, fresh = 0, to_break = 0;
     for (int k = 0; k < 3; k++) {
         int e = level->face_edge[face][k], beyond = levels_beyond(level, e, face);
@@ -59,6 +59,7 @@ static bool gains(const CutFinder *finder, const CutTissue *tissue, const BladeE
     }
     if (count < 2 || fresh == 0 || (freely && to_break > 0))
         return false;
+    // Free improvements need no weighing.
     if (to_break == 0)
         return true;
     double cost[3], now = 0.0, then = 0.0;
@@ -106,8 +107,7 @@ CutVerdict cut_smooth(CutFinder *finder, const CutTissue *tissue, const BladeEdg
         finder->listed[tissue->face[i]] = 1;
     for (int i = 0; i < finder->met; i++)
         finder->odd[finder->met_edge[i]] = MARK_PATH | MARK_LISTED;
-    // Where an older cut already runs first: so a command that is repeated finds its own path
-    // again.
+    // Along older cuts first: so a repeated command finds its own path again.
     smooth_all(finder, tissue, edge, edges, true);
     smooth_all(finder, tissue, edge, edges, false);
     for (int i = 0; i < tissue->face_count; i++)

@@ -4,18 +4,18 @@
 
 #include <math.h>
 
-// A blade that lies in the surface has no direction there: below this sine a vertex stays.
+// A blade that lies in the surface has no direction there: below this sine a vertex does not move.
 #define LEAST_SLOPE 0.2
 
 // --- the faces around a vertex of the uncut mesh ---
 
-// A face, and which of its corners the vertex is.
+// A face, and the corner of it that the vertex is.
 typedef struct Turn {
     int face, corner;
 } Turn;
 
-// Corner k in the uncut mesh: a body may write copies into the level's own table of corners, but
-// edges keep their ends, and side k begins at corner k.
+// Returns corner k in the uncut mesh: a body may write copies into the level's table of corners,
+// but edges keep their ends, and side k begins at corner k.
 static int vertex_at(const Level *level, int face, int k)
 {
     int e = level->face_edge[face][k];
@@ -30,7 +30,7 @@ static int corner_of(const Level *level, int face, int vertex)
     return k;
 }
 
-// The next face counter-clockwise (way 1) or clockwise (way 0); face -1 beyond a border.
+// Returns the next face counter-clockwise (way 1) or clockwise (way 0); face -1 beyond a border.
 static Turn turn_from(const Level *level, Turn from, int way)
 {
     int vertex = vertex_at(level, from.face, from.corner);
@@ -39,7 +39,7 @@ static Turn turn_from(const Level *level, Turn from, int way)
     return (Turn){next, next < 0 ? 0 : corner_of(level, next, vertex)};
 }
 
-// The first face of the fan clockwise, or `from` of a closed one.
+// Returns the first face of the fan clockwise, or `from` if the fan is closed.
 static Turn fan_start(const Level *level, Turn from, bool *closed)
 {
     Turn at = from;
@@ -52,9 +52,9 @@ static Turn fan_start(const Level *level, Turn from, bool *closed)
     }
 }
 
-// --- where to ---
+// --- the way to the blade ---
 
-// The nearest point of the sweep, and the normal of the triangle that it is on.
+// Returns the nearest point of the sweep, and the normal of its triangle.
 static Vec3 nearest_on_sweep(const BladeEdge *edge, int edges, Vec3 point, Vec3 *normal)
 {
     double nearest = HUGE_VAL;
@@ -82,8 +82,8 @@ static Vec3 place_of(const CutTissue *tissue, Turn at, int ahead)
     return tissue->position[tissue->corner[at.face][(at.corner + ahead) % 3]];
 }
 
-// How far and where to a vertex should go in the deformed surface: along the blade's normal in the
-// surface; along the border at one. False: it stays.
+// Computes how a vertex should move in the deformed surface: along the blade's normal projected
+// into the surface; along the border at a border. False: it does not move.
 static bool way_to_blade(const CutSnapInput *input, Turn start, bool closed, Vec3 *way)
 {
     const Level *level = input->finder->level;
@@ -95,6 +95,8 @@ static bool way_to_blade(const CutSnapInput *input, Turn start, bool closed, Vec
     Vec3 beside = vec3_madd(to, -distance, normal);
     if (vec3_length(beside) > 0.25 * input->finder->h)
         return false;
+    // The area vector of the fan is the surface normal; at a border, the chord of the fan its
+    // direction.
     Vec3 area = vec3(0.0, 0.0, 0.0), first = place_of(tissue, start, 1), last = first;
     Turn at = start;
     do {
@@ -114,8 +116,8 @@ static bool way_to_blade(const CutSnapInput *input, Turn start, bool closed, Vec
     double slope = vec3_length(direction);
     if (!(slope > LEAST_SLOPE))
         return false;
-    // `direction` is the normal without what leads out of the surface: its square is what a step
-    // along it comes nearer.
+    // `direction` is the normal without its component out of the surface: its square is the
+    // approach per unit step along it.
     *way = vec3_scale(distance / (slope * slope), direction);
     return true;
 }
@@ -128,7 +130,7 @@ static Vec3 rest_of(const CutSnapInput *input, const int *work, const CutSnap *m
     return work[vertex] > 0 ? vec3_add(x, moved[work[vertex] - 1].rest) : x;
 }
 
-// The shares of `way` along the edges a and b of a triangle; false: it has no area.
+// Computes the components of `way` along the edges a and b of a triangle; false: it has no area.
 static bool shares_of(Vec3 way, Vec3 a, Vec3 b, double share[2])
 {
     double aa = vec3_dot(a, a), ab = vec3_dot(a, b), bb = vec3_dot(b, b);
@@ -140,9 +142,10 @@ static bool shares_of(Vec3 way, Vec3 a, Vec3 b, double share[2])
     return true;
 }
 
-// Takes the face into which the way leads, or that which comes nearest to it.
-static bool map_to_rest(const CutSnapInput *input, const int *work, const CutSnap *moved,
-                        Turn start, Vec3 way, Vec3 *out)
+// Uses the face into which the way leads, or the one nearest to it. The component out of the face
+// is the same at rest. Both triangles are those before this command moved anything: without
+// deformation the way at rest equals the way, and the vertex is at rest at its new position.
+static bool map_to_rest(const CutSnapInput *input, Turn start, Vec3 way, Vec3 *out)
 {
     const Level *level = input->finder->level;
     bool found = false;
@@ -151,21 +154,23 @@ static bool map_to_rest(const CutSnapInput *input, const int *work, const CutSna
     *out = vec3(0.0, 0.0, 0.0);
     Turn at = start;
     do {
-        int vertex[3];
+        const Vec3 *rest[3];
         for (int k = 0; k < 3; k++)
-            vertex[k] = vertex_at(level, at.face, (at.corner + k) % 3);
+            rest[k] = &input->rest[vertex_at(level, at.face, (at.corner + k) % 3)];
         double share[2];
         Vec3 a = vec3_sub(place_of(input->tissue, at, 1), x);
         Vec3 b = vec3_sub(place_of(input->tissue, at, 2), x);
         if (shares_of(way, a, b, share)) {
+            // The smaller share is largest in the face that contains the way, or comes nearest to
+            // it.
             double inside = share[0] < share[1] ? share[0] : share[1];
             if (!found || inside > best) {
                 found = true;
-                Vec3 rest = rest_of(input, work, moved, vertex[0]);
-                Vec3 ra = vec3_sub(rest_of(input, work, moved, vertex[1]), rest);
-                Vec3 rb = vec3_sub(rest_of(input, work, moved, vertex[2]), rest);
                 best = inside;
-                *out = vec3_add(vec3_scale(share[0], ra), vec3_scale(share[1], rb));
+                Vec3 ra = vec3_sub(*rest[1], *rest[0]), rb = vec3_sub(*rest[2], *rest[0]);
+                double out_of_it = vec3_dot(way, vec3_unit(vec3_cross(a, b)));
+                *out = vec3_scale(out_of_it, vec3_unit(vec3_cross(ra, rb)));
+                *out = vec3_madd(vec3_madd(*out, share[0], ra), share[1], rb);
             }
         }
         at = turn_from(level, at, 1);
@@ -175,7 +180,7 @@ static bool map_to_rest(const CutSnapInput *input, const int *work, const CutSna
 
 // --- the guard ---
 
-// Smallest angle of a triangle [rad].
+// Returns the smallest angle of a triangle [rad].
 static double smallest_angle(const Vec3 x[3])
 {
     double smallest = HUGE_VAL;
@@ -204,7 +209,7 @@ static bool is_allowed(const CutSnapInput *input, const int *work, const CutSnap
         double before = smallest_angle(built);
         double least = CUT_SNAP_GUARD * (before < quarter ? before : quarter);
         least = least > CUT_SNAP_FLOOR * before ? least : CUT_SNAP_FLOOR * before;
-        // Nor may the face turn over.
+        // The face must not turn over either.
         Vec3 up = vec3_cross(vec3_sub(built[1], built[0]), vec3_sub(built[2], built[0]));
         Vec3 area = vec3_cross(vec3_sub(now[1], now[0]), vec3_sub(now[2], now[0]));
         if (smallest_angle(now) < least || !(vec3_dot(up, area) > 0.0))
@@ -214,9 +219,10 @@ static bool is_allowed(const CutSnapInput *input, const int *work, const CutSnap
     return true;
 }
 
-// --- what was met stays met ---
+// --- met links stay met ---
 
-// The planes of a flat sweep's two triangles, for what lies clear of both on one side.
+// The planes of a flat sweep's two triangles, to decide quickly for points clear of both on one
+// side.
 typedef struct Sides {
     bool known;
     Vec3 normal[2];
@@ -226,14 +232,15 @@ typedef struct Sides {
 static Sides sides_of(const CutSnapInput *input)
 {
     const CutFinder *finder = input->finder;
-    // Corners are shifted by up to 7 units in each direction and rounded, and so is all between.
+    // Corners are shifted by up to 7 units in each direction and rounded, as all points between
+    // them.
     Sides sides = {.known = input->edges == 2 && finder->parts == 1, .margin = 32.0 * finder->q};
     const Vec3 *a = input->edge[0].end, *b = input->edge[1].end;
     const Vec3 corner[2][3] = {{a[0], a[1], b[0]}, {a[1], b[1], b[0]}};
     for (int i = 0; i < 2; i++) {
         Vec3 u = vec3_sub(corner[i][1], corner[i][0]), v = vec3_sub(corner[i][2], corner[i][0]);
         Vec3 across = vec3_cross(u, v);
-        // Not of a sliver: rounding would turn it.
+        // Not for a sliver, whose normal is rounding error.
         sides.known &= vec3_length(across) > 1e-6 * vec3_length(u) * vec3_length(v);
         sides.normal[i] = vec3_unit(across);
         sides.offset[i] = vec3_dot(sides.normal[i], corner[i][0]);
@@ -246,8 +253,8 @@ static bool on_one_side(double a, double b, double margin)
     return (a > margin && b > margin) || (a < -margin && b < -margin);
 }
 
-// How often the command meets the half links of a face with corners there: odd, bit k; false: not
-// known.
+// Counts how often the command meets the half links of a face with these corners; bit k of `odd`:
+// an odd number. False: undecided.
 static bool count_halves(const CutSnapInput *input, const Sides *sides, const Vec3 x[3], int *odd)
 {
     double d[2][3];
@@ -273,8 +280,8 @@ static bool count_halves(const CutSnapInput *input, const Sides *sides, const Ve
     return true;
 }
 
-// Half links of a face, bit k, that are met an odd number of times either before or after the move;
-// false: not known.
+// Finds the half links of a face, bit k, that are met an odd number of times either before or after
+// the move; false: undecided.
 static bool halves_that_change(const CutSnapInput *input, const Sides *sides, const int *work,
                                const CutSnap *moved, Turn at, Vec3 move, int *changes)
 {
@@ -294,8 +301,8 @@ static bool halves_that_change(const CutSnapInput *input, const Sides *sides, co
     return known;
 }
 
-// A face whose centroid went over to the other side would be cut off when the command is repeated:
-// whether every link around the vertex is met as before.
+// True if every link around the vertex is met as before. A face whose centroid changed sides would
+// be cut off when the command is repeated.
 static bool keeps_links(const CutSnapInput *input, const Sides *sides, const int *work,
                         const CutSnap *moved, Turn start, bool closed, Vec3 move)
 {
@@ -318,9 +325,9 @@ static bool keeps_links(const CutSnapInput *input, const Sides *sides, const int
     return !closed || carried == first;
 }
 
-// --- all of it ---
+// --- all vertices ---
 
-// Whether all faces around are leaves, with whole links.
+// True if all faces around are leaves with intact links.
 static bool is_fresh(const CutSnapInput *input, Turn start)
 {
     Turn at = start;
@@ -335,7 +342,7 @@ static bool is_fresh(const CutSnapInput *input, Turn start)
     return true;
 }
 
-// False: the vertex stays.
+// Computes the move of one vertex. False: it does not move.
 static bool snap_vertex(const CutSnapInput *input, const Sides *sides, const int *work,
                         const CutSnap *moved, Turn somewhere, CutSnap *snap)
 {
@@ -343,7 +350,7 @@ static bool snap_vertex(const CutSnapInput *input, const Sides *sides, const int
     Turn start = fan_start(input->finder->level, somewhere, &closed);
     Vec3 way, rest;
     if (!is_fresh(input, start) || !way_to_blade(input, start, closed, &way) ||
-        !map_to_rest(input, work, moved, start, way, &rest))
+        !map_to_rest(input, start, way, &rest))
         return false;
     double length = vec3_length(rest), most = CUT_SNAP_MOST * input->finder->h;
     if (!(length > 0.0) || !isfinite(length))
@@ -368,6 +375,8 @@ int cut_snap(const CutSnapInput *input, int *work, CutSnap *moved)
     int count = 0;
     for (int i = 0; i < input->tissue->face_count; i++)
         finder->listed[input->tissue->face[i]] = 1;
+    // Both ends of each broken edge, once each; work[] marks the visited ones and the index of
+    // their move.
     for (int i = 0; i < finder->count; i++) {
         int e = finder->edge[i], face = level->edge_face[e][0];
         for (int end = 0; end < 2; end++) {
@@ -383,6 +392,7 @@ int cut_snap(const CutSnapInput *input, int *work, CutSnap *moved)
             work[vertex] = count;
         }
     }
+    // Clear the scratch marks for the next call.
     for (int i = 0; i < finder->count; i++)
         for (int end = 0; end < 2; end++)
             work[level->edge[finder->edge[i]][end]] = 0;

@@ -1,33 +1,15 @@
-// What a blade does to a body that can be cut: where its faces of the finest level lie, also those
-// that are not there yet, which links the blade met (surface/cut), what breaks. Step thread.
+// Blades in a body that can be cut: where its faces of the finest level are, including those that
+// do not exist yet, which links a blade met (surface/cut), what breaks. Step thread.
 #include "surface/detail/detail.h"
 
 #include "base/check.h"
+#include "geometry/box.h"
 #include "surface/cut/cut_smooth.h"
 #include "surface/cut/cut_snap.h"
 
 #include <string.h>
 
-// A box of the world [m].
-typedef struct Box {
-    double low[3], high[3];
-} Box;
-
-static void box_add(Box *box, Vec3 x)
-{
-    const double at[3] = {x.x, x.y, x.z};
-    for (int c = 0; c < 3; c++) {
-        box->low[c] = at[c] < box->low[c] ? at[c] : box->low[c];
-        box->high[c] = at[c] > box->high[c] ? at[c] : box->high[c];
-    }
-}
-
-static Box empty_box(void)
-{
-    return (Box){{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
-}
-
-// --- where nodes are ---
+// --- deformed positions of nodes ---
 
 static Vec3 turn_out(const SurfaceModel *model, int node, Vec3 v)
 {
@@ -41,15 +23,15 @@ static Vec3 turn_out(const SurfaceModel *model, int node, Vec3 v)
     return model->basis.displaced ? quat_rotate(model->basis.frame->turn, v) : v;
 }
 
-// Rest place of a node of the uncut mesh when it does not hang.
+// Returns the rest position of a node of the uncut mesh when it does not hang.
 static Vec3 true_place(const SurfaceModel *model, int node)
 {
     return vec3_sub(model->detail->levels.position[node], model->basis.rest_origin);
 }
 
-// In the world; of a node that is off, or hangs, where dividing the faces around it would put it
-// (as detail_give_birth and detail_release do). So refining changes nothing that a blade can see.
-// Found out once a look.
+// Returns the world position [m] of a node; of a node that is off, or hangs, where dividing the
+// faces around it would put it (as detail_give_birth and detail_release do). So refining changes
+// nothing that a blade can detect. Computed once per call.
 static Vec3 position_of(SurfaceModel *model, int node)
 {
     Detail *detail = model->detail;
@@ -75,9 +57,9 @@ static Vec3 position_of(SurfaceModel *model, int node)
     return cut->position[node] = x;
 }
 
-// --- which faces are near ---
+// --- faces near the sweep ---
 
-// A box of the world in the rows' coordinates, where it may be turned.
+// Converts a box in the world frame to the rows' coordinates, which may be rotated.
 static Box box_in_rows(const SurfaceModel *model, const Box *box)
 {
     if (!model->basis.displaced)
@@ -96,7 +78,7 @@ static Box box_in_rows(const SurfaceModel *model, const Box *box)
                  {middle.x + half.x, middle.y + half.y, middle.z + half.z}};
 }
 
-// On which sides of the box a place is, a bit for each.
+// Returns outside which sides of the box a point is, one bit per side.
 static unsigned char sides_of(const Box *box, double x, double y, double z)
 {
     return (unsigned char)((x < box->low[0]) | (x > box->high[0]) << 1 | (y < box->low[1]) << 2 |
@@ -104,7 +86,7 @@ static unsigned char sides_of(const Box *box, double x, double y, double z)
                            (z > box->high[2]) << 5);
 }
 
-// Notes for all nodes that are on the sides of the box on which they are.
+// Computes the sides of the box for all nodes that are on.
 static void look_at_sides(SurfaceModel *model, const Box *world)
 {
     const Detail *detail = model->detail;
@@ -127,7 +109,7 @@ static void look_at_sides(SurfaceModel *model, const Box *world)
         }
 }
 
-// Marks the finest faces of leaves that do not lie wholly on one side of the box.
+// Marks the finest faces of leaves that are not entirely outside one side of the box.
 static void mark_near(const Detail *detail, int level, int face)
 {
     const DetailCut *cut = detail->cut;
@@ -142,22 +124,20 @@ static void mark_near(const Detail *detail, int level, int face)
                (size_t)1 << (2 * (detail->finest - level)));
 }
 
-// The faces that the sweep may meet, and those around them: a link needs both its faces.
+// Finds the faces that the sweep may meet, and their neighbours: a link needs both its faces.
 static void look_around(SurfaceModel *model, const BladeEdge *edge, int edges, double margin,
                         CutTissue *tissue)
 {
     Detail *detail = model->detail;
     DetailCut *cut = detail->cut;
     const Level *finest = &detail->levels.level[detail->finest];
-    Box box = empty_box();
+    Box box = box_empty(); // around the sweep, in the world frame [m]
     for (int i = 0; i < edges; i++)
         for (int end = 0; end < 2; end++)
             box_add(&box, edge[i].end[end]);
-    for (int c = 0; c < 3; c++) { // nodes of finer levels stick out of leaves
-        box.low[c] -= margin + cut->bulge;
-        box.high[c] += margin + cut->bulge;
-    }
+    box_grow(&box, margin + cut->bulge); // nodes of finer levels stick out of leaves
     cut->looks++;
+    // Mark the near faces as 1, then their neighbours as 2.
     look_at_sides(model, &box);
     memset(cut->is_near, 0, (size_t)finest->face_count);
     for (int f = 0; f < detail->levels.level[0].face_count; f++)
@@ -168,6 +148,7 @@ static void look_around(SurfaceModel *model, const BladeEdge *edge, int edges, d
             if (across >= 0 && cut->is_near[across] == 0)
                 cut->is_near[across] = 2;
         }
+    // List them and compute the positions of their corners.
     int count = 0;
     for (int f = 0; f < finest->face_count; f++) {
         if (cut->is_near[f] == 0)
@@ -183,18 +164,18 @@ static void look_around(SurfaceModel *model, const BladeEdge *edge, int edges, d
                           .broken = cut->broken};
 }
 
-// --- onto the blade ---
+// --- moving vertices onto the blade ---
 
 static void move_node(SurfaceModel *model, int node, Vec3 by)
 {
     void *rows = model->rows[model->current];
     Vec3 x, v;
     rows_read(&model->basis, rows, model->slot[node], &x, &v);
-    detail_set_place(model, node); // a row may hold the way from there
+    detail_set_place(model, node); // the row may depend on the rest position
     rows_write(&model->basis, rows, model->slot[node], vec3_add(x, by), v);
 }
 
-// Rest and present places of a node and all its copies.
+// Moves the rest and the current positions of a node and all its copies.
 static void move_vertex(SurfaceModel *model, const CutSnap *snap)
 {
     Detail *detail = model->detail;
@@ -219,8 +200,8 @@ static void move_vertex(SurfaceModel *model, const CutSnap *snap)
 
 // --- cuts ---
 
-// A change begins with a fit of the body's frame; if nothing comes of it the next fit starts from
-// where this one did, so that asking leaves no trace.
+// A change begins with a fit of the body's frame. If the change comes to nothing, the next fit
+// starts from where this one did, so that the attempt has no effect on the state.
 typedef struct FrameStart {
     double rotation[4], piece[PIECE_FRAMES][4];
 } FrameStart;
@@ -250,7 +231,7 @@ static void describe(const DetailCut *cut, CutOutcome *outcome)
     outcome->small_pieces = cut->small_count;
 }
 
-// Breaks what the finder has found. The nodes in `snap` move onto the blade.
+// Breaks the links that the finder has found. The nodes in `snap` move onto the blade.
 static bool break_found(Body *body, const CutSnap *snap, int snaps, CutOutcome *outcome,
                         TopologyChange *change)
 {
@@ -281,6 +262,7 @@ bool detail_blade_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome,
     CutTissue tissue;
     int snaps = 0;
     *outcome = (CutOutcome){.verdict = CUT_MET_NOTHING};
+    // Refinement must not be needed to see what the blade meets: positions come from look_around.
     describe(cut, outcome);
     FrameStart start = begin(model);
     look_around(model, edge, 2, CUT_FIND_MARGIN * finder->h, &tissue);
@@ -295,6 +277,7 @@ bool detail_blade_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome,
         take_back(model, &start);
         return false;
     }
+    // Only whole commands move vertices: a stroke would move them while it is still cutting.
     if (whole) {
         CutSnapInput input = {.finder = finder,
                               .tissue = &tissue,

@@ -1,5 +1,5 @@
-// What the pipeline asks of a body with levels: the operations of surface.c where they serve, and
-// those that know of nodes that hang, come and go. Step thread.
+// The operations of a body with levels: those of surface.c where they apply, and those that handle
+// nodes that hang, are created or removed. Step thread.
 #include "surface/detail/detail.h"
 
 #include "base/check.h"
@@ -31,12 +31,13 @@ static void drift(void *self, double dt)
         int first = detail->run[r][0], count = detail->run[r][1] - first;
         model->kernels->drift(from + (size_t)first * row, to + (size_t)first * row, count, dt);
     }
+    rows_drift(&model->basis, dt);
     model->present = to;
     model->next_stage = 1;
 }
 
-// Halves of the forces of hanging nodes to their masters, finest level first: a master that hangs
-// itself hands on what it gets. Four numbers at a time.
+// Adds half of a hanging node's force to each master, finest level first, so that a master that
+// hangs itself passes on what it received. Four numbers at a time.
 #define HAND_OVER(Real)                                                                            \
     {                                                                                              \
         typedef Real Force __attribute__((vector_size(4 * sizeof(Real))));                         \
@@ -59,7 +60,8 @@ static void hand_over(const SurfaceModel *model)
         HAND_OVER(double)
 }
 
-// Chunks: with fewer, calling another thread costs more than it saves.
+// Least number of chunks for more than one thread: with fewer, calling a thread costs more than it
+// saves.
 enum { SHARED_LEAST = 64 };
 
 static void run(SurfaceModel *model, SpringKernel *kernel, const SpringPass *pass)
@@ -78,12 +80,14 @@ static void evaluate(void *self, const Stage *stage, double h)
     model_fill_pass(model, stage, h, &pass);
     pass.handed = detail->handed;
     pass.carries = detail->carries;
+    // Hanging nodes first: their masters need their forces.
     if (detail->hanging_count > 0) {
         pass.chunk = detail->hanging_chunk;
         pass.last_chunk = detail->hanging_chunk_count;
         run(model, model->kernels->sum[model->damped][model->prestressed], &pass);
         hand_over(model);
     }
+    // Then the free nodes, which move.
     pass.chunk = detail->free_chunk;
     pass.last_chunk = detail->free_chunk_count;
     bool pieces = detail->frames != NULL && detail_frames_add(model, &pass);
@@ -95,11 +99,11 @@ static void evaluate(void *self, const Stage *stage, double h)
     if (detail->hanging_count > 0)
         detail_hang(model, pass.next);
     if (pass.next != model->rows[1 - model->current])
-        *detail->felt_count = 0; // only what the last evaluation felt is of interest
+        *detail->felt_count = 0; // only contact forces of the last evaluation count
     model_end_pass(model, &pass);
 }
 
-// Spreads a force of the world frame over the free nodes that carry a node.
+// Distributes a force in the world frame over the free nodes that carry a node.
 static void spread(SurfaceModel *model, int node, Vec3 force,
                    void (*add)(SurfaceModel *model, int slot, Vec3 force))
 {
@@ -147,29 +151,29 @@ static void add_load(void *self, int node, Vec3 force)
     spread(self, node, force, model_add_load);
 }
 
-// What a new load asks for is there in as many sweeps as there are levels.
+// A new load refines the body to its final level in as many sweeps as there are levels.
 static void look(void *self)
 {
     Detail *detail = detail_of(self);
     detail->sweep->urgent = (int64_t)detail->finest * detail->levels.level[0].face_count;
 }
 
-// A mesh of long ago comes back under a number of its own: clients and recordings know another one
-// by the old number.
+// A restored mesh gets a new topology number: clients and recordings know a different mesh by the
+// old one.
 static void restored(Body *body)
 {
     Detail *detail = detail_of(body->model);
     int64_t *topology = &detail->sweep->topology;
     detail->is_sound = detail_check(detail);
-    if (!detail->is_sound) // whoever put it there asks check() and takes it back
+    if (!detail->is_sound) // the code that restored it calls check() and reverts it
         return;
-    if (1 + *topology <= body->mesh.topology)
+    if (!topology_is_newer(detail_topology(detail), body->mesh.topology))
         *topology = body->mesh.topology;
     detail_rebuild(body);
 }
 
-// Tissue that is back in its rest shape is not stretched, nor has it been. What was felt in a tick
-// that is taken back divides nothing.
+// Clears what refers to the past: after a return to the rest shape nothing has been stretched, and
+// forces of a tick that is undone must not divide faces.
 static void restore(void *self, RestoreMode mode)
 {
     surface_ops.restore(self, mode);
@@ -183,7 +187,7 @@ static bool check(const void *self)
     return detail_of(self)->is_sound && surface_ops.check(self);
 }
 
-// --- out ---
+// --- output ---
 
 static void snapshot(const void *self, float *position, float *velocity)
 {
@@ -233,7 +237,7 @@ static int read_state(const void *self, int *id, Vec3 *position, Vec3 *velocity)
 
 static void measure(const void *self, BodyMeasure *measure)
 {
-    SurfaceModel *model = (SurfaceModel *)self; // for its scratch
+    SurfaceModel *model = (SurfaceModel *)self; // for its scratch memory
     surface_ops.measure(self, measure);
     if (detail_of(self)->frames != NULL)
         measure->elastic += detail_frames_energy(model, model->rows[model->current]);
@@ -285,6 +289,7 @@ static void explain(const void *self, FILE *out)
 
 const BodyOps *detail_ops(const SurfaceOptions *options)
 {
+    // Start from the operations of surface.c and replace those that depend on levels.
     static BodyOps table[2][2][2];
     BodyOps *ops = &table[options->adaptive][options->cuttable][options->tear_stretch > 0.0];
     *ops = surface_ops;

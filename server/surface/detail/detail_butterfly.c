@@ -1,7 +1,8 @@
-// adjust = "choi2005": a new node lies where the modified butterfly of the present positions puts
-// it (section "Local spatial subdivision" of the paper; surface.md erratum 12). The rule is linear
-// and the rest places follow it, so it is applied to displacements; of nodes that are off the mean
-// of their parents'. Step thread, when a face is divided.
+// adjust = "choi2005": a new node starts where the modified butterfly of the current positions puts
+// it (section "Local spatial subdivision" of the paper). For the drawbacks, and for the default
+// rule: README.md, "Momentum and mass across changes". The rule is linear and the rest positions
+// obey it, so that it is applied to displacements; nodes that are off get the mean of their
+// parents. Step thread, when a face is divided.
 #include "surface/detail/detail.h"
 
 #include "geometry/butterfly.h"
@@ -34,7 +35,7 @@ static int other_end(const Level *level, int edge, int node)
     return level->edge[edge][level->edge[edge][0] == node];
 }
 
-// The edge of a face at a node that is not `edge`.
+// Returns the edge of a face at a node that is not `edge`.
 static int other_edge(const Level *level, int face, int node, int edge)
 {
     for (int k = 0; k < 3; k++) {
@@ -45,7 +46,7 @@ static int other_edge(const Level *level, int face, int node, int edge)
     return edge;
 }
 
-// How many edges a node has at this level, counted from one of them on; 0 on a border.
+// Counts the edges of a node at this level, starting with one of them; 0 at a border.
 static int count_edges(const Level *level, int node, int edge)
 {
     int face = level->edge_face[edge][0], at = edge, count = 0;
@@ -59,8 +60,8 @@ static int count_edges(const Level *level, int node, int edge)
     return 0;
 }
 
-// The point beyond `node` along a border, seen from the other end of a border edge: the next one of
-// the border, or where it turns by more than 60 degrees at rest the reflection.
+// Returns the point beyond `node` along a border, seen from the other end of a border edge: the
+// next one of the border, or the reflection where the border turns by more than 60 degrees at rest.
 static Vec3 along_border(const Walk *walk, int node, int edge)
 {
     const Level *level = walk->level;
@@ -80,7 +81,7 @@ static Vec3 along_border(const Walk *walk, int node, int edge)
     return displacement(walk->model, before);
 }
 
-// Across the edge (u, v) of a face, whose third node is w.
+// Returns the wing across the edge (u, v) of a face, whose third node is w.
 static Vec3 wing(const Walk *walk, int face, int edge, int w)
 {
     const Level *level = walk->level;
@@ -115,7 +116,7 @@ static Vec3 regular(const Walk *walk, int edge)
     return sum;
 }
 
-// Of the edge from a node with `valence` edges that is not regular.
+// Returns the contribution of a node with `valence` edges that is not regular.
 static Vec3 extraordinary(const Walk *walk, int node, int edge, int valence)
 {
     const Level *level = walk->level;
@@ -143,7 +144,7 @@ Vec3 detail_butterfly(const SurfaceModel *model, int level, int edge)
     Vec3 sum = {0.0, 0.0, 0.0};
     int count = 0;
     for (int k = 0; k < 2; k++) {
-        int valence = count_edges(at, end[k], edge); // nodes of a border are regular
+        int valence = count_edges(at, end[k], edge); // border nodes are regular
         if (valence == 0 || valence == 6)
             continue;
         sum = vec3_add(sum, extraordinary(&walk, end[k], edge, valence));

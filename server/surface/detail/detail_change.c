@@ -1,5 +1,5 @@
-// Refining and coarsening single faces: the bits, the nodes that come and go, and the marks of what
-// has to be packed and drawn again. Step thread.
+// Refines and coarsens single faces: the bits, the nodes that are created and removed, and the
+// marks of what must be packed and drawn again. Step thread.
 #include "surface/detail/detail.h"
 
 #include "base/check.h"
@@ -9,7 +9,7 @@ void detail_mark(SurfaceModel *model, int node)
     Detail *detail = model->detail;
     detail->stale_window[model->slot[node] / detail->width] = true;
     detail->is_dirty[node] = true;
-    if (detail->status[node] == NODE_HANGING) { // its mass and springs count for its masters
+    if (detail->status[node] == NODE_HANGING) { // its masters carry its mass and springs
         int parent[2];
         levels_parents(&detail->levels, node, parent);
         detail_mark(model, parent[0]);
@@ -17,8 +17,8 @@ void detail_mark(SurfaceModel *model, int node)
     }
 }
 
-// The rest place of a node has changed: so have the springs at it, and the places of nodes that
-// hang on it.
+// The rest position of a node has changed: update its springs, and the positions of nodes that hang
+// on it.
 static void follow_place(SurfaceModel *model, int node, int depth)
 {
     Detail *detail = model->detail;
@@ -69,6 +69,7 @@ static void divide(SurfaceModel *model, int level, int face)
     detail->refined[detail->face_base[level] + face] = 1;
     detail->leaf_count[level]--;
     detail->leaf_count[level + 1] += 4;
+    // Each edge gets a midpoint, or releases one that hung between the two levels.
     for (int k = 0; k < 3; k++) {
         int edge = at->face_edge[face][k], node = at->node_count + edge;
         NodeStatus before = detail->status[node],
@@ -86,6 +87,7 @@ static void divide(SurfaceModel *model, int level, int face)
         }
         touch_leaf_across(detail, level, edge, face);
     }
+    // All nodes of the face have other springs now.
     for (int k = 0; k < 3; k++) {
         detail_mark(model, at->face[face][k]);
         detail_mark(model, at->node_count + at->face_edge[face][k]);
@@ -136,9 +138,10 @@ bool detail_may_coarsen(const Detail *detail, int level, int face)
     return true;
 }
 
-// The momentum that the nodes of a face would lose when it is coarsened, by node that takes it up:
-// each corner gets its share of the midpoints' masses at their velocities, and a midpoint that
-// hangs from now on hands over what it had beyond the mean of its masters (surface.md 2a).
+// The momentum that the nodes of a face would lose when it is coarsened, by the node that receives
+// it: each corner gets its part of the midpoints' masses at their velocities, and a midpoint that
+// hangs from now on passes on its excess over the mean of its masters (README.md, "Momentum and
+// mass across changes").
 typedef struct Impulse {
     int node;
     Vec3 impulse;
@@ -156,11 +159,13 @@ static int lost_momentum(const SurfaceModel *model, int level, int face, Impulse
         corner[k] = detail_velocity(model, at->face[face][k]);
         middle[k] = detail_velocity(model, at->node_count + at->face_edge[face][k]);
     }
+    // A midpoint's mass from this face goes back to the corners.
     for (int k = 0; k < 3; k++) {
         Vec3 sum = vec3_add(middle[k], middle[(k + 2) % 3]);
         out[count++] =
             (Impulse){at->face[face][k], vec3_scale(mass / 8.0, vec3_madd(sum, -2.0, corner[k]))};
     }
+    // A midpoint that stays, hanging, loses its own velocity.
     for (int k = 0; k < 3; k++) {
         int edge = at->face_edge[face][k], node = at->node_count + edge;
         int across = levels_beyond(at, edge, face);
@@ -190,6 +195,7 @@ void detail_coarsen(SurfaceModel *model, int level, int face)
     for (int k = 0; k < 4; k++)
         detail_touch(detail, level + 1, 4 * face + k);
     detail_touch(detail, level, face);
+    // Midpoints are switched off, or hang if the face across stays refined.
     for (int k = 0; k < 3; k++) {
         int edge = at->face_edge[face][k], node = at->node_count + edge;
         NodeStatus now = detail_status_of_midpoint(detail, level, edge);
@@ -209,11 +215,13 @@ void detail_coarsen(SurfaceModel *model, int level, int face)
         touch_leaf_across(detail, level, edge, face);
         detail_mark(model, at->face[face][k]);
     }
+    // Midpoints that stay have other springs now.
     for (int k = 0; k < 3; k++) {
         int node = at->node_count + at->face_edge[face][k];
         if (detail->status[node] != NODE_OFF)
             detail_mark(model, node);
     }
+    // Velocities last: masses and statuses are final now.
     for (int i = 0; i < impulses; i++)
         detail_push(model, impulse[i].node, impulse[i].impulse);
     detail->sweep->coarsened++;

@@ -1,5 +1,5 @@
-// Whether a state that came from outside (a checkpoint) is one that a body with levels can have:
-// asked before anything is made of it, for its numbers are indices. Load time.
+// Checks that a state from outside (a checkpoint) is one that a body with levels can have, before
+// anything is derived from it: its numbers are indices. Load time.
 #include "surface/detail/detail.h"
 
 #include <limits.h>
@@ -14,7 +14,7 @@ static bool is_number(double number)
     return number >= 0.0 && number <= 1e300;
 }
 
-// Bits of faces that exist, with neighbours that are at most one level apart.
+// True if the bits belong to existing faces, with neighbours at most one level apart.
 static bool check_bits(const Detail *detail)
 {
     for (int l = 0; l < detail->finest; l++) {
@@ -45,7 +45,7 @@ static bool check_sweep(const Detail *detail)
               is_within(sweep->urgent, 0, (int64_t)detail->finest * roots) &&
               is_number(sweep->credit) && is_number(sweep->scale) &&
               is_within(sweep->level, 0, detail->finest) &&
-              is_within(sweep->topology, 0, INT_MAX / 2) && sweep->refined >= 0 &&
+              is_within(sweep->topology, 0, INT64_MAX / 2) && sweep->refined >= 0 &&
               sweep->coarsened >= 0 && sweep->refused >= 0;
     for (int k = 0; k < 3; k++)
         ok = ok && is_number(sweep->thresholds[k]);
@@ -57,8 +57,8 @@ static bool check_sweep(const Detail *detail)
     return ok;
 }
 
-// Notes in table->slot, which follows from table->thing, where each thing is; false when one has
-// two slots or is none. Returns how many there are in `used`.
+// Fills table->slot, which is derived from table->thing; false when something has two slots or does
+// not exist. Returns the number of slots in `used`.
 static bool find_slots(const SlotTable *table, int *used)
 {
     *used = 0;
@@ -86,7 +86,7 @@ static bool is_on(const Detail *detail, int node)
                                      node - detail->levels.level[born - 1].node_count) != NODE_OFF;
 }
 
-// Slots of the nodes that are on, and of no others.
+// True if exactly the nodes that are on have slots.
 static bool check_node_slots(const Detail *detail)
 {
     const SlotTable *table = &detail->slots->node;
@@ -99,7 +99,8 @@ static bool check_node_slots(const Detail *detail)
     return true;
 }
 
-// Slots of the places at which leaves are drawn, in one triangle more than midpoints hang on them.
+// True if exactly the places at which leaves are drawn have slots; a leaf is one triangle more than
+// it has midpoints.
 static bool check_face_slots(const Detail *detail)
 {
     const SlotTable *table = &detail->slots->face;

@@ -1,4 +1,4 @@
-// Makes a body with levels, and everything that follows from which faces are refined. Load time;
+// Creates a body with levels, and everything that follows from which faces are refined. Load time;
 // detail_rebuild also after the state was restored.
 #include "surface/detail/detail_create.h"
 
@@ -46,13 +46,9 @@ static RootKey *order_roots(const TriMesh *mesh)
 {
     RootKey *key = calloc((size_t)mesh->triangle_count, sizeof *key);
     ASSERT(key != NULL);
-    Vec3 low = mesh->position[0];
-    for (int i = 1; i < mesh->node_count; i++) {
-        low.x = fmin(low.x, mesh->position[i].x);
-        low.y = fmin(low.y, mesh->position[i].y);
-        low.z = fmin(low.z, mesh->position[i].z);
-    }
-    double extent = mesh_extent(mesh);
+    const Box box = mesh_box(mesh);
+    const Vec3 low = box_low(&box);
+    double extent = box_extent(&box);
     for (int f = 0; f < mesh->triangle_count; f++) {
         const int *t = mesh->triangle[f];
         Vec3 sum =
@@ -63,8 +59,8 @@ static RootKey *order_roots(const TriMesh *mesh)
     return key;
 }
 
-// Level by level: the nodes of level 0, then the midpoints of each level's
-// edges, in the order in which the faces, root by root, first have them.
+// Orders slots level by level: the nodes of level 0, then the midpoints of each level's edges, in
+// the order in which the faces, root by root, first have them.
 static void order_slots(SurfaceModel *model, const RootKey *root, int root_count)
 {
     Detail *detail = model->detail;
@@ -73,7 +69,7 @@ static void order_slots(SurfaceModel *model, const RootKey *root, int root_count
     for (int i = 0; i < detail->node_count; i++)
         model->slot[i] = -1;
     for (int level = 0; level <= detail->finest; level++) {
-        // Level 0 by its own faces' corners, the others by the edges of the faces above.
+        // Level 0 by its own faces' corners, the others by the edges of the faces one level up.
         const Level *at = &levels->level[level > 0 ? level - 1 : 0];
         int children = 1 << (2 * (level > 0 ? level - 1 : 0));
         for (int r = 0; r < root_count; r++)
@@ -89,7 +85,7 @@ static void order_slots(SurfaceModel *model, const RootKey *root, int root_count
                 }
             }
     }
-    for (int i = next; i < detail->node_count; i++) { // copies, if it can be cut
+    for (int i = next; i < detail->node_count; i++) { // copies, if the body can be cut
         detail->of_slot[i] = i;
         model->slot[i] = i;
     }
@@ -97,7 +93,7 @@ static void order_slots(SurfaceModel *model, const RootKey *root, int root_count
 
 // --- tables ---
 
-// Most leaves that can be around a node.
+// Returns the most leaves that can be around a node.
 static int most_leaves(const Detail *detail, int node)
 {
     enum { AROUND_MIDPOINT = 6 };
@@ -117,28 +113,22 @@ static void create_springs(SurfaceModel *model, const char *name, Arena *arena)
     springs->start = ALLOCATE(ARENA_STEP, chunks + 1, int, "spring start");
     springs->end = ALLOCATE(ARENA_STEP, chunks, int, "spring end");
     springs->own = ALLOCATE(ARENA_STEP, chunks * LANES, int, "slots of lanes");
+    // A window reserves entries for its node with the most leaves.
     for (int w = 0; w < detail->window_count; w++) {
         int leaves = 0;
         for (int s = w * detail->width; s < (w + 1) * detail->width; s++)
             if (detail->of_slot[s] >= 0 && most_leaves(detail, detail->of_slot[s]) > leaves)
                 leaves = most_leaves(detail, detail->of_slot[s]);
         most = leaves > most ? leaves : most;
-        // Towards each neighbour there can be a whole edge and a half of it; at a border there is
-        // one more edge than faces.
+        // Towards each neighbour there may be a whole edge and half of it; at a border there is one
+        // more edge than faces.
         for (int k = 0; k < detail->window_chunks; k++)
             springs->start[w * detail->window_chunks + k + 1] =
                 springs->start[w * detail->window_chunks + k] + 2 * leaves + 2;
     }
     size_t entries = (size_t)springs->start[chunks] * LANES;
-    springs->neighbour = ALLOCATE(ARENA_STEP, entries, int, "spring neighbours");
-    springs->rest_length = model_allocate_reals(model, entries, name, "spring rest lengths", arena);
-    springs->stiffness = model_allocate_reals(model, entries, name, "spring stiffness", arena);
-    if (model->basis.precision == PRECISION_SINGLE) {
-        springs->rest_vector =
-            model_allocate_reals(model, 3 * entries, name, "spring vectors", arena);
-        if (model->prestressed)
-            springs->preload = model_allocate_reals(model, entries, name, "spring preloads", arena);
-    }
+    model_allocate_springs(model, entries, name, arena);
+    // Scratch lists of the same bound.
     for (int d = 0; d < LEVELS_MAX + 4; d++)
         detail->ring[d] = ALLOCATE(ARENA_TOPOLOGY, most, Leaf, "leaves around");
     for (int i = 0; i < detail->width; i++) {
@@ -156,7 +146,8 @@ static void create_nodes(SurfaceModel *model, const SurfaceOptions *options, int
     Detail *detail = model->detail;
     bool all_free = free_count == detail->levels.level[0].node_count;
     model_create_node_table(model, options, all_free, arena);
-    // Nothing ties it to the world: speeds count against the motion of the whole (surface.md 6).
+    // Nothing ties it to the world: speeds count relative to the motion of the whole body
+    // (README.md, "Refinement criteria").
     bool body_frame = model->shape == SHAPE_FRAME_BODY;
     bool roams = all_free && (body_frame || !options->shape.wanted);
     if (body_frame || roams) {
@@ -167,7 +158,7 @@ static void create_nodes(SurfaceModel *model, const SurfaceOptions *options, int
     }
     if (body_frame && options->cuttable)
         detail_frames_create(model, name, arena, state);
-    // Values by mass: of a node of 1 kg.
+    // Values per unit mass: those of a node of 1 kg.
     detail->shape_rate = level_rules_shape_stiffness(&detail->rules, 1.0);
     detail->shape_drag = level_rules_shape_damping(&detail->rules, 1.0);
     detail->node_drag = level_rules_node_damping(&detail->rules, 1.0);
@@ -187,12 +178,13 @@ static void create_faces(SurfaceModel *model, const char *name, Arena *arena)
     detail->node_area = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "node areas");
     detail->node_face_start = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, int, "node face start");
     detail->node_face_end = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "node face end");
-    for (int i = 0; i < nodes; i++) // each leaf at a node is in at most two triangles there; a node
-                                    // that hangs is in three more of the whole face
+    for (int i = 0; i < nodes; i++) // a leaf has at most two triangles at each of its nodes; a
+                                    // hanging node is in three more of the whole face
         detail->node_face_start[i + 1] =
             detail->node_face_start[i] + 2 * most_leaves(detail, i) + 3;
     detail->node_face = ALLOCATE(ARENA_TOPOLOGY, detail->node_face_start[nodes], int, "node faces");
 
+    // Lists of one change, for contacts and clients.
     detail->face_change = ALLOCATE(ARENA_TOPOLOGY, 2 * places, FaceChange, "face changes");
     detail->born = ALLOCATE(ARENA_TOPOLOGY, nodes, NodeBirth, "births");
     detail->gone = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "nodes gone");
@@ -234,6 +226,7 @@ static void create_sets(SurfaceModel *model, const SurfaceOptions *options, Aren
     Detail *detail = model->detail;
     int nodes = detail->node_count, coarse = detail->face_base[detail->finest];
     int chunks = detail->window_count * detail->window_chunks;
+    // The state: which faces are refined, and where the sweep is.
     detail->refined = ALLOCATE(ARENA_TOPOLOGY, coarse, unsigned char, "refined faces");
     detail->calm_since = ALLOCATE(ARENA_TOPOLOGY, coarse, int64_t, "calm faces");
     detail->sweep = ALLOCATE(ARENA_TOPOLOGY, 1, Sweep, "sweep");
@@ -252,6 +245,7 @@ static void create_sets(SurfaceModel *model, const SurfaceOptions *options, Aren
     state_add(state, detail->sweep, sizeof *detail->sweep, "%s/sweep", name);
     state_add(state, detail->felt_count, sizeof *detail->felt_count, "%s/felt_count", name);
 
+    // Derived from the bits: rebuilt after a restore.
     detail->status = ALLOCATE(ARENA_TOPOLOGY, nodes, unsigned char, "node status");
     detail->window = ALLOCATE(ARENA_TOPOLOGY, detail->window_count, Window, "windows");
     detail->bound = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "node bounds");
@@ -272,7 +266,12 @@ static void create_sets(SurfaceModel *model, const SurfaceOptions *options, Aren
     detail->calm = ALLOCATE(ARENA_TOPOLOGY, detail->calm_capacity, Leaf, "calm for long");
 }
 
-// --- from the bits ---
+// --- derived from the bits ---
+
+int detail_topology(const Detail *detail)
+{
+    return (int)(1 + detail->sweep->topology % INT_MAX); // as topology_after counts
+}
 
 void detail_publish(Body *body)
 {
@@ -281,7 +280,7 @@ void detail_publish(Body *body)
     body->mass = detail->mass;
     body->lambda = detail->lambda > 0.0 ? detail->lambda : detail->least_lambda;
     body->damping = detail->lambda > 0.0 ? detail->damping : detail->least_damping;
-    // Each spring is at two nodes; of a hanging one both ends count as well.
+    // Each spring is at two nodes; for hanging nodes both ends are counted too.
     body->spring_count = detail->spring_ends / 2;
     body->element_count = 0;
     for (int l = 0; l <= detail->finest; l++) {
@@ -291,7 +290,7 @@ void detail_publish(Body *body)
     }
     level_rules_raise_bounds(&detail->rules, body->finest_level, detail->least_lambda,
                              detail->least_damping, &body->lambda, &body->damping);
-    slots_describe(detail->slots, 1 + (int)detail->sweep->topology, &body->mesh);
+    slots_describe(detail->slots, detail_topology(detail), &body->mesh);
 }
 
 static void set_statuses(SurfaceModel *model)
@@ -304,6 +303,7 @@ static void set_statuses(SurfaceModel *model)
     for (int s = 0; s < model->basis.count; s++)
         model->node[s] = -1;
     memset(model->basis.place, 0, (size_t)model->basis.count * sizeof *model->basis.place);
+    // Nodes of the uncut mesh, then the copies in use.
     const int originals = detail->levels.level[detail->finest].node_count;
     for (int i = 0; i < originals; i++) { // parents have lower numbers
         int born = levels_of_node(&detail->levels, i);
@@ -343,7 +343,7 @@ void detail_rebuild(Body *body)
     detail_publish(body);
 }
 
-// All faces above start_level divided; midpoints move with their parents.
+// Divides all faces above start_level; midpoints move with their parents.
 static void start_at_level(SurfaceModel *model, int level)
 {
     Detail *detail = model->detail;
@@ -379,7 +379,8 @@ static void create_rules(Detail *detail, const TriMesh *mesh, const SpringNetwor
     detail->fixed = ALLOCATE(ARENA_TOPOLOGY, detail->node_count, bool, "fixed nodes");
     memcpy(detail->fixed, network->fixed,
            (size_t)detail->levels.level[detail->finest].node_count * sizeof *detail->fixed);
-    // A sheet of equilateral faces with springs k has E2D = 2 k / sqrt(3) (surface.md).
+    // A sheet of equilateral faces with springs k has E2D = 2 k / sqrt(3)
+    // (server/surface/README.md, "Springs and masses from the material").
     const SurfaceMaterial *material = &detail->options.material;
     detail->modulus = material->uniform ? material->spring_stiffness * 2.0 / sqrt(3.0)
                                         : material->youngs_modulus_2d;
@@ -399,12 +400,14 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     detail->levels = *options->hierarchy;
     detail->options.hierarchy = &detail->levels;
     detail->finest = detail->levels.finest;
+    // With one level there is nothing to adjust; the continuum rule keeps cut masses exact.
     if (detail->finest == 0)
         detail->options.adjust = ADJUST_CONTINUUM;
     detail->constrained = detail->options.adjust == ADJUST_CONTINUUM;
     const Level *finest = &detail->levels.level[detail->finest];
     detail->node_count = finest->node_count;
     detail->place_count = finest->face_count;
+    // Faces and edges of all levels are numbered through.
     for (int l = 0; l <= detail->finest; l++) {
         detail->face_base[l + 1] = detail->face_base[l] + detail->levels.level[l].face_count;
         detail->edge_base[l + 1] = detail->edge_base[l] + detail->levels.level[l].edge_count;
@@ -421,6 +424,7 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     }
     detail->edge_length = length / winged->edge_count;
     create_roots(detail, winged, name, arena);
+    // A cut adds copies: everything below is sized with them.
     if (options->cuttable) {
         detail_cut_create(detail, options, arena, state);
         detail->node_count += detail->cut->copy_capacity;
@@ -429,7 +433,7 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     }
     create_rules(detail, mesh, network, name, arena);
 
-    // Small bodies are packed whole, quickly enough.
+    // Small bodies are packed as one window: that is fast enough.
     detail->width = detail->node_count <= 4 * WINDOW_MOST ? WINDOW_MOST : WINDOW_LEAST;
     detail->window_chunks = detail->width / LANES + 1;
     detail->window_count = (detail->node_count + detail->width - 1) / detail->width;
@@ -447,6 +451,7 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     order_slots(model, root, mesh->triangle_count);
     free(root);
 
+    // Tables first, then the state, then the level at which it starts.
     model_create_places(model, mesh, name, arena, state);
     create_springs(model, name, arena);
     create_nodes(model, options, network->free_count, arena, state);

@@ -1,4 +1,4 @@
-// Bodies with levels, for surface_create.
+// Creation of bodies with levels, for surface_create.
 #ifndef PLIANT_SURFACE_DETAIL_CREATE_H
 #define PLIANT_SURFACE_DETAIL_CREATE_H
 

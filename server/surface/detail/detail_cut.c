@@ -1,5 +1,5 @@
-// Breaks edges of a body that can be cut: bits first, nodes second. Step thread, when a blade or a
-// tear has found what breaks; detail_cut_create at load.
+// Breaks edges of a body that can be cut: first the bits, then the nodes. Step thread, when a blade
+// or a tear has found what breaks; detail_cut_create at load.
 #include "surface/detail/detail.h"
 
 #include "base/check.h"
@@ -10,15 +10,16 @@
     arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count) + 1, sizeof(type), "%s/%s",              \
                    options->name, label)
 
-// A cut of a whole body along all its edges would take five times as many; a 75 mm cut takes 1 %.
+// Returns the capacity for copies. A cut of the whole body along all its edges would take five
+// times as many; a 75 mm cut takes 1 %.
 static int choose_copies(const SurfaceOptions *options, int nodes)
 {
     int usual = nodes / 4 + 1000;
     return options->node_capacity - nodes > usual ? options->node_capacity - nodes : usual;
 }
 
-// Hierarchy at rest: a node of a finer level lies beside the middle of its parents, and these
-// stick out already; twice that, for places of nodes that hang are others.
+// Measures at rest how far nodes of finer levels stick out beside the middle of their parents;
+// doubled, because hanging nodes are elsewhere.
 static double measure_bulge(const Levels *levels)
 {
     double sum = 0.0;
@@ -43,7 +44,7 @@ static double mean_edge(const Level *level, const Vec3 *x)
     return sum / level->edge_count;
 }
 
-// What it takes to see which links a blade meets.
+// Creates what is needed to find the links that a blade meets.
 static void create_look(Detail *detail, const SurfaceOptions *options, Arena *arena)
 {
     DetailCut *cut = detail->cut;
@@ -73,6 +74,7 @@ void detail_cut_create(Detail *detail, const SurfaceOptions *options, Arena *are
     cut->uncut = *finest;
     cut->base = (const int(*)[3])finest->face;
     cut->node = ALLOCATE(faces, *cut->node, "cut corners");
+    // From here on the corners of the finest level are the current nodes.
     memcpy(cut->node, finest->face, faces * sizeof *cut->node);
     finest->face = cut->node;
     cut->broken = ALLOCATE(faces, unsigned char, "broken edges");
@@ -80,6 +82,7 @@ void detail_cut_create(Detail *detail, const SurfaceOptions *options, Arena *are
     state_add(state, cut->broken, faces, "%s/broken", options->name);
     state_add(state, cut->node, faces * sizeof *cut->node, "%s/corners", options->name);
     state_add(state, cut->copies, sizeof *cut->copies, "%s/copies", options->name);
+    // Likewise rest positions, which cuts may move.
     size_t nodes = (size_t)cut->base_count;
     cut->built = detail->levels.position;
     cut->rest = ALLOCATE(nodes, Vec3, "rest places");
@@ -88,6 +91,7 @@ void detail_cut_create(Detail *detail, const SurfaceOptions *options, Arena *are
     state_add(state, cut->rest, nodes * sizeof *cut->rest, "%s/rest", options->name);
     create_look(detail, options, arena);
 
+    // Derived arrays and lists of a cut.
     cut->origin = ALLOCATE(cut->copy_capacity, int, "originals");
     cut->locked = ALLOCATE(coarse, unsigned char, "locked faces");
     cut->is_end = ALLOCATE(cut->base_count, bool, "ends of broken edges");
@@ -107,9 +111,9 @@ void detail_cut_create(Detail *detail, const SurfaceOptions *options, Arena *are
     detail_cut_rebuild(detail);
 }
 
-// --- what the bits say ---
+// --- queries of the bits ---
 
-// Child k keeps corner k: the face of the finest level at a corner of a face.
+// Returns the face of the finest level at a corner of a face: child k keeps corner k.
 static Leaf finest_at(const Detail *detail, int level, int face, int corner)
 {
     for (; level < detail->finest; level++)
@@ -126,6 +130,7 @@ int detail_cut_ring(const Detail *detail, int node, Leaf *ring)
 {
     const Levels *levels = &detail->levels;
     int count = 0, born = levels_of_node(levels, node);
+    // A node of level 0 has the roots around it.
     if (born == 0) {
         for (int i = detail->root_ring_start[node]; i < detail->root_ring_start[node + 1]; i++) {
             int root = detail->root_ring[i];
@@ -134,6 +139,7 @@ int detail_cut_ring(const Detail *detail, int node, Leaf *ring)
         }
         return count;
     }
+    // A midpoint has three children of each face at its edge.
     const Level *above = &levels->level[born - 1];
     int edge = node - above->node_count;
     for (int side = 0; side < 2; side++) {
@@ -150,8 +156,8 @@ int detail_cut_ring(const Detail *detail, int node, Leaf *ring)
     return count;
 }
 
-// Faces of a ring joined across unbroken edges at its middle: part[i] is the lowest face of i's
-// component, as a place in the ring.
+// Joins the faces of a ring across unbroken edges at its middle: part[i] is the lowest face of i's
+// component, as an index into the ring.
 static void find_parts(const Detail *detail, const Leaf *ring, int count, int *part)
 {
     const Level *finest = &detail->levels.level[detail->finest];
@@ -175,7 +181,8 @@ static void find_parts(const Detail *detail, const Leaf *ring, int count, int *p
     }
 }
 
-// Of those components that have one node now, the one with the lowest face keeps it.
+// True if component i keeps the node: of the components that have one node now, the one with the
+// lowest face does.
 static bool keeps_node(const DetailCut *cut, const Leaf *ring, int count, const int *part, int i)
 {
     int node = cut->node[ring[i].face][ring[i].corner];
@@ -186,8 +193,8 @@ static bool keeps_node(const DetailCut *cut, const Leaf *ring, int count, const 
     return true;
 }
 
-// Components of the ring of a node of the uncut mesh that have to get a copy: cut->fresh, by their
-// lowest face, ascending. Also leaves the ring and its parts.
+// Lists the components of the ring of a node of the uncut mesh that need a copy: cut->fresh, by
+// their lowest face, ascending. Also leaves the ring and its parts.
 static int find_new_parts(const Detail *detail, int vertex, int *ring_count)
 {
     DetailCut *cut = detail->cut;
@@ -236,9 +243,9 @@ static void set_bits(Detail *detail, const int *edge, int count, bool broken)
         }
 }
 
-// --- what follows from the state ---
+// --- derived from the state ---
 
-// A face at an end of a broken edge locks all those that it came from.
+// Locks the ancestors of each face at an end of a broken edge.
 void detail_cut_lock(const Detail *detail)
 {
     DetailCut *cut = detail->cut;
@@ -270,12 +277,12 @@ void detail_cut_rebuild(Detail *detail)
     for (int c = 0; detail->fixed != NULL && c < *cut->copies; c++)
         detail->fixed[cut->base_count + c] = detail->fixed[cut->origin[c]];
     for (int e = 0; e < detail->levels.level[detail->finest].edge_count; e++)
-        detail_measure_fold(detail, detail->finest, e); // rest places may be others
+        detail_measure_fold(detail, detail->finest, e); // rest positions may have changed
     detail_cut_lock(detail);
     detail_pieces_label(detail);
 }
 
-// --- room ---
+// --- capacity ---
 
 static void want(Detail *detail, int level, int face)
 {
@@ -294,7 +301,7 @@ static void want(Detail *detail, int level, int face)
     }
 }
 
-// Lists the faces that must be refined, so that all faces around the vertices are leaves of the
+// Lists the faces that must be refined so that all faces around the vertices are leaves of the
 // finest level.
 static void list_wanted(Detail *detail)
 {
@@ -319,8 +326,8 @@ static bool lacks(CutOutcome *outcome, CutVerdict verdict, int needed, int room)
     return true;
 }
 
-// Bits are set. Refining may take 3 nodes and 6 faces for each face, and is refused by the slots
-// beyond that.
+// True if the cut fits; the bits are already set. Refining takes up to 3 nodes and 6 faces per
+// face; beyond that the slots refuse it.
 static bool has_room(Detail *detail, CutOutcome *outcome)
 {
     const DetailCut *cut = detail->cut;
@@ -339,7 +346,7 @@ static bool has_room(Detail *detail, CutOutcome *outcome)
 
 // --- nodes ---
 
-// The faces of a component get a node of their own, where theirs is.
+// Gives the faces of a component a node of their own, at the position of the shared one.
 static void copy_node(SurfaceModel *model, int vertex, int part, int ring_count)
 {
     Detail *detail = model->detail;
@@ -400,22 +407,26 @@ bool detail_cut_break(SurfaceModel *model, const int *edge, int edge_count, CutO
     Detail *detail = model->detail;
     DetailCut *cut = detail->cut;
     list_vertices(detail, edge, edge_count);
+    // Set the bits tentatively: the capacity needed follows from them.
     set_bits(detail, edge, edge_count, true);
     if (!has_room(detail, outcome)) {
         set_bits(detail, edge, edge_count, false);
         return false;
     }
-    for (int i = 0; i < cut->want_count; i++) { // what balance asks for comes first, by itself
+    for (int i = 0; i < cut->want_count;
+         i++) { // refinements that balance requires are made first by detail_refine itself
         bool fits = detail_refine(model, cut->want[i].level, cut->want[i].face);
         ASSERT(fits);
     }
     int64_t copies = *cut->copies;
     int pieces = cut->piece_count;
+    // Now every face around the vertices is a leaf: split the nodes.
     for (int v = 0; v < cut->vertex_count; v++)
         split_vertex(model, cut->vertex[v]);
     detail_cut_lock(detail);
     detail_pieces_label(detail);
     slots_label(detail->slots);
+    // New pieces get frames of their own.
     if (cut->piece_count > pieces)
         detail_frames_start(detail);
     outcome->separated = edge_count;

@@ -1,12 +1,12 @@
-// Broken edges of a body that can be cut (cutting.md sections 2 and 3). Bits, one for each side of
-// each face of the finest level, say which edges are broken; who shares which node is a function of
-// them: the faces around a node of the uncut mesh, joined across unbroken edges, fall into
-// components, and each component has a node of its own. The one with the lowest face keeps the node
-// that was there, the others get copies, whose numbers follow those of the finest level. So ends,
-// crossings, loops and borders need no rule of their own.
+// Broken edges of a body that can be cut (server/surface/cut/README.md, "Broken edges and nodes").
+// Bits, one for each side of each face of the finest level, mark the broken edges; which faces
+// share a node follows from them: the faces around a node of the uncut mesh, joined across unbroken
+// edges, form components, and each component has a node of its own. The one with the lowest face
+// keeps the original node, the others get copies, whose numbers follow those of the finest level.
+// So ends, crossings, loops and borders need no special rules.
 //
-// Faces at the ends of broken edges are locked: they are leaves of the finest level for good. So
-// coarser leaves never meet a copy, and what hangs has none.
+// Faces at the ends of broken edges are locked ("Levels and locks" there): they stay leaves of the
+// finest level for ever. So coarser leaves never meet a copy, and hanging nodes have none.
 #ifndef PLIANT_SURFACE_DETAIL_DETAIL_CUT_H
 #define PLIANT_SURFACE_DETAIL_DETAIL_CUT_H
 
@@ -19,7 +19,7 @@
 struct SurfaceModel;
 struct Detail;
 
-// A face, and which of its corners a node is.
+// A face, and the corner of it that a node is.
 typedef struct Leaf {
     int level, face, corner;
 } Leaf;
@@ -31,46 +31,46 @@ typedef struct DetailCut {
     int most_around;      // most faces of the finest level around a node
     Level uncut;          // the finest level, with the corners of the uncut mesh:
     const int (*base)[3]; // [finest faces] these
-    const Vec3 *built;    // [base_count] rest places of the uncut mesh [m]
-    double bulge;         // by which nodes of finer levels may stick out of a leaf [m]
+    const Vec3 *built;    // [base_count] rest positions of the uncut mesh [m]
+    double bulge;         // distance by which nodes of finer levels may stick out of a leaf [m]
 
     // --- part of the state ---
     unsigned char *broken; // [finest faces] bit k: the edge between corners k and k + 1
-    int (*node)[3];        // [finest faces] the nodes that its corners have now: these are the
-                           // corners of the finest level that all of the body's code reads
-    int64_t *copies;       // in use
-    Vec3 *rest;            // [base_count] rest places [m]: cuts move some onto the blade; likewise
-                           // levels.position
+    int (*node)[3];  // [finest faces] the current nodes of its corners: all code of the body reads
+                     // these as the corners of the finest level
+    int64_t *copies; // number in use
+    Vec3 *rest; // [base_count] rest positions [m]: cuts move some onto the blade; kept equal to
+                // levels.position
 
-    float *stretch; // [finest edges] of bodies that tear, smoothed; NULL of others
+    float *stretch; // [finest edges] bodies that tear: smoothed stretch; NULL otherwise
 
-    // --- follows from it ---
-    int *origin;           // [copy_capacity] the node of the uncut mesh that a copy stands for
+    // --- derived from the state ---
+    int *origin;           // [copy_capacity] the node of the uncut mesh from which a copy was made
     unsigned char *locked; // [faces above the finest level]
-    bool *is_end;          // [base_count] of a broken edge
-    int *piece;            // [finest faces] the lowest face that is joined with it
-    int *node_piece;       // [base_count + copy_capacity] that of the faces there
-    int piece_count, small_count; // pieces, and of them those of a single face
+    bool *is_end;          // [base_count] true at the ends of broken edges
+    int *piece;            // [finest faces] the lowest face that is connected with it
+    int *node_piece;       // [base_count + copy_capacity] piece of the faces there
+    int piece_count, small_count; // pieces, and those of a single face among them
 
-    // --- where the tissue is; by a look ---
+    // --- deformed positions; for one call ---
     CutFinder finder;
-    int64_t looks, *seen;   // [nodes] look at which `position` was found out
-    Vec3 *position;         // [nodes] in the world [m]
-    unsigned char *sides;   // [nodes] of the box around a sweep, a bit for each
+    int64_t looks, *seen; // [nodes] call in which `position` was computed
+    Vec3 *position;       // [nodes] in the world frame [m]
+    unsigned char *sides; // [nodes] outside which sides of the box around a sweep, one bit per side
     unsigned char *is_near; // [finest faces]
     int *near;              // [finest faces]
 
-    // --- the cut under way ---
+    // --- the cut in progress ---
     int *vertex; // [vertex_count] ends of the edges that break, ascending
     int vertex_count;
     unsigned char *wanted; // [faces above the finest level] to be refined; zero between cuts
-    Leaf *want;            // [faces above the finest level] those
+    Leaf *want;            // [faces above the finest level] the same as a list
     int want_count;
     Leaf *ring;   // [most_around]
     int *part;    // [most_around] component of each face of the ring
     int *fresh;   // [most_around] components that get a copy
-    bool *is_tip; // [nodes] of bodies that tear: a crack can go on there
-    int *torn;    // [finest edges] of bodies that tear
+    bool *is_tip; // [nodes] bodies that tear: a crack can continue there
+    int *torn;    // [finest edges] bodies that tear
     CutSnap *snap;
     int *snap_work; // [base_count] zero between cuts
 } DetailCut;
@@ -78,17 +78,18 @@ typedef struct DetailCut {
 // Load time, before anything is sized: takes over the corners of the finest level.
 void detail_cut_create(struct Detail *detail, const SurfaceOptions *options, Arena *arena,
                        StateList *state);
-// Faces of the finest level around a node of the uncut mesh, in an order that depends on the
-// hierarchy alone.
+// Lists the faces of the finest level around a node of the uncut mesh, in an order that depends on
+// the hierarchy alone; returns their number.
 int detail_cut_ring(const struct Detail *detail, int node, Leaf *ring);
-// Of the bits: what is locked; whether around each node the components are those of its copies.
+// detail_cut_lock derives the locks from the bits; detail_cut_parts_match is true if around each
+// node the components are those of its copies.
 void detail_cut_lock(const struct Detail *detail);
 bool detail_cut_parts_match(const struct Detail *detail);
-// Everything that follows from the state.
+// Rebuilds everything that is derived from the state.
 void detail_cut_rebuild(struct Detail *detail);
 // Breaks edges of the finest level (ascending, unbroken, inner ones), within a change: refines the
-// faces around their ends, copies nodes, marks what has to be packed and drawn. False, with what is
-// needed in `outcome`, when it does not fit: then nothing was changed.
+// faces around their ends, copies nodes, marks what must be packed and drawn. False if the capacity
+// is too small, with what is needed in `outcome`; then nothing is changed.
 bool detail_cut_break(struct SurfaceModel *model, const int *edge, int edge_count,
                       CutOutcome *outcome);
 
@@ -101,17 +102,17 @@ void detail_blade_reserve(void *self, int blades, Arena *arena, StateList *state
 void detail_tear_create(struct Detail *detail, const SurfaceOptions *options, Arena *arena,
                         StateList *state);
 bool detail_tear_check(const struct Detail *detail);
-// Nothing has been stretched so far.
+// Resets the smoothed stretch: nothing has been stretched so far.
 void detail_tear_forget(struct Detail *detail);
 bool detail_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange *change);
 
 // --- detail_cut_check.c ---
-// After the state was overwritten: whether it is one that cuts can have led to. What follows from
-// it may be overwritten.
+// After the state was overwritten: true if cuts can have produced it. May overwrite what is derived
+// from it.
 bool detail_cut_check(const struct Detail *detail);
 
 // --- detail_pieces.c ---
-// Pieces of the body: faces joined across unbroken edges.
+// Labels the pieces of the body: faces connected across unbroken edges.
 void detail_pieces_label(struct Detail *detail);
 
 #endif

@@ -1,10 +1,10 @@
-// Whether broken edges and copies of nodes that came from outside (a checkpoint) are such as cuts
-// can have led to: asked before anything is made of them, for their numbers are indices. Load time.
+// Checks that broken edges and copies of nodes from outside (a checkpoint) can be the result of
+// cuts, before anything is derived from them: their numbers are indices. Load time.
 #include "surface/detail/detail.h"
 
 #include <string.h>
 
-// Bits of inner edges, the same on both sides.
+// True if the bits belong to inner edges, the same on both sides.
 static bool check_bits(const Detail *detail)
 {
     const DetailCut *cut = detail->cut;
@@ -25,7 +25,8 @@ static bool check_bits(const Detail *detail)
     return true;
 }
 
-// Corners are nodes of the uncut mesh or copies of them, each copy of one node, none left out.
+// True if corners are nodes of the uncut mesh or copies of them, each copy belongs to one node, and
+// none is unused.
 static bool check_copies(const Detail *detail)
 {
     DetailCut *cut = detail->cut;
@@ -42,6 +43,7 @@ static bool check_copies(const Detail *detail)
                 return false;
             cut->origin[copy] = cut->base[f][k];
         }
+    // All corners of a copy must belong to one node; count the copies that occur.
     bool ok = true;
     for (int f = 0; f < detail->place_count; f++)
         for (int k = 0; k < 3; k++) {
@@ -56,7 +58,8 @@ static bool check_copies(const Detail *detail)
     return ok && used == copies;
 }
 
-// Ends of broken edges may have been moved onto a blade, once; a little more for rounding.
+// True if only ends of broken edges are moved, by at most one snap, with some tolerance for
+// rounding.
 static bool check_places(const Detail *detail)
 {
     const DetailCut *cut = detail->cut;
@@ -73,7 +76,7 @@ bool detail_cut_check(const Detail *detail)
 {
     if (!check_bits(detail) || !check_copies(detail) || !detail_cut_parts_match(detail))
         return false;
-    // What is locked is refined.
+    // Locked faces are refined.
     detail_cut_lock(detail);
     if (!check_places(detail) || !cut_find_check(&detail->cut->finder) ||
         !detail_tear_check(detail) || !detail_frames_check(detail))

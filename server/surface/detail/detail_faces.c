@@ -1,7 +1,7 @@
-// The faces that tools meet and clients draw: each leaf, divided so that it meets its neighbours'
-// midpoints (the paper's four face types, Figure 4), hence a mesh without cracks or T-junctions.
-// Places follow from the hierarchy: the quarters of a leaf begin where its children would. Step
-// thread, when the topology changes.
+// The faces that tools touch and clients draw: each leaf, divided so that it includes its
+// neighbours' midpoints (the paper's four face types, Figure 4), hence a mesh without cracks or
+// T-junctions. Places follow from the hierarchy: the quarters of a leaf begin where its children
+// would. Step thread, when the topology changes.
 #include "surface/detail/detail.h"
 
 #include "base/check.h"
@@ -22,7 +22,7 @@ static bool in_use(const Detail *detail, int place)
     return detail->face[place][0] != detail->face[place][1];
 }
 
-// First place of a quarter of a face; of the finest level a face has but one.
+// Returns the first place of a quarter of a face; a face of the finest level has only one.
 static int quarter(const Detail *detail, int level, int face, int k)
 {
     return level < detail->finest ? detail_place(detail, level + 1, 4 * face + k) : face;
@@ -37,11 +37,12 @@ static int quarters(const Detail *detail, int level)
 
 typedef struct Piece {
     int corner[3];
-    double share; // of the leaf's area
+    double share; // fraction of the leaf's area
 } Piece;
 
-// The triangles of a leaf. A compensating edge joins a hanging node with the opposite corner, two
-// hanging nodes with each other; of two, the median that halves the face starts at the first.
+// Divides a leaf into triangles. A compensating edge joins a hanging node with the opposite corner,
+// or two hanging nodes with each other; of two, the median that halves the face starts at the
+// first.
 static int divide_leaf(const Detail *detail, int level, int face, Piece piece[4])
 {
     const Level *at = &detail->levels.level[level];
@@ -61,7 +62,7 @@ static int divide_leaf(const Detail *detail, int level, int face, Piece piece[4]
         piece[3] = (Piece){{middle[0], middle[1], middle[2]}, 0.25};
         return 4;
     }
-    // Turned so that edge `first` has a midpoint, and of two the next edge has the other.
+    // Rotate so that edge `first` has a midpoint, and of two the next edge has the other.
     while (middle[first] < 0 || (count == 2 && middle[(first + 1) % 3] < 0))
         first++;
     int a = corner[first], b = corner[(first + 1) % 3], c = corner[(first + 2) % 3];
@@ -112,7 +113,7 @@ static void draw_leaf(Detail *detail, int level, int face)
     }
 }
 
-// --- who is at a node, who is across an edge ---
+// --- faces at a node, faces across an edge ---
 
 static void add_face(Detail *detail, int node, int place)
 {
@@ -122,7 +123,8 @@ static void add_face(Detail *detail, int node, int place)
     detail->node_face[at] = place;
 }
 
-// Takes the faces that are gone off the lists of the nodes and puts the new ones there, ascending.
+// Removes the faces that disappeared from the lists of the nodes and inserts the new ones,
+// ascending.
 static void list_faces(Detail *detail)
 {
     for (int i = 0; i < detail->redrawn_count; i++) {
@@ -155,7 +157,7 @@ static void meet_neighbours(Detail *detail, int place)
     }
 }
 
-// A third of the leaves around it.
+// Computes the area of a node: a third of the leaves around it.
 static void measure_node(Detail *detail, int node)
 {
     double area = 0.0;
@@ -168,9 +170,10 @@ static void measure_node(Detail *detail, int node)
     detail->node_area[node] = area;
 }
 
-// --- what contacts and clients are told ---
+// --- reports to contacts and clients ---
 
-// Whose memory a place takes over: its own, or that of the nearest face around it that was drawn.
+// Returns the place whose memory a place inherits: its own, or that of the nearest face around it
+// that was drawn.
 static int predecessor(const Detail *detail, int place)
 {
     if (detail->was_used[place])
@@ -183,8 +186,8 @@ static int predecessor(const Detail *detail, int place)
     return -1;
 }
 
-// Where the face lies now that was drawn at a place which is free: the part of the leaf there that
-// has its quarter, or the first.
+// Returns where the face is now that was drawn at a place which is free: the part of the leaf that
+// contains its quarter, or the first.
 static int successor(const Detail *detail, int place)
 {
     for (int level = detail->finest - 1; level >= 0; level--) {

@@ -1,11 +1,11 @@
-// The angles between leaves, now and at rest, for the criterion of curvature. Between leaves whose
-// corners lie where the butterfly has put them the angle at rest is known since load.
+// Angles between leaves, now and at rest, for the curvature criterion. Between leaves whose corners
+// are where the butterfly has put them the rest angle is known since load.
 #include "surface/detail/detail.h"
 
 #include <math.h>
 
-// Of two faces (a, b, c) and (b, a, d) at an edge: the product of their normals' lengths, squared,
-// and the cosine and sine of the angle between them, times it.
+// Two faces (a, b, c) and (b, a, d) at an edge: the squared product of their normals' lengths, and
+// the cosine and sine of the angle between them, multiplied by that product.
 typedef struct Fold {
     double size2, cosine, sine;
 } Fold;
@@ -14,7 +14,7 @@ static Fold fold_of(const Vec3 x[4])
 {
     Vec3 edge = vec3_sub(x[1], x[0]);
     Vec3 n = vec3_cross(edge, vec3_sub(x[2], x[0])), m = vec3_cross(vec3_sub(x[3], x[0]), edge);
-    // n x m lies along the edge.
+    // n x m is parallel to the edge.
     double along = vec3_dot(edge, vec3_cross(n, m));
     return (Fold){vec3_dot(n, n) * vec3_dot(m, m), vec3_dot(n, m),
                   along / sqrt(vec3_dot(edge, edge))};
@@ -34,7 +34,7 @@ static double least_height(const Level *level, const Vec3 *x)
     return least;
 }
 
-// Which side of a face an edge is.
+// Returns which side of a face an edge is.
 static int side_of(const Level *level, int face, int edge)
 {
     const int *edges = level->face_edge[face];
@@ -70,7 +70,8 @@ void detail_measure_folds(Detail *detail)
     }
 }
 
-// At rest as the leaves lie now: nodes that hang are not where the butterfly would have them.
+// Computes the rest angle of the leaves as they are now: hanging nodes are not where the butterfly
+// would put them.
 static Fold rest_fold(const SurfaceModel *model, int level, int edge, const int node[4])
 {
     const Detail *detail = model->detail;

@@ -45,7 +45,7 @@ void detail_frames_start(Detail *detail)
         memcpy(detail->frames->rotation[i], none, sizeof none);
 }
 
-// Numbers the pieces by how many faces they have, then by their lowest face; the largest is 0.
+// Numbers the pieces by their number of faces, then by their lowest face; the largest is 0.
 static void rank_pieces(Detail *detail)
 {
     DetailFrames *frames = detail->frames;
@@ -84,10 +84,12 @@ void detail_frames_sort(SurfaceModel *model)
     if (detail->cut->piece_count <= 1)
         return;
     rank_pieces(detail);
+    // Only the largest piece takes part in the body's own fit.
     for (int i = 0; i < detail->node_count; i++)
         if (detail->status[i] == NODE_FREE)
             model->rigid_weight[model->slot[i]] =
                 frame_of_node(detail, i) == 0 ? model->mass[i] * detail->shape_rate : 0.0;
+    // List the free nodes of the other pieces by frame, the loose ones last.
     int next = 0;
     for (int k = 1; k <= FRAME_LOOSE; k++) {
         int first = next;
@@ -118,7 +120,7 @@ void detail_frames_sort(SurfaceModel *model)
     frames->slot_count = next;
 }
 
-// Positions and velocities in the rows' coordinates.
+// Reads positions and velocities in the rows' coordinates.
 static void gather(const SurfaceModel *model, const void *rows)
 {
     DetailFrames *frames = model->detail->frames;
@@ -141,7 +143,7 @@ void detail_frames_fit(SurfaceModel *model, const void *rows)
         rigid_frame_fit(&frames->frame[k], frames->row);
 }
 
-// Where a virtual node of a frame is, and how it moves along with the node at `row`.
+// Computes the position of a frame's virtual node, and its velocity at the node's `row`.
 static void follow(const FramePose *pose, const double place[3], const double *row, double at[3],
                    double velocity[3])
 {
@@ -164,6 +166,7 @@ bool detail_frames_add(SurfaceModel *model, const SpringPass *pass)
     DetailFrames *frames = detail->frames;
     if (frames->slot_count == 0)
         return false;
+    // The kernel pulls each node to the largest piece's frame: add the difference to its own.
     detail_frames_fit(model, pass->present);
     for (int i = 0; i < frames->slot_count; i++) {
         const double *row = frames->row + (long)i * ROW;

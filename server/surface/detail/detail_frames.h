@@ -1,7 +1,7 @@
 // Virtual nodes of a body in several pieces, with frame = "body": each piece follows a rigid motion
-// of its own, so that pieces which come apart move apart. The kernel knows one motion, that of the
-// largest piece; what the others' differ from it is added as forces from outside. Bodies in one
-// piece, and those without such a frame, have none of this.
+// of its own, so that disconnected pieces move apart. The kernel has one motion, that of the
+// largest piece; the differences for other pieces are added as external forces. Bodies in one
+// piece, and those without such a frame, do not use this.
 #ifndef PLIANT_SURFACE_DETAIL_DETAIL_FRAMES_H
 #define PLIANT_SURFACE_DETAIL_DETAIL_FRAMES_H
 
@@ -13,41 +13,41 @@ struct SurfaceModel;
 struct Detail;
 struct SpringPass;
 
-// Pieces besides the largest that have a motion of their own; smaller ones just keep no shape.
+// Pieces besides the largest that have a motion of their own; smaller ones have no shape springs.
 enum { PIECE_FRAMES = 16, FRAME_LOOSE = PIECE_FRAMES + 1 };
 
 typedef struct DetailFrames {
     double (*rotation)[4]; // [PIECE_FRAMES] part of the state: where the next fit starts
     int count;             // in use
     RigidFrame frame[PIECE_FRAMES];
-    int run[PIECE_FRAMES][1][2]; // in the arrays below
-    unsigned char *frame_of;     // [finest faces] of a piece, by its number: 0 the largest, else
-                                 // 1 + frame, or FRAME_LOOSE
-    int *size;                   // [finest faces] of a piece; zero between uses
-    int slot_count;              // nodes outside the largest piece that are free,
-    int *slot;                   // [nodes] by frame; loose ones last
-    unsigned char *slot_frame;   // [nodes]
+    int run[PIECE_FRAMES][1][2]; // range in the arrays below
+    unsigned char *frame_of;   // [finest faces] of a piece, by its number: 0 the largest, else 1 +
+                               // frame, or FRAME_LOOSE
+    int *size;                 // [finest faces] size of a piece; zero between uses
+    int slot_count;            // free nodes outside the largest piece
+    int *slot;                 // [nodes] their slots by frame; loose ones last
+    unsigned char *slot_frame; // [nodes]
     double (*place)[3], *weight; // [nodes]
-    double *row;                 // [nodes][ROW] their rows, as the frames read them
-    double (*saved)[3];          // [nodes] outside forces that they had
+    double *row;                 // [nodes][ROW] their rows, in the layout of the frames
+    double (*saved)[3];          // [nodes] their external forces before
 } DetailFrames;
 
 void detail_frames_create(struct SurfaceModel *model, const char *name, Arena *arena,
                           StateList *state);
-// After packing: who belongs to which frame.
+// After packing: assigns nodes to frames.
 void detail_frames_sort(struct SurfaceModel *model);
-// Pieces have changed: fits start over.
+// After pieces have changed: the fits start again.
 void detail_frames_start(struct Detail *detail);
 bool detail_frames_check(const struct Detail *detail);
 // Fits all frames to rows.
 void detail_frames_fit(struct SurfaceModel *model, const void *rows);
-// Adds what the pieces' own motions make of the forces of this evaluation; true when it did, then
-// to be taken back after the kernel.
+// Adds the forces of the pieces' own motions to this evaluation. True if it did; then call
+// detail_frames_take_back after the kernel.
 bool detail_frames_add(struct SurfaceModel *model, const struct SpringPass *pass);
 void detail_frames_take_back(struct SurfaceModel *model);
-// The motion of the node's piece at the last fit; NULL of a body that has no frame at all.
+// Returns the motion of the node's piece at the last fit; NULL if the body has no frames.
 const FramePose *detail_frames_pose(const struct SurfaceModel *model, int node);
-// Energy of the shape-preserving springs outside the largest piece [J].
+// Returns the energy of the shape-preserving springs outside the largest piece [J].
 double detail_frames_energy(struct SurfaceModel *model, const void *rows);
 
 #endif

@@ -1,7 +1,7 @@
-// From the set of refined faces to the kernel's tables. Slots are packed window by window: the free
-// nodes of a window, sorted by how many springs they have, fill its first chunks, the hanging ones
-// the next; so a change packs only the windows that it touches, and what it gives is a function of
-// the set alone. Step thread, when the topology changes.
+// Builds the kernel's tables from the set of refined faces. Slots are packed window by window: the
+// free nodes of a window, sorted by their number of springs, fill its first chunks, the hanging
+// ones the next. So a change packs only the windows that it touches, and the result is a function
+// of the set alone. Step thread, when the topology changes.
 #include "surface/detail/detail.h"
 
 #include "base/check.h"
@@ -16,9 +16,10 @@ static double leaf_area(const Detail *detail, const Leaf *leaf)
     return level_rules_area(&detail->rules, leaf->level, leaf->face);
 }
 
-// What a leaf adds to the spring at one of its edges. Continuum: Van Gelder's E2D A / L^2 of this
-// face alone, so that springs at the border of two levels have what lies on their own side
-// (surface.md 2c). Uniform material: half of what the scene gives, all of it at a border.
+// Returns what a leaf adds to the spring at one of its edges [N/m]. Continuum: Van Gelder's E2D A /
+// L^2 of this face alone, so that springs at the border of two levels include only their own side
+// (README.md, "Properties that follow the level"). Uniform material: half of the scene's value, all
+// of it at a border.
 static double share_of_leaf(const SurfaceModel *model, const Leaf *leaf, int edge, int a, int b)
 {
     const Detail *detail = model->detail;
@@ -53,14 +54,14 @@ static void add_spring(NodeSprings *springs, int neighbour, double stiffness, bo
 }
 
 // What moves with a node: mass [kg], and twice the stiffness of its springs [N/m] for the bound on
-// M^-1 K. A hanging node's are shared by its masters: a spring (h, x) with h = (a + b) / 2 adds to
-// a row sum of a at most half of what it would add to one of h.
+// M^-1 K. Masters share those of a hanging node: a spring (h, x) with h = (a + b) / 2 adds to a row
+// sum of a at most half of what it would add to one of h.
 typedef struct Carried {
     double mass, stiffness;
 } Carried;
 
-// Sums up what a node carries, and lists its springs unless NULL, by ascending slot of the other
-// end.
+// Sums what a node carries, and lists its springs unless NULL, by ascending slot of the other end.
+// `depth`: recursion through hanging nodes.
 static Carried survey(const SurfaceModel *model, int node, int depth, NodeSprings *springs)
 {
     const Detail *detail = model->detail;
@@ -68,10 +69,12 @@ static Carried survey(const SurfaceModel *model, int node, int depth, NodeSpring
     ASSERT(depth < LEVELS_MAX + 3);
     Leaf *leaf = detail->ring[depth];
     int count = detail_leaves_around(detail, node, leaf), slot = model->slot[node];
-    int ends[LEVELS_MAX + 1] = {0}; // of springs, by level; one between two leaves is seen twice
+    int ends[LEVELS_MAX + 1] = {
+        0}; // number of springs by level; one between two leaves is seen twice
     Carried sum = {0.0, 0.0};
     if (springs != NULL)
         springs->count = 0;
+    // Each leaf contributes a third of its mass and its part of the two springs at the node.
     for (int i = 0; i < count; i++) {
         const Level *level = &detail->levels.level[leaf[i].level];
         const int *corner = level->face[leaf[i].face];
@@ -118,7 +121,7 @@ double detail_mass(const SurfaceModel *model, int node)
 // ---------------------------------------------------------------------------------------------
 // A window
 
-// Slots of nodes.
+// A list of slots.
 typedef struct PackList {
     int count;
     int slot[WINDOW_MOST];
@@ -145,7 +148,7 @@ static void pack_springs(SurfaceModel *model, int lane, int slot, int entries,
     }
 }
 
-// Fills one lane of what the kernel knows of nodes; -1: a hanging node, or none: nothing moves.
+// Fills one lane of the node constants; -1: a hanging node, or none: nothing moves.
 static void pack_node(SurfaceModel *model, int lane, int node)
 {
     const Detail *detail = model->detail;
@@ -153,11 +156,11 @@ static void pack_node(SurfaceModel *model, int lane, int node)
     bool moves = node >= 0 && !detail->fixed[node];
     model_put(model, nodes->inverse_mass, lane, moves ? 1.0 / model->mass[node] : 0.0);
     if (nodes->shape_rate != NULL) {
-        bool body = model->shape == SHAPE_FRAME_BODY;
+        bool apart = shape_drag_is_apart(model->shape);
         model_put(model, nodes->shape_rate, lane, moves ? detail->shape_rate : 0.0);
-        double drag = detail->node_drag + (body ? 0.0 : detail->shape_drag);
+        double drag = detail->node_drag + (apart ? 0.0 : detail->shape_drag);
         model_put(model, nodes->drag, lane, moves ? drag : 0.0);
-        if (body)
+        if (apart)
             model_put(model, nodes->shape_drag, lane, moves ? detail->shape_drag : 0.0);
     }
     if (nodes->rest != NULL)
@@ -166,7 +169,7 @@ static void pack_node(SurfaceModel *model, int lane, int node)
                       node >= 0 ? model->basis.place[model->slot[node]][c] : 0.0);
 }
 
-// The springs of a node as its lane has them: what has not changed is not looked for again.
+// Reads the springs of an unchanged node back from its lane, which is cheaper than a survey.
 static void recall(const SurfaceModel *model, int slot, NodeSprings *springs)
 {
     const SpringTable *table = &model->springs;
@@ -181,13 +184,14 @@ static void recall(const SurfaceModel *model, int slot, NodeSprings *springs)
     }
 }
 
-// Lists the nodes of a window that have a status, and their springs; those with fewest springs
+// Lists the nodes of a window with a given status, and their springs; those with fewest springs
 // first, else by slot: a stable counting sort.
 static void list_nodes(SurfaceModel *model, int w, NodeStatus status, PackList *list)
 {
-    enum { MOST = 32 }; // more springs count as so many
+    enum { MOST = 32 }; // more springs count as this many
     Detail *detail = model->detail;
     int found[WINDOW_MOST], count = 0, next[MOST + 1] = {0};
+    // Changed nodes are surveyed, others recalled from the table.
     for (int s = w * detail->width; s < (w + 1) * detail->width; s++) {
         int node = detail->of_slot[s];
         if (node < 0 || detail->status[node] != status)
@@ -203,6 +207,7 @@ static void list_nodes(SurfaceModel *model, int w, NodeStatus status, PackList *
         found[count++] = s;
         next[springs->count < MOST ? springs->count : MOST]++;
     }
+    // Counting sort by the number of springs.
     for (int k = 0, first = 0; k <= MOST; k++) {
         int here = next[k];
         next[k] = first;
@@ -215,7 +220,7 @@ static void list_nodes(SurfaceModel *model, int w, NodeStatus status, PackList *
     list->count = count;
 }
 
-// What a free node adds to the figures of its window.
+// Adds a free node to the sums and bounds of its window.
 static void count_node(const SurfaceModel *model, int node, Window *window)
 {
     const Detail *detail = model->detail;
@@ -228,7 +233,7 @@ static void count_node(const SurfaceModel *model, int node, Window *window)
                            model->damping_time * springs + detail->shape_drag + detail->node_drag);
 }
 
-// Of the chunk that begins with entry `first` of a list.
+// Returns the most springs in the chunk that begins with entry `first` of a list.
 static int most_springs(const Detail *detail, const PackList *list, int first)
 {
     int most = 0;
@@ -251,6 +256,7 @@ static int pack_nodes(SurfaceModel *model, int w, NodeStatus status, int chunk,
         if (i % LANES == 0)
             entries = most_springs(detail, list, i);
         model->springs.end[at] = model->springs.start[at] + entries;
+        // Lanes without a node read the window's spare row.
         if (i >= list->count) {
             pack_springs(model, lane, detail->spare_slot + w, entries, &none);
             pack_node(model, lane, -1);
@@ -260,6 +266,7 @@ static int pack_nodes(SurfaceModel *model, int w, NodeStatus status, int chunk,
         const NodeSprings *springs = &detail->springs[slot % detail->width];
         pack_springs(model, lane, slot, entries, springs);
         pack_node(model, lane, status == NODE_FREE ? node : -1);
+        // Forces of hanging nodes start at zero.
         for (int c = 0; c < 4; c++)
             model_put(model, detail->handed, (long)slot * ROW + c, 0.0);
         model->lane[slot] = lane;
@@ -278,7 +285,8 @@ static void pack_window(SurfaceModel *model, int w)
 {
     Detail *detail = model->detail;
     PackList free_nodes, hanging;
-    list_nodes(model, w, NODE_FREE, &free_nodes); // all of them before lanes are written
+    list_nodes(model, w, NODE_FREE,
+               &free_nodes); // recall reads lanes: list all before any lane is written
     list_nodes(model, w, NODE_HANGING, &hanging);
     for (int s = w * detail->width; s < (w + 1) * detail->width; s++) {
         int node = detail->of_slot[s];
@@ -306,7 +314,7 @@ static void list_hanging(SurfaceModel *model)
         detail->carries[detail->free_chunk[k]] = 0;
     for (int w = detail->window_count - 1; w >= 0; w--) {
         const Window *window = &detail->window[w];
-        // Slots go level by level: from the last to the first the finest comes first.
+        // Slots are ordered by level: backwards the finest level comes first.
         for (int s = (w + 1) * detail->width - 1, left = window->hanging_count; left > 0; s--) {
             int node = detail->of_slot[s], parent[2];
             if (node < 0 || detail->status[node] != NODE_HANGING)

@@ -1,6 +1,6 @@
-// Rows of nodes that hang, come and go: displacements and velocities carried over so that neither
-// momentum nor a body at rest notices (surface.md sections 2a and 2c). All in the rows'
-// coordinates.
+// Rows of nodes that hang, are created or removed: displacements and velocities are transferred so
+// that momentum is conserved and a body at rest stays at rest (README.md, "Hanging nodes" and
+// README.md, "Momentum and mass across changes"). All in the rows' coordinates.
 #include "surface/detail/detail.h"
 
 #include <string.h>
@@ -10,7 +10,9 @@ static void *present_rows(const SurfaceModel *model)
     return model->rows[model->current];
 }
 
-// A node's row, through its masters when it hangs.
+static void read_middle(const SurfaceModel *model, int node, double row[ROW]);
+
+// Reads a node's row, from its masters when it hangs.
 static void read_carried(const SurfaceModel *model, int node, double row[ROW])
 {
     const Detail *detail = model->detail;
@@ -19,9 +21,15 @@ static void read_carried(const SurfaceModel *model, int node, double row[ROW])
             row[c] = model_get(model, present_rows(model), (long)model->slot[node] * ROW + c);
         return;
     }
+    read_middle(model, node, row);
+}
+
+// Reads the mean of its parents' rows, whatever the node's own status.
+static void read_middle(const SurfaceModel *model, int node, double row[ROW])
+{
     int parent[2];
     double other[ROW];
-    levels_parents(&detail->levels, node, parent);
+    levels_parents(&model->detail->levels, node, parent);
     read_carried(model, parent[0], row);
     read_carried(model, parent[1], other);
     for (int c = 0; c < ROW; c++)
@@ -56,8 +64,8 @@ void detail_push(SurfaceModel *model, int node, Vec3 impulse)
     }
 }
 
-// How a step in the rest place shows in a row: positions take it, turned as the body is; in
-// displacements only what the turn adds.
+// Returns how a step of the rest position changes a row: positions by the rotated step;
+// displacements only by what the rotation adds.
 static Vec3 shift_of_row(const SurfaceModel *model, int node, Vec3 step)
 {
     bool single = model->basis.precision == PRECISION_SINGLE;
@@ -94,19 +102,6 @@ void detail_set_place(SurfaceModel *model, int node)
     to[0] = place.x, to[1] = place.y, to[2] = place.z;
 }
 
-void detail_release(SurfaceModel *model, int node)
-{
-    Vec3 before = place_of(model, node);
-    detail_set_place(model, node);
-    Vec3 step = shift_of_row(model, node, vec3_sub(place_of(model, node), before));
-    const double shift[3] = {step.x, step.y, step.z};
-    for (int c = 0; c < 3; c++) {
-        long at = (long)model->slot[node] * ROW + c;
-        model_put(model, present_rows(model), at,
-                  model_get(model, present_rows(model), at) + shift[c]);
-    }
-}
-
 static void put_row(SurfaceModel *model, int node, const double row[ROW])
 {
     for (int c = 0; c < ROW; c++)
@@ -114,18 +109,31 @@ static void put_row(SurfaceModel *model, int node, const double row[ROW])
     model->node[model->slot[node]] = node;
 }
 
-// The mean velocity of its parents, which keeps the momentum, and the mean of their displacements
-// from their rest places (erratum 12); with choi2005 the butterfly's point.
+void detail_release(SurfaceModel *model, int node)
+{
+    Vec3 before = place_of(model, node);
+    detail_set_place(model, node);
+    Vec3 step = shift_of_row(model, node, vec3_sub(place_of(model, node), before));
+    const double shift[3] = {step.x, step.y, step.z};
+    // Recompute it: its masters may have been released after the node was placed between them.
+    double row[ROW];
+    read_middle(model, node, row);
+    put_row(model, node, row);
+    for (int c = 0; c < 3; c++) {
+        long at = (long)model->slot[node] * ROW + c;
+        model_put(model, present_rows(model), at,
+                  model_get(model, present_rows(model), at) + shift[c]);
+    }
+}
+
+// Creates a node with the mean velocity of its parents, which conserves momentum, and the mean of
+// their displacements from their rest positions (README.md, "Momentum and mass across changes");
+// with choi2005 at the butterfly's point.
 void detail_give_birth(SurfaceModel *model, int node)
 {
     const Levels *levels = &model->detail->levels;
-    int parent[2];
-    double row[ROW], other[ROW];
-    levels_parents(levels, node, parent);
-    read_carried(model, parent[0], row);
-    read_carried(model, parent[1], other);
-    for (int c = 0; c < ROW; c++)
-        row[c] = 0.5 * (row[c] + other[c]);
+    double row[ROW];
+    read_middle(model, node, row);
     Vec3 place = place_of(model, node);
     if (model->detail->constrained) {
         Vec3 step = shift_of_row(model, node, vec3_sub(place, middle_of_parents(model, node)));
@@ -148,7 +156,7 @@ void detail_copy_row(SurfaceModel *model, int node, int from)
     put_row(model, node, row);
 }
 
-// Rows out of use are zero, so that the state is a function of what is on.
+// Unused rows are zero, so that the state is a function of the nodes that are on.
 void detail_switch_off(SurfaceModel *model, int node)
 {
     int slot = model->slot[node];

@@ -1,4 +1,4 @@
-// What the set of refined faces says: who exists, who is a leaf, who hangs.
+// Queries of the set of refined faces: which exist, which are leaves, which nodes hang.
 #include "surface/detail/detail.h"
 
 bool detail_is_refined(const Detail *detail, int level, int face)
@@ -29,7 +29,7 @@ const int *detail_uncut(const Detail *detail, int level, int face)
                                                           : detail->levels.level[level].face[face];
 }
 
-// Follows a face that exists down to the leaf at the node's corner: child k keeps corner k.
+// Follows an existing face down to the leaf at the node's corner: child k keeps corner k.
 static Leaf descend(const Detail *detail, int level, int face, int node)
 {
     const int *corner = detail_uncut(detail, level, face);
@@ -50,7 +50,7 @@ static int leaves_around_original(const Detail *detail, int node, Leaf *leaf)
             leaf[count++] = descend(detail, 0, detail->root_ring[k], node);
         return count;
     }
-    // A midpoint lies at three children of each face at its edge.
+    // A midpoint belongs to three children of each face at its edge.
     const Level *above = &levels->level[born - 1];
     int edge = node - above->node_count;
     for (int side = 0; side < 2; side++) {
@@ -71,7 +71,7 @@ int detail_leaves_around(const Detail *detail, int node, Leaf *leaf)
     int count = leaves_around_original(detail, detail_original(detail, node), leaf), kept = 0;
     if (detail->cut == NULL)
         return count;
-    for (int i = 0; i < count; i++) // of the copies of a node each has its own
+    for (int i = 0; i < count; i++) // each copy of a node has its own leaves
         if (detail->levels.level[leaf[i].level].face[leaf[i].face][leaf[i].corner] == node)
             leaf[kept++] = leaf[i];
     return kept;

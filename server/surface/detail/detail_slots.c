@@ -34,7 +34,7 @@ static int release(SlotTable *table, int thing)
     return slot;
 }
 
-// Everything but `thing`, from it.
+// Derives everything from `thing`.
 static void restore(SlotTable *table)
 {
     table->used = table->high = 0;
@@ -102,12 +102,13 @@ MeshSlots *slots_create(const char *name, const Levels *levels, const int capaci
 
 bool slots_reserve(MeshSlots *slots)
 {
-    // Four faces for one, and in each of three neighbours one more.
+    // Four faces in place of one, and one more in each of three neighbours.
     enum { NODES = 3, FACES = 6 };
     if (slots->node.used + NODES > slots->node.capacity ||
         slots->face.used + slots->face_reserve + FACES > slots->face.capacity)
         return slots->node.capacity == slots->node.thing_count &&
-               slots->face.capacity == slots->face.thing_count; // all that can be has its slot
+               slots->face.capacity ==
+                   slots->face.thing_count; // everything that can exist has a slot
     slots->face_reserve += FACES;
     return true;
 }
@@ -176,7 +177,7 @@ void slots_put_face(MeshSlots *slots, int place, const int corner[3])
         slot = take(&slots->face, place);
     for (int k = 0; k < 3; k++)
         slots->triangle[slot][k] = slots->node.slot[corner[k]];
-    slots->face_reserve = 0; // drawing has begun: what was reserved is being used
+    slots->face_reserve = 0; // drawing has begun: the reserve is being used
 }
 
 void slots_free_face(MeshSlots *slots, int place)

@@ -1,5 +1,5 @@
-// The slots of a changing mesh in messages (lcmtypes/mesh_t.lcm): a node or triangle keeps its slot
-// for its life, a new one takes the lowest that is free. Private to the surface room.
+// Slots of a changing mesh in messages (lcmtypes/mesh_t.lcm): a node or triangle keeps its slot for
+// its life, a new one takes the lowest free slot. Private to the surface module.
 #ifndef PLIANT_SURFACE_DETAIL_SLOTS_H
 #define PLIANT_SURFACE_DETAIL_SLOTS_H
 
@@ -8,18 +8,18 @@
 #include "dynamics/body.h"
 #include "geometry/levels.h"
 
-// One kind of thing that takes slots.
+// The slots of nodes, or those of faces.
 typedef struct SlotTable {
     int capacity, thing_count;
-    int *thing;     // [capacity] what is in a slot, -1: free; part of the state
-    int *slot;      // [thing_count] of a thing, -1: none
+    int *thing;     // [capacity] node or face of a slot, -1: free; part of the state
+    int *slot;      // [thing_count] slot of a node or face, -1: none
     int used, high; // slots in use; one past the highest slot in use
-    int lowest;     // no slot below it is free
+    int lowest;     // all slots below it are in use
 } SlotTable;
 
 typedef struct MeshSlots {
     SlotTable node, face;
-    int face_reserve; // triangles that changes under way may still need
+    int face_reserve; // triangles that the change in progress may still need
     const Levels *levels;
     const int *root_id, *root_origin, *root_piece; // of the nodes of level 0
     int first_id;                                  // of the first midpoint
@@ -30,21 +30,21 @@ typedef struct MeshSlots {
     signed char *level;
 } MeshSlots;
 
-// `capacity`: most nodes and faces, 0: as many as the finest level has. Root arrays are kept by
-// reference; so is `cut`, NULL for a body that cannot be cut.
+// Allocates from the arena. `capacity`: most nodes and faces, 0: as many as the finest level has.
+// Keeps the root arrays by reference, and `cut`, which is NULL for a body that cannot be cut.
 MeshSlots *slots_create(const char *name, const Levels *levels, const int capacity[2],
                         const int *root_id, const int *root_origin, const int *root_piece,
                         int first_id, const struct DetailCut *cut, Arena *arena, StateList *state);
-// Whether one more face can be divided in this change; reserves what it takes.
+// True if one more face can be divided in this change; reserves what it takes.
 bool slots_reserve(MeshSlots *slots);
 void slots_take_node(MeshSlots *slots, int node);
 void slots_free_node(MeshSlots *slots, int node);
-// Draws a face in its slot, a new one if it has none.
+// Draws a face in its slot, or in a new one.
 void slots_put_face(MeshSlots *slots, int place, const int corner[3]);
 void slots_free_face(MeshSlots *slots, int place);
-// After a cut: the pieces of all nodes.
+// After a cut: updates the pieces of all nodes.
 void slots_label(MeshSlots *slots);
-// After the state was restored: everything but the triangles, which are put again.
+// After the state was restored: restores everything but the triangles, which are put again.
 void slots_restore(MeshSlots *slots);
 void slots_describe(const MeshSlots *slots, int topology, BodyMesh *mesh);
 

@@ -1,32 +1,33 @@
 // The criteria of refinement and simplification (Choi et al. 2005, "Criterion for Refinement and
-// Simplification", as the dimensionless indicators of surface.md section 6): force concentration,
-// velocity, change of curvature. A leaf is divided when one of them is above 1; a face takes back
-// its four when all of theirs have been below CALM for HOLD seconds. Step thread.
+// Simplification", as the dimensionless indicators of README.md, "Refinement criteria"): force
+// concentration, velocity, change of curvature. A leaf is divided when one of them is above 1; a
+// face is coarsened when all indicators of its four children have been below CALM for HOLD seconds.
+// Step thread.
 //
-// The faces of level 0 are swept check_hz times a second, a share of them each tick; what a tool
-// presses and what a new load acts on is looked at in the same tick.
+// The faces of level 0 are swept check_hz times per second, a part of them in each tick; leaves
+// that a tool presses or a new load acts on are examined in the same tick.
 #include "surface/detail/detail.h"
 
 #include <math.h>
 
-#define CALM 0.35 // below a half, for an indicator doubles when its leaf is coarsened
+#define CALM 0.35 // below a half, because an indicator doubles when its leaf is coarsened
 #define HOLD 0.05 // [s]
 
 enum {
-    FACES_PER_SECOND = 16000, // divided, and as many taken back: bounds the work of a tick
-    FACES_LEAST = 16,         // a tick
+    FACES_PER_SECOND = 16000, // divided, and as many coarsened: bounds the work of a tick
+    FACES_LEAST = 16,         // per tick
 };
 
-// What a sweep compares with, from the thresholds.
+// Limits that a sweep compares with, computed from the thresholds.
 typedef struct Marks {
-    double per_force[LEVELS_MAX + 1];  // one over the traction that asks for more [m2/N]
-    double still2[LEVELS_MAX + 1];     // square of displacements that bend no leaf enough [m2]
-    double per_speed2[LEVELS_MAX + 1]; // one over the square of such a speed [s2/m2]
+    double per_force[LEVELS_MAX + 1]; // one over the traction that requires more [m2/N]
+    double still2[LEVELS_MAX + 1];    // square of displacements that cannot bend a leaf enough [m2]
+    double per_speed2[LEVELS_MAX + 1]; // one over the square of the limiting speed [s2/m2]
     double cos_divide, cos_calm;
-    int64_t pass;                   // number of this look at the body
-    int level;                      // finest to be used
+    int64_t pass;                   // number of this pass over the body
+    int level;                      // finest that may be used
     int64_t step, hold;             // [ticks]
-    Vec3 center, velocity, angular; // of the body as a whole
+    Vec3 center, velocity, angular; // of the rigid motion of the body
 } Marks;
 
 typedef enum Verdict { VERDICT_CALM, VERDICT_KEEP, VERDICT_DIVIDE = CREASE_SHARP } Verdict;
@@ -50,7 +51,7 @@ static Vec3 read_position(const SurfaceModel *model, int slot)
                                                       : row;
 }
 
-// |f| over the area that a node stands for [N/m2].
+// Returns |f| over the area that a node represents [N/m2].
 static double traction_of(const SurfaceModel *model, int node, double force)
 {
     const Detail *detail = model->detail;
@@ -63,14 +64,15 @@ static double traction_of(const SurfaceModel *model, int node, double force)
 static double load_on(const SurfaceModel *model, int slot)
 {
     double square = 0.0;
-    for (int c = 0; c < 3 && model->lane[slot] >= 0; c++) { // one born in this sweep has none yet
+    for (int c = 0; c < 3 && model->lane[slot] >= 0;
+         c++) { // a node created in this sweep has no lane yet
         double f = model_get(model, model->external, model_lane(model->lane[slot]) + c * LANES);
         square += f * f;
     }
     return sqrt(square);
 }
 
-// What the criteria want to know of a node, found out once in a pass for all leaves around it.
+// Computes the indicators' inputs at a node, once per pass for all leaves around it.
 static const NodeLook *look_at(const SurfaceModel *model, int node, const Marks *marks)
 {
     const Detail *detail = model->detail;
@@ -82,7 +84,7 @@ static const NodeLook *look_at(const SurfaceModel *model, int node, const Marks 
     look->position = read_position(model, slot);
     look->moved = vec3_sub(look->position, model_place(model, slot));
     Vec3 center = marks->center, velocity = marks->velocity, angular = marks->angular;
-    if (detail->frames != NULL) { // of its own piece
+    if (detail->frames != NULL) { // relative to its own piece
         const FramePose *pose = detail_frames_pose(model, node);
         center = (Vec3){pose->center[0], pose->center[1], pose->center[2]};
         velocity = (Vec3){pose->velocity[0], pose->velocity[1], pose->velocity[2]};
@@ -98,21 +100,22 @@ static const NodeLook *look_at(const SurfaceModel *model, int node, const Marks 
     return look;
 }
 
-// Leaves across the edges of a leaf at which both ask for refinement: when it is divided, the edge
-// is one of two levels, and they would not see its angle any more.
+// Leaves across those edges of a leaf at which both require refinement: once it is divided, the
+// edge is between two levels, and they would no longer see its angle.
 typedef struct Bent {
     int count, face[3];
 } Bent;
 
-// Whether the corners of a leaf have moved so much alike that it cannot have tilted far.
+// True if the corners of a leaf have moved so uniformly that it cannot have tilted far.
 static bool is_still(Vec3 a, Vec3 b, Vec3 c, double still2)
 {
     Vec3 ab = vec3_sub(b, a), ac = vec3_sub(c, a);
     return vec3_dot(ab, ab) < still2 && vec3_dot(ac, ac) < still2;
 }
 
-// Two leaves that are still are calm. Any other pair is looked at once, from a leaf that is not
-// still, the one of the lower number if there are two; it leaves a note for the other.
+// Judges the angles at the edges of a leaf. Two still leaves are calm. Any other pair is evaluated
+// once, from a leaf that is not still, the lower number if both are; it leaves the result for the
+// other.
 static Verdict judge_curvature(SurfaceModel *model, int level, int face, const Vec3 now[3],
                                const Vec3 moved[3], const Marks *marks, Bent *bent)
 {
@@ -124,6 +127,7 @@ static Verdict judge_curvature(SurfaceModel *model, int level, int face, const V
     note[face] = VERDICT_CALM;
     if (is_still(moved[0], moved[1], moved[2], marks->still2[level]))
         return verdict;
+    // Skip borders, leaves of other levels and broken edges: they have no angle.
     for (int k = 0; k < 3; k++) {
         int edge = at->face_edge[face][k];
         int across = levels_beyond(at, edge, face);
@@ -197,8 +201,8 @@ static void divide_leaf(SweepPass *pass, int level, int face)
     pass->left -= detail->sweep->refined - before;
 }
 
-// Judges the leaves of a face, divides those that ask for it, and keeps watch over how long the
-// four of a face have been calm. Returns the verdict on a leaf, KEEP for others.
+// Judges the leaves of a face, divides those that require it, and tracks how long the four children
+// have been calm. Returns the verdict on a leaf, KEEP for others.
 static Verdict sweep_face(SweepPass *pass, int level, int face)
 {
     SurfaceModel *model = pass->model;
@@ -206,7 +210,7 @@ static Verdict sweep_face(SweepPass *pass, int level, int face)
     const Marks *marks = &pass->marks;
     if (!detail_is_refined(detail, level, face)) {
         if (level > marks->level)
-            return VERDICT_CALM; // it may not be there at all
+            return VERDICT_CALM; // the next level may not exist
         Bent bent = {0};
         Verdict verdict = judge(model, level, face, marks, &bent);
         if (verdict != VERDICT_DIVIDE || level >= marks->level || pass->left <= 0)
@@ -216,6 +220,7 @@ static Verdict sweep_face(SweepPass *pass, int level, int face)
             divide_leaf(pass, level, bent.face[k]); // unless balance already has
         return verdict;
     }
+    // A refined face: coarsen it after HOLD seconds in which all four children were calm leaves.
     bool leaves = true, calm = true;
     for (int k = 0; k < 4; k++) {
         leaves &= !detail_is_refined(detail, level + 1, 4 * face + k);
@@ -252,8 +257,8 @@ static void set_marks(const SurfaceModel *model, int64_t step, double tick, Mark
     };
     for (int l = 0; l <= detail->finest; l++) {
         marks->per_force[l] = ldexp(1.0 / force, -l);
-        // Against the third, a corner that moves by d tilts its leaf by at most asin(d / height):
-        // two corners of each of two leaves, and a tenth to spare for the asin.
+        // Relative to the third corner, a corner that moves by d tilts its leaf by at most asin(d /
+        // height): two corners of each of two leaves, and a tenth as a margin for the asin.
         double still = 0.9 / 4.0 * fmin(CALM * turn, 0.5) * detail->least_height[l];
         marks->still2[l] = still * still;
         marks->per_speed2[l] = ldexp(1.0 / (speed * speed), -2 * l);
@@ -266,7 +271,7 @@ static void set_marks(const SurfaceModel *model, int64_t step, double tick, Mark
     }
 }
 
-// Where a tool presses, the leaves are divided at once.
+// Divides at once the leaves that a tool presses.
 static void look_at_felt(SweepPass *pass)
 {
     SurfaceModel *model = pass->model;
@@ -318,23 +323,26 @@ bool detail_sweep(Body *body, int64_t step, double tick)
         detail->felt_force[detail->felt[i].node] += vec3_length(detail->felt[i].force);
     look_at_felt(&pass);
 
+    // The number of roots for this tick; a new load sweeps all of them.
     sweep->credit = fmin(sweep->credit + roots * detail->options.adapt.check_hz * tick, roots);
     if (detail->again_count > 0)
         sweep->credit = roots;
     int64_t quota = (int64_t)fmax(floor(sweep->credit), fmin((double)sweep->urgent, roots));
-    for (int64_t i = 0; i < quota && pass.left > 0; i++) { // else it goes on here in the next tick
+    for (int64_t i = 0; i < quota && pass.left > 0;
+         i++) { // the sweep continues here in the next tick
         sweep_face(&pass, 0, (int)sweep->root);
         sweep->root = (sweep->root + 1) % roots;
         sweep->credit = fmax(sweep->credit - 1.0, 0.0);
         sweep->urgent -= sweep->urgent > 0;
     }
+    // Coarsening has a budget of its own, so that refinement cannot starve it.
     pass.left = budget;
     coarsen_calm(&pass);
     for (int64_t i = 0; i < *detail->felt_count; i++)
         detail->felt_force[detail->felt[i].node] = 0.0;
     *detail->felt_count = 0;
-    // Where a tick is no shorter than the time between two sweeps, what a new load needs comes in
-    // one tick.
+    // If a tick is at least as long as a sweep's period, a new load gets all its levels in one
+    // tick.
     bool whole = detail->options.adapt.check_hz * tick >= 1.0;
     bool divided = sweep->refined > before;
     detail->again = whole && divided && urgent && detail->again_count < detail->finest;

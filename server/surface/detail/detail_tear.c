@@ -1,14 +1,14 @@
-// A body that tears of itself where it is stretched too far (cutting.md section 5): edges break one
-// after the other at the front of a crack, as a blade would break them. Step thread.
+// A body that tears where it is stretched too far (server/surface/cut/README.md, "Tearing"): edges
+// break one after the other at the front of a crack, as a blade would break them. Step thread.
 #include "surface/detail/detail.h"
 
 #include <math.h>
 #include <string.h>
 
-#define SMOOTHING   (1.0 / 3.0) // of the stretch, a tick: an impact's wave is not a tear
-#define WITHOUT_TIP 1.5         // times the stretch that a crack needs to go on: for it to begin
+#define SMOOTHING   (1.0 / 3.0) // of the stretch, per tick: the wave of an impact must not tear
+#define WITHOUT_TIP 1.5         // times the stretch at which a crack continues: for it to begin
 
-enum { TEARS_MOST = 64, DIVIDED_MOST = 64 }; // edges and faces a tick
+enum { TEARS_MOST = 64, DIVIDED_MOST = 64 }; // edges and faces per tick
 
 void detail_tear_create(Detail *detail, const SurfaceOptions *options, Arena *arena,
                         StateList *state)
@@ -58,8 +58,8 @@ static Vec3 position_of(SurfaceModel *model, int node)
     return cut->position[node];
 }
 
-// Height of two faces over their common edge together, from its ends and the corners opposite: the
-// width of tissue that the edge, broken, would let gape.
+// Returns the height of two faces over their common edge together, from its ends and the opposite
+// corners [m]: the width of tissue that would gape if the edge broke.
 static double width_of(const Vec3 end[2], const Vec3 apex[2])
 {
     Vec3 edge = vec3_sub(end[1], end[0]);
@@ -69,12 +69,12 @@ static double width_of(const Vec3 end[2], const Vec3 apex[2])
     return length > 0.0 ? area / length : 0.0;
 }
 
-// How much wider the two leaves at an edge are across it than at rest, relative to that. (Not
-// the distance of the corners opposite: of right-angled faces pulled along a side it tells the
-// edges across the pull from the diagonals too little.)
+// Returns the relative widening of the two leaves across their edge since rest. (Not the distance
+// of the opposite corners: for right-angled faces pulled along a side it hardly distinguishes edges
+// across the pull from diagonals.)
 static double stretch_of(SurfaceModel *model, const Level *level, int edge)
 {
-    Vec3 now[2][2], rest[2][2]; // ends, apexes
+    Vec3 now[2][2], rest[2][2]; // ends, opposite corners
     for (int side = 0; side < 2; side++) {
         int face = level->edge_face[edge][side], k = side_of(level, face, edge);
         const int node[2] = {level->face[face][k], level->face[face][(k + 2) % 3]};
@@ -87,7 +87,7 @@ static double stretch_of(SurfaceModel *model, const Level *level, int edge)
     return before > 0.0 ? width_of(now[0], now[1]) / before - 1.0 : 0.0;
 }
 
-// Nodes where a crack can go on: at a border or a broken edge of their own faces.
+// Marks nodes where a crack can continue: at a border or a broken edge of their own faces.
 static void mark_tips(Detail *detail)
 {
     DetailCut *cut = detail->cut;
@@ -100,8 +100,8 @@ static void mark_tips(Detail *detail)
                 cut->is_tip[cut->node[f][k]] = cut->is_tip[cut->node[f][(k + 1) % 3]] = true;
 }
 
-// Follows the stretch of the edges between leaves of the finest level; lists those that tear,
-// the most stretched first.
+// Updates the smoothed stretch of the edges between leaves of the finest level; lists those that
+// tear, the most stretched first.
 static int list_torn(SurfaceModel *model)
 {
     Detail *detail = model->detail;
@@ -122,11 +122,13 @@ static int list_torn(SurfaceModel *model)
         cut->stretch[e] = (float)s;
         if (!(s > least))
             continue;
+        // A crack continues at a lower stretch than it begins.
         const int *corner = cut->node[face[0]];
         int k = side_of(finest, face[0], e);
         bool goes_on = cut->is_tip[corner[k]] || cut->is_tip[corner[(k + 1) % 3]];
         if (!goes_on && !(s > WITHOUT_TIP * least))
             continue;
+        // Insert into the sorted list of the most stretched.
         if (count == TEARS_MOST && cut->stretch[cut->torn[count - 1]] >= cut->stretch[e])
             continue;
         int at = count < TEARS_MOST ? count++ : count - 1;
@@ -137,7 +139,7 @@ static int list_torn(SurfaceModel *model)
     return count;
 }
 
-// Of those at one node only the first: what the others feel changes with it.
+// Keeps only the first of those at one node: its tear relieves the others.
 static int keep_one_a_tip(Detail *detail, int count)
 {
     DetailCut *cut = detail->cut;
@@ -160,7 +162,7 @@ static int keep_one_a_tip(Detail *detail, int count)
     return kept;
 }
 
-// Only the finest level tears: coarser leaves that are stretched as far are divided.
+// Only the finest level tears: coarser leaves with that stretch are divided.
 static void refine_stretched(SurfaceModel *model)
 {
     Detail *detail = model->detail;

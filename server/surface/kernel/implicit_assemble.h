@@ -1,5 +1,5 @@
-// The linear system of one implicit step, from the spring tables and the rows (implicit.h). Step
-// thread.
+// Builds the linear system of one implicit step from the spring tables and the rows (implicit.h).
+// Step thread.
 #ifndef PLIANT_SURFACE_KERNEL_IMPLICIT_ASSEMBLE_H
 #define PLIANT_SURFACE_KERNEL_IMPLICIT_ASSEMBLE_H
 
@@ -7,9 +7,10 @@
 
 #include "surface/detail/detail.h"
 
+#include <math.h>
 #include <string.h>
 
-// What all springs share.
+// Parameters that all springs share.
 typedef struct Scales {
     double stiffness;    // of SET
     double damping_time; // k_d / k [s]
@@ -22,7 +23,8 @@ static void add_square(Block *block, const Quad *g)
         block->column[c] += (*g)[c] * *g;
 }
 
-// A spring between two numbers, its length vector d, its ends' relative velocity u.
+// Adds a spring between two numbers with the vector d from j to i [m] and the relative velocity u
+// [m/s].
 INLINE void add_spring(Implicit *system, const Scales *by, int i, int j, Quad d, Quad u, double k,
                        double rest_length)
 {
@@ -35,12 +37,13 @@ INLINE void add_spring(Implicit *system, const Scales *by, int i, int j, Quad d,
     const double damping = by->damping_time * k;
     const Quad n = d / length;
     const double approach = quad_dot(n, u);
-    // -f + h_ K u of end i.
+    // pull = -f + h_ K u of end i.
     const Quad pull = (k * stretch) * d + (damping * approach) * n +
                       by->part * (across * u + (along * approach) * n);
     system->residual[i] -= by->h * pull;
     system->residual[j] += by->h * pull;
 
+    // Matrix: g g^T along the spring, a I across.
     Quad g = sqrt(by->part * (by->part * along + damping)) * n;
     const double a = by->part * by->part * across;
     for (int c = 0; c < 3; c++) {
@@ -55,15 +58,27 @@ INLINE void add_spring(Implicit *system, const Scales *by, int i, int j, Quad d,
     system->spring[system->edge_count++] = g;
 }
 
-// Whether a spring of the chunk changes by more than its length in a step: then the system,
-// linear, says little of what is to come. The stiff springs of such a state would go on flipping
-// for long, since with theta little above 1/2 the method hardly damps them; backward Euler brings
-// it to rest.
+// Returns the square of the speed at which two slots approach each other.
+INLINE double approach2(const Implicit *system, int own, int other, Quad u)
+{
+    const Quad d = quad_row(system->rows, own, 0) - quad_row(system->rows, other, 0);
+    const double along = quad_dot(d, u);
+    return along * along / fmax(quad_dot(d, d), 1e-24);
+}
+
+// True if a spring of the chunk changes by more than its length in a step: the linear system then
+// predicts little. A spring that turns by an angle a is stretched by a^2 / 2 of its length, because
+// the step is straight. Where that is as much energy as the node's motion has, (h^2 k / m) a^2 / 4
+// of it, the stretch creates motion from nothing. The stiff springs of such a state would oscillate
+// for long, as the method hardly damps with theta little above 1/2; backward Euler brings it to
+// rest.
 INLINE bool is_violent(const SurfaceModel *model, int chunk)
 {
     const Implicit *system = model->implicit;
     const SpringTable *table = &model->springs;
-    const double *rest_length = table->rest_length, h = system->h;
+    const double *rest_length = table->rest_length, *stiffness = table->stiffness,
+                 *inverse_mass = model->nodes.inverse_mass, h = system->h;
+    const double scale = 0.25 * h * h * model->parameters->stiffness_scale;
     const int end = model->lane == NULL ? table->start[chunk + 1] : table->end[chunk];
     bool violent = false;
     for (int e = table->start[chunk]; e < end; e++)
@@ -72,12 +87,16 @@ INLINE bool is_violent(const SurfaceModel *model, int chunk)
             int other = table->neighbour[at],
                 own = model->lane == NULL ? chunk * LANES + lane : table->own[chunk * LANES + lane];
             const Quad u = quad_row(system->rows, own, 4) - quad_row(system->rows, other, 4);
-            violent |= h * h * quad_dot(u, u) > rest_length[at] * rest_length[at];
+            const double turn = scale * stiffness[at] * inverse_mass[chunk * LANES + lane];
+            const double change = h * h * quad_dot(u, u), most = rest_length[at] * rest_length[at];
+            violent |= change > most ||
+                       (turn * change > most &&
+                        turn * (change - h * h * approach2(system, own, other, u)) > most);
         }
     return violent;
 }
 
-// The theta of this step.
+// Returns theta of this step.
 static double choose_share(const SurfaceModel *model)
 {
     const Detail *detail = model->detail;
@@ -86,10 +105,11 @@ static double choose_share(const SurfaceModel *model)
         violent |= is_violent(model, c);
     for (int k = 0; detail != NULL && k < detail->free_chunk_count; k++)
         violent |= is_violent(model, detail->free_chunk[k]);
+    model->implicit->violent = violent;
     return violent ? 1.0 : model->implicit->theta;
 }
 
-// The springs of a chunk that lead to higher slots: each is in the table at both of its ends.
+// Adds the springs of a chunk that lead to higher slots: each spring is in the table at both ends.
 static void add_chunk(SurfaceModel *model, const Scales *by, int chunk)
 {
     Implicit *system = model->implicit;
@@ -121,8 +141,8 @@ static void add_springs(SurfaceModel *model, const Scales *by)
         add_chunk(model, by, detail->hanging_chunk[k]);
 }
 
-// Forces of hanging nodes half and half to their masters; of their blocks a quarter to each, which
-// leaves out what couples the masters and keeps the sum positive.
+// Gives half of a hanging node's force to each master, and a quarter of its block, which drops the
+// coupling of the masters and keeps the sum positive.
 static void hand_over(Implicit *system)
 {
     for (int i = 0; i < system->hanging; i++)
@@ -134,7 +154,8 @@ static void hand_over(Implicit *system)
         }
 }
 
-// The virtual node of one that follows a motion: how far it is off, and how it slips.
+// Computes the distance of a node from its virtual node, which follows a motion, and its relative
+// velocity.
 INLINE void follow(const FramePose *pose, const double *rest, Quad x, Quad v, Quad *away,
                    Quad *slip)
 {
@@ -154,7 +175,7 @@ INLINE void follow(const FramePose *pose, const double *rest, Quad x, Quad v, Qu
     *slip = v - moves;
 }
 
-// The motion that a node's virtual node follows; NULL: it keeps no shape.
+// Returns the motion that a node's virtual node follows; NULL: it has no shape spring.
 static const FramePose *pose_of(const SurfaceModel *model, int i)
 {
     const Implicit *system = model->implicit;
@@ -164,7 +185,7 @@ static const FramePose *pose_of(const SurfaceModel *model, int i)
     return frame > 0 ? &model->detail->frames->frame[frame - 1].pose : &model->basis.rigid->pose;
 }
 
-// Forces of the shape springs and from outside on a moving node, and what its diagonal has of them.
+// Adds shape-spring and external forces of a moving node, and their part of its diagonal.
 static void add_node(SurfaceModel *model, const Scales *by, const Quad *gravity, bool external,
                      int i)
 {
@@ -184,7 +205,7 @@ static void add_node(SurfaceModel *model, const Scales *by, const Quad *gravity,
         const double drag = mass * ((const double *)nodes->drag)[lane];
         const double *rest = (const double *)nodes->rest + model_lane(lane);
         outer -= drag * v;
-        inertia += by->part * drag;
+        inertia += system->theta * by->h * drag; // theta also of a violent step
         weight = inertia;
         if (model->shape == SHAPE_FRAME_WORLD) {
             const Quad place = {rest[0], rest[LANES], rest[2 * LANES], 0.0};
@@ -206,7 +227,7 @@ static void add_node(SurfaceModel *model, const Scales *by, const Quad *gravity,
         system->inverse[i].column[c][c] += weight;
 }
 
-// By its factors L D L^T: a block may be stiff along the wall and nearly free across it.
+// Inverts a block by its factors L D L^T: it may be stiff along the wall and nearly free across it.
 static void invert(Block *block)
 {
     const Quad *m = block->column;
@@ -226,14 +247,16 @@ static void assemble(SurfaceModel *model)
     Implicit *system = model->implicit;
     const BodyParameters *p = model->parameters;
     system->share = choose_share(model);
-    const Scales by = {.stiffness = p->stiffness_scale,
-                       .damping_time = model->damping_time * p->damping_scale,
-                       .h = system->h,
-                       .part = system->share * system->h};
+    const Scales by = {
+        .stiffness = p->stiffness_scale,
+        .damping_time = fmin(model->damping_time * p->damping_scale, IMPLICIT_DAMPING * system->h),
+        .h = system->h,
+        .part = system->share * system->h};
     const size_t numbers = (size_t)(system->moving + system->hanging) + 1;
     memset(system->residual, 0, numbers * sizeof *system->residual);
     memset(system->inverse, 0, numbers * sizeof *system->inverse);
     system->edge_count = 0;
+    // Virtual nodes follow the rigid motion at the start of the step.
     if (model->shape == SHAPE_FRAME_BODY) {
         rigid_frame_fit(model->basis.rigid, system->rows);
         if (system->frame != NULL)

@@ -1,6 +1,6 @@
-// The arithmetic of an implicit step, compiled once an instruction-set level with KERNEL_NAME and
-// KERNEL_LEVEL: with AVX a Quad is one register. Nothing is contracted and every sum has its order,
-// so that all levels give the same bits. Step thread.
+// The arithmetic of an implicit step, compiled once per instruction-set level with KERNEL_NAME and
+// KERNEL_LEVEL: with AVX a Quad is one register. Nothing is contracted and every sum has a fixed
+// order, so that all levels are bit-identical. Step thread.
 #include "surface/kernel/implicit_assemble.h"
 #include "surface/kernel/implicit_momentum.h"
 #include "surface/kernel/implicit_solve.h"

@@ -1,21 +1,21 @@
-// Gives islands of an implicit body the momentum that its forces from outside ask for (surface.md
-// section 4): exactly, however far the solver came, and although the diagonal holds shape springs
-// as if the world did. Step thread.
+// Gives the islands of an implicit body the momentum of its external forces: exactly, however early
+// the solver stopped, and although the diagonal treats shape springs as anchored in the world
+// (server/surface/README.md, "Implicit step"). Step thread.
 //
-// With x' = x + h (v + theta dv) and v' = v + dv the angular momentum changes by
-// sum m (x + (1 - theta) h v) x dv, exactly. So the rigid velocity V + W x r is sought for which
+// With x' = x + h (v + theta dv) and v' = v + dv the angular momentum changes by sum m (x + (1 -
+// theta) h v) x dv, exactly. So the rigid velocity V + W x r must satisfy
 //
 //     sum w (dv + V + W x r) = h sum f,    sum r x w (dv + V + W x r) = h sum y x f
 //
-// w = m + h_ gamma being the mass and what damping takes from dv, r = x + (1 - theta) h v from
-// their middle, f the forces from outside, and y = x + h_ v where they act.
+// with w = m + h_ gamma the mass and what damping takes from dv, r = x + (1 - theta) h v relative
+// to the middle of these points, f the external forces, and y = x + h_ v where they act.
 //
-// Virtual nodes fixed in the world give momentum. But a body much stiffer than these springs moves
-// nearly rigidly, and a solver that stops early knows that motion last. So the rigid velocity is
-// added that makes the solver's last residual r, seen by rigid motions R, zero: with
-// (R^T A R) (V, W) = R^T r the error is the smallest in the norm of A (a coarse space of one rigid
-// motion). Here r has arms x, across which g of each spring does nothing; a resists a turn as
-// a (d^2 I - d d^T). All of it is nothing where the system is solved.
+// Virtual nodes fixed in the world do change the momentum. But a body much stiffer than its shape
+// springs moves nearly rigidly, and a solver that stops early finds that motion last. So the rigid
+// velocity is added for which the solver's last residual r, projected on rigid motions R, vanishes:
+// with (R^T A R) (V, W) = R^T r the error is smallest in the norm of A (a coarse space of one rigid
+// motion). Here the arms are at x, for which g of a spring does not resist a rotation; a resists it
+// with a (d^2 I - d d^T). All these corrections vanish where the system is solved.
 #ifndef PLIANT_SURFACE_KERNEL_IMPLICIT_MOMENTUM_H
 #define PLIANT_SURFACE_KERNEL_IMPLICIT_MOMENTUM_H
 
@@ -29,25 +29,7 @@ INLINE Quad place(const Implicit *system, int i, double ahead)
     return quad_row(system->rows, slot, 0) + ahead * quad_row(system->rows, slot, 4);
 }
 
-// Solves m w = b, m symmetric and positive definite.
-INLINE Quad solve_positive(double m[3][3], Quad b)
-{
-    for (int k = 0; k < 3; k++)
-        for (int i = k + 1; i < 3; i++) {
-            const double factor = m[i][k] / m[k][k];
-            for (int j = k; j < 3; j++)
-                m[i][j] -= factor * m[k][j];
-            b[i] -= factor * b[k];
-        }
-    for (int k = 2; k >= 0; k--) {
-        for (int j = k + 1; j < 3; j++)
-            b[k] -= m[k][j] * b[j];
-        b[k] /= m[k][k];
-    }
-    return b;
-}
-
-// What is added up over the nodes of an island.
+// Sums over the nodes of an island.
 typedef struct RigidSums {
     double weight;        // [kg]
     double inertia[3][3]; // about the middle [kg m2]
@@ -62,6 +44,7 @@ INLINE void restore_island(Implicit *system, int island)
     const double h = system->h, ahead = system->theta * h,
                  arm = system->anchored ? 0.0 : (1.0 - system->share) * h;
     const double *inertia = system->anchored ? system->weight : system->inertia;
+    // Mass and middle of the island.
     RigidSums sum = {0};
     for (int k = 0; k < count; k++) {
         const int i = member[k];
@@ -69,6 +52,7 @@ INLINE void restore_island(Implicit *system, int island)
         sum.middle += inertia[i] * place(system, i, arm);
     }
     sum.middle /= sum.weight;
+    // Missing momentum, and the inertia about the middle.
     for (int k = 0; k < count; k++) {
         const int i = member[k];
         const double w = inertia[i];
@@ -89,19 +73,20 @@ INLINE void restore_island(Implicit *system, int island)
         for (int a = 0; a < 3; a++)
             for (int b = 0; b < 3; b++)
                 sum.inertia[a][b] += system->resistance[island].column[a][b];
-    // Collapsed to a line or a point it has directions without inertia: no spin about these.
+    // An island collapsed to a line or a point has directions without inertia: no spin about these.
     const double soft =
         1e-15 * (sum.inertia[0][0] + sum.inertia[1][1] + sum.inertia[2][2]) + 1e-300;
     for (int a = 0; a < 3; a++)
         sum.inertia[a][a] += soft;
-    const Quad velocity = sum.missing / sum.weight, spin = solve_positive(sum.inertia, sum.turn);
+    const Quad velocity = sum.missing / sum.weight,
+               spin = quad_solve_positive(sum.inertia, sum.turn);
     for (int k = 0; k < count; k++) {
         const int i = member[k];
         system->change[i] += velocity + quad_cross(spin, place(system, i, arm) - sum.middle);
     }
 }
 
-// Of a number, through its masters when it hangs; -1: fixed.
+// Returns the island of a number, through its masters when it hangs; -1: fixed.
 static int island_of(const Implicit *system, int number)
 {
     while (number >= system->moving) {
@@ -112,7 +97,8 @@ static int island_of(const Implicit *system, int number)
     return system->island[number];
 }
 
-// What springs across their direction have against a turn of each island.
+// Sums the resistance of the springs' stiffness across their direction to a rotation of each
+// island.
 static void sum_resistance(Implicit *system)
 {
     for (int k = 0; k < system->island_count; k++)

@@ -3,11 +3,14 @@
 #ifndef PLIANT_SURFACE_KERNEL_IMPLICIT_SOLVE_H
 #define PLIANT_SURFACE_KERNEL_IMPLICIT_SOLVE_H
 
-#include "surface/implicit_quad.h"
+#include "surface/kernel/implicit_momentum.h"
 
 #include <math.h>
 
-// q = A p, of moving nodes; returns p . q.
+// Fraction of the right-hand side below which the residual is rounding.
+#define SOLVE_ROUNDING 1e-14
+
+// Computes q = A p for moving nodes; returns p . q.
 static double multiply(const Implicit *system, Quad *restrict p, Quad *restrict q)
 {
     const int moving = system->moving, hanging = system->hanging, count = moving + hanging;
@@ -17,6 +20,7 @@ static double multiply(const Implicit *system, Quad *restrict p, Quad *restrict 
         q[i] = system->weight[i] * p[i];
     for (int i = moving; i <= count; i++)
         q[i] = (Quad){0};
+    // Springs: a I across, g g^T along.
     for (int e = 0; e < system->edge_count; e++) {
         const int i = system->end[e][0], j = system->end[e][1];
         Quad g = system->spring[e];
@@ -27,6 +31,7 @@ static double multiply(const Implicit *system, Quad *restrict p, Quad *restrict 
         q[i] += pull;
         q[j] -= pull;
     }
+    // Hanging nodes pass half of their product to each master.
     for (int i = 0; i < hanging; i++)
         for (int k = 0; k < 2; k++)
             q[system->master[i][k]] += 0.5 * q[moving + i];
@@ -36,7 +41,7 @@ static double multiply(const Implicit *system, Quad *restrict p, Quad *restrict 
     return sum;
 }
 
-// z = B r with the inverse blocks; returns r . z.
+// Computes z = B r with the inverse blocks; returns r . z.
 static double precondition(const Implicit *system, const Quad *restrict r, Quad *restrict z)
 {
     double sum = 0.0;
@@ -48,20 +53,35 @@ static double precondition(const Implicit *system, const Quad *restrict r, Quad 
     return sum;
 }
 
+// Subtracts A times the motion in `change` from the residual; fixed nodes do not move.
+static void take_start(Implicit *system)
+{
+    Quad *x = system->change, *r = system->residual, *q = system->product;
+    x[system->moving + system->hanging] = (Quad){0};
+    multiply(system, x, q);
+    for (int i = 0; i < system->moving; i++)
+        r[i] -= q[i];
+}
+
 static bool solve(Implicit *system)
 {
     Quad *x = system->change, *r = system->residual, *z = system->step, *p = system->search,
          *q = system->product;
     const int moving = system->moving;
+    // The start is the rigid motion of the external forces: only deformation is left to solve for.
+    const double asked = precondition(system, r, z);
     for (int i = 0; i < moving; i++)
         x[i] = (Quad){0};
+    restore_momentum(system);
+    take_start(system);
     double rz = precondition(system, r, z);
     if (!isfinite(rz))
         return false;
-    const double enough = system->tolerance * system->tolerance * rz;
+    const double enough =
+        fmax(system->tolerance * system->tolerance * rz, SOLVE_ROUNDING * SOLVE_ROUNDING * asked);
     for (int i = 0; i < moving; i++)
         p[i] = z[i];
-    p[moving + system->hanging] = (Quad){0}; // what is fixed stays
+    p[moving + system->hanging] = (Quad){0}; // fixed nodes do not move
     int iteration = 0;
     while (rz > enough && iteration < system->iterations) {
         const double pq = multiply(system, p, q);

@@ -1,19 +1,19 @@
-// Spring forces, shape-preserving springs, outside forces and the integrator's algebra of one
-// stage, in one pass over the nodes (Choi et al. 2005, eq 1, 2 and 10; damping of eq 10 on the full
-// vector).
+// Spring forces, shape-preserving springs, external forces and the integrator's update of one
+// stage, in one pass over the nodes (Choi et al. 2005, eqs 1, 2 and 10; damping of eq 10 on the
+// full velocity vector, or as printed).
 //
-// Compiled once a precision and level with KERNEL_NAME, KERNEL_LEVEL, KERNEL_SINGLE and
+// Compiled once per precision and level with KERNEL_NAME, KERNEL_LEVEL, KERNEL_SINGLE and
 // KERNEL_WIDTH. A lane is a node: its neighbours' rows are loaded whole and transposed in
 // registers, so that all arithmetic runs across nodes and each node adds its springs in the order
-// of its entries, whatever the width. Branch-free where data decides (select, not if): gcc 12
-// miscompiles masked conditional loops.
+// of its entries at any width. Branch-free where data decides (select, not if):
+// server/PERFORMANCE.md, "Masked loops that gcc 12 miscompiles".
 #include "surface/kernel.h"
 
 #include "base/vector.h"
 
 #include <string.h>
 
-// Structure of vectors: the position and velocity of WIDTH nodes.
+// Structure of vectors: the positions and velocities of WIDTH nodes.
 typedef struct Nodes {
     Vector x, y, z, vx, vy, vz;
 } Nodes;
@@ -32,14 +32,14 @@ INLINE void load_nodes(const Real *rows, const int *slot, bool velocities, Nodes
     }
 }
 
-// WIDTH slots in a row.
+// WIDTH consecutive slots.
 INLINE void count_slots(int slots[WIDTH])
 {
     for (int i = 0; i < WIDTH; i++)
         slots[i] = i;
 }
 
-// The rows of WIDTH lanes from `lane` of the tables on; `scattered`: wherever they lie.
+// Loads the rows of WIDTH lanes from `lane` of the tables on; `scattered`: from anywhere in memory.
 INLINE void load_own_nodes(const SpringPass *pass, const void *rows, long lane, bool scattered,
                            Nodes *out)
 {
@@ -57,7 +57,7 @@ INLINE void store_nodes(Real *rows, const int *slot, const Nodes *nodes)
     vector_store_rows(rows + 4, slot, nodes->vx, nodes->vy, nodes->vz);
 }
 
-// Sum of the spring forces on WIDTH nodes, before the stiffness scale.
+// Sums the spring forces on WIDTH nodes, before the stiffness scale.
 INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int lane, bool damped,
                         bool prestressed, bool scattered, Vector force[3])
 {
@@ -88,9 +88,9 @@ INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int
         Vector length2 = dx * dx + dy * dy + dz * dz;
         Vector k = vector_load(stiffness + at);
 #if KERNEL_SINGLE
-        // A spring without length has no direction: with (1e-12 m)^2 added, far below the rounding
-        // of any other, its force fades to 0 without a test. One division serves
-        // growth / ((l + r) l) and beta approach / l^2.
+        // A spring of zero length has no direction: adding (1e-12 m)^2, far below the rounding
+        // error of any other spring, makes its force vanish without a test. One division serves
+        // both growth / ((l + r) l) and beta approach / l^2.
         length2 += tiny;
         Vector length = vector_sqrt(length2), both = length + r;
         Vector pull = growth * length;
@@ -101,8 +101,8 @@ INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int
         }
         Vector factor = k * (pull * (one / (both * length2)));
 #else
-        (void)prestressed; // the rest length says all
-        // A spring without length has no direction: force 0 (its stiffness is masked away).
+        (void)prestressed; // the rest length includes it
+        // A spring of zero length has no direction: its force is 0 (the stiffness is masked).
         k = vector_select_greater(length2, tiny, k, zero);
         Vector inverse = one / vector_sqrt(vector_select_greater(length2, tiny, length2, one));
         Vector pull = one - r * inverse;
@@ -122,10 +122,40 @@ INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int
     force[2] = fz;
 }
 
+// Adds virtual nodes in the world, damped only along the spring: eq 10 as printed. A node within
+// 1e-12 m of its rest position has no such direction: it is not damped.
+INLINE void add_radial_shape(const SpringPass *pass, const Nodes *own, int chunk, int lane,
+                             Vector a[3])
+{
+    const NodeTable *nodes = pass->nodes;
+    const long slot = (long)chunk * LANES + lane;
+    Vector away[3] = {own->x, own->y, own->z};
+#if !KERNEL_SINGLE
+    const Real *rest = (const Real *)nodes->rest + (long)chunk * 3 * LANES + lane;
+    for (int c = 0; c < 3; c++)
+        away[c] -= vector_load(rest + c * LANES);
+#endif
+    Vector rate = vector_load((const Real *)nodes->shape_rate + slot);
+    Vector shape_drag = vector_load((const Real *)nodes->shape_drag + slot);
+    Vector drag = vector_load((const Real *)nodes->drag + slot);
+    Vector v[3] = {own->vx, own->vy, own->vz};
+    Vector along = away[0] * v[0] + away[1] * v[1] + away[2] * v[2];
+    Vector length2 = away[0] * away[0] + away[1] * away[1] + away[2] * away[2];
+    const Vector one = vector_set(1.0), tiny = vector_set(1e-24), zero = vector_set(0.0);
+    shape_drag = vector_select_greater(length2, tiny, shape_drag, zero);
+    Vector pull = rate + shape_drag * (along / vector_select_greater(length2, tiny, length2, one));
+    for (int c = 0; c < 3; c++)
+        a[c] -= pull * away[c] + drag * v[c];
+}
+
 // Adds the acceleration of the shape-preserving springs and of nodal damping.
 INLINE void add_shape(const SpringPass *pass, const Nodes *own, int chunk, int lane,
                       ShapeVariant shape, bool scattered, Vector a[3])
 {
+    if (shape == SHAPE_FRAME_WORLD_RADIAL) {
+        add_radial_shape(pass, own, chunk, lane, a);
+        return;
+    }
     const NodeTable *nodes = pass->nodes;
     long slot = (long)chunk * LANES + lane;
     const long at = (long)chunk * 3 * LANES + lane;
@@ -143,8 +173,7 @@ INLINE void add_shape(const SpringPass *pass, const Nodes *own, int chunk, int l
         }
         return;
     }
-    // The virtual node moves with the body's rigid motion: x - c - R (X - C), v - v_c - w x (x -
-    // c).
+    // The virtual node follows the body's rigid motion: x - c - R (X - C), v - v_c - w x (x - c).
     const FramePose *f = pass->frame;
     Vector shape_drag = vector_load((const Real *)nodes->shape_drag + slot);
     Vector arm[3], away[3], p[3]; // X - C; x - c - (X - C) or x - c; x - c
@@ -166,7 +195,7 @@ INLINE void add_shape(const SpringPass *pass, const Nodes *own, int chunk, int l
            wz = vector_set(f->angular[2]);
     Vector spin[3] = {wy * p[2] - wz * p[1], wz * p[0] - wx * p[2], wx * p[1] - wy * p[0]};
     for (int c = 0; c < 3; c++) {
-        double turn[3]; // row of R, or of R - I against a displacement
+        double turn[3]; // row of R, or of R - I for displacements
         for (int k = 0; k < 3; k++)
             turn[k] = f->rotation[c][k] - (KERNEL_SINGLE && c == k ? 1.0 : 0.0);
         Vector target = vector_set(turn[0]) * arm[0] + vector_set(turn[1]) * arm[1] +
@@ -176,13 +205,13 @@ INLINE void add_shape(const SpringPass *pass, const Nodes *own, int chunk, int l
     }
 }
 
-// The integrator's coefficients, times the substep.
+// The integrator's coefficients, multiplied by the substep.
 typedef struct Coefficients {
     StageRule rule;
     Vector h, weight, advance;
 } Coefficients;
 
-// One component of the two sums of an RK4 stage but the last: see StageRule.
+// Updates one component of the two sums of an RK4 stage other than the last: see StageRule.
 static inline Vector advance_rk4(const Coefficients *by, Vector base, Vector from, Vector slope,
                                  Real *sum)
 {
@@ -193,6 +222,7 @@ static inline Vector advance_rk4(const Coefficients *by, Vector base, Vector fro
 INLINE void advance(const SpringPass *pass, const Coefficients *by, const Nodes *own,
                     const Vector a[3], int chunk, int lane, bool scattered, Nodes *next)
 {
+    // Leapfrog and Euler: the kick, then a drift with the new velocities.
     if (by->rule == STAGE_KICK) {
         next->vx = own->vx + by->h * a[0];
         next->vy = own->vy + by->h * a[1];
@@ -206,6 +236,7 @@ INLINE void advance(const SpringPass *pass, const Coefficients *by, const Nodes 
     Real *sums[6];
     for (int c = 0; c < 6; c++)
         sums[c] = sum + c * LANES;
+    // The last RK4 stage adds its slope to the sums, which are the result.
     if (by->rule == STAGE_RK4_LAST) {
         next->x = vector_load(sums[0]) + by->weight * own->vx;
         next->y = vector_load(sums[1]) + by->weight * own->vy;
@@ -215,6 +246,7 @@ INLINE void advance(const SpringPass *pass, const Coefficients *by, const Nodes 
         next->vz = vector_load(sums[5]) + by->weight * a[2];
         return;
     }
+    // The other RK4 stages update the sums and form the rows of the next stage.
     Nodes base = *own, from = *own;
     if (by->rule == STAGE_RK4_MIDDLE) {
         load_own_nodes(pass, pass->base, (long)chunk * LANES + lane, scattered, &base);
@@ -246,19 +278,20 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
                              .h = vector_set(pass->h),
                              .weight = vector_set(pass->stage.weight * pass->h),
                              .advance = vector_set(pass->stage.advance * pass->h)};
-    // Bad numbers of a stage spread into the sum, and so into the substep's result; what went bad
-    // earlier in the tick is still bad.
+    // Bad numbers of a stage propagate into the sum, and so into the substep's result; numbers that
+    // went bad earlier in the tick are still bad.
     const bool ends = pass->stage.last && (by.rule == STAGE_RK4_LAST || by.rule == STAGE_KICK);
     Mask good = zero == zero;
     for (int k = pass->first_chunk; k < pass->last_chunk; k++) {
         const int chunk = scattered ? pass->chunk[k] : k;
         for (int lane = 0; lane < LANES; lane += WIDTH) {
-            long slot = (long)chunk * LANES + lane; // of the tables
+            long slot = (long)chunk * LANES + lane; // in the tables
             Nodes own;
             load_own_nodes(pass, pass->present, slot, scattered, &own);
 
             Vector force[3], a[3];
             add_springs(pass, &own, chunk, lane, damped, prestressed, scattered, force);
+            // The forces that hanging nodes pass to their masters.
             if (scattered && pass->carries[chunk]) {
                 Vector handed[3], unused[3];
                 vector_load_rows(pass->handed, pass->springs->own + slot, false, handed, unused);
@@ -279,7 +312,7 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
 
             Nodes next;
             advance(pass, &by, &own, a, chunk, lane, scattered, &next);
-            if (ends) // a sum of squares is no number, or infinite, where one of them is
+            if (ends) // a sum of squares is NaN or infinite where one of them is
                 good &= (square(next.x, next.y, next.z) <= position_limit) &
                         (square(next.vx, next.vy, next.vz) <= velocity_limit);
             int slots[WIDTH];
@@ -294,7 +327,7 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
         *pass->bad = true;
 }
 
-// Spring forces alone, before the stiffness scale, of nodes that do not move by themselves.
+// Sums spring forces only, before the stiffness scale, for nodes that do not move by themselves.
 INLINE void add_up(const SpringPass *pass, bool damped, bool prestressed)
 {
     for (int k = pass->first_chunk; k < pass->last_chunk; k++)
@@ -314,7 +347,7 @@ static void drift(const void *present, void *next, int slot_count, double dt)
     const Real *from = present;
     Real *to = next;
     const Real step = REAL(dt);
-    // By fours: left to itself gcc 12 shuffles several rows together and takes twice as long.
+    // In groups of four: otherwise gcc 12 shuffles several rows together and takes twice as long.
     for (long i = 0; i < (long)slot_count * ROW; i += ROW) {
         Block position, velocity;
         memcpy(&position, from + i, sizeof position);
@@ -325,7 +358,7 @@ static void drift(const void *present, void *next, int slot_count, double dt)
     }
 }
 
-// The variants: what a scene leaves out is not in its kernel.
+// The variants: the kernel of a scene contains only what the scene uses.
 #define VARIANT(name, damped, shape, external, prestressed)                                        \
     static void name(const SpringPass *pass)                                                       \
     {                                                                                              \
@@ -360,9 +393,11 @@ static void drift(const void *present, void *next, int slot_count, double dt)
 SHAPE_VARIANT_SET(plain_none, false, SHAPE_FRAME_NONE)
 SHAPE_VARIANT_SET(plain_world, false, SHAPE_FRAME_WORLD)
 SHAPE_VARIANT_SET(plain_body, false, SHAPE_FRAME_BODY)
+SHAPE_VARIANT_SET(plain_radial, false, SHAPE_FRAME_WORLD_RADIAL)
 SHAPE_VARIANT_SET(damped_none, true, SHAPE_FRAME_NONE)
 SHAPE_VARIANT_SET(damped_world, true, SHAPE_FRAME_WORLD)
 SHAPE_VARIANT_SET(damped_body, true, SHAPE_FRAME_BODY)
+SHAPE_VARIANT_SET(damped_radial, true, SHAPE_FRAME_WORLD_RADIAL)
 SUM_VARIANT(sum_plain, false, false)
 SUM_VARIANT(sum_plain_prestressed, false, true)
 SUM_VARIANT(sum_damped, true, false)
@@ -373,15 +408,15 @@ const SpringKernels KERNEL_NAME = {
     .level = KERNEL_LEVEL,
     .precision = KERNEL_SINGLE ? PRECISION_SINGLE : PRECISION_DOUBLE,
     .evaluate = {{SHAPE_VARIANT_NAMES(plain_none), SHAPE_VARIANT_NAMES(plain_world),
-                  SHAPE_VARIANT_NAMES(plain_body)},
+                  SHAPE_VARIANT_NAMES(plain_body), SHAPE_VARIANT_NAMES(plain_radial)},
                  {SHAPE_VARIANT_NAMES(damped_none), SHAPE_VARIANT_NAMES(damped_world),
-                  SHAPE_VARIANT_NAMES(damped_body)}},
-    .scattered = {{SHAPE_VARIANT_NAMES(plain_none_scattered),
-                   SHAPE_VARIANT_NAMES(plain_world_scattered),
-                   SHAPE_VARIANT_NAMES(plain_body_scattered)},
-                  {SHAPE_VARIANT_NAMES(damped_none_scattered),
-                   SHAPE_VARIANT_NAMES(damped_world_scattered),
-                   SHAPE_VARIANT_NAMES(damped_body_scattered)}},
+                  SHAPE_VARIANT_NAMES(damped_body), SHAPE_VARIANT_NAMES(damped_radial)}},
+    .scattered =
+        {{SHAPE_VARIANT_NAMES(plain_none_scattered), SHAPE_VARIANT_NAMES(plain_world_scattered),
+          SHAPE_VARIANT_NAMES(plain_body_scattered), SHAPE_VARIANT_NAMES(plain_radial_scattered)},
+         {SHAPE_VARIANT_NAMES(damped_none_scattered), SHAPE_VARIANT_NAMES(damped_world_scattered),
+          SHAPE_VARIANT_NAMES(damped_body_scattered),
+          SHAPE_VARIANT_NAMES(damped_radial_scattered)}},
     .sum = {{sum_plain, sum_plain_prestressed}, {sum_damped, sum_damped_prestressed}},
     .drift = drift,
 };

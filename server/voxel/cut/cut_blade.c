@@ -1,4 +1,4 @@
-// From a blade's motion to the faces that it breaks.
+// Finds the faces that a blade's motion breaks.
 #include "base/check.h"
 #include "voxel/cut/cut_blade_parts.h"
 
@@ -10,7 +10,7 @@
     (type *)arena_allocate(arena, ARENA_CONTACT, (size_t)(count), sizeof(type), "%s/%s", name,     \
                            label)
 
-enum { PARTS_OF_CELL = 1024 }; // q is a cell's edge over this
+enum { PARTS_OF_CELL = 1024 }; // q is a cell's edge divided by this
 #define TWIST_TOLERANCE 0.05   // of a sub-tick, in cells
 
 // ---------------------------------------------------------------------------------------------
@@ -30,7 +30,7 @@ static bool quantise_edge(const CutBlades *blades, const BladeEdge *edge, CutPoi
     return true;
 }
 
-// Afterwards the marks are clear, the list stays.
+// Clears the marks; the list stays.
 static void clear_marks(CutBlades *blades)
 {
     for (int h = 0; h < blades->hit_count; h++)
@@ -63,10 +63,12 @@ static bool sweep_whole(CutBlades *blades, const void *row, const CutSweep *swee
         return answer(blades, CUT_TOO_LARGE, outcome);
     if (parts == 0)
         return answer(blades, CUT_TOO_TWISTED, outcome);
+    // A command knows nothing of earlier positions: every cell is new.
     memset(blades->whole.stamp, 0, (size_t)blades->cell_count * sizeof *blades->whole.stamp);
     search.now = 1, search.was = -1;
     cut_centres_begin(&search.centres, blades->lattice, blades->rows, row);
     const CutPath base[2] = {{{from[0], to[0]}}, {{from[1], to[1]}}};
+    // A flat sweep is tested by codes of all cells, a twisted one by boxes of bricks.
     search.coded = parts == 1;
     if (search.coded) {
         cut_sweep_set_edge(&search, base);
@@ -88,7 +90,7 @@ static bool sweep_whole(CutBlades *blades, const void *row, const CutSweep *swee
                   outcome);
 }
 
-// The stroke begins where the edge is now. False: the edge or a cell is beyond reach.
+// Begins the stroke at the current edge. False: the edge or a cell is out of range.
 static bool begin_stroke(CutBlades *blades, const void *row, BladeMemory *memory,
                          const BladeEdge *edge)
 {
@@ -122,6 +124,7 @@ static bool go_on(CutBlades *blades, const void *row, double tick, const CutSwee
         verdict = CUT_TOO_TWISTED;
     else if (!quantise_edge(blades, &sweep->after, to))
         verdict = CUT_TOO_LARGE;
+    // Find the bricks near the sweep, then the cells there, before any link is tested.
     if (verdict == CUT_MET_NOTHING) {
         BladeSearch search = {.blades = blades, .memory = memory};
         search.was = (int)stroke->now;
@@ -132,6 +135,7 @@ static bool go_on(CutBlades *blades, const void *row, double tick, const CutSwee
         look_at_bricks(&search);
         int64_t *tries = &sweep->stroke->tries;
         CutPath base[2];
+        // The edge continues from where it was used last, so its shift there is already included.
         for (int e = 0; e < 2; e++) {
             const CutPoint shift = cut_shift(*tries, e);
             base[e] = (CutPath){{stroke->edge[e], to[e]}};
@@ -146,6 +150,7 @@ static bool go_on(CutBlades *blades, const void *row, double tick, const CutSwee
             verdict = CUT_DONE;
         stroke->fresh = 0;
     }
+    // After a failure the stroke begins again at the current edge.
     if (verdict != CUT_DONE && verdict != CUT_MET_NOTHING)
         begin_stroke(blades, row, memory, &sweep->after);
     return answer(blades, verdict, outcome);

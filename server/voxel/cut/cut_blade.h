@@ -1,37 +1,39 @@
-// Which faces of a voxel body a blade breaks: those whose link, between the centres of two finest
-// cells, meets the blade's edge while both move (dynamics/cut_exact.h). Centres are quantised once:
-// where a cell's was at the end of a tick is where the next tick begins, remembered for the cells
-// around each blade.
+// Finds the faces of a voxel body that a blade breaks (README.md, "Links"): those whose link,
+// between the centres of two finest cells, meets the blade's edge while both move
+// (dynamics/cut_exact.h). Centres are quantised once: a tick starts with the points at which the
+// last one ended, which are stored for the cells around each blade.
 //
-// Far bricks of cells (windows of level 0) are passed over by boxes around all their links. A box
-// is kept, and taken for larger by what anything can have moved since it was made, until that would
-// bring the brick near.
+// Boxes around all links of a brick of cells (a window of level 0) exclude bricks that are far
+// away. A box is kept, and enlarged by the distance that anything can have moved since it was
+// computed, until that would make the brick near.
 //
-// Step thread, but for the functions said to be of load time.
+// Step thread, except the functions marked as load time.
 #ifndef PLIANT_VOXEL_CUT_CUT_BLADE_H
 #define PLIANT_VOXEL_CUT_CUT_BLADE_H
 
 #include "dynamics/cut.h"
 #include "dynamics/rows.h"
+#include "geometry/box.h"
 #include "voxel/cut/cut_lattice.h"
 
+// The box of the links of a brick.
 typedef struct BladeBox {
-    double low[3], high[3]; // world [m]
-    double made;            // BladeStroke.travel then; negative: never
+    Box world;   // [m]
+    double made; // BladeStroke.travel when it was computed; negative: never
 } BladeBox;
 
-// What is remembered from tick to tick; part of the state.
+// The state of a stroke from tick to tick; part of the body's state.
 typedef struct BladeStroke {
     int64_t under_way; // 0 or 1
-    int64_t fresh;     // no sub-tick was done yet: the beginning may still be shifted
+    int64_t fresh;     // no sub-tick was done yet: the start may still be shifted
     int64_t now;       // ticks of this stroke, from 1
-    CutPoint edge[2];  // its ends as they were last used
-    double travel;     // that anything can have moved since the stroke began [m]
+    CutPoint edge[2];  // its ends as last used
+    double travel;     // longest distance that anything can have moved since the stroke began [m]
 } BladeStroke;
 
 typedef struct BladeMemory {
     BladeStroke *stroke;
-    int (*centre)[3]; // [cell] in q, at the end of tick `stamp`
+    int (*centre)[3]; // [cell] in units of q, at the end of tick `stamp`
     int *stamp;       // [cell] 0: never in this stroke
     BladeBox *box;    // [brick]
 } BladeMemory;
@@ -46,39 +48,39 @@ typedef struct CutBlades {
     int blade_count;
     BladeMemory *blade; // [blade_count]
 
-    // --- the last answer ---
+    // --- result of the last call ---
     int (*hit)[2]; // [hit_count] {cell, axis}, in the order found
     int hit_count;
 
     // --- scratch ---
-    unsigned char *hit_bits;     // [cell] bit d: its face towards +d is among them
-    BladeMemory whole;           // of commands
-    int (*before)[3];            // [cell] where it was when the tick began, in q
-    int *code_stamp;             // [cell] for which its code holds
+    unsigned char *hit_bits;     // [cell] bit d: its face towards +d is in `hit`
+    BladeMemory whole;           // memory for commands
+    int (*before)[3];            // [cell] centre at the start of the tick, in units of q
+    int *code_stamp;             // [cell] stamp for which its code is valid
     unsigned char *code;         // [cell]
     int last_code;               // stamp
-    unsigned short *vertex_code; // [vertex] on which sides of a command's sweep
-    unsigned short *near_code;   // [cell] on which all of its element is
-    int *brick;                  // [brick_count] that the sweep may meet
-    int64_t looked_at;           // links, since the start
+    unsigned short *vertex_code; // [vertex] outside which sides of a command's sweep
+    unsigned short *near_code;   // [cell] sides that its whole element is outside of
+    int *brick;                  // [brick_count] bricks that the sweep may meet
+    int64_t looked_at;           // links tested since the start
 } CutBlades;
 
-// Load time.
+// Load time. The arena owns the arrays.
 void cut_blades_create(CutBlades *blades, const char *name, const CutLattice *lattice,
                        const Rows *rows, double size, Arena *arena);
-// Load time, as BodyOps.reserve_blades.
+// Load time: BodyOps.reserve_blades.
 void cut_blades_reserve(CutBlades *blades, const char *name, int count, Arena *arena,
                         StateList *state);
-// The unbroken faces that the sweep breaks, into blades->hit; `row` is the present one, `tick` [s].
-// Nothing of the body is touched. True when there are any; else outcome->verdict says why not.
-// Fills `verdict` and `separated` alone.
+// Finds the unbroken faces that the sweep breaks, in blades->hit; `row`: the current rows, `tick`
+// [s]. The body is not changed. True if there are any; otherwise outcome->verdict has the reason.
+// Only sets `verdict` and `separated`.
 bool cut_blades_find(CutBlades *blades, const void *row, double tick, const CutSweep *sweep,
                      CutOutcome *outcome);
-// The hits could not be carried out: the stroke begins anew where the edge is.
+// Call it when the hits could not be carried out: the stroke starts again at the current edge.
 void cut_blades_refused(CutBlades *blades, const void *row, const CutSweep *sweep);
-// The body is somewhere else: strokes begin anew.
+// Call it when the body is elsewhere: all strokes start again.
 void cut_blades_forget(CutBlades *blades);
-// Makes whatever was read from a file harmless.
+// Validates memory that was read from a file, and clears it if it is invalid.
 void cut_blades_restored(CutBlades *blades);
 
 #endif

@@ -1,5 +1,5 @@
-// What the pipeline asks of a voxel body that can be cut (dynamics/body.h). Step thread: no
-// allocation, no lock.
+// The operations of a voxel body that can be cut (dynamics/body.h). Step thread: no allocation, no
+// lock.
 #include "voxel/cut/cut_body.h"
 
 // ---------------------------------------------------------------------------------------------
@@ -23,7 +23,7 @@ static VoxelPass make_pass(const CutModel *model, const void *rows)
     };
 }
 
-// A pass whose halves two threads share, each with forces of its own.
+// A pass whose halves run on two threads, each with forces of its own.
 typedef struct SharedPass {
     const CutModel *model;
     const VoxelPass *pass;
@@ -82,7 +82,7 @@ static bool body_check(const void *self)
     return model->sound && cut_windows_check(&model->windows) && vertices_check(&model->vertices);
 }
 
-// Cuts stay: what is broken is no number.
+// Cuts stay: broken bits are no numbers that a reset restores.
 static void body_restore(void *self, RestoreMode mode)
 {
     CutModel *model = self;
@@ -98,8 +98,7 @@ static void body_restore(void *self, RestoreMode mode)
 // ---------------------------------------------------------------------------------------------
 // Changes of topology
 
-// All that keeps something about elements and vertices follows, in the order in which one needs the
-// other.
+// Updates all data derived from elements and vertices, in the order of their dependencies.
 static bool follow(CutModel *model, Body *body, bool divided, bool pieces_came,
                    TopologyChange *change)
 {
@@ -127,7 +126,7 @@ static bool has_room(CutModel *model, CutOutcome *outcome, int faces)
     return true;
 }
 
-// Breaks faces {cell, axis} for which there is room.
+// Breaks faces {cell, axis}, if the capacity is sufficient.
 static bool break_faces(CutModel *model, Body *body, const int (*face)[2], int count,
                         CutOutcome *outcome, TopologyChange *change)
 {

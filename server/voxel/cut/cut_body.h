@@ -1,5 +1,5 @@
-// Voxel bodies with `cuttable = true`: the same elements, kernels and vertices as voxel.c's, held
-// so that blades can part them while the body moves.
+// Voxel bodies with `cuttable = true`: the same elements, kernels and vertices as in voxel.c,
+// stored so that blades can separate them while the body moves.
 #ifndef PLIANT_VOXEL_CUT_CUT_BODY_H
 #define PLIANT_VOXEL_CUT_CUT_BODY_H
 
@@ -22,19 +22,19 @@ typedef struct CutModel {
     CutPieces pieces;
     CutFaces faces;
     CutBlades blades;
-    CutTear tear;    // of bodies that tear of themselves
-    bool sound;      // what was last derived from the state could be
-    int64_t refused; // reconstructions that left something for want of room, since the start
+    CutTear tear;    // of bodies that tear
+    bool sound;      // the last derivation from the state succeeded
+    int64_t refused; // reconstructions left incomplete for lack of capacity, since the start
 } CutModel;
 
 extern const BodyOps cut_body_ops, cut_body_ops_tearing;
 
 // cut_patch.c: BodyOps.gather_patch.
 bool cut_body_gather_patch(const void *self, Patch *patch, int budget);
-// As voxel_create, which calls it; of space, not of the plane.
+// Creates a cuttable body in space; called by voxel_create, with the same contract.
 bool cut_body_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
                      Status *status);
-// What follows from bits and vertices, all anew. False: a state that cannot be.
+// Derives everything that follows from bits and vertices. False: an impossible state.
 bool cut_body_derive(CutModel *model, Body *body);
 
 #endif

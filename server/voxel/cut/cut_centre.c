@@ -37,8 +37,8 @@ static Vec3 to_world(const CellCentres *centres, Vec3 p)
                   m[2][0] * p.x + m[2][1] * p.y + m[2][2] * p.z + centres->shift[2]};
 }
 
-// The middles that are not there: of an edge, between its ends; of a face, between those of its
-// edges; the centre, between the corners. `there`: bit by point.
+// Fills in absent middles: of an edge, between its ends; of a face, between those of its edges; the
+// centre, between the corners. `there`: one bit per present point.
 static void fill_middles(Vec3 point[27], unsigned there)
 {
     static const int step[3] = {1, 3, 9};
@@ -62,7 +62,7 @@ static void fill_middles(Vec3 point[27], unsigned there)
     point[13] = vec3_scale(0.125, sum);
 }
 
-// Where the points of an element of level 1 or more are that is a leaf or lies in one.
+// Computes the points of an element of level 1 or more that is a leaf or inside one.
 static const Vec3 *find_points(CellCentres *centres, int element)
 {
     const CutLattice *lattice = centres->lattice;
@@ -71,6 +71,7 @@ static const Vec3 *find_points(CellCentres *centres, int element)
     if (centres->element[level] == element)
         return point;
     unsigned there = 0;
+    // A leaf has vertices; other elements take their corners from the points of their parent.
     if (cut_lattice_is_leaf(lattice, element)) {
         const int *node = cut_lattice_nodes(lattice, element);
         for (int n = 0; n < NODE_COUNT; n++) {
@@ -117,8 +118,7 @@ Vec3 cut_centres_vertex(const CellCentres *centres, int vertex)
     return to_world(centres, vertex_at(centres, vertex));
 }
 
-void cut_centres_grow(const CellCentres *centres, int cell, unsigned corners, double low[3],
-                      double high[3])
+void cut_centres_grow(const CellCentres *centres, int cell, unsigned corners, Box *box)
 {
     const CutLattice *lattice = centres->lattice;
     const int leaf = cut_lattice_leaf_of(lattice, cell);
@@ -127,13 +127,7 @@ void cut_centres_grow(const CellCentres *centres, int cell, unsigned corners, do
         corners = (1u << NODE_COUNT) - 1;
     for (; corners != 0; corners &= corners - 1) {
         const int n = __builtin_ctz(corners);
-        if (node[n] < 0)
-            continue;
-        const Vec3 x = vertex_at(centres, node[n]);
-        const double at[3] = {x.x, x.y, x.z};
-        for (int c = 0; c < 3; c++) {
-            low[c] = at[c] < low[c] ? at[c] : low[c];
-            high[c] = at[c] > high[c] ? at[c] : high[c];
-        }
+        if (node[n] >= 0)
+            box_add(box, vertex_at(centres, node[n]));
     }
 }

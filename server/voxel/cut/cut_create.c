@@ -1,4 +1,4 @@
-// Makes a voxel body that can be cut. Load time only.
+// Creates a voxel body that can be cut. Load time only.
 #include "voxel/cut/cut_body.h"
 
 #include "base/check.h"
@@ -15,7 +15,7 @@
 #define ALLOCATE(use, count, type, label)                                                          \
     (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
 
-// What creation needs between its steps.
+// Intermediate results of the creation.
 typedef struct Making {
     const VoxelOptions *options;
     Layout layout;
@@ -24,11 +24,11 @@ typedef struct Making {
     bool *fixed;         // [vertex_count]
     unsigned char *held; // see CutMasses
     int capacity;
-    double step, lambda, damping_lambda; // bounds of the body, as of its smallest elements
+    double step, lambda, damping_lambda; // bounds of the body, from its smallest elements
 } Making;
 
-// Twice what a body has of which every element is divided: a broken face is taken for four
-// vertices until it is known how many it brings, about one.
+// Returns the vertex capacity: twice the vertices of the fully divided body, because a broken face
+// is assumed to need four new vertices until it is known how many it needs, about one.
 static int choose_capacity(const VoxelOptions *options, const LatticeMesh *mesh, Status *status)
 {
     enum { LEAST = 1024 };
@@ -47,7 +47,7 @@ static int choose_capacity(const VoxelOptions *options, const LatticeMesh *mesh,
 }
 
 // ---------------------------------------------------------------------------------------------
-// What is fixed
+// Fixed points
 
 static long point_index(const Making *making, const int point[3])
 {
@@ -55,7 +55,8 @@ static long point_index(const Making *making, const int point[3])
     return ((long)point[2] * (n[1] + 1) + point[1]) * (n[0] + 1) + point[0];
 }
 
-// Slots around the point of a vertex that belong to its part, from the leaves that have it.
+// Returns the slots around the point of a vertex that belong to its part, from the leaves that have
+// it.
 static unsigned char slots_of_vertex(const Making *making, int vertex)
 {
     const LatticeMesh *mesh = &making->mesh;
@@ -135,9 +136,9 @@ static bool has_material(const Making *making, int material)
     return false;
 }
 
-// Classes and masses by level and material. The smallest elements, which any element may come to
-// consist of, bound the step: those with hanging vertices are at least twice as large, and have at
-// most twice the largest eigenvalue of their own cube.
+// Sets classes and masses by level and material. The smallest elements, which any element may be
+// divided into, bound the step: those with hanging vertices are at least twice as large, and have
+// at most twice the largest eigenvalue of their own cube.
 static void make_classes(Making *making, ElementClass *classes, double *mass)
 {
     const VoxelOptions *options = making->options;
@@ -176,7 +177,7 @@ static void create_vertices(CutModel *model, const Making *making, const VoxelKe
     vertices->mass = ALLOCATE(ARENA_TOPOLOGY, making->capacity, double, "vertex masses");
     vertices->id = model->lattice.vertex_id;
     for (int v = 0; v < vertices->count; v++)
-        vertices->mass[v] = 1.0; // to be known soon
+        vertices->mass[v] = 1.0; // set below
     setup_vertices(vertices, making->options, (const int(*)[3])mesh->point, making->by_id,
                    making->fixed, mesh->element_count, making->capacity, arena, state);
 }
@@ -261,7 +262,7 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
     Vertices *vertices = &model->vertices;
     create_vertices(model, making, kernels, name, arena, state);
     create_masses(model, making, mass, name, arena);
-    setup_frame(vertices, name, arena, state); // follows the vertices that it has when whole
+    setup_frame(vertices, name, arena, state); // weighted by the vertices of the uncut body
 
     const WindowOptions windows = {.name = name,
                                    .lattice = &model->lattice,

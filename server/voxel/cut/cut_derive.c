@@ -1,5 +1,5 @@
-// What follows from the bits of a cut lattice, from scratch: at load, and after the state was
-// replaced. Step thread.
+// Derives everything from the bits of a cut lattice: at load, and after the state was replaced.
+// Step thread.
 #include "voxel/cut/cut_parts.h"
 
 #include <string.h>
@@ -9,7 +9,8 @@ static int point_count(const CutScratch *scratch)
     return scratch->points[0] * scratch->points[1] * scratch->points[2];
 }
 
-// Whether elements are divided where they can be, and none borders on a leaf two levels larger.
+// True if elements are divided only where they can be, and none borders on a leaf two levels
+// larger.
 static bool divisions_are_sound(const CutLattice *lattice)
 {
     for (int e = 0; e < lattice->element_count; e++) {
@@ -113,7 +114,7 @@ static bool find_vertices(CutLattice *lattice)
                 if (!cut_points_visit(lattice, point, leaf, CUT_NO_BIRTHS))
                     return false;
             }
-    // Each was found by its id: as many are all, and none twice.
+    // Each expected vertex was found by its id: equal counts mean all of them, and none twice.
     return expected == cut_lattice_used(lattice);
 }
 

@@ -1,4 +1,4 @@
-// Squares of a cut body: where they are, who their neighbours are, which nodes have which. Step
+// Squares of a cut body: where they are, their neighbours, and the nodes that have them. Step
 // thread.
 #include "voxel/cut/cut_faces_parts.h"
 
@@ -9,9 +9,9 @@
 #include <string.h>
 
 // ---------------------------------------------------------------------------------------------
-// Where squares are
+// Positions of squares
 
-// The cell to which a cell holds across a face; -1: none.
+// Returns the cell that is connected to a cell across a face; -1: none.
 static int joined_to(const CutLattice *lattice, int cell, int direction)
 {
     const int axis = direction / 2;
@@ -29,8 +29,8 @@ bool cut_faces_is_shown(const CutLattice *lattice, int cell, int direction)
     return cut_lattice_is_leaf(lattice, cell) && joined_to(lattice, cell, direction) < 0;
 }
 
-// Around edge k of a square through the solid, as lattice_faces.c does: to the side, outwards, back
-// and down again, until a face leads nowhere. Returns the direction of that face of *cell.
+// Walks around edge k of a square through the solid, as in lattice_faces.c: to the side, outwards,
+// back and down again, until a face leads to no cell. Returns the direction of that face of *cell.
 static int square_across(const CutLattice *lattice, int *cell, int direction, int k)
 {
     const int side = square_side(direction, k);
@@ -41,7 +41,7 @@ static int square_across(const CutLattice *lattice, int *cell, int direction, in
             return turn[t];
         *cell = next;
     }
-    ASSERT(false); // the way around ends at the other side of the square itself
+    ASSERT(false); // the walk ends at the latest at the other side of the square itself
     return -1;
 }
 
@@ -51,7 +51,7 @@ static void corner_point(const CutLattice *lattice, int cell, int corner, int po
         point[d] = lattice->element[cell].cell[d] + (corner >> d & 1);
 }
 
-// The edge of the square (cell, direction) that runs from lattice point `from` to `to`.
+// Returns the edge of the square (cell, direction) that runs from lattice point `from` to `to`.
 static int edge_between(const CutLattice *lattice, int cell, int direction, const int from[3],
                         const int to[3])
 {
@@ -74,7 +74,7 @@ void cut_faces_join_square(CutFaces *faces, int square)
         const int turned = square_across(faces->lattice, &cell, direction, k);
         const int other = faces->square_of[cell][turned];
         if (other < 0)
-            continue; // of a state that cannot be
+            continue; // only in an impossible state
         corner_point(faces->lattice, first, SQUARE_CORNER[direction][k], from);
         corner_point(faces->lattice, first, SQUARE_CORNER[direction][(k + 1) % 4], to);
         const int back = edge_between(faces->lattice, cell, turned, to, from);
@@ -95,7 +95,7 @@ void cut_faces_touch(CutFaces *faces, int vertex)
     faces->touched[faces->touched_count++] = vertex;
 }
 
-// Lists of faces are ascending.
+// Inserts a face into a node's list, which stays ascending.
 static void add_to_node(CutFaces *faces, int vertex, int face)
 {
     const int start = faces->start[vertex];
@@ -144,7 +144,7 @@ static void set_corner(CutFaces *faces, int face, int corner, int vertex)
     faces->triangle[face][corner] = faces->slot_of[vertex];
 }
 
-// The vertex of a corner of a triangle: of the square's corners 0 1 2 and 0 2 3.
+// Returns the vertex of a corner of a triangle: of the square's corners 0 1 2 and 0 2 3.
 static int corner_vertex(const CutFaces *faces, int face, int corner)
 {
     const int code = faces->square[face / 2];
@@ -187,8 +187,8 @@ static double mass_per_area(const CutFaces *faces, int vertex)
     return faces->vertices->mass[vertex] / (3.0 * faces->node_area[vertex]);
 }
 
-// As contact_set_stiffness, but against a mass per area that stays, so that what did not change
-// keeps its firmness.
+// Sets the firmness as contact_set_stiffness does, but relative to a constant mass per area, so
+// that unchanged nodes keep their firmness.
 static void set_node_firmness(CutFaces *faces, int vertex)
 {
     double firmness = 1.0;
@@ -212,7 +212,7 @@ static void set_face_firmness(CutFaces *faces, int face)
     faces->face_firmness[face] = of_free < (double)INFINITY ? of_free : of_all;
 }
 
-// Summed up one by one, as for bodies that are not cut.
+// Sums one by one, in the order of bodies that are not cut.
 static void set_node_area(CutFaces *faces, int vertex)
 {
     faces->node_area[vertex] = 0.0;
@@ -254,7 +254,7 @@ void cut_faces_settle_touched(CutFaces *faces)
 // ---------------------------------------------------------------------------------------------
 // After changes of the lattice
 
-// The lowest cell of a vertex's part, which its id tells.
+// Returns the lowest cell of a vertex's part, from its id.
 static int cell_of_vertex(const CutLattice *lattice, int vertex)
 {
     int point[3], leaf[8];
@@ -307,8 +307,8 @@ static void add_square(CutFaces *faces, int cell, int direction)
     cut_faces_enter_square(faces, square);
 }
 
-// New squares, in the order in which their faces opened; then those that are there, whose corners
-// were doubled.
+// Adds new squares in the order in which their faces opened; then updates existing ones whose
+// corners were duplicated.
 static bool follow_squares(CutFaces *faces)
 {
     const CutLattice *lattice = faces->lattice;
@@ -322,6 +322,7 @@ static bool follow_squares(CutFaces *faces)
         add_square(faces, cut_lattice_beyond(lattice, cell, axis), 2 * axis);
     }
     bool changed = *faces->shown > before;
+    // Corners follow the vertices of changed elements.
     for (int i = 0; i < changes->element_count; i++) {
         const int element = changes->element[i];
         if (element >= faces->cell_count || !cut_lattice_is_leaf(lattice, element))
@@ -330,6 +331,7 @@ static bool follow_squares(CutFaces *faces)
             if (faces->square_of[element][d] >= 0)
                 changed |= follow_corners(faces, faces->square_of[element][d]);
     }
+    // Neighbours last: all squares exist now.
     for (int square = before; square < *faces->shown; square++)
         cut_faces_join_square(faces, square);
     return changed;
@@ -365,7 +367,7 @@ bool cut_faces_follow(CutFaces *faces, bool pieces_came, Body *body, TopologyCha
     const CutChanges *changes = &faces->lattice->changes;
     *change = (TopologyChange){.again = false};
     follow_births(faces, change);
-    for (int f = 0; f < changes->face_count; f++) // of those listed again the bit is not new
+    for (int f = 0; f < changes->face_count; f++) // the bit of faces listed again is not new
         faces->broken_count +=
             faces->counted[changes->face[f][0]] >> changes->face[f][1] & 1 ? 0 : 1;
     for (int f = 0; f < changes->face_count; f++)
@@ -381,7 +383,7 @@ bool cut_faces_follow(CutFaces *faces, bool pieces_came, Body *body, TopologyCha
 
 bool cut_faces_has_room(const CutFaces *faces, int broken, int *needed, int *room)
 {
-    // Faces that are broken but not open yet have their squares to come.
+    // Faces that are broken but not open yet get their squares later.
     const long squares = faces->outer_squares + 2 * ((long)faces->broken_count + broken);
     *needed = 4 * broken;
     *room = 2 * (faces->square_capacity - faces->outer_squares) - 4 * (int)faces->broken_count;

@@ -1,13 +1,13 @@
-// What a cuttable voxel body shows of itself: a square, two triangles, for each side of a finest
-// cell (a leaf of level 0) beyond which there is nothing, or a broken face. Squares only ever come:
-// each keeps its place, new ones take the next, so that whoever remembers something by face or node
-// keeps it. When vertices are doubled the corners of squares follow.
+// The visible faces of a cuttable voxel body: a square, two triangles, for each side of a finest
+// cell (a leaf of level 0) beyond which there is void or a broken face. Squares are never removed:
+// each keeps its place, new ones take the next, so that data stored by face or node stays valid.
+// When vertices are duplicated the corners of squares follow.
 //
-// Nodes of BodySurface are the vertices, whether they lie on the surface or not. Those of BodyMesh
-// have slots: first the vertices of the outer faces, then others as they come to the surface (or
-// all vertices, in their order).
+// The nodes of BodySurface are the vertices, whether or not they are on the surface. Those of
+// BodyMesh have slots: first the vertices of the outer faces, then others as they appear on the
+// surface (or all vertices, in their order).
 //
-// Step thread, but for cut_faces_create.
+// Step thread, except cut_faces_create.
 #ifndef PLIANT_VOXEL_CUT_CUT_FACES_H
 #define PLIANT_VOXEL_CUT_CUT_FACES_H
 
@@ -16,28 +16,28 @@
 #include "voxel/vertices.h"
 
 // Most triangles around a vertex: a part of n of the 8 cells around a point has at most n + 2
-// squares there, of at most two triangles each.
+// squares there, each with at most two triangles at the vertex.
 enum { CUT_NODE_FACES = 24 };
 
 typedef struct CutFaces {
     const CutLattice *lattice;
     const CutPieces *pieces;
-    const Vertices *vertices; // masses, and what is fixed
+    const Vertices *vertices; // for masses and fixed vertices
     double half;              // area of a triangle at rest [m2]
-    double least_firm;        // mass per area that has firmness 1 [kg/m2]; constant
+    double least_firm;        // mass per area with firmness 1 [kg/m2]; constant
     int cell_count;           // elements of level 0
     int square_capacity, outer_squares;
     bool all; // slots are vertices
 
     // --- part of the state ---
     int *square;         // [square_capacity] 6 * cell + direction (-x, +x, -y, +y, -z, +z)
-    int64_t *shown;      // squares
-    int *slot_vertex;    // [vertex_capacity] of a published node
-    int64_t *slot_count; // of them
-    int *copied_from;    // [vertex_capacity] vertex; -1: of nothing
+    int64_t *shown;      // number of squares
+    int *slot_vertex;    // [vertex_capacity] vertex of a published node
+    int64_t *slot_count; // number of slots
+    int *copied_from;    // [vertex_capacity] vertex from which it was copied; -1: none
 
-    // --- follows from it ---
-    unsigned char *counted;   // [cell] broken faces that are in broken_count
+    // --- derived from the state ---
+    unsigned char *counted;   // [cell] broken faces that are included in broken_count
     int64_t broken_count;     // faces
     int (*square_of)[6];      // [cell][direction] or -1
     int (*face)[3];           // [2 * square_capacity] vertices
@@ -48,8 +48,8 @@ typedef struct CutFaces {
     double *node_area;        // [vertex_capacity]
     double *face_firmness;    // [2 * square_capacity] NULL: no contacts
     double *node_firmness;    // [vertex_capacity]
-    int *cell_of;             // [vertex_capacity] a cell of its part: the lowest
-    int vertex_count;         // that have been seen
+    int *cell_of;             // [vertex_capacity] the lowest cell of its part
+    int vertex_count;         // number of vertices that have been processed
     int *slot_of;             // [vertex] -1: not published
     int (*triangle)[3];       // [2 * square_capacity] slots; `face` when slots are vertices
     int *id, *origin, *piece; // [slot]
@@ -63,26 +63,26 @@ typedef struct CutFaces {
     int touched_count;
 } CutFaces;
 
-// Load time. Fills body->surface and body->mesh; an uncut body shows what voxel_create_surface and
-// voxel_create_mesh give for `mesh`, in their order. `vertices` has its masses, and is_fixed can be
-// asked; `face_capacity`: most triangles, 0: ten times the outer ones, or all that there can be.
-// False with a status: the outer faces do not fit.
+// Load time. Fills body->surface and body->mesh; an uncut body has the faces of
+// voxel_create_surface and voxel_create_mesh for `mesh`, in their order. `vertices` must have its
+// masses and fixed vertices; `face_capacity`: most triangles, 0: ten times the outer ones, or all
+// that can exist. False with a status: the outer faces exceed the capacity.
 bool cut_faces_create(CutFaces *faces, const char *name, const CutLattice *lattice,
                       const CutPieces *pieces, const Vertices *vertices, const LatticeMesh *mesh,
                       const Layout *layout, double size, int face_capacity, bool publish_all,
                       bool without_contacts, Body *body, Arena *arena, StateList *state,
                       Status *status);
-// Whether two squares for each of so many new broken faces are sure to fit; else how many squares'
-// triangles are needed and free.
+// True if two squares for each of this many new broken faces are certain to fit; otherwise reports
+// how many squares' triangles are needed and available.
 bool cut_faces_has_room(const CutFaces *faces, int broken, int *needed, int *room);
-// After changes of the lattice, with the masses and pieces up to date and before
-// cut_lattice_forget_changes: follows them, and tells what contacts and loads need. True when
-// anything that is shown changed. `pieces_came`: of cut_pieces_follow.
+// Updates the faces after changes of the lattice, with the masses and pieces up to date and before
+// cut_lattice_forget_changes, and reports what contacts and loads need. True if anything visible
+// changed. `pieces_came`: result of cut_pieces_follow.
 bool cut_faces_follow(CutFaces *faces, bool pieces_came, Body *body, TopologyChange *change);
-// All that follows from the state, from scratch. False: squares or slots that cannot be (a
-// checkpoint's); then they are chosen anew.
+// Derives everything that follows from the state. False: impossible squares or slots (from a
+// checkpoint); these are then chosen again.
 bool cut_faces_derive(CutFaces *faces, Body *body);
-// As BodyOps.find_nodes: of the vertices on the surface now.
+// BodyOps.find_nodes: among the vertices that are on the surface now.
 int cut_faces_find_nodes(const CutFaces *faces, const Region *region, int *node, int capacity);
 
 #endif

@@ -1,4 +1,4 @@
-// The faces of a cut body from scratch: at load, and after the state was replaced.
+// Derives the faces of a cut body: at load, and after the state was replaced.
 #include "voxel/cut/cut_faces_parts.h"
 
 #include "base/check.h"
@@ -14,7 +14,7 @@
 // ---------------------------------------------------------------------------------------------
 // From scratch
 
-// Squares and faces that nobody has yet.
+// Clears all squares and faces.
 static void clear(CutFaces *faces)
 {
     const size_t triangles = 2 * (size_t)faces->square_capacity;
@@ -51,7 +51,7 @@ static int count_sides(const CutFaces *faces)
     return count;
 }
 
-// Whether the list of squares names each side that is shown once.
+// True if the list of squares has each visible side once.
 static bool squares_are_sound(CutFaces *faces)
 {
     if (*faces->shown < 0 || *faces->shown > faces->square_capacity ||
@@ -79,7 +79,7 @@ static void choose_squares(CutFaces *faces)
             faces->square[(*faces->shown)++] = code;
 }
 
-// Whether slots name vertices, each once.
+// True if slots refer to vertices, each once.
 static bool slots_are_sound(CutFaces *faces)
 {
     bool sound = *faces->slot_count >= 0 && *faces->slot_count <= faces->vertex_count;
@@ -101,7 +101,7 @@ static void choose_slots(CutFaces *faces)
         cut_faces_add_slot(faces, v);
 }
 
-// A vertex is a copy of an earlier one at its point.
+// True if each copied vertex is a copy of an earlier one at its point.
 static bool copies_are_sound(const CutFaces *faces)
 {
     for (int v = 0; v < faces->vertex_count; v++) {
@@ -123,7 +123,7 @@ bool cut_faces_derive(CutFaces *faces, Body *body)
 {
     clear(faces);
     count_broken(faces);
-    // Those that are not open yet find room when they are.
+    // Faces that are not open yet need capacity when they open.
     int needed, room;
     bool sound = cut_faces_has_room(faces, 0, &needed, &room);
     if (!copies_are_sound(faces)) {
@@ -139,12 +139,13 @@ bool cut_faces_derive(CutFaces *faces, Body *body)
         choose_slots(faces);
         sound = false;
     }
+    // The lists are valid now: create triangles and node lists from them.
     for (int s = 0; s < *faces->slot_count; s++)
         cut_faces_describe_slot(faces, s);
     const int64_t slots = *faces->slot_count;
     for (int s = 0; s < *faces->shown; s++)
         cut_faces_enter_square(faces, s);
-    // Every vertex on the surface had a slot, and no other.
+    // Exactly the vertices on the surface must have slots.
     sound &= *faces->slot_count == slots;
     for (int s = 0; s < *faces->slot_count && !faces->all; s++) {
         const int vertex = faces->slot_vertex[s];
@@ -152,7 +153,7 @@ bool cut_faces_derive(CutFaces *faces, Body *body)
     }
     for (int s = 0; s < *faces->shown; s++)
         cut_faces_join_square(faces, s);
-    // All of them, each once, whatever entering squares has touched.
+    // Recompute all vertices, each once, regardless of which ones entering squares has touched.
     for (int v = 0; v < faces->vertex_count; v++)
         cut_faces_touch(faces, v);
     cut_faces_settle_touched(faces);
@@ -223,7 +224,7 @@ static void create_surface(CutFaces *faces, const char *name, bool without_conta
     faces->is_touched = ALLOCATE(vertices, unsigned char, "touched");
     if (without_contacts)
         return;
-    // A corner of the body bears a sixth of what the middle of a face does.
+    // A corner of the body is a sixth as stiff as the middle of a face: contacts need the firmness.
     faces->face_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)triangles, sizeof(double),
                                           "%s/face firmness", name);
     faces->node_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)vertices, sizeof(double),
@@ -282,8 +283,8 @@ static void describe(CutFaces *faces, double size, Body *body)
     };
 }
 
-// Squares: ten times those of the outer faces, which is room for cuts four times as large as they
-// are; or all that there can be.
+// Returns the capacity in squares: ten times the outer ones, enough for cuts four times as large as
+// the surface; or all that can exist.
 static int choose_capacity(const CutFaces *faces, int face_capacity)
 {
     enum { LEAST = 512 };
@@ -320,7 +321,7 @@ bool cut_faces_create(CutFaces *faces, const char *name, const CutLattice *latti
     list_outer(faces, layout, mesh->surface_count);
     bool sound = cut_faces_derive(faces, body);
     ASSERT(sound);
-    if (!without_contacts) { // now that areas are known
+    if (!without_contacts) { // areas are known now
         cut_faces_find_least(faces);
         sound = cut_faces_derive(faces, body);
         ASSERT(sound);

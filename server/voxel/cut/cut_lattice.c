@@ -1,4 +1,4 @@
-// The elements and vertices that a cut body can ever have. Load time, and looking up.
+// The elements and vertices that a cut body can ever have: creation, and look-up.
 #include "voxel/cut/cut_parts.h"
 
 #include "base/check.h"
@@ -19,7 +19,7 @@ static int blocks_along(const CutLattice *lattice, int level, int axis)
     return lattice->count[axis] >> level;
 }
 
-// The initial leaf that covers a block wholly; -1: there are smaller ones, or void.
+// Returns the initial leaf that covers a block entirely; -1: there are smaller ones, or void.
 static int covering_leaf(const Layout *layout, int level, int i, int j, int k)
 {
     const int leaf = layout_leaf_at(layout, i << level, j << level, k << level);
@@ -36,7 +36,7 @@ static int count_elements(const Layout *layout)
     return (int)count;
 }
 
-// A place in a window on the Z curve.
+// Returns a coordinate of a position on the Z curve of a window.
 static int along_curve(int code, int axis)
 {
     return (code >> axis & 1) | (code >> (axis + 3) & 1) << 1;

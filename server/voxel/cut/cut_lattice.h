@@ -1,23 +1,24 @@
-// Which elements and vertices a voxel body has while it is cut: private to the voxel room, and
-// there only of bodies with `cuttable = true`.
+// The elements and vertices of a voxel body while it is cut: private to the voxel module, for
+// bodies with `cuttable = true`.
 //
-// Two sets of bits are the whole truth: which elements are divided, and which faces of the finest
-// cells are broken. Bits are only ever set. Elements follow from the first, who shares which vertex
-// from both (lattice_mesh.h: the parts of a lattice point), and every local change gives the same
-// as deriving all of it anew (cut_lattice_derive; tests compare). Elements have their numbers for
-// life: all that can ever come are numbered at load, the initial leaves and all their descendants;
-// by level, within a level by window (an aligned block of WINDOW_EDGE elements a side), within a
-// window along a Z curve. So the eight children of an element follow one another.
+// Two sets of bits define everything (README.md, "Two sets of bits"): which elements are divided,
+// and which faces of the finest cells are broken. Bits are only ever set. The elements follow from
+// the first, the sharing of vertices from both (lattice_mesh.h: the parts of a lattice point), and
+// every local change gives the same result as deriving everything again (cut_lattice_derive; tests
+// compare). Elements keep their numbers: all that can ever exist are numbered at load, the initial
+// leaves and all their descendants; by level, within a level by window (an aligned block of
+// WINDOW_EDGE elements a side), within a window along a Z curve. So the eight children of an
+// element are consecutive.
 //
 // A broken face takes effect, and is open, once the cells on both sides are leaves: around a face
-// that still borders on a larger leaf everything holds together. So no large leaf ever has an open
+// that still borders on a larger leaf everything stays connected. So no large leaf ever has an open
 // face, outer and cut faces are squares of one size on both sides, and a vertex never loses its
 // last element.
 //
-// Vertices only ever come: they keep their row for life, and new ones take the next. A vertex's id
-// is a function of the bits: the index of its lattice point, x fastest, for the part with the
-// lowest solid slot there; + points * (lowest slot of its part) for others. Parts only ever become
-// smaller, so the id stays with the smaller part that holds the lowest slot.
+// Vertices are never removed: they keep their rows, and new ones take the next. A vertex's id is a
+// function of the bits: the index of its lattice point, x fastest, for the part with the lowest
+// solid slot there; + points * (lowest slot of its part) for others. Parts only ever become
+// smaller, so that the id stays with the smaller part that holds the lowest slot.
 #ifndef PLIANT_VOXEL_CUT_CUT_LATTICE_H
 #define PLIANT_VOXEL_CUT_CUT_LATTICE_H
 
@@ -32,29 +33,29 @@ enum { WINDOW_EDGE = 4, WINDOW_ELEMENTS = 64 };
 typedef struct CutElement {
     int cell[3]; // its lowest cell
     int parent;  // -1: an initial leaf
-    int child;   // the first of eight; -1: level 0
+    int child;   // first of eight; -1: level 0
     unsigned char level, material;
 } CutElement;
 
-// Elements [first, end) of one level in one aligned block; windows without any do not exist.
+// Elements [first, end) of one level in one aligned block; empty windows do not exist.
 typedef struct CutWindow {
     int first, end;
     unsigned char level;
 } CutWindow;
 
-// A vertex that came, with the mean place and velocity of its parents: a copy of `origin` at the
-// same point, which is where its elements had their vertex; or (origin -1) a new one in the middle
-// of nodes of a divided element, by the template's rule.
+// A new vertex, with the mean position and velocity of its parents: a copy of `origin` at the same
+// point, where its elements had their vertex before; or (origin -1) a vertex in the middle of nodes
+// of a divided element, by the template's rule.
 typedef struct CutBirth {
     int vertex, origin;
-    int parent_count, parent[8]; // 1 (the origin), 2, 4 or 8; they were there before
+    int parent_count, parent[8]; // 1 (the origin), 2, 4 or 8; they existed before
 } CutBirth;
 
-// What happened since cut_lattice_forget_changes, for whoever keeps something about it. Each list
-// holds an entry once, in the order in which it first came.
+// All changes since cut_lattice_forget_changes, for data derived from the lattice. Each list holds
+// an entry once, in the order of its first occurrence.
 typedef struct CutChanges {
     int element_count, birth_count, face_count;
-    int *element;    // came, went, or has other vertices
+    int *element;    // created, removed, or with other vertices
     CutBirth *birth; // parents before children
     int (*face)[2];  // {finest cell (element of level 0), axis}: newly broken, or broken and with a
                      // side that has newly become a leaf of level 0
@@ -65,7 +66,7 @@ typedef struct CutLattice {
     int levels;
     int count[3];                          // cells, rounded up to multiples of 2^levels
     int lattice_count[3];                  // as given
-    int element_count;                     // that can ever be
+    int element_count;                     // that can ever exist
     int level_first[VOXEL_LEVELS_MAX + 2]; // first element of each level
     CutElement *element;                   // [element_count]
     int *lut[VOXEL_LEVELS_MAX + 1]; // [level][block of 2^level cells, x fastest]: element or -1
@@ -73,19 +74,19 @@ typedef struct CutLattice {
     CutWindow *window; // by level
     int *window_of;    // [element_count]
     int vertex_capacity;
-    int split_budget; // divisions a tick
+    int split_budget; // divisions per tick
 
     // --- part of the state ---
     unsigned char *divided; // [element_count]
     unsigned char *broken;  // [elements of level 0] bit d: its face towards +d
-    int *vertex_id;         // [vertex_capacity] -1: not yet there
+    int *vertex_id;         // [vertex_capacity] -1: does not exist yet
     int64_t *vertex_count;  // see cut_lattice_used
 
     // --- follows from it ---
     int (*corner)[NODE_CORNERS]; // [elements of level 0] vertices; -1 unless it is a leaf
     int (*node)[NODE_COUNT];     // [element - level_first[1]] of the others; -1: absent
     int leaf_count, leaf_at_level[VOXEL_LEVELS_MAX + 1];
-    // Elements that want to be divided, since a bit is broken in or on them, or a neighbour is two
+    // Elements that must be divided, because a bit is broken in or on them, or a neighbour is two
     // levels finer: by level, the coarsest first, then by number.
     int *wanted; // [wanted_count]
     int wanted_count;
@@ -94,9 +95,9 @@ typedef struct CutLattice {
     struct CutScratch *scratch;
 } CutLattice;
 
-// Load time. Elements and vertices as lattice_mesh_create gives them for the layout: the first
-// `surface_count` vertices those of the outer faces, in its order. `capacity`: most vertices.
-// False with a status: does not fit.
+// Load time. Elements and vertices as in lattice_mesh_create for the layout: the first
+// `surface_count` vertices are those of the outer faces, in its order. `capacity`: most vertices.
+// The arena owns the arrays. False with a status: the capacity is too small.
 bool cut_lattice_create(CutLattice *lattice, const char *name, const Layout *layout, int capacity,
                         int split_budget, Arena *arena, StateList *state, Status *status);
 
@@ -106,21 +107,22 @@ static inline bool cut_lattice_is_leaf(const CutLattice *lattice, int element)
     return !lattice->divided[element] && (parent < 0 || lattice->divided[parent]);
 }
 
-// The vertices of an element by node: NODE_CORNERS of them at level 0, else NODE_COUNT.
+// Returns the vertices of an element by node: NODE_CORNERS of them at level 0, else NODE_COUNT.
 static inline const int *cut_lattice_nodes(const CutLattice *lattice, int element)
 {
     return element < lattice->level_first[1] ? lattice->corner[element]
                                              : lattice->node[element - lattice->level_first[1]];
 }
 
-// The finest cell at a place, as an element of level 0 (leaf or not); -1: void or outside.
+// Returns the finest cell at a position, as an element of level 0 (leaf or not); -1: void or
+// outside.
 int cut_lattice_cell(const CutLattice *lattice, int i, int j, int k);
-// The leaf that covers a finest cell.
+// Returns the leaf that covers a finest cell.
 int cut_lattice_leaf_of(const CutLattice *lattice, int cell);
-// The cell beyond a cell's face towards +axis; -1: void.
+// Returns the cell beyond a cell's face towards +axis; -1: void.
 int cut_lattice_beyond(const CutLattice *lattice, int cell, int axis);
 
-// Whether the face of a cell towards +axis is open: broken, and both cells are leaves.
+// True if the face of a cell towards +axis is open: broken, and both cells are leaves.
 static inline bool cut_lattice_is_open(const CutLattice *lattice, int cell, int axis)
 {
     if (!(lattice->broken[cell] >> axis & 1) || !cut_lattice_is_leaf(lattice, cell))
@@ -132,26 +134,26 @@ static inline int cut_lattice_used(const CutLattice *lattice) // vertices
 {
     return (int)*lattice->vertex_count;
 }
-// Where a vertex is at rest, in cells.
+// Returns the rest position of a vertex, in cells.
 void cut_lattice_point(const CutLattice *lattice, int vertex, int point[3]);
-// The leaves around a lattice point by slot, x + 2 y + 4 z; -1: void.
+// Returns the leaves around a lattice point by slot, x + 2 y + 4 z; -1: void.
 void cut_lattice_around(const CutLattice *lattice, const int point[3], int leaf[8]);
-// The node of a leaf at a lattice point that is a vertex of one of the leaves around.
+// Returns the node of a leaf at a lattice point that is a vertex of one of the leaves around.
 int cut_lattice_node_at(const CutLattice *lattice, int leaf, const int point[3]);
 
-// Whether as many new broken faces are sure to fit.
+// True if this many new broken faces are certain to fit.
 bool cut_lattice_has_room(const CutLattice *lattice, int faces);
-// Breaks faces {cell, axis} that are not broken yet, all bits first, vertices second; those inside
-// coarse leaves lie dormant until these are divided, which they are then wanted for.
+// Breaks faces {cell, axis} that are not broken yet, first all bits, then the vertices. Those
+// inside coarse leaves are dormant until these leaves, which now must be divided, are.
 void cut_lattice_break(CutLattice *lattice, const int (*face)[2], int count);
-// Divides what is wanted, each element at most once a call and at most split_budget (a division may
-// have to divide its coarser neighbours first, and so overshoot by a few); elements that share a
-// corner never differ by more than one level. Returns how many were divided; what does not fit the
-// capacity stays wanted, and where there is much of it only the first is tried.
+// Divides elements that must be, each at most once per call and at most split_budget (a division
+// may first have to divide coarser neighbours, and so exceed it by a few); elements that share a
+// corner never differ by more than one level. Returns how many were divided. What exceeds the
+// capacity stays in the list; if there is much of it only the first is tried.
 int cut_lattice_reconstruct(CutLattice *lattice);
 void cut_lattice_forget_changes(CutLattice *lattice);
 
-// All that follows from the state, from scratch. False: a state that cannot be (a checkpoint's).
+// Derives everything that follows from the state. False: an impossible state (from a checkpoint).
 bool cut_lattice_derive(CutLattice *lattice);
 
 #endif

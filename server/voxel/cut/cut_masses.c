@@ -1,6 +1,7 @@
 #include "voxel/cut/cut_masses.h"
 
 #include "base/check.h"
+#include "base/union_find.h"
 #include "voxel/jacobi.h"
 
 #include <math.h>
@@ -42,8 +43,8 @@ static double mass_of(const CutMasses *masses, int element)
     return masses->mass[of->level * masses->material_count + of->material - 1];
 }
 
-// What of an element's mass the vertex at a node bears. Total and first moment are those of the
-// solid cubes.
+// Computes the part of an element's mass that each node's vertex gets. Total and first moment are
+// those of the solid cubes.
 static void set_shares(CutMasses *masses, int element)
 {
     const CutLattice *lattice = masses->lattice;
@@ -58,7 +59,7 @@ static void set_shares(CutMasses *masses, int element)
                                                                   : 0.125 * shape->weight[i] * mass;
 }
 
-// From scratch, so that it is a function of the bits alone.
+// Computes a mass from scratch, so that it is a function of the bits alone.
 static void set_mass(CutMasses *masses, int vertex)
 {
     const CutLattice *lattice = masses->lattice;
@@ -67,16 +68,16 @@ static void set_mass(CutMasses *masses, int vertex)
     cut_lattice_point(lattice, vertex, point);
     cut_lattice_around(lattice, point, leaf);
     double mass = 0.0;
-    int lowest = -1; // slot of its part
+    int lowest = -1; // lowest slot of its part
     for (int s = 0; s < 8; s++) {
         if (leaf[s] < 0)
             continue;
-        if (leaf[s] < cells) { // has the point at the corner opposite
+        if (leaf[s] < cells) { // has the point at the opposite corner
             if (lattice->corner[leaf[s]][7 - s] != vertex)
                 continue;
             mass += 0.125 * mass_of(masses, leaf[s]);
         } else {
-            bool counted = false; // may lie in several slots
+            bool counted = false; // an element may be in several slots
             for (int t = 0; t < s; t++)
                 counted |= leaf[t] == leaf[s];
             const int node = counted ? -1 : cut_lattice_node_at(lattice, leaf[s], point);
@@ -88,31 +89,14 @@ static void set_mass(CutMasses *masses, int vertex)
             lowest = s;
     }
     ASSERT(lowest >= 0);
+    // The part is fixed where the uncut body was.
     const long nx = lattice->lattice_count[0] + 1, ny = lattice->lattice_count[1] + 1;
     const unsigned char held = masses->held[(point[2] * ny + point[1]) * nx + point[0]];
     vertices_put_mass(masses->vertices, vertex, mass, held >> lowest & 1);
 }
 
 // ---------------------------------------------------------------------------------------------
-// What has changed
-
-static int group_of(CutMasses *masses, int vertex)
-{
-    int *group = masses->group;
-    while (group[vertex] != vertex) {
-        group[vertex] = group[group[vertex]];
-        vertex = group[vertex];
-    }
-    return vertex;
-}
-
-// The lower of two groups takes over the other; returns it.
-static int unite(CutMasses *masses, int a, int b)
-{
-    const int low = a < b ? a : b;
-    masses->group[a < b ? b : a] = low;
-    return low;
-}
+// Changes
 
 static void touch(CutMasses *masses, int vertex)
 {
@@ -129,15 +113,15 @@ static void touch_element(CutMasses *masses, int element)
     const int *node = cut_lattice_nodes(lattice, element);
     const int count = element < lattice->level_first[1] ? NODE_CORNERS : NODE_COUNT;
     touch(masses, node[0]);
-    int group = group_of(masses, node[0]);
     for (int n = 1; n < count; n++)
         if (node[n] >= 0) {
             touch(masses, node[n]);
-            group = unite(masses, group, group_of(masses, node[n]));
+            union_find_join(masses->group, node[0], node[n]);
         }
 }
 
-// The mean of its parents. Displacements are as linear as places.
+// Sets the row of a new vertex to the mean of its parents: displacements are interpolated like
+// positions.
 static void bear(CutMasses *masses, const CutBirth *birth)
 {
     Vertices *vertices = masses->vertices;
@@ -161,7 +145,7 @@ static bool is_free(const CutMasses *masses, int vertex)
     return rows_get(&masses->vertices->rows, masses->vertices->inverse_mass, vertex) != 0.0;
 }
 
-// What came where vertices are fixed has no velocity, whatever its parents have: it would keep it.
+// Stops new vertices where vertices are fixed: they would keep their parents' velocity for ever.
 static void stop_fixed(CutMasses *masses)
 {
     const CutChanges *changes = &masses->lattice->changes;
@@ -177,7 +161,8 @@ static void stop_fixed(CutMasses *masses)
 // ---------------------------------------------------------------------------------------------
 // Momentum
 
-// Of the vertices of a group that may move, in the rows' coordinates, x from the first of them.
+// Sums over the vertices of a group that may move, in the rows' coordinates, x relative to the
+// first of them.
 typedef struct Momentum {
     double mass;
     Vec3 origin;
@@ -215,7 +200,7 @@ static Momentum momentum_of(const CutMasses *masses, const void *row, int group)
     return sum;
 }
 
-// I^-1 moment, of the inertia about the centre; about axes without any nothing can turn.
+// Returns I^-1 moment for the inertia about the centre; no spin about axes without inertia.
 static Vec3 spin_for(const Momentum *sum, Vec3 center, Vec3 moment)
 {
     double a[JACOBI_MAX][JACOBI_MAX] = {{0.0}}, axes[JACOBI_MAX][JACOBI_MAX];
@@ -240,9 +225,9 @@ static Vec3 spin_for(const Momentum *sum, Vec3 center, Vec3 moment)
     return spin;
 }
 
-// A division interpolates velocities and shares masses anew: the linear momentum changes a little
-// where elements have hanging vertices, the angular one too. The difference goes back to the same
-// vertices as a rigid motion, which deforms nothing.
+// Restores the momentum of a group. A division interpolates velocities and redistributes masses:
+// linear momentum changes slightly where elements have hanging vertices, angular momentum too. The
+// difference is returned to the same vertices as a rigid motion, which deforms nothing.
 static void repair_momentum(const CutMasses *masses, int group)
 {
     const Rows *rows = &masses->vertices->rows;
@@ -275,7 +260,7 @@ static void repair_groups(CutMasses *masses)
         masses->last[vertex] = vertex;
     }
     for (int t = 0; t < masses->touched_count; t++) {
-        const int vertex = masses->touched[t], group = group_of(masses, vertex);
+        const int vertex = masses->touched[t], group = union_find_root(masses->group, vertex);
         if (group == vertex)
             continue;
         masses->next[masses->last[group]] = vertex;
@@ -296,21 +281,22 @@ void cut_masses_follow(CutMasses *masses, bool divided)
     for (int b = 0; b < changes->birth_count; b++)
         bear(masses, &changes->birth[b]);
     masses->touched_count = 0;
+    // Masses of all vertices of changed elements.
     for (int i = 0; i < changes->element_count; i++) {
         set_shares(masses, changes->element[i]);
         if (cut_lattice_is_leaf(lattice, changes->element[i]))
             touch_element(masses, changes->element[i]);
     }
-    for (int b = 0; b < changes->birth_count; b++) // what a copy bears its origin bore
+    for (int b = 0; b < changes->birth_count; b++) // a copy takes part of its origin's mass
         if (changes->birth[b].origin >= 0) {
             touch(masses, changes->birth[b].vertex);
             touch(masses, changes->birth[b].origin);
-            unite(masses, group_of(masses, changes->birth[b].vertex),
-                  group_of(masses, changes->birth[b].origin));
+            union_find_join(masses->group, changes->birth[b].vertex, changes->birth[b].origin);
         }
     for (int t = 0; t < masses->touched_count; t++)
         set_mass(masses, masses->touched[t]);
     stop_fixed(masses);
+    // Only divisions interpolate, and so change momentum.
     if (divided)
         repair_groups(masses);
     for (int t = 0; t < masses->touched_count; t++)

@@ -1,5 +1,6 @@
-// The vertices of a cut body: those that come, masses by the elements around, and the momentum that
-// divisions leave as it was. Step thread, but for cut_masses_create.
+// The vertices of a cut body: creation of new ones, masses from the elements around, and
+// conservation of momentum in divisions (README.md, "Momentum"). Step thread, except
+// cut_masses_create.
 #ifndef PLIANT_VOXEL_CUT_CUT_MASSES_H
 #define PLIANT_VOXEL_CUT_CUT_MASSES_H
 
@@ -14,32 +15,32 @@ typedef struct CutMasses {
     Vertices *vertices;
     VoxelLaw law;
     double size;        // of a cell [m]
-    double middle[3];   // of the lattice, in cells: from where rows count
-    const double *mass; // [level * materials + material - 1] of an element [kg]
+    double middle[3];   // of the lattice, in cells: origin of the rows
+    const double *mass; // [level * materials + material - 1] mass of an element [kg]
     int material_count;
-    const unsigned char *held; // [lattice point] bit s: what holds together with the cell in slot s
-                               // there is fixed
+    const unsigned char
+        *held; // [lattice point] bit s: the part that contains the cell in slot s is fixed there
 
     // --- follows from the lattice ---
-    double (*share)[NODE_COUNT]; // [element - level_first[1]] of leaves: what of its mass the
-                                 // vertex at a node bears [kg]
+    double (*share)[NODE_COUNT]; // [element - level_first[1]] of leaves: the part of its mass at
+                                 // each node's vertex [kg]
 
     // --- within a change ---
-    int *touched;        // vertices
-    int *group;          // [vertex] towards the lowest that shares a changed element with it; -1:
-                         // not touched
-    int *next, *last;    // [vertex] of the group; the last one of a group, by its lowest
-    double *mass_before; // [vertex] of the touched
+    int *touched; // vertices
+    int *group;   // [vertex] link towards the lowest vertex that shares a changed element with it;
+                  // -1: not touched
+    int *next, *last;    // [vertex] next of the group; last one of a group, by its lowest
+    double *mass_before; // [vertex] of touched ones
     int touched_count;
 } CutMasses;
 
-// After the constant ones: memory for the rest.
+// Allocates the other fields after the constant ones are set.
 void cut_masses_create(CutMasses *masses, const char *name, Arena *arena);
-// Rows, places and masses after changes of the lattice; `divided`: with divisions among them, after
-// which the momentum of the vertices around is put right: linear and angular, of each group of
-// elements that hang together.
+// Updates rows, rest positions and masses after changes of the lattice. `divided`: with divisions
+// among them, after which linear and angular momentum of the vertices around are restored, for each
+// group of connected elements.
 void cut_masses_follow(CutMasses *masses, bool divided);
-// Places and masses of all vertices, from scratch; rows stay.
+// Recomputes rest positions and masses of all vertices; rows stay.
 void cut_masses_derive(CutMasses *masses);
 
 #endif

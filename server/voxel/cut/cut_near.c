@@ -1,5 +1,5 @@
-// What of a body may be near a blade: bricks of cells by boxes that are kept, or all cells by which
-// sides of a command's sweep their vertices are on.
+// Excludes what cannot be near a blade: bricks of cells by stored boxes, or all cells by the sides
+// of a command's sweep on which their vertices are.
 #include "voxel/cut/cut_blade_parts.h"
 
 #include <math.h>
@@ -7,7 +7,8 @@
 // ---------------------------------------------------------------------------------------------
 // Boxes of bricks
 
-// Corners of a cell (a bit each) that are not corners of the next cell along one of these axes.
+// Returns the corners of a cell (one bit each) that are not corners of the next cell along one of
+// these axes.
 static unsigned corners_without(unsigned axes)
 {
     unsigned corners = 0;
@@ -16,21 +17,19 @@ static unsigned corners_without(unsigned axes)
     return corners;
 }
 
-// Around all centres of a brick's cells and of those to which its links lead. Where a face is not
-// broken both cells have its corners: the next one in the brick brings them along.
+// Computes the box around all centres of a brick's cells and of those to which its links lead.
+// Where a face is not broken both cells have its corners: the next cell in the brick adds them.
 static void make_box(const CutBlades *blades, const CellCentres *centres, int brick, BladeBox *box)
 {
     const CutLattice *lattice = blades->lattice;
     unsigned without[8];
     for (unsigned axes = 0; axes < 8; axes++)
         without[axes] = corners_without(axes);
-    double low[3], high[3];
-    for (int c = 0; c < 3; c++)
-        low[c] = (double)INFINITY, high[c] = -(double)INFINITY;
+    Box rows = box_empty(); // in the rows' coordinates
     for (int cell = lattice->window[brick].first, leaf = -1; cell < lattice->window[brick].end;
          cell++) {
         const int own = cut_lattice_leaf_of(lattice, cell);
-        unsigned axes = 0; // along which the next cell is in the brick and joined
+        unsigned axes = 0; // along which the next cell is in the brick and connected
         for (int axis = 0; axis < 3; axis++) {
             const int beyond = blades->beyond[cell][axis];
             if (beyond < 0 || (lattice->broken[cell] >> axis & 1))
@@ -38,23 +37,24 @@ static void make_box(const CutBlades *blades, const CellCentres *centres, int br
             if (lattice->element[cell].cell[axis] % WINDOW_EDGE != WINDOW_EDGE - 1)
                 axes |= 1u << axis;
             else if (cut_lattice_leaf_of(lattice, beyond) != own)
-                cut_centres_grow(centres, beyond, 0xff & ~without[1u << axis], low, high);
+                cut_centres_grow(centres, beyond, 0xff & ~without[1u << axis], &rows);
         }
         if (own != leaf)
-            cut_centres_grow(centres, cell, without[axes], low, high);
+            cut_centres_grow(centres, cell, without[axes], &rows);
         leaf = own;
     }
+    // The box of the rotated box, in the world.
     for (int r = 0; r < 3; r++) {
         double middle = centres->shift[r], half = 0.0;
         for (int c = 0; c < 3; c++) {
-            middle += centres->turn[r][c] * 0.5 * (low[c] + high[c]);
-            half += fabs(centres->turn[r][c]) * 0.5 * (high[c] - low[c]);
+            middle += centres->turn[r][c] * 0.5 * (rows.low[c] + rows.high[c]);
+            half += fabs(centres->turn[r][c]) * 0.5 * (rows.high[c] - rows.low[c]);
         }
-        box->low[r] = middle - half, box->high[r] = middle + half;
+        box->world.low[r] = middle - half, box->world.high[r] = middle + half;
     }
 }
 
-// The largest speed of a vertex [m/s], bounded from the largest component.
+// Returns the largest speed of a vertex relative to the base frame [m/s].
 static double largest_speed(const CutBlades *blades, const void *row)
 {
     const int count = cut_lattice_used(blades->lattice);
@@ -76,18 +76,19 @@ static double largest_speed(const CutBlades *blades, const void *row)
     return sqrt(most);
 }
 
-// Speeds at the ends of ticks tell what a tick's motion is but for a factor, which is taken as two.
+// Estimates the motion of a tick from the speeds at its ends, with a factor of two as a margin.
 void cut_near_note_motion(BladeSearch *search, double tick, const void *row)
 {
     BladeStroke *stroke = search->memory->stroke;
-    const double motion = 2.0 * tick * largest_speed(search->blades, row);
+    const double frame = vec3_length(rows_velocity(search->blades->rows));
+    const double motion = 2.0 * tick * (frame + largest_speed(search->blades, row));
     stroke->travel += motion;
     search->travel = stroke->travel;
-    // Cells are remembered before the blade can reach them, in the next tick too.
+    // Cells must be stored before the blade can reach them, in the next tick too.
     search->margin = motion + 0.25 * search->blades->size;
 }
 
-// By how much a box may be too small.
+// Returns by how much a box may be too small.
 static double growth(const BladeSearch *search, const BladeBox *box)
 {
     return search->margin + search->travel - box->made;
@@ -101,48 +102,40 @@ static Vec3 place_of(const CutBlades *blades, CutPoint point)
                 origin.z + blades->q * (double)point.x[2]);
 }
 
-// Shifts of the edge and rounding are of a few q.
-static bool boxes_meet(const BladeSearch *search, const BladeBox *box, const double low[3],
-                       const double high[3])
+// Shifts of the edge and rounding are a few q.
+static bool boxes_meet(const BladeSearch *search, const BladeBox *box, const Box *edge)
 {
     const double grown = growth(search, box) + 64.0 * search->blades->q;
     bool apart = false;
     for (int c = 0; c < 3; c++)
-        apart |= box->low[c] - grown > high[c] || box->high[c] + grown < low[c];
+        apart |=
+            box->world.low[c] - grown > edge->high[c] || box->world.high[c] + grown < edge->low[c];
     return !apart;
 }
 
-// Bricks whose box meets that of the four ends of the edge. Boxes near by are made anew once they
+// Finds the bricks whose box meets that of the four ends of the edge. Recomputes near boxes that
 // have become too large.
 void cut_near_find_bricks(BladeSearch *search, const CutPoint from[2], const CutPoint to[2])
 {
     const CutBlades *blades = search->blades;
-    double low[3], high[3];
-    for (int c = 0; c < 3; c++)
-        low[c] = (double)INFINITY, high[c] = -(double)INFINITY;
-    for (int k = 0; k < 4; k++) {
-        const Vec3 x = place_of(blades, k < 2 ? from[k] : to[k - 2]);
-        const double at[3] = {x.x, x.y, x.z};
-        for (int c = 0; c < 3; c++) {
-            low[c] = at[c] < low[c] ? at[c] : low[c];
-            high[c] = at[c] > high[c] ? at[c] : high[c];
-        }
-    }
+    Box edge = box_empty();
+    for (int k = 0; k < 4; k++)
+        box_add(&edge, place_of(blades, k < 2 ? from[k] : to[k - 2]));
     search->brick_count = 0;
     for (int b = 0; b < blades->brick_count; b++) {
         BladeBox *box = &search->memory->box[b];
-        if (!(box->made >= 0.0) || (boxes_meet(search, box, low, high) &&
-                                    search->travel - box->made > 0.5 * blades->size)) {
+        if (!(box->made >= 0.0) ||
+            (boxes_meet(search, box, &edge) && search->travel - box->made > 0.5 * blades->size)) {
             make_box(blades, &search->centres, b, box);
             box->made = search->travel;
         }
-        if (boxes_meet(search, box, low, high))
+        if (boxes_meet(search, box, &edge))
             blades->brick[search->brick_count++] = b;
     }
 }
 
 // ---------------------------------------------------------------------------------------------
-// Where cells were and are
+// Previous and current centres of cells
 
 void cut_near_look_at(BladeSearch *search, int cell)
 {
@@ -182,7 +175,7 @@ void cut_near_look_at_brick(BladeSearch *search, int brick)
     }
 }
 
-// Whether a brick is not clear of the edge's box or both planes.
+// True unless a brick is clear of the edge's box or of both planes.
 bool cut_near_brick_may_meet(const BladeSearch *search, int brick)
 {
     const CutBlades *blades = search->blades;
@@ -192,11 +185,12 @@ bool cut_near_brick_may_meet(const BladeSearch *search, int brick)
     const double grown = growth(search, box) / blades->q + 64.0;
     double middle[3], half[3];
     for (int c = 0; c < 3; c++) {
-        middle[c] = (0.5 * (box->low[c] + box->high[c]) - origin[c]) / blades->q;
-        half[c] = 0.5 * (box->high[c] - box->low[c]) / blades->q + grown;
-        if (middle[c] + half[c] < search->low[c] || middle[c] - half[c] > search->high[c])
+        middle[c] = (0.5 * (box->world.low[c] + box->world.high[c]) - origin[c]) / blades->q;
+        half[c] = 0.5 * (box->world.high[c] - box->world.low[c]) / blades->q + grown;
+        if (middle[c] + half[c] < search->box.low[c] || middle[c] - half[c] > search->box.high[c])
             return false;
     }
+    // Beyond both planes of the sweep's triangles nothing can be met.
     int clear = 0;
     for (int t = 0; t < 2; t++) {
         double sum = 0.0, reach = 0.0;
@@ -210,18 +204,18 @@ bool cut_near_brick_may_meet(const BladeSearch *search, int brick)
 }
 
 // ---------------------------------------------------------------------------------------------
-// Codes: a bit for each side of the box (low, high by axis) and of the two planes on which a place
-// certainly is, whatever the edge is shifted by. What all vertices of an element have in common its
-// cells' centres have too.
+// Codes: a bit for each side of the box (low, high by axis) and of the two planes on which a point
+// certainly is, for any shift of the edge. Bits that all vertices of an element share hold for its
+// cells' centres too.
 
-enum { SHIFTS = 64 }; // [q] more than all shifts, and rounding
+enum { SHIFTS = 64 }; // [q] more than all shifts and rounding
 
 static unsigned code_of_place(const BladeSearch *search, const double at[3])
 {
     unsigned code = 0;
     for (int c = 0; c < 3; c++) {
-        code |= (unsigned)(at[c] < search->low[c] - SHIFTS) << 2 * c;
-        code |= (unsigned)(at[c] > search->high[c] + SHIFTS) << (2 * c + 1);
+        code |= (unsigned)(at[c] < search->box.low[c] - SHIFTS) << 2 * c;
+        code |= (unsigned)(at[c] > search->box.high[c] + SHIFTS) << (2 * c + 1);
     }
     for (int t = 0; t < 2; t++) {
         double sum = 0.0, size = 0.0;

@@ -1,11 +1,10 @@
-// The batches of a group of windows from its leaves; part of cut_windows.c.
+// Builds the batches of a group of windows from its leaves; part of cut_windows.c.
 #include "voxel/cut/cut_pack.h"
 
 #include <string.h>
 
-// A leaf as a number to sort by. Bits 0 to 31: the element, 32 to 49: its mask, then how many
-// vertices it has; or, of plain ones, from 32 on its class. So leaves of one kind agree from bit 32
-// on.
+// A leaf as a number to sort by: bits 0 to 31 the element, 32 to 49 its mask, then its number of
+// vertices; for plain leaves from 32 on its class. So leaves of one kind agree from bit 32 on.
 static int element_of(uint64_t key)
 {
     return (int)(key & 0x7fffffffu);
@@ -16,7 +15,7 @@ static unsigned mask_of(uint64_t key)
     return (unsigned)(key >> 32) & 0x3ffffu;
 }
 
-// Without the library that the compiler would call for it.
+// Counts bits without the library function that the compiler would call.
 static int vertex_count_of(unsigned mask)
 {
     mask = mask - (mask >> 1 & 0x55555555u);
@@ -39,7 +38,7 @@ typedef struct Leaves {
     uint64_t key[BATCH_KINDS][WINDOW_ELEMENTS];
 } Leaves;
 
-// Nearly in order as a rule.
+// Insertion sort: lists are nearly sorted as a rule.
 static void insert(uint64_t *list, int count, uint64_t key)
 {
     for (; count > 0 && list[count - 1] > key; count--)
@@ -62,7 +61,7 @@ static void list_leaves(const CutWindows *windows, const CutWindow *own, Leaves 
     }
 }
 
-// The next of what the windows of a group leave over, the smallest first.
+// Merges what the windows of a group leave over, smallest first.
 typedef struct Merge {
     const CutWindows *windows;
     const uint64_t *next[GROUP_WINDOWS], *end[GROUP_WINDOWS];
@@ -112,7 +111,7 @@ typedef struct Turns {
 
 static const double NO_TURN[4] = {1.0, 0.0, 0.0, 0.0};
 
-// That which an element has, or the one that it came of.
+// Stores the rotation of an element, or of the element from which it was divided.
 static void take_turn(const CutWindows *windows, int element, Turns *turns)
 {
     int from = element;
@@ -143,7 +142,7 @@ static void put_place(CutWindows *windows, int element, int place, const Turns *
 // ---------------------------------------------------------------------------------------------
 // Batches
 
-// A lane's corners; key 0: the spare vertex.
+// Writes a lane's corners; key 0: the spare vertex.
 static void put_plain(CutWindows *windows, int batch, int lane, const int *node)
 {
     for (int n = 0; n < NODE_CORNERS; n++)
@@ -164,8 +163,8 @@ static void pack_plain(CutWindows *windows, int batch, const uint64_t *key, int 
         put_plain(windows, batch, lane, NULL);
 }
 
-// Numbers of `count` vertices, every `stride`-th; those of the `before` that were there are zero
-// beyond that.
+// Writes the numbers of `count` vertices, every `stride`-th; zeros for the rest of the `before`
+// vertices that were there.
 static void put_single(float *to, const float *number, int stride, int count, int before)
 {
     for (int i = 0; i < count; i++)
@@ -182,7 +181,7 @@ static void put_double(double *to, const double *number, int stride, int count, 
         to[i * stride] = 0.0;
 }
 
-// Numbers that are already there stay.
+// Writes a lane's table unless it already has it.
 static void put_numbers(CutWindows *windows, int batch, int lane, int stride, unsigned mask)
 {
     unsigned *held = &windows->hanging_mask[batch][lane];
@@ -199,7 +198,7 @@ static void put_numbers(CutWindows *windows, int batch, int lane, int stride, un
     *held = mask;
 }
 
-// The vertices that are there in the order of their nodes, then the spare one.
+// Writes the present vertices in the order of their nodes, then the spare one.
 static void put_vertices(CutWindows *windows, int batch, int lane, const int *node, unsigned mask)
 {
     int(*vertex)[LANES] = windows->hanging_vertex[batch];
@@ -212,7 +211,7 @@ static void put_vertices(CutWindows *windows, int batch, int lane, const int *no
         vertex[count][lane] = windows->lattice->vertex_capacity;
 }
 
-// In a mixed batch a lane without an element is a plain cube that never deforms.
+// A lane without an element in a mixed batch is a plain cube that never deforms.
 static void pack_hanging(CutWindows *windows, int batch, const uint64_t *key, int lanes, bool mixed,
                          const Turns *turns)
 {
@@ -236,7 +235,7 @@ static void pack_hanging(CutWindows *windows, int batch, const uint64_t *key, in
     }
 }
 
-// Whether the leaves from `k` on fill a batch of one kind.
+// True if the leaves from `k` on fill a batch of one kind.
 static bool fills(const uint64_t *key, int count, int k)
 {
     return k + LANES <= count && key[k] >> 32 == key[k + LANES - 1] >> 32;
@@ -253,9 +252,9 @@ static int count_full(const uint64_t *key, int count)
     return full;
 }
 
-// A window's own batches, each full of one kind; what is left over is written down for its group.
-// They lie at the high end of their range for every other window, so that those of two windows
-// follow one another and make one run.
+// Packs a window's own batches, each full of one kind; stores the rest for its group. Every other
+// window uses the high end of its range, so that the batches of two windows are consecutive and
+// make one run.
 static void pack_window(CutWindows *windows, int window, const Leaves *leaves, const Turns *turns)
 {
     BatchRange *range = &windows->full[window];
@@ -283,7 +282,7 @@ static void pack_window(CutWindows *windows, int window, const Leaves *leaves, c
     }
 }
 
-// What the windows leave over, in order; returns how many.
+// Lists what the windows leave over, in order; returns the number.
 static int list_rest(const CutWindows *windows, int group, int kind, uint64_t key[GROUP_ELEMENTS])
 {
     Merge merge = merge_begin(windows, group, kind);
@@ -293,7 +292,7 @@ static int list_rest(const CutWindows *windows, int group, int kind, uint64_t ke
     return count;
 }
 
-// Plain batches are of one class each.
+// Packs the rest of plain leaves: one class per batch.
 static void pack_plain_rest(CutWindows *windows, int group, const Turns *turns)
 {
     BatchRange *range = &windows->mixed[group];
@@ -332,7 +331,7 @@ static void pack_hanging_rest(CutWindows *windows, int group, const Turns *turns
     mixed->used[BATCH_HANGING] = batch - mixed->low[BATCH_HANGING];
 }
 
-// All leaves that may get another place.
+// Stores the rotations of all leaves that may move to another place.
 static void take_turns(const CutWindows *windows, const WindowGroup *own, const Leaves *leaves,
                        Turns *turns)
 {
@@ -359,6 +358,8 @@ void cut_pack(CutWindows *windows, int group, bool moved)
     Turns turns;
     turns.moved = moved;
     turns.base = lattice->window[own->first].first;
+    // List all changed windows first: their leaves' rotations must be read before any batch is
+    // rewritten.
     for (int w = own->first; w < own->end; w++)
         if (windows->is_changed[w])
             list_leaves(windows, &lattice->window[w], &leaves[w - own->first]);
@@ -367,6 +368,7 @@ void cut_pack(CutWindows *windows, int group, bool moved)
         clear_turns(windows, &windows->pooled[group]);
         clear_turns(windows, &windows->mixed[group]);
     }
+    // Pack the windows, then what they leave to the group.
     for (int w = own->first; w < own->end; w++) {
         if (!windows->is_changed[w])
             continue;

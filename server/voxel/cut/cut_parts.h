@@ -1,10 +1,10 @@
-// Private to the cut lattice: what its files share.
+// Private to the cut lattice: definitions that its files share.
 #ifndef PLIANT_VOXEL_CUT_CUT_PARTS_H
 #define PLIANT_VOXEL_CUT_CUT_PARTS_H
 
 #include "voxel/cut/cut_lattice.h"
 
-// Between which vertices a place in the middle of a divided element lies, as corners of its
+// The vertices between which a position in a divided element is the middle, as corners of its
 // children: the middle of an edge between its ends, that of a face between those of its edges, the
 // centre between all corners.
 typedef struct CutParents {
@@ -12,15 +12,15 @@ typedef struct CutParents {
     unsigned char child[8], corner[8];
 } CutParents;
 
-// Follows from the state, or is empty between calls.
+// Scratch: derived from the state, or empty between calls.
 typedef struct CutScratch {
     int points[3];              // lattice points along the axes
-    int *grid;                  // leaf of each cell, x fastest, with a margin of one cell of void
+    int *grid;                  // leaf of each cell, x fastest, with a margin of one void cell
     int (*place)[3];            // [vertex] its point
     int *head;                  // [point] one of its vertices; -1: none
-    int *next;                  // [vertex] another one at its point
-    unsigned char *bitten;      // [element] a bit is broken in or on it
-    int *fresh;                 // [elements above level 0] those about to be sorted into `wanted`
+    int *next;                  // [vertex] another vertex at its point
+    unsigned char *bitten;      // [element] has a broken bit in or on it
+    int *fresh;                 // [elements above level 0] to be sorted into `wanted`
     bool *listed_element;       // [element] in changes.element
     unsigned char *listed_face; // [cell] axes in changes.face
     unsigned char *visited;     // [point] within a call
@@ -37,8 +37,8 @@ static inline int cut_parts_block(const CutLattice *lattice, int level, int i, i
     return lattice->lut[level][((long)k * ny + j) * nx + i];
 }
 
-// The leaf that an element is or lies in; for elements that are not divided themselves, or lie in
-// one that is not.
+// Returns the leaf that an element is or is inside of; for elements that are not divided
+// themselves, or are inside one that is not.
 static inline int cut_parts_leaf(const CutLattice *lattice, int element)
 {
     for (int parent; (parent = lattice->element[element].parent) >= 0; element = parent)
@@ -63,34 +63,34 @@ static inline int cut_parts_index(const CutScratch *scratch, const int point[3])
     return (point[2] * scratch->points[1] + point[1]) * scratch->points[0] + point[0];
 }
 
-// The place of a cell in the grid.
+// Returns the index of a cell in the grid.
 static inline long cut_parts_grid(const CutLattice *lattice, int i, int j, int k)
 {
     const long nx = lattice->count[0] + 2, ny = lattice->count[1] + 2;
     return ((k + 1) * ny + j + 1) * nx + i + 1;
 }
-// A leaf takes its cells.
+// Writes a leaf into its cells of the grid.
 void cut_parts_enter_leaf(CutLattice *lattice, int leaf);
 
 void cut_parts_list_element(CutLattice *lattice, int element);
 void cut_parts_list_face(CutLattice *lattice, int cell, int axis);
 
-// cut_points.c. Gives the leaves around a point the vertices that their parts have there. New
-// parts: copies of the vertex that their leaves have had, or, without one, born in the middle of
-// `of`. With of = CUT_NO_BIRTHS nothing may be new: false if it were.
+// cut_points.c. Gives the leaves around a point the vertices of their parts there. New parts get
+// copies of the vertex that their leaves had, or, without one, a vertex in the middle of `of`. With
+// of = CUT_NO_BIRTHS there must be no new part: false if there is.
 enum { CUT_NO_BIRTHS = -2 };
 bool cut_points_visit(CutLattice *lattice, const int point[3], const int leaf[8], int of);
 // Load time.
 void cut_points_list_parents(CutScratch *scratch);
-// How many vertices are to be there, and are.
+// Return how many vertices the point should have, and how many it has.
 int cut_points_wanted(const CutLattice *lattice, const int point[3], const int leaf[8]);
 int cut_points_present(const CutLattice *lattice, const int point[3]);
-// Lists a vertex at the point that its id names.
+// Lists a vertex at the point of its id.
 void cut_points_add(CutLattice *lattice, int vertex);
 
-// cut_split.c. The element's bits have changed: it may want to be divided.
+// cut_split.c. Call it when the element's bits have changed: it may have to be divided.
 void cut_split_bite(CutLattice *lattice, int cell);
-// Brings what was added to `wanted` behind the first `sorted` into its order.
+// Sorts the elements added to `wanted` behind the first `sorted` into its order.
 void cut_split_sort(CutLattice *lattice, int sorted);
 
 #endif

@@ -1,4 +1,4 @@
-// The local stiffness of a body that can be cut, leaf by leaf (dynamics/patch.h). Step thread.
+// Local stiffness of a body that can be cut, leaf by leaf (dynamics/patch.h). Step thread.
 #include "voxel/cut/cut_body.h"
 #include "voxel/patch.h"
 
@@ -42,7 +42,7 @@ static void add_leaf(const CutModel *model, Patch *patch, int element)
 bool cut_body_gather_patch(const void *self, Patch *patch, int budget)
 {
     const CutModel *model = self;
-    enum { SKIPPED = 4, ADDED = 128 }; // of the budget: a leaf
+    enum { SKIPPED = 4, ADDED = 128 }; // of the budget: per leaf
     const int count = model->lattice.element_count;
     if (patch->pass == 0)
         patch_add_vertices(&model->vertices, patch, &budget);

@@ -1,10 +1,11 @@
-// Whether cells still hold together. Two searches from both sides of a broken link, which stop when
-// they meet, tell nearly always at the cost of the few cells around it. What they have seen holds
-// together, so the links beside it, which broke with it, are told by looking. When one of them runs
-// dry it has seen a piece of its own.
+// Decides whether cells are still connected. Two searches from both sides of a broken link, which
+// stop when they meet, nearly always decide at the cost of the few cells around it. All cells that
+// they have seen are connected, so that adjacent links, which broke with this one, are decided by a
+// look-up. A search that runs out of cells has seen a whole piece.
 #include "voxel/cut/cut_pieces.h"
 
 #include "base/check.h"
+#include "base/union_find.h"
 
 #include <string.h>
 
@@ -13,11 +14,11 @@
                            label)
 
 enum {
-    LINKS = 1024,   // in one call, beyond which everything is numbered anew
+    LINKS = 1024,   // in one call, beyond which everything is numbered from scratch
     EFFORT = 20000, // cells that the searches of one call may visit before that
 };
 
-// The cell across a face that is not broken: -x, +x, -y, +y, -z, +z; -1: none.
+// Returns the cell across an unbroken face: -x, +x, -y, +y, -z, +z; -1: none.
 static int joined_to(const CutLattice *lattice, int cell, int direction)
 {
     const int axis = direction / 2;
@@ -32,22 +33,6 @@ static int joined_to(const CutLattice *lattice, int cell, int direction)
 // ---------------------------------------------------------------------------------------------
 // From scratch
 
-static int find_root(int *root, int cell)
-{
-    while (root[cell] != cell) {
-        root[cell] = root[root[cell]];
-        cell = root[cell];
-    }
-    return cell;
-}
-
-static void join(int *root, int a, int b)
-{
-    a = find_root(root, a);
-    b = find_root(root, b);
-    root[a > b ? a : b] = a < b ? a : b;
-}
-
 // Joins cells along the rows of the lattice; counts small pieces.
 static void find_pieces(CutPieces *pieces)
 {
@@ -55,8 +40,7 @@ static void find_pieces(CutPieces *pieces)
     const int *lut = lattice->lut[0], *count = lattice->count;
     const long step[3] = {1, count[0], (long)count[0] * count[1]};
     int *root = pieces->root;
-    for (int c = 0; c < pieces->cell_count; c++)
-        root[c] = c;
+    union_find_reset(root, pieces->cell_count);
     for (long at = 0, z = 0; z < count[2]; z++)
         for (int y = 0; y < count[1]; y++)
             for (int x = 0; x < count[0]; x++, at++) {
@@ -67,7 +51,7 @@ static void find_pieces(CutPieces *pieces)
                 for (int axis = 0; axis < 3; axis++)
                     if (inside[axis] && lut[at + step[axis]] >= 0 &&
                         !(lattice->broken[cell] >> axis & 1))
-                        join(root, cell, lut[at + step[axis]]);
+                        union_find_join(root, cell, lut[at + step[axis]]);
             }
     int *size = pieces->size;
     memset(size, 0, (size_t)pieces->cell_count * sizeof *size);
@@ -80,8 +64,8 @@ static void find_pieces(CutPieces *pieces)
         pieces->small_count += root[c] == c && size[c] < PIECE_SMALL;
 }
 
-// Gives numbers by `first`; false: it names a cell that is not the smallest of its piece, or one
-// twice.
+// Numbers the pieces from `first`; false: it has a cell that is not the smallest of its piece, or
+// one twice.
 static bool take_numbers(CutPieces *pieces)
 {
     memset(pieces->number, -1, (size_t)pieces->cell_count * sizeof *pieces->number);
@@ -97,7 +81,7 @@ static bool take_numbers(CutPieces *pieces)
     return true;
 }
 
-// Pieces without a number get the next ones. Returns how many.
+// Numbers the pieces without a number; returns how many.
 static int number_new(CutPieces *pieces)
 {
     int came = 0;
@@ -127,25 +111,19 @@ bool cut_pieces_derive(CutPieces *pieces)
 
 typedef enum Answer { JOINED, APART, TOO_LONG } Answer;
 
-// A set of cells that is known to hold together, by the label of what was seen first; -1: none.
-// Labels of earlier calls are below `first_label`.
+// Returns the set of connected cells that a cell belongs to, by the label that was first seen; -1:
+// none. Labels of earlier calls are below `first_label`.
 static int set_of(CutPieces *pieces, int cell)
 {
-    int *set = pieces->set, label = pieces->seen[cell] - pieces->first_label;
-    if (label < 0)
-        return -1;
-    while (set[label] != label) {
-        set[label] = set[set[label]];
-        label = set[label];
-    }
-    return label;
+    const int label = pieces->seen[cell] - pieces->first_label;
+    return label < 0 ? -1 : union_find_root(pieces->set, label);
 }
 
-// A search from one side of a link: the cells that it has found, those before `begin` looked at.
+// A search from one side of a link: the cells found, of which those before `begin` are processed.
 typedef struct Search {
     int *cell, begin, end;
     int label;
-    bool open; // has not come to cells that were seen before
+    bool open; // has not reached cells that were seen before
 } Search;
 
 static void enter(CutPieces *pieces, Search *search, int cell)
@@ -164,7 +142,7 @@ static void begin_search(CutPieces *pieces, Search *search, int *queue, int cell
     enter(pieces, search, cell);
 }
 
-// Looks at one more cell, as long as that leads to no other set.
+// Processes one more cell, until that leads to another set.
 static void go_on(CutPieces *pieces, Search *search)
 {
     const int cell = search->cell[search->begin++];
@@ -183,7 +161,8 @@ static void go_on(CutPieces *pieces, Search *search)
     }
 }
 
-// Whether the two ends of a link hold together. APART: search[*side] has seen a whole piece.
+// Decides whether the two ends of a link are connected. APART: search[*side] has seen a whole
+// piece.
 static Answer search_between(CutPieces *pieces, int a, int b, Search search[2], int *side,
                              int *effort)
 {
@@ -193,7 +172,7 @@ static Answer search_between(CutPieces *pieces, int a, int b, Search search[2], 
         if (set_of(pieces, a) == set_of(pieces, b))
             return JOINED;
         if (!search[0].open && !search[1].open)
-            return TOO_LONG; // two sets from elsewhere
+            return TOO_LONG; // two sets from other searches
         Search *here = &search[*side];
         if (!here->open)
             continue;
@@ -210,8 +189,8 @@ static int is_small(int size)
     return size > 0 && size < PIECE_SMALL;
 }
 
-// A piece that was found whole leaves the one it was part of, on the other side of a link from
-// `rest`.
+// Separates a piece that was found completely from the one that it was part of, which `rest` on the
+// other side of a link belongs to.
 static void separate(CutPieces *pieces, const Search *piece, int rest)
 {
     int *root = pieces->root, *size = pieces->size;
@@ -238,7 +217,8 @@ static void separate(CutPieces *pieces, const Search *piece, int rest)
     pieces->left[pieces->left_count++] = lowest;
 }
 
-// Whatever leads to a piece that has left must lead to what it has left.
+// Returns the cell of the remaining piece: what led to a piece that split off must lead to what it
+// left.
 static int what_is_left(const CutPieces *pieces, int cell)
 {
     while (pieces->rest[pieces->root[cell]] >= 0)
@@ -284,7 +264,7 @@ bool cut_pieces_follow(CutPieces *pieces, const int (*face)[2], int count)
 
 // ---------------------------------------------------------------------------------------------
 
-// A cell of a vertex's elements on the outer side: any, they are all of one piece.
+// Numbers pieces as the mesh does, from any cell of a vertex's elements: all are of one piece.
 static void number_as_mesh(CutPieces *pieces, const LatticeMesh *mesh, const Layout *layout)
 {
     *pieces->count = mesh->piece_count;

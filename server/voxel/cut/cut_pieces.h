@@ -1,7 +1,6 @@
-// The connected pieces of a cuttable voxel body: cells that lead to one another through faces that
-// are not broken. A function of the broken bits alone, whatever the elements. A piece is told by
-// its smallest cell, which it keeps as long as it is whole; its number says in which order pieces
-// came.
+// The connected pieces of a cuttable voxel body: cells that are connected through unbroken faces. A
+// function of the broken bits alone, for any elements. A piece is identified by its smallest cell,
+// which it keeps as long as it is intact; pieces are numbered in the order of their appearance.
 #ifndef PLIANT_VOXEL_CUT_CUT_PIECES_H
 #define PLIANT_VOXEL_CUT_CUT_PIECES_H
 
@@ -15,39 +14,40 @@ typedef struct CutPieces {
     int cell_count; // elements of level 0
 
     // --- part of the state ---
-    int *first;     // [cell_count] smallest cell of a piece, by its number; only ever appended
-    int64_t *count; // of pieces
+    int *first;     // [cell_count] smallest cell of a piece, by its number; only ever appended to
+    int64_t *count; // number of pieces
 
-    // --- follows from it ---
+    // --- derived from the state ---
     int *root;       // [cell] smallest cell of its piece
-    int *number;     // [cell] of the piece of which it is the smallest, else -1
-    int *size;       // [cell] cells of the piece of which it is the smallest
+    int *number;     // [cell] number of the piece of which it is the smallest, else -1
+    int *size;       // [cell] number of cells of the piece of which it is the smallest
     int small_count; // pieces of fewer than PIECE_SMALL cells
 
     // --- scratch ---
-    int *seen; // [cell] label of the search that found it; 0: none ever
-    int *set;  // [label - first_label] towards the set that its search belongs to
-    int *rest; // [cell] of a piece that has left another in this call, by its smallest cell: a cell
-               // of the other; else -1
-    int *left; // [left_count] such pieces
+    int *seen; // [cell] label of the search that found it; 0: none
+    int *set;  // [label - first_label] link towards the set of its search
+    int *rest; // [cell] for a piece that split off in this call, at its smallest cell: a cell of
+               // the other piece; else -1
+    int *left; // [left_count] pieces that split off
     int left_count;
     int *queue[2];           // [cell_count]
     int first_label, labels; // of this call
-    int64_t visited;         // cells, by all searches so far
+    int64_t visited;         // number of cells visited by all searches
 } CutPieces;
 
-// Load time. Pieces of an uncut lattice are numbered as `mesh` numbers them.
+// Load time. Numbers the pieces of an uncut lattice as `mesh` does.
 void cut_pieces_create(CutPieces *pieces, const char *name, const CutLattice *lattice,
                        const LatticeMesh *mesh, const Layout *layout, Arena *arena,
                        StateList *state);
-// After cut_lattice_break: the faces {cell, axis} that are newly broken. True when a piece came.
+// Updates the pieces after cut_lattice_break with the newly broken faces {cell, axis}. True if a
+// new piece appeared.
 bool cut_pieces_follow(CutPieces *pieces, const int (*face)[2], int count);
 static inline int cut_pieces_of(const CutPieces *pieces, int cell)
 {
     return pieces->number[pieces->root[cell]];
 }
-// All that follows from the state, from scratch. False: numbers that cannot be (a checkpoint's);
-// then pieces are numbered anew.
+// Derives everything that follows from the state. False: impossible numbers (from a checkpoint);
+// pieces are then numbered again.
 bool cut_pieces_derive(CutPieces *pieces);
 
 #endif

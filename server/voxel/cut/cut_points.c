@@ -28,18 +28,19 @@ int cut_lattice_node_at(const CutLattice *lattice, int leaf, const int point[3])
     return lattice->scratch->node_at[at];
 }
 
-// Where the leaf in a slot has its vertex for the point.
+// Returns where the leaf in a slot stores its vertex for the point.
 static int *place_in(CutLattice *lattice, int leaf, int slot, const int point[3])
 {
     if (cut_parts_is_cell(lattice, leaf))
-        return &lattice->corner[leaf][7 - slot]; // the corner opposite
+        return &lattice->corner[leaf][7 - slot]; // the opposite corner
     return &lattice
                 ->node[leaf - lattice->level_first[1]][cut_lattice_node_at(lattice, leaf, point)];
 }
 
 static PointParts parts_at(const CutLattice *lattice, const int point[3], const int leaf[8])
 {
-    // By slot: solid, leaf of level 0, with the point as a corner; with a broken face by its axis.
+    // Bits by slot: solid, leaf of level 0, with the point as a corner; with a broken face by its
+    // axis.
     unsigned solid = 0, cells = 0, corners = 0, broken_at[3] = {0, 0, 0}, broken = 0;
     const int all = point[0] | point[1] | point[2];
     for (int s = 0; s < 8; s++) {
@@ -56,7 +57,7 @@ static PointParts parts_at(const CutLattice *lattice, const int point[3], const 
         }
     }
     corners |= cells;
-    // Of the slots on the lower side of a face, those with one that is open.
+    // Of the slots on the lower side of a face, keep those whose face is open.
     static const unsigned low_side[3] = {0x55, 0x33, 0x0f};
     for (int d = 0; d < 3; d++)
         broken_at[d] &= low_side[d] & cells >> (1 << d);
@@ -96,7 +97,7 @@ void cut_points_list_parents(CutScratch *scratch)
         for (int n = 0; n < 27; n++) {
             const int at[3] = {n % 3, n / 3 % 3, n / 9};
             int left = 0, child = 0, corner = 0;
-            bool beside = true; // where the place is at the end of an edge, so is the parent
+            bool beside = true; // where the position is at the end of an edge, so is the parent
             for (int d = 0; d < 3; d++) {
                 left += at[d] == 1;
                 beside &= place[d] == 1 || at[d] == place[d];
@@ -124,7 +125,7 @@ static int find_parents(const CutLattice *lattice, int of, const int point[3], i
     return parents->count;
 }
 
-// A copy of `origin`, or, if that is negative, in the middle of `of`.
+// Adds a copy of `origin`, or, if that is negative, a vertex in the middle of `of`.
 static int add_vertex(CutLattice *lattice, int id, const int point[3], int origin, int of)
 {
     const int v = (int)(*lattice->vertex_count)++;
@@ -138,7 +139,7 @@ static int add_vertex(CutLattice *lattice, int id, const int point[3], int origi
     return v;
 }
 
-// The vertex that the leaves of a part have had here; -1: none.
+// Returns the vertex that the leaves of a part had here; -1: none.
 static int vertex_before(CutLattice *lattice, const PointParts *parts, int part, const int leaf[8],
                          const int point[3])
 {
@@ -157,8 +158,9 @@ bool cut_points_visit(CutLattice *lattice, const int point[3], const int leaf[8]
     const int index = cut_parts_index(scratch, point);
     const int points = scratch->points[0] * scratch->points[1] * scratch->points[2];
     const PointParts parts = parts_at(lattice, point, leaf);
-    if (parts.owns == 0) // then it need not be a node of any of them
+    if (parts.owns == 0) // then the point need not be a node of any of them
         return true;
+    // Find or create the vertex of each part.
     int vertex[8] = {-1, -1, -1, -1, -1, -1, -1, -1}, first_new = -1;
     for (unsigned left = parts.owns; left != 0; left &= left - 1) {
         const int p = __builtin_ctz(left);
@@ -177,12 +179,13 @@ bool cut_points_visit(CutLattice *lattice, const int point[3], const int leaf[8]
         if (first_new < 0)
             first_new = vertex[p];
     }
+    // Enter the vertices into the leaves.
     for (int s = 0; s < 8; s++) {
         if (leaf[s] < 0)
             continue;
         int *place = place_in(lattice, leaf[s], s, point);
         const int now = vertex[parts.part[s]];
-        // A point without a vertex may lie on a quarter of a large leaf's edge, where no node is.
+        // A point without a vertex may be at a quarter of a large leaf's edge, where no node is.
         if (now < 0 || *place == now)
             continue;
         *place = now;

@@ -1,4 +1,4 @@
-// Broken faces, and the division of elements that they ask for. Step thread.
+// Broken faces, and the divisions of elements that they require. Step thread.
 #include "voxel/cut/cut_parts.h"
 
 #include "base/check.h"
@@ -6,9 +6,9 @@
 #include <string.h>
 
 // ---------------------------------------------------------------------------------------------
-// Which elements want to be divided
+// Elements that must be divided
 
-// The coarsest first: they have to be divided before what lies in them can be.
+// Orders the coarsest first: they must be divided before the elements inside them can be.
 static bool goes_before(const CutLattice *lattice, int a, int b)
 {
     const int x = lattice->element[a].level, y = lattice->element[b].level;
@@ -67,11 +67,11 @@ void cut_split_sort(CutLattice *lattice, int sorted)
 
 bool cut_lattice_has_room(const CutLattice *lattice, int faces)
 {
-    // A face that opens parts what holds together at each of its corners, once at most.
+    // A face that opens separates connected parts at each of its corners, at most once.
     return (long)*lattice->vertex_count + 4L * faces <= lattice->vertex_capacity;
 }
 
-// The corners of a cell's face towards +axis.
+// Returns the corners of a cell's face towards +axis.
 static void corner_of_face(const CutLattice *lattice, int cell, int axis, int corner, int point[3])
 {
     const int a = (axis + 1) % 3, b = (axis + 2) % 3;
@@ -85,6 +85,7 @@ void cut_lattice_break(CutLattice *lattice, const int (*face)[2], int count)
 {
     CutScratch *scratch = lattice->scratch;
     const int sorted = lattice->wanted_count;
+    // All bits first: the vertices depend on all of them.
     for (int f = 0; f < count; f++) {
         const int cell = face[f][0], axis = face[f][1];
         const int beyond = cut_lattice_beyond(lattice, cell, axis);
@@ -95,6 +96,7 @@ void cut_lattice_break(CutLattice *lattice, const int (*face)[2], int count)
         cut_parts_list_face(lattice, cell, axis);
     }
     cut_split_sort(lattice, sorted);
+    // Update the vertices at the corners of open faces, each point once.
     int point[3], leaf[8];
     for (int f = 0; f < count; f++)
         for (int c = 0; c < 4 && cut_lattice_is_open(lattice, face[f][0], face[f][1]); c++) {
@@ -106,6 +108,7 @@ void cut_lattice_break(CutLattice *lattice, const int (*face)[2], int count)
             cut_lattice_around(lattice, point, leaf);
             cut_points_visit(lattice, point, leaf, -1);
         }
+    // Clear the marks.
     for (int f = 0; f < count; f++)
         for (int c = 0; c < 4; c++) {
             corner_of_face(lattice, face[f][0], face[f][1], c, point);
@@ -116,8 +119,8 @@ void cut_lattice_break(CutLattice *lattice, const int (*face)[2], int count)
 // ---------------------------------------------------------------------------------------------
 // Divisions
 
-// The leaves in and around an element that is being divided, as blocks of its children's level:
-// those that it consists of in the middle. None of them is smaller.
+// The leaves in and around an element that is being divided, as blocks of its children's level,
+// with its own in the middle. None is smaller.
 typedef struct Blocks {
     int leaf[4][4][4]; // [z][y][x]
 } Blocks;
@@ -126,7 +129,7 @@ static void find_blocks(const CutLattice *lattice, int element, Blocks *out)
 {
     const CutElement *middle = &lattice->element[element];
     const int step = 1 << (middle->level - 1), *at = middle->cell;
-    // A cell of void, and so the margin of the grid, is never nearer than a block of that size.
+    // A void cell, and so the margin of the grid, is never nearer than a block of that size.
     for (int z = 0; z < 4; z++)
         for (int y = 0; y < 4; y++) {
             const int *row = &lattice->scratch->grid[cut_parts_grid(
@@ -136,7 +139,7 @@ static void find_blocks(const CutLattice *lattice, int element, Blocks *out)
         }
 }
 
-// The point at an offset in half edges of an element, and the leaves around it.
+// Returns the point at an offset in half edges of an element, and the leaves around it.
 static void take_point(const CutLattice *lattice, int element, const Blocks *blocks,
                        const int offset[3], int point[3], int leaf[8])
 {
@@ -147,7 +150,7 @@ static void take_point(const CutLattice *lattice, int element, const Blocks *blo
         leaf[s] = blocks->leaf[offset[2] + (s >> 2)][offset[1] + (s >> 1 & 1)][offset[0] + (s & 1)];
 }
 
-// Nodes of an element, then its centre.
+// Offsets: the nodes of an element, then its centre.
 static void offset_of(int node, int offset[3])
 {
     for (int d = 0; d < 3; d++)
@@ -164,7 +167,7 @@ static bool fits(CutLattice *lattice, int element)
     int births = 0, offset[3], point[3], leaf[8];
     Blocks blocks;
     find_blocks(lattice, element, &blocks);
-    for (int c = 0; c < 8; c++) // as if
+    for (int c = 0; c < 8; c++) // as if divided already
         blocks.leaf[1 + (c >> 2)][1 + (c >> 1 & 1)][1 + (c & 1)] =
             lattice->element[element].child + c;
     for (int n = 0; n < POINTS; n++) {
@@ -175,7 +178,7 @@ static bool fits(CutLattice *lattice, int element)
     return births <= room;
 }
 
-// The children have the corners that were there: nodes of their parent.
+// Gives the children the existing corners: nodes of their parent.
 static void hand_down(CutLattice *lattice, int element)
 {
     const CutScratch *scratch = lattice->scratch;
@@ -193,7 +196,7 @@ static void hand_down(CutLattice *lattice, int element)
         old[n] = -1;
 }
 
-// Broken faces of a cell that is a leaf now.
+// Lists the broken faces of a cell that has become a leaf.
 static void list_faces(CutLattice *lattice, int cell)
 {
     for (int axis = 0; axis < 3; axis++) {
@@ -217,6 +220,7 @@ static void divide(CutLattice *lattice, int element)
     lattice->leaf_at_level[level - 1] += 8;
     hand_down(lattice, element);
     cut_parts_list_element(lattice, element);
+    // Children with a broken bit inside must be divided in turn.
     for (int c = child; c < child + 8; c++) {
         cut_parts_list_element(lattice, c);
         cut_parts_enter_leaf(lattice, c);
@@ -225,6 +229,7 @@ static void divide(CutLattice *lattice, int element)
         else if (lattice->scratch->bitten[c])
             want(lattice, c);
     }
+    // Every point of the element may have new vertices now.
     int offset[3], point[3], leaf[8];
     Blocks blocks;
     find_blocks(lattice, element, &blocks);
@@ -235,8 +240,8 @@ static void divide(CutLattice *lattice, int element)
     }
 }
 
-// Divides an element, and before it the larger ones around it. Returns how many; when one of them
-// does not fit, the element stays.
+// Divides an element, and first the larger ones around it. Returns how many; if one of them exceeds
+// the capacity, the element is not divided.
 static int divide_in_order(CutLattice *lattice, int element)
 {
     const CutElement *middle = &lattice->element[element];
@@ -261,7 +266,7 @@ static int divide_in_order(CutLattice *lattice, int element)
 
 int cut_lattice_reconstruct(CutLattice *lattice)
 {
-    // Children that want to be divided in turn come behind; it is the next call that looks at them.
+    // Children that must be divided in turn are appended; the next call processes them.
     enum { REFUSED_MOST = 64 }; // one takes about a microsecond
     const int before = lattice->wanted_count;
     int divided = 0, refused = 0;
@@ -272,6 +277,7 @@ int cut_lattice_reconstruct(CutLattice *lattice)
         divided += divide_in_order(lattice, element);
         refused += !lattice->divided[element];
     }
+    // Keep what was not divided, and sort the appended ones into their order.
     int kept = 0, sorted = 0;
     for (int w = 0; w < lattice->wanted_count; w++) {
         if (w == before)

@@ -1,4 +1,4 @@
-// Which links a sweep breaks.
+// Finds the links that a sweep breaks.
 #include "voxel/cut/cut_blade_parts.h"
 
 #include <limits.h>
@@ -19,19 +19,16 @@ static CutPath path_of(const BladeSearch *search, int cell, int part, int parts)
 }
 
 // ---------------------------------------------------------------------------------------------
-// Which links an edge may meet: as cut_may_meet, but on which sides of the edge's box a cell is is
-// found once for all its links. A bit of a code for each side (low, high by axis).
+// Links that an edge may meet: like cut_may_meet, but the sides of the edge's box are computed once
+// per cell for all its links. One bit of a code per side (low, high by axis).
 
 void cut_sweep_set_edge(BladeSearch *search, const CutPath edge[2])
 {
     memcpy(search->edge, edge, sizeof search->edge);
-    for (int c = 0; c < 3; c++) {
-        search->low[c] = (double)INFINITY, search->high[c] = -(double)INFINITY;
-        for (int k = 0; k < 4; k++) {
-            const double x = (double)edge[k / 2].at[k % 2].x[c];
-            search->low[c] = x < search->low[c] ? x : search->low[c];
-            search->high[c] = x > search->high[c] ? x : search->high[c];
-        }
+    search->box = box_empty();
+    for (int k = 0; k < 4; k++) {
+        const int64_t *x = edge[k / 2].at[k % 2].x;
+        box_add(&search->box, vec3((double)x[0], (double)x[1], (double)x[2]));
     }
     const CutPoint *corner[2][3] = {{&edge[0].at[0], &edge[1].at[0], &edge[0].at[1]},
                                     {&edge[1].at[0], &edge[1].at[1], &edge[0].at[1]}};
@@ -50,7 +47,7 @@ void cut_sweep_set_edge(BladeSearch *search, const CutPath edge[2])
     }
 }
 
-// On which side of a plane a point certainly is: 1, 2, or 0.
+// Returns the side of a plane on which a point certainly is: 1, 2, or 0 if undecided.
 static unsigned side_of(const BladeSearch *search, int plane, const CutPoint *point)
 {
     double sum = 0.0, size = 0.0;
@@ -72,15 +69,15 @@ static unsigned code_of(BladeSearch *search, int cell, int part, int parts)
     unsigned code = 0;
     for (int c = 0; c < 3; c++) {
         const double a = (double)path.at[0].x[c], b = (double)path.at[1].x[c];
-        code |= (unsigned)((a < search->low[c]) & (b < search->low[c])) << 2 * c;
-        code |= (unsigned)((a > search->high[c]) & (b > search->high[c])) << (2 * c + 1);
+        code |= (unsigned)((a < search->box.low[c]) & (b < search->box.low[c])) << 2 * c;
+        code |= (unsigned)((a > search->box.high[c]) & (b > search->box.high[c])) << (2 * c + 1);
     }
     blades->code_stamp[cell] = search->stamp;
     blades->code[cell] = (unsigned char)code;
     return code;
 }
 
-// Whether all points of a link are certainly on one side of both planes.
+// True if all points of a link are certainly on one side of both planes.
 static bool is_clear(const BladeSearch *search, const CutPath link[2])
 {
     for (int t = 0; t < 2; t++) {
@@ -113,7 +110,7 @@ static void next_codes(BladeSearch *search)
     search->stamp = ++blades->last_code;
 }
 
-// One link: 1 when it was met an odd number of times, 0, or CUT_DEGENERATE.
+// Tests one link: 1 when it was met an odd number of times, 0, or CUT_DEGENERATE.
 static int test_link(BladeSearch *search, int cell, int beyond, int part, int parts)
 {
     search->blades->looked_at++;
@@ -126,13 +123,14 @@ static int test_link(BladeSearch *search, int cell, int beyond, int part, int pa
     return count == CUT_DEGENERATE ? CUT_DEGENERATE : count % 2;
 }
 
-// The links of one cell. False: degenerate.
+// Tests the links of one cell. False: degenerate.
 static bool test_cell(BladeSearch *search, int cell, int part, int parts)
 {
     CutBlades *blades = search->blades;
     for (int axis = 0; axis < 3; axis++) {
         const int beyond = blades->beyond[cell][axis];
         const bool broken = blades->lattice->broken[cell] >> axis & 1;
+        // Skip links to void, hits, and broken ones unless their meeting must be reported.
         if (beyond < 0 || (blades->hit_bits[cell] >> axis & 1) ||
             (broken && (!search->whole || search->met_broken)))
             continue;

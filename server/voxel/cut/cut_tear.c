@@ -11,9 +11,9 @@
 
 static const double AWAY_FROM_FRONT = 1.5;
 
-// Of one element; base frame.
+// Stress of one element, in the base frame.
 typedef struct TearStress {
-    int64_t look; // for which it holds
+    int64_t look; // the search for which it is valid
     int element;
     double stress[3][3];   // P [Pa]
     double rotation[3][3]; // R
@@ -33,7 +33,8 @@ void cut_tear_create(CutTear *tear, const char *name, double stress, double forc
                       .stress = stress,
                       .force = force};
     const int cells = lattice->level_first[1];
-    // A face of the coarsest elements is so many; all faces are more than fit into any tick.
+    // The face of a coarsest element consists of this many; all faces are more than any tick can
+    // tear.
     tear->hit_capacity = TEAR_FACES << 2 * lattice->levels;
     tear->hit = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)tear->hit_capacity, sizeof *tear->hit,
                                "%s/torn faces", name);
@@ -66,7 +67,8 @@ static double number_at(const CutTear *tear, const void *number, int at)
                : ((const double *)number)[at];
 }
 
-// F = 1 + sum (u_i - u_0) a_i^T / H; of Miyazaki's law the moment about the mean in its place.
+// Computes F = 1 + sum (u_i - u_0) a_i^T / H; for Miyazaki's law the moment about the mean takes
+// its place.
 static void deformation_of(const CutTear *tear, const void *rows, int element, double size,
                            double f[3][3])
 {
@@ -103,12 +105,14 @@ static const TearStress *stress_of(CutTear *tear, const VoxelPass *pass, int ele
     const CutWindows *windows = tear->windows;
     const CutElement *e = &tear->lattice->element[element];
     const ElementClass *c = &windows->classes[e->level * windows->material_count + e->material - 1];
+    // The paper's law as an element with lambda = 0.
     const bool paper = tear->law == VOXEL_MIYAZAKI2004;
     const double mu = pass->stiffness_scale * (paper ? c->residual / c->size : c->mu);
     const double lambda = paper ? 0.0 : pass->stiffness_scale * c->lambda;
     enum { STEPS = 6 };
     double f[3][3], trace;
     deformation_of(tear, pass->rows, element, c->size, f);
+    // The fast rotation, or the exact one for flat and inverted elements.
     if (!rotation_foam((const double(*)[3])f, STEPS, out->rotation, &trace)) {
         const double *q =
             windows->last[windows->place[element] / LANES][windows->place[element] % LANES];
@@ -124,7 +128,7 @@ static const TearStress *stress_of(CutTear *tear, const VoxelPass *pass, int ele
     return out;
 }
 
-// |T| where the face between two elements is pulled [Pa]; else 0.
+// Returns |T| where the face between two elements is in tension [Pa]; else 0.
 static double pull_on(CutTear *tear, const VoxelPass *pass, int a, int b, int axis)
 {
     const TearStress one = *stress_of(tear, pass, a), *other = stress_of(tear, pass, b);
@@ -140,13 +144,13 @@ static double pull_on(CutTear *tear, const VoxelPass *pass, int a, int b, int ax
 // ---------------------------------------------------------------------------------------------
 // Faces
 
-// Of the smaller of two elements; `low` the low corner of its cells on the lower side.
+// A face of the smaller of two elements; `low`: the low corner of its cells on the lower side.
 typedef struct TearFace {
-    int low[3], axis, edge; // cells a side
+    int low[3], axis, edge; // edge: cells a side
     double pull;            // [Pa]
 } TearFace;
 
-// Those under the greatest stress, descending.
+// The faces under the greatest stress, descending.
 typedef struct TearList {
     int count;
     TearFace face[TEAR_FACES];
@@ -172,7 +176,7 @@ static bool is_broken(const CutLattice *lattice, int cell, int axis)
     return lattice->broken[cell] >> axis & 1;
 }
 
-// Whether nothing holds together across the face of a cell towards +axis.
+// True if nothing is connected across the face of a cell towards +axis.
 static bool is_free(const CutLattice *lattice, const int at[3], int axis)
 {
     const int cell = cell_at(lattice, at);
@@ -207,7 +211,7 @@ static bool is_whole(const CutLattice *lattice, const TearFace *face)
     return false;
 }
 
-// The face of leaf `small` towards `side` (2 axis + 1: upwards), beyond which `large` lies.
+// Tests the face of leaf `small` towards `side` (2 axis + 1: upwards), beyond which `large` is.
 static void test_face(CutTear *tear, const VoxelPass *pass, int small, int side, int large,
                       TearList *list)
 {
@@ -221,8 +225,8 @@ static void test_face(CutTear *tear, const VoxelPass *pass, int small, int side,
         list_face(list, &face);
 }
 
-// All faces of a leaf but those that another one has listed. Beyond a side there is one
-// leaf, as large or larger, or up to four that are half as large.
+// Tests all faces of a leaf except those already tested from another one. Beyond a side there is
+// one leaf, as large or larger, or up to four of half its size.
 static void test_leaf(CutTear *tear, const VoxelPass *pass, int leaf, TearList *list)
 {
     const CutLattice *lattice = tear->lattice;
@@ -276,10 +280,10 @@ static void look_at_half(void *context, int first, int last)
                            half, tear->high);
 }
 
-// Returns how many are under stress.
+// Returns the number of elements under stress.
 static int find_stressed(CutTear *tear, const VoxelPass *pass)
 {
-    // A little lower: the kernels round, in single precision to 1e-7 of the stiffness.
+    // Slightly lower, because the kernels round, in single precision to 1e-7 of the stiffness.
     SharedLook shared = {tear, pass, (1.0 - 1e-3) * tear->stress};
     if (tear->vertices->team != NULL && tear->vertices->halved)
         team_run(tear->vertices->team, look_at_half, &shared, 2);
@@ -288,7 +292,7 @@ static int find_stressed(CutTear *tear, const VoxelPass *pass)
     return cut_windows_stressed(tear->windows, tear->high, tear->stressed);
 }
 
-// The elements of a tick, from number `first` of those under stress on, round about.
+// Chooses the elements of a tick: from number `first` of those under stress on, cyclically.
 static int choose(CutTear *tear, int count, int *first)
 {
     *first = 0;

@@ -1,30 +1,31 @@
-// Which faces of a voxel body tear, by one of two rules.
+// Finds the faces of a voxel body that tear, by one of two rules (README.md, "Tearing").
 //
 // By stress: with P the nominal stress of an element (element.h) and N the normal of a face at
 // rest, the traction on the face between elements A and B is T = (P_A + P_B) N / 2, and n = (R_A +
-// R_B) N, of length 1, is where its normal points now. The face breaks when it is pulled, T n > 0,
-// beyond the strength of the tissue, |T| > stress, and it borders by an edge on the free surface or
-// on a broken face of the same plane: the front of a crack; elsewhere when |T| > 1.5 stress. As
-// forces fall only once a face has broken, a crack would else be several cells wide. Faces of
-// larger elements break as a whole, tested against the smaller of the two elements.
+// R_B) N, scaled to length 1, is its current normal. The face breaks when it is in tension, T n >
+// 0, beyond the strength of the tissue, |T| > stress, and borders by an edge on the free surface or
+// on a broken face of the same plane: the front of a crack; elsewhere when |T| > 1.5 stress.
+// Without this rule a crack would be several cells wide, because forces fall only after a face has
+// broken. Faces of larger elements break as a whole, tested against the smaller of the two
+// elements.
 //
-// By force: Miyazaki et al. (2004), section 3.2: a vertex on which a force from outside exceeds a
+// By force: Miyazaki et al. (2004), section 3.2: a vertex on which an external force exceeds a
 // threshold is released, so that the elements around it no longer share it: all faces around its
 // lattice point break.
 //
-// Step thread, but for cut_tear_create.
+// Step thread, except cut_tear_create.
 #ifndef PLIANT_VOXEL_CUT_CUT_TEAR_H
 #define PLIANT_VOXEL_CUT_CUT_TEAR_H
 
 #include "voxel/cut/cut_windows.h"
 #include "voxel/vertices.h"
 
-// Most faces (of any elements) that tear in a tick, those under the greatest stress first; so a
-// body that goes to pieces does it over several ticks, each of bounded time.
+// Most faces (of any elements) that tear per tick, those under the greatest stress first; so a body
+// that splits into many pieces does so over several ticks, each of bounded time.
 enum {
     TEAR_FACES = 64,
-    TEAR_LOOKS = 512, // most elements whose faces are looked at in a tick; of more under stress,
-                      // those that follow the last of the tick before
+    TEAR_LOOKS = 512, // most elements whose faces are examined per tick; if more are under stress,
+                      // those after the last one of the tick before
 };
 
 typedef struct CutTear {
@@ -32,35 +33,35 @@ typedef struct CutTear {
     const CutWindows *windows;
     const Vertices *vertices;
     VoxelLaw law;
-    double stress; // [Pa]; 0: does not tear by stress
-    double force;  // [N]; 0: does not tear by force
+    double stress; // [Pa]; 0: no tearing by stress
+    double force;  // [N]; 0: no tearing by force
 
     // --- part of the state ---
-    int64_t *next; // the element from which on to look; 0 as a rule
-    double *felt;  // [vertex_capacity] square of the largest force from outside in the last tick
-                   // [N2]; NULL: does not tear by force
+    int64_t *next; // the element at which the search starts; 0 as a rule
+    double *felt;  // [vertex_capacity] square of the largest external force in the last tick [N2];
+                   // NULL: no tearing by force
 
-    // --- the last answer ---
+    // --- result of the last call ---
     int (*hit)[2]; // [hit_count] {cell, axis}
     int hit_count, hit_capacity;
 
     // --- scratch ---
-    unsigned char *hit_bits; // [cell] bit d: its face towards +d is among them
+    unsigned char *hit_bits; // [cell] bit d: its face towards +d is in `hit`
     uint16_t *high;          // [batch]
     int *stressed;           // [leaves] elements
     bool *is_looked_at;      // [element]
-    struct TearStress *near; // a few elements' stresses
-    int64_t look;            // how often was looked
+    struct TearStress *near; // stresses of a few elements
+    int64_t look;            // number of searches
 } CutTear;
 
-// Load time. At least one of stress and force is positive.
+// Load time. At least one of stress [Pa] and force [N] is positive.
 void cut_tear_create(CutTear *tear, const char *name, double stress, double force,
                      const CutWindows *windows, const Vertices *vertices, VoxelLaw law,
                      Arena *arena, StateList *state);
-// The faces that tear by the present rows and by what was felt since the last time, none of which
-// is broken. False: none. `pass` as for cut_windows_stressed.
+// Finds the unbroken faces that tear at the current rows and by the forces recorded since the last
+// call. False: none. `pass` as for cut_windows_stressed.
 bool cut_tear_find(CutTear *tear, const VoxelPass *pass);
-// Before the elements' forces are added: what is there came from outside. Once an evaluation, of
+// Records external forces; call it in each evaluation, before the elements' forces are added, for
 // bodies that tear by force.
 void cut_tear_feel(CutTear *tear);
 void cut_tear_forget(CutTear *tear);

@@ -11,7 +11,7 @@
 // ---------------------------------------------------------------------------------------------
 // Load time
 
-// Windows that follow one another, of one level.
+// Groups consecutive windows of one level.
 static void create_groups(CutWindows *windows, const char *name, Arena *arena)
 {
     const CutLattice *lattice = windows->lattice;
@@ -29,8 +29,8 @@ static void create_groups(CutWindows *windows, const char *name, Arena *arena)
     }
 }
 
-// The most batches that plain leaves of a window can fill; adds to what may be left over, by
-// material.
+// Returns the most batches that plain leaves of a window can fill; adds the most that may be left
+// over, by material.
 static int most_full(const CutLattice *lattice, int window, int rest[256])
 {
     const CutWindow *own = &lattice->window[window];
@@ -47,7 +47,7 @@ static int batches_for(int elements)
     return (elements + LANES - 1) / LANES;
 }
 
-// A group's batches follow one another: of its windows, then its own.
+// Assigns consecutive ranges of batches to a group: those of its windows, then its own.
 static void create_ranges(CutWindows *windows, const char *name, Arena *arena)
 {
     const CutLattice *lattice = windows->lattice;
@@ -60,6 +60,7 @@ static void create_ranges(CutWindows *windows, const char *name, Arena *arena)
         const int elements = lattice->window[own->end - 1].end - lattice->window[own->first].first;
         const bool hangs = lattice->window[own->first].level > 0;
         int rest[256] = {0};
+        // Batches of one window each.
         for (int w = own->first; w < own->end; w++) {
             const int count = lattice->window[w].end - lattice->window[w].first;
             BatchRange *range = &windows->full[w];
@@ -68,6 +69,7 @@ static void create_ranges(CutWindows *windows, const char *name, Arena *arena)
             end[BATCH_HANGING] += hangs ? count / LANES : 0;
             memcpy(range->high, end, sizeof range->high);
         }
+        // Batches of the group: full ones of one mask, then plain and mixed remainders.
         BatchRange *range = &windows->pooled[g];
         memcpy(range->low, end, sizeof range->low);
         end[BATCH_HANGING] += hangs ? elements / LANES : 0;
@@ -89,7 +91,7 @@ static void create_plain(CutWindows *windows, const char *name, Arena *arena)
     windows->plain_class = ALLOCATE(ARENA_STEP, count, int, "plain classes");
 }
 
-// Numbers of a plain cube, as cut_pack.c expects them to be there.
+// Initializes a table with the numbers of a plain cube, as cut_pack.c expects.
 static void *begin_table(const CutWindows *windows, int batch, int stride, void *number)
 {
     const bool single = windows->templates->precision == PRECISION_SINGLE;
@@ -111,6 +113,7 @@ static void create_tables(CutWindows *windows, const char *name, Arena *arena)
     const int count = windows->capacity[BATCH_HANGING];
     windows->tables = ALLOCATE(ARENA_STEP, count, RestTable, "rest tables");
     size_t numbers = 0;
+    // First pass: sizes. Second pass: tables.
     for (int pass = 0; pass < 2; pass++) {
         void *number =
             pass == 0 ? NULL
@@ -154,7 +157,7 @@ static void create_hanging(CutWindows *windows, const char *name, Arena *arena)
 // ---------------------------------------------------------------------------------------------
 // Which batches are in use
 
-// Adds batches to the runs from `begin` on; returns the end.
+// Adds batches to the runs from `begin` on; returns the new end.
 static int add_run(CutWindows *windows, int begin, int end, BatchRun more)
 {
     BatchRun *run = windows->run;
@@ -187,7 +190,7 @@ static int list_kind(CutWindows *windows, int kind, int begin)
     return end;
 }
 
-// Where the first half of the batches ends; the run that holds both halves becomes two.
+// Finds the end of the first half of the batches; splits the run that contains it.
 static int split_runs(CutWindows *windows, int begin, int *end, int total)
 {
     BatchRun *run = windows->run;
@@ -336,7 +339,7 @@ bool cut_windows_check(const CutWindows *windows)
 // ---------------------------------------------------------------------------------------------
 // Forces
 
-// The batches of one run as kernels take them.
+// The batches of one run in the form of the kernels.
 typedef struct RunView {
     PlainBatches plain;
     HangingBatches hanging;
@@ -374,7 +377,7 @@ static VoxelPass complete_pass(const CutWindows *windows, const VoxelPass *given
     return pass;
 }
 
-// Where the runs of a half, or of both, begin and end.
+// Returns the range of runs of a half, or of both.
 static int runs_begin(const CutWindows *windows, int kind, int half)
 {
     return half == 1             ? windows->run_end[kind][0]

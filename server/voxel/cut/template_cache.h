@@ -1,7 +1,7 @@
-// Rest shapes of elements that come while a body is cut, by the mask of their nodes. A shape is a
-// function of the mask alone, so it does not matter for any bit which of them are kept: a bounded
-// hash table, where a new one takes the place of an old one when there is no room. Step thread; no
-// allocation after creation.
+// Rest shapes of elements that are created while a body is cut, by the mask of their nodes. A shape
+// is a function of the mask alone, so that the set of cached shapes has no influence on results: a
+// bounded hash table in which a new entry replaces an old one when it is full. Step thread; does
+// not allocate after creation.
 #ifndef PLIANT_VOXEL_CUT_TEMPLATE_CACHE_H
 #define PLIANT_VOXEL_CUT_TEMPLATE_CACHE_H
 
@@ -14,22 +14,22 @@ typedef struct TemplateCache {
     unsigned *mask;  // [slot] + 1; 0: free
     Template *shape; // [slot]
     void *number;    // Real [slot][TEMPLATE_NUMBERS]
-    long made;       // shapes that were not there when asked for
+    long made;       // cache misses
 } TemplateCache;
 
-// Room for the numbers of any of them; a multiple of cache lines.
+// Space for the numbers of any shape; a multiple of cache lines.
 enum { TEMPLATE_NUMBERS = (TABLE_HEAD + NODE_COUNT * TABLE_ROW + 15) / 16 * 16 };
 
 void template_cache_create(TemplateCache *cache, const char *name, VoxelLaw law,
                            Precision precision, Arena *arena);
-// Both valid until the next call of either.
+// Both results are valid until the next call of either function.
 const Template *template_cache_shape(TemplateCache *cache, unsigned mask);
-// Its table as the kernels want it (kernel.h, RestTable), not mixed. For Miyazaki's law the weights
-// are not 1 but 6 / sum |X_i|^2, X_i from the mean of the vertices, which is 1 for a plain cube: as
-// forces and damping are proportional to the weights, and everything else does not depend on a
-// common factor of them, an element of any mask then has the class of the plain cube of its level
-// and material and still the stiffness that gives it that cube's energy under the same uniform
-// stretch, on average over the axes.
+// Returns the shape's table in the form of the kernels (kernel.h, RestTable), not mixed. For
+// Miyazaki's law the weights are not 1 but 6 / sum |X_i|^2, with X_i from the mean of the vertices,
+// which is 1 for a plain cube. Forces and damping are proportional to the weights, and nothing else
+// depends on a common factor of them. So an element of any mask uses the class of the plain cube of
+// its level and material, and its stiffness still gives it that cube's energy under the same
+// uniform stretch, averaged over the axes.
 const void *template_cache_numbers(TemplateCache *cache, unsigned mask);
 
 static inline unsigned template_mask_of(const int node[NODE_COUNT])

@@ -1,11 +1,11 @@
-// Private to the kernels: from forces to the next rows. Number by number, so that the width does
-// not matter.
+// Private to the kernels: computes the next rows from forces. Number by number, so that the result
+// does not depend on the width.
 #ifndef PLIANT_VOXEL_KERNEL_ADVANCE_H
 #define PLIANT_VOXEL_KERNEL_ADVANCE_H
 
 #include "base/vector.h"
 
-// WIDTH numbers of the places x y z 0 and of the velocities: of WIDTH / 4 vertices or, where a
+// WIDTH numbers of the positions x y z 0 and of the velocities: of WIDTH / 4 vertices or, where a
 // vector is shorter than that, a part of one vertex.
 enum { TOGETHER = WIDTH < 4 ? 1 : WIDTH / 4 };
 
@@ -48,7 +48,7 @@ INLINE void store_places(Real *row, Vector u, Vector v)
 #endif
 }
 
-// Of TOGETHER vertices, each four times.
+// Loads the inverse masses of TOGETHER vertices, each four times.
 INLINE Vector load_inverse_mass(const Real *from)
 {
 #if KERNEL_WIDTH == 16
@@ -83,7 +83,7 @@ INLINE AdvanceFactors advance_factors(const AdvancePass *pass)
     return by;
 }
 
-// From vertex `i` on. Returns bits set where a limit is passed.
+// Advances the vertices from `i` on. Returns bits set where a limit is exceeded.
 INLINE Vector advance_vertices(const AdvancePass *pass, const AdvanceFactors *by, bool two, long i)
 {
     const Vector zero = vector_set(0.0);
@@ -119,7 +119,7 @@ INLINE bool advance_by(const AdvancePass *pass, bool two)
         bad = vector_or(bad, advance_vertices(pass, &by, two, i));
     if (together == pass->vertex_count)
         return !vector_any(bad);
-    // The last few, filled up in copies.
+    // The last few vertices, padded, in copies.
     _Alignas(64) Real row[TOGETHER * ROW] = {0}, force[TOGETHER * 4] = {0},
                                      more[TOGETHER * 4] = {0}, inverse_mass[TOGETHER] = {0};
     const size_t rest = (size_t)(pass->vertex_count - together), forces = rest * 4 * sizeof(Real);
@@ -146,7 +146,7 @@ static bool advance(const AdvancePass *pass)
     return pass->more != NULL ? advance_by(pass, true) : advance_by(pass, false);
 }
 
-// By fours: left to itself gcc 12 shuffles several rows together and takes twice as long.
+// In groups of four: otherwise gcc 12 shuffles several rows together and takes twice as long.
 static void drift(const void *present, void *next, int vertex_count, double dt)
 {
     const Real step = (Real)dt;

@@ -1,12 +1,12 @@
-// Private to the kernels: the elastic energy of all elements (element.c has the formula), for
-// status and tests. Changes nothing.
+// Private to the kernels: the elastic energy of all elements (formula in element.c), for status and
+// tests. Changes nothing.
 #ifndef PLIANT_VOXEL_KERNEL_ENERGY_H
 #define PLIANT_VOXEL_KERNEL_ENERGY_H
 
 #include "voxel/kernel/hanging.h"
 #include "voxel/kernel/plain.h"
 
-// The rotations of WIDTH deformations, on a copy of `last`.
+// Computes the rotations of WIDTH deformations, on a copy of `last`.
 INLINE void energy_fit(const Deformation *deformation, const double (*last)[4], Polar *polar)
 {
     Motion motion;
@@ -21,7 +21,7 @@ INLINE void energy_fit(const Deformation *deformation, const double (*last)[4], 
     }
 }
 
-// |F - R|^2.
+// Returns |F - R|^2.
 INLINE Vector square_strain(const Deformation *deformation, const Polar *polar)
 {
     Vector sum = vector_set(0.0);
@@ -33,14 +33,14 @@ INLINE Vector square_strain(const Deformation *deformation, const Polar *polar)
     return sum;
 }
 
-// Lane by lane, so that sums have one order at every width.
+// Adds lane by lane, so that sums have one order at every width.
 static void add_lanes(Vector v, double *sum)
 {
     for (int i = 0; i < WIDTH; i++)
         *sum += (double)v[i];
 }
 
-// In units of H^3 Pa.
+// Returns the energy of plain cubes in units of H^3 Pa.
 INLINE Vector plain_energy(const VoxelPass *pass, const ElementClass *c, const int *vertex,
                            const double (*last)[4])
 {
@@ -67,7 +67,7 @@ INLINE Vector plain_energy(const VoxelPass *pass, const ElementClass *c, const i
     }
     deformation_complete(&deformation);
     energy_fit(&deformation, last, &polar);
-    // A mode's displacement is H / 2 times its `bent` at each of 8 corners.
+    // The displacement of a mode is H / 2 times its `bent` at each of 8 corners.
     const double mu = paper ? c->residual / c->size : c->mu;
     const double lambda = paper ? 0.0 : c->lambda;
     return (Real)mu * square_strain(&deformation, &polar) +
@@ -75,7 +75,7 @@ INLINE Vector plain_energy(const VoxelPass *pass, const ElementClass *c, const i
            (Real)(c->residual / c->size) * bent;
 }
 
-// [J]
+// Returns the energy of elements with hanging vertices [J].
 INLINE Vector hanging_energy(const VoxelPass *pass, const Rest *rest, const int *vertex,
                              const HangingFactors *by, bool paper, const double (*last)[4])
 {

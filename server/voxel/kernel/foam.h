@@ -5,11 +5,11 @@
 //     (lambda^2 - |F|^2)^2 - 8 lambda det F - 4 |cof F|^2,
 //   kappa = (lambda^2 - |F|^2) / 2, zeta = kappa lambda - det F = (s1 + s2) (s2 + s3) (s3 + s1),
 //   R = ((kappa + |F|^2) F - F F^T F + lambda cof F) / zeta.
-// Everything is written in what differs from rest, F = 1 + G: lambda = 3 + l, kappa = 3 + k,
+// Everything is expressed as the difference from rest, F = 1 + G: lambda = 3 + l, kappa = 3 + k,
 // |F|^2 = 3 + n, det F = 1 + d, cof F = 1 + C, F F^T = 1 + E, so that
 //   q(l) = k (3 + k/2) - l (1 + d) - (3 d + c), k = l (3 + l/2) - n/2, 1 + 2 c / 3 = |cof F|^2 / 3
 //   zeta (R - 1) = (5 + k + n) G - E F + (3 + l) C + (n + d - 2 (k + l) - k l) 1
-// and near rest rounding is relative to the deformation. At rest all of it is exactly zero.
+// and near rest rounding is relative to the deformation. At rest all terms are exactly zero.
 //
 // Halley's method from the upper bound sqrt(3) |F|; q' = zeta. Where zeta >= 0.2 lambda^3, l is
 // then exact to 4e-7 (3 steps) and to rounding (4 steps), over all such s1, s2, s3; Newton's would
@@ -51,15 +51,15 @@ INLINE void deformation_complete(Deformation *by)
     }
 }
 
-// What the two halves of the fit share.
+// Intermediate results that the two halves of the fit share.
 typedef struct Root {
     Vector l, k, n, d;
     Vector zeta;
     Vector cofactor[3][3]; // C by rows
 } Root;
 
-// The first half: mostly a chain of operations that wait for one another. Unrelated work put
-// between the halves is done meanwhile.
+// First half: mostly a chain of dependent operations. The processor executes unrelated work placed
+// between the halves meanwhile.
 INLINE void polar_root(const Deformation *by, Root *out)
 {
     const Vector(*g)[3] = by->g, *e = by->gram;
@@ -88,6 +88,7 @@ INLINE void polar_root(const Deformation *by, Root *out)
     Vector slope0 = REAL(8.0) - (REAL(1.5) * n + d);
     Vector level = half_n * (REAL(0.25) * n - REAL(5.0)) - (REAL(3.0) * d + REAL(0.5) * second);
     Vector l = vector_sqrt(REAL(9.0) + REAL(3.0) * n) - REAL(3.0);
+    // Halley's method: cubic convergence, a fixed number of steps.
     for (int step = 0; step < HALLEY_STEPS; step++) {
         Vector l2 = l * l;
         Vector q = ((REAL(0.125) * l + REAL(1.5)) * l + half_bend) * l2 + (slope0 * l + level);
@@ -102,7 +103,7 @@ INLINE void polar_root(const Deformation *by, Root *out)
     out->zeta = (REAL(3.0) + out->k) * (REAL(3.0) + l) - (REAL(1.0) + d);
 }
 
-// The second half. Returns all bits set in lanes where the result is not good enough.
+// Second half. Returns all bits set in lanes where the result is not accurate enough.
 INLINE Vector polar_fit(const Deformation *by, const Root *root, Polar *out)
 {
     const Vector(*g)[3] = by->g, (*f)[3] = by->f, *e = by->gram;
@@ -119,8 +120,8 @@ INLINE Vector polar_fit(const Deformation *by, const Root *root, Polar *out)
         }
         out->turn[i][i] += rest;
     }
-    // With a part that does not scale: rounding is that of numbers about 1, and too much for an
-    // element shrunk below 0.3 of its size.
+    // The constant term: rounding is relative to numbers about 1, too much for an element shrunk
+    // below 0.3 of its size.
     Vector least = REAL(0.2) * (lambda * lambda * lambda) + REAL(0.06);
     return vector_not_greater(root->zeta, least);
 }

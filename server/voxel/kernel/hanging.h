@@ -1,6 +1,6 @@
-// Private to the kernels: elements with hanging vertices, WIDTH at a time: of one template, their
-// rest shape's numbers the same for all lanes, or mixed, with numbers for each. Lengths are in
-// units of the element's edge H and counted from its first vertex, so that rounding is relative to
+// Private to the kernels: elements with hanging vertices, WIDTH at a time: of one template, with
+// the same rest-shape numbers for all lanes, or mixed, with numbers for each lane. Lengths are in
+// units of the element's edge H and relative to its first vertex, so that rounding is relative to
 // the deformation: u' = (u - u_0) / H, v' = v - v_0.
 //
 // With c = sum w u' / sum w and, by law,
@@ -17,7 +17,7 @@
 #include "voxel/kernel/scatter.h"
 #include "voxel/template.h"
 
-// Of the elements' classes, with the scales of the pass.
+// Parameters of the elements' classes, with the scales of the pass.
 typedef struct HangingFactors {
     Vector gradient; // 1 / H
     Vector stretch;  // 2 mu H^2
@@ -26,7 +26,7 @@ typedef struct HangingFactors {
     Vector drag;     // beta k
 } HangingFactors;
 
-// The same of a batch, one array after another.
+// The same for a batch, one array after another.
 enum { GRADIENT, STRETCH, BULK, BEND, DRAG, FACTORS };
 
 static inline void hanging_factors(const VoxelPass *pass, const int element_class[LANES],
@@ -62,7 +62,7 @@ INLINE HangingFactors hanging_factors_at(Real factor[FACTORS][LANES], int lane)
 typedef struct Rest {
     bool mixed;
     int count;
-    const Real *number; // the lanes' first
+    const Real *number; // of the lanes' first
 } Rest;
 
 INLINE Vector rest_head(const Rest *rest, int k)
@@ -85,7 +85,7 @@ typedef struct Hanging {
     Motion motion;
 } Hanging;
 
-// Places and sums of first order.
+// Loads displacements and sums the terms of first order.
 INLINE void gather_hanging(const VoxelPass *pass, const Rest *rest, const int *vertex,
                            Vector gradient, bool paper, bool damped, Hanging *h)
 {
@@ -116,6 +116,7 @@ INLINE void gather_hanging(const VoxelPass *pass, const Rest *rest, const int *v
             }
         }
     }
+    // Scale the sums; the deformation of the paper's law has a part at rest.
     static const int at[3][3] = {{XX, XY, ZX}, {XY, YY, YZ}, {ZX, YZ, ZZ}};
     for (int i = 0; i < 3; i++) {
         h->middle[i] = middle[i] * rest_head(rest, 1);
@@ -127,7 +128,7 @@ INLINE void gather_hanging(const VoxelPass *pass, const Rest *rest, const int *v
     }
 }
 
-// Sums of second order about the middle.
+// Sums the terms of second order about the middle.
 INLINE void sum_motion(const Rest *rest, Hanging *h)
 {
     Vector s[SYMMETRIC], l[3];
@@ -148,7 +149,7 @@ INLINE void sum_motion(const Rest *rest, Hanging *h)
     for (int i = 0; i < 3; i++) {
         h->motion.spread[i] = s[i];
         h->motion.spread[3 + i] = s[3 + i];
-        h->motion.momentum[i] = l[i]; // sum w r = 0: the origin of v does not matter
+        h->motion.momentum[i] = l[i]; // sum w r = 0: the origin of v has no effect
     }
 }
 
@@ -161,6 +162,7 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
     Root root;
     Polar polar;
     Vector spin[3] = {{0}};
+    // Rotation and spin: independent work between polar_root and polar_fit hides latency.
     gather_hanging(pass, rest, vertex, by->gradient, paper, damped, &h);
     deformation_complete(&h.deformation);
     polar_root(&h.deformation, &root);
@@ -174,6 +176,7 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
 
     Vector stress[3][3], bend[3][3], shift[3], turn[3]; // P, B, b, beta k omega
     Vector pressure = polar.stretch * by->bulk;
+    // -(2 mu (F - R) + lambda tr(D) R) as parts along G and along R - 1.
     Vector back = (paper ? by->bend : pressure - by->stretch) * polar.inverse;
     for (int i = 0; i < 3; i++) {
         for (int k = 0; k < 3; k++) {
@@ -190,12 +193,14 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
         if (damped)
             turn[i] = by->drag * spin[i];
     }
+    // Damping enters B and b through omega x.
     for (int i = 0; i < 3 && damped; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
         bend[i][k] += turn[j];
         bend[i][j] -= turn[k];
         shift[i] += by->drag * h.drift[i] - (turn[j] * h.middle[k] - turn[k] * h.middle[j]);
     }
+    // Force of each vertex, by the formula above.
     for (int p = 0; p < rest->count; p++) {
         Vector f[3];
         const Vector *u = h.u[p], *v = h.v[p];

@@ -1,7 +1,8 @@
 // Private to the kernels: cubes with 8 corners. In the basis of the 8 products of the signs of a
 // corner's coordinates (Hadamard's), a cube's displacements are their mean, three columns of the
-// deformation and four modes that leave the middle as it is; all of the element's law is diagonal
-// there but the rotation. A lane is an element; 24 additions a component lead there, 23 back.
+// deformation and four modes that do not move the middle; in it all of the element's law is
+// diagonal except the rotation. A lane is an element; 24 additions per component transform there,
+// 23 back.
 #ifndef PLIANT_VOXEL_KERNEL_PLAIN_H
 #define PLIANT_VOXEL_KERNEL_PLAIN_H
 
@@ -12,9 +13,10 @@
 enum { MODES = 8 };
 static const int AXIS_MODE[3] = {1, 2, 4}, BENT_MODE[4] = {3, 5, 6, 7};
 
-// Of a class, with the scales of the pass; forces are of modes, of which each corner has all.
+// Parameters of a class, with the scales of the pass; forces are of modes, which apply fully to
+// each corner.
 typedef struct PlainFactors {
-    Real gradient; // 1 / (4 H): of the sums over the corners
+    Real gradient; // 1 / (4 H): for sums over the corners
     Real stretch;  // 2 mu H^2 / 4
     Real bulk;     // lambda H^2 / 4
     Real bend;     // 4 H alpha k / 8
@@ -37,7 +39,7 @@ static inline PlainFactors plain_factors(const VoxelPass *pass, int element_clas
     };
 }
 
-// Corners to modes.
+// Transforms corners to modes.
 INLINE void butterfly(Vector v[MODES])
 {
     for (int bit = 1; bit < MODES; bit *= 2) {
@@ -51,7 +53,7 @@ INLINE void butterfly(Vector v[MODES])
     }
 }
 
-// Modes, of which the first is zero, to corners.
+// Transforms modes, of which the first is zero, to corners.
 INLINE void butterfly_back(Vector v[MODES])
 {
     v[0] = -v[1];
@@ -66,8 +68,8 @@ INLINE void butterfly_back(Vector v[MODES])
     }
 }
 
-// Of WIDTH cubes from the displacements u and velocities v of their corners, by component: u
-// becomes the forces.
+// Replaces the displacements u of the corners of WIDTH cubes by their forces, from u and the
+// velocities v, by component.
 INLINE void plain_forces(const PlainFactors *by, bool damped, double (*last)[4], Vector u[3][MODES],
                          Vector v[3][MODES])
 {
@@ -76,6 +78,7 @@ INLINE void plain_forces(const PlainFactors *by, bool damped, double (*last)[4],
     Polar polar;
     Motion motion;
     Vector spin[3], bent[4][3];
+    // Displacements to modes: three give F - 1, four the bending.
     for (int c = 0; c < 3; c++) {
         butterfly(u[c]);
         for (int k = 0; k < 3; k++)
@@ -85,6 +88,7 @@ INLINE void plain_forces(const PlainFactors *by, bool damped, double (*last)[4],
     }
     deformation_complete(&deformation);
     polar_root(&deformation, &root);
+    // The rigid rotation of the velocities, which damping must not slow.
     if (damped) {
         for (int c = 0; c < 3; c++)
             butterfly(v[c]);
@@ -136,12 +140,13 @@ INLINE void plain_forces(const PlainFactors *by, bool damped, double (*last)[4],
             u[c][BENT_MODE[m]] = f;
         }
     }
+    // Forces back to the corners.
     for (int c = 0; c < 3; c++)
         butterfly_back(u[c]);
 }
 
-// Corners of WIDTH elements. One by one for constant indices: in a loop all modes would live in
-// memory, and twice as slowly.
+// Loads corners of WIDTH elements. One by one for constant indices: in a loop all modes would be in
+// memory, at half the speed.
 INLINE void load_corner(const void *rows, const int *vertex, bool damped, int c, Vector u[3][MODES],
                         Vector v[3][MODES])
 {

@@ -1,11 +1,11 @@
-// Forces of plane elements (Miyazaki et al. 2004, section 2.2;
-// the affine law of plane_shape.h). Compiled once a precision and level with KERNEL_NAME,
-// KERNEL_LEVEL, KERNEL_SINGLE and KERNEL_WIDTH. A lane is an element. Written in displacements:
-// with G = F - 1 the parts of a deformation are
+// Forces of plane elements (Miyazaki et al. 2004, section 2.2; the affine law of plane_shape.h).
+// Compiled once per precision and level with KERNEL_NAME, KERNEL_LEVEL, KERNEL_SINGLE and
+// KERNEL_WIDTH. A lane is an element. In terms of displacements, with G = F - 1, the parts of a
+// deformation are
 //   p = 2 + G00 + G11, q = G10 - G01, n = |(p, q)|, R = (p, q) / n, tr D = n - 2,
 //   F - R = (tr D / 2) R + B, B = [b0 b1; b1 -b0], 2 b0 = G00 - G11, 2 b1 = G10 + G01,
-// so that P = R (2 mu D + lambda tr(D) 1) = (mu + lambda) tr D R + 2 mu B; and tr D itself is
-// (g (4 + g) + q^2) / (n + 2) with g = G00 + G11: nothing cancels near rest.
+// so that P = R (2 mu D + lambda tr(D) 1) = (mu + lambda) tr D R + 2 mu B; and tr D itself is (g (4
+// + g) + q^2) / (n + 2) with g = G00 + G11: nothing cancels near rest.
 #include "voxel/plane/plane_kernel.h"
 
 #include "base/vector.h"
@@ -14,12 +14,12 @@
 
 enum { LANES = PLANE_LANES };
 
-// Of the vertices of a batch, WIDTH lanes at a time; forces of all lanes until they are added.
+// The vertices of a batch, WIDTH lanes at a time; forces of all lanes until they are added.
 typedef struct Nodes {
     Vector x[PLANE_PLACES], y[PLANE_PLACES], vx[PLANE_PLACES], vy[PLANE_PLACES];
 } Nodes;
 typedef struct Forces {
-    Real row[PLANE_PLACES][LANES * 4]; // as vector_spread_rows has them, WIDTH lanes at a time
+    Real row[PLANE_PLACES][LANES * 4]; // as vector_spread_rows writes them, WIDTH lanes at a time
 } Forces;
 
 INLINE void load_nodes(const PlanePass *pass, const int *vertex, int count, bool damped, Nodes *out)
@@ -38,7 +38,7 @@ INLINE void keep_forces(Forces *forces, int i, int lane, Vector x, Vector y)
     vector_spread_rows(forces->row[i] + 4L * lane, x, y, vector_set(0.0));
 }
 
-// Vertex after vertex, in each the lanes in order: the same sums whatever the width.
+// Adds vertex by vertex, in each the lanes in order: the same sums at any width.
 INLINE void add_forces(const PlanePass *pass, const int *vertex, int count, const Forces *forces)
 {
     Real *force = pass->force;
@@ -54,7 +54,7 @@ INLINE void add_forces(const PlanePass *pass, const int *vertex, int count, cons
         }
 }
 
-// The rotation and tr D. Where every rotation fits alike (n = 0) it is none.
+// The rotation and tr D. Where every rotation fits equally (n = 0) it is none.
 typedef struct Rotation {
     Vector c, s, n, inverse, trace;
 } Rotation;
@@ -73,7 +73,7 @@ INLINE Rotation rotation_of(Vector g, Vector q)
     return r;
 }
 
-// P, less the thickness: shear = mu, trace = mu + lambda.
+// P without the thickness: shear = mu, trace = mu + lambda.
 typedef struct Stress {
     Vector xx, xy, yx, yy;
 } Stress;
@@ -100,11 +100,13 @@ INLINE void damp_square(const PlanePass *pass, const Real *class, const Nodes *n
     const Vector quarter = vector_set(0.25), half = number(class, SQUARE_PLACE, 1.0);
     const Vector zero = vector_set(0.0);
     const Vector c = number(class, SQUARE_DAMPING, pass->stiffness_scale * pass->damping_scale);
+    // Middle and mean velocity of the corners.
     Vector x = (nodes->x[0] + nodes->x[1]) + (nodes->x[2] + nodes->x[3]);
     Vector y = (nodes->y[0] + nodes->y[1]) + (nodes->y[2] + nodes->y[3]);
     Vector vx = (nodes->vx[0] + nodes->vx[1]) + (nodes->vx[2] + nodes->vx[3]);
     Vector vy = (nodes->vy[0] + nodes->vy[1]) + (nodes->vy[2] + nodes->vy[3]);
     x *= quarter, y *= quarter, vx *= quarter, vy *= quarter;
+    // The rigid spin is not damped.
     Vector rx[4], ry[4], wx[4], wy[4], spin = zero, inertia = vector_set(1e-12) * half * half;
     for (int i = 0; i < 4; i++) {
         rx[i] = nodes->x[i] - x + (i & 1 ? half : -half);
@@ -135,6 +137,7 @@ INLINE void evaluate_squares(const PlanePass *pass, bool damped)
                      residual = number(class, SQUARE_RESIDUAL, scale);
         Forces forces;
         for (int lane = 0; lane < LANES; lane += WIDTH) {
+            // The displacement gradient and the hourglass mode from differences of the corners.
             Nodes n;
             load_nodes(pass, vertex + lane, 4, damped, &n);
             Vector left = n.x[2] - n.x[0], right = n.x[3] - n.x[1];
@@ -146,6 +149,7 @@ INLINE void evaluate_squares(const PlanePass *pass, bool damped)
             Vector hy = residual * (right - left);
             Vector gyx = slope * (low + high), gyy = slope * (left + right);
             Stress p = stress_of(gxx, gxy, gyx, gyy, shear, trace);
+            // Nodal forces of a constant stress, plus the residual on the hourglass mode.
             Vector sum = p.xx + p.xy, difference = p.xx - p.xy;
             Vector fx[4] = {sum - hx, hx - difference, difference + hx, -sum - hx}, fy[4];
             sum = p.yx + p.yy, difference = p.yx - p.yy;
@@ -242,7 +246,7 @@ INLINE void evaluate_other(const PlanePass *pass, int batch, int lane, int count
         keep_forces(forces, i, lane, fx[i], fy[i]);
 }
 
-// `count` is known to the compiler: its loops unroll.
+// `count` is known to the compiler, which unrolls the loops.
 INLINE void evaluate_batch(const PlanePass *pass, int batch, int count, bool paper, bool damped)
 {
     const PlaneBatches *batches = pass->batches;

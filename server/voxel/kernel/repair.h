@@ -14,9 +14,9 @@ typedef struct Repair {
     Real turn[3][3][WIDTH], inverse[WIDTH], stretch[WIDTH], spin[3][WIDTH];
 } Repair;
 
-// Where the element is a line or a point, only that part of omega counts that moves something. A
-// share of tr I on the diagonal, above rounding, keeps the rest finite; the second solution takes
-// back what it spoils.
+// Solves for omega. Where the element is a line or a point, only the part of omega counts that
+// moves something. A fraction of tr I on the diagonal, above rounding, keeps the rest finite; the
+// second iteration corrects the error that it causes.
 static void repair_spin(Repair *by, int lane)
 {
     double s[SYMMETRIC], l[3], spin[3] = {0.0, 0.0, 0.0};
@@ -54,7 +54,7 @@ static __attribute__((noinline, cold)) void repair_lanes(Repair *by, bool damped
             f[i / 3][i % 3] = (double)by->g[i / 3][i % 3][lane] + (i % 4 == 0 ? 1.0 : 0.0);
             finite = finite && isfinite(f[i / 3][i % 3]);
         }
-        // A bad number stays one: the check after the step has to find it.
+        // Bad numbers are left: the check after the step must find them.
         if (by->wanted[lane] == 0 || !finite)
             continue;
         Quat q = {last[lane][0], last[lane][1], last[lane][2], last[lane][3]};
@@ -72,10 +72,12 @@ static __attribute__((noinline, cold)) void repair_lanes(Repair *by, bool damped
     }
 }
 
-// Replaces what is wanted in `polar` and `spin`. `last` as in VoxelPass, from the first lane on.
+// Replaces the lanes in `wanted` of `polar` and `spin`. `last` as in VoxelPass, from the first lane
+// on.
 INLINE void repair(const Deformation *by, const Motion *motion, Vector wanted, bool damped,
                    double (*last)[4], Polar *polar, Vector spin[3])
 {
+    // The slow path works on arrays in memory, lane by lane.
     Repair all;
     memcpy(all.wanted, &wanted, sizeof wanted);
     for (int i = 0; i < 3; i++) {

@@ -1,12 +1,12 @@
-// Private to the kernels: a batch's forces added to those of its vertices.
+// Private to the kernels: adds a batch's forces to its vertices.
 #ifndef PLIANT_VOXEL_KERNEL_SCATTER_H
 #define PLIANT_VOXEL_KERNEL_SCATTER_H
 
 #include "base/vector.h"
 
-// Of one vertex of all LANES elements, one element after another: two lanes may share a vertex, and
-// sums have one order at every width. `from` as vector_spread_rows writes it, for every WIDTH
-// lanes.
+// Adds the forces of one vertex of all LANES elements, one element after another: two lanes may
+// share a vertex, and sums have one order at every width. `from` as vector_spread_rows writes it,
+// for every WIDTH lanes.
 INLINE void scatter_forces(void *force, const int *vertex, const Real from[4 * LANES])
 {
     for (int lane = 0; lane < LANES; lane++) {

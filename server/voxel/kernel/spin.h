@@ -4,7 +4,7 @@
 
 #include "voxel/kernel/foam.h"
 
-// What decides it: S = sum w r r^T, so that I = tr(S) 1 - S, and L = sum w r x v.
+// Its input: S = sum w r r^T, so that I = tr(S) 1 - S, and L = sum w r x v.
 typedef struct Motion {
     Vector spread[SYMMETRIC];
     Vector momentum[3];
@@ -18,8 +18,8 @@ INLINE void add_cross(const Vector a[3], const Vector b[3], Vector sum[3])
     }
 }
 
-// By the adjugate. Elements that polar_fit has left over may be needles, whose I is singular: their
-// result is replaced in repair.h. In all others the smallest eigenvalue of I is above 1/400 of the
+// Solves by the adjugate. Elements that polar_fit rejects may be needles, whose I is singular:
+// repair.h replaces their result. In all others the smallest eigenvalue of I is above 1/400 of the
 // largest.
 INLINE void spin_solve(const Motion *motion, Vector spin[3])
 {

@@ -1,5 +1,5 @@
-// Private to the kernels: which elements bear more stress than a limit, to find quickly the few
-// that tearing has to look at. With D = R^T F - 1 and P = R (2 mu D + lambda tr(D) 1),
+// Private to the kernels: finds the few elements whose stress exceeds a limit, which tearing must
+// examine. With D = R^T F - 1 and P = R (2 mu D + lambda tr(D) 1),
 //   |P|^2 = 4 mu^2 |D|^2 + (4 mu lambda + 3 lambda^2) tr(D)^2.
 // Changes nothing.
 #ifndef PLIANT_VOXEL_KERNEL_STRESS_H
@@ -7,7 +7,7 @@
 
 #include "voxel/kernel/energy.h"
 
-// Of a class: |P|^2 over the limit's square is shear |D|^2 + bulk tr(D)^2.
+// Parameters of a class: |P|^2 over the square of the limit is shear |D|^2 + bulk tr(D)^2.
 typedef struct StressFactors {
     Real shear, bulk;
 } StressFactors;
@@ -22,8 +22,8 @@ static inline StressFactors stress_factors(const VoxelPass *pass, const ElementC
     return (StressFactors){(Real)(4.0 * mu * mu), (Real)(lambda * (4.0 * mu + 3.0 * lambda))};
 }
 
-// Bits of WIDTH lanes. What is too flat or inverted for the fast path, or no number, counts as
-// beyond every limit.
+// Returns the bits of WIDTH lanes above the limit. Elements too flat or inverted for the fast path,
+// and bad numbers, count as above every limit.
 INLINE unsigned beyond(Deformation *deformation, Vector shear, Vector bulk)
 {
     Root root;

@@ -1,10 +1,10 @@
-// Forces of voxel elements, and the step that follows (Miyazaki et al. 2004, section 2.2; the law
-// and its derivation are in element.c).
+// Forces of voxel elements, and the step that follows (Miyazaki et al. 2004, section 2.2; law and
+// derivation in element.c).
 //
-// Compiled once a precision and level with KERNEL_NAME, KERNEL_LEVEL, KERNEL_SINGLE and
+// Compiled once per precision and level with KERNEL_NAME, KERNEL_LEVEL, KERNEL_SINGLE and
 // KERNEL_WIDTH. A lane is an element: the rows of its vertices are loaded whole and transposed in
-// registers. Branch-free where data decides, but for the call of repair.h: gcc 12 miscompiles
-// masked conditional loops.
+// registers. Branch-free where data decides, except for the call of repair.h:
+// server/PERFORMANCE.md, "Masked loops that gcc 12 miscompiles".
 #include "voxel/kernel.h"
 
 #include "voxel/kernel/advance.h"
@@ -23,7 +23,7 @@ static void plain_undamped(const VoxelPass *pass)
     evaluate_plain(pass, false);
 }
 
-// The variants: what a scene leaves out is not in its kernel.
+// The variants: the kernel of a scene contains only what the scene uses.
 #define HANGING_VARIANT(name, paper, damped, mixed)                                                \
     static __attribute__((noinline)) void name(const VoxelPass *pass)                              \
     {                                                                                              \

@@ -1,4 +1,5 @@
-// Elements side by side for the kernel: room at load, then a pure function of model->form.
+// Arranges elements side by side for the kernel: memory at load, then a pure function of
+// model->form.
 #include "voxel/plane/plane_model.h"
 
 #include "base/check.h"
@@ -26,14 +27,14 @@ static void square_numbers(const PlaneForm *form, double number[SQUARE_NUMBERS])
     number[SQUARE_DAMPING] = k->damping / 4.0;
 }
 
-// The batches' order: squares by class, then other shapes, and squares that do not fill a batch of
-// their class, by their number of vertices; each in the order of elements, so that neighbours stay
-// near.
+// The order of batches: squares by class, then other shapes together with squares that do not fill
+// a batch of their class, by their number of vertices; each in the order of elements, so that
+// neighbours stay close.
 typedef struct PlanePlace {
     int key, element;
 } Place;
 
-// By ascending key below `keys`, otherwise in their order; room for as many in `to`.
+// Sorts by ascending key below `keys`, stably; `to` has the same size.
 static void sort_places(const Place *from, Place *to, int count, int keys)
 {
     int put = 0;
@@ -54,7 +55,7 @@ static int find_class(double (*class)[SQUARE_NUMBERS], int *count, const PlaneFo
     return (*count)++;
 }
 
-// How many places of a key follow from `at` on, at most a batch.
+// Returns how many entries from `at` on have the same key, at most a batch.
 static int run_length(const Place *place, int count, int at)
 {
     int length = 1;
@@ -67,6 +68,7 @@ static void node_numbers(const PlaneForm *form, int i, double number[NODE_NUMBER
 {
     const PlaneShape *shape = form->shape;
     const double size = form->size, extent = shape->extent * size * size;
+    // Second moments of the vertices, for the best linear map.
     double m[2][2] = {{0.0}}, spread = 0.0;
     for (int k = 0; k < shape->count; k++)
         for (int d = 0; d < 2; d++) {
@@ -186,6 +188,7 @@ void plane_fill_batches(PlaneModel *model)
             other[others++] = (Place){form->shape->count, e};
     }
     ASSERT(classes <= work->class_capacity);
+    // Full batches of squares stay; the rest joins the other shapes.
     Place *sorted = work->place[2];
     sort_places(square, sorted, squares, classes);
     int kept = 0;
@@ -198,7 +201,7 @@ void plane_fill_batches(PlaneModel *model)
                 other[others++] = (Place){4, sorted[at + k].element};
     }
     put_squares(model, square, kept);
-    // Left over squares come behind the other shapes of four vertices.
+    // Remaining squares follow the other shapes with four vertices.
     Place *mixed = work->place[3];
     sort_places(other, mixed, others, PLANE_PLACES + 1);
     put_others(model, mixed, others);

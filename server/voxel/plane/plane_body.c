@@ -1,11 +1,11 @@
-// What the pipeline asks of a plane body (dynamics/body.h). Step thread: no allocation, no lock.
+// The operations of a plane body (dynamics/body.h). Step thread: no allocation, no lock.
 #include "voxel/plane/plane_model.h"
 
 #include <string.h>
 
 enum {
     FOLLOW_TICKS = 16, // ticks between moves of the base frame
-    FOLLOW_LEAST = 4,  // at least so many, however fast the body
+    FOLLOW_LEAST = 4,  // at least this many, however fast the body
 };
 
 // ---------------------------------------------------------------------------------------------
@@ -17,7 +17,7 @@ static void plane_drift(void *self, double dt)
     vertices_drift(&model->vertices, dt);
 }
 
-// Forces of all elements, then the vertices move.
+// Computes the forces of all elements, then advances the vertices.
 void plane_evaluate_elements(PlaneModel *model, const Stage *stage, double h)
 {
     Vertices *vertices = &model->vertices;
@@ -43,12 +43,13 @@ static void plane_evaluate(void *self, const Stage *stage, double h)
 }
 
 // ---------------------------------------------------------------------------------------------
-// The base frame of a floating body. rows_follow would do it with a fit in space, which may turn a
-// body that is inside out about an axis in its plane.
+// The base frame of a floating body. rows_follow would use a fit in space, which may flip an
+// inverted body about an axis in its plane.
 
 typedef struct PlaneFit {
-    double rest[2], shift[2]; // centre of gravity at rest, and how far it is from there [m]
-    double cosine, sine;      // of the turn that fits best by mass
+    double rest[2], shift[2]; // centre of gravity at rest, and its displacement [m]
+    double speed[2];          // its velocity, if the frame takes it over [m/s]
+    double cosine, sine;      // of the rotation that fits best by mass
 } PlaneFit;
 
 static void fit_plane(const PlaneModel *model, const void *row, PlaneFit *fit)
@@ -61,12 +62,17 @@ static void fit_plane(const PlaneModel *model, const void *row, PlaneFit *fit)
         for (int d = 0; d < 2; d++) {
             fit->rest[d] += model->vertices.mass[v] * rows->place[v][d];
             fit->shift[d] += model->vertices.mass[v] * rows_get(rows, row, (long)v * ROW + d);
+            if (rows->fall != NULL)
+                fit->speed[d] +=
+                    model->vertices.mass[v] * rows_get(rows, row, (long)v * ROW + 4 + d);
         }
     }
     for (int d = 0; d < 2; d++) {
         fit->rest[d] /= mass;
         fit->shift[d] /= mass;
+        fit->speed[d] /= mass;
     }
+    // The best rotation in closed form.
     for (int v = 0; v < model->vertices.count; v++) {
         double x = rows->place[v][0] - fit->rest[0], y = rows->place[v][1] - fit->rest[1];
         double rx = x + rows_get(rows, row, (long)v * ROW) - fit->shift[0];
@@ -81,7 +87,7 @@ static void fit_plane(const PlaneModel *model, const void *row, PlaneFit *fit)
     }
 }
 
-// The new frame is the one in which the fitted body does not move.
+// Moves the frame so that the fitted body does not move in it.
 static void move_frame(PlaneModel *model, void *row)
 {
     const Rows *rows = &model->vertices.rows;
@@ -95,20 +101,25 @@ static void move_frame(PlaneModel *model, void *row)
             number[k] = rows_get(rows, row, (long)v * ROW + k);
         // R^T (arm + u - shift) - arm, with R - 1 where it is small.
         double ux = number[0] - fit.shift[0], uy = number[1] - fit.shift[1];
+        double vx = number[4] - fit.speed[0], vy = number[5] - fit.speed[1];
         const double moved[4] = {less * x + s * y + c * ux + s * uy,
-                                 less * y - s * x + c * uy - s * ux, c * number[4] + s * number[5],
-                                 c * number[5] - s * number[4]};
+                                 less * y - s * x + c * uy - s * ux, c * vx + s * vy,
+                                 c * vy - s * vx};
         for (int k = 0; k < 2; k++) {
             rows_put(rows, row, (long)v * ROW + k, moved[k]);
             rows_put(rows, row, (long)v * ROW + 4 + k, moved[2 + k]);
         }
     }
-    // x = origin + turn (place + u): what the rows lost goes to the frame.
+    // x = origin + turn (place + u): the frame gains what the rows lose.
     BaseFrame *frame = rows->frame;
     const double *rest = fit.rest;
     Vec3 shift = {fit.shift[0] - (less * rest[0] - s * rest[1]),
                   fit.shift[1] - (s * rest[0] + less * rest[1]), 0.0};
     frame->origin = vec3_add(frame->origin, quat_rotate(frame->turn, shift));
+    if (rows->fall != NULL)
+        rows->fall->velocity =
+            vec3_add(rows->fall->velocity,
+                     quat_rotate(frame->turn, (Vec3){fit.speed[0], fit.speed[1], 0.0}));
     Quat turn = quat_from_rotation((Vec3){0.0, 0.0, atan2(s, c)});
     frame->turn = quat_unit(quat_multiply(frame->turn, turn));
     frame->ticks = 0;
@@ -150,7 +161,8 @@ static bool plane_check(const void *self)
         if (rows_get(rows, row, v * ROW + 2) != 0.0 || rows_get(rows, row, v * ROW + 6) != 0.0)
             return false; // out of the plane
     Quat turn = rows->frame->turn;
-    return turn.x == 0.0 && turn.y == 0.0 && vertices_check(&model->vertices);
+    return turn.x == 0.0 && turn.y == 0.0 && rows_velocity(rows).z == 0.0 &&
+           vertices_check(&model->vertices);
 }
 
 static void plane_restore(void *self, RestoreMode mode)
@@ -186,7 +198,7 @@ static void plane_add_forces(void *self, const int *node, int count, const Vec3 
                            (Vec3){force[i].x, force[i].y, 0.0});
 }
 
-// The region is brought to the rows' coordinates, not every node to the world.
+// Transforms the region to the rows' coordinates rather than every node to the world.
 static int plane_find_nodes(const void *self, const Region *region, int *node, int capacity)
 {
     const PlaneModel *model = self;
@@ -248,7 +260,7 @@ static int plane_read_state(const void *self, int *id, Vec3 *position, Vec3 *vel
     return vertices_read_state(&model->vertices, id, position, velocity);
 }
 
-// In the base frame, where a rotation changes nothing.
+// Returns an element's energy [J] in the base frame, where a rotation changes nothing.
 static double form_energy(const PlaneModel *model, const void *row, const PlaneForm *form)
 {
     double x[PLANE_PLACES][2], unused[PLANE_PLACES][2];
@@ -276,7 +288,7 @@ static void plane_measure(const void *self, BodyMeasure *measure)
 static bool plane_set(void *self, BodyParameter parameter, double value)
 {
     PlaneModel *model = self;
-    return vertices_set(&model->vertices, parameter, value); // gravity's z of no effect
+    return vertices_set(&model->vertices, parameter, value); // gravity's z has no effect
 }
 
 static void plane_restored(Body *body)

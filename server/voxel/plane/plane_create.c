@@ -1,4 +1,4 @@
-// Makes a plane body from a lattice of one layer: elements, vertices, masses, batches. Load time
+// Creates a plane body from a lattice of one layer: elements, vertices, masses, batches. Load time
 // only.
 #include "voxel/plane/plane_cut.h"
 
@@ -11,7 +11,7 @@
 #define ALLOCATE(use, count, type, label)                                                          \
     (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
 
-// What creation needs between its steps.
+// Intermediate results of the creation.
 typedef struct Making {
     const VoxelOptions *options;
     PlaneLayout layout;
@@ -50,36 +50,19 @@ static void make_masses(const Making *making, PlaneModel *model, double *total)
 // ---------------------------------------------------------------------------------------------
 // Vertices
 
-static bool mark_nodes(Making *making, const FixedRegion *region, Status *status)
+static Vec3 place_of(const Lattice *lattice, const void *mesh, int vertex)
 {
-    for (int k = 0; k < region->node_count; k++) {
-        int v =
-            setup_held_vertex(making->by_id, making->mesh.vertex_count, region->node[k], status);
-        if (v < 0)
-            return false;
-        making->fixed[v] = true;
-    }
-    return true;
+    const int *p = ((const PlaneMesh *)mesh)->point[vertex];
+    return lattice_point(lattice, p[0], p[1], 0.5);
 }
 
 static bool make_fixed(Making *making, Status *status)
 {
-    const VoxelOptions *options = making->options;
-    const PlaneMesh *mesh = &making->mesh;
-    making->fixed = calloc((size_t)mesh->vertex_count + 1, sizeof *making->fixed);
+    const int vertices = making->mesh.vertex_count;
+    making->fixed = calloc((size_t)vertices + 1, sizeof *making->fixed);
     ASSERT(making->fixed != NULL);
-    for (int r = 0; r < options->fixed_count; r++) {
-        const FixedRegion *region = &options->fixed[r];
-        if (region->kind == FIXED_NODES) {
-            if (!mark_nodes(making, region, status))
-                return false;
-            continue;
-        }
-        for (int v = 0; v < mesh->vertex_count; v++)
-            making->fixed[v] |= fixed_contains(
-                region, lattice_point(options->lattice, mesh->point[v][0], mesh->point[v][1], 0.5));
-    }
-    return true;
+    return setup_fixed(making->options, making->by_id, vertices, place_of, &making->mesh,
+                       making->fixed, status);
 }
 
 static void create_vertices(PlaneModel *model, const Making *making, const char *name, Arena *arena,
@@ -99,10 +82,10 @@ static void create_vertices(PlaneModel *model, const Making *making, const char 
     for (int v = 0; v < vertices->count; v++)
         for (int d = 0; d < 2; d++)
             rows->place[v][d] = lattice->size * (making->mesh.point[v][d] - middle[d]);
-    // A floating body is followed by its own fit in the plane: no rigid frame.
+    // A floating body follows its own fit in the plane: no rigid frame.
     vertices_create(vertices, options, making->by_id, making->fixed, (int)most,
                     lattice->size * (lattice->count[0] + lattice->count[1]), arena, state);
-    for (long v = 0; v < vertices->count; v++) { // an initial state's out of the plane
+    for (long v = 0; v < vertices->count; v++) { // remove out-of-plane parts of an initial state
         rows_put(rows, vertices->row[0], v * ROW + 2, 0.0);
         rows_put(rows, vertices->row[0], v * ROW + 6, 0.0);
     }
@@ -133,7 +116,7 @@ static bool check_options(const VoxelOptions *options, Status *status)
     return true;
 }
 
-// What a body has that stays as it is.
+// Creates what a body needs that is never cut.
 static void create_whole(PlaneModel *model, Body *body, Making *making, Arena *arena,
                          StateList *state)
 {
@@ -152,9 +135,10 @@ static void create_whole(PlaneModel *model, Body *body, Making *making, Arena *a
     plane_create_mesh(model, body, &making->mesh, name, arena);
     body->ops = &plane_ops;
     body->state_capacity = vertices->count;
+    body->half_thickness = model->half;
 }
 
-// What a body has that can be cut: room for what may come, filled as after any change.
+// Creates what a cuttable body needs: memory for any outcome, filled as after any change.
 static void create_cuttable(PlaneModel *model, Body *body, Making *making, Arena *arena,
                             StateList *state)
 {
@@ -167,10 +151,10 @@ static void create_cuttable(PlaneModel *model, Body *body, Making *making, Arena
     vertices->capacity = cut->vertex_capacity;
     vertices->id = cut->id;
     vertices->mass = ALLOCATE(ARENA_TOPOLOGY, vertices->capacity, double, "vertex masses");
-    const int elements = cut->room.sides / 8; // one over each cell at most
+    const int elements = cut->room.sides / 8; // at most one over each cell
     model->form = ALLOCATE(ARENA_TOPOLOGY, elements, PlaneForm, "forms of elements");
     for (int v = 0; v < vertices->count; v++)
-        vertices->mass[v] = 1.0; // until all is made
+        vertices->mass[v] = 1.0; // until plane_cut_make sets it
     create_vertices(model, making, name, arena, state);
     model->spare = vertices->capacity;
     plane_reserve_batches(model, elements, 2 * (cut->layout.levels + 1) * options->material_count,
@@ -181,6 +165,7 @@ static void create_cuttable(PlaneModel *model, Body *body, Making *making, Arena
         body->mass += vertices->mass[v];
     body->ops = plane_cut_ops(cut);
     body->state_capacity = vertices->capacity;
+    body->half_thickness = model->half;
 }
 
 static void create_body(Body *body, Making *making, const PlaneKernels *kernels, Arena *arena,
@@ -204,7 +189,7 @@ static void create_body(Body *body, Making *making, const PlaneKernels *kernels,
     body->damping = making->forms.damping_lambda;
 }
 
-// As of solid bodies: what does not fit at the start is an error.
+// As for solid bodies: an initial mesh that exceeds the capacity is an error.
 static bool check_capacity(const VoxelOptions *options, int vertices, Status *status)
 {
     if (!options->cuttable || options->vertex_capacity == 0 || options->vertex_capacity >= vertices)

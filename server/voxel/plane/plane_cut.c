@@ -1,4 +1,4 @@
-// Breaking edges, carving quarters, and making all of a plane body anew. Step thread.
+// Breaks edges, carves quarters, and rebuilds a plane body. Step thread.
 #include "voxel/plane/plane_cut.h"
 
 #include "base/check.h"
@@ -20,14 +20,14 @@ static void begin(PlaneModel *model, TopologyChange *change)
     *change = (TopologyChange){.born = cut->birth};
 }
 
-// The mesh of the bits as they are now; false: it has more vertices than there is room for.
+// Builds the mesh of the current bits; false: it has more vertices than the capacity.
 bool plane_cut_fill_mesh(PlaneCut *cut)
 {
     plane_mesh_fill(&cut->mesh, &cut->room, &cut->layout, cut->broken);
     return cut->mesh.vertex_count <= cut->vertex_capacity;
 }
 
-// Everything that follows from the mesh, without what moves.
+// Rebuilds everything that follows from the mesh, except velocities.
 static void make_anew(PlaneModel *model, Body *body, TopologyChange *change)
 {
     plane_cut_take_rows(model, change);
@@ -98,7 +98,7 @@ bool plane_cut_break(Body *body, const int (*edge)[2], int count, CutOutcome *ou
 // ---------------------------------------------------------------------------------------------
 // Reconstruction
 
-// Whether an edge is broken inside a square or on its outline.
+// True if an edge is broken inside a square or on its outline.
 static bool is_cut(const PlaneCut *cut, int i, int j, int size)
 {
     const int wide = cut->layout.count[0];
@@ -113,9 +113,9 @@ static bool is_cut(const PlaneCut *cut, int i, int j, int size)
     return false;
 }
 
-// Whether an element two levels below lies along a quarter's edges towards the rest of its square:
-// where another quarter was carved, and then that. Fig. 7 (b) has the four along the outer edges;
-// without these four elements beside each other would differ by two levels.
+// True if an element two levels below borders on a quarter's edges towards the rest of its square:
+// where another quarter was carved, and then that one. Fig. 7 (b) has the four along the outer
+// edges only; without this rule adjacent elements could differ by two levels.
 static bool is_finer_inside(const PlaneCut *cut, const PlaneElement *own, int quarter)
 {
     const int half = 1 << (own->level - 1), x = quarter & 1, y = quarter >> 1;
@@ -131,8 +131,8 @@ static bool is_finer_inside(const PlaneCut *cut, const PlaneElement *own, int qu
     return false;
 }
 
-// Fig. 7 of the paper; and what a blade has cut through, which the paper has not: its edges break
-// between elements only.
+// Decides by Fig. 7 of the paper, and for squares that a blade has cut through, which the paper
+// does not have: its edges break between elements only.
 static bool must_carve(const PlaneCut *cut, int element, int quarter)
 {
     const PlaneElement *own = &cut->layout.element[element];
@@ -169,8 +169,8 @@ static void carve(PlaneCut *cut, int element, unsigned carved)
     cut->quarters[element] = own->quarters;
 }
 
-// Squares by ascending size, so that all below are done before (section 3.2, phase 1); what comes
-// is looked at again in the next tick.
+// Processes squares by ascending size, so that all smaller ones are done before (section 3.2, phase
+// 1); new elements are examined in the next tick.
 bool plane_cut_reconstruct(Body *body, TopologyChange *change)
 {
     PlaneModel *model = body->model;
@@ -191,7 +191,8 @@ bool plane_cut_reconstruct(Body *body, TopologyChange *change)
     }
     if (done == 0)
         return false;
-    if (!plane_cut_fill_mesh(cut)) { // they stay coarse, all: half of them would be levels apart
+    if (!plane_cut_fill_mesh(
+            cut)) { // none is carved: half of them would leave levels too far apart
         for (int e = 0; e < cut->layout.element_count; e++)
             cut->layout.element[e].quarters = cut->quarters[e] = cut->quarters_before[e];
         plane_cut_fill_mesh(cut);

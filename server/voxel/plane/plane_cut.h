@@ -1,10 +1,10 @@
 // Private to the plane body: plane bodies that are cut (Miyazaki et al. 2004, section 3).
 //
-// Two sets of bits are the whole truth: which quarters are left to each square, and which edges
-// between cells are broken. Quarters only ever leave and edges only ever break. Everything else
-// (elements, vertices, masses, batches, outline, what is published) is a pure function of them but
-// for the rows in which vertices live: a vertex keeps its row for life, a new one takes the next.
-// Plane bodies are small, so all of it is made anew after a change; nothing allocates.
+// Two sets of bits define everything: which quarters are left to each square, and which edges
+// between cells are broken. Quarters are only ever removed, and edges only ever break. Everything
+// else (elements, vertices, masses, batches, outline, published mesh) is a pure function of them,
+// except the rows of vertices: a vertex keeps its row, a new one takes the next. Plane bodies are
+// small, so all of it is rebuilt after a change; nothing allocates.
 #ifndef PLIANT_VOXEL_PLANE_PLANE_CUT_H
 #define PLIANT_VOXEL_PLANE_PLANE_CUT_H
 
@@ -12,18 +12,18 @@
 
 enum { CENTER_BEGAN = 1, CENTER_KNOWN = 2 };
 
-// Where the centre of a cell is, in a stroke.
+// The centre of a cell in a stroke.
 typedef struct PlaneCenter {
     int64_t known; // 0; CENTER_BEGAN: no sweep has ended there yet; CENTER_KNOWN
     CutPoint point;
 } PlaneCenter;
 
-// The outline for tools and loads: what BodySurface points to.
+// The outline for tools and loads: the arrays of BodySurface.
 typedef struct PlaneStrip {
     int (*face)[3], (*neighbor)[3];
     double *area, *finest_area, *node_area, *node_mass;
     int *start, *end, *list;
-    int *edge_from; // [vertex_capacity] edge of the outline that starts there; -1
+    int *edge_from; // [vertex_capacity] edge of the outline that starts there; -1: none
 } PlaneStrip;
 
 typedef struct PlaneCut {
@@ -37,24 +37,24 @@ typedef struct PlaneCut {
     bool *fixed_point; // [points]
     bool *is_solid;    // [cell_count]
     int vertex_capacity;
-    double tear_force; // [N]; 0: does not tear
-    double quantum;    // of cuts [m]
-    Vec3 origin;       // of quantised places [m]
+    double tear_force; // [N]; 0: no tearing
+    double quantum;    // unit of quantised positions [m]
+    Vec3 origin;       // of quantised positions [m]
     int blades;
 
     // --- state ---
     unsigned char *quarters; // [layout.element_count] as layout.element's
     unsigned char *broken;   // [cell_count] PLANE_BROKEN_...
-    int *id;                 // [vertex_capacity] of vertices; -1: not yet there
-    int64_t *wants;          // 1: something broke or was carved since it was last looked at
+    int *id;                 // [vertex_capacity] id of a vertex; -1: does not exist yet
+    int64_t *wants;          // 1: something broke or was carved since the last reconstruction
     PlaneCenter *center;     // [blades][cell_count]; NULL without blades
-    double *felt;            // [vertex_capacity] largest force from outside in the last tick,
-                             // squared [N2]; NULL without tear_force
+    double *felt; // [vertex_capacity] square of the largest external force in the last tick [N2];
+                  // NULL without tear_force
 
-    bool is_sound; // plane_cut_restore said so, or it was not asked
+    bool is_sound; // plane_cut_restore succeeded, or was not called
 
-    // --- follows from it ---
-    PlaneMesh mesh; // its vertices are in its own order
+    // --- derived from the state ---
+    PlaneMesh mesh; // with vertices in its own order
     PlaneStrip strip;
     int *row_of;                  // [mesh vertices] row
     int *row_of_id;               // [4 points] -1: none
@@ -70,42 +70,41 @@ typedef struct PlaneCut {
     double *mass_before;            // [vertex_capacity]
     NodeBirth *birth;               // [2 vertex_capacity]
     int (*edge)[2], edge_count;     // edges to be broken: {cell, bit}
-    CutPath *path;                  // [cell_count] in the sweep under way
+    CutPath *path;                  // [cell_count] in the sweep in progress
     int *cells_of_piece;
     unsigned char *marked; // [cell_count] edges in `edge`, as bits; 0 between calls
 } PlaneCut;
 
-// plane_cut_create.c. Load time: the tables of a cuttable body, whose vertices at the start have
-// the rows of plane_mesh_create's; `fixed` by these.
+// plane_cut_create.c. Load time: creates the tables of a cuttable body, whose first vertices have
+// the rows of plane_mesh_create; `fixed` by these.
 void plane_cut_create(PlaneModel *model, const VoxelOptions *options, const bool *fixed,
                       Arena *arena, StateList *state);
 
-// plane_cut.c. The mesh of the bits as they are now; false: it has more vertices than there is room
-// for.
+// plane_cut.c. Builds the mesh of the current bits; false: it has more vertices than the capacity.
 bool plane_cut_fill_mesh(PlaneCut *cut);
-// Makes all that follows from the bits and rows.
+// Rebuilds everything that follows from the bits and rows.
 void plane_cut_make(PlaneModel *model, Body *body);
-// pieces and small_pieces.
+// Fills in pieces and small_pieces.
 void plane_cut_count_pieces(PlaneCut *cut, CutOutcome *outcome);
-// Breaks edges {cell, bit} and makes all anew. False: `needed` vertices more do not fit into
-// `room`, and nothing was changed.
+// Breaks edges {cell, bit} and rebuilds everything. False: `needed` more vertices do not fit into
+// `room`; nothing is changed.
 bool plane_cut_break(Body *body, const int (*edge)[2], int count, CutOutcome *outcome,
                      TopologyChange *change);
-// BodyOps.reconstruct: a quarter that must be carved, is: each element at most once.
+// BodyOps.reconstruct: carves the quarters that must be: each element at most once.
 bool plane_cut_reconstruct(Body *body, TopologyChange *change);
 
-// plane_cut_rows.c, after the mesh was filled: rows of its vertices, by their ids, new ones at the
-// end; then elements, masses, and the momentum that the exchange of masses has cost.
+// plane_cut_rows.c, after the mesh was filled: assigns rows to its vertices by their ids, new ones
+// at the end; then elements, masses, and the momentum that the exchange of masses has changed.
 void plane_cut_take_rows(PlaneModel *model, TopologyChange *change);
 void plane_cut_place_row(PlaneModel *model, int v, int row);
 void plane_cut_make_forms(PlaneModel *model);
 void plane_cut_make_masses(PlaneModel *model);
 void plane_cut_keep_momentum(PlaneModel *model);
 
-// plane_cut_restore.c. After the state was restored. False: it cannot be.
+// plane_cut_restore.c. After the state was restored. False: it is impossible.
 bool plane_cut_restore(Body *body);
 
-// plane_cut_body.c: the operations, as plane_ops but for what cuts change.
+// plane_cut_body.c: the operations, as plane_ops with those that cuts replace.
 const BodyOps *plane_cut_ops(const PlaneCut *cut);
 
 // plane_cut_blade.c: BodyOps.cut and reserve_blades.
@@ -113,13 +112,13 @@ bool plane_cut_along(Body *body, const CutSweep *sweep, CutOutcome *outcome,
                      TopologyChange *change);
 void plane_cut_reserve_blades(void *model, int blades, Arena *arena, StateList *state);
 
-// plane_cut_tear.c: the paper's threshold. Notes the forces from outside before those of elements
-// are added; BodyOps.tear.
+// plane_cut_tear.c: the paper's threshold. Records the external forces before those of elements are
+// added; BodyOps.tear.
 void plane_cut_feel(PlaneModel *model);
 bool plane_cut_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange *change);
 
-// plane_cut_surface.c: the outline as a strip of nodes 2 v and 2 v + 1 of vertex v, and what is
-// published.
+// plane_cut_surface.c: the outline as a strip of nodes 2 v and 2 v + 1 of vertex v, and the
+// published mesh.
 void plane_cut_create_surface(PlaneModel *model, Body *body, const VoxelOptions *options,
                               Arena *arena);
 void plane_cut_show(PlaneModel *model, Body *body);

@@ -1,12 +1,12 @@
-// A blade in a plane body: the links between neighbouring cells lie in the plane, the blade's edge
-// moves in space, and they meet where the edge passes through the plane (dynamics/cut_exact.h). Few
-// cells: all links are looked at. Step thread.
+// Blades in a plane body: the links between neighbouring cells are in the plane, the blade's edge
+// moves in space, and they meet where the edge passes through the plane (dynamics/cut_exact.h).
+// There are few cells, so that all links are tested. Step thread.
 #include "voxel/plane/plane_cut.h"
 
 #include <string.h>
 
-static const double TWIST = 0.05; // of a cell: by how much a sub-tick's sweep may differ from a
-                                  // twisted patch
+static const double TWIST =
+    0.05; // of a cell: tolerated difference of a sub-tick's sweep from a twisted patch
 
 void plane_cut_reserve_blades(void *self, int blades, Arena *arena, StateList *state)
 {
@@ -20,10 +20,10 @@ void plane_cut_reserve_blades(void *self, int blades, Arena *arena, StateList *s
 }
 
 // ---------------------------------------------------------------------------------------------
-// Where cells are
+// Positions of cells
 
-// The nine places of a square in the rows' coordinates; where it has no vertex, the mean that it
-// would get.
+// Computes the nine places of a square in the rows' coordinates; without a vertex, the mean that a
+// new one would get.
 static void places_of(const PlaneModel *model, int element, double at[PLANE_PLACES][2])
 {
     const PlaneCut *cut = model->cut;
@@ -46,8 +46,8 @@ static void places_of(const PlaneModel *model, int element, double at[PLANE_PLAC
         at[PLANE_CENTER][d] = 0.25 * (at[0][d] + at[2][d] + at[6][d] + at[8][d]);
 }
 
-// Inside a quarter, whose corners are places of its square, carving goes on to interpolate with
-// means of means: bilinear.
+// Computes a cell's centre. Inside a quarter, whose corners are places of its square, carving
+// interpolates with means of means: bilinear.
 static bool centre_of(const PlaneModel *model, int i, int j, CutPoint *out)
 {
     const PlaneCut *cut = model->cut;
@@ -73,7 +73,7 @@ static bool centre_of(const PlaneModel *model, int i, int j, CutPoint *out)
     return cut_quantise(world, cut->origin, cut->quantum, out);
 }
 
-// Paths of all cells since the last tick of a stroke, or at rest. False: too far away.
+// Computes the paths of all cells since the last tick of a stroke, or at rest. False: too far away.
 static bool take_paths(PlaneModel *model, const CutSweep *sweep)
 {
     PlaneCut *cut = model->cut;
@@ -100,7 +100,7 @@ static void keep_centers(PlaneCut *cut, const CutSweep *sweep)
                                          cut->path[cell].at[1]};
 }
 
-// Whether no sweep of this stroke has ended where this one begins.
+// True if no sweep of this stroke has ended where this one begins.
 static bool is_first(const PlaneCut *cut, const CutSweep *sweep)
 {
     if (sweep->blade < 0)
@@ -113,7 +113,7 @@ static bool is_first(const PlaneCut *cut, const CutSweep *sweep)
 }
 
 // ---------------------------------------------------------------------------------------------
-// What is met
+// Met links
 
 static int neighbor_of(const PlaneCut *cut, int cell, int bit)
 {
@@ -124,8 +124,8 @@ static int neighbor_of(const PlaneCut *cut, int cell, int bit)
     return cut->is_solid[cell] && cut->is_solid[beyond] ? beyond : -1;
 }
 
-// Links that a part of the sweep breaks are marked; `*met` counts those met, broken before or not.
-// False: degenerate.
+// Marks the links that a part of the sweep breaks; `*met` counts the links met, broken ones
+// included. False: degenerate.
 static bool mark_links(PlaneCut *cut, const CutPath edge[2], int k, int m, int *met)
 {
     const CutPath part[2] = {cut_part(edge[0], k, m), cut_part(edge[1], k, m)};
@@ -171,11 +171,12 @@ static CutVerdict find_links(PlaneCut *cut, const CutSweep *sweep, int *met)
     if (m == 0)
         return CUT_TOO_TWISTED;
     int64_t first = sweep->stroke == NULL ? 0 : sweep->stroke->tries;
+    // A degenerate case is resolved by another shift.
     for (int64_t attempt = first; attempt < first + CUT_TRIES; attempt++) {
         CutPath edge[2];
         if (!shift_edge(cut, sweep, attempt, edge))
             return CUT_TOO_LARGE;
-        // A shift that is new must not move where the edge was: the last tick's sweep ended there.
+        // A new shift must not move the start of the edge: the last tick's sweep ended there.
         for (int end = 0; end < 2 && attempt > first && !is_first(cut, sweep); end++) {
             const CutPoint old = cut_shift(first, end), now = cut_shift(attempt, end);
             for (int c = 0; c < 3; c++)
@@ -195,7 +196,7 @@ static CutVerdict find_links(PlaneCut *cut, const CutSweep *sweep, int *met)
     return CUT_UNRESOLVED;
 }
 
-// The marked edges that are not broken yet; clears the marks.
+// Lists the marked edges that are not broken yet; clears the marks.
 static void list_marked(PlaneCut *cut)
 {
     cut->edge_count = 0;
@@ -225,6 +226,7 @@ bool plane_cut_along(Body *body, const CutSweep *sweep, CutOutcome *outcome, Top
         outcome->verdict = CUT_TOO_LARGE;
         return false;
     }
+    // A stroke that begins only stores the centres.
     int met = 0;
     CutVerdict verdict = CUT_DONE;
     if (sweep->phase != CUT_BEGINS)

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-// With a threshold: the forces from outside are noted before those of the elements are added.
+// With a threshold: records the external forces before those of the elements are added.
 static void evaluate(void *self, const Stage *stage, double h)
 {
     PlaneModel *model = self;
@@ -12,7 +12,7 @@ static void evaluate(void *self, const Stage *stage, double h)
     plane_evaluate_elements(model, stage, h);
 }
 
-// What was felt in a tick that is taken back tears nothing.
+// Forces recorded in a tick that is undone must not tear anything.
 static void restore(void *self, RestoreMode mode)
 {
     const PlaneCut *cut = ((PlaneModel *)self)->cut;

@@ -1,4 +1,4 @@
-// Makes the tables of a plane body that can be cut. Load time only.
+// Creates the tables of a plane body that can be cut. Load time only.
 #include "voxel/plane/plane_cut.h"
 
 #include "base/check.h"
@@ -10,7 +10,7 @@
 #define ALLOCATE_ROWS(count, row, label)                                                           \
     arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof *(row), "%s/%s", name, label)
 
-// The layout with an element for every square, so that those that come have their number already.
+// Builds a layout with an element for every square, so that new elements already have numbers.
 static void take_layout(PlaneCut *cut, const VoxelOptions *options, Arena *arena)
 {
     const char *name = options->name;
@@ -35,6 +35,7 @@ static void take_layout(PlaneCut *cut, const VoxelOptions *options, Arena *arena
             element->cell[1] = j;
             element->level = (unsigned char)level;
             element->material = (unsigned char)lattice_label(options->lattice, i, j, 0);
+            // Copy what the initial layout has at this square.
             if (level == 0)
                 cut->is_solid[at] = element->material != 0;
             if (made.lut[level][at] >= 0) {
@@ -47,7 +48,7 @@ static void take_layout(PlaneCut *cut, const VoxelOptions *options, Arena *arena
     plane_layout_destroy(&made);
 }
 
-// A point is held when its place is, or the vertex that was there at the start.
+// Marks fixed points: where a region contains the position, or the initial vertex was fixed.
 static void take_fixed_points(PlaneCut *cut, const VoxelOptions *options, const bool *fixed,
                               Arena *arena)
 {
@@ -120,10 +121,10 @@ void plane_cut_create(PlaneModel *model, const VoxelOptions *options, const bool
     plane_mesh_reserve(&cut->mesh, &cut->room, &cut->layout, name, arena);
     plane_mesh_fill(&cut->mesh, &cut->room, &cut->layout, NULL);
     take_fixed_points(cut, options, fixed, arena);
-    // A body that is cut to its last edge has four vertices a cell.
+    // A body with all edges cut has four vertices per cell.
     cut->vertex_capacity =
         options->vertex_capacity > 0 ? options->vertex_capacity : cut->room.vertices;
-    ASSERT(cut->vertex_capacity >= cut->mesh.vertex_count); // plane_create has looked
+    ASSERT(cut->vertex_capacity >= cut->mesh.vertex_count); // checked by plane_create
     plane_forms_create(&cut->forms, options, &cut->layout, &cut->mesh, true, arena);
     cut->id = ALLOCATE(ARENA_TOPOLOGY, cut->vertex_capacity, int, "vertex ids");
     take_tables(cut, name, arena);

@@ -1,7 +1,7 @@
-// A plane body that was cut, out of a checkpoint: whether its bits and ids can be.
+// Checks that bits and ids of a cut plane body from a checkpoint are possible.
 #include "voxel/plane/plane_cut.h"
 
-// A quarter belongs to one element over each solid cell, and no other.
+// True if each solid cell, and no other, is in the quarter of exactly one element.
 static bool covers_each_cell_once(const PlaneCut *cut)
 {
     for (int j = 0; j < cut->layout.count[1]; j++)
@@ -69,7 +69,7 @@ static bool ids_can_be(const PlaneModel *model)
     return true;
 }
 
-// Whether the vertices that follow from the bits are those of the ids, all of them.
+// True if the vertices that follow from the bits are exactly those of the ids.
 static bool vertices_are_there(const PlaneCut *cut)
 {
     int count = 0;

@@ -1,5 +1,4 @@
-// The vertices of a plane body after a change: their rows, those that come, masses, momentum. Step
-// thread.
+// The vertices of a plane body after a change: rows, new vertices, masses, momentum. Step thread.
 #include "voxel/plane/plane_cut.h"
 
 #include "base/check.h"
@@ -7,9 +6,9 @@
 #include <string.h>
 
 // ---------------------------------------------------------------------------------------------
-// Vertices that come
+// New vertices
 
-// Where an element's place was before the change: the rows whose mean it is.
+// The rows whose mean an element's place was before the change.
 typedef struct PlaneSource {
     int count;
     int row[4];
@@ -35,7 +34,8 @@ static PlaneSource source_of(const PlaneCut *cut, int element, int place)
     return (PlaneSource){2, {end[0], end[1]}};
 }
 
-// The place of an element's corner in the square around, which had the element as a quarter before.
+// Returns the place of an element's corner in the enclosing square of which the element was a
+// quarter.
 static PlaneSource inherited(const PlaneCut *cut, int element, int place)
 {
     if (cut->quarters_before[element] != 0)
@@ -57,7 +57,7 @@ static bool is_corner_place(int place)
 static PlaneSource source_of_vertex(const PlaneCut *cut, const int *element, const int *place,
                                     int count)
 {
-    // An element that had a vertex there before tells best; else one of which it is a corner.
+    // An element that had a vertex there is the best source; else one of which it is a corner.
     for (int k = 0; k < count; k++)
         if (cut->quarters_before[element[k]] != 0 && cut->before[element[k]][place[k]] >= 0)
             return (PlaneSource){1, {cut->before[element[k]][place[k]]}};
@@ -68,7 +68,7 @@ static PlaneSource source_of_vertex(const PlaneCut *cut, const int *element, con
     return (PlaneSource){0};
 }
 
-// The elements around a vertex of the mesh, and which of their places it is.
+// Lists the elements around a vertex of the mesh, and which of their places it is.
 static int around_vertex(const PlaneCut *cut, int v, int element[4], int place[4])
 {
     int count = 0;
@@ -99,7 +99,7 @@ static void bear(PlaneModel *model, int v, int row, TopologyChange *change)
         double sum = 0.0;
         for (int i = 0; i < source.count; i++)
             sum += rows_get(rows, present, (long)source.row[i] * ROW + k);
-        // What came where vertices are fixed would keep a velocity.
+        // A new vertex where vertices are fixed would keep its velocity.
         const bool stops = k >= 4 && cut->fixed_point[cut->mesh.id[v] % cut->points];
         rows_put(rows, present, (long)row * ROW + k, stops ? 0.0 : sum / source.count);
     }
@@ -117,7 +117,7 @@ void plane_cut_place_row(PlaneModel *model, int v, int row)
             cut->forms.size * (cut->mesh.point[v][d] - 0.5 * cut->layout.lattice_count[d]);
 }
 
-// Rows of all vertices of the mesh by their ids; new ones at the end.
+// Assigns rows to all vertices of the mesh by their ids; new ones at the end.
 void plane_cut_take_rows(PlaneModel *model, TopologyChange *change)
 {
     PlaneCut *cut = model->cut;
@@ -176,7 +176,7 @@ void plane_cut_make_masses(PlaneModel *model)
                           cut->fixed_point[cut->id[v] % cut->points]);
 }
 
-// In the plane, of the vertices whose mass has changed; masses before or now.
+// Sums in the plane over the vertices whose mass has changed; masses before or now.
 typedef struct PlaneMotion {
     double mass, at[2], momentum[2], spin, inertia;
 } PlaneMotion;
@@ -206,7 +206,8 @@ static PlaneMotion motion_of(const PlaneModel *model, const double *mass, const 
     return sum;
 }
 
-// Masses have changed hands: a rigid motion of those concerned gives back what momentum that cost.
+// Restores the momentum that the redistribution of masses has changed, by a rigid motion of the
+// vertices concerned.
 void plane_cut_keep_momentum(PlaneModel *model)
 {
     PlaneCut *cut = model->cut;
@@ -215,6 +216,7 @@ void plane_cut_keep_momentum(PlaneModel *model)
     PlaneMotion now = motion_of(model, vertices->mass, origin);
     if (!(now.mass > 0.0))
         return;
+    // Momentum with the old and with the new masses, about the new centre.
     const double about[2] = {now.at[0] / now.mass, now.at[1] / now.mass};
     const PlaneMotion before = motion_of(model, cut->mass_before, about);
     now = motion_of(model, vertices->mass, about);

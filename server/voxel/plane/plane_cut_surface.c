@@ -1,11 +1,11 @@
-// What a plane body that is cut shows of itself: its outline as a strip, for tools and loads, and
-// the mesh for clients. Made anew after every change, in the order of the outline's edges: a strip
-// remembers no side (BodySurface.solid), so nothing has to know which face was which.
+// The visible parts of a cut plane body: its outline as a strip, for tools and loads, and the mesh
+// for clients. Rebuilt after every change, in the order of the outline's edges: a strip has no
+// stored sides (BodySurface.solid), so that no face must be traced to an earlier one.
 #include "voxel/plane/plane_cut.h"
 
 #include <string.h>
 
-enum { FACES_OF_NODE = 4 }; // a vertex ends at most two edges a component, two triangles each
+enum { FACES_OF_NODE = 4 }; // a vertex ends at most two edges per component, two triangles each
 
 #define ALLOCATE(use, count, type, label)                                                          \
     (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
@@ -78,7 +78,7 @@ void plane_cut_create_surface(PlaneModel *model, Body *body, const VoxelOptions 
     };
 }
 
-// Those that were in use before a reset, too.
+// Also clears those that were in use before a reset.
 static void clear_nodes(const PlaneModel *model, BodySurface *surface)
 {
     const PlaneStrip *strip = &model->cut->strip;
@@ -87,14 +87,14 @@ static void clear_nodes(const PlaneModel *model, BodySurface *surface)
     for (int n = 0; n < surface->node_used; n++) {
         strip->end[n] = strip->start[n];
         strip->node_area[n] = 0.0;
-        // What pushes both pushes the vertex.
+        // A force on both nodes acts on the one vertex.
         strip->node_mass[n] = n < nodes ? 0.5 * model->vertices.mass[n / 2] : 0.0;
     }
 }
 
-// Two triangles an edge of the outline; from a to b the body lies on the left, so that the strip
-// seen from outside goes from a to b and up. A vertex has one edge that starts at it and one that
-// ends there: at a point where the outline meets itself the components have vertices of their own.
+// Adds two triangles per edge of the outline; the body is on the left from a to b, so that the
+// strip seen from outside goes from a to b and up. A vertex has one edge that starts at it and one
+// that ends there: where the outline touches itself the components have vertices of their own.
 static void put_edge(PlaneModel *model, int k, int a, int b)
 {
     PlaneStrip *strip = &model->cut->strip;
@@ -130,7 +130,7 @@ static void show_strip(PlaneModel *model, Body *body)
     for (int k = 0; k < cut->mesh.edge_count; k++) {
         const int b = cut->row_of[cut->mesh.edge[k][1]], next = strip->edge_from[b];
         if (next >= 0) {
-            strip->neighbor[2 * k][1] = 2 * next + 1; // across the upright at b
+            strip->neighbor[2 * k][1] = 2 * next + 1; // across the vertical edge at b
             strip->neighbor[2 * next + 1][2] = 2 * k;
         }
     }

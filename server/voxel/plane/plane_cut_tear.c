@@ -1,6 +1,6 @@
-// Tearing by the threshold of Miyazaki et al. 2004, section 3.2: a force from outside on a vertex
-// beyond it releases the vertex, so that the elements around no longer share it. What pushes in
-// deeper releases those that come to the outline then, and a crack grows. Step thread.
+// Tearing by the threshold of Miyazaki et al. 2004, section 3.2: a larger external force on a
+// vertex releases it, so that the elements around no longer share it. An object that pushes further
+// in releases the vertices that then come to the outline, and a crack grows. Step thread.
 #include "voxel/plane/plane_cut.h"
 
 void plane_cut_feel(PlaneModel *model)

@@ -7,10 +7,10 @@
 
 enum {
     KEYS = 16 * 512, // quarters and present places
-    SHAPES = 256,    // that can be: 13 sets of quarters, at most 2^4 of places each
+    SHAPES = 256,    // upper bound: 13 sets of quarters, at most 2^4 of places each
 };
 
-// Where a shape is, made if it was not there.
+// Returns the index of a shape; creates it if necessary.
 static int find_shape(PlaneForms *forms, unsigned quarters, unsigned present)
 {
     short *found = &forms->find[quarters * 512 + present];
@@ -36,8 +36,8 @@ static void set_stiffness(const PlaneForms *forms, PlaneStiffness *stiffness,
     plane_stiffness(stiffness, shape, of->youngs_modulus, of->poisson_ratio, forms->size, beta);
 }
 
-// The shares of an element's mass are those of its stiffness, so that the largest eigenvalue of the
-// body is at most that of its worst element.
+// Updates the bounds. An element's mass is distributed like its stiffness, so that the largest
+// eigenvalue of the body is at most that of its worst element.
 static void take_bound(PlaneForms *forms, int index, double size, int material)
 {
     const PlaneShape *shape = &forms->shape[index];
@@ -52,8 +52,8 @@ static void take_bound(PlaneForms *forms, int index, double size, int material)
     forms->damping_lambda = fmax(forms->damping_lambda, stiffness.damping / mass);
 }
 
-// Places that the outline of these quarters passes straight on may have a vertex or not; those at
-// which it turns have one. Larger elements of a shape are slower than smaller ones.
+// Creates all shapes. Places that the outline passes straight may have a vertex or not; those where
+// it turns have one. Larger elements of a shape have smaller eigenvalues.
 static void take_all(PlaneForms *forms)
 {
     for (unsigned quarters = 1; quarters <= PLANE_WHOLE; quarters++) {
@@ -112,7 +112,7 @@ void plane_forms_create(PlaneForms *forms, const VoxelOptions *options, const Pl
         take_all(forms);
     else
         take_present(forms, layout, mesh);
-    // Damping is told in units of the critical step dt0 = 2 / omega.
+    // Damping is given in units of the critical step dt0 = 2 / omega.
     forms->beta = options->damping * 2.0 / sqrt(forms->lambda);
     forms->damping_lambda *= forms->beta;
 }

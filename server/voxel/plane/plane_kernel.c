@@ -1,4 +1,4 @@
-// Which instruction-set levels of the plane kernel this machine can run.
+// The instruction-set levels of the plane kernel that this machine can run.
 #include "voxel/plane/plane_kernel.h"
 
 #include <stddef.h>

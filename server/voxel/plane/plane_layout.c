@@ -1,4 +1,4 @@
-// From the cells of a plane lattice to elements of several sizes. Load time only.
+// Turns the cells of a plane lattice into elements of several sizes. Load time only.
 #include "voxel/plane/plane_layout.h"
 
 #include "base/check.h"
@@ -8,12 +8,12 @@
 
 enum { VOID = -1 };
 
-// While elements are chosen: of every cell the level of the element that covers it.
+// During construction: the level of the element that covers each cell.
 typedef struct Levels {
     const PlaneLayout *layout;
     signed char *level;    // [cell] or VOID
     unsigned char *label;  // [cell]
-    signed char *promoted; // [cell] the levels after the pass
+    signed char *promoted; // [cell] levels after the pass
 } Levels;
 
 static size_t cell_count(const PlaneLayout *layout)
@@ -31,7 +31,7 @@ static size_t cell_at(const PlaneLayout *layout, int i, int j)
     return (size_t)j * (size_t)layout->count[0] + (size_t)i;
 }
 
-// Of the element over a cell; VOID outside.
+// Returns the level of the element over a cell; VOID outside.
 static int level_at(const Levels *levels, int i, int j)
 {
     return is_outside(levels->layout, i, j) ? VOID : levels->level[cell_at(levels->layout, i, j)];
@@ -42,8 +42,8 @@ static int label_at(const Levels *levels, int i, int j)
     return is_outside(levels->layout, i, j) ? 0 : levels->label[cell_at(levels->layout, i, j)];
 }
 
-// Whether the square of `size` cells at (i, j) is wholly of `level`, and nothing along its edges is
-// finer.
+// True if the square of `size` cells at (i, j) is entirely of `level`, and nothing along its edges
+// is finer.
 static bool stays(const Levels *levels, int level, int size, int i, int j)
 {
     for (int y = 0; y < size; y++)
@@ -72,7 +72,7 @@ static void promote(const Levels *levels, int level, int size, int i, int j)
             levels->promoted[cell_at(levels->layout, i + x, j + y)] = (signed char)level;
 }
 
-// Every quarter that is not carved joins the square of `level` around it.
+// Joins every quarter that is not carved with the enclosing square of `level`.
 static void join_level(Levels *levels, int level)
 {
     const PlaneLayout *layout = levels->layout;
@@ -96,7 +96,7 @@ static void join_level(Levels *levels, int level)
     memcpy(levels->level, levels->promoted, cell_count(layout));
 }
 
-// Elements of a level, in order; with a NULL `element` only counts them.
+// Lists the elements of a level, in order; with a NULL `element` only counts them.
 static void list_level(PlaneLayout *layout, const Levels *levels, int level)
 {
     const int size = 1 << level, half = level == 0 ? 1 : size / 2;
@@ -149,6 +149,7 @@ void plane_layout_create(PlaneLayout *layout, const Lattice *lattice, int levels
     work.label = calloc(cell_count(layout), 1);
     work.promoted = malloc(cell_count(layout));
     ASSERT(work.level != NULL && work.label != NULL && work.promoted != NULL);
+    // All cells start as elements of level 0.
     memset(work.level, VOID, cell_count(layout));
     for (int j = 0; j < lattice->count[1]; j++)
         for (int i = 0; i < lattice->count[0]; i++) {

@@ -1,6 +1,7 @@
 #include "voxel/plane/plane_mesh.h"
 
 #include "base/check.h"
+#include "base/union_find.h"
 
 #include <limits.h>
 #include <stdlib.h>
@@ -34,6 +35,7 @@ void plane_point(const PlaneLayout *layout, const unsigned char *broken, int i, 
         point->component[s] = point->element[s] < 0 ? -1 : s;
         point->vertex[s] = false;
     }
+    // Slots of one element are connected, and slots whose common edge is not broken.
     for (int a = 0; a < 4; a++)
         for (int b = a + 1; b < 4; b++)
             if (point->element[a] == point->element[b])
@@ -44,7 +46,7 @@ void plane_point(const PlaneLayout *layout, const unsigned char *broken, int i, 
         if (!is_broken(layout, broken, i - 1 + k, j - 1, PLANE_BROKEN_UP))
             join(point, k, k + 2);
     }
-    // One or three cells around a point: the element's outline turns there.
+    // With one or three cells around a point the element's outline turns there.
     for (int s = 0; s < 4; s++) {
         int cells = 0;
         for (int other = 0; other < 4; other++)
@@ -54,7 +56,7 @@ void plane_point(const PlaneLayout *layout, const unsigned char *broken, int i, 
     }
 }
 
-// Whether all solid cells around a point still hold together there.
+// True if not all solid cells around a point are still connected there.
 static bool is_released(const PlaneLayout *layout, const unsigned char *broken, int i, int j)
 {
     PlanePoint point;
@@ -78,7 +80,7 @@ bool plane_must_carve(const PlaneLayout *layout, const unsigned char *broken, in
         return false;
     const int half = 1 << (own->level - 1), x = quarter & 1, y = quarter >> 1;
     const int i = own->cell[0] + x * half, j = own->cell[1] + y * half;
-    if (own->level == 1) // the corner of the square, and the two beside it on its edges
+    if (own->level == 1) // the corner of the square, and its two neighbours on the edges
         return is_released(layout, broken, i + x, j + y) ||
                is_released(layout, broken, i + 1 - x, j + y) ||
                is_released(layout, broken, i + x, j + 1 - y);
@@ -97,7 +99,7 @@ bool plane_must_carve(const PlaneLayout *layout, const unsigned char *broken, in
 // ---------------------------------------------------------------------------------------------
 // Vertices
 
-// The place of a lattice point in an element; -1: it is none of its places.
+// Returns the place of a lattice point in an element; -1: none.
 static int place_of(const PlaneElement *element, int i, int j)
 {
     int size = 1 << element->level, x = 2 * (i - element->cell[0]), y = 2 * (j - element->cell[1]);
@@ -155,8 +157,8 @@ static int turn(int a, int b, int c)
     return (b % 3 - a % 3) * (c / 3 - a / 3) - (b / 3 - a / 3) * (c % 3 - a % 3);
 }
 
-// Whether the corner k can be cut off: convex, and no other vertex in or on its triangle, so that
-// none is left over on a straight line.
+// True if corner k can be cut off: convex, and no other vertex is in or on its triangle, so that
+// none remains on a straight line.
 static bool is_ear(const Outline *outline, int k)
 {
     const int n = outline->count;
@@ -194,8 +196,8 @@ static void cut_ears(PlaneMesh *mesh, int element, Outline *outline)
 typedef struct PlaneSide {
     int high;
     bool forward; // from low to high
-    bool inner;   // another element has it the other way
-    int next;     // in the list, by ascending high; -1
+    bool inner;   // another element has it in the opposite direction
+    int next;     // in the list, by ascending high; -1: end
 } PlaneSide;
 
 static void add_side(const PlaneRoom *room, int index, int from, int to)
@@ -214,7 +216,7 @@ static void add_side(const PlaneRoom *room, int index, int from, int to)
     *link = index;
 }
 
-// Sides without an opposite one are the body's outline.
+// Sides without an opposite one form the body's outline.
 static void list_outline(PlaneMesh *mesh, const PlaneRoom *room)
 {
     for (int low = 0; low < mesh->vertex_count; low++)
@@ -252,26 +254,13 @@ static void make_faces(PlaneMesh *mesh, const PlaneRoom *room, const PlaneLayout
 // ---------------------------------------------------------------------------------------------
 // Pieces
 
-static int root_of(int *parent, int i)
-{
-    while (parent[i] != i)
-        i = parent[i] = parent[parent[i]];
-    return i;
-}
-
 static void number_pieces(PlaneMesh *mesh)
 {
-    int *piece = mesh->piece;
-    for (int v = 0; v < mesh->vertex_count; v++)
-        piece[v] = v;
+    union_find_reset(mesh->piece, mesh->vertex_count);
     for (int t = 0; t < mesh->triangle_count; t++)
-        for (int c = 1; c < 3; c++) {
-            int a = root_of(piece, mesh->triangle[t][0]), b = root_of(piece, mesh->triangle[t][c]);
-            piece[a > b ? a : b] = a > b ? b : a; // roots are the lowest of their piece
-        }
-    int count = 0;
-    for (int v = 0; v < mesh->vertex_count; v++) // parents come before their children
-        piece[v] = piece[v] == v ? count++ : piece[piece[v]];
+        for (int c = 1; c < 3; c++)
+            union_find_join(mesh->piece, mesh->triangle[t][0], mesh->triangle[t][c]);
+    union_find_number(mesh->piece, mesh->vertex_count);
 }
 
 static void *take(Arena *arena, const char *name, const char *label, size_t count, size_t size)
@@ -283,8 +272,8 @@ static void *take(Arena *arena, const char *name, const char *label, size_t coun
     return memory;
 }
 
-// Elements lie side by side, each over at least one solid cell. A vertex is a component of the
-// cells around a point: at most one for each of their corners.
+// Computes upper bounds. Elements do not overlap, and each covers at least one solid cell. A vertex
+// is a component of the cells around a point: at most one for each of their corners.
 static void most_of(PlaneRoom *room, const PlaneLayout *layout)
 {
     int cells = 0;

@@ -1,4 +1,4 @@
-// Private to the plane body: its arrays. Constant after creation unless said.
+// Private to the plane body: its arrays. Constant after creation unless noted.
 #ifndef PLIANT_VOXEL_PLANE_PLANE_MODEL_H
 #define PLIANT_VOXEL_PLANE_PLANE_MODEL_H
 
@@ -7,7 +7,7 @@
 #include "voxel/plane/plane_mesh.h"
 #include "voxel/vertices.h"
 
-// An element as the kernels and the energy want it.
+// An element in the form that the kernels and the energy use.
 typedef struct PlaneForm {
     const PlaneShape *shape;
     PlaneStiffness stiffness;
@@ -16,7 +16,7 @@ typedef struct PlaneForm {
     int vertex[PLANE_PLACES]; // [shape->count]
 } PlaneForm;
 
-// What filling the batches works with.
+// Scratch memory for filling the batches.
 typedef struct PlaneSorting {
     int class_capacity;
     double (*class)[SQUARE_NUMBERS]; // [class_capacity]
@@ -34,10 +34,10 @@ typedef struct PlaneModel {
     const PlaneKernels *kernels;
 
     Vertices vertices; // z = 0
-    int *vertex;       // [vertex_count] all of them, in their order: what is published
+    int *vertex;       // [vertex_count] all of them in order: the published nodes
 
     // --- nodes of the strip: 2 k below and 2 k + 1 above the k-th vertex of the outline; of a
-    // cuttable body, above every vertex there may ever be: those inside have no faces ---
+    // cuttable body, for every vertex that can ever exist: those inside have no faces ---
     int node_count;
     int *node_vertex;                           // [node_count]
     const int *node_face_start, *node_face_end; // [node_count] as in BodySurface
@@ -47,15 +47,15 @@ typedef struct PlaneModel {
 } PlaneModel;
 
 extern const BodyOps plane_ops;
-// plane_body.c. After the forces from outside.
+// plane_body.c. Evaluates the elements, after the external forces.
 void plane_evaluate_elements(PlaneModel *model, const Stage *stage, double h);
 
-// plane_batches.c. Load time: room for the batches of so many elements, of so many classes of
-// squares; then what is in model->form.
+// plane_batches.c. Load time: allocates the batches for this many elements, and classes of squares;
+// then fills them from model->form.
 void plane_reserve_batches(PlaneModel *model, int elements, int classes, const char *name,
                            Arena *arena);
 void plane_fill_batches(PlaneModel *model);
-// plane_surface.c. Load time: what tools and loads meet, and what is published.
+// plane_surface.c. Load time: creates what tools and loads act on, and the published mesh.
 void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh,
                           const VoxelOptions *options, Arena *arena);
 void plane_create_mesh(PlaneModel *model, Body *body, const PlaneMesh *mesh, const char *name,

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-// Quarters around a place, as bits, in the order x + 2 y of where they lie from it: -1 none there.
+// Returns the quarter on one side of a place, sides in the order x + 2 y; -1: none.
 static int quarter_beside(int place, int side)
 {
     int x = place % 3 - 1 + (side & 1), y = place / 3 - 1 + (side >> 1);
@@ -26,7 +26,7 @@ PlanePassing plane_passing(unsigned quarters, int place)
     return two ? PLANE_STRAIGHT : PLANE_CORNER;
 }
 
-// The place at corner c = x + 2 y of quarter q.
+// Returns the place at corner c = x + 2 y of quarter q.
 static int corner_of(int q, int c)
 {
     return (q & 1) + (c & 1) + 3 * ((q >> 1) + (c >> 1));
@@ -55,7 +55,7 @@ int plane_outline(unsigned quarters, int place[PLANE_PLACES])
     return count;
 }
 
-// The ends of the straight edge inside which a place lies.
+// Returns the ends of the straight edge that contains a place.
 static void ends_of(unsigned quarters, int place, int end[2])
 {
     int outline[PLANE_PLACES], count = plane_outline(quarters, outline);
@@ -68,7 +68,7 @@ static void ends_of(unsigned quarters, int place, int end[2])
     ASSERT(false);
 }
 
-// Area vectors and vertex areas of all places, were they all present.
+// Sums area vectors and vertex areas of all places as if all were present.
 static void add_quarters(unsigned quarters, double area[PLANE_PLACES][2], double *part)
 {
     for (int q = 0; q < 4; q++)
@@ -105,7 +105,7 @@ void plane_shape_create(PlaneShape *shape, VoxelLaw law, unsigned quarters, unsi
     add_quarters(quarters, area, part);
     for (int q = 0; q < 4; q++)
         shape->extent += quarters >> q & 1 ? 0.25 : 0.0;
-    // The centre first: the middles of edges that it may hand to are corners then.
+    // The centre first: the middles of edges to which it may give its vector are corners then.
     static const int order[PLANE_PLACES] = {PLANE_CENTER, 0, 1, 2, 3, 5, 6, 7, 8};
     for (int k = 0; k < PLANE_PLACES; k++) {
         int at = order[k], end[2];
@@ -157,7 +157,7 @@ void plane_stiffness(PlaneStiffness *stiffness, const PlaneShape *shape, double 
     stiffness->residual = (1.0 + nu) / 3.0 * 4.0 * 2.0 * stiffness->mu;
 }
 
-// The rotation that fits A best: argmax of tr(R^T A). Where A says nothing every rotation does.
+// Returns the rotation that fits A best: argmax of tr(R^T A). If A does not determine it, none.
 static void fit(const double a[2][2], double scale, double turn[2])
 {
     double p = a[0][0] + a[1][1], q = a[1][0] - a[0][1], n = hypot(p, q);
@@ -187,7 +187,7 @@ static double paper_forces(const PlaneShape *shape, double k, double size, const
     return energy;
 }
 
-// sum share r X^T M^-1: the best linear map.
+// Computes sum share r X^T M^-1: the best linear map.
 static void fit_linear(const PlaneShape *shape, double size, const double (*r)[2], double g[2][2])
 {
     double a[2][2] = {{0.0}}, m[2][2] = {{0.0}};
@@ -216,6 +216,7 @@ static double affine_forces(const PlaneShape *shape, const PlaneStiffness *stiff
                 f[d][e] += r[i][d] * size * shape->area[i][e] / extent;
     fit((const double(*)[2])f, 1.0, turn);
     const double rotation[2][2] = {{turn[0], -turn[1]}, {turn[1], turn[0]}};
+    // Uniform part: stress from F - R and the trace.
     double trace = -2.0, square = 0.0;
     for (int d = 0; d < 2; d++)
         for (int e = 0; e < 2; e++) {
@@ -228,6 +229,7 @@ static double affine_forces(const PlaneShape *shape, const PlaneStiffness *stiff
         for (int e = 0; e < 2; e++)
             p[d][e] += stiffness->lambda * trace * rotation[d][e];
     double energy = extent * (stiffness->mu * square + 0.5 * stiffness->lambda * trace * trace);
+    // Residual: what the best linear map leaves.
     fit_linear(shape, size, r, g);
     for (int i = 0; i < shape->count; i++) {
         const double k = stiffness->residual * shape->share[i];
@@ -242,7 +244,7 @@ static double affine_forces(const PlaneShape *shape, const PlaneStiffness *stiff
     return energy;
 }
 
-// On the velocity without the element's rigid motion: takes neither momentum nor moment.
+// Damps the velocity without the element's rigid motion: changes neither momentum nor moment.
 static void damp(const PlaneShape *shape, double damping, double size, const double (*r)[2],
                  const double (*velocity)[2], double (*force)[2])
 {
@@ -312,7 +314,7 @@ double plane_shape_eigenvalue(const PlaneShape *shape, const PlaneStiffness *sti
     const double step = 1e-6;
     const int n = 2 * shape->count;
     double a[MOST][MOST] = {{0.0}};
-    // Columns of the stiffness by central differences: exact to step^2, far below what a bound
+    // Columns of the stiffness by central differences: exact to step^2, far more than a bound
     // needs.
     for (int k = 0; k < n; k++) {
         double f[2][PLANE_PLACES][2] = {{{0.0}}};
@@ -326,6 +328,7 @@ double plane_shape_eigenvalue(const PlaneShape *shape, const PlaneStiffness *sti
             a[i][k] = (f[1][i / 2][i % 2] - f[0][i / 2][i % 2]) / (2.0 * step) /
                       sqrt(shape->share[i / 2] * shape->share[k / 2]);
     }
+    // Symmetrize, then diagonalise by Jacobi sweeps.
     for (int i = 0; i < n; i++)
         for (int k = 0; k < i; k++)
             a[i][k] = a[k][i] = 0.5 * (a[i][k] + a[k][i]);

@@ -1,7 +1,7 @@
 // The rest shape of a plane element of edge 1 and its elastic behaviour. A square, or a union of
 // its quarters, has up to nine places for vertices: those of a 3 x 3 grid, numbered x + 3 y. The
-// corners of its outline are always there; places inside an edge are when a neighbour has a corner
-// there ("hanging" vertices, true vertices of the element); others are not. Load time only.
+// corners of its outline are always present; places inside an edge are when a neighbour has a
+// corner there ("hanging" vertices, true vertices of the element); others are not. Load time only.
 #ifndef PLIANT_VOXEL_PLANE_SHAPE_H
 #define PLIANT_VOXEL_PLANE_SHAPE_H
 
@@ -9,61 +9,62 @@
 
 enum { PLANE_PLACES = 9, PLANE_CENTER = 4 };
 
-// All for an edge of 1; with edge H, place and area scale by H, extent by H^2.
+// For an edge of 1; with edge H, place and area scale by H, extent by H^2.
 typedef struct PlaneShape {
     unsigned quarters, present;    // bits x + 2 y of quarters, x + 3 y of places with a vertex
     int count;                     // vertices
-    int at[PLANE_PLACES];          // [count] their places, ascending
-    double place[PLANE_PLACES][2]; // [count] X_i from the mean by `share`; sum share X = 0
+    int at[PLANE_PLACES];          // [count] places of the vertices, ascending
+    double place[PLANE_PLACES][2]; // [count] X_i relative to the mean by `share`; sum share X = 0
     double area[PLANE_PLACES][2];  // [count] a_i; sum 0, sum X_i a_i^T = extent * 1
-    double share[PLANE_PLACES];    // [count] of the element's mass and residual; > 0, sum 1
-    double mean[2];                // where place is measured from, from the square's middle
-    double extent;                 // area of the element: quarters / 4
+    double share[PLANE_PLACES]; // [count] fraction of the element's mass and residual; > 0, sum 1
+    double mean[2];             // origin of `place`, from the square's middle
+    double extent;              // area of the element: quarters / 4
 } PlaneShape;
 
-// Whether the outline of a union of quarters turns at a place, runs straight on through it, or does
-// not pass it.
+// How the outline of a union of quarters passes a place: it turns there, runs straight through it,
+// or does not pass it.
 typedef enum PlanePassing { PLANE_ABSENT, PLANE_STRAIGHT, PLANE_CORNER } PlanePassing;
 PlanePassing plane_passing(unsigned quarters, int place);
 
-// Places that the outline passes, counter-clockwise; their number, at most 8.
+// Lists the places on the outline, counter-clockwise; returns their number, at most 8.
 int plane_outline(unsigned quarters, int place[PLANE_PLACES]);
 
-// VOXEL_AFFINE: each quarter has the area vectors of a square (half the two sides that meet at a
-// corner), in which shared sides cancel; an absent place inside an edge hands its vector to the two
-// ends in halves, as the displacement there is their mean. Weights are cone areas a_i . X_i of the
-// whole square, or those of its quarters.
-// VOXEL_MIYAZAKI2004: equal shares for all vertices: the centre of gravity is their mean (section
-// 2.2 of the paper). `present` must hold every corner and nothing off the outline.
+// Creates a shape. VOXEL_AFFINE: each quarter has the area vectors of a square (half the two sides
+// that meet at a corner), in which shared sides cancel; an absent place inside an edge gives half
+// of its vector to each end, as the displacement there is their mean. Weights are cone areas a_i .
+// X_i of the whole square, or those of its quarters. VOXEL_MIYAZAKI2004: equal shares for all
+// vertices: the centre of gravity is their mean (section 2.2 of the paper). `present` must contain
+// every corner and nothing off the outline.
 void plane_shape_create(PlaneShape *shape, VoxelLaw law, unsigned quarters, unsigned present);
 
-// Of a sheet of this material, free at its faces (plane stress), so that E is the Young's modulus
-// of a strip in tension: mu = E / (2 (1 + nu)), lambda = E nu / (1 - nu^2).
+// A sheet of this material, free at its faces (plane stress), so that E is the Young's modulus of a
+// strip in tension: mu = E / (2 (1 + nu)), lambda = E nu / (1 - nu^2).
 typedef struct PlaneStiffness {
     VoxelLaw law;
     double mu, lambda; // times thickness [N/m] (VOXEL_AFFINE)
-    double residual;   // [N/m] in all: each vertex has its share
-    double damping;    // [N s/m] in all, likewise; 0: none
+    double residual;   // total [N/m]: distributed by share
+    double damping;    // total [N s/m], likewise; 0: none
 } PlaneStiffness;
 
-// VOXEL_AFFINE: the residual of a square is alpha k on each of four vertices with k = 2 mu and
-// alpha = (1 + nu) / 3: the energy of pure bending is then exact (8 mu alpha q^2 = 4/3 E q^2 for
-// corners displaced by +-q).
-// VOXEL_MIYAZAKI2004: k = 2 E extent / sum |X_i|^2 a vertex, k = E for a square: the energy of an
-// isotropic strain, k e^2 sum |X_i|^2 / 2, is that of the continuum with nu = 0, E e^2 extent.
-// `beta` [s]: damping in terms of the stiffness 2 mu of a square, or k.
+// Computes the stiffness of a shape. VOXEL_AFFINE: the residual of a square is alpha k at each of
+// four vertices with k = 2 mu and alpha = (1 + nu) / 3: the energy of pure bending is then exact (8
+// mu alpha q^2 = 4/3 E q^2 for corners displaced by +-q). VOXEL_MIYAZAKI2004: k = 2 E extent / sum
+// |X_i|^2 per vertex, k = E for a square: the energy of an isotropic strain, k e^2 sum |X_i|^2 / 2,
+// is that of the continuum with nu = 0, E e^2 extent. `beta` [s]: damping per stiffness 2 mu of a
+// square, or per k.
 void plane_stiffness(PlaneStiffness *stiffness, const PlaneShape *shape, double youngs_modulus,
                      double poisson_ratio, double thickness, double beta);
 
-// Adds forces [N] of an element of edge `size` [m] to `force` [count]; the energy [J]. Positions
-// and, unless NULL, velocities of its vertices in their order. The closed form of the best rotation
-// needs no start; where all rotations fit alike it takes none. The reference of the kernels.
+// Adds forces [N] of an element of edge `size` [m] to `force` [count]; returns the energy [J].
+// Positions [m] and, unless NULL, velocities [m/s] of its vertices in their order. The best
+// rotation has a closed form and needs no start; where all rotations fit equally it is none. The
+// reference for the kernels.
 double plane_shape_forces(const PlaneShape *shape, const PlaneStiffness *stiffness, double size,
                           const double (*position)[2], const double (*velocity)[2],
                           double (*force)[2]);
 
-// Largest eigenvalue of the stiffness of the element at rest against its shares [N/m]: with a mass
-// m, that of M^-1 K is this over m. By Jacobi's method.
+// Returns the largest eigenvalue of the stiffness of the element at rest relative to its shares
+// [N/m]; for a mass m that of M^-1 K is this over m. By Jacobi's method.
 double plane_shape_eigenvalue(const PlaneShape *shape, const PlaneStiffness *stiffness);
 
 #endif

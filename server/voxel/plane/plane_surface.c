@@ -1,4 +1,4 @@
-// What a plane body shows of itself: its outline as a strip for tools and loads, and the mesh for
+// The visible parts of a plane body: its outline as a strip for tools and loads, and the mesh for
 // clients. Load time only.
 #include "voxel/plane/plane_model.h"
 
@@ -14,7 +14,7 @@
 #define ALLOCATE_ROWS(count, row, label)                                                           \
     arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof *(row), "%s/%s", name, label)
 
-// Numbers the vertices of the outline: node[v] of the lower of its two nodes, or -1.
+// Numbers the vertices of the outline: node[v] is the lower of a vertex's two nodes, or -1.
 static int *number_nodes(PlaneModel *model, const PlaneMesh *mesh, const char *name, Arena *arena)
 {
     int *node = malloc(((size_t)mesh->vertex_count + 1) * sizeof *node);
@@ -22,7 +22,7 @@ static int *number_nodes(PlaneModel *model, const PlaneMesh *mesh, const char *n
     for (int v = 0; v < mesh->vertex_count; v++)
         node[v] = -1;
     for (int e = 0; e < mesh->edge_count; e++)
-        node[mesh->edge[e][0]] = 0; // each starts one edge
+        node[mesh->edge[e][0]] = 0; // each vertex of the outline starts one edge
     for (int v = 0; v < mesh->vertex_count; v++)
         if (node[v] == 0) {
             node[v] = model->node_count;
@@ -35,8 +35,8 @@ static int *number_nodes(PlaneModel *model, const PlaneMesh *mesh, const char *n
     return node;
 }
 
-// Two triangles for each edge of the outline; from a to b the body lies on the left, so that the
-// strip seen from outside goes from a to b and up.
+// Makes two triangles for each edge of the outline; the body is on the left from a to b, so that
+// the strip seen from outside goes from a to b and up.
 static void make_strip(TriMesh *strip, const PlaneModel *model, const PlaneMesh *mesh,
                        const int *node)
 {
@@ -84,7 +84,8 @@ void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh,
         for (int k = 0; k < 3; k++)
             node_area[face[f][k]] += area[f] / 3.0;
     }
-    // Half each: what pushes both pushes the vertex, and the bound of contact holds for it.
+    // Half each: a force on both nodes acts on the one vertex, and the bound of contact holds for
+    // it.
     for (int n = 0; n < nodes; n++)
         node_mass[n] = 0.5 * model->vertices.mass[model->node_vertex[n]];
     body->surface = (BodySurface){
@@ -105,7 +106,7 @@ void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh,
     };
     model->node_face_start = body->surface.node_face_start;
     model->node_face_end = body->surface.node_face_end;
-    // A corner of the outline bears a third of what a notch does.
+    // A corner of the outline is a third as stiff as a notch: contacts need the firmness.
     if (!options->without_contacts) {
         body->surface.face_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)faces,
                                                      sizeof(double), "%s/face firmness", name);

@@ -15,8 +15,9 @@ typedef struct WallShape {
 // each node once; every live node is used; the published piece is the same within a connected part
 // and differs between parts; V - E + F = 2 pieces - borders - 2 handles.
 WallShape wall_expect_manifold(const BodyMesh *mesh, int handles);
-// Fails the test unless the locks of cutting.md section 3 hold: finest faces with a broken edge are
-// leaves, coarser leaves have neither broken edges nor copies anywhere inside or on their border.
+// Fails the test unless the locks hold (server/surface/cut/README.md, "Levels and locks"): finest
+// faces with a broken edge are leaves, coarser leaves have neither broken edges nor copies anywhere
+// inside or on their border.
 void wall_expect_locked(const DetailBench *bench);
 // Sum of the stiffness of all springs [N/m], and what the leaves' own shares at their present rest
 // places sum up to.

@@ -1,5 +1,6 @@
-// When faces are divided and taken back: each indicator of surface.md section 6 alone, against its
-// definition; how long calm must last; how often faces are looked at; what the governor may set.
+// When faces are divided and taken back: each indicator of
+// server/surface/detail/README.md, "Refinement criteria", alone, against its definition; how long
+// calm must last; how often faces are looked at; what the governor may set.
 #include "detail_bench.h"
 
 #include "expect.h"

@@ -2,17 +2,15 @@
 // mass kept through every change, without a start of its own, in patches as in whole.
 #include "detail_bench.h"
 
+#include "dynamics/stability.h"
+#include "expect.h"
 #include "fixture.h"
 #include "geometry/butterfly.h"
 #include "geometry/generator.h"
 #include "random.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 static const LoadOptions PRESS = {.body = 0,
                                   .center = {0.0, 0.0, 0.05},
@@ -111,8 +109,9 @@ static void shake(DetailBench *bench, uint64_t *random)
     detail_hang(bench->model, bench->model->rows[bench->model->current]);
 }
 
-// The velocity averaged on refinement, shared out on coarsening (surface.md 2a): M c is the scale
-// of momenta, c the speed of waves.
+// The velocity averaged on refinement, shared out on coarsening
+// (server/surface/detail/README.md, "Momentum and mass across changes"): M c is the scale of
+// momenta, c the speed of waves.
 static void changes_keep_mass_and_momentum(void **unused)
 {
     (void)unused;
@@ -159,6 +158,35 @@ static void measure(const DetailBench *bench, double *moved, double *speed)
         *moved = fmax(*moved, vec3_length(vec3_sub(x, rest)));
         *speed = fmax(*speed, vec3_length(v));
     }
+}
+
+// Choi et al. 2005, eq 9: the step follows the finest level that is in use, tick by tick.
+static void paper_step_follows_the_finest_level_in_use(void **unused)
+{
+    (void)unused;
+    const LoadOptions press = {
+        .center = {0.0, 0.0, 0.05}, .radius = 0.02, .force = {0.0, 0.0, -0.5}, .duration = 0.2};
+    TriMesh mesh;
+    SurfaceOptions options = bench_options(3, 0);
+    options.adjust = ADJUST_CHOI2005;
+    options.material.damping_time = 0.0;
+    options.adapt.check_hz = 1000.0;
+    fixture_sphere(&mesh);
+    DetailBench bench;
+    bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, &press);
+    const double zero_level =
+        stability_time_step(INTEGRATOR_RK4, bench.body->lambda, bench.body->damping);
+    int ticks[4] = {0};
+    for (int i = 0; i < 2000; i++) {
+        sim_step(bench.sim);
+        const double step = ldexp(zero_level, -bench.body->finest_level);
+        assert_int_equal(bench.body->substeps, stability_substeps(1e-3, step));
+        ticks[bench.body->finest_level]++;
+    }
+    // Pressed it is refined wholly, at ease it comes back.
+    print_message("ticks by finest level: %d %d %d %d\n", ticks[0], ticks[1], ticks[2], ticks[3]);
+    assert_true(ticks[3] > 100 && ticks[0] > 100);
+    bench_destroy(&bench);
 }
 
 static void a_body_at_rest_stays_at_rest_whatever_its_levels(void **unused)
@@ -253,6 +281,7 @@ int main(void)
         cmocka_unit_test(a_body_wholly_of_one_level_moves_as_one_without_levels),
         cmocka_unit_test(changes_keep_mass_and_momentum),
         cmocka_unit_test(the_papers_new_nodes_lie_on_the_present_butterfly),
+        cmocka_unit_test(paper_step_follows_the_finest_level_in_use),
         cmocka_unit_test(a_body_at_rest_stays_at_rest_whatever_its_levels),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

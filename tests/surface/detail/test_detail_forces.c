@@ -128,7 +128,11 @@ static void add_shape(const Plain *plain, int node, Sum *a)
         follow = vec3_add((Vec3){f->velocity[0], f->velocity[1], f->velocity[2]},
                           vec3_cross(spin, away));
     }
-    add(a, vec3_scale(-2500.0, vec3_sub(plain->x[node], target)));
+    const Vec3 spring = vec3_sub(plain->x[node], target);
+    if (model->shape == SHAPE_FRAME_WORLD_RADIAL) // all else is carried along
+        follow = vec3_madd(plain->v[node],
+                           -vec3_dot(plain->v[node], spring) / vec3_dot(spring, spring), spring);
+    add(a, vec3_scale(-2500.0, spring));
     add(a, vec3_scale(-2.0 * 0.1 * 50.0, vec3_sub(plain->v[node], follow)));
 }
 
@@ -237,6 +241,9 @@ static void every_variant_agrees_with_a_plain_sum(void **unused)
                     options.shape.wanted = variant / 4 != SHAPE_FRAME_NONE;
                     options.shape.frame =
                         variant / 4 == SHAPE_FRAME_BODY ? SHAPE_BODY : SHAPE_WORLD;
+                    options.shape.direction = variant / 4 == SHAPE_FRAME_WORLD_RADIAL
+                                                  ? SHAPE_DAMPS_RADIAL
+                                                  : SHAPE_DAMPS_ALL;
                     options.fixed = &held;
                     options.fixed_count = variant / 4 != SHAPE_FRAME_NONE;
                     check_variant(&options, variant % 3 > 0, 40 + (uint64_t)variant);

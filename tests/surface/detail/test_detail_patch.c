@@ -1,7 +1,8 @@
-// The patch test of meshes of mixed levels (surface.md 2c): under a homogeneous strain of a flat
-// lattice every face carries the same stress, so that no free node feels a force, wherever levels
-// meet; the strain is the solution of the problem with moved borders, and its energy is that of the
-// lattice of level 0. choi2005 lacks this, by an amount that is stated.
+// The patch test of meshes of mixed levels (server/surface/detail/README.md, "Hanging nodes"):
+// under a homogeneous strain of a flat lattice every face carries the same stress, so that no free
+// node feels a force, wherever levels meet; the strain is the solution of the problem with moved
+// borders, and its energy is that of the lattice of level 0. choi2005 lacks this, by an amount that
+// is stated.
 #include "detail_bench.h"
 
 #include "expect.h"
@@ -203,9 +204,10 @@ static void refine_the_middle(DetailBench *bench)
     sim_restored(bench->sim);
 }
 
-// The paper's rule: the rim's coarse edges off, free nodes on the rim, springs by eq 8. surface.md
-// 2c measures 0.12 at level 1 and 0.15 at level 2 around such a patch of an equilateral lattice;
-// this one, of squares with diagonals, has 0.148 and 0.169.
+// The paper's rule: the rim's coarse edges off, free nodes on the rim, springs by eq 8. A prototype
+// had 0.12 at level 1 and 0.15 at level 2 around such a patch of an equilateral lattice
+// (server/surface/detail/README.md, "Hanging nodes"); this one, of squares with diagonals, has
+// 0.148 and 0.169.
 static void the_papers_rule_fails_the_patch_test_by_a_seventh(void **unused)
 {
     (void)unused;

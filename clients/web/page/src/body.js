@@ -1,5 +1,5 @@
-// One body: its mesh in slots, its nodes' positions, and what is drawn of them. Arrays grow with the
-// mesh; a frame of positions allocates nothing.
+// One body: its mesh in slots, its node positions, and the drawn objects. Arrays grow with the mesh; a frame of
+// positions allocates nothing.
 
 import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, FrontSide, Group, LineBasicMaterial, LineSegments,
     Mesh, Points, PointsMaterial } from 'three';
@@ -18,14 +18,15 @@ export class Body {
         this.topology = null; // of the mesh; null: none yet
         this.n = 0;
         this.m = 0;           // indices of triangles in use
+        this.finest = 0;      // level of its nodes
         this.index = new Uint32Array(0);
         this.position = new Float32Array(0);
         this.id = new Int32Array(0);
         this.shown = false;   // there is something to draw
         this.moved = false;   // since the last frame
-        this.next = null;     // a newer mesh whose positions have not come yet, and its rest message
+        this.next = null;     // a newer mesh whose positions have not arrived, and its rest message
         this.nextRest = null;
-        this.dressed = false; // its material is there
+        this.dressed = false; // its material is set
         this.box = new Float32Array(6);
         this.restShape = new RestShape();
         this.group = new Group();
@@ -34,7 +35,7 @@ export class Body {
 
     /** Kept until positions of it come: the present ones are not its own. */
     takeMesh(mesh) {
-        if (mesh.topology === this.topology && mesh.n === this.n) return; // the same, sent again
+        if (mesh.topology === this.topology && mesh.n === this.n) return; // a repeat of the same mesh
         this.next = mesh;
         this.nextRest = null;
     }
@@ -89,7 +90,7 @@ export class Body {
         const material = this.surface?.material;
         this.dispose();
         this.surface = new Mesh(geometry, material);
-        // Edges share the positions, and have their own indices.
+        // Edges share the positions and have their own indices.
         this.edges = new LineSegments(new BufferGeometry(), new LineBasicMaterial(
             { color: 0x101418, transparent: true, opacity: 0.55 }));
         this.edges.geometry.setAttribute('position', geometry.attributes.position);
@@ -103,7 +104,7 @@ export class Body {
         this.springs.geometry.setAttribute('position', ends);
         this.group.clear();
         for (const part of [this.surface, this.edges, this.anchors, this.springs]) {
-            part.frustumCulled = false; // its bounds would be computed again for every frame
+            part.frustumCulled = false; // its bounds would be recomputed for every frame
             part.visible = false;
             this.group.add(part);
         }
@@ -114,7 +115,7 @@ export class Body {
             part?.geometry.dispose();
     }
 
-    // Level, piece, and whether the node lies at a cut: one that was split, or that it was split from.
+    // Level, piece, and whether the node is at a cut: a split one, or one that it was split from.
     fillInfo(mesh) {
         const split = new Set();
         for (let i = 0; i < mesh.n; i++)
@@ -127,6 +128,8 @@ export class Body {
         }
         this.surface.geometry.attributes.info.needsUpdate = true;
         this.lips = split.size;
+        this.finest = 0;
+        for (let i = 0; i < mesh.n; i++) if (mesh.id[i] >= 0) this.finest = Math.max(this.finest, mesh.level[i]);
     }
 
     takeRest(message) {
@@ -212,7 +215,7 @@ export class Body {
         this.anchors.geometry.setDrawRange(0, this.n);
     }
 
-    // Each edge once: of the two triangles' directions the one from the smaller node; of a rim the only.
+    // Each edge once: of two triangles' directions the one from the smaller node; at a rim the only one.
     findEdges() {
         const seen = new Set(), list = [];
         for (let i = 0; i < this.m; i += 3)

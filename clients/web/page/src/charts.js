@@ -1,4 +1,4 @@
-// Small charts of the last minutes, drawn when a status comes.
+// Small charts of the last minutes, drawn when a status arrives.
 
 const SAMPLES = 160;
 
@@ -40,7 +40,7 @@ export class Chart {
         const { canvas } = this;
         const ratio = Math.min(devicePixelRatio, 2);
         const width = canvas.clientWidth, height = canvas.clientHeight;
-        if (width === 0) return; // folded away
+        if (width === 0) return; // collapsed
         if (canvas.width !== Math.round(width * ratio)) {
             canvas.width = Math.round(width * ratio);
             canvas.height = Math.round(height * ratio);

@@ -1,9 +1,9 @@
-// Binary messages into views of their numbers: nothing is copied, nothing is trusted.
+// Turns binary messages into views of their numbers: copies nothing, checks everything.
 
 const MESH = 1, NODES = 2, REST = 3;
 const NODES_MAX = 4e6, TRIANGLES_MAX = 8e6;
 
-/** The message as {kind, body, topology, n, ...}, or null: not as protocol.md says. */
+/** The message as {kind, body, topology, n, ...}, or null: not as clients/web/protocol.md says. */
 export function decode(buffer) {
     if (buffer.byteLength < 16) return null;
     const head = new DataView(buffer);

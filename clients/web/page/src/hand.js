@@ -1,19 +1,23 @@
-// The mouse as a hand: presses with a probe, pulls with a grasper (or with a load where the scene has
-// none), cuts. Poses go out from the pointer's events, and again every few milliseconds while a tool
-// is in use, whatever the drawing does.
+// The mouse as a hand: presses with a probe, pulls with a grasper (or with a load if the scene has none), cuts. Sends
+// poses at the pointer's events, and every few milliseconds while a tool is in use, independent of drawing.
 
 import { Plane, Quaternion, Vector3 } from 'three';
 import { pickTriangle } from './normals.js';
 import { Knife } from './knife.js';
+import { mostLoad } from './load.js';
+import { lengthText } from './units.js';
 import { turned } from './tools.js';
 
 const TICK = 10, REPEAT = 40;     // [ms]
-const GRIP_AFTER = 40;            // [ms] jaws arrive open, and close then
+const GRIP_AFTER = 40;            // [ms] jaws arrive open, then close
 const LOAD_EVERY = 100;           // [ms]
-const LOAD_MAX = 2;               // [N]
+const TELL_EVERY = 100;           // [ms]
 
 export class Hand {
-    /** `world`: {stage, tools, bodies(), link, settings, told(text)}. */
+    /**
+     * `world`: {stage, tools, bodies(), link, settings, told(text), refused() (why nothing can be done now,
+     * or '')}.
+     */
     constructor(world, trail) {
         this.world = world;
         this.mode = 'press';
@@ -22,7 +26,7 @@ export class Hand {
         this.hit = { distance: 0, triangle: -1 };
         this.plane = new Plane();
         this.forward = new Vector3();
-        this.cursor = new Vector3(); // where the pointer is on the plane
+        this.cursor = new Vector3(); // the pointer's position on the plane
         this.place = new Vector3();  // of the tool
         this.knife = new Knife(world, trail);
         this.timer = 0;
@@ -30,9 +34,9 @@ export class Hand {
         this.message = { type: 'tool', tool: 0, position: [0, 0, 0], orientation: [1, 0, 0, 0], grip: 0,
             active: true };
         const { canvas } = world.stage;
-        // Before the camera's own listeners, which see whether they are enabled.
+        // Before the camera's own listeners, which check whether they are enabled.
         canvas.addEventListener('pointerdown', (event) => this.down(event), { capture: true });
-        // Raw events come at once, others with the next frame; older browsers have only these.
+        // Raw events arrive immediately, others with the next frame; older browsers have only the latter.
         const moves = 'onpointerrawupdate' in window ? 'pointerrawupdate' : 'pointermove';
         canvas.addEventListener(moves, (event) => this.move(event));
         for (const kind of ['pointerup', 'pointercancel', 'lostpointercapture'])
@@ -70,6 +74,11 @@ export class Hand {
         const ray = stage.rayThrough(event.clientX, event.clientY);
         const intent = this.intent(event);
         const found = this.pick(ray);
+        const why = this.world.refused();
+        if (why) {
+            if (found) this.world.told(why);
+            return; // the camera's
+        }
         if (intent === 'cut') this.drag = this.knife.begin(found, event);
         else if (found) this.drag = this.take(intent, ray, found);
         else if (stage.flat && intent === 'press') this.drag = this.takeStick(ray);
@@ -79,6 +88,7 @@ export class Hand {
         stage.canvas.setPointerCapture(event.pointerId);
         this.world.told('');
         this.follow(event);
+        this.tell();
         this.timer = setInterval(() => this.tick(), TICK);
     }
 
@@ -93,13 +103,11 @@ export class Hand {
             advance: -0.03 * stage.size, depth: this.world.settings.depth * stage.size };
         if (intent === 'pull' && grasper)
             return { ...base, kind: 'pull', ...this.hold(grasper, direction), depth: 0 };
-        if (intent === 'press' && !probe)
-            this.world.told('This scene has no probe: the tissue is pulled instead.');
-        return { ...base, kind: 'load', body: found.body, node: nearestNode(found, point), depth: 0,
+        return { ...base, kind: 'load', instead: intent === 'press', body: found.body, node: nearestNode(found, point), depth: 0,
             radius: Math.max(0.07 * stage.size, 2 * edgeOf(found)) };
     }
 
-    // A stick that stands in the plane of a flat body pushes it from the side.
+    // A stick in the plane of a flat body pushes it from the side.
     takeStick(ray) {
         const { stage, tools } = this.world;
         const probe = tools.of('probe');
@@ -109,7 +117,7 @@ export class Hand {
             depth: 0, started: performance.now(), sent: -Infinity, ...this.hold(probe, ray.direction) };
     }
 
-    // The shaft leans towards the viewer's upper right, so that its tip stays in sight.
+    // Tilt the shaft towards the viewer's upper right, so that its tip stays visible.
     hold(tool, direction) {
         const { at, axis, radius, stick } = tool.tip();
         if (stick) return { tool, radius: 0, tip: new Vector3(), turn: new Quaternion(), stick };
@@ -132,7 +140,7 @@ export class Hand {
         if (drag.tool) this.send();
     }
 
-    // Deeper with time, up to the chosen depth; loads and poses again before they run out.
+    // Deeper with time, up to the chosen depth; repeats loads and poses before they expire.
     tick() {
         const { drag } = this;
         if (!drag || drag.kind === 'cut') return;
@@ -144,6 +152,7 @@ export class Hand {
         const { stage, settings } = this.world;
         const step = settings.speed * stage.size * TICK / 1000;
         const before = drag.advance;
+        this.tell();
         drag.advance += Math.min(Math.max(drag.depth - drag.advance, -2 * step), step);
         if (drag.advance !== before || now - drag.sent >= REPEAT || this.gripOf(drag, now) !== drag.grip)
             this.send();
@@ -156,7 +165,7 @@ export class Hand {
         const now = performance.now();
         drag.grip = this.gripOf(drag, now);
         drag.sent = now;
-        // Of a probe the surface of its tip touches the point, of jaws the middle.
+        // The surface of a probe's tip touches the point; the middle of jaws does.
         const back = drag.kind === 'press' ? drag.radius : 0;
         place.copy(this.cursor).addScaledVector(drag.direction, drag.advance - back).sub(drag.tip);
         message.tool = drag.tool.id;
@@ -171,20 +180,55 @@ export class Hand {
         this.world.link.send(message);
     }
 
-    // Towards the pointer, harder the farther it is: the node that was picked follows.
+    // Pulls towards the pointer, harder with distance: the picked node follows.
     sendLoad(now) {
         const { drag } = this;
         const { stage, link } = this.world;
         const at = new Vector3().fromArray(drag.body.position, 3 * drag.node);
+        drag.most = mostLoad(this.world.tools.list, drag.body.mass);
         const force = this.cursor.clone().addScaledVector(drag.direction, drag.advance + drag.depth).sub(at)
-            .multiplyScalar(LOAD_MAX / (0.25 * stage.size)).clampLength(0, LOAD_MAX);
+            .multiplyScalar(drag.most / (0.25 * stage.size)).clampLength(0, drag.most);
         drag.sent = now;
-        drag.newtons = force.length();
-        if (drag.newtons < 1e-3) return;
-        // A little longer than until the next one: no gap when that is late.
-        link.request({ type: 'load', center: at.toArray(), radius: drag.radius, force: force.toArray(),
+        drag.newtons = drag.why ? 0 : force.length(); // a refused load has no force
+        this.tell();
+        if (force.length() < 5e-4 * drag.most) return;
+        // A little longer than until the next one, so that a delay leaves no gap.
+        drag.load = link.request({ type: 'load', center: at.toArray(), radius: drag.radius, force: force.toArray(),
             duration: LOAD_EVERY / 1000, body: drag.body.name });
-        this.world.told(`pulling with ${drag.newtons.toFixed(2)} N`);
+    }
+
+    /** A reply to a request, or that none will come (`{id, ok: false, text}`). */
+    answered(message) {
+        const { drag } = this;
+        if (drag?.kind === 'load' && message.id === drag.load) drag.why = message.ok ? '' : message.text;
+        this.knife.answered(message);
+    }
+
+    /** The force of a load that pulls now [N]: no tool feels it. */
+    get newtons() { return this.drag?.kind === 'load' ? this.drag.newtons ?? 0 : 0; }
+
+    // Describes the drag: its action, and depth or force.
+    tell() {
+        const { drag } = this;
+        if (!drag || drag.kind === 'cut' || drag.stick) return;
+        const now = performance.now();
+        if (now - (drag.toldAt ?? -Infinity) < TELL_EVERY) return; // more often than anyone can read
+        drag.toldAt = now;
+        const { size } = this.world.stage;
+        if (drag.kind === 'press') {
+            const deep = lengthText(Math.max(drag.advance, 0)), most = lengthText(Math.max(drag.depth, 0));
+            this.world.told(`Pressing: ${deep} of ${most} past the first touch${drag.advance > 0 && !drag.tool.touching
+                ? ', but the probe touches nothing' : ''} · wheel: deeper, less deep (and “depth” of the panel)`);
+        } else if (drag.kind === 'load') {
+            if (drag.why) return this.world.told(`Not pulled: ${drag.why}`);
+            const most = drag.newtons >= drag.most * (1 - 1e-9) ? ', which is the most' : '';
+            this.world.told(`${drag.instead ? 'This scene has no probe: the tissue is pulled' : 'Pulling'} by a load of ` +
+                `${(drag.newtons ?? 0).toFixed(2)} N${most}`);
+        } else {
+            const away = lengthText(Math.abs(drag.advance));
+            this.world.told(`Pulling by the grasper${Math.abs(drag.advance) > 1e-3 * size
+                ? `, ${away} ${drag.advance > 0 ? 'farther' : 'nearer'}` : ''} · wheel: nearer, farther`);
+        }
     }
 
     wheel(event) {
@@ -211,7 +255,7 @@ export class Hand {
             this.message.grip = 0;
             this.world.link.send(this.message);
         }
-        if (drag.kind === 'load') this.world.told('');
+        this.world.told('');
     }
 }
 

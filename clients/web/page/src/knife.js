@@ -1,21 +1,25 @@
-// A drag across the picture as a blade: its edge lies along the line of sight, and each part of the
-// drag sweeps one quadrilateral, sent as one cut.
+// A drag across the picture as a blade: its edge is along the line of sight, and each part of the drag sweeps one
+// quadrilateral, sent as one cut.
 
 import { Vector3 } from 'three';
 
-const STEP = 16;      // [css pixels] between two places of the edge
+const STEP = 16;      // [css pixels] between two positions of the edge
 const OVERLAP = 0.5;  // of a step: tissue that moves between two cuts leaves no bridge
+
+// Some of the many cuts of one drag hit nothing.
+export const isIdleCut = (text) => /met no tissue|was cut already/.test(text);
 
 export class Knife {
     constructor(world, trail) {
         this.world = world;
         this.trail = trail; // an SVG polyline over the picture
         this.points = '';
+        this.stroke = null; // the newest: {open (ids without answer yet), sent, severed, idle, refused, why}
     }
 
     begin(found, event) {
         this.begun = false;
-        this.sent = 0;
+        this.stroke = { open: new Set(), sent: 0, severed: 0, idle: 0, refused: 0, why: '', over: false };
         this.depth = found ? found.distance : null;
         this.points = '';
         this.frame = this.world.stage.canvas.getBoundingClientRect();
@@ -33,14 +37,14 @@ export class Knife {
         this.points += `${event.clientX - this.frame.left},${event.clientY - this.frame.top} `;
         this.trail.setAttribute('points', this.points);
         if (this.begun) {
-            // From a little before the last place.
+            // From a little before the last position.
             const before = this.edge(this.x - OVERLAP * dx, this.y - OVERLAP * dy, pick);
             const after = this.edge(event.clientX, event.clientY, pick);
-            // Not by what is seen: a cut that gapes hides what is left beside it.
+            // Not by what is visible: a gaping cut hides the tissue beside it.
             const ray = stage.rayThrough(event.clientX, event.clientY);
             if (ray.distanceToPoint(stage.center) < 0.6 * stage.size) {
-                this.sent++;
-                link.request({ type: 'cut', before, after, body: '' });
+                this.stroke.sent++;
+                this.stroke.open.add(link.request({ type: 'cut', before, after, body: '' }));
             }
         }
         this.begun = true;
@@ -48,7 +52,7 @@ export class Knife {
         this.y = event.clientY;
     }
 
-    // Through all that is there, or from just before the surface to a little behind it.
+    // Through everything, or from just before the surface to a little behind it.
     edge(x, y, pick) {
         const { stage, settings } = this.world;
         const ray = stage.rayThrough(x, y);
@@ -68,6 +72,31 @@ export class Knife {
     end() {
         this.trail.parentElement.setAttribute('hidden', '');
         this.trail.setAttribute('points', '');
-        this.world.told(this.sent ? `${this.sent} cuts sent` : 'Drag across the tissue to cut.');
+        this.stroke.over = true;
+        this.tell();
+    }
+
+    /** A reply to a request, or that none will come (`{id, ok: false, text}`); false: not one of ours. */
+    answered({ id, ok, text, separated }) {
+        const { stroke } = this;
+        if (!stroke?.open.delete(id)) return false;
+        if (isIdleCut(text)) stroke.idle++;
+        else if (ok) stroke.severed += separated;
+        else {
+            stroke.refused++;
+            stroke.why = text;
+        }
+        if (stroke.over) this.tell();
+        return true;
+    }
+
+    tell() {
+        const { sent, open, severed, refused, why } = this.stroke;
+        if (!sent) this.world.told('Drag across the tissue to cut.');
+        else if (open.size) this.world.told(`cutting: ${open.size} of ${sent} strokes wait for an answer`);
+        else if (refused === sent) this.world.told(`Nothing was cut: ${why}`);
+        else if (!severed && !refused) this.world.told('Nothing was cut: the drag met no uncut tissue.');
+        else this.world.told(`${severed} links or faces were cut` +
+            (refused ? `; ${refused} of ${sent} strokes were refused: ${why}` : ''));
     }
 }

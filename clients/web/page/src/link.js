@@ -1,4 +1,4 @@
-// The WebSocket: connects, connects again with a growing delay, hands over what arrives.
+// The WebSocket: connects, reconnects with a growing delay, hands over messages.
 
 import { decode } from './decode.js';
 

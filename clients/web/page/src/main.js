@@ -1,8 +1,9 @@
-// The page: puts together the link, the bodies, the tools, the hand and the panel.
+// The page: connects the link, the bodies, the tools, the hand and the panel.
 
 import { NoColorSpace, TextureLoader } from 'three';
 import { Body } from './body.js';
 import { Hand } from './hand.js';
+import { isIdleCut } from './knife.js';
 import { Link } from './link.js';
 import { Panel } from './panel.js';
 import { Stage, boxOfAll } from './stage.js';
@@ -14,16 +15,14 @@ const HINTS = {
     pull: 'Drag on tissue: pull (wheel: nearer, farther) · Shift: cut · empty space or right button: turn',
     cut: 'Drag across tissue: cut · right button: turn',
 };
-// Ours and what the page asks for over and over: nobody wants these in the list.
+// Our own requests, and those that the page repeats: not shown in the list.
 const QUIET = new Set(['load', 'tool']);
-// Of the many cuts of one drag some meet nothing.
-const isIdleCut = (text) => /met no tissue|was cut already/.test(text);
 
 const element = (id) => document.getElementById(id);
 let bodies = [], textures = [], switches = { wireframe: false, springs: false };
 let round = null, fitted = false, daemon = false, connected = false, drawnAt = 0, figuresAt = 0;
 let colours = null;
-let started = false; // everything below is there
+let started = false; // everything below exists
 
 const images = {
     get drawn() { return colours ??= drawnTissue(stage.software); },
@@ -54,7 +53,7 @@ const scheme = location.protocol === 'https:' ? 'wss:' : 'ws:';
 const link = new Link(`${scheme}//${location.host}/live${location.search}`,
     { text: takeText, binary: takeBinary, state: takeState });
 const hand = new Hand({ stage, tools, link, settings: panel.settings, bodies: () => bodies,
-    told: (text) => panel.hint(text || HINTS[hand.mode]) }, element('trail'));
+    told: (text) => panel.hint(text || HINTS[hand.mode]), refused: whyNothing }, element('trail'));
 panel.hint(HINTS.press);
 started = true;
 // For tests and measurements.
@@ -89,7 +88,10 @@ function takeText(message) {
     case 'hello': return takeHello(message);
     case 'scene': return takeScene(message);
     case 'link': return takeLink(message);
-    case 'status': return panel.takeStatus(message);
+    case 'status':
+        for (const { name, mass } of message.body ?? [])
+            for (const body of bodies) if (body.name === name) body.mass = mass;
+        return panel.takeStatus(message);
     case 'pose': for (const pose of message.tools) tools.takePose(pose, now); return changed();
     case 'contact':
         for (const contact of message.tools) tools.takeContact(contact, now);
@@ -99,9 +101,12 @@ function takeText(message) {
             panel.takeEvent(message.kind, message.text, /refused|restored|withdrawn|reset/.test(message.kind));
         return undefined;
     case 'reply':
+        hand.answered(message);
         if (!message.ok && !isIdleCut(message.text)) panel.takeEvent('refused', message.text, true);
         return undefined;
-    case 'error': return panel.takeEvent('error', message.text, true);
+    case 'error':
+        hand.answered({ id: message.id, ok: false, text: message.text });
+        return panel.takeEvent('error', message.text, true);
     case 'round': return takeRound(message.round);
     default: return undefined;
     }
@@ -110,11 +115,18 @@ function takeText(message) {
 let toolsChanged = false;
 function changed() { toolsChanged = true; }
 
-// All of a round is there: draw it, if there is anything new to see, and ask for the next.
+// All of a round has arrived: draw it if it is new, and request the next.
 function takeRound(number) {
     round = number;
     if (toolsChanged || bodies.some((body) => body.moved)) stage.invalidate();
     else if (!stage.wanted) askForMore();
+}
+
+const FIGURES_MS = 100;
+let figuresLater = null; // timer
+function showFigures() {
+    figuresLater = null;
+    stage.invalidate();
 }
 
 function beforeDraw() {
@@ -128,15 +140,18 @@ function beforeDraw() {
         panel.sized(stage.size);
         stage.firstBodies ??= drawnAt; // since the navigation began [ms]
     }
-    // Figures ten times a second: more nobody reads, and each new text is laid out and mixed in again.
-    const figures = drawnAt - figuresAt > 100;
+    // Update figures ten times per second: more is unreadable, and each new text costs layout and compositing. The
+    // last ones before a standstill appear a little later.
+    const figures = drawnAt - figuresAt >= FIGURES_MS;
     if (figures) figuresAt = drawnAt;
+    else figuresLater ??= setTimeout(showFigures, FIGURES_MS - (drawnAt - figuresAt));
     tools.prepare(drawnAt, figures);
-    if (figures) panel.takeForces(tools.list);
+    panel.takeLevels(Math.max(0, ...bodies.map((body) => body.finest)));
+    if (figures) panel.takeForces(tools.list, hand.newtons);
     askForMore();
 }
 
-// Once what came is taken over, not once it is on the screen: the next round is on its way meanwhile.
+// Confirm a round when it is taken over, not when it is on the screen: the next one is in transit meanwhile.
 function askForMore() {
     if (round !== null) link.send({ type: 'drawn', round });
     round = null;
@@ -179,18 +194,28 @@ function takeLink(message) {
     showLink(message.age);
 }
 
+// The reason why pressing, pulling, cutting and commands are disabled; '': enabled.
+function whyNothing() {
+    if (!connected) return 'pliant-web does not answer: nothing can be moved.';
+    return daemon ? '' : 'pliantd is silent: nothing can be moved before it runs again.';
+}
+
 function showLink(age) {
-    if (!connected) panel.takeLink('no connection', 'pliant-web does not answer. The page goes on trying.');
-    else if (!daemon) panel.takeLink('daemon silent', bodies.length
-        ? `The daemon has been silent${age > 0 ? ` for ${Math.round(age)} s` : ''}. What you see is old.`
+    const old = bodies.length > 0;
+    if (!connected) panel.takeLink('no connection', `pliant-web does not answer, so the state of pliantd is unknown. ${
+        old ? 'What you see is old. ' : ''}The page keeps trying.`);
+    else if (!daemon) panel.takeLink('daemon gone', old
+        ? `pliantd is gone: no message from it${age > 0 ? ` for ${Math.round(age)} s` : ''}. What you see is ` +
+            'old. The page continues as soon as one runs again.'
         : 'Waiting for pliantd …');
     else panel.takeLink('live', '');
+    if (started && whyNothing()) hand.end();
     look.silent = !(connected && daemon);
     changeLook();
 }
 
-// A tool that falls silent, or a force that nobody repeats, leaves the picture without a round.
+// A silent tool, or a force that is not repeated, disappears without a round.
 setInterval(() => {
-    panel.takeForces(tools.list);
+    panel.takeForces(tools.list, hand.newtons);
     if (tools.fading && performance.now() - drawnAt > 200) stage.invalidate();
 }, 250);

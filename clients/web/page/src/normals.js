@@ -1,4 +1,4 @@
-// What is computed from all triangles of a body. Plain loops over typed arrays: nothing is allocated.
+// Quantities computed from all triangles of a body. Plain loops over typed arrays, without allocation.
 
 /**
  * Adds up the triangles' normals, weighted by area, at their nodes; the shader makes them unit.

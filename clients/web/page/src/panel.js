@@ -2,6 +2,7 @@
 
 import { Chart } from './charts.js';
 import { LEVELS } from './tissue.js';
+import { figure, lengthText, timesText } from './units.js';
 
 const EVENTS_SHOWN = 60;
 const element = (id) => document.getElementById(id);
@@ -9,15 +10,12 @@ const set = (id, text) => {
     const node = typeof id === 'string' ? element(id) : id;
     if (node.textContent !== text) node.textContent = text;
 };
-const figure = (x, digits = 2) => Number.isFinite(x) ? x.toFixed(digits) : '–';
-const millimetres = (x) => `${figure(1000 * x, Math.abs(x) < 0.01 ? 2 : 1)} mm`;
-const micros = (x) => x < 1000 ? `${figure(x, 0)} µs` : `${figure(x / 1000, 1)} ms`;
-
 export class Panel {
     /** `on`: {command(kind), mode(mode), look(settings), home()}. */
     constructor(on) {
         this.on = on;
         this.state = '';
+        this.live = false;
         this.late = null;
         this.size = 0.2;
         this.settings = { depth: 0.1, speed: 0.25, shallow: false };
@@ -36,7 +34,7 @@ export class Panel {
         element('panel-button').addEventListener('click', () => this.fold());
         document.addEventListener('keydown', (event) => this.key(event));
         this.fold(innerWidth >= 820);
-        this.legend();
+        this.takeLevels(0);
     }
 
     fold(open = !document.body.classList.contains('panelled')) {
@@ -44,10 +42,13 @@ export class Panel {
         element('panel-button').setAttribute('aria-expanded', String(open));
     }
 
-    legend() {
-        element('legend').replaceChildren(...LEVELS.slice(0, 6).map((hex, level) => {
+    /** The levels that bodies have now: 0 to `finest`. */
+    takeLevels(finest) {
+        if (finest === this.finest) return;
+        this.finest = finest;
+        element('legend').replaceChildren(...LEVELS.slice(0, finest + 1).map((hex, level) => {
             const field = document.createElement('span');
-            field.textContent = String(level);
+            field.textContent = finest ? String(level) : '0: nothing is refined now';
             field.style.background = `#${hex.toString(16).padStart(6, '0')}`;
             return field;
         }));
@@ -65,7 +66,7 @@ export class Panel {
         const key = event.key.toLowerCase();
         if (key === 'h') this.on.home();
         const kind = { p: this.state === 'running' ? 'pause' : 'resume', s: 'step', r: 'reset' }[key];
-        if (kind && !document.body.classList.contains('read-only')) this.on.command(kind);
+        if (kind && !document.body.classList.contains('read-only') && !element(kind).disabled) this.on.command(kind);
     }
 
     /** What the switches say; tells the page. */
@@ -76,10 +77,10 @@ export class Panel {
         settings.depth = number('depth') / 100;
         settings.speed = number('speed') / 100;
         settings.shallow = checked('shallow');
-        // Finer where displacements are small: the square of the slider, up to a quarter of the size.
+        // Finer for small displacements: the square of the slider, up to a quarter of the size.
         const threshold = 0.25 * this.size * (number('threshold') / 100) ** 2;
-        set('threshold-text', millimetres(threshold));
-        set('depth-text', millimetres(settings.depth * this.size));
+        set('threshold-text', lengthText(threshold));
+        set('depth-text', lengthText(settings.depth * this.size));
         set('speed-text', `${figure(1000 * settings.speed * this.size, 0)} mm/s`);
         const colouring = number('colouring');
         element('legend').hidden = colouring !== 1;
@@ -113,24 +114,34 @@ export class Panel {
 
     takeStatus(status) {
         this.state = status.state;
-        const pill = element('state');
-        set(pill, status.state);
-        pill.className = `pill ${status.state === 'running' ? 'good' : 'warm'}`;
-        element('pause').disabled = status.state === 'paused';
-        element('resume').disabled = status.state === 'running';
-        set('clock', `${figure(status.time, 1)} s · ${figure(status.real_time_factor, 2)}× real time`);
-        this.drawTiming(status);
+        this.showState();
+        // A status that follows another immediately reports no steps: the earlier figures stay valid.
+        const measured = status.step_us[3] > 0 || status.state !== 'running';
+        if (measured) this.factor = status.real_time_factor;
+        set('clock', `${figure(status.time, 1)} s · ${figure(this.factor, 2)}× real time`);
+        if (measured) this.drawTiming(status);
         for (const row of element('bodies').children) {
             const body = status.body.find(({ name }) => name === row.dataset.body);
             if (!body) continue;
             const [, nodes, pieces, moved] = row.children;
             row.title = `${body.model}, ${body.integrator}: ${body.springs} springs, ${body.elements} elements, ` +
-                `finest level ${body.finest_level}, time step ${micros(1e6 * body.time_step)}`;
+                `finest level ${body.finest_level}, time step ${timesText([1e6 * body.time_step], 1e6 * body.time_step)}`;
             set(nodes, String(body.nodes));
             set(pieces, String(body.pieces));
-            set(moved, millimetres(body.max_displacement));
+            set(moved, lengthText(body.max_displacement));
             moved.dataset.metres = body.max_displacement;
         }
+    }
+
+    // The state of a silent daemon is unknown: do not show its last one as current.
+    showState() {
+        const pill = element('state'), { state } = this;
+        pill.hidden = !this.live; // the other pill says why
+        set(pill, state || '–');
+        pill.className = `pill ${state === 'running' ? 'good' : 'warm'}`;
+        element('pause').disabled = !this.live || state === 'paused';
+        element('resume').disabled = !this.live || state === 'running';
+        element('step').disabled = element('reset').disabled = !this.live;
     }
 
     drawTiming(status) {
@@ -138,7 +149,8 @@ export class Panel {
         const deadline = 1e6 / status.rate_hz;
         this.stepChart.limit = deadline;
         this.stepChart.add([most, p99, p50]);
-        set('step-text', `${figure(p50, 0)} / ${figure(p99, 0)} / ${figure(most, 0)} of ${micros(deadline)}`);
+        set('step-text', `${timesText([p50, p99, most], most)} of ${timesText([deadline], deadline)}`);
+        element('step-text').title = 'time of a step: median, 99th percentile and longest, of what there is';
         const late = this.late === null ? 0 : Math.max(status.late_ticks - this.late, 0);
         this.late = status.late_ticks;
         this.lateChart.add([late]);
@@ -150,11 +162,19 @@ export class Panel {
     }
 
     takeEvent(kind, text, bad) {
-        const list = element('events');
+        const list = element('events'), last = list.firstChild;
+        // Repeats of a line become one line with a count.
+        if (last?.dataset.what === `${kind} ${text}`) {
+            last.dataset.times = String(Number(last.dataset.times) + 1);
+            last.lastChild.textContent = ` ×${last.dataset.times}`;
+            return;
+        }
         const item = document.createElement('li');
         const name = document.createElement('b');
         name.textContent = kind;
-        item.append(name, ` ${text}`);
+        item.append(name, ` ${text}`, document.createElement('i'));
+        item.dataset.what = `${kind} ${text}`;
+        item.dataset.times = '1';
         item.classList.toggle('bad', bad);
         list.prepend(item);
         while (list.children.length > EVENTS_SHOWN) list.lastChild.remove();
@@ -162,6 +182,8 @@ export class Panel {
 
     /** The link: 'live', or why there is nothing to see. */
     takeLink(short, notice) {
+        this.live = short === 'live';
+        this.showState();
         const pill = element('link');
         set(pill, short);
         pill.className = `pill ${short === 'live' ? 'good' : 'bad'}`;
@@ -170,13 +192,14 @@ export class Panel {
         set('notice', notice);
     }
 
-    takeForces(tools) {
-        let text = '', newtons = 0;
+    /** `load`: the force of a load that the hand pulls with [N], which no tool feels. */
+    takeForces(tools, load) {
+        let text = load > 0 ? `load: ${figure(load)} N` : '', newtons = load;
         for (const tool of tools)
             if (tool.touching) {
                 newtons += tool.force;
                 text += `${text ? ', ' : ''}${tool.kind} ${tool.id}: ${figure(tool.force)} N` +
-                    (tool.contact.depth > 0 ? `, ${millimetres(tool.contact.depth)} deep` : '');
+                    (tool.contact.depth > 0 ? `, ${lengthText(tool.contact.depth)} deep` : '');
             }
         const output = element('force');
         set(output, `${figure(newtons)} N`);

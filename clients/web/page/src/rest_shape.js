@@ -1,12 +1,12 @@
-// Where a body's nodes rest and how an image lies on it, through changes of its mesh. From `rest`
-// messages; before or without these a node rests where it was first seen.
+// Rest positions of a body's nodes and texture coordinates of an image, through changes of its mesh. From `rest`
+// messages; before or without these a node's rest position is where it was first seen.
 
 export class RestShape {
     constructor() {
         this.known = new Map(); // id -> [x, y, z, u, v]
         this.textured = false;
         this.told = false;      // by a rest message
-        this.message = null;    // of the present mesh
+        this.message = null;    // of the current mesh
     }
 
     take(message, mesh) {
@@ -38,7 +38,7 @@ export class RestShape {
         }
     }
 
-    // A node that nobody told of: a duplicate rests where its origin does, a midpoint in the middle.
+    // A node without rest position: a duplicate gets its origin's, a midpoint the mean of its parents'.
     find(mesh, i, position) {
         const id = mesh.id[i];
         let node = this.known.get(id);

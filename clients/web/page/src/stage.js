@@ -1,4 +1,4 @@
-// The camera, the renderer and the ground: draws when something changed, never otherwise.
+// The camera, the renderer and the ground: draws only when something changed.
 
 import { Box3, Color, GridHelper, MOUSE, PerspectiveCamera, Plane, Raycaster, Scene, Vector2, Vector3,
     WebGLRenderer } from 'three';
@@ -6,7 +6,7 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 
 const BACKGROUND = 0x171b1f;
 
-// Drawn by the processor: then without smoothed edges and at one pixel a pixel.
+// Software rendering: without antialiasing, at one pixel per CSS pixel.
 function drawsInSoftware() {
     const context = document.createElement('canvas').getContext('webgl2');
     const info = context?.getExtension('WEBGL_debug_renderer_info');
@@ -33,7 +33,7 @@ export class Stage {
         this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.PAN, RIGHT: MOUSE.ROTATE };
         this.controls.rotateSpeed = 0.8;
         this.controls.addEventListener('change', () => this.invalidate());
-        this.size = 0.2; // of what is shown [m]
+        this.size = 0.2; // size of the visible scene [m]
         this.center = new Vector3();
         this.frames = 0;
         this.wanted = false;
@@ -93,7 +93,7 @@ export class Stage {
         this.invalidate();
     }
 
-    // A grid below the bodies, of 1, 2 or 5 cm, m, ...: how large they are.
+    // A grid below the bodies, of 1, 2 or 5 cm, m, ..., that shows their size.
     layGround(box, flat) {
         if (this.ground) {
             this.scene.remove(this.ground);
@@ -131,7 +131,7 @@ export class Stage {
         return out.z < 1;
     }
 
-    // The camera by keys, while the picture has the focus.
+    // Keys control the camera while the picture has the focus.
     key(event) {
         const turn = 0.12;
         const by = { ArrowLeft: [-turn, 0, 1], ArrowRight: [turn, 0, 1], ArrowUp: [0, -turn, 1],

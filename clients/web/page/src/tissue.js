@@ -1,5 +1,4 @@
-// How tissue looks: one small shader, cheap enough for a processor that draws in software, and the
-// texture of bodies that bring no image.
+// The look of tissue: one small shader, cheap enough for software rendering, and the texture of bodies without image.
 
 import { CanvasTexture, Color, DoubleSide, LinearFilter, NoColorSpace, RepeatWrapping,
     ShaderMaterial } from 'three';
@@ -10,11 +9,8 @@ const TISSUES = [0xc4695c, 0xa8503f, 0xd29a78, 0xb5607a, 0xc58a52, 0x9a6a8c];
 export const LEVELS = [0x4f7cac, 0x4fa69a, 0x9cc06a, 0xe3c451, 0xe58a45, 0xd65353, 0xb0479b, 0x6f4bb3];
 const PIECES = [0xc4695c, 0x5c93c4, 0x7db56a, 0xd9b44a, 0x9a78c4, 0x4fb0a8, 0xd07fa8, 0x9c8f7a];
 
-const vertexShader = /* glsl */ `
-attribute vec3 rest;
-attribute vec4 info; // level, piece, beside a cut
-uniform vec3 palette[8];
-varying vec3 vNormal;
+// Variables from the vertex shader to the fragment shader.
+const BETWEEN = /* glsl */ `varying vec3 vNormal;
 #ifdef COLOURED
 varying vec3 vColour;
 #endif
@@ -24,7 +20,13 @@ varying vec2 vShiftLip;
 #ifndef PLAIN
 varying vec3 vEye;
 #endif
-#ifdef THREE_SIDES
+`;
+
+const vertexShader = /* glsl */ `
+attribute vec3 rest;
+attribute vec4 info; // level, piece, at a cut
+uniform vec3 palette[8];
+${BETWEEN}#ifdef THREE_SIDES
 attribute vec3 restNormal;
 varying vec3 vRest, vRestNormal;
 #else
@@ -37,7 +39,7 @@ void main() {
 #ifndef PLAIN
     vEye = eye.xyz;
 #endif
-    // Summed triangle normals: long where triangles are large, zero where there are none.
+    // Summed triangle normals: long where triangles are large, zero without triangles.
     vec3 n = normalMatrix * normal;
     vNormal = n * inversesqrt(max(dot(n, n), 1e-30));
 #ifdef COLOURED
@@ -56,24 +58,14 @@ void main() {
 #endif
 }`;
 
-// PLAIN, for processors that draw in software, leaves out what costs most: the grain from three
-// sides, the exact direction of view, the rim.
+// PLAIN, for software rendering, omits what costs most: the grain from three sides, the exact view direction, the
+// rim.
 const fragmentShader = /* glsl */ `
 uniform vec3 tissue, inside, lipColour;
 uniform float threshold; // [m]
-uniform vec2 lipEdge;    // where a face begins to count as one of a cut, and does wholly
+uniform vec2 lipEdge;    // where a face begins to count as part of a cut, and where it fully does
 uniform sampler2D image;
-varying vec3 vNormal;
-#ifdef COLOURED
-varying vec3 vColour;
-#endif
-#if defined(RED) || defined(LIPS)
-varying vec2 vShiftLip;
-#endif
-#ifndef PLAIN
-varying vec3 vEye;
-#endif
-#ifdef THREE_SIDES
+${BETWEEN}#ifdef THREE_SIDES
 varying vec3 vRest, vRestNormal;
 #else
 varying vec2 vUv;
@@ -83,7 +75,7 @@ const vec3 HALF = vec3(-0.2305, 0.3403, 0.9116); // between the key light and th
 const vec3 FILL = vec3(0.72, -0.18, 0.67);
 void main() {
 #ifdef THREE_SIDES
-    // The grain from three sides, mixed by where the rest shape faces.
+    // The grain from three sides, blended by the orientation of the rest shape.
     vec3 w = vRestNormal * vRestNormal;
     w *= w;
     vec3 grainColour = (texture2D(image, vRest.yz).rgb * w.x + texture2D(image, vRest.zx).rgb * w.y +
@@ -91,7 +83,7 @@ void main() {
 #else
     vec3 grainColour = texture2D(image, vUv).rgb;
 #endif
-    grainColour *= grainColour; // about linear
+    grainColour *= grainColour; // approximately linear
 #ifdef COLOURED
     vec3 base = mix(tissue * grainColour, vColour * (0.5 + 0.9 * grainColour.g), 0.9);
     float wet = 0.5;
@@ -113,7 +105,7 @@ void main() {
 #ifdef RED
     base = mix(base, vec3(0.86, 0.02, 0.015), 0.94 * smoothstep(0.985, 1.015, vShiftLip.x / threshold));
 #endif
-    // Light goes round the edge of soft tissue, red farther than blue.
+    // Light wraps around the edge of soft tissue, red farther than blue.
     const vec3 reach = vec3(0.42, 0.22, 0.16);
     vec3 light = max(dot(n, KEY) * (1.18 / (1.0 + reach)) + reach * (1.18 / (1.0 + reach)), 0.0);
     light += max(dot(n, FILL), 0.0) * vec3(0.20, 0.25, 0.32);
@@ -179,12 +171,12 @@ export function tissueMaterial({ number, model, grain, image, own, plain }) {
         polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
         uniforms: {
             threshold, palette: { value: levelColours },
-            // The drawn texture is a little darker than white; an image has its own colours.
+            // The procedural texture is a little darker than white; an image has its own colours.
             tissue: { value: own ? new Color(1, 1, 1)
                 : new Color(TISSUES[number % TISSUES.length]).multiplyScalar(1.35) },
             inside: { value: new Color(0x6e1f20) },
             lipColour: { value: new Color(0xf2c230) },
-            // A solid shows faces of its inside, all of whose nodes lie at the cut; a wall has a rim.
+            // A solid shows inner faces, all of whose nodes are at the cut; a wall has a rim.
             lipEdge: { value: model === 'voxel' ? { x: 0.9, y: 0.999 } : { x: 0.35, y: 0.75 } },
             grain: { value: grain }, image: { value: image },
         },
@@ -242,7 +234,7 @@ function smoothNoise({ cells, value }, u, v) {
         (at(i, j + 1) * (1 - a) + at(i + 1, j + 1) * a) * b;
 }
 
-// A wandering line, drawn nine times so that what leaves on one side comes in on the other.
+// A wandering line, drawn nine times so that it wraps around the edges.
 function vessel(context, size, random) {
     const points = [[random() * size, random() * size]];
     let angle = random() * 2 * Math.PI;

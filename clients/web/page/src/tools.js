@@ -1,9 +1,9 @@
-// Tools where they are, and the forces that they feel.
+// Tools at their positions, and the forces on them.
 
 import { BufferGeometry, CapsuleGeometry, Color, ConeGeometry, CylinderGeometry, Float32BufferAttribute,
     Group, Mesh, Quaternion, ShaderMaterial, SphereGeometry, Vector3, DoubleSide, FrontSide } from 'three';
 
-const STALE = 1000; // [ms] after which a contact or pose that nobody repeats is no longer shown
+const STALE = 1000; // [ms] after which a contact or pose without repeat is hidden
 
 const steel = (colour, opacity = 1, side = FrontSide) => new ShaderMaterial({
     uniforms: { colour: { value: new Color(colour) }, opacity: { value: opacity } },
@@ -23,7 +23,7 @@ varying vec3 vNormal;
 void main() {
     vec3 n = vNormal * inversesqrt(dot(vNormal, vNormal));
     n.z = abs(n.z);
-    vec3 r = 2.0 * n.z * n - vec3(0.0, 0.0, 1.0); // the reflected line of sight, seen from far
+    vec3 r = 2.0 * n.z * n - vec3(0.0, 0.0, 1.0); // the reflected line of sight, seen from afar
     float lamp = max(dot(r, vec3(-0.42, 0.62, 0.66)), 0.0);
     lamp *= lamp;
     lamp *= lamp;
@@ -53,13 +53,13 @@ class Tool {
         this.active = false;
         this.contact = null;
         this.contactAt = -Infinity;
-        this.force = 0;                // [N] as last told
+        this.force = 0;                // [N] last reported
         this.touching = false;
         this.build();
     }
 
     build() {
-        // Jaws are a ball that reaches around tissue: seen through.
+        // Jaws are a ball around tissue: transparent.
         const material = steel({ blade: 0xe4e9ed, grasper: 0xc9d2da, static: 0x6d757c }[this.kind] ?? 0xdfe5ea,
             this.kind === 'grasper' ? 0.5 : 1, this.edge ? DoubleSide : FrontSide);
         for (const { from, to, radius } of this.capsules) {
@@ -82,14 +82,14 @@ class Tool {
         const flip = first.from.length() > first.to.length();
         const at = flip ? first.to : first.from, other = flip ? first.from : first.to;
         const axis = other.clone().sub(at);
-        // Held in the middle: a stick that stands upright, not one that is pointed at things.
+        // Grasped in the middle: a stick that stands upright, not one that points.
         const stick = axis.length() > 0 && at.length() > 0.25 * axis.length();
         return { at, axis: axis.length() > 0 ? axis.normalize() : new Vector3(0, 0, 1),
             radius: first.radius, stick };
     }
 }
 
-// A blade of which the edge is one side.
+// A blade; one of its sides is the edge.
 function bladeShape([a, b]) {
     const along = b.clone().sub(a), length = along.length();
     const side = new Vector3(0, 1, 0);
@@ -159,7 +159,7 @@ export class Tools {
             tool.touching = touches;
             if (tool.kind !== 'static') {
                 tool.group.visible = tool.active && now - tool.poseAt < STALE;
-                // What touches is drawn where it felt: the daemon may hold it back from the pose.
+                // A tool in contact is drawn where it feels the force: the proxy may differ from the pose.
                 if (touches) tool.group.position.fromArray(tool.contact.position);
                 else tool.group.position.copy(tool.position);
             }
@@ -194,13 +194,13 @@ export class Tools {
     of(kind) { return this.list.find((tool) => tool.kind === kind); }
 }
 
-// Along +y, of length one; as wide as a small part of the scene, which its scale says.
+// Along +y, of length one; its width is a small part of the scene, set by its scale.
 function arrow() {
     const material = steel(0xf0b429);
     const group = new Group();
     const shaft = new Mesh(new CylinderGeometry(0.006, 0.006, 0.8, 12).translate(0, 0.4, 0), material);
     const head = new Mesh(new ConeGeometry(0.018, 0.26, 16).translate(0, 0.87, 0), material);
-    // Over everything else: what it says matters more than what is before it.
+    // On top of everything else: its information matters more than what it covers.
     for (const part of [shaft, head]) part.renderOrder = 10;
     shaft.onBeforeRender = (renderer) => renderer.clearDepth();
     group.add(shaft, head);

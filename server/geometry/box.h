@@ -1,0 +1,65 @@
+// Axis-aligned boxes.
+#ifndef PLIANT_GEOMETRY_BOX_H
+#define PLIANT_GEOMETRY_BOX_H
+
+#include "base/vec.h"
+
+#include <math.h>
+
+typedef struct Box {
+    double low[3], high[3]; // low > high: holds no point
+} Box;
+
+static inline Box box_empty(void)
+{
+    const double infinite = (double)INFINITY;
+    return (Box){{infinite, infinite, infinite}, {-infinite, -infinite, -infinite}};
+}
+
+// Enlarges the box to hold x.
+static inline void box_add(Box *box, Vec3 x)
+{
+    const double at[3] = {x.x, x.y, x.z};
+    for (int c = 0; c < 3; c++) {
+        box->low[c] = at[c] < box->low[c] ? at[c] : box->low[c];
+        box->high[c] = at[c] > box->high[c] ? at[c] : box->high[c];
+    }
+}
+
+// Moves each side out by `margin`.
+static inline void box_grow(Box *box, double margin)
+{
+    for (int c = 0; c < 3; c++) {
+        box->low[c] -= margin;
+        box->high[c] += margin;
+    }
+}
+
+static inline Vec3 box_low(const Box *box)
+{
+    return vec3(box->low[0], box->low[1], box->low[2]);
+}
+
+static inline Vec3 box_high(const Box *box)
+{
+    return vec3(box->high[0], box->high[1], box->high[2]);
+}
+
+static inline Vec3 box_size(const Box *box)
+{
+    return vec3_sub(box_high(box), box_low(box));
+}
+
+static inline Vec3 box_middle(const Box *box)
+{
+    return vec3_scale(0.5, vec3_add(box_low(box), box_high(box)));
+}
+
+// Returns the longest side.
+static inline double box_extent(const Box *box)
+{
+    const Vec3 size = box_size(box);
+    return fmax(size.x, fmax(size.y, size.z));
+}
+
+#endif

@@ -1,0 +1,177 @@
+// Scenes that can be simulated and that hardly anybody means: pliantd says the number, its line and
+// the likely cause, once, and says nothing of scenes that are as they should be.
+#include "harness.h"
+
+#include <dirent.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *scenes; // folder of those that we ship
+
+// A cube of 4 mm cells, a wall and a probe, as they should be; line 1 is the scene's, line 2 the
+// solid's, line 3 the wall's, line 4 the tool's. Each case replaces one text by another.
+static const char GOOD[] =
+    "rate_hz = 1000.0; gravity = [0.0, 0.0, -9.81]; bodies = (\n"
+    "{ name = \"solid\"; model = \"voxel\"; voxels = { generator = \"box\"; count = [8, 8, 8]; "
+    "size = 0.01; }; material = { density = 1050.0; youngs_modulus = 5000.0; }; fixed = ( { box = "
+    "([-9e5, -9e5, -9e5], [9e5, 9e5, -0.0399]); } ); },\n"
+    "{ name = \"wall\"; mesh = { generator = \"ico_sphere\"; nodes = 42; radius = 0.04; }; "
+    "material "
+    "= { youngs_modulus_2d = 80.0; areal_density = 4.2; }; shape = { frame = \"world\"; }; } ); "
+    "tools = (\n"
+    "{ id = 1; kind = \"probe\"; capsules = ( { from = [0.0, 0.0, 0.0]; to = [0.0, 0.0, 0.1]; "
+    "radius = 0.005; } ); } );\n";
+
+// Runs --check on GOOD with `from` replaced, and expects so many warnings.
+static void check(Daemon *run, const char *from, const char *to, int warnings)
+{
+    char text[4096];
+    const char *path = scratch("scene.cfg"), *at = strstr(GOOD, from);
+    assert_non_null(at);
+    snprintf(text, sizeof text, "%.*s%s%s", (int)(at - GOOD), GOOD, to, at + strlen(from));
+    write_text(path, text);
+    run_daemon(run, "--check %s", path);
+    assert_int_equal(run->code, 0);
+    int found = 0;
+    for (const char *line = run->err; (line = strstr(line, "warning: ")) != NULL; line++)
+        found++;
+    if (found != warnings)
+        fail_msg("'%s': %d warnings, expected %d:\n%s", to, found, warnings, run->err);
+}
+
+static void an_ordinary_scene_is_not_warned_of(void **state)
+{
+    (void)state;
+    Daemon run;
+    check(&run, "name", "name", 0);
+}
+
+static void implausible_numbers_are_warned_of_once_with_line_and_cause(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *from, *to, *says;
+    } cases[] = {
+        {"-9.81", "-9810.0", "scene.cfg:1: gravity is 9810 m/s2: is it in mm/s2?"},
+        {"rate_hz = 1000.0", "rate_hz = 10.0", "scene.cfg:1: a tick is 0.1 s long"},
+        {"size = 0.01", "size = 10.0",
+         "scene.cfg:2: body \"solid\" measures 80 m and weighs 5.38e+05 t: are its lengths in "
+         "millimetres?"},
+        {"count = [8, 8, 8]; size = 0.01", "count = [8, 8, 8]; size = 1e-5",
+         "scene.cfg:2: body \"solid\" measures 0.08 mm"},
+        {"size = 0.01", "size = 0.3", "scene.cfg:2: body \"solid\" weighs 14.5 t"},
+        {"density = 1050.0", "density = 1.05",
+         "scene.cfg:2: body \"solid\" has a density of 1.05 kg/m3: is it in g/cm3?"},
+        {"youngs_modulus = 5000.0", "youngs_modulus = 5.0",
+         "scene.cfg:2: body \"solid\" has a youngs_modulus of 5 Pa: is it in kPa?"},
+        {"areal_density = 4.2", "areal_density = 1050.0",
+         "scene.cfg:3: body \"wall\" has an areal_density of 1050 kg/m2: is it a density?"},
+        {"youngs_modulus_2d = 80.0", "youngs_modulus_2d = 0.08",
+         "scene.cfg:3: body \"wall\" has a youngs_modulus_2d of 0.08 N/m: is it in kPa?"},
+        {"areal_density = 4.2; }; shape = { frame = \"world\"; };",
+         "areal_density = 4.2; damping_time = 0.0; }; shape = { frame = \"world\"; damping_ratio = "
+         "0.0; };",
+         "scene.cfg:3: body \"wall\" has no damping: once crumpled it gains energy without end by "
+         "leapfrog, which material = { damping_time = 2e-05; } prevents: integrator = \"rk4\" "},
+        {"frame = \"world\"", "frame = \"body\"",
+         "scene.cfg:3: body \"wall\" has no support and falls 4.91 m in its first second"},
+        {"-0.0399]); } )", "-0.0399]); } ); time_step = 1e-7",
+         "scene.cfg:2: body \"solid\" takes 10000 substeps a tick, by estimate"},
+        {"frame = \"world\"; };", "frame = \"world\"; }; theta = 0.6;",
+         "scene.cfg:3: theta has no effect: the integrator is not \"implicit\""},
+        {"radius = 0.005", "radius = 5.0",
+         "scene.cfg:4: tool 1 has a radius of 5 m: is it in millimetres?"},
+        {"to = [0.0, 0.0, 0.1]", "to = [0.0, 0.0, 100.0]", "scene.cfg:4: tool 1 is 100 m long"},
+        {"radius = 0.005", "radius = 0.02",
+         "scene.cfg:4: tool 1 is 40 mm wide, 0.5 times the size of body \"solid\" (80 mm)"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        Daemon run;
+        check(&run, cases[i].from, cases[i].to, 1);
+        if (strstr(run.err, cases[i].says) == NULL)
+            fail_msg("'%s' is not in: %s", cases[i].says, run.err);
+    }
+}
+
+static void a_mesh_in_millimetres_is_told_the_scale_that_mends_it(void **state)
+{
+    (void)state;
+    const char *scene = scratch("millimetres.cfg");
+    write_text(scratch("organ.obj"), "v 0 0 0\nv 100 0 0\nv 0 100 0\nv 0 0 100\n"
+                                     "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+    write_text(scene, "bodies = ( {\n name = \"organ\"; mesh = { file = \"organ.obj\"; }; } );\n");
+    Daemon run;
+    run_daemon(&run, "--check %s", scene);
+    assert_int_equal(run.code, 0);
+    assert_non_null(
+        strstr(run.err, "millimetres.cfg:1: body \"organ\" measures 100 m and weighs "));
+    assert_non_null(strstr(run.err, "is its file in millimetres? mesh = { scale = 0.001; }"));
+}
+
+static void a_body_without_gravity_is_warned_of_where_a_probe_can_push_it(void **state)
+{
+    (void)state;
+    const char *scene = scratch("floating.cfg");
+    Daemon run;
+    static const char *const tools[] = {
+        "", "tools = ( { id = 1; kind = \"probe\"; capsules = ( { radius = 0.005; } ); } );\n"};
+    for (int i = 0; i < 2; i++) {
+        char text[512];
+        snprintf(text, sizeof text,
+                 "gravity = [0.0, 0.0, 0.0]; bodies = ( { name = \"ball\";\n"
+                 "mesh = { generator = \"ico_sphere\"; nodes = 42; }; } );\n%s",
+                 tools[i]);
+        write_text(scene, text);
+        run_daemon(&run, "--check %s", scene);
+        assert_int_equal(run.code, 0);
+        bool said = strstr(run.err, "body \"ball\" has no support: 1 probe will push it away");
+        assert_int_equal(said, i == 1);
+    }
+}
+
+// Live and off line too, and a run goes on all the same.
+static void a_run_warns_as_the_check_does(void **state)
+{
+    (void)state;
+    Daemon run;
+    check(&run, "-9.81", "-9810.0", 1);
+    run_daemon(&run, "--offline 0.01 %s", scratch("scene.cfg"));
+    assert_int_equal(run.code, 0);
+    assert_non_null(strstr(run.err, "gravity is 9810 m/s2"));
+}
+
+static void no_scene_of_ours_is_warned_of(void **state)
+{
+    (void)state;
+    DIR *folder = opendir(scenes);
+    assert_non_null(folder);
+    int looked_at = 0;
+    for (struct dirent *entry; (entry = readdir(folder)) != NULL;) {
+        const char *end = strrchr(entry->d_name, '.');
+        if (end == NULL || strcmp(end, ".cfg") != 0)
+            continue;
+        Daemon run;
+        run_daemon(&run, "--check %s/%s", scenes, entry->d_name);
+        assert_int_equal(run.code, 0);
+        if (strstr(run.err, ".cfg:") != NULL)
+            fail_msg("%s: %s", entry->d_name, run.err);
+        looked_at++;
+    }
+    closedir(folder);
+    assert_true(looked_at >= 15);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(an_ordinary_scene_is_not_warned_of),
+        daemon_test(implausible_numbers_are_warned_of_once_with_line_and_cause),
+        daemon_test(a_mesh_in_millimetres_is_told_the_scale_that_mends_it),
+        daemon_test(a_body_without_gravity_is_warned_of_where_a_probe_can_push_it),
+        daemon_test(a_run_warns_as_the_check_does),
+        daemon_test(no_scene_of_ours_is_warned_of),
+    };
+    harness_start(argc, argv);
+    scenes = argv[2];
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}

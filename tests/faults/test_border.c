@@ -1,0 +1,355 @@
+// Who may send what: other hosts are refused unless the scene hears them, what is sent to the port
+// alone never arrives, forged addresses do not help, STOP can be switched off, and no claim ends a
+// daemon by its numbers.
+#include "ask.h"
+#include "hosts.h"
+#include "packet.h"
+#include "receiver.h"
+
+#include "pliant_claim_t.h"
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#define GROUP "239.255.76.67"
+
+static const char RATES[] = "rate_hz = 200.0; publish = { nodes_hz = 10.0; status_hz = 20.0; };";
+
+typedef struct Rig {
+    Daemon daemon;
+    Client *near, *far; // beside the daemon, on the other host
+} Rig;
+
+static Rig begin(const char *keys, const char *options)
+{
+    char head[256];
+    Rig rig;
+    snprintf(head, sizeof head, "%s %s", RATES, keys);
+    rig.near = client_create();
+    hosts_enter(HOST_CLIENT);
+    rig.far = client_create();
+    hosts_enter(HOST_SERVER);
+    daemon_start(&rig.daemon, "%s %s", options, write_scene("border.cfg", head, PROBE_TOOL));
+    client_wait_for_daemon(rig.near);
+    client_wait_for_daemon(rig.far); // what it publishes leaves the host
+    return rig;
+}
+
+static void end_clients(Rig *rig)
+{
+    client_destroy(rig->near);
+    client_destroy(rig->far);
+}
+
+// It steps on, hears those beside it, and ends by a signal.
+static void expect_unmoved(Rig *rig)
+{
+    int64_t step = rig->near->status.step;
+    wait_until(rig->near, rig->near->status.step > step + 20);
+    assert_true(command(rig->near, PLIANT_COMMAND_T_PAUSE, 0, "")->ok);
+    daemon_signal(&rig->daemon, SIGTERM);
+    daemon_wait(&rig->daemon);
+    assert_int_equal(rig->daemon.code, 0);
+    end_clients(rig);
+}
+
+// --- other hosts ---
+
+static void another_host_is_refused_and_counted(void **state)
+{
+    (void)state;
+    Rig rig = begin("", "");
+    const double top[3] = {0.0, 0.0, 0.05}, push[3] = {0.0, 0.0, -1.0};
+    pliant_tool_pose_t pose = make_pose(rig.far, top);
+    send_pose(rig.far, &pose);
+    send_load(rig.far, top, 0.03, push, 10.0, "");
+    send_command(rig.far, PLIANT_COMMAND_T_STOP, 0, "");
+    wait_until(rig.near, refused(rig.near, "other_host") == 3 && saw_event(rig.near, "refused"));
+    assert_int_equal(rig.far->replies, 0);
+    expect_unmoved(&rig);
+    assert_non_null(strstr(rig.daemon.out, "other_host"));
+}
+
+static void a_scene_or_an_option_hears_all_hosts(void **state)
+{
+    (void)state;
+    static const char *const CASES[][2] = {{"remote = true;", ""}, {"", "--remote"}};
+    for (int k = 0; k < 2; k++) {
+        Rig rig = begin(CASES[k][0], CASES[k][1]);
+        assert_true(command(rig.far, PLIANT_COMMAND_T_STOP, 0, "")->ok);
+        daemon_wait(&rig.daemon);
+        assert_int_equal(rig.daemon.code, 0);
+        end_clients(&rig);
+    }
+}
+
+// --- to the port alone ---
+
+static void a_packet_for_the_port_alone_never_arrives(void **state)
+{
+    (void)state;
+    Rig rig = begin("remote = true;", "");
+    unsigned char packet[512];
+    for (int k = 0; k < 2; k++) {
+        hosts_enter((Host)k);
+        int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+        hosts_enter(HOST_SERVER);
+        assert_true(fd >= 0);
+        size_t size = packet_stop(packet, 90);
+        for (int i = 0; i < 10; i++)
+            packet_send(fd, "10.77.0.1", packet, size);
+        if (k == HOST_SERVER)
+            packet_send(fd, "127.0.0.1", packet, size);
+        close(fd);
+    }
+    expect_unmoved(&rig);
+}
+
+// --- forged addresses ---
+
+static void forge(Client *client, const char *source)
+{
+    unsigned char packet[512] = {0x45, 0, 0, 0, 0, 1, 0, 0, 8, 17};
+    size_t size = packet_stop(packet + 28, 91);
+    const uint16_t total = htons((uint16_t)(28 + size)), port = htons(PACKET_PORT),
+                   length = htons((uint16_t)(8 + size));
+    memcpy(packet + 2, &total, 2);
+    inet_pton(AF_INET, source, packet + 12);
+    inet_pton(AF_INET, GROUP, packet + 16);
+    memcpy(packet + 20, &port, 2);
+    memcpy(packet + 22, &port, 2);
+    memcpy(packet + 24, &length, 2); // the checksum behind it: 0, none
+    uint32_t sum = 0;
+    for (int i = 0; i < 20; i += 2)
+        sum += (uint32_t)packet[i] << 8 | packet[i + 1];
+    sum = ~(sum % 0xffff);
+    packet[10] = (unsigned char)(sum >> 8);
+    packet[11] = (unsigned char)sum;
+    hosts_forge(HOST_SERVER, packet, 28 + size);
+    client_listen(client, 20);
+}
+
+// The kernel refuses the host's own addresses from outside; ours refuses the rest.
+static void a_forged_address_is_no_way_in(void **state)
+{
+    (void)state;
+    static const char *const OWN[] = {"10.77.0.1", "127.0.0.1", "0.0.0.0", "127.0.0.2"};
+    Rig rig = begin("", "");
+    // That what is forged here arrives at all.
+    forge(rig.near, "10.77.0.2");
+    wait_until(rig.near, refused(rig.near, "other_host") == 1);
+    for (size_t i = 0; i < sizeof OWN / sizeof *OWN; i++)
+        forge(rig.near, OWN[i]);
+    expect_unmoved(&rig);
+}
+
+// This host's addresses may change while the daemon runs.
+static void an_address_that_came_later_is_of_this_host(void **state)
+{
+    (void)state;
+    Rig rig = begin("", "");
+    unsigned char packet[512];
+    size_t size = packet_stop(packet, 92);
+    struct sockaddr_in own = {.sin_family = AF_INET, .sin_addr.s_addr = inet_addr("10.77.0.77")};
+    assert_int_equal(system("ip addr add 10.77.0.77/24 dev far0"), 0);
+    int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    assert_int_equal(bind(fd, (const struct sockaddr *)&own, sizeof own), 0);
+    assert_int_equal(packet_send(fd, GROUP, packet, size), 0);
+    close(fd);
+    daemon_wait(&rig.daemon);
+    assert_int_equal(rig.daemon.code, 0);
+    assert_int_equal(system("ip addr del 10.77.0.77/24 dev far0"), 0);
+    end_clients(&rig);
+}
+
+// A route, but nothing comes back: here because it goes to another port.
+static void what_does_not_come_back_is_told_in_bounded_time(void **state)
+{
+    (void)state;
+    Network network;
+    const ReceiverOptions options = {.remote = true};
+    char why[RECEIVER_WHY_MAX] = "";
+    lcm_t *lcm = lcm_create("udpm://" GROUP ":7668?ttl=0");
+    assert_non_null(lcm);
+    assert_true(network_read(&network, "udpm://" GROUP ":7669?ttl=0", why));
+    assert_true(network_has_route(&network, why));
+    assert_null(receiver_create(lcm, &network, &options, why)); // ctest's time limit is the bound
+    assert_non_null(strstr(why, "does not come back"));
+    lcm_destroy(lcm);
+}
+
+// --- STOP ---
+
+static void stop_can_be_switched_off(void **state)
+{
+    (void)state;
+    static const char *const CASES[][2] = {{"stop_command = false;", ""}, {"", "--no-stop"}};
+    for (int k = 0; k < 2; k++) {
+        Rig rig = begin(CASES[k][0], CASES[k][1]);
+        const Reply *reply = command(rig.near, PLIANT_COMMAND_T_STOP, 0, "");
+        assert_false(reply->ok);
+        assert_non_null(strstr(reply->text, "switched off"));
+        wait_until(rig.near, refused(rig.near, "switched_off") > 0);
+        expect_unmoved(&rig);
+    }
+}
+
+// --- claims ---
+
+typedef struct Liar {
+    lcm_t *lcm;
+    int64_t held;
+    int answered;
+} Liar;
+
+static void on_question(const lcm_recv_buf_t *buffer, const char *channel,
+                        const pliant_claim_t *claim, void *user)
+{
+    (void)buffer;
+    (void)channel;
+    Liar *liar = user;
+    if (claim->question == 0 || claim->daemon == 7)
+        return;
+    const pliant_claim_t answer = {.daemon = 7, .answers = claim->question, .held = liar->held};
+    pliant_claim_t_publish(liar->lcm, "PLIANT_CLAIM", &answer);
+    liar->answered++;
+}
+
+// A foreign status makes the daemon ask who that is; the liar answers. What is meant for another
+// daemon's question would not count.
+static void lie(Client *from, int64_t held)
+{
+    Liar liar = {.lcm = from->lcm, .held = held};
+    pliant_claim_t_subscription_t *on =
+        pliant_claim_t_subscribe(from->lcm, "PLIANT_CLAIM", on_question, &liar);
+    const char status[16] = "12345678abcdefg";
+    double end = client_now() + 10.0;
+    while (liar.answered == 0 && client_now() < end) {
+        lcm_publish(from->lcm, "PLIANT_STATUS", status, sizeof status);
+        client_listen(from, 50);
+    }
+    assert_true(liar.answered > 0);
+    pliant_claim_t_unsubscribe(from->lcm, on);
+}
+
+static void no_claim_ends_a_daemon_by_its_numbers(void **state)
+{
+    (void)state;
+    static const int64_t HELD[] = {INT64_C(1) << 62, INT64_MAX, INT64_MIN, -2};
+    Rig rig = begin("", "");
+    for (int k = 0; k < 4; k++) {
+        lie(rig.near, HELD[k]);
+        wait_until(rig.near, refused(rig.near, "out_of_range") == k + 1);
+    }
+    expect_unmoved(&rig);
+}
+
+static void another_host_claims_in_vain_unless_it_is_heard(void **state)
+{
+    (void)state;
+    Rig rig = begin("", "");
+    const pliant_claim_t question = {.daemon = 7, .question = 5, .held = 60000000};
+    pliant_claim_t_publish(rig.far->lcm, "PLIANT_CLAIM", &question);
+    lcm_publish(rig.far->lcm, "PLIANT_STATUS", "12345678abcdefg", 16);
+    wait_until(rig.near, refused(rig.near, "other_host") == 2);
+    expect_unmoved(&rig);
+    rig = begin("remote = true;", "");
+    lie(rig.far, INT64_C(1) << 62);
+    wait_until(rig.near, refused(rig.near, "out_of_range") == 1);
+    expect_unmoved(&rig);
+}
+
+// --- out ---
+
+typedef struct Largest {
+    char reply[65536];
+    uint32_t size;
+} Largest;
+
+static void measure(const lcm_recv_buf_t *message, const char *channel, void *user)
+{
+    Largest *largest = user;
+    if (message->data_size > largest->size)
+        largest->size = message->data_size;
+    if (strcmp(channel, "PLIANT_REPLY") == 0 && message->data_size <= sizeof largest->reply)
+        memcpy(largest->reply, message->data, message->data_size);
+}
+
+// As many bodies and tools as a scene may have.
+static const char *write_crowded(void)
+{
+    const char *path = scratch("crowded.cfg");
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    fprintf(file, "rate_hz = 20.0; name = \"crowded\"; bodies = (\n");
+    for (int i = 0; i < 64; i++)
+        fprintf(
+            file,
+            "%s{ name = \"body_with_quite_a_long_n%02d\"; mesh = { generator = \"ico_sphere\"; "
+            "nodes = 42; radius = 0.01; }; cuttable = true; shape = {}; levels = 1; adapt = {}; "
+            "tear = { stretch = 0.5; }; }",
+            i > 0 ? ",\n" : "", i);
+    fprintf(file, ");\ntools = (\n");
+    for (int i = 0; i < 32; i++) {
+        fprintf(file, "%s{ id = %d; kind = \"probe\"; capsules = (", i > 0 ? ",\n" : "", i + 1);
+        for (int k = 0; k < 8; k++)
+            fprintf(file,
+                    "%s{ from = [%d.123456, 8.123456, 9.123456]; to = [%d.654321, 8.0, 9.0]; "
+                    "radius = 0.00123456; }",
+                    k > 0 ? ", " : "", 100 + i, 100 + i);
+        fprintf(file, "); }");
+    }
+    fprintf(file, ");\nattachments = (\n");
+    for (int i = 0; i < 64; i++)
+        fprintf(file,
+                "%s{ body = \"body_with_quite_a_long_n%02d\"; to = \"world\"; "
+                "box = ([-1.0, -1.0, -1.0], [1.0, 1.0, 0.0]); }",
+                i > 0 ? ",\n" : "", i);
+    fprintf(file, ");\n");
+    assert_int_equal(fclose(file), 0);
+    return path;
+}
+
+// So that neither our clients nor anybody's need fragments.
+static void no_message_is_longer_than_a_packet(void **state)
+{
+    (void)state;
+    static Largest largest;
+    Daemon daemon;
+    Client *client = client_create();
+    lcm_subscription_t *on = lcm_subscribe(client->lcm, "PLIANT_.*", measure, &largest);
+    daemon_start(&daemon, "%s", write_crowded());
+    client_wait_for_daemon(client);
+    assert_true(command(client, PLIANT_COMMAND_T_DESCRIBE, 0, "")->ok);
+    wait_until(client, client->status.count > 2 && largest.size > 45000);
+    expect_at_most((double)largest.size, 65499.0); // longer ones liblcm sends in fragments
+    char *text = memmem(largest.reply, sizeof largest.reply, "scene crowded", 13);
+    assert_non_null(text);
+    assert_non_null(strstr(text, "lines more than one message holds ...\n"));
+    assert_non_null(strstr(text, "units: m, kg"));
+    lcm_unsubscribe(client->lcm, on);
+    daemon_end(&daemon);
+    client_destroy(client);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(another_host_is_refused_and_counted),
+        daemon_test(a_scene_or_an_option_hears_all_hosts),
+        daemon_test(a_packet_for_the_port_alone_never_arrives),
+        daemon_test(a_forged_address_is_no_way_in),
+        daemon_test(an_address_that_came_later_is_of_this_host),
+        daemon_test(what_does_not_come_back_is_told_in_bounded_time),
+        daemon_test(stop_can_be_switched_off),
+        daemon_test(no_claim_ends_a_daemon_by_its_numbers),
+        daemon_test(another_host_claims_in_vain_unless_it_is_heard),
+        daemon_test(no_message_is_longer_than_a_packet),
+    };
+    return hosts_run(argc, argv, 2, tests);
+}

@@ -1,0 +1,291 @@
+// Successive runs of one service: what one of them keeps, the next one goes on from or leaves
+// alone, whatever ended it. With the command line of the unit of systemd, argv[2].
+#include "recording_view.h"
+#include "session.h"
+
+#include "client.h"
+#include "effort.h"
+#include "random.h"
+
+#include <errno.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { RUNS = 20 };
+
+static const char HEAD[] = "publish = { nodes_hz = 100.0; status_hz = 20.0; };\n"
+                           "settle_s = 0.0;\n";
+static const char *unit;
+
+static bool holds_something(const char *path)
+{
+    struct stat facts;
+    return stat(path, &facts) == 0 && facts.st_size > 0;
+}
+
+// The unit's options with these in place of $PLIANTD_OPTIONS, and the scene.
+static void unit_arguments(const char *options, const char *scene, char *arguments, size_t size)
+{
+    char text[16384], line[1024];
+    FILE *file = fopen(unit, "r");
+    assert_non_null(file);
+    text[fread(text, 1, sizeof text - 1, file)] = '\0';
+    fclose(file);
+    const char *begin = strstr(text, "\nExecStart=");
+    assert_non_null(begin);
+    begin = strchr(begin, ' ') + 1; // behind the program
+    snprintf(line, sizeof line, "%.*s", (int)strcspn(begin, "\n"), begin);
+    char *at = strstr(line, "$PLIANTD_OPTIONS");
+    char *scene_at = strstr(line, "@SYSCONFDIR@/pliant/%i.cfg");
+    assert_true(at != NULL && scene_at != NULL && at < scene_at);
+    *at = '\0';
+    snprintf(arguments, size, "%s%s %s", line, options, scene);
+}
+
+// The name of run `number`, 1 for the first.
+static const char *numbered(const char *stem, const char *extension, int number)
+{
+    char name[128];
+    if (number == 1)
+        snprintf(name, sizeof name, "%s%s", stem, extension);
+    else
+        snprintf(name, sizeof name, "%s-%d%s", stem, number, extension);
+    return scratch(name);
+}
+
+// The log of a run begins where the run did, and leads on from there.
+static void expect_log_readable(const char *log, const char *base, const char *scene)
+{
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 0.01 --input %s %s %s %s", log, base != NULL ? "--resume" : "",
+               base != NULL ? base : "", scene);
+    if (daemon.code != 0)
+        fail_msg("%s: %s", log, daemon.err);
+}
+
+static void expect_recording_readable(const char *path)
+{
+    BodyView view = {0};
+    hid_t file = view_open(path, true);
+    assert_true(file >= 0);
+    view_body(&view, file, "sphere");
+    view_free(&view);
+    H5Fclose(file);
+}
+
+static void pause_ms(double ms)
+{
+    const struct timespec pause = {.tv_nsec = (long)(ms * 1e6)};
+    nanosleep(&pause, NULL);
+}
+
+// What a daemon that is no more had sent.
+static void drain(Client *client)
+{
+    for (double until = client_now() + 0.05; client_now() < until;)
+        client_listen(client, 5);
+}
+
+static void copy_file(const char *from_path, const char *to_path)
+{
+    char bytes[65536];
+    size_t size;
+    FILE *from = fopen(from_path, "rb"), *to = fopen(to_path, "wb");
+    assert_true(from != NULL && to != NULL);
+    while ((size = fread(bytes, 1, sizeof bytes, from)) > 0)
+        assert_int_equal(fwrite(bytes, 1, size, to), size);
+    fclose(from);
+    assert_int_equal(fclose(to), 0);
+}
+
+static void a_service_killed_twenty_times_loses_nothing_since_its_checkpoint(void **state)
+{
+    (void)state;
+    uint64_t chance = 7;
+    char options[2048], arguments[4096], kept[PATH_TEXT * 2], base[PATH_TEXT * 2];
+    char scene[PATH_TEXT * 2];
+    snprintf(scene, sizeof scene, "%s", write_scene("service.cfg", HEAD, PROBE_TOOL));
+    snprintf(kept, sizeof kept, "%s", scratch("last.h5"));
+    snprintf(base, sizeof base, "%s", scratch("base.h5"));
+    snprintf(options, sizeof options,
+             "--checkpoint %s --checkpoint-every 0.02 --log-inputs %s --record %s", kept,
+             scratch("inputs.log"), scratch("run.h5"));
+    unit_arguments(options, scene, arguments, sizeof arguments);
+    Client *client = client_create();
+    for (int number = 1; number <= RUNS; number++) {
+        long long before = kept_step(kept, scene);
+        if (before >= 0)
+            copy_file(kept, base);
+        client->events = client->status.count = 0;
+        Daemon daemon;
+        daemon_start(&daemon, "%s", arguments);
+        client_wait_for_daemon(client);
+        wait_until(client, saw_event(client, "checkpoint"));
+        pause_ms(random_between(&chance, 0.0, 40.0)); // somewhere between two writes, or in one
+        daemon_signal(&daemon, SIGKILL);
+        daemon_wait(&daemon);
+        assert_int_equal(daemon.code, 1000 + SIGKILL);
+        drain(client);
+
+        // It went on from what there was, and what there is now is later.
+        char said[64];
+        snprintf(said, sizeof said, before < 0 ? "from scratch" : "step %lld", before);
+        if (strstr(daemon.err, said) == NULL)
+            fail_msg("run %d: no '%s' in: %s", number, said, daemon.err);
+        assert_true(kept_step(kept, scene) > before);
+        expect_log_readable(numbered("inputs", ".log", number), before < 0 ? NULL : base, scene);
+        expect_recording_readable(numbered("run", ".h5", number));
+    }
+    client_destroy(client);
+    assert_false(holds_something(numbered("run", ".h5", RUNS + 1)));
+}
+
+static void a_second_daemon_leaves_the_log_of_the_first_alone(void **state)
+{
+    (void)state;
+    char scene[PATH_TEXT * 2], log[PATH_TEXT * 2], holder[64];
+    snprintf(scene, sizeof scene, "%s", write_scene("two.cfg", HEAD, PROBE_TOOL));
+    snprintf(log, sizeof log, "%s", scratch("live.log"));
+    Client *client = client_create();
+    Daemon first, second;
+    daemon_start(&first, "--log-inputs %s %s", log, scene);
+    client_wait_for_daemon(client);
+    assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "gravity_x=1.1")->ok);
+    assert_true(command(client, PLIANT_COMMAND_T_STEP, 5, "")->ok);
+    wait_until(client, holds_something(log));
+
+    // Under the same prefix it does not get as far as the log.
+    run_daemon(&second, "--log-inputs %s %s", log, scene);
+    assert_int_equal(second.code, 1);
+    assert_non_null(strstr(second.err, "another daemon"));
+    // Under its own it hears who is writing there.
+    run_daemon(&second, "--prefix OTHER --log-inputs %s %s", log, scene);
+    assert_int_equal(second.code, 2);
+    snprintf(holder, sizeof holder, "process %ld is writing its log there", (long)first.pid);
+    if (strstr(second.err, holder) == NULL)
+        fail_msg("no '%s' in: %s", holder, second.err);
+
+    command(client, PLIANT_COMMAND_T_STOP, 0, "");
+    daemon_wait(&first);
+    assert_int_equal(first.code, 0);
+    char live[32], again[32];
+    printed_state(&first, live);
+    Daemon repeated;
+    run_daemon(&repeated, "--offline 100 --input %s %s", log, scene);
+    assert_int_equal(repeated.code, 0);
+    printed_state(&repeated, again);
+    assert_string_equal(again, live);
+
+    // Once nobody writes it, it is still somebody's.
+    run_daemon(&second, "--duration 0.1 --log-inputs %s %s", log, scene);
+    assert_int_equal(second.code, 2);
+    assert_non_null(strstr(second.err, "exists already"));
+    run_daemon(&second, "--duration 0.1 --log-inputs /dev/null %s", scene);
+    assert_int_equal(second.code, 0);
+    client_destroy(client);
+}
+
+static void a_later_checkpoint_is_not_replaced(void **state)
+{
+    (void)state;
+    const char *kept = scratch("later.h5"), *scene = write_scene("later.cfg", HEAD, "");
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 0.2 --checkpoint %s %s", kept, scene);
+    assert_int_equal(daemon.code, 0);
+    run_daemon(&daemon, "--offline 0.1 --checkpoint %s %s", kept, scene);
+    assert_int_equal(daemon.code, 2);
+    assert_non_null(strstr(daemon.err, "later.h5: holds step 200"));
+    run_daemon(&daemon, "--duration 0.1 --checkpoint %s %s", kept, scene);
+    assert_int_equal(daemon.code, 2);
+    assert_int_equal(kept_step(kept, scene), 200);
+    run_daemon(&daemon, "--offline 0.1 --continue --checkpoint %s %s", kept, scene);
+    assert_int_equal(daemon.code, 0);
+    assert_int_equal(kept_step(kept, scene), 300);
+}
+
+static void a_damaged_checkpoint_is_neither_dropped_nor_replaced(void **state)
+{
+    (void)state;
+    const char *kept = scratch("damaged.h5"), *copy = scratch("copy.h5");
+    const char *scene = write_scene("damaged.cfg", HEAD, "");
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 0.2 --checkpoint %s %s", kept, scene);
+    assert_int_equal(daemon.code, 0);
+    FILE *file = fopen(kept, "r+b");
+    assert_non_null(file);
+    fseek(file, 2000, SEEK_SET);
+    fputs("damage", file);
+    fclose(file);
+    copy_file(kept, copy);
+    run_daemon(&daemon, "--offline 0.1 --continue --checkpoint %s %s", kept, scene);
+    assert_int_equal(daemon.code, 2);
+    assert_non_null(strstr(daemon.err, "differs from its seal"));
+    run_daemon(&daemon, "--offline 0.1 --checkpoint %s %s", kept, scene);
+    assert_int_equal(daemon.code, 2);
+    assert_non_null(strstr(daemon.err, "it is not replaced"));
+    run_daemon(&daemon, "--offline 0.1 --resume %s %s", copy, scene); // the bytes are as they were
+    assert_int_equal(daemon.code, 2);
+    assert_non_null(strstr(daemon.err, "differs from its seal"));
+}
+
+static void a_run_may_begin_from_a_checkpoint_and_then_go_on_from_its_own(void **state)
+{
+    (void)state;
+    char base[PATH_TEXT * 2], scene[PATH_TEXT * 2], arguments[4096];
+    snprintf(scene, sizeof scene, "%s", write_scene("begin.cfg", HEAD, ""));
+    snprintf(base, sizeof base, "%s", scratch("begin.h5"));
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 0.1 --checkpoint %s %s", base, scene);
+    assert_int_equal(daemon.code, 0);
+    snprintf(arguments, sizeof arguments, "--offline 0.1 --continue --resume %s --checkpoint %s %s",
+             base, scratch("own.h5"), scene);
+    for (int run = 1; run <= 3; run++) {
+        run_daemon(&daemon, "%s", arguments);
+        assert_int_equal(daemon.code, 0);
+        assert_int_equal(printed(&daemon, "step"), 100 + 100 * run);
+    }
+}
+
+// Nothing has been begun while a scene is loaded, so a signal ends it there and then: one that
+// settles for an hour, one of 2.7 million cells that takes two seconds here.
+static void a_signal_ends_a_scene_that_loads(void **state)
+{
+    (void)state;
+    static const char *const name[] = {"settles.cfg", "fills.cfg"};
+    static const int number[] = {SIGTERM, SIGINT};
+    write_scene(name[0], "settle_s = 3600.0;", "");
+    write_text(scratch(name[1]), "bodies = ( { name = \"block\"; model = \"voxel\"; voxels = { "
+                                 "generator = \"box\"; size = 0.001; "
+                                 "count = [150, 150, 120]; }; } );");
+    for (int i = 0; i < 2; i++) {
+        Daemon daemon;
+        daemon_start(&daemon, "%s", scratch(name[i]));
+        pause_ms(300.0); // it is loading by then
+        daemon_signal(&daemon, number[i]);
+        double begin = client_now();
+        daemon_wait(&daemon);
+        print_message("%s: ended after %.3f s\n", name[i], client_now() - begin);
+        if (daemon.code != 1000 + number[i])
+            fail_msg("exit %d: %s", daemon.code, daemon.err);
+        assert_non_null(strstr(daemon.err, "before it had loaded"));
+    }
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(a_service_killed_twenty_times_loses_nothing_since_its_checkpoint),
+        daemon_test(a_second_daemon_leaves_the_log_of_the_first_alone),
+        daemon_test(a_later_checkpoint_is_not_replaced),
+        daemon_test(a_damaged_checkpoint_is_neither_dropped_nor_replaced),
+        daemon_test(a_run_may_begin_from_a_checkpoint_and_then_go_on_from_its_own),
+        daemon_test(a_signal_ends_a_scene_that_loads),
+    };
+    harness_start(argc, argv);
+    unit = argc > 2 ? argv[2] : "";
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}

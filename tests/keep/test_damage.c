@@ -1,0 +1,243 @@
+// Files that were made to hurt: bytes anywhere in a checkpoint, a prepared file, an initial state
+// or a recording are changed, and what had a seal is sealed again. HDF5's library may fail on them;
+// the program that reads them does not: it ends with an exit status of its own. How many of each
+// kind: PLIANT_DAMAGES in the environment.
+#include "harness.h"
+
+#include "effort.h"
+#include "random.h"
+
+#include "files/fnv.h"
+
+#include <hdf5.h>
+
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum { SEAL = 512, FILE_MOST = 1 << 20 };
+
+static const char *prepare, *record;
+
+typedef struct Bytes {
+    unsigned char at[FILE_MOST];
+    size_t size;
+} Bytes;
+
+static void read_bytes(const char *path, Bytes *bytes)
+{
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    bytes->size = fread(bytes->at, 1, sizeof bytes->at, file);
+    assert_true(bytes->size > SEAL && bytes->size < sizeof bytes->at);
+    fclose(file);
+}
+
+static void write_bytes(const char *path, const Bytes *bytes)
+{
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    assert_int_equal(fwrite(bytes->at, 1, bytes->size, file), bytes->size);
+    assert_int_equal(fclose(file), 0);
+}
+
+static void seal(Bytes *bytes)
+{
+    memset(bytes->at, 0, SEAL);
+    snprintf((char *)bytes->at, SEAL, "pliant: %zu bytes follow, fnv1a %016" PRIx64 "\n",
+             bytes->size - SEAL, fnv_bytes(FNV_START, bytes->at + SEAL, bytes->size - SEAL));
+}
+
+// A byte, a word or a stretch; most of HDF5's own tables lie in the first kilobytes.
+static void change(Bytes *bytes, size_t from, uint64_t *chance)
+{
+    static const unsigned char strange[] = {0x00, 0x01, 0x7f, 0x80, 0xfe, 0xff};
+    const int changes = 1 + random_below(chance, 4);
+    for (int i = 0; i < changes; i++) {
+        const bool early = random_below(chance, 2) == 0;
+        size_t range = bytes->size - from;
+        range = early && range > 8192 ? 8192 : range;
+        size_t at = from + (size_t)random_below(chance, (int)range);
+        size_t length = (size_t[]){1, 1, 2, 4, 8, 32}[random_below(chance, 6)];
+        const bool random = random_below(chance, 2) == 0;
+        const unsigned char value = strange[random_below(chance, sizeof strange)];
+        for (size_t k = at; k < at + length && k < bytes->size; k++)
+            bytes->at[k] = random ? (unsigned char)random_bits(chance) : value;
+    }
+}
+
+typedef struct Kind {
+    const char *name;
+    bool sealed;
+    const char *arguments; // of the daemon; NULL: --info of the recorder
+    int known;             // a change on which HDF5 1.10.8 fails; 0: none
+} Kind;
+
+static const Kind kinds[] = {
+    {"checkpoint", true, "--offline 0.003 --resume %s %s", 0},
+    {"prepared", true, "--offline 0.003 --prepared %s %s", 0},
+    {"initial", false, "--offline 0.003 %.0s%s", 705}, // the scene names it
+    {"recording", false, NULL, 0},
+};
+enum { KINDS = sizeof kinds / sizeof kinds[0] };
+
+static void make_initial(const char *path)
+{
+    static double row[SPHERE_NODES][3];
+    const hsize_t size[2] = {SPHERE_NODES, 3};
+    hid_t file = H5Fcreate(path, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    hid_t space = H5Screate_simple(2, size, NULL);
+    for (int v = 0; v < 2; v++) {
+        hid_t set = H5Dcreate2(file, v ? "velocity" : "position", H5T_NATIVE_DOUBLE, space,
+                               H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+        assert_true(H5Dwrite(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, row) >= 0);
+        H5Dclose(set);
+    }
+    H5Sclose(space);
+    H5Fclose(file);
+}
+
+// The four files as they should be, called by their kind, and two scenes.
+static void make_bases(char scene[PATH_TEXT * 2], char with_initial[PATH_TEXT * 2])
+{
+    Daemon daemon;
+    snprintf(scene, PATH_TEXT * 2, "%s", write_scene("base.cfg", "", PROBE_TOOL));
+    snprintf(with_initial, PATH_TEXT * 2, "%s", scratch("initial.cfg"));
+    char text[2048];
+    snprintf(text, sizeof text,
+             "bodies = ( { name = \"sphere\"; initial = \"%s\";\n"
+             "  mesh = { generator = \"ico_sphere\"; nodes = %d; radius = 0.05; }; } );",
+             scratch("changed.h5"), SPHERE_NODES);
+    write_text(with_initial, text);
+    run_daemon(&daemon, "--offline 0.05 --checkpoint %s --record %s %s", scratch("checkpoint"),
+               scratch("recording"), scene);
+    assert_int_equal(daemon.code, 0);
+    daemon_program(prepare);
+    run_daemon(&daemon, "-o %s %s", scratch("prepared"), scene);
+    daemon_program(NULL);
+    assert_int_equal(daemon.code, 0);
+    make_initial(scratch("initial"));
+}
+
+static void read_changed(Daemon *daemon, const Kind *kind, const char *path, const char *scene)
+{
+    if (kind->arguments == NULL) {
+        daemon_program(record);
+        run_daemon(daemon, "--info %s", path);
+        daemon_program(NULL);
+        return;
+    }
+    char line[4096];
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wformat-nonliteral"
+    snprintf(line, sizeof line, kind->arguments, path, scene);
+#pragma GCC diagnostic pop
+    run_daemon(daemon, "%s", line);
+}
+
+static void no_damage_brings_a_reader_down(void **state)
+{
+    (void)state;
+    static Bytes base, changed;
+    const char *text = getenv("PLIANT_DAMAGES");
+    const int count = text != NULL ? atoi(text) : EFFORT(60);
+    char scene[PATH_TEXT * 2], with_initial[PATH_TEXT * 2], path[PATH_TEXT * 2];
+    make_bases(scene, with_initial);
+    snprintf(path, sizeof path, "%s", scratch("changed.h5"));
+    print_message("%-11s %6s %8s %5s %6s\n", "kind", "taken", "refused", "HDF5", "signal");
+    for (int k = 0; k < KINDS; k++) {
+        const Kind *kind = &kinds[k];
+        int taken = 0, refused = 0, failed = 0, signals = 0;
+        read_bytes(scratch(kind->name), &base);
+        for (int i = 0; i < count; i++) {
+            const int number = i == 0 ? kind->known : i;
+            uint64_t chance = UINT64_C(0x9e3779b97f4a7c15) * (uint64_t)(number + 1) + (uint64_t)k;
+            memcpy(&changed, &base, sizeof base);
+            change(&changed, kind->sealed ? SEAL : 0, &chance);
+            if (kind->sealed)
+                seal(&changed);
+            write_bytes(path, &changed);
+            Daemon daemon;
+            read_changed(&daemon, kind, path, k == 2 ? with_initial : scene);
+            taken += daemon.code == 0;
+            refused += daemon.code == 1 || daemon.code == 2;
+            signals += daemon.code >= 1000;
+            failed += strstr(daemon.err, ": HDF5 ") != NULL;
+            if (daemon.code >= 1000)
+                print_error("%s, change %d: signal %d\n", kind->name, number, daemon.code - 1000);
+        }
+        print_message("%-11s %6d %8d %5d %6d\n", kind->name, taken, refused, failed, signals);
+        assert_int_equal(signals, 0);
+        assert_int_equal(taken + refused, count);
+    }
+}
+
+// Fifteen terabytes of holes, with events all the way.
+static void a_recording_of_holes_is_told_of_in_no_time(void **state)
+{
+    (void)state;
+    const char *path = scratch("holes.h5");
+    const char *scene = write_scene("holes.cfg", "", "");
+    Daemon daemon;
+    run_daemon(&daemon, "--offline 0.05 --record %s %s", path, scene);
+    assert_int_equal(daemon.code, 0);
+    hid_t file = H5Fopen(path, H5F_ACC_RDWR, H5P_DEFAULT);
+    hid_t events = H5Dopen2(file, "/events", H5P_DEFAULT);
+    const hsize_t rows = UINT64_C(15) << 32;
+    assert_true(H5Dset_extent(events, &rows) >= 0);
+    H5Dclose(events);
+    H5Fclose(file);
+    if (truncate(path, (off_t)15 << 40) != 0) {
+        print_message("skipped: no file of 15 TB here\n");
+        skip();
+    }
+    // As the shell's ulimit would: what is read must fit into it. A sanitizer's own memory does
+    // not.
+    struct rlimit before, tight;
+    assert_int_equal(getrlimit(RLIMIT_DATA, &before), 0);
+    tight = before;
+    if (EFFORT(60) == 60)
+        tight.rlim_cur = (rlim_t)1 << 31;
+    assert_int_equal(setrlimit(RLIMIT_DATA, &tight), 0);
+    daemon_program(record);
+    run_daemon(&daemon, "--info %s", path); // the harness waits for a minute
+    daemon_program(NULL);
+    assert_int_equal(setrlimit(RLIMIT_DATA, &before), 0);
+    if (daemon.code != 0 && daemon.code != 2)
+        fail_msg("exit %d: %s", daemon.code, daemon.err);
+    unlink(path);
+
+    // And one that says so in its seal.
+    static Bytes sealed;
+    run_daemon(&daemon, "--offline 0.05 --checkpoint %s %s", path, scene);
+    assert_int_equal(daemon.code, 0);
+    read_bytes(path, &sealed);
+    memset(sealed.at, 0, SEAL);
+    snprintf((char *)sealed.at, SEAL, "pliant: %zu bytes follow, fnv1a %016x\n",
+             ((size_t)15 << 40) - SEAL, 0u);
+    write_bytes(path, &sealed);
+    assert_int_equal(truncate(path, (off_t)15 << 40), 0);
+    run_daemon(&daemon, "--offline 0 --resume %s %s", path, scene);
+    assert_int_equal(daemon.code, 2);
+    unlink(path);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(no_damage_brings_a_reader_down),
+        daemon_test(a_recording_of_holes_is_told_of_in_no_time),
+    };
+    if (argc < 4) {
+        fprintf(stderr, "usage: %s PLIANTD PLIANT_PREPARE PLIANT_RECORD\n", argv[0]);
+        return 2;
+    }
+    harness_start(argc, argv);
+    prepare = argv[2];
+    record = argv[3];
+    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}

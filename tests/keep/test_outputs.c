@@ -1,0 +1,254 @@
+// No program replaces what is not its own, or writes through a link at a temporary's name.
+#include "session.h"
+
+#include "client.h"
+
+#include <errno.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static const char PRECIOUS[] = "solid organ\n  facet normal 0 0 1\n";
+static const char *prepare, *record, *monitor, *probe, *study;
+
+static void expect_precious(const char *path)
+{
+    char text[256];
+    FILE *file = fopen(path, "r");
+    assert_non_null(file);
+    text[fread(text, 1, sizeof text - 1, file)] = '\0';
+    fclose(file);
+    if (strcmp(text, PRECIOUS) != 0)
+        fail_msg("%s was replaced by: %.40s", path, text);
+}
+
+typedef struct Writer {
+    const char *const *program; // NULL: the daemon
+    const char *arguments;      // with %s for the file and %s for the scene, in this order
+} Writer;
+
+static const Writer writers[] = {
+    {NULL, "--offline 0.05 --checkpoint %s %s"},
+    {NULL, "--duration 0.05 --checkpoint %s %s"},
+    {NULL, "--offline 0.05 --record %s %s"},
+    {NULL, "--duration 0.05 --record %s %s"},
+    {NULL, "--duration 0.05 --log-inputs %s %s"},
+    {&prepare, "-o %s %s"},
+    {&record, "-o %s --wait 0.1"},
+    {&record, "--overwrite -o %s --wait 0.1"},
+    {&monitor, "--duration 0.1 --nodes sphere --write %s"},
+    {&monitor, "--duration 0.1 --nodes sphere --shape %s"},
+    {&monitor, "--duration 0.1 --nodes sphere --peak %s"},
+    {&probe, "--press 0,0,0.06 --log %s"},
+};
+enum { WRITERS = sizeof writers / sizeof writers[0] };
+
+static void run_writer(Daemon *daemon, const Writer *writer, const char *path, const char *scene)
+{
+    char line[4096], format[256];
+    // A client has no scene: its line ends behind the file.
+    snprintf(format, sizeof format, "%s%s", writer->arguments,
+             strstr(writer->arguments, "%s %s") != NULL ? "" : "%.0s");
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wformat-nonliteral"
+    snprintf(line, sizeof line, format, path, scene);
+#pragma GCC diagnostic pop
+    daemon_program(writer->program != NULL ? *writer->program : NULL);
+    run_daemon(daemon, "%s", line);
+    daemon_program(NULL);
+}
+
+static void a_file_of_another_kind_is_refused_by_every_writer(void **state)
+{
+    (void)state;
+    char scene[PATH_TEXT * 2], path[PATH_TEXT * 2];
+    snprintf(scene, sizeof scene, "%s", write_scene("foreign.cfg", "", PROBE_TOOL));
+    snprintf(path, sizeof path, "%s", scratch("organ.stl"));
+    write_text(path, PRECIOUS);
+    for (int i = 0; i < WRITERS; i++) {
+        Daemon daemon;
+        run_writer(&daemon, &writers[i], path, scene);
+        if (daemon.code != 1 && daemon.code != 2)
+            fail_msg("%s: exit %d", writers[i].arguments, daemon.code);
+        if (strstr(daemon.err, "organ.stl: ") == NULL)
+            fail_msg("%s: %s", writers[i].arguments, daemon.err);
+        expect_precious(path);
+    }
+}
+
+// A sealed file of another format is not its own either.
+static void a_prepared_file_is_no_checkpoint_and_no_checkpoint_one(void **state)
+{
+    (void)state;
+    char scene[PATH_TEXT * 2], kept[PATH_TEXT * 2], made[PATH_TEXT * 2];
+    snprintf(scene, sizeof scene, "%s", write_scene("formats.cfg", "", ""));
+    snprintf(kept, sizeof kept, "%s", scratch("kept.h5"));
+    snprintf(made, sizeof made, "%s", scratch("made.h5"));
+    const Writer checkpoint = {NULL, "--offline 0.01 --checkpoint %s %s"};
+    const Writer model = {&prepare, "-o %s %s"};
+    Daemon daemon;
+    for (int again = 0; again < 2; again++) { // each over its own
+        run_writer(&daemon, &model, made, scene);
+        assert_int_equal(daemon.code, 0);
+        run_writer(&daemon, &checkpoint, kept, scene);
+        assert_int_equal(daemon.code, again ? 2 : 0); // the same step again, from the start
+    }
+    run_writer(&daemon, &checkpoint, made, scene);
+    assert_int_equal(daemon.code, 2);
+    assert_non_null(strstr(daemon.err, "made.h5: / format \"pliant-prepared\" is not"));
+    run_writer(&daemon, &model, kept, scene);
+    assert_int_equal(daemon.code, 2);
+    assert_non_null(strstr(daemon.err, "kept.h5: / format \"pliant-checkpoint\" is not"));
+    run_daemon(&daemon, "--offline 0 --resume %s --prepared %s %s", kept, made, scene);
+    assert_int_equal(daemon.code, 0);
+}
+
+// Before its first checkpoint, between two and after `kill -9`; it stands still, so that no step of
+// the others would be an earlier one.
+static void a_checkpoint_that_a_live_daemon_keeps_is_its_own(void **state)
+{
+    (void)state;
+    static const char *const second[] = {
+        "--prefix OTHER --checkpoint %s %s",
+        "--prefix OTHER --continue --checkpoint %s %s",
+        "--offline 0.5 --checkpoint %s %s",
+    };
+    char scene[PATH_TEXT * 2], kept[PATH_TEXT * 2];
+    snprintf(scene, sizeof scene, "%s", write_scene("kept.cfg", "start = \"paused\";", ""));
+    snprintf(kept, sizeof kept, "%s", scratch("live.h5"));
+    Client *client = client_create();
+    Daemon first, other;
+    daemon_start(&first, "--checkpoint %s %s", kept, scene);
+    client_wait_for_daemon(client);
+    for (int written = 0; written < 3; written++) {
+        if (written > 0)
+            assert_true(command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "")->ok);
+        for (int i = 0; i < 3; i++) {
+            const Writer writer = {NULL, second[i]};
+            run_writer(&other, &writer, kept, scene);
+            if (other.code != 2 || strstr(other.err, "live.h5: another program that runs") == NULL)
+                fail_msg("%s: exit %d: %s", second[i], other.code, other.err);
+        }
+        if (written > 0)
+            assert_int_equal(kept_step(kept, scene), 0);
+        else
+            assert_int_not_equal(access(kept, F_OK), 0);
+    }
+    daemon_signal(&first, SIGKILL);
+    daemon_wait(&first);
+    const Writer writer = {NULL, second[2]};
+    run_writer(&other, &writer, kept, scene);
+    if (other.code != 0)
+        fail_msg("exit %d: %s", other.code, other.err);
+    client_destroy(client);
+}
+
+// The temporary's name, or the sidecar's, is a link to something precious, or something else.
+static void what_lies_at_a_temporarys_name_stays(void **state)
+{
+    (void)state;
+    static const Writer whole[] = {{NULL, "--offline 0.01 --checkpoint %s %s"},
+                                   {&prepare, "-o %s %s"}};
+    char scene[PATH_TEXT * 2], path[PATH_TEXT * 2], temporary[PATH_TEXT * 3], victim[PATH_TEXT * 2];
+    snprintf(scene, sizeof scene, "%s", write_scene("links.cfg", "", ""));
+    snprintf(path, sizeof path, "%s", scratch("linked.h5"));
+    snprintf(temporary, sizeof temporary, "%s.tmp", path);
+    snprintf(victim, sizeof victim, "%s", scratch("victim.txt"));
+    write_text(victim, PRECIOUS);
+    Daemon daemon;
+    for (int i = 0; i < 2; i++) {
+        for (int kind = 0; kind < 5; kind++) {
+            int made = kind == 0   ? symlink(victim, temporary)
+                       : kind == 1 ? link(victim, temporary)
+                       : kind == 2 ? mkdir(temporary, 0700)
+                       : kind == 3 ? mkfifo(temporary, 0600)
+                                   : symlink(scratch("nowhere"), temporary);
+            assert_int_equal(made, 0);
+            run_writer(&daemon, &whole[i], path, scene);
+            if (daemon.code != 1 || strstr(daemon.err, "linked.h5.tmp: is ") == NULL)
+                fail_msg("kind %d: exit %d: %s", kind, daemon.code, daemon.err);
+            expect_precious(victim);
+            assert_int_not_equal(access(path, F_OK), 0);
+            assert_int_not_equal(access(scratch("nowhere"), F_OK), 0);
+            assert_int_equal(remove(temporary), 0);
+        }
+    }
+    // The sidecar is written the same way.
+    snprintf(temporary, sizeof temporary, "%s", scratch("r.h5.xdmf.tmp"));
+    assert_int_equal(symlink(victim, temporary), 0);
+    run_daemon(&daemon, "--offline 0.01 --record %s %s", scratch("r.h5"), scene);
+    assert_int_equal(daemon.code, 2);
+    expect_precious(victim);
+}
+
+static void what_is_no_file_is_refused_but_null_takes_everything(void **state)
+{
+    (void)state;
+    char scene[PATH_TEXT * 2];
+    const Writer checkpoint = {NULL, "--offline 0.01 --checkpoint %s %s"};
+    const Writer model = {&prepare, "-o %s %s"};
+    snprintf(scene, sizeof scene, "%s", write_scene("kinds.cfg", "", ""));
+    assert_int_equal(mkdir(scratch("folder"), 0700), 0);
+    assert_int_equal(mkfifo(scratch("pipe"), 0600), 0);
+    write_text(scratch("target"), "");
+    assert_int_equal(symlink(scratch("target"), scratch("link")), 0);
+    static const char *const name[] = {"folder", "pipe", "link"};
+    Daemon daemon;
+    for (int i = 0; i < 3; i++) {
+        run_writer(&daemon, &checkpoint, scratch(name[i]), scene);
+        assert_int_equal(daemon.code, 2);
+        run_writer(&daemon, &model, scratch(name[i]), scene);
+        assert_int_equal(daemon.code, 2);
+    }
+    struct stat null;
+    run_writer(&daemon, &checkpoint, "/dev/null", scene);
+    assert_int_equal(daemon.code, 0);
+    run_writer(&daemon, &model, "/dev/null", scene);
+    assert_int_equal(daemon.code, 0);
+    assert_true(stat("/dev/null", &null) == 0 && S_ISCHR(null.st_mode));
+}
+
+// Its names are common ones: a folder in which they are somebody else's is left alone.
+static void a_study_keeps_out_of_a_folder_that_is_not_its_own(void **state)
+{
+    (void)state;
+    char scene[PATH_TEXT * 2], folder[PATH_TEXT * 2], path[PATH_TEXT * 3];
+    snprintf(scene, sizeof scene, "%s", write_scene("study.cfg", "", ""));
+    snprintf(folder, sizeof folder, "%s", scratch("results"));
+    assert_int_equal(mkdir(folder, 0700), 0);
+    snprintf(path, sizeof path, "%s/time.png", folder);
+    write_text(path, PRECIOUS);
+    Daemon daemon;
+    daemon_program(study);
+    run_daemon(&daemon, "--quick --only nothing-of-this-name --out %s %s", folder, scene);
+    daemon_program(NULL);
+    assert_int_equal(daemon.code, 2);
+    if (strstr(daemon.err, "time.png: is not of a study") == NULL)
+        fail_msg("%s", daemon.err);
+    expect_precious(path);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        daemon_test(a_file_of_another_kind_is_refused_by_every_writer),
+        daemon_test(a_prepared_file_is_no_checkpoint_and_no_checkpoint_one),
+        daemon_test(a_checkpoint_that_a_live_daemon_keeps_is_its_own),
+        daemon_test(what_lies_at_a_temporarys_name_stays),
+        daemon_test(what_is_no_file_is_refused_but_null_takes_everything),
+        daemon_test(a_study_keeps_out_of_a_folder_that_is_not_its_own),
+    };
+    if (argc < 7) {
+        fprintf(stderr, "usage: %s PLIANTD PREPARE RECORD MONITOR PROBE STUDY\n", argv[0]);
+        return 2;
+    }
+    harness_start(argc, argv);
+    prepare = argv[2];
+    record = argv[3];
+    monitor = argv[4];
+    probe = argv[5];
+    study = argv[6];
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}

@@ -1,0 +1,277 @@
+// No key is decoration: every key of every table, on every model that takes it, changes the state
+// of a run, what is published of it or its plan, or is refused with file and line. Keys are those
+// of the tables that read scenes; one without a row in rows.c fails.
+#include "stream.h"
+
+#include "files/build.h"
+#include "files/fnv.h"
+#include "files/physics_hash.h"
+#include "files/scene_parts.h"
+#include "geometry/generator.h"
+#include "run/explain.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static const char *const MODEL[KEY_MODELS] = {"surface", "voxel", "plane"};
+enum { TICKS = 60 };
+
+// What came of a scene.
+typedef struct Outcome {
+    bool accepted;
+    char said[512];         // if not
+    int warnings;           // of keys without effect
+    char warned[PATH_TEXT]; // the first of them
+    uint64_t state, shown, physics;
+    char *plan;
+} Outcome;
+
+static void write_ball(const char *name, int subdivisions)
+{
+    TriMesh mesh;
+    Status status = {0};
+    assert_true(generate_ico_sphere(&mesh, subdivisions, 0.04, &status));
+    FILE *file = fopen(scratch(name), "w");
+    assert_non_null(file);
+    for (int i = 0; i < mesh.node_count; i++)
+        fprintf(file, "v %.9g %.9g %.9g\n", mesh.position[i].x, mesh.position[i].y,
+                mesh.position[i].z);
+    for (int t = 0; t < mesh.triangle_count; t++)
+        fprintf(file, "f %d %d %d\n", mesh.triangle[t][0] + 1, mesh.triangle[t][1] + 1,
+                mesh.triangle[t][2] + 1);
+    assert_int_equal(fclose(file), 0);
+    mesh_destroy(&mesh);
+}
+
+// A probe presses along `axis` and slides, a blade sweeps through along y, a grasper closes and
+// pulls; all fall silent before the end.
+static ToolPose pose_at(ToolKind kind, Vec3 axis, int tick)
+{
+    const double part = (double)tick / TICKS;
+    ToolPose pose = {.utime = 1000 * tick, .orientation = QUAT_NONE, .active = true};
+    if (kind == TOOL_PROBE)
+        pose.position = vec3_add(vec3_scale(0.065 - 0.04 * part, axis), vec3(0.02 * part, 0, 0));
+    else if (kind == TOOL_BLADE)
+        pose.position = vec3(0.005, -0.1 + 0.3 * part, 0.0);
+    else {
+        pose.position = vec3_scale(0.045 + (tick > 10 ? 0.05 * part : 0.0), axis);
+        pose.grip = tick > 5 ? 1.0 : 0.0;
+    }
+    return pose;
+}
+
+static void run_world(World *world, Vec3 axis)
+{
+    for (int tick = 0; tick < TICKS; tick++) {
+        for (int i = 0; i < sim_tool_count(world->sim) && tick < TICKS - 20; i++)
+            if (sim_tool(world->sim, i)->kind != TOOL_STATIC) {
+                const ToolPose pose = pose_at(sim_tool(world->sim, i)->kind, axis, tick);
+                sim_apply_pose(world->sim, i, &pose, false);
+            }
+        sim_step(world->sim);
+    }
+}
+
+static uint64_t hash_shown(World *world)
+{
+    uint64_t hash = FNV_START;
+    for (int b = 0; b < sim_body_count(world->sim); b++) {
+        const Body *body = sim_body(world->sim, b);
+        const BodyMesh *mesh = &body->mesh;
+        float *x = calloc(3 * (size_t)mesh->node_capacity + 3, sizeof *x);
+        assert_non_null(x);
+        body->ops->snapshot(body->model, x, NULL);
+        hash = fnv_bytes(hash, x, 3 * (size_t)mesh->node_count * sizeof *x);
+        hash =
+            fnv_bytes(hash, mesh->triangle, (size_t)mesh->triangle_count * sizeof *mesh->triangle);
+        free(x);
+    }
+    return hash;
+}
+
+static char *plan_of(World *world, const Scene *scene)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&text, &size);
+    explain_plan(world, scene, NULL, out);
+    fclose(out);
+    return text;
+}
+
+static Outcome try_scene(const KeyRow *row, KeyModel model, bool changed)
+{
+    Outcome outcome = {0};
+    Scene scene;
+    World world;
+    Status status = {0};
+    const BuildOptions options = {.isa = "auto", .may_load = true};
+    char *text = key_scene(row, model, changed, "");
+    const char *path = scratch("x.cfg");
+    write_text(path, text);
+    free(text);
+    if (!scene_read(path, &scene, &status)) {
+        snprintf(outcome.said, sizeof outcome.said, "%s", status.text);
+        return outcome;
+    }
+    outcome.warnings = scene.idle_count;
+    if (scene.idle_count > 0)
+        snprintf(outcome.warned, sizeof outcome.warned, "%s", scene.idle[0]);
+    outcome.accepted = world_build(&world, &scene, &options, &status);
+    snprintf(outcome.said, sizeof outcome.said, "%s", status.text);
+    if (outcome.accepted) {
+        outcome.physics = physics_hash(&scene, &world);
+        outcome.plan = plan_of(&world, &scene);
+        run_world(&world, model == KEY_PLANE ? vec3(0, 1, 0) : vec3(0, 0, 1));
+        outcome.state = state_hash(&world.state);
+        outcome.shown = hash_shown(&world);
+        world_destroy(&world);
+    }
+    scene_destroy(&scene);
+    return outcome;
+}
+
+// A key is said to have no effect where it has none, with its line. It may stand in the state as a
+// parameter that a command could change.
+static const char *fault_of_idle(const KeyRow *row, const Outcome *base, const Outcome *changed)
+{
+    char says[64];
+    snprintf(says, sizeof says, ": %s has no effect: ", row->key);
+    if (base->shown != changed->shown)
+        return "it is said to have no effect";
+    if (base->warnings != 0 || changed->warnings != 1)
+        return "it is not warned of once, and only it";
+    return strstr(changed->warned, "x.cfg:") == NULL || strstr(changed->warned, says) == NULL ||
+                   strstr(changed->warned, row->said) == NULL
+               ? changed->warned
+               : NULL;
+}
+
+// Why a row's evidence is not there, or NULL.
+static const char *fault_of(const KeyRow *row, const Outcome *base, const Outcome *changed)
+{
+    if (!base->accepted)
+        return "the scene without the change is refused";
+    if (row->evidence == REFUSED)
+        return changed->accepted                          ? "it is accepted"
+               : strstr(changed->said, row->said) == NULL ? "it is refused for another reason"
+               : strstr(changed->said, "x.cfg") == NULL && strstr(changed->said, "none.h5") == NULL
+                   ? "the refusal names no file"
+                   : NULL;
+    if (!changed->accepted)
+        return "the changed scene is refused";
+    if (row->evidence == IDLE)
+        return fault_of_idle(row, base, changed);
+    if (base->warnings != 0 || changed->warnings != 0)
+        return changed->warnings != 0 ? changed->warned : base->warned;
+    if (row->evidence == STATE && base->physics == changed->physics)
+        return "a checkpoint would fit both";
+    const bool same = row->evidence == STATE || row->evidence == STATE_ALONE
+                          ? base->state == changed->state
+                      : row->evidence == SHOWN ? base->shown == changed->shown
+                                               : strcmp(base->plan, changed->plan) == 0;
+    return same ? "nothing changes" : NULL;
+}
+
+static void every_key_changes_something_or_is_refused(void **unused)
+{
+    (void)unused;
+    int faults = 0;
+    write_ball("ball.obj", 1);
+    write_ball("finer.obj", 2);
+    for (int i = 0; i < KEY_ROW_COUNT; i++) {
+        const KeyRow *row = &KEY_ROWS[i];
+        for (int m = 0; m < KEY_MODELS; m++) {
+            if (!(row->models & 1 << m) || row->evidence == STREAM)
+                continue;
+            Outcome base = try_scene(row, (KeyModel)m, false);
+            Outcome changed = try_scene(row, (KeyModel)m, true);
+            const char *fault = fault_of(row, &base, &changed);
+            if (fault != NULL) {
+                print_error("%s.%s of a %s body: %s (\"%s\" -> \"%s\") %s %s\n", row->table->path,
+                            row->key, MODEL[m], fault, row->base != NULL ? row->base : "preset",
+                            row->changed, base.said, changed.said);
+                faults++;
+            }
+            free(base.plan);
+            free(changed.plan);
+        }
+    }
+    assert_int_equal(faults, 0);
+}
+
+// Otherwise any change would show.
+static void same_scene_gives_the_same_hashes(void **unused)
+{
+    (void)unused;
+    const KeyRow nothing = {.part = HEAD};
+    for (int m = 0; m < KEY_MODELS; m++) {
+        Outcome first = try_scene(&nothing, (KeyModel)m, false);
+        Outcome again = try_scene(&nothing, (KeyModel)m, true);
+        assert_true(first.accepted && again.accepted);
+        assert_true(first.state == again.state && first.shown == again.shown);
+        assert_string_equal(first.plan, again.plan);
+        free(first.plan);
+        free(again.plan);
+    }
+}
+
+static int models_with_a_row(const OptionTable *table, const char *key)
+{
+    int models = 0;
+    for (int i = 0; i < KEY_ROW_COUNT; i++)
+        if (KEY_ROWS[i].table == table && strcmp(KEY_ROWS[i].key, key) == 0)
+            models |= KEY_ROWS[i].models;
+    return models;
+}
+
+static void every_key_of_every_table_has_a_row_for_every_model(void **unused)
+{
+    (void)unused;
+    int missing = 0;
+    for (int t = 0; t < SCENE_TABLE_COUNT; t++) {
+        const OptionTable *table = scene_table(t);
+        for (int k = 0; k < table->count; k++) {
+            int lacks = key_models(table) & ~models_with_a_row(table, table->option[k].key);
+            for (int m = 0; m < KEY_MODELS; m++)
+                if (lacks & 1 << m) {
+                    print_error("%s.%s has no row in rows.c for a %s body\n", table->path,
+                                table->option[k].key, MODEL[m]);
+                    missing++;
+                }
+        }
+    }
+    for (int i = 0; i < KEY_ROW_COUNT; i++) { // nor is there a row of a key that is none
+        bool known = false;
+        for (int k = 0; k < KEY_ROWS[i].table->count; k++)
+            known |= strcmp(KEY_ROWS[i].table->option[k].key, KEY_ROWS[i].key) == 0;
+        assert_true(known);
+    }
+    assert_int_equal(missing, 0);
+}
+
+static void every_published_key_changes_the_stream(void **unused)
+{
+    (void)unused;
+    // Live programs on a busy machine may have no time for what a key is about (the stiffness of a
+    // contact): a key that does something shows it in one of three runs, a decoration in none.
+    enum { RUNS_MOST = 3 };
+    for (int m = 0; m < KEY_MODELS; m++) {
+        int runs = 1;
+        while (stream_faults((KeyModel)m, MODEL[m]) > 0)
+            assert_true(runs++ < RUNS_MOST);
+    }
+}
+
+// PLIANTD
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_key_of_every_table_has_a_row_for_every_model),
+        cmocka_unit_test(same_scene_gives_the_same_hashes),
+        cmocka_unit_test(every_key_changes_something_or_is_refused),
+        daemon_test(every_published_key_changes_the_stream),
+    };
+    harness_start(argc, argv);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
+}
