@@ -305,6 +305,16 @@ int count_replies(const Client *client, int32_t id)
     return count;
 }
 
+void repeat_unanswered(Client *client, int32_t first, int kind, int64_t value, const char *argument)
+{
+    for (int32_t id = first; id <= client->next_id; id++) {
+        if (find_reply(client, id) != NULL)
+            continue;
+        publish_command(client, id, kind, value, argument);
+        client_listen(client, 2);
+    }
+}
+
 const Reply *command(Client *client, int kind, int64_t value, const char *argument)
 {
     // Datagrams get lost on a busy machine: the same request is sent again, and answered again.

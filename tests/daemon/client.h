@@ -93,6 +93,10 @@ void client_wait_for_daemon(Client *client);
 
 // Requests return their id; poses their sequence.
 int32_t send_command(Client *client, int kind, int64_t value, const char *argument);
+// Sends the commands from id `first` on again that have no answer yet: on a busy machine datagrams
+// get lost.
+void repeat_unanswered(Client *client, int32_t first, int kind, int64_t value,
+                       const char *argument);
 int32_t send_load(Client *client, const double center[3], double radius, const double force[3],
                   double duration, const char *body);
 // A pose of tool 1 at `position`, upright.
