@@ -22,6 +22,7 @@ output_of() {
 # In one process nothing competes; and what a sanitizer saw once, or a signal ended, is a fault.
 is_a_fault() {
     ctest --test-dir "$folder" -N -L '^unit$' | grep -q ": $1\$" ||
+        ! grep -q "^[[:space:]]*[0-9]* - $1 (\(Failed\|Timeout\))" "$folder/ctest.log" ||
         output_of "$1" | grep -q 'Sanitizer\|runtime error:\|Segmentation\|signal [0-9]'
 }
 
