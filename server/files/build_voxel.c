@@ -6,6 +6,7 @@
 #include "files/checkpoint.h"
 #include "files/fnv.h"
 #include "files/memory.h"
+#include "plane/plane.h"
 
 #include <stdlib.h>
 
@@ -52,8 +53,10 @@ static bool create_voxel(World *world, const Scene *scene, const VoxelOptions *v
                          Texture texture, Status *status)
 {
     Body body = {0};
-    if (!voxel_create(&body, voxel, &world->arena, &world->state, status) ||
-        !check_capacity(scene, &body, status))
+    bool made = voxel->dimensions == 2
+                    ? plane_create(&body, voxel, &world->arena, &world->state, status)
+                    : voxel_create(&body, voxel, &world->arena, &world->state, status);
+    if (!made || !check_capacity(scene, &body, status))
         return false;
     body.texture = texture.uv;
     body.texture_count = texture.count;

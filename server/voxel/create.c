@@ -5,7 +5,6 @@
 #include "base/check.h"
 #include "voxel/cut/cut_body.h"
 #include "voxel/model.h"
-#include "voxel/plane/plane.h"
 #include "voxel/setup.h"
 #include "voxel/skin.h"
 #include "voxel/stiffness.h"
@@ -212,8 +211,6 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
 bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
                   Status *status)
 {
-    if (options->dimensions == 2)
-        return plane_create(body, options, arena, state, status);
     if (options->cuttable)
         return cut_body_create(body, options, arena, state, status);
     const char *isa = options->isa == NULL ? "auto" : options->isa;

@@ -54,8 +54,8 @@ typedef struct VoxelOptions {
     Team *team;          // shares the elements of large bodies; NULL: one thread; outlives the body
 } VoxelOptions;
 
-// Builds a body. Allocates from `arena` and adds its arrays to `state`. False with `status` if the
-// options do not fit.
+// Builds a body in space; one in the plane is made by plane_create. Allocates from `arena` and adds
+// its arrays to `state`. False with `status` if the options do not fit.
 bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
                   Status *status);
 

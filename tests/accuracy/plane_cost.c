@@ -5,7 +5,7 @@
 #include "base/clock.h"
 #include "dynamics/sim.h"
 #include "plane_textbook.h"
-#include "voxel/plane/plane_model.h"
+#include "plane/model.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -4,7 +4,7 @@
 #ifndef PLIANT_TESTS_ACCURACY_PLANE_TEXTBOOK_H
 #define PLIANT_TESTS_ACCURACY_PLANE_TEXTBOOK_H
 
-#include "voxel/plane/plane_mesh.h"
+#include "plane/mesh.h"
 
 #include <stdbool.h>
 

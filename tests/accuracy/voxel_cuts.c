@@ -2,7 +2,7 @@
 #include "voxel_accuracy.h"
 
 #include "plane_world.h"
-#include "voxel/plane/plane_cut.h"
+#include "plane/cut.h"
 
 enum { FRAMES = 4, SQUARE_CELLS = 16, CUT_LEVELS = 3 };
 

@@ -4,7 +4,7 @@
 #include "base/check.h"
 #include "picture.h"
 #include "voxel/layout.h"
-#include "voxel/plane/plane_mesh.h"
+#include "plane/mesh.h"
 #include "voxel/remainder.h"
 
 #include <math.h>

@@ -418,42 +418,6 @@ static void a_cube_rests_on_a_table(void **state)
     voxel_world_destroy(&world);
 }
 
-// The plane disc and a ball: touched by the section that the ball has with z = 0.
-static void a_disc_meets_the_section_of_a_ball(void **state)
-{
-    (void)state;
-    static const FixedRegion below = {
-        .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, -0.04, 1.0}};
-    static const double heights[] = {0.0, 0.004, 0.02};
-    double force[3];
-    for (int k = 0; k < 3; k++) {
-        VoxelWorldOptions options = voxel_world_cube(8);
-        lattice_destroy(&options.lattice);
-        Status status = {0};
-        assert_true(lattice_disc(&options.lattice, 0.05, 0.003125, &status));
-        options.body.dimensions = 2;
-        options.body.levels = 2;
-        options.body.fixed = &below;
-        options.body.fixed_count = 1;
-        options = with_tool(options, make_tool(0.0, 0.008));
-        VoxelWorld world;
-        voxel_world_create(&world, &options);
-        const Vec3 out = {0.0, 1.0, 0.0};
-        move_tool(&world, vec3(0.0, 0.065, heights[k]), vec3(0.0, 0.052, heights[k]), 0.1, 1.0,
-                  out);
-        const ToolWrench *wrench = sim_wrench(world.sim, 0);
-        force[k] = wrench->force.y;
-        print_message("disc, ball %g mm off the plane: %.3g N, across %.2g N\n", heights[k] * 1e3,
-                      force[k], wrench->force.z);
-        expect_near(wrench->force.x, 0.0, 0.1 * force[0]);
-        expect_quiet(&world);
-        voxel_world_destroy(&world);
-    }
-    expect_at_least(force[0], 1e-5);
-    expect_at_most(force[1], force[0]); // a smaller section
-    expect_near(force[2], 0.0, 0.0);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -466,7 +430,6 @@ int main(void)
         cmocka_unit_test(a_plate_of_one_cell_holds_a_thick_tool),
         cmocka_unit_test(an_edge_of_four_faces_pushes_back),
         cmocka_unit_test(a_cube_rests_on_a_table),
-        cmocka_unit_test(a_disc_meets_the_section_of_a_ball),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

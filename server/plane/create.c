@@ -1,0 +1,224 @@
+// Creates a plane body from a lattice of one layer: elements, vertices, masses, batches. Load time
+// only.
+#include "plane/cut.h"
+
+#include "base/check.h"
+#include "voxel/setup.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define ALLOCATE(use, count, type, label)                                                          \
+    (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
+
+// Intermediate results of the creation.
+typedef struct Making {
+    const VoxelOptions *options;
+    PlaneLayout layout;
+    PlaneMesh mesh;
+    bool *fixed;     // [vertex_count]
+    VertexId *by_id; // [vertex_count]
+    PlaneForms forms;
+} Making;
+
+// ---------------------------------------------------------------------------------------------
+// Elements
+
+static void make_forms(Making *making, PlaneModel *model, const char *name, Arena *arena)
+{
+    plane_forms_create(&making->forms, making->options, &making->layout, &making->mesh, false,
+                       arena);
+    model->form = ALLOCATE(ARENA_TOPOLOGY, model->element_count, PlaneForm, "forms of elements");
+    for (int e = 0; e < model->element_count; e++) {
+        plane_form_set(&making->forms, &model->form[e], &making->layout.element[e],
+                       making->mesh.vertex[e]);
+        model->element_at_level[making->layout.element[e].level]++;
+    }
+}
+
+static void make_masses(const Making *making, PlaneModel *model, double *total)
+{
+    for (int e = 0; e < model->element_count; e++) {
+        const PlaneForm *form = &model->form[e];
+        const double mass = plane_form_mass(&making->forms, form);
+        *total += mass;
+        for (int i = 0; i < form->shape->count; i++)
+            model->vertices.mass[form->vertex[i]] += form->shape->share[i] * mass;
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Vertices
+
+static Vec3 place_of(const Lattice *lattice, const void *mesh, int vertex)
+{
+    const int *p = ((const PlaneMesh *)mesh)->point[vertex];
+    return lattice_point(lattice, p[0], p[1], 0.5);
+}
+
+static bool make_fixed(Making *making, Status *status)
+{
+    const int vertices = making->mesh.vertex_count;
+    making->fixed = calloc((size_t)vertices + 1, sizeof *making->fixed);
+    ASSERT(making->fixed != NULL);
+    return setup_fixed(making->options, making->by_id, vertices, place_of, &making->mesh,
+                       making->fixed, status);
+}
+
+static void create_vertices(PlaneModel *model, const Making *making, const char *name, Arena *arena,
+                            StateList *state)
+{
+    const VoxelOptions *options = making->options;
+    const Lattice *lattice = options->lattice;
+    Vertices *vertices = &model->vertices;
+    Rows *rows = &vertices->rows;
+    const double middle[2] = {0.5 * lattice->count[0], 0.5 * lattice->count[1]};
+    const size_t most = (size_t)(vertices->capacity > 0 ? vertices->capacity : vertices->count);
+    rows->rest_origin = lattice_point(lattice, middle[0], middle[1], 0.5);
+    rows->rest_turn = quat_unit((Quat){lattice->turn.w, 0.0, 0.0, lattice->turn.z});
+    rows->longest_edge = lattice->size;
+    rows->place =
+        arena_allocate(arena, ARENA_STEP, most + 1, sizeof *rows->place, "%s/places", name);
+    for (int v = 0; v < vertices->count; v++)
+        for (int d = 0; d < 2; d++)
+            rows->place[v][d] = lattice->size * (making->mesh.point[v][d] - middle[d]);
+    // A floating body follows its own fit in the plane: no rigid frame.
+    vertices_create(vertices, options, making->by_id, making->fixed, (int)most,
+                    lattice->size * (lattice->count[0] + lattice->count[1]), arena, state);
+    for (long v = 0; v < vertices->count; v++) { // remove out-of-plane parts of an initial state
+        rows_put(rows, vertices->row[0], v * ROW + 2, 0.0);
+        rows_put(rows, vertices->row[0], v * ROW + 6, 0.0);
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// The body
+
+static bool check_options(const VoxelOptions *options, Status *status)
+{
+    const Lattice *lattice = options->lattice;
+    if (lattice->count[2] != 1)
+        return status_fail(status, STATUS_INVALID,
+                           "dimensions = 2 needs one layer of cells, these are %d layers",
+                           lattice->count[2]);
+    if (!(fabs(lattice->turn.x) < 1e-9 && fabs(lattice->turn.y) < 1e-9))
+        return status_fail(status, STATUS_INVALID,
+                           "dimensions = 2 keeps the body in a plane of constant z: it can be "
+                           "turned about z only, this one is tilted by %.3g rad",
+                           2.0 * asin(fmin(1.0, hypot(lattice->turn.x, lattice->turn.y))));
+    if (!integrator_get(options->integrator)->kicks)
+        return status_fail(status, STATUS_INVALID,
+                           "integrator %s is not one of voxel bodies: symplectic_euler or leapfrog",
+                           integrator_name(options->integrator));
+    if (options->skin != NULL)
+        return status_fail(status, STATUS_INVALID,
+                           "dimensions = 2 shows its elements: it cannot have a skin");
+    return true;
+}
+
+// Creates what a body needs that is never cut.
+static void create_whole(PlaneModel *model, Body *body, Making *making, Arena *arena,
+                         StateList *state)
+{
+    const VoxelOptions *options = making->options;
+    const char *name = options->name;
+    Vertices *vertices = &model->vertices;
+    model->element_count = making->mesh.element_count;
+    vertices->mass = ALLOCATE(ARENA_TOPOLOGY, vertices->count, double, "vertex masses");
+    make_forms(making, model, name, arena);
+    make_masses(making, model, &body->mass);
+    create_vertices(model, making, name, arena, state);
+    model->spare = vertices->count;
+    plane_reserve_batches(model, model->element_count, model->element_count, name, arena);
+    plane_fill_batches(model);
+    plane_create_surface(model, body, &making->mesh, options, arena);
+    plane_create_mesh(model, body, &making->mesh, name, arena);
+    body->ops = &plane_ops;
+    body->state_capacity = vertices->count;
+    body->half_thickness = model->half;
+}
+
+// Creates what a cuttable body needs: memory for any outcome, filled as after any change.
+static void create_cuttable(PlaneModel *model, Body *body, Making *making, Arena *arena,
+                            StateList *state)
+{
+    const VoxelOptions *options = making->options;
+    const char *name = options->name;
+    plane_cut_create(model, options, making->fixed, arena, state);
+    PlaneCut *cut = model->cut;
+    making->forms = cut->forms;
+    Vertices *vertices = &model->vertices;
+    vertices->capacity = cut->vertex_capacity;
+    vertices->id = cut->id;
+    vertices->mass = ALLOCATE(ARENA_TOPOLOGY, vertices->capacity, double, "vertex masses");
+    const int elements = cut->room.sides / 8; // at most one over each cell
+    model->form = ALLOCATE(ARENA_TOPOLOGY, elements, PlaneForm, "forms of elements");
+    for (int v = 0; v < vertices->count; v++)
+        vertices->mass[v] = 1.0; // until plane_cut_make sets it
+    create_vertices(model, making, name, arena, state);
+    model->spare = vertices->capacity;
+    plane_reserve_batches(model, elements, 2 * (cut->layout.levels + 1) * options->material_count,
+                          name, arena);
+    plane_cut_create_surface(model, body, options, arena);
+    plane_cut_make(model, body);
+    for (int v = 0; v < vertices->count; v++)
+        body->mass += vertices->mass[v];
+    body->ops = plane_cut_ops(cut);
+    body->state_capacity = vertices->capacity;
+    body->half_thickness = model->half;
+}
+
+static void create_body(Body *body, Making *making, const PlaneKernels *kernels, Arena *arena,
+                        StateList *state)
+{
+    const VoxelOptions *options = making->options;
+    const char *name = options->name;
+    PlaneModel *model = ALLOCATE(ARENA_STEP, 1, PlaneModel, "model");
+    model->kernels = kernels;
+    model->law = options->law;
+    model->half = 0.5 * options->lattice->size;
+    model->vertices.kernels = voxel_kernels_find(options->precision, kernels->level);
+    model->vertices.count = making->mesh.vertex_count;
+    *body = setup_body(options, NULL, model);
+    if (options->cuttable)
+        create_cuttable(model, body, making, arena, state);
+    else
+        create_whole(model, body, making, arena, state);
+    body->element_count = model->element_count;
+    body->lambda = body->contact_lambda = making->forms.lambda;
+    body->damping = making->forms.damping_lambda;
+}
+
+// As for solid bodies: an initial mesh that exceeds the capacity is an error.
+static bool check_capacity(const VoxelOptions *options, int vertices, Status *status)
+{
+    if (!options->cuttable || options->vertex_capacity == 0 || options->vertex_capacity >= vertices)
+        return true;
+    return status_fail(status, STATUS_INVALID,
+                       "body %s has %d vertices to start with, capacity.nodes is %d", options->name,
+                       vertices, options->vertex_capacity);
+}
+
+bool plane_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
+                  Status *status)
+{
+    const PlaneKernels *kernels =
+        plane_kernels_find(options->precision, options->isa == NULL ? "auto" : options->isa);
+    if (!check_options(options, status))
+        return false;
+    Making making = {.options = options};
+    plane_layout_create(&making.layout, options->lattice, options->levels);
+    bool ok = plane_mesh_create(&making.mesh, &making.layout, NULL, status) &&
+              setup_check(options, kernels != NULL, making.mesh.vertex_count, status) &&
+              check_capacity(options, making.mesh.vertex_count, status);
+    if (ok)
+        making.by_id = vertex_ids_sort(making.mesh.id, making.mesh.vertex_count);
+    ok = ok && make_fixed(&making, status);
+    if (ok)
+        create_body(body, &making, kernels, arena, state);
+    plane_mesh_destroy(&making.mesh);
+    plane_layout_destroy(&making.layout);
+    free(making.fixed);
+    free(making.by_id);
+    return ok;
+}

@@ -1,0 +1,205 @@
+// Breaks edges, carves quarters, and rebuilds a plane body. Step thread.
+#include "plane/cut.h"
+
+#include "base/check.h"
+
+#include <string.h>
+
+// ---------------------------------------------------------------------------------------------
+// A change
+
+static void begin(PlaneModel *model, TopologyChange *change)
+{
+    PlaneCut *cut = model->cut;
+    const size_t elements = (size_t)cut->layout.element_count;
+    memcpy(cut->before, cut->vertex, elements * sizeof *cut->before);
+    memcpy(cut->quarters_before, cut->quarters, elements);
+    memset(cut->mass_before, 0, (size_t)cut->vertex_capacity * sizeof *cut->mass_before);
+    memcpy(cut->mass_before, model->vertices.mass,
+           (size_t)model->vertices.count * sizeof *cut->mass_before);
+    *change = (TopologyChange){.born = cut->birth};
+}
+
+// Builds the mesh of the current bits; false: it has more vertices than the capacity.
+bool plane_cut_fill_mesh(PlaneCut *cut)
+{
+    plane_mesh_fill(&cut->mesh, &cut->room, &cut->layout, cut->broken);
+    return cut->mesh.vertex_count <= cut->vertex_capacity;
+}
+
+// Rebuilds everything that follows from the mesh, except velocities.
+static void make_anew(PlaneModel *model, Body *body, TopologyChange *change)
+{
+    plane_cut_take_rows(model, change);
+    plane_cut_make_forms(model);
+    plane_cut_make_masses(model);
+    plane_fill_batches(model);
+    model->vertices.present = model->vertices.row[model->vertices.current];
+    body->element_count = model->element_count;
+    plane_cut_show(model, body);
+}
+
+void plane_cut_make(PlaneModel *model, Body *body)
+{
+    plane_cut_fill_mesh(model->cut);
+    TopologyChange none = {.born = model->cut->birth};
+    make_anew(model, body, &none);
+}
+
+void plane_cut_count_pieces(PlaneCut *cut, CutOutcome *outcome)
+{
+    int pieces = 0;
+    for (int v = 0; v < cut->mesh.vertex_count; v++)
+        pieces = cut->mesh.piece[v] >= pieces ? cut->mesh.piece[v] + 1 : pieces;
+    int *cells = cut->cells_of_piece;
+    memset(cells, 0, (size_t)pieces * sizeof *cells);
+    for (int cell = 0; cell < cut->cell_count; cell++) {
+        if (!cut->is_solid[cell])
+            continue;
+        int e =
+            plane_layout_at(&cut->layout, cell % cut->layout.count[0], cell / cut->layout.count[0]);
+        int p = 0;
+        while (cut->mesh.vertex[e][p] < 0)
+            p++;
+        cells[cut->mesh.piece[cut->mesh.vertex[e][p]]]++;
+    }
+    outcome->pieces = pieces;
+    outcome->small_pieces = 0;
+    for (int k = 0; k < pieces; k++)
+        outcome->small_pieces += cells[k] < 4;
+}
+
+bool plane_cut_break(Body *body, const int (*edge)[2], int count, CutOutcome *outcome,
+                     TopologyChange *change)
+{
+    PlaneModel *model = body->model;
+    PlaneCut *cut = model->cut;
+    const int before = model->vertices.count;
+    begin(model, change);
+    for (int k = 0; k < count; k++)
+        cut->broken[edge[k][0]] |= (unsigned char)edge[k][1];
+    if (!plane_cut_fill_mesh(cut)) {
+        outcome->verdict = CUT_NO_NODES;
+        outcome->needed = cut->mesh.vertex_count - before;
+        outcome->room = cut->vertex_capacity - before;
+        for (int k = 0; k < count; k++)
+            cut->broken[edge[k][0]] &= (unsigned char)~edge[k][1];
+        plane_cut_fill_mesh(cut);
+        return false;
+    }
+    make_anew(model, body, change);
+    plane_cut_keep_momentum(model);
+    *cut->wants = 1;
+    outcome->separated += count;
+    outcome->nodes_added += model->vertices.count - before;
+    return true;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Reconstruction
+
+// True if an edge is broken inside a square or on its outline.
+static bool is_cut(const PlaneCut *cut, int i, int j, int size)
+{
+    const int wide = cut->layout.count[0];
+    for (int y = j - 1; y < j + size; y++)
+        for (int x = i - 1; x < i + size; x++) {
+            if (x < 0 || y < 0)
+                continue;
+            unsigned bits = cut->broken[y * wide + x];
+            if ((y >= j && bits & PLANE_BROKEN_RIGHT) || (x >= i && bits & PLANE_BROKEN_UP))
+                return true;
+        }
+    return false;
+}
+
+// True if an element two levels below borders on a quarter's edges towards the rest of its square:
+// where another quarter was carved, and then that one. Fig. 7 (b) has the four along the outer
+// edges only; without this rule adjacent elements could differ by two levels.
+static bool is_finer_inside(const PlaneCut *cut, const PlaneElement *own, int quarter)
+{
+    const int half = 1 << (own->level - 1), x = quarter & 1, y = quarter >> 1;
+    const int i = own->cell[0] + x * half, j = own->cell[1] + y * half;
+    for (int k = 0; k < 2 && own->level >= 2; k++) {
+        const int along = k == 0 ? 0 : half / 2;
+        const int beside[2] = {plane_layout_at(&cut->layout, x ? i - 1 : i + half, j + along),
+                               plane_layout_at(&cut->layout, i + along, y ? j - 1 : j + half)};
+        for (int d = 0; d < 2; d++)
+            if (beside[d] >= 0 && cut->layout.element[beside[d]].level + 2 <= own->level)
+                return true;
+    }
+    return false;
+}
+
+// Decides by Fig. 7 of the paper, and for squares that a blade has cut through, which the paper
+// does not have: its edges break between elements only.
+static bool must_carve(const PlaneCut *cut, int element, int quarter)
+{
+    const PlaneElement *own = &cut->layout.element[element];
+    const int half = 1 << (own->level - 1);
+    const int i = own->cell[0] + (quarter & 1) * half, j = own->cell[1] + (quarter >> 1) * half;
+    return plane_must_carve(&cut->layout, cut->broken, element, quarter) ||
+           is_finer_inside(cut, own, quarter) || is_cut(cut, i, j, half);
+}
+
+static unsigned to_be_carved(const PlaneCut *cut, int element)
+{
+    const unsigned quarters = cut->layout.element[element].quarters;
+    unsigned carved = 0;
+    for (int q = 0; q < 4; q++)
+        if (quarters >> q & 1 && must_carve(cut, element, q))
+            carved |= 1u << q;
+    const unsigned left = quarters & ~carved;
+    return left == 6 || left == 9 ? quarters : carved; // they meet in a corner
+}
+
+static void carve(PlaneCut *cut, int element, unsigned carved)
+{
+    PlaneElement *own = &cut->layout.element[element];
+    const int level = own->level - 1, half = 1 << level, wide = cut->layout.count[0] >> level;
+    for (int q = 0; q < 4; q++) {
+        if (!(carved >> q & 1))
+            continue;
+        int e = cut->layout.lut[level][((own->cell[1] >> level) + (q >> 1)) * wide +
+                                       (own->cell[0] >> level) + (q & 1)];
+        ASSERT(cut->layout.element[e].cell[0] == own->cell[0] + (q & 1) * half);
+        cut->quarters[e] = cut->layout.element[e].quarters = PLANE_WHOLE;
+    }
+    own->quarters &= (unsigned char)~carved;
+    cut->quarters[element] = own->quarters;
+}
+
+// Processes squares by ascending size, so that all smaller ones are done before (section 3.2, phase
+// 1); new elements are examined in the next tick.
+bool plane_cut_reconstruct(Body *body, TopologyChange *change)
+{
+    PlaneModel *model = body->model;
+    PlaneCut *cut = model->cut;
+    if (*cut->wants == 0)
+        return false;
+    *cut->wants = 0;
+    begin(model, change);
+    int done = 0;
+    for (int e = 0; e < cut->layout.element_count; e++) {
+        if (cut->layout.element[e].level == 0 || cut->quarters_before[e] == 0)
+            continue;
+        unsigned carved = to_be_carved(cut, e);
+        if (carved == 0)
+            continue;
+        carve(cut, e, carved);
+        done++;
+    }
+    if (done == 0)
+        return false;
+    if (!plane_cut_fill_mesh(
+            cut)) { // none is carved: half of them would leave levels too far apart
+        for (int e = 0; e < cut->layout.element_count; e++)
+            cut->layout.element[e].quarters = cut->quarters[e] = cut->quarters_before[e];
+        plane_cut_fill_mesh(cut);
+        return false;
+    }
+    make_anew(model, body, change);
+    plane_cut_keep_momentum(model);
+    *cut->wants = 1;
+    return true;
+}

@@ -1,0 +1,140 @@
+// Creates the tables of a plane body that can be cut. Load time only.
+#include "plane/cut.h"
+
+#include "base/check.h"
+
+#include <string.h>
+
+#define ALLOCATE(use, count, type, label)                                                          \
+    (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
+#define ALLOCATE_ROWS(count, row, label)                                                           \
+    arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof *(row), "%s/%s", name, label)
+
+// Builds a layout with an element for every square, so that new elements already have numbers.
+static void take_layout(PlaneCut *cut, const VoxelOptions *options, Arena *arena)
+{
+    const char *name = options->name;
+    PlaneLayout made, *layout = &cut->layout;
+    plane_layout_create(&made, options->lattice, options->levels);
+    *layout = (PlaneLayout){.levels = made.levels};
+    memcpy(layout->lattice_count, made.lattice_count, sizeof made.lattice_count);
+    memcpy(layout->count, made.count, sizeof made.count);
+    cut->cell_count = made.count[0] * made.count[1];
+    cut->is_solid = ALLOCATE(ARENA_TOPOLOGY, cut->cell_count, bool, "solid cells");
+    for (int level = 0; level <= made.levels; level++)
+        layout->element_count += cut->cell_count >> 2 * level;
+    layout->element = ALLOCATE(ARENA_TOPOLOGY, layout->element_count, PlaneElement, "elements");
+    int e = 0;
+    for (int level = 0; level <= made.levels; level++) {
+        const int size = 1 << level, squares = cut->cell_count >> 2 * level;
+        layout->lut[level] = ALLOCATE(ARENA_TOPOLOGY, squares, int, "look-up table");
+        for (int at = 0; at < squares; at++, e++) {
+            const int wide = made.count[0] / size, i = at % wide * size, j = at / wide * size;
+            PlaneElement *element = &layout->element[e];
+            element->cell[0] = i;
+            element->cell[1] = j;
+            element->level = (unsigned char)level;
+            element->material = (unsigned char)lattice_label(options->lattice, i, j, 0);
+            // Copy what the initial layout has at this square.
+            if (level == 0)
+                cut->is_solid[at] = element->material != 0;
+            if (made.lut[level][at] >= 0) {
+                element->quarters = made.element[made.lut[level][at]].quarters;
+                element->material = made.element[made.lut[level][at]].material;
+            }
+            layout->lut[level][at] = e;
+        }
+    }
+    plane_layout_destroy(&made);
+}
+
+// Marks fixed points: where a region contains the position, or the initial vertex was fixed.
+static void take_fixed_points(PlaneCut *cut, const VoxelOptions *options, const bool *fixed,
+                              Arena *arena)
+{
+    const int wide = cut->layout.lattice_count[0] + 1;
+    cut->fixed_point = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)cut->points, sizeof(bool),
+                                      "%s/fixed points", options->name);
+    for (int r = 0; r < options->fixed_count; r++)
+        for (int p = 0; p < cut->points && options->fixed[r].kind != FIXED_NODES; p++)
+            cut->fixed_point[p] |= fixed_contains(
+                &options->fixed[r], lattice_point(options->lattice, p % wide, p / wide, 0.5));
+    for (int v = 0; v < cut->mesh.vertex_count; v++)
+        cut->fixed_point[cut->mesh.id[v] % cut->points] |= fixed[v];
+}
+
+static void take_tables(PlaneCut *cut, const char *name, Arena *arena)
+{
+    const int most = cut->vertex_capacity, elements = cut->layout.element_count;
+    cut->path = ALLOCATE_ROWS(cut->cell_count, cut->path, "paths of cells");
+    cut->cells_of_piece = ALLOCATE(ARENA_TOPOLOGY, cut->room.vertices, int, "cells of pieces");
+    cut->row_of = ALLOCATE(ARENA_TOPOLOGY, cut->room.vertices, int, "rows of vertices");
+    cut->row_of_id = ALLOCATE(ARENA_TOPOLOGY, 4 * cut->points, int, "rows of ids");
+    cut->vertex = ALLOCATE_ROWS(elements, cut->vertex, "rows of elements");
+    cut->before = ALLOCATE_ROWS(elements, cut->before, "rows of elements before");
+    cut->quarters_before = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "quarters before");
+    cut->mass_before = ALLOCATE(ARENA_TOPOLOGY, most, double, "masses before");
+    cut->birth = ALLOCATE(ARENA_TOPOLOGY, 2 * most, NodeBirth, "births");
+    cut->edge = ALLOCATE_ROWS(2 * cut->cell_count, cut->edge, "edges to break");
+    cut->marked = ALLOCATE(ARENA_TOPOLOGY, cut->cell_count, unsigned char, "marked edges");
+    cut->origin_id = ALLOCATE(ARENA_TOPOLOGY, most, int, "vertex origins");
+    cut->parent = ALLOCATE_ROWS(most, cut->parent, "vertex parents");
+    cut->piece = ALLOCATE(ARENA_TOPOLOGY, most, int, "vertex pieces");
+    cut->level = ALLOCATE(ARENA_TOPOLOGY, most, signed char, "vertex levels");
+}
+
+static void take_state(PlaneCut *cut, const char *name, Arena *arena, StateList *state)
+{
+    const size_t elements = (size_t)cut->layout.element_count, cells = (size_t)cut->cell_count;
+    cut->quarters = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "quarters");
+    cut->broken = ALLOCATE(ARENA_TOPOLOGY, cells, unsigned char, "broken edges");
+    cut->wants = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "wants");
+    for (size_t e = 0; e < elements; e++)
+        cut->quarters[e] = cut->layout.element[e].quarters;
+    state_add(state, cut->quarters, elements, "%s/quarters", name);
+    state_add(state, cut->broken, cells, "%s/broken_edges", name);
+    state_add(state, cut->id, (size_t)cut->vertex_capacity * sizeof *cut->id, "%s/vertex_ids",
+              name);
+    state_add(state, cut->origin_id, (size_t)cut->vertex_capacity * sizeof *cut->origin_id,
+              "%s/vertex_origins", name);
+    state_add(state, cut->wants, sizeof *cut->wants, "%s/wants", name);
+    if (cut->tear_force <= 0.0)
+        return;
+    cut->felt = ALLOCATE(ARENA_STEP, cut->vertex_capacity, double, "felt forces");
+    state_add(state, cut->felt, (size_t)cut->vertex_capacity * sizeof *cut->felt, "%s/felt_forces",
+              name);
+}
+
+void plane_cut_create(PlaneModel *model, const VoxelOptions *options, const bool *fixed,
+                      Arena *arena, StateList *state)
+{
+    const char *name = options->name;
+    PlaneCut *cut = ALLOCATE(ARENA_TOPOLOGY, 1, PlaneCut, "cuts");
+    model->cut = cut;
+    snprintf(cut->name, sizeof cut->name, "%s", name);
+    cut->is_sound = true;
+    take_layout(cut, options, arena);
+    cut->points = (cut->layout.lattice_count[0] + 1) * (cut->layout.lattice_count[1] + 1);
+    cut->tear_force = options->tear_force;
+    cut->quantum = options->lattice->size / 1024.0;
+    cut->origin = lattice_point(options->lattice, 0.0, 0.0, 0.5);
+    plane_mesh_reserve(&cut->mesh, &cut->room, &cut->layout, name, arena);
+    plane_mesh_fill(&cut->mesh, &cut->room, &cut->layout, NULL);
+    take_fixed_points(cut, options, fixed, arena);
+    // A body with all edges cut has four vertices per cell.
+    cut->vertex_capacity =
+        options->vertex_capacity > 0 ? options->vertex_capacity : cut->room.vertices;
+    ASSERT(cut->vertex_capacity >= cut->mesh.vertex_count); // checked by plane_create
+    plane_forms_create(&cut->forms, options, &cut->layout, &cut->mesh, true, arena);
+    cut->id = ALLOCATE(ARENA_TOPOLOGY, cut->vertex_capacity, int, "vertex ids");
+    take_tables(cut, name, arena);
+    take_state(cut, name, arena, state);
+    for (int k = 0; k < 4 * cut->points; k++)
+        cut->row_of_id[k] = -1;
+    for (int v = 0; v < cut->vertex_capacity; v++) {
+        cut->id[v] = v < cut->mesh.vertex_count ? cut->mesh.id[v] : -1;
+        if (cut->id[v] >= 0)
+            cut->row_of_id[cut->id[v]] = v;
+    }
+    memcpy(cut->origin_id, cut->id, (size_t)cut->vertex_capacity * sizeof *cut->id);
+}

@@ -1,0 +1,32 @@
+// Parameters of plane elements: shapes that occur, each created once, and the stiffness, mass and
+// bound of an element of a shape. Does not allocate after plane_forms_create.
+#ifndef PLIANT_PLANE_FORMS_H
+#define PLIANT_PLANE_FORMS_H
+
+#include "plane/model.h"
+
+typedef struct PlaneForms {
+    const VoxelMaterial *material; // [material_count] a copy
+    int material_count;
+    VoxelLaw law;
+    double size;       // of a cell, and thickness of the sheet [m]
+    double beta;       // damping per stiffness [s]
+    short *find;       // [keys] index in `shape`, from 1; 0: not yet created
+    PlaneShape *shape; // [capacity]
+    double *unit;      // [material_count][capacity] largest eigenvalue over E thickness; 0: unknown
+    int count, capacity;
+    double lambda;         // largest of an element so far: bound of M^-1 K [1/s2]
+    double damping_lambda; // of M^-1 C, per second of beta [1/s2]
+} PlaneForms;
+
+// `all`, for bodies that are cut: creates every possible shape, and their bounds for squares of two
+// cells and of one. Then sets beta from the options' damping.
+void plane_forms_create(PlaneForms *forms, const VoxelOptions *options, const PlaneLayout *layout,
+                        const PlaneMesh *mesh, bool all, Arena *arena);
+// Fills a form. `vertex` [PLANE_PLACES] by place, -1: absent.
+void plane_form_set(PlaneForms *forms, PlaneForm *form, const PlaneElement *element,
+                    const int vertex[PLANE_PLACES]);
+// Returns the mass of an element [kg].
+double plane_form_mass(const PlaneForms *forms, const PlaneForm *form); // [kg]
+
+#endif

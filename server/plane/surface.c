@@ -1,0 +1,150 @@
+// The visible parts of a plane body: its outline as a strip for tools and loads, and the mesh for
+// clients. Load time only.
+#include "plane/model.h"
+
+#include "base/check.h"
+#include "geometry/winged_edge.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define ALLOCATE(count, type, label)                                                               \
+    (type *)arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof(type), "%s/%s", name,    \
+                           label)
+#define ALLOCATE_ROWS(count, row, label)                                                           \
+    arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof *(row), "%s/%s", name, label)
+
+// Numbers the vertices of the outline: node[v] is the lower of a vertex's two nodes, or -1.
+static int *number_nodes(PlaneModel *model, const PlaneMesh *mesh, const char *name, Arena *arena)
+{
+    int *node = malloc(((size_t)mesh->vertex_count + 1) * sizeof *node);
+    ASSERT(node != NULL);
+    for (int v = 0; v < mesh->vertex_count; v++)
+        node[v] = -1;
+    for (int e = 0; e < mesh->edge_count; e++)
+        node[mesh->edge[e][0]] = 0; // each vertex of the outline starts one edge
+    for (int v = 0; v < mesh->vertex_count; v++)
+        if (node[v] == 0) {
+            node[v] = model->node_count;
+            model->node_count += 2;
+        }
+    model->node_vertex = ALLOCATE(model->node_count, int, "vertices of nodes");
+    for (int v = 0; v < mesh->vertex_count; v++)
+        if (node[v] >= 0)
+            model->node_vertex[node[v]] = model->node_vertex[node[v] + 1] = v;
+    return node;
+}
+
+// Makes two triangles for each edge of the outline; the body is on the left from a to b, so that
+// the strip seen from outside goes from a to b and up.
+static void make_strip(TriMesh *strip, const PlaneModel *model, const PlaneMesh *mesh,
+                       const int *node)
+{
+    mesh_create(strip, model->node_count, 2 * mesh->edge_count);
+    for (int n = 0; n < model->node_count; n++) {
+        const double *place = model->vertices.rows.place[model->node_vertex[n]];
+        strip->position[n] = vec3(place[0], place[1], n % 2 == 0 ? -model->half : model->half);
+    }
+    for (int e = 0; e < mesh->edge_count; e++) {
+        int a = node[mesh->edge[e][0]], b = node[mesh->edge[e][1]];
+        const int corner[2][3] = {{a, b, b + 1}, {a, b + 1, a + 1}};
+        memcpy(strip->triangle[2 * e], corner, sizeof corner);
+    }
+}
+
+void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh,
+                          const VoxelOptions *options, Arena *arena)
+{
+    const char *name = options->name;
+    int *node = number_nodes(model, mesh, name, arena);
+    TriMesh strip;
+    make_strip(&strip, model, mesh, node);
+    WingedMesh winged;
+    winged_create(&winged, &strip);
+    const int nodes = strip.node_count, faces = strip.triangle_count;
+    int(*face)[3] = ALLOCATE_ROWS(faces, face, "faces");
+    int(*neighbor)[3] = ALLOCATE_ROWS(faces, neighbor, "face neighbours");
+    double *area = ALLOCATE(faces, double, "face areas");
+    double *node_area = ALLOCATE(nodes, double, "node areas");
+    double *node_mass = ALLOCATE(nodes, double, "node masses");
+    int *start = ALLOCATE(nodes + 1, int, "node face start");
+    int *list = ALLOCATE(3 * faces, int, "node faces");
+    memcpy(face, strip.triangle, (size_t)faces * sizeof *face);
+    memcpy(neighbor, winged.face_neighbor, (size_t)faces * sizeof *neighbor);
+    memcpy(start, winged.node_face_start, (size_t)(nodes + 1) * sizeof *start);
+    memcpy(list, winged.node_face, (size_t)(3 * faces) * sizeof *list);
+    double longest = 0.0;
+    for (int f = 0; f < faces; f++) {
+        Vec3 side[3];
+        for (int k = 0; k < 3; k++) {
+            side[k] = vec3_sub(strip.position[face[f][(k + 1) % 3]], strip.position[face[f][k]]);
+            longest = fmax(longest, vec3_length(side[k]));
+        }
+        area[f] = 0.5 * vec3_length(vec3_cross(side[0], side[1]));
+        for (int k = 0; k < 3; k++)
+            node_area[face[f][k]] += area[f] / 3.0;
+    }
+    // Half each: a force on both nodes acts on the one vertex, and the bound of contact holds for
+    // it.
+    for (int n = 0; n < nodes; n++)
+        node_mass[n] = 0.5 * model->vertices.mass[model->node_vertex[n]];
+    body->surface = (BodySurface){
+        .node_count = nodes,
+        .face_count = faces,
+        .node_used = nodes,
+        .face_used = faces,
+        .face = (const int(*)[3])face,
+        .face_area = area,
+        .finest_area = area,
+        .face_neighbor = (const int(*)[3])neighbor,
+        .node_face_start = start,
+        .node_face_end = start + 1,
+        .node_face = list,
+        .node_area = node_area,
+        .node_mass = node_mass,
+        .longest_edge = longest,
+    };
+    model->node_face_start = body->surface.node_face_start;
+    model->node_face_end = body->surface.node_face_end;
+    // A corner of the outline is a third as stiff as a notch: contacts need the firmness.
+    if (!options->without_contacts) {
+        body->surface.face_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)faces,
+                                                     sizeof(double), "%s/face firmness", name);
+        body->surface.node_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)nodes,
+                                                     sizeof(double), "%s/node firmness", name);
+    }
+    winged_destroy(&winged);
+    mesh_destroy(&strip);
+    free(node);
+}
+
+void plane_create_mesh(PlaneModel *model, Body *body, const PlaneMesh *mesh, const char *name,
+                       Arena *arena)
+{
+    const int nodes = mesh->vertex_count, triangles = mesh->triangle_count;
+    int(*triangle)[3] = ALLOCATE_ROWS(triangles, triangle, "triangles");
+    int(*parent)[2] = ALLOCATE_ROWS(nodes, parent, "vertex parents");
+    int *piece = ALLOCATE(nodes, int, "vertex pieces");
+    signed char *level = ALLOCATE(nodes, signed char, "vertex levels");
+    model->vertices.id = ALLOCATE(nodes, int, "vertex ids");
+    model->vertex = ALLOCATE(nodes, int, "published vertices");
+    memcpy(triangle, mesh->triangle, (size_t)triangles * sizeof *triangle);
+    memcpy(piece, mesh->piece, (size_t)nodes * sizeof *piece);
+    for (int v = 0; v < nodes; v++) {
+        model->vertex[v] = v;
+        model->vertices.id[v] = parent[v][0] = parent[v][1] = mesh->id[v];
+    }
+    body->mesh = (BodyMesh){
+        .topology = 1,
+        .node_count = nodes,
+        .triangle_count = triangles,
+        .node_capacity = nodes,
+        .triangle_capacity = triangles,
+        .triangle = (const int(*)[3])triangle,
+        .id = model->vertices.id,
+        .origin = model->vertices.id,
+        .parent = (const int(*)[2])parent,
+        .piece = piece,
+        .level = level,
+    };
+}
