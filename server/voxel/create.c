@@ -3,11 +3,13 @@
 #include "voxel/voxel.h"
 
 #include "base/check.h"
+#include "voxel/batch.h"
 #include "voxel/cut/cut_body.h"
 #include "voxel/model.h"
 #include "voxel/setup.h"
 #include "voxel/skin.h"
 #include "voxel/stiffness.h"
+#include "voxel/tables.h"
 #include "voxel/vertex_ids.h"
 
 #include <math.h>
@@ -106,34 +108,17 @@ static void make_masses(const Making *making, VoxelModel *model, double *total)
     }
 }
 
-// Sets up the batches of one half: views of the body's batches.
-static void take_half(const Batches *batches, int half, BatchHalf *out)
+// One run of plain batches, one of batches of one template each, one of mixed ones.
+static void list_runs(BatchRuns *runs)
 {
-    const PlainBatches *plain = &batches->plain;
-    const HangingBatches *hanging = &batches->hanging;
-    const int middle = plain->batch_count / 2, split = hanging->batch_count / 2;
-    const int first = half == 0 ? 0 : middle, last = half == 0 ? middle : plain->batch_count;
-    const int from = half == 0 ? 0 : split, to = half == 0 ? split : hanging->batch_count;
-    const int pure = hanging->batch_count - hanging->mixed_count;
-    out->plain = (PlainBatches){
-        .batch_count = last - first,
-        .vertex = plain->vertex + (long)first * NODE_CORNERS * LANES,
-        .element_class = plain->element_class + first,
-    };
-    out->hanging = *hanging;
-    out->hanging.batch_count = to - from;
-    out->hanging.mixed_count = to - from - (pure < from ? 0 : pure > to ? to - from : pure - from);
-    out->hanging.start += from;
-    out->hanging.table += from;
-    out->hanging.element_class += from;
-    out->first_plain = first;
-    out->first_hanging = plain->batch_count + from;
-}
-
-static void halve_batches(VoxelModel *model)
-{
-    for (int half = 0; half < 2; half++)
-        take_half(&model->batches, half, &model->half[half]);
+    const int pure = runs->hanging.batch_count - runs->hanging.mixed_count;
+    batch_runs_begin(runs, BATCH_PLAIN);
+    batch_runs_add(runs, BATCH_PLAIN, (BatchRun){0, runs->plain.batch_count, false});
+    batch_runs_end(runs, BATCH_PLAIN);
+    batch_runs_begin(runs, BATCH_HANGING);
+    batch_runs_add(runs, BATCH_HANGING, (BatchRun){0, pure, false});
+    batch_runs_add(runs, BATCH_HANGING, (BatchRun){pure, runs->hanging.mixed_count, true});
+    batch_runs_end(runs, BATCH_HANGING);
 }
 
 static void create_batches(VoxelModel *model, const Making *making, const char *name, Arena *arena,
@@ -144,7 +129,7 @@ static void create_batches(VoxelModel *model, const Making *making, const char *
     ASSERT(element_class != NULL);
     for (int e = 0; e < mesh->element_count; e++)
         element_class[e] = e; // batches_create merges equal ones
-    const BatchOptions batches = {
+    const BatchOptions options = {
         .name = name,
         .element_count = mesh->element_count,
         .vertex = (const int(*)[NODE_COUNT])mesh->vertex,
@@ -152,17 +137,17 @@ static void create_batches(VoxelModel *model, const Making *making, const char *
         .classes = making->classes,
         .vertex_count = mesh->vertex_count,
     };
-    batches_create(&model->batches, &batches, arena);
+    Batches batches;
+    batches_create(&batches, &options, arena);
     free(element_class);
-    model->tables = voxel_tables_create(&model->batches, model->law, model->vertices.rows.precision,
-                                        name, arena);
-    model->last = arena_allocate(arena, ARENA_STEP, (size_t)batches_total(&model->batches),
-                                 sizeof *model->last, "%s/rotations", name);
-    voxel_forget_rotations(model);
-    if (model->vertices.more != NULL)
-        halve_batches(model);
-    state_add(state, model->last, (size_t)batches_total(&model->batches) * sizeof *model->last,
-              "%s/rotations", name);
+    BatchRuns *runs = &model->batches;
+    runs->plain = batches.plain;
+    runs->hanging = batches.hanging;
+    runs->classes = batches.classes;
+    runs->tables =
+        voxel_tables_create(&batches, model->law, model->vertices.rows.precision, name, arena);
+    batch_runs_create(runs, 3, name, arena, state);
+    list_runs(runs);
 }
 
 static bool create_body(Body *body, Making *making, const VoxelKernels *kernels, Arena *arena,

@@ -5,19 +5,10 @@
 #define PLIANT_VOXEL_MODEL_H
 
 #include "dynamics/rows.h"
-#include "voxel/batch.h"
-#include "voxel/kernel.h"
+#include "voxel/batch_runs.h"
 #include "voxel/lattice_mesh.h"
-#include "voxel/tables.h"
 #include "voxel/vertices.h"
 #include "voxel/voxel.h"
-
-// Half of a body's batches, in the form of the kernels.
-typedef struct BatchHalf {
-    PlainBatches plain;
-    HangingBatches hanging;
-    int first_plain, first_hanging; // indices in VoxelModel.last
-} BatchHalf;
 
 typedef struct VoxelModel {
     int surface_count; // the first vertices: on the outer faces, where tools and loads act
@@ -25,10 +16,7 @@ typedef struct VoxelModel {
     int element_at_level[VOXEL_LEVELS_MAX + 1];
 
     // --- elements ---
-    Batches batches;
-    const RestTable *tables;
-    double (*last)[LANES][4]; // [batches_total] see VoxelPass; part of the state
-    BatchHalf half[2];        // of bodies whose forces are summed in two arrays (Vertices.more)
+    BatchRuns batches; // what the kernels evaluate; its rotations are state
     VoxelLaw law;
 
     Vertices vertices; // ids as in LatticeMesh; loads on those of the outer faces
@@ -40,9 +28,6 @@ typedef struct VoxelModel {
 } VoxelModel;
 
 extern const BodyOps voxel_ops;
-
-// Resets all rotations to none.
-void voxel_forget_rotations(VoxelModel *model);
 
 // patch.c: BodyOps.gather_patch.
 bool voxel_gather_patch(const void *self, Patch *patch, int budget);

@@ -130,7 +130,7 @@ static bool add_plain(const VoxelModel *model, Patch *patch, int batch, int lane
         piece.g[p] = vec3_scale(0.5 / by->size, sign);
     }
     patch_set_factors(&model->vertices, model->law, patch, by, 6.0, &piece);
-    patch_add_element(&model->vertices, patch, &piece, model->last[batch][lane]);
+    patch_add_element(&model->vertices, patch, &piece, model->batches.last[batch][lane]);
     return true;
 }
 
@@ -153,7 +153,7 @@ static bool add_hanging(const VoxelModel *model, Patch *patch, int batch, int la
     const HangingBatches *hanging = &model->batches.hanging;
     const ElementClass *by = &model->batches.classes[hanging->element_class[batch][lane]];
     const int *vertex = hanging->vertex + (long)hanging->start[batch] * LANES + lane;
-    const RestTable *table = &model->tables[hanging->table[batch]];
+    const RestTable *table = &model->batches.tables[hanging->table[batch]];
     const bool mixed = batch >= hanging->batch_count - hanging->mixed_count;
     const int spare = model->vertices.count;
     if (!is_near(patch, vertex, table->count))
@@ -170,7 +170,7 @@ static bool add_hanging(const VoxelModel *model, Patch *patch, int batch, int la
     }
     patch_set_factors(&model->vertices, model->law, patch, by, spread, &piece);
     patch_add_element(&model->vertices, patch, &piece,
-                      model->last[model->batches.plain.batch_count + batch][lane]);
+                      model->batches.last[model->batches.plain.batch_count + batch][lane]);
     return true;
 }
 
@@ -180,7 +180,8 @@ bool voxel_gather_patch(const void *self, Patch *patch, int budget)
     enum { SKIPPED = 4, ADDED = 128 }; // of the budget: per element
     if (patch->pass == 0)
         patch_add_vertices(&model->vertices, patch, &budget);
-    const int plain = model->batches.plain.batch_count, count = batches_total(&model->batches);
+    const int plain = model->batches.plain.batch_count,
+              count = batch_runs_capacity(&model->batches);
     for (; patch->pass == 1 && patch->next < count && budget > 0; patch->next++) {
         int batch = (int)patch->next;
         for (int lane = 0; lane < LANES; lane++) {

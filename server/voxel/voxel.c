@@ -3,8 +3,6 @@
 
 #include "voxel/skin.h"
 
-#include <string.h>
-
 // ---------------------------------------------------------------------------------------------
 // A tick
 
@@ -17,15 +15,10 @@ static void voxel_drift(void *self, double dt)
 static VoxelPass make_pass(const VoxelModel *model, const void *rows)
 {
     return (VoxelPass){
-        .plain = &model->batches.plain,
-        .hanging = &model->batches.hanging,
-        .tables = model->tables,
-        .classes = model->batches.classes,
         .law = model->law,
         .damped = model->vertices.damped,
         .rows = rows,
         .force = model->vertices.force,
-        .last = model->last,
         .stiffness_scale = model->vertices.parameters->stiffness_scale,
         .damping_scale = model->vertices.parameters->damping_scale,
     };
@@ -39,22 +32,12 @@ typedef struct SharedPass {
 
 static void evaluate_halves(void *context, int first, int last)
 {
-    static const PlainBatches no_plain = {0};
-    static const HangingBatches no_hanging = {0};
     const SharedPass *shared = context;
-    const Vertices *vertices = &shared->model->vertices;
-    for (int k = first; k < last; k++) {
-        const BatchHalf *half = &shared->model->half[k];
+    const VoxelModel *model = shared->model;
+    for (int half = first; half < last; half++) {
         VoxelPass pass = *shared->pass;
-        pass.force = k == 0 ? vertices->force : vertices->more;
-        pass.plain = &half->plain;
-        pass.hanging = &no_hanging;
-        pass.last = shared->pass->last + half->first_plain;
-        vertices->kernels->evaluate(&pass);
-        pass.plain = &no_plain;
-        pass.hanging = &half->hanging;
-        pass.last = shared->pass->last + half->first_hanging;
-        vertices->kernels->evaluate(&pass);
+        pass.force = half == 0 ? model->vertices.force : model->vertices.more;
+        batch_runs_evaluate(&model->batches, model->vertices.kernels, &pass, half);
     }
 }
 
@@ -62,7 +45,7 @@ static void evaluate_all(const VoxelModel *model, const VoxelPass *pass)
 {
     SharedPass shared = {model, pass};
     if (!model->vertices.halved)
-        model->vertices.kernels->evaluate(pass);
+        batch_runs_evaluate(&model->batches, model->vertices.kernels, pass, BATCHES_ALL);
     else if (model->vertices.team == NULL)
         evaluate_halves(&shared, 0, 2);
     else
@@ -96,21 +79,7 @@ static void voxel_abandon(void *self)
 static bool voxel_check(const void *self)
 {
     const VoxelModel *model = self;
-    for (int b = 0; b < batches_total(&model->batches); b++)
-        for (int lane = 0; lane < LANES; lane++) {
-            const double *q = model->last[b][lane];
-            if (!(fabs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) < 1e-3))
-                return false;
-        }
-    return vertices_check(&model->vertices);
-}
-
-void voxel_forget_rotations(VoxelModel *model)
-{
-    for (int b = 0; b < batches_total(&model->batches); b++)
-        for (int lane = 0; lane < LANES; lane++)
-            memcpy(model->last[b][lane], (const double[4]){1.0, 0.0, 0.0, 0.0},
-                   sizeof model->last[b][lane]);
+    return batch_runs_check(&model->batches) && vertices_check(&model->vertices);
 }
 
 static void voxel_restore(void *self, RestoreMode mode)
@@ -118,7 +87,7 @@ static void voxel_restore(void *self, RestoreMode mode)
     VoxelModel *model = self;
     vertices_restore(&model->vertices, mode);
     if (mode == RESTORE_SHAPE)
-        voxel_forget_rotations(model);
+        batch_runs_forget_rotations(&model->batches);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -205,7 +174,8 @@ static void voxel_measure(const void *self, BodyMeasure *measure)
 {
     const VoxelModel *model = self;
     const VoxelPass pass = make_pass(model, vertices_row(&model->vertices));
-    *measure = (BodyMeasure){.elastic = model->vertices.kernels->energy(&pass)};
+    *measure = (BodyMeasure){
+        .elastic = batch_runs_energy(&model->batches, model->vertices.kernels, &pass)};
     vertices_measure(&model->vertices, measure);
 }
 
@@ -224,10 +194,10 @@ static void voxel_restored(Body *body)
 static void voxel_explain(const void *self, FILE *out)
 {
     const VoxelModel *model = self;
-    const Batches *batches = &model->batches;
     vertices_explain(&model->vertices, LANES, model->element_at_level, out);
-    fprintf(out, "    plain cubes: %d batches; with hanging vertices: %d batches of %d templates\n",
-            batches->plain.batch_count, batches->hanging.batch_count, batches->template_count);
+    fprintf(out, "    batches: %d of plain cubes, %d with hanging vertices\n",
+            batch_runs_count(&model->batches, BATCH_PLAIN),
+            batch_runs_count(&model->batches, BATCH_HANGING));
     fprintf(out, "    law: %s\n", model->law == VOXEL_AFFINE ? "affine" : "miyazaki2004");
 }
 

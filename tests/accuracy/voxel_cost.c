@@ -92,13 +92,13 @@ static void evaluate(const VoxelModel *model, bool damped)
 {
     const VoxelPass pass = {.plain = &model->batches.plain,
                             .hanging = &model->batches.hanging,
-                            .tables = model->tables,
+                            .tables = model->batches.tables,
                             .classes = model->batches.classes,
                             .law = model->law,
                             .damped = damped,
                             .rows = model->vertices.present,
                             .force = model->vertices.force,
-                            .last = model->last,
+                            .last = model->batches.last,
                             .stiffness_scale = 1.0,
                             .damping_scale = 1.0};
     model->vertices.kernels->evaluate(&pass);

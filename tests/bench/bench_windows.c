@@ -133,7 +133,7 @@ static void run_forces(Bench *bench, const char *name, int cells, int levels, Pr
             body.kernels->evaluate(&body.pass);
         int64_t middle = clock_thread_ns();
         for (int i = 0; i < steps; i++)
-            cut_windows_evaluate(&body.windows, body.kernels, &body.pass, WINDOWS_ALL);
+            batch_runs_evaluate(&body.windows.runs, body.kernels, &body.pass, BATCHES_ALL);
         int64_t end = clock_thread_ns();
         if (r < 0)
             continue;
@@ -161,14 +161,14 @@ static void run_tearing(Bench *bench, int cells, Precision precision)
         return;
     }
     const CutWindows *windows = &body.windows;
-    const int batches = windows->capacity[BATCH_PLAIN] + windows->capacity[BATCH_HANGING];
+    const int batches = batch_runs_capacity(&windows->runs);
     int *element = calloc((size_t)body.lattice.element_count, sizeof *element);
     uint16_t *high = calloc((size_t)batches, sizeof *high);
     ASSERT(element != NULL && high != NULL);
     Samples samples = {0};
     for (int r = -1; r < (bench->quick ? 3 : 40); r++) {
         int64_t begin = clock_thread_ns();
-        cut_windows_stress(windows, body.kernels, &body.pass, 1e6, WINDOWS_ALL, high);
+        batch_runs_stress(&windows->runs, body.kernels, &body.pass, 1e6, BATCHES_ALL, high);
         int found = cut_windows_stressed(windows, high, element);
         int64_t end = clock_thread_ns();
         if (found > 0)

@@ -138,7 +138,7 @@ static const char *const KERNELS[] = {"surface/kernel/", "voxel/kernel/", NULL};
 static const char *const PLAIN_FILES[] = {
     "surface/kernel/",         "voxel/kernel/",          "surface/surface.c",
     "surface/kernel.c",        "voxel/voxel.c",          "voxel/vertices.c",
-    "voxel/batch.c",           "voxel/kernel.c",         "voxel/rotation.c",
+    "voxel/batch_runs.c",      "voxel/kernel.c",         "voxel/rotation.c",
     "voxel/jacobi.c",   // of elements that turn far in a step
     "dynamics/guard.c", // which no scene leaves out
     "dynamics/guard_energy.c", "dynamics/step.c",        "dynamics/integrator",

@@ -36,7 +36,7 @@ static void evaluate_halves(void *context, int first, int last)
     for (int half = first; half < last; half++) {
         VoxelPass pass = *shared->pass;
         pass.force = half == 0 ? model->vertices.force : model->vertices.more;
-        cut_windows_evaluate(&model->windows, model->vertices.kernels, &pass, half);
+        batch_runs_evaluate(&model->windows.runs, model->vertices.kernels, &pass, half);
     }
 }
 
@@ -44,7 +44,7 @@ static void evaluate_all(const CutModel *model, const VoxelPass *pass)
 {
     SharedPass shared = {model, pass};
     if (!model->vertices.halved)
-        cut_windows_evaluate(&model->windows, model->vertices.kernels, pass, WINDOWS_ALL);
+        batch_runs_evaluate(&model->windows.runs, model->vertices.kernels, pass, BATCHES_ALL);
     else if (model->vertices.team == NULL)
         evaluate_halves(&shared, 0, 2);
     else
@@ -79,7 +79,8 @@ static bool body_commit(void *self)
 static bool body_check(const void *self)
 {
     const CutModel *model = self;
-    return model->sound && cut_windows_check(&model->windows) && vertices_check(&model->vertices);
+    return model->sound && batch_runs_check(&model->windows.runs) &&
+           vertices_check(&model->vertices);
 }
 
 // Cuts stay: broken bits are no numbers that a reset restores.
@@ -91,7 +92,7 @@ static void body_restore(void *self, RestoreMode mode)
         cut_tear_forget(&model->tear);
     if (mode != RESTORE_SHAPE)
         return;
-    cut_windows_forget_rotations(&model->windows);
+    batch_runs_forget_rotations(&model->windows.runs);
     cut_blades_forget(&model->blades);
 }
 
@@ -276,7 +277,7 @@ static void body_measure(const void *self, BodyMeasure *measure)
     const CutModel *model = self;
     const VoxelPass pass = make_pass(model, vertices_row(&model->vertices));
     *measure = (BodyMeasure){
-        .elastic = cut_windows_energy(&model->windows, model->vertices.kernels, &pass),
+        .elastic = batch_runs_energy(&model->windows.runs, model->vertices.kernels, &pass),
         .refused = model->refused,
     };
     vertices_measure(&model->vertices, measure);
@@ -293,7 +294,8 @@ static void body_explain(const void *self, FILE *out)
     const CutModel *model = self;
     vertices_explain(&model->vertices, LANES, model->lattice.leaf_at_level, out);
     fprintf(out, "    batches by window: %d of plain cubes, %d with hanging vertices\n",
-            cut_windows_count(&model->windows, false), cut_windows_count(&model->windows, true));
+            batch_runs_count(&model->windows.runs, BATCH_PLAIN),
+            batch_runs_count(&model->windows.runs, BATCH_HANGING));
     fprintf(out, "    law: %s\n", model->law == VOXEL_AFFINE ? "affine" : "miyazaki2004");
     fprintf(out, "    cuttable: room for %d vertices, %d triangles; %d divisions a tick\n",
             model->lattice.vertex_capacity, 2 * model->faces.square_capacity,

@@ -118,7 +118,7 @@ static void take_turn(const CutWindows *windows, int element, Turns *turns)
     while (from >= 0 && windows->place[from] < 0)
         from = windows->lattice->element[from].parent;
     const int place = from < 0 ? 0 : windows->place[from];
-    const double *turn = from < 0 ? NO_TURN : windows->last[place / LANES][place % LANES];
+    const double *turn = from < 0 ? NO_TURN : windows->runs.last[place / LANES][place % LANES];
     memcpy(turns->turn[element - turns->base], turn, sizeof NO_TURN);
 }
 
@@ -127,7 +127,7 @@ static void clear_turns(CutWindows *windows, const BatchRange *range)
     for (int kind = 0; kind < BATCH_KINDS; kind++) {
         const int first = range->first[kind] + (kind == BATCH_PLAIN ? 0 : windows->capacity[0]);
         for (int i = 0; i < range->used[kind] * LANES; i++)
-            memcpy(windows->last[first + i / LANES][i % LANES], NO_TURN, sizeof NO_TURN);
+            memcpy(windows->runs.last[first + i / LANES][i % LANES], NO_TURN, sizeof NO_TURN);
     }
 }
 
@@ -135,7 +135,7 @@ static void put_place(CutWindows *windows, int element, int place, const Turns *
 {
     windows->place[element] = place;
     if (turns->moved)
-        memcpy(windows->last[place / LANES][place % LANES], turns->turn[element - turns->base],
+        memcpy(windows->runs.last[place / LANES][place % LANES], turns->turn[element - turns->base],
                sizeof NO_TURN);
 }
 

@@ -20,7 +20,7 @@ static void add_leaf(const CutModel *model, Patch *patch, int element)
         return;
     const unsigned mask = cell ? 0 : template_mask_of(node);
     const ElementClass *by =
-        &model->windows.classes[of->level * model->windows.material_count + of->material - 1];
+        &model->windows.runs.classes[of->level * model->windows.material_count + of->material - 1];
     const void *number = template_cache_numbers(model->windows.templates, mask);
     PatchElement piece = {0};
     double spread = 0.0;
@@ -36,7 +36,7 @@ static void add_leaf(const CutModel *model, Patch *patch, int element)
     patch_set_factors(&model->vertices, model->law, patch, by, spread, &piece);
     const int place = model->windows.place[element];
     patch_add_element(&model->vertices, patch, &piece,
-                      model->windows.last[place / LANES][place % LANES]);
+                      model->windows.runs.last[place / LANES][place % LANES]);
 }
 
 bool cut_body_gather_patch(const void *self, Patch *patch, int budget)

@@ -40,7 +40,7 @@ void cut_tear_create(CutTear *tear, const char *name, double stress, double forc
                                "%s/torn faces", name);
     tear->hit_bits = ALLOCATE(ARENA_TOPOLOGY, cells, unsigned char, "torn bits");
     if (stress > 0.0) {
-        const int batches = windows->capacity[BATCH_PLAIN] + windows->capacity[BATCH_HANGING];
+        const int batches = batch_runs_capacity(&windows->runs);
         tear->high = ALLOCATE(ARENA_TOPOLOGY, batches, uint16_t, "stressed lanes");
         tear->stressed = ALLOCATE(ARENA_TOPOLOGY, cells, int, "stressed elements");
         tear->is_looked_at =
@@ -104,7 +104,8 @@ static const TearStress *stress_of(CutTear *tear, const VoxelPass *pass, int ele
     *out = (TearStress){.look = tear->look, .element = element};
     const CutWindows *windows = tear->windows;
     const CutElement *e = &tear->lattice->element[element];
-    const ElementClass *c = &windows->classes[e->level * windows->material_count + e->material - 1];
+    const ElementClass *c =
+        &windows->runs.classes[e->level * windows->material_count + e->material - 1];
     // The paper's law as an element with lambda = 0.
     const bool paper = tear->law == VOXEL_MIYAZAKI2004;
     const double mu = pass->stiffness_scale * (paper ? c->residual / c->size : c->mu);
@@ -115,7 +116,7 @@ static const TearStress *stress_of(CutTear *tear, const VoxelPass *pass, int ele
     // The fast rotation, or the exact one for flat and inverted elements.
     if (!rotation_foam((const double(*)[3])f, STEPS, out->rotation, &trace)) {
         const double *q =
-            windows->last[windows->place[element] / LANES][windows->place[element] % LANES];
+            windows->runs.last[windows->place[element] / LANES][windows->place[element] % LANES];
         Quat last = {q[0], q[1], q[2], q[3]};
         rotation_fit((const double(*)[3])f, out->rotation, &last);
     }
@@ -276,8 +277,8 @@ static void look_at_half(void *context, int first, int last)
     const SharedLook *shared = context;
     const CutTear *tear = shared->tear;
     for (int half = first; half < last; half++)
-        cut_windows_stress(tear->windows, tear->vertices->kernels, shared->pass, shared->limit,
-                           half, tear->high);
+        batch_runs_stress(&tear->windows->runs, tear->vertices->kernels, shared->pass,
+                          shared->limit, half, tear->high);
 }
 
 // Returns the number of elements under stress.

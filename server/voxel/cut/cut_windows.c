@@ -2,7 +2,6 @@
 
 #include "voxel/cut/cut_pack.h"
 
-#include <math.h>
 #include <string.h>
 
 #define ALLOCATE(use, count, type, label)                                                          \
@@ -89,6 +88,7 @@ static void create_plain(CutWindows *windows, const char *name, Arena *arena)
     windows->plain_vertex = arena_allocate(
         arena, ARENA_STEP, (size_t)count, sizeof *windows->plain_vertex, "%s/plain vertices", name);
     windows->plain_class = ALLOCATE(ARENA_STEP, count, int, "plain classes");
+    windows->runs.plain = (PlainBatches){count, windows->plain_vertex[0][0], windows->plain_class};
 }
 
 // Initializes a table with the numbers of a plain cube, as cut_pack.c expects.
@@ -145,89 +145,42 @@ static void create_hanging(CutWindows *windows, const char *name, Arena *arena)
                        "%s/hanging classes", name);
     windows->hanging_mask = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)count,
                                            sizeof *windows->hanging_mask, "%s/hanging masks", name);
-    windows->start = ALLOCATE(ARENA_STEP, count + 1, int, "hanging start");
-    windows->table = ALLOCATE(ARENA_STEP, count, int, "hanging tables");
+    int *start = ALLOCATE(ARENA_STEP, count + 1, int, "hanging start");
+    int *table = ALLOCATE(ARENA_STEP, count, int, "hanging tables");
     for (int b = 0; b < count; b++) {
-        windows->start[b + 1] = (b + 1) * NODE_COUNT;
-        windows->table[b] = b;
+        start[b + 1] = (b + 1) * NODE_COUNT;
+        table[b] = b;
     }
+    windows->runs.hanging = (HangingBatches){
+        .batch_count = count,
+        .start = start,
+        .vertex = windows->hanging_vertex[0][0],
+        .table = table,
+        .element_class = (const int(*)[LANES])windows->hanging_class,
+    };
     create_tables(windows, name, arena);
 }
 
 // ---------------------------------------------------------------------------------------------
 // Which batches are in use
 
-// Adds batches to the runs from `begin` on; returns the new end.
-static int add_run(CutWindows *windows, int begin, int end, BatchRun more)
+static void add_range(CutWindows *windows, int kind, const BatchRange *range, bool mixed)
 {
-    BatchRun *run = windows->run;
-    if (more.count == 0)
-        return end;
-    BatchRun *last = end > begin ? &run[end - 1] : NULL;
-    if (last != NULL && last->first + last->count == more.first && last->mixed == more.mixed) {
-        last->count += more.count;
-        return end;
-    }
-    run[end] = more;
-    return end + 1;
-}
-
-static int add_range(CutWindows *windows, int begin, int end, int kind, const BatchRange *range,
-                     bool mixed)
-{
-    return add_run(windows, begin, end, (BatchRun){range->first[kind], range->used[kind], mixed});
-}
-
-static int list_kind(CutWindows *windows, int kind, int begin)
-{
-    int end = begin;
-    for (int g = 0; g < windows->group_count; g++) {
-        for (int w = windows->group[g].first; w < windows->group[g].end; w++)
-            end = add_range(windows, begin, end, kind, &windows->full[w], false);
-        end = add_range(windows, begin, end, kind, &windows->pooled[g], false);
-        end = add_range(windows, begin, end, kind, &windows->mixed[g], kind == BATCH_HANGING);
-    }
-    return end;
-}
-
-// Finds the end of the first half of the batches; splits the run that contains it.
-static int split_runs(CutWindows *windows, int begin, int *end, int total)
-{
-    BatchRun *run = windows->run;
-    int left = total / 2;
-    for (int k = begin; k < *end; k++) {
-        if (left == 0)
-            return k;
-        if (left < run[k].count) {
-            memmove(run + k + 1, run + k, (size_t)(*end - k) * sizeof *run);
-            (*end)++;
-            run[k].count = left;
-            run[k + 1].first += left;
-            run[k + 1].count -= left;
-            return k + 1;
-        }
-        left -= run[k].count;
-    }
-    return *end;
+    batch_runs_add(&windows->runs, kind, (BatchRun){range->first[kind], range->used[kind], mixed});
 }
 
 static void list_runs(CutWindows *windows)
 {
-    for (int kind = 0, begin = 0; kind < BATCH_KINDS; kind++) {
-        int end = list_kind(windows, kind, begin), total = 0;
-        for (int k = begin; k < end; k++)
-            total += windows->run[k].count;
-        windows->run_end[kind][0] = split_runs(windows, begin, &end, total);
-        windows->run_end[kind][1] = begin = end;
+    for (int kind = 0; kind < BATCH_KINDS; kind++) {
+        batch_runs_begin(&windows->runs, kind);
+        for (int g = 0; g < windows->group_count; g++) {
+            for (int w = windows->group[g].first; w < windows->group[g].end; w++)
+                add_range(windows, kind, &windows->full[w], false);
+            add_range(windows, kind, &windows->pooled[g], false);
+            add_range(windows, kind, &windows->mixed[g], kind == BATCH_HANGING);
+        }
+        batch_runs_end(&windows->runs, kind);
     }
-}
-
-int cut_windows_count(const CutWindows *windows, int kind)
-{
-    int total = 0;
-    for (int k = kind == 0 ? 0 : windows->run_end[kind - 1][1]; k < windows->run_end[kind][1]; k++)
-        total += windows->run[k].count;
-    return total;
 }
 
 static void pack_all(CutWindows *windows)
@@ -249,13 +202,6 @@ static void create_scratch(CutWindows *windows, const char *name, Arena *arena)
                                          sizeof *windows->rest_count, "%s/left over counts", name);
     windows->changed = ALLOCATE(ARENA_TOPOLOGY, count, int, "changed windows");
     windows->is_changed = ALLOCATE(ARENA_TOPOLOGY, count, bool, "windows that changed");
-    windows->run = ALLOCATE(ARENA_STEP, BATCH_KINDS * (count + 2 * windows->group_count + 1),
-                            BatchRun, "runs of batches");
-}
-
-static int batch_capacity(const CutWindows *windows)
-{
-    return windows->capacity[BATCH_PLAIN] + windows->capacity[BATCH_HANGING];
 }
 
 void cut_windows_create(CutWindows *windows, const WindowOptions *options, Arena *arena,
@@ -264,18 +210,16 @@ void cut_windows_create(CutWindows *windows, const WindowOptions *options, Arena
     const char *name = options->name;
     *windows = (CutWindows){.lattice = options->lattice,
                             .templates = options->templates,
-                            .material_count = options->material_count,
-                            .classes = options->classes};
+                            .material_count = options->material_count};
     create_groups(windows, name, arena);
     create_ranges(windows, name, arena);
     create_plain(windows, name, arena);
     create_hanging(windows, name, arena);
     create_scratch(windows, name, arena);
-    const size_t batches = (size_t)batch_capacity(windows);
-    windows->last =
-        arena_allocate(arena, ARENA_STEP, batches, sizeof *windows->last, "%s/rotations", name);
-    state_add(state, windows->last, batches * sizeof *windows->last, "%s/rotations", name);
-    cut_windows_forget_rotations(windows);
+    windows->runs.tables = windows->tables;
+    windows->runs.classes = options->classes;
+    const int runs = BATCH_KINDS * (windows->lattice->window_count + 2 * windows->group_count);
+    batch_runs_create(&windows->runs, runs, name, arena, state);
     pack_all(windows);
 }
 
@@ -317,119 +261,8 @@ void cut_windows_restored(CutWindows *windows)
     pack_all(windows);
 }
 
-void cut_windows_forget_rotations(CutWindows *windows)
-{
-    for (int b = 0; b < batch_capacity(windows); b++)
-        for (int lane = 0; lane < LANES; lane++)
-            memcpy(windows->last[b][lane], (const double[4]){1.0, 0.0, 0.0, 0.0},
-                   sizeof windows->last[b][lane]);
-}
-
-bool cut_windows_check(const CutWindows *windows)
-{
-    for (int b = 0; b < batch_capacity(windows); b++)
-        for (int lane = 0; lane < LANES; lane++) {
-            const double *q = windows->last[b][lane];
-            if (!(fabs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) < 1e-3))
-                return false;
-        }
-    return true;
-}
-
 // ---------------------------------------------------------------------------------------------
-// Forces
-
-// The batches of one run in the form of the kernels.
-typedef struct RunView {
-    PlainBatches plain;
-    HangingBatches hanging;
-} RunView;
-
-static void view_run(const CutWindows *windows, int kind, BatchRun run, VoxelPass *pass,
-                     RunView *view)
-{
-    *view = (RunView){.plain = {.batch_count = 0}};
-    if (kind == BATCH_HANGING)
-        view->hanging = (HangingBatches){
-            .batch_count = run.count,
-            .mixed_count = run.mixed ? run.count : 0,
-            .start = windows->start + run.first,
-            .vertex = windows->hanging_vertex[0][0],
-            .table = windows->table + run.first,
-            .element_class = (const int(*)[LANES])windows->hanging_class + run.first,
-        };
-    else
-        view->plain = (PlainBatches){
-            .batch_count = run.count,
-            .vertex = windows->plain_vertex[run.first][0],
-            .element_class = windows->plain_class + run.first,
-        };
-    pass->plain = &view->plain;
-    pass->hanging = &view->hanging;
-    pass->last = windows->last + (kind == BATCH_HANGING ? windows->capacity[0] : 0) + run.first;
-}
-
-static VoxelPass complete_pass(const CutWindows *windows, const VoxelPass *given)
-{
-    VoxelPass pass = *given;
-    pass.tables = windows->tables;
-    pass.classes = windows->classes;
-    return pass;
-}
-
-// Returns the range of runs of a half, or of both.
-static int runs_begin(const CutWindows *windows, int kind, int half)
-{
-    return half == 1             ? windows->run_end[kind][0]
-           : kind == BATCH_PLAIN ? 0
-                                 : windows->run_end[kind - 1][1];
-}
-
-static int runs_end(const CutWindows *windows, int kind, int half)
-{
-    return windows->run_end[kind][half == 0 ? 0 : 1];
-}
-
-void cut_windows_evaluate(const CutWindows *windows, const VoxelKernels *kernels,
-                          const VoxelPass *given, int half)
-{
-    VoxelPass pass = complete_pass(windows, given);
-    for (int kind = 0; kind < BATCH_KINDS; kind++)
-        for (int k = runs_begin(windows, kind, half); k < runs_end(windows, kind, half); k++) {
-            RunView view;
-            view_run(windows, kind, windows->run[k], &pass, &view);
-            kernels->evaluate(&pass);
-        }
-}
-
-double cut_windows_energy(const CutWindows *windows, const VoxelKernels *kernels,
-                          const VoxelPass *given)
-{
-    VoxelPass pass = complete_pass(windows, given);
-    double total = 0.0;
-    for (int kind = 0; kind < BATCH_KINDS; kind++)
-        for (int k = runs_begin(windows, kind, WINDOWS_ALL);
-             k < runs_end(windows, kind, WINDOWS_ALL); k++) {
-            RunView view;
-            view_run(windows, kind, windows->run[k], &pass, &view);
-            total += kernels->energy(&pass);
-        }
-    return total;
-}
-
-void cut_windows_stress(const CutWindows *windows, const VoxelKernels *kernels,
-                        const VoxelPass *given, double limit, int half, uint16_t *high)
-{
-    VoxelPass pass = complete_pass(windows, given);
-    for (int kind = 0; kind < BATCH_KINDS; kind++)
-        for (int k = runs_begin(windows, kind, half); k < runs_end(windows, kind, half); k++) {
-            RunView view;
-            const BatchRun run = windows->run[k];
-            view_run(windows, kind, run, &pass, &view);
-            kernels->stress(&pass, limit,
-                            high + run.first + (kind == BATCH_PLAIN ? 0 : windows->capacity[0]));
-        }
-}
+// Stress
 
 static bool any_high(const CutWindows *windows, const BatchRange *range, const uint16_t *high)
 {

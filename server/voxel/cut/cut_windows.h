@@ -11,9 +11,9 @@
 #ifndef PLIANT_VOXEL_CUT_CUT_WINDOWS_H
 #define PLIANT_VOXEL_CUT_CUT_WINDOWS_H
 
+#include "voxel/batch_runs.h"
 #include "voxel/cut/cut_lattice.h"
 #include "voxel/cut/template_cache.h"
-#include "voxel/kernel.h"
 
 enum { GROUP_WINDOWS = 8, GROUP_ELEMENTS = GROUP_WINDOWS * WINDOW_ELEMENTS };
 
@@ -27,8 +27,6 @@ typedef struct WindowOptions {
     const ElementClass *classes;
 } WindowOptions;
 
-enum { BATCH_PLAIN, BATCH_HANGING, BATCH_KINDS };
-
 // Batches [low, high) that belong to a window or a group, and those in use.
 typedef struct BatchRange {
     int low[BATCH_KINDS], high[BATCH_KINDS]; // constant
@@ -39,19 +37,12 @@ typedef struct WindowGroup {
     int first, end; // windows, of one level
 } WindowGroup;
 
-// Consecutive batches in use.
-typedef struct BatchRun {
-    int first, count;
-    bool mixed;
-} BatchRun;
-
 // The arena owns all arrays; [plain] and [hanging] cover all batches that may be used.
 typedef struct CutWindows {
     // --- constant, except the parts of the ranges in use ---
     const CutLattice *lattice;
     TemplateCache *templates;
     int material_count;
-    const ElementClass *classes;
     int capacity[BATCH_KINDS]; // batches
     int group_count;
     WindowGroup *group;
@@ -59,12 +50,8 @@ typedef struct CutWindows {
     BatchRange *full;   // [window]
     BatchRange *pooled; // [group] full batches of one mask, from the rest of its windows
     BatchRange *mixed;  // [group] of the remainder
-    int *start;         // [hanging + 1] of HangingBatches
-    int *table;         // [hanging] of HangingBatches
 
-    // --- state ---
-    double (*last)[LANES][4]; // [plain, then hanging] see VoxelPass; no rotation in lanes without
-                              // an element
+    BatchRuns runs; // what the kernels evaluate; its rotations are state
 
     // --- derived from the lattice ---
     int (*plain_vertex)[NODE_CORNERS][LANES]; // [plain]
@@ -80,10 +67,6 @@ typedef struct CutWindows {
     // (cut_pack.c), starting at the window's first element.
     uint64_t *rest;                 // [element]
     int (*rest_count)[BATCH_KINDS]; // [window]
-    // Plain ones first, then hanging ones; within each the first half of the batches, then the
-    // second.
-    BatchRun *run;
-    int run_end[BATCH_KINDS][2]; // [kind][half]
 
     // --- within an update ---
     int *changed; // windows, ascending
@@ -99,25 +82,8 @@ void cut_windows_update(CutWindows *windows);
 // Rebuilds the batches after the state list was restored and the lattice derived. The state must be
 // one that cut_lattice_derive accepts.
 void cut_windows_restored(CutWindows *windows);
-void cut_windows_forget_rotations(CutWindows *windows);
-// True if all rotations are valid quaternions.
-bool cut_windows_check(const CutWindows *windows);
-
-enum { WINDOWS_ALL = -1 };
-// Adds forces as kernels->evaluate does. The caller sets law, damped, rows, force and scales of
-// `pass`; the rest is set here. `half`: 0 or 1 for bodies whose forces are summed in two arrays,
-// else WINDOWS_ALL. The spare vertex is the one after the lattice's vertex_capacity.
-void cut_windows_evaluate(const CutWindows *windows, const VoxelKernels *kernels,
-                          const VoxelPass *pass, int half);
-double cut_windows_energy(const CutWindows *windows, const VoxelKernels *kernels,
-                          const VoxelPass *pass);
-// Finds the lanes with more stress than `limit` [Pa], as kernels->stress does, of one half or all;
-// high [capacity of both kinds] belongs to the caller. Two halves may run at the same time.
-void cut_windows_stress(const CutWindows *windows, const VoxelKernels *kernels,
-                        const VoxelPass *pass, double limit, int half, uint16_t *high);
-// Lists the leaves in those lanes, ascending, in element [leaves]; returns their number.
+// Lists the leaves in the lanes that batch_runs_stress found, ascending, in element [leaves];
+// returns their number.
 int cut_windows_stressed(const CutWindows *windows, const uint16_t *high, int *element);
-// Returns the number of batches in use.
-int cut_windows_count(const CutWindows *windows, int kind);
 
 #endif

@@ -185,11 +185,11 @@ static void expect_equal(const World *world, const CutWindows *a, const CutWindo
     assert_memory_equal(a->pooled, b->pooled, groups * sizeof *a->pooled);
     assert_memory_equal(a->mixed, b->mixed, groups * sizeof *a->mixed);
     assert_memory_equal(a->place, b->place, (size_t)lattice->element_count * sizeof *a->place);
-    assert_memory_equal(a->run_end, b->run_end, sizeof a->run_end);
-    for (int k = 0; k < a->run_end[BATCH_HANGING][1]; k++) {
-        assert_int_equal(a->run[k].first, b->run[k].first);
-        assert_int_equal(a->run[k].count, b->run[k].count);
-        assert_int_equal(a->run[k].mixed, b->run[k].mixed);
+    assert_memory_equal(a->runs.run_end, b->runs.run_end, sizeof a->runs.run_end);
+    for (int k = 0; k < a->runs.run_end[BATCH_HANGING][1]; k++) {
+        assert_int_equal(a->runs.run[k].first, b->runs.run[k].first);
+        assert_int_equal(a->runs.run[k].count, b->runs.run[k].count);
+        assert_int_equal(a->runs.run[k].mixed, b->runs.run[k].mixed);
     }
     for (size_t w = 0; w < windows; w++)
         expect_equal_range(a, b, &a->full[w], false, real);
@@ -251,7 +251,7 @@ static void rotations_go_along_with_elements_and_to_their_children(void **unused
         owner[e] = e;
         const int place = windows->place[e];
         if (place >= 0)
-            rotation_of(e, windows->last[place / LANES][place % LANES]);
+            rotation_of(e, windows->runs.last[place / LANES][place % LANES]);
     }
     for (int tick = 0; tick < EFFORT(60); tick++) {
         change(&world, &random);
@@ -267,19 +267,19 @@ static void rotations_go_along_with_elements_and_to_their_children(void **unused
                 continue;
             double expected[4];
             rotation_of(owner[e], expected);
-            assert_memory_equal(windows->last[place / LANES][place % LANES], expected,
+            assert_memory_equal(windows->runs.last[place / LANES][place % LANES], expected,
                                 sizeof expected);
             used++;
         }
-        const int batches = windows->capacity[BATCH_PLAIN] + windows->capacity[BATCH_HANGING];
+        const int batches = batch_runs_capacity(&windows->runs);
         for (int i = 0; i < batches * LANES; i++) {
-            const double *q = windows->last[i / LANES][i % LANES];
+            const double *q = windows->runs.last[i / LANES][i % LANES];
             turned += memcmp(q, (double[4]){1.0, 0.0, 0.0, 0.0}, 4 * sizeof *q) != 0;
         }
         assert_int_equal(used, turned); // all other lanes have none
     }
     assert_true(inherited > 100);
-    assert_true(cut_windows_check(windows));
+    assert_true(batch_runs_check(&windows->runs));
     free(owner);
     world_destroy(&world);
 }
@@ -401,7 +401,7 @@ static void windows_have_the_forces_of_dense_batches(void **unused)
             const VoxelKernels *kernels = voxel_kernels_find(PRECISION_DOUBLE, "auto");
             double energy;
             dense_forces(&world, &dense, &energy);
-            cut_windows_evaluate(&world.windows, kernels, &pass, WINDOWS_ALL);
+            batch_runs_evaluate(&world.windows.runs, kernels, &pass, BATCHES_ALL);
             double worst = 0.0, largest = 0.0;
             // the spare one too: nothing comes to it
             for (int i = 0; i < 4 * (world.lattice.vertex_capacity + 1); i++) {
@@ -412,7 +412,7 @@ static void windows_have_the_forces_of_dense_batches(void **unused)
             }
             // Sums of up to eight elements of some hundred operations each, in another order.
             expect_at_most(worst / largest, 1e-13);
-            const double total = cut_windows_energy(&world.windows, kernels, &pass);
+            const double total = batch_runs_energy(&world.windows.runs, kernels, &pass);
             expect_near(total / energy, 1.0, 1e-12);
             forces_destroy(&dense);
             forces_destroy(&own);
@@ -434,7 +434,7 @@ static void evaluate_halves(void *context, int first, int last)
     for (int half = first; half < last; half++) {
         VoxelPass pass = pass_of(shared->world, shared->f);
         pass.force = shared->f->force[half];
-        cut_windows_evaluate(&shared->world->windows, shared->kernels, &pass, half);
+        batch_runs_evaluate(&shared->world->windows.runs, shared->kernels, &pass, half);
     }
 }
 
@@ -473,8 +473,9 @@ static void halves_and_levels_and_threads_give_the_same_bits(void **unused)
         // Together they are all, and neither half has more to do.
         Forces whole = forces_create(&world);
         const VoxelPass pass = pass_of(&world, &whole);
-        cut_windows_evaluate(&world.windows, voxel_kernels_find(world.templates.precision, "auto"),
-                             &pass, WINDOWS_ALL);
+        batch_runs_evaluate(&world.windows.runs,
+                            voxel_kernels_find(world.templates.precision, "auto"), &pass,
+                            BATCHES_ALL);
         double worst = 0.0, largest = 0.0;
         for (int i = 0; i < 4 * world.lattice.vertex_capacity; i++) {
             const bool single = world.templates.precision == PRECISION_SINGLE;
@@ -490,13 +491,13 @@ static void halves_and_levels_and_threads_give_the_same_bits(void **unused)
         // Another order of sums.
         expect_at_most(worst / largest,
                        world.templates.precision == PRECISION_SINGLE ? 2e-6 : 4e-15);
-        const CutWindows *windows = &world.windows;
+        const BatchRuns *runs = &world.windows.runs;
         for (int kind = 0; kind < BATCH_KINDS; kind++) {
             int half = 0;
-            for (int r = kind == 0 ? 0 : windows->run_end[kind - 1][1];
-                 r < windows->run_end[kind][0]; r++)
-                half += windows->run[r].count;
-            assert_int_equal(half, cut_windows_count(windows, kind) / 2);
+            for (int r = kind == 0 ? 0 : runs->run_end[kind - 1][1]; r < runs->run_end[kind][0];
+                 r++)
+                half += runs->run[r].count;
+            assert_int_equal(half, batch_runs_count(runs, kind) / 2);
         }
         forces_destroy(&whole);
         forces_destroy(&first);
