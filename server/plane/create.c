@@ -163,7 +163,7 @@ static void create_cuttable(PlaneModel *model, Body *body, Making *making, Arena
     plane_cut_make(model, body);
     for (int v = 0; v < vertices->count; v++)
         body->mass += vertices->mass[v];
-    body->ops = plane_cut_ops(cut);
+    body->ops = cut->tear_force > 0.0 ? &plane_ops_tearing : &plane_ops_cuttable;
     body->state_capacity = vertices->capacity;
     body->half_thickness = model->half;
 }

@@ -104,9 +104,6 @@ void plane_cut_keep_momentum(PlaneModel *model);
 // cut_restore.c. After the state was restored. False: it is impossible.
 bool plane_cut_restore(Body *body);
 
-// cut_body.c: the operations, as plane_ops with those that cuts replace.
-const BodyOps *plane_cut_ops(const PlaneCut *cut);
-
 // cut_blade.c: BodyOps.cut and reserve_blades.
 bool plane_cut_along(Body *body, const CutSweep *sweep, CutOutcome *outcome,
                      TopologyChange *change);

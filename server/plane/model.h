@@ -46,9 +46,8 @@ typedef struct PlaneModel {
     struct PlaneCut *cut; // of cuttable bodies, else NULL
 } PlaneModel;
 
-extern const BodyOps plane_ops;
-// plane.c. Evaluates the elements, after the external forces.
-void plane_evaluate_elements(PlaneModel *model, const Stage *stage, double h);
+// plane.c: of a body without and with cuts, and with the paper's threshold too.
+extern const BodyOps plane_ops, plane_ops_cuttable, plane_ops_tearing;
 
 // batches.c. Load time: allocates the batches for this many elements, and classes of squares;
 // then fills them from model->form.

@@ -1,5 +1,5 @@
 // The operations of a plane body (dynamics/body.h). Step thread: no allocation, no lock.
-#include "plane/model.h"
+#include "plane/cut.h"
 
 #include <string.h>
 
@@ -18,7 +18,7 @@ static void plane_drift(void *self, double dt)
 }
 
 // Computes the forces of all elements, then advances the vertices.
-void plane_evaluate_elements(PlaneModel *model, const Stage *stage, double h)
+static void evaluate_elements(PlaneModel *model, const Stage *stage, double h)
 {
     Vertices *vertices = &model->vertices;
     const BodyParameters *p = vertices->parameters;
@@ -39,7 +39,9 @@ static void plane_evaluate(void *self, const Stage *stage, double h)
 {
     PlaneModel *model = self;
     vertices_begin(&model->vertices);
-    plane_evaluate_elements(model, stage, h);
+    if (model->cut != NULL && model->cut->felt != NULL)
+        plane_cut_feel(model); // external forces alone, before those of the elements
+    evaluate_elements(model, stage, h);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -157,6 +159,8 @@ static bool plane_check(const void *self)
     const PlaneModel *model = self;
     const Rows *rows = &model->vertices.rows;
     const void *row = vertices_row(&model->vertices);
+    if (model->cut != NULL && !model->cut->is_sound)
+        return false;
     for (long v = 0; v < rows->count; v++)
         if (rows_get(rows, row, v * ROW + 2) != 0.0 || rows_get(rows, row, v * ROW + 6) != 0.0)
             return false; // out of the plane
@@ -168,7 +172,10 @@ static bool plane_check(const void *self)
 static void plane_restore(void *self, RestoreMode mode)
 {
     PlaneModel *model = self;
+    const PlaneCut *cut = model->cut;
     vertices_restore(&model->vertices, mode);
+    if (cut != NULL && cut->felt != NULL) // forces of a tick that is undone must not tear anything
+        memset(cut->felt, 0, (size_t)cut->vertex_capacity * sizeof *cut->felt);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -294,6 +301,8 @@ static bool plane_set(void *self, BodyParameter parameter, double value)
 static void plane_restored(Body *body)
 {
     PlaneModel *model = body->model;
+    if (model->cut != NULL)
+        model->cut->is_sound = plane_cut_restore(body);
     vertices_restored(&model->vertices);
 }
 
@@ -306,6 +315,9 @@ static void plane_explain(const void *self, FILE *out)
     fprintf(out, "    law: %s\n",
             model->law == VOXEL_AFFINE ? "affine, plane stress" : "miyazaki2004");
     fprintf(out, "    forces and gravity along z: left out (dimensions = 2)\n");
+    if (model->cut != NULL)
+        fprintf(out, "    cuts: at most %d vertices; all made anew after a change\n",
+                model->cut->vertex_capacity);
 }
 
 static const char *plane_isa(const void *self)
@@ -314,26 +326,18 @@ static const char *plane_isa(const void *self)
     return model->kernels->level;
 }
 
-const BodyOps plane_ops = {
-    .model = "voxel",
-    .drift = plane_drift,
-    .evaluate = plane_evaluate,
-    .commit = plane_commit,
-    .abandon = plane_abandon,
-    .check = plane_check,
-    .restore = plane_restore,
-    .read_nodes = plane_read_nodes,
-    .add_forces = plane_add_forces,
-    .find_nodes = plane_find_nodes,
-    .add_load = plane_add_load,
-    .clear_loads = plane_clear_loads,
-    .snapshot = plane_snapshot,
-    .snapshot_rest = plane_snapshot_rest,
-    .read_state = plane_read_state,
-    .measure = plane_measure,
-    .is_fixed = plane_is_fixed,
-    .set = plane_set,
-    .restored = plane_restored,
-    .explain = plane_explain,
-    .isa = plane_isa,
-};
+#define OPERATIONS                                                                                 \
+    .model = "voxel", .drift = plane_drift, .evaluate = plane_evaluate, .commit = plane_commit,    \
+    .abandon = plane_abandon, .check = plane_check, .restore = plane_restore,                      \
+    .read_nodes = plane_read_nodes, .add_forces = plane_add_forces,                                \
+    .find_nodes = plane_find_nodes, .add_load = plane_add_load, .clear_loads = plane_clear_loads,  \
+    .snapshot = plane_snapshot, .snapshot_rest = plane_snapshot_rest,                              \
+    .read_state = plane_read_state, .measure = plane_measure, .is_fixed = plane_is_fixed,          \
+    .set = plane_set, .restored = plane_restored, .explain = plane_explain, .isa = plane_isa
+#define CUTTING                                                                                    \
+    .cut = plane_cut_along, .reconstruct = plane_cut_reconstruct,                                  \
+    .reserve_blades = plane_cut_reserve_blades
+
+const BodyOps plane_ops = {OPERATIONS};
+const BodyOps plane_ops_cuttable = {OPERATIONS, CUTTING};
+const BodyOps plane_ops_tearing = {OPERATIONS, CUTTING, .tear = plane_cut_tear};
