@@ -12,6 +12,17 @@ static bool fail_at(const Scene *scene, const SceneBody *body, const Status *sai
     return status_fail(status, said->code, "%s:%d: %s", scene->path, body->line, said->text);
 }
 
+void build_complete(BodyOptions *body, const World *world, const Scene *scene,
+                    const BuildOptions *options)
+{
+    body->gravity = scene->gravity;
+    body->precision = scene->precision;
+    body->isa = options->isa != NULL ? options->isa : "auto";
+    body->team = world->team;
+    body->without_contacts = scene->tool_count == 0 && scene->attachment_count == 0;
+    body->without_loads = scene->load_count == 0 && !options->may_load;
+}
+
 bool world_build(World *world, const Scene *scene, const BuildOptions *options, Status *status)
 {
     *world = (World){0};

@@ -12,6 +12,11 @@ bool build_surface(World *world, const Scene *scene, int index, const Prepared *
 bool build_voxel(World *world, const Scene *scene, int index, const Prepared *prepared,
                  const BuildOptions *options, Status *status);
 
+// Sets the options that the scene reader cannot know: gravity, precision, kernels, threads, and
+// which features nothing uses.
+void build_complete(BodyOptions *body, const World *world, const Scene *scene,
+                    const BuildOptions *options);
+
 // Texture coordinates by node id (Body.texture); uv NULL: none, or not published.
 typedef struct Texture {
     const float (*uv)[2];

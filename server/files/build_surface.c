@@ -42,13 +42,13 @@ static bool check_capacity(const SurfaceOptions *surface, const TriMesh *mesh, S
     int faces = start != NULL ? start->face_count : mesh->triangle_count;
     const char *key = NULL;
     int have = 0, room = 0;
-    if (surface->node_capacity > 0 && nodes > surface->node_capacity)
-        key = "nodes", have = nodes, room = surface->node_capacity;
-    else if (surface->face_capacity > 0 && faces > surface->face_capacity)
-        key = "faces", have = faces, room = surface->face_capacity;
+    if (surface->body.node_capacity > 0 && nodes > surface->body.node_capacity)
+        key = "nodes", have = nodes, room = surface->body.node_capacity;
+    else if (surface->body.face_capacity > 0 && faces > surface->body.face_capacity)
+        key = "faces", have = faces, room = surface->body.face_capacity;
     return key == NULL ||
            status_fail(status, STATUS_INVALID, "body %s has %d %s to start with, capacity.%s is %d",
-                       surface->name, have, key, key, room);
+                       surface->body.name, have, key, key, room);
 }
 
 // Returns the initial rows of the mesh that the body is made from, owned by the caller; NULL if it
@@ -102,23 +102,15 @@ bool build_surface(World *world, const Scene *scene, int index, const Prepared *
                                : body_mesh_make(described, mesh, &levels, keeper, status);
     ok = ok && memory_check_surface(described, mesh->node_count, status);
     // A cuttable mesh without levels needs a hierarchy of one level.
-    if (ok && surface.levels == 0 && surface.cuttable)
+    if (ok && surface.body.levels == 0 && surface.body.cuttable)
         ok = levels_create(&levels, mesh, 0, described->name, keeper, status);
-    if (ok && (surface.levels > 0 || surface.cuttable))
+    if (ok && (surface.body.levels > 0 || surface.body.cuttable))
         surface.hierarchy = &levels;
     ok = ok && read_initial(described, mesh, surface.hierarchy, &position, &velocity, status);
-    // Options unknown to the scene reader: initial state, gravity, kernels, unused features.
-    surface.name = described->name;
-    surface.fixed = described->fixed;
-    surface.fixed_count = described->fixed_count;
-    surface.gravity = scene->gravity;
-    surface.precision = scene->precision;
-    surface.isa = options->isa != NULL ? options->isa : "auto";
-    surface.team = world->team;
-    surface.without_contacts = scene->tool_count == 0 && scene->attachment_count == 0;
-    surface.without_loads = scene->load_count == 0 && !options->may_load;
-    surface.initial_position = position;
-    surface.initial_velocity = velocity;
+    build_complete(&surface.body, world, scene, options);
+    surface.body.name = described->name;
+    surface.body.initial_position = position;
+    surface.body.initial_velocity = velocity;
     if (ok) {
         Texture texture =
             build_texture(world, scene, options, described->name, mesh, surface.hierarchy);

@@ -80,26 +80,18 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
     if (ok && described->initial != NULL) {
         // A vertex is a corner of a cell.
         int most = 8 * (int)lattice_solid(&lattice);
-        ok = initial_read_rows(described->initial, most, &voxel.initial_count, &position, &velocity,
-                               status);
+        ok = initial_read_rows(described->initial, most, &voxel.body.initial_count, &position,
+                               &velocity, status);
     }
     if (ok) {
-        // Options unknown to the scene reader: lattice, initial state, gravity, kernels, unused
-        // features.
+        build_complete(&voxel.body, world, scene, options);
+        voxel.body.name = described->name;
+        voxel.body.without_contacts = scene->tool_count == 0; // attachments need no firmness
+        voxel.body.initial_position = position;
+        voxel.body.initial_velocity = velocity;
         world->cells[index] = summarize(&lattice);
-        voxel.name = described->name;
         voxel.lattice = &lattice;
-        voxel.fixed = described->fixed;
-        voxel.fixed_count = described->fixed_count;
         voxel.material = described->material;
-        voxel.initial_position = position;
-        voxel.initial_velocity = velocity;
-        voxel.gravity = scene->gravity;
-        voxel.precision = scene->precision;
-        voxel.isa = options->isa != NULL ? options->isa : "auto";
-        voxel.team = world->team;
-        voxel.without_contacts = scene->tool_count == 0;
-        voxel.without_loads = scene->load_count == 0 && !options->may_load;
         voxel.publish_all = scene->publish.all_nodes;
         voxel.skin = described->skin.file != NULL ? &skin : NULL;
         Texture texture = build_texture(world, scene, options, described->name, &skin, NULL);

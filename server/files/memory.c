@@ -93,12 +93,14 @@ bool memory_check_surface(const SceneBody *body, double nodes, Status *status)
     const SurfaceOptions *surface = &body->surface;
     bool changes = surface_changes(surface);
     double start = nodes * pow(4.0, surface->start_level);
-    double finest = nodes * pow(4.0, surface->levels);
+    double finest = nodes * pow(4.0, surface->body.levels);
     if (!changes) // the levels are built in any case
-        return check(surface->levels > 0 ? "nodes at the finest level" : "nodes", finest,
-                     start * FIXED + (surface->levels > 0 ? finest * HIERARCHY : 0.0), status);
-    double each = surface->node_capacity > 0 ? FIXED : surface->cuttable ? CUTTABLE : CHANGING;
-    double copies = surface->cuttable ? fmax(surface->node_capacity - finest, 0.0) : 0.0;
+        return check(surface->body.levels > 0 ? "nodes at the finest level" : "nodes", finest,
+                     start * FIXED + (surface->body.levels > 0 ? finest * HIERARCHY : 0.0), status);
+    double each = surface->body.node_capacity > 0 ? FIXED
+                  : surface->body.cuttable        ? CUTTABLE
+                                                  : CHANGING;
+    double copies = surface->body.cuttable ? fmax(surface->body.node_capacity - finest, 0.0) : 0.0;
     return check("nodes at the finest level", finest + copies, finest * each + copies * A_COPY,
                  status);
 }
@@ -109,10 +111,10 @@ bool memory_check_voxel(const SceneBody *body, double cells, Status *status)
     // the scene sets explicitly count as they are.
     enum { FINE = 300, LEVELED = 60, CUTTABLE = 2300, A_VERTEX = 100 };
     const VoxelOptions *voxel = &body->voxel;
-    if (voxel->cuttable && voxel->vertex_capacity > 0)
-        return check("nodes (capacity)", voxel->vertex_capacity,
-                     fmax(cells * LEVELED, (double)voxel->vertex_capacity * A_VERTEX), status);
-    double each = voxel->cuttable ? CUTTABLE : voxel->levels == 0 ? FINE : LEVELED;
+    if (voxel->body.cuttable && voxel->body.node_capacity > 0)
+        return check("nodes (capacity)", voxel->body.node_capacity,
+                     fmax(cells * LEVELED, (double)voxel->body.node_capacity * A_VERTEX), status);
+    double each = voxel->body.cuttable ? CUTTABLE : voxel->body.levels == 0 ? FINE : LEVELED;
     return check("cells", cells, cells * each, status);
 }
 

@@ -81,7 +81,8 @@ static void print_shape(const TriMesh *mesh, const MeshQuality *quality, FILE *o
 // Prints the time step bounds of a body of this mesh whose scene says only `shape = {}`.
 static bool print_time_step(const TriMesh *mesh, FILE *out, Status *status)
 {
-    SurfaceOptions options = {.name = "mesh", .without_contacts = true, .without_loads = true};
+    SurfaceOptions options = {
+        .body.name = "mesh", .body.without_contacts = true, .body.without_loads = true};
     scene_preset_surface(&options);
     Arena arena = {0};
     StateList state = {0};

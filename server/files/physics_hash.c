@@ -42,8 +42,8 @@ static void add_surface(uint64_t *hash, const SurfaceOptions *surface)
         if (shape->direction == SHAPE_DAMPS_RADIAL)
             fnv_int(hash, shape->direction);
     }
-    if (surface->levels > 0) {
-        fnv_int(hash, surface->levels);
+    if (surface->body.levels > 0) {
+        fnv_int(hash, surface->body.levels);
         fnv_int(hash, surface->start_level);
         fnv_int(hash, surface->adjust);
     }
@@ -52,19 +52,19 @@ static void add_surface(uint64_t *hash, const SurfaceOptions *surface)
         fnv_real(hash, surface->adapt.speed);
         fnv_real(hash, surface->adapt.curvature);
         fnv_real(hash, surface->adapt.check_hz);
-        fnv_int(hash, surface->node_capacity);
-        fnv_int(hash, surface->face_capacity);
+        fnv_int(hash, surface->body.node_capacity);
+        fnv_int(hash, surface->body.face_capacity);
     }
-    if (surface->cuttable) {
-        fnv_int(hash, surface->cuttable);
+    if (surface->body.cuttable) {
+        fnv_int(hash, surface->body.cuttable);
         fnv_real(hash, surface->tear_stretch);
-        fnv_int(hash, surface->node_capacity);
-        fnv_int(hash, surface->face_capacity);
+        fnv_int(hash, surface->body.node_capacity);
+        fnv_int(hash, surface->body.face_capacity);
     }
     fnv_real(hash, surface->prestress);
-    add_shared(hash, surface->integrator, surface->time_step, surface->contact_ratio,
-               surface->contact_damping, surface->friction);
-    if (surface->automatic || surface->integrator == INTEGRATOR_IMPLICIT) {
+    add_shared(hash, surface->body.integrator, surface->body.time_step, surface->body.contact_ratio,
+               surface->body.contact_damping, surface->body.friction);
+    if (surface->automatic || surface->body.integrator == INTEGRATOR_IMPLICIT) {
         fnv_int(hash, surface->automatic);
         fnv_real(hash, surface->implicit.theta);
         fnv_real(hash, surface->implicit.tolerance);
@@ -76,7 +76,7 @@ static void add_surface(uint64_t *hash, const SurfaceOptions *surface)
 static void add_voxel(uint64_t *hash, const VoxelOptions *voxel)
 {
     fnv_int(hash, voxel->dimensions);
-    fnv_int(hash, voxel->levels);
+    fnv_int(hash, voxel->body.levels);
     fnv_int(hash, voxel->law);
     fnv_int(hash, voxel->material_count);
     for (int i = 0; i < voxel->material_count; i++) {
@@ -85,16 +85,16 @@ static void add_voxel(uint64_t *hash, const VoxelOptions *voxel)
         fnv_real(hash, voxel->material[i].density);
     }
     fnv_real(hash, voxel->damping);
-    if (voxel->cuttable) {
-        fnv_int(hash, voxel->cuttable);
+    if (voxel->body.cuttable) {
+        fnv_int(hash, voxel->body.cuttable);
         fnv_int(hash, voxel->split_budget);
         fnv_real(hash, voxel->tear_stress);
         fnv_real(hash, voxel->tear_force);
-        fnv_int(hash, voxel->vertex_capacity);
-        fnv_int(hash, voxel->face_capacity);
+        fnv_int(hash, voxel->body.node_capacity);
+        fnv_int(hash, voxel->body.face_capacity);
     }
-    add_shared(hash, voxel->integrator, voxel->time_step, voxel->contact_ratio,
-               voxel->contact_damping, voxel->friction);
+    add_shared(hash, voxel->body.integrator, voxel->body.time_step, voxel->body.contact_ratio,
+               voxel->body.contact_damping, voxel->body.friction);
 }
 
 static void add_fixed(uint64_t *hash, const FixedRegion *region)

@@ -57,7 +57,8 @@ static bool find_tool(const SceneReader *reader, const config_setting_t *at, int
 
 static IntegratorKind *integrator_of(SceneBody *body)
 {
-    return body->model == MODEL_VOXEL ? &body->voxel.integrator : &body->surface.integrator;
+    return body->model == MODEL_VOXEL ? &body->voxel.body.integrator
+                                      : &body->surface.body.integrator;
 }
 
 // Finds the two bodies of a joint; returns false for an attachment to anything else.

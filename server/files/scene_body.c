@@ -230,12 +230,12 @@ static bool read_tear(const SceneReader *reader, const BodyGroup *raw, SceneBody
 static bool read_cutting(const SceneReader *reader, const BodyGroup *raw, SceneBody *body)
 {
     if (body->model == MODEL_VOXEL) {
-        body->voxel.cuttable = raw->cuttable;
+        body->voxel.body.cuttable = raw->cuttable;
         body->voxel.split_budget = raw->split_budget;
-        body->voxel.vertex_capacity = reader->scene->node_capacity;
-        body->voxel.face_capacity = reader->scene->face_capacity;
+        body->voxel.body.node_capacity = reader->scene->node_capacity;
+        body->voxel.body.face_capacity = reader->scene->face_capacity;
     } else {
-        body->surface.cuttable = raw->cuttable;
+        body->surface.body.cuttable = raw->cuttable;
     }
     return check_plane(reader, raw, body) && read_tear(reader, raw, body);
 }
@@ -261,13 +261,13 @@ static bool read_contact(const SceneReader *reader, const BodyGroup *raw, SceneB
     if (!option_read(&CONTACT_TABLE, raw->contact, &reader->source, &contact))
         return false;
     if (body->model == MODEL_VOXEL) {
-        body->voxel.contact_ratio = contact.ratio;
-        body->voxel.contact_damping = contact.damping;
-        body->voxel.friction = contact.friction;
+        body->voxel.body.contact_ratio = contact.ratio;
+        body->voxel.body.contact_damping = contact.damping;
+        body->voxel.body.friction = contact.friction;
     } else {
-        body->surface.contact_ratio = contact.ratio;
-        body->surface.contact_damping = contact.damping;
-        body->surface.friction = contact.friction;
+        body->surface.body.contact_ratio = contact.ratio;
+        body->surface.body.contact_damping = contact.damping;
+        body->surface.body.friction = contact.friction;
     }
     return true;
 }
@@ -277,11 +277,11 @@ static bool read_fixed(const SceneReader *reader, const BodyGroup *raw, SceneBod
     if (!scene_read_fixed(reader, raw->fixed, body))
         return false;
     if (body->model == MODEL_VOXEL) {
-        body->voxel.fixed = body->fixed;
-        body->voxel.fixed_count = body->fixed_count;
+        body->voxel.body.fixed = body->fixed;
+        body->voxel.body.fixed_count = body->fixed_count;
     } else {
-        body->surface.fixed = body->fixed;
-        body->surface.fixed_count = body->fixed_count;
+        body->surface.body.fixed = body->fixed;
+        body->surface.body.fixed_count = body->fixed_count;
     }
     return true;
 }

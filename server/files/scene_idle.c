@@ -74,12 +74,12 @@ static bool publishes_no_contacts(const Place *place)
 static bool is_explicit(const Place *place)
 {
     const SurfaceOptions *surface = &place->body->surface;
-    return !surface->automatic && surface->integrator != INTEGRATOR_IMPLICIT;
+    return !surface->automatic && surface->body.integrator != INTEGRATOR_IMPLICIT;
 }
 
 static bool has_one_level(const Place *place)
 {
-    return place->body->surface.levels == 0;
+    return place->body->surface.body.levels == 0;
 }
 
 static bool has_no_time_step(const Place *place)
@@ -89,12 +89,12 @@ static bool has_no_time_step(const Place *place)
 
 static bool is_whole(const Place *place)
 {
-    return !place->body->voxel.cuttable;
+    return !place->body->voxel.body.cuttable;
 }
 
 static bool has_only_cells(const Place *place)
 {
-    return place->body->voxel.levels == 0;
+    return place->body->voxel.body.levels == 0;
 }
 
 static bool touches(const ToolOptions *tool)

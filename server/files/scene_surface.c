@@ -26,12 +26,12 @@ const OptionTable ADAPT_TABLE =
 static bool read_levels(const SceneReader *reader, const BodyGroup *raw, SurfaceOptions *surface)
 {
     const OptionSource *source = &reader->source;
-    surface->levels = raw->levels;
+    surface->body.levels = raw->levels;
     surface->start_level = raw->start_level;
     surface->adjust = (SurfaceAdjust)raw->adjust;
     surface->adaptive = raw->adapt != NULL;
-    surface->node_capacity = reader->scene->node_capacity;
-    surface->face_capacity = reader->scene->face_capacity;
+    surface->body.node_capacity = reader->scene->node_capacity;
+    surface->body.face_capacity = reader->scene->face_capacity;
     if (raw->start_level > raw->levels)
         return option_fail(source, option_find(raw->at, "start_level"),
                            "start_level %d exceeds levels %d", raw->start_level, raw->levels);
@@ -60,7 +60,7 @@ static bool check_direction(const SceneReader *reader, const BodyGroup *raw,
                             const SurfaceOptions *surface)
 {
     if (raw->shape == NULL || surface->shape.direction != SHAPE_DAMPS_RADIAL ||
-        (!surface->automatic && surface->integrator != INTEGRATOR_IMPLICIT))
+        (!surface->automatic && surface->body.integrator != INTEGRATOR_IMPLICIT))
         return true;
     return option_fail(&reader->source, option_find(raw->shape, "damping_direction"),
                        "damping_direction \"radial\" needs an explicit integrator, not \"%s\"",
@@ -72,16 +72,15 @@ bool scene_read_surface(const SceneReader *reader, const BodyGroup *raw, SceneBo
     SurfaceOptions *surface = &body->surface;
     if (!option_require(&BODY_TABLE, raw->at, "mesh", &reader->source))
         return false;
-    surface->name = body->name;
     surface->prestress = raw->prestress;
     surface->automatic = raw->integrator == INTEGRATOR_AUTO;
-    surface->integrator =
+    surface->body.integrator =
         surface->automatic ? INTEGRATOR_LEAPFROG : (IntegratorKind)raw->integrator;
     surface->tick = 1.0 / reader->scene->rate_hz;
     surface->implicit =
         (SurfaceImplicit){raw->theta, raw->solver_tolerance, raw->solver_iterations};
-    surface->time_step = raw->time_step;
-    surface->unsafe_time_step = raw->unsafe_time_step;
+    surface->body.time_step = raw->time_step;
+    surface->body.unsafe_time_step = raw->unsafe_time_step;
     return scene_read_mesh(reader, raw->mesh, &body->mesh) && read_levels(reader, raw, surface) &&
            scene_read_material(reader, raw->material, &surface->material) &&
            scene_read_shape(reader, raw->shape, &surface->shape) &&

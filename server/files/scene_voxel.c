@@ -148,23 +148,24 @@ static bool read_skin(const SceneReader *reader, const BodyGroup *raw, SceneBody
 static bool choose_levels(const SceneReader *reader, const BodyGroup *raw, VoxelOptions *voxel)
 {
     const config_setting_t *at = option_find(raw->at, "levels");
-    voxel->levels = at != NULL ? raw->levels : 2;
-    return voxel->levels <= VOXEL_LEVELS_MAX ||
+    voxel->body.levels = at != NULL ? raw->levels : 2;
+    return voxel->body.levels <= VOXEL_LEVELS_MAX ||
            option_fail(&reader->source, at, "levels %d outside [0, %d] of a voxel body",
-                       voxel->levels, VOXEL_LEVELS_MAX);
+                       voxel->body.levels, VOXEL_LEVELS_MAX);
 }
 
 static bool choose_integrator(const SceneReader *reader, const BodyGroup *raw, VoxelOptions *voxel)
 {
     const config_setting_t *at = option_find(raw->at, "integrator");
-    voxel->integrator = at != NULL && raw->integrator != INTEGRATOR_AUTO
-                            ? (IntegratorKind)raw->integrator
-                            : INTEGRATOR_SYMPLECTIC_EULER;
-    return (voxel->integrator != INTEGRATOR_RK4 && voxel->integrator != INTEGRATOR_IMPLICIT) ||
+    voxel->body.integrator = at != NULL && raw->integrator != INTEGRATOR_AUTO
+                                 ? (IntegratorKind)raw->integrator
+                                 : INTEGRATOR_SYMPLECTIC_EULER;
+    return (voxel->body.integrator != INTEGRATOR_RK4 &&
+            voxel->body.integrator != INTEGRATOR_IMPLICIT) ||
            option_fail(&reader->source, at,
                        "integrator \"%s\" means nothing for a voxel body; only "
                        "\"symplectic_euler\", \"leapfrog\", \"auto\"",
-                       integrator_name(voxel->integrator));
+                       integrator_name(voxel->body.integrator));
 }
 
 bool scene_read_voxel(const SceneReader *reader, const BodyGroup *raw, SceneBody *body)
@@ -172,11 +173,10 @@ bool scene_read_voxel(const SceneReader *reader, const BodyGroup *raw, SceneBody
     VoxelOptions *voxel = &body->voxel;
     if (!option_require(&BODY_TABLE, raw->at, "voxels", &reader->source))
         return false;
-    voxel->name = body->name;
     voxel->law = (VoxelLaw)raw->law;
     voxel->dimensions = raw->dimensions;
-    voxel->time_step = raw->time_step;
-    voxel->unsafe_time_step = raw->unsafe_time_step;
+    voxel->body.time_step = raw->time_step;
+    voxel->body.unsafe_time_step = raw->unsafe_time_step;
     return choose_levels(reader, raw, voxel) && choose_integrator(reader, raw, voxel) &&
            scene_read_voxels(reader, raw->voxels, &body->voxels, &voxel->dimensions) &&
            read_materials(reader, raw, body) && read_skin(reader, raw, body);

@@ -106,10 +106,10 @@ static bool check_options(const VoxelOptions *options, Status *status)
                            "dimensions = 2 keeps the body in a plane of constant z: it can be "
                            "turned about z only, this one is tilted by %.3g rad",
                            2.0 * asin(fmin(1.0, hypot(lattice->turn.x, lattice->turn.y))));
-    if (!integrator_get(options->integrator)->kicks)
+    if (!integrator_get(options->body.integrator)->kicks)
         return status_fail(status, STATUS_INVALID,
                            "integrator %s is not one of voxel bodies: symplectic_euler or leapfrog",
-                           integrator_name(options->integrator));
+                           integrator_name(options->body.integrator));
     if (options->skin != NULL)
         return status_fail(status, STATUS_INVALID,
                            "dimensions = 2 shows its elements: it cannot have a skin");
@@ -121,7 +121,7 @@ static void create_whole(PlaneModel *model, Body *body, Making *making, Arena *a
                          StateList *state)
 {
     const VoxelOptions *options = making->options;
-    const char *name = options->name;
+    const char *name = options->body.name;
     Vertices *vertices = &model->vertices;
     model->element_count = making->mesh.element_count;
     vertices->mass = ALLOCATE(ARENA_TOPOLOGY, vertices->count, double, "vertex masses");
@@ -143,7 +143,7 @@ static void create_cuttable(PlaneModel *model, Body *body, Making *making, Arena
                             StateList *state)
 {
     const VoxelOptions *options = making->options;
-    const char *name = options->name;
+    const char *name = options->body.name;
     plane_cut_create(model, options, making->fixed, arena, state);
     PlaneCut *cut = model->cut;
     making->forms = cut->forms;
@@ -172,15 +172,15 @@ static void create_body(Body *body, Making *making, const PlaneKernels *kernels,
                         StateList *state)
 {
     const VoxelOptions *options = making->options;
-    const char *name = options->name;
+    const char *name = options->body.name;
     PlaneModel *model = ALLOCATE(ARENA_STEP, 1, PlaneModel, "model");
     model->kernels = kernels;
     model->law = options->law;
     model->half = 0.5 * options->lattice->size;
-    model->vertices.kernels = voxel_kernels_find(options->precision, kernels->level);
+    model->vertices.kernels = voxel_kernels_find(options->body.precision, kernels->level);
     model->vertices.count = making->mesh.vertex_count;
-    *body = setup_body(options, NULL, model);
-    if (options->cuttable)
+    *body = body_of_options(&options->body, NULL, model);
+    if (options->body.cuttable)
         create_cuttable(model, body, making, arena, state);
     else
         create_whole(model, body, making, arena, state);
@@ -192,22 +192,23 @@ static void create_body(Body *body, Making *making, const PlaneKernels *kernels,
 // As for solid bodies: an initial mesh that exceeds the capacity is an error.
 static bool check_capacity(const VoxelOptions *options, int vertices, Status *status)
 {
-    if (!options->cuttable || options->vertex_capacity == 0 || options->vertex_capacity >= vertices)
+    if (!options->body.cuttable || options->body.node_capacity == 0 ||
+        options->body.node_capacity >= vertices)
         return true;
     return status_fail(status, STATUS_INVALID,
-                       "body %s has %d vertices to start with, capacity.nodes is %d", options->name,
-                       vertices, options->vertex_capacity);
+                       "body %s has %d vertices to start with, capacity.nodes is %d",
+                       options->body.name, vertices, options->body.node_capacity);
 }
 
 bool plane_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
                   Status *status)
 {
-    const PlaneKernels *kernels =
-        plane_kernels_find(options->precision, options->isa == NULL ? "auto" : options->isa);
+    const PlaneKernels *kernels = plane_kernels_find(
+        options->body.precision, options->body.isa == NULL ? "auto" : options->body.isa);
     if (!check_options(options, status))
         return false;
     Making making = {.options = options};
-    plane_layout_create(&making.layout, options->lattice, options->levels);
+    plane_layout_create(&making.layout, options->lattice, options->body.levels);
     bool ok = plane_mesh_create(&making.mesh, &making.layout, NULL, status) &&
               setup_check(options, kernels != NULL, making.mesh.vertex_count, status) &&
               check_capacity(options, making.mesh.vertex_count, status);

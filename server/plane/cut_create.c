@@ -13,9 +13,9 @@
 // Builds a layout with an element for every square, so that new elements already have numbers.
 static void take_layout(PlaneCut *cut, const VoxelOptions *options, Arena *arena)
 {
-    const char *name = options->name;
+    const char *name = options->body.name;
     PlaneLayout made, *layout = &cut->layout;
-    plane_layout_create(&made, options->lattice, options->levels);
+    plane_layout_create(&made, options->lattice, options->body.levels);
     *layout = (PlaneLayout){.levels = made.levels};
     memcpy(layout->lattice_count, made.lattice_count, sizeof made.lattice_count);
     memcpy(layout->count, made.count, sizeof made.count);
@@ -54,11 +54,11 @@ static void take_fixed_points(PlaneCut *cut, const VoxelOptions *options, const 
 {
     const int wide = cut->layout.lattice_count[0] + 1;
     cut->fixed_point = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)cut->points, sizeof(bool),
-                                      "%s/fixed points", options->name);
-    for (int r = 0; r < options->fixed_count; r++)
-        for (int p = 0; p < cut->points && options->fixed[r].kind != FIXED_NODES; p++)
+                                      "%s/fixed points", options->body.name);
+    for (int r = 0; r < options->body.fixed_count; r++)
+        for (int p = 0; p < cut->points && options->body.fixed[r].kind != FIXED_NODES; p++)
             cut->fixed_point[p] |= fixed_contains(
-                &options->fixed[r], lattice_point(options->lattice, p % wide, p / wide, 0.5));
+                &options->body.fixed[r], lattice_point(options->lattice, p % wide, p / wide, 0.5));
     for (int v = 0; v < cut->mesh.vertex_count; v++)
         cut->fixed_point[cut->mesh.id[v] % cut->points] |= fixed[v];
 }
@@ -108,7 +108,7 @@ static void take_state(PlaneCut *cut, const char *name, Arena *arena, StateList 
 void plane_cut_create(PlaneModel *model, const VoxelOptions *options, const bool *fixed,
                       Arena *arena, StateList *state)
 {
-    const char *name = options->name;
+    const char *name = options->body.name;
     PlaneCut *cut = ALLOCATE(ARENA_TOPOLOGY, 1, PlaneCut, "cuts");
     model->cut = cut;
     snprintf(cut->name, sizeof cut->name, "%s", name);
@@ -123,7 +123,7 @@ void plane_cut_create(PlaneModel *model, const VoxelOptions *options, const bool
     take_fixed_points(cut, options, fixed, arena);
     // A body with all edges cut has four vertices per cell.
     cut->vertex_capacity =
-        options->vertex_capacity > 0 ? options->vertex_capacity : cut->room.vertices;
+        options->body.node_capacity > 0 ? options->body.node_capacity : cut->room.vertices;
     ASSERT(cut->vertex_capacity >= cut->mesh.vertex_count); // checked by plane_create
     plane_forms_create(&cut->forms, options, &cut->layout, &cut->mesh, true, arena);
     cut->id = ALLOCATE(ARENA_TOPOLOGY, cut->vertex_capacity, int, "vertex ids");

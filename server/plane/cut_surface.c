@@ -16,7 +16,7 @@ void plane_cut_create_surface(PlaneModel *model, Body *body, const VoxelOptions 
                               Arena *arena)
 {
     PlaneCut *cut = model->cut;
-    const char *name = options->name;
+    const char *name = options->body.name;
     const int nodes = 2 * cut->vertex_capacity, faces = 2 * cut->room.sides;
     model->node_count = nodes;
     model->node_vertex = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "vertices of nodes");
@@ -58,7 +58,7 @@ void plane_cut_create_surface(PlaneModel *model, Body *body, const VoxelOptions 
         .longest_edge = cut->forms.size * hypot(1.0, (double)(1 << cut->layout.levels)),
         .solid = true,
     };
-    if (!options->without_contacts) {
+    if (!options->body.without_contacts) {
         body->surface.face_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)faces,
                                                      sizeof(double), "%s/face firmness", name);
         body->surface.node_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)nodes,

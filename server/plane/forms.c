@@ -90,7 +90,7 @@ static void take_present(PlaneForms *forms, const PlaneLayout *layout, const Pla
 void plane_forms_create(PlaneForms *forms, const VoxelOptions *options, const PlaneLayout *layout,
                         const PlaneMesh *mesh, bool all, Arena *arena)
 {
-    const char *name = options->name;
+    const char *name = options->body.name;
     const int materials = options->material_count;
     VoxelMaterial *material = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)materials,
                                              sizeof *material, "%s/materials", name);

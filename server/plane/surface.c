@@ -55,7 +55,7 @@ static void make_strip(TriMesh *strip, const PlaneModel *model, const PlaneMesh 
 void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh,
                           const VoxelOptions *options, Arena *arena)
 {
-    const char *name = options->name;
+    const char *name = options->body.name;
     int *node = number_nodes(model, mesh, name, arena);
     TriMesh strip;
     make_strip(&strip, model, mesh, node);
@@ -107,7 +107,7 @@ void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh,
     model->node_face_start = body->surface.node_face_start;
     model->node_face_end = body->surface.node_face_end;
     // A corner of the outline is a third as stiff as a notch: contacts need the firmness.
-    if (!options->without_contacts) {
+    if (!options->body.without_contacts) {
         body->surface.face_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)faces,
                                                      sizeof(double), "%s/face firmness", name);
         body->surface.node_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)nodes,

@@ -37,13 +37,14 @@ static void print_cells(const WorldCells *cells, FILE *out)
 // Prints the levels of a surface body.
 static void print_levels(const Body *body, const SurfaceOptions *surface, FILE *out)
 {
-    if (surface->levels > 0)
-        fprintf(out, "  level %d of %d, %s, adjust \"%s\"\n", body->finest_level, surface->levels,
-                surface->adaptive   ? "adaptive"
-                : surface->cuttable ? "refined by cuts alone"
-                                    : "for good",
+    if (surface->body.levels > 0)
+        fprintf(out, "  level %d of %d, %s, adjust \"%s\"\n", body->finest_level,
+                surface->body.levels,
+                surface->adaptive        ? "adaptive"
+                : surface->body.cuttable ? "refined by cuts alone"
+                                         : "for good",
                 surface->adjust == ADJUST_CHOI2005 ? "choi2005" : "continuum");
-    if (surface->adaptive || surface->cuttable)
+    if (surface->adaptive || surface->body.cuttable)
         fprintf(out, "  room for %d nodes, %d faces\n", body->mesh.node_capacity,
                 body->mesh.triangle_capacity);
 }
@@ -54,7 +55,7 @@ static void print_elements(const SceneBody *described, const Body *body, FILE *o
     const VoxelOptions *voxel = &described->voxel;
     fprintf(out, "  law \"%s\", %d dimensions, levels 0 to %d\n",
             voxel->law == VOXEL_AFFINE ? "affine" : "miyazaki2004", voxel->dimensions,
-            voxel->levels);
+            voxel->body.levels);
     // An undamped oscillation of angular frequency w is stable for steps up to 2 / w.
     fprintf(out, "  critical step %.6g s, damping %.6g of it\n", 2.0 / sqrt(body->lambda),
             voxel->damping);
@@ -73,10 +74,10 @@ static void print_cutting(const SceneBody *described, FILE *out)
 {
     const SurfaceOptions *surface = &described->surface;
     const VoxelOptions *voxel = &described->voxel;
-    if (!surface->cuttable && !voxel->cuttable)
+    if (!surface->body.cuttable && !voxel->body.cuttable)
         return;
     fprintf(out, "  cuttable");
-    if (voxel->cuttable)
+    if (voxel->body.cuttable)
         fprintf(out, ", split_budget %d", voxel->split_budget);
     if (voxel->tear_stress > 0.0)
         fprintf(out, ", tears at %.6g Pa", voxel->tear_stress);

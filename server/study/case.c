@@ -29,14 +29,14 @@ StudyCase study_scene_case(const Scene *scene)
     const SurfaceOptions *surface = &body->surface;
     StudyCase own = {.precision = scene->precision, .detail = DETAIL_SCENE, .is_scene = true};
     if (is_voxel(scene)) {
-        own.integrator = body->voxel.integrator;
-        own.time_step = body->voxel.time_step;
-        own.level = body->voxel.levels;
+        own.integrator = body->voxel.body.integrator;
+        own.time_step = body->voxel.body.time_step;
+        own.level = body->voxel.body.levels;
         own.paper_rule = body->voxel.law == VOXEL_MIYAZAKI2004;
     } else {
-        own.integrator = surface->integrator;
-        own.time_step = surface->time_step;
-        own.level = surface->adaptive ? surface->levels : surface->start_level;
+        own.integrator = surface->body.integrator;
+        own.time_step = surface->body.time_step;
+        own.level = surface->adaptive ? surface->body.levels : surface->start_level;
         own.threshold = surface->adaptive ? 1.0 : 0.0;
         own.paper_rule = surface->adjust == ADJUST_CHOI2005;
     }
@@ -218,7 +218,7 @@ int study_make_cases(const Scene *scene, const StudyOptions *options, StudyCase 
     if (grid.own.integrator == INTEGRATOR_IMPLICIT)
         grid.own.precision = PRECISION_DOUBLE;
     const SceneBody *body = &scene->body[0];
-    grid.levels = is_voxel(scene) ? body->voxel.levels : body->surface.levels;
+    grid.levels = is_voxel(scene) ? body->voxel.body.levels : body->surface.body.levels;
     if (!is_voxel(scene) && grid.levels < 1)
         grid.levels = 1;
     cases[grid.count++] = grid.own;

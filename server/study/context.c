@@ -297,7 +297,7 @@ bool study_prepare(StudyContext *context, const Scene *scene, const StudyOptions
     context->may_halve = may_halve(scene);
     // The points are those of the coarsest mesh, which all cases have.
     StudyCase coarse = study_scene_case(scene);
-    coarse.is_scene = scene->body[0].surface.unsafe_time_step;
+    coarse.is_scene = scene->body[0].surface.body.unsafe_time_step;
     if (first->model == MODEL_SURFACE)
         coarse.detail = DETAIL_HELD, coarse.level = 0, coarse.threshold = 0.0;
     ok = look_at_rest(context, coarse, true, status);

@@ -225,7 +225,7 @@ static void name_finest(Plan *plan)
 // Plans one level above the scene's and the two below it, or as fine as time allows.
 static void plan_finest_surface(Plan *plan)
 {
-    int top = first_body(plan)->surface.levels + 1;
+    int top = first_body(plan)->surface.body.levels + 1;
     for (top = top > 2 ? top : 2; top >= 2; top--) {
         int k = RUNS;
         plan->list[FINEST].seconds = 0.0;

@@ -60,8 +60,8 @@ static void list_step(IntegratorKind integrator, double time_step, SceneKeyList 
 
 static void list_surface(const SurfaceOptions *surface, SceneKeyList *list)
 {
-    list_step(surface->integrator, surface->time_step, list);
-    set_int(add(list, "levels"), surface->levels);
+    list_step(surface->body.integrator, surface->body.time_step, list);
+    set_int(add(list, "levels"), surface->body.levels);
     set_int(add(list, "start_level"), surface->start_level);
     set_text(add(list, "adjust"), surface->adjust == ADJUST_CHOI2005 ? "choi2005" : "continuum");
     SceneKey *adapt = add(list, "adapt");
@@ -71,8 +71,8 @@ static void list_surface(const SurfaceOptions *surface, SceneKeyList *list)
 
 static void list_voxel(const VoxelOptions *voxel, SceneKeyList *list)
 {
-    list_step(voxel->integrator, voxel->time_step, list);
-    set_int(add(list, "levels"), voxel->levels);
+    list_step(voxel->body.integrator, voxel->body.time_step, list);
+    set_int(add(list, "levels"), voxel->body.levels);
     set_text(add(list, "law"), voxel->law == VOXEL_MIYAZAKI2004 ? "miyazaki2004" : "affine");
 }
 

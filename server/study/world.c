@@ -33,7 +33,7 @@ static void change_surface(SurfaceOptions *surface, const StudyCase *what)
     // The values of `adapt = {}` (config/README.md), for a scene that does not set them.
     static const SurfaceAdapt usual = {
         .force = 0.005, .speed = 0.3, .curvature = 0.4, .check_hz = 100.0};
-    surface->integrator = what->integrator;
+    surface->body.integrator = what->integrator;
     surface->automatic = surface->automatic && what->is_scene;
     surface->adjust = what->paper_rule ? ADJUST_CHOI2005 : ADJUST_CONTINUUM;
     if (what->detail == DETAIL_SCENE)
@@ -41,7 +41,7 @@ static void change_surface(SurfaceOptions *surface, const StudyCase *what)
     surface->adaptive = what->detail == DETAIL_ADAPTIVE;
     surface->start_level = surface->adaptive ? 0 : what->level;
     // Rules of levels need levels; a body held at level 0 gets one too.
-    surface->levels = what->level > 0 ? what->level : 1;
+    surface->body.levels = what->level > 0 ? what->level : 1;
     if (!surface->adaptive)
         return;
     if (!(surface->adapt.force > 0.0))
@@ -54,11 +54,11 @@ static void change_surface(SurfaceOptions *surface, const StudyCase *what)
 static void change_voxel(SceneBody *body, const StudyCase *what)
 {
     VoxelSource *voxels = &body->voxels;
-    body->voxel.integrator = what->integrator;
+    body->voxel.body.integrator = what->integrator;
     body->voxel.law = what->paper_rule ? VOXEL_MIYAZAKI2004 : VOXEL_AFFINE;
     if (what->detail == DETAIL_SCENE)
         return;
-    body->voxel.levels = what->level > 0 ? what->level : 0;
+    body->voxel.body.levels = what->level > 0 ? what->level : 0;
     if (what->level >= 0)
         return;
     voxels->size *= 0.5;
@@ -88,12 +88,12 @@ void study_change_scene(StudyScene *copy, const StudyCase *what, double sample_s
         if (body->model == MODEL_SURFACE) {
             change_surface(&body->surface, what);
             body->surface.adapt.check_hz = fmin(body->surface.adapt.check_hz, scene->rate_hz);
-            body->surface.time_step = step;
-            body->surface.unsafe_time_step &= what->is_scene;
+            body->surface.body.time_step = step;
+            body->surface.body.unsafe_time_step &= what->is_scene;
         } else {
             change_voxel(body, what);
-            body->voxel.time_step = step;
-            body->voxel.unsafe_time_step &= what->is_scene;
+            body->voxel.body.time_step = step;
+            body->voxel.body.unsafe_time_step &= what->is_scene;
         }
     }
 }
@@ -105,13 +105,13 @@ static bool check(const StudyScene *copy, Status *status)
         const SceneBody *body = &copy->body[b];
         if (body->model != MODEL_VOXEL)
             continue;
-        if (body->voxel.levels > VOXEL_LEVELS_MAX)
-            return status_fail(status, STATUS_INVALID, "levels %d exceeds %d", body->voxel.levels,
-                               VOXEL_LEVELS_MAX);
-        if (body->voxel.integrator != INTEGRATOR_LEAPFROG &&
-            body->voxel.integrator != INTEGRATOR_SYMPLECTIC_EULER)
+        if (body->voxel.body.levels > VOXEL_LEVELS_MAX)
+            return status_fail(status, STATUS_INVALID, "levels %d exceeds %d",
+                               body->voxel.body.levels, VOXEL_LEVELS_MAX);
+        if (body->voxel.body.integrator != INTEGRATOR_LEAPFROG &&
+            body->voxel.body.integrator != INTEGRATOR_SYMPLECTIC_EULER)
             return status_fail(status, STATUS_INVALID, "integrator %s means nothing to voxels",
-                               integrator_name(body->voxel.integrator));
+                               integrator_name(body->voxel.body.integrator));
         for (int m = 0; m < body->voxel.material_count; m++)
             if (body->voxel.law == VOXEL_MIYAZAKI2004 && body->material[m].poisson_ratio > 0.0)
                 return status_fail(status, STATUS_INVALID,

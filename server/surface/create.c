@@ -118,7 +118,7 @@ static void create_springs(SurfaceModel *model, const WingedMesh *winged,
 void model_create_node_table(SurfaceModel *model, const SurfaceOptions *options, bool all_free,
                              Arena *arena)
 {
-    const char *name = options->name;
+    const char *name = options->body.name;
     bool uses_drag = options->shape.wanted || options->material.node_damping > 0.0;
     bool body_frame = options->shape.wanted && options->shape.frame == SHAPE_BODY;
     bool radial = options->shape.wanted && options->shape.direction == SHAPE_DAMPS_RADIAL;
@@ -148,7 +148,7 @@ void model_create_node_table(SurfaceModel *model, const SurfaceOptions *options,
 static void create_nodes(SurfaceModel *model, const TriMesh *mesh, const SpringNetwork *network,
                          const SurfaceOptions *options, Arena *arena, StateList *state)
 {
-    const char *name = options->name;
+    const char *name = options->body.name;
     model_create_node_table(model, options, network->free_count == mesh->node_count, arena);
     const bool uses_drag = model->shape != SHAPE_FRAME_NONE;
     const bool body_frame = model->shape == SHAPE_FRAME_BODY;
@@ -219,7 +219,7 @@ void model_create_places(SurfaceModel *model, const TriMesh *mesh, const char *n
 void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fixed,
                        const SurfaceOptions *options, Arena *arena, StateList *state)
 {
-    const char *name = options->name;
+    const char *name = options->body.name;
     static const char *const labels[2][2] = {{"rows", "rows of next tick"},
                                              {"stage rows", "stage rows 2"}};
     size_t values = (size_t)model->basis.count * ROW, bytes = values * model_real_size(model);
@@ -227,21 +227,21 @@ void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fix
         model->rows[k] = model_allocate_reals(model, values, name, labels[0][k], arena);
         model->stage[k] = model_allocate_reals(model, values, name, labels[1][k], arena);
     }
-    if (options->integrator == INTEGRATOR_RK4)
+    if (options->body.integrator == INTEGRATOR_RK4)
         model->sum =
             model_allocate_reals(model, (size_t)model->lane_count * 6, name, "stage sums", arena);
     model->loaded = ALLOCATE(ARENA_STEP, 1, int64_t, "loaded");
     model->parameters = ALLOCATE(ARENA_STEP, 1, BodyParameters, "parameters");
-    *model->parameters = body_parameters(options->gravity);
+    *model->parameters = body_parameters(options->body.gravity);
 
     // Initial state; the largest distance gives the limit for bad numbers.
     double farthest = 0.0;
     for (int i = 0; i < mesh->node_count; i++) {
-        Vec3 x =
-            options->initial_position != NULL ? options->initial_position[i] : mesh->position[i];
+        Vec3 x = options->body.initial_position != NULL ? options->body.initial_position[i]
+                                                        : mesh->position[i];
         Vec3 v = {0.0, 0.0, 0.0};
-        if (options->initial_velocity != NULL && !fixed[i])
-            v = options->initial_velocity[i];
+        if (options->body.initial_velocity != NULL && !fixed[i])
+            v = options->body.initial_velocity[i];
         rows_write(&model->basis, model->rows[0], model->slot[i], x, v);
         farthest = fmax(farthest, fmax(vec3_length(x), vec3_length(mesh->position[i])));
     }
@@ -254,13 +254,13 @@ void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fix
 
     state_add_pair(state, model->rows[0], model->rows[1], &model->current, bytes, "%s/rows", name);
     // The shape springs of a cut body's pieces act as external forces.
-    bool pieces = options->cuttable && model->shape == SHAPE_FRAME_BODY;
-    if (!options->without_contacts || !options->without_loads || pieces) {
+    bool pieces = options->body.cuttable && model->shape == SHAPE_FRAME_BODY;
+    if (!options->body.without_contacts || !options->body.without_loads || pieces) {
         size_t forces = (size_t)model->lane_count * 3;
         model->external = model_allocate_reals(model, forces, name, "outside forces", arena);
         state_add(state, model->external, forces * model_real_size(model), "%s/loads", name);
     }
-    if (model->basis.floating && !options->without_loads) {
+    if (model->basis.floating && !options->body.without_loads) {
         size_t slots = (size_t)model->basis.count;
         model->world_load = arena_allocate(arena, ARENA_STEP, slots, sizeof *model->world_load,
                                            "%s/loads in the world", name);
@@ -275,7 +275,7 @@ static void create_surface(SurfaceModel *model, Body *body, const TriMesh *mesh,
                            const WingedMesh *winged, const SpringNetwork *network,
                            const SurfaceOptions *options, Arena *arena)
 {
-    const char *name = options->name;
+    const char *name = options->body.name;
     int nodes = mesh->node_count, faces = mesh->triangle_count;
     model->face =
         arena_allocate(arena, ARENA_TOPOLOGY, (size_t)faces, sizeof *model->face, "%s/faces", name);
@@ -321,7 +321,7 @@ static void create_dense(Body *body, SurfaceModel *model, const TriMesh *mesh,
                          const WingedMesh *winged, const SpringNetwork *network,
                          const SurfaceOptions *options, Arena *arena, StateList *state)
 {
-    const char *name = options->name;
+    const char *name = options->body.name;
     model->node_count = mesh->node_count;
     model->edge_count = winged->edge_count;
     model->face_count = mesh->triangle_count;
@@ -350,12 +350,12 @@ static void choose_integrator(SurfaceOptions *options, const SpringNetwork *netw
     if (options->automatic) {
         double limit = stability_time_step(INTEGRATOR_LEAPFROG, network->finest_lambda,
                                            network->finest_damping);
-        options->integrator = stability_substeps(options->tick, limit) <= SURFACE_AUTO_SUBSTEPS
-                                  ? INTEGRATOR_LEAPFROG
-                                  : INTEGRATOR_IMPLICIT;
+        options->body.integrator = stability_substeps(options->tick, limit) <= SURFACE_AUTO_SUBSTEPS
+                                       ? INTEGRATOR_LEAPFROG
+                                       : INTEGRATOR_IMPLICIT;
     }
-    if (options->integrator == INTEGRATOR_IMPLICIT)
-        options->precision = PRECISION_DOUBLE;
+    if (options->body.integrator == INTEGRATOR_IMPLICIT)
+        options->body.precision = PRECISION_DOUBLE;
 }
 
 bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked, Arena *arena,
@@ -363,13 +363,14 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
 {
     SurfaceOptions chosen = *asked;
     const SurfaceOptions *options = &chosen;
-    const char *name = options->name;
+    const char *name = options->body.name;
     const SpringKernels *kernels =
         // Refuse combinations of options that the equations do not support.
-        kernels_find(options->precision, options->isa == NULL ? "auto" : options->isa);
+        kernels_find(options->body.precision,
+                     options->body.isa == NULL ? "auto" : options->body.isa);
     if (kernels == NULL)
         return status_fail(status, STATUS_INVALID,
-                           "isa %s is not a level that this machine can run", options->isa);
+                           "isa %s is not a level that this machine can run", options->body.isa);
     bool per_node = options->shape.wanted && options->shape.per_node;
     double frame_weight = per_node ? options->shape.stiffness : options->shape.angular_frequency;
     if (options->shape.wanted && options->shape.frame == SHAPE_BODY && !(frame_weight > 0.0))
@@ -377,11 +378,11 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
                            "shape: frame \"body\" needs a stiffness above 0 to fit the frame with");
     if (options->shape.wanted && options->shape.direction == SHAPE_DAMPS_RADIAL &&
         (options->shape.frame == SHAPE_BODY || options->automatic ||
-         options->integrator == INTEGRATOR_IMPLICIT))
+         options->body.integrator == INTEGRATOR_IMPLICIT))
         return status_fail(status, STATUS_INVALID,
                            "shape: damping_direction \"radial\" needs frame \"world\" and an "
                            "integrator with explicit steps");
-    if (options->cuttable && options->levels > 0 && options->adjust == ADJUST_CHOI2005)
+    if (options->body.cuttable && options->body.levels > 0 && options->adjust == ADJUST_CHOI2005)
         return status_fail(status, STATUS_INVALID,
                            "cuttable needs adjust = \"continuum\", whose masses and springs belong "
                            "to faces: a cut then keeps their sums");
@@ -392,14 +393,14 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
     const bool changes = surface_changes(options);
     SurfaceOptions coarse = *options; // options for a body that changes, which starts from level 0
     coarse.start_level = changes ? 0 : options->start_level;
-    coarse.adjust = options->levels > 0 ? options->adjust : ADJUST_CONTINUUM;
+    coarse.adjust = options->body.levels > 0 ? options->adjust : ADJUST_CONTINUUM;
     if (!network_create(&network, mesh, &winged, &coarse, status)) {
         winged_destroy(&winged);
         return false;
     }
     // The bounds of the springs are known now, and with them the integrator.
     choose_integrator(&chosen, &network);
-    const bool implicit = options->integrator == INTEGRATOR_IMPLICIT;
+    const bool implicit = options->body.integrator == INTEGRATOR_IMPLICIT;
     if (network.clamped && !implicit)
         log_line(LOG_WARNING,
                  "body %s: damping_time %g s shortened to %g s: longer, it would dictate "
@@ -408,33 +409,22 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
 
     SurfaceModel *model = arena_allocate(arena, ARENA_STEP, 1, sizeof *model, "%s/model", name);
     model->kernels = implicit ? kernels_find(PRECISION_DOUBLE, kernels->level) : kernels;
-    model->basis.precision = options->precision;
-    model->basis.displaced = options->precision == PRECISION_SINGLE;
+    model->basis.precision = options->body.precision;
+    model->basis.displaced = options->body.precision == PRECISION_SINGLE;
     model->prestressed = options->prestress > 0.0;
-    model->team = mesh->node_count < SHARED_LEAST && !changes ? NULL : options->team;
+    model->team = mesh->node_count < SHARED_LEAST && !changes ? NULL : options->body.team;
     model->damping_time = implicit ? network.asked_damping_time : network.damping_time;
     model->damped = model->damping_time > 0.0;
     // All fields that the two kinds of bodies share; the rest follows below.
-    *body = (Body){
-        .ops = &surface_ops,
-        .model = model,
-        .integrator = options->integrator,
-        .mass = network.total_mass,
-        .spring_count = winged.edge_count,
-        .element_count = mesh->triangle_count,
-        .finest_level = options->start_level,
-        .lambda = network.lambda,
-        .damping = network.damping,
-        .contact_lambda = network.contact_lambda,
-        .contact_ratio = options->contact_ratio,
-        .contact_damping = options->contact_damping,
-        .theta = implicit ? implicit_theta(options) : 0.0,
-        .contact_share = 1.0,
-        .tuning = {.friction = options->friction, .stiffness_scale = 1.0, .damping_scale = 1.0},
-        .time_step_wanted = options->time_step,
-        .unsafe_time_step = options->unsafe_time_step,
-    };
-    snprintf(body->name, sizeof body->name, "%s", name);
+    *body = body_of_options(&options->body, &surface_ops, model);
+    body->mass = network.total_mass;
+    body->spring_count = winged.edge_count;
+    body->element_count = mesh->triangle_count;
+    body->finest_level = options->start_level;
+    body->lambda = network.lambda;
+    body->damping = network.damping;
+    body->contact_lambda = network.contact_lambda;
+    body->theta = implicit ? implicit_theta(options) : 0.0;
     if (changes)
         detail_create(body, model, mesh, &winged, &network, options, arena, state);
     else

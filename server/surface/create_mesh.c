@@ -23,7 +23,7 @@ void model_label_pieces(const TriMesh *mesh, int *piece)
 void model_create_mesh(SurfaceModel *model, Body *body, const TriMesh *mesh,
                        const SurfaceOptions *options, Arena *arena)
 {
-    const char *name = options->name;
+    const char *name = options->body.name;
     int nodes = mesh->node_count, faces = mesh->triangle_count;
     model->id = ALLOCATE(nodes, int, "node ids");
     model->parent = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)nodes, sizeof *model->parent,

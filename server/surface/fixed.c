@@ -4,8 +4,8 @@ bool fixed_mark(const TriMesh *mesh, const SurfaceOptions *options, bool *fixed,
 {
     const Levels *levels = options->hierarchy;
     int nodes = levels != NULL ? levels->level[0].node_count : mesh->node_count;
-    for (int r = 0; r < options->fixed_count; r++) {
-        const FixedRegion *region = &options->fixed[r];
+    for (int r = 0; r < options->body.fixed_count; r++) {
+        const FixedRegion *region = &options->body.fixed[r];
         if (region->kind == FIXED_NODES) {
             for (int k = 0; k < region->node_count; k++) {
                 int node = mesh_node_of_file(mesh, region->node[k]);

@@ -11,7 +11,7 @@ extern const ImplicitKernel implicit_kernels_double_v3, implicit_kernels_double_
 
 #define ALLOCATE(count, type, label)                                                               \
     arena_allocate(arena, ARENA_STEP, (size_t)(count), sizeof(type), "%s/implicit %s",             \
-                   options->name, label)
+                   options->body.name, label)
 
 // Before the tick: computes the positions at which external forces are evaluated. Also sets the
 // base of the first substep.

@@ -4,12 +4,9 @@
 #define PLIANT_SURFACE_SURFACE_H
 
 #include "base/arena.h"
-#include "base/precision.h"
 #include "base/state.h"
 #include "base/status.h"
-#include "base/team.h"
-#include "dynamics/body.h"
-#include "dynamics/fixed.h"
+#include "dynamics/body_options.h"
 #include "geometry/levels.h"
 #include "geometry/mesh.h"
 
@@ -71,47 +68,29 @@ typedef struct SurfaceImplicit {
 enum { SURFACE_AUTO_SUBSTEPS = 64 };
 
 typedef struct SurfaceOptions {
-    const char *name;
+    BodyOptions body; // implicit bodies always use double precision
     SurfaceMaterial material;
     SurfaceShape shape;
-    int levels;                       // finest level of detail; 0: the mesh and nothing finer
-    int start_level;                  // in [0, levels]
-    SurfaceAdjust adjust;             // no effect with levels = 0
-    bool adaptive;                    // refines and coarsens; else it stays at start_level
-    SurfaceAdapt adapt;               // if adaptive
-    bool cuttable;                    // blades can cut it
-    double tear_stretch;              // stretch of a bond at which it breaks; 0: no tearing
-    int node_capacity, face_capacity; // most in use at the same time; 0: as many as the levels have
-    const Levels *hierarchy;          // of the mesh, `levels` deep; NULL with levels = 0, unless
-                                      // the body is cuttable
-    double prestress;                 // rest lengths shortened by this fraction, [0, 0.9]
-    IntegratorKind integrator;
+    int start_level;         // in [0, levels]
+    SurfaceAdjust adjust;    // no effect with levels = 0
+    bool adaptive;           // refines and coarsens; else it stays at start_level
+    SurfaceAdapt adapt;      // if adaptive
+    double tear_stretch;     // stretch of a bond at which it breaks; 0: no tearing
+    const Levels *hierarchy; // of the mesh, `levels` deep; NULL with levels = 0, unless the body is
+                             // cuttable
+    double prestress;        // rest lengths shortened by this fraction, [0, 0.9]
     SurfaceImplicit implicit;
     // Leapfrog where the bound of the springs requires at most SURFACE_AUTO_SUBSTEPS per `tick`
     // [s], else implicit; `integrator` is ignored.
     bool automatic;
-    double tick;         // if automatic
-    Precision precision; // of the kernels: single is faster, double is the reference; implicit
-                         // bodies always use double
-    double time_step;    // [s]; 0: from the stability bound
-    bool unsafe_time_step;
-    int fixed_count;
-    const FixedRegion *fixed;
-    // Initial state in mesh order [node_count] [m], [m/s], or NULL: at rest.
-    const Vec3 *initial_position, *initial_velocity;
-    Vec3 gravity;
-    double contact_ratio, contact_damping, friction; // see dynamics/body.h
-    bool without_contacts; // nothing can touch or attach to it: no arrays for such forces
-    bool without_loads;    // no loads either: no array for external forces
-    const char *isa;       // "auto" or a level of surface_isa_*
-    Team *team;            // shares the force evaluation; NULL: one thread; outlives the body
+    double tick; // if automatic
 } SurfaceOptions;
 
 // True if faces of the body are created and removed: it is built from level 0 and keeps the
 // hierarchy.
 static inline bool surface_changes(const SurfaceOptions *options)
 {
-    return options->adaptive || options->cuttable;
+    return options->adaptive || options->body.cuttable;
 }
 
 // Builds a body from a valid mesh (mesh_validate); with levels from the mesh of start_level

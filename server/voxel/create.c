@@ -155,7 +155,7 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
 {
     const VoxelOptions *options = making->options;
     const LatticeMesh *mesh = &making->mesh;
-    const char *name = options->name;
+    const char *name = options->body.name;
     make_elements(making);
     VoxelModel *model = arena_allocate(arena, ARENA_STEP, 1, sizeof *model, "%s/model", name);
     model->law = options->law;
@@ -177,7 +177,7 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
                    mesh->element_count, mesh->surface_count, arena, state);
     setup_frame(vertices, name, arena, state);
     create_batches(model, making, name, arena, state);
-    *body = setup_body(options, &voxel_ops, model);
+    *body = body_of_options(&options->body, &voxel_ops, model);
     body->mass = mass;
     body->element_count = mesh->element_count;
     body->lambda = body->contact_lambda = making->lambda;
@@ -196,13 +196,13 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
 bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
                   Status *status)
 {
-    if (options->cuttable)
+    if (options->body.cuttable)
         return cut_body_create(body, options, arena, state, status);
-    const char *isa = options->isa == NULL ? "auto" : options->isa;
+    const char *isa = options->body.isa == NULL ? "auto" : options->body.isa;
     Making making = {.options = options};
-    layout_create(&making.layout, options->lattice, options->levels);
+    layout_create(&making.layout, options->lattice, options->body.levels);
     bool ok = lattice_mesh_create(&making.mesh, &making.layout, status);
-    const VoxelKernels *kernels = voxel_kernels_find(options->precision, isa);
+    const VoxelKernels *kernels = voxel_kernels_find(options->body.precision, isa);
     ok = ok && setup_check(options, kernels != NULL, making.mesh.vertex_count, status);
     if (ok)
         making.by_id = vertex_ids_sort(making.mesh.id, making.mesh.vertex_count);

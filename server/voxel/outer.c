@@ -26,7 +26,7 @@ static void list_faces(const LatticeMesh *mesh, int nodes, int *start, int *list
 void voxel_create_surface(VoxelModel *model, Body *body, const LatticeMesh *mesh,
                           const VoxelOptions *options, Arena *arena)
 {
-    const char *name = options->name;
+    const char *name = options->body.name;
     const double size = options->lattice->size;
     const int nodes = mesh->surface_count, faces = mesh->face_count;
     int(*face)[3] =
@@ -62,7 +62,7 @@ void voxel_create_surface(VoxelModel *model, Body *body, const LatticeMesh *mesh
         .longest_edge = sqrt(2.0) * size,
         .solid = true,
     };
-    if (options->without_contacts)
+    if (options->body.without_contacts)
         return;
     // A corner of the body is a sixth as stiff as the middle of a face: contacts need the firmness.
     body->surface.face_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)faces,

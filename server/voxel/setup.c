@@ -6,10 +6,10 @@ bool setup_check(const VoxelOptions *options, bool has_kernels, int vertices, St
 {
     if (!has_kernels)
         return status_fail(status, STATUS_INVALID,
-                           "isa %s is not a level that this machine can run", options->isa);
-    if (options->initial_position != NULL && options->initial_count != vertices)
+                           "isa %s is not a level that this machine can run", options->body.isa);
+    if (options->body.initial_position != NULL && options->body.initial_count != vertices)
         return status_fail(status, STATUS_INVALID, "initial has %d rows, the body %d vertices",
-                           options->initial_count, vertices);
+                           options->body.initial_count, vertices);
     return true;
 }
 
@@ -37,8 +37,8 @@ static bool hold_nodes(const FixedRegion *region, const VertexId *by_id, int ver
 bool setup_fixed(const VoxelOptions *options, const VertexId *by_id, int vertices,
                  SetupPlace *place, const void *mesh, bool *fixed, Status *status)
 {
-    for (int r = 0; r < options->fixed_count; r++) {
-        const FixedRegion *region = &options->fixed[r];
+    for (int r = 0; r < options->body.fixed_count; r++) {
+        const FixedRegion *region = &options->body.fixed[r];
         if (region->kind == FIXED_NODES) {
             if (!hold_nodes(region, by_id, vertices, fixed, status))
                 return false;
@@ -48,22 +48,6 @@ bool setup_fixed(const VoxelOptions *options, const VertexId *by_id, int vertice
             fixed[v] |= fixed_contains(region, place(options->lattice, mesh, v));
     }
     return true;
-}
-
-Body setup_body(const VoxelOptions *options, const BodyOps *ops, void *model)
-{
-    Body body = {
-        .ops = ops,
-        .model = model,
-        .integrator = options->integrator,
-        .contact_ratio = options->contact_ratio,
-        .contact_damping = options->contact_damping,
-        .tuning = {.friction = options->friction, .stiffness_scale = 1.0, .damping_scale = 1.0},
-        .time_step_wanted = options->time_step,
-        .unsafe_time_step = options->unsafe_time_step,
-    };
-    snprintf(body.name, sizeof body.name, "%s", options->name);
-    return body;
 }
 
 void setup_vertices(Vertices *vertices, const VoxelOptions *options, const int (*point)[3],
@@ -79,11 +63,11 @@ void setup_vertices(Vertices *vertices, const VoxelOptions *options, const int (
     rows->rest_origin = lattice_point(lattice, middle[0], middle[1], middle[2]);
     rows->rest_turn = lattice->turn;
     rows->place = arena_allocate(arena, ARENA_STEP, (size_t)most + 1, sizeof *rows->place,
-                                 "%s/places", options->name);
+                                 "%s/places", options->body.name);
     for (int i = 0; i < vertices->count; i++)
         for (int c = 0; c < 3; c++)
             rows->place[i][c] = lattice->size * (point[i][c] - middle[c]);
-    vertices->team = options->team;
+    vertices->team = options->body.team;
     vertices->halved = elements >= SETUP_HALVED_LEAST;
     vertices_create(vertices, options, by_id, fixed, loadable_count,
                     lattice->size * (cells[0] + cells[1] + cells[2]), arena, state);

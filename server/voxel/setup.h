@@ -17,8 +17,6 @@ int setup_held_vertex(const VertexId *by_id, int vertices, int id, Status *statu
 typedef Vec3 SetupPlace(const Lattice *lattice, const void *mesh, int vertex);
 bool setup_fixed(const VoxelOptions *options, const VertexId *by_id, int vertices,
                  SetupPlace *place, const void *mesh, bool *fixed, Status *status);
-// Returns a body with the fields that follow from the options; the others are zero.
-Body setup_body(const VoxelOptions *options, const BodyOps *ops, void *model);
 // Creates the rows of a body in space, at rest, then calls vertices_create; requires
 // vertices->count, capacity, kernels, mass and id. `point` [count] in cells; the number of
 // `elements` decides whether the forces are halved.

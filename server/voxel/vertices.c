@@ -32,11 +32,11 @@ static double write_initial(Vertices *vertices, const VoxelOptions *options, con
                             const bool *fixed)
 {
     double farthest = 0.0;
-    for (int k = 0; options->initial_position != NULL && k < vertices->count; k++) {
+    for (int k = 0; options->body.initial_position != NULL && k < vertices->count; k++) {
         int i = by_id[k].vertex;
-        Vec3 x = options->initial_position[k], v = {0.0, 0.0, 0.0};
-        if (options->initial_velocity != NULL && !fixed[i])
-            v = options->initial_velocity[k];
+        Vec3 x = options->body.initial_position[k], v = {0.0, 0.0, 0.0};
+        if (options->body.initial_velocity != NULL && !fixed[i])
+            v = options->body.initial_velocity[k];
         rows_write(&vertices->rows, vertices->row[0], i, x, v);
         farthest = fmax(farthest, vec3_length(vec3_sub(x, vertices->rows.rest_origin)));
     }
@@ -57,9 +57,9 @@ void vertices_create(Vertices *vertices, const VoxelOptions *options, const Vert
                      const bool *fixed, int loadable_count, double extent, Arena *arena,
                      StateList *state)
 {
-    const char *name = options->name;
+    const char *name = options->body.name;
     Rows *rows = &vertices->rows;
-    rows->precision = options->precision;
+    rows->precision = options->body.precision;
     if (vertices->capacity == 0)
         vertices->capacity = vertices->count;
     create_frame(vertices, name, fixed, arena, state);
@@ -83,9 +83,9 @@ void vertices_create(Vertices *vertices, const VoxelOptions *options, const Vert
     vertices->position_limit = 1e6 * fmax(extent, write_initial(vertices, options, by_id, fixed));
     vertices->damped = options->damping > 0.0;
     vertices->parameters = ALLOCATE(ARENA_STEP, 1, BodyParameters, "parameters");
-    *vertices->parameters = body_parameters(options->gravity);
+    *vertices->parameters = body_parameters(options->body.gravity);
     state_add(state, vertices->parameters, sizeof *vertices->parameters, "%s/parameters", name);
-    if (!options->without_loads)
+    if (!options->body.without_loads)
         create_loads(vertices, name, loadable_count, arena, state);
 }
 

@@ -4,12 +4,9 @@
 #define PLIANT_VOXEL_VOXEL_H
 
 #include "base/arena.h"
-#include "base/precision.h"
 #include "base/state.h"
 #include "base/status.h"
-#include "base/team.h"
-#include "dynamics/body.h"
-#include "dynamics/fixed.h"
+#include "dynamics/body_options.h"
 #include "geometry/lattice.h"
 #include "geometry/mesh.h"
 #include "voxel/element.h"
@@ -21,37 +18,20 @@ typedef struct VoxelMaterial {
 } VoxelMaterial;
 
 typedef struct VoxelOptions {
-    const char *name;
+    BodyOptions body;       // levels up to VOXEL_LEVELS_MAX (layout.h); integrator symplectic_euler
+                            // or leapfrog; fixed nodes: indices of lattice points
     const Lattice *lattice; // not needed after creation
     int dimensions;         // 3, or 2: the plane case
-    int levels;             // coarsest level of elements, [0, VOXEL_LEVELS_MAX] (layout.h)
     VoxelLaw law;
     int material_count;
     const VoxelMaterial *material; // [material_count] by label - 1
     double damping;                // beta as a multiple of the body's critical step dt0
-    IntegratorKind integrator;     // symplectic_euler or leapfrog
-    Precision precision;
-    double time_step; // [s]; 0: from the stability bound
-    bool unsafe_time_step;
-    int fixed_count;
-    const FixedRegion *fixed; // nodes: indices of lattice points
-    // Initial state by ascending vertex id [m], [m/s], or NULL: at rest.
-    int initial_count;
-    const Vec3 *initial_position, *initial_velocity;
-    Vec3 gravity;
-    double contact_ratio, contact_damping, friction; // see dynamics/body.h
-    bool without_contacts;                           // tools cannot touch it
-    bool without_loads;                              // loads cannot act on it
-    bool publish_all;                                // also inner vertices
-    bool cuttable;       // blades can cut it; otherwise the rest of this group is ignored
+    bool publish_all;              // also inner vertices
+    // If it can be cut:
     int split_budget;    // elements divided per tick
     double tear_stress;  // strength of the tissue [Pa]; 0: no tearing by stress
     double tear_force;   // the paper's threshold on the external force on a vertex [N]; 0: none
-    int vertex_capacity; // most vertices and outer triangles; 0: enough for a fully divided body
-    int face_capacity;
     const TriMesh *skin; // display surface in place of the outer faces, or NULL
-    const char *isa;     // "auto" or a name of isa.h
-    Team *team;          // shares the elements of large bodies; NULL: one thread; outlives the body
 } VoxelOptions;
 
 // Builds a body in space; one in the plane is made by plane_create. Allocates from `arena` and adds

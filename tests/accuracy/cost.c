@@ -57,7 +57,7 @@ static void read_case(const Experiment *experiment, const Case *what, int place,
     run_read(experiment->scenes, what->scene, scene);
     scene_scale_loads(scene, what->force);
     scene->body[0].surface.adjust = rule;
-    scene->body[0].surface.integrator = integrator;
+    scene->body[0].surface.body.integrator = integrator;
     if (what->force_alone) {
         scene->body[0].surface.adapt.speed = NEVER;
         scene->body[0].surface.adapt.curvature = NEVER;

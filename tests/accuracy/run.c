@@ -45,7 +45,7 @@ void run_build(const Scene *scene, const Model *model, World *world)
     body.surface.adaptive = !held;
     body.surface.start_level = held ? model->levels : 0;
     // There are no rules of levels without levels, and a body held at level 0 shall have them.
-    body.surface.levels = model->levels > 0 ? model->levels : 1;
+    body.surface.body.levels = model->levels > 0 ? model->levels : 1;
     changed.body = &body;
     if (!world_build(world, &changed, &options, &status))
         give_up(&status);

@@ -11,7 +11,8 @@ static void read_scene(const char *name, double factor, SurfaceAdjust rule, Scen
     run_read("scenes", name, scene);
     scene_scale_loads(scene, factor);
     scene->body[0].surface.adjust = rule;
-    scene->body[0].surface.integrator = INTEGRATOR_LEAPFROG; // four times faster, the same curves
+    scene->body[0].surface.body.integrator =
+        INTEGRATOR_LEAPFROG; // four times faster, the same curves
 }
 
 static void trace(const Scene *scene, const Model *model, double seconds, Trace *out)

@@ -47,12 +47,12 @@ static void create_world(VoxelWorld *world, const Version *version)
     static const FixedRegion BOTTOM = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.0499}};
     VoxelWorldOptions options = voxel_world_cube(CELLS);
-    options.body.levels = version->levels;
+    options.body.body.levels = version->levels;
     options.body.law = version->law;
     options.body.damping = BETA; // while it is pressed; see evaluate
-    options.body.precision = version->precision;
-    options.body.fixed_count = 1;
-    options.body.fixed = &BOTTOM;
+    options.body.body.precision = version->precision;
+    options.body.body.fixed_count = 1;
+    options.body.body.fixed = &BOTTOM;
     options.rate_hz = 500.0;
     options.tool_count = 1;
     options.tool[0] = (ToolOptions){.id = 1,

@@ -70,9 +70,9 @@ static void carve_square(const Experiment *experiment)
     lattice_destroy(&options.lattice);
     if (!lattice_box(&options.lattice, (int[3]){SQUARE_CELLS, SQUARE_CELLS, 1}, 0.002, &status))
         abort();
-    options.body.cuttable = true;
+    options.body.body.cuttable = true;
     options.body.law = VOXEL_MIYAZAKI2004;
-    options.body.levels = CUT_LEVELS;
+    options.body.body.levels = CUT_LEVELS;
     PlaneWorld world;
     plane_world_create(&world, &options);
     FILE *out = experiment_open(experiment, "plane-carved.tsv");
@@ -113,9 +113,9 @@ static void tear_disc(const Experiment *experiment)
     PlaneWorldOptions options = plane_world_disc(16);
     const double radius = 0.004;
     const FixedRegion held = {.kind = FIXED_SPHERE, .center = {0.0, 0.03, 0.0}, .radius = 0.014};
-    options.body.fixed = &held;
-    options.body.fixed_count = 1;
-    options.body.cuttable = true;
+    options.body.body.fixed = &held;
+    options.body.body.fixed_count = 1;
+    options.body.body.cuttable = true;
     options.body.law = VOXEL_MIYAZAKI2004;
     options.body.tear_force = 3e-3;
     options.tool_count = 1;

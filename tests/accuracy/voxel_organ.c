@@ -54,12 +54,12 @@ static void organ_create(Organ *organ, const char *path, double stiffness, int l
     // Firm enough for the probe to be where its pose is, and alike: the usual contact is as firm as
     // the stiffest of a body's materials asks for.
     double stiffest = stiffness > 0.0 ? stiffness : body->material[1].youngs_modulus;
-    body->voxel.contact_ratio *= FIRM / stiffest;
-    body->voxel.contact_damping *= stiffest / FIRM;
+    body->voxel.body.contact_ratio *= FIRM / stiffest;
+    body->voxel.body.contact_damping *= stiffest / FIRM;
     if (stiffness > 0.0)
         body->material[1].youngs_modulus = stiffness;
     if (levels >= 0)
-        body->voxel.levels = levels;
+        body->voxel.body.levels = levels;
     need(world_build(&organ->world, &organ->scene, &options, &status), &status);
     sim_set_lockstep(organ->world.sim, true);
     organ->body = sim_body(organ->world.sim, 0);
@@ -200,7 +200,7 @@ static void write_layout(const Experiment *experiment, const Organ *organ)
         fprintf(out, "%d\t%ld\t%d\t%d\t%d\t%d\t%d\t%d\t%.1f\n", levels, solid, layout.leaf_count,
                 count[0], count[1], count[2], count[3], stiff,
                 100.0 * layout.leaf_count / (double)solid);
-        if (levels == organ->scene.body[0].voxel.levels)
+        if (levels == organ->scene.body[0].voxel.body.levels)
             draw_layer(experiment, &lattice, &layout);
         layout_destroy(&layout);
     }

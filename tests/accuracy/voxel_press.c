@@ -43,15 +43,15 @@ static VoxelWorldOptions press_options(const PressModel *model, Precision precis
     static const FixedRegion BOTTOM = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.0499}};
     VoxelWorldOptions options = voxel_world_cube(model->n);
-    options.body.levels = model->levels;
-    options.body.precision = precision;
-    options.body.fixed_count = 1;
-    options.body.fixed = &BOTTOM;
+    options.body.body.levels = model->levels;
+    options.body.body.precision = precision;
+    options.body.body.fixed_count = 1;
+    options.body.body.fixed = &BOTTOM;
     if (firm) {
         double stiffer = 40.0 * 32.0 / model->n;
-        options.body.contact_ratio *= stiffer;
-        options.body.contact_damping /= stiffer;
-        options.body.friction = 0.0; // what is left at rest does not depend on the way there
+        options.body.body.contact_ratio *= stiffer;
+        options.body.body.contact_damping /= stiffer;
+        options.body.body.friction = 0.0; // what is left at rest does not depend on the way there
     }
     options.rate_hz = 500.0;
     options.tool_count = 1;

@@ -30,20 +30,20 @@ static bool world_create(World *world, int cells, const char *isa, Status *statu
     const FixedRegion floor = {.kind = FIXED_BOX,
                                .low = {-1.0, -1.0, -1.0},
                                .high = {1.0, 1.0, -0.5 * SIZE * cells + 1e-6}};
-    const VoxelOptions options = {.name = "body",
+    const VoxelOptions options = {.body.name = "body",
                                   .lattice = &lattice,
                                   .dimensions = 3,
-                                  .levels = 2,
+                                  .body.levels = 2,
                                   .material_count = 1,
                                   .material = &material,
                                   .damping = 0.2,
-                                  .precision = PRECISION_SINGLE,
-                                  .fixed_count = 1,
-                                  .fixed = &floor,
-                                  .contact_ratio = 0.5,
-                                  .cuttable = true,
+                                  .body.precision = PRECISION_SINGLE,
+                                  .body.fixed_count = 1,
+                                  .body.fixed = &floor,
+                                  .body.contact_ratio = 0.5,
+                                  .body.cuttable = true,
                                   .split_budget = 16,
-                                  .isa = isa};
+                                  .body.isa = isa};
     const SimOptions sim = {.rate_hz = RATE, .tool_timeout_s = 10.0};
     world->sim = sim_create(&sim, &world->arena, &world->state);
     Body body = {0};

@@ -19,13 +19,13 @@ void bench_guard_voxels(Bench *bench)
     if (!bench_wants(bench, name))
         return;
     VoxelWorldOptions options = voxel_world_cube(bench->quick ? 8 : 16);
-    options.body.levels = 0;
-    options.body.precision = PRECISION_SINGLE;
-    options.body.isa = bench->isa;
+    options.body.body.levels = 0;
+    options.body.body.precision = PRECISION_SINGLE;
+    options.body.body.isa = bench->isa;
     static const FixedRegion below = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.049}};
-    options.body.fixed = &below; // or a frame follows the body in the same stage
-    options.body.fixed_count = 1;
+    options.body.body.fixed = &below; // or a frame follows the body in the same stage
+    options.body.body.fixed_count = 1;
     VoxelWorld world;
     voxel_world_create(&world, &options);
     Vertices *vertices = &((VoxelModel *)world.body->model)->vertices;

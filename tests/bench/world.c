@@ -18,19 +18,19 @@ bool bench_world_create(BenchWorld *world, const TriMesh *mesh, const BenchWorld
         .kind = FIXED_BOX, .low = {-10.0, -10.0, -10.0}, .high = {10.0, 10.0, -0.1}};
     *world = (BenchWorld){0};
     SurfaceOptions surface = {
-        .name = "body",
+        .body.name = "body",
         .material = options->material != NULL ? *options->material : bench_material(),
         .shape = bench_shape(),
-        .integrator = options->integrator,
-        .precision = options->precision,
-        .time_step = options->time_step,
-        .fixed_count = options->held_below ? 1 : 0,
-        .fixed = &below,
-        .initial_velocity = options->initial_velocity,
-        .contact_ratio = 0.5,
-        .contact_damping = 1e-3,
-        .friction = 0.3,
-        .isa = options->isa,
+        .body.integrator = options->integrator,
+        .body.precision = options->precision,
+        .body.time_step = options->time_step,
+        .body.fixed_count = options->held_below ? 1 : 0,
+        .body.fixed = &below,
+        .body.initial_velocity = options->initial_velocity,
+        .body.contact_ratio = 0.5,
+        .body.contact_damping = 1e-3,
+        .body.friction = 0.3,
+        .body.isa = options->isa,
     };
     SimOptions sim = {
         .rate_hz = options->rate_hz, .tool_timeout_s = 1e6, .may_load = options->may_load};

@@ -158,7 +158,7 @@ void bench_create(Bench *bench, const BenchOptions *options)
     double time_step = frozen ? 1.0 / options->rate_hz : options->time_step;
     FixedRegion seat = {.kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, top}};
     SurfaceOptions surface = {
-        .name = "body",
+        .body.name = "body",
         .material = {.youngs_modulus_2d = options->youngs_modulus_2d,
                      .areal_density = 4.2,
                      .damping_time = 2e-4},
@@ -166,17 +166,17 @@ void bench_create(Bench *bench, const BenchOptions *options)
                   .angular_frequency = options->shape_frequency,
                   .damping_ratio = options->shape_damping,
                   .frame = options->body_frame ? SHAPE_BODY : SHAPE_WORLD},
-        .integrator = options->integrator,
+        .body.integrator = options->integrator,
         .implicit.theta = options->theta,
-        .time_step = time_step,
-        .unsafe_time_step = time_step > 0.0,
-        .fixed_count = options->fixing == BENCH_FREE ? 0 : 1,
-        .fixed = &seat,
-        .initial_position = options->initial_position,
-        .gravity = options->gravity,
-        .contact_ratio = options->contact_ratio,
-        .contact_damping = options->contact_damping,
-        .friction = options->friction,
+        .body.time_step = time_step,
+        .body.unsafe_time_step = time_step > 0.0,
+        .body.fixed_count = options->fixing == BENCH_FREE ? 0 : 1,
+        .body.fixed = &seat,
+        .body.initial_position = options->initial_position,
+        .body.gravity = options->gravity,
+        .body.contact_ratio = options->contact_ratio,
+        .body.contact_damping = options->contact_damping,
+        .body.friction = options->friction,
     };
     SimOptions sim = {.rate_hz = options->rate_hz,
                       .gravity = options->gravity,
@@ -190,7 +190,7 @@ void bench_create(Bench *bench, const BenchOptions *options)
     bench->body = sim_add_body(bench->sim, &body);
     if (options->has_twin) {
         mesh_place(&bench->mesh, 1.0, vec3(0, 0, 0), options->twin_at);
-        surface.name = "twin";
+        surface.body.name = "twin";
         need(surface_create(&body, &bench->mesh, &surface, &bench->arena, &bench->state, &status),
              &status);
         sim_add_body(bench->sim, &body);

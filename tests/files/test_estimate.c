@@ -34,14 +34,14 @@ static void create(One *one, IntegratorKind kind, double step, double damping_ti
         velocity[i] = (Vec3){2.0 * x.y, 0.5 * x.z, -x.x};
     }
     const SurfaceOptions options = {
-        .name = "ball",
+        .body.name = "ball",
         .material = {.youngs_modulus_2d = 80.0, .areal_density = 4.2, .damping_time = damping_time},
-        .integrator = kind,
-        .precision = PRECISION_DOUBLE,
-        .initial_position = position,
-        .initial_velocity = velocity,
-        .contact_ratio = 0.5,
-        .isa = "auto"};
+        .body.integrator = kind,
+        .body.precision = PRECISION_DOUBLE,
+        .body.initial_position = position,
+        .body.initial_velocity = velocity,
+        .body.contact_ratio = 0.5,
+        .body.isa = "auto"};
     Status status = {0};
     Body body = {0};
     one->sim = sim_create(&sim, &one->arena, &one->state);

@@ -36,7 +36,7 @@ static void room_that_a_scene_asks_for_counts(void **unused)
 {
     (void)unused;
     SceneBody body = {.model = MODEL_SURFACE,
-                      .surface = {.cuttable = true, .node_capacity = 100000000}};
+                      .surface = {.body.cuttable = true, .body.node_capacity = 100000000}};
     Status status = {0};
     bool fits = memory_free() >= 1e8 * 100.0;
     assert_int_equal(memory_check_surface(&body, 100.0, &status), fits);

@@ -37,11 +37,11 @@ static void a_bare_body_takes_all_defaults(void **unused)
     expect_near(surface->material.damping_time, 2e-4, 0.0);
     expect_near(surface->material.node_damping, 0.0, 0.0);
     assert_false(surface->shape.wanted);
-    assert_int_equal(surface->integrator, INTEGRATOR_LEAPFROG);
-    expect_near(surface->time_step, 0.0, 0.0);
-    expect_near(surface->contact_ratio, 0.5, 0.0);
-    expect_near(surface->contact_damping, 2e-4, 0.0);
-    expect_near(surface->friction, 0.2, 0.0);
+    assert_int_equal(surface->body.integrator, INTEGRATOR_LEAPFROG);
+    expect_near(surface->body.time_step, 0.0, 0.0);
+    expect_near(surface->body.contact_ratio, 0.5, 0.0);
+    expect_near(surface->body.contact_damping, 2e-4, 0.0);
+    expect_near(surface->body.friction, 0.2, 0.0);
     expect_near(scene.body[0].mesh.scale, 1.0, 0.0);
     assert_int_equal(scene.body[0].mesh.rings, 8);
     assert_int_equal(scene.body[0].mesh.segments, 14);
@@ -81,7 +81,7 @@ static void implicit_integration_has_its_keys(void **unused)
                       &scene),
         "");
     const SurfaceOptions *surface = &scene.body[0].surface;
-    assert_int_equal(surface->integrator, INTEGRATOR_IMPLICIT);
+    assert_int_equal(surface->body.integrator, INTEGRATOR_IMPLICIT);
     assert_false(surface->automatic);
     expect_near(surface->implicit.theta, 1.0, 0.0);
     expect_near(surface->implicit.tolerance, 1e-6, 0.0);
@@ -123,7 +123,7 @@ static void cuttable_body_may_tear_by_stretch(void **unused)
     (void)unused;
     Scene scene;
     assert_string_equal(read_as_scene(IN_BODY("cuttable = true;"), &scene), "");
-    assert_true(scene.body[0].surface.cuttable);
+    assert_true(scene.body[0].surface.body.cuttable);
     expect_near(scene.body[0].surface.tear_stretch, 0.0, 0.0);
     scene_destroy(&scene);
     assert_string_equal(
@@ -170,7 +170,7 @@ static void levels_are_read_as_written(void **unused)
                       &scene),
         "");
     const SurfaceOptions *surface = &scene.body[0].surface;
-    assert_int_equal(surface->levels, 3);
+    assert_int_equal(surface->body.levels, 3);
     assert_int_equal(surface->start_level, 1);
     assert_int_equal(surface->adjust, ADJUST_CHOI2005);
     assert_true(surface->adaptive);
@@ -178,8 +178,8 @@ static void levels_are_read_as_written(void **unused)
     expect_near(surface->adapt.speed, 2.0, 0.0);
     expect_near(surface->adapt.curvature, 0.25, 0.0);
     expect_near(surface->adapt.check_hz, 62.5, 0.0);
-    assert_int_equal(surface->node_capacity, 9000);
-    assert_int_equal(surface->face_capacity, 8000);
+    assert_int_equal(surface->body.node_capacity, 9000);
+    assert_int_equal(surface->body.face_capacity, 8000);
     scene_destroy(&scene);
 
     assert_string_equal(read_as_scene(IN_BODY("levels = 1; adapt = {};"), &scene), "");
@@ -190,7 +190,7 @@ static void levels_are_read_as_written(void **unused)
     expect_near(surface->adapt.speed, 0.3, 0.0);
     expect_near(surface->adapt.curvature, 0.4, 0.0);
     expect_near(surface->adapt.check_hz, 100.0, 0.0);
-    assert_int_equal(surface->node_capacity, 0);
+    assert_int_equal(surface->body.node_capacity, 0);
     scene_destroy(&scene);
 
     assert_string_equal(read_as_scene(IN_BODY("levels = 1;"), &scene), "");
@@ -350,8 +350,8 @@ static void fixed_takes_boxes_spheres_and_nodes(void **unused)
                       &scene),
         "");
     const FixedRegion *fixed = scene.body[0].fixed;
-    assert_int_equal(scene.body[0].surface.fixed_count, 3);
-    assert_ptr_equal(scene.body[0].surface.fixed, fixed);
+    assert_int_equal(scene.body[0].surface.body.fixed_count, 3);
+    assert_ptr_equal(scene.body[0].surface.body.fixed, fixed);
     assert_int_equal(fixed[0].kind, FIXED_BOX);
     expect_near(fixed[0].low.z, -1.5, 0.0);
     expect_near(fixed[0].high.x, 1.0, 0.0);

@@ -12,7 +12,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (size > 1 << 16)
         return 0;
     SceneBody body = {.name = "a", .mesh = {.kind = MESH_FILE, .scale = 1.0}};
-    body.surface.levels = 1;
+    body.surface.body.levels = 1;
     body.mesh.file = (char *)fuzz_write("mesh", data, size);
     TriMesh mesh = {0};
     Levels levels;

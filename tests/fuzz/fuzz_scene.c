@@ -38,7 +38,7 @@ static double mesh_nodes(const SceneBody *body)
                    : mesh->kind == MESH_SHEET   ? (double)mesh->columns * mesh->rows
                    : mesh->kind == MESH_FILE    ? 10.0
                                                 : mesh->nodes;
-    return nodes * pow(4.0, body->surface.levels);
+    return nodes * pow(4.0, body->surface.body.levels);
 }
 
 static double voxel_cells(const VoxelSource *voxels)

@@ -36,15 +36,15 @@ static inline PlaneWorldOptions plane_world_disc(int cells)
 {
     PlaneWorldOptions options = {
         .material = {.youngs_modulus = 1e4, .density = 1000.0},
-        .body = {.name = "sheet",
+        .body = {.body.name = "sheet",
                  .dimensions = 2,
-                 .levels = 3,
+                 .body.levels = 3,
                  .law = VOXEL_AFFINE,
                  .material_count = 1,
                  .damping = 0.2,
-                 .integrator = INTEGRATOR_SYMPLECTIC_EULER,
-                 .contact_ratio = 0.5,
-                 .contact_damping = 2e-4},
+                 .body.integrator = INTEGRATOR_SYMPLECTIC_EULER,
+                 .body.contact_ratio = 0.5,
+                 .body.contact_damping = 2e-4},
         .rate_hz = 1000.0,
     };
     Status status = {0};
@@ -60,9 +60,9 @@ static inline void plane_world_create(PlaneWorld *world, PlaneWorldOptions *opti
     _mm_setcsr(_mm_getcsr() | 0x8040); // flush to zero, denormals are zero, as the daemon does
 #endif
     SimOptions sim = {.rate_hz = options->rate_hz,
-                      .gravity = options->body.gravity,
+                      .gravity = options->body.body.gravity,
                       .tool_timeout_s = 0.2,
-                      .may_load = !options->body.without_loads};
+                      .may_load = !options->body.body.without_loads};
     Status status = {0};
     Body body;
     options->body.lattice = &world->lattice;

@@ -56,7 +56,7 @@ static void free_sheet_keeps_its_momentum(void **state)
         for (int precision = 0; precision < PRECISION_COUNT; precision++) {
             PlaneWorldOptions options = plane_world_disc(16);
             options.body.law = law == 0 ? VOXEL_AFFINE : VOXEL_MIYAZAKI2004;
-            options.body.precision = (Precision)precision;
+            options.body.body.precision = (Precision)precision;
             PlaneWorld world;
             plane_world_create(&world, &options);
             disturb(&world, 0.001, 0.3);
@@ -87,7 +87,7 @@ static void single_precision_follows_double_far_away(void **state)
         PlaneWorldOptions options = plane_world_disc(12);
         options.lattice.origin = vec3_add(options.lattice.origin, vec3(30.0, -20.0, 5.0));
         options.lattice.turn = quat_from_rotation(vec3(0.0, 0.0, 0.7));
-        options.body.precision = k == 0 ? PRECISION_DOUBLE : PRECISION_SINGLE;
+        options.body.body.precision = k == 0 ? PRECISION_DOUBLE : PRECISION_SINGLE;
         plane_world_create(&world[k], &options);
         Vec3 center = world[k].model->vertices.rows.rest_origin;
         for (int i = 0; i < world[k].model->vertices.count; i++) {
@@ -121,15 +121,15 @@ static void turned_sheet_moves_alike(void **state)
     for (int k = 0; k < 2; k++) {
         PlaneWorldOptions options = plane_world_disc(12);
         FixedRegion held = {.kind = FIXED_SPHERE, .center = vec3(0.02, 0.01, 0.0), .radius = 0.006};
-        options.body.gravity = gravity;
+        options.body.body.gravity = gravity;
         if (k == 1) {
             options.lattice.origin = quat_rotate(turn, options.lattice.origin);
             options.lattice.turn = turn;
-            options.body.gravity = quat_rotate(turn, gravity);
+            options.body.body.gravity = quat_rotate(turn, gravity);
             held.center = quat_rotate(turn, held.center);
         }
-        options.body.fixed_count = 1;
-        options.body.fixed = &held;
+        options.body.body.fixed_count = 1;
+        options.body.body.fixed = &held;
         plane_world_create(&world[k], &options);
         plane_world_run(&world[k], 0.3);
     }
@@ -149,13 +149,13 @@ static double energy_after(int levels, double ratio, double step, bool *reset)
 {
     PlaneWorldOptions options = plane_world_disc(8);
     options.material.poisson_ratio = ratio;
-    options.body.levels = levels;
+    options.body.body.levels = levels;
     options.body.damping = 0.0;
     // In plane stress 2 (mu + lambda) = E / (1 - nu).
     const double dt0 = 0.002 * sqrt(1000.0 * (1.0 - ratio) / 1e4);
-    options.body.time_step = step * dt0;
-    options.body.unsafe_time_step = true;
-    options.rate_hz = 1.0 / options.body.time_step;
+    options.body.body.time_step = step * dt0;
+    options.body.body.unsafe_time_step = true;
+    options.rate_hz = 1.0 / options.body.body.time_step;
     PlaneWorld world;
     plane_world_create(&world, &options);
     expect_near(2.0 / sqrt(world.body->lambda) / dt0, 1.0, 1e-7); // differences, as told there
@@ -223,10 +223,10 @@ static void make_pressed(PlaneWorld *world, VoxelLaw law, Precision precision, d
         .kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {1, -0.028, 1}};
     PlaneWorldOptions options = plane_world_disc(16);
     options.body.law = law;
-    options.body.precision = precision;
-    options.body.fixed_count = 1;
-    options.body.fixed = &held;
-    options.body.friction = 0.3;
+    options.body.body.precision = precision;
+    options.body.body.fixed_count = 1;
+    options.body.body.fixed = &held;
+    options.body.body.friction = 0.3;
     options.tool_count = 1;
     options.tool[0] = (ToolOptions){.id = 1,
                                     .kind = TOOL_PROBE,
@@ -296,10 +296,10 @@ static void a_disc_meets_the_section_of_a_ball(void **state)
         PlaneWorldOptions options = plane_world_disc(16);
         options.lattice.size = 0.003125;
         options.lattice.origin = vec3(-0.05, -0.05, -0.5 * options.lattice.size);
-        options.body.levels = 2;
-        options.body.friction = 0.2;
-        options.body.fixed = &below;
-        options.body.fixed_count = 1;
+        options.body.body.levels = 2;
+        options.body.body.friction = 0.2;
+        options.body.body.fixed = &below;
+        options.body.body.fixed_count = 1;
         options.tool_count = 1;
         options.tool[0] = (ToolOptions){.id = 1,
                                         .kind = TOOL_PROBE,
@@ -435,10 +435,10 @@ static void initial_state_goes_by_ascending_id(void **state)
         sorted[rank] = vec3(x[i].x + 1e-4 * rest.mesh.id[i], x[i].y, x[i].z);
         speed[rank] = vec3(0.0, rest.mesh.id[i], 5.0);
     }
-    options.body.name = "moved";
-    options.body.initial_count = COUNT;
-    options.body.initial_position = sorted;
-    options.body.initial_velocity = speed;
+    options.body.body.name = "moved";
+    options.body.body.initial_count = COUNT;
+    options.body.body.initial_position = sorted;
+    options.body.body.initial_velocity = speed;
     assert_true(plane_create(&moved, &options.body, &arena, &list, &status));
     assert_int_equal(moved.ops->read_state(moved.model, NULL, sorted, speed), COUNT);
     for (int i = 0; i < COUNT; i++) {
@@ -455,7 +455,7 @@ static void gravity_along_z_moves_nothing(void **state)
 {
     (void)state;
     PlaneWorldOptions options = plane_world_disc(8);
-    options.body.gravity = vec3(0.0, 0.0, -9.81);
+    options.body.body.gravity = vec3(0.0, 0.0, -9.81);
     PlaneWorld world;
     plane_world_create(&world, &options);
     plane_world_run(&world, 0.1);
@@ -491,16 +491,16 @@ static void what_is_no_plane_is_refused(void **state)
             options.lattice.turn = quat_from_rotation(vec3(0.1, 0.0, 0.0));
             word = "tilted";
         } else if (k == 2) {
-            options.body.fixed_count = 1;
-            options.body.fixed = &region;
+            options.body.body.fixed_count = 1;
+            options.body.body.fixed = &region;
             word = "node 0";
         } else if (k == 3) {
-            options.body.integrator = INTEGRATOR_RK4;
+            options.body.body.integrator = INTEGRATOR_RK4;
             word = "rk4";
         } else {
             Vec3 x = {0, 0, 0};
-            options.body.initial_count = 1;
-            options.body.initial_position = &x;
+            options.body.body.initial_count = 1;
+            options.body.body.initial_position = &x;
             word = "initial";
         }
         options.body.lattice = &options.lattice;

@@ -10,7 +10,7 @@
 static PlaneWorldOptions cuttable_disc(int cells)
 {
     PlaneWorldOptions options = plane_world_disc(cells);
-    options.body.cuttable = true;
+    options.body.body.cuttable = true;
     return options;
 }
 
@@ -122,8 +122,9 @@ static void an_uncut_cuttable_body_moves_as_another(void **state)
     (void)state;
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {
         PlaneWorldOptions one = plane_world_disc(12), two = cuttable_disc(12);
-        one.body.precision = two.body.precision = (Precision)precision;
-        one.body.time_step = two.body.time_step = 1e-4; // the bounds differ: all shapes that can be
+        one.body.body.precision = two.body.body.precision = (Precision)precision;
+        one.body.body.time_step = two.body.body.time_step =
+            1e-4; // the bounds differ: all shapes that can be
         PlaneWorld a, b;
         plane_world_create(&a, &one);
         plane_world_create(&b, &two);
@@ -232,7 +233,7 @@ static void random_cuts_of_a_moving_disc_keep_everything_sound(void **state)
     uint64_t seed = 77;
     for (int run = 0; run < EFFORT(30); run++) {
         PlaneWorldOptions options = cuttable_disc(8 + 4 * (run % 3));
-        options.body.levels = run % 4;
+        options.body.body.levels = run % 4;
         options.body.law = run % 2 == 0 ? VOXEL_AFFINE : VOXEL_MIYAZAKI2004;
         PlaneWorld world;
         plane_world_create(&world, &options);
@@ -306,7 +307,7 @@ static void what_does_not_fit_is_refused_and_changes_nothing(void **state)
 {
     (void)state;
     PlaneWorldOptions options = cuttable_disc(16);
-    options.body.vertex_capacity = 400;
+    options.body.body.node_capacity = 400;
     PlaneWorld world;
     plane_world_create(&world, &options);
     assert_true(world.model->vertices.count < 400);
@@ -335,7 +336,7 @@ static void a_released_vertex_carves_the_quarter_beside_it(void **state)
 {
     (void)state;
     PlaneWorldOptions options = cuttable_disc(16);
-    options.body.levels = 1;
+    options.body.body.levels = 1;
     options.body.law = VOXEL_MIYAZAKI2004;
     PlaneWorld world;
     plane_world_create(&world, &options);
@@ -372,8 +373,8 @@ static void a_strong_push_tears_and_a_weak_one_does_not(void **state)
     for (int strong = 0; strong < 2; strong++) {
         PlaneWorldOptions options = cuttable_disc(16);
         FixedRegion held = {.kind = FIXED_SPHERE, .center = {0.0, 0.032, 0.0}, .radius = 0.012};
-        options.body.fixed = &held;
-        options.body.fixed_count = 1;
+        options.body.body.fixed = &held;
+        options.body.body.fixed_count = 1;
         options.body.law = VOXEL_MIYAZAKI2004;
         options.body.tear_force = 2e-3;
         options.tool_count = 1;

@@ -13,8 +13,8 @@ static void make_world(PlaneWorld *world, VoxelLaw law, Precision precision, con
     PlaneWorldOptions options = plane_world_disc(16);
     options.body.law = law;
     options.material.poisson_ratio = law == VOXEL_AFFINE ? 0.3 : 0.0;
-    options.body.precision = precision;
-    options.body.isa = isa;
+    options.body.body.precision = precision;
+    options.body.body.isa = isa;
     plane_world_create(world, &options);
 }
 

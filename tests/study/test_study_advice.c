@@ -216,9 +216,9 @@ static void advised_keys_make_a_scene_that_case(void **unused)
     assert_int_equal(scene.body_count, 2);
     for (int b = 0; b < 2; b++) {
         const SurfaceOptions *surface = &scene.body[b].surface;
-        assert_int_equal(surface->integrator, INTEGRATOR_RK4);
-        assert_true(surface->time_step == 0.001 / 3.0); // to the last bit
-        assert_int_equal(surface->levels, 2);
+        assert_int_equal(surface->body.integrator, INTEGRATOR_RK4);
+        assert_true(surface->body.time_step == 0.001 / 3.0); // to the last bit
+        assert_int_equal(surface->body.levels, 2);
         assert_int_equal(surface->start_level, 2);
         assert_false(surface->adaptive);
         assert_int_equal(surface->adjust, ADJUST_CHOI2005);
@@ -241,12 +241,12 @@ static void adaptive_keys_scale_the_scene_s_thresholds(void **unused)
     set_keys(SURFACE, &adaptive, 250.0, &scene);
     const SurfaceOptions *surface = &scene.body[0].surface;
     assert_true(surface->adaptive);
-    assert_int_equal(surface->levels, 2);
+    assert_int_equal(surface->body.levels, 2);
     assert_int_equal(surface->start_level, 0);
     assert_true(surface->adapt.force == 0.005);
     assert_true(surface->adapt.speed == 0.15);
     assert_true(surface->adapt.curvature == 0.2);
-    assert_true(surface->time_step == 0.0);      // the key is gone: the bound decides
+    assert_true(surface->body.time_step == 0.0); // the key is gone: the bound decides
     assert_true(scene.body[1].surface.adaptive); // by the usual thresholds
     assert_true(scene.body[1].surface.adapt.force == 0.0025);
     scene_destroy(&scene);
@@ -257,8 +257,8 @@ static void the_scene_s_own_case_changes_nothing_but_the_rate(void **unused)
     (void)unused;
     Scene before, after;
     assert_string_equal(read_as_scene(SURFACE, &before), "");
-    const StudyCase own = {.integrator = before.body[0].surface.integrator,
-                           .time_step = before.body[0].surface.time_step,
+    const StudyCase own = {.integrator = before.body[0].surface.body.integrator,
+                           .time_step = before.body[0].surface.body.time_step,
                            .precision = before.precision,
                            .detail = DETAIL_SCENE,
                            .level = 3,
@@ -266,10 +266,10 @@ static void the_scene_s_own_case_changes_nothing_but_the_rate(void **unused)
                            .is_scene = true};
     set_keys(SURFACE, &own, 500.0, &after);
     const SurfaceOptions *x = &before.body[0].surface, *y = &after.body[0].surface;
-    assert_int_equal(x->levels, y->levels);
+    assert_int_equal(x->body.levels, y->body.levels);
     assert_int_equal(x->start_level, y->start_level);
-    assert_int_equal(x->integrator, y->integrator);
-    assert_true(x->time_step == y->time_step);
+    assert_int_equal(x->body.integrator, y->body.integrator);
+    assert_true(x->body.time_step == y->body.time_step);
     assert_memory_equal(&x->adapt, &y->adapt, sizeof x->adapt);
     assert_true(before.rate_hz == after.rate_hz);
     scene_destroy(&before);
@@ -287,10 +287,10 @@ static void voxel_bodies_get_their_own_keys(void **unused)
                             .level = 2,
                             .paper_rule = true};
     set_keys(VOXEL, &what, 1000.0, &scene);
-    assert_int_equal(scene.body[0].voxel.levels, 2);
+    assert_int_equal(scene.body[0].voxel.body.levels, 2);
     assert_int_equal(scene.body[0].voxel.law, VOXEL_MIYAZAKI2004);
-    assert_int_equal(scene.body[0].voxel.integrator, INTEGRATOR_LEAPFROG);
-    assert_true(scene.body[0].voxel.time_step == 1e-4);
+    assert_int_equal(scene.body[0].voxel.body.integrator, INTEGRATOR_LEAPFROG);
+    assert_true(scene.body[0].voxel.body.time_step == 1e-4);
     scene_destroy(&scene);
 }
 

@@ -25,9 +25,9 @@ static bool create_body(Fixture *fixture, SurfaceOptions *surface, Body *body, S
 {
     Arena arena = {0};
     Levels levels;
-    if (surface->levels > 0) {
+    if (surface->body.levels > 0) {
         TriMesh coarse = fixture->mesh;
-        if (!levels_create(&levels, &coarse, surface->levels, "body", &arena, status))
+        if (!levels_create(&levels, &coarse, surface->body.levels, "body", &arena, status))
             return false;
         levels_mesh(&levels, surface->start_level, &coarse, &fixture->mesh);
         mesh_destroy(&coarse);
@@ -47,28 +47,28 @@ bool fixture_try(Fixture *fixture, TriMesh *mesh, const FixtureOptions *options,
     *fixture = (Fixture){.mesh = *mesh};
     *mesh = (TriMesh){0};
     SurfaceOptions surface = {
-        .name = "body",
+        .body.name = "body",
         .material = options->material,
         .shape = options->shape,
         .prestress = options->prestress,
-        .levels = options->levels,
+        .body.levels = options->levels,
         .start_level = options->start_level,
         .adjust = options->adjust,
-        .integrator = options->integrator,
+        .body.integrator = options->integrator,
         .implicit = options->implicit,
         .automatic = options->automatic,
         .tick = options->rate_hz > 0.0 ? 1.0 / options->rate_hz : 1e-3,
-        .precision = options->precision,
-        .time_step = options->time_step,
-        .unsafe_time_step = options->unsafe_time_step,
-        .fixed_count = options->fixed_count,
-        .fixed = options->fixed,
-        .initial_position = options->initial_position,
-        .initial_velocity = options->initial_velocity,
-        .gravity = options->gravity,
-        .contact_ratio = 1.0,
-        .isa = options->isa,
-        .team = options->team,
+        .body.precision = options->precision,
+        .body.time_step = options->time_step,
+        .body.unsafe_time_step = options->unsafe_time_step,
+        .body.fixed_count = options->fixed_count,
+        .body.fixed = options->fixed,
+        .body.initial_position = options->initial_position,
+        .body.initial_velocity = options->initial_velocity,
+        .body.gravity = options->gravity,
+        .body.contact_ratio = 1.0,
+        .body.isa = options->isa,
+        .body.team = options->team,
     };
     SimOptions sim = {
         .rate_hz = options->rate_hz > 0.0 ? options->rate_hz : 1000.0,

@@ -16,16 +16,16 @@
 SurfaceOptions bench_options(int levels, int start_level)
 {
     return (SurfaceOptions){
-        .name = "body",
+        .body.name = "body",
         .material = {.youngs_modulus_2d = 80.0, .areal_density = 4.2, .damping_time = 2e-4},
         .shape = {.wanted = true, .angular_frequency = 50.0, .damping_ratio = 0.1},
-        .levels = levels,
+        .body.levels = levels,
         .start_level = start_level,
         .adapt = {.force = 0.005, .speed = 0.3, .curvature = 0.4, .check_hz = 1e-9},
-        .integrator = INTEGRATOR_RK4,
-        .precision = PRECISION_DOUBLE,
-        .contact_ratio = 0.5,
-        .contact_damping = 2e-4,
+        .body.integrator = INTEGRATOR_RK4,
+        .body.precision = PRECISION_DOUBLE,
+        .body.contact_ratio = 0.5,
+        .body.contact_damping = 2e-4,
     };
 }
 
@@ -35,13 +35,13 @@ void bench_create(DetailBench *bench, BenchKind kind, TriMesh *mesh, const Surfa
     *bench = (DetailBench){.mesh = *mesh};
     *mesh = (TriMesh){0};
     Status status = {0};
-    if (!levels_create(&bench->levels, &bench->mesh, options->levels, "body", &bench->arena,
+    if (!levels_create(&bench->levels, &bench->mesh, options->body.levels, "body", &bench->arena,
                        &status))
         fail_msg("%s", status.text);
     SurfaceOptions own = *options;
     own.hierarchy = &bench->levels;
     own.adaptive = kind == BENCH_ADAPTIVE || (kind == BENCH_CUTTABLE && options->adaptive);
-    own.cuttable = kind == BENCH_CUTTABLE;
+    own.body.cuttable = kind == BENCH_CUTTABLE;
     const TriMesh *from = &bench->mesh;
     if (kind == BENCH_DENSE) {
         levels_mesh(&bench->levels, options->start_level, &bench->mesh, &bench->dense);

@@ -505,11 +505,11 @@ static void another_body_does_not_notice(void **state)
         const SimOptions sim_options = {.rate_hz = 1000.0, .may_load = true};
         Sim *sim = sim_create(&sim_options, &arena, &list);
         for (int k = 0; k < 2; k++) {
-            const SurfaceOptions options = {.name = k == 0 ? "hit" : "calm",
+            const SurfaceOptions options = {.body.name = k == 0 ? "hit" : "calm",
                                             .material = fixture_material(2e-4),
                                             .shape = fixture_shape(SHAPE_WORLD),
-                                            .gravity = {0.0, 0.0, -1.0},
-                                            .contact_ratio = 1.0};
+                                            .body.gravity = {0.0, 0.0, -1.0},
+                                            .body.contact_ratio = 1.0};
             Body body;
             assert_true(surface_create(&body, &mesh, &options, &arena, &list, &status));
             sim_add_body(sim, &body);

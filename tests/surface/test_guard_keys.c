@@ -35,13 +35,13 @@ static bool is_accepted(const Asked *asked, char refusal[512])
     fixture_sphere(&mesh);
     const SimOptions sim_options = {.rate_hz = asked->rate_hz};
     Sim *sim = sim_create(&sim_options, &arena, &list);
-    SurfaceOptions options = {.name = "body",
+    SurfaceOptions options = {.body.name = "body",
                               .material = fixture_material(asked->damping_time),
                               .shape = fixture_shape(SHAPE_WORLD),
-                              .integrator = asked->integrator,
-                              .time_step = asked->time_step,
-                              .contact_ratio = asked->contact_ratio,
-                              .contact_damping = asked->contact_damping};
+                              .body.integrator = asked->integrator,
+                              .body.time_step = asked->time_step,
+                              .body.contact_ratio = asked->contact_ratio,
+                              .body.contact_damping = asked->contact_damping};
     options.material.youngs_modulus_2d *= asked->stiffness;
     Body body;
     assert_true(surface_create(&body, &mesh, &options, &arena, &list, &status));

@@ -443,10 +443,10 @@ static void create_refined(DetailBench *bench, double theta, const FixedRegion *
     Status status = {0};
     assert_true(generate_ico_sphere(&mesh, 0, 0.05, &status));
     SurfaceOptions options = bench_options(2, 0);
-    options.integrator = INTEGRATOR_IMPLICIT;
+    options.body.integrator = INTEGRATOR_IMPLICIT;
     options.implicit = EXACT(theta);
-    options.fixed = fixed;
-    options.fixed_count = fixed != NULL;
+    options.body.fixed = fixed;
+    options.body.fixed_count = fixed != NULL;
     bench_create(bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
     uint64_t random = 77 + (uint64_t)seed;
     for (int i = 0; i < 12; i++)

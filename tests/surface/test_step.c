@@ -233,14 +233,14 @@ static void other_bodies_go_on_when_one_is_restored(void **state)
     SimOptions sim_options = {.rate_hz = 20.0};
     Sim *sim = sim_create(&sim_options, &arena, &list);
     for (int k = 0; k < 2; k++) {
-        SurfaceOptions options = {.name = k == 0 ? "wild" : "calm",
+        SurfaceOptions options = {.body.name = k == 0 ? "wild" : "calm",
                                   .material = fixture_material(2e-4),
                                   .shape = fixture_shape(SHAPE_WORLD),
-                                  .integrator = INTEGRATOR_LEAPFROG,
-                                  .time_step = k == 0 ? 0.05 : 0.0,
-                                  .unsafe_time_step = k == 0,
-                                  .gravity = {0.0, 0.0, -1.0},
-                                  .contact_ratio = 1.0};
+                                  .body.integrator = INTEGRATOR_LEAPFROG,
+                                  .body.time_step = k == 0 ? 0.05 : 0.0,
+                                  .body.unsafe_time_step = k == 0,
+                                  .body.gravity = {0.0, 0.0, -1.0},
+                                  .body.contact_ratio = 1.0};
         Body body;
         assert_true(surface_create(&body, &mesh, &options, &arena, &list, &status));
         sim_add_body(sim, &body);

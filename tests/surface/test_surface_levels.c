@@ -31,7 +31,7 @@ static void make_rules(Ruled *ruled, void (*make)(TriMesh *), const FixtureOptio
         levels_create(&ruled->levels, &ruled->mesh, LEVELS, "body", &ruled->arena, &status));
     ruled->options = (SurfaceOptions){.material = like->material,
                                       .shape = like->shape,
-                                      .levels = LEVELS,
+                                      .body.levels = LEVELS,
                                       .adjust = like->adjust,
                                       .hierarchy = &ruled->levels};
     level_rules_create(&ruled->rules, &ruled->mesh, &ruled->options);
@@ -211,8 +211,8 @@ static void midpoints_are_held_between_held_nodes(void **state)
     // The lower border of the sheet; then no midpoint off it.
     const FixedRegion border = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, -0.0799, 1.0}};
-    ruled.options.fixed_count = 1;
-    ruled.options.fixed = &border;
+    ruled.options.body.fixed_count = 1;
+    ruled.options.body.fixed = &border;
     const Levels *levels = &ruled.levels;
     int nodes = levels->level[LEVELS].node_count;
     bool *fixed = calloc((size_t)nodes, sizeof *fixed);
@@ -326,7 +326,7 @@ static double compare(void (*make)(TriMesh *), SurfaceAdjust adjust, int level, 
     fixture_create(&fixture, &mesh, &options);
     fixture_reference(&fixture, &options, &reference);
     bool *fixed = calloc((size_t)levels.level[LEVELS].node_count, sizeof *fixed);
-    SurfaceOptions held = {.fixed_count = 1, .fixed = &low, .hierarchy = &levels};
+    SurfaceOptions held = {.body.fixed_count = 1, .body.fixed = &low, .hierarchy = &levels};
     assert_true(fixed_mark(&coarse, &held, fixed, &status));
     memcpy(reference.fixed, fixed, (size_t)nodes * sizeof *fixed);
     for (int i = 0; i < nodes; i++) {

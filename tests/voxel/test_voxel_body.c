@@ -10,7 +10,7 @@ static void at_rest_nothing_moves(void **state)
     (void)state;
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {
         VoxelWorldOptions options = voxel_world_cube(8);
-        options.body.precision = (Precision)precision;
+        options.body.body.precision = (Precision)precision;
         VoxelWorld world;
         voxel_world_create(&world, &options);
         Vec3 *rest = calloc((size_t)world.count, sizeof *rest);
@@ -31,7 +31,7 @@ static void a_free_body_falls_as_a_stone(void **state)
 {
     (void)state;
     VoxelWorldOptions options = voxel_world_cube(8);
-    options.body.gravity = vec3(1.0, -2.0, -9.81);
+    options.body.body.gravity = vec3(1.0, -2.0, -9.81);
     VoxelWorld world;
     voxel_world_create(&world, &options);
     Vec3 start = world.x[5];

@@ -33,8 +33,8 @@ static VoxelWorldOptions held(VoxelWorldOptions options)
 {
     static const FixedRegion below = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.0499}};
-    options.body.fixed = &below;
-    options.body.fixed_count = 1;
+    options.body.body.fixed = &below;
+    options.body.body.fixed_count = 1;
     return options;
 }
 
@@ -165,7 +165,7 @@ static Vec3 reaction(const VoxelWorld *world, const VoxelWorldOptions *options)
     lattice.label = malloc(cells);
     assert_non_null(lattice.label);
     memcpy(lattice.label, world->lattice.label, cells);
-    VoxelBenchOptions plain = voxel_bench_options(options->body.levels);
+    VoxelBenchOptions plain = voxel_bench_options(options->body.body.levels);
     VoxelBench bench;
     voxel_bench_create(&bench, &lattice, &plain);
     assert_int_equal(bench.vertex_count, world->count);
@@ -214,7 +214,7 @@ static void body_and_tool_exchange_momentum_exactly(void **state)
     static const IntegratorKind integrators[] = {INTEGRATOR_SYMPLECTIC_EULER, INTEGRATOR_LEAPFROG};
     for (int k = 0; k < 2; k++) {
         VoxelWorldOptions options = with_tool(voxel_world_cube(8), make_tool(0.06, 0.006));
-        options.body.integrator = integrators[k];
+        options.body.body.integrator = integrators[k];
         VoxelWorld world;
         voxel_world_create(&world, &options);
         Vec3 linear, angular, turned, last_linear, last_angular;
@@ -337,9 +337,9 @@ static void a_plate_of_one_cell_holds_a_thick_tool(void **state)
         lattice_destroy(&options.lattice);
         Status status = {0};
         assert_true(lattice_box(&options.lattice, (int[3]){16, 16, 1}, 0.00625, &status));
-        options.body.levels = 0;
-        options.body.fixed = &rim;
-        options.body.fixed_count = 1;
+        options.body.body.levels = 0;
+        options.body.body.fixed = &rim;
+        options.body.body.fixed_count = 1;
         options = with_tool(options, make_tool(k % 2 == 0 ? 0.0 : 0.03, 0.010));
         VoxelWorld world;
         voxel_world_create(&world, &options);
@@ -401,7 +401,7 @@ static void a_cube_rests_on_a_table(void **state)
 {
     (void)state;
     VoxelWorldOptions options = with_tool(voxel_world_cube(8), TABLE);
-    options.body.gravity = vec3(0.0, 0.0, -9.81);
+    options.body.body.gravity = vec3(0.0, 0.0, -9.81);
     options.body.damping = 1.0;
     VoxelWorld world;
     voxel_world_create(&world, &options);

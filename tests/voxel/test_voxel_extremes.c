@@ -15,8 +15,8 @@ static VoxelWorldOptions box(int x, int y, int z, int levels, Precision precisio
     lattice_destroy(&options.lattice);
     Status status = {0};
     assert_true(lattice_box(&options.lattice, (int[3]){x, y, z}, 0.01, &status));
-    options.body.levels = levels;
-    options.body.precision = precision;
+    options.body.body.levels = levels;
+    options.body.body.precision = precision;
     return options;
 }
 
@@ -33,9 +33,9 @@ static void a_body_held_everywhere_stays(void **state)
     static const FixedRegion all = {.kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {1, 1, 1}};
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {
         VoxelWorldOptions options = box(6, 6, 6, 1, (Precision)precision);
-        options.body.fixed = &all;
-        options.body.fixed_count = 1;
-        options.body.gravity = vec3(0.0, 0.0, -9.81);
+        options.body.body.fixed = &all;
+        options.body.body.fixed_count = 1;
+        options.body.body.gravity = vec3(0.0, 0.0, -9.81);
         VoxelWorld world;
         voxel_world_create(&world, &options);
         voxel_world_run(&world, 0.1);
@@ -60,10 +60,10 @@ static void one_element_rings_at_its_frequency(void **state)
         VoxelWorldOptions options = box(1, 1, 1, 3, PRECISION_DOUBLE);
         options.material.poisson_ratio = nu == 0 ? 0.0 : 0.4;
         options.body.damping = 0.0;
-        options.body.integrator = INTEGRATOR_LEAPFROG;
+        options.body.body.integrator = INTEGRATOR_LEAPFROG;
         const double dt0 = voxel_critical_step(&options.material, 0.01); // 2 / omega
-        options.body.time_step = 1e-3 * dt0;
-        options.rate_hz = 1.0 / options.body.time_step;
+        options.body.body.time_step = 1e-3 * dt0;
+        options.rate_hz = 1.0 / options.body.body.time_step;
         VoxelWorld world;
         voxel_world_create(&world, &options);
         assert_int_equal(world.count, 8);
@@ -98,8 +98,8 @@ static void cells_that_touch_in_a_corner_do_not_know_of_each_other(void **state)
         // The lower one is held at its low corner.
         const FixedRegion low = {
             .kind = FIXED_SPHERE, .center = {-0.01, -0.01, -0.01}, .radius = 1e-3};
-        options.body.fixed = &low;
-        options.body.fixed_count = 1;
+        options.body.body.fixed = &low;
+        options.body.body.fixed_count = 1;
         VoxelWorld world;
         voxel_world_create(&world, &options);
         assert_int_equal(world.count, 16);
@@ -137,10 +137,10 @@ static void more_levels_than_fit_change_nothing(void **state)
     uint64_t hash[2];
     for (int k = 0; k < 2; k++) {
         VoxelWorldOptions options = box(20, 20, 3, k == 0 ? 0 : 5, PRECISION_SINGLE);
-        options.body.gravity = vec3(0.0, 0.0, -9.81);
+        options.body.body.gravity = vec3(0.0, 0.0, -9.81);
         const FixedRegion end = {.kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {-0.09, 1, 1}};
-        options.body.fixed = &end;
-        options.body.fixed_count = 1;
+        options.body.body.fixed = &end;
+        options.body.body.fixed_count = 1;
         VoxelWorld world;
         voxel_world_create(&world, &options);
         assert_int_equal(world.body->element_count, 20 * 20 * 3);
@@ -160,12 +160,12 @@ static void a_slab_with_many_levels_sags_as_one_without(void **state)
     double sag[2];
     for (int k = 0; k < 2; k++) {
         VoxelWorldOptions options = box(40, 14, 14, k == 0 ? 0 : 5, PRECISION_SINGLE);
-        options.body.gravity = vec3(0.0, 0.0, -9.81);
+        options.body.body.gravity = vec3(0.0, 0.0, -9.81);
         options.material.youngs_modulus = 1e6;
         options.rate_hz = 200.0;
         const FixedRegion end = {.kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {-0.199, 1, 1}};
-        options.body.fixed = &end;
-        options.body.fixed_count = 1;
+        options.body.body.fixed = &end;
+        options.body.body.fixed_count = 1;
         VoxelWorld world;
         voxel_world_create(&world, &options);
         voxel_world_run(&world, 0.025); // on its way down
@@ -185,7 +185,7 @@ static void a_body_without_damping_swings_on(void **state)
         for (int integrator = 1; integrator < 3; integrator++) {
             VoxelWorldOptions options = box(8, 8, 8, 2, (Precision)precision);
             options.body.damping = 0.0;
-            options.body.integrator = (IntegratorKind)integrator;
+            options.body.body.integrator = (IntegratorKind)integrator;
             VoxelWorld world;
             voxel_world_create(&world, &options);
             // The step is the bound's, 0.9 dt0 (but a whole part of the tick).
@@ -219,8 +219,8 @@ static void loads_beyond_reason_are_survived(void **state)
         for (size_t k = 0; k < sizeof forces / sizeof *forces; k++) {
             VoxelWorldOptions options = box(8, 8, 8, 2, (Precision)precision);
             const FixedRegion end = {.kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {1, 1, -0.03}};
-            options.body.fixed = &end;
-            options.body.fixed_count = 1;
+            options.body.body.fixed = &end;
+            options.body.body.fixed_count = 1;
             options.body.damping = 2.0; // its slow swing ends within the test
             VoxelWorld world;
             VoxelReference reference;

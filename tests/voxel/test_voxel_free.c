@@ -16,12 +16,12 @@ static double energy(const VoxelWorld *world)
 static void create(VoxelWorld *world, IntegratorKind integrator, double nu, double part)
 {
     VoxelWorldOptions options = voxel_world_cube(6);
-    options.body.levels = 1;
+    options.body.body.levels = 1;
     options.body.damping = 0.0;
-    options.body.integrator = integrator;
+    options.body.body.integrator = integrator;
     options.material.poisson_ratio = nu;
     const double step = part * voxel_critical_step(&options.material, options.lattice.size);
-    options.body.time_step = step;
+    options.body.body.time_step = step;
     options.rate_hz = 1.0 / (10.0 * step);
     voxel_world_create(world, &options);
     assert_int_equal(world->body->substeps, 10);

@@ -78,7 +78,7 @@ static void single_precision_measures_the_same(void **state)
     double value[2][3];
     for (int precision = 0; precision < 2; precision++) {
         VoxelWorldOptions options = voxel_world_corner();
-        options.body.precision = (Precision)precision;
+        options.body.body.precision = (Precision)precision;
         VoxelWorld world;
         VoxelReference reference;
         voxel_world_create(&world, &options);
@@ -122,9 +122,9 @@ static void scales_and_gravity_act_from_the_next_tick(void **state)
 {
     (void)state;
     VoxelWorldOptions options = voxel_world_cube(6);
-    options.body.levels = 1;
-    options.body.unsafe_time_step = true; // the substeps stay as they are
-    options.body.time_step = 2.5e-4;
+    options.body.body.levels = 1;
+    options.body.body.unsafe_time_step = true; // the substeps stay as they are
+    options.body.body.time_step = 2.5e-4;
     VoxelWorld world;
     VoxelReference reference;
     voxel_world_create(&world, &options);
@@ -259,9 +259,9 @@ static void held_vertices_are_known_and_stay(void **state)
         {.kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.0499}},
     };
     VoxelWorldOptions options = voxel_world_cube(8);
-    options.body.fixed = regions;
-    options.body.fixed_count = 3;
-    options.body.gravity = vec3(5.0, 0.0, -9.81);
+    options.body.body.fixed = regions;
+    options.body.body.fixed_count = 3;
+    options.body.body.gravity = vec3(5.0, 0.0, -9.81);
     VoxelWorld world;
     voxel_world_create(&world, &options);
     Vec3 start[9 * 9 * 9];

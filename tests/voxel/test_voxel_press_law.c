@@ -11,11 +11,11 @@ static void create_wall(VoxelWorld *world, double length, double radius)
 {
     static const FixedRegion all = {.kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {1, 1, 1}};
     VoxelWorldOptions options = voxel_world_cube(20);
-    options.body.levels = 0;
-    options.body.fixed = &all;
-    options.body.fixed_count = 1;
-    options.body.friction = 0.0;
-    options.body.contact_damping = 0.0;
+    options.body.body.levels = 0;
+    options.body.body.fixed = &all;
+    options.body.body.fixed_count = 1;
+    options.body.body.friction = 0.0;
+    options.body.body.contact_damping = 0.0;
     options.tool_count = 1;
     options.tool[0] = (ToolOptions){.id = 1,
                                     .kind = TOOL_PROBE,

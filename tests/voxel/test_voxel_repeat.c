@@ -17,12 +17,12 @@ static void create(VoxelWorld *world, Precision precision, IntegratorKind integr
 {
     static const FixedRegion end = {.kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {1, 1, 0.01}};
     VoxelWorldOptions options = voxel_world_corner();
-    options.body.precision = precision;
-    options.body.integrator = integrator;
-    options.body.gravity = vec3(0.0, 1.0, -9.81);
-    options.body.fixed = &end;
-    options.body.fixed_count = held ? 1 : 0;
-    options.body.isa = isa;
+    options.body.body.precision = precision;
+    options.body.body.integrator = integrator;
+    options.body.body.gravity = vec3(0.0, 1.0, -9.81);
+    options.body.body.fixed = &end;
+    options.body.body.fixed_count = held ? 1 : 0;
+    options.body.body.isa = isa;
     voxel_world_create(world, &options);
 }
 
@@ -214,10 +214,10 @@ static void create_placed(VoxelWorld *world, Quat turn, Vec3 move, bool held,
         .center = vec3_add(move, quat_rotate(turn, vec3(0.02, 0.02, 0.0))),
         .radius = 0.0213, // no vertex on its border
     };
-    options.body.gravity = quat_rotate(turn, vec3(0.0, 3.0, -9.81));
-    options.body.integrator = integrator;
-    options.body.fixed = &end;
-    options.body.fixed_count = held ? 1 : 0;
+    options.body.body.gravity = quat_rotate(turn, vec3(0.0, 3.0, -9.81));
+    options.body.body.integrator = integrator;
+    options.body.body.fixed = &end;
+    options.body.body.fixed_count = held ? 1 : 0;
     lattice_place(&options.lattice, 1.0, quat_to_rotation(turn), move);
     voxel_world_create(world, &options);
     uint64_t random = 9;

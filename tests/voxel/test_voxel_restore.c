@@ -39,7 +39,7 @@ static void expect_recovery(Start start, Precision precision, double modulus, do
                             double left)
 {
     VoxelWorldOptions options = voxel_world_cube(8);
-    options.body.precision = precision;
+    options.body.body.precision = precision;
     options.material.youngs_modulus = modulus;
     options.material.poisson_ratio = nu;
     // Some steps a tick at any stiffness.
@@ -141,7 +141,7 @@ static void bad_velocities_cost_a_tick(void **state)
                                  1e12};
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {
         VoxelWorldOptions options = voxel_world_cube(8);
-        options.body.precision = (Precision)precision;
+        options.body.body.precision = (Precision)precision;
         VoxelWorld world;
         voxel_world_create(&world, &options);
         const int count = sizeof bad / sizeof *bad;
@@ -170,7 +170,7 @@ static void bad_places_cost_a_tick_and_the_shape(void **state)
     for (int precision = 0; precision < PRECISION_COUNT; precision++)
         for (int k = 0; k < 3; k++) {
             VoxelWorldOptions options = voxel_world_cube(8);
-            options.body.precision = (Precision)precision;
+            options.body.body.precision = (Precision)precision;
             VoxelWorld world;
             voxel_world_create(&world, &options);
             Vec3 rest = world.x[10];
@@ -192,7 +192,7 @@ static void a_thrown_vertex_comes_back(void **state)
     for (int precision = 0; precision < PRECISION_COUNT; precision++)
         for (size_t k = 0; k < sizeof speeds / sizeof *speeds; k++) {
             VoxelWorldOptions options = voxel_world_cube(8);
-            options.body.precision = (Precision)precision;
+            options.body.body.precision = (Precision)precision;
             VoxelWorld world;
             voxel_world_create(&world, &options);
             const double speed = speeds[k];

@@ -22,8 +22,8 @@ static void create(VoxelWorld *world, const Motion *motion, Precision precision)
 {
     VoxelWorldOptions options = motion->shape();
     lattice_place(&options.lattice, 1.0, quat_to_rotation(motion->turn), motion->at);
-    options.body.precision = precision;
-    options.body.integrator = motion->integrator;
+    options.body.body.precision = precision;
+    options.body.body.integrator = motion->integrator;
     options.body.damping = 0.05; // so that it still swings at the end
     // Held: the middle of the face at the low end of the lattice's z.
     FixedRegion end = {
@@ -31,9 +31,9 @@ static void create(VoxelWorld *world, const Motion *motion, Precision precision)
         .center = vec3_madd(motion->at, -0.06, quat_rotate(motion->turn, vec3(0.0, 0.0, 1.0))),
         .radius = 0.03};
     if (motion->held) {
-        options.body.fixed = &end;
-        options.body.fixed_count = 1;
-        options.body.gravity = vec3(1.0, 2.0, -9.81);
+        options.body.body.fixed = &end;
+        options.body.body.fixed_count = 1;
+        options.body.body.gravity = vec3(1.0, 2.0, -9.81);
     }
     voxel_world_create(world, &options);
     // Free: stretched along the lattice's z, thinner across, and in motion.

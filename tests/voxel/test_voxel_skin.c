@@ -25,7 +25,7 @@ static void dress(Dressed *dressed, Precision precision, Vec3 at, Quat turn)
     VoxelWorldOptions options = voxel_world_ball();
     lattice_place(&options.lattice, 1.0, quat_to_rotation(turn), at);
     mesh_place(&dressed->skin, 1.0, quat_to_rotation(turn), at);
-    options.body.precision = precision;
+    options.body.body.precision = precision;
     options.body.skin = &dressed->skin;
     voxel_world_create(&dressed->world, &options);
     const int nodes = dressed->skin.node_count;
@@ -202,7 +202,7 @@ static void without_a_skin_vertices_are_published(void **state)
         for (int precision = 0; precision < PRECISION_COUNT; precision++) {
             VoxelWorldOptions options = voxel_world_cube(8);
             options.body.publish_all = all == 1;
-            options.body.precision = (Precision)precision;
+            options.body.body.precision = (Precision)precision;
             VoxelWorld world;
             voxel_world_create(&world, &options);
             const BodyMesh *mesh = &world.body->mesh;

@@ -62,9 +62,10 @@ static double growth_of_body(double step, double poisson_ratio, double damping)
     VoxelWorldOptions options = voxel_world_cube(16);
     options.material.poisson_ratio = poisson_ratio;
     options.body.damping = damping;
-    options.body.unsafe_time_step = true;
-    options.body.time_step = step * voxel_critical_step(&options.material, options.lattice.size);
-    options.rate_hz = 1.0 / options.body.time_step;
+    options.body.body.unsafe_time_step = true;
+    options.body.body.time_step =
+        step * voxel_critical_step(&options.material, options.lattice.size);
+    options.rate_hz = 1.0 / options.body.body.time_step;
     const double size = options.lattice.size;
     VoxelWorld world;
     voxel_world_create(&world, &options);

@@ -15,10 +15,10 @@ static void voxels_tell_what_a_slow_hand_feels(void **state)
     for (int k = 0; k < EFFORT(4); k++) {
         VoxelWorldOptions options = voxel_world_cube(k < 2 ? 10 : 20);
         double radius = k % 2 == 0 ? 0.01 : 0.02;
-        options.body.levels = k < 2 ? 0 : 2;
-        options.body.fixed = &bottom;
-        options.body.fixed_count = 1;
-        options.body.friction = 0.0;
+        options.body.body.levels = k < 2 ? 0 : 2;
+        options.body.body.fixed = &bottom;
+        options.body.body.fixed_count = 1;
+        options.body.body.friction = 0.0;
         options.body.damping = 1.0;
         options.contact_stiffness = true;
         options.tool_count = 1;

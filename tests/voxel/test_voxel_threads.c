@@ -12,11 +12,11 @@ static uint64_t run(int n, int threads, Precision precision, VoxelLaw law)
     VoxelWorldOptions options = voxel_world_cube(n);
     const FixedRegion below = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.049}};
-    options.body.fixed = &below;
-    options.body.fixed_count = 1;
-    options.body.precision = precision;
+    options.body.body.fixed = &below;
+    options.body.body.fixed_count = 1;
+    options.body.body.precision = precision;
     options.body.law = law;
-    options.body.team = team;
+    options.body.body.team = team;
     VoxelWorld world;
     voxel_world_create(&world, &options);
     char why[128];

@@ -53,8 +53,8 @@ static void expect_same_motion(const char *what, Scene *scene)
     VoxelReference reference;
     FixedRegion region = lowest(&scene->options.lattice);
     if (scene->held) {
-        scene->options.body.fixed = &region;
-        scene->options.body.fixed_count = 1;
+        scene->options.body.body.fixed = &region;
+        scene->options.body.body.fixed_count = 1;
     }
     voxel_world_create(&world, &scene->options);
     voxel_reference_create(&reference, &scene->options.body);
@@ -104,9 +104,9 @@ static void run(const char *what, VoxelWorldOptions options, bool held, bool loa
 {
     Scene scene = {options, held, loaded, stir};
     scene.options.body.law = law;
-    scene.options.body.integrator = integrator;
+    scene.options.body.body.integrator = integrator;
     if (held || loaded)
-        scene.options.body.gravity = vec3(1.0, 0.5, -9.81);
+        scene.options.body.body.gravity = vec3(1.0, 0.5, -9.81);
     expect_same_motion(what, &scene);
 }
 

@@ -14,17 +14,17 @@ void voxel_press_create(VoxelPress *press, int n, int levels, Precision precisio
         .kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {1, 1, -0.0499}};
     VoxelWorldOptions options = voxel_world_cube(n);
     options.rate_hz = 500.0;
-    options.body.levels = levels;
-    options.body.precision = precision;
-    options.body.isa = isa;
-    options.body.fixed = &bottom;
-    options.body.fixed_count = 1;
+    options.body.body.levels = levels;
+    options.body.body.precision = precision;
+    options.body.body.isa = isa;
+    options.body.body.fixed = &bottom;
+    options.body.body.fixed_count = 1;
     // Only the end matters: ten times the usual damping, so that it comes to rest within a second;
     // contact eight times as firm, so that the ball sinks into the surface by no more than 1.2 mm;
     // no friction.
     options.body.damping = 2.0;
-    options.body.contact_ratio = 4.0;
-    options.body.friction = 0.0;
+    options.body.body.contact_ratio = 4.0;
+    options.body.body.friction = 0.0;
     options.tool_count = 1;
     options.tool[0] = (ToolOptions){.id = 1,
                                     .kind = TOOL_PROBE,

@@ -77,7 +77,7 @@ void voxel_reference_create(VoxelReference *reference, const VoxelOptions *optio
     Layout layout;
     LatticeMesh mesh;
     Status status = {0};
-    layout_create(&layout, options->lattice, options->levels);
+    layout_create(&layout, options->lattice, options->body.levels);
     bool made = lattice_mesh_create(&mesh, &layout, &status);
     ASSERT(made);
     const int n = mesh.vertex_count, m = mesh.element_count;
@@ -93,18 +93,18 @@ void voxel_reference_create(VoxelReference *reference, const VoxelOptions *optio
         .load = allocate(n, sizeof *reference->load),
         .mass = allocate(n, sizeof *reference->mass),
         .fixed = allocate(n, sizeof *reference->fixed),
-        .gravity = options->gravity,
+        .gravity = options->body.gravity,
         .stiffness_scale = 1.0,
         .damping_scale = 1.0,
-        .integrator = options->integrator,
+        .integrator = options->body.integrator,
         .critical_step = (double)(double)INFINITY,
     };
     for (int i = 0; i < n; i++) {
         const int *p = mesh.point[i];
         reference->rest[i] = reference->position[i] =
             lattice_point(options->lattice, p[0], p[1], p[2]);
-        for (int r = 0; r < options->fixed_count; r++)
-            reference->fixed[i] |= fixed_contains(&options->fixed[r], reference->rest[i]);
+        for (int r = 0; r < options->body.fixed_count; r++)
+            reference->fixed[i] |= fixed_contains(&options->body.fixed[r], reference->rest[i]);
     }
     for (int e = 0; e < m; e++)
         set_element(reference, &reference->element[e], options, &layout.leaf[e], &mesh, e);

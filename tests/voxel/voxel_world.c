@@ -20,15 +20,15 @@ static void need(bool good, const Status *status)
 VoxelWorldOptions voxel_world_cube(int n)
 {
     VoxelWorldOptions options = {
-        .body = {.name = "body",
+        .body = {.body.name = "body",
                  .dimensions = 3,
-                 .levels = n >= 8 ? 2 : 0,
+                 .body.levels = n >= 8 ? 2 : 0,
                  .damping = 0.2,
-                 .integrator = INTEGRATOR_SYMPLECTIC_EULER,
-                 .precision = PRECISION_DOUBLE,
-                 .contact_ratio = 0.5,
-                 .contact_damping = 2e-4,
-                 .friction = 0.2},
+                 .body.integrator = INTEGRATOR_SYMPLECTIC_EULER,
+                 .body.precision = PRECISION_DOUBLE,
+                 .body.contact_ratio = 0.5,
+                 .body.contact_damping = 2e-4,
+                 .body.friction = 0.2},
         .material = {1e4, 0.0, 1000.0},
         .rate_hz = 1000.0,
     };
@@ -85,7 +85,7 @@ void voxel_world_create(VoxelWorld *world, VoxelWorldOptions *options)
         options->body.material_count = LATTICE_MATERIALS;
     }
     SimOptions sim = {.rate_hz = options->rate_hz,
-                      .gravity = options->body.gravity,
+                      .gravity = options->body.body.gravity,
                       .tool_timeout_s = 0.2,
                       .may_load = true,
                       .contact_stiffness = options->contact_stiffness};

@@ -298,5 +298,5 @@ bool detail_blade_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome,
 void detail_blade_reserve(void *self, int blades, Arena *arena, StateList *state)
 {
     const Detail *detail = ((SurfaceModel *)self)->detail;
-    cut_find_reserve_blades(&detail->cut->finder, blades, detail->options.name, arena, state);
+    cut_find_reserve_blades(&detail->cut->finder, blades, detail->options.body.name, arena, state);
 }

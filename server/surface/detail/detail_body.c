@@ -291,7 +291,7 @@ const BodyOps *detail_ops(const SurfaceOptions *options)
 {
     // Start from the operations of surface.c and replace those that depend on levels.
     static BodyOps table[2][2][2];
-    BodyOps *ops = &table[options->adaptive][options->cuttable][options->tear_stretch > 0.0];
+    BodyOps *ops = &table[options->adaptive][options->body.cuttable][options->tear_stretch > 0.0];
     *ops = surface_ops;
     ops->adapt = options->adaptive ? detail_adapt : NULL;
     ops->restored = restored;
@@ -310,7 +310,7 @@ const BodyOps *detail_ops(const SurfaceOptions *options)
     ops->is_fixed = is_fixed;
     ops->set = options->adaptive ? set : surface_ops.set;
     ops->explain = explain;
-    if (options->cuttable) {
+    if (options->body.cuttable) {
         ops->cut = detail_blade_cut;
         ops->reserve_blades = detail_blade_reserve;
         ops->tear = options->tear_stretch > 0.0 ? detail_tear : NULL;

@@ -142,7 +142,7 @@ static void create_springs(SurfaceModel *model, const char *name, Arena *arena)
 static void create_nodes(SurfaceModel *model, const SurfaceOptions *options, int free_count,
                          Arena *arena, StateList *state)
 {
-    const char *name = options->name;
+    const char *name = options->body.name;
     Detail *detail = model->detail;
     bool all_free = free_count == detail->levels.level[0].node_count;
     model_create_node_table(model, options, all_free, arena);
@@ -156,7 +156,7 @@ static void create_nodes(SurfaceModel *model, const SurfaceOptions *options, int
             name, model->basis.precision, model->basis.displaced, model->basis.count,
             (const double(*)[3])model->basis.place, model->rigid_weight, arena, state);
     }
-    if (body_frame && options->cuttable)
+    if (body_frame && options->body.cuttable)
         detail_frames_create(model, name, arena, state);
     // Values per unit mass: those of a node of 1 kg.
     detail->shape_rate = level_rules_shape_stiffness(&detail->rules, 1.0);
@@ -203,7 +203,7 @@ static void create_faces(SurfaceModel *model, const char *name, Arena *arena)
 static void create_slots(SurfaceModel *model, const TriMesh *mesh, const SurfaceOptions *options,
                          Arena *arena, StateList *state)
 {
-    const char *name = options->name;
+    const char *name = options->body.name;
     int nodes = mesh->node_count;
     int *piece = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "root pieces");
     int *id = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "root ids");
@@ -213,7 +213,7 @@ static void create_slots(SurfaceModel *model, const TriMesh *mesh, const Surface
     for (int i = 0; i < nodes; i++)
         origin[i] =
             mesh->copy_count == 0 ? id[i] : id[mesh_node_of_file(mesh, mesh_file_row(mesh, i))];
-    const int capacity[2] = {options->node_capacity, options->face_capacity};
+    const int capacity[2] = {options->body.node_capacity, options->body.face_capacity};
     model->detail->slots =
         slots_create(name, &model->detail->levels, capacity, id, origin, piece,
                      mesh->file_node_count + mesh->copy_count, model->detail->cut, arena, state);
@@ -222,7 +222,7 @@ static void create_slots(SurfaceModel *model, const TriMesh *mesh, const Surface
 static void create_sets(SurfaceModel *model, const SurfaceOptions *options, Arena *arena,
                         StateList *state)
 {
-    const char *name = options->name;
+    const char *name = options->body.name;
     Detail *detail = model->detail;
     int nodes = detail->node_count, coarse = detail->face_base[detail->finest];
     int chunks = detail->window_count * detail->window_chunks;
@@ -393,7 +393,7 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
                    const SpringNetwork *network, const SurfaceOptions *options, Arena *arena,
                    StateList *state)
 {
-    const char *name = options->name;
+    const char *name = options->body.name;
     Detail *detail = model->detail = ALLOCATE(ARENA_TOPOLOGY, 1, Detail, "detail");
     detail->state = state;
     detail->options = *options;
@@ -425,7 +425,7 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     detail->edge_length = length / winged->edge_count;
     create_roots(detail, winged, name, arena);
     // A cut adds copies: everything below is sized with them.
-    if (options->cuttable) {
+    if (options->body.cuttable) {
         detail_cut_create(detail, options, arena, state);
         detail->node_count += detail->cut->copy_capacity;
         if (options->tear_stretch > 0.0)

@@ -8,14 +8,15 @@
 
 #define ALLOCATE(count, type, label)                                                               \
     arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count) + 1, sizeof(type), "%s/%s",              \
-                   options->name, label)
+                   options->body.name, label)
 
 // Returns the capacity for copies. A cut of the whole body along all its edges would take five
 // times as many; a 75 mm cut takes 1 %.
 static int choose_copies(const SurfaceOptions *options, int nodes)
 {
     int usual = nodes / 4 + 1000;
-    return options->node_capacity - nodes > usual ? options->node_capacity - nodes : usual;
+    return options->body.node_capacity - nodes > usual ? options->body.node_capacity - nodes
+                                                       : usual;
 }
 
 // Measures at rest how far nodes of finer levels stick out beside the middle of their parents;
@@ -52,7 +53,7 @@ static void create_look(Detail *detail, const SurfaceOptions *options, Arena *ar
     int nodes = cut->base_count + cut->copy_capacity;
     cut->bulge = measure_bulge(&detail->levels);
     cut_find_create(&cut->finder, &cut->uncut, cut->built[0], mean_edge(finest, cut->built),
-                    options->name, arena);
+                    options->body.name, arena);
     cut->seen = ALLOCATE(nodes, int64_t, "looks at cut nodes");
     cut->position = ALLOCATE(nodes, Vec3, "places of cut nodes");
     cut->sides = ALLOCATE(nodes, unsigned char, "sides of cut nodes");
@@ -79,16 +80,16 @@ void detail_cut_create(Detail *detail, const SurfaceOptions *options, Arena *are
     finest->face = cut->node;
     cut->broken = ALLOCATE(faces, unsigned char, "broken edges");
     cut->copies = ALLOCATE(1, int64_t, "copies");
-    state_add(state, cut->broken, faces, "%s/broken", options->name);
-    state_add(state, cut->node, faces * sizeof *cut->node, "%s/corners", options->name);
-    state_add(state, cut->copies, sizeof *cut->copies, "%s/copies", options->name);
+    state_add(state, cut->broken, faces, "%s/broken", options->body.name);
+    state_add(state, cut->node, faces * sizeof *cut->node, "%s/corners", options->body.name);
+    state_add(state, cut->copies, sizeof *cut->copies, "%s/copies", options->body.name);
     // Likewise rest positions, which cuts may move.
     size_t nodes = (size_t)cut->base_count;
     cut->built = detail->levels.position;
     cut->rest = ALLOCATE(nodes, Vec3, "rest places");
     memcpy(cut->rest, cut->built, nodes * sizeof *cut->rest);
     detail->levels.position = cut->rest;
-    state_add(state, cut->rest, nodes * sizeof *cut->rest, "%s/rest", options->name);
+    state_add(state, cut->rest, nodes * sizeof *cut->rest, "%s/rest", options->body.name);
     create_look(detail, options, arena);
 
     // Derived arrays and lists of a cut.

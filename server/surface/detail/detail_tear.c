@@ -16,12 +16,12 @@ void detail_tear_create(Detail *detail, const SurfaceOptions *options, Arena *ar
     DetailCut *cut = detail->cut;
     size_t edges = (size_t)detail->levels.level[detail->finest].edge_count;
     cut->stretch = arena_allocate(arena, ARENA_TOPOLOGY, edges, sizeof *cut->stretch,
-                                  "%s/stretch of edges", options->name);
+                                  "%s/stretch of edges", options->body.name);
     cut->torn = arena_allocate(arena, ARENA_TOPOLOGY, edges, sizeof *cut->torn, "%s/torn edges",
-                               options->name);
+                               options->body.name);
     cut->is_tip = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)detail->node_count,
-                                 sizeof *cut->is_tip, "%s/tips", options->name);
-    state_add(state, cut->stretch, edges * sizeof *cut->stretch, "%s/stretch", options->name);
+                                 sizeof *cut->is_tip, "%s/tips", options->body.name);
+    state_add(state, cut->stretch, edges * sizeof *cut->stretch, "%s/stretch", options->body.name);
 }
 
 bool detail_tear_check(const Detail *detail)

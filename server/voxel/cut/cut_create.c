@@ -32,8 +32,8 @@ typedef struct Making {
 static int choose_capacity(const VoxelOptions *options, const LatticeMesh *mesh, Status *status)
 {
     enum { LEAST = 1024 };
-    if (options->vertex_capacity > 0)
-        return options->vertex_capacity;
+    if (options->body.node_capacity > 0)
+        return options->body.node_capacity;
     Layout finest;
     LatticeMesh divided;
     layout_create(&finest, options->lattice, 0);
@@ -104,8 +104,8 @@ static bool make_fixed(Making *making, const char *name, Arena *arena, Status *s
     const int *n = making->layout.lattice_count;
     making->held =
         ALLOCATE(ARENA_TOPOLOGY, point_index(making, n) + 1, unsigned char, "fixed points");
-    for (int r = 0; r < options->fixed_count; r++) {
-        const FixedRegion *region = &options->fixed[r];
+    for (int r = 0; r < options->body.fixed_count; r++) {
+        const FixedRegion *region = &options->body.fixed[r];
         if (region->kind != FIXED_NODES)
             hold_points(making, region);
         else if (!hold_nodes(making, region, status))
@@ -212,11 +212,11 @@ static bool check_options(const Making *making, const VoxelKernels *kernels, Sta
         return status_fail(status, STATUS_INVALID,
                            "body %s: a skin does not follow cuts; leave it out or set cuttable = "
                            "false",
-                           options->name);
+                           options->body.name);
     if (vertices > making->capacity)
         return status_fail(status, STATUS_INVALID,
                            "body %s has %d vertices to start with, capacity.nodes is %d",
-                           options->name, vertices, making->capacity);
+                           options->body.name, vertices, making->capacity);
     return true;
 }
 
@@ -228,7 +228,8 @@ static bool tears(const VoxelOptions *options)
 static void describe(Body *body, CutModel *model, const Making *making, const double *mass)
 {
     const VoxelOptions *options = making->options;
-    *body = setup_body(options, tears(options) ? &cut_body_ops_tearing : &cut_body_ops, model);
+    *body = body_of_options(&options->body, tears(options) ? &cut_body_ops_tearing : &cut_body_ops,
+                            model);
     body->element_count = model->lattice.leaf_count;
     body->lambda = body->contact_lambda = making->lambda;
     body->damping = options->damping * making->step * making->damping_lambda;
@@ -243,7 +244,7 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
                         StateList *state, Status *status)
 {
     const VoxelOptions *options = making->options;
-    const char *name = options->name;
+    const char *name = options->body.name;
     const int classes_count = options->material_count * (making->layout.levels + 1);
     ElementClass *classes = ALLOCATE(ARENA_STEP, classes_count, ElementClass, "element classes");
     double *mass = ALLOCATE(ARENA_TOPOLOGY, classes_count, double, "element masses");
@@ -257,7 +258,7 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
     if (!cut_lattice_create(&model->lattice, name, &making->layout, making->capacity,
                             options->split_budget, arena, state, status))
         return false;
-    template_cache_create(&model->templates, name, options->law, options->precision, arena);
+    template_cache_create(&model->templates, name, options->law, options->body.precision, arena);
 
     Vertices *vertices = &model->vertices;
     create_vertices(model, making, kernels, name, arena, state);
@@ -280,24 +281,24 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
     describe(body, model, making, mass);
     return cut_faces_create(&model->faces, name, &model->lattice, &model->pieces, vertices,
                             &making->mesh, &making->layout, options->lattice->size,
-                            options->face_capacity, options->publish_all, options->without_contacts,
-                            body, arena, state, status);
+                            options->body.face_capacity, options->publish_all,
+                            options->body.without_contacts, body, arena, state, status);
 }
 
 bool cut_body_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
                      Status *status)
 {
-    const char *isa = options->isa == NULL ? "auto" : options->isa;
+    const char *isa = options->body.isa == NULL ? "auto" : options->body.isa;
     Making making = {.options = options};
-    layout_create(&making.layout, options->lattice, options->levels);
+    layout_create(&making.layout, options->lattice, options->body.levels);
     bool ok = lattice_mesh_create(&making.mesh, &making.layout, status);
-    const VoxelKernels *kernels = voxel_kernels_find(options->precision, isa);
+    const VoxelKernels *kernels = voxel_kernels_find(options->body.precision, isa);
     if (ok)
         making.capacity = choose_capacity(options, &making.mesh, status);
     ok = ok && check_options(&making, kernels, status);
     if (ok)
         making.by_id = vertex_ids_sort(making.mesh.id, making.mesh.vertex_count);
-    ok = ok && make_fixed(&making, options->name, arena, status) &&
+    ok = ok && make_fixed(&making, options->body.name, arena, status) &&
          create_body(body, &making, kernels, arena, state, status);
     lattice_mesh_destroy(&making.mesh);
     layout_destroy(&making.layout);

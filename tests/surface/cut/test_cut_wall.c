@@ -110,10 +110,11 @@ static void random_cuts_keep_every_invariant(void **unused)
     int sequences = wanted != NULL ? atoi(wanted) / 10 : EFFORT(20);
     for (int sequence = 0; sequence < sequences; sequence++) {
         SurfaceOptions options = wall_options(random_below(&random, 4), 0);
-        options.start_level = random_below(&random, options.levels + 1);
-        options.adaptive = options.levels > 0 && random_below(&random, 2) == 0;
+        options.start_level = random_below(&random, options.body.levels + 1);
+        options.adaptive = options.body.levels > 0 && random_below(&random, 2) == 0;
         options.adapt.check_hz = 200.0;
-        options.precision = random_below(&random, 2) == 0 ? PRECISION_DOUBLE : PRECISION_SINGLE;
+        options.body.precision =
+            random_below(&random, 2) == 0 ? PRECISION_DOUBLE : PRECISION_SINGLE;
         options.shape.frame = random_below(&random, 2) == 0 ? SHAPE_WORLD : SHAPE_BODY;
         DetailBench bench;
         wall_create(&bench, (WallMesh)random_below(&random, WALL_MESHES), &options,
@@ -121,7 +122,7 @@ static void random_cuts_keep_every_invariant(void **unused)
         CutOptions last = {.body = 0};
         WallShape shape;
         for (int i = 0; i < 10; i++) {
-            if (options.adaptive && options.levels > 0)
+            if (options.adaptive && options.body.levels > 0)
                 for (int k = 0; k < 4; k++)
                     bench_change_at_random(&bench, &random, 6);
             int steps = random_below(&random, 6);

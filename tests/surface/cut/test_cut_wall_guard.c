@@ -46,7 +46,7 @@ static void a_cut_in_a_bad_tick_stays_and_its_nodes_are_where_they_were(void **u
                                   .force = {1e30, 0.0, 0.0},
                                   .duration = 1e-3};
         SurfaceOptions options = wall_options(1, 1);
-        options.precision = (Precision)precision;
+        options.body.precision = (Precision)precision;
         DetailBench bench;
         wall_create_with(&bench, WALL_SPHERE, &options, 0.3, &blade);
         put_blade(&bench, -0.07);

@@ -36,11 +36,11 @@ static void pieces_that_come_apart_move_apart(void **unused)
         const int precision = kind == 1;
         SurfaceOptions options = wall_options(1, 0);
         if (kind >= 2)
-            options.integrator = INTEGRATOR_IMPLICIT;
+            options.body.integrator = INTEGRATOR_IMPLICIT;
         if (kind == 3)
             options.material.youngs_modulus_2d = 1e6;
         options.shape.frame = SHAPE_BODY;
-        options.precision = precision == 0 ? PRECISION_DOUBLE : PRECISION_SINGLE;
+        options.body.precision = precision == 0 ? PRECISION_DOUBLE : PRECISION_SINGLE;
         TriMesh mesh;
         fixture_sphere(&mesh);
         Vec3 *v = calloc((size_t)mesh.node_count, sizeof *v);
@@ -48,8 +48,8 @@ static void pieces_that_come_apart_move_apart(void **unused)
             v[i] = mesh.position[i].z > 0.0
                        ? vec3(-3.0 * mesh.position[i].y, 3.0 * mesh.position[i].x, 0.4)
                        : vec3(0.0, 0.0, -0.4);
-        options.initial_velocity = v;
-        options.initial_position = mesh.position;
+        options.body.initial_velocity = v;
+        options.body.initial_position = mesh.position;
         DetailBench bench;
         bench_create(&bench, BENCH_CUTTABLE, &mesh, &options, NULL, NULL);
         free(v);
@@ -116,10 +116,10 @@ static void a_blade_through_moving_tissue_separates_it(void **unused)
         SurfaceOptions options = wall_options(1 + i % 3, 0);
         options.adaptive = i % 2 == 0;
         options.adapt.check_hz = 200.0;
-        options.precision = i % 4 < 2 ? PRECISION_DOUBLE : PRECISION_SINGLE;
+        options.body.precision = i % 4 < 2 ? PRECISION_DOUBLE : PRECISION_SINGLE;
         options.shape.frame = i % 5 == 0 ? SHAPE_BODY : SHAPE_WORLD;
         if (i % 4 == 1)
-            options.integrator = INTEGRATOR_IMPLICIT;
+            options.body.integrator = INTEGRATOR_IMPLICIT;
         bool half = i % 3 == 0;
         DetailBench bench;
         wall_create_with(&bench, WALL_SPHERE, &options, random_between(&random, 0.0, 1.0), &BLADE);
@@ -160,7 +160,7 @@ static void a_probe_presses_on_what_is_cut_under_it(void **unused)
         options.adaptive = levels == 2;
         options.adapt.check_hz = 100.0;
         options.shape.angular_frequency = 200.0;
-        options.contact_ratio = 1.0;
+        options.body.contact_ratio = 1.0;
         DetailBench bench;
         wall_create_with(&bench, WALL_SPHERE, &options, 0.0, &BALL);
         int felt = 0;

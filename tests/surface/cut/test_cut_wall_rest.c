@@ -24,7 +24,7 @@ static void create(DetailBench *bench, const RestCase *at)
     options.adapt.check_hz = 200.0;
     options.shape.wanted = at->shape;
     options.shape.frame = at->frame;
-    options.precision = at->precision;
+    options.body.precision = at->precision;
     options.prestress = 0.0;
     TriMesh mesh;
     Status status = {0};

@@ -18,8 +18,8 @@ static void what_does_not_fit_is_refused_and_changes_nothing(void **unused)
         SurfaceOptions options = wall_options(2, 0);
         DetailBench bench;
         // Room for the body itself and a little more; nodes, then faces.
-        options.node_capacity = which == 0 ? 130 : 0;
-        options.face_capacity = which == 1 ? 240 : 0;
+        options.body.node_capacity = which == 0 ? 130 : 0;
+        options.body.face_capacity = which == 1 ? 240 : 0;
         wall_create(&bench, WALL_SPHERE, &options, 0.3);
         CutOptions plane =
             wall_sweep_at(vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), 0.3, 0.3);

@@ -28,8 +28,8 @@ static void create(DetailBench *bench, const Pull *pull)
     options.shape.wanted = false;
     options.material.node_damping = 0.5; // near critical: no waves
     options.tear_stretch = 0.5;
-    options.fixed = &HELD;
-    options.fixed_count = 1;
+    options.body.fixed = &HELD;
+    options.body.fixed_count = 1;
     TriMesh mesh;
     fixture_sheet(&mesh);
     bench_create(bench, BENCH_CUTTABLE, &mesh, &options, NULL, &LOAD);

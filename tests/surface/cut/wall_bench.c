@@ -41,8 +41,8 @@ void wall_create_with(DetailBench *bench, WallMesh kind, SurfaceOptions *options
     size_t nodes = (size_t)mesh.node_count;
     Vec3 *x = calloc(nodes, sizeof *x), *v = calloc(nodes, sizeof *v);
     deform(&mesh, much, x, v);
-    options->initial_position = x;
-    options->initial_velocity = v;
+    options->body.initial_position = x;
+    options->body.initial_velocity = v;
     bench_create(bench, BENCH_CUTTABLE, &mesh, options, tool, NULL);
     free(x);
     free(v);
@@ -115,7 +115,7 @@ void wall_expect_sound(DetailBench *bench, WallShape *shape, int handles)
     wall_expect_locked(bench);
     bench_expect_sound(bench);
     // Thousands of additions in another order; in single precision of rounded numbers.
-    bool single = bench->detail->options.precision == PRECISION_SINGLE;
+    bool single = bench->detail->options.body.precision == PRECISION_SINGLE;
     double expected = wall_expected_stiffness(bench);
     expect_near(wall_stiffness(bench), expected, (single ? 1e-7 : 1e-12) * expected);
 }
@@ -129,7 +129,7 @@ CutOutcome wall_cut(DetailBench *bench, const CutOptions *options)
     sim_apply_cut(bench->sim, options, &outcome, why, sizeof why);
     expect_near(bench_mass(bench), mass, 1e-12 * mass);
     // Of nodes that move a metre a second or so; in single precision new ones get rounded means.
-    double most = bench->detail->options.precision == PRECISION_SINGLE ? 1e-7 : 1e-12;
+    double most = bench->detail->options.body.precision == PRECISION_SINGLE ? 1e-7 : 1e-12;
     expect_at_most(vec3_length(vec3_sub(bench_momentum(bench), momentum)), most * mass);
     return outcome;
 }

@@ -96,7 +96,7 @@ static void force_refines_at_its_threshold(void **unused)
     for (int precision = 0; precision < 2; precision++)
         for (int over = 0; over < 2; over++) {
             SurfaceOptions options = adapting(1, 0.005, NEVER, NEVER, EVERY_TICK);
-            options.precision = (Precision)precision;
+            options.body.precision = (Precision)precision;
             DetailBench bench;
             create_sheet(&bench, &options, NULL);
             double area = bench.model->mass[MIDDLE] / DENSITY;
@@ -175,7 +175,7 @@ static void rigid_motion_refines_nothing(void **unused)
     for (int kind = 0; kind < 8; kind++) {
         bool has_shape = (kind & 2) != 0;
         SurfaceOptions options = adapting(2, 0.005, 0.3, 0.4, EVERY_TICK);
-        options.precision = kind & 1 ? PRECISION_SINGLE : PRECISION_DOUBLE;
+        options.body.precision = kind & 1 ? PRECISION_SINGLE : PRECISION_DOUBLE;
         options.shape.wanted = has_shape;
         options.shape.frame = SHAPE_BODY;
         options.start_level = kind & 4 ? 1 : 0;
@@ -190,7 +190,7 @@ static void rigid_motion_refines_nothing(void **unused)
         adapt(&bench, 0);
         if (bench.detail->sweep->refined != before)
             fail_msg("%s, %s shape springs: %lld faces refined",
-                     options.precision == PRECISION_SINGLE ? "single" : "double",
+                     options.body.precision == PRECISION_SINGLE ? "single" : "double",
                      has_shape ? "with" : "without",
                      (long long)(bench.detail->sweep->refined - before));
         bench_destroy(&bench);

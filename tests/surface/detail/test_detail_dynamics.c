@@ -64,7 +64,7 @@ static void compare_with_dense(const SurfaceOptions *options, const LoadOptions 
     assert_true(most > 1e-5);
     if (!(worst <= tolerance * most))
         fail_msg("level %d, %s, frame %d: differs by %g of %g m", options->start_level,
-                 options->precision == PRECISION_SINGLE ? "single" : "double",
+                 options->body.precision == PRECISION_SINGLE ? "single" : "double",
                  (int)adaptive.model->shape, worst, most);
     for (int k = 0; k < 2; k++) {
         free(x[k]);
@@ -82,17 +82,17 @@ static void a_body_wholly_of_one_level_moves_as_one_without_levels(void **unused
             for (int variant = 0; variant < 6; variant++) {
                 SurfaceOptions options = bench_options(2, level);
                 options.adjust = (SurfaceAdjust)adjust;
-                options.integrator = (IntegratorKind)(variant % 3);
+                options.body.integrator = (IntegratorKind)(variant % 3);
                 options.prestress =
                     variant == 3 ? 0.001 : 0.0; // more and the shell buckles at once
                 if (variant == 4)
                     options.shape.frame = SHAPE_BODY;
                 if (variant == 5)
                     options.shape = (SurfaceShape){.wanted = false};
-                options.time_step = 1e-4; // short enough for all: the same substeps
+                options.body.time_step = 1e-4; // short enough for all: the same substeps
                 // Order of additions differs: rounding, grown by 60 ticks of motion.
                 compare_with_dense(&options, &PRESS, 1e-10);
-                options.precision = PRECISION_SINGLE;
+                options.body.precision = PRECISION_SINGLE;
                 // In single precision 1e-5 is what either keeps to double (test_single).
                 compare_with_dense(&options, &PRESS, 2e-5);
             }
@@ -197,7 +197,7 @@ static void a_body_at_rest_stays_at_rest_whatever_its_levels(void **unused)
         TriMesh mesh;
         SurfaceOptions options = bench_options(3, 0);
         options.adjust = variant & 1 ? ADJUST_CHOI2005 : ADJUST_CONTINUUM;
-        options.precision = variant & 2 ? PRECISION_SINGLE : PRECISION_DOUBLE;
+        options.body.precision = variant & 2 ? PRECISION_SINGLE : PRECISION_DOUBLE;
         options.shape.frame = variant & 4 ? SHAPE_BODY : SHAPE_WORLD;
         fixture_organ(&mesh);
         DetailBench bench;
@@ -226,7 +226,7 @@ static void the_papers_new_nodes_lie_on_the_present_butterfly(void **unused)
         TriMesh mesh;
         SurfaceOptions options = bench_options(1, 0);
         options.adjust = ADJUST_CHOI2005;
-        options.precision = variant % 2 == 0 ? PRECISION_DOUBLE : PRECISION_SINGLE;
+        options.body.precision = variant % 2 == 0 ? PRECISION_DOUBLE : PRECISION_SINGLE;
         if (variant / 2 == 0)
             fixture_organ(&mesh);
         else if (variant / 2 == 1)
@@ -263,7 +263,7 @@ static void the_papers_new_nodes_lie_on_the_present_butterfly(void **unused)
             Vec3 x;
             rows_read(&model->basis, model->rows[model->current], model->slot[nodes + e], &x, NULL);
             // Displacements of 3 mm, in single precision to 1e-7 of that.
-            double tolerance = options.precision == PRECISION_DOUBLE ? 1e-15 : 1e-9;
+            double tolerance = options.body.precision == PRECISION_DOUBLE ? 1e-15 : 1e-9;
             assert_true(vec3_length(vec3_sub(x, middle[e])) < tolerance);
             assert_true(vec3_length(vec3_sub(x, rest[e])) > 1e-5);
         }

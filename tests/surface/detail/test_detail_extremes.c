@@ -16,7 +16,7 @@ static SurfaceOptions adaptive(int levels)
 {
     SurfaceOptions options = bench_options(levels, 0);
     options.adapt.check_hz = 100.0;
-    options.integrator = INTEGRATOR_LEAPFROG;
+    options.body.integrator = INTEGRATOR_LEAPFROG;
     return options;
 }
 
@@ -164,7 +164,7 @@ static void a_small_load_keeps_its_sum_while_levels_come_and_go(void **unused)
     TriMesh mesh;
     fixture_sphere(&mesh);
     SurfaceOptions options = adaptive(3);
-    options.precision = PRECISION_DOUBLE;
+    options.body.precision = PRECISION_DOUBLE;
     options.start_level = 3;
     DetailBench bench;
     bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
@@ -205,13 +205,13 @@ static void what_does_not_fit_is_refused_and_counted(void **unused)
         TriMesh mesh;
         fixture_sphere(&mesh);
         SurfaceOptions options = adaptive(3);
-        options.node_capacity = kind == 0 ? 150 : kind == 1 ? 0 : 116; // of 114 to start with
-        options.face_capacity = kind == 1 ? 300 : 0;                   // of 224
+        options.body.node_capacity = kind == 0 ? 150 : kind == 1 ? 0 : 116; // of 114 to start with
+        options.body.face_capacity = kind == 1 ? 300 : 0;                   // of 224
         const ToolOptions tool = ball(TOOL_PROBE, 0.006, 3.3);
         DetailBench bench;
         bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, &tool, NULL);
         assert_int_equal(bench.body->mesh.node_capacity,
-                         kind == 1 ? bench.detail->node_count : options.node_capacity);
+                         kind == 1 ? bench.detail->node_count : options.body.node_capacity);
         for (int i = 0; i < 1500; i++) {
             move(&bench, (Vec3){0.02 * cos(0.01 * i), 0.02 * sin(0.01 * i), 0.04});
             sim_step(bench.sim);
@@ -249,7 +249,7 @@ static void absurd_loads_and_tools_leave_finite_numbers(void **unused)
         TriMesh mesh;
         fixture_sphere(&mesh);
         SurfaceOptions options = adaptive(2);
-        options.precision = kind & 1 ? PRECISION_SINGLE : PRECISION_DOUBLE;
+        options.body.precision = kind & 1 ? PRECISION_SINGLE : PRECISION_DOUBLE;
         options.shape.frame = kind & 2 ? SHAPE_BODY : SHAPE_WORLD;
         const ToolOptions tool = ball(TOOL_PROBE, 0.006, 1e6);
         DetailBench bench;
@@ -295,7 +295,7 @@ static void bad_numbers_are_never_published(void **unused)
         TriMesh mesh;
         fixture_sphere(&mesh);
         SurfaceOptions options = adaptive(2);
-        options.precision = (Precision)precision;
+        options.body.precision = (Precision)precision;
         DetailBench bench;
         bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
         uint64_t random = 3;
@@ -331,9 +331,9 @@ static void a_body_that_cannot_move_does_not(void **unused)
         SurfaceOptions options = adaptive(2);
         options.shape = frame == 2 ? (SurfaceShape){.wanted = false} : options.shape;
         options.shape.frame = frame == 1 ? SHAPE_BODY : SHAPE_WORLD;
-        options.fixed_count = 1;
-        options.fixed = &all;
-        options.gravity.z = -9.81;
+        options.body.fixed_count = 1;
+        options.body.fixed = &all;
+        options.body.gravity.z = -9.81;
         const ToolOptions tool = ball(TOOL_PROBE, 0.006, 3.3);
         DetailBench bench;
         bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, &tool, NULL);
@@ -429,7 +429,7 @@ static void odd_meshes_are_handled_like_others(void **unused)
             TriMesh mesh;
             meshes[m].make(&mesh);
             SurfaceOptions options = adaptive(meshes[m].levels);
-            options.precision = (Precision)precision;
+            options.body.precision = (Precision)precision;
             options.shape.damping_ratio = 0.3;
             options.shape.angular_frequency = 150.0; // small ones stay dented by less
             const ToolOptions tool = ball(TOOL_PROBE, 0.006, 2.0);

@@ -191,7 +191,7 @@ static void check(DetailBench *bench, const SurfaceOptions *options, bool loaded
             add_shape(&plain, i, &a);
         // Some ten terms of a dozen roundings each, of 1e-16 or 6e-8; in single precision
         // extensions come from displacements, whose terms are smaller than those summed up here.
-        double close = options->precision == PRECISION_DOUBLE ? 1e-13 : 1e-5;
+        double close = options->body.precision == PRECISION_DOUBLE ? 1e-13 : 1e-5;
         expect_at_most(vec3_length(vec3_sub(v, a.value)), close * a.size);
         most = fmax(most, vec3_length(a.value));
     }
@@ -232,10 +232,10 @@ static void every_variant_agrees_with_a_plain_sum(void **unused)
             for (int variant = 0; variant < 2 * 2 * SHAPE_VARIANTS; variant++)
                 for (int adjust = 0; adjust < 2; adjust++) {
                     SurfaceOptions options = bench_options(3, 0);
-                    options.isa = isa[level];
-                    options.precision = (Precision)precision;
+                    options.body.isa = isa[level];
+                    options.body.precision = (Precision)precision;
                     options.adjust = (SurfaceAdjust)adjust;
-                    options.integrator = INTEGRATOR_SYMPLECTIC_EULER;
+                    options.body.integrator = INTEGRATOR_SYMPLECTIC_EULER;
                     options.prestress = variant & 1 ? 0.05 : 0.0;
                     options.material.damping_time = variant & 2 ? 2e-4 : 0.0;
                     options.shape.wanted = variant / 4 != SHAPE_FRAME_NONE;
@@ -244,8 +244,8 @@ static void every_variant_agrees_with_a_plain_sum(void **unused)
                     options.shape.direction = variant / 4 == SHAPE_FRAME_WORLD_RADIAL
                                                   ? SHAPE_DAMPS_RADIAL
                                                   : SHAPE_DAMPS_ALL;
-                    options.fixed = &held;
-                    options.fixed_count = variant / 4 != SHAPE_FRAME_NONE;
+                    options.body.fixed = &held;
+                    options.body.fixed_count = variant / 4 != SHAPE_FRAME_NONE;
                     check_variant(&options, variant % 3 > 0, 40 + (uint64_t)variant);
                 }
 }

@@ -47,7 +47,7 @@ static void create(DetailBench *bench, Precision precision)
     TriMesh mesh;
     fixture_sphere(&mesh);
     SurfaceOptions options = bench_options(2, 0);
-    options.precision = precision;
+    options.body.precision = precision;
     options.adapt.check_hz = 100.0;
     // At rest nothing is bent or fast enough to be divided: what presses alone is.
     options.adapt.speed = options.adapt.curvature = 1e6;
@@ -58,8 +58,8 @@ static void create(DetailBench *bench, Precision precision)
         initial[i] = (Vec3){1.02 * p.x, 0.99 * p.y + 0.01 * p.x, 1.01 * p.z};
         velocity[i] = (Vec3){-0.3 * p.y, 0.3 * p.x, 0.01};
     }
-    options.initial_position = initial;
-    options.initial_velocity = velocity;
+    options.body.initial_position = initial;
+    options.body.initial_velocity = velocity;
     bench_create(bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
     for (int tick = 0; tick < 5; tick++)
         sim_step(bench->sim);

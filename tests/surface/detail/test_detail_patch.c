@@ -55,8 +55,8 @@ static void create(DetailBench *bench, int levels, SurfaceAdjust adjust, bool ho
     options.shape = (SurfaceShape){.wanted = false};
     options.adjust = adjust;
     options.material.node_damping = hold ? 0.4 : 0.0;
-    options.fixed_count = hold;
-    options.fixed = &region;
+    options.body.fixed_count = hold;
+    options.body.fixed = &region;
     bench_create(bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
 }
 

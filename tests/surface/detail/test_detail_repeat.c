@@ -28,13 +28,13 @@ static void create(DetailBench *bench, int kind, const char *isa)
 {
     SurfaceOptions options = bench_options(2, 0);
     options.adapt.check_hz = 100.0;
-    options.precision = kind % 2 == 0 ? PRECISION_SINGLE : PRECISION_DOUBLE;
-    options.integrator = kind < 2   ? INTEGRATOR_LEAPFROG
-                         : kind < 4 ? INTEGRATOR_RK4
-                                    : INTEGRATOR_IMPLICIT;
+    options.body.precision = kind % 2 == 0 ? PRECISION_SINGLE : PRECISION_DOUBLE;
+    options.body.integrator = kind < 2   ? INTEGRATOR_LEAPFROG
+                              : kind < 4 ? INTEGRATOR_RK4
+                                         : INTEGRATOR_IMPLICIT;
     // The latter free: it floats.
     options.shape.frame = kind < 2 ? SHAPE_WORLD : SHAPE_BODY;
-    options.isa = isa;
+    options.body.isa = isa;
     TriMesh mesh;
     fixture_sphere(&mesh);
     bench_create(bench, BENCH_ADAPTIVE, &mesh, &options, &BALL, &PRESS);

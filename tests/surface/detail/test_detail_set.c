@@ -46,7 +46,7 @@ static void random_changes_keep_every_invariant(void **unused)
         }
         SurfaceOptions options = bench_options(2, 1);
         options.adjust = (SurfaceAdjust)adjust;
-        options.precision = PRECISION_SINGLE;
+        options.body.precision = PRECISION_SINGLE;
         fixture_organ(&mesh);
         fuzz(&mesh, &options, 5, EFFORT(120));
     }

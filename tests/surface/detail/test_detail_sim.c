@@ -72,15 +72,15 @@ static void create_scene(DetailBench *bench, const Scene *scene, int levels)
     static const FixedRegion below = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.025}};
     SurfaceOptions options = adaptive(levels);
-    options.precision = scene->precision;
-    options.integrator = scene->integrator;
+    options.body.precision = scene->precision;
+    options.body.integrator = scene->integrator;
     options.shape.frame = scene->frame;
     options.shape.damping_ratio = 0.3;
     options.adjust = scene->adjust;
-    options.gravity.z = -scene->gravity;
+    options.body.gravity.z = -scene->gravity;
     options.prestress = scene->prestress;
-    options.fixed_count = scene->held;
-    options.fixed = &below;
+    options.body.fixed_count = scene->held;
+    options.body.fixed = &below;
     TriMesh mesh;
     fixture_sphere(&mesh);
     bench_create(bench, BENCH_ADAPTIVE, &mesh, &options, &BALL, NULL);

@@ -34,7 +34,7 @@ static inline bool cut_world_try(CutWorld *world, VoxelWorldOptions *options, St
     *world = (CutWorld){.lattice = options->lattice, .material = options->material};
     VoxelOptions *body = &options->body;
     body->lattice = &world->lattice;
-    body->cuttable = true;
+    body->body.cuttable = true;
     if (body->split_budget == 0)
         body->split_budget = 16;
     static VoxelMaterial table[LATTICE_MATERIALS];
@@ -45,7 +45,7 @@ static inline bool cut_world_try(CutWorld *world, VoxelWorldOptions *options, St
         body->material_count = LATTICE_MATERIALS;
     }
     const SimOptions sim = {.rate_hz = options->rate_hz,
-                            .gravity = body->gravity,
+                            .gravity = body->body.gravity,
                             .tool_timeout_s = 1e9,
                             .may_load = true};
     world->sim = sim_create(&sim, &world->arena, &world->state);

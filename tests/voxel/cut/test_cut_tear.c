@@ -25,8 +25,8 @@ static void bar(VoxelWorldOptions *options, const int count[3], bool notched, Fi
                                   .low = {x - 0.1 * CELL, -1.0, -1.0},
                                   .high = {x + 0.1 * CELL, 1.0, 1.0}};
     }
-    options->body.fixed = end;
-    options->body.fixed_count = 2;
+    options->body.body.fixed = end;
+    options->body.body.fixed_count = 2;
     options->material = (VoxelMaterial){E, 0.0, 1000.0};
 }
 
@@ -75,13 +75,13 @@ static void pulled_faces_tear_at_the_border_first_and_everywhere_beyond_half_mor
         FixedRegion end[2];
         const int count[3] = {16, 8, 8};
         bar(&options, count, false, end);
-        options.body.levels = variant % 2;
+        options.body.body.levels = variant % 2;
         options.body.law = variant & 2 ? VOXEL_MIYAZAKI2004 : VOXEL_AFFINE;
-        options.body.precision = variant & 4 ? PRECISION_SINGLE : PRECISION_DOUBLE;
-        options.body.fixed_count = 0;
+        options.body.body.precision = variant & 4 ? PRECISION_SINGLE : PRECISION_DOUBLE;
+        options.body.body.fixed_count = 0;
         options.body.tear_stress = 0.1 * E;
-        options.body.vertex_capacity = 8 * 17 * 9 * 9;
-        options.body.face_capacity = 12 * 16 * 8 * 8;
+        options.body.body.node_capacity = 8 * 17 * 9 * 9;
+        options.body.body.face_capacity = 12 * 16 * 8 * 8;
         CutWorld world;
         cut_world_create(&world, &options);
         assert_non_null(world.body->ops->tear);
@@ -128,8 +128,8 @@ static void every_level_of_the_kernels_finds_the_same_faces(void **unused)
         int(*first)[2] = NULL, first_count = 0;
         for (const char *const *isa = isa_available(); *isa != NULL; isa++) {
             VoxelWorldOptions options = voxel_world_cube(16);
-            options.body.isa = *isa;
-            options.body.precision = (Precision)precision;
+            options.body.body.isa = *isa;
+            options.body.body.precision = (Precision)precision;
             options.body.tear_stress = 0.05 * E;
             CutWorld world;
             uint64_t seed = 5;
@@ -182,8 +182,8 @@ static void create_bar(CutWorld *world, int levels, double stress, bool notched)
     VoxelWorldOptions options;
     FixedRegion end[2];
     bar(&options, (int[3]){LONG, WIDE, WIDE}, notched, end);
-    options.body.levels = levels;
-    options.body.precision = PRECISION_SINGLE;
+    options.body.body.levels = levels;
+    options.body.body.precision = PRECISION_SINGLE;
     options.body.tear_stress = stress;
     cut_world_create(world, &options);
 }
@@ -262,7 +262,7 @@ static void force_beyond_the_threshold_releases_the_vertex(void **unused)
     for (int variant = 0; variant < 4; variant++) {
         VoxelWorldOptions options = voxel_world_cube(8);
         options.body.tear_force = 0.1;
-        options.body.precision = (Precision)(variant % 2);
+        options.body.body.precision = (Precision)(variant % 2);
         options.body.law = variant / 2 ? VOXEL_MIYAZAKI2004 : VOXEL_AFFINE;
         CutWorld world;
         cut_world_create(&world, &options);
@@ -309,7 +309,7 @@ static void torn_run_goes_on_alike_from_its_states(void **unused)
     VoxelWorldOptions options;
     FixedRegion end[2];
     bar(&options, (int[3]){24, 8, 8}, true, end);
-    options.body.levels = 1;
+    options.body.body.levels = 1;
     options.body.tear_stress = 0.3 * E;
     options.body.tear_force = 0.01;
     cut_world_create(&world, &options);

@@ -13,11 +13,11 @@ static void uncut_body_moves_as_one_that_cannot_be_cut(void **unused)
     for (int law = 0; law < 2; law++) {
         VoxelWorldOptions options = voxel_world_cube(8), plain_options = voxel_world_cube(8);
         options.body.law = plain_options.body.law = (VoxelLaw)law;
-        options.body.gravity = plain_options.body.gravity = vec3(0.0, 0.0, -9.81);
+        options.body.body.gravity = plain_options.body.body.gravity = vec3(0.0, 0.0, -9.81);
         FixedRegion floor = {
             .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.0499}};
-        options.body.fixed = plain_options.body.fixed = &floor;
-        options.body.fixed_count = plain_options.body.fixed_count = 1;
+        options.body.body.fixed = plain_options.body.body.fixed = &floor;
+        options.body.body.fixed_count = plain_options.body.body.fixed_count = 1;
         CutWorld world;
         VoxelWorld plain;
         cut_world_create(&world, &options);
@@ -183,8 +183,8 @@ static void copies_and_middles_in_a_fixed_region_are_fixed(void **unused)
         VoxelWorldOptions options = voxel_world_cube(16);
         FixedRegion region = {
             .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, top[k]}};
-        options.body.fixed = &region;
-        options.body.fixed_count = 1;
+        options.body.body.fixed = &region;
+        options.body.body.fixed_count = 1;
         CutWorld world;
         cut_world_create(&world, &options);
         const int before = world.model->vertices.count;
@@ -275,7 +275,7 @@ static void brought_back_state_goes_on_in_the_same_bits(void **unused)
     for (int single = 0; single < 2; single++) {
         VoxelWorldOptions options = voxel_world_cube(16);
         options.body.split_budget = 3;
-        options.body.precision = single ? PRECISION_SINGLE : PRECISION_DOUBLE;
+        options.body.body.precision = single ? PRECISION_SINGLE : PRECISION_DOUBLE;
         CutWorld world;
         cut_world_create(&world, &options);
         CutOptions cut[6];
@@ -319,7 +319,7 @@ static void spare_row_must_hold_numbers(void **unused)
     (void)unused;
     for (int single = 0; single < 2; single++) {
         VoxelWorldOptions options = voxel_world_cube(16);
-        options.body.precision = single ? PRECISION_SINGLE : PRECISION_DOUBLE;
+        options.body.body.precision = single ? PRECISION_SINGLE : PRECISION_DOUBLE;
         CutWorld world;
         cut_world_create(&world, &options);
         const Vertices *vertices = &world.model->vertices;
@@ -342,7 +342,7 @@ static void broken_faces_that_find_no_room_are_refused(void **unused)
 {
     (void)unused;
     VoxelWorldOptions options = voxel_world_cube(32);
-    options.body.face_capacity = 40000; // fewer than large elements have faces inside
+    options.body.body.face_capacity = 40000; // fewer than large elements have faces inside
     CutWorld world;
     cut_world_create(&world, &options);
     CutLattice *lattice = &world.model->lattice;

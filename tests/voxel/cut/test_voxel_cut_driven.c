@@ -26,7 +26,7 @@ static void make_world(CutWorld *world, int kind, bool single)
                                                 : voxel_world_corner();
     if (kind % 3 == 2)
         options.body.material_count = 0;
-    options.body.precision = single ? PRECISION_SINGLE : PRECISION_DOUBLE;
+    options.body.body.precision = single ? PRECISION_SINGLE : PRECISION_DOUBLE;
     options.body.split_budget = 4;
     options.tool_count = 1;
     options.tool[0] = (ToolOptions){.id = 1,
@@ -239,9 +239,9 @@ static void cut_without_room_changes_nothing(void **unused)
     for (int which = 0; which < 2; which++) {
         VoxelWorldOptions options = voxel_world_cube(8);
         if (which == 0)
-            options.body.face_capacity = 2 * 6 * 64 + 40; // ten faces
+            options.body.body.face_capacity = 2 * 6 * 64 + 40; // ten faces
         else
-            options.body.vertex_capacity = 9 * 9 * 9 + 10;
+            options.body.body.node_capacity = 9 * 9 * 9 + 10;
         CutWorld world;
         cut_world_create(&world, &options);
         const CutOptions cut = cut_world_sweep(vec3(0.001, 0.0, 0.0), vec3(0.0, 0.0, 1.0),

@@ -23,7 +23,7 @@ static void a_cut_in_a_bad_tick_stays_and_its_vertices_are_where_they_were(void 
     for (int precision = 0; precision < 2; precision++) {
         CutWorld world;
         VoxelWorldOptions options = voxel_world_cube(6);
-        options.body.precision = (Precision)precision;
+        options.body.body.precision = (Precision)precision;
         options.tool_count = 1;
         options.tool[0] = (ToolOptions){.id = 1,
                                         .kind = TOOL_BLADE,

@@ -127,9 +127,9 @@ static void make_world(CutWorld *world, int kind, bool single)
     VoxelWorldOptions options = kind % 3 == 0   ? voxel_world_cube(12)
                                 : kind % 3 == 1 ? voxel_world_ball()
                                                 : voxel_world_corner();
-    options.body.levels = 1 + kind % 2;
+    options.body.body.levels = 1 + kind % 2;
     options.body.split_budget = 1 + kind % 5;
-    options.body.precision = single ? PRECISION_SINGLE : PRECISION_DOUBLE;
+    options.body.body.precision = single ? PRECISION_SINGLE : PRECISION_DOUBLE;
     options.tool_count = 1;
     options.tool[0] = (ToolOptions){.id = 1,
                                     .kind = TOOL_BLADE,
