@@ -213,7 +213,6 @@ static bool ask_for_checkpoint(Loop *loop, Answer *answer)
 
 // Executes a command of the loop. False: the answer follows once the checkpoint's file is complete.
 static bool command(Loop *loop, const Input *input, Answer *answer)
-// PLACE
 {
     switch (input->command.kind) {
     case PLIANT_COMMAND_T_PAUSE:

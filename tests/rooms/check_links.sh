@@ -2,10 +2,11 @@
 # What our documents and comments refer to is there: check_links.sh TOP.
 # - Every link of a README leads to a file, and to a heading that it has. Those of config/package/ lead to what is
 #   installed: package_installed looks at them.
+# - A link whose text is a function leads to the file that defines it, as in [`sim_step`](dynamics/step.c).
 # - Every document that a comment names is there, beside the comment's file or from the top of the sources; and so
 #   is every heading in it that the comment quotes, as in: server/README.md, "Limits" and "The guard".
 cd "$1" || exit 1
-failed=0
+failed=0 functions=0
 here=$(pwd)
 # The anchor that a heading gets: lower case, only letters, digits, - and _, blanks as -.
 has_heading() {
@@ -27,7 +28,16 @@ for file in $files; do
             failed=1
         fi
     done
+    for link in $(grep -o '\[`[a-z_0-9]*`]([^) ]*\.c)' "$file"); do
+        name=$(echo "$link" | sed 's/^\[`//; s/`.*//') target=$(dirname "$file")/$(echo "$link" | sed 's/.*(//; s/)$//')
+        functions=$((functions + 1))
+        if [ -f "$target" ] && ! grep -q "^[A-Za-z].*\<$name(" "$target"; then
+            echo "$file: '$target' does not define $name"
+            failed=1
+        fi
+    done
 done
+[ "$functions" -ge 20 ] || { echo "hardly any function was seen in the documents: $functions"; failed=1; }
 
 # The citations of the comments below the current folder: file, document and heading (or nothing), by tabs.
 list_citations() {
