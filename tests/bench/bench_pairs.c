@@ -1,6 +1,6 @@
-// What a feature costs, and that leaving it out costs nothing (tests/leave proves that): pairs of
-// scenes that differ in one feature, pairs of command lines, and a pair of builds. Thread CPU time
-// a step, interleaved; bytes a node of what steps and contacts use; all bytes that pliantd
+// What a feature costs, and that leaving it out costs nothing (tests/pay_for_use proves that):
+// pairs of scenes that differ in one feature, pairs of command lines, and a pair of builds. Thread
+// CPU time a step, interleaved; bytes a node of what steps and contacts use; all bytes that pliantd
 // --explain lists; and, with valgrind, instructions a step of the real pliantd (in whose AVX2
 // kernels valgrind can look).
 #include "bench.h"
@@ -202,7 +202,8 @@ static void run_models(Bench *bench, int nodes, bool instructions)
     snprintf(smallest, sizeof smallest, "%.*s/build/smallest-surface/bin/pliantd",
              bin != NULL ? (int)(bin - own) : 0, own);
     if (access(smallest, X_OK) != 0) {
-        bench_skip(bench, "pair.models", "no smallest build: tests/leave/smallest.sh makes it");
+        bench_skip(bench, "pair.models",
+                   "no smallest build: tests/pay_for_use/smallest.sh makes it");
         return;
     }
     Way way[2] = {{.pliantd = own}, {.pliantd = smallest}};

@@ -30,8 +30,8 @@ static void a_run_goes_on_inside_its_log(void **state)
     snprintf(log, sizeof log, "%s", scratch("resume.log"));
     snprintf(part, sizeof part, "%s", scratch("part.h5"));
     snprintf(arguments, sizeof arguments, "--resume %s", part);
-    for (int s = 0; s < EFFORT(KEEP_SCENES); s++) {
-        const KeepScene *scene = &keep_scenes[s];
+    for (int s = 0; s < EFFORT(SESSION_SCENES); s++) {
+        const SessionScene *scene = &session_scenes[s];
         const char *config = session_scene(scene, "single", 1);
         Session session = session_create(scene, 100, TICKS); // with a reset at tick 132
         session_write_log(&session, scene, log);
@@ -102,7 +102,7 @@ static void inputs_of_a_pause_are_applied_once(void **state)
     (void)state;
     char first[PATH_TEXT * 2], second[PATH_TEXT * 2], log[PATH_TEXT * 2];
     char from_first[PATH_TEXT * 3], from_second[PATH_TEXT * 3];
-    const char *config = session_scene(&keep_scenes[0], "single", 1);
+    const char *config = session_scene(&session_scenes[0], "single", 1);
     snprintf(first, sizeof first, "%s", scratch("first.h5"));
     snprintf(second, sizeof second, "%s", scratch("second.h5"));
     snprintf(log, sizeof log, "%s", scratch("pause.log"));

@@ -1,7 +1,7 @@
 // What a run of the daemon executes, counted by valgrind's callgrind, and in which source file each
 // of its functions stands.
-#ifndef PLIANT_TESTS_LEAVE_PROFILE_H
-#define PLIANT_TESTS_LEAVE_PROFILE_H
+#ifndef PLIANT_TESTS_PAY_FOR_USE_PROFILE_H
+#define PLIANT_TESTS_PAY_FOR_USE_PROFILE_H
 
 #include <stdbool.h>
 

@@ -31,7 +31,7 @@ static void drive(Daemon *daemon, Client *client, const Session *session)
         fail_msg("%s", daemon->err);
 }
 
-static void expect_repeated(const KeepScene *scene, const char *precision, uint64_t seed,
+static void expect_repeated(const SessionScene *scene, const char *precision, uint64_t seed,
                             Client *client)
 {
     char log[PATH_TEXT * 2], kept[PATH_TEXT * 2], config[PATH_TEXT * 2];
@@ -70,8 +70,8 @@ static void sessions_repeat_bit_for_bit(void **state)
 {
     (void)state;
     Client *client = client_create();
-    for (int s = 0; s < EFFORT(KEEP_SCENES); s++)
-        expect_repeated(&keep_scenes[s], s % 2 == 0 ? "single" : "double", 40 + (uint64_t)s,
+    for (int s = 0; s < EFFORT(SESSION_SCENES); s++)
+        expect_repeated(&session_scenes[s], s % 2 == 0 ? "single" : "double", 40 + (uint64_t)s,
                         client);
     client_destroy(client);
 }
@@ -110,8 +110,8 @@ static void a_busy_machine_changes_nothing(void **state)
     (void)state;
     Client *client = client_create();
     busy_count = start_load(busy, 8);
-    expect_repeated(&keep_scenes[0], "double", 60, client); // with the governor at work
-    expect_repeated(&keep_scenes[1], "single", 61, client);
+    expect_repeated(&session_scenes[0], "double", 60, client); // with the governor at work
+    expect_repeated(&session_scenes[1], "single", 61, client);
     client_destroy(client);
 }
 

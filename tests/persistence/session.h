@@ -1,8 +1,8 @@
 // What the tests of this folder run: small scenes with levels, cuts, tears and graspers, and all
 // that is done to them, drawn from a seed. The same messages are written into a log as --log-inputs
 // does, or sent to a running daemon.
-#ifndef PLIANT_TESTS_KEEP_SESSION_H
-#define PLIANT_TESTS_KEEP_SESSION_H
+#ifndef PLIANT_TESTS_PERSISTENCE_SESSION_H
+#define PLIANT_TESTS_PERSISTENCE_SESSION_H
 
 #include "harness.h"
 
@@ -18,19 +18,19 @@ typedef struct Target {
     double center[3], radius; // [m]
 } Target;
 
-typedef struct KeepScene {
+typedef struct SessionScene {
     const char *name; // of the file in scenes/
     int targets;
     Target target[TARGETS_MOST];
     bool blade, grasper; // has tool 2, tool 3; all have tool 1, a probe
     bool flat;           // in the plane z = 0
-} KeepScene;
+} SessionScene;
 
-enum { KEEP_SCENES = 6 };
-extern const KeepScene keep_scenes[KEEP_SCENES];
+enum { SESSION_SCENES = 6 };
+extern const SessionScene session_scenes[SESSION_SCENES];
 
 // The scene with its precision and number of threads in the scratch folder; its path.
-const char *session_scene(const KeepScene *scene, const char *precision, int threads);
+const char *session_scene(const SessionScene *scene, const char *precision, int threads);
 
 // The step that a checkpoint holds, which must load with its scene; -1: there is none.
 long long kept_step(const char *checkpoint, const char *scene);
@@ -48,10 +48,10 @@ typedef struct Session {
 } Session;
 
 // `ticks` of poses of all tools, and of cuts, loads and commands now and then.
-Session session_create(const KeepScene *scene, uint64_t seed, int ticks);
+Session session_create(const SessionScene *scene, uint64_t seed, int ticks);
 void session_destroy(Session *session);
 // As --log-inputs would have written it.
-void session_write_log(const Session *session, const KeepScene *scene, const char *path);
+void session_write_log(const Session *session, const SessionScene *scene, const char *path);
 // Sends the messages of one tick; `next` counts those sent.
 void session_send(const Session *session, int tick, int *next, lcm_t *lcm);
 

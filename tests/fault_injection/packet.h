@@ -1,6 +1,6 @@
 // Packets as LCM sends them on the network, made by hand, so that they may lie.
-#ifndef PLIANT_TESTS_FAULTS_PACKET_H
-#define PLIANT_TESTS_FAULTS_PACKET_H
+#ifndef PLIANT_TESTS_FAULT_INJECTION_PACKET_H
+#define PLIANT_TESTS_FAULT_INJECTION_PACKET_H
 
 #include <stddef.h>
 #include <stdint.h>

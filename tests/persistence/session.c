@@ -11,7 +11,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-const KeepScene keep_scenes[KEEP_SCENES] = {
+const SessionScene session_scenes[SESSION_SCENES] = {
     {"levels", 1, {{"ball", {0.0, 0.0, 0.0}, 0.05}}, false, true, false},
     {"cuts",
      2,
@@ -32,10 +32,10 @@ const KeepScene keep_scenes[KEEP_SCENES] = {
     {"choi2005", 1, {{"ball", {0.0, 0.0, 0.0}, 0.05}}, false, true, false},
 };
 
-const char *session_scene(const KeepScene *scene, const char *precision, int threads)
+const char *session_scene(const SessionScene *scene, const char *precision, int threads)
 {
     char name[64], text[8192];
-    snprintf(name, sizeof name, KEEP_SCENES_FOLDER "/%s.cfg", scene->name);
+    snprintf(name, sizeof name, SESSION_SCENES_FOLDER "/%s.cfg", scene->name);
     int size =
         snprintf(text, sizeof text, "precision = \"%s\";  threads = %d;\n", precision, threads);
     FILE *from = fopen(name, "r");
@@ -61,7 +61,7 @@ typedef struct Hand {
 
 typedef struct Draw {
     Session *session;
-    const KeepScene *scene;
+    const SessionScene *scene;
     uint64_t random;
     int32_t sender, id, sequence;
     int running_again; // tick of the RESUME after a STEP or PAUSE; 0: none
@@ -247,7 +247,7 @@ long long kept_step(const char *checkpoint, const char *scene)
     return printed(&daemon, "step");
 }
 
-Session session_create(const KeepScene *scene, uint64_t seed, int ticks)
+Session session_create(const SessionScene *scene, uint64_t seed, int ticks)
 {
     Session session = {.ticks = ticks};
     Draw draw = {.session = &session,
@@ -298,7 +298,7 @@ static void write_event(lcm_eventlog_t *log, const char *channel, int tick, cons
     assert_int_equal(lcm_eventlog_write_event(log, &event), 0);
 }
 
-void session_write_log(const Session *session, const KeepScene *scene, const char *path)
+void session_write_log(const Session *session, const SessionScene *scene, const char *path)
 {
     char text[256], channel[64];
     lcm_eventlog_t *log = lcm_eventlog_create(path, "w");

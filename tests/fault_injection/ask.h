@@ -1,7 +1,7 @@
 // A request as a client sends it that counts on loss: the same one again every 50 ms, until it is
 // answered.
-#ifndef PLIANT_TESTS_FAULTS_ASK_H
-#define PLIANT_TESTS_FAULTS_ASK_H
+#ifndef PLIANT_TESTS_FAULT_INJECTION_ASK_H
+#define PLIANT_TESTS_FAULT_INJECTION_ASK_H
 
 #include "client.h"
 

@@ -1,10 +1,10 @@
 #!/bin/sh
-# Each room of the server sees itself and the rooms above it, and no other: a wrong include does not
-# compile. Compiles one line a pair of rooms with the include folders of the build.
+# Each module of the server sees itself and the modules below it, and no other: a wrong include does not
+# compile. Compiles one line per pair of modules with the include folders of the build.
 #
-# check_rooms.sh COMPILER ROOMS.txt SERVER-FOLDER
+# check_layers.sh COMPILER MODULES.txt SERVER-FOLDER
 set -u
-compiler=$1 rooms=$2 server=$3
+compiler=$1 modules=$2 server=$3
 failed=0 compiled=0 refused=0
 
 header_of() {
@@ -32,17 +32,17 @@ rank_of() {
     esac
 }
 
-# Surface and voxel bodies see neither other.
+# Surface and voxel bodies do not see each other.
 may_see() {
     [ "$1" = "$2" ] || [ "$(rank_of "$2")" -lt "$(rank_of "$1")" ]
 }
 
 complain() {
-    echo "rooms: $*" >&2
+    echo "layering: $*" >&2
     failed=1
 }
 
-while read -r room folders; do
+while read -r module folders; do
     options=
     for folder in $folders; do
         options="$options -I$folder"
@@ -54,15 +54,15 @@ while read -r room folders; do
         if printf '#include "%s"\nextern int used;\n' "$header" |
             "$compiler" -std=c17 -D_GNU_SOURCE $options -fsyntax-only -x c - 2>/dev/null; then
             compiled=$((compiled + 1))
-            may_see "$room" "$other" || complain "room $room can include $header"
+            may_see "$module" "$other" || complain "module $module can include $header"
         else
             refused=$((refused + 1))
-            may_see "$room" "$other" && complain "room $room cannot include $header"
+            may_see "$module" "$other" && complain "module $module cannot include $header"
         fi
     done
-done <"$rooms"
+done <"$modules"
 
-# System headers are within every room's reach, so these are looked for by name.
+# System headers are reachable from every module, so the text is searched for these.
 only_in() {
     pattern=$1
     shift
@@ -78,6 +78,6 @@ only_in 'zlib' files
 only_in 'lcm/' run
 only_in 'pliant_[a-z_]*_t\.h' run
 
-echo "rooms: $compiled includes compile, $refused do not"
+echo "layering: $compiled includes compile, $refused do not"
 [ "$compiled" -gt 0 ] && [ "$refused" -gt 0 ] || complain "nothing was tried"
 exit $failed

@@ -370,7 +370,8 @@ static bool is_comparable(const char *folder)
     return system(command) == 0;
 }
 
-// The smallest builds (tests/leave/smallest.sh) lack the other model, HDF5, clients and tests.
+// The smallest builds (tests/pay_for_use/smallest.sh) lack the other model, HDF5, clients and
+// tests.
 static void a_build_without_it_is_as_one_that_does_not_use_it(void **state)
 {
     (void)state;
@@ -405,7 +406,7 @@ static void a_build_without_it_is_as_one_that_does_not_use_it(void **state)
     }
     if (!any) {
         printf("no smallest build of this compiler that is up to date: "
-               "tests/leave/smallest.sh makes it\n");
+               "tests/pay_for_use/smallest.sh makes it\n");
         skip();
     }
 }

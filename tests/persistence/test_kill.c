@@ -53,7 +53,7 @@ static void copy_file(const char *from_path, const char *to_path)
 }
 
 // In a folder of its own, so that whatever else a killed writer leaves is seen.
-static const char *keep_path(const KeepScene *scene, const char *kind, const char *file)
+static const char *path_for(const SessionScene *scene, const char *kind, const char *file)
 {
     char name[128];
     snprintf(name, sizeof name, "%s-%s", kind, scene->name);
@@ -106,8 +106,8 @@ static void print_tallies(const char *kind, const Tally *tally)
 {
     print_message("%-8s %-7s %6s %9s %6s %7s %6s %10s\n", kind, "scene", "killed", "had ended",
                   "none", "former", "newer", "temporary");
-    for (int s = 0; s < KEEP_SCENES; s++)
-        print_message("%-8s %-7s %6d %9d %6d %7d %6d %10d\n", kind, keep_scenes[s].name,
+    for (int s = 0; s < SESSION_SCENES; s++)
+        print_message("%-8s %-7s %6d %9d %6d %7d %6d %10d\n", kind, session_scenes[s].name,
                       tally[s].kills, tally[s].ended, tally[s].none, tally[s].former,
                       tally[s].newer, tally[s].temporaries);
 }
@@ -115,7 +115,7 @@ static void print_tallies(const char *kind, const Tally *tally)
 // --- off line: nearly always in the middle of writing ---
 
 typedef struct Chain {
-    const KeepScene *scene;
+    const SessionScene *scene;
     const char *precision;
     char config[PATH_TEXT * 2], log[PATH_TEXT * 2], kept[PATH_TEXT * 2];
     char whole[HASH_TEXT]; // the end of the run that nobody interrupts
@@ -125,12 +125,12 @@ typedef struct Chain {
 
 static void chain_begin(Chain *chain, int index, Tally *tally)
 {
-    const KeepScene *scene = &keep_scenes[index % KEEP_SCENES];
-    const char *precision = index / KEEP_SCENES % 2 == 0 ? "single" : "double";
+    const SessionScene *scene = &session_scenes[index % SESSION_SCENES];
+    const char *precision = index / SESSION_SCENES % 2 == 0 ? "single" : "double";
     *chain = (Chain){.scene = scene, .precision = precision, .tally = tally};
     snprintf(chain->config, sizeof chain->config, "%s", session_scene(scene, precision, 1));
     snprintf(chain->log, sizeof chain->log, "%s", scratch("offline.log"));
-    snprintf(chain->kept, sizeof chain->kept, "%s", keep_path(scene, "offline", "kept.h5"));
+    snprintf(chain->kept, sizeof chain->kept, "%s", path_for(scene, "offline", "kept.h5"));
     unlink(chain->kept);
     Session session = session_create(scene, 100 + (uint64_t)index, OFFLINE_TICKS);
     session_write_log(&session, scene, chain->log);
@@ -192,11 +192,11 @@ static void run_offline_kills(Chain *chain, int count)
 static void a_run_killed_while_it_writes_goes_on_with_the_same_bits(void **state)
 {
     (void)state;
-    Tally tally[KEEP_SCENES] = {0};
-    const int all = rounds(), chains = all < 2 * KEEP_SCENES ? all : 2 * KEEP_SCENES;
+    Tally tally[SESSION_SCENES] = {0};
+    const int all = rounds(), chains = all < 2 * SESSION_SCENES ? all : 2 * SESSION_SCENES;
     for (int c = 0; c < chains; c++) {
         Chain chain;
-        chain_begin(&chain, c, &tally[c % KEEP_SCENES]);
+        chain_begin(&chain, c, &tally[c % SESSION_SCENES]);
         run_offline_kills(&chain, all / chains + (c < all % chains));
     }
     print_tallies("offline", tally);
@@ -258,12 +258,12 @@ static void drive_and_kill(Daemon *daemon, Client *client, const Session *sessio
         fail_msg("exit %d: %s", daemon->code, daemon->err);
 }
 
-static void kill_live(const KeepScene *scene, int round, Client *client, Tally *tally)
+static void kill_live(const SessionScene *scene, int round, Client *client, Tally *tally)
 {
     char config[PATH_TEXT * 2], kept[PATH_TEXT * 2], base[PATH_TEXT * 2];
     char log[PATH_TEXT * 2], record[PATH_TEXT * 2];
     snprintf(config, sizeof config, "%s", session_scene(scene, "single", 1 + round % 2));
-    snprintf(kept, sizeof kept, "%s", keep_path(scene, "live", "kept.h5"));
+    snprintf(kept, sizeof kept, "%s", path_for(scene, "live", "kept.h5"));
     snprintf(base, sizeof base, "%s", scratch("base.h5"));
     snprintf(log, sizeof log, "%s", scratch("live.log"));
     snprintf(record, sizeof record, "%s", scratch("live-record.h5"));
@@ -295,10 +295,11 @@ static void kill_live(const KeepScene *scene, int round, Client *client, Tally *
 static void a_live_server_that_is_killed_goes_on_with_the_same_bits(void **state)
 {
     (void)state;
-    Tally tally[KEEP_SCENES] = {0};
+    Tally tally[SESSION_SCENES] = {0};
     Client *client = client_create();
     for (int round = 0; round < rounds(); round++)
-        kill_live(&keep_scenes[round % KEEP_SCENES], round, client, &tally[round % KEEP_SCENES]);
+        kill_live(&session_scenes[round % SESSION_SCENES], round, client,
+                  &tally[round % SESSION_SCENES]);
     client_destroy(client);
     print_tallies("live", tally);
 }

@@ -1,6 +1,6 @@
 // What a fault measured: `./dev faults` makes its table of these lines.
-#ifndef PLIANT_TESTS_FAULTS_FIGURE_H
-#define PLIANT_TESTS_FAULTS_FIGURE_H
+#ifndef PLIANT_TESTS_FAULT_INJECTION_FIGURE_H
+#define PLIANT_TESTS_FAULT_INJECTION_FIGURE_H
 
 #include <stdio.h>
 

@@ -14,7 +14,7 @@ static const char *const LEVELS[] = {"baseline", "x86-64-v3", "x86-64-v4"};
 static const char HEADER[] = "scene\tprecision\tticks\tstate\n";
 
 static const char *table_path;
-static char state_of[KEEP_SCENES][2][HASH_TEXT]; // found by the first test
+static char state_of[SESSION_SCENES][2][HASH_TEXT]; // found by the first test
 
 // Whether this machine runs kernels of a level.
 static bool runs(const char *level, const char *scene)
@@ -26,7 +26,7 @@ static bool runs(const char *level, const char *scene)
     return daemon.code == 0;
 }
 
-static void run_session(const KeepScene *scene, const char *precision, const char *level,
+static void run_session(const SessionScene *scene, const char *precision, const char *level,
                         int threads, char hash[HASH_TEXT])
 {
     Daemon daemon;
@@ -38,7 +38,7 @@ static void run_session(const KeepScene *scene, const char *precision, const cha
     printed_state(&daemon, hash);
 }
 
-static void write_session(const KeepScene *scene)
+static void write_session(const SessionScene *scene)
 {
     Session session = session_create(scene, SEED, TICKS);
     session_write_log(&session, scene, scratch("golden.log"));
@@ -48,8 +48,8 @@ static void write_session(const KeepScene *scene)
 static void every_level_and_number_of_threads_gives_the_same_bits(void **state)
 {
     (void)state;
-    for (int s = 0; s < EFFORT(KEEP_SCENES); s++) {
-        const KeepScene *scene = &keep_scenes[s];
+    for (int s = 0; s < EFFORT(SESSION_SCENES); s++) {
+        const SessionScene *scene = &session_scenes[s];
         write_session(scene);
         for (int p = 0; p < 2; p++) {
             char *first = state_of[s][p], other[HASH_TEXT];
@@ -90,14 +90,14 @@ static void states_are_those_of_the_table(void **state)
 {
     (void)state;
     int differ = 0;
-    for (int s = 0; s < EFFORT(KEEP_SCENES); s++) {
+    for (int s = 0; s < EFFORT(SESSION_SCENES); s++) {
         for (int p = 0; p < 2; p++) {
             const char *now = state_of[s][p];
             char golden[HASH_TEXT];
-            find_golden(keep_scenes[s].name, PRECISIONS[p], golden);
+            find_golden(session_scenes[s].name, PRECISIONS[p], golden);
             if (strcmp(now, golden) != 0) {
-                print_error("%s, %s: %s instead of %s\n", keep_scenes[s].name, PRECISIONS[p], now,
-                            golden);
+                print_error("%s, %s: %s instead of %s\n", session_scenes[s].name, PRECISIONS[p],
+                            now, golden);
                 differ++;
             }
         }
@@ -113,12 +113,12 @@ static void write_table(void **state)
     FILE *file = fopen(table_path, "w");
     assert_non_null(file);
     fputs(HEADER, file);
-    for (int s = 0; s < KEEP_SCENES; s++) {
-        write_session(&keep_scenes[s]);
+    for (int s = 0; s < SESSION_SCENES; s++) {
+        write_session(&session_scenes[s]);
         for (int p = 0; p < 2; p++) {
             char hash[HASH_TEXT];
-            run_session(&keep_scenes[s], PRECISIONS[p], "baseline", 1, hash);
-            fprintf(file, "%s\t%s\t%d\t%s\n", keep_scenes[s].name, PRECISIONS[p], TICKS, hash);
+            run_session(&session_scenes[s], PRECISIONS[p], "baseline", 1, hash);
+            fprintf(file, "%s\t%s\t%d\t%s\n", session_scenes[s].name, PRECISIONS[p], TICKS, hash);
         }
     }
     assert_int_equal(fclose(file), 0);

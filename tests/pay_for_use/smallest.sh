@@ -1,7 +1,7 @@
 #!/bin/sh
 # Builds the two smallest servers, one of each model and nothing else, into build/smallest-surface
 # and build/smallest-voxel, and looks what they say: they run what they know and refuse the rest by
-# name. The test leave_out compares their ticks with those of a build of everything.
+# name. The test pay_for_use_cost compares their ticks with those of a build of everything.
 #
 # smallest.sh [cmake options...]
 set -eu

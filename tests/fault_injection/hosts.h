@@ -2,8 +2,8 @@
 // the test, which loses, delays, reorders and repeats packets as it is told, from a seed, and
 // counts what it did. Not every kernel has tc's netem, and that counts nothing and has no seed. The
 // test runs inside in_namespace.sh. Link thread: hosts.c's own; all else: the test's thread.
-#ifndef PLIANT_TESTS_FAULTS_HOSTS_H
-#define PLIANT_TESTS_FAULTS_HOSTS_H
+#ifndef PLIANT_TESTS_FAULT_INJECTION_HOSTS_H
+#define PLIANT_TESTS_FAULT_INJECTION_HOSTS_H
 
 #include "harness.h"
 

@@ -1,8 +1,8 @@
 // What a viewer would show of one body: frames whose mesh is known, put together by the clients'
 // own assembler, each remembered as a number, so that two viewers of the same daemon can be
 // compared.
-#ifndef PLIANT_TESTS_FAULTS_SHOWN_H
-#define PLIANT_TESTS_FAULTS_SHOWN_H
+#ifndef PLIANT_TESTS_FAULT_INJECTION_SHOWN_H
+#define PLIANT_TESTS_FAULT_INJECTION_SHOWN_H
 
 #include "frames.h"
 

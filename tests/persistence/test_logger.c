@@ -155,7 +155,7 @@ static void see_event(const lcm_recv_buf_t *buffer, const char *channel,
 
 // --- the session ---
 
-static const KeepScene *scene = &keep_scenes[1];
+static const SessionScene *scene = &session_scenes[1];
 
 static void start_monitor(Daemon *monitor, const char *table)
 {

@@ -79,7 +79,7 @@ static void a_checkpoint_is_on_the_disk_before_it_has_its_name(void **state)
     const char *trace = scratch("trace");
     snprintf(options, sizeof options, "-y -o %s -e trace=openat,write,fsync,rename,close", trace);
     snprintf(arguments, sizeof arguments, "--offline 0.01 --checkpoint %s %s", scratch("order.h5"),
-             session_scene(&keep_scenes[2], "single", 1));
+             session_scene(&session_scenes[2], "single", 1));
     if (!run_traced(&daemon, options, arguments))
         skip();
     assert_int_equal(daemon.code, 0);
@@ -108,7 +108,7 @@ static void a_kill_at_any_call_leaves_a_checkpoint(void **state)
 {
     (void)state;
     static const char *const calls[] = {"openat", "flock", "ftruncate", "write", "fsync", "rename"};
-    const char *scene = session_scene(&keep_scenes[2], "single", 1);
+    const char *scene = session_scene(&session_scenes[2], "single", 1);
     const char *kept = scratch("calls.h5");
     char arguments[2048], options[1024], former[32];
     Daemon daemon;
@@ -149,7 +149,7 @@ static void a_kill_at_any_call_leaves_a_checkpoint(void **state)
 static void a_full_disk_leaves_the_former_checkpoint(void **state)
 {
     (void)state;
-    const char *scene = session_scene(&keep_scenes[2], "single", 1), *disk = scratch("disk");
+    const char *scene = session_scene(&session_scenes[2], "single", 1), *disk = scratch("disk");
     char kept[PATH_TEXT * 2], filler[PATH_TEXT * 2], former[32], now[32];
     assert_int_equal(mkdir(disk, 0700), 0);
     if (unshare(CLONE_NEWNS) != 0 || mount(NULL, "/", NULL, MS_REC | MS_PRIVATE, NULL) != 0 ||
@@ -197,7 +197,7 @@ static void a_full_disk_leaves_the_former_checkpoint(void **state)
 static void a_file_that_another_program_writes_is_left_to_it(void **state)
 {
     (void)state;
-    const char *scene = session_scene(&keep_scenes[2], "single", 1), *kept = scratch("two.h5");
+    const char *scene = session_scene(&session_scenes[2], "single", 1), *kept = scratch("two.h5");
     char temporary[PATH_TEXT * 2];
     snprintf(temporary, sizeof temporary, "%s", scratch("two.h5.tmp"));
     int fd = open(temporary, O_WRONLY | O_CREAT, 0600);
