@@ -6,6 +6,7 @@
 #include "base/log.h"
 #include "dynamics/stability.h"
 #include "geometry/winged_edge.h"
+#include "surface/detail/detail.h"
 #include "surface/detail/detail_create.h"
 #include "surface/implicit.h"
 #include "surface/model.h"
@@ -416,7 +417,8 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
     model->damping_time = implicit ? network.asked_damping_time : network.damping_time;
     model->damped = model->damping_time > 0.0;
     // All fields that the two kinds of bodies share; the rest follows below.
-    *body = body_of_options(&options->body, &surface_ops, model);
+    *body = body_of_options(&options->body, changes ? detail_ops(options) : surface_ops(options),
+                            model);
     body->mass = network.total_mass;
     body->spring_count = winged.edge_count;
     body->element_count = mesh->triangle_count;
@@ -430,7 +432,7 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
     else
         create_dense(body, model, mesh, &winged, &network, options, arena, state);
     if (implicit)
-        implicit_create(body, options, arena);
+        implicit_create(model, options, arena);
     network_destroy(&network);
     winged_destroy(&winged);
     return true;

@@ -15,11 +15,15 @@ extern const ImplicitKernel implicit_kernels_double_v3, implicit_kernels_double_
 
 // Before the tick: computes the positions at which external forces are evaluated. Also sets the
 // base of the first substep.
-static void drift(void *self, double dt)
+void implicit_drift(void *self, double dt)
 {
     SurfaceModel *model = self;
     model->base = model->rows[model->current];
-    model->implicit->explicit_ops->drift(model, model->implicit->theta * dt);
+    const double ahead = model->implicit->theta * dt;
+    if (model->detail != NULL)
+        detail_drift(model, ahead);
+    else
+        surface_drift(model, ahead);
 }
 
 // Computes the rows after the step, and, unless NULL, those at which the next step's external
@@ -72,7 +76,7 @@ static void keep(const SurfaceModel *model, double *next)
                 next[(long)s * ROW + c] = system->rows[(long)s * ROW + c];
 }
 
-static void evaluate(void *self, const Stage *stage, double h)
+void implicit_evaluate(void *self, const Stage *stage, double h)
 {
     SurfaceModel *model = self;
     Implicit *system = model->implicit;
@@ -107,11 +111,14 @@ static void evaluate(void *self, const Stage *stage, double h)
     model->present = ahead != NULL ? ahead : next;
 }
 
-static void explain(const void *self, FILE *out)
+void implicit_explain(const void *self, FILE *out)
 {
     const SurfaceModel *model = self;
     const Implicit *system = model->implicit;
-    system->explicit_ops->explain(self, out);
+    if (model->detail != NULL)
+        detail_explain(self, out);
+    else
+        surface_explain(self, out);
     fprintf(out,
             "    implicit: theta %.6g, conjugate gradients to %.3g of the residual, at most %d "
             "iterations a step; rows in double precision, one thread\n",
@@ -142,9 +149,8 @@ static const ImplicitKernel *find_kernel(const char *level)
 #endif
 }
 
-void implicit_create(Body *body, const SurfaceOptions *options, Arena *arena)
+void implicit_create(SurfaceModel *model, const SurfaceOptions *options, Arena *arena)
 {
-    SurfaceModel *model = body->model;
     Implicit *system = model->implicit = ALLOCATE(1, Implicit, "system");
     const SurfaceImplicit *asked = &options->implicit;
     system->kernel = find_kernel(model->kernels->level);
@@ -177,19 +183,4 @@ void implicit_create(Body *body, const SurfaceOptions *options, Arena *arena)
         system->resistance = ALLOCATE(numbers, Block, "resistance");
     const int pieces = model->detail != NULL ? model->detail->place_count : model->node_count;
     system->stamp = ALLOCATE(pieces, int, "pieces");
-
-    // Patch a copy of the body's operations; there are at most this many tables to copy from.
-    enum { TABLES = 9 };
-    static BodyOps table[TABLES];
-    static const BodyOps *replaced[TABLES];
-    int k = 0;
-    while (k < TABLES - 1 && replaced[k] != NULL && replaced[k] != body->ops)
-        k++;
-    replaced[k] = body->ops;
-    table[k] = *body->ops;
-    table[k].drift = drift;
-    table[k].evaluate = evaluate;
-    table[k].explain = explain;
-    system->explicit_ops = body->ops;
-    body->ops = &table[k];
 }

@@ -61,7 +61,6 @@ typedef struct Implicit {
     int iterations;
     bool anchored; // virtual nodes are fixed in the world
     int edge_capacity;
-    const BodyOps *explicit_ops; // the operations of the same body with an explicit integrator
 
     // --- of one step: rebuilt in each ---
     double h;
@@ -103,8 +102,14 @@ typedef struct Implicit {
 // --- implicit.c ---
 // Returns theta of the options, or the default.
 double implicit_theta(const SurfaceOptions *options);
-// Load time, after the rest of the body exists: allocates, and replaces the body's operations.
-void implicit_create(Body *body, const SurfaceOptions *options, Arena *arena);
+// Load time, after the rest of the body exists.
+void implicit_create(SurfaceModel *model, const SurfaceOptions *options, Arena *arena);
+// The operations that differ from those of explicit steps, of bodies with and without levels.
+#define IMPLICIT_STEPS                                                                             \
+    .drift = implicit_drift, .evaluate = implicit_evaluate, .explain = implicit_explain
+void implicit_drift(void *self, double dt);
+void implicit_evaluate(void *self, const Stage *stage, double h);
+void implicit_explain(const void *self, FILE *out);
 
 // --- implicit_number.c ---
 // Numbers the moving and the hanging nodes, and assigns moving nodes to islands.

@@ -132,7 +132,29 @@ void model_create_mesh(SurfaceModel *model, Body *body, const TriMesh *mesh,
 void model_label_pieces(const TriMesh *mesh, int *piece);
 
 // --- surface.c: the operations, and what they share with bodies with levels ---
-extern const BodyOps surface_ops;
+
+// Returns the operations that the options require of a body without levels.
+const BodyOps *surface_ops(const SurfaceOptions *options);
+
+// The operations that do not depend on levels or on the integrator.
+#define SURFACE_OPERATIONS                                                                         \
+    .model = "surface", .commit = surface_commit, .abandon = surface_abandon,                      \
+    .read_nodes = surface_read_nodes, .find_nodes = surface_find_nodes,                            \
+    .clear_loads = surface_clear_loads, .gather_patch = model_gather_patch, .isa = surface_isa
+bool surface_commit(void *self);
+void surface_abandon(void *self);
+void surface_read_nodes(const void *self, const int *node, int count, Vec3 *position,
+                        Vec3 *velocity);
+int surface_find_nodes(const void *self, const Region *region, int *node, int capacity);
+void surface_clear_loads(void *self);
+const char *surface_isa(const void *self);
+// Those that bodies with levels, or implicit steps, extend.
+bool surface_check(const void *self);
+void surface_restore(void *self, RestoreMode mode);
+void surface_drift(void *self, double dt);
+bool surface_set(void *self, BodyParameter parameter, double value);
+void surface_measure(const void *self, BodyMeasure *measure);
+void surface_explain(const void *self, FILE *out);
 
 // Saves what a lane of `external` holds, until the next evaluation ends.
 void model_touch(SurfaceModel *model, int lane);
@@ -145,7 +167,6 @@ void model_run_kernel(SurfaceModel *model, SpringKernel *evaluate, const SpringP
 void model_end_pass(SurfaceModel *model, const SpringPass *pass);
 void model_add_load(SurfaceModel *model, int slot, Vec3 force);
 void model_reserve_touched(SurfaceModel *model, const char *name, int count, Arena *arena);
-void model_explain_kernel(const SurfaceModel *model, FILE *out);
 
 // --- patch.c: BodyOps.gather_patch, also for bodies with levels ---
 bool model_gather_patch(const void *self, Patch *patch, int budget);

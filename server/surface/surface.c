@@ -1,4 +1,5 @@
 // The operations of a surface body (dynamics/body.h). Step thread: no allocation, no lock.
+#include "surface/implicit.h"
 #include "surface/model.h"
 
 #include "base/check.h"
@@ -9,7 +10,7 @@
 // ---------------------------------------------------------------------------------------------
 // A tick
 
-static void surface_drift(void *self, double dt)
+void surface_drift(void *self, double dt)
 {
     SurfaceModel *model = self;
     model->kernels->drift(model->rows[model->current], model->stage[0], model->basis.count, dt);
@@ -130,7 +131,7 @@ static void surface_evaluate(void *self, const Stage *stage, double h)
     model_end_pass(model, &pass);
 }
 
-static bool surface_commit(void *self)
+bool surface_commit(void *self)
 {
     SurfaceModel *model = self;
     // The coordinates of a floating body are small however far it has travelled: check the distance
@@ -149,7 +150,7 @@ static bool surface_commit(void *self)
     return good;
 }
 
-static void surface_abandon(void *self)
+void surface_abandon(void *self)
 {
     SurfaceModel *model = self;
     rows_end_tick(&model->basis, false);
@@ -157,13 +158,13 @@ static void surface_abandon(void *self)
     model->bad = false;
 }
 
-static bool surface_check(const void *self)
+bool surface_check(const void *self)
 {
     const SurfaceModel *model = self;
     return rows_are_sound(&model->basis, model->rows[model->current], model->position_limit);
 }
 
-static void surface_restore(void *self, RestoreMode mode)
+void surface_restore(void *self, RestoreMode mode)
 {
     SurfaceModel *model = self;
     void *rows = model->rows[model->current];
@@ -180,8 +181,8 @@ static void surface_restore(void *self, RestoreMode mode)
 // ---------------------------------------------------------------------------------------------
 // Nodes
 
-static void surface_read_nodes(const void *self, const int *node, int count, Vec3 *position,
-                               Vec3 *velocity)
+void surface_read_nodes(const void *self, const int *node, int count, Vec3 *position,
+                        Vec3 *velocity)
 {
     const SurfaceModel *model = self;
     for (int i = 0; i < count; i++)
@@ -216,7 +217,7 @@ static void surface_reserve_forces(void *self, const char *name, int count, Aren
     model_reserve_touched(self, name, count, arena);
 }
 
-static int surface_find_nodes(const void *self, const Region *region, int *node, int capacity)
+int surface_find_nodes(const void *self, const Region *region, int *node, int capacity)
 {
     const SurfaceModel *model = self;
     const RegionTest test = region_test(region);
@@ -252,7 +253,7 @@ static void surface_add_load(void *self, int node, Vec3 force)
     model_add_load(model, model->slot[node], force);
 }
 
-static void surface_clear_loads(void *self)
+void surface_clear_loads(void *self)
 {
     SurfaceModel *model = self;
     if (*model->loaded != 0) {
@@ -315,7 +316,7 @@ static double spring_energy(const SurfaceModel *model, const void *rows, int slo
     return energy;
 }
 
-static void surface_measure(const void *self, BodyMeasure *measure)
+void surface_measure(const void *self, BodyMeasure *measure)
 {
     const SurfaceModel *model = self;
     const void *rows = model->rows[model->current];
@@ -353,14 +354,15 @@ static bool surface_is_fixed(const void *self, int node)
     return model_get(model, model->nodes.inverse_mass, model->slot[node]) == 0.0;
 }
 
-static bool surface_set(void *self, BodyParameter parameter, double value)
+bool surface_set(void *self, BodyParameter parameter, double value)
 {
     SurfaceModel *model = self;
     return body_parameters_set(model->parameters, model->damped, parameter, value);
 }
 
-void model_explain_kernel(const SurfaceModel *model, FILE *out)
+void surface_explain(const void *self, FILE *out)
 {
+    const SurfaceModel *model = self;
     static const char *const shapes[] = {"none", "virtual nodes fixed in the world",
                                          "virtual nodes on a best-fit rigid frame",
                                          ("virtual nodes fixed in the world, damped along the "
@@ -377,11 +379,6 @@ void model_explain_kernel(const SurfaceModel *model, FILE *out)
     fprintf(out, "    outside forces: read only while a load or a tool acts\n");
 }
 
-static void surface_explain(const void *self, FILE *out)
-{
-    model_explain_kernel(self, out);
-}
-
 static int surface_read_rows(const void *self, int *id, Vec3 *position, Vec3 *velocity)
 {
     const SurfaceModel *model = self;
@@ -393,36 +390,28 @@ static int surface_read_rows(const void *self, int *id, Vec3 *position, Vec3 *ve
     return model->node_count;
 }
 
-static const char *surface_level(const void *self)
+const char *surface_isa(const void *self)
 {
     const SurfaceModel *model = self;
     return model->kernels->level;
 }
 
-const BodyOps surface_ops = {
-    .model = "surface",
-    .drift = surface_drift,
-    .evaluate = surface_evaluate,
-    .commit = surface_commit,
-    .abandon = surface_abandon,
-    .check = surface_check,
-    .restore = surface_restore,
-    .read_nodes = surface_read_nodes,
-    .reserve_forces = surface_reserve_forces,
-    .add_forces = surface_add_forces,
-    .find_nodes = surface_find_nodes,
-    .add_load = surface_add_load,
-    .clear_loads = surface_clear_loads,
-    .snapshot = surface_snapshot,
-    .snapshot_rest = surface_snapshot_rest,
-    .read_state = surface_read_rows,
-    .measure = surface_measure,
-    .is_fixed = surface_is_fixed,
-    .gather_patch = model_gather_patch,
-    .set = surface_set,
-    .explain = surface_explain,
-    .isa = surface_level,
-};
+#define ONE_LEVEL                                                                                  \
+    SURFACE_OPERATIONS, .check = surface_check, .restore = surface_restore,                        \
+                        .add_forces = surface_add_forces, .add_load = surface_add_load,            \
+                        .snapshot = surface_snapshot, .snapshot_rest = surface_snapshot_rest,      \
+                        .read_state = surface_read_rows, .measure = surface_measure,               \
+                        .is_fixed = surface_is_fixed, .set = surface_set,                          \
+                        .reserve_forces = surface_reserve_forces
+
+const BodyOps *surface_ops(const SurfaceOptions *options)
+{
+    static const BodyOps explicit_steps = {ONE_LEVEL, .drift = surface_drift,
+                                           .evaluate = surface_evaluate,
+                                           .explain = surface_explain};
+    static const BodyOps implicit_steps = {ONE_LEVEL, IMPLICIT_STEPS};
+    return options->body.integrator == INTEGRATOR_IMPLICIT ? &implicit_steps : &explicit_steps;
+}
 
 void surface_read_state(const Body *body, Vec3 *position, Vec3 *velocity)
 {

@@ -269,6 +269,10 @@ void detail_publish(Body *body);
 int detail_topology(const Detail *detail);
 
 // --- detail_body.c ---
+// Returns the operations that the options require.
 const BodyOps *detail_ops(const SurfaceOptions *options);
+// Two of them, with explicit steps; implicit ones call them.
+void detail_drift(void *self, double dt);
+void detail_explain(const void *self, FILE *out);
 
 #endif

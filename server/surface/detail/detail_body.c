@@ -3,6 +3,7 @@
 #include "surface/detail/detail.h"
 
 #include "base/check.h"
+#include "surface/implicit.h"
 
 #include <string.h>
 
@@ -20,7 +21,7 @@ static bool detail_adapt(Body *body, int64_t step, double tick, TopologyChange *
     return true;
 }
 
-static void drift(void *self, double dt)
+void detail_drift(void *self, double dt)
 {
     SurfaceModel *model = self;
     const Detail *detail = model->detail;
@@ -176,7 +177,7 @@ static void restored(Body *body)
 // forces of a tick that is undone must not divide faces.
 static void restore(void *self, RestoreMode mode)
 {
-    surface_ops.restore(self, mode);
+    surface_restore(self, mode);
     *detail_of(self)->felt_count = 0;
     if (mode == RESTORE_SHAPE && detail_of(self)->cut != NULL)
         detail_tear_forget(detail_of(self));
@@ -184,7 +185,7 @@ static void restore(void *self, RestoreMode mode)
 
 static bool check(const void *self)
 {
-    return detail_of(self)->is_sound && surface_ops.check(self);
+    return detail_of(self)->is_sound && surface_check(self);
 }
 
 // --- output ---
@@ -238,7 +239,7 @@ static int read_state(const void *self, int *id, Vec3 *position, Vec3 *velocity)
 static void measure(const void *self, BodyMeasure *measure)
 {
     SurfaceModel *model = (SurfaceModel *)self; // for its scratch memory
-    surface_ops.measure(self, measure);
+    surface_measure(self, measure);
     if (detail_of(self)->frames != NULL)
         measure->elastic += detail_frames_energy(model, model->rows[model->current]);
     measure->refused = detail_of(self)->sweep->refused;
@@ -266,15 +267,15 @@ static bool set(void *self, BodyParameter parameter, double value)
         sweep->level = (int64_t)fmin(fmax(value, 0.0), detail->finest);
         return true;
     default:
-        return surface_ops.set(self, parameter, value);
+        return surface_set(self, parameter, value);
     }
 }
 
-static void explain(const void *self, FILE *out)
+void detail_explain(const void *self, FILE *out)
 {
     const SurfaceModel *model = self;
     const Detail *detail = model->detail;
-    model_explain_kernel(model, out);
+    surface_explain(self, out);
     fprintf(out, "    levels: 0 to %d, %s; at most %d nodes, %d faces; ", detail->finest,
             detail->constrained ? "continuum rule, hanging nodes held by their masters"
                                 : "the paper's rule, hanging nodes free",
@@ -287,33 +288,36 @@ static void explain(const void *self, FILE *out)
         fprintf(out, "    cuttable: at most %d more nodes by cuts\n", detail->cut->copy_capacity);
 }
 
+// Operations of every body with levels, and what depends on the scene.
+#define LEVELS                                                                                     \
+    SURFACE_OPERATIONS, .restored = restored, .check = check, .restore = restore,                  \
+                        .reserve_forces = reserve_forces, .add_forces = add_forces,                \
+                        .add_load = add_load, .snapshot = snapshot,                                \
+                        .snapshot_rest = snapshot_rest, .read_state = read_state,                  \
+                        .measure = measure, .is_fixed = is_fixed
+#define STAYS          .set = surface_set
+#define ADAPTS         .adapt = detail_adapt, .look = look, .set = set
+#define CUTS           .cut = detail_blade_cut, .reserve_blades = detail_blade_reserve
+#define TEARS          CUTS, .tear = detail_tear
+#define EXPLICIT_STEPS .drift = detail_drift, .evaluate = evaluate, .explain = detail_explain
+
 const BodyOps *detail_ops(const SurfaceOptions *options)
 {
-    // Start from the operations of surface.c and replace those that depend on levels.
-    static BodyOps table[2][2][2];
-    BodyOps *ops = &table[options->adaptive][options->body.cuttable][options->tear_stretch > 0.0];
-    *ops = surface_ops;
-    ops->adapt = options->adaptive ? detail_adapt : NULL;
-    ops->restored = restored;
-    ops->check = check;
-    ops->restore = restore;
-    ops->drift = drift;
-    ops->evaluate = evaluate;
-    ops->reserve_forces = reserve_forces;
-    ops->add_forces = add_forces;
-    ops->add_load = add_load;
-    ops->look = options->adaptive ? look : NULL;
-    ops->snapshot = snapshot;
-    ops->snapshot_rest = snapshot_rest;
-    ops->read_state = read_state;
-    ops->measure = measure;
-    ops->is_fixed = is_fixed;
-    ops->set = options->adaptive ? set : surface_ops.set;
-    ops->explain = explain;
-    if (options->body.cuttable) {
-        ops->cut = detail_blade_cut;
-        ops->reserve_blades = detail_blade_reserve;
-        ops->tear = options->tear_stretch > 0.0 ? detail_tear : NULL;
-    }
-    return ops;
+    enum { WHOLE, CUT, TORN, KINDS };
+    static const BodyOps table[2][KINDS][2] = {
+        {
+            [CUT] = {{LEVELS, STAYS, CUTS, EXPLICIT_STEPS}, {LEVELS, STAYS, CUTS, IMPLICIT_STEPS}},
+            [TORN] = {{LEVELS, STAYS, TEARS, EXPLICIT_STEPS},
+                      {LEVELS, STAYS, TEARS, IMPLICIT_STEPS}},
+        },
+        {
+            [WHOLE] = {{LEVELS, ADAPTS, EXPLICIT_STEPS}, {LEVELS, ADAPTS, IMPLICIT_STEPS}},
+            [CUT] = {{LEVELS, ADAPTS, CUTS, EXPLICIT_STEPS},
+                     {LEVELS, ADAPTS, CUTS, IMPLICIT_STEPS}},
+            [TORN] = {{LEVELS, ADAPTS, TEARS, EXPLICIT_STEPS},
+                      {LEVELS, ADAPTS, TEARS, IMPLICIT_STEPS}},
+        },
+    };
+    const int kind = !options->body.cuttable ? WHOLE : options->tear_stretch > 0.0 ? TORN : CUT;
+    return &table[options->adaptive][kind][options->body.integrator == INTEGRATOR_IMPLICIT];
 }

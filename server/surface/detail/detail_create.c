@@ -462,7 +462,6 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     start_at_level(model, options->start_level);
 
     detail->is_sound = true;
-    body->ops = detail_ops(options);
     detail_rebuild(body);
     body->state_capacity = body->mesh.node_capacity;
     body->surface = (BodySurface){
