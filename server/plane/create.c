@@ -177,7 +177,7 @@ static void create_body(Body *body, Making *making, const PlaneKernels *kernels,
     model->kernels = kernels;
     model->law = options->law;
     model->half = 0.5 * options->lattice->size;
-    model->vertices.kernels = voxel_kernels_find(options->body.precision, kernels->level);
+    model->vertices.kernels = vertex_kernels_find(options->body.precision, kernels->level);
     model->vertices.count = making->mesh.vertex_count;
     *body = body_of_options(&options->body, NULL, model);
     if (options->body.cuttable)

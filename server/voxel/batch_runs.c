@@ -143,19 +143,18 @@ static int half_end(const BatchRuns *runs, int kind, int half)
     return runs->run_end[kind][half == 0 ? 0 : 1];
 }
 
-void batch_runs_evaluate(const BatchRuns *runs, const VoxelKernels *kernels, const VoxelPass *pass,
-                         int half)
+void batch_runs_evaluate(const BatchRuns *runs, const VoxelPass *pass, int half)
 {
     RunView view;
     begin_view(runs, pass, &view);
     for (int kind = 0; kind < BATCH_KINDS; kind++)
         for (int k = half_begin(runs, kind, half); k < half_end(runs, kind, half); k++) {
             view_run(runs, kind, runs->run[k], &view);
-            kernels->evaluate(&view.pass);
+            runs->kernels->evaluate(&view.pass);
         }
 }
 
-double batch_runs_energy(const BatchRuns *runs, const VoxelKernels *kernels, const VoxelPass *pass)
+double batch_runs_energy(const BatchRuns *runs, const VoxelPass *pass)
 {
     RunView view;
     begin_view(runs, pass, &view);
@@ -163,13 +162,13 @@ double batch_runs_energy(const BatchRuns *runs, const VoxelKernels *kernels, con
     for (int kind = 0; kind < BATCH_KINDS; kind++)
         for (int k = kind_begin(runs, kind); k < runs->run_end[kind][1]; k++) {
             view_run(runs, kind, runs->run[k], &view);
-            total += kernels->energy(&view.pass);
+            total += runs->kernels->energy(&view.pass);
         }
     return total;
 }
 
-void batch_runs_stress(const BatchRuns *runs, const VoxelKernels *kernels, const VoxelPass *pass,
-                       double limit, int half, uint16_t *high)
+void batch_runs_stress(const BatchRuns *runs, const VoxelPass *pass, double limit, int half,
+                       uint16_t *high)
 {
     RunView view;
     begin_view(runs, pass, &view);
@@ -177,7 +176,8 @@ void batch_runs_stress(const BatchRuns *runs, const VoxelKernels *kernels, const
         for (int k = half_begin(runs, kind, half); k < half_end(runs, kind, half); k++) {
             const BatchRun run = runs->run[k];
             view_run(runs, kind, run, &view);
-            kernels->stress(&view.pass, limit,
-                            high + run.first + (kind == BATCH_PLAIN ? 0 : runs->plain.batch_count));
+            runs->kernels->stress(&view.pass, limit,
+                                  high + run.first +
+                                      (kind == BATCH_PLAIN ? 0 : runs->plain.batch_count));
         }
 }

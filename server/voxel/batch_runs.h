@@ -20,6 +20,7 @@ typedef struct BatchRun {
 
 typedef struct BatchRuns {
     // --- set by whoever creates the batches ---
+    const VoxelKernels *kernels;
     PlainBatches plain;     // all of them, also those that are not in use
     HangingBatches hanging; // likewise; runs say which are mixed
     const RestTable *tables;
@@ -58,12 +59,11 @@ bool batch_runs_check(const BatchRuns *runs);
 
 // Adds forces as kernels->evaluate does. The caller sets law, damped, rows, force and scales of
 // `pass`; the rest is set here. `half`: 0 or 1, or BATCHES_ALL.
-void batch_runs_evaluate(const BatchRuns *runs, const VoxelKernels *kernels, const VoxelPass *pass,
-                         int half);
-double batch_runs_energy(const BatchRuns *runs, const VoxelKernels *kernels, const VoxelPass *pass);
+void batch_runs_evaluate(const BatchRuns *runs, const VoxelPass *pass, int half);
+double batch_runs_energy(const BatchRuns *runs, const VoxelPass *pass);
 // Finds the lanes with more stress than `limit` [Pa], as kernels->stress does, of one half or all;
 // high [batch_runs_capacity] belongs to the caller. Two halves may run at the same time.
-void batch_runs_stress(const BatchRuns *runs, const VoxelKernels *kernels, const VoxelPass *pass,
-                       double limit, int half, uint16_t *high);
+void batch_runs_stress(const BatchRuns *runs, const VoxelPass *pass, double limit, int half,
+                       uint16_t *high);
 
 #endif

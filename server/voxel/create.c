@@ -164,7 +164,8 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
     for (int e = 0; e < mesh->element_count; e++)
         model->element_at_level[making->layout.leaf[e].level]++;
     Vertices *vertices = &model->vertices;
-    vertices->kernels = kernels;
+    vertices->kernels = vertex_kernels_find(options->body.precision, kernels->level);
+    model->batches.kernels = kernels;
     vertices->count = mesh->vertex_count;
     vertices->mass = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, double, "vertex masses");
     vertices->id = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, int, "vertex ids");

@@ -87,32 +87,10 @@ typedef double VoxelEnergy(const VoxelPass *pass);
 // used, and nothing is changed.
 typedef void VoxelStress(const VoxelPass *pass, double limit, uint16_t *high);
 
-// Advances all vertices after their forces are complete: v += h (f / m + g), u += advance h v,
-// forces to zero. Vertices with inverse mass 0 do not move. `next` may be `present`. Returns true
-// if every |u| is within position_limit and every |v| within the speed limit; without `check` it
-// may return true unchecked.
-typedef struct AdvancePass {
-    const void *present;      // Real [vertex][ROW]
-    void *next;               // Real [vertex][ROW]
-    void *force;              // Real [vertex][4]
-    void *more;               // NULL, or forces that are added to these, likewise
-    const void *inverse_mass; // Real [vertex] [1/kg]
-    int vertex_count;         // the spare one included
-    double h, advance;
-    double gravity[3]; // in the base frame [m/s2]
-    double position_limit;
-    bool check;
-} AdvancePass;
-
-typedef bool AdvanceKernel(const AdvancePass *pass);
-typedef void VoxelDrift(const void *present, void *next, int vertex_count, double dt);
-
 typedef struct VoxelKernels {
     const char *level;
     Precision precision;
     VoxelKernel *evaluate;
-    AdvanceKernel *advance;
-    VoxelDrift *drift;
     VoxelEnergy *energy;
     VoxelStress *stress;
 } VoxelKernels;

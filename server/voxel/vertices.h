@@ -11,21 +11,21 @@
 #include "base/team.h"
 #include "dynamics/body_parameters.h"
 #include "dynamics/rows.h"
-#include "voxel/kernel.h"
+#include "dynamics/vertex_kernel.h"
 #include "voxel/vertex_ids.h"
 #include "voxel/voxel.h"
 
 typedef struct Vertices {
     // --- constant after creation, except for bodies that are cut ---
-    int count;                   // without the spare one; grows in bodies that are cut
-    int capacity;                // row of the spare one; equals count unless the body can be cut
-    Rows rows;                   // memory for capacity + 1 rows; its count is that of rows in use
-    double *mass;                // [capacity] of every vertex, also of fixed ones [kg]
-    void *inverse_mass;          // Real [capacity + 1] [1/kg]; 0: fixed
-    int *id;                     // [capacity]
-    const VoxelKernels *kernels; // that advance the vertices
-    bool damped;                 // elements have damping
-    double position_limit;       // [m] a displacement beyond it counts as a bad number
+    int count;          // without the spare one; grows in bodies that are cut
+    int capacity;       // row of the spare one; equals count unless the body can be cut
+    Rows rows;          // memory for capacity + 1 rows; its count is that of rows in use
+    double *mass;       // [capacity] of every vertex, also of fixed ones [kg]
+    void *inverse_mass; // Real [capacity + 1] [1/kg]; 0: fixed
+    int *id;            // [capacity]
+    const VertexKernels *kernels;
+    bool damped;           // elements have damping
+    double position_limit; // [m] a displacement beyond it counts as a bad number
     // Bodies of many elements sum forces in two arrays, `force` and `more`, one for each half of
     // their batches, so that two threads can work on them; with one thread as well, so that the
     // result does not depend on the number of threads.

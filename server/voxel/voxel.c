@@ -37,7 +37,7 @@ static void evaluate_halves(void *context, int first, int last)
     for (int half = first; half < last; half++) {
         VoxelPass pass = *shared->pass;
         pass.force = half == 0 ? model->vertices.force : model->vertices.more;
-        batch_runs_evaluate(&model->batches, model->vertices.kernels, &pass, half);
+        batch_runs_evaluate(&model->batches, &pass, half);
     }
 }
 
@@ -45,7 +45,7 @@ static void evaluate_all(const VoxelModel *model, const VoxelPass *pass)
 {
     SharedPass shared = {model, pass};
     if (!model->vertices.halved)
-        batch_runs_evaluate(&model->batches, model->vertices.kernels, pass, BATCHES_ALL);
+        batch_runs_evaluate(&model->batches, pass, BATCHES_ALL);
     else if (model->vertices.team == NULL)
         evaluate_halves(&shared, 0, 2);
     else
@@ -174,8 +174,7 @@ static void voxel_measure(const void *self, BodyMeasure *measure)
 {
     const VoxelModel *model = self;
     const VoxelPass pass = make_pass(model, vertices_row(&model->vertices));
-    *measure = (BodyMeasure){
-        .elastic = batch_runs_energy(&model->batches, model->vertices.kernels, &pass)};
+    *measure = (BodyMeasure){.elastic = batch_runs_energy(&model->batches, &pass)};
     vertices_measure(&model->vertices, measure);
 }
 
@@ -204,7 +203,7 @@ static void voxel_explain(const void *self, FILE *out)
 static const char *voxel_isa(const void *self)
 {
     const VoxelModel *model = self;
-    return model->vertices.kernels->level;
+    return model->batches.kernels->level;
 }
 
 const BodyOps voxel_ops = {

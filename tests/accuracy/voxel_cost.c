@@ -101,7 +101,7 @@ static void evaluate(const VoxelModel *model, bool damped)
                             .last = model->batches.last,
                             .stiffness_scale = 1.0,
                             .damping_scale = 1.0};
-    model->vertices.kernels->evaluate(&pass);
+    model->batches.kernels->evaluate(&pass);
 }
 
 static void advance(const VoxelModel *model, double h)

@@ -4,7 +4,7 @@
 
 #include "voxel/model.h"
 
-static const VoxelKernels *own;
+static const VertexKernels *own;
 
 static bool advance_unchecked(const AdvancePass *pass)
 {
@@ -30,7 +30,7 @@ void bench_guard_voxels(Bench *bench)
     voxel_world_create(&world, &options);
     Vertices *vertices = &((VoxelModel *)world.body->model)->vertices;
     own = vertices->kernels;
-    VoxelKernels without = *own;
+    VertexKernels without = *own;
     without.advance = advance_unchecked;
     GuardTimes times = {0};
     const int ticks = 20000 / world.count + 1;

@@ -7,6 +7,7 @@
 
 #include "base/check.h"
 #include "base/clock.h"
+#include "dynamics/vertex_kernel.h"
 #include "voxel/batch.h"
 #include "voxel/lattice_mesh.h"
 #include "voxel/layout.h"
@@ -33,6 +34,7 @@ typedef struct Cube {
 // A cube in the hands of a kernel.
 typedef struct Machine {
     const VoxelKernels *kernels;
+    const VertexKernels *vertex_kernels;
     Arena arena;
     Batches batches;
     VoxelPass pass;
@@ -133,7 +135,8 @@ static double get(const Machine *m, const void *from, long at)
 static void machine_create(Machine *m, const Cube *cube, Precision precision, const char *isa,
                            bool hanging_only)
 {
-    *m = (Machine){.kernels = voxel_kernels_find(precision, isa)};
+    *m = (Machine){.kernels = voxel_kernels_find(precision, isa),
+                   .vertex_kernels = vertex_kernels_find(precision, isa)};
     int(*vertex)[NODE_COUNT] = allocate((size_t)cube->element_count, sizeof *vertex), count = 0;
     int *level = allocate((size_t)cube->element_count, sizeof *level);
     for (int e = 0; e < cube->element_count; e++) {
@@ -195,7 +198,7 @@ static void machine_create(Machine *m, const Cube *cube, Precision precision, co
 static void step(Machine *m)
 {
     m->kernels->evaluate(&m->pass);
-    m->kernels->advance(&m->advance);
+    m->vertex_kernels->advance(&m->advance);
 }
 
 // Largest distance to the textbook over the largest displacement.

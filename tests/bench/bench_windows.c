@@ -103,7 +103,8 @@ static bool body_create(Body *body, int cells, int levels, int budget, Precision
         return false;
     create_batches(body);
     template_cache_create(&body->templates, "bench", VOXEL_AFFINE, precision, &body->arena);
-    const WindowOptions options = {"bench", &body->lattice, &body->templates, 1, body->classes};
+    const WindowOptions options = {"bench", body->kernels, &body->lattice, &body->templates,
+                                   1,       body->classes};
     cut_windows_create(&body->windows, &options, &body->arena, &body->state);
     create_pass(body, precision);
     return true;
@@ -133,7 +134,7 @@ static void run_forces(Bench *bench, const char *name, int cells, int levels, Pr
             body.kernels->evaluate(&body.pass);
         int64_t middle = clock_thread_ns();
         for (int i = 0; i < steps; i++)
-            batch_runs_evaluate(&body.windows.runs, body.kernels, &body.pass, BATCHES_ALL);
+            batch_runs_evaluate(&body.windows.runs, &body.pass, BATCHES_ALL);
         int64_t end = clock_thread_ns();
         if (r < 0)
             continue;
@@ -168,7 +169,7 @@ static void run_tearing(Bench *bench, int cells, Precision precision)
     Samples samples = {0};
     for (int r = -1; r < (bench->quick ? 3 : 40); r++) {
         int64_t begin = clock_thread_ns();
-        batch_runs_stress(&windows->runs, body.kernels, &body.pass, 1e6, BATCHES_ALL, high);
+        batch_runs_stress(&windows->runs, &body.pass, 1e6, BATCHES_ALL, high);
         int found = cut_windows_stressed(windows, high, element);
         int64_t end = clock_thread_ns();
         if (found > 0)

@@ -36,7 +36,7 @@ static void evaluate_halves(void *context, int first, int last)
     for (int half = first; half < last; half++) {
         VoxelPass pass = *shared->pass;
         pass.force = half == 0 ? model->vertices.force : model->vertices.more;
-        batch_runs_evaluate(&model->windows.runs, model->vertices.kernels, &pass, half);
+        batch_runs_evaluate(&model->windows.runs, &pass, half);
     }
 }
 
@@ -44,7 +44,7 @@ static void evaluate_all(const CutModel *model, const VoxelPass *pass)
 {
     SharedPass shared = {model, pass};
     if (!model->vertices.halved)
-        batch_runs_evaluate(&model->windows.runs, model->vertices.kernels, pass, BATCHES_ALL);
+        batch_runs_evaluate(&model->windows.runs, pass, BATCHES_ALL);
     else if (model->vertices.team == NULL)
         evaluate_halves(&shared, 0, 2);
     else
@@ -277,7 +277,7 @@ static void body_measure(const void *self, BodyMeasure *measure)
     const CutModel *model = self;
     const VoxelPass pass = make_pass(model, vertices_row(&model->vertices));
     *measure = (BodyMeasure){
-        .elastic = batch_runs_energy(&model->windows.runs, model->vertices.kernels, &pass),
+        .elastic = batch_runs_energy(&model->windows.runs, &pass),
         .refused = model->refused,
     };
     vertices_measure(&model->vertices, measure);
@@ -310,7 +310,7 @@ static void body_explain(const void *self, FILE *out)
 static const char *body_isa(const void *self)
 {
     const CutModel *model = self;
-    return model->vertices.kernels->level;
+    return model->windows.runs.kernels->level;
 }
 
 #define OPERATIONS                                                                                 \

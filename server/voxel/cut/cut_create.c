@@ -171,7 +171,7 @@ static void create_vertices(CutModel *model, const Making *making, const VoxelKe
 {
     const LatticeMesh *mesh = &making->mesh;
     Vertices *vertices = &model->vertices;
-    vertices->kernels = kernels;
+    vertices->kernels = vertex_kernels_find(making->options->body.precision, kernels->level);
     vertices->capacity = making->capacity;
     vertices->count = mesh->vertex_count;
     vertices->mass = ALLOCATE(ARENA_TOPOLOGY, making->capacity, double, "vertex masses");
@@ -266,6 +266,7 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
     setup_frame(vertices, name, arena, state); // weighted by the vertices of the uncut body
 
     const WindowOptions windows = {.name = name,
+                                   .kernels = kernels,
                                    .lattice = &model->lattice,
                                    .templates = &model->templates,
                                    .material_count = options->material_count,

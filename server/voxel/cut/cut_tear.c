@@ -277,8 +277,7 @@ static void look_at_half(void *context, int first, int last)
     const SharedLook *shared = context;
     const CutTear *tear = shared->tear;
     for (int half = first; half < last; half++)
-        batch_runs_stress(&tear->windows->runs, tear->vertices->kernels, shared->pass,
-                          shared->limit, half, tear->high);
+        batch_runs_stress(&tear->windows->runs, shared->pass, shared->limit, half, tear->high);
 }
 
 // Returns the number of elements under stress.

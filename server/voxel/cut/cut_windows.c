@@ -216,6 +216,7 @@ void cut_windows_create(CutWindows *windows, const WindowOptions *options, Arena
     create_plain(windows, name, arena);
     create_hanging(windows, name, arena);
     create_scratch(windows, name, arena);
+    windows->runs.kernels = options->kernels;
     windows->runs.tables = windows->tables;
     windows->runs.classes = options->classes;
     const int runs = BATCH_KINDS * (windows->lattice->window_count + 2 * windows->group_count);

@@ -19,6 +19,7 @@ enum { GROUP_WINDOWS = 8, GROUP_ELEMENTS = GROUP_WINDOWS * WINDOW_ELEMENTS };
 
 typedef struct WindowOptions {
     const char *name; // of the body
+    const VoxelKernels *kernels;
     const CutLattice *lattice;
     TemplateCache *templates;
     int material_count;

@@ -1,4 +1,4 @@
-// Forces of voxel elements, and the step that follows (Miyazaki et al. 2004, section 2.2; law and
+// Forces of voxel elements (Miyazaki et al. 2004, section 2.2; law and
 // derivation in element.c).
 //
 // Compiled once per precision and level with KERNEL_NAME, KERNEL_LEVEL, KERNEL_SINGLE and
@@ -7,7 +7,6 @@
 // server/PERFORMANCE.md, "Masked loops that gcc 12 miscompiles".
 #include "voxel/kernel.h"
 
-#include "voxel/kernel/advance.h"
 #include "voxel/kernel/energy.h"
 #include "voxel/kernel/hanging.h"
 #include "voxel/kernel/plain.h"
@@ -58,8 +57,6 @@ const VoxelKernels KERNEL_NAME = {
     .level = KERNEL_LEVEL,
     .precision = KERNEL_SINGLE ? PRECISION_SINGLE : PRECISION_DOUBLE,
     .evaluate = evaluate,
-    .advance = advance,
-    .drift = drift,
     .energy = energy,
     .stress = stress,
 };

@@ -67,7 +67,12 @@ static void shape(Lattice *lattice, int cells, bool box)
 static void create_windows(const World *world, CutWindows *windows, TemplateCache *templates,
                            Arena *arena, StateList *state)
 {
-    const WindowOptions options = {"test", &world->lattice, templates, MATERIALS, world->classes};
+    const WindowOptions options = {.name = "test",
+                                   .kernels = voxel_kernels_find(templates->precision, "auto"),
+                                   .lattice = &world->lattice,
+                                   .templates = templates,
+                                   .material_count = MATERIALS,
+                                   .classes = world->classes};
     cut_windows_create(windows, &options, arena, state);
 }
 
@@ -398,10 +403,9 @@ static void windows_have_the_forces_of_dense_batches(void **unused)
             move_vertices(&world, &random);
             Forces dense = forces_create(&world), own = forces_create(&world);
             const VoxelPass pass = pass_of(&world, &own);
-            const VoxelKernels *kernels = voxel_kernels_find(PRECISION_DOUBLE, "auto");
             double energy;
             dense_forces(&world, &dense, &energy);
-            batch_runs_evaluate(&world.windows.runs, kernels, &pass, BATCHES_ALL);
+            batch_runs_evaluate(&world.windows.runs, &pass, BATCHES_ALL);
             double worst = 0.0, largest = 0.0;
             // the spare one too: nothing comes to it
             for (int i = 0; i < 4 * (world.lattice.vertex_capacity + 1); i++) {
@@ -412,7 +416,7 @@ static void windows_have_the_forces_of_dense_batches(void **unused)
             }
             // Sums of up to eight elements of some hundred operations each, in another order.
             expect_at_most(worst / largest, 1e-13);
-            const double total = batch_runs_energy(&world.windows.runs, kernels, &pass);
+            const double total = batch_runs_energy(&world.windows.runs, &pass);
             expect_near(total / energy, 1.0, 1e-12);
             forces_destroy(&dense);
             forces_destroy(&own);
@@ -424,7 +428,6 @@ static void windows_have_the_forces_of_dense_batches(void **unused)
 // Two halves, as two threads do them.
 typedef struct Shared {
     const World *world;
-    const VoxelKernels *kernels;
     const Forces *f;
 } Shared;
 
@@ -434,7 +437,7 @@ static void evaluate_halves(void *context, int first, int last)
     for (int half = first; half < last; half++) {
         VoxelPass pass = pass_of(shared->world, shared->f);
         pass.force = shared->f->force[half];
-        batch_runs_evaluate(&shared->world->windows.runs, shared->kernels, &pass, half);
+        batch_runs_evaluate(&shared->world->windows.runs, &pass, half);
     }
 }
 
@@ -457,7 +460,8 @@ static void halves_and_levels_and_threads_give_the_same_bits(void **unused)
         for (const char *const *level = isa_available(); *level != NULL; level++)
             for (int threads = 1; threads <= 2; threads++) {
                 Forces f = forces_create(&world);
-                Shared shared = {&world, voxel_kernels_find(world.templates.precision, *level), &f};
+                Shared shared = {&world, &f};
+                world.windows.runs.kernels = voxel_kernels_find(world.templates.precision, *level);
                 if (threads == 2)
                     team_run(team, evaluate_halves, &shared, 2);
                 else
@@ -473,9 +477,7 @@ static void halves_and_levels_and_threads_give_the_same_bits(void **unused)
         // Together they are all, and neither half has more to do.
         Forces whole = forces_create(&world);
         const VoxelPass pass = pass_of(&world, &whole);
-        batch_runs_evaluate(&world.windows.runs,
-                            voxel_kernels_find(world.templates.precision, "auto"), &pass,
-                            BATCHES_ALL);
+        batch_runs_evaluate(&world.windows.runs, &pass, BATCHES_ALL);
         double worst = 0.0, largest = 0.0;
         for (int i = 0; i < 4 * world.lattice.vertex_capacity; i++) {
             const bool single = world.templates.precision == PRECISION_SINGLE;

@@ -2,7 +2,7 @@
 #include "expect.h"
 #include "random.h"
 
-#include "voxel/kernel.h"
+#include "dynamics/vertex_kernel.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -67,7 +67,7 @@ static AdvancePass pass_of(State *s)
 #define EACH_KERNEL(kernels)                                                                       \
     for (int precision = 0; precision < PRECISION_COUNT; precision++)                              \
         for (const char *const *level = isa_available(); *level != NULL; level++)                  \
-            for (const VoxelKernels *kernels = voxel_kernels_find((Precision)precision, *level);   \
+            for (const VertexKernels *kernels = vertex_kernels_find((Precision)precision, *level); \
                  kernels != NULL; kernels = NULL)
 
 static void vertices_are_kicked_then_drift(void **unused)

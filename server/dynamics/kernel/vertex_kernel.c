@@ -1,7 +1,9 @@
-// Private to the kernels: computes the next rows from forces. Number by number, so that the result
-// does not depend on the width.
-#ifndef PLIANT_VOXEL_KERNEL_ADVANCE_H
-#define PLIANT_VOXEL_KERNEL_ADVANCE_H
+// Computes the next rows from forces. Number by number, so that the result does not depend on the
+// width.
+//
+// Compiled once per precision and level with KERNEL_NAME, KERNEL_LEVEL, KERNEL_SINGLE and
+// KERNEL_WIDTH.
+#include "dynamics/vertex_kernel.h"
 
 #include "base/vector.h"
 
@@ -160,4 +162,10 @@ static void drift(const void *present, void *next, int vertex_count, double dt)
     }
 }
 
-#endif
+extern const VertexKernels KERNEL_NAME;
+const VertexKernels KERNEL_NAME = {
+    .level = KERNEL_LEVEL,
+    .precision = KERNEL_SINGLE ? PRECISION_SINGLE : PRECISION_DOUBLE,
+    .advance = advance,
+    .drift = drift,
+};
