@@ -22,6 +22,7 @@
 // Intermediate results of the creation.
 typedef struct Making {
     const VoxelOptions *options;
+    const VoxelKernels *kernels;
     Layout layout;
     LatticeMesh mesh;
     ElementClass *classes; // [element_count]
@@ -140,7 +141,9 @@ static void create_batches(VoxelModel *model, const Making *making, const char *
     Batches batches;
     batches_create(&batches, &options, arena);
     free(element_class);
-    BatchRuns *runs = &model->batches;
+    BatchRuns *runs = ALLOCATE(ARENA_STEP, 1, BatchRuns, "batches");
+    model->batches = runs;
+    runs->kernels = making->kernels;
     runs->plain = batches.plain;
     runs->hanging = batches.hanging;
     runs->classes = batches.classes;
@@ -150,8 +153,7 @@ static void create_batches(VoxelModel *model, const Making *making, const char *
     list_runs(runs);
 }
 
-static bool create_body(Body *body, Making *making, const VoxelKernels *kernels, Arena *arena,
-                        StateList *state, Status *status)
+static bool create_body(Body *body, Making *making, Arena *arena, StateList *state, Status *status)
 {
     const VoxelOptions *options = making->options;
     const LatticeMesh *mesh = &making->mesh;
@@ -164,8 +166,7 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
     for (int e = 0; e < mesh->element_count; e++)
         model->element_at_level[making->layout.leaf[e].level]++;
     Vertices *vertices = &model->vertices;
-    vertices->kernels = vertex_kernels_find(options->body.precision, kernels->level);
-    model->batches.kernels = kernels;
+    vertices->kernels = vertex_kernels_find(options->body.precision, making->kernels->level);
     vertices->count = mesh->vertex_count;
     vertices->mass = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, double, "vertex masses");
     vertices->id = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, int, "vertex ids");
@@ -200,15 +201,14 @@ bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateLi
     if (options->body.cuttable)
         return cut_body_create(body, options, arena, state, status);
     const char *isa = options->body.isa == NULL ? "auto" : options->body.isa;
-    Making making = {.options = options};
+    Making making = {.options = options,
+                     .kernels = voxel_kernels_find(options->body.precision, isa)};
     layout_create(&making.layout, options->lattice, options->body.levels);
     bool ok = lattice_mesh_create(&making.mesh, &making.layout, status);
-    const VoxelKernels *kernels = voxel_kernels_find(options->body.precision, isa);
-    ok = ok && setup_check(options, kernels != NULL, making.mesh.vertex_count, status);
+    ok = ok && setup_check(options, making.kernels != NULL, making.mesh.vertex_count, status);
     if (ok)
         making.by_id = vertex_ids_sort(making.mesh.id, making.mesh.vertex_count);
-    ok = ok && make_fixed(&making, status) &&
-         create_body(body, &making, kernels, arena, state, status);
+    ok = ok && make_fixed(&making, status) && create_body(body, &making, arena, state, status);
     lattice_mesh_destroy(&making.mesh);
     layout_destroy(&making.layout);
     free(making.by_id);

@@ -1,6 +1,7 @@
 // Private to the voxel module: the arrays of one voxel body. Constant after creation unless noted.
 //
-// Vertices on the outer faces come first, then the inner ones.
+// Vertices on the outer faces come first, then the inner ones, then those that cuts and divisions
+// add.
 #ifndef PLIANT_VOXEL_MODEL_H
 #define PLIANT_VOXEL_MODEL_H
 
@@ -11,23 +12,24 @@
 #include "voxel/voxel.h"
 
 typedef struct VoxelModel {
+    VoxelLaw law;
+    Vertices vertices;      // ids as in LatticeMesh; loads on those of the outer faces
+    BatchRuns *batches;     // what the kernels evaluate; its rotations are state
+    struct VoxelCuts *cuts; // what a body that can be cut has besides (cut/cut_body.h), or NULL
+
+    // --- bodies that cannot be cut ---
     int surface_count; // the first vertices: on the outer faces, where tools and loads act
     int element_count;
     int element_at_level[VOXEL_LEVELS_MAX + 1];
-
-    // --- elements ---
-    BatchRuns batches; // what the kernels evaluate; its rotations are state
-    VoxelLaw law;
-
-    Vertices vertices; // ids as in LatticeMesh; loads on those of the outer faces
-
-    // --- output ---
     int *node; // [node_count] vertex of a published node, unless there is a skin
     int node_count;
     struct Skin *skin; // or NULL
 } VoxelModel;
 
-extern const BodyOps voxel_ops;
+extern const BodyOps voxel_ops, voxel_ops_of_cuttable, voxel_ops_of_tearing;
+
+// Returns what the kernels need to evaluate these rows; batch_runs.h adds the batches.
+VoxelPass voxel_pass(const VoxelModel *model, const void *rows);
 
 // patch.c: BodyOps.gather_patch.
 bool voxel_gather_patch(const void *self, Patch *patch, int budget);

@@ -6,10 +6,11 @@
 // where Miyazaki's law has g_i = 3 X_i / tr M, V mu = k tr M / 6 and r = k. Step thread.
 #include "voxel/patch.h"
 
+#include "voxel/cut/cut_body.h"
 #include "voxel/model.h"
 #include "voxel/rotation.h"
 
-void patch_add_vertices(const Vertices *vertices, Patch *patch, int *budget)
+static void add_vertices(const Vertices *vertices, Patch *patch, int *budget)
 {
     const Region here = rows_region(&vertices->rows, &patch->region);
     const RegionTest test = region_test(&here);
@@ -115,8 +116,8 @@ void patch_set_factors(const Vertices *vertices, VoxelLaw law, Patch *patch, con
 
 static bool add_plain(const VoxelModel *model, Patch *patch, int batch, int lane)
 {
-    const PlainBatches *plain = &model->batches.plain;
-    const ElementClass *by = &model->batches.classes[plain->element_class[batch]];
+    const PlainBatches *plain = &model->batches->plain;
+    const ElementClass *by = &model->batches->classes[plain->element_class[batch]];
     const int *vertex = plain->vertex + (long)batch * NODE_CORNERS * LANES + lane;
     if (!is_near(patch, vertex, NODE_CORNERS))
         return false;
@@ -130,7 +131,7 @@ static bool add_plain(const VoxelModel *model, Patch *patch, int batch, int lane
         piece.g[p] = vec3_scale(0.5 / by->size, sign);
     }
     patch_set_factors(&model->vertices, model->law, patch, by, 6.0, &piece);
-    patch_add_element(&model->vertices, patch, &piece, model->batches.last[batch][lane]);
+    patch_add_element(&model->vertices, patch, &piece, model->batches->last[batch][lane]);
     return true;
 }
 
@@ -150,10 +151,10 @@ double patch_add_row(VoxelLaw law, const ElementClass *by, const double row[TABL
 
 static bool add_hanging(const VoxelModel *model, Patch *patch, int batch, int lane)
 {
-    const HangingBatches *hanging = &model->batches.hanging;
-    const ElementClass *by = &model->batches.classes[hanging->element_class[batch][lane]];
+    const HangingBatches *hanging = &model->batches->hanging;
+    const ElementClass *by = &model->batches->classes[hanging->element_class[batch][lane]];
     const int *vertex = hanging->vertex + (long)hanging->start[batch] * LANES + lane;
-    const RestTable *table = &model->batches.tables[hanging->table[batch]];
+    const RestTable *table = &model->batches->tables[hanging->table[batch]];
     const bool mixed = batch >= hanging->batch_count - hanging->mixed_count;
     const int spare = model->vertices.count;
     if (!is_near(patch, vertex, table->count))
@@ -170,25 +171,30 @@ static bool add_hanging(const VoxelModel *model, Patch *patch, int batch, int la
     }
     patch_set_factors(&model->vertices, model->law, patch, by, spread, &piece);
     patch_add_element(&model->vertices, patch, &piece,
-                      model->batches.last[model->batches.plain.batch_count + batch][lane]);
+                      model->batches->last[model->batches->plain.batch_count + batch][lane]);
     return true;
 }
 
-bool voxel_gather_patch(const void *self, Patch *patch, int budget)
+static bool gather_batches(const VoxelModel *model, Patch *patch, int budget)
 {
-    const VoxelModel *model = self;
-    enum { SKIPPED = 4, ADDED = 128 }; // of the budget: per element
-    if (patch->pass == 0)
-        patch_add_vertices(&model->vertices, patch, &budget);
-    const int plain = model->batches.plain.batch_count,
-              count = batch_runs_capacity(&model->batches);
+    const int plain = model->batches->plain.batch_count;
+    const int count = batch_runs_capacity(model->batches);
     for (; patch->pass == 1 && patch->next < count && budget > 0; patch->next++) {
         int batch = (int)patch->next;
         for (int lane = 0; lane < LANES; lane++) {
             bool added = batch < plain ? add_plain(model, patch, batch, lane)
                                        : add_hanging(model, patch, batch - plain, lane);
-            budget -= added ? ADDED : SKIPPED;
+            budget -= added ? PATCH_ADDED : PATCH_SKIPPED;
         }
     }
     return patch->full || (patch->pass == 1 && patch->next == count);
+}
+
+bool voxel_gather_patch(const void *self, Patch *patch, int budget)
+{
+    const VoxelModel *model = self;
+    if (patch->pass == 0)
+        add_vertices(&model->vertices, patch, &budget);
+    return model->cuts != NULL ? cut_body_gather_elements(model, patch, budget)
+                               : gather_batches(model, patch, budget);
 }

@@ -18,9 +18,8 @@ typedef struct PatchElement {
     double mu, lambda, residual; // V mu, V lambda [N m]; r [N/m]
 } PatchElement;
 
-// Adds the free vertices in the patch's region, from patch->next on; when done, starts the next
-// pass.
-void patch_add_vertices(const Vertices *vertices, Patch *patch, int *budget);
+enum { PATCH_SKIPPED = 4, PATCH_ADDED = 128 }; // of the budget: per element
+
 // Adds one vertex with the numbers of its row of a RestTable; returns its part of tr M.
 double patch_add_row(VoxelLaw law, const ElementClass *by, const double row[TABLE_ROW], int vertex,
                      PatchElement *piece);

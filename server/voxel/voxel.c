@@ -1,6 +1,6 @@
 // The operations of a voxel body (dynamics/body.h). Step thread: no allocation, no lock.
+#include "voxel/cut/cut_body.h"
 #include "voxel/model.h"
-
 #include "voxel/skin.h"
 
 // ---------------------------------------------------------------------------------------------
@@ -12,7 +12,7 @@ static void voxel_drift(void *self, double dt)
     vertices_drift(&model->vertices, dt);
 }
 
-static VoxelPass make_pass(const VoxelModel *model, const void *rows)
+VoxelPass voxel_pass(const VoxelModel *model, const void *rows)
 {
     return (VoxelPass){
         .law = model->law,
@@ -37,7 +37,7 @@ static void evaluate_halves(void *context, int first, int last)
     for (int half = first; half < last; half++) {
         VoxelPass pass = *shared->pass;
         pass.force = half == 0 ? model->vertices.force : model->vertices.more;
-        batch_runs_evaluate(&model->batches, &pass, half);
+        batch_runs_evaluate(model->batches, &pass, half);
     }
 }
 
@@ -45,7 +45,7 @@ static void evaluate_all(const VoxelModel *model, const VoxelPass *pass)
 {
     SharedPass shared = {model, pass};
     if (!model->vertices.halved)
-        batch_runs_evaluate(&model->batches, pass, BATCHES_ALL);
+        batch_runs_evaluate(model->batches, pass, BATCHES_ALL);
     else if (model->vertices.team == NULL)
         evaluate_halves(&shared, 0, 2);
     else
@@ -59,7 +59,9 @@ static void voxel_evaluate(void *self, const Stage *stage, double h)
     Vertices *vertices = &model->vertices;
     const double *g = vertices->parameters->gravity;
     vertices_begin(vertices);
-    const VoxelPass pass = make_pass(model, vertices->present);
+    if (model->cuts != NULL)
+        cut_body_feel(model->cuts);
+    const VoxelPass pass = voxel_pass(model, vertices->present);
     evaluate_all(model, &pass);
     vertices_advance(vertices, stage, h, (Vec3){g[0], g[1], g[2]});
 }
@@ -79,7 +81,8 @@ static void voxel_abandon(void *self)
 static bool voxel_check(const void *self)
 {
     const VoxelModel *model = self;
-    return batch_runs_check(&model->batches) && vertices_check(&model->vertices);
+    return (model->cuts == NULL || model->cuts->sound) && batch_runs_check(model->batches) &&
+           vertices_check(&model->vertices);
 }
 
 static void voxel_restore(void *self, RestoreMode mode)
@@ -87,11 +90,13 @@ static void voxel_restore(void *self, RestoreMode mode)
     VoxelModel *model = self;
     vertices_restore(&model->vertices, mode);
     if (mode == RESTORE_SHAPE)
-        batch_runs_forget_rotations(&model->batches);
+        batch_runs_forget_rotations(model->batches);
+    if (model->cuts != NULL)
+        cut_body_restore(model->cuts, mode);
 }
 
 // ---------------------------------------------------------------------------------------------
-// Nodes: the vertices of the outer faces
+// Nodes: the vertices, of bodies that cannot be cut those of the outer faces
 
 static void voxel_read_nodes(const void *self, const int *node, int count, Vec3 *position,
                              Vec3 *velocity)
@@ -110,6 +115,8 @@ static void voxel_add_forces(void *self, const int *node, int count, const Vec3 
 static int voxel_find_nodes(const void *self, const Region *region, int *node, int capacity)
 {
     const VoxelModel *model = self;
+    if (model->cuts != NULL)
+        return cut_faces_find_nodes(&model->cuts->faces, region, node, capacity);
     const Region here = rows_region(&model->vertices.rows, region);
     const RegionTest test = region_test(&here);
     int found = 0;
@@ -143,25 +150,37 @@ static bool voxel_is_fixed(const void *self, int node)
 // ---------------------------------------------------------------------------------------------
 // Out
 
+// Returns the vertices that are published, of a body without a skin.
+static const int *published(const VoxelModel *model, int *count)
+{
+    const CutFaces *faces = model->cuts != NULL ? &model->cuts->faces : NULL;
+    *count = faces != NULL ? (int)*faces->slot_count : model->node_count;
+    return faces != NULL ? faces->slot_vertex : model->node;
+}
+
 static void voxel_snapshot(const void *self, float *position, float *velocity)
 {
     const VoxelModel *model = self;
     const Rows *rows = &model->vertices.rows;
     const void *row = vertices_row(&model->vertices);
+    int count;
+    const int *node = published(model, &count);
     if (model->skin != NULL)
         skin_snapshot(model->skin, rows, row, position, velocity);
     else
-        rows_snapshot(rows, row, model->node, model->node_count, position, velocity);
+        rows_snapshot(rows, row, node, count, position, velocity);
 }
 
 static void voxel_snapshot_rest(const void *self, float *position)
 {
     const VoxelModel *model = self;
     const Rows *rows = &model->vertices.rows;
+    int count;
+    const int *node = published(model, &count);
     if (model->skin != NULL)
         skin_snapshot_rest(model->skin, rows, position);
     else
-        rows_snapshot_rest(rows, model->node, model->node_count, position);
+        rows_snapshot_rest(rows, node, count, position);
 }
 
 static int voxel_read_state(const void *self, int *id, Vec3 *position, Vec3 *velocity)
@@ -173,8 +192,11 @@ static int voxel_read_state(const void *self, int *id, Vec3 *position, Vec3 *vel
 static void voxel_measure(const void *self, BodyMeasure *measure)
 {
     const VoxelModel *model = self;
-    const VoxelPass pass = make_pass(model, vertices_row(&model->vertices));
-    *measure = (BodyMeasure){.elastic = batch_runs_energy(&model->batches, &pass)};
+    const VoxelPass pass = voxel_pass(model, vertices_row(&model->vertices));
+    *measure = (BodyMeasure){
+        .elastic = batch_runs_energy(model->batches, &pass),
+        .refused = model->cuts != NULL ? model->cuts->refused : 0,
+    };
     vertices_measure(&model->vertices, measure);
 }
 
@@ -188,45 +210,44 @@ static void voxel_restored(Body *body)
 {
     VoxelModel *model = body->model;
     vertices_restored(&model->vertices);
+    if (model->cuts != NULL)
+        cut_body_restored(model->cuts, body);
 }
 
 static void voxel_explain(const void *self, FILE *out)
 {
     const VoxelModel *model = self;
-    vertices_explain(&model->vertices, LANES, model->element_at_level, out);
+    vertices_explain(
+        &model->vertices, LANES,
+        model->cuts != NULL ? model->cuts->lattice.leaf_at_level : model->element_at_level, out);
     fprintf(out, "    batches: %d of plain cubes, %d with hanging vertices\n",
-            batch_runs_count(&model->batches, BATCH_PLAIN),
-            batch_runs_count(&model->batches, BATCH_HANGING));
+            batch_runs_count(model->batches, BATCH_PLAIN),
+            batch_runs_count(model->batches, BATCH_HANGING));
     fprintf(out, "    law: %s\n", model->law == VOXEL_AFFINE ? "affine" : "miyazaki2004");
+    if (model->cuts != NULL)
+        cut_body_explain(model->cuts, out);
 }
 
 static const char *voxel_isa(const void *self)
 {
     const VoxelModel *model = self;
-    return model->batches.kernels->level;
+    return model->batches->kernels->level;
 }
 
-const BodyOps voxel_ops = {
-    .model = "voxel",
-    .drift = voxel_drift,
-    .evaluate = voxel_evaluate,
-    .commit = voxel_commit,
-    .abandon = voxel_abandon,
-    .check = voxel_check,
-    .restore = voxel_restore,
-    .read_nodes = voxel_read_nodes,
-    .add_forces = voxel_add_forces,
-    .find_nodes = voxel_find_nodes,
-    .add_load = voxel_add_load,
-    .clear_loads = voxel_clear_loads,
-    .snapshot = voxel_snapshot,
-    .snapshot_rest = voxel_snapshot_rest,
-    .read_state = voxel_read_state,
-    .measure = voxel_measure,
-    .is_fixed = voxel_is_fixed,
-    .gather_patch = voxel_gather_patch,
-    .set = voxel_set,
-    .restored = voxel_restored,
-    .explain = voxel_explain,
-    .isa = voxel_isa,
-};
+#define OPERATIONS                                                                                 \
+    .model = "voxel", .drift = voxel_drift, .evaluate = voxel_evaluate, .commit = voxel_commit,    \
+    .abandon = voxel_abandon, .check = voxel_check, .restore = voxel_restore,                      \
+    .read_nodes = voxel_read_nodes, .add_forces = voxel_add_forces,                                \
+    .find_nodes = voxel_find_nodes, .add_load = voxel_add_load, .clear_loads = voxel_clear_loads,  \
+    .snapshot = voxel_snapshot, .snapshot_rest = voxel_snapshot_rest,                              \
+    .read_state = voxel_read_state, .measure = voxel_measure, .is_fixed = voxel_is_fixed,          \
+    .gather_patch = voxel_gather_patch, .set = voxel_set, .restored = voxel_restored,              \
+    .explain = voxel_explain, .isa = voxel_isa
+#define OPERATIONS_OF_CUTTABLE                                                                     \
+    OPERATIONS, .cut = cut_body_cut, .reconstruct = cut_body_reconstruct,                          \
+                .reserve_blades = cut_body_reserve_blades
+
+// The pipeline has stages for operations that a body has.
+const BodyOps voxel_ops = {OPERATIONS};
+const BodyOps voxel_ops_of_cuttable = {OPERATIONS_OF_CUTTABLE};
+const BodyOps voxel_ops_of_tearing = {OPERATIONS_OF_CUTTABLE, .tear = cut_body_tear};

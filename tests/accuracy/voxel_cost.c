@@ -90,18 +90,18 @@ static void push_out(double x[3], double v[3], double dt)
 
 static void evaluate(const VoxelModel *model, bool damped)
 {
-    const VoxelPass pass = {.plain = &model->batches.plain,
-                            .hanging = &model->batches.hanging,
-                            .tables = model->batches.tables,
-                            .classes = model->batches.classes,
+    const VoxelPass pass = {.plain = &model->batches->plain,
+                            .hanging = &model->batches->hanging,
+                            .tables = model->batches->tables,
+                            .classes = model->batches->classes,
                             .law = model->law,
                             .damped = damped,
                             .rows = model->vertices.present,
                             .force = model->vertices.force,
-                            .last = model->batches.last,
+                            .last = model->batches->last,
                             .stiffness_scale = 1.0,
                             .damping_scale = 1.0};
-    model->batches.kernels->evaluate(&pass);
+    model->batches->kernels->evaluate(&pass);
 }
 
 static void advance(const VoxelModel *model, double h)

@@ -17,7 +17,7 @@ typedef struct World {
     StateList state;
     Sim *sim;
     Body *body;
-    CutModel *model;
+    VoxelCuts *cuts;
 } World;
 
 static bool world_create(World *world, int cells, const char *isa, Status *status)
@@ -52,7 +52,7 @@ static bool world_create(World *world, int cells, const char *isa, Status *statu
     if (!good)
         return false;
     world->body = sim_add_body(world->sim, &body);
-    world->model = body.model;
+    world->cuts = ((VoxelModel *)body.model)->cuts;
     const ToolOptions blade = {.id = 1,
                                .kind = TOOL_BLADE,
                                .edge = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.06}},
@@ -80,27 +80,27 @@ typedef struct Cost {
 
 static void follow(World *world, Cost *cost, bool divided, bool came, int64_t begin)
 {
-    CutModel *model = world->model;
+    VoxelCuts *cuts = world->cuts;
     TopologyChange change;
-    cut_masses_follow(&model->masses, divided);
+    cut_masses_follow(&cuts->masses, divided);
     int64_t end = clock_now_ns();
     cost->ns[MASSES] += end - begin;
-    cut_windows_update(&model->windows);
+    cut_windows_update(&cuts->windows);
     begin = clock_now_ns();
     cost->ns[WINDOWS] += begin - end;
-    cut_faces_follow(&model->faces, came, world->body, &change);
-    cut_lattice_forget_changes(&model->lattice);
+    cut_faces_follow(&cuts->faces, came, world->body, &change);
+    cut_lattice_forget_changes(&cuts->lattice);
     cost->ns[FACES] += clock_now_ns() - begin;
 }
 
 static void break_row(World *world, Cost *cost, const int (*face)[2], int count)
 {
-    CutModel *model = world->model;
+    VoxelCuts *cuts = world->cuts;
     const int64_t start = clock_now_ns();
-    cut_lattice_break(&model->lattice, face, count);
+    cut_lattice_break(&cuts->lattice, face, count);
     int64_t begin = clock_now_ns();
     cost->ns[LATTICE] += begin - start;
-    const bool came = cut_pieces_follow(&model->pieces, face, count);
+    const bool came = cut_pieces_follow(&cuts->pieces, face, count);
     const int64_t end = clock_now_ns();
     cost->ns[PIECES] += end - begin;
     follow(world, cost, false, came, end);
@@ -111,9 +111,9 @@ static void break_row(World *world, Cost *cost, const int (*face)[2], int count)
 
 static void reconstruct(World *world, Cost *cost)
 {
-    CutModel *model = world->model;
+    VoxelCuts *cuts = world->cuts;
     const int64_t start = clock_now_ns();
-    const int divided = cut_lattice_reconstruct(&model->lattice);
+    const int divided = cut_lattice_reconstruct(&cuts->lattice);
     const int64_t end = clock_now_ns();
     cost->ns[LATTICE] += end - start;
     if (divided == 0)
@@ -127,7 +127,7 @@ static void reconstruct(World *world, Cost *cost)
 // Rows of faces in the middle plane, half way, each broken and then all that it asks for divided.
 static void cut_half(World *world, int cells, Cost *broken, Cost *divided)
 {
-    const CutLattice *lattice = &world->model->lattice;
+    const CutLattice *lattice = &world->cuts->lattice;
     int(*face)[2] = malloc((size_t)cells * sizeof *face);
     for (int row = 0; row < cells / 2; row++) {
         for (int k = 0; k < cells; k++) {
@@ -227,13 +227,13 @@ static void run_stroke(Bench *bench, int cells)
         us[tick] = 1e-3 * (double)(clock_now_ns() - begin);
     }
     bench_sort(us, ticks);
-    const CutModel *model = world.model;
+    const VoxelCuts *cuts = world.cuts;
     bench_row(bench, name, cells, "without_blade_min", without, "us");
     bench_row(bench, name, cells, "median", us[ticks / 2], "us");
     bench_row(bench, name, cells, "p99", us[ticks * 99 / 100], "us");
     bench_row(bench, name, cells, "worst", us[ticks - 1], "us");
-    bench_row(bench, name, cells, "elements", model->lattice.leaf_count, "1");
-    bench_row(bench, name, cells, "vertices", cut_lattice_used(&model->lattice), "1");
+    bench_row(bench, name, cells, "elements", cuts->lattice.leaf_count, "1");
+    bench_row(bench, name, cells, "vertices", cut_lattice_used(&cuts->lattice), "1");
     free(us);
     world_destroy(&world);
 }

@@ -192,11 +192,11 @@ static void states_that_cannot_be_are_seen(void **state)
     assert_false(ops->check(model));
     *number = kept;
     assert_true(ops->check(model));
-    model->batches.last[0][3][0] = 2.0;
+    model->batches->last[0][3][0] = 2.0;
     assert_false(ops->check(model));
-    model->batches.last[0][3][0] = (double)NAN;
+    model->batches->last[0][3][0] = (double)NAN;
     assert_false(ops->check(model));
-    model->batches.last[0][3][0] = 1.0;
+    model->batches->last[0][3][0] = 1.0;
     model->vertices.rows.frame->turn.w = 0.0;
     assert_false(ops->check(model));
     model->vertices.rows.frame->turn = QUAT_NONE;

@@ -1,5 +1,5 @@
-// Voxel bodies with `cuttable = true`: the same elements, kernels and vertices as in voxel.c,
-// stored so that blades can separate them while the body moves.
+// What a voxel body with `cuttable = true` has and does besides others: its elements are stored so
+// that blades can separate them while the body moves. Step thread, unless noted.
 #ifndef PLIANT_VOXEL_CUT_CUT_BODY_H
 #define PLIANT_VOXEL_CUT_CUT_BODY_H
 
@@ -9,15 +9,13 @@
 #include "voxel/cut/cut_pieces.h"
 #include "voxel/cut/cut_tear.h"
 #include "voxel/cut/cut_windows.h"
-#include "voxel/voxel.h"
+#include "voxel/model.h"
 
-typedef struct CutModel {
+typedef struct VoxelCuts {
     const char *name; // of the body
-    VoxelLaw law;
     CutLattice lattice;
     TemplateCache templates;
     CutWindows windows;
-    Vertices vertices; // ids are the lattice's
     CutMasses masses;
     CutPieces pieces;
     CutFaces faces;
@@ -25,16 +23,27 @@ typedef struct CutModel {
     CutTear tear;    // of bodies that tear
     bool sound;      // the last derivation from the state succeeded
     int64_t refused; // reconstructions left incomplete for lack of capacity, since the start
-} CutModel;
+} VoxelCuts;
 
-extern const BodyOps cut_body_ops, cut_body_ops_tearing;
+// --- operations of dynamics/body.h that other bodies do not have ---
+bool cut_body_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome, TopologyChange *change);
+bool cut_body_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange *change);
+bool cut_body_reconstruct(Body *body, TopologyChange *change);
+void cut_body_reserve_blades(void *self, int blades, Arena *arena, StateList *state); // load time
 
-// cut_patch.c: BodyOps.gather_patch.
-bool cut_body_gather_patch(const void *self, Patch *patch, int budget);
+// --- parts of operations that all voxel bodies have ---
+// Records what pushes from outside; after vertices_begin.
+void cut_body_feel(VoxelCuts *cuts);
+// Cuts stay: broken bits are no numbers that a reset restores.
+void cut_body_restore(VoxelCuts *cuts, RestoreMode mode);
+// After the state list was restored: derives everything that follows from it.
+void cut_body_restored(VoxelCuts *cuts, Body *body);
+// cut_patch.c: the elements of BodyOps.gather_patch.
+bool cut_body_gather_elements(const VoxelModel *model, Patch *patch, int budget);
+void cut_body_explain(const VoxelCuts *cuts, FILE *out);
+
 // Creates a cuttable body in space; called by voxel_create, with the same contract.
 bool cut_body_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
                      Status *status);
-// Derives everything that follows from bits and vertices. False: an impossible state.
-bool cut_body_derive(CutModel *model, Body *body);
 
 #endif

@@ -166,7 +166,7 @@ static void make_classes(Making *making, ElementClass *classes, double *mass)
 // ---------------------------------------------------------------------------------------------
 // Vertices
 
-static void create_vertices(CutModel *model, const Making *making, const VoxelKernels *kernels,
+static void create_vertices(VoxelModel *model, const Making *making, const VoxelKernels *kernels,
                             const char *name, Arena *arena, StateList *state)
 {
     const LatticeMesh *mesh = &making->mesh;
@@ -175,19 +175,19 @@ static void create_vertices(CutModel *model, const Making *making, const VoxelKe
     vertices->capacity = making->capacity;
     vertices->count = mesh->vertex_count;
     vertices->mass = ALLOCATE(ARENA_TOPOLOGY, making->capacity, double, "vertex masses");
-    vertices->id = model->lattice.vertex_id;
+    vertices->id = model->cuts->lattice.vertex_id;
     for (int v = 0; v < vertices->count; v++)
         vertices->mass[v] = 1.0; // set below
     setup_vertices(vertices, making->options, (const int(*)[3])mesh->point, making->by_id,
                    making->fixed, mesh->element_count, making->capacity, arena, state);
 }
 
-static void create_masses(CutModel *model, const Making *making, const double *mass,
+static void create_masses(VoxelModel *model, const Making *making, const double *mass,
                           const char *name, Arena *arena)
 {
-    CutMasses *masses = &model->masses;
-    masses->lattice = &model->lattice;
-    masses->templates = &model->templates;
+    CutMasses *masses = &model->cuts->masses;
+    masses->lattice = &model->cuts->lattice;
+    masses->templates = &model->cuts->templates;
     masses->vertices = &model->vertices;
     masses->law = model->law;
     masses->size = making->options->lattice->size;
@@ -225,12 +225,12 @@ static bool tears(const VoxelOptions *options)
     return options->tear_stress > 0.0 || options->tear_force > 0.0;
 }
 
-static void describe(Body *body, CutModel *model, const Making *making, const double *mass)
+static void describe(Body *body, VoxelModel *model, const Making *making, const double *mass)
 {
     const VoxelOptions *options = making->options;
-    *body = body_of_options(&options->body, tears(options) ? &cut_body_ops_tearing : &cut_body_ops,
-                            model);
-    body->element_count = model->lattice.leaf_count;
+    *body = body_of_options(&options->body,
+                            tears(options) ? &voxel_ops_of_tearing : &voxel_ops_of_cuttable, model);
+    body->element_count = model->cuts->lattice.leaf_count;
     body->lambda = body->contact_lambda = making->lambda;
     body->damping = options->damping * making->step * making->damping_lambda;
     body->state_capacity = making->capacity;
@@ -249,16 +249,18 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
     ElementClass *classes = ALLOCATE(ARENA_STEP, classes_count, ElementClass, "element classes");
     double *mass = ALLOCATE(ARENA_TOPOLOGY, classes_count, double, "element masses");
     char *own_name = ALLOCATE(ARENA_TOPOLOGY, strlen(name) + 1, char, "name");
-    CutModel *model = ALLOCATE(ARENA_STEP, 1, CutModel, "model");
+    VoxelModel *model = ALLOCATE(ARENA_STEP, 1, VoxelModel, "model");
+    VoxelCuts *cuts = ALLOCATE(ARENA_STEP, 1, VoxelCuts, "cuts");
     memcpy(own_name, name, strlen(name) + 1);
-    model->name = own_name;
+    cuts->name = own_name;
+    cuts->sound = true;
     model->law = options->law;
-    model->sound = true;
+    model->cuts = cuts;
     make_classes(making, classes, mass);
-    if (!cut_lattice_create(&model->lattice, name, &making->layout, making->capacity,
+    if (!cut_lattice_create(&cuts->lattice, name, &making->layout, making->capacity,
                             options->split_budget, arena, state, status))
         return false;
-    template_cache_create(&model->templates, name, options->law, options->body.precision, arena);
+    template_cache_create(&cuts->templates, name, options->law, options->body.precision, arena);
 
     Vertices *vertices = &model->vertices;
     create_vertices(model, making, kernels, name, arena, state);
@@ -267,20 +269,21 @@ static bool create_body(Body *body, Making *making, const VoxelKernels *kernels,
 
     const WindowOptions windows = {.name = name,
                                    .kernels = kernels,
-                                   .lattice = &model->lattice,
-                                   .templates = &model->templates,
+                                   .lattice = &cuts->lattice,
+                                   .templates = &cuts->templates,
                                    .material_count = options->material_count,
                                    .classes = classes};
-    cut_windows_create(&model->windows, &windows, arena, state);
+    cut_windows_create(&cuts->windows, &windows, arena, state);
+    model->batches = &cuts->windows.runs;
     if (tears(options))
-        cut_tear_create(&model->tear, name, options->tear_stress, options->tear_force,
-                        &model->windows, vertices, model->law, arena, state);
-    cut_pieces_create(&model->pieces, name, &model->lattice, &making->mesh, &making->layout, arena,
+        cut_tear_create(&cuts->tear, name, options->tear_stress, options->tear_force,
+                        &cuts->windows, vertices, model->law, arena, state);
+    cut_pieces_create(&cuts->pieces, name, &cuts->lattice, &making->mesh, &making->layout, arena,
                       state);
-    cut_blades_create(&model->blades, name, &model->lattice, &vertices->rows,
-                      options->lattice->size, arena);
+    cut_blades_create(&cuts->blades, name, &cuts->lattice, &vertices->rows, options->lattice->size,
+                      arena);
     describe(body, model, making, mass);
-    return cut_faces_create(&model->faces, name, &model->lattice, &model->pieces, vertices,
+    return cut_faces_create(&cuts->faces, name, &cuts->lattice, &cuts->pieces, vertices,
                             &making->mesh, &making->layout, options->lattice->size,
                             options->body.face_capacity, options->publish_all,
                             options->body.without_contacts, body, arena, state, status);

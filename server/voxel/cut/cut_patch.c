@@ -1,4 +1,4 @@
-// Local stiffness of a body that can be cut, leaf by leaf (dynamics/patch.h). Step thread.
+// Local stiffness of a body that can be cut, leaf by leaf (patch.c).
 #include "voxel/cut/cut_body.h"
 #include "voxel/patch.h"
 
@@ -10,9 +10,9 @@ static bool is_near(const Patch *patch, const int *node, int count)
     return false;
 }
 
-static void add_leaf(const CutModel *model, Patch *patch, int element)
+static void add_leaf(const VoxelModel *model, Patch *patch, int element)
 {
-    const CutLattice *lattice = &model->lattice;
+    const CutLattice *lattice = &model->cuts->lattice;
     const CutElement *of = &lattice->element[element];
     const int *node = cut_lattice_nodes(lattice, element);
     const bool cell = element < lattice->level_first[1];
@@ -20,8 +20,9 @@ static void add_leaf(const CutModel *model, Patch *patch, int element)
         return;
     const unsigned mask = cell ? 0 : template_mask_of(node);
     const ElementClass *by =
-        &model->windows.runs.classes[of->level * model->windows.material_count + of->material - 1];
-    const void *number = template_cache_numbers(model->windows.templates, mask);
+        &model->batches
+             ->classes[of->level * model->cuts->windows.material_count + of->material - 1];
+    const void *number = template_cache_numbers(model->cuts->windows.templates, mask);
     PatchElement piece = {0};
     double spread = 0.0;
     for (int n = 0; n < NODE_COUNT; n++) {
@@ -34,23 +35,20 @@ static void add_leaf(const CutModel *model, Patch *patch, int element)
         spread += patch_add_row(model->law, by, row, node[n], &piece);
     }
     patch_set_factors(&model->vertices, model->law, patch, by, spread, &piece);
-    const int place = model->windows.place[element];
+    const int place = model->cuts->windows.place[element];
     patch_add_element(&model->vertices, patch, &piece,
-                      model->windows.runs.last[place / LANES][place % LANES]);
+                      model->batches->last[place / LANES][place % LANES]);
 }
 
-bool cut_body_gather_patch(const void *self, Patch *patch, int budget)
+bool cut_body_gather_elements(const VoxelModel *model, Patch *patch, int budget)
 {
-    const CutModel *model = self;
-    enum { SKIPPED = 4, ADDED = 128 }; // of the budget: per leaf
-    const int count = model->lattice.element_count;
-    if (patch->pass == 0)
-        patch_add_vertices(&model->vertices, patch, &budget);
+    const CutLattice *lattice = &model->cuts->lattice;
+    const int count = lattice->element_count;
     for (; patch->pass == 1 && patch->next < count && budget > 0; patch->next++) {
         const int before = patch->block_count, element = (int)patch->next;
-        if (cut_lattice_is_leaf(&model->lattice, element))
+        if (cut_lattice_is_leaf(lattice, element))
             add_leaf(model, patch, element);
-        budget -= patch->block_count == before ? SKIPPED : ADDED;
+        budget -= patch->block_count == before ? PATCH_SKIPPED : PATCH_ADDED;
     }
     return patch->full || (patch->pass == 1 && patch->next == count);
 }

@@ -21,7 +21,8 @@ typedef struct CutWorld {
     StateList state;
     Sim *sim;
     Body *body;
-    CutModel *model;
+    VoxelModel *model;
+    VoxelCuts *cuts;  // of the model
     double rest_mass; // sum rho V [kg]
 } CutWorld;
 
@@ -54,6 +55,7 @@ static inline bool cut_world_try(CutWorld *world, VoxelWorldOptions *options, St
         return false;
     world->body = sim_add_body(world->sim, &made);
     world->model = world->body->model;
+    world->cuts = world->model->cuts;
     for (int t = 0; t < options->tool_count; t++)
         sim_add_tool(world->sim, &options->tool[t]);
     for (long c = 0;
@@ -127,8 +129,9 @@ static inline void cut_world_shake(CutWorld *world, double strain, uint64_t *see
 // Masses from the bits and levels alone, in the plainest way; and positive, with the known sum.
 static inline void cut_world_check_masses(const CutWorld *world)
 {
-    const CutModel *model = world->model;
-    const CutLattice *lattice = &model->lattice;
+    const VoxelModel *model = world->model;
+    const CutMasses *masses = &world->cuts->masses;
+    const CutLattice *lattice = &world->cuts->lattice;
     const Vertices *vertices = &model->vertices;
     assert_int_equal(vertices->count, cut_lattice_used(lattice));
     double *mass = calloc((size_t)vertices->count + 1, sizeof *mass), sum = 0.0;
@@ -137,8 +140,7 @@ static inline void cut_world_check_masses(const CutWorld *world)
             continue;
         const int *node = cut_lattice_nodes(lattice, e);
         const CutElement *of = &lattice->element[e];
-        const double own =
-            model->masses.mass[of->level * model->masses.material_count + of->material - 1];
+        const double own = masses->mass[of->level * masses->material_count + of->material - 1];
         Template shape;
         template_create(&shape, e < lattice->level_first[1] ? 0 : template_mask_of(node));
         for (int i = 0; i < shape.count; i++)

@@ -59,10 +59,10 @@ static void deform(CutWorld *world, double stretch, Quat turn)
 
 static bool find(CutWorld *world)
 {
-    CutModel *model = world->model;
+    const VoxelModel *model = world->model;
     const VoxelPass pass = {
         .law = model->law, .rows = present(world), .stiffness_scale = 1.0, .damping_scale = 1.0};
-    return cut_tear_find(&model->tear, &pass);
+    return cut_tear_find(&world->cuts->tear, &pass);
 }
 
 // Uniform tension: T is E times the strain on faces across the pull, none on others, whatever the
@@ -85,8 +85,8 @@ static void pulled_faces_tear_at_the_border_first_and_everywhere_beyond_half_mor
         CutWorld world;
         cut_world_create(&world, &options);
         assert_non_null(world.body->ops->tear);
-        const CutLattice *lattice = &world.model->lattice;
-        const CutTear *tear = &world.model->tear;
+        const CutLattice *lattice = &world.cuts->lattice;
+        const CutTear *tear = &world.cuts->tear;
         const Quat turn = quat_from_rotation(vec3(0.3, -1.1, 0.7));
         // A thousandth below: single precision rounds places of 25 mm to 2e-9 m, 1e-6 of a cell.
         deform(&world, 1.0999, turn);
@@ -136,7 +136,7 @@ static void every_level_of_the_kernels_finds_the_same_faces(void **unused)
             cut_world_create(&world, &options);
             cut_world_shake(&world, 0.5, &seed);
             assert_true(find(&world));
-            const CutTear *tear = &world.model->tear;
+            const CutTear *tear = &world.cuts->tear;
             const size_t bytes = (size_t)tear->hit_count * sizeof *tear->hit;
             if (first == NULL) {
                 first_count = tear->hit_count;
@@ -194,8 +194,8 @@ static void notched_bar_comes_apart_at_the_notch_in_two_clean_pieces(void **unus
     for (int levels = 0; levels <= 2; levels += 2) {
         CutWorld world;
         create_bar(&world, levels, 0.3 * E, true);
-        const CutLattice *lattice = &world.model->lattice;
-        const CutPieces *pieces = &world.model->pieces;
+        const CutLattice *lattice = &world.cuts->lattice;
+        const CutPieces *pieces = &world.cuts->pieces;
         run_pulled(&world, 0.05, 1.5 * WIDE / 16.0);
         int broken = 0, farthest = 0;
         for (int c = 0; c < lattice->level_first[1]; c++)
@@ -233,7 +233,7 @@ static void nothing_tears_below_the_threshold(void **unused)
     run_pulled(&world, 0.05,
                0.5 * WIDE / 16.0); // strain 0.17 at the end, and what the start's shock adds
     for (int axis = 0; axis < 3; axis++)
-        assert_int_equal(broken_faces(&world.model->lattice, axis), 0);
+        assert_int_equal(broken_faces(&world.cuts->lattice, axis), 0);
     cut_world_destroy(&world);
     VoxelWorldOptions options = voxel_world_cube(8);
     cut_world_create(&world, &options);
@@ -266,7 +266,7 @@ static void force_beyond_the_threshold_releases_the_vertex(void **unused)
         options.body.law = variant / 2 ? VOXEL_MIYAZAKI2004 : VOXEL_AFFINE;
         CutWorld world;
         cut_world_create(&world, &options);
-        const CutLattice *lattice = &world.model->lattice;
+        const CutLattice *lattice = &world.cuts->lattice;
         const BodyOps *ops = world.body->ops;
         assert_non_null(ops->tear);
         // In the middle of a face: four cells share the vertex, by four faces.
@@ -283,7 +283,7 @@ static void force_beyond_the_threshold_releases_the_vertex(void **unused)
         assert_int_equal(broken_faces(lattice, 0), 2);
         assert_int_equal(broken_faces(lattice, 1), 2);
         assert_int_equal(broken_faces(lattice, 2), 0);
-        assert_int_equal(*world.model->pieces.count, 1);
+        assert_int_equal(*world.cuts->pieces.count, 1);
         // The load still pulls at one of the four, which shares its vertex with no other now.
         for (int tick = 0; tick < 20; tick++)
             sim_step(world.sim);
@@ -313,7 +313,7 @@ static void torn_run_goes_on_alike_from_its_states(void **unused)
     options.body.tear_stress = 0.3 * E;
     options.body.tear_force = 0.01;
     cut_world_create(&world, &options);
-    const CutLattice *lattice = &world.model->lattice;
+    const CutLattice *lattice = &world.cuts->lattice;
     world.body->ops->add_load(world.model, vertex_at(lattice, 18, 4, 8), vec3(0.0, 0.0, 0.02));
     // Between feeling and releasing; in the midst of tearing; the end.
     enum { TIMES = 2, END = 700 };
@@ -332,7 +332,7 @@ static void torn_run_goes_on_alike_from_its_states(void **unused)
     state_copy_out(&world.state, saved[1]);
     run_on(&world, now, END);
     const uint64_t hash = state_hash(&world.state);
-    const int pieces = (int)*world.model->pieces.count;
+    const int pieces = (int)*world.cuts->pieces.count;
     print_message("torn from tick %d on, %d faces, %d pieces\n", now, broken_faces(lattice, 0),
                   pieces);
     assert_true(pieces > 1);

@@ -34,7 +34,7 @@ static void uncut_body_moves_as_one_that_cannot_be_cut(void **unused)
         for (int i = 0; i < plain.count; i++) {
             Vec3 x, v;
             rows_read(&world.model->vertices.rows, vertices_row(&world.model->vertices), i, &x, &v);
-            assert_int_equal(world.model->lattice.vertex_id[i], plain.id[i]);
+            assert_int_equal(world.cuts->lattice.vertex_id[i], plain.id[i]);
             expect_near(vec3_length(vec3_sub(x, plain.x[i])), 0.0, 1e-9 * world.lattice.size);
         }
         BodyMeasure a, b;
@@ -62,7 +62,7 @@ static void uncut_body_tells_the_stiffness_of_one_that_cannot_be_cut(void **unus
         const Region region = {REGION_CAPSULE, {0.03, 0.01, 0.04}, {0.03, 0.01, 0.04}, 0.016};
         for (int k = 0; k < 2; k++) {
             const Body *body = k == 0 ? world.body : plain.body;
-            patch[k] = patch_create(world.model->lattice.vertex_capacity, "patch", &arena);
+            patch[k] = patch_create(world.cuts->lattice.vertex_capacity, "patch", &arena);
             patch_begin(patch[k], &region, 0.01, false);
             int calls = 0;
             while (!body->ops->gather_patch(body->model, patch[k], 3000))
@@ -147,7 +147,7 @@ static void cut_and_check(CutWorld *world, int cuts, uint64_t *seed)
         }
         assert_int_equal(sim_resets(world->sim), 0);
     }
-    while (world->model->lattice.wanted_count > 0)
+    while (world->cuts->lattice.wanted_count > 0)
         sim_step(world->sim);
     cut_world_check_masses(world);
     assert_true(world->body->ops->check(world->model));
@@ -224,14 +224,14 @@ static void whole_sweep_through_a_cube_gives_two_halves(void **unused)
     assert_int_equal(outcome.separated, 16 * 16);
     assert_int_equal(outcome.pieces, 2);
     int ticks = 0;
-    for (; world.model->lattice.wanted_count > 0; ticks++)
+    for (; world.cuts->lattice.wanted_count > 0; ticks++)
         sim_step(world.sim);
     // One level a tick, and a budget of 16 divisions: 2 levels, at most 64 + 8 divisions of blocks
     // of the inner 14^3 cells along the cut.
     assert_true(ticks <= 2 + 200 / 16);
     // No element has vertices of both sides: pulled apart, they part.
     const Vertices *vertices = &world.model->vertices;
-    const CutLattice *lattice = &world.model->lattice;
+    const CutLattice *lattice = &world.cuts->lattice;
     signed char *side = calloc((size_t)vertices->count, 1);
     for (int e = 0; e < lattice->element_count; e++) {
         if (!cut_lattice_is_leaf(lattice, e))
@@ -290,7 +290,7 @@ static void brought_back_state_goes_on_in_the_same_bits(void **unused)
             cut_world_cut(&world, &cut[k], &outcome);
             sim_step(world.sim);
         }
-        assert_true(world.model->lattice.wanted_count > 0);
+        assert_true(world.cuts->lattice.wanted_count > 0);
         state_copy_out(&world.state, middle);
         const uint64_t expected = run_on(&world, cut + 3, 3);
         state_copy_in(&world.state, middle);
@@ -345,8 +345,8 @@ static void broken_faces_that_find_no_room_are_refused(void **unused)
     options.body.body.face_capacity = 40000; // fewer than large elements have faces inside
     CutWorld world;
     cut_world_create(&world, &options);
-    CutLattice *lattice = &world.model->lattice;
-    const int room = (world.model->faces.square_capacity - world.model->faces.outer_squares) / 2;
+    CutLattice *lattice = &world.cuts->lattice;
+    const int room = (world.cuts->faces.square_capacity - world.cuts->faces.outer_squares) / 2;
     for (int more = 0; more < 2; more++) {
         int broken = 0;
         for (int cell = 0; cell < lattice->level_first[1] && broken < room + more; cell++) {

@@ -77,17 +77,17 @@ static void run(CutWorld *world, const Path *stroke, bool through)
 
 static int broken(const CutWorld *world)
 {
-    return (int)world->model->faces.broken_count;
+    return (int)world->cuts->faces.broken_count;
 }
 
 // Everything that is kept is what follows from the bits.
 static void expect_sound(CutWorld *world)
 {
-    const CutModel *model = world->model;
+    const VoxelCuts *cuts = world->cuts;
     const BodySurface *surface = &world->body->surface;
     cut_bench_expect_closed(surface);
     cut_world_check_masses(world);
-    const int pieces = (int)*model->pieces.count, faces = surface->face_used;
+    const int pieces = (int)*cuts->pieces.count, faces = surface->face_used;
     const size_t nodes = (size_t)surface->node_used * sizeof(double),
                  triangles = (size_t)faces * sizeof(double), bytes = state_bytes(&world->state);
     double *node_firmness = malloc(nodes), *face_firmness = malloc(triangles);
@@ -98,8 +98,8 @@ static void expect_sound(CutWorld *world)
     sim_restored(world->sim);
     state_copy_out(&world->state, after);
     assert_memory_equal(before, after, bytes);
-    assert_true(world->body->ops->check(model));
-    assert_int_equal(pieces, (int)*model->pieces.count);
+    assert_true(world->body->ops->check(world->model));
+    assert_int_equal(pieces, (int)*cuts->pieces.count);
     assert_int_equal(faces, surface->face_used);
     assert_memory_equal(node_firmness, surface->node_firmness, nodes);
     assert_memory_equal(face_firmness, surface->face_firmness, triangles);
@@ -111,8 +111,8 @@ static void expect_sound(CutWorld *world)
 
 static int dead_ends(const CutWorld *world)
 {
-    const CutLattice *lattice = &world->model->lattice;
-    const int *root = world->model->pieces.root;
+    const CutLattice *lattice = &world->cuts->lattice;
+    const int *root = world->cuts->pieces.root;
     int count = 0;
     for (int cell = 0; cell < lattice->level_first[1]; cell++)
         for (int axis = 0; axis < 3; axis++)
@@ -138,7 +138,7 @@ static void whole_strokes_separate_swinging_bodies(void **unused)
         faces += broken(&world);
         dead += dead_ends(&world);
         met += broken(&world) > 0;
-        if (broken(&world) > 0 && *world.model->pieces.count < 2)
+        if (broken(&world) > 0 && *world.cuts->pieces.count < 2)
             fail_msg("stroke %d: %d broken, one piece", s, broken(&world));
         cut_world_destroy(&world);
     }
@@ -159,7 +159,7 @@ static void strokes_that_stop_inside_separate_nothing(void **unused)
         stroke.middle = vec3(0.0, 0.0, 0.0);
         stroke.from = -0.12, stroke.to = -0.01;
         run(&world, &stroke, false);
-        assert_int_equal(*world.model->pieces.count, 1);
+        assert_int_equal(*world.cuts->pieces.count, 1);
         expect_sound(&world);
         cut_world_destroy(&world);
     }
@@ -178,8 +178,8 @@ static void many_strokes_keep_a_body_sound(void **unused)
         const Path stroke = random_stroke(&seed, 4.0);
         run(&world, &stroke, true);
         expect_sound(&world);
-        assert_true(*world.model->pieces.count >= pieces);
-        pieces = (int)*world.model->pieces.count;
+        assert_true(*world.cuts->pieces.count >= pieces);
+        pieces = (int)*world.cuts->pieces.count;
     }
     assert_true(pieces > 1);
     cut_world_destroy(&world);

@@ -56,8 +56,9 @@ static int count_pieces(const CutLattice *lattice)
 // Vertices, windows, pieces and faces are what the state says.
 static void expect_same_from_scratch(CutWorld *world)
 {
-    CutModel *model = world->model;
-    const CutLattice *lattice = &model->lattice;
+    const VoxelModel *model = world->model;
+    const VoxelCuts *cuts = world->cuts;
+    const CutLattice *lattice = &cuts->lattice;
     const size_t cells = (size_t)lattice->level_first[1];
     const size_t others = (size_t)lattice->element_count - cells;
     const size_t corners = cells * sizeof *lattice->corner, nodes = others * sizeof *lattice->node;
@@ -67,13 +68,13 @@ static void expect_same_from_scratch(CutWorld *world)
     memcpy(kept, lattice->corner, corners);
     memcpy(kept + corners, lattice->node, nodes);
     memcpy(kept + corners + nodes, model->vertices.mass, masses);
-    memcpy(kept + corners + nodes + masses, model->windows.place, places);
+    memcpy(kept + corners + nodes + masses, cuts->windows.place, places);
     world->body->ops->restored(world->body);
-    assert_true(model->sound);
+    assert_true(cuts->sound);
     assert_memory_equal(kept, lattice->corner, corners);
     assert_memory_equal(kept + corners, lattice->node, nodes);
     assert_memory_equal(kept + corners + nodes, model->vertices.mass, masses);
-    assert_memory_equal(kept + corners + nodes + masses, model->windows.place, places);
+    assert_memory_equal(kept + corners + nodes + masses, cuts->windows.place, places);
     free(kept);
 }
 
@@ -104,7 +105,7 @@ static int run_stroke(CutWorld *world, const LiveStroke *stroke, int look_every)
 {
     const double step = stroke->speed * sim_tick(world->sim);
     int broken = 0, ticks = 0;
-    const CutLattice *lattice = &world->model->lattice;
+    const CutLattice *lattice = &world->cuts->lattice;
     for (int cell = 0; cell < lattice->level_first[1]; cell++)
         broken -= __builtin_popcount(lattice->broken[cell]);
     for (double way = stroke->from; way < stroke->to; way += step, ticks++) {
@@ -170,13 +171,13 @@ static void strokes_part_bodies_that_move(void **unused)
         cut_world_shake(&world, round % 2 == 0 ? 0.1 : 0.4, &seed);
         const WorldMomentum before = cut_world_momentum(&world);
         for (int k = 0; k < 2; k++) {
-            const int pieces = count_pieces(&world.model->lattice);
+            const int pieces = count_pieces(&world.cuts->lattice);
             const LiveStroke stroke = random_stroke(&world, &seed);
             const int broken = run_stroke(&world, &stroke, 20);
-            const int now = count_pieces(&world.model->lattice);
-            assert_int_equal(now, *world.model->pieces.count);
+            const int now = count_pieces(&world.cuts->lattice);
+            assert_int_equal(now, *world.cuts->pieces.count);
             if (k == 0) // links that both strokes cross count once
-                assert_int_equal(odd_loops(&world.model->lattice), 0);
+                assert_int_equal(odd_loops(&world.cuts->lattice), 0);
             assert_true(broken == 0 ? now == pieces : now > pieces);
             parted += broken > 0;
         }
@@ -189,7 +190,7 @@ static void strokes_part_bodies_that_move(void **unused)
                     share * before.linear_sum);
         expect_near(vec3_length(vec3_sub(after.angular, before.angular)), 0.0,
                     share * (before.angular_sum + after.angular_sum));
-        for (int tick = 0; world.model->lattice.wanted_count > 0; tick++) {
+        for (int tick = 0; world.cuts->lattice.wanted_count > 0; tick++) {
             sim_step(world.sim);
             assert_true(tick < 1000);
         }
@@ -213,8 +214,8 @@ static void strokes_that_stop_inside_leave_one_piece(void **unused)
         stroke.to = 0.0;
         stroke.middle = vec3_scale(1e-3, random_vec3(&seed));
         met += run_stroke(&world, &stroke, 50) > 0;
-        assert_int_equal(count_pieces(&world.model->lattice), 1);
-        assert_int_equal(*world.model->pieces.count, 1);
+        assert_int_equal(count_pieces(&world.cuts->lattice), 1);
+        assert_int_equal(*world.cuts->pieces.count, 1);
         cut_world_destroy(&world);
     }
     assert_true(met > EFFORT(12) / 2);
