@@ -3,7 +3,6 @@
 #include "plane/cut.h"
 
 #include "base/check.h"
-#include "voxel/setup.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -50,10 +49,11 @@ static void make_masses(const Making *making, PlaneModel *model, double *total)
 // ---------------------------------------------------------------------------------------------
 // Vertices
 
-static Vec3 place_of(const Lattice *lattice, const void *mesh, int vertex)
+static Vec3 place_of(const void *context, int vertex)
 {
-    const int *p = ((const PlaneMesh *)mesh)->point[vertex];
-    return lattice_point(lattice, p[0], p[1], 0.5);
+    const Making *making = context;
+    const int *p = making->mesh.point[vertex];
+    return lattice_point(making->options->lattice, p[0], p[1], 0.5);
 }
 
 static bool make_fixed(Making *making, Status *status)
@@ -61,8 +61,8 @@ static bool make_fixed(Making *making, Status *status)
     const int vertices = making->mesh.vertex_count;
     making->fixed = calloc((size_t)vertices + 1, sizeof *making->fixed);
     ASSERT(making->fixed != NULL);
-    return setup_fixed(making->options, making->by_id, vertices, place_of, &making->mesh,
-                       making->fixed, status);
+    return vertices_mark_fixed(&making->options->body, making->by_id, vertices, place_of, making,
+                               making->fixed, status);
 }
 
 static void create_vertices(PlaneModel *model, const Making *making, const char *name, Arena *arena,
@@ -83,7 +83,8 @@ static void create_vertices(PlaneModel *model, const Making *making, const char 
         for (int d = 0; d < 2; d++)
             rows->place[v][d] = lattice->size * (making->mesh.point[v][d] - middle[d]);
     // A floating body follows its own fit in the plane: no rigid frame.
-    vertices_create(vertices, options, making->by_id, making->fixed, (int)most,
+    vertices->damped = options->damping > 0.0;
+    vertices_create(vertices, &options->body, making->by_id, making->fixed, (int)most,
                     lattice->size * (lattice->count[0] + lattice->count[1]), arena, state);
     for (long v = 0; v < vertices->count; v++) { // remove out-of-plane parts of an initial state
         rows_put(rows, vertices->row[0], v * ROW + 2, 0.0);
@@ -209,9 +210,10 @@ bool plane_create(Body *body, const VoxelOptions *options, Arena *arena, StateLi
         return false;
     Making making = {.options = options};
     plane_layout_create(&making.layout, options->lattice, options->body.levels);
-    bool ok = plane_mesh_create(&making.mesh, &making.layout, NULL, status) &&
-              setup_check(options, kernels != NULL, making.mesh.vertex_count, status) &&
-              check_capacity(options, making.mesh.vertex_count, status);
+    bool ok =
+        plane_mesh_create(&making.mesh, &making.layout, NULL, status) &&
+        vertices_can_create(&options->body, kernels != NULL, making.mesh.vertex_count, status) &&
+        check_capacity(options, making.mesh.vertex_count, status);
     if (ok)
         making.by_id = vertex_ids_sort(making.mesh.id, making.mesh.vertex_count);
     ok = ok && make_fixed(&making, status);

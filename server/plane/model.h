@@ -2,10 +2,10 @@
 #ifndef PLIANT_PLANE_MODEL_H
 #define PLIANT_PLANE_MODEL_H
 
+#include "dynamics/vertices.h"
 #include "plane/plane.h"
 #include "plane/kernel.h"
 #include "plane/mesh.h"
-#include "voxel/vertices.h"
 
 // An element in the form that the kernels and the energy use.
 typedef struct PlaneForm {

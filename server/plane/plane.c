@@ -309,7 +309,8 @@ static void plane_restored(Body *body)
 static void plane_explain(const void *self, FILE *out)
 {
     const PlaneModel *model = self;
-    vertices_explain(&model->vertices, PLANE_LANES, model->element_at_level, out);
+    vertices_explain(&model->vertices, PLANE_LANES, model->element_at_level, VOXEL_LEVELS_MAX + 1,
+                     out);
     fprintf(out, "    squares: %d batches; other shapes: %d batches\n", model->batches.square_count,
             model->batches.other_count);
     fprintf(out, "    law: %s\n",

@@ -10,7 +10,6 @@
 #include "voxel/skin.h"
 #include "voxel/stiffness.h"
 #include "voxel/tables.h"
-#include "voxel/vertex_ids.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -74,10 +73,11 @@ static void make_elements(Making *making)
         making->classes[e].damping *= beta;
 }
 
-static Vec3 place_of(const Lattice *lattice, const void *mesh, int vertex)
+static Vec3 place_of(const void *context, int vertex)
 {
-    const int *p = ((const LatticeMesh *)mesh)->point[vertex];
-    return lattice_point(lattice, p[0], p[1], p[2]);
+    const Making *making = context;
+    const int *p = making->mesh.point[vertex];
+    return lattice_point(making->options->lattice, p[0], p[1], p[2]);
 }
 
 static bool make_fixed(Making *making, Status *status)
@@ -85,8 +85,8 @@ static bool make_fixed(Making *making, Status *status)
     const int vertices = making->mesh.vertex_count;
     making->fixed = calloc((size_t)vertices, sizeof *making->fixed);
     ASSERT(making->fixed != NULL);
-    return setup_fixed(making->options, making->by_id, vertices, place_of, &making->mesh,
-                       making->fixed, status);
+    return vertices_mark_fixed(&making->options->body, making->by_id, vertices, place_of, making,
+                               making->fixed, status);
 }
 
 // Distributes each element's mass to its vertices by weight: total and first moment are exact.
@@ -205,7 +205,8 @@ bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateLi
                      .kernels = voxel_kernels_find(options->body.precision, isa)};
     layout_create(&making.layout, options->lattice, options->body.levels);
     bool ok = lattice_mesh_create(&making.mesh, &making.layout, status);
-    ok = ok && setup_check(options, making.kernels != NULL, making.mesh.vertex_count, status);
+    ok = ok && vertices_can_create(&options->body, making.kernels != NULL, making.mesh.vertex_count,
+                                   status);
     if (ok)
         making.by_id = vertex_ids_sort(making.mesh.id, making.mesh.vertex_count);
     ok = ok && make_fixed(&making, status) && create_body(body, &making, arena, state, status);

@@ -6,9 +6,9 @@
 #define PLIANT_VOXEL_MODEL_H
 
 #include "dynamics/rows.h"
+#include "dynamics/vertices.h"
 #include "voxel/batch_runs.h"
 #include "voxel/lattice_mesh.h"
-#include "voxel/vertices.h"
 #include "voxel/voxel.h"
 
 typedef struct VoxelModel {

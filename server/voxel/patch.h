@@ -3,9 +3,9 @@
 #define PLIANT_VOXEL_PATCH_H
 
 #include "dynamics/patch.h"
+#include "dynamics/vertices.h"
 #include "voxel/kernel.h"
 #include "voxel/template.h"
-#include "voxel/vertices.h"
 
 // An element with the kernels' numbers, in double precision.
 typedef struct PatchElement {

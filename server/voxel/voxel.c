@@ -217,9 +217,10 @@ static void voxel_restored(Body *body)
 static void voxel_explain(const void *self, FILE *out)
 {
     const VoxelModel *model = self;
-    vertices_explain(
-        &model->vertices, LANES,
-        model->cuts != NULL ? model->cuts->lattice.leaf_at_level : model->element_at_level, out);
+    vertices_explain(&model->vertices, LANES,
+                     model->cuts != NULL ? model->cuts->lattice.leaf_at_level
+                                         : model->element_at_level,
+                     VOXEL_LEVELS_MAX + 1, out);
     fprintf(out, "    batches: %d of plain cubes, %d with hanging vertices\n",
             batch_runs_count(model->batches, BATCH_PLAIN),
             batch_runs_count(model->batches, BATCH_HANGING));

@@ -5,7 +5,6 @@
 #include "voxel/lattice_mesh.h"
 #include "voxel/setup.h"
 #include "voxel/stiffness.h"
-#include "voxel/vertex_ids.h"
 
 #include <limits.h>
 #include <math.h>
@@ -77,7 +76,8 @@ static bool hold_nodes(Making *making, const FixedRegion *region, Status *status
 {
     const LatticeMesh *mesh = &making->mesh;
     for (int k = 0; k < region->node_count; k++) {
-        int vertex = setup_held_vertex(making->by_id, mesh->vertex_count, region->node[k], status);
+        int vertex =
+            vertex_ids_find_fixed(making->by_id, mesh->vertex_count, region->node[k], status);
         if (vertex < 0)
             return false;
         making->held[point_index(making, mesh->point[vertex])] |= slots_of_vertex(making, vertex);
@@ -206,7 +206,7 @@ static bool check_options(const Making *making, const VoxelKernels *kernels, Sta
 {
     const VoxelOptions *options = making->options;
     const int vertices = making->mesh.vertex_count;
-    if (!setup_check(options, kernels != NULL, vertices, status))
+    if (!vertices_can_create(&options->body, kernels != NULL, vertices, status))
         return false;
     if (options->skin != NULL)
         return status_fail(status, STATUS_INVALID,

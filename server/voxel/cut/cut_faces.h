@@ -12,8 +12,8 @@
 #define PLIANT_VOXEL_CUT_CUT_FACES_H
 
 #include "dynamics/body.h"
+#include "dynamics/vertices.h"
 #include "voxel/cut/cut_pieces.h"
-#include "voxel/vertices.h"
 
 // Most triangles around a vertex: a part of n of the 8 cells around a point has at most n + 2
 // squares there, each with at most two triangles at the vertex.

@@ -4,9 +4,9 @@
 #ifndef PLIANT_VOXEL_CUT_CUT_MASSES_H
 #define PLIANT_VOXEL_CUT_CUT_MASSES_H
 
+#include "dynamics/vertices.h"
 #include "voxel/cut/cut_lattice.h"
 #include "voxel/cut/template_cache.h"
-#include "voxel/vertices.h"
 
 typedef struct CutMasses {
     // --- constant ---

@@ -17,8 +17,8 @@
 #ifndef PLIANT_VOXEL_CUT_CUT_TEAR_H
 #define PLIANT_VOXEL_CUT_CUT_TEAR_H
 
+#include "dynamics/vertices.h"
 #include "voxel/cut/cut_windows.h"
-#include "voxel/vertices.h"
 
 // Most faces (of any elements) that tear per tick, those under the greatest stress first; so a body
 // that splits into many pieces does so over several ticks, each of bounded time.

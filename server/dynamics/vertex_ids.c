@@ -1,4 +1,4 @@
-#include "voxel/vertex_ids.h"
+#include "dynamics/vertex_ids.h"
 
 #include "base/check.h"
 
@@ -25,4 +25,13 @@ int vertex_ids_find(const VertexId *sorted, int count, int id)
     const VertexId key = {id, 0};
     const VertexId *found = bsearch(&key, sorted, (size_t)count, sizeof *sorted, compare);
     return found != NULL ? found->vertex : -1;
+}
+
+int vertex_ids_find_fixed(const VertexId *sorted, int count, int id, Status *status)
+{
+    int vertex = vertex_ids_find(sorted, count, id);
+    if (vertex < 0)
+        status_fail(status, STATUS_INVALID,
+                    "fixed: node %d is not a vertex of the body (%d vertices)", id, count);
+    return vertex;
 }

@@ -1,19 +1,19 @@
-// Private to the voxel module: the vertices of a body, in space or in the plane: their rows, their
-// motion, and the body operations that involve vertices only. Step thread, except vertices_create.
+// The vertices of a body of elements, in space or in the plane: their rows, their motion by kicks
+// and drifts, and the body operations that involve vertices only. The body model adds the forces of
+// its elements. Step thread, except what comes before vertices_create.
 //
-// Vertices have rows of displacements (dynamics/rows.h) in the lattice's axes, in both precisions;
+// Vertices have rows of displacements (dynamics/rows.h) in the axes at rest, in both precisions;
 // one spare row at the end receives the writes of batch padding. Forces are summed in an array of
 // their own, four numbers per vertex, to which contacts, loads and elements add and which the
 // advance clears.
-#ifndef PLIANT_VOXEL_VERTICES_H
-#define PLIANT_VOXEL_VERTICES_H
+#ifndef PLIANT_DYNAMICS_VERTICES_H
+#define PLIANT_DYNAMICS_VERTICES_H
 
-#include "base/team.h"
+#include "dynamics/body_options.h"
 #include "dynamics/body_parameters.h"
 #include "dynamics/rows.h"
+#include "dynamics/vertex_ids.h"
 #include "dynamics/vertex_kernel.h"
-#include "voxel/vertex_ids.h"
-#include "voxel/voxel.h"
 
 typedef struct Vertices {
     // --- constant after creation, except for bodies that are cut ---
@@ -49,10 +49,19 @@ typedef struct Vertices {
     int loadable_count, loaded_count; // -1: must be listed again
 } Vertices;
 
-// Creates all other fields after count, capacity (0: count), rows.place and .rest_origin,
-// .rest_turn, .longest_edge, mass and id are set. `by_id` is the order of the initial state;
-// `extent` [m]: size of the body at rest.
-void vertices_create(Vertices *vertices, const VoxelOptions *options, const VertexId *by_id,
+// --- load time ---
+// False with `status`: no kernels for options->isa, or an initial state with another number of
+// vertices.
+bool vertices_can_create(const BodyOptions *options, bool has_kernels, int count, Status *status);
+// Marks the vertices that the options fix, in `fixed` [count]; `place` returns the rest position of
+// a vertex [m]. False with a status.
+typedef Vec3 VertexPlace(const void *context, int vertex);
+bool vertices_mark_fixed(const BodyOptions *options, const VertexId *by_id, int count,
+                         VertexPlace *place, const void *context, bool *fixed, Status *status);
+// Creates all other fields after count, capacity (0: count), kernels, damped, rows.place and
+// .rest_origin, .rest_turn, .longest_edge, mass and id are set. `by_id` is the order of the initial
+// state; `extent` [m]: size of the body at rest.
+void vertices_create(Vertices *vertices, const BodyOptions *options, const VertexId *by_id,
                      const bool *fixed, int loadable_count, double extent, Arena *arena,
                      StateList *state);
 
@@ -95,7 +104,8 @@ int vertices_read_state(const Vertices *vertices, int *id, Vec3 *position, Vec3 
 bool vertices_set(Vertices *vertices, BodyParameter parameter, double value);
 // Fills in kinetic energy [J] and largest displacement [m]; other fields are unchanged.
 void vertices_measure(const Vertices *vertices, BodyMeasure *measure);
-// Prints kernel, elements by level [VOXEL_LEVELS_MAX + 1], damping, base frame.
-void vertices_explain(const Vertices *vertices, int lanes, const int *element_at_level, FILE *out);
+// Prints kernel, elements by level [levels], damping, base frame.
+void vertices_explain(const Vertices *vertices, int lanes, const int *element_at_level, int levels,
+                      FILE *out);
 
 #endif

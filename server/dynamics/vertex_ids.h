@@ -1,8 +1,8 @@
 // Look-up of vertices by id, for files and scenes that refer to them. Load time only.
-#ifndef PLIANT_VOXEL_VERTEX_IDS_H
-#define PLIANT_VOXEL_VERTEX_IDS_H
+#ifndef PLIANT_DYNAMICS_VERTEX_IDS_H
+#define PLIANT_DYNAMICS_VERTEX_IDS_H
 
-#include <stdbool.h>
+#include "base/status.h"
 
 typedef struct VertexId {
     int id, vertex;
@@ -12,5 +12,7 @@ typedef struct VertexId {
 VertexId *vertex_ids_sort(const int *id, int count);
 // Returns the vertex of an id; -1: none.
 int vertex_ids_find(const VertexId *sorted, int count, int id);
+// Returns the vertex that a scene fixes by its id; -1 with a status: the body has none of this id.
+int vertex_ids_find_fixed(const VertexId *sorted, int count, int id, Status *status);
 
 #endif

@@ -1,6 +1,4 @@
-#include "voxel/vertices.h"
-
-#include "voxel/layout.h"
+#include "dynamics/vertices.h"
 
 #include <math.h>
 #include <stdatomic.h>
@@ -11,6 +9,45 @@
 
 // ---------------------------------------------------------------------------------------------
 // Load time
+
+bool vertices_can_create(const BodyOptions *options, bool has_kernels, int count, Status *status)
+{
+    if (!has_kernels)
+        return status_fail(status, STATUS_INVALID,
+                           "isa %s is not a level that this machine can run", options->isa);
+    if (options->initial_position != NULL && options->initial_count != count)
+        return status_fail(status, STATUS_INVALID, "initial has %d rows, the body %d vertices",
+                           options->initial_count, count);
+    return true;
+}
+
+static bool mark_nodes(const FixedRegion *region, const VertexId *by_id, int count, bool *fixed,
+                       Status *status)
+{
+    for (int k = 0; k < region->node_count; k++) {
+        int vertex = vertex_ids_find_fixed(by_id, count, region->node[k], status);
+        if (vertex < 0)
+            return false;
+        fixed[vertex] = true;
+    }
+    return true;
+}
+
+bool vertices_mark_fixed(const BodyOptions *options, const VertexId *by_id, int count,
+                         VertexPlace *place, const void *context, bool *fixed, Status *status)
+{
+    for (int r = 0; r < options->fixed_count; r++) {
+        const FixedRegion *region = &options->fixed[r];
+        if (region->kind == FIXED_NODES) {
+            if (!mark_nodes(region, by_id, count, fixed, status))
+                return false;
+            continue;
+        }
+        for (int v = 0; v < count; v++)
+            fixed[v] |= fixed_contains(region, place(context, v));
+    }
+    return true;
+}
 
 static void create_frame(Vertices *vertices, const char *name, const bool *fixed, Arena *arena,
                          StateList *state)
@@ -28,15 +65,15 @@ static void create_frame(Vertices *vertices, const char *name, const bool *fixed
 
 // Writes the initial rows; returns the largest initial distance of a vertex from the middle of the
 // body [m].
-static double write_initial(Vertices *vertices, const VoxelOptions *options, const VertexId *by_id,
+static double write_initial(Vertices *vertices, const BodyOptions *options, const VertexId *by_id,
                             const bool *fixed)
 {
     double farthest = 0.0;
-    for (int k = 0; options->body.initial_position != NULL && k < vertices->count; k++) {
+    for (int k = 0; options->initial_position != NULL && k < vertices->count; k++) {
         int i = by_id[k].vertex;
-        Vec3 x = options->body.initial_position[k], v = {0.0, 0.0, 0.0};
-        if (options->body.initial_velocity != NULL && !fixed[i])
-            v = options->body.initial_velocity[k];
+        Vec3 x = options->initial_position[k], v = {0.0, 0.0, 0.0};
+        if (options->initial_velocity != NULL && !fixed[i])
+            v = options->initial_velocity[k];
         rows_write(&vertices->rows, vertices->row[0], i, x, v);
         farthest = fmax(farthest, vec3_length(vec3_sub(x, vertices->rows.rest_origin)));
     }
@@ -53,13 +90,13 @@ static void create_loads(Vertices *vertices, const char *name, int count, Arena 
     state_add(state, vertices->load, (size_t)count * sizeof *vertices->load, "%s/loads", name);
 }
 
-void vertices_create(Vertices *vertices, const VoxelOptions *options, const VertexId *by_id,
+void vertices_create(Vertices *vertices, const BodyOptions *options, const VertexId *by_id,
                      const bool *fixed, int loadable_count, double extent, Arena *arena,
                      StateList *state)
 {
-    const char *name = options->body.name;
+    const char *name = options->name;
     Rows *rows = &vertices->rows;
-    rows->precision = options->body.precision;
+    rows->precision = options->precision;
     if (vertices->capacity == 0)
         vertices->capacity = vertices->count;
     create_frame(vertices, name, fixed, arena, state);
@@ -81,11 +118,10 @@ void vertices_create(Vertices *vertices, const VoxelOptions *options, const Vert
                    ROW * count * real, "%s/rows", name);
     // Far beyond any sensible scene, and small enough for single precision.
     vertices->position_limit = 1e6 * fmax(extent, write_initial(vertices, options, by_id, fixed));
-    vertices->damped = options->damping > 0.0;
     vertices->parameters = ALLOCATE(ARENA_STEP, 1, BodyParameters, "parameters");
-    *vertices->parameters = body_parameters(options->body.gravity);
+    *vertices->parameters = body_parameters(options->gravity);
     state_add(state, vertices->parameters, sizeof *vertices->parameters, "%s/parameters", name);
-    if (!options->body.without_loads)
+    if (!options->without_loads)
         create_loads(vertices, name, loadable_count, arena, state);
 }
 
@@ -371,9 +407,10 @@ void vertices_measure(const Vertices *vertices, BodyMeasure *measure)
     }
 }
 
-void vertices_explain(const Vertices *vertices, int lanes, const int *element_at_level, FILE *out)
+void vertices_explain(const Vertices *vertices, int lanes, const int *element_at_level, int levels,
+                      FILE *out)
 {
-    int coarsest = VOXEL_LEVELS_MAX, elements = 0;
+    int coarsest = levels - 1, elements = 0;
     while (coarsest > 0 && element_at_level[coarsest] == 0)
         coarsest--;
     for (int level = 0; level <= coarsest; level++)
