@@ -181,6 +181,6 @@ void implicit_create(SurfaceModel *model, const SurfaceOptions *options, Arena *
     system->held = ALLOCATE(numbers, bool, "held islands");
     if (system->anchored)
         system->resistance = ALLOCATE(numbers, Block, "resistance");
-    const int pieces = model->detail != NULL ? model->detail->place_count : model->node_count;
+    const int pieces = model->detail != NULL ? model->detail->set.place_count : model->node_count;
     system->stamp = ALLOCATE(pieces, int, "pieces");
 }

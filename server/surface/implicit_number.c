@@ -62,7 +62,7 @@ static int piece_of(const SurfaceModel *model, int node)
 {
     const Detail *detail = model->detail;
     if (detail != NULL)
-        return detail->cut != NULL ? detail->cut->node_piece[node] : 0;
+        return detail->set.cut != NULL ? detail->set.cut->node_piece[node] : 0;
     return model->shape == SHAPE_FRAME_BODY ? 0 : model->piece[node];
 }
 
@@ -70,7 +70,7 @@ static bool is_one_piece(const SurfaceModel *model)
 {
     const Detail *detail = model->detail;
     if (detail != NULL)
-        return detail->cut == NULL || detail->cut->piece_count <= 1;
+        return detail->set.cut == NULL || detail->set.cut->piece_count <= 1;
     return model->shape == SHAPE_FRAME_BODY;
 }
 

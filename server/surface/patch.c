@@ -13,7 +13,7 @@ static Vec3 position_of(const SurfaceModel *model, int slot)
 static bool hangs(const SurfaceModel *model, int node)
 {
     const Detail *detail = model->detail;
-    return detail != NULL && detail->constrained && detail->status[node] == NODE_HANGING;
+    return detail != NULL && detail->set.constrained && detail->set.status[node] == NODE_HANGING;
 }
 
 // Adds the free nodes of the region; masses come from the kernel's tables, by lane.
@@ -48,14 +48,14 @@ static void add_nodes(const SurfaceModel *model, Patch *patch, int *budget)
 }
 
 // Finds the free nodes that carry a node, with their weights; returns how many so far.
-static int find_carriers(const Detail *detail, int node, double share, int count, int *carrier,
+static int find_carriers(const LeafSet *set, int node, double share, int count, int *carrier,
                          double *shares)
 {
-    if (detail->status[node] == NODE_HANGING) {
+    if (set->status[node] == NODE_HANGING) {
         int parent[2];
-        levels_parents(&detail->levels, node, parent);
-        count = find_carriers(detail, parent[0], 0.5 * share, count, carrier, shares);
-        return find_carriers(detail, parent[1], 0.5 * share, count, carrier, shares);
+        levels_parents(&set->levels, node, parent);
+        count = find_carriers(set, parent[0], 0.5 * share, count, carrier, shares);
+        return find_carriers(set, parent[1], 0.5 * share, count, carrier, shares);
     }
     if (count < PATCH_CARRIERS) { // more: the others count as fixed
         carrier[count] = node;
@@ -68,13 +68,14 @@ static void add_ties(const SurfaceModel *model, Patch *patch, int *budget)
 {
     const Detail *detail = model->detail;
     const RegionTest test = region_test(&patch->region);
-    int count = detail == NULL || !detail->constrained ? 0 : detail->hanging_count;
+    int count = detail == NULL || !detail->set.constrained ? 0 : detail->hanging_count;
     for (; patch->next<count && * budget> 0; patch->next++, --*budget) {
         int slot = detail->hanging[patch->next], carrier[PATCH_CARRIERS];
         double share[PATCH_CARRIERS];
         if (!region_contains(&test, position_of(model, slot)))
             continue;
-        int node = model->node[slot], found = find_carriers(detail, node, 1.0, 0, carrier, share);
+        int node = model->node[slot],
+            found = find_carriers(&detail->set, node, 1.0, 0, carrier, share);
         if (!patch_add_tie(patch, node, found, carrier, share))
             return;
     }

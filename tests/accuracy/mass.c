@@ -86,7 +86,7 @@ static double worst_patch(World *world)
 {
     double worst = 0.0, whole = patch_body(world)->mass;
     const int nodes = patch_node_count(world);
-    const Vec3 *rest = patch_detail(world)->levels.position;
+    const Vec3 *rest = patch_detail(world)->set.levels.position;
     Near *near = malloc((size_t)nodes * sizeof *near);
     int *chosen = malloc((size_t)nodes * sizeof *chosen);
     ASSERT(near != NULL && chosen != NULL);

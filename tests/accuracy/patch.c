@@ -23,10 +23,10 @@ void patch_refine_around(World *world, const int *node, int count, int level)
         detail_begin_change(model);
         for (int i = 0; i < count; i++) {
             Leaf leaf[LEAVES_MOST];
-            int leaves = detail_leaves_around(detail, node[i], leaf);
+            int leaves = detail_leaves_around(&detail->set, node[i], leaf);
             ASSERT(leaves <= LEAVES_MOST);
             for (int k = 0; k < leaves; k++)
-                if (leaf[k].level <= l && detail_is_leaf(detail, leaf[k].level, leaf[k].face))
+                if (leaf[k].level <= l && detail_is_leaf(&detail->set, leaf[k].level, leaf[k].face))
                     ASSERT(detail_refine(model, leaf[k].level, leaf[k].face));
         }
         detail_end_change(patch_body(world));
@@ -37,10 +37,10 @@ void patch_clear(World *world)
 {
     const Detail *detail = patch_detail(world);
     SurfaceModel *model = patch_body(world)->model;
-    for (int l = detail->finest - 1; l >= 0; l--) {
+    for (int l = detail->set.levels.finest - 1; l >= 0; l--) {
         detail_begin_change(model);
-        for (int f = 0; f < detail->levels.level[l].face_count; f++)
-            if (detail_is_refined(detail, l, f))
+        for (int f = 0; f < detail->set.levels.level[l].face_count; f++)
+            if (detail_is_refined(&detail->set, l, f))
                 detail_coarsen(model, l, f);
         detail_end_change(patch_body(world));
     }
@@ -48,20 +48,20 @@ void patch_clear(World *world)
 
 int patch_node_count(World *world)
 {
-    return patch_detail(world)->levels.level[0].node_count;
+    return patch_detail(world)->set.levels.level[0].node_count;
 }
 
 int patch_valence(World *world, int node)
 {
-    const int *start = patch_detail(world)->root_ring_start;
+    const int *start = patch_detail(world)->set.root_ring_start;
     return start[node + 1] - start[node];
 }
 
 void patch_refine_two_faces(World *world, int node)
 {
     const Detail *detail = patch_detail(world);
-    const Level *roots = &detail->levels.level[0];
-    const int *ring = &detail->root_ring[detail->root_ring_start[node]];
+    const Level *roots = &detail->set.levels.level[0];
+    const int *ring = &detail->set.root_ring[detail->set.root_ring_start[node]];
     int beside = -1;
     for (int k = 1; k < patch_valence(world, node); k++)
         for (int e = 0; e < 9; e++)
@@ -77,7 +77,7 @@ void patch_refine_two_faces(World *world, int node)
 bool patch_find_pair(World *world, int pair[2])
 {
     const Detail *detail = patch_detail(world);
-    const Level *roots = &detail->levels.level[0];
+    const Level *roots = &detail->set.levels.level[0];
     for (int e = 0; e < roots->edge_count; e++) {
         const int a = roots->edge[e][0], b = roots->edge[e][1];
         if (patch_valence(world, a) != 6 || patch_valence(world, b) != 6)

@@ -71,14 +71,13 @@ void bench_destroy(DetailBench *bench)
     arena_destroy(&bench->arena);
 }
 
-static int pick(const Detail *detail, uint64_t *random, bool leaf, int *level)
+static int pick(const LeafSet *set, uint64_t *random, bool leaf, int *level)
 {
     for (int tries = 0; tries < 1000; tries++) {
-        *level = random_below(random, detail->finest);
-        int face = random_below(random, detail->levels.level[*level].face_count);
-        if (leaf ? detail_is_leaf(detail, *level, face)
-                 : detail_is_refined(detail, *level, face) &&
-                       detail_may_coarsen(detail, *level, face))
+        *level = random_below(random, set->levels.finest);
+        int face = random_below(random, set->levels.level[*level].face_count);
+        if (leaf ? detail_is_leaf(set, *level, face)
+                 : detail_is_refined(set, *level, face) && detail_may_coarsen(set, *level, face))
             return face;
     }
     return -1;
@@ -88,7 +87,7 @@ void bench_change_at_random(DetailBench *bench, uint64_t *random, int more)
 {
     int level;
     bool divide = random_below(random, 10) < more;
-    int face = pick(bench->detail, random, divide, &level);
+    int face = pick(&bench->detail->set, random, divide, &level);
     if (face < 0)
         return;
     detail_begin_change(bench->model);
@@ -111,15 +110,15 @@ static int edge_of(const Level *level, int face, int k, int *across)
 
 static void expect_balance(const Detail *detail)
 {
-    for (int l = 0; l <= detail->finest; l++)
-        for (int f = 0; f < detail->levels.level[l].face_count; f++) {
-            if (!detail_exists(detail, l, f))
+    for (int l = 0; l <= detail->set.levels.finest; l++)
+        for (int f = 0; f < detail->set.levels.level[l].face_count; f++) {
+            if (!detail_exists(&detail->set, l, f))
                 continue;
-            if (detail_is_refined(detail, l, f))
+            if (detail_is_refined(&detail->set, l, f))
                 for (int k = 0; k < 3; k++) { // what is across a refined face's edge exists
                     int across;
-                    edge_of(&detail->levels.level[l], f, k, &across);
-                    assert_true(across < 0 || detail_exists(detail, l, across));
+                    edge_of(&detail->set.levels.level[l], f, k, &across);
+                    assert_true(across < 0 || detail_exists(&detail->set, l, across));
                 }
         }
 }
@@ -129,42 +128,42 @@ static void expect_balance(const Detail *detail)
 static void expect_statuses(const DetailBench *bench)
 {
     const Detail *detail = bench->detail;
-    unsigned char *on = calloc((size_t)detail->node_count, 1);
-    double *mass = calloc((size_t)detail->node_count, sizeof *mass);
-    for (int l = 0; l <= detail->finest; l++)
-        for (int f = 0; f < detail->levels.level[l].face_count; f++)
-            if (detail_is_leaf(detail, l, f))
+    unsigned char *on = calloc((size_t)detail->set.node_count, 1);
+    double *mass = calloc((size_t)detail->set.node_count, sizeof *mass);
+    for (int l = 0; l <= detail->set.levels.finest; l++)
+        for (int f = 0; f < detail->set.levels.level[l].face_count; f++)
+            if (detail_is_leaf(&detail->set, l, f))
                 for (int k = 0; k < 3; k++)
-                    on[detail->levels.level[l].face[f][k]] = NODE_FREE;
-    for (int l = 0; l < detail->finest; l++)
-        for (int f = 0; f < detail->levels.level[l].face_count; f++)
-            if (detail_is_leaf(detail, l, f))
+                    on[detail->set.levels.level[l].face[f][k]] = NODE_FREE;
+    for (int l = 0; l < detail->set.levels.finest; l++)
+        for (int f = 0; f < detail->set.levels.level[l].face_count; f++)
+            if (detail_is_leaf(&detail->set, l, f))
                 for (int k = 0; k < 3; k++) {
-                    int middle = detail->levels.level[l].node_count +
-                                 detail->levels.level[l].face_edge[f][k];
-                    if (on[middle] && detail->constrained)
+                    int middle = detail->set.levels.level[l].node_count +
+                                 detail->set.levels.level[l].face_edge[f][k];
+                    if (on[middle] && detail->set.constrained)
                         on[middle] = NODE_HANGING;
                 }
-    for (int i = 0; i < detail->node_count; i++)
-        assert_int_equal(on[i], detail->status[i]);
-    if (detail->constrained) {
+    for (int i = 0; i < detail->set.node_count; i++)
+        assert_int_equal(on[i], detail->set.status[i]);
+    if (detail->set.constrained) {
         // Masses: thirds of the leaves, then those of hanging nodes to their masters, finest first.
-        for (int l = 0; l <= detail->finest; l++)
-            for (int f = 0; f < detail->levels.level[l].face_count; f++)
-                if (detail_is_leaf(detail, l, f))
+        for (int l = 0; l <= detail->set.levels.finest; l++)
+            for (int f = 0; f < detail->set.levels.level[l].face_count; f++)
+                if (detail_is_leaf(&detail->set, l, f))
                     for (int k = 0; k < 3; k++)
-                        mass[detail->levels.level[l].face[f][k]] +=
+                        mass[detail->set.levels.level[l].face[f][k]] +=
                             4.2 * level_rules_area(&detail->rules, l, f) / 3.0;
-        for (int i = detail->node_count - 1; i >= 0; i--)
+        for (int i = detail->set.node_count - 1; i >= 0; i--)
             if (on[i] == NODE_HANGING) {
                 int parent[2];
-                levels_parents(&detail->levels, i, parent);
+                levels_parents(&detail->set.levels, i, parent);
                 mass[parent[0]] += 0.5 * mass[i];
                 mass[parent[1]] += 0.5 * mass[i];
                 mass[i] = 0.0;
             }
         // A few additions in another order.
-        for (int i = 0; i < detail->node_count; i++)
+        for (int i = 0; i < detail->set.node_count; i++)
             if (on[i] == NODE_FREE)
                 assert_true(fabs(mass[i] - bench->model->mass[i]) <= 1e-14 * mass[i]);
     }
@@ -223,16 +222,16 @@ static uint64_t hash_tables(const DetailBench *bench)
     hash = mix(hash, detail->master, (size_t)detail->hanging_count * sizeof *detail->master);
     hash = mix(hash, detail->run, (size_t)detail->run_count * sizeof *detail->run);
     hash = mix(hash, model->basis.place, (size_t)model->basis.count * sizeof *model->basis.place);
-    for (int p = 0; p < detail->place_count; p++)
+    for (int p = 0; p < detail->set.place_count; p++)
         if (detail->face[p][0] != detail->face[p][1]) {
             hash = mix(hash, detail->face[p], sizeof detail->face[p]);
             hash = mix(hash, detail->face_neighbor[p], sizeof detail->face_neighbor[p]);
             hash = mix(hash, &detail->face_area[p], sizeof(double));
         }
-    for (int i = 0; i < detail->node_count; i++)
+    for (int i = 0; i < detail->set.node_count; i++)
         hash = mix(hash, &detail->node_face[detail->node_face_start[i]],
                    (size_t)(detail->node_face_end[i] - detail->node_face_start[i]) * sizeof(int));
-    hash = mix(hash, detail->node_area, (size_t)detail->node_count * sizeof(double));
+    hash = mix(hash, detail->node_area, (size_t)detail->set.node_count * sizeof(double));
     hash = mix(hash, &bench->body->lambda, sizeof(double));
     hash = mix(hash, &bench->body->damping, sizeof(double));
     hash = mix(hash, &bench->body->mass, sizeof(double));
@@ -249,7 +248,7 @@ void bench_expect_sound(DetailBench *bench)
 {
     expect_balance(bench->detail);
     expect_statuses(bench);
-    if (bench->detail->cut == NULL || *bench->detail->cut->copies == 0)
+    if (bench->detail->set.cut == NULL || *bench->detail->set.cut->copies == 0)
         expect_published(bench);
     uint64_t grown = hash_tables(bench), state = state_hash(&bench->state);
     detail_rebuild(bench->body);
@@ -260,16 +259,16 @@ void bench_expect_sound(DetailBench *bench)
 double bench_mass(const DetailBench *bench)
 {
     double sum = 0.0;
-    for (int i = 0; i < bench->detail->node_count; i++)
-        sum += bench->detail->status[i] == NODE_FREE ? bench->model->mass[i] : 0.0;
+    for (int i = 0; i < bench->detail->set.node_count; i++)
+        sum += bench->detail->set.status[i] == NODE_FREE ? bench->model->mass[i] : 0.0;
     return sum;
 }
 
 Vec3 bench_momentum(const DetailBench *bench)
 {
     Vec3 sum = {0.0, 0.0, 0.0};
-    for (int i = 0; i < bench->detail->node_count; i++)
-        if (bench->detail->status[i] == NODE_FREE)
+    for (int i = 0; i < bench->detail->set.node_count; i++)
+        if (bench->detail->set.status[i] == NODE_FREE)
             sum = vec3_madd(sum, bench->model->mass[i], detail_velocity(bench->model, i));
     return sum;
 }

@@ -284,7 +284,7 @@ static void assemble_leaf(Dense *dense, const DetailBench *bench, int level, int
                           const Vec3 *rest, const Vec3 *x, const Vec3 *v)
 {
     const Detail *detail = bench->detail;
-    const int *corner = detail->levels.level[level].face[face];
+    const int *corner = detail->set.levels.level[level].face[face];
     for (int e = 0; e < 3; e++) {
         const int node[2] = {corner[e], corner[(e + 1) % 3]};
         const double length = vec3_length(vec3_sub(rest[node[0]], rest[node[1]]));
@@ -319,11 +319,11 @@ static void assemble_leaf(Dense *dense, const DetailBench *bench, int level, int
 static void fold(Dense *dense, const Detail *detail, double *mass)
 {
     const int count = dense->count;
-    for (int i = detail->node_count - 1; i >= 0; i--) {
-        if (detail->status[i] != NODE_HANGING)
+    for (int i = detail->set.node_count - 1; i >= 0; i--) {
+        if (detail->set.status[i] != NODE_HANGING)
             continue;
         int parent[2];
-        levels_parents(&detail->levels, i, parent);
+        levels_parents(&detail->set.levels, i, parent);
         for (int p = 0; p < 2; p++) {
             mass[parent[p]] += 0.5 * mass[i];
             for (int a = 0; a < 3; a++) {
@@ -381,7 +381,7 @@ static Vec3 *solve_dense(const DetailBench *bench, const Vec3 *rest, const Vec3 
                          double theta, double h)
 {
     const Detail *detail = bench->detail;
-    const int nodes = detail->node_count, count = 3 * nodes;
+    const int nodes = detail->set.node_count, count = 3 * nodes;
     const size_t square = (size_t)count * (size_t)count;
     Dense dense = {.count = count,
                    .k = calloc(square, sizeof(double)),
@@ -389,19 +389,19 @@ static Vec3 *solve_dense(const DetailBench *bench, const Vec3 *rest, const Vec3 
                    .force = calloc((size_t)count, sizeof(double)),
                    .kv = calloc((size_t)count, sizeof(double))};
     double *mass = calloc((size_t)nodes, sizeof *mass);
-    for (int l = 0; l <= detail->finest; l++)
-        for (int f = 0; f < detail->levels.level[l].face_count; f++) {
-            if (!detail_is_leaf(detail, l, f))
+    for (int l = 0; l <= detail->set.levels.finest; l++)
+        for (int f = 0; f < detail->set.levels.level[l].face_count; f++) {
+            if (!detail_is_leaf(&detail->set, l, f))
                 continue;
             assemble_leaf(&dense, bench, l, f, rest, x, v);
             for (int k = 0; k < 3; k++)
-                mass[detail->levels.level[l].face[f][k]] +=
+                mass[detail->set.levels.level[l].face[f][k]] +=
                     4.2 * level_rules_area(&detail->rules, l, f) / 3.0;
         }
     fold(&dense, detail, mass);
     int *unknown = malloc((size_t)nodes * sizeof *unknown), free_count = 0;
     for (int i = 0; i < nodes; i++)
-        if (detail->status[i] == NODE_FREE && !detail->fixed[i])
+        if (detail->set.status[i] == NODE_FREE && !detail->fixed[i])
             unknown[free_count++] = i;
     const int n = 3 * free_count;
     double *m = calloc((size_t)n * (size_t)n, sizeof *m), *b = calloc((size_t)n, sizeof *b);
@@ -452,8 +452,8 @@ static void create_refined(DetailBench *bench, double theta, const FixedRegion *
     for (int i = 0; i < 12; i++)
         bench_change_at_random(bench, &random, 8);
     double *rows = bench->model->rows[bench->model->current];
-    for (int i = 0; i < bench->detail->node_count; i++) {
-        if (bench->detail->status[i] != NODE_FREE || bench->detail->fixed[i])
+    for (int i = 0; i < bench->detail->set.node_count; i++) {
+        if (bench->detail->set.status[i] != NODE_FREE || bench->detail->fixed[i])
             continue;
         double *row = rows + (long)bench->model->slot[i] * ROW;
         Vec3 u = vec3_scale(0.005, random_vec3(&random)), v = vec3_scale(0.5, random_vec3(&random));
@@ -474,11 +474,11 @@ static void step_with_hanging_nodes_is_that_of_a_dense_solution(void **unused)
         const Detail *detail = bench.detail;
         const SurfaceModel *model = bench.model;
         assert_true(detail->hanging_count > 5);
-        const int nodes = detail->node_count;
+        const int nodes = detail->set.node_count;
         Vec3 *rest = calloc((size_t)nodes, sizeof *rest), *x = calloc((size_t)nodes, sizeof *x),
              *v = calloc((size_t)nodes, sizeof *v);
         for (int i = 0; i < nodes; i++) {
-            if (detail->status[i] == NODE_OFF)
+            if (detail->set.status[i] == NODE_OFF)
                 continue;
             rest[i] = model_place(model, model->slot[i]);
             rows_read(&model->basis, model->rows[model->current], model->slot[i], &x[i], &v[i]);
@@ -487,7 +487,7 @@ static void step_with_hanging_nodes_is_that_of_a_dense_solution(void **unused)
         sim_step(bench.sim);
         double size = 0.0, worst = 0.0, away = 0.0;
         for (int i = 0; i < nodes; i++) {
-            if (detail->status[i] != NODE_FREE)
+            if (detail->set.status[i] != NODE_FREE)
                 continue;
             Vec3 now, speed;
             rows_read(&model->basis, model->rows[model->current], model->slot[i], &now, &speed);

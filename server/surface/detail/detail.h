@@ -3,12 +3,6 @@
 // faces are refined: tables, masses, sums and their order are a pure function of it, and every
 // local update gives the same bits as rebuilding everything (detail_rebuild).
 //
-// Words: a face exists when its parent is refined, and is a leaf when it is not refined itself.
-// Leaves across an edge differ by at most one level. A node is on when it is a corner of a leaf. It
-// is a midpoint of an edge of the level above. If only one of the faces at that edge is refined, it
-// hangs: with adjust = "continuum" it stays in the middle of the edge's ends, its masters, which
-// carry its forces and mass; with "choi2005" it moves freely.
-//
 // A node has a slot for its rows, in an order of the hierarchy that keeps neighbours together,
 // level by level, and, while it is on, a lane in the kernel's tables.
 #ifndef PLIANT_SURFACE_DETAIL_DETAIL_H
@@ -17,6 +11,7 @@
 #include "geometry/levels.h"
 #include "surface/detail/detail_cut.h"
 #include "surface/detail/detail_frames.h"
+#include "surface/detail/detail_set.h"
 #include "surface/detail/detail_slots.h"
 #include "surface/level_rules.h"
 #include "surface/model.h"
@@ -26,8 +21,6 @@
 enum { WINDOW_MOST = 1024, WINDOW_LEAST = 256 };
 
 enum { CREASE_SHARP = 2 }; // largest value in Detail.crease: divide the leaf
-
-typedef enum NodeStatus { NODE_OFF, NODE_FREE, NODE_HANGING } NodeStatus;
 
 // The springs of a node: slots of the other ends, ascending.
 typedef struct NodeSprings {
@@ -76,18 +69,13 @@ typedef struct Detail {
     // --- constant ---
     SurfaceOptions options;
     StateList *state; // load time only
-    Levels levels;
     LevelRules rules;
-    bool constrained; // hanging nodes are constrained: adjust = "continuum"
-    int finest;
-    int face_base[LEVELS_MAX + 2];       // number of the first face of each level
+    LeafSet set;
     int edge_base[LEVELS_MAX + 2];       // number of the first edge of each level
     double least_height[LEVELS_MAX + 1]; // smallest height of the faces of a level at rest [m]
     float (*rest_fold)[2]; // [edges of all levels] cosine and sine of the angle between the faces
-    int *root_ring_start, *root_ring; // faces of level 0 around each of its nodes
-    bool *fixed;                      // [node_count]
-    int node_count, place_count;      // nodes and faces of the finest level, copies included
-    double modulus;                   // E2D [N/m]
+    bool *fixed;           // [node_count]
+    double modulus;        // E2D [N/m]
     double shape_rate, shape_drag, node_drag; // by mass [1/s2], [1/s], [1/s]
     double edge_length;                       // mean of level 0 [m]
     double wave_speed;                        // sqrt(E2D / rho_A) [m/s]
@@ -98,12 +86,10 @@ typedef struct Detail {
     int window_chunks;    // chunks per window: both the last chunk of free nodes and the last of
                           // hanging ones may be partly filled
     int spare_slot;       // + window: the rows of lanes without a node
-    DetailCut *cut;       // NULL: not cuttable
     DetailFrames *frames; // NULL: not cuttable, or virtual nodes follow no frame
 
     // --- part of the state ---
-    unsigned char *refined; // [faces above the finest level]
-    int64_t *calm_since;    // the same: tick since which its children are calm, plus 1; 0: not calm
+    int64_t *calm_since; // the same: tick since which its children are calm, plus 1; 0: not calm
     Sweep *sweep;
     unsigned char *crease; // [faces of all levels] what the sweep has found for a face from the
                            // other side of its edges
@@ -113,11 +99,10 @@ typedef struct Detail {
     bool is_sound; // detail_check succeeded, or was not called
 
     // --- derived from the bits ---
-    unsigned char *status; // [node_count] NodeStatus
-    Window *window;        // [window_count]
-    double *bound;         // [node_count] Carried.stiffness
-    bool *is_dirty;        // [node_count] its springs or mass have changed: pack again
-    bool *stale_window;    // [window_count] has such a node, or one that was switched on or off
+    Window *window;     // [window_count]
+    double *bound;      // [node_count] Carried.stiffness
+    bool *is_dirty;     // [node_count] its springs or mass have changed: pack again
+    bool *stale_window; // [window_count] has such a node, or one that was switched on or off
     int hanging_count;
     int *hanging;     // [node_count] slots of hanging nodes, finest level first
     int (*master)[2]; // [node_count] slots of their masters
@@ -128,7 +113,6 @@ typedef struct Detail {
     int free_chunk_count, hanging_chunk_count;
     int (*run)[2]; // [window_count] first slot and end of adjacent windows in use
     int run_count;
-    int leaf_count[LEVELS_MAX + 1];
     double mass, lambda, damping;
     int spring_ends, on_count;
 
@@ -164,33 +148,8 @@ typedef struct Detail {
     NodeLook *look; // [node_count]
     int64_t look_passes;
     double *felt_force;               // [node_count] zero except during a sweep [N]
-    Leaf *ring[LEVELS_MAX + 4];       // leaves around a node, by depth of use
     NodeSprings springs[WINDOW_MOST]; // by slot
 } Detail;
-
-// --- detail_set.c: queries of the bits ---
-bool detail_is_refined(const Detail *detail, int level, int face);
-bool detail_exists(const Detail *detail, int level, int face);
-bool detail_is_leaf(const Detail *detail, int level, int face);
-// Returns the node of the uncut mesh that a node is, or is a copy of.
-int detail_original(const Detail *detail, int node);
-// Returns a face's corners in the uncut mesh.
-const int *detail_uncut(const Detail *detail, int level, int face);
-// Lists the leaves that have the node as a corner, in an order that depends on the hierarchy alone;
-// returns their number.
-int detail_leaves_around(const Detail *detail, int node, Leaf *leaf);
-// Returns the midpoint of an edge if it is on, else -1.
-int detail_midpoint(const Detail *detail, int level, int edge);
-// Returns the status that the bits give the midpoint of an edge of `level`.
-NodeStatus detail_status_of_midpoint(const Detail *detail, int level, int edge);
-// True if the edge between corners k and k + 1 of a leaf is broken.
-static inline bool detail_is_broken(const Detail *detail, int level, int face, int k)
-{
-    return detail->cut != NULL && level == detail->finest &&
-           (detail->cut->broken[face] >> k & 1) != 0;
-}
-// Returns the first of the places of a face.
-int detail_place(const Detail *detail, int level, int face);
 
 // --- detail_pack.c: builds the kernel's tables from the bits ---
 // Returns the mass that moves with a node [kg]: a third of the leaves around it, and half of the
@@ -229,7 +188,7 @@ void detail_mark(SurfaceModel *model, int node);
 bool detail_refine(SurfaceModel *model, int level, int face);
 // Coarsen a refined face whose four children must be leaves; detail_may_coarsen: true if balance
 // allows it.
-bool detail_may_coarsen(const Detail *detail, int level, int face);
+bool detail_may_coarsen(const LeafSet *set, int level, int face);
 void detail_coarsen(SurfaceModel *model, int level, int face);
 // Ends a change. True if something changed.
 bool detail_end_change(Body *body);

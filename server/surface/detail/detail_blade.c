@@ -26,7 +26,7 @@ static Vec3 turn_out(const SurfaceModel *model, int node, Vec3 v)
 // Returns the rest position of a node of the uncut mesh when it does not hang.
 static Vec3 true_place(const SurfaceModel *model, int node)
 {
-    return vec3_sub(model->detail->levels.position[node], model->basis.rest_origin);
+    return vec3_sub(model->detail->set.levels.position[node], model->basis.rest_origin);
 }
 
 // Returns the world position [m] of a node; of a node that is off, or hangs, where dividing the
@@ -34,20 +34,20 @@ static Vec3 true_place(const SurfaceModel *model, int node)
 // nothing that a blade can detect. Computed once per call.
 static Vec3 position_of(SurfaceModel *model, int node)
 {
-    Detail *detail = model->detail;
-    DetailCut *cut = detail->cut;
+    const LeafSet *set = &model->detail->set;
+    DetailCut *cut = set->cut;
     if (cut->seen[node] == cut->looks)
         return cut->position[node];
     Vec3 x;
-    if (detail->status[node] != NODE_OFF) {
+    if (set->status[node] != NODE_OFF) {
         rows_read(&model->basis, model->rows[model->current], model->slot[node], &x, NULL);
-        if (detail->status[node] == NODE_HANGING)
+        if (set->status[node] == NODE_HANGING)
             x = vec3_add(x, turn_out(model, node,
                                      vec3_sub(true_place(model, node),
                                               model_place(model, model->slot[node]))));
     } else {
         int parent[2];
-        levels_parents(&detail->levels, node, parent);
+        levels_parents(&set->levels, node, parent);
         Vec3 a = true_place(model, parent[0]), b = true_place(model, parent[1]);
         Vec3 step = vec3_sub(true_place(model, node), vec3_scale(0.5, vec3_add(a, b)));
         a = position_of(model, parent[0]), b = position_of(model, parent[1]);
@@ -99,12 +99,12 @@ static void look_at_sides(SurfaceModel *model, const Box *world)
                 continue;
             if (model->basis.precision == PRECISION_SINGLE) {
                 const float *row = (const float *)rows + (long)s * ROW;
-                detail->cut->sides[model->node[s]] =
+                detail->set.cut->sides[model->node[s]] =
                     sides_of(&box, place[0] + (double)row[0], place[1] + (double)row[1],
                              place[2] + (double)row[2]);
             } else {
                 const double *row = (const double *)rows + (long)s * ROW;
-                detail->cut->sides[model->node[s]] = sides_of(&box, row[0], row[1], row[2]);
+                detail->set.cut->sides[model->node[s]] = sides_of(&box, row[0], row[1], row[2]);
             }
         }
 }
@@ -112,16 +112,16 @@ static void look_at_sides(SurfaceModel *model, const Box *world)
 // Marks the finest faces of leaves that are not entirely outside one side of the box.
 static void mark_near(const Detail *detail, int level, int face)
 {
-    const DetailCut *cut = detail->cut;
-    if (detail_is_refined(detail, level, face)) {
+    const DetailCut *cut = detail->set.cut;
+    if (detail_is_refined(&detail->set, level, face)) {
         for (int k = 0; k < 4; k++)
             mark_near(detail, level + 1, 4 * face + k);
         return;
     }
-    const int *corner = detail->levels.level[level].face[face];
+    const int *corner = detail->set.levels.level[level].face[face];
     if ((cut->sides[corner[0]] & cut->sides[corner[1]] & cut->sides[corner[2]]) == 0)
-        memset(cut->is_near + detail_place(detail, level, face), 1,
-               (size_t)1 << (2 * (detail->finest - level)));
+        memset(cut->is_near + detail_place(&detail->set, level, face), 1,
+               (size_t)1 << (2 * (detail->set.levels.finest - level)));
 }
 
 // Finds the faces that the sweep may meet, and their neighbours: a link needs both its faces.
@@ -129,8 +129,9 @@ static void look_around(SurfaceModel *model, const BladeEdge *edge, int edges, d
                         CutTissue *tissue)
 {
     Detail *detail = model->detail;
-    DetailCut *cut = detail->cut;
-    const Level *finest = &detail->levels.level[detail->finest];
+    const LeafSet *set = &detail->set;
+    DetailCut *cut = set->cut;
+    const Level *finest = &set->levels.level[set->levels.finest];
     Box box = box_empty(); // around the sweep, in the world frame [m]
     for (int i = 0; i < edges; i++)
         for (int end = 0; end < 2; end++)
@@ -140,7 +141,7 @@ static void look_around(SurfaceModel *model, const BladeEdge *edge, int edges, d
     // Mark the near faces as 1, then their neighbours as 2.
     look_at_sides(model, &box);
     memset(cut->is_near, 0, (size_t)finest->face_count);
-    for (int f = 0; f < detail->levels.level[0].face_count; f++)
+    for (int f = 0; f < set->levels.level[0].face_count; f++)
         mark_near(detail, 0, f);
     for (int f = 0; f < finest->face_count; f++)
         for (int k = 0; k < 3 && cut->is_near[f] == 1; k++) {
@@ -179,10 +180,11 @@ static void move_node(SurfaceModel *model, int node, Vec3 by)
 static void move_vertex(SurfaceModel *model, const CutSnap *snap)
 {
     Detail *detail = model->detail;
-    DetailCut *cut = detail->cut;
-    Vec3 *rest = &detail->levels.position[snap->vertex];
+    const LeafSet *set = &detail->set;
+    DetailCut *cut = set->cut;
+    Vec3 *rest = &set->levels.position[snap->vertex];
     *rest = vec3_add(*rest, snap->rest);
-    int count = detail_cut_ring(detail, snap->vertex, cut->ring);
+    int count = detail_cut_ring(set, snap->vertex, cut->ring);
     for (int i = 0; i < count; i++) {
         int face = cut->ring[i].face, node = cut->node[face][cut->ring[i].corner];
         bool moved = false;
@@ -192,8 +194,8 @@ static void move_vertex(SurfaceModel *model, const CutSnap *snap)
             move_node(model, node, snap->move);
         for (int k = 0; k < 3; k++) {
             detail_mark(model, cut->node[face][k]);
-            detail_measure_fold(detail, detail->finest,
-                                detail->levels.level[detail->finest].face_edge[face][k]);
+            detail_measure_fold(detail, set->levels.finest,
+                                set->levels.level[set->levels.finest].face_edge[face][k]);
         }
     }
 }
@@ -237,15 +239,16 @@ static bool break_found(Body *body, const CutSnap *snap, int snaps, CutOutcome *
 {
     SurfaceModel *model = body->model;
     Detail *detail = model->detail;
-    const CutFinder *finder = &detail->cut->finder;
+    const LeafSet *set = &detail->set;
+    const CutFinder *finder = &set->cut->finder;
     if (!detail_cut_break(model, finder->edge, finder->count, outcome)) {
-        describe(detail->cut, outcome);
+        describe(set->cut, outcome);
         return false;
     }
     for (int i = 0; i < snaps; i++)
         move_vertex(model, &snap[i]);
     detail_end_cut(body);
-    describe(detail->cut, outcome);
+    describe(set->cut, outcome);
     *change = detail->change;
     return true;
 }
@@ -255,7 +258,7 @@ bool detail_blade_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome,
 {
     SurfaceModel *model = body->model;
     Detail *detail = model->detail;
-    DetailCut *cut = detail->cut;
+    DetailCut *cut = detail->set.cut;
     CutFinder *finder = &cut->finder;
     const BladeEdge edge[2] = {sweep->before, sweep->after};
     const bool whole = sweep->phase == CUT_WHOLE;
@@ -284,7 +287,7 @@ bool detail_blade_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome,
                               .edge = edge,
                               .edges = 2,
                               .built = cut->built,
-                              .rest = detail->levels.position,
+                              .rest = detail->set.levels.position,
                               .fixed = detail->fixed};
 
         snaps = cut_snap(&input, cut->snap_work, cut->snap);
@@ -298,5 +301,6 @@ bool detail_blade_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome,
 void detail_blade_reserve(void *self, int blades, Arena *arena, StateList *state)
 {
     const Detail *detail = ((SurfaceModel *)self)->detail;
-    cut_find_reserve_blades(&detail->cut->finder, blades, detail->options.body.name, arena, state);
+    cut_find_reserve_blades(&detail->set.cut->finder, blades, detail->options.body.name, arena,
+                            state);
 }

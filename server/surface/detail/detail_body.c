@@ -108,15 +108,15 @@ static void evaluate(void *self, const Stage *stage, double h)
 static void spread(SurfaceModel *model, int node, Vec3 force,
                    void (*add)(SurfaceModel *model, int slot, Vec3 force))
 {
-    const Detail *detail = model->detail;
-    if (detail->status[node] == NODE_HANGING) {
+    const LeafSet *set = &model->detail->set;
+    if (set->status[node] == NODE_HANGING) {
         int parent[2];
-        levels_parents(&detail->levels, node, parent);
+        levels_parents(&set->levels, node, parent);
         spread(model, parent[0], vec3_scale(0.5, force), add);
         spread(model, parent[1], vec3_scale(0.5, force), add);
         return;
     }
-    if (detail->status[node] == NODE_FREE)
+    if (set->status[node] == NODE_FREE)
         add(model, model->slot[node], force);
 }
 
@@ -156,7 +156,8 @@ static void add_load(void *self, int node, Vec3 force)
 static void look(void *self)
 {
     Detail *detail = detail_of(self);
-    detail->sweep->urgent = (int64_t)detail->finest * detail->levels.level[0].face_count;
+    detail->sweep->urgent =
+        (int64_t)detail->set.levels.finest * detail->set.levels.level[0].face_count;
 }
 
 // A restored mesh gets a new topology number: clients and recordings know a different mesh by the
@@ -179,8 +180,8 @@ static void restore(void *self, RestoreMode mode)
 {
     surface_restore(self, mode);
     *detail_of(self)->felt_count = 0;
-    if (mode == RESTORE_SHAPE && detail_of(self)->cut != NULL)
-        detail_tear_forget(detail_of(self));
+    if (mode == RESTORE_SHAPE && detail_of(self)->set.cut != NULL)
+        detail_tear_forget(&detail_of(self)->set);
 }
 
 static bool check(const void *self)
@@ -264,7 +265,7 @@ static bool set(void *self, BodyParameter parameter, double value)
         sweep->scale = value;
         return true;
     case BODY_ADAPT_LEVEL:
-        sweep->level = (int64_t)fmin(fmax(value, 0.0), detail->finest);
+        sweep->level = (int64_t)fmin(fmax(value, 0.0), detail->set.levels.finest);
         return true;
     default:
         return surface_set(self, parameter, value);
@@ -275,17 +276,18 @@ void detail_explain(const void *self, FILE *out)
 {
     const SurfaceModel *model = self;
     const Detail *detail = model->detail;
+    const LeafSet *set = &detail->set;
     surface_explain(self, out);
-    fprintf(out, "    levels: 0 to %d, %s; at most %d nodes, %d faces; ", detail->finest,
-            detail->constrained ? "continuum rule, hanging nodes held by their masters"
-                                : "the paper's rule, hanging nodes free",
+    fprintf(out, "    levels: 0 to %d, %s; at most %d nodes, %d faces; ", set->levels.finest,
+            set->constrained ? "continuum rule, hanging nodes held by their masters"
+                             : "the paper's rule, hanging nodes free",
             detail->slots->node.capacity, detail->slots->face.capacity);
     if (detail->options.adaptive)
         fprintf(out, "faces checked %g times a second\n", detail->options.adapt.check_hz);
     else
         fprintf(out, "refined by cuts alone\n");
-    if (detail->cut != NULL)
-        fprintf(out, "    cuttable: at most %d more nodes by cuts\n", detail->cut->copy_capacity);
+    if (set->cut != NULL)
+        fprintf(out, "    cuttable: at most %d more nodes by cuts\n", set->cut->copy_capacity);
 }
 
 // Operations of every body with levels, and what depends on the scene.

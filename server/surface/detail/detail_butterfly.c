@@ -15,9 +15,9 @@ typedef struct Walk {
 static Vec3 displacement(const SurfaceModel *model, int node)
 {
     const Detail *detail = model->detail;
-    if (detail->status[node] == NODE_OFF) {
+    if (detail->set.status[node] == NODE_OFF) {
         int parent[2];
-        levels_parents(&detail->levels, node, parent);
+        levels_parents(&detail->set.levels, node, parent);
         return vec3_scale(0.5,
                           vec3_add(displacement(model, parent[0]), displacement(model, parent[1])));
     }
@@ -72,7 +72,7 @@ static Vec3 along_border(const Walk *walk, int node, int edge)
         at = other_edge(level, face, node, at);
         face = levels_beyond(level, at, face);
     }
-    const Vec3 *rest = walk->model->detail->levels.position;
+    const Vec3 *rest = walk->model->detail->set.levels.position;
     int before = other_end(level, at, node);
     Vec3 in = vec3_sub(rest[node], rest[before]), out = vec3_sub(rest[to], rest[node]);
     Vec3 u = displacement(walk->model, node);
@@ -133,7 +133,7 @@ static Vec3 extraordinary(const Walk *walk, int node, int edge, int valence)
 
 Vec3 detail_butterfly(const SurfaceModel *model, int level, int edge)
 {
-    const Level *at = &model->detail->levels.level[level];
+    const Level *at = &model->detail->set.levels.level[level];
     const Walk walk = {model, at};
     const int *end = at->edge[edge];
     if (at->edge_face[edge][0] < 0 || at->edge_face[edge][1] < 0) {

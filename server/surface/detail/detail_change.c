@@ -9,9 +9,9 @@ void detail_mark(SurfaceModel *model, int node)
     Detail *detail = model->detail;
     detail->stale_window[model->slot[node] / detail->width] = true;
     detail->is_dirty[node] = true;
-    if (detail->status[node] == NODE_HANGING) { // its masters carry its mass and springs
+    if (detail->set.status[node] == NODE_HANGING) { // its masters carry its mass and springs
         int parent[2];
-        levels_parents(&detail->levels, node, parent);
+        levels_parents(&detail->set.levels, node, parent);
         detail_mark(model, parent[0]);
         detail_mark(model, parent[1]);
     }
@@ -21,18 +21,18 @@ void detail_mark(SurfaceModel *model, int node)
 // on it.
 static void follow_place(SurfaceModel *model, int node, int depth)
 {
-    Detail *detail = model->detail;
-    Leaf *leaf = detail->ring[depth];
-    int count = detail_leaves_around(detail, node, leaf);
+    const LeafSet *set = &model->detail->set;
+    Leaf *leaf = set->ring[depth];
+    int count = detail_leaves_around(set, node, leaf);
     for (int i = 0; i < count; i++) {
-        const Level *level = &detail->levels.level[leaf[i].level];
+        const Level *level = &set->levels.level[leaf[i].level];
         for (int k = 0; k < 3; k++)
             detail_mark(model, level->face[leaf[i].face][k]);
         const int side[2] = {leaf[i].corner, (leaf[i].corner + 2) % 3};
         for (int s = 0; s < 2; s++) {
             int middle =
-                detail_midpoint(detail, leaf[i].level, level->face_edge[leaf[i].face][side[s]]);
-            if (middle >= 0 && detail->status[middle] == NODE_HANGING) {
+                detail_midpoint(set, leaf[i].level, level->face_edge[leaf[i].face][side[s]]);
+            if (middle >= 0 && set->status[middle] == NODE_HANGING) {
                 detail_set_place(model, middle);
                 ASSERT(depth < LEVELS_MAX);
                 follow_place(model, middle, depth + 1);
@@ -56,8 +56,8 @@ void detail_begin_change(SurfaceModel *model)
 
 static void touch_leaf_across(Detail *detail, int level, int edge, int face)
 {
-    int across = levels_beyond(&detail->levels.level[level], edge, face);
-    if (across >= 0 && detail_is_leaf(detail, level, across))
+    int across = levels_beyond(&detail->set.levels.level[level], edge, face);
+    if (across >= 0 && detail_is_leaf(&detail->set, level, across))
         detail_touch(detail, level, across);
 }
 
@@ -65,16 +65,16 @@ static void touch_leaf_across(Detail *detail, int level, int edge, int face)
 static void divide(SurfaceModel *model, int level, int face)
 {
     Detail *detail = model->detail;
-    const Level *at = &detail->levels.level[level];
-    detail->refined[detail->face_base[level] + face] = 1;
-    detail->leaf_count[level]--;
-    detail->leaf_count[level + 1] += 4;
+    LeafSet *set = &detail->set;
+    const Level *at = &set->levels.level[level];
+    set->refined[set->face_base[level] + face] = 1;
+    set->leaf_count[level]--;
+    set->leaf_count[level + 1] += 4;
     // Each edge gets a midpoint, or releases one that hung between the two levels.
     for (int k = 0; k < 3; k++) {
         int edge = at->face_edge[face][k], node = at->node_count + edge;
-        NodeStatus before = detail->status[node],
-                   now = detail_status_of_midpoint(detail, level, edge);
-        detail->status[node] = (unsigned char)now;
+        NodeStatus before = set->status[node], now = detail_status_of_midpoint(set, level, edge);
+        set->status[node] = (unsigned char)now;
         if (before == NODE_OFF) {
             detail_set_place(model, node);
             detail_give_birth(model, node);
@@ -101,14 +101,15 @@ static void divide(SurfaceModel *model, int level, int face)
 bool detail_refine(SurfaceModel *model, int level, int face)
 {
     Detail *detail = model->detail;
-    if (!detail_exists(detail, level, face) && !detail_refine(model, level - 1, face / 4))
+    const LeafSet *set = &detail->set;
+    if (!detail_exists(set, level, face) && !detail_refine(model, level - 1, face / 4))
         return false;
-    if (detail_is_refined(detail, level, face))
+    if (detail_is_refined(set, level, face))
         return true;
-    const Level *at = &detail->levels.level[level];
+    const Level *at = &set->levels.level[level];
     for (int k = 0; k < 3; k++) { // 2:1 across edges
         int across = levels_beyond(at, at->face_edge[face][k], face);
-        if (across >= 0 && !detail_exists(detail, level, across) &&
+        if (across >= 0 && !detail_exists(set, level, across) &&
             !detail_refine(model, level - 1, across / 4))
             return false;
     }
@@ -120,19 +121,19 @@ bool detail_refine(SurfaceModel *model, int level, int face)
     return true;
 }
 
-bool detail_may_coarsen(const Detail *detail, int level, int face)
+bool detail_may_coarsen(const LeafSet *set, int level, int face)
 {
-    if (detail->cut != NULL && detail->cut->locked[detail->face_base[level] + face] != 0)
+    if (set->cut != NULL && set->cut->locked[set->face_base[level] + face] != 0)
         return false;
     for (int k = 0; k < 4; k++)
-        if (detail_is_refined(detail, level + 1, 4 * face + k))
+        if (detail_is_refined(set, level + 1, 4 * face + k))
             return false;
-    const Level *at = &detail->levels.level[level];
+    const Level *at = &set->levels.level[level];
     for (int k = 0; k < 3; k++) {
         int half[2];
-        levels_halves(&detail->levels, level, at->face_edge[face][k], half);
-        if (detail_midpoint(detail, level + 1, half[0]) >= 0 ||
-            detail_midpoint(detail, level + 1, half[1]) >= 0)
+        levels_halves(&set->levels, level, at->face_edge[face][k], half);
+        if (detail_midpoint(set, level + 1, half[0]) >= 0 ||
+            detail_midpoint(set, level + 1, half[1]) >= 0)
             return false;
     }
     return true;
@@ -150,7 +151,7 @@ typedef struct Impulse {
 static int lost_momentum(const SurfaceModel *model, int level, int face, Impulse out[9])
 {
     const Detail *detail = model->detail;
-    const Level *at = &detail->levels.level[level];
+    const Level *at = &detail->set.levels.level[level];
     double area = level_rules_area(&detail->rules, level, face);
     double mass = detail->rules.areal_density * area;
     Vec3 corner[3], middle[3];
@@ -169,7 +170,7 @@ static int lost_momentum(const SurfaceModel *model, int level, int face, Impulse
     for (int k = 0; k < 3; k++) {
         int edge = at->face_edge[face][k], node = at->node_count + edge;
         int across = levels_beyond(at, edge, face);
-        if (across < 0 || !detail_is_refined(detail, level, across))
+        if (across < 0 || !detail_is_refined(&detail->set, level, across))
             continue;
         int a = at->face[face][k], b = at->face[face][(k + 1) % 3];
         Vec3 mean = vec3_scale(0.5, vec3_add(corner[k], corner[(k + 1) % 3]));
@@ -184,31 +185,32 @@ static int lost_momentum(const SurfaceModel *model, int level, int face, Impulse
 void detail_coarsen(SurfaceModel *model, int level, int face)
 {
     Detail *detail = model->detail;
-    const Level *at = &detail->levels.level[level];
+    LeafSet *set = &detail->set;
+    const Level *at = &set->levels.level[level];
     Impulse impulse[9];
-    int impulses = detail->constrained ? lost_momentum(model, level, face, impulse) : 0;
+    int impulses = set->constrained ? lost_momentum(model, level, face, impulse) : 0;
 
-    detail->refined[detail->face_base[level] + face] = 0;
-    detail->calm_since[detail->face_base[level] + face] = 0;
-    detail->leaf_count[level]++;
-    detail->leaf_count[level + 1] -= 4;
+    set->refined[set->face_base[level] + face] = 0;
+    detail->calm_since[set->face_base[level] + face] = 0;
+    set->leaf_count[level]++;
+    set->leaf_count[level + 1] -= 4;
     for (int k = 0; k < 4; k++)
         detail_touch(detail, level + 1, 4 * face + k);
     detail_touch(detail, level, face);
     // Midpoints are switched off, or hang if the face across stays refined.
     for (int k = 0; k < 3; k++) {
         int edge = at->face_edge[face][k], node = at->node_count + edge;
-        NodeStatus now = detail_status_of_midpoint(detail, level, edge);
+        NodeStatus now = detail_status_of_midpoint(set, level, edge);
         detail->stale_window[model->slot[node] / detail->width] = true;
         if (now == NODE_OFF) {
-            detail->status[node] = NODE_OFF;
+            set->status[node] = NODE_OFF;
             detail_switch_off(model, node);
             slots_free_node(detail->slots, node);
             for (int e = 0; e < 2; e++)
                 detail->gone_parent[detail->change.gone_count][e] = at->edge[edge][e];
             detail->gone[detail->change.gone_count++] = node;
-        } else if (now != detail->status[node]) {
-            detail->status[node] = (unsigned char)now;
+        } else if (now != set->status[node]) {
+            set->status[node] = (unsigned char)now;
             detail_set_place(model, node);
             follow_place(model, node, 0);
         }
@@ -218,7 +220,7 @@ void detail_coarsen(SurfaceModel *model, int level, int face)
     // Midpoints that stay have other springs now.
     for (int k = 0; k < 3; k++) {
         int node = at->node_count + at->face_edge[face][k];
-        if (detail->status[node] != NODE_OFF)
+        if (set->status[node] != NODE_OFF)
             detail_mark(model, node);
     }
     // Velocities last: masses and statuses are final now.

@@ -17,19 +17,19 @@ static bool is_number(double number)
 // True if the bits belong to existing faces, with neighbours at most one level apart.
 static bool check_bits(const Detail *detail)
 {
-    for (int l = 0; l < detail->finest; l++) {
-        const Level *at = &detail->levels.level[l];
+    for (int l = 0; l < detail->set.levels.finest; l++) {
+        const Level *at = &detail->set.levels.level[l];
         for (int f = 0; f < at->face_count; f++) {
-            int number = detail->face_base[l] + f;
-            if (detail->refined[number] > 1 || detail->calm_since[number] < 0)
+            int number = detail->set.face_base[l] + f;
+            if (detail->set.refined[number] > 1 || detail->calm_since[number] < 0)
                 return false;
-            if (detail->refined[number] == 0)
+            if (detail->set.refined[number] == 0)
                 continue;
-            if (!detail_exists(detail, l, f))
+            if (!detail_exists(&detail->set, l, f))
                 return false;
             for (int k = 0; k < 3; k++) {
                 int across = levels_beyond(at, at->face_edge[f][k], f);
-                if (across >= 0 && !detail_exists(detail, l, across))
+                if (across >= 0 && !detail_exists(&detail->set, l, across))
                     return false;
             }
         }
@@ -40,20 +40,20 @@ static bool check_bits(const Detail *detail)
 static bool check_sweep(const Detail *detail)
 {
     const Sweep *sweep = detail->sweep;
-    int roots = detail->levels.level[0].face_count;
+    int roots = detail->set.levels.level[0].face_count;
     bool ok = is_within(sweep->root, 0, roots - 1) &&
-              is_within(sweep->urgent, 0, (int64_t)detail->finest * roots) &&
+              is_within(sweep->urgent, 0, (int64_t)detail->set.levels.finest * roots) &&
               is_number(sweep->credit) && is_number(sweep->scale) &&
-              is_within(sweep->level, 0, detail->finest) &&
+              is_within(sweep->level, 0, detail->set.levels.finest) &&
               is_within(sweep->topology, 0, INT64_MAX / 2) && sweep->refined >= 0 &&
               sweep->coarsened >= 0 && sweep->refused >= 0;
     for (int k = 0; k < 3; k++)
         ok = ok && is_number(sweep->thresholds[k]);
     ok = ok && is_within(*detail->felt_count, 0, detail->felt_capacity);
-    for (int f = 0; ok && f < detail->face_base[detail->finest + 1]; f++)
+    for (int f = 0; ok && f < detail->set.face_base[detail->set.levels.finest + 1]; f++)
         ok = detail->crease[f] <= CREASE_SHARP;
     for (int64_t i = 0; ok && i < *detail->felt_count; i++)
-        ok = is_within(detail->felt[i].node, 0, detail->node_count - 1);
+        ok = is_within(detail->felt[i].node, 0, detail->set.node_count - 1);
     return ok;
 }
 
@@ -76,14 +76,14 @@ static bool find_slots(const SlotTable *table, int *used)
     return true;
 }
 
-static bool is_on(const Detail *detail, int node)
+static bool is_on(const LeafSet *set, int node)
 {
-    if (detail->cut != NULL && node >= detail->cut->base_count)
-        return node - detail->cut->base_count < *detail->cut->copies;
-    int born = levels_of_node(&detail->levels, node);
+    if (set->cut != NULL && node >= set->cut->base_count)
+        return node - set->cut->base_count < *set->cut->copies;
+    int born = levels_of_node(&set->levels, node);
     return born == 0 ||
-           detail_status_of_midpoint(detail, born - 1,
-                                     node - detail->levels.level[born - 1].node_count) != NODE_OFF;
+           detail_status_of_midpoint(set, born - 1,
+                                     node - set->levels.level[born - 1].node_count) != NODE_OFF;
 }
 
 // True if exactly the nodes that are on have slots.
@@ -93,8 +93,8 @@ static bool check_node_slots(const Detail *detail)
     int used;
     if (!find_slots(table, &used))
         return false;
-    for (int i = 0; i < detail->node_count; i++)
-        if ((table->slot[i] >= 0) != is_on(detail, i))
+    for (int i = 0; i < detail->set.node_count; i++)
+        if ((table->slot[i] >= 0) != is_on(&detail->set, i))
             return false;
     return true;
 }
@@ -107,17 +107,19 @@ static bool check_face_slots(const Detail *detail)
     int used, drawn = 0;
     if (!find_slots(table, &used))
         return false;
-    for (int l = 0; l <= detail->finest; l++) {
-        const Level *at = &detail->levels.level[l];
+    for (int l = 0; l <= detail->set.levels.finest; l++) {
+        const Level *at = &detail->set.levels.level[l];
         for (int f = 0; f < at->face_count; f++) {
-            if (!detail_is_leaf(detail, l, f))
+            if (!detail_is_leaf(&detail->set, l, f))
                 continue;
             int pieces = 1;
-            for (int k = 0; k < 3 && l < detail->finest; k++)
-                pieces += detail_status_of_midpoint(detail, l, at->face_edge[f][k]) != NODE_OFF;
+            for (int k = 0; k < 3 && l < detail->set.levels.finest; k++)
+                pieces +=
+                    detail_status_of_midpoint(&detail->set, l, at->face_edge[f][k]) != NODE_OFF;
             for (int k = 0; k < pieces; k++)
-                if (table->slot[l < detail->finest ? detail_place(detail, l + 1, 4 * f + k) : f] <
-                    0)
+                if (table->slot[l < detail->set.levels.finest
+                                    ? detail_place(&detail->set, l + 1, 4 * f + k)
+                                    : f] < 0)
                     return false;
             drawn += pieces;
         }
@@ -128,6 +130,6 @@ static bool check_face_slots(const Detail *detail)
 bool detail_check(const Detail *detail)
 {
     return check_bits(detail) && check_sweep(detail) &&
-           (detail->cut == NULL || detail_cut_check(detail)) && check_node_slots(detail) &&
+           (detail->set.cut == NULL || detail_cut_check(detail)) && check_node_slots(detail) &&
            check_face_slots(detail);
 }

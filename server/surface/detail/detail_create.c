@@ -64,11 +64,12 @@ static RootKey *order_roots(const TriMesh *mesh)
 static void order_slots(SurfaceModel *model, const RootKey *root, int root_count)
 {
     Detail *detail = model->detail;
-    const Levels *levels = &detail->levels;
+    LeafSet *set = &detail->set;
+    const Levels *levels = &set->levels;
     int next = 0;
-    for (int i = 0; i < detail->node_count; i++)
+    for (int i = 0; i < set->node_count; i++)
         model->slot[i] = -1;
-    for (int level = 0; level <= detail->finest; level++) {
+    for (int level = 0; level <= set->levels.finest; level++) {
         // Level 0 by its own faces' corners, the others by the edges of the faces one level up.
         const Level *at = &levels->level[level > 0 ? level - 1 : 0];
         int children = 1 << (2 * (level > 0 ? level - 1 : 0));
@@ -85,7 +86,7 @@ static void order_slots(SurfaceModel *model, const RootKey *root, int root_count
                 }
             }
     }
-    for (int i = next; i < detail->node_count; i++) { // copies, if the body can be cut
+    for (int i = next; i < set->node_count; i++) { // copies, if the body can be cut
         detail->of_slot[i] = i;
         model->slot[i] = i;
     }
@@ -94,19 +95,20 @@ static void order_slots(SurfaceModel *model, const RootKey *root, int root_count
 // --- tables ---
 
 // Returns the most leaves that can be around a node.
-static int most_leaves(const Detail *detail, int node)
+static int most_leaves(const LeafSet *set, int node)
 {
     enum { AROUND_MIDPOINT = 6 };
-    if (detail->cut != NULL && node >= detail->cut->base_count)
-        return detail->cut->most_around;
-    return node < detail->levels.level[0].node_count
-               ? detail->root_ring_start[node + 1] - detail->root_ring_start[node]
+    if (set->cut != NULL && node >= set->cut->base_count)
+        return set->cut->most_around;
+    return node < set->levels.level[0].node_count
+               ? set->root_ring_start[node + 1] - set->root_ring_start[node]
                : AROUND_MIDPOINT;
 }
 
 static void create_springs(SurfaceModel *model, const char *name, Arena *arena)
 {
     Detail *detail = model->detail;
+    LeafSet *set = &detail->set;
     int chunks = detail->window_count * detail->window_chunks, most = 0;
     SpringTable *springs = &model->springs;
     springs->chunk_count = chunks;
@@ -117,8 +119,8 @@ static void create_springs(SurfaceModel *model, const char *name, Arena *arena)
     for (int w = 0; w < detail->window_count; w++) {
         int leaves = 0;
         for (int s = w * detail->width; s < (w + 1) * detail->width; s++)
-            if (detail->of_slot[s] >= 0 && most_leaves(detail, detail->of_slot[s]) > leaves)
-                leaves = most_leaves(detail, detail->of_slot[s]);
+            if (detail->of_slot[s] >= 0 && most_leaves(set, detail->of_slot[s]) > leaves)
+                leaves = most_leaves(set, detail->of_slot[s]);
         most = leaves > most ? leaves : most;
         // Towards each neighbour there may be a whole edge and half of it; at a border there is one
         // more edge than faces.
@@ -130,7 +132,7 @@ static void create_springs(SurfaceModel *model, const char *name, Arena *arena)
     model_allocate_springs(model, entries, name, arena);
     // Scratch lists of the same bound.
     for (int d = 0; d < LEVELS_MAX + 4; d++)
-        detail->ring[d] = ALLOCATE(ARENA_TOPOLOGY, most, Leaf, "leaves around");
+        set->ring[d] = ALLOCATE(ARENA_TOPOLOGY, most, Leaf, "leaves around");
     for (int i = 0; i < detail->width; i++) {
         detail->springs[i].neighbour =
             ALLOCATE(ARENA_TOPOLOGY, 2 * most + 2, int, "springs of a node");
@@ -144,7 +146,7 @@ static void create_nodes(SurfaceModel *model, const SurfaceOptions *options, int
 {
     const char *name = options->body.name;
     Detail *detail = model->detail;
-    bool all_free = free_count == detail->levels.level[0].node_count;
+    bool all_free = free_count == detail->set.levels.level[0].node_count;
     model_create_node_table(model, options, all_free, arena);
     // Nothing ties it to the world: speeds count relative to the motion of the whole body
     // (README.md, "Refinement criteria").
@@ -167,21 +169,21 @@ static void create_nodes(SurfaceModel *model, const SurfaceOptions *options, int
 static void create_faces(SurfaceModel *model, const char *name, Arena *arena)
 {
     Detail *detail = model->detail;
-    int nodes = detail->node_count, places = detail->place_count;
+    LeafSet *set = &detail->set;
+    int nodes = set->node_count, places = set->place_count;
     detail->face = ALLOCATE(ARENA_TOPOLOGY, places, *detail->face, "faces");
     detail->face_neighbor =
         ALLOCATE(ARENA_TOPOLOGY, places, *detail->face_neighbor, "face neighbours");
     detail->face_area = ALLOCATE(ARENA_TOPOLOGY, places, double, "face areas");
     detail->finest_area = ALLOCATE(ARENA_TOPOLOGY, places, double, "finest face areas");
     for (int f = 0; f < places; f++)
-        detail->finest_area[f] = level_rules_area(&detail->rules, detail->finest, f);
+        detail->finest_area[f] = level_rules_area(&detail->rules, set->levels.finest, f);
     detail->node_area = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "node areas");
     detail->node_face_start = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, int, "node face start");
     detail->node_face_end = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "node face end");
     for (int i = 0; i < nodes; i++) // a leaf has at most two triangles at each of its nodes; a
                                     // hanging node is in three more of the whole face
-        detail->node_face_start[i + 1] =
-            detail->node_face_start[i] + 2 * most_leaves(detail, i) + 3;
+        detail->node_face_start[i + 1] = detail->node_face_start[i] + 2 * most_leaves(set, i) + 3;
     detail->node_face = ALLOCATE(ARENA_TOPOLOGY, detail->node_face_start[nodes], int, "node faces");
 
     // Lists of one change, for contacts and clients.
@@ -190,7 +192,7 @@ static void create_faces(SurfaceModel *model, const char *name, Arena *arena)
     detail->gone = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "nodes gone");
     detail->gone_parent =
         ALLOCATE(ARENA_TOPOLOGY, nodes, *detail->gone_parent, "parents of nodes gone");
-    int faces = detail->face_base[detail->finest + 1];
+    int faces = set->face_base[set->levels.finest + 1];
     detail->touched = ALLOCATE(ARENA_TOPOLOGY, faces, Leaf, "touched faces");
     detail->is_touched = ALLOCATE(ARENA_TOPOLOGY, faces, bool, "touched marks");
     detail->cleared = ALLOCATE(ARENA_TOPOLOGY, places, int, "cleared faces");
@@ -214,9 +216,9 @@ static void create_slots(SurfaceModel *model, const TriMesh *mesh, const Surface
         origin[i] =
             mesh->copy_count == 0 ? id[i] : id[mesh_node_of_file(mesh, mesh_file_row(mesh, i))];
     const int capacity[2] = {options->body.node_capacity, options->body.face_capacity};
-    model->detail->slots =
-        slots_create(name, &model->detail->levels, capacity, id, origin, piece,
-                     mesh->file_node_count + mesh->copy_count, model->detail->cut, arena, state);
+    model->detail->slots = slots_create(name, &model->detail->set.levels, capacity, id, origin,
+                                        piece, mesh->file_node_count + mesh->copy_count,
+                                        model->detail->set.cut, arena, state);
 }
 
 static void create_sets(SurfaceModel *model, const SurfaceOptions *options, Arena *arena,
@@ -224,29 +226,30 @@ static void create_sets(SurfaceModel *model, const SurfaceOptions *options, Aren
 {
     const char *name = options->body.name;
     Detail *detail = model->detail;
-    int nodes = detail->node_count, coarse = detail->face_base[detail->finest];
+    LeafSet *set = &detail->set;
+    int nodes = set->node_count, coarse = set->face_base[set->levels.finest];
     int chunks = detail->window_count * detail->window_chunks;
     // The state: which faces are refined, and where the sweep is.
-    detail->refined = ALLOCATE(ARENA_TOPOLOGY, coarse, unsigned char, "refined faces");
+    set->refined = ALLOCATE(ARENA_TOPOLOGY, coarse, unsigned char, "refined faces");
     detail->calm_since = ALLOCATE(ARENA_TOPOLOGY, coarse, int64_t, "calm faces");
     detail->sweep = ALLOCATE(ARENA_TOPOLOGY, 1, Sweep, "sweep");
     *detail->sweep = (Sweep){
         .thresholds = {options->adapt.force, options->adapt.speed, options->adapt.curvature},
         .scale = 1.0,
-        .level = detail->finest,
+        .level = set->levels.finest,
     };
-    int faces = detail->face_base[detail->finest + 1];
+    int faces = set->face_base[set->levels.finest + 1];
     detail->crease = ALLOCATE(ARENA_TOPOLOGY, faces, unsigned char, "creases");
     state_add(state, detail->crease, (size_t)faces, "%s/creases", name);
     detail->felt_count = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "felt count");
-    state_add(state, detail->refined, (size_t)coarse, "%s/refined", name);
+    state_add(state, set->refined, (size_t)coarse, "%s/refined", name);
     state_add(state, detail->calm_since, (size_t)coarse * sizeof *detail->calm_since,
               "%s/calm_since", name);
     state_add(state, detail->sweep, sizeof *detail->sweep, "%s/sweep", name);
     state_add(state, detail->felt_count, sizeof *detail->felt_count, "%s/felt_count", name);
 
     // Derived from the bits: rebuilt after a restore.
-    detail->status = ALLOCATE(ARENA_TOPOLOGY, nodes, unsigned char, "node status");
+    set->status = ALLOCATE(ARENA_TOPOLOGY, nodes, unsigned char, "node status");
     detail->window = ALLOCATE(ARENA_TOPOLOGY, detail->window_count, Window, "windows");
     detail->bound = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "node bounds");
     detail->is_dirty = ALLOCATE(ARENA_TOPOLOGY, nodes, bool, "dirty nodes");
@@ -277,15 +280,16 @@ void detail_publish(Body *body)
 {
     SurfaceModel *model = body->model;
     Detail *detail = model->detail;
+    LeafSet *set = &detail->set;
     body->mass = detail->mass;
     body->lambda = detail->lambda > 0.0 ? detail->lambda : detail->least_lambda;
     body->damping = detail->lambda > 0.0 ? detail->damping : detail->least_damping;
     // Each spring is at two nodes; for hanging nodes both ends are counted too.
     body->spring_count = detail->spring_ends / 2;
     body->element_count = 0;
-    for (int l = 0; l <= detail->finest; l++) {
-        body->element_count += detail->leaf_count[l];
-        if (detail->leaf_count[l] > 0)
+    for (int l = 0; l <= set->levels.finest; l++) {
+        body->element_count += set->leaf_count[l];
+        if (set->leaf_count[l] > 0)
             body->finest_level = l;
     }
     level_rules_raise_bounds(&detail->rules, body->finest_level, detail->least_lambda,
@@ -295,31 +299,31 @@ void detail_publish(Body *body)
 
 static void set_statuses(SurfaceModel *model)
 {
-    Detail *detail = model->detail;
-    memset(detail->leaf_count, 0, sizeof detail->leaf_count);
-    for (int l = 0; l <= detail->finest; l++)
-        for (int f = 0; f < detail->levels.level[l].face_count; f++)
-            detail->leaf_count[l] += detail_is_leaf(detail, l, f);
+    LeafSet *set = &model->detail->set;
+    memset(set->leaf_count, 0, sizeof set->leaf_count);
+    for (int l = 0; l <= set->levels.finest; l++)
+        for (int f = 0; f < set->levels.level[l].face_count; f++)
+            set->leaf_count[l] += detail_is_leaf(set, l, f);
     for (int s = 0; s < model->basis.count; s++)
         model->node[s] = -1;
     memset(model->basis.place, 0, (size_t)model->basis.count * sizeof *model->basis.place);
     // Nodes of the uncut mesh, then the copies in use.
-    const int originals = detail->levels.level[detail->finest].node_count;
+    const int originals = set->levels.level[set->levels.finest].node_count;
     for (int i = 0; i < originals; i++) { // parents have lower numbers
-        int born = levels_of_node(&detail->levels, i);
-        detail->status[i] =
-            (unsigned char)(born == 0 ? NODE_FREE
-                                      : detail_status_of_midpoint(
-                                            detail, born - 1,
-                                            i - detail->levels.level[born - 1].node_count));
-        if (detail->status[i] == NODE_OFF)
+        int born = levels_of_node(&set->levels, i);
+        set->status[i] =
+            (unsigned char)(born == 0
+                                ? NODE_FREE
+                                : detail_status_of_midpoint(
+                                      set, born - 1, i - set->levels.level[born - 1].node_count));
+        if (set->status[i] == NODE_OFF)
             continue;
         model->node[model->slot[i]] = i;
         detail_set_place(model, i);
     }
-    for (int i = originals; i < detail->node_count; i++) {
-        bool is_on = i - originals < *detail->cut->copies;
-        detail->status[i] = is_on ? NODE_FREE : NODE_OFF;
+    for (int i = originals; i < set->node_count; i++) {
+        bool is_on = i - originals < *set->cut->copies;
+        set->status[i] = is_on ? NODE_FREE : NODE_OFF;
         if (!is_on)
             continue;
         model->node[model->slot[i]] = i;
@@ -331,12 +335,12 @@ void detail_rebuild(Body *body)
 {
     SurfaceModel *model = body->model;
     Detail *detail = model->detail;
-    if (detail->cut != NULL)
+    if (detail->set.cut != NULL)
         detail_cut_rebuild(detail);
     set_statuses(model);
     for (int w = 0; w < detail->window_count; w++)
         detail->stale_window[w] = true;
-    memset(detail->is_dirty, true, (size_t)detail->node_count);
+    memset(detail->is_dirty, true, (size_t)detail->set.node_count);
     detail_pack(model);
     slots_restore(detail->slots);
     detail_draw_all(detail);
@@ -347,25 +351,26 @@ void detail_rebuild(Body *body)
 static void start_at_level(SurfaceModel *model, int level)
 {
     Detail *detail = model->detail;
-    for (int f = 0; f < detail->face_base[level]; f++)
-        detail->refined[f] = 1;
+    LeafSet *set = &detail->set;
+    for (int f = 0; f < set->face_base[level]; f++)
+        set->refined[f] = 1;
     set_statuses(model);
-    for (int i = 0; i < detail->node_count; i++) {
-        if (detail->status[i] == NODE_OFF)
+    for (int i = 0; i < set->node_count; i++) {
+        if (set->status[i] == NODE_OFF)
             continue;
-        if (i >= detail->levels.level[0].node_count)
+        if (i >= set->levels.level[0].node_count)
             detail_give_birth(model, i);
         slots_take_node(detail->slots, i);
     }
 }
 
-static void create_roots(Detail *detail, const WingedMesh *winged, const char *name, Arena *arena)
+static void create_roots(LeafSet *set, const WingedMesh *winged, const char *name, Arena *arena)
 {
     int nodes = winged->node_count, faces = winged->face_count;
-    detail->root_ring_start = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, int, "ring start");
-    detail->root_ring = ALLOCATE(ARENA_TOPOLOGY, 3 * faces, int, "rings");
-    memcpy(detail->root_ring_start, winged->node_face_start, (size_t)(nodes + 1) * sizeof(int));
-    memcpy(detail->root_ring, winged->node_face, 3 * (size_t)faces * sizeof(int));
+    set->root_ring_start = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, int, "ring start");
+    set->root_ring = ALLOCATE(ARENA_TOPOLOGY, 3 * faces, int, "rings");
+    memcpy(set->root_ring_start, winged->node_face_start, (size_t)(nodes + 1) * sizeof(int));
+    memcpy(set->root_ring, winged->node_face, 3 * (size_t)faces * sizeof(int));
 }
 
 static void create_rules(Detail *detail, const TriMesh *mesh, const SpringNetwork *network,
@@ -376,9 +381,10 @@ static void create_rules(Detail *detail, const TriMesh *mesh, const SpringNetwor
     memcpy(area, detail->rules.area, (size_t)mesh->triangle_count * sizeof *area);
     free(detail->rules.area);
     detail->rules.area = area;
-    detail->fixed = ALLOCATE(ARENA_TOPOLOGY, detail->node_count, bool, "fixed nodes");
+    detail->fixed = ALLOCATE(ARENA_TOPOLOGY, detail->set.node_count, bool, "fixed nodes");
     memcpy(detail->fixed, network->fixed,
-           (size_t)detail->levels.level[detail->finest].node_count * sizeof *detail->fixed);
+           (size_t)detail->set.levels.level[detail->set.levels.finest].node_count *
+               sizeof *detail->fixed);
     // A sheet of equilateral faces with springs k has E2D = 2 k / sqrt(3)
     // (server/surface/README.md, "Springs and masses from the material").
     const SurfaceMaterial *material = &detail->options.material;
@@ -395,24 +401,24 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
 {
     const char *name = options->body.name;
     Detail *detail = model->detail = ALLOCATE(ARENA_TOPOLOGY, 1, Detail, "detail");
+    LeafSet *set = &detail->set;
     detail->state = state;
     detail->options = *options;
-    detail->levels = *options->hierarchy;
-    detail->options.hierarchy = &detail->levels;
-    detail->finest = detail->levels.finest;
+    set->levels = *options->hierarchy;
+    detail->options.hierarchy = &set->levels;
     // With one level there is nothing to adjust; the continuum rule keeps cut masses exact.
-    if (detail->finest == 0)
+    if (set->levels.finest == 0)
         detail->options.adjust = ADJUST_CONTINUUM;
-    detail->constrained = detail->options.adjust == ADJUST_CONTINUUM;
-    const Level *finest = &detail->levels.level[detail->finest];
-    detail->node_count = finest->node_count;
-    detail->place_count = finest->face_count;
+    set->constrained = detail->options.adjust == ADJUST_CONTINUUM;
+    const Level *finest = &set->levels.level[set->levels.finest];
+    set->node_count = finest->node_count;
+    set->place_count = finest->face_count;
     // Faces and edges of all levels are numbered through.
-    for (int l = 0; l <= detail->finest; l++) {
-        detail->face_base[l + 1] = detail->face_base[l] + detail->levels.level[l].face_count;
-        detail->edge_base[l + 1] = detail->edge_base[l] + detail->levels.level[l].edge_count;
+    for (int l = 0; l <= set->levels.finest; l++) {
+        set->face_base[l + 1] = set->face_base[l] + set->levels.level[l].face_count;
+        detail->edge_base[l + 1] = detail->edge_base[l] + set->levels.level[l].edge_count;
     }
-    detail->rest_fold = ALLOCATE(ARENA_TOPOLOGY, detail->edge_base[detail->finest + 1],
+    detail->rest_fold = ALLOCATE(ARENA_TOPOLOGY, detail->edge_base[set->levels.finest + 1],
                                  *detail->rest_fold, "rest angles");
     detail_measure_folds(detail);
     double length = 0.0;
@@ -423,25 +429,25 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
         length += edge;
     }
     detail->edge_length = length / winged->edge_count;
-    create_roots(detail, winged, name, arena);
+    create_roots(set, winged, name, arena);
     // A cut adds copies: everything below is sized with them.
     if (options->body.cuttable) {
         detail_cut_create(detail, options, arena, state);
-        detail->node_count += detail->cut->copy_capacity;
+        set->node_count += set->cut->copy_capacity;
         if (options->tear_stretch > 0.0)
             detail_tear_create(detail, options, arena, state);
     }
     create_rules(detail, mesh, network, name, arena);
 
     // Small bodies are packed as one window: that is fast enough.
-    detail->width = detail->node_count <= 4 * WINDOW_MOST ? WINDOW_MOST : WINDOW_LEAST;
+    detail->width = set->node_count <= 4 * WINDOW_MOST ? WINDOW_MOST : WINDOW_LEAST;
     detail->window_chunks = detail->width / LANES + 1;
-    detail->window_count = (detail->node_count + detail->width - 1) / detail->width;
+    detail->window_count = (set->node_count + detail->width - 1) / detail->width;
     detail->spare_slot = detail->window_count * detail->width;
-    model->node_count = detail->node_count;
+    model->node_count = set->node_count;
     model->basis.count = (detail->spare_slot + detail->window_count + LANES - 1) / LANES * LANES;
     model->lane_count = detail->window_count * detail->window_chunks * LANES;
-    model->slot = ALLOCATE(ARENA_TOPOLOGY, detail->node_count, int, "slot of node");
+    model->slot = ALLOCATE(ARENA_TOPOLOGY, set->node_count, int, "slot of node");
     model->node = ALLOCATE(ARENA_TOPOLOGY, model->basis.count, int, "node of slot");
     model->lane = ALLOCATE(ARENA_TOPOLOGY, model->basis.count, int, "lane of slot");
     detail->of_slot = ALLOCATE(ARENA_TOPOLOGY, model->basis.count, int, "node of slot, if on");
@@ -465,10 +471,10 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     detail_rebuild(body);
     body->state_capacity = body->mesh.node_capacity;
     body->surface = (BodySurface){
-        .node_count = detail->node_count,
-        .face_count = detail->place_count,
-        .node_used = detail->node_count,
-        .face_used = detail->place_count,
+        .node_count = set->node_count,
+        .face_count = set->place_count,
+        .node_used = set->node_count,
+        .face_used = set->place_count,
         .face = (const int(*)[3])detail->face,
         .face_area = detail->face_area,
         .finest_area = detail->finest_area,

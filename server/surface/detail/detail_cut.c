@@ -46,12 +46,12 @@ static double mean_edge(const Level *level, const Vec3 *x)
 }
 
 // Creates what is needed to find the links that a blade meets.
-static void create_look(Detail *detail, const SurfaceOptions *options, Arena *arena)
+static void create_look(LeafSet *set, const SurfaceOptions *options, Arena *arena)
 {
-    DetailCut *cut = detail->cut;
-    const Level *finest = &detail->levels.level[detail->finest];
+    DetailCut *cut = set->cut;
+    const Level *finest = &set->levels.level[set->levels.finest];
     int nodes = cut->base_count + cut->copy_capacity;
-    cut->bulge = measure_bulge(&detail->levels);
+    cut->bulge = measure_bulge(&set->levels);
     cut_find_create(&cut->finder, &cut->uncut, cut->built[0], mean_edge(finest, cut->built),
                     options->body.name, arena);
     cut->seen = ALLOCATE(nodes, int64_t, "looks at cut nodes");
@@ -66,10 +66,10 @@ static void create_look(Detail *detail, const SurfaceOptions *options, Arena *ar
 void detail_cut_create(Detail *detail, const SurfaceOptions *options, Arena *arena,
                        StateList *state)
 {
-    Level *finest = &detail->levels.level[detail->finest];
+    Level *finest = &detail->set.levels.level[detail->set.levels.finest];
     size_t faces = (size_t)finest->face_count;
-    int coarse = detail->face_base[detail->finest];
-    DetailCut *cut = detail->cut = ALLOCATE(1, DetailCut, "cut");
+    int coarse = detail->set.face_base[detail->set.levels.finest];
+    DetailCut *cut = detail->set.cut = ALLOCATE(1, DetailCut, "cut");
     cut->base_count = finest->node_count;
     cut->copy_capacity = choose_copies(options, finest->node_count);
     cut->uncut = *finest;
@@ -85,12 +85,12 @@ void detail_cut_create(Detail *detail, const SurfaceOptions *options, Arena *are
     state_add(state, cut->copies, sizeof *cut->copies, "%s/copies", options->body.name);
     // Likewise rest positions, which cuts may move.
     size_t nodes = (size_t)cut->base_count;
-    cut->built = detail->levels.position;
+    cut->built = detail->set.levels.position;
     cut->rest = ALLOCATE(nodes, Vec3, "rest places");
     memcpy(cut->rest, cut->built, nodes * sizeof *cut->rest);
-    detail->levels.position = cut->rest;
+    detail->set.levels.position = cut->rest;
     state_add(state, cut->rest, nodes * sizeof *cut->rest, "%s/rest", options->body.name);
-    create_look(detail, options, arena);
+    create_look(&detail->set, options, arena);
 
     // Derived arrays and lists of a cut.
     cut->origin = ALLOCATE(cut->copy_capacity, int, "originals");
@@ -102,8 +102,8 @@ void detail_cut_create(Detail *detail, const SurfaceOptions *options, Arena *are
     cut->wanted = ALLOCATE(coarse, unsigned char, "wanted marks");
     cut->want = ALLOCATE(coarse, Leaf, "wanted faces");
     cut->most_around = 6; // around a midpoint
-    for (int i = 0; i < detail->levels.level[0].node_count; i++) {
-        int count = detail->root_ring_start[i + 1] - detail->root_ring_start[i];
+    for (int i = 0; i < detail->set.levels.level[0].node_count; i++) {
+        int count = detail->set.root_ring_start[i + 1] - detail->set.root_ring_start[i];
         cut->most_around = count > cut->most_around ? count : cut->most_around;
     }
     cut->ring = ALLOCATE(cut->most_around, Leaf, "faces around a cut node");
@@ -115,9 +115,9 @@ void detail_cut_create(Detail *detail, const SurfaceOptions *options, Arena *are
 // --- queries of the bits ---
 
 // Returns the face of the finest level at a corner of a face: child k keeps corner k.
-static Leaf finest_at(const Detail *detail, int level, int face, int corner)
+static Leaf finest_at(const LeafSet *set, int level, int face, int corner)
 {
-    for (; level < detail->finest; level++)
+    for (; level < set->levels.finest; level++)
         face = 4 * face + corner;
     return (Leaf){level, face, corner};
 }
@@ -127,16 +127,15 @@ static int corner_of(const int corner[3], int node)
     return corner[0] == node ? 0 : corner[1] == node ? 1 : 2;
 }
 
-int detail_cut_ring(const Detail *detail, int node, Leaf *ring)
+int detail_cut_ring(const LeafSet *set, int node, Leaf *ring)
 {
-    const Levels *levels = &detail->levels;
+    const Levels *levels = &set->levels;
     int count = 0, born = levels_of_node(levels, node);
     // A node of level 0 has the roots around it.
     if (born == 0) {
-        for (int i = detail->root_ring_start[node]; i < detail->root_ring_start[node + 1]; i++) {
-            int root = detail->root_ring[i];
-            ring[count++] =
-                finest_at(detail, 0, root, corner_of(detail_uncut(detail, 0, root), node));
+        for (int i = set->root_ring_start[node]; i < set->root_ring_start[node + 1]; i++) {
+            int root = set->root_ring[i];
+            ring[count++] = finest_at(set, 0, root, corner_of(detail_uncut(set, 0, root), node));
         }
         return count;
     }
@@ -151,17 +150,17 @@ int detail_cut_ring(const Detail *detail, int node, Leaf *ring)
                               4 * face + (corner_of(above->face_edge[face], edge) + 1) % 3,
                               4 * face + 3};
         for (int i = 0; i < 3; i++)
-            ring[count++] = finest_at(detail, born, child[i],
-                                      corner_of(detail_uncut(detail, born, child[i]), node));
+            ring[count++] =
+                finest_at(set, born, child[i], corner_of(detail_uncut(set, born, child[i]), node));
     }
     return count;
 }
 
 // Joins the faces of a ring across unbroken edges at its middle: part[i] is the lowest face of i's
 // component, as an index into the ring.
-static void find_parts(const Detail *detail, const Leaf *ring, int count, int *part)
+static void find_parts(const LeafSet *set, const Leaf *ring, int count, int *part)
 {
-    const Level *finest = &detail->levels.level[detail->finest];
+    const Level *finest = &set->levels.level[set->levels.finest];
     for (int i = 0; i < count; i++)
         part[i] = i;
     for (int i = 0; i < count; i++) {
@@ -169,7 +168,7 @@ static void find_parts(const Detail *detail, const Leaf *ring, int count, int *p
         for (int s = 0; s < 2; s++) {
             int face = ring[i].face;
             int across = levels_beyond(finest, finest->face_edge[face][side[s]], face);
-            if (across < face || (detail->cut->broken[face] >> side[s] & 1) != 0)
+            if (across < face || (set->cut->broken[face] >> side[s] & 1) != 0)
                 continue;
             int j = 0;
             while (ring[j].face != across)
@@ -196,11 +195,11 @@ static bool keeps_node(const DetailCut *cut, const Leaf *ring, int count, const 
 
 // Lists the components of the ring of a node of the uncut mesh that need a copy: cut->fresh, by
 // their lowest face, ascending. Also leaves the ring and its parts.
-static int find_new_parts(const Detail *detail, int vertex, int *ring_count)
+static int find_new_parts(const LeafSet *set, int vertex, int *ring_count)
 {
-    DetailCut *cut = detail->cut;
-    int count = *ring_count = detail_cut_ring(detail, vertex, cut->ring), found = 0;
-    find_parts(detail, cut->ring, count, cut->part);
+    DetailCut *cut = set->cut;
+    int count = *ring_count = detail_cut_ring(set, vertex, cut->ring), found = 0;
+    find_parts(set, cut->ring, count, cut->part);
     for (int i = 0; i < count; i++) {
         if (cut->part[i] != i || keeps_node(cut, cut->ring, count, cut->part, i))
             continue;
@@ -212,12 +211,12 @@ static int find_new_parts(const Detail *detail, int vertex, int *ring_count)
     return found;
 }
 
-bool detail_cut_parts_match(const Detail *detail)
+bool detail_cut_parts_match(const LeafSet *set)
 {
-    const DetailCut *cut = detail->cut;
+    const DetailCut *cut = set->cut;
     for (int node = 0; node < cut->base_count; node++) {
-        int count = detail_cut_ring(detail, node, cut->ring), lowest = 0;
-        find_parts(detail, cut->ring, count, cut->part);
+        int count = detail_cut_ring(set, node, cut->ring), lowest = 0;
+        find_parts(set, cut->ring, count, cut->part);
         for (int i = 0; i < count; i++) {
             int here = cut->node[cut->ring[i].face][cut->ring[i].corner];
             lowest = cut->ring[i].face < cut->ring[lowest].face ? i : lowest;
@@ -232,14 +231,14 @@ bool detail_cut_parts_match(const Detail *detail)
     return true;
 }
 
-static void set_bits(Detail *detail, const int *edge, int count, bool broken)
+static void set_bits(LeafSet *set, const int *edge, int count, bool broken)
 {
-    const Level *finest = &detail->levels.level[detail->finest];
+    const Level *finest = &set->levels.level[set->levels.finest];
     for (int i = 0; i < count; i++)
         for (int side = 0; side < 2; side++) {
             int face = finest->edge_face[edge[i]][side];
             unsigned char bit = (unsigned char)(1 << corner_of(finest->face_edge[face], edge[i]));
-            unsigned char *bits = &detail->cut->broken[face];
+            unsigned char *bits = &set->cut->broken[face];
             *bits = broken ? *bits | bit : *bits & (unsigned char)~bit;
         }
 }
@@ -247,74 +246,75 @@ static void set_bits(Detail *detail, const int *edge, int count, bool broken)
 // --- derived from the state ---
 
 // Locks the ancestors of each face at an end of a broken edge.
-void detail_cut_lock(const Detail *detail)
+void detail_cut_lock(const LeafSet *set)
 {
-    DetailCut *cut = detail->cut;
-    const Level *finest = &detail->levels.level[detail->finest];
-    memset(cut->locked, 0, (size_t)detail->face_base[detail->finest]);
+    DetailCut *cut = set->cut;
+    const Level *finest = &set->levels.level[set->levels.finest];
+    memset(cut->locked, 0, (size_t)set->face_base[set->levels.finest]);
     memset(cut->is_end, 0, (size_t)cut->base_count * sizeof *cut->is_end);
     for (int f = 0; f < finest->face_count; f++)
         for (int k = 0; k < 3 && cut->broken[f] != 0; k++)
             if (cut->broken[f] >> k & 1)
                 cut->is_end[cut->base[f][k]] = cut->is_end[cut->base[f][(k + 1) % 3]] = true;
-    if (detail->finest == 0)
+    if (set->levels.finest == 0)
         return;
-    unsigned char *locked = &cut->locked[detail->face_base[detail->finest - 1]];
+    unsigned char *locked = &cut->locked[set->face_base[set->levels.finest - 1]];
     for (int f = 0; f < finest->face_count; f++)
         locked[f / 4] |= cut->is_end[cut->base[f][0]] | cut->is_end[cut->base[f][1]] |
                          cut->is_end[cut->base[f][2]];
-    for (int l = detail->finest - 2; l >= 0; l--)
-        for (int f = 0; f < detail->levels.level[l + 1].face_count; f++)
-            cut->locked[detail->face_base[l] + f / 4] |= cut->locked[detail->face_base[l + 1] + f];
+    for (int l = set->levels.finest - 2; l >= 0; l--)
+        for (int f = 0; f < set->levels.level[l + 1].face_count; f++)
+            cut->locked[set->face_base[l] + f / 4] |= cut->locked[set->face_base[l + 1] + f];
 }
 
 void detail_cut_rebuild(Detail *detail)
 {
-    DetailCut *cut = detail->cut;
-    for (int f = 0; f < detail->place_count; f++)
+    DetailCut *cut = detail->set.cut;
+    for (int f = 0; f < detail->set.place_count; f++)
         for (int k = 0; k < 3; k++)
             if (cut->node[f][k] >= cut->base_count)
                 cut->origin[cut->node[f][k] - cut->base_count] = cut->base[f][k];
     for (int c = 0; detail->fixed != NULL && c < *cut->copies; c++)
         detail->fixed[cut->base_count + c] = detail->fixed[cut->origin[c]];
-    for (int e = 0; e < detail->levels.level[detail->finest].edge_count; e++)
-        detail_measure_fold(detail, detail->finest, e); // rest positions may have changed
-    detail_cut_lock(detail);
-    detail_pieces_label(detail);
+    for (int e = 0; e < detail->set.levels.level[detail->set.levels.finest].edge_count; e++)
+        detail_measure_fold(detail, detail->set.levels.finest,
+                            e); // rest positions may have changed
+    detail_cut_lock(&detail->set);
+    detail_pieces_label(&detail->set);
 }
 
 // --- capacity ---
 
-static void want(Detail *detail, int level, int face)
+static void want(LeafSet *set, int level, int face)
 {
-    DetailCut *cut = detail->cut;
-    if (level < 0 || detail_is_refined(detail, level, face) ||
-        cut->wanted[detail->face_base[level] + face] != 0)
+    DetailCut *cut = set->cut;
+    if (level < 0 || detail_is_refined(set, level, face) ||
+        cut->wanted[set->face_base[level] + face] != 0)
         return;
-    cut->wanted[detail->face_base[level] + face] = 1;
+    cut->wanted[set->face_base[level] + face] = 1;
     cut->want[cut->want_count++] = (Leaf){level, face, 0};
-    want(detail, level - 1, face / 4);
-    const Level *at = &detail->levels.level[level];
+    want(set, level - 1, face / 4);
+    const Level *at = &set->levels.level[level];
     for (int k = 0; k < 3 && level > 0; k++) { // 2:1 across edges
         int across = levels_beyond(at, at->face_edge[face][k], face);
         if (across >= 0)
-            want(detail, level - 1, across / 4);
+            want(set, level - 1, across / 4);
     }
 }
 
 // Lists the faces that must be refined so that all faces around the vertices are leaves of the
 // finest level.
-static void list_wanted(Detail *detail)
+static void list_wanted(LeafSet *set)
 {
-    DetailCut *cut = detail->cut;
+    DetailCut *cut = set->cut;
     cut->want_count = 0;
     for (int v = 0; v < cut->vertex_count; v++) {
-        int count = detail_cut_ring(detail, cut->vertex[v], cut->ring);
+        int count = detail_cut_ring(set, cut->vertex[v], cut->ring);
         for (int i = 0; i < count; i++)
-            want(detail, detail->finest - 1, cut->ring[i].face / 4);
+            want(set, set->levels.finest - 1, cut->ring[i].face / 4);
     }
     for (int i = 0; i < cut->want_count; i++)
-        cut->wanted[detail->face_base[cut->want[i].level] + cut->want[i].face] = 0;
+        cut->wanted[set->face_base[cut->want[i].level] + cut->want[i].face] = 0;
 }
 
 static bool lacks(CutOutcome *outcome, CutVerdict verdict, int needed, int room)
@@ -331,12 +331,12 @@ static bool lacks(CutOutcome *outcome, CutVerdict verdict, int needed, int room)
 // face; beyond that the slots refuse it.
 static bool has_room(Detail *detail, CutOutcome *outcome)
 {
-    const DetailCut *cut = detail->cut;
+    const DetailCut *cut = detail->set.cut;
     const SlotTable *nodes = &detail->slots->node, *faces = &detail->slots->face;
     int copies = 0, count;
     for (int v = 0; v < cut->vertex_count; v++)
-        copies += find_new_parts(detail, cut->vertex[v], &count);
-    list_wanted(detail);
+        copies += find_new_parts(&detail->set, cut->vertex[v], &count);
+    list_wanted(&detail->set);
     bool all_fits = nodes->capacity == nodes->thing_count && faces->capacity == faces->thing_count;
     return !lacks(outcome, CUT_NO_NODES, copies, cut->copy_capacity - (int)*cut->copies) &&
            (all_fits || (!lacks(outcome, CUT_NO_NODES, copies + 3 * cut->want_count,
@@ -351,12 +351,12 @@ static bool has_room(Detail *detail, CutOutcome *outcome)
 static void copy_node(SurfaceModel *model, int vertex, int part, int ring_count)
 {
     Detail *detail = model->detail;
-    DetailCut *cut = detail->cut;
+    DetailCut *cut = detail->set.cut;
     int old = cut->node[cut->ring[part].face][cut->ring[part].corner];
     int copy = cut->base_count + (int)(*cut->copies)++;
     cut->origin[copy - cut->base_count] = vertex;
     detail->fixed[copy] = detail->fixed[vertex];
-    detail->status[copy] = NODE_FREE;
+    detail->set.status[copy] = NODE_FREE;
     for (int i = 0; i < ring_count; i++)
         if (cut->part[i] == part)
             cut->node[cut->ring[i].face][cut->ring[i].corner] = copy;
@@ -369,14 +369,15 @@ static void copy_node(SurfaceModel *model, int vertex, int part, int ring_count)
 static void split_vertex(SurfaceModel *model, int vertex)
 {
     Detail *detail = model->detail;
-    DetailCut *cut = detail->cut;
-    int count, found = find_new_parts(detail, vertex, &count);
+    const LeafSet *set = &detail->set;
+    DetailCut *cut = set->cut;
+    int count, found = find_new_parts(set, vertex, &count);
     if (found == 0)
         return;
     for (int i = 0; i < found; i++)
         copy_node(model, vertex, cut->fresh[i], count);
     for (int i = 0; i < count; i++) {
-        detail_touch(detail, detail->finest, cut->ring[i].face);
+        detail_touch(detail, set->levels.finest, cut->ring[i].face);
         for (int k = 0; k < 3; k++)
             detail_mark(model, cut->node[cut->ring[i].face][k]);
     }
@@ -384,8 +385,8 @@ static void split_vertex(SurfaceModel *model, int vertex)
 
 static void list_vertices(Detail *detail, const int *edge, int count)
 {
-    DetailCut *cut = detail->cut;
-    const Level *finest = &detail->levels.level[detail->finest];
+    DetailCut *cut = detail->set.cut;
+    const Level *finest = &detail->set.levels.level[detail->set.levels.finest];
     bool *is_listed = detail->is_redrawn; // false between changes
     cut->vertex_count = 0;
     for (int i = 0; i < count; i++)
@@ -406,12 +407,13 @@ static void list_vertices(Detail *detail, const int *edge, int count)
 bool detail_cut_break(SurfaceModel *model, const int *edge, int edge_count, CutOutcome *outcome)
 {
     Detail *detail = model->detail;
-    DetailCut *cut = detail->cut;
+    LeafSet *set = &detail->set;
+    DetailCut *cut = set->cut;
     list_vertices(detail, edge, edge_count);
     // Set the bits tentatively: the capacity needed follows from them.
-    set_bits(detail, edge, edge_count, true);
+    set_bits(set, edge, edge_count, true);
     if (!has_room(detail, outcome)) {
-        set_bits(detail, edge, edge_count, false);
+        set_bits(set, edge, edge_count, false);
         return false;
     }
     for (int i = 0; i < cut->want_count;
@@ -424,8 +426,8 @@ bool detail_cut_break(SurfaceModel *model, const int *edge, int edge_count, CutO
     // Now every face around the vertices is a leaf: split the nodes.
     for (int v = 0; v < cut->vertex_count; v++)
         split_vertex(model, cut->vertex[v]);
-    detail_cut_lock(detail);
-    detail_pieces_label(detail);
+    detail_cut_lock(set);
+    detail_pieces_label(set);
     slots_label(detail->slots);
     // New pieces get frames of their own.
     if (cut->piece_count > pieces)

@@ -14,15 +14,11 @@
 #include "base/state.h"
 #include "dynamics/cut.h"
 #include "surface/cut/cut_snap.h"
+#include "surface/detail/detail_set.h"
 #include "surface/surface.h"
 
 struct SurfaceModel;
 struct Detail;
-
-// A face, and the corner of it that a node is.
-typedef struct Leaf {
-    int level, face, corner;
-} Leaf;
 
 typedef struct DetailCut {
     // --- constant ---
@@ -75,16 +71,23 @@ typedef struct DetailCut {
     int *snap_work; // [base_count] zero between cuts
 } DetailCut;
 
+// True if the edge between corners k and k + 1 of a leaf is broken.
+static inline bool detail_is_broken(const LeafSet *set, int level, int face, int k)
+{
+    return set->cut != NULL && level == set->levels.finest &&
+           (set->cut->broken[face] >> k & 1) != 0;
+}
+
 // Load time, before anything is sized: takes over the corners of the finest level.
 void detail_cut_create(struct Detail *detail, const SurfaceOptions *options, Arena *arena,
                        StateList *state);
 // Lists the faces of the finest level around a node of the uncut mesh, in an order that depends on
 // the hierarchy alone; returns their number.
-int detail_cut_ring(const struct Detail *detail, int node, Leaf *ring);
+int detail_cut_ring(const LeafSet *set, int node, Leaf *ring);
 // detail_cut_lock derives the locks from the bits; detail_cut_parts_match is true if around each
 // node the components are those of its copies.
-void detail_cut_lock(const struct Detail *detail);
-bool detail_cut_parts_match(const struct Detail *detail);
+void detail_cut_lock(const LeafSet *set);
+bool detail_cut_parts_match(const LeafSet *set);
 // Rebuilds everything that is derived from the state.
 void detail_cut_rebuild(struct Detail *detail);
 // Breaks edges of the finest level (ascending, unbroken, inner ones), within a change: refines the
@@ -101,9 +104,9 @@ void detail_blade_reserve(void *self, int blades, Arena *arena, StateList *state
 // --- detail_tear.c ---
 void detail_tear_create(struct Detail *detail, const SurfaceOptions *options, Arena *arena,
                         StateList *state);
-bool detail_tear_check(const struct Detail *detail);
+bool detail_tear_check(const LeafSet *set);
 // Resets the smoothed stretch: nothing has been stretched so far.
-void detail_tear_forget(struct Detail *detail);
+void detail_tear_forget(LeafSet *set);
 bool detail_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange *change);
 
 // --- detail_cut_check.c ---
@@ -113,6 +116,6 @@ bool detail_cut_check(const struct Detail *detail);
 
 // --- detail_pieces.c ---
 // Labels the pieces of the body: faces connected across unbroken edges.
-void detail_pieces_label(struct Detail *detail);
+void detail_pieces_label(LeafSet *set);
 
 #endif

@@ -5,10 +5,10 @@
 #include <string.h>
 
 // True if the bits belong to inner edges, the same on both sides.
-static bool check_bits(const Detail *detail)
+static bool check_bits(const LeafSet *set)
 {
-    const DetailCut *cut = detail->cut;
-    const Level *finest = &detail->levels.level[detail->finest];
+    const DetailCut *cut = set->cut;
+    const Level *finest = &set->levels.level[set->levels.finest];
     for (int f = 0; f < finest->face_count; f++) {
         if (cut->broken[f] > 7)
             return false;
@@ -29,12 +29,12 @@ static bool check_bits(const Detail *detail)
 // none is unused.
 static bool check_copies(const Detail *detail)
 {
-    DetailCut *cut = detail->cut;
+    DetailCut *cut = detail->set.cut;
     int64_t copies = *cut->copies, used = 0;
     bool *is_used = detail->is_redrawn; // false between changes
     if (copies < 0 || copies > cut->copy_capacity)
         return false;
-    for (int f = 0; f < detail->place_count; f++)
+    for (int f = 0; f < detail->set.place_count; f++)
         for (int k = 0; k < 3; k++) {
             int node = cut->node[f][k], copy = node - cut->base_count;
             if (node == cut->base[f][k])
@@ -45,7 +45,7 @@ static bool check_copies(const Detail *detail)
         }
     // All corners of a copy must belong to one node; count the copies that occur.
     bool ok = true;
-    for (int f = 0; f < detail->place_count; f++)
+    for (int f = 0; f < detail->set.place_count; f++)
         for (int k = 0; k < 3; k++) {
             int node = cut->node[f][k];
             if (node < cut->base_count)
@@ -60,9 +60,9 @@ static bool check_copies(const Detail *detail)
 
 // True if only ends of broken edges are moved, by at most one snap, with some tolerance for
 // rounding.
-static bool check_places(const Detail *detail)
+static bool check_places(const LeafSet *set)
 {
-    const DetailCut *cut = detail->cut;
+    const DetailCut *cut = set->cut;
     const double most = 1.001 * CUT_SNAP_MOST * cut->finder.h;
     for (int i = 0; i < cut->base_count; i++) {
         double moved = vec3_length(vec3_sub(cut->rest[i], cut->built[i]));
@@ -74,15 +74,15 @@ static bool check_places(const Detail *detail)
 
 bool detail_cut_check(const Detail *detail)
 {
-    if (!check_bits(detail) || !check_copies(detail) || !detail_cut_parts_match(detail))
+    if (!check_bits(&detail->set) || !check_copies(detail) || !detail_cut_parts_match(&detail->set))
         return false;
     // Locked faces are refined.
-    detail_cut_lock(detail);
-    if (!check_places(detail) || !cut_find_check(&detail->cut->finder) ||
-        !detail_tear_check(detail) || !detail_frames_check(detail))
+    detail_cut_lock(&detail->set);
+    if (!check_places(&detail->set) || !cut_find_check(&detail->set.cut->finder) ||
+        !detail_tear_check(&detail->set) || !detail_frames_check(detail))
         return false;
-    for (int f = 0; f < detail->face_base[detail->finest]; f++)
-        if (detail->cut->locked[f] != 0 && detail->refined[f] == 0)
+    for (int f = 0; f < detail->set.face_base[detail->set.levels.finest]; f++)
+        if (detail->set.cut->locked[f] != 0 && detail->set.refined[f] == 0)
             return false;
     return true;
 }

@@ -10,7 +10,7 @@
 
 void detail_touch(Detail *detail, int level, int face)
 {
-    int number = detail->face_base[level] + face;
+    int number = detail->set.face_base[level] + face;
     if (detail->is_touched[number])
         return;
     detail->is_touched[number] = true;
@@ -23,14 +23,14 @@ static bool in_use(const Detail *detail, int place)
 }
 
 // Returns the first place of a quarter of a face; a face of the finest level has only one.
-static int quarter(const Detail *detail, int level, int face, int k)
+static int quarter(const LeafSet *set, int level, int face, int k)
 {
-    return level < detail->finest ? detail_place(detail, level + 1, 4 * face + k) : face;
+    return level < set->levels.finest ? detail_place(set, level + 1, 4 * face + k) : face;
 }
 
-static int quarters(const Detail *detail, int level)
+static int quarters(const LeafSet *set, int level)
 {
-    return level < detail->finest ? 4 : 1;
+    return level < set->levels.finest ? 4 : 1;
 }
 
 // --- triangles ---
@@ -43,13 +43,13 @@ typedef struct Piece {
 // Divides a leaf into triangles. A compensating edge joins a hanging node with the opposite corner,
 // or two hanging nodes with each other; of two, the median that halves the face starts at the
 // first.
-static int divide_leaf(const Detail *detail, int level, int face, Piece piece[4])
+static int divide_leaf(const LeafSet *set, int level, int face, Piece piece[4])
 {
-    const Level *at = &detail->levels.level[level];
+    const Level *at = &set->levels.level[level];
     const int *corner = at->face[face];
     int middle[3], count = 0, first = 0;
     for (int k = 0; k < 3; k++) {
-        middle[k] = detail_midpoint(detail, level, at->face_edge[face][k]);
+        middle[k] = detail_midpoint(set, level, at->face_edge[face][k]);
         count += middle[k] >= 0;
     }
     if (count == 0) {
@@ -88,8 +88,8 @@ static void mark_corners(Detail *detail, const int corner[3])
 
 static void clear_leaf(Detail *detail, int level, int face)
 {
-    for (int k = 0; k < quarters(detail, level); k++) {
-        int place = quarter(detail, level, face, k);
+    for (int k = 0; k < quarters(&detail->set, level); k++) {
+        int place = quarter(&detail->set, level, face, k);
         if (!in_use(detail, place))
             continue;
         mark_corners(detail, detail->face[place]);
@@ -102,10 +102,10 @@ static void clear_leaf(Detail *detail, int level, int face)
 static void draw_leaf(Detail *detail, int level, int face)
 {
     Piece piece[4];
-    int count = divide_leaf(detail, level, face, piece);
+    int count = divide_leaf(&detail->set, level, face, piece);
     double area = level_rules_area(&detail->rules, level, face);
     for (int k = 0; k < count; k++) {
-        int place = quarter(detail, level, face, k);
+        int place = quarter(&detail->set, level, face, k);
         memcpy(detail->face[place], piece[k].corner, sizeof piece[k].corner);
         detail->face_area[place] = piece[k].share * area;
         detail->drawn[detail->drawn_count++] = place;
@@ -161,9 +161,9 @@ static void meet_neighbours(Detail *detail, int place)
 static void measure_node(Detail *detail, int node)
 {
     double area = 0.0;
-    if (detail->status[node] != NODE_OFF) {
-        Leaf *leaf = detail->ring[0];
-        int count = detail_leaves_around(detail, node, leaf);
+    if (detail->set.status[node] != NODE_OFF) {
+        Leaf *leaf = detail->set.ring[0];
+        int count = detail_leaves_around(&detail->set, node, leaf);
         for (int i = 0; i < count; i++)
             area += level_rules_area(&detail->rules, leaf[i].level, leaf[i].face) / 3.0;
     }
@@ -178,8 +178,8 @@ static int predecessor(const Detail *detail, int place)
 {
     if (detail->was_used[place])
         return place;
-    for (int level = detail->finest - 1; level >= 0; level--) {
-        int shift = 2 * (detail->finest - level), first = place >> shift << shift;
+    for (int level = detail->set.levels.finest - 1; level >= 0; level--) {
+        int shift = 2 * (detail->set.levels.finest - level), first = place >> shift << shift;
         if (detail->was_used[first])
             return first;
     }
@@ -190,11 +190,12 @@ static int predecessor(const Detail *detail, int place)
 // contains its quarter, or the first.
 static int successor(const Detail *detail, int place)
 {
-    for (int level = detail->finest - 1; level >= 0; level--) {
-        int shift = 2 * (detail->finest - level), face = place >> shift;
-        if (!detail_is_leaf(detail, level, face))
+    const LeafSet *set = &detail->set;
+    for (int level = set->levels.finest - 1; level >= 0; level--) {
+        int shift = 2 * (set->levels.finest - level), face = place >> shift;
+        if (!detail_is_leaf(set, level, face))
             continue;
-        int part = quarter(detail, level, face, place >> (shift - 2) & 3);
+        int part = quarter(set, level, face, place >> (shift - 2) & 3);
         return in_use(detail, part) ? part : face << shift;
     }
     ASSERT(false);
@@ -226,8 +227,8 @@ void detail_draw(Detail *detail)
         clear_leaf(detail, detail->touched[i].level, detail->touched[i].face);
     for (int i = 0; i < detail->touched_count; i++) {
         const Leaf *leaf = &detail->touched[i];
-        detail->is_touched[detail->face_base[leaf->level] + leaf->face] = false;
-        if (detail_is_leaf(detail, leaf->level, leaf->face))
+        detail->is_touched[detail->set.face_base[leaf->level] + leaf->face] = false;
+        if (detail_is_leaf(&detail->set, leaf->level, leaf->face))
             draw_leaf(detail, leaf->level, leaf->face);
     }
     detail->touched_count = 0;
@@ -245,14 +246,14 @@ void detail_draw(Detail *detail)
 
 void detail_draw_all(Detail *detail)
 {
-    memset(detail->face, 0, (size_t)detail->place_count * sizeof *detail->face);
-    for (int node = 0; node < detail->node_count; node++)
+    memset(detail->face, 0, (size_t)detail->set.place_count * sizeof *detail->face);
+    for (int node = 0; node < detail->set.node_count; node++)
         detail->node_face_end[node] = detail->node_face_start[node];
-    for (int level = 0; level <= detail->finest; level++)
-        for (int face = 0; face < detail->levels.level[level].face_count; face++)
-            if (detail_is_leaf(detail, level, face))
+    for (int level = 0; level <= detail->set.levels.finest; level++)
+        for (int face = 0; face < detail->set.levels.level[level].face_count; face++)
+            if (detail_is_leaf(&detail->set, level, face))
                 detail_touch(detail, level, face);
-    memset(detail->node_area, 0, (size_t)detail->node_count * sizeof *detail->node_area);
+    memset(detail->node_area, 0, (size_t)detail->set.node_count * sizeof *detail->node_area);
     detail->change =
         (TopologyChange){.face = detail->face_change, .born = detail->born, .gone = detail->gone};
     detail_draw(detail);

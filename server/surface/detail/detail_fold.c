@@ -43,15 +43,15 @@ static int side_of(const Level *level, int face, int edge)
 
 void detail_measure_fold(Detail *detail, int level, int edge)
 {
-    const Level *at = &detail->levels.level[level];
-    const Vec3 *rest = detail->levels.position;
+    const Level *at = &detail->set.levels.level[level];
+    const Vec3 *rest = detail->set.levels.position;
     const int *face = at->edge_face[edge];
     if (face[0] < 0 || face[1] < 0)
         return;
     int k = side_of(at, face[0], edge), j = side_of(at, face[1], edge);
-    const int *corner = detail_uncut(detail, level, face[0]);
+    const int *corner = detail_uncut(&detail->set, level, face[0]);
     const Vec3 x[4] = {rest[corner[k]], rest[corner[(k + 1) % 3]], rest[corner[(k + 2) % 3]],
-                       rest[detail_uncut(detail, level, face[1])[(j + 2) % 3]]};
+                       rest[detail_uncut(&detail->set, level, face[1])[(j + 2) % 3]]};
     Fold fold = fold_of(x);
     double size = fold.size2 > 0.0 ? 1.0 / sqrt(fold.size2) : 0.0;
     float *known = detail->rest_fold[detail->edge_base[level] + edge];
@@ -61,9 +61,9 @@ void detail_measure_fold(Detail *detail, int level, int edge)
 
 void detail_measure_folds(Detail *detail)
 {
-    const Vec3 *rest = detail->levels.position;
-    for (int l = 0; l <= detail->finest; l++) {
-        const Level *at = &detail->levels.level[l];
+    const Vec3 *rest = detail->set.levels.position;
+    for (int l = 0; l <= detail->set.levels.finest; l++) {
+        const Level *at = &detail->set.levels.level[l];
         detail->least_height[l] = least_height(at, rest);
         for (int e = 0; e < at->edge_count; e++)
             detail_measure_fold(detail, l, e);
@@ -78,7 +78,7 @@ static Fold rest_fold(const SurfaceModel *model, int level, int edge, const int 
     bool smooth = true;
     Vec3 rest[4];
     for (int k = 0; k < 4; k++)
-        smooth &= detail->status[node[k]] == NODE_FREE;
+        smooth &= detail->set.status[node[k]] == NODE_FREE;
     if (smooth) {
         const float *known = detail->rest_fold[detail->edge_base[level] + edge];
         return (Fold){1.0, (double)known[0], (double)known[1]};

@@ -9,7 +9,7 @@
 void detail_frames_create(SurfaceModel *model, const char *name, Arena *arena, StateList *state)
 {
     Detail *detail = model->detail;
-    size_t nodes = (size_t)detail->node_count, faces = (size_t)detail->place_count;
+    size_t nodes = (size_t)detail->set.node_count, faces = (size_t)detail->set.place_count;
     DetailFrames *frames = detail->frames = ALLOCATE(1, DetailFrames, "piece frames");
     frames->rotation = ALLOCATE(PIECE_FRAMES, *frames->rotation, "piece rotations");
     for (int i = 0; i < PIECE_FRAMES; i++)
@@ -49,11 +49,11 @@ void detail_frames_start(Detail *detail)
 static void rank_pieces(Detail *detail)
 {
     DetailFrames *frames = detail->frames;
-    const int *piece = detail->cut->piece;
+    const int *piece = detail->set.cut->piece;
     int best[PIECE_FRAMES + 1], count = 0;
-    for (int f = 0; f < detail->place_count; f++)
+    for (int f = 0; f < detail->set.place_count; f++)
         frames->size[piece[f]]++;
-    for (int f = 0; f < detail->place_count; f++) {
+    for (int f = 0; f < detail->set.place_count; f++) {
         if (piece[f] != f)
             continue;
         frames->frame_of[f] = FRAME_LOOSE;
@@ -66,27 +66,28 @@ static void rank_pieces(Detail *detail)
     }
     for (int i = 0; i < count; i++)
         frames->frame_of[best[i]] = (unsigned char)i;
-    for (int f = 0; f < detail->place_count; f++)
+    for (int f = 0; f < detail->set.place_count; f++)
         frames->size[piece[f]] = 0;
     frames->count = count - 1;
 }
 
 static int frame_of_node(const Detail *detail, int node)
 {
-    return detail->frames->frame_of[detail->cut->node_piece[node]];
+    return detail->frames->frame_of[detail->set.cut->node_piece[node]];
 }
 
 void detail_frames_sort(SurfaceModel *model)
 {
     Detail *detail = model->detail;
+    const LeafSet *set = &detail->set;
     DetailFrames *frames = detail->frames;
     frames->count = frames->slot_count = 0;
-    if (detail->cut->piece_count <= 1)
+    if (set->cut->piece_count <= 1)
         return;
     rank_pieces(detail);
     // Only the largest piece takes part in the body's own fit.
-    for (int i = 0; i < detail->node_count; i++)
-        if (detail->status[i] == NODE_FREE)
+    for (int i = 0; i < set->node_count; i++)
+        if (set->status[i] == NODE_FREE)
             model->rigid_weight[model->slot[i]] =
                 frame_of_node(detail, i) == 0 ? model->mass[i] * detail->shape_rate : 0.0;
     // List the free nodes of the other pieces by frame, the loose ones last.
@@ -95,8 +96,8 @@ void detail_frames_sort(SurfaceModel *model)
         int first = next;
         if (k > frames->count && k < FRAME_LOOSE)
             continue;
-        for (int i = 0; i < detail->node_count; i++) {
-            if (detail->status[i] != NODE_FREE || frame_of_node(detail, i) != k)
+        for (int i = 0; i < set->node_count; i++) {
+            if (set->status[i] != NODE_FREE || frame_of_node(detail, i) != k)
                 continue;
             int slot = model->slot[i];
             frames->slot[next] = slot;

@@ -25,9 +25,9 @@ static double share_of_leaf(const SurfaceModel *model, const Leaf *leaf, int edg
     const Detail *detail = model->detail;
     const LevelRules *rules = &detail->rules;
     if (rules->same_springs) {
-        const int *sides = detail->levels.level[leaf->level].edge_face[edge];
+        const int *sides = detail->set.levels.level[leaf->level].edge_face[edge];
         double k = rules->stiffness[leaf->level];
-        return detail->constrained && sides[0] >= 0 && sides[1] >= 0 ? 0.5 * k : k;
+        return detail->set.constrained && sides[0] >= 0 && sides[1] >= 0 ? 0.5 * k : k;
     }
     const double *p = model->basis.place[a], *q = model->basis.place[b];
     double x = p[0] - q[0], y = p[1] - q[1], z = p[2] - q[2];
@@ -65,10 +65,11 @@ typedef struct Carried {
 static Carried survey(const SurfaceModel *model, int node, int depth, NodeSprings *springs)
 {
     const Detail *detail = model->detail;
+    const LeafSet *set = &detail->set;
     const LevelRules *rules = &detail->rules;
     ASSERT(depth < LEVELS_MAX + 3);
-    Leaf *leaf = detail->ring[depth];
-    int count = detail_leaves_around(detail, node, leaf), slot = model->slot[node];
+    Leaf *leaf = set->ring[depth];
+    int count = detail_leaves_around(set, node, leaf), slot = model->slot[node];
     int ends[LEVELS_MAX + 1] = {
         0}; // number of springs by level; one between two leaves is seen twice
     Carried sum = {0.0, 0.0};
@@ -76,7 +77,7 @@ static Carried survey(const SurfaceModel *model, int node, int depth, NodeSpring
         springs->count = 0;
     // Each leaf contributes a third of its mass and its part of the two springs at the node.
     for (int i = 0; i < count; i++) {
-        const Level *level = &detail->levels.level[leaf[i].level];
+        const Level *level = &set->levels.level[leaf[i].level];
         const int *corner = level->face[leaf[i].face];
         const int *edges = level->face_edge[leaf[i].face];
         const int k = leaf[i].corner, side[2] = {k, (k + 2) % 3};
@@ -84,8 +85,8 @@ static Carried survey(const SurfaceModel *model, int node, int depth, NodeSpring
         sum.mass += rules->areal_density * leaf_area(detail, &leaf[i]) / 3.0;
         for (int s = 0; s < 2; s++) {
             int edge = edges[side[s]], neighbour = model->slot[other[s]];
-            int middle = detail_midpoint(detail, leaf[i].level, edge);
-            if (detail->constrained) {
+            int middle = detail_midpoint(set, leaf[i].level, edge);
+            if (set->constrained) {
                 double stiffness = share_of_leaf(model, &leaf[i], edge, slot, neighbour);
                 sum.stiffness += 2.0 * stiffness;
                 if (springs != NULL)
@@ -98,8 +99,8 @@ static Carried survey(const SurfaceModel *model, int node, int depth, NodeSpring
             } else if (middle < 0) { // the paper: an edge that its other side has divided is off
                 const int *faces = level->edge_face[edge];
                 bool both = faces[0] >= 0 && faces[1] >= 0 &&
-                            detail_is_leaf(detail, leaf[i].level, faces[0]) &&
-                            detail_is_leaf(detail, leaf[i].level, faces[1]);
+                            detail_is_leaf(set, leaf[i].level, faces[0]) &&
+                            detail_is_leaf(set, leaf[i].level, faces[1]);
                 double stiffness = rules->stiffness[leaf[i].level];
                 sum.stiffness += both ? stiffness : 2.0 * stiffness;
                 ends[leaf[i].level] += both ? 1 : 2;
@@ -108,7 +109,7 @@ static Carried survey(const SurfaceModel *model, int node, int depth, NodeSpring
             }
         }
     }
-    if (!detail->constrained)
+    if (!set->constrained)
         sum.mass = level_rules_mixed_mass(rules, ends);
     return sum;
 }
@@ -194,7 +195,7 @@ static void list_nodes(SurfaceModel *model, int w, NodeStatus status, PackList *
     // Changed nodes are surveyed, others recalled from the table.
     for (int s = w * detail->width; s < (w + 1) * detail->width; s++) {
         int node = detail->of_slot[s];
-        if (node < 0 || detail->status[node] != status)
+        if (node < 0 || detail->set.status[node] != status)
             continue;
         NodeSprings *springs = &detail->springs[s % detail->width];
         if (detail->is_dirty[node]) {
@@ -291,7 +292,7 @@ static void pack_window(SurfaceModel *model, int w)
     for (int s = w * detail->width; s < (w + 1) * detail->width; s++) {
         int node = detail->of_slot[s];
         model->lane[s] = -1;
-        if (node < 0 || detail->status[node] != NODE_OFF)
+        if (node < 0 || detail->set.status[node] != NODE_OFF)
             continue;
         model->mass[node] = detail->bound[node] = 0.0;
         if (model->rigid_weight != NULL)
@@ -309,6 +310,7 @@ static void pack_window(SurfaceModel *model, int w)
 static void list_hanging(SurfaceModel *model)
 {
     Detail *detail = model->detail;
+    const LeafSet *set = &detail->set;
     detail->hanging_count = detail->carrier_count = 0;
     for (int k = 0; k < detail->free_chunk_count; k++)
         detail->carries[detail->free_chunk[k]] = 0;
@@ -317,14 +319,14 @@ static void list_hanging(SurfaceModel *model)
         // Slots are ordered by level: backwards the finest level comes first.
         for (int s = (w + 1) * detail->width - 1, left = window->hanging_count; left > 0; s--) {
             int node = detail->of_slot[s], parent[2];
-            if (node < 0 || detail->status[node] != NODE_HANGING)
+            if (node < 0 || set->status[node] != NODE_HANGING)
                 continue;
-            levels_parents(&detail->levels, node, parent);
+            levels_parents(&set->levels, node, parent);
             detail->hanging[detail->hanging_count] = s;
             int *master = detail->master[detail->hanging_count++];
             for (int k = 0; k < 2; k++) {
                 master[k] = model->slot[parent[k]];
-                if (detail->status[parent[k]] == NODE_FREE) {
+                if (set->status[parent[k]] == NODE_FREE) {
                     detail->carrier[detail->carrier_count++] = master[k];
                     detail->carries[model->lane[master[k]] / LANES] = 1;
                 }
@@ -372,7 +374,7 @@ void detail_pack(SurfaceModel *model)
         pack_window(model, w);
     }
     list_chunks(model);
-    if (detail->constrained)
+    if (detail->set.constrained)
         list_hanging(model);
     if (detail->frames != NULL)
         detail_frames_sort(model);

@@ -4,10 +4,10 @@
 
 #include "base/union_find.h"
 
-void detail_pieces_label(Detail *detail)
+void detail_pieces_label(LeafSet *set)
 {
-    DetailCut *cut = detail->cut;
-    const Level *finest = &detail->levels.level[detail->finest];
+    DetailCut *cut = set->cut;
+    const Level *finest = &set->levels.level[set->levels.finest];
     int *piece = cut->piece;
     union_find_reset(piece, finest->face_count);
     for (int f = 0; f < finest->face_count; f++)

@@ -16,7 +16,7 @@ static void read_middle(const SurfaceModel *model, int node, double row[ROW]);
 static void read_carried(const SurfaceModel *model, int node, double row[ROW])
 {
     const Detail *detail = model->detail;
-    if (detail->status[node] != NODE_HANGING) {
+    if (detail->set.status[node] != NODE_HANGING) {
         for (int c = 0; c < ROW; c++)
             row[c] = model_get(model, present_rows(model), (long)model->slot[node] * ROW + c);
         return;
@@ -29,7 +29,7 @@ static void read_middle(const SurfaceModel *model, int node, double row[ROW])
 {
     int parent[2];
     double other[ROW];
-    levels_parents(&model->detail->levels, node, parent);
+    levels_parents(&model->detail->set.levels, node, parent);
     read_carried(model, parent[0], row);
     read_carried(model, parent[1], other);
     for (int c = 0; c < ROW; c++)
@@ -46,9 +46,9 @@ Vec3 detail_velocity(const SurfaceModel *model, int node)
 void detail_push(SurfaceModel *model, int node, Vec3 impulse)
 {
     const Detail *detail = model->detail;
-    if (detail->status[node] == NODE_HANGING) {
+    if (detail->set.status[node] == NODE_HANGING) {
         int parent[2];
-        levels_parents(&detail->levels, node, parent);
+        levels_parents(&detail->set.levels, node, parent);
         detail_push(model, parent[0], vec3_scale(0.5, impulse));
         detail_push(model, parent[1], vec3_scale(0.5, impulse));
         return;
@@ -87,17 +87,17 @@ static Vec3 place_of(const SurfaceModel *model, int node)
 static Vec3 middle_of_parents(const SurfaceModel *model, int node)
 {
     int parent[2];
-    levels_parents(&model->detail->levels, node, parent);
+    levels_parents(&model->detail->set.levels, node, parent);
     return vec3_scale(0.5, vec3_add(place_of(model, parent[0]), place_of(model, parent[1])));
 }
 
 void detail_set_place(SurfaceModel *model, int node)
 {
-    const Detail *detail = model->detail;
-    Vec3 place = detail->status[node] == NODE_HANGING
-                     ? middle_of_parents(model, node)
-                     : vec3_sub(detail->levels.position[detail_original(detail, node)],
-                                model->basis.rest_origin);
+    const LeafSet *set = &model->detail->set;
+    Vec3 place =
+        set->status[node] == NODE_HANGING
+            ? middle_of_parents(model, node)
+            : vec3_sub(set->levels.position[detail_original(set, node)], model->basis.rest_origin);
     double *to = model->basis.place[model->slot[node]];
     to[0] = place.x, to[1] = place.y, to[2] = place.z;
 }
@@ -131,11 +131,11 @@ void detail_release(SurfaceModel *model, int node)
 // with choi2005 at the butterfly's point.
 void detail_give_birth(SurfaceModel *model, int node)
 {
-    const Levels *levels = &model->detail->levels;
+    const Levels *levels = &model->detail->set.levels;
     double row[ROW];
     read_middle(model, node, row);
     Vec3 place = place_of(model, node);
-    if (model->detail->constrained) {
+    if (model->detail->set.constrained) {
         Vec3 step = shift_of_row(model, node, vec3_sub(place, middle_of_parents(model, node)));
         row[0] += step.x, row[1] += step.y, row[2] += step.z;
     } else {

@@ -55,7 +55,7 @@ static Vec3 read_position(const SurfaceModel *model, int slot)
 static double traction_of(const SurfaceModel *model, int node, double force)
 {
     const Detail *detail = model->detail;
-    double area = detail->status[node] == NODE_HANGING
+    double area = detail->set.status[node] == NODE_HANGING
                       ? detail->node_area[node]
                       : model->mass[node] / detail->rules.areal_density;
     return area > 0.0 ? force / area : 0.0;
@@ -94,7 +94,7 @@ static const NodeLook *look_at(const SurfaceModel *model, int node, const Marks 
     slip = vec3_sub(slip, vec3_cross(angular, vec3_sub(look->position, center)));
     look->slip2 = vec3_dot(slip, slip);
     double force = detail->felt_force[node];
-    if (*model->loaded != 0 && detail->status[node] == NODE_FREE)
+    if (*model->loaded != 0 && detail->set.status[node] == NODE_FREE)
         force += load_on(model, slot);
     look->traction = force > 0.0 ? traction_of(model, node, force) : 0.0;
     return look;
@@ -120,9 +120,10 @@ static Verdict judge_curvature(SurfaceModel *model, int level, int face, const V
                                const Vec3 moved[3], const Marks *marks, Bent *bent)
 {
     Detail *detail = model->detail;
-    const Level *at = &detail->levels.level[level];
+    const LeafSet *set = &detail->set;
+    const Level *at = &set->levels.level[level];
     const int *corner = at->face[face];
-    unsigned char *note = &detail->crease[detail->face_base[level]];
+    unsigned char *note = &detail->crease[set->face_base[level]];
     Verdict verdict = (Verdict)note[face];
     note[face] = VERDICT_CALM;
     if (is_still(moved[0], moved[1], moved[2], marks->still2[level]))
@@ -131,8 +132,8 @@ static Verdict judge_curvature(SurfaceModel *model, int level, int face, const V
     for (int k = 0; k < 3; k++) {
         int edge = at->face_edge[face][k];
         int across = levels_beyond(at, edge, face);
-        if (across < 0 || !detail_is_leaf(detail, level, across) ||
-            detail_is_broken(detail, level, face, k))
+        if (across < 0 || !detail_is_leaf(set, level, across) ||
+            detail_is_broken(set, level, face, k))
             continue;
         int opposite = 0;
         while (at->face_edge[across][opposite] != edge)
@@ -169,7 +170,7 @@ static Verdict judge_number(double eta)
 static Verdict judge(SurfaceModel *model, int level, int face, const Marks *marks, Bent *bent)
 {
     const Detail *detail = model->detail;
-    const int *corner = detail->levels.level[level].face[face];
+    const int *corner = detail->set.levels.level[level].face[face];
     Vec3 now[3], moved[3];
     Verdict verdict = VERDICT_CALM;
     for (int k = 0; k < 3; k++) {
@@ -207,8 +208,9 @@ static Verdict sweep_face(SweepPass *pass, int level, int face)
 {
     SurfaceModel *model = pass->model;
     Detail *detail = model->detail;
+    const LeafSet *set = &detail->set;
     const Marks *marks = &pass->marks;
-    if (!detail_is_refined(detail, level, face)) {
+    if (!detail_is_refined(set, level, face)) {
         if (level > marks->level)
             return VERDICT_CALM; // the next level may not exist
         Bent bent = {0};
@@ -223,10 +225,10 @@ static Verdict sweep_face(SweepPass *pass, int level, int face)
     // A refined face: coarsen it after HOLD seconds in which all four children were calm leaves.
     bool leaves = true, calm = true;
     for (int k = 0; k < 4; k++) {
-        leaves &= !detail_is_refined(detail, level + 1, 4 * face + k);
+        leaves &= !detail_is_refined(set, level + 1, 4 * face + k);
         calm &= sweep_face(pass, level + 1, 4 * face + k) == VERDICT_CALM;
     }
-    int64_t *since = &detail->calm_since[detail->face_base[level] + face];
+    int64_t *since = &detail->calm_since[set->face_base[level] + face];
     if (!leaves || !calm) {
         *since = 0;
         return VERDICT_KEEP;
@@ -255,7 +257,7 @@ static void set_marks(const SurfaceModel *model, int64_t step, double tick, Mark
         .step = step,
         .hold = (int64_t)ceil(HOLD / tick),
     };
-    for (int l = 0; l <= detail->finest; l++) {
+    for (int l = 0; l <= detail->set.levels.finest; l++) {
         marks->per_force[l] = ldexp(1.0 / force, -l);
         // Relative to the third corner, a corner that moves by d tilts its leaf by at most asin(d /
         // height): two corners of each of two leaves, and a tenth as a margin for the asin.
@@ -276,15 +278,16 @@ static void look_at_felt(SweepPass *pass)
 {
     SurfaceModel *model = pass->model;
     Detail *detail = model->detail;
+    const LeafSet *set = &detail->set;
     for (int64_t i = 0; i < *detail->felt_count; i++) {
         int node = (int)detail->felt[i].node;
-        if (detail->status[node] == NODE_OFF)
+        if (set->status[node] == NODE_OFF)
             continue;
-        Leaf *leaf = detail->ring[LEVELS_MAX];
-        int count = detail_leaves_around(detail, node, leaf);
+        Leaf *leaf = set->ring[LEVELS_MAX];
+        int count = detail_leaves_around(set, node, leaf);
         for (int k = 0; k < count && pass->left > 0; k++)
             if (leaf[k].level < pass->marks.level &&
-                detail_is_leaf(detail, leaf[k].level, leaf[k].face) &&
+                detail_is_leaf(set, leaf[k].level, leaf[k].face) &&
                 traction_of(model, node, detail->felt_force[node]) *
                         pass->marks.per_force[leaf[k].level] >
                     1.0)
@@ -297,8 +300,8 @@ static void coarsen_calm(SweepPass *pass)
     Detail *detail = pass->model->detail;
     for (int i = 0; i < detail->calm_count; i++) {
         const Leaf *calm = &detail->calm[i];
-        if (pass->left > 0 && detail_is_refined(detail, calm->level, calm->face) &&
-            detail_may_coarsen(detail, calm->level, calm->face)) {
+        if (pass->left > 0 && detail_is_refined(&detail->set, calm->level, calm->face) &&
+            detail_may_coarsen(&detail->set, calm->level, calm->face)) {
             detail_coarsen(pass->model, calm->level, calm->face);
             pass->left--;
         }
@@ -311,7 +314,7 @@ bool detail_sweep(Body *body, int64_t step, double tick)
     SurfaceModel *model = body->model;
     Detail *detail = model->detail;
     Sweep *sweep = detail->sweep;
-    const int roots = detail->levels.level[0].face_count;
+    const int roots = detail->set.levels.level[0].face_count;
     const int64_t budget = (int64_t)fmax(FACES_LEAST, ceil((double)FACES_PER_SECOND * tick));
     SweepPass pass = {.model = model, .left = budget};
     const int64_t before = sweep->refined;
@@ -345,7 +348,7 @@ bool detail_sweep(Body *body, int64_t step, double tick)
     // tick.
     bool whole = detail->options.adapt.check_hz * tick >= 1.0;
     bool divided = sweep->refined > before;
-    detail->again = whole && divided && urgent && detail->again_count < detail->finest;
+    detail->again = whole && divided && urgent && detail->again_count < detail->set.levels.finest;
     detail->again_count = detail->again ? detail->again_count + 1 : 0;
     return detail_end_change(body);
 }

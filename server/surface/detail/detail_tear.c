@@ -13,32 +13,32 @@ enum { TEARS_MOST = 64, DIVIDED_MOST = 64 }; // edges and faces per tick
 void detail_tear_create(Detail *detail, const SurfaceOptions *options, Arena *arena,
                         StateList *state)
 {
-    DetailCut *cut = detail->cut;
-    size_t edges = (size_t)detail->levels.level[detail->finest].edge_count;
+    DetailCut *cut = detail->set.cut;
+    size_t edges = (size_t)detail->set.levels.level[detail->set.levels.finest].edge_count;
     cut->stretch = arena_allocate(arena, ARENA_TOPOLOGY, edges, sizeof *cut->stretch,
                                   "%s/stretch of edges", options->body.name);
     cut->torn = arena_allocate(arena, ARENA_TOPOLOGY, edges, sizeof *cut->torn, "%s/torn edges",
                                options->body.name);
-    cut->is_tip = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)detail->node_count,
+    cut->is_tip = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)detail->set.node_count,
                                  sizeof *cut->is_tip, "%s/tips", options->body.name);
     state_add(state, cut->stretch, edges * sizeof *cut->stretch, "%s/stretch", options->body.name);
 }
 
-bool detail_tear_check(const Detail *detail)
+bool detail_tear_check(const LeafSet *set)
 {
-    const float *stretch = detail->cut->stretch;
-    for (int e = 0; stretch != NULL && e < detail->levels.level[detail->finest].edge_count; e++)
+    const float *stretch = set->cut->stretch;
+    for (int e = 0; stretch != NULL && e < set->levels.level[set->levels.finest].edge_count; e++)
         if (!(fabsf(stretch[e]) < 1e30f))
             return false;
     return true;
 }
 
-void detail_tear_forget(Detail *detail)
+void detail_tear_forget(LeafSet *set)
 {
-    DetailCut *cut = detail->cut;
+    DetailCut *cut = set->cut;
     if (cut->stretch != NULL)
         memset(cut->stretch, 0,
-               (size_t)detail->levels.level[detail->finest].edge_count * sizeof *cut->stretch);
+               (size_t)set->levels.level[set->levels.finest].edge_count * sizeof *cut->stretch);
 }
 
 static int side_of(const Level *level, int face, int edge)
@@ -49,7 +49,7 @@ static int side_of(const Level *level, int face, int edge)
 
 static Vec3 position_of(SurfaceModel *model, int node)
 {
-    DetailCut *cut = model->detail->cut;
+    DetailCut *cut = model->detail->set.cut;
     if (cut->seen[node] != cut->looks) {
         cut->seen[node] = cut->looks;
         rows_read(&model->basis, model->rows[model->current], model->slot[node],
@@ -88,11 +88,11 @@ static double stretch_of(SurfaceModel *model, const Level *level, int edge)
 }
 
 // Marks nodes where a crack can continue: at a border or a broken edge of their own faces.
-static void mark_tips(Detail *detail)
+static void mark_tips(LeafSet *set)
 {
-    DetailCut *cut = detail->cut;
-    const Level *finest = &detail->levels.level[detail->finest];
-    memset(cut->is_tip, 0, (size_t)detail->node_count * sizeof *cut->is_tip);
+    DetailCut *cut = set->cut;
+    const Level *finest = &set->levels.level[set->levels.finest];
+    memset(cut->is_tip, 0, (size_t)set->node_count * sizeof *cut->is_tip);
     for (int f = 0; f < finest->face_count; f++)
         for (int k = 0; k < 3; k++)
             if ((cut->broken[f] >> k & 1) != 0 ||
@@ -105,15 +105,16 @@ static void mark_tips(Detail *detail)
 static int list_torn(SurfaceModel *model)
 {
     Detail *detail = model->detail;
-    DetailCut *cut = detail->cut;
-    const Level *finest = &detail->levels.level[detail->finest];
+    const LeafSet *set = &detail->set;
+    DetailCut *cut = set->cut;
+    const Level *finest = &set->levels.level[set->levels.finest];
     const double least = detail->options.tear_stretch;
     int count = 0;
     for (int e = 0; e < finest->edge_count; e++) {
         const int *face = finest->edge_face[e];
-        if (face[0] < 0 || face[1] < 0 || !detail_exists(detail, detail->finest, face[0]) ||
-            !detail_exists(detail, detail->finest, face[1]) ||
-            detail_is_broken(detail, detail->finest, face[0], side_of(finest, face[0], e))) {
+        if (face[0] < 0 || face[1] < 0 || !detail_exists(set, set->levels.finest, face[0]) ||
+            !detail_exists(set, set->levels.finest, face[1]) ||
+            detail_is_broken(set, set->levels.finest, face[0], side_of(finest, face[0], e))) {
             cut->stretch[e] = 0.0f;
             continue;
         }
@@ -142,8 +143,8 @@ static int list_torn(SurfaceModel *model)
 // Keeps only the first of those at one node: its tear relieves the others.
 static int keep_one_a_tip(Detail *detail, int count)
 {
-    DetailCut *cut = detail->cut;
-    const Level *finest = &detail->levels.level[detail->finest];
+    DetailCut *cut = detail->set.cut;
+    const Level *finest = &detail->set.levels.level[detail->set.levels.finest];
     bool *is_taken = detail->is_redrawn; // false between changes
     int kept = 0, ends[2 * TEARS_MOST];
     for (int i = 0; i < count; i++) {
@@ -166,15 +167,16 @@ static int keep_one_a_tip(Detail *detail, int count)
 static void refine_stretched(SurfaceModel *model)
 {
     Detail *detail = model->detail;
+    const LeafSet *set = &detail->set;
     const int64_t most = detail->sweep->refined + DIVIDED_MOST;
-    for (int l = 0; l < detail->finest; l++) {
-        const Level *at = &detail->levels.level[l];
-        for (int e = 0; e < at->edge_count && detail->leaf_count[l] > 0; e++) {
+    for (int l = 0; l < set->levels.finest; l++) {
+        const Level *at = &set->levels.level[l];
+        for (int e = 0; e < at->edge_count && set->leaf_count[l] > 0; e++) {
             const int *face = at->edge_face[e];
             if (detail->sweep->refined >= most)
                 return;
-            if (face[0] < 0 || face[1] < 0 || !detail_is_leaf(detail, l, face[0]) ||
-                !detail_is_leaf(detail, l, face[1]) ||
+            if (face[0] < 0 || face[1] < 0 || !detail_is_leaf(set, l, face[0]) ||
+                !detail_is_leaf(set, l, face[1]) ||
                 !(stretch_of(model, at, e) > detail->options.tear_stretch))
                 continue;
             detail_refine(model, l, face[0]);
@@ -188,10 +190,10 @@ bool detail_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange *c
     (void)tick;
     SurfaceModel *model = body->model;
     Detail *detail = model->detail;
-    DetailCut *cut = detail->cut;
+    DetailCut *cut = detail->set.cut;
     *outcome = (CutOutcome){.verdict = CUT_MET_NOTHING};
     cut->looks++;
-    mark_tips(detail);
+    mark_tips(&detail->set);
     int count = keep_one_a_tip(detail, list_torn(model));
     detail_begin_change(model);
     refine_stretched(model);

@@ -21,7 +21,7 @@ static int break_edge(DetailBench *bench, int edge)
 // The edge that goes on from `node` on the other side, as straight as a ring of six has it.
 static int edge_opposite(const DetailBench *bench, int node, int edge)
 {
-    const Level *at = &bench->detail->cut->uncut;
+    const Level *at = &bench->detail->set.cut->uncut;
     int face = at->edge_face[edge][0];
     for (int i = 0; i < 3; i++) {
         for (int k = 0; k < 3; k++) {
@@ -43,7 +43,7 @@ static void one_broken_edge_opens_nothing_two_in_a_row_one_node(void **unused)
         SurfaceOptions options = wall_options(levels, 0);
         DetailBench bench;
         wall_create(&bench, WALL_SPHERE, &options, 0.3);
-        const Level *at = &bench.detail->cut->uncut;
+        const Level *at = &bench.detail->set.cut->uncut;
         int edge = at->edge_count / 2, node = at->edge[edge][0];
         assert_int_equal(break_edge(&bench, edge), 0);
         WallShape shape;
@@ -67,7 +67,7 @@ static void random_edges_keep_every_invariant(void **unused)
         SurfaceOptions options = wall_options(i % 2 + 1, i % 2 + 1);
         DetailBench bench;
         wall_create(&bench, (WallMesh)(i % WALL_MESHES), &options, 0.5);
-        const Level *at = &bench.detail->cut->uncut;
+        const Level *at = &bench.detail->set.cut->uncut;
         double stiffness = wall_stiffness(&bench), mass = bench_mass(&bench);
         WallShape shape;
         for (int k = 0; k < 150; k++) {
@@ -76,7 +76,7 @@ static void random_edges_keep_every_invariant(void **unused)
             bool inner = face[0] >= 0 && face[1] >= 0;
             for (int j = 0; j < 3 && inner; j++)
                 inner = at->face_edge[face[0]][j] != edge ||
-                        (bench.detail->cut->broken[face[0]] >> j & 1) == 0;
+                        (bench.detail->set.cut->broken[face[0]] >> j & 1) == 0;
             if (!inner)
                 continue;
             break_edge(&bench, edge);
@@ -137,7 +137,7 @@ static void random_cuts_keep_every_invariant(void **unused)
             wall_expect_sound(&bench, &shape, 0);
             most_pieces = shape.pieces > most_pieces ? shape.pieces : most_pieces;
         }
-        copies += (int)*bench.detail->cut->copies;
+        copies += (int)*bench.detail->set.cut->copies;
         assert_int_equal(sim_resets(bench.sim), 0);
         bench_destroy(&bench);
     }
@@ -208,7 +208,7 @@ static void a_long_cut_opens_under_prestress(void **unused)
     assert_int_equal(sim_resets(bench.sim), 0);
     // How far copies are from their originals.
     double widest = 0.0;
-    const DetailCut *state = bench.detail->cut;
+    const DetailCut *state = bench.detail->set.cut;
     for (int c = 0; c < *state->copies; c++) {
         int pair[2] = {state->origin[c], state->base_count + c};
         Vec3 x[2];

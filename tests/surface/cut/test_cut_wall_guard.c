@@ -26,7 +26,7 @@ static Row *read_all(const DetailBench *bench)
     const int count = bench->body->surface.node_count;
     Row *row = calloc((size_t)count, sizeof *row);
     for (int i = 0; i < count; i++) {
-        row[i].on = bench->detail->status[i] != NODE_OFF;
+        row[i].on = bench->detail->set.status[i] != NODE_OFF;
         if (row[i].on)
             bench->body->ops->read_nodes(bench->model, &i, 1, &row[i].x, &row[i].v);
     }

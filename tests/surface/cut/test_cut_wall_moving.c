@@ -15,8 +15,8 @@ static Vec3 momentum_of_piece(const DetailBench *bench, int piece, double *mass,
     Vec3 sum = {0.0, 0.0, 0.0};
     *center = sum;
     *mass = 0.0;
-    for (int i = 0; i < detail->node_count; i++) {
-        if (detail->status[i] != NODE_FREE || detail->cut->node_piece[i] != piece)
+    for (int i = 0; i < detail->set.node_count; i++) {
+        if (detail->set.status[i] != NODE_FREE || detail->set.cut->node_piece[i] != piece)
             continue;
         Vec3 x, v;
         bench->body->ops->read_nodes(bench->model, &i, 1, &x, &v);
@@ -56,9 +56,9 @@ static void pieces_that_come_apart_move_apart(void **unused)
         CutOptions plane =
             wall_sweep_at(vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), 0.3, 0.3);
         assert_int_equal(wall_cut(&bench, &plane).pieces, 2);
-        const int *piece = bench.detail->cut->piece;
+        const int *piece = bench.detail->set.cut->piece;
         int number[2] = {0, -1}; // the lowest face is in one
-        for (int f = 0; f < bench.detail->place_count; f++)
+        for (int f = 0; f < bench.detail->set.place_count; f++)
             number[1] = piece[f] != 0 ? piece[f] : number[1];
         double mass[2];
         Vec3 before[2], start[2], after[2], end[2];
@@ -137,7 +137,7 @@ static void a_blade_through_moving_tissue_separates_it(void **unused)
             1e-3 * (double)sim_stage_ns(bench.sim, STAGE_CUT) / (double)sim_steps(bench.sim);
         slowest = spent > slowest ? spent : slowest;
         most = shape.pieces > most ? shape.pieces : most;
-        copies += (int)*bench.detail->cut->copies;
+        copies += (int)*bench.detail->set.cut->copies;
         bench_destroy(&bench);
     }
     print_message("%d strokes: %d copies, at most %d pieces, at most %.0f us a tick\n", cuts,

@@ -47,9 +47,9 @@ static CutOptions random_cut(uint64_t *random)
 static double speed_now(const DetailBench *bench)
 {
     double most = 0.0;
-    for (int i = 0; i < bench->detail->node_count; i++) {
+    for (int i = 0; i < bench->detail->set.node_count; i++) {
         Vec3 x, v;
-        if (bench->detail->status[i] == NODE_OFF)
+        if (bench->detail->set.status[i] == NODE_OFF)
             continue;
         bench->body->ops->read_nodes(bench->model, &i, 1, &x, &v);
         most = fmax(most, vec3_length(v));
@@ -117,7 +117,7 @@ static void an_unloaded_wall_stays_at_rest_when_it_is_cut(void **unused)
             most = fmax(most, speed);
         }
         assert_true(separated > 0);
-        assert_true(2 * count_snapped(bench.detail->cut) > separated);
+        assert_true(2 * count_snapped(bench.detail->set.cut) > separated);
         bench_destroy(&bench);
     }
     print_message("largest speed %.2g m/s\n", most);

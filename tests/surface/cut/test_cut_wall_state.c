@@ -52,7 +52,7 @@ static void copies_end_with_their_capacity(void **unused)
         wall_cut(&bench, &last);
     }
     // Every corner of every face at most has a node of its own.
-    assert_true(*bench.detail->cut->copies <= 3 * bench.detail->place_count - 114);
+    assert_true(*bench.detail->set.cut->copies <= 3 * bench.detail->set.place_count - 114);
     wall_expect_sound(&bench, &shape, 0);
     for (int k = 0; k < 50; k++)
         sim_step(bench.sim);
@@ -83,7 +83,7 @@ static void a_cut_state_goes_on_elsewhere_with_the_same_bits(void **unused)
         DetailBench whole, rest;
         prepare_cut_body(&whole, &random, levels);
         prepare_cut_body(&rest, &other, levels); // whatever it was before
-        assert_true(*whole.detail->cut->copies > 5);
+        assert_true(*whole.detail->set.cut->copies > 5);
         void *block = malloc(state_bytes(&whole.state));
         state_copy_out(&whole.state, block);
         state_copy_in(&rest.state, block);
@@ -124,11 +124,11 @@ static void a_reset_makes_it_whole_again(void **unused)
             wall_cut(&bench, &last);
             sim_step(bench.sim);
         }
-        assert_true(*bench.detail->cut->copies > 5);
+        assert_true(*bench.detail->set.cut->copies > 5);
         int topology = bench.body->mesh.topology;
         sim_reset(bench.sim);
         assert_int_equal(bench.body->mesh.topology, topology + 1);
-        assert_int_equal(*bench.detail->cut->copies, 0);
+        assert_int_equal(*bench.detail->set.cut->copies, 0);
         assert_int_equal(bench.body->mesh.node_count, 114);
         bench_expect_sound(&bench);
     }

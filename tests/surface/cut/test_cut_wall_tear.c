@@ -55,7 +55,7 @@ static int run(DetailBench *bench, int ticks)
         expect_near(bench_mass(bench), mass, 1e-12 * mass);
     }
     assert_int_equal(sim_resets(bench->sim), 0);
-    return bench->detail->cut->piece_count;
+    return bench->detail->set.cut->piece_count;
 }
 
 static void a_sheet_within_its_strength_stays_whole(void **unused)
@@ -65,7 +65,7 @@ static void a_sheet_within_its_strength_stays_whole(void **unused)
     DetailBench bench;
     create(&bench, &pull);
     assert_int_equal(run(&bench, 4000), 1);
-    assert_int_equal(*bench.detail->cut->copies, 0);
+    assert_int_equal(*bench.detail->set.cut->copies, 0);
     BodyMeasure measure;
     bench.body->ops->measure(bench.model, &measure);
     print_message("pulled %.1f mm longer\n", 1e3 * measure.max_displacement);
@@ -81,8 +81,9 @@ static void a_sheet_that_went_back_to_rest_stays_whole(void **unused)
     DetailBench bench;
     create(&bench, &pull);
     run(&bench, 10);
-    const DetailCut *cut = bench.detail->cut;
-    for (int e = 0; e < bench.detail->levels.level[bench.detail->finest].edge_count; e++)
+    const DetailCut *cut = bench.detail->set.cut;
+    for (int e = 0; e < bench.detail->set.levels.level[bench.detail->set.levels.finest].edge_count;
+         e++)
         cut->stretch[e] = 10.0f;
     bench.body->ops->restore(bench.model, RESTORE_SHAPE);
     assert_int_equal(run(&bench, 100), 1);
@@ -103,8 +104,8 @@ static void a_notched_sheet_tears_from_its_notch_in_two(void **unused)
         bench_expect_sound(&bench);
         assert_int_equal(shape.pieces, pieces);
         // One crack from the notch to the other side; it may follow the mesh's diagonals.
-        const DetailCut *cut = bench.detail->cut;
-        int faces = bench.detail->place_count, upper = 0, lower = 0;
+        const DetailCut *cut = bench.detail->set.cut;
+        int faces = bench.detail->set.place_count, upper = 0, lower = 0;
         for (int f = 0; f < faces; f++) {
             upper += cut->piece[f] == cut->node_piece[62];
             lower += cut->piece[f] == cut->node_piece[0];

@@ -56,9 +56,9 @@ void wall_create(DetailBench *bench, WallMesh kind, SurfaceOptions *options, dou
 static Vec3 random_node(const DetailBench *bench, uint64_t *random)
 {
     for (;;) {
-        int node = random_below(random, bench->detail->node_count);
+        int node = random_below(random, bench->detail->set.node_count);
         Vec3 x;
-        if (bench->detail->status[node] == NODE_OFF)
+        if (bench->detail->set.status[node] == NODE_OFF)
             continue;
         bench->body->ops->read_nodes(bench->model, &node, 1, &x, NULL);
         return x;
@@ -111,7 +111,7 @@ CutOptions wall_random_sweep(const DetailBench *bench, uint64_t *random, const C
 void wall_expect_sound(DetailBench *bench, WallShape *shape, int handles)
 {
     *shape = wall_expect_manifold(&bench->body->mesh, handles);
-    assert_int_equal(shape->pieces, bench->detail->cut->piece_count);
+    assert_int_equal(shape->pieces, bench->detail->set.cut->piece_count);
     wall_expect_locked(bench);
     bench_expect_sound(bench);
     // Thousands of additions in another order; in single precision of rounded numbers.

@@ -157,12 +157,12 @@ WallShape wall_expect_manifold(const BodyMesh *mesh, int handles)
 void wall_expect_locked(const DetailBench *bench)
 {
     const Detail *detail = bench->detail;
-    const DetailCut *cut = detail->cut;
-    for (int f = 0; f < detail->place_count; f++) {
-        int level = detail->finest, face = f;
-        while (!detail_exists(detail, level, face))
+    const DetailCut *cut = detail->set.cut;
+    for (int f = 0; f < detail->set.place_count; f++) {
+        int level = detail->set.levels.finest, face = f;
+        while (!detail_exists(&detail->set, level, face))
             level--, face /= 4;
-        if (level == detail->finest)
+        if (level == detail->set.levels.finest)
             continue;
         assert_int_equal(cut->broken[f], 0);
         for (int k = 0; k < 3; k++)
@@ -175,8 +175,8 @@ double wall_stiffness(const DetailBench *bench)
     const SurfaceModel *model = bench->model;
     const SpringTable *springs = &model->springs;
     double sum = 0.0;
-    for (int i = 0; i < bench->detail->node_count; i++) {
-        if (bench->detail->status[i] == NODE_OFF)
+    for (int i = 0; i < bench->detail->set.node_count; i++) {
+        if (bench->detail->set.status[i] == NODE_OFF)
             continue;
         int lane = model->lane[model->slot[i]], chunk = lane / LANES;
         for (int e = springs->start[chunk]; e < springs->end[chunk]; e++)
@@ -189,10 +189,10 @@ double wall_expected_stiffness(const DetailBench *bench)
 {
     const Detail *detail = bench->detail;
     double sum = 0.0;
-    for (int l = 0; l <= detail->finest; l++)
-        for (int f = 0; f < detail->levels.level[l].face_count; f++)
-            for (int k = 0; k < 3 && detail_is_leaf(detail, l, f); k++) {
-                const int *corner = detail->levels.level[l].face[f];
+    for (int l = 0; l <= detail->set.levels.finest; l++)
+        for (int f = 0; f < detail->set.levels.level[l].face_count; f++)
+            for (int k = 0; k < 3 && detail_is_leaf(&detail->set, l, f); k++) {
+                const int *corner = detail->set.levels.level[l].face[f];
                 Vec3 a = model_place(bench->model, bench->model->slot[corner[k]]);
                 Vec3 b = model_place(bench->model, bench->model->slot[corner[(k + 1) % 3]]);
                 Vec3 edge = vec3_sub(a, b);

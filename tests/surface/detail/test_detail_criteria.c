@@ -51,7 +51,7 @@ static bool adapt(DetailBench *bench, int64_t step)
 
 static int leaves(const DetailBench *bench, int level)
 {
-    return bench->detail->leaf_count[level];
+    return bench->detail->set.leaf_count[level];
 }
 
 static void put(DetailBench *bench, int node, Vec3 x, Vec3 v)
@@ -69,8 +69,8 @@ static Vec3 rest_of(const DetailBench *bench, int node)
 // All nodes in use in their rest places with a velocity.
 static void move_all(DetailBench *bench, Vec3 velocity)
 {
-    for (int i = 0; i < bench->detail->node_count; i++)
-        if (bench->detail->status[i] != NODE_OFF)
+    for (int i = 0; i < bench->detail->set.node_count; i++)
+        if (bench->detail->set.status[i] != NODE_OFF)
             put(bench, i, rest_of(bench, i), velocity);
 }
 
@@ -182,8 +182,8 @@ static void rigid_motion_refines_nothing(void **unused)
         DetailBench bench;
         create_sphere(&bench, &options);
         const Vec3 velocity = {20.0, -5.0, 3.0}, spin = {0.0, 60.0, 100.0}; // 6 m/s at the rim
-        for (int i = 0; i < bench.detail->node_count; i++)
-            if (bench.detail->status[i] != NODE_OFF)
+        for (int i = 0; i < bench.detail->set.node_count; i++)
+            if (bench.detail->set.status[i] != NODE_OFF)
                 put(&bench, i, rest_of(&bench, i),
                     vec3_add(velocity, vec3_cross(spin, rest_of(&bench, i))));
         int64_t before = bench.detail->sweep->refined;

@@ -100,8 +100,8 @@ static void a_body_wholly_of_one_level_moves_as_one_without_levels(void **unused
 
 static void shake(DetailBench *bench, uint64_t *random)
 {
-    for (int i = 0; i < bench->detail->node_count; i++)
-        if (bench->detail->status[i] == NODE_FREE && !bench->detail->fixed[i])
+    for (int i = 0; i < bench->detail->set.node_count; i++)
+        if (bench->detail->set.status[i] == NODE_FREE && !bench->detail->fixed[i])
             for (int c = 0; c < 3; c++)
                 model_put(bench->model, bench->model->rows[bench->model->current],
                           (long)bench->model->slot[i] * ROW + 4 + c,
@@ -148,8 +148,8 @@ static void measure(const DetailBench *bench, double *moved, double *speed)
 {
     *moved = *speed = 0.0;
     const SurfaceModel *model = bench->model;
-    for (int i = 0; i < bench->detail->node_count; i++) {
-        if (bench->detail->status[i] == NODE_OFF)
+    for (int i = 0; i < bench->detail->set.node_count; i++) {
+        if (bench->detail->set.status[i] == NODE_OFF)
             continue;
         Vec3 x, v;
         rows_read(&model->basis, model->rows[model->current], model->slot[i], &x, &v);

@@ -126,10 +126,10 @@ static void every_face_that_goes_has_a_successor(void **unused)
     DetailBench bench;
     bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
     const Detail *detail = bench.detail;
-    bool *was = calloc((size_t)detail->place_count, sizeof *was);
+    bool *was = calloc((size_t)detail->set.place_count, sizeof *was);
     uint64_t random = 8;
     for (int round = 0; round < EFFORT(400); round++) {
-        for (int p = 0; p < detail->place_count; p++)
+        for (int p = 0; p < detail->set.place_count; p++)
             was[p] = detail->face[p][0] != detail->face[p][1];
         bench_change_at_random(&bench, &random, round / 100 % 2 == 0 ? 8 : 2);
         const TopologyChange *change = &detail->change;
@@ -144,7 +144,7 @@ static void every_face_that_goes_has_a_successor(void **unused)
                 heirs += change->face[k].from == face;
             assert_true(heirs > 0);
         }
-        for (int p = 0; p < detail->place_count; p++)
+        for (int p = 0; p < detail->set.place_count; p++)
             for (int i = 0; !was[p] && detail->face[p][0] != detail->face[p][1]; i++) {
                 assert_true(i < change->face_count);
                 if (change->face[i].face == p && change->face[i].from >= 0)
@@ -169,15 +169,15 @@ static void a_small_load_keeps_its_sum_while_levels_come_and_go(void **unused)
     DetailBench bench;
     bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
     // Around a midpoint of the finest level, in reach of nothing else.
-    int node = bench.detail->node_count - 1;
+    int node = bench.detail->set.node_count - 1;
     assert_true(load(&bench, bench.levels.position[node], 1e-4, (Vec3){0.1, -0.2, 0.3}, 10.0));
     for (int i = 0; i < 800; i++) {
         if (i % 100 == 0)
             set(&bench, "adapt_level", i / 100 % 4);
         sim_step(bench.sim);
         Vec3 sum = {0.0, 0.0, 0.0};
-        for (int n = 0; n < bench.detail->node_count; n++) {
-            if (bench.detail->status[n] != NODE_FREE)
+        for (int n = 0; n < bench.detail->set.node_count; n++) {
+            if (bench.detail->set.status[n] != NODE_FREE)
                 continue;
             long at = model_lane(bench.model->lane[bench.model->slot[n]]);
             sum.x += model_get(bench.model, bench.model->external, at);
@@ -211,7 +211,7 @@ static void what_does_not_fit_is_refused_and_counted(void **unused)
         DetailBench bench;
         bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, &tool, NULL);
         assert_int_equal(bench.body->mesh.node_capacity,
-                         kind == 1 ? bench.detail->node_count : options.body.node_capacity);
+                         kind == 1 ? bench.detail->set.node_count : options.body.node_capacity);
         for (int i = 0; i < 1500; i++) {
             move(&bench, (Vec3){0.02 * cos(0.01 * i), 0.02 * sin(0.01 * i), 0.04});
             sim_step(bench.sim);

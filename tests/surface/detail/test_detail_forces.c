@@ -37,17 +37,17 @@ static void place_nodes(Plain *plain)
 {
     const Detail *detail = plain->bench->detail;
     const SurfaceModel *model = plain->bench->model;
-    for (int i = 0; i < detail->node_count; i++) {
-        if (detail->status[i] == NODE_OFF)
+    for (int i = 0; i < detail->set.node_count; i++) {
+        if (detail->set.status[i] == NODE_OFF)
             continue;
-        if (detail->status[i] == NODE_FREE) {
-            plain->rest[i] = detail->levels.position[i];
+        if (detail->set.status[i] == NODE_FREE) {
+            plain->rest[i] = detail->set.levels.position[i];
             rows_read(&model->basis, model->rows[model->current], model->slot[i], &plain->x[i],
                       &plain->v[i]);
             continue;
         }
         int parent[2];
-        levels_parents(&detail->levels, i, parent);
+        levels_parents(&detail->set.levels, i, parent);
         Vec3 *const field[3] = {plain->rest, plain->x, plain->v};
         for (int k = 0; k < 3; k++)
             field[k][i] = vec3_scale(0.5, vec3_add(field[k][parent[0]], field[k][parent[1]]));
@@ -75,29 +75,29 @@ static void pull(Plain *plain, int a, int b, double k)
 static void pull_all(Plain *plain)
 {
     const Detail *detail = plain->bench->detail;
-    for (int l = 0; l <= detail->finest; l++) {
-        const Level *level = &detail->levels.level[l];
+    for (int l = 0; l <= detail->set.levels.finest; l++) {
+        const Level *level = &detail->set.levels.level[l];
         for (int f = 0; f < level->face_count; f++) {
-            if (!detail_is_leaf(detail, l, f))
+            if (!detail_is_leaf(&detail->set, l, f))
                 continue;
             for (int k = 0; k < 3; k++) {
                 int a = level->face[f][k], b = level->face[f][(k + 1) % 3];
                 int edge = level->face_edge[f][k], across = levels_beyond(level, edge, f);
                 double length = vec3_length(vec3_sub(plain->rest[a], plain->rest[b]));
                 double area = level_rules_area(&detail->rules, l, f);
-                if (detail->constrained)
+                if (detail->set.constrained)
                     pull(plain, a, b, 80.0 * area / (length * length));
-                else if (detail_midpoint(detail, l, edge) < 0 &&
-                         (across < f || !detail_is_leaf(detail, l, across)))
+                else if (detail_midpoint(&detail->set, l, edge) < 0 &&
+                         (across < f || !detail_is_leaf(&detail->set, l, across)))
                     pull(plain, a, b, detail->rules.stiffness[l]);
             }
         }
     }
-    for (int i = detail->node_count - 1; i >= 0; i--) { // finest first
-        if (detail->status[i] != NODE_HANGING)
+    for (int i = detail->set.node_count - 1; i >= 0; i--) { // finest first
+        if (detail->set.status[i] != NODE_HANGING)
             continue;
         int parent[2];
-        levels_parents(&detail->levels, i, parent);
+        levels_parents(&detail->set.levels, i, parent);
         for (int k = 0; k < 2; k++) {
             Sum *to = &plain->force[parent[k]];
             to->value = vec3_madd(to->value, 0.5, plain->force[i].value);
@@ -140,10 +140,10 @@ static void shake(Plain *plain, uint64_t *random)
 {
     SurfaceModel *model = plain->bench->model;
     const Detail *detail = plain->bench->detail;
-    for (int i = 0; i < detail->node_count; i++) {
-        if (detail->status[i] != NODE_FREE)
+    for (int i = 0; i < detail->set.node_count; i++) {
+        if (detail->set.status[i] != NODE_FREE)
             continue;
-        Vec3 x = vec3_madd(detail->levels.position[i], 0.0005, random_vec3(random));
+        Vec3 x = vec3_madd(detail->set.levels.position[i], 0.0005, random_vec3(random));
         Vec3 v = detail->fixed[i] ? (Vec3){0.0, 0.0, 0.0} : random_vec3(random);
         rows_write(&model->basis, model->rows[model->current], model->slot[i], x, v);
     }
@@ -153,7 +153,7 @@ static void shake(Plain *plain, uint64_t *random)
 // A kick of one second and no drift: the velocity gains the acceleration.
 static void check(DetailBench *bench, const SurfaceOptions *options, bool loaded, uint64_t *random)
 {
-    size_t nodes = (size_t)bench->detail->node_count;
+    size_t nodes = (size_t)bench->detail->set.node_count;
     Plain plain = {.bench = bench, .options = options};
     plain.rest = calloc(nodes, sizeof *plain.rest);
     plain.x = calloc(nodes, sizeof *plain.x);
@@ -166,8 +166,8 @@ static void check(DetailBench *bench, const SurfaceOptions *options, bool loaded
     const BodyOps *ops = bench->body->ops;
     SurfaceModel *model = bench->model;
     ops->drift(model, 0.0);
-    for (int i = 0; loaded && i < bench->detail->node_count; i += 10)
-        if (bench->detail->status[i] != NODE_OFF) {
+    for (int i = 0; loaded && i < bench->detail->set.node_count; i += 10)
+        if (bench->detail->set.status[i] != NODE_OFF) {
             ops->add_forces(model, &i, 1, &push);
             add(&plain.force[i], push);
         }
@@ -175,8 +175,8 @@ static void check(DetailBench *bench, const SurfaceOptions *options, bool loaded
     ops->evaluate(model, &kick, 1.0);
     assert_true(ops->commit(model));
     double most = 0.0;
-    for (int i = 0; i < bench->detail->node_count; i++) {
-        if (bench->detail->status[i] != NODE_FREE)
+    for (int i = 0; i < bench->detail->set.node_count; i++) {
+        if (bench->detail->set.status[i] != NODE_FREE)
             continue;
         Vec3 x, v;
         rows_read(&model->basis, model->rows[model->current], model->slot[i], &x, &v);
@@ -216,7 +216,7 @@ static void check_variant(const SurfaceOptions *options, int organ, uint64_t see
     bench_create(&bench, BENCH_ADAPTIVE, &mesh, options, &touch, NULL);
     for (int i = 0; i < 25; i++)
         bench_change_at_random(&bench, &random, 9);
-    assert_true(!bench.detail->constrained || bench.detail->hanging_count > 16);
+    assert_true(!bench.detail->set.constrained || bench.detail->hanging_count > 16);
     check(&bench, options, false, &random);
     check(&bench, options, true, &random);
     bench_destroy(&bench);

@@ -15,7 +15,7 @@ static bool has_hanging_corner(const DetailBench *bench, int face)
         if (surface->node_face_end[node] <= surface->node_face_start[node] ||
             node == surface->face[face][(k + 1) % 3])
             return false; // nobody's place
-        hangs |= bench->detail->status[node] == NODE_HANGING;
+        hangs |= bench->detail->set.status[node] == NODE_HANGING;
     }
     return hangs;
 }

@@ -26,7 +26,7 @@ static void look(const DetailBench *bench, Before *out)
                     .v = calloc(places, sizeof *out->v),
                     .places = surface->node_count};
     for (int i = 0; i < out->places; i++) {
-        if (bench->detail->status[i] == NODE_OFF)
+        if (bench->detail->set.status[i] == NODE_OFF)
             continue;
         out->on[i] = true;
         out->nodes++;
@@ -71,7 +71,7 @@ static Vec3 expected(const DetailBench *bench, const Before *before, const Vec3 
     if (before->on[node])
         return was[node];
     int parent[2];
-    levels_parents(&bench->detail->levels, node, parent);
+    levels_parents(&bench->detail->set.levels, node, parent);
     return vec3_scale(0.5, vec3_add(expected(bench, before, was, parent[0]),
                                     expected(bench, before, was, parent[1])));
 }

@@ -62,7 +62,7 @@ static void create(DetailBench *bench, int levels, SurfaceAdjust adjust, bool ho
 
 static void refine_at_random(DetailBench *bench, uint64_t random)
 {
-    for (int i = 0; i < 20 * bench->detail->finest; i++)
+    for (int i = 0; i < 20 * bench->detail->set.levels.finest; i++)
         bench_change_at_random(bench, &random, 8);
     bench_expect_sound(bench);
     assert_true(bench->detail->hanging_count > 5);
@@ -84,8 +84,8 @@ static void put(DetailBench *bench, int node, Vec3 x)
 // All nodes in the strained place; `noise` [m] on those that are free to move.
 static void strain_body(DetailBench *bench, const Strain *strain, double noise, uint64_t *random)
 {
-    for (int i = 0; i < bench->detail->node_count; i++) {
-        if (bench->detail->status[i] == NODE_OFF)
+    for (int i = 0; i < bench->detail->set.node_count; i++) {
+        if (bench->detail->set.status[i] == NODE_OFF)
             continue;
         Vec3 rest = rest_of(bench, i), x = strained(strain, rest);
         if (!bench->detail->fixed[i]) {
@@ -107,8 +107,8 @@ static double residual(DetailBench *bench)
     bench->body->ops->evaluate(model, &kick, h);
     assert_true(bench->body->ops->commit(model));
     double worst = 0.0;
-    for (int i = 0; i < bench->detail->node_count; i++)
-        if (bench->detail->status[i] == NODE_FREE && !on_border(rest_of(bench, i)))
+    for (int i = 0; i < bench->detail->set.node_count; i++)
+        if (bench->detail->set.status[i] == NODE_FREE && !on_border(rest_of(bench, i)))
             worst = fmax(worst, vec3_length(detail_velocity(model, i)) / h * model->mass[i]);
     return worst / (80.0 * STRAIN * SIDE / CELLS);
 }
@@ -159,8 +159,8 @@ static double settled_error(DetailBench *bench, const Strain *strain)
     for (int i = 0; i < 1500; i++)
         sim_step(bench->sim);
     double worst = 0.0;
-    for (int i = 0; i < bench->detail->node_count; i++) {
-        if (bench->detail->status[i] == NODE_OFF)
+    for (int i = 0; i < bench->detail->set.node_count; i++) {
+        if (bench->detail->set.status[i] == NODE_OFF)
             continue;
         Vec3 x, v, should = strained(strain, rest_of(bench, i));
         rows_read(&bench->model->basis, bench->model->rows[bench->model->current],
@@ -191,9 +191,9 @@ static void refine_the_middle(DetailBench *bench)
     Detail *detail = bench->detail;
     const double reach = 2.5 * SIDE / CELLS;
     detail_begin_change(bench->model);
-    for (int l = 0; l < detail->finest; l++)
-        for (int f = 0; f < detail->levels.level[l].face_count; f++) {
-            const int *t = detail->levels.level[0].face[f >> (2 * l)];
+    for (int l = 0; l < detail->set.levels.finest; l++)
+        for (int f = 0; f < detail->set.levels.level[l].face_count; f++) {
+            const int *t = detail->set.levels.level[0].face[f >> (2 * l)];
             double farthest = 0.0;
             for (int k = 0; k < 3; k++)
                 farthest = fmax(farthest, vec3_length(bench->mesh.position[t[k]]));

@@ -27,7 +27,7 @@ static void fuzz(TriMesh *mesh, const SurfaceOptions *options, uint64_t random, 
     }
     assert_true(bench.detail->sweep->refined > changes / 4);
     assert_true(bench.detail->sweep->coarsened > changes / 10);
-    assert_true(!bench.detail->constrained || most_hanging > 10);
+    assert_true(!bench.detail->set.constrained || most_hanging > 10);
     bench_destroy(&bench);
 }
 
