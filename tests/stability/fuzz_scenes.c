@@ -52,8 +52,9 @@ static const struct {
     int seed;
     const char *verdict, *cause;
 } KNOWN[] = {
-    {18, "pushed", AN_ITERATION},   {71866, "pushed", THIN},   {71894, "shape", GRADED},
-    {79887, "pushed", NO_ACCURACY}, {78307, "work", COARSENS}, {70453, "cause", NO_MASS},
+    {18, "pushed", AN_ITERATION}, {71866, "pushed", THIN},        {71894, "shape", GRADED},
+    {71894, "spin", GRADED},      {79887, "pushed", NO_ACCURACY}, {78307, "work", COARSENS},
+    {70453, "cause", NO_MASS},
 };
 
 typedef enum Outcome {
