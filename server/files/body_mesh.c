@@ -79,7 +79,7 @@ static bool place_mesh(const MeshSource *source, TriMesh *mesh, Status *status)
 bool body_mesh_make(const SceneBody *body, TriMesh *mesh, Levels *levels, Arena *arena,
                     Status *status)
 {
-    int finest = body->surface.body.levels;
+    int finest = body->options.levels;
     return memory_check_surface(body, memory_source_nodes(&body->mesh), status) &&
            place_mesh(&body->mesh, mesh, status) &&
            memory_check_surface(body, mesh->node_count, status) &&

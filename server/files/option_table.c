@@ -7,6 +7,16 @@
 
 enum { VALUE_TEXT = 96, SENTENCE = 400, LONGEST_KEY = 64 };
 
+// A value of any type.
+typedef union OptionValue {
+    double real;
+    int whole;
+    bool truth;
+    const char *text;
+    Vec3 vector;
+    const config_setting_t *setting;
+} OptionValue;
+
 static bool is_number(const config_setting_t *setting)
 {
     int type = config_setting_type(setting);
@@ -374,6 +384,33 @@ bool option_require(const OptionTable *table, const config_setting_t *group, con
     return true;
 }
 
+bool option_is_used(const Option *option, int variant)
+{
+    return option->only == 0 || (option->only & 1u << variant) != 0;
+}
+
+bool option_refuse_unused(const OptionTable *table, const config_setting_t *group,
+                          const OptionSource *source, int variant, const char *owner)
+{
+    for (int i = 0; i < table->count; i++) {
+        const Option *option = &table->option[i];
+        if (!option_is_used(option, variant) && option_given(group, option->key))
+            return option_fail(source, option_find(group, option->key), "%s means nothing for %s",
+                               option->key, owner);
+    }
+    return true;
+}
+
+// Returns the member that receives the value; that of a key of another variant is only checked.
+static void *member_of(const OptionTable *table, const Option *option, void *target,
+                       OptionValue *unused)
+{
+    const int *variant = (const int *)((char *)target + table->variant);
+    if (table->variant == 0 || option_is_used(option, *variant))
+        return (char *)target + option->offset;
+    return unused;
+}
+
 bool option_read(const OptionTable *table, const config_setting_t *group,
                  const OptionSource *source, void *target)
 {
@@ -383,7 +420,8 @@ bool option_read(const OptionTable *table, const config_setting_t *group,
     for (int i = 0; i < table->count; i++) {
         const Option *option = &table->option[i];
         const config_setting_t *setting = option_find(group, option->key);
-        void *member = (char *)target + option->offset;
+        OptionValue unused;
+        void *member = member_of(table, option, target, &unused);
         if (setting != NULL) {
             if (!read_value(option, setting, source, member))
                 return false;

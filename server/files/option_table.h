@@ -43,6 +43,8 @@ typedef struct Option {
     const char *preset_text; // default of names and strings; else the text shown for the default
     const OptionWord *words;
     bool required;
+    unsigned only;     // bit set of the variants of the group that use the key; 0: all
+    bool physics;      // the motion depends on it: part of what a checkpoint is known by
     const char *about; // one sentence
 } Option;
 
@@ -52,6 +54,8 @@ typedef struct OptionTable {
     const Option *option;
     int count;
     const char *title; // heading in the reference, where the path is not enough; else NULL
+    size_t variant;    // offset of the int in `target` that numbers the variant of the group, set
+                       // before the rows that name variants are read; 0: none
 } OptionTable;
 
 // Source of the values and destination of errors.
@@ -61,10 +65,18 @@ typedef struct OptionSource {
 } OptionSource;
 
 // Reads `group` (NULL: omitted, all defaults; no option of the table may be required then) into the
-// members of `target`. libconfig owns strings and settings. Returns false with a status for an
-// unknown or missing key, or a value of the wrong type or outside its range.
+// members of `target`; leaves those of other variants alone, which may share memory. libconfig owns
+// strings and settings. Returns false with a status for an unknown or missing key, or a value of
+// the wrong type or outside its range.
 bool option_read(const OptionTable *table, const config_setting_t *group,
                  const OptionSource *source, void *target);
+
+// True if groups of this variant use the key.
+bool option_is_used(const Option *option, int variant);
+// Returns false with the status "<key> means nothing for <owner>" if the group has a key of other
+// variants.
+bool option_refuse_unused(const OptionTable *table, const config_setting_t *group,
+                          const OptionSource *source, int variant, const char *owner);
 
 // For a key that only some groups of a table require: returns false with the status of a required
 // key if it is missing.

@@ -118,9 +118,9 @@ static void add_body(uint64_t *hash, const SceneBody *body, const TriMesh *mesh,
         add_voxel(hash, &body->voxel);
     else
         add_surface(hash, &body->surface);
-    fnv_int(hash, body->fixed_count);
-    for (int i = 0; i < body->fixed_count; i++)
-        add_fixed(hash, &body->fixed[i]);
+    fnv_int(hash, body->options.fixed_count);
+    for (int i = 0; i < body->options.fixed_count; i++)
+        add_fixed(hash, &body->options.fixed[i]);
     if (body->model == MODEL_VOXEL) {
         *hash = fnv_bytes(*hash, &cells, sizeof cells);
         return;

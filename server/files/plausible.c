@@ -375,7 +375,7 @@ static bool is_held(const Scene *scene, int index, const BodyOutline *outline)
 {
     const SceneBody *body = &scene->body[index];
     const SurfaceShape *shape = &body->surface.shape;
-    if (outline->fixed > 0 || body->fixed_count > 0 ||
+    if (outline->fixed > 0 || body->options.fixed_count > 0 ||
         (body->model == MODEL_SURFACE && shape->wanted && shape->frame == SHAPE_WORLD))
         return true;
     for (int i = 0; i < scene->attachment_count; i++) {

@@ -89,7 +89,7 @@ static bool write_body(const HdfFile *file, const SceneBody *body, const TriMesh
            write_mesh(file, body->name, mesh) &&
            (levels == NULL || write_levels(file, body->name, levels)) &&
            prepared_write_source(file, body, source) &&
-           hdf_write_int(file, group, "levels", body->surface.body.levels) &&
+           hdf_write_int(file, group, "levels", body->options.levels) &&
            hdf_write_int(file, group, "file_nodes", mesh->file_node_count) &&
            hdf_write_int(file, group, "copies", mesh->copy_count);
 }
@@ -99,7 +99,7 @@ bool prepared_write_mesh(const HdfFile *file, const SceneBody *body, FILE *repor
     TriMesh mesh = {0};
     Arena arena = {0};
     Levels levels;
-    int finest = body->surface.body.levels;
+    int finest = body->options.levels;
     bool ok = body_mesh_make(body, &mesh, &levels, &arena, file->status) &&
               write_body(file, body, &mesh, finest > 0 ? &levels : NULL);
     if (ok)
@@ -125,9 +125,9 @@ static bool check_source(const HdfFile *file, const SceneBody *body)
         !prepared_check_source(file, body, source, "mesh") ||
         !hdf_read_int(file, group, "levels", &levels))
         return false;
-    return levels == body->surface.body.levels ||
+    return levels == body->options.levels ||
            hdf_fail(file, group, "was prepared with levels %d, the scene has %d", levels,
-                    body->surface.body.levels);
+                    body->options.levels);
 }
 
 // True if the node names map between mesh and file as mesh.h requires.
@@ -219,7 +219,7 @@ static bool read_levels(const HdfFile *file, const SceneBody *body, const TriMes
     // Refuse a file that is too small for its levels before allocating memory for them.
     int64_t first = hdf_count_ints(file, level_path(edge, body->name, 0, "edge"), 2);
     int64_t edges = first, faces = mesh->triangle_count;
-    for (int l = 0; l <= body->surface.body.levels; l++) {
+    for (int l = 0; l <= body->options.levels; l++) {
         int64_t rows = hdf_count_ints(file, level_path(edge, body->name, l, "edge"), 2);
         if (rows < 0 || rows != edges)
             return hdf_fail(file, edge, "must have %lld rows", (long long)edges);
@@ -227,7 +227,7 @@ static bool read_levels(const HdfFile *file, const SceneBody *body, const TriMes
         faces *= 4;
     }
     const int count[3] = {mesh->node_count, (int)first, mesh->triangle_count};
-    if (!levels_reserve(levels, count, body->surface.body.levels, body->name, arena, &said))
+    if (!levels_reserve(levels, count, body->options.levels, body->name, arena, &said))
         return hdf_fail(file, prepared_path(group, body->name, ""), "%s", said.text);
     // The tables of each level.
     for (int l = 0; l <= levels->finest && ok; l++) {
@@ -248,7 +248,7 @@ static bool read_body(const HdfFile *file, const SceneBody *body, TriMesh *mesh,
     char group[PREPARED_NAME], position[PREPARED_NAME];
     prepared_path(group, body->name, "");
     prepared_path(position, body->name, "/position");
-    bool divided = body->surface.body.levels > 0;
+    bool divided = body->options.levels > 0;
     if (!check_source(file, body) || !read_mesh(file, body->name, mesh) ||
         (divided && !read_levels(file, body, mesh, levels, arena)))
         return false;

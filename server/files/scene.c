@@ -337,9 +337,9 @@ void scene_destroy(Scene *scene)
 {
     for (int i = 0; i < scene->body_count; i++) {
         SceneBody *body = &scene->body[i];
-        for (int k = 0; k < body->fixed_count; k++)
-            free((void *)body->fixed[k].node);
-        free(body->fixed);
+        for (int k = 0; k < body->options.fixed_count; k++)
+            free((void *)body->options.fixed[k].node);
+        free((void *)body->options.fixed);
         free(body->initial);
         free(body->mesh.file);
         free(body->voxels.file);
@@ -374,8 +374,9 @@ bool scene_override(Scene *scene, double rate_hz, const char *prefix, Status *st
             if (*rates[i] > rate_hz)
                 *rates[i] = rate_hz;
         for (int i = 0; i < scene->body_count; i++) {
-            SurfaceAdapt *adapt = &scene->body[i].surface.adapt;
-            adapt->check_hz = fmin(adapt->check_hz, rate_hz);
+            SceneBody *body = &scene->body[i];
+            if (body->model == MODEL_SURFACE)
+                body->surface.adapt.check_hz = fmin(body->surface.adapt.check_hz, rate_hz);
         }
     }
     if (prefix == NULL)

@@ -35,23 +35,22 @@ typedef struct MeshSource {
 
 typedef enum SceneModel { MODEL_SURFACE, MODEL_VOXEL } SceneModel;
 
-// One body. `surface` or `voxel`, by the model, is complete except for values that depend on the
-// mesh or lattice, the initial state, gravity, precision and isa, which world_build sets; the other
-// one is zero.
+// One body. Its options are complete except for values that depend on the mesh or lattice, the
+// initial state, gravity, precision and isa, which world_build sets.
 typedef struct SceneBody {
     char name[BODY_NAME_MAX];
     SceneModel model;
-    int line;           // of the group in the scene file, for later errors
-    FixedRegion *fixed; // owned
-    int fixed_count;
-    char *initial;       // file, resolved, or NULL; owned
-    bool any_integrator; // no integrator given: takes that of the bodies it is joined to
-    // A surface body.
-    MeshSource mesh;
-    SurfaceOptions surface;
-    // A voxel body.
+    int line;                // of the group in the scene file, for later errors
+    char *initial;           // file, resolved, or NULL; owned
+    bool any_integrator;     // no integrator given: takes that of the bodies it is joined to
+    union {                  // by the model; each begins with the options of bodies of all models
+        BodyOptions options; // fixed: owned
+        SurfaceOptions surface;
+        VoxelOptions voxel;
+    };
+    MeshSource mesh; // of a surface body
+    // Of a voxel body.
     VoxelSource voxels;
-    VoxelOptions voxel;
     VoxelMaterial *material; // [voxels.label_count]; owned; voxel.material points here
     MeshSource skin;         // file NULL: none
 } SceneBody;

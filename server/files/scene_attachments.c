@@ -55,10 +55,9 @@ static bool find_tool(const SceneReader *reader, const config_setting_t *at, int
     return option_fail(&reader->source, at, "tool %d is not in the scene", id);
 }
 
-static IntegratorKind *integrator_of(SceneBody *body)
+static bool is_automatic(const SceneBody *body)
 {
-    return body->model == MODEL_VOXEL ? &body->voxel.body.integrator
-                                      : &body->surface.body.integrator;
+    return body->model == MODEL_SURFACE && body->surface.automatic;
 }
 
 // Finds the two bodies of a joint; returns false for an attachment to anything else.
@@ -76,7 +75,7 @@ static bool find_joint(const Scene *scene, int index, SceneBody *both[2])
 // other was given, else the default of surface bodies, which voxel bodies support too.
 static bool take_integrator(SceneBody *body, SceneBody *other)
 {
-    IntegratorKind *own = integrator_of(body), kind = *integrator_of(other);
+    IntegratorKind *own = &body->options.integrator, kind = other->options.integrator;
     const bool has = body->model == MODEL_SURFACE || kind == INTEGRATOR_LEAPFROG ||
                      kind == INTEGRATOR_SYMPLECTIC_EULER;
     const bool takes = other->any_integrator ? *own != kind && kind == INTEGRATOR_LEAPFROG : has;
@@ -107,8 +106,8 @@ bool scene_join_bodies(const SceneReader *reader, const config_setting_t *list)
     for (int i = 0; i < scene->attachment_count; i++) {
         if (!find_joint(scene, i, both))
             continue;
-        IntegratorKind kind[2] = {*integrator_of(both[0]), *integrator_of(both[1])};
-        const bool chooses = both[0]->surface.automatic || both[1]->surface.automatic;
+        IntegratorKind kind[2] = {both[0]->options.integrator, both[1]->options.integrator};
+        const bool chooses = is_automatic(both[0]) || is_automatic(both[1]);
         if (!chooses && kind[0] != kind[1]) // sim.c compares otherwise
             return option_fail(
                 &reader->source, option_find(config_setting_get_elem(list, (unsigned)i), "to_body"),

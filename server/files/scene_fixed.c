@@ -99,12 +99,13 @@ bool scene_read_fixed(const SceneReader *reader, const config_setting_t *list, S
     if (count > FIXED_REGIONS)
         return option_fail(&reader->source, list, "fixed has %d entries, at most %d", count,
                            FIXED_REGIONS);
-    body->fixed = calloc((size_t)count, sizeof *body->fixed);
-    ASSERT(body->fixed != NULL);
-    body->fixed_count = count;
+    FixedRegion *fixed = calloc((size_t)count, sizeof *fixed);
+    ASSERT(fixed != NULL);
+    body->options.fixed = fixed;
+    body->options.fixed_count = count;
     for (int i = 0; i < count; i++) {
         const config_setting_t *group = option_group_at(list, i, &reader->source);
-        if (group == NULL || !read_region(reader, group, &body->fixed[i]))
+        if (group == NULL || !read_region(reader, group, &fixed[i]))
             return false;
     }
     return true;

@@ -79,7 +79,7 @@ static bool is_explicit(const Place *place)
 
 static bool has_one_level(const Place *place)
 {
-    return place->body->surface.body.levels == 0;
+    return place->body->options.levels == 0;
 }
 
 static bool has_no_time_step(const Place *place)

@@ -5,9 +5,9 @@
 #include <string.h>
 
 typedef struct MeshGroup {
+    MeshSource mesh;
     const char *file;
-    int generator, nodes, subdivisions, rings, segments, columns, rows;
-    double radius, width, height, length, scale;
+    int generator, nodes, subdivisions;
     const config_setting_t *place;
 } MeshGroup;
 
@@ -16,6 +16,9 @@ static const OptionWord GENERATOR_WORDS[] = {
     {"sheet", MESH_SHEET},   {"stomach", MESH_STOMACH},     {NULL, 0}};
 
 enum { ICO_DEEPEST = 8, ICO_USUAL = 3, ICO_MOST = 655362 };
+
+// Sources that use a key.
+#define FROM(kind) (1u << (kind))
 
 #define AT(member) offsetof(MeshGroup, member)
 static const Option MESH_OPTIONS[] = {
@@ -26,28 +29,31 @@ static const Option MESH_OPTIONS[] = {
      .preset_text = "none", .about = "Shape that is generated."},
     {"nodes", OPTION_INT, AT(nodes), "", 4.0, ICO_MOST,
      .preset_text = "`sphere` 114, `stomach` 188",
+     .only = FROM(MESH_SPHERE) | FROM(MESH_ICO_SPHERE) | FROM(MESH_STOMACH),
      .about =
          "Number of nodes: `sphere` 4 to 20000, `stomach` 60 to 20000, `ico_sphere` 10 * 4^s + "
          "2."},
     {"subdivisions", OPTION_INT, AT(subdivisions), "", 0.0, ICO_DEEPEST, .preset = ICO_USUAL,
+     .only = FROM(MESH_ICO_SPHERE),
      .about = "`ico_sphere`: how often every triangle of the icosahedron is split in four."},
-    {"rings", OPTION_INT, AT(rings), "", 1.0, 2000.0, .preset = 8.0,
-     .about = "`uv_sphere`: rings of nodes between the poles."},
-    {"segments", OPTION_INT, AT(segments), "", 3.0, 4000.0, .preset = 14.0,
-     .about = "`uv_sphere`: nodes per ring."},
-    {"columns", OPTION_INT, AT(columns), "", 2.0, 4000.0, .preset = 21.0,
-     .about = "`sheet`: nodes along x."},
-    {"rows", OPTION_INT, AT(rows), "", 2.0, 4000.0, .preset = 21.0,
+    {"rings", OPTION_INT, AT(mesh.rings), "", 1.0, 2000.0, .preset = 8.0,
+     .only = FROM(MESH_UV_SPHERE), .about = "`uv_sphere`: rings of nodes between the poles."},
+    {"segments", OPTION_INT, AT(mesh.segments), "", 3.0, 4000.0, .preset = 14.0,
+     .only = FROM(MESH_UV_SPHERE), .about = "`uv_sphere`: nodes per ring."},
+    {"columns", OPTION_INT, AT(mesh.columns), "", 2.0, 4000.0, .preset = 21.0,
+     .only = FROM(MESH_SHEET), .about = "`sheet`: nodes along x."},
+    {"rows", OPTION_INT, AT(mesh.rows), "", 2.0, 4000.0, .preset = 21.0, .only = FROM(MESH_SHEET),
      .about = "`sheet`: nodes along y."},
-    {"radius", OPTION_REAL, AT(radius), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.05,
+    {"radius", OPTION_REAL, AT(mesh.radius), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.05,
+     .only = FROM(MESH_SPHERE) | FROM(MESH_UV_SPHERE) | FROM(MESH_ICO_SPHERE),
      .about = "Radius of the spheres."},
-    {"width", OPTION_REAL, AT(width), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.1,
-     .about = "`sheet`: extent along x."},
-    {"height", OPTION_REAL, AT(height), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.1,
-     .about = "`sheet`: extent along y."},
-    {"length", OPTION_REAL, AT(length), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.25,
-     .about = "`stomach`: its largest extent."},
-    {"scale", OPTION_REAL, AT(scale), "", 0.0, 1e6, .open = true, .preset = 1.0,
+    {"width", OPTION_REAL, AT(mesh.width), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.1,
+     .only = FROM(MESH_SHEET), .about = "`sheet`: extent along x."},
+    {"height", OPTION_REAL, AT(mesh.height), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.1,
+     .only = FROM(MESH_SHEET), .about = "`sheet`: extent along y."},
+    {"length", OPTION_REAL, AT(mesh.length), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.25,
+     .only = FROM(MESH_STOMACH), .about = "`stomach`: its largest extent."},
+    {"scale", OPTION_REAL, AT(mesh.scale), "", 0.0, 1e6, .open = true, .preset = 1.0,
      .about = "Metres per unit of the file or generator; 0.001 for millimetres."},
     {"place", OPTION_GROUP, AT(place), "", .preset_text = "as it is",
      .about = "Position and rotation of the scaled mesh."},
@@ -83,23 +89,6 @@ bool scene_read_place(const SceneReader *reader, const config_setting_t *group, 
     return true;
 }
 
-#define FROM(kind) (1u << (kind))
-static const struct {
-    const char *key;
-    unsigned sources; // bit set of the sources that use the key
-} MEANT_FOR[] = {
-    {"nodes", FROM(MESH_SPHERE) | FROM(MESH_ICO_SPHERE) | FROM(MESH_STOMACH)},
-    {"subdivisions", FROM(MESH_ICO_SPHERE)},
-    {"rings", FROM(MESH_UV_SPHERE)},
-    {"segments", FROM(MESH_UV_SPHERE)},
-    {"columns", FROM(MESH_SHEET)},
-    {"rows", FROM(MESH_SHEET)},
-    {"radius", FROM(MESH_SPHERE) | FROM(MESH_UV_SPHERE) | FROM(MESH_ICO_SPHERE)},
-    {"width", FROM(MESH_SHEET)},
-    {"height", FROM(MESH_SHEET)},
-    {"length", FROM(MESH_STOMACH)},
-};
-
 // Refuses a key that the chosen source would ignore.
 static bool check_meant(const SceneReader *reader, const config_setting_t *group,
                         MeshSourceKind kind)
@@ -108,11 +97,9 @@ static bool check_meant(const SceneReader *reader, const config_setting_t *group
     for (const OptionWord *word = GENERATOR_WORDS; word->word != NULL; word++)
         if (word->value == (int)kind)
             name = word->word;
-    for (size_t i = 0; i < sizeof MEANT_FOR / sizeof MEANT_FOR[0]; i++)
-        if (option_given(group, MEANT_FOR[i].key) && !(MEANT_FOR[i].sources & FROM(kind)))
-            return option_fail(&reader->source, option_find(group, MEANT_FOR[i].key),
-                               "%s means nothing for a mesh from %s", MEANT_FOR[i].key, name);
-    return true;
+    char owner[64];
+    snprintf(owner, sizeof owner, "a mesh from %s", name);
+    return option_refuse_unused(&MESH_TABLE, group, &reader->source, kind, owner);
 }
 
 // Chooses the number of nodes, limited by each generator in its own way; 0 for those without one.
@@ -156,20 +143,12 @@ bool scene_read_mesh(const SceneReader *reader, const config_setting_t *group, M
     if (file == option_given(group, "generator"))
         return option_fail(source, group, "mesh needs %s file or generator",
                            file ? "only one of" : "a");
+    *mesh = raw.mesh;
     mesh->kind = file ? MESH_FILE : (MeshSourceKind)raw.generator;
     if (!check_meant(reader, group, mesh->kind) || !choose_nodes(reader, group, &raw, mesh))
         return false;
     if (file)
         mesh->file = scene_source_resolve(reader->folder, raw.file);
-    mesh->rings = raw.rings;
-    mesh->segments = raw.segments;
-    mesh->columns = raw.columns;
-    mesh->rows = raw.rows;
-    mesh->radius = raw.radius;
-    mesh->width = raw.width;
-    mesh->height = raw.height;
-    mesh->length = raw.length;
-    mesh->scale = raw.scale;
     return scene_read_place(reader, raw.place, PLACE_TABLE.path, &mesh->rotation,
                             &mesh->translation);
 }

@@ -22,12 +22,19 @@ enum { INTEGRATOR_AUTO = INTEGRATOR_COUNT };
 #define FORCE_LIMIT    1e6 // [N]
 #define TIME_LIMIT     1e9 // [s] of simulated time
 
+#define TABLE_MEMBERS(heading, where, sentences, options)                                          \
+    .title = (heading), .path = (where), .about = (sentences), .option = (options),                \
+    .count = (int)(sizeof(options) / sizeof(options)[0])
 #define TITLED_TABLE(heading, where, sentences, options)                                           \
     {                                                                                              \
-        .title = (heading), .path = (where), .about = (sentences), .option = (options),            \
-        .count = (int)(sizeof(options) / sizeof(options)[0])                                       \
+        TABLE_MEMBERS(heading, where, sentences, options)                                          \
     }
 #define OPTION_TABLE(where, sentences, options) TITLED_TABLE(NULL, where, sentences, options)
+// Of keys of a SceneBody, some of which only one model uses.
+#define BODY_OPTION_TABLE(where, sentences, options)                                               \
+    {                                                                                              \
+        TABLE_MEMBERS(NULL, where, sentences, options), .variant = offsetof(SceneBody, model)      \
+    }
 
 extern const OptionTable SCENE_TABLE, PUBLISH_TABLE, CAPACITY_TABLE;
 extern const OptionTable BODY_TABLE, TEAR_TABLE, CONTACT_TABLE, FIXED_TABLE, PLACE_TABLE;
@@ -46,28 +53,19 @@ typedef struct SceneReader {
     Scene *scene;       // being filled
 } SceneReader;
 
-// An entry of `bodies` as BODY_TABLE reads it, for the readers of both models.
+// An entry of `bodies` as BODY_TABLE reads it: what it becomes, and what is read further.
 typedef struct BodyGroup {
+    SceneBody body; // first: offsets of rows are the same in a SceneBody
     const config_setting_t *at;
     const char *name, *initial;
-    int model, integrator;
-    double time_step; // 0: not given
-    bool unsafe_time_step;
-    int levels;
-    const config_setting_t *material, *contact, *fixed;
-    bool cuttable;
-    const config_setting_t *tear;
-    // Surface.
-    int start_level, adjust;
-    double prestress;
-    double theta, solver_tolerance;
-    int solver_iterations;
-    const config_setting_t *mesh, *adapt, *shape;
-    // Voxel.
-    int law, dimensions;
-    const config_setting_t *voxels, *materials, *skin;
-    int split_budget;
+    const config_setting_t *material, *contact, *fixed, *tear;
+    const config_setting_t *mesh, *adapt, *shape;      // of a surface body
+    const config_setting_t *voxels, *materials, *skin; // of a voxel body
 } BodyGroup;
+
+// Sets of models, for keys that only one of them uses.
+#define SURFACE_ONLY (1u << MODEL_SURFACE)
+#define VOXEL_ONLY   (1u << MODEL_VOXEL)
 
 // The keys that select nodes.
 typedef struct RegionGroup {

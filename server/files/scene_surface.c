@@ -26,18 +26,14 @@ const OptionTable ADAPT_TABLE =
 static bool read_levels(const SceneReader *reader, const BodyGroup *raw, SurfaceOptions *surface)
 {
     const OptionSource *source = &reader->source;
-    surface->body.levels = raw->levels;
-    surface->start_level = raw->start_level;
-    surface->adjust = (SurfaceAdjust)raw->adjust;
     surface->adaptive = raw->adapt != NULL;
-    surface->body.node_capacity = reader->scene->node_capacity;
-    surface->body.face_capacity = reader->scene->face_capacity;
-    if (raw->start_level > raw->levels)
+    if (surface->start_level > surface->body.levels)
         return option_fail(source, option_find(raw->at, "start_level"),
-                           "start_level %d exceeds levels %d", raw->start_level, raw->levels);
+                           "start_level %d exceeds levels %d", surface->start_level,
+                           surface->body.levels);
     if (raw->adapt == NULL)
         return true;
-    if (raw->levels == 0)
+    if (surface->body.levels == 0)
         return option_fail(source, raw->adapt,
                            "adapt needs levels, the finest level of detail: set it to 1 or more");
     if (!option_read(&ADAPT_TABLE, raw->adapt, source, &surface->adapt))
@@ -72,15 +68,10 @@ bool scene_read_surface(const SceneReader *reader, const BodyGroup *raw, SceneBo
     SurfaceOptions *surface = &body->surface;
     if (!option_require(&BODY_TABLE, raw->at, "mesh", &reader->source))
         return false;
-    surface->prestress = raw->prestress;
-    surface->automatic = raw->integrator == INTEGRATOR_AUTO;
-    surface->body.integrator =
-        surface->automatic ? INTEGRATOR_LEAPFROG : (IntegratorKind)raw->integrator;
+    surface->automatic = (int)surface->body.integrator == INTEGRATOR_AUTO;
+    if (surface->automatic)
+        surface->body.integrator = INTEGRATOR_LEAPFROG;
     surface->tick = 1.0 / reader->scene->rate_hz;
-    surface->implicit =
-        (SurfaceImplicit){raw->theta, raw->solver_tolerance, raw->solver_iterations};
-    surface->body.time_step = raw->time_step;
-    surface->body.unsafe_time_step = raw->unsafe_time_step;
     return scene_read_mesh(reader, raw->mesh, &body->mesh) && read_levels(reader, raw, surface) &&
            scene_read_material(reader, raw->material, &surface->material) &&
            scene_read_shape(reader, raw->shape, &surface->shape) &&

@@ -13,6 +13,7 @@ typedef struct MaterialGroup {
 } MaterialGroup;
 
 #define POISSON_MAX 0.49
+enum { LEVELS_USUAL = 2 };
 
 #define AT(member) offsetof(MaterialGroup, member)
 static const Option MATERIAL_OPTIONS[] = {
@@ -68,7 +69,7 @@ const OptionTable SKIN_TABLE = OPTION_TABLE(
 static bool check_poisson(const SceneReader *reader, const BodyGroup *raw,
                           const config_setting_t *group, double poisson_ratio)
 {
-    if (raw->law != VOXEL_MIYAZAKI2004 || !(poisson_ratio > 0.0))
+    if (raw->body.voxel.law != VOXEL_MIYAZAKI2004 || !(poisson_ratio > 0.0))
         return true;
     char text[OPTION_NUMBER_TEXT];
     return option_fail(&reader->source, option_find(group, "poisson_ratio"),
@@ -148,7 +149,8 @@ static bool read_skin(const SceneReader *reader, const BodyGroup *raw, SceneBody
 static bool choose_levels(const SceneReader *reader, const BodyGroup *raw, VoxelOptions *voxel)
 {
     const config_setting_t *at = option_find(raw->at, "levels");
-    voxel->body.levels = at != NULL ? raw->levels : 2;
+    if (at == NULL)
+        voxel->body.levels = LEVELS_USUAL;
     return voxel->body.levels <= VOXEL_LEVELS_MAX ||
            option_fail(&reader->source, at, "levels %d outside [0, %d] of a voxel body",
                        voxel->body.levels, VOXEL_LEVELS_MAX);
@@ -157,9 +159,8 @@ static bool choose_levels(const SceneReader *reader, const BodyGroup *raw, Voxel
 static bool choose_integrator(const SceneReader *reader, const BodyGroup *raw, VoxelOptions *voxel)
 {
     const config_setting_t *at = option_find(raw->at, "integrator");
-    voxel->body.integrator = at != NULL && raw->integrator != INTEGRATOR_AUTO
-                                 ? (IntegratorKind)raw->integrator
-                                 : INTEGRATOR_SYMPLECTIC_EULER;
+    if (at == NULL || (int)voxel->body.integrator == INTEGRATOR_AUTO)
+        voxel->body.integrator = INTEGRATOR_SYMPLECTIC_EULER;
     return (voxel->body.integrator != INTEGRATOR_RK4 &&
             voxel->body.integrator != INTEGRATOR_IMPLICIT) ||
            option_fail(&reader->source, at,
@@ -173,10 +174,6 @@ bool scene_read_voxel(const SceneReader *reader, const BodyGroup *raw, SceneBody
     VoxelOptions *voxel = &body->voxel;
     if (!option_require(&BODY_TABLE, raw->at, "voxels", &reader->source))
         return false;
-    voxel->law = (VoxelLaw)raw->law;
-    voxel->dimensions = raw->dimensions;
-    voxel->body.time_step = raw->time_step;
-    voxel->body.unsafe_time_step = raw->unsafe_time_step;
     return choose_levels(reader, raw, voxel) && choose_integrator(reader, raw, voxel) &&
            scene_read_voxels(reader, raw->voxels, &body->voxels, &voxel->dimensions) &&
            read_materials(reader, raw, body) && read_skin(reader, raw, body);

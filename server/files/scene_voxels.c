@@ -4,9 +4,9 @@
 #include "files/scene_source.h"
 
 typedef struct VoxelsGroup {
+    VoxelSource voxels;
     const char *file, *mesh;
     int generator, dimensions;
-    double radius, size, scale;
     const config_setting_t *label, *count, *place;
 } VoxelsGroup;
 
@@ -16,6 +16,9 @@ static const OptionWord GENERATOR_WORDS[] = {
 enum { CELLS_ALONG = 4096, CELLS_USUAL = 16, LABEL_MAX = 1000000000 };
 #define GENERATED_SIZE 0.003125 // [m]
 
+// Sources that use a key.
+#define FROM(kind) (1u << (kind))
+
 #define AT(member) offsetof(VoxelsGroup, member)
 static const Option VOXELS_OPTIONS[] = {
     {"file", OPTION_STRING, AT(file), "", .low = 1, .high = SCENE_FILE_MAX, .preset_text = "none",
@@ -23,6 +26,7 @@ static const Option VOXELS_OPTIONS[] = {
          "Label volume, NRRD or NIfTI, relative to the scene's folder. One of this, `mesh` and "
          "`generator`."},
     {"label", OPTION_INTS, AT(label), "", 1.0, LABEL_MAX, .preset_text = "1",
+     .only = FROM(VOXELS_FILE),
      .about = "With `file`: the labels that belong to the body, one or a list of up to 255."},
     {"mesh", OPTION_STRING, AT(mesh), "", .low = 1, .high = SCENE_FILE_MAX, .preset_text = "none",
      .about = "Closed OBJ, STL, PLY or OFF mesh, relative to the scene's folder, whose inside is "
@@ -31,14 +35,16 @@ static const Option VOXELS_OPTIONS[] = {
      .preset_text = "none",
      .about = "Shape that is generated, around the origin; `disc` is a plane body."},
     {"count", OPTION_INTS, AT(count), "", 1.0, CELLS_ALONG, .preset_text = "16",
+     .only = FROM(VOXELS_BOX),
      .about = "`box`: cells along x, y and z; one number: the same along all. A plane box has "
               "two."},
-    {"radius", OPTION_REAL, AT(radius), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.05,
+    {"radius", OPTION_REAL, AT(voxels.radius), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.05,
+     .only = FROM(VOXELS_BALL) | FROM(VOXELS_DISC),
      .about = "`ball`, `disc`: cells whose centres lie within it belong to the body."},
-    {"size", OPTION_REAL, AT(size), "m", 0.0, SIZE_LIMIT, .open = true,
+    {"size", OPTION_REAL, AT(voxels.size), "m", 0.0, SIZE_LIMIT, .open = true,
      .preset_text = "generators 0.003125, `file` the volume's spacing, `mesh` none",
      .about = "Edge length of a cell; for generators before `scale`, otherwise in the world."},
-    {"scale", OPTION_REAL, AT(scale), "", 0.0, 1e6, .open = true, .preset = 1.0,
+    {"scale", OPTION_REAL, AT(voxels.scale), "", 0.0, 1e6, .open = true, .preset = 1.0,
      .about = "Metres per unit of the mesh file; 0.001 for millimetres. A volume states its own "
               "units and is enlarged by this factor, as a generator's cells are."},
     {"place", OPTION_GROUP, AT(place), "", .preset_text = "as it is",
@@ -49,16 +55,6 @@ static const Option VOXELS_OPTIONS[] = {
 #undef AT
 const OptionTable VOXELS_TABLE =
     OPTION_TABLE("bodies.voxels", "The cells of a voxel body.", VOXELS_OPTIONS);
-
-#define FROM(kind) (1u << (kind))
-static const struct {
-    const char *key;
-    unsigned sources; // bit set of the sources that use the key
-} MEANT_FOR[] = {
-    {"label", FROM(VOXELS_FILE)},
-    {"count", FROM(VOXELS_BOX)},
-    {"radius", FROM(VOXELS_BALL) | FROM(VOXELS_DISC)},
-};
 
 static const char *source_name(VoxelSourceKind kind)
 {
@@ -72,12 +68,9 @@ static const char *source_name(VoxelSourceKind kind)
 static bool check_meant(const SceneReader *reader, const config_setting_t *group,
                         VoxelSourceKind kind)
 {
-    for (size_t i = 0; i < sizeof MEANT_FOR / sizeof MEANT_FOR[0]; i++)
-        if (option_given(group, MEANT_FOR[i].key) && !(MEANT_FOR[i].sources & FROM(kind)))
-            return option_fail(&reader->source, option_find(group, MEANT_FOR[i].key),
-                               "%s means nothing for voxels from %s", MEANT_FOR[i].key,
-                               source_name(kind));
-    return true;
+    char owner[64];
+    snprintf(owner, sizeof owner, "voxels from %s", source_name(kind));
+    return option_refuse_unused(&VOXELS_TABLE, group, &reader->source, kind, owner);
 }
 
 static bool choose_kind(const SceneReader *reader, const config_setting_t *group,
@@ -95,9 +88,8 @@ static bool choose_kind(const SceneReader *reader, const config_setting_t *group
 }
 
 static bool choose_size(const SceneReader *reader, const config_setting_t *group,
-                        const VoxelsGroup *raw, VoxelSource *voxels)
+                        VoxelSource *voxels)
 {
-    voxels->size = raw->size;
     if (option_given(group, "size") || voxels->kind == VOXELS_FILE)
         return true;
     voxels->size = GENERATED_SIZE;
@@ -180,16 +172,16 @@ bool scene_read_voxels(const SceneReader *reader, const config_setting_t *group,
                        VoxelSource *voxels, int *dimensions)
 {
     VoxelsGroup raw = {0};
-    if (!option_read(&VOXELS_TABLE, group, &reader->source, &raw) ||
-        !choose_kind(reader, group, &raw, voxels) || !choose_size(reader, group, &raw, voxels) ||
+    if (!option_read(&VOXELS_TABLE, group, &reader->source, &raw))
+        return false;
+    *voxels = raw.voxels;
+    if (!choose_kind(reader, group, &raw, voxels) || !choose_size(reader, group, voxels) ||
         !choose_labels(reader, &raw, voxels) ||
         !choose_dimensions(reader, group, &raw, voxels, dimensions))
         return false;
     bool plane = *dimensions == 2;
     if (voxels->kind == VOXELS_BOX && !choose_count(reader, &raw, plane, voxels))
         return false;
-    voxels->radius = raw.radius;
-    voxels->scale = raw.scale;
     return scene_read_place(reader, raw.place, "bodies.voxels.place", &voxels->rotation,
                             &voxels->translation) &&
            (!plane || check_place(reader, raw.place, voxels));

@@ -72,19 +72,18 @@ static void print_elements(const SceneBody *described, const Body *body, FILE *o
 // Prints what may happen to it at run time: cuts, tears and so on.
 static void print_cutting(const SceneBody *described, FILE *out)
 {
-    const SurfaceOptions *surface = &described->surface;
-    const VoxelOptions *voxel = &described->voxel;
-    if (!surface->body.cuttable && !voxel->body.cuttable)
+    const VoxelOptions *voxel = described->model == MODEL_VOXEL ? &described->voxel : NULL;
+    if (!described->options.cuttable)
         return;
     fprintf(out, "  cuttable");
-    if (voxel->body.cuttable)
+    if (voxel != NULL)
         fprintf(out, ", split_budget %d", voxel->split_budget);
-    if (voxel->tear_stress > 0.0)
+    if (voxel != NULL && voxel->tear_stress > 0.0)
         fprintf(out, ", tears at %.6g Pa", voxel->tear_stress);
-    if (voxel->tear_force > 0.0)
+    if (voxel != NULL && voxel->tear_force > 0.0)
         fprintf(out, ", tears at %.6g N", voxel->tear_force);
-    if (surface->tear_stretch > 0.0)
-        fprintf(out, ", tears at a stretch of %.6g", surface->tear_stretch);
+    if (voxel == NULL && described->surface.tear_stretch > 0.0)
+        fprintf(out, ", tears at a stretch of %.6g", described->surface.tear_stretch);
     fprintf(out, "\n");
 }
 

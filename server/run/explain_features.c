@@ -107,7 +107,7 @@ static void print_surface(const SceneBody *described, const Body *body, bool tou
         {options->prestress > 0.0, "prestress", "prestress"},
         {body->integrator == INTEGRATOR_IMPLICIT, "implicit integration",
          "integrator = \"implicit\" or \"auto\""},
-        {described->fixed_count > 0, "held nodes", "fixed = ( ... )"},
+        {described->options.fixed_count > 0, "held nodes", "fixed = ( ... )"},
         {touched && body->tuning.friction > 0.0, "friction at tools",
          "contact.friction, with tools"},
         {options->body.levels > 0, "finer levels of detail", "levels"},
@@ -124,7 +124,7 @@ static void print_voxel(const SceneBody *described, const Body *body, bool touch
     const VoxelOptions *options = &described->voxel;
     const Feature features[] = {
         {options->damping > 0.0, "damping of elements", "material.damping"},
-        {described->fixed_count > 0, "held nodes", "fixed = ( ... )"},
+        {described->options.fixed_count > 0, "held nodes", "fixed = ( ... )"},
         {touched && body->tuning.friction > 0.0, "friction at tools",
          "contact.friction, with tools"},
         {options->body.levels > 0, "larger elements inside", "levels"},

@@ -27,15 +27,15 @@ StudyCase study_scene_case(const Scene *scene)
 {
     const SceneBody *body = &scene->body[0];
     const SurfaceOptions *surface = &body->surface;
-    StudyCase own = {.precision = scene->precision, .detail = DETAIL_SCENE, .is_scene = true};
+    StudyCase own = {.precision = scene->precision,
+                     .detail = DETAIL_SCENE,
+                     .is_scene = true,
+                     .integrator = body->options.integrator,
+                     .time_step = body->options.time_step};
     if (is_voxel(scene)) {
-        own.integrator = body->voxel.body.integrator;
-        own.time_step = body->voxel.body.time_step;
-        own.level = body->voxel.body.levels;
+        own.level = body->options.levels;
         own.paper_rule = body->voxel.law == VOXEL_MIYAZAKI2004;
     } else {
-        own.integrator = surface->body.integrator;
-        own.time_step = surface->body.time_step;
         own.level = surface->adaptive ? surface->body.levels : surface->start_level;
         own.threshold = surface->adaptive ? 1.0 : 0.0;
         own.paper_rule = surface->adjust == ADJUST_CHOI2005;
@@ -218,7 +218,7 @@ int study_make_cases(const Scene *scene, const StudyOptions *options, StudyCase 
     if (grid.own.integrator == INTEGRATOR_IMPLICIT)
         grid.own.precision = PRECISION_DOUBLE;
     const SceneBody *body = &scene->body[0];
-    grid.levels = is_voxel(scene) ? body->voxel.body.levels : body->surface.body.levels;
+    grid.levels = body->options.levels;
     if (!is_voxel(scene) && grid.levels < 1)
         grid.levels = 1;
     cases[grid.count++] = grid.own;

@@ -227,8 +227,8 @@ static bool may_halve(const Scene *scene)
         const SceneBody *body = &scene->body[b];
         if (body->model != MODEL_VOXEL || body->voxels.kind != VOXELS_BOX || body->initial != NULL)
             return false;
-        for (int k = 0; k < body->fixed_count; k++)
-            if (body->fixed[k].kind == FIXED_NODES)
+        for (int k = 0; k < body->options.fixed_count; k++)
+            if (body->options.fixed[k].kind == FIXED_NODES)
                 return false;
     }
     return true;
@@ -297,7 +297,7 @@ bool study_prepare(StudyContext *context, const Scene *scene, const StudyOptions
     context->may_halve = may_halve(scene);
     // The points are those of the coarsest mesh, which all cases have.
     StudyCase coarse = study_scene_case(scene);
-    coarse.is_scene = scene->body[0].surface.body.unsafe_time_step;
+    coarse.is_scene = scene->body[0].options.unsafe_time_step;
     if (first->model == MODEL_SURFACE)
         coarse.detail = DETAIL_HELD, coarse.level = 0, coarse.threshold = 0.0;
     ok = look_at_rest(context, coarse, true, status);

@@ -33,7 +33,6 @@ static void change_surface(SurfaceOptions *surface, const StudyCase *what)
     // The values of `adapt = {}` (config/README.md), for a scene that does not set them.
     static const SurfaceAdapt usual = {
         .force = 0.005, .speed = 0.3, .curvature = 0.4, .check_hz = 100.0};
-    surface->body.integrator = what->integrator;
     surface->automatic = surface->automatic && what->is_scene;
     surface->adjust = what->paper_rule ? ADJUST_CHOI2005 : ADJUST_CONTINUUM;
     if (what->detail == DETAIL_SCENE)
@@ -54,11 +53,10 @@ static void change_surface(SurfaceOptions *surface, const StudyCase *what)
 static void change_voxel(SceneBody *body, const StudyCase *what)
 {
     VoxelSource *voxels = &body->voxels;
-    body->voxel.body.integrator = what->integrator;
     body->voxel.law = what->paper_rule ? VOXEL_MIYAZAKI2004 : VOXEL_AFFINE;
     if (what->detail == DETAIL_SCENE)
         return;
-    body->voxel.body.levels = what->level > 0 ? what->level : 0;
+    body->options.levels = what->level > 0 ? what->level : 0;
     if (what->level >= 0)
         return;
     voxels->size *= 0.5;
@@ -84,16 +82,15 @@ void study_change_scene(StudyScene *copy, const StudyCase *what, double sample_s
     scene->precision = what->precision;
     for (int b = 0; b < scene->body_count; b++) {
         SceneBody *body = &copy->body[b];
+        body->options.time_step = step;
+        body->options.integrator = what->integrator;
         // Only the scene's own case may take a step that the scene calls unsafe.
+        body->options.unsafe_time_step &= what->is_scene;
         if (body->model == MODEL_SURFACE) {
             change_surface(&body->surface, what);
             body->surface.adapt.check_hz = fmin(body->surface.adapt.check_hz, scene->rate_hz);
-            body->surface.body.time_step = step;
-            body->surface.body.unsafe_time_step &= what->is_scene;
         } else {
             change_voxel(body, what);
-            body->voxel.body.time_step = step;
-            body->voxel.body.unsafe_time_step &= what->is_scene;
         }
     }
 }
@@ -105,13 +102,13 @@ static bool check(const StudyScene *copy, Status *status)
         const SceneBody *body = &copy->body[b];
         if (body->model != MODEL_VOXEL)
             continue;
-        if (body->voxel.body.levels > VOXEL_LEVELS_MAX)
-            return status_fail(status, STATUS_INVALID, "levels %d exceeds %d",
-                               body->voxel.body.levels, VOXEL_LEVELS_MAX);
-        if (body->voxel.body.integrator != INTEGRATOR_LEAPFROG &&
-            body->voxel.body.integrator != INTEGRATOR_SYMPLECTIC_EULER)
+        if (body->options.levels > VOXEL_LEVELS_MAX)
+            return status_fail(status, STATUS_INVALID, "levels %d exceeds %d", body->options.levels,
+                               VOXEL_LEVELS_MAX);
+        if (body->options.integrator != INTEGRATOR_LEAPFROG &&
+            body->options.integrator != INTEGRATOR_SYMPLECTIC_EULER)
             return status_fail(status, STATUS_INVALID, "integrator %s means nothing to voxels",
-                               integrator_name(body->voxel.body.integrator));
+                               integrator_name(body->options.integrator));
         for (int m = 0; m < body->voxel.material_count; m++)
             if (body->voxel.law == VOXEL_MIYAZAKI2004 && body->material[m].poisson_ratio > 0.0)
                 return status_fail(status, STATUS_INVALID,

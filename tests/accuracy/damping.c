@@ -54,7 +54,7 @@ static void swing(const Scene *scene, bool circle, double away, FILE *out)
     changed.rate_hz = 1000.0; // a blow of one tick
     changed.load = load;
     changed.load_count = circle ? 2 : 1;
-    body.fixed_count = 0;
+    body.options.fixed_count = 0;
     changed.body = &body;
     draw->center = blow->center = vec3(0.0, 0.0, 0.0);
     draw->radius = blow->radius = 1.0;

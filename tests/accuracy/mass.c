@@ -19,7 +19,7 @@ static void open_world(const Experiment *experiment, const char *name, SurfaceAd
 {
     run_read(experiment->scenes, name, scene);
     scene->body[0].surface.adjust = rule;
-    scene->body[0].fixed_count = 0; // every node counts
+    scene->body[0].options.fixed_count = 0; // every node counts
     run_build(scene, model, world);
 }
 

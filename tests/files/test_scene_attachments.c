@@ -147,7 +147,7 @@ static const char *read_chain(const char *const model[4], const char *const more
 static IntegratorKind integrator_in(const Scene *scene, int b)
 {
     const SceneBody *body = &scene->body[b];
-    return body->model == MODEL_VOXEL ? body->voxel.body.integrator : body->surface.body.integrator;
+    return body->options.integrator;
 }
 
 static void joined_bodies_that_name_no_integrator_take_a_common_one(void **state)

@@ -349,7 +349,7 @@ static void fixed_takes_boxes_spheres_and_nodes(void **unused)
                               "{ sphere = (0, 0, 1); radius = 2; }, { nodes = [4, 2]; } );"),
                       &scene),
         "");
-    const FixedRegion *fixed = scene.body[0].fixed;
+    const FixedRegion *fixed = scene.body[0].options.fixed;
     assert_int_equal(scene.body[0].surface.body.fixed_count, 3);
     assert_ptr_equal(scene.body[0].surface.body.fixed, fixed);
     assert_int_equal(fixed[0].kind, FIXED_BOX);

@@ -83,7 +83,7 @@ static void keys_of_both_models_are_read_as_written(void **unused)
     expect_near(voxel->body.contact_damping, 0.001, 0.0);
     expect_near(voxel->body.friction, 0.0, 0.0);
     assert_int_equal(voxel->body.fixed_count, 2);
-    assert_ptr_equal(voxel->body.fixed, scene.body[0].fixed);
+    assert_ptr_equal(voxel->body.fixed, scene.body[0].options.fixed);
     assert_int_equal(voxel->body.fixed[1].kind, FIXED_NODES);
     assert_int_equal(voxel->body.fixed[1].node[1], 9);
     scene_destroy(&scene);

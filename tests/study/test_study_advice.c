@@ -224,7 +224,7 @@ static void advised_keys_make_a_scene_that_case(void **unused)
         assert_int_equal(surface->adjust, ADJUST_CHOI2005);
     }
     assert_string_equal(scene.name, "a-trickyname"); // what was not asked for is as it was
-    assert_int_equal(scene.body[0].fixed_count, 1);
+    assert_int_equal(scene.body[0].options.fixed_count, 1);
     assert_int_equal(scene.tool_count, 1);
     scene_destroy(&scene);
 }
