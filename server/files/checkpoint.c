@@ -14,7 +14,7 @@
 #include <sys/stat.h>
 
 #define CHECKPOINT_FORMAT "pliant-checkpoint"
-enum { CHECKPOINT_VERSION = 1, NAME_TEXT = 160 };
+enum { CHECKPOINT_VERSION = 2, NAME_TEXT = 160 };
 
 static void reserve(CheckpointImage *image, Arena *arena, const World *world)
 {

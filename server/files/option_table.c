@@ -273,6 +273,31 @@ static void store_default(const Option *option, void *member)
     }
 }
 
+// Returns the size of what `option_read` stores.
+static size_t value_size(OptionType type)
+{
+    switch (type) {
+    case OPTION_REAL:
+        return sizeof(double);
+    case OPTION_INT:
+    case OPTION_WORD:
+        return sizeof(int);
+    case OPTION_BOOL:
+        return sizeof(bool);
+    case OPTION_VECTOR:
+        return sizeof(Vec3);
+    default:
+        return sizeof(const void *);
+    }
+}
+
+bool option_is_default(const Option *option, const void *member)
+{
+    OptionValue preset;
+    store_default(option, &preset);
+    return memcmp(&preset, member, value_size(option->type)) == 0;
+}
+
 static bool read_value(const Option *option, const config_setting_t *setting,
                        const OptionSource *source, void *member)
 {

@@ -71,6 +71,8 @@ typedef struct OptionSource {
 bool option_read(const OptionTable *table, const config_setting_t *group,
                  const OptionSource *source, void *target);
 
+// True if the member has the value that it gets where the key is omitted.
+bool option_is_default(const Option *option, const void *member);
 // True if groups of this variant use the key.
 bool option_is_used(const Option *option, int variant);
 // Returns false with the status "<key> means nothing for <owner>" if the group has a key of other

@@ -12,11 +12,9 @@
 enum { CHANNEL_MAX = 63 }; // characters of a channel name that LCM accepts
 
 typedef struct SceneGroup {
+    Scene scene; // first: offsets of rows are the same in a Scene
     const char *name, *prefix, *input_prefix, *lcm_url, *prepared;
-    double rate_hz, tool_timeout_s, settle_s;
-    Vec3 gravity;
-    int threads, precision, late, start;
-    bool estimate_error, remote, stop_command;
+    int late, start;
     const config_setting_t *publish, *capacity, *bodies, *tools, *attachments, *loads;
 } SceneGroup;
 
@@ -33,15 +31,15 @@ static const OptionWord NODES_WORDS[] = {{"surface", NODES_SURFACE}, {"all", NOD
 static const Option SCENE_OPTIONS[] = {
     {"name", OPTION_NAME, AT(name), "", .low = 1, .high = SCENE_WORD_MAX, .preset_text = "scene",
      .about = "Name of the scene in status messages and files."},
-    {"rate_hz", OPTION_REAL, AT(rate_hz), "Hz", 1.0, 10000.0, .preset = 1000.0,
-     .about = "Ticks per second: how often tools move and contacts are found."},
-    {"gravity", OPTION_VECTOR, AT(gravity), "m/s2", 0.0, 1e4,
+    {"rate_hz", OPTION_REAL, AT(scene.rate_hz), "Hz", 1.0, 10000.0, .preset = 1000.0,
+     .physics = true, .about = "Ticks per second: how often tools move and contacts are found."},
+    {"gravity", OPTION_VECTOR, AT(scene.gravity), "m/s2", 0.0, 1e4, .physics = true,
      .about = "Acceleration of every node, world frame."},
-    {"threads", OPTION_INT, AT(threads), "", 1.0, TEAM_THREADS_MOST, .preset = 1.0,
+    {"threads", OPTION_INT, AT(scene.threads), "", 1.0, TEAM_THREADS_MOST, .preset = 1.0,
      .about = "Threads that compute one step, each on its own processor: useful from a few "
               "thousand nodes on, and only if no other program needs these processors. Results are "
               "bit-identical for any number."},
-    {"precision", OPTION_WORD, AT(precision), "", .words = PRECISION_WORDS,
+    {"precision", OPTION_WORD, AT(scene.precision), "", .words = PRECISION_WORDS,
      .preset = PRECISION_SINGLE,
      .about = "Precision of the bodies' arithmetic: single is fast and computes displacements to "
               "about 1e-6 of the largest; double is the reference."},
@@ -54,11 +52,11 @@ static const Option SCENE_OPTIONS[] = {
               "daemons may share it."},
     {"lcm_url", OPTION_STRING, AT(lcm_url), "", .low = 1, .high = 255, .preset_text = "LCM's own",
      .about = "LCM network, unless the command line names one."},
-    {"remote", OPTION_BOOL, AT(remote), "",
+    {"remote", OPTION_BOOL, AT(scene.remote), "",
      .about = "Whether messages from other hosts are accepted; otherwise only those of programs on "
               "this host are, and others are refused. Replies to other hosts require an `lcm_url` "
               "with `ttl=1`."},
-    {"stop_command", OPTION_BOOL, AT(stop_command), "", .preset = 1.0,
+    {"stop_command", OPTION_BOOL, AT(scene.stop_command), "", .preset = 1.0,
      .about = "Whether the command STOP ends the daemon; otherwise it is refused."},
     {"publish", OPTION_GROUP, AT(publish), "", .preset_text = "its defaults",
      .about = "What is published, and how often."},
@@ -66,13 +64,13 @@ static const Option SCENE_OPTIONS[] = {
      .about = "What happens to a tick that could not begin in time: it is skipped and counted."},
     {"start", OPTION_WORD, AT(start), "", .words = START_WORDS,
      .about = "Whether time runs at once or waits for a RESUME or STEP command."},
-    {"estimate_error", OPTION_BOOL, AT(estimate_error), "",
+    {"estimate_error", OPTION_BOOL, AT(scene.estimate_error), "",
      .about = "Whether a live run reports the error of its time steps (`body_status_t`): in the "
               "spare time of ticks, steps are tried whole and in two halves. The motion is "
               "bit-identical with and without it."},
-    {"tool_timeout_s", OPTION_REAL, AT(tool_timeout_s), "s", 0.0, 3600.0, .open = true,
-     .preset = 0.2, .about = "A tool whose newest pose is older is withdrawn."},
-    {"settle_s", OPTION_REAL, AT(settle_s), "s", 0.0, 3600.0,
+    {"tool_timeout_s", OPTION_REAL, AT(scene.tool_timeout_s), "s", 0.0, 3600.0, .open = true,
+     .preset = 0.2, .physics = true, .about = "A tool whose newest pose is older is withdrawn."},
+    {"settle_s", OPTION_REAL, AT(scene.settle_s), "s", 0.0, 3600.0,
      .about = "Time simulated before the first tick, so that the bodies are at rest under gravity "
               "and prestress."},
     {"capacity", OPTION_GROUP, AT(capacity), "", .preset_text = "from the meshes and levels",
@@ -95,26 +93,26 @@ const OptionTable SCENE_TABLE =
 
 #define AT(member) offsetof(PublishGroup, member)
 typedef struct PublishGroup {
-    double nodes_hz, mesh_hz, contact_hz, status_hz;
+    ScenePublish publish;
     int nodes;
-    bool velocity, rest, contact_stiffness;
 } PublishGroup;
 static const Option PUBLISH_OPTIONS[] = {
-    {"nodes_hz", OPTION_REAL, AT(nodes_hz), "Hz", 0.0, 10000.0, .preset = 60.0,
+    {"nodes_hz", OPTION_REAL, AT(publish.nodes_hz), "Hz", 0.0, 10000.0, .preset = 60.0,
      .about = "Frames of node positions per second; 0: never."},
-    {"mesh_hz", OPTION_REAL, AT(mesh_hz), "Hz", 0.0, 10000.0, .preset = 1.0,
+    {"mesh_hz", OPTION_REAL, AT(publish.mesh_hz), "Hz", 0.0, 10000.0, .preset = 1.0,
      .about = "Whole meshes per second, for clients that join late; 0: only on request."},
-    {"contact_hz", OPTION_REAL, AT(contact_hz), "Hz", 0.0, 10000.0, .preset = 1000.0,
+    {"contact_hz", OPTION_REAL, AT(publish.contact_hz), "Hz", 0.0, 10000.0, .preset = 1000.0,
      .about = "Contact messages per second and tool; 0: never."},
-    {"status_hz", OPTION_REAL, AT(status_hz), "Hz", 0.0, 10000.0, .preset = 2.0,
+    {"status_hz", OPTION_REAL, AT(publish.status_hz), "Hz", 0.0, 10000.0, .preset = 2.0,
      .about = "Status messages per second; 0: never."},
     {"nodes", OPTION_WORD, AT(nodes), "", .words = NODES_WORDS,
      .about = "Which nodes: those of the surface, or all, including those inside voxel bodies."},
-    {"velocity", OPTION_BOOL, AT(velocity), "", .about = "Whether velocities are published too."},
-    {"rest", OPTION_BOOL, AT(rest), "",
+    {"velocity", OPTION_BOOL, AT(publish.velocity), "",
+     .about = "Whether velocities are published too."},
+    {"rest", OPTION_BOOL, AT(publish.rest), "",
      .about = "Whether rest positions of the nodes and the texture coordinates of the mesh file "
               "are published with each whole mesh, for viewers."},
-    {"contact_stiffness", OPTION_BOOL, AT(contact_stiffness), "", .preset = 1.0,
+    {"contact_stiffness", OPTION_BOOL, AT(publish.contact_stiffness), "", .preset = 1.0,
      .about = "Whether contact messages report the body's stiffness at the contact, which haptic "
               "devices behind a network need; it takes up to 4 % of a tick while a probe touches. "
               "Not for plane bodies."},
@@ -126,13 +124,10 @@ const OptionTable PUBLISH_TABLE = OPTION_TABLE(
     "lowered to it.",
     PUBLISH_OPTIONS);
 
-typedef struct CapacityGroup {
-    int nodes, faces;
-} CapacityGroup;
 static const Option CAPACITY_OPTIONS[] = {
-    {"nodes", OPTION_INT, offsetof(CapacityGroup, nodes), "", 0.0, 1e8,
+    {"nodes", OPTION_INT, offsetof(Scene, node_capacity), "", 0.0, 1e8,
      .about = "Largest number of nodes of a body; 0: as many as its mesh and levels can have."},
-    {"faces", OPTION_INT, offsetof(CapacityGroup, faces), "", 0.0, 1e8,
+    {"faces", OPTION_INT, offsetof(Scene, face_capacity), "", 0.0, 1e8,
      .about = "Largest number of faces of a body; 0: as many as its mesh and levels can have."},
 };
 const OptionTable CAPACITY_TABLE = OPTION_TABLE(
@@ -145,7 +140,8 @@ static bool read_publish(const SceneReader *reader, const config_setting_t *grou
     PublishGroup raw = {0};
     if (!option_read(&PUBLISH_TABLE, group, &reader->source, &raw))
         return false;
-    double *rates[] = {&raw.nodes_hz, &raw.mesh_hz, &raw.contact_hz, &raw.status_hz};
+    double *rates[] = {&raw.publish.nodes_hz, &raw.publish.mesh_hz, &raw.publish.contact_hz,
+                       &raw.publish.status_hz};
     static const char *const KEYS[] = {"nodes_hz", "mesh_hz", "contact_hz", "status_hz"};
     for (int i = 0; i < 4; i++) {
         if (*rates[i] <= reader->scene->rate_hz)
@@ -158,14 +154,8 @@ static bool read_publish(const SceneReader *reader, const config_setting_t *grou
                                option_number_text(limit, reader->scene->rate_hz));
         *rates[i] = reader->scene->rate_hz;
     }
-    reader->scene->publish = (ScenePublish){.nodes_hz = raw.nodes_hz,
-                                            .mesh_hz = raw.mesh_hz,
-                                            .contact_hz = raw.contact_hz,
-                                            .status_hz = raw.status_hz,
-                                            .all_nodes = raw.nodes == NODES_ALL,
-                                            .velocity = raw.velocity,
-                                            .rest = raw.rest,
-                                            .contact_stiffness = raw.contact_stiffness};
+    reader->scene->publish = raw.publish;
+    reader->scene->publish.all_nodes = raw.nodes == NODES_ALL;
     return true;
 }
 
@@ -276,23 +266,14 @@ static int line_of(const config_setting_t *root, const char *key)
 
 static bool read_root(const SceneReader *reader, const config_setting_t *root)
 {
-    SceneGroup raw = {0};
-    CapacityGroup capacity = {0};
+    Scene *scene = reader->scene;
+    SceneGroup raw = {.scene = *scene};
     if (!option_read(&SCENE_TABLE, root, &reader->source, &raw))
         return false;
-    Scene *scene = reader->scene;
-    scene->rate_hz = raw.rate_hz;
-    scene->gravity = raw.gravity;
+    *scene = raw.scene;
     scene->rate_line = line_of(root, "rate_hz");
     scene->gravity_line = line_of(root, "gravity");
-    scene->threads = raw.threads;
-    scene->precision = (Precision)raw.precision;
     scene->start_paused = raw.start == START_PAUSED;
-    scene->estimate_error = raw.estimate_error;
-    scene->remote = raw.remote;
-    scene->stop_command = raw.stop_command;
-    scene->tool_timeout_s = raw.tool_timeout_s;
-    scene->settle_s = raw.settle_s;
     // Inputs use the output prefix unless the scene gives them their own.
     const char *input = option_given(root, "input_prefix") ? raw.input_prefix : raw.prefix;
     snprintf(scene->name, sizeof scene->name, "%s", raw.name);
@@ -306,10 +287,8 @@ static bool read_root(const SceneReader *reader, const config_setting_t *root)
         scene->prepared = scene_source_resolve(reader->folder, raw.prepared);
     // Groups and lists; bodies before tools and loads, which refer to them by name.
     if (!read_publish(reader, raw.publish) ||
-        !option_read(&CAPACITY_TABLE, raw.capacity, &reader->source, &capacity))
+        !option_read(&CAPACITY_TABLE, raw.capacity, &reader->source, scene))
         return false;
-    scene->node_capacity = capacity.nodes;
-    scene->face_capacity = capacity.faces;
     return read_bodies(reader, raw.bodies) && read_tools(reader, raw.tools) &&
            read_attachments(reader, raw.attachments) && read_loads(reader, raw.loads);
 }

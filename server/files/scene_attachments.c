@@ -4,10 +4,10 @@
 #include <limits.h>
 
 typedef struct AttachmentGroup {
+    AttachmentOptions options; // first: offsets of rows are the same in AttachmentOptions
     const char *body, *to_body;
     int to, tool;
     RegionGroup region;
-    double stiffness, damping_ratio;
 } AttachmentGroup;
 
 static const OptionWord TO_WORDS[] = {{"world", ATTACH_WORLD}, {NULL, 0}};
@@ -32,10 +32,12 @@ static const Option ATTACHMENT_OPTIONS[] = {
               "when it becomes active."},
     {"to_body", OPTION_NAME, AT(to_body), "", .high = SCENE_WORD_MAX, .preset_text = "none",
      .about = "To the nearest points of this other body."},
-    {"stiffness", OPTION_REAL, AT(stiffness), "", 0.0, 1e3, .open = true, .preset = 0.3,
+    {"stiffness", OPTION_REAL, AT(options.stiffness), "", 0.0, 1e3, .open = true, .preset = 0.3,
+     .physics = true,
      .about = "Stiffness of the springs, as a share of the body's own stiffness; stiffer springs "
               "shorten the time step."},
-    {"damping_ratio", OPTION_REAL, AT(damping_ratio), "", 0.0, 1e3, .preset = 0.5,
+    {"damping_ratio", OPTION_REAL, AT(options.damping_ratio), "", 0.0, 1e3, .preset = 0.5,
+     .physics = true,
      .about = "Damping ratio of the springs with the attached masses: 1 is critical."},
 };
 #undef AT
@@ -125,8 +127,8 @@ bool scene_read_attachment(const SceneReader *reader, const config_setting_t *gr
     AttachmentOptions *options = &attachment->options;
     if (!option_read(&ATTACHMENT_TABLE, group, source, &raw))
         return false;
-    *options = (AttachmentOptions){
-        .tool = -1, .to_body = -1, .stiffness = raw.stiffness, .damping_ratio = raw.damping_ratio};
+    *options = raw.options;
+    options->tool = options->to_body = -1;
     attachment->line = (int)config_setting_source_line(group);
     options->body = scene_find_body(reader, option_find(group, "body"), raw.body);
     if (options->body < 0)

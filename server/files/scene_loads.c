@@ -4,8 +4,8 @@
 #include <string.h>
 
 typedef struct LoadGroup {
+    LoadOptions load; // first: offsets of rows are the same in LoadOptions
     const char *body;
-    LoadOptions load;
 } LoadGroup;
 
 #define AT(member) offsetof(LoadGroup, load.member)
@@ -13,15 +13,16 @@ static const Option LOAD_OPTIONS[] = {
     {"body", OPTION_NAME, offsetof(LoadGroup, body), "", .high = SCENE_WORD_MAX,
      .preset_text = "all bodies", .about = "The body on which it acts."},
     {"center", OPTION_VECTOR, AT(center), "m", 0.0, POSITION_LIMIT, .required = true,
-     .about = "Centre of the sphere whose nodes carry the load, world frame."},
+     .physics = true, .about = "Centre of the sphere whose nodes carry the load, world frame."},
     {"radius", OPTION_REAL, AT(radius), "m", 0.0, POSITION_LIMIT, .open = true, .required = true,
+     .physics = true,
      .about = "Radius of that sphere; the nodes inside are selected when the load starts."},
-    {"force", OPTION_VECTOR, AT(force), "N", 0.0, FORCE_LIMIT, .required = true,
+    {"force", OPTION_VECTOR, AT(force), "N", 0.0, FORCE_LIMIT, .required = true, .physics = true,
      .about = "Total force, shared by the nodes in proportion to their areas, world frame."},
-    {"start", OPTION_REAL, AT(start), "s", 0.0, TIME_LIMIT,
+    {"start", OPTION_REAL, AT(start), "s", 0.0, TIME_LIMIT, .physics = true,
      .about = "Simulated time at which it starts."},
     {"duration", OPTION_REAL, AT(duration), "s", 0.0, TIME_LIMIT, .open = true, .required = true,
-     .about = "Simulated time for which it lasts."},
+     .physics = true, .about = "Simulated time for which it lasts."},
 };
 #undef AT
 const OptionTable LOAD_TABLE =

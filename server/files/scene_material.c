@@ -7,22 +7,22 @@
 #define AT(member) offsetof(SurfaceMaterial, member)
 static const Option MATERIAL_OPTIONS[] = {
     {"youngs_modulus_2d", OPTION_REAL, AT(youngs_modulus_2d), "N/m", 0.0, 1e9, .open = true,
-     .preset = 80.0,
+     .preset = 80.0, .physics = true,
      .about = "Young's modulus times thickness; springs get k = E (A1 + A2) / L^2 (Van Gelder "
               "1998)."},
     {"areal_density", OPTION_REAL, AT(areal_density), "kg/m2", 0.0, 1e6, .open = true,
-     .preset = 4.2,
+     .preset = 4.2, .physics = true,
      .about = "Mass per unit area; a node has a third of the mass of the faces around it."},
-    {"damping_time", OPTION_REAL, AT(damping_time), "s", 0.0, 10.0, .preset = 2e-4,
+    {"damping_time", OPTION_REAL, AT(damping_time), "s", 0.0, 10.0, .preset = 2e-4, .physics = true,
      .about = "Damping of a spring over its stiffness. Reduced, with a warning, where it would "
               "shorten explicit steps; `implicit` uses at most one step of it."},
     {"spring_stiffness", OPTION_REAL, AT(spring_stiffness), "N/m", 0.0, 1e9, .open = true,
-     .preset_text = "none", .about = "Uniform: stiffness of every spring."},
-    {"spring_damping", OPTION_REAL, AT(spring_damping), "N s/m", 0.0, 1e6,
+     .preset_text = "none", .physics = true, .about = "Uniform: stiffness of every spring."},
+    {"spring_damping", OPTION_REAL, AT(spring_damping), "N s/m", 0.0, 1e6, .physics = true,
      .about = "Uniform: damping of every spring."},
     {"node_mass", OPTION_REAL, AT(node_mass), "kg", 0.0, 1e6, .open = true, .preset_text = "none",
-     .about = "Uniform: mass of every node."},
-    {"node_damping", OPTION_REAL, AT(node_damping), "N s/m", 0.0, 1e6,
+     .physics = true, .about = "Uniform: mass of every node."},
+    {"node_damping", OPTION_REAL, AT(node_damping), "N s/m", 0.0, 1e6, .physics = true,
      .about = "Both: drag on every node's velocity."},
 };
 #undef AT
@@ -91,17 +91,18 @@ static const OptionWord DIRECTION_WORDS[] = {
 #define AT(member) offsetof(SurfaceShape, member)
 static const Option SHAPE_OPTIONS[] = {
     {"angular_frequency", OPTION_REAL, AT(angular_frequency), "rad/s", 0.0, 1e6, .preset = 50.0,
-     .about = "Angular frequency of a node on its shape spring: k = m w^2."},
+     .physics = true, .about = "Angular frequency of a node on its shape spring: k = m w^2."},
     {"damping_ratio", OPTION_REAL, AT(damping_ratio), "", 0.0, 100.0, .preset = 0.1,
-     .about = "Share of critical damping of that oscillation."},
+     .physics = true, .about = "Share of critical damping of that oscillation."},
     {"stiffness", OPTION_REAL, AT(stiffness), "N/m", 0.0, 1e9, .preset_text = "none",
-     .about = "Instead: stiffness of every node's shape spring."},
-    {"damping", OPTION_REAL, AT(damping), "N s/m", 0.0, 1e6,
+     .physics = true, .about = "Instead: stiffness of every node's shape spring."},
+    {"damping", OPTION_REAL, AT(damping), "N s/m", 0.0, 1e6, .physics = true,
      .about = "With `stiffness`: damping of every node's shape spring."},
     {"frame", OPTION_WORD, AT(frame), "", .words = FRAME_WORDS, .preset = SHAPE_WORLD,
+     .physics = true,
      .about = "Whether the rest shape is fixed in the world or follows the body's rigid motion."},
     {"damping_direction", OPTION_WORD, AT(direction), "", .words = DIRECTION_WORDS,
-     .preset = SHAPE_DAMPS_ALL,
+     .preset = SHAPE_DAMPS_ALL, .physics = true,
      .about = "Which part of a node's velocity is damped: all of it, or only the part along the "
               "spring (`radial`: eq 10 as printed, with which a node keeps circling about its rest "
               "position; only with frame `world` and explicit steps)."},

@@ -3,15 +3,17 @@
 
 #define AT(member) offsetof(SurfaceAdapt, member)
 static const Option ADAPT_OPTIONS[] = {
-    {"force", OPTION_REAL, AT(force), "", 0.0, 1e9, .open = true, .preset = 0.005,
+    {"force", OPTION_REAL, AT(force), "", 0.0, 1e9, .open = true, .preset = 0.005, .physics = true,
      .about = "Load per unit area times the edge length over `youngs_modulus_2d` beyond which a "
               "face is refined."},
-    {"speed", OPTION_REAL, AT(speed), "", 0.0, 1e9, .open = true, .preset = 0.3,
+    {"speed", OPTION_REAL, AT(speed), "", 0.0, 1e9, .open = true, .preset = 0.3, .physics = true,
      .about = "Speed relative to the body's rigid motion, over the wave speed in the membrane "
               "times 2^level, beyond which a face is refined."},
     {"curvature", OPTION_REAL, AT(curvature), "rad", 0.0, 1e9, .open = true, .preset = 0.4,
+     .physics = true,
      .about = "Change of the angle between two faces beyond which they are refined."},
     {"check_hz", OPTION_REAL, AT(check_hz), "Hz", 0.0, 10000.0, .open = true, .preset = 100.0,
+     .physics = true,
      .about =
          "How often all faces are checked; at most `rate_hz`, to which the default is lowered."},
 };

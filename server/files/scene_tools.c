@@ -4,9 +4,8 @@
 #include <limits.h>
 
 typedef struct ToolGroup {
-    int id, kind;
+    ToolOptions tool; // first: offsets of rows are the same in ToolOptions
     const config_setting_t *capsules, *plane, *edge;
-    double max_force, friction, grip_stiffness, grip_damping;
 } ToolGroup;
 
 static const OptionWord KIND_WORDS[] = {{"probe", TOOL_PROBE},
@@ -17,9 +16,9 @@ static const OptionWord KIND_WORDS[] = {{"probe", TOOL_PROBE},
 
 #define AT(member) offsetof(ToolGroup, member)
 static const Option TOOL_OPTIONS[] = {
-    {"id", OPTION_INT, AT(id), "", 0.0, INT_MAX, .required = true,
+    {"id", OPTION_INT, AT(tool.id), "", 0.0, INT_MAX, .required = true, .physics = true,
      .about = "Number that identifies the tool in messages; unique."},
-    {"kind", OPTION_WORD, AT(kind), "", .words = KIND_WORDS, .required = true,
+    {"kind", OPTION_WORD, AT(tool.kind), "", .words = KIND_WORDS, .required = true, .physics = true,
      .about = "Probe: moved by messages. Static: fixed in the world. Blade: moved by messages, "
               "cuts along its edge. Grasper: moved by messages; when it closes, it grasps the "
               "nodes inside its capsules."},
@@ -27,15 +26,18 @@ static const Option TOOL_OPTIONS[] = {
      .about = "Its shape: up to 8 groups, at least one for a probe; for a blade the part that "
               "pushes, its back."},
     {"plane", OPTION_GROUP, AT(plane), "", .about = "A half space; static tools only."},
-    {"max_force", OPTION_REAL, AT(max_force), "N", 0.0, FORCE_LIMIT, .open = true, .preset = 3.3,
+    {"max_force", OPTION_REAL, AT(tool.max_force), "N", 0.0, FORCE_LIMIT, .open = true,
+     .preset = 3.3, .physics = true,
      .about = "Largest force on the bodies and on the tool: a tool that is pushed or pulled harder "
               "yields."},
-    {"friction", OPTION_REAL, AT(friction), "", 0.0, 10.0, .preset_text = "the body's",
-     .about = "Friction coefficient between the tool and any body."},
-    {"grip_stiffness", OPTION_REAL, AT(grip_stiffness), "", 0.0, 1e3, .open = true, .preset = 0.3,
+    {"friction", OPTION_REAL, AT(tool.friction), "", 0.0, 10.0, .preset_text = "the body's",
+     .physics = true, .about = "Friction coefficient between the tool and any body."},
+    {"grip_stiffness", OPTION_REAL, AT(tool.grip_stiffness), "", 0.0, 1e3, .open = true,
+     .preset = 0.3, .physics = true,
      .about = "Stiffness of a grasper's springs, as a share of the body's own stiffness; stiffer "
               "springs shorten the time step."},
-    {"grip_damping_ratio", OPTION_REAL, AT(grip_damping), "", 0.0, 1e3, .preset = 0.5,
+    {"grip_damping_ratio", OPTION_REAL, AT(tool.grip_damping), "", 0.0, 1e3, .preset = 0.5,
+     .physics = true,
      .about = "Damping ratio of a grasper's springs with the grasped masses: 1 is critical."},
     {"edge", OPTION_LIST, AT(edge), "m", .preset_text = "required of a blade",
      .about = "The two ends of a blade's edge, in its frame: ([x, y, z], [x, y, z])."},
@@ -44,21 +46,22 @@ static const Option TOOL_OPTIONS[] = {
 const OptionTable TOOL_TABLE = OPTION_TABLE("tools", "One tool.", TOOL_OPTIONS);
 
 static const Option CAPSULE_OPTIONS[] = {
-    {"from", OPTION_VECTOR, offsetof(Capsule, from), "m", 0.0, POSITION_LIMIT,
+    {"from", OPTION_VECTOR, offsetof(Capsule, from), "m", 0.0, POSITION_LIMIT, .physics = true,
      .about = "One end of the axis, in the tool's frame (for a static tool: the world frame)."},
     {"to", OPTION_VECTOR, offsetof(Capsule, to), "m", 0.0, POSITION_LIMIT,
-     .preset_text = "as `from`", .about = "The other end; equal ends make a ball."},
+     .preset_text = "as `from`", .physics = true,
+     .about = "The other end; equal ends make a ball."},
     {"radius", OPTION_REAL, offsetof(Capsule, radius), "m", 0.0, 10.0, .open = true,
-     .required = true, .about = "Radius around the axis."},
+     .required = true, .physics = true, .about = "Radius around the axis."},
 };
 const OptionTable CAPSULE_TABLE =
     OPTION_TABLE("tools.capsules", "A cylinder with round ends.", CAPSULE_OPTIONS);
 
 static const Option PLANE_OPTIONS[] = {
-    {"point", OPTION_VECTOR, offsetof(Plane, point), "m", 0.0, POSITION_LIMIT,
+    {"point", OPTION_VECTOR, offsetof(Plane, point), "m", 0.0, POSITION_LIMIT, .physics = true,
      .about = "Any point of the plane, world frame."},
     {"normal", OPTION_VECTOR, offsetof(Plane, normal), "", 1e-6, 1e6, .required = true,
-     .about = "Towards the free side; any length."},
+     .physics = true, .about = "Towards the free side; any length."},
 };
 const OptionTable PLANE_TABLE =
     OPTION_TABLE("tools.plane", "A half space, such as a table.", PLANE_OPTIONS);
@@ -105,16 +108,12 @@ bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, T
 {
     ToolGroup raw = {0};
     const OptionSource *source = &reader->source;
-    if (!option_read(&TOOL_TABLE, group, source, &raw) ||
-        !read_capsules(reader, raw.capsules, tool))
+    if (!option_read(&TOOL_TABLE, group, source, &raw))
         return false;
-    tool->id = raw.id;
-    tool->kind = (ToolKind)raw.kind;
-    tool->max_force = raw.max_force;
+    *tool = raw.tool;
+    if (!read_capsules(reader, raw.capsules, tool))
+        return false;
     tool->has_friction = option_given(group, "friction");
-    tool->friction = tool->has_friction ? raw.friction : 0.0;
-    tool->grip_stiffness = raw.grip_stiffness;
-    tool->grip_damping = raw.grip_damping;
     tool->has_plane = raw.plane != NULL;
     if (raw.plane != NULL) {
         if (!option_read(&PLANE_TABLE, raw.plane, source, &tool->plane))

@@ -7,24 +7,19 @@
 
 #include <stdlib.h>
 
-typedef struct MaterialGroup {
-    int label;
-    double youngs_modulus, poisson_ratio, density, damping;
-} MaterialGroup;
-
 #define POISSON_MAX 0.49
 enum { LEVELS_USUAL = 2 };
 
-#define AT(member) offsetof(MaterialGroup, member)
+#define AT(member) offsetof(SceneBody, member)
 static const Option MATERIAL_OPTIONS[] = {
-    {"youngs_modulus", OPTION_REAL, AT(youngs_modulus), "Pa", 0.0, 1e12, .open = true,
-     .preset = 1e4, .about = "Young's modulus."},
-    {"poisson_ratio", OPTION_REAL, AT(poisson_ratio), "", 0.0, POISSON_MAX,
+    {"youngs_modulus", OPTION_REAL, AT(usual.youngs_modulus), "Pa", 0.0, 1e12, .open = true,
+     .preset = 1e4, .physics = true, .about = "Young's modulus."},
+    {"poisson_ratio", OPTION_REAL, AT(usual.poisson_ratio), "", 0.0, POISSON_MAX, .physics = true,
      .about = "Poisson's ratio; the time step is proportional to sqrt(1 - 2 nu). 0 with law "
               "`miyazaki2004`."},
-    {"density", OPTION_REAL, AT(density), "kg/m3", 0.0, 1e6, .open = true, .preset = 1000.0,
-     .about = "Mass per unit volume."},
-    {"damping", OPTION_REAL, AT(damping), "", 0.0, 10.0, .preset = 0.2,
+    {"density", OPTION_REAL, AT(usual.density), "kg/m3", 0.0, 1e6, .open = true, .preset = 1000.0,
+     .physics = true, .about = "Mass per unit volume."},
+    {"damping", OPTION_REAL, AT(voxel.damping), "", 0.0, 10.0, .preset = 0.2, .physics = true,
      .about = "Damping of the elements' deformation over their stiffness, in units of the critical "
               "time step: below 0.1 crushed elements may not recover."},
 };
@@ -32,15 +27,23 @@ const OptionTable VOXEL_MATERIAL_TABLE =
     TITLED_TABLE("`bodies.material` of a voxel body", "bodies.material",
                  "Material of all cells without an entry in `materials`.", MATERIAL_OPTIONS);
 
+#undef AT
+
+typedef struct LabelGroup {
+    VoxelMaterial material; // first: offsets of rows are the same in a VoxelMaterial
+    int label;
+} LabelGroup;
+
+#define AT(member) offsetof(LabelGroup, member)
 static const Option LABEL_OPTIONS[] = {
     {"label", OPTION_INT, AT(label), "", 1.0, 1e9, .required = true,
      .about = "Label in the volume, one of `voxels.label`."},
-    {"youngs_modulus", OPTION_REAL, AT(youngs_modulus), "Pa", 0.0, 1e12, .open = true,
-     .preset_text = "as in `material`", .about = "Young's modulus."},
-    {"poisson_ratio", OPTION_REAL, AT(poisson_ratio), "", 0.0, POISSON_MAX,
-     .preset_text = "as in `material`", .about = "Poisson's ratio."},
-    {"density", OPTION_REAL, AT(density), "kg/m3", 0.0, 1e6, .open = true,
-     .preset_text = "as in `material`", .about = "Mass per unit volume."},
+    {"youngs_modulus", OPTION_REAL, AT(material.youngs_modulus), "Pa", 0.0, 1e12, .open = true,
+     .preset_text = "as in `material`", .physics = true, .about = "Young's modulus."},
+    {"poisson_ratio", OPTION_REAL, AT(material.poisson_ratio), "", 0.0, POISSON_MAX,
+     .preset_text = "as in `material`", .physics = true, .about = "Poisson's ratio."},
+    {"density", OPTION_REAL, AT(material.density), "kg/m3", 0.0, 1e6, .open = true,
+     .preset_text = "as in `material`", .physics = true, .about = "Mass per unit volume."},
 };
 #undef AT
 const OptionTable LABEL_MATERIAL_TABLE =
@@ -82,9 +85,9 @@ static bool read_label(const SceneReader *reader, const BodyGroup *raw,
                        const config_setting_t *group, bool *given, SceneBody *body)
 {
     const OptionSource *source = &reader->source;
-    MaterialGroup entry = {0};
+    LabelGroup entry = {0};
     if (!option_read(&LABEL_MATERIAL_TABLE, group, source, &entry) ||
-        !check_poisson(reader, raw, group, entry.poisson_ratio))
+        !check_poisson(reader, raw, group, entry.material.poisson_ratio))
         return false;
     int index = 0;
     while (index < body->voxels.label_count && body->voxels.label[index] != entry.label)
@@ -97,30 +100,26 @@ static bool read_label(const SceneReader *reader, const BodyGroup *raw,
     given[index] = true;
     VoxelMaterial *material = &body->material[index];
     if (option_given(group, "youngs_modulus"))
-        material->youngs_modulus = entry.youngs_modulus;
+        material->youngs_modulus = entry.material.youngs_modulus;
     if (option_given(group, "poisson_ratio"))
-        material->poisson_ratio = entry.poisson_ratio;
+        material->poisson_ratio = entry.material.poisson_ratio;
     if (option_given(group, "density"))
-        material->density = entry.density;
+        material->density = entry.material.density;
     return true;
 }
 
 static bool read_materials(const SceneReader *reader, const BodyGroup *raw, SceneBody *body)
 {
-    MaterialGroup usual = {0};
-    if (!option_read(&VOXEL_MATERIAL_TABLE, raw->material, &reader->source, &usual) ||
-        !check_poisson(reader, raw, raw->material, usual.poisson_ratio))
+    if (!option_read(&VOXEL_MATERIAL_TABLE, raw->material, &reader->source, body) ||
+        !check_poisson(reader, raw, raw->material, body->usual.poisson_ratio))
         return false;
     int count = body->voxels.label_count;
     body->material = calloc((size_t)count, sizeof *body->material);
     ASSERT(body->material != NULL);
     body->voxel.material = body->material;
     body->voxel.material_count = count;
-    body->voxel.damping = usual.damping;
     for (int i = 0; i < count; i++)
-        body->material[i] = (VoxelMaterial){.youngs_modulus = usual.youngs_modulus,
-                                            .poisson_ratio = usual.poisson_ratio,
-                                            .density = usual.density};
+        body->material[i] = body->usual;
     bool given[LATTICE_MATERIALS] = {false};
     for (int i = 0; i < option_length(raw->materials); i++) {
         const config_setting_t *group = option_group_at(raw->materials, i, &reader->source);

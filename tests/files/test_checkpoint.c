@@ -131,7 +131,7 @@ static void checkpoint_has_the_documented_layout(void **unused)
     int version = 0;
     hid_t attribute = H5Aopen(file, "version", H5P_DEFAULT);
     assert_true(H5Aread(attribute, H5T_NATIVE_INT, &version) >= 0);
-    assert_int_equal(version, 1);
+    assert_int_equal(version, 2);
     H5Aclose(attribute);
 
     Vec3 position[114], velocity[114];
@@ -289,13 +289,13 @@ static void other_formats_and_versions_are_refused(void **unused)
     run_create(&run, SCENE("leapfrog", ""));
     save(&run, "a.h5");
     hid_t file = open_plain("a.h5", H5F_ACC_RDWR);
-    int version = 2;
+    int version = 1;
     hid_t attribute = H5Aopen(file, "version", H5P_DEFAULT);
     assert_true(H5Awrite(attribute, H5T_NATIVE_INT, &version) >= 0);
     H5Aclose(attribute);
     H5Fclose(file);
     scratch_seal(&scratch, "a.h5");
-    assert_string_equal(load(&run, "a.h5"), "a.h5: / version 2 must be 1");
+    assert_string_equal(load(&run, "a.h5"), "a.h5: / version 1 must be 2");
     file = open_plain("a.h5", H5F_ACC_RDWR);
     H5Adelete(file, "format");
     H5Fclose(file);

@@ -164,8 +164,8 @@ static const char *fault_of(const KeyRow *row, const Outcome *base, const Outcom
         return fault_of_idle(row, base, changed);
     if (base->warnings != 0 || changed->warnings != 0)
         return changed->warnings != 0 ? changed->warned : base->warned;
-    if (row->evidence == STATE && base->physics == changed->physics)
-        return "a checkpoint would fit both";
+    if ((row->evidence == STATE) != (base->physics != changed->physics))
+        return row->evidence == STATE ? "a checkpoint would fit both" : "no checkpoint would fit";
     const bool same = row->evidence == STATE || row->evidence == STATE_ALONE
                           ? base->state == changed->state
                       : row->evidence == SHOWN ? base->shown == changed->shown
@@ -215,6 +215,134 @@ static void same_scene_gives_the_same_hashes(void **unused)
         free(again.plan);
     }
 }
+
+// --- what checkpoints know scenes apart by -------------------------------------------------------
+
+// What the rows of a table are offsets in, for those that a scene keeps as they are read.
+typedef struct Target {
+    const OptionTable *table;
+    void *group;
+    size_t size;
+} Target;
+
+enum { TARGETS_MOST = 16 };
+
+static int list_targets(Scene *scene, Target target[TARGETS_MOST])
+{
+    SceneBody *body = &scene->body[0];
+    SurfaceOptions *surface = &body->surface;
+    ToolOptions *tool = &scene->tool[0];
+    const Target all[] = {
+        {&SCENE_TABLE, scene, sizeof *scene},
+        {&CAPACITY_TABLE, scene, sizeof *scene},
+        {&BODY_TABLE, body, sizeof *body},
+        {&CONTACT_TABLE, body, sizeof *body},
+        {&TEAR_TABLE, body, sizeof *body},
+        {&TOOL_TABLE, tool, sizeof *tool},
+        {&CAPSULE_TABLE, &tool->capsule[0], sizeof tool->capsule[0]},
+        {&PLANE_TABLE, &tool->plane, sizeof tool->plane},
+        {&LOAD_TABLE, &scene->load[0].load, sizeof scene->load[0].load},
+        {&ATTACHMENT_TABLE, &scene->attachment[0].options, sizeof scene->attachment[0].options},
+    };
+    const Target of_surface[] = {
+        {&MATERIAL_TABLE, &surface->material, sizeof surface->material},
+        {&SHAPE_TABLE, &surface->shape, sizeof surface->shape},
+        {&ADAPT_TABLE, &surface->adapt, sizeof surface->adapt},
+    };
+    const Target of_voxels[] = {
+        {&VOXEL_MATERIAL_TABLE, body, sizeof *body},
+        {&LABEL_MATERIAL_TABLE, body->material, sizeof *body->material},
+    };
+    const bool voxel = body->model == MODEL_VOXEL;
+    const size_t own = voxel ? sizeof of_voxels : sizeof of_surface;
+    memcpy(target, all, sizeof all);
+    memcpy(&target[sizeof all / sizeof *all], voxel ? of_voxels : of_surface, own);
+    return (int)((sizeof all + own) / sizeof *all);
+}
+
+// Adds to the value of a row; false for texts, groups and lists, which a scene keeps otherwise.
+static bool add_to(const Option *option, void *member, int more)
+{
+    switch (option->type) {
+    case OPTION_REAL:
+        *(double *)member += more;
+        return true;
+    case OPTION_INT:
+    case OPTION_WORD:
+        *(int *)member += more;
+        return true;
+    case OPTION_BOOL:
+        *(bool *)member = !*(bool *)member;
+        return true;
+    case OPTION_VECTOR:
+        ((Vec3 *)member)->y += more;
+        return true;
+    default:
+        return false;
+    }
+}
+
+// Returns how many rows change the hash though they do not count, or count and do not change it.
+static int count_wrong_rows(const Scene *scene, const World *world, const Target *target)
+{
+    const SceneModel model = scene->body[0].model;
+    int wrong = 0;
+    for (int i = 0; i < target->table->count; i++) {
+        const Option *option = &target->table->option[i];
+        void *member = (char *)target->group + option->offset;
+        if (option->offset >= target->size || member == &scene->body[0].model ||
+            (target->table->variant != 0 && !option_is_used(option, (int)model)))
+            continue;
+        const uint64_t before = physics_hash(scene, world);
+        if (!add_to(option, member, 1))
+            continue;
+        const bool counts = physics_hash(scene, world) != before;
+        add_to(option, member, -1);
+        if (counts == option->physics)
+            continue;
+        print_error("%s.%s of a %s body %s\n", target->table->path, option->key, MODEL[model],
+                    counts ? "counts" : "does not count");
+        wrong++;
+    }
+    return wrong;
+}
+
+static void rows_that_count_change_the_hash_and_no_others(void **unused)
+{
+    (void)unused;
+    static const char *const BODIES[] = {
+        "mesh = { generator = \"sphere\"; }; levels = 1; adapt = {}; shape = {};\n"
+        "cuttable = true; tear = { stretch = 1.0; };",
+        "model = \"voxel\"; voxels = { generator = \"box\"; count = 4; };\n"
+        "cuttable = true; tear = { force = 1.0; };"};
+    const char *path = scratch("x.cfg");
+    for (int model = 0; model < 2; model++) {
+        char text[1024];
+        Scene scene;
+        Status status = {0};
+        Target target[TARGETS_MOST];
+        TriMesh mesh = {0};
+        WorldCells cells = {0};
+        const World world = {.mesh = &mesh, .cells = &cells};
+        snprintf(
+            text, sizeof text,
+            "bodies = ( { name = \"a\"; %s } );\n"
+            "tools = ( { id = 1; kind = \"static\"; capsules = ( { radius = 0.1; } );\n"
+            "    plane = { normal = [0.0, 0.0, 1.0]; }; } );\n"
+            "loads = ( { center = [0, 0, 0]; radius = 1; force = [0, 0, 1]; duration = 1; } );\n"
+            "attachments = ( { body = \"a\"; nodes = [0]; to = \"world\"; } );\n",
+            BODIES[model]);
+        write_text(path, text);
+        assert_true(scene_read(path, &scene, &status));
+        int wrong = 0;
+        for (int t = list_targets(&scene, target); t-- > 0;)
+            wrong += count_wrong_rows(&scene, &world, &target[t]);
+        scene_destroy(&scene);
+        assert_int_equal(wrong, 0);
+    }
+}
+
+// --- every key of every table --------------------------------------------------------------------
 
 static int models_with_a_row(const OptionTable *table, const char *key)
 {
@@ -269,6 +397,7 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_key_of_every_table_has_a_row_for_every_model),
         cmocka_unit_test(same_scene_gives_the_same_hashes),
+        cmocka_unit_test(rows_that_count_change_the_hash_and_no_others),
         cmocka_unit_test(every_key_changes_something_or_is_refused),
         daemon_test(every_published_key_changes_the_stream),
     };
