@@ -1,12 +1,9 @@
 // Creates a voxel body from a lattice: elements, vertices, masses, batches, and what tools act on.
 // Load time only.
-#include "voxel/voxel.h"
-
 #include "base/check.h"
 #include "voxel/batch.h"
 #include "voxel/cut/cut_body.h"
 #include "voxel/model.h"
-#include "voxel/setup.h"
 #include "voxel/skin.h"
 #include "voxel/stiffness.h"
 #include "voxel/tables.h"
@@ -18,41 +15,40 @@
 #define ALLOCATE(use, count, type, label)                                                          \
     (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
 
-// Intermediate results of the creation.
-typedef struct Making {
-    const VoxelOptions *options;
-    const VoxelKernels *kernels;
-    Layout layout;
-    LatticeMesh mesh;
-    ElementClass *classes; // [element_count]
-    unsigned *mask;        // [element_count]
-    double *density;       // [element_count] [kg/m3]
-    VertexId *by_id;       // [vertex_count]
-    bool *fixed;           // [vertex_count]
-    double step;           // dt0: the smallest critical step of the elements [s]
-    double lambda;         // bounds of M^-1 K and, per unit of beta, of M^-1 C [1/s2]
-    double damping_lambda;
-} Making;
+// Least number of elements for two threads: with fewer, calling a thread costs more than it saves.
+enum { HALVED_LEAST = 2000 };
 
-static double edge_of(const Making *making, int element)
+static double edge_of(const VoxelMaking *making, int element)
 {
     return making->options->lattice->size * (double)(1 << making->layout.leaf[element].level);
 }
 
-// Adds an element's part to the bounds of the time step.
-static void set_element(Making *making, int element, const Template *shape)
+static void add_bounds(VoxelMaking *making, const ElementBounds *bounds)
+{
+    making->lambda = fmax(making->lambda, bounds->lambda);
+    making->damping_lambda = fmax(making->damping_lambda, bounds->damping);
+    making->step = fmin(making->step, bounds->step);
+}
+
+static void set_element(VoxelMaking *making, int element, const Template *shape)
 {
     const VoxelOptions *options = making->options;
     const VoxelMaterial *material = &options->material[making->layout.leaf[element].material - 1];
-    const ElementBounds bounds = stiffness_of_element(
-        options->law, material, edge_of(making, element), shape, &making->classes[element]);
+    ElementBounds bounds = stiffness_of_element(options->law, material, edge_of(making, element),
+                                                shape, &making->classes[element]);
+    add_bounds(making, &bounds);
     making->density[element] = material->density;
-    making->lambda = fmax(making->lambda, bounds.lambda);
-    making->damping_lambda = fmax(making->damping_lambda, bounds.damping);
-    making->step = fmin(making->step, bounds.step);
+    if (!options->body.cuttable)
+        return;
+    // It may be divided into the smallest ones.
+    Template plain;
+    ElementClass cell;
+    template_create(&plain, 0);
+    bounds = stiffness_of_element(options->law, material, options->lattice->size, &plain, &cell);
+    add_bounds(making, &bounds);
 }
 
-static void make_elements(Making *making)
+static void make_elements(VoxelMaking *making)
 {
     const int count = making->layout.leaf_count;
     making->classes = calloc((size_t)count, sizeof *making->classes);
@@ -75,12 +71,12 @@ static void make_elements(Making *making)
 
 static Vec3 place_of(const void *context, int vertex)
 {
-    const Making *making = context;
+    const VoxelMaking *making = context;
     const int *p = making->mesh.point[vertex];
     return lattice_point(making->options->lattice, p[0], p[1], p[2]);
 }
 
-static bool make_fixed(Making *making, Status *status)
+static bool make_fixed(VoxelMaking *making, Status *status)
 {
     const int vertices = making->mesh.vertex_count;
     making->fixed = calloc((size_t)vertices, sizeof *making->fixed);
@@ -89,8 +85,14 @@ static bool make_fixed(Making *making, Status *status)
                                making->fixed, status);
 }
 
+static double mass_of(const VoxelMaking *making, int element)
+{
+    const double edge = edge_of(making, element);
+    return making->density[element] * edge * edge * edge;
+}
+
 // Distributes each element's mass to its vertices by weight: total and first moment are exact.
-static void make_masses(const Making *making, VoxelModel *model, double *total)
+static void add_masses(const VoxelMaking *making, double *to)
 {
     const LatticeMesh *mesh = &making->mesh;
     Template shape;
@@ -98,13 +100,11 @@ static void make_masses(const Making *making, VoxelModel *model, double *total)
     for (int e = 0; e < mesh->element_count; e++) {
         if (making->mask[e] != shape.mask)
             template_create(&shape, making->mask[e]);
-        const double edge = edge_of(making, e);
-        const double mass = making->density[e] * edge * edge * edge;
-        *total += mass;
+        const double mass = mass_of(making, e);
         for (int i = 0; i < shape.count; i++) {
             bool unit = making->options->law == VOXEL_MIYAZAKI2004;
             double share = unit ? 1.0 / shape.count : shape.weight[i] / 8.0;
-            model->vertices.mass[mesh->vertex[e][shape.node[i]]] += share * mass;
+            to[mesh->vertex[e][shape.node[i]]] += share * mass;
         }
     }
 }
@@ -122,8 +122,8 @@ static void list_runs(BatchRuns *runs)
     batch_runs_end(runs, BATCH_HANGING);
 }
 
-static void create_batches(VoxelModel *model, const Making *making, const char *name, Arena *arena,
-                           StateList *state)
+static void create_batches(VoxelModel *model, const VoxelMaking *making, const char *name,
+                           Arena *arena, StateList *state)
 {
     const LatticeMesh *mesh = &making->mesh;
     int *element_class = calloc((size_t)mesh->element_count, sizeof *element_class);
@@ -153,60 +153,138 @@ static void create_batches(VoxelModel *model, const Making *making, const char *
     list_runs(runs);
 }
 
-static bool create_body(Body *body, Making *making, Arena *arena, StateList *state, Status *status)
+// ---------------------------------------------------------------------------------------------
+// The body
+
+static void create_rows(Vertices *vertices, const VoxelMaking *making, Arena *arena)
+{
+    const Lattice *lattice = making->options->lattice;
+    const LatticeMesh *mesh = &making->mesh;
+    const double middle[3] = {0.5 * lattice->count[0], 0.5 * lattice->count[1],
+                              0.5 * lattice->count[2]};
+    Rows *rows = &vertices->rows;
+    rows->longest_edge = lattice->size;
+    rows->rest_origin = lattice_point(lattice, middle[0], middle[1], middle[2]);
+    rows->rest_turn = lattice->turn;
+    rows->place = arena_allocate(arena, ARENA_STEP, (size_t)making->capacity + 1,
+                                 sizeof *rows->place, "%s/places", making->options->body.name);
+    for (int i = 0; i < mesh->vertex_count; i++)
+        for (int c = 0; c < 3; c++)
+            rows->place[i][c] = lattice->size * (mesh->point[i][c] - middle[c]);
+}
+
+static void create_vertices(VoxelModel *model, const VoxelMaking *making, const char *name,
+                            Arena *arena, StateList *state)
 {
     const VoxelOptions *options = making->options;
     const LatticeMesh *mesh = &making->mesh;
-    const char *name = options->body.name;
-    make_elements(making);
-    VoxelModel *model = arena_allocate(arena, ARENA_STEP, 1, sizeof *model, "%s/model", name);
-    model->law = options->law;
-    model->surface_count = mesh->surface_count;
-    model->element_count = mesh->element_count;
-    for (int e = 0; e < mesh->element_count; e++)
-        model->element_at_level[making->layout.leaf[e].level]++;
+    const int *cells = options->lattice->count;
     Vertices *vertices = &model->vertices;
     vertices->kernels = vertex_kernels_find(options->body.precision, making->kernels->level);
     vertices->count = mesh->vertex_count;
-    vertices->mass = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, double, "vertex masses");
-    vertices->id = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, int, "vertex ids");
-    memcpy(vertices->id, mesh->id, (size_t)mesh->vertex_count * sizeof *vertices->id);
-    double mass = 0.0;
-    make_masses(making, model, &mass);
-    // The order matters: rows need masses, the frame needs rows, batches need the vertices'
-    // precision.
-    setup_vertices(vertices, options, (const int(*)[3])mesh->point, making->by_id, making->fixed,
-                   mesh->element_count, mesh->surface_count, arena, state);
-    setup_frame(vertices, name, arena, state);
-    create_batches(model, making, name, arena, state);
-    *body = body_of_options(&options->body, &voxel_ops, model);
-    body->mass = mass;
-    body->element_count = mesh->element_count;
+    vertices->capacity = making->capacity;
+    vertices->team = options->body.team;
+    vertices->halved = mesh->element_count >= HALVED_LEAST;
+    vertices->mass = ALLOCATE(ARENA_TOPOLOGY, making->capacity, double, "vertex masses");
+    add_masses(making, vertices->mass);
+    if (model->cuts != NULL) {
+        vertices->id = model->cuts->lattice.vertex_id;
+    } else {
+        vertices->id = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, int, "vertex ids");
+        memcpy(vertices->id, mesh->id, (size_t)mesh->vertex_count * sizeof *vertices->id);
+    }
+    create_rows(vertices, making, arena);
+    vertices->damped = options->damping > 0.0;
+    vertices_create(vertices, &options->body, making->by_id, making->fixed,
+                    model->cuts != NULL ? making->capacity : mesh->surface_count,
+                    options->lattice->size * (cells[0] + cells[1] + cells[2]), arena, state);
+}
+
+// Creates the frame that follows a floating body, weighted by the masses.
+static void create_frame(Vertices *vertices, const char *name, Arena *arena, StateList *state)
+{
+    Rows *rows = &vertices->rows;
+    if (!rows->floating)
+        return;
+    double *weight = ALLOCATE(ARENA_STEP, rows->count, double, "frame weights");
+    memcpy(weight, vertices->mass, (size_t)vertices->count * sizeof *weight);
+    rows->rigid = rigid_frame_create(name, rows->precision, true, rows->count,
+                                     (const double(*)[3])rows->place, weight, arena, state);
+}
+
+static void describe(Body *body, VoxelModel *model, const VoxelMaking *making)
+{
+    const VoxelOptions *options = making->options;
+    const bool tears = options->tear_stress > 0.0 || options->tear_force > 0.0;
+    const BodyOps *ops = model->cuts == NULL ? &voxel_ops
+                         : tears             ? &voxel_ops_of_tearing
+                                             : &voxel_ops_of_cuttable;
+    *body = body_of_options(&options->body, ops, model);
+    for (int e = 0; e < making->mesh.element_count; e++)
+        body->mass += mass_of(making, e);
+    body->element_count = making->mesh.element_count;
     body->lambda = body->contact_lambda = making->lambda;
     body->damping = options->damping * making->step * making->damping_lambda;
-    body->state_capacity = mesh->vertex_count;
+    body->state_capacity = making->capacity;
+}
+
+static bool create_surface(VoxelModel *model, const VoxelMaking *making, Body *body, Arena *arena,
+                           Status *status)
+{
+    const VoxelOptions *options = making->options;
+    const LatticeMesh *mesh = &making->mesh;
+    model->surface_count = mesh->surface_count;
     voxel_create_surface(model, body, mesh, options, arena);
-    if (options->skin == NULL) {
-        voxel_create_mesh(model, body, mesh, options->publish_all, name, arena);
-        return true;
-    }
-    model->skin = skin_create(body, options->skin, options->lattice, &making->layout, mesh,
-                              &model->vertices.rows, arena, status);
-    return model->skin != NULL;
+    if (options->skin == NULL)
+        voxel_create_mesh(model, body, mesh, options->publish_all, options->body.name, arena);
+    else
+        model->skin = skin_create(body, options->skin, options->lattice, &making->layout, mesh,
+                                  &model->vertices.rows, arena, status);
+    return options->skin == NULL || model->skin != NULL;
+}
+
+static bool create_body(Body *body, VoxelMaking *making, Arena *arena, StateList *state,
+                        Status *status)
+{
+    const VoxelOptions *options = making->options;
+    const bool cuttable = options->body.cuttable;
+    const char *name = options->body.name;
+    make_elements(making);
+    VoxelModel *model = ALLOCATE(ARENA_STEP, 1, VoxelModel, "model");
+    model->law = options->law;
+    model->element_count = making->mesh.element_count;
+    for (int e = 0; e < making->mesh.element_count; e++)
+        model->element_at_level[making->layout.leaf[e].level]++;
+    // The order matters: rows need masses, the frame needs rows, batches need the vertices'
+    // precision.
+    if (cuttable && !cut_body_create_elements(model, making, arena, state, status))
+        return false;
+    create_vertices(model, making, name, arena, state);
+    if (cuttable)
+        cut_body_create_masses(model, making, arena);
+    create_frame(&model->vertices, name, arena, state);
+    if (cuttable)
+        cut_body_create_batches(model, making, arena, state);
+    else
+        create_batches(model, making, name, arena, state);
+    describe(body, model, making);
+    return cuttable ? cut_body_create_surface(model, making, body, arena, state, status)
+                    : create_surface(model, making, body, arena, status);
 }
 
 bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
                   Status *status)
 {
-    if (options->body.cuttable)
-        return cut_body_create(body, options, arena, state, status);
     const char *isa = options->body.isa == NULL ? "auto" : options->body.isa;
-    Making making = {.options = options,
-                     .kernels = voxel_kernels_find(options->body.precision, isa)};
+    VoxelMaking making = {.options = options,
+                          .kernels = voxel_kernels_find(options->body.precision, isa)};
     layout_create(&making.layout, options->lattice, options->body.levels);
     bool ok = lattice_mesh_create(&making.mesh, &making.layout, status);
-    ok = ok && vertices_can_create(&options->body, making.kernels != NULL, making.mesh.vertex_count,
-                                   status);
+    making.capacity = making.mesh.vertex_count;
+    ok = ok &&
+         vertices_can_create(&options->body, making.kernels != NULL, making.mesh.vertex_count,
+                             status) &&
+         (!options->body.cuttable || cut_body_check(&making, status));
     if (ok)
         making.by_id = vertex_ids_sort(making.mesh.id, making.mesh.vertex_count);
     ok = ok && make_fixed(&making, status) && create_body(body, &making, arena, state, status);

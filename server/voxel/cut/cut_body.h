@@ -9,10 +9,14 @@
 #include "voxel/cut/cut_pieces.h"
 #include "voxel/cut/cut_tear.h"
 #include "voxel/cut/cut_windows.h"
+#include "voxel/making.h"
 #include "voxel/model.h"
 
 typedef struct VoxelCuts {
     const char *name; // of the body
+    // [level * materials + material - 1] of elements: their class as a plain cube, and mass [kg]
+    ElementClass *classes;
+    double *mass;
     CutLattice lattice;
     TemplateCache templates;
     CutWindows windows;
@@ -42,8 +46,18 @@ void cut_body_restored(VoxelCuts *cuts, Body *body);
 bool cut_body_gather_elements(const VoxelModel *model, Patch *patch, int budget);
 void cut_body_explain(const VoxelCuts *cuts, FILE *out);
 
-// Creates a cuttable body in space; called by voxel_create, with the same contract.
-bool cut_body_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
-                     Status *status);
+// --- cut_create.c: creation of what other bodies do not have; load time ---
+// Sets the capacity. False with a status: options that do not fit a body that can be cut.
+bool cut_body_check(VoxelMaking *making, Status *status);
+// Creates `cuts` with the elements; before the vertices. False with a status.
+bool cut_body_create_elements(VoxelModel *model, const VoxelMaking *making, Arena *arena,
+                              StateList *state, Status *status);
+// Sets the masses of the vertices.
+void cut_body_create_masses(VoxelModel *model, const VoxelMaking *making, Arena *arena);
+void cut_body_create_batches(VoxelModel *model, const VoxelMaking *making, Arena *arena,
+                             StateList *state);
+// Creates the faces, and what cuts and tears find. False with a status.
+bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body *body, Arena *arena,
+                             StateList *state, Status *status);
 
 #endif

@@ -1,36 +1,22 @@
-// Creates a voxel body that can be cut. Load time only.
+// Creates what a voxel body that can be cut has besides others. Load time only.
 #include "voxel/cut/cut_body.h"
 
 #include "base/check.h"
-#include "voxel/lattice_mesh.h"
-#include "voxel/setup.h"
 #include "voxel/stiffness.h"
 
 #include <limits.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define ALLOCATE(use, count, type, label)                                                          \
     (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
 
-// Intermediate results of the creation.
-typedef struct Making {
-    const VoxelOptions *options;
-    Layout layout;
-    LatticeMesh mesh;    // of the uncut body
-    VertexId *by_id;     // [vertex_count]
-    bool *fixed;         // [vertex_count]
-    unsigned char *held; // see CutMasses
-    int capacity;
-    double step, lambda, damping_lambda; // bounds of the body, from its smallest elements
-} Making;
-
 // Returns the vertex capacity: twice the vertices of the fully divided body, because a broken face
 // is assumed to need four new vertices until it is known how many it needs, about one.
-static int choose_capacity(const VoxelOptions *options, const LatticeMesh *mesh, Status *status)
+static int choose_capacity(const VoxelMaking *making, Status *status)
 {
     enum { LEAST = 1024 };
+    const VoxelOptions *options = making->options;
     if (options->body.node_capacity > 0)
         return options->body.node_capacity;
     Layout finest;
@@ -41,14 +27,31 @@ static int choose_capacity(const VoxelOptions *options, const LatticeMesh *mesh,
         count = 2L * divided.vertex_count + LEAST;
     lattice_mesh_destroy(&divided);
     layout_destroy(&finest);
-    ASSERT(count >= mesh->vertex_count && count < INT_MAX);
+    ASSERT(count >= making->mesh.vertex_count && count < INT_MAX);
     return (int)count;
+}
+
+bool cut_body_check(VoxelMaking *making, Status *status)
+{
+    const VoxelOptions *options = making->options;
+    const int vertices = making->mesh.vertex_count;
+    making->capacity = choose_capacity(making, status);
+    if (options->skin != NULL)
+        return status_fail(status, STATUS_INVALID,
+                           "body %s: a skin does not follow cuts; leave it out or set cuttable = "
+                           "false",
+                           options->body.name);
+    if (vertices > making->capacity)
+        return status_fail(status, STATUS_INVALID,
+                           "body %s has %d vertices to start with, capacity.nodes is %d",
+                           options->body.name, vertices, making->capacity);
+    return true;
 }
 
 // ---------------------------------------------------------------------------------------------
 // Fixed points
 
-static long point_index(const Making *making, const int point[3])
+static long point_index(const VoxelMaking *making, const int point[3])
 {
     const int *n = making->layout.lattice_count;
     return ((long)point[2] * (n[1] + 1) + point[1]) * (n[0] + 1) + point[0];
@@ -56,7 +59,7 @@ static long point_index(const Making *making, const int point[3])
 
 // Returns the slots around the point of a vertex that belong to its part, from the leaves that have
 // it.
-static unsigned char slots_of_vertex(const Making *making, int vertex)
+static unsigned char slots_of_vertex(const VoxelMaking *making, int vertex)
 {
     const LatticeMesh *mesh = &making->mesh;
     const int *point = mesh->point[vertex];
@@ -72,20 +75,16 @@ static unsigned char slots_of_vertex(const Making *making, int vertex)
     return slots;
 }
 
-static bool hold_nodes(Making *making, const FixedRegion *region, Status *status)
+static void hold_nodes(const VoxelMaking *making, const FixedRegion *region, unsigned char *held)
 {
     const LatticeMesh *mesh = &making->mesh;
     for (int k = 0; k < region->node_count; k++) {
-        int vertex =
-            vertex_ids_find_fixed(making->by_id, mesh->vertex_count, region->node[k], status);
-        if (vertex < 0)
-            return false;
-        making->held[point_index(making, mesh->point[vertex])] |= slots_of_vertex(making, vertex);
+        const int vertex = vertex_ids_find(making->by_id, mesh->vertex_count, region->node[k]);
+        held[point_index(making, mesh->point[vertex])] |= slots_of_vertex(making, vertex);
     }
-    return true;
 }
 
-static void hold_points(Making *making, const FixedRegion *region)
+static void hold_points(const VoxelMaking *making, const FixedRegion *region, unsigned char *held)
 {
     const int *n = making->layout.lattice_count;
     int p[3];
@@ -94,30 +93,22 @@ static void hold_points(Making *making, const FixedRegion *region)
             for (p[0] = 0; p[0] <= n[0]; p[0]++)
                 if (fixed_contains(region,
                                    lattice_point(making->options->lattice, p[0], p[1], p[2])))
-                    making->held[point_index(making, p)] = 0xff;
+                    held[point_index(making, p)] = 0xff;
 }
 
-static bool make_fixed(Making *making, const char *name, Arena *arena, Status *status)
+// Returns the fixed parts of all points (CutMasses.held), also of those that have no vertex yet.
+static const unsigned char *hold(const VoxelMaking *making, const char *name, Arena *arena)
 {
-    const VoxelOptions *options = making->options;
-    const LatticeMesh *mesh = &making->mesh;
+    const BodyOptions *options = &making->options->body;
     const int *n = making->layout.lattice_count;
-    making->held =
+    unsigned char *held =
         ALLOCATE(ARENA_TOPOLOGY, point_index(making, n) + 1, unsigned char, "fixed points");
-    for (int r = 0; r < options->body.fixed_count; r++) {
-        const FixedRegion *region = &options->body.fixed[r];
-        if (region->kind != FIXED_NODES)
-            hold_points(making, region);
-        else if (!hold_nodes(making, region, status))
-            return false;
-    }
-    making->fixed = calloc((size_t)mesh->vertex_count + 1, sizeof *making->fixed);
-    ASSERT(making->fixed != NULL);
-    for (int v = 0; v < mesh->vertex_count; v++) {
-        const unsigned char held = making->held[point_index(making, mesh->point[v])];
-        making->fixed[v] = held == 0xff || (held & slots_of_vertex(making, v)) != 0;
-    }
-    return true;
+    for (int r = 0; r < options->fixed_count; r++)
+        if (options->fixed[r].kind == FIXED_NODES)
+            hold_nodes(making, &options->fixed[r], held);
+        else
+            hold_points(making, &options->fixed[r], held);
+    return held;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -128,63 +119,48 @@ static int class_of(const VoxelOptions *options, int level, int material)
     return level * options->material_count + material;
 }
 
-static bool has_material(const Making *making, int material)
-{
-    for (int e = 0; e < making->layout.leaf_count; e++)
-        if (making->layout.leaf[e].material == material + 1)
-            return true;
-    return false;
-}
-
-// Sets classes and masses by level and material. The smallest elements, which any element may be
-// divided into, bound the step: those with hanging vertices are at least twice as large, and have
-// at most twice the largest eigenvalue of their own cube.
-static void make_classes(Making *making, ElementClass *classes, double *mass)
+// Sets the classes and masses of all elements that can ever come, by level and material.
+static void set_classes(const VoxelMaking *making, ElementClass *classes, double *mass)
 {
     const VoxelOptions *options = making->options;
     Template plain;
     template_create(&plain, 0);
-    making->step = (double)INFINITY;
     for (int m = 0; m < options->material_count; m++)
         for (int level = 0; level <= making->layout.levels; level++) {
             const double edge = options->lattice->size * (double)(1 << level);
-            const ElementBounds bounds =
-                stiffness_of_element(options->law, &options->material[m], edge, &plain,
-                                     &classes[class_of(options, level, m)]);
-            mass[class_of(options, level, m)] = options->material[m].density * edge * edge * edge;
-            if (level > 0 || !has_material(making, m))
-                continue;
-            making->lambda = fmax(making->lambda, bounds.lambda);
-            making->damping_lambda = fmax(making->damping_lambda, bounds.damping);
-            making->step = fmin(making->step, bounds.step);
+            const int c = class_of(options, level, m);
+            stiffness_of_element(options->law, &options->material[m], edge, &plain, &classes[c]);
+            classes[c].damping *= options->damping * making->step;
+            mass[c] = options->material[m].density * edge * edge * edge;
         }
-    const int count = options->material_count * (making->layout.levels + 1);
-    for (int c = 0; c < count; c++)
-        classes[c].damping *= options->damping * making->step;
+}
+
+bool cut_body_create_elements(VoxelModel *model, const VoxelMaking *making, Arena *arena,
+                              StateList *state, Status *status)
+{
+    const VoxelOptions *options = making->options;
+    const char *given = options->body.name;
+    char *name = arena_allocate(arena, ARENA_TOPOLOGY, strlen(given) + 1, 1, "%s/name", given);
+    memcpy(name, given, strlen(given) + 1);
+    VoxelCuts *cuts = ALLOCATE(ARENA_STEP, 1, VoxelCuts, "cuts");
+    model->cuts = cuts;
+    cuts->name = name;
+    cuts->sound = true;
+    const int classes = options->material_count * (making->layout.levels + 1);
+    cuts->classes = ALLOCATE(ARENA_STEP, classes, ElementClass, "element classes");
+    cuts->mass = ALLOCATE(ARENA_TOPOLOGY, classes, double, "element masses");
+    set_classes(making, cuts->classes, cuts->mass);
+    template_cache_create(&cuts->templates, name, options->law, options->body.precision, arena);
+    return cut_lattice_create(&cuts->lattice, name, &making->layout, making->capacity,
+                              options->split_budget, arena, state, status);
 }
 
 // ---------------------------------------------------------------------------------------------
-// Vertices
+// What follows from elements and vertices
 
-static void create_vertices(VoxelModel *model, const Making *making, const VoxelKernels *kernels,
-                            const char *name, Arena *arena, StateList *state)
+void cut_body_create_masses(VoxelModel *model, const VoxelMaking *making, Arena *arena)
 {
-    const LatticeMesh *mesh = &making->mesh;
-    Vertices *vertices = &model->vertices;
-    vertices->kernels = vertex_kernels_find(making->options->body.precision, kernels->level);
-    vertices->capacity = making->capacity;
-    vertices->count = mesh->vertex_count;
-    vertices->mass = ALLOCATE(ARENA_TOPOLOGY, making->capacity, double, "vertex masses");
-    vertices->id = model->cuts->lattice.vertex_id;
-    for (int v = 0; v < vertices->count; v++)
-        vertices->mass[v] = 1.0; // set below
-    setup_vertices(vertices, making->options, (const int(*)[3])mesh->point, making->by_id,
-                   making->fixed, mesh->element_count, making->capacity, arena, state);
-}
-
-static void create_masses(VoxelModel *model, const Making *making, const double *mass,
-                          const char *name, Arena *arena)
-{
+    const char *name = model->cuts->name;
     CutMasses *masses = &model->cuts->masses;
     masses->lattice = &model->cuts->lattice;
     masses->templates = &model->cuts->templates;
@@ -193,120 +169,42 @@ static void create_masses(VoxelModel *model, const Making *making, const double 
     masses->size = making->options->lattice->size;
     for (int d = 0; d < 3; d++)
         masses->middle[d] = 0.5 * making->options->lattice->count[d];
-    masses->mass = mass;
+    masses->mass = model->cuts->mass;
     masses->material_count = making->options->material_count;
-    masses->held = making->held;
+    masses->held = hold(making, name, arena);
     cut_masses_create(masses, name, arena);
     cut_masses_derive(masses);
 }
 
-// ---------------------------------------------------------------------------------------------
-
-static bool check_options(const Making *making, const VoxelKernels *kernels, Status *status)
+void cut_body_create_batches(VoxelModel *model, const VoxelMaking *making, Arena *arena,
+                             StateList *state)
 {
-    const VoxelOptions *options = making->options;
-    const int vertices = making->mesh.vertex_count;
-    if (!vertices_can_create(&options->body, kernels != NULL, vertices, status))
-        return false;
-    if (options->skin != NULL)
-        return status_fail(status, STATUS_INVALID,
-                           "body %s: a skin does not follow cuts; leave it out or set cuttable = "
-                           "false",
-                           options->body.name);
-    if (vertices > making->capacity)
-        return status_fail(status, STATUS_INVALID,
-                           "body %s has %d vertices to start with, capacity.nodes is %d",
-                           options->body.name, vertices, making->capacity);
-    return true;
-}
-
-static bool tears(const VoxelOptions *options)
-{
-    return options->tear_stress > 0.0 || options->tear_force > 0.0;
-}
-
-static void describe(Body *body, VoxelModel *model, const Making *making, const double *mass)
-{
-    const VoxelOptions *options = making->options;
-    *body = body_of_options(&options->body,
-                            tears(options) ? &voxel_ops_of_tearing : &voxel_ops_of_cuttable, model);
-    body->element_count = model->cuts->lattice.leaf_count;
-    body->lambda = body->contact_lambda = making->lambda;
-    body->damping = options->damping * making->step * making->damping_lambda;
-    body->state_capacity = making->capacity;
-    for (int e = 0; e < making->layout.leaf_count; e++) {
-        const Leaf *leaf = &making->layout.leaf[e];
-        body->mass += mass[class_of(options, leaf->level, leaf->material - 1)];
-    }
-}
-
-static bool create_body(Body *body, Making *making, const VoxelKernels *kernels, Arena *arena,
-                        StateList *state, Status *status)
-{
-    const VoxelOptions *options = making->options;
-    const char *name = options->body.name;
-    const int classes_count = options->material_count * (making->layout.levels + 1);
-    ElementClass *classes = ALLOCATE(ARENA_STEP, classes_count, ElementClass, "element classes");
-    double *mass = ALLOCATE(ARENA_TOPOLOGY, classes_count, double, "element masses");
-    char *own_name = ALLOCATE(ARENA_TOPOLOGY, strlen(name) + 1, char, "name");
-    VoxelModel *model = ALLOCATE(ARENA_STEP, 1, VoxelModel, "model");
-    VoxelCuts *cuts = ALLOCATE(ARENA_STEP, 1, VoxelCuts, "cuts");
-    memcpy(own_name, name, strlen(name) + 1);
-    cuts->name = own_name;
-    cuts->sound = true;
-    model->law = options->law;
-    model->cuts = cuts;
-    make_classes(making, classes, mass);
-    if (!cut_lattice_create(&cuts->lattice, name, &making->layout, making->capacity,
-                            options->split_budget, arena, state, status))
-        return false;
-    template_cache_create(&cuts->templates, name, options->law, options->body.precision, arena);
-
-    Vertices *vertices = &model->vertices;
-    create_vertices(model, making, kernels, name, arena, state);
-    create_masses(model, making, mass, name, arena);
-    setup_frame(vertices, name, arena, state); // weighted by the vertices of the uncut body
-
-    const WindowOptions windows = {.name = name,
-                                   .kernels = kernels,
+    VoxelCuts *cuts = model->cuts;
+    const WindowOptions windows = {.name = cuts->name,
+                                   .kernels = making->kernels,
                                    .lattice = &cuts->lattice,
                                    .templates = &cuts->templates,
-                                   .material_count = options->material_count,
-                                   .classes = classes};
+                                   .material_count = making->options->material_count,
+                                   .classes = cuts->classes};
     cut_windows_create(&cuts->windows, &windows, arena, state);
     model->batches = &cuts->windows.runs;
-    if (tears(options))
-        cut_tear_create(&cuts->tear, name, options->tear_stress, options->tear_force,
-                        &cuts->windows, vertices, model->law, arena, state);
-    cut_pieces_create(&cuts->pieces, name, &cuts->lattice, &making->mesh, &making->layout, arena,
-                      state);
-    cut_blades_create(&cuts->blades, name, &cuts->lattice, &vertices->rows, options->lattice->size,
-                      arena);
-    describe(body, model, making, mass);
-    return cut_faces_create(&cuts->faces, name, &cuts->lattice, &cuts->pieces, vertices,
-                            &making->mesh, &making->layout, options->lattice->size,
-                            options->body.face_capacity, options->publish_all,
-                            options->body.without_contacts, body, arena, state, status);
 }
 
-bool cut_body_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
-                     Status *status)
+bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body *body, Arena *arena,
+                             StateList *state, Status *status)
 {
-    const char *isa = options->body.isa == NULL ? "auto" : options->body.isa;
-    Making making = {.options = options};
-    layout_create(&making.layout, options->lattice, options->body.levels);
-    bool ok = lattice_mesh_create(&making.mesh, &making.layout, status);
-    const VoxelKernels *kernels = voxel_kernels_find(options->body.precision, isa);
-    if (ok)
-        making.capacity = choose_capacity(options, &making.mesh, status);
-    ok = ok && check_options(&making, kernels, status);
-    if (ok)
-        making.by_id = vertex_ids_sort(making.mesh.id, making.mesh.vertex_count);
-    ok = ok && make_fixed(&making, options->body.name, arena, status) &&
-         create_body(body, &making, kernels, arena, state, status);
-    lattice_mesh_destroy(&making.mesh);
-    layout_destroy(&making.layout);
-    free(making.by_id);
-    free(making.fixed);
-    return ok;
+    const VoxelOptions *options = making->options;
+    const double size = options->lattice->size;
+    VoxelCuts *cuts = model->cuts;
+    const char *name = cuts->name;
+    if (options->tear_stress > 0.0 || options->tear_force > 0.0)
+        cut_tear_create(&cuts->tear, name, options->tear_stress, options->tear_force,
+                        &cuts->windows, &model->vertices, model->law, arena, state);
+    cut_pieces_create(&cuts->pieces, name, &cuts->lattice, &making->mesh, &making->layout, arena,
+                      state);
+    cut_blades_create(&cuts->blades, name, &cuts->lattice, &model->vertices.rows, size, arena);
+    return cut_faces_create(&cuts->faces, name, &cuts->lattice, &cuts->pieces, &model->vertices,
+                            &making->mesh, &making->layout, size, options->body.face_capacity,
+                            options->publish_all, options->body.without_contacts, body, arena,
+                            state, status);
 }
