@@ -33,6 +33,13 @@ typedef struct BodyOptions {
     Team *team;            // shares the work of large bodies; NULL: one thread; outlives the body
 } BodyOptions;
 
+// An isotropic elastic material, of bodies that are made of elements.
+typedef struct SolidMaterial {
+    double youngs_modulus; // E [Pa]
+    double poisson_ratio;  // nu, [0, 0.49]; 0 with the law of Miyazaki et al. 2004
+    double density;        // rho [kg/m3]
+} SolidMaterial;
+
 // Returns a body with the fields that follow from the options; the model sets the others.
 static inline Body body_of_options(const BodyOptions *options, const BodyOps *ops, void *model)
 {

@@ -49,14 +49,28 @@ static bool check_capacity(const Scene *scene, const Body *body, Status *status)
                        many ? scene->node_capacity : scene->face_capacity);
 }
 
+// Creates the body, in space or in the plane.
+static bool create_model(Body *body, World *world, const VoxelOptions *voxel, Status *status)
+{
+    if (voxel->dimensions == 3)
+        return voxel_create(body, voxel, &world->arena, &world->state, status);
+    const PlaneOptions plane = {
+        .body = voxel->body,
+        .lattice = voxel->lattice,
+        .law = voxel->law == VOXEL_AFFINE ? PLANE_AFFINE : PLANE_MIYAZAKI2004,
+        .material_count = voxel->material_count,
+        .material = voxel->material,
+        .damping = voxel->damping,
+        .tear_force = voxel->tear_force,
+    };
+    return plane_create(body, &plane, &world->arena, &world->state, status);
+}
+
 static bool create_voxel(World *world, const Scene *scene, const VoxelOptions *voxel,
                          Texture texture, Status *status)
 {
     Body body = {0};
-    bool made = voxel->dimensions == 2
-                    ? plane_create(&body, voxel, &world->arena, &world->state, status)
-                    : voxel_create(&body, voxel, &world->arena, &world->state, status);
-    if (!made || !check_capacity(scene, &body, status))
+    if (!create_model(&body, world, voxel, status) || !check_capacity(scene, &body, status))
         return false;
     body.texture = texture.uv;
     body.texture_count = texture.count;

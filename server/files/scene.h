@@ -51,8 +51,8 @@ typedef struct SceneBody {
     MeshSource mesh; // of a surface body
     // Of a voxel body.
     VoxelSource voxels;
-    VoxelMaterial usual;     // of labels without a material of their own
-    VoxelMaterial *material; // [voxels.label_count]; owned; voxel.material points here
+    SolidMaterial usual;     // of labels without a material of their own
+    SolidMaterial *material; // [voxels.label_count]; owned; voxel.material points here
     MeshSource skin;         // file NULL: none
 } SceneBody;
 

@@ -30,7 +30,7 @@ const OptionTable VOXEL_MATERIAL_TABLE =
 #undef AT
 
 typedef struct LabelGroup {
-    VoxelMaterial material; // first: offsets of rows are the same in a VoxelMaterial
+    SolidMaterial material; // first: offsets of rows are the same in a SolidMaterial
     int label;
 } LabelGroup;
 
@@ -98,7 +98,7 @@ static bool read_label(const SceneReader *reader, const BodyGroup *raw,
     if (given[index])
         return option_fail(source, at, "label %d has a material already", entry.label);
     given[index] = true;
-    VoxelMaterial *material = &body->material[index];
+    SolidMaterial *material = &body->material[index];
     if (option_given(group, "youngs_modulus"))
         material->youngs_modulus = entry.material.youngs_modulus;
     if (option_given(group, "poisson_ratio"))

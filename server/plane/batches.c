@@ -79,7 +79,7 @@ static void node_numbers(const PlaneForm *form, int i, double number[NODE_NUMBER
     const double det = m[0][0] * m[1][1] - m[0][1] * m[1][0];
     const double x = size * shape->place[i][0], y = size * shape->place[i][1];
     const double share = shape->share[i];
-    const bool paper = form->stiffness.law == VOXEL_MIYAZAKI2004;
+    const bool paper = form->stiffness.law == PLANE_MIYAZAKI2004;
     number[NODE_X] = x;
     number[NODE_Y] = y;
     number[NODE_GRADIENT_X] = paper ? 2.0 * x / spread : size * shape->area[i][0] / extent;
@@ -95,7 +95,7 @@ static void node_numbers(const PlaneForm *form, int i, double number[NODE_NUMBER
 static void put_lane(PlaneModel *model, int batch, int lane, int count, const PlaneForm *form)
 {
     PlaneBatches *batches = &model->batches;
-    const int numbers = model->law == VOXEL_MIYAZAKI2004 ? NODE_PAPER_NUMBERS : NODE_NUMBERS;
+    const int numbers = model->law == PLANE_MIYAZAKI2004 ? NODE_PAPER_NUMBERS : NODE_NUMBERS;
     for (int i = 0; i < count; i++) {
         long row = batches->start[batch] + i;
         batches->vertex[row * PLANE_LANES + lane] = form != NULL ? form->vertex[i] : model->spare;
@@ -152,7 +152,7 @@ void plane_reserve_batches(PlaneModel *model, int elements, int classes, const c
 {
     PlaneBatches *batches = &model->batches;
     const size_t real = rows_real_size(&model->vertices.rows);
-    const int numbers = model->law == VOXEL_MIYAZAKI2004 ? NODE_PAPER_NUMBERS : NODE_NUMBERS;
+    const int numbers = model->law == PLANE_MIYAZAKI2004 ? NODE_PAPER_NUMBERS : NODE_NUMBERS;
     // Each number of vertices may leave one batch partly filled.
     const int most = elements / PLANE_LANES + PLANE_PLACES, rows = most * (PLANE_PLACES - 1);
     batches->square = ALLOCATE((size_t)elements * 4, int, "squares");

@@ -12,7 +12,7 @@
 
 // Intermediate results of the creation.
 typedef struct Making {
-    const VoxelOptions *options;
+    const PlaneOptions *options;
     PlaneLayout layout;
     PlaneMesh mesh;
     bool *fixed;     // [vertex_count]
@@ -68,7 +68,7 @@ static bool make_fixed(Making *making, Status *status)
 static void create_vertices(PlaneModel *model, const Making *making, const char *name, Arena *arena,
                             StateList *state)
 {
-    const VoxelOptions *options = making->options;
+    const PlaneOptions *options = making->options;
     const Lattice *lattice = options->lattice;
     Vertices *vertices = &model->vertices;
     Rows *rows = &vertices->rows;
@@ -95,7 +95,7 @@ static void create_vertices(PlaneModel *model, const Making *making, const char 
 // ---------------------------------------------------------------------------------------------
 // The body
 
-static bool check_options(const VoxelOptions *options, Status *status)
+static bool check_options(const PlaneOptions *options, Status *status)
 {
     const Lattice *lattice = options->lattice;
     if (lattice->count[2] != 1)
@@ -111,9 +111,6 @@ static bool check_options(const VoxelOptions *options, Status *status)
         return status_fail(status, STATUS_INVALID,
                            "integrator %s is not one of voxel bodies: symplectic_euler or leapfrog",
                            integrator_name(options->body.integrator));
-    if (options->skin != NULL)
-        return status_fail(status, STATUS_INVALID,
-                           "dimensions = 2 shows its elements: it cannot have a skin");
     return true;
 }
 
@@ -121,7 +118,7 @@ static bool check_options(const VoxelOptions *options, Status *status)
 static void create_whole(PlaneModel *model, Body *body, Making *making, Arena *arena,
                          StateList *state)
 {
-    const VoxelOptions *options = making->options;
+    const PlaneOptions *options = making->options;
     const char *name = options->body.name;
     Vertices *vertices = &model->vertices;
     model->element_count = making->mesh.element_count;
@@ -143,7 +140,7 @@ static void create_whole(PlaneModel *model, Body *body, Making *making, Arena *a
 static void create_cuttable(PlaneModel *model, Body *body, Making *making, Arena *arena,
                             StateList *state)
 {
-    const VoxelOptions *options = making->options;
+    const PlaneOptions *options = making->options;
     const char *name = options->body.name;
     plane_cut_create(model, options, making->fixed, arena, state);
     PlaneCut *cut = model->cut;
@@ -172,7 +169,7 @@ static void create_cuttable(PlaneModel *model, Body *body, Making *making, Arena
 static void create_body(Body *body, Making *making, const PlaneKernels *kernels, Arena *arena,
                         StateList *state)
 {
-    const VoxelOptions *options = making->options;
+    const PlaneOptions *options = making->options;
     const char *name = options->body.name;
     PlaneModel *model = ALLOCATE(ARENA_STEP, 1, PlaneModel, "model");
     model->kernels = kernels;
@@ -191,7 +188,7 @@ static void create_body(Body *body, Making *making, const PlaneKernels *kernels,
 }
 
 // As for solid bodies: an initial mesh that exceeds the capacity is an error.
-static bool check_capacity(const VoxelOptions *options, int vertices, Status *status)
+static bool check_capacity(const PlaneOptions *options, int vertices, Status *status)
 {
     if (!options->body.cuttable || options->body.node_capacity == 0 ||
         options->body.node_capacity >= vertices)
@@ -201,7 +198,7 @@ static bool check_capacity(const VoxelOptions *options, int vertices, Status *st
                        options->body.name, vertices, options->body.node_capacity);
 }
 
-bool plane_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
+bool plane_create(Body *body, const PlaneOptions *options, Arena *arena, StateList *state,
                   Status *status)
 {
     const PlaneKernels *kernels = plane_kernels_find(

@@ -77,7 +77,7 @@ typedef struct PlaneCut {
 
 // cut_create.c. Load time: creates the tables of a cuttable body, whose first vertices have
 // the rows of plane_mesh_create; `fixed` by these.
-void plane_cut_create(PlaneModel *model, const VoxelOptions *options, const bool *fixed,
+void plane_cut_create(PlaneModel *model, const PlaneOptions *options, const bool *fixed,
                       Arena *arena, StateList *state);
 
 // cut.c. Builds the mesh of the current bits; false: it has more vertices than the capacity.
@@ -116,7 +116,7 @@ bool plane_cut_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange
 
 // cut_surface.c: the outline as a strip of nodes 2 v and 2 v + 1 of vertex v, and the
 // published mesh.
-void plane_cut_create_surface(PlaneModel *model, Body *body, const VoxelOptions *options,
+void plane_cut_create_surface(PlaneModel *model, Body *body, const PlaneOptions *options,
                               Arena *arena);
 void plane_cut_show(PlaneModel *model, Body *body);
 

@@ -11,7 +11,7 @@
     arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof *(row), "%s/%s", name, label)
 
 // Builds a layout with an element for every square, so that new elements already have numbers.
-static void take_layout(PlaneCut *cut, const VoxelOptions *options, Arena *arena)
+static void take_layout(PlaneCut *cut, const PlaneOptions *options, Arena *arena)
 {
     const char *name = options->body.name;
     PlaneLayout made, *layout = &cut->layout;
@@ -49,7 +49,7 @@ static void take_layout(PlaneCut *cut, const VoxelOptions *options, Arena *arena
 }
 
 // Marks fixed points: where a region contains the position, or the initial vertex was fixed.
-static void take_fixed_points(PlaneCut *cut, const VoxelOptions *options, const bool *fixed,
+static void take_fixed_points(PlaneCut *cut, const PlaneOptions *options, const bool *fixed,
                               Arena *arena)
 {
     const int wide = cut->layout.lattice_count[0] + 1;
@@ -105,7 +105,7 @@ static void take_state(PlaneCut *cut, const char *name, Arena *arena, StateList 
               name);
 }
 
-void plane_cut_create(PlaneModel *model, const VoxelOptions *options, const bool *fixed,
+void plane_cut_create(PlaneModel *model, const PlaneOptions *options, const bool *fixed,
                       Arena *arena, StateList *state)
 {
     const char *name = options->body.name;

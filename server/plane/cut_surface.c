@@ -12,7 +12,7 @@ enum { FACES_OF_NODE = 4 }; // a vertex ends at most two edges per component, tw
 #define ALLOCATE_ROWS(count, row, label)                                                           \
     arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof *(row), "%s/%s", name, label)
 
-void plane_cut_create_surface(PlaneModel *model, Body *body, const VoxelOptions *options,
+void plane_cut_create_surface(PlaneModel *model, Body *body, const PlaneOptions *options,
                               Arena *arena)
 {
     PlaneCut *cut = model->cut;

@@ -31,7 +31,7 @@ static double element_mass(const PlaneForms *forms, const PlaneShape *shape, dou
 static void set_stiffness(const PlaneForms *forms, PlaneStiffness *stiffness,
                           const PlaneShape *shape, int material, double beta)
 {
-    const VoxelMaterial *of = &forms->material[material - 1];
+    const SolidMaterial *of = &forms->material[material - 1];
     stiffness->law = forms->law;
     plane_stiffness(stiffness, shape, of->youngs_modulus, of->poisson_ratio, forms->size, beta);
 }
@@ -87,12 +87,12 @@ static void take_present(PlaneForms *forms, const PlaneLayout *layout, const Pla
     }
 }
 
-void plane_forms_create(PlaneForms *forms, const VoxelOptions *options, const PlaneLayout *layout,
+void plane_forms_create(PlaneForms *forms, const PlaneOptions *options, const PlaneLayout *layout,
                         const PlaneMesh *mesh, bool all, Arena *arena)
 {
     const char *name = options->body.name;
     const int materials = options->material_count;
-    VoxelMaterial *material = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)materials,
+    SolidMaterial *material = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)materials,
                                              sizeof *material, "%s/materials", name);
     memcpy(material, options->material, (size_t)materials * sizeof *material);
     *forms = (PlaneForms){

@@ -6,9 +6,9 @@
 #include "plane/model.h"
 
 typedef struct PlaneForms {
-    const VoxelMaterial *material; // [material_count] a copy
+    const SolidMaterial *material; // [material_count] a copy
     int material_count;
-    VoxelLaw law;
+    PlaneLaw law;
     double size;       // of a cell, and thickness of the sheet [m]
     double beta;       // damping per stiffness [s]
     short *find;       // [keys] index in `shape`, from 1; 0: not yet created
@@ -21,7 +21,7 @@ typedef struct PlaneForms {
 
 // `all`, for bodies that are cut: creates every possible shape, and their bounds for squares of two
 // cells and of one. Then sets beta from the options' damping.
-void plane_forms_create(PlaneForms *forms, const VoxelOptions *options, const PlaneLayout *layout,
+void plane_forms_create(PlaneForms *forms, const PlaneOptions *options, const PlaneLayout *layout,
                         const PlaneMesh *mesh, bool all, Arena *arena);
 // Fills a form. `vertex` [PLANE_PLACES] by place, -1: absent.
 void plane_form_set(PlaneForms *forms, PlaneForm *form, const PlaneElement *element,

@@ -11,7 +11,6 @@
 #include "base/isa.h"
 #include "base/precision.h"
 #include "dynamics/rows.h"
-#include "voxel/element.h"
 #include "plane/shape.h"
 
 enum { PLANE_LANES = 16 }; // elements per batch
@@ -39,7 +38,7 @@ typedef enum PlaneNodeNumber {
     NODE_SHARE,      // fraction of the mass
     NODE_RESIDUAL,   // of the vertex [N/m]; the paper's law: k
     NODE_PAPER_NUMBERS,
-    NODE_AREA_X = NODE_PAPER_NUMBERS, // this and what follows: VOXEL_AFFINE only
+    NODE_AREA_X = NODE_PAPER_NUMBERS, // this and what follows: PLANE_AFFINE only
     NODE_AREA_Y,                      // a_i [m]
     NODE_LINEAR_X,
     NODE_LINEAR_Y, // share_i M^-1 X_i [1/m]
@@ -70,7 +69,7 @@ typedef struct PlaneBatches {
 
 typedef struct PlanePass {
     const PlaneBatches *batches;
-    VoxelLaw law;
+    PlaneLaw law;
     bool damped;
     const void *rows; // Real [vertex][ROW]
     void *force;      // Real [vertex][4]; x and y are added to

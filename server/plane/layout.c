@@ -133,7 +133,7 @@ static void list_elements(PlaneLayout *layout, const Levels *levels)
 
 void plane_layout_create(PlaneLayout *layout, const Lattice *lattice, int levels)
 {
-    ASSERT(levels >= 0 && levels <= VOXEL_LEVELS_MAX);
+    ASSERT(levels >= 0 && levels <= PLANE_LEVELS_MAX);
     *layout = (PlaneLayout){.levels = levels};
     for (int d = 0; d < 2; d++) {
         int step = 1 << levels;
@@ -168,7 +168,7 @@ void plane_layout_create(PlaneLayout *layout, const Lattice *lattice, int levels
 void plane_layout_destroy(PlaneLayout *layout)
 {
     free(layout->element);
-    for (int level = 0; level <= VOXEL_LEVELS_MAX; level++)
+    for (int level = 0; level <= PLANE_LEVELS_MAX; level++)
         free(layout->lut[level]);
     *layout = (PlaneLayout){0};
 }

@@ -6,8 +6,8 @@
 #define PLIANT_PLANE_LAYOUT_H
 
 #include "geometry/lattice.h"
-#include "voxel/layout.h"
 
+enum { PLANE_LEVELS_MAX = 5 };
 enum { PLANE_WHOLE = 15 }; // all four quarters
 
 // The remainder of an aligned square of 2^level cells a side: an edge-connected union of quarters.
@@ -25,7 +25,7 @@ typedef struct PlaneLayout {
     int count[2];         // the same rounded up to multiples of 2^levels
     int element_count;
     PlaneElement *element;          // by level, then along y and x
-    int *lut[VOXEL_LEVELS_MAX + 1]; // [level][square of 2^level cells, x fastest]: element or -1;
+    int *lut[PLANE_LEVELS_MAX + 1]; // [level][square of 2^level cells, x fastest]: element or -1;
                                     // it covers the quarters that belong to it
 } PlaneLayout;
 

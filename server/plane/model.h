@@ -25,12 +25,12 @@ typedef struct PlaneSorting {
 
 typedef struct PlaneModel {
     int element_count;
-    int element_at_level[VOXEL_LEVELS_MAX + 1];
+    int element_at_level[PLANE_LEVELS_MAX + 1];
     PlaneForm *form; // [element_count]
     PlaneBatches batches;
     PlaneSorting sorting;
     int spare; // row of lanes without an element
-    VoxelLaw law;
+    PlaneLaw law;
     const PlaneKernels *kernels;
 
     Vertices vertices; // z = 0
@@ -56,7 +56,7 @@ void plane_reserve_batches(PlaneModel *model, int elements, int classes, const c
 void plane_fill_batches(PlaneModel *model);
 // surface.c. Load time: creates what tools and loads act on, and the published mesh.
 void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh,
-                          const VoxelOptions *options, Arena *arena);
+                          const PlaneOptions *options, Arena *arena);
 void plane_create_mesh(PlaneModel *model, Body *body, const PlaneMesh *mesh, const char *name,
                        Arena *arena);
 

@@ -309,12 +309,12 @@ static void plane_restored(Body *body)
 static void plane_explain(const void *self, FILE *out)
 {
     const PlaneModel *model = self;
-    vertices_explain(&model->vertices, PLANE_LANES, model->element_at_level, VOXEL_LEVELS_MAX + 1,
+    vertices_explain(&model->vertices, PLANE_LANES, model->element_at_level, PLANE_LEVELS_MAX + 1,
                      out);
     fprintf(out, "    squares: %d batches; other shapes: %d batches\n", model->batches.square_count,
             model->batches.other_count);
     fprintf(out, "    law: %s\n",
-            model->law == VOXEL_AFFINE ? "affine, plane stress" : "miyazaki2004");
+            model->law == PLANE_AFFINE ? "affine, plane stress" : "miyazaki2004");
     fprintf(out, "    forces and gravity along z: left out (dimensions = 2)\n");
     if (model->cut != NULL)
         fprintf(out, "    cuts: at most %d vertices; all made anew after a change\n",

@@ -6,13 +6,30 @@
 #ifndef PLIANT_PLANE_H
 #define PLIANT_PLANE_H
 
-#include "voxel/voxel.h"
+#include "base/arena.h"
+#include "base/state.h"
+#include "base/status.h"
+#include "dynamics/body_options.h"
+#include "geometry/lattice.h"
+#include "plane/shape.h"
 
-// Creates a plane body, with the contract of voxel_create. Refuses lattices of more
-// than one layer and those rotated about another axis than z, skins, and integrators other than
-// kicks. Fixed nodes are vertex ids (mesh.h); tools and loads act on nodes of the strip, two
-// for each vertex of the outline.
-bool plane_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
+typedef struct PlaneOptions {
+    BodyOptions body;       // levels up to PLANE_LEVELS_MAX (layout.h); integrator symplectic_euler
+                            // or leapfrog; fixed nodes: vertex ids (mesh.h)
+    const Lattice *lattice; // of one layer; not needed after creation
+    PlaneLaw law;
+    int material_count;
+    const SolidMaterial *material; // [material_count] by label - 1
+    double damping;                // beta as a multiple of the body's critical step dt0
+    double tear_force; // if it can be cut: the paper's threshold on the external force on a vertex
+                       // [N]; 0: no tearing
+} PlaneOptions;
+
+// Builds a body. Allocates from `arena` and adds its arrays to `state`. False with `status`:
+// lattices of more than one layer and those rotated about another axis than z, integrators other
+// than kicks, and options that do not fit. Tools and loads act on nodes of the strip, two for each
+// vertex of the outline.
+bool plane_create(Body *body, const PlaneOptions *options, Arena *arena, StateList *state,
                   Status *status);
 
 #endif

@@ -3,6 +3,7 @@
 #include "base/check.h"
 
 #include <stdbool.h>
+#include <math.h>
 #include <string.h>
 
 // Returns the quarter on one side of a place, sides in the order x + 2 y; -1: none.
@@ -80,7 +81,7 @@ static void add_quarters(unsigned quarters, double area[PLANE_PLACES][2], double
         }
 }
 
-static void list_vertices(PlaneShape *shape, VoxelLaw law, const double area[PLANE_PLACES][2],
+static void list_vertices(PlaneShape *shape, PlaneLaw law, const double area[PLANE_PLACES][2],
                           const double *part)
 {
     for (int at = 0; at < PLANE_PLACES; at++) {
@@ -94,11 +95,11 @@ static void list_vertices(PlaneShape *shape, VoxelLaw law, const double area[PLA
         double cone = 0.5 * (area[at][0] * shape->place[i][0] + area[at][1] * shape->place[i][1]);
         shape->share[i] = (shape->quarters == 15 ? cone : part[at]) / shape->extent;
     }
-    for (int i = 0; i < shape->count && law == VOXEL_MIYAZAKI2004; i++)
+    for (int i = 0; i < shape->count && law == PLANE_MIYAZAKI2004; i++)
         shape->share[i] = 1.0 / shape->count;
 }
 
-void plane_shape_create(PlaneShape *shape, VoxelLaw law, unsigned quarters, unsigned present)
+void plane_shape_create(PlaneShape *shape, PlaneLaw law, unsigned quarters, unsigned present)
 {
     *shape = (PlaneShape){.quarters = quarters, .present = present};
     double area[PLANE_PLACES][2] = {{0.0}}, part[PLANE_PLACES] = {0.0};
@@ -145,9 +146,9 @@ void plane_stiffness(PlaneStiffness *stiffness, const PlaneShape *shape, double 
                      double poisson_ratio, double thickness, double beta)
 {
     const double e = youngs_modulus * thickness, nu = poisson_ratio;
-    const VoxelLaw law = stiffness->law;
+    const PlaneLaw law = stiffness->law;
     *stiffness = (PlaneStiffness){.law = law, .mu = 0.5 * e / (1.0 + nu)};
-    if (law == VOXEL_MIYAZAKI2004) {
+    if (law == PLANE_MIYAZAKI2004) {
         stiffness->residual = shape->count * 2.0 * e * shape->extent / spread(shape);
         stiffness->damping = beta * stiffness->residual;
         return;
@@ -278,7 +279,7 @@ double plane_shape_forces(const PlaneShape *shape, const PlaneStiffness *stiffne
     const double(*from)[2] = (const double(*)[2])r;
     if (velocity != NULL && stiffness->damping > 0.0)
         damp(shape, stiffness->damping, size, from, velocity, force);
-    if (stiffness->law == VOXEL_MIYAZAKI2004)
+    if (stiffness->law == PLANE_MIYAZAKI2004)
         return paper_forces(shape, stiffness->residual / shape->count, size, from, force);
     return affine_forces(shape, stiffness, size, from, force);
 }

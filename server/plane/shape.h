@@ -5,7 +5,10 @@
 #ifndef PLIANT_PLANE_SHAPE_H
 #define PLIANT_PLANE_SHAPE_H
 
-#include "voxel/element.h"
+typedef enum PlaneLaw {
+    PLANE_AFFINE,       // area vectors for the uniform part, weighted residual for the rest
+    PLANE_MIYAZAKI2004, // the paper's force k (R R0_i - r_i)
+} PlaneLaw;
 
 enum { PLANE_PLACES = 9, PLANE_CENTER = 4 };
 
@@ -29,26 +32,26 @@ PlanePassing plane_passing(unsigned quarters, int place);
 // Lists the places on the outline, counter-clockwise; returns their number, at most 8.
 int plane_outline(unsigned quarters, int place[PLANE_PLACES]);
 
-// Creates a shape. VOXEL_AFFINE: each quarter has the area vectors of a square (half the two sides
+// Creates a shape. PLANE_AFFINE: each quarter has the area vectors of a square (half the two sides
 // that meet at a corner), in which shared sides cancel; an absent place inside an edge gives half
 // of its vector to each end, as the displacement there is their mean. Weights are cone areas a_i .
-// X_i of the whole square, or those of its quarters. VOXEL_MIYAZAKI2004: equal shares for all
+// X_i of the whole square, or those of its quarters. PLANE_MIYAZAKI2004: equal shares for all
 // vertices: the centre of gravity is their mean (section 2.2 of the paper). `present` must contain
 // every corner and nothing off the outline.
-void plane_shape_create(PlaneShape *shape, VoxelLaw law, unsigned quarters, unsigned present);
+void plane_shape_create(PlaneShape *shape, PlaneLaw law, unsigned quarters, unsigned present);
 
 // A sheet of this material, free at its faces (plane stress), so that E is the Young's modulus of a
 // strip in tension: mu = E / (2 (1 + nu)), lambda = E nu / (1 - nu^2).
 typedef struct PlaneStiffness {
-    VoxelLaw law;
-    double mu, lambda; // times thickness [N/m] (VOXEL_AFFINE)
+    PlaneLaw law;
+    double mu, lambda; // times thickness [N/m] (PLANE_AFFINE)
     double residual;   // total [N/m]: distributed by share
     double damping;    // total [N s/m], likewise; 0: none
 } PlaneStiffness;
 
-// Computes the stiffness of a shape. VOXEL_AFFINE: the residual of a square is alpha k at each of
+// Computes the stiffness of a shape. PLANE_AFFINE: the residual of a square is alpha k at each of
 // four vertices with k = 2 mu and alpha = (1 + nu) / 3: the energy of pure bending is then exact (8
-// mu alpha q^2 = 4/3 E q^2 for corners displaced by +-q). VOXEL_MIYAZAKI2004: k = 2 E extent / sum
+// mu alpha q^2 = 4/3 E q^2 for corners displaced by +-q). PLANE_MIYAZAKI2004: k = 2 E extent / sum
 // |X_i|^2 per vertex, k = E for a square: the energy of an isotropic strain, k e^2 sum |X_i|^2 / 2,
 // is that of the continuum with nu = 0, E e^2 extent. `beta` [s]: damping per stiffness 2 mu of a
 // square, or per k.

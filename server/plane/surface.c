@@ -53,7 +53,7 @@ static void make_strip(TriMesh *strip, const PlaneModel *model, const PlaneMesh 
 }
 
 void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh,
-                          const VoxelOptions *options, Arena *arena)
+                          const PlaneOptions *options, Arena *arena)
 {
     const char *name = options->body.name;
     int *node = number_nodes(model, mesh, name, arena);

@@ -60,7 +60,7 @@ static void print_elements(const SceneBody *described, const Body *body, FILE *o
     fprintf(out, "  critical step %.6g s, damping %.6g of it\n", 2.0 / sqrt(body->lambda),
             voxel->damping);
     for (int i = 0; i < voxel->material_count; i++) {
-        const VoxelMaterial *material = &voxel->material[i];
+        const SolidMaterial *material = &voxel->material[i];
         fprintf(out, "  label %d: E %.6g Pa, nu %.6g, density %.6g kg/m3\n",
                 described->voxels.label[i], material->youngs_modulus, material->poisson_ratio,
                 material->density);

@@ -33,7 +33,7 @@ static void add_bounds(VoxelMaking *making, const ElementBounds *bounds)
 static void set_element(VoxelMaking *making, int element, const Template *shape)
 {
     const VoxelOptions *options = making->options;
-    const VoxelMaterial *material = &options->material[making->layout.leaf[element].material - 1];
+    const SolidMaterial *material = &options->material[making->layout.leaf[element].material - 1];
     ElementBounds bounds = stiffness_of_element(options->law, material, edge_of(making, element),
                                                 shape, &making->classes[element]);
     add_bounds(making, &bounds);

@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-double voxel_critical_step(const VoxelMaterial *material, double size)
+double voxel_critical_step(const SolidMaterial *material, double size)
 {
     return size * sqrt(material->density * (1.0 - 2.0 * material->poisson_ratio) /
                        material->youngs_modulus);
@@ -18,7 +18,7 @@ static double paper_stiffness(const Template *shape, double mu, double edge)
 // The largest eigenvalue of M^-1 K of a plain cube is max(4 (2 mu + 3 lambda), 8 alpha mu) / (rho
 // H^2) (README.md, "Critical time step"); with hanging vertices it is at most twice that of its own
 // cube (tests/voxel/test_voxel_bound.c: 1.81 with nu = 0, less with larger nu).
-ElementBounds stiffness_of_element(VoxelLaw law, const VoxelMaterial *material, double edge,
+ElementBounds stiffness_of_element(VoxelLaw law, const SolidMaterial *material, double edge,
                                    const Template *shape, ElementClass *out)
 {
     const double nu = material->poisson_ratio;

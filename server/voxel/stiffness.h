@@ -14,7 +14,7 @@ typedef struct ElementBounds {
 
 // Returns the bounds and the class of a cube of this edge [m] and shape. Its damping is that for
 // beta = 1 s.
-ElementBounds stiffness_of_element(VoxelLaw law, const VoxelMaterial *material, double edge,
+ElementBounds stiffness_of_element(VoxelLaw law, const SolidMaterial *material, double edge,
                                    const Template *shape, ElementClass *out);
 
 #endif

@@ -11,12 +11,6 @@
 #include "geometry/mesh.h"
 #include "voxel/element.h"
 
-typedef struct VoxelMaterial {
-    double youngs_modulus; // E [Pa]
-    double poisson_ratio;  // nu, [0, 0.49]; 0 with VOXEL_MIYAZAKI2004
-    double density;        // rho [kg/m3]
-} VoxelMaterial;
-
 typedef struct VoxelOptions {
     BodyOptions body;       // levels up to VOXEL_LEVELS_MAX (layout.h); integrator symplectic_euler
                             // or leapfrog; fixed nodes: indices of lattice points
@@ -24,7 +18,7 @@ typedef struct VoxelOptions {
     int dimensions;         // 3, or 2: the plane case
     VoxelLaw law;
     int material_count;
-    const VoxelMaterial *material; // [material_count] by label - 1
+    const SolidMaterial *material; // [material_count] by label - 1
     double damping;                // beta as a multiple of the body's critical step dt0
     bool publish_all;              // also inner vertices
     // If it can be cut:
@@ -41,6 +35,6 @@ bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateLi
 
 // Returns the critical step dt0 of a cube of this material [s], h sqrt(rho (1 - 2 nu) / E)
 // (README.md, "Critical time step").
-double voxel_critical_step(const VoxelMaterial *material, double size);
+double voxel_critical_step(const SolidMaterial *material, double size);
 
 #endif

@@ -125,15 +125,14 @@ static void push_out(const PlaneModel *model, void *rows, double dt)
 
 // The server's own body, with its kernels. Its contact is not the paper's: it pushes faces, feels
 // their friction and lets the tool yield.
-static void time_server(const Lattice *lattice, int levels, VoxelLaw law, Precision precision,
+static void time_server(const Lattice *lattice, int levels, PlaneLaw law, Precision precision,
                         double damping, Cost *cost)
 {
     const FixedRegion held = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, -(CELLS - 0.5) * SIZE, 1.0}};
-    const VoxelMaterial material = {.youngs_modulus = E, .density = DENSITY};
-    const VoxelOptions options = {.body.name = "disc",
+    const SolidMaterial material = {.youngs_modulus = E, .density = DENSITY};
+    const PlaneOptions options = {.body.name = "disc",
                                   .lattice = lattice,
-                                  .dimensions = 2,
                                   .body.levels = levels,
                                   .law = law,
                                   .material_count = 1,
@@ -328,11 +327,11 @@ int main(int argc, char **argv)
         for (int l = 0; l < LAYOUTS; l++) {
             int levels = layout[l].levels;
             time_textbook(&layout[l], &mesh[l], &cost[TEXTBOOK][l]);
-            time_server(&lattice, levels, VOXEL_MIYAZAKI2004, PRECISION_DOUBLE, 0.0,
+            time_server(&lattice, levels, PLANE_MIYAZAKI2004, PRECISION_DOUBLE, 0.0,
                         &cost[PAPER_DOUBLE][l]);
-            time_server(&lattice, levels, VOXEL_MIYAZAKI2004, PRECISION_SINGLE, 0.0,
+            time_server(&lattice, levels, PLANE_MIYAZAKI2004, PRECISION_SINGLE, 0.0,
                         &cost[PAPER_SINGLE][l]);
-            time_server(&lattice, levels, VOXEL_AFFINE, PRECISION_SINGLE, BETA,
+            time_server(&lattice, levels, PLANE_AFFINE, PRECISION_SINGLE, BETA,
                         &cost[AFFINE_SINGLE][l]);
         }
     write_table(argv[1], cost);

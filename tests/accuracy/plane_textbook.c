@@ -48,8 +48,8 @@ static void create_element(Textbook *book, TextbookElement *element, const Plane
                            double density)
 {
     PlaneShape shape;
-    PlaneStiffness stiffness = {.law = VOXEL_MIYAZAKI2004};
-    plane_shape_create(&shape, VOXEL_MIYAZAKI2004, from->quarters, present);
+    PlaneStiffness stiffness = {.law = PLANE_MIYAZAKI2004};
+    plane_shape_create(&shape, PLANE_MIYAZAKI2004, from->quarters, present);
     plane_stiffness(&stiffness, &shape, e, 0.0, size, 0.0);
     const double edge = size * (1 << from->level);
     const double mass = density * shape.extent * edge * edge * size;

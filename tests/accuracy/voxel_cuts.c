@@ -71,7 +71,7 @@ static void carve_square(const Experiment *experiment)
     if (!lattice_box(&options.lattice, (int[3]){SQUARE_CELLS, SQUARE_CELLS, 1}, 0.002, &status))
         abort();
     options.body.body.cuttable = true;
-    options.body.law = VOXEL_MIYAZAKI2004;
+    options.body.law = PLANE_MIYAZAKI2004;
     options.body.body.levels = CUT_LEVELS;
     PlaneWorld world;
     plane_world_create(&world, &options);
@@ -116,7 +116,7 @@ static void tear_disc(const Experiment *experiment)
     options.body.body.fixed = &held;
     options.body.body.fixed_count = 1;
     options.body.body.cuttable = true;
-    options.body.law = VOXEL_MIYAZAKI2004;
+    options.body.law = PLANE_MIYAZAKI2004;
     options.body.tear_force = 3e-3;
     options.tool_count = 1;
     options.tool[0] =

@@ -3,9 +3,9 @@
 
 #include "base/check.h"
 #include "picture.h"
-#include "voxel/layout.h"
 #include "plane/mesh.h"
-#include "voxel/remainder.h"
+#include "remainder.h"
+#include "voxel/layout.h"
 
 #include <math.h>
 

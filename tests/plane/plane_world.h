@@ -14,8 +14,8 @@
 
 typedef struct PlaneWorldOptions {
     Lattice lattice; // taken over by plane_world_create
-    VoxelMaterial material;
-    VoxelOptions body;
+    SolidMaterial material;
+    PlaneOptions body;
     double rate_hz;
     int tool_count;
     ToolOptions tool[2];
@@ -37,9 +37,8 @@ static inline PlaneWorldOptions plane_world_disc(int cells)
     PlaneWorldOptions options = {
         .material = {.youngs_modulus = 1e4, .density = 1000.0},
         .body = {.body.name = "sheet",
-                 .dimensions = 2,
                  .body.levels = 3,
-                 .law = VOXEL_AFFINE,
+                 .law = PLANE_AFFINE,
                  .material_count = 1,
                  .damping = 0.2,
                  .body.integrator = INTEGRATOR_SYMPLECTIC_EULER,

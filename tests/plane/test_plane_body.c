@@ -30,7 +30,7 @@ static void masses_add_up_and_balance(void **state)
     (void)state;
     for (int law = 0; law < 2; law++) {
         PlaneWorldOptions options = plane_world_disc(16);
-        options.body.law = law == 0 ? VOXEL_AFFINE : VOXEL_MIYAZAKI2004;
+        options.body.law = law == 0 ? PLANE_AFFINE : PLANE_MIYAZAKI2004;
         PlaneWorld world;
         plane_world_create(&world, &options);
         double mass = 0.0;
@@ -55,7 +55,7 @@ static void free_sheet_keeps_its_momentum(void **state)
     for (int law = 0; law < 2; law++)
         for (int precision = 0; precision < PRECISION_COUNT; precision++) {
             PlaneWorldOptions options = plane_world_disc(16);
-            options.body.law = law == 0 ? VOXEL_AFFINE : VOXEL_MIYAZAKI2004;
+            options.body.law = law == 0 ? PLANE_AFFINE : PLANE_MIYAZAKI2004;
             options.body.body.precision = (Precision)precision;
             PlaneWorld world;
             plane_world_create(&world, &options);
@@ -191,7 +191,7 @@ static void sheet_recovers_from_inversion(void **state)
     for (int k = 0; k < 3; k++)
         for (int law = 0; law < 2; law++) {
             PlaneWorldOptions options = plane_world_disc(8);
-            options.body.law = law == 0 ? VOXEL_AFFINE : VOXEL_MIYAZAKI2004;
+            options.body.law = law == 0 ? PLANE_AFFINE : PLANE_MIYAZAKI2004;
             PlaneWorld world;
             plane_world_create(&world, &options);
             uint64_t seed = 9;
@@ -217,7 +217,7 @@ static void sheet_recovers_from_inversion(void **state)
 }
 
 // `half`: of the tool's length along z; 0: a ball.
-static void make_pressed(PlaneWorld *world, VoxelLaw law, Precision precision, double half)
+static void make_pressed(PlaneWorld *world, PlaneLaw law, Precision precision, double half)
 {
     static const FixedRegion held = {
         .kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {1, -0.028, 1}};
@@ -256,7 +256,7 @@ static void tool_presses_the_sheet_by_its_section(void **state)
     for (int precision = PRECISION_COUNT - 1; precision >= 0; precision--)
         for (int law = 0; law < 2; law++) {
             PlaneWorld world;
-            make_pressed(&world, law == 0 ? VOXEL_AFFINE : VOXEL_MIYAZAKI2004, (Precision)precision,
+            make_pressed(&world, law == 0 ? PLANE_AFFINE : PLANE_MIYAZAKI2004, (Precision)precision,
                          0.0);
             Vec3 force = press(&world);
             // An 8 mm dent of a disc of 64 mm, 2 mm thick: E t times the strain 1/8 would be 2.5
@@ -336,7 +336,7 @@ static void upright_stick_pushes_as_a_ball_of_its_section(void **state)
     Vec3 force[4];
     for (int k = 0; k < 4; k++) {
         PlaneWorld world;
-        make_pressed(&world, VOXEL_AFFINE, PRECISION_DOUBLE, half[k]);
+        make_pressed(&world, PLANE_AFFINE, PRECISION_DOUBLE, half[k]);
         force[k] = press(&world);
         plane_world_destroy(&world);
     }
@@ -382,7 +382,7 @@ static void restored_run_matches_uninterrupted_run(void **state)
     (void)state;
     PlaneWorld world[2];
     for (int k = 0; k < 2; k++) {
-        make_pressed(&world[k], VOXEL_AFFINE, PRECISION_SINGLE, 0.0);
+        make_pressed(&world[k], PLANE_AFFINE, PRECISION_SINGLE, 0.0);
         LoadOptions load = {.body = 0,
                             .center = vec3(0.03, 0.0, 0.0),
                             .radius = 0.01,

@@ -159,7 +159,7 @@ static void a_blade_through_the_disc_makes_two_pieces(void **state)
     (void)state;
     for (int law = 0; law < 2; law++) {
         PlaneWorldOptions options = cuttable_disc(16);
-        options.body.law = law == 0 ? VOXEL_AFFINE : VOXEL_MIYAZAKI2004;
+        options.body.law = law == 0 ? PLANE_AFFINE : PLANE_MIYAZAKI2004;
         PlaneWorld world;
         plane_world_create(&world, &options);
         const double mass = mass_of(&world);
@@ -234,7 +234,7 @@ static void random_cuts_of_a_moving_disc_keep_everything_sound(void **state)
     for (int run = 0; run < EFFORT(30); run++) {
         PlaneWorldOptions options = cuttable_disc(8 + 4 * (run % 3));
         options.body.body.levels = run % 4;
-        options.body.law = run % 2 == 0 ? VOXEL_AFFINE : VOXEL_MIYAZAKI2004;
+        options.body.law = run % 2 == 0 ? PLANE_AFFINE : PLANE_MIYAZAKI2004;
         PlaneWorld world;
         plane_world_create(&world, &options);
         for (int v = 0; v < world.model->vertices.count; v++) {
@@ -337,7 +337,7 @@ static void a_released_vertex_carves_the_quarter_beside_it(void **state)
     (void)state;
     PlaneWorldOptions options = cuttable_disc(16);
     options.body.body.levels = 1;
-    options.body.law = VOXEL_MIYAZAKI2004;
+    options.body.law = PLANE_MIYAZAKI2004;
     PlaneWorld world;
     plane_world_create(&world, &options);
     PlaneCut *cut = cut_of(&world);
@@ -375,7 +375,7 @@ static void a_strong_push_tears_and_a_weak_one_does_not(void **state)
         FixedRegion held = {.kind = FIXED_SPHERE, .center = {0.0, 0.032, 0.0}, .radius = 0.012};
         options.body.body.fixed = &held;
         options.body.body.fixed_count = 1;
-        options.body.law = VOXEL_MIYAZAKI2004;
+        options.body.law = PLANE_MIYAZAKI2004;
         options.body.tear_force = 2e-3;
         options.tool_count = 1;
         options.tool[0] =

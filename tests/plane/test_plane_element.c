@@ -11,7 +11,7 @@ static const double NU = 0.3, E = 2.0, THICKNESS = 0.5;
 
 // Calls `look` for every shape of every union of quarters that can occur: 13 of them, each with all
 // sets of hanging vertices.
-static void for_all_shapes(VoxelLaw law, void (*look)(const PlaneShape *, VoxelLaw, uint64_t *))
+static void for_all_shapes(PlaneLaw law, void (*look)(const PlaneShape *, PlaneLaw, uint64_t *))
 {
     uint64_t seed = 3;
     for (unsigned quarters = 1; quarters <= 15; quarters++) {
@@ -32,14 +32,14 @@ static void for_all_shapes(VoxelLaw law, void (*look)(const PlaneShape *, VoxelL
     }
 }
 
-static PlaneStiffness stiffness_of(const PlaneShape *shape, VoxelLaw law)
+static PlaneStiffness stiffness_of(const PlaneShape *shape, PlaneLaw law)
 {
     PlaneStiffness stiffness = {.law = law};
-    plane_stiffness(&stiffness, shape, E, law == VOXEL_AFFINE ? NU : 0.0, THICKNESS, 0.1);
+    plane_stiffness(&stiffness, shape, E, law == PLANE_AFFINE ? NU : 0.0, THICKNESS, 0.1);
     return stiffness;
 }
 
-static void look_at_identities(const PlaneShape *shape, VoxelLaw law, uint64_t *seed)
+static void look_at_identities(const PlaneShape *shape, PlaneLaw law, uint64_t *seed)
 {
     (void)seed;
     double area[2] = {0, 0}, moment[2][2] = {{0}}, share = 0.0, first[2] = {0, 0};
@@ -70,15 +70,15 @@ static void look_at_identities(const PlaneShape *shape, VoxelLaw law, uint64_t *
         }
     // Cone weights of a square: half of an edge's triangle goes to where its area vectors are,
     // which is the centroid's place whatever hangs.
-    for (int d = 0; d < 2 && law == VOXEL_AFFINE; d++)
+    for (int d = 0; d < 2 && law == PLANE_AFFINE; d++)
         expect_near(shape->mean[d], centroid[d], rounding);
 }
 
 static void shapes_keep_their_identities(void **state)
 {
     (void)state;
-    for_all_shapes(VOXEL_AFFINE, look_at_identities);
-    for_all_shapes(VOXEL_MIYAZAKI2004, look_at_identities);
+    for_all_shapes(PLANE_AFFINE, look_at_identities);
+    for_all_shapes(PLANE_MIYAZAKI2004, look_at_identities);
 }
 
 static void scramble(double (*x)[2], double size, uint64_t *seed)
@@ -89,7 +89,7 @@ static void scramble(double (*x)[2], double size, uint64_t *seed)
 }
 
 // Equation 1 of the paper: "both the resultant internal force and the moment are zero".
-static void look_at_force_and_moment(const PlaneShape *shape, VoxelLaw law, uint64_t *seed)
+static void look_at_force_and_moment(const PlaneShape *shape, PlaneLaw law, uint64_t *seed)
 {
     PlaneStiffness stiffness = stiffness_of(shape, law);
     double x[PLANE_PLACES][2], v[PLANE_PLACES][2], force[PLANE_PLACES][2] = {{0}};
@@ -116,12 +116,12 @@ static void no_state_gives_force_or_moment(void **state)
 {
     (void)state;
     for (int run = 0; run < 20; run++) {
-        for_all_shapes(VOXEL_AFFINE, look_at_force_and_moment);
-        for_all_shapes(VOXEL_MIYAZAKI2004, look_at_force_and_moment);
+        for_all_shapes(PLANE_AFFINE, look_at_force_and_moment);
+        for_all_shapes(PLANE_MIYAZAKI2004, look_at_force_and_moment);
     }
 }
 
-static void look_at_gradient(const PlaneShape *shape, VoxelLaw law, uint64_t *seed)
+static void look_at_gradient(const PlaneShape *shape, PlaneLaw law, uint64_t *seed)
 {
     PlaneStiffness stiffness = stiffness_of(shape, law);
     double x[PLANE_PLACES][2], force[PLANE_PLACES][2] = {{0}}, unused[PLANE_PLACES][2];
@@ -149,12 +149,12 @@ static void look_at_gradient(const PlaneShape *shape, VoxelLaw law, uint64_t *se
 static void forces_are_gradients_of_the_energy(void **state)
 {
     (void)state;
-    for_all_shapes(VOXEL_AFFINE, look_at_gradient);
-    for_all_shapes(VOXEL_MIYAZAKI2004, look_at_gradient);
+    for_all_shapes(PLANE_AFFINE, look_at_gradient);
+    for_all_shapes(PLANE_MIYAZAKI2004, look_at_gradient);
 }
 
 // Whatever the vertices, isotropic strain costs the paper's element what it costs the continuum.
-static void look_at_isotropic(const PlaneShape *shape, VoxelLaw law, uint64_t *seed)
+static void look_at_isotropic(const PlaneShape *shape, PlaneLaw law, uint64_t *seed)
 {
     (void)seed;
     PlaneStiffness stiffness = stiffness_of(shape, law);
@@ -165,7 +165,7 @@ static void look_at_isotropic(const PlaneShape *shape, VoxelLaw law, uint64_t *s
             x[i][d] = (1.0 + strain) * size * shape->place[i][d];
     double energy =
         plane_shape_forces(shape, &stiffness, size, (const double(*)[2])x, NULL, unused);
-    double nu = law == VOXEL_AFFINE ? NU : 0.0;
+    double nu = law == PLANE_AFFINE ? NU : 0.0;
     double expected =
         E / (1.0 - nu) * strain * strain * shape->extent * size * size * THICKNESS; // plane stress
     expect_near(energy / expected, 1.0, 1e-12); // differences of places against rounding
@@ -174,8 +174,8 @@ static void look_at_isotropic(const PlaneShape *shape, VoxelLaw law, uint64_t *s
 static void isotropic_strain_costs_what_it_costs_the_continuum(void **state)
 {
     (void)state;
-    for_all_shapes(VOXEL_AFFINE, look_at_isotropic);
-    for_all_shapes(VOXEL_MIYAZAKI2004, look_at_isotropic);
+    for_all_shapes(PLANE_AFFINE, look_at_isotropic);
+    for_all_shapes(PLANE_MIYAZAKI2004, look_at_isotropic);
 }
 
 // The paper's element is the affine one with four corners, nu = 0 and the whole residual.
@@ -185,9 +185,9 @@ static void the_papers_square_is_a_special_case(void **state)
     uint64_t seed = 8;
     const unsigned corners = 1u | 1u << 2 | 1u << 6 | 1u << 8;
     PlaneShape affine, paper;
-    plane_shape_create(&affine, VOXEL_AFFINE, 15, corners);
-    plane_shape_create(&paper, VOXEL_MIYAZAKI2004, 15, corners);
-    PlaneStiffness k = {.law = VOXEL_MIYAZAKI2004}, a = {.law = VOXEL_AFFINE};
+    plane_shape_create(&affine, PLANE_AFFINE, 15, corners);
+    plane_shape_create(&paper, PLANE_MIYAZAKI2004, 15, corners);
+    PlaneStiffness k = {.law = PLANE_MIYAZAKI2004}, a = {.law = PLANE_AFFINE};
     plane_stiffness(&k, &paper, E, 0.0, THICKNESS, 0.0);
     plane_stiffness(&a, &affine, E, 0.0, THICKNESS, 0.0);
     expect_near(k.residual, 4.0 * E * THICKNESS, 1e-14); // k = E a vertex
@@ -207,8 +207,8 @@ static void bending_costs_what_it_costs_a_beam(void **state)
 {
     (void)state;
     PlaneShape shape;
-    plane_shape_create(&shape, VOXEL_AFFINE, 15, 1u | 1u << 2 | 1u << 6 | 1u << 8);
-    PlaneStiffness stiffness = stiffness_of(&shape, VOXEL_AFFINE);
+    plane_shape_create(&shape, PLANE_AFFINE, 15, 1u | 1u << 2 | 1u << 6 | 1u << 8);
+    PlaneStiffness stiffness = stiffness_of(&shape, PLANE_AFFINE);
     const double q = 1e-4;
     double x[PLANE_PLACES][2], unused[PLANE_PLACES][2];
     for (int i = 0; i < 4; i++) {
@@ -222,7 +222,7 @@ static void bending_costs_what_it_costs_a_beam(void **state)
 
 // Dynamics of one vertex against the bound: the largest eigenvalue cannot be less than what any
 // displacement shows (Rayleigh's quotient), and is reached for the plain square: 8 (mu + lambda).
-static void look_at_eigenvalue(const PlaneShape *shape, VoxelLaw law, uint64_t *seed)
+static void look_at_eigenvalue(const PlaneShape *shape, PlaneLaw law, uint64_t *seed)
 {
     PlaneStiffness stiffness = stiffness_of(shape, law);
     double most = plane_shape_eigenvalue(shape, &stiffness);
@@ -241,22 +241,22 @@ static void look_at_eigenvalue(const PlaneShape *shape, VoxelLaw law, uint64_t *
             }
         expect_at_most(work / square, most * (1.0 + 1e-4)); // u^2 terms of the force
     }
-    if (law == VOXEL_AFFINE && shape->count == 4 && shape->quarters == 15)
+    if (law == PLANE_AFFINE && shape->count == 4 && shape->quarters == 15)
         expect_near(most / (8.0 * (stiffness.mu + stiffness.lambda)), 1.0, 1e-8); // differences
-    if (law == VOXEL_MIYAZAKI2004)
+    if (law == PLANE_MIYAZAKI2004)
         expect_near(most / stiffness.residual, 1.0, 1e-8); // k, by all but rigid motions
 }
 
 static void eigenvalues_bound_the_stiffness(void **state)
 {
     (void)state;
-    for_all_shapes(VOXEL_AFFINE, look_at_eigenvalue);
-    for_all_shapes(VOXEL_MIYAZAKI2004, look_at_eigenvalue);
+    for_all_shapes(PLANE_AFFINE, look_at_eigenvalue);
+    for_all_shapes(PLANE_MIYAZAKI2004, look_at_eigenvalue);
 }
 
 // Every vertex inside stays in balance when all follow one affine map, turned and stretched by a
 // lot. Forces relative to mu times the thickness and the cell.
-static double patch_residual(const Lattice *lattice, int levels, VoxelLaw law, double stretch)
+static double patch_residual(const Lattice *lattice, int levels, PlaneLaw law, double stretch)
 {
     PlaneLayout layout;
     PlaneMesh mesh;
@@ -306,12 +306,12 @@ static void affine_law_passes_the_patch_test(void **state)
     assert_true(lattice_disc(&disc, 16.0, 1.0, &status));
     assert_true(lattice_box(&square, count, 1.0, &status));
     for (int levels = 0; levels <= 4; levels++) {
-        expect_at_most(patch_residual(&disc, levels, VOXEL_AFFINE, 1.3), 1e-11);
-        expect_at_most(patch_residual(&square, levels, VOXEL_AFFINE, 0.4), 1e-11);
+        expect_at_most(patch_residual(&disc, levels, PLANE_AFFINE, 1.3), 1e-11);
+        expect_at_most(patch_residual(&square, levels, PLANE_AFFINE, 0.4), 1e-11);
     }
     // The paper's scalar weights pass it on equal squares only.
-    expect_at_most(patch_residual(&disc, 0, VOXEL_MIYAZAKI2004, 1.3), 1e-11);
-    expect_at_least(patch_residual(&disc, 3, VOXEL_MIYAZAKI2004, 1.3), 1e-2);
+    expect_at_most(patch_residual(&disc, 0, PLANE_MIYAZAKI2004, 1.3), 1e-11);
+    expect_at_least(patch_residual(&disc, 3, PLANE_MIYAZAKI2004, 1.3), 1e-2);
     lattice_destroy(&disc);
     lattice_destroy(&square);
 }

@@ -6,13 +6,13 @@
 
 #include <string.h>
 
-static const VoxelLaw LAWS[2] = {VOXEL_AFFINE, VOXEL_MIYAZAKI2004};
+static const PlaneLaw LAWS[2] = {PLANE_AFFINE, PLANE_MIYAZAKI2004};
 
-static void make_world(PlaneWorld *world, VoxelLaw law, Precision precision, const char *isa)
+static void make_world(PlaneWorld *world, PlaneLaw law, Precision precision, const char *isa)
 {
     PlaneWorldOptions options = plane_world_disc(16);
     options.body.law = law;
-    options.material.poisson_ratio = law == VOXEL_AFFINE ? 0.3 : 0.0;
+    options.material.poisson_ratio = law == PLANE_AFFINE ? 0.3 : 0.0;
     options.body.body.precision = precision;
     options.body.body.isa = isa;
     plane_world_create(world, &options);
@@ -67,7 +67,7 @@ static void evaluate(PlaneModel *model, double stiffness_scale)
     model->kernels->evaluate(&pass);
 }
 
-static void compare(VoxelLaw law, Precision precision, const char *isa, double cells,
+static void compare(PlaneLaw law, Precision precision, const char *isa, double cells,
                     double tolerance)
 {
     PlaneWorld world;

@@ -3,8 +3,8 @@
 #include "expect.h"
 #include "mesh_check.h"
 #include "random.h"
+#include "remainder.h"
 #include "plane/mesh.h"
-#include "voxel/remainder.h"
 
 #include <stdlib.h>
 
@@ -45,7 +45,7 @@ static void make_random(Lattice *lattice, uint64_t *seed, int materials)
 
 static void expect_counts(const PlaneLayout *layout, const int *expected, int total)
 {
-    int count[VOXEL_LEVELS_MAX + 1] = {0};
+    int count[PLANE_LEVELS_MAX + 1] = {0};
     for (int e = 0; e < layout->element_count; e++)
         count[layout->element[e].level]++;
     for (int level = 0; level <= layout->levels; level++)
@@ -97,8 +97,8 @@ static void elements_are_as_many_as_counted(void **state)
         PlaneLayout layout;
         make_random(&lattice, &seed, 1 + run % 3);
         plane_layout_create(&layout, &lattice, run % 6);
-        long counted[VOXEL_LEVELS_MAX + 1];
-        int expected[VOXEL_LEVELS_MAX + 1], total = 0;
+        long counted[PLANE_LEVELS_MAX + 1];
+        int expected[PLANE_LEVELS_MAX + 1], total = 0;
         layout_count_remainder(&lattice, 2, run % 6, counted);
         for (int level = 0; level <= run % 6; level++)
             total += expected[level] = (int)counted[level];

@@ -1,7 +1,7 @@
 #include "expect.h"
+#include "remainder.h"
 
 #include "voxel/layout.h"
-#include "voxel/remainder.h"
 
 static long total_of(const Lattice *lattice, int dimensions, int levels)
 {

@@ -47,7 +47,7 @@ static void set_element(VoxelReference *reference, ReferenceElement *element,
                         const VoxelOptions *options, const Leaf *leaf, const LatticeMesh *mesh,
                         int index)
 {
-    const VoxelMaterial *material = &options->material[leaf->material - 1];
+    const SolidMaterial *material = &options->material[leaf->material - 1];
     const double size = options->lattice->size * (1 << leaf->level), nu = material->poisson_ratio;
     const double mass = material->density * size * size * size;
     Template shape;

@@ -46,7 +46,7 @@ VoxelWorldOptions voxel_world_ball(void)
     return options;
 }
 
-const VoxelMaterial VOXEL_WORLD_MATERIALS[3] = {
+const SolidMaterial VOXEL_WORLD_MATERIALS[3] = {
     {1e4, 0.0, 1000.0},
     {4e4, 0.3, 1100.0},
     {2e3, 0.45, 900.0},
@@ -98,8 +98,6 @@ void voxel_world_create(VoxelWorld *world, VoxelWorldOptions *options)
         sim_add_tool(world->sim, &options->tool[t]);
     need(sim_seal(world->sim, 0.0, &status), &status);
 
-    if (options->body.dimensions == 2)
-        return; // a plane body has another model: `count` is 0
     const VoxelModel *model = world->body->model;
     world->count = model->vertices.count;
     size_t count = (size_t)world->count;

@@ -9,7 +9,7 @@
 typedef struct VoxelWorldOptions {
     Lattice lattice; // taken over by voxel_world_create
     VoxelOptions body;
-    VoxelMaterial material; // of every label
+    SolidMaterial material; // of every label
     double rate_hz;
     int tool_count;
     ToolOptions tool[4];
@@ -18,7 +18,7 @@ typedef struct VoxelWorldOptions {
 
 typedef struct VoxelWorld {
     Lattice lattice;
-    VoxelMaterial material[LATTICE_MATERIALS]; // all the same, unless the body has its own
+    SolidMaterial material[LATTICE_MATERIALS]; // all the same, unless the body has its own
     Arena arena;
     StateList state;
     Sim *sim;
@@ -36,7 +36,7 @@ VoxelWorldOptions voxel_world_cube(int n);
 VoxelWorldOptions voxel_world_ball(void);
 // Two arms of 12 x 6 x 6 cells of 8 mm at a right angle, of three materials; their table, by
 // label - 1.
-extern const VoxelMaterial VOXEL_WORLD_MATERIALS[3];
+extern const SolidMaterial VOXEL_WORLD_MATERIALS[3];
 VoxelWorldOptions voxel_world_corner(void);
 // Afterwards the options refer to the lattice and materials of the world. Aborts the test when the
 // body is refused. Sets flush-to-zero, as the daemon does.

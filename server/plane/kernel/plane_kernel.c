@@ -281,7 +281,7 @@ INLINE void evaluate_others(const PlanePass *pass, bool paper, bool damped)
 
 static void evaluate(const PlanePass *pass)
 {
-    bool paper = pass->law == VOXEL_MIYAZAKI2004;
+    bool paper = pass->law == PLANE_MIYAZAKI2004;
     if (pass->damped) {
         evaluate_squares(pass, true);
         if (paper)

@@ -16,7 +16,7 @@
 
 typedef struct CutWorld {
     Lattice lattice;
-    VoxelMaterial material;
+    SolidMaterial material;
     Arena arena;
     StateList state;
     Sim *sim;
@@ -38,7 +38,7 @@ static inline bool cut_world_try(CutWorld *world, VoxelWorldOptions *options, St
     body->body.cuttable = true;
     if (body->split_budget == 0)
         body->split_budget = 16;
-    static VoxelMaterial table[LATTICE_MATERIALS];
+    static SolidMaterial table[LATTICE_MATERIALS];
     for (int m = 0; m < LATTICE_MATERIALS; m++)
         table[m] = options->material;
     if (body->material_count == 0) {

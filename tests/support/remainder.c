@@ -1,8 +1,6 @@
-// Counts the elements of the layout with remainders. Not used while a body runs.
-#include "voxel/remainder.h"
+#include "remainder.h"
 
 #include "base/check.h"
-#include "voxel/layout.h"
 
 #include <stdlib.h>
 
@@ -153,7 +151,7 @@ static long count_elements(const Blocks *blocks)
 void layout_count_remainder(const Lattice *lattice, int dimensions, int levels, long *count)
 {
     ASSERT(dimensions == 2 || dimensions == 3);
-    ASSERT(levels >= 0 && levels <= VOXEL_LEVELS_MAX);
+    ASSERT(levels >= 0);
     Remainder remainder = {.lattice = lattice, .dimensions = dimensions};
     remainder.children = 1 << dimensions;
     remainder.whole = (unsigned char)((1 << remainder.children) - 1);
