@@ -12,8 +12,9 @@
 // Positions of squares
 
 // Returns the cell that is connected to a cell across a face; -1: none.
-static int joined_to(const CutLattice *lattice, int cell, int direction)
+static int joined_to(const void *cells, int cell, int direction)
 {
+    const CutLattice *lattice = cells;
     const int axis = direction / 2;
     if (direction & 1)
         return cut_lattice_is_open(lattice, cell, axis) ? -1
@@ -29,58 +30,18 @@ bool cut_faces_is_shown(const CutLattice *lattice, int cell, int direction)
     return cut_lattice_is_leaf(lattice, cell) && joined_to(lattice, cell, direction) < 0;
 }
 
-// Walks around edge k of a square through the solid, as in lattice_faces.c: to the side, outwards,
-// back and down again, until a face leads to no cell. Returns the direction of that face of *cell.
-static int square_across(const CutLattice *lattice, int *cell, int direction, int k)
-{
-    const int side = square_side(direction, k);
-    const int turn[4] = {side, direction, side ^ 1, direction ^ 1};
-    for (int t = 0; t < 4; t++) {
-        const int next = joined_to(lattice, *cell, turn[t]);
-        if (next < 0)
-            return turn[t];
-        *cell = next;
-    }
-    ASSERT(false); // the walk ends at the latest at the other side of the square itself
-    return -1;
-}
-
-static void corner_point(const CutLattice *lattice, int cell, int corner, int point[3])
-{
-    for (int d = 0; d < 3; d++)
-        point[d] = lattice->element[cell].cell[d] + (corner >> d & 1);
-}
-
-// Returns the edge of the square (cell, direction) that runs from lattice point `from` to `to`.
-static int edge_between(const CutLattice *lattice, int cell, int direction, const int from[3],
-                        const int to[3])
-{
-    for (int k = 0; k < 4; k++) {
-        int a[3], b[3];
-        corner_point(lattice, cell, SQUARE_CORNER[direction][k], a);
-        corner_point(lattice, cell, SQUARE_CORNER[direction][(k + 1) % 4], b);
-        if (memcmp(a, from, sizeof a) == 0 && memcmp(b, to, sizeof b) == 0)
-            return k;
-    }
-    ASSERT(false); // squares that meet around an edge run along it in opposite directions
-    return -1;
-}
-
 void cut_faces_join_square(CutFaces *faces, int square)
 {
-    const int code = faces->square[square], first = code / 6, direction = code % 6;
+    const int code = faces->square[square];
     for (int k = 0; k < 4; k++) {
-        int cell = first, from[3], to[3];
-        const int turned = square_across(faces->lattice, &cell, direction, k);
-        const int other = faces->square_of[cell][turned];
+        const SquareEdge to =
+            square_across(joined_to, faces->lattice, (SquareEdge){code / 6, code % 6, k});
+        const int other = faces->square_of[to.cell][to.direction];
         if (other < 0)
             continue; // only in an impossible state
-        corner_point(faces->lattice, first, SQUARE_CORNER[direction][k], from);
-        corner_point(faces->lattice, first, SQUARE_CORNER[direction][(k + 1) % 4], to);
-        const int back = edge_between(faces->lattice, cell, turned, to, from);
-        const int here = square_triangle(square, k), there = square_triangle(other, back);
+        const int here = square_triangle(square, k), there = square_triangle(other, to.k);
         faces->neighbor[here][square_edge(k)] = there;
-        faces->neighbor[there][square_edge(back)] = here;
+        faces->neighbor[there][square_edge(to.k)] = here;
     }
 }
 
