@@ -223,15 +223,15 @@ static uint64_t hash_tables(const DetailBench *bench)
     hash = mix(hash, detail->run, (size_t)detail->run_count * sizeof *detail->run);
     hash = mix(hash, model->basis.place, (size_t)model->basis.count * sizeof *model->basis.place);
     for (int p = 0; p < detail->set.place_count; p++)
-        if (detail->face[p][0] != detail->face[p][1]) {
-            hash = mix(hash, detail->face[p], sizeof detail->face[p]);
-            hash = mix(hash, detail->face_neighbor[p], sizeof detail->face_neighbor[p]);
-            hash = mix(hash, &detail->face_area[p], sizeof(double));
+        if (detail->faces.face[p][0] != detail->faces.face[p][1]) {
+            hash = mix(hash, detail->faces.face[p], sizeof detail->faces.face[p]);
+            hash = mix(hash, detail->faces.face_neighbor[p], sizeof detail->faces.face_neighbor[p]);
+            hash = mix(hash, &detail->faces.face_area[p], sizeof(double));
         }
     for (int i = 0; i < detail->set.node_count; i++)
-        hash = mix(hash, &detail->node_face[detail->node_face_start[i]],
-                   (size_t)(detail->node_face_end[i] - detail->node_face_start[i]) * sizeof(int));
-    hash = mix(hash, detail->node_area, (size_t)detail->set.node_count * sizeof(double));
+        hash = mix(hash, &detail->faces.node_face[detail->faces.node_face_start[i]],
+                   (size_t)(detail->faces.node_face_end[i] - detail->faces.node_face_start[i]) * sizeof(int));
+    hash = mix(hash, detail->faces.node_area, (size_t)detail->set.node_count * sizeof(double));
     hash = mix(hash, &bench->body->lambda, sizeof(double));
     hash = mix(hash, &bench->body->damping, sizeof(double));
     hash = mix(hash, &bench->body->mass, sizeof(double));

@@ -10,9 +10,9 @@
 
 #include "geometry/levels.h"
 #include "surface/detail/detail_cut.h"
+#include "surface/detail/detail_faces.h"
 #include "surface/detail/detail_frames.h"
 #include "surface/detail/detail_set.h"
-#include "surface/detail/detail_slots.h"
 #include "surface/level_rules.h"
 #include "surface/model.h"
 
@@ -71,6 +71,8 @@ typedef struct Detail {
     StateList *state; // load time only
     LevelRules rules;
     LeafSet set;
+    DetailFaces faces;
+    DetailReport report;
     int edge_base[LEVELS_MAX + 2];       // number of the first edge of each level
     double least_height[LEVELS_MAX + 1]; // smallest height of the faces of a level at rest [m]
     float (*rest_fold)[2]; // [edges of all levels] cosine and sine of the angle between the faces
@@ -116,27 +118,6 @@ typedef struct Detail {
     double mass, lambda, damping;
     int spring_ends, on_count;
 
-    // --- faces for contact and display; by place (BodySurface) ---
-    int (*face)[3];
-    int (*face_neighbor)[3];
-    double *face_area, *finest_area;
-    int *node_face_start, *node_face_end, *node_face;
-    double *node_area;
-    MeshSlots *slots;
-
-    // --- the change in progress ---
-    TopologyChange change;
-    FaceChange *face_change; // [2 place_count]
-    NodeBirth *born;         // [node_count]
-    int *gone;               // [node_count]
-    int (*gone_parent)[2];   // [node_count]
-    Leaf *touched;           // [faces of all levels] to be drawn again
-    bool *is_touched;
-    int *cleared, *drawn; // [place_count] places
-    bool *was_used;       // [place_count]
-    int *redrawn;         // [node_count]
-    bool *is_redrawn;
-    int touched_count, cleared_count, drawn_count, redrawn_count;
     Leaf *calm; // [calm_capacity] refined faces whose four children have been calm for long
     int calm_count, calm_capacity;
     bool again; // of TopologyChange
@@ -194,11 +175,6 @@ void detail_coarsen(SurfaceModel *model, int level, int face);
 bool detail_end_change(Body *body);
 // The same after edges were broken, which may have changed no node.
 void detail_end_cut(Body *body);
-
-// --- detail_faces.c: faces for contact and display ---
-void detail_touch(Detail *detail, int level, int face);
-void detail_draw(Detail *detail);
-void detail_draw_all(Detail *detail);
 
 // --- detail_fold.c: angles between leaves ---
 // Load time: fills rest_fold and least_height.

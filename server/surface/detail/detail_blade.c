@@ -249,7 +249,7 @@ static bool break_found(Body *body, const CutSnap *snap, int snaps, CutOutcome *
         move_vertex(model, &snap[i]);
     detail_end_cut(body);
     describe(set->cut, outcome);
-    *change = detail->change;
+    *change = detail->report.change;
     return true;
 }
 

@@ -16,7 +16,7 @@ static bool detail_adapt(Body *body, int64_t step, double tick, TopologyChange *
 {
     if (!detail_sweep(body, step, tick))
         return false;
-    *change = detail_of(body->model)->change;
+    *change = detail_of(body->model)->report.change;
     change->again = detail_of(body->model)->again;
     return true;
 }
@@ -194,7 +194,7 @@ static bool check(const void *self)
 static void snapshot(const void *self, float *position, float *velocity)
 {
     const SurfaceModel *model = self;
-    const SlotTable *table = &model->detail->slots->node;
+    const SlotTable *table = &model->detail->faces.slots->node;
     const void *rows = model->rows[model->current];
     for (long s = 0; s < table->high; s++) {
         Vec3 x = {0.0, 0.0, 0.0}, v = x;
@@ -214,7 +214,7 @@ static void snapshot(const void *self, float *position, float *velocity)
 static void snapshot_rest(const void *self, float *position)
 {
     const SurfaceModel *model = self;
-    const SlotTable *table = &model->detail->slots->node;
+    const SlotTable *table = &model->detail->faces.slots->node;
     for (int s = 0; s < table->high; s++)
         if (table->thing[s] >= 0)
             rows_snapshot_rest(&model->basis, &model->slot[table->thing[s]], 1, position + 3L * s);
@@ -223,7 +223,7 @@ static void snapshot_rest(const void *self, float *position)
 static int read_state(const void *self, int *id, Vec3 *position, Vec3 *velocity)
 {
     const SurfaceModel *model = self;
-    const MeshSlots *slots = model->detail->slots;
+    const MeshSlots *slots = model->detail->faces.slots;
     const SlotTable *table = &slots->node;
     const void *rows = model->rows[model->current];
     if (id != NULL)
@@ -281,7 +281,7 @@ void detail_explain(const void *self, FILE *out)
     fprintf(out, "    levels: 0 to %d, %s; at most %d nodes, %d faces; ", set->levels.finest,
             set->constrained ? "continuum rule, hanging nodes held by their masters"
                              : "the paper's rule, hanging nodes free",
-            detail->slots->node.capacity, detail->slots->face.capacity);
+            detail->faces.slots->node.capacity, detail->faces.slots->face.capacity);
     if (detail->options.adaptive)
         fprintf(out, "faces checked %g times a second\n", detail->options.adapt.check_hz);
     else

@@ -44,10 +44,11 @@ static void follow_place(SurfaceModel *model, int node, int depth)
 void detail_begin_change(SurfaceModel *model)
 {
     Detail *detail = model->detail;
-    detail->change = (TopologyChange){.face = detail->face_change,
-                                      .born = detail->born,
-                                      .gone = detail->gone,
-                                      .gone_parent = (const int(*)[2])detail->gone_parent};
+    detail->report.change =
+        (TopologyChange){.face = detail->report.face_change,
+                         .born = detail->report.born,
+                         .gone = detail->report.gone,
+                         .gone_parent = (const int(*)[2])detail->report.gone_parent};
     if (model->basis.rigid != NULL)
         rigid_frame_fit(model->basis.rigid, model->rows[model->current]);
     if (detail->frames != NULL)
@@ -58,7 +59,7 @@ static void touch_leaf_across(Detail *detail, int level, int edge, int face)
 {
     int across = levels_beyond(&detail->set.levels.level[level], edge, face);
     if (across >= 0 && detail_is_leaf(&detail->set, level, across))
-        detail_touch(detail, level, across);
+        detail_touch(&detail->faces, level, across);
 }
 
 // Divides a leaf whose neighbours exist.
@@ -78,8 +79,8 @@ static void divide(SurfaceModel *model, int level, int face)
         if (before == NODE_OFF) {
             detail_set_place(model, node);
             detail_give_birth(model, node);
-            slots_take_node(detail->slots, node);
-            detail->born[detail->change.born_count++] =
+            slots_take_node(detail->faces.slots, node);
+            detail->report.born[detail->report.change.born_count++] =
                 (NodeBirth){node, {at->edge[edge][0], at->edge[edge][1]}};
         } else if (before != now) {
             detail_release(model, node);
@@ -92,9 +93,9 @@ static void divide(SurfaceModel *model, int level, int face)
         detail_mark(model, at->face[face][k]);
         detail_mark(model, at->node_count + at->face_edge[face][k]);
     }
-    detail_touch(detail, level, face);
+    detail_touch(&detail->faces, level, face);
     for (int k = 0; k < 4; k++)
-        detail_touch(detail, level + 1, 4 * face + k);
+        detail_touch(&detail->faces, level + 1, 4 * face + k);
     detail->sweep->refined++;
 }
 
@@ -113,7 +114,7 @@ bool detail_refine(SurfaceModel *model, int level, int face)
             !detail_refine(model, level - 1, across / 4))
             return false;
     }
-    if (!slots_reserve(detail->slots)) {
+    if (!slots_reserve(detail->faces.slots)) {
         detail->sweep->refused++;
         return false;
     }
@@ -185,6 +186,7 @@ static int lost_momentum(const SurfaceModel *model, int level, int face, Impulse
 void detail_coarsen(SurfaceModel *model, int level, int face)
 {
     Detail *detail = model->detail;
+    DetailReport *report = &detail->report;
     LeafSet *set = &detail->set;
     const Level *at = &set->levels.level[level];
     Impulse impulse[9];
@@ -195,8 +197,8 @@ void detail_coarsen(SurfaceModel *model, int level, int face)
     set->leaf_count[level]++;
     set->leaf_count[level + 1] -= 4;
     for (int k = 0; k < 4; k++)
-        detail_touch(detail, level + 1, 4 * face + k);
-    detail_touch(detail, level, face);
+        detail_touch(&detail->faces, level + 1, 4 * face + k);
+    detail_touch(&detail->faces, level, face);
     // Midpoints are switched off, or hang if the face across stays refined.
     for (int k = 0; k < 3; k++) {
         int edge = at->face_edge[face][k], node = at->node_count + edge;
@@ -205,10 +207,10 @@ void detail_coarsen(SurfaceModel *model, int level, int face)
         if (now == NODE_OFF) {
             set->status[node] = NODE_OFF;
             detail_switch_off(model, node);
-            slots_free_node(detail->slots, node);
+            slots_free_node(detail->faces.slots, node);
             for (int e = 0; e < 2; e++)
-                detail->gone_parent[detail->change.gone_count][e] = at->edge[edge][e];
-            detail->gone[detail->change.gone_count++] = node;
+                report->gone_parent[report->change.gone_count][e] = at->edge[edge][e];
+            report->gone[report->change.gone_count++] = node;
         } else if (now != set->status[node]) {
             set->status[node] = (unsigned char)now;
             detail_set_place(model, node);
@@ -234,14 +236,14 @@ void detail_end_cut(Body *body)
     SurfaceModel *model = body->model;
     detail_pack(model);
     detail_hang(model, model->rows[model->current]);
-    detail_draw(model->detail);
+    detail_draw(&model->detail->faces, &model->detail->report);
     model->detail->sweep->topology++;
     detail_publish(body);
 }
 
 bool detail_end_change(Body *body)
 {
-    if (((SurfaceModel *)body->model)->detail->touched_count == 0)
+    if (((SurfaceModel *)body->model)->detail->faces.touched_count == 0)
         return false;
     detail_end_cut(body);
     return true;

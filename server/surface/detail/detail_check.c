@@ -89,7 +89,7 @@ static bool is_on(const LeafSet *set, int node)
 // True if exactly the nodes that are on have slots.
 static bool check_node_slots(const Detail *detail)
 {
-    const SlotTable *table = &detail->slots->node;
+    const SlotTable *table = &detail->faces.slots->node;
     int used;
     if (!find_slots(table, &used))
         return false;
@@ -103,7 +103,7 @@ static bool check_node_slots(const Detail *detail)
 // it has midpoints.
 static bool check_face_slots(const Detail *detail)
 {
-    const SlotTable *table = &detail->slots->face;
+    const SlotTable *table = &detail->faces.slots->face;
     int used, drawn = 0;
     if (!find_slots(table, &used))
         return false;

@@ -94,17 +94,6 @@ static void order_slots(SurfaceModel *model, const RootKey *root, int root_count
 
 // --- tables ---
 
-// Returns the most leaves that can be around a node.
-static int most_leaves(const LeafSet *set, int node)
-{
-    enum { AROUND_MIDPOINT = 6 };
-    if (set->cut != NULL && node >= set->cut->base_count)
-        return set->cut->most_around;
-    return node < set->levels.level[0].node_count
-               ? set->root_ring_start[node + 1] - set->root_ring_start[node]
-               : AROUND_MIDPOINT;
-}
-
 static void create_springs(SurfaceModel *model, const char *name, Arena *arena)
 {
     Detail *detail = model->detail;
@@ -119,8 +108,8 @@ static void create_springs(SurfaceModel *model, const char *name, Arena *arena)
     for (int w = 0; w < detail->window_count; w++) {
         int leaves = 0;
         for (int s = w * detail->width; s < (w + 1) * detail->width; s++)
-            if (detail->of_slot[s] >= 0 && most_leaves(set, detail->of_slot[s]) > leaves)
-                leaves = most_leaves(set, detail->of_slot[s]);
+            if (detail->of_slot[s] >= 0 && detail_most_leaves(set, detail->of_slot[s]) > leaves)
+                leaves = detail_most_leaves(set, detail->of_slot[s]);
         most = leaves > most ? leaves : most;
         // Towards each neighbour there may be a whole edge and half of it; at a border there is one
         // more edge than faces.
@@ -166,42 +155,6 @@ static void create_nodes(SurfaceModel *model, const SurfaceOptions *options, int
     detail->node_drag = level_rules_node_damping(&detail->rules, 1.0);
 }
 
-static void create_faces(SurfaceModel *model, const char *name, Arena *arena)
-{
-    Detail *detail = model->detail;
-    LeafSet *set = &detail->set;
-    int nodes = set->node_count, places = set->place_count;
-    detail->face = ALLOCATE(ARENA_TOPOLOGY, places, *detail->face, "faces");
-    detail->face_neighbor =
-        ALLOCATE(ARENA_TOPOLOGY, places, *detail->face_neighbor, "face neighbours");
-    detail->face_area = ALLOCATE(ARENA_TOPOLOGY, places, double, "face areas");
-    detail->finest_area = ALLOCATE(ARENA_TOPOLOGY, places, double, "finest face areas");
-    for (int f = 0; f < places; f++)
-        detail->finest_area[f] = level_rules_area(&detail->rules, set->levels.finest, f);
-    detail->node_area = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "node areas");
-    detail->node_face_start = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, int, "node face start");
-    detail->node_face_end = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "node face end");
-    for (int i = 0; i < nodes; i++) // a leaf has at most two triangles at each of its nodes; a
-                                    // hanging node is in three more of the whole face
-        detail->node_face_start[i + 1] = detail->node_face_start[i] + 2 * most_leaves(set, i) + 3;
-    detail->node_face = ALLOCATE(ARENA_TOPOLOGY, detail->node_face_start[nodes], int, "node faces");
-
-    // Lists of one change, for contacts and clients.
-    detail->face_change = ALLOCATE(ARENA_TOPOLOGY, 2 * places, FaceChange, "face changes");
-    detail->born = ALLOCATE(ARENA_TOPOLOGY, nodes, NodeBirth, "births");
-    detail->gone = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "nodes gone");
-    detail->gone_parent =
-        ALLOCATE(ARENA_TOPOLOGY, nodes, *detail->gone_parent, "parents of nodes gone");
-    int faces = set->face_base[set->levels.finest + 1];
-    detail->touched = ALLOCATE(ARENA_TOPOLOGY, faces, Leaf, "touched faces");
-    detail->is_touched = ALLOCATE(ARENA_TOPOLOGY, faces, bool, "touched marks");
-    detail->cleared = ALLOCATE(ARENA_TOPOLOGY, places, int, "cleared faces");
-    detail->drawn = ALLOCATE(ARENA_TOPOLOGY, places, int, "drawn faces");
-    detail->was_used = ALLOCATE(ARENA_TOPOLOGY, places, bool, "cleared marks");
-    detail->redrawn = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "redrawn nodes");
-    detail->is_redrawn = ALLOCATE(ARENA_TOPOLOGY, nodes, bool, "redrawn marks");
-}
-
 static void create_slots(SurfaceModel *model, const TriMesh *mesh, const SurfaceOptions *options,
                          Arena *arena, StateList *state)
 {
@@ -216,9 +169,9 @@ static void create_slots(SurfaceModel *model, const TriMesh *mesh, const Surface
         origin[i] =
             mesh->copy_count == 0 ? id[i] : id[mesh_node_of_file(mesh, mesh_file_row(mesh, i))];
     const int capacity[2] = {options->body.node_capacity, options->body.face_capacity};
-    model->detail->slots = slots_create(name, &model->detail->set.levels, capacity, id, origin,
-                                        piece, mesh->file_node_count + mesh->copy_count,
-                                        model->detail->set.cut, arena, state);
+    model->detail->faces.slots = slots_create(
+        name, &model->detail->set.levels, capacity, id, origin, piece,
+        mesh->file_node_count + mesh->copy_count, model->detail->set.cut, arena, state);
 }
 
 static void create_sets(SurfaceModel *model, const SurfaceOptions *options, Arena *arena,
@@ -294,7 +247,7 @@ void detail_publish(Body *body)
     }
     level_rules_raise_bounds(&detail->rules, body->finest_level, detail->least_lambda,
                              detail->least_damping, &body->lambda, &body->damping);
-    slots_describe(detail->slots, detail_topology(detail), &body->mesh);
+    slots_describe(detail->faces.slots, detail_topology(detail), &body->mesh);
 }
 
 static void set_statuses(SurfaceModel *model)
@@ -342,8 +295,8 @@ void detail_rebuild(Body *body)
         detail->stale_window[w] = true;
     memset(detail->is_dirty, true, (size_t)detail->set.node_count);
     detail_pack(model);
-    slots_restore(detail->slots);
-    detail_draw_all(detail);
+    slots_restore(detail->faces.slots);
+    detail_draw_all(&detail->faces, &detail->report);
     detail_publish(body);
 }
 
@@ -360,7 +313,7 @@ static void start_at_level(SurfaceModel *model, int level)
             continue;
         if (i >= set->levels.level[0].node_count)
             detail_give_birth(model, i);
-        slots_take_node(detail->slots, i);
+        slots_take_node(detail->faces.slots, i);
     }
 }
 
@@ -461,7 +414,7 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     model_create_places(model, mesh, name, arena, state);
     create_springs(model, name, arena);
     create_nodes(model, options, network->free_count, arena, state);
-    create_faces(model, name, arena);
+    detail_faces_create(&detail->faces, &detail->report, set, &detail->rules, name, arena);
     create_slots(model, mesh, options, arena, state);
     create_sets(model, options, arena, state);
     model_create_rows(model, mesh, network->fixed, options, arena, state);
@@ -475,14 +428,14 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
         .face_count = set->place_count,
         .node_used = set->node_count,
         .face_used = set->place_count,
-        .face = (const int(*)[3])detail->face,
-        .face_area = detail->face_area,
-        .finest_area = detail->finest_area,
-        .face_neighbor = (const int(*)[3])detail->face_neighbor,
-        .node_face_start = detail->node_face_start,
-        .node_face_end = detail->node_face_end,
-        .node_face = detail->node_face,
-        .node_area = detail->node_area,
+        .face = (const int(*)[3])detail->faces.face,
+        .face_area = detail->faces.face_area,
+        .finest_area = detail->faces.finest_area,
+        .face_neighbor = (const int(*)[3])detail->faces.face_neighbor,
+        .node_face_start = detail->faces.node_face_start,
+        .node_face_end = detail->faces.node_face_end,
+        .node_face = detail->faces.node_face,
+        .node_area = detail->faces.node_area,
         .node_mass = model->mass,
         .longest_edge = model->basis.longest_edge,
     };

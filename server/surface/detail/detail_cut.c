@@ -332,17 +332,18 @@ static bool lacks(CutOutcome *outcome, CutVerdict verdict, int needed, int room)
 static bool has_room(Detail *detail, CutOutcome *outcome)
 {
     const DetailCut *cut = detail->set.cut;
-    const SlotTable *nodes = &detail->slots->node, *faces = &detail->slots->face;
+    const SlotTable *nodes = &detail->faces.slots->node, *faces = &detail->faces.slots->face;
     int copies = 0, count;
     for (int v = 0; v < cut->vertex_count; v++)
         copies += find_new_parts(&detail->set, cut->vertex[v], &count);
     list_wanted(&detail->set);
     bool all_fits = nodes->capacity == nodes->thing_count && faces->capacity == faces->thing_count;
     return !lacks(outcome, CUT_NO_NODES, copies, cut->copy_capacity - (int)*cut->copies) &&
-           (all_fits || (!lacks(outcome, CUT_NO_NODES, copies + 3 * cut->want_count,
-                                nodes->capacity - nodes->used) &&
-                         !lacks(outcome, CUT_NO_FACES, 6 * cut->want_count,
-                                faces->capacity - faces->used - detail->slots->face_reserve)));
+           (all_fits ||
+            (!lacks(outcome, CUT_NO_NODES, copies + 3 * cut->want_count,
+                    nodes->capacity - nodes->used) &&
+             !lacks(outcome, CUT_NO_FACES, 6 * cut->want_count,
+                    faces->capacity - faces->used - detail->faces.slots->face_reserve)));
 }
 
 // --- nodes ---
@@ -362,8 +363,8 @@ static void copy_node(SurfaceModel *model, int vertex, int part, int ring_count)
             cut->node[cut->ring[i].face][cut->ring[i].corner] = copy;
     detail_set_place(model, copy);
     detail_copy_row(model, copy, old);
-    slots_take_node(detail->slots, copy);
-    detail->born[detail->change.born_count++] = (NodeBirth){copy, {old, old}};
+    slots_take_node(detail->faces.slots, copy);
+    detail->report.born[detail->report.change.born_count++] = (NodeBirth){copy, {old, old}};
 }
 
 static void split_vertex(SurfaceModel *model, int vertex)
@@ -377,7 +378,7 @@ static void split_vertex(SurfaceModel *model, int vertex)
     for (int i = 0; i < found; i++)
         copy_node(model, vertex, cut->fresh[i], count);
     for (int i = 0; i < count; i++) {
-        detail_touch(detail, set->levels.finest, cut->ring[i].face);
+        detail_touch(&detail->faces, set->levels.finest, cut->ring[i].face);
         for (int k = 0; k < 3; k++)
             detail_mark(model, cut->node[cut->ring[i].face][k]);
     }
@@ -387,7 +388,7 @@ static void list_vertices(Detail *detail, const int *edge, int count)
 {
     DetailCut *cut = detail->set.cut;
     const Level *finest = &detail->set.levels.level[detail->set.levels.finest];
-    bool *is_listed = detail->is_redrawn; // false between changes
+    bool *is_listed = detail->faces.is_redrawn; // false between changes
     cut->vertex_count = 0;
     for (int i = 0; i < count; i++)
         for (int k = 0; k < 2; k++) {
@@ -428,7 +429,7 @@ bool detail_cut_break(SurfaceModel *model, const int *edge, int edge_count, CutO
         split_vertex(model, cut->vertex[v]);
     detail_cut_lock(set);
     detail_pieces_label(set);
-    slots_label(detail->slots);
+    slots_label(detail->faces.slots);
     // New pieces get frames of their own.
     if (cut->piece_count > pieces)
         detail_frames_start(detail);

@@ -31,7 +31,7 @@ static bool check_copies(const Detail *detail)
 {
     DetailCut *cut = detail->set.cut;
     int64_t copies = *cut->copies, used = 0;
-    bool *is_used = detail->is_redrawn; // false between changes
+    bool *is_used = detail->faces.is_redrawn; // false between changes
     if (copies < 0 || copies > cut->copy_capacity)
         return false;
     for (int f = 0; f < detail->set.place_count; f++)

@@ -1,25 +1,71 @@
 // The faces that tools touch and clients draw: each leaf, divided so that it includes its
 // neighbours' midpoints (the paper's four face types, Figure 4), hence a mesh without cracks or
 // T-junctions. Places follow from the hierarchy: the quarters of a leaf begin where its children
-// would. Step thread, when the topology changes.
-#include "surface/detail/detail.h"
+// would. Step thread, when the topology changes; detail_faces_create at load.
+#include "surface/detail/detail_faces.h"
 
 #include "base/check.h"
 
 #include <string.h>
 
-void detail_touch(Detail *detail, int level, int face)
+#define ALLOCATE(count, type, label)                                                               \
+    arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof(type), "%s/%s", name, label)
+
+static void create_report(DetailReport *report, int nodes, int places, const char *name,
+                          Arena *arena)
 {
-    int number = detail->set.face_base[level] + face;
-    if (detail->is_touched[number])
-        return;
-    detail->is_touched[number] = true;
-    detail->touched[detail->touched_count++] = (Leaf){level, face, 0};
+    report->face_change = ALLOCATE(2 * places, FaceChange, "face changes");
+    report->born = ALLOCATE(nodes, NodeBirth, "births");
+    report->gone = ALLOCATE(nodes, int, "nodes gone");
+    report->gone_parent = ALLOCATE(nodes, *report->gone_parent, "parents of nodes gone");
 }
 
-static bool in_use(const Detail *detail, int place)
+void detail_faces_create(DetailFaces *faces, DetailReport *report, const LeafSet *set,
+                         const LevelRules *rules, const char *name, Arena *arena)
 {
-    return detail->face[place][0] != detail->face[place][1];
+    const int nodes = set->node_count, places = set->place_count;
+    faces->set = set;
+    faces->rules = rules;
+    faces->face = ALLOCATE(places, *faces->face, "faces");
+    faces->face_neighbor = ALLOCATE(places, *faces->face_neighbor, "face neighbours");
+    faces->face_area = ALLOCATE(places, double, "face areas");
+    faces->finest_area = ALLOCATE(places, double, "finest face areas");
+    for (int f = 0; f < places; f++)
+        faces->finest_area[f] = level_rules_area(rules, set->levels.finest, f);
+    faces->node_area = ALLOCATE(nodes, double, "node areas");
+    faces->node_face_start = ALLOCATE(nodes + 1, int, "node face start");
+    faces->node_face_end = ALLOCATE(nodes, int, "node face end");
+    // A leaf has at most two triangles at each of its nodes; a hanging node is in three more of the
+    // whole face.
+    for (int i = 0; i < nodes; i++)
+        faces->node_face_start[i + 1] =
+            faces->node_face_start[i] + 2 * detail_most_leaves(set, i) + 3;
+    faces->node_face = ALLOCATE(faces->node_face_start[nodes], int, "node faces");
+
+    // Lists of one change, for contacts and clients.
+    create_report(report, nodes, places, name, arena);
+    const int all = set->face_base[set->levels.finest + 1];
+    faces->touched = ALLOCATE(all, Leaf, "touched faces");
+    faces->is_touched = ALLOCATE(all, bool, "touched marks");
+    faces->cleared = ALLOCATE(places, int, "cleared faces");
+    faces->drawn = ALLOCATE(places, int, "drawn faces");
+    faces->was_used = ALLOCATE(places, bool, "cleared marks");
+    faces->redrawn = ALLOCATE(nodes, int, "redrawn nodes");
+    faces->is_redrawn = ALLOCATE(nodes, bool, "redrawn marks");
+}
+
+void detail_touch(DetailFaces *faces, int level, int face)
+{
+    int number = faces->set->face_base[level] + face;
+    if (faces->is_touched[number])
+        return;
+    faces->is_touched[number] = true;
+    faces->touched[faces->touched_count++] = (Leaf){level, face, 0};
+}
+
+static bool in_use(const DetailFaces *faces, int place)
+{
+    return faces->face[place][0] != faces->face[place][1];
 }
 
 // Returns the first place of a quarter of a face; a face of the finest level has only one.
@@ -77,110 +123,110 @@ static int divide_leaf(const LeafSet *set, int level, int face, Piece piece[4])
     return 3;
 }
 
-static void mark_corners(Detail *detail, const int corner[3])
+static void mark_corners(DetailFaces *faces, const int corner[3])
 {
     for (int k = 0; k < 3; k++)
-        if (!detail->is_redrawn[corner[k]]) {
-            detail->is_redrawn[corner[k]] = true;
-            detail->redrawn[detail->redrawn_count++] = corner[k];
+        if (!faces->is_redrawn[corner[k]]) {
+            faces->is_redrawn[corner[k]] = true;
+            faces->redrawn[faces->redrawn_count++] = corner[k];
         }
 }
 
-static void clear_leaf(Detail *detail, int level, int face)
+static void clear_leaf(DetailFaces *faces, int level, int face)
 {
-    for (int k = 0; k < quarters(&detail->set, level); k++) {
-        int place = quarter(&detail->set, level, face, k);
-        if (!in_use(detail, place))
+    for (int k = 0; k < quarters(faces->set, level); k++) {
+        int place = quarter(faces->set, level, face, k);
+        if (!in_use(faces, place))
             continue;
-        mark_corners(detail, detail->face[place]);
-        memset(detail->face[place], 0, sizeof detail->face[place]);
-        detail->was_used[place] = true;
-        detail->cleared[detail->cleared_count++] = place;
+        mark_corners(faces, faces->face[place]);
+        memset(faces->face[place], 0, sizeof faces->face[place]);
+        faces->was_used[place] = true;
+        faces->cleared[faces->cleared_count++] = place;
     }
 }
 
-static void draw_leaf(Detail *detail, int level, int face)
+static void draw_leaf(DetailFaces *faces, int level, int face)
 {
     Piece piece[4];
-    int count = divide_leaf(&detail->set, level, face, piece);
-    double area = level_rules_area(&detail->rules, level, face);
+    int count = divide_leaf(faces->set, level, face, piece);
+    double area = level_rules_area(faces->rules, level, face);
     for (int k = 0; k < count; k++) {
-        int place = quarter(&detail->set, level, face, k);
-        memcpy(detail->face[place], piece[k].corner, sizeof piece[k].corner);
-        detail->face_area[place] = piece[k].share * area;
-        detail->drawn[detail->drawn_count++] = place;
-        mark_corners(detail, detail->face[place]);
+        int place = quarter(faces->set, level, face, k);
+        memcpy(faces->face[place], piece[k].corner, sizeof piece[k].corner);
+        faces->face_area[place] = piece[k].share * area;
+        faces->drawn[faces->drawn_count++] = place;
+        mark_corners(faces, faces->face[place]);
     }
 }
 
 // --- faces at a node, faces across an edge ---
 
-static void add_face(Detail *detail, int node, int place)
+static void add_face(DetailFaces *faces, int node, int place)
 {
-    int at = detail->node_face_end[node]++;
-    for (; at > detail->node_face_start[node] && detail->node_face[at - 1] > place; at--)
-        detail->node_face[at] = detail->node_face[at - 1];
-    detail->node_face[at] = place;
+    int at = faces->node_face_end[node]++;
+    for (; at > faces->node_face_start[node] && faces->node_face[at - 1] > place; at--)
+        faces->node_face[at] = faces->node_face[at - 1];
+    faces->node_face[at] = place;
 }
 
 // Removes the faces that disappeared from the lists of the nodes and inserts the new ones,
 // ascending.
-static void list_faces(Detail *detail)
+static void list_faces(DetailFaces *faces)
 {
-    for (int i = 0; i < detail->redrawn_count; i++) {
-        int node = detail->redrawn[i], kept = detail->node_face_start[node];
-        for (int k = kept; k < detail->node_face_end[node]; k++)
-            if (!detail->was_used[detail->node_face[k]])
-                detail->node_face[kept++] = detail->node_face[k];
-        detail->node_face_end[node] = kept;
+    for (int i = 0; i < faces->redrawn_count; i++) {
+        int node = faces->redrawn[i], kept = faces->node_face_start[node];
+        for (int k = kept; k < faces->node_face_end[node]; k++)
+            if (!faces->was_used[faces->node_face[k]])
+                faces->node_face[kept++] = faces->node_face[k];
+        faces->node_face_end[node] = kept;
     }
-    for (int i = 0; i < detail->drawn_count; i++)
+    for (int i = 0; i < faces->drawn_count; i++)
         for (int k = 0; k < 3; k++)
-            add_face(detail, detail->face[detail->drawn[i]][k], detail->drawn[i]);
+            add_face(faces, faces->face[faces->drawn[i]][k], faces->drawn[i]);
 }
 
-static void meet_neighbours(Detail *detail, int place)
+static void meet_neighbours(DetailFaces *faces, int place)
 {
-    const int *corner = detail->face[place];
+    const int *corner = faces->face[place];
     for (int k = 0; k < 3; k++) {
         int from = corner[k], to = corner[(k + 1) % 3];
-        detail->face_neighbor[place][k] = -1;
-        for (int i = detail->node_face_start[from]; i < detail->node_face_end[from]; i++) {
-            int other = detail->node_face[i];
-            const int *c = detail->face[other];
+        faces->face_neighbor[place][k] = -1;
+        for (int i = faces->node_face_start[from]; i < faces->node_face_end[from]; i++) {
+            int other = faces->node_face[i];
+            const int *c = faces->face[other];
             for (int j = 0; j < 3; j++)
                 if (c[j] == to && c[(j + 1) % 3] == from) {
-                    detail->face_neighbor[place][k] = other;
-                    detail->face_neighbor[other][j] = place;
+                    faces->face_neighbor[place][k] = other;
+                    faces->face_neighbor[other][j] = place;
                 }
         }
     }
 }
 
 // Computes the area of a node: a third of the leaves around it.
-static void measure_node(Detail *detail, int node)
+static void measure_node(DetailFaces *faces, int node)
 {
     double area = 0.0;
-    if (detail->set.status[node] != NODE_OFF) {
-        Leaf *leaf = detail->set.ring[0];
-        int count = detail_leaves_around(&detail->set, node, leaf);
+    if (faces->set->status[node] != NODE_OFF) {
+        Leaf *leaf = faces->set->ring[0];
+        int count = detail_leaves_around(faces->set, node, leaf);
         for (int i = 0; i < count; i++)
-            area += level_rules_area(&detail->rules, leaf[i].level, leaf[i].face) / 3.0;
+            area += level_rules_area(faces->rules, leaf[i].level, leaf[i].face) / 3.0;
     }
-    detail->node_area[node] = area;
+    faces->node_area[node] = area;
 }
 
 // --- reports to contacts and clients ---
 
 // Returns the place whose memory a place inherits: its own, or that of the nearest face around it
 // that was drawn.
-static int predecessor(const Detail *detail, int place)
+static int predecessor(const DetailFaces *faces, int place)
 {
-    if (detail->was_used[place])
+    if (faces->was_used[place])
         return place;
-    for (int level = detail->set.levels.finest - 1; level >= 0; level--) {
-        int shift = 2 * (detail->set.levels.finest - level), first = place >> shift << shift;
-        if (detail->was_used[first])
+    for (int level = faces->set->levels.finest - 1; level >= 0; level--) {
+        int shift = 2 * (faces->set->levels.finest - level), first = place >> shift << shift;
+        if (faces->was_used[first])
             return first;
     }
     return -1;
@@ -188,73 +234,73 @@ static int predecessor(const Detail *detail, int place)
 
 // Returns where the face is now that was drawn at a place which is free: the part of the leaf that
 // contains its quarter, or the first.
-static int successor(const Detail *detail, int place)
+static int successor(const DetailFaces *faces, int place)
 {
-    const LeafSet *set = &detail->set;
+    const LeafSet *set = faces->set;
     for (int level = set->levels.finest - 1; level >= 0; level--) {
         int shift = 2 * (set->levels.finest - level), face = place >> shift;
         if (!detail_is_leaf(set, level, face))
             continue;
         int part = quarter(set, level, face, place >> (shift - 2) & 3);
-        return in_use(detail, part) ? part : face << shift;
+        return in_use(faces, part) ? part : face << shift;
     }
     ASSERT(false);
     return place;
 }
 
-static void list_changes(Detail *detail)
+static void list_changes(DetailFaces *faces, DetailReport *report)
 {
-    TopologyChange *change = &detail->change;
-    for (int i = 0; i < detail->cleared_count; i++) {
-        int place = detail->cleared[i];
-        if (in_use(detail, place))
+    TopologyChange *change = &report->change;
+    for (int i = 0; i < faces->cleared_count; i++) {
+        int place = faces->cleared[i];
+        if (in_use(faces, place))
             continue;
-        detail->face_change[change->face_count++] = (FaceChange){place, -1};
-        detail->face_change[change->face_count++] = (FaceChange){successor(detail, place), place};
-        slots_free_face(detail->slots, place);
+        report->face_change[change->face_count++] = (FaceChange){place, -1};
+        report->face_change[change->face_count++] = (FaceChange){successor(faces, place), place};
+        slots_free_face(faces->slots, place);
     }
-    for (int i = 0; i < detail->drawn_count; i++) {
-        int place = detail->drawn[i];
-        detail->face_change[change->face_count++] = (FaceChange){place, predecessor(detail, place)};
-        slots_put_face(detail->slots, place, detail->face[place]);
+    for (int i = 0; i < faces->drawn_count; i++) {
+        int place = faces->drawn[i];
+        report->face_change[change->face_count++] = (FaceChange){place, predecessor(faces, place)};
+        slots_put_face(faces->slots, place, faces->face[place]);
     }
 }
 
-void detail_draw(Detail *detail)
+void detail_draw(DetailFaces *faces, DetailReport *report)
 {
-    detail->cleared_count = detail->drawn_count = detail->redrawn_count = 0;
-    for (int i = 0; i < detail->touched_count; i++)
-        clear_leaf(detail, detail->touched[i].level, detail->touched[i].face);
-    for (int i = 0; i < detail->touched_count; i++) {
-        const Leaf *leaf = &detail->touched[i];
-        detail->is_touched[detail->set.face_base[leaf->level] + leaf->face] = false;
-        if (detail_is_leaf(&detail->set, leaf->level, leaf->face))
-            draw_leaf(detail, leaf->level, leaf->face);
+    faces->cleared_count = faces->drawn_count = faces->redrawn_count = 0;
+    for (int i = 0; i < faces->touched_count; i++)
+        clear_leaf(faces, faces->touched[i].level, faces->touched[i].face);
+    for (int i = 0; i < faces->touched_count; i++) {
+        const Leaf *leaf = &faces->touched[i];
+        faces->is_touched[faces->set->face_base[leaf->level] + leaf->face] = false;
+        if (detail_is_leaf(faces->set, leaf->level, leaf->face))
+            draw_leaf(faces, leaf->level, leaf->face);
     }
-    detail->touched_count = 0;
-    list_faces(detail);
-    for (int i = 0; i < detail->drawn_count; i++)
-        meet_neighbours(detail, detail->drawn[i]);
-    for (int i = 0; i < detail->redrawn_count; i++) {
-        measure_node(detail, detail->redrawn[i]);
-        detail->is_redrawn[detail->redrawn[i]] = false;
+    faces->touched_count = 0;
+    list_faces(faces);
+    for (int i = 0; i < faces->drawn_count; i++)
+        meet_neighbours(faces, faces->drawn[i]);
+    for (int i = 0; i < faces->redrawn_count; i++) {
+        measure_node(faces, faces->redrawn[i]);
+        faces->is_redrawn[faces->redrawn[i]] = false;
     }
-    list_changes(detail);
-    for (int i = 0; i < detail->cleared_count; i++)
-        detail->was_used[detail->cleared[i]] = false;
+    list_changes(faces, report);
+    for (int i = 0; i < faces->cleared_count; i++)
+        faces->was_used[faces->cleared[i]] = false;
 }
 
-void detail_draw_all(Detail *detail)
+void detail_draw_all(DetailFaces *faces, DetailReport *report)
 {
-    memset(detail->face, 0, (size_t)detail->set.place_count * sizeof *detail->face);
-    for (int node = 0; node < detail->set.node_count; node++)
-        detail->node_face_end[node] = detail->node_face_start[node];
-    for (int level = 0; level <= detail->set.levels.finest; level++)
-        for (int face = 0; face < detail->set.levels.level[level].face_count; face++)
-            if (detail_is_leaf(&detail->set, level, face))
-                detail_touch(detail, level, face);
-    memset(detail->node_area, 0, (size_t)detail->set.node_count * sizeof *detail->node_area);
-    detail->change =
-        (TopologyChange){.face = detail->face_change, .born = detail->born, .gone = detail->gone};
-    detail_draw(detail);
+    memset(faces->face, 0, (size_t)faces->set->place_count * sizeof *faces->face);
+    for (int node = 0; node < faces->set->node_count; node++)
+        faces->node_face_end[node] = faces->node_face_start[node];
+    for (int level = 0; level <= faces->set->levels.finest; level++)
+        for (int face = 0; face < faces->set->levels.level[level].face_count; face++)
+            if (detail_is_leaf(faces->set, level, face))
+                detail_touch(faces, level, face);
+    memset(faces->node_area, 0, (size_t)faces->set->node_count * sizeof *faces->node_area);
+    report->change =
+        (TopologyChange){.face = report->face_change, .born = report->born, .gone = report->gone};
+    detail_draw(faces, report);
 }

@@ -1,5 +1,5 @@
 // Queries of the set of refined faces: which exist, which are leaves, which nodes hang.
-#include "surface/detail/detail.h"
+#include "surface/detail/detail_cut.h"
 
 bool detail_is_refined(const LeafSet *set, int level, int face)
 {
@@ -101,4 +101,14 @@ NodeStatus detail_status_of_midpoint(const LeafSet *set, int level, int edge)
 int detail_place(const LeafSet *set, int level, int face)
 {
     return face << (2 * (set->levels.finest - level));
+}
+
+int detail_most_leaves(const LeafSet *set, int node)
+{
+    enum { AROUND_MIDPOINT = 6 };
+    if (set->cut != NULL && node >= set->cut->base_count)
+        return set->cut->most_around;
+    return node < set->levels.level[0].node_count
+               ? set->root_ring_start[node + 1] - set->root_ring_start[node]
+               : AROUND_MIDPOINT;
 }

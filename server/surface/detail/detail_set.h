@@ -50,6 +50,8 @@ const int *detail_uncut(const LeafSet *set, int level, int face);
 // Lists the leaves that have the node as a corner, in an order that depends on the hierarchy alone;
 // returns their number.
 int detail_leaves_around(const LeafSet *set, int node, Leaf *leaf);
+// Returns the most leaves that can be around a node.
+int detail_most_leaves(const LeafSet *set, int node);
 // Returns the midpoint of an edge if it is on, else -1.
 int detail_midpoint(const LeafSet *set, int level, int edge);
 // Returns the status that the bits give the midpoint of an edge of `level`.

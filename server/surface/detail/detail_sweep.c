@@ -56,7 +56,7 @@ static double traction_of(const SurfaceModel *model, int node, double force)
 {
     const Detail *detail = model->detail;
     double area = detail->set.status[node] == NODE_HANGING
-                      ? detail->node_area[node]
+                      ? detail->faces.node_area[node]
                       : model->mass[node] / detail->rules.areal_density;
     return area > 0.0 ? force / area : 0.0;
 }

@@ -145,7 +145,7 @@ static int keep_one_a_tip(Detail *detail, int count)
 {
     DetailCut *cut = detail->set.cut;
     const Level *finest = &detail->set.levels.level[detail->set.levels.finest];
-    bool *is_taken = detail->is_redrawn; // false between changes
+    bool *is_taken = detail->faces.is_redrawn; // false between changes
     int kept = 0, ends[2 * TEARS_MOST];
     for (int i = 0; i < count; i++) {
         int edge = cut->torn[i], face = finest->edge_face[edge][0];
@@ -205,6 +205,6 @@ bool detail_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange *c
         detail_end_cut(body);
     else if (!detail_end_change(body))
         return false;
-    *change = detail->change;
+    *change = detail->report.change;
     return true;
 }

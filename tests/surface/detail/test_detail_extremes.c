@@ -130,12 +130,12 @@ static void every_face_that_goes_has_a_successor(void **unused)
     uint64_t random = 8;
     for (int round = 0; round < EFFORT(400); round++) {
         for (int p = 0; p < detail->set.place_count; p++)
-            was[p] = detail->face[p][0] != detail->face[p][1];
+            was[p] = detail->faces.face[p][0] != detail->faces.face[p][1];
         bench_change_at_random(&bench, &random, round / 100 % 2 == 0 ? 8 : 2);
-        const TopologyChange *change = &detail->change;
+        const TopologyChange *change = &detail->report.change;
         for (int i = 0; i < change->face_count; i++) {
             int face = change->face[i].face, from = change->face[i].from;
-            bool is = detail->face[face][0] != detail->face[face][1];
+            bool is = detail->faces.face[face][0] != detail->faces.face[face][1];
             assert_true(from < 0 ? was[face] && !is : was[from] && is);
             if (from >= 0)
                 continue;
@@ -145,7 +145,7 @@ static void every_face_that_goes_has_a_successor(void **unused)
             assert_true(heirs > 0);
         }
         for (int p = 0; p < detail->set.place_count; p++)
-            for (int i = 0; !was[p] && detail->face[p][0] != detail->face[p][1]; i++) {
+            for (int i = 0; !was[p] && detail->faces.face[p][0] != detail->faces.face[p][1]; i++) {
                 assert_true(i < change->face_count);
                 if (change->face[i].face == p && change->face[i].from >= 0)
                     break;
