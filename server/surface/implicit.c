@@ -100,10 +100,10 @@ void implicit_evaluate(void *self, const Stage *stage, double h)
     }
     // Hanging rows are not unknowns: they follow their masters.
     if (detail != NULL) {
-        detail_hang(model, next);
+        detail_hang(&model->detail->lists, model->basis.precision, next);
         if (ahead != NULL) {
-            detail_hang(model, ahead);
-            *detail->felt_count = 0; // only contact forces of the last evaluation count
+            detail_hang(&model->detail->lists, model->basis.precision, ahead);
+            *detail->adapt.felt_count = 0; // only contact forces of the last evaluation count
         }
     }
     model_clear_touched(model);

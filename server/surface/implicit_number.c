@@ -25,14 +25,14 @@ static void number_nodes(SurfaceModel *model)
         for (int s = 0; s < model->basis.count; s++)
             add_node(model, s, s);
     } else {
-        for (int k = 0; k < detail->free_chunk_count; k++)
-            for (int lane = detail->free_chunk[k] * LANES, i = 0; i < LANES; i++)
+        for (int k = 0; k < detail->lists.free_chunk_count; k++)
+            for (int lane = detail->lists.free_chunk[k] * LANES, i = 0; i < LANES; i++)
                 add_node(model, model->springs.own[lane + i], lane + i);
-        system->hanging = detail->hanging_count;
+        system->hanging = detail->lists.hanging_count;
         for (int i = 0; i < system->hanging; i++) {
             int number = system->moving + i;
-            system->number[detail->hanging[i]] = number;
-            system->slot[number] = detail->hanging[i];
+            system->number[detail->lists.hanging[i]] = number;
+            system->slot[number] = detail->lists.hanging[i];
         }
     }
     // All fixed nodes share the last number; unused slots are neighbours of none.
@@ -42,7 +42,7 @@ static void number_nodes(SurfaceModel *model)
             system->number[s] = fixed;
     for (int i = 0; i < system->hanging; i++)
         for (int k = 0; k < 2; k++)
-            system->master[i][k] = system->number[detail->master[i][k]];
+            system->master[i][k] = system->number[detail->lists.master[i][k]];
 }
 
 // Sets the frames of pieces with motions of their own (detail_frames.h): 0 is the body's frame.

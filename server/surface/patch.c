@@ -68,9 +68,9 @@ static void add_ties(const SurfaceModel *model, Patch *patch, int *budget)
 {
     const Detail *detail = model->detail;
     const RegionTest test = region_test(&patch->region);
-    int count = detail == NULL || !detail->set.constrained ? 0 : detail->hanging_count;
+    int count = detail == NULL || !detail->set.constrained ? 0 : detail->lists.hanging_count;
     for (; patch->next<count && * budget> 0; patch->next++, --*budget) {
-        int slot = detail->hanging[patch->next], carrier[PATCH_CARRIERS];
+        int slot = detail->lists.hanging[patch->next], carrier[PATCH_CARRIERS];
         double share[PATCH_CARRIERS];
         if (!region_contains(&test, position_of(model, slot)))
             continue;

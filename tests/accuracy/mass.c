@@ -150,7 +150,8 @@ static void counts(const Experiment *experiment)
             int pair[2], springs = patch_body(&world)->spring_count;
             ASSERT(patch_find_pair(&world, pair));
             patch_refine_around(&world, pair, 2, 1);
-            fprintf(out, "\t%+d / %+d\n", patch_detail(&world)->on_count - patch_node_count(&world),
+            fprintf(out, "\t%+d / %+d\n",
+                    patch_detail(&world)->pack.on_count - patch_node_count(&world),
                     patch_body(&world)->spring_count - springs);
             close_world(&scene, &world);
         }

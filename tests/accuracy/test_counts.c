@@ -49,11 +49,11 @@ static void patch_around_two_neighbours_adds_what_the_paper_counted(void **state
             int pair[2], springs = patch_body(&world)->spring_count;
             assert_true(patch_find_pair(&world, pair));
             patch_refine_around(&world, pair, 2, 1);
-            assert_int_equal(patch_detail(&world)->on_count - patch_node_count(&world), 19);
+            assert_int_equal(patch_detail(&world)->pack.on_count - patch_node_count(&world), 19);
             assert_int_equal(patch_body(&world)->spring_count - springs,
                              rule == ADJUST_CHOI2005 ? 49 : 57);
             patch_clear(&world);
-            assert_int_equal(patch_detail(&world)->on_count, patch_node_count(&world));
+            assert_int_equal(patch_detail(&world)->pack.on_count, patch_node_count(&world));
             assert_int_equal(patch_body(&world)->spring_count, springs);
             drop(&scene, &world);
         }

@@ -199,8 +199,8 @@ static uint64_t hash_tables(const DetailBench *bench)
     size_t real = model_real_size(model);
     uint64_t hash = UINT64_C(14695981039346656037);
     for (int list = 0; list < 2; list++) {
-        int count = list == 0 ? detail->free_chunk_count : detail->hanging_chunk_count;
-        const int *chunks = list == 0 ? detail->free_chunk : detail->hanging_chunk;
+        int count = list == 0 ? detail->lists.free_chunk_count : detail->lists.hanging_chunk_count;
+        const int *chunks = list == 0 ? detail->lists.free_chunk : detail->lists.hanging_chunk;
         for (int i = 0; i < count; i++) {
             int chunk = chunks[i];
             hash = mix(hash, &chunk, sizeof chunk);
@@ -218,9 +218,12 @@ static uint64_t hash_tables(const DetailBench *bench)
                            3 * LANES * real);
         }
     }
-    hash = mix(hash, detail->hanging, (size_t)detail->hanging_count * sizeof *detail->hanging);
-    hash = mix(hash, detail->master, (size_t)detail->hanging_count * sizeof *detail->master);
-    hash = mix(hash, detail->run, (size_t)detail->run_count * sizeof *detail->run);
+    hash = mix(hash, detail->lists.hanging,
+               (size_t)detail->lists.hanging_count * sizeof *detail->lists.hanging);
+    hash = mix(hash, detail->lists.master,
+               (size_t)detail->lists.hanging_count * sizeof *detail->lists.master);
+    hash =
+        mix(hash, detail->lists.run, (size_t)detail->lists.run_count * sizeof *detail->lists.run);
     hash = mix(hash, model->basis.place, (size_t)model->basis.count * sizeof *model->basis.place);
     for (int p = 0; p < detail->set.place_count; p++)
         if (detail->faces.face[p][0] != detail->faces.face[p][1]) {
@@ -230,7 +233,8 @@ static uint64_t hash_tables(const DetailBench *bench)
         }
     for (int i = 0; i < detail->set.node_count; i++)
         hash = mix(hash, &detail->faces.node_face[detail->faces.node_face_start[i]],
-                   (size_t)(detail->faces.node_face_end[i] - detail->faces.node_face_start[i]) * sizeof(int));
+                   (size_t)(detail->faces.node_face_end[i] - detail->faces.node_face_start[i]) *
+                       sizeof(int));
     hash = mix(hash, detail->faces.node_area, (size_t)detail->set.node_count * sizeof(double));
     hash = mix(hash, &bench->body->lambda, sizeof(double));
     hash = mix(hash, &bench->body->damping, sizeof(double));

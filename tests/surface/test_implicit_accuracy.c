@@ -460,7 +460,7 @@ static void create_refined(DetailBench *bench, double theta, const FixedRegion *
         row[0] += u.x, row[1] += u.y, row[2] += u.z;
         row[4] = v.x, row[5] = v.y, row[6] = v.z;
     }
-    detail_hang(bench->model, rows);
+    detail_hang(&bench->model->detail->lists, bench->model->basis.precision, rows);
 }
 
 static void step_with_hanging_nodes_is_that_of_a_dense_solution(void **unused)
@@ -473,7 +473,7 @@ static void step_with_hanging_nodes_is_that_of_a_dense_solution(void **unused)
         create_refined(&bench, theta, k == 2 ? &fixed : NULL, k);
         const Detail *detail = bench.detail;
         const SurfaceModel *model = bench.model;
-        assert_true(detail->hanging_count > 5);
+        assert_true(detail->lists.hanging_count > 5);
         const int nodes = detail->set.node_count;
         Vec3 *rest = calloc((size_t)nodes, sizeof *rest), *x = calloc((size_t)nodes, sizeof *x),
              *v = calloc((size_t)nodes, sizeof *v);

@@ -90,10 +90,11 @@ static unsigned char sides_of(const Box *box, double x, double y, double z)
 static void look_at_sides(SurfaceModel *model, const Box *world)
 {
     const Detail *detail = model->detail;
+    const DetailLists *lists = &detail->lists;
     const Box box = box_in_rows(model, world);
     const void *rows = model->rows[model->current];
-    for (int r = 0; r < detail->run_count; r++)
-        for (int s = detail->run[r][0]; s < detail->run[r][1]; s++) {
+    for (int r = 0; r < lists->run_count; r++)
+        for (int s = lists->run[r][0]; s < lists->run[r][1]; s++) {
             const double *place = model->basis.place[s];
             if (model->node[s] < 0)
                 continue;
@@ -194,7 +195,7 @@ static void move_vertex(SurfaceModel *model, const CutSnap *snap)
             move_node(model, node, snap->move);
         for (int k = 0; k < 3; k++) {
             detail_mark(model, cut->node[face][k]);
-            detail_measure_fold(detail, set->levels.finest,
+            detail_measure_fold(&detail->folds, set->levels.finest,
                                 set->levels.level[set->levels.finest].face_edge[face][k]);
         }
     }

@@ -17,48 +17,24 @@ static bool detail_adapt(Body *body, int64_t step, double tick, TopologyChange *
     if (!detail_sweep(body, step, tick))
         return false;
     *change = detail_of(body->model)->report.change;
-    change->again = detail_of(body->model)->again;
+    change->again = detail_of(body->model)->adapt.again;
     return true;
 }
 
 void detail_drift(void *self, double dt)
 {
     SurfaceModel *model = self;
-    const Detail *detail = model->detail;
+    DetailLists *lists = &model->detail->lists;
     size_t row = ROW * model_real_size(model);
     const char *from = model->rows[model->current];
     char *to = model->stage[0];
-    for (int r = 0; r < detail->run_count; r++) {
-        int first = detail->run[r][0], count = detail->run[r][1] - first;
+    for (int r = 0; r < lists->run_count; r++) {
+        int first = lists->run[r][0], count = lists->run[r][1] - first;
         model->kernels->drift(from + (size_t)first * row, to + (size_t)first * row, count, dt);
     }
     rows_drift(&model->basis, dt);
     model->present = to;
     model->next_stage = 1;
-}
-
-// Adds half of a hanging node's force to each master, finest level first, so that a master that
-// hangs itself passes on what it received. Four numbers at a time.
-#define HAND_OVER(Real)                                                                            \
-    {                                                                                              \
-        typedef Real Force __attribute__((vector_size(4 * sizeof(Real))));                         \
-        Force *force = detail->handed;                                                             \
-        for (int i = 0; i < detail->carrier_count; i++)                                            \
-            force[2 * detail->carrier[i]] = (Force){0};                                            \
-        for (int i = 0; i < detail->hanging_count; i++) {                                          \
-            Force half = force[2 * detail->hanging[i]] / 2;                                        \
-            force[2 * detail->master[i][0]] += half;                                               \
-            force[2 * detail->master[i][1]] += half;                                               \
-        }                                                                                          \
-    }
-
-static void hand_over(const SurfaceModel *model)
-{
-    const Detail *detail = model->detail;
-    if (model->basis.precision == PRECISION_SINGLE)
-        HAND_OVER(float)
-    else
-        HAND_OVER(double)
 }
 
 // Least number of chunks for more than one thread: with fewer, calling a thread costs more than it
@@ -77,30 +53,31 @@ static void evaluate(void *self, const Stage *stage, double h)
 {
     SurfaceModel *model = self;
     Detail *detail = model->detail;
+    const DetailLists *lists = &detail->lists;
     SpringPass pass;
     model_fill_pass(model, stage, h, &pass);
-    pass.handed = detail->handed;
-    pass.carries = detail->carries;
+    pass.handed = lists->handed;
+    pass.carries = lists->carries;
     // Hanging nodes first: their masters need their forces.
-    if (detail->hanging_count > 0) {
-        pass.chunk = detail->hanging_chunk;
-        pass.last_chunk = detail->hanging_chunk_count;
+    if (lists->hanging_count > 0) {
+        pass.chunk = lists->hanging_chunk;
+        pass.last_chunk = lists->hanging_chunk_count;
         run(model, model->kernels->sum[model->damped][model->prestressed], &pass);
-        hand_over(model);
+        detail_hand_over(lists, model->basis.precision);
     }
     // Then the free nodes, which move.
-    pass.chunk = detail->free_chunk;
-    pass.last_chunk = detail->free_chunk_count;
+    pass.chunk = lists->free_chunk;
+    pass.last_chunk = lists->free_chunk_count;
     bool pieces = detail->frames != NULL && detail_frames_add(model, &pass);
     bool external = *model->loaded != 0 || model->touched_count > 0 || pieces;
     run(model, model->kernels->scattered[model->damped][model->shape][external][model->prestressed],
         &pass);
     if (pieces)
         detail_frames_take_back(model);
-    if (detail->hanging_count > 0)
-        detail_hang(model, pass.next);
+    if (lists->hanging_count > 0)
+        detail_hang(lists, model->basis.precision, pass.next);
     if (pass.next != model->rows[1 - model->current])
-        *detail->felt_count = 0; // only contact forces of the last evaluation count
+        *detail->adapt.felt_count = 0; // only contact forces of the last evaluation count
     model_end_pass(model, &pass);
 }
 
@@ -129,22 +106,23 @@ static void add_touching(SurfaceModel *model, int slot, Vec3 force)
 static void add_forces(void *self, const int *node, int count, const Vec3 *force)
 {
     SurfaceModel *model = self;
-    Detail *detail = model->detail;
+    DetailAdapt *adapt = &model->detail->adapt;
     for (int i = 0; i < count; i++) {
         spread(model, node[i], force[i], add_touching);
-        if (*detail->felt_count < detail->felt_capacity)
-            detail->felt[(*detail->felt_count)++] = (Felt){node[i], force[i]};
+        if (*adapt->felt_count < adapt->felt_capacity)
+            adapt->felt[(*adapt->felt_count)++] = (Felt){node[i], force[i]};
     }
 }
 
 static void reserve_forces(void *self, const char *name, int count, Arena *arena)
 {
     Detail *detail = detail_of(self);
+    DetailAdapt *adapt = &detail->adapt;
     model_reserve_touched(self, name, count, arena);
-    detail->felt_capacity = count;
-    detail->felt = arena_allocate(arena, ARENA_CONTACT, (size_t)count, sizeof *detail->felt,
-                                  "%s/felt forces", name);
-    state_add(detail->state, detail->felt, (size_t)count * sizeof *detail->felt, "%s/felt", name);
+    adapt->felt_capacity = count;
+    adapt->felt = arena_allocate(arena, ARENA_CONTACT, (size_t)count, sizeof *adapt->felt,
+                                 "%s/felt forces", name);
+    state_add(detail->state, adapt->felt, (size_t)count * sizeof *adapt->felt, "%s/felt", name);
 }
 
 static void add_load(void *self, int node, Vec3 force)
@@ -156,7 +134,7 @@ static void add_load(void *self, int node, Vec3 force)
 static void look(void *self)
 {
     Detail *detail = detail_of(self);
-    detail->sweep->urgent =
+    detail->adapt.sweep->urgent =
         (int64_t)detail->set.levels.finest * detail->set.levels.level[0].face_count;
 }
 
@@ -165,7 +143,7 @@ static void look(void *self)
 static void restored(Body *body)
 {
     Detail *detail = detail_of(body->model);
-    int64_t *topology = &detail->sweep->topology;
+    int64_t *topology = &detail->adapt.sweep->topology;
     detail->is_sound = detail_check(detail);
     if (!detail->is_sound) // the code that restored it calls check() and reverts it
         return;
@@ -179,7 +157,7 @@ static void restored(Body *body)
 static void restore(void *self, RestoreMode mode)
 {
     surface_restore(self, mode);
-    *detail_of(self)->felt_count = 0;
+    *detail_of(self)->adapt.felt_count = 0;
     if (mode == RESTORE_SHAPE && detail_of(self)->set.cut != NULL)
         detail_tear_forget(&detail_of(self)->set);
 }
@@ -243,7 +221,7 @@ static void measure(const void *self, BodyMeasure *measure)
     surface_measure(self, measure);
     if (detail_of(self)->frames != NULL)
         measure->elastic += detail_frames_energy(model, model->rows[model->current]);
-    measure->refused = detail_of(self)->sweep->refused;
+    measure->refused = detail_of(self)->adapt.sweep->refused;
 }
 
 static bool is_fixed(const void *self, int node)
@@ -254,7 +232,7 @@ static bool is_fixed(const void *self, int node)
 static bool set(void *self, BodyParameter parameter, double value)
 {
     Detail *detail = detail_of(self);
-    Sweep *sweep = detail->sweep;
+    Sweep *sweep = detail->adapt.sweep;
     switch (parameter) {
     case BODY_ADAPT_FORCE:
     case BODY_ADAPT_SPEED:

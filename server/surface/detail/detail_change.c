@@ -7,8 +7,9 @@
 void detail_mark(SurfaceModel *model, int node)
 {
     Detail *detail = model->detail;
-    detail->stale_window[model->slot[node] / detail->width] = true;
-    detail->is_dirty[node] = true;
+    DetailPack *pack = &detail->pack;
+    pack->stale_window[model->slot[node] / pack->width] = true;
+    pack->is_dirty[node] = true;
     if (detail->set.status[node] == NODE_HANGING) { // its masters carry its mass and springs
         int parent[2];
         levels_parents(&detail->set.levels, node, parent);
@@ -96,7 +97,7 @@ static void divide(SurfaceModel *model, int level, int face)
     detail_touch(&detail->faces, level, face);
     for (int k = 0; k < 4; k++)
         detail_touch(&detail->faces, level + 1, 4 * face + k);
-    detail->sweep->refined++;
+    detail->adapt.sweep->refined++;
 }
 
 bool detail_refine(SurfaceModel *model, int level, int face)
@@ -115,7 +116,7 @@ bool detail_refine(SurfaceModel *model, int level, int face)
             return false;
     }
     if (!slots_reserve(detail->faces.slots)) {
-        detail->sweep->refused++;
+        detail->adapt.sweep->refused++;
         return false;
     }
     divide(model, level, face);
@@ -193,7 +194,7 @@ void detail_coarsen(SurfaceModel *model, int level, int face)
     int impulses = set->constrained ? lost_momentum(model, level, face, impulse) : 0;
 
     set->refined[set->face_base[level] + face] = 0;
-    detail->calm_since[set->face_base[level] + face] = 0;
+    detail->adapt.calm_since[set->face_base[level] + face] = 0;
     set->leaf_count[level]++;
     set->leaf_count[level + 1] -= 4;
     for (int k = 0; k < 4; k++)
@@ -203,7 +204,7 @@ void detail_coarsen(SurfaceModel *model, int level, int face)
     for (int k = 0; k < 3; k++) {
         int edge = at->face_edge[face][k], node = at->node_count + edge;
         NodeStatus now = detail_status_of_midpoint(set, level, edge);
-        detail->stale_window[model->slot[node] / detail->width] = true;
+        detail->pack.stale_window[model->slot[node] / detail->pack.width] = true;
         if (now == NODE_OFF) {
             set->status[node] = NODE_OFF;
             detail_switch_off(model, node);
@@ -228,16 +229,16 @@ void detail_coarsen(SurfaceModel *model, int level, int face)
     // Velocities last: masses and statuses are final now.
     for (int i = 0; i < impulses; i++)
         detail_push(model, impulse[i].node, impulse[i].impulse);
-    detail->sweep->coarsened++;
+    detail->adapt.sweep->coarsened++;
 }
 
 void detail_end_cut(Body *body)
 {
     SurfaceModel *model = body->model;
     detail_pack(model);
-    detail_hang(model, model->rows[model->current]);
+    detail_hang(&model->detail->lists, model->basis.precision, model->rows[model->current]);
     detail_draw(&model->detail->faces, &model->detail->report);
-    model->detail->sweep->topology++;
+    model->detail->adapt.sweep->topology++;
     detail_publish(body);
 }
 

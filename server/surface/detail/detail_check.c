@@ -21,7 +21,7 @@ static bool check_bits(const Detail *detail)
         const Level *at = &detail->set.levels.level[l];
         for (int f = 0; f < at->face_count; f++) {
             int number = detail->set.face_base[l] + f;
-            if (detail->set.refined[number] > 1 || detail->calm_since[number] < 0)
+            if (detail->set.refined[number] > 1 || detail->adapt.calm_since[number] < 0)
                 return false;
             if (detail->set.refined[number] == 0)
                 continue;
@@ -39,7 +39,7 @@ static bool check_bits(const Detail *detail)
 
 static bool check_sweep(const Detail *detail)
 {
-    const Sweep *sweep = detail->sweep;
+    const Sweep *sweep = detail->adapt.sweep;
     int roots = detail->set.levels.level[0].face_count;
     bool ok = is_within(sweep->root, 0, roots - 1) &&
               is_within(sweep->urgent, 0, (int64_t)detail->set.levels.finest * roots) &&
@@ -49,11 +49,11 @@ static bool check_sweep(const Detail *detail)
               sweep->coarsened >= 0 && sweep->refused >= 0;
     for (int k = 0; k < 3; k++)
         ok = ok && is_number(sweep->thresholds[k]);
-    ok = ok && is_within(*detail->felt_count, 0, detail->felt_capacity);
+    ok = ok && is_within(*detail->adapt.felt_count, 0, detail->adapt.felt_capacity);
     for (int f = 0; ok && f < detail->set.face_base[detail->set.levels.finest + 1]; f++)
-        ok = detail->crease[f] <= CREASE_SHARP;
-    for (int64_t i = 0; ok && i < *detail->felt_count; i++)
-        ok = is_within(detail->felt[i].node, 0, detail->set.node_count - 1);
+        ok = detail->adapt.crease[f] <= CREASE_SHARP;
+    for (int64_t i = 0; ok && i < *detail->adapt.felt_count; i++)
+        ok = is_within(detail->adapt.felt[i].node, 0, detail->set.node_count - 1);
     return ok;
 }
 

@@ -81,13 +81,13 @@ static void order_slots(SurfaceModel *model, const RootKey *root, int root_count
                         level > 0 ? at->node_count + at->face_edge[face][k] : at->face[face][k];
                     if (model->slot[node] >= 0)
                         continue;
-                    detail->of_slot[next] = node;
+                    detail->pack.of_slot[next] = node;
                     model->slot[node] = next++;
                 }
             }
     }
     for (int i = next; i < set->node_count; i++) { // copies, if the body can be cut
-        detail->of_slot[i] = i;
+        detail->pack.of_slot[i] = i;
         model->slot[i] = i;
     }
 }
@@ -97,35 +97,36 @@ static void order_slots(SurfaceModel *model, const RootKey *root, int root_count
 static void create_springs(SurfaceModel *model, const char *name, Arena *arena)
 {
     Detail *detail = model->detail;
+    DetailPack *pack = &detail->pack;
     LeafSet *set = &detail->set;
-    int chunks = detail->window_count * detail->window_chunks, most = 0;
+    int chunks = pack->window_count * pack->window_chunks, most = 0;
     SpringTable *springs = &model->springs;
     springs->chunk_count = chunks;
     springs->start = ALLOCATE(ARENA_STEP, chunks + 1, int, "spring start");
     springs->end = ALLOCATE(ARENA_STEP, chunks, int, "spring end");
     springs->own = ALLOCATE(ARENA_STEP, chunks * LANES, int, "slots of lanes");
     // A window reserves entries for its node with the most leaves.
-    for (int w = 0; w < detail->window_count; w++) {
+    for (int w = 0; w < pack->window_count; w++) {
         int leaves = 0;
-        for (int s = w * detail->width; s < (w + 1) * detail->width; s++)
-            if (detail->of_slot[s] >= 0 && detail_most_leaves(set, detail->of_slot[s]) > leaves)
-                leaves = detail_most_leaves(set, detail->of_slot[s]);
+        for (int s = w * pack->width; s < (w + 1) * pack->width; s++)
+            if (pack->of_slot[s] >= 0 && detail_most_leaves(set, pack->of_slot[s]) > leaves)
+                leaves = detail_most_leaves(set, pack->of_slot[s]);
         most = leaves > most ? leaves : most;
         // Towards each neighbour there may be a whole edge and half of it; at a border there is one
         // more edge than faces.
-        for (int k = 0; k < detail->window_chunks; k++)
-            springs->start[w * detail->window_chunks + k + 1] =
-                springs->start[w * detail->window_chunks + k] + 2 * leaves + 2;
+        for (int k = 0; k < pack->window_chunks; k++)
+            springs->start[w * pack->window_chunks + k + 1] =
+                springs->start[w * pack->window_chunks + k] + 2 * leaves + 2;
     }
     size_t entries = (size_t)springs->start[chunks] * LANES;
     model_allocate_springs(model, entries, name, arena);
     // Scratch lists of the same bound.
     for (int d = 0; d < LEVELS_MAX + 4; d++)
         set->ring[d] = ALLOCATE(ARENA_TOPOLOGY, most, Leaf, "leaves around");
-    for (int i = 0; i < detail->width; i++) {
-        detail->springs[i].neighbour =
+    for (int i = 0; i < pack->width; i++) {
+        pack->springs[i].neighbour =
             ALLOCATE(ARENA_TOPOLOGY, 2 * most + 2, int, "springs of a node");
-        detail->springs[i].stiffness =
+        pack->springs[i].stiffness =
             ALLOCATE(ARENA_TOPOLOGY, 2 * most + 2, double, "stiffness of a node");
     }
 }
@@ -135,6 +136,7 @@ static void create_nodes(SurfaceModel *model, const SurfaceOptions *options, int
 {
     const char *name = options->body.name;
     Detail *detail = model->detail;
+    DetailPack *pack = &detail->pack;
     bool all_free = free_count == detail->set.levels.level[0].node_count;
     model_create_node_table(model, options, all_free, arena);
     // Nothing ties it to the world: speeds count relative to the motion of the whole body
@@ -150,9 +152,9 @@ static void create_nodes(SurfaceModel *model, const SurfaceOptions *options, int
     if (body_frame && options->body.cuttable)
         detail_frames_create(model, name, arena, state);
     // Values per unit mass: those of a node of 1 kg.
-    detail->shape_rate = level_rules_shape_stiffness(&detail->rules, 1.0);
-    detail->shape_drag = level_rules_shape_damping(&detail->rules, 1.0);
-    detail->node_drag = level_rules_node_damping(&detail->rules, 1.0);
+    pack->shape_rate = level_rules_shape_stiffness(&detail->rules, 1.0);
+    pack->shape_drag = level_rules_shape_damping(&detail->rules, 1.0);
+    pack->node_drag = level_rules_node_damping(&detail->rules, 1.0);
 }
 
 static void create_slots(SurfaceModel *model, const TriMesh *mesh, const SurfaceOptions *options,
@@ -174,79 +176,87 @@ static void create_slots(SurfaceModel *model, const TriMesh *mesh, const Surface
         mesh->file_node_count + mesh->copy_count, model->detail->set.cut, arena, state);
 }
 
-static void create_sets(SurfaceModel *model, const SurfaceOptions *options, Arena *arena,
+// The state: which faces are refined, and where the sweep is.
+static void create_bits(SurfaceModel *model, const SurfaceOptions *options, Arena *arena,
                         StateList *state)
 {
     const char *name = options->body.name;
     Detail *detail = model->detail;
+    DetailAdapt *adapt = &detail->adapt;
     LeafSet *set = &detail->set;
     int nodes = set->node_count, coarse = set->face_base[set->levels.finest];
-    int chunks = detail->window_count * detail->window_chunks;
-    // The state: which faces are refined, and where the sweep is.
     set->refined = ALLOCATE(ARENA_TOPOLOGY, coarse, unsigned char, "refined faces");
-    detail->calm_since = ALLOCATE(ARENA_TOPOLOGY, coarse, int64_t, "calm faces");
-    detail->sweep = ALLOCATE(ARENA_TOPOLOGY, 1, Sweep, "sweep");
-    *detail->sweep = (Sweep){
+    adapt->calm_since = ALLOCATE(ARENA_TOPOLOGY, coarse, int64_t, "calm faces");
+    adapt->sweep = ALLOCATE(ARENA_TOPOLOGY, 1, Sweep, "sweep");
+    *adapt->sweep = (Sweep){
         .thresholds = {options->adapt.force, options->adapt.speed, options->adapt.curvature},
         .scale = 1.0,
         .level = set->levels.finest,
     };
     int faces = set->face_base[set->levels.finest + 1];
-    detail->crease = ALLOCATE(ARENA_TOPOLOGY, faces, unsigned char, "creases");
-    state_add(state, detail->crease, (size_t)faces, "%s/creases", name);
-    detail->felt_count = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "felt count");
+    adapt->crease = ALLOCATE(ARENA_TOPOLOGY, faces, unsigned char, "creases");
+    state_add(state, adapt->crease, (size_t)faces, "%s/creases", name);
+    adapt->felt_count = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "felt count");
     state_add(state, set->refined, (size_t)coarse, "%s/refined", name);
-    state_add(state, detail->calm_since, (size_t)coarse * sizeof *detail->calm_since,
-              "%s/calm_since", name);
-    state_add(state, detail->sweep, sizeof *detail->sweep, "%s/sweep", name);
-    state_add(state, detail->felt_count, sizeof *detail->felt_count, "%s/felt_count", name);
+    state_add(state, adapt->calm_since, (size_t)coarse * sizeof *adapt->calm_since, "%s/calm_since",
+              name);
+    state_add(state, adapt->sweep, sizeof *adapt->sweep, "%s/sweep", name);
+    state_add(state, adapt->felt_count, sizeof *adapt->felt_count, "%s/felt_count", name);
+    adapt->look = ALLOCATE(ARENA_TOPOLOGY, nodes, NodeLook, "looks at nodes");
+    adapt->felt_force = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "felt forces");
+    adapt->calm_capacity = coarse < 4096 ? coarse : 4096;
+    adapt->calm = ALLOCATE(ARENA_TOPOLOGY, adapt->calm_capacity, Leaf, "calm for long");
+}
 
-    // Derived from the bits: rebuilt after a restore.
+// What is derived from the bits, and rebuilt after a restore.
+static void create_packing(SurfaceModel *model, const char *name, Arena *arena)
+{
+    DetailPack *pack = &model->detail->pack;
+    DetailLists *lists = &model->detail->lists;
+    LeafSet *set = &model->detail->set;
+    const int nodes = set->node_count, chunks = pack->window_count * pack->window_chunks;
     set->status = ALLOCATE(ARENA_TOPOLOGY, nodes, unsigned char, "node status");
-    detail->window = ALLOCATE(ARENA_TOPOLOGY, detail->window_count, Window, "windows");
-    detail->bound = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "node bounds");
-    detail->is_dirty = ALLOCATE(ARENA_TOPOLOGY, nodes, bool, "dirty nodes");
-    detail->stale_window = ALLOCATE(ARENA_TOPOLOGY, detail->window_count, bool, "stale windows");
-    detail->hanging = ALLOCATE(ARENA_STEP, nodes, int, "hanging nodes");
-    detail->master = ALLOCATE(ARENA_STEP, nodes, *detail->master, "masters");
-    detail->carrier = ALLOCATE(ARENA_STEP, 2 * nodes, int, "free masters");
-    detail->free_chunk = ALLOCATE(ARENA_STEP, chunks, int, "chunks");
-    detail->hanging_chunk = ALLOCATE(ARENA_STEP, chunks, int, "hanging chunks");
-    detail->carries = ALLOCATE(ARENA_STEP, chunks, unsigned char, "carrying chunks");
-    detail->run = ALLOCATE(ARENA_STEP, detail->window_count, *detail->run, "runs of slots");
-    detail->handed = model_allocate_reals(model, (size_t)model->basis.count * ROW, name,
-                                          "forces of hanging nodes", arena);
-    detail->look = ALLOCATE(ARENA_TOPOLOGY, nodes, NodeLook, "looks at nodes");
-    detail->felt_force = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "felt forces");
-    detail->calm_capacity = coarse < 4096 ? coarse : 4096;
-    detail->calm = ALLOCATE(ARENA_TOPOLOGY, detail->calm_capacity, Leaf, "calm for long");
+    pack->window = ALLOCATE(ARENA_TOPOLOGY, pack->window_count, Window, "windows");
+    pack->bound = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "node bounds");
+    pack->is_dirty = ALLOCATE(ARENA_TOPOLOGY, nodes, bool, "dirty nodes");
+    pack->stale_window = ALLOCATE(ARENA_TOPOLOGY, pack->window_count, bool, "stale windows");
+    lists->hanging = ALLOCATE(ARENA_STEP, nodes, int, "hanging nodes");
+    lists->master = ALLOCATE(ARENA_STEP, nodes, *lists->master, "masters");
+    lists->carrier = ALLOCATE(ARENA_STEP, 2 * nodes, int, "free masters");
+    lists->free_chunk = ALLOCATE(ARENA_STEP, chunks, int, "chunks");
+    lists->hanging_chunk = ALLOCATE(ARENA_STEP, chunks, int, "hanging chunks");
+    lists->carries = ALLOCATE(ARENA_STEP, chunks, unsigned char, "carrying chunks");
+    lists->run = ALLOCATE(ARENA_STEP, pack->window_count, *lists->run, "runs of slots");
+    lists->handed = model_allocate_reals(model, (size_t)model->basis.count * ROW, name,
+                                         "forces of hanging nodes", arena);
 }
 
 // --- derived from the bits ---
 
 int detail_topology(const Detail *detail)
 {
-    return (int)(1 + detail->sweep->topology % INT_MAX); // as topology_after counts
+    return (int)(1 + detail->adapt.sweep->topology % INT_MAX); // as topology_after counts
 }
 
 void detail_publish(Body *body)
 {
     SurfaceModel *model = body->model;
     Detail *detail = model->detail;
+    DetailPack *pack = &detail->pack;
     LeafSet *set = &detail->set;
-    body->mass = detail->mass;
-    body->lambda = detail->lambda > 0.0 ? detail->lambda : detail->least_lambda;
-    body->damping = detail->lambda > 0.0 ? detail->damping : detail->least_damping;
+    body->mass = pack->mass;
+    body->lambda = pack->lambda > 0.0 ? pack->lambda : pack->least_lambda;
+    body->damping = pack->lambda > 0.0 ? pack->damping : pack->least_damping;
     // Each spring is at two nodes; for hanging nodes both ends are counted too.
-    body->spring_count = detail->spring_ends / 2;
+    body->spring_count = pack->spring_ends / 2;
     body->element_count = 0;
     for (int l = 0; l <= set->levels.finest; l++) {
         body->element_count += set->leaf_count[l];
         if (set->leaf_count[l] > 0)
             body->finest_level = l;
     }
-    level_rules_raise_bounds(&detail->rules, body->finest_level, detail->least_lambda,
-                             detail->least_damping, &body->lambda, &body->damping);
+    level_rules_raise_bounds(&detail->rules, body->finest_level, pack->least_lambda,
+                             pack->least_damping, &body->lambda, &body->damping);
     slots_describe(detail->faces.slots, detail_topology(detail), &body->mesh);
 }
 
@@ -288,12 +298,13 @@ void detail_rebuild(Body *body)
 {
     SurfaceModel *model = body->model;
     Detail *detail = model->detail;
+    DetailPack *pack = &detail->pack;
     if (detail->set.cut != NULL)
         detail_cut_rebuild(detail);
     set_statuses(model);
-    for (int w = 0; w < detail->window_count; w++)
-        detail->stale_window[w] = true;
-    memset(detail->is_dirty, true, (size_t)detail->set.node_count);
+    for (int w = 0; w < pack->window_count; w++)
+        pack->stale_window[w] = true;
+    memset(pack->is_dirty, true, (size_t)detail->set.node_count);
     detail_pack(model);
     slots_restore(detail->faces.slots);
     detail_draw_all(&detail->faces, &detail->report);
@@ -341,11 +352,11 @@ static void create_rules(Detail *detail, const TriMesh *mesh, const SpringNetwor
     // A sheet of equilateral faces with springs k has E2D = 2 k / sqrt(3)
     // (server/surface/README.md, "Springs and masses from the material").
     const SurfaceMaterial *material = &detail->options.material;
-    detail->modulus = material->uniform ? material->spring_stiffness * 2.0 / sqrt(3.0)
-                                        : material->youngs_modulus_2d;
-    detail->wave_speed = sqrt(detail->modulus / detail->rules.areal_density);
-    detail->least_lambda = network->lambda;
-    detail->least_damping = network->damping;
+    detail->adapt.modulus = material->uniform ? material->spring_stiffness * 2.0 / sqrt(3.0)
+                                              : material->youngs_modulus_2d;
+    detail->adapt.wave_speed = sqrt(detail->adapt.modulus / detail->rules.areal_density);
+    detail->pack.least_lambda = network->lambda;
+    detail->pack.least_damping = network->damping;
 }
 
 void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const WingedMesh *winged,
@@ -354,6 +365,7 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
 {
     const char *name = options->body.name;
     Detail *detail = model->detail = ALLOCATE(ARENA_TOPOLOGY, 1, Detail, "detail");
+    DetailPack *pack = &detail->pack;
     LeafSet *set = &detail->set;
     detail->state = state;
     detail->options = *options;
@@ -369,11 +381,9 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     // Faces and edges of all levels are numbered through.
     for (int l = 0; l <= set->levels.finest; l++) {
         set->face_base[l + 1] = set->face_base[l] + set->levels.level[l].face_count;
-        detail->edge_base[l + 1] = detail->edge_base[l] + set->levels.level[l].edge_count;
+        set->edge_base[l + 1] = set->edge_base[l] + set->levels.level[l].edge_count;
     }
-    detail->rest_fold = ALLOCATE(ARENA_TOPOLOGY, detail->edge_base[set->levels.finest + 1],
-                                 *detail->rest_fold, "rest angles");
-    detail_measure_folds(detail);
+    detail_folds_create(&detail->folds, set, name, arena);
     double length = 0.0;
     for (int e = 0; e < winged->edge_count; e++) {
         const int *end = winged->edge[e].node;
@@ -381,7 +391,7 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
         model->basis.longest_edge = fmax(model->basis.longest_edge, edge);
         length += edge;
     }
-    detail->edge_length = length / winged->edge_count;
+    detail->adapt.edge_length = length / winged->edge_count;
     create_roots(set, winged, name, arena);
     // A cut adds copies: everything below is sized with them.
     if (options->body.cuttable) {
@@ -393,19 +403,19 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     create_rules(detail, mesh, network, name, arena);
 
     // Small bodies are packed as one window: that is fast enough.
-    detail->width = set->node_count <= 4 * WINDOW_MOST ? WINDOW_MOST : WINDOW_LEAST;
-    detail->window_chunks = detail->width / LANES + 1;
-    detail->window_count = (set->node_count + detail->width - 1) / detail->width;
-    detail->spare_slot = detail->window_count * detail->width;
+    pack->width = set->node_count <= 4 * WINDOW_MOST ? WINDOW_MOST : WINDOW_LEAST;
+    pack->window_chunks = pack->width / LANES + 1;
+    pack->window_count = (set->node_count + pack->width - 1) / pack->width;
+    pack->spare_slot = pack->window_count * pack->width;
     model->node_count = set->node_count;
-    model->basis.count = (detail->spare_slot + detail->window_count + LANES - 1) / LANES * LANES;
-    model->lane_count = detail->window_count * detail->window_chunks * LANES;
+    model->basis.count = (pack->spare_slot + pack->window_count + LANES - 1) / LANES * LANES;
+    model->lane_count = pack->window_count * pack->window_chunks * LANES;
     model->slot = ALLOCATE(ARENA_TOPOLOGY, set->node_count, int, "slot of node");
     model->node = ALLOCATE(ARENA_TOPOLOGY, model->basis.count, int, "node of slot");
     model->lane = ALLOCATE(ARENA_TOPOLOGY, model->basis.count, int, "lane of slot");
-    detail->of_slot = ALLOCATE(ARENA_TOPOLOGY, model->basis.count, int, "node of slot, if on");
+    pack->of_slot = ALLOCATE(ARENA_TOPOLOGY, model->basis.count, int, "node of slot, if on");
     for (int s = 0; s < model->basis.count; s++)
-        detail->of_slot[s] = model->node[s] = model->lane[s] = -1;
+        pack->of_slot[s] = model->node[s] = model->lane[s] = -1;
     RootKey *root = order_roots(mesh);
     order_slots(model, root, mesh->triangle_count);
     free(root);
@@ -416,7 +426,8 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     create_nodes(model, options, network->free_count, arena, state);
     detail_faces_create(&detail->faces, &detail->report, set, &detail->rules, name, arena);
     create_slots(model, mesh, options, arena, state);
-    create_sets(model, options, arena, state);
+    create_bits(model, options, arena, state);
+    create_packing(model, name, arena);
     model_create_rows(model, mesh, network->fixed, options, arena, state);
     start_at_level(model, options->start_level);
 

@@ -277,7 +277,7 @@ void detail_cut_rebuild(Detail *detail)
     for (int c = 0; detail->fixed != NULL && c < *cut->copies; c++)
         detail->fixed[cut->base_count + c] = detail->fixed[cut->origin[c]];
     for (int e = 0; e < detail->set.levels.level[detail->set.levels.finest].edge_count; e++)
-        detail_measure_fold(detail, detail->set.levels.finest,
+        detail_measure_fold(&detail->folds, detail->set.levels.finest,
                             e); // rest positions may have changed
     detail_cut_lock(&detail->set);
     detail_pieces_label(&detail->set);

@@ -41,32 +41,37 @@ static int side_of(const Level *level, int face, int edge)
     return edges[0] == edge ? 0 : edges[1] == edge ? 1 : 2;
 }
 
-void detail_measure_fold(Detail *detail, int level, int edge)
+void detail_measure_fold(DetailFolds *folds, int level, int edge)
 {
-    const Level *at = &detail->set.levels.level[level];
-    const Vec3 *rest = detail->set.levels.position;
+    const LeafSet *set = folds->set;
+    const Level *at = &set->levels.level[level];
+    const Vec3 *rest = set->levels.position;
     const int *face = at->edge_face[edge];
     if (face[0] < 0 || face[1] < 0)
         return;
     int k = side_of(at, face[0], edge), j = side_of(at, face[1], edge);
-    const int *corner = detail_uncut(&detail->set, level, face[0]);
+    const int *corner = detail_uncut(set, level, face[0]);
     const Vec3 x[4] = {rest[corner[k]], rest[corner[(k + 1) % 3]], rest[corner[(k + 2) % 3]],
-                       rest[detail_uncut(&detail->set, level, face[1])[(j + 2) % 3]]};
+                       rest[detail_uncut(set, level, face[1])[(j + 2) % 3]]};
     Fold fold = fold_of(x);
     double size = fold.size2 > 0.0 ? 1.0 / sqrt(fold.size2) : 0.0;
-    float *known = detail->rest_fold[detail->edge_base[level] + edge];
+    float *known = folds->rest_fold[set->edge_base[level] + edge];
     known[0] = (float)(size * fold.cosine);
     known[1] = (float)(size * fold.sine);
 }
 
-void detail_measure_folds(Detail *detail)
+void detail_folds_create(DetailFolds *folds, const LeafSet *set, const char *name, Arena *arena)
 {
-    const Vec3 *rest = detail->set.levels.position;
-    for (int l = 0; l <= detail->set.levels.finest; l++) {
-        const Level *at = &detail->set.levels.level[l];
-        detail->least_height[l] = least_height(at, rest);
+    const size_t edges = (size_t)set->edge_base[set->levels.finest + 1];
+    folds->set = set;
+    folds->rest_fold = arena_allocate(arena, ARENA_TOPOLOGY, edges, sizeof *folds->rest_fold,
+                                      "%s/rest angles", name);
+    const Vec3 *rest = set->levels.position;
+    for (int l = 0; l <= set->levels.finest; l++) {
+        const Level *at = &set->levels.level[l];
+        folds->least_height[l] = least_height(at, rest);
         for (int e = 0; e < at->edge_count; e++)
-            detail_measure_fold(detail, l, e);
+            detail_measure_fold(folds, l, e);
     }
 }
 
@@ -80,7 +85,7 @@ static Fold rest_fold(const SurfaceModel *model, int level, int edge, const int 
     for (int k = 0; k < 4; k++)
         smooth &= detail->set.status[node[k]] == NODE_FREE;
     if (smooth) {
-        const float *known = detail->rest_fold[detail->edge_base[level] + edge];
+        const float *known = detail->folds.rest_fold[detail->set.edge_base[level] + edge];
         return (Fold){1.0, (double)known[0], (double)known[1]};
     }
     for (int k = 0; k < 4; k++)

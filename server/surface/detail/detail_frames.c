@@ -89,7 +89,7 @@ void detail_frames_sort(SurfaceModel *model)
     for (int i = 0; i < set->node_count; i++)
         if (set->status[i] == NODE_FREE)
             model->rigid_weight[model->slot[i]] =
-                frame_of_node(detail, i) == 0 ? model->mass[i] * detail->shape_rate : 0.0;
+                frame_of_node(detail, i) == 0 ? model->mass[i] * detail->pack.shape_rate : 0.0;
     // List the free nodes of the other pieces by frame, the loose ones last.
     int next = 0;
     for (int k = 1; k <= FRAME_LOOSE; k++) {
@@ -103,7 +103,7 @@ void detail_frames_sort(SurfaceModel *model)
             frames->slot[next] = slot;
             frames->slot_frame[next] = (unsigned char)k;
             memcpy(frames->place[next], model->basis.place[slot], sizeof frames->place[next]);
-            frames->weight[next++] = model->mass[i] * detail->shape_rate;
+            frames->weight[next++] = model->mass[i] * detail->pack.shape_rate;
         }
         if (k == FRAME_LOOSE)
             break;
@@ -180,8 +180,8 @@ bool detail_frames_add(SurfaceModel *model, const SpringPass *pass)
         for (int c = 0; c < 3; c++) {
             double from = k < FRAME_LOOSE ? here[c] : row[c];
             double speed = k < FRAME_LOOSE ? moves[c] : row[4 + c];
-            double force = mass * (detail->shape_rate * (from - there[c]) +
-                                   detail->shape_drag * (speed - moves_there[c]));
+            double force = mass * (detail->pack.shape_rate * (from - there[c]) +
+                                   detail->pack.shape_drag * (speed - moves_there[c]));
             long at = model_lane(model->lane[slot]) + (long)c * LANES;
             frames->saved[i][c] = model_get(model, model->external, at);
             model_put(model, model->external, at, frames->saved[i][c] + force);

@@ -153,16 +153,17 @@ static void pack_springs(SurfaceModel *model, int lane, int slot, int entries,
 static void pack_node(SurfaceModel *model, int lane, int node)
 {
     const Detail *detail = model->detail;
+    const DetailPack *pack = &detail->pack;
     const NodeTable *nodes = &model->nodes;
     bool moves = node >= 0 && !detail->fixed[node];
     model_put(model, nodes->inverse_mass, lane, moves ? 1.0 / model->mass[node] : 0.0);
     if (nodes->shape_rate != NULL) {
         bool apart = shape_drag_is_apart(model->shape);
-        model_put(model, nodes->shape_rate, lane, moves ? detail->shape_rate : 0.0);
-        double drag = detail->node_drag + (apart ? 0.0 : detail->shape_drag);
+        model_put(model, nodes->shape_rate, lane, moves ? pack->shape_rate : 0.0);
+        double drag = pack->node_drag + (apart ? 0.0 : pack->shape_drag);
         model_put(model, nodes->drag, lane, moves ? drag : 0.0);
         if (apart)
-            model_put(model, nodes->shape_drag, lane, moves ? detail->shape_drag : 0.0);
+            model_put(model, nodes->shape_drag, lane, moves ? pack->shape_drag : 0.0);
     }
     if (nodes->rest != NULL)
         for (int c = 0; c < 3; c++)
@@ -191,17 +192,18 @@ static void list_nodes(SurfaceModel *model, int w, NodeStatus status, PackList *
 {
     enum { MOST = 32 }; // more springs count as this many
     Detail *detail = model->detail;
+    DetailPack *pack = &detail->pack;
     int found[WINDOW_MOST], count = 0, next[MOST + 1] = {0};
     // Changed nodes are surveyed, others recalled from the table.
-    for (int s = w * detail->width; s < (w + 1) * detail->width; s++) {
-        int node = detail->of_slot[s];
+    for (int s = w * pack->width; s < (w + 1) * pack->width; s++) {
+        int node = pack->of_slot[s];
         if (node < 0 || detail->set.status[node] != status)
             continue;
-        NodeSprings *springs = &detail->springs[s % detail->width];
-        if (detail->is_dirty[node]) {
+        NodeSprings *springs = &pack->springs[s % pack->width];
+        if (pack->is_dirty[node]) {
             Carried carried = survey(model, node, 0, springs);
             model->mass[node] = status == NODE_FREE ? carried.mass : 0.0;
-            detail->bound[node] = carried.stiffness;
+            pack->bound[node] = carried.stiffness;
         } else {
             recall(model, s, springs);
         }
@@ -215,7 +217,7 @@ static void list_nodes(SurfaceModel *model, int w, NodeStatus status, PackList *
         first += here;
     }
     for (int i = 0; i < count; i++) {
-        int springs = detail->springs[found[i] % detail->width].count;
+        int springs = pack->springs[found[i] % pack->width].count;
         list->slot[next[springs < MOST ? springs : MOST]++] = found[i];
     }
     list->count = count;
@@ -225,21 +227,22 @@ static void list_nodes(SurfaceModel *model, int w, NodeStatus status, PackList *
 static void count_node(const SurfaceModel *model, int node, Window *window)
 {
     const Detail *detail = model->detail;
+    const DetailPack *pack = &detail->pack;
     window->mass += model->mass[node];
     if (detail->fixed[node])
         return;
-    double springs = detail->bound[node] / model->mass[node];
-    window->lambda = fmax(window->lambda, springs + detail->shape_rate);
-    window->damping = fmax(window->damping,
-                           model->damping_time * springs + detail->shape_drag + detail->node_drag);
+    double springs = pack->bound[node] / model->mass[node];
+    window->lambda = fmax(window->lambda, springs + pack->shape_rate);
+    window->damping =
+        fmax(window->damping, model->damping_time * springs + pack->shape_drag + pack->node_drag);
 }
 
 // Returns the most springs in the chunk that begins with entry `first` of a list.
-static int most_springs(const Detail *detail, const PackList *list, int first)
+static int most_springs(const DetailPack *pack, const PackList *list, int first)
 {
     int most = 0;
     for (int i = first; i < first + LANES && i < list->count; i++) {
-        int springs = detail->springs[list->slot[i] % detail->width].count;
+        int springs = pack->springs[list->slot[i] % pack->width].count;
         most = springs > most ? springs : most;
     }
     return most;
@@ -251,33 +254,34 @@ static int pack_nodes(SurfaceModel *model, int w, NodeStatus status, int chunk,
 {
     static const NodeSprings none = {0};
     Detail *detail = model->detail;
+    DetailPack *pack = &detail->pack;
     int chunks = (list->count + LANES - 1) / LANES, entries = 0;
     for (int i = 0; i < chunks * LANES; i++) {
         int lane = chunk * LANES + i, at = lane / LANES;
         if (i % LANES == 0)
-            entries = most_springs(detail, list, i);
+            entries = most_springs(pack, list, i);
         model->springs.end[at] = model->springs.start[at] + entries;
         // Lanes without a node read the window's spare row.
         if (i >= list->count) {
-            pack_springs(model, lane, detail->spare_slot + w, entries, &none);
+            pack_springs(model, lane, pack->spare_slot + w, entries, &none);
             pack_node(model, lane, -1);
             continue;
         }
-        int slot = list->slot[i], node = detail->of_slot[slot];
-        const NodeSprings *springs = &detail->springs[slot % detail->width];
+        int slot = list->slot[i], node = pack->of_slot[slot];
+        const NodeSprings *springs = &pack->springs[slot % pack->width];
         pack_springs(model, lane, slot, entries, springs);
         pack_node(model, lane, status == NODE_FREE ? node : -1);
         // Forces of hanging nodes start at zero.
         for (int c = 0; c < 4; c++)
-            model_put(model, detail->handed, (long)slot * ROW + c, 0.0);
+            model_put(model, detail->lists.handed, (long)slot * ROW + c, 0.0);
         model->lane[slot] = lane;
-        detail->is_dirty[node] = false;
-        detail->window[w].spring_ends += springs->count;
+        pack->is_dirty[node] = false;
+        pack->window[w].spring_ends += springs->count;
         if (status == NODE_FREE)
-            count_node(model, node, &detail->window[w]);
+            count_node(model, node, &pack->window[w]);
         if (model->rigid_weight != NULL)
             model->rigid_weight[slot] =
-                model->mass[node] * (model->shape == SHAPE_FRAME_BODY ? detail->shape_rate : 1.0);
+                model->mass[node] * (model->shape == SHAPE_FRAME_BODY ? pack->shape_rate : 1.0);
     }
     return chunks;
 }
@@ -285,23 +289,24 @@ static int pack_nodes(SurfaceModel *model, int w, NodeStatus status, int chunk,
 static void pack_window(SurfaceModel *model, int w)
 {
     Detail *detail = model->detail;
+    DetailPack *pack = &detail->pack;
     PackList free_nodes, hanging;
     list_nodes(model, w, NODE_FREE,
                &free_nodes); // recall reads lanes: list all before any lane is written
     list_nodes(model, w, NODE_HANGING, &hanging);
-    for (int s = w * detail->width; s < (w + 1) * detail->width; s++) {
-        int node = detail->of_slot[s];
+    for (int s = w * pack->width; s < (w + 1) * pack->width; s++) {
+        int node = pack->of_slot[s];
         model->lane[s] = -1;
         if (node < 0 || detail->set.status[node] != NODE_OFF)
             continue;
-        model->mass[node] = detail->bound[node] = 0.0;
+        model->mass[node] = pack->bound[node] = 0.0;
         if (model->rigid_weight != NULL)
             model->rigid_weight[s] = 0.0;
     }
-    int first = w * detail->window_chunks;
-    detail->window[w] = (Window){.free_count = free_nodes.count, .hanging_count = hanging.count};
-    detail->window[w].free_chunks = pack_nodes(model, w, NODE_FREE, first, &free_nodes);
-    pack_nodes(model, w, NODE_HANGING, first + detail->window[w].free_chunks, &hanging);
+    int first = w * pack->window_chunks;
+    pack->window[w] = (Window){.free_count = free_nodes.count, .hanging_count = hanging.count};
+    pack->window[w].free_chunks = pack_nodes(model, w, NODE_FREE, first, &free_nodes);
+    pack_nodes(model, w, NODE_HANGING, first + pack->window[w].free_chunks, &hanging);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -310,25 +315,27 @@ static void pack_window(SurfaceModel *model, int w)
 static void list_hanging(SurfaceModel *model)
 {
     Detail *detail = model->detail;
+    DetailLists *lists = &detail->lists;
+    DetailPack *pack = &detail->pack;
     const LeafSet *set = &detail->set;
-    detail->hanging_count = detail->carrier_count = 0;
-    for (int k = 0; k < detail->free_chunk_count; k++)
-        detail->carries[detail->free_chunk[k]] = 0;
-    for (int w = detail->window_count - 1; w >= 0; w--) {
-        const Window *window = &detail->window[w];
+    lists->hanging_count = lists->carrier_count = 0;
+    for (int k = 0; k < lists->free_chunk_count; k++)
+        lists->carries[lists->free_chunk[k]] = 0;
+    for (int w = pack->window_count - 1; w >= 0; w--) {
+        const Window *window = &pack->window[w];
         // Slots are ordered by level: backwards the finest level comes first.
-        for (int s = (w + 1) * detail->width - 1, left = window->hanging_count; left > 0; s--) {
-            int node = detail->of_slot[s], parent[2];
+        for (int s = (w + 1) * pack->width - 1, left = window->hanging_count; left > 0; s--) {
+            int node = pack->of_slot[s], parent[2];
             if (node < 0 || set->status[node] != NODE_HANGING)
                 continue;
             levels_parents(&set->levels, node, parent);
-            detail->hanging[detail->hanging_count] = s;
-            int *master = detail->master[detail->hanging_count++];
+            lists->hanging[lists->hanging_count] = s;
+            int *master = lists->master[lists->hanging_count++];
             for (int k = 0; k < 2; k++) {
                 master[k] = model->slot[parent[k]];
                 if (set->status[parent[k]] == NODE_FREE) {
-                    detail->carrier[detail->carrier_count++] = master[k];
-                    detail->carries[model->lane[master[k]] / LANES] = 1;
+                    lists->carrier[lists->carrier_count++] = master[k];
+                    lists->carries[model->lane[master[k]] / LANES] = 1;
                 }
             }
             left--;
@@ -339,38 +346,41 @@ static void list_hanging(SurfaceModel *model)
 static void list_chunks(SurfaceModel *model)
 {
     Detail *detail = model->detail;
-    detail->free_chunk_count = detail->hanging_chunk_count = detail->run_count = 0;
-    detail->spring_ends = 0;
-    detail->on_count = 0;
-    detail->mass = detail->lambda = detail->damping = 0.0;
-    for (int w = 0; w < detail->window_count; w++) {
-        const Window *window = &detail->window[w];
+    DetailPack *pack = &detail->pack;
+    DetailLists *lists = &detail->lists;
+    lists->free_chunk_count = lists->hanging_chunk_count = lists->run_count = 0;
+    pack->spring_ends = 0;
+    pack->on_count = 0;
+    pack->mass = pack->lambda = pack->damping = 0.0;
+    for (int w = 0; w < pack->window_count; w++) {
+        const Window *window = &pack->window[w];
         if (window->free_count + window->hanging_count == 0)
             continue;
-        int chunk = w * detail->window_chunks;
+        int chunk = w * pack->window_chunks;
         for (int k = 0; k < window->free_chunks; k++)
-            detail->free_chunk[detail->free_chunk_count++] = chunk++;
+            lists->free_chunk[lists->free_chunk_count++] = chunk++;
         for (int k = 0; k < window->hanging_count; k += LANES)
-            detail->hanging_chunk[detail->hanging_chunk_count++] = chunk++;
-        int first = w * detail->width;
-        if (detail->run_count == 0 || detail->run[detail->run_count - 1][1] != first)
-            detail->run[detail->run_count++][0] = first;
-        detail->run[detail->run_count - 1][1] = first + detail->width;
-        detail->mass += window->mass;
-        detail->lambda = fmax(detail->lambda, window->lambda);
-        detail->damping = fmax(detail->damping, window->damping);
-        detail->spring_ends += window->spring_ends;
-        detail->on_count += window->free_count + window->hanging_count;
+            lists->hanging_chunk[lists->hanging_chunk_count++] = chunk++;
+        int first = w * pack->width;
+        if (lists->run_count == 0 || lists->run[lists->run_count - 1][1] != first)
+            lists->run[lists->run_count++][0] = first;
+        lists->run[lists->run_count - 1][1] = first + pack->width;
+        pack->mass += window->mass;
+        pack->lambda = fmax(pack->lambda, window->lambda);
+        pack->damping = fmax(pack->damping, window->damping);
+        pack->spring_ends += window->spring_ends;
+        pack->on_count += window->free_count + window->hanging_count;
     }
 }
 
 void detail_pack(SurfaceModel *model)
 {
     Detail *detail = model->detail;
-    for (int w = 0; w < detail->window_count; w++) {
-        if (!detail->stale_window[w])
+    DetailPack *pack = &detail->pack;
+    for (int w = 0; w < pack->window_count; w++) {
+        if (!pack->stale_window[w])
             continue;
-        detail->stale_window[w] = false;
+        pack->stale_window[w] = false;
         pack_window(model, w);
     }
     list_chunks(model);
@@ -379,8 +389,8 @@ void detail_pack(SurfaceModel *model)
     if (detail->frames != NULL)
         detail_frames_sort(model);
     if (model->basis.rigid != NULL) {
-        model->basis.rigid->run = detail->run;
-        model->basis.rigid->run_count = detail->run_count;
+        model->basis.rigid->run = detail->lists.run;
+        model->basis.rigid->run_count = detail->lists.run_count;
         rigid_frame_weigh(model->basis.rigid);
     }
 }

@@ -172,17 +172,38 @@ void detail_switch_off(SurfaceModel *model, int node)
     {                                                                                              \
         typedef Real Half __attribute__((vector_size(ROW / 2 * sizeof(Real))));                    \
         Half *row = rows;                                                                          \
-        for (int i = detail->hanging_count - 1; i >= 0; i--)                                       \
+        for (int i = lists->hanging_count - 1; i >= 0; i--)                                        \
             for (int k = 0; k < 2; k++)                                                            \
-                row[2 * detail->hanging[i] + k] =                                                  \
-                    (row[2 * detail->master[i][0] + k] + row[2 * detail->master[i][1] + k]) / 2;   \
+                row[2 * lists->hanging[i] + k] =                                                   \
+                    (row[2 * lists->master[i][0] + k] + row[2 * lists->master[i][1] + k]) / 2;     \
     }
 
-void detail_hang(const SurfaceModel *model, void *rows)
+void detail_hang(const DetailLists *lists, Precision precision, void *rows)
 {
-    const Detail *detail = model->detail;
-    if (model->basis.precision == PRECISION_SINGLE)
+    if (precision == PRECISION_SINGLE)
         HANG(float)
     else
         HANG(double)
+}
+
+// Finest level first, so that a master that hangs itself passes on what it received.
+#define HAND_OVER(Real)                                                                            \
+    {                                                                                              \
+        typedef Real Force __attribute__((vector_size(4 * sizeof(Real))));                         \
+        Force *force = lists->handed;                                                              \
+        for (int i = 0; i < lists->carrier_count; i++)                                             \
+            force[2 * lists->carrier[i]] = (Force){0};                                             \
+        for (int i = 0; i < lists->hanging_count; i++) {                                           \
+            Force half = force[2 * lists->hanging[i]] / 2;                                         \
+            force[2 * lists->master[i][0]] += half;                                                \
+            force[2 * lists->master[i][1]] += half;                                                \
+        }                                                                                          \
+    }
+
+void detail_hand_over(const DetailLists *lists, Precision precision)
+{
+    if (precision == PRECISION_SINGLE)
+        HAND_OVER(float)
+    else
+        HAND_OVER(double)
 }

@@ -25,6 +25,7 @@ typedef struct LeafSet {
     Levels levels;
     bool constrained;                 // hanging nodes are constrained: adjust = "continuum"
     int face_base[LEVELS_MAX + 2];    // number of the first face of each level
+    int edge_base[LEVELS_MAX + 2];    // number of the first edge of each level
     int *root_ring_start, *root_ring; // faces of level 0 around each of its nodes
     int node_count, place_count;      // nodes and faces of the finest level, copies included
     struct DetailCut *cut;            // NULL: not cuttable

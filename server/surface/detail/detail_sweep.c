@@ -76,7 +76,7 @@ static double load_on(const SurfaceModel *model, int slot)
 static const NodeLook *look_at(const SurfaceModel *model, int node, const Marks *marks)
 {
     const Detail *detail = model->detail;
-    NodeLook *look = &detail->look[node];
+    NodeLook *look = &detail->adapt.look[node];
     if (look->pass == marks->pass)
         return look;
     int slot = model->slot[node];
@@ -93,7 +93,7 @@ static const NodeLook *look_at(const SurfaceModel *model, int node, const Marks 
     Vec3 slip = vec3_sub(read_row(model, slot, 4), velocity);
     slip = vec3_sub(slip, vec3_cross(angular, vec3_sub(look->position, center)));
     look->slip2 = vec3_dot(slip, slip);
-    double force = detail->felt_force[node];
+    double force = detail->adapt.felt_force[node];
     if (*model->loaded != 0 && detail->set.status[node] == NODE_FREE)
         force += load_on(model, slot);
     look->traction = force > 0.0 ? traction_of(model, node, force) : 0.0;
@@ -123,7 +123,7 @@ static Verdict judge_curvature(SurfaceModel *model, int level, int face, const V
     const LeafSet *set = &detail->set;
     const Level *at = &set->levels.level[level];
     const int *corner = at->face[face];
-    unsigned char *note = &detail->crease[set->face_base[level]];
+    unsigned char *note = &detail->adapt.crease[set->face_base[level]];
     Verdict verdict = (Verdict)note[face];
     note[face] = VERDICT_CALM;
     if (is_still(moved[0], moved[1], moved[2], marks->still2[level]))
@@ -197,9 +197,9 @@ typedef struct SweepPass {
 static void divide_leaf(SweepPass *pass, int level, int face)
 {
     Detail *detail = pass->model->detail;
-    int64_t before = detail->sweep->refined;
+    int64_t before = detail->adapt.sweep->refined;
     detail_refine(pass->model, level, face);
-    pass->left -= detail->sweep->refined - before;
+    pass->left -= detail->adapt.sweep->refined - before;
 }
 
 // Judges the leaves of a face, divides those that require it, and tracks how long the four children
@@ -208,6 +208,7 @@ static Verdict sweep_face(SweepPass *pass, int level, int face)
 {
     SurfaceModel *model = pass->model;
     Detail *detail = model->detail;
+    DetailAdapt *adapt = &detail->adapt;
     const LeafSet *set = &detail->set;
     const Marks *marks = &pass->marks;
     if (!detail_is_refined(set, level, face)) {
@@ -228,7 +229,7 @@ static Verdict sweep_face(SweepPass *pass, int level, int face)
         leaves &= !detail_is_refined(set, level + 1, 4 * face + k);
         calm &= sweep_face(pass, level + 1, 4 * face + k) == VERDICT_CALM;
     }
-    int64_t *since = &detail->calm_since[set->face_base[level] + face];
+    int64_t *since = &adapt->calm_since[set->face_base[level] + face];
     if (!leaves || !calm) {
         *since = 0;
         return VERDICT_KEEP;
@@ -236,23 +237,24 @@ static Verdict sweep_face(SweepPass *pass, int level, int face)
     if (*since == 0)
         *since = marks->step + 1;
     bool held = marks->step + 1 - *since >= marks->hold || level >= marks->level;
-    if (held && detail->calm_count < detail->calm_capacity)
-        detail->calm[detail->calm_count++] = (Leaf){level, face, 0};
+    if (held && adapt->calm_count < adapt->calm_capacity)
+        adapt->calm[adapt->calm_count++] = (Leaf){level, face, 0};
     return VERDICT_KEEP;
 }
 
 static void set_marks(const SurfaceModel *model, int64_t step, double tick, Marks *marks)
 {
     Detail *detail = model->detail;
-    const Sweep *sweep = detail->sweep;
+    DetailAdapt *adapt = &detail->adapt;
+    const Sweep *sweep = adapt->sweep;
     const double pi = 3.14159265358979323846;
     double turn = sweep->thresholds[2] * sweep->scale;
-    double speed = sweep->thresholds[1] * sweep->scale * detail->wave_speed;
-    double force = sweep->thresholds[0] * sweep->scale * detail->modulus / detail->edge_length;
+    double speed = sweep->thresholds[1] * sweep->scale * adapt->wave_speed;
+    double force = sweep->thresholds[0] * sweep->scale * adapt->modulus / adapt->edge_length;
     *marks = (Marks){
         .cos_divide = turn < pi ? cos(turn) : -2.0,
         .cos_calm = CALM * turn < pi ? cos(CALM * turn) : -2.0,
-        .pass = ++detail->look_passes,
+        .pass = ++adapt->look_passes,
         .level = (int)sweep->level,
         .step = step,
         .hold = (int64_t)ceil(HOLD / tick),
@@ -261,7 +263,7 @@ static void set_marks(const SurfaceModel *model, int64_t step, double tick, Mark
         marks->per_force[l] = ldexp(1.0 / force, -l);
         // Relative to the third corner, a corner that moves by d tilts its leaf by at most asin(d /
         // height): two corners of each of two leaves, and a tenth as a margin for the asin.
-        double still = 0.9 / 4.0 * fmin(CALM * turn, 0.5) * detail->least_height[l];
+        double still = 0.9 / 4.0 * fmin(CALM * turn, 0.5) * detail->folds.least_height[l];
         marks->still2[l] = still * still;
         marks->per_speed2[l] = ldexp(1.0 / (speed * speed), -2 * l);
     }
@@ -278,9 +280,10 @@ static void look_at_felt(SweepPass *pass)
 {
     SurfaceModel *model = pass->model;
     Detail *detail = model->detail;
+    DetailAdapt *adapt = &detail->adapt;
     const LeafSet *set = &detail->set;
-    for (int64_t i = 0; i < *detail->felt_count; i++) {
-        int node = (int)detail->felt[i].node;
+    for (int64_t i = 0; i < *adapt->felt_count; i++) {
+        int node = (int)adapt->felt[i].node;
         if (set->status[node] == NODE_OFF)
             continue;
         Leaf *leaf = set->ring[LEVELS_MAX];
@@ -288,7 +291,7 @@ static void look_at_felt(SweepPass *pass)
         for (int k = 0; k < count && pass->left > 0; k++)
             if (leaf[k].level < pass->marks.level &&
                 detail_is_leaf(set, leaf[k].level, leaf[k].face) &&
-                traction_of(model, node, detail->felt_force[node]) *
+                traction_of(model, node, adapt->felt_force[node]) *
                         pass->marks.per_force[leaf[k].level] >
                     1.0)
                 divide_leaf(pass, leaf[k].level, leaf[k].face);
@@ -298,22 +301,24 @@ static void look_at_felt(SweepPass *pass)
 static void coarsen_calm(SweepPass *pass)
 {
     Detail *detail = pass->model->detail;
-    for (int i = 0; i < detail->calm_count; i++) {
-        const Leaf *calm = &detail->calm[i];
+    DetailAdapt *adapt = &detail->adapt;
+    for (int i = 0; i < adapt->calm_count; i++) {
+        const Leaf *calm = &adapt->calm[i];
         if (pass->left > 0 && detail_is_refined(&detail->set, calm->level, calm->face) &&
             detail_may_coarsen(&detail->set, calm->level, calm->face)) {
             detail_coarsen(pass->model, calm->level, calm->face);
             pass->left--;
         }
     }
-    detail->calm_count = 0;
+    adapt->calm_count = 0;
 }
 
 bool detail_sweep(Body *body, int64_t step, double tick)
 {
     SurfaceModel *model = body->model;
     Detail *detail = model->detail;
-    Sweep *sweep = detail->sweep;
+    DetailAdapt *adapt = &detail->adapt;
+    Sweep *sweep = adapt->sweep;
     const int roots = detail->set.levels.level[0].face_count;
     const int64_t budget = (int64_t)fmax(FACES_LEAST, ceil((double)FACES_PER_SECOND * tick));
     SweepPass pass = {.model = model, .left = budget};
@@ -322,13 +327,13 @@ bool detail_sweep(Body *body, int64_t step, double tick)
 
     detail_begin_change(model);
     set_marks(model, step, tick, &pass.marks);
-    for (int64_t i = 0; i < *detail->felt_count; i++)
-        detail->felt_force[detail->felt[i].node] += vec3_length(detail->felt[i].force);
+    for (int64_t i = 0; i < *adapt->felt_count; i++)
+        adapt->felt_force[adapt->felt[i].node] += vec3_length(adapt->felt[i].force);
     look_at_felt(&pass);
 
     // The number of roots for this tick; a new load sweeps all of them.
     sweep->credit = fmin(sweep->credit + roots * detail->options.adapt.check_hz * tick, roots);
-    if (detail->again_count > 0)
+    if (adapt->again_count > 0)
         sweep->credit = roots;
     int64_t quota = (int64_t)fmax(floor(sweep->credit), fmin((double)sweep->urgent, roots));
     for (int64_t i = 0; i < quota && pass.left > 0;
@@ -341,14 +346,14 @@ bool detail_sweep(Body *body, int64_t step, double tick)
     // Coarsening has a budget of its own, so that refinement cannot starve it.
     pass.left = budget;
     coarsen_calm(&pass);
-    for (int64_t i = 0; i < *detail->felt_count; i++)
-        detail->felt_force[detail->felt[i].node] = 0.0;
-    *detail->felt_count = 0;
+    for (int64_t i = 0; i < *adapt->felt_count; i++)
+        adapt->felt_force[adapt->felt[i].node] = 0.0;
+    *adapt->felt_count = 0;
     // If a tick is at least as long as a sweep's period, a new load gets all its levels in one
     // tick.
     bool whole = detail->options.adapt.check_hz * tick >= 1.0;
     bool divided = sweep->refined > before;
-    detail->again = whole && divided && urgent && detail->again_count < detail->set.levels.finest;
-    detail->again_count = detail->again ? detail->again_count + 1 : 0;
+    adapt->again = whole && divided && urgent && adapt->again_count < detail->set.levels.finest;
+    adapt->again_count = adapt->again ? adapt->again_count + 1 : 0;
     return detail_end_change(body);
 }

@@ -168,12 +168,12 @@ static void refine_stretched(SurfaceModel *model)
 {
     Detail *detail = model->detail;
     const LeafSet *set = &detail->set;
-    const int64_t most = detail->sweep->refined + DIVIDED_MOST;
+    const int64_t most = detail->adapt.sweep->refined + DIVIDED_MOST;
     for (int l = 0; l < set->levels.finest; l++) {
         const Level *at = &set->levels.level[l];
         for (int e = 0; e < at->edge_count && set->leaf_count[l] > 0; e++) {
             const int *face = at->edge_face[e];
-            if (detail->sweep->refined >= most)
+            if (detail->adapt.sweep->refined >= most)
                 return;
             if (face[0] < 0 || face[1] < 0 || !detail_is_leaf(set, l, face[0]) ||
                 !detail_is_leaf(set, l, face[1]) ||

@@ -103,8 +103,8 @@ static double choose_share(const SurfaceModel *model)
     bool violent = false;
     for (int c = 0; detail == NULL && c < model->springs.chunk_count; c++)
         violent |= is_violent(model, c);
-    for (int k = 0; detail != NULL && k < detail->free_chunk_count; k++)
-        violent |= is_violent(model, detail->free_chunk[k]);
+    for (int k = 0; detail != NULL && k < detail->lists.free_chunk_count; k++)
+        violent |= is_violent(model, detail->lists.free_chunk[k]);
     model->implicit->violent = violent;
     return violent ? 1.0 : model->implicit->theta;
 }
@@ -135,10 +135,10 @@ static void add_springs(SurfaceModel *model, const Scales *by)
     const Detail *detail = model->detail;
     for (int c = 0; detail == NULL && c < model->springs.chunk_count; c++)
         add_chunk(model, by, c);
-    for (int k = 0; detail != NULL && k < detail->free_chunk_count; k++)
-        add_chunk(model, by, detail->free_chunk[k]);
-    for (int k = 0; detail != NULL && k < detail->hanging_chunk_count; k++)
-        add_chunk(model, by, detail->hanging_chunk[k]);
+    for (int k = 0; detail != NULL && k < detail->lists.free_chunk_count; k++)
+        add_chunk(model, by, detail->lists.free_chunk[k]);
+    for (int k = 0; detail != NULL && k < detail->lists.hanging_chunk_count; k++)
+        add_chunk(model, by, detail->lists.hanging_chunk[k]);
 }
 
 // Gives half of a hanging node's force to each master, and a quarter of its block, which drops the

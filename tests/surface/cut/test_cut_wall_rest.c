@@ -85,7 +85,7 @@ static RestCase choose(int i)
 // more than its highest frequency. (Lips that are off by a tenth of an edge: 0.1 m/s.)
 static double speed_of_rounding(const DetailBench *bench)
 {
-    return 0.5 * (double)FLT_EPSILON * 0.12 * sqrt(bench->detail->lambda);
+    return 0.5 * (double)FLT_EPSILON * 0.12 * sqrt(bench->detail->pack.lambda);
 }
 
 static int count_snapped(const DetailCut *cut)

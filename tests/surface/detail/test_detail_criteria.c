@@ -186,13 +186,13 @@ static void rigid_motion_refines_nothing(void **unused)
             if (bench.detail->set.status[i] != NODE_OFF)
                 put(&bench, i, rest_of(&bench, i),
                     vec3_add(velocity, vec3_cross(spin, rest_of(&bench, i))));
-        int64_t before = bench.detail->sweep->refined;
+        int64_t before = bench.detail->adapt.sweep->refined;
         adapt(&bench, 0);
-        if (bench.detail->sweep->refined != before)
+        if (bench.detail->adapt.sweep->refined != before)
             fail_msg("%s, %s shape springs: %lld faces refined",
                      options.body.precision == PRECISION_SINGLE ? "single" : "double",
                      has_shape ? "with" : "without",
-                     (long long)(bench.detail->sweep->refined - before));
+                     (long long)(bench.detail->adapt.sweep->refined - before));
         bench_destroy(&bench);
     }
 }
@@ -206,7 +206,7 @@ static void create_refined(DetailBench *bench, double check_hz)
     SurfaceOptions options = adapting(1, NEVER, 0.3, NEVER, check_hz);
     create_sheet(bench, &options, NULL);
     put(bench, MIDDLE, rest_of(bench, MIDDLE),
-        (Vec3){1.01 * 0.3 * bench->detail->wave_speed, 0.0, 0.0});
+        (Vec3){1.01 * 0.3 * bench->detail->adapt.wave_speed, 0.0, 0.0});
     for (int64_t step = 0; leaves(bench, 1) < 4 * AROUND; step++) {
         assert_true(step < 30);
         adapt(bench, step);
@@ -216,7 +216,7 @@ static void create_refined(DetailBench *bench, double check_hz)
 static void set_eta(DetailBench *bench, double eta)
 {
     move_all(bench, (Vec3){0});
-    double speed = eta * 0.3 * 2.0 * bench->detail->wave_speed; // of level 1
+    double speed = eta * 0.3 * 2.0 * bench->detail->adapt.wave_speed; // of level 1
     put(bench, MIDDLE, rest_of(bench, MIDDLE), (Vec3){0.0, 0.0, speed});
 }
 
@@ -291,7 +291,7 @@ static void faces_are_looked_at_check_hz_times_a_second(void **unused)
             move_all(&bench, (Vec3){3.0, 0.0, 0.0});
             adapt(&bench, i);
             // To a face, for the share of a tick may be rounded down.
-            assert_in_range(bench.detail->sweep->refined, faces * (i + 1) / period - 1,
+            assert_in_range(bench.detail->adapt.sweep->refined, faces * (i + 1) / period - 1,
                             faces * (i + 1) / period);
         }
         adapt(&bench, period);
@@ -309,13 +309,13 @@ static void a_new_load_refines_in_its_own_tick(void **unused)
     create_sheet(&bench, &options, NULL);
     for (int i = 0; i < 100; i++)
         sim_step(bench.sim);
-    assert_int_equal(bench.detail->sweep->refined, 0);
+    assert_int_equal(bench.detail->adapt.sweep->refined, 0);
     const LoadOptions load = {
         .center = {0.0, 0.0, 0.0}, .radius = 0.015, .force = {0.0, 0.0, -0.1}, .duration = 0.05};
     char why[128];
     assert_true(sim_apply_load(bench.sim, &load, why, sizeof why));
     sim_step(bench.sim);
-    assert_true(bench.detail->sweep->refined > 0);
+    assert_true(bench.detail->adapt.sweep->refined > 0);
     bench_expect_sound(&bench);
     bench_destroy(&bench);
 }
@@ -347,7 +347,7 @@ static void a_tool_that_presses_refines_in_the_next_tick(void **unused)
     assert_true(pressed >= 0);
     sim_apply_pose(bench.sim, 0, &pose, true);
     sim_step(bench.sim);
-    assert_true(bench.detail->sweep->refined > 0);
+    assert_true(bench.detail->adapt.sweep->refined > 0);
     bench_expect_sound(&bench);
     bench_destroy(&bench);
 }
@@ -373,20 +373,20 @@ static void a_load_that_follows_a_change_asks_for_no_look_at_all_faces(void **un
     char why[128];
     create_sheet(&bench, &options, &ball);
     assert_true(sim_apply_load(bench.sim, &load, why, sizeof why));
-    assert_int_equal(bench.detail->sweep->urgent, 2 * roots);
+    assert_int_equal(bench.detail->adapt.sweep->urgent, 2 * roots);
     sim_step(bench.sim); // levels may come one by one: as many looks as there are levels
-    assert_int_equal(bench.detail->sweep->urgent, roots);
+    assert_int_equal(bench.detail->adapt.sweep->urgent, roots);
     sim_step(bench.sim);
-    assert_int_equal(bench.detail->sweep->urgent, 0);
-    assert_int_equal(bench.detail->sweep->refined, 0);
+    assert_int_equal(bench.detail->adapt.sweep->urgent, 0);
+    assert_int_equal(bench.detail->adapt.sweep->refined, 0);
     ToolPose pose = {
         .position = {0.0, 0.0, 0.004}, .orientation = {1.0, 0.0, 0.0, 0.0}, .active = true};
-    for (int i = 0; i < 100 && bench.detail->sweep->refined == 0; i++) {
+    for (int i = 0; i < 100 && bench.detail->adapt.sweep->refined == 0; i++) {
         sim_apply_pose(bench.sim, 0, &pose, true);
         sim_step(bench.sim);
     }
-    assert_true(bench.detail->sweep->refined > 0);
-    assert_int_equal(bench.detail->sweep->urgent, 0);
+    assert_true(bench.detail->adapt.sweep->refined > 0);
+    assert_int_equal(bench.detail->adapt.sweep->urgent, 0);
     bench_destroy(&bench);
 }
 
@@ -433,7 +433,7 @@ static void the_governors_scale_raises_all_thresholds(void **unused)
     SurfaceOptions options = adapting(1, NEVER, 0.3, NEVER, EVERY_TICK);
     DetailBench bench;
     create_sheet(&bench, &options, NULL);
-    double speed = 0.3 * bench.detail->wave_speed;
+    double speed = 0.3 * bench.detail->adapt.wave_speed;
     assert_true(set(&bench, "adapt_scale", 4.0));
     put(&bench, MIDDLE, rest_of(&bench, MIDDLE), (Vec3){3.99 * speed, 0.0, 0.0});
     assert_false(adapt(&bench, 0));
@@ -464,7 +464,7 @@ static void what_cannot_be_set_changes_nothing(void **unused)
     assert_false(set(&bench, "body.adapt", 1.0));
     assert_true(state_hash(&bench.state) == before);
     assert_true(set(&bench, "adapt_level", LEVELS_MAX)); // of no more than there are
-    assert_int_equal(bench.detail->sweep->level, 2);
+    assert_int_equal(bench.detail->adapt.sweep->level, 2);
     // Thresholds of zero are met by whatever is not at rest; at rest nothing is.
     for (int k = 0; k < 4; k++)
         assert_true(set(&bench, keys[k], 0.0));

@@ -106,7 +106,8 @@ static void shake(DetailBench *bench, uint64_t *random)
                 model_put(bench->model, bench->model->rows[bench->model->current],
                           (long)bench->model->slot[i] * ROW + 4 + c,
                           random_between(random, -1.0, 1.0));
-    detail_hang(bench->model, bench->model->rows[bench->model->current]);
+    detail_hang(&bench->model->detail->lists, bench->model->basis.precision,
+                bench->model->rows[bench->model->current]);
 }
 
 // The velocity averaged on refinement, shared out on coarsening
@@ -125,7 +126,7 @@ static void changes_keep_mass_and_momentum(void **unused)
             fixture_sheet(&mesh);
         DetailBench bench;
         bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
-        double mass = bench_mass(&bench), scale = mass * bench.detail->wave_speed;
+        double mass = bench_mass(&bench), scale = mass * bench.detail->adapt.wave_speed;
         double worst_mass = 0.0, worst_jump = 0.0;
         for (int i = 0; i < 3000; i++) {
             shake(&bench, &random);

@@ -109,8 +109,8 @@ static void a_wall_keeps_its_side_while_it_is_divided_and_merged(void **unused)
         // From when it touches; a wall that falls back lets go for a moment.
         assert_true(pushed > 1850);
         assert_true(walls[w].depth < 0.01 || deepest > 0.004);
-        assert_true(bench.detail->sweep->refined > 50);
-        assert_true(walls[w].low == 3.0 || bench.detail->sweep->coarsened > 300);
+        assert_true(bench.detail->adapt.sweep->refined > 50);
+        assert_true(walls[w].low == 3.0 || bench.detail->adapt.sweep->coarsened > 300);
         bench_destroy(&bench);
     }
 }
@@ -191,7 +191,7 @@ static void a_small_load_keeps_its_sum_while_levels_come_and_go(void **unused)
         if (i % 50 == 0)
             bench_expect_sound(&bench);
     }
-    assert_true(bench.detail->sweep->coarsened > 100);
+    assert_true(bench.detail->adapt.sweep->coarsened > 100);
     bench_destroy(&bench);
 }
 
@@ -224,9 +224,9 @@ static void what_does_not_fit_is_refused_and_counted(void **unused)
         BodyMeasure measure;
         bench.body->ops->measure(bench.model, &measure);
         assert_true(measure.refused > 0);
-        assert_int_equal(measure.refused, bench.detail->sweep->refused);
-        assert_true(kind == 2 ? bench.detail->sweep->refined == 0
-                              : bench.detail->sweep->refined > 5);
+        assert_int_equal(measure.refused, bench.detail->adapt.sweep->refused);
+        assert_true(kind == 2 ? bench.detail->adapt.sweep->refined == 0
+                              : bench.detail->adapt.sweep->refined > 5);
         assert_int_equal(sim_resets(bench.sim), 0);
         // Nothing is left behind when the tool is gone.
         move(&bench, (Vec3){0.0, 0.0, 1.0});
@@ -270,7 +270,7 @@ static void absurd_loads_and_tools_leave_finite_numbers(void **unused)
                 bench_expect_sound(&bench);
         }
         print_message("kind %d: %d resets, %d refined\n", kind, (int)sim_resets(bench.sim),
-                      (int)bench.detail->sweep->refined);
+                      (int)bench.detail->adapt.sweep->refined);
         // It comes back when it is left alone, unless it was set spinning.
         ToolPose away = {.position = {0.0, 0.0, 1e3}, .orientation = {1.0, 0.0, 0.0, 0.0}};
         sim_apply_pose(bench.sim, 0, &away, true);
@@ -344,7 +344,7 @@ static void a_body_that_cannot_move_does_not(void **unused)
             if (i % 50 == 0)
                 bench_expect_sound(&bench);
         }
-        assert_true(bench.detail->sweep->refined > 0); // it is pressed all the same
+        assert_true(bench.detail->adapt.sweep->refined > 0); // it is pressed all the same
         BodyMeasure measure;
         bench.body->ops->measure(bench.model, &measure);
         expect_near(measure.max_displacement, 0.0, 1e-12);
@@ -445,7 +445,7 @@ static void odd_meshes_are_handled_like_others(void **unused)
                     bench_expect_sound(&bench);
             }
             print_message("mesh %d: %d refined to level %d, %d substeps\n", (int)m,
-                          (int)bench.detail->sweep->refined, finest, bench.body->substeps);
+                          (int)bench.detail->adapt.sweep->refined, finest, bench.body->substeps);
             assert_true(finest >= 2);
             expect_finite(&bench);
             assert_int_equal(sim_resets(bench.sim), 0);
@@ -455,11 +455,12 @@ static void odd_meshes_are_handled_like_others(void **unused)
             for (int i = 0; i < 4000; i++) {
                 sim_step(bench.sim);
                 if (i == 3000)
-                    changes = bench.detail->sweep->refined + bench.detail->sweep->coarsened;
+                    changes =
+                        bench.detail->adapt.sweep->refined + bench.detail->adapt.sweep->coarsened;
             }
             // The levels of a tetrahedron are far from its faces: it may stay dented, but at rest.
-            assert_int_equal(bench.detail->sweep->refined + bench.detail->sweep->coarsened,
-                             changes);
+            assert_int_equal(
+                bench.detail->adapt.sweep->refined + bench.detail->adapt.sweep->coarsened, changes);
             assert_true(bench.body->finest_level == 0 || meshes[m].make == tetrahedron);
             bench_expect_sound(&bench);
             bench_destroy(&bench);

@@ -147,7 +147,7 @@ static void shake(Plain *plain, uint64_t *random)
         Vec3 v = detail->fixed[i] ? (Vec3){0.0, 0.0, 0.0} : random_vec3(random);
         rows_write(&model->basis, model->rows[model->current], model->slot[i], x, v);
     }
-    detail_hang(model, model->rows[model->current]);
+    detail_hang(&model->detail->lists, model->basis.precision, model->rows[model->current]);
 }
 
 // A kick of one second and no drift: the velocity gains the acceleration.
@@ -216,7 +216,7 @@ static void check_variant(const SurfaceOptions *options, int organ, uint64_t see
     bench_create(&bench, BENCH_ADAPTIVE, &mesh, options, &touch, NULL);
     for (int i = 0; i < 25; i++)
         bench_change_at_random(&bench, &random, 9);
-    assert_true(!bench.detail->set.constrained || bench.detail->hanging_count > 16);
+    assert_true(!bench.detail->set.constrained || bench.detail->lists.hanging_count > 16);
     check(&bench, options, false, &random);
     check(&bench, options, true, &random);
     bench_destroy(&bench);

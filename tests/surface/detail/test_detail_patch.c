@@ -65,7 +65,7 @@ static void refine_at_random(DetailBench *bench, uint64_t random)
     for (int i = 0; i < 20 * bench->detail->set.levels.finest; i++)
         bench_change_at_random(bench, &random, 8);
     bench_expect_sound(bench);
-    assert_true(bench->detail->hanging_count > 5);
+    assert_true(bench->detail->lists.hanging_count > 5);
     sim_restored(bench->sim); // the time step follows
 }
 
@@ -94,7 +94,8 @@ static void strain_body(DetailBench *bench, const Strain *strain, double noise, 
         }
         put(bench, i, x);
     }
-    detail_hang(bench->model, bench->model->rows[bench->model->current]);
+    detail_hang(&bench->model->detail->lists, bench->model->basis.precision,
+                bench->model->rows[bench->model->current]);
 }
 
 // The largest force on a free node inside, over E2D eps L of the scale of the springs' own.

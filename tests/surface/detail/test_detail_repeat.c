@@ -66,7 +66,7 @@ static void a_scene_run_twice_has_the_same_bits(void **unused)
             run_to(&bench[k], MIDDLE + 60, k == 1); // building all anew changes nothing
             run_to(&bench[k], TICKS, false);
         }
-        assert_true(bench[0].detail->sweep->coarsened > 20);
+        assert_true(bench[0].detail->adapt.sweep->coarsened > 20);
         assert_true(state_hash(&bench[0].state) == state_hash(&bench[1].state));
         assert_int_equal(bench[0].body->mesh.topology, bench[1].body->mesh.topology);
         bench_destroy(&bench[0]);
@@ -83,7 +83,7 @@ static void a_refined_state_goes_on_elsewhere_with_the_same_bits(void **unused)
         create(&rest, kind, NULL);
         run_to(&rest, 37, false); // whatever it was before
         run_to(&whole, MIDDLE, false);
-        assert_true(whole.detail->hanging_count > 5);
+        assert_true(whole.detail->lists.hanging_count > 5);
         void *block = malloc(state_bytes(&whole.state));
         state_copy_out(&whole.state, block);
         state_copy_in(&rest.state, block);

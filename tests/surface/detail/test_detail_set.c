@@ -22,11 +22,11 @@ static void fuzz(TriMesh *mesh, const SurfaceOptions *options, uint64_t random, 
         // Grows for a while, then shrinks.
         bench_change_at_random(&bench, &random, i < changes / 2 ? 9 : 2);
         bench_expect_sound(&bench);
-        if (bench.detail->hanging_count > most_hanging)
-            most_hanging = bench.detail->hanging_count;
+        if (bench.detail->lists.hanging_count > most_hanging)
+            most_hanging = bench.detail->lists.hanging_count;
     }
-    assert_true(bench.detail->sweep->refined > changes / 4);
-    assert_true(bench.detail->sweep->coarsened > changes / 10);
+    assert_true(bench.detail->adapt.sweep->refined > changes / 4);
+    assert_true(bench.detail->adapt.sweep->coarsened > changes / 10);
     assert_true(!bench.detail->set.constrained || most_hanging > 10);
     bench_destroy(&bench);
 }

@@ -95,7 +95,7 @@ static double energy(const DetailBench *bench)
 
 static int64_t changes(const DetailBench *bench)
 {
-    return bench->detail->sweep->refined + bench->detail->sweep->coarsened;
+    return bench->detail->adapt.sweep->refined + bench->detail->adapt.sweep->coarsened;
 }
 
 // What must hold at any time.
@@ -130,7 +130,8 @@ static void a_press_refines_without_flicker_and_is_forgotten(void **unused)
         create_scene(&bench, &SCENES[s], 2);
         run(&bench, 1000, STROKE); // gravity and prestress come to rest
         double before = energy(&bench);
-        int64_t refined = bench.detail->sweep->refined, coarsened = bench.detail->sweep->coarsened;
+        int64_t refined = bench.detail->adapt.sweep->refined,
+                coarsened = bench.detail->adapt.sweep->coarsened;
         // In its own frame, held below, it would stay dented under 1 N.
         double force = SCENES[s].frame == SHAPE_BODY ? 0.3 : 1.0;
         const LoadOptions load = {.center = {0.0, 0.0, 0.05},
@@ -142,16 +143,16 @@ static void a_press_refines_without_flicker_and_is_forgotten(void **unused)
         run(&bench, 590, STROKE);
         int finest = bench.body->finest_level;
         run(&bench, 610, STROKE);
-        refined = bench.detail->sweep->refined - refined;
-        coarsened = bench.detail->sweep->coarsened - coarsened;
+        refined = bench.detail->adapt.sweep->refined - refined;
+        coarsened = bench.detail->adapt.sweep->coarsened - coarsened;
         print_message("%s: %d refined, %d coarsened\n", SCENES[s].name, (int)refined,
                       (int)coarsened);
         assert_int_equal(finest, 2);
         assert_in_range(refined, 30, 958);
         assert_in_range(coarsened, 0, refined);
         run(&bench, RECOVERY, STROKE);
-        print_message("  rests with %d nodes, %g J of %g\n", bench.detail->on_count, energy(&bench),
-                      before);
+        print_message("  rests with %d nodes, %g J of %g\n", bench.detail->pack.on_count,
+                      energy(&bench), before);
         assert_int_equal(bench.body->finest_level, 0);
         expect_near(energy(&bench), before, AT_REST);
         bench_destroy(&bench);
@@ -175,7 +176,7 @@ static void a_steady_press_comes_to_rest(void **unused)
         int64_t before = changes(&bench);
         run(&bench, 500, STROKE);
         print_message("%s: %d changes, then %d; %d nodes\n", SCENES[s].name, (int)before,
-                      (int)(changes(&bench) - before), bench.detail->on_count);
+                      (int)(changes(&bench) - before), bench.detail->pack.on_count);
         assert_int_equal(changes(&bench), before);
         bench_destroy(&bench);
     }
@@ -229,7 +230,8 @@ static void a_body_that_is_handled_for_long_stays_sound_and_recovers(void **unus
             run(&bench, 1, most);
             touched += sim_wrench(bench.sim, 0)->contact;
             highest = fmax(highest, i % 10 == 0 ? energy(&bench) : 0.0);
-            most_nodes = bench.detail->on_count > most_nodes ? bench.detail->on_count : most_nodes;
+            most_nodes =
+                bench.detail->pack.on_count > most_nodes ? bench.detail->pack.on_count : most_nodes;
         }
         double rate = (double)(changes(&bench) - start) / SCENES[s].seconds;
         ToolPose away = {.position = {0.0, 0.0, 1.0}, .orientation = {1.0, 0.0, 0.0, 0.0}};
@@ -252,7 +254,7 @@ static void the_number_of_a_mesh_stays_positive_and_new_beyond_its_last(void **s
     enum { CHANGES = 20 };
     DetailBench bench;
     create_scene(&bench, &SCENES[0], 2);
-    bench.detail->sweep->topology = INT_MAX - 5;
+    bench.detail->adapt.sweep->topology = INT_MAX - 5;
     detail_publish(bench.body);
     int last = bench.body->mesh.topology, changed = 0, wrapped = 0;
     assert_int_equal(last, INT_MAX - 4);

@@ -1,0 +1,68 @@
+// What the sweep over the refinement criteria keeps (detail_sweep.c). Private to the surface
+// module.
+#ifndef PLIANT_SURFACE_DETAIL_SWEEP_H
+#define PLIANT_SURFACE_DETAIL_SWEEP_H
+
+#include "base/vec.h"
+#include "surface/detail/detail_set.h"
+
+#include <stdint.h>
+
+enum { CREASE_SHARP = 2 }; // largest value in DetailAdapt.crease: divide the leaf
+
+// Progress of the sweep over the criteria; plain data, part of the state.
+typedef struct Sweep {
+    int64_t root;                        // next face of level 0
+    int64_t urgent;                      // roots to sweep at once, after a new load
+    double credit;                       // number of roots that may be swept by now
+    double thresholds[3];                // force, speed, curvature
+    double scale;                        // multiplies all three
+    int64_t level;                       // finest level that may be used
+    int64_t topology;                    // number of changes since the start
+    int64_t refined, coarsened, refused; // faces, since the start
+} Sweep;
+
+// A force of a tool on a node in the last evaluation of a tick; part of the state.
+typedef struct Felt {
+    int64_t node;
+    Vec3 force; // [N]
+} Felt;
+
+// What a sweep has computed for a node.
+typedef struct NodeLook {
+    int64_t pass;    // number of the pass; 0: never
+    Vec3 position;   // [m]
+    Vec3 moved;      // displacement from the rest position [m]
+    double slip2;    // square of the speed relative to the body's rigid motion [m2/s2]
+    double traction; // external force over its area [N/m2]
+} NodeLook;
+
+typedef struct DetailAdapt {
+    // --- constant ---
+    double modulus;     // E2D [N/m]
+    double edge_length; // mean of level 0 [m]
+    double wave_speed;  // sqrt(E2D / rho_A) [m/s]
+
+    // --- part of the state ---
+    int64_t *calm_since; // [faces above the finest level] tick since which a face's children are
+                         // calm, plus 1; 0: not calm
+    Sweep *sweep;
+    unsigned char *crease; // [faces of all levels] what the sweep has found for a face from the
+                           // other side of its edges
+    Felt *felt;            // [felt_capacity]
+    int64_t *felt_count;
+    int felt_capacity;
+
+    // --- of the change in progress ---
+    Leaf *calm; // [calm_capacity] refined faces whose four children have been calm for long
+    int calm_count, calm_capacity;
+    bool again; // of TopologyChange
+    int again_count;
+
+    // --- scratch ---
+    NodeLook *look; // [node_count]
+    int64_t look_passes;
+    double *felt_force; // [node_count] zero except during a sweep [N]
+} DetailAdapt;
+
+#endif
