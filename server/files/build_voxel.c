@@ -6,11 +6,13 @@
 #include "files/checkpoint.h"
 #include "files/fnv.h"
 #include "files/memory.h"
-#include "plane/plane.h"
 
 #include <stdlib.h>
+#ifdef PLIANT_WITH_PLANE
+#include "plane/plane.h"
+#endif
 
-#ifdef PLIANT_WITH_VOXEL
+#ifdef PLIANT_WITH_LATTICES
 
 // Hashes everything that determines the elements: cells, labels and placement.
 static uint64_t hash_lattice(const Lattice *lattice)
@@ -49,11 +51,9 @@ static bool check_capacity(const Scene *scene, const Body *body, Status *status)
                        many ? scene->node_capacity : scene->face_capacity);
 }
 
-// Creates the body, in space or in the plane.
-static bool create_model(Body *body, World *world, const VoxelOptions *voxel, Status *status)
+#ifdef PLIANT_WITH_PLANE
+static bool create_plane(Body *body, World *world, const VoxelOptions *voxel, Status *status)
 {
-    if (voxel->dimensions == 3)
-        return voxel_create(body, voxel, &world->arena, &world->state, status);
     const PlaneOptions plane = {
         .body = voxel->body,
         .lattice = voxel->lattice,
@@ -65,12 +65,30 @@ static bool create_model(Body *body, World *world, const VoxelOptions *voxel, St
     };
     return plane_create(body, &plane, &world->arena, &world->state, status);
 }
+#endif
 
-static bool create_voxel(World *world, const Scene *scene, const VoxelOptions *voxel,
-                         Texture texture, Status *status)
+// The scene reader has refused bodies of a model that is not built in.
+static bool create_model(Body *body, World *world, int dimensions, const VoxelOptions *voxel,
+                         Status *status)
+{
+#ifdef PLIANT_WITH_PLANE
+    if (dimensions == 2)
+        return create_plane(body, world, voxel, status);
+#endif
+#ifdef PLIANT_WITH_VOXEL
+    if (dimensions == 3)
+        return voxel_create(body, voxel, &world->arena, &world->state, status);
+#endif
+    (void)body, (void)world, (void)voxel;
+    return status_fail(status, STATUS_INVALID, "built without bodies of %d dimensions", dimensions);
+}
+
+static bool create_voxel(World *world, const Scene *scene, int dimensions,
+                         const VoxelOptions *voxel, Texture texture, Status *status)
 {
     Body body = {0};
-    if (!create_model(&body, world, voxel, status) || !check_capacity(scene, &body, status))
+    if (!create_model(&body, world, dimensions, voxel, status) ||
+        !check_capacity(scene, &body, status))
         return false;
     body.texture = texture.uv;
     body.texture_count = texture.count;
@@ -109,7 +127,7 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
         voxel.publish_all = scene->publish.all_nodes;
         voxel.skin = described->skin.file != NULL ? &skin : NULL;
         Texture texture = build_texture(world, scene, options, described->name, &skin, NULL);
-        ok = create_voxel(world, scene, &voxel, texture, status);
+        ok = create_voxel(world, scene, described->dimensions, &voxel, texture, status);
     }
     free(position);
     free(velocity);
@@ -124,6 +142,6 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
 {
     (void)world, (void)scene, (void)index, (void)prepared, (void)options;
     return status_fail(status, STATUS_INVALID,
-                       "this pliantd was built without voxel bodies (PLIANT_VOXEL)");
+                       "this pliantd was built without voxel and plane bodies");
 }
 #endif

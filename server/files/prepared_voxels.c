@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#if defined(PLIANT_WITH_HDF5) && defined(PLIANT_WITH_VOXEL)
+#if defined(PLIANT_WITH_HDF5) && defined(PLIANT_WITH_LATTICES)
 
 // Hashes the source files: for a detached header both.
 static bool hash_files(const VoxelSource *source, uint64_t *hash, Status *status)

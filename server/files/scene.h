@@ -50,6 +50,7 @@ typedef struct SceneBody {
     };
     MeshSource mesh; // of a surface body
     // Of a voxel body.
+    int dimensions; // 3, or 2: a plane body, created from PlaneOptions that follow from `voxel`
     VoxelSource voxels;
     SolidMaterial usual;     // of labels without a material of their own
     SolidMaterial *material; // [voxels.label_count]; owned; voxel.material points here

@@ -46,9 +46,8 @@ static const Option BODY_OPTIONS[] = {
      .only = VOXEL_ONLY, .physics = true,
      .about = "Voxel: law of the elements: `affine` is exact for uniform strain at every level, "
               "`miyazaki2004` is the paper's."},
-    {"dimensions", OPTION_INT, AT(body.voxel.dimensions), "", 2.0, 3.0,
-     .preset_text = "3, of a `disc` 2", .only = VOXEL_ONLY, .physics = true,
-     .about = "Voxel: 2 is the plane case, in z = 0."},
+    {"dimensions", OPTION_INT, AT(body.dimensions), "", 2.0, 3.0, .preset_text = "3, of a `disc` 2",
+     .only = VOXEL_ONLY, .physics = true, .about = "Voxel: 2 is the plane case, in z = 0."},
     {"material", OPTION_GROUP, AT(material), "", .preset_text = "its defaults",
      .about = "Stiffness, mass and damping."},
     {"materials", OPTION_LIST, AT(materials), "", .only = VOXEL_ONLY,
@@ -175,7 +174,7 @@ static bool check_thresholds(const SceneReader *reader, const config_setting_t *
 static bool check_plane(const SceneReader *reader, const BodyGroup *raw, const SceneBody *body)
 {
     const OptionSource *source = &reader->source;
-    if (body->model != MODEL_VOXEL || body->voxel.dimensions != 2)
+    if (body->model != MODEL_VOXEL || body->dimensions != 2)
         return true;
     if (option_given(raw->at, "split_budget"))
         return option_fail(source, option_find(raw->at, "split_budget"),
@@ -202,16 +201,22 @@ static bool read_tear(const SceneReader *reader, const BodyGroup *raw, SceneBody
     return body->options.cuttable || option_fail(source, raw->tear, "tear needs cuttable = true");
 }
 
-static bool check_built(const SceneReader *reader, const BodyGroup *raw)
+// After the model was read: only then the dimensions are known.
+static bool check_built(const SceneReader *reader, const BodyGroup *raw, const SceneBody *body)
 {
     const char *lacks = NULL;
+    (void)body; // where all are built in
 #ifndef PLIANT_WITH_SURFACE
-    if (raw->body.model == MODEL_SURFACE)
+    if (body->model == MODEL_SURFACE)
         lacks = "surface bodies (PLIANT_SURFACE)";
 #endif
 #ifndef PLIANT_WITH_VOXEL
-    if (raw->body.model == MODEL_VOXEL)
+    if (body->model == MODEL_VOXEL && body->dimensions == 3)
         lacks = "voxel bodies (PLIANT_VOXEL)";
+#endif
+#ifndef PLIANT_WITH_PLANE
+    if (body->model == MODEL_VOXEL && body->dimensions == 2)
+        lacks = "plane bodies (PLIANT_PLANE)";
 #endif
     return lacks == NULL ||
            option_fail(&reader->source, raw->at, "this pliantd was built without %s", lacks);
@@ -221,8 +226,7 @@ bool scene_read_body(const SceneReader *reader, const config_setting_t *group, S
 {
     BodyGroup raw = {.at = group};
     const OptionSource *source = &reader->source;
-    if (!option_read(&BODY_TABLE, group, source, &raw) || !check_built(reader, &raw) ||
-        !check_meant(reader, &raw))
+    if (!option_read(&BODY_TABLE, group, source, &raw) || !check_meant(reader, &raw))
         return false;
     *body = raw.body;
     body->line = (int)config_setting_source_line(group);
@@ -236,7 +240,8 @@ bool scene_read_body(const SceneReader *reader, const config_setting_t *group, S
         body->initial = scene_source_resolve(reader->folder, raw.initial);
     return (body->model == MODEL_VOXEL ? scene_read_voxel(reader, &raw, body)
                                        : scene_read_surface(reader, &raw, body)) &&
-           check_plane(reader, &raw, body) && read_tear(reader, &raw, body) &&
+           check_built(reader, &raw, body) && check_plane(reader, &raw, body) &&
+           read_tear(reader, &raw, body) &&
            option_read(&CONTACT_TABLE, raw.contact, source, body) &&
            scene_read_fixed(reader, raw.fixed, body);
 }

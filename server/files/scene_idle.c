@@ -34,7 +34,7 @@ static bool moves_no_tool(const Place *place)
 
 static bool is_plane(const SceneBody *body)
 {
-    return body->model == MODEL_VOXEL && body->voxel.dimensions == 2;
+    return body->model == MODEL_VOXEL && body->dimensions == 2;
 }
 
 // True if there are bodies with inner nodes, which are published only with "all".

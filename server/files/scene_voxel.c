@@ -134,7 +134,7 @@ static bool read_skin(const SceneReader *reader, const BodyGroup *raw, SceneBody
     SkinGroup skin = {0};
     if (raw->skin == NULL)
         return true;
-    if (body->voxel.dimensions == 2)
+    if (body->dimensions == 2)
         return option_fail(&reader->source, raw->skin, "skin means nothing for a plane body");
     if (!option_read(&SKIN_TABLE, raw->skin, &reader->source, &skin))
         return false;
@@ -174,6 +174,6 @@ bool scene_read_voxel(const SceneReader *reader, const BodyGroup *raw, SceneBody
     if (!option_require(&BODY_TABLE, raw->at, "voxels", &reader->source))
         return false;
     return choose_levels(reader, raw, voxel) && choose_integrator(reader, raw, voxel) &&
-           scene_read_voxels(reader, raw->voxels, &body->voxels, &voxel->dimensions) &&
+           scene_read_voxels(reader, raw->voxels, &body->voxels, &body->dimensions) &&
            read_materials(reader, raw, body) && read_skin(reader, raw, body);
 }

@@ -54,7 +54,7 @@ static void print_elements(const SceneBody *described, const Body *body, FILE *o
 {
     const VoxelOptions *voxel = &described->voxel;
     fprintf(out, "  law \"%s\", %d dimensions, levels 0 to %d\n",
-            voxel->law == VOXEL_AFFINE ? "affine" : "miyazaki2004", voxel->dimensions,
+            voxel->law == VOXEL_AFFINE ? "affine" : "miyazaki2004", described->dimensions,
             voxel->body.levels);
     // An undamped oscillation of angular frequency w is stable for steps up to 2 / w.
     fprintf(out, "  critical step %.6g s, damping %.6g of it\n", 2.0 / sqrt(body->lambda),

@@ -275,7 +275,7 @@ bool study_prepare(StudyContext *context, const Scene *scene, const StudyOptions
     // Same floating-point mode as the daemon.
     realtime_flush_denormals();
     const SceneBody *first = &scene->body[0];
-    context->plane = first->model == MODEL_VOXEL && first->voxel.dimensions == 2;
+    context->plane = first->model == MODEL_VOXEL && first->dimensions == 2;
     context->sample_s = fmax(SAMPLE_S, 1.0 / scene->rate_hz);
     const BuildOptions build = {.isa = context->options.isa, .may_load = true};
     if (!study_copy_scene(scene, &copy))

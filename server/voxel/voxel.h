@@ -15,7 +15,6 @@ typedef struct VoxelOptions {
     BodyOptions body;       // levels up to VOXEL_LEVELS_MAX (layout.h); integrator symplectic_euler
                             // or leapfrog; fixed nodes: indices of lattice points
     const Lattice *lattice; // not needed after creation
-    int dimensions;         // 3, or 2: the plane case
     VoxelLaw law;
     int material_count;
     const SolidMaterial *material; // [material_count] by label - 1
@@ -28,7 +27,7 @@ typedef struct VoxelOptions {
     const TriMesh *skin; // display surface in place of the outer faces, or NULL
 } VoxelOptions;
 
-// Builds a body in space; one in the plane is made by plane_create. Allocates from `arena` and adds
+// Builds a body. Allocates from `arena` and adds
 // its arrays to `state`. False with `status` if the options do not fit.
 bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,
                   Status *status);

@@ -32,7 +32,6 @@ static bool world_create(World *world, int cells, const char *isa, Status *statu
                                .high = {1.0, 1.0, -0.5 * SIZE * cells + 1e-6}};
     const VoxelOptions options = {.body.name = "body",
                                   .lattice = &lattice,
-                                  .dimensions = 3,
                                   .body.levels = 2,
                                   .material_count = 1,
                                   .material = &material,

@@ -166,7 +166,7 @@ static void nodes_that_came_rest_where_the_rest_shape_has_them(void **unused)
     }
 }
 
-#ifdef PLIANT_WITH_VOXEL
+#if defined(PLIANT_WITH_VOXEL) && defined(PLIANT_WITH_PLANE)
 static void nodes_of_voxel_bodies_rest_in_their_lattice(void **unused)
 {
     (void)unused;
@@ -304,7 +304,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(nodes_rest_where_they_are_before_anything_acts),
         cmocka_unit_test(nodes_that_came_rest_where_the_rest_shape_has_them),
-#ifdef PLIANT_WITH_VOXEL
+#if defined(PLIANT_WITH_VOXEL) && defined(PLIANT_WITH_PLANE)
         cmocka_unit_test(nodes_of_voxel_bodies_rest_in_their_lattice),
 #endif
         cmocka_unit_test(midpoints_have_the_mean_texture_of_their_parents),

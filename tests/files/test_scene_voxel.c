@@ -5,7 +5,7 @@
 
 #include <stdlib.h>
 
-#ifdef PLIANT_WITH_VOXEL
+#if defined(PLIANT_WITH_VOXEL) && defined(PLIANT_WITH_PLANE)
 
 // The body opens in line 1 and has its voxels there; the keys under test are in line 2.
 #define START         "bodies = ( { name = \"a\"; model = \"voxel\"; "
@@ -37,7 +37,7 @@ static void a_bare_voxel_body_takes_all_defaults(void **unused)
     expect_near(voxels->scale, 1.0, 0.0);
     expect_near(vec3_length(voxels->rotation) + vec3_length(voxels->translation), 0.0, 0.0);
     const VoxelOptions *voxel = &body->voxel;
-    assert_int_equal(voxel->dimensions, 3);
+    assert_int_equal(body->dimensions, 3);
     assert_int_equal(voxel->body.levels, 2);
     assert_int_equal(voxel->law, VOXEL_AFFINE);
     assert_int_equal(voxel->material_count, 1);
@@ -233,16 +233,16 @@ static void plane_bodies_are_boxes_and_discs_in_their_plane(void **unused)
     (void)unused;
     Scene scene;
     read_valid(VOXELS("generator = \"disc\"; radius = 0.05;"), &scene);
-    assert_int_equal(scene.body[0].voxel.dimensions, 2);
+    assert_int_equal(scene.body[0].dimensions, 2);
     scene_destroy(&scene);
     read_valid(VOXELS("generator = \"disc\"; dimensions = 2;"), &scene);
-    assert_int_equal(scene.body[0].voxel.dimensions, 2);
+    assert_int_equal(scene.body[0].dimensions, 2);
     scene_destroy(&scene);
     read_valid(START "dimensions = 2;\nvoxels = { generator = \"box\"; count = [32, 8]; "
                      "dimensions = 2; place = { translation = (1, 2, 0); "
                      "rotation = (0, 0, 0.5); }; }; } );",
                &scene);
-    assert_int_equal(scene.body[0].voxel.dimensions, 2);
+    assert_int_equal(scene.body[0].dimensions, 2);
     assert_int_equal(scene.body[0].voxels.count[1], 8);
     assert_int_equal(scene.body[0].voxels.count[2], 1);
     scene_destroy(&scene);
@@ -252,7 +252,7 @@ static void plane_bodies_are_boxes_and_discs_in_their_plane(void **unused)
     scene_destroy(&scene);
     // A single layer of cells is a thin solid as long as nobody says otherwise.
     read_valid(VOXELS("generator = \"box\"; count = [32, 32, 1];"), &scene);
-    assert_int_equal(scene.body[0].voxel.dimensions, 3);
+    assert_int_equal(scene.body[0].dimensions, 3);
     scene_destroy(&scene);
 
     expect_error(VOXELS("generator = \"disc\"; dimensions = 3;"),
@@ -455,8 +455,16 @@ static void what_a_voxel_body_cannot_do_is_refused(void **unused)
 static void voxel_bodies_that_are_not_built_in_are_refused(void **unused)
 {
     (void)unused;
-    expect_error("bodies = (\n{ name = \"a\"; model = \"voxel\"; } );",
+#ifndef PLIANT_WITH_VOXEL
+    expect_error("bodies = (\n{ name = \"a\"; model = \"voxel\"; "
+                 "voxels = { generator = \"box\"; }; } );",
                  "x.cfg:2: this pliantd was built without voxel bodies (PLIANT_VOXEL)");
+#endif
+#ifndef PLIANT_WITH_PLANE
+    expect_error("bodies = (\n{ name = \"a\"; model = \"voxel\"; "
+                 "voxels = { generator = \"disc\"; }; } );",
+                 "x.cfg:2: this pliantd was built without plane bodies (PLIANT_PLANE)");
+#endif
 }
 
 #endif
@@ -464,7 +472,7 @@ static void voxel_bodies_that_are_not_built_in_are_refused(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-#ifdef PLIANT_WITH_VOXEL
+#if defined(PLIANT_WITH_VOXEL) && defined(PLIANT_WITH_PLANE)
         cmocka_unit_test(a_bare_voxel_body_takes_all_defaults),
         cmocka_unit_test(keys_of_both_models_are_read_as_written),
         cmocka_unit_test(volumes_have_labels_and_their_own_spacing),

@@ -14,6 +14,7 @@ header_of() {
     dynamics) echo dynamics/sim.h ;;
     surface) echo surface/surface.h ;;
     voxel) echo voxel/voxel.h ;;
+    plane) echo plane/plane.h ;;
     files) echo files/scene.h ;;
     run) echo run/bus.h ;;
     study) echo study/study.h ;;
@@ -25,14 +26,14 @@ rank_of() {
     base) echo 1 ;;
     geometry) echo 2 ;;
     dynamics) echo 3 ;;
-    surface | voxel) echo 4 ;;
+    surface | voxel | plane) echo 4 ;;
     files) echo 5 ;;
     run) echo 6 ;;
     study) echo 7 ;;
     esac
 }
 
-# Surface and voxel bodies do not see each other.
+# Surface, voxel and plane bodies do not see each other.
 may_see() {
     [ "$1" = "$2" ] || [ "$(rank_of "$2")" -lt "$(rank_of "$1")" ]
 }
@@ -47,7 +48,7 @@ while read -r module folders; do
     for folder in $folders; do
         options="$options -I$folder"
     done
-    for other in base geometry dynamics surface voxel files run study; do
+    for other in base geometry dynamics surface voxel plane files run study; do
         header=$(header_of "$other")
         [ -f "$server/$header" ] || complain "there is no $header to try"
         # shellcheck disable=SC2086 # one option a word

@@ -21,7 +21,6 @@ VoxelWorldOptions voxel_world_cube(int n)
 {
     VoxelWorldOptions options = {
         .body = {.body.name = "body",
-                 .dimensions = 3,
                  .body.levels = n >= 8 ? 2 : 0,
                  .damping = 0.2,
                  .body.integrator = INTEGRATOR_SYMPLECTIC_EULER,
