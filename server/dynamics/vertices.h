@@ -13,7 +13,7 @@
 #include "dynamics/body_parameters.h"
 #include "dynamics/rows.h"
 #include "dynamics/vertex_ids.h"
-#include "dynamics/vertex_kernel.h"
+#include "dynamics/kernel.h"
 
 typedef struct Vertices {
     // --- constant after creation, except for bodies that are cut ---

@@ -2,7 +2,7 @@
 #include "expect.h"
 #include "random.h"
 
-#include "dynamics/vertex_kernel.h"
+#include "dynamics/kernel.h"
 
 #include <stdlib.h>
 #include <string.h>

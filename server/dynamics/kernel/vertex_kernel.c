@@ -3,7 +3,7 @@
 //
 // Compiled once per precision and level with KERNEL_NAME, KERNEL_LEVEL, KERNEL_SINGLE and
 // KERNEL_WIDTH.
-#include "dynamics/vertex_kernel.h"
+#include "dynamics/kernel.h"
 
 #include "base/vector.h"
 

@@ -1,5 +1,5 @@
 // The instruction-set levels of the vertex kernel that this machine can run.
-#include "dynamics/vertex_kernel.h"
+#include "dynamics/kernel.h"
 
 #include <stddef.h>
 
