@@ -48,6 +48,49 @@ const char *option_number_text(char text[OPTION_NUMBER_TEXT], double value)
     return text;
 }
 
+// Writes a real so that it reads back as the same real.
+static size_t real_text(double value, char *text, size_t size)
+{
+    char number[OPTION_NUMBER_TEXT];
+    option_number_text(number, value);
+    return (size_t)snprintf(text, size, "%s%s", number, strpbrk(number, ".e") == NULL ? ".0" : "");
+}
+
+static size_t word_text(const Option *option, int value, char *text, size_t size)
+{
+    for (const OptionWord *word = option->words; word->word != NULL; word++)
+        if (word->value == value)
+            return (size_t)snprintf(text, size, "\"%s\"", word->word);
+    return 0;
+}
+
+static bool is_inside(const Option *option, double value)
+{
+    // The form of the comparison makes NaN fail.
+    return (option->open ? value > option->low : value >= option->low) && value <= option->high;
+}
+
+size_t option_value_text(const Option *option, const void *member, char *text, size_t size)
+{
+    text[0] = '\0';
+    switch (option->type) {
+    case OPTION_REAL: {
+        const double value = *(const double *)member;
+        return is_inside(option, value) ? real_text(value, text, size) : 0;
+    }
+    case OPTION_INT: {
+        const int value = *(const int *)member;
+        return is_inside(option, value) ? (size_t)snprintf(text, size, "%d", value) : 0;
+    }
+    case OPTION_BOOL:
+        return (size_t)snprintf(text, size, "%s", *(const bool *)member ? "true" : "false");
+    case OPTION_WORD:
+        return word_text(option, *(const int *)member, text, size);
+    default:
+        return 0;
+    }
+}
+
 // Quotes a string for an error, truncated and without control characters: an error stays one line.
 static const char *quoted_text(char text[VALUE_TEXT], const char *string)
 {
@@ -108,9 +151,7 @@ static bool fail_type(const Option *option, const config_setting_t *setting,
 static bool check_range(const Option *option, const config_setting_t *setting,
                         const OptionSource *source, double value, const char *noun)
 {
-    // The form of the comparison makes NaN fail.
-    bool inside = (option->open ? value > option->low : value >= option->low);
-    if (inside && value <= option->high)
+    if (is_inside(option, value))
         return true;
     char text[OPTION_NUMBER_TEXT], low[OPTION_NUMBER_TEXT], high[OPTION_NUMBER_TEXT];
     return option_fail(source, setting, "%s%s %s outside %c%s, %s]", option->key, noun,
@@ -296,6 +337,21 @@ bool option_is_default(const Option *option, const void *member)
     OptionValue preset;
     store_default(option, &preset);
     return memcmp(&preset, member, value_size(option->type)) == 0;
+}
+
+bool option_enables(const Option *option, const void *member)
+{
+    if (option->type == OPTION_REAL)
+        return *(const double *)member > 0.0;
+    return !option_is_default(option, member);
+}
+
+const char *option_idle(const Option *option, const OptionPlace *place)
+{
+    for (int i = 0; i < OPTION_IDLES && option->idle[i] != NULL; i++)
+        if (option->idle[i]->holds(place))
+            return option->idle[i]->why;
+    return NULL;
 }
 
 static bool read_value(const Option *option, const config_setting_t *setting,

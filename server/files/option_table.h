@@ -32,6 +32,15 @@ typedef struct OptionWord {
     int value;
 } OptionWord;
 
+// A condition in which a key has no effect.
+typedef struct OptionPlace OptionPlace; // where a group is, for those who know the scene
+typedef struct OptionIdle {
+    bool (*holds)(const OptionPlace *place);
+    const char *why;
+} OptionIdle;
+
+enum { OPTION_IDLES = 3 };
+
 typedef struct Option {
     const char *key;
     OptionType type;
@@ -43,9 +52,12 @@ typedef struct Option {
     const char *preset_text; // default of names and strings; else the text shown for the default
     const OptionWord *words;
     bool required;
-    unsigned only;     // bit set of the variants of the group that use the key; 0: all
-    bool physics;      // the motion depends on it: part of what a checkpoint is known by
-    const char *about; // one sentence
+    unsigned only; // bit set of the variants of the group that use the key; 0: all
+    bool physics;  // the motion depends on it: part of what a checkpoint is known by
+    const OptionIdle *idle[OPTION_IDLES]; // the first that holds is reported; NULL: no more
+    const char *feature; // what a positive number, true or another word than the default enables,
+                         // in the list of --explain; NULL: nothing
+    const char *about;   // one sentence
 } Option;
 
 typedef struct OptionTable {
@@ -73,6 +85,10 @@ bool option_read(const OptionTable *table, const config_setting_t *group,
 
 // True if the member has the value that it gets where the key is omitted.
 bool option_is_default(const Option *option, const void *member);
+// True if a member enables the feature of its row.
+bool option_enables(const Option *option, const void *member);
+// Returns why the key has no effect there, or NULL.
+const char *option_idle(const Option *option, const OptionPlace *place);
 // True if groups of this variant use the key.
 bool option_is_used(const Option *option, int variant);
 // Returns false with the status "<key> means nothing for <owner>" if the group has a key of other
@@ -111,6 +127,9 @@ bool option_fail(const OptionSource *source, const config_setting_t *at, const c
 enum { OPTION_NUMBER_TEXT = 32 };
 // Writes the shortest text that reads back as the same number.
 const char *option_number_text(char text[OPTION_NUMBER_TEXT], double value);
+// Writes the value of a number, truth or word as text of a scene file; "" for one outside of the
+// range, which only an omitted key has. Returns its length.
+size_t option_value_text(const Option *option, const void *member, char *text, size_t size);
 // True if `word` is so similar to `known` that it may be a typing error.
 bool option_is_near(const char *word, const char *known);
 

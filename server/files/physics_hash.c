@@ -50,25 +50,6 @@ static void add_keys(uint64_t *hash, const OptionTable *table, const void *group
     }
 }
 
-static void add_surface(uint64_t *hash, const SurfaceOptions *surface)
-{
-    fnv_int(hash, surface->automatic);
-    add_keys(hash, &MATERIAL_TABLE, &surface->material);
-    if (surface->shape.wanted) {
-        fnv_int(hash, surface->shape.per_node);
-        add_keys(hash, &SHAPE_TABLE, &surface->shape);
-    }
-    if (surface->adaptive)
-        add_keys(hash, &ADAPT_TABLE, &surface->adapt);
-}
-
-static void add_voxel(uint64_t *hash, const SceneBody *body)
-{
-    add_keys(hash, &VOXEL_MATERIAL_TABLE, body);
-    for (int i = 0; i < body->voxel.material_count; i++)
-        add_keys(hash, &LABEL_MATERIAL_TABLE, &body->voxel.material[i]);
-}
-
 static void add_region(uint64_t *hash, const FixedRegion *region)
 {
     fnv_int(hash, region->kind);
@@ -81,18 +62,36 @@ static void add_region(uint64_t *hash, const FixedRegion *region)
         fnv_int(hash, region->node[i]);
 }
 
-static void add_mesh(uint64_t *hash, const TriMesh *mesh)
+// True if faces or elements are created at run time, of which the scene may limit the number.
+static bool grows(const SceneBody *body)
 {
+    return body->model == MODEL_SURFACE ? surface_changes(&body->surface) : body->options.cuttable;
+}
+
+static void add_groups(uint64_t *hash, const SceneBody *body)
+{
+    KeyGroup group[KEY_GROUPS];
+    for (int g = 0, groups = scene_list_groups(body, group); g < groups; g++)
+        if (!group[g].absent)
+            add_keys(hash, group[g].table, group[g].keys);
+}
+
+static void add_surface(uint64_t *hash, const SurfaceOptions *surface, const TriMesh *mesh)
+{
+    fnv_int(hash, surface->automatic);
+    fnv_int(hash, surface->shape.per_node);
     fnv_int(hash, mesh->node_count);
     fnv_int(hash, mesh->triangle_count);
     *hash = fnv_bytes(*hash, mesh->position, (size_t)mesh->node_count * sizeof *mesh->position);
     *hash = fnv_bytes(*hash, mesh->triangle, (size_t)mesh->triangle_count * sizeof *mesh->triangle);
 }
 
-// True if faces or elements are created at run time, of which the scene may limit the number.
-static bool grows(const SceneBody *body)
+// `cells`: hash of the cells.
+static void add_voxel(uint64_t *hash, const VoxelOptions *voxel, uint64_t cells)
 {
-    return body->model == MODEL_SURFACE ? surface_changes(&body->surface) : body->options.cuttable;
+    for (int i = 0; i < voxel->material_count; i++)
+        add_keys(hash, &LABEL_MATERIAL_TABLE, &voxel->material[i]);
+    *hash = fnv_bytes(*hash, &cells, sizeof cells);
 }
 
 static void add_body(uint64_t *hash, const SceneBody *body, const TriMesh *mesh, uint64_t cells)
@@ -100,10 +99,7 @@ static void add_body(uint64_t *hash, const SceneBody *body, const TriMesh *mesh,
     const BodyOptions *options = &body->options;
     add_text(hash, body->name);
     add_text(hash, scene_model_name(body->model));
-    add_keys(hash, &BODY_TABLE, body);
-    add_keys(hash, &CONTACT_TABLE, body);
-    if (options->cuttable)
-        add_keys(hash, &TEAR_TABLE, body);
+    add_groups(hash, body);
     if (grows(body)) {
         fnv_int(hash, options->node_capacity);
         fnv_int(hash, options->face_capacity);
@@ -111,13 +107,10 @@ static void add_body(uint64_t *hash, const SceneBody *body, const TriMesh *mesh,
     fnv_int(hash, options->fixed_count);
     for (int i = 0; i < options->fixed_count; i++)
         add_region(hash, &options->fixed[i]);
-    if (body->model == MODEL_VOXEL) {
-        add_voxel(hash, body);
-        *hash = fnv_bytes(*hash, &cells, sizeof cells); // World.cells has the hash of the cells
-    } else {
-        add_surface(hash, &body->surface);
-        add_mesh(hash, mesh);
-    }
+    if (body->model == MODEL_VOXEL)
+        add_voxel(hash, &body->voxel, cells);
+    else
+        add_surface(hash, &body->surface, mesh);
 }
 
 static void add_tool(uint64_t *hash, const ToolOptions *tool)

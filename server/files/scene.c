@@ -69,7 +69,8 @@ static const Option SCENE_OPTIONS[] = {
               "spare time of ticks, steps are tried whole and in two halves. The motion is "
               "bit-identical with and without it."},
     {"tool_timeout_s", OPTION_REAL, AT(scene.tool_timeout_s), "s", 0.0, 3600.0, .open = true,
-     .preset = 0.2, .physics = true, .about = "A tool whose newest pose is older is withdrawn."},
+     .preset = 0.2, .physics = true, .idle = {&IDLE_MOVES_NO_TOOL},
+     .about = "A tool whose newest pose is older is withdrawn."},
     {"settle_s", OPTION_REAL, AT(scene.settle_s), "s", 0.0, 3600.0,
      .about = "Time simulated before the first tick, so that the bodies are at rest under gravity "
               "and prestress."},
@@ -102,17 +103,18 @@ static const Option PUBLISH_OPTIONS[] = {
     {"mesh_hz", OPTION_REAL, AT(publish.mesh_hz), "Hz", 0.0, 10000.0, .preset = 1.0,
      .about = "Whole meshes per second, for clients that join late; 0: only on request."},
     {"contact_hz", OPTION_REAL, AT(publish.contact_hz), "Hz", 0.0, 10000.0, .preset = 1000.0,
-     .about = "Contact messages per second and tool; 0: never."},
+     .idle = {&IDLE_HAS_NO_TOOL}, .about = "Contact messages per second and tool; 0: never."},
     {"status_hz", OPTION_REAL, AT(publish.status_hz), "Hz", 0.0, 10000.0, .preset = 2.0,
      .about = "Status messages per second; 0: never."},
-    {"nodes", OPTION_WORD, AT(nodes), "", .words = NODES_WORDS,
+    {"nodes", OPTION_WORD, AT(nodes), "", .words = NODES_WORDS, .idle = {&IDLE_HAS_NO_INSIDE},
      .about = "Which nodes: those of the surface, or all, including those inside voxel bodies."},
-    {"velocity", OPTION_BOOL, AT(publish.velocity), "",
+    {"velocity", OPTION_BOOL, AT(publish.velocity), "", .idle = {&IDLE_PUBLISHES_NO_NODES},
      .about = "Whether velocities are published too."},
     {"rest", OPTION_BOOL, AT(publish.rest), "",
      .about = "Whether rest positions of the nodes and the texture coordinates of the mesh file "
               "are published with each whole mesh, for viewers."},
     {"contact_stiffness", OPTION_BOOL, AT(publish.contact_stiffness), "", .preset = 1.0,
+     .idle = {&IDLE_HAS_ONLY_PLANES, &IDLE_MOVES_NO_TOOL, &IDLE_PUBLISHES_NO_CONTACTS},
      .about = "Whether contact messages report the body's stiffness at the contact, which haptic "
               "devices behind a network need; it takes up to 4 % of a tick while a probe touches. "
               "Not for plane bodies."},

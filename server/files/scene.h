@@ -125,6 +125,21 @@ const char *scene_model_name(SceneModel model);
 // rest of `surface` unchanged.
 void scene_preset_surface(SurfaceOptions *surface);
 
+// A feature that a scene can do without, and the key or option that enables it.
+typedef struct SceneFeature {
+    bool on;
+    const char *name;
+    char key[SCENE_NAME_MAX];
+} SceneFeature;
+
+// Writes the features that single keys of a body enable, at most `most`; returns their number.
+int scene_list_features(const SceneBody *body, SceneFeature *feature, int most);
+
+// Writes the value of a key of a body, or of a group of keys, as text of a scene file; "" for what
+// the scene omits. Returns false if its model has no such key.
+enum { SCENE_VALUE_TEXT = 192 };
+bool scene_key_text(const SceneBody *body, const char *key, char text[SCENE_VALUE_TEXT]);
+
 // Prints the reference of all keys, as Markdown (config/README.md is this text).
 void scene_print_reference(FILE *out);
 

@@ -37,6 +37,7 @@ static const Option BODY_OPTIONS[] = {
               "most `levels`."},
     {"adjust", OPTION_WORD, AT(body.surface.adjust), "", .words = ADJUST_WORDS,
      .preset = ADJUST_CONTINUUM, .only = SURFACE_ONLY, .physics = true,
+     .idle = {&IDLE_HAS_ONE_LEVEL},
      .about = "Surface: how properties follow the level: `continuum` as those of an elastic "
               "membrane, `choi2005` by the paper's eqs 6 to 9, which a `cuttable` body with levels "
               "cannot use. No effect with `levels = 0`."},
@@ -57,7 +58,7 @@ static const Option BODY_OPTIONS[] = {
     {"contact", OPTION_GROUP, AT(contact), "", .preset_text = "its defaults",
      .about = "Contact of the body with tools."},
     {"prestress", OPTION_REAL, AT(body.surface.prestress), "", 0.0, 0.9, .only = SURFACE_ONLY,
-     .physics = true,
+     .physics = true, .feature = "prestress",
      .about = "Surface: rest lengths are shortened by this fraction; 0.1 lets cuts open."},
     {"skin", OPTION_GROUP, AT(skin), "", .preset_text = "the cells' own faces", .only = VOXEL_ONLY,
      .about = "Voxel: display surface carried by the elements."},
@@ -75,21 +76,21 @@ static const Option BODY_OPTIONS[] = {
          "the same integrator: those that name none take that of the others; if none names one and "
          "both models are joined, all take `leapfrog`."},
     {"theta", OPTION_REAL, AT(body.surface.implicit.theta), "", 0.5, 1.0, .preset = 0.55,
-     .only = SURFACE_ONLY, .physics = true,
+     .only = SURFACE_ONLY, .physics = true, .idle = {&IDLE_IS_EXPLICIT},
      .about = "Surface, `implicit`: weight of the end of a step in its forces. 0.5 is the most "
               "accurate and damps nothing, 1 is backward Euler."},
     {"solver_tolerance", OPTION_REAL, AT(body.surface.implicit.tolerance), "", 1e-12, 1.0,
-     .preset = 0.01, .only = SURFACE_ONLY, .physics = true,
+     .preset = 0.01, .only = SURFACE_ONLY, .physics = true, .idle = {&IDLE_IS_EXPLICIT},
      .about = "Surface, `implicit`: relative tolerance of the linear system's residual."},
     {"solver_iterations", OPTION_INT, AT(body.surface.implicit.iterations), "", 1.0, 10000.0,
-     .preset = 50, .only = SURFACE_ONLY, .physics = true,
+     .preset = 50, .only = SURFACE_ONLY, .physics = true, .idle = {&IDLE_IS_EXPLICIT},
      .about = "Surface, `implicit`: largest number of iterations per step; the rest of the "
               "residual is left to the next step."},
     {"time_step", OPTION_REAL, AT(body.options.time_step), "s", 0.0, 1.0, .open = true,
      .preset_text = "from the stability bound", .physics = true,
      .about = "Longest step; a tick is divided into equal steps of at most this length."},
     {"unsafe_time_step", OPTION_BOOL, AT(body.options.unsafe_time_step), "",
-     .about = "Accepts a time step beyond the stability bound."},
+     .idle = {&IDLE_HAS_NO_TIME_STEP}, .about = "Accepts a time step beyond the stability bound."},
     {"fixed", OPTION_LIST, AT(fixed), "", .about = "Regions whose nodes never move."},
     {"initial", OPTION_STRING, AT(initial), "", .low = 1, .high = SCENE_FILE_MAX,
      .preset_text = "at rest",
@@ -98,7 +99,7 @@ static const Option BODY_OPTIONS[] = {
     {"cuttable", OPTION_BOOL, AT(body.options.cuttable), "", .physics = true,
      .about = "Whether blades and cut messages cut the body. Costs nothing if false."},
     {"split_budget", OPTION_INT, AT(body.voxel.split_budget), "", 1.0, 1e6, .preset = 12,
-     .only = VOXEL_ONLY, .physics = true,
+     .only = VOXEL_ONLY, .physics = true, .idle = {&IDLE_IS_WHOLE, &IDLE_HAS_ONLY_CELLS},
      .about = "Voxel: largest number of elements that one tick divides around a cut; the rest "
               "follows in the next ticks. Not for a plane body, whose elements are never divided."},
     {"tear", OPTION_GROUP, AT(tear), "", .preset_text = "never tears",
@@ -110,16 +111,17 @@ const OptionTable BODY_TABLE = BODY_OPTION_TABLE(
 
 static const Option CONTACT_OPTIONS[] = {
     {"stiffness", OPTION_REAL, offsetof(SceneBody, options.contact_ratio), "", 0.0, 100.0,
-     .open = true, .preset = 0.5, .physics = true,
+     .open = true, .preset = 0.5, .physics = true, .idle = {&IDLE_MEETS_NO_TOOL},
      .about = "Stiffness of the contact as a share of the body's own; a stiffer contact needs a "
               "smaller time step."},
     {"damping_time", OPTION_REAL, offsetof(SceneBody, options.contact_damping), "s", 0.0, 1.0,
-     .preset = 2e-4, .physics = true,
+     .preset = 2e-4, .physics = true, .idle = {&IDLE_MEETS_NO_TOOL},
      .about = "Damping of the contact over its stiffness. With 0, or little in stiff contacts, the "
               "steps of `leapfrog` and `symplectic_euler` are up to 1.28 times shorter, since "
               "bounces would gain energy."},
     {"friction", OPTION_REAL, offsetof(SceneBody, options.friction), "", 0.0, 10.0, .preset = 0.2,
-     .physics = true, .about = "Coulomb friction coefficient; 0: frictionless."},
+     .physics = true, .idle = {&IDLE_MEETS_NO_TOOL, &IDLE_TOOLS_HAVE_FRICTION},
+     .about = "Coulomb friction coefficient; 0: frictionless."},
 };
 const OptionTable CONTACT_TABLE = BODY_OPTION_TABLE(
     "bodies.contact", "The penalty force between the body's faces and tools.", CONTACT_OPTIONS);

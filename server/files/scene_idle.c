@@ -7,24 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-// Location of a group: the scene itself, a body, or a tool.
-typedef struct Place {
-    const Scene *scene;
-    const SceneBody *body;         // or NULL
-    const ToolOptions *tool;       // or NULL
-    const config_setting_t *group; // of the body or the tool
-} Place;
-
-typedef struct IdleKey {
-    const OptionTable *table;
-    const char *key;
-    bool (*idle)(const Place *);
-    const char *why;
-} IdleKey;
-
 // --- the scene ---
 
-static bool moves_no_tool(const Place *place)
+static bool moves_no_tool(const OptionPlace *place)
 {
     for (int i = 0; i < place->scene->tool_count; i++)
         if (place->scene->tool[i].kind != TOOL_STATIC)
@@ -38,7 +23,7 @@ static bool is_plane(const SceneBody *body)
 }
 
 // True if there are bodies with inner nodes, which are published only with "all".
-static bool shows_all_anyhow(const Place *place)
+static bool shows_all_anyhow(const OptionPlace *place)
 {
     for (int i = 0; i < place->scene->body_count; i++)
         if (place->scene->body[i].model == MODEL_VOXEL && !is_plane(&place->scene->body[i]))
@@ -46,7 +31,7 @@ static bool shows_all_anyhow(const Place *place)
     return place->scene->publish.all_nodes;
 }
 
-static bool has_only_planes(const Place *place)
+static bool has_only_planes(const OptionPlace *place)
 {
     for (int i = 0; i < place->scene->body_count; i++)
         if (!is_plane(&place->scene->body[i]))
@@ -54,47 +39,42 @@ static bool has_only_planes(const Place *place)
     return true;
 }
 
-static bool publishes_contacts_of_none(const Place *place)
+static bool publishes_contacts_of_none(const OptionPlace *place)
 {
     return place->scene->tool_count == 0 && place->scene->publish.contact_hz > 0.0;
 }
 
-static bool publishes_no_nodes(const Place *place)
+static bool publishes_no_nodes(const OptionPlace *place)
 {
     return !(place->scene->publish.nodes_hz > 0.0);
 }
 
-static bool publishes_no_contacts(const Place *place)
+static bool publishes_no_contacts(const OptionPlace *place)
 {
     return !(place->scene->publish.contact_hz > 0.0);
 }
 
 // --- bodies ---
 
-static bool is_explicit(const Place *place)
+static bool is_explicit(const OptionPlace *place)
 {
     const SurfaceOptions *surface = &place->body->surface;
     return !surface->automatic && surface->body.integrator != INTEGRATOR_IMPLICIT;
 }
 
-static bool has_one_level(const Place *place)
+static bool has_one_level(const OptionPlace *place)
 {
     return place->body->options.levels == 0;
 }
 
-static bool has_no_time_step(const Place *place)
+static bool has_no_time_step(const OptionPlace *place)
 {
-    return !option_given(place->group, "time_step");
+    return !(place->body->options.time_step > 0.0);
 }
 
-static bool is_whole(const Place *place)
+static bool is_whole(const OptionPlace *place)
 {
-    return !place->body->voxel.body.cuttable;
-}
-
-static bool has_only_cells(const Place *place)
-{
-    return place->body->voxel.body.levels == 0;
+    return !place->body->options.cuttable;
 }
 
 static bool touches(const ToolOptions *tool)
@@ -102,7 +82,7 @@ static bool touches(const ToolOptions *tool)
     return tool->capsule_count > 0 || tool->has_plane;
 }
 
-static bool meets_no_tool(const Place *place)
+static bool meets_no_tool(const OptionPlace *place)
 {
     for (int i = 0; i < place->scene->tool_count; i++)
         if (touches(&place->scene->tool[i]))
@@ -110,7 +90,7 @@ static bool meets_no_tool(const Place *place)
     return true;
 }
 
-static bool tools_have_friction(const Place *place)
+static bool tools_have_friction(const OptionPlace *place)
 {
     for (int i = 0; i < place->scene->tool_count; i++)
         if (touches(&place->scene->tool[i]) && !place->scene->tool[i].has_friction)
@@ -119,7 +99,7 @@ static bool tools_have_friction(const Place *place)
 }
 
 // True if each label has an entry in `materials` with its own value.
-static bool labels_have(const Place *place, const char *key)
+static bool labels_have(const OptionPlace *place, const char *key)
 {
     const config_setting_t *list = option_find(place->group, "materials");
     int count = 0;
@@ -128,60 +108,54 @@ static bool labels_have(const Place *place, const char *key)
     return count == place->body->voxels.label_count;
 }
 
-static bool labels_have_modulus(const Place *place)
+static bool labels_have_modulus(const OptionPlace *place)
 {
     return labels_have(place, "youngs_modulus");
 }
 
-static bool labels_have_ratio(const Place *place)
+static bool labels_have_ratio(const OptionPlace *place)
 {
     return labels_have(place, "poisson_ratio");
 }
 
-static bool labels_have_density(const Place *place)
+static bool labels_have_density(const OptionPlace *place)
 {
     return labels_have(place, "density");
 }
 
 // --- tools ---
 
-static bool touches_nothing(const Place *place)
+static bool touches_nothing(const OptionPlace *place)
 {
     return !touches(place->tool);
 }
 
-static const IdleKey IDLE_KEYS[] = {
-    {&SCENE_TABLE, "tool_timeout_s", moves_no_tool, "no tool is moved by messages"},
-    {&PUBLISH_TABLE, "nodes", shows_all_anyhow, "no body has an inside"},
-    {&PUBLISH_TABLE, "velocity", publishes_no_nodes, "nodes_hz is 0"},
-    {&PUBLISH_TABLE, "contact_hz", publishes_contacts_of_none, "there is no tool"},
-    {&PUBLISH_TABLE, "contact_stiffness", has_only_planes, "plane bodies report none"},
-    {&PUBLISH_TABLE, "contact_stiffness", moves_no_tool, "no tool is moved by messages"},
-    {&PUBLISH_TABLE, "contact_stiffness", publishes_no_contacts, "contact_hz is 0"},
-    {&BODY_TABLE, "adjust", has_one_level, "levels is 0"},
-    {&BODY_TABLE, "theta", is_explicit, "the integrator is not \"implicit\""},
-    {&BODY_TABLE, "solver_tolerance", is_explicit, "the integrator is not \"implicit\""},
-    {&BODY_TABLE, "solver_iterations", is_explicit, "the integrator is not \"implicit\""},
-    {&BODY_TABLE, "unsafe_time_step", has_no_time_step, "there is no time_step"},
-    {&BODY_TABLE, "split_budget", is_whole, "cuttable is false"},
-    {&BODY_TABLE, "split_budget", has_only_cells, "levels is 0, and a cell is not divided"},
-    {&CONTACT_TABLE, "stiffness", meets_no_tool, "no tool touches the body"},
-    {&CONTACT_TABLE, "damping_time", meets_no_tool, "no tool touches the body"},
-    {&CONTACT_TABLE, "friction", meets_no_tool, "no tool touches the body"},
-    {&CONTACT_TABLE, "friction", tools_have_friction, "each tool has a friction of its own"},
-    {&VOXEL_MATERIAL_TABLE, "youngs_modulus", labels_have_modulus,
-     "materials give it for each label"},
-    {&VOXEL_MATERIAL_TABLE, "poisson_ratio", labels_have_ratio, "materials give it for each label"},
-    {&VOXEL_MATERIAL_TABLE, "density", labels_have_density, "materials give it for each label"},
-    {&TOOL_TABLE, "max_force", touches_nothing, "it has no capsules"},
-    {&TOOL_TABLE, "friction", touches_nothing, "it has no capsules"},
-};
+const OptionIdle IDLE_MOVES_NO_TOOL = {moves_no_tool, "no tool is moved by messages"};
+const OptionIdle IDLE_HAS_NO_INSIDE = {shows_all_anyhow, "no body has an inside"};
+const OptionIdle IDLE_PUBLISHES_NO_NODES = {publishes_no_nodes, "nodes_hz is 0"};
+const OptionIdle IDLE_HAS_NO_TOOL = {publishes_contacts_of_none, "there is no tool"};
+const OptionIdle IDLE_HAS_ONLY_PLANES = {has_only_planes, "plane bodies report none"};
+const OptionIdle IDLE_PUBLISHES_NO_CONTACTS = {publishes_no_contacts, "contact_hz is 0"};
+const OptionIdle IDLE_HAS_ONE_LEVEL = {has_one_level, "levels is 0"};
+const OptionIdle IDLE_IS_EXPLICIT = {is_explicit, "the integrator is not \"implicit\""};
+const OptionIdle IDLE_HAS_NO_TIME_STEP = {has_no_time_step, "there is no time_step"};
+const OptionIdle IDLE_IS_WHOLE = {is_whole, "cuttable is false"};
+const OptionIdle IDLE_HAS_ONLY_CELLS = {has_one_level, "levels is 0, and a cell is not divided"};
+const OptionIdle IDLE_MEETS_NO_TOOL = {meets_no_tool, "no tool touches the body"};
+const OptionIdle IDLE_TOOLS_HAVE_FRICTION = {tools_have_friction,
+                                             "each tool has a friction of its own"};
+const OptionIdle IDLE_LABELS_HAVE_MODULUS = {labels_have_modulus,
+                                             "materials give it for each label"};
+const OptionIdle IDLE_LABELS_HAVE_RATIO = {labels_have_ratio, "materials give it for each label"};
+const OptionIdle IDLE_LABELS_HAVE_DENSITY = {labels_have_density,
+                                             "materials give it for each label"};
+const OptionIdle IDLE_TOUCHES_NOTHING = {touches_nothing, "it has no capsules"};
 
-static void add(Scene *scene, const char *path, const config_setting_t *at, const IdleKey *row)
+static void add(Scene *scene, const config_setting_t *at, const char *key, const char *why)
 {
     Status said = {0};
-    const OptionSource source = {path, &said};
-    option_fail(&source, at, "%s has no effect: %s", row->key, row->why);
+    const OptionSource source = {scene->path, &said};
+    option_fail(&source, at, "%s has no effect: %s", key, why);
     const size_t count = (size_t)scene->idle_count + 1;
     scene->idle = realloc(scene->idle, count * sizeof *scene->idle);
     ASSERT(scene->idle != NULL);
@@ -190,24 +164,21 @@ static void add(Scene *scene, const char *path, const config_setting_t *at, cons
     scene->idle_count++;
 }
 
-// Reports each key of a group at most once.
 static void look(Scene *scene, const OptionTable *table, const config_setting_t *group,
-                 const Place *place)
+                 const OptionPlace *place)
 {
-    const char *said = "";
-    for (size_t i = 0; i < sizeof IDLE_KEYS / sizeof *IDLE_KEYS; i++) {
-        const IdleKey *row = &IDLE_KEYS[i];
-        if (row->table != table || !option_given(group, row->key) || strcmp(said, row->key) == 0 ||
-            !row->idle(place))
-            continue;
-        add(scene, scene->path, option_find(group, row->key), row);
-        said = row->key;
+    for (int i = 0; i < table->count; i++) {
+        const Option *option = &table->option[i];
+        const config_setting_t *at = option_find(group, option->key);
+        const char *why = at != NULL ? option_idle(option, place) : NULL;
+        if (why != NULL)
+            add(scene, at, option->key, why);
     }
 }
 
 void scene_find_idle(Scene *scene, const config_setting_t *root)
 {
-    Place place = {.scene = scene, .group = root};
+    OptionPlace place = {.scene = scene, .group = root};
     look(scene, &SCENE_TABLE, root, &place);
     look(scene, &PUBLISH_TABLE, option_find(root, "publish"), &place);
     for (int i = 0; i < scene->body_count; i++) {

@@ -23,7 +23,7 @@ static const Option MATERIAL_OPTIONS[] = {
     {"node_mass", OPTION_REAL, AT(node_mass), "kg", 0.0, 1e6, .open = true, .preset_text = "none",
      .physics = true, .about = "Uniform: mass of every node."},
     {"node_damping", OPTION_REAL, AT(node_damping), "N s/m", 0.0, 1e6, .physics = true,
-     .about = "Both: drag on every node's velocity."},
+     .feature = "drag on nodes", .about = "Both: drag on every node's velocity."},
 };
 #undef AT
 const OptionTable MATERIAL_TABLE = TITLED_TABLE(
@@ -99,10 +99,10 @@ static const Option SHAPE_OPTIONS[] = {
     {"damping", OPTION_REAL, AT(damping), "N s/m", 0.0, 1e6, .physics = true,
      .about = "With `stiffness`: damping of every node's shape spring."},
     {"frame", OPTION_WORD, AT(frame), "", .words = FRAME_WORDS, .preset = SHAPE_WORLD,
-     .physics = true,
+     .physics = true, .feature = "shape springs that follow the body",
      .about = "Whether the rest shape is fixed in the world or follows the body's rigid motion."},
     {"damping_direction", OPTION_WORD, AT(direction), "", .words = DIRECTION_WORDS,
-     .preset = SHAPE_DAMPS_ALL, .physics = true,
+     .preset = SHAPE_DAMPS_ALL, .physics = true, .feature = "shape springs damped along themselves",
      .about = "Which part of a node's velocity is damped: all of it, or only the part along the "
               "spring (`radial`: eq 10 as printed, with which a node keeps circling about its rest "
               "position; only with frame `world` and explicit steps)."},

@@ -43,6 +43,18 @@ extern const OptionTable VOXELS_TABLE, VOXEL_MATERIAL_TABLE, LABEL_MATERIAL_TABL
 extern const OptionTable TOOL_TABLE, CAPSULE_TABLE, PLANE_TABLE;
 extern const OptionTable LOAD_TABLE, ATTACHMENT_TABLE;
 
+// A group of a body's keys as its options hold it: the rows of the table are offsets in `keys`.
+typedef struct KeyGroup {
+    const OptionTable *table;
+    const void *keys;
+    size_t size; // of `keys`: rows beyond it are of what only the reader holds
+    bool absent; // the scene has no such group, which disables what it describes
+} KeyGroup;
+
+// The groups of a body, without its sources and lists; returns their number.
+enum { KEY_GROUPS = 6 };
+int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS]);
+
 // The tables in the order of the reference.
 enum { SCENE_TABLE_COUNT = 21 };
 const OptionTable *scene_table(int index);
@@ -66,6 +78,21 @@ typedef struct BodyGroup {
 // Sets of models, for keys that only one of them uses.
 #define SURFACE_ONLY (1u << MODEL_SURFACE)
 #define VOXEL_ONLY   (1u << MODEL_VOXEL)
+
+// Location of a group: the scene itself, a body, or a tool.
+struct OptionPlace {
+    const Scene *scene;
+    const SceneBody *body;         // or NULL
+    const ToolOptions *tool;       // or NULL
+    const config_setting_t *group; // of the body or the tool
+};
+
+// scene_idle.c: conditions in which keys have no effect.
+extern const OptionIdle IDLE_MOVES_NO_TOOL, IDLE_HAS_NO_INSIDE, IDLE_PUBLISHES_NO_NODES,
+    IDLE_HAS_NO_TOOL, IDLE_HAS_ONLY_PLANES, IDLE_PUBLISHES_NO_CONTACTS, IDLE_HAS_ONE_LEVEL,
+    IDLE_IS_EXPLICIT, IDLE_HAS_NO_TIME_STEP, IDLE_IS_WHOLE, IDLE_HAS_ONLY_CELLS, IDLE_MEETS_NO_TOOL,
+    IDLE_TOOLS_HAVE_FRICTION, IDLE_LABELS_HAVE_MODULUS, IDLE_LABELS_HAVE_RATIO,
+    IDLE_LABELS_HAVE_DENSITY, IDLE_TOUCHES_NOTHING;
 
 // The keys that select nodes.
 typedef struct RegionGroup {

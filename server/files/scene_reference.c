@@ -1,7 +1,10 @@
-// Prints the reference of all keys of a scene file from the tables that read it.
+// What the tables that read a scene file say of it otherwise: the groups of a body, the features
+// that its keys enable, and the reference of all keys.
 #include "files/scene_parts.h"
 
 #include "base/check.h"
+
+#include <string.h>
 
 const OptionTable *scene_table(int index)
 {
@@ -15,6 +18,106 @@ const OptionTable *scene_table(int index)
     };
     ASSERT(index >= 0 && index < SCENE_TABLE_COUNT);
     return TABLES[index];
+}
+
+int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS])
+{
+    const SurfaceOptions *surface = &body->surface;
+    int count = 0;
+    group[count++] = (KeyGroup){&BODY_TABLE, body, sizeof *body, false};
+    group[count++] = (KeyGroup){&CONTACT_TABLE, body, sizeof *body, false};
+    group[count++] = (KeyGroup){&TEAR_TABLE, body, sizeof *body, !body->options.cuttable};
+    if (body->model == MODEL_VOXEL) {
+        group[count++] = (KeyGroup){&VOXEL_MATERIAL_TABLE, body, sizeof *body, false};
+    } else {
+        group[count++] =
+            (KeyGroup){&MATERIAL_TABLE, &surface->material, sizeof surface->material, false};
+        group[count++] = (KeyGroup){&SHAPE_TABLE, &surface->shape, sizeof surface->shape,
+                                    !surface->shape.wanted};
+        group[count++] =
+            (KeyGroup){&ADAPT_TABLE, &surface->adapt, sizeof surface->adapt, !surface->adaptive};
+    }
+    return count;
+}
+
+// Returns the name of a group in its body; "" for the keys of the body itself.
+static const char *group_name(const OptionTable *table)
+{
+    const char *name = table->path + strlen(BODY_TABLE.path);
+    return *name == '.' ? name + 1 : name;
+}
+
+// Writes the key with its path in a body, and the word or truth that enables the feature.
+static void name_key(char *text, size_t size, const OptionTable *table, const Option *option)
+{
+    const char *group = group_name(table);
+    const char *word = NULL;
+    for (int i = 0; option->type == OPTION_WORD && option->words[i].word != NULL; i++)
+        if (word == NULL && option->words[i].value != (int)option->preset)
+            word = option->words[i].word;
+    snprintf(text, size, "%s%s%s%s%s%s", group, *group != '\0' ? "." : "", option->key,
+             word != NULL                  ? " = \""
+             : option->type == OPTION_BOOL ? " = true"
+                                           : "",
+             word != NULL ? word : "", word != NULL ? "\"" : "");
+}
+
+int scene_list_features(const SceneBody *body, SceneFeature *feature, int most)
+{
+    KeyGroup group[KEY_GROUPS];
+    int count = 0;
+    for (int g = 0, groups = scene_list_groups(body, group); g < groups; g++)
+        for (int i = 0; i < group[g].table->count && count < most; i++) {
+            const Option *option = &group[g].table->option[i];
+            const void *member = (const char *)group[g].keys + option->offset;
+            if (option->feature == NULL || !option_is_used(option, (int)body->model))
+                continue;
+            feature[count] = (SceneFeature){
+                .on = !group[g].absent && option_enables(option, member), .name = option->feature};
+            name_key(feature[count].key, sizeof feature->key, group[g].table, option);
+            count++;
+        }
+    return count;
+}
+
+// Writes all keys of a group.
+static void group_text(const KeyGroup *group, char text[SCENE_VALUE_TEXT])
+{
+    size_t length = (size_t)snprintf(text, SCENE_VALUE_TEXT, "{");
+    for (int i = 0; i < group->table->count && length < SCENE_VALUE_TEXT; i++) {
+        const Option *option = &group->table->option[i];
+        char value[OPTION_NUMBER_TEXT];
+        option_value_text(option, (const char *)group->keys + option->offset, value, sizeof value);
+        length += (size_t)snprintf(text + length, SCENE_VALUE_TEXT - length, "%s%s = %s;",
+                                   i == 0 ? " " : "  ", option->key, value);
+    }
+    ASSERT(length + 2 < SCENE_VALUE_TEXT);
+    strcat(text, " }");
+}
+
+static const Option *find_key(const OptionTable *table, const char *key)
+{
+    for (int i = 0; i < table->count; i++)
+        if (strcmp(table->option[i].key, key) == 0)
+            return &table->option[i];
+    return NULL;
+}
+
+bool scene_key_text(const SceneBody *body, const char *key, char text[SCENE_VALUE_TEXT])
+{
+    KeyGroup group[KEY_GROUPS];
+    const Option *option = find_key(&BODY_TABLE, key);
+    text[0] = '\0';
+    if (option == NULL || !option_is_used(option, (int)body->model))
+        return false;
+    if (option->type != OPTION_GROUP) {
+        option_value_text(option, (const char *)body + option->offset, text, SCENE_VALUE_TEXT);
+        return true;
+    }
+    for (int g = 0, groups = scene_list_groups(body, group); g < groups; g++)
+        if (strcmp(group_name(group[g].table), key) == 0 && !group[g].absent)
+            group_text(&group[g], text);
+    return true;
 }
 
 static const char INTRODUCTION[] =

@@ -27,11 +27,12 @@ static const Option TOOL_OPTIONS[] = {
               "pushes, its back."},
     {"plane", OPTION_GROUP, AT(plane), "", .about = "A half space; static tools only."},
     {"max_force", OPTION_REAL, AT(tool.max_force), "N", 0.0, FORCE_LIMIT, .open = true,
-     .preset = 3.3, .physics = true,
+     .preset = 3.3, .physics = true, .idle = {&IDLE_TOUCHES_NOTHING},
      .about = "Largest force on the bodies and on the tool: a tool that is pushed or pulled harder "
               "yields."},
     {"friction", OPTION_REAL, AT(tool.friction), "", 0.0, 10.0, .preset_text = "the body's",
-     .physics = true, .about = "Friction coefficient between the tool and any body."},
+     .physics = true, .idle = {&IDLE_TOUCHES_NOTHING},
+     .about = "Friction coefficient between the tool and any body."},
     {"grip_stiffness", OPTION_REAL, AT(tool.grip_stiffness), "", 0.0, 1e3, .open = true,
      .preset = 0.3, .physics = true,
      .about = "Stiffness of a grasper's springs, as a share of the body's own stiffness; stiffer "

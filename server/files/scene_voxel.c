@@ -13,13 +13,16 @@ enum { LEVELS_USUAL = 2 };
 #define AT(member) offsetof(SceneBody, member)
 static const Option MATERIAL_OPTIONS[] = {
     {"youngs_modulus", OPTION_REAL, AT(usual.youngs_modulus), "Pa", 0.0, 1e12, .open = true,
-     .preset = 1e4, .physics = true, .about = "Young's modulus."},
+     .preset = 1e4, .physics = true, .idle = {&IDLE_LABELS_HAVE_MODULUS},
+     .about = "Young's modulus."},
     {"poisson_ratio", OPTION_REAL, AT(usual.poisson_ratio), "", 0.0, POISSON_MAX, .physics = true,
+     .idle = {&IDLE_LABELS_HAVE_RATIO},
      .about = "Poisson's ratio; the time step is proportional to sqrt(1 - 2 nu). 0 with law "
               "`miyazaki2004`."},
     {"density", OPTION_REAL, AT(usual.density), "kg/m3", 0.0, 1e6, .open = true, .preset = 1000.0,
-     .physics = true, .about = "Mass per unit volume."},
+     .physics = true, .idle = {&IDLE_LABELS_HAVE_DENSITY}, .about = "Mass per unit volume."},
     {"damping", OPTION_REAL, AT(voxel.damping), "", 0.0, 10.0, .preset = 0.2, .physics = true,
+     .feature = "damping of elements",
      .about = "Damping of the elements' deformation over their stiffness, in units of the critical "
               "time step: below 0.1 crushed elements may not recover."},
 };

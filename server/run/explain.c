@@ -35,15 +35,17 @@ static void print_cells(const WorldCells *cells, FILE *out)
 }
 
 // Prints the levels of a surface body.
-static void print_levels(const Body *body, const SurfaceOptions *surface, FILE *out)
+static void print_levels(const Body *body, const SceneBody *described, FILE *out)
 {
+    const SurfaceOptions *surface = &described->surface;
+    char adjust[SCENE_VALUE_TEXT];
+    scene_key_text(described, "adjust", adjust);
     if (surface->body.levels > 0)
-        fprintf(out, "  level %d of %d, %s, adjust \"%s\"\n", body->finest_level,
-                surface->body.levels,
+        fprintf(out, "  level %d of %d, %s, adjust %s\n", body->finest_level, surface->body.levels,
                 surface->adaptive        ? "adaptive"
                 : surface->body.cuttable ? "refined by cuts alone"
                                          : "for good",
-                surface->adjust == ADJUST_CHOI2005 ? "choi2005" : "continuum");
+                adjust);
     if (surface->adaptive || surface->body.cuttable)
         fprintf(out, "  room for %d nodes, %d faces\n", body->mesh.node_capacity,
                 body->mesh.triangle_capacity);
@@ -53,8 +55,9 @@ static void print_levels(const Body *body, const SurfaceOptions *surface, FILE *
 static void print_elements(const SceneBody *described, const Body *body, FILE *out)
 {
     const VoxelOptions *voxel = &described->voxel;
-    fprintf(out, "  law \"%s\", %d dimensions, levels 0 to %d\n",
-            voxel->law == VOXEL_AFFINE ? "affine" : "miyazaki2004", described->dimensions,
+    char law[SCENE_VALUE_TEXT];
+    scene_key_text(described, "law", law);
+    fprintf(out, "  law %s, %d dimensions, levels 0 to %d\n", law, described->dimensions,
             voxel->body.levels);
     // An undamped oscillation of angular frequency w is stable for steps up to 2 / w.
     fprintf(out, "  critical step %.6g s, damping %.6g of it\n", 2.0 / sqrt(body->lambda),
@@ -146,7 +149,7 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
     if (voxel)
         print_elements(described, body, out);
     else
-        print_levels(body, &described->surface, out);
+        print_levels(body, described, out);
     print_cutting(described, out);
 }
 

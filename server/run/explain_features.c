@@ -1,18 +1,15 @@
 // The list of features that a scene can disable: whether each is enabled, and the key or option
-// that enables it. A feature that a scene can do without must have a row here. The state is read
-// from what was built wherever possible, not from the scene.
+// that enables it. A feature that a scene can do without must be listed: one that a single key of a
+// body enables by the row of that key, all others here, where the state is read from what was built
+// wherever possible, not from the scene.
 #include "run/explain_parts.h"
 
-typedef struct Feature {
-    bool on;
-    const char *name;
-    const char *key; // or option
-} Feature;
+enum { FEATURES_MOST = 32 }; // of the keys of a body
 
 #define PRINT(features, out)                                                                       \
     print_features(features, (int)(sizeof(features) / sizeof *(features)), out)
 
-static void print_features(const Feature *features, int count, FILE *out)
+static void print_features(const SceneFeature *features, int count, FILE *out)
 {
     for (int i = 0; i < count; i++)
         fprintf(out, "  %-3s  %-38s %s\n", features[i].on ? "on" : "off", features[i].name,
@@ -39,7 +36,7 @@ static void print_scene(World *world, const Scene *scene, FILE *out)
 {
     const Sim *sim = world->sim;
     const Vec3 g = scene->gravity;
-    const Feature features[] = {
+    const SceneFeature features[] = {
         {g.x != 0.0 || g.y != 0.0 || g.z != 0.0, "gravity", "gravity = [ ... ]"},
         {scene->settle_s > 0.0, "settling before the first tick", "settle_s"},
         {world->team != NULL, "more threads for a step", "threads"},
@@ -59,7 +56,7 @@ static void print_live(World *world, const Scene *scene, const ExchangeOptions *
     const Sim *sim = world->sim;
     const ScenePublish *publish = &scene->publish;
     const bool contacts = sim_tool_count(sim) > 0 && publish->contact_hz > 0.0;
-    const Feature features[] = {
+    const SceneFeature features[] = {
         {publish->nodes_hz > 0.0, "positions in messages", "publish.nodes_hz"},
         {publish->nodes_hz > 0.0 && asked->velocity, "velocities in messages",
          "publish.velocity = true"},
@@ -78,7 +75,7 @@ static void print_live(World *world, const Scene *scene, const ExchangeOptions *
          "any of these three"},
     };
     PRINT(features, out);
-    const Feature inner[] = {
+    const SceneFeature inner[] = {
         {publish->all_nodes, "inner vertices in messages", "publish.nodes = \"all\""}};
     bool solid = false; // a body has inner vertices
     for (int i = 0; i < scene->body_count; i++)
@@ -92,47 +89,48 @@ static bool is_damped(const SurfaceMaterial *material)
     return (material->uniform ? material->spring_damping : material->damping_time) > 0.0;
 }
 
-static void print_surface(const SceneBody *described, const Body *body, bool touched, FILE *out)
+static void print_surface(const SurfaceOptions *options, const Body *body, FILE *out)
 {
-    const SurfaceOptions *options = &described->surface;
-    const Feature features[] = {
+    const SceneFeature features[] = {
         {is_damped(&options->material), "damping of springs",
          "material.damping_time or spring_damping"},
-        {options->material.node_damping > 0.0, "drag on nodes", "material.node_damping"},
         {options->shape.wanted, "shape springs", "shape = { ... }"},
-        {options->shape.wanted && options->shape.frame == SHAPE_BODY,
-         "shape springs that follow the body", "shape.frame = \"body\""},
-        {options->shape.wanted && options->shape.direction == SHAPE_DAMPS_RADIAL,
-         "shape springs damped along themselves", "shape.damping_direction = \"radial\""},
-        {options->prestress > 0.0, "prestress", "prestress"},
         {body->integrator == INTEGRATOR_IMPLICIT, "implicit integration",
          "integrator = \"implicit\" or \"auto\""},
-        {described->options.fixed_count > 0, "held nodes", "fixed = ( ... )"},
-        {touched && body->tuning.friction > 0.0, "friction at tools",
-         "contact.friction, with tools"},
         {options->body.levels > 0, "finer levels of detail", "levels"},
         {body->ops->adapt != NULL, "refinement at run time", "adapt = { ... }"},
         {body->ops->adapt != NULL, "time budget of the detail", "adapt = { ... }"},
+    };
+    PRINT(features, out);
+}
+
+static void print_voxel(const SceneBody *described, FILE *out)
+{
+    const SceneFeature features[] = {
+        {described->options.levels > 0, "larger elements inside", "levels"},
+        {described->skin.file != NULL, "display surface", "skin = { mesh = ... }"},
+    };
+    PRINT(features, out);
+}
+
+// Prints the features of bodies of all models.
+static void print_shared(const SceneBody *described, const Body *body, bool touched, FILE *out)
+{
+    const SceneFeature features[] = {
+        {described->options.fixed_count > 0, "held nodes", "fixed = ( ... )"},
+        {touched && body->tuning.friction > 0.0, "friction at tools",
+         "contact.friction, with tools"},
         {body->ops->cut != NULL, "cuts", "cuttable = true"},
         {body->ops->tear != NULL, "tearing", "tear = { ... }"},
     };
     PRINT(features, out);
 }
 
-static void print_voxel(const SceneBody *described, const Body *body, bool touched, FILE *out)
+// Prints the features that rows of the tables name.
+static void print_keys(const SceneBody *described, FILE *out)
 {
-    const VoxelOptions *options = &described->voxel;
-    const Feature features[] = {
-        {options->damping > 0.0, "damping of elements", "material.damping"},
-        {described->options.fixed_count > 0, "held nodes", "fixed = ( ... )"},
-        {touched && body->tuning.friction > 0.0, "friction at tools",
-         "contact.friction, with tools"},
-        {options->body.levels > 0, "larger elements inside", "levels"},
-        {described->skin.file != NULL, "display surface", "skin = { mesh = ... }"},
-        {body->ops->cut != NULL, "cuts", "cuttable = true"},
-        {body->ops->tear != NULL, "tearing", "tear = { ... }"},
-    };
-    PRINT(features, out);
+    SceneFeature feature[FEATURES_MOST];
+    print_features(feature, scene_list_features(described, feature, FEATURES_MOST), out);
 }
 
 void explain_features(World *world, const Scene *scene, const ExchangeOptions *asked, FILE *out)
@@ -145,9 +143,11 @@ void explain_features(World *world, const Scene *scene, const ExchangeOptions *a
         const SceneBody *described = &scene->body[i];
         fprintf(out, "features of body %s, and what enables each:\n", described->name);
         const Body *body = sim_body(world->sim, i);
+        print_keys(described, out);
         if (described->model == MODEL_VOXEL)
-            print_voxel(described, body, touched, out);
+            print_voxel(described, out);
         else
-            print_surface(described, body, touched, out);
+            print_surface(&described->surface, body, out);
+        print_shared(described, body, touched, out);
     }
 }

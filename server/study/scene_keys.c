@@ -35,45 +35,15 @@ static void set_real(SceneKey *key, double value)
     snprintf(key->value, sizeof key->value, "%.60s", real_text(value, text));
 }
 
-static void set_int(SceneKey *key, int value)
+// Lists the keys of a body that a case changes.
+static void list_body(const SceneBody *body, SceneKeyList *list)
 {
-    snprintf(key->value, sizeof key->value, "%d", value);
-}
-
-static void set_adapt(SceneKey *key, const SurfaceAdapt *adapt)
-{
-    char force[FIELD_TEXT_MAX], speed[FIELD_TEXT_MAX], curvature[FIELD_TEXT_MAX];
-    char check[FIELD_TEXT_MAX];
-    snprintf(key->value, sizeof key->value,
-             "{ force = %.30s;  speed = %.30s;  curvature = %.30s;  check_hz = %.30s; }",
-             real_text(adapt->force, force), real_text(adapt->speed, speed),
-             real_text(adapt->curvature, curvature), real_text(adapt->check_hz, check));
-}
-
-static void list_step(IntegratorKind integrator, double time_step, SceneKeyList *list)
-{
-    set_text(add(list, "integrator"), integrator_name(integrator));
-    SceneKey *step = add(list, "time_step");
-    if (time_step > 0.0)
-        set_real(step, time_step);
-}
-
-static void list_surface(const SurfaceOptions *surface, SceneKeyList *list)
-{
-    list_step(surface->body.integrator, surface->body.time_step, list);
-    set_int(add(list, "levels"), surface->body.levels);
-    set_int(add(list, "start_level"), surface->start_level);
-    set_text(add(list, "adjust"), surface->adjust == ADJUST_CHOI2005 ? "choi2005" : "continuum");
-    SceneKey *adapt = add(list, "adapt");
-    if (surface->adaptive)
-        set_adapt(adapt, &surface->adapt);
-}
-
-static void list_voxel(const VoxelOptions *voxel, SceneKeyList *list)
-{
-    list_step(voxel->body.integrator, voxel->body.time_step, list);
-    set_int(add(list, "levels"), voxel->body.levels);
-    set_text(add(list, "law"), voxel->law == VOXEL_MIYAZAKI2004 ? "miyazaki2004" : "affine");
+    static const char *const CHANGED[] = {"integrator", "time_step", "levels", "start_level",
+                                          "adjust",     "adapt",     "law"};
+    for (size_t i = 0; i < sizeof CHANGED / sizeof *CHANGED; i++) {
+        SceneKey *key = add(list, CHANGED[i]);
+        list->count -= !scene_key_text(body, CHANGED[i], key->value);
+    }
 }
 
 bool scene_keys_of_case(const Scene *scene, const StudyCase *what, double rate_hz, SceneKeys *keys)
@@ -89,10 +59,7 @@ bool scene_keys_of_case(const Scene *scene, const StudyCase *what, double rate_h
     for (int b = 0; b < scene->body_count && b < SCENE_KEYS_BODIES; b++) {
         const SceneBody *body = &as_case.body[b];
         snprintf(keys->name[b], sizeof keys->name[b], "%s", body->name);
-        if (body->model == MODEL_SURFACE)
-            list_surface(&body->surface, &keys->body[b]);
-        else
-            list_voxel(&body->voxel, &keys->body[b]);
+        list_body(body, &keys->body[b]);
         keys->body_count = b + 1;
     }
     study_destroy_scene(&as_case);

@@ -6,11 +6,11 @@
 
 #include <stdio.h>
 
-enum { SCENE_KEY_NAME = 24, SCENE_KEY_VALUE = 192, SCENE_KEYS = 12, SCENE_KEYS_BODIES = 16 };
+enum { SCENE_KEY_NAME = 24, SCENE_KEYS = 12, SCENE_KEYS_BODIES = 16 };
 
 typedef struct SceneKey {
     char name[SCENE_KEY_NAME];
-    char value[SCENE_KEY_VALUE]; // libconfig text; "": the scene has no such key
+    char value[SCENE_VALUE_TEXT]; // libconfig text; "": the scene has no such key
 } SceneKey;
 
 typedef struct SceneKeyList {

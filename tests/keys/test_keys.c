@@ -218,46 +218,28 @@ static void same_scene_gives_the_same_hashes(void **unused)
 
 // --- what checkpoints know scenes apart by -------------------------------------------------------
 
-// What the rows of a table are offsets in, for those that a scene keeps as they are read.
-typedef struct Target {
-    const OptionTable *table;
-    void *group;
-    size_t size;
-} Target;
-
+// The tables whose rows a scene keeps as they are read.
 enum { TARGETS_MOST = 16 };
 
-static int list_targets(Scene *scene, Target target[TARGETS_MOST])
+static int list_targets(const Scene *scene, KeyGroup target[TARGETS_MOST])
 {
-    SceneBody *body = &scene->body[0];
-    SurfaceOptions *surface = &body->surface;
-    ToolOptions *tool = &scene->tool[0];
-    const Target all[] = {
-        {&SCENE_TABLE, scene, sizeof *scene},
-        {&CAPACITY_TABLE, scene, sizeof *scene},
-        {&BODY_TABLE, body, sizeof *body},
-        {&CONTACT_TABLE, body, sizeof *body},
-        {&TEAR_TABLE, body, sizeof *body},
-        {&TOOL_TABLE, tool, sizeof *tool},
-        {&CAPSULE_TABLE, &tool->capsule[0], sizeof tool->capsule[0]},
-        {&PLANE_TABLE, &tool->plane, sizeof tool->plane},
-        {&LOAD_TABLE, &scene->load[0].load, sizeof scene->load[0].load},
-        {&ATTACHMENT_TABLE, &scene->attachment[0].options, sizeof scene->attachment[0].options},
+    const ToolOptions *tool = &scene->tool[0];
+    const KeyGroup others[] = {
+        {&SCENE_TABLE, scene, sizeof *scene, false},
+        {&CAPACITY_TABLE, scene, sizeof *scene, false},
+        {&TOOL_TABLE, tool, sizeof *tool, false},
+        {&CAPSULE_TABLE, &tool->capsule[0], sizeof(Capsule), false},
+        {&PLANE_TABLE, &tool->plane, sizeof(Plane), false},
+        {&LOAD_TABLE, &scene->load[0].load, sizeof(LoadOptions), false},
+        {&ATTACHMENT_TABLE, &scene->attachment[0].options, sizeof(AttachmentOptions), false},
     };
-    const Target of_surface[] = {
-        {&MATERIAL_TABLE, &surface->material, sizeof surface->material},
-        {&SHAPE_TABLE, &surface->shape, sizeof surface->shape},
-        {&ADAPT_TABLE, &surface->adapt, sizeof surface->adapt},
-    };
-    const Target of_voxels[] = {
-        {&VOXEL_MATERIAL_TABLE, body, sizeof *body},
-        {&LABEL_MATERIAL_TABLE, body->material, sizeof *body->material},
-    };
-    const bool voxel = body->model == MODEL_VOXEL;
-    const size_t own = voxel ? sizeof of_voxels : sizeof of_surface;
-    memcpy(target, all, sizeof all);
-    memcpy(&target[sizeof all / sizeof *all], voxel ? of_voxels : of_surface, own);
-    return (int)((sizeof all + own) / sizeof *all);
+    int count = scene_list_groups(&scene->body[0], target);
+    memcpy(&target[count], others, sizeof others);
+    count += (int)(sizeof others / sizeof *others);
+    if (scene->body[0].model == MODEL_VOXEL)
+        target[count++] = (KeyGroup){&LABEL_MATERIAL_TABLE, &scene->body[0].material[0],
+                                     sizeof(SolidMaterial), false};
+    return count;
 }
 
 // Adds to the value of a row; false for texts, groups and lists, which a scene keeps otherwise.
@@ -283,18 +265,18 @@ static bool add_to(const Option *option, void *member, int more)
 }
 
 // Returns how many rows change the hash though they do not count, or count and do not change it.
-static int count_wrong_rows(const Scene *scene, const World *world, const Target *target)
+static int count_wrong_rows(const Scene *scene, const World *world, const KeyGroup *target)
 {
     const SceneModel model = scene->body[0].model;
     int wrong = 0;
     for (int i = 0; i < target->table->count; i++) {
         const Option *option = &target->table->option[i];
-        void *member = (char *)target->group + option->offset;
+        void *member = (char *)target->keys + option->offset;
         if (option->offset >= target->size || member == &scene->body[0].model ||
             (target->table->variant != 0 && !option_is_used(option, (int)model)))
             continue;
         const uint64_t before = physics_hash(scene, world);
-        if (!add_to(option, member, 1))
+        if (!add_to(option, member, 1)) // a text, a group or a list
             continue;
         const bool counts = physics_hash(scene, world) != before;
         add_to(option, member, -1);
@@ -320,7 +302,7 @@ static void rows_that_count_change_the_hash_and_no_others(void **unused)
         char text[1024];
         Scene scene;
         Status status = {0};
-        Target target[TARGETS_MOST];
+        KeyGroup target[TARGETS_MOST];
         TriMesh mesh = {0};
         WorldCells cells = {0};
         const World world = {.mesh = &mesh, .cells = &cells};
