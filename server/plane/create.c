@@ -27,23 +27,10 @@ static void make_forms(Making *making, PlaneModel *model, const char *name, Aren
 {
     plane_forms_create(&making->forms, making->options, &making->layout, &making->mesh, false,
                        arena);
-    model->form = ALLOCATE(ARENA_TOPOLOGY, model->element_count, PlaneForm, "forms of elements");
-    for (int e = 0; e < model->element_count; e++) {
-        plane_form_set(&making->forms, &model->form[e], &making->layout.element[e],
-                       making->mesh.vertex[e]);
-        model->element_at_level[making->layout.element[e].level]++;
-    }
-}
-
-static void make_masses(const Making *making, PlaneModel *model, double *total)
-{
-    for (int e = 0; e < model->element_count; e++) {
-        const PlaneForm *form = &model->form[e];
-        const double mass = plane_form_mass(&making->forms, form);
-        *total += mass;
-        for (int i = 0; i < form->shape->count; i++)
-            model->vertices.mass[form->vertex[i]] += form->shape->share[i] * mass;
-    }
+    model->form =
+        ALLOCATE(ARENA_TOPOLOGY, making->mesh.element_count, PlaneForm, "forms of elements");
+    plane_forms_fill(&making->forms, model, &making->layout,
+                     (const int(*)[PLANE_PLACES])making->mesh.vertex);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -121,10 +108,9 @@ static void create_whole(PlaneModel *model, Body *body, Making *making, Arena *a
     const PlaneOptions *options = making->options;
     const char *name = options->body.name;
     Vertices *vertices = &model->vertices;
-    model->element_count = making->mesh.element_count;
     vertices->mass = ALLOCATE(ARENA_TOPOLOGY, vertices->count, double, "vertex masses");
     make_forms(making, model, name, arena);
-    make_masses(making, model, &body->mass);
+    body->mass = plane_forms_add_masses(&making->forms, model);
     create_vertices(model, making, name, arena, state);
     model->spare = vertices->count;
     plane_reserve_batches(model, model->element_count, model->element_count, name, arena);

@@ -31,7 +31,8 @@ bool plane_cut_fill_mesh(PlaneCut *cut)
 static void make_anew(PlaneModel *model, Body *body, TopologyChange *change)
 {
     plane_cut_take_rows(model, change);
-    plane_cut_make_forms(model);
+    plane_forms_fill(&model->cut->forms, model, &model->cut->layout,
+                     (const int(*)[PLANE_PLACES])model->cut->vertex);
     plane_cut_make_masses(model);
     plane_fill_batches(model);
     model->vertices.present = model->vertices.row[model->vertices.current];

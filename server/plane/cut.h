@@ -97,7 +97,6 @@ bool plane_cut_reconstruct(Body *body, TopologyChange *change);
 // at the end; then elements, masses, and the momentum that the exchange of masses has changed.
 void plane_cut_take_rows(PlaneModel *model, TopologyChange *change);
 void plane_cut_place_row(PlaneModel *model, int v, int row);
-void plane_cut_make_forms(PlaneModel *model);
 void plane_cut_make_masses(PlaneModel *model);
 void plane_cut_keep_momentum(PlaneModel *model);
 

@@ -145,32 +145,13 @@ void plane_cut_take_rows(PlaneModel *model, TopologyChange *change)
 // ---------------------------------------------------------------------------------------------
 // Masses and momentum
 
-void plane_cut_make_forms(PlaneModel *model)
-{
-    PlaneCut *cut = model->cut;
-    model->element_count = 0;
-    memset(model->element_at_level, 0, sizeof model->element_at_level);
-    for (int e = 0; e < cut->layout.element_count; e++) {
-        const PlaneElement *element = &cut->layout.element[e];
-        if (element->quarters == 0)
-            continue;
-        model->element_at_level[element->level]++;
-        plane_form_set(&cut->forms, &model->form[model->element_count++], element, cut->vertex[e]);
-    }
-}
-
 void plane_cut_make_masses(PlaneModel *model)
 {
     PlaneCut *cut = model->cut;
     Vertices *vertices = &model->vertices;
     for (int v = 0; v < vertices->count; v++)
         vertices->mass[v] = 0.0;
-    for (int k = 0; k < model->element_count; k++) {
-        const PlaneForm *form = &model->form[k];
-        const double mass = plane_form_mass(&cut->forms, form);
-        for (int i = 0; i < form->shape->count; i++)
-            vertices->mass[form->vertex[i]] += form->shape->share[i] * mass;
-    }
+    plane_forms_add_masses(&cut->forms, model);
     for (int v = 0; v < vertices->count; v++)
         vertices_put_mass(vertices, v, vertices->mass[v],
                           cut->fixed_point[cut->id[v] % cut->points]);

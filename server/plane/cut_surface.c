@@ -58,12 +58,7 @@ void plane_cut_create_surface(PlaneModel *model, Body *body, const PlaneOptions 
         .longest_edge = cut->forms.size * hypot(1.0, (double)(1 << cut->layout.levels)),
         .solid = true,
     };
-    if (!options->body.without_contacts) {
-        body->surface.face_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)faces,
-                                                     sizeof(double), "%s/face firmness", name);
-        body->surface.node_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)nodes,
-                                                     sizeof(double), "%s/node firmness", name);
-    }
+    plane_create_firmness(body, &options->body, arena);
     cut->triangle = ALLOCATE_ROWS(cut->room.sides, cut->triangle, "triangles");
     body->mesh = (BodyMesh){
         .topology = 1,

@@ -117,8 +117,8 @@ void plane_forms_create(PlaneForms *forms, const PlaneOptions *options, const Pl
     forms->damping_lambda *= forms->beta;
 }
 
-void plane_form_set(PlaneForms *forms, PlaneForm *form, const PlaneElement *element,
-                    const int vertex[PLANE_PLACES])
+static void set_form(PlaneForms *forms, PlaneForm *form, const PlaneElement *element,
+                     const int vertex[PLANE_PLACES])
 {
     unsigned present = 0;
     for (int p = 0; p < PLANE_PLACES; p++)
@@ -131,7 +131,29 @@ void plane_form_set(PlaneForms *forms, PlaneForm *form, const PlaneElement *elem
         form->vertex[i] = vertex[form->shape->at[i]];
 }
 
-double plane_form_mass(const PlaneForms *forms, const PlaneForm *form)
+void plane_forms_fill(PlaneForms *forms, PlaneModel *model, const PlaneLayout *layout,
+                      const int (*vertex)[PLANE_PLACES])
 {
-    return element_mass(forms, form->shape, form->size, form->material);
+    model->element_count = 0;
+    memset(model->element_at_level, 0, sizeof model->element_at_level);
+    for (int e = 0; e < layout->element_count; e++) {
+        const PlaneElement *element = &layout->element[e];
+        if (element->quarters == 0)
+            continue;
+        model->element_at_level[element->level]++;
+        set_form(forms, &model->form[model->element_count++], element, vertex[e]);
+    }
+}
+
+double plane_forms_add_masses(const PlaneForms *forms, PlaneModel *model)
+{
+    double total = 0.0;
+    for (int e = 0; e < model->element_count; e++) {
+        const PlaneForm *form = &model->form[e];
+        const double mass = element_mass(forms, form->shape, form->size, form->material);
+        total += mass;
+        for (int i = 0; i < form->shape->count; i++)
+            model->vertices.mass[form->vertex[i]] += form->shape->share[i] * mass;
+    }
+    return total;
 }

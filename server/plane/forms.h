@@ -23,10 +23,11 @@ typedef struct PlaneForms {
 // cells and of one. Then sets beta from the options' damping.
 void plane_forms_create(PlaneForms *forms, const PlaneOptions *options, const PlaneLayout *layout,
                         const PlaneMesh *mesh, bool all, Arena *arena);
-// Fills a form. `vertex` [PLANE_PLACES] by place, -1: absent.
-void plane_form_set(PlaneForms *forms, PlaneForm *form, const PlaneElement *element,
-                    const int vertex[PLANE_PLACES]);
-// Returns the mass of an element [kg].
-double plane_form_mass(const PlaneForms *forms, const PlaneForm *form); // [kg]
+// Fills model->form, and counts the elements: those of the layout that have quarters. `vertex`
+// [element] rows by place, -1: absent.
+void plane_forms_fill(PlaneForms *forms, PlaneModel *model, const PlaneLayout *layout,
+                      const int (*vertex)[PLANE_PLACES]);
+// Adds the masses of the elements to those of their vertices; returns their sum [kg].
+double plane_forms_add_masses(const PlaneForms *forms, PlaneModel *model);
 
 #endif

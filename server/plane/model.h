@@ -57,6 +57,8 @@ void plane_fill_batches(PlaneModel *model);
 // surface.c. Load time: creates what tools and loads act on, and the published mesh.
 void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh,
                           const PlaneOptions *options, Arena *arena);
+// After the surface: what contacts need of it.
+void plane_create_firmness(Body *body, const BodyOptions *options, Arena *arena);
 void plane_create_mesh(PlaneModel *model, Body *body, const PlaneMesh *mesh, const char *name,
                        Arena *arena);
 

@@ -52,6 +52,18 @@ static void make_strip(TriMesh *strip, const PlaneModel *model, const PlaneMesh 
     }
 }
 
+// A corner of the outline is a third as stiff as a notch.
+void plane_create_firmness(Body *body, const BodyOptions *options, Arena *arena)
+{
+    BodySurface *surface = &body->surface;
+    if (options->without_contacts)
+        return;
+    surface->face_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)surface->face_count,
+                                            sizeof(double), "%s/face firmness", options->name);
+    surface->node_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)surface->node_count,
+                                            sizeof(double), "%s/node firmness", options->name);
+}
+
 void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh,
                           const PlaneOptions *options, Arena *arena)
 {
@@ -106,13 +118,7 @@ void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh,
     };
     model->node_face_start = body->surface.node_face_start;
     model->node_face_end = body->surface.node_face_end;
-    // A corner of the outline is a third as stiff as a notch: contacts need the firmness.
-    if (!options->body.without_contacts) {
-        body->surface.face_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)faces,
-                                                     sizeof(double), "%s/face firmness", name);
-        body->surface.node_firmness = arena_allocate(arena, ARENA_CONTACT, (size_t)nodes,
-                                                     sizeof(double), "%s/node firmness", name);
-    }
+    plane_create_firmness(body, &options->body, arena);
     winged_destroy(&winged);
     mesh_destroy(&strip);
     free(node);
