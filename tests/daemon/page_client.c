@@ -323,17 +323,13 @@ void page_pause(void)
 
 // --- the server ---
 
-int web_start(Daemon *server, const char *web, const char *arguments, char line[512])
+int web_start(Process *server, const char *web, const char *arguments, char line[512])
 {
-    char path[PATH_TEXT * 2];
     int port = 0;
-    daemon_program(web);
-    daemon_start(server, "%s", arguments);
-    daemon_program(NULL);
-    snprintf(path, sizeof path, "daemon-%d.out", server->number);
+    process_start(server, web, "%s", arguments);
     for (int turn = 0; turn < 3000 && port == 0; turn++) {
         page_pause();
-        FILE *out = fopen(scratch(path), "r");
+        FILE *out = fopen(process_output(server), "r");
         if (out == NULL)
             continue;
         if (fgets(line, 512, out) != NULL && strchr(line, '\n') != NULL)
@@ -343,14 +339,6 @@ int web_start(Daemon *server, const char *web, const char *arguments, char line[
     if (port == 0)
         fail_msg("pliant-web %s does not say where its page is", arguments);
     return port;
-}
-
-void program_stop(Daemon *program)
-{
-    daemon_signal(program, SIGTERM);
-    daemon_wait(program);
-    if (program->code != 0)
-        fail_msg("exit %d: %s", program->code, program->err);
 }
 
 // --- HTTP ---

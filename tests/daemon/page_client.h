@@ -61,9 +61,7 @@ void page_answer(PageClient *page);
 
 // Starts pliant-web (`web` is its path) on a free port and returns that; `line`: what it says
 // first.
-int web_start(Daemon *server, const char *web, const char *arguments, char line[512]);
-// By SIGTERM; it must end well.
-void program_stop(Daemon *program);
+int web_start(Process *server, const char *web, const char *arguments, char line[512]);
 
 // A connection from an address of this machine, 127.0.0.1 or 127.0.0.2; waits 30 s at most.
 int http_connect(int port, const char *from);

@@ -2,7 +2,7 @@
 #ifndef PLIANT_TESTS_DAEMON_RECORDER_H
 #define PLIANT_TESTS_DAEMON_RECORDER_H
 
-#include "client.h"
+#include "lcm_client.h"
 #include "recording_view.h"
 
 #include "files/recording_info.h"
@@ -23,18 +23,14 @@ static inline void recorder_program(int argc, char **argv)
     recorder = argv[2];
 }
 
-static inline void record_start(Daemon *program, const char *path, const char *more)
+static inline void record_start(Process *program, const char *path, const char *more)
 {
-    daemon_program(recorder);
-    daemon_start(program, "-o %s %s", path, more);
-    daemon_program(NULL);
+    process_start(program, recorder, "-o %s %s", path, more);
 }
 
-static inline void record_run(Daemon *program, const char *arguments)
+static inline void record_run(Process *program, const char *arguments)
 {
-    daemon_program(recorder);
-    run_daemon(program, "%s", arguments);
-    daemon_program(NULL);
+    process_run(program, recorder, "%s", arguments);
 }
 
 static inline bool has_sidecar(const char *path)
@@ -56,18 +52,18 @@ static inline int sidecar_frames(const char *path)
     return count;
 }
 
-static inline void end(Daemon *program, int number, int code)
+static inline void end(Process *program, int number, int code)
 {
-    daemon_signal(program, number);
-    daemon_wait(program);
+    process_signal(program, number);
+    process_wait(program);
     if (program->code != code)
         fail_msg("exit %d, expected %d: %s%s", program->code, code, program->out, program->err);
 }
 
-static inline void stop(Client *client, Daemon *daemon)
+static inline void stop(Client *client, Process *daemon)
 {
     command(client, PLIANT_COMMAND_T_STOP, 0, "");
-    daemon_wait(daemon);
+    process_wait(daemon);
     assert_int_equal(daemon->code, 0);
 }
 

@@ -1,7 +1,7 @@
 // Cuts through the real daemon: messages, answers and events, the client that sends them, blades,
 // and whatever else may arrive. Bodies: a solid box and a hollow sphere that can be cut, a sphere
 // that cannot.
-#include "client.h"
+#include "lcm_client.h"
 
 #include <signal.h>
 #include <stdlib.h>
@@ -26,7 +26,7 @@ static const char SCENE[] =
     "          { id = 2; kind = \"blade\"; edge = ([0.0, 0.0, 0.0], [0.0, 0.0, 0.06]); } );\n";
 
 typedef struct Fixture {
-    Daemon daemon;
+    Process daemon;
     Client *client;
 } Fixture;
 
@@ -45,8 +45,8 @@ static int start_daemon(void **state)
 static int stop_daemon(void **state)
 {
     Fixture *fixture = *state;
-    daemon_signal(&fixture->daemon, SIGTERM);
-    daemon_wait(&fixture->daemon);
+    process_signal(&fixture->daemon, SIGTERM);
+    process_wait(&fixture->daemon);
     client_destroy(fixture->client);
     if (fixture->daemon.code != 0)
         print_error("exit %d: %s\n", fixture->daemon.code, fixture->daemon.err);
@@ -247,24 +247,22 @@ static void random_cuts_do_no_harm(void **state)
 
 // --- pliant-cut ---
 
-static void run_cutter(Daemon *run, const char *format, ...) __attribute__((format(printf, 2, 3)));
-static void run_cutter(Daemon *run, const char *format, ...)
+static void run_cutter(Process *run, const char *format, ...) __attribute__((format(printf, 2, 3)));
+static void run_cutter(Process *run, const char *format, ...)
 {
     char arguments[2048];
     va_list list;
     va_start(list, format);
     vsnprintf(arguments, sizeof arguments, format, list);
     va_end(list);
-    daemon_program(cutter);
-    run_daemon(run, "%s", arguments);
-    daemon_program(NULL);
+    process_run(run, cutter, "%s", arguments);
 }
 
 static void the_client_cuts_planes_polylines_and_files(void **state)
 {
     Client *client = ((Fixture *)*state)->client;
     reset(client);
-    Daemon run;
+    Process run;
     run_cutter(&run, "--body box --plane 0.0001,0,0,1,0,0");
     assert_string_equal(run.err, "");
     assert_int_equal(run.code, 0);
@@ -295,18 +293,15 @@ static void an_unknown_body_is_answered_with_those_there_are(void **state)
 {
     (void)state;
     const char *says = "the daemon has no body 'bax', only: box, ball, hard\n";
-    Daemon run;
+    Process run;
     run_cutter(&run, "--body bax --plane 0.0001,0,0,1,0,0");
     assert_int_equal(run.code, 1);
     assert_non_null(strstr(run.err, says));
-    daemon_program(prober);
-    run_daemon(&run, "--auto --body bax");
+    process_run(&run, prober, "--auto --body bax");
     assert_int_equal(run.code, 1);
     assert_non_null(strstr(run.err, says));
     // It ends by itself, long before the duration.
-    daemon_program(watcher);
-    run_daemon(&run, "--nodes bax --write %s --duration 1e6", scratch("curve.tsv"));
-    daemon_program(NULL);
+    process_run(&run, watcher, "--nodes bax --write %s --duration 1e6", scratch("curve.tsv"));
     assert_int_equal(run.code, 1);
     assert_non_null(strstr(run.err, says));
 }
@@ -332,7 +327,7 @@ static void the_client_says_what_is_wrong_with_its_arguments(void **state)
         {"--plane 0,0,0,0,0,1 what", "'what' is not an option"},
         {"--file no-such-file", "no-such-file: No such file"},
     };
-    Daemon run;
+    Process run;
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         run_cutter(&run, "%s", cases[k].arguments);
         assert_int_equal(run.code, 2);
@@ -359,7 +354,7 @@ static void the_client_moves_a_blade(void **state)
     Client *client = ((Fixture *)*state)->client;
     reset(client);
     client->events = 0;
-    Daemon run;
+    Process run;
     // On a machine that is held up for 0.2 s the tool falls silent amid the stroke and is
     // withdrawn: then nothing falls apart, and the stroke is made again.
     for (int tries = 0; tries < 3 && !saw_event(client, "piece"); tries++) {
@@ -426,7 +421,7 @@ static void a_log_of_inputs_repeats_cuts_and_strokes_bit_for_bit(void **state)
     const char *path = scratch("log.cfg"), *log = scratch("inputs.log");
     write_text(path, SCENE);
     Client *client = client_create();
-    Daemon daemon;
+    Process daemon;
     char live[32], again[32];
     daemon_start(&daemon, "--log-inputs %s %s", log, path);
     client_wait_for_daemon(client);
@@ -437,7 +432,7 @@ static void a_log_of_inputs_repeats_cuts_and_strokes_bit_for_bit(void **state)
         client_listen(client, 2);
     }
     assert_true(cut_at(client, 0.2003, "ball")->ok);
-    daemon_end(&daemon);
+    process_end(&daemon);
     printed_state(&daemon, live);
     run_daemon(&daemon, "--offline 1000 --input %s %s", log, path);
     assert_int_equal(daemon.code, 0);
@@ -453,7 +448,7 @@ static void a_cut_scene_goes_on_from_checkpoints_bit_for_bit(void **state)
     const char *path = scratch("cp.cfg"), *cut = scratch("cut.h5"), *part = scratch("part.h5");
     write_text(path, SCENE);
     Client *client = client_create();
-    Daemon daemon;
+    Process daemon;
     char saved[32], resumed[32], whole[32], parts[32];
     daemon_start(&daemon, "--checkpoint %s %s", cut, path);
     client_wait_for_daemon(client);
@@ -463,10 +458,8 @@ static void a_cut_scene_goes_on_from_checkpoints_bit_for_bit(void **state)
         pose_blade(client, -0.0049, -0.03 + 0.001 * i, true);
         client_listen(client, 2);
     }
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
+    process_end(&daemon);
     client_destroy(client);
-    assert_int_equal(daemon.code, 0);
     printed_state(&daemon, saved);
     run_daemon(&daemon, "--offline 0 --resume %s %s", cut, path);
     assert_int_equal(daemon.code, 0);
@@ -517,12 +510,10 @@ static void hundred_cuts_a_second_are_all_answered_while_a_tool_presses(void **s
     }
     assert_int_equal(fclose(out), 0);
     Client *client = client_create();
-    Daemon daemon, run;
+    Process daemon, run;
     daemon_start(&daemon, "%s", path);
     client_wait_for_daemon(client);
-    daemon_program(cutter);
-    daemon_start(&run, "--quiet --rate 100 --file %s", file);
-    daemon_program(NULL);
+    process_start(&run, cutter, "--quiet --rate 100 --file %s", file);
     const double press[3] = {0.0, 0.0, 0.023};
     double limit = client_now() + 60.0;
     while (client->replies < CUTS && client_now() < limit) {
@@ -530,7 +521,7 @@ static void hundred_cuts_a_second_are_all_answered_while_a_tool_presses(void **s
         send_pose(client, &pose);
         client_listen(client, 2);
     }
-    daemon_wait(&run);
+    process_wait(&run);
     assert_int_equal(run.code, 0);
     char all[64];
     snprintf(all, sizeof all, "%d sweeps, ", CUTS);
@@ -540,7 +531,7 @@ static void hundred_cuts_a_second_are_all_answered_while_a_tool_presses(void **s
     assert_int_equal(client->status.resets, 0);
     print_message("late ticks %lld of %lld; %s", (long long)client->status.late_ticks,
                   (long long)client->status.step, run.out);
-    daemon_end(&daemon);
+    process_end(&daemon);
     client_destroy(client);
 }
 
@@ -555,32 +546,30 @@ static void a_daemon_that_starts_is_not_cut_by_what_was_meant_for_the_last(void 
     const char *path = scratch("next.cfg");
     write_text(path, SCENE);
     for (int k = 0; k < 2; k++) {
-        static Daemon daemon, run;
+        static Process daemon, run;
         Client *client = client_create();
         daemon_start(&daemon, "%s", path);
         client_wait_for_daemon(client);
-        daemon_program(cutter);
-        daemon_start(&run, "%s", ways[k]);
-        daemon_program(NULL);
+        process_start(&run, cutter, "%s", ways[k]);
         if (k == 0)
             wait_until(client, client->replies > 2);
         else
             wait_until(client, client->contacts > 0 && client->contact.tool == 2 &&
                                    client->contact.pose_utime > 0);
-        daemon_signal(&daemon, SIGKILL);
-        daemon_wait(&daemon);
+        process_signal(&daemon, SIGKILL);
+        process_wait(&daemon);
         client_destroy(client);
         client = client_create();
         daemon_start(&daemon, "%s", path);
         client_wait_for_daemon(client);
-        daemon_wait(&run);
+        process_wait(&run);
         assert_int_equal(run.code, 1);
         assert_non_null(strstr(run.err, "the daemon that this was sent to is gone"));
         client_fresh_status(client);
         assert_false(saw_event(client, "cut") || saw_event(client, "piece"));
         for (int i = 0; i < client->replies; i++)
             assert_string_not_equal(client->reply[i].channel, "PLIANT_CUT");
-        daemon_end(&daemon);
+        process_end(&daemon);
         client_destroy(client);
     }
 }

@@ -1,5 +1,5 @@
 // pliant-drake between a real daemon and a viewer of Drake's, which is played here.
-#include "client.h"
+#include "lcm_client.h"
 
 #include <signal.h>
 #include <string.h>
@@ -66,24 +66,18 @@ static void on_link(const lcm_recv_buf_t *buffer, const char *channel,
 static void bodies_reach_a_viewer_as_triangles(void **state)
 {
     (void)state;
-    Daemon daemon, drake;
+    Process daemon, drake;
     Viewer viewer = {0};
     Client *client = client_create();
     drake_lcmt_viewer_link_data_subscription_t *links = drake_lcmt_viewer_link_data_subscribe(
         client->lcm, "DRAKE_VIEWER_DEFORMABLE", on_link, &viewer);
     daemon_start(&daemon, "%s", write_scene("drake.cfg", "rate_hz = 100.0;", ""));
     client_wait_for_daemon(client);
-    daemon_program(drake_path);
-    daemon_start(&drake, "--color 0.25,0.5,0.5");
-    daemon_program(NULL);
+    process_start(&drake, drake_path, "--color 0.25,0.5,0.5");
     wait_until(client, viewer.messages >= 3);
     assert_true(viewer.good);
-    daemon_signal(&drake, SIGTERM);
-    daemon_wait(&drake);
-    assert_int_equal(drake.code, 0);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    process_end(&drake);
+    process_end(&daemon);
     drake_lcmt_viewer_link_data_unsubscribe(client->lcm, links);
     client_destroy(client);
 }
@@ -91,10 +85,8 @@ static void bodies_reach_a_viewer_as_triangles(void **state)
 static void no_daemon_is_told(void **state)
 {
     (void)state;
-    Daemon drake;
-    daemon_program(drake_path);
-    run_daemon(&drake, "--prefix OTHER --duration 0.1");
-    daemon_program(NULL);
+    Process drake;
+    process_run(&drake, drake_path, "--prefix OTHER --duration 0.1");
     assert_int_equal(drake.code, 1);
     assert_non_null(strstr(drake.err, "no body came on OTHER_NODES_*"));
 }

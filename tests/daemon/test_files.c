@@ -1,5 +1,5 @@
 // Checkpoints and input logs: whole files, and runs that continue or repeat with the same bits.
-#include "client.h"
+#include "lcm_client.h"
 
 #include <lcm/lcm.h>
 
@@ -24,7 +24,7 @@ static bool exists(const char *path)
 // The step that a checkpoint continues from.
 static long long checkpoint_step(const char *path, const char *scene)
 {
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 0 --resume %s %s", path, scene);
     assert_int_equal(daemon.code, 0);
     return printed(&daemon, "step");
@@ -35,7 +35,7 @@ static void offline_runs_are_the_same_every_time(void **state)
     (void)state;
     const char *scene = write_scene("same.cfg", HEAD, LOADS);
     char first[32], second[32];
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 1 %s", scene);
     printed_state(&daemon, first);
     run_daemon(&daemon, "--offline 1 %s", scene);
@@ -52,7 +52,7 @@ static void a_resumed_run_matches_the_uninterrupted_one(void **state)
     const char *scene = write_scene("resume.cfg", HEAD, LOADS);
     const char *part = scratch("part.h5");
     char whole[32], resumed[32];
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 1 %s", scene);
     printed_state(&daemon, whole);
     run_daemon(&daemon, "--offline 0.4 --checkpoint %s %s", part, scene);
@@ -69,7 +69,7 @@ static void a_checkpoint_reply_comes_when_the_file_is_whole(void **state)
     const char *scene = write_scene("command.cfg", HEAD, LOADS);
     const char *path = scratch("command.h5");
     Client *client = client_create();
-    Daemon daemon;
+    Process daemon;
     daemon_start(&daemon, "--checkpoint %s %s", path, scene);
     client_wait_for_daemon(client);
     assert_false(exists(path));
@@ -81,12 +81,10 @@ static void a_checkpoint_reply_comes_when_the_file_is_whole(void **state)
     // SIGUSR1 writes another one, the end a last one.
     int64_t before = checkpoint_step(path, scene);
     client->events = 0;
-    daemon_signal(&daemon, SIGUSR1);
+    process_signal(&daemon, SIGUSR1);
     wait_until(client, saw_event(client, "checkpoint"));
     expect_at_least((double)checkpoint_step(path, scene), (double)before + 1.0);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    process_end(&daemon);
     assert_int_equal(printed(&daemon, "checkpoints"), 3);
     assert_int_equal(checkpoint_step(path, scene), printed(&daemon, "step"));
     client_destroy(client);
@@ -95,7 +93,7 @@ static void a_checkpoint_reply_comes_when_the_file_is_whole(void **state)
 static void checkpoints_come_every_so_often(void **state)
 {
     (void)state;
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--duration 1 --checkpoint-every 0.2 --checkpoint %s %s",
                scratch("every.h5"), write_scene("every.cfg", HEAD, ""));
     assert_int_equal(daemon.code, 0);
@@ -107,7 +105,7 @@ static void checkpoints_come_every_so_often(void **state)
 static void a_checkpoint_that_cannot_be_written_exits_1(void **state)
 {
     (void)state;
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 0.1 --checkpoint %s %s", scratch("no/folder.h5"),
                write_scene("folder.cfg", HEAD, ""));
     assert_int_equal(daemon.code, 1);
@@ -118,7 +116,7 @@ static void a_checkpoint_that_cannot_be_written_exits_1(void **state)
 }
 
 // A live run with everything that can be sent; returns with the daemon ended.
-static void run_with_inputs(Daemon *daemon, const char *log, const char *checkpoint,
+static void run_with_inputs(Process *daemon, const char *log, const char *checkpoint,
                             const char *scene)
 {
     Client *client = client_create();
@@ -148,7 +146,7 @@ static void run_with_inputs(Daemon *daemon, const char *log, const char *checkpo
             command(client, PLIANT_COMMAND_T_RESUME, 0, "");
     }
     command(client, PLIANT_COMMAND_T_STOP, 0, "");
-    daemon_wait(daemon);
+    process_wait(daemon);
     assert_int_equal(daemon->code, 0);
     client_destroy(client);
 }
@@ -159,7 +157,7 @@ static void an_input_log_repeats_the_live_run_bit_for_bit(void **state)
     const char *scene = write_scene("log.cfg", HEAD, PROBE_TOOL);
     const char *log = scratch("inputs.log"), *checkpoint = scratch("live.h5");
     char live[32], repeated[32], resumed[32];
-    Daemon daemon;
+    Process daemon;
     run_with_inputs(&daemon, log, checkpoint, scene);
     printed_state(&daemon, live);
     long long step = printed(&daemon, "step");
@@ -181,7 +179,7 @@ static void a_log_of_another_rate_or_time_is_refused(void **state)
 {
     (void)state;
     const char *scene = write_scene("log.cfg", HEAD, PROBE_TOOL);
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 1 --rate 500 --input %s %s", scratch("inputs.log"), scene);
     assert_int_equal(daemon.code, 2);
     assert_non_null(strstr(daemon.err, "rate_hz 1000"));
@@ -206,7 +204,7 @@ static void a_cut_off_log_is_used_as_far_as_it_goes(void **state)
     fwrite(bytes, 1, sizeof bytes, to);
     fclose(from);
     fclose(to);
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 0.5 --input %s %s", scratch("short.log"), scene);
     assert_int_equal(daemon.code, 0);
     assert_non_null(strstr(daemon.err, "cut off after"));
@@ -232,7 +230,7 @@ static void a_log_without_a_duration_is_applied_to_its_end(void **state)
     (void)state;
     const char *scene = write_scene("log.cfg", HEAD, PROBE_TOOL);
     char whole[32], to_end[32];
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 1000 --input %s %s", scratch("inputs.log"), scene);
     printed_state(&daemon, whole);
     run_daemon(&daemon, "--input %s %s", scratch("inputs.log"), scene);
@@ -290,7 +288,7 @@ static void a_plain_log_is_applied_at_its_times(void **state)
     lcm_eventlog_destroy(log);
 
     // Nothing moves up to 0.3 s; the load is in force from the tick that begins there.
-    Daemon before, after;
+    Process before, after;
     run_daemon(&before, "--offline 0.299 --input %s %s", path, scene);
     run_daemon(&after, "--offline 0.301 --checkpoint %s --input %s %s", scratch("plain.h5"), path,
                scene);

@@ -1,6 +1,6 @@
 // A grasper over LCM: it closes on the top of a ball, pulls, is pulled back, lets go; the log of it
 // all repeats the run.
-#include "client.h"
+#include "lcm_client.h"
 
 #include <signal.h>
 #include <string.h>
@@ -42,7 +42,7 @@ static const char *text_of(const Client *client, const char *kind)
 static void jaws_take_hold_pull_and_let_go(void **state)
 {
     (void)state;
-    Daemon daemon, again;
+    Process daemon, again;
     Client *client = client_create();
     const char *scene = write_scene("grasp.cfg", HEAD, JAWS);
     daemon_start(&daemon, "--log-inputs %s %s", scratch("grasp.log"), scene);
@@ -75,10 +75,8 @@ static void jaws_take_hold_pull_and_let_go(void **state)
     move_until(client, TOP + 0.1, 0.0, client->contacts > before + 1000);
     client_fresh_status(client);
     assert_int_equal(client->status.resets, 0);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
+    process_end(&daemon);
     client_destroy(client);
-    assert_int_equal(daemon.code, 0);
 
     char live[32], repeated[32];
     printed_state(&daemon, live);

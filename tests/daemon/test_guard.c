@@ -1,7 +1,7 @@
 // A daemon whose body is torn away, or was asked for steps that it cannot stand: every number that
 // leaves is one, events say why, and a load that keeps being why is withdrawn. The body beside it
 // and what was saved meanwhile are as ever.
-#include "client.h"
+#include "lcm_client.h"
 
 #include "pliant_event_t.h"
 #include "pliant_nodes_t.h"
@@ -142,7 +142,7 @@ static const char *event_text(const Client *client, const char *kind)
 
 static void expect_resumable(const char *checkpoint, const char *scene)
 {
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 0.2 --resume %s %s", checkpoint, scene);
     assert_int_equal(daemon.code, 0);
     assert_null(strstr(daemon.out, "nan"));
@@ -159,7 +159,7 @@ static void a_load_that_tears_a_body_away_is_withdrawn(void **state)
     Client *client = client_create();
     Numbers numbers;
     const Watch on = watch(client, &numbers);
-    Daemon daemon;
+    Process daemon;
     daemon_start(&daemon, "--checkpoint %s --log-inputs %s %s", checkpoint, log, scene);
     client_wait_for_daemon(client);
     const double push[3] = {1e6, 0.0, 0.0};
@@ -183,9 +183,7 @@ static void a_load_that_tears_a_body_away_is_withdrawn(void **state)
     // Swings about g / w^2 below rest, 0.4 mm, no farther than twice that.
     assert_true(numbers.saw_calm);
     expect_at_most(numbers.calm_moved, 1e-3 + 1e-6);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    process_end(&daemon);
     assert_non_null(strstr(daemon.out, "  withdrawn_loads: 1\n"));
     char live[32], repeated[32];
     printed_state(&daemon, live);
@@ -210,7 +208,7 @@ static void a_body_beyond_its_bound_tells_why_and_sends_nothing_else(void **stat
     Client *client = client_create();
     Numbers numbers;
     const Watch on = watch(client, &numbers);
-    Daemon daemon;
+    Process daemon;
     daemon_start(&daemon, "--checkpoint %s %s", checkpoint, scene);
     client_wait_for_daemon(client);
     for (int i = 0; i < 500; i++) { // a hand that goes on pressing
@@ -226,9 +224,7 @@ static void a_body_beyond_its_bound_tells_why_and_sends_nothing_else(void **stat
     assert_true(numbers.checked > 1000);
     assert_int_equal(numbers.bad, 0);
     expect_at_most(numbers.calm_moved, 1e-3 + 1e-6);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    process_end(&daemon);
     expect_resumable(checkpoint, scene);
     watch_no_more(client, &on);
     client_destroy(client);

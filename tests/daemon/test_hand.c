@@ -1,7 +1,7 @@
 // A hand behind a network, through the real daemon: the stiffness that contacts tell makes its loop
 // passive. In lockstep, so that a busy machine changes nothing: a tick of the daemon is one of the
 // device.
-#include "client.h"
+#include "lcm_client.h"
 
 #include "hand.h"
 
@@ -18,7 +18,7 @@ static const char SCENE[] =
     "  fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.025]); } ); } );\n";
 static const double TOUCH[3] = {0.0, 0.0, 0.055}, DOWN[3] = {0.0, 0.0, -1.0};
 
-static void start(Daemon *daemon, Client **client, const char *publish)
+static void start(Process *daemon, Client **client, const char *publish)
 {
     char text[2048], scene[1024];
     snprintf(scene, sizeof scene, SCENE, publish);
@@ -30,12 +30,10 @@ static void start(Daemon *daemon, Client **client, const char *publish)
     client_wait_for_daemon(*client);
 }
 
-static void stop(Daemon *daemon, Client *client)
+static void stop(Process *daemon, Client *client)
 {
-    daemon_signal(daemon, SIGTERM);
-    daemon_wait(daemon);
+    process_end(daemon);
     client_destroy(client);
-    assert_int_equal(daemon->code, 0);
 }
 
 // One tick with the tool where it was told to be last.
@@ -85,7 +83,7 @@ static double feel(Client *client, bool stiffness)
 static void told_stiffness_makes_the_loop_passive(void **state)
 {
     (void)state;
-    static Daemon daemon;
+    static Process daemon;
     Client *client;
     start(&daemon, &client, "");
     double without = feel(client, false), with = feel(client, true);
@@ -99,7 +97,7 @@ static void told_stiffness_makes_the_loop_passive(void **state)
 static void contacts_tell_a_symmetric_positive_stiffness(void **state)
 {
     (void)state;
-    static Daemon daemon;
+    static Process daemon;
     Client *client;
     start(&daemon, &client, "");
     double away[3] = {0.0, 0.0, 0.1}, inside[3] = {0.0, 0.0, 0.051};
@@ -131,7 +129,7 @@ static void contacts_tell_a_symmetric_positive_stiffness(void **state)
 static void scene_can_leave_it_out(void **state)
 {
     (void)state;
-    static Daemon daemon;
+    static Process daemon;
     Client *client;
     start(&daemon, &client, "contact_stiffness = false;");
     double inside[3] = {0.0, 0.0, 0.051};

@@ -1,6 +1,6 @@
 // Nothing that arrives stops the loop: every message that does not fit is refused, counted by its
 // reason, and changes nothing.
-#include "client.h"
+#include "lcm_client.h"
 
 #include <signal.h>
 #include <stdlib.h>
@@ -8,7 +8,7 @@
 
 static const char *const channels[] = {"PLIANT_TOOL_POSE", "PLIANT_CUT", "PLIANT_LOAD",
                                        "PLIANT_COMMAND"};
-static Daemon the_daemon;
+static Process the_daemon;
 
 static int start_daemon(void **state)
 {
@@ -23,8 +23,8 @@ static int start_daemon(void **state)
 
 static int stop_daemon(void **state)
 {
-    daemon_signal(&the_daemon, SIGTERM);
-    daemon_wait(&the_daemon);
+    process_signal(&the_daemon, SIGTERM);
+    process_wait(&the_daemon);
     client_destroy(*state);
     return the_daemon.code;
 }

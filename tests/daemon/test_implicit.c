@@ -1,6 +1,6 @@
 // integrator = "auto" through the real daemon: a body too stiff for leapfrog is implicit, says so,
 // and answers a tool at 1 kHz.
-#include "client.h"
+#include "lcm_client.h"
 
 #include <signal.h>
 #include <string.h>
@@ -33,7 +33,7 @@ static const char *write_auto(const char *name, const char *material, const char
 static void a_stiff_body_is_implicit_and_answers_a_tool(void **state)
 {
     (void)state;
-    Daemon daemon;
+    Process daemon;
     Client *client = client_create();
     daemon_start(&daemon, "%s", write_auto("stiff.cfg", STIFF, LIVE, PROBE_TOOL));
     client_wait_for_daemon(client);
@@ -52,16 +52,14 @@ static void a_stiff_body_is_implicit_and_answers_a_tool(void **state)
     expect_at_most(client->contact.force[2], 5.0);   // max_force
     client_fresh_status(client);
     assert_int_equal(client->status.resets, 0);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    process_end(&daemon);
     client_destroy(client);
 }
 
 static void implicit_steps_are_tried_for_the_estimate_too(void **state)
 {
     (void)state;
-    Daemon daemon;
+    Process daemon;
     Client *client = client_create();
     daemon_start(&daemon, "%s", write_auto("estimated.cfg", STIFF, ESTIMATED, ""));
     client_wait_for_daemon(client);
@@ -69,16 +67,14 @@ static void implicit_steps_are_tried_for_the_estimate_too(void **state)
     wait_until(client, client->status.estimated_error > 0.0);
     // Steps of backward Euler's kind are off, but not by more than the body has moved.
     expect_at_most(client->status.estimated_error, 1.0);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    process_end(&daemon);
     client_destroy(client);
 }
 
 static void the_choice_is_told_before_anything_runs(void **state)
 {
     (void)state;
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--check %s", write_auto("stiff.cfg", STIFF, "", PROBE_TOOL));
     assert_int_equal(daemon.code, 0);
     assert_non_null(strstr(daemon.out, "model surface, implicit"));
@@ -109,7 +105,7 @@ static void joined_stiff_bodies_hang_together(void **state)
         "attachments = ( { body = \"lower\"; to_body = \"upper\";\n"
         "  box = ([-0.03, -0.03, -0.07], [0.03, 0.03, -0.04]); } );";
     char text[2048];
-    Daemon daemon;
+    Process daemon;
     snprintf(text, sizeof text, FORMAT, "1.0e8");
     write_text(scratch("joined.cfg"), text);
     run_daemon(&daemon, "--offline 0.5 %s", scratch("joined.cfg"));
@@ -131,7 +127,7 @@ static void a_checkpoint_goes_on_with_the_same_bits(void **state)
                                 "  duration = 0.1; } );";
     const char *scene = write_auto("loaded.cfg", STIFF, "", LOADS);
     char whole[32], half[32];
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 0.2 %s", scene);
     assert_int_equal(daemon.code, 0);
     printed_state(&daemon, whole);

@@ -1,7 +1,7 @@
 // A body that refines and coarsens, through the real daemon: what clients make of its meshes and
 // deltas has no cracks at any time, checkpoints and input logs continue and repeat it bit for bit,
 // recordings hold every mesh.
-#include "client.h"
+#include "lcm_client.h"
 #include "mesh_check.h"
 
 #include "pliant_mesh_delta_t.h"
@@ -269,7 +269,7 @@ static void clients_see_a_mesh_without_cracks_at_all_times(void **state)
     (void)state;
     Client *client = client_create();
     Watch *watch = watch_create();
-    Daemon daemon;
+    Process daemon;
     daemon_start(&daemon, "%s", write_levels("live.cfg", "single", LIVE, PROBE_TOOL));
     client_wait_for_daemon(client);
     watch_until(client, watch, watch->whole);
@@ -294,7 +294,7 @@ static void clients_see_a_mesh_without_cracks_at_all_times(void **state)
     assert_int_equal(watch->frames_ahead, 0);
     assert_true(watch->frames > 30);
     command(client, PLIANT_COMMAND_T_STOP, 0, "");
-    daemon_wait(&daemon);
+    process_wait(&daemon);
     assert_int_equal(daemon.code, 0);
     watch_destroy(watch);
     client_destroy(client);
@@ -305,7 +305,7 @@ static void a_reset_takes_clients_back_to_the_first_mesh(void **state)
     (void)state;
     Client *client = client_create();
     Watch *watch = watch_create();
-    Daemon daemon;
+    Process daemon;
     daemon_start(&daemon, "%s", write_levels("reset.cfg", "double", LIVE, PROBE_TOOL));
     client_wait_for_daemon(client);
     watch_until(client, watch, watch->whole);
@@ -319,7 +319,7 @@ static void a_reset_takes_clients_back_to_the_first_mesh(void **state)
     assert_int_equal(watch->missed, 0);
     assert_int_equal(watch->frames_ahead, 0);
     command(client, PLIANT_COMMAND_T_STOP, 0, "");
-    daemon_wait(&daemon);
+    process_wait(&daemon);
     assert_int_equal(daemon.code, 0);
     watch_destroy(watch);
     client_destroy(client);
@@ -337,7 +337,7 @@ static void a_resumed_run_matches_the_uninterrupted_one(void **state)
         const char *scene = write_levels("resume.cfg", precisions[p], LIVE, LOADS);
         const char *part = scratch("part.h5");
         char whole[32], resumed[32];
-        Daemon daemon;
+        Process daemon;
         unlink(part); // of the case before, which stands later
         run_daemon(&daemon, "--offline 1 %s", scene);
         printed_state(&daemon, whole);
@@ -354,13 +354,13 @@ static void a_resumed_run_matches_the_uninterrupted_one(void **state)
 static void step_live(const char *arguments, int ticks, char hash[32])
 {
     Client *client = client_create();
-    Daemon daemon;
+    Process daemon;
     daemon_start(&daemon, "%s", arguments);
     client_wait_for_daemon(client);
     const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, ticks, "");
     assert_true(reply->ok);
     command(client, PLIANT_COMMAND_T_STOP, 0, "");
-    daemon_wait(&daemon);
+    process_wait(&daemon);
     assert_int_equal(daemon.code, 0);
     printed_state(&daemon, hash);
     client_destroy(client);
@@ -389,7 +389,7 @@ static void an_input_log_repeats_a_live_run(void **state)
     char live[32], repeated[32], resumed[32];
     Client *client = client_create();
     Watch *watch = watch_create();
-    Daemon daemon;
+    Process daemon;
     daemon_start(&daemon, "--log-inputs %s --checkpoint %s %s", log, checkpoint, scene);
     client_wait_for_daemon(client);
     press(client, watch, NULL, 100);
@@ -399,7 +399,7 @@ static void an_input_log_repeats_a_live_run(void **state)
     command(client, PLIANT_COMMAND_T_RESET, 0, "");
     press(client, watch, NULL, 50);
     command(client, PLIANT_COMMAND_T_STOP, 0, "");
-    daemon_wait(&daemon);
+    process_wait(&daemon);
     assert_int_equal(daemon.code, 0);
     printed_state(&daemon, live);
     long long step = printed(&daemon, "step");
@@ -449,7 +449,7 @@ static void a_recording_holds_every_mesh_without_cracks(void **state)
 {
     (void)state;
     const char *path = scratch("levels.h5");
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 1 --record %s %s", path,
                write_levels("record.cfg", "single", LIVE, LOADS));
     assert_int_equal(daemon.code, 0);

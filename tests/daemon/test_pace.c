@@ -1,6 +1,6 @@
 // The loop's accounting and what it publishes without being asked. No test demands that a tick is
 // in time: they look at what the daemon says of itself and at the steps in its messages.
-#include "client.h"
+#include "lcm_client.h"
 
 #include <signal.h>
 #include <stdlib.h>
@@ -9,7 +9,7 @@
 static void ticks_and_late_ticks_add_up_to_the_duration(void **state)
 {
     (void)state;
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--duration 1 %s", write_scene("duration.cfg", "rate_hz = 1000.0;", ""));
     assert_int_equal(daemon.code, 0);
     // A tick that is late at the very end can pass it by a few.
@@ -21,18 +21,18 @@ static void late_ticks_are_skipped_not_replayed(void **state)
 {
     (void)state;
     // A stopped process wakes with hundreds of deadlines behind it.
-    Daemon daemon;
+    Process daemon;
     Client *client = client_create();
     const char *scene =
         write_scene("late.cfg", "publish = { status_hz = 20.0; nodes_hz = 0.0; };", "");
     daemon_start(&daemon, "--duration 3 %s", scene);
     client_wait_for_daemon(client);
-    daemon_signal(&daemon, SIGSTOP);
+    process_signal(&daemon, SIGSTOP);
     double stopped = client_now();
     while (client_now() < stopped + 0.5)
         client_listen(client, 20);
-    daemon_signal(&daemon, SIGCONT);
-    daemon_wait(&daemon);
+    process_signal(&daemon, SIGCONT);
+    process_wait(&daemon);
     assert_int_equal(daemon.code, 0);
     long long ticks = printed(&daemon, "ticks"), late = printed(&daemon, "late ticks");
     expect_at_least((double)late, 450); // nearly all deadlines of the half second
@@ -44,7 +44,7 @@ static void late_ticks_are_skipped_not_replayed(void **state)
 static void nodes_come_at_the_steps_when_they_are_due(void **state)
 {
     (void)state;
-    Daemon daemon;
+    Process daemon;
     Client *client = client_create();
     daemon_start(&daemon, "%s",
                  write_scene("nodes.cfg",
@@ -57,9 +57,7 @@ static void nodes_come_at_the_steps_when_they_are_due(void **state)
     assert_int_equal(client->frames.gaps, 0);      // sequences count frames without holes
     wait_until(client, client->velocities.whole >= 30);
     assert_int_equal(client->velocities.node_count, SPHERE_NODES);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    process_end(&daemon);
     client_destroy(client);
 }
 
@@ -72,7 +70,7 @@ static void the_error_of_steps_is_told_only_when_asked_and_not_in_lockstep(void 
         "rate_hz = 100.0; gravity = [0.0, 0.0, -9.8]; publish = { status_hz = 20.0; };"
         "estimate_error = true;"};
     for (int asked = 0; asked < 2; asked++) {
-        Daemon daemon;
+        Process daemon;
         Client *client = client_create();
         daemon_start(&daemon, "%s", write_scene("estimate.cfg", HEAD[asked], ""));
         client_wait_for_daemon(client);
@@ -86,7 +84,7 @@ static void the_error_of_steps_is_told_only_when_asked_and_not_in_lockstep(void 
         client_fresh_status(client);
         assert_true(client->status.estimated_error == 0.0);
         assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
-        daemon_wait(&daemon);
+        process_wait(&daemon);
         client_destroy(client);
     }
 }
@@ -101,7 +99,7 @@ static void frames_larger_than_a_datagram_come_in_chunks(void **state)
                      "  mesh = { generator = \"ico_sphere\"; nodes = 10242; radius = 0.1; };\n"
                      "  material = { youngs_modulus_2d = 20.0; areal_density = 4.0; };\n"
                      "  shape = { angular_frequency = 50.0; damping_ratio = 0.1; }; } );\n");
-    Daemon daemon;
+    Process daemon;
     Client *client = client_create();
     daemon_start(&daemon, "%s", path);
     wait_until(client, client->frames.whole >= 3 && client->mesh.whole >= 2);
@@ -112,16 +110,14 @@ static void frames_larger_than_a_datagram_come_in_chunks(void **state)
     // The last node of the last chunk lies on the sphere: nothing moves here. Float positions.
     const float *p = client->frames.position + 3 * 10241;
     expect_near(sqrt((double)(p[0] * p[0] + p[1] * p[1] + p[2] * p[2])), 0.1, 1e-6);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    process_end(&daemon);
     client_destroy(client);
 }
 
 static void a_late_joiner_gets_the_mesh(void **state)
 {
     (void)state;
-    Daemon daemon;
+    Process daemon;
     Client *early = client_create();
     daemon_start(&daemon, "%s", write_scene("mesh.cfg", "publish = { mesh_hz = 5.0; };", ""));
     client_wait_for_daemon(early);
@@ -132,8 +128,8 @@ static void a_late_joiner_gets_the_mesh(void **state)
     assert_int_equal(late->mesh.whole_nodes, SPHERE_NODES);
     assert_int_equal(late->mesh.whole_triangles, SPHERE_TRIANGLES);
     assert_int_equal(late->mesh.topology, late->frames.topology);
-    daemon_signal(&daemon, SIGINT);
-    daemon_wait(&daemon);
+    process_signal(&daemon, SIGINT);
+    process_wait(&daemon);
     assert_int_equal(daemon.code, 0);
     client_destroy(late);
 }
@@ -141,7 +137,7 @@ static void a_late_joiner_gets_the_mesh(void **state)
 static void without_mesh_hz_describe_brings_the_mesh_and_the_last_nodes(void **state)
 {
     (void)state;
-    Daemon daemon;
+    Process daemon;
     Client *client = client_create();
     daemon_start(&daemon, "%s",
                  write_scene("describe.cfg",
@@ -160,16 +156,14 @@ static void without_mesh_hz_describe_brings_the_mesh_and_the_last_nodes(void **s
     assert_non_null(strstr(reply->text, "tool 1"));
     assert_non_null(strstr(reply->text, "capacity"));
     wait_until(client, client->mesh.whole > 0 && client->frames.whole > 0);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    process_end(&daemon);
     client_destroy(client);
 }
 
 static void a_second_daemon_on_the_prefix_is_refused(void **state)
 {
     (void)state;
-    Daemon first, second, third;
+    Process first, second, third;
     Client *client = client_create();
     const char *scene = write_scene("prefix.cfg", "publish = { status_hz = 1.0; };", "");
     daemon_start(&first, "%s", scene);
@@ -179,16 +173,14 @@ static void a_second_daemon_on_the_prefix_is_refused(void **state)
     assert_non_null(strstr(second.err, "PLIANT_STATUS"));
     run_daemon(&third, "--duration 0.2 --prefix OTHER %s", scene);
     assert_int_equal(third.code, 0);
-    daemon_signal(&first, SIGTERM);
-    daemon_wait(&first);
-    assert_int_equal(first.code, 0);
+    process_end(&first);
     client_destroy(client);
 }
 
 static void a_daemon_runs_without_a_network(void **state)
 {
     (void)state;
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--lcm-url memq:// --duration 0.3 %s", write_scene("memq.cfg", "", ""));
     assert_int_equal(daemon.code, 0);
     expect_at_least((double)printed(&daemon, "ticks"), 1.0);
@@ -197,7 +189,7 @@ static void a_daemon_runs_without_a_network(void **state)
 static void no_route_is_explained(void **state)
 {
     (void)state;
-    Daemon daemon;
+    Process daemon;
     // The group's network is routed away for this daemon only.
     assert_int_equal(system("ip route del 224.0.0.0/4 dev lo"), 0);
     run_daemon(&daemon, "--duration 1 %s", write_scene("route.cfg", "", ""));

@@ -23,7 +23,7 @@ static const char GOOD[] =
     "radius = 0.005; } ); } );\n";
 
 // Runs --check on GOOD with `from` replaced, and expects so many warnings.
-static void check(Daemon *run, const char *from, const char *to, int warnings)
+static void check(Process *run, const char *from, const char *to, int warnings)
 {
     char text[4096];
     const char *path = scratch("scene.cfg"), *at = strstr(GOOD, from);
@@ -42,7 +42,7 @@ static void check(Daemon *run, const char *from, const char *to, int warnings)
 static void an_ordinary_scene_is_not_warned_of(void **state)
 {
     (void)state;
-    Daemon run;
+    Process run;
     check(&run, "name", "name", 0);
 }
 
@@ -86,7 +86,7 @@ static void implausible_numbers_are_warned_of_once_with_line_and_cause(void **st
          "scene.cfg:4: tool 1 is 40 mm wide, 0.5 times the size of body \"solid\" (80 mm)"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        Daemon run;
+        Process run;
         check(&run, cases[i].from, cases[i].to, 1);
         if (strstr(run.err, cases[i].says) == NULL)
             fail_msg("'%s' is not in: %s", cases[i].says, run.err);
@@ -100,7 +100,7 @@ static void a_mesh_in_millimetres_is_told_the_scale_that_mends_it(void **state)
     write_text(scratch("organ.obj"), "v 0 0 0\nv 100 0 0\nv 0 100 0\nv 0 0 100\n"
                                      "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
     write_text(scene, "bodies = ( {\n name = \"organ\"; mesh = { file = \"organ.obj\"; }; } );\n");
-    Daemon run;
+    Process run;
     run_daemon(&run, "--check %s", scene);
     assert_int_equal(run.code, 0);
     assert_non_null(
@@ -112,7 +112,7 @@ static void a_body_without_gravity_is_warned_of_where_a_probe_can_push_it(void *
 {
     (void)state;
     const char *scene = scratch("floating.cfg");
-    Daemon run;
+    Process run;
     static const char *const tools[] = {
         "", "tools = ( { id = 1; kind = \"probe\"; capsules = ( { radius = 0.005; } ); } );\n"};
     for (int i = 0; i < 2; i++) {
@@ -133,7 +133,7 @@ static void a_body_without_gravity_is_warned_of_where_a_probe_can_push_it(void *
 static void a_run_warns_as_the_check_does(void **state)
 {
     (void)state;
-    Daemon run;
+    Process run;
     check(&run, "-9.81", "-9810.0", 1);
     run_daemon(&run, "--offline 0.01 %s", scratch("scene.cfg"));
     assert_int_equal(run.code, 0);
@@ -150,7 +150,7 @@ static void no_scene_of_ours_is_warned_of(void **state)
         const char *end = strrchr(entry->d_name, '.');
         if (end == NULL || strcmp(end, ".cfg") != 0)
             continue;
-        Daemon run;
+        Process run;
         run_daemon(&run, "--check %s/%s", scenes, entry->d_name);
         assert_int_equal(run.code, 0);
         if (strstr(run.err, ".cfg:") != NULL)

@@ -1,6 +1,6 @@
 // --record: what is in the file is what was simulated and published, live, in lockstep and off
 // line; what is left after kill -9 and on a full disk; and that nothing of it exists without it.
-#include "client.h"
+#include "lcm_client.h"
 #include "recording_view.h"
 
 #include "pliant_load_t.h"
@@ -51,7 +51,7 @@ static void wait_for_frames(Client *client, const char *path, int frames)
     wait_until(client, sidecar_frames(path, NULL) >= frames);
 }
 
-static long long recorded_frames(const Daemon *daemon, long long *dropped)
+static long long recorded_frames(const Process *daemon, long long *dropped)
 {
     const char *line = strstr(daemon->out, "recorded frames: ");
     long long frames = -1;
@@ -68,7 +68,7 @@ static void every_published_frame_of_a_lockstep_run_is_recorded(void **state)
     static float seen[STEPS][3 * SPHERE_NODES];
     int64_t step[STEPS];
     Client *client = client_create();
-    Daemon daemon;
+    Process daemon;
     daemon_start(&daemon, "--record %s %s", path, write_scene("lockstep.cfg", PAUSED, PROBE_TOOL));
     client_wait_for_daemon(client);
     send_load(client, TOP, 0.03, DOWN, 1.0, "");
@@ -80,7 +80,7 @@ static void every_published_frame_of_a_lockstep_run_is_recorded(void **state)
         memcpy(seen[i], client->frames.position, sizeof seen[i]);
     }
     command(client, PLIANT_COMMAND_T_STOP, 0, "");
-    daemon_wait(&daemon);
+    process_wait(&daemon);
     assert_int_equal(daemon.code, 0);
     long long dropped;
     assert_int_equal(recorded_frames(&daemon, &dropped), STEPS + 1); // and the start
@@ -107,7 +107,7 @@ static void a_live_recording_is_read_while_it_runs_and_after_kill_9(void **state
     (void)state;
     const char *path = scratch("live.h5");
     Client *client = client_create();
-    Daemon daemon;
+    Process daemon;
     daemon_start(&daemon, "--record %s %s", path, write_scene("live.cfg", HEAD, LOADS));
     client_wait_for_daemon(client);
     for (int round = 0; round < 2; round++) {
@@ -120,8 +120,8 @@ static void a_live_recording_is_read_while_it_runs_and_after_kill_9(void **state
     }
     client_listen(client, rand() % 300);
     int flushed = sidecar_frames(path, NULL);
-    daemon_signal(&daemon, SIGKILL);
-    daemon_wait(&daemon);
+    process_signal(&daemon, SIGKILL);
+    process_wait(&daemon);
     assert_int_equal(daemon.code, 1000 + SIGKILL);
 
     BodyView view;
@@ -153,7 +153,7 @@ static void tools_and_events_are_recorded(void **state)
     (void)state;
     const char *path = scratch("tools.h5");
     Client *client = client_create();
-    Daemon daemon;
+    Process daemon;
     daemon_start(&daemon, "--record %s %s", path, write_scene("tools.cfg", PAUSED, PROBE_TOOL));
     client_wait_for_daemon(client);
     command(client, PLIANT_COMMAND_T_SET, 0, "gravity_z=-2");
@@ -169,7 +169,7 @@ static void tools_and_events_are_recorded(void **state)
         memcpy(place[i], client->contact.position, sizeof place[i]);
     }
     command(client, PLIANT_COMMAND_T_STOP, 0, "");
-    daemon_wait(&daemon);
+    process_wait(&daemon);
     assert_int_equal(daemon.code, 0);
 
     hid_t file = view_open(path, false);
@@ -227,7 +227,7 @@ static void tools_may_be_recorded_at_a_rate_of_their_own(void **state)
     snprintf(log, sizeof log, "%s", scratch("rate.log"));
     const double position[3] = {0.0, 0.0, 0.05};
     Client *client = client_create();
-    Daemon daemon;
+    Process daemon;
     daemon_start(&daemon, "--record %s --record-tools-hz 500 --log-inputs %s %s", live, log, scene);
     client_wait_for_daemon(client);
     pliant_tool_pose_t pose = make_pose(client, position);
@@ -235,7 +235,7 @@ static void tools_may_be_recorded_at_a_rate_of_their_own(void **state)
     const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, TICKS, "");
     wait_until(client, client->contact.step == reply->step);
     command(client, PLIANT_COMMAND_T_STOP, 0, "");
-    daemon_wait(&daemon);
+    process_wait(&daemon);
     assert_int_equal(daemon.code, 0);
 
     int rows, rows_again;
@@ -267,7 +267,7 @@ static void offline_records_every_due_frame_with_the_exact_state(void **state)
     (void)state;
     const char *scene = write_scene("offline.cfg", HEAD, LOADS);
     const char *path = scratch("offline.h5"), *checkpoint = scratch("end.h5");
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 2 --record %s --checkpoint %s --checkpoint-every 0.25 %s", path,
                checkpoint, scene);
     assert_int_equal(daemon.code, 0);
@@ -307,7 +307,7 @@ static void a_recording_and_checkpoints_share_the_files_thread(void **state)
     (void)state;
     const char *path = scratch("shared.h5"), *checkpoint = scratch("shared-end.h5");
     const char *scene = write_scene("shared.cfg", HEAD, LOADS);
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--duration 1 --record %s --checkpoint %s --checkpoint-every 0.05 %s", path,
                checkpoint, scene);
     assert_int_equal(daemon.code, 0);
@@ -333,7 +333,7 @@ static void a_full_disk_ends_the_recording_and_not_the_run(void **state)
     tight = before;
     tight.rlim_cur = 600000;
     Client *client = client_create();
-    Daemon daemon;
+    Process daemon;
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &tight), 0);
     daemon_start(&daemon, "--record %s %s", path,
                  write_scene("full.cfg", "publish = { nodes_hz = 500.0; status_hz = 20.0; };", ""));
@@ -343,8 +343,8 @@ static void a_full_disk_ends_the_recording_and_not_the_run(void **state)
     int64_t step = client->status.step;
     wait_until(client, client->status.step > step + 200); // the loop goes on
     wait_until(client, refused(client, "frames_not_recorded") > 0);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
+    process_signal(&daemon, SIGTERM);
+    process_wait(&daemon);
     assert_int_equal(daemon.code, 1);
     assert_non_null(strstr(daemon.err, "full.h5"));
     assert_non_null(strstr(daemon.err, strerror(EFBIG)));
@@ -357,9 +357,9 @@ static void a_full_disk_ends_the_recording_and_not_the_run(void **state)
     client_destroy(client);
 }
 
-static void expect_refusal(const char *arguments, const char *scene, const char *needle)
+static void expect_refused(const char *arguments, const char *scene, const char *needle)
 {
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "%s %s", arguments, scene);
     if (daemon.code != 2 || strstr(daemon.err, needle) == NULL)
         fail_msg("exit %d, expected 2, with '%s' in: %s", daemon.code, needle, daemon.err);
@@ -378,18 +378,18 @@ static void what_cannot_be_recorded_is_refused_at_the_start(void **state)
     static const char *const modes[] = {"--offline 1", "--duration 1"};
     for (int i = 0; i < 2; i++) {
         snprintf(line, sizeof line, "%s --record %s", modes[i], kept);
-        expect_refusal(line, scene, "exists already");
+        expect_refused(line, scene, "exists already");
         snprintf(line, sizeof line, "%s --record %s", modes[i], scratch("no/folder.h5"));
-        expect_refusal(line, scene, "folder.h5");
+        expect_refused(line, scene, "folder.h5");
         snprintf(line, sizeof line, "%s --record /dev/full", modes[i]);
-        expect_refusal(line, scene, "regular file");
+        expect_refused(line, scene, "regular file");
         snprintf(line, sizeof line, "%s --record %s", modes[i], scratch("still.h5"));
-        expect_refusal(line, still, "nodes_hz");
+        expect_refused(line, still, "nodes_hz");
     }
     assert_int_equal(access(scratch("still.h5"), F_OK), -1);
     snprintf(line, sizeof line, "--record %s --checkpoint %s", scratch("x.h5"), scratch("x.h5"));
-    expect_refusal(line, scene, "a file of its own");
-    expect_refusal("--record", "", "--record");
+    expect_refused(line, scene, "a file of its own");
+    expect_refused("--record", "", "--record");
 }
 
 // Whether a directory of /proc/PID has an entry that `holds` finds.
@@ -432,7 +432,7 @@ static void nothing_of_it_exists_in_a_scene_that_does_not_record(void **state)
 {
     (void)state;
     const char *scene = write_scene("none.cfg", HEAD, "");
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--explain %s", scene);
     assert_non_null(strstr(daemon.out, "  off  recording "));
     assert_null(strstr(daemon.out, "run/recorded"));
@@ -448,9 +448,7 @@ static void nothing_of_it_exists_in_a_scene_that_does_not_record(void **state)
         client_wait_for_daemon(client);
         assert_int_equal(in_proc(daemon.pid, "task", is_files_thread), records);
         assert_int_equal(in_proc(daemon.pid, "fd", is_recording), records);
-        daemon_signal(&daemon, SIGTERM);
-        daemon_wait(&daemon);
-        assert_int_equal(daemon.code, 0);
+        process_end(&daemon);
         assert_int_equal(strstr(daemon.out, "recorded frames") != NULL, records);
         client_destroy(client);
     }

@@ -121,7 +121,7 @@ static void what_comes_by_messages_is_what_the_daemon_records(void **state)
     enum { STEPS = 40 };
     const char *own = scratch("own.h5"), *path = scratch("heard.h5");
     Client *client = client_create();
-    Daemon daemon, program;
+    Process daemon, program;
     daemon_start(&daemon, "--record %s %s", own, write_scene("own.cfg", PAUSED, PROBE_TOOL));
     record_start(&program, path, "");
     client_wait_for_daemon(client);
@@ -183,12 +183,10 @@ static void every_frame_has_its_mesh_while_bodies_refine_and_are_cut(void **stat
     const char *converted = scratch("changing-converted.h5");
     write_text(scene, CHANGING);
     Client *client = client_create();
-    Daemon daemon, program, logger;
+    Process daemon, program, logger;
     bool logs = access("/usr/bin/lcm-logger", X_OK) == 0;
     if (logs) {
-        daemon_program("/usr/bin/lcm-logger");
-        daemon_start(&logger, "-q --flush-interval=10 %s", log);
-        daemon_program(NULL);
+        process_start(&logger, "/usr/bin/lcm-logger", "-q --flush-interval=10 %s", log);
         wait_until(client, access(log, F_OK) == 0);
         client_listen(client, 300); // for its subscription, which nothing tells of
     } else {
@@ -238,7 +236,7 @@ static void every_frame_has_its_mesh_while_bodies_refine_and_are_cut(void **stat
 
 static void expect_end(const char *arguments, int code, const char *needle)
 {
-    Daemon program;
+    Process program;
     record_run(&program, arguments);
     if (program.code != code || strstr(program.err, needle) == NULL)
         fail_msg("%s: exit %d, expected %d, with '%s' in: %s", arguments, program.code, code,
@@ -279,7 +277,7 @@ static void bodies_are_chosen_and_files_replaced(void **state)
     const char *path = scratch("chosen.h5"), *scene = scratch("chosen.cfg");
     write_text(scene, CHANGING);
     Client *client = client_create();
-    Daemon daemon, program;
+    Process daemon, program;
     daemon_start(&daemon, "%s", scene);
     client_wait_for_daemon(client);
     snprintf(line, sizeof line, "-o %s --body none", path);

@@ -21,13 +21,13 @@ static void it_comes_first_or_late_and_goes_on_with_a_daemon_that_is_started_ane
     const char *path = scratch("run.h5"), *second = scratch("run.2.h5");
     const char *scene = write_scene("run.cfg", LIVE, PROBE_TOOL);
     Client *client = client_create();
-    Daemon daemon, program;
+    Process daemon, program;
     record_start(&program, path, "--hz 20"); // before there is a daemon
     daemon_start(&daemon, "%s", scene);
     client_wait_for_daemon(client);
     wait_until(client, sidecar_frames(path) >= 10);
-    daemon_signal(&daemon, SIGKILL);
-    daemon_wait(&daemon);
+    process_signal(&daemon, SIGKILL);
+    process_wait(&daemon);
     daemon_start(&daemon, "%s", scene);
     wait_until(client, sidecar_frames(second) >= 10);
     end(&program, SIGTERM, 0);
@@ -53,7 +53,7 @@ static void what_was_flushed_survives_kill_9(void **state)
     (void)state;
     const char *path = scratch("killed.h5");
     Client *client = client_create();
-    Daemon daemon, program;
+    Process daemon, program;
     daemon_start(&daemon, "%s", write_scene("killed.cfg", LIVE, ""));
     client_wait_for_daemon(client);
     record_start(&program, path, "");
@@ -89,14 +89,14 @@ static void a_full_disk_ends_it_with_a_whole_file(void **state)
     tight = before;
     tight.rlim_cur = 600000; // stands in for a full disk
     Client *client = client_create();
-    Daemon daemon, program;
+    Process daemon, program;
     daemon_start(&daemon, "%s",
                  write_scene("full.cfg", "publish = { nodes_hz = 500.0; status_hz = 20.0; };", ""));
     client_wait_for_daemon(client);
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &tight), 0);
     record_start(&program, path, "");
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
-    daemon_wait(&program);
+    process_wait(&program);
     assert_int_equal(program.code, 1);
     assert_non_null(strstr(program.err, strerror(EFBIG)));
     const RecordingInfo *info = info_of(path);
@@ -124,7 +124,7 @@ static void hostile_messages_are_refused_and_counted(void **state)
     (void)state;
     const char *path = scratch("hostile.h5");
     Client *client = client_create();
-    Daemon daemon, program;
+    Process daemon, program;
     daemon_start(&daemon, "%s", write_scene("hostile.cfg", PAUSED, PROBE_TOOL));
     client_wait_for_daemon(client);
     record_start(&program, path, "");

@@ -1,5 +1,5 @@
 // Loads, cuts and commands: what they do, that each is answered, and once only.
-#include "client.h"
+#include "lcm_client.h"
 
 #include <signal.h>
 #include <string.h>
@@ -9,7 +9,7 @@ static const char HEAD[] = "publish = { nodes_hz = 20.0; contact_hz = 100.0; sta
 static const double TOP[3] = {0.0, 0.0, 0.05}, DOWN[3] = {0.0, 0.0, -0.2};
 
 typedef struct Fixture {
-    Daemon daemon;
+    Process daemon;
     Client *client;
 } Fixture;
 
@@ -38,8 +38,8 @@ static int start_paused(void **state)
 static int stop(void **state)
 {
     Fixture *fixture = *state;
-    daemon_signal(&fixture->daemon, SIGTERM);
-    daemon_wait(&fixture->daemon);
+    process_signal(&fixture->daemon, SIGTERM);
+    process_wait(&fixture->daemon);
     client_destroy(fixture->client);
     return fixture->daemon.code;
 }
@@ -250,7 +250,7 @@ static void a_request_that_is_older_than_the_daemon_is_refused(void **state)
 {
     (void)state;
     Client *client = client_create();
-    Daemon daemon;
+    Process daemon;
     daemon_start(&daemon, "%s", write_scene("older.cfg", HEAD, ""));
     client_wait_for_daemon(client);
     struct timespec now;
@@ -267,7 +267,7 @@ static void a_request_that_is_older_than_the_daemon_is_refused(void **state)
     for (size_t i = 0; i < sizeof fine / sizeof *fine; i++)
         assert_true(pause_made_at(client, fine[i])->ok);
     assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
-    daemon_wait(&daemon);
+    process_wait(&daemon);
     assert_int_equal(daemon.code, 0);
     client_destroy(client);
 }
@@ -276,11 +276,11 @@ static void stop_ends_the_daemon_cleanly(void **state)
 {
     (void)state;
     Client *client = client_create();
-    Daemon daemon;
+    Process daemon;
     daemon_start(&daemon, "%s", write_scene("stop.cfg", HEAD, ""));
     wait_until(client, client->status.step > 0);
     assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
-    daemon_wait(&daemon);
+    process_wait(&daemon);
     assert_int_equal(daemon.code, 0);
     expect_at_least((double)printed(&daemon, "ticks"), 1.0);
     client_destroy(client);

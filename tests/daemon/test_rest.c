@@ -1,6 +1,6 @@
 // Rest positions and texture coordinates from the real daemon: with each whole mesh, of its slots,
 // also of a body that was refined and cut.
-#include "client.h"
+#include "lcm_client.h"
 
 #include "pliant_mesh_t.h"
 #include "pliant_rest_t.h"
@@ -162,7 +162,7 @@ static void expect_on_the_ball(const Viewer *viewer, bool was_cut)
 static void each_whole_mesh_comes_with_its_rest(void **state)
 {
     (void)state;
-    static Daemon daemon;
+    static Process daemon;
     Client *client = client_create();
     Viewer *viewer = viewer_create(client, "sphere");
     daemon_start(&daemon, "%s", write_ball("rest = true;"));
@@ -190,9 +190,7 @@ static void each_whole_mesh_comes_with_its_rest(void **state)
     for (int i = 0; i < viewer->node_count; i++) // the generator's lies in [0, 1]
         assert_true(viewer->texture[2 * i] >= 0.0F && viewer->texture[2 * i] <= 1.0F &&
                     viewer->texture[2 * i + 1] >= 0.0F && viewer->texture[2 * i + 1] <= 1.0F);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    process_end(&daemon);
     client_destroy(client);
     free(viewer);
 }
@@ -200,7 +198,7 @@ static void each_whole_mesh_comes_with_its_rest(void **state)
 static void unasked_nobody_sends_rest_positions(void **state)
 {
     (void)state;
-    static Daemon daemon;
+    static Process daemon;
     Client *client = client_create();
     Viewer *viewer = viewer_create(client, "sphere");
     daemon_start(&daemon, "%s", write_ball(""));
@@ -212,8 +210,8 @@ static void unasked_nobody_sends_rest_positions(void **state)
     }
     assert_true(command(client, PLIANT_COMMAND_T_STEP, 1, "")->ok); // after all chunks
     assert_int_equal(viewer->rest_whole + viewer->rest_parts, 0);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
+    process_signal(&daemon, SIGTERM);
+    process_wait(&daemon);
     client_destroy(client);
     free(viewer);
 }
@@ -222,7 +220,7 @@ static void unasked_nobody_sends_rest_positions(void **state)
 static void whole_meshes_leave_however_often_they_are_asked_for(void **state)
 {
     (void)state;
-    static Daemon daemon;
+    static Process daemon;
     const char *scene = scratch("large.cfg");
     write_text(scene,
                "start = \"paused\"; publish = { mesh_hz = 1.0; rest = true; };\n"
@@ -246,9 +244,7 @@ static void whole_meshes_leave_however_often_they_are_asked_for(void **state)
     }
     expect_at_least((double)(viewer->mesh_whole - meshes), 2.0);
     expect_at_least((double)(viewer->rest_whole - rests), 2.0);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    process_end(&daemon);
     free(viewer);
     client_destroy(client);
 }

@@ -1,6 +1,6 @@
 // The daemon under a service manager, which the test plays: a datagram socket on which it hears
 // that the daemon is ready, alive and ending, and a stream that is said to be the journal's.
-#include "client.h"
+#include "lcm_client.h"
 
 #include <ctype.h>
 #include <dirent.h>
@@ -99,13 +99,6 @@ static bool listen_for(Manager *manager, int ms)
             fail_msg("waited in vain for: %s (%s)", #condition, (manager)->line);                  \
     } while (0)
 
-static void end(Daemon *daemon)
-{
-    daemon_signal(daemon, SIGTERM);
-    daemon_wait(daemon);
-    assert_int_equal(daemon->code, 0);
-}
-
 // --- alive ---
 
 static void it_says_when_it_is_ready_alive_and_ending(void **state)
@@ -116,7 +109,7 @@ static void it_says_when_it_is_ready_alive_and_ending(void **state)
     const char *const names[] = {scratch("notify"), unnamed};
     const char *scene = write_scene("service.cfg", "rate_hz = 100.0;", "");
     for (int k = 0; k < 2; k++) {
-        static Daemon daemon;
+        static Process daemon;
         Manager manager;
         manager_create(&manager, names[k]);
         daemon_start(&daemon, "%s", scene);
@@ -124,7 +117,7 @@ static void it_says_when_it_is_ready_alive_and_ending(void **state)
         manager_wait(&manager, manager.pings >= 3);
         manager_wait(&manager, k > 0 || strstr(manager.line, "running: ") != NULL);
         assert_true(k > 0 || strstr(manager.line, " of 100 ticks a second, ") != NULL);
-        end(&daemon);
+        process_end(&daemon);
         while (listen_for(&manager, 0)) {
         }
         assert_int_equal(manager.stopping, 1);
@@ -137,7 +130,7 @@ static void it_says_when_it_is_ready_alive_and_ending(void **state)
 static void a_paused_daemon_is_alive(void **state)
 {
     (void)state;
-    static Daemon daemon;
+    static Process daemon;
     Manager manager;
     manager_create(&manager, scratch("notify-paused"));
     daemon_start(&daemon, "%s",
@@ -147,29 +140,29 @@ static void a_paused_daemon_is_alive(void **state)
                              ""));
     manager_wait(&manager, manager.pings >= 6);
     manager_wait(&manager, strstr(manager.line, "paused") != NULL);
-    end(&daemon);
+    process_end(&daemon);
     manager_destroy(&manager);
 }
 
 static void a_daemon_that_is_stopped_is_silent(void **state)
 {
     (void)state;
-    static Daemon daemon;
+    static Process daemon;
     Manager manager;
     int status;
     manager_create(&manager, scratch("notify-stopped"));
     daemon_start(&daemon, "%s", write_scene("stopped.cfg", "rate_hz = 100.0;", ""));
     manager_wait(&manager, manager.pings >= 2);
-    daemon_signal(&daemon, SIGSTOP);
+    process_signal(&daemon, SIGSTOP);
     assert_int_equal(waitpid(daemon.pid, &status, WUNTRACED), daemon.pid);
     assert_true(WIFSTOPPED(status));
     while (listen_for(&manager, 0)) { // what it had sent
     }
     assert_false(listen_for(&manager, 500)); // nothing can come
-    daemon_signal(&daemon, SIGCONT);
+    process_signal(&daemon, SIGCONT);
     int pings = manager.pings;
     manager_wait(&manager, manager.pings >= pings + 2);
-    end(&daemon);
+    process_end(&daemon);
     manager_destroy(&manager);
 }
 
@@ -200,7 +193,7 @@ static pid_t find_thread(pid_t pid, const char *name)
 static void a_daemon_whose_step_thread_is_stuck_is_not_alive(void **state)
 {
     (void)state;
-    static Daemon daemon;
+    static Process daemon;
     Manager manager;
     int status;
     manager_create(&manager, scratch("notify-stuck"));
@@ -210,7 +203,7 @@ static void a_daemon_whose_step_thread_is_stuck_is_not_alive(void **state)
     assert_true(thread > 0);
     if (ptrace(PTRACE_SEIZE, thread, NULL, NULL) != 0) {
         print_message("no thread can be held here: %s\n", strerror(errno));
-        end(&daemon);
+        process_end(&daemon);
         manager_destroy(&manager);
         skip();
     }
@@ -231,14 +224,14 @@ static void a_daemon_whose_step_thread_is_stuck_is_not_alive(void **state)
     assert_int_equal(manager.pings, pings);
     assert_non_null(strstr(manager.line, "running: 0 of 100 ticks"));
     manager_wait(&manager, manager.pings > pings + 1);
-    end(&daemon);
+    process_end(&daemon);
     manager_destroy(&manager);
 }
 
 static void nobody_is_pinged_who_does_not_watch(void **state)
 {
     (void)state;
-    static Daemon daemon;
+    static Process daemon;
     const char *scene = write_scene("unwatched.cfg", "rate_hz = 100.0;", "");
     for (int k = 0; k < 2; k++) {
         char name[32];
@@ -251,7 +244,7 @@ static void nobody_is_pinged_who_does_not_watch(void **state)
             setenv("WATCHDOG_USEC", "-5", 1);
         daemon_start(&daemon, "%s", scene);
         manager_wait(&manager, manager.lines >= 2);
-        end(&daemon);
+        process_end(&daemon);
         while (listen_for(&manager, 0)) {
         }
         assert_int_equal(manager.pings, 0);
@@ -264,7 +257,7 @@ static void nobody_is_pinged_who_does_not_watch(void **state)
 static void a_socket_that_cannot_be_reached_keeps_nothing_from_running(void **state)
 {
     (void)state;
-    static Daemon daemon;
+    static Process daemon;
     char long_name[200] = "/";
     memset(long_name + 1, 'x', sizeof long_name - 2);
     const char *const names[] = {scratch("nobody-listens"), "relative", "@", "vsock:2:1234",
@@ -341,7 +334,7 @@ static void lines_have_levels_in_the_journal_only(void **state)
 static void lines_above_the_level_asked_for_are_left_out(void **state)
 {
     (void)state;
-    static Daemon daemon;
+    static Process daemon;
     write_text(scratch("levels.cfg"),
                "name = \"levels\"; start = \"running\"; bodies = ( { name = \"a\"; shape = {};\n"
                "mesh = { file = \"a.obj\"; }; material = { damping_time = 0.05; }; } );\n");
@@ -362,7 +355,7 @@ static void lines_above_the_level_asked_for_are_left_out(void **state)
         assert_true(command(client, PLIANT_COMMAND_T_PAUSE, 0, "")->ok);
         assert_true(command(client, PLIANT_COMMAND_T_RESET, 0, "")->ok);
         wait_until(client, client->events > 0);
-        end(&daemon);
+        process_end(&daemon);
         client_destroy(client);
         assert_int_equal(strstr(daemon.err, "pliantd: debug: ") != NULL, k == 3);
     }

@@ -1,6 +1,6 @@
 // The step thread allocates nothing, locks nothing and asks nothing of the kernel but the clock,
 // the sleep and, while contacts are published, one eventfd write a tick.
-#include "client.h"
+#include "lcm_client.h"
 
 #include <signal.h>
 #include <stdlib.h>
@@ -23,27 +23,20 @@ static long counted(const char *path, const char *name)
 }
 
 static Client *start_watched(const char *counts, const char *options, const char *scene,
-                             Daemon *daemon)
+                             Process *daemon)
 {
-    static char assignment[1100];
-    // env sets both variables for the daemon alone.
-    setenv("PLIANT_COUNT_CALLS", counts, 1);
-    snprintf(assignment, sizeof assignment, "LD_PRELOAD=%s", library);
-    daemon_environment(assignment);
     Client *client = client_create();
-    daemon_start(daemon, "%s %s", options, scene);
-    daemon_environment(NULL);
+    daemon_start(daemon, "PLIANT_COUNT_CALLS=%s LD_PRELOAD=%s %s %s", counts, library, options,
+                 scene);
     client_wait_for_daemon(client);
     return client;
 }
 
 // Returns the sleeps, that is the daemon's ticks.
-static long end_watched(const char *counts, Client *client, Daemon *daemon)
+static long end_watched(const char *counts, Client *client, Process *daemon)
 {
-    daemon_signal(daemon, SIGTERM);
-    daemon_wait(daemon);
+    process_end(daemon);
     client_destroy(client);
-    assert_int_equal(daemon->code, 0);
     long sleeps = counted(counts, "sleep");
     // The end may fall between a sleep and its tick.
     assert_in_range(sleeps - printed(daemon, "ticks"), 0, 1);
@@ -51,7 +44,7 @@ static long end_watched(const char *counts, Client *client, Daemon *daemon)
 }
 
 // Runs the daemon with poses and loads for about a second.
-static long run_watched(const char *counts, double contact_hz, const char *options, Daemon *daemon)
+static long run_watched(const char *counts, double contact_hz, const char *options, Process *daemon)
 {
     char head[256];
     snprintf(head, sizeof head,
@@ -83,7 +76,7 @@ static void expect_silence(const char *counts)
 static void with_contacts_a_tick_writes_one_eventfd(void **state)
 {
     (void)state;
-    Daemon daemon;
+    Process daemon;
     const char *counts = scratch("contacts.txt");
     long ticks = run_watched(counts, 1000.0, "", &daemon);
     expect_silence(counts);
@@ -94,7 +87,7 @@ static void with_contacts_a_tick_writes_one_eventfd(void **state)
 static void without_contacts_a_tick_writes_nothing(void **state)
 {
     (void)state;
-    Daemon daemon;
+    Process daemon;
     const char *counts = scratch("quiet.txt");
     run_watched(counts, 0.0, "", &daemon);
     expect_silence(counts);
@@ -106,7 +99,7 @@ static void files_add_nothing_to_a_tick(void **state)
     (void)state;
     if (!WITH_HDF5)
         skip();
-    Daemon daemon;
+    Process daemon;
     const char *counts = scratch("files.txt");
     char options[2500];
     snprintf(options, sizeof options,
@@ -134,7 +127,7 @@ static void cuts_add_nothing_to_a_tick(void **state)
         "tools = ( { id = 1; kind = \"probe\"; max_force = 5.0;\n"
         "            capsules = ( { from = [0.0, 0.0, 0.0]; radius = 0.005; } ); },\n"
         "          { id = 2; kind = \"blade\"; edge = ([0.0, 0.0, 0.0], [0.0, 0.0, 0.08]); } );\n";
-    Daemon daemon;
+    Process daemon;
     const char *counts = scratch("cuts.txt"), *path = scratch("cuts.cfg");
     write_text(path, scene);
     Client *client = start_watched(counts, "", path, &daemon);

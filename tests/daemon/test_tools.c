@@ -1,5 +1,5 @@
 // Poses: what a tool feels, whose it is, when it is withdrawn.
-#include "client.h"
+#include "lcm_client.h"
 
 #include <signal.h>
 #include <string.h>
@@ -9,7 +9,7 @@ static const char HEAD[] = "publish = { nodes_hz = 20.0; contact_hz = 1000.0; st
 static const double PRESS[3] = {0.0, 0.0, 0.052}, AWAY[3] = {0.0, 0.0, 0.2};
 
 typedef struct Fixture {
-    Daemon daemon;
+    Process daemon;
     Client *client;
 } Fixture;
 
@@ -26,8 +26,8 @@ static int start_daemon(void **state)
 static int stop_daemon(void **state)
 {
     Fixture *fixture = *state;
-    daemon_signal(&fixture->daemon, SIGTERM);
-    daemon_wait(&fixture->daemon);
+    process_signal(&fixture->daemon, SIGTERM);
+    process_wait(&fixture->daemon);
     client_destroy(fixture->client);
     if (fixture->daemon.code != 0)
         print_error("exit %d: %s\n", fixture->daemon.code, fixture->daemon.err);

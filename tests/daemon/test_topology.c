@@ -1,7 +1,7 @@
 // A real daemon with a body that refines and coarsens while it is pressed: what it publishes and
 // records is followed by a client that was there from the start, one that came late, and one in
 // lockstep.
-#include "client.h"
+#include "lcm_client.h"
 #include "frames.h"
 #include "mesh_check.h"
 #ifdef WITH_HDF5
@@ -166,7 +166,7 @@ static void a_client_follows_a_body_that_refines_and_coarsens(void **state)
 {
     (void)state;
     const char *scene = write_levels("live.cfg", "");
-    static Daemon daemon;
+    static Process daemon;
     Client *client = client_create();
     Follower *first = follower_create(client->lcm);
     daemon_start(&daemon, "%s", scene);
@@ -195,9 +195,7 @@ static void a_client_follows_a_body_that_refines_and_coarsens(void **state)
     assert_int_equal(first->mesh.refused, 0);
     assert_in_range(first->deepest, 1, 2);
     client_fresh_status(client);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    process_end(&daemon);
     follower_destroy(late);
     follower_destroy(first);
     client_destroy(client);
@@ -207,7 +205,7 @@ static void a_step_shows_its_mesh_before_it_is_answered(void **state)
 {
     (void)state;
     const char *scene = write_levels("lockstep.cfg", "start = \"paused\";");
-    static Daemon daemon;
+    static Process daemon;
     Client *client = client_create();
     Follower *follower = follower_create(client->lcm);
     daemon_start(&daemon, "%s", scene);
@@ -223,8 +221,8 @@ static void a_step_shows_its_mesh_before_it_is_answered(void **state)
     }
     assert_true(follower->deltas > 5);
     assert_int_equal(follower->missed, 0);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
+    process_signal(&daemon, SIGTERM);
+    process_wait(&daemon);
     follower_destroy(follower);
     client_destroy(client);
 }
@@ -234,7 +232,7 @@ static void a_recording_has_the_meshes_of_its_frames(void **state)
 {
     (void)state;
     const char *scene = write_levels("record.cfg", "");
-    static Daemon daemon;
+    static Process daemon;
     const char *path = scratch("levels.h5");
     Client *client = client_create();
     daemon_start(&daemon, "--record %s %s", path, scene);
@@ -242,9 +240,7 @@ static void a_recording_has_the_meshes_of_its_frames(void **state)
     press(client, 0.3, 0.5);
     int64_t begun = client->status.step;
     wait_until(client, client->status.step >= begun + 1200); // however slowly it ticks
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    process_end(&daemon);
     hid_t file = view_open(path, false);
     assert_true(file >= 0);
     BodyView view;

@@ -1,5 +1,5 @@
 // Voxel bodies in the real daemon: what clients see and feel of them, and that runs repeat.
-#include "client.h"
+#include "lcm_client.h"
 
 #include "pliant_status_t.h"
 
@@ -84,11 +84,9 @@ static void see_status(const lcm_recv_buf_t *buffer, const char *channel,
     seen->count++;
 }
 
-static void end(Daemon *daemon, Client *client)
+static void end(Process *daemon, Client *client)
 {
-    daemon_signal(daemon, SIGTERM);
-    daemon_wait(daemon);
-    assert_int_equal(daemon->code, 0);
+    process_end(daemon);
     client_destroy(client);
 }
 
@@ -96,7 +94,7 @@ static void a_pressed_block_pushes_back_and_is_shown(void **state)
 {
     (void)state;
     Client *client = client_create();
-    Daemon daemon;
+    Process daemon;
     BodySeen seen = {0};
     pliant_status_t_subscription_t *subscription =
         pliant_status_t_subscribe(client->lcm, "PLIANT_STATUS", see_status, &seen);
@@ -127,7 +125,7 @@ static void requests_reach_a_solid(void **state)
 {
     (void)state;
     Client *client = client_create();
-    Daemon daemon;
+    Process daemon;
     daemon_start(&daemon, "%s", write_block("requests.cfg", HEAD));
     client_wait_for_daemon(client);
     int32_t id = send_load(client, TOP, 0.01, DOWN, 0.5, "block");
@@ -195,7 +193,7 @@ static void runs_resume_and_repeat_bit_for_bit(void **state)
                  cases[k].head);
         const char *scene = write_voxels("resume.cfg", head, cases[k].voxels, cases[k].keys);
         const char *part = scratch("part.h5");
-        Daemon daemon;
+        Process daemon;
         unlink(part); // of the case before, which stands later
         run_daemon(&daemon, "--offline 0.4 %s", scene);
         if (daemon.code != 0)
@@ -222,7 +220,7 @@ static void an_input_log_repeats_the_live_run(void **state)
     const char *log = scratch("inputs.log"), *checkpoint = scratch("live.h5");
     char live[32], repeated[32], resumed[32];
     Client *client = client_create();
-    Daemon daemon;
+    Process daemon;
     daemon_start(&daemon, "--log-inputs %s --checkpoint %s %s", log, checkpoint, scene);
     client_wait_for_daemon(client);
     for (int i = 0; i < 150; i++) {
@@ -240,7 +238,7 @@ static void an_input_log_repeats_the_live_run(void **state)
             command(client, PLIANT_COMMAND_T_RESUME, 0, "");
     }
     command(client, PLIANT_COMMAND_T_STOP, 0, "");
-    daemon_wait(&daemon);
+    process_wait(&daemon);
     assert_int_equal(daemon.code, 0);
     client_destroy(client);
     printed_state(&daemon, live);
@@ -261,15 +259,15 @@ static void a_killed_server_goes_on_from_its_checkpoint(void **state)
     (void)state;
     const char *scene = write_block("killed.cfg", HEAD), *path = scratch("killed.h5");
     Client *client = client_create();
-    Daemon daemon;
+    Process daemon;
     daemon_start(&daemon, "--checkpoint %s %s", path, scene);
     client_wait_for_daemon(client);
     hold_pose_until(client, PRESS, client->contact.contact);
     const Reply *reply = command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "");
     assert_true(reply->ok);
     int64_t step = reply->step;
-    daemon_signal(&daemon, SIGKILL);
-    daemon_wait(&daemon);
+    process_signal(&daemon, SIGKILL);
+    process_wait(&daemon);
     daemon_start(&daemon, "--resume %s %s", path, scene);
     client->contact.contact = 0;
     hold_pose_until(client, PRESS, client->contact.contact);
@@ -311,7 +309,7 @@ static void what_is_published_is_recorded(void **state)
         snprintf(name, sizeof name, "record-%zu.h5", k);
         const char *path = scratch(name);
         Client *client = client_create();
-        Daemon daemon;
+        Process daemon;
         const char *scene = write_voxels("record.cfg", cases[k].head, BLOCK, cases[k].keys);
 #ifdef WITH_HDF5
         daemon_start(&daemon, "--record %s %s", path, scene);
@@ -332,7 +330,7 @@ static void what_is_published_is_recorded(void **state)
         assert_int_equal(client->mesh.whole_triangles, cases[k].triangles);
         memcpy(seen, client->frames.position, 3 * sizeof(float) * (size_t)cases[k].nodes);
         command(client, PLIANT_COMMAND_T_STOP, 0, "");
-        daemon_wait(&daemon);
+        process_wait(&daemon);
         assert_int_equal(daemon.code, 0);
         client_destroy(client);
 #ifdef WITH_HDF5
@@ -374,7 +372,7 @@ static void wrong_scenes_are_refused_in_one_line(void **state)
          "missing.obj"},
     };
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
-        Daemon daemon;
+        Process daemon;
         run_daemon(&daemon, "--check %s",
                    write_voxels("wrong.cfg", HEAD, cases[k].voxels, cases[k].keys));
         const char *line_end = strchr(daemon.err, '\n');

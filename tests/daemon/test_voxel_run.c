@@ -1,6 +1,6 @@
 // A solid body in the real daemon: what it says of it, what it refuses, what tools and clients
 // meet.
-#include "client.h"
+#include "lcm_client.h"
 
 #include <signal.h>
 #include <string.h>
@@ -41,7 +41,7 @@ static void bad_solids_exit_2_with_one_line(void **state)
         {SCENE("capacity = { nodes = 9; };", VOXELS, ""), "capacity.nodes is 9"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        Daemon daemon;
+        Process daemon;
         run_daemon(&daemon, "--check %s", write_solid("x.cfg", cases[i].text));
         if (daemon.code != 2 || strstr(daemon.err, cases[i].needle) == NULL)
             fail_msg("exit %d with: %s, not '%s'", daemon.code, daemon.err, cases[i].needle);
@@ -51,12 +51,11 @@ static void bad_solids_exit_2_with_one_line(void **state)
     }
 }
 
-static void expect_told(const Daemon *daemon, const char *const *parts)
+static void expect_told(const Process *daemon, const char *const *parts)
 {
     assert_int_equal(daemon->code, 0);
     for (; *parts != NULL; parts++)
-        if (strstr(daemon->out, *parts) == NULL)
-            fail_msg("'%s' is not in:\n%s", *parts, daemon->out);
+        expect_printed(daemon, *parts);
 }
 
 static void check_and_explain_say_what_it_is_made_of(void **state)
@@ -74,7 +73,7 @@ static void check_and_explain_say_what_it_is_made_of(void **state)
                                             "off  display surface ",
                                             "off  inner vertices in messages ", NULL};
     const char *scene = write_solid("x.cfg", SCENE("", VOXELS, ""));
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--check %s", scene);
     expect_told(&daemon, checked);
     run_daemon(&daemon, "--explain %s", scene);
@@ -89,7 +88,7 @@ static void instruction_sets_give_the_same_bits(void **state)
     (void)state;
     const char *scene = write_solid("x.cfg", SCENE("gravity = [0.0, 0.0, -9.81];", VOXELS, ""));
     char first[32], other[32];
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 0.2 %s", scene);
     assert_int_equal(daemon.code, 0);
     printed_state(&daemon, first);
@@ -105,7 +104,7 @@ static void resumed_run_ends_as_the_uninterrupted_one(void **state)
     const char *scene = write_solid("x.cfg", SCENE("gravity = [0.0, 0.0, -9.81];", VOXELS, ""));
     const char *part = scratch("part.h5");
     char whole[32], resumed[32];
-    Daemon daemon;
+    Process daemon;
     // Both can be resumed, so both have room for loads.
     run_daemon(&daemon, "--offline 0.4 --checkpoint %s %s", scratch("whole.h5"), scene);
     assert_int_equal(daemon.code, 0);
@@ -127,7 +126,7 @@ static void resumed_run_ends_as_the_uninterrupted_one(void **state)
 static void tools_and_clients_meet_a_solid(void **state)
 {
     (void)state;
-    Daemon daemon;
+    Process daemon;
     Client *client = client_create();
     daemon_start(&daemon, "%s", write_solid("x.cfg", SCENE("", VOXELS, "")));
     client_wait_for_daemon(client);
@@ -156,10 +155,8 @@ static void tools_and_clients_meet_a_solid(void **state)
     assert_non_null(strstr(reply->text, "does not adapt"));
     assert_true(command(client, PLIANT_COMMAND_T_RESET, 0, "")->ok);
 
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
+    process_end(&daemon);
     client_destroy(client);
-    assert_int_equal(daemon.code, 0);
 }
 
 int main(int argc, char **argv)

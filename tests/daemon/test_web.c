@@ -1,6 +1,6 @@
 // pliant-web between a real daemon and pages: what they see, what they may do, who may come in, and
 // what happens when daemon or page goes.
-#include "client.h"
+#include "lcm_client.h"
 #include "page_client.h"
 
 #include "pliant_claim_t.h"
@@ -31,9 +31,8 @@ enum { ANSWER = 8192 };
 
 // --- the two programs ---
 
-static void start_daemon(Daemon *daemon, const char *scene)
+static void start_daemon(Process *daemon, const char *scene)
 {
-    daemon_program(NULL);
     daemon_start(daemon, "%s", scene);
 }
 
@@ -45,7 +44,7 @@ static const char *scene_path(void)
 }
 
 typedef struct Rig {
-    Daemon daemon, server;
+    Process daemon, server;
     int port;
 } Rig;
 
@@ -60,8 +59,8 @@ static void begin(const char *arguments)
 
 static void end(void)
 {
-    program_stop(&rig.server);
-    program_stop(&rig.daemon);
+    process_end(&rig.server);
+    process_end(&rig.daemon);
 }
 
 static PageClient *open_page(void)
@@ -269,7 +268,7 @@ static void pages_of_other_sites_stay_outside(void **state)
 {
     (void)state;
     char line[512];
-    Daemon server;
+    Process server;
     int port = web_start(&server, web, "--port 0", line);
     assert_int_equal(upgrade(port, "127.0.0.1:8080", ""), 101);
     assert_int_equal(upgrade(port, "127.0.0.1:8080", "Origin: http://127.0.0.1:8080\r\n"), 101);
@@ -280,7 +279,7 @@ static void pages_of_other_sites_stay_outside(void **state)
                      403);
     char why[256];
     assert_null(page_connect(port, "/live", "http://evil.example", why));
-    program_stop(&server);
+    process_end(&server);
 }
 
 static void only_files_of_the_page_are_served(void **state)
@@ -291,7 +290,7 @@ static void only_files_of_the_page_are_served(void **state)
     write_text(scratch(".hidden"), "hidden");
     write_text(scratch("tissue.png"), "\x89PNG\r\n\x1a\nand so on");
     assert_int_equal(symlink("/etc/passwd", scratch("link.txt")), 0);
-    Daemon server;
+    Process server;
     snprintf(arguments, sizeof arguments, "--port 0 --page %s --texture ball=%s", scratch(""),
              scratch("tissue.png"));
     int port = web_start(&server, web, arguments, line);
@@ -327,7 +326,7 @@ static void only_files_of_the_page_are_served(void **state)
     for (size_t k = 0; k < sizeof methods / sizeof *methods; k++)
         assert_int_equal(get(port, methods[k], "/", "Content-Length: 0\r\n", answer), 405);
     assert_int_equal(get(port, "GET", "/live", "", answer), 426);
-    program_stop(&server);
+    process_end(&server);
 }
 
 static void where_others_can_listen_a_token_is_needed(void **state)
@@ -335,7 +334,7 @@ static void where_others_can_listen_a_token_is_needed(void **state)
     (void)state;
     char line[512], answer[ANSWER], arguments[PATH_TEXT * 4], why[256], path[128];
     write_text(scratch("token"), "0123456789abcdefXYZ\n");
-    Daemon server;
+    Process server;
     snprintf(arguments, sizeof arguments, "--listen 127.0.0.1:0 --token %s", scratch("token"));
     int port = web_start(&server, web, arguments, line);
     assert_non_null(strstr(line, "/?token=0123456789abcdefXYZ"));
@@ -357,14 +356,14 @@ static void where_others_can_listen_a_token_is_needed(void **state)
     assert_non_null(page);
     page_wait(page_count(page, "hello") > 0);
     page_disconnect(page);
-    program_stop(&server);
+    process_end(&server);
 }
 
 static void there_is_an_end_to_connections(void **state)
 {
     (void)state;
     char line[512], why[256];
-    Daemon server;
+    Process server;
     int port = web_start(&server, web, "--port 0", line);
     PageClient *page[16];
     for (int k = 0; k < 16; k++) {
@@ -379,14 +378,14 @@ static void there_is_an_end_to_connections(void **state)
         if (k != 7)
             page_disconnect(page[k]);
     }
-    program_stop(&server);
+    process_end(&server);
 }
 
 static void hostile_frames_close_their_connection_only(void **state)
 {
     (void)state;
     char line[512];
-    Daemon server;
+    Process server;
     rig.port = web_start(&server, web, "--port 0", line);
     PageClient *good = open_page(), *bad = open_page(), *big = open_page();
     page_send_frame(bad, 0x82, "\x01\x02", 2);
@@ -402,7 +401,7 @@ static void hostile_frames_close_their_connection_only(void **state)
     page_disconnect(good);
     page_disconnect(bad);
     page_disconnect(big);
-    program_stop(&server);
+    process_end(&server);
 }
 
 // --- comings and goings of daemons ---
@@ -469,7 +468,7 @@ static void a_scene_is_shown_once_it_is_known_whose_it_is(void **state)
 {
     (void)state;
     char line[512];
-    Daemon server;
+    Process server;
     CommandsSeen seen = {0};
     int described = 0;
     rig.port = web_start(&server, web, "--port 0", line);
@@ -493,14 +492,14 @@ static void a_scene_is_shown_once_it_is_known_whose_it_is(void **state)
     pliant_command_t_unsubscribe(client->lcm, commands);
     pliant_claim_t_unsubscribe(client->lcm, claims);
     client_destroy(client);
-    program_stop(&server);
+    process_end(&server);
 }
 
 static void what_is_not_answered_is_asked_again_and_then_given_up(void **state)
 {
     (void)state;
     char line[512];
-    Daemon server;
+    Process server;
     CommandsSeen seen = {0};
     rig.port = web_start(&server, web, "--port 0", line);
     Client *client = client_create();
@@ -522,32 +521,32 @@ static void what_is_not_answered_is_asked_again_and_then_given_up(void **state)
     pliant_command_t_unsubscribe(client->lcm, commands);
     pliant_claim_t_unsubscribe(client->lcm, claims);
     client_destroy(client);
-    program_stop(&server);
+    process_end(&server);
 }
 
 static void daemons_may_come_late_go_and_come_again(void **state)
 {
     (void)state;
     char line[512];
-    Daemon server;
+    Process server;
     rig.port = web_start(&server, web, "--port 0", line);
     PageClient *page = open_page();
     page_wait(page_says(page, "link", "\"daemon\":false"));
-    Daemon daemon;
+    Process daemon;
     start_daemon(&daemon, scene_path());
     page_wait(page_body(page, 0).frames > 3);
     page_wait(page_says(page, "link", "\"daemon\":true"));
     assert_int_equal(page_count(page, "scene"), 1);
     // The same once more: it begins again, and the page is told.
-    program_stop(&daemon);
+    process_end(&daemon);
     page_wait(page_says(page, "link", "\"daemon\":false"));
     start_daemon(&daemon, scene_path());
     page_wait(page_count(page, "scene") > 1);
     int frames = page_body(page, 0).frames;
     page_wait(page_body(page, 0).frames > frames + 3);
     assert_true(page_body(page, 0).matched);
-    daemon_signal(&daemon, SIGKILL);
-    daemon_wait(&daemon);
+    process_signal(&daemon, SIGKILL);
+    process_wait(&daemon);
     // Another scene whose body has another's name, tools and size.
     start_daemon(&daemon, write_scene("other.cfg", "publish = { status_hz = 10.0; };", PROBE_TOOL));
     page_wait(page_says(page, "scene", "\"name\":\"test\""));
@@ -555,8 +554,8 @@ static void daemons_may_come_late_go_and_come_again(void **state)
               page_body(page, 0).frame_nodes == SPHERE_NODES);
     assert_true(page_body(page, 0).matched);
     page_disconnect(page);
-    program_stop(&daemon);
-    program_stop(&server);
+    process_end(&daemon);
+    process_end(&server);
 }
 
 // What was asked of a daemon that is gone is not done by the next one, of the same scene or
@@ -565,7 +564,7 @@ static void requests_die_with_the_daemon_that_they_are_for(void **state)
 {
     (void)state;
     char line[512];
-    static Daemon server, daemon;
+    static Process server, daemon;
     rig.port = web_start(&server, web, "--port 0", line);
     PageClient *page = open_page();
     const char *const scenes[] = {
@@ -576,8 +575,8 @@ static void requests_die_with_the_daemon_that_they_are_for(void **state)
     page_send(page, "{\"type\":\"command\",\"id\":1,\"kind\":\"reset\"}");
     page_wait(page_says(page, "reply", "\"id\":1"));
     for (int round = 0; round < 2; round++) {
-        daemon_signal(&daemon, SIGKILL);
-        daemon_wait(&daemon);
+        process_signal(&daemon, SIGKILL);
+        process_wait(&daemon);
         const int errors = page_count(page, "error"), scenes_seen = page_count(page, "scene");
         page_send(page, "{\"type\":\"command\",\"id\":10,\"kind\":\"pause\"}");
         page_send(page, "{\"type\":\"command\",\"id\":11,\"kind\":\"reset\"}");
@@ -605,8 +604,8 @@ static void requests_die_with_the_daemon_that_they_are_for(void **state)
         client_destroy(client);
     }
     page_disconnect(page);
-    program_stop(&daemon);
-    program_stop(&server);
+    process_end(&daemon);
+    process_end(&server);
 }
 
 static void a_scene_may_listen_on_another_prefix(void **state)
@@ -631,10 +630,9 @@ static void what_is_wrong_is_told_in_one_line(void **state)
 {
     (void)state;
     char line[512], arguments[128];
-    Daemon server, run;
+    Process server, run;
     int port = web_start(&server, web, "--port 0", line);
-    daemon_program(web);
-    run_daemon(&run, "--port %d", port);
+    process_run(&run, web, "--port %d", port);
     assert_int_equal(run.code, 1);
     snprintf(arguments, sizeof arguments, "port %d of 127.0.0.1 is in use: choose another", port);
     assert_non_null(strstr(run.err, arguments));
@@ -657,16 +655,15 @@ static void what_is_wrong_is_told_in_one_line(void **state)
         {"--listen 192.0.2.1:0", "cannot listen on port 0 of 192.0.2.1", 1},
     };
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
-        run_daemon(&run, "%s", cases[k].arguments);
+        process_run(&run, web, "%s", cases[k].arguments);
         if (run.code != cases[k].code || strstr(run.err, cases[k].says) == NULL)
             fail_msg("'%s': exit %d, '%s' does not say '%s'", cases[k].arguments, run.code, run.err,
                      cases[k].says);
     }
-    run_daemon(&run, "--help");
+    process_run(&run, web, "--help");
     assert_int_equal(run.code, 0);
     assert_non_null(strstr(run.out, "--read-only"));
-    daemon_program(NULL);
-    program_stop(&server);
+    process_end(&server);
 }
 
 int main(int argc, char **argv)

@@ -17,7 +17,7 @@ enum { FEW = 40, MANY = 200, ANSWER = 8192, VISITORS_KEPT = 64, PAGES = 16, ATTE
 enum { GROWTH_KB = 16384 };
 
 static const char *const THEM = "127.0.0.2", *const US = "127.0.0.1";
-static Daemon server;
+static Process server;
 static int port;
 
 static void begin(const char *arguments)
@@ -28,7 +28,7 @@ static void begin(const char *arguments)
 
 static void end(void)
 {
-    program_stop(&server);
+    process_end(&server);
 }
 
 static PageClient *open_page(void)

@@ -3,7 +3,7 @@
 #ifndef PLIANT_TESTS_FAULT_INJECTION_ASK_H
 #define PLIANT_TESTS_FAULT_INJECTION_ASK_H
 
-#include "client.h"
+#include "lcm_client.h"
 
 // How often it was sent; the reply is that to client->next_id. `also` (may be NULL) is listened to
 // meanwhile. Fails the test after a minute.

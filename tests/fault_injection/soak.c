@@ -34,7 +34,7 @@ typedef struct Sample {
 
 typedef struct Soak {
     Client *client;
-    Daemon daemon;
+    Process daemon;
     Shown *shown;
     char body[64];
     double rate_hz, step_us[4];
@@ -429,9 +429,7 @@ static void a_long_run_keeps_its_memory_and_its_rest_shape(void **state)
     watch(&soak, true);
     client_fresh_status(soak.client);
     const StatusSeen status = soak.client->status;
-    daemon_signal(&soak.daemon, SIGTERM);
-    daemon_wait(&soak.daemon);
-    assert_int_equal(soak.daemon.code, 0);
+    process_end(&soak.daemon);
     double grown = (double)(soak.last.rss_kb - soak.first.rss_kb);
     double allowed = GROWTH_SHARE * (double)soak.first.rss_kb;
     allowed = allowed > GROWTH_KB ? allowed : GROWTH_KB;

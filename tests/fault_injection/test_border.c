@@ -21,7 +21,7 @@
 static const char RATES[] = "rate_hz = 200.0; publish = { nodes_hz = 10.0; status_hz = 20.0; };";
 
 typedef struct Rig {
-    Daemon daemon;
+    Process daemon;
     Client *near, *far; // beside the daemon, on the other host
 } Rig;
 
@@ -52,9 +52,7 @@ static void expect_unmoved(Rig *rig)
     int64_t step = rig->near->status.step;
     wait_until(rig->near, rig->near->status.step > step + 20);
     assert_true(command(rig->near, PLIANT_COMMAND_T_PAUSE, 0, "")->ok);
-    daemon_signal(&rig->daemon, SIGTERM);
-    daemon_wait(&rig->daemon);
-    assert_int_equal(rig->daemon.code, 0);
+    process_end(&rig->daemon);
     end_clients(rig);
 }
 
@@ -82,7 +80,7 @@ static void a_scene_or_an_option_hears_all_hosts(void **state)
     for (int k = 0; k < 2; k++) {
         Rig rig = begin(CASES[k][0], CASES[k][1]);
         assert_true(command(rig.far, PLIANT_COMMAND_T_STOP, 0, "")->ok);
-        daemon_wait(&rig.daemon);
+        process_wait(&rig.daemon);
         assert_int_equal(rig.daemon.code, 0);
         end_clients(&rig);
     }
@@ -161,7 +159,7 @@ static void an_address_that_came_later_is_of_this_host(void **state)
     assert_int_equal(bind(fd, (const struct sockaddr *)&own, sizeof own), 0);
     assert_int_equal(packet_send(fd, GROUP, packet, size), 0);
     close(fd);
-    daemon_wait(&rig.daemon);
+    process_wait(&rig.daemon);
     assert_int_equal(rig.daemon.code, 0);
     assert_int_equal(system("ip addr del 10.77.0.77/24 dev far0"), 0);
     end_clients(&rig);
@@ -320,7 +318,7 @@ static void no_message_is_longer_than_a_packet(void **state)
 {
     (void)state;
     static Largest largest;
-    Daemon daemon;
+    Process daemon;
     Client *client = client_create();
     lcm_subscription_t *on = lcm_subscribe(client->lcm, "PLIANT_.*", measure, &largest);
     daemon_start(&daemon, "%s", write_crowded());
@@ -333,7 +331,7 @@ static void no_message_is_longer_than_a_packet(void **state)
     assert_non_null(strstr(text, "lines more than one message holds ...\n"));
     assert_non_null(strstr(text, "units: m, kg"));
     lcm_unsubscribe(client->lcm, on);
-    daemon_end(&daemon);
+    process_end(&daemon);
     client_destroy(client);
 }
 

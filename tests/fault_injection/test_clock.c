@@ -1,6 +1,6 @@
 // Clocks that are set while they are in use: by an hour forward and back, of the daemon and of a
 // client. Nothing that waits, times out or measures may rest on them.
-#include "client.h"
+#include "lcm_client.h"
 #include "figure.h"
 #include "shown.h"
 
@@ -33,13 +33,10 @@ static void open_clock(void)
     setenv("PLIANT_SET_CLOCK", path, 1);
 }
 
-static void start_with_clock(Daemon *daemon, const char *arguments)
+// `program`: NULL for the server.
+static void start_with_clock(Process *process, const char *program, const char *arguments)
 {
-    static char assignment[1100];
-    snprintf(assignment, sizeof assignment, "LD_PRELOAD=%s", library);
-    daemon_environment(assignment);
-    daemon_start(daemon, "%s", arguments);
-    daemon_environment(NULL);
+    process_start(process, program, "LD_PRELOAD=%s %s", library, arguments);
 }
 
 // Presses with poses of our own clock until so many contacts more were felt; false when the contact
@@ -62,11 +59,11 @@ static void a_daemon_whose_clock_is_set_goes_on_as_before(void **state)
 {
     (void)state;
     static const int64_t OFFSETS[] = {HOUR_US, -HOUR_US, 0};
-    Daemon daemon;
+    Process daemon;
     *offset_us = 0;
     Client *client = client_create();
     Shown *shown = shown_create(client->lcm, "sphere");
-    start_with_clock(&daemon, write_scene("clock.cfg", HEAD, PROBE_TOOL));
+    start_with_clock(&daemon, NULL, write_scene("clock.cfg", HEAD, PROBE_TOOL));
     client_wait_for_daemon(client);
     feel(client, 20);
     for (int i = 0; i < 3; i++) {
@@ -86,9 +83,7 @@ static void a_daemon_whose_clock_is_set_goes_on_as_before(void **state)
         assert_true(valid > 0.0 && valid < 1e6);
     }
     assert_int_equal(client->status.rejected, 0);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    process_end(&daemon);
     figure("clock of the daemon set by +1 h, -2 h, +1 h: contact unbroken, %lld frames shown, %lld "
            "late ticks, nothing refused",
            (long long)shown->count, printed(&daemon, "late ticks"));
@@ -100,20 +95,18 @@ static void a_daemon_whose_clock_is_set_goes_on_as_before(void **state)
 static void a_daemon_that_restarts_with_an_earlier_clock_is_shown(void **state)
 {
     (void)state;
-    Daemon daemon;
+    Process daemon;
     *offset_us = 0;
     Client *client = client_create();
     Shown *shown = shown_create(client->lcm, "sphere");
     const char *scene = write_scene("restart.cfg", HEAD, PROBE_TOOL);
     for (int run = 0; run < 2; run++) {
-        start_with_clock(&daemon, scene);
+        start_with_clock(&daemon, NULL, scene);
         int64_t meshes = shown->meshes;
         memset(shown->hash, 0, SHOWN_MOST * sizeof *shown->hash);
         shown->count = 0;
         wait_until(client, shown->meshes > meshes + 8 && shown->count >= 20);
-        daemon_signal(&daemon, SIGTERM);
-        daemon_wait(&daemon);
-        assert_int_equal(daemon.code, 0);
+        process_end(&daemon);
         *offset_us = -HOUR_US;
     }
     shown_destroy(shown);
@@ -123,7 +116,7 @@ static void a_daemon_that_restarts_with_an_earlier_clock_is_shown(void **state)
 static void a_client_whose_clock_is_set_keeps_its_tool_and_its_measures(void **state)
 {
     (void)state;
-    Daemon daemon, probe;
+    Process daemon, probe;
     char arguments[PATH_TEXT * 3];
     *offset_us = 0;
     Client *client = client_create();
@@ -132,9 +125,7 @@ static void a_client_whose_clock_is_set_keeps_its_tool_and_its_measures(void **s
     const char *log = scratch("probe.tsv");
     snprintf(arguments, sizeof arguments,
              "--press 0,0,0.058 --depth 0.008 --speed 0.05 --hold 1.5 --rate 200 --log %s", log);
-    daemon_program(probe_path);
-    start_with_clock(&probe, arguments);
-    daemon_program(NULL);
+    start_with_clock(&probe, probe_path, arguments);
     wait_until(client, client->contact.contact);
     static const int64_t OFFSETS[] = {HOUR_US, -HOUR_US, 0};
     for (int i = 0; i < 3; i++) {
@@ -143,7 +134,7 @@ static void a_client_whose_clock_is_set_keeps_its_tool_and_its_measures(void **s
         wait_until(client, client->contact.step > step + 100);
         assert_true(client->contact.contact != 0);
     }
-    daemon_wait(&probe);
+    process_wait(&probe);
     if (probe.code != 0)
         fail_msg("it said: %s%s", probe.out, probe.err);
     assert_int_equal(refused(client, "overtaken"), 0);
@@ -168,7 +159,7 @@ static void a_client_whose_clock_is_set_keeps_its_tool_and_its_measures(void **s
            "%d poses at most %.1f ms",
            trips, 1e-3 * longest);
     assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
-    daemon_wait(&daemon);
+    process_wait(&daemon);
     client_destroy(client);
 }
 
@@ -176,7 +167,7 @@ static void time_stamps_of_poses_mean_nothing_to_the_daemon(void **state)
 {
     (void)state;
     static const int64_t UTIMES[] = {0, -1, INT64_MIN, INT64_MAX, 1, INT64_MAX - 1, -HOUR_US};
-    Daemon daemon;
+    Process daemon;
     Client *client = client_create();
     daemon_start(&daemon, "%s", write_scene("stamps.cfg", HEAD, PROBE_TOOL));
     client_wait_for_daemon(client);
@@ -193,7 +184,7 @@ static void time_stamps_of_poses_mean_nothing_to_the_daemon(void **state)
         }
     assert_int_equal(client->status.rejected, 0);
     assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
-    daemon_wait(&daemon);
+    process_wait(&daemon);
     client_destroy(client);
 }
 

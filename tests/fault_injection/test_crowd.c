@@ -1,6 +1,6 @@
 // A hundred subscribers of one daemon: all of them get what is published, and the daemon's own
 // figures beside those of a run with one.
-#include "client.h"
+#include "lcm_client.h"
 #include "figure.h"
 
 #include "effort.h"
@@ -61,7 +61,7 @@ static void listen_to_all(Client *client, int count, int wanted)
     expect_at_least(least, wanted);
 }
 
-static void times_line(const Daemon *daemon, const char *name, char line[128])
+static void times_line(const Process *daemon, const char *name, char line[128])
 {
     const char *at = strstr(daemon->out, name);
     assert_non_null(at);
@@ -72,7 +72,7 @@ static void a_hundred_subscribers_all_get_what_is_published(void **state)
 {
     (void)state;
     for (int count = 0; count <= CROWD; count += CROWD) {
-        Daemon daemon;
+        Process daemon;
         Client *client = client_create();
         daemon_start(&daemon, "%s",
                      write_scene("crowd.cfg",
@@ -83,9 +83,7 @@ static void a_hundred_subscribers_all_get_what_is_published(void **state)
         open_listeners(count);
         client->frames.whole = 0;
         listen_to_all(client, count, EFFORT(60));
-        daemon_signal(&daemon, SIGTERM);
-        daemon_wait(&daemon);
-        assert_int_equal(daemon.code, 0);
+        process_end(&daemon);
         assert_null(strstr(daemon.out, "not published"));
         char step[128], wake[128];
         times_line(&daemon, "step time: ", step);

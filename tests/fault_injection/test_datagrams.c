@@ -124,7 +124,7 @@ static size_t make(unsigned char *packet)
 // --- programs ---
 
 // Largest memory so far [kB]: of the process, and of what it asked for.
-static void memory_of(const Daemon *program, long kb[2])
+static void memory_of(const Process *program, long kb[2])
 {
     char name[64], line[256];
     snprintf(name, sizeof name, "/proc/%d/status", (int)program->pid);
@@ -137,7 +137,7 @@ static void memory_of(const Daemon *program, long kb[2])
     fclose(file);
 }
 
-static void expect_running(Daemon *program, int kind, long sent)
+static void expect_running(Process *program, int kind, long sent)
 {
     char name[64], state = 'Z';
     snprintf(name, sizeof name, "/proc/%d/stat", (int)program->pid);
@@ -148,24 +148,20 @@ static void expect_running(Daemon *program, int kind, long sent)
         fclose(file);
     }
     if (state == 'Z') {
-        daemon_wait(program);
+        process_wait(program);
         fail_msg("%s ended with %d after %ld datagrams: %s", NAME[kind], program->code, sent,
                  program->err);
     }
 }
 
-static void start_all(Daemon program[PROGRAMS])
+static void start_all(Process program[PROGRAMS])
 {
     static const char HEAD[] =
         "rate_hz = 500.0; publish = { nodes_hz = 20.0; contact_hz = 100.0; status_hz = 10.0; };";
     daemon_start(&program[SERVER], "%s", write_scene("datagrams.cfg", HEAD, PROBE_TOOL));
-    daemon_program(path[WEB]);
-    daemon_start(&program[WEB], "--port 0");
-    daemon_program(path[RECORD]);
-    daemon_start(&program[RECORD], "-o %s", scratch("datagrams.h5"));
-    daemon_program(path[MONITOR]);
-    daemon_start(&program[MONITOR], "--duration 10000");
-    daemon_program(NULL);
+    process_start(&program[WEB], path[WEB], "--port 0");
+    process_start(&program[RECORD], path[RECORD], "-o %s", scratch("datagrams.h5"));
+    process_start(&program[MONITOR], path[MONITOR], "--duration 10000");
     Client *client = client_create();
     client_wait_for_daemon(client);
     // Pages and recordings begin when the whole mesh has come.
@@ -175,7 +171,7 @@ static void start_all(Daemon program[PROGRAMS])
 }
 
 // The line that pliant-web began with names its port.
-static void expect_page(const Daemon *web)
+static void expect_page(const Process *web)
 {
     char name[64], text[512] = "", answer[64] = "";
     int port = 0;
@@ -199,17 +195,17 @@ static void expect_page(const Daemon *web)
     close(fd);
 }
 
-static void end_all(Daemon program[PROGRAMS])
+static void end_all(Process program[PROGRAMS])
 {
     for (int k = PROGRAMS - 1; k >= 0; k--) {
-        daemon_signal(&program[k], SIGTERM);
-        daemon_wait(&program[k]);
+        process_signal(&program[k], SIGTERM);
+        process_wait(&program[k]);
         if (program[k].code != 0)
             fail_msg("%s ended with %d: %s", NAME[k], program[k].code, program[k].err);
     }
 }
 
-static void pour(int fd, long count, Daemon program[PROGRAMS])
+static void pour(int fd, long count, Process program[PROGRAMS])
 {
     static unsigned char packet[2 * 65536];
     const struct timespec pause = {.tv_nsec = 1000000};
@@ -232,7 +228,7 @@ static void pour(int fd, long count, Daemon program[PROGRAMS])
 static void every_program_outlives_a_million_hostile_datagrams(void **state)
 {
     (void)state;
-    Daemon program[PROGRAMS];
+    Process program[PROGRAMS];
     long before[PROGRAMS][2], after[PROGRAMS][2];
     const char *wanted = getenv("PLIANT_DATAGRAMS");
     long count = wanted != NULL ? atol(wanted) : FEW;

@@ -1,7 +1,7 @@
 // A disk that fills up while the daemon runs: a recording, checkpoints and the log of inputs end
 // with an event and exit status 1, what was written stays whole, the simulation goes on. The disk
 // is a small tmpfs that only this test sees.
-#include "client.h"
+#include "lcm_client.h"
 #include "figure.h"
 #include "recording_view.h"
 
@@ -70,10 +70,10 @@ static void expect_running(Client *client)
     wait_until(client, client->status.step > step + 50);
 }
 
-static int end(Client *client, Daemon *daemon)
+static int end(Client *client, Process *daemon)
 {
-    daemon_signal(daemon, SIGTERM);
-    daemon_wait(daemon);
+    process_signal(daemon, SIGTERM);
+    process_wait(daemon);
     client_destroy(client);
     return daemon->code;
 }
@@ -92,7 +92,7 @@ static void a_full_disk_ends_the_recording_whole(void **state)
     (void)state;
     const char *path = on_disk("full.h5");
     Client *client = client_create();
-    Daemon daemon;
+    Process daemon;
     daemon_start(
         &daemon, "--record %s %s", path,
         write_scene("record.cfg", "publish = { nodes_hz = 1000.0; status_hz = 20.0; };", ""));
@@ -127,7 +127,7 @@ static void a_full_disk_leaves_the_last_checkpoint_whole(void **state)
     const char *scene =
         write_scene("checkpoint.cfg", "rate_hz = 500.0; publish = { status_hz = 20.0; };", "");
     Client *client = client_create();
-    Daemon daemon, resumed;
+    Process daemon, resumed;
     daemon_start(&daemon, "--checkpoint %s %s", path, scene);
     client_wait_for_daemon(client);
     const Reply *reply = command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "");
@@ -163,7 +163,7 @@ static void a_full_disk_ends_the_log_of_inputs_with_status_1(void **state)
     (void)state;
     const char *path = on_disk("inputs.log");
     Client *client = client_create();
-    Daemon daemon;
+    Process daemon;
     daemon_start(&daemon, "--log-inputs %s %s", path,
                  write_scene("inputs.cfg",
                              "rate_hz = 500.0; publish = { status_hz = 20.0; contact_hz = 0.0; };",

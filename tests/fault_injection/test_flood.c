@@ -53,7 +53,7 @@ static long long flood_end(Flood *flood)
 // A daemon under the flood: it steps on, answers a polite request at last, and its accounts add up.
 static void endure(void (*pour)(Flood *flood), const char *name, const char *reason)
 {
-    Daemon daemon;
+    Process daemon;
     Flood flood;
     Client *client = client_create();
     daemon_start(&daemon, "%s", write_scene("flood.cfg", HEAD, PROBE_TOOL));
@@ -72,7 +72,7 @@ static void endure(void (*pour)(Flood *flood), const char *name, const char *rea
     long long sent = flood_end(&flood);
     client_fresh_status(client);
     assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
-    daemon_wait(&daemon);
+    process_wait(&daemon);
     assert_int_equal(daemon.code, 0);
     assert_int_equal(printed(&daemon, "resets"), 0);
     long long ticks = printed(&daemon, "ticks"), late = printed(&daemon, "late ticks");
@@ -262,7 +262,7 @@ static void requests_that_take_long_leave_ticks_their_time(void **state)
 {
     (void)state;
     const double LEAST_SHARE = 0.1;
-    static Daemon daemon, again;
+    static Process daemon, again;
     Flood flood;
     Client *client = client_create();
     const int manager = watch(scratch("manager"));
@@ -280,8 +280,8 @@ static void requests_that_take_long_leave_ticks_their_time(void **state)
     wait_until(client, (alive += pings(manager)) >= 3);
     const int asked = ask(client, NULL, PLIANT_COMMAND_T_SET, 0, "gravity_x=0.5");
     const double seconds = client_now() - start;
-    daemon_signal(&daemon, SIGTERM); // looked at between two requests
-    daemon_wait(&daemon);
+    process_signal(&daemon, SIGTERM); // looked at between two requests
+    process_wait(&daemon);
     const long long sent = flood_end(&flood);
     assert_int_equal(daemon.code, 0);
     expect_at_least(during, LEAST_SHARE * calm);

@@ -17,7 +17,7 @@ enum { LOSSES = 5 };
 
 // A daemon on one host, a client on the other, and a witness beside the daemon who misses nothing.
 typedef struct Scenery {
-    Daemon daemon;
+    Process daemon;
     Client *near, *far;
     Shown *truth, *shown;
 } Scenery;
@@ -60,9 +60,7 @@ static void begin(Scenery *scenery, const char *scene)
 static void end(Scenery *scenery)
 {
     hosts_fault(NULL);
-    daemon_signal(&scenery->daemon, SIGTERM);
-    daemon_wait(&scenery->daemon);
-    assert_int_equal(scenery->daemon.code, 0);
+    process_end(&scenery->daemon);
     shown_destroy(scenery->truth);
     shown_destroy(scenery->shown);
     client_destroy(scenery->near);

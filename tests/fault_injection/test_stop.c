@@ -1,5 +1,5 @@
 // Processes that are stopped: the daemon itself, and those that listen to it.
-#include "client.h"
+#include "lcm_client.h"
 #include "figure.h"
 
 #include "effort.h"
@@ -11,12 +11,12 @@
 
 static const char *monitor_path;
 
-static void stop_for(Client *client, const Daemon *daemon, double seconds)
+static void stop_for(Client *client, const Process *daemon, double seconds)
 {
-    daemon_signal(daemon, SIGSTOP);
+    process_signal(daemon, SIGSTOP);
     for (double end = client_now() + seconds; client_now() < end;)
         client_listen(client, 10);
-    daemon_signal(daemon, SIGCONT);
+    process_signal(daemon, SIGCONT);
 }
 
 // --- the daemon ---
@@ -43,7 +43,7 @@ static void press(Client *client)
 static void a_stopped_daemon_skips_its_ticks_and_lets_go_of_its_tools(void **state)
 {
     (void)state;
-    Daemon daemon;
+    Process daemon;
     Client *client = client_create();
     daemon_start(&daemon, "%s",
                  write_scene("stop.cfg",
@@ -53,7 +53,7 @@ static void a_stopped_daemon_skips_its_ticks_and_lets_go_of_its_tools(void **sta
     client_wait_for_daemon(client);
     press(client);
     int64_t late = client->status.late_ticks;
-    daemon_signal(&daemon, SIGSTOP);
+    process_signal(&daemon, SIGSTOP);
     for (int i = 0; i <= 100; i++) {
         pose_at(client, 0.053 - 0.0025 * i);
         client_listen(client, 10);
@@ -62,7 +62,7 @@ static void a_stopped_daemon_skips_its_ticks_and_lets_go_of_its_tools(void **sta
     client->contact.contact = 0;
     int64_t step = client->contact.step;
     int frames = client->frames.whole;
-    daemon_signal(&daemon, SIGCONT);
+    process_signal(&daemon, SIGCONT);
     int touching = 0;
     for (double limit = client_now() + 30.0;
          client_now() < limit && client->contact.step < step + 400;) {
@@ -85,9 +85,7 @@ static void a_stopped_daemon_skips_its_ticks_and_lets_go_of_its_tools(void **sta
            (long long)(client->contact.step - step), (long long)refused(client, "stale"));
     // Another touch is felt again.
     press(client);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    process_end(&daemon);
     assert_int_equal(printed(&daemon, "resets"), 0);
     client_destroy(client);
 }
@@ -95,7 +93,7 @@ static void a_stopped_daemon_skips_its_ticks_and_lets_go_of_its_tools(void **sta
 static void a_daemon_stopped_many_times_keeps_its_accounts(void **state)
 {
     (void)state;
-    Daemon daemon;
+    Process daemon;
     Client *client = client_create();
     daemon_start(&daemon, "--duration 2 %s",
                  write_scene("often.cfg", "publish = { status_hz = 20.0; };", PROBE_TOOL));
@@ -104,7 +102,7 @@ static void a_daemon_stopped_many_times_keeps_its_accounts(void **state)
         stop_for(client, &daemon, 0.01 * i);
         client_listen(client, 20);
     }
-    daemon_wait(&daemon);
+    process_wait(&daemon);
     assert_int_equal(daemon.code, 0);
     expect_at_least((double)(printed(&daemon, "ticks") + printed(&daemon, "late ticks")), 2000.0);
     client_destroy(client);
@@ -112,7 +110,7 @@ static void a_daemon_stopped_many_times_keeps_its_accounts(void **state)
 
 // --- who listens ---
 
-static long resident_kb(const Daemon *daemon)
+static long resident_kb(const Process *daemon)
 {
     char path[64], line[256];
     long kb = 0;
@@ -137,19 +135,17 @@ static const double GROWTH_KB = 512.0;
 static void subscribers_that_read_nothing_hold_up_nobody(void **state)
 {
     (void)state;
-    Daemon daemon, monitor;
+    Process daemon, monitor;
     Client *client = client_create(), *deaf = client_create();
     daemon_start(&daemon, "%s",
                  write_scene("stalled.cfg",
                              "rate_hz = 500.0; publish = { nodes_hz = 100.0; status_hz = 20.0; "
                              "contact_hz = 500.0; };",
                              PROBE_TOOL));
-    daemon_program(monitor_path);
-    daemon_start(&monitor, "--nodes sphere --write %s", scratch("curve.tsv"));
-    daemon_program(NULL);
+    process_start(&monitor, monitor_path, "--nodes sphere --write %s", scratch("curve.tsv"));
     client_wait_for_daemon(client);
     wait_until(client, client->frames.whole >= 20);
-    daemon_signal(&monitor, SIGSTOP);
+    process_signal(&monitor, SIGSTOP);
     long before = resident_kb(&daemon);
     client->frames.gaps = 0;
     int seen = client->frames.whole;
@@ -162,13 +158,9 @@ static void subscribers_that_read_nothing_hold_up_nobody(void **state)
     figure("two stalled subscribers (one SIGSTOP, one that reads nothing): %d frames to a third, "
            "%d missing, daemon %+ld kB",
            client->frames.whole - seen, client->frames.gaps, grown);
-    daemon_signal(&monitor, SIGCONT);
-    daemon_signal(&monitor, SIGTERM);
-    daemon_wait(&monitor);
-    assert_int_equal(monitor.code, 0);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    process_signal(&monitor, SIGCONT);
+    process_end(&monitor);
+    process_end(&daemon);
     assert_null(strstr(daemon.out, "not published"));
     client_destroy(client);
     client_destroy(deaf);

@@ -1,7 +1,7 @@
 // Two daemons on one output prefix: the second is refused, on one host and between two; what slips
 // through because packets were lost, the link was cut or the first was stopped ends as soon as they
 // hear each other, and one of them is left.
-#include "client.h"
+#include "lcm_client.h"
 #include "hosts.h"
 
 #include "pliant_claim_t.h"
@@ -17,7 +17,7 @@ static const char *write_small(void)
         "rate_hz = 200.0; remote = true; publish = { nodes_hz = 10.0; status_hz = 10.0; };", "");
 }
 
-static void start_on(Host host, Daemon *daemon)
+static void start_on(Host host, Process *daemon)
 {
     hosts_enter(host);
     daemon_start(daemon, "%s", write_small());
@@ -32,26 +32,26 @@ static Client *client_on(Host host)
     return client;
 }
 
-static void expect_refused(Daemon *second)
+static void expect_refused(Process *second)
 {
-    daemon_wait(second);
+    process_wait(second);
     assert_int_equal(second->code, 1);
     if (strstr(second->err, "another daemon publishes on PLIANT_STATUS") == NULL ||
         strstr(second->err, "another --prefix") == NULL)
         fail_msg("it said: %s", second->err);
 }
 
-static void expect_alive(Client *client, Daemon *daemon)
+static void expect_alive(Client *client, Process *daemon)
 {
     int64_t step = client->status.step;
     wait_until(client, client->status.step > step + 20);
     assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
-    daemon_wait(daemon);
+    process_wait(daemon);
     assert_int_equal(daemon->code, 0);
 }
 
 // A good link, the first daemon on the server's host, and a client beside it that has heard it.
-static Client *start_first(Daemon *first)
+static Client *start_first(Process *first)
 {
     hosts_fault(NULL);
     Client *client = client_on(HOST_SERVER);
@@ -64,7 +64,7 @@ static void a_second_daemon_is_refused_on_one_host_and_between_two(void **state)
 {
     (void)state;
     static const Host HOSTS[] = {HOST_SERVER, HOST_CLIENT};
-    Daemon first, second;
+    Process first, second;
     Client *client = start_first(&first);
     for (int i = 0; i < 2; i++) {
         start_on(HOSTS[i], &second);
@@ -78,7 +78,7 @@ static void a_second_daemon_is_refused_on_one_host_and_between_two(void **state)
 static void a_paused_daemon_holds_its_prefix(void **state)
 {
     (void)state;
-    Daemon first, second;
+    Process first, second;
     Client *client = start_first(&first);
     assert_true(command(client, PLIANT_COMMAND_T_PAUSE, 0, "")->ok);
     start_on(HOST_CLIENT, &second);
@@ -91,12 +91,12 @@ static void a_paused_daemon_holds_its_prefix(void **state)
 static void a_second_daemon_on_a_lossy_link_ends_and_the_first_does_not(void **state)
 {
     (void)state;
-    Daemon first, second;
+    Process first, second;
     Client *client = start_first(&first);
     for (int i = 0; i < 3; i++) { // at its start or a moment later
         hosts_fault(&(LinkFaults){.loss = 0.5});
         start_on(HOST_CLIENT, &second);
-        daemon_wait(&second);
+        process_wait(&second);
         assert_int_equal(second.code, 1);
         assert_non_null(strstr(second.err, "another daemon"));
     }
@@ -107,7 +107,7 @@ static void a_second_daemon_on_a_lossy_link_ends_and_the_first_does_not(void **s
 static void of_two_that_started_apart_the_later_ends_when_the_link_is_back(void **state)
 {
     (void)state;
-    Daemon first, second;
+    Process first, second;
     Client *client = start_first(&first), *other = client_on(HOST_CLIENT);
     hosts_fault(&(LinkFaults){.cut = true});
     int early = other->status.count;
@@ -115,7 +115,7 @@ static void of_two_that_started_apart_the_later_ends_when_the_link_is_back(void 
     // Statuses that were on their way may still come; new ones are the second's.
     wait_until(other, other->status.count > early + 5);
     hosts_fault(NULL);
-    daemon_wait(&second);
+    process_wait(&second);
     assert_int_equal(second.code, 1);
     assert_non_null(strstr(second.err, "has held the prefix PLIANT for longer"));
     wait_until(client, saw_event(client, "rival") || saw_event(client, "yielded"));
@@ -127,17 +127,17 @@ static void of_two_that_started_apart_the_later_ends_when_the_link_is_back(void 
 static void a_daemon_that_was_stopped_ends_when_another_has_taken_its_place(void **state)
 {
     (void)state;
-    Daemon first, second;
+    Process first, second;
     Client *client = start_first(&first);
-    daemon_signal(&first, SIGSTOP);
+    process_signal(&first, SIGSTOP);
     client_listen(client, 100); // what it has sent before
     int before = client->status.count;
     start_on(HOST_CLIENT, &second);
     // Away for more than a second: before that, the first would stay.
     double enough = client_now() + 1.5;
     wait_until(client, client->status.count > before + 5 && client_now() > enough);
-    daemon_signal(&first, SIGCONT);
-    daemon_wait(&first);
+    process_signal(&first, SIGCONT);
+    process_wait(&first);
     assert_int_equal(first.code, 1);
     assert_non_null(strstr(first.err, "has held the prefix PLIANT for longer"));
     expect_alive(client, &second);
@@ -147,12 +147,12 @@ static void a_daemon_that_was_stopped_ends_when_another_has_taken_its_place(void
 static void a_daemon_that_was_stopped_alone_goes_on(void **state)
 {
     (void)state;
-    Daemon first;
+    Process first;
     Client *client = start_first(&first);
-    daemon_signal(&first, SIGSTOP);
+    process_signal(&first, SIGSTOP);
     for (double end = client_now() + 1.0; client_now() < end;)
         client_listen(client, 20);
-    daemon_signal(&first, SIGCONT);
+    process_signal(&first, SIGCONT);
     expect_alive(client, &first);
     client_destroy(client);
 }
@@ -177,7 +177,7 @@ static void keep(const lcm_recv_buf_t *message, const char *channel, void *user)
 static void a_log_that_is_played_back_ends_no_daemon(void **state)
 {
     (void)state;
-    Daemon first;
+    Process first;
     Client *client = start_first(&first);
     Logged status = {.size = 0};
     lcm_subscription_t *on = lcm_subscribe(client->lcm, "PLIANT_STATUS", keep, &status);

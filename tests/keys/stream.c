@@ -1,6 +1,6 @@
 #include "stream.h"
 
-#include "client.h"
+#include "lcm_client.h"
 
 #include "pliant_contact_t.h"
 #include "pliant_mesh_t.h"
@@ -35,7 +35,7 @@ typedef struct Stream {
 
 typedef struct StreamRun {
     const KeyRow *row; // NULL: the scene without a change
-    Daemon daemon;
+    Process daemon;
     lcm_t *lcm;
     Stream stream;
 } StreamRun;
@@ -197,8 +197,8 @@ int stream_faults(KeyModel model, const char *model_name)
     listen(run, runs, model);
     for (int i = 0; i < runs; i++) {
         if (is_paused(&run[i]))
-            daemon_signal(&run[i].daemon, SIGTERM);
-        daemon_wait(&run[i].daemon);
+            process_signal(&run[i].daemon, SIGTERM);
+        process_wait(&run[i].daemon);
         if (run[i].daemon.code != 0)
             fail_msg("%s", run[i].daemon.err);
         lcm_destroy(run[i].lcm);

@@ -145,14 +145,12 @@ void profile_run(Profile *profile, const char *valgrind, const char *pliantd, co
                  const char *arguments)
 {
     const char *out = scratch("callgrind.out");
-    Daemon daemon;
+    Process daemon;
     memset(profile, 0, sizeof *profile);
-    daemon_program(valgrind);
-    run_daemon(&daemon,
-               "--tool=callgrind --compress-strings=no --compress-pos=no --toggle-collect=%s "
-               "--callgrind-out-file=%s %s --log-level error %s",
-               function, out, pliantd, arguments);
-    daemon_program(NULL);
+    process_run(&daemon, valgrind,
+                "--tool=callgrind --compress-strings=no --compress-pos=no --toggle-collect=%s "
+                "--callgrind-out-file=%s %s --log-level error %s",
+                function, out, pliantd, arguments);
     FILE *file = daemon.code == 0 ? fopen(out, "r") : NULL;
     if (file == NULL)
         fail_msg("%s %s: exit %d: %s", pliantd, arguments, daemon.code, daemon.err);

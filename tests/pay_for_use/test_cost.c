@@ -260,11 +260,9 @@ static void all_that_is_no_kernel_takes_less_than_1_percent(void **state)
 // ---------------------------------------------------------------------------------------------
 // What is taken
 
-static void explain(Daemon *daemon, const char *pliantd, const char *scene)
+static void explain(Process *daemon, const char *pliantd, const char *scene)
 {
-    daemon_program(pliantd);
-    run_daemon(daemon, "--explain --offline 1 %s", scene);
-    daemon_program(NULL);
+    process_run(daemon, pliantd, "--explain --offline 1 %s", scene);
     if (daemon->code != 0)
         fail_msg("%s --explain: %s", pliantd, daemon->err);
     // What follows are features, not arrays.
@@ -274,7 +272,7 @@ static void explain(Daemon *daemon, const char *pliantd, const char *scene)
 }
 
 // Bytes of the arrays whose names hold this.
-static long long array_bytes(const Daemon *daemon, const char *part)
+static long long array_bytes(const Process *daemon, const char *part)
 {
     long long bytes = 0;
     for (const char *at = strstr(daemon->out, part); at != NULL; at = strstr(at + 1, part)) {
@@ -287,9 +285,9 @@ static long long array_bytes(const Daemon *daemon, const char *part)
     return bytes;
 }
 
-static void expect_arrays(bool voxel, const Feature *feature, const Daemon *plain)
+static void expect_arrays(bool voxel, const Feature *feature, const Process *plain)
 {
-    Daemon with;
+    Process with;
     explain(&with, own_pliantd, write_feature_scene(voxel, feature, ""));
     for (int k = 0; k < PATTERNS && feature->arrays[k] != NULL; k++) {
         const char *name = feature->arrays[k];
@@ -305,7 +303,7 @@ static void only_arrays_of_what_a_scene_has_are_taken(void **state)
 {
     (void)state;
     for (int voxel = !WITH_SURFACE; voxel <= WITH_VOXEL; voxel++) {
-        Daemon plain;
+        Process plain;
         explain(&plain, own_pliantd, write_feature_scene(voxel, &PLAIN, ""));
         for (size_t i = 0; i < sizeof COMMON / sizeof *COMMON; i++)
             expect_arrays(voxel, &COMMON[i], &plain);
@@ -321,7 +319,7 @@ static void only_arrays_of_what_a_scene_has_are_taken(void **state)
 
 static long long total_bytes(const char *pliantd, const char *scene)
 {
-    Daemon daemon;
+    Process daemon;
     explain(&daemon, pliantd, scene);
     const char *at = strstr(daemon.out, "\ntotal: ");
     assert_non_null(at);

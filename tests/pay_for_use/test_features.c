@@ -109,7 +109,7 @@ static const char *const BODIES[2] = {
     "model = \"voxel\"; voxels = { generator = \"box\"; count = [8, 8, 8]; size = 0.0125; };"};
 static const char *const UNDAMPED[2] = {"damping_time = 0.0;", "damping = 0.0;"};
 
-static void explain(Daemon *daemon, bool voxel, const Case *what)
+static void explain(Process *daemon, bool voxel, const Case *what)
 {
     char text[4096];
     const char *body = or_else(what->body, "");
@@ -133,7 +133,7 @@ typedef struct Rows {
     bool listed, found;
 } Rows;
 
-static Rows read_rows(const Daemon *daemon, const char *feature)
+static Rows read_rows(const Process *daemon, const char *feature)
 {
     Rows rows = {0};
     size_t length = strlen(feature);
@@ -155,7 +155,7 @@ static Rows read_rows(const Daemon *daemon, const char *feature)
 
 static void expect_flip(bool voxel, const Case *what)
 {
-    Daemon daemon;
+    Process daemon;
     explain(&daemon, voxel, what);
     Rows rows = read_rows(&daemon, what->feature);
     if (!rows.listed || !rows.found || rows.on != 1 + what->others)
@@ -171,7 +171,7 @@ static void expect_flip(bool voxel, const Case *what)
 // All rows are off, and there is a case for each of them.
 static void expect_nothing(bool voxel, int cases)
 {
-    Daemon daemon;
+    Process daemon;
     explain(&daemon, voxel, &(Case){0});
     Rows rows = read_rows(&daemon, "recording");
     if (rows.on > 0 || rows.off != cases)
@@ -212,7 +212,7 @@ static void each_feature_of_a_voxel_scene_has_its_key(void **state)
 }
 
 // Bytes of the whole, as printed last.
-static long long total_bytes(const Daemon *daemon)
+static long long total_bytes(const Process *daemon)
 {
     const char *at = strstr(daemon->out, "\ntotal: ");
     assert_non_null(at);
@@ -222,7 +222,7 @@ static long long total_bytes(const Daemon *daemon)
 static void arrays_add_up_to_the_total(void **state)
 {
     (void)state;
-    Daemon daemon;
+    Process daemon;
     explain(&daemon, !WITH_SURFACE, &(Case){.feature = "everything", .tail = PROBE});
     long long sum = 0, single = 0;
     for (const char *line = strchr(daemon.out, '\n'); line != NULL; line = strchr(line + 1, '\n')) {
@@ -243,7 +243,7 @@ static void arrays_add_up_to_the_total(void **state)
 static void off_line_nothing_of_a_live_run_is_listed(void **state)
 {
     (void)state;
-    Daemon daemon;
+    Process daemon;
     explain(&daemon, !WITH_SURFACE, &(Case){.arguments = "--offline 1"});
     assert_null(strstr(daemon.out, "run/"));
     assert_null(strstr(daemon.out, "in messages"));

@@ -240,7 +240,7 @@ long long kept_step(const char *checkpoint, const char *scene)
     struct stat facts;
     if (stat(checkpoint, &facts) != 0 || facts.st_size == 0)
         return -1;
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 0 --resume %s %s", checkpoint, scene);
     if (daemon.code != 0)
         fail_msg("the checkpoint does not load: %s", daemon.err);

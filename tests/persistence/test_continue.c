@@ -3,7 +3,7 @@
 #include "recording_view.h"
 #include "session.h"
 
-#include "client.h"
+#include "lcm_client.h"
 #include "effort.h"
 #include "random.h"
 
@@ -60,7 +60,7 @@ static const char *numbered(const char *stem, const char *extension, int number)
 // The log of a run begins where the run did, and leads on from there.
 static void expect_log_readable(const char *log, const char *base, const char *scene)
 {
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 0.01 --input %s %s %s %s", log, base != NULL ? "--resume" : "",
                base != NULL ? base : "", scene);
     if (daemon.code != 0)
@@ -90,18 +90,6 @@ static void drain(Client *client)
         client_listen(client, 5);
 }
 
-static void copy_file(const char *from_path, const char *to_path)
-{
-    char bytes[65536];
-    size_t size;
-    FILE *from = fopen(from_path, "rb"), *to = fopen(to_path, "wb");
-    assert_true(from != NULL && to != NULL);
-    while ((size = fread(bytes, 1, sizeof bytes, from)) > 0)
-        assert_int_equal(fwrite(bytes, 1, size, to), size);
-    fclose(from);
-    assert_int_equal(fclose(to), 0);
-}
-
 static void a_service_killed_twenty_times_loses_nothing_since_its_checkpoint(void **state)
 {
     (void)state;
@@ -119,15 +107,15 @@ static void a_service_killed_twenty_times_loses_nothing_since_its_checkpoint(voi
     for (int number = 1; number <= RUNS; number++) {
         long long before = kept_step(kept, scene);
         if (before >= 0)
-            copy_file(kept, base);
+            file_copy(kept, base);
         client->events = client->status.count = 0;
-        Daemon daemon;
+        Process daemon;
         daemon_start(&daemon, "%s", arguments);
         client_wait_for_daemon(client);
         wait_until(client, saw_event(client, "checkpoint"));
         pause_ms(random_between(&chance, 0.0, 40.0)); // somewhere between two writes, or in one
-        daemon_signal(&daemon, SIGKILL);
-        daemon_wait(&daemon);
+        process_signal(&daemon, SIGKILL);
+        process_wait(&daemon);
         assert_int_equal(daemon.code, 1000 + SIGKILL);
         drain(client);
 
@@ -151,7 +139,7 @@ static void a_second_daemon_leaves_the_log_of_the_first_alone(void **state)
     snprintf(scene, sizeof scene, "%s", write_scene("two.cfg", HEAD, PROBE_TOOL));
     snprintf(log, sizeof log, "%s", scratch("live.log"));
     Client *client = client_create();
-    Daemon first, second;
+    Process first, second;
     daemon_start(&first, "--log-inputs %s %s", log, scene);
     client_wait_for_daemon(client);
     assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "gravity_x=1.1")->ok);
@@ -170,11 +158,11 @@ static void a_second_daemon_leaves_the_log_of_the_first_alone(void **state)
         fail_msg("no '%s' in: %s", holder, second.err);
 
     command(client, PLIANT_COMMAND_T_STOP, 0, "");
-    daemon_wait(&first);
+    process_wait(&first);
     assert_int_equal(first.code, 0);
     char live[32], again[32];
     printed_state(&first, live);
-    Daemon repeated;
+    Process repeated;
     run_daemon(&repeated, "--offline 100 --input %s %s", log, scene);
     assert_int_equal(repeated.code, 0);
     printed_state(&repeated, again);
@@ -193,7 +181,7 @@ static void a_later_checkpoint_is_not_replaced(void **state)
 {
     (void)state;
     const char *kept = scratch("later.h5"), *scene = write_scene("later.cfg", HEAD, "");
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 0.2 --checkpoint %s %s", kept, scene);
     assert_int_equal(daemon.code, 0);
     run_daemon(&daemon, "--offline 0.1 --checkpoint %s %s", kept, scene);
@@ -212,7 +200,7 @@ static void a_damaged_checkpoint_is_neither_dropped_nor_replaced(void **state)
     (void)state;
     const char *kept = scratch("damaged.h5"), *copy = scratch("copy.h5");
     const char *scene = write_scene("damaged.cfg", HEAD, "");
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 0.2 --checkpoint %s %s", kept, scene);
     assert_int_equal(daemon.code, 0);
     FILE *file = fopen(kept, "r+b");
@@ -220,7 +208,7 @@ static void a_damaged_checkpoint_is_neither_dropped_nor_replaced(void **state)
     fseek(file, 2000, SEEK_SET);
     fputs("damage", file);
     fclose(file);
-    copy_file(kept, copy);
+    file_copy(kept, copy);
     run_daemon(&daemon, "--offline 0.1 --continue --checkpoint %s %s", kept, scene);
     assert_int_equal(daemon.code, 2);
     assert_non_null(strstr(daemon.err, "differs from its seal"));
@@ -238,7 +226,7 @@ static void a_run_may_begin_from_a_checkpoint_and_then_go_on_from_its_own(void *
     char base[PATH_TEXT * 2], scene[PATH_TEXT * 2], arguments[4096];
     snprintf(scene, sizeof scene, "%s", write_scene("begin.cfg", HEAD, ""));
     snprintf(base, sizeof base, "%s", scratch("begin.h5"));
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 0.1 --checkpoint %s %s", base, scene);
     assert_int_equal(daemon.code, 0);
     snprintf(arguments, sizeof arguments, "--offline 0.1 --continue --resume %s --checkpoint %s %s",
@@ -262,12 +250,12 @@ static void a_signal_ends_a_scene_that_loads(void **state)
                                  "generator = \"box\"; size = 0.001; "
                                  "count = [150, 150, 120]; }; } );");
     for (int i = 0; i < 2; i++) {
-        Daemon daemon;
+        Process daemon;
         daemon_start(&daemon, "%s", scratch(name[i]));
         pause_ms(300.0); // it is loading by then
-        daemon_signal(&daemon, number[i]);
+        process_signal(&daemon, number[i]);
         double begin = client_now();
-        daemon_wait(&daemon);
+        process_wait(&daemon);
         print_message("%s: ended after %.3f s\n", name[i], client_now() - begin);
         if (daemon.code != 1000 + number[i])
             fail_msg("exit %d: %s", daemon.code, daemon.err);

@@ -29,26 +29,10 @@ typedef struct Bytes {
 
 static void read_bytes(const char *path, Bytes *bytes)
 {
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    bytes->size = fread(bytes->at, 1, sizeof bytes->at, file);
+    unsigned char *data = file_read(path, &bytes->size);
     assert_true(bytes->size > SEAL && bytes->size < sizeof bytes->at);
-    fclose(file);
-}
-
-static void write_bytes(const char *path, const Bytes *bytes)
-{
-    FILE *file = fopen(path, "wb");
-    assert_non_null(file);
-    assert_int_equal(fwrite(bytes->at, 1, bytes->size, file), bytes->size);
-    assert_int_equal(fclose(file), 0);
-}
-
-static void seal(Bytes *bytes)
-{
-    memset(bytes->at, 0, SEAL);
-    snprintf((char *)bytes->at, SEAL, "pliant: %zu bytes follow, fnv1a %016" PRIx64 "\n",
-             bytes->size - SEAL, fnv_bytes(FNV_START, bytes->at + SEAL, bytes->size - SEAL));
+    memcpy(bytes->at, data, bytes->size);
+    free(data);
 }
 
 // A byte, a word or a stretch; most of HDF5's own tables lie in the first kilobytes.
@@ -103,7 +87,7 @@ static void make_initial(const char *path)
 // The four files as they should be, called by their kind, and two scenes.
 static void make_bases(char scene[PATH_TEXT * 2], char with_initial[PATH_TEXT * 2])
 {
-    Daemon daemon;
+    Process daemon;
     snprintf(scene, PATH_TEXT * 2, "%s", write_scene("base.cfg", "", PROBE_TOOL));
     snprintf(with_initial, PATH_TEXT * 2, "%s", scratch("initial.cfg"));
     char text[2048];
@@ -115,19 +99,15 @@ static void make_bases(char scene[PATH_TEXT * 2], char with_initial[PATH_TEXT * 
     run_daemon(&daemon, "--offline 0.05 --checkpoint %s --record %s %s", scratch("checkpoint"),
                scratch("recording"), scene);
     assert_int_equal(daemon.code, 0);
-    daemon_program(prepare);
-    run_daemon(&daemon, "-o %s %s", scratch("prepared"), scene);
-    daemon_program(NULL);
+    process_run(&daemon, prepare, "-o %s %s", scratch("prepared"), scene);
     assert_int_equal(daemon.code, 0);
     make_initial(scratch("initial"));
 }
 
-static void read_changed(Daemon *daemon, const Kind *kind, const char *path, const char *scene)
+static void read_changed(Process *daemon, const Kind *kind, const char *path, const char *scene)
 {
     if (kind->arguments == NULL) {
-        daemon_program(record);
-        run_daemon(daemon, "--info %s", path);
-        daemon_program(NULL);
+        process_run(daemon, record, "--info %s", path);
         return;
     }
     char line[4096];
@@ -158,9 +138,9 @@ static void no_damage_brings_a_reader_down(void **state)
             memcpy(&changed, &base, sizeof base);
             change(&changed, kind->sealed ? SEAL : 0, &chance);
             if (kind->sealed)
-                seal(&changed);
-            write_bytes(path, &changed);
-            Daemon daemon;
+                seal_bytes(changed.at, changed.size);
+            file_write(path, changed.at, changed.size);
+            Process daemon;
             read_changed(&daemon, kind, path, k == 2 ? with_initial : scene);
             taken += daemon.code == 0;
             refused += daemon.code == 1 || daemon.code == 2;
@@ -181,7 +161,7 @@ static void a_recording_of_holes_is_told_of_in_no_time(void **state)
     (void)state;
     const char *path = scratch("holes.h5");
     const char *scene = write_scene("holes.cfg", "", "");
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 0.05 --record %s %s", path, scene);
     assert_int_equal(daemon.code, 0);
     hid_t file = H5Fopen(path, H5F_ACC_RDWR, H5P_DEFAULT);
@@ -202,9 +182,7 @@ static void a_recording_of_holes_is_told_of_in_no_time(void **state)
     if (EFFORT(60) == 60)
         tight.rlim_cur = (rlim_t)1 << 31;
     assert_int_equal(setrlimit(RLIMIT_DATA, &tight), 0);
-    daemon_program(record);
-    run_daemon(&daemon, "--info %s", path); // the harness waits for a minute
-    daemon_program(NULL);
+    process_run(&daemon, record, "--info %s", path); // within the bound of process_wait
     assert_int_equal(setrlimit(RLIMIT_DATA, &before), 0);
     if (daemon.code != 0 && daemon.code != 2)
         fail_msg("exit %d: %s", daemon.code, daemon.err);
@@ -218,7 +196,7 @@ static void a_recording_of_holes_is_told_of_in_no_time(void **state)
     memset(sealed.at, 0, SEAL);
     snprintf((char *)sealed.at, SEAL, "pliant: %zu bytes follow, fnv1a %016x\n",
              ((size_t)15 << 40) - SEAL, 0u);
-    write_bytes(path, &sealed);
+    file_write(path, sealed.at, sealed.size);
     assert_int_equal(truncate(path, (off_t)15 << 40), 0);
     run_daemon(&daemon, "--offline 0 --resume %s %s", path, scene);
     assert_int_equal(daemon.code, 2);

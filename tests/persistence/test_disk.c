@@ -26,21 +26,19 @@ static bool exists(const char *path)
 }
 
 // Runs the daemon under strace; false where there is none or it may not trace.
-static bool run_traced(Daemon *daemon, const char *options, const char *arguments)
+static bool run_traced(Process *daemon, const char *options, const char *arguments)
 {
     static int permitted = -1;
     if (permitted < 0 && access(STRACE, X_OK) != 0)
         permitted = 0;
-    daemon_program(STRACE);
-    daemon_environment("ASAN_OPTIONS=detect_leaks=0"); // which traces, too
+    // The address sanitizer's search for leaks traces, too.
+    static const char ALONE[] = "ASAN_OPTIONS=detect_leaks=0";
     if (permitted < 0) {
-        run_daemon(daemon, "-o /dev/null /bin/true");
+        process_run(daemon, STRACE, "%s -o /dev/null /bin/true", ALONE);
         permitted = daemon->code == 0;
     }
     if (permitted)
-        run_daemon(daemon, "-f -qq %s %s %s", options, pliantd, arguments);
-    daemon_program(NULL);
-    daemon_environment(NULL);
+        process_run(daemon, STRACE, "%s -f -qq %s %s %s", ALONE, options, pliantd, arguments);
     if (!permitted)
         print_message("skipped: no strace here, or it may not trace\n");
     return permitted;
@@ -74,7 +72,7 @@ static const char *find_call(const char *from, const char *call, const char *wha
 static void a_checkpoint_is_on_the_disk_before_it_has_its_name(void **state)
 {
     (void)state;
-    Daemon daemon;
+    Process daemon;
     char arguments[2048], options[1024];
     const char *trace = scratch("trace");
     snprintf(options, sizeof options, "-y -o %s -e trace=openat,write,fsync,rename,close", trace);
@@ -111,7 +109,7 @@ static void a_kill_at_any_call_leaves_a_checkpoint(void **state)
     const char *scene = session_scene(&session_scenes[2], "single", 1);
     const char *kept = scratch("calls.h5");
     char arguments[2048], options[1024], former[32];
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 0.02 --checkpoint %s %s", kept, scene);
     assert_int_equal(daemon.code, 0);
     printed_state(&daemon, former);
@@ -159,7 +157,7 @@ static void a_full_disk_leaves_the_former_checkpoint(void **state)
     }
     snprintf(kept, sizeof kept, "%s", scratch("disk/kept.h5"));
     snprintf(filler, sizeof filler, "%s", scratch("disk/filler"));
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 0.02 --checkpoint %s %s", kept, scene);
     assert_int_equal(daemon.code, 0);
     printed_state(&daemon, former);
@@ -202,7 +200,7 @@ static void a_file_that_another_program_writes_is_left_to_it(void **state)
     snprintf(temporary, sizeof temporary, "%s", scratch("two.h5.tmp"));
     int fd = open(temporary, O_WRONLY | O_CREAT, 0600);
     assert_int_equal(flock(fd, LOCK_EX), 0);
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 0.01 --checkpoint %s %s", kept, scene);
     assert_int_equal(daemon.code, 2);
     assert_non_null(strstr(daemon.err, "two.h5: another program that runs writes there"));

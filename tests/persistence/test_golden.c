@@ -19,7 +19,7 @@ static char state_of[SESSION_SCENES][2][HASH_TEXT]; // found by the first test
 // Whether this machine runs kernels of a level.
 static bool runs(const char *level, const char *scene)
 {
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--check --isa %s %s", level, scene);
     if (daemon.code != 0)
         assert_non_null(strstr(daemon.err, level)); // and for no other reason
@@ -29,7 +29,7 @@ static bool runs(const char *level, const char *scene)
 static void run_session(const SessionScene *scene, const char *precision, const char *level,
                         int threads, char hash[HASH_TEXT])
 {
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 1000 --isa %s --input %s %s", level, scratch("golden.log"),
                session_scene(scene, precision, threads));
     if (daemon.code != 0)

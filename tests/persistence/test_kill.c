@@ -4,7 +4,7 @@
 #include "recording_view.h"
 #include "session.h"
 
-#include "client.h"
+#include "lcm_client.h"
 #include "effort.h"
 #include "random.h"
 
@@ -39,19 +39,6 @@ static bool exists(const char *path)
     return stat(path, &facts) == 0;
 }
 
-static void copy_file(const char *from_path, const char *to_path)
-{
-    char bytes[65536];
-    size_t size;
-    FILE *from = fopen(from_path, "rb"), *to = fopen(to_path, "wb");
-    assert_non_null(from);
-    assert_non_null(to);
-    while ((size = fread(bytes, 1, sizeof bytes, from)) > 0)
-        assert_int_equal(fwrite(bytes, 1, size, to), size);
-    fclose(from);
-    assert_int_equal(fclose(to), 0);
-}
-
 // In a folder of its own, so that whatever else a killed writer leaves is seen.
 static const char *path_for(const SessionScene *scene, const char *kind, const char *file)
 {
@@ -81,13 +68,13 @@ static void look_for_litter(const char *checkpoint, Tally *tally)
 }
 
 // Ends the daemon after a random part of `most` seconds. False if it had ended by then.
-static bool kill_at_random(Daemon *daemon, double most)
+static bool kill_at_random(Process *daemon, double most)
 {
     double s = random_between(&chance_state, 0.0, most);
     const struct timespec pause = {.tv_sec = (time_t)s, .tv_nsec = (long)(fmod(s, 1.0) * 1e9)};
     nanosleep(&pause, NULL);
-    daemon_signal(daemon, SIGKILL);
-    daemon_wait(daemon);
+    process_signal(daemon, SIGKILL);
+    process_wait(daemon);
     if (daemon->code != 0 && daemon->code != 1000 + SIGKILL)
         fail_msg("exit %d: %s", daemon->code, daemon->err);
     return daemon->code != 0;
@@ -135,7 +122,7 @@ static void chain_begin(Chain *chain, int index, Tally *tally)
     Session session = session_create(scene, 100 + (uint64_t)index, OFFLINE_TICKS);
     session_write_log(&session, scene, chain->log);
     session_destroy(&session);
-    Daemon daemon;
+    Process daemon;
     double begin = client_now();
     run_daemon(&daemon, "--offline 1000 --checkpoint-every 0.004 --checkpoint %s --input %s %s",
                chain->kept, chain->log, chain->config);
@@ -148,7 +135,7 @@ static void chain_begin(Chain *chain, int index, Tally *tally)
 
 static void expect_same_end(const Chain *chain)
 {
-    Daemon daemon;
+    Process daemon;
     char state[HASH_TEXT];
     run_daemon(&daemon, "--offline 1000 --resume %s --input %s %s", chain->kept, chain->log,
                chain->config);
@@ -168,7 +155,7 @@ static void run_offline_kills(Chain *chain, int count)
     for (int k = 0; kills < count && k < TRIES * count; k++) {
         double left_s =
             chain->run_s * (double)(OFFLINE_TICKS - (before < 0 ? 0 : before)) / OFFLINE_TICKS;
-        Daemon daemon;
+        Process daemon;
         daemon_start(&daemon,
                      "--offline 1000 --checkpoint-every 0.004 --checkpoint %s %s %s "
                      "--input %s %s",
@@ -210,7 +197,7 @@ static void expect_log_leads_on(const char *config, const char *log, const char 
                                 long long base_step, const char *kept, long long step)
 {
     char from_log[HASH_TEXT], from_kept[HASH_TEXT];
-    Daemon daemon;
+    Process daemon;
     const double after_s = (double)AFTER_TICKS / SESSION_RATE;
     run_daemon(&daemon, "--offline %.3f --input %s %s %s %s",
                (double)(step - base_step) / SESSION_RATE + after_s, log,
@@ -240,7 +227,7 @@ static void expect_recording_readable(const char *path, const char *body)
 }
 
 // Sends a session at its pace for a random time, then kills; now and then while it starts.
-static void drive_and_kill(Daemon *daemon, Client *client, const Session *session, double most_s)
+static void drive_and_kill(Process *daemon, Client *client, const Session *session, double most_s)
 {
     int tick = 0, next = 0;
     client->status.count = client->replies = client->events = 0;
@@ -252,8 +239,8 @@ static void drive_and_kill(Daemon *daemon, Client *client, const Session *sessio
         if (client->status.count > 0 && tick < session->ticks)
             session_send(session, ++tick, &next, client->lcm);
     }
-    daemon_signal(daemon, SIGKILL);
-    daemon_wait(daemon);
+    process_signal(daemon, SIGKILL);
+    process_wait(daemon);
     if (daemon->code != 1000 + SIGKILL)
         fail_msg("exit %d: %s", daemon->code, daemon->err);
 }
@@ -272,10 +259,10 @@ static void kill_live(const SessionScene *scene, int round, Client *client, Tall
     long long before = kept_step(kept, config);
     bool resumed = before >= 0;
     if (resumed)
-        copy_file(kept, base);
+        file_copy(kept, base);
 
     Session session = session_create(scene, 1000 + (uint64_t)round, LIVE_TICKS);
-    Daemon daemon;
+    Process daemon;
     daemon_start(&daemon,
                  "--log-inputs %s --record %s --checkpoint-every 0.005 --checkpoint %s "
                  "%s %s %s",

@@ -3,7 +3,7 @@
 // a log serves as --input, whatever else is in it.
 #include "session.h"
 
-#include "client.h"
+#include "lcm_client.h"
 
 #include "pliant_event_t.h"
 #include "pliant_status_t.h"
@@ -157,17 +157,15 @@ static void see_event(const lcm_recv_buf_t *buffer, const char *channel,
 
 static const SessionScene *scene = &session_scenes[1];
 
-static void start_monitor(Daemon *monitor, const char *table)
+static void start_monitor(Process *monitor, const char *table)
 {
-    daemon_program(monitor_path);
-    daemon_start(monitor, "--nodes block --write %s", scratch(table));
-    daemon_program(NULL);
+    process_start(monitor, monitor_path, "--nodes block --write %s", scratch(table));
 }
 
-static void end_monitor(Daemon *monitor)
+static void end_monitor(Process *monitor)
 {
-    daemon_signal(monitor, SIGINT);
-    daemon_wait(monitor);
+    process_signal(monitor, SIGINT);
+    process_wait(monitor);
     if (monitor->code != 0)
         fail_msg("%s", monitor->err);
 }
@@ -199,10 +197,8 @@ static int count_same_lines(const char *one_path, const char *other_path, int *l
 static void record_session(const char *path)
 {
     Client *client = client_create();
-    Daemon logger, daemon, monitor;
-    daemon_program(LOGGER);
-    daemon_start(&logger, "--lcm-url=%s -f -q %s", URL, path);
-    daemon_program(NULL);
+    Process logger, daemon, monitor;
+    process_start(&logger, LOGGER, "--lcm-url=%s -f -q %s", URL, path);
     start_monitor(&monitor, "live.tsv");
     daemon_start(&daemon, "%s", session_scene(scene, "single", 1));
     client_wait_for_daemon(client);
@@ -220,27 +216,24 @@ static void record_session(const char *path)
     }
     session_destroy(&session);
     wait_until(client, client->frames.whole >= 20); // however slowly it ticks
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
-    daemon_signal(&logger, SIGINT);
-    daemon_wait(&logger);
+    process_end(&daemon);
+    process_signal(&logger, SIGINT);
+    process_wait(&logger);
     end_monitor(&monitor);
     client_destroy(client);
 }
 
-static bool has_ended(const Daemon *daemon)
+static bool has_ended(const Process *daemon)
 {
     siginfo_t info = {0};
     return waitid(P_PID, (id_t)daemon->pid, &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
            info.si_pid == daemon->pid;
 }
 
-static void play(Daemon *player, const char *arguments, const char *path)
+static void play(Process *player, const char *arguments, const char *path)
 {
-    daemon_program(PLAYER);
-    daemon_start(player, "--lcm-url=udpm://239.255.76.67:7667?ttl=0 %s %s", arguments, path);
-    daemon_program(NULL);
+    process_start(player, PLAYER, "--lcm-url=udpm://239.255.76.67:7667?ttl=0 %s %s", arguments,
+                  path);
 }
 
 static void a_logged_session_is_shown_again_by_the_player(void **state)
@@ -263,13 +256,13 @@ static void a_logged_session_is_shown_again_by_the_player(void **state)
     assert_non_null(lcm);
     lcm_subscription_t *on = lcm_subscribe(lcm, "PLIANT_.*", hear, &heard);
     lcm_subscription_set_queue_capacity(on, 0);
-    Daemon player, monitor;
+    Process player, monitor;
     start_monitor(&monitor, "again.tsv");
     play(&player, "", path);
     double limit = client_now() + 60.0;
     while (!has_ended(&player) && client_now() < limit)
         lcm_handle_timeout(lcm, 10);
-    daemon_wait(&player);
+    process_wait(&player);
     while (lcm_handle_timeout(lcm, 200) > 0) {
     }
     end_monitor(&monitor);
@@ -313,7 +306,7 @@ static void logged_inputs_move_the_tissue_of_another_server(void **state)
         pliant_event_t_subscribe(lcm, "AGAIN_EVENT", see_event, &again);
     Heard none = {.logged = &(Logged){0}};
     lcm_subscription_t *outputs = lcm_subscribe(lcm, "PLIANT_(NODES|STATUS).*", hear, &none);
-    Daemon daemon, player;
+    Process daemon, player;
     daemon_start(&daemon, "%s", config);
     double limit = client_now() + 30.0;
     while (again.statuses == 0 && client_now() < limit)
@@ -328,11 +321,9 @@ static void logged_inputs_move_the_tissue_of_another_server(void **state)
     assert_true(again.moved > 2e-3);
     assert_true(again.loads > 0);
     assert_int_equal(none.strange, 0);
-    daemon_signal(&player, SIGTERM);
-    daemon_wait(&player);
-    daemon_signal(&daemon, SIGTERM);
-    daemon_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    process_signal(&player, SIGTERM);
+    process_wait(&player);
+    process_end(&daemon);
     pliant_status_t_unsubscribe(lcm, status);
     pliant_event_t_unsubscribe(lcm, event);
     lcm_unsubscribe(lcm, outputs);
@@ -350,7 +341,7 @@ static void a_log_of_the_logger_is_input_off_line(void **state)
     free(logged);
     const int ticks = (int)ceil(middle.seconds * SESSION_RATE);
     char still[32], moved[32];
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline %.3f %s", (double)ticks / SESSION_RATE, config);
     printed_state(&daemon, still);
     run_daemon(&daemon, "--offline %.3f --input %s %s", (double)ticks / SESSION_RATE, path, config);

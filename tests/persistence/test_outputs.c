@@ -1,7 +1,7 @@
 // No program replaces what is not its own, or writes through a link at a temporary's name.
 #include "session.h"
 
-#include "client.h"
+#include "lcm_client.h"
 
 #include <errno.h>
 #include <signal.h>
@@ -45,7 +45,7 @@ static const Writer writers[] = {
 };
 enum { WRITERS = sizeof writers / sizeof writers[0] };
 
-static void run_writer(Daemon *daemon, const Writer *writer, const char *path, const char *scene)
+static void run_writer(Process *daemon, const Writer *writer, const char *path, const char *scene)
 {
     char line[4096], format[256];
     // A client has no scene: its line ends behind the file.
@@ -55,9 +55,7 @@ static void run_writer(Daemon *daemon, const Writer *writer, const char *path, c
 #pragma GCC diagnostic ignored "-Wformat-nonliteral"
     snprintf(line, sizeof line, format, path, scene);
 #pragma GCC diagnostic pop
-    daemon_program(writer->program != NULL ? *writer->program : NULL);
-    run_daemon(daemon, "%s", line);
-    daemon_program(NULL);
+    process_run(daemon, writer->program != NULL ? *writer->program : NULL, "%s", line);
 }
 
 static void a_file_of_another_kind_is_refused_by_every_writer(void **state)
@@ -68,7 +66,7 @@ static void a_file_of_another_kind_is_refused_by_every_writer(void **state)
     snprintf(path, sizeof path, "%s", scratch("organ.stl"));
     write_text(path, PRECIOUS);
     for (int i = 0; i < WRITERS; i++) {
-        Daemon daemon;
+        Process daemon;
         run_writer(&daemon, &writers[i], path, scene);
         if (daemon.code != 1 && daemon.code != 2)
             fail_msg("%s: exit %d", writers[i].arguments, daemon.code);
@@ -88,7 +86,7 @@ static void a_prepared_file_is_no_checkpoint_and_no_checkpoint_one(void **state)
     snprintf(made, sizeof made, "%s", scratch("made.h5"));
     const Writer checkpoint = {NULL, "--offline 0.01 --checkpoint %s %s"};
     const Writer model = {&prepare, "-o %s %s"};
-    Daemon daemon;
+    Process daemon;
     for (int again = 0; again < 2; again++) { // each over its own
         run_writer(&daemon, &model, made, scene);
         assert_int_equal(daemon.code, 0);
@@ -119,7 +117,7 @@ static void a_checkpoint_that_a_live_daemon_keeps_is_its_own(void **state)
     snprintf(scene, sizeof scene, "%s", write_scene("kept.cfg", "start = \"paused\";", ""));
     snprintf(kept, sizeof kept, "%s", scratch("live.h5"));
     Client *client = client_create();
-    Daemon first, other;
+    Process first, other;
     daemon_start(&first, "--checkpoint %s %s", kept, scene);
     client_wait_for_daemon(client);
     for (int written = 0; written < 3; written++) {
@@ -136,8 +134,8 @@ static void a_checkpoint_that_a_live_daemon_keeps_is_its_own(void **state)
         else
             assert_int_not_equal(access(kept, F_OK), 0);
     }
-    daemon_signal(&first, SIGKILL);
-    daemon_wait(&first);
+    process_signal(&first, SIGKILL);
+    process_wait(&first);
     const Writer writer = {NULL, second[2]};
     run_writer(&other, &writer, kept, scene);
     if (other.code != 0)
@@ -157,7 +155,7 @@ static void what_lies_at_a_temporarys_name_stays(void **state)
     snprintf(temporary, sizeof temporary, "%s.tmp", path);
     snprintf(victim, sizeof victim, "%s", scratch("victim.txt"));
     write_text(victim, PRECIOUS);
-    Daemon daemon;
+    Process daemon;
     for (int i = 0; i < 2; i++) {
         for (int kind = 0; kind < 5; kind++) {
             int made = kind == 0   ? symlink(victim, temporary)
@@ -195,7 +193,7 @@ static void what_is_no_file_is_refused_but_null_takes_everything(void **state)
     write_text(scratch("target"), "");
     assert_int_equal(symlink(scratch("target"), scratch("link")), 0);
     static const char *const name[] = {"folder", "pipe", "link"};
-    Daemon daemon;
+    Process daemon;
     for (int i = 0; i < 3; i++) {
         run_writer(&daemon, &checkpoint, scratch(name[i]), scene);
         assert_int_equal(daemon.code, 2);
@@ -220,10 +218,8 @@ static void a_study_keeps_out_of_a_folder_that_is_not_its_own(void **state)
     assert_int_equal(mkdir(folder, 0700), 0);
     snprintf(path, sizeof path, "%s/time.png", folder);
     write_text(path, PRECIOUS);
-    Daemon daemon;
-    daemon_program(study);
-    run_daemon(&daemon, "--quick --only nothing-of-this-name --out %s %s", folder, scene);
-    daemon_program(NULL);
+    Process daemon;
+    process_run(&daemon, study, "--quick --only nothing-of-this-name --out %s %s", folder, scene);
     assert_int_equal(daemon.code, 2);
     if (strstr(daemon.err, "time.png: is not of a study") == NULL)
         fail_msg("%s", daemon.err);

@@ -2,7 +2,7 @@
 // one that was taken in a pause, when part of the inputs of its tick were applied already.
 #include "session.h"
 
-#include "client.h"
+#include "lcm_client.h"
 #include "effort.h"
 
 #include <signal.h>
@@ -15,7 +15,7 @@ enum { TICKS = 250, HASH_TEXT = 32 };
 static void run_to_end(const char *arguments, const char *log, const char *config,
                        char state[HASH_TEXT])
 {
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline 1000 %s --input %s %s", arguments, log, config);
     if (daemon.code != 0)
         fail_msg("%s", daemon.err);
@@ -39,7 +39,7 @@ static void a_run_goes_on_inside_its_log(void **state)
         char whole[HASH_TEXT], resumed[HASH_TEXT];
         run_to_end("", log, config, whole);
         for (int k = 0; k < 2; k++) {
-            Daemon daemon;
+            Process daemon;
             unlink(part);
             run_daemon(&daemon, "--offline %g --checkpoint %s --input %s %s", at_s[k], part, log,
                        config);
@@ -64,7 +64,7 @@ static void kill_after_pause(const char *config, const char *from, const char *k
                              const char *log)
 {
     Client *client = client_create();
-    Daemon daemon;
+    Process daemon;
     unlink(log);
     daemon_start(&daemon, "--log-inputs %s --checkpoint %s %s %s %s", log, kept,
                  from != NULL ? "--resume" : "", from != NULL ? from : "", config);
@@ -76,8 +76,8 @@ static void kill_after_pause(const char *config, const char *from, const char *k
     assert_true(command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "")->ok);
     push(client, -0.05);
     command(client, PLIANT_COMMAND_T_STEP, 40, "");
-    daemon_signal(&daemon, SIGKILL);
-    daemon_wait(&daemon);
+    process_signal(&daemon, SIGKILL);
+    process_wait(&daemon);
     client_destroy(client);
 }
 
@@ -85,7 +85,7 @@ static void expect_same(const char *first, const char *second, const char *log, 
                         double first_s, double second_s)
 {
     char one[HASH_TEXT], other[HASH_TEXT];
-    Daemon daemon;
+    Process daemon;
     run_daemon(&daemon, "--offline %g %s --input %s %s", first_s, first, log, config);
     assert_int_equal(daemon.code, 0);
     printed_state(&daemon, one);

@@ -3,7 +3,7 @@
 // line bit for bit, also on a machine that is kept busy.
 #include "session.h"
 
-#include "client.h"
+#include "lcm_client.h"
 #include "effort.h"
 
 #include <signal.h>
@@ -15,7 +15,7 @@
 enum { TICKS = 500, HASH_TEXT = 32 };
 
 // Sends the session at its pace, or as the machine lets it; then ends the daemon.
-static void drive(Daemon *daemon, Client *client, const Session *session)
+static void drive(Process *daemon, Client *client, const Session *session)
 {
     int next = 0;
     client->status.count = client->replies = client->events = 0;
@@ -26,7 +26,7 @@ static void drive(Daemon *daemon, Client *client, const Session *session)
         client->replies = 0;
     }
     command(client, PLIANT_COMMAND_T_STOP, 0, "");
-    daemon_wait(daemon);
+    process_wait(daemon);
     if (daemon->code != 0)
         fail_msg("%s", daemon->err);
 }
@@ -42,7 +42,7 @@ static void expect_repeated(const SessionScene *scene, const char *precision, ui
     unlink(log);
     unlink(kept);
     Session session = session_create(scene, seed, TICKS);
-    Daemon daemon;
+    Process daemon;
     daemon_start(&daemon, "--log-inputs %s --checkpoint %s %s", log, kept, config);
     drive(&daemon, client, &session);
     session_destroy(&session);

@@ -1,60 +1,22 @@
 // pliant-prepare --check as a user runs it: exit codes, the report's figures against closed forms,
 // and one line on stderr for what is not usable.
-#include "expect.h"
-#include "scratch.h"
+#include "harness.h"
 
 #include "geometry/generator.h"
 
-#include <fcntl.h>
-#include <sys/wait.h>
+#include <math.h>
+#include <string.h>
 
 static const char *program;
-static Scratch scratch;
 
-typedef struct Run {
-    int code; // exit code; -1: killed
-    char out[16384], err[4096];
-} Run;
-
-static void read_back(const char *name, char *text, size_t size)
+static void run(Process *result, const char *arguments)
 {
-    char path[SCRATCH_PATH];
-    FILE *file = fopen(scratch_path(&scratch, name, path), "r");
-    assert_non_null(file);
-    text[fread(text, 1, size - 1, file)] = '\0';
-    fclose(file);
+    process_run(result, program, "%s", arguments);
 }
 
-// Runs the program in the scratch folder; `arguments` as typed in a shell.
-static void run(Run *result, const char *arguments)
+static void write_file(const char *name, const char *text)
 {
-    char command[1024];
-    snprintf(command, sizeof command, "cd '%s' && '%s' %s >out 2>err", scratch.folder, program,
-             arguments);
-    int status = system(command);
-    result->code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    read_back("out", result->out, sizeof result->out);
-    read_back("err", result->err, sizeof result->err);
-}
-
-static void expect_line(const Run *result, const char *line)
-{
-    if (strstr(result->out, line) == NULL)
-        fail_msg("'%s' is not in:\n%s%s", line, result->out, result->err);
-}
-
-// Exit code 2, one line on stderr that holds `needle`.
-static void expect_refusal(const Run *result, const char *needle)
-{
-    const char *end = strchr(result->err, '\n');
-    if (result->code != 2 || strstr(result->err, needle) == NULL || end == NULL || end[1] != '\0')
-        fail_msg("exit %d, expected 2 with '%s' in one line:\n%s", result->code, needle,
-                 result->err);
-}
-
-static void write_text(const char *name, const char *text)
-{
-    scratch_write(&scratch, name, text, strlen(text));
+    write_text(scratch(name), text);
 }
 
 static const char CUBE[] =
@@ -64,34 +26,34 @@ static const char CUBE[] =
 static void a_cube_is_reported_with_its_figures(void **state)
 {
     (void)state;
-    Run result;
-    write_text("cube.obj", CUBE);
+    Process result;
+    write_file("cube.obj", CUBE);
     run(&result, "--check --scale 0.01 cube.obj");
     assert_int_equal(result.code, 0);
     assert_string_equal(result.err, "");
-    expect_line(&result, "cube.obj: usable\n");
-    expect_line(&result, "file: OBJ, 8 nodes, 6 faces\n");
-    expect_line(&result, "repairs: cut 6 polygons into triangles\n");
-    expect_line(&result, "scale: 0.01 m a unit of the file, extent 0.02 m\n");
-    expect_line(&result, "nodes: 8, edges: 18, triangles: 12\n");
-    expect_line(&result,
-                "components: 1, of them closed: 1, boundary loops: 0, boundary edges: 0\n");
-    expect_line(&result, "1: nodes 8, triangles 12, closed, genus 0, volume 8e-06 m3\n");
-    expect_line(&result, "box: [0, 0, 0] to [0.02, 0.02, 0.02] m\n");
-    expect_line(&result, "area: 0.0024 m2, enclosed volume: 8e-06 m3\n");
+    expect_printed(&result, "cube.obj: usable\n");
+    expect_printed(&result, "file: OBJ, 8 nodes, 6 faces\n");
+    expect_printed(&result, "repairs: cut 6 polygons into triangles\n");
+    expect_printed(&result, "scale: 0.01 m a unit of the file, extent 0.02 m\n");
+    expect_printed(&result, "nodes: 8, edges: 18, triangles: 12\n");
+    expect_printed(&result,
+                   "components: 1, of them closed: 1, boundary loops: 0, boundary edges: 0\n");
+    expect_printed(&result, "1: nodes 8, triangles 12, closed, genus 0, volume 8e-06 m3\n");
+    expect_printed(&result, "box: [0, 0, 0] to [0.02, 0.02, 0.02] m\n");
+    expect_printed(&result, "area: 0.0024 m2, enclosed volume: 8e-06 m3\n");
     // 12 edges of 0.02 and 6 diagonals: mean 0.02 (12 + 6 sqrt 2) / 18
-    expect_line(&result, "edge lengths: min 0.02, mean 0.0227614, max 0.0282843 m\n");
-    expect_line(&result, "angles: min 45, mean of the smallest 45, max 90 degrees; triangles with "
-                         "one below 20 degrees: 0\n");
-    expect_line(&result, "stable time step");
+    expect_printed(&result, "edge lengths: min 0.02, mean 0.0227614, max 0.0282843 m\n");
+    expect_printed(&result,
+                   "angles: min 45, mean of the smallest 45, max 90 degrees; triangles with "
+                   "one below 20 degrees: 0\n");
+    expect_printed(&result, "stable time step");
 }
 
 // A torus of 12 x 8 quads; not closed, one ring of quads is left out.
 static void write_torus(const char *name, bool closed)
 {
     enum { AROUND = 12, ACROSS = 8 };
-    char path[SCRATCH_PATH];
-    FILE *file = fopen(scratch_path(&scratch, name, path), "w");
+    FILE *file = fopen(scratch(name), "w");
     assert_non_null(file);
     fprintf(file, "OFF\n%d %d 0\n", AROUND * ACROSS, (closed ? AROUND : AROUND - 1) * ACROSS);
     for (int i = 0; i < AROUND * ACROSS; i++) {
@@ -110,18 +72,18 @@ static void write_torus(const char *name, bool closed)
 static void handles_and_boundaries_are_counted(void **state)
 {
     (void)state;
-    Run result;
+    Process result;
     write_torus("torus.off", true);
     write_torus("tube.off", false);
     run(&result, "--check torus.off tube.off");
 #ifdef PLIANT_WITH_SURFACE // an open tube can be a wall only
     assert_int_equal(result.code, 0);
-    expect_line(&result, "tube.off: usable\n");
+    expect_printed(&result, "tube.off: usable\n");
 #endif
-    expect_line(&result, "torus.off: usable\n");
-    expect_line(&result, "1: nodes 96, triangles 192, closed, genus 1, volume ");
-    expect_line(&result, "1: nodes 96, triangles 176, open, boundary loops 2, genus 0\n");
-    expect_line(&result, "boundary loops: 2, boundary edges: 16\n");
+    expect_printed(&result, "torus.off: usable\n");
+    expect_printed(&result, "1: nodes 96, triangles 192, closed, genus 1, volume ");
+    expect_printed(&result, "1: nodes 96, triangles 176, open, boundary loops 2, genus 0\n");
+    expect_printed(&result, "boundary loops: 2, boundary edges: 16\n");
 }
 
 #ifdef PLIANT_WITH_SURFACE
@@ -129,8 +91,8 @@ static void handles_and_boundaries_are_counted(void **state)
 static void the_time_step_is_that_of_the_stiffest_node(void **state)
 {
     (void)state;
-    Run result;
-    write_text("tetrahedron.obj", "v 1 1 1\nv 1 -1 -1\nv -1 1 -1\nv -1 -1 1\n"
+    Process result;
+    write_file("tetrahedron.obj", "v 1 1 1\nv 1 -1 -1\nv -1 1 -1\nv -1 -1 1\n"
                                   "f 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n");
     run(&result, "--check --scale 0.01 tetrahedron.obj");
     assert_int_equal(result.code, 0);
@@ -159,26 +121,26 @@ static void the_time_step_is_that_of_the_stiffest_node(void **state)
 static void what_is_not_usable_exits_2_with_one_line(void **state)
 {
     (void)state;
-    Run result;
-    write_text("cube.obj", CUBE);
-    write_text("empty.stl", "");
-    write_text("nan.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    write_text("fan.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n"
+    Process result;
+    write_file("cube.obj", CUBE);
+    write_file("empty.stl", "");
+    write_file("nan.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    write_file("fan.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n"
                           "f 1 2 5\n");
     run(&result, "--check empty.stl");
-    expect_refusal(&result, "empty.stl: the file is empty");
+    expect_refusal(&result, 2, "empty.stl: the file is empty");
     run(&result, "--check missing.stl");
-    expect_refusal(&result, "missing.stl: No such file or directory");
+    expect_refusal(&result, 2, "missing.stl: No such file or directory");
     run(&result, "--check nan.obj");
-    expect_refusal(&result, "nan.obj:4: face 0 uses node 0, whose position (0, 0, nan)");
+    expect_refusal(&result, 2, "nan.obj:4: face 0 uses node 0, whose position (0, 0, nan)");
     run(&result, "--check fan.obj");
-    expect_refusal(&result, "fan.obj:8: edge between nodes 0 and 1 belongs to 3 faces");
+    expect_refusal(&result, 2, "fan.obj:8: edge between nodes 0 and 1 belongs to 3 faces");
     run(&result, "--check --scale 1e6 cube.obj");
-    expect_refusal(&result, "cube.obj: measures 2e+06 m after scale 1e+06, outside");
+    expect_refusal(&result, 2, "cube.obj: measures 2e+06 m after scale 1e+06, outside");
     // The others are still looked at.
     run(&result, "--check nan.obj cube.obj");
-    expect_refusal(&result, "nan.obj:4:");
-    expect_line(&result, "cube.obj: usable\n");
+    expect_refusal(&result, 2, "nan.obj:4:");
+    expect_printed(&result, "cube.obj: usable\n");
 }
 
 // A box of 1 : 0.6 : 0.4 with this longest side, behind a line of text.
@@ -190,7 +152,7 @@ static void write_box(const char *name, const char *head, double side)
              "%sv 0 0 0\nv %g 0 0\nv %g %g 0\nv 0 %g 0\nv 0 0 %g\nv %g 0 %g\nv %g %g %g\n"
              "v 0 %g %g\nf 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n",
              head, x, x, y, y, z, x, z, x, y, z, y, z);
-    write_text(name, text);
+    write_file(name, text);
 }
 
 static void a_unit_that_is_not_given_is_guessed_with_its_reason(void **state)
@@ -213,32 +175,31 @@ static void a_unit_that_is_not_given_is_guessed_with_its_reason(void **state)
         {"# 12 units, mmx\n", 25.0, "in doubt taken as cm"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        Run result;
+        Process result;
         write_box("box.obj", cases[i].head, cases[i].side);
         run(&result, "--check box.obj");
         assert_int_equal(result.code, 0);
-        expect_line(&result, cases[i].says);
+        expect_printed(&result, cases[i].says);
     }
 }
 
 static void units_and_scale_are_the_same_and_end_the_guessing(void **state)
 {
     (void)state;
-    Run named, scaled;
+    Process named, scaled;
     write_box("box.obj", "", 2.5);
     run(&named, "--check --units cm box.obj");
     run(&scaled, "--check --scale 0.01 box.obj");
     assert_int_equal(named.code, 0);
     assert_string_equal(named.out, scaled.out);
-    expect_line(&named, "scale: 0.01 m a unit of the file, extent 0.025 m\n");
+    expect_printed(&named, "scale: 0.01 m a unit of the file, extent 0.025 m\n");
 }
 
 #if defined(PLIANT_WITH_SURFACE) && defined(PLIANT_WITH_VOXEL)
 // An octahedron with two slivers of that width; not closed, a face is missing.
 static void write_slivers(const char *name, double width, bool closed)
 {
-    char path[SCRATCH_PATH];
-    FILE *file = fopen(scratch_path(&scratch, name, path), "w");
+    FILE *file = fopen(scratch(name), "w");
     assert_non_null(file);
     // An octahedron of 0.1 m whose edge from 0 to 2 has a node close to 0.
     fprintf(file,
@@ -255,61 +216,62 @@ static void write_slivers(const char *name, double width, bool closed)
 static void each_model_has_its_verdict_with_reason_and_cost(void **state)
 {
     (void)state;
-    Run result;
+    Process result;
     write_box("box.obj", "", 0.1);
     run(&result, "--check --scale 1 box.obj");
     assert_int_equal(result.code, 0);
-    expect_line(&result, "box.obj: usable\n");
-    expect_line(&result, "  as a wall: yes, 1 substep a tick, about ");
-    expect_line(&result, "  as a solid: yes, ");
-    expect_line(&result, "times are estimates for a core of 2 GHz, not measured here");
+    expect_printed(&result, "box.obj: usable\n");
+    expect_printed(&result, "  as a wall: yes, 1 substep a tick, about ");
+    expect_printed(&result, "  as a solid: yes, ");
+    expect_printed(&result, "times are estimates for a core of 2 GHz, not measured here");
     // What a wall cannot be, a solid can.
     write_slivers("sliver.off", 1e-8, true);
     run(&result, "--check --scale 1 sliver.off");
     assert_int_equal(result.code, 0);
-    expect_line(&result, "sliver.off: usable\n");
-    expect_line(&result, "  as a wall: no, edges of 0.0141 um need ");
-    expect_line(&result, "  as a solid: yes, ");
+    expect_printed(&result, "sliver.off: usable\n");
+    expect_printed(&result, "  as a wall: no, edges of 0.0141 um need ");
+    expect_printed(&result, "  as a solid: yes, ");
     // And the other way round.
     write_torus("tube.off", false);
     run(&result, "--check --scale 0.1 tube.off");
     assert_int_equal(result.code, 0);
-    expect_line(&result, "  as a wall: yes, ");
-    expect_line(&result, "  as a solid: no, its surface is not closed\n");
+    expect_printed(&result, "  as a wall: yes, ");
+    expect_printed(&result, "  as a solid: no, its surface is not closed\n");
 }
 
 static void what_can_be_neither_is_reported_and_exits_2(void **state)
 {
     (void)state;
-    Run result;
+    Process result;
     write_slivers("open.off", 1e-8, false);
     run(&result, "--check --scale 1 open.off");
-    expect_refusal(&result, "open.off: usable neither as a wall nor as a solid");
-    expect_line(&result, "open.off: not usable\n");
-    expect_line(&result, "  as a wall: no, ");
-    expect_line(&result, "  as a solid: no, ");
+    expect_refusal(&result, 2, "open.off: usable neither as a wall nor as a solid");
+    expect_printed(&result, "open.off: not usable\n");
+    expect_printed(&result, "  as a wall: no, ");
+    expect_printed(&result, "  as a solid: no, ");
 }
 #endif
 
 static void a_repaired_mesh_is_written_for_other_programs_and_read_back(void **state)
 {
     (void)state;
-    Run result, before, after;
-    write_text("cube.obj", CUBE);
+    Process result, before, after;
+    write_file("cube.obj", CUBE);
     run(&result, "--repair cube.obj -o repaired.off");
     assert_string_equal(result.err, "");
     assert_int_equal(result.code, 0);
-    expect_line(&result, "repaired.off: 8 nodes, 12 triangles; repairs: cut 6 polygons into");
+    expect_printed(&result, "repaired.off: 8 nodes, 12 triangles; repairs: cut 6 polygons into");
     run(&before, "--check --units cm cube.obj");
     run(&after, "--check --units cm repaired.off");
     assert_int_equal(after.code, 0);
-    expect_line(&after, "repairs: none\n");
+    expect_printed(&after, "repairs: none\n");
     const char *shape = strstr(before.out, "  box: ");
     assert_non_null(shape);
     assert_string_equal(strstr(after.out, "  box: "), shape); // and all that follows
-    expect_line(&after, "remeshed evenly: edges of 0.166 units of the file would make 1000 nodes");
+    expect_printed(&after,
+                   "remeshed evenly: edges of 0.166 units of the file would make 1000 nodes");
     run(&result, "--repair cube.obj -o repaired.off");
-    expect_refusal(&result, "repaired.off: File exists");
+    expect_refusal(&result, 2, "repaired.off: File exists");
 }
 
 static void bad_usage_exits_2_with_one_line(void **state)
@@ -337,9 +299,9 @@ static void bad_usage_exits_2_with_one_line(void **state)
         {"--check cube.obj --scale", "--scale"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        Run result;
+        Process result;
         run(&result, cases[i][0]);
-        expect_refusal(&result, cases[i][1]);
+        expect_refusal(&result, 2, cases[i][1]);
         assert_string_equal(result.out, "");
     }
 }
@@ -347,27 +309,14 @@ static void bad_usage_exits_2_with_one_line(void **state)
 static void help_and_version_exit_0(void **state)
 {
     (void)state;
-    Run result;
+    Process result;
     run(&result, "--help");
     assert_int_equal(result.code, 0);
-    expect_line(&result, "--check");
-    expect_line(&result, "--scale");
+    expect_printed(&result, "--check");
+    expect_printed(&result, "--scale");
     run(&result, "--version");
     assert_int_equal(result.code, 0);
-    expect_line(&result, "pliant-prepare 0.");
-}
-
-static int begin(void **state)
-{
-    (void)state;
-    return scratch_create(&scratch);
-}
-
-static int end(void **state)
-{
-    (void)state;
-    scratch_destroy(&scratch);
-    return 0;
+    expect_printed(&result, "pliant-prepare 0.");
 }
 
 int main(int argc, char **argv)
@@ -389,10 +338,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(bad_usage_exits_2_with_one_line),
         cmocka_unit_test(help_and_version_exit_0),
     };
-    if (argc != 2) {
-        fprintf(stderr, "usage: %s PLIANT-PREPARE\n", argv[0]);
-        return 2;
-    }
+    harness_start(argc, argv);
     program = argv[1];
-    return cmocka_run_group_tests(tests, begin, end);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

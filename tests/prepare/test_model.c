@@ -1,50 +1,20 @@
 // pliant-prepare SCENE.cfg -o FILE and pliantd --prepared FILE as a user runs them, one process
 // after the other.
-#include "expect.h"
-#include "scratch.h"
+#include "harness.h"
 
 #include <hdf5.h>
-#include <sys/wait.h>
+#include <string.h>
 
-static const char *prepare_program, *daemon_program;
-static Scratch scratch;
+static const char *prepare;
 
 static const char SCENE[] =
     "gravity = [0, 0, -9.81]; bodies = ( { name = \"organ\"; mesh = { generator = \"stomach\"; };\n"
     "shape = {}; levels = 2; start_level = 1; } );\n";
 
-typedef struct Run {
-    int code; // exit code; -1: killed
-    char out[8192], err[2048];
-} Run;
-
-static void read_back(const char *name, char *text, size_t limit)
-{
-    size_t size = 0;
-    unsigned char *data = scratch_read(&scratch, name, &size);
-    size = size < limit - 1 ? size : limit - 1;
-    memcpy(text, data, size);
-    text[size] = '\0';
-    free(data);
-}
-
-// Runs a program in the scratch folder; `arguments` as typed in a shell.
-static void run(Run *result, const char *program, const char *arguments)
-{
-    char command[1024];
-    snprintf(command, sizeof command, "cd '%s' && '%s' %s >out 2>err", scratch.folder, program,
-             arguments);
-    int status = system(command);
-    result->code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    read_back("out", result->out, sizeof result->out);
-    read_back("err", result->err, sizeof result->err);
-}
-
 // Positions in a checkpoint, malloc'ed.
 static double *read_positions(const char *name, size_t *bytes)
 {
-    char path[SCRATCH_PATH];
-    hid_t file = H5Fopen(scratch_path(&scratch, name, path), H5F_ACC_RDONLY, H5P_DEFAULT);
+    hid_t file = H5Fopen(scratch(name), H5F_ACC_RDONLY, H5P_DEFAULT);
     hid_t set = H5Dopen2(file, "/bodies/organ/position", H5P_DEFAULT);
     assert_true(set >= 0);
     *bytes = (size_t)H5Dget_storage_size(set);
@@ -59,16 +29,16 @@ static double *read_positions(const char *name, size_t *bytes)
 static void daemon_runs_alike_from_the_prepared_model(void **state)
 {
     (void)state;
-    Run result;
-    scratch_write(&scratch, "x.cfg", SCENE, strlen(SCENE));
-    run(&result, prepare_program, "x.cfg -o x.h5");
+    Process result;
+    write_text(scratch("x.cfg"), SCENE);
+    process_run(&result, prepare, "x.cfg -o x.h5");
     assert_string_equal(result.err, "");
     assert_int_equal(result.code, 0);
     assert_string_equal(
         result.out, "body organ: 188 nodes, 372 faces; finest level 2: 2978 nodes, 5952 faces\n");
-    run(&result, daemon_program, "--offline 0.05 --checkpoint made.h5 x.cfg");
+    run_daemon(&result, "--offline 0.05 --checkpoint made.h5 x.cfg");
     assert_int_equal(result.code, 0);
-    run(&result, daemon_program, "--offline 0.05 --checkpoint read.h5 --prepared x.h5 x.cfg");
+    run_daemon(&result, "--offline 0.05 --checkpoint read.h5 --prepared x.h5 x.cfg");
     assert_int_equal(result.code, 0);
     size_t one_size = 0, two_size = 0;
     double *one = read_positions("made.h5", &one_size), *two = read_positions("read.h5", &two_size);
@@ -78,31 +48,31 @@ static void daemon_runs_alike_from_the_prepared_model(void **state)
     free(one);
     free(two);
     // A checkpoint of either goes on from the other.
-    run(&result, daemon_program, "--offline 0.05 --resume made.h5 --prepared x.h5 x.cfg");
+    run_daemon(&result, "--offline 0.05 --resume made.h5 --prepared x.h5 x.cfg");
     assert_int_equal(result.code, 0);
 }
 
 static void daemon_refuses_what_does_not_fit_in_one_line(void **state)
 {
     (void)state;
-    Run result;
+    Process result;
     size_t size = 0;
-    scratch_write(&scratch, "x.cfg", SCENE, strlen(SCENE));
-    run(&result, prepare_program, "x.cfg -o x.h5");
+    write_text(scratch("x.cfg"), SCENE);
+    process_run(&result, prepare, "x.cfg -o x.h5");
     assert_int_equal(result.code, 0);
-    unsigned char *data = scratch_read(&scratch, "x.h5", &size);
+    unsigned char *data = file_read(scratch("x.h5"), &size);
     data[size / 2] ^= 1;
-    scratch_write(&scratch, "bad.h5", data, size);
+    file_write(scratch("bad.h5"), data, size);
     free(data);
-    run(&result, daemon_program, "--check --prepared bad.h5 x.cfg");
+    run_daemon(&result, "--check --prepared bad.h5 x.cfg");
     assert_int_equal(result.code, 2);
     assert_string_equal(result.err,
                         "bad.h5: is truncated or was altered: it differs from its seal\n");
-    run(&result, daemon_program, "--check --prepared none.h5 x.cfg");
+    run_daemon(&result, "--check --prepared none.h5 x.cfg");
     assert_int_equal(result.code, 2);
     assert_string_equal(result.err, "none.h5: No such file or directory\n");
-    run(&result, daemon_program, "--offline 0.01 --checkpoint c.h5 x.cfg");
-    run(&result, daemon_program, "--check --prepared c.h5 x.cfg");
+    run_daemon(&result, "--offline 0.01 --checkpoint c.h5 x.cfg");
+    run_daemon(&result, "--check --prepared c.h5 x.cfg");
     assert_int_equal(result.code, 2);
     assert_string_equal(result.err,
                         "c.h5: / format \"pliant-checkpoint\" must be \"pliant-prepared\"\n");
@@ -111,9 +81,9 @@ static void daemon_refuses_what_does_not_fit_in_one_line(void **state)
 static void a_file_that_cannot_be_written_exits_1(void **state)
 {
     (void)state;
-    Run result;
-    scratch_write(&scratch, "x.cfg", SCENE, strlen(SCENE));
-    run(&result, prepare_program, "x.cfg -o none/x.h5");
+    Process result;
+    write_text(scratch("x.cfg"), SCENE);
+    process_run(&result, prepare, "x.cfg -o none/x.h5");
     assert_int_equal(result.code, 1);
     assert_string_equal(result.err, "none/x.h5: No such file or directory\n");
 }
@@ -134,27 +104,27 @@ static void a_proposed_scene_is_one_that_the_daemon_takes(void **state)
         {"--scale 0.0005 --model voxel", "p.cfg: a scene with it as a solid\n", "to [0.12"},
     };
     const char *name = "bo\"x \\1.obj"; // quotes and backslashes come through
-    scratch_write(&scratch, name, BOX, strlen(BOX));
+    write_text(scratch(name), BOX);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        Run result;
-        char arguments[256], path[SCRATCH_PATH];
+        Process result;
+        char arguments[256];
         snprintf(arguments, sizeof arguments, "--propose %s 'bo\"x \\1.obj' -o p.cfg",
                  cases[i].options);
-        run(&result, prepare_program, arguments);
+        process_run(&result, prepare, "%s", arguments);
         assert_string_equal(result.err, "");
         assert_int_equal(result.code, 0);
         assert_non_null(strstr(result.out, cases[i].says));
         assert_non_null(strstr(result.out, "  as a wall: yes, "));
-        run(&result, daemon_program, "--check p.cfg");
+        run_daemon(&result, "--check p.cfg");
         assert_int_equal(result.code, 0);
         if (strstr(result.out, cases[i].figures) == NULL)
             fail_msg("'%s' is not in: %s%s", cases[i].figures, result.out, result.err);
         assert_null(strstr(result.err, "p.cfg:")); // no warning
         // A scene that is there stays as it is.
-        run(&result, prepare_program, arguments);
+        process_run(&result, prepare, "%s", arguments);
         assert_int_equal(result.code, 2);
         assert_non_null(strstr(result.err, "p.cfg: File exists"));
-        remove(scratch_path(&scratch, "p.cfg", path));
+        remove(scratch("p.cfg"));
     }
 }
 
@@ -165,41 +135,29 @@ static void every_piece_of_a_proposed_solid_is_held(void **state)
     static const char PAIR[] = "v 0 0 0\nv 100 0 0\nv 0 100 0\nv 0 0 100\nv 0 0 200\nv 100 0 200\n"
                                "v 0 100 200\nv 0 0 300\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
                                "f 5 7 6\nf 5 6 8\nf 6 7 8\nf 7 5 8\n";
-    Run result;
-    scratch_write(&scratch, "pair.obj", PAIR, strlen(PAIR));
-    run(&result, prepare_program, "--propose --units mm --model voxel pair.obj -o pair.cfg");
+    Process result;
+    write_text(scratch("pair.obj"), PAIR);
+    process_run(&result, prepare, "--propose --units mm --model voxel pair.obj -o pair.cfg");
     assert_int_equal(result.code, 0);
     assert_non_null(strstr(result.out, "in 2 pieces, each of which something has to hold"));
-    char scene[4096];
-    read_back("pair.cfg", scene, sizeof scene);
+    size_t size = 0;
+    char *scene = (char *)file_read(scratch("pair.cfg"), &size);
     int regions = 0;
     for (const char *at = scene; (at = strstr(at, "{ box = (")) != NULL; at++)
         regions++;
+    free(scene);
     assert_int_equal(regions, 2);
-    run(&result, daemon_program, "--check pair.cfg");
+    run_daemon(&result, "--check pair.cfg");
     assert_int_equal(result.code, 0);
 }
 #endif
-
-static int begin(void **state)
-{
-    (void)state;
-    return scratch_create(&scratch);
-}
-
-static int end(void **state)
-{
-    (void)state;
-    scratch_destroy(&scratch);
-    return 0;
-}
 
 int main(int argc, char **argv)
 {
     if (argc < 3)
         return 2;
-    prepare_program = argv[1];
-    daemon_program = argv[2];
+    harness_start(argc, argv);
+    prepare = argv[2];
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(daemon_runs_alike_from_the_prepared_model),
         cmocka_unit_test(daemon_refuses_what_does_not_fit_in_one_line),
@@ -209,5 +167,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(every_piece_of_a_proposed_solid_is_held),
 #endif
     };
-    return cmocka_run_group_tests(tests, begin, end);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

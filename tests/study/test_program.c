@@ -1,67 +1,22 @@
 // pliant-study as a user runs it: options, exit codes, what it leaves behind; and that the scene it
 // advises is one that pliantd takes.
-#include "expect.h"
-#include "scratch.h"
+#include "harness.h"
 
+#include <string.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 
-static const char *program, *daemon_program;
-static Scratch scratch;
-
-typedef struct Run {
-    int code; // exit code; -1: killed
-    char out[65536], err[8192];
-} Run;
-
-static Run result;
-
-static void read_back(const char *name, char *text, size_t size)
-{
-    char path[SCRATCH_PATH];
-    FILE *file = fopen(scratch_path(&scratch, name, path), "r");
-    assert_non_null(file);
-    text[fread(text, 1, size - 1, file)] = '\0';
-    fclose(file);
-}
-
-// Runs a program in the scratch folder; `arguments` as typed in a shell.
-static void run_program(const char *which, const char *arguments)
-{
-    char command[1024];
-    snprintf(command, sizeof command, "cd '%s' && '%s' %s >out 2>err", scratch.folder, which,
-             arguments);
-    int status = system(command);
-    result.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    read_back("out", result.out, sizeof result.out);
-    read_back("err", result.err, sizeof result.err);
-}
+static const char *program;
+static Process result;
 
 static void run(const char *arguments)
 {
-    run_program(program, arguments);
-}
-
-// One line on stderr that begins like this.
-static void expect_failure(int code, const char *line)
-{
-    const char *end = strchr(result.err, '\n');
-    if (result.code != code || strncmp(result.err, line, strlen(line)) != 0 || end == NULL ||
-        end[1] != '\0')
-        fail_msg("exit %d, expected %d with '%s' in one line:\n%s", result.code, code, line,
-                 result.err);
+    process_run(&result, program, "%s", arguments);
 }
 
 static void expect_done(void)
 {
     if (result.code != 0)
         fail_msg("exit %d:\n%s%s", result.code, result.out, result.err);
-}
-
-static void expect_said(const char *text)
-{
-    if (strstr(result.out, text) == NULL)
-        fail_msg("'%s' is not in:\n%s%s", text, result.out, result.err);
 }
 
 // A ball of 42 nodes that is pressed for a twentieth of a second: the smallest study that has
@@ -82,10 +37,10 @@ static void help_and_version_are_printed(void **unused)
     (void)unused;
     run("--help");
     expect_done();
-    expect_said("--error=PCT");
-    expect_said("--jobs=N");
-    expect_said("Exit code 0: done; 1:");
-    expect_said("mesh or file.\n");
+    expect_printed(&result, "--error=PCT");
+    expect_printed(&result, "--jobs=N");
+    expect_printed(&result, "Exit code 0: done; 1:");
+    expect_printed(&result, "mesh or file.\n");
     run("--version");
     expect_done();
     assert_int_equal(strncmp(result.out, "pliant-study ", 13), 0);
@@ -119,7 +74,7 @@ static void bad_options_are_named(void **unused)
     };
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         run(bad[i][0]);
-        expect_failure(2, bad[i][1]);
+        expect_refusal(&result, 2, bad[i][1]);
         assert_string_equal(result.out, "");
     }
 }
@@ -128,32 +83,31 @@ static void a_folder_that_cannot_be_made_fails(void **unused)
 {
     (void)unused;
     run(STUDY "--out nowhere/there");
-    expect_failure(1, "nowhere/there: cannot be made or written to: No such file or directory");
+    expect_refusal(&result, 1,
+                   "nowhere/there: cannot be made or written to: No such file or directory");
     run(STUDY "--out ball.cfg");
-    expect_failure(1, "ball.cfg: cannot be made or written to: ");
+    expect_refusal(&result, 1, "ball.cfg: cannot be made or written to: ");
 }
 
 static void cases_are_listed_without_being_run(void **unused)
 {
     (void)unused;
     struct stat info;
-    char path[SCRATCH_PATH];
     run("ball.cfg --list");
     expect_done();
-    expect_said(" (the scene)\n");
-    expect_said("rk4 ");
-    expect_said(" cases\n");
+    expect_printed(&result, " (the scene)\n");
+    expect_printed(&result, "rk4 ");
+    expect_printed(&result, " cases\n");
     size_t whole = strlen(result.out);
     run("ball.cfg --list --quick");
     assert_true(strlen(result.out) < whole);
-    assert_int_not_equal(stat(scratch_path(&scratch, "study-ball", path), &info), 0);
+    assert_int_not_equal(stat(scratch("study-ball"), &info), 0);
 }
 
 static bool is_there(const char *name)
 {
-    char path[SCRATCH_PATH];
     struct stat info;
-    return stat(scratch_path(&scratch, name, path), &info) == 0 && info.st_size > 0;
+    return stat(scratch(name), &info) == 0 && info.st_size > 0;
 }
 
 // Files, table, progress; and the advice, taken: pliantd reads it and runs it.
@@ -162,43 +116,27 @@ static void a_study_leaves_tables_pictures_and_a_scene_that_runs(void **unused)
     (void)unused;
     run(STUDY "--error 20% --rate 250");
     expect_done();
-    expect_said("ball, body ball: ");
-    expect_said("references, three runs each");
-    expect_said("(the scene)");
-    expect_said("(Pareto front)");
+    expect_printed(&result, "ball, body ball: ");
+    expect_printed(&result, "references, three runs each");
+    expect_printed(&result, "(the scene)");
+    expect_printed(&result, "(Pareto front)");
     assert_non_null(strstr(result.err, "100 % "));
     assert_null(strchr(result.err, '\r')); // no terminal
     assert_true(is_there("study-ball/runs.tsv"));
     assert_true(is_there("study-ball/references.tsv"));
     assert_true(is_there("study-ball/study.gp"));
     assert_true(is_there("study-ball/advice.cfg"));
-    expect_said("rate_hz = 250.0;");
-    run_program(daemon_program, "--offline 0.1 study-ball/advised.cfg");
+    expect_printed(&result, "rate_hz = 250.0;");
+    run_daemon(&result, "--offline 0.1 study-ball/advised.cfg");
     expect_done();
 }
 
 static void a_scene_that_cannot_be_built_is_refused(void **unused)
 {
     (void)unused;
-    scratch_write(&scratch, "bad.cfg", "bodies = ( { name = \"a\"; levels = 99; } );", 41);
+    write_text(scratch("bad.cfg"), "bodies = ( { name = \"a\"; levels = 99; } );");
     run("bad.cfg");
-    expect_failure(2, "bad.cfg:1: ");
-}
-
-static int begin(void **unused)
-{
-    (void)unused;
-    if (scratch_create(&scratch) != 0)
-        return -1;
-    scratch_write(&scratch, "ball.cfg", BALL, sizeof BALL - 1);
-    return 0;
-}
-
-static int end(void **unused)
-{
-    (void)unused;
-    scratch_destroy(&scratch);
-    return 0;
+    expect_refusal(&result, 2, "bad.cfg:1: ");
 }
 
 int main(int argc, char **argv)
@@ -213,7 +151,8 @@ int main(int argc, char **argv)
     };
     if (argc < 3)
         return 2;
-    program = argv[1];
-    daemon_program = argv[2];
-    return cmocka_run_group_tests(tests, begin, end);
+    harness_start(argc, argv);
+    program = argv[2];
+    write_text(scratch("ball.cfg"), BALL);
+    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

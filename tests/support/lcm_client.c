@@ -1,4 +1,4 @@
-#include "client.h"
+#include "lcm_client.h"
 
 #include "pliant_event_t.h"
 #include "pliant_mesh_t.h"

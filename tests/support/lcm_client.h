@@ -1,6 +1,6 @@
 // The other end of the daemon's messages: sends inputs, remembers what came back.
-#ifndef PLIANT_TESTS_DAEMON_CLIENT_H
-#define PLIANT_TESTS_DAEMON_CLIENT_H
+#ifndef PLIANT_TESTS_LCM_CLIENT_H
+#define PLIANT_TESTS_LCM_CLIENT_H
 
 #include "harness.h"
 

@@ -1,0 +1,69 @@
+// Runs programs, the server above all, in a scratch folder, and collects what they printed and how
+// they ended.
+#ifndef PLIANT_TESTS_HARNESS_H
+#define PLIANT_TESTS_HARNESS_H
+
+#include "expect.h"
+#include "scratch.h"
+
+#include <stdarg.h>
+#include <sys/types.h>
+
+enum { OUTPUT_MAX = 65536, PATH_TEXT = 512 };
+
+// Makes the scratch folder of this test program; argv[1] is the server's path.
+void harness_start(int argc, char **argv);
+// Removes the folder; returns `result`, for main.
+int harness_end(int result);
+// For cmocka: ends the processes that a failed test has left behind.
+int harness_teardown(void **state);
+// A path in the scratch folder, valid for the next 31 calls.
+const char *scratch(const char *name);
+// Writes a scene: `head` are keys of the scene, `tail` goes behind the body (tools, loads).
+const char *write_scene(const char *name, const char *head, const char *tail);
+void write_text(const char *path, const char *text);
+
+// The body of the small scene: an ico sphere of 42 nodes, radius 0.05 m, its lower part fixed.
+extern const char *const PROBE_TOOL; // tail: tool 1, a ball of 5 mm, max_force 5 N
+enum { SPHERE_NODES = 42, SPHERE_TRIANGLES = 80 };
+
+typedef struct Process {
+    pid_t pid;
+    int number;
+    // after process_wait or process_run
+    int code; // exit code; 1000 + signal when killed
+    char out[OUTPUT_MAX], err[OUTPUT_MAX];
+} Process;
+
+// Starts `program` (NULL: the server), found as a shell finds it, with the scratch folder as its
+// current folder. The arguments are words separated by blanks, in '' if they contain blanks; words
+// NAME=value (in capitals) before them are added to its environment.
+void process_start(Process *process, const char *program, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+void process_signal(const Process *process, int number);
+// Waits for its end (at most two minutes, then the test fails) and reads what it printed.
+void process_wait(Process *process);
+// Asks it to end with SIGTERM and waits; fails the test unless its exit code is 0.
+void process_end(Process *process);
+// Start and wait.
+void process_run(Process *process, const char *program, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+// The file that its standard output goes to, valid until the next call.
+const char *process_output(const Process *process);
+
+#define daemon_start(process, ...) process_start(process, NULL, __VA_ARGS__)
+#define run_daemon(process, ...)   process_run(process, NULL, __VA_ARGS__)
+
+// Fails the test unless it ended with this code and one line on stderr, which has `text` in it.
+void expect_refusal(const Process *process, int code, const char *text);
+// Fails the test unless `text` is in what it printed.
+void expect_printed(const Process *process, const char *text);
+// The number behind "name: " in what the process printed; fails the test when it is not there.
+long long printed(const Process *daemon, const char *name);
+// The hash of the final state, as printed.
+void printed_state(const Process *daemon, char state[32]);
+
+// A claim about running programs; they are ended if it fails.
+#define daemon_test(function) cmocka_unit_test_teardown(function, harness_teardown)
+
+#endif
