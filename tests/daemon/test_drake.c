@@ -1,5 +1,6 @@
 // pliant-drake between a real daemon and a viewer of Drake's, which is played here.
 #include "lcm_client.h"
+#include "scene_writer.h"
 
 #include <signal.h>
 #include <string.h>

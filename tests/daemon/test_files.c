@@ -1,5 +1,6 @@
 // Checkpoints and input logs: whole files, and runs that continue or repeat with the same bits.
 #include "lcm_client.h"
+#include "scene_writer.h"
 
 #include <lcm/lcm.h>
 

@@ -1,6 +1,7 @@
 // A grasper over LCM: it closes on the top of a ball, pulls, is pulled back, lets go; the log of it
 // all repeats the run.
 #include "lcm_client.h"
+#include "scene_writer.h"
 
 #include <signal.h>
 #include <string.h>

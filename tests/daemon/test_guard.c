@@ -2,6 +2,7 @@
 // leaves is one, events say why, and a load that keeps being why is withdrawn. The body beside it
 // and what was saved meanwhile are as ever.
 #include "lcm_client.h"
+#include "scene_writer.h"
 
 #include "pliant_event_t.h"
 #include "pliant_nodes_t.h"
@@ -14,29 +15,27 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char SCENE[] =
-    "name = \"guarded\"; rate_hz = 500.0; gravity = [0.0, 0.0, -1.0];\n"
-    "publish = { nodes_hz = 500.0; contact_hz = 500.0; status_hz = 50.0; velocity = true; };\n"
-    "bodies = ( { name = \"sphere\"; model = \"surface\"; %s\n"
-    "  mesh = { generator = \"ico_sphere\"; nodes = 42; radius = 0.05; };\n"
-    "  material = { youngs_modulus_2d = %g; areal_density = 0.042; damping_time = 0.0; };\n"
-    "  shape = { angular_frequency = 50.0; damping_ratio = 0.1; }; },\n"
-    "  { name = \"calm\"; model = \"surface\";\n"
-    "  mesh = { generator = \"ico_sphere\"; nodes = 42; radius = 0.02; };\n"
-    "  material = { youngs_modulus_2d = 80.0; areal_density = 4.2; damping_time = 0.0; };\n"
-    "  shape = { angular_frequency = 50.0; damping_ratio = 0.1; }; } );\n"
-    "tools = ( { id = 1; kind = \"probe\"; max_force = 5.0;\n"
-    "  capsules = ( { from = [0.0, 0.0, 0.0]; to = [0.0, 0.0, 0.0]; radius = 0.01; } ); } );\n";
-
 static const double TOP[3] = {0.0, 0.0, 0.05};
 
-static const char *make_scene(const char *name, const char *keys, double modulus)
+static const char *make_scene(const char *file, const char *keys, double modulus)
 {
-    char text[4096];
-    snprintf(text, sizeof text, SCENE, keys, modulus);
-    const char *path = scratch(name);
-    write_text(path, text);
-    return path;
+    char material[128], body[256];
+    snprintf(material, sizeof material,
+             "youngs_modulus_2d = %g; areal_density = 0.042; damping_time = 0.0;", modulus);
+    snprintf(body, sizeof body, "%s " SMALL_SHAPE, keys);
+    return write_body_scene(
+        file,
+        &(SceneParts){.head = "rate_hz = 500.0; gravity = [0.0, 0.0, -1.0];\n"
+                              "publish = { nodes_hz = 500.0; contact_hz = 500.0; status_hz = 50.0; "
+                              "velocity = true; };",
+                      .material = material,
+                      .body = body,
+                      .others = ", { name = \"calm\"; " ICO_SPHERE(
+                          42, 0.02) "material = { youngs_modulus_2d = 80.0; "
+                                    "areal_density = 4.2; damping_time = 0.0; };\n" SMALL_SHAPE "}",
+                      .tail = "tools = ( { id = 1; kind = \"probe\"; max_force = 5.0;\n"
+                              "  capsules = ( { from = [0.0, 0.0, 0.0]; to = [0.0, 0.0, 0.0]; "
+                              "radius = 0.01; } ); } );\n"});
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -2,29 +2,25 @@
 // passive. In lockstep, so that a busy machine changes nothing: a tick of the daemon is one of the
 // device.
 #include "lcm_client.h"
+#include "scene_writer.h"
 
 #include "hand.h"
 
 #include <signal.h>
 #include <string.h>
 
-static const char SCENE[] =
-    "name = \"hand\"; publish = { nodes_hz = 0.0; contact_hz = 1000.0; %s };\n"
-    "bodies = ( { name = \"sphere\"; model = \"surface\";\n"
-    "  mesh = { generator = \"ico_sphere\"; nodes = 642; radius = 0.05; };\n"
-    "  material = { youngs_modulus_2d = 80.0; areal_density = 4.2; damping_time = 2.0e-4; };\n"
-    "  shape = { angular_frequency = 50.0; damping_ratio = 0.3; };\n"
-    "  contact = { stiffness = 1.0; };\n"
-    "  fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.025]); } ); } );\n";
+static const char BODY[] = "shape = { angular_frequency = 50.0; damping_ratio = 0.3; };\n"
+                           "contact = { stiffness = 1.0; };\n" FIXED_BELOW(-0.025);
 static const double TOUCH[3] = {0.0, 0.0, 0.055}, DOWN[3] = {0.0, 0.0, -1.0};
 
 static void start(Process *daemon, Client **client, const char *publish)
 {
-    char text[2048], scene[1024];
-    snprintf(scene, sizeof scene, SCENE, publish);
-    snprintf(text, sizeof text, "%s%s", scene, PROBE_TOOL);
-    const char *path = scratch("hand.cfg");
-    write_text(path, text);
+    char head[256];
+    snprintf(head, sizeof head, "publish = { nodes_hz = 0.0; contact_hz = 1000.0; %s };", publish);
+    const char *path = write_body_scene("hand.cfg", &(SceneParts){.head = head,
+                                                                  .source = ICO_SPHERE(642, 0.05),
+                                                                  .body = BODY,
+                                                                  .tail = PROBE_TOOL});
     *client = client_create();
     daemon_start(daemon, "%s", path);
     client_wait_for_daemon(*client);

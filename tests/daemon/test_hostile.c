@@ -1,6 +1,7 @@
 // Nothing that arrives stops the loop: every message that does not fit is refused, counted by its
 // reason, and changes nothing.
 #include "lcm_client.h"
+#include "scene_writer.h"
 
 #include <signal.h>
 #include <stdlib.h>

@@ -1,6 +1,7 @@
 // integrator = "auto" through the real daemon: a body too stiff for leapfrog is implicit, says so,
 // and answers a tool at 1 kHz.
 #include "lcm_client.h"
+#include "scene_writer.h"
 
 #include <signal.h>
 #include <string.h>
@@ -13,21 +14,18 @@ static const char STIFF[] = "spring_stiffness = 1.0e8; node_mass = 1.0e-6;",
     ESTIMATED[] = "rate_hz = 50.0; estimate_error = true; gravity = [0.0, 0.0, -9.8];"
                   "publish = { status_hz = 20.0; };";
 
-static const char *write_auto(const char *name, const char *material, const char *head,
+static const char *write_auto(const char *file, const char *material, const char *head,
                               const char *tail)
 {
-    char text[4096];
-    snprintf(text, sizeof text,
-             "name = \"test\";\n%s\n"
-             "bodies = ( { name = \"sphere\"; model = \"surface\"; integrator = \"auto\";\n"
-             "  mesh = { generator = \"sphere\"; nodes = 114; radius = 0.05; };\n"
-             "  material = { %s };\n"
-             "  shape = { angular_frequency = 50.0; damping_ratio = 0.3; };\n"
-             "  fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.02]); } ); } );\n%s\n",
-             head, material, tail);
-    const char *path = scratch(name);
-    write_text(path, text);
-    return path;
+    return write_body_scene(
+        file,
+        &(SceneParts){
+            .head = head,
+            .source = "model = \"surface\"; integrator = \"auto\";\n"
+                      "mesh = { generator = \"sphere\"; nodes = 114; radius = 0.05; };",
+            .material = material,
+            .body = "shape = { angular_frequency = 50.0; damping_ratio = 0.3; };\n" LOWER_FIXED,
+            .tail = tail});
 }
 
 static void a_stiff_body_is_implicit_and_answers_a_tool(void **state)

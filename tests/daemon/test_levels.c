@@ -2,6 +2,7 @@
 // deltas has no cracks at any time, checkpoints and input logs continue and repeat it bit for bit,
 // recordings hold every mesh.
 #include "lcm_client.h"
+#include "scene_writer.h"
 #include "mesh_check.h"
 
 #include "pliant_mesh_delta_t.h"
@@ -28,23 +29,18 @@ static const char LOADS[] = "loads = ( { body = \"sphere\"; center = [0.0, 0.0, 
 #endif
 
 // The small scene with levels.
-static const char *write_levels(const char *name, const char *precision, const char *head,
+static const char *write_levels(const char *file, const char *precision, const char *head,
                                 const char *tail)
 {
-    char text[4096];
-    snprintf(text, sizeof text,
-             "name = \"test\"; precision = \"%s\";\n%s\n"
-             "bodies = ( { name = \"sphere\"; model = \"surface\"; levels = 3;\n"
-             "  adapt = { check_hz = 100.0; };\n"
-             "  mesh = { generator = \"ico_sphere\"; nodes = %d; radius = 0.05; };\n"
-             "  material = { youngs_modulus_2d = 80.0; areal_density = 4.2;\n"
-             "               damping_time = 2.0e-4; };\n"
-             "  shape = { angular_frequency = 50.0; damping_ratio = 0.3; };\n"
-             "  fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.02]); } ); } );\n%s\n",
-             precision, head, SPHERE_NODES, tail);
-    const char *path = scratch(name);
-    write_text(path, text);
-    return path;
+    char keys[512];
+    snprintf(keys, sizeof keys, "precision = \"%s\"; %s", precision, head);
+    return write_body_scene(
+        file,
+        &(SceneParts){
+            .head = keys,
+            .body = "levels = 3; adapt = { check_hz = 100.0; };\n"
+                    "shape = { angular_frequency = 50.0; damping_ratio = 0.3; };\n" LOWER_FIXED,
+            .tail = tail});
 }
 
 // ---------------------------------------------------------------------------------------------

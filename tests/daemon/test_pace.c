@@ -1,6 +1,7 @@
 // The loop's accounting and what it publishes without being asked. No test demands that a tick is
 // in time: they look at what the daemon says of itself and at the steps in its messages.
 #include "lcm_client.h"
+#include "scene_writer.h"
 
 #include <signal.h>
 #include <stdlib.h>
@@ -92,13 +93,12 @@ static void the_error_of_steps_is_told_only_when_asked_and_not_in_lockstep(void 
 static void frames_larger_than_a_datagram_come_in_chunks(void **state)
 {
     (void)state;
-    const char *path = scratch("large.cfg");
-    write_text(path, "name = \"large\"; rate_hz = 100.0;\n"
-                     "publish = { nodes_hz = 10.0; mesh_hz = 2.0; };\n"
-                     "bodies = ( { name = \"sphere\"; model = \"surface\";\n"
-                     "  mesh = { generator = \"ico_sphere\"; nodes = 10242; radius = 0.1; };\n"
-                     "  material = { youngs_modulus_2d = 20.0; areal_density = 4.0; };\n"
-                     "  shape = { angular_frequency = 50.0; damping_ratio = 0.1; }; } );\n");
+    const char *path = write_body_scene(
+        "large.cfg",
+        &(SceneParts){.head = "rate_hz = 100.0; publish = { nodes_hz = 10.0; mesh_hz = 2.0; };",
+                      .source = ICO_SPHERE(10242, 0.1),
+                      .material = "youngs_modulus_2d = 20.0; areal_density = 4.0;",
+                      .body = SMALL_SHAPE});
     Process daemon;
     Client *client = client_create();
     daemon_start(&daemon, "%s", path);

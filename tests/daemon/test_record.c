@@ -1,6 +1,7 @@
 // --record: what is in the file is what was simulated and published, live, in lockstep and off
 // line; what is left after kill -9 and on a full disk; and that nothing of it exists without it.
 #include "lcm_client.h"
+#include "scene_writer.h"
 #include "recording_view.h"
 
 #include "pliant_load_t.h"

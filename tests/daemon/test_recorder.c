@@ -1,6 +1,7 @@
 // pliant-record beside the real daemon: what it makes of the messages, or of a log of them, is what
 // the daemon records itself; which bodies, files and logs it takes.
 #include "recorder.h"
+#include "scene_writer.h"
 
 #include <signal.h>
 #include <stdlib.h>

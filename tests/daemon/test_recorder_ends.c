@@ -1,6 +1,7 @@
 // pliant-record and what may happen to it: a daemon that comes late or is started anew, kill -9, a
 // full disk, hostile messages.
 #include "recorder.h"
+#include "scene_writer.h"
 
 #include "pliant_event_t.h"
 #include "pliant_mesh_t.h"

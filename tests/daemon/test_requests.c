@@ -1,5 +1,6 @@
 // Loads, cuts and commands: what they do, that each is answered, and once only.
 #include "lcm_client.h"
+#include "scene_writer.h"
 
 #include <signal.h>
 #include <string.h>

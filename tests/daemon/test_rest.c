@@ -1,6 +1,7 @@
 // Rest positions and texture coordinates from the real daemon: with each whole mesh, of its slots,
 // also of a body that was refined and cut.
 #include "lcm_client.h"
+#include "scene_writer.h"
 
 #include "pliant_mesh_t.h"
 #include "pliant_rest_t.h"
@@ -112,17 +113,15 @@ static double distance(const float *a, const float *b)
 // A ball of 5 cm in which a load refines and blades cut, in lockstep; meshes only when asked for.
 static const char *write_ball(const char *publish)
 {
-    char text[1024];
-    snprintf(text, sizeof text,
-             "name = \"rest\"; start = \"paused\"; publish = { mesh_hz = 0.0; %s };\n"
-             "bodies = ( { name = \"sphere\"; levels = 2; cuttable = true; shape = {};\n"
-             "  mesh = { generator = \"ico_sphere\"; nodes = 642; radius = 0.05; };\n"
-             "  adapt = { force = 0.005; }; prestress = 0.05;\n"
-             "  fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.02]); } ); } );\n",
-             publish);
-    const char *path = scratch("ball.cfg");
-    write_text(path, text);
-    return path;
+    char head[256];
+    snprintf(head, sizeof head, "start = \"paused\"; publish = { mesh_hz = 0.0; %s };", publish);
+    return write_body_scene(
+        "ball.cfg",
+        &(SceneParts){.head = head,
+                      .source = ICO_SPHERE(642, 0.05),
+                      .material = "",
+                      .body = "levels = 2; cuttable = true; shape = {};\n"
+                              "adapt = { force = 0.005; }; prestress = 0.05;\n" LOWER_FIXED});
 }
 
 static void ask_for_meshes(Client *client, const Viewer *viewer)

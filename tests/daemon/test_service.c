@@ -1,6 +1,7 @@
 // The daemon under a service manager, which the test plays: a datagram socket on which it hears
 // that the daemon is ready, alive and ending, and a stream that is said to be the journal's.
 #include "lcm_client.h"
+#include "scene_writer.h"
 
 #include <ctype.h>
 #include <dirent.h>

@@ -1,6 +1,7 @@
 // The step thread allocates nothing, locks nothing and asks nothing of the kernel but the clock,
 // the sleep and, while contacts are published, one eventfd write a tick.
 #include "lcm_client.h"
+#include "scene_writer.h"
 
 #include <signal.h>
 #include <stdlib.h>

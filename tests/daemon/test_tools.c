@@ -1,5 +1,6 @@
 // Poses: what a tool feels, whose it is, when it is withdrawn.
 #include "lcm_client.h"
+#include "scene_writer.h"
 
 #include <signal.h>
 #include <string.h>

@@ -2,6 +2,7 @@
 // records is followed by a client that was there from the start, one that came late, and one in
 // lockstep.
 #include "lcm_client.h"
+#include "scene_writer.h"
 #include "frames.h"
 #include "mesh_check.h"
 #ifdef WITH_HDF5
@@ -142,18 +143,18 @@ static void follower_destroy(Follower *follower)
 // A sphere of two more levels, pressed for a while at its top.
 static const char *write_levels(const char *name, const char *head)
 {
-    char text[2048];
-    snprintf(text, sizeof text,
-             "name = \"levels\"; %s\n"
-             "publish = { nodes_hz = 60.0; mesh_hz = 2.0; contact_hz = 0.0; status_hz = 10.0; };\n"
-             "bodies = ( { name = \"sphere\"; mesh = { generator = \"ico_sphere\"; nodes = 162;\n"
-             "  radius = 0.05; }; levels = 2; shape = { };\n"
-             "  adapt = { force = 0.005; speed = 0.3; curvature = 0.4; check_hz = 100.0; };\n"
-             "  fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.03]); } ); } );\n",
-             head);
-    const char *path = scratch(name);
-    write_text(path, text);
-    return path;
+    char keys[256];
+    snprintf(
+        keys, sizeof keys,
+        "%s publish = { nodes_hz = 60.0; mesh_hz = 2.0; contact_hz = 0.0; status_hz = 10.0; };",
+        head);
+    return write_body_scene(
+        name, &(SceneParts){.head = keys,
+                            .source = ICO_SPHERE(162, 0.05),
+                            .material = "",
+                            .body = "levels = 2; shape = {};\n"
+                                    "adapt = { force = 0.005; speed = 0.3; curvature = 0.4; "
+                                    "check_hz = 100.0; };\n" FIXED_BELOW(-0.03)});
 }
 
 static void press(Client *client, double newton, double seconds)

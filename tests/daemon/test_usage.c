@@ -1,21 +1,20 @@
 // The command line: what is refused, with which exit code, and that one line says why.
-#include "harness.h"
+#include "scene_writer.h"
 
 #include <string.h>
 
 // The small scene, of a model that is built in.
-static const char *write_any(const char *name, const char *head, const char *tail)
+static const char *write_any(const char *file, const char *head, const char *tail)
 {
     if (WITH_SURFACE)
-        return write_scene(name, head, tail);
-    char text[4096];
-    snprintf(text, sizeof text,
-             "name = \"test\";\n%s\nbodies = ( { name = \"sphere\"; model = \"voxel\";\n"
-             "  voxels = { generator = \"box\"; count = [8, 8, 8]; size = 0.0125; }; } );\n%s\n",
-             head, tail);
-    const char *path = scratch(name);
-    write_text(path, text);
-    return path;
+        return write_scene(file, head, tail);
+    return write_body_scene(
+        file, &(SceneParts){.head = head,
+                            .source = "model = \"voxel\"; voxels = { generator = \"box\"; "
+                                      "count = [8, 8, 8]; size = 0.0125; };",
+                            .material = "",
+                            .body = "",
+                            .tail = tail});
 }
 
 static void expect_only_refusal(const Process *daemon, int code, const char *text)

@@ -1,5 +1,6 @@
 // Voxel bodies in the real daemon: what clients see and feel of them, and that runs repeat.
 #include "lcm_client.h"
+#include "scene_writer.h"
 
 #include "pliant_status_t.h"
 
@@ -24,20 +25,18 @@ static const char PAUSED[] = "start = \"paused\";  publish = { nodes_hz = 1000.0
 static const char BLOCK[] = "generator = \"box\"; count = 8; size = 0.00625;";
 
 // `voxels`: what the body is made from; `keys`: more of the body.
-static const char *write_voxels(const char *name, const char *head, const char *voxels,
+static const char *write_voxels(const char *file, const char *head, const char *voxels,
                                 const char *keys)
 {
-    char text[4096];
-    snprintf(text, sizeof text,
-             "name = \"test\";\n%s\n"
-             "bodies = ( { name = \"block\"; model = \"voxel\";\n"
-             "  voxels = { %s };\n"
-             "  material = { youngs_modulus = 1.0e4; density = 1000.0; };\n"
-             "  %s } );\n%s",
-             head, voxels, keys, PROBE_TOOL);
-    const char *path = scratch(name);
-    write_text(path, text);
-    return path;
+    char source[512];
+    snprintf(source, sizeof source, "model = \"voxel\"; voxels = { %s };", voxels);
+    return write_body_scene(file,
+                            &(SceneParts){.head = head,
+                                          .name = "block",
+                                          .source = source,
+                                          .material = "youngs_modulus = 1.0e4; density = 1000.0;",
+                                          .body = keys,
+                                          .tail = PROBE_TOOL});
 }
 
 static const char HELD[] = "levels = 0;\n"

@@ -1,6 +1,7 @@
 // pliant-web between a real daemon and pages: what they see, what they may do, who may come in, and
 // what happens when daemon or page goes.
 #include "lcm_client.h"
+#include "scene_writer.h"
 #include "page_client.h"
 
 #include "pliant_claim_t.h"

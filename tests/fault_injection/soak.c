@@ -4,6 +4,7 @@
 // where it was.
 //   fault_soak PLIANTD SECONDS [SCENE [TSV [SEED]]]
 #include "ask.h"
+#include "scene_writer.h"
 #include "figure.h"
 #include "shown.h"
 
@@ -377,21 +378,18 @@ static void cycle(Soak *soak)
 // The threshold of curvature is so high that a sphere at rest is coarse.
 static const char *write_scene_of_ours(void)
 {
-    const char *path = scratch("soak.cfg");
-    write_text(
-        path,
-        "name = \"soak\"; rate_hz = 1000.0;\n"
-        "publish = { nodes_hz = 60.0; mesh_hz = 1.0; contact_hz = 500.0; status_hz = 5.0; };\n"
-        "bodies = ( { name = \"ball\"; model = \"surface\"; levels = 2; cuttable = true;\n"
-        "  mesh = { generator = \"ico_sphere\"; nodes = 162; radius = 0.05; };\n"
-        "  adapt = { force = 0.005; speed = 0.3; curvature = 1.0; check_hz = 100.0; };\n"
-        "  material = { youngs_modulus_2d = 80.0; areal_density = 4.2;\n"
-        "               damping_time = 2.0e-4; };\n"
-        "  shape = { angular_frequency = 50.0; damping_ratio = 0.1; };\n"
-        "  fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.02]); } ); } );\n"
-        "tools = ( { id = 1; kind = \"probe\"; max_force = 5.0;\n"
-        "  capsules = ( { from = [0.0, 0.0, 0.0]; radius = 0.006; } ); } );\n");
-    return path;
+    return write_body_scene(
+        "soak.cfg",
+        &(SceneParts){.head = "rate_hz = 1000.0; publish = { nodes_hz = 60.0; mesh_hz = 1.0; "
+                              "contact_hz = 500.0; status_hz = 5.0; };",
+                      .name = "ball",
+                      .source = ICO_SPHERE(162, 0.05),
+                      .body = "levels = 2; cuttable = true;\n"
+                              "adapt = { force = 0.005; speed = 0.3; curvature = 1.0; check_hz = "
+                              "100.0; };\n" SMALL_SHAPE LOWER_FIXED,
+                      .tail =
+                          "tools = ( { id = 1; kind = \"probe\"; max_force = 5.0;\n"
+                          "  capsules = ( { from = [0.0, 0.0, 0.0]; radius = 0.006; } ); } );\n"});
 }
 
 static void begin(Soak *soak)

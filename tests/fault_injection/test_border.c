@@ -2,6 +2,7 @@
 // alone never arrives, forged addresses do not help, STOP can be switched off, and no claim ends a
 // daemon by its numbers.
 #include "ask.h"
+#include "scene_writer.h"
 #include "hosts.h"
 #include "packet.h"
 #include "receiver.h"

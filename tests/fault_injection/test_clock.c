@@ -1,6 +1,7 @@
 // Clocks that are set while they are in use: by an hour forward and back, of the daemon and of a
 // client. Nothing that waits, times out or measures may rest on them.
 #include "lcm_client.h"
+#include "scene_writer.h"
 #include "figure.h"
 #include "shown.h"
 

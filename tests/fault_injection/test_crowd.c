@@ -1,6 +1,7 @@
 // A hundred subscribers of one daemon: all of them get what is published, and the daemon's own
 // figures beside those of a run with one.
 #include "lcm_client.h"
+#include "scene_writer.h"
 #include "figure.h"
 
 #include "effort.h"

@@ -2,6 +2,7 @@
 // fragments, to the group and to the port. Afterwards the server answers, pages are served, the
 // recording is whole, and none of them has grown.
 #include "ask.h"
+#include "scene_writer.h"
 #include "figure.h"
 #include "packet.h"
 

@@ -2,6 +2,7 @@
 // with an event and exit status 1, what was written stays whole, the simulation goes on. The disk
 // is a small tmpfs that only this test sees.
 #include "lcm_client.h"
+#include "scene_writer.h"
 #include "figure.h"
 #include "recording_view.h"
 

@@ -1,6 +1,7 @@
 // Misbehaving clients: poses at 10 kHz, requests and garbage as fast as they go, requests that take
 // long. The daemon keeps its beat, counts what it refuses, and still answers a well-behaved client.
 #include "ask.h"
+#include "scene_writer.h"
 #include "figure.h"
 
 #include <pthread.h>
@@ -209,15 +210,12 @@ static void pour_work(Flood *flood)
 
 static const char *heavy_scene(void)
 {
-    const char *path = scratch("heavy.cfg");
-    write_text(path, "name = \"heavy\"; rate_hz = 500.0;\n"
-                     "publish = { nodes_hz = 20.0; contact_hz = 0.0; status_hz = 10.0; };\n"
-                     "bodies = ( { name = \"sphere\"; model = \"surface\";\n"
-                     "  mesh = { generator = \"ico_sphere\"; nodes = 2562; radius = 0.05; };\n"
-                     "  material = { youngs_modulus_2d = 80.0; areal_density = 4.2; };\n"
-                     "  shape = { angular_frequency = 50.0; damping_ratio = 0.1; };\n"
-                     "  cuttable = true; } );\n");
-    return path;
+    return write_body_scene(
+        "heavy.cfg", &(SceneParts){.head = "rate_hz = 500.0; publish = { nodes_hz = 20.0; "
+                                           "contact_hz = 0.0; status_hz = 10.0; };",
+                                   .source = ICO_SPHERE(2562, 0.05),
+                                   .material = "youngs_modulus_2d = 80.0; areal_density = 4.2;",
+                                   .body = SMALL_SHAPE "cuttable = true;"});
 }
 
 // A service manager with a watchdog of 2 s, which wants a word every 0.5 s.

@@ -2,6 +2,7 @@
 // requests are answered at last and executed once, a viewer shows the truth or nothing, what is
 // lost is counted, and everything comes back with the link.
 #include "ask.h"
+#include "scene_writer.h"
 #include "figure.h"
 #include "hosts.h"
 #include "shown.h"
@@ -25,21 +26,14 @@ typedef struct Scenery {
 // A sphere that refines where it is pressed, so that meshes change.
 static const char *write_adapting(void)
 {
-    const char *path = scratch("adapting.cfg");
-    write_text(
-        path,
-        "name = \"adapting\"; rate_hz = 500.0;\n"
-        "publish = { nodes_hz = 100.0; mesh_hz = 5.0; contact_hz = 100.0; status_hz = 10.0; };\n"
-        "bodies = ( { name = \"sphere\"; model = \"surface\"; levels = 1;\n"
-        "  mesh = { generator = \"ico_sphere\"; nodes = 42; radius = 0.05; };\n"
-        "  adapt = { force = 0.005; speed = 0.3; curvature = 0.4; check_hz = 50.0; };\n"
-        "  material = { youngs_modulus_2d = 80.0; areal_density = 4.2;\n"
-        "               damping_time = 2.0e-4; };\n"
-        "  shape = { angular_frequency = 50.0; damping_ratio = 0.1; };\n"
-        "  fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.02]); } ); } );\n"
-        "tools = ( { id = 1; kind = \"probe\"; max_force = 5.0;\n"
-        "  capsules = ( { from = [0.0, 0.0, 0.0]; radius = 0.005; } ); } );\n");
-    return path;
+    return write_body_scene(
+        "adapting.cfg",
+        &(SceneParts){.head = "rate_hz = 500.0; publish = { nodes_hz = 100.0; mesh_hz = 5.0; "
+                              "contact_hz = 100.0; status_hz = 10.0; };",
+                      .body = "levels = 1;\n"
+                              "adapt = { force = 0.005; speed = 0.3; curvature = 0.4; check_hz = "
+                              "50.0; };\n" SMALL_SHAPE LOWER_FIXED,
+                      .tail = PROBE_TOOL});
 }
 
 static void begin(Scenery *scenery, const char *scene)
@@ -197,13 +191,12 @@ static void delays_reordering_and_repeats_show_the_truth(void **state)
 static void frames_of_many_packets_come_whole_or_not_at_all(void **state)
 {
     (void)state;
-    const char *path = scratch("large.cfg");
-    write_text(path, "name = \"large\"; rate_hz = 100.0;\n"
-                     "publish = { nodes_hz = 50.0; mesh_hz = 10.0; status_hz = 10.0; };\n"
-                     "bodies = ( { name = \"sphere\"; model = \"surface\";\n"
-                     "  mesh = { generator = \"ico_sphere\"; nodes = 2562; radius = 0.1; };\n"
-                     "  material = { youngs_modulus_2d = 20.0; areal_density = 4.0; };\n"
-                     "  shape = { angular_frequency = 50.0; damping_ratio = 0.1; }; } );\n");
+    const char *path = write_body_scene(
+        "large.cfg", &(SceneParts){.head = "rate_hz = 100.0; publish = { nodes_hz = 50.0; mesh_hz "
+                                           "= 10.0; status_hz = 10.0; };",
+                                   .source = ICO_SPHERE(2562, 0.1),
+                                   .material = "youngs_modulus_2d = 20.0; areal_density = 4.0;",
+                                   .body = SMALL_SHAPE});
     Scenery s;
     begin(&s, path);
     // Pieces of what never becomes whole wait for 30 s unless told otherwise, and when 4 MB of them

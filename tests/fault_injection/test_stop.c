@@ -1,5 +1,6 @@
 // Processes that are stopped: the daemon itself, and those that listen to it.
 #include "lcm_client.h"
+#include "scene_writer.h"
 #include "figure.h"
 
 #include "effort.h"

@@ -2,6 +2,7 @@
 // through because packets were lost, the link was cut or the first was stopped ends as soon as they
 // hear each other, and one of them is left.
 #include "lcm_client.h"
+#include "scene_writer.h"
 #include "hosts.h"
 
 #include "pliant_claim_t.h"

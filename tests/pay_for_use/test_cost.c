@@ -1,7 +1,7 @@
 // What a scene leaves out is not there: none of its functions is called, none of its arrays is
 // taken, switching it off in so many words changes nothing, and neither does a build without it.
 // Instructions are counted by valgrind; they do not depend on the machine's load.
-#include "harness.h"
+#include "scene_writer.h"
 #include "profile.h"
 
 #include <stdlib.h>
@@ -112,22 +112,24 @@ static bool finer; // a ball of four times as many nodes
 static const char *write_feature_scene(bool voxel, const Feature *what, const char *also)
 {
     const char *body = or_else(what->body, "");
-    char text[4096];
-    snprintf(text, sizeof text,
-             "name = \"test\"; rate_hz = 2000.0; %s\n"
-             "bodies = ( { name = \"body\"; time_step = 0.0005; %s\n"
-             "  material = { %s }; %s %s %s %s } );\n%s\n",
-             or_else(what->head, ""),
+    char head[512], source[256], keys[1024];
+    snprintf(head, sizeof head, "rate_hz = 2000.0; %s", or_else(what->head, ""));
+    snprintf(source, sizeof source, "time_step = 0.0005; %s",
              voxel   ? "model = \"voxel\"; voxels = { generator = \"box\"; count = [12, 12, 12]; "
                        "size = 0.0166; };"
-             : finer ? "mesh = { generator = \"ico_sphere\"; nodes = 2562; radius = 0.1; };"
-                     : "mesh = { generator = \"ico_sphere\"; nodes = 642; radius = 0.1; };",
-             or_else(what->material, voxel ? "damping = 0.0;" : "damping_time = 0.0;"), HELD,
-             voxel && strstr(body, "levels") == NULL ? "levels = 0;" : "", body, also,
-             or_else(what->tail, ""));
-    const char *path = scratch("leave.cfg");
-    write_text(path, text);
-    return path;
+             : finer ? ICO_SPHERE(2562, 0.1)
+                     : ICO_SPHERE(642, 0.1));
+    snprintf(keys, sizeof keys, HELD " %s %s %s",
+             voxel && strstr(body, "levels") == NULL ? "levels = 0;" : "", body, also);
+    return write_body_scene(
+        "feature.cfg",
+        &(SceneParts){.head = head,
+                      .name = "body",
+                      .source = source,
+                      .material =
+                          or_else(what->material, voxel ? "damping = 0.0;" : "damping_time = 0.0;"),
+                      .body = keys,
+                      .tail = what->tail});
 }
 
 // ---------------------------------------------------------------------------------------------

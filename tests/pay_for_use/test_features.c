@@ -1,6 +1,6 @@
 // pliantd --explain: of a scene that asks for nothing every feature is left out, and each comes
 // with its key, alone or with those that the table here names.
-#include "harness.h"
+#include "scene_writer.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -111,17 +111,20 @@ static const char *const UNDAMPED[2] = {"damping_time = 0.0;", "damping = 0.0;"}
 
 static void explain(Process *daemon, bool voxel, const Case *what)
 {
-    char text[4096];
+    char head[512], groups[1024];
     const char *body = or_else(what->body, "");
-    snprintf(text, sizeof text,
-             "name = \"test\"; %s publish = { %s };\n"
-             "bodies = ( { name = \"body\"; %s\n"
-             "  material = { %s }; contact = { %s }; %s %s } );\n%s\n",
-             or_else(what->head, ""), or_else(what->publish, SILENT), BODIES[voxel],
-             or_else(what->material, UNDAMPED[voxel]), or_else(what->contact, "friction = 0.0;"),
-             strstr(body, "levels") == NULL ? "levels = 0;" : "", body, or_else(what->tail, ""));
-    const char *scene = scratch("leave.cfg");
-    write_text(scene, text);
+    snprintf(head, sizeof head, "%s publish = { %s };", or_else(what->head, ""),
+             or_else(what->publish, SILENT));
+    snprintf(groups, sizeof groups, "contact = { %s }; %s %s",
+             or_else(what->contact, "friction = 0.0;"),
+             strstr(body, "levels") == NULL ? "levels = 0;" : "", body);
+    const char *scene = write_body_scene(
+        "feature.cfg", &(SceneParts){.head = head,
+                                     .name = "body",
+                                     .source = BODIES[voxel],
+                                     .material = or_else(what->material, UNDAMPED[voxel]),
+                                     .body = groups,
+                                     .tail = what->tail});
     run_daemon(daemon, "--explain %s %s", or_else(what->arguments, ""), scene);
     if (daemon->code != 0)
         fail_msg("%s: %s", or_else(what->feature, "nothing"), daemon->err);

@@ -4,6 +4,7 @@
 #include "session.h"
 
 #include "lcm_client.h"
+#include "scene_writer.h"
 #include "effort.h"
 #include "random.h"
 

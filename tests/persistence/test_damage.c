@@ -2,7 +2,7 @@
 // or a recording are changed, and what had a seal is sealed again. HDF5's library may fail on them;
 // the program that reads them does not: it ends with an exit status of its own. How many of each
 // kind: PLIANT_DAMAGES in the environment.
-#include "harness.h"
+#include "scene_writer.h"
 
 #include "effort.h"
 #include "random.h"

@@ -2,6 +2,7 @@
 #include "session.h"
 
 #include "lcm_client.h"
+#include "scene_writer.h"
 
 #include <errno.h>
 #include <signal.h>

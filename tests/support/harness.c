@@ -9,10 +9,6 @@
 #include <time.h>
 #include <unistd.h>
 
-const char *const PROBE_TOOL =
-    "tools = ( { id = 1; kind = \"probe\"; max_force = 5.0;\n"
-    "  capsules = ( { from = [0.0, 0.0, 0.0]; to = [0.0, 0.0, 0.0]; radius = 0.005; } ); } );\n";
-
 static Scratch folder;
 static char server[PATH_TEXT];
 static int started;
@@ -78,23 +74,6 @@ void write_text(const char *path, const char *text)
     assert_non_null(file);
     fputs(text, file);
     assert_int_equal(fclose(file), 0);
-}
-
-const char *write_scene(const char *name, const char *head, const char *tail)
-{
-    char text[8192];
-    snprintf(text, sizeof text,
-             "name = \"test\";\n%s\n"
-             "bodies = ( { name = \"sphere\"; model = \"surface\";\n"
-             "  mesh = { generator = \"ico_sphere\"; nodes = %d; radius = 0.05; };\n"
-             "  material = { youngs_modulus_2d = 80.0; areal_density = 4.2;\n"
-             "               damping_time = 2.0e-4; };\n"
-             "  shape = { angular_frequency = 50.0; damping_ratio = 0.1; };\n"
-             "  fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.02]); } ); } );\n%s\n",
-             head, SPHERE_NODES, tail);
-    const char *path = scratch(name);
-    write_text(path, text);
-    return path;
 }
 
 static const char *output_path(const Process *process, const char *kind)

@@ -19,13 +19,7 @@ int harness_end(int result);
 int harness_teardown(void **state);
 // A path in the scratch folder, valid for the next 31 calls.
 const char *scratch(const char *name);
-// Writes a scene: `head` are keys of the scene, `tail` goes behind the body (tools, loads).
-const char *write_scene(const char *name, const char *head, const char *tail);
 void write_text(const char *path, const char *text);
-
-// The body of the small scene: an ico sphere of 42 nodes, radius 0.05 m, its lower part fixed.
-extern const char *const PROBE_TOOL; // tail: tool 1, a ball of 5 mm, max_force 5 N
-enum { SPHERE_NODES = 42, SPHERE_TRIANGLES = 80 };
 
 typedef struct Process {
     pid_t pid;
