@@ -65,9 +65,15 @@ static pliant_cut_t sweep_at(Client *client, double x, char *body)
 
 static const Reply *send_cut(Client *client, const pliant_cut_t *cut)
 {
-    int before = count_replies(client, cut->id);
-    pliant_cut_t_publish(client->lcm, "PLIANT_CUT", cut);
-    wait_until(client, count_replies(client, cut->id) > before);
+    // Sent again each second until it is answered: datagrams get lost on a busy machine.
+    const int before = count_replies(client, cut->id);
+    for (int second = 0; second < 60 && count_replies(client, cut->id) == before; second++) {
+        pliant_cut_t_publish(client->lcm, "PLIANT_CUT", cut);
+        const double next = client_now() + 1.0;
+        while (count_replies(client, cut->id) == before && client_now() < next)
+            client_listen(client, 20);
+    }
+    assert_true(count_replies(client, cut->id) > before);
     return find_reply(client, cut->id);
 }
 

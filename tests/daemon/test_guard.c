@@ -162,9 +162,9 @@ static void a_load_that_tears_a_body_away_is_withdrawn(void **state)
     daemon_start(&daemon, "--checkpoint %s --log-inputs %s %s", checkpoint, log, scene);
     client_wait_for_daemon(client);
     const double push[3] = {1e6, 0.0, 0.0};
-    int32_t id = send_load(client, TOP, 0.03, push, 100.0, "sphere");
-    wait_until(client, find_reply(client, id) != NULL);
-    assert_true(find_reply(client, id)->ok);
+    const Reply *reply = apply_load(client, TOP, 0.03, push, 100.0, "sphere");
+    const int32_t id = reply->id;
+    assert_true(reply->ok);
     wait_until(client, client->status.resets > 0);
     // In the middle of it a checkpoint is asked for.
     assert_true(command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "")->ok);

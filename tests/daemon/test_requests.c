@@ -48,11 +48,10 @@ static int stop(void **state)
 static void a_load_moves_the_body_and_ends(void **state)
 {
     Client *client = ((Fixture *)*state)->client;
-    int32_t id = send_load(client, TOP, 0.03, DOWN, 0.5, "sphere");
-    wait_until(client, find_reply(client, id) != NULL);
-    assert_true(find_reply(client, id)->ok);
-    assert_string_equal(find_reply(client, id)->channel, "PLIANT_LOAD");
-    assert_int_equal(find_reply(client, id)->pieces, 1);
+    const Reply *reply = apply_load(client, TOP, 0.03, DOWN, 0.5, "sphere");
+    assert_true(reply->ok);
+    assert_string_equal(reply->channel, "PLIANT_LOAD");
+    assert_int_equal(reply->pieces, 1);
     wait_until(client, client->status.max_displacement > 1e-3);
     assert_true(saw_event(client, "load"));
     // Damped shape springs bring it back; a hundredth of the push is enough to tell.
@@ -64,9 +63,7 @@ static void a_load_on_no_free_node_is_refused(void **state)
     Client *client = ((Fixture *)*state)->client;
     const double far[3] = {5.0, 0.0, 0.0};
     int64_t before = refused(client, "not_possible");
-    int32_t id = send_load(client, far, 0.03, DOWN, 0.5, "");
-    wait_until(client, find_reply(client, id) != NULL);
-    assert_false(find_reply(client, id)->ok);
+    assert_false(apply_load(client, far, 0.03, DOWN, 0.5, "")->ok);
     wait_until(client, refused(client, "not_possible") == before + 1);
 }
 

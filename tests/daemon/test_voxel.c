@@ -127,14 +127,11 @@ static void requests_reach_a_solid(void **state)
     Process daemon;
     daemon_start(&daemon, "%s", write_block("requests.cfg", HEAD));
     client_wait_for_daemon(client);
-    int32_t id = send_load(client, TOP, 0.01, DOWN, 0.5, "block");
-    wait_until(client, find_reply(client, id) != NULL);
-    assert_true(find_reply(client, id)->ok);
-    assert_int_equal(find_reply(client, id)->pieces, 1);
+    const Reply *reply = apply_load(client, TOP, 0.01, DOWN, 0.5, "block");
+    assert_true(reply->ok);
+    assert_int_equal(reply->pieces, 1);
     wait_until(client, client->status.max_displacement > 1e-4);
-    id = send_load(client, AWAY, 0.01, DOWN, 0.5, "block"); // nobody is there
-    wait_until(client, find_reply(client, id) != NULL);
-    assert_false(find_reply(client, id)->ok);
+    assert_false(apply_load(client, AWAY, 0.01, DOWN, 0.5, "block")->ok); // no node is there
 
     assert_true(command(client, PLIANT_COMMAND_T_PAUSE, 0, "")->ok);
     assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "block.damping_scale=0.5")->ok);

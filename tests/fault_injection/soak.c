@@ -3,7 +3,7 @@
 // hold however long it takes: its memory stays as it is, and a body that is let go of comes back to
 // where it was.
 //   fault_soak PLIANTD SECONDS [SCENE [TSV [SEED]]]
-#include "ask.h"
+#include "lcm_client.h"
 #include "scene_writer.h"
 #include "figure.h"
 #include "shown.h"
@@ -162,7 +162,7 @@ static void on_status(const lcm_recv_buf_t *buffer, const char *channel, const p
 // Returns the step after which it was done.
 static int64_t request(Soak *soak, int kind, int64_t value, const char *argument)
 {
-    ask(soak->client, NULL, kind, value, argument);
+    insist(soak->client, NULL, kind, value, argument);
     const int64_t step = find_reply(soak->client, soak->client->next_id)->step;
     soak->client->replies = soak->client->events = 0;
     return step;

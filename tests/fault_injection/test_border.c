@@ -1,7 +1,7 @@
 // Who may send what: other hosts are refused unless the scene hears them, what is sent to the port
 // alone never arrives, forged addresses do not help, STOP can be switched off, and no claim ends a
 // daemon by its numbers.
-#include "ask.h"
+#include "lcm_client.h"
 #include "scene_writer.h"
 #include "hosts.h"
 #include "packet.h"

@@ -1,7 +1,7 @@
 // Raw datagrams against the running programs: a million random and made-up ones, whole messages and
 // fragments, to the group and to the port. Afterwards the server answers, pages are served, the
 // recording is whole, and none of them has grown.
-#include "ask.h"
+#include "lcm_client.h"
 #include "scene_writer.h"
 #include "figure.h"
 #include "packet.h"
@@ -174,10 +174,9 @@ static void start_all(Process program[PROGRAMS])
 // The line that pliant-web began with names its port.
 static void expect_page(const Process *web)
 {
-    char name[64], text[512] = "", answer[64] = "";
+    char text[512] = "", answer[64] = "";
     int port = 0;
-    snprintf(name, sizeof name, "daemon-%d.out", web->number);
-    FILE *out = fopen(scratch(name), "r");
+    FILE *out = fopen(process_output(web), "r");
     assert_non_null(out);
     size_t size = fread(text, 1, sizeof text - 1, out);
     text[size] = '\0';
@@ -243,7 +242,7 @@ static void every_program_outlives_a_million_hostile_datagrams(void **state)
     double seconds = client_now() - start;
     close(fd);
     Client *client = client_create();
-    int asked = ask(client, NULL, PLIANT_COMMAND_T_DESCRIBE, 0, "");
+    int asked = insist(client, NULL, PLIANT_COMMAND_T_DESCRIBE, 0, "");
     wait_until(client, refused(client, "not_a_packet") > count / 100 &&
                            refused(client, "fragment") > count / 100);
     int64_t step = client->status.step;

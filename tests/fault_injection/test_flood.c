@@ -1,6 +1,6 @@
 // Misbehaving clients: poses at 10 kHz, requests and garbage as fast as they go, requests that take
 // long. The daemon keeps its beat, counts what it refuses, and still answers a well-behaved client.
-#include "ask.h"
+#include "lcm_client.h"
 #include "scene_writer.h"
 #include "figure.h"
 
@@ -67,7 +67,7 @@ static void endure(void (*pour)(Flood *flood), const char *name, const char *rea
                            (reason == NULL || refused(client, reason) > 0));
     // While it goes on.
     int64_t before = client->status.step;
-    int asked = ask(client, NULL, PLIANT_COMMAND_T_SET, 0, "gravity_x=0.5");
+    int asked = insist(client, NULL, PLIANT_COMMAND_T_SET, 0, "gravity_x=0.5");
     wait_until(client, client->status.step > before + 50);
     double seconds = client_now() - start;
     long long sent = flood_end(&flood);
@@ -276,7 +276,7 @@ static void requests_that_take_long_leave_ticks_their_time(void **state)
     const double during = ticks_a_second(client, SECONDS);
     int alive = 0;
     wait_until(client, (alive += pings(manager)) >= 3);
-    const int asked = ask(client, NULL, PLIANT_COMMAND_T_SET, 0, "gravity_x=0.5");
+    const int asked = insist(client, NULL, PLIANT_COMMAND_T_SET, 0, "gravity_x=0.5");
     const double seconds = client_now() - start;
     process_signal(&daemon, SIGTERM); // looked at between two requests
     process_wait(&daemon);

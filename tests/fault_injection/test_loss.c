@@ -1,7 +1,7 @@
 // A link between two hosts that loses, delays, reorders and repeats packets, and one that is cut:
 // requests are answered at last and executed once, a viewer shows the truth or nothing, what is
 // lost is counted, and everything comes back with the link.
-#include "ask.h"
+#include "lcm_client.h"
 #include "scene_writer.h"
 #include "figure.h"
 #include "hosts.h"
@@ -108,14 +108,14 @@ static void requests_over_a_lossy_link_are_answered_and_executed_once(void **sta
     (void)state;
     Scenery s;
     begin(&s, write_scene("steps.cfg", "publish = { nodes_hz = 10.0; status_hz = 10.0; };", ""));
-    ask(s.far, s.near, PLIANT_COMMAND_T_PAUSE, 0, "");
+    insist(s.far, s.near, PLIANT_COMMAND_T_PAUSE, 0, "");
     int64_t step = -1;
     for (int i = 0; i < LOSSES; i++) {
         enum { REQUESTS = 8, STEPS = 3 };
         hosts_fault(&(LinkFaults){.loss = LOSS[i], .duplicate = 0.1});
         int sent = 0;
         for (int k = 0; k < REQUESTS; k++) {
-            sent += ask(s.far, s.near, PLIANT_COMMAND_T_STEP, STEPS, "");
+            sent += insist(s.far, s.near, PLIANT_COMMAND_T_STEP, STEPS, "");
             int64_t now = find_reply(s.far, s.far->next_id)->step;
             if (step >= 0) // each of them ran its three ticks and no more
                 assert_int_equal(now, step + STEPS);
@@ -180,7 +180,7 @@ static void delays_reordering_and_repeats_show_the_truth(void **state)
         client_fresh_status(s.near);
         assert_true((refused(s.near, "overtaken") > overtaken) == (FAULTS[i].jitter_ms > 0.0));
         overtaken = refused(s.near, "overtaken");
-        ask(s.far, s.near, PLIANT_COMMAND_T_DESCRIBE, 0, "");
+        insist(s.far, s.near, PLIANT_COMMAND_T_DESCRIBE, 0, "");
     }
     expect_at_least((double)shown_compare(s.truth, s.shown), 4.0 * EFFORT(12));
     end(&s);
@@ -241,7 +241,7 @@ static void a_link_that_was_cut_comes_back(void **state)
     assert_true(s.shown->count - before <= 1);
     hosts_fault(NULL);
     play(&s, 20);
-    ask(s.far, s.near, PLIANT_COMMAND_T_DESCRIBE, 0, "");
+    insist(s.far, s.near, PLIANT_COMMAND_T_DESCRIBE, 0, "");
     expect_at_least((double)shown_compare(s.truth, s.shown), 20.0);
     assert_int_equal(refused(s.near, "tool_owned_by_other"), 0);
     end(&s);

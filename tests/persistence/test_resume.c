@@ -53,9 +53,7 @@ static void a_run_goes_on_inside_its_log(void **state)
 static void push(Client *client, double z)
 {
     const double center[3] = {0.0, 0.0, 0.05}, force[3] = {0.0, 0.05, z};
-    int32_t id = send_load(client, center, 0.03, force, 0.2, "ball");
-    wait_until(client, find_reply(client, id) != NULL);
-    assert_true(find_reply(client, id)->ok);
+    assert_true(apply_load(client, center, 0.03, force, 0.2, "ball")->ok);
 }
 
 // Starts a server on a checkpoint or none, loads in a pause before a checkpoint and behind it,

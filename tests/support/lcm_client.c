@@ -256,8 +256,13 @@ int32_t send_command(Client *client, int kind, int64_t value, const char *argume
     return id;
 }
 
-int32_t send_load(Client *client, const double center[3], double radius, const double force[3],
-                  double duration, const char *body)
+static void publish_load(Client *client, const void *message)
+{
+    assert_int_equal(pliant_load_t_publish(client->lcm, "PLIANT_LOAD", message), 0);
+}
+
+static pliant_load_t make_load(Client *client, const double center[3], double radius,
+                               const double force[3], double duration, const char *body)
 {
     pliant_load_t m = {.utime = utime_now(),
                        .sender = client->sender,
@@ -267,7 +272,14 @@ int32_t send_load(Client *client, const double center[3], double radius, const d
                        .body = (char *)(uintptr_t)body};
     memcpy(m.center, center, sizeof m.center);
     memcpy(m.force, force, sizeof m.force);
-    assert_int_equal(pliant_load_t_publish(client->lcm, "PLIANT_LOAD", &m), 0);
+    return m;
+}
+
+int32_t send_load(Client *client, const double center[3], double radius, const double force[3],
+                  double duration, const char *body)
+{
+    const pliant_load_t m = make_load(client, center, radius, force, duration, body);
+    publish_load(client, &m);
     return m.id;
 }
 
@@ -315,20 +327,66 @@ void repeat_unanswered(Client *client, int32_t first, int kind, int64_t value, c
     }
 }
 
+typedef struct Request {
+    int32_t id;
+    void (*publish)(Client *client, const void *message);
+    const void *message;
+} Request;
+
+// Sends a request, and the same one again at this interval [s], until it is answered, with `ok` if
+// that is required. Returns how often it was sent.
+static int send_until_answered(Client *client, Client *also, const Request *request,
+                               double interval, bool needs_ok)
+{
+    const double limit = client_now() + 60.0;
+    for (int sent = 1; client_now() < limit; sent++) {
+        request->publish(client, request->message);
+        for (const double next = client_now() + interval; client_now() < next;) {
+            client_listen(client, 5);
+            if (also != NULL)
+                client_listen(also, 0);
+            const Reply *reply = find_reply(client, request->id);
+            if (reply != NULL && (reply->ok || !needs_ok))
+                return sent;
+        }
+    }
+    fail_msg("no answer to request %d in a minute", request->id);
+    return 0;
+}
+
+static pliant_command_t make_command(Client *client, int kind, int64_t value, const char *argument)
+{
+    return (pliant_command_t){.id = ++client->next_id,
+                              .kind = kind,
+                              .value = value,
+                              .argument = (char *)(uintptr_t)argument};
+}
+
+static void publish_made(Client *client, const void *message)
+{
+    const pliant_command_t *m = message;
+    publish_command(client, m->id, m->kind, m->value, m->argument);
+}
+
 const Reply *command(Client *client, int kind, int64_t value, const char *argument)
 {
-    // Datagrams get lost on a busy machine: the same request is sent again, and answered again.
-    int32_t id = send_command(client, kind, value, argument);
-    for (int second = 0; second < 30 && find_reply(client, id) == NULL; second++) {
-        if (second > 0 && second % 5 == 0)
-            publish_command(client, id, kind, value, argument);
-        double next = client_now() + 1.0;
-        while (find_reply(client, id) == NULL && client_now() < next)
-            client_listen(client, 20);
-    }
-    if (find_reply(client, id) == NULL)
-        fail_msg("no reply to command %d in 30 s", kind);
-    return find_reply(client, id);
+    const pliant_command_t m = make_command(client, kind, value, argument);
+    send_until_answered(client, NULL, &(Request){m.id, publish_made, &m}, 1.0, false);
+    return find_reply(client, m.id);
+}
+
+const Reply *apply_load(Client *client, const double center[3], double radius,
+                        const double force[3], double duration, const char *body)
+{
+    const pliant_load_t m = make_load(client, center, radius, force, duration, body);
+    send_until_answered(client, NULL, &(Request){m.id, publish_load, &m}, 1.0, false);
+    return find_reply(client, m.id);
+}
+
+int insist(Client *client, Client *also, int kind, int64_t value, const char *argument)
+{
+    const pliant_command_t m = make_command(client, kind, value, argument);
+    return send_until_answered(client, also, &(Request){m.id, publish_made, &m}, 0.05, true);
 }
 
 bool saw_event(const Client *client, const char *kind)

@@ -25,10 +25,10 @@ typedef struct SceneParts {
 #define LOWER_FIXED    FIXED_BELOW(-0.02)
 enum { SPHERE_NODES = 42, SPHERE_TRIANGLES = 80 }; // of SMALL_SPHERE
 
-#define PROBE_CAPSULE                                                                              \
-    "capsules = ( { from = [0.0, 0.0, 0.0]; to = [0.0, 0.0, 0.0]; radius = 0.005; } );"
 // Tool 1, a ball of 5 mm.
-#define PROBE_TOOL "tools = ( { id = 1; kind = \"probe\"; max_force = 5.0; " PROBE_CAPSULE " } );\n"
+#define PROBE_TOOL                                                                                 \
+    "tools = ( { id = 1; kind = \"probe\"; max_force = 5.0;\n"                                     \
+    "  capsules = ( { from = [0.0, 0.0, 0.0]; to = [0.0, 0.0, 0.0]; radius = 0.005; } ); } );\n"
 
 // Returns the file's path, as scratch().
 const char *write_body_scene(const char *file, const SceneParts *parts);
