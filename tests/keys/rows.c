@@ -2,6 +2,9 @@
 
 #include "files/scene_parts.h"
 
+#include <math.h>
+#include <string.h>
+
 #define SPHERE(more)         "mesh = { generator = \"ico_sphere\"; radius = 0.05; " more " };"
 #define BOX(more)            "model = \"voxel\"; voxels = { generator = \"box\"; size = 0.015; " more " };"
 #define DISC(more)           "model = \"voxel\"; voxels = { generator = \"disc\"; " more " };"
@@ -43,10 +46,6 @@ static const char *const PRESET[KEY_MODELS][PARTS] = {
     REFUSES_FROM(table_, key_, models_, part_, NULL, changed_, said_)
 #define IS_IDLE(table_, key_, models_, part_, base_, changed_, said_)                              \
     IN(table_, key_, models_, IDLE, part_, base_, changed_), .said = said_
-// A key of bodies that the model does not know.
-#define NOTHING(key_, models_, changed_)                                                           \
-    REFUSES(BODY_TABLE, key_, models_, BODY, changed_, key_ " means nothing for a ")
-
 const KeyRow KEY_ROWS[] = {
     // --- the scene ---
     {IN(SCENE_TABLE, "name", ALL, STREAM, HEAD, "", "name = \"other\";")},
@@ -113,38 +112,25 @@ const KeyRow KEY_ROWS[] = {
     {IN(BODY_TABLE, "model", S, STATE, SOURCE, NULL, BOX("count = 6;"))},
     {IN(BODY_TABLE, "model", V | P, STATE, SOURCE, NULL, SPHERE("subdivisions = 2;"))},
     {IN(BODY_TABLE, "mesh", S, STATE, SOURCE, NULL, SPHERE("subdivisions = 1;"))},
-    {NOTHING("mesh", V | P, "mesh = { generator = \"sphere\"; };")},
     {IN(BODY_TABLE, "voxels", V | P, STATE, SOURCE, NULL, BOX("count = 5;"))},
-    {NOTHING("voxels", S, "voxels = { generator = \"box\"; };")},
     {IN(BODY_TABLE, "levels", S, STATE, BODY, "levels = 1; adapt = {};",
         "levels = 2; adapt = {};")},
     {IN(BODY_TABLE, "levels", V | P, STATE, BODY, "levels = 0;", "levels = 1;")},
     {IN(BODY_TABLE, "start_level", S, STATE, BODY, "levels = 1;", "levels = 1; start_level = 1;")},
-    {NOTHING("start_level", V | P, "start_level = 1;")},
     {IN(BODY_TABLE, "adjust", S, STATE, BODY, "levels = 1; start_level = 1;",
         "levels = 1; start_level = 1; adjust = \"choi2005\";")},
     {IS_IDLE(BODY_TABLE, "adjust", S, BODY, "", "adjust = \"choi2005\";", "levels is 0")},
-    {NOTHING("adjust", V | P, "adjust = \"choi2005\";")},
     {IN(BODY_TABLE, "adapt", S, STATE, BODY, "levels = 1;", "levels = 1; adapt = {};")},
-    {NOTHING("adapt", V | P, "adapt = {};")},
-    {IN(BODY_TABLE, "law", V | P, STATE, BODY, "", "law = \"miyazaki2004\";")},
-    {NOTHING("law", S, "law = \"miyazaki2004\";")},
     {IN(BODY_TABLE, "dimensions", V, STATE, BODY, "", "dimensions = 2;"),
      .also = {{SOURCE, BOX("count = [6, 6, 1];")}}},
     {REFUSES(BODY_TABLE, "dimensions", P, BODY, "dimensions = 3;", "a plane body")},
-    {NOTHING("dimensions", S, "dimensions = 2;")},
     {IN(BODY_TABLE, "material", S, STATE, BODY, "", "material = { youngs_modulus_2d = 90.0; };")},
     {IN(BODY_TABLE, "material", V | P, STATE, BODY, "", "material = { youngs_modulus = 2e4; };")},
     {IN(BODY_TABLE, "materials", V | P, STATE, BODY, "",
         "materials = ( { label = 1; density = 900.0; } );")},
-    {NOTHING("materials", S, "materials = ( { label = 1; } );")},
     {IN(BODY_TABLE, "shape", S, STATE, BODY, "", "shape = {};")},
-    {NOTHING("shape", V | P, "shape = {};")},
     {IN(BODY_TABLE, "contact", ALL, STATE, BODY, "", "contact = { stiffness = 0.3; };")},
-    {IN(BODY_TABLE, "prestress", S, STATE, BODY, "", "prestress = 0.1;")},
-    {NOTHING("prestress", V | P, "prestress = 0.1;")},
     {IN(BODY_TABLE, "skin", V, SHOWN, BODY, "", "skin = { mesh = \"ball.obj\"; };")},
-    {NOTHING("skin", S, "skin = { mesh = \"ball.obj\"; };")},
     {REFUSES(BODY_TABLE, "skin", P, BODY, "skin = { mesh = \"ball.obj\"; };",
              "skin means nothing for a plane body")},
     {IN(BODY_TABLE, "integrator", S, STATE, BODY, "", "integrator = \"rk4\";")},
@@ -157,17 +143,14 @@ const KeyRow KEY_ROWS[] = {
     {IS_IDLE(BODY_TABLE, "theta", S, BODY, "", "theta = 0.9;", "not \"implicit\"")},
     {IS_IDLE(BODY_TABLE, "theta", S, BODY, "integrator = \"rk4\";",
              "integrator = \"rk4\"; theta = 0.9;", "not \"implicit\"")},
-    {NOTHING("theta", V | P, "theta = 0.9;")},
     {IN(BODY_TABLE, "solver_tolerance", S, STATE, BODY, "integrator = \"implicit\";",
         "integrator = \"implicit\"; solver_tolerance = 1.0e-8;")},
     {IS_IDLE(BODY_TABLE, "solver_tolerance", S, BODY, "", "solver_tolerance = 1.0e-8;",
              "not \"implicit\"")},
-    {NOTHING("solver_tolerance", V | P, "solver_tolerance = 1.0e-8;")},
     {IN(BODY_TABLE, "solver_iterations", S, STATE, BODY, "integrator = \"implicit\";",
         "integrator = \"implicit\"; solver_iterations = 1;")},
     {IS_IDLE(BODY_TABLE, "solver_iterations", S, BODY, "", "solver_iterations = 1;",
              "not \"implicit\"")},
-    {NOTHING("solver_iterations", V | P, "solver_iterations = 1;")},
     {IN(BODY_TABLE, "time_step", ALL, STATE, BODY, "", "time_step = 1.0e-4;")},
     {REFUSES_FROM(BODY_TABLE, "unsafe_time_step", S, BODY,
                   STIFF("youngs_modulus_2d = 1e6;") "unsafe_time_step = true;",
@@ -191,7 +174,6 @@ const KeyRow KEY_ROWS[] = {
     {IS_IDLE(BODY_TABLE, "split_budget", V, BODY, "levels = 0; cuttable = true;",
              "levels = 0; cuttable = true; split_budget = 1;", "levels is 0"),
      .also = {{TOOLS, BLADE}, {SOURCE, VOXELS("generator = \"box\"; count = 10; size = 0.009;")}}},
-    {NOTHING("split_budget", S, "cuttable = true; split_budget = 1;")},
     {REFUSES(BODY_TABLE, "split_budget", P, BODY, "cuttable = true; split_budget = 1;",
              "split_budget means nothing for a plane body")},
     {IN(BODY_TABLE, "tear", S, STATE, BODY, "cuttable = true;",
@@ -213,11 +195,6 @@ const KeyRow KEY_ROWS[] = {
         "cuttable = true; tear = { stretch = 0.001; };")},
     {REFUSES(TEAR_TABLE, "stretch", V | P, BODY, "cuttable = true; tear = { stretch = 1.0; };",
              "tear.stretch means nothing for a voxel body")},
-
-    {IN(CONTACT_TABLE, "stiffness", ALL, STATE, BODY, "", "contact = { stiffness = 0.3; };")},
-    {IN(CONTACT_TABLE, "damping_time", ALL, STATE, BODY, "",
-        "contact = { damping_time = 1e-4; };")},
-    {IN(CONTACT_TABLE, "friction", ALL, STATE, BODY, "", "contact = { friction = 0.5; };")},
 
     {IS_IDLE(CONTACT_TABLE, "stiffness", ALL, BODY, "", "contact = { stiffness = 0.3; };",
              "no tool touches"),
@@ -285,24 +262,16 @@ const KeyRow KEY_ROWS[] = {
 
 #define MATERIAL(base, changed)                                                                    \
     STATE, BODY, "material = { " base " };", "material = { " changed " };"
-    {IN(MATERIAL_TABLE, "youngs_modulus_2d", S, MATERIAL("", "youngs_modulus_2d = 90.0;"))},
-    {IN(MATERIAL_TABLE, "areal_density", S, MATERIAL("", "areal_density = 4.0;"))},
-    {IN(MATERIAL_TABLE, "damping_time", S, MATERIAL("", "damping_time = 1e-4;"))},
     {IN(MATERIAL_TABLE, "spring_stiffness", S,
         MATERIAL(UNIFORM, "spring_stiffness = 70.0; node_mass = 1.0e-3;"))},
     {IN(MATERIAL_TABLE, "spring_damping", S, MATERIAL(UNIFORM, UNIFORM "spring_damping = 0.001;"))},
     {IN(MATERIAL_TABLE, "node_mass", S,
         MATERIAL(UNIFORM, "spring_stiffness = 60.0; node_mass = 2.0e-3;"))},
-    {IN(MATERIAL_TABLE, "node_damping", S, MATERIAL("", "node_damping = 0.01;"))},
     {IN(MATERIAL_TABLE, "node_damping", S, MATERIAL(UNIFORM, UNIFORM "node_damping = 0.01;"))},
 
 #define SHAPED(base, changed) STATE, BODY, "shape = { " base " };", "shape = { " changed " };"
-    {IN(SHAPE_TABLE, "angular_frequency", S, SHAPED("", "angular_frequency = 40.0;"))},
-    {IN(SHAPE_TABLE, "damping_ratio", S, SHAPED("", "damping_ratio = 0.2;"))},
     {IN(SHAPE_TABLE, "stiffness", S, SHAPED("stiffness = 1.0;", "stiffness = 2.0;"))},
     {IN(SHAPE_TABLE, "damping", S, SHAPED("stiffness = 1.0;", "stiffness = 1.0; damping = 0.01;"))},
-    {IN(SHAPE_TABLE, "frame", S, SHAPED("", "frame = \"body\";"))},
-    {IN(SHAPE_TABLE, "damping_direction", S, SHAPED("", "damping_direction = \"radial\";"))},
     {IN(SHAPE_TABLE, "damping_direction", S, STATE, BODY, "levels = 1; adapt = {}; shape = {};",
         "levels = 1; adapt = {}; shape = { damping_direction = \"radial\"; };")},
     {REFUSES(SHAPE_TABLE, "damping_direction", S, BODY,
@@ -351,12 +320,9 @@ const KeyRow KEY_ROWS[] = {
         BOX("count = [6, 6, 1]; dimensions = 2;"))},
     {REFUSES(VOXELS_TABLE, "dimensions", P, SOURCE, DISC("dimensions = 3;"), "a plane body")},
 
-    {IN(VOXEL_MATERIAL_TABLE, "youngs_modulus", V | P, MATERIAL("", "youngs_modulus = 2e4;"))},
     {IN(VOXEL_MATERIAL_TABLE, "poisson_ratio", V | P, MATERIAL("", "poisson_ratio = 0.3;"))},
     {REFUSES(VOXEL_MATERIAL_TABLE, "poisson_ratio", V | P, BODY,
              "law = \"miyazaki2004\"; material = { poisson_ratio = 0.3; };", "knows only 0")},
-    {IN(VOXEL_MATERIAL_TABLE, "density", V | P, MATERIAL("", "density = 900.0;"))},
-    {IN(VOXEL_MATERIAL_TABLE, "damping", V | P, MATERIAL("", "damping = 0.3;"))},
 #define LABELS(value) "materials = ( { label = 1; " value " } ); "
     {IS_IDLE(VOXEL_MATERIAL_TABLE, "youngs_modulus", V | P, BODY, LABELS("youngs_modulus = 1e4;"),
              LABELS("youngs_modulus = 1e4;") "material = { youngs_modulus = 2e4; };",
@@ -483,6 +449,68 @@ int key_models(const OptionTable *table)
         if (OF_SOME[i].table == table)
             return OF_SOME[i].models;
     return ALL;
+}
+
+// Returns a number that is not the default, inside the range.
+static double other_number(const Option *option)
+{
+    const double preset = fmax(option->preset, option->low);
+    if (option->type == OPTION_INT)
+        return preset < option->high ? preset + 1.0 : preset - 1.0;
+    if (0.9 * preset > option->low)
+        return 0.9 * preset;
+    return preset + fmin(0.01, 0.1 * (option->high - preset));
+}
+
+// Writes another value than the default.
+static void write_other(const Option *option, char *text, size_t size)
+{
+    const OptionWord *word = option->words;
+    switch (option->type) {
+    case OPTION_REAL:
+    case OPTION_INT:
+        snprintf(text, size, "%g", other_number(option));
+        break;
+    case OPTION_BOOL:
+        snprintf(text, size, "%s", option->preset > 0.0 ? "false" : "true");
+        break;
+    case OPTION_WORD:
+        snprintf(text, size, "\"%s\"", word[word->value == (int)option->preset].word);
+        break;
+    default:
+        snprintf(text, size, "%s", option->type == OPTION_LIST ? "()" : "{}");
+    }
+}
+
+bool key_row_make(const OptionTable *table, const Option *option, KeyModel model, MadeRow *made)
+{
+    const SceneModel scene_model = model == KEY_SURFACE ? MODEL_SURFACE : MODEL_VOXEL;
+    const char *group = strncmp(table->path, "bodies.", 7) == 0 ? table->path + 7 : NULL;
+    const bool used = option_is_used(option, (int)scene_model);
+    const bool refused = table == &BODY_TABLE && !used;
+    const bool number = option->type == OPTION_REAL || option->type == OPTION_INT ||
+                        option->type == OPTION_BOOL || option->type == OPTION_WORD;
+    if ((table != &BODY_TABLE && group == NULL) || (!refused && (!number || !used)))
+        return false;
+    char value[64];
+    write_other(option, value, sizeof value);
+    snprintf(made->base, sizeof made->base, group != NULL ? "%s = {};" : "%s",
+             group != NULL ? group : "");
+    snprintf(made->changed, sizeof made->changed,
+             group != NULL ? "%s = { %s = %s; };" : "%s%s = %s;", group != NULL ? group : "",
+             option->key, value);
+    snprintf(made->said, sizeof made->said, "%s means nothing for a ", option->key);
+    made->row = (KeyRow){.table = table,
+                         .key = option->key,
+                         .models = 1 << model,
+                         .evidence = refused           ? REFUSED
+                                     : option->physics ? STATE
+                                                       : PLAN,
+                         .part = BODY,
+                         .base = made->base,
+                         .changed = made->changed,
+                         .said = made->said};
+    return true;
 }
 
 char *key_scene(const KeyRow *row, KeyModel model, bool changed, const char *prefix)

@@ -1,5 +1,6 @@
 // What each key of a scene must show when it changes: rows for every key of every table and every
-// model that takes it. Scenes are put together from parts; a row replaces some of them.
+// model that takes it, unless the table itself tells how to change it. Scenes are put together from
+// parts; a row replaces some of them.
 #ifndef PLIANT_TESTS_KEYS_ROWS_H
 #define PLIANT_TESTS_KEYS_ROWS_H
 
@@ -52,6 +53,15 @@ typedef struct KeyRow {
 
 extern const KeyRow KEY_ROWS[];
 extern const int KEY_ROW_COUNT;
+
+// A row that its table tells: a number, truth or word of a body, or of one of its groups, gets
+// another value than its default, which shows in the state if the motion depends on it, else in the
+// plan; a key of other models is refused. Returns false for other keys.
+typedef struct MadeRow {
+    KeyRow row;
+    char base[64], changed[160], said[96];
+} MadeRow;
+bool key_row_make(const OptionTable *table, const Option *option, KeyModel model, MadeRow *made);
 
 // Models to which a table belongs: none of its keys can be said of the others.
 int key_models(const OptionTable *table);
