@@ -3,12 +3,12 @@
 #include "arguments.h"
 
 #include "base/log.h"
-#include "files/mesh_report.h"
-#include "files/mesh_import.h"
-#include "files/off.h"
-#include "files/prepared.h"
-#include "files/proposal.h"
-#include "files/units.h"
+#include "scene/mesh_report.h"
+#include "io/mesh_import.h"
+#include "io/off.h"
+#include "scene/prepared.h"
+#include "scene/proposal.h"
+#include "io/units.h"
 
 #include <errno.h>
 #include <fcntl.h>

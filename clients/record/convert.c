@@ -1,6 +1,6 @@
 #include "convert.h"
 
-#include "files/event_log.h"
+#include "io/event_log.h"
 #include "writer.h"
 
 #include <stdlib.h>

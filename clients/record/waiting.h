@@ -3,7 +3,7 @@
 #ifndef PLIANT_CLIENTS_RECORD_WAITING_H
 #define PLIANT_CLIENTS_RECORD_WAITING_H
 
-#include "files/recording.h"
+#include "io/recording.h"
 
 #include <stddef.h>
 

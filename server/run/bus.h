@@ -5,7 +5,7 @@
 #ifndef PLIANT_RUN_BUS_H
 #define PLIANT_RUN_BUS_H
 
-#include "files/scene.h"
+#include "scene/scene.h"
 #include "run/exchange.h"
 #include "run/service.h"
 

@@ -6,8 +6,8 @@
 
 #include "base/ring.h"
 #include "base/slot.h"
-#include "files/build.h"
-#include "files/checkpoint.h"
+#include "scene/build.h"
+#include "scene/checkpoint.h"
 #include "run/gate.h"
 #include "run/mesh_copy.h"
 #include "run/rest_copy.h"

@@ -4,7 +4,7 @@
 #ifndef PLIANT_RUN_FILES_THREAD_H
 #define PLIANT_RUN_FILES_THREAD_H
 
-#include "files/scene.h"
+#include "scene/scene.h"
 #include "run/exchange.h"
 #include "run/input_log.h"
 #include "run/recorder.h"

@@ -6,7 +6,7 @@
 #ifndef PLIANT_RUN_INPUT_LOG_H
 #define PLIANT_RUN_INPUT_LOG_H
 
-#include "files/event_log.h"
+#include "io/event_log.h"
 #include "run/exchange.h"
 
 typedef struct InputLogHeader {

@@ -3,7 +3,7 @@
 #ifndef PLIANT_RUN_LIVE_H
 #define PLIANT_RUN_LIVE_H
 
-#include "files/scene.h"
+#include "scene/scene.h"
 #include "run/bus.h"
 #include "run/loop.h"
 

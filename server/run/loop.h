@@ -6,7 +6,7 @@
 #define PLIANT_RUN_LOOP_H
 
 #include "base/histogram.h"
-#include "files/scene.h"
+#include "scene/scene.h"
 #include "run/exchange.h"
 #include "run/governor.h"
 

@@ -4,7 +4,7 @@
 #define PLIANT_RUN_OFFLINE_H
 
 #include "base/histogram.h"
-#include "files/scene.h"
+#include "scene/scene.h"
 #include "run/input_log.h"
 
 #include <signal.h>

@@ -4,8 +4,8 @@
 #ifndef PLIANT_RUN_RECORDER_H
 #define PLIANT_RUN_RECORDER_H
 
-#include "files/build.h"
-#include "files/recording_mesh.h"
+#include "scene/build.h"
+#include "io/recording_mesh.h"
 #include "run/exchange.h"
 
 typedef struct RecordTool {

@@ -4,7 +4,7 @@
 #ifndef PLIANT_RUN_REPLAY_H
 #define PLIANT_RUN_REPLAY_H
 
-#include "files/build.h"
+#include "scene/build.h"
 #include "run/gate.h"
 #include "run/input_log.h"
 

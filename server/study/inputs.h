@@ -6,7 +6,7 @@
 
 #include "study/context.h"
 
-#include "files/build.h"
+#include "scene/build.h"
 #include "run/replay.h"
 
 // Chooses and describes the inputs; may add a load to context->scene. `world`: the scene as it is.

@@ -2,7 +2,7 @@
 #include "study/report.h"
 
 #include "base/output.h"
-#include "files/data_file.h"
+#include "io/data_file.h"
 #include "study/advice.h"
 #include "study/plot.h"
 #include "study/save.h"

@@ -4,7 +4,7 @@
 
 #include "study/context.h"
 
-#include "files/build.h"
+#include "scene/build.h"
 
 typedef struct Sampler {
     const StudyContext *context;

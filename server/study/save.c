@@ -3,7 +3,7 @@
 
 #include "base/check.h"
 #include "base/output.h"
-#include "files/data_file.h"
+#include "io/data_file.h"
 #include "study/field.h"
 
 #include <math.h>

@@ -5,7 +5,7 @@
 #ifndef PLIANT_STUDY_STEP_DOUBLING_H
 #define PLIANT_STUDY_STEP_DOUBLING_H
 
-#include "files/build.h"
+#include "scene/build.h"
 
 typedef struct StepDoubling {
     World *world;

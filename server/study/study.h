@@ -9,7 +9,7 @@
 
 #include "base/precision.h"
 #include "dynamics/integrator.h"
-#include "files/scene.h"
+#include "scene/scene.h"
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -4,7 +4,7 @@
 
 #include "study/context.h"
 
-#include "files/build.h"
+#include "scene/build.h"
 
 // A scene that shares all but its bodies with another.
 typedef struct StudyScene {

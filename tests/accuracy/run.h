@@ -3,7 +3,7 @@
 #ifndef PLIANT_TESTS_ACCURACY_RUN_H
 #define PLIANT_TESTS_ACCURACY_RUN_H
 
-#include "files/build.h"
+#include "scene/build.h"
 #include "geometry/levels.h"
 
 // How a scene's body is divided. The scene's own `adapt` holds for MODEL_ADAPTIVE.

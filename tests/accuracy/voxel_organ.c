@@ -4,8 +4,8 @@
 
 #include "base/check.h"
 #include "base/clock.h"
-#include "files/body_voxels.h"
-#include "files/build.h"
+#include "scene/body_voxels.h"
+#include "scene/build.h"
 #include "picture.h"
 #include "voxel/layout.h"
 #include "voxel/model.h"

@@ -4,8 +4,8 @@
 #include "daemon.h"
 
 #include "base/clock.h"
-#include "files/build.h"
-#include "files/checkpoint.h"
+#include "scene/build.h"
+#include "scene/checkpoint.h"
 
 #include <stdlib.h>
 #include <sys/stat.h>

@@ -8,7 +8,7 @@
 #ifdef PLIANT_WITH_VOXEL
 #include "daemon.h"
 
-#include "files/build.h"
+#include "scene/build.h"
 
 #include <unistd.h>
 #endif

@@ -5,7 +5,7 @@
 
 #include "base/check.h"
 #include "base/clock.h"
-#include "files/build.h"
+#include "scene/build.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -2,7 +2,7 @@
 #include "bench.h"
 
 #include "base/clock.h"
-#include "files/build.h"
+#include "scene/build.h"
 
 #include <stdlib.h>
 #include <string.h>

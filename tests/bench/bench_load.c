@@ -5,8 +5,8 @@
 #include "world.h"
 
 #include "base/clock.h"
-#include "files/build.h"
-#include "files/prepared.h"
+#include "scene/build.h"
+#include "scene/prepared.h"
 #include "geometry/generator.h"
 
 #include <errno.h>

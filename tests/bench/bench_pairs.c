@@ -7,7 +7,7 @@
 #include "daemon.h"
 
 #include "base/clock.h"
-#include "files/build.h"
+#include "scene/build.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 // What is let in, with a clock of our own: ownership, repeats, counters. And when things are due.
 #include "expect.h"
-#include "files/event_log.h"
+#include "io/event_log.h"
 #include "run/gate.h"
 #include "run/loop.h"
 

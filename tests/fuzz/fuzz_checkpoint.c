@@ -3,8 +3,8 @@
 // the file itself, as it comes.
 #include "fuzz.h"
 
-#include "files/checkpoint.h"
-#include "files/fnv.h"
+#include "scene/checkpoint.h"
+#include "base/fnv.h"
 #include "hdf_edit.h"
 #include "world.h"
 

@@ -4,7 +4,7 @@
 #include "fuzz.h"
 
 #include "base/log.h"
-#include "files/prepared.h"
+#include "scene/prepared.h"
 #include "hdf_edit.h"
 #include "world.h"
 

@@ -3,7 +3,7 @@
 #include "fuzz.h"
 
 #include "base/log.h"
-#include "files/build.h"
+#include "scene/build.h"
 #include "world.h"
 
 #include <math.h>

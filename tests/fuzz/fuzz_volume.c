@@ -4,8 +4,8 @@
 #include "fuzz.h"
 
 #include "base/log.h"
-#include "files/body_voxels.h"
-#include "files/volume_import.h"
+#include "scene/body_voxels.h"
+#include "io/volume_import.h"
 
 #include <unistd.h>
 

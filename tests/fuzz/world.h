@@ -4,7 +4,7 @@
 #ifndef PLIANT_TESTS_FUZZ_WORLD_H
 #define PLIANT_TESTS_FUZZ_WORLD_H
 
-#include "files/build.h"
+#include "scene/build.h"
 
 typedef struct FuzzWorld {
     Scene scene;

@@ -1,6 +1,6 @@
 #include "rows.h"
 
-#include "files/scene_parts.h"
+#include "scene/scene_parts.h"
 
 #include <math.h>
 #include <string.h>

@@ -4,7 +4,7 @@
 #ifndef PLIANT_TESTS_KEYS_ROWS_H
 #define PLIANT_TESTS_KEYS_ROWS_H
 
-#include "files/option_table.h"
+#include "scene/option_table.h"
 
 #include <stddef.h>
 

@@ -3,10 +3,10 @@
 // of the tables that read scenes; one without a row in rows.c fails.
 #include "stream.h"
 
-#include "files/build.h"
-#include "files/fnv.h"
-#include "files/physics_hash.h"
-#include "files/scene_parts.h"
+#include "scene/build.h"
+#include "base/fnv.h"
+#include "scene/physics_hash.h"
+#include "scene/scene_parts.h"
 #include "geometry/generator.h"
 #include "run/explain.h"
 

@@ -15,7 +15,8 @@ header_of() {
     surface) echo surface/surface.h ;;
     voxel) echo voxel/voxel.h ;;
     plane) echo plane/plane.h ;;
-    files) echo files/scene.h ;;
+    io) echo io/hdf.h ;;
+    scene) echo scene/scene.h ;;
     run) echo run/bus.h ;;
     study) echo study/study.h ;;
     esac
@@ -26,14 +27,14 @@ rank_of() {
     base) echo 1 ;;
     geometry) echo 2 ;;
     dynamics) echo 3 ;;
-    surface | voxel | plane) echo 4 ;;
-    files) echo 5 ;;
+    surface | voxel | plane | io) echo 4 ;;
+    scene) echo 5 ;;
     run) echo 6 ;;
     study) echo 7 ;;
     esac
 }
 
-# Surface, voxel and plane bodies do not see each other.
+# Surface, voxel and plane bodies and the formats of files do not see each other.
 may_see() {
     [ "$1" = "$2" ] || [ "$(rank_of "$2")" -lt "$(rank_of "$1")" ]
 }
@@ -48,7 +49,7 @@ while read -r module folders; do
     for folder in $folders; do
         options="$options -I$folder"
     done
-    for other in base geometry dynamics surface voxel plane files run study; do
+    for other in base geometry dynamics surface voxel plane io scene run study; do
         header=$(header_of "$other")
         [ -f "$server/$header" ] || complain "there is no $header to try"
         # shellcheck disable=SC2086 # one option a word
@@ -71,11 +72,11 @@ only_in() {
         grep -vE "^\./($(echo "$*" | tr ' ' '|'))/")
     [ -z "$found" ] || complain "$pattern is included by" $found
 }
-only_in 'hdf5' files
-only_in 'libconfig' files
-only_in 'teem/' files
-only_in '(nifti|znz)' files
-only_in 'zlib' files
+only_in 'hdf5' io
+only_in 'libconfig' scene
+only_in 'teem/' io
+only_in '(nifti|znz)' io
+only_in 'zlib' io
 only_in 'lcm/' run
 only_in 'pliant_[a-z_]*_t\.h' run
 

@@ -7,7 +7,7 @@
 #include "effort.h"
 #include "random.h"
 
-#include "files/fnv.h"
+#include "base/fnv.h"
 
 #include <hdf5.h>
 

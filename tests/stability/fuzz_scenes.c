@@ -14,7 +14,7 @@
 #include "base/check.h"
 #include "base/log.h"
 #include "effort.h"
-#include "files/checkpoint.h"
+#include "scene/checkpoint.h"
 #include "random.h"
 
 #include <ctype.h>

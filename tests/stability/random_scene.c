@@ -4,7 +4,7 @@
 // struck out by the caller.
 #include "random_scene.h"
 
-#include "files/scene_parts.h"
+#include "scene/scene_parts.h"
 #include "random.h"
 
 #include <math.h>

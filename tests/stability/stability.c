@@ -8,7 +8,7 @@
 #include "base/check.h"
 #include "base/log.h"
 #include "effort.h"
-#include "files/scene_parts.h"
+#include "scene/scene_parts.h"
 
 #include <getopt.h>
 #include <signal.h>

@@ -4,7 +4,7 @@
 
 #include "matrix.h"
 
-#include "files/build.h"
+#include "scene/build.h"
 
 // Writes the meshes and the volume that cases name.
 void trial_write_files(const char *folder);

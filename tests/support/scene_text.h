@@ -5,7 +5,7 @@
 
 #include "scratch.h"
 
-#include "files/scene_parts.h"
+#include "scene/scene_parts.h"
 
 #include <string.h>
 

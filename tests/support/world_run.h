@@ -5,7 +5,7 @@
 
 #include "scratch.h"
 
-#include "files/build.h"
+#include "scene/build.h"
 
 #include <string.h>
 

@@ -1,0 +1,35 @@
+// Reader of LCM event logs as lcm-logger writes them. It replaces the library's, which trusts the
+// lengths in the file. One thread; load time and offline only. Any message of ours fits, since it
+// is smaller than a datagram.
+#ifndef PLIANT_IO_EVENT_LOG_H
+#define PLIANT_IO_EVENT_LOG_H
+
+#include "base/status.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+enum { EVENT_LOG_CHANNEL_MAX = 63, EVENT_LOG_DATA_MAX = 1 << 16 };
+
+typedef struct LogEvent {
+    int64_t timestamp; // [us]
+    char channel[EVENT_LOG_CHANNEL_MAX + 1];
+    size_t size; // of the message; bytes beyond EVENT_LOG_DATA_MAX are not kept
+    unsigned char data[EVENT_LOG_DATA_MAX];
+} LogEvent;
+
+typedef struct EventLog {
+    FILE *file;
+    const char *path; // not copied
+    int64_t events;   // read so far
+} EventLog;
+
+bool event_log_open(EventLog *log, const char *path, Status *status);
+// Reads the next event. Returns false at the end; also sets `status` if the file is truncated or
+// invalid from here on.
+bool event_log_next(EventLog *log, LogEvent *event, Status *status);
+void event_log_close(EventLog *log);
+
+#endif

@@ -1,0 +1,248 @@
+// NIfTI-1 headers (https://nifti.nimh.nih.gov/nifti-1): one file (.nii, packed or not) or a pair
+// (.hdr and .img). Niftilib turns header bytes into transforms. It prints to stderr and leaks
+// memory on headers that it refuses, so this file refuses them first; it also requires file names
+// by its own rules, so it gets none.
+#include "io/volume_data.h"
+
+#include "base/check.h"
+
+#include <nifti1_io.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { HEADER_SIZE = 348, NIFTI2_SIZE = 540 };
+
+_Static_assert(sizeof(nifti_1_header) == HEADER_SIZE, "the header is read as it lies in the file");
+
+typedef struct Nifti {
+    const VolumeFile *file;
+    nifti_1_header header; // in this machine's byte order
+    bool swapped;          // the file has the other byte order
+    bool paired;           // voxels are in a separate file
+    Status *status;
+} Nifti;
+
+static bool fail(const Nifti *nifti, const char *what)
+{
+    return status_fail(nifti->status, STATUS_INVALID, "%s: %s", nifti->file->path, what);
+}
+
+static int header_size(const unsigned char *head, bool *swapped)
+{
+    int size;
+    memcpy(&size, head, sizeof size);
+    *swapped = size != HEADER_SIZE && size != NIFTI2_SIZE;
+    return *swapped ? (int)__builtin_bswap32((unsigned)size) : size;
+}
+
+static bool has_magic(const unsigned char *head)
+{
+    return memcmp(head + 344, "n+1", 4) == 0 || memcmp(head + 344, "ni1", 4) == 0;
+}
+
+bool volume_is_nifti(const unsigned char *head, int size)
+{
+    bool swapped;
+    if (size >= 4 && header_size(head, &swapped) == NIFTI2_SIZE)
+        return true; // refused later, by its name
+    return size >= HEADER_SIZE && has_magic(head);
+}
+
+static bool read_bytes(Nifti *nifti)
+{
+    unsigned char head[HEADER_SIZE];
+    if (volume_file_head(nifti->file, head, HEADER_SIZE) < HEADER_SIZE)
+        return fail(nifti, "ends within its NIfTI-1 header");
+    int size = header_size(head, &nifti->swapped);
+    if (size == NIFTI2_SIZE)
+        return fail(nifti, "is a NIfTI-2 file; NIfTI-1 is read");
+    if (size != HEADER_SIZE)
+        return fail(nifti, "its NIfTI-1 header does not begin with its size, 348");
+    memcpy(&nifti->header, head, HEADER_SIZE);
+    nifti->paired = memcmp(head + 344, "ni1", 4) == 0;
+    if (nifti->swapped)
+        swap_nifti_header(&nifti->header, 1);
+    return true;
+}
+
+// --- checks ---
+
+static bool check_dimensions(const Nifti *nifti)
+{
+    const short *dim = nifti->header.dim;
+    if (dim[0] < 3 || dim[0] > 7)
+        return status_fail(nifti->status, STATUS_INVALID,
+                           "%s: has %d dimensions, not 3 as a volume", nifti->file->path, dim[0]);
+    for (int d = 1; d <= dim[0]; d++)
+        if (dim[d] < 1 || (d > 3 && dim[d] != 1))
+            return status_fail(nifti->status, STATUS_INVALID,
+                               d > 3 && dim[d] > 1
+                                   ? "%s: holds %d volumes or values a voxel (dim[%d]), not one"
+                                   : "%s: has %d voxels along dim[%d]",
+                               nifti->file->path, dim[d], d);
+    return true;
+}
+
+static bool find_type(const Nifti *nifti, VolumeData *data)
+{
+    static const struct {
+        int code;
+        VoxelType type;
+    } types[] = {{DT_INT8, VOXEL_INT8},      {DT_UINT8, VOXEL_UINT8},   {DT_INT16, VOXEL_INT16},
+                 {DT_UINT16, VOXEL_UINT16},  {DT_INT32, VOXEL_INT32},   {DT_UINT32, VOXEL_UINT32},
+                 {DT_INT64, VOXEL_INT64},    {DT_UINT64, VOXEL_UINT64}, {DT_FLOAT32, VOXEL_FLOAT32},
+                 {DT_FLOAT64, VOXEL_FLOAT64}};
+    for (size_t t = 0; t < sizeof types / sizeof *types; t++)
+        if (types[t].code == nifti->header.datatype) {
+            data->type = types[t].type;
+            return true;
+        }
+    return status_fail(nifti->status, STATUS_INVALID,
+                       "%s: its voxels are of datatype %d, not integers or floats of up to 64 bits",
+                       nifti->file->path, nifti->header.datatype);
+}
+
+static bool find_unit(const Nifti *nifti, double *metres)
+{
+    switch (XYZT_TO_SPACE(nifti->header.xyzt_units)) {
+    case NIFTI_UNITS_UNKNOWN:
+    case NIFTI_UNITS_MM:
+        *metres = 1e-3;
+        return true;
+    case NIFTI_UNITS_METER:
+        *metres = 1.0;
+        return true;
+    case NIFTI_UNITS_MICRON:
+        *metres = 1e-6;
+        return true;
+    default:
+        return status_fail(nifti->status, STATUS_INVALID,
+                           "%s: its unit of length has the code %d, which NIfTI-1 does not know",
+                           nifti->file->path, XYZT_TO_SPACE(nifti->header.xyzt_units));
+    }
+}
+
+// Checks spacings and quaternion: niftilib replaces invalid spacings by 1 and uses invalid
+// quaternions.
+static bool check_spacing(const Nifti *nifti)
+{
+    const nifti_1_header *header = &nifti->header;
+    if (header->sform_code > 0)
+        return true;
+    for (int d = 1; d <= 3; d++)
+        if (!(header->pixdim[d] > 0.0f) || !isfinite(header->pixdim[d]))
+            return status_fail(nifti->status, STATUS_INVALID,
+                               "%s: the spacing along axis %d is %g (pixdim[%d])",
+                               nifti->file->path, d - 1, (double)header->pixdim[d], d);
+    if (header->qform_code <= 0)
+        return true;
+    double b = (double)header->quatern_b, c = (double)header->quatern_c;
+    double d = (double)header->quatern_d, square = b * b + c * c + d * d;
+    if (square <= 1.001)
+        return true;
+    return status_fail(nifti->status, STATUS_INVALID,
+                       "%s: (%g, %g, %g) is no part of a unit quaternion (quatern_b, c, d)",
+                       nifti->file->path, b, c, d);
+}
+
+// --- location of the volume and its voxels ---
+
+// Converts from NIfTI's world, which is RAS.
+static Vec3 from_ras(double x, double y, double z, double metres)
+{
+    return vec3(-x * metres, -y * metres, z * metres);
+}
+
+static bool place(const Nifti *nifti, LabelVolume *volume, VolumeData *data)
+{
+    double metres = 0.0;
+    if (!find_unit(nifti, &metres))
+        return false;
+    // Niftilib computes the transforms; the sform takes precedence over the qform.
+    nifti_set_debug_level(0);
+    nifti_image *image = nifti_convert_nhdr2nim(nifti->header, NULL);
+    if (image == NULL)
+        return fail(nifti, "has a NIfTI-1 header that niftilib refuses");
+    const int count[3] = {image->nx, image->ny, image->nz};
+    const float step[3] = {image->dx, image->dy, image->dz};
+    bool turned = image->sform_code > 0 || image->qform_code > 0;
+    mat44 m = image->sform_code > 0 ? image->sto_xyz : image->qto_xyz;
+    for (int a = 0; a < 3; a++) {
+        volume->count[a] = count[a];
+        if (turned)
+            volume->axis[a] =
+                from_ras((double)m.m[0][a], (double)m.m[1][a], (double)m.m[2][a], metres);
+        else
+            volume->axis[a] = vec3_scale((double)step[a] * metres, vec3(a == 0, a == 1, a == 2));
+    }
+    if (turned)
+        volume->origin = from_ras((double)m.m[0][3], (double)m.m[1][3], (double)m.m[2][3], metres);
+    // A scale other than identity applies to the labels.
+    double slope = (double)image->scl_slope, inter = (double)image->scl_inter;
+    if (slope != 1.0 || inter != 0.0) {
+        data->slope = slope;
+        data->inter = inter;
+    }
+    nifti_image_free(image);
+    return true;
+}
+
+// Opens the file of voxels of a pair: the name of the header with another ending.
+static bool open_pair(const Nifti *nifti, VolumeData *data)
+{
+    static const char *const ends[] = {".img", ".img.gz"};
+    const char *path = nifti->file->path;
+    size_t stem = strlen(path);
+    if (stem > 7 && strcmp(path + stem - 7, ".hdr.gz") == 0)
+        stem -= 7;
+    else if (stem > 4 && strcmp(path + stem - 4, ".hdr") == 0)
+        stem -= 4;
+    else
+        return fail(nifti, "is the header of a NIfTI-1 pair, but its name does not end in .hdr, "
+                           "so that of its voxels is not known");
+    char *name = malloc(stem + 8);
+    ASSERT(name != NULL);
+    bool ok = false;
+    Status first = {0};
+    for (int i = 0; i < 2 && !ok; i++) {
+        memcpy(name, path, stem);
+        strcpy(name + stem, ends[i]);
+        Status other = {0};
+        ok = volume_file_open(name, &data->file, i == 0 ? &first : &other);
+        if (!ok)
+            volume_file_close(&data->file);
+    }
+    free(name);
+    return ok || status_fail(nifti->status, STATUS_INVALID, "%s", first.text);
+}
+
+static bool find_data(const Nifti *nifti, VolumeData *data)
+{
+    double offset = (double)nifti->header.vox_offset;
+    data->swapped = nifti->swapped;
+    if (!nifti->paired && offset == 0.0)
+        offset = 352.0; // the only possible meaning
+    double least = nifti->paired ? 0.0 : HEADER_SIZE;
+    if (!(offset >= least && offset <= 1e9) || offset != floor(offset))
+        return status_fail(nifti->status, STATUS_INVALID,
+                           "%s: its voxels begin at byte %g (vox_offset)", nifti->file->path,
+                           offset);
+    if (nifti->paired && !open_pair(nifti, data))
+        return false;
+    const VolumeFile *file = nifti->paired ? &data->file : nifti->file;
+    data->encoding = file->gzipped ? ENCODING_GZIP : ENCODING_RAW;
+    if (file->gzipped)
+        data->skip = (long long)offset;
+    else
+        data->offset = (long long)offset;
+    return true;
+}
+
+bool volume_read_nifti(const VolumeFile *file, LabelVolume *volume, VolumeData *data,
+                       Status *status)
+{
+    Nifti nifti = {.file = file, .status = status};
+    volume->format = "NIfTI-1";
+    return read_bytes(&nifti) && check_dimensions(&nifti) && find_type(&nifti, data) &&
+           check_spacing(&nifti) && place(&nifti, volume, data) && find_data(&nifti, data);
+}

@@ -1,0 +1,562 @@
+// The HDF5 file of a recording. Every data set exists from the start and only grows, so that the
+// file can be read while it is written (SWMR), and after `kill -9` up to its last flush.
+#include "io/recording.h"
+
+#include "base/check.h"
+#include "io/recording_info.h"
+#include "io/recording_parts.h"
+
+#include <stddef.h>
+
+#ifdef PLIANT_WITH_HDF5
+#include <errno.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#define RECORDING_FORMAT "pliant-recording"
+enum {
+    RECORDING_VERSION = 1,
+    CHUNK_KEPT = 1 << 14,   // [bytes]
+    SPACE_MARGIN = 1 << 18, // [bytes], more than HDF5 ever adds per append
+    FRAME_ROWS = 512,       // of the short columns, stored together
+    TOPOLOGY_ROWS = 16,
+    EVENT_ROWS = 16,
+    NAME_TEXT = 160,
+    XDMF_LAG = 16,       // the sidecar is rewritten when this share of its frames is missing, ...
+    XDMF_AT_ONCE = 4096, // ... or at every flush while it has less frames (4 MB)
+};
+
+static const int64_t FLUSH_EVERY_NS = 1000000000;
+
+// --- creation ------------------------------------------------------------------------------------
+
+static bool refuse(const char *path, const char *why, Status *status)
+{
+    return status_fail(status, STATUS_INVALID, "%s: cannot record: %s", path, why);
+}
+
+static bool is_hdf5(int fd)
+{
+    static const char signature[8] = "\211HDF\r\n\032\n";
+    char head[sizeof signature];
+    return pread(fd, head, sizeof head, 0) == sizeof head &&
+           memcmp(head, signature, sizeof head) == 0;
+}
+
+static bool is_recording(const char *path)
+{
+    RecordingInfo *info = malloc(sizeof *info);
+    ASSERT(info != NULL);
+    bool ok = recording_info_read(path, info, &(Status){0});
+    free(info);
+    return ok;
+}
+
+// Never replaces data that may still be needed, and gives reasons where HDF5 only reports a
+// failure. Returns a descriptor, or -1.
+static int claim(const char *path, bool overwrite, Status *status)
+{
+    struct stat facts;
+    int mode = overwrite ? O_RDWR : O_WRONLY; // a file to be overwritten is read first
+    int fd = open(path, mode | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666);
+    if (fd < 0 || fstat(fd, &facts) != 0)
+        refuse(path, strerror(errno), status);
+    else if (!S_ISREG(facts.st_mode))
+        refuse(path, "is not a regular file", status);
+    else if (facts.st_size > 0 && !overwrite)
+        refuse(path, "exists already, and a recording replaces no file: remove it or name another",
+               status);
+    else if (facts.st_size > 0 && !is_hdf5(fd))
+        refuse(path, "is no HDF5 file, let alone a recording, which is all that is overwritten",
+               status);
+    else if (facts.st_size > 0 && !is_recording(path))
+        refuse(path, "is no recording, which is all that is overwritten", status);
+    else
+        return fd;
+    if (fd >= 0)
+        close(fd);
+    return -1;
+}
+
+bool recording_claim(const char *path, bool overwrite, Status *status)
+{
+    int fd = claim(path, overwrite, status);
+    if (fd >= 0)
+        close(fd);
+    return fd >= 0;
+}
+
+static bool create_file(Recording *recording)
+{
+    hdf_begin();
+    hid_t access_list = H5Pcreate(H5P_FILE_ACCESS);
+    H5Pset_libver_bounds(access_list, H5F_LIBVER_V110, H5F_LIBVER_V110);
+    // One small chunk of each data set stays in memory until it is full or the file is flushed;
+    // larger ones are written at once. The file's size then shows how much disk space it needs.
+    H5Pset_cache(access_list, 0, 1, CHUNK_KEPT, 1.0);
+    // Open the claimed file itself, whatever its name refers to by now.
+    char claimed[64];
+    snprintf(claimed, sizeof claimed, "/proc/self/fd/%d", recording->space.fd);
+    const char *path = access(claimed, W_OK) == 0 ? claimed : recording->path;
+    errno = 0;
+    recording->file.id = H5Fcreate(path, H5F_ACC_TRUNC, H5P_DEFAULT, access_list);
+    H5Pclose(access_list);
+    return recording->file.id >= 0 ||
+           status_fail(&recording->status, STATUS_INVALID, "%s: HDF5 cannot create it: %s",
+                       recording->path,
+                       errno != 0 ? strerror(errno) : "does the file system know locks?");
+}
+
+// Names and shapes of the data sets of a body and of a tool.
+typedef struct TableForm {
+    const char *name;
+    enum { REAL, SINGLE, LONG, INTEGER } type;
+    int columns, chunk; // chunk 0: the body's nodes, -1: its triangles
+    const char *unit;
+} TableForm;
+
+static const TableForm body_form[BODY_TABLES] = {
+    [FRAME_TIME] = {"frames/time", REAL, 0, FRAME_ROWS, "s"},
+    [FRAME_STEP] = {"frames/step", LONG, 0, FRAME_ROWS, "ticks"},
+    [FRAME_TOPOLOGY] = {"frames/topology", INTEGER, 0, FRAME_ROWS, "1"},
+    [FRAME_FIRST] = {"frames/first", LONG, 0, FRAME_ROWS, "row of position"},
+    [FRAME_COUNT] = {"frames/count", INTEGER, 0, FRAME_ROWS, "rows of position"},
+    [POSITION] = {"position", SINGLE, 3, 0, "m"},
+    [TOPOLOGY_NUMBER] = {"topology/number", INTEGER, 0, TOPOLOGY_ROWS, "1"},
+    [TOPOLOGY_FIRST] = {"topology/first", LONG, 0, TOPOLOGY_ROWS, "row of triangles"},
+    [TOPOLOGY_COUNT] = {"topology/count", INTEGER, 0, TOPOLOGY_ROWS, "rows of triangles"},
+    [TOPOLOGY_NODE_FIRST] = {"topology/node_first", LONG, 0, TOPOLOGY_ROWS, "row of node_id"},
+    [TOPOLOGY_NODE_COUNT] = {"topology/node_count", INTEGER, 0, TOPOLOGY_ROWS, "rows of node_id"},
+    [TRIANGLES] = {"triangles", INTEGER, 3, -1, "nodes of a frame"},
+    [NODE_ID] = {"node_id", INTEGER, 0, 0, "1"},
+};
+
+static const TableForm tool_form[TOOL_TABLES] = {
+    [TOOL_TIME] = {"time", REAL, 0, FRAME_ROWS, "s"},
+    [TOOL_POSITION] = {"position", REAL, 3, FRAME_ROWS, "m"},
+    [TOOL_ORIENTATION] = {"orientation", REAL, 4, FRAME_ROWS, "unit quaternion, w x y z"},
+    [TOOL_FORCE] = {"force", REAL, 3, FRAME_ROWS, "N"},
+};
+
+static bool create_table(const Recording *recording, const char *group, const TableForm *form,
+                         int chunk, HdfTable *table)
+{
+    const hid_t type[] = {[REAL] = H5T_NATIVE_DOUBLE,
+                          [SINGLE] = H5T_NATIVE_FLOAT,
+                          [LONG] = H5T_NATIVE_INT64,
+                          [INTEGER] = H5T_NATIVE_INT32};
+    char name[NAME_TEXT];
+    snprintf(name, sizeof name, "%s/%s", group, form->name);
+    return hdf_table_create(&recording->file, name, type[form->type], form->columns, (hsize_t)chunk,
+                            form->unit, table);
+}
+
+#define COUNT_FORM(name)                                                                           \
+    {                                                                                              \
+#name, offsetof(RecordingCounts, name)                                                     \
+    }
+
+const RecordingCountForm recording_count_form[RECORDING_COUNTS] = {
+    COUNT_FORM(lost), COUNT_FORM(dropped), COUNT_FORM(without_mesh), COUNT_FORM(refused)};
+
+static bool create_body(Recording *recording, int index, const RecordingBody *described)
+{
+    RecordedBody *body = &recording->body[index];
+    snprintf(body->name, sizeof body->name, "%s", described->name);
+    char group[64];
+    snprintf(group, sizeof group, "/bodies/%s", body->name);
+    for (int t = 0; t < BODY_TABLES; t++) {
+        int chunk = body_form[t].chunk;
+        chunk = chunk == 0 ? described->nodes : chunk < 0 ? described->triangles : chunk;
+        if (!create_table(recording, group, &body_form[t], chunk, &body->table[t]))
+            return false;
+    }
+    for (int i = 0; i < RECORDING_COUNTS; i++)
+        if (!hdf_write_long(&recording->file, group, recording_count_form[i].name, 0))
+            return false;
+    return true;
+}
+
+static bool create_tool(Recording *recording, int index, int id)
+{
+    RecordedTool *tool = &recording->tool[index];
+    char group[64];
+    snprintf(group, sizeof group, "/tools/%d", id);
+    for (int t = 0; t < TOOL_TABLES; t++)
+        if (!create_table(recording, group, &tool_form[t], tool_form[t].chunk, &tool->table[t]))
+            return false;
+    return true;
+}
+
+static void insert_text(hid_t type, const char *name, size_t offset, size_t size)
+{
+    hid_t text = H5Tcopy(H5T_C_S1);
+    H5Tset_size(text, size);
+    H5Tset_cset(text, H5T_CSET_UTF8);
+    H5Tinsert(type, name, offset, text);
+    H5Tclose(text);
+}
+
+static bool create_events(Recording *recording)
+{
+    hid_t type = H5Tcreate(H5T_COMPOUND, sizeof(RecordingEvent));
+    recording->event_type = type;
+    H5Tinsert(type, "time", offsetof(RecordingEvent, time), H5T_NATIVE_DOUBLE);
+    H5Tinsert(type, "step", offsetof(RecordingEvent, step), H5T_NATIVE_INT64);
+    insert_text(type, "body", offsetof(RecordingEvent, body), RECORDING_BODY_TEXT);
+    insert_text(type, "kind", offsetof(RecordingEvent, kind), RECORDING_KIND_TEXT);
+    insert_text(type, "text", offsetof(RecordingEvent, text), RECORDING_EVENT_TEXT);
+    return hdf_table_create(&recording->file, "/events", type, 0, EVENT_ROWS, "time s, step ticks",
+                            &recording->event);
+}
+
+static bool write_head(Recording *recording, const RecordingOptions *options)
+{
+    const HdfFile *file = &recording->file;
+    return hdf_write_text(file, "/", "format", RECORDING_FORMAT) &&
+           hdf_write_int(file, "/", "version", RECORDING_VERSION) &&
+           hdf_write_long(file, "/", RECORDING_ENDED, 0) &&
+           hdf_write_text(file, "/", "scene", options->scene) &&
+           hdf_write_text(file, "/", "created_by", options->created_by);
+}
+
+// Reserves disk space for `bytes` more and for the metadata of HDF5.
+static bool reserve(Recording *recording, size_t bytes)
+{
+    hsize_t size = 0;
+    size_t tables =
+        (size_t)(recording->body_count * BODY_TABLES + recording->tool_count * TOOL_TABLES + 1);
+    size_t margin = SPACE_MARGIN + tables * CHUNK_KEPT;
+    if (H5Fget_filesize(recording->file.id, &size) < 0 ||
+        disk_space_reserve(&recording->space, (int64_t)(size + bytes + margin)))
+        return true;
+    return status_fail(&recording->status, STATUS_FAILED, "%s: cannot be written: %s",
+                       recording->path, strerror(errno));
+}
+
+static bool create_all(Recording *recording, const RecordingOptions *options)
+{
+    if (!create_file(recording) || !reserve(recording, strlen(options->scene)) ||
+        !write_head(recording, options))
+        return false;
+    for (int i = 0; i < options->body_count; i++)
+        if (!create_body(recording, i, &options->body[i]))
+            return false;
+    for (int i = 0; i < options->tool_count; i++)
+        if (!create_tool(recording, i, options->tool[i]))
+            return false;
+    if (!create_events(recording))
+        return false;
+    return H5Fstart_swmr_write(recording->file.id) >= 0 ||
+           status_fail(&recording->status, STATUS_FAILED,
+                       "%s: HDF5 cannot open it to readers while it is written", recording->path);
+}
+
+// --- appending -----------------------------------------------------------------------------------
+
+// Call before each addition, which then succeeds as a whole. Returns false after any failure.
+// `rows` of the long table that is added to; those of short ones fit the margin.
+static bool begin(Recording *recording, const HdfTable *table, int rows)
+{
+    size_t columns = table->columns > 0 ? (size_t)table->columns : 1;
+    return recording->status.code == STATUS_OK &&
+           reserve(recording, (size_t)rows * H5Tget_size(table->type) * columns);
+}
+
+static bool append(Recording *recording, HdfTable *table, int rows, const void *data)
+{
+    recording->broken = !hdf_table_append(&recording->file, table, (hsize_t)rows, data);
+    return !recording->broken;
+}
+
+static void remember_topology(RecordedBody *body, const TopologyRows *rows)
+{
+    if (body->topology_count == body->topology_capacity) {
+        body->topology_capacity = body->topology_capacity == 0 ? 4 : 2 * body->topology_capacity;
+        body->topology =
+            realloc(body->topology, (size_t)body->topology_capacity * sizeof *body->topology);
+        ASSERT(body->topology != NULL);
+    }
+    body->topology[body->topology_count++] = *rows;
+}
+
+bool recording_add_topology(Recording *recording, int index, const RecordingTopology *topology)
+{
+    ASSERT(index >= 0 && index < recording->body_count);
+    RecordedBody *body = &recording->body[index];
+    HdfTable *table = body->table;
+    const TopologyRows rows = {.number = topology->number,
+                               .triangle_count = topology->triangle_count,
+                               .node_count = topology->node_count,
+                               .first_triangle = (int64_t)table[TRIANGLES].count,
+                               .first_node = (int64_t)table[NODE_ID].count};
+    bool ok = begin(recording, &table[TRIANGLES], rows.triangle_count + rows.node_count) &&
+              append(recording, &table[TRIANGLES], rows.triangle_count, topology->triangle) &&
+              append(recording, &table[NODE_ID], rows.node_count, topology->node_id) &&
+              append(recording, &table[TOPOLOGY_FIRST], 1, &rows.first_triangle) &&
+              append(recording, &table[TOPOLOGY_COUNT], 1, &rows.triangle_count) &&
+              append(recording, &table[TOPOLOGY_NODE_FIRST], 1, &rows.first_node) &&
+              append(recording, &table[TOPOLOGY_NODE_COUNT], 1, &rows.node_count) &&
+              append(recording, &table[TOPOLOGY_NUMBER], 1, &rows.number);
+    if (ok)
+        remember_topology(body, &rows);
+    return ok;
+}
+
+bool recording_add_frame(Recording *recording, int index, const RecordingFrame *frame)
+{
+    ASSERT(index >= 0 && index < recording->body_count);
+    HdfTable *table = recording->body[index].table;
+    const int64_t first = (int64_t)table[POSITION].count;
+    bool ok = begin(recording, &table[POSITION], frame->node_count) &&
+              append(recording, &table[POSITION], frame->node_count, frame->position) &&
+              append(recording, &table[FRAME_FIRST], 1, &first) &&
+              append(recording, &table[FRAME_COUNT], 1, &frame->node_count) &&
+              append(recording, &table[FRAME_TOPOLOGY], 1, &frame->topology) &&
+              append(recording, &table[FRAME_STEP], 1, &frame->step) &&
+              append(recording, &table[FRAME_TIME], 1, &frame->time);
+    recording->frames += ok;
+    return ok;
+}
+
+bool recording_add_tool(Recording *recording, int index, double time, const RecordingTool *sample)
+{
+    ASSERT(index >= 0 && index < recording->tool_count);
+    HdfTable *table = recording->tool[index].table;
+    return begin(recording, &table[TOOL_POSITION], 1) &&
+           append(recording, &table[TOOL_POSITION], 1, &sample->position) &&
+           append(recording, &table[TOOL_ORIENTATION], 1, &sample->orientation) &&
+           append(recording, &table[TOOL_FORCE], 1, &sample->force) &&
+           append(recording, &table[TOOL_TIME], 1, &time);
+}
+
+bool recording_add_event(Recording *recording, const RecordingEvent *event)
+{
+    return begin(recording, &recording->event, 1) && append(recording, &recording->event, 1, event);
+}
+
+void recording_set_counts(Recording *recording, int body, const RecordingCounts *counts)
+{
+    ASSERT(body >= 0 && body < recording->body_count);
+    recording->body[body].counts = *counts;
+}
+
+// --- flushing ------------------------------------------------------------------------------------
+
+// Rewriting a long sidecar at each flush would cost more than the recording.
+static bool sidecar_is_due(const Recording *recording)
+{
+    int64_t missing = recording->frames - recording->frames_in_sidecar;
+    return missing > 0 &&
+           (recording->frames <= XDMF_AT_ONCE || missing > recording->frames / XDMF_LAG);
+}
+
+// A recording without a sidecar is still useful: tries again later and reports the failure at the
+// end.
+static bool write_sidecar(Recording *recording)
+{
+    recording->sidecar = (Status){0};
+    if (!recording_write_xdmf(recording, &recording->sidecar))
+        return false;
+    recording->frames_in_sidecar = recording->frames;
+    return true;
+}
+
+static bool flush_file(Recording *recording)
+{
+    if (recording->broken)
+        return false;
+    hdf_begin();
+    errno = 0;
+    recording->broken = H5Fflush(recording->file.id, H5F_SCOPE_GLOBAL) < 0;
+    return !recording->broken ||
+           status_fail(&recording->status, STATUS_FAILED, "%s: cannot be flushed: %s",
+                       recording->path, errno != 0 ? strerror(errno) : "HDF5 refuses");
+}
+
+bool recording_flush(Recording *recording)
+{
+    if (!flush_file(recording))
+        return false;
+    if (sidecar_is_due(recording))
+        write_sidecar(recording);
+    return true;
+}
+
+bool recording_flush_if_due(Recording *recording, int64_t now_ns)
+{
+    if (recording->flushed_ns != 0 && now_ns - recording->flushed_ns < FLUSH_EVERY_NS)
+        return recording->status.code == STATUS_OK;
+    recording->flushed_ns = now_ns;
+    return recording_flush(recording);
+}
+
+const Status *recording_status(const Recording *recording)
+{
+    return &recording->status;
+}
+
+// --- the end -------------------------------------------------------------------------------------
+
+static void close_file(Recording *recording)
+{
+    hdf_begin();
+    for (int i = 0; i < recording->body_count; i++)
+        for (int t = 0; t < BODY_TABLES; t++)
+            hdf_table_close(&recording->body[i].table[t]);
+    for (int i = 0; i < recording->tool_count; i++)
+        for (int t = 0; t < TOOL_TABLES; t++)
+            hdf_table_close(&recording->tool[i].table[t]);
+    hdf_table_close(&recording->event);
+    if (recording->event_type >= 0)
+        H5Tclose(recording->event_type);
+    hdf_close(&recording->file);
+}
+
+// Writes what is known only now, into existing attributes of fixed size: none can be added while
+// others read the file, and changing them needs no disk space.
+static bool write_end(Recording *recording)
+{
+    const HdfFile *file = &recording->file;
+    char group[64];
+    bool ok = !recording->broken;
+    hdf_begin();
+    for (int i = 0; i < recording->body_count && ok; i++) {
+        const char *counts = (const char *)&recording->body[i].counts;
+        snprintf(group, sizeof group, "/bodies/%s", recording->body[i].name);
+        for (int k = 0; k < RECORDING_COUNTS && ok; k++) {
+            int64_t count;
+            memcpy(&count, counts + recording_count_form[k].offset, sizeof count);
+            ok = hdf_set_long(file, group, recording_count_form[k].name, count);
+        }
+    }
+    return ok && hdf_set_long(file, "/", RECORDING_ENDED, 1);
+}
+
+static void destroy(Recording *recording)
+{
+    for (int i = 0; i < recording->body_count; i++)
+        free(recording->body[i].topology);
+    close(recording->space.fd);
+    free(recording->body);
+    free(recording->tool);
+    free(recording->path);
+    free(recording);
+}
+
+Recording *recording_create(const char *path, const RecordingOptions *options, Status *status)
+{
+    int fd = claim(path, options->overwrite, status);
+    if (fd < 0)
+        return NULL;
+    Recording *recording = calloc(1, sizeof *recording);
+    ASSERT(recording != NULL);
+    recording->space.fd = fd;
+    recording->path = strdup(path);
+    recording->body_count = options->body_count;
+    recording->tool_count = options->tool_count;
+    recording->body = calloc((size_t)options->body_count + 1, sizeof *recording->body);
+    recording->tool = calloc((size_t)options->tool_count + 1, sizeof *recording->tool);
+    ASSERT(recording->path != NULL && recording->body != NULL && recording->tool != NULL);
+    recording->file = (HdfFile){.id = -1, .path = recording->path, .status = &recording->status};
+    recording->event_type = -1;
+    if (create_all(recording, options) && flush_file(recording) && write_sidecar(recording))
+        return recording;
+    const Status *said =
+        recording->status.code != STATUS_OK ? &recording->status : &recording->sidecar;
+    status_fail(status, STATUS_INVALID, "%s", said->text);
+    close_file(recording);
+    unlink(path);
+    destroy(recording);
+    return NULL;
+}
+
+bool recording_close(Recording *recording, Status *status)
+{
+    write_end(recording);
+    bool flushed = flush_file(recording);
+    disk_space_release(&recording->space);
+    if (flushed && !write_sidecar(recording))
+        status_fail(&recording->status, STATUS_FAILED, "%s", recording->sidecar.text);
+    // HDF5 cannot close a file that it cannot write; leave it as after a kill.
+    if (flushed)
+        close_file(recording);
+    bool ok = recording->status.code == STATUS_OK ||
+              status_fail(status, STATUS_FAILED, "%s", recording->status.text);
+    destroy(recording);
+    return ok;
+}
+
+#else
+
+bool recording_claim(const char *path, bool overwrite, Status *status)
+{
+    (void)overwrite;
+    return status_fail(status, STATUS_INVALID, "%s: %s", path, HDF_NOT_BUILT);
+}
+
+Recording *recording_create(const char *path, const RecordingOptions *options, Status *status)
+{
+    (void)options;
+    status_fail(status, STATUS_INVALID, "%s: %s", path, HDF_NOT_BUILT);
+    return NULL;
+}
+
+// Never called: without HDF5 there is no recording.
+bool recording_add_topology(Recording *recording, int body, const RecordingTopology *topology)
+{
+    (void)recording, (void)body, (void)topology;
+    return false;
+}
+
+bool recording_add_frame(Recording *recording, int body, const RecordingFrame *frame)
+{
+    (void)recording, (void)body, (void)frame;
+    return false;
+}
+
+bool recording_add_tool(Recording *recording, int tool, double time, const RecordingTool *sample)
+{
+    (void)recording, (void)tool, (void)time, (void)sample;
+    return false;
+}
+
+bool recording_add_event(Recording *recording, const RecordingEvent *event)
+{
+    (void)recording, (void)event;
+    return false;
+}
+
+void recording_set_counts(Recording *recording, int body, const RecordingCounts *counts)
+{
+    (void)recording, (void)body, (void)counts;
+}
+
+bool recording_flush(Recording *recording)
+{
+    (void)recording;
+    return false;
+}
+
+bool recording_flush_if_due(Recording *recording, int64_t now_ns)
+{
+    (void)recording, (void)now_ns;
+    return false;
+}
+
+const Status *recording_status(const Recording *recording)
+{
+    (void)recording;
+    return NULL;
+}
+
+bool recording_close(Recording *recording, Status *status)
+{
+    (void)recording, (void)status;
+    return false;
+}
+
+#endif

@@ -1,0 +1,103 @@
+// Recordings (README.md, "What HDF5 does"): the node positions of every body, frame by frame, in an
+// HDF5 file that can be read while it grows and after its writer was killed, with an XDMF sidecar
+// that ParaView opens. Called by the files thread or offline, by one thread at a time. Independent
+// of threads, messages and the simulation, so that any receiver of frames can write them too.
+#ifndef PLIANT_IO_RECORDING_H
+#define PLIANT_IO_RECORDING_H
+
+#include "base/status.h"
+#include "base/vec.h"
+
+#include <stdint.h>
+
+enum { RECORDING_BODY_TEXT = 32, RECORDING_KIND_TEXT = 16, RECORDING_EVENT_TEXT = 192 };
+
+typedef struct RecordingBody {
+    const char *name;     // unique
+    int nodes, triangles; // in its first topology: chunk size of HDF5
+} RecordingBody;
+
+typedef struct RecordingOptions {
+    const char *scene;      // its text
+    const char *created_by; // program and version
+    int body_count, tool_count;
+    const RecordingBody *body;
+    const int *tool; // ids, unique
+    bool overwrite;  // replaces an existing HDF5 file
+} RecordingOptions;
+
+// Frames and messages of a body that are missing in the file, by cause.
+typedef struct RecordingCounts {
+    int64_t lost;         // frames that did not arrive whole
+    int64_t dropped;      // frames dropped because the disk was too slow
+    int64_t without_mesh; // frames whose mesh did not come in time
+    int64_t refused;      // messages that no daemon of ours sends
+} RecordingCounts;
+
+// The mesh of all frames with its number.
+typedef struct RecordingTopology {
+    int number;
+    int node_count, triangle_count;
+    const int *node_id; // by slot; stays with a node for its life
+    const int (*triangle)[3];
+} RecordingTopology;
+
+typedef struct RecordingFrame {
+    int64_t step;
+    double time; // simulated [s]
+    int topology;
+    int node_count;
+    const float *position; // [3 node_count], m
+} RecordingFrame;
+
+typedef struct RecordingTool {
+    Vec3 position; // [m]
+    Quat orientation;
+    Vec3 force; // on the tool [N]
+} RecordingTool;
+
+typedef struct RecordingEvent {
+    double time; // simulated [s]
+    int64_t step;
+    char body[RECORDING_BODY_TEXT]; // "": none in particular
+    char kind[RECORDING_KIND_TEXT];
+    char text[RECORDING_EVENT_TEXT];
+} RecordingEvent;
+
+typedef struct Recording Recording;
+
+// Checks that FILE can be recorded to, before there is data: creates it if it does not exist and
+// else leaves it unchanged. Returns false with `status` (STATUS_INVALID).
+bool recording_claim(const char *path, bool overwrite, Status *status);
+
+// Creates FILE with every data set, and FILE.xdmf. Refuses an existing file unless it is empty or
+// may be overwritten; replaces a sidecar. Returns NULL with `status` (STATUS_INVALID), and leaves
+// no file, on failure.
+Recording *recording_create(const char *path, const RecordingOptions *options, Status *status);
+
+// Each appends; bodies and tools by their index in the options. Returns false from the first
+// failure on. A full disk leaves the file complete; any other failure leaves it as of its last
+// flush.
+bool recording_add_topology(Recording *recording, int body, const RecordingTopology *topology);
+// The frame's topology must have been added.
+bool recording_add_frame(Recording *recording, int body, const RecordingFrame *frame);
+bool recording_add_tool(Recording *recording, int tool, double time, const RecordingTool *sample);
+bool recording_add_event(Recording *recording, const RecordingEvent *event);
+
+// Sets the counts that the file reports for a body once it is closed.
+void recording_set_counts(Recording *recording, int body, const RecordingCounts *counts);
+
+// Hands everything to the operating system: from now on it survives the end of this program. The
+// sidecar follows immediately in the first minutes; later it lags by a sixteenth of the frames at
+// most, because it must be rewritten as a whole.
+bool recording_flush(Recording *recording);
+// Flushes if the last flush was a second ago or more; now_ns: of any monotonic clock.
+bool recording_flush_if_due(Recording *recording, int64_t now_ns);
+// Returns the first failure, or STATUS_OK.
+const Status *recording_status(const Recording *recording);
+
+// Flushes, updates the sidecar, marks the file as ended, closes and frees. Returns false with
+// `status` if not everything was written.
+bool recording_close(Recording *recording, Status *status);
+
+#endif

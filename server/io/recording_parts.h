@@ -1,0 +1,87 @@
+// Shared by the recording's files: recording.c (the HDF5 file), recording_xdmf.c (the sidecar).
+// Private to io/.
+#ifndef PLIANT_IO_RECORDING_PARTS_H
+#define PLIANT_IO_RECORDING_PARTS_H
+
+#include "io/disk_space.h"
+#include "io/hdf_table.h"
+#include "io/recording.h"
+
+#ifdef PLIANT_WITH_HDF5
+
+// The data sets of a body: columns of its frames and topologies, and the flat arrays that `first`
+// and `count` index.
+typedef enum BodyTable {
+    FRAME_TIME,
+    FRAME_STEP,
+    FRAME_TOPOLOGY,
+    FRAME_FIRST,
+    FRAME_COUNT,
+    POSITION,
+    TOPOLOGY_NUMBER,
+    TOPOLOGY_FIRST,
+    TOPOLOGY_COUNT,
+    TOPOLOGY_NODE_FIRST,
+    TOPOLOGY_NODE_COUNT,
+    TRIANGLES,
+    NODE_ID,
+    BODY_TABLES,
+} BodyTable;
+
+typedef enum ToolTable {
+    TOOL_TIME,
+    TOOL_POSITION,
+    TOOL_ORIENTATION,
+    TOOL_FORCE,
+    TOOL_TABLES
+} ToolTable;
+
+// Rows of a topology in triangles and node_id.
+typedef struct TopologyRows {
+    int number, triangle_count, node_count;
+    int64_t first_triangle, first_node;
+} TopologyRows;
+
+// Attributes: of a body, 0 until the file is closed; of the file, 1 once it is closed.
+#define RECORDING_ENDED "ended"
+typedef struct RecordingCountForm {
+    const char *name;
+    size_t offset; // in RecordingCounts
+} RecordingCountForm;
+enum { RECORDING_COUNTS = 4 };
+extern const RecordingCountForm recording_count_form[RECORDING_COUNTS];
+
+typedef struct RecordedBody {
+    char name[RECORDING_BODY_TEXT];
+    RecordingCounts counts;
+    HdfTable table[BODY_TABLES];
+    TopologyRows *topology; // [topology_count], the same as in the file
+    int topology_count, topology_capacity;
+} RecordedBody;
+
+typedef struct RecordedTool {
+    HdfTable table[TOOL_TABLES];
+} RecordedTool;
+
+struct Recording {
+    HdfFile file;
+    char *path;
+    DiskSpace space; // reserved in advance
+    bool broken;     // HDF5 has failed to write and must not touch the file any more
+    Status status;   // the first failure
+    Status sidecar;  // of its newest writing
+    int body_count, tool_count;
+    RecordedBody *body;
+    RecordedTool *tool;
+    HdfTable event;
+    hid_t event_type;
+    int64_t flushed_ns;
+    int64_t frames, frames_in_sidecar; // of all bodies
+};
+
+// Writes FILE.xdmf for all frames so far, which must have been flushed. Writes a temporary file and
+// renames it, so that there is always a complete one.
+bool recording_write_xdmf(const Recording *recording, Status *status);
+#endif
+
+#endif

@@ -1,0 +1,70 @@
+// Location and encoding of a volume's voxels in a file, and one function that reads them for all
+// formats. Private to io/.
+// The readers of Teem and niftilib are unsafe for files of unknown origin: that of ASCII numbers
+// writes words of any length into a buffer of fixed size, that of gzip leaks its memory if the
+// stream is damaged, and both allocate what a header claims. So the libraries interpret the header,
+// and this module reads the voxels.
+#ifndef PLIANT_IO_VOLUME_DATA_H
+#define PLIANT_IO_VOLUME_DATA_H
+
+#include "io/volume_import.h"
+
+// A regular file, open for reading.
+typedef struct VolumeFile {
+    char *path;
+    int descriptor;
+    long long size; // [bytes], not 0
+    bool gzipped;   // as a whole
+} VolumeFile;
+
+typedef enum VoxelType {
+    VOXEL_INT8,
+    VOXEL_UINT8,
+    VOXEL_INT16,
+    VOXEL_UINT16,
+    VOXEL_INT32,
+    VOXEL_UINT32,
+    VOXEL_INT64,
+    VOXEL_UINT64,
+    VOXEL_FLOAT32,
+    VOXEL_FLOAT64,
+} VoxelType;
+
+typedef enum VoxelEncoding {
+    ENCODING_RAW,
+    ENCODING_GZIP,
+    ENCODING_TEXT,
+    ENCODING_HEX
+} VoxelEncoding;
+
+typedef struct VolumeData {
+    VolumeFile file;
+    long long offset; // of the first byte in the file
+    long long skip;   // bytes to skip after it, when unpacked
+    VoxelEncoding encoding;
+    VoxelType type;
+    bool swapped;        // byte order differs from this machine's
+    double slope, inter; // label = slope value + inter; slope 0: label = value
+} VolumeData;
+
+// Opens a file. Returns false with a status that names it; call volume_file_close in any case.
+bool volume_file_open(const char *path, VolumeFile *file, Status *status);
+void volume_file_close(VolumeFile *file);
+// Reads up to `size` first bytes, unpacked; returns how many.
+int volume_file_head(const VolumeFile *file, void *bytes, int size);
+
+int voxel_type_size(VoxelType type); // [bytes]
+
+// Reads volume->count labels into volume->label, which it allocates after checking that the file
+// can hold them.
+bool volume_data_read(const VolumeData *data, LabelVolume *volume, Status *status);
+
+// Read the headers of the two formats: set everything of `volume` but the labels, and `data`, whose
+// file is `file` or, for a detached header, the file of voxels that replaces it.
+bool volume_read_nrrd(const VolumeFile *file, LabelVolume *volume, VolumeData *data,
+                      Status *status);
+bool volume_is_nifti(const unsigned char *head, int size);
+bool volume_read_nifti(const VolumeFile *file, LabelVolume *volume, VolumeData *data,
+                       Status *status);
+
+#endif

@@ -1,0 +1,89 @@
+// Lattices from volumes, meshes and generators. Called once per body, at load time.
+#include "scene/body_voxels.h"
+
+#include "base/log.h"
+#include "scene/body_mesh.h"
+#include "io/volume_import.h"
+#include "io/volume_lattice.h"
+#include "geometry/voxelise.h"
+
+// Prefixes the file name to the error of a function that does not know it.
+static bool fail_file(const VoxelSource *source, const Status *said, Status *status)
+{
+    return status_fail(status, said->code, "%s: %s", source->file, said->text);
+}
+
+// Scales the volume before it becomes cells, so that their size is that in the world.
+static bool make_from_volume(const VoxelSource *source, Lattice *lattice, Status *status)
+{
+    LabelVolume volume;
+    Status said = {0};
+    if (!volume_import(source->file, &volume, status))
+        return false;
+    for (int a = 0; a < 3; a++)
+        volume.axis[a] = vec3_scale(source->scale, volume.axis[a]);
+    volume.origin = vec3_scale(source->scale, volume.origin);
+    bool ok =
+        volume_lattice(&volume, source->label, source->label_count, source->size, lattice, &said) ||
+        fail_file(source, &said, status);
+    volume_destroy(&volume);
+    if (ok)
+        lattice_place(lattice, 1.0, source->rotation, source->translation);
+    return ok;
+}
+
+// Places the mesh before it becomes cells, so that their axes are those of the world.
+static bool make_from_mesh(const VoxelSource *source, Lattice *lattice, Status *status)
+{
+    TriMesh mesh = {0};
+    Status said = {0};
+    bool ok = body_mesh_import(source->file, source->scale, source->rotation, source->translation,
+                               &mesh, status) &&
+              (voxelise(lattice, &mesh, source->size, &said) || fail_file(source, &said, status));
+    mesh_destroy(&mesh);
+    return ok;
+}
+
+static bool make(const VoxelSource *source, Lattice *lattice, Status *status)
+{
+    bool ok = false;
+    switch (source->kind) {
+    case VOXELS_FILE:
+        return make_from_volume(source, lattice, status);
+    case VOXELS_MESH:
+        return make_from_mesh(source, lattice, status);
+    case VOXELS_BOX:
+        ok = lattice_box(lattice, source->count, source->size, status);
+        break;
+    case VOXELS_BALL:
+        ok = lattice_ball(lattice, source->radius, source->size, status);
+        break;
+    case VOXELS_DISC:
+        ok = lattice_disc(lattice, source->radius, source->size, status);
+        break;
+    }
+    if (ok)
+        lattice_place(lattice, source->scale, source->rotation, source->translation);
+    return ok;
+}
+
+static const char *name_of(const VoxelSource *source)
+{
+    return source->file != NULL ? source->file : "voxels";
+}
+
+bool body_voxels_make(const VoxelSource *source, Lattice *lattice, Status *status)
+{
+    *lattice = (Lattice){0};
+    // Written so that NaN fails too.
+    if (!(source->scale > 0.0) || !isfinite(source->scale))
+        return status_fail(status, STATUS_INVALID, "%s: scale %g is not positive", name_of(source),
+                           source->scale);
+    if (!make(source, lattice, status))
+        return false;
+    int pieces = lattice_pieces(lattice);
+    if (pieces > 1)
+        log_line(LOG_WARNING, "%s: its cells are %d pieces that no face joins; all are kept",
+                 name_of(source), pieces);
+    return true;
+}

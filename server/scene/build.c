@@ -1,0 +1,104 @@
+// Builds the world of a scene: bodies of both models, tools, loads. Called once, at load time, by
+// the thread that starts the daemon; every pass over a mesh is linear in its size.
+#include "scene/build_parts.h"
+
+#include "base/check.h"
+
+#include <stdlib.h>
+
+// Prefixes the location in the scene file to the error of a lower layer.
+static bool fail_at(const Scene *scene, const SceneBody *body, const Status *said, Status *status)
+{
+    return status_fail(status, said->code, "%s:%d: %s", scene->path, body->line, said->text);
+}
+
+void build_complete(BodyOptions *body, const World *world, const Scene *scene,
+                    const BuildOptions *options)
+{
+    body->gravity = scene->gravity;
+    body->precision = scene->precision;
+    body->isa = options->isa != NULL ? options->isa : "auto";
+    body->team = world->team;
+    body->without_contacts = scene->tool_count == 0 && scene->attachment_count == 0;
+    body->without_loads = scene->load_count == 0 && !options->may_load;
+}
+
+bool world_build(World *world, const Scene *scene, const BuildOptions *options, Status *status)
+{
+    *world = (World){0};
+    world->mesh_count = scene->body_count;
+    world->mesh = calloc((size_t)scene->body_count, sizeof *world->mesh);
+    world->cells = calloc((size_t)scene->body_count, sizeof *world->cells);
+    ASSERT(world->mesh != NULL && world->cells != NULL);
+    if (scene->threads > 1) {
+        world->team = team_create(scene->threads);
+        ASSERT(world->team != NULL);
+    }
+    // Options of the sim follow from the scene; without a listener the costly extras are disabled.
+    SimOptions sim = {.rate_hz = scene->rate_hz,
+                      .gravity = scene->gravity,
+                      .tool_timeout_s = scene->tool_timeout_s,
+                      .may_load = options->may_load,
+                      .estimate_error = options->publishes && scene->estimate_error,
+                      .contact_stiffness = options->publishes && scene->publish.contact_hz > 0.0 &&
+                                           scene->publish.contact_stiffness,
+                      .counts = {scene->body_count, scene->tool_count, scene->load_count,
+                                 scene->attachment_count}};
+    world->sim = sim_create(&sim, &world->arena, &world->state);
+
+    // Bodies first: loads and attachments refer to them.
+    const char *path = options->prepared != NULL ? options->prepared : scene->prepared;
+    Prepared *prepared = NULL;
+    bool ok = path == NULL || prepared_open(&prepared, path, status);
+    for (int i = 0; i < scene->body_count && ok; i++) {
+        Status said = {0};
+        bool voxel = scene->body[i].model == MODEL_VOXEL;
+        ok = (voxel ? build_voxel : build_surface)(world, scene, i, prepared, options, &said) ||
+             fail_at(scene, &scene->body[i], &said, status);
+    }
+    prepared_close(prepared);
+    for (int i = 0; i < scene->tool_count && ok; i++)
+        sim_add_tool(world->sim, &scene->tool[i]);
+    for (int i = 0; i < scene->load_count && ok; i++)
+        sim_add_load(world->sim, &scene->load[i].load);
+    for (int i = 0; i < scene->attachment_count && ok; i++) {
+        const SceneAttachment *attachment = &scene->attachment[i];
+        Status said = {0};
+        ok = sim_add_attachment(world->sim, &attachment->options, &said) ||
+             status_fail(status, said.code, "%s:%d: attachments: %s", scene->path, attachment->line,
+                         said.text);
+    }
+    // Seal checks the complete scene and lets the bodies settle.
+    if (ok) {
+        Status said = {0};
+        ok = sim_seal(world->sim, scene->settle_s, &said) ||
+             status_fail(status, said.code, "%s: %s", scene->path, said.text);
+    }
+    if (!ok)
+        world_destroy(world);
+    return ok;
+}
+
+void world_count_input(World *world)
+{
+    int64_t step = sim_steps(world->sim);
+    world->inputs = step == world->inputs_step ? world->inputs + 1 : 1;
+    world->inputs_step = step;
+}
+
+int64_t world_inputs(const World *world)
+{
+    return sim_steps(world->sim) == world->inputs_step ? world->inputs : 0;
+}
+
+void world_destroy(World *world)
+{
+    team_destroy(world->team);
+    for (int i = 0; i < world->mesh_count; i++)
+        mesh_destroy(&world->mesh[i]);
+    free(world->mesh);
+    free(world->cells);
+    state_destroy(&world->state);
+    arena_destroy(&world->arena);
+    *world = (World){0};
+}

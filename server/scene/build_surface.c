@@ -1,0 +1,133 @@
+// Makes a surface body: its mesh and levels, its initial state.
+#include "scene/build_parts.h"
+
+#include "base/check.h"
+#include "scene/body_mesh.h"
+#include "io/initial.h"
+#include "scene/memory.h"
+
+#include <stdlib.h>
+
+#ifdef PLIANT_WITH_SURFACE
+// Spreads rows of the mesh to rows of one of its levels: a midpoint is displaced from its rest
+// position by the mean of its parents.
+static Vec3 *spread_position(const Levels *levels, int level, Vec3 *position)
+{
+    int given = levels->level[0].node_count, nodes = levels->level[level].node_count;
+    position = realloc(position, (size_t)nodes * sizeof *position);
+    Vec3 *moved = malloc((size_t)nodes * sizeof *moved);
+    ASSERT(position != NULL && moved != NULL);
+    for (int i = 0; i < given; i++)
+        moved[i] = vec3_sub(position[i], levels->position[i]);
+    levels_spread(levels, level, moved);
+    for (int i = given; i < nodes; i++)
+        position[i] = vec3_add(levels->position[i], moved[i]);
+    free(moved);
+    return position;
+}
+
+static Vec3 *spread_velocity(const Levels *levels, int level, Vec3 *velocity)
+{
+    velocity = realloc(velocity, (size_t)levels->level[level].node_count * sizeof *velocity);
+    ASSERT(velocity != NULL);
+    levels_spread(levels, level, velocity);
+    return velocity;
+}
+
+static bool check_capacity(const SurfaceOptions *surface, const TriMesh *mesh, Status *status)
+{
+    const Levels *levels = surface->hierarchy;
+    const Level *start = levels != NULL ? &levels->level[surface->start_level] : NULL;
+    int nodes = start != NULL ? start->node_count : mesh->node_count;
+    int faces = start != NULL ? start->face_count : mesh->triangle_count;
+    const char *key = NULL;
+    int have = 0, room = 0;
+    if (surface->body.node_capacity > 0 && nodes > surface->body.node_capacity)
+        key = "nodes", have = nodes, room = surface->body.node_capacity;
+    else if (surface->body.face_capacity > 0 && faces > surface->body.face_capacity)
+        key = "faces", have = faces, room = surface->body.face_capacity;
+    return key == NULL ||
+           status_fail(status, STATUS_INVALID, "body %s has %d %s to start with, capacity.%s is %d",
+                       surface->body.name, have, key, key, room);
+}
+
+// Returns the initial rows of the mesh that the body is made from, owned by the caller; NULL if it
+// starts at rest.
+static bool read_initial(const SceneBody *described, const TriMesh *mesh, const Levels *levels,
+                         Vec3 **position, Vec3 **velocity, Status *status)
+{
+    *position = *velocity = NULL;
+    if (described->initial == NULL)
+        return true;
+    if (!initial_read(described->initial, mesh, position, velocity, status))
+        return false;
+    if (levels != NULL && !surface_changes(&described->surface)) {
+        *position = spread_position(levels, described->surface.start_level, *position);
+        *velocity = spread_velocity(levels, described->surface.start_level, *velocity);
+    }
+    return true;
+}
+
+// Makes a body from the mesh of level 0, which becomes that of its level if the level is fixed.
+static bool create_surface(World *world, SurfaceOptions *surface, TriMesh *mesh, Texture texture,
+                           Status *status)
+{
+    if (surface->hierarchy != NULL && !surface_changes(surface)) {
+        TriMesh coarse = *mesh;
+        levels_mesh(surface->hierarchy, surface->start_level, &coarse, mesh);
+        mesh_destroy(&coarse);
+    }
+    Body body = {0};
+    if (!check_capacity(surface, mesh, status) ||
+        !surface_create(&body, mesh, surface, &world->arena, &world->state, status))
+        return false;
+    body.texture = texture.uv;
+    body.texture_count = texture.count;
+    sim_add_body(world->sim, &body);
+    return true;
+}
+
+bool build_surface(World *world, const Scene *scene, int index, const Prepared *prepared,
+                   const BuildOptions *options, Status *status)
+{
+    const SceneBody *described = &scene->body[index];
+    TriMesh *mesh = &world->mesh[index];
+    Vec3 *position = NULL, *velocity = NULL;
+    SurfaceOptions surface = described->surface;
+    Arena arena = {0}; // a body with a fixed level needs the hierarchy only while it is built
+    Arena *keeper = surface_changes(&surface) ? &world->arena : &arena;
+    Levels levels;
+    // The mesh with its levels, prepared or made from scratch.
+    bool ok = prepared != NULL ? prepared_read(prepared, described, mesh, &levels, keeper, status)
+                               : body_mesh_make(described, mesh, &levels, keeper, status);
+    ok = ok && memory_check_surface(described, mesh->node_count, status);
+    // A cuttable mesh without levels needs a hierarchy of one level.
+    if (ok && surface.body.levels == 0 && surface.body.cuttable)
+        ok = levels_create(&levels, mesh, 0, described->name, keeper, status);
+    if (ok && (surface.body.levels > 0 || surface.body.cuttable))
+        surface.hierarchy = &levels;
+    ok = ok && read_initial(described, mesh, surface.hierarchy, &position, &velocity, status);
+    build_complete(&surface.body, world, scene, options);
+    surface.body.name = described->name;
+    surface.body.initial_position = position;
+    surface.body.initial_velocity = velocity;
+    if (ok) {
+        Texture texture =
+            build_texture(world, scene, options, described->name, mesh, surface.hierarchy);
+        ok = create_surface(world, &surface, mesh, texture, status);
+    }
+    free(position);
+    free(velocity);
+    arena_destroy(&arena);
+    return ok;
+}
+
+#else
+bool build_surface(World *world, const Scene *scene, int index, const Prepared *prepared,
+                   const BuildOptions *options, Status *status)
+{
+    (void)world, (void)scene, (void)index, (void)prepared, (void)options;
+    return status_fail(status, STATUS_INVALID,
+                       "this pliantd was built without surface bodies (PLIANT_SURFACE)");
+}
+#endif

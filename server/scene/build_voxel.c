@@ -1,0 +1,147 @@
+// Makes a voxel body: its lattice, skin and initial state.
+#include "scene/build_parts.h"
+
+#include "base/fnv.h"
+#include "io/initial.h"
+#include "scene/body_mesh.h"
+#include "scene/body_voxels.h"
+#include "scene/memory.h"
+
+#include <stdlib.h>
+#ifdef PLIANT_WITH_PLANE
+#include "plane/plane.h"
+#endif
+
+#ifdef PLIANT_WITH_LATTICES
+
+// Hashes everything that determines the elements: cells, labels and placement.
+static uint64_t hash_lattice(const Lattice *lattice)
+{
+    uint64_t hash = FNV_START;
+    size_t cells = 1;
+    for (int k = 0; k < 3; k++) {
+        fnv_int(&hash, lattice->count[k]);
+        cells *= (size_t)lattice->count[k];
+    }
+    fnv_real(&hash, lattice->size);
+    fnv_vector(&hash, lattice->origin);
+    fnv_real(&hash, lattice->turn.w);
+    fnv_vector(&hash, vec3(lattice->turn.x, lattice->turn.y, lattice->turn.z));
+    return fnv_bytes(hash, lattice->label, cells);
+}
+
+static WorldCells summarize(const Lattice *lattice)
+{
+    return (WorldCells){.hash = hash_lattice(lattice),
+                        .count = {lattice->count[0], lattice->count[1], lattice->count[2]},
+                        .solid = lattice_solid(lattice),
+                        .size = lattice->size};
+}
+
+// Checks the body against the capacities of the scene.
+static bool check_capacity(const Scene *scene, const Body *body, Status *status)
+{
+    int nodes = body->mesh.node_count, faces = body->mesh.triangle_count;
+    bool many = scene->node_capacity > 0 && nodes > scene->node_capacity;
+    if (!many && (scene->face_capacity == 0 || faces <= scene->face_capacity))
+        return true;
+    return status_fail(status, STATUS_INVALID, "body %s has %d %s to start with, capacity.%s is %d",
+                       body->name, many ? nodes : faces, many ? "nodes" : "faces",
+                       many ? "nodes" : "faces",
+                       many ? scene->node_capacity : scene->face_capacity);
+}
+
+#ifdef PLIANT_WITH_PLANE
+static bool create_plane(Body *body, World *world, const VoxelOptions *voxel, Status *status)
+{
+    const PlaneOptions plane = {
+        .body = voxel->body,
+        .lattice = voxel->lattice,
+        .law = voxel->law == VOXEL_AFFINE ? PLANE_AFFINE : PLANE_MIYAZAKI2004,
+        .material_count = voxel->material_count,
+        .material = voxel->material,
+        .damping = voxel->damping,
+        .tear_force = voxel->tear_force,
+    };
+    return plane_create(body, &plane, &world->arena, &world->state, status);
+}
+#endif
+
+// The scene reader has refused bodies of a model that is not built in.
+static bool create_model(Body *body, World *world, int dimensions, const VoxelOptions *voxel,
+                         Status *status)
+{
+#ifdef PLIANT_WITH_PLANE
+    if (dimensions == 2)
+        return create_plane(body, world, voxel, status);
+#endif
+#ifdef PLIANT_WITH_VOXEL
+    if (dimensions == 3)
+        return voxel_create(body, voxel, &world->arena, &world->state, status);
+#endif
+    (void)body, (void)world, (void)voxel;
+    return status_fail(status, STATUS_INVALID, "built without bodies of %d dimensions", dimensions);
+}
+
+static bool create_voxel(World *world, const Scene *scene, int dimensions,
+                         const VoxelOptions *voxel, Texture texture, Status *status)
+{
+    Body body = {0};
+    if (!create_model(&body, world, dimensions, voxel, status) ||
+        !check_capacity(scene, &body, status))
+        return false;
+    body.texture = texture.uv;
+    body.texture_count = texture.count;
+    sim_add_body(world->sim, &body);
+    return true;
+}
+
+bool build_voxel(World *world, const Scene *scene, int index, const Prepared *prepared,
+                 const BuildOptions *options, Status *status)
+{
+    const SceneBody *described = &scene->body[index];
+    VoxelOptions voxel = described->voxel;
+    Lattice lattice = {0};
+    TriMesh skin = {0};
+    Vec3 *position = NULL, *velocity = NULL;
+    // The lattice, prepared or made from scratch, and the skin.
+    bool ok = prepared != NULL ? prepared_read_voxels(prepared, described, &lattice, status)
+                               : body_voxels_make(&described->voxels, &lattice, status);
+    ok = ok && memory_check_voxel(described, (double)lattice_solid(&lattice), status);
+    ok = ok && (described->skin.file == NULL || body_skin_make(described, &skin, status));
+    if (ok && described->initial != NULL) {
+        // A vertex is a corner of a cell.
+        int most = 8 * (int)lattice_solid(&lattice);
+        ok = initial_read_rows(described->initial, most, &voxel.body.initial_count, &position,
+                               &velocity, status);
+    }
+    if (ok) {
+        build_complete(&voxel.body, world, scene, options);
+        voxel.body.name = described->name;
+        voxel.body.without_contacts = scene->tool_count == 0; // attachments need no firmness
+        voxel.body.initial_position = position;
+        voxel.body.initial_velocity = velocity;
+        world->cells[index] = summarize(&lattice);
+        voxel.lattice = &lattice;
+        voxel.material = described->material;
+        voxel.publish_all = scene->publish.all_nodes;
+        voxel.skin = described->skin.file != NULL ? &skin : NULL;
+        Texture texture = build_texture(world, scene, options, described->name, &skin, NULL);
+        ok = create_voxel(world, scene, described->dimensions, &voxel, texture, status);
+    }
+    free(position);
+    free(velocity);
+    mesh_destroy(&skin);
+    lattice_destroy(&lattice);
+    return ok;
+}
+
+#else
+bool build_voxel(World *world, const Scene *scene, int index, const Prepared *prepared,
+                 const BuildOptions *options, Status *status)
+{
+    (void)world, (void)scene, (void)index, (void)prepared, (void)options;
+    return status_fail(status, STATUS_INVALID,
+                       "this pliantd was built without voxel and plane bodies");
+}
+#endif

@@ -1,0 +1,367 @@
+// Checkpoints: a copy of everything that changes, taken between two ticks and written later. The
+// step thread calls checkpoint_take, which only copies; the thread that writes files calls
+// checkpoint_write; the rest is called once, at load time.
+#include "scene/checkpoint.h"
+
+#include "base/check.h"
+#include "base/log.h"
+#include "io/checkpoint_rows.h"
+#include "base/fnv.h"
+#include "scene/physics_hash.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#define CHECKPOINT_FORMAT "pliant-checkpoint"
+enum { CHECKPOINT_VERSION = 2, NAME_TEXT = 160 };
+
+static void reserve(CheckpointImage *image, Arena *arena, const World *world)
+{
+    size_t bodies = (size_t)sim_body_count(world->sim);
+    *image = (CheckpointImage){0};
+    image->block =
+        arena_allocate(arena, ARENA_OUTPUT, state_bytes(&world->state), 1, "checkpoint/state");
+    image->node_count =
+        arena_allocate(arena, ARENA_OUTPUT, bodies, sizeof *image->node_count, "checkpoint/counts");
+    image->id = arena_allocate(arena, ARENA_OUTPUT, bodies, sizeof *image->id, "checkpoint/ids");
+    image->position = arena_allocate(arena, ARENA_OUTPUT, bodies, sizeof *image->position,
+                                     "checkpoint/positions");
+    image->velocity = arena_allocate(arena, ARENA_OUTPUT, bodies, sizeof *image->velocity,
+                                     "checkpoint/velocities");
+    for (size_t i = 0; i < bodies; i++) {
+        const Body *body = sim_body(world->sim, (int)i);
+        size_t nodes = (size_t)body->state_capacity;
+        image->id[i] =
+            arena_allocate(arena, ARENA_OUTPUT, nodes, sizeof(int), "checkpoint/%s/id", body->name);
+        image->position[i] = arena_allocate(arena, ARENA_OUTPUT, nodes, sizeof(Vec3),
+                                            "checkpoint/%s/position", body->name);
+        image->velocity[i] = arena_allocate(arena, ARENA_OUTPUT, nodes, sizeof(Vec3),
+                                            "checkpoint/%s/velocity", body->name);
+    }
+}
+
+void checkpoint_reserve(CheckpointImage *image, World *world)
+{
+    reserve(image, &world->arena, world);
+}
+
+void checkpoint_take(CheckpointImage *image, const World *world)
+{
+    state_copy_out(&world->state, image->block);
+    for (int i = 0; i < sim_body_count(world->sim); i++) {
+        const Body *body = sim_body(world->sim, i);
+        image->node_count[i] = body->ops->read_state(body->model, image->id[i], image->position[i],
+                                                     image->velocity[i]);
+    }
+    image->time = sim_time(world->sim);
+    image->step = sim_steps(world->sim);
+    image->inputs = world_inputs(world);
+}
+
+#ifdef PLIANT_WITH_HDF5
+
+// --- writing -------------------------------------------------------------------------------------
+
+static const char *isa_of(const World *world)
+{
+    const Body *body = sim_body(world->sim, 0); // every scene has a body
+    return body->ops->isa(body->model);
+}
+
+static bool write_head(const HdfFile *file, const CheckpointImage *image, const World *world,
+                       const Scene *scene)
+{
+    char physics[FNV_TEXT];
+    fnv_text(physics, physics_hash(scene, world));
+    return hdf_write_text(file, "/", "format", CHECKPOINT_FORMAT) &&
+           hdf_write_int(file, "/", "version", CHECKPOINT_VERSION) &&
+           hdf_write_text(file, "/", "scene", scene->text) &&
+           hdf_write_text(file, "/", "created_by", "pliantd " PLIANT_VERSION) &&
+           hdf_write_text(file, "/", "physics", physics) &&
+           hdf_write(file, "/time", H5T_NATIVE_DOUBLE, 0, NULL, &image->time, "s") &&
+           hdf_write(file, "/step", H5T_NATIVE_INT64, 0, NULL, &image->step, "ticks") &&
+           hdf_write(file, "/inputs", H5T_NATIVE_INT64, 0, NULL, &image->inputs, "1");
+}
+
+static bool write_body(const HdfFile *file, const CheckpointImage *image, const Body *body,
+                       int index)
+{
+    BodyRows rows;
+    checkpoint_rows_sort(&rows, image->node_count[index], image->id[index], image->position[index],
+                         image->velocity[index]);
+    bool ok = checkpoint_rows_write(file, body, &rows);
+    checkpoint_rows_destroy(&rows);
+    return ok;
+}
+
+static bool write_state(const HdfFile *file, const CheckpointImage *image, const World *world)
+{
+    const unsigned char *from = image->block;
+    for (int i = 0; i < world->state.count; i++) {
+        const StateArray *array = &world->state.array[i];
+        const hsize_t size[1] = {array->bytes};
+        char name[NAME_TEXT];
+        snprintf(name, sizeof name, "/state/%s", array->name);
+        if (!hdf_write(file, name, H5T_NATIVE_UINT8, 1, size, from, "bytes"))
+            return false;
+        from += array->bytes;
+    }
+    return hdf_write_text(file, "/state", "isa", isa_of(world));
+}
+
+// Refuses an image with numbers that are not finite. The guard excludes such states, but if memory
+// was overwritten since, a good file must not be replaced.
+static bool is_finite(const char *path, const CheckpointImage *image, const World *world,
+                      Status *status)
+{
+    for (int i = 0; i < sim_body_count(world->sim); i++)
+        for (int k = 0; k < image->node_count[i]; k++)
+            if (!vec3_finite(image->position[i][k]) || !vec3_finite(image->velocity[i][k]))
+                return status_fail(status, STATUS_FAILED,
+                                   "%s: not written: row %d of body %s is not finite", path, k,
+                                   sim_body(world->sim, i)->name);
+    return true;
+}
+
+static bool write_file(const char *path, OutputClaim *claim, const CheckpointImage *image,
+                       const World *world, const Scene *scene, Status *status)
+{
+    HdfFile file;
+    if (!is_finite(path, image, world, status) || !hdf_create(&file, path, status))
+        return false;
+    file.claim = claim;
+    bool ok = write_head(&file, image, world, scene);
+    for (int i = 0; i < sim_body_count(world->sim) && ok; i++)
+        ok = write_body(&file, image, sim_body(world->sim, i), i);
+    ok = ok && write_state(&file, image, world) && hdf_save(&file);
+    hdf_close(&file);
+    return ok;
+}
+
+bool checkpoint_write(const char *path, const CheckpointImage *image, const World *world,
+                      const Scene *scene, Status *status)
+{
+    return write_file(path, NULL, image, world, scene, status);
+}
+
+bool checkpoint_write_claimed(OutputClaim *claim, const CheckpointImage *image, const World *world,
+                              const Scene *scene, Status *status)
+{
+    return write_file(claim->path, claim, image, world, scene, status);
+}
+
+bool checkpoint_check_target(const char *path, const World *world, const Scene *scene,
+                             Status *status)
+{
+    HdfFile file;
+    int64_t there = 0;
+    const int64_t step = sim_steps(world->sim);
+    char physics[FNV_TEXT], text[64];
+    if (!hdf_open_target(&file, path, CHECKPOINT_FORMAT, status))
+        return false;
+    if (file.child == NULL)
+        return true;
+    fnv_text(physics, physics_hash(scene, world));
+    bool ok = hdf_read_text(&file, "/", "physics", text, sizeof text) &&
+              hdf_read_numbers(&file, "/step", H5T_NATIVE_INT64, 0, &there) &&
+              (strcmp(text, physics) != 0 || there <= step ||
+               status_fail(status, STATUS_INVALID,
+                           "%s: holds step %lld, and a run from step %lld would replace it: go on "
+                           "from it (--continue), remove it, or name another file",
+                           path, (long long)there, (long long)step));
+    hdf_close(&file);
+    return ok;
+}
+
+// Checks the target again after claiming it: another run may have written there until then.
+bool checkpoint_claim(OutputClaim *claim, const char *path, const World *world, const Scene *scene,
+                      Status *status)
+{
+    return output_claim(claim, path, HDF_MARK, status) &&
+           checkpoint_check_target(path, world, scene, status);
+}
+
+bool checkpoint_is_there(const char *path)
+{
+    struct stat info;
+    return lstat(path, &info) == 0 && !S_ISCHR(info.st_mode) &&
+           !(S_ISREG(info.st_mode) && info.st_size == 0);
+}
+
+// --- reading -------------------------------------------------------------------------------------
+
+// Checks format, version and scene before any number is read.
+static bool check_head(const HdfFile *file, const World *world, const Scene *scene)
+{
+    char text[64], physics[FNV_TEXT];
+    int version = 0;
+    if (!hdf_read_text(file, "/", "format", text, sizeof text))
+        return false;
+    if (strcmp(text, CHECKPOINT_FORMAT) != 0)
+        return hdf_fail(file, "/", "format \"%.40s\" must be \"%s\"", text, CHECKPOINT_FORMAT);
+    if (!hdf_read_int(file, "/", "version", &version))
+        return false;
+    if (version != CHECKPOINT_VERSION)
+        return hdf_fail(file, "/", "version %d must be %d", version, CHECKPOINT_VERSION);
+    for (int i = 0; i < sim_body_count(world->sim); i++)
+        if (!checkpoint_rows_check_count(file, sim_body(world->sim, i)))
+            return false;
+    fnv_text(physics, physics_hash(scene, world));
+    if (!hdf_read_text(file, "/", "physics", text, sizeof text))
+        return false;
+    return strcmp(text, physics) == 0 ||
+           hdf_fail(file, "/",
+                    "was written for other physics than those of %s (rate, gravity, "
+                    "meshes, materials, tools, attachments or loads differ)",
+                    scene->path);
+}
+
+// Reads the count of inputs. Checkpoints of older builds lack it: it is zero, unless the checkpoint
+// was taken in a pause.
+static bool read_inputs(const HdfFile *file, CheckpointImage *image)
+{
+    image->inputs = 0;
+    if (!hdf_exists(file, "/inputs"))
+        return true;
+    return hdf_read_numbers(file, "/inputs", H5T_NATIVE_INT64, 0, &image->inputs) &&
+           (image->inputs >= 0 ||
+            hdf_fail(file, "/inputs", "%lld is no number of inputs", (long long)image->inputs));
+}
+
+// Reads everything into an image; the caller destroys `rows` [body_count], also after a failure.
+static bool read_image(const HdfFile *file, CheckpointImage *image, BodyRows *rows,
+                       const World *world)
+{
+    unsigned char *to = image->block;
+    for (int i = 0; i < sim_body_count(world->sim); i++)
+        if (!checkpoint_rows_read(file, sim_body(world->sim, i), &rows[i]))
+            return false;
+    for (int i = 0; i < world->state.count; i++) {
+        const StateArray *array = &world->state.array[i];
+        char name[NAME_TEXT];
+        snprintf(name, sizeof name, "/state/%s", array->name);
+        // Checkpoints of older builds may not have it.
+        if (array->rare && !hdf_exists(file, name))
+            memset(to, 0, array->bytes);
+        else if (!hdf_read_bytes(file, name, array->bytes, to))
+            return false;
+        to += array->bytes;
+    }
+    return hdf_read_numbers(file, "/time", H5T_NATIVE_DOUBLE, 0, &image->time) &&
+           hdf_read_numbers(file, "/step", H5T_NATIVE_INT64, 0, &image->step) &&
+           read_inputs(file, image);
+}
+
+// Checks that the current state is the one that the file shows, and that it can be stepped.
+static bool check_state(const HdfFile *file, const CheckpointImage *image, const BodyRows *rows,
+                        const World *world)
+{
+    if (sim_steps(world->sim) != image->step)
+        return hdf_fail(file, "/step", "%lld does not match the state", (long long)image->step);
+    if (!sim_check(world->sim))
+        return hdf_fail(file, "/state",
+                        "holds tools, loads, strokes or attachments that cannot be");
+    for (int i = 0; i < sim_body_count(world->sim); i++) {
+        Body *body = sim_body(world->sim, i);
+        bool sound = body->ops->check == NULL || body->ops->check(body->model);
+        char name[NAME_TEXT];
+        snprintf(name, sizeof name, "/bodies/%s", body->name);
+        // For a mesh that changes check the state first: only a sound one has nodes to compare.
+        if ((sound || !body_changes(body)) && !checkpoint_rows_shown(body, &rows[i]))
+            return hdf_fail(file, name, "does not match the state");
+        if (!sound)
+            return hdf_fail(file, name, "is beyond what can be simulated");
+    }
+    return true;
+}
+
+// Replaces the world's state, or leaves it unchanged on failure.
+static bool apply_image(const HdfFile *file, const CheckpointImage *image, const BodyRows *rows,
+                        World *world)
+{
+    void *before = malloc(state_bytes(&world->state) + 1);
+    ASSERT(before != NULL);
+    state_copy_out(&world->state, before);
+    state_copy_in(&world->state, image->block);
+    sim_restored(world->sim);
+    bool ok = check_state(file, image, rows, world);
+    if (!ok) {
+        state_copy_in(&world->state, before);
+        sim_restored(world->sim);
+    }
+    if (ok) {
+        world->inputs_step = image->step;
+        world->inputs = image->inputs;
+    }
+    free(before);
+    return ok;
+}
+
+bool checkpoint_read(const char *path, World *world, const Scene *scene, Status *status)
+{
+    HdfFile file;
+    if (!hdf_open_sealed(&file, path, status))
+        return false;
+    Arena arena = {0};
+    CheckpointImage image;
+    reserve(&image, &arena, world);
+    BodyRows *rows = calloc((size_t)sim_body_count(world->sim) + 1, sizeof *rows);
+    ASSERT(rows != NULL);
+    char isa[64];
+    bool ok = check_head(&file, world, scene) && read_image(&file, &image, rows, world) &&
+              hdf_read_text(&file, "/state", "isa", isa, sizeof isa) && hdf_alive(&file) &&
+              apply_image(&file, &image, rows, world);
+    for (int i = 0; i < sim_body_count(world->sim); i++)
+        checkpoint_rows_destroy(&rows[i]);
+    free(rows);
+    if (ok && strcmp(isa, isa_of(world)) != 0)
+        log_line(LOG_INFO, "%s: was written with %.32s kernels, the run goes on with %s", path, isa,
+                 isa_of(world));
+    arena_destroy(&arena);
+    hdf_close(&file);
+    return ok;
+}
+
+#else
+
+bool checkpoint_check_target(const char *path, const World *world, const Scene *scene,
+                             Status *status)
+{
+    (void)world, (void)scene;
+    return status_fail(status, STATUS_INVALID, "%s: %s", path, HDF_NOT_BUILT);
+}
+
+bool checkpoint_claim(OutputClaim *claim, const char *path, const World *world, const Scene *scene,
+                      Status *status)
+{
+    *claim = (OutputClaim){.fd = -1};
+    return checkpoint_check_target(path, world, scene, status);
+}
+
+bool checkpoint_write_claimed(OutputClaim *claim, const CheckpointImage *image, const World *world,
+                              const Scene *scene, Status *status)
+{
+    return checkpoint_write(claim->path, image, world, scene, status);
+}
+
+bool checkpoint_is_there(const char *path)
+{
+    (void)path;
+    return false;
+}
+
+bool checkpoint_write(const char *path, const CheckpointImage *image, const World *world,
+                      const Scene *scene, Status *status)
+{
+    (void)image, (void)world, (void)scene;
+    return status_fail(status, STATUS_INVALID, "%s: %s", path, HDF_NOT_BUILT);
+}
+
+bool checkpoint_read(const char *path, World *world, const Scene *scene, Status *status)
+{
+    (void)world, (void)scene;
+    return status_fail(status, STATUS_INVALID, "%s: %s", path, HDF_NOT_BUILT);
+}
+
+#endif

@@ -1,0 +1,201 @@
+#include "scene/mesh_report.h"
+
+#include "dynamics/stability.h"
+#include "scene/body_mesh.h"
+#include "io/mesh_import.h"
+#include "scene/proposal.h"
+#include "io/units.h"
+#include "geometry/mesh_quality.h"
+
+#include <math.h>
+
+enum { COMPONENTS_SHOWN = 20 };
+
+static double degrees(double angle)
+{
+    return angle * 180.0 / 3.14159265358979323846;
+}
+
+static int name_of(const TriMesh *mesh, int node)
+{
+    return mesh->file_index[node];
+}
+
+static void print_source(const MeshImport *import, FILE *out)
+{
+    char repairs[512];
+    mesh_repairs_text(&import->repairs, repairs, sizeof repairs);
+    fprintf(out, "  file: %s, %d nodes, %d faces\n", import->format, import->node_count,
+            import->face_count);
+    fprintf(out, "  repairs: %s\n", repairs[0] != '\0' ? repairs : "none");
+}
+
+static void print_components(const MeshQuality *quality, FILE *out)
+{
+    int closed = 0;
+    for (int i = 0; i < quality->component_count; i++)
+        closed += quality->component[i].border_loops == 0;
+    fprintf(out, "  components: %d, of them closed: %d, boundary loops: %d, boundary edges: %d\n",
+            quality->component_count, closed, quality->border_loops, quality->border_edges);
+    for (int i = 0; i < quality->component_count && i < COMPONENTS_SHOWN; i++) {
+        const MeshComponent *component = &quality->component[i];
+        fprintf(out, "    %d: nodes %d, triangles %d, ", i + 1, component->node_count,
+                component->triangle_count);
+        if (component->border_loops == 0)
+            fprintf(out, "closed, genus %d, volume %.6g m3\n", component->genus, component->volume);
+        else
+            fprintf(out, "open, boundary loops %d, genus %d\n", component->border_loops,
+                    component->genus);
+    }
+    if (quality->component_count > COMPONENTS_SHOWN)
+        fprintf(out, "    and %d more\n", quality->component_count - COMPONENTS_SHOWN);
+}
+
+static void print_box(const Box *box, FILE *out)
+{
+    const Vec3 low = box_low(box), high = box_high(box);
+    fprintf(out, "  box: [%.6g, %.6g, %.6g] to [%.6g, %.6g, %.6g] m\n", low.x, low.y, low.z, high.x,
+            high.y, high.z);
+}
+
+static void print_shape(const TriMesh *mesh, const MeshQuality *quality, FILE *out)
+{
+    print_box(&quality->box, out);
+    fprintf(out, "  area: %.6g m2, enclosed volume: %.6g m3\n", quality->area, quality->volume);
+    fprintf(out, "  edge lengths: min %.6g, mean %.6g, max %.6g m\n", quality->edge_min,
+            quality->edge_mean, quality->edge_max);
+    fprintf(out, "    shortest: nodes %d and %d; longest: nodes %d and %d\n",
+            name_of(mesh, quality->shortest[0]), name_of(mesh, quality->shortest[1]),
+            name_of(mesh, quality->longest[0]), name_of(mesh, quality->longest[1]));
+    const int *corner = mesh->triangle[quality->sharpest];
+    fprintf(out,
+            "  angles: min %.4g, mean of the smallest %.4g, max %.4g degrees; "
+            "triangles with one below 20 degrees: %d\n",
+            degrees(quality->angle_min), degrees(quality->angle_mean), degrees(quality->angle_max),
+            quality->sharp_triangles);
+    fprintf(out, "    sharpest triangle: nodes %d, %d, %d\n", name_of(mesh, corner[0]),
+            name_of(mesh, corner[1]), name_of(mesh, corner[2]));
+}
+
+#ifdef PLIANT_WITH_SURFACE
+// Prints the time step bounds of a body of this mesh whose scene says only `shape = {}`.
+static bool print_time_step(const TriMesh *mesh, FILE *out, Status *status)
+{
+    SurfaceOptions options = {
+        .body.name = "mesh", .body.without_contacts = true, .body.without_loads = true};
+    scene_preset_surface(&options);
+    Arena arena = {0};
+    StateList state = {0};
+    Body body = {0};
+    bool ok = surface_create(&body, mesh, &options, &arena, &state, status);
+    if (ok) {
+        fprintf(out, "  stable time step (default material, shape springs, no contact):");
+        const IntegratorKind kinds[] = {INTEGRATOR_RK4, INTEGRATOR_LEAPFROG};
+        for (int i = 0; i < 2; i++) {
+            double step = stability_time_step(kinds[i], body.lambda, body.damping);
+            fprintf(out, "%s %s %.4g s (%d substeps at 1000 Hz)", i > 0 ? "," : "",
+                    integrator_name(kinds[i]), step, stability_substeps(1e-3, step));
+        }
+        fprintf(out, "\n");
+    }
+    state_destroy(&state);
+    arena_destroy(&arena);
+    return ok;
+}
+#else
+static bool print_time_step(const TriMesh *mesh, FILE *out, Status *status)
+{
+    (void)mesh;
+    (void)status;
+    fprintf(out, "  stable time step: not known, built without surface bodies\n");
+    return true;
+}
+#endif
+
+static void print_unit(const TriMesh *mesh, double scale, const Units *guess, FILE *out)
+{
+    if (guess == NULL)
+        fprintf(out, "  scale: %g m a unit of the file, extent %.6g m\n", scale, mesh_extent(mesh));
+    else
+        fprintf(out, "  scale: not given, %s%s (else --units m, dm, cm, mm or um)\n",
+                guess->doubt ? "in doubt " : "", guess->reason);
+}
+
+// Edges of length L give A / (sqrt(3)/2 L^2) nodes on an area A.
+static void print_even(const MeshQuality *quality, double scale, FILE *out)
+{
+    enum { NODES = 1000 }; // a wall of 25 cm can be stepped in real time with this many
+    const double length = sqrt(quality->area / (0.5 * sqrt(3.0) * NODES));
+    fprintf(out,
+            "  remeshed evenly: edges of %.3g units of the file would make %d nodes of it "
+            "(./dev remesh)\n",
+            length / scale, NODES);
+}
+
+// Prints the verdict of both models, for the report and its exit status.
+static bool print_verdict(const char *path, const Proposals *proposals, FILE *out, Status *status)
+{
+    proposal_print(proposals, out);
+    return proposal_best(proposals) != NULL ||
+           status_fail(status, STATUS_INVALID, "%s: usable neither as a wall nor as a solid", path);
+}
+
+static bool print_mesh(const char *path, double scale, const Units *guess, const MeshImport *import,
+                       const TriMesh *mesh, FILE *out, Status *status)
+{
+    MeshFault fault;
+    Proposals proposals;
+    if (!body_mesh_check_extent(path, scale, mesh, status))
+        return false;
+    if (!mesh_validate(mesh, &fault))
+        return status_fail(status, STATUS_INVALID, "%s: %s", path, fault.text);
+    if (!proposal_judge(path, scale, &proposals, status))
+        return false;
+    MeshQuality quality;
+    mesh_quality_measure(mesh, &quality);
+    fprintf(out, "%s: %s\n", path, proposal_best(&proposals) != NULL ? "usable" : "not usable");
+    print_source(import, out);
+    print_unit(mesh, scale, guess, out);
+    fprintf(out, "  nodes: %d, edges: %d, triangles: %d%s\n", mesh->node_count, quality.edge_count,
+            mesh->triangle_count, mesh->uv != NULL ? ", with texture coordinates" : "");
+    print_components(&quality, out);
+    print_shape(mesh, &quality, out);
+    print_even(&quality, scale, out);
+    mesh_quality_destroy(&quality);
+    return print_time_step(mesh, out, status) && print_verdict(path, &proposals, out, status);
+}
+
+static bool print_volume(const char *path, double scale, FILE *out, Status *status)
+{
+    Proposals proposals;
+    if (!proposal_judge(path, scale > 0.0 ? scale : 1.0, &proposals, status))
+        return false;
+    const Proposal *of = &proposals.subject;
+    fprintf(out, "%s: %s\n", path, proposal_best(&proposals) != NULL ? "usable" : "not usable");
+    fprintf(out,
+            "  file: label volume, label %d, in the units that it states (mm, where it states "
+            "none)\n",
+            of->label);
+    print_box(&of->box, out);
+    return print_verdict(path, &proposals, out, status);
+}
+
+bool mesh_report_print(const char *path, double scale, FILE *out, Status *status)
+{
+    TriMesh mesh;
+    MeshImport import;
+    Units guess;
+    if (proposal_is_volume(path))
+        return print_volume(path, scale, out, status);
+    if (!mesh_import(path, &mesh, &import, status))
+        return false;
+    const bool given = scale > 0.0;
+    if (!given) {
+        guess = units_guess(path, mesh_extent(&mesh));
+        scale = guess.scale;
+    }
+    mesh_place(&mesh, scale, vec3(0.0, 0.0, 0.0), vec3(0.0, 0.0, 0.0));
+    bool ok = print_mesh(path, scale, given ? NULL : &guess, &import, &mesh, out, status);
+    mesh_destroy(&mesh);
+    return ok;
+}

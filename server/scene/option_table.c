@@ -1,0 +1,544 @@
+#include "scene/option_table.h"
+
+#include "base/check.h"
+
+#include <stdarg.h>
+#include <string.h>
+
+enum { VALUE_TEXT = 96, SENTENCE = 400, LONGEST_KEY = 64 };
+
+// A value of any type.
+typedef union OptionValue {
+    double real;
+    int whole;
+    bool truth;
+    const char *text;
+    Vec3 vector;
+    const config_setting_t *setting;
+} OptionValue;
+
+static bool is_number(const config_setting_t *setting)
+{
+    int type = config_setting_type(setting);
+    return type == CONFIG_TYPE_INT || type == CONFIG_TYPE_INT64 || type == CONFIG_TYPE_FLOAT;
+}
+
+static double number_of(const config_setting_t *setting)
+{
+    switch (config_setting_type(setting)) {
+    case CONFIG_TYPE_INT:
+        return config_setting_get_int(setting);
+    case CONFIG_TYPE_INT64:
+        return (double)config_setting_get_int64(setting);
+    default:
+        return config_setting_get_float(setting);
+    }
+}
+
+const char *option_number_text(char text[OPTION_NUMBER_TEXT], double value)
+{
+    static const int digits[] = {6, 10, 15, 16};
+    for (size_t i = 0; i < sizeof digits / sizeof digits[0]; i++) {
+        snprintf(text, OPTION_NUMBER_TEXT, "%.*g", digits[i], value);
+        double again = 0.0;
+        if (sscanf(text, "%lf", &again) == 1 && again >= value && again <= value)
+            return text;
+    }
+    snprintf(text, OPTION_NUMBER_TEXT, "%.17g", value);
+    return text;
+}
+
+// Writes a real so that it reads back as the same real.
+static size_t real_text(double value, char *text, size_t size)
+{
+    char number[OPTION_NUMBER_TEXT];
+    option_number_text(number, value);
+    return (size_t)snprintf(text, size, "%s%s", number, strpbrk(number, ".e") == NULL ? ".0" : "");
+}
+
+static size_t word_text(const Option *option, int value, char *text, size_t size)
+{
+    for (const OptionWord *word = option->words; word->word != NULL; word++)
+        if (word->value == value)
+            return (size_t)snprintf(text, size, "\"%s\"", word->word);
+    return 0;
+}
+
+static bool is_inside(const Option *option, double value)
+{
+    // The form of the comparison makes NaN fail.
+    return (option->open ? value > option->low : value >= option->low) && value <= option->high;
+}
+
+size_t option_value_text(const Option *option, const void *member, char *text, size_t size)
+{
+    text[0] = '\0';
+    switch (option->type) {
+    case OPTION_REAL: {
+        const double value = *(const double *)member;
+        return is_inside(option, value) ? real_text(value, text, size) : 0;
+    }
+    case OPTION_INT: {
+        const int value = *(const int *)member;
+        return is_inside(option, value) ? (size_t)snprintf(text, size, "%d", value) : 0;
+    }
+    case OPTION_BOOL:
+        return (size_t)snprintf(text, size, "%s", *(const bool *)member ? "true" : "false");
+    case OPTION_WORD:
+        return word_text(option, *(const int *)member, text, size);
+    default:
+        return 0;
+    }
+}
+
+// Quotes a string for an error, truncated and without control characters: an error stays one line.
+static const char *quoted_text(char text[VALUE_TEXT], const char *string)
+{
+    size_t length = 0;
+    text[length++] = '"';
+    for (; *string != '\0' && length < VALUE_TEXT - 6; string++)
+        text[length++] = (unsigned char)*string < ' ' || *string == 127 ? '?' : *string;
+    snprintf(text + length, VALUE_TEXT - length, "%s\"", *string != '\0' ? "..." : "");
+    return text;
+}
+
+// Formats a value for an error.
+static const char *value_text(char text[VALUE_TEXT], const config_setting_t *setting)
+{
+    switch (config_setting_type(setting)) {
+    case CONFIG_TYPE_STRING:
+        return quoted_text(text, config_setting_get_string(setting));
+    case CONFIG_TYPE_BOOL:
+        return config_setting_get_bool(setting) ? "true" : "false";
+    case CONFIG_TYPE_GROUP:
+        return "{ ... }";
+    case CONFIG_TYPE_LIST:
+        return "( ... )";
+    case CONFIG_TYPE_ARRAY:
+        return "[ ... ]";
+    default:
+        return option_number_text(text, number_of(setting));
+    }
+}
+
+bool option_fail(const OptionSource *source, const config_setting_t *at, const char *format, ...)
+{
+    char text[SENTENCE];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+
+    // The root group has no line; an included file has the name that the scene gives it.
+    const char *file = at != NULL ? config_setting_source_file(at) : NULL;
+    int line = at != NULL ? (int)config_setting_source_line(at) : 0;
+    if (file == NULL)
+        file = source->path;
+    if (line == 0)
+        return status_fail(source->status, STATUS_INVALID, "%s: %s", source->path, text);
+    return status_fail(source->status, STATUS_INVALID, "%s:%d: %s", file, line, text);
+}
+
+static bool fail_type(const Option *option, const config_setting_t *setting,
+                      const OptionSource *source, const char *wanted)
+{
+    char text[VALUE_TEXT];
+    return option_fail(source, setting, "%s %s must be %s", option->key, value_text(text, setting),
+                       wanted);
+}
+
+// `noun` is "" or the property that is checked: " length".
+static bool check_range(const Option *option, const config_setting_t *setting,
+                        const OptionSource *source, double value, const char *noun)
+{
+    if (is_inside(option, value))
+        return true;
+    char text[OPTION_NUMBER_TEXT], low[OPTION_NUMBER_TEXT], high[OPTION_NUMBER_TEXT];
+    return option_fail(source, setting, "%s%s %s outside %c%s, %s]", option->key, noun,
+                       option_number_text(text, value), option->open ? '(' : '[',
+                       option_number_text(low, option->low),
+                       option_number_text(high, option->high));
+}
+
+static bool read_real(const config_setting_t *setting, const Option *option,
+                      const OptionSource *source, double *value)
+{
+    if (!is_number(setting))
+        return fail_type(option, setting, source, "a number");
+    *value = number_of(setting);
+    return check_range(option, setting, source, *value, "");
+}
+
+bool option_read_int(const config_setting_t *setting, const Option *option,
+                     const OptionSource *source, int *value)
+{
+    if (!is_number(setting))
+        return fail_type(option, setting, source, "a whole number");
+    if (config_setting_type(setting) == CONFIG_TYPE_FLOAT)
+        return fail_type(option, setting, source, "a whole number, written without a point");
+    if (!check_range(option, setting, source, number_of(setting), ""))
+        return false;
+    *value = (int)number_of(setting);
+    return true;
+}
+
+static bool is_list(const config_setting_t *setting)
+{
+    int type = config_setting_type(setting);
+    return type == CONFIG_TYPE_ARRAY || type == CONFIG_TYPE_LIST;
+}
+
+static bool check_ints(const config_setting_t *setting, const Option *option,
+                       const OptionSource *source, const config_setting_t **member)
+{
+    int value;
+    *member = setting;
+    if (is_number(setting))
+        return option_read_int(setting, option, source, &value);
+    if (!is_list(setting))
+        return fail_type(option, setting, source, "a whole number or a list of them");
+    int count = config_setting_length(setting);
+    for (int i = 0; i < count; i++)
+        if (!option_read_int(config_setting_get_elem(setting, (unsigned)i), option, source, &value))
+            return false;
+    return count > 0 || option_fail(source, setting, "%s is empty", option->key);
+}
+
+int option_read_ints(const config_setting_t *setting, int *value, int capacity)
+{
+    if (setting == NULL)
+        return 0;
+    int count = is_list(setting) ? config_setting_length(setting) : 1;
+    for (int i = 0; i < count && i < capacity; i++)
+        value[i] = (int)number_of(is_list(setting) ? config_setting_get_elem(setting, (unsigned)i)
+                                                   : setting);
+    return count;
+}
+
+bool option_read_vector(const config_setting_t *setting, const Option *option,
+                        const OptionSource *source, Vec3 *vector)
+{
+    if (!is_list(setting))
+        return fail_type(option, setting, source, "three numbers [x, y, z]");
+    double component[3] = {0.0};
+    int count = config_setting_length(setting);
+    if (count != 3)
+        return option_fail(source, setting, "%s has %d entries and must be three numbers [x, y, z]",
+                           option->key, count);
+    for (unsigned i = 0; i < 3; i++) {
+        const config_setting_t *entry = config_setting_get_elem(setting, i);
+        if (!is_number(entry))
+            return fail_type(option, entry, source, "three numbers [x, y, z]");
+        component[i] = number_of(entry);
+    }
+    *vector = vec3(component[0], component[1], component[2]);
+    return check_range(option, setting, source, vec3_length(*vector), " length");
+}
+
+static bool read_word(const config_setting_t *setting, const Option *option,
+                      const OptionSource *source, int *value)
+{
+    char text[VALUE_TEXT], allowed[SENTENCE / 2] = "";
+    const char *string = "";
+    if (config_setting_type(setting) == CONFIG_TYPE_STRING)
+        string = config_setting_get_string(setting);
+    size_t length = 0;
+    for (const OptionWord *word = option->words; word->word != NULL; word++) {
+        if (strcmp(word->word, string) == 0) {
+            *value = word->value;
+            return true;
+        }
+        if (length < sizeof allowed)
+            length += (size_t)snprintf(allowed + length, sizeof allowed - length, "%s\"%s\"",
+                                       length > 0 ? ", " : "", word->word);
+    }
+    return option_fail(source, setting, "%s %s must be %s%s", option->key,
+                       value_text(text, setting), strchr(allowed, ',') != NULL ? "one of " : "",
+                       allowed);
+}
+
+static bool is_name_character(char c)
+{
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-';
+}
+
+static bool read_string(const config_setting_t *setting, const Option *option,
+                        const OptionSource *source, const char **value)
+{
+    char text[VALUE_TEXT];
+    if (config_setting_type(setting) != CONFIG_TYPE_STRING)
+        return fail_type(option, setting, source, "a string in quotes");
+    const char *string = config_setting_get_string(setting);
+    size_t length = strlen(string);
+    bool name = option->type == OPTION_NAME;
+    if ((double)length > option->high || (double)length < option->low)
+        return option_fail(source, setting, "%s %s has %zu characters, outside [%.0f, %.0f]",
+                           option->key, quoted_text(text, string), length, option->low,
+                           option->high);
+    for (size_t i = 0; i < length; i++) {
+        if (name && !is_name_character(string[i]))
+            return fail_type(option, setting, source, "made of letters, digits, _ and -");
+        if ((unsigned char)string[i] < ' ' || string[i] == 127)
+            return fail_type(option, setting, source, "free of control characters");
+    }
+    *value = string;
+    return true;
+}
+
+static void store_default(const Option *option, void *member)
+{
+    switch (option->type) {
+    case OPTION_REAL:
+        *(double *)member = option->preset;
+        break;
+    case OPTION_INT:
+    case OPTION_WORD:
+        *(int *)member = (int)option->preset;
+        break;
+    case OPTION_BOOL:
+        *(bool *)member = option->preset > 0.0;
+        break;
+    case OPTION_NAME:
+    case OPTION_STRING:
+        *(const char **)member = option->preset_text;
+        break;
+    case OPTION_VECTOR:
+        *(Vec3 *)member = vec3(0.0, 0.0, 0.0);
+        break;
+    case OPTION_GROUP:
+    case OPTION_LIST:
+    case OPTION_INTS:
+        *(const config_setting_t **)member = NULL;
+        break;
+    }
+}
+
+// Returns the size of what `option_read` stores.
+static size_t value_size(OptionType type)
+{
+    switch (type) {
+    case OPTION_REAL:
+        return sizeof(double);
+    case OPTION_INT:
+    case OPTION_WORD:
+        return sizeof(int);
+    case OPTION_BOOL:
+        return sizeof(bool);
+    case OPTION_VECTOR:
+        return sizeof(Vec3);
+    default:
+        return sizeof(const void *);
+    }
+}
+
+bool option_is_default(const Option *option, const void *member)
+{
+    OptionValue preset;
+    store_default(option, &preset);
+    return memcmp(&preset, member, value_size(option->type)) == 0;
+}
+
+bool option_enables(const Option *option, const void *member)
+{
+    if (option->type == OPTION_REAL)
+        return *(const double *)member > 0.0;
+    return !option_is_default(option, member);
+}
+
+const char *option_idle(const Option *option, const OptionPlace *place)
+{
+    for (int i = 0; i < OPTION_IDLES && option->idle[i] != NULL; i++)
+        if (option->idle[i]->holds(place))
+            return option->idle[i]->why;
+    return NULL;
+}
+
+static bool read_value(const Option *option, const config_setting_t *setting,
+                       const OptionSource *source, void *member)
+{
+    int type = config_setting_type(setting);
+    switch (option->type) {
+    case OPTION_REAL:
+        return read_real(setting, option, source, member);
+    case OPTION_INT:
+        return option_read_int(setting, option, source, member);
+    case OPTION_INTS:
+        return check_ints(setting, option, source, member);
+    case OPTION_BOOL:
+        if (type != CONFIG_TYPE_BOOL)
+            return fail_type(option, setting, source, "true or false");
+        *(bool *)member = config_setting_get_bool(setting) != CONFIG_FALSE;
+        return true;
+    case OPTION_WORD:
+        return read_word(setting, option, source, member);
+    case OPTION_NAME:
+    case OPTION_STRING:
+        return read_string(setting, option, source, member);
+    case OPTION_VECTOR:
+        return option_read_vector(setting, option, source, member);
+    case OPTION_GROUP:
+        if (type != CONFIG_TYPE_GROUP)
+            return fail_type(option, setting, source, "a group { ... }");
+        *(const config_setting_t **)member = setting;
+        return true;
+    case OPTION_LIST:
+        if (!is_list(setting))
+            return fail_type(option, setting, source, "a list ( ... )");
+        *(const config_setting_t **)member = setting;
+        return true;
+    }
+    return false;
+}
+
+// Edit distance (Wagner and Fischer 1974), one row at a time.
+static size_t edit_distance(const char *a, const char *b)
+{
+    size_t row[LONGEST_KEY + 1], columns = strlen(b);
+    if (columns > LONGEST_KEY || strlen(a) > LONGEST_KEY)
+        return LONGEST_KEY;
+    for (size_t j = 0; j <= columns; j++)
+        row[j] = j;
+    for (size_t i = 1; a[i - 1] != '\0'; i++) {
+        size_t diagonal = row[0];
+        row[0] = i;
+        for (size_t j = 1; j <= columns; j++) {
+            size_t best = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+            diagonal = row[j];
+            if (row[j] + 1 < best)
+                best = row[j] + 1;
+            if (row[j - 1] + 1 < best)
+                best = row[j - 1] + 1;
+            row[j] = best;
+        }
+    }
+    return row[columns];
+}
+
+bool option_is_near(const char *word, const char *known)
+{
+    size_t length = strlen(word);
+    if (length >= 3 && strncmp(word, known, length) == 0)
+        return true;
+    size_t limit = length / 2 < 3 ? length / 2 : 3;
+    return edit_distance(word, known) <= limit;
+}
+
+static bool check_key(const OptionTable *table, const config_setting_t *setting,
+                      const OptionSource *source)
+{
+    const char *key = config_setting_name(setting);
+    const char *nearest = NULL;
+    size_t nearest_distance = 0;
+    for (int i = 0; i < table->count; i++) {
+        const char *known = table->option[i].key;
+        if (strcmp(known, key) == 0)
+            return true;
+        // A truncated key ranks before a misspelt one.
+        bool cut = strncmp(key, known, strlen(key)) == 0;
+        size_t distance = cut ? 0 : edit_distance(key, known);
+        if (option_is_near(key, known) && (nearest == NULL || distance < nearest_distance)) {
+            nearest = known;
+            nearest_distance = distance;
+        }
+    }
+    const char *place = table->path[0] != '\0' ? table->path : "the scene";
+    if (nearest != NULL)
+        return option_fail(source, setting, "unknown key %.64s in %s: did you mean %s?", key, place,
+                           nearest);
+    return option_fail(source, setting, "unknown key %.64s in %s", key, place);
+}
+
+static bool fail_missing(const OptionTable *table, const config_setting_t *group,
+                         const Option *option, const OptionSource *source)
+{
+    return option_fail(source, group, "%s%s%s is missing (%s)", table->path,
+                       table->path[0] != '\0' ? "." : "", option->key, option->about);
+}
+
+bool option_require(const OptionTable *table, const config_setting_t *group, const char *key,
+                    const OptionSource *source)
+{
+    for (int i = 0; i < table->count && !option_given(group, key); i++)
+        if (strcmp(table->option[i].key, key) == 0)
+            return fail_missing(table, group, &table->option[i], source);
+    return true;
+}
+
+bool option_is_used(const Option *option, int variant)
+{
+    return option->only == 0 || (option->only & 1u << variant) != 0;
+}
+
+bool option_refuse_unused(const OptionTable *table, const config_setting_t *group,
+                          const OptionSource *source, int variant, const char *owner)
+{
+    for (int i = 0; i < table->count; i++) {
+        const Option *option = &table->option[i];
+        if (!option_is_used(option, variant) && option_given(group, option->key))
+            return option_fail(source, option_find(group, option->key), "%s means nothing for %s",
+                               option->key, owner);
+    }
+    return true;
+}
+
+// Returns the member that receives the value; that of a key of another variant is only checked.
+static void *member_of(const OptionTable *table, const Option *option, void *target,
+                       OptionValue *unused)
+{
+    const int *variant = (const int *)((char *)target + table->variant);
+    if (table->variant == 0 || option_is_used(option, *variant))
+        return (char *)target + option->offset;
+    return unused;
+}
+
+bool option_read(const OptionTable *table, const config_setting_t *group,
+                 const OptionSource *source, void *target)
+{
+    for (int i = 0; i < option_length(group); i++)
+        if (!check_key(table, config_setting_get_elem(group, (unsigned)i), source))
+            return false;
+    for (int i = 0; i < table->count; i++) {
+        const Option *option = &table->option[i];
+        const config_setting_t *setting = option_find(group, option->key);
+        OptionValue unused;
+        void *member = member_of(table, option, target, &unused);
+        if (setting != NULL) {
+            if (!read_value(option, setting, source, member))
+                return false;
+        } else if (option->required) {
+            ASSERT(group != NULL);
+            return fail_missing(table, group, option, source);
+        } else {
+            store_default(option, member);
+        }
+    }
+    return true;
+}
+
+const config_setting_t *option_find(const config_setting_t *group, const char *key)
+{
+    return group != NULL ? config_setting_get_member(group, key) : NULL;
+}
+
+bool option_given(const config_setting_t *group, const char *key)
+{
+    return option_find(group, key) != NULL;
+}
+
+int option_length(const config_setting_t *list)
+{
+    return list != NULL ? config_setting_length(list) : 0;
+}
+
+const config_setting_t *option_group_at(const config_setting_t *list, int index,
+                                        const OptionSource *source)
+{
+    const config_setting_t *entry = config_setting_get_elem(list, (unsigned)index);
+    if (config_setting_type(entry) == CONFIG_TYPE_GROUP)
+        return entry;
+    char text[VALUE_TEXT];
+    option_fail(source, entry, "%s entry %s must be a group { ... }", config_setting_name(list),
+                value_text(text, entry));
+    return NULL;
+}

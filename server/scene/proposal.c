@@ -1,0 +1,484 @@
+#include "scene/proposal.h"
+
+#include "base/check.h"
+#include "dynamics/cost.h"
+#include "dynamics/outline.h"
+#include "scene/build.h"
+#include "io/mesh_import.h"
+#include "io/units.h"
+#include "io/volume_import.h"
+#include "geometry/mesh_quality.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+// Size of a cell in the first try, relative to the body's diagonal. A thin body then takes little
+// of a tick, and gets cells down to a third of it, until it takes SPARE [s].
+static const double FIRST_CELL = 1.0 / 30.0, SPARE = 2e-4;
+// A solid of fewer cells has no shape; one whose volume is a smaller share of its mesh, or more
+// than the inverse of that, has lost its thin parts, or enlarged them.
+enum { FEWEST_CELLS = 20 };
+static const double LEAST_FILL = 0.25;
+// Half of the weakest contacts that stiff membranes in the table of the front page had.
+static const double LEAST_SHARE = 1e-3;
+
+// --- the scene -----------------------------------------------------------------------------------
+
+static double diagonal_of(const Proposal *p)
+{
+    return vec3_length(box_size(&p->box));
+}
+
+static void write_text(const char *text, FILE *out)
+{
+    fputc('"', out);
+    for (; *text != '\0'; text++) {
+        if (*text == '"' || *text == '\\')
+            fputc('\\', out);
+        fputc(*text, out);
+    }
+    fputc('"', out);
+}
+
+// Fixes the lowest share of a box, with `margin` [m] below and at the sides.
+static void write_box(const Box *box, double share, double margin, FILE *out)
+{
+    const Vec3 low = box_low(box), high = box_high(box);
+    const double top = low.z + share * (high.z - low.z) + 1e-3 * margin;
+    fprintf(out, "{ box = ([%.6g, %.6g, %.6g], [%.6g, %.6g, %.6g]); }", low.x - margin,
+            low.y - margin, low.z - margin, high.x + margin, high.y + margin, top);
+}
+
+// Fixes the lower end of each piece.
+static void write_fixed(const Proposal *p, double share, FILE *out)
+{
+    const double size = diagonal_of(p);
+    if (size <= 0.0)
+        return;
+    fprintf(out, "    fixed = ( ");
+    if (p->piece_count == 0)
+        write_box(&p->box, share, 0.1 * size, out);
+    for (int i = 0; i < p->piece_count; i++) {
+        fprintf(out, i > 0 ? ",\n              " : "");
+        write_box(&p->piece[i], share, 1e-3 * size, out);
+    }
+    fprintf(out, " );   # what holds it\n");
+}
+
+static void write_wall(const Proposal *p, const char *file, FILE *out)
+{
+    fprintf(out, "    mesh = { file = ");
+    write_text(file, out);
+    fprintf(out, ";  scale = %.9g; };\n", p->scale);
+    fprintf(out, "    material = { youngs_modulus_2d = 80.0;  areal_density = 4.2;  damping_time = "
+                 "2.0e-4; };\n"
+                 "    shape = { angular_frequency = 50.0;  damping_ratio = 0.1; };\n");
+    if (p->implicit)
+        fprintf(out, "    integrator = \"implicit\";\n");
+    write_fixed(p, 0.1, out);
+}
+
+static void write_solid(const Proposal *p, const char *file, FILE *out)
+{
+    fprintf(out, "    voxels = { %s = ", p->volume ? "file" : "mesh");
+    write_text(file, out);
+    fprintf(out, ";");
+    if (p->volume)
+        fprintf(out, "  label = %d;", p->label);
+    fprintf(out, "  scale = %.9g;", p->scale);
+    if (p->cell > 0.0)
+        fprintf(out, "  size = %.9g;", p->cell);
+    fprintf(out,
+            " };\n    levels = 2;\n"
+            "    material = { youngs_modulus = 1.0e4;  poisson_ratio = 0.3;  density = 1000.0; };"
+            "\n");
+    write_fixed(p, 0.35, out);
+}
+
+void proposal_write(const Proposal *p, const char *file, FILE *out)
+{
+    const bool wall = p->model == MODEL_SURFACE;
+    const double size = diagonal_of(p) > 0.0 ? diagonal_of(p) : 1.0;
+    fprintf(out, "# Proposed by pliant-prepare as a %s. Press it with\n", wall ? "wall" : "solid");
+    fprintf(out, "# pliant-probe --auto --clearance %.6f --depth %.6f --speed %.6f\n",
+            size / (wall ? 25.0 : 12.0), size / (wall ? 20.0 : 16.0), size / 10.0);
+    // A tenth of E times the depth times the probe's radius; for a wall of 25 cm a sixth of the
+    // measured force.
+    fprintf(out, "# which feels %.2g N or more, unless it meets a thin or loose part.\n",
+            wall ? 0.2 * size : 3.0 * size * size);
+    fprintf(out,
+            "name = \"organ\";\n"
+            "publish = { rest = true; };   # colours by displacement on the page\n"
+            "bodies = (\n  { name = \"organ\";  model = \"%s\";\n",
+            scene_model_name(p->model));
+    if (wall)
+        write_wall(p, file, out);
+    else
+        write_solid(p, file, out);
+    fprintf(out, "  }\n);\ntools = (\n  { id = 1;  kind = \"probe\";\n");
+    fprintf(out,
+            "    capsules = ( { from = [0.0, 0.0, 0.0];  to = [0.0, 0.0, %.6g];  radius = %.6g; } "
+            ");\n",
+            size / 2.0, size / (wall ? 50.0 : 20.0));
+    fprintf(out, "    max_force = 10.0; }\n);\n");
+}
+
+// --- what pliantd makes of it --------------------------------------------------------------------
+
+typedef struct Built {
+    int substeps, springs, nodes, pieces;
+    double tick_s, contact_share;
+    WorldCells cells;
+    Box box, piece[PROPOSAL_PIECES];
+} Built;
+
+// Removes the location from a sentence, since the scene file is temporary.
+static void strip_place(const char *path, Status *status)
+{
+    const size_t length = strlen(path);
+    const char *text = status->text;
+    if (strncmp(text, path, length) == 0) {
+        text += length;
+        text += strspn(text, ":0123456789");
+        text += strspn(text, " ");
+        memmove(status->text, text, strlen(text) + 1);
+    }
+}
+
+// Finds the boxes of the first PROPOSAL_PIECES pieces.
+static void find_pieces(const Body *body, Built *built)
+{
+    const BodyMesh *mesh = &body->mesh;
+    int name[PROPOSAL_PIECES], count = 0;
+    float *position = calloc((size_t)mesh->node_count + 1, 3 * sizeof *position);
+    ASSERT(position != NULL);
+    body->ops->snapshot(body->model, position, NULL);
+    for (int i = 0; i < mesh->node_count; i++) {
+        int at = 0;
+        while (at < count && name[at] != mesh->piece[i])
+            at++;
+        if (mesh->id[i] < 0 || at == PROPOSAL_PIECES)
+            continue;
+        const float *f = position + 3 * i;
+        const Vec3 x = vec3((double)f[0], (double)f[1], (double)f[2]);
+        if (at == count) {
+            name[count++] = mesh->piece[i];
+            built->piece[at] = box_empty();
+        }
+        box_add(&built->piece[at], x);
+    }
+    free(position);
+}
+
+static bool build_scene(const char *path, Built *built, Status *status)
+{
+    Scene scene = {0};
+    World world = {0};
+    const BuildOptions options = {.isa = "auto", .may_load = true, .publishes = true};
+    bool ok = scene_read(path, &scene, status) && world_build(&world, &scene, &options, status);
+    if (ok) {
+        const Body *body = sim_body(world.sim, 0);
+        const BodyOutline outline = body_outline(body);
+        *built = (Built){.substeps = body->substeps,
+                         .springs = body->spring_count,
+                         .nodes = body->mesh.node_count,
+                         .pieces = body_count_pieces(&body->mesh),
+                         .tick_s = cost_tick(body, body->substeps),
+                         .contact_share = body->contact_share,
+                         .cells = world.cells[0],
+                         .box = outline.box};
+        find_pieces(body, built);
+        world_destroy(&world);
+    }
+    scene_destroy(&scene);
+    return ok;
+}
+
+// Writes the scene to a private temporary file, reads and builds it.
+static bool build(const Proposal *proposal, Built *built, Status *status)
+{
+    const char *folder = getenv("TMPDIR") != NULL ? getenv("TMPDIR") : "/tmp";
+    char path[512];
+    char *file = realpath(proposal->path, NULL);
+    snprintf(path, sizeof path, "%s/pliant-prepare-XXXXXX", folder);
+    int descriptor = file != NULL ? mkstemp(path) : -1;
+    FILE *out = descriptor >= 0 ? fdopen(descriptor, "w") : NULL;
+    bool ok = out != NULL;
+    if (ok) {
+        proposal_write(proposal, file, out);
+        ok = fclose(out) == 0;
+    } else if (descriptor >= 0) {
+        close(descriptor);
+    }
+    if (ok)
+        ok = build_scene(path, built, status);
+    else
+        status_fail(status, STATUS_FAILED, "cannot write to %s", folder);
+    strip_place(path, status);
+    if (descriptor >= 0)
+        unlink(path);
+    free(file);
+    return ok;
+}
+
+// --- verdicts ------------------------------------------------------------------------------------
+
+static void say(Verdict *verdict, bool usable, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+static void say(Verdict *verdict, bool usable, const char *format, ...)
+{
+    va_list list;
+    va_start(list, format);
+    int used = snprintf(verdict->text, sizeof verdict->text, usable ? "yes, " : "no, ");
+    vsnprintf(verdict->text + used, sizeof verdict->text - (size_t)used, format, list);
+    va_end(list);
+    verdict->usable = usable;
+}
+
+// Says why explicit steps are unsuitable; `built` NULL: there would be too many to count.
+static void refuse_wall(const Proposals *all, const Built *built, Verdict *verdict)
+{
+    char edge[UNITS_LENGTH];
+    units_length(all->shortest, edge);
+    if (built == NULL)
+        say(verdict, false, "edges of %s need more than 100000 substeps a tick", edge);
+    else if (built->substeps > SURFACE_AUTO_SUBSTEPS)
+        say(verdict, false, "edges of %s need %d substeps a tick, about %.2g ms of 1 ms", edge,
+            built->substeps, 1e3 * built->tick_s);
+    else
+        say(verdict, false, "%d nodes and %d substeps take about %.2g ms of a tick of 1 ms",
+            built->nodes, built->substeps, 1e3 * built->tick_s);
+}
+
+// Judges a wall that explicit steps are too slow for (`explicit`), or cannot compute (NULL: `said`
+// is the reason, if the implicit step cannot either).
+static void judge_implicit(const Proposals *all, const Built *explicit, const Status *said,
+                           Verdict *verdict)
+{
+    Built built;
+    Status ignored = {0};
+    verdict->proposal.implicit = true;
+    const bool can = explicit == NULL || cost_implicit(explicit->springs) <= COST_BUDGET;
+    if (can && !build(&verdict->proposal, &built, &ignored)) {
+        say(verdict, false, "%s", explicit == NULL ? said->text : ignored.text);
+    } else if (can && built.tick_s <= COST_BUDGET && built.contact_share >= LEAST_SHARE) {
+        say(verdict, true,
+            "with integrator = \"implicit\": about %.2g ms a tick, its contacts with %.2g %% of "
+            "their stiffness",
+            1e3 * built.tick_s, 100.0 * built.contact_share);
+        return;
+    } else {
+        refuse_wall(all, explicit, verdict);
+    }
+    verdict->proposal.implicit = false;
+}
+
+static void judge_wall(const Proposals *all, Verdict *verdict)
+{
+    Built built;
+    Status said = {0};
+    if (all->subject.volume)
+        say(verdict, false, "labels say what is inside, not where a wall is");
+    else if (!build(&verdict->proposal, &built, &said))
+        judge_implicit(all, NULL, &said, verdict);
+    else if (built.tick_s > COST_BUDGET)
+        judge_implicit(all, &built, &said, verdict);
+    else
+        say(verdict, true, "%d substep%s a tick, about %.2g ms", built.substeps,
+            built.substeps > 1 ? "s" : "", 1e3 * built.tick_s);
+}
+
+// Rounds up a cell size to two digits.
+static double round_up(double cell)
+{
+    const double unit = pow(10.0, floor(log10(cell)) - 1.0);
+    return ceil(cell / unit - 1e-9) * unit;
+}
+
+// Describes a solid that fits the tick, and checks that it still has the shape.
+static void judge_shape(const Proposals *all, const Built *built, Verdict *verdict)
+{
+    char cell[UNITS_LENGTH], fill[96] = "", pieces[96] = "";
+    const double cells = (double)built->cells.solid, size = built->cells.size;
+    const double filled = all->volume > 0.0 ? cells * size * size * size / all->volume : 1.0;
+    units_length(size, cell);
+    // Too coarse or too thin to be this body.
+    if (built->cells.solid < FEWEST_CELLS) {
+        say(verdict, false, "only %ld cells of %s fit in", built->cells.solid, cell);
+        return;
+    }
+    if (filled < LEAST_FILL || filled > 1.0 / LEAST_FILL) {
+        say(verdict, false,
+            "cells of %s, the smallest that a tick has time for, have %.2g times its volume: it is "
+            "too thin",
+            cell, filled);
+        return;
+    }
+    // Usable, with remarks on volume and pieces.
+    if (filled > 1.25)
+        snprintf(fill, sizeof fill, ", with %.2g times its volume: thin parts are thicker", filled);
+    if (filled < 0.8)
+        snprintf(fill, sizeof fill, ", which fill %.0f %% of it: thin parts are lost",
+                 100.0 * filled);
+    if (built->pieces > 1) {
+        snprintf(pieces, sizeof pieces, ", in %d pieces, each of which something has to hold",
+                 built->pieces);
+        verdict->proposal.piece_count = built->pieces <= PROPOSAL_PIECES ? built->pieces : 0;
+        memcpy(verdict->proposal.piece, built->piece, sizeof built->piece);
+    }
+    say(verdict, true, "%ld cells of %s, %d substep%s a tick, about %.2g ms%s%s",
+        built->cells.solid, cell, built->substeps, built->substeps > 1 ? "s" : "",
+        1e3 * built->tick_s, fill, pieces);
+}
+
+// Enlarges the cells until the body fits the tick.
+static void judge_solid(const Proposals *all, Verdict *verdict)
+{
+    Proposal *p = &verdict->proposal;
+    Built built = {0};
+    Status said = {0};
+    if (!all->subject.volume && all->volume <= 0.0) {
+        say(verdict, false, "its surface is not closed");
+        return;
+    }
+    if (!p->volume)
+        p->cell = round_up(FIRST_CELL * diagonal_of(p));
+    for (int i = 0; i < 8; i++) {
+        if (!build(p, &built, &said)) {
+            say(verdict, false, "%s", said.text);
+            return;
+        }
+        // A thin body takes little time: one try with smaller cells.
+        if (i == 0 && !p->volume && built.tick_s < SPARE) {
+            p->cell = round_up(p->cell * fmax(pow(built.tick_s / SPARE, 0.29), 1.0 / 3.0));
+            continue;
+        }
+        if (built.tick_s <= COST_BUDGET)
+            break;
+        // Cost goes with the third power by cells and the first by substeps: an exponent in between
+        // never overshoots.
+        p->cell = round_up(1.02 * built.cells.size * pow(built.tick_s / COST_BUDGET, 0.29));
+    }
+    if (built.tick_s > COST_BUDGET)
+        say(verdict, false, "%ld cells still take about %.2g ms of a tick of 1 ms",
+            built.cells.solid, 1e3 * built.tick_s);
+    else
+        judge_shape(all, &built, verdict);
+}
+
+// --- what is in the file -------------------------------------------------------------------------
+
+bool proposal_is_volume(const char *path)
+{
+#ifdef PLIANT_WITH_VOXEL
+    return volume_is_one(path);
+#else
+    (void)path;
+    return false;
+#endif
+}
+
+static bool look_at_mesh(Proposals *all, Status *status)
+{
+    TriMesh mesh;
+    MeshImport import;
+    MeshFault fault;
+    const char *path = all->subject.path;
+    if (!mesh_import(path, &mesh, &import, status))
+        return false;
+    mesh_place(&mesh, all->subject.scale, vec3(0.0, 0.0, 0.0), vec3(0.0, 0.0, 0.0));
+    bool ok = mesh_validate(&mesh, &fault) ||
+              status_fail(status, STATUS_INVALID, "%s: %s", path, fault.text);
+    if (ok) {
+        MeshQuality quality;
+        mesh_quality_measure(&mesh, &quality);
+        all->components = quality.component_count;
+        all->shortest = quality.edge_min;
+        all->volume = quality.border_loops == 0 ? quality.volume : 0.0;
+        all->subject.box = quality.box;
+        mesh_quality_destroy(&quality);
+    }
+    mesh_destroy(&mesh);
+    return ok;
+}
+
+#ifdef PLIANT_WITH_VOXEL
+// Chooses the label 1, the first of most segmentations; else the most frequent label.
+static int choose_label(const LabelVolume *volume)
+{
+    const long voxels = (long)volume->count[0] * volume->count[1] * volume->count[2];
+    int best = 0;
+    long most = 0;
+    for (long v = 0; v < voxels; v++) {
+        // Boyer and Moore's majority vote among the labels that are not 0.
+        if (volume->label[v] == 1)
+            return 1;
+        if (volume->label[v] == 0)
+            continue;
+        if (most == 0)
+            best = volume->label[v];
+        most += volume->label[v] == best ? 1 : -1;
+    }
+    return best;
+}
+
+static bool look_at_volume(Proposals *all, Status *status)
+{
+    LabelVolume volume;
+    if (!volume_import(all->subject.path, &volume, status))
+        return false;
+    all->subject.label = choose_label(&volume);
+    volume_destroy(&volume);
+    if (all->subject.label == 0)
+        return status_fail(status, STATUS_INVALID, "%s: every voxel has the label 0",
+                           all->subject.path);
+    // Its box is that of the body before it is fixed.
+    Built built = {0};
+    Proposal first = all->subject;
+    first.model = MODEL_VOXEL;
+    if (!build(&first, &built, status))
+        return false;
+    all->subject.box = built.box;
+    return true;
+}
+#else
+static bool look_at_volume(Proposals *all, Status *status)
+{
+    return status_fail(status, STATUS_INVALID, "%s: built without voxel bodies (PLIANT_VOXEL)",
+                       all->subject.path);
+}
+#endif
+
+bool proposal_judge(const char *path, double scale, Proposals *all, Status *status)
+{
+    *all = (Proposals){.subject = {.path = path, .scale = scale}};
+    all->subject.volume = proposal_is_volume(path);
+    if (!(all->subject.volume ? look_at_volume : look_at_mesh)(all, status))
+        return false;
+    for (int i = 0; i < PROPOSAL_MODELS; i++) {
+        all->verdict[i].proposal = all->subject;
+        all->verdict[i].proposal.model = (SceneModel)i;
+    }
+    judge_wall(all, &all->verdict[MODEL_SURFACE]);
+    judge_solid(all, &all->verdict[MODEL_VOXEL]);
+    return true;
+}
+
+const Verdict *proposal_best(const Proposals *all)
+{
+    const Verdict *wall = &all->verdict[MODEL_SURFACE], *solid = &all->verdict[MODEL_VOXEL];
+    if (wall->usable && !wall->proposal.implicit)
+        return wall;
+    return solid->usable ? solid : wall->usable ? wall : NULL;
+}
+
+void proposal_print(const Proposals *all, FILE *out)
+{
+    fprintf(out, "  as a wall: %s\n", all->verdict[MODEL_SURFACE].text);
+    fprintf(out, "  as a solid: %s\n", all->verdict[MODEL_VOXEL].text);
+    fprintf(out, "    (default materials at 1000 Hz, pressed by a probe; times are estimates for a "
+                 "core of 2 GHz, not measured here)\n");
+}

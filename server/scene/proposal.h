@@ -1,0 +1,61 @@
+// Proposes a scene for a mesh or a label volume, as a wall or as a solid. The verdict is what
+// pliantd makes of that scene: it is written, read and built. Load time only.
+#ifndef PLIANT_SCENE_PROPOSAL_H
+#define PLIANT_SCENE_PROPOSAL_H
+
+#include "scene/scene.h"
+#include "geometry/box.h"
+
+#include <stdio.h>
+
+enum { PROPOSAL_PIECES = 64 };
+
+// A scene of one body and one probe that fits its size.
+typedef struct Proposal {
+    const char *path; // of the mesh or volume
+    bool volume;
+    int label;        // of a volume: the label of the body
+    double scale;     // metres per unit of a mesh file; for a volume a factor on its own units
+    SceneModel model; // MODEL_SURFACE: a wall
+    bool implicit;    // the wall uses the implicit integrator
+    double cell;      // edge of a solid's cells [m]; 0: the volume's own
+    Box box;          // of the body
+    // Pieces of a solid, each of which is fixed at its lower end; 0: one piece, or too many.
+    int piece_count;
+    Box piece[PROPOSAL_PIECES];
+} Proposal;
+
+// What pliantd would make of the proposal.
+typedef struct Verdict {
+    bool usable;
+    Proposal proposal;
+    char text[640]; // "yes, 3 substeps a tick, about 0.05 ms"
+} Verdict;
+
+enum { PROPOSAL_MODELS = 2 };
+
+// The proposals for a file.
+typedef struct Proposals {
+    Proposal subject;                 // common to all of the following
+    int components;                   // of a mesh: surfaces that share no edge
+    double shortest;                  // of a mesh: edge [m]
+    double volume;                    // enclosed by a mesh [m3]; 0: it has borders
+    Verdict verdict[PROPOSAL_MODELS]; // by SceneModel
+} Proposals;
+
+// True if the content of the file is a label volume.
+bool proposal_is_volume(const char *path);
+
+// Judges both models. `scale`: metres per unit of a mesh file, or factor on the units of a volume.
+// Returns false with a status if the file cannot be read.
+bool proposal_judge(const char *path, double scale, Proposals *proposals, Status *status);
+// Returns the best proposal: a wall with explicit steps, then a solid, then a wall with implicit
+// steps; NULL: none is usable.
+const Verdict *proposal_best(const Proposals *proposals);
+// Prints "as a wall: ..." and "as a solid: ...", each line indented by two blanks.
+void proposal_print(const Proposals *proposals, FILE *out);
+
+// Writes the scene; `file`: the name by which it refers to the mesh or volume.
+void proposal_write(const Proposal *proposal, const char *file, FILE *out);
+
+#endif

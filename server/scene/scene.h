@@ -1,0 +1,146 @@
+// A scene as read: every value is checked for type, range and meaning; nothing is built yet.
+#ifndef PLIANT_SCENE_SCENE_H
+#define PLIANT_SCENE_SCENE_H
+
+#include "base/status.h"
+#include "dynamics/sim.h"
+#include "scene/voxel_source.h"
+#include "geometry/mesh.h"
+#include "surface/surface.h"
+#include "voxel/voxel.h"
+
+enum { SCENE_NAME_MAX = 64 };
+
+typedef enum MeshSourceKind {
+    MESH_FILE,
+    MESH_SPHERE,
+    MESH_UV_SPHERE,
+    MESH_ICO_SPHERE,
+    MESH_SHEET,
+    MESH_STOMACH,
+} MeshSourceKind;
+
+// The source of a body's mesh.
+typedef struct MeshSource {
+    MeshSourceKind kind;
+    char *file;          // resolved against the scene file's folder; owned by the scene
+    int nodes;           // sphere, stomach; ico_sphere: 10 * 4^s + 2
+    int rings, segments; // uv_sphere
+    int columns, rows;   // sheet
+    double radius, width, height, length; // [m]
+    double scale;                         // file coordinates to metres
+    Vec3 rotation;                        // rotation vector [rad], applied after scale
+    Vec3 translation;                     // [m], applied last
+} MeshSource;
+
+typedef enum SceneModel { MODEL_SURFACE, MODEL_VOXEL } SceneModel;
+
+// One body. Its options are complete except for values that depend on the mesh or lattice, the
+// initial state, gravity, precision and isa, which world_build sets.
+typedef struct SceneBody {
+    char name[BODY_NAME_MAX];
+    SceneModel model;
+    int line;                // of the group in the scene file, for later errors
+    char *initial;           // file, resolved, or NULL; owned
+    bool any_integrator;     // no integrator given: takes that of the bodies it is joined to
+    union {                  // by the model; each begins with the options of bodies of all models
+        BodyOptions options; // fixed: owned
+        SurfaceOptions surface;
+        VoxelOptions voxel;
+    };
+    MeshSource mesh; // of a surface body
+    // Of a voxel body.
+    int dimensions; // 3, or 2: a plane body, created from PlaneOptions that follow from `voxel`
+    VoxelSource voxels;
+    SolidMaterial usual;     // of labels without a material of their own
+    SolidMaterial *material; // [voxels.label_count]; owned; voxel.material points here
+    MeshSource skin;         // file NULL: none
+} SceneBody;
+
+typedef struct ScenePublish {
+    double nodes_hz, mesh_hz, contact_hz, status_hz; // 0: never
+    bool all_nodes;                                  // nodes = "all"
+    bool velocity;
+    bool rest;              // publishes rest positions and texture coordinates with meshes
+    bool contact_stiffness; // of contacts
+} ScenePublish;
+
+typedef struct SceneLoad {
+    LoadOptions load; // body index resolved
+} SceneLoad;
+
+typedef struct SceneAttachment {
+    AttachmentOptions options; // indices resolved; a list of nodes is owned
+    int line;                  // of the group in the scene file, for later errors
+} SceneAttachment;
+
+typedef struct Scene {
+    char *path; // of the scene file
+    char *text; // its text, includes not expanded; stored in files that we write
+    char name[SCENE_NAME_MAX];
+    double rate_hz;
+    Vec3 gravity;
+    int rate_line, gravity_line; // in the scene file; 0: not given there
+    int threads;
+    Precision precision;
+    char prefix[SCENE_NAME_MAX];       // of the channels that the daemon publishes on
+    char input_prefix[SCENE_NAME_MAX]; // of the channels that it listens to
+    char *lcm_url;                     // or NULL
+    char *prepared;                    // file of prepared models, resolved, or NULL
+    bool start_paused;                 // start = "paused"
+    bool estimate_error;               // live, in the time left in a tick
+    bool remote;                       // accepts messages from other hosts
+    bool stop_command;                 // executes STOP
+    double tool_timeout_s, settle_s;
+    int node_capacity, face_capacity; // of each body; 0: from its mesh and levels
+    ScenePublish publish;
+    int body_count;
+    SceneBody *body;
+    int tool_count;
+    ToolOptions *tool;
+    int *tool_line; // [tool_count] of the groups in the scene file
+    int attachment_count;
+    SceneAttachment *attachment;
+    int load_count;
+    SceneLoad *load;
+    int idle_count;
+    char **idle; // keys without effect: "file:line: key has no effect: why"; owned
+} Scene;
+
+// Reads and checks a scene. Every error is one sentence "file:line: key value why". Keys without
+// effect are accepted and listed in `idle`.
+bool scene_read(const char *path, Scene *scene, Status *status);
+void scene_destroy(Scene *scene);
+
+// Replaces the rate [Hz] (0: keep) and the prefix (NULL: keep) of a scene that was read, and
+// updates what depends on them: rates of publishing and checking above the new rate are lowered to
+// it; a prefix that makes a channel's name too long is refused. A scene with its own input prefix
+// keeps it.
+bool scene_override(Scene *scene, double rate_hz, const char *prefix, Status *status);
+
+// Returns "surface" or "voxel".
+const char *scene_model_name(SceneModel model);
+
+// Sets the material and the shape springs of a body whose scene says only `shape = {}`; leaves the
+// rest of `surface` unchanged.
+void scene_preset_surface(SurfaceOptions *surface);
+
+// A feature that a scene can do without, and the key or option that enables it.
+typedef struct SceneFeature {
+    bool on;
+    const char *name;
+    char key[SCENE_NAME_MAX];
+} SceneFeature;
+
+// Writes the features that single keys of a body enable, at most `most`; returns their number.
+int scene_list_features(const SceneBody *body, SceneFeature *feature, int most);
+
+// Writes the value of a key of a body, or of a group of keys, as text of a scene file; "" for what
+// the scene omits. Returns false if its model has no such key.
+enum { SCENE_VALUE_TEXT = 192 };
+bool scene_key_text(const SceneBody *body, const char *key, char text[SCENE_VALUE_TEXT]);
+
+// Prints the reference of all keys, as Markdown (config/README.md is this text).
+void scene_print_reference(FILE *out);
+
+#endif

@@ -1,0 +1,138 @@
+// The readers of the parts of a scene file, one source file each, and their tables. Private to
+// scene/ and its tests.
+#ifndef PLIANT_SCENE_SCENE_PARTS_H
+#define PLIANT_SCENE_SCENE_PARTS_H
+
+#include "scene/option_table.h"
+#include "scene/scene.h"
+
+enum {
+    SCENE_BODIES = 64,
+    SCENE_TOOLS = 32,
+    SCENE_ATTACHMENTS = 64,
+    SCENE_WORD_MAX = 31,   // characters of a name of scene, body or prefix
+    SCENE_FILE_MAX = 4000, // characters of a file name
+};
+
+// Value of `integrator` beyond the integrators: the body chooses.
+enum { INTEGRATOR_AUTO = INTEGRATOR_COUNT };
+
+#define POSITION_LIMIT 1e6 // [m] from the origin
+#define SIZE_LIMIT     1e3 // [m] of generated meshes
+#define FORCE_LIMIT    1e6 // [N]
+#define TIME_LIMIT     1e9 // [s] of simulated time
+
+#define TABLE_MEMBERS(heading, where, sentences, options)                                          \
+    .title = (heading), .path = (where), .about = (sentences), .option = (options),                \
+    .count = (int)(sizeof(options) / sizeof(options)[0])
+#define TITLED_TABLE(heading, where, sentences, options)                                           \
+    {                                                                                              \
+        TABLE_MEMBERS(heading, where, sentences, options)                                          \
+    }
+#define OPTION_TABLE(where, sentences, options) TITLED_TABLE(NULL, where, sentences, options)
+// Of keys of a SceneBody, some of which only one model uses.
+#define BODY_OPTION_TABLE(where, sentences, options)                                               \
+    {                                                                                              \
+        TABLE_MEMBERS(NULL, where, sentences, options), .variant = offsetof(SceneBody, model)      \
+    }
+
+extern const OptionTable SCENE_TABLE, PUBLISH_TABLE, CAPACITY_TABLE;
+extern const OptionTable BODY_TABLE, TEAR_TABLE, CONTACT_TABLE, FIXED_TABLE, PLACE_TABLE;
+extern const OptionTable MESH_TABLE, MATERIAL_TABLE, SHAPE_TABLE, ADAPT_TABLE;
+extern const OptionTable VOXELS_TABLE, VOXEL_MATERIAL_TABLE, LABEL_MATERIAL_TABLE, SKIN_TABLE;
+extern const OptionTable TOOL_TABLE, CAPSULE_TABLE, PLANE_TABLE;
+extern const OptionTable LOAD_TABLE, ATTACHMENT_TABLE;
+
+// A group of a body's keys as its options hold it: the rows of the table are offsets in `keys`.
+typedef struct KeyGroup {
+    const OptionTable *table;
+    const void *keys;
+    size_t size; // of `keys`: rows beyond it are of what only the reader holds
+    bool absent; // the scene has no such group, which disables what it describes
+} KeyGroup;
+
+// The groups of a body, without its sources and lists; returns their number.
+enum { KEY_GROUPS = 6 };
+int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS]);
+
+// The tables in the order of the reference.
+enum { SCENE_TABLE_COUNT = 21 };
+const OptionTable *scene_table(int index);
+
+typedef struct SceneReader {
+    OptionSource source;
+    const char *folder; // of the scene file
+    Scene *scene;       // being filled
+} SceneReader;
+
+// An entry of `bodies` as BODY_TABLE reads it: what it becomes, and what is read further.
+typedef struct BodyGroup {
+    SceneBody body; // first: offsets of rows are the same in a SceneBody
+    const config_setting_t *at;
+    const char *name, *initial;
+    const config_setting_t *material, *contact, *fixed, *tear;
+    const config_setting_t *mesh, *adapt, *shape;      // of a surface body
+    const config_setting_t *voxels, *materials, *skin; // of a voxel body
+} BodyGroup;
+
+// Sets of models, for keys that only one of them uses.
+#define SURFACE_ONLY (1u << MODEL_SURFACE)
+#define VOXEL_ONLY   (1u << MODEL_VOXEL)
+
+// Location of a group: the scene itself, a body, or a tool.
+struct OptionPlace {
+    const Scene *scene;
+    const SceneBody *body;         // or NULL
+    const ToolOptions *tool;       // or NULL
+    const config_setting_t *group; // of the body or the tool
+};
+
+// scene_idle.c: conditions in which keys have no effect.
+extern const OptionIdle IDLE_MOVES_NO_TOOL, IDLE_HAS_NO_INSIDE, IDLE_PUBLISHES_NO_NODES,
+    IDLE_HAS_NO_TOOL, IDLE_HAS_ONLY_PLANES, IDLE_PUBLISHES_NO_CONTACTS, IDLE_HAS_ONE_LEVEL,
+    IDLE_IS_EXPLICIT, IDLE_HAS_NO_TIME_STEP, IDLE_IS_WHOLE, IDLE_HAS_ONLY_CELLS, IDLE_MEETS_NO_TOOL,
+    IDLE_TOOLS_HAVE_FRICTION, IDLE_LABELS_HAVE_MODULUS, IDLE_LABELS_HAVE_RATIO,
+    IDLE_LABELS_HAVE_DENSITY, IDLE_TOUCHES_NOTHING;
+
+// The keys that select nodes.
+typedef struct RegionGroup {
+    const config_setting_t *box, *nodes;
+    Vec3 sphere;
+    double radius;
+} RegionGroup;
+
+// Each reads one group into zeroed memory; returns false with a status. The scene owns what they
+// allocate, also after a failure.
+bool scene_read_body(const SceneReader *reader, const config_setting_t *group, SceneBody *body);
+// Read the keys of one model.
+bool scene_read_surface(const SceneReader *reader, const BodyGroup *raw, SceneBody *body);
+bool scene_read_voxel(const SceneReader *reader, const BodyGroup *raw, SceneBody *body);
+bool scene_read_fixed(const SceneReader *reader, const config_setting_t *list, SceneBody *body);
+bool scene_read_mesh(const SceneReader *reader, const config_setting_t *group, MeshSource *mesh);
+// Reads `place` of the group `owner`, "bodies.mesh.place".
+bool scene_read_place(const SceneReader *reader, const config_setting_t *group, const char *owner,
+                      Vec3 *rotation, Vec3 *translation);
+bool scene_read_material(const SceneReader *reader, const config_setting_t *group,
+                         SurfaceMaterial *material);
+bool scene_read_shape(const SceneReader *reader, const config_setting_t *group,
+                      SurfaceShape *shape);
+// `dimensions`: the body's, 0 if not given; replaced by that of the voxels.
+bool scene_read_voxels(const SceneReader *reader, const config_setting_t *group,
+                       VoxelSource *voxels, int *dimensions);
+bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, ToolOptions *tool);
+// Reads the node selection of an entry of `list`; the caller owns a list of nodes.
+bool scene_read_region(const SceneReader *reader, const config_setting_t *group,
+                       const RegionGroup *raw, const char *list, FixedRegion *region);
+bool scene_read_attachment(const SceneReader *reader, const config_setting_t *group,
+                           SceneAttachment *attachment);
+// Joined bodies are stepped together: gives those without an integrator the one of the others. Call
+// after all bodies and attachments are read. Returns false with a status if two name different
+// ones.
+bool scene_join_bodies(const SceneReader *reader, const config_setting_t *list);
+// Returns the index of a body by its name; `at` is the setting that names it. -1 with a status.
+int scene_find_body(const SceneReader *reader, const config_setting_t *at, const char *name);
+bool scene_read_load(const SceneReader *reader, const config_setting_t *group, LoadOptions *load);
+// Lists in scene->idle the keys that others make idle. Call last.
+void scene_find_idle(Scene *scene, const config_setting_t *root);
+
+#endif

@@ -1,0 +1,154 @@
+// What the tables that read a scene file say of it otherwise: the groups of a body, the features
+// that its keys enable, and the reference of all keys.
+#include "scene/scene_parts.h"
+
+#include "base/check.h"
+
+#include <string.h>
+
+const OptionTable *scene_table(int index)
+{
+    static const OptionTable *const TABLES[SCENE_TABLE_COUNT] = {
+        &SCENE_TABLE, &PUBLISH_TABLE, &CAPACITY_TABLE,       &BODY_TABLE,
+        &MESH_TABLE,  &PLACE_TABLE,   &MATERIAL_TABLE,       &SHAPE_TABLE,
+        &ADAPT_TABLE, &VOXELS_TABLE,  &VOXEL_MATERIAL_TABLE, &LABEL_MATERIAL_TABLE,
+        &SKIN_TABLE,  &TEAR_TABLE,    &CONTACT_TABLE,        &FIXED_TABLE,
+        &TOOL_TABLE,  &CAPSULE_TABLE, &PLANE_TABLE,          &ATTACHMENT_TABLE,
+        &LOAD_TABLE,
+    };
+    ASSERT(index >= 0 && index < SCENE_TABLE_COUNT);
+    return TABLES[index];
+}
+
+int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS])
+{
+    const SurfaceOptions *surface = &body->surface;
+    int count = 0;
+    group[count++] = (KeyGroup){&BODY_TABLE, body, sizeof *body, false};
+    group[count++] = (KeyGroup){&CONTACT_TABLE, body, sizeof *body, false};
+    group[count++] = (KeyGroup){&TEAR_TABLE, body, sizeof *body, !body->options.cuttable};
+    if (body->model == MODEL_VOXEL) {
+        group[count++] = (KeyGroup){&VOXEL_MATERIAL_TABLE, body, sizeof *body, false};
+    } else {
+        group[count++] =
+            (KeyGroup){&MATERIAL_TABLE, &surface->material, sizeof surface->material, false};
+        group[count++] = (KeyGroup){&SHAPE_TABLE, &surface->shape, sizeof surface->shape,
+                                    !surface->shape.wanted};
+        group[count++] =
+            (KeyGroup){&ADAPT_TABLE, &surface->adapt, sizeof surface->adapt, !surface->adaptive};
+    }
+    return count;
+}
+
+// Returns the name of a group in its body; "" for the keys of the body itself.
+static const char *group_name(const OptionTable *table)
+{
+    const char *name = table->path + strlen(BODY_TABLE.path);
+    return *name == '.' ? name + 1 : name;
+}
+
+// Writes the key with its path in a body, and the word or truth that enables the feature.
+static void name_key(char *text, size_t size, const OptionTable *table, const Option *option)
+{
+    const char *group = group_name(table);
+    const char *word = NULL;
+    for (int i = 0; option->type == OPTION_WORD && option->words[i].word != NULL; i++)
+        if (word == NULL && option->words[i].value != (int)option->preset)
+            word = option->words[i].word;
+    snprintf(text, size, "%s%s%s%s%s%s", group, *group != '\0' ? "." : "", option->key,
+             word != NULL                  ? " = \""
+             : option->type == OPTION_BOOL ? " = true"
+                                           : "",
+             word != NULL ? word : "", word != NULL ? "\"" : "");
+}
+
+int scene_list_features(const SceneBody *body, SceneFeature *feature, int most)
+{
+    KeyGroup group[KEY_GROUPS];
+    int count = 0;
+    for (int g = 0, groups = scene_list_groups(body, group); g < groups; g++)
+        for (int i = 0; i < group[g].table->count && count < most; i++) {
+            const Option *option = &group[g].table->option[i];
+            const void *member = (const char *)group[g].keys + option->offset;
+            if (option->feature == NULL || !option_is_used(option, (int)body->model))
+                continue;
+            feature[count] = (SceneFeature){
+                .on = !group[g].absent && option_enables(option, member), .name = option->feature};
+            name_key(feature[count].key, sizeof feature->key, group[g].table, option);
+            count++;
+        }
+    return count;
+}
+
+// Writes all keys of a group.
+static void group_text(const KeyGroup *group, char text[SCENE_VALUE_TEXT])
+{
+    size_t length = (size_t)snprintf(text, SCENE_VALUE_TEXT, "{");
+    for (int i = 0; i < group->table->count && length < SCENE_VALUE_TEXT; i++) {
+        const Option *option = &group->table->option[i];
+        char value[OPTION_NUMBER_TEXT];
+        option_value_text(option, (const char *)group->keys + option->offset, value, sizeof value);
+        length += (size_t)snprintf(text + length, SCENE_VALUE_TEXT - length, "%s%s = %s;",
+                                   i == 0 ? " " : "  ", option->key, value);
+    }
+    ASSERT(length + 2 < SCENE_VALUE_TEXT);
+    strcat(text, " }");
+}
+
+static const Option *find_key(const OptionTable *table, const char *key)
+{
+    for (int i = 0; i < table->count; i++)
+        if (strcmp(table->option[i].key, key) == 0)
+            return &table->option[i];
+    return NULL;
+}
+
+bool scene_key_text(const SceneBody *body, const char *key, char text[SCENE_VALUE_TEXT])
+{
+    KeyGroup group[KEY_GROUPS];
+    const Option *option = find_key(&BODY_TABLE, key);
+    text[0] = '\0';
+    if (option == NULL || !option_is_used(option, (int)body->model))
+        return false;
+    if (option->type != OPTION_GROUP) {
+        option_value_text(option, (const char *)body + option->offset, text, SCENE_VALUE_TEXT);
+        return true;
+    }
+    for (int g = 0, groups = scene_list_groups(body, group); g < groups; g++)
+        if (strcmp(group_name(group[g].table), key) == 0 && !group[g].absent)
+            group_text(&group[g], text);
+    return true;
+}
+
+static const char INTRODUCTION[] =
+    "# Scene files\n"
+    "\n"
+    "This page is generated from the tables that read scene files; a test keeps it up to\n"
+    "date. The annotated scenes in this folder show every group in use: start from\n"
+    "`minimal.cfg`.\n"
+    "\n"
+    "A scene is a [libconfig](https://hyperrealm.github.io/libconfig/) file:\n"
+    "`key = value;`, groups `{ }`, lists `( )`, arrays `[ ]`, comments `#`, `//` and\n"
+    "`/* */`, and `@include \"file\"` on a line of its own. Units are SI: metres, seconds,\n"
+    "kilograms, newtons, radians.\n"
+    "\n"
+    "- A real may be written as an integer; an integer may not be written with a point.\n"
+    "- A vector is three numbers in `[ ]` or `( )`, without a comma after the last. In\n"
+    "  included files an array `[ ]` has numbers of one kind: write\n"
+    "  `[0.0, 0.0, -9.81]` or `(0, 0, -9.81)` there.\n"
+    "- A name consists of letters, digits, `_` and `-`.\n"
+    "- File names are relative to the folder of the scene file; so are includes.\n"
+    "- In ranges, `(` excludes its bound and `[` includes it. The range of a vector is\n"
+    "  that of its length.\n"
+    "- Integers are one number or a list of them.\n"
+    "- Unknown keys, wrong types and values out of range are errors that name file and\n"
+    "  line. A key that has no effect because of another one (`theta` with `leapfrog`) is "
+    "accepted,\n"
+    "  with a warning that says why.\n";
+
+void scene_print_reference(FILE *out)
+{
+    fputs(INTRODUCTION, out);
+    for (int i = 0; i < SCENE_TABLE_COUNT; i++)
+        option_print_reference(scene_table(i), out);
+}

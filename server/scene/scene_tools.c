@@ -1,0 +1,145 @@
+// Reads one entry of `tools`.
+#include "scene/scene_parts.h"
+
+#include <limits.h>
+
+typedef struct ToolGroup {
+    ToolOptions tool; // first: offsets of rows are the same in ToolOptions
+    const config_setting_t *capsules, *plane, *edge;
+} ToolGroup;
+
+static const OptionWord KIND_WORDS[] = {{"probe", TOOL_PROBE},
+                                        {"static", TOOL_STATIC},
+                                        {"blade", TOOL_BLADE},
+                                        {"grasper", TOOL_GRASPER},
+                                        {NULL, 0}};
+
+#define AT(member) offsetof(ToolGroup, member)
+static const Option TOOL_OPTIONS[] = {
+    {"id", OPTION_INT, AT(tool.id), "", 0.0, INT_MAX, .required = true, .physics = true,
+     .about = "Number that identifies the tool in messages; unique."},
+    {"kind", OPTION_WORD, AT(tool.kind), "", .words = KIND_WORDS, .required = true, .physics = true,
+     .about = "Probe: moved by messages. Static: fixed in the world. Blade: moved by messages, "
+              "cuts along its edge. Grasper: moved by messages; when it closes, it grasps the "
+              "nodes inside its capsules."},
+    {"capsules", OPTION_LIST, AT(capsules), "",
+     .about = "Its shape: up to 8 groups, at least one for a probe; for a blade the part that "
+              "pushes, its back."},
+    {"plane", OPTION_GROUP, AT(plane), "", .about = "A half space; static tools only."},
+    {"max_force", OPTION_REAL, AT(tool.max_force), "N", 0.0, FORCE_LIMIT, .open = true,
+     .preset = 3.3, .physics = true, .idle = {&IDLE_TOUCHES_NOTHING},
+     .about = "Largest force on the bodies and on the tool: a tool that is pushed or pulled harder "
+              "yields."},
+    {"friction", OPTION_REAL, AT(tool.friction), "", 0.0, 10.0, .preset_text = "the body's",
+     .physics = true, .idle = {&IDLE_TOUCHES_NOTHING},
+     .about = "Friction coefficient between the tool and any body."},
+    {"grip_stiffness", OPTION_REAL, AT(tool.grip_stiffness), "", 0.0, 1e3, .open = true,
+     .preset = 0.3, .physics = true,
+     .about = "Stiffness of a grasper's springs, as a share of the body's own stiffness; stiffer "
+              "springs shorten the time step."},
+    {"grip_damping_ratio", OPTION_REAL, AT(tool.grip_damping), "", 0.0, 1e3, .preset = 0.5,
+     .physics = true,
+     .about = "Damping ratio of a grasper's springs with the grasped masses: 1 is critical."},
+    {"edge", OPTION_LIST, AT(edge), "m", .preset_text = "required of a blade",
+     .about = "The two ends of a blade's edge, in its frame: ([x, y, z], [x, y, z])."},
+};
+#undef AT
+const OptionTable TOOL_TABLE = OPTION_TABLE("tools", "One tool.", TOOL_OPTIONS);
+
+static const Option CAPSULE_OPTIONS[] = {
+    {"from", OPTION_VECTOR, offsetof(Capsule, from), "m", 0.0, POSITION_LIMIT, .physics = true,
+     .about = "One end of the axis, in the tool's frame (for a static tool: the world frame)."},
+    {"to", OPTION_VECTOR, offsetof(Capsule, to), "m", 0.0, POSITION_LIMIT,
+     .preset_text = "as `from`", .physics = true,
+     .about = "The other end; equal ends make a ball."},
+    {"radius", OPTION_REAL, offsetof(Capsule, radius), "m", 0.0, 10.0, .open = true,
+     .required = true, .physics = true, .about = "Radius around the axis."},
+};
+const OptionTable CAPSULE_TABLE =
+    OPTION_TABLE("tools.capsules", "A cylinder with round ends.", CAPSULE_OPTIONS);
+
+static const Option PLANE_OPTIONS[] = {
+    {"point", OPTION_VECTOR, offsetof(Plane, point), "m", 0.0, POSITION_LIMIT, .physics = true,
+     .about = "Any point of the plane, world frame."},
+    {"normal", OPTION_VECTOR, offsetof(Plane, normal), "", 1e-6, 1e6, .required = true,
+     .physics = true, .about = "Towards the free side; any length."},
+};
+const OptionTable PLANE_TABLE =
+    OPTION_TABLE("tools.plane", "A half space, such as a table.", PLANE_OPTIONS);
+
+static bool read_capsules(const SceneReader *reader, const config_setting_t *list,
+                          ToolOptions *tool)
+{
+    int count = option_length(list);
+    if (count > TOOL_SHAPES)
+        return option_fail(&reader->source, list, "capsules has %d entries, at most %d", count,
+                           TOOL_SHAPES);
+    for (int i = 0; i < count; i++) {
+        const config_setting_t *group = option_group_at(list, i, &reader->source);
+        Capsule *capsule = &tool->capsule[tool->capsule_count++];
+        if (group == NULL || !option_read(&CAPSULE_TABLE, group, &reader->source, capsule))
+            return false;
+        if (!option_given(group, "to"))
+            capsule->to = capsule->from;
+    }
+    return true;
+}
+
+static bool read_edge(const SceneReader *reader, const config_setting_t *group,
+                      const config_setting_t *list, ToolOptions *tool)
+{
+    static const Option END = {"edge", OPTION_VECTOR, 0, "m", 0.0, POSITION_LIMIT, .about = ""};
+    const OptionSource *source = &reader->source;
+    if (tool->kind != TOOL_BLADE)
+        return list == NULL ||
+               option_fail(source, list, "edge means nothing for this tool, only for kind blade");
+    if (list == NULL)
+        return option_fail(source, group, "blade %d has no edge: ([x, y, z], [x, y, z])", tool->id);
+    if (option_length(list) != 2)
+        return option_fail(source, list, "edge must be two ends ([x, y, z], [x, y, z])");
+    for (int k = 0; k < 2; k++)
+        if (!option_read_vector(config_setting_get_elem(list, (unsigned)k), &END, source,
+                                &tool->edge[k]))
+            return false;
+    return vec3_length(vec3_sub(tool->edge[1], tool->edge[0])) > 1e-9 ||
+           option_fail(source, list, "edge has no length: its two ends are the same");
+}
+
+bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, ToolOptions *tool)
+{
+    ToolGroup raw = {0};
+    const OptionSource *source = &reader->source;
+    if (!option_read(&TOOL_TABLE, group, source, &raw))
+        return false;
+    *tool = raw.tool;
+    if (!read_capsules(reader, raw.capsules, tool))
+        return false;
+    tool->has_friction = option_given(group, "friction");
+    tool->has_plane = raw.plane != NULL;
+    if (raw.plane != NULL) {
+        if (!option_read(&PLANE_TABLE, raw.plane, source, &tool->plane))
+            return false;
+        tool->plane.normal = vec3_unit(tool->plane.normal);
+    }
+    // Refuse keys that have no effect for this kind of tool.
+    const char *kind = KIND_WORDS[tool->kind].word;
+    bool moved = tool->kind != TOOL_STATIC;
+    if (moved && tool->has_plane)
+        return option_fail(source, raw.plane, "plane means nothing for a %s, only for kind static",
+                           kind);
+    static const char *const GRIP[] = {"grip_stiffness", "grip_damping_ratio"};
+    for (int i = 0; i < 2; i++)
+        if (tool->kind != TOOL_GRASPER && option_given(group, GRIP[i]))
+            return option_fail(source, option_find(group, GRIP[i]),
+                               "%s means something for a grasper only", GRIP[i]);
+    if (!moved && option_given(group, "max_force"))
+        return option_fail(source, option_find(group, "max_force"),
+                           "max_force means nothing for a static tool: it never yields");
+    if (!read_edge(reader, group, raw.edge, tool))
+        return false;
+    // Every tool but a blade needs a shape to collide with.
+    if (tool->kind != TOOL_BLADE && tool->capsule_count == 0 && !tool->has_plane)
+        return option_fail(source, group, "tool %d has no shape: give it capsules%s", tool->id,
+                           moved ? "" : " or a plane");
+    return true;
+}

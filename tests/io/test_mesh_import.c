@@ -1,0 +1,576 @@
+#include "expect.h"
+
+#include "io/mesh_import.h"
+#include "geometry/generator.h"
+
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static char folder[PATH_MAX];
+static char path[PATH_MAX + 16]; // the one file that tests write and read
+
+static int make_folder(void **state)
+{
+    (void)state;
+    const char *parent = getenv("TMPDIR");
+    snprintf(folder, sizeof folder, "%s/pliant-test-XXXXXX", parent != NULL ? parent : P_tmpdir);
+    if (mkdtemp(folder) == NULL)
+        return -1;
+    snprintf(path, sizeof path, "%s/organ", folder);
+    return 0;
+}
+
+static int remove_folder(void **state)
+{
+    (void)state;
+    unlink(path);
+    return rmdir(folder);
+}
+
+static void write_bytes(const void *bytes, size_t size)
+{
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    assert_int_equal(fwrite(bytes, 1, size, file), size);
+    assert_int_equal(fclose(file), 0);
+}
+
+static void import_text(const char *text, TriMesh *mesh)
+{
+    Status status = {0};
+    MeshImport import;
+    write_bytes(text, strlen(text));
+    if (!mesh_import(path, mesh, &import, &status))
+        fail_msg("%s", status.text);
+}
+
+// The error text must be the path followed by `rest`.
+static void expect_error(const char *rest)
+{
+    TriMesh mesh;
+    MeshImport import;
+    Status status = {0};
+    assert_false(mesh_import(path, &mesh, &import, &status));
+    assert_int_equal(status.code, STATUS_INVALID);
+    assert_int_equal(strncmp(status.text, path, strlen(path)), 0);
+    assert_string_equal(status.text + strlen(path), rest);
+    assert_null(strchr(status.text, '\n'));
+}
+
+static void expect_text_error(const char *text, const char *rest)
+{
+    write_bytes(text, strlen(text));
+    expect_error(rest);
+}
+
+static void expect_corners(const TriMesh *mesh, int triangle, int a, int b, int c)
+{
+    const int corner[3] = {a, b, c};
+    assert_true(triangle < mesh->triangle_count);
+    assert_memory_equal(mesh->triangle[triangle], corner, sizeof corner);
+}
+
+// --- OBJ ---
+
+static void obj_of_a_generated_mesh_comes_back_bit_by_bit(void **state)
+{
+    (void)state;
+    TriMesh made, read;
+    MeshImport import;
+    Status status = {0};
+    assert_true(generate_stomach(&made, 188, 0.25, &status));
+    FILE *file = fopen(path, "w");
+    for (int i = 0; i < made.node_count; i++) // 17 digits name a double exactly
+        fprintf(file, "v %.17g %.17g %.17g\n", made.position[i].x, made.position[i].y,
+                made.position[i].z);
+    for (int t = 0; t < made.triangle_count; t++)
+        fprintf(file, "f %d %d %d\n", made.triangle[t][0] + 1, made.triangle[t][1] + 1,
+                made.triangle[t][2] + 1);
+    fclose(file);
+    assert_true(mesh_import(path, &read, &import, &status));
+    assert_int_equal(read.node_count, 188);
+    assert_int_equal(read.triangle_count, 372);
+    assert_memory_equal(read.position, made.position, 188 * sizeof *read.position);
+    assert_memory_equal(read.triangle, made.triangle, 372 * sizeof *read.triangle);
+    assert_memory_equal(read.file_index, made.file_index, 188 * sizeof *read.file_index);
+    mesh_destroy(&made);
+    mesh_destroy(&read);
+}
+
+static void obj_corners_may_name_texture_and_normal(void **state)
+{
+    (void)state;
+    TriMesh mesh;
+    static const char *const faces[] = {"f 1 2 3", "f 1/1 2/1 3/1", "f 1/1/1 2/1/1 3/1/1",
+                                        "f 1//1 2//1 3//1"};
+    for (int i = 0; i < 4; i++) {
+        char text[128];
+        snprintf(text, sizeof text, "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\n%s\n", faces[i]);
+        import_text(text, &mesh);
+        assert_int_equal(mesh.triangle_count, 1);
+        expect_corners(&mesh, 0, 0, 1, 2);
+        assert_int_equal(mesh.uv != NULL, i == 1 || i == 2);
+        mesh_destroy(&mesh);
+    }
+}
+
+static void obj_negative_indices_count_back(void **state)
+{
+    (void)state;
+    TriMesh mesh;
+    import_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 1 -5 5\nf -1/-1 +2 -4//-2\n", &mesh);
+    expect_corners(&mesh, 0, 0, 1, 2);
+    expect_corners(&mesh, 1, 3, 1, 0);
+    mesh_destroy(&mesh);
+}
+
+static void obj_faces_may_come_before_vertices(void **state)
+{
+    (void)state;
+    TriMesh mesh;
+    import_text("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0", &mesh);
+    expect_corners(&mesh, 0, 0, 1, 2);
+    mesh_destroy(&mesh);
+}
+
+static void obj_tolerates_comments_crlf_continuation_and_other_keywords(void **state)
+{
+    (void)state;
+    TriMesh mesh;
+    import_text("\xEF\xBB\xBFv 0 0 0 # the first, after a byte order mark\r\n"
+                "# v 9 9 9\r\n\r\n"
+                "mtllib organ.mtl\r\no liver\r\ng \\\r\nv 7 7 7\r\ns off\r\nvp 1 2\r\n"
+                "\tv  1\t0 \\\r\n 0 0.5 0.5 0.5\r\n"
+                "v 0 1e0 .0 1.0\r\n"
+                "f 1 2 \\\n3\nl 1 2\nusemtl red\n",
+                &mesh);
+    assert_int_equal(mesh.node_count, 3);
+    expect_near(mesh.position[1].x, 1.0, 0.0);
+    expect_corners(&mesh, 0, 0, 1, 2);
+    mesh_destroy(&mesh);
+}
+
+static void obj_equal_nodes_are_welded_and_remember_their_index(void **state)
+{
+    (void)state;
+    TriMesh mesh;
+    import_text("v 0 0 0\nv 1 0 0\nv -0 0 0\nv 0 1 0\nv 1 0 0\nv 0 0 1\nf 1 2 4\nf 3 6 5\n", &mesh);
+    const int index[4] = {0, 1, 3, 5};
+    assert_int_equal(mesh.node_count, 4);
+    assert_int_equal(mesh.file_node_count, 6);
+    assert_memory_equal(mesh.file_index, index, sizeof index);
+    expect_corners(&mesh, 1, 0, 3, 1);
+    const int became[6] = {0, 1, 0, 2, 1, 3};
+    for (int i = 0; i < 6; i++)
+        assert_int_equal(mesh_node_of_file(&mesh, i), became[i]);
+    assert_int_equal(mesh_node_of_file(&mesh, 6), -1);
+    mesh_destroy(&mesh);
+}
+
+static void obj_texture_coordinates_stay_with_their_nodes(void **state)
+{
+    (void)state;
+    // The seam runs through node 1, which is there twice and has two coordinates: the first stays.
+    TriMesh mesh;
+    import_text("vt 0.5 1e-3 9\nvt 0.25\nvt -1 7\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 0 0\nv 1 1 0\n"
+                "vt 1 1\nvt 8 8\nf 1/1 2/2 3/3\nf 3/3/1 4/-1 5/4\n",
+                &mesh);
+    const double uv[4][2] = {{0.5, 1e-3}, {0.25, 0.0}, {-1.0, 7.0}, {1.0, 1.0}};
+    assert_int_equal(mesh.node_count, 4);
+    assert_non_null(mesh.uv);
+    assert_memory_equal(mesh.uv, uv, sizeof uv);
+    mesh_destroy(&mesh);
+    // One node without: a texture with a hole is none.
+    import_text("vt 0 0\nvt 1 0\nvt 0 1\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1 2/2 3/9\n", &mesh);
+    assert_null(mesh.uv);
+    mesh_destroy(&mesh);
+}
+
+static void obj_faults_name_file_and_line(void **state)
+{
+    (void)state;
+    const char *const v = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+    const char *const cases[][2] = {
+        {"f 1 2", ": the mesh has no faces"},
+        {"f", ": the mesh has no faces"},
+        {"f 1 2 2", ": the mesh has no face with an area"},
+        {"f 1 2 5", ":5: vertex index 5 outside [1, 4]"},
+        {"\n\nf 1 2 0", ":7: vertex index 0; the first is 1"},
+        {"f 1 2 -5", ":5: vertex index -5 with only 4 vertices before it"},
+        {"f 1 2 \\\n -5", ":6: vertex index -5 with only 4 vertices before it"},
+        {"f 1 2 3.5", ":5: '3.5' is not a corner v, v/vt or v/vt/vn"},
+        {"f 1 2 3/", ":5: '3/' is not a corner v, v/vt or v/vt/vn"},
+        {"f 1 2 3//", ":5: '3//' is not a corner v, v/vt or v/vt/vn"},
+        {"f 1 2 3/1/", ":5: '3/1/' is not a corner v, v/vt or v/vt/vn"},
+        {"f 1 2 3/1/1/1", ":5: '3/1/1/1' is not a corner v, v/vt or v/vt/vn"},
+        {"f 1 2 99999999999999999999",
+         ":5: '99999999999999999999' is not a corner v, v/vt or v/vt/vn"},
+        {"v 1 2", ":5: vertex has 2 coordinates, not 3"},
+        {"v", ":5: vertex has 0 coordinates, not 3"},
+        {"v 1 nan 2\nf 1 2 5", ":6: face 0 uses node 4, whose position (1, nan, 2) is not finite"},
+        {"v 1 -inf 2\nf 1 2 5",
+         ":6: face 0 uses node 4, whose position (1, -inf, 2) is not finite"},
+        {"v 1 1e999 2\nf 1 2 5",
+         ":6: face 0 uses node 4, whose position (1, inf, 2) is not finite"},
+        {"vt 0 nan\n", ":5: texture coordinate 'nan' is not a finite number"},
+        {"vt\n", ":5: texture coordinate '' is not a finite number"},
+        {"v 1 2,5 2", ":5: coordinate '2,5' is not a number"},
+        {"v 1 \x1b[31m 2", ":5: coordinate '?[31m' is not a number"},
+        {"v 1 123456789012345678901234567890x 2",
+         ":5: coordinate '123456789012345678901234567890...' is not a number"},
+        {"", ": no faces; expected an OBJ (v, f), STL, PLY or OFF file"},
+        {"ply", ": no faces; expected an OBJ (v, f), STL, PLY or OFF file"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char text[256];
+        snprintf(text, sizeof text, "%s%s\n", v, cases[i][0]);
+        expect_text_error(text, cases[i][1]);
+    }
+}
+
+// --- STL ---
+
+static const char TWO_FACETS[] = "solid two facets\n"
+                                 "  facet normal 0 0 1\n"
+                                 "    outer loop\n"
+                                 "      vertex 0 0 0\n"
+                                 "      vertex 1 0 0\n"
+                                 "      vertex 1 1 0\n"
+                                 "    endloop\n"
+                                 "  endfacet\n"
+                                 "  facet normal 0 0 1\n"
+                                 "    outer loop\n"
+                                 "      vertex 0 0 0\n"
+                                 "      vertex 1 1 0\n"
+                                 "      vertex 0 1 -0\n"
+                                 "    endloop\n"
+                                 "  endfacet\n"
+                                 "endsolid two facets\n";
+
+static void expect_two_facets(const TriMesh *mesh)
+{
+    const int index[4] = {0, 1, 2, 5}; // 3 triangle + corner of the first occurrence
+    assert_int_equal(mesh->node_count, 4);
+    assert_int_equal(mesh->file_node_count, 6);
+    assert_memory_equal(mesh->file_index, index, sizeof index);
+    expect_corners(mesh, 0, 0, 1, 2);
+    expect_corners(mesh, 1, 0, 2, 3);
+}
+
+static void ascii_stl_is_welded_and_remembers_its_corners(void **state)
+{
+    (void)state;
+    TriMesh mesh;
+    import_text(TWO_FACETS, &mesh);
+    expect_two_facets(&mesh);
+    mesh_destroy(&mesh);
+}
+
+static void ascii_stl_tolerates_capitals_crlf_solids_and_bad_normals(void **state)
+{
+    (void)state;
+    TriMesh mesh;
+    import_text("\r\n SOLID facet\r\nFACET NORMAL nan nan nan\r\nOUTER LOOP\r\nVERTEX 0 0 0\r\n"
+                "VERTEX 1 0 0 VERTEX 1 1 0\r\nENDLOOP ENDFACET\r\nendsolid facet\r\n"
+                "solid\nfacet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 1 0 vertex 0 1 0 "
+                "endloop endfacet endsolid",
+                &mesh);
+    expect_two_facets(&mesh);
+    mesh_destroy(&mesh);
+}
+
+// As some writers end their files.
+static void ascii_stl_may_end_with_two_words_or_zero_bytes(void **state)
+{
+    (void)state;
+    static const char *const ends[] = {"end solid\n", "END SOLID two facets\n",
+                                       "end solid\nsolid more\nendsolid\n", "endsolid\n\0\0"};
+    const size_t body = (size_t)(strstr(TWO_FACETS, "endsolid") - TWO_FACETS);
+    for (size_t i = 0; i < sizeof ends / sizeof *ends; i++) {
+        char text[2048];
+        TriMesh mesh;
+        MeshImport import;
+        Status status = {0};
+        const size_t size = body + strlen(ends[i]);
+        memset(text, 0, sizeof text);
+        memcpy(text, TWO_FACETS, body);
+        memcpy(text + body, ends[i], strlen(ends[i]));
+        write_bytes(text, size + (i == 3 ? 2 : 0));
+        if (!mesh_import(path, &mesh, &import, &status))
+            fail_msg("%s", status.text);
+        expect_two_facets(&mesh);
+        mesh_destroy(&mesh);
+    }
+    expect_text_error("solid\nend facet\n", ":2: 'end' where 'facet' or 'endsolid' is expected");
+}
+
+static void obj_may_end_with_a_zero_byte_but_not_hold_one(void **state)
+{
+    (void)state;
+    static const char text[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\n"
+                               "f 1 4 3\n";
+    TriMesh mesh;
+    MeshImport import;
+    Status status = {0};
+    char inside[sizeof text];
+    write_bytes(text, sizeof text); // its final zero too
+    if (!mesh_import(path, &mesh, &import, &status))
+        fail_msg("%s", status.text);
+    assert_int_equal(mesh.triangle_count, 4);
+    mesh_destroy(&mesh);
+    memcpy(inside, text, sizeof text);
+    inside[30] = 0;
+    write_bytes(inside, sizeof inside);
+    expect_error(": neither text nor a binary STL, which has at least 84 bytes");
+}
+
+static void ascii_stl_faults_name_file_and_line(void **state)
+{
+    (void)state;
+    const char *const start =
+        "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n";
+    const char *const cases[][2] = {
+        {"vertex 0 inf 0\nendloop endfacet endsolid",
+         ":2: face 0 uses node 2, whose position (0, inf, 0) is not finite"},
+        {"vertex 0 x 0\n", ":6: coordinate 'x' is not a number"},
+        {"vertex 0 0\nendloop", ":7: coordinate 'endloop' is not a number"},
+        {"vertex 0 0", ":6: file ends inside a vertex"},
+        {"endloop", ":6: 'endloop' where 'vertex' is expected"},
+        {"vertex 0 1 0\nvertex 0 1 0", ":7: 'vertex' where 'endloop' is expected"},
+        {"vertex 0 1 0\nendloop\n", ":8: file ends where 'endfacet' is expected"},
+        {"vertex 0 1 0\nendloop\nendfacet\n", ":9: file ends where 'endsolid' is expected"},
+        {"vertex 0 1 0\nendloop\nendfacet\nface",
+         ":9: 'face' where 'facet' or 'endsolid' is expected"},
+        {"vertex 0 1 0\nendloop\nendfacet\nendsolid\nfacet",
+         ":10: 'facet' where 'solid' is expected"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char text[256];
+        snprintf(text, sizeof text, "%s%s", start, cases[i][0]);
+        expect_text_error(text, cases[i][1]);
+    }
+    expect_text_error("solid nothing\nendsolid nothing\n", ": no triangles");
+    expect_text_error("solid", ":1: file ends where 'endsolid' is expected");
+    expect_text_error("solid x\nfacet\nouter", ":3: 'outer' where 'normal' is expected");
+}
+
+// A binary STL of `count` copies of a triangle; the caller frees it.
+static unsigned char *make_binary(uint32_t count, size_t *size)
+{
+    *size = 84 + 50 * (size_t)count;
+    unsigned char *bytes = calloc(1, *size);
+    assert_non_null(bytes);
+    memcpy(bytes, "solid made by a program that should not say so", 46);
+    for (int i = 0; i < 4; i++)
+        bytes[80 + i] = (unsigned char)(count >> 8 * i);
+    const float corner[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    for (uint32_t t = 0; t < count; t++)
+        memcpy(bytes + 84 + 50 * t + 12, corner, sizeof corner);
+    return bytes;
+}
+
+static void put_float(unsigned char *bytes, int triangle, int corner, int axis, float value)
+{
+    memcpy(bytes + 84 + 50 * triangle + 12 + 12 * corner + 4 * axis, &value, sizeof value);
+}
+
+static void binary_stl_that_says_solid_is_read(void **state)
+{
+    (void)state;
+    TriMesh mesh;
+    MeshImport import;
+    Status status = {0};
+    size_t size;
+    unsigned char *bytes = make_binary(2, &size);
+    put_float(bytes, 0, 2, 0, 1.0f); // the same two facets as in the ASCII test
+    put_float(bytes, 1, 1, 1, 1.0f);
+    put_float(bytes, 1, 2, 2, -0.0f);
+    write_bytes(bytes, size);
+    assert_true(mesh_import(path, &mesh, &import, &status));
+    expect_two_facets(&mesh);
+    mesh_destroy(&mesh);
+    free(bytes);
+}
+
+static void binary_stl_keeps_every_float(void **state)
+{
+    (void)state;
+    TriMesh mesh;
+    MeshImport import;
+    Status status = {0};
+    size_t size;
+    unsigned char *bytes = make_binary(1, &size);
+    put_float(bytes, 0, 0, 1, 0.1f);
+    put_float(bytes, 0, 1, 2, -3.4e5f);
+    put_float(bytes, 0, 2, 0, 1e-45f);
+    write_bytes(bytes, size);
+    assert_true(mesh_import(path, &mesh, &import, &status));
+    expect_near(mesh.position[0].y, (double)0.1f, 0.0);
+    expect_near(mesh.position[1].z, (double)-3.4e5f, 0.0);
+    expect_near(mesh.position[2].x, (double)1e-45f, 0.0);
+    mesh_destroy(&mesh);
+    free(bytes);
+}
+
+static void binary_stl_faults_name_file_and_triangle(void **state)
+{
+    (void)state;
+    size_t size;
+    unsigned char *bytes = make_binary(3, &size);
+    put_float(bytes, 2, 1, 0, INFINITY);
+    write_bytes(bytes, size);
+    expect_error(": face 2 uses node 7, whose position (inf, 0, 0) is not finite");
+    put_float(bytes, 1, 0, 2, NAN);
+    write_bytes(bytes, size);
+    expect_error(": face 1 uses node 3, whose position (0, 0, nan) is not finite");
+    free(bytes);
+
+    bytes = make_binary(0, &size);
+    write_bytes(bytes, size);
+    expect_error(": no triangles");
+    memset(bytes + 80, 0xff, 4);
+    memset(bytes, 'x', 5); // does not say solid
+    write_bytes(bytes, size);
+    expect_error(": neither text nor a binary STL: its 4294967295 triangles take 214748364834 "
+                 "bytes, the file has 84");
+    write_bytes(bytes, 60);
+    expect_error(": neither text nor a binary STL, which has at least 84 bytes");
+    free(bytes);
+}
+
+// --- any file ---
+
+static void what_is_no_file_is_refused(void **state)
+{
+    (void)state;
+    unlink(path);
+    expect_error(": No such file or directory");
+    assert_int_equal(mkdir(path, 0700), 0);
+    expect_error(": is a folder, not a mesh file");
+    assert_int_equal(rmdir(path), 0);
+    assert_int_equal(mkfifo(path, 0600), 0);
+    expect_error(": is not a file");
+    unlink(path);
+    write_bytes("", 0);
+    expect_error(": the file is empty");
+}
+
+// Cut anywhere, a file is either refused with its name or still a whole mesh.
+static void expect_no_crash_when_cut(const void *bytes, size_t size)
+{
+    for (size_t length = 0; length < size; length++) {
+        TriMesh mesh;
+        MeshImport import;
+        Status status = {0};
+        write_bytes(bytes, length);
+        if (mesh_import(path, &mesh, &import, &status)) {
+            assert_true(mesh.triangle_count > 0);
+            mesh_destroy(&mesh);
+        } else {
+            assert_int_equal(strncmp(status.text, path, strlen(path)), 0);
+        }
+    }
+}
+
+static void file_cut_at_any_byte_does_not_crash(void **state)
+{
+    (void)state;
+    size_t size;
+    unsigned char *binary = make_binary(4, &size);
+    const char obj[] = "v 0 0 0\r\nv 1 0 0\nv 0 1 \\\n0\nf 1/1 2//2 3/3/3\nf -1 -2 -3 # end\n";
+    expect_no_crash_when_cut(obj, sizeof obj - 1);
+    expect_no_crash_when_cut(binary, size);
+    expect_no_crash_when_cut(TWO_FACETS, sizeof TWO_FACETS - 1);
+    free(binary);
+}
+
+static void binary_stl_cut_at_any_byte_is_refused(void **state)
+{
+    (void)state;
+    size_t size;
+    unsigned char *binary = make_binary(4, &size);
+    for (size_t length = 0; length < size; length++) {
+        TriMesh mesh;
+        MeshImport import;
+        Status status = {0};
+        write_bytes(binary, length);
+        assert_false(mesh_import(path, &mesh, &import, &status));
+    }
+    free(binary);
+}
+
+static void ascii_stl_without_its_end_is_refused(void **state)
+{
+    (void)state;
+    size_t end = (size_t)(strstr(TWO_FACETS, "endsolid") - TWO_FACETS) + strlen("endsolid");
+    for (size_t length = 0; length < end; length++) {
+        TriMesh mesh;
+        MeshImport import;
+        Status status = {0};
+        write_bytes(TWO_FACETS, length);
+        assert_false(mesh_import(path, &mesh, &import, &status));
+    }
+}
+
+static void changed_bytes_do_not_crash(void **state)
+{
+    (void)state;
+    // Every byte of a small file of each kind becomes every other of a nasty set.
+    size_t size;
+    unsigned char *binary = make_binary(2, &size);
+    const char obj[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    const void *const files[3] = {binary, obj, TWO_FACETS};
+    const size_t sizes[3] = {size, sizeof obj - 1, sizeof TWO_FACETS - 1};
+    const char nasty[] = {0, '\n', '\\', '#', '-', '/', '9', 'e', (char)0x7f, (char)0xff};
+    for (int f = 0; f < 3; f++) {
+        char copy[1024];
+        memcpy(copy, files[f], sizes[f]);
+        for (size_t i = 0; i < sizes[f]; i++) {
+            for (size_t k = 0; k < sizeof nasty; k++) {
+                TriMesh mesh;
+                MeshImport import;
+                Status status = {0};
+                copy[i] = nasty[k];
+                write_bytes(copy, sizes[f]);
+                if (mesh_import(path, &mesh, &import, &status)) {
+                    MeshFault fault;
+                    assert_true(mesh_validate(&mesh, &fault));
+                    mesh_destroy(&mesh);
+                }
+            }
+            copy[i] = ((const char *)files[f])[i];
+        }
+    }
+    free(binary);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(obj_of_a_generated_mesh_comes_back_bit_by_bit),
+        cmocka_unit_test(obj_corners_may_name_texture_and_normal),
+        cmocka_unit_test(obj_negative_indices_count_back),
+        cmocka_unit_test(obj_faces_may_come_before_vertices),
+        cmocka_unit_test(obj_tolerates_comments_crlf_continuation_and_other_keywords),
+        cmocka_unit_test(obj_equal_nodes_are_welded_and_remember_their_index),
+        cmocka_unit_test(obj_texture_coordinates_stay_with_their_nodes),
+        cmocka_unit_test(obj_faults_name_file_and_line),
+        cmocka_unit_test(ascii_stl_is_welded_and_remembers_its_corners),
+        cmocka_unit_test(ascii_stl_tolerates_capitals_crlf_solids_and_bad_normals),
+        cmocka_unit_test(ascii_stl_may_end_with_two_words_or_zero_bytes),
+        cmocka_unit_test(obj_may_end_with_a_zero_byte_but_not_hold_one),
+        cmocka_unit_test(ascii_stl_faults_name_file_and_line),
+        cmocka_unit_test(binary_stl_that_says_solid_is_read),
+        cmocka_unit_test(binary_stl_keeps_every_float),
+        cmocka_unit_test(binary_stl_faults_name_file_and_triangle),
+        cmocka_unit_test(what_is_no_file_is_refused),
+        cmocka_unit_test(file_cut_at_any_byte_does_not_crash),
+        cmocka_unit_test(binary_stl_cut_at_any_byte_is_refused),
+        cmocka_unit_test(ascii_stl_without_its_end_is_refused),
+        cmocka_unit_test(changed_bytes_do_not_crash),
+    };
+    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}

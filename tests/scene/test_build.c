@@ -1,0 +1,373 @@
+// Worlds built from scene files: the meshes asked for, and refusals that name the scene's line.
+#include "expect.h"
+#include "scratch.h"
+
+#include "scene/build.h"
+#include "scene/memory.h"
+#include "surface/surface.h"
+
+#include <string.h>
+
+#ifdef PLIANT_WITH_SURFACE
+static Scratch scratch;
+
+// Builds a scene text; returns what was wrong, "" if nothing, without the folder's name in front.
+static const char *build_text(const char *text, World *world)
+{
+    static char said[512];
+    char path[SCRATCH_PATH];
+    Scene scene;
+    Status status = {0};
+    const BuildOptions options = {.isa = "auto", .may_load = true};
+    scratch_write(&scratch, "x.cfg", text, strlen(text));
+    assert_true(scene_read(scratch_path(&scratch, "x.cfg", path), &scene, &status));
+    bool ok = world_build(world, &scene, &options, &status);
+    assert_int_equal(ok, status.code == STATUS_OK);
+    scene_destroy(&scene);
+    size_t folder = strlen(scratch.folder) + 1;
+    bool own = strncmp(status.text, scratch.folder, folder - 1) == 0;
+    snprintf(said, sizeof said, "%s", status.text + (own ? folder : 0));
+    assert_null(strchr(said, '\n'));
+    return said;
+}
+
+static void expect_part(const char *text, const char *start, const char *part)
+{
+    World world;
+    const char *said = build_text(text, &world);
+    if (strncmp(said, start, strlen(start)) != 0 || strstr(said, part) == NULL) {
+        print_error("\"%s\" must begin with \"%s\" and hold \"%s\"\n", said, start, part);
+        fail();
+    }
+}
+
+#define MESH(text) "bodies = (\n{ name = \"a\"; mesh = { " text " }; } );\n"
+
+static void generators_give_the_meshes_that_scenes_ask_for(void **unused)
+{
+    (void)unused;
+    // Counts from the generators' formulas: edges are springs.
+    static const struct {
+        const char *text;
+        int nodes, springs;
+    } cases[] = {
+        {MESH("generator = \"uv_sphere\"; rings = 8; segments = 14;"), 114, 336},
+        {MESH("generator = \"sphere\"; nodes = 100;"), 100, 294},
+        {MESH("generator = \"ico_sphere\"; nodes = 162;"), 162, 480},
+        {MESH("generator = \"ico_sphere\"; subdivisions = 1;"), 42, 120},
+        {MESH("generator = \"stomach\";"), 188, 558},
+        {MESH("generator = \"sheet\"; columns = 4; rows = 3;"), 12, 23},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        World world;
+        assert_string_equal(build_text(cases[i].text, &world), "");
+        const Body *body = sim_body(world.sim, 0);
+        assert_string_equal(body->name, "a");
+        assert_int_equal(body->surface.node_count, cases[i].nodes);
+        assert_int_equal(body->spring_count, cases[i].springs);
+        assert_int_equal(world.mesh[0].node_count, cases[i].nodes);
+        world_destroy(&world);
+    }
+}
+
+static void meshes_are_scaled_turned_and_moved(void **unused)
+{
+    (void)unused;
+    // A quarter turn about x takes +z to -y.
+    World world;
+    assert_string_equal(build_text(MESH("generator = \"uv_sphere\"; radius = 2; scale = 0.01; "
+                                        "place = { rotation = [1.5707963267948966, 0, 0]; "
+                                        "translation = [1, 2, 3]; };"),
+                                   &world),
+                        "");
+    const TriMesh *mesh = &world.mesh[0];
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (int i = 0; i < mesh->node_count; i++) {
+        low = fmin(low, mesh->position[i].y);
+        high = fmax(high, mesh->position[i].y);
+    }
+    // Rounding of coordinates of size 3.
+    expect_near(low, 1.98, 1e-14);
+    expect_near(high, 2.02, 1e-14);
+    world_destroy(&world);
+}
+
+static void mesh_files_are_read_and_their_faults_named(void **unused)
+{
+    (void)unused;
+    World world;
+    const char *scene = MESH("file = \"organ.obj\"; scale = 0.1;");
+    expect_part(scene, "x.cfg:2: ", "organ.obj: ");
+
+    const char *tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+                              "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+    scratch_write(&scratch, "organ.obj", tetrahedron, strlen(tetrahedron));
+    assert_string_equal(build_text(scene, &world), "");
+    assert_int_equal(world.mesh[0].node_count, 4);
+    expect_near(world.mesh[0].position[1].x, 0.1, 0.0);
+    world_destroy(&world);
+
+    const char *twice = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 2\n";
+    scratch_write(&scratch, "organ.obj", twice, strlen(twice));
+    expect_part(scene, "x.cfg:2: ", "organ.obj");
+    // Finite in the file, not in the world.
+    const char *far = "v 0 0 0\nv 1e308 0 0\nv 0 1e308 0\nf 1 2 3\n";
+    scratch_write(&scratch, "organ.obj", far, strlen(far));
+    expect_part(MESH("file = \"organ.obj\"; scale = 1e6;"), "x.cfg:2: ", "organ.obj: ");
+}
+
+static void meshes_of_absurd_size_are_refused_with_a_hint(void **unused)
+{
+    (void)unused;
+    World world;
+    const char *tetrahedron = "v 0 0 0\nv 250 0 0\nv 0 120 0\nv 0 0 90\n"
+                              "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+    scratch_write(&scratch, "organ.obj", tetrahedron, strlen(tetrahedron));
+    assert_string_equal(build_text(MESH("file = \"organ.obj\"; scale = 0.001;"), &world), "");
+    world_destroy(&world);
+    expect_part(MESH("file = \"organ.obj\"; scale = 1000.0;"), "x.cfg:2: ",
+                "organ.obj: measures 250000 m after scale 1000, outside [1e-06, 10000] m; scale is "
+                "metres a unit of the file, 0.001 for millimetres");
+    expect_part(MESH("file = \"organ.obj\"; scale = 1.0e-9;"),
+                "x.cfg:2: ", "organ.obj: measures 2.5e-07 m after scale 1e-09, outside");
+    // Generated ones too: squares of such lengths are no numbers.
+    expect_part(MESH("generator = \"uv_sphere\"; scale = 1.0e-300;"),
+                "x.cfg:2: ", "mesh: measures 1e-301 m after scale 1e-300, outside");
+}
+
+static void fixed_nodes_are_those_of_the_file_whatever_was_repaired(void **unused)
+{
+    (void)unused;
+    // Two tetrahedra that share vertex 1 (node 0 of the file, which is split), with vertex 3 a
+    // double of vertex 2, and vertex 4 of no face.
+    World world;
+    const char *text = "v 0 0 0\nv 1 0 0\nv 1 0 0\nv 9 9 9\nv 0 1 0\nv 0 0 1\n"
+                       "v -1 0 0\nv 0 -1 0\nv 0 0 -1\n"
+                       "f 1 5 2\nf 1 3 6\nf 3 5 6\nf 5 1 6\n"
+                       "f 1 7 8\nf 1 8 9\nf 8 7 9\nf 7 1 9\n";
+    scratch_write(&scratch, "organ.obj", text, strlen(text));
+#define FIXED(nodes)                                                                               \
+    "bodies = (\n{ name = \"a\"; mesh = { file = \"organ.obj\"; };\n"                              \
+    "fixed = ( { nodes = " nodes "; } ); } );"
+    assert_string_equal(build_text(FIXED("[0, 2]"), &world), "");
+    const Body *body = sim_body(world.sim, 0);
+    const int ids[8] = {0, 1, 4, 5, 6, 7, 8, 9};
+    const int origins[8] = {0, 1, 4, 5, 6, 7, 8, 0}; // the last is what was split off node 0
+    const bool fixed[8] = {true, true, false, false, false, false, false, true};
+    assert_int_equal(body->mesh.node_count, 8);
+    for (int i = 0; i < 8; i++) {
+        assert_int_equal(body->mesh.id[i], ids[i]);
+        assert_int_equal(body->mesh.origin[i], origins[i]);
+        assert_int_equal(body->ops->is_fixed(body->model, i), fixed[i]);
+    }
+    world_destroy(&world);
+    expect_part(FIXED("[3]"), "x.cfg:2: ", "node 3 is not a node of the mesh (9 in its file)");
+    expect_part(FIXED("[9]"), "x.cfg:2: ", "node 9 is not a node of the mesh (9 in its file)");
+}
+
+#define LEVELLED(more)                                                                             \
+    "bodies = (\n{ name = \"a\"; mesh = { generator = \"stomach\"; }; " more " } );\n"
+
+static void bodies_stay_at_the_level_where_they_start(void **unused)
+{
+    (void)unused;
+    static const struct {
+        const char *text;
+        int nodes, springs, faces;
+    } cases[] = {
+        // Choi et al. 2005, Table 1.
+        {LEVELLED("levels = 2;"), 188, 558, 372},
+        {LEVELLED("levels = 2; start_level = 1;"), 746, 2232, 1488},
+        {LEVELLED("levels = 2; start_level = 2; adjust = \"choi2005\";"), 2978, 8928, 5952},
+    };
+    for (int i = 0; i < 3; i++) {
+        World world;
+        assert_string_equal(build_text(cases[i].text, &world), "");
+        const Body *body = sim_body(world.sim, 0);
+        assert_int_equal(body->mesh.node_count, cases[i].nodes);
+        assert_int_equal(world.mesh[0].node_count, cases[i].nodes);
+        assert_int_equal(body->spring_count, cases[i].springs);
+        assert_int_equal(body->surface.face_count, cases[i].faces);
+        assert_int_equal(body->finest_level, i);
+        for (int k = 0; k < 100; k++)
+            sim_step(world.sim);
+        assert_int_equal(sim_resets(world.sim), 0);
+        world_destroy(&world);
+    }
+}
+
+static void a_body_at_its_level_keeps_no_hierarchy(void **unused)
+{
+    (void)unused;
+    World plain, levelled;
+    assert_string_equal(build_text(LEVELLED(""), &plain), "");
+    assert_string_equal(build_text(LEVELLED("levels = 3;"), &levelled), "");
+    assert_int_equal(arena_bytes(&plain.arena), arena_bytes(&levelled.arena));
+    assert_int_equal(plain.arena.count, levelled.arena.count);
+    world_destroy(&plain);
+    world_destroy(&levelled);
+}
+
+static void midpoints_are_named_after_all_nodes_of_the_file(void **unused)
+{
+    (void)unused;
+    // Two tetrahedra that share vertex 1, which is split: 9 vertices, of which 2 are not used.
+    World world;
+    const char *text = "v 0 0 0\nv 1 0 0\nv 9 9 9\nv 9 9 8\nv 0 1 0\nv 0 0 1\n"
+                       "v -1 0 0\nv 0 -1 0\nv 0 0 -1\n"
+                       "f 1 5 2\nf 1 2 6\nf 2 5 6\nf 5 1 6\n"
+                       "f 1 7 8\nf 1 8 9\nf 8 7 9\nf 7 1 9\n";
+    scratch_write(&scratch, "organ.obj", text, strlen(text));
+    assert_string_equal(
+        build_text("bodies = (\n{ name = \"a\"; mesh = { file = \"organ.obj\"; };\n"
+                   "levels = 1; start_level = 1; fixed = ( { nodes = [0, 1]; } ); } );",
+                   &world),
+        "");
+    const Body *body = sim_body(world.sim, 0);
+    const BodyMesh *mesh = &body->mesh;
+    const int ids[8] = {0, 1, 4, 5, 6, 7, 8, 9};
+    assert_int_equal(mesh->node_count, 8 + 12);
+    int held = 0;
+    for (int i = 0; i < 20; i++) {
+        assert_int_equal(mesh->id[i], i < 8 ? ids[i] : 9 + 1 + i - 8);
+        assert_int_equal(mesh->origin[i], i == 7 ? 0 : mesh->id[i]);
+        assert_int_equal(mesh->level[i], i >= 8);
+        bool between = i >= 8 && mesh->parent[i][0] == 0 && mesh->parent[i][1] == 1;
+        bool fixed = body->ops->is_fixed(body->model, i);
+        assert_int_equal(fixed, i == 0 || i == 1 || i == 7 || between);
+        held += fixed;
+        if (i >= 8)
+            assert_true(mesh->parent[i][0] < mesh->parent[i][1]);
+        else
+            assert_true(mesh->parent[i][0] == ids[i] && mesh->parent[i][1] == ids[i]);
+    }
+    assert_int_equal(held, 4); // nodes 0 and 1, what was split off 0, the middle of 0 and 1
+    world_destroy(&world);
+}
+
+static void bodies_that_do_not_fit_are_refused(void **unused)
+{
+    (void)unused;
+    World world;
+    assert_string_equal(
+        build_text("capacity = { nodes = 188; faces = 372; };" LEVELLED(""), &world), "");
+    world_destroy(&world);
+    expect_part("capacity = { nodes = 745; };" LEVELLED("levels = 1; start_level = 1;"),
+                "x.cfg:2: ", "body a has 746 nodes to start with, capacity.nodes is 745");
+    expect_part("capacity = { faces = 371; };" LEVELLED("levels = 1;"),
+                "x.cfg:2: ", "body a has 372 faces to start with, capacity.faces is 371");
+    // 46 GB of levels: where they would fit, there are too many nodes to be counted.
+    expect_part(
+        "bodies = (\n{ name = \"a\"; mesh = { generator = \"sphere\"; nodes = 5000; };\n"
+        "levels = 8; } );",
+        "x.cfg:2: ", memory_free() < 45e9 ? "nodes at the finest level need" : "level 8 has");
+}
+
+static void fixed_nodes_must_exist(void **unused)
+{
+    (void)unused;
+    expect_part("bodies = (\n{ name = \"a\"; mesh = { generator = \"uv_sphere\"; };\n"
+                "fixed = ( { nodes = [3, 114]; } ); } );",
+                "x.cfg:2: ", "114");
+}
+
+static void time_steps_beyond_the_bound_are_refused_unless_wanted(void **unused)
+{
+    (void)unused;
+    World world;
+#define STEP(text)                                                                                 \
+    "rate_hz = 10;\nbodies = ( { name = \"a\"; mesh = { generator = \"uv_sphere\"; };\n"           \
+    "time_step = 0.1; " text " } );"
+    expect_part(STEP(""), "x.cfg: ", "time_step");
+    assert_string_equal(build_text(STEP("unsafe_time_step = true;"), &world), "");
+    assert_int_equal(sim_body(world.sim, 0)->substeps, 1);
+    world_destroy(&world);
+}
+
+static void settling_ends_before_the_first_tick(void **unused)
+{
+    (void)unused;
+    // Free fall for 0.1 s: drift-kick-drift is exact for a constant acceleration.
+    World world;
+    assert_string_equal(
+        build_text("precision = \"double\"; settle_s = 0.1; gravity = [0, 0, -10];\n"
+                   "bodies = ( { name = \"a\"; mesh = { generator = "
+                   "\"uv_sphere\"; radius = 0.05; }; } );",
+                   &world),
+        "");
+    assert_int_equal(sim_steps(world.sim), 0);
+    BodyMeasure measure;
+    const Body *body = sim_body(world.sim, 0);
+    body->ops->measure(body->model, &measure);
+    // 1/2 g t^2; the springs stay at rest but for rounding.
+    expect_near(measure.max_displacement, 0.05, 1e-9);
+    world_destroy(&world);
+}
+
+static void tools_and_loads_reach_the_simulation(void **unused)
+{
+    (void)unused;
+    World world;
+    assert_string_equal(
+        build_text("precision = \"double\";\n" MESH("generator = \"uv_sphere\";") //
+                   "tools = ( { id = 7; kind = \"probe\"; capsules = ( { radius = 0.01; } ); } );\n"
+                   "loads = ( { center = [0, 0, 0.05]; radius = 0.02; force = [0, 0, 2]; duration "
+                   "= 1; } );",
+                   &world),
+        "");
+    assert_int_equal(sim_tool_count(world.sim), 1);
+    assert_int_equal(sim_tool(world.sim, 0)->id, 7);
+    for (int i = 0; i < 10; i++)
+        sim_step(world.sim);
+    // Nothing else acts on the free body: its momentum is force times time.
+    const Body *body = sim_body(world.sim, 0);
+    int count = body->surface.node_count;
+    Vec3 position[200], velocity[200];
+    surface_read_state(body, position, velocity);
+    double momentum = 0.0;
+    for (int i = 0; i < count; i++)
+        momentum += body->surface.node_mass[i] * velocity[i].z;
+    // 2 N for 10 ms; rounding over ten ticks.
+    expect_near(momentum, 0.02, 1e-12);
+    world_destroy(&world);
+}
+
+static int begin(void **unused)
+{
+    (void)unused;
+    return scratch_create(&scratch);
+}
+
+static int end(void **unused)
+{
+    (void)unused;
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(generators_give_the_meshes_that_scenes_ask_for),
+        cmocka_unit_test(meshes_are_scaled_turned_and_moved),
+        cmocka_unit_test(mesh_files_are_read_and_their_faults_named),
+        cmocka_unit_test(meshes_of_absurd_size_are_refused_with_a_hint),
+        cmocka_unit_test(fixed_nodes_are_those_of_the_file_whatever_was_repaired),
+        cmocka_unit_test(bodies_stay_at_the_level_where_they_start),
+        cmocka_unit_test(a_body_at_its_level_keeps_no_hierarchy),
+        cmocka_unit_test(midpoints_are_named_after_all_nodes_of_the_file),
+        cmocka_unit_test(bodies_that_do_not_fit_are_refused),
+        cmocka_unit_test(fixed_nodes_must_exist),
+        cmocka_unit_test(time_steps_beyond_the_bound_are_refused_unless_wanted),
+        cmocka_unit_test(settling_ends_before_the_first_tick),
+        cmocka_unit_test(tools_and_loads_reach_the_simulation),
+    };
+    return cmocka_run_group_tests(tests, begin, end);
+}
+#else
+// Without a model of bodies there is no world to build.
+int main(void)
+{
+    return 77;
+}
+#endif

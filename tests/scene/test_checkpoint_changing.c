@@ -1,0 +1,252 @@
+// Checkpoints of a body whose mesh changes: the nodes alive, in ascending id, for anyone to read;
+// the same mesh, slot by slot, when they are read back; files that contradict themselves.
+#include "expect.h"
+#include "scratch.h"
+
+#include "scene/checkpoint.h"
+#include "mesh_check.h"
+#include "mesh_toy.h"
+
+#if defined(PLIANT_WITH_HDF5) && defined(PLIANT_WITH_SURFACE)
+#include <hdf5.h>
+#include <string.h>
+
+static Scratch scratch;
+
+// A scene whose body is a toy in the place of the one that was built.
+typedef struct Run {
+    Scene scene;
+    World world;
+    MeshToy toy;
+} Run;
+
+static void run_create(Run *run, uint64_t seed)
+{
+    static const char text[] =
+        "bodies = ( { name = \"toy\"; mesh = { generator = \"uv_sphere\"; }; } );\n";
+    char path[SCRATCH_PATH];
+    Status status = {0};
+    const BuildOptions options = {.isa = "auto", .may_load = false};
+    memset(run, 0, sizeof *run);
+    scratch_write(&scratch, "x.cfg", text, strlen(text));
+    if (!scene_read(scratch_path(&scratch, "x.cfg", path), &run->scene, &status) ||
+        !world_build(&run->world, &run->scene, &options, &status))
+        fail_msg("%s", status.text);
+    mesh_toy_create(&run->toy, false, seed);
+    *sim_body(run->world.sim, 0) = mesh_toy_body(&run->toy, "toy", true, &run->world.state);
+}
+
+static void run_destroy(Run *run)
+{
+    world_destroy(&run->world);
+    scene_destroy(&run->scene);
+    mesh_toy_destroy(&run->toy);
+}
+
+static void run_change(Run *run, int times)
+{
+    for (int i = 0; i < times; i++) {
+        mesh_toy_change(&run->toy);
+        run->toy.state.moves++;
+    }
+    sim_body(run->world.sim, 0)->mesh = mesh_toy_mesh(&run->toy);
+}
+
+static void save(Run *run, const char *name)
+{
+    char path[SCRATCH_PATH];
+    Status status = {0};
+    CheckpointImage image;
+    checkpoint_reserve(&image, &run->world);
+    checkpoint_take(&image, &run->world);
+    run_change(run, 3); // the file is written later, while the body goes on
+    if (!checkpoint_write(scratch_path(&scratch, name, path), &image, &run->world, &run->scene,
+                          &status))
+        fail_msg("%s", status.text);
+}
+
+static bool load(Run *run, const char *name, Status *status)
+{
+    char path[SCRATCH_PATH];
+    *status = (Status){0};
+    return checkpoint_read(scratch_path(&scratch, name, path), &run->world, &run->scene, status);
+}
+
+// Rows of a data set, with its number of them.
+static void read_set(hid_t file, const char *name, hid_t type, void *data, int *rows)
+{
+    hsize_t size[2] = {0, 0};
+    hid_t set = H5Dopen2(file, name, H5P_DEFAULT), space = H5Dget_space(set);
+    H5Sget_simple_extent_dims(space, size, NULL);
+    assert_in_range(size[0], 1, TOY_NODES);
+    assert_true(H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0);
+    *rows = (int)size[0];
+    H5Sclose(space);
+    H5Dclose(set);
+}
+
+static void the_nodes_alive_are_written_in_ascending_id(void **unused)
+{
+    (void)unused;
+    Run run;
+    char path[SCRATCH_PATH];
+    run_create(&run, 21);
+    run_change(&run, 40);
+    const MeshToyState then = run.toy.state;
+    Vec3 expected[TOY_NODES];
+    mesh_toy_positions(&run.toy, expected);
+    save(&run, "a.h5");
+
+    hid_t file = H5Fopen(scratch_path(&scratch, "a.h5", path), H5F_ACC_RDONLY, H5P_DEFAULT);
+    assert_true(file >= 0);
+    int id[TOY_NODES], ids, positions, velocities, live = 0;
+    Vec3 position[TOY_NODES], velocity[TOY_NODES];
+    read_set(file, "/bodies/toy/id", H5T_NATIVE_INT, id, &ids);
+    read_set(file, "/bodies/toy/position", H5T_NATIVE_DOUBLE, position, &positions);
+    read_set(file, "/bodies/toy/velocity", H5T_NATIVE_DOUBLE, velocity, &velocities);
+    H5Fclose(file);
+    for (int i = 0; i < then.node_count; i++)
+        live += then.id[i] >= 0;
+    assert_true(live < then.node_count); // some slots are free: it is about them
+    assert_int_equal(ids, live);
+    assert_int_equal(positions, live);
+    assert_int_equal(velocities, live);
+    for (int k = 0; k < ids; k++) {
+        assert_true(k == 0 || id[k] > id[k - 1]);
+        int slot = 0;
+        while (slot < then.node_count && then.id[slot] != id[k])
+            slot++;
+        assert_true(slot < then.node_count);
+        assert_memory_equal(&position[k], &expected[slot], sizeof *position);
+        expect_near(velocity[k].x, id[k], 0.0); // the toy's velocity tells the id
+    }
+    run_destroy(&run);
+}
+
+static void a_mesh_comes_back_slot_by_slot(void **unused)
+{
+    (void)unused;
+    Run run;
+    Status status;
+    run_create(&run, 22);
+    for (int n = 0; n < 20; n++) {
+        run_change(&run, 7);
+        const MeshToyState then = run.toy.state;
+        save(&run, "a.h5");
+        run_change(&run, 9);
+        if (!load(&run, "a.h5", &status))
+            fail_msg("%s", status.text);
+        assert_memory_equal(&run.toy.state, &then, sizeof then);
+        const Body *body = sim_body(run.world.sim, 0);
+        assert_int_equal(body->mesh.node_count, then.node_count);
+        expect_crack_free(&body->mesh, &run.toy.base, NULL);
+    }
+    run_destroy(&run);
+}
+
+// Makes the seal of a changed file valid again: FNV-1a over all behind its first 512 bytes.
+static void seal_again(const char *name)
+{
+    char path[SCRATCH_PATH], head[512] = {0};
+    FILE *file = fopen(scratch_path(&scratch, name, path), "r+b");
+    assert_non_null(file);
+    uint64_t hash = 14695981039346656037u;
+    size_t size = 0;
+    fseek(file, sizeof head, SEEK_SET);
+    for (int c; (c = fgetc(file)) != EOF; size++)
+        hash = (hash ^ (unsigned char)c) * 1099511628211u;
+    snprintf(head, sizeof head, "pliant: %zu bytes follow, fnv1a %016llx\n", size,
+             (unsigned long long)hash);
+    rewind(file);
+    assert_int_equal(fwrite(head, 1, sizeof head, file), sizeof head);
+    assert_int_equal(fclose(file), 0);
+}
+
+// Flips bits of one number of a data set, counted in its own type.
+static void alter(const char *name, const char *set_name, size_t at, unsigned char bits)
+{
+    char path[SCRATCH_PATH];
+    hid_t file = H5Fopen(scratch_path(&scratch, name, path), H5F_ACC_RDWR, H5P_DEFAULT);
+    hid_t set = H5Dopen2(file, set_name, H5P_DEFAULT), type = H5Dget_type(set);
+    unsigned char *data = malloc((size_t)H5Dget_storage_size(set));
+    assert_true(H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0);
+    data[at] ^= bits;
+    assert_true(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0);
+    free(data);
+    H5Tclose(type);
+    H5Dclose(set);
+    H5Fclose(file);
+    seal_again(name);
+}
+
+static void files_that_contradict_themselves_change_nothing(void **unused)
+{
+    (void)unused;
+    // Little-endian: byte 0 is the lowest of the first number, byte 3 its highest.
+    const size_t slots = offsetof(MeshToyState, node_count);
+    const struct {
+        const char *set;
+        size_t at;
+        unsigned char bits;
+        const char *said;
+    } damage[] = {
+        {"/bodies/toy/id", 0, 2, "does not match the state"},
+        {"/bodies/toy/id", 4, 255, "differ from the nodes of the mesh"}, // no longer ascending
+        {"/bodies/toy/id", 3, 128, "differ from the nodes of the mesh"}, // negative
+        {"/bodies/toy/position", 5, 1, "does not match the state"},
+        {"/bodies/toy/velocity", 5, 1, "does not match the state"},
+        {"/state/toy/toy", offsetof(MeshToyState, id), 4, "does not match the state"},
+        {"/state/toy/toy", slots, 16, "does not match the state"},
+        {"/state/toy/toy", slots + 2, 64, "is beyond what can be simulated"},
+        {"/state/toy/toy", slots + 3, 128, "is beyond what can be simulated"},
+    };
+    Run run;
+    Status status;
+    run_create(&run, 23);
+    run_change(&run, 30);
+    for (size_t i = 0; i < sizeof damage / sizeof *damage; i++) {
+        save(&run, "a.h5");
+        alter("a.h5", damage[i].set, damage[i].at, damage[i].bits);
+        const MeshToyState before = run.toy.state;
+        assert_false(load(&run, "a.h5", &status));
+        if (strstr(status.text, damage[i].said) == NULL)
+            fail_msg("damage %zu: %s", i, status.text);
+        assert_memory_equal(&run.toy.state, &before, sizeof before);
+        const Body *body = sim_body(run.world.sim, 0);
+        assert_int_equal(body->mesh.node_count, before.node_count);
+    }
+    run_destroy(&run);
+}
+
+static int setup(void **unused)
+{
+    (void)unused;
+    return scratch_create(&scratch);
+}
+
+static int teardown(void **unused)
+{
+    (void)unused;
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_nodes_alive_are_written_in_ascending_id),
+        cmocka_unit_test(a_mesh_comes_back_slot_by_slot),
+        cmocka_unit_test(files_that_contradict_themselves_change_nothing),
+    };
+    return cmocka_run_group_tests(tests, setup, teardown);
+}
+
+#else
+
+int main(void)
+{
+    print_message("built without HDF5 or surface bodies\n");
+    return 77;
+}
+
+#endif

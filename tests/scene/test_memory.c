@@ -1,0 +1,76 @@
+// Scenes that take more memory than there is: refused by a sentence before they are made.
+#include "expect.h"
+#include "world_run.h"
+
+#include "scene/memory.h"
+
+static const char *refusal_of(const char *text)
+{
+    static char said[512];
+    char path[SCRATCH_PATH];
+    Scene scene;
+    World world;
+    Status status = {0};
+    const BuildOptions options = {.isa = "auto"};
+    scratch_write(&scratch, "x.cfg", text, strlen(text));
+    assert_true(scene_read(scratch_path(&scratch, "x.cfg", path), &scene, &status));
+    assert_false(world_build(&world, &scene, &options, &status));
+    assert_int_equal(status.code, STATUS_INVALID);
+    scene_destroy(&scene);
+    snprintf(said, sizeof said, "%s", status.text + strlen(scratch.folder) + 1);
+    return said;
+}
+
+static void a_body_that_no_machine_holds_is_refused_before_it_is_made(void **unused)
+{
+    (void)unused;
+    const char *said = refusal_of("bodies = ( { name = \"a\"; mesh = { generator = \"sheet\"; "
+                                  "columns = 4000; rows = 4000; }; levels = 8; adapt = { }; } );");
+    assert_ptr_equal(strstr(said, "x.cfg:1: 1048576000000 nodes at the finest level need at least "
+                                  "2e+06 GB of memory, and "),
+                     said);
+}
+
+// More than a machine has that runs tests, less than would be refused for other reasons.
+static void room_that_a_scene_asks_for_counts(void **unused)
+{
+    (void)unused;
+    SceneBody body = {.model = MODEL_SURFACE,
+                      .surface = {.body.cuttable = true, .body.node_capacity = 100000000}};
+    Status status = {0};
+    bool fits = memory_free() >= 1e8 * 100.0;
+    assert_int_equal(memory_check_surface(&body, 100.0, &status), fits);
+    assert_int_equal(status.code, fits ? STATUS_OK : STATUS_INVALID);
+}
+
+static void what_is_free_is_a_number(void **unused)
+{
+    (void)unused;
+    assert_true(memory_free() > 0.0);
+    SceneBody body = {.model = MODEL_SURFACE};
+    Status status = {0};
+    assert_true(memory_check_surface(&body, 1.0, &status));
+    assert_int_equal(status.code, STATUS_OK);
+}
+
+static void generators_say_how_many_nodes_they_make(void **unused)
+{
+    (void)unused;
+    const MeshSource sheet = {.kind = MESH_SHEET, .columns = 3, .rows = 5};
+    const MeshSource uv = {.kind = MESH_UV_SPHERE, .rings = 4, .segments = 6};
+    const MeshSource file = {.kind = MESH_FILE};
+    assert_int_equal((int)memory_source_nodes(&sheet), 15);
+    assert_int_equal((int)memory_source_nodes(&uv), 26);
+    assert_int_equal((int)memory_source_nodes(&file), 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_body_that_no_machine_holds_is_refused_before_it_is_made),
+        cmocka_unit_test(room_that_a_scene_asks_for_counts),
+        cmocka_unit_test(what_is_free_is_a_number),
+        cmocka_unit_test(generators_say_how_many_nodes_they_make),
+    };
+    return cmocka_run_group_tests(tests, run_begin, run_end);
+}

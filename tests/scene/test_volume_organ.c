@@ -1,0 +1,125 @@
+// The label volume in config/: the file is the one that the formula here makes, read as scenes read
+// it. `test_volume_organ --write FILE` makes it anew.
+#include "expect.h"
+
+#include "scene/body_voxels.h"
+#include "scene/scene.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <zlib.h>
+
+enum { NX = 40, NY = 32, NZ = 28, SPACING = 5 }; // voxels; mm
+
+static const double ORIGIN[3] = {-105.0, -80.0, -65.0}; // centre of the first voxel, LPS [mm]
+
+// Square of the distance from the centre of an ellipsoid, 1 on it.
+static double ellipsoid(double x, double y, double z, const double center[3],
+                        const double radius[3])
+{
+    double a = (x - center[0]) / radius[0], b = (y - center[1]) / radius[1];
+    double c = (z - center[2]) / radius[2];
+    return a * a + b * b + c * c;
+}
+
+// Of the voxel with its centre there [mm, LPS]: 0 outside, 1 parenchyma, 2 inclusion. A large lobe
+// on the patient's right, a flat one across the middle, hollow where stomach and kidney lie.
+static int label_at(double x, double y, double z)
+{
+    static const double RIGHT[2][3] = {{-40.0, 5.0, 0.0}, {58.0, 68.0, 60.0}};
+    static const double LEFT[2][3] = {{25.0, -25.0, 15.0}, {62.0, 42.0, 30.0}};
+    static const double HOLLOW[2][3] = {{15.0, 15.0, -65.0}, {60.0, 55.0, 58.0}};
+    static const double INCLUSION[2][3] = {{-50.0, -10.0, 8.0}, {18.0, 18.0, 18.0}};
+    if (ellipsoid(x, y, z, INCLUSION[0], INCLUSION[1]) <= 1.0)
+        return 2;
+    bool liver = ellipsoid(x, y, z, RIGHT[0], RIGHT[1]) <= 1.0 ||
+                 ellipsoid(x, y, z, LEFT[0], LEFT[1]) <= 1.0;
+    return liver && ellipsoid(x, y, z, HOLLOW[0], HOLLOW[1]) > 1.0;
+}
+
+static int label_of(int i, int j, int k)
+{
+    return label_at(ORIGIN[0] + SPACING * i, ORIGIN[1] + SPACING * j, ORIGIN[2] + SPACING * k);
+}
+
+static int write_volume(const char *path)
+{
+    static unsigned char label[NZ][NY][NX], packed[sizeof label];
+    for (int k = 0; k < NZ; k++)
+        for (int j = 0; j < NY; j++)
+            for (int i = 0; i < NX; i++)
+                label[k][j][i] = (unsigned char)label_of(i, j, k);
+    z_stream stream = {.next_in = &label[0][0][0],
+                       .avail_in = sizeof label,
+                       .next_out = packed,
+                       .avail_out = sizeof packed};
+    // 15 + 16: the largest window, and a gzip header.
+    if (deflateInit2(&stream, 9, Z_DEFLATED, 15 + 16, 9, Z_DEFAULT_STRATEGY) != Z_OK ||
+        deflate(&stream, Z_FINISH) != Z_STREAM_END || deflateEnd(&stream) != Z_OK)
+        return 1;
+    FILE *file = fopen(path, "wb");
+    if (file == NULL)
+        return 1;
+    fprintf(file,
+            "NRRD0004\n"
+            "# A liver by formula: label 1 parenchyma, 2 a stiff inclusion\n"
+            "type: uint8\n"
+            "dimension: 3\n"
+            "space: left-posterior-superior\n"
+            "sizes: %d %d %d\n"
+            "space directions: (%d,0,0) (0,%d,0) (0,0,%d)\n"
+            "kinds: domain domain domain\n"
+            "encoding: gzip\n"
+            "space origin: (%g,%g,%g)\n"
+            "space units: \"mm\" \"mm\" \"mm\"\n"
+            "\n",
+            NX, NY, NZ, SPACING, SPACING, SPACING, ORIGIN[0], ORIGIN[1], ORIGIN[2]);
+    size_t written = fwrite(packed, 1, stream.total_out, file);
+    return fclose(file) == 0 && written == stream.total_out ? 0 : 1;
+}
+
+// The scene's lattice has every voxel of the formula where the formula has it, in metres.
+static void volume_in_config_is_that_of_the_formula(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    Status status = {0};
+    Lattice lattice = {0};
+    if (!scene_read("../config/organ-volume.cfg", &scene, &status) ||
+        !body_voxels_make(&scene.body[0].voxels, &lattice, &status))
+        fail_msg("%s", status.text);
+    long solid = 0, stiff = 0;
+    for (int k = 0; k < NZ; k++)
+        for (int j = 0; j < NY; j++)
+            for (int i = 0; i < NX; i++) {
+                double middle[3] = {ORIGIN[0] + SPACING * i - lattice.origin.x * 1e3,
+                                    ORIGIN[1] + SPACING * j - lattice.origin.y * 1e3,
+                                    ORIGIN[2] + SPACING * k - lattice.origin.z * 1e3};
+                int label = label_of(i, j, k);
+                assert_int_equal(lattice_label(&lattice, (int)floor(middle[0] / SPACING),
+                                               (int)floor(middle[1] / SPACING),
+                                               (int)floor(middle[2] / SPACING)),
+                                 label);
+                solid += label != 0;
+                stiff += label == 2;
+            }
+    assert_int_equal(lattice_solid(&lattice), solid);
+    assert_int_equal(lattice_pieces(&lattice), 1);
+    // Rounding of millimetres to metres and back.
+    expect_near(lattice.size, 1e-3 * SPACING, 1e-15);
+    // A volume like a liver's, with an inclusion as large as its ball: within the voxels' surface.
+    double cell = 1e-6 * SPACING * SPACING * SPACING; // [l]
+    assert_true(solid * cell > 0.8 && solid * cell < 1.6);
+    expect_near(stiff * cell, 4.0 / 3.0 * M_PI * 0.18 * 0.18 * 0.18, 0.002);
+    lattice_destroy(&lattice);
+    scene_destroy(&scene);
+}
+
+int main(int argc, char **argv)
+{
+    if (argc == 3 && strcmp(argv[1], "--write") == 0)
+        return write_volume(argv[2]);
+    const struct CMUnitTest tests[] = {cmocka_unit_test(volume_in_config_is_that_of_the_formula)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,383 @@
+// Lattices in prepared files: read back as they were made, and refused when they were made from
+// something else, are damaged or do not fit.
+#include "expect.h"
+#include "scratch.h"
+
+#include "scene/body_voxels.h"
+#include "scene/prepared.h"
+
+#include <string.h>
+#include <unistd.h>
+
+#ifdef PLIANT_WITH_HDF5
+#include <hdf5.h>
+
+static Scratch scratch;
+
+static void read_scene(const char *text, Scene *scene)
+{
+    char path[SCRATCH_PATH];
+    Status status = {0};
+    scratch_write(&scratch, "x.cfg", text, strlen(text));
+    if (!scene_read(scratch_path(&scratch, "x.cfg", path), scene, &status))
+        fail_msg("%s", status.text);
+}
+
+static const char *without_folder(const Status *status)
+{
+    static char said[512];
+    char *folder;
+    snprintf(said, sizeof said, "%s", status->text);
+    while ((folder = strstr(said, scratch.folder)) != NULL) {
+        size_t length = strlen(scratch.folder) + 1;
+        memmove(folder, folder + length, strlen(folder + length) + 1);
+    }
+    assert_null(strchr(said, '\n'));
+    return said;
+}
+
+// Prepares a.h5; returns what was printed, for the caller to free.
+static char *prepare(const char *text)
+{
+    char path[SCRATCH_PATH], *printed = NULL;
+    size_t size;
+    Scene scene;
+    Status status = {0};
+    FILE *report = open_memstream(&printed, &size);
+    read_scene(text, &scene);
+    unlink(scratch_path(&scratch, "a.h5", path)); // what was altered is not replaced
+    if (!prepared_write(path, &scene, report, &status))
+        fail_msg("%s", status.text);
+    fclose(report);
+    scene_destroy(&scene);
+    return printed;
+}
+
+// Reads the lattice of the scene's first body from a.h5; returns what was wrong, "" if nothing.
+static const char *read_back(const char *text, Lattice *lattice)
+{
+    char path[SCRATCH_PATH];
+    Scene scene;
+    Status status = {0};
+    Prepared *prepared;
+    *lattice = (Lattice){0};
+    read_scene(text, &scene);
+    bool ok = prepared_open(&prepared, scratch_path(&scratch, "a.h5", path), &status) &&
+              prepared_read_voxels(prepared, &scene.body[0], lattice, &status);
+    assert_int_equal(ok, status.code == STATUS_OK);
+    prepared_close(prepared);
+    if (!ok)
+        lattice_destroy(lattice);
+    scene_destroy(&scene);
+    return without_folder(&status);
+}
+
+static void expect_refusal(const char *text, const char *said)
+{
+    Lattice lattice;
+    assert_string_equal(read_back(text, &lattice), said);
+}
+
+#define SCENE(voxels)                                                                              \
+    "bodies = (\n{ name = \"a\"; model = \"voxel\"; voxels = { " voxels " }; } );\n"
+#define BALL   "generator = \"ball\"; radius = 0.01; size = 0.0025; "
+#define VOLUME "file = \"v.nrrd\"; label = [4, 2]; "
+
+// Four cells in a row: void, 2, 4, 4.
+static void write_volume(const char *comment)
+{
+    char text[512];
+    int length = snprintf(text, sizeof text,
+                          "NRRD0004\n%stype: uint8\ndimension: 3\n"
+                          "space: left-posterior-superior\nsizes: 4 1 1\n"
+                          "space directions: (2,0,0) (0,2,0) (0,0,2)\nspace origin: (0,0,0)\n"
+                          "encoding: ascii\n\n0 2 4 4\n",
+                          comment);
+    scratch_write(&scratch, "v.nrrd", text, (size_t)length);
+}
+
+static void expect_as_made(const char *text)
+{
+    Scene scene;
+    Status status = {0};
+    Lattice made = {0}, read;
+    free(prepare(text));
+    read_scene(text, &scene);
+    assert_true(body_voxels_make(&scene.body[0].voxels, &made, &status));
+    assert_string_equal(read_back(text, &read), "");
+    assert_memory_equal(made.count, read.count, sizeof made.count);
+    assert_memory_equal(&made.size, &read.size, sizeof made.size);
+    assert_memory_equal(&made.origin, &read.origin, sizeof made.origin);
+    assert_memory_equal(&made.turn, &read.turn, sizeof made.turn);
+    assert_memory_equal(made.label, read.label, (size_t)lattice_index(&made, 0, 0, made.count[2]));
+    lattice_destroy(&made);
+    lattice_destroy(&read);
+    scene_destroy(&scene);
+}
+
+static void lattices_are_read_back_bit_for_bit(void **unused)
+{
+    (void)unused;
+    expect_as_made(SCENE(BALL));
+    expect_as_made(SCENE(BALL "scale = 1.1; place = { translation = [1, 2, 3]; "
+                              "rotation = [0.1, -0.2, 3]; };"));
+    expect_as_made(SCENE("generator = \"box\"; count = [1, 2, 3];"));
+    expect_as_made(SCENE("generator = \"disc\"; radius = 0.01;"));
+    write_volume("");
+    expect_as_made(SCENE(VOLUME));
+}
+
+static void report_says_what_was_prepared(void **unused)
+{
+    (void)unused;
+    char *printed = prepare("bodies = ( { name = \"a\"; model = \"voxel\"; "
+                            "voxels = { generator = \"box\"; count = [4, 5, 6]; }; },\n"
+                            "{ name = \"b\"; model = \"voxel\"; "
+                            "voxels = { generator = \"box\"; count = 2; size = 0.5; }; } );");
+    assert_string_equal(printed, "body a: 4 x 5 x 6 cells of 0.003125 m, 120 solid\n"
+                                 "body b: 2 x 2 x 2 cells of 0.5 m, 8 solid\n");
+    free(printed);
+}
+
+static void keys_beside_voxels_may_change(void **unused)
+{
+    (void)unused;
+    Lattice lattice;
+    free(prepare(SCENE(BALL)));
+    assert_string_equal(read_back("bodies = ( { name = \"a\"; model = \"voxel\"; levels = 0;\n"
+                                  "voxels = { " BALL " }; material = { density = 900; }; } );",
+                                  &lattice),
+                        "");
+    lattice_destroy(&lattice);
+}
+
+static void lattices_of_other_scenes_are_refused(void **unused)
+{
+    (void)unused;
+    static const char *const OTHERS[] = {
+        SCENE("generator = \"ball\"; radius = 0.0101; size = 0.0025;"),
+        SCENE("generator = \"ball\"; radius = 0.01; size = 0.00251;"),
+        SCENE("generator = \"disc\"; radius = 0.01; size = 0.0025;"),
+        SCENE(BALL "scale = 2;"),
+        SCENE(BALL "place = { translation = [0, 0, 0.1]; };"),
+        SCENE(BALL "place = { rotation = [0, 0, 0.1]; };"),
+    };
+    free(prepare(SCENE(BALL)));
+    for (size_t i = 0; i < sizeof OTHERS / sizeof *OTHERS; i++)
+        expect_refusal(OTHERS[i],
+                       "a.h5: /bodies/a was prepared from another source of voxels than this "
+                       "scene's");
+    expect_refusal("bodies = ( { name = \"b\"; model = \"voxel\"; voxels = { " BALL " }; } );",
+                   "a.h5: /bodies/b is missing: the file was prepared for another scene");
+    free(prepare(SCENE("generator = \"box\"; count = [1, 2, 3];")));
+    expect_refusal(SCENE("generator = \"box\"; count = [3, 2, 1];"),
+                   "a.h5: /bodies/a was prepared from another source of voxels than this scene's");
+}
+
+static void volumes_and_labels_that_changed_are_noticed(void **unused)
+{
+    (void)unused;
+    write_volume("");
+    free(prepare(SCENE(VOLUME)));
+    expect_refusal(SCENE("file = \"v.nrrd\"; label = [2, 4];"),
+                   "a.h5: /bodies/a was prepared from another source of voxels than this scene's");
+    expect_refusal(SCENE("file = \"v.nrrd\"; label = 4;"),
+                   "a.h5: /bodies/a was prepared from another source of voxels than this scene's");
+    write_volume("# one more line is another file\n");
+    expect_refusal(SCENE(VOLUME),
+                   "a.h5: /bodies/a was prepared from another source of voxels than this scene's");
+}
+
+// The header alone stays as it was: its voxels are in a file of their own.
+static void voxels_beside_their_header_are_noticed_too(void **unused)
+{
+    (void)unused;
+    static const char HEADER[] = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 1 1\n"
+                                 "space: left-posterior-superior\n"
+                                 "space directions: (2,0,0) (0,2,0) (0,0,2)\n"
+                                 "encoding: raw\ndata file: v.raw\n";
+    scratch_write(&scratch, "v.nhdr", HEADER, sizeof HEADER - 1);
+    scratch_write(&scratch, "v.raw", "\0\2\4\4", 4);
+    expect_as_made(SCENE("file = \"v.nhdr\"; label = [4, 2];"));
+    scratch_write(&scratch, "v.raw", "\2\2\4\4", 4);
+    expect_refusal(SCENE("file = \"v.nhdr\"; label = [4, 2];"),
+                   "a.h5: /bodies/a was prepared from another source of voxels than this scene's");
+}
+
+#ifdef PLIANT_WITH_SURFACE
+static void models_do_not_read_each_other(void **unused)
+{
+    (void)unused;
+    static const char SURFACE[] =
+        "bodies = ( { name = \"a\"; mesh = { generator = \"sheet\"; }; } );";
+    free(prepare(SURFACE));
+    expect_refusal(SCENE(BALL),
+                   "a.h5: /bodies/a was prepared from another source of voxels than this scene's");
+}
+#endif
+
+// --- damage --------------------------------------------------------------------------------------
+
+static void damaged_files_are_refused_wherever_the_damage_is(void **unused)
+{
+    (void)unused;
+    Lattice lattice;
+    size_t size = 0;
+    free(prepare(SCENE(BALL)));
+    unsigned char *data = scratch_read(&scratch, "a.h5", &size);
+    for (size_t i = 0; i < 50; i++) {
+        scratch_write(&scratch, "a.h5", data, size * i / 50);
+        assert_string_not_equal(read_back(SCENE(BALL), &lattice), "");
+    }
+    // An odd stride meets all parts of blocks of even size.
+    for (size_t at = 0; at < size; at += size / 200 | 1) {
+        data[at] ^= 0x55;
+        scratch_write(&scratch, "a.h5", data, size);
+        data[at] ^= 0x55;
+        assert_string_not_equal(read_back(SCENE(BALL), &lattice), "");
+    }
+    free(data);
+}
+
+// Replaces a data set of a.h5 by another behind a right seal; data NULL: never written.
+static void replace(const char *name, hid_t type, int rank, const hsize_t *shape, const void *data)
+{
+    char path[SCRATCH_PATH];
+    hid_t file = H5Fopen(scratch_path(&scratch, "a.h5", path), H5F_ACC_RDWR, H5P_DEFAULT);
+    assert_true(file >= 0);
+    assert_true(H5Ldelete(file, name, H5P_DEFAULT) >= 0);
+    if (rank >= 0) {
+        hid_t space = rank == 0 ? H5Screate(H5S_SCALAR) : H5Screate_simple(rank, shape, NULL);
+        hid_t set = H5Dcreate2(file, name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+        assert_true(set >= 0);
+        if (data != NULL)
+            assert_true(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0);
+        H5Dclose(set);
+        H5Sclose(space);
+    }
+    H5Fclose(file);
+    scratch_seal(&scratch, "a.h5");
+}
+
+#define BOX SCENE("generator = \"box\"; count = [2, 2, 1];")
+
+static void expect_part(const char *part)
+{
+    Lattice lattice;
+    const char *said = read_back(BOX, &lattice);
+    if (strncmp(said, "a.h5: /bodies/a", 15) != 0 || strstr(said, part) == NULL)
+        fail_msg("\"%s\" must hold \"%s\"", said, part);
+}
+
+static void numbers_that_do_not_fit_are_refused_behind_a_right_seal(void **unused)
+{
+    (void)unused;
+    const hsize_t one = 1, three = 3, four = 4, five = 5, rows[2] = {1, 3};
+    const hsize_t huge = 1 << 28;
+    static const char *const SETS[] = {"count", "label", "size", "origin", "turn"};
+    char name[64];
+    for (size_t i = 0; i < sizeof SETS / sizeof *SETS; i++) {
+        free(prepare(BOX));
+        snprintf(name, sizeof name, "/bodies/a/%s", SETS[i]);
+        replace(name, 0, -1, NULL, NULL);
+        expect_part(SETS[i]);
+        free(prepare(BOX));
+        replace(name, H5T_NATIVE_UINT8, 1, &five, "\1\1\1\1\1");
+        expect_part(SETS[i]);
+    }
+    static const int COUNTS[][3] = {{2, 2, 0},       {4, 1, 2},         {-2, -2, 1}, {2, 1, 1},
+                                    {1 << 30, 4, 1}, {65536, 65536, 1}, {4, -1, -1}};
+    for (size_t i = 0; i < sizeof COUNTS / sizeof *COUNTS; i++) {
+        free(prepare(BOX));
+        replace("/bodies/a/count", H5T_NATIVE_INT, 1, &three, COUNTS[i]);
+        expect_part("label has 4 cells, the lattice ");
+    }
+    // Labels that the file only says it has take no memory.
+    static const int MANY[3] = {1 << 14, 1 << 14, 1};
+    free(prepare(BOX));
+    replace("/bodies/a/count", H5T_NATIVE_INT, 1, &three, MANY);
+    replace("/bodies/a/label", H5T_NATIVE_UINT8, 1, &huge, NULL);
+    expect_part("label is compressed or incomplete");
+    static const char *const LABELS[] = {"\0\0\0\0", "\1\1\2\1", "\1\1\377\1"};
+    for (size_t i = 0; i < sizeof LABELS / sizeof *LABELS; i++) {
+        free(prepare(BOX));
+        replace("/bodies/a/label", H5T_NATIVE_UINT8, 1, &four, LABELS[i]);
+        expect_part("label has no solid cell, too many, or one without a material");
+    }
+    static const double SIZES[] = {0.0, -1.0, (double)NAN, HUGE_VAL};
+    for (size_t i = 0; i < sizeof SIZES / sizeof *SIZES; i++) {
+        free(prepare(BOX));
+        replace("/bodies/a/size", H5T_NATIVE_DOUBLE, 0, &one, &SIZES[i]);
+        expect_part("are not possible");
+    }
+    static const double ODD[] = {1e4, 1e-7}; // no organ
+    for (size_t i = 0; i < sizeof ODD / sizeof *ODD; i++) {
+        free(prepare(BOX));
+        replace("/bodies/a/size", H5T_NATIVE_DOUBLE, 0, &one, &ODD[i]);
+        expect_part("size makes a body of ");
+    }
+    static const double TURNS[][4] = {{0, 0, 0, 0}, {1, 1, 0, 0}, {(double)NAN, 0, 0, 0}};
+    for (size_t i = 0; i < sizeof TURNS / sizeof *TURNS; i++) {
+        free(prepare(BOX));
+        replace("/bodies/a/turn", H5T_NATIVE_DOUBLE, 1, &four, TURNS[i]);
+        expect_part("turn is no unit quaternion");
+    }
+    static const double NOWHERE[3] = {0.0, HUGE_VAL, 0.0}, FAR[3] = {0.0, -1e300, 0.0};
+    free(prepare(BOX));
+    replace("/bodies/a/origin", H5T_NATIVE_DOUBLE, 2, rows, NOWHERE);
+    expect_part("origin row 0 is not finite");
+    free(prepare(BOX));
+    replace("/bodies/a/origin", H5T_NATIVE_DOUBLE, 2, rows, FAR);
+    expect_part("origin lies farther than 1e+12 m away");
+}
+
+static void sources_that_cannot_be_read_are_named(void **unused)
+{
+    (void)unused;
+    char path[SCRATCH_PATH];
+    Scene scene;
+    Status status = {0};
+    read_scene(SCENE("file = \"none.nrrd\";"), &scene);
+    assert_false(prepared_write(scratch_path(&scratch, "b.h5", path), &scene, stdout, &status));
+    assert_string_equal(without_folder(&status), "x.cfg:2: none.nrrd: No such file or directory");
+    scene_destroy(&scene);
+}
+
+static int begin(void **unused)
+{
+    (void)unused;
+    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    return scratch_create(&scratch);
+}
+
+static int end(void **unused)
+{
+    (void)unused;
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(lattices_are_read_back_bit_for_bit),
+        cmocka_unit_test(report_says_what_was_prepared),
+        cmocka_unit_test(keys_beside_voxels_may_change),
+        cmocka_unit_test(lattices_of_other_scenes_are_refused),
+        cmocka_unit_test(volumes_and_labels_that_changed_are_noticed),
+        cmocka_unit_test(voxels_beside_their_header_are_noticed_too),
+#ifdef PLIANT_WITH_SURFACE
+        cmocka_unit_test(models_do_not_read_each_other),
+#endif
+        cmocka_unit_test(damaged_files_are_refused_wherever_the_damage_is),
+        cmocka_unit_test(numbers_that_do_not_fit_are_refused_behind_a_right_seal),
+        cmocka_unit_test(sources_that_cannot_be_read_are_named),
+    };
+    return cmocka_run_group_tests(tests, begin, end);
+}
+#else
+int main(void)
+{
+    return 77; // nothing to prepare without HDF5
+}
+#endif
