@@ -5,7 +5,7 @@
 #include "geometry/levels.h"
 #include "run/loop.h"
 #include "run/requests.h"
-#include "split_toy.h"
+#include "toy_body.h"
 
 #include "pliant_command_t.h"
 
@@ -19,23 +19,23 @@ enum { RATE = 100 }; // [Hz]
 typedef struct Rig {
     World world;
     TriMesh mesh;
-    SplitToy *toy;
+    Toy *toy;
     Exchange exchange;
     Loop loop;
     int done_fd;
 } Rig;
 
 // Where the thresholds are low everything is split.
-static void decide(SplitToy *toy)
+static void decide(Toy *toy)
 {
-    split_toy_want_all(toy, toy->parameter[BODY_ADAPT_SCALE] < 4.0);
+    toy_want_all(toy, toy->parameter[BODY_ADAPT_SCALE] < 4.0);
 }
 
 // Half as long again as a tick may take, or hardly anything.
-static void labour(const SplitToy *toy)
+static void labour(const Toy *toy)
 {
     const struct timespec slow = {.tv_nsec = 15000000};
-    if (toy->split[0])
+    if (toy->splits->split[0])
         nanosleep(&slow, NULL);
 }
 
@@ -45,12 +45,13 @@ static void create(Rig *rig)
     rig->mesh = toy_sheet(2, 0.01);
     SimOptions options = {.rate_hz = RATE, .tool_timeout_s = 0.2, .may_load = true};
     rig->world.sim = sim_create(&options, &rig->world.arena, &rig->world.state);
-    Body body = split_toy_body(&rig->toy, "wall", &rig->mesh, &rig->world.arena, &rig->world.state);
+    Body body = toy_body(&rig->toy, "wall", &rig->mesh, &(ToyOptions){0}, &rig->world.arena,
+                         &rig->world.state);
     body.time_step_wanted = 1.0 / RATE; // one evaluation a tick
     body.unsafe_time_step = true;
     rig->toy->parameter[BODY_ADAPT_SCALE] = 1.0;
     rig->toy->parameter[BODY_ADAPT_LEVEL] = LEVELS_MAX;
-    rig->toy->decide = decide;
+    rig->toy->splits->decide = decide;
     sim_add_body(rig->world.sim, &body);
     Status status = {0};
     assert_true(sim_seal(rig->world.sim, 0.0, &status));
@@ -132,7 +133,7 @@ static void overrun_raises_thresholds_and_the_log_repeats_it(void **state)
     (void)state;
     Rig live, twin;
     create(&live);
-    live.toy->labour = labour;
+    live.toy->splits->labour = labour;
     create_loop(&live,
                 4.0); // two windows of 25 slow ticks, each with one skipped, and as long again
     run_loop(&live);
@@ -166,7 +167,7 @@ static void lockstep_is_not_governed(void **state)
     (void)state;
     Rig rig;
     create(&rig);
-    rig.toy->labour = labour;
+    rig.toy->splits->labour = labour;
     create_loop(&rig, 0.0);
     push_command(&rig, PLIANT_COMMAND_T_STEP, 80);
     push_command(&rig, PLIANT_COMMAND_T_STOP, 0);

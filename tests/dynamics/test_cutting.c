@@ -1,6 +1,6 @@
 // Cuts in the pipeline, on a wall of links that the exact test breaks: strokes of blades from tick
 // to tick, commands, what follows a change, and what is told of it.
-#include "cut_toy.h"
+#include "toy_body.h"
 #include "dynamics/sim_data.h"
 #include "effort.h"
 #include "expect.h"
@@ -16,25 +16,27 @@ enum { CELLS = 8 };              // a sheet of 0.08 m round the origin
 static const ToolOptions BLADE = {
     .id = 7, .kind = TOOL_BLADE, .edge = {{0, 0, 0}, {0, 0, 0.02}}, .max_force = 3.3};
 
-static void create(CutScene *scene, bool tears)
+static void create(ToyScene *scene, bool tears)
 {
-    cut_scene_create(scene, &(CutSceneOptions){.cells = CELLS,
+    toy_scene_create(scene, &(ToySceneOptions){.cells = CELLS,
                                                .cell = CELL,
                                                .rate_hz = 1000.0,
+                                               .cuttable = true,
+                                               .may_load = true,
                                                .tears = tears,
                                                .tool_count = 1,
                                                .tool = &BLADE});
 }
 
 // The blade's tip at (x, y), at once.
-static void move_to(CutScene *scene, double x, double y)
+static void move_to(ToyScene *scene, double x, double y)
 {
     ToolPose pose = {.position = {x, y, -0.01}, .orientation = {1, 0, 0, 0}, .active = true};
     sim_apply_pose(scene->sim, 0, &pose, true);
     sim_step(scene->sim);
 }
 
-static void lift(CutScene *scene)
+static void lift(ToyScene *scene)
 {
     ToolPose pose = {.orientation = {1, 0, 0, 0}};
     sim_apply_pose(scene->sim, 0, &pose, true);
@@ -42,13 +44,13 @@ static void lift(CutScene *scene)
 }
 
 // From one side of the sheet to the other in so many ticks, a little off its lattice.
-static void cut_through(CutScene *scene, int ticks)
+static void cut_through(ToyScene *scene, int ticks)
 {
     for (int i = 0; i <= ticks; i++)
         move_to(scene, 0.0013, -0.05 + 0.1 * i / ticks);
 }
 
-static bool next_event(CutScene *scene, const char *kind, SimEvent *event)
+static bool next_event(ToyScene *scene, const char *kind, SimEvent *event)
 {
     while (sim_take_event(scene->sim, event))
         if (strcmp(event->kind, kind) == 0)
@@ -62,30 +64,31 @@ static void a_stroke_cuts_through_at_any_speed(void **unused)
 {
     (void)unused;
     // 0.1 m in one tick of 1 ms is 100 m/s, just below a jump; the other is 50 mm/s.
-    CutScene fast, slow;
+    ToyScene fast, slow;
     create(&fast, false);
     create(&slow, false);
     cut_through(&fast, 1);
     cut_through(&slow, 2000);
-    assert_int_equal(cut_toy_pieces(fast.toy), 2);
-    assert_int_equal(cut_toy_pieces(slow.toy), 2);
+    assert_int_equal(toy_pieces(fast.toy[0]), 2);
+    assert_int_equal(toy_pieces(slow.toy[0]), 2);
     // What a still body's cut is does not depend on how the way is divided, but for links whose
     // centre lies within a rounding of the plane: here none does.
-    assert_memory_equal(fast.toy->broken, slow.toy->broken, (size_t)fast.toy->links);
-    assert_int_equal(*fast.toy->used, *slow.toy->used);
-    cut_scene_destroy(&fast);
-    cut_scene_destroy(&slow);
+    assert_memory_equal(fast.toy[0]->cuts->broken, slow.toy[0]->cuts->broken,
+                        (size_t)fast.toy[0]->cuts->links);
+    assert_int_equal(*fast.toy[0]->cuts->used, *slow.toy[0]->cuts->used);
+    toy_scene_destroy(&fast);
+    toy_scene_destroy(&slow);
 }
 
 // One stroke of an edge whose ends move evenly, in so many ticks, on a fresh sheet that is not
 // flat.
-static CutToy *stroke_evenly(CutScene *scene, const CutSweep *whole, int ticks)
+static Toy *stroke_evenly(ToyScene *scene, const CutSweep *whole, int ticks)
 {
     uint64_t random = 77;
     create(scene, false);
-    for (int i = 0; i < *scene->toy->used; i++)
-        scene->toy->position[i] =
-            vec3_madd(scene->toy->position[i], 0.2 * CELL, random_vec3(&random));
+    for (int i = 0; i < *scene->toy[0]->cuts->used; i++)
+        scene->toy[0]->position[i] =
+            vec3_madd(scene->toy[0]->position[i], 0.2 * CELL, random_vec3(&random));
     CutStroke stroke = {.under_way = 1};
     BladeEdge before = whole->before;
     for (int t = 0; t <= ticks; t++) {
@@ -96,11 +99,11 @@ static CutToy *stroke_evenly(CutScene *scene, const CutSweep *whole, int ticks)
                                            vec3_sub(whole->after.end[k], whole->before.end[k]));
         CutOutcome outcome = {0};
         TopologyChange change = {0};
-        scene->body->ops->cut(scene->body, &sweep, &outcome, &change);
+        scene->body[0]->ops->cut(scene->body[0], &sweep, &outcome, &change);
         assert_false(cut_refuses(outcome.verdict));
         before = sweep.after;
     }
-    return scene->toy;
+    return scene->toy[0];
 }
 
 static void a_twisted_stroke_does_not_depend_on_how_it_is_divided(void **unused)
@@ -119,14 +122,14 @@ static void a_twisted_stroke_does_not_depend_on_how_it_is_divided(void **unused)
                 (late ? &whole.after : &whole.before)->end[k] =
                     vec3(x + side * sin(angle), late ? 0.06 : -0.06, side * cos(angle));
             }
-        CutScene once, twice;
-        const CutToy *a = stroke_evenly(&once, &whole, 20), *b = stroke_evenly(&twice, &whole, 40);
-        for (int link = 0; link < a->links; link++)
-            apart += a->broken[link] != b->broken[link];
-        severed += cut_toy_broken(a);
-        assert_true(cut_toy_pieces(a) >= 2);
-        cut_scene_destroy(&once);
-        cut_scene_destroy(&twice);
+        ToyScene once, twice;
+        const Toy *a = stroke_evenly(&once, &whole, 20), *b = stroke_evenly(&twice, &whole, 40);
+        for (int link = 0; link < a->cuts->links; link++)
+            apart += a->cuts->broken[link] != b->cuts->broken[link];
+        severed += toy_broken(a);
+        assert_true(toy_pieces(a) >= 2);
+        toy_scene_destroy(&once);
+        toy_scene_destroy(&twice);
     }
     // Sub-ticks end in the same places but for the rounding to a thousandth of a cell: of a
     // thousand links one may lie that near.
@@ -137,13 +140,13 @@ static void a_twisted_stroke_does_not_depend_on_how_it_is_divided(void **unused)
 static void each_tick_begins_where_the_last_one_ended(void **unused)
 {
     (void)unused;
-    CutScene scene;
+    ToyScene scene;
     create(&scene, false);
     for (int i = 0; i < 5; i++)
         move_to(&scene, 0.001 * i, -0.05);
     lift(&scene);
-    const CutCall *call = scene.toy->call;
-    assert_int_equal(scene.toy->calls, 6);
+    const ToyCall *call = scene.toy[0]->cuts->call;
+    assert_int_equal(scene.toy[0]->cuts->calls, 6);
     assert_int_equal(call[0].sweep.phase, CUT_BEGINS);
     assert_int_equal(call[5].sweep.phase, CUT_ENDS);
     for (int i = 1; i < 5; i++) {
@@ -153,87 +156,87 @@ static void each_tick_begins_where_the_last_one_ended(void **unused)
         expect_near(call[i].sweep.after.end[0].x, 0.001 * i, 0.0);
         expect_near(call[i].sweep.after.end[1].z, 0.01, 1e-15); // a rounding of the turned edge
     }
-    cut_scene_destroy(&scene);
+    toy_scene_destroy(&scene);
 }
 
 static void tissue_that_moves_past_a_resting_blade_is_cut(void **unused)
 {
     (void)unused;
-    CutScene scene;
+    ToyScene scene;
     create(&scene, false);
-    cut_toy_move(scene.toy, vec3(0.0013, 0.06, 0.0));
+    toy_move(scene.toy[0], vec3(0.0013, 0.06, 0.0));
     for (int i = 0; i < 120; i++) {
         move_to(&scene, 0.0, 0.0);
-        cut_toy_move(scene.toy, vec3(0.0, -0.001, 0.0));
+        toy_move(scene.toy[0], vec3(0.0, -0.001, 0.0));
     }
-    assert_int_equal(cut_toy_pieces(scene.toy), 2);
-    cut_scene_destroy(&scene);
+    assert_int_equal(toy_pieces(scene.toy[0]), 2);
+    toy_scene_destroy(&scene);
 }
 
 static void a_lifted_blade_cuts_nothing_on_its_way(void **unused)
 {
     (void)unused;
-    CutScene scene;
+    ToyScene scene;
     create(&scene, false);
     move_to(&scene, 0.0013, -0.05);
     // Lifted and put down again between two ticks.
     ToolPose pose = {.orientation = {1, 0, 0, 0}};
     sim_apply_pose(scene.sim, 0, &pose, true);
     move_to(&scene, 0.0013, 0.05);
-    assert_int_equal(cut_toy_broken(scene.toy), 0);
+    assert_int_equal(toy_broken(scene.toy[0]), 0);
     const CutPhase expected[] = {CUT_BEGINS, CUT_ENDS, CUT_BEGINS};
-    assert_int_equal(scene.toy->calls, 3);
+    assert_int_equal(scene.toy[0]->cuts->calls, 3);
     for (int i = 0; i < 3; i++)
-        assert_int_equal(scene.toy->call[i].sweep.phase, expected[i]);
-    cut_scene_destroy(&scene);
+        assert_int_equal(scene.toy[0]->cuts->call[i].sweep.phase, expected[i]);
+    toy_scene_destroy(&scene);
 }
 
 static void a_blade_that_jumps_begins_another_stroke(void **unused)
 {
     (void)unused;
-    CutScene scene;
+    ToyScene scene;
     create(&scene, false);
     move_to(&scene, 0.0013, -0.05);
     move_to(&scene, 0.0013, 0.051); // 101 m/s
-    assert_int_equal(cut_toy_broken(scene.toy), 0);
-    assert_int_equal(scene.toy->call[2].sweep.phase, CUT_BEGINS);
-    cut_scene_destroy(&scene);
+    assert_int_equal(toy_broken(scene.toy[0]), 0);
+    assert_int_equal(scene.toy[0]->cuts->call[2].sweep.phase, CUT_BEGINS);
+    toy_scene_destroy(&scene);
 }
 
 static void a_stale_blade_ends_its_stroke(void **unused)
 {
     (void)unused;
-    CutScene scene;
+    ToyScene scene;
     create(&scene, false);
     move_to(&scene, 0.0, -0.05);
     for (int i = 0; i < 300; i++) // tool_timeout_s is 0.2
         sim_step(scene.sim);
-    int calls = scene.toy->calls;
-    assert_int_equal(scene.toy->call[calls - 1].sweep.phase, CUT_ENDS);
+    int calls = scene.toy[0]->cuts->calls;
+    assert_int_equal(scene.toy[0]->cuts->call[calls - 1].sweep.phase, CUT_ENDS);
     assert_in_range(calls, 200, 203);
-    cut_scene_destroy(&scene);
+    toy_scene_destroy(&scene);
 }
 
 static void a_restored_body_did_not_pass_the_blade(void **unused)
 {
     (void)unused;
-    CutScene scene;
+    ToyScene scene;
     create(&scene, false);
     move_to(&scene, 0.0, -0.05);
-    scene.toy->bad = true;
+    scene.toy[0]->cuts->bad = true;
     move_to(&scene, 0.0, -0.05);
-    cut_toy_move(scene.toy, vec3(0.0, 0.2, 0.0)); // as if it had jumped back
+    toy_move(scene.toy[0], vec3(0.0, 0.2, 0.0)); // as if it had jumped back
     move_to(&scene, 0.0, -0.05);
-    assert_int_equal(cut_toy_broken(scene.toy), 0);
-    assert_int_equal(scene.toy->call[2].sweep.phase, CUT_ENDS);
-    assert_int_equal(scene.toy->call[3].sweep.phase, CUT_BEGINS);
-    cut_scene_destroy(&scene);
+    assert_int_equal(toy_broken(scene.toy[0]), 0);
+    assert_int_equal(scene.toy[0]->cuts->call[2].sweep.phase, CUT_ENDS);
+    assert_int_equal(scene.toy[0]->cuts->call[3].sweep.phase, CUT_BEGINS);
+    toy_scene_destroy(&scene);
 }
 
 static void a_scene_has_the_stages_that_it_needs(void **unused)
 {
     (void)unused;
-    CutScene scene;
+    ToyScene scene;
     create(&scene, false);
     const StageId expected[] = {STAGE_INPUTS,   STAGE_TOOLS,       STAGE_LOADS,
                                 STAGE_CUT,      STAGE_RECONSTRUCT, STAGE_FORCES,
@@ -243,12 +246,15 @@ static void a_scene_has_the_stages_that_it_needs(void **unused)
         assert_int_equal(sim_stage(scene.sim, i), expected[i]);
     assert_string_equal(stage_name(STAGE_CUT), "cut");
     assert_string_equal(stage_name(STAGE_RECONSTRUCT), "reconstruct");
-    cut_scene_destroy(&scene);
+    toy_scene_destroy(&scene);
     // Nothing that cuts or tears: messages cut between two ticks.
-    cut_scene_create(&scene, &(CutSceneOptions){.cells = 2, .cell = CELL, .rate_hz = 1000.0});
+    toy_scene_create(
+        &scene,
+        &(ToySceneOptions){
+            .cells = 2, .cell = CELL, .rate_hz = 1000.0, .cuttable = true, .may_load = true});
     for (int i = 0; i < sim_stage_count(scene.sim); i++)
         assert_int_not_equal(sim_stage(scene.sim, i), STAGE_CUT);
-    cut_scene_destroy(&scene);
+    toy_scene_destroy(&scene);
 }
 
 // --- state ---
@@ -256,30 +262,30 @@ static void a_scene_has_the_stages_that_it_needs(void **unused)
 static void reset_in_a_stroke_returns_to_an_uncut_body(void **unused)
 {
     (void)unused;
-    CutScene scene;
+    ToyScene scene;
     create(&scene, false);
     uint64_t start = state_hash(&scene.state);
     for (int i = 0; i < 50; i++)
         move_to(&scene, 0.0013, -0.05 + 0.001 * i);
-    assert_true(cut_toy_broken(scene.toy) > 0);
-    int topology = scene.body->mesh.topology, calls = scene.toy->calls;
+    assert_true(toy_broken(scene.toy[0]) > 0);
+    int topology = scene.body[0]->mesh.topology, calls = scene.toy[0]->cuts->calls;
     SimClock clock = *scene.sim->clock;
     sim_reset(scene.sim);
-    assert_true(scene.body->mesh.topology > topology);
-    assert_int_equal(cut_toy_broken(scene.toy), 0);
+    assert_true(scene.body[0]->mesh.topology > topology);
+    assert_int_equal(toy_broken(scene.toy[0]), 0);
     *scene.sim->clock = (SimClock){0}; // time goes on over a reset
     assert_true(state_hash(&scene.state) == start);
     *scene.sim->clock = clock;
     move_to(&scene, 0.0013, 0.05); // the other side: a new stroke
-    assert_int_equal(scene.toy->call[calls].sweep.phase, CUT_BEGINS);
-    assert_int_equal(cut_toy_broken(scene.toy), 0);
-    cut_scene_destroy(&scene);
+    assert_int_equal(scene.toy[0]->cuts->call[calls].sweep.phase, CUT_BEGINS);
+    assert_int_equal(toy_broken(scene.toy[0]), 0);
+    toy_scene_destroy(&scene);
 }
 
 static void a_checkpoint_in_a_stroke_goes_on_bit_for_bit(void **unused)
 {
     (void)unused;
-    CutScene scene;
+    ToyScene scene;
     create(&scene, false);
     void *image = malloc(state_bytes(&scene.state));
     uint64_t hash[2];
@@ -289,7 +295,7 @@ static void a_checkpoint_in_a_stroke_goes_on_bit_for_bit(void **unused)
     for (int run = 0; run < 2; run++) {
         for (int i = 33; i <= 100; i++)
             move_to(&scene, 0.0013, -0.05 + 0.001 * i);
-        assert_int_equal(cut_toy_pieces(scene.toy), 2);
+        assert_int_equal(toy_pieces(scene.toy[0]), 2);
         hash[run] = state_hash(&scene.state);
         state_copy_in(&scene.state, image);
         sim_restored(scene.sim);
@@ -297,13 +303,13 @@ static void a_checkpoint_in_a_stroke_goes_on_bit_for_bit(void **unused)
     }
     assert_true(hash[0] == hash[1]);
     free(image);
-    cut_scene_destroy(&scene);
+    toy_scene_destroy(&scene);
 }
 
 static void strokes_that_cannot_be_are_found(void **unused)
 {
     (void)unused;
-    CutScene scene;
+    ToyScene scene;
     create(&scene, true);
     move_to(&scene, 0.0, -0.05);
     Stroke good = scene.sim->cutting->stroke[0][0], *stroke = &scene.sim->cutting->stroke[0][0];
@@ -323,18 +329,18 @@ static void strokes_that_cannot_be_are_found(void **unused)
     *scene.sim->cutting->cuts[0] = cuts;
     scene.sim->cutting->cuts[0]->pieces = -4;
     assert_false(sim_check(scene.sim));
-    cut_scene_destroy(&scene);
+    toy_scene_destroy(&scene);
 }
 
 // --- what follows ---
 
-static double sum_of_loads(const CutScene *scene, int *nodes)
+static double sum_of_loads(const ToyScene *scene, int *nodes)
 {
     double sum = 0.0;
     *nodes = 0;
-    for (int i = 0; i < *scene->toy->used; i++) {
-        sum += scene->toy->load[i].z;
-        *nodes += scene->toy->load[i].z != 0.0;
+    for (int i = 0; i < *scene->toy[0]->cuts->used; i++) {
+        sum += scene->toy[0]->load[i].z;
+        *nodes += scene->toy[0]->load[i].z != 0.0;
     }
     return sum;
 }
@@ -342,7 +348,7 @@ static double sum_of_loads(const CutScene *scene, int *nodes)
 static void a_load_goes_on_to_act_on_both_lips(void **unused)
 {
     (void)unused;
-    CutScene scene;
+    ToyScene scene;
     create(&scene, false);
     LoadOptions load = {.body = -1, .radius = 0.025, .force = {0, 0, 2.0}, .duration = 100.0};
     char why[256];
@@ -353,33 +359,33 @@ static void a_load_goes_on_to_act_on_both_lips(void **unused)
     // Two dozen shares of one force, each within a rounding.
     expect_near(sum_of_loads(&scene, &after), 2.0, 1e-13);
     int in_patch = 0;
-    for (int i = scene.toy->base_nodes; i < *scene.toy->used; i++)
-        in_patch += vec3_length(scene.toy->position[i]) <= load.radius;
+    for (int i = scene.toy[0]->base_nodes; i < *scene.toy[0]->cuts->used; i++)
+        in_patch += vec3_length(scene.toy[0]->position[i]) <= load.radius;
     assert_true(in_patch >= 4);
     assert_int_equal(after, before + in_patch);
     // A force an area, the same everywhere.
     double pressure = 0.0;
-    for (int i = 0; i < *scene.toy->used; i++) {
-        if (scene.toy->load[i].z == 0.0)
+    for (int i = 0; i < *scene.toy[0]->cuts->used; i++) {
+        if (scene.toy[0]->load[i].z == 0.0)
             continue;
-        double here = scene.toy->load[i].z / scene.toy->node_area[i];
+        double here = scene.toy[0]->load[i].z / scene.toy[0]->node_area[i];
         pressure = pressure == 0.0 ? here : pressure;
         expect_near(here / pressure, 1.0, 1e-13);
     }
-    cut_scene_destroy(&scene);
+    toy_scene_destroy(&scene);
 }
 
 static void every_change_has_a_topology_number_of_its_own(void **unused)
 {
     (void)unused;
-    CutScene scene;
+    ToyScene scene;
     create(&scene, false);
-    int start = scene.body->mesh.topology;
+    int start = scene.body[0]->mesh.topology;
     cut_through(&scene, 100);
-    assert_true(scene.toy->changes > 5);
-    assert_int_equal(scene.body->mesh.topology - start, scene.toy->changes);
-    assert_int_equal(scene.toy->reconstructions, 101); // once a tick
-    cut_scene_destroy(&scene);
+    assert_true(scene.toy[0]->changes > 5);
+    assert_int_equal(scene.body[0]->mesh.topology - start, scene.toy[0]->changes);
+    assert_int_equal(scene.toy[0]->cuts->reconstructions, 101); // once a tick
+    toy_scene_destroy(&scene);
 }
 
 // --- commands ---
@@ -394,15 +400,15 @@ static CutOptions sweep_at(double x)
 static void a_command_cuts_at_once_and_says_what(void **unused)
 {
     (void)unused;
-    CutScene scene;
+    ToyScene scene;
     create(&scene, false);
     CutOutcome sum;
     char why[192];
     CutOptions cut = sweep_at(0.0013);
     assert_true(sim_apply_cut(scene.sim, &cut, &sum, why, sizeof why));
     assert_int_equal(sum.verdict, CUT_DONE);
-    assert_int_equal(sum.separated, cut_toy_broken(scene.toy));
-    assert_int_equal(sum.nodes_added, *scene.toy->used - scene.toy->base_nodes);
+    assert_int_equal(sum.separated, toy_broken(scene.toy[0]));
+    assert_int_equal(sum.nodes_added, *scene.toy[0]->cuts->used - scene.toy[0]->base_nodes);
     assert_int_equal(sum.pieces, 2);
     assert_int_equal(sim_pieces(scene.sim, 0), 2);
     assert_non_null(strstr(why, "body 'wall': "));
@@ -420,10 +426,10 @@ static void a_command_cuts_at_once_and_says_what(void **unused)
         cut.before = turned;
     }
     assert_true(state_hash(&scene.state) == hash);
-    cut_scene_destroy(&scene);
+    toy_scene_destroy(&scene);
 }
 
-static void expect_refusal(CutScene *scene, const CutOptions *cut, const char *text)
+static void expect_refusal(ToyScene *scene, const CutOptions *cut, const char *text)
 {
     CutOutcome sum;
     char why[192];
@@ -437,7 +443,7 @@ static void expect_refusal(CutScene *scene, const CutOptions *cut, const char *t
 static void commands_that_cannot_be_done_say_why_and_change_nothing(void **unused)
 {
     (void)unused;
-    CutScene scene;
+    ToyScene scene;
     create(&scene, false);
     CutOptions cut = sweep_at(0.0013), good = cut;
     cut.before.end[1] = cut.before.end[0];
@@ -461,7 +467,7 @@ static void commands_that_cannot_be_done_say_why_and_change_nothing(void **unuse
                    "cut in shorter steps");
     cut.after.end[1].x = 1e9;
     expect_refusal(&scene, &cut, "the sweep reaches too far away from body 'wall'");
-    scene.toy->node_limit = scene.toy->base_nodes + 3;
+    scene.toy[0]->cuts->node_limit = scene.toy[0]->base_nodes + 3;
     cut = good;
     CutOutcome sum;
     char why[192], text[192];
@@ -470,14 +476,14 @@ static void commands_that_cannot_be_done_say_why_and_change_nothing(void **unuse
              "body 'wall' may need %d more nodes and has space for 3: raise capacity.nodes",
              sum.needed);
     assert_string_equal(why, text);
-    assert_int_equal(cut_toy_broken(scene.toy), 0);
-    cut_scene_destroy(&scene);
+    assert_int_equal(toy_broken(scene.toy[0]), 0);
+    toy_scene_destroy(&scene);
 }
 
 static void a_triangle_swept_by_one_fixed_end_cuts(void **unused)
 {
     (void)unused;
-    CutScene scene;
+    ToyScene scene;
     create(&scene, false);
     CutOptions cut = sweep_at(0.0013);
     cut.before.end[1] = cut.before.end[0]; // a blade that grows
@@ -485,7 +491,7 @@ static void a_triangle_swept_by_one_fixed_end_cuts(void **unused)
     CutOutcome sum;
     char why[192];
     assert_true(sim_apply_cut(scene.sim, &cut, &sum, why, sizeof why));
-    cut_scene_destroy(&scene);
+    toy_scene_destroy(&scene);
 }
 
 // --- what is told ---
@@ -493,7 +499,7 @@ static void a_triangle_swept_by_one_fixed_end_cuts(void **unused)
 static void a_stroke_is_told_of_once_when_it_ends(void **unused)
 {
     (void)unused;
-    CutScene scene;
+    ToyScene scene;
     create(&scene, false);
     cut_through(&scene, 100);
     SimEvent event;
@@ -507,21 +513,21 @@ static void a_stroke_is_told_of_once_when_it_ends(void **unused)
     char text[192];
     snprintf(text, sizeof text,
              "tool 7, stroke ended: body 'wall': %d links severed, %d nodes added, 2 pieces",
-             cut_toy_broken(scene.toy), *scene.toy->used - scene.toy->base_nodes);
+             toy_broken(scene.toy[0]), *scene.toy[0]->cuts->used - scene.toy[0]->base_nodes);
     assert_string_equal(event.text, text);
     // A stroke that met nothing is not told of.
     move_to(&scene, 0.2, 0.0);
     lift(&scene);
     assert_false(sim_take_event(scene.sim, &event));
-    cut_scene_destroy(&scene);
+    toy_scene_destroy(&scene);
 }
 
 static void refused_strokes_are_told_of_once_a_second(void **unused)
 {
     (void)unused;
-    CutScene scene;
+    ToyScene scene;
     create(&scene, false);
-    scene.toy->node_limit = scene.toy->base_nodes + 1;
+    scene.toy[0]->cuts->node_limit = scene.toy[0]->base_nodes + 1;
     int told = 0;
     for (int i = 0; i < 2500; i++) {
         move_to(&scene, 0.0013, i % 2 == 0 ? -0.049 : 0.05);
@@ -529,63 +535,63 @@ static void refused_strokes_are_told_of_once_a_second(void **unused)
             assert_non_null(strstr(event.text, "tool 7: body 'wall' may need "));
     }
     assert_int_equal(told, 3);
-    assert_int_equal(*scene.toy->used, scene.toy->base_nodes);
-    cut_scene_destroy(&scene);
+    assert_int_equal(*scene.toy[0]->cuts->used, scene.toy[0]->base_nodes);
+    toy_scene_destroy(&scene);
 }
 
 static void a_stroke_that_the_body_breaks_off_is_told_of_once(void **unused)
 {
     (void)unused;
-    CutScene scene;
+    ToyScene scene;
     create(&scene, false);
     // The first half fits, the rest does not.
-    scene.toy->node_limit = scene.toy->base_nodes + 8;
+    scene.toy[0]->cuts->node_limit = scene.toy[0]->base_nodes + 8;
     cut_through(&scene, 100);
     SimEvent event;
     assert_false(next_event(&scene, "cut", &event));
-    assert_true(cut_toy_broken(scene.toy) > 0);
+    assert_true(toy_broken(scene.toy[0]) > 0);
     lift(&scene);
     assert_true(next_event(&scene, "cut", &event));
     char text[64];
-    snprintf(text, sizeof text, ": %d links severed", cut_toy_broken(scene.toy));
+    snprintf(text, sizeof text, ": %d links severed", toy_broken(scene.toy[0]));
     assert_non_null(strstr(event.text, text));
     assert_false(next_event(&scene, "cut", &event));
-    cut_scene_destroy(&scene);
+    toy_scene_destroy(&scene);
 }
 
 static void tears_are_told_of_a_few_times_a_second(void **unused)
 {
     (void)unused;
-    CutScene scene;
+    ToyScene scene;
     create(&scene, true);
-    int told = 0, links = scene.toy->links;
+    int told = 0, links = scene.toy[0]->cuts->links;
     for (int i = 0; i < links + 300; i++) {
-        scene.toy->tear_next = i < links ? i : links;
+        scene.toy[0]->cuts->tear_next = i < links ? i : links;
         sim_step(scene.sim);
         for (SimEvent event; next_event(&scene, "tear", &event); told++)
             assert_non_null(strstr(event.text, "body 'wall': "));
     }
-    assert_int_equal(cut_toy_broken(scene.toy), links);
-    assert_int_equal(sim_pieces(scene.sim, 0), scene.toy->faces);
+    assert_int_equal(toy_broken(scene.toy[0]), links);
+    assert_int_equal(sim_pieces(scene.sim, 0), scene.toy[0]->faces);
     assert_in_range(told, 2, 2 + (links + 300) / 250);
     assert_int_equal(scene.sim->cutting->cuts[0]->torn, 0); // the last ones too
-    cut_scene_destroy(&scene);
+    toy_scene_destroy(&scene);
 }
 
 static void events_that_nobody_takes_do_not_pile_up(void **unused)
 {
     (void)unused;
-    CutScene scene;
+    ToyScene scene;
     create(&scene, true);
-    for (int i = 0; i < scene.toy->links; i++) {
-        scene.toy->tear_next = i;
+    for (int i = 0; i < scene.toy[0]->cuts->links; i++) {
+        scene.toy[0]->cuts->tear_next = i;
         sim_step(scene.sim);
     }
     int taken = 0;
     for (SimEvent event; sim_take_event(scene.sim, &event);)
         taken++;
     assert_in_range(taken, 1, SIM_EVENTS);
-    cut_scene_destroy(&scene);
+    toy_scene_destroy(&scene);
 }
 
 int main(void)

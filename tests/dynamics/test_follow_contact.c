@@ -4,7 +4,7 @@
 #include "dynamics/contact_data.h"
 #include "dynamics/sim_data.h"
 #include "random.h"
-#include "split_toy.h"
+#include "toy_body.h"
 
 #include <string.h>
 
@@ -22,8 +22,12 @@ static ToolOptions probe(double length, double radius)
 
 static void create(ToyScene *scene, const ToolOptions *tool)
 {
-    ToySceneOptions options = {
-        .mesh = toy_sheet(CELLS, CELL), .rate_hz = 1000.0, .tool_count = 1, .tool = tool};
+    ToySceneOptions options = {.cells = CELLS,
+                               .cell = CELL,
+                               .lockstep = true,
+                               .rate_hz = 1000.0,
+                               .tool_count = 1,
+                               .tool = tool};
     toy_scene_create(scene, &options);
 }
 
@@ -61,7 +65,7 @@ static void press_while_faces_change(double length, double radius, double depth,
     int below = 0;
     for (int i = 0; i < 400; i++) {
         double t = i * 1e-3;
-        split_toy_want_some(mixed.toy[0], i % 50 == 0 ? 1 : 8, &random);
+        toy_want_some(mixed.toy[0], i % 50 == 0 ? 1 : 8, &random);
         // Lowered while it is turned and led through a few faces, far from the sheet's border.
         double height = radius - fmin(depth, 0.02 * t - 0.001);
         Vec3 at = vec3(0.012 * sin(9.0 * t), 0.015 * cos(7.0 * t), height);
@@ -91,12 +95,12 @@ static void push_of_a_flat_wall_lies_between_its_points_and_its_coarsest_faces(v
 }
 
 // The dents of a wall: midpoints off the plane, so that merging moves the wall through the tool.
-static void dent_midpoints(SplitToy *toy, uint64_t *random, const bool *before, double size)
+static void dent_midpoints(Toy *toy, uint64_t *random, const bool *before, double size)
 {
-    for (int e = 0; e < toy->edges; e++)
-        if (toy->split[e] && !before[e])
-            split_toy_move(toy, split_toy_node_of(toy, e),
-                           vec3(0.0, 0.0, random_between(random, -size, size)));
+    for (int e = 0; e < toy->splits->edges; e++)
+        if (toy->splits->split[e] && !before[e])
+            toy_move_node(toy, toy_midpoint(toy, e),
+                          vec3(0.0, 0.0, random_between(random, -size, size)));
 }
 
 // The wall leaps up through the axis of a tool, so that it stands behind, and falls again, while
@@ -108,10 +112,10 @@ static void leap_through(double length, uint64_t seed)
     ToolOptions tool = probe(length, radius);
     ToyScene scene;
     create(&scene, &tool);
-    SplitToy *toy = scene.toy[0];
+    Toy *toy = scene.toy[0];
     uint64_t random = seed;
     bool before[512];
-    assert_true(toy->edges <= 512);
+    assert_true(toy->splits->edges <= 512);
     int pushed = 0;
     double height = 0.0;
     Vec3 place = vec3(0.0, 0.02, 0.6 * radius);
@@ -120,13 +124,13 @@ static void leap_through(double length, uint64_t seed)
         // Up by less than the tool is known to be behind a wall: half the radius, less the dents.
         bool up = i % 20 == 10, down = i > 0 && i % 20 == 0;
         if (up || down) {
-            split_toy_move_all(toy, vec3(0.0, 0.0, up ? leap : -leap));
+            toy_move(toy, vec3(0.0, 0.0, up ? leap : -leap));
             height += up ? leap : -leap;
         }
-        memcpy(before, toy->split, (size_t)toy->edges * sizeof *before);
-        split_toy_want_some(toy, down ? 2 : 10, &random);
+        memcpy(before, toy->splits->split, (size_t)toy->splits->edges * sizeof *before);
+        toy_want_some(toy, down ? 2 : 10, &random);
         if (up) // every face at once, so that none has a neighbour that still knows
-            split_toy_want_all(toy, i % 40 == 10);
+            toy_want_all(toy, i % 40 == 10);
         place.x = 0.02 * sin(0.011 * i);
         place.y = 0.02 * cos(0.007 * i);
         const ToolWrench *wrench = touch(&scene, place, vec3(0, 0, 0.4 + 0.002 * i));
@@ -165,7 +169,7 @@ static void resting_tool_behind_the_wall_is_held_through_any_change(void **state
     uint64_t random = 77;
     touch(&scene, vec3(0.001, 0.002, 0.01), vec3(0, 0, 0));
     for (int i = 0; i < 3000; i++) {
-        split_toy_want_some(scene.toy[0], i % 40 == 0 ? 1 : 12, &random);
+        toy_want_some(scene.toy[0], i % 40 == 0 ? 1 : 12, &random);
         Vec3 at = vec3(0.001 + 1e-5 * i, 0.002, fmax(-0.02, 0.01 - 2e-4 * i));
         const ToolWrench *wrench = touch(&scene, at, vec3(0, 0, 0));
         if (i < 100)
@@ -185,7 +189,7 @@ static void sides_pass_to_the_faces_that_take_over(void **state)
     ToolOptions tool = probe(0.0, 0.005);
     ToyScene scene;
     create(&scene, &tool);
-    SplitToy *toy = scene.toy[0];
+    Toy *toy = scene.toy[0];
     Contact *contact = scene.sim->contact[0];
     signed char *side = contact->side[0];
     uint64_t random = 4;
@@ -195,9 +199,9 @@ static void sides_pass_to_the_faces_that_take_over(void **state)
     for (int base = 0; base < toy->base_faces; base++)
         side[4 * base] = (signed char)(base % 3 - 1);
     for (int i = 0; i < 200; i++) {
-        split_toy_want_some(toy, i % 2 + 1, &random);
+        toy_want_some(toy, i % 2 + 1, &random);
         TopologyChange change;
-        assert_true(toy->edges > 0);
+        assert_true(toy->splits->edges > 0);
         if (!scene.body[0]->ops->adapt(scene.body[0], i, 1e-3, &change))
             continue;
         contact_topology_changed(contact, &change);
@@ -218,7 +222,7 @@ static void plane_keeps_its_hold(void **state)
                                .plane = {{0.0, 0.0, 0.001}, {0.0, 0.0, 1.0}}};
     ToyScene scene;
     create(&scene, &table);
-    SplitToy *toy = scene.toy[0];
+    Toy *toy = scene.toy[0];
     Contact *contact = scene.sim->contact[0];
     const BodySurface *surface = &scene.body[0]->surface;
     uint64_t random = 6;
@@ -233,16 +237,15 @@ static void plane_keeps_its_hold(void **state)
             whole = sum;
         // Rounding of some hundred terms of 1e-4 m times 1e-4 m2.
         expect_at_most(vec3_length(vec3_sub(sum, whole)), 1e-20);
-        split_toy_want_some(toy, 3, &random);
+        toy_want_some(toy, 3, &random);
         if (i % 2 == 1)
-            split_toy_want_all(toy, false);
+            toy_want_all(toy, false);
         TopologyChange change;
         if (scene.body[0]->ops->adapt(scene.body[0], i, 1e-3, &change))
             contact_topology_changed(contact, &change);
-        for (int e = 0; e < toy->edges; e++)
-            if (!toy->split[e])
-                expect_near(vec3_length(contact->plane_bristle[split_toy_node_of(toy, e)]), 0.0,
-                            0.0);
+        for (int e = 0; e < toy->splits->edges; e++)
+            if (!toy->splits->split[e])
+                expect_near(vec3_length(contact->plane_bristle[toy_midpoint(toy, e)]), 0.0, 0.0);
     }
     toy_scene_destroy(&scene);
 }
@@ -264,7 +267,7 @@ static void push_of_a_plane_is_the_same_at_every_division(void **state)
     expect_near(push, -scene.body[0]->contact_kappa * side * side * 0.001, 1e-12 * fabs(push));
     uint64_t random = 2;
     for (int i = 0; i < 100; i++) {
-        split_toy_want_some(scene.toy[0], 3, &random);
+        toy_want_some(scene.toy[0], 3, &random);
         toy_scene_step(&scene);
         expect_near(sim_wrench(scene.sim, 0)->force.z, push, 1e-12 * fabs(push)); // rounding
     }

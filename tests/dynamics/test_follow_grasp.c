@@ -5,7 +5,7 @@
 #include "dynamics/attachment_data.h"
 #include "dynamics/sim_data.h"
 #include "random.h"
-#include "split_toy.h"
+#include "toy_body.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -25,8 +25,12 @@ static ToolOptions jaws(double radius)
 
 static void create(ToyScene *scene, const ToolOptions *tool)
 {
-    ToySceneOptions options = {
-        .mesh = toy_sheet(CELLS, CELL), .rate_hz = 1000.0, .tool_count = 1, .tool = tool};
+    ToySceneOptions options = {.cells = CELLS,
+                               .cell = CELL,
+                               .lockstep = true,
+                               .rate_hz = 1000.0,
+                               .tool_count = 1,
+                               .tool = tool};
     toy_scene_create(scene, &options);
 }
 
@@ -55,13 +59,13 @@ static void what_lies_within_the_jaws_is_held_at_any_level(void **state)
     create(&scene, &tool);
     const Attachment *grip = scene.sim->attachment[0];
     const Body *body = scene.body[0];
-    SplitToy *toy = scene.toy[0];
+    Toy *toy = scene.toy[0];
     uint64_t random = 3;
     pull(&scene, at, 1.0);
     assert_true(attachment_is_holding(grip));
     double lambda = 0.3 * body->contact_lambda;
     for (int k = 0; k < EFFORT(300); k++) {
-        split_toy_want_some(toy, k % 3 == 0 ? 2 : 20, &random);
+        toy_want_some(toy, k % 3 == 0 ? 2 : 20, &random);
         pull(&scene, vec3_add(at, away), 1.0);
         int within = 0;
         double mass = 0.0;
@@ -98,7 +102,7 @@ static void points_of_faces_pass_on_and_give_way_to_nodes(void **state)
     ToyScene scene;
     create(&scene, &tool);
     const Attachment *grip = scene.sim->attachment[0];
-    SplitToy *toy = scene.toy[0];
+    Toy *toy = scene.toy[0];
     // Amid a face of the coarse sheet: its corners are 3.5 mm away or more.
     const int *corner = scene.mesh.triangle[2 * (CELLS * CELLS / 2 + CELLS / 2)];
     Vec3 at = {0, 0, 0};
@@ -114,14 +118,14 @@ static void points_of_faces_pass_on_and_give_way_to_nodes(void **state)
     assert_true(coarse > 0.0);
     uint64_t random = 9;
     for (int k = 0; k < 100; k++) {
-        split_toy_want_some(toy, 3, &random);
+        toy_want_some(toy, 3, &random);
         pull(&scene, vec3_add(at, away), 1.0);
         int held = attachment_held(grip, &points);
         assert_true(held > 0);
         assert_true(-sim_wrench(scene.sim, 0)->force.z > 0.0);
         assert_true(attachment_check(grip));
     }
-    split_toy_want_all(toy, true);
+    toy_want_all(toy, true);
     pull(&scene, vec3_add(at, away), 1.0);
     // The three midpoints are 2.4 to 3.7 mm off: whatever holds, it holds.
     assert_true(attachment_held(grip, &points) > 0);
@@ -141,7 +145,7 @@ static void letting_go_clears_what_was_known(void **state)
     for (int k = 0; k < 50; k++) {
         pull(&scene, vec3(0, 0, 0), 1.0);
         for (int i = 0; i < 5; i++) {
-            split_toy_want_some(scene.toy[0], 4, &random);
+            toy_want_some(scene.toy[0], 4, &random);
             pull(&scene, vec3(0, 0, 0.001), 1.0);
             assert_true(attachment_check(grip));
         }

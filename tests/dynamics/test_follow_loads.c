@@ -3,7 +3,7 @@
 #include "expect.h"
 #include "dynamics/sim_data.h"
 #include "random.h"
-#include "split_toy.h"
+#include "toy_body.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -13,8 +13,12 @@ enum { CELLS = 8 };
 
 static void create(ToyScene *scene, int bodies)
 {
-    ToySceneOptions options = {
-        .mesh = toy_sheet(CELLS, CELL), .count = bodies, .rate_hz = 1000.0, .may_load = true};
+    ToySceneOptions options = {.cells = CELLS,
+                               .cell = CELL,
+                               .lockstep = true,
+                               .count = bodies,
+                               .rate_hz = 1000.0,
+                               .may_load = true};
     toy_scene_create(scene, &options);
 }
 
@@ -54,13 +58,13 @@ static void total_force_is_kept_through_any_change(void **state)
     ToyScene scene;
     create(&scene, 1);
     uint64_t random = 5;
-    split_toy_want_some(scene.toy[0], 2, &random);
+    toy_want_some(scene.toy[0], 2, &random);
     toy_scene_step(&scene);
     LoadOptions load = load_within(0.025);
     start(&scene, load);
     expect_sum(&scene, load.force);
     for (int k = 0; k < 300; k++) {
-        split_toy_want_some(scene.toy[0], k % 3 == 0 ? 2 : 20, &random);
+        toy_want_some(scene.toy[0], k % 3 == 0 ? 2 : 20, &random);
         toy_scene_step(&scene);
         expect_sum(&scene, load.force);
     }
@@ -81,13 +85,13 @@ static void a_load_acts_on_its_patch_at_any_level(void **state)
     uint64_t random = 9;
     double area = 0.0;
     for (int k = 0; k < 30; k++) {
-        for (int e = 0; e < scene.toy[0]->edges; e++)
+        for (int e = 0; e < scene.toy[0]->splits->edges; e++)
             if (random_below(&random, 20) == 0)
-                split_toy_want(scene.toy[0], e, true);
+                toy_want(scene.toy[0], e, true);
         toy_scene_step(&scene);
         area = 0.0;
         for (int i = 0; i < surface->node_count; i++)
-            if (vec3_length(vec3_sub(scene.toy[0]->rest[i], load.center)) <= load.radius)
+            if (vec3_length(vec3_sub(scene.toy[0]->splits->rest[i], load.center)) <= load.radius)
                 area += surface->node_area[i];
         // rounding of 300 terms
         expect_near(scene.sim->loads.load[0].area, area, 1e-13 * area);
@@ -95,7 +99,7 @@ static void a_load_acts_on_its_patch_at_any_level(void **state)
     // Where all around is loaded, a node takes the traction times its own area.
     int whole = 0;
     for (int i = 0; i < surface->node_count; i++) {
-        Vec3 away = vec3_sub(scene.toy[0]->rest[i], load.center);
+        Vec3 away = vec3_sub(scene.toy[0]->splits->rest[i], load.center);
         if (vec3_length(away) > load.radius - 2.0 * CELL || !(surface->node_area[i] > 0.0))
             continue;
         expect_near(scene.toy[0]->load[i].z, load.force.z * surface->node_area[i] / area, 1e-14);
@@ -119,10 +123,11 @@ static void loads_do_not_depend_on_the_way_to_a_topology(void **state)
     start(&direct, load);
     uint64_t random = 21;
     for (int k = 0; k < 100; k++) {
-        split_toy_want_some(wandering.toy[0], 6, &random);
+        toy_want_some(wandering.toy[0], 6, &random);
         toy_scene_step(&wandering);
     }
-    memcpy(direct.toy[0]->wanted, wandering.toy[0]->wanted, (size_t)direct.toy[0]->edges);
+    memcpy(direct.toy[0]->splits->wanted, wandering.toy[0]->splits->wanted,
+           (size_t)direct.toy[0]->splits->edges);
     toy_scene_step(&direct);
     const LoadSet *a = &wandering.sim->loads, *b = &direct.sim->loads;
     assert_int_equal(*a->used, *b->used);
@@ -142,27 +147,27 @@ static void last_node_leaves_its_load_to_its_parents(void **state)
     (void)state;
     ToyScene scene;
     create(&scene, 1);
-    SplitToy *toy = scene.toy[0];
-    const int edge = toy->edges / 2;
-    split_toy_want_all(toy, true);
+    Toy *toy = scene.toy[0];
+    const int edge = toy->splits->edges / 2;
+    toy_want_all(toy, true);
     toy_scene_step(&scene);
     LoadOptions load = load_within(0.3 * CELL);
-    load.center = toy->rest[split_toy_node_of(toy, edge)];
+    load.center = toy->splits->rest[toy_midpoint(toy, edge)];
     start(&scene, load);
     expect_sum(&scene, load.force);
-    assert_true(toy->load[split_toy_node_of(toy, edge)].z == load.force.z);
-    split_toy_want_all(toy, false);
+    assert_true(toy->load[toy_midpoint(toy, edge)].z == load.force.z);
+    toy_want_all(toy, false);
     toy_scene_step(&scene);
     expect_sum(&scene, load.force);
-    const int *parent = toy->parent[edge];
+    const int *parent = toy->splits->parent[edge];
     const double *area = scene.body[0]->surface.node_area;
     for (int k = 0; k < 2; k++)
         expect_near(toy->load[parent[k]].z,
                     load.force.z * area[parent[k]] / (area[parent[0]] + area[parent[1]]), 1e-15);
-    split_toy_want(toy, edge, true);
+    toy_want(toy, edge, true);
     toy_scene_step(&scene);
     expect_sum(&scene, load.force);
-    assert_true(toy->load[split_toy_node_of(toy, edge)].z > 0.0);
+    assert_true(toy->load[toy_midpoint(toy, edge)].z > 0.0);
     toy_scene_destroy(&scene);
 }
 
@@ -172,12 +177,12 @@ static void weight_of_the_last_nodes_passes_through_parents_that_go_too(void **s
     (void)state;
     ToyScene scene;
     create(&scene, 1);
-    SplitToy *toy = scene.toy[0];
-    split_toy_want_all(toy, true);
+    Toy *toy = scene.toy[0];
+    toy_want_all(toy, true);
     toy_scene_step(&scene);
     LoadOptions load = load_within(0.3 * CELL);
-    const int top = split_toy_node_of(toy, 40), below = split_toy_node_of(toy, 7);
-    load.center = toy->rest[below];
+    const int top = toy_midpoint(toy, 40), below = toy_midpoint(toy, 7);
+    load.center = toy->splits->rest[below];
     start(&scene, load);
     const int gone[2] = {below, top};
     const int parent[2][2] = {{top, 3}, {5, 6}};
@@ -200,9 +205,9 @@ static void several_loads_on_two_bodies_follow_each_change(void **state)
     uint64_t random = 33;
     Vec3 force = {0.0, 0.0, 0.0};
     for (int k = 0; k < 40; k++) {
-        split_toy_want_some(scene.toy[k % 2], 5, &random);
+        toy_want_some(scene.toy[k % 2], 5, &random);
         if (k % 3 == 1)
-            split_toy_want_some(scene.toy[0], 5, &random);
+            toy_want_some(scene.toy[0], 5, &random);
         toy_scene_step(&scene);
         if (k % 8 == 0) { // two of five end before the test does
             LoadOptions load = load_within(0.005 + 0.004 * k / 8);
@@ -239,7 +244,7 @@ static void load_of_one_body_stays_on_it(void **state)
     start(&scene, load);
     uint64_t random = 3;
     for (int k = 0; k < 20; k++) {
-        split_toy_want_some(scene.toy[k % 2], 4, &random);
+        toy_want_some(scene.toy[k % 2], 4, &random);
         toy_scene_step(&scene);
         for (int i = 0; i < scene.body[0]->surface.node_count; i++)
             expect_near(vec3_length(scene.toy[0]->load[i]), 0.0, 0.0);
@@ -260,11 +265,11 @@ static void full_pool_loses_no_force(void **state)
     const int loads = set->pool_capacity / scene.toy[0]->base_nodes;
     for (int k = 0; k < loads; k++)
         start(&scene, load);
-    split_toy_want_all(scene.toy[0], true);
+    toy_want_all(scene.toy[0], true);
     toy_scene_step(&scene);
     assert_int_equal(*set->used, set->pool_capacity);
     expect_sum(&scene, vec3_scale(loads, load.force));
-    split_toy_want_all(scene.toy[0], false);
+    toy_want_all(scene.toy[0], false);
     toy_scene_step(&scene);
     assert_int_equal(*set->used, loads * scene.toy[0]->base_nodes);
     expect_sum(&scene, vec3_scale(loads, load.force));
@@ -281,14 +286,14 @@ static void eight_wide_loads_keep_their_patches(void **state)
     create(&scene, 1);
     for (int k = 0; k < LOADS; k++)
         start(&scene, load_within(0.03 + 0.005 * k));
-    split_toy_want_all(scene.toy[0], true);
+    toy_want_all(scene.toy[0], true);
     toy_scene_step(&scene);
     const BodySurface *surface = &scene.body[0]->surface;
     for (int k = 0; k < LOADS; k++) {
         LoadOptions load = load_within(0.03 + 0.005 * k);
         double area = 0.0;
         for (int i = 0; i < surface->node_count; i++)
-            if (vec3_length(vec3_sub(scene.toy[0]->rest[i], load.center)) <= load.radius)
+            if (vec3_length(vec3_sub(scene.toy[0]->splits->rest[i], load.center)) <= load.radius)
                 area += surface->node_area[i];
         // rounding of 300 terms
         expect_near(scene.sim->loads.load[k].area, area, 1e-13 * area);
@@ -304,13 +309,13 @@ static void reset_brings_back_loads_and_topology(void **state)
     uint64_t random = 8;
     LoadOptions load = load_within(0.02);
     start(&scene, load);
-    split_toy_want_some(scene.toy[0], 2, &random);
+    toy_want_some(scene.toy[0], 2, &random);
     toy_scene_step(&scene);
     void *before = malloc(state_bytes(&scene.state));
     state_copy_out(&scene.state, before);
     const uint64_t hash = state_hash(&scene.state);
     const double area = scene.body[0]->mass, h = scene.body[0]->h;
-    split_toy_want_some(scene.toy[0], 2, &random);
+    toy_want_some(scene.toy[0], 2, &random);
     toy_scene_step(&scene);
     assert_true(state_hash(&scene.state) != hash);
     state_copy_in(&scene.state, before);
@@ -318,17 +323,17 @@ static void reset_brings_back_loads_and_topology(void **state)
     expect_near(scene.body[0]->mass, area, 0.0);
     expect_near(scene.body[0]->h, h, 0.0);
     expect_sum(&scene, load.force);
-    split_toy_want_all(scene.toy[0], true); // goes on from there
+    toy_want_all(scene.toy[0], true); // goes on from there
     toy_scene_step(&scene);
     expect_sum(&scene, load.force);
     free(before);
 
     sim_reset(scene.sim);
     assert_int_equal(*scene.sim->loads.count, 0);
-    for (int e = 0; e < scene.toy[0]->edges; e++)
-        assert_false(scene.toy[0]->split[e]);
+    for (int e = 0; e < scene.toy[0]->splits->edges; e++)
+        assert_false(scene.toy[0]->splits->split[e]);
     expect_near(vec3_length(sum_of_loads(&scene)), 0.0, 0.0);
-    expect_near(scene.body[0]->lambda, SPLIT_TOY_LAMBDA, 0.0); // `restored` was called
+    expect_near(scene.body[0]->lambda, TOY_LAMBDA, 0.0); // `restored` was called
     toy_scene_destroy(&scene);
 }
 

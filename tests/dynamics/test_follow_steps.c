@@ -2,7 +2,7 @@
 #include "expect.h"
 #include "dynamics/sim_data.h"
 #include "dynamics/stability.h"
-#include "split_toy.h"
+#include "toy_body.h"
 
 #include <string.h>
 
@@ -16,7 +16,9 @@ static const ToolOptions ball = {.id = 1,
 
 static ToySceneOptions options_with(double time_step, bool unsafe)
 {
-    return (ToySceneOptions){.mesh = toy_sheet(4, 0.01),
+    return (ToySceneOptions){.cells = 4,
+                             .cell = 0.01,
+                             .lockstep = true,
                              .rate_hz = RATE,
                              .time_step = time_step,
                              .unsafe_time_step = unsafe,
@@ -29,9 +31,9 @@ static ToySceneOptions options_with(double time_step, bool unsafe)
 static double limit_of(bool split, bool touched, double stiffness_scale, double damping_scale)
 {
     double times = split ? 4.0 : 1.0;
-    double lambda = times * SPLIT_TOY_LAMBDA * fmax(1.0, stiffness_scale);
-    double c = times * SPLIT_TOY_DAMPING * fmax(1.0, stiffness_scale * damping_scale);
-    lambda += touched ? 1.65 * 0.5 * SPLIT_TOY_LAMBDA : 0.0;
+    double lambda = times * TOY_LAMBDA * fmax(1.0, stiffness_scale);
+    double c = times * TOY_DAMPING * fmax(1.0, stiffness_scale * damping_scale);
+    lambda += touched ? 1.65 * 0.5 * TOY_LAMBDA : 0.0;
     return 0.9 * (sqrt(c * c + 4.0 * lambda) - c) / lambda;
 }
 
@@ -45,7 +47,7 @@ static void expect_step(const ToyScene *scene, double step)
 
 static void split(ToyScene *scene, bool wanted)
 {
-    split_toy_want_all(scene->toy[0], wanted);
+    toy_want_all(scene->toy[0], wanted);
     toy_scene_step(scene);
 }
 
@@ -120,7 +122,7 @@ static void bound_wins_over_the_wanted_step(void **state)
     Body *body = scene.body[0];
     body->lambda = 1e9;
     time_step_follow(scene.sim, body);
-    double limit = stability_time_step(INTEGRATOR_SYMPLECTIC_EULER, 1e9, SPLIT_TOY_DAMPING);
+    double limit = stability_time_step(INTEGRATOR_SYMPLECTIC_EULER, 1e9, TOY_DAMPING);
     expect_step(&scene, limit);
     expect_near(body->time_step_limit, limit, 0.0);
     body->lambda = 1e30;
