@@ -18,7 +18,7 @@
 static const double SIZE = 3.125e-3;
 enum { LEVELS = 2 };
 
-typedef struct Body {
+typedef struct BatchBody {
     Arena arena;
     StateList state;
     Layout layout;
@@ -30,9 +30,9 @@ typedef struct Body {
     CutWindows windows;
     const VoxelKernels *kernels;
     VoxelPass pass;
-} Body;
+} BatchBody;
 
-static bool create_elements(Body *body, int cells, int levels, int budget, Status *status)
+static bool create_elements(BatchBody *body, int cells, int levels, int budget, Status *status)
 {
     Lattice lattice = {0};
     if (!lattice_box(&lattice, (int[3]){cells, cells, cells}, SIZE, status))
@@ -43,13 +43,17 @@ static bool create_elements(Body *body, int cells, int levels, int budget, Statu
         const double size = SIZE * (1 << level), mu = 5e3;
         body->classes[level] = (ElementClass){size, mu, 0.0, mu * size / 3.0, 3e-4 * mu * size};
     }
-    const int capacity = 4 * (cells + 1) * (cells + 1) * (cells + 1);
-    return lattice_mesh_create(&body->mesh, &body->layout, status) &&
-           cut_lattice_create(&body->lattice, "bench", &body->layout, capacity, budget,
-                              &body->arena, &body->state, status);
+    if (!lattice_mesh_create(&body->mesh, &body->layout, status))
+        return false;
+    const VoxelOptions options = {.body = {.name = "bench"}, .split_budget = budget};
+    const VoxelMaking making = {.options = &options,
+                                .layout = body->layout,
+                                .mesh = body->mesh,
+                                .capacity = 4 * (cells + 1) * (cells + 1) * (cells + 1)};
+    return cut_lattice_create(&body->lattice, &making, &body->arena, &body->state, status);
 }
 
-static void create_batches(Body *body)
+static void create_batches(BatchBody *body)
 {
     const int count = body->layout.leaf_count;
     int *level = calloc((size_t)count, sizeof *level);
@@ -63,7 +67,7 @@ static void create_batches(Body *body)
     free(level);
 }
 
-static void create_pass(Body *body, Precision precision)
+static void create_pass(BatchBody *body, Precision precision)
 {
     const size_t rows = (size_t)body->lattice.vertex_capacity + 1,
                  real = precision == PRECISION_SINGLE ? sizeof(float) : sizeof(double);
@@ -95,10 +99,10 @@ static void create_pass(Body *body, Precision precision)
     };
 }
 
-static bool body_create(Body *body, int cells, int levels, int budget, Precision precision,
+static bool body_create(BatchBody *body, int cells, int levels, int budget, Precision precision,
                         const char *isa, Status *status)
 {
-    *body = (Body){.kernels = voxel_kernels_find(precision, isa)};
+    *body = (BatchBody){.kernels = voxel_kernels_find(precision, isa)};
     if (!create_elements(body, cells, levels, budget, status))
         return false;
     create_batches(body);
@@ -110,7 +114,7 @@ static bool body_create(Body *body, int cells, int levels, int budget, Precision
     return true;
 }
 
-static void body_destroy(Body *body)
+static void body_destroy(BatchBody *body)
 {
     arena_destroy(&body->arena);
     state_destroy(&body->state);
@@ -120,7 +124,7 @@ static void body_destroy(Body *body)
 
 static void run_forces(Bench *bench, const char *name, int cells, int levels, Precision precision)
 {
-    Body body;
+    BatchBody body;
     Status status = {0};
     if (!body_create(&body, cells, levels, 16, precision, bench->isa, &status)) {
         bench_fail(bench, name, status.text);
@@ -153,7 +157,7 @@ static void run_tearing(Bench *bench, int cells, Precision precision)
 {
     static const char *const name[2] = {
         [PRECISION_DOUBLE] = "voxel.tear.double", [PRECISION_SINGLE] = "voxel.tear.single"};
-    Body body;
+    BatchBody body;
     Status status = {0};
     if (!bench_wants(bench, name[precision]))
         return;
@@ -187,7 +191,7 @@ static void run_tearing(Bench *bench, int cells, Precision precision)
 }
 
 // All faces of the plane x = cells / 2 with y below `row`, of a half of the cube's height.
-static void break_row(Body *body, int cells, int row)
+static void break_row(BatchBody *body, int cells, int row)
 {
     int face[64][2], count = 0;
     for (int z = 0; z < cells; z++) {
@@ -204,7 +208,7 @@ static void run_divisions(Bench *bench, int cells, int budget)
     Samples mean = {0}, packing = {0}, worst = {0};
     int vertices = 0;
     for (int r = bench->quick ? -1 : -2; r < (bench->quick ? 1 : 10); r++) {
-        Body body;
+        BatchBody body;
         Status status = {0};
         if (!body_create(&body, cells, LEVELS, budget, PRECISION_SINGLE, bench->isa, &status)) {
             bench_fail(bench, name, status.text);

@@ -151,8 +151,7 @@ bool cut_body_create_elements(VoxelModel *model, const VoxelMaking *making, Aren
     cuts->mass = ALLOCATE(ARENA_TOPOLOGY, classes, double, "element masses");
     set_classes(making, cuts->classes, cuts->mass);
     template_cache_create(&cuts->templates, name, options->law, options->body.precision, arena);
-    return cut_lattice_create(&cuts->lattice, name, &making->layout, making->capacity,
-                              options->split_budget, arena, state, status);
+    return cut_lattice_create(&cuts->lattice, making, arena, state, status);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -194,17 +193,12 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
                              StateList *state, Status *status)
 {
     const VoxelOptions *options = making->options;
-    const double size = options->lattice->size;
     VoxelCuts *cuts = model->cuts;
-    const char *name = cuts->name;
     if (options->tear_stress > 0.0 || options->tear_force > 0.0)
-        cut_tear_create(&cuts->tear, name, options->tear_stress, options->tear_force,
-                        &cuts->windows, &model->vertices, model->law, arena, state);
-    cut_pieces_create(&cuts->pieces, name, &cuts->lattice, &making->mesh, &making->layout, arena,
-                      state);
-    cut_blades_create(&cuts->blades, name, &cuts->lattice, &model->vertices.rows, size, arena);
-    return cut_faces_create(&cuts->faces, name, &cuts->lattice, &cuts->pieces, &model->vertices,
-                            &making->mesh, &making->layout, size, options->body.face_capacity,
-                            options->publish_all, options->body.without_contacts, body, arena,
+        cut_tear_create(&cuts->tear, options, &cuts->windows, &model->vertices, arena, state);
+    cut_pieces_create(&cuts->pieces, &cuts->lattice, making, arena, state);
+    cut_blades_create(&cuts->blades, cuts->name, &cuts->lattice, &model->vertices.rows,
+                      options->lattice->size, arena);
+    return cut_faces_create(&cuts->faces, &cuts->pieces, &model->vertices, making, body, arena,
                             state, status);
 }

@@ -64,13 +64,11 @@ typedef struct CutFaces {
 } CutFaces;
 
 // Load time. Fills body->surface and body->mesh; an uncut body has the faces of
-// voxel_create_surface and voxel_create_mesh for `mesh`, in their order. `vertices` must have its
-// masses and fixed vertices; `face_capacity`: most triangles, 0: ten times the outer ones, or all
+// voxel_create_surface and voxel_create_mesh, in their order. `vertices` must have its masses and
+// fixed vertices; face_capacity of the options: most triangles, 0: ten times the outer ones, or all
 // that can exist. False with a status: the outer faces exceed the capacity.
-bool cut_faces_create(CutFaces *faces, const char *name, const CutLattice *lattice,
-                      const CutPieces *pieces, const Vertices *vertices, const LatticeMesh *mesh,
-                      const Layout *layout, double size, int face_capacity, bool publish_all,
-                      bool without_contacts, Body *body, Arena *arena, StateList *state,
+bool cut_faces_create(CutFaces *faces, const CutPieces *pieces, const Vertices *vertices,
+                      const VoxelMaking *making, Body *body, Arena *arena, StateList *state,
                       Status *status);
 // True if two squares for each of this many new broken faces are certain to fit; otherwise reports
 // how many squares' triangles are needed and available.

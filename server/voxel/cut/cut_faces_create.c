@@ -294,31 +294,34 @@ static int choose_capacity(const CutFaces *faces, int face_capacity)
     return (int)(wanted < most ? wanted : most);
 }
 
-bool cut_faces_create(CutFaces *faces, const char *name, const CutLattice *lattice,
-                      const CutPieces *pieces, const Vertices *vertices, const LatticeMesh *mesh,
-                      const Layout *layout, double size, int face_capacity, bool publish_all,
-                      bool without_contacts, Body *body, Arena *arena, StateList *state,
+bool cut_faces_create(CutFaces *faces, const CutPieces *pieces, const Vertices *vertices,
+                      const VoxelMaking *making, Body *body, Arena *arena, StateList *state,
                       Status *status)
 {
+    const VoxelOptions *options = making->options;
+    const LatticeMesh *mesh = &making->mesh;
+    const double size = options->lattice->size;
+    const char *name = options->body.name;
+    const bool without_contacts = options->body.without_contacts;
     *faces = (CutFaces){
-        .lattice = lattice,
+        .lattice = pieces->lattice,
         .pieces = pieces,
         .vertices = vertices,
         .half = 0.5 * size * size,
-        .cell_count = lattice->level_first[1],
+        .cell_count = pieces->lattice->level_first[1],
         .outer_squares = mesh->face_count / 2,
-        .all = publish_all,
+        .all = options->publish_all,
     };
-    faces->square_capacity = choose_capacity(faces, face_capacity);
+    faces->square_capacity = choose_capacity(faces, options->body.face_capacity);
     if (faces->square_capacity < faces->outer_squares)
         return status_fail(status, STATUS_INVALID,
                            "body %s has %d faces to start with, capacity.faces is %d", name,
-                           mesh->face_count, face_capacity);
+                           mesh->face_count, options->body.face_capacity);
     create_state(faces, name, arena, state);
     create_surface(faces, name, without_contacts, arena);
     create_mesh(faces, name, arena);
     describe(faces, size, body);
-    list_outer(faces, layout, mesh->surface_count);
+    list_outer(faces, &making->layout, mesh->surface_count);
     bool sound = cut_faces_derive(faces, body);
     ASSERT(sound);
     if (!without_contacts) { // areas are known now

@@ -2,7 +2,6 @@
 #include "voxel/cut/cut_parts.h"
 
 #include "base/check.h"
-#include "voxel/lattice_mesh.h"
 
 #include <limits.h>
 #include <string.h>
@@ -183,27 +182,26 @@ static void create_state(CutLattice *lattice, const char *name, Arena *arena, St
     lattice->wanted = ALLOCATE(elements - cells, int, "wanted divisions");
 }
 
-bool cut_lattice_create(CutLattice *lattice, const char *name, const Layout *layout, int capacity,
-                        int split_budget, Arena *arena, StateList *state, Status *status)
+bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *arena,
+                        StateList *state, Status *status)
 {
-    *lattice = (CutLattice){.vertex_capacity = capacity, .split_budget = split_budget};
-    LatticeMesh mesh;
-    bool ok = lattice_mesh_create(&mesh, layout, status);
-    if (ok && mesh.vertex_count > capacity)
-        ok = status_fail(status, STATUS_INVALID, "%s: %d vertices do not fit vertex_capacity %d",
-                         name, mesh.vertex_count, capacity);
-    if (ok) {
-        create_elements(lattice, name, layout, arena);
-        create_scratch(lattice, name, arena);
-        create_state(lattice, name, arena, state);
-        memset(lattice->vertex_id, -1, (size_t)capacity * sizeof *lattice->vertex_id);
-        memcpy(lattice->vertex_id, mesh.id, (size_t)mesh.vertex_count * sizeof *mesh.id);
-        *lattice->vertex_count = mesh.vertex_count;
-        ok = cut_lattice_derive(lattice);
-        ASSERT(ok);
-    }
-    lattice_mesh_destroy(&mesh);
-    return ok;
+    const char *name = making->options->body.name;
+    const LatticeMesh *mesh = &making->mesh;
+    const int capacity = making->capacity;
+    *lattice =
+        (CutLattice){.vertex_capacity = capacity, .split_budget = making->options->split_budget};
+    if (mesh->vertex_count > capacity)
+        return status_fail(status, STATUS_INVALID, "%s: %d vertices do not fit vertex_capacity %d",
+                           name, mesh->vertex_count, capacity);
+    create_elements(lattice, name, &making->layout, arena);
+    create_scratch(lattice, name, arena);
+    create_state(lattice, name, arena, state);
+    memset(lattice->vertex_id, -1, (size_t)capacity * sizeof *lattice->vertex_id);
+    memcpy(lattice->vertex_id, mesh->id, (size_t)mesh->vertex_count * sizeof *mesh->id);
+    *lattice->vertex_count = mesh->vertex_count;
+    const bool sound = cut_lattice_derive(lattice);
+    ASSERT(sound);
+    return true;
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -24,7 +24,7 @@
 
 #include "base/arena.h"
 #include "base/state.h"
-#include "voxel/layout.h"
+#include "voxel/making.h"
 #include "voxel/template.h"
 
 enum { WINDOW_EDGE = 4, WINDOW_ELEMENTS = 64 };
@@ -95,11 +95,11 @@ typedef struct CutLattice {
     struct CutScratch *scratch;
 } CutLattice;
 
-// Load time. Elements and vertices as in lattice_mesh_create for the layout: the first
-// `surface_count` vertices are those of the outer faces, in its order. `capacity`: most vertices.
-// The arena owns the arrays. False with a status: the capacity is too small.
-bool cut_lattice_create(CutLattice *lattice, const char *name, const Layout *layout, int capacity,
-                        int split_budget, Arena *arena, StateList *state, Status *status);
+// Load time. Elements and vertices as in the layout and the mesh of `making`, in their order; also
+// needs its capacity, and the options' name and split_budget. The arena owns the arrays. False with
+// a status: the capacity is too small.
+bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *arena,
+                        StateList *state, Status *status);
 
 static inline bool cut_lattice_is_leaf(const CutLattice *lattice, int element)
 {

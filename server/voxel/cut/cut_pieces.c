@@ -275,10 +275,10 @@ static void number_as_mesh(CutPieces *pieces, const LatticeMesh *mesh, const Lay
     }
 }
 
-void cut_pieces_create(CutPieces *pieces, const char *name, const CutLattice *lattice,
-                       const LatticeMesh *mesh, const Layout *layout, Arena *arena,
-                       StateList *state)
+void cut_pieces_create(CutPieces *pieces, const CutLattice *lattice, const VoxelMaking *making,
+                       Arena *arena, StateList *state)
 {
+    const char *name = making->options->body.name;
     const int cells = lattice->level_first[1];
     *pieces = (CutPieces){.lattice = lattice, .cell_count = cells};
     pieces->first = ALLOCATE(cells, int, "first cells of pieces");
@@ -297,7 +297,7 @@ void cut_pieces_create(CutPieces *pieces, const char *name, const CutLattice *la
     for (int side = 0; side < 2; side++)
         pieces->queue[side] = ALLOCATE(cells, int, "search queue");
     find_pieces(pieces);
-    number_as_mesh(pieces, mesh, layout);
+    number_as_mesh(pieces, &making->mesh, &making->layout);
     bool good = cut_pieces_derive(pieces);
     ASSERT(good);
 }

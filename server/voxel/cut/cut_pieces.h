@@ -35,10 +35,9 @@ typedef struct CutPieces {
     int64_t visited;         // number of cells visited by all searches
 } CutPieces;
 
-// Load time. Numbers the pieces of an uncut lattice as `mesh` does.
-void cut_pieces_create(CutPieces *pieces, const char *name, const CutLattice *lattice,
-                       const LatticeMesh *mesh, const Layout *layout, Arena *arena,
-                       StateList *state);
+// Load time. Numbers the pieces of an uncut lattice as the mesh of `making` does.
+void cut_pieces_create(CutPieces *pieces, const CutLattice *lattice, const VoxelMaking *making,
+                       Arena *arena, StateList *state);
 // Updates the pieces after cut_lattice_break with the newly broken faces {cell, axis}. True if a
 // new piece appeared.
 bool cut_pieces_follow(CutPieces *pieces, const int (*face)[2], int count);

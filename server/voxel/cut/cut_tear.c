@@ -21,17 +21,17 @@ typedef struct TearStress {
 
 enum { NEAR = 1024 }; // a power of two
 
-void cut_tear_create(CutTear *tear, const char *name, double stress, double force,
-                     const CutWindows *windows, const Vertices *vertices, VoxelLaw law,
-                     Arena *arena, StateList *state)
+void cut_tear_create(CutTear *tear, const VoxelOptions *options, const CutWindows *windows,
+                     const Vertices *vertices, Arena *arena, StateList *state)
 {
+    const char *name = options->body.name;
     const CutLattice *lattice = windows->lattice;
     *tear = (CutTear){.lattice = lattice,
                       .windows = windows,
                       .vertices = vertices,
-                      .law = law,
-                      .stress = stress,
-                      .force = force};
+                      .law = options->law,
+                      .stress = options->tear_stress,
+                      .force = options->tear_force};
     const int cells = lattice->level_first[1];
     // The face of a coarsest element consists of this many; all faces are more than any tick can
     // tear.
@@ -39,7 +39,7 @@ void cut_tear_create(CutTear *tear, const char *name, double stress, double forc
     tear->hit = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)tear->hit_capacity, sizeof *tear->hit,
                                "%s/torn faces", name);
     tear->hit_bits = ALLOCATE(ARENA_TOPOLOGY, cells, unsigned char, "torn bits");
-    if (stress > 0.0) {
+    if (tear->stress > 0.0) {
         const int batches = batch_runs_capacity(&windows->runs);
         tear->high = ALLOCATE(ARENA_TOPOLOGY, batches, uint16_t, "stressed lanes");
         tear->stressed = ALLOCATE(ARENA_TOPOLOGY, cells, int, "stressed elements");
@@ -49,7 +49,7 @@ void cut_tear_create(CutTear *tear, const char *name, double stress, double forc
         state_add(state, tear->next, sizeof *tear->next, "%s/tear_next", name);
         tear->near = ALLOCATE(ARENA_TOPOLOGY, NEAR, TearStress, "stresses");
     }
-    if (force > 0.0) {
+    if (tear->force > 0.0) {
         const int vertices_most = lattice->vertex_capacity;
         tear->felt = ALLOCATE(ARENA_STEP, vertices_most, double, "felt forces");
         state_add(state, tear->felt, (size_t)vertices_most * sizeof *tear->felt, "%s/felt_forces",

@@ -54,10 +54,9 @@ typedef struct CutTear {
     int64_t look;            // number of searches
 } CutTear;
 
-// Load time. At least one of stress [Pa] and force [N] is positive.
-void cut_tear_create(CutTear *tear, const char *name, double stress, double force,
-                     const CutWindows *windows, const Vertices *vertices, VoxelLaw law,
-                     Arena *arena, StateList *state);
+// Load time. At least one of tear_stress and tear_force of the options is positive.
+void cut_tear_create(CutTear *tear, const VoxelOptions *options, const CutWindows *windows,
+                     const Vertices *vertices, Arena *arena, StateList *state);
 // Finds the unbroken faces that tear at the current rows and by the forces recorded since the last
 // call. False: none. `pass` as for cut_windows_stressed.
 bool cut_tear_find(CutTear *tear, const VoxelPass *pass);

@@ -42,22 +42,26 @@ void cut_bench_create(CutBench *bench, Lattice lattice, CutBenchOptions options)
 {
     Status status = {0};
     *bench = (CutBench){.lattice = lattice};
-    const double size = lattice.size;
     layout_create(&bench->layout, &bench->lattice, options.levels);
     assert_true(lattice_mesh_create(&bench->mesh, &bench->layout, &status));
-    const int capacity = 8 * (int)lattice_solid(&bench->lattice);
-    assert_true(cut_lattice_create(&bench->cut, "body", &bench->layout, capacity,
-                                   options.split_budget, &bench->arena, &bench->state, &status));
+    const VoxelOptions body = {
+        .body = {.name = "body", .face_capacity = options.face_capacity},
+        .lattice = &bench->lattice,
+        .split_budget = options.split_budget,
+        .publish_all = options.publish_all,
+    };
+    const VoxelMaking making = {.options = &body,
+                                .layout = bench->layout,
+                                .mesh = bench->mesh,
+                                .capacity = 8 * (int)lattice_solid(&bench->lattice)};
+    assert_true(cut_lattice_create(&bench->cut, &making, &bench->arena, &bench->state, &status));
     create_vertices(bench);
     place_vertices(bench, 0);
-    cut_pieces_create(&bench->pieces, "body", &bench->cut, &bench->mesh, &bench->layout,
-                      &bench->arena, &bench->state);
-    assert_true(cut_faces_create(&bench->faces, "body", &bench->cut, &bench->pieces,
-                                 &bench->vertices, &bench->mesh, &bench->layout, size,
-                                 options.face_capacity, options.publish_all, false, &bench->body,
-                                 &bench->arena, &bench->state, &status));
-    cut_blades_create(&bench->blades, "body", &bench->cut, &bench->vertices.rows, size,
-                      &bench->arena);
+    cut_pieces_create(&bench->pieces, &bench->cut, &making, &bench->arena, &bench->state);
+    assert_true(cut_faces_create(&bench->faces, &bench->pieces, &bench->vertices, &making,
+                                 &bench->body, &bench->arena, &bench->state, &status));
+    cut_blades_create(&bench->blades, "body", &bench->cut, &bench->vertices.rows,
+                      bench->lattice.size, &bench->arena);
     cut_blades_reserve(&bench->blades, "body", 1, &bench->arena, &bench->state);
     bench->start = malloc(state_bytes(&bench->state));
     state_copy_out(&bench->state, bench->start);

@@ -22,6 +22,18 @@ static inline long cut_sample_cells(const CutSample *sample)
     return (long)sample->lattice.count[0] * sample->lattice.count[1] * sample->lattice.count[2];
 }
 
+// True if the lattice could be created for the layout.
+static inline bool cut_sample_try(CutSample *sample, int capacity, int budget, Status *status)
+{
+    const VoxelOptions options = {.body = {.name = "body"}, .split_budget = budget};
+    VoxelMaking making = {.options = &options, .layout = sample->layout, .capacity = capacity};
+    const bool good =
+        lattice_mesh_create(&making.mesh, &making.layout, status) &&
+        cut_lattice_create(&sample->cut, &making, &sample->arena, &sample->state, status);
+    lattice_mesh_destroy(&making.mesh);
+    return good;
+}
+
 static inline void cut_sample_create(CutSample *sample, Lattice lattice, int levels, int capacity,
                                      int budget)
 {
@@ -31,8 +43,7 @@ static inline void cut_sample_create(CutSample *sample, Lattice lattice, int lev
     // Every cell a vertex of its own at each corner: more cannot be.
     if (capacity == 0)
         capacity = 8 * (int)lattice_solid(&sample->lattice);
-    assert_true(cut_lattice_create(&sample->cut, "body", &sample->layout, capacity, budget,
-                                   &sample->arena, &sample->state, &status));
+    assert_true(cut_sample_try(sample, capacity, budget, &status));
 }
 
 static inline void cut_sample_drop(CutSample *sample)

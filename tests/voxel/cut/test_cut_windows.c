@@ -81,13 +81,16 @@ static void world_create(World *world, int cells, bool box, VoxelLaw law, Precis
     *world = (World){.law = law};
     Status status = {0};
     Lattice lattice = {0};
-    Layout layout;
+    const VoxelOptions options = {.body = {.name = "test"}, .split_budget = 8};
+    VoxelMaking making = {.options = &options,
+                          .capacity = 3 * (cells + 1) * (cells + 1) * (cells + 1)};
     shape(&lattice, cells, box);
-    layout_create(&layout, &lattice, LEVELS);
-    const int points = 3 * (cells + 1) * (cells + 1) * (cells + 1);
-    assert_true(cut_lattice_create(&world->lattice, "test", &layout, points, 8, &world->arena,
-                                   &world->state, &status));
-    layout_destroy(&layout);
+    layout_create(&making.layout, &lattice, LEVELS);
+    assert_true(lattice_mesh_create(&making.mesh, &making.layout, &status));
+    assert_true(
+        cut_lattice_create(&world->lattice, &making, &world->arena, &world->state, &status));
+    lattice_mesh_destroy(&making.mesh);
+    layout_destroy(&making.layout);
     lattice_destroy(&lattice);
     for (int level = 0; level <= LEVELS; level++)
         for (int m = 0; m < MATERIALS; m++)

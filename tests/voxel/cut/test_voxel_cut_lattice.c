@@ -435,8 +435,7 @@ static void too_few_vertices_are_refused_at_load(void **unused)
     CutSample sample = {.lattice = sample_box(8, 8, 8)};
     Status status = {0};
     layout_create(&sample.layout, &sample.lattice, 1);
-    assert_false(cut_lattice_create(&sample.cut, "body", &sample.layout, 100, 1, &sample.arena,
-                                    &sample.state, &status));
+    assert_false(cut_sample_try(&sample, 100, 1, &status));
     assert_non_null(strstr(status.text, "vertex_capacity 100"));
     cut_sample_drop(&sample);
 }
