@@ -1,4 +1,4 @@
-#include "dynamics/estimate.h"
+#include "dynamics/sim_data.h"
 
 #include <math.h>
 #include <string.h>
@@ -86,17 +86,10 @@ static int sample(const BodySurface *surface, int *node)
 }
 
 // Advances from the current state, whose rows are unchanged, and returns the sample's positions.
-static void advance(Body *body, int steps, const int *node, int count, Vec3 *position)
+static void advance(Sim *sim, int index, int steps, const int *node, int count, Vec3 *position)
 {
-    const Integrator *integrator = integrator_get(body->integrator);
-    const double h = body->h / steps;
-    if (integrator->kicks)
-        body->ops->drift(body->model, integrator->first_drift * h);
-    for (int k = 0; k < steps; k++)
-        for (int s = 0; s < integrator->stage_count; s++) {
-            const Stage stage = integrator_stage(integrator, s, k == steps - 1);
-            body->ops->evaluate(body->model, &stage, h);
-        }
+    const Body *body = &sim->body[index];
+    advance_alone(sim, index, steps);
     body->ops->read_nodes(body->model, node, count, position, NULL);
     body->ops->abandon(body->model);
 }
@@ -111,16 +104,18 @@ static double farthest(const Vec3 *a, const Vec3 *b, int count)
     return sqrt(most);
 }
 
-void estimate_try(Estimator *estimator, Body *body, int index)
+void estimate_try(Sim *sim, int index)
 {
+    Estimator *estimator = sim->estimator;
+    const Body *body = &sim->body[index];
     Kept *kept = &estimator->kept[index];
     const int count = sample(&body->surface, estimator->node);
     if (body->ops->abandon == NULL || count == 0)
         return;
     keep(kept);
-    advance(body, 1, estimator->node, count, estimator->whole);
+    advance(sim, index, 1, estimator->node, count, estimator->whole);
     put_back(kept);
-    advance(body, 2, estimator->node, count, estimator->halves);
+    advance(sim, index, 2, estimator->node, count, estimator->halves);
     put_back(kept);
 
     const double twice = pow(2.0, integrator_get(body->integrator)->order);

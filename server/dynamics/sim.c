@@ -486,7 +486,7 @@ bool sim_next_grasp(Sim *sim, GraspEvent *event)
 
 void sim_try_step(Sim *sim, int body)
 {
-    estimate_try(sim->estimator, &sim->body[body], body);
+    estimate_try(sim, body);
 }
 
 double sim_take_error(Sim *sim, int body)

@@ -120,6 +120,9 @@ static inline double sim_pose_age(const Sim *sim, const ToolMotion *motion)
 }
 
 // step.c
+// Advances a body by the time of one substep in `substeps` steps, without external forces and
+// without the bodies that joints connect it to; for the error estimate, which takes it back.
+void advance_alone(Sim *sim, int body, int substeps);
 // Lists the stages that the scene needs. Load time, when all else is complete.
 void pipeline_create(Sim *sim);
 

@@ -193,37 +193,50 @@ static void end_substep(Sim *sim, int b)
         contact_end_substep(sim->contact[k]);
 }
 
+// Returns the body that is advanced beside this one; -1: none.
+static int next_body(const Sim *sim, int b, bool alone)
+{
+    return alone ? -1 : sim->group[b].next;
+}
+
 // Advances all bodies of a group: the forces of a stage are complete before any of them moves.
-static void advance_group(Sim *sim, int first)
+// `alone`: one body without external forces, by a single substep's time.
+static void advance_group(Sim *sim, int first, int substeps, bool alone)
 {
     const Integrator *integrator = integrator_get(sim->body[first].integrator);
-    const int substeps = sim->body[first].substeps;
-    const int ties = sim->joint_count > 0 ? sim->scene_attachment_count : 0;
-    for (int b = first; b >= 0 && integrator->kicks; b = sim->group[b].next)
-        sim->body[b].ops->drift(sim->body[b].model, integrator->first_drift * sim->body[b].h);
+    const int ties = sim->joint_count > 0 && !alone ? sim->scene_attachment_count : 0;
+    const double part = alone ? 1.0 / substeps : 1.0; // of a substep
+    for (int b = first; b >= 0 && integrator->kicks; b = next_body(sim, b, alone))
+        sim->body[b].ops->drift(sim->body[b].model,
+                                integrator->first_drift * (part * sim->body[b].h));
     for (int substep = 0; substep < substeps; substep++) {
         for (int s = 0; s < integrator->stage_count; s++) {
             Stage stage = integrator_stage(integrator, s, substep == substeps - 1);
-            for (int b = first; b >= 0; b = sim->group[b].next)
+            for (int b = first; b >= 0 && !alone; b = sim->group[b].next)
                 add_outer_forces(sim, b, &stage, substep, s == 0);
             for (int k = 0; k < ties; k++) {
                 Joint *joint = sim->scene_attachment[k].joint;
                 if (joint != NULL && sim->group[joint_options(joint)->body].first == first)
                     joint_apply(joint);
             }
-            for (int b = first; b >= 0; b = sim->group[b].next)
-                sim->body[b].ops->evaluate(sim->body[b].model, &stage, sim->body[b].h);
+            for (int b = first; b >= 0; b = next_body(sim, b, alone))
+                sim->body[b].ops->evaluate(sim->body[b].model, &stage, part * sim->body[b].h);
         }
-        for (int b = first; b >= 0; b = sim->group[b].next)
+        for (int b = first; b >= 0 && !alone; b = sim->group[b].next)
             end_substep(sim, b);
     }
+}
+
+void advance_alone(Sim *sim, int body, int substeps)
+{
+    advance_group(sim, body, substeps, true);
 }
 
 static void advance_bodies(Sim *sim)
 {
     for (int b = 0; b < sim->body_count; b++)
         if (sim->group[b].first == b)
-            advance_group(sim, b);
+            advance_group(sim, b, sim->body[b].substeps, false);
 }
 
 static void add_sums(ContactSums *sum, const ContactSums *part, Vec3 about)
