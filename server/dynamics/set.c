@@ -21,12 +21,32 @@ static double largest_scale(const Sim *sim, const Body *body, double *scale, dou
     return low * (1.0 - 1e-4); // rounded for four digits
 }
 
+// A parameter that SET knows.
+typedef enum SetReach {
+    OF_SCENE,  // the same for all bodies: no body can be named
+    OF_BODIES, // of one body, or of all: of none if one refuses
+    OF_LEVELS, // of one body, or of all that refine and coarsen
+} SetReach;
+
+typedef struct SetKey SetKey;
+struct SetKey {
+    const char *key;
+    BodyParameter parameter;
+    SetReach reach;
+    double low, high;
+    const char *range; // both as text
+    bool whole;        // an integer
+    // `body`: NULL for all, where the reach is not OF_BODIES.
+    bool (*apply)(Sim *sim, Body *body, const SetKey *key, double value, char *why,
+                  size_t why_size);
+};
+
 // Sets stiffness_scale or damping_scale of one body, within the stability bound of its step.
-static bool set_scale(Sim *sim, Body *body, BodyParameter parameter, double value, char *why,
+static bool set_scale(Sim *sim, Body *body, const SetKey *key, double value, char *why,
                       size_t why_size)
 {
-    double *scale = parameter == BODY_STIFFNESS_SCALE ? &body->tuning.stiffness_scale
-                                                      : &body->tuning.damping_scale;
+    double *scale = key->parameter == BODY_STIFFNESS_SCALE ? &body->tuning.stiffness_scale
+                                                           : &body->tuning.damping_scale;
     double before = *scale, limit, step;
     *scale = value;
     if (!time_step_allows(sim, body, body->tuning.stiffness_scale, body->tuning.damping_scale,
@@ -39,7 +59,7 @@ static bool set_scale(Sim *sim, Body *body, BodyParameter parameter, double valu
                  value, limit, body->name, step, most);
         return false;
     }
-    if (!body->ops->set(body->model, parameter, value)) {
+    if (!body->ops->set(body->model, key->parameter, value)) {
         *scale = before;
         snprintf(why, why_size, "body %s has no such parameter", body->name);
         return false;
@@ -49,38 +69,27 @@ static bool set_scale(Sim *sim, Body *body, BodyParameter parameter, double valu
     return true;
 }
 
-// Parameters of bodies with levels of detail.
-typedef struct AdaptKey {
-    const char *key;
-    BodyParameter parameter;
-    double most; // from 0
-    bool whole;  // an integer
-} AdaptKey;
-
-static const AdaptKey *find_adapt_key(const char *key)
+static bool set_friction(Sim *sim, Body *body, const SetKey *key, double value, char *why,
+                         size_t why_size)
 {
-    static const AdaptKey keys[] = {
-        {"adapt_force", BODY_ADAPT_FORCE, 1e6, false},
-        {"adapt_speed", BODY_ADAPT_SPEED, 1e6, false},
-        {"adapt_curvature", BODY_ADAPT_CURVATURE, 1e6, false},
-        {"adapt_scale", BODY_ADAPT_SCALE, 1e6, false},
-        {"adapt_level", BODY_ADAPT_LEVEL, LEVELS_MAX, true},
-    };
-    for (size_t k = 0; k < sizeof keys / sizeof *keys; k++)
-        if (strcmp(key, keys[k].key) == 0)
-            return &keys[k];
-    return NULL;
+    (void)sim, (void)key, (void)why, (void)why_size;
+    body->tuning.friction = value;
+    return true;
+}
+
+static bool set_gravity(Sim *sim, Body *body, const SetKey *key, double value, char *why,
+                        size_t why_size)
+{
+    (void)body, (void)why, (void)why_size;
+    for (int b = 0; b < sim->body_count; b++)
+        sim->body[b].ops->set(sim->body[b].model, key->parameter, value);
+    return true;
 }
 
 // Sets it for one body, or (NULL) for all with levels.
-static bool set_adapt(Sim *sim, Body *body, const AdaptKey *key, double value, char *why,
+static bool set_adapt(Sim *sim, Body *body, const SetKey *key, double value, char *why,
                       size_t why_size)
 {
-    if (!(value >= 0.0 && value <= key->most && (!key->whole || value == floor(value)))) {
-        snprintf(why, why_size, "%s %g %s [0, %g]", key->key, value,
-                 key->whole ? "is not a whole number in" : "outside", key->most);
-        return false;
-    }
     int count = 0;
     for (int b = 0; b < sim->body_count; b++) {
         Body *at = &sim->body[b];
@@ -93,43 +102,89 @@ static bool set_adapt(Sim *sim, Body *body, const AdaptKey *key, double value, c
     return count > 0;
 }
 
-static bool set_body(Sim *sim, Body *body, const char *key, double value, char *why,
-                     size_t why_size)
+_Static_assert(LEVELS_MAX == 8, "the range of adapt_level");
+#define RANGE(least, most) .low = (least), .high = (most), .range = "[" #least ", " #most "]"
+static const SetKey KEYS[] = {
+    {"gravity_x", BODY_GRAVITY_X, OF_SCENE, RANGE(-1e4, 1e4), .apply = set_gravity},
+    {"gravity_y", BODY_GRAVITY_Y, OF_SCENE, RANGE(-1e4, 1e4), .apply = set_gravity},
+    {"gravity_z", BODY_GRAVITY_Z, OF_SCENE, RANGE(-1e4, 1e4), .apply = set_gravity},
+    {"stiffness_scale", BODY_STIFFNESS_SCALE, OF_BODIES, RANGE(0, 1e6), .apply = set_scale},
+    {"damping_scale", BODY_DAMPING_SCALE, OF_BODIES, RANGE(0, 1e6), .apply = set_scale},
+    {"friction", .reach = OF_BODIES, RANGE(0, 10), .apply = set_friction},
+    {"adapt_force", BODY_ADAPT_FORCE, OF_LEVELS, RANGE(0, 1e+06), .apply = set_adapt},
+    {"adapt_speed", BODY_ADAPT_SPEED, OF_LEVELS, RANGE(0, 1e+06), .apply = set_adapt},
+    {"adapt_curvature", BODY_ADAPT_CURVATURE, OF_LEVELS, RANGE(0, 1e+06), .apply = set_adapt},
+    {"adapt_scale", BODY_ADAPT_SCALE, OF_LEVELS, RANGE(0, 1e+06), .apply = set_adapt},
+    {"adapt_level", BODY_ADAPT_LEVEL, OF_LEVELS, RANGE(0, 8), .whole = true, .apply = set_adapt},
+};
+enum { KEY_COUNT = sizeof KEYS / sizeof *KEYS };
+
+static const SetKey *find_key(const char *key)
 {
-    bool stiffness = strcmp(key, "stiffness_scale") == 0;
-    if (stiffness || strcmp(key, "damping_scale") == 0) {
-        if (!(value >= 0.0 && value <= 1e6)) {
-            snprintf(why, why_size, "%s %g outside [0, 1e6]", key, value);
-            return false;
-        }
-        return set_scale(sim, body, stiffness ? BODY_STIFFNESS_SCALE : BODY_DAMPING_SCALE, value,
-                         why, why_size);
+    for (int k = 0; k < KEY_COUNT; k++)
+        if (strcmp(key, KEYS[k].key) == 0)
+            return &KEYS[k];
+    return NULL;
+}
+
+// True if two keys begin with the same word: "adapt_force" and "adapt_speed".
+static bool are_alike(const SetKey *a, const SetKey *b)
+{
+    const size_t length = strcspn(a->key, "_");
+    return a->key[length] == '_' && strncmp(a->key, b->key, length + 1) == 0;
+}
+
+// Lists the keys of the scene, or those of bodies: "friction, adapt_force|speed".
+static void list_keys(bool of_scene, char *text, size_t size)
+{
+    size_t length = 0;
+    const SetKey *last = NULL;
+    text[0] = '\0';
+    for (int k = 0; k < KEY_COUNT && length < size; k++) {
+        if ((KEYS[k].reach == OF_SCENE) != of_scene)
+            continue;
+        const bool alike = last != NULL && are_alike(last, &KEYS[k]);
+        length += (size_t)snprintf(text + length, size - length, "%s%s",
+                                   alike          ? "|"
+                                   : last != NULL ? ", "
+                                                  : "",
+                                   KEYS[k].key + (alike ? strcspn(KEYS[k].key, "_") + 1 : 0));
+        last = &KEYS[k];
     }
-    if (strcmp(key, "friction") == 0) {
-        if (!(value >= 0.0 && value <= 10.0)) {
-            snprintf(why, why_size, "friction %g outside [0, 10]", value);
-            return false;
-        }
-        body->tuning.friction = value;
-        return true;
-    }
-    const AdaptKey *adapt = find_adapt_key(key);
-    if (adapt != NULL)
-        return set_adapt(sim, body, adapt, value, why, why_size);
-    snprintf(why, why_size,
-             "unknown key %s; of a body: stiffness_scale, damping_scale, friction, "
-             "adapt_force|speed|curvature|scale|level",
-             key);
+}
+
+static bool fail_unknown(const Body *body, const char *key, char *why, size_t why_size)
+{
+    enum { LIST = 160 };
+    char scene[LIST], bodies[LIST];
+    list_keys(true, scene, sizeof scene);
+    list_keys(false, bodies, sizeof bodies);
+    if (body != NULL)
+        snprintf(why, why_size, "unknown key %s; of a body: %s", key, bodies);
+    else
+        snprintf(why, why_size,
+                 "unknown key %.40s; known: gravity, %s, and for all bodies or as <body>.key: %s",
+                 key, scene, bodies);
     return false;
 }
 
-// A key without a body's name changes every body, or none if one refuses.
-static bool set_every_body(Sim *sim, const char *key, double value, char *why, size_t why_size)
+static bool check_value(const SetKey *key, double value, char *why, size_t why_size)
+{
+    // The form of the comparison makes NaN fail.
+    if (value >= key->low && value <= key->high && (!key->whole || value == floor(value)))
+        return true;
+    snprintf(why, why_size, "%s %g %s %s", key->key, value,
+             key->whole ? "is not a whole number in" : "outside", key->range);
+    return false;
+}
+
+// Changes every body, or none if one refuses.
+static bool set_every_body(Sim *sim, const SetKey *key, double value, char *why, size_t why_size)
 {
     BodyTuning before[SIM_BODIES];
     for (int b = 0; b < sim->body_count; b++) {
         before[b] = sim->body[b].tuning;
-        if (set_body(sim, &sim->body[b], key, value, why, why_size))
+        if (key->apply(sim, &sim->body[b], key, value, why, why_size))
             continue;
         for (int k = 0; k < b; k++) {
             Body *body = &sim->body[k];
@@ -160,53 +215,31 @@ bool sim_apply_gravity(Sim *sim, Vec3 gravity, char *why, size_t why_size)
     return true;
 }
 
-static bool set(Sim *sim, const char *key, double value, char *why, size_t why_size)
+// Returns the body of "<body>.key", and moves `key` behind the point; NULL: the key names none.
+static Body *take_body(Sim *sim, const char **key)
 {
-    static const char *const axes[3] = {"gravity_x", "gravity_y", "gravity_z"};
-    // Gravity is that of all bodies.
-    for (int axis = 0; axis < 3; axis++) {
-        if (strcmp(key, axes[axis]) != 0)
-            continue;
-        if (!(fabs(value) <= 1e4)) {
-            snprintf(why, why_size, "%s %g outside [-1e4, 1e4]", key, value);
-            return false;
-        }
-        for (int b = 0; b < sim->body_count; b++)
-            sim->body[b].ops->set(sim->body[b].model, (BodyParameter)(BODY_GRAVITY_X + axis),
-                                  value);
-        return true;
-    }
-    // "<body>.key", then keys of every body.
     for (int b = 0; b < sim->body_count; b++) {
-        size_t length = strlen(sim->body[b].name);
-        if (strncmp(key, sim->body[b].name, length) == 0 && key[length] == '.')
-            return set_body(sim, &sim->body[b], key + length + 1, value, why, why_size);
+        const size_t length = strlen(sim->body[b].name);
+        if (strncmp(*key, sim->body[b].name, length) == 0 && (*key)[length] == '.') {
+            *key += length + 1;
+            return &sim->body[b];
+        }
     }
-    static const char *const common[3] = {"stiffness_scale", "damping_scale", "friction"};
-    for (int k = 0; k < 3; k++)
-        if (strcmp(key, common[k]) == 0)
-            return set_every_body(sim, key, value, why, why_size);
-    const AdaptKey *adapt = find_adapt_key(key);
-    if (adapt != NULL)
-        return set_adapt(sim, NULL, adapt, value, why, why_size);
-    snprintf(why, why_size,
-             "unknown key %.40s; known: gravity, gravity_x|y|z, and for all bodies or as "
-             "<body>.key: stiffness_scale, damping_scale, friction, "
-             "adapt_force|speed|curvature|scale|level",
-             key);
-    return false;
+    return NULL;
 }
 
 bool sim_apply_set(Sim *sim, const char *key, double value, char *why, size_t why_size)
 {
-    if (!set(sim, key, value, why, why_size))
+    Body *body = take_body(sim, &key);
+    const SetKey *row = find_key(key);
+    if (row == NULL || (body != NULL && row->reach == OF_SCENE))
+        return fail_unknown(body, key, why, why_size);
+    if (!check_value(row, value, why, why_size))
         return false;
-    int body = -1; // all
-    for (int b = sim->body_count - 1; b >= 0; b--) {
-        size_t length = strlen(sim->body[b].name);
-        if (strncmp(key, sim->body[b].name, length) == 0 && key[length] == '.')
-            body = b;
-    }
-    guard_note_set(sim, body, body < 0 ? key : key + strlen(sim->body[body].name) + 1);
+    const bool every = body == NULL && row->reach == OF_BODIES;
+    if (every ? !set_every_body(sim, row, value, why, why_size)
+              : !row->apply(sim, body, row, value, why, why_size))
+        return false;
+    guard_note_set(sim, body == NULL ? -1 : (int)(body - sim->body), key);
     return true;
 }
