@@ -87,7 +87,7 @@ static void create_springs(SurfaceModel *model, const WingedMesh *winged,
         start[c + 1] = start[c] + most;
     }
     size_t entries = (size_t)start[chunk_count] * LANES;
-    model->springs = (SpringTable){.chunk_count = chunk_count, .start = start};
+    model->springs = (SpringTable){.chunk_count = chunk_count, .start = start, .end = start + 1};
     model_allocate_springs(model, entries, name, arena);
     int *neighbour = model->springs.neighbour;
 
@@ -272,49 +272,33 @@ void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fix
     state_add(state, model->parameters, sizeof *model->parameters, "%s/parameters", name);
 }
 
-static void create_surface(SurfaceModel *model, Body *body, const TriMesh *mesh,
-                           const WingedMesh *winged, const SpringNetwork *network,
-                           const SurfaceOptions *options, Arena *arena)
+// Returns a copy of an array that is freed after creation.
+static void *keep(const void *array, size_t size, size_t count, const char *name, const char *label,
+                  Arena *arena)
 {
-    const char *name = options->body.name;
-    int nodes = mesh->node_count, faces = mesh->triangle_count;
-    model->face =
-        arena_allocate(arena, ARENA_TOPOLOGY, (size_t)faces, sizeof *model->face, "%s/faces", name);
-    model->face_neighbor = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)faces,
-                                          sizeof *model->face_neighbor, "%s/face neighbours", name);
-    model->face_area = ALLOCATE(ARENA_TOPOLOGY, faces, double, "face areas");
-    model->node_area = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "node areas");
-    model->node_face_start = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, int, "node face start");
-    model->node_face = ALLOCATE(ARENA_TOPOLOGY, 3 * faces, int, "node faces");
-    // Copies: the mesh and the winged table are freed after creation.
-    memcpy(model->face, mesh->triangle, (size_t)faces * sizeof *model->face);
-    memcpy(model->face_neighbor, winged->face_neighbor,
-           (size_t)faces * sizeof *model->face_neighbor);
-    memcpy(model->face_area, network->face_area, (size_t)faces * sizeof(double));
-    memcpy(model->node_area, network->node_area, (size_t)nodes * sizeof(double));
-    memcpy(model->node_face_start, winged->node_face_start, (size_t)(nodes + 1) * sizeof(int));
-    memcpy(model->node_face, winged->node_face, 3 * (size_t)faces * sizeof(int));
-    double longest = 0.0;
-    for (int e = 0; e < winged->edge_count; e++)
-        longest = fmax(longest, vec3_length(vec3_sub(mesh->position[winged->edge[e].node[0]],
-                                                     mesh->position[winged->edge[e].node[1]])));
-    model->basis.longest_edge = longest;
+    void *copy = arena_allocate(arena, ARENA_TOPOLOGY, count, size, "%s/%s", name, label);
+    return memcpy(copy, array, count * size);
+}
+#define KEEP(array, count, label) keep(array, sizeof *(array), (size_t)(count), name, label, arena)
+
+static void create_surface(Body *body, const TriMesh *mesh, const WingedMesh *winged,
+                           const SpringNetwork *network, const char *name, Arena *arena)
+{
+    const int nodes = mesh->node_count, faces = mesh->triangle_count;
     body->surface = (BodySurface){
         .node_count = nodes,
         .face_count = faces,
         .node_used = nodes,
         .face_used = faces,
-        .face = (const int(*)[3])model->face,
-        .face_area = model->face_area,
-        .finest_area = model->face_area,
-        .face_neighbor = (const int(*)[3])model->face_neighbor,
-        .node_face_start = model->node_face_start,
-        .node_face_end = model->node_face_start + 1,
-        .node_face = model->node_face,
-        .node_area = model->node_area,
-        .node_mass = model->mass,
-        .longest_edge = longest,
+        .face = KEEP(mesh->triangle, faces, "faces"),
+        .face_neighbor = KEEP(winged->face_neighbor, faces, "face neighbours"),
+        .face_area = KEEP(network->face_area, faces, "face areas"),
+        .node_area = KEEP(network->node_area, nodes, "node areas"),
+        .node_face_start = KEEP(winged->node_face_start, nodes + 1, "node face start"),
+        .node_face = KEEP(winged->node_face, 3 * faces, "node faces"),
     };
+    body->surface.finest_area = body->surface.face_area;
+    body->surface.node_face_end = body->surface.node_face_start + 1;
 }
 
 // Creates a body of one level: one slot per node, all in use.
@@ -325,9 +309,12 @@ static void create_dense(Body *body, SurfaceModel *model, const TriMesh *mesh,
     const char *name = options->body.name;
     model->node_count = mesh->node_count;
     model->edge_count = winged->edge_count;
-    model->face_count = mesh->triangle_count;
     model->basis.count = (mesh->node_count + LANES - 1) / LANES * LANES;
     model->lane_count = model->basis.count;
+    // All slots are in use.
+    model->run = arena_allocate(arena, ARENA_STEP, 1, sizeof *model->run, "%s/run of slots", name);
+    model->run[0][1] = model->basis.count;
+    model->run_count = 1;
     model->slot = ALLOCATE(ARENA_TOPOLOGY, mesh->node_count, int, "slot of node");
     model->node = ALLOCATE(ARENA_TOPOLOGY, model->basis.count, int, "node of slot");
     order_nodes(winged, model->slot);
@@ -340,8 +327,17 @@ static void create_dense(Body *body, SurfaceModel *model, const TriMesh *mesh,
     create_springs(model, winged, network, name, arena);
     create_nodes(model, mesh, network, options, arena, state);
     model_create_rows(model, mesh, network->fixed, options, arena, state);
-    create_surface(model, body, mesh, winged, network, options, arena);
+    create_surface(body, mesh, winged, network, name, arena);
     model_create_mesh(model, body, mesh, options, arena);
+}
+
+static double longest_edge(const TriMesh *mesh, const WingedMesh *winged)
+{
+    double longest = 0.0;
+    for (int e = 0; e < winged->edge_count; e++)
+        longest = fmax(longest, vec3_length(vec3_sub(mesh->position[winged->edge[e].node[0]],
+                                                     mesh->position[winged->edge[e].node[1]])));
+    return longest;
 }
 
 // Chooses the integrator from the bounds of the springs, if the scene leaves the choice to the
@@ -416,6 +412,7 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
     model->team = mesh->node_count < SHARED_LEAST && !changes ? NULL : options->body.team;
     model->damping_time = implicit ? network.asked_damping_time : network.damping_time;
     model->damped = model->damping_time > 0.0;
+    model->basis.longest_edge = longest_edge(mesh, &winged);
     // All fields that the two kinds of bodies share; the rest follows below.
     *body = body_of_options(&options->body, changes ? detail_ops(options) : surface_ops(options),
                             model);
@@ -431,6 +428,8 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
         detail_create(body, model, mesh, &winged, &network, options, arena, state);
     else
         create_dense(body, model, mesh, &winged, &network, options, arena, state);
+    body->surface.node_mass = model->mass;
+    body->surface.longest_edge = model->basis.longest_edge;
     if (implicit)
         implicit_create(model, options, arena);
     network_destroy(&network);

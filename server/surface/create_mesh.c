@@ -25,11 +25,11 @@ void model_create_mesh(SurfaceModel *model, Body *body, const TriMesh *mesh,
 {
     const char *name = options->body.name;
     int nodes = mesh->node_count, faces = mesh->triangle_count;
-    model->id = ALLOCATE(nodes, int, "node ids");
-    model->parent = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)nodes, sizeof *model->parent,
-                                   "%s/node parents", name);
-    model->piece = ALLOCATE(nodes, int, "node pieces");
-    model->level = ALLOCATE(nodes, signed char, "node levels");
+    int *id = ALLOCATE(nodes, int, "node ids");
+    int(*parents)[2] = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)nodes, sizeof *parents,
+                                      "%s/node parents", name);
+    int *piece = ALLOCATE(nodes, int, "node pieces");
+    signed char *level = ALLOCATE(nodes, signed char, "node levels");
     const Levels *levels = options->hierarchy;
     int file_nodes = levels != NULL ? levels->level[0].node_count : nodes;
     // Nodes of the file are their own parents; midpoints have the two ends of their edge.
@@ -37,21 +37,21 @@ void model_create_mesh(SurfaceModel *model, Body *body, const TriMesh *mesh,
         int parent[2] = {i, i};
         if (i >= file_nodes)
             levels_parents(levels, i, parent);
-        model->id[i] = mesh->file_index[i];
+        id[i] = mesh->file_index[i];
         for (int k = 0; k < 2; k++)
-            model->parent[i][k] = mesh->file_index[parent[k]];
-        model->level[i] = (signed char)(levels != NULL ? levels_of_node(levels, i) : 0);
+            parents[i][k] = mesh->file_index[parent[k]];
+        level[i] = (signed char)(levels != NULL ? levels_of_node(levels, i) : 0);
     }
-    const int *origin = model->id;
+    const int *origin = id;
     // Copies that the repair made have the origin of the node from which they were split.
     if (mesh->copy_count > 0) {
         int *row = ALLOCATE(nodes, int, "node origins");
-        memcpy(row, model->id, (size_t)nodes * sizeof *row);
+        memcpy(row, id, (size_t)nodes * sizeof *row);
         for (int i = file_nodes - mesh->copy_count; i < file_nodes; i++)
             row[i] = mesh->file_index[mesh_node_of_file(mesh, mesh_file_row(mesh, i))];
         origin = row;
     }
-    model_label_pieces(mesh, model->piece);
+    model_label_pieces(mesh, piece);
     body->state_capacity = nodes;
     body->mesh = (BodyMesh){
         .topology = 1,
@@ -59,11 +59,13 @@ void model_create_mesh(SurfaceModel *model, Body *body, const TriMesh *mesh,
         .triangle_count = faces,
         .node_capacity = nodes,
         .triangle_capacity = faces,
-        .triangle = (const int(*)[3])model->face,
-        .id = model->id,
+        .triangle = body->surface.face,
+        .id = id,
         .origin = origin,
-        .parent = (const int(*)[2])model->parent,
-        .piece = model->piece,
-        .level = model->level,
+        .parent = (const int(*)[2])parents,
+        .piece = piece,
+        .level = level,
     };
+    model->piece = piece;
+    model->shown = (SurfaceShown){.row = model->slot, .id = id, .count = nodes};
 }

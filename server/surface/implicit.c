@@ -19,11 +19,7 @@ void implicit_drift(void *self, double dt)
 {
     SurfaceModel *model = self;
     model->base = model->rows[model->current];
-    const double ahead = model->implicit->theta * dt;
-    if (model->detail != NULL)
-        detail_drift(model, ahead);
-    else
-        surface_drift(model, ahead);
+    surface_drift(model, model->implicit->theta * dt);
 }
 
 // Computes the rows after the step, and, unless NULL, those at which the next step's external
@@ -111,14 +107,8 @@ void implicit_evaluate(void *self, const Stage *stage, double h)
     model->present = ahead != NULL ? ahead : next;
 }
 
-void implicit_explain(const void *self, FILE *out)
+void implicit_explain(const Implicit *system, FILE *out)
 {
-    const SurfaceModel *model = self;
-    const Implicit *system = model->implicit;
-    if (model->detail != NULL)
-        detail_explain(self, out);
-    else
-        surface_explain(self, out);
     fprintf(out,
             "    implicit: theta %.6g, conjugate gradients to %.3g of the residual, at most %d "
             "iterations a step; rows in double precision, one thread\n",

@@ -105,11 +105,11 @@ double implicit_theta(const SurfaceOptions *options);
 // Load time, after the rest of the body exists.
 void implicit_create(SurfaceModel *model, const SurfaceOptions *options, Arena *arena);
 // The operations that differ from those of explicit steps, of bodies with and without levels.
-#define IMPLICIT_STEPS                                                                             \
-    .drift = implicit_drift, .evaluate = implicit_evaluate, .explain = implicit_explain
+#define IMPLICIT_STEPS .drift = implicit_drift, .evaluate = implicit_evaluate
 void implicit_drift(void *self, double dt);
 void implicit_evaluate(void *self, const Stage *stage, double h);
-void implicit_explain(const void *self, FILE *out);
+// Prints one line for --explain.
+void implicit_explain(const Implicit *system, FILE *out);
 
 // --- implicit_number.c ---
 // Numbers the moving and the hanging nodes, and assigns moving nodes to islands.

@@ -25,7 +25,7 @@ enum { LANES = 16 }; // nodes per chunk
 typedef struct SpringTable {
     int chunk_count;
     int *start;        // [chunk_count + 1]
-    int *end;          // [chunk_count] scattered only: end of a chunk's entries
+    int *end;          // [chunk_count] end of a chunk's entries
     int *own;          // scattered only: [chunk][LANES] slot of the rows of a lane
     int *neighbour;    // [entry][LANES] slot of the other end; padding refers to its own node
     void *rest_length; // Real [entry][LANES] r [m]

@@ -19,8 +19,16 @@
 #include "surface/kernel.h"
 #include "surface/surface.h"
 
+// Nodes in the order in which clients get them, that of BodyMesh. Without levels it is the order of
+// the mesh.
+typedef struct SurfaceShown {
+    const int *row; // [count] slot of a node's row; of a free slot any
+    const int *id;  // [count] -1: free
+    int count, free_count;
+} SurfaceShown;
+
 typedef struct SurfaceModel {
-    int node_count, edge_count, face_count;
+    int node_count, edge_count;
     // The coordinates of rows, one row per slot: basis.count is node_count rounded up to whole
     // chunks. frame = "body" needs the fit `rigid` as well.
     Rows basis;
@@ -41,7 +49,10 @@ typedef struct SurfaceModel {
     double *mass; // [node_count] of every node, also of fixed ones [kg]
     ShapeVariant shape;
 
-    // --- rows; `current` is the index of the current state ---
+    // --- rows, of which some ranges of slots are in use; `current` is the index of the current
+    // state ---
+    int (*run)[2]; // [run_count] first slot and end of each range
+    int run_count;
     void *rows[2]; // Real [slots][ROW]
     int current;
     void *stage[2];      // Real rows between stages
@@ -67,14 +78,8 @@ typedef struct SurfaceModel {
     double position_limit; // [m] a coordinate beyond it counts as a bad number
     bool bad;              // the last pass wrote a number out of bounds
 
-    // --- what BodyMesh and BodySurface point to ---
-    int (*face)[3];
-    int (*face_neighbor)[3];
-    double *face_area, *node_area;
-    int *node_face_start, *node_face;
-    int *id, *piece;
-    int (*parent)[2];
-    signed char *level;
+    SurfaceShown shown; // as body->mesh
+    const int *piece;   // [node_count] connected part of the mesh; NULL: bodies with levels
 
     const SpringKernels *kernels;
     Team *team; // shares the passes; NULL: one thread
@@ -125,7 +130,7 @@ void model_turn_loads(SurfaceModel *model);
 
 // --- create_mesh.c ---
 
-// Load time: builds the tables behind body->mesh, once model->face exists.
+// Load time: builds the tables behind body->mesh, once body->surface has its faces.
 void model_create_mesh(SurfaceModel *model, Body *body, const TriMesh *mesh,
                        const SurfaceOptions *options, Arena *arena);
 // Labels the piece of each node: connected parts of the mesh, numbered by their lowest node.
@@ -140,13 +145,18 @@ const BodyOps *surface_ops(const SurfaceOptions *options);
 #define SURFACE_OPERATIONS                                                                         \
     .model = "surface", .commit = surface_commit, .abandon = surface_abandon,                      \
     .read_nodes = surface_read_nodes, .find_nodes = surface_find_nodes,                            \
-    .clear_loads = surface_clear_loads, .gather_patch = model_gather_patch, .isa = surface_isa
+    .clear_loads = surface_clear_loads, .snapshot = surface_snapshot,                              \
+    .snapshot_rest = surface_snapshot_rest, .read_state = surface_read_rows,                       \
+    .gather_patch = model_gather_patch, .explain = surface_explain, .isa = surface_isa
 bool surface_commit(void *self);
 void surface_abandon(void *self);
 void surface_read_nodes(const void *self, const int *node, int count, Vec3 *position,
                         Vec3 *velocity);
 int surface_find_nodes(const void *self, const Region *region, int *node, int capacity);
 void surface_clear_loads(void *self);
+void surface_snapshot(const void *self, float *position, float *velocity);
+void surface_snapshot_rest(const void *self, float *position);
+int surface_read_rows(const void *self, int *id, Vec3 *position, Vec3 *velocity);
 const char *surface_isa(const void *self);
 // Those that bodies with levels, or implicit steps, extend.
 bool surface_check(const void *self);

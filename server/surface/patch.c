@@ -114,7 +114,7 @@ static void add_springs(const SurfaceModel *model, Patch *patch, int node)
 {
     const SpringTable *springs = &model->springs;
     int lane = model_lane_of(model, model->slot[node]), chunk = lane / LANES;
-    int end = model->lane == NULL ? springs->start[chunk + 1] : springs->end[chunk];
+    int end = springs->end[chunk];
     for (int e = springs->start[chunk]; e < end; e++) {
         long entry = (long)e * LANES + lane % LANES;
         int other = model->node[springs->neighbour[entry]];

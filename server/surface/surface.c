@@ -1,4 +1,5 @@
 // The operations of a surface body (dynamics/body.h). Step thread: no allocation, no lock.
+#include "surface/detail/detail.h"
 #include "surface/implicit.h"
 #include "surface/model.h"
 
@@ -13,9 +14,15 @@
 void surface_drift(void *self, double dt)
 {
     SurfaceModel *model = self;
-    model->kernels->drift(model->rows[model->current], model->stage[0], model->basis.count, dt);
+    const size_t row = ROW * model_real_size(model);
+    const char *from = model->rows[model->current];
+    char *to = model->stage[0];
+    for (int r = 0; r < model->run_count; r++) {
+        const int first = model->run[r][0], count = model->run[r][1] - first;
+        model->kernels->drift(from + (size_t)first * row, to + (size_t)first * row, count, dt);
+    }
     rows_drift(&model->basis, dt);
-    model->present = model->stage[0];
+    model->present = to;
     model->next_stage = 1;
 }
 
@@ -267,17 +274,28 @@ void surface_clear_loads(void *self)
 // ---------------------------------------------------------------------------------------------
 // Out
 
-static void surface_snapshot_rest(const void *self, float *position)
+static void clear_free_slots(const SurfaceShown *shown, float *value)
 {
-    const SurfaceModel *model = self;
-    rows_snapshot_rest(&model->basis, model->slot, model->node_count, position);
+    for (int s = 0; shown->free_count > 0 && s < shown->count; s++)
+        if (shown->id[s] < 0)
+            memset(value + 3L * s, 0, 3 * sizeof *value);
 }
 
-static void surface_snapshot(const void *self, float *position, float *velocity)
+void surface_snapshot_rest(const void *self, float *position)
 {
     const SurfaceModel *model = self;
-    rows_snapshot(&model->basis, model->rows[model->current], model->slot, model->node_count,
+    rows_snapshot_rest(&model->basis, model->shown.row, model->shown.count, position);
+    clear_free_slots(&model->shown, position);
+}
+
+void surface_snapshot(const void *self, float *position, float *velocity)
+{
+    const SurfaceModel *model = self;
+    rows_snapshot(&model->basis, model->rows[model->current], model->shown.row, model->shown.count,
                   position, velocity);
+    clear_free_slots(&model->shown, position);
+    if (velocity != NULL)
+        clear_free_slots(&model->shown, velocity);
 }
 
 // Returns the potential of gravity and constant loads at a slot [J].
@@ -304,7 +322,7 @@ static double spring_energy(const SurfaceModel *model, const void *rows, int slo
     const SpringTable *springs = &model->springs;
     double energy = 0.0;
     int lane = model_lane_of(model, slot), chunk = lane / LANES;
-    int end = model->lane == NULL ? springs->start[chunk + 1] : springs->end[chunk];
+    int end = springs->end[chunk];
     for (int e = springs->start[chunk]; e < end; e++) {
         long at = (long)e * LANES + lane % LANES;
         Vec3 other;
@@ -377,17 +395,25 @@ void surface_explain(const void *self, FILE *out)
     fprintf(out, "    shape-preserving springs: %s%s\n", shapes[model->shape],
             model->shape == SHAPE_FRAME_NONE ? " (shape)" : "");
     fprintf(out, "    outside forces: read only while a load or a tool acts\n");
+    if (model->detail != NULL)
+        detail_explain(model->detail, out);
+    if (model->implicit != NULL)
+        implicit_explain(model->implicit, out);
 }
 
-static int surface_read_rows(const void *self, int *id, Vec3 *position, Vec3 *velocity)
+int surface_read_rows(const void *self, int *id, Vec3 *position, Vec3 *velocity)
 {
     const SurfaceModel *model = self;
-    if (id != NULL)
-        memcpy(id, model->id, (size_t)model->node_count * sizeof *id);
+    const SurfaceShown *shown = &model->shown;
     const void *rows = model->rows[model->current];
-    for (int i = 0; i < model->node_count; i++)
-        rows_read(&model->basis, rows, model->slot[i], &position[i], &velocity[i]);
-    return model->node_count;
+    if (id != NULL)
+        memcpy(id, shown->id, (size_t)shown->count * sizeof *id);
+    for (int s = 0; s < shown->count; s++) {
+        position[s] = velocity[s] = (Vec3){0.0, 0.0, 0.0};
+        if (shown->id[s] >= 0)
+            rows_read(&model->basis, rows, shown->row[s], &position[s], &velocity[s]);
+    }
+    return shown->count;
 }
 
 const char *surface_isa(const void *self)
@@ -398,17 +424,15 @@ const char *surface_isa(const void *self)
 
 #define ONE_LEVEL                                                                                  \
     SURFACE_OPERATIONS, .check = surface_check, .restore = surface_restore,                        \
+                        .reserve_forces = surface_reserve_forces,                                  \
                         .add_forces = surface_add_forces, .add_load = surface_add_load,            \
-                        .snapshot = surface_snapshot, .snapshot_rest = surface_snapshot_rest,      \
-                        .read_state = surface_read_rows, .measure = surface_measure,               \
-                        .is_fixed = surface_is_fixed, .set = surface_set,                          \
-                        .reserve_forces = surface_reserve_forces
+                        .measure = surface_measure, .is_fixed = surface_is_fixed,                  \
+                        .set = surface_set
 
 const BodyOps *surface_ops(const SurfaceOptions *options)
 {
     static const BodyOps explicit_steps = {ONE_LEVEL, .drift = surface_drift,
-                                           .evaluate = surface_evaluate,
-                                           .explain = surface_explain};
+                                           .evaluate = surface_evaluate};
     static const BodyOps implicit_steps = {ONE_LEVEL, IMPLICIT_STEPS};
     return options->body.integrator == INTEGRATOR_IMPLICIT ? &implicit_steps : &explicit_steps;
 }

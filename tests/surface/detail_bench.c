@@ -223,7 +223,7 @@ static uint64_t hash_tables(const DetailBench *bench)
     hash = mix(hash, detail->lists.master,
                (size_t)detail->lists.hanging_count * sizeof *detail->lists.master);
     hash =
-        mix(hash, detail->lists.run, (size_t)detail->lists.run_count * sizeof *detail->lists.run);
+        mix(hash, bench->model->run, (size_t)bench->model->run_count * sizeof *bench->model->run);
     hash = mix(hash, model->basis.place, (size_t)model->basis.count * sizeof *model->basis.place);
     for (int p = 0; p < detail->set.place_count; p++)
         if (detail->faces.face[p][0] != detail->faces.face[p][1]) {

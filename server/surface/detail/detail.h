@@ -105,8 +105,7 @@ int detail_topology(const Detail *detail);
 // --- detail_body.c ---
 // Returns the operations that the options require.
 const BodyOps *detail_ops(const SurfaceOptions *options);
-// Two of them, with explicit steps; implicit ones call them.
-void detail_drift(void *self, double dt);
-void detail_explain(const void *self, FILE *out);
+// Prints what depends on levels, for --explain.
+void detail_explain(const Detail *detail, FILE *out);
 
 #endif

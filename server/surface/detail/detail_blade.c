@@ -90,11 +90,10 @@ static unsigned char sides_of(const Box *box, double x, double y, double z)
 static void look_at_sides(SurfaceModel *model, const Box *world)
 {
     const Detail *detail = model->detail;
-    const DetailLists *lists = &detail->lists;
     const Box box = box_in_rows(model, world);
     const void *rows = model->rows[model->current];
-    for (int r = 0; r < lists->run_count; r++)
-        for (int s = lists->run[r][0]; s < lists->run[r][1]; s++) {
+    for (int r = 0; r < model->run_count; r++)
+        for (int s = model->run[r][0]; s < model->run[r][1]; s++) {
             const double *place = model->basis.place[s];
             if (model->node[s] < 0)
                 continue;

@@ -21,22 +21,6 @@ static bool detail_adapt(Body *body, int64_t step, double tick, TopologyChange *
     return true;
 }
 
-void detail_drift(void *self, double dt)
-{
-    SurfaceModel *model = self;
-    DetailLists *lists = &model->detail->lists;
-    size_t row = ROW * model_real_size(model);
-    const char *from = model->rows[model->current];
-    char *to = model->stage[0];
-    for (int r = 0; r < lists->run_count; r++) {
-        int first = lists->run[r][0], count = lists->run[r][1] - first;
-        model->kernels->drift(from + (size_t)first * row, to + (size_t)first * row, count, dt);
-    }
-    rows_drift(&model->basis, dt);
-    model->present = to;
-    model->next_stage = 1;
-}
-
 // Least number of chunks for more than one thread: with fewer, calling a thread costs more than it
 // saves.
 enum { SHARED_LEAST = 64 };
@@ -167,54 +151,6 @@ static bool check(const void *self)
     return detail_of(self)->is_sound && surface_check(self);
 }
 
-// --- output ---
-
-static void snapshot(const void *self, float *position, float *velocity)
-{
-    const SurfaceModel *model = self;
-    const SlotTable *table = &model->detail->faces.slots->node;
-    const void *rows = model->rows[model->current];
-    for (long s = 0; s < table->high; s++) {
-        Vec3 x = {0.0, 0.0, 0.0}, v = x;
-        if (table->thing[s] >= 0)
-            rows_read(&model->basis, rows, model->slot[table->thing[s]], &x, &v);
-        position[3 * s] = (float)x.x;
-        position[3 * s + 1] = (float)x.y;
-        position[3 * s + 2] = (float)x.z;
-        if (velocity != NULL) {
-            velocity[3 * s] = (float)v.x;
-            velocity[3 * s + 1] = (float)v.y;
-            velocity[3 * s + 2] = (float)v.z;
-        }
-    }
-}
-
-static void snapshot_rest(const void *self, float *position)
-{
-    const SurfaceModel *model = self;
-    const SlotTable *table = &model->detail->faces.slots->node;
-    for (int s = 0; s < table->high; s++)
-        if (table->thing[s] >= 0)
-            rows_snapshot_rest(&model->basis, &model->slot[table->thing[s]], 1, position + 3L * s);
-}
-
-static int read_state(const void *self, int *id, Vec3 *position, Vec3 *velocity)
-{
-    const SurfaceModel *model = self;
-    const MeshSlots *slots = model->detail->faces.slots;
-    const SlotTable *table = &slots->node;
-    const void *rows = model->rows[model->current];
-    if (id != NULL)
-        memcpy(id, slots->id, (size_t)table->high * sizeof *id);
-    for (int s = 0; s < table->high; s++) {
-        position[s] = velocity[s] = (Vec3){0.0, 0.0, 0.0};
-        if (table->thing[s] >= 0)
-            rows_read(&model->basis, rows, model->slot[table->thing[s]], &position[s],
-                      &velocity[s]);
-    }
-    return table->high;
-}
-
 static void measure(const void *self, BodyMeasure *measure)
 {
     SurfaceModel *model = (SurfaceModel *)self; // for its scratch memory
@@ -250,12 +186,9 @@ static bool set(void *self, BodyParameter parameter, double value)
     }
 }
 
-void detail_explain(const void *self, FILE *out)
+void detail_explain(const Detail *detail, FILE *out)
 {
-    const SurfaceModel *model = self;
-    const Detail *detail = model->detail;
     const LeafSet *set = &detail->set;
-    surface_explain(self, out);
     fprintf(out, "    levels: 0 to %d, %s; at most %d nodes, %d faces; ", set->levels.finest,
             set->constrained ? "continuum rule, hanging nodes held by their masters"
                              : "the paper's rule, hanging nodes free",
@@ -272,14 +205,12 @@ void detail_explain(const void *self, FILE *out)
 #define LEVELS                                                                                     \
     SURFACE_OPERATIONS, .restored = restored, .check = check, .restore = restore,                  \
                         .reserve_forces = reserve_forces, .add_forces = add_forces,                \
-                        .add_load = add_load, .snapshot = snapshot,                                \
-                        .snapshot_rest = snapshot_rest, .read_state = read_state,                  \
-                        .measure = measure, .is_fixed = is_fixed
+                        .add_load = add_load, .measure = measure, .is_fixed = is_fixed
 #define STAYS          .set = surface_set
 #define ADAPTS         .adapt = detail_adapt, .look = look, .set = set
 #define CUTS           .cut = detail_blade_cut, .reserve_blades = detail_blade_reserve
 #define TEARS          CUTS, .tear = detail_tear
-#define EXPLICIT_STEPS .drift = detail_drift, .evaluate = evaluate, .explain = detail_explain
+#define EXPLICIT_STEPS .drift = surface_drift, .evaluate = evaluate
 
 const BodyOps *detail_ops(const SurfaceOptions *options)
 {

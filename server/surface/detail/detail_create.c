@@ -172,7 +172,7 @@ static void create_slots(SurfaceModel *model, const TriMesh *mesh, const Surface
             mesh->copy_count == 0 ? id[i] : id[mesh_node_of_file(mesh, mesh_file_row(mesh, i))];
     const int capacity[2] = {options->body.node_capacity, options->body.face_capacity};
     model->detail->faces.slots = slots_create(
-        name, &model->detail->set.levels, capacity, id, origin, piece,
+        name, &model->detail->set.levels, capacity, model->slot, id, origin, piece,
         mesh->file_node_count + mesh->copy_count, model->detail->set.cut, arena, state);
 }
 
@@ -226,7 +226,7 @@ static void create_packing(SurfaceModel *model, const char *name, Arena *arena)
     lists->free_chunk = ALLOCATE(ARENA_STEP, chunks, int, "chunks");
     lists->hanging_chunk = ALLOCATE(ARENA_STEP, chunks, int, "hanging chunks");
     lists->carries = ALLOCATE(ARENA_STEP, chunks, unsigned char, "carrying chunks");
-    lists->run = ALLOCATE(ARENA_STEP, pack->window_count, *lists->run, "runs of slots");
+    model->run = ALLOCATE(ARENA_STEP, pack->window_count, *model->run, "runs of slots");
     lists->handed = model_allocate_reals(model, (size_t)model->basis.count * ROW, name,
                                          "forces of hanging nodes", arena);
 }
@@ -257,7 +257,12 @@ void detail_publish(Body *body)
     }
     level_rules_raise_bounds(&detail->rules, body->finest_level, pack->least_lambda,
                              pack->least_damping, &body->lambda, &body->damping);
-    slots_describe(detail->faces.slots, detail_topology(detail), &body->mesh);
+    const MeshSlots *slots = detail->faces.slots;
+    slots_describe(slots, detail_topology(detail), &body->mesh);
+    model->shown = (SurfaceShown){.row = slots->row,
+                                  .id = slots->id,
+                                  .count = slots->node.high,
+                                  .free_count = slots->node.high - slots->node.used};
 }
 
 static void set_statuses(SurfaceModel *model)
@@ -387,9 +392,7 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     double length = 0.0;
     for (int e = 0; e < winged->edge_count; e++) {
         const int *end = winged->edge[e].node;
-        double edge = vec3_length(vec3_sub(mesh->position[end[0]], mesh->position[end[1]]));
-        model->basis.longest_edge = fmax(model->basis.longest_edge, edge);
-        length += edge;
+        length += vec3_length(vec3_sub(mesh->position[end[0]], mesh->position[end[1]]));
     }
     detail->adapt.edge_length = length / winged->edge_count;
     create_roots(set, winged, name, arena);
@@ -447,7 +450,5 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
         .node_face_end = detail->faces.node_face_end,
         .node_face = detail->faces.node_face,
         .node_area = detail->faces.node_area,
-        .node_mass = model->mass,
-        .longest_edge = model->basis.longest_edge,
     };
 }

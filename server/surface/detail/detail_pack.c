@@ -348,7 +348,7 @@ static void list_chunks(SurfaceModel *model)
     Detail *detail = model->detail;
     DetailPack *pack = &detail->pack;
     DetailLists *lists = &detail->lists;
-    lists->free_chunk_count = lists->hanging_chunk_count = lists->run_count = 0;
+    lists->free_chunk_count = lists->hanging_chunk_count = model->run_count = 0;
     pack->spring_ends = 0;
     pack->on_count = 0;
     pack->mass = pack->lambda = pack->damping = 0.0;
@@ -362,9 +362,9 @@ static void list_chunks(SurfaceModel *model)
         for (int k = 0; k < window->hanging_count; k += LANES)
             lists->hanging_chunk[lists->hanging_chunk_count++] = chunk++;
         int first = w * pack->width;
-        if (lists->run_count == 0 || lists->run[lists->run_count - 1][1] != first)
-            lists->run[lists->run_count++][0] = first;
-        lists->run[lists->run_count - 1][1] = first + pack->width;
+        if (model->run_count == 0 || model->run[model->run_count - 1][1] != first)
+            model->run[model->run_count++][0] = first;
+        model->run[model->run_count - 1][1] = first + pack->width;
         pack->mass += window->mass;
         pack->lambda = fmax(pack->lambda, window->lambda);
         pack->damping = fmax(pack->damping, window->damping);
@@ -389,8 +389,8 @@ void detail_pack(SurfaceModel *model)
     if (detail->frames != NULL)
         detail_frames_sort(model);
     if (model->basis.rigid != NULL) {
-        model->basis.rigid->run = detail->lists.run;
-        model->basis.rigid->run_count = detail->lists.run_count;
+        model->basis.rigid->run = model->run;
+        model->basis.rigid->run_count = model->run_count;
         rigid_frame_weigh(model->basis.rigid);
     }
 }

@@ -61,8 +61,6 @@ typedef struct DetailLists {
     unsigned char *carries; // [window_count * window_chunks] true if a chunk contains a master
     int *free_chunk, *hanging_chunk; // [window_count * window_chunks] in use, ascending
     int free_chunk_count, hanging_chunk_count;
-    int (*run)[2]; // [window_count] first slot and end of adjacent windows in use
-    int run_count;
     void *handed; // Real [slot_count][ROW], half of it used: forces of hanging nodes, and their
                   // masters' shares of them [N]; zero for other nodes that are on
 } DetailLists;

@@ -72,8 +72,9 @@ static void create_table(SlotTable *table, const char *name, const char *what, i
     arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof(type), "%s/" label, name)
 
 MeshSlots *slots_create(const char *name, const Levels *levels, const int capacity[2],
-                        const int *root_id, const int *root_origin, const int *root_piece,
-                        int first_id, const DetailCut *cut, Arena *arena, StateList *state)
+                        const int *row_of_node, const int *root_id, const int *root_origin,
+                        const int *root_piece, int first_id, const DetailCut *cut, Arena *arena,
+                        StateList *state)
 {
     MeshSlots *slots = ALLOCATE(1, MeshSlots, "mesh slots");
     const Level *finest = &levels->level[levels->finest];
@@ -84,11 +85,13 @@ MeshSlots *slots_create(const char *name, const Levels *levels, const int capaci
     create_table(&slots->node, name, "node", nodes, most, arena, state);
     create_table(&slots->face, name, "face", faces, finest->face_count, arena, state);
     slots->levels = levels;
+    slots->row_of_node = row_of_node;
     slots->root_id = root_id;
     slots->root_origin = root_origin;
     slots->root_piece = root_piece;
     slots->first_id = first_id;
     slots->cut = cut;
+    slots->row = ALLOCATE(nodes, int, "rows of node slots");
     slots->triangle = ALLOCATE(faces, *slots->triangle, "triangles");
     slots->id = ALLOCATE(nodes, int, "node ids");
     slots->origin = ALLOCATE(nodes, int, "node origins");
@@ -134,6 +137,7 @@ static int piece_of(const MeshSlots *slots, int node)
 static void describe_node(MeshSlots *slots, int slot)
 {
     int node = slots->node.thing[slot], first = node, parent[2];
+    slots->row[slot] = slots->row_of_node[node];
     slots->id[slot] = id_of(slots, node);
     slots->piece[slot] = piece_of(slots, node);
     if (slots->cut != NULL && node >= slots->cut->base_count)
@@ -154,6 +158,7 @@ void slots_label(MeshSlots *slots)
 
 static void forget_node(MeshSlots *slots, int slot)
 {
+    slots->row[slot] = 0;
     slots->id[slot] = slots->origin[slot] = -1;
     slots->parent[slot][0] = slots->parent[slot][1] = -1;
     slots->piece[slot] = -1;

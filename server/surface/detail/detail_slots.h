@@ -21,20 +21,23 @@ typedef struct MeshSlots {
     SlotTable node, face;
     int face_reserve; // triangles that the change in progress may still need
     const Levels *levels;
+    const int *row_of_node;                        // slot of a node's row
     const int *root_id, *root_origin, *root_piece; // of the nodes of level 0
     int first_id;                                  // of the first midpoint
     const struct DetailCut *cut;                   // NULL: there are no copies
     // by slot
+    int *row; // of the node's row; 0 if free
     int (*triangle)[3];
     int *id, *origin, (*parent)[2], *piece;
     signed char *level;
 } MeshSlots;
 
 // Allocates from the arena. `capacity`: most nodes and faces, 0: as many as the finest level has.
-// Keeps the root arrays by reference, and `cut`, which is NULL for a body that cannot be cut.
+// Keeps the arrays of nodes by reference, and `cut`, which is NULL for a body that cannot be cut.
 MeshSlots *slots_create(const char *name, const Levels *levels, const int capacity[2],
-                        const int *root_id, const int *root_origin, const int *root_piece,
-                        int first_id, const struct DetailCut *cut, Arena *arena, StateList *state);
+                        const int *row_of_node, const int *root_id, const int *root_origin,
+                        const int *root_piece, int first_id, const struct DetailCut *cut,
+                        Arena *arena, StateList *state);
 // True if one more face can be divided in this change; reserves what it takes.
 bool slots_reserve(MeshSlots *slots);
 void slots_take_node(MeshSlots *slots, int node);

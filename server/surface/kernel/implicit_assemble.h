@@ -79,7 +79,7 @@ INLINE bool is_violent(const SurfaceModel *model, int chunk)
     const double *rest_length = table->rest_length, *stiffness = table->stiffness,
                  *inverse_mass = model->nodes.inverse_mass, h = system->h;
     const double scale = 0.25 * h * h * model->parameters->stiffness_scale;
-    const int end = model->lane == NULL ? table->start[chunk + 1] : table->end[chunk];
+    const int end = table->end[chunk];
     bool violent = false;
     for (int e = table->start[chunk]; e < end; e++)
         for (int lane = 0; lane < LANES; lane++) {
@@ -115,7 +115,7 @@ static void add_chunk(SurfaceModel *model, const Scales *by, int chunk)
     Implicit *system = model->implicit;
     const SpringTable *table = &model->springs;
     const double *stiffness = table->stiffness, *rest_length = table->rest_length;
-    const int end = model->lane == NULL ? table->start[chunk + 1] : table->end[chunk];
+    const int end = table->end[chunk];
     for (int e = table->start[chunk]; e < end; e++)
         for (int lane = 0; lane < LANES; lane++) {
             const long at = (long)e * LANES + lane;
