@@ -55,11 +55,12 @@ typedef struct Watch {
     signed char level[SLOTS];
     // of what is under way
     int32_t sequence, delta_sequence;
-    int parts, delta_parts;
-    bool skip; // the delta is not of our mesh
+    int parts, delta_parts, delta_chunks;
+    bool skip;   // the delta is not of our mesh
+    bool behind; // a busy machine has lost a delta: the next whole mesh makes up for it
     // seen
-    int meshes, deltas, missed, most_nodes;
-    int frames, frames_ahead; // whose mesh had not come
+    int meshes, deltas, missed, most_nodes; // missed: though none had been lost
+    int frames, frames_ahead;               // whose mesh had not come, likewise
     int32_t finest_level, status_nodes, status_topology;
     lcm_t *lcm;
     pliant_mesh_t_subscription_t *on_mesh;
@@ -121,6 +122,7 @@ static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, const pli
     if (++watch->parts < m->chunk_count)
         return;
     watch->whole = true;
+    watch->behind = false;
     watch->topology = m->topology;
     watch->node_count = m->node_count;
     watch->triangle_count = m->triangle_count;
@@ -135,9 +137,13 @@ static void on_delta(const lcm_recv_buf_t *buffer, const char *channel,
     (void)channel;
     Watch *watch = user;
     if (m->sequence != watch->delta_sequence) {
+        watch->behind |= watch->delta_parts < watch->delta_chunks ||
+                         (watch->delta_chunks > 0 &&
+                          (uint32_t)m->sequence != (uint32_t)watch->delta_sequence + 1);
         watch->delta_parts = 0;
+        watch->delta_chunks = m->chunk_count;
         watch->skip = !watch->whole || m->from_topology != watch->topology;
-        watch->missed += watch->whole && watch->skip;
+        watch->missed += watch->whole && watch->skip && !watch->behind;
         assert_in_range(m->node_count, 0, SLOTS);
         assert_in_range(m->triangle_count, 0, SLOTS);
         // Slots that the mesh has not had are free unless the delta names them.
@@ -147,6 +153,7 @@ static void on_delta(const lcm_recv_buf_t *buffer, const char *channel,
             memset(watch->triangle[t], 0, sizeof watch->triangle[t]);
     }
     watch->delta_sequence = m->sequence;
+    watch->delta_parts++;
     if (watch->skip)
         return;
     assert_true(m->topology > m->from_topology);
@@ -163,7 +170,7 @@ static void on_delta(const lcm_recv_buf_t *buffer, const char *channel,
         watch->level[slot] = m->level[i];
         memcpy(watch->parent[slot], m->parent + 2 * i, sizeof watch->parent[slot]);
     }
-    if (++watch->delta_parts < m->chunk_count)
+    if (watch->delta_parts < m->chunk_count)
         return;
     watch->topology = m->topology;
     watch->node_count = m->node_count;
@@ -183,7 +190,8 @@ static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, const pl
     if (!watch->whole)
         return;
     watch->frames++;
-    watch->frames_ahead += m->topology != watch->topology || m->node_count != watch->node_count;
+    watch->frames_ahead +=
+        !watch->behind && (m->topology != watch->topology || m->node_count != watch->node_count);
 }
 
 static void on_status(const lcm_recv_buf_t *buffer, const char *channel, const pliant_status_t *m,
@@ -259,7 +267,7 @@ static void press(Client *client, Watch *watch, Watch *other, int poses)
         assert_true(condition);                                                                    \
     } while (0)
 
-// Nothing is lost on the loopback device, so that every delta is of the mesh before it.
+// Every delta is of the mesh before it, unless a busy machine has lost one.
 static void clients_see_a_mesh_without_cracks_at_all_times(void **state)
 {
     (void)state;
@@ -276,7 +284,7 @@ static void clients_see_a_mesh_without_cracks_at_all_times(void **state)
 
     // One who comes late has the mesh as soon as it asks, and follows from there.
     Watch *late = watch_create();
-    send_command(client, PLIANT_COMMAND_T_DESCRIBE, 0, "");
+    assert_true(command(client, PLIANT_COMMAND_T_DESCRIBE, 0, "")->ok);
     press(client, watch, late, 150);
     assert_true(late->whole);
     assert_int_equal(late->missed, 0);
