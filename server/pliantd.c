@@ -5,7 +5,7 @@
 #include "base/isa.h"
 #include "base/log.h"
 #include "base/output.h"
-#include "scene/checkpoint.h"
+#include "io/checkpoint.h"
 #include "scene/plausible.h"
 #include "run/explain.h"
 #include "run/live.h"
@@ -379,18 +379,17 @@ static const char *choose_start(const DaemonArguments *arguments)
     return arguments->resume;
 }
 
-static bool start_world(World *world, const Scene *scene, const DaemonArguments *arguments,
-                        Status *status)
+static bool start_world(World *world, const DaemonArguments *arguments, Status *status)
 {
     if (arguments->resume != NULL) {
-        if (!checkpoint_read(arguments->resume, world, scene, status))
+        if (!checkpoint_read(arguments->resume, world, status))
             return false;
         if (arguments->continues)
             log_line(LOG_INFO, "--continue: continuing from %s, step %lld", arguments->resume,
                      (long long)sim_steps(world->sim));
     }
     return arguments->checkpoint == NULL ||
-           checkpoint_check_target(arguments->checkpoint, world, scene, status);
+           checkpoint_check_target(arguments->checkpoint, world, status);
 }
 
 // Numbers the log and recording of successive runs. The names live as long as the program.
@@ -436,7 +435,7 @@ static bool run(DaemonArguments *arguments, Status *status)
         whole = world_build(&world, &scene, &build, status);
         if (whole)
             plausible_warn(&world, &scene);
-        whole = whole && start_world(&world, &scene, arguments, status) &&
+        whole = whole && start_world(&world, arguments, status) &&
                 run_world(&world, &scene, arguments, input, block_signals(), status);
         world_destroy(&world);
     }

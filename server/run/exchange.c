@@ -162,7 +162,7 @@ void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
     if (options->logs_inputs)
         create_ring(&exchange->applied, arena, EXCHANGE_APPLIED, sizeof(AppliedInput), "applied");
     if (options->checkpoints) {
-        checkpoint_reserve(&exchange->image, world);
+        world_image_reserve(&exchange->image, &world->arena, world);
         create_ring(&exchange->written, arena, EXCHANGE_REQUESTS, sizeof(Answer), "written");
     }
     if (options->records)

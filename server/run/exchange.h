@@ -7,7 +7,7 @@
 #include "base/ring.h"
 #include "base/slot.h"
 #include "scene/build.h"
-#include "scene/checkpoint.h"
+#include "io/checkpoint.h"
 #include "run/gate.h"
 #include "run/mesh_copy.h"
 #include "run/rest_copy.h"
@@ -107,7 +107,7 @@ typedef struct Exchange {
     bool logs_inputs, checkpoints;
     Ring applied; // of AppliedInput
     atomic_llong applied_lost;
-    CheckpointImage image;
+    WorldImage image;
     atomic_bool image_full;             // set by the step thread, cleared by the files thread
     Answer asked[EXCHANGE_CHECKPOINTS]; // requests that the image answers; owned like the image
     int asked_count;

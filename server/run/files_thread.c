@@ -86,8 +86,7 @@ static void write_checkpoint(FilesThread *files)
     if (files->log != NULL)
         input_log_sync(files->log);
     Status result = {0};
-    if (checkpoint_write_claimed(&files->checkpoint, &exchange->image, files->world, files->scene,
-                                 &result))
+    if (checkpoint_write_claimed(&files->checkpoint, &exchange->image, files->world, &result))
         files->checkpoints++;
     else
         log_line(LOG_ERROR, "%s", result.text);

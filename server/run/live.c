@@ -74,7 +74,7 @@ static bool prepare(Live *live, Status *status)
     return bus_connect(live->bus, live->describe, options->lcm_url, status) &&
            (!live->exchange.checkpoints ||
             checkpoint_claim(&live->files.checkpoint, options->checkpoint_path, live->world,
-                             live->scene, status)) &&
+                             status)) &&
            (!live->exchange.records || recording_claim(options->record_path, false, status)) &&
            (!live->exchange.logs_inputs || open_input_log(live, status)) &&
            (!live->exchange.records || open_recording(live, status));

@@ -21,7 +21,7 @@ typedef struct Offline {
     Status *status;
     Replay replay;
     bool stopped; // by a signal
-    CheckpointImage image;
+    WorldImage image;
     OutputClaim checkpoint;
     Recorder recorder;
     RecordFrame *frame; // to be recorded, or NULL
@@ -68,16 +68,14 @@ static void record_input(void *user, int body, const char *kind, const char *tex
 
 static bool write_checkpoint(Offline *run)
 {
-    checkpoint_take(&run->image, run->world);
-    return checkpoint_write_claimed(&run->checkpoint, &run->image, run->world, run->scene,
-                                    run->status);
+    world_image_take(&run->image, run->world);
+    return checkpoint_write_claimed(&run->checkpoint, &run->image, run->world, run->status);
 }
 
 static bool claim_checkpoint(Offline *run)
 {
     const char *path = run->options->checkpoint_path;
-    return path == NULL ||
-           checkpoint_claim(&run->checkpoint, path, run->world, run->scene, run->status);
+    return path == NULL || checkpoint_claim(&run->checkpoint, path, run->world, run->status);
 }
 
 static bool open_recording(Offline *run)
@@ -193,7 +191,7 @@ bool offline_run(World *world, const Scene *scene, const OfflineOptions *options
                            ? INT64_MAX
                            : sim_steps(world->sim) + llround(options->seconds * scene->rate_hz);
     if (options->checkpoint_path != NULL)
-        checkpoint_reserve(&run->image, world);
+        world_image_reserve(&run->image, &world->arena, world);
 
     // Refuse a log, target or file that does not fit before the first tick.
     bool whole = replay_begin(&run->replay, world, scene, end_step, &replay, status) &&

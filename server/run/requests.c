@@ -349,7 +349,7 @@ void requests_finish_step(Loop *loop)
 static void take_image(Loop *loop)
 {
     Exchange *exchange = loop->exchange;
-    checkpoint_take(&exchange->image, loop->world);
+    world_image_take(&exchange->image, loop->world);
     memcpy(exchange->asked, loop->asked, sizeof loop->asked);
     exchange->asked_count = loop->asked_count;
     loop->asked_count = 0;

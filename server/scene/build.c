@@ -3,6 +3,7 @@
 #include "scene/build_parts.h"
 
 #include "base/check.h"
+#include "scene/physics_hash.h"
 
 #include <stdlib.h>
 
@@ -25,7 +26,7 @@ void build_complete(BodyOptions *body, const World *world, const Scene *scene,
 
 bool world_build(World *world, const Scene *scene, const BuildOptions *options, Status *status)
 {
-    *world = (World){0};
+    *world = (World){.scene_path = scene->path, .scene_text = scene->text};
     world->mesh_count = scene->body_count;
     world->mesh = calloc((size_t)scene->body_count, sizeof *world->mesh);
     world->cells = calloc((size_t)scene->body_count, sizeof *world->cells);
@@ -74,31 +75,9 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
         ok = sim_seal(world->sim, scene->settle_s, &said) ||
              status_fail(status, said.code, "%s: %s", scene->path, said.text);
     }
-    if (!ok)
+    if (ok)
+        world->physics = physics_hash(scene, world);
+    else
         world_destroy(world);
     return ok;
-}
-
-void world_count_input(World *world)
-{
-    int64_t step = sim_steps(world->sim);
-    world->inputs = step == world->inputs_step ? world->inputs + 1 : 1;
-    world->inputs_step = step;
-}
-
-int64_t world_inputs(const World *world)
-{
-    return sim_steps(world->sim) == world->inputs_step ? world->inputs : 0;
-}
-
-void world_destroy(World *world)
-{
-    team_destroy(world->team);
-    for (int i = 0; i < world->mesh_count; i++)
-        mesh_destroy(&world->mesh[i]);
-    free(world->mesh);
-    free(world->cells);
-    state_destroy(&world->state);
-    arena_destroy(&world->arena);
-    *world = (World){0};
 }

@@ -5,7 +5,7 @@
 
 #include "base/clock.h"
 #include "scene/build.h"
-#include "scene/checkpoint.h"
+#include "io/checkpoint.h"
 
 #include <stdlib.h>
 #include <sys/stat.h>
@@ -23,24 +23,24 @@
     "    material = { youngs_modulus = 1.0e4;  density = 1000.0; };\n"                             \
     "    fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.0249]); } ); } );\n"
 
-static void run(Bench *bench, const char *name, World *world, const Scene *scene)
+static void run(Bench *bench, const char *name, World *world)
 {
     const int repeats = bench->quick ? 3 : 40;
     char path[128];
     const char *base = getenv("TMPDIR");
     snprintf(path, sizeof path, "%s/pliant-bench-%d.h5", base != NULL ? base : "/tmp",
              (int)getpid());
-    CheckpointImage image;
-    checkpoint_reserve(&image, world);
+    WorldImage image;
+    world_image_reserve(&image, &world->arena, world);
     Samples take = {0}, write = {0};
     Status status = {0};
     for (int i = 0; i < repeats && status.code == STATUS_OK; i++) {
         for (int k = 0; k < 3; k++)
             sim_step(world->sim); // its own data fill the caches, as they do in a run
         int64_t begin = clock_now_ns();
-        checkpoint_take(&image, world);
+        world_image_take(&image, world);
         int64_t taken = clock_now_ns();
-        checkpoint_write(path, &image, world, scene, &status);
+        checkpoint_write(path, &image, world, &status);
         samples_add(&take, (double)(taken - begin) * 1e-3);
         samples_add(&write, (double)(clock_now_ns() - taken) * 1e-3);
     }
@@ -72,7 +72,7 @@ static void run_scene(Bench *bench, const char *name, const char *bodies)
         return;
     }
     if (scene_read(path, &scene, &status) && world_build(&world, &scene, &options, &status))
-        run(bench, name, &world, &scene);
+        run(bench, name, &world);
     else
         bench_fail(bench, name, status.text);
     world_destroy(&world);

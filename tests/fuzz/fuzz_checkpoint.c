@@ -3,7 +3,7 @@
 // the file itself, as it comes.
 #include "fuzz.h"
 
-#include "scene/checkpoint.h"
+#include "io/checkpoint.h"
 #include "base/fnv.h"
 #include "hdf_edit.h"
 #include "world.h"
@@ -15,9 +15,9 @@ static void make_base(HdfBase *base, FuzzWorld *world)
 {
     Sim *sim = world->world.sim;
     char why[256];
-    CheckpointImage image;
+    WorldImage image;
     Status status = {0};
-    checkpoint_reserve(&image, &world->world);
+    world_image_reserve(&image, &world->world.arena, &world->world);
     const CutOptions cut = {.body = -1,
                             .before = {{{-0.1, 0.001, -0.1}, {-0.1, 0.001, 0.1}}},
                             .after = {{{0.12, 0.001, -0.1}, {0.12, 0.001, 0.1}}}};
@@ -42,8 +42,8 @@ static void make_base(HdfBase *base, FuzzWorld *world)
         }
         sim_step(sim);
     }
-    checkpoint_take(&image, &world->world);
-    MUST(checkpoint_write(fuzz_path("base"), &image, &world->world, &world->scene, &status));
+    world_image_take(&image, &world->world);
+    MUST(checkpoint_write(fuzz_path("base"), &image, &world->world, &status));
     hdf_base_read(base, fuzz_path("base"));
 }
 
@@ -75,7 +75,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
                                    : hdf_base_edit(&base, "edited", &feed, true);
     uint64_t before = hash_motion(world);
     Status status = {0};
-    bool ok = checkpoint_read(path, &world->world, &world->scene, &status);
+    bool ok = checkpoint_read(path, &world->world, &status);
     fuzz_tell(ok ? "taken" : status.text);
     MUST(ok == (status.code == STATUS_OK));
     if (!ok) {

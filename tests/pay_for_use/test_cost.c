@@ -417,7 +417,7 @@ static void a_build_without_it_is_as_one_that_does_not_use_it(void **state)
 static void without_a_recording_none_of_its_functions_is_called(void **state)
 {
     (void)state;
-    static const char *const FILES[] = {"io/recording", "io/hdf", "scene/checkpoint", NULL};
+    static const char *const FILES[] = {"io/recording", "io/hdf", "io/checkpoint", NULL};
     static Profile profile;
     const char *record = scratch("record.h5");
     const char *scene = write_feature_scene(!WITH_SURFACE, &PLAIN, "");

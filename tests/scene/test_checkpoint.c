@@ -4,7 +4,7 @@
 #include "world_run.h"
 
 #include "io/initial.h"
-#include "scene/checkpoint.h"
+#include "io/checkpoint.h"
 #include "surface/surface.h"
 
 #include <signal.h>
@@ -47,11 +47,11 @@ static void save(Run *run, const char *name)
 {
     char path[SCRATCH_PATH];
     Status status = {0};
-    CheckpointImage image;
-    checkpoint_reserve(&image, &run->world);
-    checkpoint_take(&image, &run->world);
+    WorldImage image;
+    world_image_reserve(&image, &run->world.arena, &run->world);
+    world_image_take(&image, &run->world);
     unlink(scratch_path(&scratch, name, path)); // what was altered is not replaced
-    bool ok = checkpoint_write(path, &image, &run->world, &run->scene, &status);
+    bool ok = checkpoint_write(path, &image, &run->world, &status);
     if (!ok)
         print_error("%s\n", status.text);
     assert_true(ok);
@@ -63,8 +63,7 @@ static const char *load(Run *run, const char *name)
     static char said[512];
     char path[SCRATCH_PATH];
     Status status = {0};
-    bool ok =
-        checkpoint_read(scratch_path(&scratch, name, path), &run->world, &run->scene, &status);
+    bool ok = checkpoint_read(scratch_path(&scratch, name, path), &run->world, &status);
     assert_int_equal(ok, status.code == STATUS_OK);
     snprintf(said, sizeof said, "%s", ok ? "" : status.text + strlen(scratch.folder) + 1);
     assert_null(strchr(said, '\n'));
@@ -466,12 +465,12 @@ static void files_that_cannot_be_written_are_named(void **unused)
     Run run;
     Status status = {0};
     char path[SCRATCH_PATH];
-    CheckpointImage image;
+    WorldImage image;
     run_create(&run, SCENE("leapfrog", ""));
-    checkpoint_reserve(&image, &run.world);
-    checkpoint_take(&image, &run.world);
+    world_image_reserve(&image, &run.world.arena, &run.world);
+    world_image_take(&image, &run.world);
     scratch_path(&scratch, "none/a.h5", path);
-    assert_false(checkpoint_write(path, &image, &run.world, &run.scene, &status));
+    assert_false(checkpoint_write(path, &image, &run.world, &status));
     assert_int_equal(status.code, STATUS_FAILED);
     assert_non_null(strstr(status.text, "none/a.h5: No such file or directory"));
     run_destroy(&run);
@@ -482,17 +481,17 @@ static void numbers_that_are_none_are_not_written(void **unused)
     (void)unused;
     Run run;
     char path[SCRATCH_PATH];
-    CheckpointImage image;
+    WorldImage image;
     run_create(&run, SCENE("leapfrog", ""));
     save(&run, "whole.h5");
-    checkpoint_reserve(&image, &run.world);
+    world_image_reserve(&image, &run.world.arena, &run.world);
     scratch_path(&scratch, "whole.h5", path);
     for (int k = 0; k < 2; k++) {
         Status status = {0};
-        checkpoint_take(&image, &run.world);
+        world_image_take(&image, &run.world);
         Vec3 *row = k == 0 ? image.position[0] : image.velocity[0];
         row[3].y = (double)NAN;
-        assert_false(checkpoint_write(path, &image, &run.world, &run.scene, &status));
+        assert_false(checkpoint_write(path, &image, &run.world, &status));
         assert_non_null(strstr(status.text, "whole.h5: not written: row 3 of body "));
         assert_string_equal(load(&run, "whole.h5"), ""); // the good one is still there
     }
@@ -505,12 +504,12 @@ static void a_full_disk_leaves_the_previous_file_whole(void **unused)
     Run run;
     Status status = {0};
     char path[SCRATCH_PATH];
-    CheckpointImage image;
+    WorldImage image;
     run_create(&run, SCENE("leapfrog", ""));
     save(&run, "a.h5");
     run_step(&run, 5);
-    checkpoint_reserve(&image, &run.world);
-    checkpoint_take(&image, &run.world);
+    world_image_reserve(&image, &run.world.arena, &run.world);
+    world_image_take(&image, &run.world);
 
     // A limit on the size of files stands in for a full disk.
     struct rlimit before, tight;
@@ -520,7 +519,7 @@ static void a_full_disk_leaves_the_previous_file_whole(void **unused)
     signal(SIGXFSZ, SIG_IGN);
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &tight), 0);
     scratch_path(&scratch, "a.h5", path);
-    bool ok = checkpoint_write(path, &image, &run.world, &run.scene, &status);
+    bool ok = checkpoint_write(path, &image, &run.world, &status);
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
     assert_false(ok);
     assert_int_equal(status.code, STATUS_FAILED);
@@ -568,10 +567,10 @@ static void what_is_not_built_in_is_refused(void **unused)
     assert_false(initial_read("start.h5", &mesh, &position, &velocity, &status));
     assert_string_equal(status.text, "start.h5: built without HDF5 (PLIANT_HDF5)");
     status = (Status){0};
-    assert_false(checkpoint_read("a.h5", NULL, NULL, &status));
+    assert_false(checkpoint_read("a.h5", NULL, &status));
     assert_string_equal(status.text, "a.h5: built without HDF5 (PLIANT_HDF5)");
     status = (Status){0};
-    assert_false(checkpoint_write("a.h5", NULL, NULL, NULL, &status));
+    assert_false(checkpoint_write("a.h5", NULL, NULL, &status));
     assert_string_equal(status.text, "a.h5: built without HDF5 (PLIANT_HDF5)");
 #else
     skip();

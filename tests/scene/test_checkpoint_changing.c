@@ -3,7 +3,8 @@
 #include "expect.h"
 #include "scratch.h"
 
-#include "scene/checkpoint.h"
+#include "io/checkpoint.h"
+#include "scene/build.h"
 #include "mesh_check.h"
 #include "mesh_toy.h"
 
@@ -56,12 +57,11 @@ static void save(Run *run, const char *name)
 {
     char path[SCRATCH_PATH];
     Status status = {0};
-    CheckpointImage image;
-    checkpoint_reserve(&image, &run->world);
-    checkpoint_take(&image, &run->world);
+    WorldImage image;
+    world_image_reserve(&image, &run->world.arena, &run->world);
+    world_image_take(&image, &run->world);
     run_change(run, 3); // the file is written later, while the body goes on
-    if (!checkpoint_write(scratch_path(&scratch, name, path), &image, &run->world, &run->scene,
-                          &status))
+    if (!checkpoint_write(scratch_path(&scratch, name, path), &image, &run->world, &status))
         fail_msg("%s", status.text);
 }
 
@@ -69,7 +69,7 @@ static bool load(Run *run, const char *name, Status *status)
 {
     char path[SCRATCH_PATH];
     *status = (Status){0};
-    return checkpoint_read(scratch_path(&scratch, name, path), &run->world, &run->scene, status);
+    return checkpoint_read(scratch_path(&scratch, name, path), &run->world, status);
 }
 
 // Rows of a data set, with its number of them.

@@ -2,7 +2,7 @@
 #include "effort.h"
 #include "tied_bodies.h"
 
-#include "scene/checkpoint.h"
+#include "io/checkpoint.h"
 
 #include <stdlib.h>
 
@@ -146,12 +146,12 @@ static void holds_and_ties_are_in_checkpoints(void **state)
     }
     char path[SCRATCH_PATH];
     Status status = {0};
-    CheckpointImage image;
-    checkpoint_reserve(&image, &run.world);
-    checkpoint_take(&image, &run.world);
-    assert_true(checkpoint_write(scratch_path(&scratch, "a.h5", path), &image, &run.world,
-                                 &run.scene, &status));
-    assert_true(checkpoint_read(path, &other.world, &other.scene, &status));
+    WorldImage image;
+    world_image_reserve(&image, &run.world.arena, &run.world);
+    world_image_take(&image, &run.world);
+    assert_true(
+        checkpoint_write(scratch_path(&scratch, "a.h5", path), &image, &run.world, &status));
+    assert_true(checkpoint_read(path, &other.world, &status));
     assert_true(attachment_is_holding(other.world.sim->attachment[0]) ||
                 attachment_is_holding(other.world.sim->attachment[1]));
     for (int i = 0; i < 100; i++) {

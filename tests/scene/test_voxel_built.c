@@ -3,7 +3,7 @@
 #include "expect.h"
 #include "world_run.h"
 
-#include "scene/checkpoint.h"
+#include "io/checkpoint.h"
 #include "scene/prepared.h"
 
 #include <stdlib.h>
@@ -266,11 +266,10 @@ static void save(Run *run, const char *name)
 {
     char path[SCRATCH_PATH];
     Status status = {0};
-    CheckpointImage image;
-    checkpoint_reserve(&image, &run->world);
-    checkpoint_take(&image, &run->world);
-    if (!checkpoint_write(scratch_path(&scratch, name, path), &image, &run->world, &run->scene,
-                          &status))
+    WorldImage image;
+    world_image_reserve(&image, &run->world.arena, &run->world);
+    world_image_take(&image, &run->world);
+    if (!checkpoint_write(scratch_path(&scratch, name, path), &image, &run->world, &status))
         fail_msg("%s", status.text);
 }
 
@@ -279,8 +278,7 @@ static const char *load(Run *run, const char *name)
     static char said[512];
     char path[SCRATCH_PATH];
     Status status = {0};
-    bool ok =
-        checkpoint_read(scratch_path(&scratch, name, path), &run->world, &run->scene, &status);
+    bool ok = checkpoint_read(scratch_path(&scratch, name, path), &run->world, &status);
     snprintf(said, sizeof said, "%s", ok ? "" : status.text + strlen(scratch.folder) + 1);
     return said;
 }

@@ -14,7 +14,7 @@
 #include "base/check.h"
 #include "base/log.h"
 #include "effort.h"
-#include "scene/checkpoint.h"
+#include "io/checkpoint.h"
 #include "random.h"
 
 #include <ctype.h>
@@ -376,16 +376,16 @@ static bool is_same(Run *run, const StateList *a, const StateList *b, int ticks)
 static bool resume(Run *run)
 {
     char path[200];
-    CheckpointImage image;
+    WorldImage image;
     Status status = {0};
     World again;
     snprintf(path, sizeof path, "%s.h5", run->path);
-    checkpoint_reserve(&image, &run->world);
-    checkpoint_take(&image, &run->world);
-    if (!checkpoint_write(path, &image, &run->world, &run->scene, &status))
+    world_image_reserve(&image, &run->world.arena, &run->world);
+    world_image_take(&image, &run->world);
+    if (!checkpoint_write(path, &image, &run->world, &status))
         return fail(run, status.text);
     bool sound = build(run, &again);
-    if (sound && !checkpoint_read(path, &again, &run->scene, &status)) {
+    if (sound && !checkpoint_read(path, &again, &status)) {
         world_destroy(&again);
         sound = fail(run, status.text);
     }

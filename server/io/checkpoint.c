@@ -1,13 +1,10 @@
-// Checkpoints: a copy of everything that changes, taken between two ticks and written later. The
-// step thread calls checkpoint_take, which only copies; the thread that writes files calls
-// checkpoint_write; the rest is called once, at load time.
-#include "scene/checkpoint.h"
+// The thread that writes files calls checkpoint_write; the rest is called once, at load time.
+#include "io/checkpoint.h"
 
 #include "base/check.h"
+#include "base/fnv.h"
 #include "base/log.h"
 #include "io/checkpoint_rows.h"
-#include "base/fnv.h"
-#include "scene/physics_hash.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -15,49 +12,6 @@
 
 #define CHECKPOINT_FORMAT "pliant-checkpoint"
 enum { CHECKPOINT_VERSION = 2, NAME_TEXT = 160 };
-
-static void reserve(CheckpointImage *image, Arena *arena, const World *world)
-{
-    size_t bodies = (size_t)sim_body_count(world->sim);
-    *image = (CheckpointImage){0};
-    image->block =
-        arena_allocate(arena, ARENA_OUTPUT, state_bytes(&world->state), 1, "checkpoint/state");
-    image->node_count =
-        arena_allocate(arena, ARENA_OUTPUT, bodies, sizeof *image->node_count, "checkpoint/counts");
-    image->id = arena_allocate(arena, ARENA_OUTPUT, bodies, sizeof *image->id, "checkpoint/ids");
-    image->position = arena_allocate(arena, ARENA_OUTPUT, bodies, sizeof *image->position,
-                                     "checkpoint/positions");
-    image->velocity = arena_allocate(arena, ARENA_OUTPUT, bodies, sizeof *image->velocity,
-                                     "checkpoint/velocities");
-    for (size_t i = 0; i < bodies; i++) {
-        const Body *body = sim_body(world->sim, (int)i);
-        size_t nodes = (size_t)body->state_capacity;
-        image->id[i] =
-            arena_allocate(arena, ARENA_OUTPUT, nodes, sizeof(int), "checkpoint/%s/id", body->name);
-        image->position[i] = arena_allocate(arena, ARENA_OUTPUT, nodes, sizeof(Vec3),
-                                            "checkpoint/%s/position", body->name);
-        image->velocity[i] = arena_allocate(arena, ARENA_OUTPUT, nodes, sizeof(Vec3),
-                                            "checkpoint/%s/velocity", body->name);
-    }
-}
-
-void checkpoint_reserve(CheckpointImage *image, World *world)
-{
-    reserve(image, &world->arena, world);
-}
-
-void checkpoint_take(CheckpointImage *image, const World *world)
-{
-    state_copy_out(&world->state, image->block);
-    for (int i = 0; i < sim_body_count(world->sim); i++) {
-        const Body *body = sim_body(world->sim, i);
-        image->node_count[i] = body->ops->read_state(body->model, image->id[i], image->position[i],
-                                                     image->velocity[i]);
-    }
-    image->time = sim_time(world->sim);
-    image->step = sim_steps(world->sim);
-    image->inputs = world_inputs(world);
-}
 
 #ifdef PLIANT_WITH_HDF5
 
@@ -69,14 +23,13 @@ static const char *isa_of(const World *world)
     return body->ops->isa(body->model);
 }
 
-static bool write_head(const HdfFile *file, const CheckpointImage *image, const World *world,
-                       const Scene *scene)
+static bool write_head(const HdfFile *file, const WorldImage *image, const World *world)
 {
     char physics[FNV_TEXT];
-    fnv_text(physics, physics_hash(scene, world));
+    fnv_text(physics, world->physics);
     return hdf_write_text(file, "/", "format", CHECKPOINT_FORMAT) &&
            hdf_write_int(file, "/", "version", CHECKPOINT_VERSION) &&
-           hdf_write_text(file, "/", "scene", scene->text) &&
+           hdf_write_text(file, "/", "scene", world->scene_text) &&
            hdf_write_text(file, "/", "created_by", "pliantd " PLIANT_VERSION) &&
            hdf_write_text(file, "/", "physics", physics) &&
            hdf_write(file, "/time", H5T_NATIVE_DOUBLE, 0, NULL, &image->time, "s") &&
@@ -84,8 +37,7 @@ static bool write_head(const HdfFile *file, const CheckpointImage *image, const 
            hdf_write(file, "/inputs", H5T_NATIVE_INT64, 0, NULL, &image->inputs, "1");
 }
 
-static bool write_body(const HdfFile *file, const CheckpointImage *image, const Body *body,
-                       int index)
+static bool write_body(const HdfFile *file, const WorldImage *image, const Body *body, int index)
 {
     BodyRows rows;
     checkpoint_rows_sort(&rows, image->node_count[index], image->id[index], image->position[index],
@@ -95,7 +47,7 @@ static bool write_body(const HdfFile *file, const CheckpointImage *image, const 
     return ok;
 }
 
-static bool write_state(const HdfFile *file, const CheckpointImage *image, const World *world)
+static bool write_state(const HdfFile *file, const WorldImage *image, const World *world)
 {
     const unsigned char *from = image->block;
     for (int i = 0; i < world->state.count; i++) {
@@ -112,8 +64,7 @@ static bool write_state(const HdfFile *file, const CheckpointImage *image, const
 
 // Refuses an image with numbers that are not finite. The guard excludes such states, but if memory
 // was overwritten since, a good file must not be replaced.
-static bool is_finite(const char *path, const CheckpointImage *image, const World *world,
-                      Status *status)
+static bool is_finite(const char *path, const WorldImage *image, const World *world, Status *status)
 {
     for (int i = 0; i < sim_body_count(world->sim); i++)
         for (int k = 0; k < image->node_count[i]; k++)
@@ -124,14 +75,14 @@ static bool is_finite(const char *path, const CheckpointImage *image, const Worl
     return true;
 }
 
-static bool write_file(const char *path, OutputClaim *claim, const CheckpointImage *image,
-                       const World *world, const Scene *scene, Status *status)
+static bool write_file(const char *path, OutputClaim *claim, const WorldImage *image,
+                       const World *world, Status *status)
 {
     HdfFile file;
     if (!is_finite(path, image, world, status) || !hdf_create(&file, path, status))
         return false;
     file.claim = claim;
-    bool ok = write_head(&file, image, world, scene);
+    bool ok = write_head(&file, image, world);
     for (int i = 0; i < sim_body_count(world->sim) && ok; i++)
         ok = write_body(&file, image, sim_body(world->sim, i), i);
     ok = ok && write_state(&file, image, world) && hdf_save(&file);
@@ -139,20 +90,18 @@ static bool write_file(const char *path, OutputClaim *claim, const CheckpointIma
     return ok;
 }
 
-bool checkpoint_write(const char *path, const CheckpointImage *image, const World *world,
-                      const Scene *scene, Status *status)
+bool checkpoint_write(const char *path, const WorldImage *image, const World *world, Status *status)
 {
-    return write_file(path, NULL, image, world, scene, status);
+    return write_file(path, NULL, image, world, status);
 }
 
-bool checkpoint_write_claimed(OutputClaim *claim, const CheckpointImage *image, const World *world,
-                              const Scene *scene, Status *status)
+bool checkpoint_write_claimed(OutputClaim *claim, const WorldImage *image, const World *world,
+                              Status *status)
 {
-    return write_file(claim->path, claim, image, world, scene, status);
+    return write_file(claim->path, claim, image, world, status);
 }
 
-bool checkpoint_check_target(const char *path, const World *world, const Scene *scene,
-                             Status *status)
+bool checkpoint_check_target(const char *path, const World *world, Status *status)
 {
     HdfFile file;
     int64_t there = 0;
@@ -162,7 +111,7 @@ bool checkpoint_check_target(const char *path, const World *world, const Scene *
         return false;
     if (file.child == NULL)
         return true;
-    fnv_text(physics, physics_hash(scene, world));
+    fnv_text(physics, world->physics);
     bool ok = hdf_read_text(&file, "/", "physics", text, sizeof text) &&
               hdf_read_numbers(&file, "/step", H5T_NATIVE_INT64, 0, &there) &&
               (strcmp(text, physics) != 0 || there <= step ||
@@ -175,11 +124,10 @@ bool checkpoint_check_target(const char *path, const World *world, const Scene *
 }
 
 // Checks the target again after claiming it: another run may have written there until then.
-bool checkpoint_claim(OutputClaim *claim, const char *path, const World *world, const Scene *scene,
-                      Status *status)
+bool checkpoint_claim(OutputClaim *claim, const char *path, const World *world, Status *status)
 {
     return output_claim(claim, path, HDF_MARK, status) &&
-           checkpoint_check_target(path, world, scene, status);
+           checkpoint_check_target(path, world, status);
 }
 
 bool checkpoint_is_there(const char *path)
@@ -192,7 +140,7 @@ bool checkpoint_is_there(const char *path)
 // --- reading -------------------------------------------------------------------------------------
 
 // Checks format, version and scene before any number is read.
-static bool check_head(const HdfFile *file, const World *world, const Scene *scene)
+static bool check_head(const HdfFile *file, const World *world)
 {
     char text[64], physics[FNV_TEXT];
     int version = 0;
@@ -207,19 +155,19 @@ static bool check_head(const HdfFile *file, const World *world, const Scene *sce
     for (int i = 0; i < sim_body_count(world->sim); i++)
         if (!checkpoint_rows_check_count(file, sim_body(world->sim, i)))
             return false;
-    fnv_text(physics, physics_hash(scene, world));
+    fnv_text(physics, world->physics);
     if (!hdf_read_text(file, "/", "physics", text, sizeof text))
         return false;
     return strcmp(text, physics) == 0 ||
            hdf_fail(file, "/",
                     "was written for other physics than those of %s (rate, gravity, "
                     "meshes, materials, tools, attachments or loads differ)",
-                    scene->path);
+                    world->scene_path);
 }
 
 // Reads the count of inputs. Checkpoints of older builds lack it: it is zero, unless the checkpoint
 // was taken in a pause.
-static bool read_inputs(const HdfFile *file, CheckpointImage *image)
+static bool read_inputs(const HdfFile *file, WorldImage *image)
 {
     image->inputs = 0;
     if (!hdf_exists(file, "/inputs"))
@@ -230,8 +178,7 @@ static bool read_inputs(const HdfFile *file, CheckpointImage *image)
 }
 
 // Reads everything into an image; the caller destroys `rows` [body_count], also after a failure.
-static bool read_image(const HdfFile *file, CheckpointImage *image, BodyRows *rows,
-                       const World *world)
+static bool read_image(const HdfFile *file, WorldImage *image, BodyRows *rows, const World *world)
 {
     unsigned char *to = image->block;
     for (int i = 0; i < sim_body_count(world->sim); i++)
@@ -254,7 +201,7 @@ static bool read_image(const HdfFile *file, CheckpointImage *image, BodyRows *ro
 }
 
 // Checks that the current state is the one that the file shows, and that it can be stepped.
-static bool check_state(const HdfFile *file, const CheckpointImage *image, const BodyRows *rows,
+static bool check_state(const HdfFile *file, const WorldImage *image, const BodyRows *rows,
                         const World *world)
 {
     if (sim_steps(world->sim) != image->step)
@@ -277,7 +224,7 @@ static bool check_state(const HdfFile *file, const CheckpointImage *image, const
 }
 
 // Replaces the world's state, or leaves it unchanged on failure.
-static bool apply_image(const HdfFile *file, const CheckpointImage *image, const BodyRows *rows,
+static bool apply_image(const HdfFile *file, const WorldImage *image, const BodyRows *rows,
                         World *world)
 {
     void *before = malloc(state_bytes(&world->state) + 1);
@@ -298,18 +245,18 @@ static bool apply_image(const HdfFile *file, const CheckpointImage *image, const
     return ok;
 }
 
-bool checkpoint_read(const char *path, World *world, const Scene *scene, Status *status)
+bool checkpoint_read(const char *path, World *world, Status *status)
 {
     HdfFile file;
     if (!hdf_open_sealed(&file, path, status))
         return false;
     Arena arena = {0};
-    CheckpointImage image;
-    reserve(&image, &arena, world);
+    WorldImage image;
+    world_image_reserve(&image, &arena, world);
     BodyRows *rows = calloc((size_t)sim_body_count(world->sim) + 1, sizeof *rows);
     ASSERT(rows != NULL);
     char isa[64];
-    bool ok = check_head(&file, world, scene) && read_image(&file, &image, rows, world) &&
+    bool ok = check_head(&file, world) && read_image(&file, &image, rows, world) &&
               hdf_read_text(&file, "/state", "isa", isa, sizeof isa) && hdf_alive(&file) &&
               apply_image(&file, &image, rows, world);
     for (int i = 0; i < sim_body_count(world->sim); i++)
@@ -325,24 +272,22 @@ bool checkpoint_read(const char *path, World *world, const Scene *scene, Status 
 
 #else
 
-bool checkpoint_check_target(const char *path, const World *world, const Scene *scene,
-                             Status *status)
+bool checkpoint_check_target(const char *path, const World *world, Status *status)
 {
-    (void)world, (void)scene;
+    (void)world;
     return status_fail(status, STATUS_INVALID, "%s: %s", path, HDF_NOT_BUILT);
 }
 
-bool checkpoint_claim(OutputClaim *claim, const char *path, const World *world, const Scene *scene,
-                      Status *status)
+bool checkpoint_claim(OutputClaim *claim, const char *path, const World *world, Status *status)
 {
     *claim = (OutputClaim){.fd = -1};
-    return checkpoint_check_target(path, world, scene, status);
+    return checkpoint_check_target(path, world, status);
 }
 
-bool checkpoint_write_claimed(OutputClaim *claim, const CheckpointImage *image, const World *world,
-                              const Scene *scene, Status *status)
+bool checkpoint_write_claimed(OutputClaim *claim, const WorldImage *image, const World *world,
+                              Status *status)
 {
-    return checkpoint_write(claim->path, image, world, scene, status);
+    return checkpoint_write(claim->path, image, world, status);
 }
 
 bool checkpoint_is_there(const char *path)
@@ -351,16 +296,15 @@ bool checkpoint_is_there(const char *path)
     return false;
 }
 
-bool checkpoint_write(const char *path, const CheckpointImage *image, const World *world,
-                      const Scene *scene, Status *status)
+bool checkpoint_write(const char *path, const WorldImage *image, const World *world, Status *status)
 {
-    (void)image, (void)world, (void)scene;
+    (void)image, (void)world;
     return status_fail(status, STATUS_INVALID, "%s: %s", path, HDF_NOT_BUILT);
 }
 
-bool checkpoint_read(const char *path, World *world, const Scene *scene, Status *status)
+bool checkpoint_read(const char *path, World *world, Status *status)
 {
-    (void)world, (void)scene;
+    (void)world;
     return status_fail(status, STATUS_INVALID, "%s: %s", path, HDF_NOT_BUILT);
 }
 

@@ -1,0 +1,31 @@
+// Checkpoints, in HDF5 (README.md, "What HDF5 does").
+#ifndef PLIANT_IO_CHECKPOINT_H
+#define PLIANT_IO_CHECKPOINT_H
+
+#include "base/output.h"
+#include "dynamics/world.h"
+
+// True if a run from the world's current step may write its checkpoints to `path`: they must not
+// replace a file of another kind, nor a later checkpoint of the same physics. Returns false with
+// `status` (STATUS_INVALID). Load time.
+bool checkpoint_check_target(const char *path, const World *world, Status *status);
+// Does the same and claims the path until output_release, so that no other run replaces the file
+// meanwhile.
+bool checkpoint_claim(OutputClaim *claim, const char *path, const World *world, Status *status);
+// True if the path holds anything but an empty file or a device: a checkpoint or an obstacle.
+bool checkpoint_is_there(const char *path);
+
+// Writes the image as base/output.h does, synced to the disk; replaces only a sealed file. Root
+// attributes: format, version, scene, created_by. Data: /time, /step, /inputs; /bodies/<name>/{id,
+// position, velocity} float64 of the live nodes, in ascending id; /state/<array> as bytes, with
+// attribute isa. Every dataset has the attribute unit. The first 512 bytes, which HDF5 leaves to
+// its user, hold a seal: the hash of the rest.
+bool checkpoint_write(const char *path, const WorldImage *image, const World *world,
+                      Status *status);
+bool checkpoint_write_claimed(OutputClaim *claim, const WorldImage *image, const World *world,
+                              Status *status);
+// Validates the file against the scene and the world (format, version, names, sizes, hash of the
+// scene's physics) and replaces the world's state. The continued run is bit-identical.
+bool checkpoint_read(const char *path, World *world, Status *status);
+
+#endif
