@@ -1,6 +1,7 @@
 #include "dynamics/attachment_data.h"
 
 #include "base/check.h"
+#include "base/compare.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -24,12 +25,6 @@ static bool is_free_node(const Body *body, int node)
     const BodySurface *surface = &body->surface;
     return surface->node_face_end[node] > surface->node_face_start[node] &&
            !body->ops->is_fixed(body->model, node);
-}
-
-static int compare_nodes(const void *a, const void *b)
-{
-    int x = *(const int *)a, y = *(const int *)b;
-    return (x > y) - (x < y);
 }
 
 // Finds the outer nodes whose ids the state shows at a region's positions, with their copies.
@@ -84,7 +79,7 @@ bool attachment_find_region(const Body *body, const FixedRegion *region, int **n
             (*node)[(*count)++] = i;
     }
     free(inside);
-    qsort(*node, (size_t)*count, sizeof **node, compare_nodes);
+    qsort(*node, (size_t)*count, sizeof **node, compare_ints);
     if (missing > 0)
         return status_fail(status, STATUS_INVALID,
                            "nodes: %d of %d are not on the outside of body %s", missing,

@@ -2,6 +2,7 @@
 #include "dynamics/contact_data.h"
 
 #include "base/check.h"
+#include "base/compare.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -98,12 +99,6 @@ void contact_bounds(const Body *body, const ToolOptions *tool, double *lambda, d
 // ---------------------------------------------------------------------------------------------
 // Capacity
 
-static int compare(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 // Returns the largest number of faces of a body whose rest areas sum up to `area`: its smallest.
 static int count_faces(const BodySurface *surface, double area)
 {
@@ -111,7 +106,7 @@ static int count_faces(const BodySurface *surface, double area)
     double *sorted = calloc(faces + 1, sizeof *sorted);
     ASSERT(sorted != NULL);
     memcpy(sorted, surface->finest_area, faces * sizeof *sorted);
-    qsort(sorted, faces, sizeof *sorted, compare);
+    qsort(sorted, faces, sizeof *sorted, compare_doubles);
     int count = 0;
     for (double sum = sorted[0]; count < surface->face_count && sum <= area; sum += sorted[count])
         count++;

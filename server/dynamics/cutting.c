@@ -3,6 +3,7 @@
 #include "dynamics/sim_data.h"
 
 #include "base/check.h"
+#include "base/compare.h"
 
 #include <limits.h>
 #include <stdio.h>
@@ -22,12 +23,6 @@ static const double NO_AREA = 1e-12;
 // ---------------------------------------------------------------------------------------------
 // Creation
 
-static int compare(const void *a, const void *b)
-{
-    int x = *(const int *)a, y = *(const int *)b;
-    return (x > y) - (x < y);
-}
-
 int body_count_pieces(const BodyMesh *mesh)
 {
     size_t used = 0;
@@ -36,7 +31,7 @@ int body_count_pieces(const BodyMesh *mesh)
     for (int i = 0; i < mesh->node_count; i++)
         if (mesh->id[i] >= 0)
             piece[used++] = mesh->piece[i];
-    qsort(piece, used, sizeof *piece, compare);
+    qsort(piece, used, sizeof *piece, compare_ints);
     int count = 0;
     for (size_t i = 0; i < used; i++)
         count += i == 0 || piece[i] != piece[i - 1];

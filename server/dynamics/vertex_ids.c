@@ -1,14 +1,9 @@
 #include "dynamics/vertex_ids.h"
 
 #include "base/check.h"
+#include "base/compare.h"
 
 #include <stdlib.h>
-
-static int compare(const void *left, const void *right)
-{
-    const VertexId *a = left, *b = right;
-    return (a->id > b->id) - (a->id < b->id);
-}
 
 VertexId *vertex_ids_sort(const int *id, int count)
 {
@@ -16,14 +11,14 @@ VertexId *vertex_ids_sort(const int *id, int count)
     ASSERT(sorted != NULL);
     for (int i = 0; i < count; i++)
         sorted[i] = (VertexId){id[i], i};
-    qsort(sorted, (size_t)count, sizeof *sorted, compare);
+    qsort(sorted, (size_t)count, sizeof *sorted, compare_ints);
     return sorted;
 }
 
 int vertex_ids_find(const VertexId *sorted, int count, int id)
 {
     const VertexId key = {id, 0};
-    const VertexId *found = bsearch(&key, sorted, (size_t)count, sizeof *sorted, compare);
+    const VertexId *found = bsearch(&key, sorted, (size_t)count, sizeof *sorted, compare_ints);
     return found != NULL ? found->vertex : -1;
 }
 

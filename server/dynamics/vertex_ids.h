@@ -5,7 +5,7 @@
 #include "base/status.h"
 
 typedef struct VertexId {
-    int id, vertex;
+    int id, vertex; // id first, for compare_ints
 } VertexId;
 
 // Returns [count] entries in ascending order of id; malloc'ed, the caller frees.

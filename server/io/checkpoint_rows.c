@@ -1,6 +1,7 @@
 #include "io/checkpoint_rows.h"
 
 #include "base/check.h"
+#include "base/compare.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -26,14 +27,8 @@ void checkpoint_rows_destroy(BodyRows *rows)
 }
 
 typedef struct IdSlot {
-    int id, slot;
+    int id, slot; // id first, for compare_ints
 } IdSlot;
-
-static int compare_ids(const void *left, const void *right)
-{
-    const IdSlot *a = left, *b = right;
-    return (a->id > b->id) - (a->id < b->id);
-}
 
 void checkpoint_rows_sort(BodyRows *rows, int slots, const int *id, const Vec3 *position,
                           const Vec3 *velocity)
@@ -44,7 +39,7 @@ void checkpoint_rows_sort(BodyRows *rows, int slots, const int *id, const Vec3 *
     for (int i = 0; i < slots; i++)
         if (id[i] >= 0)
             order[count++] = (IdSlot){id[i], i};
-    qsort(order, (size_t)count, sizeof *order, compare_ids);
+    qsort(order, (size_t)count, sizeof *order, compare_ints);
     create_rows(rows, count);
     for (int i = 0; i < count; i++) {
         rows->id[i] = order[i].id;

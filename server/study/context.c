@@ -1,5 +1,6 @@
 #include "study/context.h"
 
+#include "base/compare.h"
 #include "run/realtime.h"
 #include "study/case.h"
 #include "study/inputs.h"
@@ -31,21 +32,15 @@ int study_mesh_of(const StudyContext *context, const StudyCase *what)
 
 // A candidate during the choice of points.
 typedef struct Candidate {
-    int id;
+    int id; // first, for compare_ints
     Vec3 rest;
     double area, weight;
 } Candidate;
 
-static int by_id(const void *a, const void *b)
-{
-    const Candidate *p = a, *q = b;
-    return (p->id > q->id) - (p->id < q->id);
-}
-
 static Candidate *find_candidate(Candidate *list, int count, int id)
 {
     const Candidate key = {.id = id};
-    return bsearch(&key, list, (size_t)count, sizeof *list, by_id);
+    return bsearch(&key, list, (size_t)count, sizeof *list, compare_ints);
 }
 
 // Lists every published node of the surface with its share of the area; the caller frees it.
@@ -63,7 +58,7 @@ static Candidate *list_candidates(const Body *body, int *count)
         for (int r = 0; r < used; r++)
             if (id[r] >= 0)
                 list[(*count)++] = (Candidate){.id = id[r], .rest = x[r]};
-        qsort(list, (size_t)*count, sizeof *list, by_id);
+        qsort(list, (size_t)*count, sizeof *list, compare_ints);
         // A third of each triangle's area to each of its corners.
         for (int t = 0; t < mesh->triangle_count; t++) {
             Candidate *corner[3];

@@ -1,6 +1,7 @@
 #include "study/run.h"
 
 #include "base/clock.h"
+#include "base/compare.h"
 #include "run/realtime.h"
 #include "study/errors.h"
 #include "study/inputs.h"
@@ -169,12 +170,6 @@ static void run_once(Once *once)
     study_destroy_scene(&copy);
 }
 
-static int by_size(const void *a, const void *b)
-{
-    double p = *(const double *)a, q = *(const double *)b;
-    return (p > q) - (p < q);
-}
-
 static double quantile(const double *sorted, int count, double share)
 {
     int at = (int)ceil(share * count) - 1;
@@ -184,7 +179,7 @@ static double quantile(const double *sorted, int count, double share)
 // Takes the tick times of one repeat.
 static void take_ticks(StudyRun *run, double *tick_s, int count)
 {
-    qsort(tick_s, (size_t)count, sizeof *tick_s, by_size);
+    qsort(tick_s, (size_t)count, sizeof *tick_s, compare_doubles);
     run->tick_p50 = quantile(tick_s, count, 0.5);
     run->tick_p99 = quantile(tick_s, count, 0.99);
     run->tick_most = quantile(tick_s, count, 1.0);

@@ -1,5 +1,7 @@
 #include "study/sampler.h"
 
+#include "base/compare.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -45,14 +47,8 @@ void sampler_feel(Sampler *sampler)
 }
 
 typedef struct IdRow {
-    int id, row;
+    int id, row; // id first, for compare_ints
 } IdRow;
-
-static int by_id(const void *a, const void *b)
-{
-    const IdRow *p = a, *q = b;
-    return (p->id > q->id) - (p->id < q->id);
-}
 
 // Finds the rows of the points, once per topology.
 static void find_rows(Sampler *sampler, int rows)
@@ -66,11 +62,12 @@ static void find_rows(Sampler *sampler, int rows)
         point[p] = (IdRow){wanted[p], p};
         sampler->row[p] = -1;
     }
-    qsort(point, (size_t)points->count, sizeof *point, by_id);
+    qsort(point, (size_t)points->count, sizeof *point, compare_ints);
     for (int r = 0; r < rows; r++) {
         const IdRow key = {.id = sampler->id[r]};
         nodes += key.id >= 0;
-        const IdRow *found = bsearch(&key, point, (size_t)points->count, sizeof *point, by_id);
+        const IdRow *found =
+            bsearch(&key, point, (size_t)points->count, sizeof *point, compare_ints);
         if (key.id >= 0 && found != NULL)
             sampler->row[found->row] = r;
     }

@@ -3,6 +3,7 @@
 #include "surface/surface.h"
 
 #include "base/check.h"
+#include "base/compare.h"
 #include "base/log.h"
 #include "dynamics/stability.h"
 #include "geometry/winged_edge.h"
@@ -22,12 +23,6 @@
 // Least number of nodes for more than one thread: with fewer, calling a thread costs more than it
 // saves.
 enum { SHARED_LEAST = 1000 };
-
-static int compare_ints(const void *a, const void *b)
-{
-    int x = *(const int *)a, y = *(const int *)b;
-    return (x > y) - (x < y);
-}
 
 void *model_allocate_reals(const SurfaceModel *model, size_t count, const char *name,
                            const char *label, Arena *arena)
