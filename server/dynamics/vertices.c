@@ -141,8 +141,9 @@ void vertices_set_count(Vertices *vertices, int count)
 // ---------------------------------------------------------------------------------------------
 // A tick
 
-void vertices_drift(Vertices *vertices, double dt)
+void vertices_drift(void *model, double dt)
 {
+    Vertices *vertices = model;
     void *next = vertices->row[1 - vertices->current];
     vertices->kernels->drift(vertices->present, next, vertices->rows.count, dt);
     rows_drift(&vertices->rows, dt);
@@ -160,8 +161,9 @@ void vertices_add_force(Vertices *vertices, int vertex, Vec3 force)
     }
 }
 
-void vertices_add_forces(Vertices *vertices, const int *vertex, int count, const Vec3 *force)
+void vertices_add_forces(void *model, const int *vertex, int count, const Vec3 *force)
 {
+    Vertices *vertices = model;
     for (int i = 0; i < count; i++)
         vertices_add_force(vertices, vertex[i], force[i]);
 }
@@ -274,15 +276,17 @@ bool vertices_end(Vertices *vertices)
     return good;
 }
 
-void vertices_abandon(Vertices *vertices)
+void vertices_abandon(void *model)
 {
+    Vertices *vertices = model;
     rows_end_tick(&vertices->rows, false);
     vertices->present = vertices_row(vertices);
     vertices->bad = false;
 }
 
-bool vertices_commit(Vertices *vertices)
+bool vertices_commit(void *model)
 {
+    Vertices *vertices = model;
     bool good = vertices_end(vertices);
     if (good && vertices->rows.floating)
         rows_follow(&vertices->rows, vertices->row[vertices->current]);
@@ -319,8 +323,9 @@ bool vertices_check(const Vertices *vertices)
 // ---------------------------------------------------------------------------------------------
 // Loads
 
-void vertices_add_load(Vertices *vertices, int vertex, Vec3 force)
+void vertices_add_load(void *model, int vertex, Vec3 force)
 {
+    Vertices *vertices = model;
     double *load = vertices->load[vertex];
     load[0] += force.x;
     load[1] += force.y;
@@ -328,8 +333,9 @@ void vertices_add_load(Vertices *vertices, int vertex, Vec3 force)
     vertices->loaded_count = -1;
 }
 
-void vertices_clear_loads(Vertices *vertices)
+void vertices_clear_loads(void *model)
 {
+    Vertices *vertices = model;
     if (vertices->load != NULL)
         memset(vertices->load, 0, (size_t)vertices->loadable_count * sizeof *vertices->load);
     vertices->loaded_count = 0;
@@ -343,21 +349,24 @@ void vertices_restored(Vertices *vertices)
 // ---------------------------------------------------------------------------------------------
 // Operations
 
-bool vertices_is_fixed(const Vertices *vertices, int vertex)
+bool vertices_is_fixed(const void *model, int vertex)
 {
+    const Vertices *vertices = model;
     return rows_get(&vertices->rows, vertices->inverse_mass, vertex) == 0.0;
 }
 
-void vertices_read_nodes(const Vertices *vertices, const int *vertex, int count, Vec3 *position,
+void vertices_read_nodes(const void *model, const int *vertex, int count, Vec3 *position,
                          Vec3 *velocity)
 {
+    const Vertices *vertices = model;
     for (int i = 0; i < count; i++)
         rows_read(&vertices->rows, vertices->present, vertex[i], &position[i],
                   velocity == NULL ? NULL : &velocity[i]);
 }
 
-int vertices_read_state(const Vertices *vertices, int *id, Vec3 *position, Vec3 *velocity)
+int vertices_read_state(const void *model, int *id, Vec3 *position, Vec3 *velocity)
 {
+    const Vertices *vertices = model;
     for (int i = 0; i < vertices->count; i++) {
         if (id != NULL)
             id[i] = vertices->id[i];
@@ -366,8 +375,9 @@ int vertices_read_state(const Vertices *vertices, int *id, Vec3 *position, Vec3 
     return vertices->count;
 }
 
-bool vertices_set(Vertices *vertices, BodyParameter parameter, double value)
+bool vertices_set(void *model, BodyParameter parameter, double value)
 {
+    Vertices *vertices = model;
     return body_parameters_set(vertices->parameters, vertices->damped, parameter, value);
 }
 

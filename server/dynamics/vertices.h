@@ -71,37 +71,39 @@ void vertices_put_mass(Vertices *vertices, int vertex, double mass, bool fixed);
 void vertices_set_count(Vertices *vertices, int count);
 
 // --- a tick: drift (leapfrog), then begin, element forces and advance for each substep, then end
-// ---
-void vertices_drift(Vertices *vertices, double dt);
+// or commit ---
 // Adds the constant loads to the forces.
 void vertices_begin(Vertices *vertices);
 void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gravity);
 // Ends a tick: true if all numbers are good; the result is then the current state.
 bool vertices_end(Vertices *vertices);
-// The same for a body in space, whose frame then follows it.
-bool vertices_commit(Vertices *vertices);
-void vertices_abandon(Vertices *vertices); // BodyOps.abandon
 void vertices_restore(Vertices *vertices, RestoreMode mode);
 bool vertices_check(const Vertices *vertices);
 
-// --- forces by vertex, in the world frame [N] ---
+// In the world frame [N].
 void vertices_add_force(Vertices *vertices, int vertex, Vec3 force);
-void vertices_add_forces(Vertices *vertices, const int *vertex, int count, const Vec3 *force);
-void vertices_add_load(Vertices *vertices, int vertex, Vec3 force);
-void vertices_clear_loads(Vertices *vertices);
 // After the state list was restored: lists the loads again.
 void vertices_restored(Vertices *vertices);
 
-// --- implementations of operations of dynamics/body.h ---
+// --- operations of dynamics/body.h, of models that begin with their Vertices; nodes are vertices
+// ---
+void vertices_drift(void *model, double dt);
+bool vertices_commit(void *model); // ends a tick; the frame of a body in space then follows it
+void vertices_abandon(void *model);
+bool vertices_is_fixed(const void *model, int vertex);
+void vertices_read_nodes(const void *model, const int *vertex, int count, Vec3 *position,
+                         Vec3 *velocity);
+void vertices_add_forces(void *model, const int *vertex, int count, const Vec3 *force);
+void vertices_add_load(void *model, int vertex, Vec3 force);
+void vertices_clear_loads(void *model);
+int vertices_read_state(const void *model, int *id, Vec3 *position, Vec3 *velocity);
+bool vertices_set(void *model, BodyParameter parameter, double value);
+
+// --- parts of other operations ---
 static inline const void *vertices_row(const Vertices *vertices)
 {
     return vertices->row[vertices->current];
 }
-bool vertices_is_fixed(const Vertices *vertices, int vertex);
-void vertices_read_nodes(const Vertices *vertices, const int *vertex, int count, Vec3 *position,
-                         Vec3 *velocity);
-int vertices_read_state(const Vertices *vertices, int *id, Vec3 *position, Vec3 *velocity);
-bool vertices_set(Vertices *vertices, BodyParameter parameter, double value);
 // Fills in kinetic energy [J] and largest displacement [m]; other fields are unchanged.
 void vertices_measure(const Vertices *vertices, BodyMeasure *measure);
 // Prints kernel, elements by level [levels], damping, base frame.

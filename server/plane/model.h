@@ -24,6 +24,9 @@ typedef struct PlaneSorting {
 } PlaneSorting;
 
 typedef struct PlaneModel {
+    Vertices vertices; // first, for their operations; z = 0
+    int *vertex;       // [vertex_count] all of them in order: the published nodes
+
     int element_count;
     int element_at_level[PLANE_LEVELS_MAX + 1];
     PlaneForm *form; // [element_count]
@@ -32,9 +35,6 @@ typedef struct PlaneModel {
     int spare; // row of lanes without an element
     PlaneLaw law;
     const PlaneKernels *kernels;
-
-    Vertices vertices; // z = 0
-    int *vertex;       // [vertex_count] all of them in order: the published nodes
 
     // --- nodes of the strip: 2 k below and 2 k + 1 above the k-th vertex of the outline; of a
     // cuttable body, for every vertex that can ever exist: those inside have no faces ---

@@ -11,12 +11,6 @@ enum {
 // ---------------------------------------------------------------------------------------------
 // A tick
 
-static void plane_drift(void *self, double dt)
-{
-    PlaneModel *model = self;
-    vertices_drift(&model->vertices, dt);
-}
-
 // Computes the forces of all elements, then advances the vertices.
 static void evaluate_elements(PlaneModel *model, const Stage *stage, double h)
 {
@@ -148,12 +142,6 @@ static bool plane_commit(void *self)
     return good;
 }
 
-static void plane_abandon(void *self)
-{
-    PlaneModel *model = self;
-    vertices_abandon(&model->vertices);
-}
-
 static bool plane_check(const void *self)
 {
     const PlaneModel *model = self;
@@ -232,12 +220,6 @@ static void plane_add_load(void *self, int node, Vec3 force)
     vertices_add_load(&model->vertices, model->node_vertex[node], (Vec3){force.x, force.y, 0.0});
 }
 
-static void plane_clear_loads(void *self)
-{
-    PlaneModel *model = self;
-    vertices_clear_loads(&model->vertices);
-}
-
 static bool plane_is_fixed(const void *self, int node)
 {
     const PlaneModel *model = self;
@@ -259,12 +241,6 @@ static void plane_snapshot_rest(const void *self, float *position)
 {
     const PlaneModel *model = self;
     rows_snapshot_rest(&model->vertices.rows, model->vertex, model->vertices.count, position);
-}
-
-static int plane_read_state(const void *self, int *id, Vec3 *position, Vec3 *velocity)
-{
-    const PlaneModel *model = self;
-    return vertices_read_state(&model->vertices, id, position, velocity);
 }
 
 // Returns an element's energy [J] in the base frame, where a rotation changes nothing.
@@ -328,13 +304,14 @@ static const char *plane_isa(const void *self)
 }
 
 #define OPERATIONS                                                                                 \
-    .model = "voxel", .drift = plane_drift, .evaluate = plane_evaluate, .commit = plane_commit,    \
-    .abandon = plane_abandon, .check = plane_check, .restore = plane_restore,                      \
+    .model = "voxel", .drift = vertices_drift, .evaluate = plane_evaluate, .commit = plane_commit, \
+    .abandon = vertices_abandon, .check = plane_check, .restore = plane_restore,                   \
     .read_nodes = plane_read_nodes, .add_forces = plane_add_forces,                                \
-    .find_nodes = plane_find_nodes, .add_load = plane_add_load, .clear_loads = plane_clear_loads,  \
-    .snapshot = plane_snapshot, .snapshot_rest = plane_snapshot_rest,                              \
-    .read_state = plane_read_state, .measure = plane_measure, .is_fixed = plane_is_fixed,          \
-    .set = plane_set, .restored = plane_restored, .explain = plane_explain, .isa = plane_isa
+    .find_nodes = plane_find_nodes, .add_load = plane_add_load,                                    \
+    .clear_loads = vertices_clear_loads, .snapshot = plane_snapshot,                               \
+    .snapshot_rest = plane_snapshot_rest, .read_state = vertices_read_state,                       \
+    .measure = plane_measure, .is_fixed = plane_is_fixed, .set = plane_set,                        \
+    .restored = plane_restored, .explain = plane_explain, .isa = plane_isa
 #define CUTTING                                                                                    \
     .cut = plane_cut_along, .reconstruct = plane_cut_reconstruct,                                  \
     .reserve_blades = plane_cut_reserve_blades

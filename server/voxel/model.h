@@ -12,8 +12,8 @@
 #include "voxel/voxel.h"
 
 typedef struct VoxelModel {
+    Vertices vertices; // first, for their operations; ids as in LatticeMesh
     VoxelLaw law;
-    Vertices vertices;      // ids as in LatticeMesh; loads on those of the outer faces
     BatchRuns *batches;     // what the kernels evaluate; its rotations are state
     struct VoxelCuts *cuts; // what a body that can be cut has besides (cut/cut_body.h), or NULL
 

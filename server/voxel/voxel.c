@@ -6,12 +6,6 @@
 // ---------------------------------------------------------------------------------------------
 // A tick
 
-static void voxel_drift(void *self, double dt)
-{
-    VoxelModel *model = self;
-    vertices_drift(&model->vertices, dt);
-}
-
 VoxelPass voxel_pass(const VoxelModel *model, const void *rows)
 {
     return (VoxelPass){
@@ -66,18 +60,6 @@ static void voxel_evaluate(void *self, const Stage *stage, double h)
     vertices_advance(vertices, stage, h, (Vec3){g[0], g[1], g[2]});
 }
 
-static bool voxel_commit(void *self)
-{
-    VoxelModel *model = self;
-    return vertices_commit(&model->vertices);
-}
-
-static void voxel_abandon(void *self)
-{
-    VoxelModel *model = self;
-    vertices_abandon(&model->vertices);
-}
-
 static bool voxel_check(const void *self)
 {
     const VoxelModel *model = self;
@@ -98,19 +80,6 @@ static void voxel_restore(void *self, RestoreMode mode)
 // ---------------------------------------------------------------------------------------------
 // Nodes: the vertices, of bodies that cannot be cut those of the outer faces
 
-static void voxel_read_nodes(const void *self, const int *node, int count, Vec3 *position,
-                             Vec3 *velocity)
-{
-    const VoxelModel *model = self;
-    vertices_read_nodes(&model->vertices, node, count, position, velocity);
-}
-
-static void voxel_add_forces(void *self, const int *node, int count, const Vec3 *force)
-{
-    VoxelModel *model = self;
-    vertices_add_forces(&model->vertices, node, count, force);
-}
-
 // Transforms the region to the rows' coordinates rather than every vertex to the world.
 static int voxel_find_nodes(const void *self, const Region *region, int *node, int capacity)
 {
@@ -127,24 +96,6 @@ static int voxel_find_nodes(const void *self, const Region *region, int *node, i
             found++;
         }
     return found;
-}
-
-static void voxel_add_load(void *self, int node, Vec3 force)
-{
-    VoxelModel *model = self;
-    vertices_add_load(&model->vertices, node, force);
-}
-
-static void voxel_clear_loads(void *self)
-{
-    VoxelModel *model = self;
-    vertices_clear_loads(&model->vertices);
-}
-
-static bool voxel_is_fixed(const void *self, int node)
-{
-    const VoxelModel *model = self;
-    return vertices_is_fixed(&model->vertices, node);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -183,12 +134,6 @@ static void voxel_snapshot_rest(const void *self, float *position)
         rows_snapshot_rest(rows, node, count, position);
 }
 
-static int voxel_read_state(const void *self, int *id, Vec3 *position, Vec3 *velocity)
-{
-    const VoxelModel *model = self;
-    return vertices_read_state(&model->vertices, id, position, velocity);
-}
-
 static void voxel_measure(const void *self, BodyMeasure *measure)
 {
     const VoxelModel *model = self;
@@ -198,12 +143,6 @@ static void voxel_measure(const void *self, BodyMeasure *measure)
         .refused = model->cuts != NULL ? model->cuts->refused : 0,
     };
     vertices_measure(&model->vertices, measure);
-}
-
-static bool voxel_set(void *self, BodyParameter parameter, double value)
-{
-    VoxelModel *model = self;
-    return vertices_set(&model->vertices, parameter, value);
 }
 
 static void voxel_restored(Body *body)
@@ -236,13 +175,14 @@ static const char *voxel_isa(const void *self)
 }
 
 #define OPERATIONS                                                                                 \
-    .model = "voxel", .drift = voxel_drift, .evaluate = voxel_evaluate, .commit = voxel_commit,    \
-    .abandon = voxel_abandon, .check = voxel_check, .restore = voxel_restore,                      \
-    .read_nodes = voxel_read_nodes, .add_forces = voxel_add_forces,                                \
-    .find_nodes = voxel_find_nodes, .add_load = voxel_add_load, .clear_loads = voxel_clear_loads,  \
+    .model = "voxel", .drift = vertices_drift, .evaluate = voxel_evaluate,                         \
+    .commit = vertices_commit, .abandon = vertices_abandon, .check = voxel_check,                  \
+    .restore = voxel_restore, .read_nodes = vertices_read_nodes,                                   \
+    .add_forces = vertices_add_forces, .find_nodes = voxel_find_nodes,                             \
+    .add_load = vertices_add_load, .clear_loads = vertices_clear_loads,                            \
     .snapshot = voxel_snapshot, .snapshot_rest = voxel_snapshot_rest,                              \
-    .read_state = voxel_read_state, .measure = voxel_measure, .is_fixed = voxel_is_fixed,          \
-    .gather_patch = voxel_gather_patch, .set = voxel_set, .restored = voxel_restored,              \
+    .read_state = vertices_read_state, .measure = voxel_measure, .is_fixed = vertices_is_fixed,    \
+    .gather_patch = voxel_gather_patch, .set = vertices_set, .restored = voxel_restored,           \
     .explain = voxel_explain, .isa = voxel_isa
 #define OPERATIONS_OF_CUTTABLE                                                                     \
     OPERATIONS, .cut = cut_body_cut, .reconstruct = cut_body_reconstruct,                          \
