@@ -41,56 +41,24 @@ static const char *const refusal_names[REFUSAL_COUNT] = {
     [REFUSED_SWITCHED_OFF] = "switched_off",
 };
 
-static const char *const channels[INPUT_KINDS] = {"TOOL_POSE", "CUT", "LOAD", "COMMAND"};
-
 const char *refusal_name(Refusal refusal)
 {
     return refusal_names[refusal];
-}
-
-const char *input_channel(InputKind kind)
-{
-    return channels[kind];
-}
-
-bool input_is_request(const Input *input)
-{
-    return input->kind != INPUT_POSE;
 }
 
 #define REFUSE(refusal, ...) (snprintf(why, INPUT_WHY_MAX, __VA_ARGS__), (refusal))
 
 // --- the wire ---
 
-// Size and fingerprint of each type on the wire.
-typedef struct WireType {
-    uint64_t fingerprint;
-    size_t fixed_size; // including the fingerprint, without the string's characters
-    bool has_string;
-} WireType;
-
-static WireType wire_type(InputKind kind)
-{
-    char nothing[] = "";
-    switch (kind) {
-    case INPUT_POSE:
-        return (WireType){(uint64_t)__pliant_tool_pose_t_get_hash(),
-                          (size_t)pliant_tool_pose_t_encoded_size(&(pliant_tool_pose_t){0}), false};
-    case INPUT_CUT:
-        return (WireType){(uint64_t)__pliant_cut_t_get_hash(),
-                          (size_t)pliant_cut_t_encoded_size(&(pliant_cut_t){.body = nothing}) - 1,
-                          true};
-    case INPUT_LOAD:
-        return (WireType){(uint64_t)__pliant_load_t_get_hash(),
-                          (size_t)pliant_load_t_encoded_size(&(pliant_load_t){.body = nothing}) - 1,
-                          true};
-    default:
-        return (WireType){
-            (uint64_t)__pliant_command_t_get_hash(),
-            (size_t)pliant_command_t_encoded_size(&(pliant_command_t){.argument = nothing}) - 1,
-            true};
-    }
-}
+// What this file knows of each kind of input.
+typedef struct InputType {
+    const char *channel; // without its prefix
+    const char *event;   // of a request that was executed; NULL: the command says
+    bool has_string;     // the type's last member is one
+    void (*decode)(const void *data, int size, Input *input);
+    int (*encode)(const Input *input, void *data); // returns the size
+    Refusal (*validate)(Input *input, Sim *sim, char *why);
+} InputType;
 
 static uint64_t read_big_endian(const unsigned char *byte, int count)
 {
@@ -102,34 +70,37 @@ static uint64_t read_big_endian(const unsigned char *byte, int count)
 
 // The generated decoder trusts counts: a corrupt one makes it read or copy out of bounds. The raw
 // length must therefore match the type and its only string before the decoder runs.
-static Refusal check_wire(InputKind kind, const unsigned char *data, size_t size, char *why)
+static Refusal check_wire(const InputType *type, const unsigned char *data, size_t size, char *why)
 {
-    WireType type = wire_type(kind);
+    // An empty input tells fingerprint and size.
+    unsigned char empty[INPUT_WIRE_MAX];
+    const size_t whole = (size_t)type->encode(&(Input){0}, empty);
     if (size < 8)
-        return REFUSE(REFUSED_SIZE, "%s of %zu bytes, shorter than a fingerprint", channels[kind],
+        return REFUSE(REFUSED_SIZE, "%s of %zu bytes, shorter than a fingerprint", type->channel,
                       size);
-    if (read_big_endian(data, 8) != type.fingerprint)
-        return REFUSE(REFUSED_TYPE, "%s with the fingerprint of another type", channels[kind]);
-    if (!type.has_string)
-        return size == type.fixed_size ? ACCEPTED
-                                       : REFUSE(REFUSED_SIZE, "%s of %zu bytes, not %zu",
-                                                channels[kind], size, type.fixed_size);
+    if (memcmp(data, empty, 8) != 0)
+        return REFUSE(REFUSED_TYPE, "%s with the fingerprint of another type", type->channel);
+    if (!type->has_string)
+        return size == whole
+                   ? ACCEPTED
+                   : REFUSE(REFUSED_SIZE, "%s of %zu bytes, not %zu", type->channel, size, whole);
 
     // The string is last: its stated length must be what is left, with one NUL at the end.
-    if (size <= type.fixed_size)
-        return REFUSE(REFUSED_SIZE, "%s of %zu bytes, at least %zu needed", channels[kind], size,
-                      type.fixed_size + 1);
-    size_t length = size - type.fixed_size; // with the closing NUL
-    uint64_t stated = read_big_endian(data + type.fixed_size - 4, 4);
+    if (size < whole)
+        return REFUSE(REFUSED_SIZE, "%s of %zu bytes, at least %zu needed", type->channel, size,
+                      whole);
+    const unsigned char *string = data + whole - 1;
+    size_t length = size - (whole - 1); // with the closing NUL
+    uint64_t stated = read_big_endian(string - 4, 4);
     if (stated != length)
-        return REFUSE(REFUSED_SIZE, "%s whose string states %llu bytes and has %zu", channels[kind],
+        return REFUSE(REFUSED_SIZE, "%s whose string states %llu bytes and has %zu", type->channel,
                       (unsigned long long)stated, length);
     if (length > INPUT_TEXT_MAX)
-        return REFUSE(REFUSED_STRING, "%s with a string of %zu bytes, at most %d", channels[kind],
+        return REFUSE(REFUSED_STRING, "%s with a string of %zu bytes, at most %d", type->channel,
                       length, INPUT_TEXT_MAX);
-    if (memchr(data + type.fixed_size, 0, length) != data + size - 1)
+    if (memchr(string, 0, length) != data + size - 1)
         return REFUSE(REFUSED_STRING, "%s whose string does not end at its last byte",
-                      channels[kind]);
+                      type->channel);
     return ACCEPTED;
 }
 
@@ -195,78 +166,63 @@ static void decode_command(const void *data, int size, Input *input)
     pliant_command_t_decode_cleanup(&m);
 }
 
-Refusal input_decode(InputKind kind, const void *data, size_t size, Input *input, char *why)
+static int encode_pose(const Input *input, void *data)
 {
-    *input = (Input){.kind = kind, .index = -1};
-    Refusal refusal = check_wire(kind, data, size, why);
-    if (refusal != ACCEPTED)
-        return refusal;
-    static void (*const decode[INPUT_KINDS])(const void *, int, Input *) = {
-        decode_pose, decode_cut, decode_load, decode_command};
-    decode[kind](data, (int)size, input);
-    return ACCEPTED;
+    pliant_tool_pose_t m = {.utime = input->utime,
+                            .sender = input->sender,
+                            .sequence = input->id,
+                            .tool = input->pose.tool,
+                            .twist_valid = input->pose.twist_valid,
+                            .grip = input->pose.grip,
+                            .active = input->pose.active};
+    memcpy(m.position, input->pose.position, sizeof m.position);
+    memcpy(m.orientation, input->pose.orientation, sizeof m.orientation);
+    memcpy(m.twist, input->pose.twist, sizeof m.twist);
+    return pliant_tool_pose_t_encode(data, 0, INPUT_WIRE_MAX, &m);
 }
 
-size_t input_encode(const Input *input, void *data)
+static int encode_cut(const Input *input, void *data)
+{
+    pliant_cut_t m = {.utime = input->utime,
+                      .sender = input->sender,
+                      .id = input->id,
+                      .body = (char *)(uintptr_t)input->text};
+    memcpy(m.before, input->cut.before, sizeof m.before);
+    memcpy(m.after, input->cut.after, sizeof m.after);
+    return pliant_cut_t_encode(data, 0, INPUT_WIRE_MAX, &m);
+}
+
+static int encode_load(const Input *input, void *data)
+{
+    pliant_load_t m = {.utime = input->utime,
+                       .sender = input->sender,
+                       .id = input->id,
+                       .radius = input->load.radius,
+                       .duration = input->load.duration,
+                       .body = (char *)(uintptr_t)input->text};
+    memcpy(m.center, input->load.center, sizeof m.center);
+    memcpy(m.force, input->load.force, sizeof m.force);
+    return pliant_load_t_encode(data, 0, INPUT_WIRE_MAX, &m);
+}
+
+static int encode_command(const Input *input, void *data)
 {
     char text[2 * INPUT_TEXT_MAX];
-    snprintf(text, sizeof text, "%s", input->text);
-    int size = -1;
-    switch (input->kind) {
-    case INPUT_POSE: {
-        pliant_tool_pose_t m = {.utime = input->utime,
-                                .sender = input->sender,
-                                .sequence = input->id,
-                                .tool = input->pose.tool,
-                                .twist_valid = input->pose.twist_valid,
-                                .grip = input->pose.grip,
-                                .active = input->pose.active};
-        memcpy(m.position, input->pose.position, sizeof m.position);
-        memcpy(m.orientation, input->pose.orientation, sizeof m.orientation);
-        memcpy(m.twist, input->pose.twist, sizeof m.twist);
-        size = pliant_tool_pose_t_encode(data, 0, INPUT_WIRE_MAX, &m);
-        break;
-    }
-    case INPUT_CUT: {
-        pliant_cut_t m = {
-            .utime = input->utime, .sender = input->sender, .id = input->id, .body = text};
-        memcpy(m.before, input->cut.before, sizeof m.before);
-        memcpy(m.after, input->cut.after, sizeof m.after);
-        size = pliant_cut_t_encode(data, 0, INPUT_WIRE_MAX, &m);
-        break;
-    }
-    case INPUT_LOAD: {
-        pliant_load_t m = {.utime = input->utime,
-                           .sender = input->sender,
-                           .id = input->id,
-                           .radius = input->load.radius,
-                           .duration = input->load.duration,
-                           .body = text};
-        memcpy(m.center, input->load.center, sizeof m.center);
-        memcpy(m.force, input->load.force, sizeof m.force);
-        size = pliant_load_t_encode(data, 0, INPUT_WIRE_MAX, &m);
-        break;
-    }
-    default: {
+    int length = snprintf(text, sizeof text, "%s", input->text);
+    if (input->command.kind == PLIANT_COMMAND_T_SET) {
+        length += snprintf(text + length, sizeof text - (size_t)length, "=");
         // 17 digits read back as the same double.
-        if (input->command.kind == PLIANT_COMMAND_T_SET) {
-            int length = snprintf(text, sizeof text, "%s=", input->text);
-            for (int i = 0; i < input->command.set_count; i++)
-                length += snprintf(text + length, sizeof text - (size_t)length, " %.17g",
-                                   input->command.set_value[i]);
-        }
-        pliant_command_t m = {.utime = input->utime,
-                              .sender = input->sender,
-                              .id = input->id,
-                              .kind = input->command.kind,
-                              .value = input->command.value,
-                              .argument = text};
-        size = pliant_command_t_encode(data, 0, INPUT_WIRE_MAX, &m);
-        break;
+        for (int i = 0; i < input->command.set_count; i++)
+            length += snprintf(text + length, sizeof text - (size_t)length, " %.17g",
+                               input->command.set_value[i]);
     }
-    }
-    ASSERT(size > 0);
-    return (size_t)size;
+    pliant_command_t m = {.utime = input->utime,
+                          .sender = input->sender,
+                          .id = input->id,
+                          .kind = input->command.kind,
+                          .value = input->command.value,
+                          .argument = text};
+    return pliant_command_t_encode(data, 0, INPUT_WIRE_MAX, &m);
 }
 
 // --- the values ---
@@ -399,8 +355,9 @@ static Refusal split_setting(Input *input, char *why)
     return ACCEPTED;
 }
 
-static Refusal validate_command(Input *input, char *why)
+static Refusal validate_command(Input *input, Sim *sim, char *why)
 {
+    (void)sim;
     switch (input->command.kind) {
     case PLIANT_COMMAND_T_STEP:
         if (input->command.value < 1 || input->command.value > STEPS_MAX)
@@ -425,18 +382,50 @@ static Refusal validate_command(Input *input, char *why)
     }
 }
 
+// --- all kinds ---
+
+static const InputType TYPES[INPUT_KINDS] = {
+    [INPUT_POSE] = {"TOOL_POSE", NULL, false, decode_pose, encode_pose, validate_pose},
+    [INPUT_CUT] = {"CUT", "cut", true, decode_cut, encode_cut, validate_cut},
+    [INPUT_LOAD] = {"LOAD", "load", true, decode_load, encode_load, validate_load},
+    [INPUT_COMMAND] = {"COMMAND", NULL, true, decode_command, encode_command, validate_command},
+};
+
+const char *input_channel(InputKind kind)
+{
+    return TYPES[kind].channel;
+}
+
+bool input_is_request(const Input *input)
+{
+    return input->kind != INPUT_POSE;
+}
+
+const char *input_event(const Input *input)
+{
+    const char *event = TYPES[input->kind].event;
+    return event != NULL ? event : input->command.kind == PLIANT_COMMAND_T_SET ? "set" : "reset";
+}
+
+Refusal input_decode(InputKind kind, const void *data, size_t size, Input *input, char *why)
+{
+    *input = (Input){.kind = kind, .index = -1};
+    Refusal refusal = check_wire(&TYPES[kind], data, size, why);
+    if (refusal == ACCEPTED)
+        TYPES[kind].decode(data, (int)size, input);
+    return refusal;
+}
+
+size_t input_encode(const Input *input, void *data)
+{
+    int size = TYPES[input->kind].encode(input, data);
+    ASSERT(size > 0);
+    return (size_t)size;
+}
+
 Refusal input_validate(Input *input, Sim *sim, char *why)
 {
-    switch (input->kind) {
-    case INPUT_POSE:
-        return validate_pose(input, sim, why);
-    case INPUT_CUT:
-        return validate_cut(input, sim, why);
-    case INPUT_LOAD:
-        return validate_load(input, sim, why);
-    default:
-        return validate_command(input, why);
-    }
+    return TYPES[input->kind].validate(input, sim, why);
 }
 
 // --- conversion to the simulation's types ---

@@ -42,7 +42,7 @@ enum { INPUT_TEXT_MAX = 128, INPUT_WIRE_MAX = 512, INPUT_WHY_MAX = 192 };
 // The sender's values, unchanged, so that a log can store them as they came.
 typedef struct Input {
     InputKind kind;
-    int index;      // pose: of the tool; cut and load: of the body, -1 for all
+    int index;      // pose: of the tool; request: of the body, -1 for all or none
     int32_t sender; // random number drawn by the client
     int32_t id;     // of a request; the sequence of a pose
     int64_t utime;  // sender's clock [us]
@@ -81,6 +81,9 @@ const char *refusal_name(Refusal refusal);
 const char *input_channel(InputKind kind);
 // True if the input is a request, which is answered; poses are not.
 bool input_is_request(const Input *input);
+// Returns the kind of the event that tells of a request executed on the scene: "cut", "load",
+// "set", "reset".
+const char *input_event(const Input *input);
 
 // Decodes bytes to an Input. Checks size, fingerprint and string before reading any value. If it
 // refuses, `why` gets a sentence of at most INPUT_WHY_MAX bytes.

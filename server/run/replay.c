@@ -40,12 +40,11 @@ static void read_ahead(Replay *replay)
 }
 
 // Executes an input on the scene, or reports why it failed.
-static void execute(Replay *replay, const Input *input, const char *kind)
+static void execute(Replay *replay, const Input *input)
 {
     Answer answer = {0};
     bool done = requests_execute(replay->sim, input, &answer);
-    bool on_body = input->kind == INPUT_LOAD || input->kind == INPUT_CUT;
-    tell(replay, on_body ? input->index : -1, done ? kind : "refused", answer.text);
+    tell(replay, input->index, done ? input_event(input) : "refused", answer.text);
     if (done)
         return;
     gate_count(&replay->gate, REFUSED_NOT_POSSIBLE);
@@ -75,7 +74,7 @@ static void apply_command(Replay *replay, const Input *input)
     case PLIANT_COMMAND_T_DESCRIBE:
         break;
     default:
-        execute(replay, input, input->command.kind == PLIANT_COMMAND_T_SET ? "set" : "reset");
+        execute(replay, input);
     }
 }
 
@@ -88,7 +87,7 @@ static void apply(Replay *replay, const Input *input)
     } else if (input->kind == INPUT_COMMAND) {
         apply_command(replay, input);
     } else {
-        execute(replay, input, input->kind == INPUT_CUT ? "cut" : "load");
+        execute(replay, input);
     }
 }
 

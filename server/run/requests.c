@@ -62,10 +62,14 @@ bool requests_execute(Sim *sim, const Input *input, Answer *answer)
         answer->ok = execute_load(sim, input, answer);
     else if (input->command.kind == PLIANT_COMMAND_T_SET)
         answer->ok = execute_set(sim, input, answer);
-    else {
+    else if (input->command.kind == PLIANT_COMMAND_T_RESET) {
         sim_reset(sim);
         snprintf(answer->text, sizeof answer->text, "%s", RESET_DONE);
         answer->ok = true;
+    } else {
+        snprintf(answer->text, sizeof answer->text, "command %d does nothing to the scene",
+                 input->command.kind);
+        answer->ok = false;
     }
     return answer->ok;
 }
@@ -105,10 +109,9 @@ void requests_tell(Loop *loop)
 
 static Answer answer_to(const Loop *loop, const Input *input)
 {
-    bool on_body = (input->kind == INPUT_LOAD || input->kind == INPUT_CUT) && input->index >= 0;
     int pieces = 0;
     for (int i = 0; i < sim_body_count(loop->sim); i++)
-        if (!on_body || i == input->index)
+        if (input->index < 0 || i == input->index)
             pieces += sim_pieces(loop->sim, i);
     return (Answer){.kind = input->kind,
                     .command = input->kind == INPUT_COMMAND ? input->command.kind : 0,
@@ -132,6 +135,7 @@ static void push_answer(Loop *loop, const Answer *answer)
 static void set(Loop *loop, const char *key, double value)
 {
     Input input = {.kind = INPUT_COMMAND,
+                   .index = -1,
                    .command = {.kind = PLIANT_COMMAND_T_SET, .set_value = {value}, .set_count = 1}};
     snprintf(input.text, sizeof input.text, "%s", key);
     requests_log(loop, &input);
@@ -237,8 +241,7 @@ static bool command(Loop *loop, const Input *input, Answer *answer)
         if (answer->ok && input->command.kind == PLIANT_COMMAND_T_RESET)
             governor_restart(&loop->governor);
         if (answer->ok)
-            requests_event(loop, -1, input->command.kind == PLIANT_COMMAND_T_SET ? "set" : "reset",
-                           "%s", answer->text);
+            requests_event(loop, -1, input_event(input), "%s", answer->text);
         return true;
     }
 }
@@ -298,8 +301,7 @@ static bool take(Loop *loop, const Input *input, Answer *answer)
         return answered;
     }
     if (requests_execute(loop->sim, input, answer))
-        requests_event(loop, input->index, input->kind == INPUT_CUT ? "cut" : "load", "%s",
-                       answer->text);
+        requests_event(loop, input->index, input_event(input), "%s", answer->text);
     requests_tell(loop);
     return true;
 }

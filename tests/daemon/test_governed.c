@@ -156,7 +156,7 @@ static void overrun_raises_thresholds_and_the_log_repeats_it(void **state)
 
 static void push_command(Rig *rig, int kind, int64_t value)
 {
-    Input input = {.kind = INPUT_COMMAND, .command = {.kind = kind, .value = value}};
+    Input input = {.kind = INPUT_COMMAND, .index = -1, .command = {.kind = kind, .value = value}};
     assert_true(ring_push(&rig->exchange.request, &input));
     exchange_wake(rig->exchange.step_fd);
 }
