@@ -9,26 +9,15 @@
 
 // --- start ---
 
-// A channel has at most 63 characters; the longest channels of a body are its velocities and
-// deltas.
-static bool name_channels(Bus *bus, Status *status)
+// The reader of scenes has checked their lengths (longest_channel).
+static void name_channels(Bus *bus)
 {
     const char *prefix = bus->scene->prefix;
-    for (int i = 0; i < sim_body_count(bus->sim); i++) {
-        const char *body = sim_body(bus->sim, i)->name;
-        const char *longest = mesh_changes(sim_body(bus->sim, i)) ? "_MESH_DELTA_" : "_VELOCITY_";
-        if (strlen(prefix) + strlen(longest) + strlen(body) >= CHANNEL_MAX ||
-            strlen(bus->scene->input_prefix) + strlen("_TOOL_POSE") >= CHANNEL_MAX)
-            return status_fail(status, STATUS_INVALID,
-                               "prefix '%s' and body '%s' make a channel longer than %d characters",
-                               prefix, body, CHANNEL_MAX - 1);
-    }
     snprintf(bus->reply_channel, 2 * CHANNEL_MAX, "%s_REPLY", prefix);
     snprintf(bus->event_channel, 2 * CHANNEL_MAX, "%s_EVENT", prefix);
     snprintf(bus->contact_channel, 2 * CHANNEL_MAX, "%s_CONTACT", prefix);
     snprintf(bus->status_channel, 2 * CHANNEL_MAX, "%s_STATUS", prefix);
     snprintf(bus->claim_channel, 2 * CHANNEL_MAX, "%s_CLAIM", prefix);
-    return true;
 }
 
 static bool join_network(Bus *bus, const char *url, Status *status)
@@ -83,7 +72,8 @@ bool bus_connect(Bus *bus, const char *describe, const char *lcm_url, Status *st
 {
     bus->describe = describe;
     const char *url = lcm_url != NULL ? lcm_url : bus->scene->lcm_url;
-    return name_channels(bus, status) && join_network(bus, url, status);
+    name_channels(bus);
+    return join_network(bus, url, status);
 }
 
 // --- the thread ---
