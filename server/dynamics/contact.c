@@ -233,7 +233,7 @@ void contact_apply(Contact *contact, double fraction, double weight, double h)
     sums->normal = vec3_madd(sums->normal, share, f->normal);
     sums->weight += share * f->weight;
     // RK4 has the whole work at once; kicks get the other half with the next velocities.
-    const bool kicks = contact->body->integrator != INTEGRATOR_RK4;
+    const bool kicks = integrator_get(contact->body->integrator)->kicks;
     contact->kicked = kicks ? 0.5 * weight * h : weight * h;
     add_work(contact);
     contact->kicked = kicks ? contact->kicked : 0.0;

@@ -83,7 +83,7 @@ double contact_bounce_share(const Body *body, const ToolOptions *tool)
 {
     const double share = share_of(body, tool);
     const double ratio = 0.5 * body->contact_damping * sqrt(share * body->contact_lambda);
-    if (body->integrator != INTEGRATOR_LEAPFROG && body->integrator != INTEGRATOR_SYMPLECTIC_EULER)
+    if (!integrator_is_symplectic(body->integrator))
         return 1.0;
     if (body->contact_damping > 0.0 && share <= FIRM)
         return 1.0;

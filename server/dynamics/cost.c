@@ -13,10 +13,10 @@ double cost_tick(const Body *body, int substeps)
     double each = (double)body->spring_count * SPRING;
     if (body->spring_count == 0)
         each = (double)body->element_count * ELEMENT;
-    else if (body->integrator == INTEGRATOR_RK4)
-        each *= 4.0; // evaluates the forces four times
     else if (body->integrator == INTEGRATOR_IMPLICIT)
         each = cost_implicit(body->spring_count);
+    else
+        each *= integrator_get(body->integrator)->stage_count; // evaluations of the forces
     return (double)substeps * (each + SUBSTEP);
 }
 

@@ -8,12 +8,9 @@
 // A measurement costs a dozen evaluations of the forces: one in so many.
 enum { EVALUATIONS_A_LOOK = 2048 };
 
-// Returns the allowed ratio of a body's energy to what it had and was given. Leapfrog near the
-// bound of its step lets the energy oscillate by 5.3, symplectic Euler by 19
-// (tests/stability/trial.c); twice that, since the account follows the energy to its minimum.
 static double most_growth(const Body *body)
 {
-    return body->integrator == INTEGRATOR_SYMPLECTIC_EULER ? 40.0 : 10.0;
+    return integrator_get(body->integrator)->most_growth;
 }
 
 // Returns the energy below which nothing is reported: all nodes displaced by a hundredth of an

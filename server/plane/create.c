@@ -94,7 +94,7 @@ static bool check_options(const PlaneOptions *options, Status *status)
                            "dimensions = 2 keeps the body in a plane of constant z: it can be "
                            "turned about z only, this one is tilted by %.3g rad",
                            2.0 * asin(fmin(1.0, hypot(lattice->turn.x, lattice->turn.y))));
-    if (!integrator_get(options->body.integrator)->kicks)
+    if (!integrator_is_symplectic(options->body.integrator))
         return status_fail(status, STATUS_INVALID,
                            "integrator %s is not one of voxel bodies: symplectic_euler or leapfrog",
                            integrator_name(options->body.integrator));

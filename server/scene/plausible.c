@@ -198,9 +198,7 @@ static void say_pushed_away(const Subject *s, double value, char *text, size_t s
 // numerical damping [1/s].
 static double damping(const Subject *s)
 {
-    const IntegratorKind kind = s->made->integrator;
-    return kind == INTEGRATOR_LEAPFROG || kind == INTEGRATOR_SYMPLECTIC_EULER ? s->made->damping
-                                                                              : (double)NAN;
+    return integrator_is_symplectic(s->made->integrator) ? s->made->damping : (double)NAN;
 }
 
 static void say_damping(const Subject *s, double value, char *text, size_t size)

@@ -78,8 +78,7 @@ static bool find_joint(const Scene *scene, int index, SceneBody *both[2])
 static bool take_integrator(SceneBody *body, SceneBody *other)
 {
     IntegratorKind *own = &body->options.integrator, kind = other->options.integrator;
-    const bool has = body->model == MODEL_SURFACE || kind == INTEGRATOR_LEAPFROG ||
-                     kind == INTEGRATOR_SYMPLECTIC_EULER;
+    const bool has = body->model == MODEL_SURFACE || integrator_is_symplectic(kind);
     const bool takes = other->any_integrator ? *own != kind && kind == INTEGRATOR_LEAPFROG : has;
     if (!body->any_integrator || !takes)
         return false;

@@ -10,6 +10,8 @@ static const OptionWord INTEGRATOR_WORDS[] = {{"leapfrog", INTEGRATOR_LEAPFROG},
                                               {"implicit", INTEGRATOR_IMPLICIT},
                                               {"auto", INTEGRATOR_AUTO},
                                               {NULL, 0}};
+_Static_assert(sizeof INTEGRATOR_WORDS / sizeof *INTEGRATOR_WORDS == INTEGRATOR_COUNT + 2,
+               "every integrator has a word");
 static const OptionWord ADJUST_WORDS[] = {
     {"continuum", ADJUST_CONTINUUM}, {"choi2005", ADJUST_CHOI2005}, {NULL, 0}};
 static const OptionWord LAW_WORDS[] = {

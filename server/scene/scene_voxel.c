@@ -163,8 +163,7 @@ static bool choose_integrator(const SceneReader *reader, const BodyGroup *raw, V
     const config_setting_t *at = option_find(raw->at, "integrator");
     if (at == NULL || (int)voxel->body.integrator == INTEGRATOR_AUTO)
         voxel->body.integrator = INTEGRATOR_SYMPLECTIC_EULER;
-    return (voxel->body.integrator != INTEGRATOR_RK4 &&
-            voxel->body.integrator != INTEGRATOR_IMPLICIT) ||
+    return integrator_is_symplectic(voxel->body.integrator) ||
            option_fail(&reader->source, at,
                        "integrator \"%s\" means nothing for a voxel body; only "
                        "\"symplectic_euler\", \"leapfrog\", \"auto\"",

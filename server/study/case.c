@@ -4,14 +4,12 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { KINDS = INTEGRATOR_COUNT };
-
 // The grid under construction.
 typedef struct Grid {
     const Scene *scene;
     const StudyOptions *options;
     StudyCase own; // the scene itself
-    IntegratorKind kind[KINDS];
+    IntegratorKind kind[INTEGRATOR_COUNT];
     int kind_count;
     int levels; // finest level of detail to try
     StudyCase *cases;
@@ -198,17 +196,12 @@ static void add_precisions(Grid *grid)
     add_mesh(grid, coarse);
 }
 
-// Chooses the integrators that both the model and the study support.
+// Chooses the integrators of the model.
 static void choose_kinds(Grid *grid)
 {
-    static const char *const surface[] = {"rk4", "leapfrog", "symplectic_euler", "implicit"};
-    static const char *const voxel[] = {"leapfrog", "symplectic_euler"};
-    const bool of_voxels = is_voxel(grid->scene);
-    const int count =
-        of_voxels ? (int)(sizeof voxel / sizeof *voxel) : (int)(sizeof surface / sizeof *surface);
-    for (int k = 0; k < count && grid->kind_count < KINDS; k++)
-        if (integrator_parse(of_voxels ? voxel[k] : surface[k], &grid->kind[grid->kind_count]))
-            grid->kind_count++;
+    for (int kind = 0; kind < INTEGRATOR_COUNT; kind++)
+        if (!is_voxel(grid->scene) || integrator_is_symplectic((IntegratorKind)kind))
+            grid->kind[grid->kind_count++] = (IntegratorKind)kind;
 }
 
 int study_make_cases(const Scene *scene, const StudyOptions *options, StudyCase *cases)

@@ -105,8 +105,7 @@ static bool check(const StudyScene *copy, Status *status)
         if (body->options.levels > VOXEL_LEVELS_MAX)
             return status_fail(status, STATUS_INVALID, "levels %d exceeds %d", body->options.levels,
                                VOXEL_LEVELS_MAX);
-        if (body->options.integrator != INTEGRATOR_LEAPFROG &&
-            body->options.integrator != INTEGRATOR_SYMPLECTIC_EULER)
+        if (!integrator_is_symplectic(body->options.integrator))
             return status_fail(status, STATUS_INVALID, "integrator %s means nothing to voxels",
                                integrator_name(body->options.integrator));
         for (int m = 0; m < body->voxel.material_count; m++)

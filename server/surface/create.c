@@ -223,7 +223,7 @@ void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fix
         model->rows[k] = model_allocate_reals(model, values, name, labels[0][k], arena);
         model->stage[k] = model_allocate_reals(model, values, name, labels[1][k], arena);
     }
-    if (options->body.integrator == INTEGRATOR_RK4)
+    if (!integrator_get(options->body.integrator)->kicks)
         model->sum =
             model_allocate_reals(model, (size_t)model->lane_count * 6, name, "stage sums", arena);
     model->loaded = ALLOCATE(ARENA_STEP, 1, int64_t, "loaded");

@@ -48,6 +48,26 @@ static void a_bare_body_takes_all_defaults(void **unused)
     scene_destroy(&scene);
 }
 
+static void names_are_read_back(void **unused)
+{
+    (void)unused;
+    Scene scene;
+    char text[256];
+    for (int kind = 0; kind < INTEGRATOR_COUNT; kind++) {
+        snprintf(text, sizeof text, IN_BODY("integrator = \"%s\";"),
+                 integrator_name((IntegratorKind)kind));
+        assert_string_equal(read_as_scene(text, &scene), "");
+        assert_int_equal(scene.body[0].surface.body.integrator, kind);
+        scene_destroy(&scene);
+    }
+    static const char MUST[] = " must be one of \"leapfrog\", \"rk4\", \"symplectic_euler\", "
+                               "\"implicit\", \"auto\"";
+    snprintf(text, sizeof text, "x.cfg:2: integrator \"RK4\"%s", MUST);
+    expect_error(IN_BODY("integrator = \"RK4\";"), text);
+    snprintf(text, sizeof text, "x.cfg:2: integrator \"\"%s", MUST);
+    expect_error(IN_BODY("integrator = \"\";"), text);
+}
+
 static void keys_are_accepted_at_their_defaults(void **unused)
 {
     (void)unused;
@@ -590,6 +610,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_bare_body_takes_all_defaults),
+        cmocka_unit_test(names_are_read_back),
         cmocka_unit_test(keys_are_accepted_at_their_defaults),
         cmocka_unit_test(step_may_have_several_threads),
         cmocka_unit_test(implicit_integration_has_its_keys),

@@ -163,20 +163,6 @@ static void stages_are_consistent(void **state)
     }
 }
 
-static void names_are_read_back(void **state)
-{
-    (void)state;
-    for (int kind = 0; kind < INTEGRATOR_COUNT; kind++) {
-        IntegratorKind read = INTEGRATOR_COUNT;
-        assert_true(integrator_parse(integrator_name((IntegratorKind)kind), &read));
-        assert_int_equal(read, kind);
-    }
-    IntegratorKind read = INTEGRATOR_LEAPFROG;
-    assert_false(integrator_parse("RK4", &read));
-    assert_false(integrator_parse("", &read));
-    assert_int_equal(read, INTEGRATOR_LEAPFROG);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -187,7 +173,6 @@ int main(void)
         cmocka_unit_test(constant_gravity_gives_the_parabola),
         cmocka_unit_test(node_damping_decays_exponentially),
         cmocka_unit_test(stages_are_consistent),
-        cmocka_unit_test(names_are_read_back),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
