@@ -94,7 +94,7 @@ const OptionTable SCENE_TABLE =
 
 #define AT(member) offsetof(PublishGroup, member)
 typedef struct PublishGroup {
-    ScenePublish publish;
+    ScenePublish publish; // first: offsets of rows are the same in a ScenePublish
     int nodes;
 } PublishGroup;
 static const Option PUBLISH_OPTIONS[] = {
@@ -137,24 +137,29 @@ const OptionTable CAPACITY_TABLE = OPTION_TABLE(
     "A body that does not fit at load is an error; what does not fit later is refused and counted.",
     CAPACITY_OPTIONS);
 
+// Returns the rate of a row; NULL if the row is none.
+static double *rate_of(const Option *option, ScenePublish *publish)
+{
+    return strcmp(option->unit, "Hz") == 0 ? (double *)((char *)publish + option->offset) : NULL;
+}
+
 static bool read_publish(const SceneReader *reader, const config_setting_t *group)
 {
     PublishGroup raw = {0};
     if (!option_read(&PUBLISH_TABLE, group, &reader->source, &raw))
         return false;
-    double *rates[] = {&raw.publish.nodes_hz, &raw.publish.mesh_hz, &raw.publish.contact_hz,
-                       &raw.publish.status_hz};
-    static const char *const KEYS[] = {"nodes_hz", "mesh_hz", "contact_hz", "status_hz"};
-    for (int i = 0; i < 4; i++) {
-        if (*rates[i] <= reader->scene->rate_hz)
+    for (int i = 0; i < PUBLISH_TABLE.count; i++) {
+        const Option *option = &PUBLISH_TABLE.option[i];
+        double *rate = rate_of(option, &raw.publish);
+        if (rate == NULL || *rate <= reader->scene->rate_hz)
             continue;
-        char rate[OPTION_NUMBER_TEXT], limit[OPTION_NUMBER_TEXT];
-        if (option_given(group, KEYS[i]))
-            return option_fail(&reader->source, option_find(group, KEYS[i]),
-                               "%s %s exceeds rate_hz %s", KEYS[i],
-                               option_number_text(rate, *rates[i]),
+        char text[OPTION_NUMBER_TEXT], limit[OPTION_NUMBER_TEXT];
+        if (option_given(group, option->key))
+            return option_fail(&reader->source, option_find(group, option->key),
+                               "%s %s exceeds rate_hz %s", option->key,
+                               option_number_text(text, *rate),
                                option_number_text(limit, reader->scene->rate_hz));
-        *rates[i] = reader->scene->rate_hz;
+        *rate = reader->scene->rate_hz;
     }
     reader->scene->publish = raw.publish;
     reader->scene->publish.all_nodes = raw.nodes == NODES_ALL;
@@ -176,6 +181,7 @@ static void *allocate_groups(const SceneReader *reader, const config_setting_t *
     return memory;
 }
 
+// Of all channels of a body; LCM refuses longer names.
 static size_t longest_channel(const char *prefix, const char *body)
 {
     return strlen(prefix) + strlen("_MESH_DELTA_") + strlen(body);
@@ -347,13 +353,12 @@ void scene_destroy(Scene *scene)
 bool scene_override(Scene *scene, double rate_hz, const char *prefix, Status *status)
 {
     if (rate_hz > 0.0) {
-        ScenePublish *publish = &scene->publish;
-        double *rates[] = {&publish->nodes_hz, &publish->mesh_hz, &publish->contact_hz,
-                           &publish->status_hz};
         scene->rate_hz = rate_hz;
-        for (int i = 0; i < 4; i++)
-            if (*rates[i] > rate_hz)
-                *rates[i] = rate_hz;
+        for (int i = 0; i < PUBLISH_TABLE.count; i++) {
+            double *rate = rate_of(&PUBLISH_TABLE.option[i], &scene->publish);
+            if (rate != NULL)
+                *rate = fmin(*rate, rate_hz);
+        }
         for (int i = 0; i < scene->body_count; i++) {
             SceneBody *body = &scene->body[i];
             if (body->model == MODEL_SURFACE)
