@@ -2,6 +2,10 @@
 #ifndef PLIANT_BASE_ISA_H
 #define PLIANT_BASE_ISA_H
 
+#include "base/precision.h"
+
+#include <stddef.h>
+
 typedef enum IsaLevel { ISA_BASE, ISA_V3, ISA_V4, ISA_COUNT } IsaLevel;
 
 // Returns "x86-64-v4", "x86-64-v3" or, on any processor, "baseline".
@@ -13,5 +17,27 @@ IsaLevel isa_best(void);
 IsaLevel isa_find(const char *name);
 // Returns the names of the levels that this machine can run, best first, NULL at the end.
 const char *const *isa_available(void);
+
+// Defines <name>_kernels [precision][level], the kernels that pliant_kernels of
+// server/CMakeLists.txt compiles; NULL: not for this processor.
+#if defined(__x86_64__)
+#define ISA_KERNELS(Kernels, name)                                                                 \
+    extern const Kernels name##_kernels_double_base, name##_kernels_single_base;                   \
+    extern const Kernels name##_kernels_double_v3, name##_kernels_single_v3;                       \
+    extern const Kernels name##_kernels_double_v4, name##_kernels_single_v4;                       \
+    static const Kernels *const name##_kernels[PRECISION_COUNT][ISA_COUNT] = {                     \
+        [PRECISION_DOUBLE] = {&name##_kernels_double_base, &name##_kernels_double_v3,              \
+                              &name##_kernels_double_v4},                                          \
+        [PRECISION_SINGLE] = {&name##_kernels_single_base, &name##_kernels_single_v3,              \
+                              &name##_kernels_single_v4},                                          \
+    }
+#else
+#define ISA_KERNELS(Kernels, name)                                                                 \
+    extern const Kernels name##_kernels_double_base, name##_kernels_single_base;                   \
+    static const Kernels *const name##_kernels[PRECISION_COUNT][ISA_COUNT] = {                     \
+        [PRECISION_DOUBLE] = {&name##_kernels_double_base},                                        \
+        [PRECISION_SINGLE] = {&name##_kernels_single_base},                                        \
+    }
+#endif
 
 #endif
