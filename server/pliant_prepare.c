@@ -1,6 +1,6 @@
 // pliant-prepare: checks mesh files before a scene uses them, proposes a scene for one, and makes
 // the meshes and levels of a scene once, so that daemons start faster.
-#include "arguments.h"
+#include "base/arguments.h"
 
 #include "base/log.h"
 #include "scene/mesh_report.h"

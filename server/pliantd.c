@@ -1,6 +1,6 @@
 // pliantd: the daemon's command line. Reads and builds the scene, then runs it live or offline, or
 // describes it.
-#include "arguments.h"
+#include "base/arguments.h"
 
 #include "base/isa.h"
 #include "base/log.h"

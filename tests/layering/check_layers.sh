@@ -1,6 +1,6 @@
 #!/bin/sh
 # Each module of the server sees itself and the modules below it, and no other: a wrong include does not
-# compile. Compiles one line per pair of modules with the include folders of the build.
+# compile. The study, a client, sees all of them. Compiles one line per pair of modules with the include folders of the build.
 #
 # check_layers.sh COMPILER MODULES.txt SERVER-FOLDER
 set -u
@@ -51,7 +51,7 @@ while read -r module folders; do
     done
     for other in base geometry dynamics surface voxel plane io scene run study; do
         header=$(header_of "$other")
-        [ -f "$server/$header" ] || complain "there is no $header to try"
+        [ -f "$server/$header" ] || [ -f "$server/../clients/$header" ] || complain "there is no $header to try"
         # shellcheck disable=SC2086 # one option a word
         if printf '#include "%s"\nextern int used;\n' "$header" |
             "$compiler" -std=c17 -D_GNU_SOURCE $options -fsyntax-only -x c - 2>/dev/null; then

@@ -1,6 +1,6 @@
 // pliant-study: runs a scene offline in many ways, reports the cost of each and its error relative
 // to the converged motion; then advises a choice.
-#include "arguments.h"
+#include "base/arguments.h"
 
 #include "base/log.h"
 #include "run/realtime.h"

@@ -1,7 +1,7 @@
 // Command-line handling shared by the server's programs: common options, values with ranges, and
 // errors of one line. argp's own errors take two lines and have another exit code.
-#ifndef PLIANT_SERVER_ARGUMENTS_H
-#define PLIANT_SERVER_ARGUMENTS_H
+#ifndef PLIANT_BASE_ARGUMENTS_H
+#define PLIANT_BASE_ARGUMENTS_H
 
 #include "base/status.h"
 

@@ -1,4 +1,4 @@
-#include "arguments.h"
+#include "base/arguments.h"
 
 #include "base/isa.h"
 #include "base/log.h"
