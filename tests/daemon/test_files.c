@@ -8,13 +8,14 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 static const char HEAD[] = "publish = { nodes_hz = 20.0; status_hz = 20.0; };\n"
                            "gravity = [0.0, 0.0, -9.81];";
 static const char LOADS[] = "loads = ( { body = \"sphere\"; center = [0.0, 0.0, 0.05];\n"
                             "  radius = 0.03; force = [0.1, 0.0, -0.2]; start = 0.05;\n"
                             "  duration = 0.6; } );";
-static const double TOP[3] = {0.0, 0.0, 0.05}, DOWN[3] = {0.0, 0.02, -0.2};
+static const double DOWN[3] = {0.0, 0.02, -0.2};
 
 static bool exists(const char *path)
 {
@@ -47,21 +48,95 @@ static void offline_runs_are_the_same_every_time(void **state)
     assert_string_not_equal(first, second); // the hash sees a single tick
 }
 
+// ---------------------------------------------------------------------------------------------
+// What holds of bodies of all kinds
+
+#define LEVELS_BODY                                                                                \
+    "levels = 3; adapt = { check_hz = 100.0; };\n"                                                 \
+    "shape = { angular_frequency = 50.0; damping_ratio = 0.3; };\n" LOWER_FIXED
+#define PUSH(center, force, start, duration)                                                       \
+    "loads = ( { center = " center "; radius = 0.03; force = " force ";\n"                         \
+    "  start = " start "; duration = " duration "; } );"
+#define PUSH_TOP PUSH("[0.0, 0.0, 0.05]", "[0.1, 0.0, -0.4]", "0.05", "0.4")
+
+// Runs of `seconds`, interrupted at `at`.
+typedef struct Case {
+    const char *name;
+    double seconds, at;
+    SceneParts parts;
+} Case;
+
+static const Case CASES[] = {
+    {"a surface", 1.0, 0.4, {.head = HEAD, .tail = LOADS}},
+    {"levels",
+     1.0,
+     0.3,
+     {.head = "precision = \"single\";", .body = LEVELS_BODY, .tail = PUSH_TOP}},
+    {"levels in double",
+     1.0,
+     0.3,
+     {.head = "precision = \"double\";", .body = LEVELS_BODY, .tail = PUSH_TOP}},
+    {"a stiff surface",
+     0.2,
+     0.07,
+     {.source = "model = \"surface\"; integrator = \"auto\";\n"
+                "mesh = { generator = \"sphere\"; nodes = 114; radius = 0.05; };",
+      .material = "spring_stiffness = 1.0e8; node_mass = 1.0e-6;",
+      .body = "shape = { angular_frequency = 50.0; damping_ratio = 0.3; };\n" LOWER_FIXED,
+      .tail = PUSH("[0.0, 0.0, 0.05]", "[0.001, 0.0, -0.004]", "0.02", "0.1")}},
+#ifdef WITH_VOXEL
+#define SOLID(name, precision, generated, keys)                                                    \
+    {                                                                                              \
+        name, 0.4, 0.15,                                                                           \
+        {                                                                                          \
+            .head = "precision = \"" precision "\";",                                              \
+            .source = "model = \"voxel\"; voxels = { generator = \"" generated                     \
+                      "\"; radius = 0.025; size = 0.003; };",                                      \
+            .material = "youngs_modulus = 1.0e4; density = 1000.0;", .body = "levels = 2; " keys,  \
+            .tail = PUSH("[0.025, 0.0, 0.0]", "[-0.01, 0.005, 0.0]", "0.05", "0.2")                \
+        }                                                                                          \
+    }
+    SOLID("a graded ball", "single", "ball", ""),
+    SOLID("a graded ball in double", "double", "ball", "integrator = \"leapfrog\";"),
+    SOLID("the paper's plane disc", "single", "disc", "law = \"miyazaki2004\";"),
+    SOLID("the paper's plane disc in double", "double", "disc", "law = \"miyazaki2004\";"),
+#endif
+};
+
+static void expect_state(const char *name, const Process *daemon, const char *whole)
+{
+    char state[32];
+    if (daemon->code != 0)
+        fail_msg("%s: %s", name, daemon->err);
+    printed_state(daemon, state);
+    if (strcmp(state, whole) != 0)
+        fail_msg("%s: state %s instead of %s", name, state, whole);
+}
+
 static void a_resumed_run_matches_the_uninterrupted_one(void **state)
 {
     (void)state;
-    const char *scene = write_scene("resume.cfg", HEAD, LOADS);
     const char *part = scratch("part.h5");
-    char whole[32], resumed[32];
-    Process daemon;
-    run_daemon(&daemon, "--offline 1 %s", scene);
-    printed_state(&daemon, whole);
-    run_daemon(&daemon, "--offline 0.4 --checkpoint %s %s", part, scene);
-    assert_int_equal(daemon.code, 0);
-    run_daemon(&daemon, "--offline 0.6 --resume %s %s", part, scene);
-    assert_int_equal(printed(&daemon, "step"), 1000);
-    printed_state(&daemon, resumed);
-    assert_string_equal(resumed, whole);
+    for (size_t k = 0; k < sizeof CASES / sizeof *CASES; k++) {
+        const Case *c = &CASES[k];
+        char scene[SCRATCH_PATH], whole[32], half[32];
+        snprintf(scene, sizeof scene, "%s", write_body_scene("resume.cfg", &c->parts));
+        Process daemon;
+        unlink(part); // of the case before: it may be of a later step
+        run_daemon(&daemon, "--offline %g %s", c->seconds, scene);
+        if (daemon.code != 0)
+            fail_msg("%s: %s", c->name, daemon.err);
+        printed_state(&daemon, whole);
+        const long long step = printed(&daemon, "step");
+        run_daemon(&daemon, "--offline %g --isa baseline %s", c->seconds, scene);
+        expect_state(c->name, &daemon, whole); // on every processor
+        run_daemon(&daemon, "--offline %g --checkpoint %s %s", c->at, part, scene);
+        printed_state(&daemon, half);
+        assert_string_not_equal(half, whole);
+        run_daemon(&daemon, "--offline %g --resume %s %s", c->seconds - c->at, part, scene);
+        expect_state(c->name, &daemon, whole);
+        assert_int_equal(printed(&daemon, "step"), step);
+    }
 }
 
 static void a_checkpoint_reply_comes_when_the_file_is_whole(void **state)
@@ -116,15 +191,24 @@ static void a_checkpoint_that_cannot_be_written_exits_1(void **state)
     assert_int_equal(daemon.code, 1);
 }
 
-// A live run with everything that can be sent; returns with the daemon ended.
-static void run_with_inputs(Process *daemon, const char *log, const char *checkpoint,
-                            const char *scene)
+// A live run of a body whose top is at z = `top`, with everything that can be sent. `set`: more
+// parameters, each of which is set once. Returns with the daemon ended.
+typedef struct LiveCase {
+    const char *name;
+    SceneParts parts;
+    double top;
+    const char *set[2];
+} LiveCase;
+
+static void run_with_inputs(Process *daemon, const LiveCase *live, const char *log,
+                            const char *checkpoint, const char *scene)
 {
     Client *client = client_create();
     daemon_start(daemon, "--log-inputs %s --checkpoint %s %s", log, checkpoint, scene);
     client_wait_for_daemon(client);
     for (int i = 0; i < 200; i++) {
-        double position[3] = {1e-5 * i, -2e-5 * i, 0.055 - 3e-5 * i};
+        double position[3] = {1e-5 * i, -2e-5 * i, live->top + 0.005 - 3e-5 * i};
+        const double top[3] = {0.0, 0.0, live->top};
         pliant_tool_pose_t pose = make_pose(client, position);
         pose.orientation[0] = 0.99999; // not quite unit: normalised the same way again
         pose.twist_valid = i % 3 == 0;
@@ -132,9 +216,11 @@ static void run_with_inputs(Process *daemon, const char *log, const char *checkp
         send_pose(client, &pose);
         client_listen(client, 2);
         if (i == 50)
-            send_load(client, TOP, 0.03, DOWN, 0.1, "");
+            send_load(client, top, 0.03, DOWN, 0.1, "");
         if (i == 80)
             command(client, PLIANT_COMMAND_T_SET, 0, "gravity_x=1.1");
+        if ((i == 90 || i == 95) && live->set[i == 95] != NULL)
+            assert_true(command(client, PLIANT_COMMAND_T_SET, 0, live->set[i == 95])->ok);
         if (i == 100)
             command(client, PLIANT_COMMAND_T_STEP, 5, "");
         if (i == 120)
@@ -148,32 +234,54 @@ static void run_with_inputs(Process *daemon, const char *log, const char *checkp
     }
     command(client, PLIANT_COMMAND_T_STOP, 0, "");
     process_wait(daemon);
-    assert_int_equal(daemon->code, 0);
+    if (daemon->code != 0)
+        fail_msg("%s: %s", live->name, daemon->err);
     client_destroy(client);
 }
+
+// The last one is used again by the tests below.
+static const LiveCase LIVE_CASES[] = {
+    {"levels",
+     {.head = HEAD, .body = LEVELS_BODY, .tail = PROBE_TOOL},
+     0.045,
+     {"adapt_level=1", "sphere.adapt_scale=0.5"}},
+#ifdef WITH_VOXEL
+    {"a block",
+     {.head = HEAD,
+      .source = "model = \"voxel\"; voxels = { generator = \"box\"; count = 8; size = 0.00625; };",
+      .material = "youngs_modulus = 1.0e4; density = 1000.0;",
+      .body = "levels = 0; " FIXED_BELOW(-0.0249),
+      .tail = PROBE_TOOL},
+     0.025,
+     {NULL}},
+#endif
+    {"a surface", {.head = HEAD, .tail = PROBE_TOOL}, 0.05, {NULL}},
+};
 
 static void an_input_log_repeats_the_live_run_bit_for_bit(void **state)
 {
     (void)state;
-    const char *scene = write_scene("log.cfg", HEAD, PROBE_TOOL);
     const char *log = scratch("inputs.log"), *checkpoint = scratch("live.h5");
-    char live[32], repeated[32], resumed[32];
-    Process daemon;
-    run_with_inputs(&daemon, log, checkpoint, scene);
-    printed_state(&daemon, live);
-    long long step = printed(&daemon, "step");
+    for (size_t k = 0; k < sizeof LIVE_CASES / sizeof *LIVE_CASES; k++) {
+        const LiveCase *c = &LIVE_CASES[k];
+        char scene[SCRATCH_PATH], live[32];
+        snprintf(scene, sizeof scene, "%s", write_body_scene("log.cfg", &c->parts));
+        Process daemon;
+        unlink(log);
+        unlink(checkpoint);
+        run_with_inputs(&daemon, c, log, checkpoint, scene);
+        printed_state(&daemon, live);
+        long long step = printed(&daemon, "step");
 
-    run_daemon(&daemon, "--offline 1000 --input %s %s", log, scene);
-    assert_int_equal(daemon.code, 0);
-    assert_int_equal(printed(&daemon, "step"), step); // the log knows where the run ended
-    assert_non_null(strstr(daemon.out, "rejected 0"));
-    printed_state(&daemon, repeated);
-    assert_string_equal(repeated, live);
+        run_daemon(&daemon, "--offline 1000 --input %s %s", log, scene);
+        expect_state(c->name, &daemon, live);
+        assert_int_equal(printed(&daemon, "step"), step); // the log knows where the run ended
+        assert_non_null(strstr(daemon.out, "rejected 0"));
 
-    // The live run's last checkpoint holds the same state.
-    run_daemon(&daemon, "--offline 0 --resume %s %s", checkpoint, scene);
-    printed_state(&daemon, resumed);
-    assert_string_equal(resumed, live);
+        // The live run's last checkpoint holds the same state.
+        run_daemon(&daemon, "--offline 0 --resume %s %s", checkpoint, scene);
+        expect_state(c->name, &daemon, live);
+    }
 }
 
 static void a_log_of_another_rate_or_time_is_refused(void **state)

@@ -116,28 +116,6 @@ static void joined_stiff_bodies_hang_together(void **state)
     assert_non_null(strstr(daemon.err, "must have one integrator"));
 }
 
-#ifdef WITH_HDF5
-static void a_checkpoint_goes_on_with_the_same_bits(void **state)
-{
-    (void)state;
-    static const char LOADS[] = "loads = ( { body = \"sphere\"; center = [0.0, 0.0, 0.05];\n"
-                                "  radius = 0.03; force = [0.001, 0.0, -0.004]; start = 0.02;\n"
-                                "  duration = 0.1; } );";
-    const char *scene = write_auto("loaded.cfg", STIFF, "", LOADS);
-    char whole[32], half[32];
-    Process daemon;
-    run_daemon(&daemon, "--offline 0.2 %s", scene);
-    assert_int_equal(daemon.code, 0);
-    printed_state(&daemon, whole);
-    run_daemon(&daemon, "--offline 0.07 --checkpoint %s %s", scratch("middle.h5"), scene);
-    assert_int_equal(daemon.code, 0);
-    run_daemon(&daemon, "--offline 0.13 --resume %s %s", scratch("middle.h5"), scene);
-    assert_int_equal(daemon.code, 0);
-    printed_state(&daemon, half);
-    assert_string_equal(half, whole);
-}
-#endif
-
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
@@ -145,9 +123,6 @@ int main(int argc, char **argv)
         daemon_test(implicit_steps_are_tried_for_the_estimate_too),
         daemon_test(the_choice_is_told_before_anything_runs),
         daemon_test(joined_stiff_bodies_hang_together),
-#ifdef WITH_HDF5
-        daemon_test(a_checkpoint_goes_on_with_the_same_bits),
-#endif
     };
     harness_start(argc, argv);
     return harness_end(cmocka_run_group_tests(tests, NULL, NULL));

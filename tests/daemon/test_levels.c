@@ -333,27 +333,6 @@ static void a_reset_takes_clients_back_to_the_first_mesh(void **state)
 // ---------------------------------------------------------------------------------------------
 // The same bits
 
-static void a_resumed_run_matches_the_uninterrupted_one(void **state)
-{
-    (void)state;
-    static const char *const precisions[2] = {"single", "double"};
-    for (int p = 0; p < 2; p++) {
-        const char *scene = write_levels("resume.cfg", precisions[p], LIVE, LOADS);
-        const char *part = scratch("part.h5");
-        char whole[32], resumed[32];
-        Process daemon;
-        unlink(part); // of the case before, which stands later
-        run_daemon(&daemon, "--offline 1 %s", scene);
-        printed_state(&daemon, whole);
-        run_daemon(&daemon, "--offline 0.3 --checkpoint %s %s", part, scene);
-        assert_int_equal(daemon.code, 0);
-        run_daemon(&daemon, "--offline 0.7 --resume %s %s", part, scene);
-        assert_int_equal(printed(&daemon, "step"), 1000);
-        printed_state(&daemon, resumed);
-        assert_string_equal(resumed, whole);
-    }
-}
-
 // A live daemon in lockstep: `first` ticks and a checkpoint, then the rest.
 static void step_live(const char *arguments, int ticks, char hash[32])
 {
@@ -383,40 +362,6 @@ static void a_live_run_is_resumed_with_the_same_bits(void **state)
     step_live(arguments, 450, resumed);
     assert_string_not_equal(half, whole);
     assert_string_equal(resumed, whole);
-}
-
-static void an_input_log_repeats_a_live_run(void **state)
-{
-    (void)state;
-    const char *scene = write_levels("log.cfg", "single", LIVE, PROBE_TOOL);
-    const char *log = scratch("inputs.log"), *checkpoint = scratch("live.h5");
-    char live[32], repeated[32], resumed[32];
-    Client *client = client_create();
-    Watch *watch = watch_create();
-    Process daemon;
-    daemon_start(&daemon, "--log-inputs %s --checkpoint %s %s", log, checkpoint, scene);
-    client_wait_for_daemon(client);
-    press(client, watch, NULL, 100);
-    command(client, PLIANT_COMMAND_T_SET, 0, "adapt_level=1");
-    press(client, watch, NULL, 50);
-    command(client, PLIANT_COMMAND_T_SET, 0, "sphere.adapt_scale=0.5");
-    command(client, PLIANT_COMMAND_T_RESET, 0, "");
-    press(client, watch, NULL, 50);
-    command(client, PLIANT_COMMAND_T_STOP, 0, "");
-    process_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
-    printed_state(&daemon, live);
-    long long step = printed(&daemon, "step");
-    run_daemon(&daemon, "--offline 1000 --input %s %s", log, scene);
-    assert_int_equal(daemon.code, 0);
-    assert_int_equal(printed(&daemon, "step"), step);
-    printed_state(&daemon, repeated);
-    assert_string_equal(repeated, live);
-    run_daemon(&daemon, "--offline 0 --resume %s %s", checkpoint, scene);
-    printed_state(&daemon, resumed);
-    assert_string_equal(resumed, live);
-    watch_destroy(watch);
-    client_destroy(client);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -499,9 +444,7 @@ int main(int argc, char **argv)
         daemon_test(clients_see_a_mesh_without_cracks_at_all_times),
         daemon_test(a_reset_takes_clients_back_to_the_first_mesh),
 #ifdef WITH_HDF5
-        daemon_test(a_resumed_run_matches_the_uninterrupted_one),
         daemon_test(a_live_run_is_resumed_with_the_same_bits),
-        daemon_test(an_input_log_repeats_a_live_run),
         daemon_test(a_recording_holds_every_mesh_without_cracks),
 #endif
     };

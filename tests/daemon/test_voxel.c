@@ -165,90 +165,6 @@ static void requests_reach_a_solid(void **state)
     end(&daemon, client);
 }
 
-// Both precisions, a graded ball, and the paper's plane disc with its law.
-static void runs_resume_and_repeat_bit_for_bit(void **state)
-{
-    (void)state;
-    static const struct {
-        const char *head, *voxels, *keys;
-    } cases[] = {
-        {"precision = \"single\";", "generator = \"ball\"; radius = 0.025; size = 0.003;",
-         "levels = 2;"},
-        {"precision = \"double\";", "generator = \"ball\"; radius = 0.025; size = 0.003;",
-         "levels = 2;  integrator = \"leapfrog\";"},
-        {"precision = \"single\";", "generator = \"disc\"; radius = 0.025; size = 0.003;",
-         "levels = 2;  law = \"miyazaki2004\";"},
-        {"precision = \"double\";", "generator = \"disc\"; radius = 0.025; size = 0.003;",
-         "levels = 2;  law = \"miyazaki2004\";"},
-    };
-    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
-        char head[512], whole[32], other[32];
-        snprintf(head, sizeof head,
-                 "%s\nloads = ( { body = \"block\"; center = [0.025, 0.0, 0.0]; radius = 0.01;\n"
-                 "  force = [-0.01, 0.005, 0.0]; start = 0.05; duration = 0.2; } );",
-                 cases[k].head);
-        const char *scene = write_voxels("resume.cfg", head, cases[k].voxels, cases[k].keys);
-        const char *part = scratch("part.h5");
-        Process daemon;
-        unlink(part); // of the case before, which stands later
-        run_daemon(&daemon, "--offline 0.4 %s", scene);
-        if (daemon.code != 0)
-            fail_msg("%s", daemon.err);
-        printed_state(&daemon, whole);
-        run_daemon(&daemon, "--offline 0.4 --isa baseline %s", scene);
-        printed_state(&daemon, other);
-        assert_string_equal(other, whole); // on every processor
-        run_daemon(&daemon, "--offline 0.15 --checkpoint %s %s", part, scene);
-        assert_int_equal(daemon.code, 0);
-        run_daemon(&daemon, "--offline 0.25 --resume %s %s", part, scene);
-        printed_state(&daemon, other);
-        assert_string_equal(other, whole);
-        run_daemon(&daemon, "--offline 0.05 %s", scene);
-        printed_state(&daemon, other);
-        assert_string_not_equal(other, whole); // the load has moved it
-    }
-}
-
-static void an_input_log_repeats_the_live_run(void **state)
-{
-    (void)state;
-    const char *scene = write_block("log.cfg", HEAD);
-    const char *log = scratch("inputs.log"), *checkpoint = scratch("live.h5");
-    char live[32], repeated[32], resumed[32];
-    Client *client = client_create();
-    Process daemon;
-    daemon_start(&daemon, "--log-inputs %s --checkpoint %s %s", log, checkpoint, scene);
-    client_wait_for_daemon(client);
-    for (int i = 0; i < 150; i++) {
-        double position[3] = {1e-5 * i, -2e-5 * i, 0.030 - 3e-5 * i};
-        pliant_tool_pose_t pose = make_pose(client, position);
-        send_pose(client, &pose);
-        client_listen(client, 2);
-        if (i == 50)
-            send_load(client, TOP, 0.01, DOWN, 0.1, "");
-        if (i == 80)
-            command(client, PLIANT_COMMAND_T_SET, 0, "gravity_x=1.1");
-        if (i == 100)
-            command(client, PLIANT_COMMAND_T_STEP, 5, "");
-        if (i == 120)
-            command(client, PLIANT_COMMAND_T_RESUME, 0, "");
-    }
-    command(client, PLIANT_COMMAND_T_STOP, 0, "");
-    process_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
-    client_destroy(client);
-    printed_state(&daemon, live);
-    long long step = printed(&daemon, "step");
-    run_daemon(&daemon, "--offline 1000 --input %s %s", log, scene);
-    assert_int_equal(daemon.code, 0);
-    assert_int_equal(printed(&daemon, "step"), step);
-    printed_state(&daemon, repeated);
-    assert_string_equal(repeated, live);
-    run_daemon(&daemon, "--offline 0 --resume %s %s", checkpoint, scene);
-    printed_state(&daemon, resumed);
-    assert_string_equal(resumed, live);
-}
-
 // Killed, it starts again from its last checkpoint, and tools meet it there.
 static void a_killed_server_goes_on_from_its_checkpoint(void **state)
 {
@@ -384,8 +300,6 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         daemon_test(a_pressed_block_pushes_back_and_is_shown),
         daemon_test(requests_reach_a_solid),
-        daemon_test(runs_resume_and_repeat_bit_for_bit),
-        daemon_test(an_input_log_repeats_the_live_run),
         daemon_test(a_killed_server_goes_on_from_its_checkpoint),
         daemon_test(what_is_published_is_recorded),
         daemon_test(wrong_scenes_are_refused_in_one_line),
