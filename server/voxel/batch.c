@@ -48,17 +48,21 @@ static int *unite_classes(Batches *out, const BatchOptions *options, Arena *aren
     ASSERT(become != NULL && used != NULL);
     for (int e = 0; e < options->element_count; e++)
         used[options->element_class[e]] = true;
-    out->classes = ALLOCATE(ARENA_STEP, given, ElementClass, "element classes");
+    ElementClass *classes = calloc((size_t)given + 1, sizeof *classes);
+    ASSERT(classes != NULL);
     for (int c = 0; c < given; c++) {
         if (!used[c])
             continue;
         int k = 0;
-        while (k < out->class_count && !same_class(&out->classes[k], &options->classes[c]))
+        while (k < out->class_count && !same_class(&classes[k], &options->classes[c]))
             k++;
         if (k == out->class_count)
-            out->classes[out->class_count++] = options->classes[c];
+            classes[out->class_count++] = options->classes[c];
         become[c] = k;
     }
+    out->classes = ALLOCATE(ARENA_STEP, out->class_count, ElementClass, "element classes");
+    memcpy(out->classes, classes, (size_t)out->class_count * sizeof *classes);
+    free(classes);
     free(used);
     return become;
 }

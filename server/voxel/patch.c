@@ -4,12 +4,23 @@
 //   V (mu (b_i . b_k 1 + b_k b_i^T) + lambda b_i b_k^T)
 //   + r (w_i d_ik - w_i w_k / sum w - w_i w_k X_i^T M^-1 X_k) 1,
 // where Miyazaki's law has g_i = 3 X_i / tr M, V mu = k tr M / 6 and r = k. Step thread.
-#include "voxel/patch.h"
+#include "dynamics/patch.h"
 
-#include "voxel/cut/cut_body.h"
 #include "voxel/model.h"
 #include "voxel/rotation.h"
 
+// An element with the kernels' numbers, in double precision.
+typedef struct PatchElement {
+    int count;
+    int vertex[NODE_COUNT];
+    Vec3 g[NODE_COUNT];          // [1/m]
+    Vec3 place[NODE_COUNT];      // X, in edge lengths
+    Vec3 lever[NODE_COUNT];      // w M^-1 X, likewise
+    double weight[NODE_COUNT];   // w
+    double mu, lambda, residual; // V mu, V lambda [N m]; r [N/m]
+} PatchElement;
+
+// Adds the free vertices in the region, from patch->next on; when done, starts the next pass.
 static void add_vertices(const Vertices *vertices, Patch *patch, int *budget)
 {
     const Region here = rows_region(&vertices->rows, &patch->region);
@@ -60,8 +71,9 @@ static void find_rotation(const Vertices *vertices, const PatchElement *piece, c
     }
 }
 
-void patch_add_element(const Vertices *vertices, Patch *patch, const PatchElement *piece,
-                       const double last[4])
+// Adds the element's stiffness to the patch. `last` as in VoxelPass.
+static void add_element(const Vertices *vertices, Patch *patch, const PatchElement *piece,
+                        const double last[4])
 {
     double turn[3][3], total = 0.0, m[9];
     Vec3 b[NODE_COUNT];
@@ -97,8 +109,10 @@ void patch_add_element(const Vertices *vertices, Patch *patch, const PatchElemen
     }
 }
 
-void patch_set_factors(const Vertices *vertices, VoxelLaw law, Patch *patch, const ElementClass *by,
-                       double spread, PatchElement *piece)
+// Sets the parameters of a class with the current scales; damping, which acts on all non-rigid
+// motion, is treated like Miyazaki's law. `spread` is tr M in edge lengths squared.
+static void set_factors(const Vertices *vertices, VoxelLaw law, Patch *patch,
+                        const ElementClass *by, double spread, PatchElement *piece)
 {
     const BodyParameters *scale = vertices->parameters;
     const double h = by->size, volume = h * h * h;
@@ -130,13 +144,14 @@ static bool add_plain(const VoxelModel *model, Patch *patch, int batch, int lane
         piece.weight[p] = 1.0;
         piece.g[p] = vec3_scale(0.5 / by->size, sign);
     }
-    patch_set_factors(&model->vertices, model->law, patch, by, 6.0, &piece);
-    patch_add_element(&model->vertices, patch, &piece, model->batches->last[batch][lane]);
+    set_factors(&model->vertices, model->law, patch, by, 6.0, &piece);
+    add_element(&model->vertices, patch, &piece, model->batches->last[batch][lane]);
     return true;
 }
 
-double patch_add_row(VoxelLaw law, const ElementClass *by, const double row[TABLE_ROW], int vertex,
-                     PatchElement *piece)
+// Adds one vertex with the numbers of its row of a RestTable; returns its part of tr M.
+static double add_row(VoxelLaw law, const ElementClass *by, const double row[TABLE_ROW], int vertex,
+                      PatchElement *piece)
 {
     int i = piece->count++;
     piece->vertex[i] = vertex;
@@ -149,14 +164,13 @@ double patch_add_row(VoxelLaw law, const ElementClass *by, const double row[TABL
     return row[3] * vec3_dot(piece->place[i], piece->place[i]);
 }
 
-static bool add_hanging(const VoxelModel *model, Patch *patch, int batch, int lane)
+static bool add_hanging(const VoxelModel *model, Patch *patch, int batch, int lane, bool mixed)
 {
     const HangingBatches *hanging = &model->batches->hanging;
     const ElementClass *by = &model->batches->classes[hanging->element_class[batch][lane]];
     const int *vertex = hanging->vertex + (long)hanging->start[batch] * LANES + lane;
     const RestTable *table = &model->batches->tables[hanging->table[batch]];
-    const bool mixed = batch >= hanging->batch_count - hanging->mixed_count;
-    const int spare = model->vertices.count;
+    const int spare = model->vertices.capacity;
     if (!is_near(patch, vertex, table->count))
         return false;
     PatchElement piece = {0};
@@ -167,27 +181,45 @@ static bool add_hanging(const VoxelModel *model, Patch *patch, int batch, int la
             long at = TABLE_HEAD + (long)p * TABLE_ROW + k;
             row[k] = rows_get(&model->vertices.rows, table->number, mixed ? at * LANES + lane : at);
         }
-        spread += patch_add_row(model->law, by, row, vertex[p * LANES], &piece);
+        spread += add_row(model->law, by, row, vertex[p * LANES], &piece);
     }
-    patch_set_factors(&model->vertices, model->law, patch, by, spread, &piece);
-    patch_add_element(&model->vertices, patch, &piece,
-                      model->batches->last[model->batches->plain.batch_count + batch][lane]);
+    set_factors(&model->vertices, model->law, patch, by, spread, &piece);
+    add_element(&model->vertices, patch, &piece,
+                model->batches->last[model->batches->plain.batch_count + batch][lane]);
     return true;
 }
 
-static bool gather_batches(const VoxelModel *model, Patch *patch, int budget)
+// Adds the elements of a batch; returns what that takes of the budget.
+static int add_batch(const VoxelModel *model, Patch *patch, bool hanging, int batch, bool mixed)
 {
-    const int plain = model->batches->plain.batch_count;
-    const int count = batch_runs_capacity(model->batches);
-    for (; patch->pass == 1 && patch->next < count && budget > 0; patch->next++) {
-        int batch = (int)patch->next;
-        for (int lane = 0; lane < LANES; lane++) {
-            bool added = batch < plain ? add_plain(model, patch, batch, lane)
-                                       : add_hanging(model, patch, batch - plain, lane);
-            budget -= added ? PATCH_ADDED : PATCH_SKIPPED;
+    enum { SKIPPED = 4, ADDED = 128 }; // per element
+    int cost = 0;
+    for (int lane = 0; lane < LANES; lane++) {
+        const bool added = hanging ? add_hanging(model, patch, batch, lane, mixed)
+                                   : add_plain(model, patch, batch, lane);
+        cost += added ? ADDED : SKIPPED;
+    }
+    return cost;
+}
+
+// Goes on with the first batch in use from number patch->next on, hanging batches after the plain
+// ones. True when there is none left.
+static bool add_batches(const VoxelModel *model, Patch *patch, int budget)
+{
+    const BatchRuns *runs = model->batches;
+    for (int k = 0; k < runs->run_end[BATCH_HANGING][1]; k++) {
+        const BatchRun run = runs->run[k];
+        const bool hanging = k >= runs->run_end[BATCH_PLAIN][1];
+        const int before = hanging ? runs->plain.batch_count : 0;
+        if (patch->next < before + run.first)
+            patch->next = before + run.first;
+        for (; patch->next < before + run.first + run.count; patch->next++) {
+            if (budget <= 0)
+                return false;
+            budget -= add_batch(model, patch, hanging, (int)patch->next - before, run.mixed);
         }
     }
-    return patch->full || (patch->pass == 1 && patch->next == count);
+    return true;
 }
 
 bool voxel_gather_patch(const void *self, Patch *patch, int budget)
@@ -195,6 +227,6 @@ bool voxel_gather_patch(const void *self, Patch *patch, int budget)
     const VoxelModel *model = self;
     if (patch->pass == 0)
         add_vertices(&model->vertices, patch, &budget);
-    return model->cuts != NULL ? cut_body_gather_elements(model, patch, budget)
-                               : gather_batches(model, patch, budget);
+    const bool complete = patch->pass == 1 && add_batches(model, patch, budget);
+    return patch->full || complete;
 }

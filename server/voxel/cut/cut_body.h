@@ -42,8 +42,6 @@ void cut_body_feel(VoxelCuts *cuts);
 void cut_body_restore(VoxelCuts *cuts, RestoreMode mode);
 // After the state list was restored: derives everything that follows from it.
 void cut_body_restored(VoxelCuts *cuts, Body *body);
-// cut_patch.c: the elements of BodyOps.gather_patch.
-bool cut_body_gather_elements(const VoxelModel *model, Patch *patch, int budget);
 void cut_body_explain(const VoxelCuts *cuts, FILE *out);
 
 // --- cut_create.c: creation of what other bodies do not have; load time ---
