@@ -188,9 +188,11 @@ static bool take_command(const json_t *object, Ask *ask, ClientError *error)
             return true;
         }
     }
-    return client_fail(error,
-                       "kind: expected pause, resume, step, reset, checkpoint, describe, set or "
-                       "stop");
+    char words[128] = "";
+    for (size_t k = 0, length = 0; k < sizeof kinds / sizeof *kinds && length < sizeof words; k++)
+        length += (size_t)snprintf(words + length, sizeof words - length, "%s%s", k > 0 ? ", " : "",
+                                   kinds[k].name);
+    return client_fail(error, "kind: expected one of %s", words);
 }
 
 static bool take_message(const json_t *object, Ask *ask, ClientError *error)
