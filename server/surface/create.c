@@ -7,7 +7,6 @@
 #include "base/log.h"
 #include "dynamics/stability.h"
 #include "geometry/winged_edge.h"
-#include "surface/detail/detail.h"
 #include "surface/detail/detail_create.h"
 #include "surface/implicit.h"
 #include "surface/model.h"
@@ -409,8 +408,7 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
     model->damped = model->damping_time > 0.0;
     model->basis.longest_edge = longest_edge(mesh, &winged);
     // All fields that the two kinds of bodies share; the rest follows below.
-    *body = body_of_options(&options->body, changes ? detail_ops(options) : surface_ops(options),
-                            model);
+    *body = body_of_options(&options->body, surface_ops(options), model);
     body->mass = network.total_mass;
     body->spring_count = winged.edge_count;
     body->element_count = mesh->triangle_count;

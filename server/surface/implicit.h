@@ -104,8 +104,7 @@ typedef struct Implicit {
 double implicit_theta(const SurfaceOptions *options);
 // Load time, after the rest of the body exists.
 void implicit_create(SurfaceModel *model, const SurfaceOptions *options, Arena *arena);
-// The operations that differ from those of explicit steps, of bodies with and without levels.
-#define IMPLICIT_STEPS .drift = implicit_drift, .evaluate = implicit_evaluate
+// The operations that differ from those of explicit steps.
 void implicit_drift(void *self, double dt);
 void implicit_evaluate(void *self, const Stage *stage, double h);
 // Prints one line for --explain.

@@ -1,7 +1,13 @@
-// External forces in the tables of the kernel, in the coordinates of the rows. Step thread.
-#include "surface/model.h"
+// External forces in the tables of the kernel, in the coordinates of the rows: of contacts for one
+// evaluation, of loads until they are cleared. Step thread.
+#include "surface/detail/detail.h"
 
-void model_add_external(SurfaceModel *model, int slot, Vec3 force)
+#include "base/check.h"
+
+#include <string.h>
+
+// Adds a force in the world frame [N] to a slot's entry in `external`.
+static void add_external(SurfaceModel *model, int slot, Vec3 force)
 {
     Vec3 f = rows_turn_in(&model->basis, force);
     const double part[3] = {f.x, f.y, f.z};
@@ -9,6 +15,115 @@ void model_add_external(SurfaceModel *model, int slot, Vec3 force)
         long at = model_lane(model_lane_of(model, slot)) + c * LANES;
         model_put(model, model->external, at, model_get(model, model->external, at) + part[c]);
     }
+}
+
+// Distributes a force in the world frame over the free nodes that carry a node: itself, unless it
+// hangs.
+static void spread(SurfaceModel *model, int node, Vec3 force,
+                   void (*add)(SurfaceModel *model, int slot, Vec3 force))
+{
+    const NodeStatus status =
+        model->detail == NULL ? NODE_FREE : (NodeStatus)model->detail->set.status[node];
+    if (status == NODE_HANGING) {
+        int parent[2];
+        levels_parents(&model->detail->set.levels, node, parent);
+        spread(model, parent[0], vec3_scale(0.5, force), add);
+        spread(model, parent[1], vec3_scale(0.5, force), add);
+        return;
+    }
+    if (status == NODE_FREE)
+        add(model, model->slot[node], force);
+}
+
+// --- contact forces ---
+
+// Saves what a lane of `external` holds, until the next evaluation ends.
+static void touch(SurfaceModel *model, int lane)
+{
+    if (model->is_touched[lane])
+        return;
+    model->is_touched[lane] = true;
+    int k = model->touched_count++;
+    ASSERT(k < model->touched_capacity);
+    model->touched[k] = lane;
+    for (int c = 0; c < 3; c++)
+        model_put(model, model->untouched, 3L * k + c,
+                  model_get(model, model->external, model_lane(lane) + c * LANES));
+}
+
+void model_clear_touched(SurfaceModel *model)
+{
+    for (int k = 0; k < model->touched_count; k++) {
+        int lane = model->touched[k];
+        for (int c = 0; c < 3; c++)
+            model_put(model, model->external, model_lane(lane) + c * LANES,
+                      model_get(model, model->untouched, 3L * k + c));
+        model->is_touched[lane] = false;
+    }
+    model->touched_count = 0;
+}
+
+static void add_once(SurfaceModel *model, int slot, Vec3 force)
+{
+    touch(model, model_lane_of(model, slot));
+    add_external(model, slot, force);
+}
+
+void surface_add_forces(void *self, const int *node, int count, const Vec3 *force)
+{
+    SurfaceModel *model = self;
+    if (model->detail == NULL) // as spread would, but in one loop: most forces take this path
+        for (int i = 0; i < count; i++)
+            add_once(model, model->slot[node[i]], force[i]);
+    else
+        for (int i = 0; i < count; i++) {
+            spread(model, node[i], force[i], add_once);
+            detail_feel(&model->detail->adapt, node[i], force[i]);
+        }
+}
+
+void surface_reserve_forces(void *self, const char *name, int count, Arena *arena)
+{
+    SurfaceModel *model = self;
+    size_t lanes = (size_t)(count < model->lane_count ? count : model->lane_count);
+    model->touched_capacity = (int)lanes;
+    model->touched = arena_allocate(arena, ARENA_CONTACT, lanes, sizeof *model->touched,
+                                    "%s/touched slots", name);
+    model->untouched = arena_allocate(arena, ARENA_CONTACT, 3 * lanes, model_real_size(model),
+                                      "%s/touched loads", name);
+    model->is_touched = arena_allocate(arena, ARENA_CONTACT, (size_t)model->lane_count,
+                                       sizeof *model->is_touched, "%s/touched marks", name);
+    if (model->detail != NULL)
+        detail_reserve_felt(&model->detail->adapt, name, count, arena, model->detail->state);
+}
+
+// --- constant loads ---
+
+static void add_constant(SurfaceModel *model, int slot, Vec3 force)
+{
+    if (model->world_load != NULL) {
+        model->world_load[slot][0] += force.x;
+        model->world_load[slot][1] += force.y;
+        model->world_load[slot][2] += force.z;
+    }
+    add_external(model, slot, force);
+    *model->loaded = 1;
+}
+
+void surface_add_load(void *self, int node, Vec3 force)
+{
+    spread(self, node, force, add_constant);
+}
+
+void surface_clear_loads(void *self)
+{
+    SurfaceModel *model = self;
+    if (*model->loaded != 0) {
+        memset(model->external, 0, (size_t)model->lane_count * 3 * model_real_size(model));
+        if (model->world_load != NULL)
+            memset(model->world_load, 0, (size_t)model->basis.count * sizeof *model->world_load);
+    }
+    *model->loaded = 0;
 }
 
 void model_turn_loads(SurfaceModel *model)

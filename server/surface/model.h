@@ -120,10 +120,8 @@ static inline int model_lane_of(const SurfaceModel *model, int slot)
     return model->lane == NULL ? slot : model->lane[slot];
 }
 
-// --- loads.c ---
+// --- loads.c: external forces ---
 
-// Adds a force in the world frame [N] to a slot's entry in `external`.
-void model_add_external(SurfaceModel *model, int slot, Vec3 force);
 // Rotates constant loads with the base frame after it has moved. Starts from the loads in the world
 // frame, so that rounding does not accumulate.
 void model_turn_loads(SurfaceModel *model);
@@ -136,47 +134,22 @@ void model_create_mesh(SurfaceModel *model, Body *body, const TriMesh *mesh,
 // Labels the piece of each node: connected parts of the mesh, numbered by their lowest node.
 void model_label_pieces(const TriMesh *mesh, int *piece);
 
-// --- surface.c: the operations, and what they share with bodies with levels ---
-
-// Returns the operations that the options require of a body without levels.
-const BodyOps *surface_ops(const SurfaceOptions *options);
-
-// The operations that do not depend on levels or on the integrator.
-#define SURFACE_OPERATIONS                                                                         \
-    .model = "surface", .commit = surface_commit, .abandon = surface_abandon,                      \
-    .read_nodes = surface_read_nodes, .find_nodes = surface_find_nodes,                            \
-    .clear_loads = surface_clear_loads, .snapshot = surface_snapshot,                              \
-    .snapshot_rest = surface_snapshot_rest, .read_state = surface_read_rows,                       \
-    .gather_patch = model_gather_patch, .explain = surface_explain, .isa = surface_isa
-bool surface_commit(void *self);
-void surface_abandon(void *self);
-void surface_read_nodes(const void *self, const int *node, int count, Vec3 *position,
-                        Vec3 *velocity);
-int surface_find_nodes(const void *self, const Region *region, int *node, int capacity);
+// The operations on forces.
+void surface_add_forces(void *self, const int *node, int count, const Vec3 *force);
+void surface_reserve_forces(void *self, const char *name, int count, Arena *arena);
+void surface_add_load(void *self, int node, Vec3 force);
 void surface_clear_loads(void *self);
-void surface_snapshot(const void *self, float *position, float *velocity);
-void surface_snapshot_rest(const void *self, float *position);
-int surface_read_rows(const void *self, int *id, Vec3 *position, Vec3 *velocity);
-const char *surface_isa(const void *self);
-// Those that bodies with levels, or implicit steps, extend.
-bool surface_check(const void *self);
-void surface_restore(void *self, RestoreMode mode);
-void surface_drift(void *self, double dt);
-bool surface_set(void *self, BodyParameter parameter, double value);
-void surface_measure(const void *self, BodyMeasure *measure);
-void surface_explain(const void *self, FILE *out);
-
-// Saves what a lane of `external` holds, until the next evaluation ends.
-void model_touch(SurfaceModel *model, int lane);
 // Removes the contact forces of one evaluation and restores the constant loads bit by bit.
 void model_clear_touched(SurfaceModel *model);
-// Fills in what one evaluation reads and writes; model_end_pass follows the kernel.
-void model_fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringPass *pass);
+
+// --- surface.c ---
+
+// Returns the operations that the options require.
+const BodyOps *surface_ops(const SurfaceOptions *options);
+// One of them, which implicit steps begin with.
+void surface_drift(void *self, double dt);
 // Runs the kernel over all chunks of the pass, on all threads that share the step.
 void model_run_kernel(SurfaceModel *model, SpringKernel *evaluate, const SpringPass *pass);
-void model_end_pass(SurfaceModel *model, const SpringPass *pass);
-void model_add_load(SurfaceModel *model, int slot, Vec3 force);
-void model_reserve_touched(SurfaceModel *model, const char *name, int count, Arena *arena);
 
 // --- patch.c: BodyOps.gather_patch, also for bodies with levels ---
 bool model_gather_patch(const void *self, Patch *patch, int budget);

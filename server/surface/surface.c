@@ -26,31 +26,6 @@ void surface_drift(void *self, double dt)
     model->next_stage = 1;
 }
 
-void model_touch(SurfaceModel *model, int lane)
-{
-    if (model->is_touched[lane])
-        return;
-    model->is_touched[lane] = true;
-    int k = model->touched_count++;
-    ASSERT(k < model->touched_capacity);
-    model->touched[k] = lane;
-    for (int c = 0; c < 3; c++)
-        model_put(model, model->untouched, 3L * k + c,
-                  model_get(model, model->external, model_lane(lane) + c * LANES));
-}
-
-void model_clear_touched(SurfaceModel *model)
-{
-    for (int k = 0; k < model->touched_count; k++) {
-        int lane = model->touched[k];
-        for (int c = 0; c < 3; c++)
-            model_put(model, model->external, model_lane(lane) + c * LANES,
-                      model_get(model, model->untouched, 3L * k + c));
-        model->is_touched[lane] = false;
-    }
-    model->touched_count = 0;
-}
-
 // A pass that several threads share; each has a flag for bad numbers of its own.
 typedef struct SharedPass {
     const SpringPass *pass;
@@ -82,7 +57,7 @@ void model_run_kernel(SurfaceModel *model, SpringKernel *evaluate, const SpringP
     model->bad |= atomic_load_explicit(&shared.bad, memory_order_relaxed);
 }
 
-void model_fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringPass *pass)
+static void fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringPass *pass)
 {
     const BodyParameters *p = model->parameters;
     Vec3 gravity = rows_gravity(&model->basis, (Vec3){p->gravity[0], p->gravity[1], p->gravity[2]});
@@ -117,7 +92,7 @@ void model_fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringPa
     }
 }
 
-void model_end_pass(SurfaceModel *model, const SpringPass *pass)
+static void end_pass(SurfaceModel *model, const SpringPass *pass)
 {
     const double *g = model->parameters->gravity;
     model_clear_touched(model);
@@ -130,15 +105,20 @@ static void surface_evaluate(void *self, const Stage *stage, double h)
 {
     SurfaceModel *model = self;
     SpringPass pass;
-    model_fill_pass(model, stage, h, &pass);
-    bool external = *model->loaded != 0 || model->touched_count > 0;
-    model_run_kernel(
-        model, model->kernels->evaluate[model->damped][model->shape][external][model->prestressed],
-        &pass);
-    model_end_pass(model, &pass);
+    fill_pass(model, stage, h, &pass);
+    if (model->detail != NULL) {
+        detail_evaluate(model, &pass);
+    } else {
+        bool external = *model->loaded != 0 || model->touched_count > 0;
+        model_run_kernel(
+            model,
+            model->kernels->evaluate[model->damped][model->shape][external][model->prestressed],
+            &pass);
+    }
+    end_pass(model, &pass);
 }
 
-bool surface_commit(void *self)
+static bool surface_commit(void *self)
 {
     SurfaceModel *model = self;
     // The coordinates of a floating body are small however far it has travelled: check the distance
@@ -157,7 +137,7 @@ bool surface_commit(void *self)
     return good;
 }
 
-void surface_abandon(void *self)
+static void surface_abandon(void *self)
 {
     SurfaceModel *model = self;
     rows_end_tick(&model->basis, false);
@@ -165,13 +145,14 @@ void surface_abandon(void *self)
     model->bad = false;
 }
 
-bool surface_check(const void *self)
+static bool surface_check(const void *self)
 {
     const SurfaceModel *model = self;
-    return rows_are_sound(&model->basis, model->rows[model->current], model->position_limit);
+    return (model->detail == NULL || model->detail->is_sound) &&
+           rows_are_sound(&model->basis, model->rows[model->current], model->position_limit);
 }
 
-void surface_restore(void *self, RestoreMode mode)
+static void surface_restore(void *self, RestoreMode mode)
 {
     SurfaceModel *model = self;
     void *rows = model->rows[model->current];
@@ -183,13 +164,22 @@ void surface_restore(void *self, RestoreMode mode)
         rows_stop(&model->basis, rows);
     }
     model->present = rows;
+    if (model->detail != NULL)
+        detail_forget(model->detail, mode);
+}
+
+static void surface_restored(Body *body)
+{
+    SurfaceModel *model = body->model;
+    if (model->detail != NULL)
+        detail_restored(body);
 }
 
 // ---------------------------------------------------------------------------------------------
 // Nodes
 
-void surface_read_nodes(const void *self, const int *node, int count, Vec3 *position,
-                        Vec3 *velocity)
+static void surface_read_nodes(const void *self, const int *node, int count, Vec3 *position,
+                               Vec3 *velocity)
 {
     const SurfaceModel *model = self;
     for (int i = 0; i < count; i++)
@@ -197,34 +187,7 @@ void surface_read_nodes(const void *self, const int *node, int count, Vec3 *posi
                   velocity == NULL ? NULL : &velocity[i]);
 }
 
-static void surface_add_forces(void *self, const int *node, int count, const Vec3 *force)
-{
-    SurfaceModel *model = self;
-    for (int i = 0; i < count; i++) {
-        int slot = model->slot[node[i]];
-        model_touch(model, slot);
-        model_add_external(model, slot, force[i]);
-    }
-}
-
-void model_reserve_touched(SurfaceModel *model, const char *name, int count, Arena *arena)
-{
-    size_t lanes = (size_t)(count < model->lane_count ? count : model->lane_count);
-    model->touched_capacity = (int)lanes;
-    model->touched = arena_allocate(arena, ARENA_CONTACT, lanes, sizeof *model->touched,
-                                    "%s/touched slots", name);
-    model->untouched = arena_allocate(arena, ARENA_CONTACT, 3 * lanes, model_real_size(model),
-                                      "%s/touched loads", name);
-    model->is_touched = arena_allocate(arena, ARENA_CONTACT, (size_t)model->lane_count,
-                                       sizeof *model->is_touched, "%s/touched marks", name);
-}
-
-static void surface_reserve_forces(void *self, const char *name, int count, Arena *arena)
-{
-    model_reserve_touched(self, name, count, arena);
-}
-
-int surface_find_nodes(const void *self, const Region *region, int *node, int capacity)
+static int surface_find_nodes(const void *self, const Region *region, int *node, int capacity)
 {
     const SurfaceModel *model = self;
     const RegionTest test = region_test(region);
@@ -243,34 +206,6 @@ int surface_find_nodes(const void *self, const Region *region, int *node, int ca
     return found;
 }
 
-void model_add_load(SurfaceModel *model, int slot, Vec3 force)
-{
-    if (model->world_load != NULL) {
-        model->world_load[slot][0] += force.x;
-        model->world_load[slot][1] += force.y;
-        model->world_load[slot][2] += force.z;
-    }
-    model_add_external(model, slot, force);
-    *model->loaded = 1;
-}
-
-static void surface_add_load(void *self, int node, Vec3 force)
-{
-    SurfaceModel *model = self;
-    model_add_load(model, model->slot[node], force);
-}
-
-void surface_clear_loads(void *self)
-{
-    SurfaceModel *model = self;
-    if (*model->loaded != 0) {
-        memset(model->external, 0, (size_t)model->lane_count * 3 * model_real_size(model));
-        if (model->world_load != NULL)
-            memset(model->world_load, 0, (size_t)model->basis.count * sizeof *model->world_load);
-    }
-    *model->loaded = 0;
-}
-
 // ---------------------------------------------------------------------------------------------
 // Out
 
@@ -281,14 +216,14 @@ static void clear_free_slots(const SurfaceShown *shown, float *value)
             memset(value + 3L * s, 0, 3 * sizeof *value);
 }
 
-void surface_snapshot_rest(const void *self, float *position)
+static void surface_snapshot_rest(const void *self, float *position)
 {
     const SurfaceModel *model = self;
     rows_snapshot_rest(&model->basis, model->shown.row, model->shown.count, position);
     clear_free_slots(&model->shown, position);
 }
 
-void surface_snapshot(const void *self, float *position, float *velocity)
+static void surface_snapshot(const void *self, float *position, float *velocity)
 {
     const SurfaceModel *model = self;
     rows_snapshot(&model->basis, model->rows[model->current], model->shown.row, model->shown.count,
@@ -334,7 +269,7 @@ static double spring_energy(const SurfaceModel *model, const void *rows, int slo
     return energy;
 }
 
-void surface_measure(const void *self, BodyMeasure *measure)
+static void surface_measure(const void *self, BodyMeasure *measure)
 {
     const SurfaceModel *model = self;
     const void *rows = model->rows[model->current];
@@ -364,21 +299,29 @@ void surface_measure(const void *self, BodyMeasure *measure)
         .max_displacement = sqrt(farthest),
         .outer = outer,
     };
+    if (model->detail != NULL)
+        measure->refused = model->detail->adapt.sweep->refused;
+    if (model->detail != NULL && model->detail->frames != NULL)
+        measure->elastic += detail_frames_energy(model, rows);
 }
 
 static bool surface_is_fixed(const void *self, int node)
 {
     const SurfaceModel *model = self;
-    return model_get(model, model->nodes.inverse_mass, model->slot[node]) == 0.0;
+    return model->detail != NULL
+               ? model->detail->fixed[node]
+               : model_get(model, model->nodes.inverse_mass, model->slot[node]) == 0.0;
 }
 
-bool surface_set(void *self, BodyParameter parameter, double value)
+static bool surface_set(void *self, BodyParameter parameter, double value)
 {
     SurfaceModel *model = self;
+    if (model->detail != NULL && detail_set(model->detail, parameter, value))
+        return true;
     return body_parameters_set(model->parameters, model->damped, parameter, value);
 }
 
-void surface_explain(const void *self, FILE *out)
+static void surface_explain(const void *self, FILE *out)
 {
     const SurfaceModel *model = self;
     static const char *const shapes[] = {"none", "virtual nodes fixed in the world",
@@ -401,7 +344,7 @@ void surface_explain(const void *self, FILE *out)
         implicit_explain(model->implicit, out);
 }
 
-int surface_read_rows(const void *self, int *id, Vec3 *position, Vec3 *velocity)
+static int surface_read_rows(const void *self, int *id, Vec3 *position, Vec3 *velocity)
 {
     const SurfaceModel *model = self;
     const SurfaceShown *shown = &model->shown;
@@ -416,25 +359,46 @@ int surface_read_rows(const void *self, int *id, Vec3 *position, Vec3 *velocity)
     return shown->count;
 }
 
-const char *surface_isa(const void *self)
+static const char *surface_isa(const void *self)
 {
     const SurfaceModel *model = self;
     return model->kernels->level;
 }
 
-#define ONE_LEVEL                                                                                  \
-    SURFACE_OPERATIONS, .check = surface_check, .restore = surface_restore,                        \
-                        .reserve_forces = surface_reserve_forces,                                  \
-                        .add_forces = surface_add_forces, .add_load = surface_add_load,            \
-                        .measure = surface_measure, .is_fixed = surface_is_fixed,                  \
-                        .set = surface_set
+// What every surface body does, and what depends on the scene.
+#define EXPLICIT OPERATIONS, .drift = surface_drift, .evaluate = surface_evaluate
+#define IMPLICIT OPERATIONS, .drift = implicit_drift, .evaluate = implicit_evaluate
+#define ADAPTS   .adapt = detail_adapt, .look = detail_look
+#define CUTS     .cut = detail_blade_cut, .reserve_blades = detail_blade_reserve
+#define TEARS    CUTS, .tear = detail_tear
+#define OPERATIONS                                                                                 \
+    .model = "surface", .commit = surface_commit, .abandon = surface_abandon,                      \
+    .check = surface_check, .restore = surface_restore, .restored = surface_restored,              \
+    .read_nodes = surface_read_nodes, .is_fixed = surface_is_fixed,                                \
+    .reserve_forces = surface_reserve_forces, .add_forces = surface_add_forces,                    \
+    .find_nodes = surface_find_nodes, .add_load = surface_add_load,                                \
+    .clear_loads = surface_clear_loads, .gather_patch = model_gather_patch,                        \
+    .snapshot = surface_snapshot, .snapshot_rest = surface_snapshot_rest,                          \
+    .read_state = surface_read_rows, .measure = surface_measure, .set = surface_set,               \
+    .explain = surface_explain, .isa = surface_isa
 
 const BodyOps *surface_ops(const SurfaceOptions *options)
 {
-    static const BodyOps explicit_steps = {ONE_LEVEL, .drift = surface_drift,
-                                           .evaluate = surface_evaluate};
-    static const BodyOps implicit_steps = {ONE_LEVEL, IMPLICIT_STEPS};
-    return options->body.integrator == INTEGRATOR_IMPLICIT ? &implicit_steps : &explicit_steps;
+    enum { WHOLE, CUT, TORN, KINDS };
+    static const BodyOps table[2][KINDS][2] = {
+        {
+            [WHOLE] = {{EXPLICIT}, {IMPLICIT}},
+            [CUT] = {{EXPLICIT, CUTS}, {IMPLICIT, CUTS}},
+            [TORN] = {{EXPLICIT, TEARS}, {IMPLICIT, TEARS}},
+        },
+        {
+            [WHOLE] = {{EXPLICIT, ADAPTS}, {IMPLICIT, ADAPTS}},
+            [CUT] = {{EXPLICIT, ADAPTS, CUTS}, {IMPLICIT, ADAPTS, CUTS}},
+            [TORN] = {{EXPLICIT, ADAPTS, TEARS}, {IMPLICIT, ADAPTS, TEARS}},
+        },
+    };
+    const int kind = !options->body.cuttable ? WHOLE : options->tear_stretch > 0.0 ? TORN : CUT;
+    return &table[options->adaptive][kind][options->body.integrator == INTEGRATOR_IMPLICIT];
 }
 
 void surface_read_state(const Body *body, Vec3 *position, Vec3 *velocity)

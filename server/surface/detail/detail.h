@@ -102,9 +102,18 @@ void detail_publish(Body *body);
 // Returns the topology number of its mesh.
 int detail_topology(const Detail *detail);
 
-// --- detail_body.c ---
-// Returns the operations that the options require.
-const BodyOps *detail_ops(const SurfaceOptions *options);
+// --- detail_body.c: what levels add to the operations of a surface body ---
+bool detail_adapt(Body *body, int64_t step, double tick, TopologyChange *change);
+// A new load refines the body to its final level in as many sweeps as there are levels.
+void detail_look(void *self);
+// Runs the kernels over the nodes in use.
+void detail_evaluate(SurfaceModel *model, SpringPass *pass);
+void detail_restored(Body *body);
+// Clears what refers to the past: after a return to the rest shape nothing has been stretched, and
+// forces of a tick that is undone must not divide faces.
+void detail_forget(Detail *detail, RestoreMode mode);
+// Sets a parameter of adaptation; false for others, and for a body that does not adapt.
+bool detail_set(Detail *detail, BodyParameter parameter, double value);
 // Prints what depends on levels, for --explain.
 void detail_explain(const Detail *detail, FILE *out);
 

@@ -211,7 +211,7 @@ const FramePose *detail_frames_pose(const SurfaceModel *model, int node)
     return model->basis.rigid != NULL ? &model->basis.rigid->pose : NULL;
 }
 
-double detail_frames_energy(SurfaceModel *model, const void *rows)
+double detail_frames_energy(const SurfaceModel *model, const void *rows)
 {
     DetailFrames *frames = model->detail->frames;
     double energy = 0.0;

@@ -48,6 +48,6 @@ void detail_frames_take_back(struct SurfaceModel *model);
 // Returns the motion of the node's piece at the last fit; NULL if the body has no frames.
 const FramePose *detail_frames_pose(const struct SurfaceModel *model, int node);
 // Returns the energy of the shape-preserving springs outside the largest piece [J].
-double detail_frames_energy(struct SurfaceModel *model, const void *rows);
+double detail_frames_energy(const struct SurfaceModel *model, const void *rows);
 
 #endif

@@ -186,6 +186,23 @@ static Verdict judge(SurfaceModel *model, int level, int face, const Marks *mark
     return worse(verdict, judge_curvature(model, level, face, now, moved, marks, bent));
 }
 
+// --- forces of tools ---
+
+void detail_reserve_felt(DetailAdapt *adapt, const char *name, int count, Arena *arena,
+                         StateList *state)
+{
+    adapt->felt_capacity = count;
+    adapt->felt = arena_allocate(arena, ARENA_CONTACT, (size_t)count, sizeof *adapt->felt,
+                                 "%s/felt forces", name);
+    state_add(state, adapt->felt, (size_t)count * sizeof *adapt->felt, "%s/felt", name);
+}
+
+void detail_feel(DetailAdapt *adapt, int node, Vec3 force)
+{
+    if (*adapt->felt_count < adapt->felt_capacity)
+        adapt->felt[(*adapt->felt_count)++] = (Felt){node, force};
+}
+
 // --- the sweep ---
 
 typedef struct SweepPass {

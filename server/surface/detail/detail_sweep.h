@@ -3,6 +3,8 @@
 #ifndef PLIANT_SURFACE_DETAIL_SWEEP_H
 #define PLIANT_SURFACE_DETAIL_SWEEP_H
 
+#include "base/arena.h"
+#include "base/state.h"
 #include "base/vec.h"
 #include "surface/detail/detail_set.h"
 
@@ -64,5 +66,11 @@ typedef struct DetailAdapt {
     int64_t look_passes;
     double *felt_force; // [node_count] zero except during a sweep [N]
 } DetailAdapt;
+
+// Load time: allocates memory for the forces of one evaluation, and adds it to the state.
+void detail_reserve_felt(DetailAdapt *adapt, const char *name, int count, Arena *arena,
+                         StateList *state);
+// Records a force of a tool on a node [N].
+void detail_feel(DetailAdapt *adapt, int node, Vec3 force);
 
 #endif
