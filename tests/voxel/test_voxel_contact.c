@@ -2,6 +2,7 @@
 // tool feels is what the body feels; and a tool that finds itself inside is let out.
 #include "effort.h"
 #include "expect.h"
+#include "momentum_exchange.h"
 #include "voxel_bench.h"
 #include "voxel_world.h"
 
@@ -206,8 +207,12 @@ static void held_vertices_bear_what_the_tool_feels(void **state)
     }
 }
 
-// A free body struck by a turning capsule with friction: in every tick it takes what the tool
-// gives.
+static void read_momentum(void *world, Vec3 *linear, Vec3 *angular)
+{
+    voxel_world_read(world);
+    voxel_world_momentum(world, linear, angular);
+}
+
 static void body_and_tool_exchange_momentum_exactly(void **state)
 {
     (void)state;
@@ -217,38 +222,15 @@ static void body_and_tool_exchange_momentum_exactly(void **state)
         options.body.body.integrator = integrators[k];
         VoxelWorld world;
         voxel_world_create(&world, &options);
-        Vec3 linear, angular, turned, last_linear, last_angular;
-        voxel_world_momentum(&world, &last_linear, &last_angular);
-        double most = 0.0, lever = 0.0, worst = 0.0, worst_angular = 0.0;
-        for (int i = 0; i < 400; i++) {
-            double t = i * 1e-3;
-            ToolPose pose = {.position = {0.02 * sin(9.0 * t), 0.01, 0.058 - 0.02 * sin(8.0 * t)},
-                             .orientation =
-                                 quat_from_rotation(vec3(0.4 * sin(11.0 * t), 0.3 * t, 2.0 * t)),
-                             .active = true};
-            sim_apply_pose(world.sim, 0, &pose, true);
-            sim_step(world.sim);
-            const ToolWrench *wrench = sim_wrench(world.sim, 0);
-            voxel_world_read(&world);
-            voxel_world_momentum(&world, &linear, &angular);
-            Vec3 impulse = vec3_scale(1e-3, wrench->force);
-            turned = vec3_scale(
-                1e-3, vec3_add(wrench->torque, vec3_cross(wrench->position, wrench->force)));
-            most = fmax(most, vec3_length(impulse));
-            lever = fmax(lever, vec3_length(turned));
-            worst = fmax(worst, vec3_length(vec3_add(vec3_sub(linear, last_linear), impulse)));
-            worst_angular =
-                fmax(worst_angular, vec3_length(vec3_add(vec3_sub(angular, last_angular), turned)));
-            last_linear = linear;
-            last_angular = angular;
-        }
-        print_message("of %.2g N s a tick %.2g is lost, angular %.2g\n", most, worst / most,
-                      worst_angular / lever);
-        expect_at_least(most, 1e-6);
+        const MomentumExchange sum =
+            exchange_momentum(world.sim, 400, 0.02, 8.0, read_momentum, &world);
+        print_message("of %.2g N s a tick %.2g is lost, angular %.2g\n", sum.impulse,
+                      sum.impulse_lost / sum.impulse, sum.turn_lost / sum.moment);
+        expect_at_least(sum.impulse, 1e-6);
         // Rounding of the body's own momentum, 1 kg at 0.1 m/s and more, to 1e-16 of it.
-        expect_at_most(worst, 1e-11 * most);
+        expect_at_most(sum.impulse_lost, 1e-11 * sum.impulse);
         // The damping's rotation fit, regularised by 1e-9 (Gibson's omega), loses 1e-11.
-        expect_at_most(worst_angular, 1e-9 * lever);
+        expect_at_most(sum.turn_lost, 1e-9 * sum.moment);
         voxel_world_destroy(&world);
     }
 }
