@@ -70,11 +70,9 @@ static void apply_command(Replay *replay, const Input *input)
     case PLIANT_COMMAND_T_STOP:
         replay->stopped = true;
         break;
-    case PLIANT_COMMAND_T_CHECKPOINT:
-    case PLIANT_COMMAND_T_DESCRIBE:
-        break;
     default:
-        execute(replay, input);
+        if (requests_change_scene(input))
+            execute(replay, input);
     }
 }
 

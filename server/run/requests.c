@@ -54,6 +54,12 @@ static bool execute_set(Sim *sim, const Input *input, Answer *answer)
     return true;
 }
 
+bool requests_change_scene(const Input *input)
+{
+    return input->kind != INPUT_COMMAND || input->command.kind == PLIANT_COMMAND_T_SET ||
+           input->command.kind == PLIANT_COMMAND_T_RESET;
+}
+
 bool requests_execute(Sim *sim, const Input *input, Answer *answer)
 {
     if (input->kind == INPUT_CUT)
@@ -276,14 +282,6 @@ static bool repeats_a_reset(const Loop *loop, const Input *input)
            loop->reset_step == sim_steps(loop->sim);
 }
 
-static bool leaves_bodies_alone(const Input *input)
-{
-    return input->kind == INPUT_COMMAND && (input->command.kind == PLIANT_COMMAND_T_PAUSE ||
-                                            input->command.kind == PLIANT_COMMAND_T_RESUME ||
-                                            input->command.kind == PLIANT_COMMAND_T_CHECKPOINT ||
-                                            input->command.kind == PLIANT_COMMAND_T_DESCRIBE);
-}
-
 // Executes a request. False: the answer follows later.
 static bool take(Loop *loop, const Input *input, Answer *answer)
 {
@@ -292,7 +290,7 @@ static bool take(Loop *loop, const Input *input, Answer *answer)
         return true;
     }
     requests_log(loop, input);
-    if (!leaves_bodies_alone(input))
+    if (requests_change_scene(input))
         loop->reset_step = -1;
     if (input->kind == INPUT_COMMAND) {
         const bool answered = command(loop, input, answer);
