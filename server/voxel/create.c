@@ -151,6 +151,10 @@ static void create_batches(VoxelModel *model, const VoxelMaking *making, const c
         voxel_tables_create(&batches, model->law, model->vertices.rows.precision, name, arena);
     batch_runs_create(runs, 3, name, arena, state);
     list_runs(runs);
+    int *at_level = ALLOCATE(ARENA_TOPOLOGY, VOXEL_LEVELS_MAX + 1, int, "elements by level");
+    for (int e = 0; e < mesh->element_count; e++)
+        at_level[making->layout.leaf[e].level]++;
+    model->element_at_level = at_level;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -233,7 +237,6 @@ static bool create_surface(VoxelModel *model, const VoxelMaking *making, Body *b
 {
     const VoxelOptions *options = making->options;
     const LatticeMesh *mesh = &making->mesh;
-    model->surface_count = mesh->surface_count;
     voxel_create_surface(model, body, mesh, options, arena);
     if (options->skin == NULL)
         voxel_create_mesh(model, body, mesh, options->publish_all, options->body.name, arena);
@@ -252,9 +255,7 @@ static bool create_body(Body *body, VoxelMaking *making, Arena *arena, StateList
     make_elements(making);
     VoxelModel *model = ALLOCATE(ARENA_STEP, 1, VoxelModel, "model");
     model->law = options->law;
-    model->element_count = making->mesh.element_count;
-    for (int e = 0; e < making->mesh.element_count; e++)
-        model->element_at_level[making->layout.leaf[e].level]++;
+    model->surface_count = making->mesh.surface_count;
     // The order matters: rows need masses, the frame needs rows, batches need the vertices'
     // precision.
     if (cuttable && !cut_body_create_elements(model, making, arena, state, status))

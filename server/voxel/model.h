@@ -14,16 +14,14 @@
 typedef struct VoxelModel {
     Vertices vertices; // first, for their operations; ids as in LatticeMesh
     VoxelLaw law;
-    BatchRuns *batches;     // what the kernels evaluate; its rotations are state
-    struct VoxelCuts *cuts; // what a body that can be cut has besides (cut/cut_body.h), or NULL
-
-    // --- bodies that cannot be cut ---
-    int surface_count; // the first vertices: on the outer faces, where tools and loads act
-    int element_count;
-    int element_at_level[VOXEL_LEVELS_MAX + 1];
-    int *node; // [node_count] vertex of a published node, unless there is a skin
-    int node_count;
-    struct Skin *skin; // or NULL
+    const int *element_at_level; // [VOXEL_LEVELS_MAX + 1]
+    BatchRuns *batches;          // what the kernels evaluate; its rotations are state
+    int surface_count; // the first vertices: on the outer faces of the body before any cut
+    // Vertices of the published nodes, unless there is a skin.
+    const int *node;           // [*node_count]
+    const int64_t *node_count; // grows in bodies that are cut
+    struct Skin *skin;         // or NULL
+    struct VoxelCuts *cuts;    // what a body that can be cut has besides (cut/cut_body.h), or NULL
 } VoxelModel;
 
 extern const BodyOps voxel_ops, voxel_ops_of_cuttable, voxel_ops_of_tearing;

@@ -79,10 +79,13 @@ void voxel_create_mesh(VoxelModel *model, Body *body, const LatticeMesh *mesh, b
     int(*parent)[2] = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)nodes, sizeof *parent, "%s/%s",
                                      name, "node parents");
     signed char *level = ALLOCATE(nodes, signed char, "node levels");
-    model->node = ALLOCATE(nodes, int, "published vertices");
-    model->node_count = nodes;
+    int *node = ALLOCATE(nodes, int, "published vertices");
+    int64_t *count = ALLOCATE(1, int64_t, "published count");
+    model->node = node;
+    model->node_count = count;
+    *count = nodes;
     for (int i = 0; i < nodes; i++) {
-        model->node[i] = i;
+        node[i] = i;
         piece[i] = mesh->piece[i];
         parent[i][0] = parent[i][1] = mesh->id[i];
     }

@@ -101,37 +101,25 @@ static int voxel_find_nodes(const void *self, const Region *region, int *node, i
 // ---------------------------------------------------------------------------------------------
 // Out
 
-// Returns the vertices that are published, of a body without a skin.
-static const int *published(const VoxelModel *model, int *count)
-{
-    const CutFaces *faces = model->cuts != NULL ? &model->cuts->faces : NULL;
-    *count = faces != NULL ? (int)*faces->slot_count : model->node_count;
-    return faces != NULL ? faces->slot_vertex : model->node;
-}
-
 static void voxel_snapshot(const void *self, float *position, float *velocity)
 {
     const VoxelModel *model = self;
     const Rows *rows = &model->vertices.rows;
     const void *row = vertices_row(&model->vertices);
-    int count;
-    const int *node = published(model, &count);
     if (model->skin != NULL)
         skin_snapshot(model->skin, rows, row, position, velocity);
     else
-        rows_snapshot(rows, row, node, count, position, velocity);
+        rows_snapshot(rows, row, model->node, (int)*model->node_count, position, velocity);
 }
 
 static void voxel_snapshot_rest(const void *self, float *position)
 {
     const VoxelModel *model = self;
     const Rows *rows = &model->vertices.rows;
-    int count;
-    const int *node = published(model, &count);
     if (model->skin != NULL)
         skin_snapshot_rest(model->skin, rows, position);
     else
-        rows_snapshot_rest(rows, node, count, position);
+        rows_snapshot_rest(rows, model->node, (int)*model->node_count, position);
 }
 
 static void voxel_measure(const void *self, BodyMeasure *measure)
@@ -156,10 +144,7 @@ static void voxel_restored(Body *body)
 static void voxel_explain(const void *self, FILE *out)
 {
     const VoxelModel *model = self;
-    vertices_explain(&model->vertices, LANES,
-                     model->cuts != NULL ? model->cuts->lattice.leaf_at_level
-                                         : model->element_at_level,
-                     VOXEL_LEVELS_MAX + 1, out);
+    vertices_explain(&model->vertices, LANES, model->element_at_level, VOXEL_LEVELS_MAX + 1, out);
     fprintf(out, "    batches: %d of plain cubes, %d with hanging vertices\n",
             batch_runs_count(model->batches, BATCH_PLAIN),
             batch_runs_count(model->batches, BATCH_HANGING));

@@ -172,7 +172,7 @@ static void time_server(VoxelWorld *world, const Version *version, Cost *cost)
         sim_step(world->sim);
         keep_least(&cost->contact_ns, (contact_ns(world->sim) - before) / world->body->substeps);
     }
-    cost->elements = model->element_count;
+    cost->elements = world->body->element_count;
     cost->vertices = model->vertices.count;
 }
 

@@ -239,9 +239,9 @@ void organ(const Experiment *experiment)
             most = fmax(most, vec3_length(vec3_sub(organs[o].x[i], organs[o].rest[i])));
         const VoxelModel *model = organs[o].body->model;
         fprintf(out, "%s\t%d\t%.3f\t%.3f\t%.3f\t%.1f\t%d\t%d\t%.0f\t%.0f\t%.0f\n", NAMES[o],
-                model->element_count, force[o].mean, force[o].least, force[o].most, 1e3 * most,
-                model->batches->plain.batch_count, model->batches->hanging.batch_count, step_us[o],
-                forces_us[o], 1e6 * organs[o].body->h);
+                organs[o].body->element_count, force[o].mean, force[o].least, force[o].most,
+                1e3 * most, model->batches->plain.batch_count, model->batches->hanging.batch_count,
+                step_us[o], forces_us[o], 1e6 * organs[o].body->h);
     }
     fclose(out);
     write_layout(experiment, &organs[GRADED]);

@@ -187,6 +187,7 @@ void cut_body_create_batches(VoxelModel *model, const VoxelMaking *making, Arena
                                    .classes = cuts->classes};
     cut_windows_create(&cuts->windows, &windows, arena, state);
     model->batches = &cuts->windows.runs;
+    model->element_at_level = cuts->lattice.leaf_at_level;
 }
 
 bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body *body, Arena *arena,
@@ -199,6 +200,10 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
     cut_pieces_create(&cuts->pieces, &cuts->lattice, making, arena, state);
     cut_blades_create(&cuts->blades, cuts->name, &cuts->lattice, &model->vertices.rows,
                       options->lattice->size, arena);
-    return cut_faces_create(&cuts->faces, &cuts->pieces, &model->vertices, making, body, arena,
-                            state, status);
+    if (!cut_faces_create(&cuts->faces, &cuts->pieces, &model->vertices, making, body, arena, state,
+                          status))
+        return false;
+    model->node = cuts->faces.slot_vertex;
+    model->node_count = cuts->faces.slot_count;
+    return true;
 }
