@@ -1,4 +1,4 @@
-// A scene run off line in this process, as one of the models that the paper compares: its curve of
+// A scene run offline in this process, as one of the models that the paper compares: its curve of
 // displacement, what it costs, and where its nodes are.
 #ifndef PLIANT_TESTS_ACCURACY_RUN_H
 #define PLIANT_TESTS_ACCURACY_RUN_H

@@ -55,7 +55,7 @@ figures time study-time
 printf 'scene\tadaptive body\ttotal error\tcost [ms]\twholly refined, same error [ms]\tadaptive over refined\n' >"$data/study-detail.tsv"
 figures detail study-detail
 
-# What each reference says of itself.
+# What each reference says about itself.
 {
     printf 'scene\treference of\twhat it is\tobserved order\town error\n'
     for name in sphere stomach fabric block; do

@@ -1,5 +1,5 @@
 // The real daemon at 1 kHz, publishing as it does by default, in a private network: spheres of a
-// given size, and the largest that keeps the rate. That one is sought off line, where a tick's 99th
+// given size, and the largest that keeps the rate. That one is sought offline, where a tick's 99th
 // percentile of thread CPU time must stay below 0.6 ms, and then run live.
 #include "bench.h"
 #include "daemon.h"
@@ -129,7 +129,7 @@ static double measure(const Ball *ball, bool quick, Status *status)
     return us;
 }
 
-// What the same ticks take off line, in the quietest of some rounds.
+// What the same ticks take offline, in the quietest of some rounds.
 static void run_offline(Bench *bench, const char *name, const Ball *ball)
 {
     Status status = {0};

@@ -14,7 +14,7 @@
 #include <unistd.h>
 
 enum { WITH, WITHOUT };
-static const double RATE = 2000.0; // [Hz]: one step of 0.5 ms a tick
+static const double RATE = 2000.0; // [Hz]: one step of 0.5 ms per tick
 
 typedef struct Pair {
     const char *name;        // of the feature

@@ -14,7 +14,7 @@
 
 enum { NODES = 40962, NODES_QUICK = 2562 };
 
-// Two substeps a tick, so that one core holds the rate and has time for the recorder.
+// Two substeps per tick, so that one core holds the rate and has time for the recorder.
 static void describe(int nodes, char *text, size_t size)
 {
     snprintf(text, size,

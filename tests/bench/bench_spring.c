@@ -63,7 +63,7 @@ static Vec3 *velocities(const TriMesh *mesh)
     return v;
 }
 
-// The step that fits leapfrog, the shorter one, for all; one substep a tick.
+// The step that fits leapfrog, the shorter one, for all; one substep per tick.
 static bool choose_step(SpringBench *b, BenchWorldOptions *options, Status *status)
 {
     BenchWorld world;

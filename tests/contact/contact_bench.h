@@ -81,7 +81,7 @@ void bench_withdraw(Bench *bench, int tool);
 void bench_run(Bench *bench, double seconds);
 // One tick with the tool at a position; the force on it [N].
 Vec3 bench_touch(Bench *bench, int tool, Vec3 position);
-// In a straight line at constant speed [m/s], one pose a tick.
+// In a straight line at constant speed [m/s], one pose per tick.
 void bench_travel(Bench *bench, int tool, Vec3 from, Vec3 to, double speed);
 
 // x and v of now.

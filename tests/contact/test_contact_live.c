@@ -122,7 +122,7 @@ static void thin_tool_cannot_pass_the_middle_of_a_large_face(void **state)
 // ---------------------------------------------------------------------------------------------
 // Jumps and speeds
 
-// One substep a tick, so that every substep's force is seen.
+// One substep per tick, so that every substep's force is seen.
 static BenchOptions jump_options(void)
 {
     BenchOptions options = bench_with_tool(bench_ico_sphere(3), bench_ball(0.003));

@@ -158,7 +158,7 @@ static void client_stiffness_makes_latency_passive(void **state)
     expect_at_least(feel(POSES_60_HZ, ROUND_TRIP_20_MS, INTERPOLATED, 2.0 * BODY, 2.0).lost, 0.25);
 }
 
-// With what the body tells of itself; the prototype had a stiffness from a formula.
+// With what the body reports about itself; the prototype had a stiffness from a formula.
 static void told_stiffness_makes_latency_passive(void **state)
 {
     (void)state;

@@ -1,6 +1,6 @@
 #!/bin/bash
 # ./dev demo with a mesh, without its building: in a network of its own (in_namespace.sh), with the
-# programs of the folder $1. It presses what it can reach, and fails where nothing is felt.
+# programs of the folder $1. It presses what it can reach, and fails where no contact is reported.
 set -u
 programs=$1
 dev=$(dirname "$0")/../../dev
@@ -48,7 +48,7 @@ printf 'v 0 0 0\nv 1e-6 0 0\nv 0 1e-6 0\nf 1 2 3\n' >"$folder/dust.obj"
 demo "$folder/dust.obj" --units m && fail "a mesh of no use was taken"
 grep -q 'no scene can be made from' "$folder/log" || fail "it does not say why"
 
-# A probe that feels nothing from any side is no success.
+# A probe without contact from any side is a failure.
 rm "$folder/bin/pliant-probe"
 cat >"$folder/bin/pliant-probe" <<'PROBE'
 #!/bin/bash

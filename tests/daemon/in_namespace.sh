@@ -1,6 +1,6 @@
 #!/bin/sh
 # Runs a command in a private network with multicast on its loopback device: messages of a test reach
-# nobody else. Exit code 77 (skipped) where that is not permitted; all else that fails is a failure.
+# no other program. Exit code 77 (skipped) where that is not permitted; all else that fails is a failure.
 if [ "$(id -u)" = 0 ]; then unshare="unshare -n"; else unshare="unshare -rn"; fi
 if ! $unshare true 2>/dev/null; then
     echo "skipped: a private network (unshare -n) is not permitted here"

@@ -361,7 +361,7 @@ static void the_client_moves_a_blade(void **state)
     reset(client);
     client->events = 0;
     Process run;
-    // On a machine that is held up for 0.2 s the tool falls silent amid the stroke and is
+    // On a machine that stalls for 0.2 s the tool falls silent amid the stroke and is
     // withdrawn: then nothing falls apart, and the stroke is made again.
     for (int tries = 0; tries < 3 && !saw_event(client, "piece"); tries++) {
         run_cutter(&run, "--stroke --tool 2 --speed 0.5 --blade 0,0,0.1 --point 0.0001,-0.04,-0.03 "

@@ -100,7 +100,7 @@ static void a_pose_that_was_overtaken_is_refused_whatever_clocks_and_counts_do(v
     assert_int_equal(pass_numbered(f, 10, 5000, true, 1, 1, 3000), ACCEPTED); // came twice
     assert_int_equal(pass_numbered(f, 12, 7000, false, 1, 1, 4000), ACCEPTED);
     assert_int_equal(pass_numbered(f, 11, 6000, true, 1, 1, 5000), REFUSED_LATE); // it is given up
-    // The sender's clock is set back, then forward; its counter starts anew; it wraps.
+    // The sender's clock is set back, then forward; its counter starts again; it wraps.
     assert_int_equal(pass_numbered(f, 13, 8000 - hour, true, 1, 1, 6000), ACCEPTED);
     assert_int_equal(pass_numbered(f, 14, 9000 + hour, true, 1, 1, 7000), ACCEPTED);
     assert_int_equal(pass_numbered(f, 0, 10000 + hour, true, 1, 1, 8000), ACCEPTED);

@@ -47,7 +47,7 @@ static void create(Rig *rig)
     rig->world.sim = sim_create(&options, &rig->world.arena, &rig->world.state);
     Body body = toy_body(&rig->toy, "wall", &rig->mesh, &(ToyOptions){0}, &rig->world.arena,
                          &rig->world.state);
-    body.time_step_wanted = 1.0 / RATE; // one evaluation a tick
+    body.time_step_wanted = 1.0 / RATE; // one evaluation per tick
     body.unsafe_time_step = true;
     rig->toy->parameter[BODY_ADAPT_SCALE] = 1.0;
     rig->toy->parameter[BODY_ADAPT_LEVEL] = LEVELS_MAX;
@@ -98,7 +98,7 @@ static int count_events(Rig *rig, const char *kind)
     return count;
 }
 
-// Through the bytes of the log and back, as a run off line gets it.
+// Through the bytes of the log and back, as a run offline gets it.
 static void replay_input(Sim *sim, const Input *input)
 {
     unsigned char data[INPUT_WIRE_MAX];
@@ -161,7 +161,7 @@ static void push_command(Rig *rig, int kind, int64_t value)
     exchange_wake(rig->exchange.step_fd);
 }
 
-// Ticks of a STEP are as slow as before, and nobody minds.
+// Ticks of a STEP are as slow as before: in lockstep the governor rests.
 static void lockstep_is_not_governed(void **state)
 {
     (void)state;
@@ -207,7 +207,7 @@ static void lockstep_begins_with_all_detail(void **state)
     destroy(&rig);
 }
 
-// RESET brings the thresholds back with the rest of the state; the governor begins anew.
+// RESET brings the thresholds back with the rest of the state; the governor begins again.
 static void reset_restarts_the_governor(void **state)
 {
     (void)state;

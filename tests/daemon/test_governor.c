@@ -80,7 +80,7 @@ static void coarse_body_has_no_level_to_lower(void **state)
     expect_setting(&governor, 8.0, 0);
 }
 
-// Between the limits nothing happens: what is not late has no room to spare either.
+// Between the limits nothing happens: what is not late has no time to spare either.
 static void stage_holds_between_the_limits(void **state)
 {
     (void)state;
@@ -91,7 +91,7 @@ static void stage_holds_between_the_limits(void **state)
         assert_int_equal(run_window(&governor, MIDDLING, 0, 2), GOVERNOR_RESTS);
     for (int k = 0; k < 7; k++)
         assert_int_equal(run_window(&governor, FAST, 0, 2), GOVERNOR_RESTS);
-    assert_int_equal(run_window(&governor, MIDDLING, 0, 2), GOVERNOR_RESTS); // counts anew
+    assert_int_equal(run_window(&governor, MIDDLING, 0, 2), GOVERNOR_RESTS); // counts from scratch
     for (int k = 0; k < 7; k++)
         assert_int_equal(run_window(&governor, FAST, 0, 2), GOVERNOR_RESTS);
     assert_int_equal(run_window(&governor, FAST, 0, 2), GOVERNOR_RAISES);

@@ -1,4 +1,4 @@
-// A grasper over LCM: it closes on the top of a ball, pulls, is pulled back, lets go; the log of it
+// A grasper over LCM: it closes on the top of a ball, pulls, is pulled back, releases; its log
 // all repeats the run.
 #include "lcm_client.h"
 #include "scene_writer.h"

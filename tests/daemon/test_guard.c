@@ -1,4 +1,4 @@
-// A daemon whose body is torn away, or was asked for steps that it cannot stand: every number that
+// A daemon whose body is torn away, or that was given steps too long for it: every number that
 // leaves is one, events say why, and a load that keeps being why is withdrawn. The body beside it
 // and what was saved meanwhile are as ever.
 #include "lcm_client.h"
@@ -166,7 +166,7 @@ static void a_load_that_tears_a_body_away_is_withdrawn(void **state)
     const int32_t id = reply->id;
     assert_true(reply->ok);
     wait_until(client, client->status.resets > 0);
-    // In the middle of it a checkpoint is asked for.
+    // In the middle of it a checkpoint is requested.
     assert_true(command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "")->ok);
     wait_until(client, refused(client, "withdrawn_loads") == 1);
     wait_until(client, client->status.max_displacement < 0.05); // hangs g / w^2 below
@@ -188,7 +188,7 @@ static void a_load_that_tears_a_body_away_is_withdrawn(void **state)
     printed_state(&daemon, live);
     const long long ticks = printed(&daemon, "step");
     expect_resumable(checkpoint, scene);
-    // The same inputs, off line: the same restores, and the same bits.
+    // The same inputs, offline: the same restores, and the same bits.
     run_daemon(&daemon, "--offline %.6f --input %s %s", (double)ticks / 500.0, log, scene);
     assert_int_equal(daemon.code, 0);
     printed_state(&daemon, repeated);

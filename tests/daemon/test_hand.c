@@ -1,6 +1,6 @@
-// A hand behind a network, through the real daemon: the stiffness that contacts tell makes its loop
-// passive. In lockstep, so that a busy machine changes nothing: a tick of the daemon is one of the
-// device.
+// A hand behind a network, through the real daemon: the stiffness that contacts report makes its
+// loop passive. In lockstep, so that a busy machine changes nothing: a tick of the daemon is one of
+// the device.
 #include "lcm_client.h"
 #include "scene_writer.h"
 
@@ -32,10 +32,10 @@ static void stop(Process *daemon, Client *client)
     client_destroy(client);
 }
 
-// One tick with the tool where it was told to be last.
+// One tick with the tool at its last pose.
 static void step(Client *client)
 {
-    client->replies = 0; // none of them is asked for again
+    client->replies = 0; // none of them is looked up again
     assert_true(command(client, PLIANT_COMMAND_T_STEP, 1, "")->ok);
 }
 

@@ -86,7 +86,7 @@ static void the_choice_is_told_before_anything_runs(void **state)
     assert_null(strstr(daemon.out, "sphere/implicit")); // no array
 }
 
-// One hangs on the other, which is held: springs between them are as stiff as the step allows too.
+// One hangs on the other, which is fixed: springs between them are as stiff as the step allows too.
 static void joined_stiff_bodies_hang_together(void **state)
 {
     (void)state;

@@ -1,5 +1,5 @@
-// The loop's accounting and what it publishes without being asked. No test demands that a tick is
-// in time: they look at what the daemon says of itself and at the steps in its messages.
+// The loop's accounting and what it publishes unrequested. No test demands that a tick is
+// in time: they look at what the daemon reports about itself and at the steps in its messages.
 #include "lcm_client.h"
 #include "scene_writer.h"
 

@@ -129,7 +129,7 @@ static void a_body_without_gravity_is_warned_of_where_a_probe_can_push_it(void *
     }
 }
 
-// Live and off line too, and a run goes on all the same.
+// Live and offline too, and a run goes on all the same.
 static void a_run_warns_as_the_check_does(void **state)
 {
     (void)state;

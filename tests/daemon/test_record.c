@@ -251,7 +251,7 @@ static void tools_may_be_recorded_at_a_rate_of_their_own(void **state)
         expect_near(time[i], 0.002 * (i + 1), 1e-12);
     free(time);
 
-    // And off line the same, while the frames have theirs.
+    // And offline the same, while the frames have theirs.
     run_daemon(&daemon, "--input %s --record %s --record-tools-hz 500 %s", log, again, scene);
     assert_int_equal(daemon.code, 0);
     double(*force_again)[3] = tool_rows(again, "/tools/1/force", &rows_again);

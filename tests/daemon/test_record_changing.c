@@ -18,7 +18,7 @@ typedef struct Rig {
     Scene scene;
     Exchange exchange;
     Recorder recorder;
-    RecordFrame *frame; // for the way off line
+    RecordFrame *frame; // for the way offline
     int dropped;
 } Rig;
 
@@ -50,7 +50,7 @@ static void rig_change(Rig *rig)
     sim_body(rig->world.sim, 1)->mesh = mesh_toy_mesh(&rig->toy);
 }
 
-// The scene's clock stands still: the toy's moves are its ticks.
+// The scene's clock is stopped: the toy's moves are its ticks.
 static void stamp(const Rig *rig, RecordFrame *frame)
 {
     frame->step = rig->toy.state.moves;

@@ -189,7 +189,7 @@ static void every_frame_has_its_mesh_while_bodies_refine_and_are_cut(void **stat
     if (logs) {
         process_start(&logger, "/usr/bin/lcm-logger", "-q --flush-interval=10 %s", log);
         wait_until(client, access(log, F_OK) == 0);
-        client_listen(client, 300); // for its subscription, which nothing tells of
+        client_listen(client, 300); // for its subscription, which no message reports
     } else {
         print_message("no lcm-logger: its log is not converted\n");
     }

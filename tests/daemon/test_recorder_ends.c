@@ -1,4 +1,4 @@
-// pliant-record and what may happen to it: a daemon that comes late or is started anew, kill -9, a
+// pliant-record and what may happen to it: a daemon that comes late or is started again, kill -9, a
 // full disk, hostile messages.
 #include "recorder.h"
 #include "scene_writer.h"
@@ -178,7 +178,7 @@ static void hostile_messages_are_refused_and_counted(void **state)
     wrong.node_count = SPHERE_NODES;
     wrong.topology++;
     send_nodes(client, &wrong), refused++;
-    // A mesh whose triangle wants a free node, and one that contradicts the mesh of its number.
+    // A mesh whose triangle names a free node, and one that contradicts the mesh of its number.
     int32_t id[4] = {0, 1, 2, -1}, triangle[6] = {0, 1, 2, 0, 1, 3}, none[8] = {0};
     int8_t level[4] = {0};
     pliant_mesh_t mesh = {.utime = 1,

@@ -110,7 +110,7 @@ static double distance(const float *a, const float *b)
     return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
 }
 
-// A ball of 5 cm in which a load refines and blades cut, in lockstep; meshes only when asked for.
+// A ball of 5 cm in which a load refines and blades cut, in lockstep; meshes only on request.
 static const char *write_ball(const char *publish)
 {
     char head[256];

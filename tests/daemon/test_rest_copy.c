@@ -38,7 +38,7 @@ static RestCopy *take_rest(const Body *body)
     return rest;
 }
 
-// Every node that is there lies where it rests; every other rests at the origin.
+// Every node in use is at its rest position; every other rests at the origin.
 static void expect_at_rest(const Body *body, const RestCopy *rest)
 {
     const BodyMesh *mesh = &body->mesh;
@@ -149,7 +149,7 @@ static void nodes_that_came_rest_where_the_rest_shape_has_them(void **unused)
             move(sim, 5);
             if (n == 10 && body->ops->cut != NULL)
                 cut_through(sim, 0.203);
-            // A copy that was kept through is as one taken anew: places move with topologies only.
+            // A copy that was kept through is as one taken again: places move with topologies only.
             rest_copy_follow(kept, body);
             RestCopy *anew = take_rest(body);
             assert_memory_equal(anew, kept,
@@ -290,7 +290,7 @@ static void nobody_keeps_what_nobody_is_told(void **unused)
         Run run;
         scratch_write(&scratch, "a.obj", OBJ, strlen(OBJ));
         snprintf(text, sizeof text, FROM_FILE, k == 0 ? "false" : "true");
-        build(&run, text, k == 0); // not asked for, and off line
+        build(&run, text, k == 0); // not requested, and offline
         assert_null(sim_body(run.world.sim, 0)->texture);
         assert_null(run.world.mesh[0].uv);
         for (int i = 0; i < run.world.arena.count; i++)

@@ -1,5 +1,5 @@
 // The daemon under a service manager, which the test plays: a datagram socket on which it hears
-// that the daemon is ready, alive and ending, and a stream that is said to be the journal's.
+// that the daemon is ready, alive and ending, and a stream declared to be the journal's.
 #include "lcm_client.h"
 #include "scene_writer.h"
 
@@ -219,7 +219,7 @@ static void a_daemon_whose_step_thread_is_stuck_is_not_alive(void **state)
         if (manager.lines < lines + 2)
             pings = manager.pings;
     }
-    // Before anything is asserted: a thread that is held cannot end.
+    // Before anything is asserted: a stopped thread cannot end.
     assert_int_equal(ptrace(PTRACE_DETACH, thread, NULL, NULL), 0);
     assert_true(manager.lines >= lines + 3);
     assert_int_equal(manager.pings, pings);

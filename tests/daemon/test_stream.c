@@ -1,5 +1,5 @@
-// What the bus tells of a body whose mesh changes, and what a client makes of it: without threads,
-// sockets or real time.
+// What the bus publishes of a body whose mesh changes, and what a client makes of it: without
+// threads, sockets or real time.
 #include "expect.h"
 #include "frames.h"
 #include "mesh_check.h"
@@ -389,7 +389,7 @@ static void on_velocity(const lcm_recv_buf_t *buffer, const char *channel, void 
     pliant_nodes_t chunk;
     assert_true(pliant_nodes_t_decode(buffer->data, 0, (int)buffer->data_size, &chunk) >= 0);
     assert_int_equal(chunk.topology, rig->nodes.topology);
-    for (int i = 0; i < chunk.num_values / 3; i++) // the toy's velocity tells the id
+    for (int i = 0; i < chunk.num_values / 3; i++) // the toy's velocity is the id
         if (rig->wholes > 0 && rig->mesh.id[chunk.first + i] >= 0)
             expect_near((double)chunk.position[3 * i], rig->mesh.id[chunk.first + i], 0.0);
     rig->velocities++;
@@ -543,7 +543,7 @@ static void lockstep_tells_all_before_it_returns(void **state)
     free(rig);
 }
 
-// A client that asks for the mesh all the time gets it ten times a second, which is not more than
+// A client that requests the mesh all the time gets it ten times a second, which is not more than
 // the network bears, and does not keep others from new topologies.
 static void asking_without_end_starves_nobody(void **state)
 {
@@ -613,7 +613,7 @@ static void a_whole_mesh_under_way_is_of_one_topology(void **state)
     free(rig);
 }
 
-// RESET brings meshes back, but no number: whoever has seen one knows its mesh.
+// RESET brings meshes back, but no number: a client that has seen a number knows its mesh.
 static void no_number_ever_names_two_meshes(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-// Poses: what a tool feels, whose it is, when it is withdrawn.
+// Poses: the force on a tool, who owns it, when it is withdrawn.
 #include "lcm_client.h"
 #include "scene_writer.h"
 

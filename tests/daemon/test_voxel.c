@@ -12,7 +12,7 @@
 #include "recording_view.h"
 #endif
 
-// A block of 8 x 8 x 8 cells around the origin, 5 cm wide, held below.
+// A block of 8 x 8 x 8 cells around the origin, 5 cm wide, fixed below.
 enum {
     SURFACE_NODES = 9 * 9 * 9 - 7 * 7 * 7,
     ALL_NODES = 9 * 9 * 9,

@@ -1,11 +1,11 @@
 // A solid body in the real daemon: what it says of it, what it refuses, what tools and clients
-// meet.
+// find.
 #include "lcm_client.h"
 
 #include <signal.h>
 #include <string.h>
 
-// A ball of radius 24 mm around the origin whose lower part is held; it has the name that the
+// A ball of radius 24 mm around the origin whose lower part is fixed; it has the name that the
 // client listens to.
 #define VOXELS "voxels = { generator = \"ball\"; radius = 0.024; size = 0.004; };"
 #define SCENE(head, voxels, more)                                                                  \

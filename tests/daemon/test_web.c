@@ -210,7 +210,7 @@ static void a_cut_changes_the_mesh_and_is_answered_to_whom_asked(void **state)
     page_wait(page_says(page, "error", "argument: expected a text"));
     page_send(page, "{\"type\":\"command\",\"id\":15,\"kind\":\"pause\"}");
     page_wait(page_says(page, "status", "\"state\":\"paused\""));
-    // Who comes late to a daemon that stands still sees it all the same.
+    // A client that comes late to a paused daemon sees it all the same.
     PageClient *late = open_page();
     page_wait(page_body(late, 0).frames > 0 && page_body(late, 1).frames > 0);
     assert_int_equal(page_count(other, "reply"), 0);
@@ -538,7 +538,7 @@ static void daemons_may_come_late_go_and_come_again(void **state)
     page_wait(page_body(page, 0).frames > 3);
     page_wait(page_says(page, "link", "\"daemon\":true"));
     assert_int_equal(page_count(page, "scene"), 1);
-    // The same once more: it begins again, and the page is told.
+    // The same once more: it begins again, and the page is informed.
     process_end(&daemon);
     page_wait(page_says(page, "link", "\"daemon\":false"));
     start_daemon(&daemon, scene_path());

@@ -279,7 +279,7 @@ static const Hostile HOSTILE[] = {
     {"a ping in fragments", {0x09, 0x80, 1, 2, 3, 4}, 6, 1002},
 };
 
-// The head alone is enough: nobody waits for what it claims, or makes room for it.
+// The head alone is enough: the server neither waits for what it claims nor allocates it.
 static void frames_that_claim_too_much_are_refused_by_their_head(void **state)
 {
     (void)state;

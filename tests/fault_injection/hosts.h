@@ -1,5 +1,5 @@
 // Two hosts joined by a bad link: two private networks whose only way to each other is a thread of
-// the test, which loses, delays, reorders and repeats packets as it is told, from a seed, and
+// the test, which loses, delays, reorders and repeats packets as configured, from a seed, and
 // counts what it did. Not every kernel has tc's netem, and that counts nothing and has no seed. The
 // test runs inside in_namespace.sh. Link thread: hosts.c's own; all else: the test's thread.
 #ifndef PLIANT_TESTS_FAULT_INJECTION_HOSTS_H

@@ -1,6 +1,6 @@
 // A long run: presses, loads, cuts, resets, lockstep and checkpoints in an order that a seed
 // decides, while memory, files, threads and counters of the daemon are watched. Two things must
-// hold however long it takes: its memory stays as it is, and a body that is let go of comes back to
+// hold however long it takes: its memory stays as it is, and a released body returns to
 // where it was.
 //   fault_soak PLIANTD SECONDS [SCENE [TSV [SEED]]]
 #include "lcm_client.h"
@@ -369,7 +369,7 @@ static void cycle(Soak *soak)
     }
     settle(soak);
     compare_with_rest(soak);
-    // One page of history is enough for the comparison of frames, which nobody asks for here.
+    // One page of history is enough for the comparison of frames, which no page requests here.
     memset(soak->shown->hash, 0, SHOWN_MOST * sizeof *soak->shown->hash);
     soak->cycles++;
     watch(soak, false);

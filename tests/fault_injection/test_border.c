@@ -314,7 +314,7 @@ static const char *write_crowded(void)
     return path;
 }
 
-// So that neither our clients nor anybody's need fragments.
+// So that no client needs fragments.
 static void no_message_is_longer_than_a_packet(void **state)
 {
     (void)state;

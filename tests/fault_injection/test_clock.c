@@ -40,8 +40,8 @@ static void start_with_clock(Process *process, const char *program, const char *
     process_start(process, program, "LD_PRELOAD=%s %s", library, arguments);
 }
 
-// Presses with poses of our own clock until so many contacts more were felt; false when the contact
-// broke off meanwhile.
+// Presses with poses of our own clock until so many more contacts were reported; false when the
+// contact broke off meanwhile.
 static bool feel(Client *client, int contacts)
 {
     const double position[3] = {0.0, 0.0, 0.053};

@@ -124,7 +124,7 @@ static size_t make(unsigned char *packet)
 
 // --- programs ---
 
-// Largest memory so far [kB]: of the process, and of what it asked for.
+// Largest memory so far [kB]: of the process, and of what it allocated.
 static void memory_of(const Process *program, long kb[2])
 {
     char name[64], line[256];
@@ -254,8 +254,8 @@ static void every_program_outlives_a_million_hostile_datagrams(void **state)
         figure("%ld datagrams in %.0f s, %s: at most %ld kB of memory, %ld kB before them", count,
                seconds, NAME[k], after[k][0], before[k][0]);
 #ifndef __SANITIZE_ADDRESS__
-        // The server has locked all it needs; clients may still meet their first large frame, and
-        // a thread of civetweb its first request. A claimed message would be 256 MB.
+        // The server has locked all it needs; clients may still receive their first large frame,
+        // and a thread of civetweb its first request. A claimed message would be 256 MB.
         expect_at_most((double)(after[k][0] - before[k][0]), 32768.0);
         expect_at_most((double)(after[k][1] - before[k][1]), 131072.0);
 #endif

@@ -79,7 +79,7 @@ static int end(Client *client, Process *daemon)
     return daemon->code;
 }
 
-// On a busy machine frames are dropped too, which is told under the same kind.
+// On a busy machine frames are dropped too, which is reported under the same kind.
 static bool saw_end(const Client *client, const char *kind)
 {
     for (int i = 0; i < client->events; i++)
@@ -134,17 +134,17 @@ static void a_full_disk_leaves_the_last_checkpoint_whole(void **state)
     const Reply *reply = command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "");
     assert_true(reply->ok);
     int64_t step = reply->step;
-    fill_disk("ballast", 8192); // room for a beginning
+    fill_disk("ballast", 8192); // space for a beginning
     reply = command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "");
     assert_false(reply->ok);
     assert_non_null(strstr(reply->text, "kept.h5"));
     expect_running(client);
-    // The one before is whole, and nothing half-written lies about.
+    // The one before is whole, and no half-written file is left.
     assert_int_equal(files_on_disk("ballast"), 1);
     run_daemon(&resumed, "--offline 0 --resume %s %s", path, scene);
     assert_int_equal(resumed.code, 0);
     assert_int_equal(printed(&resumed, "step"), step);
-    // There is room again: so are checkpoints.
+    // There is space again: checkpoints are written.
     unlink(on_disk("ballast"));
     reply = command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "");
     assert_true(reply->ok);

@@ -172,7 +172,7 @@ static void garbage_on_all_channels_is_refused_and_counted(void **state)
 // --- requests that cost something ---
 
 // Four senders, 2000 a second in all: each RESET copies the whole state, each CUT tries 7680 edges,
-// each LOAD looks for its nodes, each DESCRIBE asks for the mesh.
+// each LOAD looks for its nodes, each DESCRIBE requests the mesh.
 static void pour_work(Flood *flood)
 {
     const struct timespec pause = {.tv_nsec = 500000};
@@ -218,7 +218,7 @@ static const char *heavy_scene(void)
                                    .body = SMALL_SHAPE "cuttable = true;"});
 }
 
-// A service manager with a watchdog of 2 s, which wants a word every 0.5 s.
+// A service manager with a watchdog of 2 s, which expects a ping every 0.5 s.
 static int watch(const char *path)
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};

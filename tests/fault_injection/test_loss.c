@@ -85,8 +85,8 @@ static void send_round(Scenery *scenery, double time)
     send_pose(scenery->far, &pose);
 }
 
-// Poses come from the far host until its viewer has shown `frames` more and felt the body, and the
-// mesh has changed.
+// Poses come from the far host until its viewer has shown `frames` more and reported contact, and
+// the mesh has changed.
 static void play(Scenery *scenery, int frames)
 {
     int64_t wanted = scenery->shown->count + frames;
@@ -148,7 +148,7 @@ static void a_viewer_behind_a_lossy_link_shows_the_truth_or_nothing(void **state
                (long long)(counts.packets[0] + counts.packets[1]));
     }
     expect_at_least((double)lost, 1.0);
-    // What did not come is counted: the sequences tell how many there were.
+    // What did not come is counted: the sequences give how many there were.
     expect_near((double)(s.shown->whole + s.shown->nodes.lost),
                 (double)(s.shown->nodes.sequence - s.shown->begun + 1),
                 2.0); // the first and the last

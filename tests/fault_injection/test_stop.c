@@ -29,7 +29,7 @@ static void pose_at(Client *client, double z)
     send_pose(client, &pose);
 }
 
-// Presses until it is felt.
+// Presses until contact is reported.
 static void press(Client *client)
 {
     for (double limit = client_now() + 30.0; !client->contact.contact && client_now() < limit;) {
@@ -40,7 +40,7 @@ static void press(Client *client)
 }
 
 // While the daemon is stopped the hand goes through where the body is, to its other side. Nothing
-// of that must be felt, and nothing of what was due must be made up for.
+// of that must be reported, and nothing that was due may be made up for.
 static void a_stopped_daemon_skips_its_ticks_and_lets_go_of_its_tools(void **state)
 {
     (void)state;
@@ -84,7 +84,7 @@ static void a_stopped_daemon_skips_its_ticks_and_lets_go_of_its_tools(void **sta
            "after it felt the tool that had passed through, %lld stale poses refused",
            (long long)(client->status.late_ticks - late), touching,
            (long long)(client->contact.step - step), (long long)refused(client, "stale"));
-    // Another touch is felt again.
+    // Another touch is reported again.
     press(client);
     process_end(&daemon);
     assert_int_equal(printed(&daemon, "resets"), 0);

@@ -32,7 +32,7 @@ static void read_sources(const char *folder)
         pclose(found);
 }
 
-// The source of an object in the library of a room.
+// The source of an object in the library of a module.
 static int find_source(const char *room, const char *file)
 {
     size_t length = strlen(room);

@@ -19,8 +19,8 @@ typedef struct Profile {
     long long instructions;                      // all, libraries too
 } Profile;
 
-// Reads which file defines which function, from the rooms' libraries in the folder of the build and
-// the project's sources. False: there is none.
+// Reads which file defines which function, from the modules' libraries in the folder of the build
+// and the project's sources. False: there is none.
 bool profile_read_symbols(const char *build, const char *sources);
 // Runs "PLIANTD ARGUMENTS" and counts what happens inside `function`, calls included. Fails the
 // test when it does not end well.

@@ -242,7 +242,7 @@ static void all_that_is_no_kernel_takes_less_than_1_percent(void **state)
 {
     (void)state;
     for (int voxel = !WITH_SURFACE; voxel <= WITH_VOXEL; voxel++) {
-        // A body that is held: its frame does not follow it, which would be part of the body.
+        // A fixed body: its frame does not follow it, which would be part of the body.
         static Profile counted;
         const Profile *profile = &counted;
         finer = true; // what is outside is the same for any size

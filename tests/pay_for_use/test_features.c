@@ -1,5 +1,5 @@
-// pliantd --explain: of a scene that asks for nothing every feature is left out, and each comes
-// with its key, alone or with those that the table here names.
+// pliantd --explain: of a scene that requires nothing every feature is disabled, and each is
+// enabled with its key, alone or with those that the table here names.
 #include "scene_writer.h"
 
 #include <stdlib.h>

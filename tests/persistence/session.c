@@ -111,7 +111,7 @@ static Vec3 any_direction(Draw *draw)
 }
 
 // The next thing that the hand does: a probe presses and comes back, a blade sweeps through, a
-// grasper takes hold on one side and pulls. Now and then it rests, longer than tools stay valid.
+// grasper grasps one side and pulls. Now and then it rests, longer than tools stay valid.
 static void choose(Draw *draw, Hand *hand, int tick)
 {
     const Target *target = any_target(draw);
@@ -130,7 +130,7 @@ static void choose(Draw *draw, Hand *hand, int tick)
         hand->from = at(target, vec3_sub(aside, to), 1.4);
         hand->to = at(target, vec3_add(aside, to), 1.4);
     } else if (was_pull) {
-        hand->from = hand->to; // lets go where it is
+        hand->from = hand->to; // releases where it is
     } else {
         hand->from = at(target, to, 1.0);
         hand->to = at(target, to, 1.4);
@@ -224,7 +224,7 @@ static void set(Draw *draw, int tick)
             settings[random_below(&draw->random, (int)(sizeof settings / sizeof *settings))]);
 }
 
-// A pause, or lockstep for as many ticks as it runs; the end of it is told at its tick.
+// A pause, or lockstep for as many ticks as it runs; its end is reported at its tick.
 static void change_pace(Draw *draw, int tick)
 {
     int ticks = 5 + random_below(&draw->random, 20);

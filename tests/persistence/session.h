@@ -12,7 +12,7 @@
 
 enum { TARGETS_MOST = 3, MESSAGE_BYTES = 256, SESSION_RATE = 1000 };
 
-// Where a body is, for whoever wants to touch it.
+// Where a body is, for tools that are to touch it.
 typedef struct Target {
     const char *body;
     double center[3], radius; // [m]

@@ -169,7 +169,7 @@ static void a_second_daemon_leaves_the_log_of_the_first_alone(void **state)
     printed_state(&repeated, again);
     assert_string_equal(again, live);
 
-    // Once nobody writes it, it is still somebody's.
+    // Once no process writes it, it still belongs to its run.
     run_daemon(&second, "--duration 0.1 --log-inputs %s %s", log, scene);
     assert_int_equal(second.code, 2);
     assert_non_null(strstr(second.err, "exists already"));

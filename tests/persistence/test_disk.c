@@ -165,7 +165,7 @@ static void a_full_disk_leaves_the_former_checkpoint(void **state)
     int fd = open(filler, O_WRONLY | O_CREAT, 0600);
     while (write(fd, zero, sizeof zero) > 0) {
     }
-    // Some room, less than a checkpoint takes.
+    // Some space, less than a checkpoint takes.
     assert_int_equal(ftruncate(fd, lseek(fd, 0, SEEK_END) - 65536), 0);
     close(fd);
 
@@ -181,7 +181,7 @@ static void a_full_disk_leaves_the_former_checkpoint(void **state)
     printed_state(&daemon, now);
     assert_string_equal(now, former);
 
-    // With room again it is replaced.
+    // With space again it is replaced.
     unlink(filler);
     run_daemon(&daemon, "--offline 0.1 --resume %s --checkpoint %s %s", kept, kept, scene);
     assert_int_equal(daemon.code, 0);

@@ -1,6 +1,6 @@
 // A server that is killed at any moment leaves a whole checkpoint, the former or the newer, from
 // which it goes on with the same bits; its log of inputs and its recording are readable as far as
-// they were written. How often: PLIANT_KILLS in the environment, half off line and half live.
+// they were written. How often: PLIANT_KILLS in the environment, half offline and half live.
 #include "recording_view.h"
 #include "session.h"
 
@@ -50,7 +50,7 @@ static const char *path_for(const SessionScene *scene, const char *kind, const c
     return scratch(name);
 }
 
-// What lies beside the checkpoint: at most one temporary file, however many writers were killed.
+// What is beside the checkpoint: at most one temporary file, however many writers were killed.
 static void look_for_litter(const char *checkpoint, Tally *tally)
 {
     char folder[PATH_TEXT * 2];
@@ -99,13 +99,13 @@ static void print_tallies(const char *kind, const Tally *tally)
                       tally[s].newer, tally[s].temporaries);
 }
 
-// --- off line: nearly always in the middle of writing ---
+// --- offline: nearly always in the middle of writing ---
 
 typedef struct Chain {
     const SessionScene *scene;
     const char *precision;
     char config[PATH_TEXT * 2], log[PATH_TEXT * 2], kept[PATH_TEXT * 2];
-    char whole[HASH_TEXT]; // the end of the run that nobody interrupts
+    char whole[HASH_TEXT]; // the end of the uninterrupted run
     double run_s;          // how long that takes, with its checkpoints
     Tally *tally;
 } Chain;

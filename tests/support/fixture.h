@@ -58,7 +58,7 @@ void fixture_destroy(Fixture *fixture);
 void fixture_read(Fixture *fixture);
 void fixture_run(Fixture *fixture, int ticks);
 
-// A damped sphere on shape springs, one kick a tick, that takes loads.
+// A damped sphere on shape springs, one kick per tick, that takes loads.
 FixtureOptions fixture_loadable(void);
 // On the mesh of fixture_sphere.
 void fixture_create_sphere(Fixture *fixture, const FixtureOptions *options);

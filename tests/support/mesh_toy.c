@@ -373,7 +373,7 @@ static bool commit(void *model)
     return true;
 }
 
-// As hostile as a file can be: counts first, for whoever looks at slots next.
+// As hostile as a file can be: counts first, for what reads slots next.
 static bool check(const void *model)
 {
     const MeshToyState *state = &((const MeshToy *)model)->state;

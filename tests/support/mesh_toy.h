@@ -52,7 +52,7 @@ BodyMesh mesh_toy_mesh(const MeshToy *toy);
 // Where the nodes are after so many drifts: by slot, 0 in free ones.
 void mesh_toy_positions(const MeshToy *toy, Vec3 *position);
 // A body over the toy, its state listed: adapt changes it at random, drift moves it. `adapts`
-// false: a body with one level of detail as far as anybody can tell.
+// false: a body with one level of detail to all callers.
 Body mesh_toy_body(MeshToy *toy, const char *name, bool adapts, StateList *state);
 
 #endif

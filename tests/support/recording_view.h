@@ -1,4 +1,4 @@
-// Recordings as anybody may read them: the HDF5 file through the library's own functions, the
+// Recordings as any reader sees them: the HDF5 file through the library's own functions, the
 // sidecar through a small XML parser that knows nothing of how it was written.
 #ifndef PLIANT_TESTS_RECORDING_VIEW_H
 #define PLIANT_TESTS_RECORDING_VIEW_H
@@ -44,7 +44,7 @@ typedef struct SidecarFrame {
 } SidecarFrame;
 
 // The frames of a sidecar in their order, malloc'ed; fails the test when it is not well-formed XML
-// or not shaped as XDMF 2 wants it.
+// or not of the shape that XDMF 2 requires.
 SidecarFrame *view_sidecar(const char *path, int *count);
 // Whether a body's frames in the sidecar are the first frames of the file.
 void expect_sidecar_matches(const SidecarFrame *frame, int count, const BodyView *view,

@@ -74,7 +74,7 @@ void reference_fit(const Reference *reference, const double (*x)[3], const doubl
 // One step of h seconds.
 void reference_step(Reference *reference, ReferenceScheme scheme, double h);
 
-// Largest eigenvalue of M^-1 K at the rest shape, fixed nodes held, by `iterations` of power
+// Largest eigenvalue of M^-1 K at the rest shape, with its fixed nodes, by `iterations` of power
 // iteration [1/s2]. `mode` (or NULL) receives the eigenvector, largest component 1.
 double reference_largest_eigenvalue(const Reference *reference, int iterations, double (*mode)[3]);
 
