@@ -30,6 +30,21 @@ CutPoint cut_shift(int64_t attempt, int end)
     return shift;
 }
 
+bool cut_quantise_edge(const BladeEdge *edge, Vec3 origin, double q, CutPoint out[2])
+{
+    return cut_quantise(edge->end[0], origin, q, &out[0]) &&
+           cut_quantise(edge->end[1], origin, q, &out[1]);
+}
+
+void cut_shift_edge(CutPoint edge[2], int64_t attempt)
+{
+    for (int end = 0; end < 2; end++) {
+        const CutPoint shift = cut_shift(attempt, end);
+        for (int c = 0; c < 3; c++)
+            edge[end].x[c] += shift.x[c];
+    }
+}
+
 int cut_subticks(const CutSweep *sweep, double tolerance)
 {
     Vec3 a = vec3_sub(sweep->after.end[0], sweep->before.end[0]);

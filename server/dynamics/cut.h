@@ -67,9 +67,12 @@ void cut_describe(const CutOutcome *outcome, const char *body, char *text, size_
 // Converts a point to units of q, from an origin that never changes; returns false beyond CUT_REACH
 // / 4.
 bool cut_quantise(Vec3 point, Vec3 origin, double q, CutPoint *out);
+bool cut_quantise_edge(const BladeEdge *edge, Vec3 origin, double q, CutPoint out[2]);
 // Returns the shift of end `end` (0, 1) of an edge at the `try`-th attempt, in q: none at the
 // first, a few after that, different for both; a fixed hash.
 CutPoint cut_shift(int64_t attempt, int end);
+void cut_shift_edge(CutPoint edge[2], int64_t attempt); // adds both
+
 // Returns the smallest power of two of sub-ticks with which the two triangles of each sub-sweep
 // differ from the twisted patch by at most `tolerance` [m]; 0: more than CUT_SUBTICKS_MOST.
 int cut_subticks(const CutSweep *sweep, double tolerance);

@@ -151,17 +151,14 @@ static bool mark_links(PlaneCut *cut, const CutPath edge[2], int k, int m, int *
 
 static bool shift_edge(const PlaneCut *cut, const CutSweep *sweep, int64_t attempt, CutPath edge[2])
 {
-    for (int end = 0; end < 2; end++) {
-        const Vec3 place[2] = {sweep->before.end[end], sweep->after.end[end]};
-        const CutPoint shift = cut_shift(attempt, end);
-        for (int time = 0; time < 2; time++) {
-            CutPoint *point = &edge[end].at[time];
-            if (!cut_quantise(place[time], cut->origin, cut->quantum, point))
-                return false;
-            for (int c = 0; c < 3; c++)
-                point->x[c] += shift.x[c];
-        }
-    }
+    CutPoint from[2], to[2];
+    if (!cut_quantise_edge(&sweep->before, cut->origin, cut->quantum, from) ||
+        !cut_quantise_edge(&sweep->after, cut->origin, cut->quantum, to))
+        return false;
+    cut_shift_edge(from, attempt);
+    cut_shift_edge(to, attempt);
+    for (int end = 0; end < 2; end++)
+        edge[end] = (CutPath){{from[end], to[end]}};
     return true;
 }
 

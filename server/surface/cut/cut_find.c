@@ -192,21 +192,6 @@ static bool points_of(const CutFinder *finder, const CutTissue *tissue, int face
     return ok;
 }
 
-static bool quantise_edge(const CutFinder *finder, const BladeEdge *edge, CutPoint out[2])
-{
-    return cut_quantise(edge->end[0], finder->origin, finder->q, &out[0]) &&
-           cut_quantise(edge->end[1], finder->origin, finder->q, &out[1]);
-}
-
-static void shift_edge(CutPoint point[2], int64_t attempt)
-{
-    for (int end = 0; end < 2; end++) {
-        CutPoint shift = cut_shift(attempt, end);
-        for (int c = 0; c < 3; c++)
-            point[end].x[c] += shift.x[c];
-    }
-}
-
 // --- links against one quadrilateral ---
 
 // Returns how often the edge meets a half link in all sub-ticks, or CUT_DEGENERATE.
@@ -295,14 +280,14 @@ CutVerdict cut_find_keep_odd(CutFinder *finder, const CutTissue *tissue)
 static void command_edge(const CutFinder *finder, const BladeEdge *edge, int attempt,
                          CutPoint out[2])
 {
-    quantise_edge(finder, edge, out);
+    cut_quantise_edge(edge, finder->origin, finder->q, out);
     uint64_t hash = (uint64_t)attempt + 1;
     for (int end = 0; end < 2; end++)
         for (int c = 0; c < 3; c++) { // FNV-1a, by words
             hash = (hash ^ (uint64_t)out[end].x[c]) * UINT64_C(0x100000001b3);
             hash ^= hash >> 29;
         }
-    shift_edge(out, 1 + (int64_t)(hash >> 8 & 0xffffffff));
+    cut_shift_edge(out, 1 + (int64_t)(hash >> 8 & 0xffffffff));
 }
 
 static bool count_command(CutFinder *finder, const BladeEdge *edge, int edges, int attempt)
@@ -358,7 +343,7 @@ static CutVerdict look_at_command(const CutFinder *finder, const BladeEdge *edge
 {
     for (int k = 0; k < edges; k++) {
         CutPoint point[2];
-        if (!quantise_edge(finder, &edge[k], point))
+        if (!cut_quantise_edge(&edge[k], finder->origin, finder->q, point))
             return CUT_TOO_LARGE;
         CutSweep sweep = {.before = edge[k > 0 ? k - 1 : 0], .after = edge[k]};
         if (cut_subticks(&sweep, CUT_FIND_TOLERANCE * finder->h) == 0)
@@ -468,10 +453,10 @@ static bool count_tick(CutFinder *finder, const CutPoint before[2], const BladeE
                        int64_t attempt, bool both, int parts, CutPoint to[2])
 {
     CutPoint from[2] = {before[0], before[1]};
-    quantise_edge(finder, after, to);
-    shift_edge(to, attempt);
+    cut_quantise_edge(after, finder->origin, finder->q, to);
+    cut_shift_edge(to, attempt);
     if (both)
-        shift_edge(from, attempt + CUT_TRIES);
+        cut_shift_edge(from, attempt + CUT_TRIES);
     CutPath path[2] = {{{from[0], to[0]}}, {{from[1], to[1]}}};
     return count_sweep(finder, path, parts);
 }
@@ -517,8 +502,8 @@ CutVerdict cut_find_tick(CutFinder *finder, const CutTissue *tissue, const CutSw
     if (fresh && begins)
         way.before = way.after;
     int parts = cut_subticks(&way, CUT_FIND_TOLERANCE * finder->h);
-    if (!quantise_edge(finder, &way.before, begin) || !quantise_edge(finder, &way.after, end) ||
-        parts == 0) {
+    if (!cut_quantise_edge(&way.before, finder->origin, finder->q, begin) ||
+        !cut_quantise_edge(&way.after, finder->origin, finder->q, end) || parts == 0) {
         forget(memory); // the blade jumped: a new stroke
         return parts == 0 ? CUT_TOO_TWISTED : CUT_TOO_LARGE;
     }

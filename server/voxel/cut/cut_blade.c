@@ -22,14 +22,6 @@ static void look_at_bricks(BladeSearch *search)
         cut_near_look_at_brick(search, search->blades->brick[k]);
 }
 
-static bool quantise_edge(const CutBlades *blades, const BladeEdge *edge, CutPoint out[2])
-{
-    for (int e = 0; e < 2; e++)
-        if (!cut_quantise(edge->end[e], blades->rows->rest_origin, blades->q, &out[e]))
-            return false;
-    return true;
-}
-
 // Clears the marks; the list stays.
 static void clear_marks(CutBlades *blades)
 {
@@ -59,7 +51,8 @@ static bool sweep_whole(CutBlades *blades, const void *row, const CutSweep *swee
     BladeSearch search = {.blades = blades, .memory = &blades->whole, .whole = true};
     const int parts = cut_subticks(sweep, TWIST_TOLERANCE * blades->size);
     CutPoint from[2], to[2];
-    if (!quantise_edge(blades, &sweep->before, from) || !quantise_edge(blades, &sweep->after, to))
+    if (!cut_quantise_edge(&sweep->before, blades->rows->rest_origin, blades->q, from) ||
+        !cut_quantise_edge(&sweep->after, blades->rows->rest_origin, blades->q, to))
         return answer(blades, CUT_TOO_LARGE, outcome);
     if (parts == 0)
         return answer(blades, CUT_TOO_TWISTED, outcome);
@@ -97,7 +90,7 @@ static bool begin_stroke(CutBlades *blades, const void *row, BladeMemory *memory
     BladeStroke *stroke = memory->stroke;
     CutPoint ends[2];
     *stroke = (BladeStroke){.under_way = 0};
-    if (!quantise_edge(blades, edge, ends))
+    if (!cut_quantise_edge(edge, blades->rows->rest_origin, blades->q, ends))
         return false;
     memcpy(stroke->edge, ends, sizeof stroke->edge);
     memset(memory->stamp, 0, (size_t)blades->cell_count * sizeof *memory->stamp);
@@ -122,7 +115,7 @@ static bool go_on(CutBlades *blades, const void *row, double tick, const CutSwee
     CutVerdict verdict = CUT_MET_NOTHING;
     if (parts == 0)
         verdict = CUT_TOO_TWISTED;
-    else if (!quantise_edge(blades, &sweep->after, to))
+    else if (!cut_quantise_edge(&sweep->after, blades->rows->rest_origin, blades->q, to))
         verdict = CUT_TOO_LARGE;
     // Find the bricks near the sweep, then the cells there, before any link is tested.
     if (verdict == CUT_MET_NOTHING) {

@@ -177,14 +177,6 @@ static bool test_links(BladeSearch *search, int part, int parts)
     return true;
 }
 
-static CutPoint shifted(CutPoint point, int64_t tries, int end)
-{
-    const CutPoint shift = cut_shift(tries, end);
-    for (int c = 0; c < 3; c++)
-        point.x[c] += shift.x[c];
-    return point;
-}
-
 bool cut_sweep_parts(BladeSearch *search, const CutPath base[2], CutPoint used[2], bool fresh,
                      int64_t *tries, int parts)
 {
@@ -192,16 +184,17 @@ bool cut_sweep_parts(BladeSearch *search, const CutPath base[2], CutPoint used[2
         const int before = search->blades->hit_count;
         bool done = false;
         while (!done) {
-            CutPath edge[2];
-            for (int e = 0; e < 2; e++) {
-                const CutPath way = cut_part(base[e], part, parts);
-                edge[e].at[0] = fresh && part == 0 ? shifted(way.at[0], *tries, e) : used[e];
-                edge[e].at[1] = shifted(way.at[1], *tries, e);
-            }
+            const CutPath way[2] = {cut_part(base[0], part, parts), cut_part(base[1], part, parts)};
+            CutPoint from[2] = {way[0].at[0], way[1].at[0]}, to[2] = {way[0].at[1], way[1].at[1]};
+            cut_shift_edge(from, *tries);
+            cut_shift_edge(to, *tries);
+            const bool begins = fresh && part == 0; // else from where the edge was used last
+            const CutPath edge[2] = {{{begins ? from[0] : used[0], to[0]}},
+                                     {{begins ? from[1] : used[1], to[1]}}};
             cut_sweep_set_edge(search, edge);
             done = test_links(search, part, parts);
             if (done) {
-                used[0] = edge[0].at[1], used[1] = edge[1].at[1];
+                used[0] = to[0], used[1] = to[1];
                 break;
             }
             forget_hits(search->blades, before);
