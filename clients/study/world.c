@@ -30,9 +30,6 @@ void study_destroy_scene(StudyScene *copy)
 
 static void change_surface(SurfaceOptions *surface, const StudyCase *what)
 {
-    // The values of `adapt = {}` (config/README.md), for a scene that does not set them.
-    static const SurfaceAdapt usual = {
-        .force = 0.005, .speed = 0.3, .curvature = 0.4, .check_hz = 100.0};
     surface->automatic = surface->automatic && what->is_scene;
     surface->adjust = what->paper_rule ? ADJUST_CHOI2005 : ADJUST_CONTINUUM;
     if (what->detail == DETAIL_SCENE)
@@ -43,8 +40,11 @@ static void change_surface(SurfaceOptions *surface, const StudyCase *what)
     surface->body.levels = what->level > 0 ? what->level : 1;
     if (!surface->adaptive)
         return;
-    if (!(surface->adapt.force > 0.0))
-        surface->adapt = usual;
+    if (!(surface->adapt.force > 0.0)) { // the scene does not set them
+        SurfaceOptions preset = {0};
+        scene_preset_surface(&preset);
+        surface->adapt = preset.adapt;
+    }
     surface->adapt.force *= what->threshold;
     surface->adapt.speed *= what->threshold;
     surface->adapt.curvature *= what->threshold;

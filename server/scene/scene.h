@@ -121,8 +121,9 @@ bool scene_override(Scene *scene, double rate_hz, const char *prefix, Status *st
 // Returns "surface" or "voxel".
 const char *scene_model_name(SceneModel model);
 
-// Sets the material and the shape springs of a body whose scene says only `shape = {}`; leaves the
-// rest of `surface` unchanged.
+// Sets the material and the shape springs of a body whose scene says only `shape = {}`, and the
+// thresholds of `adapt = {}`, which `adaptive` would enable; leaves the rest of `surface`
+// unchanged.
 void scene_preset_surface(SurfaceOptions *surface);
 
 // A feature that a scene can do without, and the key or option that enables it.

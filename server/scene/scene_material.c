@@ -136,5 +136,6 @@ void scene_preset_surface(SurfaceOptions *surface)
     // Defaults cannot fail.
     option_read(&MATERIAL_TABLE, NULL, &nowhere, &surface->material);
     option_read(&SHAPE_TABLE, NULL, &nowhere, &surface->shape);
+    option_read(&ADAPT_TABLE, NULL, &nowhere, &surface->adapt);
     surface->shape.wanted = true;
 }
