@@ -3,14 +3,12 @@
 
 #include "base/fnv.h"
 #include "io/initial.h"
+#include "plane/plane.h"
 #include "scene/body_mesh.h"
 #include "scene/body_voxels.h"
 #include "scene/memory.h"
 
 #include <stdlib.h>
-#ifdef PLIANT_WITH_PLANE
-#include "plane/plane.h"
-#endif
 
 #ifdef PLIANT_WITH_LATTICES
 

@@ -123,6 +123,11 @@ static const bool with_voxel = true;
 #else
 static const bool with_voxel = false;
 #endif
+#ifdef PLIANT_WITH_PLANE
+static const bool with_plane = true;
+#else
+static const bool with_plane = false;
+#endif
 
 // Without voxel bodies there is no place for what is theirs.
 static bool table_is_built(const OptionTable *table)
@@ -345,8 +350,9 @@ static void every_scene_in_config_is_valid(void **unused)
         Status status = {0};
         snprintf(path, sizeof path, "../config/%s", entry->d_name);
         count++;
-        if (!scene_read(path, &scene, &status) && !with_voxel &&
-            strstr(status.text, "built without voxel bodies") != NULL)
+        if (!scene_read(path, &scene, &status) &&
+            ((!with_voxel && strstr(status.text, "built without voxel bodies") != NULL) ||
+             (!with_plane && strstr(status.text, "built without plane bodies") != NULL)))
             continue;
         if (status.code != STATUS_OK)
             print_error("%s\n", status.text);
