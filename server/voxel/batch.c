@@ -72,9 +72,7 @@ static int sort_elements(const BatchOptions *options, const int *become, Key *ke
 {
     int plain = 0;
     for (int e = 0; e < options->element_count; e++) {
-        key[e] = (Key){.element = e};
-        for (int n = NODE_CORNERS; n < NODE_COUNT; n++)
-            key[e].mask |= options->vertex[e][n] >= 0 ? 1u << (n - NODE_CORNERS) : 0u;
+        key[e] = (Key){.element = e, .mask = template_mask_of(options->vertex[e])};
         if (key[e].mask == 0)
             key[e].element_class = become[options->element_class[e]];
         plain += key[e].mask == 0;

@@ -59,7 +59,7 @@ static void make_elements(VoxelMaking *making)
     Template shape;
     template_create(&shape, 0);
     for (int e = 0; e < count; e++) {
-        making->mask[e] = lattice_mesh_mask(&making->mesh, e);
+        making->mask[e] = template_mask_of(making->mesh.vertex[e]);
         if (making->mask[e] != shape.mask)
             template_create(&shape, making->mask[e]);
         set_element(making, e, &shape);

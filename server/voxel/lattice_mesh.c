@@ -202,11 +202,3 @@ void lattice_mesh_destroy(LatticeMesh *mesh)
     free(mesh->face_element);
     *mesh = (LatticeMesh){0};
 }
-
-unsigned lattice_mesh_mask(const LatticeMesh *mesh, int element)
-{
-    unsigned mask = 0;
-    for (int n = NODE_CORNERS; n < NODE_COUNT; n++)
-        mask |= (unsigned)(mesh->vertex[element][n] >= 0) << (n - NODE_CORNERS);
-    return mask;
-}

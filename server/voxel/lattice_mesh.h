@@ -33,6 +33,5 @@ typedef struct LatticeMesh {
 // then by their lowest slot. False with `status`: more points than an id can express.
 bool lattice_mesh_create(LatticeMesh *mesh, const Layout *layout, Status *status);
 void lattice_mesh_destroy(LatticeMesh *mesh);
-unsigned lattice_mesh_mask(const LatticeMesh *mesh, int element); // Template.mask
 
 #endif

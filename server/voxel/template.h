@@ -28,6 +28,14 @@ typedef struct Template {
 } Template;
 
 void template_create(Template *out, unsigned mask);
+// Returns the mask of an element from its vertices by node; -1: absent.
+static inline unsigned template_mask_of(const int node[NODE_COUNT])
+{
+    unsigned mask = 0;
+    for (int n = NODE_CORNERS; n < NODE_COUNT; n++)
+        mask |= (unsigned)(node[n] >= 0) << (n - NODE_CORNERS);
+    return mask;
+}
 // Returns sum |X_i|^2 of the present nodes about their mean; 6 with 8 corners.
 double template_spread(const Template *shape);
 

@@ -77,7 +77,7 @@ static void set_vertices(Cube *cube, const LatticeMesh *mesh)
     for (int e = 0; e < cube->element_count; e++) {
         Template t;
         const double size = SIZE * (1 << cube->level[e]);
-        template_create(&t, lattice_mesh_mask(mesh, e));
+        template_create(&t, template_mask_of(mesh->vertex[e]));
         for (int n = 0; n < t.count; n++)
             cube->mass[cube->vertex[e][t.node[n]]] +=
                 DENSITY * size * size * size * t.weight[n] / 8.0;

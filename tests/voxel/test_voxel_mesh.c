@@ -50,7 +50,7 @@ static int count_masks(const LatticeMesh *mesh)
     unsigned char *seen = calloc(1 << (NODE_COUNT - NODE_CORNERS), 1);
     int masks = 0;
     for (int e = 0; e < mesh->element_count; e++) {
-        unsigned mask = lattice_mesh_mask(mesh, e);
+        unsigned mask = template_mask_of(mesh->vertex[e]);
         masks += !seen[mask];
         seen[mask] = 1;
     }
@@ -279,7 +279,7 @@ static void expect_mass(const Sample *sample)
     for (int e = 0; e < mesh->element_count; e++) {
         const Leaf *leaf = &sample->layout.leaf[e];
         Template t;
-        template_create(&t, lattice_mesh_mask(mesh, e));
+        template_create(&t, template_mask_of(mesh->vertex[e]));
         double size = 1 << leaf->level, own = leaf->material * 900.0 * size * size * size;
         for (int i = 0; i < t.count; i++)
             mass[mesh->vertex[e][t.node[i]]] += own * t.weight[i] / 8.0;

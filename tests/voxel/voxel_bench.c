@@ -88,7 +88,7 @@ static void find_classes(VoxelBench *bench, const VoxelBenchOptions *options)
     bench->class = allocate(MOST, sizeof *bench->class);
     bench->class_of = allocate(bench->element_count, sizeof *bench->class_of);
     for (int e = 0; e < bench->element_count; e++) {
-        unsigned mask = lattice_mesh_mask(&bench->mesh, e);
+        unsigned mask = template_mask_of(bench->mesh.vertex[e]);
         int level = bench->layout.leaf[e].level, c = 0;
         while (c < bench->class_count &&
                (bench->class[c].shape.mask != mask || bench->class[c].level != level))

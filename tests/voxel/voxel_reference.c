@@ -51,7 +51,7 @@ static void set_element(VoxelReference *reference, ReferenceElement *element,
     const double size = options->lattice->size * (1 << leaf->level), nu = material->poisson_ratio;
     const double mass = material->density * size * size * size;
     Template shape;
-    template_create(&shape, lattice_mesh_mask(mesh, index));
+    template_create(&shape, template_mask_of(mesh->vertex[index]));
     for (int i = 0; i < shape.count; i++) {
         // In the world's axes, as positions are.
         element->place[i] = quat_rotate(options->lattice->turn, vec3_scale(size, shape.place[i]));

@@ -14,9 +14,6 @@
 
 typedef struct VoxelCuts {
     const char *name; // of the body
-    // [level * materials + material - 1] of elements: their class as a plain cube, and mass [kg]
-    ElementClass *classes;
-    double *mass;
     CutLattice lattice;
     TemplateCache templates;
     CutWindows windows;

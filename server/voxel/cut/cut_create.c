@@ -114,27 +114,6 @@ static const unsigned char *hold(const VoxelMaking *making, const char *name, Ar
 // ---------------------------------------------------------------------------------------------
 // Elements
 
-static int class_of(const VoxelOptions *options, int level, int material)
-{
-    return level * options->material_count + material;
-}
-
-// Sets the classes and masses of all elements that can ever come, by level and material.
-static void set_classes(const VoxelMaking *making, ElementClass *classes, double *mass)
-{
-    const VoxelOptions *options = making->options;
-    Template plain;
-    template_create(&plain, 0);
-    for (int m = 0; m < options->material_count; m++)
-        for (int level = 0; level <= making->layout.levels; level++) {
-            const double edge = options->lattice->size * (double)(1 << level);
-            const int c = class_of(options, level, m);
-            stiffness_of_element(options->law, &options->material[m], edge, &plain, &classes[c]);
-            classes[c].damping *= options->damping * making->step;
-            mass[c] = options->material[m].density * edge * edge * edge;
-        }
-}
-
 bool cut_body_create_elements(VoxelModel *model, const VoxelMaking *making, Arena *arena,
                               StateList *state, Status *status)
 {
@@ -146,16 +125,42 @@ bool cut_body_create_elements(VoxelModel *model, const VoxelMaking *making, Aren
     model->cuts = cuts;
     cuts->name = name;
     cuts->sound = true;
-    const int classes = options->material_count * (making->layout.levels + 1);
-    cuts->classes = ALLOCATE(ARENA_STEP, classes, ElementClass, "element classes");
-    cuts->mass = ALLOCATE(ARENA_TOPOLOGY, classes, double, "element masses");
-    set_classes(making, cuts->classes, cuts->mass);
     template_cache_create(&cuts->templates, name, options->law, options->body.precision, arena);
     return cut_lattice_create(&cuts->lattice, making, arena, state, status);
 }
 
 // ---------------------------------------------------------------------------------------------
 // What follows from elements and vertices
+
+// Returns the masses of all elements that can ever come, by level and material.
+static const double *masses_of(const VoxelMaking *making, const char *name, Arena *arena)
+{
+    const VoxelOptions *options = making->options;
+    const int materials = options->material_count, count = materials * (making->layout.levels + 1);
+    double *mass = ALLOCATE(ARENA_TOPOLOGY, count, double, "element masses");
+    for (int c = 0; c < count; c++) {
+        const double edge = options->lattice->size * (double)(1 << c / materials);
+        mass[c] = options->material[c % materials].density * edge * edge * edge;
+    }
+    return mass;
+}
+
+// Returns their classes.
+static const ElementClass *classes_of(const VoxelMaking *making, const char *name, Arena *arena)
+{
+    const VoxelOptions *options = making->options;
+    const int materials = options->material_count, count = materials * (making->layout.levels + 1);
+    ElementClass *classes = ALLOCATE(ARENA_STEP, count, ElementClass, "element classes");
+    Template plain;
+    template_create(&plain, 0);
+    for (int c = 0; c < count; c++) {
+        const double edge = options->lattice->size * (double)(1 << c / materials);
+        stiffness_of_element(options->law, &options->material[c % materials], edge, &plain,
+                             &classes[c]);
+        classes[c].damping *= options->damping * making->step;
+    }
+    return classes;
+}
 
 void cut_body_create_masses(VoxelModel *model, const VoxelMaking *making, Arena *arena)
 {
@@ -168,7 +173,7 @@ void cut_body_create_masses(VoxelModel *model, const VoxelMaking *making, Arena 
     masses->size = making->options->lattice->size;
     for (int d = 0; d < 3; d++)
         masses->middle[d] = 0.5 * making->options->lattice->count[d];
-    masses->mass = model->cuts->mass;
+    masses->mass = masses_of(making, name, arena);
     masses->material_count = making->options->material_count;
     masses->held = hold(making, name, arena);
     cut_masses_create(masses, name, arena);
@@ -184,7 +189,7 @@ void cut_body_create_batches(VoxelModel *model, const VoxelMaking *making, Arena
                                    .lattice = &cuts->lattice,
                                    .templates = &cuts->templates,
                                    .material_count = making->options->material_count,
-                                   .classes = cuts->classes};
+                                   .classes = classes_of(making, cuts->name, arena)};
     cut_windows_create(&cuts->windows, &windows, arena, state);
     model->batches = &cuts->windows.runs;
     model->element_at_level = cuts->lattice.leaf_at_level;

@@ -32,12 +32,4 @@ const Template *template_cache_shape(TemplateCache *cache, unsigned mask);
 // uniform stretch, averaged over the axes.
 const void *template_cache_numbers(TemplateCache *cache, unsigned mask);
 
-static inline unsigned template_mask_of(const int node[NODE_COUNT])
-{
-    unsigned mask = 0;
-    for (int n = NODE_CORNERS; n < NODE_COUNT; n++)
-        mask |= (unsigned)(node[n] >= 0) << (n - NODE_CORNERS);
-    return mask;
-}
-
 #endif
